@@ -29,9 +29,10 @@ static void put_wheels(kmp_json *json, const kempe_model *model, const kmp_runni
     for (int w = 0; w < s->wheels; w++) {
         const kmp_safety_wheel *wheel = &s->wheel[w];
         const ptrdiff_t at = (ptrdiff_t)w * s->samples;
-        kmp_json_put(json, "{ name %s load %g nadal %g flange %g friction %g unloading %g unloading_t %g ratio %g",
+        kmp_json_put(json,
+                     "{ name %s load %g nadal %g flange %g friction %g unloading %g unloading_t %g smooth %g ratio %g",
                      model->wheels[w].name, wheel->load, wheel->nadal, wheel->flange, model->wheels[w].friction.value,
-                     wheel->unloading.value, wheel->unloading.t, wheel->ratio.value);
+                     wheel->unloading.value, wheel->unloading.t, wheel->smooth_unloading.value, wheel->ratio.value);
         kmp_json_put(json, "mean %g mean_t %g", wheel->mean.value, wheel->mean.t);
         put_samples(json, "Q", s, s->load + at);
         put_samples(json, "Y", s, s->across + at);
@@ -39,6 +40,19 @@ static void put_wheels(kmp_json *json, const kempe_model *model, const kmp_runni
         kmp_json_end(json);
     }
     kmp_json_end(json);
+}
+
+/* The body that carries both wheels, or their names. */
+static void put_axle_name(kmp_json *json, const kempe_model *model, const kmp_safety_axle *axle)
+{
+    const kmp_wheel *left = &model->wheels[axle->left], *right = &model->wheels[axle->right];
+    const int body = model->points[left->point].body;
+    kmp_text both = {0};
+    kmp_text_printf(&both, "%s, %s", left->name, right->name);
+    json->text->failed = json->text->failed || both.failed;
+    if (!both.failed)
+        kmp_json_string(json, "name", model->points[right->point].body == body ? model->bodies[body].name : both.s);
+    kmp_text_free(&both);
 }
 
 /* Lateral positions are those of the middle between the wheels. */
@@ -49,12 +63,11 @@ static void put_axles(kmp_json *json, const kempe_model *model, const kmp_runnin
         const kmp_safety_axle *axle = &s->axle[a];
         const double *left = s->aside + (ptrdiff_t)axle->left * s->samples;
         const double *right = s->aside + (ptrdiff_t)axle->right * s->samples;
-        const kempe_model *m = model;
         for (int k = 0; k < s->samples; k++)
             room[k] = (left[k] + right[k]) / 2;
-        kmp_json_put(json, "{ name %s limit %g mean %g mean_t %g",
-                     m->bodies[m->points[m->wheels[axle->left].point].body].name, axle->limit, axle->mean.value,
-                     axle->mean.t);
+        kmp_json_object(json, NULL);
+        put_axle_name(json, model, axle);
+        kmp_json_put(json, "limit %g mean %g mean_t %g", axle->limit, axle->mean.value, axle->mean.t);
         put_samples(json, "sums", s, s->sum + (ptrdiff_t)a * s->samples);
         put_samples(json, "aside", s, room);
         kmp_json_end(json);
@@ -180,8 +193,9 @@ void kmp_vehicle_drawing(kmp_json *json, const kempe_trajectory *run, const kemp
     const kempe_model *model = run->system->model;
     double *room = KMP_NEW(double, s->samples);
     json->text->failed = json->text->failed || !room;
-    kmp_json_put(json, "vehicle { way %g loads %s carried %g samples %d stride %d difference %g mean_over %g", s->way,
-                 kmp_safety_loads_from(s), s->carried, s->samples, stride_of(s), s->difference, KMP_SAFETY_LENGTH);
+    kmp_json_put(json, "vehicle { way %g loads %s carried %g samples %d stride %d difference %g mean_over %g cutoff %g",
+                 s->way, kmp_safety_loads_from(s), s->carried, s->samples, stride_of(s), s->difference,
+                 KMP_SAFETY_LENGTH, KMP_SAFETY_CUTOFF);
     if (room) {
         put_samples(json, "t", s, s->t);
         put_wheels(json, model, s);

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Forces are samples of the dense output: at the ends of steps, between them, and more where forces change quickly.
  * Integrals over the way are trapezoidal; a mean is the difference of two values of the integral, 2 m apart
- * (EN 14363:2016: sliding mean of Y/Q and of the sum of Y). */
+ * (EN 14363:2016: sliding mean of Y/Q and of the sum of Y, from forces below 20 Hz). */
 #include "studies/simulate/running_safety.h"
 #include "base/json.h"
 #include "constraints/tolerances.h"
 #include "model/tables/output_table.h"
+#include "output/vibration/low_pass.h"
 #include "studies/equilibrium/balances.h"
 #include "studies/simulate/observed.h"
 #include "symbolic/table_function.h"
@@ -17,6 +18,8 @@
  * than STRAIGHT of the wheel's load off the line through both; on tracks with irregularities samples are that near
  * from the beginning. */
 static const double SAMPLE_WAY = 0.4, SAMPLE_TIME = 0.04, STRAIGHT = 1e-2;
+/* Wheels are opposite each other that are nearer along the track than this part of its gauge. */
+static const double OPPOSITE = 0.25;
 /* Steps that are shorter by this are sampled together. */
 static const double SHORT = 1.0 / 16;
 enum { HALVINGS = 4, ROUGH_HALVINGS = 3 };
@@ -38,6 +41,7 @@ typedef struct judging {
     double *kept, *scratch; /* samples: their time, OF_WHEEL values of each wheel */
     int count;
     double *way, *load, *across, *of; /* way, Q, Y, Y/Q of wheel w at sample k: [w * samples + k] */
+    double *smooth, *smooth_across;   /* Q and Y at low frequencies, a wheel after the other */
     double *mean, *sum, *integral, *along, *aside;
 } judging;
 
@@ -315,16 +319,24 @@ static void slide(const judging *j, int stride, const double *way, const double 
     }
 }
 
+static double unloading(const kmp_safety_wheel *wheel, double load)
+{
+    return wheel->load > 0 ? (wheel->load - load) / wheel->load : NAN;
+}
+
 static void judge_wheel(const judging *j, int w, int stride, kmp_safety_wheel *out)
 {
     const int samples = j->safety->samples;
     const ptrdiff_t at = (ptrdiff_t)w * samples;
-    const double *load = j->load + at, *of = j->of + at, *t = j->safety->t;
-    double *mean = j->mean + at;
-    out->unloading = out->ratio = out->mean = (kmp_safety_value){NAN, NAN};
-    slide(j, stride, j->way + at, of, mean);
+    const double *load = j->load + at, *smooth = j->smooth + at, *of = j->of + at, *t = j->safety->t;
+    double *mean = j->mean + at, *ratio = j->integral + samples;
+    out->unloading = out->smooth_unloading = out->ratio = out->mean = (kmp_safety_value){NAN, NAN};
+    for (int k = 0; k < samples; k += stride)
+        ratio[k] = smooth[k] > 0 ? j->smooth_across[at + k] / smooth[k] : 0;
+    slide(j, stride, j->way + at, ratio, mean);
     for (int k = 0; k < samples; k += stride) {
-        take_largest(&out->unloading, out->load > 0 ? (out->load - load[k]) / out->load : NAN, t[k]);
+        take_largest(&out->unloading, unloading(out, load[k]), t[k]);
+        take_largest(&out->smooth_unloading, unloading(out, smooth[k]), t[k]);
         take_largest(&out->ratio, of[k], t[k]);
         take_largest(&out->mean, mean[k], t[k]);
     }
@@ -337,7 +349,7 @@ static void judge_axle(const judging *j, int number, int stride, kmp_safety_axle
     const ptrdiff_t left = (ptrdiff_t)out->left * samples, right = (ptrdiff_t)out->right * samples;
     double *sum = j->sum + (ptrdiff_t)number * samples, *force = j->integral + samples;
     for (int k = 0; k < samples; k++)
-        force[k] = j->across[left + k] - j->across[right + k];
+        force[k] = j->smooth_across[left + k] - j->smooth_across[right + k];
     slide(j, stride, j->way + left, force, sum);
     out->mean = (kmp_safety_value){NAN, NAN};
     for (int k = 0; k < samples; k += stride)
@@ -351,47 +363,68 @@ static double change(kmp_safety_value fine, kmp_safety_value coarse, double leas
                : 0;
 }
 
+static bool judge_with(const judging *j, int stride, kmp_safety_wheel *wheel, kmp_safety_axle *axle)
+{
+    const kmp_running_safety *s = j->safety;
+    bool made = kmp_low_pass(KMP_SAFETY_CUTOFF, s->samples, stride, s->t, s->wheels, j->load, j->smooth) &&
+                kmp_low_pass(KMP_SAFETY_CUTOFF, s->samples, stride, s->t, s->wheels, j->across, j->smooth_across);
+    for (int w = 0; made && w < s->wheels; w++)
+        judge_wheel(j, w, stride, &wheel[w]);
+    for (int k = 0; made && k < s->axles; k++)
+        judge_axle(j, k, stride, &axle[k]);
+    return made;
+}
+
 /* First with every other sample, then with all. Ratios are compared with 1, forces with the load. */
-static void judge_all(judging *j)
+static kempe_status judge_all(judging *j)
 {
     kmp_running_safety *s = j->safety;
+    kmp_safety_wheel *wheel = KMP_ARENA_NEW(&j->room, kmp_safety_wheel, s->wheels);
+    kmp_safety_axle *axle = KMP_ARENA_NEW(&j->room, kmp_safety_axle, s->axles + 1);
+    KMP_TRY(kmp_made(j->model->context, wheel && axle));
+    memcpy(wheel, s->wheel, (size_t)s->wheels * sizeof *wheel);
+    memcpy(axle, s->axle, (size_t)s->axles * sizeof *axle);
+    KMP_TRY(kmp_made(j->model->context, judge_with(j, 2, wheel, axle) && judge_with(j, 1, s->wheel, s->axle)));
     for (int w = 0; w < s->wheels; w++) {
-        kmp_safety_wheel *out = &s->wheel[w], coarse = *out;
-        judge_wheel(j, w, 2, &coarse);
-        judge_wheel(j, w, 1, out);
-        s->difference = fmax(fmax(s->difference, change(out->unloading, coarse.unloading, 1)),
-                             fmax(change(out->ratio, coarse.ratio, 1), change(out->mean, coarse.mean, 1)));
+        const kmp_safety_wheel *a = &s->wheel[w], *b = &wheel[w];
+        s->difference = fmax(fmax(s->difference, change(a->unloading, b->unloading, 1)),
+                             fmax(change(a->ratio, b->ratio, 1), change(a->mean, b->mean, 1)));
     }
     for (int k = 0; k < s->axles; k++) {
-        kmp_safety_axle *out = &s->axle[k], coarse = *out;
-        double load = s->wheel[out->left].load + s->wheel[out->right].load;
-        judge_axle(j, k, 2, &coarse);
-        judge_axle(j, k, 1, out);
-        s->difference = fmax(s->difference, change(out->mean, coarse.mean, isfinite(load) ? fmax(load, 1) : 1e4));
+        double load = s->wheel[axle[k].left].load + s->wheel[axle[k].right].load;
+        s->difference =
+            fmax(s->difference, change(s->axle[k].mean, axle[k].mean, isfinite(load) ? fmax(load, 1) : 1e4));
     }
+    return KEMPE_OK;
 }
 
 /* -- the model ---------------------------------------------------------------------------------------- */
 
-/* The other wheel of the body; -1: none, or several. */
-static int partner_of(const kempe_model *model, int wheel)
+/* The wheel on the other rail that is nearest along the track at the start; -1: none is opposite. */
+static int opposite(const judging *j, int wheel)
 {
-    int found = -1, count = 0;
-    for (int w = 0; w < model->wheel_count; w++)
-        if (model->points[model->wheels[w].point].body == model->points[model->wheels[wheel].point].body &&
-            model->wheels[w].track == model->wheels[wheel].track && model->wheels[w].side == KMP_TRACK_RIGHT) {
+    const kempe_model *model = j->model;
+    const kmp_wheel *given = &model->wheels[wheel];
+    const ptrdiff_t samples = j->safety->samples;
+    double least = OPPOSITE * model->tracks[given->track].gauge;
+    int found = -1;
+    for (int w = 0; w < model->wheel_count; w++) {
+        const double far = fabs(j->along[w * samples] - j->along[wheel * samples]);
+        if (model->wheels[w].track == given->track && model->wheels[w].side != given->side && far < least) {
+            least = far;
             found = w;
-            count++;
         }
-    return count == 1 ? found : -1;
+    }
+    return found;
 }
 
+/* A wheelset, or two independent wheels. */
 static void find_axles(judging *j)
 {
     kmp_running_safety *s = j->safety;
     for (int w = 0; w < s->wheels; w++) {
-        int right = j->model->wheels[w].side == KMP_TRACK_LEFT ? partner_of(j->model, w) : -1;
-        if (right < 0)
+        int right = j->model->wheels[w].side == KMP_TRACK_LEFT ? opposite(j, w) : -1;
+        if (right < 0 || opposite(j, right) != w)
             continue;
         double load = s->wheel[w].load + s->wheel[right].load;
         s->axle[s->axles++] = (kmp_safety_axle){.left = w, .right = right, .limit = prudhomme_limit(load)};
@@ -516,7 +549,7 @@ static kempe_status judge(judging *j, kmp_arena *arena)
     KMP_TRY(take_samples(j, has_irregularities(j->model)));
     s->samples = j->count;
     bool made =
-        KMP_ARENA_MAKE(&j->room, KMP_ROOM(double, wheels * s->samples, &j->way, &j->of),
+        KMP_ARENA_MAKE(&j->room, KMP_ROOM(double, wheels * s->samples, &j->way, &j->of, &j->smooth, &j->smooth_across),
                        KMP_ROOM(double, 2 * (ptrdiff_t)s->samples, &j->integral)) &&
         KMP_ARENA_MAKE(
             arena, KMP_ROOM(double, wheels * s->samples, &j->load, &j->across, &j->mean, &j->sum, &j->along, &j->aside),
@@ -534,8 +567,7 @@ static kempe_status judge(judging *j, kmp_arena *arena)
     s->wheels = (int)wheels;
     take_loads(j);
     find_axles(j);
-    judge_all(j);
-    return KEMPE_OK;
+    return judge_all(j);
 }
 
 kempe_status kmp_running_safety_of(const kempe_system *system, kmp_recording *recording, const double *static_loads,
@@ -589,14 +621,16 @@ void kmp_running_safety_show(kmp_text *text, const kempe_model *model, const kmp
     for (int w = 0; w < s->wheels; w++)
         width = (int)fmax(width, (double)strlen(model->wheels[w].name));
     kmp_text_printf(
-        text, "running   %-*s  Q0, kN  (Q0-Q)/Q0      t, s  largest Y/Q  over 2 m      t, s  Nadal  flange, deg\n",
-        width, "");
+        text,
+        "running   %-*s  Q0, kN  (Q0-Q)/Q0      t, s  at %g Hz  largest Y/Q  over 2 m      t, s  Nadal  flange, deg\n",
+        width, "", KMP_SAFETY_CUTOFF);
     for (int w = 0; w < s->wheels; w++) {
         const kmp_safety_wheel *wheel = &s->wheel[w];
         kmp_text_printf(text, "          %-*s", width, model->wheels[w].name);
         put_cell(text, 6, 2, wheel->load / 1e3);
         put_cell(text, 9, 3, wheel->unloading.value);
         put_cell(text, 8, 3, wheel->unloading.t);
+        put_cell(text, 8, 3, wheel->smooth_unloading.value);
         put_cell(text, 11, 3, wheel->ratio.value);
         put_cell(text, 8, 3, wheel->mean.value);
         put_cell(text, 8, 3, wheel->mean.t);
@@ -648,8 +682,9 @@ void kmp_running_safety_json(kmp_json *json, const kempe_model *model, const kmp
         kmp_json_put(json, "running_safety { too_long %i }", true);
     if (s->wheels == 0)
         return;
-    kmp_json_put(json, "running_safety { way %g mean_over %g Q0_at %s samples %d difference %g carried %g wheels [",
-                 s->way, KMP_SAFETY_LENGTH,
+    kmp_json_put(json,
+                 "running_safety { way %g mean_over %g cutoff %g Q0_at %s samples %d difference %g carried %g wheels [",
+                 s->way, KMP_SAFETY_LENGTH, KMP_SAFETY_CUTOFF,
                  s->at_rest  ? "equilibrium"
                  : s->loaded ? "start"
                              : "unknown",
@@ -658,6 +693,7 @@ void kmp_running_safety_json(kmp_json *json, const kempe_model *model, const kmp
         const kmp_safety_wheel *wheel = &s->wheel[w];
         kmp_json_put(json, "{ name %s Q0 %g", model->wheels[w].name, wheel->load);
         json_value(json, "unloading", wheel->unloading);
+        json_value(json, "unloading_filtered", wheel->smooth_unloading);
         json_value(json, "YQ", wheel->ratio);
         json_value(json, "YQ_mean", wheel->mean);
         kmp_json_put(json, "flange_angle %g friction %g nadal %g", wheel->flange, model->wheels[w].friction.value,

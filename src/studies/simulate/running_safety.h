@@ -13,18 +13,18 @@ typedef struct kmp_safety_value {
 } kmp_safety_value;
 
 typedef struct kmp_safety_wheel {
-    double load;                /* Q0, N */
-    double flange, nadal;       /* the steepest slope of the flange, rad; NaN: Nadal's formula gives no limit */
-    kmp_safety_value unloading; /* the largest (Q0 - Q)/Q0 */
-    kmp_safety_value ratio;     /* the largest Y/Q */
-    kmp_safety_value mean;      /* the largest mean of Y/Q over KMP_SAFETY_LENGTH of way */
+    double load;          /* Q0, N */
+    double flange, nadal; /* the steepest slope of the flange, rad; NaN: Nadal's formula gives no limit */
+    kmp_safety_value unloading, smooth_unloading; /* the largest (Q0 - Q)/Q0; of filtered loads */
+    kmp_safety_value ratio;                       /* the largest Y/Q */
+    kmp_safety_value mean; /* the largest mean of Y/Q of filtered forces over KMP_SAFETY_LENGTH of way */
 } kmp_safety_wheel;
 
-/** Wheels on both rails that one body carries. */
+/** Wheels opposite each other: a wheelset, or two independent wheels. */
 typedef struct kmp_safety_axle {
     int left, right;       /* wheels of the model */
     double limit;          /* Prud'homme's: 10 kN and a third of the static axle load; NaN: unknown */
-    kmp_safety_value mean; /* the largest |sum of Y|, as a mean over that way, N */
+    kmp_safety_value mean; /* the largest |sum of Y| of filtered forces, as a mean over that way, N */
 } kmp_safety_axle;
 
 typedef struct kmp_running_safety {
@@ -39,13 +39,15 @@ typedef struct kmp_running_safety {
     kmp_safety_axle *axle;
     /* Samples; of wheel w, or of axle w, number k is at w * samples + k: */
     const double *t, *load, *across; /* time; Q and Y */
-    const double *mean, *sum;        /* means over the way of Y/Q and of the sum of Y; NaN where it is too short */
+    const double *mean, *sum; /* means over the way of Y/Q and of the sum of Y, filtered; NaN where it is too short */
     const double *along,
         *aside; /* place of the wheel's centre on the track: arc length, and m to the left in its plane */
 } kmp_running_safety;
 
 /** The way over which forces are averaged, m (EN 14363). */
 #define KMP_SAFETY_LENGTH 2.0
+/** Cutoff frequency of forces, Hz (EN 14363). */
+#define KMP_SAFETY_CUTOFF 20.0
 
 /** Wheel loads (one a wheel) at the equilibrium that is found from the start, on tracks without irregularities; NaN:
  * there is none, or a wheel has no load there. Ends messages and warnings of the context. KEMPE_E_MEMORY,

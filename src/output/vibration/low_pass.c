@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The transfer function is the sum of r/(s - p) over the poles p and their conjugates (S. Butterworth, Wireless
+ * Engineer 7 (1930) 536). Each term is a state z' = p z + u, advanced exactly: u is linear between two samples. */
+#include "output/vibration/low_pass.h"
+#include "base/memory.h"
+#include <complex.h>
+#include <math.h>
+#include <stddef.h>
+
+enum { ORDER = 4, PAIRS = ORDER / 2 };
+
+static const double pi = 3.1415926535897932384626433832795;
+
+/* The poles above the real axis, and their residues. */
+static void find_terms(double cutoff, double complex pole[PAIRS], double complex residue[PAIRS])
+{
+    const double w = 2 * pi * cutoff;
+    double complex all[ORDER];
+    for (int k = 0; k < ORDER; k++)
+        all[k] = w * cexp(I * pi * (2 * k + ORDER + 1) / (2 * ORDER));
+    for (int k = 0; k < PAIRS; k++) {
+        pole[k] = all[k];
+        residue[k] = w * w * w * w;
+        for (int i = 0; i < ORDER; i++)
+            residue[k] /= i == k ? 1 : all[k] - all[i];
+    }
+}
+
+/* z after a step h is grow z + first u0 + last u1. Without a step u jumps. */
+typedef struct advance {
+    double complex grow, first, last;
+} advance;
+
+static advance advance_over(double complex pole, double h)
+{
+    const double complex grow = cexp(pole * h), held = (grow - 1) / pole, ramp = h > 0 ? (held / h - 1) / pole : 0;
+    return (advance){grow, held - ramp, ramp};
+}
+
+bool kmp_low_pass(double cutoff, int count, int stride, const double *t, int signals, const double *in, double *out)
+{
+    double complex pole[PAIRS], residue[PAIRS], *state = KMP_NEW(double complex, PAIRS *signals);
+    find_terms(cutoff, pole, residue);
+    for (int s = 0; state && s < signals; s++) {
+        out[(ptrdiff_t)s * count] = in[(ptrdiff_t)s * count];
+        for (int i = 0; i < PAIRS; i++)
+            state[PAIRS * s + i] = -in[(ptrdiff_t)s * count] / pole[i];
+    }
+    for (int k = stride; state && k < count; k += stride) {
+        advance step[PAIRS];
+        for (int i = 0; i < PAIRS; i++)
+            step[i] = advance_over(pole[i], t[k] - t[k - stride]);
+        for (int s = 0; s < signals; s++) {
+            const ptrdiff_t at = (ptrdiff_t)s * count + k;
+            double complex *z = state + PAIRS * s;
+            double sum = 0;
+            for (int i = 0; i < PAIRS; i++) {
+                z[i] = step[i].grow * z[i] + step[i].first * in[at - stride] + step[i].last * in[at];
+                sum += 2 * creal(residue[i] * z[i]);
+            }
+            out[at] = sum;
+        }
+    }
+    const bool good = state;
+    kmp_free(state);
+    return good;
+}
