@@ -197,7 +197,7 @@ class Regimes(unittest.TestCase):
                 with self.subTest(map=name, clearance=clearance), tempfile.TemporaryDirectory() as folder:
                     values = pathlib.Path(folder) / "values.csv"
                     values.write_text(f"{varied}\n{value}\n")
-                    (row,), old = (regimes.instances(runs.command, ["--values", values], others, clearance), recorded[name, x, "", f"{clearance:g}"])
+                    (row,), old = (regimes.instances(runs.command, ["--values", values], {**others, "sigma": f"{clearance:g} mm"}), recorded[name, x, "", f"{clearance:g}"])
                     self.assertEqual((regimes.regime(row), old["regime"]), (regime, regime))
                     if name == "plain":
                         continue

@@ -10,8 +10,7 @@
     python3 map_bogie_track.py count bogie_regimes.csv
     python3 map_bogie_track.py search kempe
 
-`search` has no map: with neither wear nor coupling it counts pairs of regimes over a Sobol sequence of all that SEARCH names. `run` starts one `kempe ensemble` for each clearance, since the gauge of a track cannot vary within one. A run of 120 s is judged by its
-last third. An axle is at a rail from 0.32 mm before the clearance on. REGIMES has the rules.
+`search` has no map: with neither wear nor coupling it counts pairs of regimes over a Sobol sequence of all that SEARCH names. `run` starts one `kempe ensemble` for each map. A run of 120 s is judged by its last third. An axle is at a rail from 0.32 mm before the clearance on. REGIMES has the rules.
 """
 import argparse
 import collections
@@ -70,25 +69,26 @@ def rebounds(name):
     return name in ("both rails", "left rail", "right rail")
 
 
-def quantities(clearance):
+def quantities():
     small = "q(y) - 1.7 m*q(yaw)"
-    most, least, level = f"max(q(y), {small})", f"min(q(y), {small})", f"{clearance - AT_RAIL:.6g} mm"
+    most, least, level = f"max(q(y), {small})", f"min(q(y), {small})", f"(sigma - {AT_RAIL} mm)"
     late = f"from {FROM} s"
     return "; ".join((f"left = duration({most} > {level}) {late}", f"right = duration({least} < -{level}) {late}",
                       f"hits_left = count({most} > {level}) {late}", f"hits_right = count({least} < -{level}) {late}",
                       f"top = max({most}) {late}", f"low = min({least}) {late}"))
 
 
-def grid(varied):
-    return ["--design", "grid", "--sample", ",".join(f"{name}={low:g}:{high:g}:{count}" for name, _, low, high, count in varied)]
+def grid(clearances, varied):
+    clearance = f"sigma={clearances[0]:g} mm:{clearances[-1]:g} mm:{len(clearances)}"
+    return ["--design", "grid", "--sample", ",".join([clearance, *(f"{name}={low:g}:{high:g}:{count}" for name, _, low, high, count in varied)])]
 
 
-def instances(kempe, sample, others, clearance, rtol=1e-8):
+def instances(kempe, sample, others, rtol=1e-8):
     with tempfile.TemporaryDirectory() as folder:
         out = pathlib.Path(folder) / "ends.csv"
-        words = [word for name, value in {"sigma": f"{clearance:g} mm", **others}.items() for word in ("--set", f"{name}={value}")]
+        words = [word for name, value in others.items() for word in ("--set", f"{name}={value}")]
         subprocess.run([kempe, "ensemble", HERE / "bogie_track.yaml", "--no-convergence-check", "--threads", "1", "--t-end", str(END), "--rtol",
-                        f"{rtol:g}", *sample, *words, "--quantity", quantities(clearance), "-o", out],
+                        f"{rtol:g}", *sample, *words, "--quantity", quantities(), "-o", out],
                        check=True, stdout=subprocess.DEVNULL)
         with out.open(newline="") as file:
             return list(csv.DictReader(file))
@@ -105,22 +105,19 @@ def write(arguments, put):
     put("map,x,y,clearance," + ",".join(NAMES) + ",regime")
     for name in arguments.maps or MAPS:
         _, _, varied, others, clearances = MAPS[name]
-        for clearance in clearances:
-            if arguments.every > 1 and clearance not in PAIR:
-                continue
-            if arguments.every > 1:
-                varied = [(n, f, low, high, (count + arguments.every - 1) // arguments.every) if count % 2 else (n, f, low, high, count)
-                          for n, f, low, high, count in MAPS[name][2]]
-            for row in instances(arguments.kempe, grid(varied), others, clearance, arguments.rtol):
-                at = [f"{factor * float(row[n]):.6g}" for n, factor, *_ in varied] + [""]
-                said = regime(row) if row["status"] == "ok" else "failed"
-                put(",".join([name, *at[:2], f"{clearance:g}", *(f"{float(row[n]):.4g}" if row[n] else "" for n in NAMES), said]))
+        if arguments.every > 1:
+            clearances = PAIR
+            varied = [(n, f, low, high, (count + arguments.every - 1) // arguments.every if count % 2 else count) for n, f, low, high, count in varied]
+        for row in instances(arguments.kempe, grid(clearances, varied), others, arguments.rtol):
+            at = [f"{factor * float(row[n]):.6g}" for n, factor, *_ in varied] + [""]
+            said = regime(row) if row["status"] == "ok" else "failed"
+            put(",".join([name, *at[:2], f"{1e3 * float(row['sigma']):g}", *(f"{float(row[n]):.4g}" if row[n] else "" for n in NAMES), said]))
 
 
 def search(arguments):
     ranges, number = SEARCH
     pairs = [[regime(row) if row["status"] == "ok" else "failed" for row in
-              instances(arguments.kempe, ["--design", "sobol", "--instances", str(number), "--sample", ranges], {"worn": 0, "motors": 0}, clearance)]
+              instances(arguments.kempe, ["--design", "sobol", "--instances", str(number), "--sample", ranges], {"worn": 0, "motors": 0, "sigma": f"{clearance:g} mm"})]
              for clearance in PAIR]
     print("| 2 mm | 6.5 mm | samples |\n|---|---|---|")
     for (small, big), times in sorted(collections.Counter(zip(*pairs)).items(), key=lambda item: (-item[1], item[0])):

@@ -366,9 +366,11 @@ int kmp_context_complaints(const kempe_context *context)
     return context->complaints;
 }
 
-void kmp_context_quiet(kempe_context *context, bool quiet)
+bool kmp_context_quiet(kempe_context *context, bool quiet)
 {
+    bool before = context->quiet;
     context->quiet = quiet;
+    return before;
 }
 
 char *kmp_context_warnings(const kempe_context *context)

@@ -137,8 +137,8 @@ bool kmp_context_use_degrees(kempe_context *context, bool degrees);
 enum { KMP_PROGRESS_RUN, KMP_PROGRESS_STUDY, KMP_PROGRESS_KINDS };
 void kmp_progress(kempe_context *context, int kind, double done, double total, const char *unit);
 
-/** While quiet nothing but progress is logged. */
-void kmp_context_quiet(kempe_context *context, bool quiet);
+/** While quiet nothing but progress is logged. The former value. */
+bool kmp_context_quiet(kempe_context *context, bool quiet);
 
 /** Warnings since the computation began, one a line, each once and no more than KMP_MOST_WARNINGS; "" when there are
  * none. To be freed with kmp_free; NULL: no memory. */

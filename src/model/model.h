@@ -252,6 +252,7 @@ struct kempe_model {
     struct kmp_variant *variant; /* that it belongs to, an instance of another model; NULL: it is no such instance */
     kmp_arena arena;
     const char *file, *name;
+    bool from_file;  /* `file` is its path */
     bool has_digest; /* all that was read to make it is known: */
     unsigned char digest[KMP_DIGEST_SIZE];
     const char *document; /* of a model in another format or built in code: in Kempe's language; otherwise NULL */

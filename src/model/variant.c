@@ -19,6 +19,7 @@ typedef struct follower {
 struct kmp_variant {
     kempe_model model; /* its arena holds the variant's own data */
     const kempe_model *base;
+    kempe_model *owned;    /* the base; NULL: the caller frees it */
     int count, *parameter; /* by name: which parameter it is */
     double *values;        /* of all parameters */
     int follower_count;
@@ -271,8 +272,15 @@ void kmp_variant_free(kmp_variant *v)
 {
     if (!v)
         return;
+    kempe_model *owned = v->owned;
     kmp_arena_free(&v->model.arena);
     kmp_free(v);
+    kempe_model_free(owned);
+}
+
+void kmp_variant_own(kmp_variant *variant, kempe_model *model)
+{
+    variant->owned = model;
 }
 
 kempe_model *kmp_variant_model(kmp_variant *variant)

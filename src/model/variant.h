@@ -31,6 +31,8 @@ kempe_status kmp_variant_set(kmp_variant *variant, const double *values, kmp_tex
  */
 kempe_status kmp_variant_instance(const kempe_model *model, int count, const char *const *names, const double *values,
                                   kempe_model **instance);
+/** The variant frees the model of which it was made. */
+void kmp_variant_own(kmp_variant *variant, kempe_model *model);
 
 /** The parameter of a name; -1: there is none. */
 int kmp_parameter_find(const kempe_model *model, const char *name);

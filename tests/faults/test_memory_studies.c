@@ -300,6 +300,32 @@ static kempe_status run_ensemble(scene *s)
     return status;
 }
 
+/* Of two mechanisms, each from the file read again. */
+static kempe_status run_mechanisms(scene *s)
+{
+    static const char *const names[] = {"force", "mass"};
+    static const double rows[][2] = {{90, 2}, {80, 2}, {90, 3}};
+    kempe_values *values = NULL;
+    kempe_ensemble *ensemble = NULL;
+    kempe_batch *batch = NULL;
+    kempe_model *model = NULL;
+    const kempe_run_options run = {.t_end = 1e-3, .no_convergence_check = 1};
+    kempe_status status = kempe_model_read(s->context, KEMPE_ROOT "/tests/models/shaped.yaml", &model);
+    if (status == KEMPE_OK)
+        status = kempe_values_new(model, 2, names, 3, rows[0], &values);
+    if (status == KEMPE_OK)
+        status = kempe_ensemble_new_with(
+            model, values, &(kempe_ensemble_options){sizeof(kempe_ensemble_options), "q(x)", NULL}, &ensemble);
+    if (status == KEMPE_OK)
+        status = kempe_ensemble_run(ensemble, &run, 0, &batch);
+    untouched(status, batch);
+    kempe_batch_free(batch);
+    kempe_ensemble_free(ensemble);
+    kempe_values_free(values);
+    kempe_model_free(model);
+    return status;
+}
+
 /* Along the table of a run with more actuators than freedoms, what came out, and at the start. */
 static kempe_status invert(scene *s)
 {
@@ -414,6 +440,7 @@ static const named_stage stages[] = {{"equilibria", find_equilibria},
                                      {"no equilibrium", find_none},
                                      {"kinematics", lead_rocker},
                                      {"ensemble", run_ensemble},
+                                     {"mechanisms", run_mechanisms},
                                      {"modes", find_modes},
                                      {"limit cycles", find_limit_cycles},
                                      {"settled cycles", find_settled_cycles},

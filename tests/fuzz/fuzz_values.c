@@ -2,7 +2,7 @@
 /* Values of instances of a four-bar. */
 #include "base/context.h"
 #include "fuzz.h"
-#include "studies/ensemble/values.h"
+#include "studies/ensemble/sampling/values.h"
 #include <kempe/ensemble.h>
 #include <math.h>
 

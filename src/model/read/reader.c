@@ -215,6 +215,19 @@ static bool are_settings(const kempe_setting *list, int count)
     return all;
 }
 
+kempe_status kmp_model_read_file(kempe_context *context, const char *path, const kempe_setting *list, int count,
+                                 kempe_model **model)
+{
+    char *text;
+    size_t length;
+    KMP_TRY(kmp_file_read(context, path, &text, &length));
+    kempe_status status = read_model(context, text, length, path, list, count, model);
+    if (status == KEMPE_OK)
+        (*model)->from_file = true;
+    kmp_free(text);
+    return status;
+}
+
 kempe_status kempe_model_read_set(kempe_context *context, const char *path, const kempe_setting *list, int count,
                                   kempe_model **model)
 {
@@ -222,13 +235,8 @@ kempe_status kempe_model_read_set(kempe_context *context, const char *path, cons
     KMP_WANTED(context, path, "path");
     KMP_WANTED(context, model, "model");
     KMP_WANTED(context, are_settings(list, count), "a setting");
-    char *text;
-    size_t length;
     kmp_context_begin(context);
-    KMP_TRY(kmp_file_read(context, path, &text, &length));
-    kempe_status status = read_model(context, text, length, path, list, count, model);
-    kmp_free(text);
-    return status;
+    return kmp_model_read_file(context, path, list, count, model);
 }
 
 kempe_status kempe_model_read_text_set(kempe_context *context, const char *text, const char *label,

@@ -71,6 +71,10 @@ void kmp_reader_digest(kmp_reader *r, const char *path, const char *text, size_t
 /** Sorts the context's errors by place and drops repeated ones. */
 kempe_status kmp_reader_sort_complaints(kmp_reader *r);
 
+/** kempe_model_read_set within a computation that has begun. */
+kempe_status kmp_model_read_file(kempe_context *context, const char *path, const kempe_setting *list, int count,
+                                 kempe_model **model);
+
 /* -- included files (read_include.c) ----------------------------------------------------------------- */
 
 /* Keys of a model, of a body and of an include; other mappings have theirs beside their reader. */

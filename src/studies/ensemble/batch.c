@@ -3,21 +3,21 @@
 #include "studies/ensemble/batch.h"
 #include "backend/lanes.h"
 #include "base/memory.h"
-#include "integrators/lanes/ensemble_run.h"
 #include "output/convergence.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include "studies/ensemble/instance_table.h"
+#include "studies/ensemble/mechanisms.h"
 #include "studies/ensemble/quantity_words.h"
+#include "studies/ensemble/sampling/values.h"
 #include "studies/ensemble/statistics/statistics.h"
-#include "studies/ensemble/values.h"
 #include "studies/simulate/trajectory.h"
 #include <math.h>
 #include <string.h>
 
 struct kempe_ensemble {
     const kempe_values *values;
-    kmp_ensemble *inner;
+    kmp_mechanisms *inner;
     const kempe_model *model;
     kmp_quantity_list quantities;
 };
@@ -42,7 +42,7 @@ struct kempe_batch {
 /* Columns of the results, behind those of the values. */
 static void put_result_columns(const kempe_ensemble *e, kempe_table *table)
 {
-    const kempe_system *system = kmp_ensemble_system(e->inner);
+    const kempe_system *system = kmp_mechanisms_system(e->inner);
     kmp_tabulate_columns(table, "status[words] t[s]");
     kmp_tabulate_quantity(table, system, KMP_QUANTITY_Q);
     kmp_tabulate_quantity(table, system, KMP_QUANTITY_QD);
@@ -59,7 +59,7 @@ static void put_result_columns(const kempe_ensemble *e, kempe_table *table)
 /* A value whose name a column of the results has is the column value.NAME: names of columns are unique. */
 static void put_all_columns(const kempe_ensemble *e, kempe_table *table)
 {
-    const kempe_system *system = kmp_ensemble_system(e->inner);
+    const kempe_system *system = kmp_mechanisms_system(e->inner);
     kempe_table *results = kmp_tabulate(e->model->context, "results");
     put_result_columns(e, results);
     if (!results || kmp_tabulate_check(e->model->context, results) != KEMPE_OK)
@@ -106,9 +106,9 @@ kempe_status kempe_ensemble_new_with(const kempe_model *model, const kempe_value
     e->values = values;
     e->model = model;
     kempe_status status = kmp_quantity_list_init(&e->quantities, model, options->quantities, options->limits);
-    const kempe_model *measured = e->quantities.variant ? kmp_variant_model(e->quantities.variant) : model;
     if (status == KEMPE_OK)
-        status = kmp_ensemble_new(measured, values->columns, (const char *const *)values->name, &e->inner);
+        status =
+            kmp_mechanisms_new(model, values->columns, (const char *const *)values->name, &e->quantities, &e->inner);
     if (status == KEMPE_OK)
         status = check_columns(e);
     return KMP_GIVE_OR_FREE(status, ensemble, e, kempe_ensemble_free);
@@ -123,7 +123,7 @@ void kempe_ensemble_free(kempe_ensemble *ensemble)
 {
     if (!ensemble)
         return;
-    kmp_ensemble_free(ensemble->inner);
+    kmp_mechanisms_free(ensemble->inner);
     kmp_quantity_list_free(&ensemble->quantities);
     kmp_free(ensemble);
 }
@@ -148,7 +148,7 @@ static kempe_batch *new_batch(const kempe_ensemble *e, const kmp_batch_range *ra
     b->ensemble = e;
     b->first = range->first;
     b->count = range->count;
-    b->n = kmp_ensemble_system(e->inner)->n;
+    b->n = kmp_mechanisms_system(e->inner)->n;
     KMP_ARENA_MAKE(&b->arena, KMP_ROOM(kmp_ensemble_result, b->count, &b->results),
                    KMP_ROOM(double, (size_t)b->count *columns, &b->rows),
                    KMP_ROOM(double, (size_t)b->count *(size_t)b->n, &b->q, &b->qd),
@@ -208,7 +208,7 @@ static void compare_ends(const repeat *r, int count, const int *which, const kmp
                          const double *q, const double *qd, const double *taken, kmp_convergence *found)
 {
     const kempe_batch *b = r->b;
-    const kempe_system *system = kmp_ensemble_system(b->ensemble->inner);
+    const kempe_system *system = kmp_mechanisms_system(b->ensemble->inner);
     for (int k = 0; k < count; k++) {
         int first = r->instance[which[k]];
         ptrdiff_t at = (ptrdiff_t)k * b->n;
@@ -237,13 +237,12 @@ static kempe_status run_again(void *user, double rtol, int count, const int *whi
     kempe_status status = arena.failed ? kmp_fail_memory(context) : KEMPE_OK;
     other.rtol = rtol;
     other.atol *= rtol / r->spec->rtol;
-    execution.quantities = &r->b->ensemble->quantities.run;
     execution.taken = taken;
     execution.total = execution.total > 0 ? -1 : 0; /* a part's progress is that of its first run */
     for (int k = 0; status == KEMPE_OK && k < count; k++)
         memcpy(rows + (size_t)k * columns, row_of(r->b, r->instance[which[k]]), columns * sizeof *rows);
     if (status == KEMPE_OK)
-        status = kmp_ensemble_run(r->b->ensemble->inner, &other, &execution, count, rows, results, q, qd);
+        status = kmp_mechanisms_run(r->b->ensemble->inner, &other, &execution, count, rows, results, q, qd);
     if (status == KEMPE_OK && kmp_interrupted(context))
         status = KEMPE_STOPPED;
     if (status == KEMPE_OK)
@@ -323,14 +322,13 @@ static kempe_status run_batch(kempe_batch *b, const kmp_batch_range *range, cons
                                               .before = range->before,
                                               .total = range->total};
     kmp_ensemble_execution measured = execution;
-    measured.quantities = &e->quantities.run;
     measured.taken = b->taken;
     if (e->quantities.last_time > spec->t_end)
         return kmp_fail(e->model->context, KEMPE_E_ARGUMENT,
                         "a quantity is requested at t = %.6g s, after the end of the runs at %.6g s",
                         e->quantities.last_time, spec->t_end);
-    kempe_status status = kmp_ensemble_run(e->inner, spec, &measured, b->count, b->rows, b->results, b->q, b->qd);
-    b->work = kmp_ensemble_get_work(e->inner);
+    kempe_status status = kmp_mechanisms_run(e->inner, spec, &measured, b->count, b->rows, b->results, b->q, b->qd);
+    b->work = kmp_mechanisms_get_work(e->inner);
     b->rtol = spec->rtol;
     b->atol = spec->atol;
     b->t_end = spec->t_end;
@@ -364,7 +362,8 @@ kempe_status kmp_batch_new(kempe_ensemble *e, const kempe_run_options *run, int 
     kmp_arena arena = {0};
     KMP_TRY(kmp_batch_check_lanes(e, lanes));
     kempe_batch *b = new_batch(e, range);
-    kempe_status status = b ? kmp_spec_of(kmp_ensemble_system(e->inner), run, &arena, &spec) : kmp_fail_memory(context);
+    kempe_status status =
+        b ? kmp_spec_of(kmp_mechanisms_system(e->inner), run, &arena, &spec) : kmp_fail_memory(context);
     if (status == KEMPE_OK)
         status = run_batch(b, range, &spec, lanes, run->no_convergence_check != 0);
     kmp_arena_free(&arena);
@@ -596,7 +595,7 @@ static void put_instance(const kempe_batch *b, kmp_json *json, int k)
 static void put_json(kmp_text *text, const void *result)
 {
     const kempe_batch *b = result;
-    const kempe_system *system = kmp_ensemble_system(b->ensemble->inner);
+    const kempe_system *system = kmp_mechanisms_system(b->ensemble->inner);
     kmp_json json = kmp_json_begin(text);
     summary made;
     bool good = summarise(b, &made);
@@ -642,7 +641,7 @@ static void put_row(const kempe_batch *b, kempe_table *table, int k)
 {
     const kmp_ensemble_result *r = &b->results[k];
     const kmp_convergence *again = &b->again[k];
-    const kempe_system *system = kmp_ensemble_system(b->ensemble->inner);
+    const kempe_system *system = kmp_mechanisms_system(b->ensemble->inner);
     kmp_tabulate_row(table);
     kmp_tabulate_numbers(table, b->ensemble->values->columns, row_of(b, k));
     kmp_tabulate_cells(table, "%s %g", kempe_batch_status(b, k), r->t);
@@ -712,7 +711,7 @@ const kempe_values *kmp_ensemble_values(const kempe_ensemble *e)
 
 const kempe_system *kmp_ensemble_equations(const kempe_ensemble *e)
 {
-    return kmp_ensemble_system(e->inner);
+    return kmp_mechanisms_system(e->inner);
 }
 
 /* -- for pages --------------------------------------------------------------------------------------- */

@@ -2,12 +2,12 @@
 /* The parts of a result folder: read, checked, and put together. */
 #include "base/file.h"
 #include "base/memory.h"
-#include "model/variant.h"
+#include "model/model_instances.h"
 #include "output/formats/parquet_reader.h"
 #include "output/result_table.h"
 #include "studies/ensemble/result_folder.h"
+#include "studies/ensemble/sampling/values.h"
 #include "studies/ensemble/statistics/statistics.h"
-#include "studies/ensemble/values.h"
 #include <stdio.h>
 #include <string.h>
 
@@ -139,7 +139,7 @@ static kempe_status instance_of(const kempe_folder *f, const kempe_model *model,
     if (status == KEMPE_OK)
         status = read_values(f, instance, count, (const char *const *)names, values);
     if (status == KEMPE_OK)
-        status = kmp_variant_instance(model, count, (const char *const *)names, values, made);
+        status = kmp_model_instance(model, count, (const char *const *)names, values, made);
     kmp_arena_free(&arena);
     return status;
 }

@@ -7,7 +7,7 @@
 #include "studies/ensemble/processes/part_claims.h"
 #include "studies/ensemble/processes/shard.h"
 #include "studies/ensemble/result_folder.h"
-#include "studies/ensemble/values.h"
+#include "studies/ensemble/sampling/values.h"
 #include <stdio.h>
 #include <string.h>
 

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "studies/ensemble/histories.h"
 #include "base/memory.h"
-#include "model/variant.h"
+#include "model/model_instances.h"
 #include "output/result_table.h"
 #include "studies/ensemble/batch.h"
-#include "studies/ensemble/values.h"
+#include "studies/ensemble/sampling/values.h"
 #include "studies/simulate/trajectory.h"
 #include <ctype.h>
 #include <limits.h>
@@ -119,8 +119,8 @@ static kempe_status add_instance(history *h, int instance)
     const kempe_values *values = kmp_ensemble_values(h->ensemble);
     kempe_model *model = NULL;
     kmp_values_get(values, instance, 1, h->values);
-    kempe_status status = kmp_variant_instance(kmp_ensemble_model(h->ensemble), values->columns,
-                                               (const char *const *)values->name, h->values, &model);
+    kempe_status status = kmp_model_instance(kmp_ensemble_model(h->ensemble), values->columns,
+                                             (const char *const *)values->name, h->values, &model);
     if (status == KEMPE_OK)
         status = run_model(h, instance, model);
     kempe_model_free(model);

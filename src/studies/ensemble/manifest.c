@@ -6,7 +6,7 @@
 #include "base/json.h"
 #include "base/memory.h"
 #include "studies/ensemble/result_folder.h"
-#include "studies/ensemble/values.h"
+#include "studies/ensemble/sampling/values.h"
 #include "studies/simulate/trajectory.h"
 #include <errno.h>
 #include <stdlib.h>

@@ -3,7 +3,7 @@
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "model/variant.h"
-#include "studies/ensemble/designs.h"
+#include "studies/ensemble/sampling/designs.h"
 #include "studies/fit/fit_study.h"
 #include "studies/fit/search_threads.h"
 #include <math.h>

@@ -6,7 +6,7 @@
 #include "constraints/tolerances.h"
 #include "model/variant.h"
 #include "output/print.h"
-#include "studies/ensemble/designs.h"
+#include "studies/ensemble/sampling/designs.h"
 #include "studies/ensemble/statistics/shares.h"
 #include <math.h>
 #include <stdlib.h>

@@ -5,7 +5,7 @@
 #include "base/memory.h"
 #include "base/thread_pool.h"
 #include "constraints/tolerances.h"
-#include "studies/ensemble/designs.h"
+#include "studies/ensemble/sampling/designs.h"
 #include "studies/optimize/searches.h"
 #include <math.h>
 #include <stdlib.h>

@@ -5,7 +5,7 @@
 #include "base/arena.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
-#include "studies/ensemble/designs.h"
+#include "studies/ensemble/sampling/designs.h"
 #include <math.h>
 #include <stddef.h>
 

@@ -5,11 +5,11 @@
 #include "base/memory.h"
 #include "output/print.h"
 #include "output/result_table.h"
-#include "studies/ensemble/designs.h"
-#include "studies/ensemble/distributions.h"
+#include "studies/ensemble/sampling/designs.h"
+#include "studies/ensemble/sampling/distributions.h"
 #include "studies/ensemble/statistics/contributions.h"
 #include "studies/ensemble/statistics/shares.h"
-#include "studies/ensemble/values.h"
+#include "studies/ensemble/sampling/values.h"
 #include <kempe/ensemble.h>
 #include <math.h>
 #include <stdlib.h>

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "studies/ensemble/counter_random.h"
+#include "studies/ensemble/sampling/counter_random.h"
 
 enum { ROUNDS = 10 };
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "studies/ensemble/designs.h"
-#include "studies/ensemble/counter_random.h"
+#include "studies/ensemble/sampling/designs.h"
+#include "studies/ensemble/sampling/counter_random.h"
 #include <string.h>
 
 bool kmp_design_find(const char *word, kmp_design *design)
@@ -55,7 +55,7 @@ typedef struct sobol_row {
 static const sobol_row sobol_rows[KMP_SOBOL_MOST] = {
     {0},
 #define KMP_SOBOL(degree, coefficients, ...) {degree, coefficients, {__VA_ARGS__}},
-#include "studies/ensemble/sobol.def"
+#include "studies/ensemble/sampling/sobol.def"
 #undef KMP_SOBOL
 };
 

@@ -2,8 +2,8 @@
 /* Distributions of several quantities as users write them, and their samples, each found by its number alone. */
 #pragma once
 
-#include "studies/ensemble/designs.h"
-#include "studies/ensemble/distributions.h"
+#include "studies/ensemble/sampling/designs.h"
+#include "studies/ensemble/sampling/distributions.h"
 
 typedef struct kmp_sampling kmp_sampling;
 

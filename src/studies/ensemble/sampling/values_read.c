@@ -2,10 +2,10 @@
 /* Tables of values from files: CSV, a header of names, then a row an instance; Parquet, a column for each name. */
 #include "base/file.h"
 #include "model/expressions/dimension.h"
-#include "model/variant.h"
+#include "model/model_instances.h"
 #include "output/csv_reader.h"
 #include "output/formats/parquet_reader.h"
-#include "studies/ensemble/values.h"
+#include "studies/ensemble/sampling/values.h"
 #include <kempe/ensemble.h>
 #include <math.h>
 #include <string.h>
@@ -22,7 +22,7 @@ static bool check_name(kmp_csv *csv, const char *at, const char *name, int colum
     if (!*name)
         kmp_text_put(&why, "a name is expected here: a parameter, or q.NAME or qd.NAME of a coordinate");
     else
-        (void)kmp_variant_may(r->model, name, &why);
+        (void)kmp_instance_may(r->model, name, &why);
     for (int k = 0; !why.length && k < column; k++)
         if (strcmp(names[k], name) == 0)
             kmp_text_put(&why, "duplicate column");
@@ -80,7 +80,7 @@ static kempe_status check_columns(const kempe_model *model, const char *path, co
         if (!column->number)
             kmp_text_printf(&why, "column '%s' has words; values are numbers", column->name);
         else
-            (void)kmp_variant_may(model, column->name, &why);
+            (void)kmp_instance_may(model, column->name, &why);
         for (int i = 0; i < c && !why.length; i++)
             if (strcmp(file->column[i].name, column->name) == 0)
                 kmp_text_printf(&why, "column '%s' is given twice", column->name);

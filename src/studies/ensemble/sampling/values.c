@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tables of values: from memory, and from samples. */
-#include "studies/ensemble/values.h"
+#include "studies/ensemble/sampling/values.h"
 #include "base/context.h"
 #include "base/memory.h"
-#include "model/variant.h"
-#include "studies/ensemble/sampling.h"
+#include "model/model_instances.h"
+#include "studies/ensemble/sampling/sampling.h"
 #include <limits.h>
 #include <string.h>
 
@@ -80,7 +80,7 @@ static kempe_status check_names(const kempe_model *model, int columns, const cha
     for (int k = 0; status == KEMPE_OK && k < columns; k++) {
         kmp_text why = {0};
         KMP_WANTED(model->context, names && names[k], "a column name");
-        bool may = kmp_variant_may(model, names[k], &why);
+        bool may = kmp_instance_may(model, names[k], &why);
         for (int i = 0; may && i < k; i++)
             if (strcmp(names[i], names[k]) == 0) {
                 kmp_text_printf(&why, "'%s' is given twice", names[k]);

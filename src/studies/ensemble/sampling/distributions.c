@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "studies/ensemble/distributions.h"
+#include "studies/ensemble/sampling/distributions.h"
 #include <float.h>
 #include <math.h>
 #include <stddef.h>

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A sample is a point of a design, given the correlations as normal scores (Gaussian copula), and then the quantiles of
  * its distributions. */
-#include "studies/ensemble/sampling.h"
+#include "studies/ensemble/sampling/sampling.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "model/expressions/ranges.h"
 #include "model/model.h"
+#include "model/model_instances.h"
 #include "model/variant.h"
 #include <ctype.h>
 #include <limits.h>
@@ -159,7 +160,7 @@ static kempe_status read_column(const reader *r, column *c)
     kmp_text_free(&name);
     KMP_TRY(kmp_made(r->context, c->name));
     kmp_text why = {0};
-    if (!kmp_variant_may(r->s->model, c->name, &why))
+    if (!kmp_instance_may(r->s->model, c->name, &why))
         return kmp_fail_text(r->context, KEMPE_E_ARGUMENT, &why);
     value++;
     if (strncmp(value, normal.form, strlen(normal.form)) == 0) {
