@@ -6,6 +6,8 @@
 /* Machine code takes 125 ns an operation to write, the tape 35 ns; a run of it takes 0.5 ns an operation less
  * (limousine63 in docs/decisions/native.md). Code of fewer operations than LEAST is written in half a millisecond. */
 enum { RUNS = 200, LEAST = 4000 };
+/* The same for code that later processes take from the cache. */
+enum { RUNS_KEPT = 20 };
 
 typedef struct waiting {
     const kmp_program *program;
@@ -29,6 +31,12 @@ static void release(void *self)
     kmp_free(w);
 }
 
+static int runs_of(const kmp_program *p)
+{
+    kmp_cache_key key;
+    return kmp_program_folder(p, KMP_X86_ONE, &key) ? RUNS_KEPT : RUNS;
+}
+
 static void *prepare(const kmp_program *p)
 {
     waiting *w = KMP_NEW(waiting, 1);
@@ -38,7 +46,7 @@ static void *prepare(const kmp_program *p)
         return NULL;
     *w = (waiting){.program = p,
                    .now = at_once ? &kmp_backend_native : &kmp_backend_tape,
-                   .left = at_once ? 0 : (int64_t)RUNS * total};
+                   .left = at_once ? 0 : (int64_t)runs_of(p) * total};
     w->code = w->now->prepare(p);
     if (w->code)
         return w;

@@ -7,10 +7,8 @@
 #include "constraints/tolerances.h"
 #include "model/tables/output_table.h"
 #include "output/vibration/low_pass.h"
-#include "studies/equilibrium/balances.h"
 #include "studies/simulate/observed.h"
 #include "symbolic/table_function.h"
-#include <kempe/equilibrium.h>
 #include <math.h>
 #include <string.h>
 
@@ -431,89 +429,6 @@ static void find_axles(judging *j)
     }
 }
 
-/* By descent, then by Newton's method. */
-static kempe_status loads_at_rest(const kempe_system *system, kmp_observed *o, kmp_arena *room, double *loads)
-{
-    kempe_equilibrium *e = NULL;
-    double *value = KMP_ARENA_NEW(room, double, o->columns.count), least = INFINITY;
-    kempe_status status = kmp_made(system->context, value);
-    for (int newton = 0; newton < 2 && !e && status != KEMPE_E_MEMORY && status != KEMPE_STOPPED; newton++) {
-        const kempe_equilibrium_options options = {.size = sizeof options, .newton = newton};
-        status = kempe_equilibrium_new(system, &options, &e);
-    }
-    if (status == KEMPE_OK && e->count > 0 && !e->averaged) {
-        const kmp_balance *b = &e->balance[0];
-        kmp_observed_at(o, 0, b->q, b->qd, NULL, b->lambda, value);
-        for (int w = 0; w < system->model->wheel_count; w++)
-            least = fmin(least, loads[w] = value[4 * w]);
-    }
-    for (int w = 0; w < system->model->wheel_count && !(isfinite(least) && least > 0); w++)
-        loads[w] = NAN;
-    kempe_equilibrium_free(e);
-    return status == KEMPE_E_MEMORY || status == KEMPE_STOPPED ? status : KEMPE_OK;
-}
-
-static bool has_irregularities(const kempe_model *model)
-{
-    bool any = false;
-    for (int k = 0; k < model->track_count; k++)
-        for (int i = 0; i < KMP_IRREGULARITIES; i++)
-            any = any || model->tracks[k].irregularities.named[i] || model->tracks[k].irregularities.made[i];
-    return any;
-}
-
-/* A copy whose tracks are ideal, with the parts of the given one. */
-static bool copy_without_irregularities(const kempe_model *given, kmp_arena *arena, kempe_model *ideal)
-{
-    *ideal = *given;
-    ideal->has_digest = false; /* its equations are others */
-    ideal->tracks = KMP_ARENA_NEW(arena, kmp_track, given->track_count);
-    for (int k = 0; ideal->tracks && k < given->track_count; k++) {
-        ideal->tracks[k] = given->tracks[k];
-        ideal->tracks[k].irregularities = (kmp_irregularities){.spectrum = {.kind = -1}};
-    }
-    return ideal->tracks;
-}
-
-static kempe_status loads_of(const kempe_system *system, kmp_arena *room, double *loads)
-{
-    kmp_observed o;
-    kmp_text words = {0};
-    for (int w = 0; w < system->model->wheel_count; w++)
-        kmp_text_printf(&words, "%sguidance(%s)", w > 0 ? "," : "", system->model->wheels[w].name);
-    kempe_status status =
-        words.failed ? kmp_fail_memory(system->context) : kmp_observed_init(&o, system, words.s, 0, NULL);
-    kmp_text_free(&words);
-    KMP_TRY(status);
-    status = loads_at_rest(system, &o, room, loads);
-    kmp_observed_free(&o);
-    return status;
-}
-
-kempe_status kmp_static_loads(const kempe_system *system, double *loads)
-{
-    kempe_model ideal;
-    kempe_system *level = NULL;
-    kmp_arena room = {0};
-    kempe_status status = KEMPE_OK;
-    kmp_context_quiet(system->context, true);
-    if (has_irregularities(system->model)) {
-        status = kmp_made(system->context, copy_without_irregularities(system->model, &room, &ideal));
-        if (status == KEMPE_OK)
-            status = kempe_system_new(&ideal, &level);
-        if (status == KEMPE_OK)
-            kempe_system_set_force(level, system->force, system->force_user);
-    }
-    if (status == KEMPE_OK)
-        status = loads_of(level ? level : system, &room, loads);
-    kempe_system_free(level);
-    kmp_context_quiet(system->context, false);
-    if (status == KEMPE_OK)
-        kmp_context_clear(system->context);
-    kmp_arena_free(&room);
-    return status;
-}
-
 static void take_loads(judging *j)
 {
     kmp_running_safety *s = j->safety;
@@ -546,7 +461,7 @@ static kempe_status judge(judging *j, kmp_arena *arena)
     KMP_TRY(observe(j));
     j->row = KMP_ARENA_NEW(&j->room, double, 3 * j->observed.system->n + j->observed.system->m);
     KMP_TRY(kmp_made(j->model->context, j->row));
-    KMP_TRY(take_samples(j, has_irregularities(j->model)));
+    KMP_TRY(take_samples(j, kmp_has_irregularities(j->model)));
     s->samples = j->count;
     bool made =
         KMP_ARENA_MAKE(&j->room, KMP_ROOM(double, wheels * s->samples, &j->way, &j->of, &j->smooth, &j->smooth_across),
