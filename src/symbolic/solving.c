@@ -22,7 +22,8 @@ struct kmp_solving {
     double *p;                  /* the current arguments */
     double *solved, *component; /* KEPT: arguments, and their solutions */
     long runs[BLOCK_STAGES];    /* of stages, one by one */
-    int known, next;            /* of these: their number, the one that the next solution replaces */
+    int known, next,
+        last; /* of these: their number, the one that the next solution replaces, the last that was taken */
 };
 
 /* The interpreter as a runner. */
@@ -215,8 +216,10 @@ double kmp_solving_value(kmp_solving *s, int component)
 {
     size_t arguments = (size_t)s->block->arguments, unknowns = (size_t)s->block->unknowns,
            bytes = arguments * sizeof(double);
-    size_t k = 0, known = (size_t)s->known;
-    while (k < known && memcmp(s->p, s->solved + k * arguments, bytes) != 0)
+    size_t k = (size_t)s->last, known = (size_t)s->known;
+    if (known > 0 && memcmp(s->p, s->solved + k * arguments, bytes) == 0) /* another component of the last one */
+        return s->component[k * unknowns + (size_t)component];
+    for (k = 0; k < known && memcmp(s->p, s->solved + k * arguments, bytes) != 0;)
         k++;
     if (k == known) {
         k = (size_t)s->next;
@@ -225,5 +228,6 @@ double kmp_solving_value(kmp_solving *s, int component)
         s->known = s->known < KEPT ? s->known + 1 : KEPT;
         s->next = (s->next + 1) % KEPT;
     }
+    s->last = (int)k;
     return s->component[k * unknowns + (size_t)component];
 }

@@ -71,14 +71,12 @@ static int part_of(const kmp_table *t, double x)
     return far < most ? (int)far : most;
 }
 
-/* last[part + 1] of the parts; last[0] is before them. */
 static void make_parts(kmp_table *t)
 {
-    int knot = 0;
-    for (int part = 0; part <= last_part(t); part++) {
+    for (int part = 0, before = 0, knot = 0; part <= last_part(t); part++, before = knot) {
         while (knot < t->count - 2 && part_of(t, t->x[knot + 1]) <= part)
             knot++;
-        t->last[part + 1] = knot;
+        t->part[part] = (kmp_table_part){t->x[knot], before, knot - before};
     }
 }
 
@@ -91,7 +89,7 @@ kmp_table *kmp_table_new(kmp_table_method method, int count, const double *x, co
     t->count = count;
     KMP_ARENA_MAKE(&t->arena, KMP_ROOM(atomic_int, 1, &t->owns), KMP_ROOM(double, count, &t->x, &t->y));
     t->piece = kmp_arena_alloc(&t->arena, (size_t)count, sizeof *t->piece);
-    t->last = KMP_ARENA_NEW(&t->arena, int, last_part(t) + 2);
+    t->part = KMP_ARENA_NEW(&t->arena, kmp_table_part, last_part(t) + 1);
     if (!t->arena.failed) {
         atomic_init(t->owns, 1);
         memcpy(t->x, x, (size_t)count * sizeof *x);
@@ -136,11 +134,10 @@ bool kmp_table_is_of(const kmp_table *table, kmp_table_method method, int count,
 
 /* -- reading --------------------------------------------------------------------------------------- */
 
-/* The last knot but one that is not right of x, which is between the ends. Mostly one knot is tested. */
-static inline int find_piece(const kmp_table *t, double x)
+/* The last knot but one that is not right of x, of those of a part. Mostly one knot is tested. */
+static inline int find_knot(const kmp_table *t, const kmp_table_part *part, double x)
 {
-    const int *last = t->last + part_of(t, x);
-    int low = last[0], high = last[1];
+    int low = part->knot, high = low + part->more;
     while (high - low > 1) {
         int middle = low + (high - low) / 2;
         if (t->x[middle] <= x)
@@ -149,6 +146,12 @@ static inline int find_piece(const kmp_table *t, double x)
             high = middle;
     }
     return t->x[high] <= x ? high : low;
+}
+
+/* The same for x between the ends. */
+static inline int find_piece(const kmp_table *t, double x)
+{
+    return find_knot(t, t->part + part_of(t, x), x);
 }
 
 double kmp_table_value(const kmp_table *t, int derivative, double x)
@@ -197,18 +200,21 @@ void kmp_table_bounds(const kmp_table *t, int derivative, double from, double to
 /* Finds pieces; beyond the ends and for NaN any piece will do. Several candidate knots are bisected. */
 KMP_CLONES static void find(const kmp_table *t, int n, double sign, const double *x, int *piece)
 {
-    const double first = t->x[0], last = t->x[t->count - 1], most = last_part(t), scale = t->per_length;
-    const kmp_four from = KMP_FOUR_ALL(first), to = KMP_FOUR_ALL(last);
+    const double first = t->x[0], most = last_part(t), scale = t->per_length;
+    const kmp_table_part *parts = t->part;
     for (int k = 0; k < n; k += KMP_FOUR) {
-        const kmp_four given = sign * KMP_FOUR_CONST(x + k), low = KMP_FOUR_SELECT(given >= from, given, from);
-        const kmp_four at = KMP_FOUR_SELECT(low <= to, low, to), far = (at - from) * scale;
-        const kmp_four part = KMP_FOUR_SELECT(far < most, far, KMP_FOUR_ALL(most));
-        for (int l = 0; l < KMP_FOUR; l++) {
-            const int *knot = t->last + (int)part[l];
-            piece[k + l] = t->x[knot[1]] <= at[l] ? knot[1] : knot[0];
-            if (knot[1] - knot[0] > 1)
-                piece[k + l] = find_piece(t, at[l]);
+        const kmp_four at = sign * KMP_FOUR_CONST(x + k), far = (at - first) * scale;
+        const kmp_four low = KMP_FOUR_SELECT(far >= 0, far, (kmp_four){0});
+        const kmp_four part = KMP_FOUR_SELECT(low < most, low, KMP_FOUR_ALL(most));
+        int knots = 0;
+#pragma GCC unroll 4
+        for (int l = 0; l < KMP_FOUR; l++) { /* without jumps, which nothing would predict */
+            const kmp_table_part *in = parts + (int)part[l];
+            piece[k + l] = in->knot + (-(in->last <= at[l]) & in->more);
+            knots |= in->more;
         }
+        for (int l = 0; knots > 1 && l < KMP_FOUR; l++)
+            piece[k + l] = find_knot(t, parts + (int)part[l], at[l]);
     }
 }
 

@@ -12,6 +12,13 @@
 
 typedef enum kmp_table_method { KMP_TABLE_LINEAR, KMP_TABLE_CUBIC, KMP_TABLE_METHODS } kmp_table_method;
 
+/* One of equal parts of the range of x. The last knot but one that is not right of a place in it is `knot`, or one of
+ * the next `more` ones, of which the last is at `last`. */
+typedef struct kmp_table_part {
+    double last;
+    int knot, more;
+} kmp_table_part;
+
 /* Read-only once made, but for the count of its owners. */
 typedef struct kmp_table {
     kmp_arena arena;  /* of all arrays */
@@ -20,9 +27,9 @@ typedef struct kmp_table {
     int count;          /* knots, at least 2 */
     double *x, *y;      /* count: x increasing */
     double (*piece)[4]; /* count - 1: y = sum piece[k][i] (x - x[k])^i */
-    int *last;          /* by equal parts of the range of x: the last knot but one that lies in the part or before it */
-    double per_length;  /* parts over the range */
-    double last_slope;  /* at the last knot */
+    kmp_table_part *part;
+    double per_length; /* parts over the range */
+    double last_slope; /* at the last knot */
 } kmp_table;
 
 /** -1 when a table can be made of the points; otherwise the index of the first point that is not finite or whose x does

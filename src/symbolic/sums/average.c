@@ -169,7 +169,7 @@ struct kmp_average {
     size_t groups;   /* of all places */
     double *place;   /* the places */
     double *spacing; /* by place, 0 in the padding of rows */
-    double *weight;  /* exp(E) times it */
+    double *weight;  /* by slot: exp(E) times it */
     double *middle;  /* E at the one of each group */
     double *value;
     size_t *first; /* groups that count, and their number; then those of the middle places */
@@ -200,8 +200,10 @@ kmp_average *kmp_average_room(const kmp_program_block *block)
     a->groups = ((size_t)block->candidates + LANES - 1) / LANES;
     size_t width = a->groups * LANES;
     KMP_ARENA_MAKE(&a->arena, KMP_ROOM(double, width + a->groups, &a->place),
-                   KMP_ROOM(double, width, &a->spacing, &a->weight), KMP_ROOM(double, a->groups + LANES, &a->middle),
-                   KMP_ROOM(double, block->unknowns, &a->value), KMP_ROOM(size_t, 2 * a->groups, &a->first));
+                   KMP_ROOM(double, a->groups + LANES, &a->middle), KMP_ROOM(double, block->unknowns, &a->value),
+                   KMP_ROOM(size_t, 2 * a->groups, &a->first));
+    a->spacing = kmp_arena_aligned(&a->arena, width);
+    a->weight = kmp_arena_aligned(&a->arena, width);
     if (!a->arena.failed) {
         measure(a);
         a->scan = kmp_scan_new(block, (int)(width + a->groups), a->place);
@@ -264,20 +266,21 @@ static KMP_INTO_CLONES double sum_of(const kmp_four *x)
 }
 
 /* Loops over all places of the groups that count, in fours. */
-#define EACH(a, at)                                                                                                    \
+#define EACH(a, at, slot)                                                                                              \
     for (size_t group = 0; group < (a)->count; group++)                                                                \
-        for (size_t at = (a)->first[group], end = at + LANES; at < end; at += KMP_FOUR)
+        for (size_t at = (a)->first[group], slot = group * LANES, end = at + LANES; at < end;                          \
+             at += KMP_FOUR, slot += KMP_FOUR)
 
 /* Weights, and their sum. */
 KMP_CLONES static double weigh(const kmp_average *a, const kmp_scan_row *exponent, double most)
 {
     kmp_four sum = {0}, power;
-    EACH(a, at)
+    EACH(a, at, slot)
     {
-        const kmp_four x = exponent->sign * KMP_FOUR_CONST(kmp_scan_at(exponent, at)) - most;
+        const kmp_four x = exponent->sign * KMP_FOUR_CONST(kmp_scan_at(exponent, at, slot)) - most;
         power_of_e(&x, &power);
         const kmp_four weight = power * KMP_FOUR_CONST(a->spacing + at);
-        KMP_FOUR_AT(a->weight + at) = weight;
+        KMP_FOUR_AT(a->weight + slot) = weight;
         sum += weight;
     }
     return sum_of(&sum);
@@ -286,8 +289,8 @@ KMP_CLONES static double weigh(const kmp_average *a, const kmp_scan_row *exponen
 KMP_CLONES static double weighed(const kmp_average *a, const kmp_scan_row *row)
 {
     kmp_four sum = {0};
-    EACH(a, at)
-    sum += KMP_FOUR_CONST(a->weight + at) * KMP_FOUR_CONST(kmp_scan_at(row, at));
+    EACH(a, at, slot)
+    sum += KMP_FOUR_CONST(a->weight + slot) * KMP_FOUR_CONST(kmp_scan_at(row, at, slot));
     return row->sign * sum_of(&sum);
 }
 
@@ -295,9 +298,9 @@ KMP_CLONES static double weighed(const kmp_average *a, const kmp_scan_row *row)
 KMP_CLONES static double largest(const kmp_average *a, const kmp_scan_row *exponent)
 {
     kmp_four most = KMP_FOUR_ALL(-INFINITY);
-    EACH(a, at)
+    EACH(a, at, slot)
     {
-        const kmp_four x = exponent->sign * KMP_FOUR_CONST(kmp_scan_at(exponent, at));
+        const kmp_four x = exponent->sign * KMP_FOUR_CONST(kmp_scan_at(exponent, at, slot));
         most = KMP_FOUR_SELECT((x <= most) | (most != most), most, x);
     }
     return kmp_places_larger(kmp_places_larger(most[0], most[1]), kmp_places_larger(most[2], most[3]));
@@ -306,23 +309,23 @@ KMP_CLONES static double largest(const kmp_average *a, const kmp_scan_row *expon
 /* Finds the groups that may count by the exponents in their middle; `best` as kmp_places_choose has it. */
 static void choose(kmp_average *a, size_t *best)
 {
-    kmp_scan_groups(a->scan, EXPONENT, (a->groups + LANES - 1) / LANES, a->first + a->groups);
+    kmp_scan_groups(a->scan, EXPONENT, (a->groups + LANES - 1) / LANES, a->first + a->groups, 0);
     const kmp_scan_row e = kmp_scan_output(a->scan, EXPONENT, 0), needed = kmp_scan_output(a->scan, EXPONENT, 1);
     const size_t from = a->groups * LANES;
     for (size_t k = 0; k < a->groups; k++)
-        a->middle[k] = e.sign * *kmp_scan_at(&e, from + k);
-    a->count = kmp_places_choose(a->groups, a->middle, needed.sign * *kmp_scan_at(&needed, from), a->first, best);
+        a->middle[k] = e.sign * *kmp_scan_at(&e, from + k, k);
+    a->count = kmp_places_choose(a->groups, a->middle, needed.sign * *kmp_scan_at(&needed, from, 0), a->first, best);
 }
 
 /* The values in the middle of a group. */
 static void take_one(kmp_average *a, size_t group)
 {
     size_t at = a->groups * LANES + group;
-    kmp_scan_groups(a->scan, AVERAGED, 1, &a->first[a->groups + group / LANES]);
+    kmp_scan_groups(a->scan, AVERAGED, 1, &a->first[a->groups + group / LANES], group / LANES * LANES);
     a->value[0] = a->middle[group] + log(a->spacing[kmp_places_middle((size_t)a->block->candidates, group)]);
     for (int k = 1; k < a->block->unknowns; k++) {
         const kmp_scan_row x = kmp_scan_output(a->scan, AVERAGED, k - 1);
-        a->value[k] = x.sign * *kmp_scan_at(&x, at);
+        a->value[k] = x.sign * *kmp_scan_at(&x, at, group);
     }
 }
 
@@ -335,8 +338,8 @@ void kmp_average_run(kmp_average *a, const double *arguments)
         take_one(a, best);
         return;
     }
-    kmp_scan_groups(a->scan, EXPONENT, a->count, a->first);
-    kmp_scan_groups(a->scan, AVERAGED, a->count, a->first);
+    kmp_scan_groups(a->scan, EXPONENT, a->count, a->first, 0);
+    kmp_scan_groups(a->scan, AVERAGED, a->count, a->first, 0);
     const kmp_scan_row exponent = kmp_scan_output(a->scan, EXPONENT, 0);
     double most = largest(a, &exponent), all = weigh(a, &exponent, most);
     a->value[0] = most + log(all);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A value is a row of doubles, one per place, padded to a multiple of eight; a value that is equal at all places is
- * eight doubles alone. */
+ * eight doubles alone. What depends on arguments is in the first slots of its row: the cache of the processor keeps
+ * these, and not the whole rows. */
 #include "symbolic/sums/scan.h"
 #include "base/arena.h"
 #include "base/clones.h"
@@ -25,7 +26,7 @@ typedef struct step {
     kmp_scan_row x, y, z;
     double *to;
     const kmp_table *table;
-    int *piece; /* by place */
+    int *piece; /* by slot */
 } step;
 
 struct kmp_scan {
@@ -63,32 +64,51 @@ static bool is_short(const kmp_scan *s, uint32_t value)
 
 static kmp_scan_row row_of(const kmp_scan *s, uint32_t operand)
 {
-    return (kmp_scan_row){s->row[operand >> 1], is_short(s, operand >> 1) ? 0 : 1, sign_of(operand)};
+    uint32_t value = operand >> 1;
+    bool whole = !is_short(s, value), moving = s->need[value] == MOVING;
+    return (kmp_scan_row){s->row[value], whole && !moving ? SIZE_MAX : 0, whole && moving ? SIZE_MAX : 0,
+                          sign_of(operand)};
 }
 
 /* -- running instructions ---------------------------------------------------------------------------- */
 
-/* The groups of eight that are run. */
+/* The groups of eight that are run, and the slots of the first of them. */
 typedef struct groups {
     size_t count;
     const size_t *first;
+    size_t slot;
 } groups;
 
-/* to = value of x, y, z in all groups, by fours. A sign is a factor, which changes no bit else. */
+/* The same, with an eight of each operand from x, y, z on, and `to`. */
+#define EACH(s, n)                                                                                                     \
+    const kmp_scan_row rows[3] = {(s)->x, (s)->y, (s)->z};                                                             \
+    const size_t count = (n)->count, *const first = (n)->first;                                                        \
+    double *to = (s)->to + (n)->slot;                                                                                  \
+    for (size_t group = 0, slot = (n)->slot; group < count; group++, slot += LANES, to += LANES)
+
+/* to = value of x, y, z in all groups. A sign is a factor, which changes no bit else. */
 #define ALONG(s, n, value)                                                                                             \
     {                                                                                                                  \
-        const kmp_scan_row rows[3] = {(s)->x, (s)->y, (s)->z};                                                         \
-        const size_t count = (n)->count, *const first = (n)->first;                                                    \
-        double *const to = (s)->to;                                                                                    \
-        for (size_t group = 0; group < count; group++)                                                                 \
-            for (size_t half = 0, at = first[group]; half < 2; half++, at += KMP_FOUR) {                               \
-                const kmp_four x = KMP_FOUR_CONST(kmp_scan_at(&rows[0], at));                                          \
-                const kmp_four y = KMP_FOUR_CONST(kmp_scan_at(&rows[1], at));                                          \
-                const kmp_four z = KMP_FOUR_CONST(kmp_scan_at(&rows[2], at));                                          \
-                (void)y;                                                                                               \
-                (void)z;                                                                                               \
-                KMP_FOUR_AT(to + at) = (value);                                                                        \
-            }                                                                                                          \
+        EACH(s, n)                                                                                                     \
+        {                                                                                                              \
+            const kmp_eight x = KMP_EIGHT_CONST(kmp_scan_at(&rows[0], first[group], slot));                            \
+            const kmp_eight y = KMP_EIGHT_CONST(kmp_scan_at(&rows[1], first[group], slot));                            \
+            (void)y;                                                                                                   \
+            KMP_EIGHT_AT(to) = (value);                                                                                \
+        }                                                                                                              \
+    }
+
+/* The same by fours: compilers compare eights one by one. */
+#define ALONG_FOURS(s, n, value)                                                                                       \
+    {                                                                                                                  \
+        EACH(s, n)                                                                                                     \
+        for (size_t half = 0; half < LANES; half += KMP_FOUR) {                                                        \
+            const kmp_four x = KMP_FOUR_CONST(kmp_scan_at(&rows[0], first[group], slot) + half);                       \
+            const kmp_four y = KMP_FOUR_CONST(kmp_scan_at(&rows[1], first[group], slot) + half);                       \
+            const kmp_four z = KMP_FOUR_CONST(kmp_scan_at(&rows[2], first[group], slot) + half);                       \
+            (void)z;                                                                                                   \
+            KMP_FOUR_AT(to + half) = (value);                                                                          \
+        }                                                                                                              \
     }
 
 static KMP_INTO_CLONES void add(const step *s, const groups *n)
@@ -120,51 +140,49 @@ static KMP_INTO_CLONES void divide(const step *s, const groups *n)
 static KMP_INTO_CLONES void larger(const step *s, const groups *n)
 {
     const double sx = s->x.sign, sy = s->y.sign;
-    ALONG(s, n, KMP_FOUR_SELECT((sx * x > sy * y) | (x != x), sx * x, sy * y))
+    ALONG_FOURS(s, n, KMP_FOUR_SELECT((sx * x > sy * y) | (x != x), sx * x, sy * y))
 }
 
 static KMP_INTO_CLONES void less(const step *s, const groups *n)
 {
     const double sx = s->x.sign, sy = s->y.sign;
-    ALONG(s, n, KMP_FOUR_SELECT(sx * x < sy * y, KMP_FOUR_ALL(1.0), (kmp_four){0}))
+    ALONG_FOURS(s, n, KMP_FOUR_SELECT(sx * x < sy * y, KMP_FOUR_ALL(1.0), (kmp_four){0}))
 }
 
 static KMP_INTO_CLONES void choose(const step *s, const groups *n)
 {
     const double sy = s->y.sign, sz = s->z.sign;
-    ALONG(s, n, KMP_FOUR_SELECT(x != 0, sy * y, sz * z))
+    ALONG_FOURS(s, n, KMP_FOUR_SELECT(x != 0, sy * y, sz * z))
 }
 
 static KMP_INTO_CLONES void root(const step *s, const groups *n)
 {
-    const kmp_scan_row x = s->x;
-    double *const to = s->to;
-    for (size_t group = 0; group < n->count; group++)
-        for (size_t at = n->first[group], end = at + LANES; at < end; at++)
-            to[at] = sqrt(x.sign * *kmp_scan_at(&x, at));
+    EACH(s, n)
+    for (size_t l = 0; l < LANES; l++)
+        to[l] = sqrt(rows[0].sign * kmp_scan_at(&rows[0], first[group], slot)[l]);
 }
 
-static double value_at(const kmp_scan_row *row, size_t place)
+static double value_at(const kmp_scan_row *row, size_t place, size_t slot, size_t l)
 {
-    return row->sign * *kmp_scan_at(row, place);
+    return row->sign * kmp_scan_at(row, place, slot)[l];
 }
 
 static void other(const kmp_program *p, const step *s, const groups *n)
 {
-    for (size_t group = 0; group < n->count; group++)
-        for (size_t at = n->first[group], end = at + LANES; at < end; at++)
-            s->to[at] =
-                kmp_program_value(p, s->instruction, value_at(&s->x, at), value_at(&s->y, at), value_at(&s->z, at));
+    EACH(s, n)
+    for (size_t l = 0; l < LANES; l++)
+        to[l] = kmp_program_value(p, s->instruction, value_at(&rows[0], first[group], slot, l),
+                                  value_at(&rows[1], first[group], slot, l), value_at(&rows[2], first[group], slot, l));
 }
 
 static void look_up(const step *s, int order, const groups *n)
 {
-    for (size_t group = 0; group < n->count; group++) {
-        const size_t at = n->first[group];
-        const double *x = kmp_scan_at(&s->x, at);
+    EACH(s, n)
+    {
+        const double *x = kmp_scan_at(&rows[0], first[group], slot);
         if (s->finds)
-            kmp_table_find(s->table, LANES, s->x.sign, x, s->piece + at);
-        kmp_table_values(s->table, order, LANES, s->x.sign, x, s->piece + at, s->to + at);
+            kmp_table_find(s->table, LANES, rows[0].sign, x, s->piece + slot);
+        kmp_table_values(s->table, order, LANES, rows[0].sign, x, s->piece + slot, to);
     }
 }
 
@@ -267,7 +285,7 @@ static bool place_rows(kmp_scan *s)
     uint32_t values = (uint32_t)(leaves(s->p) + s->p->code[LAST + 1]);
     s->merit = KMP_ARENA_NEW(&s->arena, double, s->width);
     for (uint32_t k = 0; k < values; k++)
-        s->row[k] = KMP_ARENA_NEW(&s->arena, double, is_short(s, k) ? LANES : s->width);
+        s->row[k] = kmp_arena_aligned(&s->arena, is_short(s, k) ? LANES : s->width);
     return !s->arena.failed;
 }
 
@@ -292,7 +310,7 @@ static step step_of(const kmp_scan *s, int i)
 static void put_standing(kmp_scan *s, int places, const double *place)
 {
     const kmp_program *p = s->p;
-    const groups all = {s->width / LANES, s->every};
+    const groups all = {s->width / LANES, s->every, 0};
     for (int k = 0; k < p->constant_count; k++)
         fill(s->row[k], LANES, p->constant[k]);
     for (int k = 0; k < p->input_count; k++)
@@ -404,9 +422,9 @@ void kmp_scan_set(kmp_scan *s, const double *arguments)
         fill(s->row[s->common[k]], LANES, values[s->common[k]]);
 }
 
-void kmp_scan_groups(kmp_scan *s, int stage, size_t count, const size_t *first)
+void kmp_scan_groups(kmp_scan *s, int stage, size_t count, const size_t *first, size_t slot)
 {
-    const groups n = {count, first};
+    const groups n = {count, first, slot};
     s->runs[stage] += (long)count;
     run_steps(s->p, s->steps + s->step_start[stage], s->steps + s->step_start[stage + 1], &n);
 }
@@ -431,7 +449,7 @@ kmp_scan_row kmp_scan_output(const kmp_scan *s, int stage, int k)
 static void copy_row(const kmp_scan *s, const kmp_scan_row *from, double *to)
 {
     for (size_t k = 0; k < s->width; k++)
-        to[k] = value_at(from, k);
+        to[k] = value_at(from, k / LANES * LANES, k / LANES * LANES, k % LANES);
 }
 
 /* Sets the other unknowns to their guesses. */
@@ -448,9 +466,9 @@ static void put_guesses(kmp_scan *s)
 const double *kmp_scan_run(kmp_scan *s, const double *arguments)
 {
     kmp_scan_set(s, arguments);
-    kmp_scan_groups(s, FIRST, s->width / LANES, s->every);
+    kmp_scan_groups(s, FIRST, s->width / LANES, s->every, 0);
     put_guesses(s);
-    kmp_scan_groups(s, LAST, s->width / LANES, s->every);
+    kmp_scan_groups(s, LAST, s->width / LANES, s->every, 0);
     const kmp_scan_row merit = kmp_scan_output(s, LAST, 0);
     copy_row(s, &merit, s->merit);
     return s->merit;

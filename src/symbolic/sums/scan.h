@@ -10,17 +10,18 @@ typedef struct kmp_scan kmp_scan;
 
 enum { KMP_SCAN_GROUP = 8 }; /* places that are run together */
 
-/** Values at all places, times `sign`. The value of place k is at `row + moves k`, and those of its group of eight
- * follow the first one's. `moves` is 0 where they are equal at all places. */
+/** Values times `sign`. That of a place is at `row + (place & by_place) + (slot & by_slot)`, and those of its group of
+ * eight follow the first one's. The masks have all bits or none: by place are the values that depend on the place
+ * alone, by slot those that depend on arguments too, and those of arguments alone are eight equal ones. */
 typedef struct kmp_scan_row {
     const double *row;
-    size_t moves;
+    size_t by_place, by_slot;
     double sign;
 } kmp_scan_row;
 
-static inline const double *kmp_scan_at(const kmp_scan_row *row, size_t place)
+static inline const double *kmp_scan_at(const kmp_scan_row *row, size_t place, size_t slot)
 {
-    return row->row + row->moves * place;
+    return row->row + (place & row->by_place) + (slot & row->by_slot);
 }
 
 /** A scan of a block at places: values of unknown 0, padded to a multiple of eight with the first. NULL: no memory. */
@@ -28,10 +29,11 @@ kmp_scan *kmp_scan_new(const kmp_program_block *block, int places, const double 
 void kmp_scan_free(kmp_scan *scan);
 
 /** kmp_scan_set: sets the arguments. The others run a stage (1, 2) of the block's program in these groups of eight, and
- * read output k of the stage there. Groups begin at place first[0] and so on. The stage before must have run in them.
- * No allocation. */
+ * read output k of the stage there. Groups begin at place first[0] and so on; what depends on arguments is kept in
+ * slots, as many places as groups need, from `slot` on: few, and near each other in memory. The stage before must have
+ * run in the same groups and slots. No allocation. */
 void kmp_scan_set(kmp_scan *scan, const double *arguments);
-void kmp_scan_groups(kmp_scan *scan, int stage, size_t count, const size_t *first);
+void kmp_scan_groups(kmp_scan *scan, int stage, size_t count, const size_t *first, size_t slot);
 kmp_scan_row kmp_scan_output(const kmp_scan *scan, int stage, int k);
 
 /** Operations since the scan was made, of all arguments and places, those that fill groups of eight included. */
