@@ -248,15 +248,14 @@ static void refuse(kmp_collocation *s, kmp_collocation_outcome what, double h, d
         s->base.work.rejected++;
     else
         s->base.work.refused++;
-    bool stale = what == KMP_COLLOCATION_BAD_ITERATION && s->has_jacobian && !s->fresh;
-    s->base.h = stale                                   ? h
-                : what == KMP_COLLOCATION_BAD_ERROR     ? fmin(after_error(h, permitted(s, error)), 0.9 * h)
+    s->base.h = what == KMP_COLLOCATION_BAD_ERROR       ? fmin(after_error(h, permitted(s, error)), 0.9 * h)
                 : what == KMP_COLLOCATION_BAD_ITERATION ? shorter * h
                 : what == KMP_COLLOCATION_BAD_STAGE     ? h / 4
                                                         : h / 2;
-    if (what == KMP_COLLOCATION_BAD_ITERATION && !stale)
+    if (what == KMP_COLLOCATION_BAD_ITERATION) {
         s->ceiling = s->base.h;
-    s->has_jacobian = s->has_jacobian && !stale;
+        s->has_jacobian = s->has_jacobian && s->fresh;
+    }
     s->rejected = true;
 }
 

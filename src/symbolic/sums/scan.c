@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A value is a row of doubles, one per place, padded to a multiple of eight; a value that is equal at all places is
- * eight doubles alone. What depends on arguments is in the first slots of its row: the cache of the processor keeps
- * these, and not the whole rows. */
+ * eight doubles alone. Values that depend on arguments are in the first slots of their rows, which the cache of the
+ * processor keeps; it would not keep whole rows. */
 #include "symbolic/sums/scan.h"
 #include "base/arena.h"
 #include "base/clones.h"
