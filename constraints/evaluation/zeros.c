@@ -3,8 +3,6 @@
  * George and Liu, SIAM Review 31 (1989) 1). */
 #include "constraints/evaluation/zeros.h"
 #include "constraints/partition/reduction.h"
-#include <float.h>
-#include <math.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -54,6 +52,53 @@ static void join(sets s, int k, const uint64_t *other)
         own[w] |= other[w];
 }
 
+static int size_of(sets s, int k, int most)
+{
+    int size = 0;
+    for (int i = 0; i < most; i++)
+        size += has(s, k, i);
+    return size;
+}
+
+/* The members 0 .. size - 1 of all sets. */
+static bool list_all(kmp_zeros *z, sets s, int count, int size, kmp_lists *out)
+{
+    int total = 0;
+    for (int k = 0; k < count; k++)
+        total += size_of(s, k, size);
+    if (!KMP_ARENA_MAKE(z->arena, KMP_ROOM(int, count + 1, &out->start), KMP_ROOM(int, total + 1, &out->at)))
+        return false;
+    for (int k = 0; k < count; k++) {
+        out->start[k + 1] = out->start[k];
+        for (int i = 0; i < size; i++)
+            if (has(s, k, i))
+                out->at[out->start[k + 1]++] = i;
+    }
+    return true;
+}
+
+/* The runs of positions of sets of fours. */
+static bool list_runs(kmp_zeros *z, sets s, int count, int size, kmp_runs *out)
+{
+    int total = 0;
+    for (int k = 0; k < count; k++)
+        total += size_of(s, k, size);
+    if (!KMP_ARENA_MAKE(z->arena, KMP_ROOM(int, count + 1, &out->start), KMP_ROOM(int, 2 * total + 1, &out->at)))
+        return false;
+    for (int k = 0; k < count; k++) {
+        int *end = &out->start[k + 1];
+        *end = out->start[k];
+        for (int i = 0; i < size; i++) {
+            if (!has(s, k, i))
+                continue;
+            if (i == 0 || !has(s, k, i - 1))
+                out->at[2 * (*end)++] = KMP_FOUR * i;
+            out->at[2 * *end - 1] = KMP_FOUR * (i + 1);
+        }
+    }
+    return true;
+}
+
 static bool meet(sets s, int k, const uint64_t *other)
 {
     const uint64_t *own = set_at(s, k);
@@ -63,84 +108,82 @@ static bool meet(sets s, int k, const uint64_t *other)
     return false;
 }
 
-static int size_of(sets s, int k, int most)
-{
-    int size = 0;
-    for (int i = 0; i < most; i++)
-        size += has(s, k, i);
-    return size;
-}
-
 /* -- X ------------------------------------------------------------------------------------------------- */
 
-/* For each v, the u that move it: those of its block's rows, and of later blocks in these rows. */
-static bool find_reach(kmp_zeros *z, const kmp_reduction *red, sets reach, int *block_of_column)
+/* Sets of u, then of positions. */
+typedef struct finder {
+    kmp_zeros *z;
+    const kmp_reduction *red;
+    sets reach;   /* of each block of Jv: the u that move its v */
+    sets x;       /* of each u: the coordinates that it moves */
+    sets coupled; /* of each u: those that the reduced mass couples with it */
+    sets factor;  /* of each position: the later ones in its column of the factor */
+} finder;
+
+/* The u of each block: those of its rows, and of later blocks in these rows. */
+static bool find_reach(finder *f)
 {
-    sets of_block = sets_new(z, z->blocks + 1, z->p);
+    kmp_zeros *z = f->z;
+    const kmp_reduction *red = f->red;
     int *block_of_row = KMP_ARENA_NEW(&z->scratch, int, red->r + 1);
-    if (z->scratch.failed)
+    f->reach = sets_new(z, z->blocks + 1, z->p);
+    z->block_of = KMP_ARENA_NEW(z->arena, int, red->r + 1);
+    if (z->scratch.failed || !z->block_of)
         return false;
     for (int b = 0, count; b < z->blocks; b++) {
         const int *columns = kmp_block_columns(red->block, b, &count), *rows = kmp_block_rows(red->block, b);
         for (int i = 0; i < count; i++) {
             block_of_row[rows[i]] = b;
-            block_of_column[columns[i]] = b;
+            z->block_of[columns[i]] = b;
         }
     }
     for (int k = 0; k < red->ju_count; k++)
-        put(of_block, block_of_row[red->ju_row[k]], red->ju_col[k]);
+        put(f->reach, block_of_row[red->ju_row[k]], red->ju_col[k]);
     for (int b = z->blocks - 1; b >= 0; b--)
         for (int k = 0; k < red->jv_count; k++)
-            if (block_of_row[red->jv_row[k]] == b && block_of_column[red->jv_col[k]] != b)
-                join(of_block, b, set_at(of_block, block_of_column[red->jv_col[k]]));
-    for (int i = 0; i < red->r; i++)
-        join(reach, i, set_at(of_block, block_of_column[i]));
+            if (block_of_row[red->jv_row[k]] == b && z->block_of[red->jv_col[k]] != b)
+                join(f->reach, b, set_at(f->reach, z->block_of[red->jv_col[k]]));
     return true;
 }
 
-/* Columns of X as sets of coordinates, and lists of them; the blocks that each pair of columns reaches. */
-static bool list_x(kmp_zeros *z, const kmp_reduction *red, sets reach, const int *block_of_column, sets x)
+/* Columns of X as sets of coordinates, and lists of them. */
+static bool list_x(finder *f)
 {
-    const kmp_partition *part = red->part;
+    kmp_zeros *z = f->z;
+    const kmp_partition *part = z->part;
     long count = z->p;
     for (int i = 0; i < part->r; i++)
-        count += size_of(reach, i, z->p);
+        count += size_of(f->reach, z->block_of[i], z->p);
+    f->x = sets_new(z, z->p, z->n);
     if ((double)count > MOST_OF_X * z->n * z->p)
         return false;
-    if (!KMP_ARENA_MAKE(z->arena, KMP_ROOM(int, z->p + 1, &z->x_start), KMP_ROOM(int, count, &z->x_row),
-                        KMP_ROOM(int, count - z->p + 1, &z->b_row),
-                        KMP_ROOM(char, (size_t)(z->p + 1) / 2 * (size_t)(z->blocks + 1), &z->used)))
+    if (z->scratch.failed ||
+        !KMP_ARENA_MAKE(z->arena, KMP_ROOM(int, z->p + 1, &z->x_start), KMP_ROOM(int, count, &z->x_row),
+                        KMP_ROOM(int, count - z->p + 1, &z->b_row)))
         return false;
     int *b = z->b_row;
     for (int k = 0; k < z->p; k++) {
-        put(x, k, part->u[k]);
+        put(f->x, k, part->u[k]);
         for (int i = 0; i < part->r; i++)
-            if (has(reach, i, k)) {
-                put(x, k, part->v[i]);
+            if (has(f->reach, z->block_of[i], k)) {
+                put(f->x, k, part->v[i]);
                 *b++ = i;
-                z->used[k / 2 * z->blocks + block_of_column[i]] = 1;
             }
         z->x_start[k + 1] = z->x_start[k];
         for (int i = 0; i < z->n; i++)
-            if (has(x, k, i))
+            if (has(f->x, k, i))
                 z->x_row[z->x_start[k + 1]++] = i;
     }
     return true;
 }
 
-static bool find_x(kmp_zeros *z, const kmp_reduction *red, sets x)
-{
-    sets reach = sets_new(z, red->r + 1, z->p);
-    int *block_of_column = KMP_ARENA_NEW(&z->scratch, int, red->r + 1);
-    return find_reach(z, red, reach, block_of_column) && list_x(z, red, reach, block_of_column, x);
-}
-
 /* -- M and X' M X ---------------------------------------------------------------------------------------- */
 
+/* Both triangles by rows, with the columns' coordinates as places for now. */
 static bool list_mass(kmp_zeros *z, const kmp_pattern *m)
 {
     z->m_start = KMP_ARENA_NEW(z->arena, int, z->n + 1);
-    KMP_ARENA_EACH(z->arena, int, 2 * m->count, &z->m_row, &z->m_entry);
+    KMP_ARENA_EACH(z->arena, int, 2 * m->count, &z->m_place, &z->m_entry);
     int *next = KMP_ARENA_NEW(&z->scratch, int, z->n);
     if (z->arena->failed || z->scratch.failed)
         return false;
@@ -155,30 +198,32 @@ static bool list_mass(kmp_zeros *z, const kmp_pattern *m)
     for (int k = 0; k < m->count; k++)
         for (int side = 0; side < (m->row[k] == m->col[k] ? 1 : 2); side++) {
             int at = next[side ? m->row[k] : m->col[k]]++;
-            z->m_row[at] = side ? m->col[k] : m->row[k];
+            z->m_place[at] = side ? m->col[k] : m->row[k];
             z->m_entry[at] = k;
         }
     return true;
 }
 
 /* Pairs of u that the reduced mass couples. */
-static bool find_coupled(kmp_zeros *z, sets x, sets coupled)
+static bool find_coupled(finder *f)
 {
+    kmp_zeros *z = f->z;
     sets mx = sets_new(z, 1, z->n);
+    f->coupled = sets_new(z, z->p, z->p);
     if (z->scratch.failed)
         return false;
     for (int k = 0; k < z->p; k++) {
         memset(mx.bits, 0, (size_t)mx.words * sizeof *mx.bits);
         for (int e = z->x_start[k]; e < z->x_start[k + 1]; e++)
             for (int i = z->m_start[z->x_row[e]]; i < z->m_start[z->x_row[e] + 1]; i++) {
-                put(mx, 0, z->m_row[i]);
+                put(mx, 0, z->m_place[i]);
                 z->mass_products++;
             }
-        put(coupled, k, k);
+        put(f->coupled, k, k);
         for (int i = 0; i < z->p; i++)
-            if (meet(x, i, mx.bits)) {
-                put(coupled, k, i);
-                put(coupled, i, k);
+            if (meet(f->x, i, mx.bits)) {
+                put(f->coupled, k, i);
+                put(f->coupled, i, k);
             }
     }
     return true;
@@ -186,8 +231,8 @@ static bool find_coupled(kmp_zeros *z, sets x, sets coupled)
 
 /* -- order and factor ------------------------------------------------------------------------------------ */
 
-/* Eliminates the u of `graph` one after another, the one with the fewest neighbours first; `fill`: the rows of L as
- * sets. */
+/* Eliminates the u of `graph` one after another, the one with the fewest neighbours first; `fill`: the columns of the
+ * factor as sets of u. */
 static bool eliminate(kmp_zeros *z, sets graph, sets fill)
 {
     int *degree = KMP_ARENA_NEW(&z->scratch, int, z->p);
@@ -214,65 +259,175 @@ static bool eliminate(kmp_zeros *z, sets graph, sets fill)
     return true;
 }
 
-/* Lists sets of u in the order of elimination. */
-static bool list_columns(kmp_zeros *z, sets of, bool by_u, int from, int **start, int **row)
+static void count_factor(finder *f)
 {
-    long count = 0;
-    for (int c = 0; c < z->p; c++)
-        count += size_of(of, c, z->p);
-    *start = KMP_ARENA_NEW(z->arena, int, z->p + 1);
-    *row = KMP_ARENA_NEW(z->arena, int, count + z->p);
-    if (!*start || !*row)
-        return false;
+    kmp_zeros *z = f->z;
+    z->factor_products = z->l_entries = 0;
     for (int c = 0; c < z->p; c++) {
-        (*start)[c + 1] = (*start)[c];
-        for (int i = c + from; i < z->p; i++)
-            if (has(of, by_u ? z->order[c] : c, z->order[i]))
-                (*row)[(*start)[c + 1]++] = i;
-    }
-    return true;
-}
-
-static void count_factor(kmp_zeros *z)
-{
-    for (int c = 0; c < z->p; c++) {
-        long below = z->l_start[c + 1] - z->l_start[c];
+        long below = size_of(f->factor, c, z->p);
         z->factor_products += below * (below + 1) / 2;
+        z->l_entries += below;
     }
-    z->l_entries = z->l_start[z->p];
 }
 
-static void count_x(kmp_zeros *z)
+static void count_x(finder *f)
 {
-    for (int e = 0; e < z->mr_start[z->p]; e++)
-        z->x_products += z->x_start[z->order[z->mr_row[e]] + 1] - z->x_start[z->order[z->mr_row[e]]];
+    kmp_zeros *z = f->z;
+    for (int c = 0; c < z->p; c++)
+        for (int i = c; i < z->p; i++)
+            if (has(f->coupled, z->order[c], z->order[i]))
+                z->x_products += z->x_start[z->order[i] + 1] - z->x_start[z->order[i]];
 }
 
-static bool order_factor(kmp_zeros *z, sets coupled)
+/* The columns of the factor, by an order of little fill or, if that saves little, in the order of u and full. */
+static bool order_factor(finder *f)
 {
+    kmp_zeros *z = f->z;
     sets graph = sets_new(z, z->p, z->p), fill = sets_new(z, z->p, z->p);
+    f->factor = sets_new(z, z->p, z->p);
     z->order = KMP_ARENA_NEW(z->arena, int, z->p);
     if (z->scratch.failed || !z->order)
         return false;
-    memcpy(graph.bits, coupled.bits, (size_t)z->p * (size_t)graph.words * sizeof *graph.bits);
-    if (!eliminate(z, graph, fill) || !list_columns(z, fill, false, 1, &z->l_start, &z->l_row))
+    memcpy(graph.bits, f->coupled.bits, (size_t)z->p * (size_t)graph.words * sizeof *graph.bits);
+    if (!eliminate(z, graph, fill))
         return false;
-    count_factor(z);
+    for (int c = 0; c < z->p; c++)
+        for (int i = c + 1; i < z->p; i++)
+            if (has(fill, c, z->order[i]))
+                put(f->factor, c, i);
+    count_factor(f);
     z->whole = (double)z->factor_products > MOST_OF_FACTOR * (double)kmp_cholesky_factor_flops(z->p).mul;
-    for (int k = 0; z->whole && k < z->p; k++)
-        z->order[k] = k;
-    if (!list_columns(z, coupled, true, 0, &z->mr_start, &z->mr_row))
+    for (int c = 0; z->whole && c < z->p; c++) {
+        z->order[c] = c;
+        for (int i = c + 1; i < z->p; i++)
+            put(f->factor, c, i);
+    }
+    count_factor(f);
+    count_x(f);
+    return list_all(z, f->factor, z->p, z->p, &z->l);
+}
+
+/* -- fours ----------------------------------------------------------------------------------------------- */
+
+static int fours_of(const kmp_zeros *z)
+{
+    return z->stride / KMP_FOUR;
+}
+
+static void place_coordinates(kmp_zeros *z)
+{
+    for (int c = 0; c < z->p; c++)
+        z->place[z->part->u[z->order[c]]] = c;
+    for (int i = 0; i < z->part->r; i++)
+        z->place[z->part->v[i]] = -1 - i;
+    for (int e = 0; e < z->m_start[z->n]; e++)
+        z->m_place[e] = z->place[z->m_place[e]];
+}
+
+static bool list_reach(finder *f, sets fours)
+{
+    kmp_zeros *z = f->z;
+    sets positions = sets_new(z, z->blocks + 1, z->p);
+    if (z->scratch.failed)
         return false;
-    count_x(z);
-    return true;
+    for (int b = 0; b < z->blocks; b++)
+        for (int c = 0; c < z->p; c++)
+            if (has(f->reach, b, z->order[c])) {
+                put(positions, b, c);
+                put(fours, b, c / KMP_FOUR);
+            }
+    return list_all(z, positions, z->blocks, z->p, &z->reach) &&
+           list_runs(z, fours, z->blocks, fours_of(z), &z->reach_runs);
+}
+
+/* Places of Ju's entries in `right`, and of the nonzeros of Bvu wherever they are kept. */
+static void place_tangent(finder *f)
+{
+    kmp_zeros *z = f->z;
+    const kmp_reduction *red = f->red;
+    int at = 0;
+    for (int k = 0; k < red->ju_count; k++)
+        z->ju_place[k] = red->ju_row[k] * z->stride + z->place[z->part->u[red->ju_col[k]]];
+    for (int i = 0; i < red->r; i++)
+        for (int e = z->reach.start[z->block_of[i]]; e < z->reach.start[z->block_of[i] + 1]; e++, at++) {
+            int c = z->reach.at[e], k = z->order[c];
+            z->in_b[at] = i * z->stride + c;
+            z->in_bvu[at] = i + k * red->r;
+            z->in_x[at] = z->part->v[i] + k * z->n;
+        }
+}
+
+static bool list_mass_times_x(kmp_zeros *z, sets reach_fours)
+{
+    sets fours = sets_new(z, z->n, fours_of(z));
+    if (z->scratch.failed)
+        return false;
+    for (int i = 0; i < z->n; i++)
+        for (int e = z->m_start[i]; e < z->m_start[i + 1]; e++) {
+            int at = z->m_place[e];
+            if (at >= 0)
+                put(fours, i, at / KMP_FOUR);
+            else
+                join(fours, i, set_at(reach_fours, z->block_of[-1 - at]));
+        }
+    return list_runs(z, fours, z->n, fours_of(z), &z->mx_runs);
+}
+
+/* Tiles of the factor, of four rows and columns, with those that elimination by tiles fills. */
+static bool list_tiles(finder *f)
+{
+    kmp_zeros *z = f->z;
+    int count = fours_of(z);
+    sets tiles = sets_new(z, count, count);
+    if (z->scratch.failed)
+        return false;
+    for (int k = 0; k < count; k++)
+        put(tiles, k, k);
+    for (int c = 0; c < z->p; c++)
+        for (int e = z->l.start[c]; e < z->l.start[c + 1]; e++)
+            put(tiles, c / KMP_FOUR, z->l.at[e] / KMP_FOUR);
+    for (int k = 0; k < count; k++)
+        for (int i = k + 1; i < count; i++)
+            for (int j = i; has(tiles, k, i) && j < count; j++)
+                if (has(tiles, k, j))
+                    put(tiles, i, j);
+    return list_all(z, tiles, count, count, &z->tiles);
+}
+
+static bool place_fours(finder *f)
+{
+    kmp_zeros *z = f->z;
+    int r = f->red->r, nonzeros = z->x_start[z->p] - z->p;
+    size_t room = (size_t)r * (size_t)z->stride;
+    sets reach_fours = sets_new(z, z->blocks + 1, fours_of(z));
+    if (z->scratch.failed ||
+        !KMP_ARENA_MAKE(z->arena, KMP_ROOM(int, z->n, &z->place), KMP_ROOM(int, f->red->ju_count + 1, &z->ju_place),
+                        KMP_ROOM(int, nonzeros + 1, &z->in_b, &z->in_bvu, &z->in_x)))
+        return false;
+    z->right = kmp_arena_aligned(z->arena, room + 1);
+    z->b = kmp_arena_aligned(z->arena, room + 1);
+    z->row = kmp_arena_aligned(z->arena, (size_t)z->stride);
+    z->packed = kmp_arena_aligned(z->arena, KMP_FOUR * (size_t)z->stride);
+    place_coordinates(z);
+    if (z->arena->failed || !list_reach(f, reach_fours))
+        return false;
+    place_tangent(f);
+    return list_mass_times_x(z, reach_fours) && list_tiles(f);
 }
 
 /* -- all together ------------------------------------------------------------------------------------------ */
 
-static void count_solves(kmp_zeros *z, const kmp_reduction *red)
+/* Operations of the solutions for Bvu. */
+static bool count_solves(finder *f)
 {
-    for (int k = 0; k < z->p; k++)
-        kmp_flops_add(&z->solves, 1, kmp_block_solve_flops_some(red->block, z->used + k / 2 * z->blocks));
+    kmp_zeros *z = f->z;
+    char *used = KMP_ARENA_NEW(&z->scratch, char, z->blocks + 1);
+    for (int k = 0; used && z->blocks > 0 && k < z->p; k++) {
+        for (int b = 0; b < z->blocks; b++)
+            used[b] = has(f->reach, b, k);
+        kmp_flops_add(&z->solves, 1, kmp_block_solve_flops_some(f->red->block, used));
+    }
+    return used;
 }
 
 kmp_zeros *kmp_zeros_new(const kmp_reduction *red, kmp_arena *arena)
@@ -281,118 +436,15 @@ kmp_zeros *kmp_zeros_new(const kmp_reduction *red, kmp_arena *arena)
     kmp_zeros *z = part->p < LEAST || part->p > MOST ? NULL : KMP_ARENA_NEW(arena, kmp_zeros, 1);
     if (!z)
         return NULL;
-    *z = (kmp_zeros){.part = part, .arena = arena, .n = part->n, .p = part->p, .blocks = kmp_block_count(red->block)};
-    z->column = KMP_ARENA_NEW(z->arena, double, z->n);
-    z->packed = KMP_ARENA_NEW(z->arena, double, z->p);
-    sets x = sets_new(z, z->p, z->n), coupled = sets_new(z, z->p, z->p);
-    bool some = !z->arena->failed && !z->scratch.failed && find_x(z, red, x) &&
-                list_mass(z, &red->eval->system->mass) && find_coupled(z, x, coupled) && order_factor(z, coupled) &&
-                (part->r > 0 || !z->whole);
+    *z = (kmp_zeros){.part = part,
+                     .arena = arena,
+                     .n = part->n,
+                     .p = part->p,
+                     .blocks = kmp_block_count(red->block),
+                     .stride = kmp_zeros_stride(part->p)};
+    finder f = {.z = z, .red = red};
+    bool some = find_reach(&f) && list_x(&f) && list_mass(z, &red->eval->system->mass) && find_coupled(&f) &&
+                order_factor(&f) && (part->r > 0 || !z->whole) && place_fours(&f) && count_solves(&f);
     kmp_arena_free(&z->scratch);
-    if (some && red->block)
-        count_solves(z, red);
     return some ? z : NULL;
-}
-
-/* -- numbers ------------------------------------------------------------------------------------------------ */
-
-void kmp_zeros_spread(const kmp_zeros *z, const double *bvu, const double *s, double *out)
-{
-    const int *row = z->b_row;
-    for (int k = 0; k < z->p; k++, bvu += z->n - z->p)
-        for (int e = z->x_start[k] - k; e < z->x_start[k + 1] - k - 1; e++)
-            out[z->part->v[row[e]]] += bvu[row[e]] * s[k];
-}
-
-void kmp_zeros_project(const kmp_zeros *z, const double *x, const double *force, double *out)
-{
-    for (int k = 0; k < z->p; k++, x += z->n) {
-        double sum = 0;
-        for (int e = z->x_start[k]; e < z->x_start[k + 1]; e++)
-            sum += x[z->x_row[e]] * force[z->x_row[e]];
-        out[k] = -sum;
-    }
-}
-
-/* column = M x */
-static void mass_times(const kmp_zeros *z, const double *x, int k, const double *mass)
-{
-    double *column = z->column;
-    memset(column, 0, (size_t)z->n * sizeof *column);
-    for (int e = z->x_start[k]; e < z->x_start[k + 1]; e++) {
-        int j = z->x_row[e];
-        double by = x[j];
-        for (int i = z->m_start[j]; i < z->m_start[j + 1]; i++)
-            column[z->m_row[i]] += mass[z->m_entry[i]] * by;
-    }
-}
-
-void kmp_zeros_reduce(const kmp_zeros *z, const double *x, const double *mass, double *mr)
-{
-    for (int c = 0; c < z->p; c++) {
-        int k = z->order[c];
-        double *to = mr + (size_t)c * (size_t)z->p;
-        mass_times(z, x + (size_t)k * (size_t)z->n, k, mass);
-        if (z->whole)
-            memset(to + c, 0, (size_t)(z->p - c) * sizeof *to);
-        else
-            for (int e = z->l_start[c]; e < z->l_start[c + 1]; e++)
-                to[z->l_row[e]] = 0;
-        for (int e = z->mr_start[c]; e < z->mr_start[c + 1]; e++) {
-            int i = z->order[z->mr_row[e]];
-            const double *other = x + (size_t)i * (size_t)z->n;
-            double sum = 0;
-            for (int f = z->x_start[i]; f < z->x_start[i + 1]; f++)
-                sum += other[z->x_row[f]] * z->column[z->x_row[f]];
-            to[z->mr_row[e]] = sum;
-        }
-    }
-}
-
-int kmp_zeros_factor(const kmp_zeros *z, double *mr)
-{
-    if (z->whole)
-        return kmp_cholesky_factor(z->p, mr);
-    for (int c = 0; c < z->p; c++) {
-        const int *row = z->l_row + z->l_start[c];
-        int count = z->l_start[c + 1] - z->l_start[c];
-        double *own = mr + (size_t)c * (size_t)z->p;
-        if (!(own[c] > 0.0 && own[c] <= DBL_MAX))
-            return 1 + z->order[c];
-        own[c] = sqrt(own[c]);
-        for (int e = 0; e < count; e++)
-            z->packed[e] = own[row[e]] /= own[c];
-        for (int e = 0; e < count; e++) {
-            double *to = mr + (size_t)row[e] * (size_t)z->p, by = z->packed[e];
-            for (int f = e; f < count; f++)
-                to[row[f]] -= z->packed[f] * by;
-        }
-    }
-    return 0;
-}
-
-void kmp_zeros_solve(const kmp_zeros *z, const double *mr, double *b)
-{
-    if (z->whole) {
-        kmp_cholesky_solve(z->p, mr, b);
-        return;
-    }
-    double *x = z->packed;
-    for (int c = 0; c < z->p; c++)
-        x[c] = b[z->order[c]];
-    for (int c = 0; c < z->p; c++) {
-        const double *own = mr + (size_t)c * (size_t)z->p;
-        double by = x[c] /= own[c];
-        for (int e = z->l_start[c]; e < z->l_start[c + 1]; e++)
-            x[z->l_row[e]] -= own[z->l_row[e]] * by;
-    }
-    for (int c = z->p - 1; c >= 0; c--) {
-        const double *own = mr + (size_t)c * (size_t)z->p;
-        double sum = x[c];
-        for (int e = z->l_start[c]; e < z->l_start[c + 1]; e++)
-            sum -= own[z->l_row[e]] * x[z->l_row[e]];
-        x[c] = sum / own[c];
-    }
-    for (int c = 0; c < z->p; c++)
-        b[z->order[c]] = x[c];
 }

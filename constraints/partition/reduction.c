@@ -16,9 +16,8 @@ static bool allocate(kmp_reduction *red, int entries, int m)
     size_t n = (size_t)red->n, p = (size_t)red->p, r = (size_t)red->r;
     return KMP_ARENA_MAKE(
         &red->arena, KMP_ROOM(int, m, &red->row_of), KMP_ROOM(int, n, &red->place), KMP_ROOM(double, entries, &red->jv),
-        KMP_ROOM(double, r *p, &red->bvu), KMP_ROOM(double, n *p, &red->x), KMP_ROOM(double, p *p, &red->mr),
-        KMP_ROOM(double, r, &red->dv), KMP_ROOM(double, p, &red->answer),
-        KMP_ROOM(double, n, &red->x_t, &red->a0, &red->force),
+        KMP_ROOM(double, r *p, &red->bvu), KMP_ROOM(double, n *p, &red->x), KMP_ROOM(double, r, &red->dv),
+        KMP_ROOM(double, p, &red->answer), KMP_ROOM(double, n, &red->x_t, &red->a0, &red->force),
         KMP_ROOM(int, entries, &red->jv_entry, &red->jv_row, &red->jv_col, &red->ju_entry, &red->ju_row, &red->ju_col));
 }
 
@@ -50,8 +49,10 @@ static bool analyse(kmp_reduction *red)
     if (red->r > 0 && !red->block)
         return false;
     red->zeros = kmp_zeros_new(red, &red->arena);
+    size_t order = (size_t)(red->zeros ? red->zeros->stride : red->p);
+    red->mr = kmp_arena_aligned(&red->arena, order * order);
     red->mx = KMP_ARENA_NEW(&red->arena, double, (size_t)red->n *(size_t)(red->zeros || red->p == 0 ? 1 : red->p));
-    return red->mx && kmp_memory_failures() == failures; /* mx also holds one qdd */
+    return red->mr && red->mx && kmp_memory_failures() == failures; /* mx also holds one qdd */
 }
 
 /* Places rows and coordinates, and analyses their matrices. false: as analyse. */
@@ -123,28 +124,27 @@ static void put_dependent(const kmp_reduction *red, double *out)
         out[red->part->v[i]] = red->dv[i];
 }
 
-static void solve_tangent(kmp_reduction *red)
+/* Bvu, with all its zeros, and the rows of v in X. */
+static void solve_dense_tangent(kmp_reduction *red)
 {
-    const kmp_zeros *zeros = red->zeros;
-    if (!zeros)
-        kmp_block_solve(red->block, red->p, red->bvu);
-    for (int k = 0; zeros && k < red->p; k += 2)
-        kmp_block_solve_some(red->block, zeros->used + k / 2 * zeros->blocks, red->p - k > 1 ? 2 : 1,
-                             red->bvu + (size_t)k * (size_t)red->r);
+    int n = red->n, p = red->p, r = red->r;
+    memset(red->bvu, 0, (size_t)(r * p) * sizeof *red->bvu);
+    for (int k = 0; k < red->ju_count; k++)
+        red->bvu[red->ju_row[k] + red->ju_col[k] * r] = -red->eval->jacobian[red->ju_entry[k]];
+    kmp_block_solve(red->block, p, red->bvu);
+    for (int k = 0; k < p; k++)
+        for (int i = 0; i < r; i++)
+            red->x[red->part->v[i] + k * n] = red->bvu[i + k * r];
 }
 
 void kmp_reduction_tangent(kmp_reduction *red)
 {
-    int n = red->n, p = red->p, r = red->r;
-    if (r == 0)
+    if (red->r == 0)
         return;
-    memset(red->bvu, 0, (size_t)(r * p) * sizeof *red->bvu);
-    for (int k = 0; k < red->ju_count; k++)
-        red->bvu[red->ju_row[k] + red->ju_col[k] * r] = -red->eval->jacobian[red->ju_entry[k]];
-    solve_tangent(red);
-    for (int k = 0; k < p; k++)
-        for (int i = 0; i < r; i++)
-            red->x[red->part->v[i] + k * n] = red->bvu[i + k * r];
+    if (red->zeros)
+        kmp_zeros_tangent(red->zeros, red, red->eval->jacobian);
+    else
+        solve_dense_tangent(red);
     if (!red->eval->h_t)
         return;
     solve_rows(red, -1, red->eval->h_t);
@@ -317,7 +317,7 @@ static void reduce(kmp_reduction *red, double *udd)
 {
     int n = red->n, p = red->p;
     if (red->zeros) {
-        kmp_zeros_reduce(red->zeros, red->x, red->eval->mass, red->mr);
+        kmp_zeros_reduce(red->zeros, red->eval->mass, red->mr);
         kmp_zeros_project(red->zeros, red->x, red->force, udd);
         return;
     }
@@ -512,7 +512,7 @@ kmp_counts kmp_reduction_count(const kmp_reduction *red)
         count_products(&f, red->r * p);                           /* rates */
         count_products(&f, p * (mass + n) + p * (p + 1) / 2 * n); /* M X, X' force, X' M X */
     }
-    if (zeros && !zeros->whole) {
+    if (zeros) {
         count_products(&f, zeros->factor_products + 2 * zeros->l_entries);
         kmp_flops_add(&f, 1, (kmp_flops){.div = zeros->l_entries + 2 * p, .root = p});
     } else {

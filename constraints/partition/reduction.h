@@ -29,7 +29,7 @@ typedef struct kmp_reduction {
     double *a0;                      /* n: qdd at udd = 0 */
     double *force;                   /* n: C + M a0 */
     double *mx;                      /* n x p, or n: M X (without zeros), or qdd */
-    double *mr;                      /* p x p: reduced mass, then its factor (kmp_reduction_solve_mass) */
+    double *mr;                      /* p x p (zeros: of their stride): reduced mass, then its factor */
     double *dv;                      /* r: the last correction or right-hand side */
     double *answer;                  /* p: work space for forces that depend on multipliers */
     long newton, factorizations;

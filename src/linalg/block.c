@@ -4,7 +4,9 @@
  * position, so a solve applies both permutations in its gather. */
 #include "linalg/block.h"
 #include "base/arena.h"
+#include "base/clones.h"
 #include "base/memory.h"
+#include "base/simd4.h"
 #include <btf.h>
 #include <float.h>
 #include <math.h>
@@ -315,7 +317,7 @@ static void solve_pairs(const kmp_block *b, double *restrict x)
 }
 
 /* Last block first: the right-hand side less the contributions of later unknowns, then the block. */
-INLINE void solve(const kmp_block *b, const char *used, int lanes, double *restrict x)
+INLINE void solve(const kmp_block *b, int lanes, double *restrict x)
 {
     int n = b->n;
     double *restrict scratch = b->scratch;
@@ -323,10 +325,6 @@ INLINE void solve(const kmp_block *b, const char *used, int lanes, double *restr
         int first = b->start[k], size = b->start[k + 1] - first;
         const double *lu = b->lu + b->lu_start[k], *inverse = b->inverse + first;
         double *w = scratch + first * lanes;
-        for (int i = 0; used && !used[k] && i < size * lanes; i++)
-            w[i] = 0;
-        if (used && !used[k])
-            continue;
         for (int i = 0; i < size; i++) {
             int row = b->order[first + i];
             for (int l = 0; l < lanes; l++) {
@@ -420,19 +418,71 @@ void kmp_block_solve(const kmp_block *b, int m, double *x)
     if (!b)
         return;
     for (; m >= 2; m -= 2, x += 2 * (ptrdiff_t)b->n)
-        solve(b, NULL, 2, x);
+        solve(b, 2, x);
     if (m == 1 && b->pairs)
         solve_pairs(b, x);
     else if (m == 1)
-        solve(b, NULL, 1, x);
+        solve(b, 1, x);
 }
 
-void kmp_block_solve_some(const kmp_block *b, const char *used, int m, double *x)
+/* The right-hand side of row `row` of C, less the contributions of later unknowns, at the columns of [from, end). */
+static KMP_INTO_CLONES void start_row(const kmp_block *b, int row, int stride, int from, int end, const double *right,
+                                      const double *x, double *own)
 {
-    if (m == 2) /* constants, for the compiler */
-        solve(b, used, 2, x);
-    else
-        solve(b, used, 1, x);
+    const double *own_right = right + (ptrdiff_t)b->p[row] * stride;
+    for (int c = from; c < end; c += KMP_FOUR)
+        KMP_FOUR_AT(own + c) = KMP_FOUR_CONST(own_right + c);
+    for (int e = b->off_start[row]; e < b->off_start[row + 1]; e++) {
+        const double *solved = x + (ptrdiff_t)b->q[b->off_column[e]] * stride;
+        for (int c = from; c < end; c += KMP_FOUR)
+            KMP_FOUR_AT(own + c) -= KMP_FOUR_CONST(solved + c) * b->off[e];
+    }
+}
+
+/* x_i -= lu_ij x_j at four columns, for j of [from, end). */
+static KMP_INTO_CLONES void subtract(int from, int end, const double *lu, int size, const int *column, int stride,
+                                     const double *x, double *own)
+{
+    kmp_four sum = KMP_FOUR_CONST(own);
+    for (int j = from; j < end; j++)
+        sum -= KMP_FOUR_CONST(x + (ptrdiff_t)column[j] * stride) * lu[(ptrdiff_t)j * size];
+    KMP_FOUR_AT(own) = sum;
+}
+
+/* Solves within a block at four columns. */
+static KMP_INTO_CLONES void solve_four(int size, const double *lu, const double *inverse, const int *column, int stride,
+                                       double *x)
+{
+    for (int i = 1; i < size; i++)
+        subtract(0, i, lu + i, size, column, stride, x, x + (ptrdiff_t)column[i] * stride);
+    for (int i = size - 1; i >= 0; i--) {
+        double *own = x + (ptrdiff_t)column[i] * stride;
+        subtract(i + 1, size, lu + i, size, column, stride, x, own);
+        KMP_FOUR_AT(own) *= inverse[i];
+    }
+}
+
+static KMP_CLONES void solve_rows(const kmp_block *b, int stride, const int *start, const int *run, const double *right,
+                                  double *x)
+{
+    for (int k = b->count - 1; k >= 0; k--) {
+        int first = b->start[k], size = b->start[k + 1] - first;
+        const int *column = b->q + first;
+        for (int e = start[k]; e < start[k + 1]; e++) {
+            for (int i = 0; i < size; i++)
+                start_row(b, b->order[first + i], stride, run[2 * e], run[2 * e + 1], right, x,
+                          x + (ptrdiff_t)column[i] * stride);
+            for (int c = run[2 * e]; c < run[2 * e + 1]; c += KMP_FOUR)
+                solve_four(size, b->lu + b->lu_start[k], b->inverse + first, column, stride, x + c);
+        }
+    }
+}
+
+void kmp_block_solve_rows(const kmp_block *b, int stride, const int *start, const int *run, const double *right,
+                          double *x)
+{
+    if (b)
+        solve_rows(b, stride, start, run, right, x);
 }
 
 /* -- queries --------------------------------------------------------------------------------------- */

@@ -27,9 +27,12 @@ void kmp_block_solve_transposed(const kmp_block *b, double *x);
 int kmp_block_solve_transposed_few(const kmp_block *b, double nothing, int count, const int *column,
                                    const double *value, int *row, double *x);
 
-/** Solves as kmp_block_solve for m of 1 or 2 right-hand sides. x is zero in the rows of blocks that are not `used` (one
- * flag per block), and the solution is zero in their columns. */
-void kmp_block_solve_some(const kmp_block *b, const char *used, int m, double *x);
+/** X (n x stride by rows, a row for each column of A) = A^-1 B (n x stride by rows), at runs of columns: the runs e of
+ * block k are those from start[k] to before start[k + 1], each from run[2 e] to before run[2 e + 1], multiples of four.
+ * Elsewhere X stays as it is, which must be zero where another block reads it. Bits are those of kmp_block_solve.
+ * Nothing for NULL. */
+void kmp_block_solve_rows(const kmp_block *b, int stride, const int *start, const int *run, const double *right,
+                          double *x);
 
 /** Number of diagonal blocks, 0 for NULL; block k holds `*count` matrix columns, returned. */
 int kmp_block_count(const kmp_block *b);

@@ -309,8 +309,9 @@ static void check_accelerations(kmp_reduction *red, const double *udd)
 /* Models whose reduction skips zeros of J, M and X. */
 static void accelerations_obey_the_whole_equations(void)
 {
-    static const char *const path[] = {"examples/limousine/limousine.yaml", "examples/suspension/suspension.yaml"};
-    for (int k = 0; k < 2; k++) {
+    static const char *const path[] = {"examples/limousine/limousine.yaml", "examples/limousine/limousine_corner.yaml",
+                                       "examples/suspension/suspension.yaml", "examples/tram/tram.yaml"};
+    for (int k = 0; k < 4; k++) {
         loaded l = load(path[k]);
         kempe_check *check = NULL;
         kmp_reduction red;
