@@ -251,6 +251,11 @@ kmp_evaluator *kmp_eval_new_of_closures(const kempe_system *system)
     return new_evaluator(system, "tape", NULL, CLOSES);
 }
 
+kmp_team *kmp_eval_team(const kmp_evaluator *eval)
+{
+    return eval->backend->team;
+}
+
 /* The inputs of a machine that is added later. */
 static void set_inputs(kmp_evaluator *eval)
 {

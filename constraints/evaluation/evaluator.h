@@ -70,6 +70,9 @@ kmp_evaluator *kmp_eval_new_to_weigh(const kempe_system *system, const char *bac
 kmp_evaluator *kmp_eval_new_of_closures(const kempe_system *system);
 void kmp_eval_free(kmp_evaluator *eval);
 
+/** Its thread pool; NULL: none. */
+kmp_team *kmp_eval_team(const kmp_evaluator *eval);
+
 /** Prepares, once, the dynamics by articulated bodies, if the system has them. KEMPE_E_MEMORY. */
 kempe_status kmp_eval_add_articulated(kmp_evaluator *eval);
 

@@ -407,7 +407,7 @@ static bool place_fours(finder *f)
     z->right = kmp_arena_aligned(z->arena, room + 1);
     z->b = kmp_arena_aligned(z->arena, room + 1);
     z->row = kmp_arena_aligned(z->arena, (size_t)z->stride);
-    z->packed = kmp_arena_aligned(z->arena, KMP_FOUR * (size_t)z->stride);
+    z->packed = kmp_arena_aligned(z->arena, (size_t)z->stride);
     place_coordinates(z);
     if (z->arena->failed || !list_reach(f, reach_fours))
         return false;

@@ -39,7 +39,7 @@ typedef struct kmp_zeros {
     double *row;                      /* stride: a row of M X */
     kmp_lists l;                      /* Cholesky factor of the reduced mass, by columns below the diagonal */
     kmp_lists tiles;                  /* fours of its rows, by fours of its columns, from the diagonal down */
-    double *packed;                   /* four times stride: solutions */
+    double *packed;                   /* stride: a solution */
     long mass_products, x_products;   /* of M X; of X' (M X) */
     long factor_products, l_entries;  /* of the factor; its non-zeros below the diagonal */
     kmp_flops solves;                 /* of all columns of Bvu */
@@ -70,5 +70,20 @@ void kmp_zeros_reduce(const kmp_zeros *z, const double *mass, double *mr);
 /** Cholesky factor of mr. Returns 0, or 1 + the index in u of a pivot that is not positive. */
 int kmp_zeros_factor(const kmp_zeros *z, double *mr);
 
-/** b (p, in the order of u) <- Mr^-1 b with the factor in mr. */
+/** b (p, in the order of u) <- Mr^-1 b with the factor in mr. Up to four columns, each `ld` after another, with room
+ * for four times stride: the bits are the same. */
 void kmp_zeros_solve(const kmp_zeros *z, const double *mr, double *b);
+void kmp_zeros_solve_four(const kmp_zeros *z, const double *mr, int count, double *b, int ld, double *room);
+
+/** Products of the reduced mass and its factor. */
+static inline long kmp_zeros_products(const kmp_zeros *z)
+{
+    return z->mass_products + z->x_products + z->factor_products;
+}
+
+/** Rows of Bvu's column k that may not be zero; returns their number. */
+static inline int kmp_zeros_rows(const kmp_zeros *z, int k, const int **row)
+{
+    *row = z->b_row + (z->x_start[k] - k);
+    return z->x_start[k + 1] - z->x_start[k] - 1;
+}

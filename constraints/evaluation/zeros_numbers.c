@@ -211,3 +211,35 @@ void kmp_zeros_solve(const kmp_zeros *z, const double *mr, double *b)
     for (int c = 0; c < z->p; c++)
         b[z->order[c]] = x[c];
 }
+
+/* Four solutions, interleaved in x. */
+static KMP_CLONES void solve_four(const kmp_zeros *z, const double *mr, double *x)
+{
+    const int *start = z->l.start, *row = z->l.at;
+    ptrdiff_t stride = z->stride;
+    for (int c = 0; c < z->p; c++) {
+        const double *own = mr + c * stride;
+        kmp_four by = KMP_FOUR_AT(x + (ptrdiff_t)KMP_FOUR * c) / KMP_FOUR_ALL(own[c]);
+        KMP_FOUR_AT(x + (ptrdiff_t)KMP_FOUR * c) = by;
+        for (int e = start[c]; e < start[c + 1]; e++)
+            KMP_FOUR_AT(x + (ptrdiff_t)KMP_FOUR * row[e]) -= by * own[row[e]];
+    }
+    for (int c = z->p - 1; c >= 0; c--) {
+        const double *own = mr + c * stride;
+        kmp_four sum = KMP_FOUR_AT(x + (ptrdiff_t)KMP_FOUR * c);
+        for (int e = start[c]; e < start[c + 1]; e++)
+            sum -= KMP_FOUR_CONST(x + (ptrdiff_t)KMP_FOUR * row[e]) * own[row[e]];
+        KMP_FOUR_AT(x + (ptrdiff_t)KMP_FOUR * c) = sum / KMP_FOUR_ALL(own[c]);
+    }
+}
+
+void kmp_zeros_solve_four(const kmp_zeros *z, const double *mr, int count, double *b, int ld, double *room)
+{
+    for (int c = 0; c < z->p; c++)
+        for (int k = 0; k < KMP_FOUR; k++)
+            room[KMP_FOUR * c + k] = k < count ? b[z->order[c] + (ptrdiff_t)k * ld] : 0;
+    solve_four(z, mr, room);
+    for (int c = 0; c < z->p; c++)
+        for (int k = 0; k < count; k++)
+            b[z->order[c] + (ptrdiff_t)k * ld] = room[KMP_FOUR * c + k];
+}

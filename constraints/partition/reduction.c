@@ -8,6 +8,7 @@
 #include <string.h>
 
 enum { MAX_NEWTON = 12 };
+enum { WORTH_SHARING = 5000 }; /* products: some 2 us, as long as another thread takes to begin */
 
 /* -- setting up -------------------------------------------------------------------------------------- */
 
@@ -17,7 +18,8 @@ static bool allocate(kmp_reduction *red, int entries, int m)
     return KMP_ARENA_MAKE(
         &red->arena, KMP_ROOM(int, m, &red->row_of), KMP_ROOM(int, n, &red->place), KMP_ROOM(double, entries, &red->jv),
         KMP_ROOM(double, r *p, &red->bvu), KMP_ROOM(double, n *p, &red->x), KMP_ROOM(double, r, &red->dv),
-        KMP_ROOM(double, p, &red->answer), KMP_ROOM(double, n, &red->x_t, &red->a0, &red->force),
+        KMP_ROOM(double, 2 * r, &red->room), KMP_ROOM(double, p, &red->answer),
+        KMP_ROOM(double, n, &red->x_t, &red->a0, &red->force),
         KMP_ROOM(int, entries, &red->jv_entry, &red->jv_row, &red->jv_col, &red->ju_entry, &red->ju_row, &red->ju_col));
 }
 
@@ -208,7 +210,12 @@ static void bias_force(kmp_reduction *red)
 }
 
 /* On a tree X is a permutation: Mr = M but for the order of coordinates. */
-static void take_mass(kmp_reduction *red, double *udd)
+static bool is_tree(const kmp_reduction *red)
+{
+    return red->r == 0 && !red->zeros;
+}
+
+static void take_mass(kmp_reduction *red)
 {
     const kmp_pattern *m = &red->eval->system->mass;
     int p = red->p;
@@ -217,8 +224,32 @@ static void take_mass(kmp_reduction *red, double *udd)
         int i = -1 - red->place[m->row[k]], j = -1 - red->place[m->col[k]];
         red->mr[(i > j ? i : j) + (i > j ? j : i) * p] = red->eval->mass[k];
     }
-    for (int k = 0; k < p; k++)
-        udd[k] = -red->eval->bias[red->part->u[k]];
+}
+
+/* Mr = X' M X with a dense X. */
+static void reduce_dense(kmp_reduction *red)
+{
+    int n = red->n, p = red->p;
+    memset(red->mx, 0, (size_t)(n * p) * sizeof *red->mx);
+    for (int k = 0; k < p; k++) {
+        kmp_eval_add_mass_times(red->eval, red->x + k * n, red->mx + k * n);
+        for (int i = k; i < p; i++)
+            red->mr[i + k * p] = kmp_dot(n, red->x + i * n, red->mx + k * n);
+    }
+}
+
+/* The reduced mass and its factor: a piece of work that needs M and X alone. */
+static void factor_mass(void *self, int piece)
+{
+    kmp_reduction *red = self;
+    (void)piece;
+    if (is_tree(red))
+        take_mass(red);
+    else if (red->zeros)
+        kmp_zeros_reduce(red->zeros, red->eval->mass, red->mr);
+    else
+        reduce_dense(red);
+    red->fault = red->zeros ? kmp_zeros_factor(red->zeros, red->mr) : kmp_cholesky_factor(red->p, red->mr);
 }
 
 void kmp_reduction_solve_mass(const kmp_reduction *red, double *b)
@@ -227,6 +258,17 @@ void kmp_reduction_solve_mass(const kmp_reduction *red, double *b)
         kmp_zeros_solve(red->zeros, red->mr, b);
     else
         kmp_cholesky_solve(red->p, red->mr, b);
+}
+
+void kmp_reduction_solve_masses(const kmp_reduction *red, int count, double *b, int ld, double *room)
+{
+    if (red->zeros)
+        for (int k = 0; k < count; k += KMP_FOUR)
+            kmp_zeros_solve_four(red->zeros, red->mr, count - k < KMP_FOUR ? count - k : KMP_FOUR,
+                                 b + (ptrdiff_t)k * ld, ld, room);
+    else
+        for (int k = 0; k < count; k++)
+            kmp_cholesky_solve(red->p, red->mr, b + (ptrdiff_t)k * ld);
 }
 
 void kmp_reduction_project(const kmp_reduction *red, const double *force, double *out)
@@ -239,26 +281,24 @@ void kmp_reduction_project(const kmp_reduction *red, const double *force, double
         out[k] = -kmp_dot(red->n, red->x + k * red->n, force);
 }
 
-static int solve_reduced(kmp_reduction *red, double *udd)
+void kmp_reduction_push_in(const kmp_reduction *red, double factor, const double *rows, double *room, double *out)
 {
-    int fault = red->zeros ? kmp_zeros_factor(red->zeros, red->mr) : kmp_cholesky_factor(red->p, red->mr);
-    if (!fault)
-        kmp_reduction_solve_mass(red, udd);
-    return fault;
+    double *dv = room;
+    bool some = false;
+    for (int i = 0; i < red->r; i++) {
+        dv[i] = factor * rows[red->part->rows[i]];
+        some = some || dv[i] != 0;
+    }
+    if (!some)
+        return;
+    kmp_block_solve_in(red->block, dv, room + red->r);
+    for (int i = 0; i < red->r; i++)
+        out[red->part->v[i]] += dv[i];
 }
 
 void kmp_reduction_push(kmp_reduction *red, double factor, const double *rows, double *out)
 {
-    bool some = false;
-    for (int i = 0; i < red->r; i++) {
-        red->dv[i] = factor * rows[red->part->rows[i]];
-        some = some || red->dv[i] != 0;
-    }
-    if (!some)
-        return;
-    kmp_block_solve(red->block, 1, red->dv);
-    for (int i = 0; i < red->r; i++)
-        out[red->part->v[i]] += red->dv[i];
+    kmp_reduction_push_in(red, factor, rows, red->room, out);
 }
 
 void kmp_reduction_pull(kmp_reduction *red, const double *force, double *rows)
@@ -312,34 +352,41 @@ static int accelerate_load_dependent(kmp_reduction *red, double *udd)
     return 0;
 }
 
-/* Computes X' M X and -X' force. */
-static void reduce(kmp_reduction *red, double *udd)
+/* Accelerations with the factored mass. */
+static int accelerate(kmp_reduction *red, double *udd)
 {
-    int n = red->n, p = red->p;
-    if (red->zeros) {
-        kmp_zeros_reduce(red->zeros, red->eval->mass, red->mr);
-        kmp_zeros_project(red->zeros, red->x, red->force, udd);
-        return;
+    if (red->fault)
+        return red->fault;
+    if (is_tree(red)) {
+        for (int k = 0; k < red->p; k++)
+            udd[k] = -red->eval->bias[red->part->u[k]];
+        kmp_reduction_solve_mass(red, udd);
+        return 0;
     }
-    memset(red->mx, 0, (size_t)(n * p) * sizeof *red->mx);
-    for (int k = 0; k < p; k++) {
-        kmp_eval_add_mass_times(red->eval, red->x + k * n, red->mx + k * n);
-        udd[k] = -kmp_dot(n, red->x + k * n, red->force);
-        for (int i = k; i < p; i++)
-            red->mr[i + k * p] = kmp_dot(n, red->x + i * n, red->mx + k * n);
-    }
+    bias_force(red);
+    kmp_reduction_project(red, red->force, udd);
+    kmp_reduction_solve_mass(red, udd);
+    return red->eval->load ? accelerate_load_dependent(red, udd) : 0;
 }
 
 int kmp_reduction_accelerate(kmp_reduction *red, double *udd)
 {
-    if (red->r == 0 && !red->zeros) {
-        take_mass(red, udd);
-        return solve_reduced(red, udd);
-    }
-    bias_force(red);
-    reduce(red, udd);
-    int fault = solve_reduced(red, udd);
-    return fault || !red->eval->load ? fault : accelerate_load_dependent(red, udd);
+    factor_mass(red, 0);
+    return accelerate(red, udd);
+}
+
+int kmp_reduction_move(kmp_reduction *red, const double *qd, double *udd)
+{
+    kmp_team *team = kmp_eval_team(red->eval);
+    bool beside = team && red->zeros && kmp_zeros_products(red->zeros) >= WORTH_SHARING;
+    if (beside)
+        kmp_team_bring(team, factor_mass, red);
+    kmp_eval_bias(red->eval, qd);
+    if (beside)
+        kmp_team_settle(team);
+    else
+        factor_mass(red, 0);
+    return accelerate(red, udd);
 }
 
 void kmp_reduction_residual(kmp_reduction *red, const double *udd, double *out)

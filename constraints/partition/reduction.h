@@ -32,6 +32,8 @@ typedef struct kmp_reduction {
     double *mr;                      /* p x p (zeros: of their stride): reduced mass, then its factor */
     double *dv;                      /* r: the last correction or right-hand side */
     double *answer;                  /* p: work space for forces that depend on multipliers */
+    double *room;                    /* 2 r: a right-hand side, and its solution */
+    int fault;                       /* of the reduced mass: 0, or 1 + the index in u of a pivot that is not positive */
     long newton, factorizations;
 } kmp_reduction;
 
@@ -56,8 +58,16 @@ void kmp_reduction_rates_alone(kmp_reduction *red, const double *ud, double *qd)
  * results are not finite if that fails. */
 int kmp_reduction_accelerate(kmp_reduction *red, double *udd);
 
+/** C and jdqd at qd (kmp_eval_bias), after kmp_eval_mass, and the reduced accelerations. With a thread pool the reduced
+ * mass is computed beside C. */
+int kmp_reduction_move(kmp_reduction *red, const double *qd, double *udd);
+
 /** b (p) <- Mr^-1 b, after kmp_reduction_accelerate. */
 void kmp_reduction_solve_mass(const kmp_reduction *red, double *b);
+
+/** As kmp_reduction_solve_mass for `count` columns, each `ld` after another, with the same bits. Room: 4 (p + 3). Other
+ * threads may solve at the same time, with other room. */
+void kmp_reduction_solve_masses(const kmp_reduction *red, int count, double *b, int ld, double *room);
 
 /** out (p) = -X' force (n). */
 void kmp_reduction_project(const kmp_reduction *red, const double *force, double *out);
@@ -69,8 +79,11 @@ void kmp_reduction_residual(kmp_reduction *red, const double *udd, double *out);
 /** qdd = X udd + a0 after kmp_reduction_accelerate or kmp_reduction_residual. */
 void kmp_reduction_accelerations(const kmp_reduction *red, const double *udd, double *qdd);
 
-/** out_v += factor Jv^-1 rows, for all m given rows. Transposed: rows (m; zero where dropped) = Jv'^-1 force_v. */
+/** out_v += factor Jv^-1 rows, for all m given rows; with room of 2 r, other threads may do it at the same time. */
 void kmp_reduction_push(kmp_reduction *red, double factor, const double *rows, double *out);
+void kmp_reduction_push_in(const kmp_reduction *red, double factor, const double *rows, double *room, double *out);
+
+/** rows (m; zero where dropped) = Jv'^-1 force_v. */
 void kmp_reduction_pull(kmp_reduction *red, const double *force, double *rows);
 
 /** Small changes of C near a state where it is at its multipliers (kmp_load_factor, kmp_load_change). `moving`:

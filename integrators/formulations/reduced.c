@@ -96,10 +96,10 @@ static int accelerate_at_once(kmp_reduced *d)
 static int accelerate_closed(kmp_reduced *d)
 {
     kmp_eval_mass(d->eval);
+    if (!d->by_saddle)
+        return kmp_reduction_move(&d->red, d->qd, d->udd) ? KMP_RETRY : KMP_GO;
     kmp_eval_bias(d->eval, d->qd);
-    if (d->by_saddle)
-        return accelerate_at_once(d);
-    return kmp_reduction_accelerate(&d->red, d->udd) ? KMP_RETRY : KMP_GO;
+    return accelerate_at_once(d);
 }
 
 int kmp_reduced_evaluate(kmp_reduced *d, double t, const double *y)

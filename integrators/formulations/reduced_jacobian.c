@@ -5,31 +5,31 @@
 
 /* -- small changes ----------------------------------------------------------------------------------- */
 
-void kmp_spread(kmp_reduction *red, const double *du, const double *rows, double *out)
+void kmp_spread(const kmp_reduction *red, const double *du, const double *rows, double *room, double *out)
 {
     memset(out, 0, (size_t)red->n * sizeof *out);
     for (int k = 0; du && k < red->p; k++)
         for (int i = 0; du[k] != 0 && i < red->n; i++)
             out[i] += red->x[i + k * red->n] * du[k];
-    kmp_reduction_push(red, -1, rows, out);
+    kmp_reduction_push_in(red, -1, rows, room, out);
 }
 
 void kmp_follow(kmp_reduction *red, const kmp_tangents *tangents, const double *d, bool moving,
                 const kmp_change *change, const kmp_response *response, double *room)
 {
     int n = red->n, m = red->part->m;
-    double *rows = room + 4 * n, *force = room;
+    double *two = room + 4 * n, *rows = room + 6 * n, *force = room;
     double *dq = response->q ? response->q : room + n, *dqd = response->qd ? response->qd : room + 2 * n;
     double *dqdd = response->qdd ? response->qdd : room + 3 * n;
     kmp_copy_or_zero(m, change->h, rows);
-    kmp_spread(red, change->u, rows, dq);
+    kmp_spread(red, change->u, rows, two, dq);
     kmp_copy_or_zero(m, change->rate, rows);
     kmp_tangents_add(tangents, KMP_RATE_Q, d, 1, dq, rows);
-    kmp_spread(red, change->ud, rows, dqd);
+    kmp_spread(red, change->ud, rows, two, dqd);
     kmp_copy_or_zero(m, change->curve, rows);
     kmp_tangents_add(tangents, KMP_CURVE_Q, d, 1, dq, rows);
     kmp_tangents_add(tangents, KMP_CURVE_QD, d, 1, dqd, rows);
-    kmp_spread(red, change->udd, rows, dqdd);
+    kmp_spread(red, change->udd, rows, two, dqdd);
     kmp_copy_or_zero(n, change->force, force);
     kmp_tangents_add(tangents, KMP_R_Q, d, 1, dq, force);
     kmp_tangents_add(tangents, KMP_R_QD, d, 1, dqd, force);
@@ -45,13 +45,33 @@ void kmp_follow(kmp_reduction *red, const kmp_tangents *tangents, const double *
 
 /* -- the Jacobian ------------------------------------------------------------------------------------ */
 
+/* Operations below which columns stay on one thread: they take some 20 us. */
+enum { WORTH_SHARING = 50000 };
+
+/* Columns in pieces for a thread pool, some for each thread, as far as they are worth it; otherwise in one. */
+static void choose_pieces(kmp_reduced_jacobian *jacobian)
+{
+    const kmp_reduction *red = jacobian->red;
+    const kmp_team *team = kmp_eval_team(red->eval);
+    long columns = 2L * red->p;
+    long solution = red->zeros ? 2 * red->zeros->l_entries : (long)red->p * red->p;
+    bool shared = team && red->eval->system->load_row_count == 0 && columns * (8L * red->n + solution) >= WORTH_SHARING;
+    long most = (columns + KMP_FOUR - 1) / KMP_FOUR, pieces = shared ? 2L * kmp_team_threads(team) : 1;
+    pieces = pieces < most ? pieces : most;
+    jacobian->columns = (int)(pieces > 0 ? (most + pieces - 1) / pieces * KMP_FOUR : 0);
+    jacobian->pieces = (int)(pieces > 0 ? (columns + jacobian->columns - 1) / jacobian->columns : 0);
+    jacobian->room_of_piece = 2 * ((size_t)red->p + (size_t)red->n) +
+                              KMP_FOLLOW_ROOM((size_t)red->n, (size_t)red->part->m) +
+                              KMP_FOUR * ((size_t)red->p + KMP_FOUR);
+}
+
 kempe_status kmp_reduced_jacobian_init(kmp_reduced_jacobian *jacobian, kmp_reduction *red, bool power)
 {
-    int n = red->n, m = red->part->m;
     *jacobian = (kmp_reduced_jacobian){.red = red};
-    if (!KMP_ARENA_MAKE(&jacobian->arena, KMP_ROOM(double, n, &jacobian->qdd, &jacobian->dq, &jacobian->dqd),
-                        KMP_ROOM(double, m, &jacobian->lambda), KMP_ROOM(double, 2 * red->p, &jacobian->unit),
-                        KMP_ROOM(double, 5 * n + m, &jacobian->room)))
+    choose_pieces(jacobian);
+    if (!KMP_ARENA_MAKE(&jacobian->arena, KMP_ROOM(double, red->n, &jacobian->qdd),
+                        KMP_ROOM(double, red->part->m, &jacobian->lambda),
+                        KMP_ROOM(double, (size_t)jacobian->pieces * jacobian->room_of_piece, &jacobian->room)))
         return kmp_fail_memory(red->eval->system->context);
     return kmp_tangents_init(&jacobian->tangents, red->eval->system, red->eval->backend,
                              KMP_TANGENTS_NEAR | (power ? 1u << KMP_VALUE_POWER : 0));
@@ -76,40 +96,70 @@ static const double *derive(kmp_reduced_jacobian *jacobian, bool moving, double 
     return kmp_tangents_derivatives(&jacobian->tangents, &at);
 }
 
-/* Follows column c, of u and then of ud, with cj times the accelerations: sets dR, returns the change of the power. */
-static double follow(kmp_reduced_jacobian *jacobian, const double *d, bool moving, double cj, int c, double *residual)
+/* All columns of a Jacobian, at the derivatives d. */
+typedef struct columns {
+    kmp_reduced_jacobian *jacobian;
+    const double *d;
+    bool moving; /* solved for accelerations; otherwise of the residual, with cj times the accelerations */
+    double cj;
+    int size;
+    double *j;
+} columns;
+
+/* Follows column c, of u and then of ud: sets dR, returns the change of the power. */
+static double follow(const columns *all, int c, double *room, double *residual)
 {
-    kmp_reduction *red = jacobian->red;
-    const kmp_tangents *t = &jacobian->tangents;
-    int p = red->p;
-    double *unit = jacobian->unit, *udd = unit + p, power = 0;
+    kmp_reduction *red = all->jacobian->red;
+    const kmp_tangents *t = &all->jacobian->tangents;
+    int p = red->p, n = red->n;
+    double *unit = room, *udd = unit + p, *dq = udd + p, *dqd = dq + n, power = 0;
     memset(unit, 0, (size_t)(2 * p) * sizeof *unit);
     unit[c % p] = 1;
-    udd[c % p] = c < p ? 0 : cj;
-    const kmp_response response = {.q = jacobian->dq, .qd = jacobian->dqd, .residual = residual};
-    kmp_follow(red, t, d, moving, &(kmp_change){.u = c < p ? unit : NULL, .ud = c < p ? NULL : unit, .udd = udd},
-               &response, jacobian->room);
-    kmp_tangents_add(t, KMP_POWER_Q, d, 1, jacobian->dq, &power);
-    kmp_tangents_add(t, KMP_POWER_QD, d, 1, jacobian->dqd, &power);
+    udd[c % p] = c < p ? 0 : all->cj;
+    const kmp_change change = {.u = c < p ? unit : NULL, .ud = c < p ? NULL : unit, .udd = udd};
+    const kmp_response response = {.q = dq, .qd = dqd, .residual = residual};
+    kmp_follow(red, t, all->d, all->moving, &change, &response, dqd + n);
+    kmp_tangents_add(t, KMP_POWER_Q, all->d, 1, dq, &power);
+    kmp_tangents_add(t, KMP_POWER_QD, all->d, 1, dqd, &power);
     return power;
+}
+
+/* Columns of one piece. */
+static void follow_piece(void *self, int piece)
+{
+    const columns *all = self;
+    const kmp_reduced_jacobian *jacobian = all->jacobian;
+    int p = jacobian->red->p, size = all->size, first = piece * jacobian->columns, last = first + jacobian->columns;
+    double *room = jacobian->room + (size_t)piece * jacobian->room_of_piece, sign = all->moving ? 1 : -1;
+    last = last < 2 * p ? last : 2 * p;
+    for (int c = first; c < last; c++) {
+        double *column = all->j + (ptrdiff_t)c * size, power = follow(all, c, room, column + p);
+        for (int k = 0; all->moving && k < p; k++)
+            column[p + k] = -column[p + k];
+        if (size > 2 * p)
+            column[2 * p] = sign * power;
+    }
+    if (all->moving)
+        kmp_reduction_solve_masses(jacobian->red, last - first, all->j + (ptrdiff_t)first * size + p, size, room);
+}
+
+static void follow_all(columns *all)
+{
+    const kmp_reduced_jacobian *jacobian = all->jacobian;
+    if (jacobian->pieces > 1)
+        kmp_team_run(kmp_eval_team(jacobian->red->eval), jacobian->pieces, follow_piece, all);
+    else if (jacobian->pieces == 1)
+        follow_piece(all, 0);
 }
 
 void kmp_reduced_jacobian_eval(kmp_reduced_jacobian *jacobian, double t, const double *q, const double *qd,
                                const double *udd, int size, double *j)
 {
-    kmp_reduction *red = jacobian->red;
-    int p = red->p;
-    const double *d = derive(jacobian, true, t, q, qd, udd);
-    for (int c = 0; c < 2 * p; c++) {
-        double *column = j + c * size, power = follow(jacobian, d, true, 0, c, column + p);
-        if (c >= p)
-            column[c - p] = 1;
-        for (int k = 0; k < p; k++)
-            column[p + k] = -column[p + k];
-        kmp_reduction_solve_mass(red, column + p);
-        if (size > 2 * p)
-            column[2 * p] = power;
-    }
+    int p = jacobian->red->p;
+    columns all = {jacobian, derive(jacobian, true, t, q, qd, udd), true, 0, size, j};
+    follow_all(&all);
+    for (int c = p; c < 2 * p; c++)
+        j[c - p + (ptrdiff_t)c * size] = 1;
 }
 
 /* d(M qdd + C - J' lambda) = 0 as a separate system: X' eliminates J' times the change of X. */
@@ -117,13 +167,10 @@ void kmp_reduced_jacobian_of_residual(kmp_reduced_jacobian *jacobian, double t, 
                                       const double *qd, const double *udd, int size, double *j)
 {
     int p = jacobian->red->p;
-    const double *d = derive(jacobian, false, t, q, qd, udd);
-    for (int c = 0; c < 2 * p; c++) {
-        double *column = j + c * size, power = follow(jacobian, d, false, cj, c, column + p);
-        column[c % p] = c < p ? cj : -1;
-        if (size > 2 * p)
-            column[2 * p] = -power;
-    }
+    columns all = {jacobian, derive(jacobian, false, t, q, qd, udd), false, cj, size, j};
+    follow_all(&all);
+    for (int c = 0; c < 2 * p; c++)
+        j[c % p + (ptrdiff_t)c * size] = c < p ? cj : -1;
     if (size > 2 * p)
         j[2 * p + 2 * p * size] = cj;
 }

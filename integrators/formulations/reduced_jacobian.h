@@ -28,21 +28,25 @@ typedef struct kmp_response {
 } kmp_response;
 
 /** dq for changes du of u (p; NULL: none) and `rows` of h (m): X du - (0; Jv^-1 rows), from factors and tangent
- * alone. */
-void kmp_spread(kmp_reduction *red, const double *du, const double *rows, double *out);
+ * alone. Room: 2 n. */
+void kmp_spread(const kmp_reduction *red, const double *du, const double *rows, double *room, double *out);
 
 /** Computes the response at the state of the derivatives `d`, where the reduction has factors and tangent. Forces that
  * depend on multipliers change with those of the given accelerations; or, with `moving`, of the resulting ones
- * (kmp_reduction_load_change, with its factors). Room: 5 n + m. No allocation. */
+ * (kmp_reduction_load_change, with its factors). Room: KMP_FOLLOW_ROOM. No allocation. Without such forces and without
+ * lambda in the response other threads may follow other changes at the same time, with other room. */
+#define KMP_FOLLOW_ROOM(n, m) (7 * (n) + (m))
 void kmp_follow(kmp_reduction *red, const kmp_tangents *tangents, const double *d, bool moving,
                 const kmp_change *change, const kmp_response *response, double *room);
 
 typedef struct kmp_reduced_jacobian {
     kmp_arena arena; /* of all arrays */
     kmp_tangents tangents;
-    kmp_reduction *red;          /* not owned */
-    double *qdd, *lambda, *unit; /* n, m, 2 p */
-    double *dq, *dqd, *room;     /* n, n, 5 n + m */
+    kmp_reduction *red;   /* not owned */
+    double *qdd, *lambda; /* n, m */
+    int pieces, columns;  /* pieces of work, of so many columns each */
+    double *room;         /* of all pieces, one after another */
+    size_t room_of_piece;
 } kmp_reduced_jacobian;
 
 /** `power`: the state has the work of non-conservative forces as its last entry. */

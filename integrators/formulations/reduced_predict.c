@@ -35,12 +35,17 @@ static void set_progress(kmp_reduced *d, const double *ud)
 void kmp_reduced_predict(kmp_reduced *d, double t, const double *u)
 {
     double tau = t - d->t, s = progress_of(d, t, u), half = 0.5 * s * s;
+    const kmp_zeros *zeros = d->red.zeros;
     for (int i = 0; i < d->r; i++)
         d->v[i] = d->anchor_v[i] + tau * d->anchor_t[i] + half * d->anchor_c[i];
     for (int k = 0; k < d->p; k++) {
         const double *b = d->anchor_b + k * d->r;
         double du = u[k] - d->anchor_u[k];
-        for (int i = 0; i < d->r; i++)
+        const int *row;
+        int count = zeros ? kmp_zeros_rows(zeros, k, &row) : 0;
+        for (int e = 0; e < count; e++)
+            d->v[row[e]] += b[row[e]] * du;
+        for (int i = 0; !zeros && i < d->r; i++)
             d->v[i] += b[i] * du;
     }
 }

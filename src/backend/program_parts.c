@@ -8,12 +8,17 @@
  * A heuristic partition: implicit blocks are merged greedily by the cost of the instructions that feed both, other
  * instructions follow their readers or operands. The number of parts with the shortest estimated duration wins. */
 #include "backend/layout.h"
+#include "base/thread_pool.h"
 #include "base/union_find.h"
 #include <string.h>
 
 /* Times in nanoseconds, roughly: of a stage that is worth dividing; of a call. */
 enum { LEAST = 10000, CALL = 2000 };
 enum { SOLVING = 1500 }; /* time of a block in nanoseconds: 0.7 us near the last solution, up to 4 us farther away */
+/* Work beside a stage that is expected, relative to the stage: on the tram the reduced mass matrix takes 0.15 of C. It
+ * follows from earlier stages, which the first one has not. */
+static const double BESIDE = 0.15;
+enum { FIRST_STAGE = 1 }; /* after that of constants */
 enum { SEEDS = 64, BEFORE = 0, FREE = 255 };
 
 typedef uint64_t seeds; /* a set of seeds */
@@ -34,6 +39,7 @@ typedef struct finder {
     double *weight;
     double *price; /* nanoseconds, by instruction of the stage */
     double cost[KMP_PARTS_MOST + 2];
+    double alone, beside; /* cost of the stage in one part, and of work beside it */
 } finder;
 
 static const kmp_instruction *instruction(const finder *f, int i)
@@ -324,16 +330,24 @@ static void settle(finder *f)
     }
 }
 
-/* The duration of the stage, with the parts shared among `threads` threads. */
+/* The duration of the stage: each thread takes the costliest part that is left. One of them first does a piece beside
+ * the stage (kmp_team_bring). */
 static double duration(const finder *f, int threads)
 {
-    double sum = 0, most = 0;
-    for (int k = 1; k <= f->parts; k++) {
-        sum += f->cost[k];
-        most = f->cost[k] > most ? f->cost[k] : most;
+    double load[KMP_TEAM_MOST] = {f->beside}, cost[KMP_PARTS_MOST + 2], most = 0;
+    memcpy(cost, f->cost, sizeof cost);
+    for (int part = 0; part < f->parts; part++) {
+        int next = 1, thread = 0;
+        for (int k = 2; k <= f->parts; k++)
+            next = cost[k] > cost[next] ? k : next;
+        for (int k = 1; k < threads; k++)
+            thread = load[k] < load[thread] ? k : thread;
+        load[thread] += cost[next];
+        cost[next] = -1;
     }
-    double rounds = sum / threads > most ? sum / threads : most;
-    return f->cost[BEFORE] + f->cost[f->parts + 1] + rounds + CALL;
+    for (int k = 0; k < threads; k++)
+        most = load[k] > most ? load[k] : most;
+    return f->cost[BEFORE] + f->cost[f->parts + 1] + most + CALL;
 }
 
 static double try_parts(finder *f, int parts, int threads)
@@ -376,10 +390,10 @@ static void put_costliest_first(finder *f, int parts)
 }
 
 /* Tries as many parts as threads, or some times as many for parts of unequal size. */
-static int choose_parts(finder *f, int threads, double alone)
+static int choose_parts(finder *f, int threads)
 {
     int best = 0;
-    double least = alone / 1.2;
+    double least = (f->alone + f->beside) / 1.2;
     for (int parts = threads; parts <= 4 * threads && parts <= KMP_PARTS_MOST; parts += threads) {
         double time = try_parts(f, parts, threads);
         if (time < 0.95 * least && f->parts > 1) {
@@ -394,7 +408,6 @@ static int choose_parts(finder *f, int threads, double alone)
 int kmp_parts_find(kmp_layout *layout, int stage, int threads)
 {
     const int *code = layout->program->code;
-    double alone = 0;
     finder *f = KMP_ARENA_NEW(&layout->arena, finder, 1);
     if (!f)
         return -1;
@@ -405,14 +418,15 @@ int kmp_parts_find(kmp_layout *layout, int stage, int threads)
     if (!find_prices(f))
         return -1;
     for (int i = 0; i < f->count; i++)
-        alone += f->price[i];
-    if (alone < LEAST)
+        f->alone += f->price[i];
+    f->beside = stage > FIRST_STAGE ? BESIDE * f->alone : 0;
+    if (f->alone < LEAST)
         return 0;
     if (!begin(f))
         return -1;
     spread_seeds(f);
     find_shares(f);
-    int parts = choose_parts(f, threads, alone);
+    int parts = choose_parts(f, threads);
     if (parts > 0) {
         put_costliest_first(f, parts);
         memcpy(layout->part + f->from, f->best, (size_t)f->count);

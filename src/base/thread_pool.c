@@ -18,6 +18,14 @@ static const double LATE = 50e-6;      /* s */
 enum { AWAKE = 4000, PATIENT = 2000 }; /* looks, some 50 ns each: before sleeping; before giving the processor away */
 enum { LONG_WAIT = 100000, NAP = 50000 }; /* looks until the caller naps; ns of a nap */
 
+typedef struct helper {
+    kmp_team *team;
+    int index;
+} helper;
+
+/* The team that this thread helps, NULL: none. */
+static _Thread_local helper own = {0};
+
 struct kmp_team {
     char before[64];         /* pads each to a cache line */
     _Atomic uint64_t ticket; /* work << 32 | pieces << 16 | the next one */
@@ -26,12 +34,14 @@ struct kmp_team {
     char after[64];
     atomic_int sleepers;
     atomic_bool ends;
-    atomic_bool stolen; /* a processor was taken from a thread other than the caller's during this call */
-    kmp_team_work *work;
-    void *self;
+    atomic_bool stolen;            /* a processor was taken from a thread other than the caller's during this call */
+    kmp_team_work *work, *brought; /* of this call; of a piece that the next call does first, NULL: none */
+    void *self, *of_brought;
+    bool takes;           /* piece 0 of this call is the one brought */
     int rest, longest;    /* calls that are not shared for now; of the last such rest */
     int threads, started; /* requested threads; threads that run in addition to the caller's */
     pthread_t thread[KMP_TEAM_MOST];
+    helper helper[KMP_TEAM_MOST];
     pthread_mutex_t lock;
     pthread_cond_t called;
 };
@@ -48,12 +58,20 @@ static bool has_more(uint64_t ticket)
     return (ticket & 0xffff) < (ticket >> 16 & 0xffff);
 }
 
+static void do_piece(const kmp_team *team, int piece)
+{
+    if (team->takes && piece == 0)
+        team->brought(team->of_brought, 0);
+    else
+        team->work(team->self, piece - team->takes);
+}
+
 /* A piece by a thread other than the caller's. Wall-clock time minus processor time is time without a processor: an
  * unequal piece takes long by both clocks. */
 static void help_with(kmp_team *team, int piece)
 {
     double wall = kmp_wall_now(), cpu = kmp_cpu_now();
-    team->work(team->self, piece);
+    do_piece(team, piece);
     cpu = kmp_cpu_now() - cpu;
     if (kmp_wall_now() - wall - cpu > LATE)
         atomic_store_explicit(&team->stolen, true, memory_order_relaxed);
@@ -69,7 +87,7 @@ static bool do_one(kmp_team *team, bool helps)
             if (helps)
                 help_with(team, (int)(ticket & 0xffff));
             else
-                team->work(team->self, (int)(ticket & 0xffff));
+                do_piece(team, (int)(ticket & 0xffff));
             atomic_fetch_add_explicit(&team->done, 1, memory_order_release);
             return true;
         }
@@ -88,7 +106,8 @@ static void sleep_until_called(kmp_team *team)
 
 static void *help(void *self)
 {
-    kmp_team *team = self;
+    own = *(const helper *)self;
+    kmp_team *team = own.team;
     for (int looks = 0; !atomic_load_explicit(&team->ends, memory_order_relaxed); looks++) {
         if (do_one(team, true))
             looks = 0;
@@ -110,7 +129,10 @@ kmp_team *kmp_team_new(int threads)
     team->threads = threads < 1 ? 1 : threads > KMP_TEAM_MOST ? KMP_TEAM_MOST : threads;
     team->lock = (pthread_mutex_t)PTHREAD_MUTEX_INITIALIZER;
     team->called = (pthread_cond_t)PTHREAD_COND_INITIALIZER;
-    while (team->started < team->threads - 1 && pthread_create(&team->thread[team->started], NULL, help, team) == 0)
+    for (int k = 0; k < team->threads; k++)
+        team->helper[k] = (helper){team, k + 1};
+    while (team->started < team->threads - 1 &&
+           pthread_create(&team->thread[team->started], NULL, help, &team->helper[team->started]) == 0)
         team->started++;
     return team;
 }
@@ -160,6 +182,8 @@ void kmp_team_run(kmp_team *team, int count, kmp_team_work *work, void *self)
     }
     team->work = work;
     team->self = self;
+    team->takes = team->brought;
+    count += team->takes;
     atomic_store_explicit(&team->done, 0, memory_order_relaxed);
     atomic_store_explicit(&team->stolen, false, memory_order_relaxed);
     atomic_store(&team->ticket, ((last >> 32) + 1) << 32 | (uint64_t)count << 16);
@@ -175,7 +199,22 @@ void kmp_team_run(kmp_team *team, int count, kmp_team_work *work, void *self)
             (void)sched_yield();
         else
             (void)nanosleep(&(struct timespec){.tv_nsec = NAP}, NULL);
+    if (team->takes)
+        team->brought = NULL;
     judge(team, kmp_wall_now() - from);
+}
+
+void kmp_team_bring(kmp_team *team, kmp_team_work *work, void *self)
+{
+    team->brought = work;
+    team->of_brought = self;
+}
+
+void kmp_team_settle(kmp_team *team)
+{
+    if (team->brought)
+        team->brought(team->of_brought, 0);
+    team->brought = NULL;
 }
 
 static double time_of(pthread_t thread)
@@ -214,6 +253,11 @@ int kmp_processors(void)
         count = CPU_COUNT(&set);
 #endif
     return count < 1 ? 1 : count > KMP_TEAM_MOST ? KMP_TEAM_MOST : (int)count;
+}
+
+int kmp_team_thread(const kmp_team *team)
+{
+    return own.team == team ? own.index : 0;
 }
 
 int kmp_team_threads(const kmp_team *team)

@@ -13,7 +13,7 @@
 static bool make_room(kmp_linear *l)
 {
     return KMP_ARENA_MAKE(&l->arena, KMP_ROOM(double, l->n, &l->q, &l->qd, &l->qdd, &l->force, &l->unit),
-                          KMP_ROOM(double, l->m, &l->lambda), KMP_ROOM(double, 5 * l->n + l->m, &l->work));
+                          KMP_ROOM(double, l->m, &l->lambda), KMP_ROOM(double, KMP_FOLLOW_ROOM(l->n, l->m), &l->work));
 }
 
 kempe_status kmp_linear_init(kmp_linear *linear, const kempe_system *system, const char *backend)

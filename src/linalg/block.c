@@ -303,9 +303,8 @@ INLINE double remainder_of(const kmp_block *b, int row, const double *x, const d
 }
 
 /* Solves for one right-hand side where all blocks have two rows; otherwise as solve(). */
-static void solve_pairs(const kmp_block *b, double *restrict x)
+static void solve_pairs(const kmp_block *b, double *restrict w, double *restrict x)
 {
-    double *restrict w = b->scratch;
     for (int k = b->n - 2; k >= 0; k -= 2) {
         const double *lu = b->lu + 2 * k, *inverse = b->inverse + k;
         double s = remainder_of(b, b->order[k], x, w), r = remainder_of(b, b->order[k + 1], x, w) - lu[1] * s;
@@ -317,10 +316,9 @@ static void solve_pairs(const kmp_block *b, double *restrict x)
 }
 
 /* Last block first: the right-hand side less the contributions of later unknowns, then the block. */
-INLINE void solve(const kmp_block *b, int lanes, double *restrict x)
+INLINE void solve(const kmp_block *b, int lanes, double *restrict scratch, double *restrict x)
 {
     int n = b->n;
-    double *restrict scratch = b->scratch;
     for (int k = b->count - 1; k >= 0; k--) {
         int first = b->start[k], size = b->start[k + 1] - first;
         const double *lu = b->lu + b->lu_start[k], *inverse = b->inverse + first;
@@ -418,11 +416,17 @@ void kmp_block_solve(const kmp_block *b, int m, double *x)
     if (!b)
         return;
     for (; m >= 2; m -= 2, x += 2 * (ptrdiff_t)b->n)
-        solve(b, 2, x);
-    if (m == 1 && b->pairs)
-        solve_pairs(b, x);
-    else if (m == 1)
-        solve(b, 1, x);
+        solve(b, 2, b->scratch, x);
+    if (m == 1)
+        kmp_block_solve_in(b, x, b->scratch);
+}
+
+void kmp_block_solve_in(const kmp_block *b, double *x, double *room)
+{
+    if (b && b->pairs)
+        solve_pairs(b, room, x);
+    else if (b)
+        solve(b, 1, room, x);
 }
 
 /* The right-hand side of row `row` of C, less the contributions of later unknowns, at the columns of [from, end). */

@@ -22,6 +22,9 @@ int kmp_block_factor(kmp_block *b, const double *values);
 void kmp_block_solve(const kmp_block *b, int m, double *x);
 void kmp_block_solve_transposed(const kmp_block *b, double *x);
 
+/** As kmp_block_solve for one right-hand side, with room (n) of the caller. */
+void kmp_block_solve_in(const kmp_block *b, double *x, double *room);
+
 /** A^-T of a right-hand side with `count` entries, in columns of A, from which few blocks are reached: rows and values
  * (at most n) of the entries found. Smaller values than `nothing` are taken as zero. Returns their number. */
 int kmp_block_solve_transposed_few(const kmp_block *b, double nothing, int count, const int *column,

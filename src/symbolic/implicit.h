@@ -70,6 +70,9 @@ kmp_solving *kmp_solving_new(const kmp_program_block *block, const kmp_block_run
 /** The block of another one with another list of arguments, in the other's room: both belong to one thread, and the
  * other outlives it. NULL: no memory. */
 kmp_solving *kmp_solving_beside(const kmp_solving *other);
+
+/** Lets one that was made beside another use the code and the room of a third one of the same block. */
+void kmp_solving_move(kmp_solving *s, const kmp_solving *other);
 void kmp_solving_free(kmp_solving *solving);
 
 /** Operations of the block's program since it was made; those of a room count once, for the solving that owns it.

@@ -107,10 +107,15 @@ kmp_solving *kmp_solving_beside(const kmp_solving *other)
     if (!s)
         return NULL;
     s->shares = true;
+    kmp_solving_move(s, other);
+    return s;
+}
+
+void kmp_solving_move(kmp_solving *s, const kmp_solving *other)
+{
     s->code = other->code;
     s->scan = other->scan;
     s->average = other->average;
-    return s;
 }
 
 void kmp_solving_free(kmp_solving *s)

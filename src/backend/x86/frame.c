@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "backend/x86/frame.h"
+#include "base/thread_pool.h"
 #include "symbolic/table_function.h"
 #include <string.h>
 
@@ -7,6 +8,8 @@ void kmp_frame_free(kmp_frame *f)
 {
     for (uint32_t k = 0; f->solving && k < f->solving_count; k++)
         kmp_solving_free(f->solving[k]);
+    for (uint32_t k = 0; f->room && k < f->room_count; k++)
+        kmp_solving_free(f->room[k]);
     kmp_arena_free(&f->arena);
     kmp_arena_free(&f->values);
     *f = (kmp_frame){0};
@@ -28,21 +31,42 @@ bool kmp_frame_extend(kmp_frame *f, uint32_t slots)
     return true;
 }
 
-/* A block with another list of arguments, in the room of an earlier one. Parts of a stage that run at the same time
- * (team) need rooms of their own. */
+static kmp_solving *new_solving(const kmp_frame *f, uint32_t block)
+{
+    return kmp_solving_new(&f->program->block[block], f->runner.run ? &f->runner : NULL);
+}
+
+/* A block with another list of arguments, in the room of an earlier one. */
 static kmp_solving *solving_of(const kmp_frame *f, uint32_t which)
 {
     uint32_t block = f->block_of[which], k = 0;
-    while (k < which && (f->team || f->block_of[k] != block))
+    while (!f->room && k < which && f->block_of[k] != block)
         k++;
-    return k < which ? kmp_solving_beside(f->solving[k])
-                     : kmp_solving_new(&f->program->block[block], f->runner.run ? &f->runner : NULL);
+    return f->room     ? kmp_solving_beside(f->room[block])
+           : k < which ? kmp_solving_beside(f->solving[k])
+                       : new_solving(f, block);
+}
+
+/* Rooms of the blocks for each thread. A room for each list of arguments would do as well, but a room is large: many
+ * do not fit in a cache. */
+static bool add_rooms(kmp_frame *f)
+{
+    uint32_t blocks = (uint32_t)f->program->block_count, threads = (uint32_t)kmp_team_threads(f->team);
+    f->room_count = blocks * threads;
+    f->room = KMP_ARENA_NEW(&f->arena, kmp_solving *, f->room_count);
+    bool ok = f->room;
+    for (uint32_t k = 0; ok && k < f->solving_count; k++)
+        for (uint32_t r = f->block_of[k]; ok && r < f->room_count; r += blocks) {
+            f->room[r] = f->room[r] ? f->room[r] : new_solving(f, f->block_of[k]);
+            ok = f->room[r];
+        }
+    return ok;
 }
 
 bool kmp_frame_add_blocks(kmp_frame *f)
 {
     f->solving = KMP_ARENA_NEW(&f->arena, kmp_solving *, f->solving_count);
-    bool ok = f->solving;
+    bool ok = f->solving && (!f->team || add_rooms(f));
     for (uint32_t k = 0; ok && k < f->solving_count; k++) {
         f->solving[k] = solving_of(f, k);
         ok = f->solving[k];
@@ -65,13 +89,21 @@ const double *kmp_frame_outputs(const void *code, int stage)
     return f->v + f->out + f->program->outputs[stage];
 }
 
+static void add_count(const kmp_frame *f, uint32_t block, const kmp_solving *solving, kmp_block_counts *counts)
+{
+    const kmp_counts of = kmp_solving_count(solving);
+    kmp_counts_add(f->program->block[block].averages ? &counts->averages : &counts->equations, &of, 1);
+}
+
 void kmp_frame_count(const void *code, kmp_block_counts *counts)
 {
     const kmp_frame *f = code;
+    for (uint32_t k = 0; f->room && k < f->room_count; k++)
+        if (f->room[k])
+            add_count(f, k % (uint32_t)f->program->block_count, f->room[k], counts);
     for (uint32_t k = 0; f->solving && k < f->solving_count; k++) {
         const bool averages = f->program->block[f->block_of[k]].averages;
-        const kmp_counts of = kmp_solving_count(f->solving[k]);
-        kmp_counts_add(averages ? &counts->averages : &counts->equations, &of, 1);
+        add_count(f, f->block_of[k], f->solving[k], counts);
         *(averages ? &counts->average_lists : &counts->equation_lists) += kmp_solving_is_done(f->solving[k]);
     }
 }
@@ -80,6 +112,8 @@ static double run_implicit(const kmp_frame *f, const kmp_special *s, const doubl
 {
     const kmp_instruction *in = &f->program->instruction[s->instruction];
     kmp_solving *solving = f->solving[s->operand[1]];
+    if (f->room)
+        kmp_solving_move(solving, f->room[kmp_team_thread(f->team) * f->program->block_count + (int)in->b]);
     double *p = kmp_solving_arguments(solving);
     for (int l = 0; l < f->program->block[in->b].arguments; l++) {
         const kmp_list_item *a = &f->items[s->operand[0] + (uint32_t)l];

@@ -71,6 +71,8 @@ typedef struct kmp_frame {
     uint32_t *block_of;               /* blocks with a list of arguments each, all different */
     kmp_solving **solving;            /* of these: each keeps its last solution. NULL: kmp_frame_add_blocks */
     uint32_t solving_count;
+    kmp_solving **room; /* with a thread pool: those whose code and room each thread uses, by threads and blocks */
+    uint32_t room_count;
     kmp_list_item *items; /* of implicit instructions, one after another */
     uint32_t item_count;
     bool taped;           /* the code is that of the tape */

@@ -84,7 +84,7 @@ static void find_slopes(kempe_gradient *g)
     memcpy(g->slope, g->linear.red.x, (size_t)(g->n * g->driven) * sizeof *g->slope);
     for (int k = 0; k < g->count; k++) {
         kmp_change change = kmp_slopes_change(g->slopes, k, g->part);
-        kmp_spread(&g->linear.red, NULL, change.h, slope_by(g, g->driven + k));
+        kmp_spread(&g->linear.red, NULL, change.h, g->linear.work, slope_by(g, g->driven + k));
     }
 }
 
