@@ -111,17 +111,21 @@ typedef struct kmp_lane_room {
     double until[KMP_LANES_MOST],
         limit[KMP_LANES_MOST]; /* ends of the inputs' pieces; times that no step goes beyond */
     double error_old[KMP_LANES_MOST], next[KMP_LANES_MOST]; /* of the last accepted step; the step after this one */
-    double bad[KMP_LANES_MOST];                             /* not 0: the right-hand side cannot be evaluated */
-    double pivot[KMP_LANES_MOST], exchange[KMP_LANES_MOST]; /* those of the instances: pivot, limit */
-    uint64_t negative[KMP_SIGN_WORDS * KMP_LANES_MOST];     /* theirs, word by word */
-    double *y, *y_new, *stage, *weight, *atol;              /* size: room for the largest */
-    double *k[17];                                          /* size, as published: 1 to 13; for dense output to 16 */
-    double *scale;                                          /* n */
-    double *row_scale;                                      /* m */
-    double *per_scale, *per_row_scale;                      /* n, m: reciprocal */
-    double *square;                                         /* m x n, of one lane */
-    double *vdd, *vdd_new, *vdd_middle;                     /* n + m, where conditions need them */
-    bool late;                                              /* conditions depend on accelerations or multipliers */
+    /* attempts that need no decision of the instance: the most; accepted and rejected ones not yet in its account */
+    int64_t spare[KMP_LANES_MOST], made[KMP_LANES_MOST], repeated[KMP_LANES_MOST];
+    int64_t rejected[KMP_LANES_MOST], tries[KMP_LANES_MOST]; /* those of the instances */
+    bool gaps;                                               /* some lane has no instance */
+    double bad[KMP_LANES_MOST];                              /* not 0: the right-hand side cannot be evaluated */
+    double pivot[KMP_LANES_MOST], exchange[KMP_LANES_MOST];  /* those of the instances: pivot, limit */
+    uint64_t negative[KMP_SIGN_WORDS * KMP_LANES_MOST];      /* theirs, word by word */
+    double *y, *y_new, *stage, *weight, *atol;               /* size: room for the largest */
+    double *k[17];                                           /* size, as published: 1 to 13; for dense output to 16 */
+    double *scale;                                           /* n */
+    double *row_scale;                                       /* m */
+    double *per_scale, *per_row_scale;                       /* n, m: reciprocal */
+    double *square;                                          /* m x n, of one lane */
+    double *vdd, *vdd_new, *vdd_middle;                      /* n + m, where conditions need them */
+    bool late;                                               /* conditions depend on accelerations or multipliers */
     double *nu, *nu_now, *nu_end; /* m, where forces depend on multipliers: from which they are solved for, at the last
                                    * evaluation, at the end of the step */
     double event[KMP_LANES_MOST]; /* time of one within the step */
@@ -505,8 +509,13 @@ void kmp_lanes_interpolant(size_t width, size_t size, const struct kmp_dop853_st
 void kmp_lanes_interpolate(size_t width, size_t size, int vectors, double *const *vector, double x, double *y);
 
 /** The next steps after accepted ones, without regard to rejections before (kmp_rk_after_accepted). */
-void kmp_lanes_next_steps(size_t width, const kmp_rk_method *method, const double *h, const double *error,
-                          const double *error_old, double *next);
+typedef struct kmp_lanes_control {
+    const double *h, *error, *error_old;
+    double shrink, grow; /* of the method */
+    double *next;
+} kmp_lanes_control;
+
+void kmp_lanes_next_steps(size_t width, double exponent, const kmp_lanes_control *control);
 
 /** Slopes from the outputs of a program, by lanes. */
 typedef struct kmp_lanes_slopes {
@@ -553,6 +562,21 @@ typedef struct kmp_lanes_tests {
 
 void kmp_lanes_find_quiet(size_t width, const kmp_lanes_tests *ends);
 
+/** Ends of attempts that need no decision: accepted ones give the times, step sizes and errors of the next step,
+ * rejected ones the next size. */
+typedef struct kmp_lanes_passing {
+    const int64_t *quiet, *spare;
+    int64_t most_tries;
+    const double *failed, *step, *t_new, *next, *error;
+    double *t, *h, *error_old;
+    int64_t *made, *repeated, *rejected, *tries;
+    int64_t *on, *stays; /* in which lanes; in which of them the step is made again */
+    bool all;            /* in all lanes */
+    bool none_stays;
+} kmp_lanes_passing;
+
+void kmp_lanes_pass_on(size_t width, kmp_lanes_passing *ends);
+
 /** Exchanges the numbers of some lanes of two vectors of `size` components. */
 void kmp_lanes_exchange(size_t width, size_t size, const int64_t *lanes, double *a, double *b);
 
@@ -562,6 +586,7 @@ typedef struct kmp_lanes_tries {
     double longest;
     const double *t, *limit, *h;
     double *step, *t_new;
+    int64_t *none; /* true if a lane with an instance has no step */
 } kmp_lanes_tries;
 
 void kmp_lanes_choose_tries(size_t width, const kmp_lanes_tries *tries);

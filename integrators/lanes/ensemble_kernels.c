@@ -8,13 +8,6 @@
 #include <math.h>
 #include <string.h>
 
-/* Numbers of the step-size control, one per lane. */
-typedef struct kmp_lanes_control {
-    const double *h, *error, *error_old;
-    double shrink, grow;
-    double *next;
-} kmp_lanes_control;
-
 /* -- sums of slopes ---------------------------------------------------------------------------------- */
 
 /* The sums of all lanes are made before any is stored, which might be one that is read. */
@@ -75,44 +68,16 @@ KMP_INLINE void combine_lanes(size_t w, size_t size, const kmp_lanes_sum *s)
     }
 }
 
-KMP_FUSED_TWINS(combine_4, (size_t size, const kmp_lanes_sum *s), (size, s), combine_lanes(4, size, s))
-KMP_FUSED_TWINS(combine_8, (size_t size, const kmp_lanes_sum *s), (size, s), combine_lanes(8, size, s))
-KMP_FUSED_TWINS(combine_16, (size_t size, const kmp_lanes_sum *s), (size, s), combine_lanes(16, size, s))
-KMP_FUSED_TWINS(combine_any, (size_t w, size_t size, const kmp_lanes_sum *s), (w, size, s),
-                combine_terms(w, size, s->terms, s))
+KMP_LANES_KERNEL(kmp_lanes_combine, combine_lanes, (size_t width, size_t size, const kmp_lanes_sum *sum),
+                 (width, size, sum), size, sum)
 
-void kmp_lanes_combine(size_t width, size_t size, const kmp_lanes_sum *sum)
+KMP_INLINE void find_solution(size_t w, size_t size, const kmp_dop853_step *step)
 {
-    if (width == 16)
-        combine_16(size, sum);
-    else if (width == 8)
-        combine_8(size, sum);
-    else if (width == 4)
-        combine_4(size, sum);
-    else
-        combine_any(width, size, sum);
+    kmp_dop853_solution(w, true, size, step);
 }
 
-KMP_FUSED_TWINS(solution_4, (size_t size, const kmp_dop853_step *step), (size, step),
-                kmp_dop853_solution(4, true, size, step))
-KMP_FUSED_TWINS(solution_8, (size_t size, const kmp_dop853_step *step), (size, step),
-                kmp_dop853_solution(8, true, size, step))
-KMP_FUSED_TWINS(solution_16, (size_t size, const kmp_dop853_step *step), (size, step),
-                kmp_dop853_solution(16, true, size, step))
-KMP_FUSED_TWINS(solution_any, (size_t w, size_t size, const kmp_dop853_step *step), (w, size, step),
-                kmp_dop853_solution(w, true, size, step))
-
-void kmp_lanes_solution(size_t width, size_t size, const kmp_dop853_step *step)
-{
-    if (width == 16)
-        solution_16(size, step);
-    else if (width == 8)
-        solution_8(size, step);
-    else if (width == 4)
-        solution_4(size, step);
-    else
-        solution_any(width, size, step);
-}
+KMP_LANES_KERNEL(kmp_lanes_solution, find_solution, (size_t width, size_t size, const kmp_dop853_step *step),
+                 (width, size, step), size, step)
 
 /* -- within a step ----------------------------------------------------------------------------------- */
 
@@ -131,25 +96,9 @@ KMP_INLINE void interpolant(size_t w, size_t size, const kmp_dop853_step *s, boo
                 vector[4 + j][i + l] = kmp_dop853_dense(s->h[l], s->k, i + l, j);
 }
 
-KMP_CLONES static void interpolant_8(size_t size, const kmp_dop853_step *step, bool dense, double *const *vector)
-{
-    interpolant(8, size, step, dense, vector);
-}
-
-KMP_CLONES static void interpolant_16(size_t size, const kmp_dop853_step *step, bool dense, double *const *vector)
-{
-    interpolant(16, size, step, dense, vector);
-}
-
-void kmp_lanes_interpolant(size_t width, size_t size, const kmp_dop853_step *step, bool dense, double *const *vector)
-{
-    if (width == 8)
-        interpolant_8(size, step, dense, vector);
-    else if (width == 16)
-        interpolant_16(size, step, dense, vector);
-    else
-        interpolant(width, size, step, dense, vector);
-}
+KMP_LANES_KERNEL(kmp_lanes_interpolant, interpolant,
+                 (size_t width, size_t size, const kmp_dop853_step *step, bool dense, double *const *vector),
+                 (width, size, step, dense, vector), size, step, dense, vector)
 
 KMP_CLONES static void interpolate(size_t count, int vectors, double *const *vector, double x, double *y)
 {
@@ -238,26 +187,8 @@ KMP_INLINE void next_steps(size_t w, double exponent, const kmp_lanes_control *c
         c->next[l] = next[l];
 }
 
-KMP_FUSED_TWINS(next_steps_4, (double exponent, const kmp_lanes_control *c), (exponent, c), next_steps(4, exponent, c))
-KMP_FUSED_TWINS(next_steps_8, (double exponent, const kmp_lanes_control *c), (exponent, c), next_steps(8, exponent, c))
-KMP_FUSED_TWINS(next_steps_16, (double exponent, const kmp_lanes_control *c), (exponent, c),
-                next_steps(16, exponent, c))
-KMP_FUSED_TWINS(next_steps_any, (size_t w, double exponent, const kmp_lanes_control *c), (w, exponent, c),
-                next_steps(w, exponent, c))
-
-void kmp_lanes_next_steps(size_t width, const kmp_rk_method *method, const double *h, const double *error,
-                          const double *error_old, double *next)
-{
-    const kmp_lanes_control control = {h, error, error_old, method->numbers.shrink, method->numbers.grow, next};
-    if (width == 16)
-        next_steps_16(method->numbers.exponent, &control);
-    else if (width == 8)
-        next_steps_8(method->numbers.exponent, &control);
-    else if (width == 4)
-        next_steps_4(method->numbers.exponent, &control);
-    else
-        next_steps_any(width, method->numbers.exponent, &control);
-}
+KMP_LANES_KERNEL(kmp_lanes_next_steps, next_steps, (size_t width, double exponent, const kmp_lanes_control *control),
+                 (width, exponent, control), exponent, control)
 
 /* -- the right-hand side ----------------------------------------------------------------------------- */
 
@@ -291,25 +222,7 @@ KMP_INLINE void publish(size_t w, const kmp_lanes_slopes *s)
         look_for_bad(w, end[i].value, end[slopes + i].value, end[slopes + i].factor, s->bad);
 }
 
-KMP_CLONES static void publish_8(const kmp_lanes_slopes *slopes)
-{
-    publish(8, slopes);
-}
-
-KMP_CLONES static void publish_16(const kmp_lanes_slopes *slopes)
-{
-    publish(16, slopes);
-}
-
-void kmp_lanes_publish(size_t width, const kmp_lanes_slopes *slopes)
-{
-    if (width == 8)
-        publish_8(slopes);
-    else if (width == 16)
-        publish_16(slopes);
-    else
-        publish(width, slopes);
-}
+KMP_LANES_KERNEL(kmp_lanes_publish, publish, (size_t width, const kmp_lanes_slopes *slopes), (width, slopes), slopes)
 
 /* -- the end of a step ------------------------------------------------------------------------------- */
 
@@ -354,25 +267,7 @@ KMP_INLINE void measure_closures(size_t w, const kmp_lanes_end *e)
         }
 }
 
-KMP_CLONES static void measure_8(const kmp_lanes_end *end)
-{
-    measure_closures(8, end);
-}
-
-KMP_CLONES static void measure_16(const kmp_lanes_end *end)
-{
-    measure_closures(16, end);
-}
-
-void kmp_lanes_measure(size_t width, const kmp_lanes_end *end)
-{
-    if (width == 8)
-        measure_8(end);
-    else if (width == 16)
-        measure_16(end);
-    else
-        measure_closures(width, end);
-}
+KMP_LANES_KERNEL(kmp_lanes_measure, measure_closures, (size_t width, const kmp_lanes_end *end), (width, end), end)
 
 KMP_INLINE void find_quiet(size_t w, const kmp_lanes_tests *e)
 {
@@ -402,25 +297,54 @@ KMP_INLINE void find_quiet(size_t w, const kmp_lanes_tests *e)
     }
 }
 
-KMP_CLONES static void find_quiet_8(const kmp_lanes_tests *ends)
+KMP_LANES_KERNEL(kmp_lanes_find_quiet, find_quiet, (size_t width, const kmp_lanes_tests *ends), (width, ends), ends)
+
+/* All numbers are read before any is stored. */
+KMP_INLINE void pass_on(size_t w, kmp_lanes_passing *e)
 {
-    find_quiet(8, ends);
+    int64_t on[KMP_LANES_MOST], stays[KMP_LANES_MOST], made[KMP_LANES_MOST], repeated[KMP_LANES_MOST];
+    int64_t rejected[KMP_LANES_MOST], tries[KMP_LANES_MOST], all = 1, any = 0;
+    double t[KMP_LANES_MOST], h[KMP_LANES_MOST], error[KMP_LANES_MOST];
+    for (size_t l = 0; l < w; l++) {
+        int64_t spare = e->made[l] + e->repeated[l] < e->spare[l];
+        int64_t lasts = e->step[l] >= KMP_STEP_COLLAPSED * DBL_EPSILON * fabs(e->t_new[l]);
+        int64_t again = !(e->error[l] <= 1) & (e->failed[l] == 0) & (e->tries[l] < e->most_tries);
+        stays[l] = again & spare;
+        on[l] = (e->quiet[l] & lasts & spare) | stays[l];
+    }
+    for (size_t l = 0; l < w; l++) {
+        int64_t through = on[l] & ~stays[l];
+        double shorter = e->next[l] < e->step[l] ? e->next[l] : e->step[l];
+        t[l] = through ? e->t_new[l] : e->t[l];
+        h[l] = through & e->rejected[l] ? shorter : on[l] ? e->next[l] : e->h[l];
+        error[l] = through ? larger_of(e->error[l], KMP_RK_ERROR_FLOOR) : e->error_old[l];
+        made[l] = e->made[l] + through;
+        repeated[l] = e->repeated[l] + stays[l];
+        tries[l] = through ? 0 : e->tries[l] + stays[l];
+        rejected[l] = through ? 0 : e->rejected[l] | stays[l];
+    }
+    for (size_t l = 0; l < w; l++) {
+        e->t[l] = t[l];
+        e->h[l] = h[l];
+        e->error_old[l] = error[l];
+    }
+    for (size_t l = 0; l < w; l++) {
+        e->made[l] = made[l];
+        e->repeated[l] = repeated[l];
+        e->tries[l] = tries[l];
+        e->rejected[l] = rejected[l];
+        e->on[l] = on[l];
+        e->stays[l] = stays[l];
+    }
+    for (size_t l = 0; l < w; l++) {
+        all &= on[l];
+        any |= stays[l];
+    }
+    e->all = all;
+    e->none_stays = !any;
 }
 
-KMP_CLONES static void find_quiet_16(const kmp_lanes_tests *ends)
-{
-    find_quiet(16, ends);
-}
-
-void kmp_lanes_find_quiet(size_t width, const kmp_lanes_tests *ends)
-{
-    if (width == 8)
-        find_quiet_8(ends);
-    else if (width == 16)
-        find_quiet_16(ends);
-    else
-        find_quiet(width, ends);
-}
+KMP_LANES_KERNEL(kmp_lanes_pass_on, pass_on, (size_t width, kmp_lanes_passing *ends), (width, ends), ends)
 
 KMP_INLINE void exchange(size_t w, size_t size, const int64_t *lanes, double *a, double *b)
 {
@@ -437,25 +361,8 @@ KMP_INLINE void exchange(size_t w, size_t size, const int64_t *lanes, double *a,
     }
 }
 
-KMP_CLONES static void exchange_8(size_t size, const int64_t *lanes, double *a, double *b)
-{
-    exchange(8, size, lanes, a, b);
-}
-
-KMP_CLONES static void exchange_16(size_t size, const int64_t *lanes, double *a, double *b)
-{
-    exchange(16, size, lanes, a, b);
-}
-
-void kmp_lanes_exchange(size_t width, size_t size, const int64_t *lanes, double *a, double *b)
-{
-    if (width == 8)
-        exchange_8(size, lanes, a, b);
-    else if (width == 16)
-        exchange_16(size, lanes, a, b);
-    else
-        exchange(width, size, lanes, a, b);
-}
+KMP_LANES_KERNEL(kmp_lanes_exchange, exchange, (size_t width, size_t size, const int64_t *lanes, double *a, double *b),
+                 (width, size, lanes, a, b), size, lanes, a, b)
 
 KMP_INLINE void choose_tries(size_t w, const kmp_lanes_tries *s)
 {
@@ -464,29 +371,16 @@ KMP_INLINE void choose_tries(size_t w, const kmp_lanes_tries *s)
         step[l] = kmp_step_next(s->t[l], s->limit[l], s->h[l] < s->longest ? s->h[l] : s->longest, &t_new[l]);
     for (size_t l = 0; l < w; l++)
         s->t_new[l] = t_new[l];
-    for (size_t l = 0; l < w; l++)
+    int64_t none = 0;
+    for (size_t l = 0; l < w; l++) {
+        none |= (s->who[l] >= 0) & (step[l] == 0);
         s->step[l] = s->who[l] < 0 ? 0 : step[l];
+    }
+    *s->none = none;
 }
 
-KMP_CLONES static void choose_tries_8(const kmp_lanes_tries *tries)
-{
-    choose_tries(8, tries);
-}
-
-KMP_CLONES static void choose_tries_16(const kmp_lanes_tries *tries)
-{
-    choose_tries(16, tries);
-}
-
-void kmp_lanes_choose_tries(size_t width, const kmp_lanes_tries *tries)
-{
-    if (width == 8)
-        choose_tries_8(tries);
-    else if (width == 16)
-        choose_tries_16(tries);
-    else
-        choose_tries(width, tries);
-}
+KMP_LANES_KERNEL(kmp_lanes_choose_tries, choose_tries, (size_t width, const kmp_lanes_tries *tries), (width, tries),
+                 tries)
 
 /* -- signs of pivots --------------------------------------------------------------------------------- */
 
@@ -501,22 +395,6 @@ KMP_INLINE void find_signs(size_t w, int pivots, const unsigned char *block, con
     }
 }
 
-KMP_CLONES static void signs_8(int pivots, const unsigned char *block, const double *pivot, uint64_t *negative)
-{
-    find_signs(8, pivots, block, pivot, negative);
-}
-
-KMP_CLONES static void signs_16(int pivots, const unsigned char *block, const double *pivot, uint64_t *negative)
-{
-    find_signs(16, pivots, block, pivot, negative);
-}
-
-void kmp_lanes_signs(size_t width, int pivots, const unsigned char *block, const double *pivot, uint64_t *negative)
-{
-    if (width == 8)
-        signs_8(pivots, block, pivot, negative);
-    else if (width == 16)
-        signs_16(pivots, block, pivot, negative);
-    else
-        find_signs(width, pivots, block, pivot, negative);
-}
+KMP_LANES_KERNEL(kmp_lanes_signs, find_signs,
+                 (size_t width, int pivots, const unsigned char *block, const double *pivot, uint64_t *negative),
+                 (width, pivots, block, pivot, negative), pivots, block, pivot, negative)

@@ -161,6 +161,8 @@ static void load(kmp_engine *e, kmp_pool *pool, size_t l, int i)
     room->error_old[l] = x->error_old;
     room->pivot[l] = x->pivot;
     room->exchange[l] = x->limit;
+    room->rejected[l] = x->rejected;
+    room->tries[l] = x->tries;
     for (size_t k = 0; k < KMP_SIGN_WORDS; k++)
         room->negative[k * w + l] = x->signs.negative[k];
     find_limit(e, l);
@@ -193,15 +195,29 @@ static void load(kmp_engine *e, kmp_pool *pool, size_t l, int i)
     kmp_lane_conditions_load(e, pool, l);
 }
 
+/* Takes the steps of a lane that needed no decision into the account of its instance; the next one needs one. */
+static void count_made(kmp_engine *e, size_t l)
+{
+    kmp_lane_room *room = &e->room;
+    kmp_ensemble_result *result = &e->results[room->who[l]];
+    result->steps += (long)room->made[l];
+    result->rejected += (long)room->repeated[l];
+    result->rhs += 12 * (long)room->made[l] + 11 * (long)room->repeated[l];
+    room->made[l] = room->repeated[l] = room->spare[l] = 0;
+}
+
 /* Copies the state of a lane to its instance. */
 static void store(kmp_engine *e, size_t l)
 {
     kmp_lane_room *room = &e->room;
     kmp_instance *x = &e->instances[room->who[l]];
+    count_made(e, l);
     x->t = room->t[l];
     x->h = room->h[l];
     x->error_old = room->error_old[l];
     x->pivot = room->pivot[l];
+    x->rejected = room->rejected[l];
+    x->tries = (int)room->tries[l];
     for (int k = 0; k < e->size; k++) {
         x->y[k] = room->y[(size_t)k * room->w + l];
         x->dy[k] = room->k[1][(size_t)k * room->w + l];
@@ -217,6 +233,8 @@ static void empty(kmp_lane_room *room, size_t l)
     room->who[l] = -1;
     room->step[l] = 0;
     room->error_old[l] = 1;
+    room->made[l] = room->repeated[l] = room->spare[l] = 0;
+    room->gaps = true;
 }
 
 /* Leaves the instance of a lane to a separate run, from its last accepted step on. */
@@ -382,13 +400,13 @@ static void choose_tries(kmp_engine *e)
 {
     kmp_lane_room *room = &e->room;
     double longest = e->spec.max_step > 0 ? e->spec.max_step : INFINITY;
-    const kmp_lanes_tries tries = {room->who, longest, room->t, room->limit, room->h, room->step, room->t_new};
+    int64_t none;
+    const kmp_lanes_tries tries = {room->who, longest, room->t, room->limit, room->h, room->step, room->t_new, &none};
     kmp_lanes_choose_tries(room->w, &tries);
-    for (size_t l = 0; l < room->w; l++) {
-        room->bad[l] = 0;
+    memset(room->bad, 0, room->w * sizeof *room->bad);
+    for (size_t l = 0; none && l < room->w; l++)
         if (room->step[l] == 0 && room->who[l] >= 0)
             expel(e, l, "a step size that becomes too small");
-    }
 }
 
 /* -- control ----------------------------------------------------------------------------------------- */
@@ -396,7 +414,6 @@ static void choose_tries(kmp_engine *e)
 static void refuse(kmp_engine *e, size_t l, outcome what)
 {
     kmp_lane_room *room = &e->room;
-    kmp_instance *x = &e->instances[room->who[l]];
     kmp_ensemble_result *result = &e->results[room->who[l]];
     double h = room->step[l];
     if (what == BAD_ERROR)
@@ -404,8 +421,8 @@ static void refuse(kmp_engine *e, size_t l, outcome what)
     else
         result->refused++;
     room->h[l] = what == BAD_ERROR ? room->next[l] : what == BAD_STAGE ? h / 4 : h / 2;
-    x->rejected = true;
-    if (++x->tries >= MOST_TRIES)
+    room->rejected[l] = true;
+    if (++room->tries[l] >= MOST_TRIES)
         expel(e, l, "a step size that becomes too small");
 }
 
@@ -636,6 +653,12 @@ static void measure(kmp_engine *e, kmp_pool *pool, const bool *searched, outcome
     }
 }
 
+/* True if nothing but the tests of kmp_lanes_find_quiet concerns an instance at the end of a step. */
+static bool passes_quiet_steps(const kmp_engine *e, const kmp_pool *pool)
+{
+    return !e->conditions && !kmp_measures_steps(e) && pool->layout.multipliers == 0;
+}
+
 /* Continues a lane, finishes its instance, or leaves it to another pool or a separate run. */
 static kempe_status take(kmp_engine *e, kmp_pool *pool, const kmp_lane_watched *seen, size_t l)
 {
@@ -646,19 +669,20 @@ static kempe_status take(kmp_engine *e, kmp_pool *pool, const kmp_lane_watched *
     bool collapsed = kmp_step_collapsed(&x->hopeless, h, room->t_new[l]);
     kmp_ensemble_result *result = &e->results[i];
     result->steps++;
-    room->h[l] = x->rejected && h < room->next[l] ? h : room->next[l];
+    room->h[l] = room->rejected[l] && h < room->next[l] ? h : room->next[l];
     room->error_old[l] = error > KMP_RK_ERROR_FLOOR ? error : KMP_RK_ERROR_FLOOR;
-    x->rejected = x->again = false;
-    x->tries = 0;
+    x->again = false;
+    room->rejected[l] = room->tries[l] = 0;
     room->t[l] = room->t_new[l];
     bool through = !(room->t[l] < e->spec.t_end), meets = false;
-    bool slow = kmp_work_bound_passed(&x->bound, result->steps + result->rejected + result->refused, room->t[l],
-                                      e->spec.t_end, NULL);
+    long tried = result->steps + result->rejected + result->refused;
+    bool slow = kmp_work_bound_passed(&x->bound, tried, room->t[l], e->spec.t_end, NULL);
     bool reorders = !through && pool->layout.multipliers > 0 && kmp_lane_order_is_bad(e, pool, seen, l);
     if (seen->quiet[l] && !collapsed && !slow && !reorders) {
         x->pace = 0;
         x->seen_margin = INFINITY;
         x->seen_t = -1;
+        room->spare[l] = x->hopeless > 0 || !passes_quiet_steps(e, pool) ? 0 : kmp_work_bound_spare(&x->bound, tried);
         return KEMPE_OK;
     }
     const char *jump = through ? NULL : pass_sample(e, l, &meets);
@@ -719,74 +743,117 @@ static kempe_status pass_event(kmp_engine *e, kmp_pool *pool, size_t l)
     return known && !slow && !e->site ? kmp_instance_resume(e, pool, i) : status;
 }
 
-/* Exchanges two arrays of the room, but for the lanes whose steps are not taken. */
-static void exchange_taken(const kmp_lane_room *room, size_t size, const outcome *what, double **a, double **b)
+/* Exchanges two arrays of the room, but for the lanes that stay; NULL: none does. */
+static void exchange_taken(const kmp_lane_room *room, size_t size, const int64_t *stays, double **a, double **b)
 {
     double *from = *b, *to = *a;
     *a = from;
     *b = to;
-    int64_t stays[KMP_LANES_MOST], any = 0;
-    for (size_t l = 0; l < room->w; l++)
-        any |= stays[l] = what[l] != TAKEN;
-    if (any)
+    if (stays)
         kmp_lanes_exchange(room->w, size, stays, to, from);
 }
 
 /* The ends of the steps that are taken become the beginnings of the next ones. */
-static void pass_on(kmp_engine *e, const outcome *what)
+static void pass_on(kmp_engine *e, const int64_t *stays)
 {
     kmp_lane_room *room = &e->room;
-    exchange_taken(room, (size_t)e->size, what, &room->y, &room->y_new);
-    exchange_taken(room, (size_t)e->size, what, &room->k[1], &room->k[13]);
+    exchange_taken(room, (size_t)e->size, stays, &room->y, &room->y_new);
+    exchange_taken(room, (size_t)e->size, stays, &room->k[1], &room->k[13]);
     if (room->vdd)
-        exchange_taken(room, (size_t)e->n + (size_t)e->m, what, &room->vdd, &room->vdd_new);
+        exchange_taken(room, (size_t)e->n + (size_t)e->m, stays, &room->vdd, &room->vdd_new);
     if (room->nu)
-        exchange_taken(room, (size_t)e->m, what, &room->nu, &room->nu_end);
+        exchange_taken(room, (size_t)e->m, stays, &room->nu, &room->nu_end);
+}
+
+/* Computes the solutions of the steps in all lanes with their errors, infinite where a stage has failed, and the
+ * next step sizes. */
+static void solve(kmp_engine *e, double *failed)
+{
+    kmp_lane_room *room = &e->room;
+    const kmp_dop853_step solution = {room->y,      room->step,  room->atol,   room->k,
+                                      e->spec.rtol, room->y_new, room->weight, room->error};
+    const kmp_lanes_control control = {
+        room->step, room->error, room->error_old, kmp_dop853.numbers.shrink, kmp_dop853.numbers.grow, room->next};
+    kmp_lanes_solution(room->w, (size_t)e->size, &solution);
+    kmp_lanes_next_steps(room->w, kmp_dop853.numbers.exponent, &control);
+    memcpy(failed, room->bad, room->w * sizeof *failed);
+    for (size_t l = 0; l < room->w; l++)
+        room->error[l] = failed[l] != 0 ? INFINITY : room->error[l];
+    memset(room->bad, 0, room->w * sizeof *room->bad);
+}
+
+/* Decides on the attempts of the lanes that do not go on by themselves. */
+static void decide(kmp_engine *e, kmp_pool *pool, kmp_lane_watched *seen, const kmp_lanes_passing *ends, outcome *what)
+{
+    kmp_lane_room *room = &e->room;
+    for (size_t l = 0; l < room->w; l++) {
+        what[l] = room->who[l] < 0 ? EMPTY : ends->failed[l] != 0 ? BAD_STAGE : room->error[l] <= 1 ? TAKEN : BAD_ERROR;
+        if (what[l] == EMPTY || ends->on[l])
+            continue;
+        count_made(e, l);
+        e->results[room->who[l]].rhs += 11 + (what[l] == TAKEN);
+        if (what[l] == TAKEN && !seen->quiet[l])
+            what[l] = room->bad[l] != 0 ? BAD_STAGE : kmp_lane_consents(e, pool, seen, l) ? TAKEN : BAD_STEP;
+    }
 }
 
 /* Makes one attempt in all lanes. */
 static kempe_status step(kmp_engine *e, kmp_pool *pool)
 {
     kmp_lane_room *room = &e->room;
-    outcome what[KMP_LANES_MOST] = {EMPTY};
+    outcome what[KMP_LANES_MOST];
+    double failed[KMP_LANES_MOST];
+    int64_t on[KMP_LANES_MOST], stays[KMP_LANES_MOST];
     kmp_lane_watched seen;
     kempe_status status = KEMPE_OK;
     choose_tries(e);
-    run_stages(e, pool);
-    const kmp_dop853_step solution = {room->y,      room->step,  room->atol,   room->k,
-                                      e->spec.rtol, room->y_new, room->weight, room->error};
-    kmp_lanes_solution(room->w, (size_t)e->size, &solution);
-    kmp_lanes_next_steps(room->w, &kmp_dop853, room->step, room->error, room->error_old, room->next);
+    for (size_t l = 0; l < room->w; l++)
+        e->work.lane_steps += room->who[l] >= 0;
     e->work.sweeps++;
-    for (size_t l = 0; l < room->w; l++) {
-        what[l] = room->who[l] < 0 ? EMPTY : room->bad[l] != 0 ? BAD_STAGE : room->error[l] <= 1.0 ? TAKEN : BAD_ERROR;
-        room->bad[l] = 0;
-        room->at[l] = room->t_new[l];
-        if (what[l] != EMPTY) {
-            e->work.lane_steps++;
-            e->results[room->who[l]].rhs += 11 + (what[l] == TAKEN);
-        }
-        if (what[l] == BAD_STAGE)
-            room->error[l] = INFINITY;
-    }
+    run_stages(e, pool);
+    solve(e, failed);
+    memcpy(room->at, room->t_new, room->w * sizeof *room->at);
     evaluate(e, pool, room->y_new, room->k[13]);
     if (room->nu)
         memcpy(room->nu_end, room->nu_now, room->w * (size_t)e->m * sizeof *room->nu);
     kmp_lanes_watch(e, pool, &seen);
-    for (size_t l = 0; l < room->w; l++) {
-        if (what[l] == TAKEN)
-            what[l] = seen.quiet[l]                          ? TAKEN
-                      : room->bad[l] != 0                    ? BAD_STAGE
-                      : kmp_lane_consents(e, pool, &seen, l) ? TAKEN
-                                                             : BAD_STEP;
-        room->bad[l] = 0;
+    kmp_lanes_passing ends = {.quiet = seen.quiet,
+                              .spare = room->spare,
+                              .most_tries = MOST_TRIES - 1,
+                              .failed = failed,
+                              .step = room->step,
+                              .t_new = room->t_new,
+                              .next = room->next,
+                              .error = room->error,
+                              .t = room->t,
+                              .h = room->h,
+                              .error_old = room->error_old,
+                              .made = room->made,
+                              .repeated = room->repeated,
+                              .rejected = room->rejected,
+                              .tries = room->tries,
+                              .on = on,
+                              .stays = stays};
+    kmp_lanes_pass_on(room->w, &ends);
+    if (ends.all) {
+        pass_on(e, ends.none_stays ? NULL : stays);
+        return KEMPE_OK;
     }
+    decide(e, pool, &seen, &ends, what);
+    memset(room->bad, 0, room->w * sizeof *room->bad);
     bool searched[KMP_LANES_MOST] = {false};
     bool dense = e->conditions && watch_conditions(e, pool, &seen, what, searched);
     if (kmp_measures_steps(e))
         measure(e, pool, dense ? searched : NULL, what);
-    pass_on(e, what);
+    bool none_stays = true;
+    for (size_t l = 0; l < room->w; l++) {
+        stays[l] = what[l] != TAKEN;
+        none_stays = none_stays && !stays[l];
+    }
+    pass_on(e, none_stays ? NULL : stays);
     for (size_t l = 0; l < room->w && status == KEMPE_OK; l++) {
+        if (on[l])
+            continue;
         if (what[l] == TAKEN)
             status = take(e, pool, &seen, l);
         else if (what[l] == EVENT)
@@ -806,6 +873,9 @@ static size_t refill(kmp_engine *e, kmp_pool *pool, bool *fresh)
     size_t active = 0;
     *fresh = room->anew;
     room->anew = false;
+    if (!room->gaps)
+        return room->w;
+    room->gaps = false;
     for (size_t l = 0; l < room->w; l++) {
         int i = room->who[l] < 0 ? kmp_pool_take(e, pool) : -1;
         if (i >= 0) {
@@ -813,6 +883,7 @@ static size_t refill(kmp_engine *e, kmp_pool *pool, bool *fresh)
             *fresh = true;
         }
         active += room->who[l] >= 0;
+        room->gaps = room->gaps || room->who[l] < 0;
     }
     return active;
 }

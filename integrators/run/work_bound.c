@@ -2,6 +2,7 @@
 /* The default bound judges progress over the last window, not a total: a run may be long while it advances, and a phase
  * of short steps has no effect unless it fills a window. */
 #include "integrators/run/work_bound.h"
+#include <limits.h>
 
 /* Steps of a window: about half a second for a small mechanism. Short phases, as oscillations of microseconds, take a
  * tenth of it even at the finest tolerances (bench/results/light_carriage.txt). */
@@ -18,6 +19,13 @@ static bool has_reached(const kmp_work_bound *bound, long tried, double t, doubl
         kmp_text_printf(why, "the limit of %ld steps (max_steps) is reached at t = %.9g s of %.9g s", bound->most, t,
                         t_end);
     return true;
+}
+
+long kmp_work_bound_spare(const kmp_work_bound *bound, long tried)
+{
+    if (bound->most != 0)
+        return bound->most < 0 ? LONG_MAX : bound->most - tried - 1;
+    return bound->has_looked ? bound->seen + WINDOW - tried - 1 : 0;
 }
 
 bool kmp_work_bound_passed(kmp_work_bound *bound, long tried, double t, double t_end, kmp_text *why)

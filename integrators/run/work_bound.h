@@ -16,3 +16,6 @@ typedef struct kmp_work_bound {
  * in `why` (NULL: not wanted). A default bound judges steps in long windows; it ends a run whose last window would have
  * to be repeated hundreds of times. */
 bool kmp_work_bound_passed(kmp_work_bound *bound, long tried, double t, double t_end, kmp_text *why);
+
+/** The number of further steps for which a bound that was asked at `tried` steps need not be asked. */
+long kmp_work_bound_spare(const kmp_work_bound *bound, long tried);

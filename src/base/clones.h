@@ -67,22 +67,36 @@ static inline bool kmp_has_eight(void)
 /** A function that clones call: it is inlined into each, for its vectors. */
 #define KMP_INTO_CLONES inline __attribute__((always_inline))
 
-/** A function with fma() in three twins: for registers of eight doubles, of four, and for any processor. The bits are
- * the same. `call` is inlined into each. */
-#define KMP_FUSED_TWINS(name, parameters, arguments, call)                                                             \
+/** The call of a kernel f(size_t w, ...) with the usual widths as constants. */
+#define KMP_OF_WIDTH(kernel, width, ...)                                                                               \
+    do {                                                                                                               \
+        if ((width) == 16)                                                                                             \
+            kernel(16, __VA_ARGS__);                                                                                   \
+        else if ((width) == 8)                                                                                         \
+            kernel(8, __VA_ARGS__);                                                                                    \
+        else if ((width) == 4)                                                                                         \
+            kernel(4, __VA_ARGS__);                                                                                    \
+        else                                                                                                           \
+            kernel(width, __VA_ARGS__);                                                                                \
+    } while (0)
+
+/** The function `name` of a kernel f(size_t w, ...), which may have fma(): its parameters, the first of them `width`,
+ * their names, and those after the width. The kernel is inlined for each width into three twins: for registers of eight
+ * doubles, of four, and for any processor. The bits are the same. */
+#define KMP_LANES_KERNEL(name, kernel, parameters, arguments, ...)                                                     \
     KMP_FUSED_EIGHTS static void name##_in_eights parameters                                                           \
     {                                                                                                                  \
-        call;                                                                                                          \
+        KMP_OF_WIDTH(kernel, width, __VA_ARGS__);                                                                      \
     }                                                                                                                  \
     KMP_FUSED_FOURS static void name##_in_fours parameters                                                             \
     {                                                                                                                  \
-        call;                                                                                                          \
+        KMP_OF_WIDTH(kernel, width, __VA_ARGS__);                                                                      \
     }                                                                                                                  \
     static void name##_in_any parameters                                                                               \
     {                                                                                                                  \
-        call;                                                                                                          \
+        KMP_OF_WIDTH(kernel, width, __VA_ARGS__);                                                                      \
     }                                                                                                                  \
-    static void name parameters                                                                                        \
+    void name parameters                                                                                               \
     {                                                                                                                  \
         (kmp_has_eight() ? name##_in_eights : kmp_has_four() ? name##_in_fours : name##_in_any) arguments;             \
     }
