@@ -52,7 +52,9 @@ typedef struct kmp_instance {
     int tries;            /* failed attempts since the last accepted step */
     int hopeless;         /* as in struct kmp_rk */
     int next;             /* in the queue of its pool; -1: the last one */
-    kmp_lane_signs signs; /* of the blocks of Jv since the start or the last exchange */
+    kmp_lane_signs signs; /* of the blocks of Jv since the start or the last exchange, where it left a lane */
+    double *base;         /* of its sines (kmp_lanes_get_base), of `base_size` numbers; both as the signs */
+    size_t base_size;
     kmp_work_bound bound;
     double limit;               /* |Bvu| at which an exchange is due */
     double pivot, usual;        /* largest values so far of the least pivots of Jv and of the last pivots of J */
@@ -84,6 +86,7 @@ typedef struct kmp_pool {
     kmp_lanes *lanes;
     kmp_fused_layout layout;
     int slopes;                 /* the stage that has them */
+    bool timed;                 /* it takes the time or inputs */
     kmp_lanes_output *output;   /* of that stage */
     double **place;             /* of each unknown in the program; NULL: it does not have it */
     kmp_eliminated *row;        /* of multipliers */
@@ -357,9 +360,6 @@ void kmp_lanes_watch(kmp_engine *e, kmp_pool *pool, kmp_lane_watched *x);
 
 /** The pivots of Jv among the outputs of the last stage. */
 const double *kmp_lanes_pivots(const kmp_engine *e, const kmp_pool *pool, const double *end);
-/** The signs of a lane (kmp_lanes_signs). */
-kmp_lane_signs kmp_lane_signs_of(const kmp_engine *e, const uint64_t *negative, size_t l);
-
 /** True if the formulation accepts a step (accept of reduced.c): the closures corrected, the choice of u and the margin
  * good. */
 bool kmp_lane_consents(kmp_engine *e, const kmp_pool *pool, kmp_lane_watched *x, size_t l);

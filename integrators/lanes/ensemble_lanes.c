@@ -125,8 +125,10 @@ static void settle_loads(kmp_engine *e, kmp_pool *pool)
 static void evaluate_placed(kmp_engine *e, kmp_pool *pool, const double *y, double *k)
 {
     kmp_lane_room *room = &e->room;
-    put_inputs(e);
-    kmp_lanes_set(pool->lanes, KMP_IN_TIME, room->at);
+    if (pool->timed) {
+        put_inputs(e);
+        kmp_lanes_set(pool->lanes, KMP_IN_TIME, room->at);
+    }
     if (room->nu)
         settle_loads(e, pool);
     kmp_lanes_run_in_place(pool->lanes, pool->slopes);
@@ -165,6 +167,8 @@ static void load(kmp_engine *e, kmp_pool *pool, size_t l, int i)
     room->tries[l] = x->tries;
     for (size_t k = 0; k < KMP_SIGN_WORDS; k++)
         room->negative[k * w + l] = x->signs.negative[k];
+    if (x->signs.known)
+        kmp_lanes_put_base(pool->lanes, (int)l, x->base);
     find_limit(e, l);
     for (int k = 0; k < e->size; k++) {
         room->y[(size_t)k * w + l] = x->y[k];
@@ -217,6 +221,8 @@ static void store(kmp_engine *e, size_t l)
     x->error_old = room->error_old[l];
     x->pivot = room->pivot[l];
     x->rejected = room->rejected[l];
+    for (size_t k = 0; k < KMP_SIGN_WORDS; k++)
+        x->signs.negative[k] = room->negative[k * room->w + l];
     x->tries = (int)room->tries[l];
     for (int k = 0; k < e->size; k++) {
         x->y[k] = room->y[(size_t)k * room->w + l];
@@ -341,7 +347,12 @@ static void begin_lanes(kmp_engine *e, kmp_pool *pool)
     kmp_lanes_constants(e, pool);
     kmp_conditions_constants(e);
     set_times(room, 0);
+    int64_t renewed[KMP_LANES_MOST];
+    for (size_t l = 0; l < room->w; l++)
+        renewed[l] = room->who[l] >= 0 && !e->instances[room->who[l]].signs.known;
+    kmp_lanes_take_sines(pool->lanes, KMP_SINES_RENEW, renewed);
     evaluate(e, pool, room->y, room->k[2]);
+    kmp_lanes_take_sines(pool->lanes, KMP_SINES_ALONE, NULL);
     const double *end = kmp_lanes_run(pool->lanes, KMP_FUSED_END), *pivot = kmp_lanes_pivots(e, pool, end);
     uint64_t negative[KMP_SIGN_WORDS * KMP_LANES_MOST];
     kmp_lanes_signs(room->w, pool->layout.pivots, pool->pivot_block, pivot, negative);
@@ -355,9 +366,9 @@ static void begin_lanes(kmp_engine *e, kmp_pool *pool)
             expel(e, l, "a right-hand side that cannot be evaluated");
             continue;
         }
-        x->signs = kmp_lane_signs_of(e, negative, l);
-        for (size_t k = 0; k < KMP_SIGN_WORDS; k++)
-            room->negative[k * room->w + l] = x->signs.negative[k];
+        x->signs.known = true;
+        for (size_t k = l; k < KMP_SIGN_WORDS * room->w; k += room->w)
+            room->negative[k] = negative[k];
         room->pivot[l] = 0;
         for (size_t k = l; room->vdd && k < ((size_t)e->n + (size_t)e->m) * room->w; k += room->w)
             room->vdd[k] = room->vdd_new[k];
@@ -384,7 +395,8 @@ static void begin_lanes(kmp_engine *e, kmp_pool *pool)
         const kmp_lanes_sum sum = {room->y,     room->step, TERMS(a), a, (const double *const[]){__VA_ARGS__},         \
                                    room->stage, pool->place};                                                          \
         kmp_lanes_combine(room->w, (size_t)e->size, &sum);                                                             \
-        set_times(room, kmp_dop853_c[number]);                                                                         \
+        if (pool->timed)                                                                                               \
+            set_times(room, kmp_dop853_c[number]);                                                                     \
         evaluate_placed(e, pool, room->stage, k[number]);                                                              \
     } while (0)
 
@@ -392,7 +404,9 @@ static void run_stages(kmp_engine *e, kmp_pool *pool)
 {
     kmp_lane_room *room = &e->room;
     double **k = room->k;
+    kmp_lanes_take_sines(pool->lanes, KMP_SINES_NEAR, NULL);
     KMP_DOP853_STAGES(STAGE, k);
+    kmp_lanes_take_sines(pool->lanes, KMP_SINES_ALONE, NULL);
 }
 
 /* Chooses the steps to try; an instance with too small a step is left to a separate run. */
@@ -806,14 +820,19 @@ static kempe_status step(kmp_engine *e, kmp_pool *pool)
     int64_t on[KMP_LANES_MOST], stays[KMP_LANES_MOST];
     kmp_lane_watched seen;
     kempe_status status = KEMPE_OK;
+    int64_t all[KMP_LANES_MOST];
     choose_tries(e);
+    for (size_t l = 0; l < room->w; l++)
+        all[l] = 1;
     for (size_t l = 0; l < room->w; l++)
         e->work.lane_steps += room->who[l] >= 0;
     e->work.sweeps++;
     run_stages(e, pool);
     solve(e, failed);
     memcpy(room->at, room->t_new, room->w * sizeof *room->at);
+    kmp_lanes_take_sines(pool->lanes, KMP_SINES_RENEW, all);
     evaluate(e, pool, room->y_new, room->k[13]);
+    kmp_lanes_take_sines(pool->lanes, KMP_SINES_ALONE, NULL);
     if (room->nu)
         memcpy(room->nu_end, room->nu_now, room->w * (size_t)e->m * sizeof *room->nu);
     kmp_lanes_watch(e, pool, &seen);
@@ -897,14 +916,31 @@ static bool makes_room(const kmp_engine *e, const kmp_pool *pool, size_t active)
     return false;
 }
 
-static void park(kmp_engine *e, kmp_pool *pool)
+/* Keeps the base of a lane's sines. false: no memory. */
+static bool keep_base(kmp_engine *e, const kmp_pool *pool, size_t l)
 {
+    kmp_instance *x = &e->instances[e->room.who[l]];
+    size_t size = kmp_lanes_base_size(pool->lanes);
+    if (size > x->base_size) {
+        x->base = KMP_ARENA_NEW(&e->arena, double, size);
+        x->base_size = x->base ? size : 0;
+    }
+    if (x->base)
+        kmp_lanes_get_base(pool->lanes, (int)l, x->base);
+    return x->base || size == 0;
+}
+
+static bool park(kmp_engine *e, kmp_pool *pool)
+{
+    bool kept = true;
     for (size_t l = 0; l < e->room.w; l++)
         if (e->room.who[l] >= 0) {
+            kept = keep_base(e, pool, l) && kept;
             store(e, l);
             kmp_pool_put(e, pool, e->room.who[l]);
             empty(&e->room, l);
         }
+    return kept;
 }
 
 kempe_status kmp_pool_run(kmp_engine *e, kmp_pool *pool)
@@ -927,7 +963,7 @@ kempe_status kmp_pool_run(kmp_engine *e, kmp_pool *pool)
         if (status == KEMPE_OK)
             status = run_expelled(e, pool);
     }
-    park(e, pool);
+    bool kept = park(e, pool);
     e->running = NULL;
-    return status;
+    return kept ? status : kmp_fail_memory(e->context);
 }

@@ -89,6 +89,7 @@ static bool prepare(const kmp_engine *e, kmp_pool *pool)
     if (!pool->lanes || !pool->output || !pool->place)
         return false;
     kmp_lanes_fuse_sines(pool->lanes);
+    pool->timed = kmp_lanes_takes(pool->lanes, KMP_IN_TIME);
     kmp_lanes_outputs(pool->lanes, stage, pool->output);
     kmp_lanes_places(pool->lanes, KMP_IN_Q, size, pool->place);
     return true;

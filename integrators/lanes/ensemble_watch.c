@@ -10,19 +10,11 @@
 
 enum { MOST_COLUMNS = KMP_LANE_ROWS + KMP_LANE_FREEDOMS };
 
-kmp_lane_signs kmp_lane_signs_of(const kmp_engine *e, const uint64_t *negative, size_t l)
+static bool keeps_signs(const kmp_lane_room *room, const uint64_t *negative, size_t l)
 {
-    kmp_lane_signs signs = {.known = true};
-    for (size_t word = 0; word < KMP_SIGN_WORDS; word++)
-        signs.negative[word] = negative[word * e->room.w + l];
-    return signs;
-}
-
-static bool keeps_signs(const kmp_engine *e, const uint64_t *negative, size_t l, const kmp_lane_signs *before)
-{
-    bool same = before->known;
-    for (size_t word = 0; same && word < KMP_SIGN_WORDS; word++)
-        same = negative[word * e->room.w + l] == before->negative[word];
+    bool same = true;
+    for (size_t k = l; same && k < KMP_SIGN_WORDS * room->w; k += room->w)
+        same = negative[k] == room->negative[k];
     return same;
 }
 
@@ -193,7 +185,6 @@ static bool corrects_little(const kmp_engine *e, const kmp_pool *pool, const kmp
 bool kmp_lane_consents(kmp_engine *e, const kmp_pool *pool, kmp_lane_watched *x, size_t l)
 {
     kmp_lane_room *room = &e->room;
-    kmp_instance *y = &e->instances[room->who[l]];
     size_t w = room->w;
     x->margin[l] = INFINITY;
     x->rows[l] = 0;
@@ -205,7 +196,7 @@ bool kmp_lane_consents(kmp_engine *e, const kmp_pool *pool, kmp_lane_watched *x,
         for (int i = 0; i < e->r; i++)
             room->y_new[(size_t)(2 * e->p + i) * w + l] += x->dv[(size_t)i * w + l];
     }
-    if (!keeps_signs(e, x->negative, l, &y->signs))
+    if (!keeps_signs(room, x->negative, l))
         return false;
     bool well = looks_well(e, x, l);
     if (!well)

@@ -12,6 +12,7 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include <string.h>
 
 enum { WIDEST = 16 };
 
@@ -136,4 +137,94 @@ void kmp_sincos_lanes(bool fused, int n, int width, double *v, const uint32_t *x
                 v[w * c[k] + l] = cos(at);
             }
         }
+}
+
+/* -- by rotation ------------------------------------------------------------------------------------- */
+
+/* The largest sum of the squares of all differences of a lane. */
+static const double NEAR = KMP_SINCOS_NEAR * KMP_SINCOS_NEAR;
+
+/* sin(x0 + d) = sin x0 + (sin x0 (cos d - 1) + cos x0 sin d). The polynomials in d^2 of (sin d / d - 1) / d^2 and
+ * (cos d - 1) / d^2 interpolate at Chebyshev's points of |d| < 3/8; the errors of sin d and cos d are below 2^-54. */
+static KMP_INTO_CLONES void turn(size_t w, const double *restrict x, const double *restrict base, double *restrict s,
+                                 double *restrict c, double *restrict away)
+{
+    for (size_t l = 0; l < w; l++) {
+        double d = x[l] - base[l], s0 = base[w + l], c0 = base[2 * w + l], z = d * d;
+        double p = fma(z, -2.499571220213754e-08, 2.7557249854310547e-06);
+        double q = fma(z, -2.7484016455684523e-07, 2.480149714091543e-05);
+        p = fma(z, fma(z, fma(z, p, -0.00019841269806435577), 0.008333333333327211), -0.16666666666666666);
+        q = z * fma(z, fma(z, fma(z, q, -0.0013888888843615426), 0.04166666666658709), -0.4999999999999998);
+        p = fma(d * z, p, d);
+        s[l] = fma(c0, p, fma(s0, q, s0));
+        c[l] = fma(-s0, p, fma(c0, q, c0));
+        away[l] += z;
+    }
+}
+
+static KMP_INTO_CLONES void turn_all(size_t w, const call *all, const double *base, double *away, int64_t *far)
+{
+    double sum[WIDEST] = {0};
+    int64_t any = 0;
+    for (int k = 0; k < all->n; k++)
+        turn(w, all->v + w * all->x[k], base + 3 * w * (size_t)k, all->v + w * all->s[k], all->v + w * all->c[k], sum);
+    for (size_t l = 0; l < w; l++)
+        away[l] = sum[l];
+    for (size_t l = 0; l < w; l++)
+        any |= !(sum[l] <= NEAR);
+    *far = any;
+}
+
+KMP_LANES_TWINS(turn, turn_all, (size_t width, const call *all, const double *base, double *away, int64_t *far), all,
+                base, away, far)
+
+/* Lanes that are far from the base. */
+static void put_far(const call *all, const double *away)
+{
+    size_t w = all->w;
+    for (size_t k = 0; k < (size_t)all->n; k++) {
+        double v[3 * WIDEST];
+        memcpy(v, all->v + w * all->x[k], w * sizeof *v);
+        kmp_sincos_lanes(true, 1, (int)w, v, &(uint32_t){0}, &(uint32_t){1}, &(uint32_t){2});
+        for (size_t l = 0; l < w; l++)
+            if (!(away[l] <= NEAR)) {
+                all->v[w * all->s[k] + l] = v[w + l];
+                all->v[w * all->c[k] + l] = v[2 * w + l];
+            }
+    }
+}
+
+void kmp_sincos_near(int n, int width, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c,
+                     const double *base)
+{
+    const call all = {(size_t)width, n, v, x, s, c};
+    double away[WIDEST];
+    int64_t far;
+    KMP_TWIN(turn)(all.w, &all, base, away, &far);
+    if (far)
+        put_far(&all, away);
+}
+
+static KMP_INTO_CLONES void keep(size_t w, const call *all, const int64_t *lanes, double *base)
+{
+    for (int k = 0; k < all->n; k++) {
+        const double *from[] = {all->v + w * all->x[k], all->v + w * all->s[k], all->v + w * all->c[k]};
+        for (int j = 0; j < 3; j++, base += w) {
+            double kept[WIDEST];
+            for (size_t l = 0; l < w; l++) {
+                double now = from[j][l], before = base[l];
+                kept[l] = lanes[l] ? now : before;
+            }
+            for (size_t l = 0; l < w; l++)
+                base[l] = kept[l];
+        }
+    }
+}
+
+KMP_LANES_TWINS(keep, keep, (size_t width, const call *all, const int64_t *lanes, double *base), all, lanes, base)
+
+void kmp_sincos_keep(int n, int width, double *v, const uint32_t *x, const uint32_t *s, const uint32_t *c,
+                     const int64_t *lanes, double *base)
+{
+    KMP_TWIN(keep)((size_t)width, &(call){(size_t)width, n, v, x, s, c}, lanes, base);
 }

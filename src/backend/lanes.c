@@ -12,8 +12,11 @@ struct kmp_lanes {
     kmp_code code;               /* operations, where there is no machine code */
     kmp_routine *const *segment; /* machine code; NULL: there is none */
     int width;
-    bool fused; /* sines by fused multiply-adds */
-    double *v;  /* slots x width */
+    bool fused;   /* sines by fused multiply-adds */
+    double *v;    /* slots x width */
+    double *base; /* of all angles: 3 x width each */
+    kmp_lanes_sines sines;
+    const int64_t *renewed; /* lanes whose base is */
 };
 
 int kmp_lanes_best(void)
@@ -34,10 +37,16 @@ static kmp_x86_form form_of(int width)
     return 0;
 }
 
+size_t kmp_lanes_base_size(const kmp_lanes *lanes)
+{
+    return 3 * (size_t)lanes->frame.angles;
+}
+
 static bool add_room(kmp_lanes *lanes)
 {
     size_t w = (size_t)lanes->width, slots = lanes->frame.slots;
     lanes->v = kmp_arena_aligned(&lanes->frame.arena, slots * w);
+    lanes->base = kmp_arena_aligned(&lanes->frame.arena, kmp_lanes_base_size(lanes) * w);
     return !lanes->frame.arena.failed;
 }
 
@@ -100,6 +109,24 @@ void kmp_lanes_fuse_sines(kmp_lanes *lanes)
     lanes->fused = true;
 }
 
+void kmp_lanes_take_sines(kmp_lanes *lanes, kmp_lanes_sines sines, const int64_t *renewed)
+{
+    lanes->sines = lanes->fused ? sines : KMP_SINES_ALONE;
+    lanes->renewed = renewed;
+}
+
+void kmp_lanes_get_base(const kmp_lanes *lanes, int lane, double *base)
+{
+    for (size_t k = 0; k < kmp_lanes_base_size(lanes); k++)
+        base[k] = lanes->base[k * (size_t)lanes->width + (size_t)lane];
+}
+
+void kmp_lanes_put_base(kmp_lanes *lanes, int lane, const double *base)
+{
+    for (size_t k = 0; k < kmp_lanes_base_size(lanes); k++)
+        lanes->base[k * (size_t)lanes->width + (size_t)lane] = base[k];
+}
+
 bool kmp_lanes_native(const kmp_lanes *lanes)
 {
     return lanes->segment;
@@ -130,6 +157,11 @@ void kmp_lanes_set_one(kmp_lanes *lanes, kmp_input_kind kind, int lane, const do
     size_t w = (size_t)lanes->width;
     for (int k = f->feed_start[kind]; k < f->feed_start[kind + 1]; k++)
         lanes->v[f->feeds[k].slot * w + (size_t)lane] = values[f->feeds[k].index];
+}
+
+bool kmp_lanes_takes(const kmp_lanes *lanes, kmp_input_kind kind)
+{
+    return lanes->frame.feed_start[kind + 1] > lanes->frame.feed_start[kind];
 }
 
 void kmp_lanes_places(kmp_lanes *lanes, kmp_input_kind kind, int count, double **place)
@@ -254,6 +286,21 @@ void kmp_lanes_outputs(const kmp_lanes *lanes, int stage, kmp_lanes_output *outp
         output[f->copies[k].to - first] = (kmp_lanes_output){lanes->v + f->copies[k].from * w, f->copies[k].factor};
 }
 
+static void find_sines(kmp_lanes *lanes, const kmp_segment *here)
+{
+    const kmp_frame *f = &lanes->frame;
+    const uint32_t *x = f->angle + here->angle, *s = f->sine + here->angle, *c = f->cosine + here->angle;
+    double *base = lanes->base + 3 * (size_t)here->angle * (size_t)lanes->width;
+    int n = (int)here->angles;
+    if (lanes->sines == KMP_SINES_NEAR) {
+        kmp_sincos_near(n, lanes->width, lanes->v, x, s, c, base);
+        return;
+    }
+    kmp_sincos_lanes(lanes->fused, n, lanes->width, lanes->v, x, s, c);
+    if (lanes->sines == KMP_SINES_RENEW)
+        kmp_sincos_keep(n, lanes->width, lanes->v, x, s, c, lanes->renewed, base);
+}
+
 void kmp_lanes_run_in_place(kmp_lanes *lanes, int stage)
 {
     const kmp_frame *f = &lanes->frame;
@@ -261,8 +308,7 @@ void kmp_lanes_run_in_place(kmp_lanes *lanes, int stage)
         const kmp_segment *here = &f->segments[g], *next = here + 1;
         run_arithmetic(lanes, g);
         if (here->angles > 0)
-            kmp_sincos_lanes(lanes->fused, (int)here->angles, lanes->width, lanes->v, f->angle + here->angle,
-                             f->sine + here->angle, f->cosine + here->angle);
+            find_sines(lanes, here);
         for (uint32_t i = here->special; i < next->special; i++)
             for (size_t l = 0; l < (size_t)lanes->width; l++)
                 kmp_frame_special(f, &f->specials[i], lanes->v + l, (size_t)lanes->width);

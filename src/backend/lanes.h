@@ -24,6 +24,16 @@ kmp_lanes *kmp_lanes_new(const kmp_program *program, int width, bool plain);
 /** Sines and cosines by fused multiply-adds, in half the time. Outputs then have other roundings than those of a
  * machine, otherwise the same bits. */
 void kmp_lanes_fuse_sines(kmp_lanes *lanes);
+
+/** How stages find fused sines from now on: each alone, as at first; by rotation from the base, which has angles nearby
+ * (kmp_sincos_near); or alone, and the base is renewed in the lanes that are not 0. */
+typedef enum kmp_lanes_sines { KMP_SINES_ALONE, KMP_SINES_NEAR, KMP_SINES_RENEW } kmp_lanes_sines;
+void kmp_lanes_take_sines(kmp_lanes *lanes, kmp_lanes_sines sines, const int64_t *renewed);
+
+/** The base of a lane: kmp_lanes_base_size numbers. */
+size_t kmp_lanes_base_size(const kmp_lanes *lanes);
+void kmp_lanes_get_base(const kmp_lanes *lanes, int lane, double *base);
+void kmp_lanes_put_base(kmp_lanes *lanes, int lane, const double *base);
 void kmp_lanes_free(kmp_lanes *lanes);
 
 /** True if it runs as machine code. */
@@ -32,6 +42,9 @@ bool kmp_lanes_native(const kmp_lanes *lanes);
 /** Gives the values of one input vector: of all lanes, value k of lane l at k width + l; and of one lane. */
 void kmp_lanes_set(kmp_lanes *lanes, kmp_input_kind kind, const double *values);
 void kmp_lanes_set_one(kmp_lanes *lanes, kmp_input_kind kind, int lane, const double *values);
+
+/** True if the program takes some value of an input vector. */
+bool kmp_lanes_takes(const kmp_lanes *lanes, kmp_input_kind kind);
 
 /** Finds where each value of an input vector is, for callers that write `width` numbers there themselves; NULL: the
  * program does not have it. */

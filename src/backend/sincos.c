@@ -9,12 +9,6 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-KMP_CLONES static void groups_of_8(int n, const double *x, double *s, double *c)
-{
-    for (int i = 0; i + 8 <= n; i += 8)
-        kempe_sincos8_core_(x + i, s + i, c + i);
-}
-
 typedef double eight __attribute__((vector_size(64)));
 
 /* The arguments are combined in registers: a wide load of values that were just stored one by one would have to wait.
@@ -35,21 +29,4 @@ void kmp_sincos_slots(uint32_t n, const uint32_t *angle, const double *v, double
         slots_of_8(angle + i, v, out);
     for (; i < n; i++, out++)
         kempe_sincos(v[angle[i]], &out[0], &out[8]);
-}
-
-void kmp_sincos_many(int n, const double *x, double *s, double *c)
-{
-    int whole = n & ~7, rest = n & 7;
-    if (whole)
-        groups_of_8(whole, x, s, c);
-    if (rest <= 2) {
-        for (int i = whole; i < n; i++)
-            kempe_sincos(x[i], &s[i], &c[i]);
-    } else {
-        double padded[8] = {0}, ps[8], pc[8];
-        memcpy(padded, x + whole, (size_t)rest * sizeof *x);
-        groups_of_8(8, padded, ps, pc);
-        memcpy(s + whole, ps, (size_t)rest * sizeof *s);
-        memcpy(c + whole, pc, (size_t)rest * sizeof *c);
-    }
 }

@@ -80,10 +80,10 @@ static inline bool kmp_has_eight(void)
             kernel(width, __VA_ARGS__);                                                                                \
     } while (0)
 
-/** The function `name` of a kernel f(size_t w, ...), which may have fma(): its parameters, the first of them `width`,
- * their names, and those after the width. The kernel is inlined for each width into three twins: for registers of eight
- * doubles, of four, and for any processor. The bits are the same. */
-#define KMP_LANES_KERNEL(name, kernel, parameters, arguments, ...)                                                     \
+/** Twins of a kernel f(size_t w, ...), which may have fma(): their parameters, the first of them `width`, and the names
+ * of those after it. The kernel is inlined for each width, for registers of eight doubles, of four, and for any
+ * processor. The bits are the same. */
+#define KMP_LANES_TWINS(name, kernel, parameters, ...)                                                                 \
     KMP_FUSED_EIGHTS static void name##_in_eights parameters                                                           \
     {                                                                                                                  \
         KMP_OF_WIDTH(kernel, width, __VA_ARGS__);                                                                      \
@@ -95,8 +95,15 @@ static inline bool kmp_has_eight(void)
     static void name##_in_any parameters                                                                               \
     {                                                                                                                  \
         KMP_OF_WIDTH(kernel, width, __VA_ARGS__);                                                                      \
-    }                                                                                                                  \
+    }
+
+/** The twin for this processor. */
+#define KMP_TWIN(name) (kmp_has_eight() ? name##_in_eights : kmp_has_four() ? name##_in_fours : name##_in_any)
+
+/** The function `name` of a kernel; `arguments`: the names of all its parameters. */
+#define KMP_LANES_KERNEL(name, kernel, parameters, arguments, ...)                                                     \
+    KMP_LANES_TWINS(name, kernel, parameters, __VA_ARGS__)                                                             \
     void name parameters                                                                                               \
     {                                                                                                                  \
-        (kmp_has_eight() ? name##_in_eights : kmp_has_four() ? name##_in_fours : name##_in_any) arguments;             \
+        KMP_TWIN(name) arguments;                                                                                      \
     }

@@ -147,27 +147,6 @@ static void test_lanes_are_the_scalar_form_near_quadrants(void)
     CHECK(differ == 0);
 }
 
-static void test_many_is_the_scalar_form(void)
-{
-    int differ = 0, beyond = 0;
-    for (int n = 1; n <= 33; n++)
-        for (int trial = 0; trial < 100; trial++) {
-            double x[34], s[34], c[34];
-            for (int k = 0; k < n; k++)
-                x[k] = trial == 7 && k % 5 == 0 ? 1e9 * uniform() : 20 * (uniform() - 0.5);
-            s[n] = c[n] = 7;
-            kmp_sincos_many(n, x, s, c);
-            for (int k = 0; k < n; k++) {
-                double ss, cc;
-                kempe_sincos(x[k], &ss, &cc);
-                differ += !same(s[k], ss) || !same(c[k], cc);
-            }
-            beyond += s[n] != 7 || c[n] != 7;
-        }
-    CHECK(differ == 0);
-    CHECK(beyond == 0);
-}
-
 /* Arguments from anywhere among other values, results by eights, nothing beyond them. */
 static void test_slots_are_the_scalar_form(void)
 {
@@ -287,6 +266,69 @@ static void test_lanes_of_any_width(void)
     }
 }
 
+/* Two angles of each lane by rotation, at a distance from a base that has them fused. */
+static void turn(int width, double (*base_at)[16], double (*at)[16], double *v)
+{
+    static const uint32_t from[] = {0, 3}, to[] = {1, 4}, beside[] = {2, 5};
+    int64_t some[16] = {0}, others[16];
+    double base[6 * 16] = {0};
+    for (int l = 0; l < 16; l++)
+        others[l] = !(some[l] = l % 3 == 0);
+    for (int pass = 0; pass < 2; pass++) {
+        for (int l = 0; l < width; l++) {
+            v[l] = base_at[0][l];
+            v[3 * width + l] = base_at[1][l];
+        }
+        kmp_sincos_lanes(true, 2, width, v, from, to, beside);
+        kmp_sincos_keep(2, width, v, from, to, beside, pass > 0 ? others : some, base);
+    }
+    for (int l = 0; l < width; l++) {
+        v[l] = at[0][l];
+        v[3 * width + l] = at[1][l];
+    }
+    kmp_sincos_near(2, width, v, from, to, beside, base);
+}
+
+/* Errors are below 3 units of 2^-53, near zeros too. Lanes that are far away have the bits of fused ones; the bits of a
+ * lane do not depend on its neighbours. */
+static void test_rotation(void)
+{
+    int differ = 0;
+    worst = 0;
+    for (int trial = 0; trial < 20000; trial++) {
+        int width = trial % 3 == 0 ? 16 : trial % 3 == 1 ? 8 : 1 + trial % 7;
+        double base[2][16], at[2][16], v[6 * 16], alone[6], most = trial % 5 == 0 ? 1 : 0.7 * KMP_SINCOS_NEAR;
+        for (int l = 0; l < width; l++)
+            for (int k = 0; k < 2; k++) {
+                base[k][l] = 50 * (uniform() - 0.5);
+                at[k][l] = base[k][l] + most * (2 * uniform() - 1);
+            }
+        if (trial % 11 == 0)
+            at[0][0] = trial % 2 ? NAN : trial % 4 ? INFINITY : 1e300;
+        turn(width, base, at, v);
+        for (int l = 0; l < width; l++) {
+            double base_alone[2][16] = {{base[0][l]}, {base[1][l]}}, at_alone[2][16] = {{at[0][l]}, {at[1][l]}};
+            turn(1, base_alone, at_alone, alone);
+            for (int k = 0; k < 6; k++)
+                differ += !same(alone[k], v[k * width + l]);
+            bool near = hypot(at[0][l] - base[0][l], at[1][l] - base[1][l]) <= KMP_SINCOS_NEAR;
+            for (int k = 0; k < 2; k++) {
+                double x = at[k][l], s = v[(3 * k + 1) * width + l], c = v[(3 * k + 2) * width + l];
+                double fused[3] = {x};
+                kmp_sincos_lanes(true, 1, 1, fused, &(uint32_t){0}, &(uint32_t){1}, &(uint32_t){2});
+                if (near && LDBL_MANT_DIG >= 64)
+                    worst = check_max(worst, 0x1p53 * (double)fmaxl(fabsl(s - sinl((long double)x)),
+                                                                    fabsl(c - cosl((long double)x))));
+                else if (!near)
+                    differ += !same(s, fused[1]) || !same(c, fused[2]);
+            }
+        }
+    }
+    printf("  rotation: %.3f units of 2^-53\n", worst);
+    CHECK(differ == 0);
+    CHECK(worst < 3 && (worst > 0.5 || LDBL_MANT_DIG < 64));
+}
+
 int main(void)
 {
     TEST(test_accuracy);
@@ -295,9 +337,9 @@ int main(void)
     TEST(test_corners);
     TEST(test_lanes_are_the_scalar_form);
     TEST(test_lanes_are_the_scalar_form_near_quadrants);
-    TEST(test_many_is_the_scalar_form);
     TEST(test_slots_are_the_scalar_form);
     TEST(test_accuracy_of_lanes);
+    TEST(test_rotation);
     TEST(test_lanes_of_any_width);
     return check_report();
 }
