@@ -73,6 +73,14 @@ void kmp_engine_free(kmp_engine *e)
 
 static bool make_lanes(kmp_engine *e, int width)
 {
+    kmp_partition *part = &e->swapped;
+    *part = (kmp_partition){.n = e->n, .m = e->m};
+    if (!KMP_ARENA_MAKE(&e->run_arena, KMP_ROOM(int, 2 * (e->n + e->m), &part->u),
+                        KMP_ROOM(double, e->n + e->m, &part->pivots)))
+        return false;
+    part->v = part->u + e->n; /* in one block, as in any partition */
+    part->rows = part->v + e->n;
+    part->redundant = part->rows + e->m;
     return kmp_lane_room_init(e, width) && kmp_within_init(e) && kmp_conditions_init(e);
 }
 

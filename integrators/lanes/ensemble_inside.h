@@ -175,7 +175,8 @@ typedef struct kmp_engine {
     kmp_pool **pools;        /* a list */
     const kmp_pool *running; /* NULL: none */
     unsigned long finds;
-    kmp_arena run_arena; /* of the lanes and the state */
+    kmp_arena run_arena;   /* of the lanes and the state */
+    kmp_partition swapped; /* room for one */
     kmp_lane_room room;
     kmp_ensemble_work work;
     int pool_count;
@@ -227,6 +228,8 @@ const char *kmp_engine_no_lanes(const kmp_engine *e);
 kempe_status kmp_instance_start(kmp_engine *e, int i);
 /** Makes the next choice of u of an instance, from t and y. */
 kempe_status kmp_instance_exchange(kmp_engine *e, kmp_pool *from, int i);
+/** The same for one degree of freedom, from y and dy alone: u becomes dependent, and v[k] independent. */
+kempe_status kmp_instance_swap(kmp_engine *e, kmp_pool *from, int i, int k);
 /** Goes on with the choice of u of an instance from e->state at its time. */
 kempe_status kmp_instance_resume(kmp_engine *e, kmp_pool *from, int i);
 /** Makes the next choice of independent rows of an instance, from t and y. */
@@ -463,6 +466,10 @@ kempe_status kmp_instance_start_apart(kmp_engine *e, int i, int rank, const doub
 /** Finds the pool of a partition; Jv at the evaluator's last closure determines the order of elimination. NULL in
  * *pool: its program cannot be written. */
 kempe_status kmp_pool_find(kmp_engine *e, const kmp_partition *part, kmp_pool **pool);
+/** The first pool of a partition in any order of elimination; NULL: there is none. */
+kmp_pool *kmp_pool_of_choice(kmp_engine *e, const kmp_partition *part);
+/** True if a pool has the only order of elimination of its partition. */
+bool kmp_pool_is_ordered(const kmp_pool *pool);
 void kmp_pool_free(kmp_pool *pool);
 /** True if an engine has a pool of the same choice and order. */
 bool kmp_pool_among(const kmp_engine *e, const kmp_pool *pool);

@@ -673,6 +673,22 @@ static bool passes_quiet_steps(const kmp_engine *e, const kmp_pool *pool)
     return !e->conditions && !kmp_measures_steps(e) && pool->layout.multipliers == 0;
 }
 
+/* The dependent coordinate with the largest scaled |Bvu|, for one degree of freedom; otherwise -1. */
+static int largest_growth(const kmp_engine *e, const kmp_pool *pool, const kmp_lane_watched *seen, size_t l)
+{
+    const kmp_lane_room *room = &e->room;
+    int largest = -1;
+    double most = 0;
+    for (int k = 0; k < e->r && e->p == 1; k++) {
+        double growth = fabs(seen->b[(size_t)k * room->w + l]) * room->per_scale[(size_t)pool->part.v[k] * room->w + l];
+        if (growth > most) {
+            most = growth;
+            largest = k;
+        }
+    }
+    return largest;
+}
+
 /* Continues a lane, finishes its instance, or leaves it to another pool or a separate run. */
 static kempe_status take(kmp_engine *e, kmp_pool *pool, const kmp_lane_watched *seen, size_t l)
 {
@@ -713,6 +729,7 @@ static kempe_status take(kmp_engine *e, kmp_pool *pool, const kmp_lane_watched *
     bool exchanges = !through && !why && !changes && e->r > 0 && seen->growth[l] > x->limit;
     if (!through && !why && !changes && !exchanges && !reorders && !meets)
         return KEMPE_OK;
+    int swapped = exchanges && !e->conditions && !e->site && !room->nu ? largest_growth(e, pool, seen, l) : -1;
     store(e, l);
     empty(room, l);
     if (through)
@@ -723,10 +740,11 @@ static kempe_status take(kmp_engine *e, kmp_pool *pool, const kmp_lane_watched *
         kmp_instance_leave(e, i, why);
         return KEMPE_OK;
     }
-    return meets       ? kmp_instance_meet(e, pool, i)
-           : changes   ? kmp_instance_change_rows(e, pool, i)
-           : exchanges ? kmp_instance_exchange(e, pool, i)
-                       : kmp_instance_reorder(e, pool, i);
+    return meets          ? kmp_instance_meet(e, pool, i)
+           : changes      ? kmp_instance_change_rows(e, pool, i)
+           : swapped >= 0 ? kmp_instance_swap(e, pool, i, swapped)
+           : exchanges    ? kmp_instance_exchange(e, pool, i)
+                          : kmp_instance_reorder(e, pool, i);
 }
 
 /* Passes the event of a lane: the instance goes on from there with other conditions and the same step size. */

@@ -173,6 +173,22 @@ static kempe_status add(kmp_engine *e, const kmp_partition *part, kmp_pool **add
     return status;
 }
 
+kmp_pool *kmp_pool_of_choice(kmp_engine *e, const kmp_partition *part)
+{
+    for (int k = 0; k < e->pool_count; k++)
+        if (same_choice(e->pools[k], part)) {
+            e->pools[k]->used = ++e->finds;
+            return e->pools[k];
+        }
+    return NULL;
+}
+
+/* Blocks of one row and of two rows are solved by their determinants (kmp_written_order). */
+bool kmp_pool_is_ordered(const kmp_pool *pool)
+{
+    return kmp_block_largest(pool->red.block) <= 2;
+}
+
 kempe_status kmp_pool_find(kmp_engine *e, const kmp_partition *part, kmp_pool **found)
 {
     int order[KMP_LANE_ROWS];

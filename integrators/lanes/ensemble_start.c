@@ -257,24 +257,30 @@ bool kmp_instance_unpack(kmp_engine *e, kmp_pool *pool, const kmp_instance *x, d
     return kmp_instance_state(e, pool, x->t, x->y, q, qd, closed);
 }
 
+/* Puts an instance into a pool at (q, qd). */
+static void change_pool(kmp_engine *e, kmp_pool *pool, const kmp_partition *part, int i, const double *q,
+                        const double *qd)
+{
+    kmp_instance *x = &e->instances[i];
+    kmp_reduced_pack(part, true, q, qd, x->y);
+    x->has_slope = x->rejected = false;
+    x->signs.known = false;
+    x->hopeless = 0;
+    x->error_old = KMP_RK_ERROR_FLOOR;
+    x->limit = KMP_EXCHANGE_GROWTH;
+    kmp_pool_put(e, pool, i);
+}
+
 kempe_status kmp_instance_go_on(kmp_engine *e, int i, kempe_status status, kmp_partition *part, const double *q,
                                 const double *qd)
 {
-    kmp_instance *x = &e->instances[i];
     kmp_pool *pool = NULL;
     if (status == KEMPE_OK)
         status = kmp_pool_find(e, part, &pool);
-    if (status == KEMPE_OK && pool) {
-        kmp_reduced_pack(part, true, q, qd, x->y);
-        x->has_slope = x->rejected = false;
-        x->signs.known = false;
-        x->hopeless = 0;
-        x->error_old = KMP_RK_ERROR_FLOOR;
-        x->limit = KMP_EXCHANGE_GROWTH;
-        kmp_pool_put(e, pool, i);
-    } else {
+    if (status == KEMPE_OK && pool)
+        change_pool(e, pool, part, i, q, qd);
+    else
         kmp_instance_leave(e, i, "another choice of coordinates");
-    }
     kmp_partition_free(part);
     return status == KEMPE_E_FAILED ? KEMPE_OK : status;
 }
@@ -298,6 +304,43 @@ kempe_status kmp_instance_exchange(kmp_engine *e, kmp_pool *from, int i)
     kempe_status status = kmp_partition_exchange(&part, e->s, e->eval->jacobian, KMP_EXCHANGE_GROWTH);
     e->results[i].exchanges++;
     return kmp_instance_go_on(e, i, status, &part, e->state, e->state + e->n);
+}
+
+/* Writes the partition of a pool with u and v[k] exchanged, for one degree of freedom. */
+static void swap_one(const kmp_pool *from, int k, kmp_partition *part)
+{
+    const kmp_partition *old = &from->part;
+    part->p = 1;
+    part->r = old->r;
+    part->u[0] = old->v[k];
+    memcpy(part->v, old->v, (size_t)old->r * sizeof *part->v);
+    part->v[k] = old->u[0];
+    kmp_partition_take_rows(part, old);
+    kmp_partition_sort(part);
+}
+
+/* Scaled |Bvu| of the new choice are at most 1, since the exchanged one is the largest. */
+kempe_status kmp_instance_swap(kmp_engine *e, kmp_pool *from, int i, int k)
+{
+    const kmp_instance *x = &e->instances[i];
+    kmp_partition *part = &e->swapped;
+    double *q = e->state, *qd = q + e->n;
+    swap_one(from, k, part);
+    kmp_pool *pool = kmp_pool_of_choice(e, part);
+    if (!pool) { /* J at the state is needed to write one */
+        if (!unpack_or_leave(e, from, i, false))
+            return KEMPE_OK;
+        KMP_TRY(kmp_pool_find(e, part, &pool));
+    }
+    if (!pool || !kmp_pool_is_ordered(pool))
+        return kmp_instance_exchange(e, from, i);
+    q[from->part.u[0]] = x->y[0];
+    for (int j = 0; j < from->part.r; j++)
+        q[from->part.v[j]] = x->y[2 + j];
+    qd[part->u[0]] = x->dy[2 + k];
+    e->results[i].exchanges++;
+    change_pool(e, pool, part, i, q, qd);
+    return KEMPE_OK;
 }
 
 kempe_status kmp_instance_resume(kmp_engine *e, kmp_pool *from, int i)
