@@ -36,7 +36,8 @@ typedef struct numeric {
     numeric_link *links;
     numeric_state *states;
     double gravity[3];
-    double *angle, *sine, *cosine; /* of rotations, in order */
+    double *angle, *sines; /* of rotations, in order; in groups of eight sines, then eight cosines */
+    uint32_t *which;       /* 0, 1, .. */
     int angles;
 } numeric;
 
@@ -94,8 +95,8 @@ static inline void numeric_free(numeric *p)
     kmp_free(p->links);
     kmp_free(p->states);
     kmp_free(p->angle);
-    kmp_free(p->sine);
-    kmp_free(p->cosine);
+    kmp_free(p->sines);
+    kmp_free(p->which);
     *p = (numeric){0};
 }
 
@@ -106,14 +107,16 @@ static inline bool numeric_init(numeric *p, const kmp_tree *tree)
     p->links = KMP_NEW(numeric_link, tree->count);
     p->states = KMP_NEW(numeric_state, tree->count);
     p->angle = KMP_NEW(double, tree->count);
-    p->sine = KMP_NEW(double, tree->count);
-    p->cosine = KMP_NEW(double, tree->count);
-    if (!p->links || !p->states || !p->angle || !p->sine || !p->cosine) {
+    p->sines = KMP_NEW(double, 2 * (tree->count + 8));
+    p->which = KMP_NEW(uint32_t, tree->count + 8);
+    if (!p->links || !p->states || !p->angle || !p->sines || !p->which) {
         numeric_free(p);
         return false;
     }
     for (int i = 1; i < tree->count; i++)
         numeric_read_link(p, tree, i);
+    for (int k = 0; k < p->angles; k++) /* the last group is filled up with the first angle */
+        p->which[k] = (uint32_t)k;
     for (int i = tree->count - 1; i > 0; i--) {
         numeric_link *l = &p->links[i], *h = &p->links[l->parent];
         l->loaded = l->loaded || l->heavy;
@@ -192,13 +195,15 @@ static inline void numeric_angles(numeric *p, const double *q)
     for (int i = 1; i < p->count; i++)
         if (p->links[i].rotation)
             p->angle[angle++] = p->links[i].sign * q[i - 1];
-    kmp_sincos_many(p->angles, p->angle, p->sine, p->cosine);
+    kmp_sincos_slots((uint32_t)p->angles, p->which, p->angle, p->sines);
     angle = 0;
     for (int i = 1; i < p->count; i++) {
         numeric_state *s = &p->states[i];
         if (p->links[i].rotation) {
-            s->sine = p->sine[angle];
-            s->cosine = p->cosine[angle++];
+            const double *sine = p->sines + 16 * (angle / 8) + angle % 8;
+            s->sine = sine[0];
+            s->cosine = sine[8];
+            angle++;
         } else {
             s->slide = p->links[i].sign * q[i - 1];
         }
