@@ -10,6 +10,8 @@
 enum { MAX_NEWTON = 12 };
 enum { WORTH_SHARING = 5000 }; /* products: some 2 us, as long as another thread takes to begin */
 
+#define INLINE static inline __attribute__((always_inline))
+
 /* -- setting up -------------------------------------------------------------------------------------- */
 
 static bool allocate(kmp_reduction *red, int entries, int m)
@@ -210,7 +212,7 @@ static void bias_force(kmp_reduction *red)
 }
 
 /* On a tree X is a permutation: Mr = M but for the order of coordinates. */
-static bool is_tree(const kmp_reduction *red)
+INLINE bool is_tree(const kmp_reduction *red)
 {
     return red->r == 0 && !red->zeros;
 }
@@ -227,7 +229,7 @@ static void take_mass(kmp_reduction *red)
 }
 
 /* Mr = X' M X with a dense X. */
-static void reduce_dense(kmp_reduction *red)
+INLINE void reduce_dense(kmp_reduction *red)
 {
     int n = red->n, p = red->p;
     memset(red->mx, 0, (size_t)(n * p) * sizeof *red->mx);
@@ -238,11 +240,9 @@ static void reduce_dense(kmp_reduction *red)
     }
 }
 
-/* The reduced mass and its factor: a piece of work that needs M and X alone. */
-static void factor_mass(void *self, int piece)
+/* The reduced mass and its factor, from M and X alone. */
+INLINE void factor_mass(kmp_reduction *red)
 {
-    kmp_reduction *red = self;
-    (void)piece;
     if (is_tree(red))
         take_mass(red);
     else if (red->zeros)
@@ -271,7 +271,7 @@ void kmp_reduction_solve_masses(const kmp_reduction *red, int count, double *b, 
             kmp_cholesky_solve(red->p, red->mr, b + (ptrdiff_t)k * ld);
 }
 
-void kmp_reduction_project(const kmp_reduction *red, const double *force, double *out)
+INLINE void project(const kmp_reduction *red, const double *force, double *out)
 {
     if (red->zeros) {
         kmp_zeros_project(red->zeros, red->x, force, out);
@@ -279,6 +279,11 @@ void kmp_reduction_project(const kmp_reduction *red, const double *force, double
     }
     for (int k = 0; k < red->p; k++)
         out[k] = -kmp_dot(red->n, red->x + k * red->n, force);
+}
+
+void kmp_reduction_project(const kmp_reduction *red, const double *force, double *out)
+{
+    project(red, force, out);
 }
 
 void kmp_reduction_push_in(const kmp_reduction *red, double factor, const double *rows, double *room, double *out)
@@ -352,8 +357,14 @@ static int accelerate_load_dependent(kmp_reduction *red, double *udd)
     return 0;
 }
 
+static void factor_mass_beside(void *self, int piece)
+{
+    (void)piece;
+    factor_mass(self);
+}
+
 /* Accelerations with the factored mass. */
-static int accelerate(kmp_reduction *red, double *udd)
+INLINE int accelerate(kmp_reduction *red, double *udd)
 {
     if (red->fault)
         return red->fault;
@@ -364,28 +375,27 @@ static int accelerate(kmp_reduction *red, double *udd)
         return 0;
     }
     bias_force(red);
-    kmp_reduction_project(red, red->force, udd);
+    project(red, red->force, udd);
     kmp_reduction_solve_mass(red, udd);
     return red->eval->load ? accelerate_load_dependent(red, udd) : 0;
 }
 
 int kmp_reduction_accelerate(kmp_reduction *red, double *udd)
 {
-    factor_mass(red, 0);
+    factor_mass(red);
     return accelerate(red, udd);
 }
 
 int kmp_reduction_move(kmp_reduction *red, const double *qd, double *udd)
 {
     kmp_team *team = kmp_eval_team(red->eval);
-    bool beside = team && red->zeros && kmp_zeros_products(red->zeros) >= WORTH_SHARING;
-    if (beside)
-        kmp_team_bring(team, factor_mass, red);
+    if (!team || !red->zeros || kmp_zeros_products(red->zeros) < WORTH_SHARING) {
+        kmp_eval_bias(red->eval, qd);
+        return kmp_reduction_accelerate(red, udd);
+    }
+    kmp_team_bring(team, factor_mass_beside, red);
     kmp_eval_bias(red->eval, qd);
-    if (beside)
-        kmp_team_settle(team);
-    else
-        factor_mass(red, 0);
+    kmp_team_settle(team);
     return accelerate(red, udd);
 }
 

@@ -41,11 +41,13 @@ void kmp_reduced_predict(kmp_reduced *d, double t, const double *u)
     for (int k = 0; k < d->p; k++) {
         const double *b = d->anchor_b + k * d->r;
         double du = u[k] - d->anchor_u[k];
-        const int *row;
-        int count = zeros ? kmp_zeros_rows(zeros, k, &row) : 0;
-        for (int e = 0; e < count; e++)
-            d->v[row[e]] += b[row[e]] * du;
-        for (int i = 0; !zeros && i < d->r; i++)
+        if (zeros) {
+            const int *row;
+            for (int e = 0, count = kmp_zeros_rows(zeros, k, &row); e < count; e++)
+                d->v[row[e]] += b[row[e]] * du;
+            continue;
+        }
+        for (int i = 0; i < d->r; i++)
             d->v[i] += b[i] * du;
     }
 }

@@ -303,7 +303,7 @@ INLINE double remainder_of(const kmp_block *b, int row, const double *x, const d
 }
 
 /* Solves for one right-hand side where all blocks have two rows; otherwise as solve(). */
-static void solve_pairs(const kmp_block *b, double *restrict w, double *restrict x)
+INLINE void solve_pairs(const kmp_block *b, double *restrict w, double *restrict x)
 {
     for (int k = b->n - 2; k >= 0; k -= 2) {
         const double *lu = b->lu + 2 * k, *inverse = b->inverse + k;
@@ -411,6 +411,14 @@ int kmp_block_solve_transposed_few(const kmp_block *b, double nothing, int count
     return found;
 }
 
+INLINE void solve_one(const kmp_block *b, double *x, double *room)
+{
+    if (b->pairs)
+        solve_pairs(b, room, x);
+    else
+        solve(b, 1, room, x);
+}
+
 void kmp_block_solve(const kmp_block *b, int m, double *x)
 {
     if (!b)
@@ -418,15 +426,13 @@ void kmp_block_solve(const kmp_block *b, int m, double *x)
     for (; m >= 2; m -= 2, x += 2 * (ptrdiff_t)b->n)
         solve(b, 2, b->scratch, x);
     if (m == 1)
-        kmp_block_solve_in(b, x, b->scratch);
+        solve_one(b, x, b->scratch);
 }
 
 void kmp_block_solve_in(const kmp_block *b, double *x, double *room)
 {
-    if (b && b->pairs)
-        solve_pairs(b, room, x);
-    else if (b)
-        solve(b, 1, room, x);
+    if (b)
+        solve_one(b, x, room);
 }
 
 /* The right-hand side of row `row` of C, less the contributions of later unknowns, at the columns of [from, end). */
