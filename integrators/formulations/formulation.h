@@ -84,7 +84,7 @@ struct kmp_formulation {
     int (*keep)(kmp_formulation *formulation, double t, const double *y);
 
     /** Stands where a step of another formulation with the same unknowns ended, at (t, y) with q closed: rows within
-     * that step are predicted from there. NULL: nothing is predicted. */
+     * that step are predicted from there, and from the other's `curve`. NULL: nothing is predicted. */
     int (*stand)(kmp_formulation *formulation, double t, const double *y, const double *q);
 
     /** Appends to `reason` why no step was possible from the last accepted one, if the formulation knows. NULL:
@@ -98,6 +98,8 @@ struct kmp_formulation {
     int n;           /* coordinates */
     int size;        /* unknowns */
     double *y, *yp;  /* consistent start; yp for integrators of DAEs only */
+    double *curve;   /* curves: what predictions take from accelerations at the end of the last step */
+    int curves;
     double *atol;    /* of each unknown */
     double rtol;     /* 0: that of the run */
     kmp_text reason; /* reason of a failure */

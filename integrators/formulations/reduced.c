@@ -459,11 +459,12 @@ static int stand(kmp_formulation *formulation, double t, const double *y, const 
 {
     kmp_reduced *d = (kmp_reduced *)formulation;
     memcpy(d->q, q, (size_t)d->n * sizeof *q);
-    if (kmp_reduced_settle(d, t, y) != KMP_GO || kmp_reduced_evaluate(d, t, y) != KMP_GO) /* for the curvature */
-        return KMP_HALT;
+    int said = kmp_reduced_settle(d, t, y);
+    if (said == KMP_GO)
+        said = d->by_saddle ? kmp_reduced_evaluate(d, t, y) : kmp_reduced_place(d, t, y);
     memcpy(d->q, q, (size_t)d->n * sizeof *q);
-    kmp_reduced_remember(d, t, y);
-    return KMP_GO;
+    kmp_reduced_remember_place(d, t, y);
+    return said == KMP_GO ? KMP_GO : KMP_HALT;
 }
 
 /* -- making one -------------------------------------------------------------------------------------- */
@@ -560,8 +561,11 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     d->formulation.resume = resume;
     d->formulation.explain = kmp_reduced_explain;
     d->formulation.stand = d->has_v ? NULL : stand;
+    d->formulation.curves = d->has_v ? 0 : d->r;
     d->formulation.part = &d->part;
-    if (!kmp_partition_copy(&d->part, part) || !allocate(d)) {
+    bool made = kmp_partition_copy(&d->part, part) && allocate(d);
+    d->formulation.curve = d->anchor_c;
+    if (!made) {
         (void)kmp_fail_memory(start->system->context);
     } else if (can_follow(d)) {
         d->formulation.ode = (kmp_ode){.n = d->formulation.size,

@@ -115,7 +115,9 @@ bool kmp_reduced_evaluate_closing(kmp_reduced *d, bool solved, double t, const d
 
 /** Predicts d->v of (t, u) from the last accepted step. */
 void kmp_reduced_predict(kmp_reduced *d, double t, const double *u);
-/** Records the end of a step, from which v is predicted. */
+/** kmp_reduced_remember: records the end of a step, from which v is predicted. kmp_reduced_remember_place: without
+ * anchor_c, which needs accelerations. */
+void kmp_reduced_remember_place(kmp_reduced *d, double t, const double *y);
 void kmp_reduced_remember(kmp_reduced *d, double t, const double *y);
 
 /* reduced_choice.c */

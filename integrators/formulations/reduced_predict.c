@@ -72,7 +72,7 @@ static void weigh(kmp_reduced *d)
     d->noise = kmp_close_noise(d->n, d->s->scale, d->q);
 }
 
-void kmp_reduced_remember(kmp_reduced *d, double t, const double *y)
+void kmp_reduced_remember_place(kmp_reduced *d, double t, const double *y)
 {
     d->t = t;
     if (d->integrated)
@@ -86,6 +86,12 @@ void kmp_reduced_remember(kmp_reduced *d, double t, const double *y)
     for (int i = 0; i < d->r; i++) {
         d->anchor_v[i] = d->q[d->part.v[i]];
         d->anchor_t[i] = d->red.x_t[d->part.v[i]];
-        d->anchor_c[i] = vdd_alone(d, i);
     }
+}
+
+void kmp_reduced_remember(kmp_reduced *d, double t, const double *y)
+{
+    kmp_reduced_remember_place(d, t, y);
+    for (int i = 0; !d->has_v && i < d->r; i++)
+        d->anchor_c[i] = vdd_alone(d, i);
 }

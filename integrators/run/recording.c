@@ -105,10 +105,11 @@ static bool transfer_polynomial(kmp_runner *run, kmp_number_stream *stream)
         return true;
     bool good = stream->back || !stream->at || kmp_runner_position(run, t, q) == KEMPE_OK;
     kmp_stream_numbers(stream, run->s->n, q);
-    if (!stream->back)
-        return good;
-    return run->kind->dense(run->solver, t, run->y, run->yp) == KEMPE_OK &&
-           formulation->stand(formulation, t, run->y, q) == KMP_GO;
+    if (stream->back)
+        good = run->kind->dense(run->solver, t, run->y, run->yp) == KEMPE_OK &&
+               formulation->stand(formulation, t, run->y, q) == KMP_GO;
+    kmp_stream_numbers(stream, formulation->curves, formulation->curve);
+    return good;
 }
 
 /* -- recording ----------------------------------------------------------------------------------------- */

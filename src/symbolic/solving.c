@@ -217,19 +217,26 @@ static void solve_anew(kmp_solving *s, double *component)
     }
 }
 
+/* True if the current arguments are those of a kept solution, to the bit; mostly the first of them tells. */
+static inline bool is_of(const kmp_solving *s, size_t k)
+{
+    size_t count = (size_t)s->block->arguments;
+    const double *kept = s->solved + k * count;
+    return count == 0 || (memcmp(s->p, kept, sizeof *kept) == 0 && memcmp(s->p, kept, count * sizeof *kept) == 0);
+}
+
 double kmp_solving_value(kmp_solving *s, int component)
 {
-    size_t arguments = (size_t)s->block->arguments, unknowns = (size_t)s->block->unknowns,
-           bytes = arguments * sizeof(double);
+    size_t arguments = (size_t)s->block->arguments, unknowns = (size_t)s->block->unknowns;
     size_t k = (size_t)s->last, known = (size_t)s->known;
-    if (known > 0 && memcmp(s->p, s->solved + k * arguments, bytes) == 0) /* another component of the last one */
+    if (known > 0 && is_of(s, k)) /* another component of the last one */
         return s->component[k * unknowns + (size_t)component];
-    for (k = 0; k < known && memcmp(s->p, s->solved + k * arguments, bytes) != 0;)
+    for (k = 0; k < known && !is_of(s, k);)
         k++;
     if (k == known) {
         k = (size_t)s->next;
         solve_anew(s, s->component + k * unknowns);
-        memcpy(s->solved + k * arguments, s->p, bytes);
+        memcpy(s->solved + k * arguments, s->p, arguments * sizeof *s->p);
         s->known = s->known < KEPT ? s->known + 1 : KEPT;
         s->next = (s->next + 1) % KEPT;
     }
