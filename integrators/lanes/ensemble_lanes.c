@@ -829,21 +829,49 @@ static void decide(kmp_engine *e, kmp_pool *pool, kmp_lane_watched *seen, const 
     }
 }
 
+/* Decides on the attempts of lanes that do not go on by themselves, and takes those that are accepted. */
+static kempe_status end_attempts(kmp_engine *e, kmp_pool *pool, kmp_lane_watched *seen, const kmp_lanes_passing *ends)
+{
+    kmp_lane_room *room = &e->room;
+    outcome what[KMP_LANES_MOST];
+    kempe_status status = KEMPE_OK;
+    decide(e, pool, seen, ends, what);
+    memset(room->bad, 0, room->w * sizeof *room->bad);
+    bool searched[KMP_LANES_MOST] = {false};
+    bool dense = e->conditions && watch_conditions(e, pool, seen, what, searched);
+    if (kmp_measures_steps(e))
+        measure(e, pool, dense ? searched : NULL, what);
+    bool none_stays = true;
+    for (size_t l = 0; l < room->w; l++) {
+        ends->stays[l] = what[l] != TAKEN;
+        none_stays = none_stays && !ends->stays[l];
+    }
+    pass_on(e, none_stays ? NULL : ends->stays);
+    for (size_t l = 0; l < room->w && status == KEMPE_OK; l++) {
+        if (ends->on[l])
+            continue;
+        if (what[l] == TAKEN)
+            status = take(e, pool, seen, l);
+        else if (what[l] == EVENT)
+            status = pass_event(e, pool, l);
+        else if (what[l] != EMPTY && what[l] != AGAIN)
+            refuse(e, l, what[l]);
+    }
+    return status;
+}
+
 /* Makes one attempt in all lanes. */
 static kempe_status step(kmp_engine *e, kmp_pool *pool)
 {
     kmp_lane_room *room = &e->room;
-    outcome what[KMP_LANES_MOST];
     double failed[KMP_LANES_MOST];
-    int64_t on[KMP_LANES_MOST], stays[KMP_LANES_MOST];
+    int64_t on[KMP_LANES_MOST], stays[KMP_LANES_MOST], all[KMP_LANES_MOST];
     kmp_lane_watched seen;
-    kempe_status status = KEMPE_OK;
-    int64_t all[KMP_LANES_MOST];
     choose_tries(e);
-    for (size_t l = 0; l < room->w; l++)
-        all[l] = 1;
-    for (size_t l = 0; l < room->w; l++)
+    for (size_t l = 0; l < room->w; l++) {
+        all[l] = true;
         e->work.lane_steps += room->who[l] >= 0;
+    }
     e->work.sweeps++;
     run_stages(e, pool);
     solve(e, failed);
@@ -872,33 +900,10 @@ static kempe_status step(kmp_engine *e, kmp_pool *pool)
                               .on = on,
                               .stays = stays};
     kmp_lanes_pass_on(room->w, &ends);
-    if (ends.all) {
-        pass_on(e, ends.none_stays ? NULL : stays);
-        return KEMPE_OK;
-    }
-    decide(e, pool, &seen, &ends, what);
-    memset(room->bad, 0, room->w * sizeof *room->bad);
-    bool searched[KMP_LANES_MOST] = {false};
-    bool dense = e->conditions && watch_conditions(e, pool, &seen, what, searched);
-    if (kmp_measures_steps(e))
-        measure(e, pool, dense ? searched : NULL, what);
-    bool none_stays = true;
-    for (size_t l = 0; l < room->w; l++) {
-        stays[l] = what[l] != TAKEN;
-        none_stays = none_stays && !stays[l];
-    }
-    pass_on(e, none_stays ? NULL : stays);
-    for (size_t l = 0; l < room->w && status == KEMPE_OK; l++) {
-        if (on[l])
-            continue;
-        if (what[l] == TAKEN)
-            status = take(e, pool, &seen, l);
-        else if (what[l] == EVENT)
-            status = pass_event(e, pool, l);
-        else if (what[l] != EMPTY && what[l] != AGAIN)
-            refuse(e, l, what[l]);
-    }
-    return status;
+    if (!ends.all)
+        return end_attempts(e, pool, &seen, &ends);
+    pass_on(e, ends.none_stays ? NULL : stays);
+    return KEMPE_OK;
 }
 
 /* -- a pool ------------------------------------------------------------------------------------------ */

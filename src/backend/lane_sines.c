@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Sines and cosines of lanes: with the bits of kempe_sincos, or by fused multiply-adds, with half the operations.
+/* Sines and cosines of lanes: with the bits of kempe_sincos, by fused multiply-adds, with half the operations, or by
+ * rotation from angles nearby, with fewer still.
  *
  * x = n pi/2 + r with pi/2 in three doubles. The difference of x and n times the first is exact: it is a multiple
  * of the last place of one of them, and below 1. (Muller et al., Handbook of Floating-Point Arithmetic, 2018, 10.2.) r

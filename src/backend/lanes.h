@@ -25,8 +25,8 @@ kmp_lanes *kmp_lanes_new(const kmp_program *program, int width, bool plain);
  * machine, otherwise the same bits. */
 void kmp_lanes_fuse_sines(kmp_lanes *lanes);
 
-/** How stages find fused sines from now on: each alone, as at first; by rotation from the base, which has angles nearby
- * (kmp_sincos_near); or alone, and the base is renewed in the lanes that are not 0. */
+/** Three ways in which stages find fused sines from now on: each alone, as at first; by rotation from the base, which
+ * has angles nearby (kmp_sincos_near); alone, with a base that is renewed in the lanes that are not 0. */
 typedef enum kmp_lanes_sines { KMP_SINES_ALONE, KMP_SINES_NEAR, KMP_SINES_RENEW } kmp_lanes_sines;
 void kmp_lanes_take_sines(kmp_lanes *lanes, kmp_lanes_sines sines, const int64_t *renewed);
 
