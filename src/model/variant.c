@@ -413,3 +413,72 @@ kempe_status kmp_variant_instance(const kempe_model *model, int count, const cha
     m->variant = v;
     return KMP_GIVE_OR_FREE(status, instance, m, kempe_model_free);
 }
+
+/* -- drives ------------------------------------------------------------------------------------------ */
+
+static const kmp_expr *node(kmp_arena *arena, kmp_expr expr)
+{
+    kmp_expr *made = KMP_ARENA_NEW(arena, kmp_expr, 1);
+    if (made)
+        *made = expr;
+    return made;
+}
+
+/* A number of the start as an expression. */
+static const kmp_expr *expr_of(kmp_arena *arena, const kmp_number *number)
+{
+    return number->expr ? number->expr : node(arena, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = number->value});
+}
+
+/* Drives a coordinate from its start value at the rate of the start: q = q_0 + qd_0 t. */
+static void add_drive(kempe_model *m, int motion)
+{
+    kmp_arena *a = &m->arena;
+    const kmp_expr *time = node(a, (kmp_expr){.kind = KMP_EXPR_TIME});
+    const kmp_expr *from = expr_of(a, &m->start.q[motion]), *rate = expr_of(a, &m->start.qd[motion]);
+    const kmp_expr *way = node(a, (kmp_expr){.kind = KMP_EXPR_MUL, .a = rate, .b = time});
+    m->closures[m->closure_count++] = (kmp_closure){
+        .name = kmp_arena_printf(a, "load.%s", m->motions[motion].name),
+        .kind = "drive",
+        .point = {-1, -1},
+        .motion = motion,
+        .function = node(a, (kmp_expr){.kind = KMP_EXPR_ADD, .a = from, .b = way}),
+    };
+    m->start.qd_given[motion] = false; /* the drive has it */
+}
+
+static void add_drives(kempe_model *m, const kmp_driven *driven)
+{
+    kmp_closure *closures = KMP_ARENA_NEW(&m->arena, kmp_closure, m->closure_count + driven->count);
+    if (!closures)
+        return;
+    if (m->closure_count > 0)
+        memcpy(closures, m->closures, (size_t)m->closure_count * sizeof *closures);
+    m->closures = closures;
+    for (int k = 0; k < driven->count; k++)
+        add_drive(m, driven->motion[k]);
+}
+
+/* The start keeps the chosen coordinates; the others begin at q and follow. */
+static void set_start(kempe_model *m, const kmp_driven *driven)
+{
+    int n = kmp_model_coordinates(m);
+    bool *hold = KMP_ARENA_NEW(&m->arena, bool, m->motion_count);
+    for (int i = 0; hold && i < n; i++) {
+        hold[i] = driven->hold[i];
+        m->start.qd_given[i] = m->start.qd_given[i] && hold[i];
+        if (!hold[i])
+            m->start.q[i] = (kmp_number){.value = driven->q[i]};
+    }
+    m->start.hold = hold;
+}
+
+kempe_status kmp_variant_driven(const kempe_model *model, const kmp_driven *driven, kempe_model **instance)
+{
+    kempe_model *m = NULL;
+    KMP_TRY(kmp_variant_instance(model, 0, NULL, NULL, &m));
+    add_drives(m, driven);
+    if (driven->hold)
+        set_start(m, driven);
+    return KMP_GIVE_OR_FREE(kmp_made(model->context, !m->arena.failed), instance, m, kempe_model_free);
+}

@@ -40,7 +40,7 @@ static void stand_at(follower *f, const kmp_cycle *c)
 {
     kmp_shooting *s = f->s;
     double length = 0;
-    kmp_shooting_weigh(s, c->reach, c->period, f->range);
+    kmp_shooting_weigh(s, c->x, c->reach, c->period, f->range);
     kmp_shooting_refer(s, c->x, c->rate);
     for (int j = 0; j < s->width; j++) {
         f->border[j] = c->tangent[j] / s->scale[j];

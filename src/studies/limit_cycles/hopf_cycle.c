@@ -16,20 +16,6 @@ static bool contains(const int *list, int count, int x)
     return false;
 }
 
-/* A rate that no force decides differs from period to period by losses alone. */
-static kempe_status check_rates(const kmp_operating_family *family)
-{
-    const kempe_model *model = family->linear.system->model;
-    for (int k = 0; k < family->rate_count; k++)
-        if (family->rates[k].how == KMP_RATE_KEPT || family->rates[k].how == KMP_RATE_HELD)
-            return kmp_fail(model->context, KEMPE_E_FAILED,
-                            "the rate of '%s' is that of the start, which no force decides, so that no motion is "
-                            "exactly periodic; drive it at a constant rate (drives:), or find the motions that "
-                            "simulations reach (--settle T)",
-                            model->motions[family->rates[k].coordinate].name);
-    return KEMPE_OK;
-}
-
 kempe_status kmp_moving_entries(kmp_linear *linear, int keeps, int *count, kmp_flow_entry *entry)
 {
     kmp_linear *l = linear;
@@ -46,12 +32,6 @@ kempe_status kmp_moving_entries(kmp_linear *linear, int keeps, int *count, kmp_f
     }
     kmp_free(idle);
     return kmp_made(model->context, idles >= 0);
-}
-
-kempe_status kmp_periodic_entries(kempe_limit_cycles *cycles, int *count, kmp_flow_entry *entry)
-{
-    KMP_TRY(check_rates(cycles->family));
-    return kmp_moving_entries(&cycles->family->linear, -1, count, entry);
 }
 
 /* -- the mode -------------------------------------------------------------------------------------------- */
@@ -116,6 +96,7 @@ static kmp_cycle *make_hopf(kempe_limit_cycles *cycles, const kmp_critical *crit
         const kmp_flow_entry *e = &s->flow->entry[i];
         c->x[i] = (e->kind != KMP_FLOW_POSITION ? state->qd : state->q)[e->motion];
     }
+    kmp_cycles_loads_at_rest(cycles, c);
     return c;
 }
 
@@ -125,7 +106,7 @@ static kempe_status find_first(kempe_limit_cycles *cycles, const kmp_cycle *hopf
     double *border = KMP_NEW(double, s->width), *guess = KMP_NEW(double, s->width);
     kempe_status status = kmp_made(cycles->system->context, border && guess);
     if (status == KEMPE_OK) {
-        kmp_shooting_weigh(s, hopf->reach, hopf->period, KMP_CYCLE_RANGE * fabs(cycles->to - cycles->from));
+        kmp_shooting_weigh(s, hopf->x, hopf->reach, hopf->period, KMP_CYCLE_RANGE * fabs(cycles->to - cycles->from));
         for (int i = 0; i < s->size; i++) {
             guess[i] = hopf->x[i] + hopf->tangent[i];
             border[i] = hopf->tangent[i] / s->scale[i];

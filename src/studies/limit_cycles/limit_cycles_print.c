@@ -4,6 +4,7 @@
 #include "output/print.h"
 #include "studies/limit_cycles/limit_cycles_study.h"
 #include <math.h>
+#include <string.h>
 
 enum { MOST_OUTPUTS = 4, MOST_ROWS = 200 };
 
@@ -34,6 +35,20 @@ static void show_critical(kmp_text *text, const kempe_limit_cycles *c)
     }
 }
 
+static const char *held_name(const kempe_limit_cycles *c, int k)
+{
+    return c->system->model->motions[c->held_motion[k]].name;
+}
+
+static void show_held(kmp_text *text, const kempe_limit_cycles *c)
+{
+    for (int k = 0; k < c->held; k++)
+        kmp_text_printf(text, "%s'%s'",
+                        k == 0 ? "\nheld  at the speed of the start by a load, as no other force decides it: " : ", ",
+                        held_name(c, k));
+    kmp_text_put(text, c->held > 0 ? "\n" : "");
+}
+
 static int shown_outputs(const kempe_limit_cycles *c)
 {
     int columns = c->outputs;
@@ -44,9 +59,13 @@ static void show_head(kmp_text *text, const kempe_limit_cycles *c)
 {
     kmp_shown as = kmp_limit_cycles_shown(c);
     kmp_text_printf(text, "  %-9s  %14s  %13s  %-9s  %11s", "", c->name, "period, s", "stability", "multiplier");
+    for (int k = 0; k < c->held; k++)
+        kmp_text_printf(text, "  %*s%s", (int)(8 - strlen(held_name(c, k))), "load.", held_name(c, k));
     for (int k = 0; k < shown_outputs(c); k++)
         kmp_text_printf(text, "  %13s", c->output[k]);
     kmp_text_printf(text, "\n  %-9s  %14s  %13s  %-9s  %11s", "", as.unit, "", "", "");
+    for (int k = 0; k < c->held; k++)
+        kmp_text_printf(text, "  %13s", kmp_cycles_load_unit(c, k));
     for (int k = 0; k < shown_outputs(c); k++)
         kmp_text_printf(text, "  %13s", kmp_shown_as(c->system->context, c->unit[k]).unit);
     kmp_text_put(text, "\n");
@@ -63,6 +82,8 @@ static void show_cycle(kmp_text *text, const kempe_limit_cycles *c, const kmp_cy
         kmp_text_printf(text, "%11.7f", hypot(x->re[0], x->im[0]));
     else
         kmp_text_printf(text, "%11s", "-");
+    for (int k = 0; k < c->held; k++)
+        kmp_text_printf(text, "  %13.7g", x->load[k]);
     for (int k = 0; k < shown_outputs(c); k++) {
         double amplitude = kmp_shown_as(c->system->context, c->unit[k]).factor * kmp_cycle_amplitude(x, k);
         if (isfinite(amplitude))
@@ -91,6 +112,7 @@ static void show(kmp_text *text, const void *result)
     kmp_shown as = kmp_limit_cycles_shown(c);
     kmp_text_printf(text, "%s: limit cycles over %s from %.6g to %.6g%s%s\n", c->system->model->name, c->name,
                     as.factor * c->from, as.factor * c->to, as.unit[0] ? " " : "", as.unit);
+    show_held(text, c);
     show_critical(text, c);
     for (int b = 0; b < c->branches; b++)
         show_branch(text, c, b);
@@ -102,6 +124,8 @@ static void show(kmp_text *text, const void *result)
     else if (c->branches > 0)
         kmp_text_put(text, "\nnote  amplitudes are half the range over a period; the multiplier is the largest one, "
                            "without that of the motion along the cycle\n");
+    if (c->held > 0 && c->branches > 0)
+        kmp_text_put(text, "note  a load holds the speed at every instant; its mean over the period is shown\n");
     if (c->reason)
         kmp_text_printf(text, "\nstopped: %s\n", c->reason);
 }
@@ -129,11 +153,22 @@ static void json_outputs(kmp_json *j, const kempe_limit_cycles *c, const kmp_cyc
     kmp_json_end(j);
 }
 
+static void json_loads(kmp_json *j, const kempe_limit_cycles *c, const kmp_cycle *x)
+{
+    if (c->held == 0)
+        return;
+    kmp_json_object(j, "loads");
+    for (int k = 0; k < c->held; k++)
+        kmp_json_put(j, "%s %g", held_name(c, k), x->load[k]);
+    kmp_json_end(j);
+}
+
 static void json_cycle(kmp_json *j, const kempe_limit_cycles *c, const kmp_cycle *x)
 {
     bool hopf = x->word == KMP_CYCLE_HOPF;
     kmp_json_object(j, NULL);
     kmp_json_put(j, "value %g period %g point %s", x->value, x->period, x->word ? kmp_cycle_text(x) : NULL);
+    json_loads(j, c, x);
     if (!hopf) {
         kmp_json_put(j, "stability %s along %g residual %g", kmp_cycle_stability_text(x), x->along, x->residual);
         kmp_json_array(j, "multipliers");

@@ -69,7 +69,8 @@ static kempe_status find_equilibria(kempe_limit_cycles *c)
     KMP_TRY(kmp_made(c->system->context, values));
     for (int k = 0; k < c->values; k++)
         values[k] = kmp_range_value(&range, k, c->values);
-    KMP_TRY(kmp_operating_family_new(c->system, &options, &c->family));
+    KMP_TRY(kmp_cycles_hold_speed(c));
+    KMP_TRY(kmp_operating_family_new(kmp_cycles_equations(c), &options, &c->family));
     kempe_status status = kmp_locus_make(c->family, c->values, values, &c->locus);
     if (status == KEMPE_STOPPED && !kmp_interrupted(c->system->context)) {
         kmp_log(c->system->context, KEMPE_LOG_WARNING, "equilibria are known from %g to %g alone: %s", c->from,
@@ -115,13 +116,10 @@ static kempe_status make_flow(kempe_limit_cycles *c, const kempe_limit_cycles_op
 {
     kmp_flow_entry *entry = KMP_ARENA_NEW(&c->arena, kmp_flow_entry, 2 * c->system->n);
     const kempe_run_options none = {0}, *run = options->run ? options->run : &none;
-    const char *usual = usual_outputs(c);
     int count;
     KMP_TRY(kmp_made(c->system->context, entry));
-    KMP_TRY(kmp_periodic_entries(c, &count, entry));
-    KMP_TRY(kmp_flow_new(c->system, c->name, options->outputs ? options->outputs : usual, run, count, entry, &c->flow));
-    KMP_TRY(kmp_limit_cycles_name(c, c->flow->rows->columns, c->flow->rows->column, c->flow->rows->unit));
-    return kmp_shooting_init(&c->shooting, c->flow, &c->arena);
+    KMP_TRY(kmp_moving_entries(&c->family->linear, -1, &count, entry));
+    return kmp_cycles_flow(c, options->outputs ? options->outputs : usual_outputs(c), run, count, entry);
 }
 
 /* True if a branch that was followed before ends there. */
@@ -224,6 +222,8 @@ void kempe_limit_cycles_free(kempe_limit_cycles *cycles)
     kmp_flow_free(cycles->flow);
     kmp_locus_free(&cycles->locus);
     kmp_operating_family_free(cycles->family);
+    kempe_system_free(cycles->driven);
+    kempe_model_free(cycles->copy);
     kmp_free(cycles->warnings);
     kmp_arena_free(&cycles->arena);
     kmp_free(cycles);

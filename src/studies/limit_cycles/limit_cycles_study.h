@@ -17,7 +17,11 @@ struct kempe_limit_cycles {
     int values;
     kmp_operating_family *family;
     kmp_locus locus; /* of the equilibria; empty from a start */
-    int outputs;     /* their names and SI units */
+    int held;        /* coordinates that a load keeps at the rate of the start (held_speed.c) */
+    int *held_motion;
+    kempe_model *copy;    /* with their drives; NULL: it is the given one */
+    kempe_system *driven; /* likewise */
+    int outputs;          /* their names and SI units */
     char **output, **unit;
     double settle;  /* s: cycles are those that simulations of this length reach; 0: by Newton's method */
     kmp_flow *flow; /* NULL: no branch was followed by Newton's method */
@@ -43,6 +47,30 @@ static inline double kmp_cycle_amplitude(const kmp_cycle *cycle, int k)
 /** The growth of the equilibrium at value k of the locus, and whether it is above rounding. */
 double kmp_limit_cycles_growth(const kempe_limit_cycles *cycles, int k);
 
+/** The equations of equilibria and cycles: those of the caller's system, or of the copy. */
+static inline const kempe_system *kmp_cycles_equations(const kempe_limit_cycles *c)
+{
+    return c->driven ? c->driven : c->system;
+}
+
+/** "N" or "N m": the unit of load k. */
+static inline const char *kmp_cycles_load_unit(const kempe_limit_cycles *c, int k)
+{
+    return c->system->model->motions[c->held_motion[k]].rotation ? "N m" : "N";
+}
+
+/** Finds the coordinates whose rates a load holds, and makes the equations with their drives. (held_speed.c)
+ * KEMPE_E_FAILED: there is no equilibrium at the first value, or the start does not give such a rate. */
+kempe_status kmp_cycles_hold_speed(kempe_limit_cycles *cycles);
+
+/** Makes the equations of cycles with these entries, and their columns: `outputs`, and the loads. Errors as
+ * kmp_flow_new. */
+kempe_status kmp_cycles_flow(kempe_limit_cycles *cycles, const char *outputs, const kempe_run_options *run, int count,
+                             const kmp_flow_entry *entry);
+
+/** The loads at the equilibrium of a Hopf point, the last state of the family. */
+void kmp_cycles_loads_at_rest(const kempe_limit_cycles *cycles, kmp_cycle *hopf);
+
 /** Puts a start on the cycle near a Hopf point into the shooting, and finds it. (hopf_cycle.c) */
 kempe_status kmp_hopf_cycles(kempe_limit_cycles *cycles, const kmp_critical *critical, kmp_cycle **hopf,
                              kmp_cycle **first);
@@ -54,10 +82,7 @@ kempe_status kmp_limit_cycles_name(kempe_limit_cycles *cycles, int count, char *
  * (settled_cycles.c) */
 kempe_status kmp_settled_cycles(kempe_limit_cycles *cycles, const char *outputs, const kempe_run_options *run);
 
-/** Start values that a periodic motion repeats, at the state of the family: `entry` has room for 2 n. KEMPE_E_FAILED: a
- * rate is decided by no force. */
-kempe_status kmp_periodic_entries(kempe_limit_cycles *cycles, int *count, kmp_flow_entry *entry);
-
-/** The parts of them that are not at rest or idle, at the state of `linear`; `keeps`: a rate that stays that of the
+/** Start values that a periodic motion repeats, in `entry` with room for 2 n: not positions of coordinates that nothing
+ * depends on, at the state of `linear`; `keeps`: a rate that stays that of the
  * start, -1: none. KEMPE_E_MEMORY. */
 kempe_status kmp_moving_entries(kmp_linear *linear, int keeps, int *count, kmp_flow_entry *entry);

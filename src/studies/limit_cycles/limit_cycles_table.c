@@ -28,6 +28,8 @@ static void put_row(kempe_table *table, const kempe_limit_cycles *c, int branch,
     kmp_tabulate_cells(table, "%d %g %g %s %s %g %g %g", branch, x->value, x->period, kmp_cycle_text(x),
                        hopf ? "" : kmp_cycle_stability_text(x), x->multipliers > 0 ? hypot(x->re[0], x->im[0]) : NAN,
                        hopf ? NAN : x->along, hopf ? NAN : x->residual);
+    if (c->held > 0)
+        kmp_tabulate_numbers(table, c->held, x->load);
     for (int k = 0; k < c->outputs; k++)
         kmp_tabulate_cells(table, "%g %g %g", kmp_cycle_amplitude(x, k), hopf ? NAN : x->high[k],
                            hopf ? NAN : x->low[k]);
@@ -39,6 +41,9 @@ static void fill_rows(kempe_table *table, const void *result)
     kmp_tabulate_columns(table, "branch");
     add_parameter(table, c);
     kmp_tabulate_columns(table, "period[s] point[words] stability[words] multiplier along residual");
+    for (int k = 0; k < c->held; k++)
+        kmp_tabulate_column(table, kmp_cycles_load_unit(c, k), "load.%s",
+                            c->system->model->motions[c->held_motion[k]].name);
     for (int k = 0; k < c->outputs; k++) {
         kmp_tabulate_column(table, c->unit[k], "%s.amplitude", c->output[k]);
         kmp_tabulate_column(table, c->unit[k], "%s.max", c->output[k]);

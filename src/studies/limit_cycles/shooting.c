@@ -26,11 +26,11 @@ const char *kmp_cycle_text(const kmp_cycle *cycle)
     return words[cycle->word];
 }
 
-kempe_status kmp_shooting_init(kmp_shooting *shooting, kmp_flow *flow, kmp_arena *cycles)
+kempe_status kmp_shooting_init(kmp_shooting *shooting, kmp_flow *flow, int loads, const int *load, kmp_arena *cycles)
 {
     kmp_shooting *s = shooting;
     int n = flow->size, w = n + 2;
-    *s = (kmp_shooting){.flow = flow, .cycles = cycles, .size = n, .width = w};
+    *s = (kmp_shooting){.flow = flow, .cycles = cycles, .size = n, .width = w, .loads = loads, .load = load};
     KMP_ARENA_MAKE(&s->arena, KMP_ROOM(double, w, &s->z, &s->scale, &s->right),
                    KMP_ROOM(double, n, &s->reference, &s->direction, &s->re, &s->im),
                    KMP_ROOM(double, w *w, &s->matrix), KMP_ROOM(double, n *n, &s->copy),
@@ -45,7 +45,7 @@ void kmp_shooting_free(kmp_shooting *shooting)
 
 /* -- sizes -------------------------------------------------------------------------------------------- */
 
-void kmp_shooting_weigh(kmp_shooting *shooting, const double *reach, double period, double parameter)
+void kmp_shooting_weigh(kmp_shooting *shooting, const double *x, const double *reach, double period, double parameter)
 {
     kmp_shooting *s = shooting;
     double largest[3], motion;
@@ -56,7 +56,7 @@ void kmp_shooting_weigh(kmp_shooting *shooting, const double *reach, double peri
         const kmp_flow_entry *e = &s->flow->entry[i];
         double usual = e->kind == KMP_FLOW_RATE ? motion * 2 * acos(-1) / period : motion;
         double least = KMP_CYCLE_STILL * fmax(largest[e->kind], usual) * s->flow->system->scale[e->motion];
-        s->scale[i] = fmax(reach[i], least);
+        s->scale[i] = fmax(fmax(reach[i], least), s->flow->rtol / KMP_CYCLE_CORRECTED * fabs(x[i]));
     }
     s->scale[s->size] = period;
     s->scale[s->size + 1] = parameter;
@@ -150,7 +150,8 @@ kmp_cycle *kmp_shooting_room(kmp_shooting *shooting)
     int n = s->size, outputs = s->flow->rows->columns;
     kmp_cycle *c = KMP_ARENA_NEW(s->cycles, kmp_cycle, 1);
     return c && KMP_ARENA_MAKE(s->cycles, KMP_ROOM(double, n, &c->x, &c->rate, &c->re, &c->im, &c->reach),
-                               KMP_ROOM(double, n + 2, &c->tangent), KMP_ROOM(double, outputs, &c->high, &c->low))
+                               KMP_ROOM(double, n + 2, &c->tangent), KMP_ROOM(double, outputs, &c->high, &c->low),
+                               KMP_ROOM(double, s->loads, &c->load))
                ? c
                : NULL;
 }
@@ -185,6 +186,12 @@ static void take_outputs(const kmp_shooting *s, kmp_cycle *c)
         double change = kmp_sensitivity_value(rows, pieces, k) - kmp_sensitivity_value(rows, 0, k);
         if (fabs(change) > KMP_CYCLE_ADVANCES * (c->high[k] - c->low[k]))
             c->high[k] = c->low[k] = NAN;
+    }
+    for (int k = 0; k < s->loads; k++) {
+        double sum = 0;
+        for (int row = 0; row < pieces; row++)
+            sum += kmp_sensitivity_value(rows, row, s->load[k]);
+        c->load[k] = sum / pieces;
     }
 }
 

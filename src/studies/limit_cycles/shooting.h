@@ -38,6 +38,7 @@ typedef struct kmp_cycle {
     double *reach;        /* size: half the range of each part of the state */
     double amplitude;     /* the largest of those of positions and states, over their characteristic sizes */
     double *high, *low;   /* of each output; NaN where it is not periodic */
+    double *load;         /* loads: their means over the period */
     double residual;      /* |y(T) - x|, over the reach */
 } kmp_cycle;
 
@@ -46,6 +47,8 @@ typedef struct kmp_shooting {
     kmp_arena *cycles;             /* of the cycles */
     kmp_arena arena;               /* of all other arrays */
     int size, width;               /* of the state, of the unknowns: 2 more */
+    int loads;                     /* columns of the runs whose means are taken */
+    const int *load;               /* their columns; not owned */
     double *z;                     /* unknowns: state, period, parameter */
     double *scale;                 /* width */
     double *reference, *direction; /* size: x_0, f(x_0) */
@@ -56,13 +59,15 @@ typedef struct kmp_shooting {
     int iterations; /* of the last correction */
 } kmp_shooting;
 
-/** `cycles`: where cycles are kept. KEMPE_E_MEMORY. */
-kempe_status kmp_shooting_init(kmp_shooting *shooting, kmp_flow *flow, kmp_arena *cycles);
+/** `cycles`: where cycles are kept; `load`: columns of the runs whose means are taken, which
+ * stay the caller's. KEMPE_E_MEMORY. */
+kempe_status kmp_shooting_init(kmp_shooting *shooting, kmp_flow *flow, int loads, const int *load, kmp_arena *cycles);
 void kmp_shooting_free(kmp_shooting *shooting);
 
 /** Sets the sizes of the unknowns, which decide on convergence and lengths: those of the state (size), of the period
- * and of the parameter. Tolerances of runs follow. */
-void kmp_shooting_weigh(kmp_shooting *shooting, const double *reach, double period, double parameter);
+ * and of the parameter. `x` (size): the state itself, whose parts are known to the relative tolerance of the runs, such
+ * as the rotation rate of a wheelset. Tolerances of runs follow. */
+void kmp_shooting_weigh(kmp_shooting *shooting, const double *x, const double *reach, double period, double parameter);
 
 /** The state near which a cycle begins, and its change with time (size each). */
 void kmp_shooting_refer(kmp_shooting *shooting, const double *x, const double *rate);

@@ -1,0 +1,114 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Vehicles whose speed no force decides, or a load holds (studies/equilibrium/running_state.c): in a limit cycle they
+ * keep the speed of the start, by a load that changes over the period. The equations are those of a copy of the model,
+ * in which drives have these rates. */
+#include "base/memory.h"
+#include "studies/limit_cycles/limit_cycles_study.h"
+#include <string.h>
+
+/* Coordinates whose rates no force decides, or a load holds, at the state of the family. */
+static kempe_status find_held(kempe_limit_cycles *c)
+{
+    const kmp_operating_family *f = c->family;
+    const kempe_model *model = c->system->model;
+    c->held_motion = KMP_ARENA_NEW(&c->arena, int, f->rate_count);
+    KMP_TRY(kmp_made(c->system->context, c->held_motion));
+    for (int k = 0; k < f->rate_count; k++) {
+        int motion = f->rates[k].coordinate;
+        if (f->rates[k].how != KMP_RATE_KEPT && f->rates[k].how != KMP_RATE_HELD)
+            continue;
+        if (!model->start.qd_given[motion])
+            return kmp_fail(c->system->context, KEMPE_E_FAILED,
+                            "the rate of '%s' is that of the start, which no force decides, and the start does not "
+                            "give it: add it (start: {qd: {%s: ..}}), or drive it at a constant rate (drives:)",
+                            model->motions[motion].name, model->motions[motion].name);
+        c->held_motion[c->held++] = motion;
+    }
+    return KEMPE_OK;
+}
+
+static bool is_held(const kempe_limit_cycles *c, int motion)
+{
+    for (int k = 0; k < c->held; k++)
+        if (c->held_motion[k] == motion)
+            return true;
+    return false;
+}
+
+/* The copy of the model: with drives, and a start at which all independent coordinates keep their values. */
+static kempe_status make_copy(kempe_limit_cycles *c)
+{
+    const kmp_linear *l = &c->family->linear;
+    bool *hold = KMP_ARENA_NEW(&c->arena, bool, l->n);
+    KMP_TRY(kmp_made(c->system->context, hold));
+    for (int k = 0; k < l->p; k++)
+        hold[l->part.u[k]] = !is_held(c, l->part.u[k]);
+    const kmp_driven driven = {c->held, c->held_motion, c->system->chart_count > 0 ? NULL : hold, c->family->state->q};
+    KMP_TRY(kmp_variant_driven(c->system->model, &driven, &c->copy));
+    return kempe_system_new(c->copy, &c->driven);
+}
+
+kempe_status kmp_cycles_hold_speed(kempe_limit_cycles *cycles)
+{
+    kempe_limit_cycles *c = cycles;
+    const kmp_operating_family_options options = {.name = c->name};
+    kmp_modes modes;
+    KMP_TRY(kmp_operating_family_new(c->system, &options, &c->family));
+    KMP_TRY(kmp_operating_family_go(c->family, c->from, &modes));
+    kmp_modes_free(&modes);
+    KMP_TRY(find_held(c));
+    if (c->held > 0 || c->system->m > 0)
+        KMP_TRY(make_copy(c));
+    kmp_operating_family_free(c->family);
+    c->family = NULL;
+    return KEMPE_OK;
+}
+
+/* -- loads --------------------------------------------------------------------------------------------- */
+
+/* The column of the load of a coordinate; -1: there is none. */
+static int column_of(const kmp_flow *flow, const char *motion)
+{
+    kmp_text name = {0};
+    int found = -1;
+    kmp_text_printf(&name, "lambda.load.%s.1", motion);
+    for (int k = 0; !name.failed && k < flow->rows->columns; k++)
+        found = strcmp(flow->rows->column[k], name.s) == 0 ? k : found;
+    kmp_text_free(&name);
+    return found;
+}
+
+kempe_status kmp_cycles_flow(kempe_limit_cycles *cycles, const char *outputs, const kempe_run_options *run, int count,
+                             const kmp_flow_entry *entry)
+{
+    kempe_limit_cycles *c = cycles;
+    const kmp_motion *motions = c->system->model->motions;
+    kmp_text words = {0};
+    kmp_text_put(&words, outputs);
+    for (int k = 0; k < c->held; k++)
+        kmp_text_printf(&words, ",lambda(load.%s)", motions[c->held_motion[k]].name);
+    kempe_status status = words.failed
+                              ? kmp_fail_memory(c->system->context)
+                              : kmp_flow_new(kmp_cycles_equations(c), c->name, words.s, run, count, entry, &c->flow);
+    kmp_text_free(&words);
+    KMP_TRY(status);
+    const kempe_sensitivity *rows = c->flow->rows;
+    int *load = KMP_ARENA_NEW(&c->arena, int, c->held), shown = rows->columns;
+    KMP_TRY(kmp_made(c->system->context, load));
+    for (int k = c->held - 1; k >= 0; k--) {
+        load[k] = column_of(c->flow, motions[c->held_motion[k]].name);
+        shown -= load[k] == shown - 1; /* a caller who asks for all multipliers has them among them */
+    }
+    KMP_TRY(kmp_limit_cycles_name(c, shown, rows->column, rows->unit));
+    return kmp_shooting_init(&c->shooting, c->flow, c->held, load, &c->arena);
+}
+
+void kmp_cycles_loads_at_rest(const kempe_limit_cycles *cycles, kmp_cycle *hopf)
+{
+    const kmp_linear *l = &cycles->family->linear;
+    for (int r = 0; r < l->m; r++) {
+        int k = l->system->rows[r].closure - cycles->system->model->closure_count;
+        if (k >= 0 && k < cycles->held)
+            hopf->load[k] = l->lambda[r];
+    }
+}
