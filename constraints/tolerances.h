@@ -412,6 +412,9 @@
  * errors of closed positions are small against it. A branch ends in a Hopf point at this part of that amplitude. */
 #define KMP_CYCLE_FIRST 1e-4
 #define KMP_CYCLE_LAST  0.9
+/** The first cycle is near its Hopf point if the parameter differs by less than this part of the range: a hundredth is
+ * the accuracy to which a diagram is read. */
+#define KMP_CYCLE_NEAR 1e-2
 /** A correction of this part of the cycle ends Newton's method, whose next correction would be of the order of its
  * square: below the error of the runs. */
 #define KMP_CYCLE_CORRECTED 1e-7
@@ -447,6 +450,9 @@
 #define KMP_CYCLE_RESTS   1e-6
 /** One that decays, of less than this part of the largest, is at rest soon. */
 #define KMP_CYCLE_DECAYED 1e-2
+/** The mean of a load over a period is known if the means of every other value differ by less than this part of it: the
+ * accuracy to which a diagram is read. */
+#define KMP_CYCLE_MEAN 1e-2
 /** An output whose values at both ends of a period differ by this part of its range is not periodic, such as the
  * distance that a vehicle travels. */
 #define KMP_CYCLE_ADVANCES 1e-5

@@ -39,9 +39,10 @@ def newton(f, x):
 class Wheelset:
     """q = x, y, z, yaw, roll, spin. The middle of the axle is at z = 0 when it runs straight."""
 
-    def __init__(self, cone, load=1.5e5, m=1250.0, yaw=700.0, spin=100.0, r0=0.45, b=0.75, ky=2.5e5, kpsi=2e6, g=82e9):
+    def __init__(self, cone, load=1.5e5, m=1250.0, yaw=700.0, spin=100.0, r0=0.45, b=0.75, ky=2.5e5, kpsi=2e6, g=82e9, friction=math.inf):
         self.cone, self.load, self.m, self.it, self.i_s, self.r0, self.b = cone, load, m, yaw, spin, r0, b
-        self.ky, self.kpsi, self.g = ky, kpsi, g
+        self.ky, self.kpsi, self.g, self.friction = ky, kpsi, g, friction
+        self.drive = False  # True: a load along x keeps the speed
         self.rail = r0
         self.centre = (b + self.rail * math.sin(math.atan(cone)), -r0 - self.rail * math.cos(math.atan(cone)))
 
@@ -99,7 +100,13 @@ class Wheelset:
         across, slip = np.cross(up, x), v + np.cross(w, arm)
         xi, eta, spin = slip[0] / speed, slip @ across / speed, w @ up / speed
         force = -gab * c11 * xi * x - gab * (c22 * eta + size * c23 * spin) * across
-        return force, gab * size * (c23 * eta - size * c33 * spin) * up
+        part = self.part(np.linalg.norm(force) / (self.friction * normal))
+        return part * force, part * gab * size * (c23 * eta - size * c33 * spin) * up
+
+    @staticmethod
+    def part(t):
+        """Of linear forces that are t times the bound of friction (Shen, Hedrick and Elkins 1983)."""
+        return 1 - t / 3 + t * t / 27 if t < 3 else 1 / t
 
     def accelerations(self, q, qd):
         e, rates = self.axes(q)[:, 1], self.rates(q)
@@ -115,6 +122,9 @@ class Wheelset:
         gyro = inertia @ turning + (self.i_s - self.it) * (w @ e) * np.cross(w, e)
         for k, (arm, n, _) in enumerate(contacts):
             left[:3, 6 + k], left[3:6, 6 + k], left[6 + k, :6] = n, np.cross(arm, n), rows[k]
+        if self.drive:
+            left[:, 0] = 0
+            left[0, 0] = -1  # x' is constant: the load takes the place of its change
         normal = [self.load / 2] * 2
         for _ in range(60):
             force, moment = np.array([0, -self.ky * q[1], -self.load]), np.array([0, 0, -self.kpsi * q[3]])
@@ -126,7 +136,7 @@ class Wheelset:
             before, normal = normal, x[6:]
             if abs(normal - before).max() < 1e-14 * self.load:
                 break
-        return x[:6]
+        return x[:6]  # of x the load, where it is driven
 
     def closed(self, u, ud):
         """q and qd with z and roll as the contacts want them; u = x, y, yaw, spin."""

@@ -35,7 +35,7 @@ kempe_status kmp_branch_add(kmp_shooting *shooting, kmp_cycle_branch *branch, km
 
 /* -- a step --------------------------------------------------------------------------------------------- */
 
-/* Sizes and phase of a cycle; `border` becomes its tangent, of length 1 over the sizes. */
+/* Sizes and phase of a cycle; `border` becomes its tangent, of length 1 over the spans. */
 static void stand_at(follower *f, const kmp_cycle *c)
 {
     kmp_shooting *s = f->s;
@@ -43,7 +43,7 @@ static void stand_at(follower *f, const kmp_cycle *c)
     kmp_shooting_weigh(s, c->x, c->reach, c->period, f->range);
     kmp_shooting_refer(s, c->x, c->rate);
     for (int j = 0; j < s->width; j++) {
-        f->border[j] = c->tangent[j] / s->scale[j];
+        f->border[j] = c->tangent[j] / s->span[j];
         length += f->border[j] * f->border[j];
     }
     for (int j = 0; j < s->width; j++)
@@ -60,7 +60,7 @@ static kempe_status step_from(follower *f, const kmp_cycle *c, double step, kmp_
 {
     kmp_shooting *s = f->s;
     for (int j = 0; j < s->width; j++)
-        f->guess[j] = part_of(s, c, j) + step * f->border[j] * s->scale[j];
+        f->guess[j] = part_of(s, c, j) + step * f->border[j] * s->span[j];
     KMP_TRY(kmp_shooting_correct(s, f->guess, f->border));
     return kmp_shooting_finish(s, f->border, next);
 }
@@ -70,7 +70,7 @@ static double angle_to(const follower *f, const kmp_cycle *next)
 {
     double along = 0, length = 0;
     for (int j = 0; j < f->s->width; j++) {
-        double x = next->tangent[j] / f->s->scale[j];
+        double x = next->tangent[j] / f->s->span[j];
         along += x * f->border[j];
         length += x * x;
     }
@@ -82,7 +82,7 @@ static double miss_of(const follower *f, const kmp_cycle *next, double step)
 {
     double square = 0;
     for (int j = 0; j < f->s->width; j++) {
-        double x = (part_of(f->s, next, j) - f->guess[j]) / f->s->scale[j];
+        double x = (part_of(f->s, next, j) - f->guess[j]) / f->s->span[j];
         square += x * x;
     }
     return sqrt(square) / step;

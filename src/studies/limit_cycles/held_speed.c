@@ -35,45 +35,86 @@ static bool is_held(const kempe_limit_cycles *c, int motion)
     return false;
 }
 
-/* The copy of the model: with drives, and a start at which all independent coordinates keep their values. */
-static kempe_status make_copy(kempe_limit_cycles *c)
+/* The first track that is curved, inclined or irregular; NULL: there is none. */
+static const kmp_track *find_curved(const kempe_model *model)
+{
+    for (int k = 0; k < model->track_count; k++)
+        if (model->tracks[k].curved)
+            return &model->tracks[k];
+    return NULL;
+}
+
+static kempe_status check_tracks(const kempe_limit_cycles *c)
+{
+    const kmp_track *curved = c->held > 0 ? find_curved(c->system->model) : NULL;
+    if (!curved)
+        return KEMPE_OK;
+    return kmp_fail(c->system->context, KEMPE_E_FAILED,
+                    "track '%s' is curved, inclined or irregular, so that motions along it are not periodic; take a "
+                    "straight one, or find the motions that simulations reach (--settle T)",
+                    curved->name);
+}
+
+/* The copy of the model: with drives, and unless `as_given` a start at which all independent coordinates keep their
+ * values. */
+static kempe_status make_copy(kempe_limit_cycles *c, bool as_given)
 {
     const kmp_linear *l = &c->family->linear;
     bool *hold = KMP_ARENA_NEW(&c->arena, bool, l->n);
     KMP_TRY(kmp_made(c->system->context, hold));
     for (int k = 0; k < l->p; k++)
         hold[l->part.u[k]] = !is_held(c, l->part.u[k]);
-    const kmp_driven driven = {c->held, c->held_motion, c->system->chart_count > 0 ? NULL : hold, c->family->state->q};
+    const kmp_driven driven = {c->held, c->held_motion, as_given || c->system->chart_count > 0 ? NULL : hold,
+                               c->family->state->q};
     KMP_TRY(kmp_variant_driven(c->system->model, &driven, &c->copy));
     return kempe_system_new(c->copy, &c->driven);
 }
 
-kempe_status kmp_cycles_hold_speed(kempe_limit_cycles *cycles)
+static kempe_status hold_speed(kempe_limit_cycles *c, bool as_given)
 {
-    kempe_limit_cycles *c = cycles;
     const kmp_operating_family_options options = {.name = c->name};
     kmp_modes modes;
     KMP_TRY(kmp_operating_family_new(c->system, &options, &c->family));
     KMP_TRY(kmp_operating_family_go(c->family, c->from, &modes));
     kmp_modes_free(&modes);
     KMP_TRY(find_held(c));
-    if (c->held > 0 || c->system->m > 0)
-        KMP_TRY(make_copy(c));
+    KMP_TRY(check_tracks(c));
+    return c->held > 0 || (c->system->m > 0 && !as_given) ? make_copy(c, as_given) : KEMPE_OK;
+}
+
+kempe_status kmp_cycles_hold_speed(kempe_limit_cycles *cycles)
+{
+    kempe_limit_cycles *c = cycles;
+    bool tries = c->settle > 0;
+    if (tries && (c->system->model->wheel_count == 0 || find_curved(c->system->model)))
+        return KEMPE_OK;
+    kempe_status status = hold_speed(c, tries);
     kmp_operating_family_free(c->family);
     c->family = NULL;
+    if (!tries || status != KEMPE_E_FAILED)
+        return status;
+    kmp_context_clear(c->system->context);
+    c->held = 0;
     return KEMPE_OK;
 }
 
 /* -- loads --------------------------------------------------------------------------------------------- */
 
-/* The column of the load of a coordinate; -1: there is none. */
-static int column_of(const kmp_flow *flow, const char *motion)
+bool kmp_cycles_words(const kempe_limit_cycles *cycles, const char *outputs, kmp_text *words)
+{
+    kmp_text_put(words, outputs);
+    for (int k = 0; k < cycles->held; k++)
+        kmp_text_printf(words, ",lambda(load.%s)", cycles->system->model->motions[cycles->held_motion[k]].name);
+    return !words->failed;
+}
+
+int kmp_cycles_load_column(const kempe_limit_cycles *cycles, int load, int count, char *const *columns)
 {
     kmp_text name = {0};
     int found = -1;
-    kmp_text_printf(&name, "lambda.load.%s.1", motion);
-    for (int k = 0; !name.failed && k < flow->rows->columns; k++)
-        found = strcmp(flow->rows->column[k], name.s) == 0 ? k : found;
+    kmp_text_printf(&name, "lambda.load.%s.1", cycles->system->model->motions[cycles->held_motion[load]].name);
+    for (int k = 0; !name.failed && k < count; k++)
+        found = strcmp(columns[k], name.s) == 0 ? k : found;
     kmp_text_free(&name);
     return found;
 }
@@ -82,12 +123,8 @@ kempe_status kmp_cycles_flow(kempe_limit_cycles *cycles, const char *outputs, co
                              const kmp_flow_entry *entry)
 {
     kempe_limit_cycles *c = cycles;
-    const kmp_motion *motions = c->system->model->motions;
     kmp_text words = {0};
-    kmp_text_put(&words, outputs);
-    for (int k = 0; k < c->held; k++)
-        kmp_text_printf(&words, ",lambda(load.%s)", motions[c->held_motion[k]].name);
-    kempe_status status = words.failed
+    kempe_status status = !kmp_cycles_words(c, outputs, &words)
                               ? kmp_fail_memory(c->system->context)
                               : kmp_flow_new(kmp_cycles_equations(c), c->name, words.s, run, count, entry, &c->flow);
     kmp_text_free(&words);
@@ -96,7 +133,7 @@ kempe_status kmp_cycles_flow(kempe_limit_cycles *cycles, const char *outputs, co
     int *load = KMP_ARENA_NEW(&c->arena, int, c->held), shown = rows->columns;
     KMP_TRY(kmp_made(c->system->context, load));
     for (int k = c->held - 1; k >= 0; k--) {
-        load[k] = column_of(c->flow, motions[c->held_motion[k]].name);
+        load[k] = kmp_cycles_load_column(c, k, rows->columns, rows->column);
         shown -= load[k] == shown - 1; /* a caller who asks for all multipliers has them among them */
     }
     KMP_TRY(kmp_limit_cycles_name(c, shown, rows->column, rows->unit));

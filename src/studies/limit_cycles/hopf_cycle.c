@@ -6,6 +6,8 @@
 #include <math.h>
 #include <string.h>
 
+enum { SMALLER_PARTS = 2 };
+
 /* -- start values ---------------------------------------------------------------------------------------- */
 
 static bool contains(const int *list, int count, int x)
@@ -100,16 +102,19 @@ static kmp_cycle *make_hopf(kempe_limit_cycles *cycles, const kmp_critical *crit
     return c;
 }
 
-static kempe_status find_first(kempe_limit_cycles *cycles, const kmp_cycle *hopf, kmp_cycle **first)
+/* The cycle whose motion begins as `part` of the mode. */
+static kempe_status find_part(kempe_limit_cycles *cycles, const kmp_cycle *hopf, double part, kmp_cycle **first)
 {
     kmp_shooting *s = &cycles->shooting;
-    double *border = KMP_NEW(double, s->width), *guess = KMP_NEW(double, s->width);
-    kempe_status status = kmp_made(cycles->system->context, border && guess);
+    double *border = KMP_NEW(double, s->width), *guess = KMP_NEW(double, s->width), *reach = KMP_NEW(double, s->width);
+    kempe_status status = kmp_made(cycles->system->context, border && guess && reach);
     if (status == KEMPE_OK) {
-        kmp_shooting_weigh(s, hopf->x, hopf->reach, hopf->period, KMP_CYCLE_RANGE * fabs(cycles->to - cycles->from));
+        for (int i = 0; i < s->size; i++)
+            reach[i] = part * hopf->reach[i];
+        kmp_shooting_weigh(s, hopf->x, reach, hopf->period, KMP_CYCLE_RANGE * fabs(cycles->to - cycles->from));
         for (int i = 0; i < s->size; i++) {
-            guess[i] = hopf->x[i] + hopf->tangent[i];
-            border[i] = hopf->tangent[i] / s->scale[i];
+            guess[i] = hopf->x[i] + part * hopf->tangent[i];
+            border[i] = part * hopf->tangent[i] / s->span[i];
         }
         guess[s->size] = hopf->period;
         guess[s->size + 1] = hopf->value;
@@ -120,6 +125,31 @@ static kempe_status find_first(kempe_limit_cycles *cycles, const kmp_cycle *hopf
         status = kmp_shooting_finish(s, border, first);
     kmp_free(border);
     kmp_free(guess);
+    kmp_free(reach);
+    return status;
+}
+
+/* The first cycle of the branch. Where its parameter is not near that of the Hopf point, as with wheels whose place on
+ * the rail moves fast, one with a smaller motion may be nearer. */
+static kempe_status find_first(kempe_limit_cycles *cycles, const kmp_cycle *hopf, kmp_cycle **first)
+{
+    double near = KMP_CYCLE_NEAR * fabs(cycles->to - cycles->from), part = 1;
+    kempe_status status = find_part(cycles, hopf, part, first);
+    for (int k = 0; k < SMALLER_PARTS; k++) {
+        kmp_cycle *smaller;
+        if (status != KEMPE_E_FAILED && !(status == KEMPE_OK && fabs((*first)->value - hopf->value) > near))
+            return status;
+        bool found = status == KEMPE_OK;
+        part /= 10;
+        kmp_context_clear(cycles->system->context);
+        status = find_part(cycles, hopf, part, found ? &smaller : first);
+        if (found && status == KEMPE_E_FAILED) {
+            kmp_context_clear(cycles->system->context);
+            return KEMPE_OK;
+        }
+        if (found && status == KEMPE_OK)
+            *first = smaller;
+    }
     return status;
 }
 

@@ -71,6 +71,14 @@ static void show_head(kmp_text *text, const kempe_limit_cycles *c)
     kmp_text_put(text, "\n");
 }
 
+static void show_number(kmp_text *text, double value, int digits)
+{
+    if (isfinite(value))
+        kmp_text_printf(text, "  %13.*g", digits, value);
+    else
+        kmp_text_printf(text, "  %13s", "-");
+}
+
 static void show_cycle(kmp_text *text, const kempe_limit_cycles *c, const kmp_cycle *x)
 {
     bool hopf = x->word == KMP_CYCLE_HOPF;
@@ -83,13 +91,10 @@ static void show_cycle(kmp_text *text, const kempe_limit_cycles *c, const kmp_cy
     else
         kmp_text_printf(text, "%11s", "-");
     for (int k = 0; k < c->held; k++)
-        kmp_text_printf(text, "  %13.7g", x->load[k]);
+        show_number(text, x->load[k], 7);
     for (int k = 0; k < shown_outputs(c); k++) {
         double amplitude = kmp_shown_as(c->system->context, c->unit[k]).factor * kmp_cycle_amplitude(x, k);
-        if (isfinite(amplitude))
-            kmp_text_printf(text, "  %13.8g", amplitude);
-        else
-            kmp_text_printf(text, "  %13s", "-");
+        show_number(text, amplitude, 8);
     }
     kmp_text_put(text, "\n");
 }

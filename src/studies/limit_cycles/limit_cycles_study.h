@@ -60,8 +60,13 @@ static inline const char *kmp_cycles_load_unit(const kempe_limit_cycles *c, int 
 }
 
 /** Finds the coordinates whose rates a load holds, and makes the equations with their drives. (held_speed.c)
- * KEMPE_E_FAILED: there is no equilibrium at the first value, or the start does not give such a rate. */
+ * KEMPE_E_FAILED: there is no equilibrium at the first value, the start does not give such a rate, or the track is no
+ * straight one. With `settle` these are no errors: the speed is then free. */
 kempe_status kmp_cycles_hold_speed(kempe_limit_cycles *cycles);
+
+/** Appends `outputs` and the loads; false: no memory. The column of a load; -1: there is none. */
+bool kmp_cycles_words(const kempe_limit_cycles *cycles, const char *outputs, kmp_text *words);
+int kmp_cycles_load_column(const kempe_limit_cycles *cycles, int load, int count, char *const *columns);
 
 /** Makes the equations of cycles with these entries, and their columns: `outputs`, and the loads. Errors as
  * kmp_flow_new. */

@@ -16,8 +16,9 @@ typedef struct stepped {
     kempe_limit_cycles *c;
     kmp_arena arena;
     kempe_run_options run;
-    const char *words;
-    int count; /* start values that vary */
+    kmp_text words; /* of the outputs and loads */
+    int *load;      /* columns of the loads */
+    int count;      /* start values that vary */
     kmp_flow_entry *entry;
     char **name; /* count + 1, the parameter first */
     kmp_variant *variant;
@@ -43,7 +44,7 @@ static kempe_status find_entries(stepped *s)
 {
     kmp_operating *start = NULL;
     kmp_linear linear;
-    const kempe_system *system = s->c->system;
+    const kempe_system *system = kmp_cycles_equations(s->c);
     s->entry = KMP_ARENA_NEW(&s->arena, kmp_flow_entry, 2 * system->n);
     KMP_TRY(kmp_made(system->context, s->entry));
     KMP_TRY(kmp_operating_new(system, "start", NULL, &start));
@@ -128,6 +129,17 @@ static void take_output(stepped *s, const kempe_table *rows, int k, kmp_cycle *x
         x->period = period_of(t, y, count - window, window, (x->high[k] + x->low[k]) / 2);
 }
 
+/* The mean of a column in the last window. */
+static double mean_of(const kempe_table *rows, int column)
+{
+    int count = kempe_table_row_count(rows), window = count / 4;
+    const double *y = kempe_table_values(rows, column + 1);
+    double sum = 0;
+    for (int k = count - window; k < count; k++)
+        sum += y[k];
+    return sum / window;
+}
+
 static double largest(const stepped *s, const kmp_cycle *x)
 {
     double most = 0;
@@ -141,9 +153,12 @@ static kempe_status take_cycle(stepped *s, const kempe_table *rows, double value
 {
     kempe_limit_cycles *c = s->c;
     kmp_cycle *x = KMP_ARENA_NEW(&c->arena, kmp_cycle, 1);
-    double *high, *low, before = 0;
-    KMP_TRY(kmp_made(c->system->context, x && KMP_ARENA_EACH(&c->arena, double, c->outputs, &high, &low)));
-    *x = (kmp_cycle){.value = value, .period = NAN, .along = NAN, .high = high, .low = low};
+    double *high, *low, *load, before = 0;
+    KMP_TRY(kmp_made(c->system->context, x && KMP_ARENA_EACH(&c->arena, double, c->outputs, &high, &low) &&
+                                             KMP_ARENA_EACH(&c->arena, double, c->held, &load)));
+    *x = (kmp_cycle){.value = value, .period = NAN, .along = NAN, .high = high, .low = low, .load = load};
+    for (int k = 0; k < c->held; k++)
+        load[k] = mean_of(rows, s->load[k]);
     for (int k = 0; k < c->outputs; k++)
         take_output(s, rows, k, x, &before);
     x->amplitude = largest(s, x);
@@ -162,8 +177,14 @@ static kempe_status name_outputs(stepped *s, const kempe_table *rows)
         list[k] = kmp_arena_strdup(&s->arena, kempe_table_column_name(rows, k + 1));
         list[count + k] = kmp_arena_strdup(&s->arena, kempe_table_unit(rows, k + 1));
     }
+    s->load = KMP_ARENA_NEW(&s->arena, int, s->c->held);
     KMP_TRY(kmp_made(s->c->system->context, !s->arena.failed));
-    return kmp_limit_cycles_name(s->c, count, list, list + count);
+    int shown = count;
+    for (int k = s->c->held - 1; k >= 0; k--) {
+        s->load[k] = kmp_cycles_load_column(s->c, k, count, list);
+        shown -= s->load[k] == shown - 1;
+    }
+    return kmp_limit_cycles_name(s->c, shown, list, list + count);
 }
 
 /* The start of the next simulation. */
@@ -185,7 +206,7 @@ static kempe_status simulate(stepped *s, double value, kmp_cycle **cycle)
     kempe_status status = kempe_simulate(s->system, &s->run, &motion);
     bool degrees = kmp_context_use_degrees(context, false);
     if (status == KEMPE_OK)
-        status = kempe_trajectory_outputs(motion, s->words, &rows);
+        status = kempe_trajectory_outputs(motion, s->words.s, &rows);
     if (status == KEMPE_OK && s->c->outputs == 0)
         status = name_outputs(s, rows);
     if (status == KEMPE_OK)
@@ -245,7 +266,7 @@ static kempe_status step_up_and_down(stepped *s)
     kempe_limit_cycles *c = s->c;
     KMP_TRY(find_entries(s));
     KMP_TRY(kmp_made(c->system->context, name_entries(s)));
-    KMP_TRY(kmp_variant_new(c->system->model, s->count + 1, (const char *const *)s->name, &s->variant));
+    KMP_TRY(kmp_variant_new(kmp_cycles_equations(c)->model, s->count + 1, (const char *const *)s->name, &s->variant));
     KMP_TRY(kmp_system_of_variant(s->variant, &s->system));
     s->system->kept_length = c->system->length;
     c->branch = KMP_ARENA_NEW(&c->arena, kmp_cycle_branch, 2);
@@ -262,13 +283,17 @@ static kempe_status step_up_and_down(stepped *s)
 
 kempe_status kmp_settled_cycles(kempe_limit_cycles *cycles, const char *outputs, const kempe_run_options *run)
 {
-    stepped s = {.c = cycles, .words = outputs};
+    stepped s = {.c = cycles};
+    KMP_TRY(kmp_cycles_hold_speed(cycles));
     if (run)
         s.run = *run;
     s.run.t_end = cycles->settle;
     s.run.output_step = cycles->settle / SAMPLES;
     s.run.no_convergence_check = 1;
-    kempe_status status = step_up_and_down(&s);
+    kempe_status status = kmp_made(cycles->system->context, kmp_cycles_words(cycles, outputs, &s.words));
+    if (status == KEMPE_OK)
+        status = step_up_and_down(&s);
+    kmp_text_free(&s.words);
     kempe_system_free(s.system);
     kmp_variant_free(s.variant);
     kmp_arena_free(&s.arena);

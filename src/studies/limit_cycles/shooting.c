@@ -31,7 +31,7 @@ kempe_status kmp_shooting_init(kmp_shooting *shooting, kmp_flow *flow, int loads
     kmp_shooting *s = shooting;
     int n = flow->size, w = n + 2;
     *s = (kmp_shooting){.flow = flow, .cycles = cycles, .size = n, .width = w, .loads = loads, .load = load};
-    KMP_ARENA_MAKE(&s->arena, KMP_ROOM(double, w, &s->z, &s->scale, &s->right),
+    KMP_ARENA_MAKE(&s->arena, KMP_ROOM(double, w, &s->z, &s->scale, &s->span, &s->whole, &s->right),
                    KMP_ROOM(double, n, &s->reference, &s->direction, &s->re, &s->im),
                    KMP_ROOM(double, w *w, &s->matrix), KMP_ROOM(double, n *n, &s->copy),
                    KMP_ROOM(double, 4 * n * n, &s->vectors), KMP_ROOM(int, w, &s->pivot, &s->order));
@@ -55,11 +55,13 @@ void kmp_shooting_weigh(kmp_shooting *shooting, const double *x, const double *r
     for (int i = 0; i < s->size; i++) {
         const kmp_flow_entry *e = &s->flow->entry[i];
         double usual = e->kind == KMP_FLOW_RATE ? motion * 2 * acos(-1) / period : motion;
-        double least = KMP_CYCLE_STILL * fmax(largest[e->kind], usual) * s->flow->system->scale[e->motion];
-        s->scale[i] = fmax(fmax(reach[i], least), s->flow->rtol / KMP_CYCLE_CORRECTED * fabs(x[i]));
+        double largest_here = fmax(largest[e->kind], usual) * s->flow->system->scale[e->motion], mean = fabs(x[i]);
+        s->scale[i] = fmax(fmax(reach[i], KMP_CYCLE_STILL * largest_here), s->flow->rtol / KMP_CYCLE_CORRECTED * mean);
+        s->span[i] = fmax(s->scale[i], KMP_CYCLE_RANGE * mean);
+        s->whole[i] = fmax(s->span[i], largest_here);
     }
-    s->scale[s->size] = period;
-    s->scale[s->size + 1] = parameter;
+    s->scale[s->size] = s->span[s->size] = s->whole[s->size] = period;
+    s->scale[s->size + 1] = s->span[s->size + 1] = s->whole[s->size + 1] = parameter;
     kmp_flow_weigh(s->flow, s->scale, parameter);
 }
 
@@ -84,7 +86,7 @@ static void fill_matrix(kmp_shooting *s, const double *border)
                                  : f->slope[i + (ptrdiff_t)n * n]) *
                         s->scale[j] / s->scale[i];
         column[n] = j < n ? s->direction[j] * s->scale[n] / s->scale[j] : 0;
-        column[n + 1] = border[j];
+        column[n + 1] = border[j] * s->scale[j] / s->span[j];
     }
 }
 
@@ -98,7 +100,7 @@ static void fill_right(kmp_shooting *s, const double *guess, const double *borde
         phase += s->direction[i] * s->scale[n] / s->scale[i] * (s->reference[i] - s->z[i]) / s->scale[i];
     }
     for (int j = 0; j < s->width; j++)
-        beside += border[j] * (guess[j] - s->z[j]) / s->scale[j];
+        beside += border[j] * (guess[j] - s->z[j]) / s->span[j];
     s->right[n] = phase;
     s->right[n + 1] = beside;
 }
@@ -109,8 +111,8 @@ static kempe_status fail_newton(const kmp_shooting *s, const char *why)
                     s->z[s->width - 1], why);
 }
 
-/* A correction; *size: the largest part of it. */
-static kempe_status correct_once(kmp_shooting *s, const double *guess, const double *border, double *size)
+/* A correction; *size: the largest part of it, *far: over the largest motions. */
+static kempe_status correct_once(kmp_shooting *s, const double *guess, const double *border, double *size, double *far)
 {
     KMP_TRY(kmp_flow_run(s->flow, s->z, s->z[s->size], s->z[s->size + 1], 1));
     fill_matrix(s, border);
@@ -118,26 +120,28 @@ static kempe_status correct_once(kmp_shooting *s, const double *guess, const dou
     if (kmp_lu_factor(s->width, s->matrix, s->pivot) != 0)
         return fail_newton(s, "its equations are singular");
     kmp_lu_solve(s->width, s->matrix, s->pivot, 1, s->right);
-    *size = 0;
-    for (int j = 0; j < s->width; j++)
+    *size = *far = 0;
+    for (int j = 0; j < s->width; j++) {
         *size = fmax(*size, fabs(s->right[j]));
+        *far = fmax(*far, fabs(s->right[j]) * s->scale[j] / s->whole[j]);
+    }
     return isfinite(*size) ? KEMPE_OK : fail_newton(s, "a correction is not finite");
 }
 
 kempe_status kmp_shooting_correct(kmp_shooting *shooting, const double *guess, const double *border)
 {
     kmp_shooting *s = shooting;
-    double last = FAR, size = 0;
+    double last = FAR, size = 0, far = 0;
     memcpy(s->z, guess, (size_t)s->width * sizeof *guess);
     for (s->iterations = 1; s->iterations <= MOST_CORRECTIONS; s->iterations++) {
-        KMP_TRY(correct_once(s, guess, border, &size));
-        if (size > GROWS * last || size > FAR || s->right[s->size] < -0.5)
+        KMP_TRY(correct_once(s, guess, border, &size, &far));
+        if (far > GROWS * last || far > FAR || s->right[s->size] < -0.5)
             return fail_newton(s, "its corrections grow");
         for (int j = 0; j < s->width; j++)
             s->z[j] += s->right[j] * s->scale[j];
         if (size <= KMP_CYCLE_CORRECTED)
             return KEMPE_OK;
-        last = size;
+        last = fmax(far, KMP_CYCLE_CORRECTED);
     }
     return fail_newton(s, "its corrections do not become small");
 }
@@ -177,6 +181,23 @@ static void take_state(kmp_shooting *s, kmp_cycle *c)
         fmax(kmp_flow_largest(f, c->reach, KMP_FLOW_POSITION), kmp_flow_largest(f, c->reach, KMP_FLOW_STATE));
 }
 
+/* Means over the period; NaN where every other value has another mean, as with a motion faster than the values. */
+static void take_loads(const kmp_shooting *s, kmp_cycle *c)
+{
+    const kempe_sensitivity *rows = s->flow->rows;
+    int pieces = s->flow->pieces;
+    for (int k = 0; k < s->loads; k++) {
+        double even = 0, odd = 0;
+        for (int row = 0; row + 1 < pieces; row += 2) {
+            even += 2 * kmp_sensitivity_value(rows, row, s->load[k]) / pieces;
+            odd += 2 * kmp_sensitivity_value(rows, row + 1, s->load[k]) / pieces;
+        }
+        c->load[k] = (even + odd) / 2;
+        if (fabs(even - odd) > KMP_CYCLE_MEAN * (fabs(even) + fabs(odd)) + s->flow->rtol * c->high[s->load[k]])
+            c->load[k] = NAN;
+    }
+}
+
 static void take_outputs(const kmp_shooting *s, kmp_cycle *c)
 {
     const kempe_sensitivity *rows = s->flow->rows;
@@ -187,12 +208,7 @@ static void take_outputs(const kmp_shooting *s, kmp_cycle *c)
         if (fabs(change) > KMP_CYCLE_ADVANCES * (c->high[k] - c->low[k]))
             c->high[k] = c->low[k] = NAN;
     }
-    for (int k = 0; k < s->loads; k++) {
-        double sum = 0;
-        for (int row = 0; row < pieces; row++)
-            sum += kmp_sensitivity_value(rows, row, s->load[k]);
-        c->load[k] = sum / pieces;
-    }
+    take_loads(s, c);
 }
 
 /* Multipliers by their size, without the one nearest to 1; of a pair the one above the axis comes first. */
@@ -237,7 +253,7 @@ static void judge(kmp_cycle *c)
     c->stability = grows ? KMP_CYCLE_UNSTABLE : on_circle ? KMP_CYCLE_UNDECIDED : KMP_CYCLE_STABLE;
 }
 
-/* The direction of the branch: along the conditions of a cycle, with `border` . tangent = 1 over the sizes. */
+/* The direction of the branch: along the conditions of a cycle, with `border` . tangent = 1 over the spans. */
 static kempe_status take_tangent(kmp_shooting *s, const double *border, kmp_cycle *c)
 {
     fill_matrix(s, border);

@@ -50,7 +50,9 @@ typedef struct kmp_shooting {
     int loads;                     /* columns of the runs whose means are taken */
     const int *load;               /* their columns; not owned */
     double *z;                     /* unknowns: state, period, parameter */
-    double *scale;                 /* width */
+    double *scale;                 /* width: sizes of parts of the motion, which decide on convergence */
+    double *span;                  /* width: sizes of steps along a branch */
+    double *whole;                 /* width: the largest motion in each unit */
     double *reference, *direction; /* size: x_0, f(x_0) */
     double *matrix, *right;        /* width x width, width */
     double *copy, *vectors;        /* size x size; four times that */
@@ -72,7 +74,7 @@ void kmp_shooting_weigh(kmp_shooting *shooting, const double *x, const double *r
 /** The state near which a cycle begins, and its change with time (size each). */
 void kmp_shooting_refer(kmp_shooting *shooting, const double *x, const double *rate);
 
-/** Finds the cycle near the guess (width) on the plane border . (z - guess) = 0, both over the sizes. KEMPE_E_FAILED:
+/** Finds the cycle near the guess (width) on the plane border . (z - guess) = 0, both over the spans. KEMPE_E_FAILED:
  * no convergence. */
 kempe_status kmp_shooting_correct(kmp_shooting *shooting, const double *guess, const double *border);
 
