@@ -16,7 +16,7 @@ FRICTION = 0.1
 
 
 def run(wheelset, speed, start):
-    """From y = 0 at yaw, y', yaw', spin' until y = 0 again in the same direction: its state, time, amplitude, load."""
+    """From y = 0 at yaw, y', yaw', spin' until y = 0 again in the same direction: its state, time, amplitude, mean load."""
 
     def rates(t, u):
         q, qd = wheelset.closed([speed * t, u[0], u[1], 0], [speed, u[2], u[3], u[4]])
@@ -39,21 +39,22 @@ def run(wheelset, speed, start):
 def cycle(wheelset, speed, start, fixed):
     """With y' = fixed at the start: unknown are yaw, yaw', spin' there and the speed."""
     z = np.array([start[0], start[2], start[3], speed])
-    sizes = np.array([1e-4, 1e-2, 1e-2, 1e-2])
+    sizes = np.array([1e-5, 1e-3, 1e-2, 1e-2])
 
     def gap(z):
         state = np.array([z[0], fixed, z[1], z[2]])
         end, *found = run(wheelset, z[3], state)
         return end - state, found
 
-    for _ in range(8):
-        here, found = gap(z)
-        slope = np.array([(gap(z + h * e)[0] - gap(z - h * e)[0]) / (2 * h) for h, e in zip(sizes, np.eye(4))]).T
+    here, found = gap(z)
+    slope = np.array([(gap(z + h * e)[0] - here) / h for h, e in zip(sizes, np.eye(4))]).T
+    for _ in range(12):
         step = np.linalg.solve(slope, here)
-        z -= step
-        if (abs(step) < 1e-6 * sizes).all():
+        z = z - step
+        here, found = gap(z)
+        if (abs(step) < 1e-4 * sizes).all():
             break
-    return z, gap(z)[1]
+    return z, found
 
 
 if __name__ == "__main__":
@@ -66,7 +67,7 @@ if __name__ == "__main__":
     mode = vectors[:, np.argmax(values.imag)]
     mode = mode / mode[2]  # of y, yaw, their rates, x', spin': y' is 1, and y then 0
     w.drive, speed = True, critical
-    for amplitude in (1e-3, 2e-3, 3e-3, 4e-3):
+    for amplitude in (2e-3, 3.5e-3):
         fixed = amplitude * rate
         guess = np.array([fixed * mode[1].real, fixed, fixed * mode[3].real, speed / w.r0])
         (_, _, _, speed), (period, reached, load) = cycle(w, speed, guess, fixed)

@@ -57,8 +57,8 @@ KEMPE_API kempe_status kempe_modes_print(const kempe_modes *modes, kempe_format 
  * damping ratio is 1 and more without oscillation, and decay is the time to 1/e. The shape re.NAME, im.NAME has all
  * coordinates, q moving as Re((re + i im) e^(s t)). Its
  * largest component, relative to the size of its coordinate (1 rad, or the mechanism's length), equals that size.
- * "rows": of a sweep a row per value, NAME, re.1, im.1, .., each eigenvalue tracked from the first value on; otherwise
- * the modes.
+ * "rows": of a sweep a row per value, NAME, re.1, im.1, .., each eigenvalue tracked from the first value on, and
+ * load.NAME of a coordinate whose rate a load holds, N or N m; otherwise the modes.
  * "critical", values of a sweep at which a mode becomes unstable or stable: value; re, im and frequency there (0: no
  * oscillation); branch, its number in the rows; grows, "above" or "below".
  * "state", one row: q.NAME and qd.NAME. */
@@ -98,8 +98,9 @@ typedef struct kempe_limit_cycles_options {
 typedef struct kempe_limit_cycles kempe_limit_cycles;
 
 /** Finds the equilibria at the values of the sweep, their Hopf points, and the branches of cycles from these.
- * KEMPE_E_ARGUMENT: a word, name or range is wrong. KEMPE_E_FAILED: no equilibrium is found, a rate is decided by no
- * force, or the model has friction that sticks, rigid contacts, samples or delays; the message has the reason.
+ * KEMPE_E_ARGUMENT: a word, name or range is wrong. A rate that no force decides is held at that of the start, by
+ * a load. KEMPE_E_FAILED: no equilibrium is found, the track of a vehicle is no straight one, or the model has friction
+ * that sticks, rigid contacts, samples or delays; the message has the reason.
  * KEMPE_STOPPED: interrupted; `*cycles` is then given, too. */
 KEMPE_API kempe_status kempe_limit_cycles_new(const kempe_system *system, const kempe_limit_cycles_options *options,
                                               kempe_limit_cycles **cycles);
@@ -115,7 +116,8 @@ KEMPE_API kempe_status kempe_limit_cycles_print(const kempe_limit_cycles *cycles
  * "rows", a row for each cycle in the order of its branch: branch, from 1; the parameter; period, s; point (Hopf, fold,
  * doubling, torus, branching, with `settle` rest; empty: none of these); stability (stable, unstable, undecided; of a
  * Hopf point empty). Then multiplier, the largest absolute value, and along, the distance from 1 of the multiplier of
- * the motion along the cycle, which is left out there. residual is |y(T) - x| over the size of the motion. Each output
+ * the motion along the cycle, which is left out there. residual is |y(T) - x| over the size of the motion. load.NAME is
+ * the mean over the period of the load that holds the rate of a coordinate, N or N m (unknown: NaN). Each output
  * has OUTPUT.amplitude, half its range, OUTPUT.max and OUTPUT.min, unknown where it advances from period to period.
  * "multipliers", a row for each multiplier of each cycle: cycle, its row from 1; re; im.
  * "states", a row for each cycle: the parameter; period; q.NAME, qd.NAME, state.NAME of one state of the cycle.

@@ -15,6 +15,10 @@ static void fill_equilibria(kempe_table *table, const void *result)
     kmp_tabulate_quantity(table, s, KMP_QUANTITY_Q);
     kmp_tabulate_quantity(table, s, KMP_QUANTITY_QD);
     kmp_tabulate_quantity(table, s, KMP_QUANTITY_LAMBDA);
+    for (int i = 0; i < e->rate_count; i++)
+        if (e->rates[i].how == KMP_RATE_HELD)
+            kmp_tabulate_column(table, s->model->motions[e->rates[i].coordinate].rotation ? "N m" : "N", "load.%s",
+                                s->model->motions[e->rates[i].coordinate].name);
     for (const kmp_balance *b = e->balance; b < e->balance + e->count; b++) {
         kmp_tabulate_row(table);
         kmp_tabulate_cells(table, "%s %g %g %d", kmp_stability_text(b->stability.word), b->residual, b->potential,
@@ -23,6 +27,9 @@ static void fill_equilibria(kempe_table *table, const void *result)
         kmp_tabulate_values(table, s, KMP_QUANTITY_Q, b->q);
         kmp_tabulate_values(table, s, KMP_QUANTITY_QD, b->qd);
         kmp_tabulate_numbers(table, s->m, b->lambda);
+        for (int i = 0; i < e->rate_count; i++)
+            if (e->rates[i].how == KMP_RATE_HELD)
+                kmp_tabulate_number(table, e->rates[i].load);
     }
 }
 

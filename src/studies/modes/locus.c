@@ -22,8 +22,9 @@ enum { MOST_HALVINGS = 6 };
 typedef struct family {
     double value;
     kmp_modes modes;
-    int *at;   /* of the locus: the index of each branch in the spectrum; of the modes' arena, like q */
-    double *q; /* n: the state */
+    int *at;      /* of the locus: the index of each branch in the spectrum; of the modes' arena, like q */
+    double *q;    /* n: the state */
+    double *load; /* n: that holds a rate; NaN: none */
 } family;
 
 typedef struct maker {
@@ -40,6 +41,15 @@ static void leave(family *s)
     kmp_modes_free(&s->modes);
 }
 
+static void take_loads(const kmp_operating_family *f, double *load)
+{
+    for (int i = 0; i < f->base->n; i++)
+        load[i] = NAN;
+    for (int k = 0; k < f->rate_count; k++)
+        if (f->rates[k].how == KMP_RATE_HELD)
+            load[f->rates[k].coordinate] = f->rates[k].load;
+}
+
 static kempe_status arrive(maker *m, double value, family *s)
 {
     *s = (family){.value = value};
@@ -47,8 +57,10 @@ static kempe_status arrive(maker *m, double value, family *s)
     size_t n = (size_t)m->visited->base->n;
     s->at = KMP_ARENA_NEW(&s->modes.arena, int, s->modes.count);
     s->q = KMP_ARENA_NEW(&s->modes.arena, double, n);
-    if (s->at && s->q) {
+    s->load = KMP_ARENA_NEW(&s->modes.arena, double, n);
+    if (s->at && s->q && s->load) {
         memcpy(s->q, m->visited->state->q, n * sizeof *s->q);
+        take_loads(m->visited, s->load);
         return KEMPE_OK;
     }
     leave(s);
@@ -302,6 +314,7 @@ static void note(maker *m, const family *s, double doubt)
     kmp_locus *l = m->l;
     int n = m->visited->base->n, k = l->reached++;
     memcpy(l->q + (ptrdiff_t)k * n, s->q, (size_t)n * sizeof *s->q);
+    memcpy(l->load + (ptrdiff_t)k * n, s->load, (size_t)n * sizeof *s->load);
     for (int b = 0; b < l->count; b++) {
         l->re[b + (ptrdiff_t)k * l->count] = s->modes.spectrum.re[s->at[b]];
         l->im[b + (ptrdiff_t)k * l->count] = s->modes.spectrum.im[s->at[b]];
@@ -339,7 +352,7 @@ static kempe_status begin(maker *m, const double *values, family *first)
 {
     kmp_locus *l = m->l;
     KMP_TRY(kmp_made(m->context, KMP_ARENA_MAKE(&l->arena, KMP_ROOM(double, l->values, &l->value, &l->doubt),
-                                                KMP_ROOM(double, l->values * m->visited->base->n, &l->q))));
+                                                KMP_ROOM(double, l->values * m->visited->base->n, &l->q, &l->load))));
     memcpy(l->value, values, (size_t)l->values * sizeof *values);
     KMP_TRY(arrive(m, l->value[0], first));
     if (!make_room(m, first->modes.shown)) {
@@ -398,6 +411,14 @@ kempe_status kmp_locus_make(kmp_operating_family *visited, int count, const doub
     else
         kmp_locus_free(&l);
     return status;
+}
+
+bool kmp_locus_has_load(const kmp_locus *locus, int n, int i)
+{
+    for (int k = 0; k < locus->reached; k++)
+        if (!isnan(locus->load[i + (ptrdiff_t)k * n]))
+            return true;
+    return false;
 }
 
 void kmp_locus_free(kmp_locus *locus)

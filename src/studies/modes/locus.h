@@ -19,6 +19,7 @@ typedef struct kmp_locus {
     double *value;
     double *re, *im; /* count x values: branch b at value k is [b + k*count] */
     double *q;       /* n x values: the states, in the user's coordinates */
+    double *load;    /* n x values: the loads that hold rates at these states, N or N m; NaN: none */
     double *doubt;   /* values: the doubt of the least certain step to it; above 1: uncertain */
     kmp_critical *critical;
     int critical_count;
@@ -28,4 +29,7 @@ typedef struct kmp_locus {
 /** Computes the locus at `count` values (2 or more) of the parameter. KEMPE_E_FAILED: none could be reached.
  * KEMPE_STOPPED: some could not, or an interrupt; the locus then has the values so far, and the context the reason. */
 kempe_status kmp_locus_make(kmp_operating_family *family, int count, const double *values, kmp_locus *locus);
+
+/** True if a load holds the rate of coordinate i at one of the values. */
+bool kmp_locus_has_load(const kmp_locus *locus, int n, int i);
 void kmp_locus_free(kmp_locus *locus);

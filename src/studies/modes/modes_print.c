@@ -363,7 +363,15 @@ static void json_locus(kmp_json *j, const kempe_modes *m)
             json_pair(j, NULL, l->re[b + (ptrdiff_t)k * l->count], l->im[b + (ptrdiff_t)k * l->count]);
         kmp_json_end(j);
     }
-    kmp_json_put(j, "] uncertain [");
+    kmp_json_put(j, "] loads {");
+    for (int i = 0; i < m->modes.n; i++)
+        if (kmp_locus_has_load(l, m->modes.n, i)) {
+            kmp_json_array(j, name_of(m, i));
+            for (int k = 0; k < l->reached; k++)
+                kmp_json_number(j, NULL, l->load[i + (ptrdiff_t)k * m->modes.n]);
+            kmp_json_end(j);
+        }
+    kmp_json_put(j, "} uncertain [");
     for (int first, k = 0; next_uncertain(l, &first, &k);)
         json_pair(j, NULL, l->value[first], l->value[k]);
     kmp_json_put(j, "] critical [");
@@ -394,6 +402,11 @@ static void json_all(kmp_text *text, const void *result)
     kmp_json_object(&j, "cyclic");
     for (int i = 0; i < m->family->rate_count; i++)
         kmp_json_number(&j, name_of(m, m->family->rates[i].coordinate), m->qd[m->family->rates[i].coordinate]);
+    kmp_json_end(&j);
+    kmp_json_object(&j, "loads");
+    for (int i = 0; i < m->family->rate_count; i++)
+        if (m->family->rates[i].how == KMP_RATE_HELD)
+            kmp_json_number(&j, name_of(m, m->family->rates[i].coordinate), m->family->rates[i].load);
     kmp_json_end(&j);
     kmp_print_entries(&j, "q", m->system, KMP_QUANTITY_Q, m->q);
     kmp_print_entries(&j, "qd", m->system, KMP_QUANTITY_QD, m->qd);

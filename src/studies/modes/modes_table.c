@@ -30,15 +30,23 @@ static void fill_modes(kempe_table *table, const void *result)
 static void fill_sweep(kempe_table *table, const kempe_modes *m)
 {
     const kmp_locus *l = &m->locus;
+    const kmp_motion *motions = m->system->model->motions;
+    const int n = m->modes.n;
     kmp_tabulate_column(table, kmp_quantity_unit_of(m->system, m->name), "%s", m->name);
     for (int k = 0; k < 2 * l->count; k++)
         kmp_tabulate_column(table, "1/s", "%s.%d", k % 2 ? "im" : "re", k / 2 + 1);
+    for (int i = 0; i < n; i++)
+        if (kmp_locus_has_load(l, n, i))
+            kmp_tabulate_column(table, motions[i].rotation ? "N m" : "N", "load.%s", motions[i].name);
     for (int k = 0; k < l->reached; k++) {
         ptrdiff_t at = (ptrdiff_t)k * l->count;
         kmp_tabulate_row(table);
         kmp_tabulate_number(table, l->value[k]);
         for (int b = 0; b < l->count; b++)
             kmp_tabulate_cells(table, "%g %g", l->re[b + at], l->im[b + at]);
+        for (int i = 0; i < n; i++)
+            if (kmp_locus_has_load(l, n, i))
+                kmp_tabulate_number(table, l->load[i + (ptrdiff_t)k * n]);
     }
 }
 
