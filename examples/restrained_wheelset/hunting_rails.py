@@ -4,9 +4,9 @@
 
     python3 hunting_rails.py > hunting.csv
 
-A cycle is found by Newton's method for the state at the instant where the axle passes the middle, and for the speed, at
-a given yaw rate there. Runs by SciPy, over one period; slopes by central differences. The largest real multiplier, and the
-mean of the load that keeps the speed.
+At a speed the wheelset runs over two periods from the shape of its slow mode. All other modes decay within the first one. The
+lateral speeds at both ends of the second one are equal in a limit cycle: the secant method finds the speed at which they are.
+Runs by SciPy. The load that keeps the speed is its mean over the second period.
 """
 import numpy as np
 from rails import Wheelset
@@ -29,32 +29,29 @@ def run(wheelset, speed, start):
     passes.terminal, passes.direction = True, 1
     way = solve_ivp(rates, (0, 1), [0.0, *start, 0.0], method="DOP853", rtol=1e-9, atol=1e-11, events=passes, dense_output=True)
     end, period = way.y_events[0][0], way.t_events[0][0]
-    times = np.linspace(0, period, 2001)
-    y = way.sol(times)[0]
+    y = way.sol(np.linspace(0, period, 2001))[0]
     k = int(np.argmax(y))
     a, b, c = y[k - 1:k + 2]
     return end[1:5], period, b - (c - a) ** 2 / (8 * (a - 2 * b + c)), end[5] / period
 
 
-def cycle(wheelset, speed, start, fixed):
-    """With y' = fixed at the start: unknown are yaw, yaw', spin' there and the speed."""
-    z = np.array([start[0], start[2], start[3], speed])
-    sizes = np.array([1e-5, 1e-3, 1e-2, 1e-2])
+def growth(wheelset, speed, start):
+    """Of the lateral speed over a period, and the period's results."""
+    first, *_ = run(wheelset, speed, start)
+    second, *found = run(wheelset, speed, first)
+    return second[1] / first[1] - 1, found
 
-    def gap(z):
-        state = np.array([z[0], fixed, z[1], z[2]])
-        end, *found = run(wheelset, z[3], state)
-        return end - state, found
 
-    here, found = gap(z)
-    slope = np.array([(gap(z + h * e)[0] - here) / h for h, e in zip(sizes, np.eye(4))]).T
-    for _ in range(12):
-        step = np.linalg.solve(slope, here)
-        z = z - step
-        here, found = gap(z)
-        if (abs(step) < 1e-4 * sizes).all():
-            break
-    return z, found
+def cycle(wheelset, speed, start):
+    """The speed of a limit cycle near a start, between a speed and the next ones, and its results."""
+    low, high = speed, speed + 0.1
+    (at_low, _), (at_high, found) = growth(wheelset, low, start), growth(wheelset, high, start)
+    for _ in range(10):
+        low, high, at_low = high, high - at_high * (high - low) / (at_high - at_low), at_high
+        at_high, found = growth(wheelset, high, start)
+        if abs(at_high) < 1e-7:
+            return high, found
+    raise ArithmeticError("no limit cycle is found")
 
 
 if __name__ == "__main__":
@@ -65,10 +62,10 @@ if __name__ == "__main__":
     print(f"{critical:.9g},{2 * np.pi / rate:.9g},0,", flush=True)
     values, vectors = np.linalg.eig(w.jacobian(critical))
     mode = vectors[:, np.argmax(values.imag)]
-    mode = mode / mode[2]  # of y, yaw, their rates, x', spin': y' is 1, and y then 0
+    mode = mode / mode[2]  # of y, yaw, their rates, x', spin': where y' is 1 y is 0
     w.drive, speed = True, critical
     for amplitude in (2e-3, 3.5e-3):
-        fixed = amplitude * rate
-        guess = np.array([fixed * mode[1].real, fixed, fixed * mode[3].real, speed / w.r0])
-        (_, _, _, speed), (period, reached, load) = cycle(w, speed, guess, fixed)
+        fast = amplitude * rate
+        start = np.array([fast * mode[1].real, fast, fast * mode[3].real, speed / w.r0])
+        speed, (period, reached, load) = cycle(w, speed, start)
         print(f"{speed:.9g},{period:.9g},{reached:.9g},{load:.9g}", flush=True)

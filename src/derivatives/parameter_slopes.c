@@ -90,6 +90,11 @@ static kmp_ref length(const gather *g)
     kmp_graph *graph = g->eq.graph;
     const kmp_lever lever = kmp_system_lever(g->eq.model);
     kmp_ref square = KMP_ZERO;
+    if (lever.body > 0) {
+        const kmp_body *body = &g->eq.model->bodies[lever.body];
+        return kmp_sqrt(graph, kmp_div(graph, kmp_tree_number(&g->eq.tree, &body->inertia[lever.axis]),
+                                       kmp_tree_number(&g->eq.tree, &body->mass)));
+    }
     for (int i = 0; i < 3; i++) {
         kmp_ref d =
             kmp_sub(graph, kmp_tree_number(&g->eq.tree, &lever.to[i]), kmp_tree_number(&g->eq.tree, &lever.from[i]));

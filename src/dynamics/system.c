@@ -66,6 +66,22 @@ static void offer_number(kmp_lever *best, const kmp_number *number)
     offer(best, along, NULL);
 }
 
+/* A start value that is small against the largest radius of gyration is no size of the mechanism: the radius is taken
+ * in its place. */
+static void offer_gyration(kmp_lever *best, const kempe_model *model)
+{
+    kmp_lever found = {0};
+    for (int b = 1; b < model->body_count; b++)
+        for (int k = 0; k < 3; k++) {
+            const kmp_body *body = &model->bodies[b];
+            double square = body->mass.value > 0 ? body->inertia[k].value / body->mass.value : 0;
+            if (square > found.length * found.length)
+                found = (kmp_lever){.length = sqrt(square), .body = b, .axis = k};
+        }
+    if (best->length > 0 && best->length < KMP_START_IS_SMALL * found.length)
+        *best = found;
+}
+
 kmp_lever kmp_system_lever(const kempe_model *model)
 {
     kmp_lever best = {0};
@@ -84,6 +100,8 @@ kmp_lever kmp_system_lever(const kempe_model *model)
     for (int k = 0; !levers && k < model->motion_count; k++)
         if (!model->motions[k].rotation)
             offer_number(&best, &model->start.q[k]);
+    if (!levers)
+        offer_gyration(&best, model);
     levers = best.length > 0;
     for (int b = 1; !levers && b < model->body_count; b++) {
         offer(&best, model->bodies[b].com, NULL);

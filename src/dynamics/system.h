@@ -148,10 +148,14 @@ kempe_status kmp_system_new_by(const kempe_model *model, const char *word, kempe
 /** A system of closures alone, without masses and forces: for assembling, and for following closed configurations. */
 kempe_status kmp_system_of_closures(const kempe_model *model, kempe_system **system);
 
+/** A start value below this part of a radius of gyration is a small displacement, no size of the mechanism. */
+#define KMP_START_IS_SMALL 0.1
+
 /** A length of a mechanism: |to - from|. */
 typedef struct kmp_lever {
     kmp_number to[3], from[3];
     double length;
+    int body, axis; /* above 0: the radius of gyration of this body about this axis, in place of |to - from| */
 } kmp_lever;
 
 /** The characteristic length, m, and the tolerance of closures, m. */
@@ -159,7 +163,8 @@ double kmp_system_length(const kempe_model *model);
 double kmp_closure_tolerance(const kempe_model *model);
 
 /** The characteristic length's source: the largest of the offsets of joints and closure points in their bodies and
- * lengths of rods. Without these the largest start value of translations, else the largest offset of centres of mass.
+ * lengths of rods. Without these the largest start value of translations, or the largest radius of gyration where that
+ * is much longer; else the largest offset of centres of mass.
  * The length is 0 where all are 0: then it is 1 m. */
 kmp_lever kmp_system_lever(const kempe_model *model);
 

@@ -43,12 +43,12 @@ static void compare(const char *formulation, double rtol, double atol)
 
 static void test_reduced(void)
 {
-    compare("reduced", 1e-9, 1e-11);
+    compare("reduced", 1e-9, 1e-13);
 }
 
 static void test_dae(void)
 {
-    compare("dae", 1e-9, 1e-11);
+    compare("dae", 1e-9, 1e-13);
 }
 
 int main(void)

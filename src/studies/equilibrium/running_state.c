@@ -447,6 +447,59 @@ static kempe_status run_pressed(kmp_linear *l, double t, double *q, const double
     return status;
 }
 
+/* q (n) with all independent coordinates at zero but those that the start gives a rate, and states. False: loops do not
+ * close there, or it is the start itself. */
+static bool go_to_middle(kmp_linear *l, double t, double *q, const double *qd)
+{
+    bool moved = false;
+    if (kmp_linear_choose(l, t, q, NULL, 0) != KEMPE_OK)
+        return false;
+    for (int k = 0; k < l->p; k++) {
+        int c = l->part.u[k];
+        if (qd[c] != 0 || c >= kmp_model_coordinates(l->system->model))
+            continue;
+        moved = moved || q[c] != 0;
+        q[c] = 0;
+    }
+    if (!moved || kmp_linear_at(l, t, q, NULL, NULL) != KEMPE_OK)
+        return false;
+    memcpy(q, l->q, (size_t)l->n * sizeof *q);
+    return true;
+}
+
+/* Searches a steady motion from the middle, where none is found from the start: with creep forces at their bound, which
+ * do not change with small displacements, Newton's method leads nowhere. The context has the reason of the failure. */
+static kempe_status run_from_middle(kmp_linear *l, double t, double *q, const double *qd, kmp_search *search)
+{
+    kempe_context *context = l->system->context;
+    char *why = kmp_strdup(kempe_context_message(context));
+    kmp_steady *room = KMP_NEW(kmp_steady, l->n);
+    double *middle = KMP_NEW(double, l->n);
+    kmp_search steady = {.newton = true, .rates = room};
+    kempe_status status = kmp_made(context, why && room && middle);
+    bool found = false;
+    if (status == KEMPE_OK) {
+        kmp_context_clear(context);
+        search->rate_count = 0;
+        memcpy(middle, q, (size_t)l->n * sizeof *middle);
+        if (go_to_middle(l, t, middle, qd))
+            status = run_from(l, t, middle, qd, search, &steady, &found);
+    }
+    if (found) {
+        memcpy(q, middle, (size_t)l->n * sizeof *q);
+        kmp_log(context, KEMPE_LOG_INFO,
+                "no steady motion is found from the displacements of the start: one is found from the place without "
+                "them, all independent coordinates at zero");
+    } else if (status == KEMPE_OK || status == KEMPE_E_FAILED) {
+        kmp_context_clear(context);
+        status = kmp_fail(context, KEMPE_E_FAILED, "%s", why);
+    }
+    kmp_free(middle);
+    kmp_free(room);
+    kmp_free(why);
+    return status;
+}
+
 kempe_status kmp_equilibrium_or_steady(kmp_linear *linear, double t, double *q, const double *qd, kmp_search *search)
 {
     if (search->rate_count > 0 || search->newton || search->quiet || search->exchange)
@@ -464,6 +517,8 @@ kempe_status kmp_equilibrium_or_steady(kmp_linear *linear, double t, double *q, 
         else if (status == KEMPE_OK)
             status = run_from_rest(linear, t, q, qd, search);
     }
+    if (status == KEMPE_E_FAILED)
+        status = run_from_middle(linear, t, q, qd, search);
     kmp_free(room);
     return status;
 }
