@@ -188,5 +188,54 @@ class Bogie(unittest.TestCase):
                 self.assertLess(abs(1e3 * cycle["outputs"][name]["amplitude"] - value), 1e-4 + steep, (speed, name))
 
 
+class WheelsetOnRails(unittest.TestCase):
+    """A load holds its speed. The equations of hunting_rails.py are its own, also between rows of Kalker's table. Critical
+    speeds differ by 4e-5, and cycles are compared at one distance from them."""
+
+    SPRINGS = ROOT / "examples/restrained_wheelset"
+
+    @classmethod
+    def setUpClass(cls):
+        with open(cls.SPRINGS / "hunting.csv", newline="") as file:
+            rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+        cls.critical, cls.wanted = float(rows[0]["speed"]), [{k: float(x) for k, x in row.items()} for row in rows[1:]]
+        cls.found = cycles(cls.SPRINGS / "hunting_wheelset.yaml", "V=100:101.4:2", "--outputs", "q(y)")
+
+    def test_hopf_point(self):
+        """That of modes at a constant load; the critical speed of linear creep is 3 m/s above it."""
+        (hopf,) = self.found["hopf"]
+        locus = runs.kempe("modes", self.SPRINGS / "hunting_wheelset.yaml", "--sweep", "V=95:105:3")["locus"]
+        self.assertLess(abs(hopf["value"] / locus["critical"][0]["value"] - 1), 1e-9)
+        self.assertLess(abs(hopf["value"] / self.critical - 1), 5e-5)
+
+    def test_cycles(self):
+        for row in self.wanted:
+            speed = self.found["hopf"][0]["value"] + row["speed"] - self.critical
+            found = cycles(self.SPRINGS / "hunting_wheelset.yaml", f"V=100.2:{speed!r}:2", "--outputs", "q(y)")
+            (cycle,) = at(found, speed, 1e-9)
+            with self.subTest(speed=row["speed"]):
+                self.assertEqual(cycle["stability"], "stable")
+                self.assertLess(abs(cycle["outputs"]["q.y"]["amplitude"] / row["amplitude"] - 1), 0.015)
+                self.assertLess(abs(cycle["period"] / row["period"] - 1), 1e-4)
+                self.assertLess(abs(cycle["loads"]["x"] / row["load"] - 1), 0.04)
+        self.assertEqual(len(self.wanted), 2)
+
+    def test_load_without_motion(self):
+        """The load at the Hopf point is that of the equilibrium."""
+        hopf = self.found["branches"][0]["cycles"][0]
+        still = runs.kempe("equilibrium", self.SPRINGS / "hunting_wheelset.yaml", *runs.settings(V=hopf["value"]))
+        self.assertLess(abs(hopf["loads"]["x"] / still["loads"]["x"] - 1), 1e-6)
+
+    def test_simulation(self):
+        """At a held speed, from 3.3 mm aside."""
+        found = cycles(self.SPRINGS / "hunting_wheelset.yaml", "V=101.4:101.5:2", "--outputs", "q(y)", "--settle", "60 s",
+                       "--set", "aside=3.3 mm")
+        (cycle,) = at(self.found, 101.4, 1e-9)
+        settled = at(found, 101.4)[0]
+        self.assertLess(abs(settled["outputs"]["q.y"]["amplitude"] / cycle["outputs"]["q.y"]["amplitude"] - 1), 5e-3)
+        self.assertLess(abs(settled["period"] / cycle["period"] - 1), 1e-3)
+        self.assertLess(abs(settled["loads"]["x"] / cycle["loads"]["x"] - 1), 2e-2)
+
+
 if __name__ == "__main__":
     runs.main()

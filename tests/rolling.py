@@ -173,6 +173,10 @@ class HeldSpeed(unittest.TestCase):
         patch = (3 * load * r0 / (4 * G / (1 - nu))) ** (2 / 3)  # Hertz: a^2 of equal curvatures 1/r0
         known = 2 * 1.19 * G * patch**2 * (math.sin(slope) / r0) ** 2
         self.assertLess(abs(found["loads"]["x"] / known - 1), 0.01)
+        locus = kempe("modes", SPRINGS / "wheelset_on_rails.yaml", "--sweep", "V=80:100:3")["locus"]
+        for load in locus["loads"]["x"]:
+            self.assertLess(abs(load / known - 1), 0.01)
+        self.assertEqual(len(locus["loads"]["x"]), 3)
         self.assertLess(abs(found["qd"]["x"] - 80), 1e-12)
 
     def test_drive(self):

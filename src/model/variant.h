@@ -34,7 +34,7 @@ kempe_status kmp_variant_instance(const kempe_model *model, int count, const cha
 /** The variant frees the model of which it was made. */
 void kmp_variant_own(kmp_variant *variant, kempe_model *model);
 
-/** What else than numbers changes in a copy (kmp_variant_driven). */
+/** Changes of a copy beside those of numbers (kmp_variant_driven). */
 typedef struct kmp_driven {
     int count; /* coordinates that move at the rates of the start from there, by any load: drives "load.NAME" */
     const int *motion;

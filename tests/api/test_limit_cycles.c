@@ -127,8 +127,36 @@ static void settled(void)
     unload(&l);
 }
 
+/* A wheelset on rails whose speed a load holds: its column in rows and of modes. */
+static void held_speed(void)
+{
+    loaded l = load("examples/restrained_wheelset/hunting_wheelset.yaml");
+    kempe_limit_cycles_options ask = {.size = sizeof ask, .sweep = "V=100:102:3", .outputs = "q(y)", .most = 3};
+    kempe_modes_options sweep = {.sweep = "V=100:102:3"};
+    kempe_limit_cycles *cycles = NULL;
+    kempe_modes *modes = NULL;
+    CHECK(l.system && kempe_limit_cycles_new(l.system, &ask, &cycles) == KEMPE_OK);
+    CHECK(l.system && kempe_modes_new(l.system, &sweep, &modes) == KEMPE_OK);
+    if (cycles && modes) {
+        kempe_table *rows = table_of(cycles, "rows"), *locus = NULL;
+        CHECK(kempe_modes_table(modes, "rows", &locus) == KEMPE_OK);
+        int load = kempe_table_find(rows, "load.x"), held = kempe_table_find(locus, "load.x");
+        CHECK(load >= 0 && held >= 0);
+        CHECK_TEXT(kempe_table_unit(rows, load), "N");
+        CHECK_TEXT(kempe_table_unit(locus, held), "N");
+        CHECK_NEAR(kempe_table_number(rows, 0, load), kempe_table_number(locus, 1, held), 1e-3);
+        CHECK(kempe_table_number(rows, 1, load) > kempe_table_number(rows, 0, load));
+        kempe_table_free(rows);
+        kempe_table_free(locus);
+    }
+    kempe_modes_free(modes);
+    kempe_limit_cycles_free(cycles);
+    unload(&l);
+}
+
 int main(void)
 {
+    TEST(held_speed);
     TEST(settled);
     TEST(normal_form);
     TEST(centre);

@@ -129,8 +129,8 @@ static kempe_status find_part(kempe_limit_cycles *cycles, const kmp_cycle *hopf,
     return status;
 }
 
-/* The first cycle of the branch. Where its parameter is not near that of the Hopf point, as with wheels whose place on
- * the rail moves fast, one with a smaller motion may be nearer. */
+/* The first cycle of the branch. A cycle with a smaller motion is tried if the parameter is far from the Hopf point, as
+ * with wheels whose place on the rail moves fast. */
 static kempe_status find_first(kempe_limit_cycles *cycles, const kmp_cycle *hopf, kmp_cycle **first)
 {
     double near = KMP_CYCLE_NEAR * fabs(cycles->to - cycles->from), part = 1;

@@ -113,7 +113,7 @@ kempe_status kempe_limit_cycles_write_picture(const kempe_limit_cycles *cycles, 
 {
     KMP_WANTED(NULL, cycles, "cycles");
     KMP_WANTED(cycles->system->context, path, "path");
-    int shown[MOST_PLOTS], count = 0, columns = cycles->flow ? cycles->flow->rows->columns : 0;
+    int shown[MOST_PLOTS], count = 0, columns = cycles->outputs;
     kmp_text text = {0};
     kmp_context_clear(cycles->system->context);
     for (int k = 0; k < columns && count < MOST_PLOTS; k++)
