@@ -52,8 +52,8 @@ KEMPE_API const char *kempe_equilibrium_stability(const kempe_equilibrium *equil
 
 /** Tables, to be freed with kempe_table_free. KEMPE_E_ARGUMENT: another name.
  * "equilibria", a row each: stability, in words; residual, relative; potential; hits, the starts that ended there; the
- * solved-for unknowns, called as in the options; q.NAME, qd.NAME, lambda.CLOSURE.k; load.NAME of a coordinate whose
- * rate a load holds, N or N m.
+ * solved-for unknowns, called as in the options; q.NAME, qd.NAME, lambda.CLOSURE.k. Then
+ * load.NAME for each coordinate whose rate a load holds, N or N m.
  * "contacts", a row for each rigid contact of each equilibrium: its distance, its force, a word (presses; open;
  * touches, without a force; shares, closed by the rows of others).
  * "friction", dry friction that sticks, a row for each element of each equilibrium, with the option `stick`: its force,

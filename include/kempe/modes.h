@@ -57,8 +57,8 @@ KEMPE_API kempe_status kempe_modes_print(const kempe_modes *modes, kempe_format 
  * damping ratio is 1 and more without oscillation, and decay is the time to 1/e. The shape re.NAME, im.NAME has all
  * coordinates, q moving as Re((re + i im) e^(s t)). Its
  * largest component, relative to the size of its coordinate (1 rad, or the mechanism's length), equals that size.
- * "rows": of a sweep a row per value, NAME, re.1, im.1, .., each eigenvalue tracked from the first value on, and
- * load.NAME of a coordinate whose rate a load holds, N or N m; otherwise the modes.
+ * "rows": of a sweep a row per value, NAME, re.1, im.1, .., each eigenvalue tracked from the first value on; otherwise
+ * the modes. A sweep also has load.NAME for each coordinate whose rate a load holds, N or N m.
  * "critical", values of a sweep at which a mode becomes unstable or stable: value; re, im and frequency there (0: no
  * oscillation); branch, its number in the rows; grows, "above" or "below".
  * "state", one row: q.NAME and qd.NAME. */
