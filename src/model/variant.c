@@ -476,7 +476,7 @@ static void set_start(kempe_model *m, const kmp_driven *driven)
 kempe_status kmp_variant_driven(const kempe_model *model, const kmp_driven *driven, kempe_model **instance)
 {
     kempe_model *m = NULL;
-    KMP_TRY(kmp_variant_instance(model, 0, NULL, NULL, &m));
+    KMP_TRY(kmp_variant_instance(model, 0, (const char *const[]){NULL}, (const double[]){0}, &m));
     add_drives(m, driven);
     if (driven->hold)
         set_start(m, driven);
