@@ -402,7 +402,7 @@ kempe_status kmp_variant_instance(const kempe_model *model, int count, const cha
     kmp_variant *v = NULL;
     kmp_text why = {0};
     KMP_TRY(kmp_variant_new(model, count, names, &v));
-    kempe_status status = kmp_variant_set(v, values, &why);
+    kempe_status status = count > 0 ? kmp_variant_set(v, values, &why) : KEMPE_OK;
     if (status == KEMPE_E_INPUT)
         status = kmp_fail_text(model->context, KEMPE_E_FAILED, &why);
     kmp_text_free(&why);
@@ -476,7 +476,7 @@ static void set_start(kempe_model *m, const kmp_driven *driven)
 kempe_status kmp_variant_driven(const kempe_model *model, const kmp_driven *driven, kempe_model **instance)
 {
     kempe_model *m = NULL;
-    KMP_TRY(kmp_variant_instance(model, 0, (const char *const[]){NULL}, (const double[]){0}, &m));
+    KMP_TRY(kmp_variant_instance(model, 0, NULL, NULL, &m));
     add_drives(m, driven);
     if (driven->hold)
         set_start(m, driven);

@@ -153,11 +153,11 @@ static kempe_status take_cycle(stepped *s, const kempe_table *rows, double value
 {
     kempe_limit_cycles *c = s->c;
     kmp_cycle *x = KMP_ARENA_NEW(&c->arena, kmp_cycle, 1);
-    double *high, *low, *load, before = 0;
+    double *high, *low, *load = NULL, before = 0;
     KMP_TRY(kmp_made(c->system->context, x && KMP_ARENA_EACH(&c->arena, double, c->outputs, &high, &low) &&
                                              KMP_ARENA_EACH(&c->arena, double, c->held, &load)));
     *x = (kmp_cycle){.value = value, .period = NAN, .along = NAN, .high = high, .low = low, .load = load};
-    for (int k = 0; k < c->held; k++)
+    for (int k = 0; load && s->load && k < c->held; k++)
         load[k] = mean_of(rows, s->load[k]);
     for (int k = 0; k < c->outputs; k++)
         take_output(s, rows, k, x, &before);
