@@ -7,9 +7,9 @@
 #include "output/result_table.h"
 #include "studies/ensemble/sampling/designs.h"
 #include "studies/ensemble/sampling/distributions.h"
+#include "studies/ensemble/sampling/values.h"
 #include "studies/ensemble/statistics/contributions.h"
 #include "studies/ensemble/statistics/shares.h"
-#include "studies/ensemble/sampling/values.h"
 #include <kempe/ensemble.h>
 #include <math.h>
 #include <stdlib.h>
