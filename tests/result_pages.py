@@ -348,6 +348,7 @@ STUDIES = {
     "inverse": ("examples/driven_slider_crank/driven_slider_crank.yaml", [], ["tau.crank", "power.crank"], 201, "201 instants"),
     "response": ("examples/suspension/suspension.yaml", ["--inputs", "force(chassis.R.z)", "--outputs", "position(chassis.R).z", "--frequencies", "0.2:20"],
                  ["position.chassis.R.z/force(chassis.R.z).amplitude", "position.chassis.R.z/force(chassis.R.z).phase"], 1, "2 resonances"),
+    "cycles": ("tests/models/bautin.yaml", ["--sweep", "mu=-0.3:0.2:6", "--outputs", "state(x)"], ["state.x.amplitude"], 1, "on 1 branch"),
     "equilibrium": ("examples/four_bar/four_bar.yaml", ["--global"], [], 4, "4 equilibria, the first stable"),
     "ensemble": ("examples/four_bar/four_bar.yaml", ["--sample", "crank=0.28:0.32", "--instances", "150", "--t-end", "0.5"], ["q.crank", "q.coupler", "q.rocker"], 1, "150 of 150"),
     "assemble": ("examples/stewart/stewart.yaml", [], [], 1, "Assembled"),
@@ -369,6 +370,15 @@ class Studies(Case):
                     self.check_drawn(drawn, data)
                 else:
                     self.assertIn(data["model"], drawn.words("text"))
+
+    def test_joined_cycles(self):
+        """Lines of a diagram: one branch, dashed up to the fold and beyond it solid."""
+        model, options, *_ = STUDIES["cycles"]
+        data = json.loads(Page(self.make("cycles", model, *options).read_text()).data)
+        joins, amplitude = data["series"]["joins"], column(data, "state.x.amplitude")["values"]
+        self.assertEqual((joins[0], len(joins)), (0, data["series"]["rows"]))
+        self.assertEqual(sorted(set(joins[1:])), [1, 2])
+        self.assertEqual(len(base64.b64decode(amplitude)), 4 * len(joins))
 
     def test_largest_torque(self):
         model, *_ = STUDIES["inverse"]

@@ -421,8 +421,8 @@ KMP_INLINE void kmp_dop853_solution(size_t w, bool fused, size_t n, const kmp_do
     for (size_t i = 0; i < n * w; i += w)
         kmp_dop853_add_errors(w, fused, i, s, e5, e3);
     for (size_t l = 0; l < w; l++) {
-        double both = e5[l] + 0.01 * e3[l] + 1e-300; /* no error: avoids 0 times infinity */
-        s->error[l] = fabs(s->h[l]) * e5[l] * sqrt(1.0 / (both * (double)n));
+        double both = (e5[l] + 0.01 * e3[l]) * (double)n + 1e-300; /* no error, no unknowns: not 0 times infinity */
+        s->error[l] = fabs(s->h[l]) * e5[l] * sqrt(1.0 / both);
     }
 }
 

@@ -133,6 +133,19 @@ static void put_columns(kmp_json *json, const kmp_result_page *page, int x, stri
     }
 }
 
+/* Of rows that are all drawn. */
+static void put_joins(kmp_json *json, const kmp_result_page *page, int rows, bool whole)
+{
+    if (!page->joins || !whole) {
+        kmp_json_string(json, "joins", NULL);
+        return;
+    }
+    kmp_json_array(json, "joins");
+    for (int k = 0; k < rows; k++)
+        kmp_json_number(json, NULL, page->joins[k]);
+    kmp_json_end(json);
+}
+
 static void put_series(kmp_json *json, const kmp_result_page *page)
 {
     const kempe_table *table = page->table;
@@ -151,7 +164,9 @@ static void put_series(kmp_json *json, const kmp_result_page *page)
         kmp_json_string(json, NULL, page->first[k]);
     kmp_json_put(json, "] columns [");
     put_columns(json, page, x, stride, room);
-    kmp_json_put(json, "] }");
+    kmp_json_put(json, "]");
+    put_joins(json, page, rows, stride.first == 1);
+    kmp_json_end(json);
     kmp_free(room);
 }
 

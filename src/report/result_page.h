@@ -14,6 +14,9 @@ typedef struct kmp_page_fact {
 
 enum { KMP_PAGE_FACTS = 6, KMP_PAGE_FIRST = 20 };
 
+/** The line from a row to the next one in a diagram. */
+typedef enum kmp_page_join { KMP_JOIN_NONE, KMP_JOIN_SOLID, KMP_JOIN_DASHED } kmp_page_join;
+
 typedef struct kmp_result_page {
     const kempe_system *system;
     const char *command, *subject; /* "simulate"; of the title */
@@ -25,12 +28,13 @@ typedef struct kmp_result_page {
     const char *sentences;         /* further ones, one a line; NULL: none */
     kmp_page_fact fact[KMP_PAGE_FACTS];
     int fact_count;
-    const char *text;         /* the printed result */
-    const kempe_table *table; /* NULL: no curves */
-    const char *x;            /* the column that curves are over */
-    bool logarithmic;         /* over a logarithmic x */
-    bool scattered;           /* rows are points in any order, not a curve */
-    const char *const *first; /* columns whose curves are drawn at first */
+    const char *text;           /* the printed result */
+    const kempe_table *table;   /* NULL: no curves */
+    const char *x;              /* the column that curves are over */
+    bool logarithmic;           /* over a logarithmic x */
+    bool scattered;             /* rows are points in any order, not a curve */
+    const kmp_page_join *joins; /* of scattered rows, how each is joined to the one before; NULL: not at all */
+    const char *const *first;   /* columns whose curves are drawn at first */
     int first_count;
     int left_out;                       /* outputs that are not in the table */
     const kmp_samples *frames;          /* NULL: no picture */

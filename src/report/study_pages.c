@@ -501,6 +501,19 @@ static void add_special_cycles(study_page *s, const kempe_limit_cycles *c, const
                                                  as.unit[0] ? " " : "", as.unit)};
 }
 
+/* The cycles of a branch are joined as in its picture; the rows are in their order. */
+static const kmp_page_join *joins_of(study_page *s, const kempe_limit_cycles *c, int rows)
+{
+    kmp_page_join *joins = KMP_ARENA_NEW(&s->arena, kmp_page_join, rows);
+    for (int b = 0, row = 0; joins && b < c->branches; b++)
+        for (int k = 0; k < c->branch[b].count && row < rows; k++, row++)
+            if (k > 0)
+                joins[row] = kmp_cycles_stable_between(c->branch[b].cycle[k - 1], c->branch[b].cycle[k])
+                                 ? KMP_JOIN_SOLID
+                                 : KMP_JOIN_DASHED;
+    return joins;
+}
+
 static kempe_status fill_limit_cycles(study_page *s, const void *result)
 {
     const kempe_limit_cycles *c = result;
@@ -520,6 +533,8 @@ static kempe_status fill_limit_cycles(study_page *s, const void *result)
     KMP_TRY(kempe_limit_cycles_table(c, "rows", &s->table));
     s->page.x = c->name;
     s->page.scattered = true;
+    s->page.joins = joins_of(s, c, count);
+    KMP_TRY(kmp_made(c->system->context, s->page.joins));
     choose_first(s, first, KMP_PAGE_FIRST);
     return c->locus.reached > 0 ? add_frames(s, 1, c->locus.q, 0, NULL) : KEMPE_OK;
 }

@@ -161,13 +161,21 @@ function pointsOf(column) {
     const points = [];
     column.values.forEach((y, k) => {
         const x = over.values[k], inside = over === abscissa || (abscissa.values[k] >= range[0] && abscissa.values[k] <= range[1]);
-        if (inside) points.push({ x: Number(x), y: isFinite(y) && isFinite(x) ? Number(y) : null });
+        if (inside) points.push({ x: Number(x), y: isFinite(y) && isFinite(x) ? Number(y) : null, row: k });
     });
     return points;
 }
 
+/* A diagram: the line that ends at a row is none (0), solid (1) or dashed (2). */
+function joinedSet(column, colour) {
+    const points = pointsOf(column), joinTo = (part) => series.joins[points[part.p1DataIndex].row];
+    const segment = { borderDash: (part) => (joinTo(part) === 2 ? [6, 4] : undefined), borderColor: (part) => (joinTo(part) === 0 ? "transparent" : undefined) };
+    return { data: points, column, borderColor: colour, backgroundColor: colour, borderWidth: 1.6, segment, clip: 4, pointRadius: 1.5, pointHitRadius: 4 };
+}
+
 function curveSet(column) {
     const colour = colours.get(column.name);
+    if (series.joins) return joinedSet(column, colour);
     if (series.scattered || column.look) return { data: pointsOf(column), column, borderColor: colour, backgroundColor: colour, showLine: false, clip: 4, pointRadius: 2.5, pointHitRadius: 4 };
     return { data: pointsOf(column), column, borderColor: colour, backgroundColor: colour, borderWidth: 1.6, pointHitRadius: 6, pointRadius: (item) => (over !== abscissa && item.dataIndex === 0 ? 3.5 : 0) };
 }
@@ -338,7 +346,7 @@ function beginCurves() {
     for (const figure of document.querySelectorAll(".closures")) figure.hidden = data.m === 0;
     if (series) {
         byId("curves-title").append(abscissa.name === "t" ? "Time histories" : series.scattered ? `Values over ${abscissa.name}` : `Curves over ${abscissa.name}`);
-        byId("curves-note").append("Drag across a plot to enlarge a range" + (tied ? ", click for the position of the mechanism." : "."));
+        byId("curves-note").append("Drag across a plot to enlarge a range" + (tied ? ", click for the position of the mechanism." : ".") + (series.joins ? " Solid lines are stable, dashed ones unstable." : ""));
         const notes = [];
         if (series.stride > 1) notes.push(`Every ${series.stride}th of ${series.rows} rows is drawn; the extreme values are those of all rows.`);
         if (data.locked) notes.push("The last row, where the run stopped, is no part of the extreme values.");

@@ -83,6 +83,9 @@ kempe_status kmp_hopf_cycles(kempe_limit_cycles *cycles, const kmp_critical *cri
 /** The names of the outputs of the cycles. KEMPE_E_MEMORY. */
 kempe_status kmp_limit_cycles_name(kempe_limit_cycles *cycles, int count, char *const *names, char *const *units);
 
+/** A piece between two cycles is stable where both are, or one and a fold or a Hopf point at its end. */
+bool kmp_cycles_stable_between(const kmp_cycle *a, const kmp_cycle *b);
+
 /** Simulates at each value of the sweep, up and down, each time from the last state: a branch for each direction.
  * (settled_cycles.c) */
 kempe_status kmp_settled_cycles(kempe_limit_cycles *cycles, const char *outputs, const kempe_run_options *run);

@@ -30,8 +30,7 @@ static void put_piece(drawing *d, const kmp_cycle_branch *b, int from, int to, b
     kmp_curve_end(&d->plot);
 }
 
-/* A piece between two cycles is stable where both are, or one and a fold or a Hopf point at its end. */
-static bool is_stable(const kmp_cycle *a, const kmp_cycle *b)
+bool kmp_cycles_stable_between(const kmp_cycle *a, const kmp_cycle *b)
 {
     bool one = a->stability == KMP_CYCLE_STABLE || b->stability == KMP_CYCLE_STABLE;
     return one && (a->stability == KMP_CYCLE_STABLE || a->word != KMP_CYCLE_REGULAR) &&
@@ -42,8 +41,8 @@ static void put_branch(drawing *d, const kmp_cycle_branch *b, const char *colour
 {
     int from = 0;
     for (int k = 1; k < b->count; k++) {
-        bool stable = is_stable(b->cycle[k - 1], b->cycle[k]);
-        if (k + 1 < b->count && is_stable(b->cycle[k], b->cycle[k + 1]) == stable)
+        bool stable = kmp_cycles_stable_between(b->cycle[k - 1], b->cycle[k]);
+        if (k + 1 < b->count && kmp_cycles_stable_between(b->cycle[k], b->cycle[k + 1]) == stable)
             continue;
         put_piece(d, b, from, k, stable, colour);
         from = k;

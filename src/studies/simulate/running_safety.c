@@ -16,6 +16,8 @@
  * than STRAIGHT of the wheel's load off the line through both; on tracks with irregularities samples are that near
  * from the beginning. */
 static const double SAMPLE_WAY = 0.4, SAMPLE_TIME = 0.04, STRAIGHT = 1e-2;
+/* Part of Q0 below which Y/Q is a quotient of small forces. */
+static const double LEAST_LOAD = 0.05;
 /* Wheels are opposite each other that are nearer along the track than this part of its gauge. */
 static const double OPPOSITE = 0.25;
 /* Steps that are shorter by this are sampled together. */
@@ -335,7 +337,7 @@ static void judge_wheel(const judging *j, int w, int stride, kmp_safety_wheel *o
     for (int k = 0; k < samples; k += stride) {
         take_largest(&out->unloading, unloading(out, load[k]), t[k]);
         take_largest(&out->smooth_unloading, unloading(out, smooth[k]), t[k]);
-        take_largest(&out->ratio, of[k], t[k]);
+        take_largest(&out->ratio, load[k] < LEAST_LOAD * out->load ? NAN : of[k], t[k]);
         take_largest(&out->mean, mean[k], t[k]);
     }
 }

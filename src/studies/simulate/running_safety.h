@@ -16,7 +16,7 @@ typedef struct kmp_safety_wheel {
     double load;          /* Q0, N */
     double flange, nadal; /* the steepest slope of the flange, rad; NaN: Nadal's formula gives no limit */
     kmp_safety_value unloading, smooth_unloading; /* the largest (Q0 - Q)/Q0; of filtered loads */
-    kmp_safety_value ratio;                       /* the largest Y/Q */
+    kmp_safety_value ratio;                       /* the largest Y/Q under a load */
     kmp_safety_value mean; /* the largest mean of Y/Q of filtered forces over KMP_SAFETY_LENGTH of way */
 } kmp_safety_wheel;
 
