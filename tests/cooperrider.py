@@ -30,7 +30,7 @@ class Bogie(unittest.TestCase):
         self.assertLess(abs(critical[0]["eigenvalue"][1] / OMEGA - 1), 1e-11)
 
     def test_motion(self):
-        rows = runs.simulated(MODEL, "--rtol", 1e-12, "--atol", 1e-12)[1]
+        rows = runs.simulated(MODEL, "--rtol", 1e-12, "--atol", 1e-14)[1]
         known = runs.rows(MODEL.parent / "reference.csv")
         self.assertEqual(len(rows), len(known))
         for row, reference in zip(rows, known):
