@@ -833,7 +833,7 @@ static void decide(kmp_engine *e, kmp_pool *pool, kmp_lane_watched *seen, const 
 static kempe_status end_attempts(kmp_engine *e, kmp_pool *pool, kmp_lane_watched *seen, const kmp_lanes_passing *ends)
 {
     kmp_lane_room *room = &e->room;
-    outcome what[KMP_LANES_MOST];
+    outcome what[KMP_LANES_MOST] = {EMPTY};
     kempe_status status = KEMPE_OK;
     decide(e, pool, seen, ends, what);
     memset(room->bad, 0, room->w * sizeof *room->bad);
