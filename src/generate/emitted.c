@@ -61,40 +61,48 @@ static void put_name(kmp_text *text, const char *kinds, int *count, const char *
     *count += 1;
 }
 
-/* Contacts of wheels and algebraic unknowns are solved by iterations; `keeps`: numbers are kept as parameters. */
-static kempe_status refuse_iterations(const kempe_code *code, const char *set, bool keeps)
+/* Contacts of wheels and algebraic unknowns are solved by iterations, which are generated so. */
+static kempe_status refuse_iterations(const kempe_code *code, const char *set, const char *so, const char *advice)
 {
     const kempe_model *model = code->source.model;
     kmp_text sentence = {0};
     int wheels = 0, unknowns = 0;
     kmp_text_printf(&sentence, "set '%s' contains values that are found by iterations, which are generated %s: ", set,
-                    keeps ? "without numbers kept as parameters" : "in C alone");
+                    so);
     for (int k = 0; k < model->wheel_count; k++)
         put_name(&sentence, "contacts of wheels ", &wheels, model->wheels[k].name);
     for (int k = 0; k < model->unknowns_count; k++)
         if (model->unknowns[k].count > 0)
             put_name(&sentence, wheels > 0 ? "; algebraic unknowns " : "algebraic unknowns ", &unknowns,
                      model->unknowns[k].name);
-    kmp_text_printf(&sentence, "; request sets without them, such as 'M', by --sets, or %s",
-                    keeps ? "omit --keep-parameters" : "use --lang c");
+    kmp_text_printf(&sentence, "; request sets without them, such as 'M', by --sets, or %s", advice);
     return kmp_fail_text(code->context, KEMPE_E_ARGUMENT, &sentence);
+}
+
+static kempe_status check_iterations(const kempe_code *code, const char *set)
+{
+    const kmp_code_source *source = &code->source;
+    if (!code->language->block)
+        return refuse_iterations(code, set, "in other languages", "use --lang c");
+    if (source->parameters && !source->simulator)
+        return refuse_iterations(code, set, "without numbers kept as parameters", "omit --keep-parameters");
+    if (source->vectorised)
+        return refuse_iterations(code, set, "as single operations", "omit --vectorised");
+    return KEMPE_OK;
 }
 
 /* An operation that a language does not have is reported before anything is written. */
 static kempe_status check_operations(const kempe_code *code)
 {
-    const bool keeps = code->source.parameters && !code->source.simulator;
     for (int k = 0; k < code->source.count; k++) {
         const kmp_code_routine *r = &code->source.routines[k];
         for (int i = 0; i < r->program->code[r->program->stages]; i++) {
             kmp_op op = (kmp_op)r->program->instruction[i].op;
             if (op == KMP_OP_LIST)
                 continue;
-            if (op == KMP_OP_IMPLICIT && (!code->language->block || keeps))
-                return refuse_iterations(code, r->name, keeps);
             if (op == KMP_OP_IMPLICIT)
-                continue;
-            if (!kmp_language_has(code->language, op))
+                KMP_TRY(check_iterations(code, r->name));
+            else if (!kmp_language_has(code->language, op))
                 return kmp_fail(code->context, KEMPE_E_ARGUMENT,
                                 "set '%s' needs the function '%s', which %s does not have; omit the set with --sets",
                                 r->name, kmp_op_text(op), code->language->name);

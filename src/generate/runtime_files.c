@@ -6,6 +6,8 @@ static const struct {
     const char *const *lines;
 } files[KMP_RUNTIME_FILES] = {[KMP_RUNTIME_FUNCTIONS] = {"kempe_runtime.h", kmp_runtime_lines},
                               [KMP_RUNTIME_NEWTON] = {"kempe_newton.h", kmp_kempe_newton_h},
+                              [KMP_RUNTIME_NEWTON_PYTHON] = {"", kmp_blocks_in_python}, /* part of the files */
+                              [KMP_RUNTIME_NEWTON_OCTAVE] = {"", kmp_blocks_in_octave},
                               [KMP_RUNTIME_SIMULATOR_HEADER] = {"kempe_simulator.h", kmp_kempe_simulator_h},
                               [KMP_RUNTIME_SIMULATOR] = {"kempe_simulator.c", kmp_kempe_simulator_c},
                               [KMP_RUNTIME_FRICTION] = {"kempe_friction.c", kmp_kempe_friction_c},

@@ -7,6 +7,8 @@
 typedef enum kmp_runtime_file {
     KMP_RUNTIME_FUNCTIONS, /* kempe_runtime.h: sine, cosine, functions given by points */
     KMP_RUNTIME_NEWTON,    /* kempe_newton.h: implicit blocks */
+    KMP_RUNTIME_NEWTON_PYTHON,
+    KMP_RUNTIME_NEWTON_OCTAVE,
     KMP_RUNTIME_SIMULATOR_HEADER,
     KMP_RUNTIME_SIMULATOR,
     KMP_RUNTIME_FRICTION, /* kempe_friction.c: friction that sticks, of simulators */
@@ -19,4 +21,5 @@ void kmp_runtime_put(kmp_text *text, kmp_runtime_file file);
 
 /** Lines of the files; NULL ends each. */
 extern const char *const kmp_runtime_lines[], *const kmp_kempe_newton_h[], *const kmp_kempe_simulator_h[];
+extern const char *const kmp_blocks_in_python[], *const kmp_blocks_in_octave[];
 extern const char *const kmp_kempe_simulator_c[], *const kmp_kempe_friction_c[], *const kmp_kempe_charts_c[];

@@ -3,6 +3,7 @@
  * long for a line, become variables; long routines are cut into chunks. */
 #include "generate/scalar.h"
 #include "generate/blocks/block_parts.h"
+#include <stdio.h>
 
 enum { LONGEST = 90, LEAF_LENGTH = 8 };
 
@@ -347,7 +348,9 @@ static void put_expression(kmp_scalar *s, kmp_text *text, int i)
 {
     const kmp_instruction *in = &s->p->instruction[i];
     if (in->op == KMP_OP_IMPLICIT) {
-        kmp_text_printf(text, "y%d[%u]", s->variable[s->solved], in->c);
+        char solved[32];
+        snprintf(solved, sizeof solved, "y%d", s->variable[s->solved]);
+        put_index(text, s->language, solved, (int)in->c);
         return;
     }
     bool infix = kmp_op_form_of((kmp_op)in->op) == KMP_FORM_INFIX;

@@ -40,6 +40,23 @@ bool kmp_code_tables_list(kmp_code_source *source)
     return source->tables;
 }
 
+static bool has(const kmp_program *p, const kmp_table *table)
+{
+    for (int k = 0; p && k < p->table_count; k++)
+        if (kmp_table_equal(p->table[k], table))
+            return true;
+    return false;
+}
+
+bool kmp_code_has_table(const kmp_code_routine *routine, const kmp_table *table)
+{
+    bool found = has(routine->program, table);
+    for (int b = 0; routine->blocks && b < routine->program->block_count; b++)
+        for (int part = 0; part < KMP_BLOCK_PARTS; part++)
+            found = found || has(routine->blocks[b].part[part].program, table);
+    return found;
+}
+
 int kmp_code_table_number(const kmp_code_source *source, const kmp_table *table)
 {
     for (int k = 0; k < source->table_count; k++)

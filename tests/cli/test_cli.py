@@ -2573,18 +2573,19 @@ class Generate(Case):
             self.assertEqual(file.read_text(), "")
 
     def test_wheels(self):
-        """Values that are found by iterations are written in C; elsewhere they are refused, with names."""
+        """Values that are found by iterations are written operation by operation; otherwise refused, with names."""
         model = ROOT / "examples/rolling_wheel/rolling_wheel.yaml"
         for sets in (["--sets", "M,jdqd"], []):
             self.expect(0, "generate", model, "--lang", "c", "-o", str(self.folder), *sets)
-            refused = self.expect(3, "generate", model, "--lang", "octave", *sets).stderr
+            refused = self.expect(3, "generate", model, "--lang", "octave", "--vectorised", *sets).stderr
             self.assertIn(f"set '{'jdqd' if sets else 'M_C'}' contains values that are found by iterations", refused)
             self.assertIn("contacts of wheels 'L', 'R'; request sets", refused)
-            self.assertIn("such as 'M', by --sets", refused)
+            self.assertIn("such as 'M', by --sets, or omit --vectorised", refused)
         self.assertTrue((self.folder / "kempe_newton.h").exists())
-        self.expect(0, "generate", model, "--lang", "python", "--sets", "M", "-o", str(self.folder))
-        refused = self.expect(3, "generate", ROOT / "examples/wheelset/wheelset.yaml", "--lang", "python").stderr
+        self.expect(0, "generate", model, "--lang", "python", "--sets", "M", "--vectorised", "-o", str(self.folder))
+        refused = self.expect(3, "generate", ROOT / "examples/wheelset/wheelset.yaml", "--lang", "python", "--keep-parameters").stderr
         self.assertIn("algebraic unknowns 'touch_L', 'touch_R'; request sets", refused)
+        self.assertIn("or omit --keep-parameters", refused)
 
     def test_robotran(self):
         model = ROOT / "tests/models/robotran.mbs"

@@ -3,10 +3,10 @@
  * computes the bits of Kempe's tape and machine code for the same functions, and to rounding the values of the
  * workspace, whose equations are derived all together.
  */
-#include "constraints/evaluation/evaluator.h"
 #include "full.h"
 #include "generate/compiled_equations.h"
 #include "generate/models.h"
+#include "generate/workspace_equations.h"
 #include <kempe/generate.h>
 
 /* Beside the largest entry of its array. */
@@ -20,78 +20,6 @@ typedef struct found {
 } found;
 
 /* -- what the workspace gives -------------------------------------------------------------------------- */
-
-static double largest(int count, const double *x)
-{
-    double most = 1;
-    for (int k = 0; k < count; k++)
-        most = isfinite(x[k]) ? fmax(most, fabs(x[k])) : most;
-    return most;
-}
-
-/* The inputs of a state, in place of those of the model. */
-static void take_inputs(kmp_evaluator *eval, const state *s)
-{
-    int input;
-    for (int k = 0; k < eval->inputs.count; k++)
-        kmp_present_inputs_give(&eval->inputs, k, s->time[0], s->time + 1 + KMP_TIME_NUMBERS * k);
-    (void)kmp_present_inputs_enter(&eval->inputs, s->time[0], &input);
-}
-
-/* The modes of friction of a state. */
-static void take_modes(kmp_evaluator *eval, const state *s)
-{
-    const kempe_model *model = eval->system->model;
-    const kmp_events *events = &eval->system->events;
-    eval->holds_friction = true;
-    for (int k = 0; k < events->count; k++) {
-        int element = 0;
-        for (const kmp_force *f = model->forces; events->condition[k].role && f != events->condition[k].of; f++)
-            element += kmp_force_has_modes(f);
-        if (events->condition[k].role)
-            eval->mode[k] = s->mode[element * (KMP_ROLE_END - KMP_ROLE_SENSE) + (int)events->condition[k].role - 1];
-    }
-    if (events->count > 0)
-        kmp_eval_set_modes(eval, eval->mode);
-}
-
-/* M, C, h, J by rows, jdqd, as the functions give them. */
-static double *evaluate(kmp_evaluator *eval, const state *s, double *out)
-{
-    int n = eval->n, m = eval->m;
-    take_inputs(eval, s);
-    take_modes(eval, s);
-    kmp_eval_closure(eval, s->time[0], s->q);
-    kmp_eval_mass(eval);
-    kmp_eval_bias(eval, s->qd);
-    kmp_eval_dense_mass(eval, out);
-    out += n * n;
-    memcpy(out, eval->bias, (size_t)n * sizeof *out);
-    for (int k = 0; k < n; k++) {
-        const kmp_state *delay = kmp_state_of(eval->system->model, k);
-        if (delay && delay->delayed) /* which has no rate in generated code */
-            out[k] = 0;
-    }
-    out += n;
-    memcpy(out, eval->h, (size_t)m * sizeof *out);
-    out += m;
-    const kmp_pattern *p = &eval->system->jacobian;
-    memset(out, 0, (size_t)(m * n) * sizeof *out);
-    for (int k = 0; k < p->count; k++)
-        out[p->row[k] * n + p->col[k]] = eval->jacobian[k];
-    out += m * n;
-    memcpy(out, eval->jdqd, (size_t)m * sizeof *out);
-    return out + m;
-}
-
-/* The largest difference of two arrays, relative to the largest entry. */
-static double distance(int count, const double *a, const double *b)
-{
-    double size = largest(count, b), most = 0;
-    for (int k = 0; k < count; k++)
-        most = isfinite(b[k]) ? fmax(most, fabs(a[k] - b[k]) / size) : most;
-    return most;
-}
 
 static void compare_workspace(const kempe_model *model, const char *path, int size, found *f)
 {

@@ -333,6 +333,7 @@ const kmp_language kmp_language_c = {
     .block = put_block,
     .solve = "    double $(what)[$(count)];\n"
              "    $(name)_$(routine)_block$(number)((const double[]){$(argument)}, $(what));\n",
+    .newton = KMP_RUNTIME_NEWTON,
     .prepare = "$(static)void $(name)_$(routine)_prepare(const double *p, double *k)\n{\n" ROOM
                "$(each unread parameter)" UNUSED "$(statements)}\n\n",
     .function = "$(static)void $(name)_$(routine)(" PARAMETERS ")\n{\n" ROOM "$(each empty array)" UNUSED

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Octave and MATLAB: a function file for each routine, NAME_SET.m, one more for its parameters, and NAME_model.m with
  * the names. Square roots and logarithms of negative numbers are complex in these languages; here they are NaN. */
+#include "generate/blocks/block_parts.h"
 #include "generate/languages/language.h"
 
 static const kmp_function_spelling functions[KMP_OP_COUNT] = {
@@ -67,7 +68,70 @@ static const kmp_function_spelling functions[KMP_OP_COUNT] = {
                                     "    else\n"
                                     "        v = 6*c(4);\n"
                                     "    end\n"
-                                    "end\n"}};
+                                    "end\n"},
+    [KMP_OP_IMPLICIT] = {.definition = "\n$(newton)"}};
+
+/* -- implicit blocks ----------------------------------------------------------------------------------- */
+
+/* Values by place of a part as a matrix. */
+static void put_rows(const kmp_writer *w, const struct kmp_code_block *b, kmp_block_part part)
+{
+    const kmp_place_values *rows = &b->rows[part];
+    kmp_text_printf(w->text, "        %s_rows = [", kmp_block_part_names[part]);
+    for (int k = 0; k < b->block->candidates; k++)
+        for (int i = 0; i < rows->width; i++) {
+            kmp_text_put(w->text, i > 0 ? ", " : k > 0 ? "; ...\n            " : "");
+            kmp_language_number(w->text, w->language, rows->rows[k * rows->width + i]);
+        }
+    kmp_text_put(w->text, "];\n");
+}
+
+/* Matrices that a function keeps. */
+static void put_all_rows(const kmp_writer *w, const struct kmp_code_block *b)
+{
+    const char *first = NULL;
+    for (int k = 0; k < KMP_BLOCK_PARTS; k++)
+        if (b->rows[k].width > 0) {
+            kmp_text_printf(w->text, "%s %s_rows", first ? "" : "    persistent", kmp_block_part_names[k]);
+            first = first ? first : kmp_block_part_names[k];
+        }
+    if (!first)
+        return;
+    kmp_text_printf(w->text, "\n    if isempty(%s_rows)\n", first);
+    for (int k = 0; k < KMP_BLOCK_PARTS; k++)
+        if (b->rows[k].width > 0)
+            put_rows(w, b, (kmp_block_part)k);
+    kmp_text_put(w->text, "    end\n");
+}
+
+/* ", @(q) M_C_block0_scan(scan, q)" for a part with its numbers of these arguments; []: the block lacks it. */
+static void put_part(const kmp_writer *w, const struct kmp_code_block *b, kmp_block_part part)
+{
+    if (b->part[part].program)
+        kmp_text_printf(w->text, ", @(q) %s(%s, q)", b->part[part].inner, kmp_block_part_names[part]);
+    else
+        kmp_text_put(w->text, ", []");
+}
+
+static void put_block(const kmp_writer *w, const struct kmp_code_block *b, int number)
+{
+    const bool averages = b->block->averages;
+    kmp_text_printf(w->text, "\nfunction y = block%d(p)\n", number);
+    put_all_rows(w, b);
+    for (int k = 0; k < KMP_BLOCK_PARTS; k++)
+        if (b->part[k].program)
+            kmp_text_printf(w->text, "    %s = %s_prepare(p);\n", kmp_block_part_names[k], b->part[k].inner);
+    kmp_text_printf(w->text, "    y = %s(%d, %s", averages ? "kempe_average" : "kempe_solve", b->block->unknowns,
+                    averages                           ? "guess_rows, equations_rows"
+                    : b->rows[KMP_PART_SCAN].width > 0 ? "scan_rows"
+                                                       : "[]");
+    for (int k = 0; k < KMP_BLOCK_PARTS; k++)
+        if (!averages || b->part[k].program)
+            put_part(w, b, (kmp_block_part)k);
+    kmp_text_put(w->text, ");\nend\n");
+}
+
+/* -- files ------------------------------------------------------------------------------------------- */
 
 static const char model[] =
     "$(banner)function m = $(name)_model()\n"
@@ -96,7 +160,8 @@ static const char model[] =
            "input)$(comma)$(argument)$(end))\n"
 #define ZEROS "$(each array)    $(array) = zeros($(height), $(columns or 1));\n$(end)"
 #define TAIL                                                                                                           \
-    "end\n$(each table)\nfunction v = table$(table)(d, at)\n    x = $(x);\n    y = $(y);\n    c = $(pieces);\n"        \
+    "end\n$(each own table)\nfunction v = table$(shared table)(d, at)\n    persistent x y c\n    if isempty(x)\n"      \
+    "        x = $(x);\n        y = $(y);\n        c = $(pieces);\n    end\n"                                          \
     "    v = kempe_interpolate(x, y, c, d, at);\nend\n$(end)$(functions)"
 
 const kmp_language kmp_language_octave = {
@@ -118,13 +183,19 @@ const kmp_language kmp_language_octave = {
     .comment_end = "",
     .mark = "%",
     .routine_mark = "%",
-    .table_call = "table$(table)($(derivative), ",
+    .table_call = "table$(shared table)($(derivative), ",
     .functions = functions,
     .prepare = ORIGIN "% k of $(name)_$(routine) from the parameters (those of the model when none are given): once, "
                       "whenever they have changed\nfunction k = $(name)_$(routine)_prepare(p)\n"
                       "    if nargin < 1\n        p = $(name)_model().parameter_values;\n    end\n"
                       "    k = zeros(1, $(kept));\n$(statements)" TAIL,
-    .function = HEAD ZEROS "$(statements)" TAIL,
+    .function = HEAD ZEROS "$(statements)" TAIL "$(blocks)",
+    .inner_prepare = "\nfunction k = $(routine)_prepare(p)\n    k = zeros(1, $(kept));\n$(statements)end\n",
+    .inner_function = "\nfunction f = $(routine)(k, q)\n$(each array)    $(array) = zeros(1, $(height));\n$(end)"
+                      "$(statements)end\n",
+    .block = put_block,
+    .solve = "    $(what) = block$(number)([$(argument)]);\n",
+    .newton = KMP_RUNTIME_NEWTON_OCTAVE,
     .arrays = {.function = HEAD "    % $(size) values in $(steps) steps, $(group count) statements\n"
                                 "    v = zeros(1, $(size));\n"
                                 "    v(1:$(constant count)) = $(constants);\n"

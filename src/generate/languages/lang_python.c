@@ -3,6 +3,7 @@
  * vectorised form with arrays by step index. If Python raises an exception for an operation without a result, the
  * generated code gives IEEE's infinity or NaN. A choice between two values may have such a result in the value that is
  * not chosen. The preparation of parameters is always scalar, and also accepts the functions of arrays. */
+#include "generate/blocks/block_parts.h"
 #include "generate/languages/language.h"
 
 #define BLOCK(text) "\n\n" text "\n\n\n"
@@ -49,7 +50,67 @@ static const kmp_function_spelling functions[KMP_OP_COUNT] = {
                                 "        return c[0] + s*(c[1] + s*(c[2] + s*c[3]))\n"
                                 "    if d == 1:\n"
                                 "        return c[1] + s*(2*c[2] + s*(3*c[3]))\n"
-                                "    return 2*c[2] + s*(6*c[3]) if d == 2 else 6*c[3] if d == 3 else 0.0")}};
+                                "    return 2*c[2] + s*(6*c[3]) if d == 2 else 6*c[3] if d == 3 else 0.0")},
+    [KMP_OP_IMPLICIT] = {.definition = "$(newton)"}};
+
+/* -- implicit blocks ----------------------------------------------------------------------------------- */
+
+/* "rows=_M_C_block0_scan_rows, ": values by place of a part. */
+static void put_rows(const kmp_writer *w, const struct kmp_code_block *b, kmp_block_part part, const char *name)
+{
+    const kmp_place_values *rows = &b->rows[part];
+    const kmp_list_spelling *list = &w->language->numbers;
+    if (rows->width == 0)
+        return;
+    kmp_text_printf(w->text, "\n\n%s_%s_rows = [", name, kmp_block_part_names[part]);
+    for (int k = 0; k < b->block->candidates; k++) {
+        kmp_text_put(w->text, k > 0 ? ",\n    " : "");
+        for (int i = 0; i < rows->width; i++) {
+            kmp_list_item(w->text, list, i);
+            kmp_language_number(w->text, w->language, rows->rows[k * rows->width + i]);
+        }
+        kmp_list_end(w->text, list, rows->width);
+    }
+    kmp_text_put(w->text, "]\n");
+}
+
+/* ", lambda q: _M_C_block0_scan(scan, q)" for a part with its numbers of these arguments; None: the block lacks it. */
+static void put_part(kmp_text *text, const struct kmp_code_block *b, kmp_block_part part, const char *name)
+{
+    const char *word = kmp_block_part_names[part];
+    if (b->part[part].program)
+        kmp_text_printf(text, ", lambda q: %s_%s(%s, q)", name, word, word);
+    else
+        kmp_text_put(text, ", None");
+}
+
+static void put_block(const kmp_writer *w, const struct kmp_code_block *b, int number)
+{
+    const bool averages = b->block->averages;
+    kmp_text name = {0};
+    kmp_text_printf(&name, "_%s_block%d", w->routine->name, number);
+    for (int k = 0; name.s && k < KMP_BLOCK_PARTS; k++)
+        put_rows(w, b, (kmp_block_part)k, name.s);
+    kmp_text_printf(w->text, "\n\ndef %s(p):\n", name.s ? name.s : "");
+    for (int k = 0; k < KMP_BLOCK_PARTS; k++)
+        if (b->part[k].program)
+            kmp_text_printf(w->text, "    %s = %s_%s_prepare(p)\n", kmp_block_part_names[k], name.s ? name.s : "",
+                            kmp_block_part_names[k]);
+    kmp_text_printf(w->text, "    return %s(%d", averages ? "_average" : "_solve", b->block->unknowns);
+    if (averages)
+        kmp_text_printf(w->text, ", %s_guess_rows, %s_equations_rows", name.s ? name.s : "", name.s ? name.s : "");
+    else if (b->rows[KMP_PART_SCAN].width > 0)
+        kmp_text_printf(w->text, ", %s_scan_rows", name.s ? name.s : "");
+    else
+        kmp_text_put(w->text, ", None");
+    for (int k = 0; name.s && k < KMP_BLOCK_PARTS; k++)
+        if (!averages || b->part[k].program)
+            put_part(w->text, b, (kmp_block_part)k, name.s);
+    kmp_text_put(w->text, ")\n");
+    kmp_text_free_part(w->text, &name);
+}
+
+/* -- files ------------------------------------------------------------------------------------------- */
 
 static const char file[] =
     "$(banner)import bisect\nimport math\nimport operator\n\nimport numpy as np\n\n"
@@ -68,7 +129,7 @@ static const char file[] =
     "$(if delays)delay_names = $(delay names)\ndelay_places = $(delay places)\ndelay_given = $(delay given)\n$(end)"
     "$(if prepared)parameter_names = $(parameter names)\n"
     "parameter_values = $(values)\n$(end)"
-    "$(each routine)$(each table)_$(routine)_table$(table) = ($(x), $(y), $(pieces))\n$(end)$(end)"
+    "$(each shared table)_table$(shared table) = ($(x), $(y), $(pieces))\n$(end)"
     "\n\ndef _ieee(function, other):\n"
     "    def call(*x):\n"
     "        try:\n"
@@ -78,7 +139,7 @@ static const char file[] =
     "                return float(other(*x))\n"
     "    return call\n\n\n"
     "$(functions)\n"
-    "$(each routine)$(prepare)$(function)$(end)";
+    "$(each routine)$(blocks)$(prepare)$(function)$(end)";
 
 #define ZEROS                                                                                                          \
     "$(each array)    $(array) = np.zeros($(if columns)($(height), $(columns))$(end)$(if not columns)$(height)$(end))" \
@@ -107,7 +168,7 @@ const kmp_language kmp_language_python = {
     .comment_end = "",
     .mark = "#",
     .routine_mark = "   ",
-    .table_call = "_table(_$(routine)_table$(table), $(derivative), ",
+    .table_call = "_table(_table$(shared table), $(derivative), ",
     .functions = functions,
     .prepare = "\n\ndef $(routine)_prepare(p=parameter_values):\n"
                "    \"\"\"k from the parameters: once, whenever they have changed.\"\"\"\n"
@@ -115,6 +176,12 @@ const kmp_language kmp_language_python = {
     .function = HEAD "$(each read input)$(if is state)    $(argument) = np.asarray($(argument), "
                      "dtype=float).tolist()\n$(end)$(end)" ZEROS
                      "$(statements)    return $(each array)$(comma)$(array)$(end)\n",
+    .inner_prepare = "\n\ndef _$(routine)_prepare(p):\n    k = [0.0]*$(kept)\n$(statements)    return k\n",
+    .inner_function = "\n\ndef _$(routine)(k, q):\n$(each array)    $(array) = [0.0]*$(height)\n$(end)"
+                      "$(statements)    return $(each array)$(array)$(end)\n",
+    .block = put_block,
+    .solve = "    $(what) = _$(routine)_block$(number)([$(argument)])\n",
+    .newton = KMP_RUNTIME_NEWTON_PYTHON,
     .arrays = {.function = "\n\n# $(routine): $(size) values in $(steps) steps, $(group count) statements\n"
                            "_$(routine)_v = np.zeros($(size))\n"
                            "_$(routine)_v[:$(constant count)] = $(constants)\n"
@@ -122,7 +189,7 @@ const kmp_language kmp_language_python = {
                            "$(each input)$(if width)    v[$(first):$(last)] = $(argument)\n$(end)$(end)"
                            "$(if group count)    with np.errstate(all='ignore'):\n$(end)$(groups)" ZEROS
                            "$(scatter)    return $(each array)$(comma)$(array)$(end)\n",
-               .table = "[_table(_$(routine)_table$(table), $(derivative), x) for x in $(operands)]",
+               .table = "[_table(_table$(shared table), $(derivative), x) for x in $(operands)]",
                .range = "        v[$(first):$(last)] = ",
                .gather = "take(_$(routine)_$(what)$(number))",
                .signs = "_$(routine)_$(what)$(number)*",

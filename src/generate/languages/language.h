@@ -8,6 +8,7 @@
  */
 #pragma once
 
+#include "generate/runtime_files.h"
 #include "generate/source.h"
 
 typedef struct kmp_writer kmp_writer;
@@ -62,11 +63,13 @@ typedef struct kmp_language {
     const kmp_function_spelling *functions; /* by operation; NULL: these two */
     void (*call)(const kmp_writer *writer, kmp_op op);
     void (*define)(const kmp_writer *writer, kmp_op op);
-    const char *prepare, *function; /* of the parameters; of a routine */
+    const char *prepare, *function;             /* of the parameters; of a routine */
+    const char *inner_prepare, *inner_function; /* of the parts of blocks; NULL: those of routines */
     /* Implicit blocks: the function that solves one, after the functions of its parts; a call of it for $(argument),
      * which sets the array $(what). NULL: the language lacks them. */
     void (*block)(const kmp_writer *writer, const struct kmp_code_block *block, int number);
     const char *solve;
+    kmp_runtime_file newton;      /* what blocks are solved with */
     const char *part, *part_call; /* of a split function */
     kmp_array_spelling arrays;
     kmp_page pages[5], routine_pages[3]; /* up to the first without a text; the others for each routine */

@@ -3,7 +3,6 @@
 #include "generate/blocks/block_parts.h"
 #include "generate/languages/language.h"
 #include "generate/languages/levels.h"
-#include "generate/runtime_files.h"
 #include "generate/scalar.h"
 #include "generate/shared_tables.h"
 #include "symbolic/table_function.h"
@@ -188,12 +187,13 @@ static void put_prepare(const kmp_writer *w)
 /* Functions of the parts of a block. */
 static void put_part(const kmp_writer *w, const kmp_code_routine *part)
 {
+    const kmp_language *l = w->language;
     kmp_writer in = *w;
     in.routine = part;
     if (!part->program)
         return;
-    write_stage(&in, 0, w->language->prepare);
-    write_stage(&in, 1, w->language->function);
+    write_stage(&in, 0, l->inner_prepare ? l->inner_prepare : l->prepare);
+    write_stage(&in, 1, l->inner_function ? l->inner_function : l->function);
 }
 
 static void put_blocks(const kmp_writer *w)
@@ -380,7 +380,7 @@ static void put_runtime(const kmp_writer *w)
 
 static void put_newton(const kmp_writer *w)
 {
-    kmp_runtime_put(w->text, KMP_RUNTIME_NEWTON);
+    kmp_runtime_put(w->text, w->language->newton);
 }
 
 /* Between items of a list: nothing after a bracket or a blank. */
@@ -536,7 +536,6 @@ static void put_number(const kmp_writer *w, const char *word, size_t length)
                    {"columns or 1", a->cols ? a->cols : 1},
                    {"entries", a->rows * (a->cols ? a->cols : 1)},
                    {"has zeros", w->array && w->scalar && kmp_scalar_has_zeros(w->scalar, (int)(a - r->arrays))},
-                   {"table", w->table},
                    {"shared table", kmp_code_table_number(source, table_of(w))}, /* among those of all routines */
                    {"derivative", w->derivative},
                    {"points", table_of(w)->count},
@@ -604,10 +603,11 @@ static bool take_shared_table(kmp_writer *w, int k)
     return true;
 }
 
-static bool take_table(kmp_writer *w, int k)
+/* A shared table that the routine has, or one of its blocks. */
+static bool take_own_table(kmp_writer *w, int k)
 {
-    w->table = k;
-    return true;
+    const bool own = kmp_code_has_table(w->routine, w->source->tables[k]);
+    return take_shared_table(w, k) && own;
 }
 
 /* An argument, with its places in the vector of the vectorised form. */
@@ -652,7 +652,7 @@ static void repeat(const kmp_writer *w, const char *word, size_t length, const c
                  {"each written array", r ? r->array_count : 0, take_written_array},
                  {"each empty array", r ? r->array_count : 0, take_empty_array},
                  {"each shared table", w->source->table_count, take_shared_table},
-                 {"each table", r ? r->program->table_count : 0, take_table},
+                 {"each own table", r ? w->source->table_count : 0, take_own_table},
                  {"each input", KMP_ARGUMENTS, take_input},
                  {"each read input", KMP_ARGUMENTS, take_read_input},
                  {"each unread input", KMP_ARGUMENTS, take_unread_input},
