@@ -107,6 +107,21 @@ class Balance(unittest.TestCase):
 
 
 class SlowMode(unittest.TestCase):
+    def test_elastic_over_speed(self):
+        """The sweep follows one motion on elastic wheels from 0.5 m/s on: at 10 m/s it has the modes found there, and one mode begins to grow
+        near the speed of rigid wheels, with the worn wheel and without."""
+        rigid = kempe("modes", HERE / "bogie_on_rails.yaml", "--sweep", "speed=0.5:1:3")["locus"]["critical"]
+        self.assertEqual(len(rigid), 1)
+        for words in ((), ("--set", "worn=0")):
+            with self.subTest(words=words):
+                locus = kempe("modes", HERE / "bogie_track.yaml", "--sweep", "speed=0.5:20:40", *words)["locus"]
+                plain = kempe("modes", HERE / "bogie_track.yaml", *words)["eigenvalues"]
+                there = locus["eigenvalues"][locus["values"].index(10)]
+                for found, wanted in zip(sorted(there), sorted(plain), strict=True):
+                    self.assertLess(math.dist(found, wanted), 1e-6 * (1 + math.hypot(*wanted)))
+                self.assertEqual([mode["grows"] for mode in locus["critical"]], ["above"])
+                self.assertLess(abs(locus["critical"][0]["value"] / rigid[0]["value"] - 1), 0.2)
+
     def test_closed_form(self):
         """Frequency, and what of growth goes with the direction, are those of a stiff frame that two axles steer, with the yaw damper and
         without: within 0.23 % and 2.2 %, which is how axles roll on their cones, weight and spin, at 20 m/s masses."""

@@ -459,7 +459,7 @@ static void add_drives(kempe_model *m, const kmp_driven *driven)
         add_drive(m, driven->motion[k]);
 }
 
-/* The start keeps the chosen coordinates; the others begin at q and follow. */
+/* The start is q, and keeps the chosen coordinates. */
 static void set_start(kempe_model *m, const kmp_driven *driven)
 {
     int n = kmp_model_coordinates(m);
@@ -467,8 +467,7 @@ static void set_start(kempe_model *m, const kmp_driven *driven)
     for (int i = 0; hold && i < n; i++) {
         hold[i] = driven->hold[i];
         m->start.qd_given[i] = m->start.qd_given[i] && hold[i];
-        if (!hold[i])
-            m->start.q[i] = (kmp_number){.value = driven->q[i]};
+        m->start.q[i] = (kmp_number){.value = driven->q[i]};
     }
     m->start.hold = hold;
 }

@@ -40,7 +40,7 @@ typedef struct kmp_driven {
     const int *motion;
     const bool *hold; /* n: coordinates that the assembly of the start keeps, whose rates alone are given there; NULL:
                        * as in the model */
-    const double *q;  /* n: start values of all others */
+    const double *q;  /* n: start values, where `hold` is given */
 } kmp_driven;
 
 /** A model with further drives and another start: its own object, as that of kmp_variant_instance. */

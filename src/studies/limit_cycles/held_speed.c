@@ -3,6 +3,7 @@
  * keep the speed of the start, by a load that changes over the period. The equations are those of a copy of the model,
  * in which drives have these rates. */
 #include "base/memory.h"
+#include "constraints/closing/charts.h"
 #include "studies/limit_cycles/limit_cycles_study.h"
 #include <string.h>
 
@@ -55,6 +56,15 @@ static kempe_status check_tracks(const kempe_limit_cycles *c)
                     curved->name);
 }
 
+/* Some spherical joint has angles of another chart at the state of the family. */
+static bool is_turned(const kempe_limit_cycles *c)
+{
+    for (int k = 0; k < kmp_charts_count(c->system); k++)
+        if (!kmp_chart_is_own(c->family->state->chart, k))
+            return true;
+    return false;
+}
+
 /* The copy of the model: with drives, and unless `as_given` a start at which all independent coordinates keep their
  * values. */
 static kempe_status make_copy(kempe_limit_cycles *c, bool as_given)
@@ -64,8 +74,7 @@ static kempe_status make_copy(kempe_limit_cycles *c, bool as_given)
     KMP_TRY(kmp_made(c->system->context, hold));
     for (int k = 0; k < l->p; k++)
         hold[l->part.u[k]] = !is_held(c, l->part.u[k]);
-    const kmp_driven driven = {c->held, c->held_motion, as_given || c->system->chart_count > 0 ? NULL : hold,
-                               c->family->state->q};
+    const kmp_driven driven = {c->held, c->held_motion, as_given || is_turned(c) ? NULL : hold, c->family->state->q};
     KMP_TRY(kmp_variant_driven(c->system->model, &driven, &c->copy));
     return kempe_system_new(c->copy, &c->driven);
 }

@@ -8,8 +8,8 @@
 static kempe_status prepare(kmp_operating_family *s)
 {
     const kmp_operating_family_options *options = &s->options;
-    s->rates = KMP_ARENA_NEW(&s->arena, kmp_steady, s->base->n);
-    KMP_TRY(kmp_made(s->base->context, s->rates));
+    KMP_TRY(kmp_made(s->base->context, KMP_ARENA_MAKE(&s->arena, KMP_ROOM(kmp_steady, s->base->n, &s->rates),
+                                                      KMP_ROOM(double, s->base->n, &s->begun))));
     s->rate_count = options->rate_count;
     if (options->rate_count > 0)
         memcpy(s->rates, options->rates, (size_t)options->rate_count * sizeof *s->rates);
@@ -61,21 +61,27 @@ static bool moves(const kmp_operating *o)
     return false;
 }
 
-/* Takes the rates of the start at the value that varies, if those of a steady motion are found from it. *anew: the last
- * state is at rest, but the start moves now, so that a steady motion may be found. */
+/* Takes the rates of the start at the value that varies, if those of a steady motion are found from it. A rate that
+ * forces decide changes as that of the start: otherwise wheels would slide at another speed. *anew: the last state is
+ * at rest, but the start moves now, so that a steady motion may be found. */
 static kempe_status follow_start(kmp_operating_family *s, bool *anew)
 {
-    bool follows = s->rate_count == 0 && !moves(s->state);
+    const bool follows = s->rate_count > s->options.rate_count || (s->rate_count == 0 && !moves(s->state));
     *anew = false;
-    for (int i = s->options.rate_count; i < s->rate_count; i++)
-        follows = follows || s->rates[i].how == KMP_RATE_KEPT || s->rates[i].how == KMP_RATE_HELD;
     if (!s->variant || !follows)
         return KEMPE_OK;
     kmp_operating *start;
     KMP_TRY(kmp_operating_new(s->linear.system, "start", NULL, &start));
     *anew = s->rate_count == 0 && moves(start);
-    for (int i = s->options.rate_count; i < s->rate_count; i++)
-        s->rates[i].rate = start->inner_qd[s->rates[i].coordinate];
+    for (int i = s->options.rate_count; i < s->rate_count; i++) {
+        kmp_steady *found = &s->rates[i];
+        const double rate = start->inner_qd[found->coordinate], before = s->begun[found->coordinate];
+        if (found->how != KMP_RATE_FREED)
+            found->rate = rate;
+        else if (before != 0)
+            found->rate *= rate / before;
+    }
+    memcpy(s->begun, start->inner_qd, (size_t)s->base->n * sizeof *s->begun);
     kmp_operating_free(start);
     return KEMPE_OK;
 }
@@ -98,6 +104,7 @@ static kempe_status find_state(kmp_operating_family *s)
     kmp_operating_free(s->state);
     s->state = fresh;
     s->rate_count = s->options.rate_count;
+    memcpy(s->begun, fresh->inner_qd, (size_t)s->base->n * sizeof *s->begun);
     return settles ? settle(s, false) : KEMPE_OK; /* here, where the equations are derived already */
 }
 

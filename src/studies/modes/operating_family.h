@@ -32,7 +32,8 @@ typedef struct kmp_operating_family {
     kmp_arena arena;      /* of rates */
     kmp_steady *rates;    /* the current ones, also of a steady motion that was found; room for n */
     int rate_count;
-    bool brief; /* set by the caller: with delays the next modes need no bound */
+    double *begun; /* rates of the start at the last value (n), where an equilibrium is searched from it */
+    bool brief;    /* set by the caller: with delays the next modes need no bound */
 } kmp_operating_family;
 
 /** KEMPE_E_ARGUMENT: the quantity cannot be varied. */
