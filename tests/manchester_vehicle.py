@@ -1,15 +1,18 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """The coach of examples/manchester_vehicle through the command: loads, modes and critical speeds against its own linear equations, the
-wheel loads over a dip against linear springs, and forces in a curve against the balance of the whole coach.
+wheel loads over a dip and over a recorded track against linear springs, and forces in a curve against the balance of the whole coach.
 
     python3 tests/manchester_vehicle.py build/dev/kempe
 """
 import math
 import pathlib
+import subprocess
 import sys
 import tempfile
 import unittest
+
+import numpy as np
 
 sys.dont_write_bytecode = True
 import runs
@@ -19,7 +22,7 @@ HERE = ROOT / "examples/manchester_vehicle"
 sys.path.insert(0, str(HERE))
 import reference_manchester_vehicle as reference  # noqa: E402
 
-CONES, REAL, FAULTS, CURVE = (HERE / f"manchester_vehicle{name}.yaml" for name in ("_cones", "", "_faults", "_curve"))
+CONES, REAL, FAULTS, CURVE, RECORDED = (HERE / f"manchester_vehicle{name}.yaml" for name in ("_cones", "", "_faults", "_curve", "_recorded"))
 WHEELS = [side + axle for axle in "1234" for side in "LR"]
 HELD = ("y,yaw,roll,front_y,front_yaw,front_roll,front_lead_yaw,front_trail_y,front_trail_yaw,"
         "rear_y,rear_yaw,rear_roll,rear_lead_y,rear_lead_yaw,rear_trail_y,rear_trail_yaw")
@@ -112,6 +115,25 @@ class Faults(unittest.TestCase):
         """After a step of the track the coach runs in the new middle."""
         last = runs.simulated(FAULTS, "--t-end", 8, "--output-step", 0.1)[1][-1]
         self.assertLess(abs(last["q.y"] - 5e-3), 2e-4)
+
+
+class Recorded(unittest.TestCase):
+    def test_file(self):
+        """The recording is what its program writes."""
+        made = subprocess.run([sys.executable, HERE / "record_track.py"], capture_output=True, text=True, check=True).stdout
+        self.assertEqual(made, (HERE / "recorded_track.csv").read_text())
+
+    def test_loads(self):
+        """Wheel loads over a recorded track, mean of left and right: those of linear springs on its level, within 0.3 % of the load (rms; the
+        loads themselves change by 2.5 %) and 1.3 % at most."""
+        table = runs.simulated(RECORDED)[1]
+        known = reference.over_recorded(np.array([row["t"] for row in table]))
+        for axle in range(4):
+            found = np.array([row[f"guidance.L{axle + 1}.Q"] + row[f"guidance.R{axle + 1}.Q"] for row in table]) / 2 / reference.wheel_load()
+            off = (found - known[:, axle])[20:]            # after the start
+            self.assertGreater(found.std(), 0.024)
+            self.assertLess(off.std(), 3e-3)
+            self.assertLess(abs(off).max(), 0.013)
 
 
 class Curve(unittest.TestCase):

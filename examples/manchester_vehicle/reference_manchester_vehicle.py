@@ -262,10 +262,24 @@ def vertical():
 
 
 def over_dip(depth, speed=45.0):
-    """Smallest load over the static one of the wheels of each axle, where both rails dip as in manchester_vehicle_faults.yaml, by linear
-    springs and dampers: wheels follow the rails and roll without slip."""
+    """Smallest load over the static one of the wheels of each axle, where both rails dip as in manchester_vehicle_faults.yaml."""
     points = [-60, 0, 20, 30, *(40 + 0.375 * k for k in range(-10, 19)), 50, 60, 80, 150]
     rail = CubicSpline(points, [-depth * (1 - math.cos(2 * math.pi * (x - 40) / 3)) / 2 if 40 < x < 43 else 0.0 for x in points])
+    return over(rail, np.arange(0, 2.0, 5e-4), speed).min(axis=0)
+
+
+def over_recorded(times, begin=12.0, speed=45.0):
+    """Loads over the static one of each axle on the level of recorded_track.csv, which begins at this place."""
+    with (pathlib.Path(__file__).parent / "recorded_track.csv").open() as file:
+        record = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    way, level = (np.array([float(row[name]) for row in record]) for name in ("s", "level"))
+    rail = CubicSpline(np.concatenate([[-80, -40, -20], way, way[-1] + [20, 40, 80]]) + begin, np.pad(level / 1000, 3))
+    return over(rail, times, speed)
+
+
+def over(rail, times, speed):
+    """Loads over the static one of the wheels of each axle at `times`, mean of left and right, by linear springs and dampers: wheels follow
+    a level over the way, and roll without slip."""
     coach, axles = Coach(), range(3, 7)
     M, C, K = coach.M.copy(), coach.C, coach.K
     free = [6 * k + j for k in range(3) for j in (0, 2, 4)] + [6 * k for k in axles]
@@ -281,7 +295,6 @@ def over_dip(depth, speed=45.0):
         w, wd, _ = lead(t)
         return np.concatenate([u[13:], np.linalg.solve(m, -c @ u[13:] - k @ u[:13] - c_led @ wd - k_led @ w)])
 
-    times = np.arange(0, 2.0, 5e-4)
     found = solve_ivp(rates, (0, times[-1]), np.zeros(26), rtol=1e-8, atol=1e-10, max_step=2e-3, t_eval=times).y
     change = np.empty((len(times), 4))
     for i, t in enumerate(times):
@@ -289,7 +302,7 @@ def over_dip(depth, speed=45.0):
         u, ud = found[:13, i], found[13:, i]
         change[i] = (AXLE[0] * wdd + C[np.ix_(led, free)] @ ud + K[np.ix_(led, free)] @ u + C[np.ix_(led, led)] @ wd
                      + K[np.ix_(led, led)] @ w) / 2
-    return 1 + change.min(axis=0) / wheel_load()
+    return 1 + change / wheel_load()
 
 
 if __name__ == "__main__":

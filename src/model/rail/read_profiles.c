@@ -8,22 +8,6 @@
 
 enum { LEAST_POINTS = 4 };
 
-static bool read_unit(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_unit *unit)
-{
-    const kmp_yaml *node = kmp_yaml_get(map, "unit");
-    *unit = (kmp_unit){1, 1, KMP_DIM_LENGTH, 0};
-    if (!node)
-        return true;
-    const char *word = kmp_read_word(r, node, kmp_reader_say(r, "unit of %s", what));
-    if (word && !kmp_yaml_get(map, "csv"))
-        return kmp_reader_complain(
-            r, node->place,
-            "%s: a unit applies to the columns of a CSV file; numbers of the model file have their own units", what);
-    if (word && (!kmp_unit_find(word, strlen(word), unit) || !kmp_dimension_fits(unit->dimension, KMP_DIM_LENGTH)))
-        return kmp_reader_complain(r, node->place, "%s: the unit must be a length such as mm, not '%s'", what, word);
-    return word;
-}
-
 /* A height over each y: y ascends, or descends, from the first point to the last. */
 static bool check_order(const kmp_points *p)
 {
@@ -131,7 +115,7 @@ static void read_profile(kmp_reader *r, const kmp_yaml *map, kmp_profile *profil
     kmp_unit unit;
     if (!kmp_read_map(r, map, p.what, keys))
         return;
-    bool good = read_unit(r, map, p.what, &unit);
+    bool good = kmp_read_column_unit(&p, KMP_DIM_LENGTH, "a length such as mm", &unit);
     if (!check_source(&p, file) || !(file ? kmp_read_profile_file(&p, file) : kmp_read_points(&p)) || !good ||
         !check_points(&p))
         return;

@@ -201,6 +201,23 @@ void kmp_points_reverse(kmp_points *p)
     }
 }
 
+bool kmp_read_column_unit(const kmp_points *p, kmp_dimension dimension, const char *so, kmp_unit *unit)
+{
+    kmp_reader *r = p->r;
+    const kmp_yaml *node = kmp_yaml_get(p->map, "unit");
+    *unit = (kmp_unit){1, 1, dimension, 0};
+    if (!node)
+        return true;
+    const char *word = kmp_read_word(r, node, kmp_reader_say(r, "unit of %s", p->what));
+    if (word && !kmp_yaml_get(p->map, "csv"))
+        return kmp_reader_complain(
+            r, node->place,
+            "%s: a unit applies to the columns of a CSV file; numbers of the model file have their own units", p->what);
+    if (word && (!kmp_unit_find(word, strlen(word), unit) || !kmp_dimension_fits(unit->dimension, dimension)))
+        return kmp_reader_complain(r, node->place, "%s: the unit must be %s, not '%s'", p->what, so, word);
+    return word;
+}
+
 bool kmp_read_points(kmp_points *p)
 {
     return kmp_yaml_get(p->map, "csv") ? read_csv(p) : read_lists(p);

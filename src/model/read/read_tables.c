@@ -103,8 +103,12 @@ static void read_table(kmp_reader *r, const kmp_yaml *map, kmp_named_table *tabl
         read_surface(r, map, p.what, linear, table);
         return;
     }
-    if (!kmp_read_points(&p) || !check_points(&p, map->place))
+    kmp_unit unit;
+    bool good = kmp_read_column_unit(&p, KMP_DIM_ANY, "one of the units of the model language", &unit);
+    if (!kmp_read_points(&p) || !good || !check_points(&p, map->place))
         return;
+    for (int k = 0; k < p.count; k++)
+        p.y[k] = p.y[k] * unit.factor / unit.divisor;
     table->table = kmp_table_new(linear ? KMP_TABLE_LINEAR : KMP_TABLE_CUBIC, p.count, p.x, p.y);
     if (!table->table)
         r->scratch.failed = true;

@@ -315,6 +315,10 @@ typedef struct kmp_points {
 /** Reads the points; members up to `dimension` are set by the caller. False after an error. */
 bool kmp_read_points(kmp_points *p);
 
+/** Reads `unit`, of the columns of a CSV file: of this dimension, which an error calls so. Without it: SI. False after
+ * an error. */
+bool kmp_read_column_unit(const kmp_points *p, kmp_dimension dimension, const char *so, kmp_unit *unit);
+
 /** Turns the order of the points round. */
 void kmp_points_reverse(kmp_points *p);
 
