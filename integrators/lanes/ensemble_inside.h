@@ -439,6 +439,9 @@ void kmp_lanes_sample(kmp_engine *e, const kmp_pool *pool, int point, const doub
  * measured. */
 bool kmp_lane_pass(kmp_engine *e, const kmp_pool *pool, size_t lane);
 
+/** False: the interpolant of a lane is less exact than its step, where a run would integrate anew. */
+bool kmp_lane_is_exact(const kmp_engine *e, size_t lane);
+
 /** Takes the step of a lane that is about to be accepted into account, up to t. false: some state within it is not
  * available. */
 bool kmp_lane_measure(kmp_engine *e, kmp_pool *pool, size_t lane, double t);

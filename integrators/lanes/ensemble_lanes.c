@@ -640,6 +640,24 @@ static bool watch_conditions(kmp_engine *e, kmp_pool *pool, const kmp_lane_watch
     return true;
 }
 
+/* Takes a step into the account of its instance. A step without exact states between its ends is left to a separate run
+ * from its beginning; an account that has some of its states is made anew by a run from the start. */
+static outcome measure_one(kmp_engine *e, kmp_pool *pool, size_t l, double end, bool bad, outcome what)
+{
+    kmp_lane_room *room = &e->room;
+    if (what == TAKEN && (bad || !kmp_lane_is_exact(e, l))) {
+        e->instances[room->who[l]].again = false;
+        room->h[l] = room->step[l];
+        expel(e, l, KMP_LANE_NO_STATES);
+        return EMPTY;
+    }
+    if (!bad && kmp_lane_measure(e, pool, l, end))
+        return what;
+    kmp_instance_leave(e, room->who[l], KMP_LANE_NO_STATES);
+    empty(room, l);
+    return EMPTY;
+}
+
 /* Takes the accepted steps into the accounts of their instances; `searched`: lanes whose stages of the dense output are
  * counted, NULL: these are not known. */
 static void measure(kmp_engine *e, kmp_pool *pool, const bool *searched, outcome *what)
@@ -659,11 +677,8 @@ static void measure(kmp_engine *e, kmp_pool *pool, const bool *searched, outcome
             continue;
         e->results[room->who[l]].rhs += searched && searched[l] ? 0 : 3;
         double end = what[l] == EVENT ? room->event[l] : room->t_new[l];
-        if (!(end > room->t[l]) || (!bad && kmp_lane_measure(e, pool, l, end)))
-            continue;
-        kmp_instance_leave(e, room->who[l], KMP_LANE_NO_STATES);
-        empty(room, l); /* a run from the start makes its account anew */
-        what[l] = EMPTY;
+        if (end > room->t[l])
+            what[l] = measure_one(e, pool, l, end, bad, what[l]);
     }
 }
 

@@ -357,8 +357,7 @@ static bool lane_part(void *user, int halvings, int index, double *piece)
     return true;
 }
 
-/* false: the interpolant of a lane is less exact than the step, where a run would integrate anew. */
-static bool is_exact(const kmp_engine *e, size_t l)
+bool kmp_lane_is_exact(const kmp_engine *e, size_t l)
 {
     const kmp_lane_room *room = &e->room;
     const double *last = e->measuring->wide[VECTORS - 1];
@@ -395,7 +394,7 @@ bool kmp_lane_measure(kmp_engine *e, kmp_pool *pool, size_t l, double t)
     step.channels = lane_channels;
     step.user = &in;
     kmp_within_begin(e, pool, l);
-    bool good = is_exact(e, l) && kmp_account_step(m->q, account_of(e, i), m->room, &step);
+    bool good = kmp_lane_is_exact(e, l) && kmp_account_step(m->q, account_of(e, i), m->room, &step);
     kmp_within_end(e);
     return good;
 }
