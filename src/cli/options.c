@@ -227,6 +227,8 @@ static const option options[] = {
      "parameter, or start value q.NAME or qd.NAME, swept from A to B: the modes are tracked"},
     {CLI_MODES, IN_OUTPUT, "orders", TEXT(modes.orders), "X,..",
      "order lines of the diagram: frequency = X * swept value / (2 pi)"},
+    {CLI_MODES, IN_OUTPUT, "highest", VALUE(NUMBER, modes.highest), "X",
+     "draw eigenvalues up to this frequency, Hz: in size at most 2 pi X (default: all)"},
     {CLI_CYCLES, IN_MODEL, "sweep", TEXT(cycles.sweep), "NAME=A:B:N",
      "parameter from A to B: branches of cycles are followed, and pass N values (default: 31)"},
     {CLI_CYCLES, IN_MODEL, "outputs", TEXT(cycles.outputs), "OUTPUT,..",

@@ -135,6 +135,7 @@ static void put_locus(kmp_json *json, const kempe_modes *m)
     kmp_json_put(json, "locus { name %s unit %s factor %.17g", m->name, as.unit, as.factor);
     kmp_json_rounded_numbers(json, "values", l->reached, l->value, 9);
     kmp_json_rounded_numbers(json, "orders", m->order_count, m->order, 6);
+    kmp_json_put(json, "highest %.9g", m->highest);
     put_rows(json, "re", l, l->re);
     put_rows(json, "im", l, l->im);
     kmp_json_array(json, "critical");

@@ -1178,6 +1178,11 @@ class Modes(Case):
         drawn = [path.get("class") for path in picture.iter("{http://www.w3.org/2000/svg}path")]
         self.assertEqual([drawn.count(name) for name in ("curve", "cross", "critical", "order")], [8, 2, 1, 2])
         self.assertNotIn("real ones as far as", (self.folder / "v.svg").read_text())
+        self.expect(0, "modes", self.WHEELSET, *words[:2], "--highest", 7, "--svg", "low.svg", "--report", "low.html")
+        low = ElementTree.parse(self.folder / "low.svg").getroot()
+        drawn = [path.get("class") for path in low.iter("{http://www.w3.org/2000/svg}path")]
+        self.assertEqual([drawn.count(name) for name in ("curve", "cross")], [4, 2])
+        self.assertIn('"highest":43.98', (self.folder / "low.html").read_text().replace(" ", ""))
 
     def test_steady(self):
         """A governor goes round; what varies is called by the rate."""
@@ -1200,7 +1205,7 @@ class Modes(Case):
     def test_mistakes(self):
         for words, told in ((["--at", "strat"], "'strat'"), (["--sweep", "tire=1:2"], "did you mean 'tyre'?"),
                             (["--sweep", "tyre=1"], "two ends"), (["--svg", "x.svg"], "--sweep"), (["--rates", "hub=1"], "'hub'"), (["--independent", "hub"], "'hub'"),
-                            (["--sweep", "tyre=1:2", "--orders", "a"], "'a'")):
+                            (["--sweep", "tyre=1:2", "--orders", "a"], "'a'"), (["--highest", "-3"], "positive")):
             self.assertIn(told, self.expect(3, "modes", self.CAR, *words).stderr)
         free = self.model("kempe: 1\ngravity: [0, -9.81, 0]\nbodies: {a: {joint: {prismatic: y, at: ground}, mass: 1}}\n")
         self.assertIn("'a'", self.expect(1, "modes", free).stderr)

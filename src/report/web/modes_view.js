@@ -113,7 +113,7 @@ function beginPicture() {
 
 /* Distant real eigenvalues are cut off, so that the others remain visible. */
 function leftOf(datasets) {
-    const points = datasets.flatMap((set) => set.data), top = Math.max(0, ...points.map((p) => p.y));
+    const points = datasets.flatMap((set) => set.data), top = Math.max(0, ...points.map((p) => p.y || 0));
     const far = Math.min(-3 * top, ...points.filter((p) => p.y > 0).map((p) => p.x));
     return top > 0 && points.some((p) => p.x < far) ? { min: far } : {};
 }
@@ -123,12 +123,15 @@ function plot(id, datasets, across, up, label) {
     drawPlot(id, datasets, { x: axis(across, id === "plane" ? leftOf(datasets) : {}), y: axis(up, { min: 0 }) }, label);
 }
 
+/* The eigenvalue is not above the highest frequency that was asked for. */
+const isDrawn = (re, im) => !data.locus || !isNumber(data.locus.highest) || Math.hypot(re, im) <= data.locus.highest;
+
 /* A curve for each eigenvalue; `point` gives its drawn value, null for none. */
 function branches(point) {
     const locus = data.locus;
     if (!locus) return [];
     return locus.re[0].map((first, b) => ({
-        data: locus.values.map((value, k) => point(value, locus.re[k][b], Math.abs(locus.im[k][b]), b)).filter((p) => p),
+        data: locus.values.map((value, k) => (isDrawn(locus.re[k][b], locus.im[k][b]) ? point(value, locus.re[k][b], Math.abs(locus.im[k][b]), b) : null)).filter((p) => p),
         borderColor: curveColour(b >> 1),
         backgroundColor: curveColour(b >> 1),
         borderWidth: 2,
@@ -142,7 +145,7 @@ const marks = (points) => ({ data: points, showLine: false, pointStyle: "crossRo
 /* The modes of the list; the chosen one larger. */
 function dots(point) {
     return {
-        data: data.modes.map((mode, k) => ({ ...point(mode, k), mode: k })),
+        data: data.modes.map((mode, k) => (isDrawn(mode.re, mode.im) ? { ...point(mode, k), mode: k } : { x: NaN, y: NaN, mode: k })),
         showLine: false,
         pointStyle: "circle",
         pointRadius: data.modes.map((mode, k) => (k === chosen ? 8 : 4.5)),
@@ -159,7 +162,7 @@ function words(item) {
 }
 
 function drawCampbell() {
-    const locus = data.locus, top = Math.max(...locus.im.flat().map(Math.abs)) / TAU;
+    const locus = data.locus, top = Math.max(0, ...locus.im.flatMap((row, k) => row.filter((im, b) => isDrawn(locus.re[k][b], im)).map(Math.abs))) / TAU;
     const sets = branches((value, re, im) => (im > 0 ? { x: shownValue(value), y: im / TAU, words: `${namedValue(value)}: ${digits(im / TAU)} Hz, ${digits(re)} 1/s` } : null));
     sets.push(marks(locus.critical.map((c) => ({ x: shownValue(c.value), y: c.im / TAU, words: `critical: ${namedValue(c.value)}, ${digits(c.im / TAU)} Hz` }))));
     for (const order of locus.orders) {

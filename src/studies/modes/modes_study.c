@@ -7,6 +7,7 @@
 #include "derivatives/sampled_motion.h"
 #include "dynamics/load_dependent.h"
 #include "model/tables/coordinates.h"
+#include <math.h>
 #include <string.h>
 
 enum { USUAL_VALUES = 61, MOST_VALUES = 100000 };
@@ -27,6 +28,14 @@ static kempe_status read_orders(kempe_modes *m, const char *text)
         text += length + (text[length] == ',');
     }
     return KEMPE_OK;
+}
+
+static kempe_status read_highest(kempe_modes *m, double frequency)
+{
+    m->highest = frequency > 0 ? 2 * acos(-1) * frequency : INFINITY;
+    return frequency >= 0 ? KEMPE_OK
+                          : kmp_fail(m->system->context, KEMPE_E_ARGUMENT,
+                                     "the highest frequency of pictures must be positive, not %g Hz", frequency);
 }
 
 static kempe_status here(kempe_modes *m, const kmp_operating_family_options *options)
@@ -181,6 +190,7 @@ static kempe_status make(kempe_modes *m, const kempe_modes_options *options)
     KMP_TRY(kmp_made(m->system->context, wish));
     KMP_TRY(kmp_coordinates_read(m->system->model, "--independent", options->independent, wish, &at.wish_count));
     KMP_TRY(read_orders(m, options->orders));
+    KMP_TRY(read_highest(m, options->highest));
     KMP_TRY(rates ? kmp_ranges_read(m->system->context, rates, &ranges) : KEMPE_OK);
     kmp_steady *list;
     kempe_status status = kmp_steady_take(m->system->model, &ranges, &m->arena, &varies, &list);

@@ -25,6 +25,7 @@ struct kempe_modes {
     kmp_locus locus;
     double order[KMP_MOST_ORDERS];
     int order_count;
+    double highest; /* modulus of drawn eigenvalues, rad/s; INFINITY: all */
     double cpu_s;
 };
 

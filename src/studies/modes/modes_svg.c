@@ -11,7 +11,7 @@ enum { WIDTH = 524, HEIGHT = 400 };
 /* Extent of the plane to the left, relative to its height. */
 #define FAR 3
 
-/* The drawn point of an eigenvalue: in the plane, or a frequency over the value; NaN: none. */
+/* The drawn point of an eigenvalue: in the plane, or a frequency over the value; NaN: none, as beyond the highest. */
 typedef struct drawn {
     double x, y;
 } drawn;
@@ -27,7 +27,8 @@ typedef drawn point_fn(const kempe_modes *m, int k, int branch);
 static drawn in_plane(const kempe_modes *m, int k, int branch)
 {
     ptrdiff_t at = branch + (ptrdiff_t)k * m->locus.count;
-    return (drawn){m->locus.re[at], fabs(m->locus.im[at])};
+    const double re = m->locus.re[at], im = fabs(m->locus.im[at]);
+    return hypot(re, im) <= m->highest ? (drawn){re, im} : (drawn){NAN, NAN};
 }
 
 static drawn over_value(const kempe_modes *m, int k, int branch)
@@ -43,9 +44,19 @@ static void reach_branches(kmp_plot *p, const kempe_modes *m, point_fn *point)
             kmp_plot_reach(p, point(m, k, b).x, point(m, k, b).y);
 }
 
+static bool is_drawn(const kempe_modes *m, int branch, point_fn *point)
+{
+    for (int k = 0; k < m->locus.reached; k++)
+        if (isfinite(point(m, k, branch).y))
+            return true;
+    return false;
+}
+
 static void put_branches(kmp_plot *p, const kempe_modes *m, point_fn *point)
 {
     for (int b = 0; b < m->locus.count; b++) {
+        if (!is_drawn(m, b, point))
+            continue;
         const char *colour = kmp_plot_colour(b / 2);
         drawn first = point(m, 0, b);
         kmp_curve_begin(p, "curve", colour);
