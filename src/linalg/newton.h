@@ -28,7 +28,7 @@ static inline double kmp_newton_largest(int n, const double *x)
 {
     double size = 0;
     for (int i = 0; i < n; i++)
-        size = fabs(x[i]) <= size ? size : fabs(x[i]); /* NaN stays */
+        size = fabs(x[i]) <= size || isnan(size) ? size : fabs(x[i]); /* NaN stays */
     return size;
 }
 
@@ -101,7 +101,7 @@ static inline bool kmp_newton_is_final(double step, double before, double size)
 static inline void kmp_newton_grow(int n, const double *y, double *size)
 {
     for (int i = 0; i < n; i++)
-        size[i] = fabs(y[i]) <= size[i] ? size[i] : fabs(y[i]); /* NaN stays */
+        size[i] = fabs(y[i]) <= size[i] || isnan(size[i]) ? size[i] : fabs(y[i]); /* NaN stays */
 }
 
 /* The greatest step of an unknown relative to its own size: unknowns may have different units. */

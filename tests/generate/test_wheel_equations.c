@@ -114,13 +114,13 @@ static const char unknowns[] =
     "  one: {of: {a: 0.1}, zero: a + sin(a) - 0.5*q(A)}\n"
     "  pair: {of: {b: 1, c: 0}, zero: [\"b^2 + c^2 - 1 - a^2\", \"c - 0.5*b - 0.1*q(B)\"]}\n"
     "  three: {of: {d: 1, e: 0, f: 1}, zero: [\"d + e*f - 1 - a\", \"e - 0.3*sin(d + q(A))\", \"f^3 + f - 2 - e\"]}\n"
-    "  far: {of: {g: 20}, zero: log(g) - 0.1*q(B)}\n"
+    "  far: {of: {g: 20, h: 0}, zero: [\"log(g) - 0.1*q(B)\", h - 0.025*g]}\n"
     "bodies:\n"
     "  a: {joint: {name: A, revolute: z, at: ground}, mass: 1, com: [0.3, 0, 0], inertia: {zz: 0.1}, points: {P: [1, "
     "0, "
     "0]}}\n"
     "  b: {joint: {name: B, revolute: z, at: a.P}, mass: 2, com: [0.2, 0.1, 0], inertia: {zz: 0.1}}\n"
-    "forces: {m: {joint: A, torque: \"(1 N*m)*(a + b*c + d*e*f + g)\"}}\n"
+    "forces: {m: {joint: A, torque: \"(1 N*m)*(a + b*c + d*e*f + g + h)\"}}\n"
     "start: {q: {A: 0.4, B: -0.3}}\n";
 
 static void try_model(const kempe_model *model)

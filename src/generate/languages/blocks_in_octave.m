@@ -3,11 +3,9 @@
 % take and return rows.
 
 function size = kempe_largest(x)
-    size = 0;
-    for y = abs(x)
-        if ~(y <= size)
-            size = y;
-        end
+    size = max(abs(x));
+    if any(isnan(x))
+        size = NaN;
     end
 end
 

@@ -8,7 +8,7 @@ _logarithm = _ieee(math.log, np.log)
 def _largest(x):
     size = 0.0
     for y in x:
-        size = size if abs(y) <= size else abs(y)
+        size = size if abs(y) <= size or size != size else abs(y)
     return size
 
 
