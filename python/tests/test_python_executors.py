@@ -255,7 +255,7 @@ def programs():
             yield pytest.param(textwrap.dedent(block[0]), id=part.splitlines()[0])
 
 
-@pytest.mark.parametrize("program", programs())
+@pytest.mark.parametrize("program", list(programs()))
 def test_page(program, tmp_path):
     """Every recipe is a program."""
     for package in re.findall(r"^(?:import|from) (\w+)", program, re.M):
