@@ -26,3 +26,9 @@ typedef int64_t kmp_eight_mask __attribute__((vector_size(64), aligned(8), may_a
 #define KMP_FOUR_ALL(value) ((value) + (kmp_four){0})
 /** `yes` in the lanes of the mask, `no` in the others. */
 #define KMP_FOUR_SELECT(mask, yes, no) ((kmp_four)(((mask) & (kmp_four_mask)(yes)) | (~(mask) & (kmp_four_mask)(no))))
+/** Four of the eight lanes of x and y, by their numbers. */
+#ifdef __clang__
+#define KMP_FOUR_OF(x, y, a, b, c, d) __builtin_shufflevector(x, y, a, b, c, d)
+#else
+#define KMP_FOUR_OF(x, y, a, b, c, d) __builtin_shuffle(x, y, (kmp_four_mask){a, b, c, d})
+#endif

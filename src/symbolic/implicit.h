@@ -88,3 +88,6 @@ double *kmp_solving_arguments(kmp_solving *solving);
 /** An unknown for the current arguments. It depends on them alone: earlier solutions are kept for equal arguments,
  * never used as starting values. */
 double kmp_solving_value(kmp_solving *solving, int component);
+
+/** Another unknown for the arguments of the last call of kmp_solving_value. */
+double kmp_solving_component(const kmp_solving *solving, int component);

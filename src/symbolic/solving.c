@@ -225,12 +225,17 @@ static inline bool is_of(const kmp_solving *s, size_t k)
     return count == 0 || (memcmp(s->p, kept, sizeof *kept) == 0 && memcmp(s->p, kept, count * sizeof *kept) == 0);
 }
 
+double kmp_solving_component(const kmp_solving *s, int component)
+{
+    return s->component[(size_t)s->last * (size_t)s->block->unknowns + (size_t)component];
+}
+
 double kmp_solving_value(kmp_solving *s, int component)
 {
     size_t arguments = (size_t)s->block->arguments, unknowns = (size_t)s->block->unknowns;
     size_t k = (size_t)s->last, known = (size_t)s->known;
     if (known > 0 && is_of(s, k)) /* another component of the last one */
-        return s->component[k * unknowns + (size_t)component];
+        return kmp_solving_component(s, component);
     for (k = 0; k < known && !is_of(s, k);)
         k++;
     if (k == known) {
@@ -241,5 +246,5 @@ double kmp_solving_value(kmp_solving *s, int component)
         s->next = (s->next + 1) % KEPT;
     }
     s->last = (int)k;
-    return s->component[k * unknowns + (size_t)component];
+    return kmp_solving_component(s, component);
 }

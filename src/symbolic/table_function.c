@@ -7,6 +7,7 @@
 #include "base/memory.h"
 #include "base/simd4.h"
 #include "base/spline.h"
+#include <immintrin.h>
 #include <kempe/runtime.h>
 #include <math.h>
 #include <string.h>
@@ -73,10 +74,11 @@ static int part_of(const kmp_table *t, double x)
 
 static void make_parts(kmp_table *t)
 {
-    for (int part = 0, before = 0, knot = 0; part <= last_part(t); part++, before = knot) {
+    t->knot[0] = 0;
+    for (int part = 0, knot = 0; part <= last_part(t); part++) {
         while (knot < t->count - 2 && part_of(t, t->x[knot + 1]) <= part)
             knot++;
-        t->part[part] = (kmp_table_part){t->x[knot], before, knot - before};
+        t->knot[part + 1] = knot;
     }
 }
 
@@ -89,7 +91,7 @@ kmp_table *kmp_table_new(kmp_table_method method, int count, const double *x, co
     t->count = count;
     KMP_ARENA_MAKE(&t->arena, KMP_ROOM(atomic_int, 1, &t->owns), KMP_ROOM(double, count, &t->x, &t->y));
     t->piece = kmp_arena_alloc(&t->arena, (size_t)count, sizeof *t->piece);
-    t->part = KMP_ARENA_NEW(&t->arena, kmp_table_part, last_part(t) + 1);
+    t->knot = KMP_ARENA_NEW(&t->arena, int, last_part(t) + 2);
     if (!t->arena.failed) {
         atomic_init(t->owns, 1);
         memcpy(t->x, x, (size_t)count * sizeof *x);
@@ -135,9 +137,9 @@ bool kmp_table_is_of(const kmp_table *table, kmp_table_method method, int count,
 /* -- reading --------------------------------------------------------------------------------------- */
 
 /* The last knot but one that is not right of x, of those of a part. Mostly one knot is tested. */
-static inline int find_knot(const kmp_table *t, const kmp_table_part *part, double x)
+static inline int find_knot(const kmp_table *t, int part, double x)
 {
-    int low = part->knot, high = low + part->more;
+    int low = t->knot[part], high = t->knot[part + 1];
     while (high - low > 1) {
         int middle = low + (high - low) / 2;
         if (t->x[middle] <= x)
@@ -145,13 +147,13 @@ static inline int find_knot(const kmp_table *t, const kmp_table_part *part, doub
         else
             high = middle;
     }
-    return t->x[high] <= x ? high : low;
+    return low + (-(t->x[high] <= x) & (high - low)); /* without a jump, which nothing would predict */
 }
 
 /* The same for x between the ends. */
 static inline int find_piece(const kmp_table *t, double x)
 {
-    return find_knot(t, t->part + part_of(t, x), x);
+    return find_knot(t, part_of(t, x), x);
 }
 
 double kmp_table_value(const kmp_table *t, int derivative, double x)
@@ -197,42 +199,85 @@ void kmp_table_bounds(const kmp_table *t, int derivative, double from, double to
         include_piece(t->piece[k], derivative, fmax(from - t->x[k], 0), fmin(to, t->x[k + 1]) - t->x[k], low, high);
 }
 
-/* Finds pieces; beyond the ends and for NaN any piece will do. Several candidate knots are bisected. */
+/* Pieces of points, of which some are in parts of several knots. */
+static void bisect(const kmp_table *t, int n, double sign, const double *x, int *piece)
+{
+    for (int k = 0; k < n; k++) {
+        const double far = (sign * x[k] - t->x[0]) * t->per_length, low = far >= 0 ? far : 0;
+        piece[k] = find_knot(t, (int)(low < last_part(t) ? low : last_part(t)), sign * x[k]);
+    }
+}
+
+/* Finds pieces; beyond the ends and for NaN any piece will do. */
 KMP_CLONES static void find(const kmp_table *t, int n, double sign, const double *x, int *piece)
 {
-    const double first = t->x[0], most = last_part(t), scale = t->per_length;
-    const kmp_table_part *parts = t->part;
+    const double first = t->x[0], most = last_part(t), scale = t->per_length, *const at_knot = t->x;
+    const int *const knot = t->knot;
     for (int k = 0; k < n; k += KMP_FOUR) {
         const kmp_four at = sign * KMP_FOUR_CONST(x + k), far = (at - first) * scale;
         const kmp_four low = KMP_FOUR_SELECT(far >= 0, far, (kmp_four){0});
         const kmp_four part = KMP_FOUR_SELECT(low < most, low, KMP_FOUR_ALL(most));
         int knots = 0;
 #pragma GCC unroll 4
-        for (int l = 0; l < KMP_FOUR; l++) { /* without jumps, which nothing would predict */
-            const kmp_table_part *in = parts + (int)part[l];
-            piece[k + l] = in->knot + (-(in->last <= at[l]) & in->more);
-            knots |= in->more;
+        for (int l = 0; l < KMP_FOUR; l++) {
+            const int *in = knot + (int)part[l], more = in[1] - in[0];
+            piece[k + l] = in[0] + (-(at_knot[in[1]] <= at[l]) & more);
+            knots |= more;
         }
-        for (int l = 0; knots > 1 && l < KMP_FOUR; l++)
-            piece[k + l] = find_knot(t, parts + (int)part[l], at[l]);
+        if (knots > 1)
+            bisect(t, KMP_FOUR, sign, x + k, piece + k);
     }
 }
 
-/* Values in four pieces; `derivative` is a compile-time constant, here and below. */
-static KMP_INTO_CLONES void within(const kmp_table *t, int derivative, const kmp_four *at, const int *p, kmp_four *y)
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(KMP_NO_AVX512)
+/* The same by gathers, for registers of eight doubles. */
+KMP_FUSED_EIGHTS static void find_in_eights(const kmp_table *t, int n, double sign, const double *x, int *piece)
 {
-    const double *c[KMP_FOUR] = {t->piece[p[0]], t->piece[p[1]], t->piece[p[2]], t->piece[p[3]]};
-    const kmp_four s = *at - (kmp_four){t->x[p[0]], t->x[p[1]], t->x[p[2]], t->x[p[3]]};
-    const kmp_four c0 = {c[0][0], c[1][0], c[2][0], c[3][0]}, c1 = {c[0][1], c[1][1], c[2][1], c[3][1]};
-    const kmp_four c2 = {c[0][2], c[1][2], c[2][2], c[3][2]}, c3 = {c[0][3], c[1][3], c[2][3], c[3][3]};
+    const __m512d most = _mm512_set1_pd(last_part(t)), first = _mm512_set1_pd(t->x[0]), signs = _mm512_set1_pd(sign);
+    const __m512d scale = _mm512_set1_pd(t->per_length);
+    const __m512i low_half = _mm512_set1_epi64(0xffffffff);
+    for (int k = 0; k < n; k += 8) {
+        const __m512d at = _mm512_mul_pd(signs, _mm512_loadu_pd(x + k));
+        const __m512d far = _mm512_mul_pd(_mm512_sub_pd(at, first), scale);
+        const __m512d part = _mm512_min_pd(_mm512_max_pd(far, _mm512_setzero_pd()), most);
+        const __m256i in = _mm512_cvttpd_epi32(part);
+        const __m512i knots = _mm512_i32gather_epi64(in, t->knot, 4);
+        const __m512i after = _mm512_srli_epi64(knots, 32), before = _mm512_and_si512(knots, low_half);
+        const __m512d knot = _mm512_i64gather_pd(after, t->x, 8);
+        const __mmask8 right = _mm512_cmp_pd_mask(knot, at, _CMP_LE_OQ);
+        const __m512i found = _mm512_mask_blend_epi64(right, before, after);
+        _mm256_storeu_si256((__m256i *)(void *)(piece + k), _mm512_cvtepi64_epi32(found));
+        if (_mm512_cmpgt_epi64_mask(_mm512_sub_epi64(after, before), _mm512_set1_epi64(1)))
+            bisect(t, 8, sign, x + k, piece + k);
+    }
+}
+#endif
+
+/* The coefficients of four pieces, by power: a transposition. */
+static KMP_INTO_CLONES void take_pieces(const kmp_table *t, const int *p, kmp_four *c)
+{
+    const kmp_four x0 = KMP_FOUR_CONST(t->piece[p[0]]), x1 = KMP_FOUR_CONST(t->piece[p[1]]);
+    const kmp_four x2 = KMP_FOUR_CONST(t->piece[p[2]]), x3 = KMP_FOUR_CONST(t->piece[p[3]]);
+    const kmp_four even01 = KMP_FOUR_OF(x0, x1, 0, 4, 2, 6), odd01 = KMP_FOUR_OF(x0, x1, 1, 5, 3, 7);
+    const kmp_four even23 = KMP_FOUR_OF(x2, x3, 0, 4, 2, 6), odd23 = KMP_FOUR_OF(x2, x3, 1, 5, 3, 7);
+    c[0] = KMP_FOUR_OF(even01, even23, 0, 1, 4, 5);
+    c[1] = KMP_FOUR_OF(odd01, odd23, 0, 1, 4, 5);
+    c[2] = KMP_FOUR_OF(even01, even23, 2, 3, 6, 7);
+    c[3] = KMP_FOUR_OF(odd01, odd23, 2, 3, 6, 7);
+}
+
+/* Values in four pieces at a distance s from their left knots; `derivative` is a compile-time constant, here and
+ * below. */
+static KMP_INTO_CLONES void within(int derivative, const kmp_four *c, const kmp_four *s, kmp_four *y)
+{
     if (derivative == 0)
-        *y = c0 + s * (c1 + s * (c2 + s * c3));
+        *y = c[0] + *s * (c[1] + *s * (c[2] + *s * c[3]));
     else if (derivative == 1)
-        *y = c1 + s * (2 * c2 + s * (3 * c3));
+        *y = c[1] + *s * (2 * c[2] + *s * (3 * c[3]));
     else if (derivative == 2)
-        *y = 2 * c2 + s * (6 * c3);
+        *y = 2 * c[2] + *s * (6 * c[3]);
     else if (derivative == 3)
-        *y = 6 * c3;
+        *y = 6 * c[3];
     else
         *y = KMP_FOUR_ALL(0.0);
 }
@@ -247,18 +292,32 @@ static KMP_INTO_CLONES void beyond(const kmp_table *t, int derivative, int end, 
         *y = KMP_FOUR_ALL(derivative == 1 ? slope : 0.0);
 }
 
-static KMP_INTO_CLONES void look_up(const kmp_table *t, int derivative, int n, double sign, const double *x,
-                                    const int *piece, double *y)
+/* Four values in their pieces or beyond the ends. */
+static KMP_INTO_CLONES void value_of(const kmp_table *t, int derivative, const kmp_four *at, const kmp_four *c,
+                                     const kmp_four *s, double *y)
 {
-    for (int k = 0, last = t->count - 1; k < n; k += KMP_FOUR) {
+    const int last = t->count - 1;
+    kmp_four here, before, behind;
+    within(derivative, c, s, &here);
+    beyond(t, derivative, 0, t->piece[0][1], at, &before);
+    beyond(t, derivative, last, t->last_slope, at, &behind);
+    here = KMP_FOUR_SELECT(*at < t->x[0], before, here);
+    here = KMP_FOUR_SELECT(*at > t->x[last], behind, here);
+    KMP_FOUR_AT(y) = KMP_FOUR_SELECT(*at == *at, here, *at);
+}
+
+static KMP_INTO_CLONES void look_up(const kmp_table *t, int derivative, int n, double sign, const double *x,
+                                    const int *piece, double *y, double *slope)
+{
+    for (int k = 0; k < n; k += KMP_FOUR) {
+        const int *p = piece + k;
         const kmp_four at = sign * KMP_FOUR_CONST(x + k);
-        kmp_four here, before, behind;
-        within(t, derivative, &at, piece + k, &here);
-        beyond(t, derivative, 0, t->piece[0][1], &at, &before);
-        beyond(t, derivative, last, t->last_slope, &at, &behind);
-        here = KMP_FOUR_SELECT(at < t->x[0], before, here);
-        here = KMP_FOUR_SELECT(at > t->x[last], behind, here);
-        KMP_FOUR_AT(y + k) = KMP_FOUR_SELECT(at == at, here, at);
+        const kmp_four s = at - (kmp_four){t->x[p[0]], t->x[p[1]], t->x[p[2]], t->x[p[3]]};
+        kmp_four c[4];
+        take_pieces(t, p, c);
+        value_of(t, derivative, &at, c, &s, y + k);
+        if (slope)
+            value_of(t, derivative + 1, &at, c, &s, slope + k);
     }
 }
 
@@ -266,25 +325,40 @@ KMP_CLONES static void look_up_all(const kmp_table *t, int derivative, int n, do
                                    const int *piece, double *y)
 {
     if (derivative == 0)
-        look_up(t, 0, n, sign, x, piece, y);
+        look_up(t, 0, n, sign, x, piece, y, NULL);
     else if (derivative == 1)
-        look_up(t, 1, n, sign, x, piece, y);
+        look_up(t, 1, n, sign, x, piece, y, NULL);
     else if (derivative == 2)
-        look_up(t, 2, n, sign, x, piece, y);
+        look_up(t, 2, n, sign, x, piece, y, NULL);
     else if (derivative == 3)
-        look_up(t, 3, n, sign, x, piece, y);
+        look_up(t, 3, n, sign, x, piece, y, NULL);
     else
-        look_up(t, 4, n, sign, x, piece, y);
+        look_up(t, 4, n, sign, x, piece, y, NULL);
+}
+
+KMP_CLONES static void look_up_both(const kmp_table *t, int n, double sign, const double *x, const int *piece,
+                                    double *y, double *slope)
+{
+    look_up(t, 0, n, sign, x, piece, y, slope);
 }
 
 /* Clones that are not static would be seen outside of a shared library. */
 void kmp_table_find(const kmp_table *table, int n, double sign, const double *x, int *piece)
 {
-    find(table, n, sign, x, piece);
+    if (kmp_has_eight() && n % 8 == 0)
+        find_in_eights(table, n, sign, x, piece);
+    else
+        find(table, n, sign, x, piece);
 }
 
 void kmp_table_values(const kmp_table *table, int derivative, int n, double sign, const double *x, const int *piece,
                       double *y)
 {
     look_up_all(table, derivative, n, sign, x, piece, y);
+}
+
+void kmp_table_both(const kmp_table *table, int n, double sign, const double *x, const int *piece, double *y,
+                    double *slope)
+{
+    look_up_both(table, n, sign, x, piece, y, slope);
 }

@@ -12,13 +12,6 @@
 
 typedef enum kmp_table_method { KMP_TABLE_LINEAR, KMP_TABLE_CUBIC, KMP_TABLE_METHODS } kmp_table_method;
 
-/* One of equal parts of the range of x. The last knot but one that is not right of a place in it is `knot`, or one of
- * the next `more` ones, of which the last is at `last`. */
-typedef struct kmp_table_part {
-    double last;
-    int knot, more;
-} kmp_table_part;
-
 /* Read-only once made, but for the count of its owners. */
 typedef struct kmp_table {
     kmp_arena arena;  /* of all arrays */
@@ -27,9 +20,9 @@ typedef struct kmp_table {
     int count;          /* knots, at least 2 */
     double *x, *y;      /* count: x increasing */
     double (*piece)[4]; /* count - 1: y = sum piece[k][i] (x - x[k])^i */
-    kmp_table_part *part;
-    double per_length; /* parts over the range */
-    double last_slope; /* at the last knot */
+    int *knot;          /* by equal part of the range, + 1: the last knot but one that is not right of a place in it */
+    double per_length;  /* parts over the range */
+    double last_slope;  /* at the last knot */
 } kmp_table;
 
 /** -1 when a table can be made of the points; otherwise the index of the first point that is not finite or whose x does
@@ -58,6 +51,9 @@ void kmp_table_bounds(const kmp_table *table, int derivative, double from, doubl
 void kmp_table_find(const kmp_table *table, int n, double sign, const double *x, int *piece);
 void kmp_table_values(const kmp_table *table, int derivative, int n, double sign, const double *x, const int *piece,
                       double *y);
+/** Values and first derivatives. */
+void kmp_table_both(const kmp_table *table, int n, double sign, const double *x, const int *piece, double *y,
+                    double *slope);
 
 /** Derivatives of a higher order are zero everywhere: 1 or 3. */
 int kmp_table_degree(const kmp_table *table);

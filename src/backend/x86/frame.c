@@ -155,8 +155,15 @@ void kmp_frame_specials(kmp_frame *f, uint32_t segment)
 {
     const kmp_special *special = f->specials + f->segments[segment].special;
     const kmp_special *end = f->specials + f->segments[segment + 1].special;
-    for (; special < end; special++)
-        run_special(f, special, f->v, 1);
+    const kmp_solving *solved = NULL; /* of one list of arguments, which are the same within a segment */
+    for (; special < end; special++) {
+        const bool implicit = special->op == KMP_OP_IMPLICIT;
+        if (implicit && f->solving[special->operand[1]] == solved)
+            f->v[special->d] = kmp_solving_component(solved, (int)f->program->instruction[special->instruction].c);
+        else
+            run_special(f, special, f->v, 1);
+        solved = implicit ? f->solving[special->operand[1]] : solved;
+    }
 }
 
 void kmp_frame_copies(kmp_frame *f, int stage)

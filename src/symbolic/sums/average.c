@@ -234,16 +234,15 @@ const double *kmp_average_values(const kmp_average *a)
 }
 
 /* exp(x) for x <= 0: x = n log 2 + r, |r| <= log(2)/2, and the series of exp(r), whose remainder is below 1e-17. A
- * result below the normal range is 0. */
-static KMP_INTO_CLONES void power_of_e(const kmp_four *x, kmp_four *power)
+ * result below the normal range is 0: there x + 700 has a sign. Eights are not compared, which compilers do one by one.
+ */
+static KMP_INTO_CLONES void power_of_e(const kmp_eight *x, kmp_eight *power)
 {
     static const double shift = 0x1.8p52, high = 0x1.62e42fefa3800p-1, low = 0x1.ef35793c76730p-45;
-    const kmp_four_mask gone = *x < -700;
-    const kmp_four least = KMP_FOUR_SELECT(gone, KMP_FOUR_ALL(-700.0), *x);
-    const kmp_four n = least * 0x1.71547652b82fep0 + shift, whole = n - shift;
-    const kmp_four r = (least - whole * high) - whole * low;
-    kmp_four sum = KMP_FOUR_ALL(1.0 / 6227020800);
-    sum = sum * r + 1.0 / 479001600;
+    const kmp_eight_mask gone = (kmp_eight_mask)(*x + 700) >> 63;
+    const kmp_eight n = *x * 0x1.71547652b82fep0 + shift, whole = n - shift;
+    const kmp_eight r = (*x - whole * high) - whole * low;
+    kmp_eight sum = r * (1.0 / 6227020800) + 1.0 / 479001600;
     sum = sum * r + 1.0 / 39916800;
     sum = sum * r + 1.0 / 3628800;
     sum = sum * r + 1.0 / 362880;
@@ -256,8 +255,7 @@ static KMP_INTO_CLONES void power_of_e(const kmp_four *x, kmp_four *power)
     sum = sum * r + 0.5;
     sum = sum * r + 1;
     sum = sum * r + 1;
-    const kmp_four_mask bits = (kmp_four_mask)sum + ((kmp_four_mask)n << 52);
-    *power = (kmp_four)(bits & ~gone);
+    *power = (kmp_eight)(((kmp_eight_mask)sum + ((kmp_eight_mask)n << 52)) & ~gone);
 }
 
 static KMP_INTO_CLONES double sum_of(const kmp_four *x)
@@ -265,24 +263,30 @@ static KMP_INTO_CLONES double sum_of(const kmp_four *x)
     return ((*x)[0] + (*x)[1]) + ((*x)[2] + (*x)[3]);
 }
 
-/* Loops over all places of the groups that count, in fours. */
+/* Loops over the groups that count: the first place of each, and its slot. */
 #define EACH(a, at, slot)                                                                                              \
-    for (size_t group = 0; group < (a)->count; group++)                                                                \
-        for (size_t at = (a)->first[group], slot = group * LANES, end = at + LANES; at < end;                          \
-             at += KMP_FOUR, slot += KMP_FOUR)
+    for (size_t group = 0, at, slot; group < (a)->count && (at = (a)->first[group], slot = group * LANES, true);       \
+         group++)
+
+/* Weights. */
+static KMP_INTO_CLONES void find_weights(const kmp_average *a, const kmp_scan_row *exponent, double most)
+{
+    kmp_eight power;
+    EACH(a, at, slot)
+    {
+        const kmp_eight x = exponent->sign * KMP_EIGHT_CONST(kmp_scan_at(exponent, at, slot)) - most;
+        power_of_e(&x, &power);
+        KMP_EIGHT_AT(a->weight + slot) = power * KMP_EIGHT_CONST(a->spacing + at);
+    }
+}
 
 /* Weights, and their sum. */
 KMP_CLONES static double weigh(const kmp_average *a, const kmp_scan_row *exponent, double most)
 {
-    kmp_four sum = {0}, power;
-    EACH(a, at, slot)
-    {
-        const kmp_four x = exponent->sign * KMP_FOUR_CONST(kmp_scan_at(exponent, at, slot)) - most;
-        power_of_e(&x, &power);
-        const kmp_four weight = power * KMP_FOUR_CONST(a->spacing + at);
-        KMP_FOUR_AT(a->weight + slot) = weight;
-        sum += weight;
-    }
+    kmp_four sum = {0};
+    find_weights(a, exponent, most);
+    for (size_t slot = 0; slot < a->count * LANES; slot += KMP_FOUR)
+        sum += KMP_FOUR_CONST(a->weight + slot);
     return sum_of(&sum);
 }
 
@@ -290,19 +294,29 @@ KMP_CLONES static double weighed(const kmp_average *a, const kmp_scan_row *row)
 {
     kmp_four sum = {0};
     EACH(a, at, slot)
-    sum += KMP_FOUR_CONST(a->weight + slot) * KMP_FOUR_CONST(kmp_scan_at(row, at, slot));
+    for (size_t half = 0; half < LANES; half += KMP_FOUR)
+        sum += KMP_FOUR_CONST(a->weight + slot + half) * KMP_FOUR_CONST(kmp_scan_at(row, at, slot) + half);
     return row->sign * sum_of(&sum);
+}
+
+/* The larger one; NaN stays. */
+static KMP_INTO_CLONES void take_larger(kmp_four *most, const kmp_four *x)
+{
+    *most = KMP_FOUR_SELECT((*x <= *most) | (*most != *most), *most, *x);
 }
 
 /* The largest exponent of the groups that count; NaN, where one is NaN. */
 KMP_CLONES static double largest(const kmp_average *a, const kmp_scan_row *exponent)
 {
-    kmp_four most = KMP_FOUR_ALL(-INFINITY);
+    kmp_four most = KMP_FOUR_ALL(-INFINITY), other = most;
     EACH(a, at, slot)
     {
-        const kmp_four x = exponent->sign * KMP_FOUR_CONST(kmp_scan_at(exponent, at, slot));
-        most = KMP_FOUR_SELECT((x <= most) | (most != most), most, x);
+        const double *e = kmp_scan_at(exponent, at, slot);
+        const kmp_four x = exponent->sign * KMP_FOUR_CONST(e), y = exponent->sign * KMP_FOUR_CONST(e + KMP_FOUR);
+        take_larger(&most, &x);
+        take_larger(&other, &y);
     }
+    take_larger(&most, &other);
     return kmp_places_larger(kmp_places_larger(most[0], most[1]), kmp_places_larger(most[2], most[3]));
 }
 

@@ -46,19 +46,24 @@ static inline size_t kmp_places_choose(size_t groups, const double *middle, doub
 {
     const double *x = middle;
     double most = x[0];
-    size_t count = 0;
+    size_t count = 0, undefined = 0;
     *best = 0;
     for (size_t k = 0; k < groups; k++) {
-        *best = x[k] > most ? k : *best;
-        most = kmp_places_larger(most, x[k]);
+        most = x[k] > most ? x[k] : most;
+        undefined |= isnan(x[k]) != 0;
     }
-    if (most + 2 * KMP_PLACES_RISING < needed)
+    most = undefined ? NAN : most;
+    if (most + 2 * KMP_PLACES_RISING < needed) {
+        while (x[*best] < most)
+            ++*best;
         return 0;
+    }
     for (size_t k = 0; k < groups; k++) {
         double before = k > 0 ? x[k - 1] - x[k] : 0, after = k + 1 < groups ? x[k + 1] - x[k] : 0;
-        double rising = kmp_places_larger(kmp_places_larger(before, after), 0) / 2 + KMP_PLACES_RISING;
-        if (!(x[k] + rising < most - KMP_PLACES_LOST))
-            first[count++] = k * KMP_PLACES_GROUP;
+        double rising = before > after ? before : after;
+        rising = (rising > 0 ? rising : 0) / 2 + KMP_PLACES_RISING;
+        first[count] = k * KMP_PLACES_GROUP; /* without a jump, which nothing would predict */
+        count += !(x[k] + rising < most - KMP_PLACES_LOST);
     }
     return count;
 }

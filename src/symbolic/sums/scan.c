@@ -22,11 +22,12 @@ typedef enum need { STANDING, COMMON, MOVING } need;
 typedef struct step {
     uint8_t op;
     bool finds;
-    int instruction;
+    int kernel, instruction;
     kmp_scan_row x, y, z;
     double *to;
     const kmp_table *table;
-    int *piece; /* by slot */
+    int *piece;    /* by slot */
+    double *slope; /* by slot: the first derivative of a table, where a later step has it; that step does nothing */
 } step;
 
 struct kmp_scan {
@@ -111,24 +112,47 @@ typedef struct groups {
         }                                                                                                              \
     }
 
-static KMP_INTO_CLONES void add(const step *s, const groups *n)
+/* Sums and products, each for all kinds of operands: x and y are of arguments alone (ONE), by place, or by slot. */
+#define OF_ONE(row)   KMP_EIGHT_CONST(row)
+#define OF_PLACE(row) KMP_EIGHT_CONST((row) + n->first[group])
+#define OF_SLOT(row)  KMP_EIGHT_CONST((row) + slot)
+#define KERNEL(form, kinds, X, Y, value)                                                                               \
+    case KERNELS *(form) + (kinds): {                                                                                  \
+        const double *const at_x = s->x.row, *const at_y = s->y.row;                                                   \
+        double *const to = s->to;                                                                                      \
+        for (size_t group = 0, slot = n->slot; group < n->count; group++, slot += LANES) {                             \
+            const kmp_eight x = X(at_x), y = Y(at_y);                                                                  \
+            KMP_EIGHT_AT(to + slot) = (value);                                                                         \
+        }                                                                                                              \
+        break;                                                                                                         \
+    }
+#define KERNELS_OF(form, value)                                                                                        \
+    KERNEL(form, 0, OF_ONE, OF_ONE, value)                                                                             \
+    KERNEL(form, 1, OF_PLACE, OF_ONE, value)                                                                           \
+    KERNEL(form, 2, OF_SLOT, OF_ONE, value)                                                                            \
+    KERNEL(form, 3, OF_ONE, OF_PLACE, value)                                                                           \
+    KERNEL(form, 4, OF_PLACE, OF_PLACE, value)                                                                         \
+    KERNEL(form, 5, OF_SLOT, OF_PLACE, value)                                                                          \
+    KERNEL(form, 6, OF_ONE, OF_SLOT, value)                                                                            \
+    KERNEL(form, 7, OF_PLACE, OF_SLOT, value)                                                                          \
+    KERNEL(form, 8, OF_SLOT, OF_SLOT, value)
+
+enum { KERNELS = 9, SUM = 0, LESS_X, LESS_Y, NEGATIVE_SUM, PRODUCT, NEGATIVE_PRODUCT, FORMS, NOTHING = -1 };
+
+static int kind_of(const kmp_scan_row *row)
 {
-    if (s->x.sign > 0 && s->y.sign > 0)
-        ALONG(s, n, x + y)
-    else if (s->x.sign > 0)
-        ALONG(s, n, x - y)
-    else if (s->y.sign > 0)
-        ALONG(s, n, y - x)
-    else
-        ALONG(s, n, -x - y)
+    return row->by_slot ? 2 : row->by_place ? 1 : 0;
 }
 
-static KMP_INTO_CLONES void multiply(const step *s, const groups *n)
+/* The number of the kernel of a step; KERNELS * FORMS and the operation for others. */
+static int kernel_of(const step *s)
 {
-    if (s->x.sign == s->y.sign)
-        ALONG(s, n, x * y)
-    else
-        ALONG(s, n, -(x * y))
+    int kinds = kind_of(&s->x) + 3 * kind_of(&s->y), negative = (s->x.sign < 0) + 2 * (s->y.sign < 0);
+    if (s->op == KMP_OP_ADD)
+        return KERNELS * (SUM + negative) + kinds;
+    if (s->op == KMP_OP_MUL)
+        return KERNELS * (negative == 0 || negative == 3 ? PRODUCT : NEGATIVE_PRODUCT) + kinds;
+    return KERNELS * FORMS + s->op;
 }
 
 static KMP_INTO_CLONES void divide(const step *s, const groups *n)
@@ -155,8 +179,17 @@ static KMP_INTO_CLONES void choose(const step *s, const groups *n)
     ALONG_FOURS(s, n, KMP_FOUR_SELECT(x != 0, sy * y, sz * z))
 }
 
+/* Operands that depend on arguments are in slots, one after another. */
 static KMP_INTO_CLONES void root(const step *s, const groups *n)
 {
+    if (s->x.by_slot) {
+        const double *x = s->x.row + n->slot, sign = s->x.sign;
+        double *restrict to = s->to + n->slot;
+        const size_t count = n->count * LANES;
+        for (size_t k = 0; k < count; k++)
+            to[k] = sqrt(sign * x[k]);
+        return;
+    }
     EACH(s, n)
     for (size_t l = 0; l < LANES; l++)
         to[l] = sqrt(rows[0].sign * kmp_scan_at(&rows[0], first[group], slot)[l]);
@@ -175,44 +208,56 @@ static void other(const kmp_program *p, const step *s, const groups *n)
                                   value_at(&rows[1], first[group], slot, l), value_at(&rows[2], first[group], slot, l));
 }
 
+static void look_up_at(const step *s, int order, size_t count, const double *x, size_t slot)
+{
+    if (s->finds)
+        kmp_table_find(s->table, (int)count, s->x.sign, x, s->piece + slot);
+    if (s->slope)
+        kmp_table_both(s->table, (int)count, s->x.sign, x, s->piece + slot, s->to + slot, s->slope + slot);
+    else
+        kmp_table_values(s->table, order, (int)count, s->x.sign, x, s->piece + slot, s->to + slot);
+}
+
+/* Operands in slots are one after another. */
 static void look_up(const step *s, int order, const groups *n)
 {
-    EACH(s, n)
-    {
-        const double *x = kmp_scan_at(&rows[0], first[group], slot);
-        if (s->finds)
-            kmp_table_find(s->table, LANES, rows[0].sign, x, s->piece + slot);
-        kmp_table_values(s->table, order, LANES, rows[0].sign, x, s->piece + slot, to);
+    if (s->x.by_slot) {
+        look_up_at(s, order, n->count * LANES, s->x.row + n->slot, n->slot);
+        return;
     }
+    for (size_t group = 0, slot = n->slot; group < n->count; group++, slot += LANES)
+        look_up_at(s, order, LANES, kmp_scan_at(&s->x, n->first[group], slot), slot);
 }
 
 KMP_CLONES static void run_steps(const kmp_program *p, const step *s, const step *end, const groups *n)
 {
     for (; s < end; s++)
-        switch ((kmp_op)s->op) {
-        case KMP_OP_ADD:
-            add(s, n);
-            break;
-        case KMP_OP_MUL:
-            multiply(s, n);
-            break;
-        case KMP_OP_DIV:
+        switch (s->kernel) {
+            KERNELS_OF(SUM, x + y)
+            KERNELS_OF(LESS_X, y - x)
+            KERNELS_OF(LESS_Y, x - y)
+            KERNELS_OF(NEGATIVE_SUM, -x - y)
+            KERNELS_OF(PRODUCT, (x * y))
+            KERNELS_OF(NEGATIVE_PRODUCT, -(x * y))
+        case KERNELS *FORMS + KMP_OP_DIV:
             divide(s, n);
             break;
-        case KMP_OP_SQRT:
+        case KERNELS *FORMS + KMP_OP_SQRT:
             root(s, n);
             break;
-        case KMP_OP_MAX:
+        case KERNELS *FORMS + KMP_OP_MAX:
             larger(s, n);
             break;
-        case KMP_OP_LESS:
+        case KERNELS *FORMS + KMP_OP_LESS:
             less(s, n);
             break;
-        case KMP_OP_SELECT:
+        case KERNELS *FORMS + KMP_OP_SELECT:
             choose(s, n);
             break;
-        case KMP_OP_TABLE:
+        case KERNELS *FORMS + KMP_OP_TABLE:
             look_up(s, (int)p->instruction[s->instruction].c, n);
+            break;
+        case NOTHING:
             break;
         default:
             other(p, s, n);
@@ -303,6 +348,7 @@ static step step_of(const kmp_scan *s, int i)
     made.x = row_of(s, in->a);
     made.y = arity > 1 ? row_of(s, in->b) : made.x;
     made.z = arity > 2 ? row_of(s, in->c) : made.x;
+    made.kernel = kernel_of(&made);
     return made;
 }
 
@@ -328,17 +374,22 @@ static void put_standing(kmp_scan *s, int places, const double *place)
         }
 }
 
-/* Lets a step that looks up a table use the pieces that an earlier step found, or its own. */
+/* Lets a step that looks up a table use the pieces that an earlier step found, or its own. A slope comes with the value
+ * that was looked up there. */
 static void share_pieces(kmp_scan *s, step *made, int tables)
 {
     const kmp_instruction *in = s->p->instruction, *here = &in[made->instruction];
     made->table = s->p->table[here->b];
     made->finds = true;
     made->piece = s->pieces + (size_t)tables * s->width;
-    for (const step *before = s->steps; before < made; before++)
+    for (step *before = s->steps; before < made; before++)
         if (before->finds && in[before->instruction].a == here->a && in[before->instruction].b == here->b) {
             made->finds = false;
             made->piece = before->piece;
+            if (in[before->instruction].c == 0 && here->c == 1) {
+                before->slope = made->to;
+                made->kernel = NOTHING;
+            }
         }
 }
 
