@@ -7,12 +7,20 @@
 #include "base/memory.h"
 #include "base/simd4.h"
 #include "base/spline.h"
-#include <immintrin.h>
 #include <kempe/runtime.h>
 #include <math.h>
 #include <string.h>
 
-enum { PARTS = 8 }; /* a piece */
+/* True where functions in the processor's own names of its instructions are compiled; they run if it has these. */
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(KMP_NO_AVX512)
+#define KMP_GATHERS 1
+#include <immintrin.h>
+#else
+#define KMP_GATHERS 0
+#endif
+
+/* Parts a piece; the number of knots from which on it is the least, for memory. */
+enum { LEAST_PARTS = 8, MOST_PARTS = 64, MANY = 4000 };
 
 static const char *const method_names[KMP_TABLE_METHODS] = {"linear", "cubic"};
 
@@ -59,23 +67,30 @@ static void make_pieces(kmp_table *t)
         kmp_spline_piece(t->x[k + 1] - t->x[k], t->y[k], t->y[k + 1], slope[k], slope[k + 1], t->piece[k]);
 }
 
-static int last_part(const kmp_table *t)
-{
-    return PARTS * (t->count - 1);
-}
-
 /* The part of x. Ranges too wide or too narrow to have a length use the last one. */
 static int part_of(const kmp_table *t, double x)
 {
-    int most = last_part(t);
+    int most = t->last_part;
     double far = (x - t->x[0]) * t->per_length;
     return far < most ? (int)far : most;
+}
+
+/* Parts that are shorter than every piece have one knot at most. */
+static int parts_of(int count, const double *x)
+{
+    double least = x[1] - x[0], range = x[count - 1] - x[0];
+    int parts = LEAST_PARTS * (count - 1), most = count < MANY ? MOST_PARTS * (count - 1) : parts;
+    for (int k = 2; k < count; k++)
+        least = fmin(least, x[k] - x[k - 1]);
+    while (parts < most && range > parts * least)
+        parts *= 2;
+    return parts;
 }
 
 static void make_parts(kmp_table *t)
 {
     t->knot[0] = 0;
-    for (int part = 0, knot = 0; part <= last_part(t); part++) {
+    for (int part = 0, knot = 0; part <= t->last_part; part++) {
         while (knot < t->count - 2 && part_of(t, t->x[knot + 1]) <= part)
             knot++;
         t->knot[part + 1] = knot;
@@ -89,14 +104,15 @@ kmp_table *kmp_table_new(kmp_table_method method, int count, const double *x, co
         return NULL;
     t->method = method;
     t->count = count;
+    t->last_part = parts_of(count, x);
+    t->per_length = t->last_part / (x[count - 1] - x[0]);
     KMP_ARENA_MAKE(&t->arena, KMP_ROOM(atomic_int, 1, &t->owns), KMP_ROOM(double, count, &t->x, &t->y));
     t->piece = kmp_arena_alloc(&t->arena, (size_t)count, sizeof *t->piece);
-    t->knot = KMP_ARENA_NEW(&t->arena, int, last_part(t) + 2);
+    t->knot = KMP_ARENA_NEW(&t->arena, int, MOST_PARTS *(count - 1) + 2);
     if (!t->arena.failed) {
         atomic_init(t->owns, 1);
         memcpy(t->x, x, (size_t)count * sizeof *x);
         memcpy(t->y, y, (size_t)count * sizeof *y);
-        t->per_length = last_part(t) / (x[count - 1] - x[0]);
         make_pieces(t);
     }
     if (t->arena.failed) {
@@ -204,14 +220,14 @@ static void bisect(const kmp_table *t, int n, double sign, const double *x, int 
 {
     for (int k = 0; k < n; k++) {
         const double far = (sign * x[k] - t->x[0]) * t->per_length, low = far >= 0 ? far : 0;
-        piece[k] = find_knot(t, (int)(low < last_part(t) ? low : last_part(t)), sign * x[k]);
+        piece[k] = find_knot(t, (int)(low < t->last_part ? low : t->last_part), sign * x[k]);
     }
 }
 
 /* Finds pieces; beyond the ends and for NaN any piece will do. */
 KMP_CLONES static void find(const kmp_table *t, int n, double sign, const double *x, int *piece)
 {
-    const double first = t->x[0], most = last_part(t), scale = t->per_length, *const at_knot = t->x;
+    const double first = t->x[0], most = t->last_part, scale = t->per_length, *const at_knot = t->x;
     const int *const knot = t->knot;
     for (int k = 0; k < n; k += KMP_FOUR) {
         const kmp_four at = sign * KMP_FOUR_CONST(x + k), far = (at - first) * scale;
@@ -229,11 +245,11 @@ KMP_CLONES static void find(const kmp_table *t, int n, double sign, const double
     }
 }
 
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(KMP_NO_AVX512)
+#if KMP_GATHERS
 /* The same by gathers, for registers of eight doubles. */
 KMP_FUSED_EIGHTS static void find_in_eights(const kmp_table *t, int n, double sign, const double *x, int *piece)
 {
-    const __m512d most = _mm512_set1_pd(last_part(t)), first = _mm512_set1_pd(t->x[0]), signs = _mm512_set1_pd(sign);
+    const __m512d most = _mm512_set1_pd(t->last_part), first = _mm512_set1_pd(t->x[0]), signs = _mm512_set1_pd(sign);
     const __m512d scale = _mm512_set1_pd(t->per_length);
     const __m512i low_half = _mm512_set1_epi64(0xffffffff);
     for (int k = 0; k < n; k += 8) {
@@ -336,6 +352,52 @@ KMP_CLONES static void look_up_all(const kmp_table *t, int derivative, int n, do
         look_up(t, 4, n, sign, x, piece, y, NULL);
 }
 
+#if KMP_GATHERS
+/* The coefficients of eight pieces, by power: two transpositions of four, of the lanes k and of the lanes k + 4. */
+KMP_FUSED_EIGHTS static void take_eight_pieces(const kmp_table *t, const int *p, __m512d c[4])
+{
+    __m512d row[4];
+    for (int k = 0; k < 4; k++)
+        row[k] = _mm512_insertf64x4(_mm512_castpd256_pd512(_mm256_loadu_pd(t->piece[p[k]])),
+                                    _mm256_loadu_pd(t->piece[p[k + 4]]), 1);
+    const __m512d even01 = _mm512_unpacklo_pd(row[0], row[1]), odd01 = _mm512_unpackhi_pd(row[0], row[1]);
+    const __m512d even23 = _mm512_unpacklo_pd(row[2], row[3]), odd23 = _mm512_unpackhi_pd(row[2], row[3]);
+    const __m512i low = _mm512_set_epi64(13, 12, 5, 4, 9, 8, 1, 0), high = _mm512_set_epi64(15, 14, 7, 6, 11, 10, 3, 2);
+    c[0] = _mm512_permutex2var_pd(even01, low, even23);
+    c[1] = _mm512_permutex2var_pd(odd01, low, odd23);
+    c[2] = _mm512_permutex2var_pd(even01, high, even23);
+    c[3] = _mm512_permutex2var_pd(odd01, high, odd23);
+}
+
+/* look_up_both for registers of eight doubles. */
+KMP_FUSED_EIGHTS static void look_up_both_in_eights(const kmp_table *t, int n, double sign, const double *x,
+                                                    const int *piece, double *y, double *slope)
+{
+    const int last = t->count - 1;
+    const double first_slope = t->piece[0][1], last_slope = t->last_slope;
+    for (int k = 0; k < n; k += 8) {
+        __m512d c[4];
+        const __m256i p = _mm256_loadu_si256((const __m256i *)(const void *)(piece + k));
+        const __m512d at = _mm512_loadu_pd(x + k) * sign, s = at - _mm512_i32gather_pd(p, t->x, 8);
+        take_eight_pieces(t, piece + k, c);
+        __m512d value = c[0] + s * (c[1] + s * (c[2] + s * c[3])), rise = c[1] + s * (2 * c[2] + s * (3 * c[3]));
+        const __mmask8 before = _mm512_cmp_pd_mask(at, _mm512_set1_pd(t->x[0]), _CMP_LT_OQ);
+        const __mmask8 behind = _mm512_cmp_pd_mask(at, _mm512_set1_pd(t->x[last]), _CMP_GT_OQ);
+        const __mmask8 undefined = _mm512_cmp_pd_mask(at, at, _CMP_UNORD_Q);
+        if (before | behind | undefined) {
+            value = _mm512_mask_mov_pd(value, before, t->y[0] + first_slope * (at - t->x[0]));
+            value = _mm512_mask_mov_pd(value, behind, t->y[last] + last_slope * (at - t->x[last]));
+            value = _mm512_mask_mov_pd(value, undefined, at);
+            rise = _mm512_mask_mov_pd(rise, before, _mm512_set1_pd(first_slope));
+            rise = _mm512_mask_mov_pd(rise, behind, _mm512_set1_pd(last_slope));
+            rise = _mm512_mask_mov_pd(rise, undefined, at);
+        }
+        _mm512_storeu_pd(y + k, value);
+        _mm512_storeu_pd(slope + k, rise);
+    }
+}
+#endif
+
 KMP_CLONES static void look_up_both(const kmp_table *t, int n, double sign, const double *x, const int *piece,
                                     double *y, double *slope)
 {
@@ -345,10 +407,13 @@ KMP_CLONES static void look_up_both(const kmp_table *t, int n, double sign, cons
 /* Clones that are not static would be seen outside of a shared library. */
 void kmp_table_find(const kmp_table *table, int n, double sign, const double *x, int *piece)
 {
-    if (kmp_has_eight() && n % 8 == 0)
+#if KMP_GATHERS
+    if (kmp_has_eight() && n % 8 == 0) {
         find_in_eights(table, n, sign, x, piece);
-    else
-        find(table, n, sign, x, piece);
+        return;
+    }
+#endif
+    find(table, n, sign, x, piece);
 }
 
 void kmp_table_values(const kmp_table *table, int derivative, int n, double sign, const double *x, const int *piece,
@@ -360,5 +425,11 @@ void kmp_table_values(const kmp_table *table, int derivative, int n, double sign
 void kmp_table_both(const kmp_table *table, int n, double sign, const double *x, const int *piece, double *y,
                     double *slope)
 {
+#if KMP_GATHERS
+    if (kmp_has_eight() && n % 8 == 0) {
+        look_up_both_in_eights(table, n, sign, x, piece, y, slope);
+        return;
+    }
+#endif
     look_up_both(table, n, sign, x, piece, y, slope);
 }

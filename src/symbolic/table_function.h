@@ -21,8 +21,9 @@ typedef struct kmp_table {
     double *x, *y;      /* count: x increasing */
     double (*piece)[4]; /* count - 1: y = sum piece[k][i] (x - x[k])^i */
     int *knot;          /* by equal part of the range, + 1: the last knot but one that is not right of a place in it */
-    double per_length;  /* parts over the range */
-    double last_slope;  /* at the last knot */
+    int last_part;
+    double per_length; /* parts over the range */
+    double last_slope; /* at the last knot */
 } kmp_table;
 
 /** -1 when a table can be made of the points; otherwise the index of the first point that is not finite or whose x does
