@@ -324,14 +324,65 @@ static void find_common(kmp_scan *s)
             s->common[s->common_count++] = value;
 }
 
+/* By value: the last instruction that reads it, or its own; those that stay after all, too. */
+static void find_last_uses(const kmp_scan *s, int *last)
+{
+    const kmp_program *p = s->p;
+    const int code = p->code[LAST + 1];
+    for (int value = 0; value < leaves(p) + code; value++)
+        last[value] = value - leaves(p);
+    for (int i = p->code[FIRST]; i < code; i++)
+        for (int k = 0; k < kmp_op_arity((kmp_op)p->instruction[i].op); k++)
+            last[kmp_instruction_operand(&p->instruction[i], k) >> 1] = i;
+    for (int k = p->outputs[FIRST]; k < p->outputs[LAST + 1]; k++)
+        last[p->output[k] >> 1] = code;
+}
+
+/* True for values whose row another value has after their last use. Rows of tables are written beside other steps. */
+static bool leaves_row(const kmp_scan *s, uint32_t value)
+{
+    const int i = (int)value - leaves(s->p);
+    return i >= s->p->code[FIRST] && s->need[value] == MOVING && s->p->instruction[i].op != KMP_OP_TABLE;
+}
+
+/* Rows of values that depend on arguments and places: as few as are needed at once, so that they stay in the nearest
+ * cache. */
+static void share_rows(kmp_scan *s, int *last, double **unused)
+{
+    const kmp_program *p = s->p;
+    int count = 0;
+    for (int i = p->code[FIRST]; i < p->code[LAST + 1]; i++) {
+        const uint32_t value = (uint32_t)(leaves(p) + i);
+        if (leaves_row(s, value))
+            s->row[value] = count > 0 ? unused[--count] : kmp_arena_aligned(&s->arena, s->width);
+        for (int k = 0; k < kmp_op_arity((kmp_op)p->instruction[i].op); k++) {
+            const uint32_t operand = kmp_instruction_operand(&p->instruction[i], k) >> 1;
+            if (!leaves_row(s, operand) || last[operand] != i)
+                continue;
+            unused[count++] = s->row[operand];
+            last[operand] = -1; /* another operand may be the same */
+        }
+    }
+}
+
 /* Rows of all values, and of the merits. False: no memory. */
 static bool place_rows(kmp_scan *s)
 {
-    uint32_t values = (uint32_t)(leaves(s->p) + s->p->code[LAST + 1]);
+    const int values = leaves(s->p) + s->p->code[LAST + 1];
+    kmp_arena room = {0};
+    int *last = KMP_ARENA_NEW(&room, int, values);
+    double **unused = KMP_ARENA_NEW(&room, double *, values);
     s->merit = KMP_ARENA_NEW(&s->arena, double, s->width);
-    for (uint32_t k = 0; k < values; k++)
-        s->row[k] = kmp_arena_aligned(&s->arena, is_short(s, k) ? LANES : s->width);
-    return !s->arena.failed;
+    if (!room.failed) {
+        find_last_uses(s, last);
+        share_rows(s, last, unused);
+    }
+    for (uint32_t k = 0; k < (uint32_t)values; k++)
+        if (!s->row[k])
+            s->row[k] = kmp_arena_aligned(&s->arena, is_short(s, k) ? LANES : s->width);
+    const bool made = !room.failed && !s->arena.failed;
+    kmp_arena_free(&room);
+    return made;
 }
 
 static void fill(double *to, size_t width, double value)
