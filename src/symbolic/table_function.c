@@ -15,6 +15,7 @@
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(KMP_NO_AVX512)
 #define KMP_GATHERS 1
 #include <immintrin.h>
+#pragma GCC diagnostic ignored "-Wsign-conversion" /* in macros of that header, without optimisation */
 #else
 #define KMP_GATHERS 0
 #endif
