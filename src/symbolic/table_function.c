@@ -15,7 +15,6 @@
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(KMP_NO_AVX512)
 #define KMP_GATHERS 1
 #include <immintrin.h>
-#pragma GCC diagnostic ignored "-Wsign-conversion" /* in macros of that header, without optimisation */
 #else
 #define KMP_GATHERS 0
 #endif
@@ -247,6 +246,8 @@ KMP_CLONES static void find(const kmp_table *t, int n, double sign, const double
 }
 
 #if KMP_GATHERS
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wsign-conversion" /* in macros of the header, without optimisation */
 /* The same by gathers, for registers of eight doubles. */
 KMP_FUSED_EIGHTS static void find_in_eights(const kmp_table *t, int n, double sign, const double *x, int *piece)
 {
@@ -268,6 +269,7 @@ KMP_FUSED_EIGHTS static void find_in_eights(const kmp_table *t, int n, double si
             bisect(t, 8, sign, x + k, piece + k);
     }
 }
+#pragma GCC diagnostic pop
 #endif
 
 /* The coefficients of four pieces, by power: a transposition. */
@@ -354,6 +356,8 @@ KMP_CLONES static void look_up_all(const kmp_table *t, int derivative, int n, do
 }
 
 #if KMP_GATHERS
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wsign-conversion"
 /* The coefficients of eight pieces, by power: two transpositions of four, of the lanes k and of the lanes k + 4. */
 KMP_FUSED_EIGHTS static void take_eight_pieces(const kmp_table *t, const int *p, __m512d c[4])
 {
@@ -397,6 +401,7 @@ KMP_FUSED_EIGHTS static void look_up_both_in_eights(const kmp_table *t, int n, d
         _mm512_storeu_pd(slope + k, rise);
     }
 }
+#pragma GCC diagnostic pop
 #endif
 
 KMP_CLONES static void look_up_both(const kmp_table *t, int n, double sign, const double *x, const int *piece,
