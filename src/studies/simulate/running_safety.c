@@ -26,7 +26,7 @@ enum { HALVINGS = 4, ROUGH_HALVINGS = 3 };
 /* The largest number of samples; places where the flange is looked at. */
 enum { MOST_SAMPLES = 40000, FLANGE_PLACES = 4000, COURSE_PLACES = 1000, PROJECTIONS = 6 };
 /* Values of a wheel in a sample. */
-enum { LOAD, ACROSS, RATIO, SPEED, ALONG, ASIDE, OF_WHEEL };
+enum { LOAD, ACROSS, RATIO, WEAR, SPEED, ALONG, ASIDE, OF_WHEEL };
 
 typedef struct judging {
     const kempe_model *model;
@@ -40,8 +40,8 @@ typedef struct judging {
     double *row, *value;    /* of an instant */
     double *kept, *scratch; /* samples: their time, OF_WHEEL values of each wheel */
     int count;
-    double *way, *load, *across, *of; /* way, Q, Y, Y/Q of wheel w at sample k: [w * samples + k] */
-    double *smooth, *smooth_across;   /* Q and Y at low frequencies, a wheel after the other */
+    double *way, *load, *across, *of, *wear; /* way, Q, Y, Y/Q, T gamma of wheel w at sample k: [w * samples + k] */
+    double *smooth, *smooth_across;          /* Q and Y at low frequencies, a wheel after the other */
     double *mean, *sum, *integral, *along, *aside;
 } judging;
 
@@ -178,7 +178,7 @@ static kempe_status take_sample(judging *j, double t, const double *before, doub
     sample[0] = t;
     for (int w = 0; w < j->model->wheel_count; w++) {
         double *of = sample + 1 + OF_WHEEL * w;
-        for (int k = LOAD; k <= RATIO; k++)
+        for (int k = LOAD; k <= WEAR; k++)
             of[k] = j->value[4 * w + k];
         of[SPEED] = speed_of(j, w);
         place_on_track(j, w, before ? before[1 + OF_WHEEL * w + ALONG] : NAN, &of[ALONG], &of[ASIDE]);
@@ -280,6 +280,7 @@ static void sort_samples(judging *j, double *time)
             j->load[at] = of[LOAD];
             j->across[at] = of[ACROSS];
             j->of[at] = of[RATIO];
+            j->wear[at] = of[WEAR];
             j->along[at] = of[ALONG];
             j->aside[at] = of[ASIDE];
             way[k] = k > 0 ? way[k - 1] + (time[k] - time[k - 1]) * (before + of[SPEED]) / 2 : 0;
@@ -319,6 +320,15 @@ static void slide(const judging *j, int stride, const double *way, const double 
     }
 }
 
+/* The mean of x over the whole way; NaN without a way. */
+static double mean_over(int samples, int stride, const double *way, const double *x)
+{
+    double sum = 0;
+    for (int k = stride; k < samples; k += stride)
+        sum += (way[k] - way[k - stride]) * (x[k] + x[k - stride]) / 2;
+    return way[samples - 1] > 0 ? sum / way[samples - 1] : NAN;
+}
+
 static double unloading(const kmp_safety_wheel *wheel, double load)
 {
     return wheel->load > 0 ? (wheel->load - load) / wheel->load : NAN;
@@ -330,7 +340,8 @@ static void judge_wheel(const judging *j, int w, int stride, kmp_safety_wheel *o
     const ptrdiff_t at = (ptrdiff_t)w * samples;
     const double *load = j->load + at, *smooth = j->smooth + at, *of = j->of + at, *t = j->safety->t;
     double *mean = j->mean + at, *ratio = j->integral + samples;
-    out->unloading = out->smooth_unloading = out->ratio = out->mean = (kmp_safety_value){NAN, NAN};
+    out->unloading = out->smooth_unloading = out->ratio = out->mean = out->most_wear = (kmp_safety_value){NAN, NAN};
+    out->wear = mean_over(samples, stride, j->way + at, j->wear + at);
     for (int k = 0; k < samples; k += stride)
         ratio[k] = smooth[k] > 0 ? j->smooth_across[at + k] / smooth[k] : 0;
     slide(j, stride, j->way + at, ratio, mean);
@@ -339,6 +350,7 @@ static void judge_wheel(const judging *j, int w, int stride, kmp_safety_wheel *o
         take_largest(&out->smooth_unloading, unloading(out, smooth[k]), t[k]);
         take_largest(&out->ratio, load[k] < LEAST_LOAD * out->load ? NAN : of[k], t[k]);
         take_largest(&out->mean, mean[k], t[k]);
+        take_largest(&out->most_wear, j->wear[at + k], t[k]);
     }
 }
 
@@ -375,7 +387,20 @@ static bool judge_with(const judging *j, int stride, kmp_safety_wheel *wheel, km
     return made;
 }
 
-/* First with every other sample, then with all. Ratios are compared with 1, forces with the load. */
+/* The largest change of wear numbers over the largest of all wheels. */
+static double change_of_wear(const kmp_running_safety *s, const kmp_safety_wheel *coarse)
+{
+    double most = 0, off = 0;
+    for (int w = 0; w < s->wheels; w++) {
+        most = fmax(most, s->wheel[w].most_wear.value);
+        off = fmax(off, fmax(fabs(s->wheel[w].wear - coarse[w].wear),
+                             fabs(s->wheel[w].most_wear.value - coarse[w].most_wear.value)));
+    }
+    return most > 0 ? off / most : 0;
+}
+
+/* First with every other sample, then with all. Ratios are compared with 1, forces with the load, wear numbers with the
+ * largest. */
 static kempe_status judge_all(judging *j)
 {
     kmp_running_safety *s = j->safety;
@@ -390,6 +415,7 @@ static kempe_status judge_all(judging *j)
         s->difference = fmax(fmax(s->difference, change(a->unloading, b->unloading, 1)),
                              fmax(change(a->ratio, b->ratio, 1), change(a->mean, b->mean, 1)));
     }
+    s->difference = fmax(s->difference, change_of_wear(s, wheel));
     for (int k = 0; k < s->axles; k++) {
         double load = s->wheel[axle[k].left].load + s->wheel[axle[k].right].load;
         s->difference =
@@ -468,16 +494,18 @@ static kempe_status judge(judging *j, kmp_arena *arena)
     bool made =
         KMP_ARENA_MAKE(&j->room, KMP_ROOM(double, wheels * s->samples, &j->way, &j->of, &j->smooth, &j->smooth_across),
                        KMP_ROOM(double, 2 * (ptrdiff_t)s->samples, &j->integral)) &&
-        KMP_ARENA_MAKE(
-            arena, KMP_ROOM(double, wheels * s->samples, &j->load, &j->across, &j->mean, &j->sum, &j->along, &j->aside),
-            KMP_ROOM(double, s->samples, &time), KMP_ROOM(kmp_safety_wheel, wheels, &s->wheel),
-            KMP_ROOM(kmp_safety_axle, wheels, &s->axle));
+        KMP_ARENA_MAKE(arena,
+                       KMP_ROOM(double, wheels * s->samples, &j->load, &j->across, &j->wear, &j->mean, &j->sum,
+                                &j->along, &j->aside),
+                       KMP_ROOM(double, s->samples, &time), KMP_ROOM(kmp_safety_wheel, wheels, &s->wheel),
+                       KMP_ROOM(kmp_safety_axle, wheels, &s->axle));
     KMP_TRY(kmp_made(j->model->context, made));
     s->t = time;
     s->mean = j->mean;
     s->sum = j->sum;
     s->load = j->load;
     s->across = j->across;
+    s->wear = j->wear;
     s->along = j->along;
     s->aside = j->aside;
     sort_samples(j, time);
@@ -568,6 +596,15 @@ void kmp_running_safety_show(kmp_text *text, const kempe_model *model, const kmp
                             axle->mean.value > axle->limit ? ", above the limit" : "");
         kmp_text_put(text, "\n");
     }
+    kmp_text_printf(text, "          %-*s  T gamma, J/m: mean   largest      t, s\n", width, "");
+    for (int w = 0; w < s->wheels; w++) {
+        const kmp_safety_wheel *wheel = &s->wheel[w];
+        kmp_text_printf(text, "          %-*s", width, model->wheels[w].name);
+        put_cell(text, 17, 2, wheel->wear);
+        put_cell(text, 8, 1, wheel->most_wear.value);
+        put_cell(text, 8, 3, wheel->most_wear.t);
+        kmp_text_put(text, "\n");
+    }
     kmp_text_printf(text, "          %.6g m of way; Q0 %s", s->way, kmp_safety_loads_from(s));
     if (isfinite(s->carried) && s->loaded)
         kmp_text_printf(text, ", together %.3f of the weight", s->carried);
@@ -613,6 +650,8 @@ void kmp_running_safety_json(kmp_json *json, const kempe_model *model, const kmp
         json_value(json, "unloading_filtered", wheel->smooth_unloading);
         json_value(json, "YQ", wheel->ratio);
         json_value(json, "YQ_mean", wheel->mean);
+        kmp_json_number(json, "wear_mean", wheel->wear);
+        json_value(json, "wear", wheel->most_wear);
         kmp_json_put(json, "flange_angle %g friction %g nadal %g", wheel->flange, model->wheels[w].friction.value,
                      wheel->nadal);
         json_kept(json, wheel->mean.value, wheel->nadal);

@@ -18,6 +18,8 @@ typedef struct kmp_safety_wheel {
     kmp_safety_value unloading, smooth_unloading; /* the largest (Q0 - Q)/Q0; of filtered loads */
     kmp_safety_value ratio;                       /* the largest Y/Q under a load */
     kmp_safety_value mean; /* the largest mean of Y/Q of filtered forces over KMP_SAFETY_LENGTH of way */
+    double wear;           /* the mean of the wear number T gamma over the way, N */
+    kmp_safety_value most_wear;
 } kmp_safety_wheel;
 
 /** Wheels opposite each other: a wheelset, or two independent wheels. */
@@ -38,7 +40,7 @@ typedef struct kmp_running_safety {
     kmp_safety_wheel *wheel;
     kmp_safety_axle *axle;
     /* Samples; of wheel w, or of axle w, number k is at w * samples + k: */
-    const double *t, *load, *across; /* time; Q and Y */
+    const double *t, *load, *across, *wear; /* time; Q, Y and T gamma */
     const double *mean, *sum; /* means over the way of Y/Q and of the sum of Y, filtered; NaN where it is too short */
     const double *along,
         *aside; /* place of the wheel's centre on the track: arc length, and m to the left in its plane */
