@@ -329,6 +329,7 @@ document.documentElement.dataset.said = JSON.stringify([m.barrels.length, m.guid
         page = Page(self.make("simulate", model, "--t-end", "5", "--no-convergence-check", "--json", self.folder / "run.json").read_text())
         vehicle, safety = json.loads(page.data)["vehicle"], json.loads((self.folder / "run.json").read_text())["running_safety"]
         self.assertEqual([w["mean"] for w in vehicle["wheels"]], [w["YQ_mean"]["value"] for w in safety["wheels"]])
+        self.assertEqual([(w["wear"], w["most_wear"]) for w in vehicle["wheels"]], [(w["wear_mean"], w["wear"]["value"]) for w in safety["wheels"]])
         self.assertEqual([a["limit"] for a in vehicle["axles"]], [a["prudhomme"] for a in safety["axles"]])
         self.assertEqual([c["direction"] for c in vehicle["comfort"]], ["longitudinal", "lateral", "vertical"])
         self.assertEqual(sorted(vehicle["tracks"][0]), ["alignment", "cant", "cross", "curvature", "from", "level", "name", "to"])

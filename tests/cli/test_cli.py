@@ -2297,6 +2297,12 @@ class RunningSafety(Case):
             self.assertAlmostEqual(found["unloading"]["value"], 1 - least / found["Q0"], delta=1e-3)
             self.assertAlmostEqual(found["unloading_filtered"]["value"], 1 - min(load) / found["Q0"], delta=1e-3)
             self.assertEqual(found["kept"], True)
+            wear = [row[f"guidance.{wheel}.wear"] for row in rows]  # rows of 1 ms; samples are up to 20 ms apart
+            mean = sum((b - a) * (x + y) / 2 for a, b, x, y in zip(way, way[1:], wear, wear[1:])) / way[-1]
+            self.assertGreater(mean, 1)
+            self.assertAlmostEqual(found["wear_mean"], mean, delta=5e-3 * mean)
+            self.assertAlmostEqual(found["wear"]["value"], max(wear), delta=1e-2 * max(wear))
+            self.assertAlmostEqual(found["wear"]["t"], rows[wear.index(max(wear))]["t"], delta=0.05)
         total = [left - right for left, right in zip(across["FL"], across["FR"])]
         means = [abs(self.mean_over(2, ways["FL"], total, k)) for k in range(200, len(rows))]
         self.assertAlmostEqual(axle["Y_mean"]["value"], max(means), delta=2e-4 * 1e5)
@@ -2307,6 +2313,7 @@ class RunningSafety(Case):
         self.assertAlmostEqual(safety["carried"], 1, delta=1e-6)
         self.assertLess(safety["difference"], 0.01)
         self.assertIn("Prud'homme's limit 46.624 kN", text)
+        self.assertRegex(text, rf"FL +{safety['wheels'][0]['wear_mean']:.2f} +{safety['wheels'][0]['wear']['value']:.1f} ")
 
     def test_independent_wheels(self):
         """Wheels that turn each on its own: pairs of opposite ones, with the load of both."""
