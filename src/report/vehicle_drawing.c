@@ -33,8 +33,8 @@ static void put_wheels(kmp_json *json, const kempe_model *model, const kmp_runni
                      "{ name %s load %g nadal %g flange %g friction %g unloading %g unloading_t %g smooth %g ratio %g",
                      model->wheels[w].name, wheel->load, wheel->nadal, wheel->flange, model->wheels[w].friction.value,
                      wheel->unloading.value, wheel->unloading.t, wheel->smooth_unloading.value, wheel->ratio.value);
-        kmp_json_put(json, "mean %g mean_t %g wear %g most_wear %g most_wear_t %g", wheel->mean.value, wheel->mean.t,
-                     wheel->wear, wheel->most_wear.value, wheel->most_wear.t);
+        kmp_json_put(json, "mean %g mean_t %g wear %g most_wear %g", wheel->mean.value, wheel->mean.t, wheel->wear,
+                     wheel->most_wear.value);
         put_samples(json, "Q", s, s->load + at);
         put_samples(json, "Y", s, s->across + at);
         put_samples(json, "wear_numbers", s, s->wear + at);

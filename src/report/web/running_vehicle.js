@@ -69,9 +69,9 @@ const fixed = (x, places) => (isNumber(x) ? x.toFixed(places) : "-");
 
 function safetyTables(vehicle) {
     const wheels = byId("vehicle-wheels"), axles = byId("vehicle-axles");
-    wheels.append(headRow(["wheel", "Q0, kN", "(Q0-Q)/Q0", "at t, s", `at ${vehicle.cutoff} Hz`, "largest Y/Q", `mean over ${vehicle.mean_over} m`, "at t, s", "Nadal's limit", "flange, deg", "friction", "verdict", "mean T\u03b3, J/m", "largest T\u03b3, J/m", "at t, s"]));
+    wheels.append(headRow(["wheel", "Q0, kN", "(Q0-Q)/Q0", "at t, s", `at ${vehicle.cutoff} Hz`, "largest Y/Q", `mean over ${vehicle.mean_over} m`, "at t, s", "Nadal's limit", "flange, deg", "friction", "verdict", "mean T\u03b3, J/m", "largest T\u03b3, J/m"]));
     for (const w of vehicle.wheels)
-        wheels.append(element("tr", element("td", w.name), ...[fixed(w.load / 1e3, 2), fixed(w.unloading, 3), fixed(w.unloading_t, 3), fixed(w.smooth, 3), fixed(w.ratio, 3), fixed(w.mean, 3), fixed(w.mean_t, 3), fixed(w.nadal, 3), fixed((w.flange * 180) / Math.PI, 2), fixed(w.friction, 2)].map((words) => element("td", words)), verdictCell(w.mean, w.nadal), ...[fixed(w.wear, 2), fixed(w.most_wear, 1), fixed(w.most_wear_t, 3)].map((words) => element("td", words))));
+        wheels.append(element("tr", element("td", w.name), ...[fixed(w.load / 1e3, 2), fixed(w.unloading, 3), fixed(w.unloading_t, 3), fixed(w.smooth, 3), fixed(w.ratio, 3), fixed(w.mean, 3), fixed(w.mean_t, 3), fixed(w.nadal, 3), fixed((w.flange * 180) / Math.PI, 2), fixed(w.friction, 2)].map((words) => element("td", words)), verdictCell(w.mean, w.nadal), ...[fixed(w.wear, 2), fixed(w.most_wear, 1)].map((words) => element("td", words))));
     axles.parentElement.hidden = vehicle.axles.length === 0;
     axles.append(headRow(["axle", `sum of Y, mean over ${vehicle.mean_over} m, kN`, "at t, s", "Prud'homme's limit, kN", "verdict"]));
     for (const a of vehicle.axles) axles.append(element("tr", element("td", a.name), ...[fixed(a.mean / 1e3, 2), fixed(a.mean_t, 3), fixed(a.limit / 1e3, 2)].map((words) => element("td", words)), verdictCell(a.mean, a.limit)));
