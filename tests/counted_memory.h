@@ -3,21 +3,13 @@
 #ifndef KEMPE_TESTS_COUNTED_MEMORY_H
 #define KEMPE_TESTS_COUNTED_MEMORY_H
 
+#include "sanitized.h"
 #include <stdbool.h>
 #include <stdlib.h>
 
-/* Sanitizers have allocation functions of their own: nothing is counted there. */
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(memory_sanitizer) || __has_feature(thread_sanitizer)
-#define SANITIZED
-#endif
-#endif
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define SANITIZED
-#endif
-
 static long allocations;
 
+/* Sanitizers have allocation functions of their own: nothing is counted there. */
 #ifdef SANITIZED
 static const bool counts = false;
 #else

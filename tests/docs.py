@@ -35,8 +35,9 @@ import python_pages  # noqa: E402
 KEMPE = "kempe"  # set by main
 FULL = "KEMPE_FULL" in os.environ
 os.environ["BROWSER"] = "true"  # `kempe view` opens nothing
-# With KEMPE_FULL=1 alone: tests/bogie_track.py has other modes of the same model, docs/problems.py runs of the same two.
-LONG = ("--sweep speed=0.5:20:40", "compare examples/wheelset/wheelset.yaml", "compare examples/four_bar/four_bar_ill.yaml")
+# With KEMPE_FULL=1 alone: tests/bogie_track.py has other modes of the same model, docs/problems.py runs of the same two, another
+# page the same cycles of all outputs.
+LONG = ("--sweep V=60:75:16 --outputs q(y1) --svg diagram.svg", "--sweep speed=0.5:20:40", "compare examples/wheelset/wheelset.yaml", "compare examples/four_bar/four_bar_ill.yaml")
 PAGES = sorted([ROOT / "README.md", *ROOT.glob("docs/**/*.md"), *ROOT.glob("examples/**/*.md"), *ROOT.glob("bench/*.md")])
 
 
@@ -82,9 +83,9 @@ def commands(page):
 
 
 def shortened(line):
-    """Comparisons at two tolerances, the first two that are listed or 1e-4 and 1e-6, and sweeps of at most five values."""
-    line = [re.sub(r"(=[^:,]+:[^:,]+):\d+$", lambda m: m.group(1) + ":5" if int(m.group().split(":")[-1]) > 5 else m.group(), word)
-            for word in line]
+    """Comparisons at two tolerances, the first two that are listed or 1e-4 and 1e-6; sweeps of at most five values, of limit cycles two."""
+    most = 2 if line[0] == "cycles" else 5
+    line = [re.sub(r"(=[^:,]+:[^:,]+):(\d+)$", lambda m: f"{m.group(1)}:{min(int(m.group(2)), most)}", word) for word in line]
     if line[0] != "compare":
         return line
     if "--rtol" not in line:
