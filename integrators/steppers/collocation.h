@@ -37,6 +37,7 @@ typedef struct kmp_collocation_method {
     int stages;             /* 0: as many as the lanes of the ODE have room for */
     kmp_iteration cheapest; /* that is tried */
     double part, power;     /* the estimate is compared with part rtol^power of the values */
+    double rest;            /* iterations end at this part of rtol */
     bool by_rates; /* positions between steps by the rates of the stages, from an initial rate without its stiff part;
                     * otherwise by their derivatives and the initial rate, one order more accurate where nothing is
                     * stiff */
