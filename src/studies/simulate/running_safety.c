@@ -20,6 +20,9 @@ static const double SAMPLE_WAY = 0.4, SAMPLE_TIME = 0.04, STRAIGHT = 1e-2;
 static const double LEAST_LOAD = 0.05;
 /* Wheels are opposite each other that are nearer along the track than this part of its gauge. */
 static const double OPPOSITE = 0.25;
+/* Places along the track are found to this part of its gauge; the next correction would be smaller by the distance from
+ * the middle line over the radius of the curve. */
+static const double PLACED = 1e-9;
 /* Steps that are shorter by this are sampled together. */
 static const double SHORT = 1.0 / 16;
 enum { HALVINGS = 4, ROUGH_HALVINGS = 3 };
@@ -40,6 +43,9 @@ typedef struct judging {
     double *row, *value;    /* of an instant */
     double *kept, *scratch; /* samples: their time, OF_WHEEL values of each wheel */
     int count;
+    double *last, *waiting, *next; /* the last sample that is kept; the one after it, if one waits; the newest */
+    bool waits, calm, pairs;       /* calm: the last interval was not refined; pairs: then two are judged together */
+    int halvings;
     double *way, *load, *across, *of, *wear; /* way, Q, Y, Y/Q, T gamma of wheel w at sample k: [w * samples + k] */
     double *smooth, *smooth_across;          /* Q and Y at low frequencies, a wheel after the other */
     double *mean, *sum, *integral, *along, *aside;
@@ -155,9 +161,11 @@ static void place_on_track(const judging *j, int wheel, double guess, double *ar
         for (int i = 0; i < 3; i++)
             p[k] += (point->turned ? point->axes[i][k] : i == k) * (position[i] - point->at[i].value);
     double s = isfinite(guess) ? guess : nearest_place(track, p);
-    for (int k = 0; k < PROJECTIONS; k++) {
+    double off = INFINITY;
+    for (int k = 0; k < PROJECTIONS && fabs(off) > PLACED * track->gauge; k++) {
         middle_line(track, s, at, along);
-        s += (p[0] - at[0]) * along[0] + (p[1] - at[1]) * along[1];
+        off = (p[0] - at[0]) * along[0] + (p[1] - at[1]) * along[1];
+        s += off;
     }
     middle_line(track, s, at, along);
     double cant = track->curved && track->cant ? kmp_table_value(track->cant, 0, s) : 0;
@@ -199,12 +207,13 @@ static kempe_status keep(judging *j, const double *sample)
 /* True if a sample is on the lines between two others, as many of the wheels as touch the rail. */
 static bool is_straight(const judging *j, const double *a, const double *middle, const double *b)
 {
+    const double part = (middle[0] - a[0]) / (b[0] - a[0]);
     for (int w = 0; w < j->model->wheel_count; w++) {
         const int at = 1 + OF_WHEEL * w;
         double load = j->static_loads[w];
         load = isfinite(load) && load > 0 ? load : fmax(fabs(j->kept[at + LOAD]), 1);
         for (int k = at; k <= at + RATIO; k++) {
-            double off = fabs(middle[k] - (a[k] + b[k]) / 2), size = k == at + RATIO ? 1 : load;
+            double off = fabs(middle[k] - a[k] - part * (b[k] - a[k])), size = k == at + RATIO ? 1 : load;
             if (off > STRAIGHT * size)
                 return false;
         }
@@ -226,6 +235,44 @@ static kempe_status refine(judging *j, const double *a, const double *b, int hal
     return refine(j, middle, b, halvings - 1, scratch + sample_size(j));
 }
 
+/* Refines an interval; calm: one sample was enough. */
+static kempe_status refine_interval(judging *j, const double *from, const double *to)
+{
+    const int count = j->count;
+    KMP_TRY(refine(j, from, to, j->halvings, j->scratch));
+    j->calm = j->pairs && j->count == count + 2;
+    return KEMPE_OK;
+}
+
+static void exchange(double **a, double **b)
+{
+    double *kept = *a;
+    *a = *b;
+    *b = kept;
+}
+
+/* Goes on to the next sample. After an interval without refinement two intervals are a pair, which is not refined where
+ * the sample between them is on the line. Either way an even number of samples is kept. */
+static kempe_status go_on(judging *j)
+{
+    if (!j->waits && j->calm) {
+        exchange(&j->waiting, &j->next);
+        j->waits = true;
+        return KEMPE_OK;
+    }
+    if (j->waits && is_straight(j, j->last, j->waiting, j->next)) {
+        KMP_TRY(keep(j, j->waiting));
+        KMP_TRY(keep(j, j->next));
+    } else {
+        if (j->waits)
+            KMP_TRY(refine_interval(j, j->last, j->waiting));
+        KMP_TRY(refine_interval(j, j->waits ? j->waiting : j->last, j->next));
+    }
+    j->waits = false;
+    exchange(&j->last, &j->next);
+    return KEMPE_OK;
+}
+
 /* Parts of a time, each of which begins with a sample. */
 static double parts_of(const judging *j, double span, const double *sample)
 {
@@ -235,15 +282,19 @@ static double parts_of(const judging *j, double span, const double *sample)
     return span * fmax(1 / SAMPLE_TIME, fastest / SAMPLE_WAY);
 }
 
-/* The samples of a step, after the one at its start. */
-static kempe_status sample_step(judging *j, double to, double finer, int halvings)
+static const double *last_sample(const judging *j)
 {
-    double *before = j->scratch, *after = before + sample_size(j), from = before[0];
-    double parts = ceil(fmin(finer * parts_of(j, to - from, before), MOST_SAMPLES));
+    return j->waits ? j->waiting : j->last;
+}
+
+/* The samples of a step, after the one at its start. */
+static kempe_status sample_step(judging *j, double to, double finer)
+{
+    const double from = last_sample(j)[0];
+    double parts = ceil(fmin(finer * parts_of(j, to - from, last_sample(j)), MOST_SAMPLES));
     for (int k = 1; k <= fmax(parts, 1); k++) {
-        KMP_TRY(take_sample(j, k < parts ? from + (to - from) * k / parts : to, before, after));
-        KMP_TRY(refine(j, before, after, halvings, after + sample_size(j)));
-        memcpy(before, after, (size_t)sample_size(j) * sizeof *before);
+        KMP_TRY(take_sample(j, k < parts ? from + (to - from) * k / parts : to, last_sample(j), j->next));
+        KMP_TRY(go_on(j));
     }
     return KEMPE_OK;
 }
@@ -251,19 +302,22 @@ static kempe_status sample_step(judging *j, double to, double finer, int halving
 /* An odd number of samples, so that every other one ends where all do. */
 static kempe_status take_samples(judging *j, bool rough)
 {
-    const int steps = kmp_recording_steps(j->recording), halvings = rough ? HALVINGS - ROUGH_HALVINGS : HALVINGS;
+    const int steps = kmp_recording_steps(j->recording);
     double finer = rough ? 1 << ROUGH_HALVINGS : 1;
-    j->scratch = KMP_ARENA_NEW(&j->room, double, (HALVINGS + 3) * sample_size(j));
-    KMP_TRY(kmp_made(j->model->context, j->scratch));
-    KMP_TRY(take_sample(j, j->from, NULL, j->scratch));
-    KMP_TRY(keep(j, j->scratch));
-    finer = fmin(finer, MOST_SAMPLES / (4 * parts_of(j, j->until - j->from, j->scratch)));
+    j->halvings = rough ? HALVINGS - ROUGH_HALVINGS : HALVINGS;
+    j->pairs = !rough;
+    KMP_TRY(kmp_made(j->model->context,
+                     KMP_ARENA_MAKE(&j->room, KMP_ROOM(double, sample_size(j), &j->last, &j->waiting, &j->next),
+                                    KMP_ROOM(double, (HALVINGS + 1) * sample_size(j), &j->scratch))));
+    KMP_TRY(take_sample(j, j->from, NULL, j->last));
+    KMP_TRY(keep(j, j->last));
+    finer = fmin(finer, MOST_SAMPLES / (4 * parts_of(j, j->until - j->from, j->last)));
     for (int k = 0; k < steps; k++) {
         double to = kmp_recording_step_end(j->recording, k);
-        if (k + 1 == steps || to - j->scratch[0] > SHORT * SAMPLE_TIME)
-            KMP_TRY(sample_step(j, to, finer, halvings));
+        if (k + 1 == steps || to - last_sample(j)[0] > SHORT * SAMPLE_TIME)
+            KMP_TRY(sample_step(j, to, finer));
     }
-    return KEMPE_OK;
+    return j->waits ? refine_interval(j, j->last, j->waiting) : KEMPE_OK;
 }
 
 /* By wheels, with the way, which is the integral of the speed. */
