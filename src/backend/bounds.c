@@ -122,6 +122,17 @@ typedef struct span {
 
 static const span whole = {-INFINITY, INFINITY};
 
+/* Instructions of the processor, where fmin and fmax are calls. One NaN of both may be lost, as it is there. */
+static double lower(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+static double upper(double a, double b)
+{
+    return a > b ? a : b;
+}
+
 /* Bounds that are NaN become infinite. */
 static span checked(double low, double high)
 {
@@ -136,7 +147,7 @@ static double times(double a, double b)
 static span product(span a, span b)
 {
     double ll = times(a.low, b.low), lh = times(a.low, b.high), hl = times(a.high, b.low), hh = times(a.high, b.high);
-    return checked(fmin(fmin(ll, lh), fmin(hl, hh)), fmax(fmax(ll, lh), fmax(hl, hh)));
+    return checked(lower(lower(ll, lh), lower(hl, hh)), upper(upper(ll, lh), upper(hl, hh)));
 }
 
 static span sum(span a, span b)
@@ -151,7 +162,7 @@ static span scaled(span a, double by)
 
 static span hull(span a, span b)
 {
-    return checked(fmin(a.low, b.low), fmax(a.high, b.high));
+    return checked(lower(a.low, b.low), upper(a.high, b.high));
 }
 
 static bool holds(span a, double x)
@@ -167,7 +178,7 @@ static span inverse(span a)
 static span square(span a)
 {
     double low = a.low * a.low, high = a.high * a.high;
-    return checked(holds(a, 0) ? 0 : fmin(low, high), fmax(low, high));
+    return checked(holds(a, 0) ? 0 : lower(low, high), upper(low, high));
 }
 
 static span value_of(kmp_bound a)
@@ -198,7 +209,7 @@ static span sine(span x)
     if (!(x.high - x.low < 2 * half_turn))
         return (span){-1, 1};
     double a = sin(x.low), b = sin(x.high);
-    return checked(meets(x, -half_turn / 2) ? -1 : fmin(a, b), meets(x, half_turn / 2) ? 1 : fmax(a, b));
+    return checked(meets(x, -half_turn / 2) ? -1 : lower(a, b), meets(x, half_turn / 2) ? 1 : upper(a, b));
 }
 
 static span cosine(span x)
@@ -216,7 +227,7 @@ static span growing(double (*f)(double x), span x)
 static span even(double (*f)(double x), span x)
 {
     double a = f(x.low), b = f(x.high);
-    return checked(holds(x, 0) ? f(0) : fmin(a, b), fmax(a, b));
+    return checked(holds(x, 0) ? f(0) : lower(a, b), upper(a, b));
 }
 
 /* sqrt(1 - x^2) */
@@ -325,7 +336,7 @@ static kmp_bound angle(kmp_bound y, kmp_bound x)
     if (holds(value_of(y), 0) && x.low <= 0)
         return joined(f, whole);
     double a = atan2(y.low, x.low), b = atan2(y.low, x.high), c = atan2(y.high, x.low), d = atan2(y.high, x.high);
-    f = checked(fmin(fmin(a, b), fmin(c, d)), fmax(fmax(a, b), fmax(c, d)));
+    f = checked(lower(lower(a, b), lower(c, d)), upper(upper(a, b), upper(c, d)));
     span along = sum(product(value_of(x), rate_of(y)), scaled(product(value_of(y), rate_of(x)), -1));
     return joined(f, product(along, inverse(sum(by_y, by_x))));
 }
@@ -341,7 +352,7 @@ static kmp_bound least(kmp_bound x, kmp_bound y)
         return x;
     if (y.high < x.low)
         return y;
-    return joined(checked(fmin(x.low, y.low), fmin(x.high, y.high)), hull(rate_of(x), rate_of(y)));
+    return joined(checked(lower(x.low, y.low), lower(x.high, y.high)), hull(rate_of(x), rate_of(y)));
 }
 
 static kmp_bound less(kmp_bound x, kmp_bound y)

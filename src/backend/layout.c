@@ -13,6 +13,12 @@ static uint32_t known(const kmp_layout *l, int from, uint32_t operand)
                : l->depth[i];
 }
 
+/* True for instructions that end a segment. Lists compute nothing: what reads them reads their items. */
+static bool is_special(const kmp_layout *l, int i)
+{
+    return !l->is_straight[i] && l->program->instruction[i].op != KMP_OP_LIST;
+}
+
 static uint32_t depth_of(const kmp_layout *l, int i)
 {
     const kmp_instruction *in = &l->program->instruction[i];
@@ -21,7 +27,7 @@ static uint32_t depth_of(const kmp_layout *l, int i)
         uint32_t e = known(l, i, kmp_instruction_operand(in, k));
         d = d > e ? d : e;
     }
-    return l->is_straight[i] ? d : d + 1;
+    return d + is_special(l, i);
 }
 
 /* Puts the parts of a stage one after another, each with segments of its own: depths within parts become depths within
@@ -58,7 +64,7 @@ static bool analyse(kmp_layout *l, bool (*straight)(const kmp_instruction *in))
     const kmp_program *p = l->program;
     for (int i = 0; i < p->code[p->stages]; i++) {
         l->is_straight[i] = straight(&p->instruction[i]);
-        l->special_count += !l->is_straight[i];
+        l->special_count += is_special(l, i);
     }
     for (int s = 0; s < p->stages; s++)
         for (int i = p->code[s]; i < p->code[s + 1]; i++)
@@ -147,7 +153,7 @@ static uint32_t deepest(const kmp_layout *l, int stage)
 /* Segment of the stage that an instruction is written in. */
 static uint32_t segment_of(const kmp_layout *l, int i)
 {
-    return l->is_straight[i] ? l->depth[i] : l->depth[i] - 1;
+    return l->depth[i] - is_special(l, i);
 }
 
 /* The instructions of a stage by segment, each segment's in the program's order; `first` is where each begins. */
@@ -171,7 +177,7 @@ static void write_segment(kmp_layout *l, uint32_t begin, uint32_t end)
     kmp_segment *segment = &f->segments[f->segment_count++];
     *segment = (kmp_segment){.angle = first_angle, .special = f->special_count};
     for (uint32_t k = begin; k < end; k++)
-        if (!l->is_straight[l->order[k]])
+        if (is_special(l, l->order[k]))
             write_special(l, l->order[k], first_angle);
     segment->angles = f->angles - first_angle;
     while (f->angles % KMP_LANES != 0)

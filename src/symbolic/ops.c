@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Properties and values of operations, from the rows of ops.def. */
-#include "symbolic/graph.h"
-#include <kempe/runtime.h>
-#include <math.h>
+#include "symbolic/program/op_value.h"
 
 const uint8_t kmp_op_arities[KMP_OP_COUNT] = {
 #define KMP_LEAF(name)                                       0,
@@ -28,20 +26,6 @@ static const struct {
 #include "symbolic/ops_end.h"
 };
 
-static double kempe_sin(double x)
-{
-    double s, c;
-    kempe_sincos(x, &s, &c);
-    return s;
-}
-
-static double kempe_cos(double x)
-{
-    double s, c;
-    kempe_sincos(x, &s, &c);
-    return c;
-}
-
 const char *kmp_op_text(kmp_op op)
 {
     return ops[op].text;
@@ -59,19 +43,5 @@ kmp_op_parity kmp_op_parity_of(kmp_op op)
 
 double kmp_op_value(kmp_op op, double x, double y, double z)
 {
-#define VALUE(name, value)                                                                                             \
-    case KMP_OP_##name:                                                                                                \
-        return value;
-    switch (op) {
-#define KMP_LEAF(name)
-#define KMP_BINARY(name, text, value)                        VALUE(name, value)
-#define KMP_UNARY(name, text, parity, value, derivative)     VALUE(name, value)
-#define KMP_BINARY_FUNCTION(name, text, value, differential) VALUE(name, value)
-#define KMP_TERNARY(name, text, value, differential)         VALUE(name, value)
-#define KMP_APPLIED(name, text)
-#include "symbolic/ops_end.h"
-    default:
-        return NAN;
-    }
-#undef VALUE
+    return kmp_op_value_here(op, x, y, z);
 }

@@ -188,7 +188,7 @@ static inline step random_step(int k)
         s.value = pick(3) ? between(-2, 2) : pick(5) - 2;
     if (s.kind == STEP_POWER)
         s.value = exponents[pick(8)];
-    while (s.kind == STEP_FUNCTION && kmp_op_form_of(s.op) != KMP_FORM_FUNCTION)
+    while (s.kind == STEP_FUNCTION && (kmp_op_form_of(s.op) != KMP_FORM_FUNCTION || s.op == KMP_OP_LIST)) /* no value */
         s.op = (kmp_op)pick(KMP_OP_COUNT);
     return s;
 }

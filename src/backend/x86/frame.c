@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "backend/x86/frame.h"
 #include "base/thread_pool.h"
+#include "symbolic/program/op_value.h"
 #include "symbolic/table_function.h"
 #include <string.h>
 
@@ -143,7 +144,7 @@ static inline __attribute__((always_inline)) void run_special(const kmp_frame *f
     }
     for (int k = 1; k < 3; k++)
         x[k] = s->minus[k] ? -v[s->operand[k] * width] : v[s->operand[k] * width];
-    v[s->d * width] = kmp_program_value(f->program, (int)s->instruction, x[0], x[1], x[2]);
+    v[s->d * width] = kmp_op_value_here((kmp_op)s->op, x[0], x[1], x[2]);
 }
 
 void kmp_frame_special(const kmp_frame *f, const kmp_special *special, double *v, size_t width)

@@ -174,6 +174,7 @@ struct kmp_average {
     double *value;
     size_t *first; /* groups that count, and their number; then those of the middle places */
     size_t count;
+    kmp_scan_row exponent, needed, *averaged; /* where the scan has them */
 };
 
 /* The weights of places, and the places in the middle of groups. */
@@ -191,6 +192,14 @@ static void measure(kmp_average *a)
         a->first[a->groups + k] = width + k * LANES;
 }
 
+static void find_rows(kmp_average *a)
+{
+    a->exponent = kmp_scan_output(a->scan, EXPONENT, 0);
+    a->needed = kmp_scan_output(a->scan, EXPONENT, 1);
+    for (int k = 1; k < a->block->unknowns; k++)
+        a->averaged[k] = kmp_scan_output(a->scan, AVERAGED, k - 1);
+}
+
 kmp_average *kmp_average_room(const kmp_program_block *block)
 {
     kmp_average *a = KMP_NEW(kmp_average, 1);
@@ -201,17 +210,19 @@ kmp_average *kmp_average_room(const kmp_program_block *block)
     size_t width = a->groups * LANES;
     KMP_ARENA_MAKE(&a->arena, KMP_ROOM(double, width + a->groups, &a->place),
                    KMP_ROOM(double, a->groups + LANES, &a->middle), KMP_ROOM(double, block->unknowns, &a->value),
-                   KMP_ROOM(size_t, 2 * a->groups, &a->first));
+                   KMP_ROOM(size_t, 2 * a->groups, &a->first), KMP_ROOM(kmp_scan_row, block->unknowns, &a->averaged));
     a->spacing = kmp_arena_aligned(&a->arena, width);
     a->weight = kmp_arena_aligned(&a->arena, width);
     if (!a->arena.failed) {
         measure(a);
         a->scan = kmp_scan_new(block, (int)(width + a->groups), a->place);
     }
-    if (a->scan)
-        return a;
-    kmp_average_room_free(a);
-    return NULL;
+    if (!a->scan) {
+        kmp_average_room_free(a);
+        return NULL;
+    }
+    find_rows(a);
+    return a;
 }
 
 void kmp_average_room_free(kmp_average *a)
@@ -324,7 +335,7 @@ KMP_CLONES static double largest(const kmp_average *a, const kmp_scan_row *expon
 static void choose(kmp_average *a, size_t *best)
 {
     kmp_scan_groups(a->scan, EXPONENT, (a->groups + LANES - 1) / LANES, a->first + a->groups, 0);
-    const kmp_scan_row e = kmp_scan_output(a->scan, EXPONENT, 0), needed = kmp_scan_output(a->scan, EXPONENT, 1);
+    const kmp_scan_row e = a->exponent, needed = a->needed;
     const size_t from = a->groups * LANES;
     for (size_t k = 0; k < a->groups; k++)
         a->middle[k] = e.sign * *kmp_scan_at(&e, from + k, k);
@@ -338,8 +349,8 @@ static void take_one(kmp_average *a, size_t group)
     kmp_scan_groups(a->scan, AVERAGED, 1, &a->first[a->groups + group / LANES], group / LANES * LANES);
     a->value[0] = a->middle[group] + log(a->spacing[kmp_places_middle((size_t)a->block->candidates, group)]);
     for (int k = 1; k < a->block->unknowns; k++) {
-        const kmp_scan_row x = kmp_scan_output(a->scan, AVERAGED, k - 1);
-        a->value[k] = x.sign * *kmp_scan_at(&x, at, group);
+        const kmp_scan_row *x = &a->averaged[k];
+        a->value[k] = x->sign * *kmp_scan_at(x, at, group);
     }
 }
 
@@ -354,11 +365,8 @@ void kmp_average_run(kmp_average *a, const double *arguments)
     }
     kmp_scan_groups(a->scan, EXPONENT, a->count, a->first, 0);
     kmp_scan_groups(a->scan, AVERAGED, a->count, a->first, 0);
-    const kmp_scan_row exponent = kmp_scan_output(a->scan, EXPONENT, 0);
-    double most = largest(a, &exponent), all = weigh(a, &exponent, most);
+    double most = largest(a, &a->exponent), all = weigh(a, &a->exponent, most);
     a->value[0] = most + log(all);
-    for (int k = 1; k < a->block->unknowns; k++) {
-        const kmp_scan_row x = kmp_scan_output(a->scan, AVERAGED, k - 1);
-        a->value[k] = weighed(a, &x) / all;
-    }
+    for (int k = 1; k < a->block->unknowns; k++)
+        a->value[k] = weighed(a, &a->averaged[k]) / all;
 }
