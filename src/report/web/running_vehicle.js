@@ -103,7 +103,7 @@ function tellVehicle() {
     byId("vehicle").hidden = !vehicle;
     if (!vehicle) return;
     const { t, wheels, axles } = vehicle, ends = [t[0], t[t.length - 1]], each = (key, factor) => wheels.map((w) => ({ name: w.name, points: pointsOver(t, w[key], factor) }));
-    byId("vehicle-note").append(`${three(vehicle.way)} m of way. Q0, the static wheel load: ${vehicle.loads}${isNumber(vehicle.carried) ? `, together ${vehicle.carried.toFixed(3)} of the weight` : ""}. With every other of ${count(vehicle.samples)} samples values differ by ${vehicle.difference.toExponential(1)}.${vehicle.stride > 1 ? ` Every ${vehicle.stride}th sample is drawn.` : ""}`);
+    byId("vehicle-note").append(`${three(vehicle.way)} m of way. Q0, the static wheel load: ${vehicle.loads}${isNumber(vehicle.carried) ? `, together ${vehicle.carried.toFixed(3)} of the weight` : ""}. With every other of ${count(vehicle.samples)} samples values differ by ${vehicle.difference.toExponential(1)}.${vehicle.stride > 1 ? ` One of ${vehicle.stride} samples is drawn.` : ""}`);
     safetyTables(vehicle);
     vehicleFigure(place, "vehicle-q", "Wheel load Q", "", "kN", "s", each("Q", 1e-3));
     vehicleFigure(place, "vehicle-y", "Lateral force Y, outwards", "", "kN", "s", each("Y", 1e-3));

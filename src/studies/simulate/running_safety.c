@@ -16,6 +16,8 @@
  * than STRAIGHT of the wheel's load off the line through both; on tracks with irregularities samples are that near
  * from the beginning. */
 static const double SAMPLE_WAY = 0.4, SAMPLE_TIME = 0.04, STRAIGHT = 1e-2;
+/* The same in an interval of twice the length: a sample more in its middle would have brought lines as near. */
+static const double PAIRED = 2.5e-3;
 /* Part of Q0 below which Y/Q is a quotient of small forces. */
 static const double LEAST_LOAD = 0.05;
 /* Wheels are opposite each other that are nearer along the track than this part of its gauge. */
@@ -204,8 +206,8 @@ static kempe_status keep(judging *j, const double *sample)
     return KEMPE_OK;
 }
 
-/* True if a sample is on the lines between two others, as many of the wheels as touch the rail. */
-static bool is_straight(const judging *j, const double *a, const double *middle, const double *b)
+/* True if a sample is nearly on the lines between two others, as many of the wheels as touch the rail. */
+static bool is_straight(const judging *j, double off_most, const double *a, const double *middle, const double *b)
 {
     const double part = (middle[0] - a[0]) / (b[0] - a[0]);
     for (int w = 0; w < j->model->wheel_count; w++) {
@@ -214,7 +216,7 @@ static bool is_straight(const judging *j, const double *a, const double *middle,
         load = isfinite(load) && load > 0 ? load : fmax(fabs(j->kept[at + LOAD]), 1);
         for (int k = at; k <= at + RATIO; k++) {
             double off = fabs(middle[k] - a[k] - part * (b[k] - a[k])), size = k == at + RATIO ? 1 : load;
-            if (off > STRAIGHT * size)
+            if (off > off_most * size)
                 return false;
         }
     }
@@ -226,7 +228,7 @@ static kempe_status refine(judging *j, const double *a, const double *b, int hal
 {
     double *middle = scratch;
     KMP_TRY(take_sample(j, a[0] + (b[0] - a[0]) / 2, a, middle));
-    bool straight = halvings == 0 || j->count > MOST_SAMPLES || is_straight(j, a, middle, b);
+    bool straight = halvings == 0 || j->count > MOST_SAMPLES || is_straight(j, STRAIGHT, a, middle, b);
     if (straight) {
         KMP_TRY(keep(j, middle));
         return keep(j, b);
@@ -260,7 +262,7 @@ static kempe_status go_on(judging *j)
         j->waits = true;
         return KEMPE_OK;
     }
-    if (j->waits && is_straight(j, j->last, j->waiting, j->next)) {
+    if (j->waits && is_straight(j, PAIRED, j->last, j->waiting, j->next)) {
         KMP_TRY(keep(j, j->waiting));
         KMP_TRY(keep(j, j->next));
     } else {
