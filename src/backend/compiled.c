@@ -36,7 +36,7 @@ static void find_kept(lister *b)
             b->kept[kmp_layout_instruction(l, p->output[k])] = 1;
 }
 
-static kmp_x86_op op_of(const kmp_instruction *in)
+kmp_x86_op kmp_code_op(const kmp_instruction *in)
 {
     switch (in->op) {
     case KMP_OP_MUL:
@@ -57,7 +57,7 @@ static void add_operation(void *self, int i)
     uint32_t operand[3] = {0};
     int count = kmp_layout_operands(l, i, operand);
     kmp_straight *s = &b->code->operations[b->count++];
-    *s = (kmp_straight){.op = (uint16_t)op_of(&l->program->instruction[i]),
+    *s = (kmp_straight){.op = (uint16_t)kmp_code_op(&l->program->instruction[i]),
                         .d = kmp_layout_target(l, i),
                         .x = count > 1 ? kmp_layout_slot(l, operand[0]) : 0,
                         .y = kmp_layout_slot(l, operand[count > 1]),
@@ -149,13 +149,10 @@ static bool write_segments(const kmp_code *code, kmp_layout *l, kmp_x86 *x86, ui
     return !x86->failed && x86->size < KMP_NO_ROUTINE && extend(l->frame, &packs, registers.used);
 }
 
-/* C converts an object's address to a function pointer only by copying. */
-static kmp_routine *routine_at(const void *pages, uint32_t offset)
+void kmp_code_at(const void *pages, uint32_t offset, void *routine)
 {
-    kmp_routine *routine = NULL;
     const char *at = (const char *)pages + offset;
-    memcpy(&routine, &at, sizeof routine);
-    return routine;
+    memcpy(routine, &at, sizeof at);
 }
 
 bool kmp_code_load(kmp_code *code, kmp_arena *arena, const void *bytes, size_t size, uint32_t segments,
@@ -166,7 +163,7 @@ bool kmp_code_load(kmp_code *code, kmp_arena *arena, const void *bytes, size_t s
     code->size = code->pages ? size : 0;
     for (uint32_t g = 0; code->pages && g < segments; g++)
         if (offset[g] != KMP_NO_ROUTINE)
-            code->segment[g] = routine_at(code->pages, offset[g]);
+            kmp_code_at(code->pages, offset[g], &code->segment[g]);
     return code->segment;
 }
 

@@ -364,7 +364,8 @@ static bool begin(kmp_layout *l)
 
 kmp_block_runner kmp_layout_runner(const kmp_backend *backend)
 {
-    return (kmp_block_runner){backend->prepare, backend->release, backend->set, backend->run, backend->outputs};
+    return (kmp_block_runner){backend->prepare, backend->release, backend->set,
+                              backend->run,     backend->outputs, backend->rows};
 }
 
 bool kmp_layout_init(kmp_layout *l, kmp_frame *frame, const kmp_program *program,

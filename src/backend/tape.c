@@ -226,4 +226,4 @@ static void run(void *code, int stage)
 }
 
 const kmp_backend kmp_backend_tape = {"tape",          prepare, release, kmp_frame_set, run, kmp_frame_outputs,
-                                      kmp_frame_count, NULL,    NULL};
+                                      kmp_frame_count, NULL,    NULL,    NULL};

@@ -109,6 +109,6 @@ static void count(const void *self, kmp_block_counts *counts)
 
 const kmp_backend *kmp_backend_waiting(const kmp_backend *backend)
 {
-    static const kmp_backend either = {"native", prepare, release, set, run, outputs, count, NULL, NULL};
+    static const kmp_backend either = {"native", prepare, release, set, run, outputs, count, NULL, NULL, NULL};
     return backend == &kmp_backend_native ? &either : backend;
 }

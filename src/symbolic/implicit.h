@@ -7,6 +7,7 @@
 #pragma once
 
 #include "symbolic/program/program.h"
+#include "symbolic/sums/row_code.h"
 
 enum { KMP_IMPLICIT_MOST = 6 }; /* unknowns: KMP_NEWTON_MOST */
 
@@ -53,13 +54,14 @@ kmp_ref kmp_implicit_derivative(kmp_graph *g, int block, int component, kmp_ref 
 
 /* -- values ---------------------------------------------------------------------------------------- */
 
-/** The functions that run a block's program: the five functions of a back end (backend/x86/machine.h). */
+/** The functions that run a block's program: functions of a back end (backend/x86/machine.h). */
 typedef struct kmp_block_runner {
     void *(*prepare)(const kmp_program *program); /* NULL: no memory */
     void (*release)(void *code);
     void (*set)(void *code, kmp_input_kind kind, const double *values);
     void (*run)(void *code, int stage);
     const double *(*outputs)(const void *code, int stage);
+    kmp_row_writer *rows; /* of scans; NULL: these are interpreted */
 } kmp_block_runner;
 
 /* A block with one list of arguments, and room to solve it in: one for each thread. */

@@ -52,7 +52,7 @@ static const double *outputs(const void *code, int stage)
     return kmp_interpreter_outputs(code, stage);
 }
 
-static const kmp_block_runner interpreted = {prepare, release, set, run, outputs};
+static const kmp_block_runner interpreted = {prepare, release, set, run, outputs, NULL};
 
 static const double *run_stage(kmp_solving *s, int stage)
 {
@@ -64,12 +64,12 @@ static const double *run_stage(kmp_solving *s, int stage)
 static bool prepare_block(kmp_solving *s)
 {
     if (s->block->averages) {
-        s->average = kmp_average_room(s->block);
+        s->average = kmp_average_room(s->block, s->runner->rows);
         return s->average;
     }
     s->code = s->runner->prepare(s->block->program);
     if (s->block->candidates > 0)
-        s->scan = kmp_scan_new(s->block, s->block->candidates, s->block->candidate);
+        s->scan = kmp_scan_new(s->block, s->block->candidates, s->block->candidate, s->runner->rows);
     return s->code && (s->block->candidates == 0 || s->scan);
 }
 

@@ -1,9 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Blocks of averages: those of a Gaussian in closed form, derivatives of first and second order against differences,
  * what overflows when it is not scaled, the same bits from back ends and a program that was written and read, and what
- * the graph itself gives, up to rounding. A block of the same expressions is made once. */
+ * the graph itself gives, up to rounding. Random expressions have the same bits with machine code and without. A block
+ * of the same expressions is made once. */
+#include "backend/layout.h"
 #include "backend/x86/machine.h"
 #include "base/memory.h"
+#include "random.h"
 #include "read_again.h"
 #include "symbolic/derivative.h"
 #include "symbolic/implicit.h"
@@ -159,6 +162,92 @@ static void all_back_ends_have_the_same_bits(void)
     free_scene(&c);
 }
 
+enum { LEAVES = 9, MADE = 90, AVERAGED = 6 };
+
+/* A value of earlier ones that stays in bounds. */
+static kmp_ref random_value(kmp_graph *l, int table, const kmp_ref *value, int count)
+{
+    const kmp_ref x = value[pick(count)], y = value[pick(count)], z = value[count - 1 - pick(count / 2)];
+    const kmp_ref above = kmp_add(l, KMP_ONE, kmp_mul(l, y, y));
+    switch (pick(12)) {
+    case 0:
+        return kmp_unary(l, KMP_OP_SQRT, above);
+    case 1:
+        return kmp_div(l, z, above);
+    case 2:
+        return kmp_binary(l, KMP_OP_MAX, z, kmp_neg(y));
+    case 3:
+        return kmp_select(l, kmp_less(l, x, z), y, kmp_neg(z));
+    case 4:
+        return kmp_table_at(l, table, kmp_sub(l, z, x));
+    case 5:
+        return kmp_sin(l, kmp_mul(l, z, y));
+    case 6:
+    case 7:
+    case 8:
+        return kmp_div(l, kmp_mul(l, z, x), above);
+    default:
+        return kmp_mul(l, kmp_const(l, 0.5), pick(2) ? kmp_add(l, z, x) : kmp_sub(l, x, z));
+    }
+}
+
+/* A block of random expressions of the place, four arguments and numbers, at some places. */
+static int random_block(kmp_graph *g, kmp_table *table, int places)
+{
+    kmp_graph *l = kmp_graph_new();
+    kmp_ref value[LEAVES + MADE], averaged[AVERAGED];
+    const int number = kmp_graph_add_table(l, table);
+    double place[PLACES];
+    for (int k = 0; k < places; k++)
+        place[k] = 10.0 * k / places - 5;
+    value[0] = kmp_input(l, KMP_IN_Q, 0);
+    for (int k = 1; k < LEAVES; k++)
+        value[k] = k < 5 ? kmp_input(l, KMP_IN_PARAMETER, (uint32_t)k - 1) : kmp_const(l, between(-2, 2));
+    for (int k = LEAVES; k < LEAVES + MADE; k++)
+        value[k] = random_value(l, number, value, k);
+    for (int k = 0; k < AVERAGED; k++)
+        averaged[k] = value[LEAVES + MADE - 1 - k];
+    kmp_ref away = kmp_sub(l, value[0], value[1]);
+    kmp_ref exponent = kmp_sub(l, kmp_sin(l, value[LEAVES + MADE / 2]), kmp_mul(l, away, away));
+    return kmp_average_in(g, l, 4, exponent, kmp_const(l, pick(2) ? -50 : 30), AVERAGED, averaged, places, place);
+}
+
+/* True if all averages have the same bits, or are no numbers. */
+static bool have_equal_bits(kmp_solving *a, kmp_solving *b)
+{
+    double *arguments[2] = {kmp_solving_arguments(a), kmp_solving_arguments(b)};
+    for (int k = 0; k < 4; k++)
+        arguments[0][k] = arguments[1][k] = between(-2, 2);
+    for (int k = 0; k <= AVERAGED; k++) {
+        double x = kmp_solving_value(a, k), y = kmp_solving_value(b, k);
+        if (memcmp(&x, &y, sizeof x) != 0 && !(isnan(x) && isnan(y)))
+            return false;
+    }
+    return true;
+}
+
+static void random_expressions_have_the_same_bits(void)
+{
+    const double knots[] = {-2, -0.5, 0.3, 1, 4}, values[] = {1, -1, 0.5, 2, -0.3};
+    const kmp_block_runner runner = kmp_layout_runner(&kmp_backend_native);
+    kmp_table *table = kmp_table_new(KMP_TABLE_CUBIC, 5, knots, values);
+    random_seed(3);
+    for (int round = 0; round < 60; round++) {
+        kmp_graph *g = kmp_graph_new();
+        const kmp_program_block *block =
+            kmp_implicit_block(kmp_graph_implicit(g, random_block(g, table, 8 + pick(PLACES - 8))));
+        kmp_solving *interpreted = kmp_solving_new(block, NULL), *native = kmp_solving_new(block, &runner);
+        int differ = 0;
+        for (int k = 0; k < 20; k++)
+            differ += !have_equal_bits(interpreted, native);
+        CHECK(differ == 0);
+        kmp_solving_free(native);
+        kmp_solving_free(interpreted);
+        kmp_graph_free(g);
+    }
+    kmp_table_free(table);
+}
+
 /* A program from bytes may leave to the places what depends on arguments alone: a table and its slope there. */
 static void arguments_alone_at_all_places(void)
 {
@@ -261,5 +350,6 @@ int main(void)
     TEST(operations_are_counted);
     TEST(derivatives_agree_with_differences);
     TEST(all_back_ends_have_the_same_bits);
+    TEST(random_expressions_have_the_same_bits);
     return check_report();
 }

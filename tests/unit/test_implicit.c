@@ -266,8 +266,8 @@ static const double *counted_outputs(const void *code, int stage)
 /* The operations of a solution are those of the stages that ran; a kept solution adds none. */
 static void test_operations_are_counted(void)
 {
-    static const kmp_block_runner runner = {counted_prepare, counted_release, counted_set, counted_run,
-                                            counted_outputs};
+    static const kmp_block_runner runner = {counted_prepare, counted_release, counted_set,
+                                            counted_run,     counted_outputs, NULL};
     kmp_graph *g = kmp_graph_new();
     const kmp_program_block *block = kmp_implicit_block(kmp_graph_implicit(g, cubic_block(g)));
     kmp_solving *s = kmp_solving_new(block, &runner);

@@ -7,12 +7,14 @@
 #include <math.h>
 #include <string.h>
 
-enum { LEAVES = 24, MOST = 400, SLOTS = LEAVES + MOST, WIDEST = 16 };
+enum { LEAVES = 24, MOST = 400, SLOTS = LEAVES + MOST, WIDEST = 16, BASES = 3 };
 
-typedef void routine(double *v);
+/* More arguments are the bases of addresses. */
+typedef void routine(double *v, double *second, double *third);
 
 static kmp_straight operations[MOST];
 static bool is_read_later[SLOTS];
+static kmp_x86_address address[SLOTS];
 
 /* Operands are far back at times and mostly near; `reach` is how far. */
 static uint32_t operand(int defined, int reach)
@@ -71,7 +73,33 @@ static bool same_bits(double a, double b)
     return memcmp(&a, &b, sizeof a) == 0 || (isnan(a) && isnan(b));
 }
 
-static int wrong_bits(kmp_x86_form form, int count, routine *run)
+/* Slots in three arrays, in an order of their own. */
+static void scatter(int wide)
+{
+    for (int k = 0; k < SLOTS; k++) {
+        int place = k * 7 % SLOTS;
+        address[k] = (kmp_x86_address){place % BASES, place / BASES * wide * (int)sizeof(double)};
+    }
+}
+
+static double *at_address(double part[BASES][SLOTS * WIDEST], int slot)
+{
+    return part[address[slot].base] + address[slot].distance / (int)sizeof(double);
+}
+
+/* Runs code with these addresses on the values of all slots. */
+static void run_apart(routine *run, int wide, double *v)
+{
+    static double part[BASES][SLOTS * WIDEST];
+    const size_t size = (size_t)wide * sizeof *v;
+    for (int k = 0; k < SLOTS; k++)
+        memcpy(at_address(part, k), v + k * wide, size);
+    run(part[0], part[1], part[2]);
+    for (int k = 0; k < SLOTS; k++)
+        memcpy(v + k * wide, at_address(part, k), size);
+}
+
+static int wrong_bits(const kmp_registers *registers, kmp_x86_form form, int count, routine *run)
 {
     static double v[(SLOTS + KMP_PLACES) * WIDEST], expected[SLOTS * WIDEST];
     int wide = kmp_x86_lanes(form), bad = 0;
@@ -84,7 +112,10 @@ static int wrong_bits(kmp_x86_form form, int count, routine *run)
             expected[(LEAVES + k) * wide + lane] =
                 value(s->op, expected[s->x * w + l], expected[s->y * w + l], expected[s->z * w + l]);
         }
-    run(v);
+    if (registers->address)
+        run_apart(run, wide, v);
+    else
+        run(v, NULL, NULL);
     for (int k = 0; k < (LEAVES + count) * wide; k++)
         bad += (k / wide < LEAVES || is_read_later[k / wide]) && !same_bits(v[k], expected[k]);
     return bad;
@@ -96,7 +127,10 @@ static void one_program(kmp_x86_form form, int count, int reach)
     kmp_registers registers;
     kmp_arena arena = {0};
     make_operations(count, reach);
-    CHECK(kmp_registers_init(&registers, &arena, SLOTS, SLOTS, MOST, pick(4) == 0));
+    const int kind = pick(4); /* 0: values have no places but their slots; 1: these have addresses, too */
+    CHECK(kmp_registers_init(&registers, &arena, SLOTS, SLOTS, MOST, kind < 2));
+    scatter(kmp_x86_lanes(form));
+    registers.address = kind == 1 ? address : NULL;
     for (int again = 0; again < 2; again++) { /* what one piece leaves behind must not trouble the next */
         size_t begin = code.size;
         kmp_registers_write(&registers, &code, (uint32_t)count, operations);
@@ -106,7 +140,7 @@ static void one_program(kmp_x86_form form, int count, int reach)
         memcpy(&run, &pages, sizeof run);
         CHECK(pages != NULL);
         if (pages)
-            CHECK(wrong_bits(form, count, run) == 0);
+            CHECK(wrong_bits(&registers, form, count, run) == 0);
         kmp_pages_free(pages, code.size - begin);
     }
     kmp_arena_free(&arena);

@@ -5,6 +5,7 @@
 
 #include "base/thread_pool.h"
 #include "symbolic/program/program.h"
+#include "symbolic/sums/row_code.h"
 
 typedef struct kmp_machine kmp_machine;
 
@@ -24,6 +25,7 @@ typedef struct kmp_backend {
     const double *(*outputs)(const void *code, int stage);
     void (*count)(const void *code, kmp_block_counts *counts);  /* adds those since it was prepared */
     void *(*share)(const kmp_program *program, kmp_team *team); /* for a thread pool; NULL: unused */
+    kmp_row_writer *rows;                                       /* machine code of scans; NULL: there is none */
     kmp_team *team; /* the thread pool that shares the work of prepared programs: NULL in the table, set in a copy;
                        outlives it */
 } kmp_backend;

@@ -106,5 +106,5 @@ static void run(void *code, int stage)
     kmp_frame_copies(f, stage);
 }
 
-const kmp_backend kmp_backend_native = {"native",          prepare,         release, kmp_frame_set, run,
-                                        kmp_frame_outputs, kmp_frame_count, share,   NULL};
+const kmp_backend kmp_backend_native = {"native",          prepare,         release, kmp_frame_set,   run,
+                                        kmp_frame_outputs, kmp_frame_count, share,   kmp_row_code_of, NULL};

@@ -118,26 +118,23 @@ static void set_bases(const writer *w)
         kmp_x86_set_base(w->c, (int)base, bytes(w, w->r->slots + (base - 1) * w->reach + w->reach / 2));
 }
 
-/* A place in memory: a base and the distance from it. */
-typedef struct address {
-    int base;
-    int32_t distance;
-} address;
-
 /* The place of a value, or of its lane. */
-static address address_of(const writer *w, uint32_t slot, uint32_t lane)
+static kmp_x86_address address_of(const writer *w, uint32_t slot, uint32_t lane)
 {
     uint32_t place = w->r->place[slot];
+    if (place == 0 && w->r->address)
+        return w->r->address[slot];
     if (place == 0)
-        return (address){0, bytes(w, slot + lane)};
+        return (kmp_x86_address){0, bytes(w, slot + lane)};
     if (--place < w->near)
-        return (address){1 + (int)(place / w->reach), bytes(w, place % w->reach + lane) - bytes(w, w->reach / 2)};
-    return (address){0, bytes(w, w->r->slots + place + lane)};
+        return (kmp_x86_address){1 + (int)(place / w->reach),
+                                 bytes(w, place % w->reach + lane) - bytes(w, w->reach / 2)};
+    return (kmp_x86_address){0, bytes(w, w->r->slots + place + lane)};
 }
 
 static void use_memory(const writer *w, kmp_x86_op op, int d, int x, uint32_t slot, uint32_t lane)
 {
-    address y = address_of(w, slot, lane);
+    kmp_x86_address y = address_of(w, slot, lane);
     kmp_x86_memory(w->c, op, d, x, y.base, y.distance);
 }
 
@@ -381,7 +378,7 @@ static void apply_three(const writer *w, kmp_x86_op op, const source *from, int 
     if (from[third].reg >= 0) {
         kmp_x86_three(w->c, op, order, from[result].reg, from[other].reg, from[third].reg);
     } else {
-        address at = address_of(w, from[third].slot, 0);
+        kmp_x86_address at = address_of(w, from[third].slot, 0);
         kmp_x86_three_memory(w->c, op, order, from[result].reg, from[other].reg, at.base, at.distance);
     }
 }

@@ -19,11 +19,19 @@ typedef struct kmp_straight {
 
 enum { KMP_PLACES = 1024 }; /* bound, a multiple of 64 */
 
+/** A place in memory: a base (x86.h) and the distance from it in bytes. */
+typedef struct kmp_x86_address {
+    int base;
+    int32_t distance;
+} kmp_x86_address;
+
 /** Data of allocation by slot: shared by all pieces of code. */
 typedef struct kmp_registers {
     uint32_t slots, packs; /* number; from which on they are those of pairs */
     uint32_t places, used; /* places after the slots; those that some code uses: the first ones */
     uint64_t taken[KMP_PLACES / 64];
+    const kmp_x86_address *address;    /* of slots; NULL: slot k is at byte 8 k width of base 0. A caller's bases are
+                                        * further arguments of the code, which then sets none: `shared` */
     uint32_t *place;                   /* of a value that has left its register: + 1; 0: its slot */
     uint32_t *next;                    /* next use, as a position */
     int16_t *in;                       /* register, -1: none */

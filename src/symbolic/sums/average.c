@@ -200,7 +200,7 @@ static void find_rows(kmp_average *a)
         a->averaged[k] = kmp_scan_output(a->scan, AVERAGED, k - 1);
 }
 
-kmp_average *kmp_average_room(const kmp_program_block *block)
+kmp_average *kmp_average_room(const kmp_program_block *block, kmp_row_writer *rows)
 {
     kmp_average *a = KMP_NEW(kmp_average, 1);
     if (!a)
@@ -215,7 +215,7 @@ kmp_average *kmp_average_room(const kmp_program_block *block)
     a->weight = kmp_arena_aligned(&a->arena, width);
     if (!a->arena.failed) {
         measure(a);
-        a->scan = kmp_scan_new(block, (int)(width + a->groups), a->place);
+        a->scan = kmp_scan_new(block, (int)(width + a->groups), a->place, rows);
     }
     if (!a->scan) {
         kmp_average_room_free(a);

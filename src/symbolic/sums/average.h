@@ -22,8 +22,8 @@ int kmp_average_in(kmp_graph *g, kmp_graph *local, int arguments, kmp_ref expone
 /* Room to compute one in: one for each thread. */
 typedef struct kmp_average kmp_average;
 
-/** The block must outlive it. NULL: no memory. */
-kmp_average *kmp_average_room(const kmp_program_block *block);
+/** The block must outlive it. `rows`: as for kmp_scan_new. NULL: no memory. */
+kmp_average *kmp_average_room(const kmp_program_block *block, kmp_row_writer *rows);
 void kmp_average_room_free(kmp_average *average);
 
 /** The components for these arguments. No allocation. */

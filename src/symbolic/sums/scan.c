@@ -12,7 +12,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { LANES = KMP_SCAN_GROUP, FIRST = 1, LAST = 2 }; /* stages that depend on places */
+enum { LANES = KMP_SCAN_GROUP, FIRST = KMP_ROW_FIRST, LAST = KMP_ROW_LAST };
 
 /* Dependence of a value: on constants, on the arguments alone, on both arguments and place. */
 typedef enum need { STANDING, COMMON, MOVING } need;
@@ -28,6 +28,8 @@ typedef struct step {
     const kmp_table *table;
     int *piece;    /* by slot */
     double *slope; /* by slot: the first derivative of a table, where a later step has it; that step does nothing */
+    kmp_row_routine *routine; /* machine code of several instructions; `to`, x and y are then its arguments */
+    size_t lanes;             /* that a call of it computes */
 } step;
 
 struct kmp_scan {
@@ -36,12 +38,16 @@ struct kmp_scan {
     size_t width;           /* places, filled up */
     kmp_interpreter *first; /* stage 0 */
     double *merit;
-    double **row;  /* by value */
-    uint8_t *need; /* by value */
-    int *common;   /* those that the stages read */
+    double **row; /* by value */
+    double *base[KMP_ROW_BASES];
+    kmp_row_address *address; /* by value: of its row */
+    const kmp_row_code *code; /* NULL: there is none */
+    uint8_t *need;            /* by value */
+    int *common;              /* those that the stages read */
     int common_count;
     step *steps;
-    int step_start[LAST + 2]; /* by stage */
+    int step_start[LAST + 2];  /* by stage */
+    kmp_counts once[LAST + 1]; /* operations of a stage at one place */
     int *pieces;
     size_t *every;                 /* first of each group of eight */
     long settings, runs[LAST + 1]; /* sets of arguments; groups that a stage ran in */
@@ -137,7 +143,7 @@ typedef struct groups {
     KERNEL(form, 7, OF_PLACE, OF_SLOT, value)                                                                          \
     KERNEL(form, 8, OF_SLOT, OF_SLOT, value)
 
-enum { KERNELS = 9, SUM = 0, LESS_X, LESS_Y, NEGATIVE_SUM, PRODUCT, NEGATIVE_PRODUCT, FORMS, NOTHING = -1 };
+enum { KERNELS = 9, SUM = 0, LESS_X, LESS_Y, NEGATIVE_SUM, PRODUCT, NEGATIVE_PRODUCT, FORMS, NOTHING = -1, CODE = -2 };
 
 static int kind_of(const kmp_scan_row *row)
 {
@@ -229,6 +235,15 @@ static void look_up(const step *s, int order, const groups *n)
         look_up_at(s, order, LANES, kmp_scan_at(&s->x, n->first[group], slot), slot);
 }
 
+/* Machine code of several instructions. */
+static KMP_INTO_CLONES void run_code(const step *s, const groups *n)
+{
+    kmp_row_routine *const run = s->routine;
+    for (size_t group = 0, slot = n->slot; group < n->count; group++, slot += LANES)
+        for (size_t lane = 0; lane < LANES; lane += s->lanes)
+            run(s->to + slot + lane, s->x.row + n->first[group] + lane, s->y.row + lane);
+}
+
 KMP_CLONES static void run_steps(const kmp_program *p, const step *s, const step *end, const groups *n)
 {
     for (; s < end; s++)
@@ -258,6 +273,9 @@ KMP_CLONES static void run_steps(const kmp_program *p, const step *s, const step
             look_up(s, (int)p->instruction[s->instruction].c, n);
             break;
         case NOTHING:
+            break;
+        case CODE:
+            run_code(s, n);
             break;
         default:
             other(p, s, n);
@@ -345,42 +363,66 @@ static bool leaves_row(const kmp_scan *s, uint32_t value)
     return i >= s->p->code[FIRST] && s->need[value] == MOVING && s->p->instruction[i].op != KMP_OP_TABLE;
 }
 
+static kmp_row_base base_of(const kmp_scan *s, uint32_t value)
+{
+    return is_short(s, value) ? KMP_ROW_EQUAL : s->need[value] == MOVING ? KMP_ROW_BY_SLOT : KMP_ROW_BY_PLACE;
+}
+
 /* Rows of values that depend on arguments and places: as few as are needed at once, so that they stay in the nearest
- * cache. */
-static void share_rows(kmp_scan *s, int *last, double **unused)
+ * cache. Returns their number. */
+static int32_t share_rows(kmp_scan *s, int *last, int32_t *unused)
 {
     const kmp_program *p = s->p;
     int count = 0;
+    int32_t rows = 0;
     for (int i = p->code[FIRST]; i < p->code[LAST + 1]; i++) {
         const uint32_t value = (uint32_t)(leaves(p) + i);
         if (leaves_row(s, value))
-            s->row[value] = count > 0 ? unused[--count] : kmp_arena_aligned(&s->arena, s->width);
+            s->address[value].at = count > 0 ? unused[--count] : rows++;
         for (int k = 0; k < kmp_op_arity((kmp_op)p->instruction[i].op); k++) {
             const uint32_t operand = kmp_instruction_operand(&p->instruction[i], k) >> 1;
             if (!leaves_row(s, operand) || last[operand] != i)
                 continue;
-            unused[count++] = s->row[operand];
+            unused[count++] = s->address[operand].at;
             last[operand] = -1; /* another operand may be the same */
         }
     }
+    return rows;
 }
 
-/* Rows of all values, and of the merits. False: no memory. */
+/* Numbers the rows of each base. */
+static void number_rows(kmp_scan *s, int *last, int32_t *unused, int32_t rows[KMP_ROW_BASES])
+{
+    const uint32_t values = (uint32_t)(leaves(s->p) + s->p->code[LAST + 1]);
+    rows[KMP_ROW_BY_SLOT] = share_rows(s, last, unused);
+    for (uint32_t k = 0; k < values; k++) {
+        s->address[k].base = base_of(s, k);
+        if (!leaves_row(s, k))
+            s->address[k].at = rows[s->address[k].base]++;
+    }
+}
+
+/* Rows of all values, those of a base one after another, and of the merits. False: no memory. */
 static bool place_rows(kmp_scan *s)
 {
     const int values = leaves(s->p) + s->p->code[LAST + 1];
+    int32_t rows[KMP_ROW_BASES] = {0};
     kmp_arena room = {0};
     int *last = KMP_ARENA_NEW(&room, int, values);
-    double **unused = KMP_ARENA_NEW(&room, double *, values);
+    int32_t *unused = KMP_ARENA_NEW(&room, int32_t, values);
     s->merit = KMP_ARENA_NEW(&s->arena, double, s->width);
     if (!room.failed) {
         find_last_uses(s, last);
-        share_rows(s, last, unused);
+        number_rows(s, last, unused, rows);
     }
-    for (uint32_t k = 0; k < (uint32_t)values; k++)
-        if (!s->row[k])
-            s->row[k] = kmp_arena_aligned(&s->arena, is_short(s, k) ? LANES : s->width);
+    for (int k = 0; k < KMP_ROW_BASES; k++)
+        s->base[k] = kmp_arena_aligned(&s->arena, (size_t)rows[k] * (k == KMP_ROW_EQUAL ? LANES : s->width));
     const bool made = !room.failed && !s->arena.failed;
+    for (int k = 0; made && k < values; k++) {
+        kmp_row_address *of = &s->address[k];
+        of->at *= of->base == KMP_ROW_EQUAL ? LANES : (int32_t)s->width;
+        s->row[k] = s->base[of->base] + of->at;
+    }
     kmp_arena_free(&room);
     return made;
 }
@@ -444,15 +486,44 @@ static void share_pieces(kmp_scan *s, step *made, int tables)
         }
 }
 
+/* The next piece of machine code that ends after an instruction. */
+static const kmp_row_piece *piece_after(const kmp_scan *s, const kmp_row_piece *piece, int instruction)
+{
+    const kmp_row_piece *end = s->code->piece + s->code->count;
+    while (piece < end && piece->end <= instruction)
+        piece++;
+    return piece < end ? piece : NULL;
+}
+
+static step step_of_code(const kmp_scan *s, const kmp_row_piece *piece)
+{
+    return (step){.kernel = CODE,
+                  .instruction = piece->first,
+                  .to = s->base[KMP_ROW_BY_SLOT],
+                  .x = {.row = s->base[KMP_ROW_BY_PLACE]},
+                  .y = {.row = s->base[KMP_ROW_EQUAL]},
+                  .routine = piece->run,
+                  .lanes = (size_t)s->code->lanes};
+}
+
 static void list_steps(kmp_scan *s)
 {
     const kmp_program *p = s->p;
+    const kmp_row_piece *piece = s->code ? s->code->piece : NULL;
     int count = 0, tables = 0;
     for (int stage = FIRST; stage <= LAST; stage++) {
         s->step_start[stage] = count;
         for (int i = p->code[stage]; i < p->code[stage + 1]; i++) {
             if (s->need[leaves(p) + i] != MOVING)
                 continue;
+            kmp_counts_take(&s->once[stage], &p->instruction[i], 1);
+            piece = piece ? piece_after(s, piece, i) : NULL;
+            if (piece && i > piece->first)
+                continue;
+            if (piece && i == piece->first) {
+                s->steps[count++] = step_of_code(s, piece);
+                continue;
+            }
             s->steps[count] = step_of(s, i);
             if (p->instruction[i].op == KMP_OP_TABLE)
                 share_pieces(s, &s->steps[count], tables++);
@@ -470,12 +541,13 @@ static bool allocate(kmp_scan *s)
         tables += p->instruction[i].op == KMP_OP_TABLE;
     KMP_ARENA_MAKE(&s->arena, KMP_ROOM(double *, values, &s->row), KMP_ROOM(uint8_t, 2 * values, &s->need),
                    KMP_ROOM(int, values, &s->common), KMP_ROOM(step, code, &s->steps),
-                   KMP_ROOM(int, (size_t)tables * s->width, &s->pieces), KMP_ROOM(size_t, s->width / LANES, &s->every));
+                   KMP_ROOM(kmp_row_address, values, &s->address), KMP_ROOM(int, (size_t)tables * s->width, &s->pieces),
+                   KMP_ROOM(size_t, s->width / LANES, &s->every));
     s->first = kmp_interpreter_new(p);
     return s->first && !s->arena.failed;
 }
 
-static bool init(kmp_scan *s, int places, const double *place)
+static bool init(kmp_scan *s, int places, const double *place, kmp_row_writer *rows)
 {
     if (!allocate(s))
         return false;
@@ -486,18 +558,19 @@ static bool init(kmp_scan *s, int places, const double *place)
     if (!place_rows(s))
         return false;
     put_standing(s, places, place);
+    s->code = rows ? rows(s->p, s->width, s->address) : NULL;
     list_steps(s);
     return true;
 }
 
-kmp_scan *kmp_scan_new(const kmp_program_block *block, int places, const double *place)
+kmp_scan *kmp_scan_new(const kmp_program_block *block, int places, const double *place, kmp_row_writer *rows)
 {
     kmp_scan *s = KMP_NEW(kmp_scan, 1);
     if (!s)
         return NULL;
     s->p = block->program;
     s->width = ((size_t)places + LANES - 1) / LANES * LANES;
-    if (init(s, places, place))
+    if (init(s, places, place, rows))
         return s;
     kmp_scan_free(s);
     return NULL;
@@ -537,8 +610,7 @@ kmp_counts kmp_scan_count(const kmp_scan *s)
     const kmp_counts common = kmp_program_count(s->p, 0, 0);
     kmp_counts_add(&c, &common, s->settings);
     for (int stage = FIRST; stage <= LAST; stage++)
-        for (int k = s->step_start[stage]; k < s->step_start[stage + 1]; k++)
-            kmp_counts_take(&c, &s->p->instruction[s->steps[k].instruction], LANES * s->runs[stage]);
+        kmp_counts_add(&c, &s->once[stage], LANES * s->runs[stage]);
     return c;
 }
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "symbolic/program/program.h"
+#include "symbolic/sums/row_code.h"
 #include <stddef.h>
 
 typedef struct kmp_scan kmp_scan;
@@ -24,8 +25,9 @@ static inline const double *kmp_scan_at(const kmp_scan_row *row, size_t place, s
     return row->row + (place & row->by_place) + (slot & row->by_slot);
 }
 
-/** A scan of a block at places: values of unknown 0, padded to a multiple of eight with the first. NULL: no memory. */
-kmp_scan *kmp_scan_new(const kmp_program_block *block, int places, const double *place);
+/** A scan of a block at places: values of unknown 0, padded to a multiple of eight with the first. `rows` writes
+ * machine code for it; NULL: it is interpreted, with the same bits. NULL: no memory. */
+kmp_scan *kmp_scan_new(const kmp_program_block *block, int places, const double *place, kmp_row_writer *rows);
 void kmp_scan_free(kmp_scan *scan);
 
 /** kmp_scan_set: sets the arguments. The others run a stage (1, 2) of the block's program in these groups of eight, and
