@@ -181,6 +181,21 @@ double kmp_table_value(const kmp_table *t, int derivative, double x)
     return kempe_interpolate(t->count, t->x, t->y, (const double(*)[4])t->piece, derivative, x);
 }
 
+static bool is_in(const kmp_table *t, double x, int piece)
+{
+    return (unsigned)piece < (unsigned)(t->count - 1) && t->x[piece] <= x && x < t->x[piece + 1];
+}
+
+double kmp_table_value_near(const kmp_table *t, int derivative, double x, int *piece)
+{
+    if (!is_in(t, x, *piece)) {
+        if (!(x >= t->x[0] && x <= t->x[t->count - 1]))
+            return kmp_table_value(t, derivative, x);
+        *piece = find_piece(t, x);
+    }
+    return kempe_piece_(t->piece[*piece], derivative, x - t->x[*piece]);
+}
+
 /* -- bounds ---------------------------------------------------------------------------------------- */
 
 static void include(double x, double *low, double *high)

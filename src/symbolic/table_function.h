@@ -44,6 +44,8 @@ bool kmp_table_is_of(const kmp_table *table, kmp_table_method method, int count,
 /** Value (derivative 0) or derivative of a given order at x; NaN for NaN. Its piece is found by the part of
  *  the range that x is in: no state, no allocation. */
 double kmp_table_value(const kmp_table *table, int derivative, double x);
+/** The same. Piece number *piece is tried first, whatever it is; then it is the one that x is in, if there is one. */
+double kmp_table_value_near(const kmp_table *table, int derivative, double x, int *piece);
 /** Bounds of the table, or of a derivative of a given order, while x is within [from, to]. */
 void kmp_table_bounds(const kmp_table *table, int derivative, double from, double to, double *low, double *high);
 

@@ -123,9 +123,10 @@ static double run_implicit(const kmp_frame *f, const kmp_special *s, const doubl
     return kmp_solving_value(solving, (int)in->c);
 }
 
-/* Operands that an operation has not are the slot of 1. */
+/* Operands that an operation has not are the slot of 1. Several tables are often looked up at one place: `piece`, of
+ * the last one. */
 static inline __attribute__((always_inline)) void run_special(const kmp_frame *f, const kmp_special *s, double *v,
-                                                              size_t width)
+                                                              size_t width, int *piece)
 {
     double x[3];
     if (s->op == KMP_OP_DIV) { /* has no signs */
@@ -139,7 +140,7 @@ static inline __attribute__((always_inline)) void run_special(const kmp_frame *f
     x[0] = s->minus[0] ? -v[s->operand[0] * width] : v[s->operand[0] * width];
     if (s->op == KMP_OP_TABLE) {
         const kmp_instruction *in = &f->program->instruction[s->instruction];
-        v[s->d * width] = kmp_table_value(f->program->table[in->b], (int)in->c, x[0]);
+        v[s->d * width] = kmp_table_value_near(f->program->table[in->b], (int)in->c, x[0], piece);
         return;
     }
     for (int k = 1; k < 3; k++)
@@ -149,20 +150,22 @@ static inline __attribute__((always_inline)) void run_special(const kmp_frame *f
 
 void kmp_frame_special(const kmp_frame *f, const kmp_special *special, double *v, size_t width)
 {
-    run_special(f, special, v, width);
+    int piece = 0;
+    run_special(f, special, v, width, &piece);
 }
 
 void kmp_frame_specials(kmp_frame *f, uint32_t segment)
 {
     const kmp_special *special = f->specials + f->segments[segment].special;
     const kmp_special *end = f->specials + f->segments[segment + 1].special;
+    int own = 0, *piece = f->team ? &own : &f->piece; /* a frame of several threads is not written to */
     const kmp_solving *solved = NULL; /* of one list of arguments, which are the same within a segment */
     for (; special < end; special++) {
         const bool implicit = special->op == KMP_OP_IMPLICIT;
         if (implicit && f->solving[special->operand[1]] == solved)
             f->v[special->d] = kmp_solving_component(solved, (int)f->program->instruction[special->instruction].c);
         else
-            run_special(f, special, f->v, 1);
+            run_special(f, special, f->v, 1, piece);
         solved = implicit ? f->solving[special->operand[1]] : solved;
     }
 }

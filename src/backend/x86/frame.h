@@ -75,6 +75,7 @@ typedef struct kmp_frame {
     uint32_t room_count;
     kmp_list_item *items; /* of implicit instructions, one after another */
     uint32_t item_count;
+    int piece;            /* of the table that was looked up last */
     bool taped;           /* the code is that of the tape */
     kmp_team *team;       /* NULL: there is none */
     kmp_parting *parting; /* by stage; NULL without a thread pool */
