@@ -175,7 +175,7 @@ static kmp_ref random_value(kmp_graph *l, int table, const kmp_ref *value, int c
     case 1:
         return kmp_div(l, z, above);
     case 2:
-        return kmp_binary(l, KMP_OP_MAX, z, kmp_neg(y));
+        return kmp_binary(l, KMP_OP_MAX, z, pick(2) ? kmp_neg(y) : kmp_const(l, pick(3) - 1));
     case 3:
         return kmp_select(l, kmp_less(l, x, z), y, kmp_neg(z));
     case 4:

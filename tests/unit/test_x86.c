@@ -27,10 +27,11 @@ static void make_operations(int count, int reach)
 {
     static const kmp_x86_op ops[] = {KMP_X86_ADD,         KMP_X86_SUB,  KMP_X86_MUL, KMP_X86_PRODUCT_ADD,
                                      KMP_X86_PRODUCT_SUB, KMP_X86_SQRT, KMP_X86_DIV, KMP_X86_LOAD,
-                                     KMP_X86_SUB_PRODUCT, KMP_X86_ADD,  KMP_X86_MUL, KMP_X86_PRODUCT_ADD};
+                                     KMP_X86_SUB_PRODUCT, KMP_X86_ADD,  KMP_X86_MUL, KMP_X86_PRODUCT_ADD,
+                                     KMP_X86_MAX};
     for (int k = 0; k < count; k++) {
         kmp_straight *s = &operations[k];
-        *s = (kmp_straight){.op = (uint16_t)ops[pick(12)],
+        *s = (kmp_straight){.op = (uint16_t)ops[pick(13)],
                             .d = (uint32_t)(LEAVES + k),
                             .x = operand(LEAVES + k, reach),
                             .y = operand(LEAVES + k, reach),
@@ -55,6 +56,8 @@ static double value(kmp_x86_op op, double x, double y, double z)
         return x * y;
     case KMP_X86_DIV:
         return x / y;
+    case KMP_X86_MAX:
+        return x > y ? x : y;
     case KMP_X86_SQRT:
         return sqrt(y);
     case KMP_X86_PRODUCT_ADD:

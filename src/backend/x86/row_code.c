@@ -4,6 +4,7 @@
 #include "symbolic/sums/row_code.h"
 #include "backend/compiled.h"
 #include "base/memory.h"
+#include <math.h>
 
 /* The kinds of these forms of programs follow those of kmp_x86_form. */
 enum { KIND = 1024 };
@@ -44,10 +45,18 @@ static bool is_by_slot(const writing *w, int instruction)
     return w->address[w->leaves + instruction].base == KMP_ROW_BY_SLOT;
 }
 
-/* Programs have no other signs, except some from files. */
-static bool is_straight(const kmp_instruction *in)
+/* The larger one of a value and a number that is neither zero nor NaN: as the processor has it, with the number first.
+ */
+static bool is_floor(const kmp_program *p, const kmp_instruction *in)
 {
-    return kmp_code_is_straight(in) && !(in->a & 1) && (in->op == KMP_OP_ADD || in->op == KMP_OP_SQRT || !(in->b & 1));
+    return in->op == KMP_OP_MAX && (int)(in->b >> 1) < p->constant_count && fabs(p->constant[in->b >> 1]) > 0;
+}
+
+/* Programs have no other signs, except some from files. */
+static bool is_straight(const kmp_program *p, const kmp_instruction *in)
+{
+    return (kmp_code_is_straight(in) || is_floor(p, in)) && !(in->a & 1) &&
+           (in->op == KMP_OP_ADD || in->op == KMP_OP_SQRT || !(in->b & 1));
 }
 
 static void close_piece(writing *w, int end, int operations)
@@ -71,7 +80,7 @@ static void find_pieces(writing *w)
             const bool at_end = i == w->p->code[stage + 1];
             if (!at_end && !is_by_slot(w, i))
                 continue;
-            if (!at_end && is_straight(&w->p->instruction[i])) {
+            if (!at_end && is_straight(w->p, &w->p->instruction[i])) {
                 if (operations++ == 0)
                     w->piece[w->count].first = i;
                 w->piece_of[i] = w->count + 1;
@@ -112,11 +121,11 @@ static uint32_t list_operations(const writing *w, int piece)
         const kmp_instruction *in = &w->p->instruction[i];
         if (!is_by_slot(w, i))
             continue;
-        const bool one = in->op == KMP_OP_SQRT;
-        w->operations[count++] = (kmp_straight){.op = (uint16_t)kmp_code_op(in),
+        const bool one = in->op == KMP_OP_SQRT, floor = in->op == KMP_OP_MAX;
+        w->operations[count++] = (kmp_straight){.op = (uint16_t)(floor ? KMP_X86_MAX : kmp_code_op(in)),
                                                 .d = (uint32_t)(w->leaves + i),
-                                                .x = one ? 0 : in->a >> 1,
-                                                .y = (one ? in->a : in->b) >> 1,
+                                                .x = one ? 0 : (floor ? in->b : in->a) >> 1,
+                                                .y = (one || floor ? in->a : in->b) >> 1,
                                                 .kept = w->kept[i]};
     }
     return count;

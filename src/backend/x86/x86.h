@@ -45,6 +45,7 @@ typedef enum kmp_x86_op {
     KMP_X86_MUL = 0x59,
     KMP_X86_SUB = 0x5c,
     KMP_X86_DIV = 0x5e,
+    KMP_X86_MAX = 0x5f,      /* x > y ? x : y, which is y where one is NaN */
     KMP_X86_PAIR = 0x100,    /* of the operations above: on both lanes */
     KMP_X86_SUB_ADD = 0x1d0, /* x - y in lane 0, x + y in lane 1 */
     KMP_X86_THREE = 0x200,
