@@ -18,9 +18,13 @@
  * singular position. */
 enum { MOST_HALVINGS = 24 };
 
+/* True if a joint has other angles than the user's. */
 static bool has_moved(const kmp_runner *run)
 {
-    return run->eval->chart_version > 0 && kmp_charts_count(run->s) > 0;
+    bool moved = false;
+    for (int c = 0; run->eval->chart_version > 0 && c < kmp_charts_count(run->s); c++)
+        moved = moved || !kmp_chart_is_own(run->eval->chart, c);
+    return moved;
 }
 
 /* -- coordinates of the user --------------------------------------------------------------------------- */
