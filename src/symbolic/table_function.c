@@ -207,10 +207,9 @@ static void include(double x, double *low, double *high)
 /* The control values of a piece's derivative between two places, within which it stays (Bernstein). */
 static void include_piece(const double piece[4], int derivative, double from, double to, double *low, double *high)
 {
-    double w = to - from, d[4];
-    static const double factorial[4] = {1, 1, 2, 6};
-    for (int k = 0; k < 4; k++)
-        d[k] = kempe_piece_(piece, derivative + k, from) * pow(w, k) / factorial[k];
+    double w = to - from, power = 1, d[4]; /* power: w^k / k! */
+    for (int k = 0; k < 4; power *= w / ++k)
+        d[k] = kempe_piece_(piece, derivative + k, from) * power;
     include(d[0], low, high);
     include(d[0] + d[1] / 3, low, high);
     include(d[0] + (2 * d[1] + d[2]) / 3, low, high);

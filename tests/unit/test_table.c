@@ -128,7 +128,8 @@ static void test_bounds(void)
 }
 
 /* The piece is that of a search among all knots, to the bit: knots near and far from each other, points on knots,
- * beside them and anywhere, beyond the ends and none; each for itself and some together, turned round as well. */
+ * beside them and anywhere, beyond the ends and none; each for itself, from any other piece on, and some together,
+ * turned round as well. */
 static void check_pieces(const kmp_table *t)
 {
     enum { POINTS = 400 };
@@ -153,8 +154,11 @@ static void check_pieces(const kmp_table *t)
         }
         for (int k = 0; k < POINTS; k++) {
             double at = kmp_table_value(t, derivative, x[k]);
+            int tried = pick(3) ? pick(t->count) : k - 200;
+            double near = kmp_table_value_near(t, derivative, x[k], &tried);
             double searched = kempe_interpolate(t->count, t->x, t->y, (const double(*)[4])t->piece, derivative, x[k]);
             CHECK(memcmp(&at, &searched, sizeof at) == 0 || (isnan(at) && isnan(searched)));
+            CHECK(memcmp(&near, &at, sizeof at) == 0 || (isnan(at) && isnan(near)));
             CHECK(memcmp(&y[k], &at, sizeof at) == 0 || (isnan(at) && isnan(y[k])));
             CHECK(memcmp(&turned[k], &at, sizeof at) == 0 || (isnan(at) && isnan(turned[k])));
         }
