@@ -127,6 +127,42 @@ static void settled(void)
     unload(&l);
 }
 
+static void count_warnings(void *user, kempe_level level, const char *line)
+{
+    (void)line;
+    *(int *)user += level == KEMPE_LOG_WARNING;
+}
+
+/* The same oscillator with a slider that it drives twice as far, and a start that gives both: simulations go on from
+ * each other without it. */
+static void settled_with_closures(void)
+{
+    loaded l = load_text("kempe: 1\n"
+                         "name: driven slider\n"
+                         "parameters: {a: 0.1}\n"
+                         "bodies:\n"
+                         "  m: {joint: {name: x, prismatic: x, at: ground}, mass: 0.5}\n"
+                         "  n: {joint: {name: z, prismatic: x, at: ground}, mass: 0.125}\n"
+                         "loops: {K: {constraint: \"q(z) - 2*q(x)\"}}\n"
+                         "forces: {f: {joint: x, force: \"(a - q(x)^2)*qd(x) - q(x)\"}}\n"
+                         "start: {q: {x: 0.1, z: 0.2}, qd: {x: 0, z: 0}, hold: [x, z]}\n");
+    kempe_limit_cycles_options ask = {.size = sizeof ask, .sweep = "a=0.5:1:2", .settle = 200, .outputs = "q(x)"};
+    kempe_limit_cycles *cycles = NULL;
+    int warnings = 0;
+    kempe_context_set_log(l.context, count_warnings, &warnings);
+    CHECK(l.system && kempe_limit_cycles_new(l.system, &ask, &cycles) == KEMPE_OK);
+    CHECK(cycles && warnings == 0);
+    if (cycles) {
+        kempe_table *rows = table_of(cycles, "rows");
+        CHECK(kempe_table_row_count(rows) == 4);
+        CHECK_NEAR(number(rows, 1, "q.x.amplitude"), 2.00861986, 1e-4);
+        CHECK_NEAR(number(rows, 2, "period"), 6.66328686, 1e-4);
+        kempe_table_free(rows);
+    }
+    kempe_limit_cycles_free(cycles);
+    unload(&l);
+}
+
 /* A wheelset on rails whose speed a load holds: its column in rows and of modes. */
 static void held_speed(void)
 {
@@ -158,6 +194,7 @@ int main(void)
 {
     TEST(held_speed);
     TEST(settled);
+    TEST(settled_with_closures);
     TEST(normal_form);
     TEST(centre);
     TEST(refused);

@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Limit cycles as simulations reach them, for models whose forces jump or have too many contacts for Newton's method:
- * the parameter goes up and down in steps, and each simulation begins where the last one ended. A motion that has
- * decayed begins again with the displacement of the model's start. */
+ * the parameter goes up and down in steps, and each simulation begins where the last one ended: its start gives the
+ * independent coordinates that move with their rates, and the others are found from the model's start. A motion that
+ * has decayed begins again with the displacement of the model's start. */
 #include "base/memory.h"
+#include "constraints/closing/charts.h"
 #include "constraints/rounding/mend.h"
 #include "constraints/tolerances.h"
 #include "model/expressions/ranges.h"
@@ -20,7 +22,10 @@ typedef struct stepped {
     int *load;      /* columns of the loads */
     int count;      /* start values that vary */
     kmp_flow_entry *entry;
-    char **name; /* count + 1, the parameter first */
+    char **name;        /* count + 1, the parameter first */
+    bool *keeps;        /* by coordinate: the start gives it; NULL: those that the model gives */
+    double *q, *qd;     /* by coordinate: at the model's start */
+    kempe_model *model; /* a copy that gives these; NULL: it is the given one */
     kmp_variant *variant;
     kempe_system *system;
     kmp_linear none;
@@ -40,6 +45,32 @@ static int find_travel(const kempe_model *model)
     return fastest;
 }
 
+/* True if a spherical joint has angles of another chart. */
+static bool is_turned(const kmp_operating *state)
+{
+    for (int k = 0; k < kmp_charts_count(state->system); k++)
+        if (!kmp_chart_is_own(state->chart, k))
+            return true;
+    return false;
+}
+
+/* Notes the model's start, and the coordinates that the next ones give: the independent ones that move, and that of
+ * the travel if no closure decides it. */
+static bool note_start(stepped *s, const kmp_operating *start, const kmp_linear *linear, int travel)
+{
+    const int n = start->system->n;
+    bool *keeps = KMP_ARENA_NEW(&s->arena, bool, n);
+    s->q = kmp_arena_copy(&s->arena, start->q, n, sizeof *start->q);
+    s->qd = kmp_arena_copy(&s->arena, start->qd, n, sizeof *start->qd);
+    for (int k = 0; keeps && k < s->count; k++)
+        if (s->entry[k].kind != KMP_FLOW_STATE)
+            keeps[s->entry[k].motion] = true;
+    for (int k = 0; keeps && k < linear->p; k++)
+        keeps[linear->part.u[k]] = keeps[linear->part.u[k]] || linear->part.u[k] == travel;
+    s->keeps = is_turned(start) ? NULL : keeps;
+    return !s->arena.failed;
+}
+
 static kempe_status find_entries(stepped *s)
 {
     kmp_operating *start = NULL;
@@ -52,8 +83,11 @@ static kempe_status find_entries(stepped *s)
     if (status == KEMPE_OK) {
         status = kmp_operating_take(start, &linear, NULL, 0);
         if (status == KEMPE_OK) {
+            const int travel = find_travel(system->model);
             kmp_linear_matrices(&linear);
-            status = kmp_moving_entries(&linear, find_travel(system->model), &s->count, s->entry);
+            status = kmp_moving_entries(&linear, travel, &s->count, s->entry);
+            if (status == KEMPE_OK)
+                status = kmp_made(system->context, note_start(s, start, &linear, travel));
         }
         kmp_linear_free(&linear);
     }
@@ -75,7 +109,9 @@ static bool name_entries(stepped *s)
         const char *name =
             e->kind == KMP_FLOW_STATE ? kmp_state_of(model, e->motion)->name : model->motions[e->motion].name;
         s->name[k + 1] = kmp_arena_printf(&s->arena, "%s.%s", prefix[e->kind], name);
-        s->start[k + 1] = (e->kind == KMP_FLOW_POSITION ? model->start.q : model->start.qd)[e->motion].value;
+        s->start[k + 1] = e->kind == KMP_FLOW_STATE      ? model->start.qd[e->motion].value
+                          : e->kind == KMP_FLOW_POSITION ? s->q[e->motion]
+                                                         : s->qd[e->motion];
     }
     memcpy(s->values, s->start, (size_t)(s->count + 1) * sizeof *s->values);
     return !s->arena.failed;
@@ -261,12 +297,24 @@ static kempe_status step(stepped *s, int direction, kmp_cycle_branch *branch)
     return KEMPE_OK;
 }
 
+/* The equations, with start values that vary. */
+static kempe_status make_variant(stepped *s)
+{
+    const kempe_model *model = kmp_cycles_equations(s->c)->model;
+    const kmp_driven start = {.hold = s->keeps, .q = s->q};
+    if (s->keeps) {
+        KMP_TRY(kmp_variant_driven(model, &start, &s->model));
+        model = s->model;
+    }
+    return kmp_variant_new(model, s->count + 1, (const char *const *)s->name, &s->variant);
+}
+
 static kempe_status step_up_and_down(stepped *s)
 {
     kempe_limit_cycles *c = s->c;
     KMP_TRY(find_entries(s));
     KMP_TRY(kmp_made(c->system->context, name_entries(s)));
-    KMP_TRY(kmp_variant_new(kmp_cycles_equations(c)->model, s->count + 1, (const char *const *)s->name, &s->variant));
+    KMP_TRY(make_variant(s));
     KMP_TRY(kmp_system_of_variant(s->variant, &s->system));
     s->system->kept_length = c->system->length;
     c->branch = KMP_ARENA_NEW(&c->arena, kmp_cycle_branch, 2);
@@ -296,6 +344,7 @@ kempe_status kmp_settled_cycles(kempe_limit_cycles *cycles, const char *outputs,
     kmp_text_free(&s.words);
     kempe_system_free(s.system);
     kmp_variant_free(s.variant);
+    kempe_model_free(s.model);
     kmp_arena_free(&s.arena);
     return status;
 }
