@@ -10,6 +10,17 @@ const plots = {};
 const CURVES = [["#2471a3", "#5dade2"], ["#c0392b", "#ec7063"], ["#1e8449", "#58d68d"], ["#b9770e", "#f5b041"], ["#7d3c98", "#bb8fce"], ["#117a65", "#48c9b0"], ["#5d6d7e", "#aeb6bf"], ["#a04000", "#e59866"]];
 const curveColour = (k) => CURVES[k % CURVES.length][isDark() ? 1 : 0];
 
+/* The dashes of a curve whose colour an earlier one has: dots, then dots and dashes. */
+const curveDashes = (k) => [[], [2, 3], [8, 3, 2, 3]][Math.floor(k / CURVES.length) % 3];
+
+/* The background of a mark with a colour and dashes. */
+function markOf(colour, dashes) {
+    if (dashes.length === 0) return colour;
+    let at = 0;
+    const stops = dashes.map((length, k) => `${k % 2 ? "transparent" : colour} ${at}px ${(at += length)}px`);
+    return `repeating-linear-gradient(90deg, ${stops.join(", ")})`;
+}
+
 function axisOf(type, title, ticks, more) {
     return {
         type,

@@ -17,7 +17,7 @@ function vehicleFigure(place, id, title, note, unit, over, curves) {
     curves.forEach((curve, k) => {
         const swatch = element("span.swatch");
         curve.number = curve.dashed ? null : k;
-        swatch.style.background = curve.dashed ? softColour() : curveColour(k);
+        swatch.style.background = curve.dashed ? softColour() : markOf(curveColour(k), curveDashes(k));
         names.append(element("span", swatch, curve.name), " ");
     });
     place.append(element("figure.card", element("figcaption", title), plot, names, ...(note ? [element("p.note", note)] : [])));
@@ -41,7 +41,7 @@ function drawVehicle() {
             label: curve.name,
             data: curve.points,
             borderColor: curve.dashed ? softColour() : curveColour(curve.number),
-            borderDash: curve.dashed ? [6, 4] : [],
+            borderDash: curve.dashed ? [6, 4] : curveDashes(curve.number),
             borderWidth: 1.5,
             pointRadius: 0,
         }));
