@@ -26,7 +26,7 @@ static void release(kmp_program_form *form)
     kmp_free(r);
 }
 
-/* What is needed to write. */
+/* A program and its pieces. */
 typedef struct writing {
     const kmp_program *p;
     const kmp_row_address *address;
