@@ -1,15 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Pieces of a program between two functions, with the values of places alone left out, as machine code whose bases are
  * its arguments. A value that leaves its register goes to its row, which no other value has before its last use. */
-#include "symbolic/sums/row_code.h"
 #include "backend/compiled.h"
 #include "base/memory.h"
+#include "symbolic/sums/row_code.h"
 #include <math.h>
 
-/* The kinds of these forms of programs follow those of kmp_x86_form. */
-enum { KIND = 1024 };
-/* The least number of operations for which a call pays. */
-enum { LEAST = 2 };
+/* KIND: from which on the kinds of these forms of programs are, beyond those of kmp_x86_form. LEAST: the number of
+ * operations for which a call pays. */
+enum { KIND = 1024, LEAST = 2 };
 
 typedef struct rows {
     kmp_row_code code; /* first */
@@ -145,6 +144,18 @@ static bool write(writing *w, kmp_x86 *x86)
     return !x86->failed;
 }
 
+/* False where rows are too far from their base for an instruction. */
+static bool place_values(writing *w, int values)
+{
+    const int32_t most = INT32_MAX / (int32_t)sizeof(double);
+    for (int k = 0; k < values; k++) {
+        if (w->address[k].at > most)
+            return false;
+        w->place[k] = (kmp_x86_address){(int)w->address[k].base, (int32_t)sizeof(double) * w->address[k].at};
+    }
+    return true;
+}
+
 static bool begin(writing *w)
 {
     const int code = end_of(w->p), values = w->leaves + code;
@@ -152,8 +163,8 @@ static bool begin(writing *w)
                         KMP_ROOM(kmp_row_piece, code, &w->piece), KMP_ROOM(kmp_straight, code, &w->operations),
                         KMP_ROOM(kmp_x86_address, values, &w->place), KMP_ROOM(uint32_t, code, &w->offset)))
         return false;
-    for (int k = 0; k < values; k++)
-        w->place[k] = (kmp_x86_address){(int)w->address[k].base, (int32_t)sizeof(double) * w->address[k].at};
+    if (!place_values(w, values))
+        return false;
     find_pieces(w);
     find_kept(w);
     return true;
