@@ -339,7 +339,7 @@ bool kmp_lane_pass_event(kmp_engine *e, double t);
  * conditions change. false: it is not available. */
 bool kmp_lane_look_at_event(kmp_engine *e, double t);
 
-/* ensemble_lanes.c */
+/* ensemble_taken.c */
 
 /** Unknowns of all lanes at a place in their steps, into the room's `stage`, and their slopes, into its k[2]. */
 void kmp_lanes_evaluate_within(kmp_engine *e, kmp_pool *pool, double place);
@@ -479,7 +479,7 @@ bool kmp_pool_among(const kmp_engine *e, const kmp_pool *pool);
 void kmp_pool_put(kmp_engine *e, kmp_pool *pool, int i);
 int kmp_pool_take(kmp_engine *e, kmp_pool *pool);
 
-/* ensemble_lanes.c */
+/* ensemble_room.c, ensemble_lanes.c */
 
 /** The largest number of unknowns in lanes. */
 static inline int kmp_lane_most(const kmp_engine *e)
