@@ -699,7 +699,9 @@ def main():
     kempe = os.path.realpath(sys.argv[1])
     folder = pathlib.Path(tempfile.mkdtemp())
     try:
-        for model in sys.argv[2:] or MODELS:
+        # Units themselves are compiled without sanitizers: of those that a build with them writes a third will do.
+        sampled = "KEMPE_SANITIZED" in os.environ and "KEMPE_FULL" not in os.environ
+        for model in sys.argv[2:] or list(MODELS)[::3 if sampled else 1]:
             if model in MODELS:
                 check_model(kempe, folder, model, MODELS[model])
         has_library = (pathlib.Path(kempe).parent / "kempe_unit.so").exists()
