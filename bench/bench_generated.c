@@ -54,8 +54,9 @@ static const kempe_equations *compile(const bench *b, const char *path, const ch
     kempe_code_free(code);
     snprintf(library, sizeof library, "%s/generated%d.so", folder, number++);
     snprintf(command, sizeof command,
-             "cd %s && %s -std=c99 %s -ffp-contract=off -fPIC -shared -o %s %s.c %s_simulator.c -lm", folder, KEMPE_CC,
-             level, library, name, name);
+             "cd %s && %s -std=c99 %s -ffp-contract=off -fPIC -shared -o %s %s.c %s_simulator.c $(ls kempe_charts.c "
+             "2>/dev/null) -lm",
+             folder, KEMPE_CC, level, library, name, name); /* the charts of spherical joints, where a model has some */
     (void)clock_gettime(CLOCK_MONOTONIC, &from);
     void *handle = system(command) == 0 ? dlopen(library, RTLD_NOW) : NULL;
     (void)clock_gettime(CLOCK_MONOTONIC, &to);
@@ -63,7 +64,8 @@ static const kempe_equations *compile(const bench *b, const char *path, const ch
     snprintf(symbol, sizeof symbol, "%s_equations", name);
     const kempe_equations *found = handle ? dlsym(handle, symbol) : NULL;
     if (!found) {
-        fprintf(stderr, "%s: %s\n", path, handle ? dlerror() : command);
+        const char *why = dlerror();
+        fprintf(stderr, "%s: %s: %s\n", path, command, why ? why : "the compiler failed");
         exit(1);
     }
     return found;

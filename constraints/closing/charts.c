@@ -37,6 +37,14 @@ bool kmp_chart_is_own(const double *chart, int c)
     return kmp_chart_joint_is_own(chart + at(c));
 }
 
+bool kmp_charts_are_own(const kempe_system *system, const double *chart)
+{
+    for (int c = 0; c < kmp_charts_count(system); c++)
+        if (!kmp_chart_is_own(chart, c))
+            return false;
+    return true;
+}
+
 double kmp_chart_regular(const kempe_system *system, int c, const double *q)
 {
     const kmp_chart_joint j = joint_of(system, c);

@@ -23,6 +23,9 @@ int kmp_chart_of(const kempe_system *system, int k);
 /** True if C of joint c is exactly 1: the coordinates are then the user's. */
 bool kmp_chart_is_own(const double *chart, int c);
 
+/** True if that holds for all joints that may be centred. */
+bool kmp_charts_are_own(const kempe_system *system, const double *chart);
+
 /** |determinant of the axes| of joint c: 1 in the middle, 0 where they are singular. */
 double kmp_chart_regular(const kempe_system *system, int c, const double *q);
 

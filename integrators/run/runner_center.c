@@ -18,13 +18,10 @@
  * singular position. */
 enum { MOST_HALVINGS = 24 };
 
-/* True if a joint has other angles than the user's. */
+/* True if a spherical joint has angles other than those of the user. */
 static bool has_moved(const kmp_runner *run)
 {
-    bool moved = false;
-    for (int c = 0; run->eval->chart_version > 0 && c < kmp_charts_count(run->s); c++)
-        moved = moved || !kmp_chart_is_own(run->eval->chart, c);
-    return moved;
+    return run->eval->chart_version > 0 && !kmp_charts_are_own(run->s, run->eval->chart);
 }
 
 /* -- coordinates of the user --------------------------------------------------------------------------- */

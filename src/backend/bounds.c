@@ -122,7 +122,7 @@ typedef struct span {
 
 static const span whole = {-INFINITY, INFINITY};
 
-/* Instructions of the processor, where fmin and fmax are calls. One NaN of both may be lost, as it is there. */
+/* The compiler makes instructions of these comparisons, and calls of fmin and fmax. Like those they may lose a NaN. */
 static double lower(double a, double b)
 {
     return a < b ? a : b;

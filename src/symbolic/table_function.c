@@ -172,16 +172,7 @@ static inline int find_piece(const kmp_table *t, double x)
     return find_knot(t, part_of(t, x), x);
 }
 
-double kmp_table_value(const kmp_table *t, int derivative, double x)
-{
-    if (x >= t->x[0] && x <= t->x[t->count - 1]) {
-        int k = find_piece(t, x);
-        return kempe_piece_(t->piece[k], derivative, x - t->x[k]);
-    }
-    return kempe_interpolate(t->count, t->x, t->y, (const double(*)[4])t->piece, derivative, x);
-}
-
-static bool is_in(const kmp_table *t, double x, int piece)
+static inline bool is_in(const kmp_table *t, double x, int piece)
 {
     return (unsigned)piece < (unsigned)(t->count - 1) && t->x[piece] <= x && x < t->x[piece + 1];
 }
@@ -190,10 +181,16 @@ double kmp_table_value_near(const kmp_table *t, int derivative, double x, int *p
 {
     if (!is_in(t, x, *piece)) {
         if (!(x >= t->x[0] && x <= t->x[t->count - 1]))
-            return kmp_table_value(t, derivative, x);
+            return kempe_interpolate(t->count, t->x, t->y, (const double(*)[4])t->piece, derivative, x);
         *piece = find_piece(t, x);
     }
     return kempe_piece_(t->piece[*piece], derivative, x - t->x[*piece]);
+}
+
+double kmp_table_value(const kmp_table *t, int derivative, double x)
+{
+    int none = -1;
+    return kmp_table_value_near(t, derivative, x, &none);
 }
 
 /* -- bounds ---------------------------------------------------------------------------------------- */

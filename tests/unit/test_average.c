@@ -212,7 +212,7 @@ static int random_block(kmp_graph *g, kmp_table *table, int places)
     return kmp_average_in(g, l, 4, exponent, kmp_const(l, pick(2) ? -50 : 30), AVERAGED, averaged, places, place);
 }
 
-/* True if all averages have the same bits, or are no numbers. */
+/* Gives both the same random arguments. Returns true if each average has the same bits in both, or is NaN in both. */
 static bool have_equal_bits(kmp_solving *a, kmp_solving *b)
 {
     double *arguments[2] = {kmp_solving_arguments(a), kmp_solving_arguments(b)};

@@ -123,8 +123,8 @@ static double run_implicit(const kmp_frame *f, const kmp_special *s, const doubl
     return kmp_solving_value(solving, (int)in->c);
 }
 
-/* Operands that an operation has not are the slot of 1. Several tables are often looked up at one place: `piece`, of
- * the last one. */
+/* Operands that an operation has not are the slot of 1. *piece is that of the last table, since several tables are
+ * often looked up at one place. */
 static inline __attribute__((always_inline)) void run_special(const kmp_frame *f, const kmp_special *s, double *v,
                                                               size_t width, int *piece)
 {

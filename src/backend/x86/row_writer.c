@@ -44,14 +44,15 @@ static bool is_by_slot(const writing *w, int instruction)
     return w->address[w->leaves + instruction].base == KMP_ROW_BY_SLOT;
 }
 
-/* The larger one of a value and a number that is neither zero nor NaN: as the processor has it, with the number first.
- */
+/* True for the larger one of a value and a constant that is neither zero nor NaN. The processor's maximum of the
+ * constant and the value then has the same bits. */
 static bool is_floor(const kmp_program *p, const kmp_instruction *in)
 {
     return in->op == KMP_OP_MAX && (int)(in->b >> 1) < p->constant_count && fabs(p->constant[in->b >> 1]) > 0;
 }
 
-/* Programs have no other signs, except some from files. */
+/* True for arithmetic whose operands have no sign, but for the second one of a sum. Other signs are only in programs
+ * from files, and are left to the interpreter. */
 static bool is_straight(const kmp_program *p, const kmp_instruction *in)
 {
     return (kmp_code_is_straight(in) || is_floor(p, in)) && !(in->a & 1) &&
@@ -70,7 +71,8 @@ static void close_piece(writing *w, int end, int operations)
     w->count++;
 }
 
-/* Cuts the stages at functions. Values of places alone are between the others. */
+/* Cuts the stages into pieces at functions. Instructions that depend on places alone belong to no piece, and end none.
+ */
 static void find_pieces(writing *w)
 {
     for (int stage = KMP_ROW_FIRST; stage <= KMP_ROW_LAST; stage++) {

@@ -56,15 +56,6 @@ static kempe_status check_tracks(const kempe_limit_cycles *c)
                     curved->name);
 }
 
-/* Some spherical joint has angles of another chart at the state of the family. */
-static bool is_turned(const kempe_limit_cycles *c)
-{
-    for (int k = 0; k < kmp_charts_count(c->system); k++)
-        if (!kmp_chart_is_own(c->family->state->chart, k))
-            return true;
-    return false;
-}
-
 /* The copy of the model: with drives, and unless `as_given` a start at which all independent coordinates keep their
  * values. */
 static kempe_status make_copy(kempe_limit_cycles *c, bool as_given)
@@ -74,7 +65,9 @@ static kempe_status make_copy(kempe_limit_cycles *c, bool as_given)
     KMP_TRY(kmp_made(c->system->context, hold));
     for (int k = 0; k < l->p; k++)
         hold[l->part.u[k]] = !is_held(c, l->part.u[k]);
-    const kmp_driven driven = {c->held, c->held_motion, as_given || is_turned(c) ? NULL : hold, c->family->state->q};
+    const kmp_operating *state = c->family->state;
+    as_given = as_given || !kmp_charts_are_own(c->system, state->chart);
+    const kmp_driven driven = {c->held, c->held_motion, as_given ? NULL : hold, state->q};
     KMP_TRY(kmp_variant_driven(c->system->model, &driven, &c->copy));
     return kempe_system_new(c->copy, &c->driven);
 }

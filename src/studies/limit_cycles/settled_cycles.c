@@ -45,17 +45,8 @@ static int find_travel(const kempe_model *model)
     return fastest;
 }
 
-/* True if a spherical joint has angles of another chart. */
-static bool is_turned(const kmp_operating *state)
-{
-    for (int k = 0; k < kmp_charts_count(state->system); k++)
-        if (!kmp_chart_is_own(state->chart, k))
-            return true;
-    return false;
-}
-
-/* Notes the model's start, and the coordinates that the next ones give: the independent ones that move, and that of
- * the travel if no closure decides it. */
+/* Records the model's start, and the coordinates that starts of simulations give: the independent ones that move, and
+ * that of the travel if no closure decides it. */
 static bool note_start(stepped *s, const kmp_operating *start, const kmp_linear *linear, int travel)
 {
     const int n = start->system->n;
@@ -67,8 +58,18 @@ static bool note_start(stepped *s, const kmp_operating *start, const kmp_linear 
             keeps[s->entry[k].motion] = true;
     for (int k = 0; keeps && k < linear->p; k++)
         keeps[linear->part.u[k]] = keeps[linear->part.u[k]] || linear->part.u[k] == travel;
-    s->keeps = is_turned(start) ? NULL : keeps;
+    s->keeps = kmp_charts_are_own(start->system, start->chart) ? keeps : NULL;
     return !s->arena.failed;
+}
+
+/* Takes the start with the coordinate of the travel as an independent one, unless closures decide it. */
+static kempe_status take_start(kmp_operating *start, kmp_linear *linear, int travel)
+{
+    kempe_status status = travel >= 0 ? kmp_operating_take(start, linear, &travel, 1) : KEMPE_E_FAILED;
+    if (status == KEMPE_OK || status == KEMPE_E_MEMORY)
+        return status;
+    kmp_context_clear(start->system->context);
+    return kmp_operating_take(start, linear, NULL, 0);
 }
 
 static kempe_status find_entries(stepped *s)
@@ -81,9 +82,9 @@ static kempe_status find_entries(stepped *s)
     KMP_TRY(kmp_operating_new(system, "start", NULL, &start));
     kempe_status status = kmp_linear_init(&linear, system, kmp_backend_default());
     if (status == KEMPE_OK) {
-        status = kmp_operating_take(start, &linear, NULL, 0);
+        const int travel = find_travel(system->model);
+        status = take_start(start, &linear, travel);
         if (status == KEMPE_OK) {
-            const int travel = find_travel(system->model);
             kmp_linear_matrices(&linear);
             status = kmp_moving_entries(&linear, travel, &s->count, s->entry);
             if (status == KEMPE_OK)

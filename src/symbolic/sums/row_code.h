@@ -8,8 +8,8 @@
 
 enum { KMP_ROW_FIRST = 1, KMP_ROW_LAST = 2 }; /* stages of a program that depend on places */
 
-/** Values by slot depend on arguments and places, values by place on places alone, the others on arguments alone, or on
- * nothing; those are equal in all lanes. */
+/** Values by slot depend on arguments and on places, values by place depend on places alone. All other values are equal
+ * in all lanes. */
 typedef enum kmp_row_base { KMP_ROW_BY_SLOT, KMP_ROW_BY_PLACE, KMP_ROW_EQUAL, KMP_ROW_BASES } kmp_row_base;
 
 /** The place of a value: numbers after the first of its base. */
