@@ -82,7 +82,8 @@ static kempe_arguments arguments_at(const generated *g, int state)
                              .qdd = g->zero,
                              .lambda = g->lambda + (ptrdiff_t)state * e->rows,
                              .modes = g->modes + (ptrdiff_t)state * e->conditions,
-                             .u = e->input_values};
+                             .u = e->input_values,
+                             .chart = g->eval->chart};
 }
 
 static void run_generated(void *self, int k)
@@ -222,6 +223,7 @@ int main(int count, char **paths)
         const char *path = count > 1 ? paths[k + 1] : usual[k];
         bench b = bench_load(path);
         measure(&b, path, folder);
+        (void)fflush(stdout);
         bench_free(&b);
     }
     snprintf(command, sizeof command, "rm -r %s", folder);
