@@ -157,7 +157,7 @@ static kmp_lane_outcome measure_one(kmp_engine *e, kmp_pool *pool, size_t l, dou
 void kmp_taken_measure(kmp_engine *e, kmp_pool *pool, const bool *searched, kmp_lane_outcome *what)
 {
     kmp_lane_room *room = &e->room;
-    bool measured[KMP_LANES_MOST];
+    bool measured[KMP_LANES_MOST] = {false};
     if (find_measured(e, pool, what, measured) == 0)
         return;
     if (!searched)
