@@ -100,7 +100,8 @@ static bool has_file(const kempe_code *code, const char *name)
     return false;
 }
 
-/* The simulator's program; the name of the model as an identifier. */
+/* The simulator's program; the name of the model as an identifier. Its common part is compiled again where it differs
+ * from the one of the model before. */
 static bool build(const kempe_model *model, char name[256])
 {
     const kempe_generate_options g = {.simulator = 1, .language = "c"};
@@ -116,9 +117,11 @@ static bool build(const kempe_model *model, char name[256])
     kempe_code_free(code);
     snprintf(
         command, sizeof command,
-        "cd %s && %s -std=c99 -O1 -ffp-contract=off -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror -I. "
-        "-DMODEL=%s -DMODEL_HEADER='\"%s_simulator.h\"' -o run %s/tests/generate/simulated_run.c %s.c %s_simulator.c "
-        "kempe_simulator.c %s %s -lm",
+        "cd %s && compile='%s -std=c99 -ffp-contract=off -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror -I.' "
+        "&& cat kempe_simulator.[ch] kempe_runtime.h >parts && { cmp -s parts compiled_parts || "
+        "{ $compile -O1 -c kempe_simulator.c && mv parts compiled_parts; }; } "
+        "&& $compile -O0 -DMODEL=%s -DMODEL_HEADER='\"%s_simulator.h\"' -o run %s/tests/generate/simulated_run.c "
+        "%s.c %s_simulator.c kempe_simulator.o %s %s -lm",
         folder, KEMPE_CC, name, name, KEMPE_ROOT, name, name, sticks ? "kempe_friction.c" : "",
         turns ? "kempe_charts.c" : "");
     return runs(command);
