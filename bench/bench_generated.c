@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Generated C beside the library at states of the motion: h, J, M, C and jdqd by the equations of a simulator, compiled
  * with -O2 and -O3, and by the programs of the library as machine code. The largest difference of an entry beside the
- * largest one of its array, and the least time of an evaluation. */
+ * largest one of its array, and the least time of an evaluation. The exit code is 1 where a difference is above 1e-12.
+ */
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "followed_motion.h"
@@ -9,6 +10,9 @@
 #include <dlfcn.h>
 #include <kempe/generate.h>
 #include <unistd.h>
+
+/* Of the largest entry of an array: both evaluate the same expressions, in other orders. */
+#define ALLOWED 1e-12
 
 typedef struct values {
     double *h, *jacobian, *h_t, *mass, *bias, *jdqd;
@@ -170,7 +174,8 @@ static double compare(const generated *g)
     return most;
 }
 
-static void measure(const bench *b, const char *path, const char *folder)
+/* Prints the row of a model. Returns the largest difference. */
+static double measure(const bench *b, const char *path, const char *folder)
 {
     static const char *const levels[] = {"-O2", "-O3"};
     motion m = motion_follow(b, path);
@@ -198,7 +203,8 @@ static void measure(const bench *b, const char *path, const char *folder)
     }
     printf("%-24s %4d %4d  %8.1e %10.2f %10.2f %10.2f %7.2f %7.2f %7.1f %6.1f\n", b->model->name, m.n, g[0].e->rows,
            off, ns[0] / 1e3, ns[1] / 1e3, ns[2] / 1e3, ns[1] / ns[0], ns[2] / ns[0], seconds[0], seconds[1]);
-    fflush(stdout);
+    (void)fflush(stdout);
+    return off;
 }
 
 int main(int count, char **paths)
@@ -215,6 +221,7 @@ int main(int count, char **paths)
                                         "examples/four_bar/four_bar.yaml"};
     const int models = count > 1 ? count - 1 : (int)(sizeof usual / sizeof *usual);
     char folder[] = "/tmp/kempe-generated-XXXXXX", command[128];
+    bool same = true;
     if (!mkdtemp(folder))
         return 1;
     printf("h, J, M, C, jdqd            n    m       off    library, us     C -O2      C -O3   ratio   ratio  cc, s  "
@@ -222,10 +229,11 @@ int main(int count, char **paths)
     for (int k = 0; k < models; k++) {
         const char *path = count > 1 ? paths[k + 1] : usual[k];
         bench b = bench_load(path);
-        measure(&b, path, folder);
-        (void)fflush(stdout);
+        same = measure(&b, path, folder) <= ALLOWED && same;
         bench_free(&b);
     }
     snprintf(command, sizeof command, "rm -r %s", folder);
-    return system(command) == 0 ? 0 : 1;
+    if (!same)
+        fprintf(stderr, "bench_generated: a difference above %.0e\n", ALLOWED);
+    return system(command) == 0 && same ? 0 : 1;
 }
