@@ -54,7 +54,7 @@ typedef struct kempe_contact_options {
     const char *backend;   /* as in kempe_run_options */
     const char *conicity; /* "A:B:N" or "A", as "1 mm:7 mm:13" (13 when N is absent): amplitudes at which the equivalent
                            * conicity is computed. The first swept quantity then moves the wheels of a wheelset
-                           * laterally by its value */
+                           * laterally */
     const char *pair;     /* "LEFT,RIGHT": the wheels of that wheelset; default: the only left and the only right one */
     const char *pressure; /* "kik-piotrowski", "analyn", "half-space": a method for the pressures of each patch */
 } kempe_contact_options;
@@ -109,9 +109,9 @@ KEMPE_API double kempe_contacts_nonlinearity(const kempe_contacts *table);
 
 /** The tables "rows", a row for each value, wheel and zone with the numbers of its patch, and "states", a row for each
  * value with q and qd, SI. With conicity also "conicity", a row for each amplitude, and "radii", a row for each value
- * with the difference of the rolling radii. With pressures also "outline", a row for each strip of a patch: its lobe,
- * its lateral place on the track, its ends forwards from the wheel's centre, its largest pressure. Free a table with
- * kempe_table_free. KEMPE_E_ARGUMENT: another name. */
+ * and for each end of a jump, with the difference of the rolling radii. With pressures also "outline", a row for each
+ * strip of a patch: its lobe, its lateral place on the track, its ends forwards from the wheel's centre, its largest
+ * pressure. Free a table with kempe_table_free. KEMPE_E_ARGUMENT: another name. */
 KEMPE_API kempe_status kempe_contacts_table(const kempe_contacts *contacts, const char *name, kempe_table **table);
 
 /** Writes a picture, .svg or .png (table.h). It shows the profile of each wheel on the rail, with the points that touch

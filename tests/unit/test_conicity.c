@@ -4,6 +4,7 @@
 #include "loaded.h"
 #include "refused_contacts.h"
 #include <kempe/contact.h>
+#include <kempe/modes.h>
 #include <kempe/vehicle.h>
 #include <math.h>
 #include <stdlib.h>
@@ -258,23 +259,46 @@ static char *model_of(char left, char right, int radius)
     return text;
 }
 
-/* All cases with 181 places: within the tolerance, except at 2.5 to 2.7 mm of case E3, whose contact jumps at 2.496 mm;
- * the reference with places 0.1 mm apart has the jump between 2.5 and 2.6 mm. With the limits for errors of the grid
- * all amplitudes agree. */
+/* All cases with 181 places: within the tolerance, except at 2.6 mm of case E3, whose contact jumps at 2.496 mm; the
+ * reference with places 0.1 mm apart has the jump between 2.5 and 2.6 mm. With the limits for errors of the grid all
+ * amplitudes agree. */
 static void profiles_have_reference_conicities(void)
 {
     static const struct {
         char left, right;
         int radius, out;
-    } cases[CASES] = {{'a', 'a', 460, 0}, {'b', 'b', 460, 0}, {'h', 'h', 460, 3},
+    } cases[CASES] = {{'a', 'a', 460, 0}, {'b', 'b', 460, 0}, {'h', 'h', 460, 1},
                       {'i', 'i', 460, 0}, {'a', 'a', 459, 0}, {'b', 'b', 459, 0},
                       {'h', 'h', 459, 0}, {'i', 'i', 459, 0}, {'b', 'a', 460, 0}};
     const kempe_contact_options options = {.sweep = "shift=-9 mm:9 mm:181", .conicity = "1 mm:7 mm:61"};
     for (int c = 0; c < CASES; c++) {
         judged j = {.number = c + 1};
         check_conicities(model_of(cases[c].left, cases[c].right, cases[c].radius), &options, judge, &j);
-        CHECK(j.out == cases[c].out);
-        CHECK(j.out > 0 || j.worst < 0.8);
+        CHECK(j.out == cases[c].out && j.worst < 1.1);
+    }
+}
+
+static void take_all(const kempe_table *rows, void *user)
+{
+    double *found = user;
+    for (int a = 0; a < AMPLITUDES; a++)
+        found[a] = cell(rows, a, "conicity");
+}
+
+/* Ten times as many places change hardly anything, since jumps of the contact are found between places; lines across
+ * the jumps would be off by up to 0.04. */
+static void jumps_between_places(void)
+{
+    static const char wheels[] = "abhi";
+    for (int c = 0; c < 4; c++) {
+        double found[2][AMPLITUDES];
+        for (int k = 0; k < 2; k++) {
+            const kempe_contact_options options = {.sweep = k ? "shift=-9 mm:9 mm:1801" : "shift=-9 mm:9 mm:181",
+                                                   .conicity = "1 mm:7 mm:61"};
+            check_conicities(model_of(wheels[c], wheels[c], 460), &options, take_all, found[k]);
+        }
+        for (int a = 0; a < AMPLITUDES; a++)
+            CHECK_NEAR(found[0][a], found[1][a], 7e-4);
     }
 }
 
@@ -286,7 +310,7 @@ static void same(const kempe_table *rows, void *user)
         if (found[a] == 0)
             found[a] = cell(rows, a, "conicity");
         CHECK_NEAR(cell(rows, a, "conicity"), found[a], 1e-9);
-        CHECK(cell(rows, a, "error") < 0.02 && cell(rows, a, "wavelength") > 1);
+        CHECK(cell(rows, a, "error") < 1e-3 && cell(rows, a, "wavelength") > 1);
         CHECK(cell(rows, a, "low") <
               -3e-3); /* the small left wheel rolls as far as the right one where it is farther left */
     }
@@ -313,6 +337,46 @@ static void across_a_jump(void)
                               *last = kempe_contacts_patch(table, 10, 0, 0);
     CHECK(first && first->radius < 0.4705);
     CHECK(last && last->radius > 0.4715);
+    kempe_contacts_free(table);
+    unload(&l);
+}
+
+/* -- a wheelset that rolls on its rails ------------------------------------------------------------------------ */
+
+/* The frequency of the only mode that oscillates, 1/s. */
+static double frequency_of(const loaded *l)
+{
+    const kempe_modes_options options = {.at = "start"};
+    kempe_modes *modes = NULL;
+    kempe_table *rows = NULL;
+    double found = NAN;
+    CHECK(l->system && kempe_modes_new(l->system, &options, &modes) == KEMPE_OK &&
+          kempe_modes_table(modes, "modes", &rows) == KEMPE_OK);
+    for (int k = 0; rows && k < kempe_table_row_count(rows); k++)
+        if (cell(rows, k, "im") > 0) {
+            CHECK(isnan(found));
+            found = cell(rows, k, "im");
+        }
+    kempe_table_free(rows);
+    kempe_modes_free(modes);
+    return found;
+}
+
+/* With a creep stiffness without bounds and without springs the wheelset follows its kinematic motion. Its roll moves
+ * the axle by 3 % less than the treads, and their displacement is that of the conicity. */
+static void rolling_axle(void)
+{
+    static const kempe_setting settings[] = {{"G", "82e24 Pa"}, {"ky", "0 N/m"}, {"kpsi", "0 N*m"}, {"V", "1 m/s"}};
+    const kempe_contact_options options = {.sweep = "y=-1 mm:1 mm:41", .hold = "yaw", .conicity = "0.1 mm:0.9 mm:3"};
+    loaded l = load_set("examples/restrained_wheelset/wheelset_on_rails.yaml", settings, 4);
+    const double wavelength = 2 * pi / frequency_of(&l);
+    kempe_contacts *table = NULL;
+    kempe_table *rows = NULL;
+    CHECK(kempe_contacts_new(l.system, &options, &table) == KEMPE_OK &&
+          kempe_contacts_table(table, "conicity", &rows) == KEMPE_OK);
+    for (int a = 0; rows && a < kempe_table_row_count(rows); a++)
+        CHECK_NEAR(cell(rows, a, "wavelength") / wavelength, 1, 1e-6);
+    kempe_table_free(rows);
     kempe_contacts_free(table);
     unload(&l);
 }
@@ -428,8 +492,10 @@ int main(void)
     TEST(a_cube);
     TEST(no_motion);
     TEST(profiles_have_reference_conicities);
+    TEST(jumps_between_places);
     TEST(directions);
     TEST(across_a_jump);
+    TEST(rolling_axle);
     TEST(arcs);
     TEST(wrong_words);
     TEST(farther);

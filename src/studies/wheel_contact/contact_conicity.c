@@ -9,9 +9,8 @@
 
 enum { USUAL_AMPLITUDES = 13, MOST_AMPLITUDES = 100000 };
 
-/* Largest difference of the wheels' lateral displacement from the swept value, as a part of it: the roll of an axle
- * that rests on its rails moves its contacts a little. */
-#define SIDEWAYS 0.2
+/* Speed of a contact across its wheel, as a multiple of the wheel's: faster ones may jump. */
+#define FAST 10
 
 /* -- options ----------------------------------------------------------------------------------------------- */
 
@@ -119,28 +118,59 @@ kempe_status kmp_contact_conicity_request(kempe_contacts *t, const kempe_contact
 /* -- the difference of the rolling radii --------------------------------------------------------------------- */
 
 /* The patch of a wheel that carries the most; NULL: the wheel does not touch. */
-static const kempe_contact_patch *patch_of(const kempe_contacts *t, int row, int wheel)
+static const kempe_contact_patch *patch_of(const kempe_contacts *t, const kempe_contact_patch *patches, int wheel)
 {
     const kempe_contact_patch *most = NULL;
-    for (int z = 0; z < kempe_contacts_zone_count(t, wheel); z++) {
-        const kempe_contact_patch *p = kempe_contacts_patch(t, row, wheel, z);
-        if (p->touches && (!most || p->normal > most->normal))
-            most = p;
-    }
+    for (int z = t->first[wheel]; z < t->first[wheel + 1]; z++)
+        if (patches[z].touches && (!most || patches[z].normal > most->normal))
+            most = &patches[z];
     return most;
+}
+
+/* Those of the left and the right wheel in a row. false: one of them does not touch. */
+static bool pair_of(const kempe_contacts *t, const kempe_contact_patch *patches, const kempe_contact_patch *pair[2])
+{
+    for (int k = 0; k < 2; k++)
+        pair[k] = patch_of(t, patches, t->conicities.wheel[k]);
+    return pair[0] && pair[1];
+}
+
+static const kempe_contact_patch *patches_of(const kempe_contacts *t, int row)
+{
+    return t->patch + (ptrdiff_t)row * t->first[t->wheel_count];
 }
 
 static bool touch_both(const kempe_contacts *t, int row)
 {
-    return patch_of(t, row, t->conicities.wheel[0]) && patch_of(t, row, t->conicities.wheel[1]);
+    const kempe_contact_patch *pair[2];
+    return pair_of(t, patches_of(t, row), pair);
 }
 
-/* The displacement of the wheels to the left in a row, up to a constant. */
-static double displacement(const kempe_contacts *t, int row)
+double kmp_contact_difference(const kempe_contacts *t, const kempe_contact_patch *patches)
 {
-    const kempe_contact_patch *left = patch_of(t, row, t->conicities.wheel[0]);
-    const kempe_contact_patch *right = patch_of(t, row, t->conicities.wheel[1]);
-    return ((left->y - left->s) - (right->y - right->s)) / 2;
+    const kempe_contact_patch *pair[2];
+    return pair_of(t, patches, pair) ? pair[0]->radius - pair[1]->radius : NAN;
+}
+
+bool kmp_contact_may_jump(const kempe_contacts *t)
+{
+    const kempe_contact_patch *before[2], *after[2];
+    int row = t->count - 1;
+    if (row < 1 || !pair_of(t, patches_of(t, row - 1), before) || !pair_of(t, patches_of(t, row), after))
+        return false;
+    double far = FAST * fabs(t->conicities.aside[row] - t->conicities.aside[row - 1]);
+    return fabs(after[0]->s - before[0]->s) > far || fabs(after[1]->s - before[1]->s) > far;
+}
+
+double kmp_contact_aside(const kempe_contacts *t, const double *poses)
+{
+    double outwards[2];
+    for (int k = 0; k < 2; k++) {
+        int wheel = t->conicities.wheel[k];
+        const double *pose = poses + (ptrdiff_t)KMP_POSE_SHOWN * wheel;
+        outwards[k] = pose[0] + t->system->model->wheels[wheel].radius.value * pose[4];
+    }
+    return (outwards[0] - outwards[1]) / 2;
 }
 
 /* The longest sequence of rows in which both wheels touch. */
@@ -158,27 +188,66 @@ static int longest(const kempe_contacts *t, int *first)
     return most;
 }
 
-/* Fills y and difference; the direction of the sweep tells the left from the right. */
-static kempe_status take_radii(kempe_contacts *t)
+/* The rows of the table in which both wheels touch, in the order of ascending displacements. */
+typedef struct course {
+    int first, count, step; /* rows first, first + step, .. */
+} course;
+
+static int row_of(const course *rows, int k)
 {
-    kmp_conicities *c = &t->conicities;
+    return rows->first + k * rows->step;
+}
+
+/* Adds the ends of a jump after a row of the course, if they are between it and the next one. Returns the number of
+ * points. */
+static int add_jump(const kempe_contacts *t, const course *rows, int k, int count, double *y, double *difference)
+{
+    const kmp_conicities *c = &t->conicities;
+    double before = c->aside[row_of(rows, k)], after = c->aside[row_of(rows, k + 1)];
+    int gap = 2 * (rows->step > 0 ? row_of(rows, k) : row_of(rows, k + 1));
+    for (int side = 0; side < 2; side++) {
+        int edge = gap + (rows->step > 0 ? side : 1 - side);
+        if (!(c->edge[edge] > before && c->edge[edge] < after))
+            continue;
+        before = y[count] = c->edge[edge];
+        difference[count++] = c->edge_difference[edge];
+    }
+    return count;
+}
+
+/* Fills y and difference from every so many rows, the last one, and the jumps between rows. Returns their number. */
+static int gather(const kempe_contacts *t, const course *rows, int every, double *y, double *difference)
+{
+    int count = 0;
+    for (int k = 0; k < rows->count; k++) {
+        bool last = k == rows->count - 1;
+        if (k % every == 0 || last) {
+            y[count] = t->conicities.aside[row_of(rows, k)];
+            difference[count++] = kmp_contact_difference(t, patches_of(t, row_of(rows, k)));
+        }
+        if (!last)
+            count = add_jump(t, rows, k, count, y, difference);
+    }
+    return count;
+}
+
+static kempe_status find_course(kempe_contacts *t, course *rows)
+{
+    const double *aside = t->conicities.aside;
     int first, count = longest(t, &first), last = first + count - 1;
-    if (count < 2 || t->value[last] == t->value[first])
+    if (count < 2)
         return KEMPE_OK;
-    double ratio = (displacement(t, last) - displacement(t, first)) / (t->value[last] - t->value[first]);
-    if (!(fabs(fabs(ratio) - 1) <= SIDEWAYS))
-        return kmp_fail(
-            t->given->context, KEMPE_E_ARGUMENT,
-            "--conicity: '%s' must move both wheels laterally by its value; it moves them by %.3g m for 1 m",
-            t->over.range[0].name, ratio);
-    bool backwards = ratio * (t->value[last] - t->value[first]) < 0;
-    c->direction = ratio < 0 ? -1 : 1;
-    c->points = count;
-    KMP_TRY(kmp_made(t->given->context, KMP_ARENA_MAKE(&t->arena, KMP_ROOM(double, count, &c->y, &c->difference))));
-    for (int k = 0; k < count; k++) {
-        int row = backwards ? last - k : first + k;
-        c->y[k] = c->direction * t->value[row];
-        c->difference[k] = patch_of(t, row, c->wheel[0])->radius - patch_of(t, row, c->wheel[1])->radius;
+    *rows = (course){.first = first, .count = count, .step = 1};
+    if (aside[last] < aside[first])
+        *rows = (course){.first = last, .count = count, .step = -1};
+    for (int k = 0; k + 1 < count; k++) {
+        int row = row_of(rows, k), next = row_of(rows, k + 1);
+        if (!(aside[next] > aside[row]))
+            return kmp_fail(
+                t->given->context, KEMPE_E_ARGUMENT,
+                "--conicity: '%s' must move both wheels laterally, always in one direction; at %.6g and %.6g "
+                "they are %.6g and %.6g mm to the left of the middle of the track",
+                t->over.range[0].name, t->value[row], t->value[next], aside[row] * 1e3, aside[next] * 1e3);
     }
     return KEMPE_OK;
 }
@@ -188,11 +257,12 @@ static void take_sizes(kempe_contacts *t)
 {
     kmp_conicities *c = &t->conicities;
     const kmp_wheel *wheels = t->system->model->wheels;
+    const kempe_contact_patch *pair[2];
     double least = INFINITY;
     for (int row = 0; row < t->count; row++)
-        if (touch_both(t, row) && fabs(t->value[row]) < least) {
-            least = fabs(t->value[row]);
-            c->base = patch_of(t, row, c->wheel[0])->y + patch_of(t, row, c->wheel[1])->y;
+        if (pair_of(t, patches_of(t, row), pair) && fabs(c->aside[row]) < least) {
+            least = fabs(c->aside[row]);
+            c->base = pair[0]->y + pair[1]->y;
         }
     c->radius = (wheels[c->wheel[0]].radius.value + wheels[c->wheel[1]].radius.value) / 2;
 }
@@ -210,16 +280,14 @@ static kempe_conicity conicity_of(int count, const double *y, const double *diff
 kempe_status kmp_contact_conicity(kempe_contacts *t)
 {
     kmp_conicities *c = &t->conicities;
+    course rows = {0};
     double *y, *difference;
-    KMP_TRY(take_radii(t));
+    KMP_TRY(find_course(t, &rows));
     take_sizes(t);
-    KMP_TRY(
-        kmp_made(t->given->context, KMP_ARENA_MAKE(&t->arena, KMP_ROOM(double, c->points / 2 + 1, &y, &difference))));
-    int half = 0; /* every second point, and the last one */
-    for (int k = 0; k < c->points; k += k == c->points - 2 ? 1 : 2) {
-        y[half] = c->y[k];
-        difference[half++] = c->difference[k];
-    }
+    KMP_TRY(kmp_made(t->given->context, KMP_ARENA_MAKE(&t->arena, KMP_ROOM(double, 3 * rows.count, &c->y,
+                                                                           &c->difference, &y, &difference))));
+    c->points = gather(t, &rows, 1, c->y, c->difference);
+    int half = gather(t, &rows, 2, y, difference);
     for (int k = 0; k < c->count; k++) {
         double amplitude = c->at[k].amplitude;
         kempe_conicity found = conicity_of(c->points, c->y, c->difference, amplitude);

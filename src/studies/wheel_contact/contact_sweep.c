@@ -14,12 +14,16 @@
 
 #define LEAST_PART (1.0 / 64) /* of the step from value to value */
 
+enum { HALVINGS = 10 }; /* of a step in which a contact jumps: the jump is known to its thousandth */
+
 typedef struct job {
     kempe_contacts *t;
     kmp_arena arena;
     kmp_linear linear;
     kmp_operating *start;
     double *q, *before;                    /* n: the last state, in the charts of the evaluator */
+    double *q_row, *chart_row;             /* the state of a row and its charts */
+    kempe_contact_patch *patch;            /* of a value between rows */
     double *here, *there, *from, *between; /* values of the swept quantities */
     double *parameters;
     int shown; /* the first output of wheels among all computed ones */
@@ -47,6 +51,11 @@ static kempe_status add_outputs(kempe_model *copy, bool poses)
     return KEMPE_OK;
 }
 
+static bool has_poses(const kempe_contacts *t)
+{
+    return t->pressure != KMP_PRESSURE_NONE || t->conicities.count > 0;
+}
+
 static kempe_status make_system(kempe_contacts *t)
 {
     const char **names = KMP_ARENA_NEW(&t->arena, const char *, t->over.count);
@@ -55,7 +64,7 @@ static kempe_status make_system(kempe_contacts *t)
         if (t->lead[k].parameter >= 0)
             names[t->lead[k].parameter] = t->over.range[k].name;
     KMP_TRY(kmp_variant_new(t->given->model, t->parameter_count, names, &t->variant));
-    KMP_TRY(add_outputs(kmp_variant_model(t->variant), t->pressure != KMP_PRESSURE_NONE));
+    KMP_TRY(add_outputs(kmp_variant_model(t->variant), has_poses(t)));
     return kmp_system_of_variant(t->variant, &t->system);
 }
 
@@ -73,6 +82,11 @@ static kempe_status make_table(kempe_contacts *t)
         t->outline = KMP_ARENA_NEW(&t->arena, kmp_outline, rows * t->first[t->wheel_count]);
         KMP_TRY(kmp_made(t->given->context, t->outline));
     }
+    kmp_conicities *c = &t->conicities;
+    KMP_TRY(kmp_made(t->given->context, KMP_ARENA_MAKE(&t->arena, KMP_ROOM(double, rows, &c->aside),
+                                                       KMP_ROOM(double, 2 * rows, &c->edge, &c->edge_difference))));
+    for (ptrdiff_t k = 0; k < 2 * rows; k++)
+        c->edge[k] = NAN;
     return kmp_made(t->given->context, KMP_ARENA_MAKE(&t->arena, KMP_ROOM(double, rows, &t->value),
                                                       KMP_ROOM(double, rows * t->system->n, &t->q, &t->qd)));
 }
@@ -133,7 +147,9 @@ static bool make_room(job *j)
     ptrdiff_t n = j->t->system->n, leads = j->t->over.count;
     return KMP_ARENA_MAKE(&j->arena,
                           KMP_ROOM(double, leads, &j->here, &j->there, &j->from, &j->between, &j->parameters),
-                          KMP_ROOM(double, n, &j->q, &j->before));
+                          KMP_ROOM(double, n, &j->q, &j->before, &j->q_row),
+                          KMP_ROOM(double, (ptrdiff_t)KMP_CHART_SIZE * j->t->system->chart_count, &j->chart_row),
+                          KMP_ROOM(kempe_contact_patch, j->t->first[j->t->wheel_count], &j->patch));
 }
 
 static kempe_status begin(job *j, const kempe_contact_options *options)
@@ -246,6 +262,18 @@ static kempe_status check_ends(job *j)
     return KEMPE_OK;
 }
 
+/* Takes the patches at the current state. Returns the outputs of the wheels' poses, if there are any. */
+static const double *take_patches(job *j, kempe_contact_patch *patch)
+{
+    const kempe_contacts *t = j->t;
+    const kmp_linear *l = &j->linear;
+    const double *shown = kmp_eval_shown(l->eval, l->t, l->q, l->qd, l->qdd, l->lambda);
+    for (int w = 0; w < t->wheel_count; w++)
+        for (int z = t->first[w]; z < t->first[w + 1]; z++)
+            kmp_contact_patch(t, w, shown + (ptrdiff_t)KMP_CONTACT_SHOWN * z, &patch[z]);
+    return shown + (ptrdiff_t)KMP_CONTACT_SHOWN * t->first[t->wheel_count];
+}
+
 static kempe_status take_row(job *j)
 {
     kempe_contacts *t = j->t;
@@ -258,18 +286,83 @@ static kempe_status take_row(job *j)
     memcpy(qd, l->qd, n * sizeof *qd);
     if (t->system->chart_count > 0)
         kmp_charts_show(t->system, l->eval->chart, l->q, q, qd);
-    const double *shown = kmp_eval_shown(l->eval, l->t, l->q, l->qd, l->qdd, l->lambda);
     int patches = t->first[t->wheel_count];
     kempe_contact_patch *patch = t->patch + row * (size_t)patches;
-    for (int w = 0; w < t->wheel_count; w++)
-        for (int z = t->first[w]; z < t->first[w + 1]; z++) {
-            kmp_contact_patch(t, w, shown + (ptrdiff_t)KMP_CONTACT_SHOWN * z, &patch[z]);
-            if (t->pressure != KMP_PRESSURE_NONE)
-                KMP_TRY(kmp_contact_pressure(t, w, z - t->first[w],
-                                             shown + (ptrdiff_t)KMP_CONTACT_SHOWN * patches + KMP_POSE_SHOWN * w,
-                                             &patch[z], &t->outline[row * (size_t)patches + (size_t)z]));
-        }
+    const double *poses = take_patches(j, patch);
+    if (t->conicities.count > 0)
+        t->conicities.aside[row] = kmp_contact_aside(t, poses);
+    for (int w = 0; w < t->wheel_count && t->pressure != KMP_PRESSURE_NONE; w++)
+        for (int z = t->first[w]; z < t->first[w + 1]; z++)
+            KMP_TRY(kmp_contact_pressure(t, w, z - t->first[w], poses + (ptrdiff_t)KMP_POSE_SHOWN * w, &patch[z],
+                                         &t->outline[row * (size_t)patches + (size_t)z]));
     return KEMPE_OK;
+}
+
+/* -- jumps between values ---------------------------------------------------------------------------------- */
+
+/* A place in the step to the last row: the part of the step, the displacement and the difference of the radii there. */
+typedef struct place_within {
+    double part, aside, difference;
+} place_within;
+
+/* Finds the state at a part of the step; the difference is NaN where there is none. */
+static kempe_status find_within(job *j, place_within *place)
+{
+    kempe_contacts *t = j->t;
+    for (int k = 0; k < t->over.count; k++) {
+        double from = kmp_range_value(&t->over.range[k], t->count - 2, t->requested);
+        j->there[k] = from + place->part * (kmp_range_value(&t->over.range[k], t->count - 1, t->requested) - from);
+    }
+    place->difference = NAN;
+    kempe_status status = go(j, j->there);
+    if (status == KEMPE_E_FAILED)
+        return KEMPE_OK;
+    if (status == KEMPE_OK) {
+        place->aside = kmp_contact_aside(t, take_patches(j, j->patch));
+        place->difference = kmp_contact_difference(t, j->patch);
+    }
+    return status;
+}
+
+/* Halves the step to the last row, always on the side where the radii change more. */
+static kempe_status halve(job *j)
+{
+    kempe_contacts *t = j->t;
+    int patches = t->first[t->wheel_count], row = t->count - 2;
+    place_within end[2];
+    for (int side = 0; side < 2; side++)
+        end[side] = (place_within){side, t->conicities.aside[row + side],
+                                   kmp_contact_difference(t, t->patch + (ptrdiff_t)(row + side) * patches)};
+    for (int k = 0; k < HALVINGS; k++) {
+        place_within middle = {.part = (end[0].part + end[1].part) / 2};
+        KMP_TRY(find_within(j, &middle));
+        if (isnan(middle.difference))
+            return KEMPE_OK;
+        end[fabs(middle.difference - end[0].difference) >= fabs(end[1].difference - middle.difference)] = middle;
+    }
+    for (int side = 0; side < 2; side++) {
+        t->conicities.edge[2 * row + side] = end[side].aside;
+        t->conicities.edge_difference[2 * row + side] = end[side].difference;
+    }
+    return KEMPE_OK;
+}
+
+/* Finds a jump between the last two rows, and returns to the state of the last one. */
+static kempe_status find_jump(job *j)
+{
+    kempe_contacts *t = j->t;
+    size_t n = (size_t)t->system->n * sizeof(double);
+    size_t charts = (size_t)(KMP_CHART_SIZE * t->system->chart_count) * sizeof(double);
+    memcpy(j->q_row, j->q, n);
+    memcpy(j->chart_row, j->linear.eval->chart, charts);
+    kempe_status status = halve(j);
+    if (status == KEMPE_OK)
+        kmp_context_clear(context_of(j));
+    memcpy(j->q, j->q_row, n);
+    kmp_eval_set_charts(j->linear.eval, j->chart_row);
+    for (int k = 0; k < t->over.count; k++)
+        j->here[k] = kmp_range_value(&t->over.range[k], t->count - 1, t->requested);
+    return status;
 }
 
 /* Keeps a table that is not complete, with its reason. */
@@ -294,6 +387,8 @@ static kempe_status run(job *j, const kempe_contact_options *options)
         status = go(j, j->there);
         if (status == KEMPE_OK)
             status = take_row(j);
+        if (status == KEMPE_OK && t->conicities.count > 0 && kmp_contact_may_jump(t))
+            status = find_jump(j);
         kmp_progress(context_of(j), KMP_PROGRESS_STUDY, row + 1, t->requested, "rows");
     }
     return give_reason(j, status);

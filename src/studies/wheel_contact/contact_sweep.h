@@ -17,7 +17,7 @@ typedef struct kmp_contact_lead {
 /** The equivalent conicity of a pair of wheels at one amplitude; NaN: unknown. */
 typedef struct kmp_conicity {
     double amplitude, conicity;
-    double error;      /* the difference from the conicity of every second row */
+    double error;      /* the difference from the conicity of every second row, with the same jumps */
     double wavelength; /* of the kinematic motion */
     double low, high;  /* its ends */
 } kmp_conicity;
@@ -26,10 +26,12 @@ typedef struct kmp_conicity {
 typedef struct kmp_conicities {
     int count; /* 0: not requested */
     kmp_conicity *at;
-    int wheel[2]; /* left, right */
-    int points;   /* rows in which both wheels touch, by ascending place */
+    int wheel[2];                   /* left, right */
+    double *aside;                  /* displacement of the wheels to the left, of each row */
+    double *edge, *edge_difference; /* displacements close before and after a jump between each row and the next, and
+                                     * the differences there; NaN: none */
+    int points; /* rows in which both wheels touch, and ends of jumps between them, by ascending displacement */
     double *y, *difference;
-    double direction;    /* 1: the first swept quantity is positive to the left, -1: to the right */
     double base, radius; /* the distance of the contacts in the middle, and the mean radius */
     double nonlinearity;
 } kmp_conicities;
@@ -96,6 +98,16 @@ kmp_shown kmp_contact_shown(const kempe_contacts *table, const char *unit);
 /** Reads the amplitudes and the pair of wheels; then computes their conicities from the rows of the table. */
 kempe_status kmp_contact_conicity_request(kempe_contacts *table, const kempe_contact_options *options);
 kempe_status kmp_contact_conicity(kempe_contacts *table);
+
+/** The displacement of that pair to the left, from the outputs of the wheels' poses: that of the points a radius below
+ * the centres, so that an axle that rolls on its rails has the displacement with which it follows them. */
+double kmp_contact_aside(const kempe_contacts *table, const double *poses);
+
+/** The difference of the rolling radii of that pair, from the patches of a value; NaN: one of them does not touch. */
+double kmp_contact_difference(const kempe_contacts *table, const kempe_contact_patch *patches);
+
+/** True if a contact of that pair moves so far between the last two rows that it may jump. */
+bool kmp_contact_may_jump(const kempe_contacts *table);
 
 /** The index of a coordinate among the fixed ones; -1: it is not fixed. */
 int kmp_contact_hold_of(const kempe_contacts *table, int coordinate);
