@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Hides the differences between SUNDIALS 6 and 7: the communicator's type, how a solver is kept from printing, codes of
- * linear solvers, names of ARKODE's functions. Kempe turns return flags into sentences itself. For the adapters of this
- * folder and of integrators/sundials. */
+ * linear solvers, names of ARKODE's functions, the control of its steps. Kempe turns return flags into sentences
+ * itself. For the adapters of this folder and of integrators/sundials. */
 #pragma once
 
 #include <nvector/nvector_serial.h>
@@ -13,6 +13,9 @@ _Static_assert(sizeof(sunrealtype) == sizeof(double), "SUNDIALS must be built wi
 _Static_assert(sizeof(sunindextype) == sizeof(long), "SUNDIALS must be built with indices of the size of long");
 
 #if SUNDIALS_VERSION_MAJOR >= 7
+
+#include <arkode/arkode.h>
+#include <sunadaptcontroller/sunadaptcontroller_soderlind.h>
 
 /* Return codes of Kempe's linear solvers on failure. */
 #define KMP_SUN_NO_MEMORY      SUN_ERR_MEM_FAIL
@@ -29,6 +32,26 @@ static inline SUNContext kmp_sun_context(void)
 }
 
 #define KMP_SUN_QUIET(set_handler, memory) ((void)(memory))
+
+/* The control of ARKODE's steps that version 6 has by default, in place of that of 7.5, whose errors are larger at
+ * the same tolerance. The controller belongs to the caller. */
+typedef SUNAdaptController kmp_sun_controller;
+
+static inline int kmp_sun_control_steps(void *ark, SUNContext context, kmp_sun_controller *controller)
+{
+    *controller = SUNAdaptController_PID(context);
+    int bad = *controller ? SUNAdaptController_SetErrorBias(*controller, 1.5) : SUN_ERR_MEM_FAIL;
+    bad = bad ? bad : ARKodeSetAdaptController(ark, *controller);
+    bad = bad ? bad : ARKodeSetSafetyFactor(ark, 0.96);
+    bad = bad ? bad : ARKodeSetFixedStepBounds(ark, 1, 1.5);
+    return bad ? bad : ARKodeSetAdaptivityAdjustment(ark, -1);
+}
+
+static inline void kmp_sun_controller_free(kmp_sun_controller controller)
+{
+    if (controller)
+        (void)SUNAdaptController_Destroy(controller);
+}
 
 #else
 
@@ -52,6 +75,21 @@ static inline void kmp_sun_say_nothing(int code, const char *module, const char 
 }
 
 #define KMP_SUN_QUIET(set_handler, memory) ((void)set_handler((memory), kmp_sun_say_nothing, NULL))
+
+typedef void *kmp_sun_controller;
+
+static inline int kmp_sun_control_steps(void *ark, SUNContext context, kmp_sun_controller *controller)
+{
+    (void)ark;
+    (void)context;
+    *controller = NULL;
+    return 0;
+}
+
+static inline void kmp_sun_controller_free(kmp_sun_controller controller)
+{
+    (void)controller;
+}
 
 #endif
 

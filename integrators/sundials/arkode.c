@@ -43,6 +43,7 @@ static int configure(kmp_sun *s)
     bad = bad ? bad : KMP_SUN_ARK(SetMaxHnilWarns)(s->memory, -1);
     bad = bad ? bad : KMP_SUN_ARK(SetMaxErrTestFails)(s->memory, 20);
     bad = bad ? bad : KMP_SUN_ARK(SetMaxConvFails)(s->memory, 20);
+    bad = bad ? bad : kmp_sun_control_steps(s->memory, s->sun, &s->controller);
     if (s->linear)
         return bad ? bad : configure_implicit(s);
     return bad ? bad : ARKStepSetTableNum(s->memory, ARKODE_DIRK_NONE, ARKODE_DORMAND_PRINCE_7_4_5);

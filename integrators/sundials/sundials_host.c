@@ -94,6 +94,7 @@ void kmp_sun_release(void *solver)
     N_VDestroy(s->y);
     N_VDestroy(s->yp);
     N_VDestroy(s->out);
+    kmp_sun_controller_free(s->controller);
     (void)SUNContext_Free(&s->sun);
     kmp_solver_free(s);
 }
