@@ -35,19 +35,18 @@ static inline SUNContext kmp_sun_context(void)
 
 /* The control of ARKODE's steps that version 6 has by default, in place of that of 7.5, whose errors are larger at
  * the same tolerance. The controller belongs to the caller. */
-typedef SUNAdaptController kmp_sun_controller;
-
-static inline int kmp_sun_control_steps(void *ark, SUNContext context, kmp_sun_controller *controller)
+static inline int kmp_sun_control_steps(void *ark, SUNContext context, void **controller)
 {
-    *controller = SUNAdaptController_PID(context);
-    int bad = *controller ? SUNAdaptController_SetErrorBias(*controller, 1.5) : SUN_ERR_MEM_FAIL;
-    bad = bad ? bad : ARKodeSetAdaptController(ark, *controller);
+    SUNAdaptController pid = SUNAdaptController_PID(context);
+    int bad = pid ? SUNAdaptController_SetErrorBias(pid, 1.5) : SUN_ERR_MEM_FAIL;
+    *controller = pid;
+    bad = bad ? bad : ARKodeSetAdaptController(ark, pid);
     bad = bad ? bad : ARKodeSetSafetyFactor(ark, 0.96);
     bad = bad ? bad : ARKodeSetFixedStepBounds(ark, 1, 1.5);
     return bad ? bad : ARKodeSetAdaptivityAdjustment(ark, -1);
 }
 
-static inline void kmp_sun_controller_free(kmp_sun_controller controller)
+static inline void kmp_sun_controller_free(void *controller)
 {
     if (controller)
         (void)SUNAdaptController_Destroy(controller);
@@ -76,9 +75,7 @@ static inline void kmp_sun_say_nothing(int code, const char *module, const char 
 
 #define KMP_SUN_QUIET(set_handler, memory) ((void)set_handler((memory), kmp_sun_say_nothing, NULL))
 
-typedef void *kmp_sun_controller;
-
-static inline int kmp_sun_control_steps(void *ark, SUNContext context, kmp_sun_controller *controller)
+static inline int kmp_sun_control_steps(void *ark, SUNContext context, void **controller)
 {
     (void)ark;
     (void)context;
@@ -86,7 +83,7 @@ static inline int kmp_sun_control_steps(void *ark, SUNContext context, kmp_sun_c
     return 0;
 }
 
-static inline void kmp_sun_controller_free(kmp_sun_controller controller)
+static inline void kmp_sun_controller_free(void *controller)
 {
     (void)controller;
 }

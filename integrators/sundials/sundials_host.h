@@ -84,19 +84,19 @@ struct kmp_sun {
     int n;
     SUNContext sun;
     void *memory;
-    N_Vector y, yp, out;           /* yp: of a DAE */
-    SUNMatrix matrix;              /* dense for an ODE, sparse for a DAE; NULL for explicit methods */
-    SUNLinearSolver linear;        /* dense for an ODE, sparse for a DAE; NULL for explicit methods */
-    SUNNonlinearSolver iteration;  /* a package's own choice; NULL: its default */
-    kmp_sun_controller controller; /* of the steps; NULL: the package's own */
-    double *y_old, *yp_old;        /* n: at the start of a step */
-    double *dy, *w;                /* n */
-    double *node;                  /* 2 (KMP_SUN_MOST_DEGREE + 1) n: y, and yp, at nodes of a received step */
-    int degree;                    /* of that step */
-    bool received;                 /* the last step is another solver's */
-    bool halted;                   /* the formulation gave up in a callback */
-    bool moved;                    /* the formulation has corrected y: reset before the next step */
-    kmp_solver_work more;          /* work not counted by the package: earlier starts, evaluations, rejected steps */
+    N_Vector y, yp, out;          /* yp: of a DAE */
+    SUNMatrix matrix;             /* dense for an ODE, sparse for a DAE; NULL for explicit methods */
+    SUNLinearSolver linear;       /* dense for an ODE, sparse for a DAE; NULL for explicit methods */
+    SUNNonlinearSolver iteration; /* a package's own choice; NULL: its default */
+    void *controller;             /* of the steps; NULL: the package's own */
+    double *y_old, *yp_old;       /* n: at the start of a step */
+    double *dy, *w;               /* n */
+    double *node;                 /* 2 (KMP_SUN_MOST_DEGREE + 1) n: y, and yp, at nodes of a received step */
+    int degree;                   /* of that step */
+    bool received;                /* the last step is another solver's */
+    bool halted;                  /* the formulation gave up in a callback */
+    bool moved;                   /* the formulation has corrected y: reset before the next step */
+    kmp_solver_work more;         /* work not counted by the package: earlier starts, evaluations, rejected steps */
 };
 
 /* Callbacks; user is the kmp_sun. KMP_RETRY becomes a recoverable failure, KMP_HALT a fatal one. */

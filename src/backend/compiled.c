@@ -134,12 +134,12 @@ static bool write_segments(const kmp_code *code, kmp_layout *l, kmp_x86 *x86, ui
     if (!pieces)
         return false;
     uint32_t longest = list_pieces(code, segments, pieces);
-    bool packs_pay = x86->form == KMP_X86_ONE && !l->frame->team && code->start[segments] <= MOST_PACKED;
+    bool packs_pay = x86->form == KMP_X86_ONE && l->frame->threads == 0 && code->start[segments] <= MOST_PACKED;
     if (packs_pay && !pack(l, &packs, segments, pieces))
         return false;
     for (uint32_t g = 0; g < segments; g++)
         longest = pieces[g].count > longest ? pieces[g].count : longest;
-    if (!kmp_registers_init(&registers, &l->arena, packs.slots, packs.next, longest, l->frame->team))
+    if (!kmp_registers_init(&registers, &l->arena, packs.slots, packs.next, longest, l->frame->threads > 0))
         return false;
     for (uint32_t g = 0; g < segments; g++) {
         offset[g] = pieces[g].count > 0 ? (uint32_t)x86->size : KMP_NO_ROUTINE;

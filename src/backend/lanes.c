@@ -62,7 +62,7 @@ static void spread(kmp_lanes *lanes, size_t slot, double value)
 static bool make_plain(kmp_lanes *lanes, const kmp_program *p, const kmp_backend *blocks)
 {
     kmp_layout layout = {0};
-    bool ok = kmp_layout_init(&layout, &lanes->frame, p, kmp_code_is_straight, 0, blocks, NULL) &&
+    bool ok = kmp_layout_init(&layout, &lanes->frame, p, kmp_code_is_straight, 0, blocks, 0) &&
               kmp_code_list(&lanes->code, &layout) && kmp_frame_add_blocks(&lanes->frame) && add_room(lanes);
     kmp_layout_free(&layout);
     for (size_t k = 0; ok && k < lanes->frame.slots; k++)
@@ -72,11 +72,11 @@ static bool make_plain(kmp_lanes *lanes, const kmp_program *p, const kmp_backend
 
 static bool make(kmp_lanes *lanes, const kmp_program *p, kmp_x86_form form)
 {
-    const kmp_prepared *prepared = kmp_prepared_of(p, form);
+    const kmp_prepared *prepared = kmp_prepared_of(p, form, 0);
     if (!prepared || !prepared->code.pages)
         return prepared && make_plain(lanes, p, &kmp_backend_native);
     lanes->segment = prepared->code.segment;
-    bool ok = kmp_prepared_frame(prepared, &lanes->frame) && add_room(lanes);
+    bool ok = kmp_prepared_frame(prepared, &lanes->frame, NULL) && add_room(lanes);
     for (uint32_t k = 0; ok && k < prepared->start_count; k++)
         spread(lanes, prepared->start[k].slot, prepared->start[k].value);
     return ok;

@@ -35,8 +35,8 @@ static uint32_t depth_of(const kmp_layout *l, int i)
 static void line_up(kmp_layout *l, int stage)
 {
     const int *code = l->program->code;
-    uint32_t *first = l->frame->parting[stage].first;
-    int parts = l->frame->parting[stage].parts;
+    uint32_t *first = l->frame->part_first + l->frame->part_start[stage];
+    int parts = kmp_frame_parts(l->frame, stage);
     for (int i = code[stage]; i < code[stage + 1]; i++) {
         uint32_t *segments = &first[l->part[i] + 1];
         *segments = l->depth[i] + 1 > *segments ? l->depth[i] + 1 : *segments;
@@ -50,13 +50,10 @@ static void line_up(kmp_layout *l, int stage)
 /* false: no memory. */
 static bool part_stage(kmp_layout *l, int stage)
 {
-    kmp_parting *parting = &l->frame->parting[stage];
-    int parts = kmp_parts_find(l, stage, kmp_team_threads(l->frame->team));
-    if (parts <= 0)
-        return parts == 0;
-    parting->first = KMP_ARENA_NEW(&l->frame->arena, uint32_t, parts + 3);
-    parting->parts = parts;
-    return parting->first;
+    uint32_t *start = l->frame->part_start + stage;
+    int parts = kmp_parts_find(l, stage, l->frame->threads);
+    start[1] = start[0] + (parts > 0 ? (uint32_t)parts + 3 : 0);
+    return parts >= 0;
 }
 
 static bool analyse(kmp_layout *l, bool (*straight)(const kmp_instruction *in))
@@ -70,11 +67,11 @@ static bool analyse(kmp_layout *l, bool (*straight)(const kmp_instruction *in))
         for (int i = p->code[s]; i < p->code[s + 1]; i++)
             l->stage_of[i] = (uint16_t)s;
     for (int s = 0; s < p->stages; s++) {
-        if (l->frame->team && !part_stage(l, s))
+        if (l->frame->threads > 0 && !part_stage(l, s))
             return false;
         for (int i = p->code[s]; i < p->code[s + 1]; i++)
             l->depth[i] = depth_of(l, i);
-        if (l->frame->team && l->frame->parting[s].parts > 0)
+        if (kmp_frame_parts(l->frame, s) > 0)
             line_up(l, s);
     }
     return true;
@@ -355,9 +352,11 @@ static bool begin(kmp_layout *l)
                    KMP_ROOM(uint32_t, l->leaves + code, &l->slot), KMP_ROOM(bool, code, &l->is_straight),
                    KMP_ROOM(int, code, &l->order));
     l->contraction = l->program->contraction;
-    if (l->frame->team) {
+    if (l->frame->threads > 0) {
+        int stages = l->program->stages;
         l->part = KMP_ARENA_NEW(a, uint8_t, code);
-        l->frame->parting = KMP_ARENA_NEW(&l->frame->arena, kmp_parting, l->program->stages);
+        l->frame->part_start = KMP_ARENA_NEW(&l->frame->arena, uint32_t, stages + 1);
+        l->frame->part_first = KMP_ARENA_NEW(&l->frame->arena, uint32_t, stages * (KMP_PARTS_MOST + 3));
     }
     return !a->failed && !l->frame->arena.failed;
 }
@@ -370,9 +369,9 @@ kmp_block_runner kmp_layout_runner(const kmp_backend *backend)
 
 bool kmp_layout_init(kmp_layout *l, kmp_frame *frame, const kmp_program *program,
                      bool (*straight)(const kmp_instruction *in), uint32_t extra, const kmp_backend *blocks,
-                     kmp_team *team)
+                     int threads)
 {
-    *frame = (kmp_frame){.program = program, .team = team};
+    *frame = (kmp_frame){.program = program, .threads = threads};
     if (blocks)
         frame->runner = kmp_layout_runner(blocks);
     *l = (kmp_layout){.frame = frame, .program = program, .leaves = program->constant_count + program->input_count};

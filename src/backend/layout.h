@@ -22,15 +22,15 @@ typedef struct kmp_layout {
     uint32_t *segment_start; /* in `order`; one more entry marks the end */
     uint32_t *angle_of;      /* by slot: the position of its angle in the frame, if any; NULL: there are none */
     uint32_t *solving_of;    /* by instruction: where an implicit one is solved; NULL: there are none */
-    uint8_t *part;           /* by instruction; 0 where the stage is in one; NULL without a thread pool */
+    uint8_t *part;           /* by instruction; 0 where the stage is in one; NULL: no sharing */
 } kmp_layout;
 
-/** Fills the frame, in parts for a thread pool (NULL: no sharing). `extra` slots from frame->slots on belong to the
+/** Fills the frame, in parts for so many threads (0: no sharing). `extra` slots from frame->slots on belong to the
  * back end; frame->slots grows as they are taken. `blocks` runs the contents of implicit blocks (NULL: interpreted),
  * after kmp_frame_add_blocks. False: no memory. kmp_layout_free and kmp_frame_free in any case. */
 bool kmp_layout_init(kmp_layout *l, kmp_frame *frame, const kmp_program *program,
                      bool (*straight)(const kmp_instruction *in), uint32_t extra, const kmp_backend *blocks,
-                     kmp_team *team);
+                     int threads);
 void kmp_layout_free(kmp_layout *l);
 
 /** The functions of a back end that run the contents of implicit blocks. */

@@ -21,11 +21,13 @@ static void release(kmp_program_form *form)
 
 /* -- writing ----------------------------------------------------------------------------------------- */
 
-bool kmp_prepared_write(kmp_frame *frame, kmp_code *code, const kmp_program *program, kmp_x86_form form, kmp_team *team)
+static bool write_code(kmp_prepared *prepared, const kmp_program *program, kmp_x86_form form, int threads)
 {
     kmp_layout layout = {0};
-    bool ok = kmp_layout_init(&layout, frame, program, kmp_code_is_straight, 0, &kmp_backend_native, team) &&
-              kmp_code_list(code, &layout) && kmp_code_write(code, &layout, form);
+    kmp_code *code = &prepared->code;
+    bool ok =
+        kmp_layout_init(&layout, &prepared->frame, program, kmp_code_is_straight, 0, &kmp_backend_native, threads) &&
+        kmp_code_list(code, &layout) && kmp_code_write(code, &layout, form);
     kmp_layout_free(&layout);
     kmp_arena_free(&code->list);
     return ok;
@@ -77,29 +79,29 @@ static bool recall(kmp_prepared *prepared, const kmp_program *program, const cha
 
 /* -- one for all ------------------------------------------------------------------------------------- */
 
-static kmp_prepared *new_prepared(kmp_x86_form form)
+static kmp_prepared *new_prepared(int kind)
 {
     kmp_prepared *prepared = KMP_NEW(kmp_prepared, 1);
     if (prepared)
-        prepared->form = (kmp_program_form){.kind = (int)form, .release = release};
+        prepared->form = (kmp_program_form){.kind = kind, .release = release};
     return prepared;
 }
 
 /* The folder and the key of a program's code; NULL: it is not kept. */
-static const char *folder_of(const kmp_program *program, kmp_x86_form form, kmp_cache_key *key)
+static const char *folder_of(const kmp_program *program, int kind, kmp_cache_key *key)
 {
-    return operations_of(program) < LEAST_KEPT ? NULL : kmp_program_folder(program, (int)form, key);
+    return operations_of(program) < LEAST_KEPT ? NULL : kmp_program_folder(program, kind, key);
 }
 
-static kmp_prepared *make(const kmp_program *program, kmp_x86_form form)
+static kmp_prepared *make(const kmp_program *program, kmp_x86_form form, int threads)
 {
     kmp_cache_key key;
-    const char *folder = folder_of(program, form, &key);
-    kmp_prepared *prepared = new_prepared(form);
+    int kind = kmp_prepared_kind(form, threads);
+    const char *folder = folder_of(program, kind, &key);
+    kmp_prepared *prepared = new_prepared(kind);
     if (!prepared)
         return NULL;
-    if (!kmp_prepared_write(&prepared->frame, &prepared->code, program, form, NULL) ||
-        !kmp_prepared_take_start(prepared)) {
+    if (!write_code(prepared, program, form, threads) || !kmp_prepared_take_start(prepared)) {
         release(&prepared->form);
         return NULL;
     }
@@ -109,36 +111,38 @@ static kmp_prepared *make(const kmp_program *program, kmp_x86_form form)
 }
 
 /* That of the cache; NULL: none. */
-static kmp_prepared *recalled(const kmp_program *program, kmp_x86_form form)
+static kmp_prepared *recalled(const kmp_program *program, int kind)
 {
     kmp_cache_key key;
-    const char *folder = folder_of(program, form, &key);
-    kmp_prepared *prepared = folder ? new_prepared(form) : NULL;
+    const char *folder = folder_of(program, kind, &key);
+    kmp_prepared *prepared = folder ? new_prepared(kind) : NULL;
     if (!prepared || recall(prepared, program, folder, &key))
         return prepared;
     release(&prepared->form);
     return NULL;
 }
 
-const kmp_prepared *kmp_prepared_known(const kmp_program *program, kmp_x86_form form)
+const kmp_prepared *kmp_prepared_known(const kmp_program *program, kmp_x86_form form, int threads)
 {
-    kmp_program_form *found = kmp_program_find_form(program, (int)form);
+    int kind = kmp_prepared_kind(form, threads);
+    kmp_program_form *found = kmp_program_find_form(program, kind);
     if (found)
         return (const kmp_prepared *)found;
-    kmp_prepared *made = recalled(program, form);
+    kmp_prepared *made = recalled(program, kind);
     return made ? (const kmp_prepared *)kmp_program_add_form(program, &made->form) : NULL;
 }
 
-const kmp_prepared *kmp_prepared_of(const kmp_program *program, kmp_x86_form form)
+const kmp_prepared *kmp_prepared_of(const kmp_program *program, kmp_x86_form form, int threads)
 {
-    const kmp_prepared *known = kmp_prepared_known(program, form);
-    kmp_prepared *made = known ? NULL : make(program, form);
+    const kmp_prepared *known = kmp_prepared_known(program, form, threads);
+    kmp_prepared *made = known ? NULL : make(program, form, threads);
     return made ? (const kmp_prepared *)kmp_program_add_form(program, &made->form) : known;
 }
 
-bool kmp_prepared_frame(const kmp_prepared *prepared, kmp_frame *frame)
+bool kmp_prepared_frame(const kmp_prepared *prepared, kmp_frame *frame, kmp_team *team)
 {
     *frame = prepared->frame;
+    frame->team = team;
     frame->arena = frame->values = (kmp_arena){0};
     frame->v = NULL;
     frame->solving = NULL;

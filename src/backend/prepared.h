@@ -14,32 +14,34 @@ typedef struct kmp_slot_start {
 } kmp_slot_start;
 
 typedef struct kmp_prepared {
-    kmp_program_form form; /* its kind is the number of lanes; 0: a tape */
+    kmp_program_form form; /* its kind: kmp_prepared_kind; 0: a tape */
     kmp_frame frame;       /* without slots and rooms of blocks */
     kmp_code code;         /* without its operations */
     kmp_slot_start *start; /* in the frame's arena */
     uint32_t start_count;
 } kmp_prepared;
 
-/** That of a form that runs here, made by the first call. Without code.pages there is no machine code. NULL: no memory.
- */
-const kmp_prepared *kmp_prepared_of(const kmp_program *program, kmp_x86_form form);
+/** The kind of a form: the number of lanes, and of threads for which stages are in parts (0: they are in one). */
+enum { KMP_PREPARED_THREAD = 256 };
+static inline int kmp_prepared_kind(kmp_x86_form form, int threads)
+{
+    return (int)form + KMP_PREPARED_THREAD * threads;
+}
+
+/** That of a form that runs here, for so many threads, made by the first call. Without code.pages there is no machine
+ * code. NULL: no memory. */
+const kmp_prepared *kmp_prepared_of(const kmp_program *program, kmp_x86_form form, int threads);
 
 /** That which an earlier call has made, or an earlier process has kept; NULL: none. */
-const kmp_prepared *kmp_prepared_known(const kmp_program *program, kmp_x86_form form);
+const kmp_prepared *kmp_prepared_known(const kmp_program *program, kmp_x86_form form, int threads);
 
-/** kmp_prepared_frame: a frame with its own rooms of blocks, without slots. kmp_prepared_values: adds these. False: no
- * memory; kmp_frame_free in any case. */
-bool kmp_prepared_frame(const kmp_prepared *prepared, kmp_frame *frame);
+/** kmp_prepared_frame: a frame with its own rooms of blocks, for a thread pool of as many threads as it was made for
+ * (NULL: none), without slots. kmp_prepared_values: adds these. False: no memory; kmp_frame_free in any case. */
+bool kmp_prepared_frame(const kmp_prepared *prepared, kmp_frame *frame, kmp_team *team);
 bool kmp_prepared_values(const kmp_prepared *prepared, kmp_frame *frame);
 
 /** Notes the slots that are not zero, and forgets all values of the frame. False: no memory. */
 bool kmp_prepared_take_start(kmp_prepared *prepared);
-
-/** Layout and machine code without a form that others use, in parts for a thread pool (NULL: in one). False: no memory.
- */
-bool kmp_prepared_write(kmp_frame *frame, kmp_code *code, const kmp_program *program, kmp_x86_form form,
-                        kmp_team *team);
 
 /* prepared_bytes.c */
 

@@ -6,7 +6,8 @@
 
 /* Counts of the arrays; no gaps between them. */
 typedef struct counts {
-    uint32_t lanes, slots, out, specials, angles, segments, blocks, items, copies, start;
+    uint32_t kind, slots, out, specials, angles, segments, blocks, items, copies, start;
+    uint32_t threads, parts; /* entries of parts */
     uint64_t code;
 } counts;
 
@@ -16,7 +17,7 @@ typedef struct array {
     size_t size, count;
 } array;
 
-enum { ARRAYS = 13 };
+enum { ARRAYS = 15 };
 
 static void list_arrays(kmp_prepared *prepared, const counts *c, array list[ARRAYS])
 {
@@ -33,6 +34,8 @@ static void list_arrays(kmp_prepared *prepared, const counts *c, array list[ARRA
                                {&f->feeds, sizeof *f->feeds, inputs},
                                {&f->block_of, sizeof *f->block_of, c->blocks},
                                {&f->items, sizeof *f->items, c->items},
+                               {&f->part_start, sizeof *f->part_start, c->threads > 0 ? stages : 0},
+                               {&f->part_first, sizeof *f->part_first, c->parts},
                                {&prepared->start, sizeof *prepared->start, c->start},
                                {&prepared->code.offset, sizeof *prepared->code.offset, c->segments}};
     memcpy(list, all, sizeof all);
@@ -41,7 +44,7 @@ static void list_arrays(kmp_prepared *prepared, const counts *c, array list[ARRA
 void kmp_prepared_put(kmp_bytes *bytes, kmp_prepared *prepared)
 {
     const kmp_frame *f = &prepared->frame;
-    const counts c = {.lanes = (uint32_t)prepared->form.kind,
+    const counts c = {.kind = (uint32_t)prepared->form.kind,
                       .slots = f->slots,
                       .out = f->out,
                       .specials = f->special_count,
@@ -51,6 +54,8 @@ void kmp_prepared_put(kmp_bytes *bytes, kmp_prepared *prepared)
                       .items = f->item_count,
                       .copies = f->copy_start[f->program->stages],
                       .start = prepared->start_count,
+                      .threads = (uint32_t)f->threads,
+                      .parts = f->threads > 0 ? f->part_start[f->program->stages] : 0,
                       .code = prepared->code.size};
     array list[ARRAYS];
     list_arrays(prepared, &c, list);
@@ -142,6 +147,18 @@ static bool are_feeds(const kmp_frame *f)
     return good;
 }
 
+/* Entries of each stage in parts are as those of kmp_frame; a stage in one has none. */
+static bool are_parts(const kmp_frame *f, uint32_t entries)
+{
+    const uint32_t *start = f->part_start;
+    bool good = f->threads == 0 || follow((uint32_t)f->program->stages, start, entries);
+    for (int s = 0; good && f->threads > 0 && s < f->program->stages; s++)
+        if (start[s + 1] > start[s])
+            good = start[s + 1] - start[s] > 3 &&
+                   follow(start[s + 1] - start[s] - 1, f->part_first + start[s], f->stage[s + 1] - f->stage[s]);
+    return good;
+}
+
 static bool is_sound(const kmp_prepared *prepared, size_t code)
 {
     const kmp_frame *f = &prepared->frame;
@@ -187,12 +204,13 @@ bool kmp_prepared_take(kmp_byte_source *s, const kmp_program *program, kmp_prepa
                      .segment_count = c.segments,
                      .solving_count = c.blocks,
                      .item_count = c.items,
+                     .threads = (int)c.threads,
                      .runner = kmp_layout_runner(&kmp_backend_native)};
     prepared->start_count = c.start;
     KMP_BYTES_TAKE(s, f->feed_start, KMP_IN_COUNT + 1);
-    if (s->failed || c.lanes != (uint32_t)prepared->form.kind || !take_arrays(s, prepared, &c) ||
-        f->copy_start[program->stages] != c.copies || (uint64_t)(s->end - s->at) != c.code ||
-        !is_sound(prepared, c.code))
+    if (s->failed || c.kind != (uint32_t)prepared->form.kind || c.threads != c.kind / KMP_PREPARED_THREAD ||
+        !take_arrays(s, prepared, &c) || f->copy_start[program->stages] != c.copies || !are_parts(f, c.parts) ||
+        (uint64_t)(s->end - s->at) != c.code || !is_sound(prepared, c.code))
         return false;
     return kmp_code_load(&prepared->code, &f->arena, s->at, c.code, c.segments, prepared->code.offset) &&
            prepared->code.pages;

@@ -116,7 +116,7 @@ static bool begin(builder *b, const kmp_program *p)
     int code = p->code[p->stages];
     records *t = b->t;
     kmp_frame *f = &t->prepared.frame;
-    if (!kmp_layout_init(&b->layout, f, p, is_record, (uint32_t)p->constant_count, NULL, NULL))
+    if (!kmp_layout_init(&b->layout, f, p, is_record, (uint32_t)p->constant_count, NULL, 0))
         return false;
     kmp_arena *own = &b->layout.arena, *a = &f->arena;
     f->taped = true;
@@ -176,7 +176,7 @@ static void *prepare(const kmp_program *p)
 {
     tape *t = KMP_NEW(tape, 1);
     const records *shared = t ? records_of(p) : NULL;
-    if (shared && kmp_prepared_frame(&shared->prepared, &t->frame) &&
+    if (shared && kmp_prepared_frame(&shared->prepared, &t->frame, NULL) &&
         kmp_prepared_values(&shared->prepared, &t->frame)) {
         t->records = shared;
         return t;

@@ -41,7 +41,7 @@ static void *prepare(const kmp_program *p)
 {
     waiting *w = KMP_NEW(waiting, 1);
     int total = p->code[p->stages];
-    bool at_once = total < LEAST || !kmp_x86_runs(KMP_X86_ONE) || kmp_prepared_known(p, KMP_X86_ONE);
+    bool at_once = total < LEAST || !kmp_x86_runs(KMP_X86_ONE) || kmp_prepared_known(p, KMP_X86_ONE, 0);
     if (!w)
         return NULL;
     *w = (waiting){.program = p,

@@ -7,24 +7,49 @@
 #include "backend/waiting.h"
 #include "dynamics/system.h"
 #include "loaded.h"
+#include <kempe/check.h>
+#include <math.h>
 #include <pthread.h>
 
 enum { MACHINES = 4, STAGE = KMP_STAGE_BIAS };
 
 static const char *const path = "examples/bogie/bogie.yaml";
+static const char *const divided = "examples/curving/curving.yaml"; /* its bias is worth several threads */
+
+static double base[2][128];  /* q and qd near which states are */
+static double around = 0.01; /* how near */
+
+/* Takes the assembled start, at which wheels are on their rails. */
+static void take_base(const loaded *l)
+{
+    kempe_assembly *a = NULL;
+    around = 1e-5;
+    CHECK(l->system->n <= 128 && kempe_assembly_new(l->system, &a) == KEMPE_OK);
+    for (int k = 0; a && k < l->system->n; k++) {
+        base[0][k] = kempe_assembly_q(a)[k];
+        base[1][k] = kempe_assembly_qd(a)[k];
+    }
+    kempe_assembly_free(a);
+}
 
 /* Runs all stages at a state that depends on `seed`; the outputs of the last one. */
 static const double *run(const loaded *l, kmp_machine *m, int seed)
 {
-    double q[128], qd[128], t = 0.1 * seed;
+    static const double none[128] = {0};
+    double q[128], qd[128], chart[9 * 128], t = 0.1 * seed;
+    for (int k = 0; k < 9 * 128; k++)
+        chart[k] = k % 9 % 4 == 0; /* C = 1 */
     for (int k = 0; k < 128; k++) {
-        q[k] = 0.01 * ((seed + k) % 7);
-        qd[k] = 0.1 * ((2 * seed + k) % 5);
+        q[k] = base[0][k] + around * ((seed + k) % 7);
+        qd[k] = base[1][k] + 10 * around * ((2 * seed + k) % 5);
     }
     kmp_machine_set(m, KMP_IN_PARAMETER, l->system->parameters);
     kmp_machine_set(m, KMP_IN_TIME, &t);
     kmp_machine_set(m, KMP_IN_Q, q);
     kmp_machine_set(m, KMP_IN_QD, qd);
+    kmp_machine_set(m, KMP_IN_CHART, chart);
+    kmp_machine_set(m, KMP_IN_LAMBDA, none);
+    kmp_machine_set(m, KMP_IN_MODE, none);
     for (int s = 0; s < STAGE; s++)
         (void)kmp_machine_run(m, s);
     return kmp_machine_run(m, STAGE);
@@ -48,6 +73,8 @@ static bool has_bits(const loaded *l, const kmp_program *p, kmp_machine *m, int 
     kmp_machine *tape = kmp_machine_new(p, &kmp_backend_tape);
     const double *expected = run(l, tape, seed), *out = run(l, m, seed);
     bool same = memcmp(out, expected, (size_t)outputs_of(p) * sizeof *out) == 0;
+    for (int k = 0; k < outputs_of(p); k++)
+        same = same && isfinite(out[k]);
     kmp_machine_free(tape);
     return same;
 }
@@ -61,7 +88,7 @@ static void machines_share_code(void)
         m[k] = kmp_machine_new(p, &kmp_backend_native);
     const kmp_program_form *form = kmp_program_find_form(p, KMP_X86_ONE);
     CHECK(!form == !kmp_x86_runs(KMP_X86_ONE));
-    CHECK(!form || form == &kmp_prepared_of(p, KMP_X86_ONE)->form);
+    CHECK(!form || form == &kmp_prepared_of(p, KMP_X86_ONE, 0)->form);
     for (int k = 0; k < MACHINES; k++) /* what others ran before does not matter */
         CHECK(has_bits(&l, p, m[k], k));
     kmp_machine_free(m[0]);
@@ -180,11 +207,18 @@ static void code_is_written_when_it_pays(void)
 
 /* -- bytes ------------------------------------------------------------------------------------------- */
 
-static void put(const kmp_program *p, kmp_x86_form form, kmp_bytes *b)
+/* A form of a program: in one part, or in parts for threads. */
+typedef struct shape {
+    kmp_x86_form form;
+    int threads;
+} shape;
+
+static void put(const kmp_program *p, shape of, kmp_bytes *b)
 {
     /* the form belongs to the program, which is not frozen here */
-    kmp_prepared *prepared = (kmp_prepared *)kmp_program_find_form(p, kmp_prepared_of(p, form) ? (int)form : -1);
-    kmp_prepared_put(b, prepared);
+    const kmp_prepared *made = kmp_prepared_of(p, of.form, of.threads);
+    int kind = made ? kmp_prepared_kind(of.form, of.threads) : -1;
+    kmp_prepared_put(b, (kmp_prepared *)kmp_program_find_form(p, kind));
     CHECK(!b->failed && b->size > 1000);
 }
 
@@ -195,75 +229,102 @@ static void release(kmp_program_form *form)
     kmp_code_free(&prepared->code);
 }
 
-/* Takes the bytes for the program; NULL: they are refused. */
-static bool take(const kmp_bytes *b, const kmp_program *p, kmp_x86_form form, kmp_prepared *taken)
+/* Takes the bytes for the program; false: they are refused. */
+static bool take(const kmp_bytes *b, const kmp_program *p, shape of, kmp_prepared *taken)
 {
     kmp_byte_source s = kmp_byte_source_of(b->at, b->size);
-    *taken = (kmp_prepared){.form = {.kind = (int)form, .release = release}};
+    *taken = (kmp_prepared){.form = {.kind = kmp_prepared_kind(of.form, of.threads), .release = release}};
     if (kmp_prepared_take(&s, p, taken))
         return true;
     release(&taken->form);
     return false;
 }
 
+/* A machine of the form, in parts by a thread pool. */
+static void runs_alike(const loaded *l, const kmp_program *p, int threads)
+{
+    kmp_team *team = threads > 0 ? kmp_team_new(threads) : NULL;
+    kmp_backend backend = kmp_backend_native;
+    backend.team = team;
+    kmp_machine *m = kmp_machine_new(p, &backend);
+    CHECK(m && has_bits(l, p, m, 5));
+    kmp_machine_free(m);
+    kmp_team_free(team);
+}
+
+static void check_bytes(const loaded *l, shape of)
+{
+    kmp_program *p = fresh(l), *other = fresh(l);
+    kmp_prepared taken;
+    kmp_bytes b = {0}, again = {0};
+    if (kmp_x86_runs(of.form)) {
+        put(p, of, &b);
+        CHECK(take(&b, other, of, &taken));
+        CHECK((kmp_frame_parts(&taken.frame, STAGE) > 1) == (of.threads > 0));
+        kmp_prepared_put(&again, &taken);
+        CHECK(again.size == b.size && memcmp(again.at, b.at, b.size) == 0);
+        CHECK(kmp_program_add_form(other, &taken.form) == &taken.form);
+        runs_alike(l, other, of.threads);
+    }
+    kmp_bytes_free(&b);
+    kmp_bytes_free(&again);
+    kmp_program_free(p);
+    kmp_program_free(other);
+}
+
 static void bytes_are_the_same(void)
 {
     static const kmp_x86_form forms[] = {KMP_X86_ONE, KMP_X86_FOUR, KMP_X86_EIGHT, KMP_X86_TWO_FOURS,
                                          KMP_X86_TWO_EIGHTS};
-    loaded l = load(path);
-    for (size_t k = 0; k < sizeof forms / sizeof *forms; k++) {
-        kmp_program *p = fresh(&l), *other = fresh(&l);
-        kmp_prepared taken;
-        kmp_bytes b = {0}, again = {0};
-        if (kmp_x86_runs(forms[k])) {
-            put(p, forms[k], &b);
-            CHECK(take(&b, other, forms[k], &taken));
-            kmp_prepared_put(&again, &taken);
-            CHECK(again.size == b.size && memcmp(again.at, b.at, b.size) == 0);
-            CHECK(kmp_program_add_form(other, &taken.form) == &taken.form);
-            kmp_machine *m = kmp_machine_new(other, &kmp_backend_native);
-            CHECK(has_bits(&l, other, m, 5));
-            kmp_machine_free(m);
-        }
-        kmp_bytes_free(&b);
-        kmp_bytes_free(&again);
-        kmp_program_free(p);
-        kmp_program_free(other);
-    }
+    loaded l = load(path), wagon = load(divided);
+    for (size_t k = 0; k < sizeof forms / sizeof *forms; k++)
+        check_bytes(&l, (shape){forms[k], 0});
+    take_base(&wagon);
+    for (int threads = 2; threads < 5; threads++)
+        check_bytes(&wagon, (shape){KMP_X86_ONE, threads});
     unload(&l);
+    unload(&wagon);
 }
 
 /* Places that the C code reads are checked; machine code is checked by the checksum of its file only. */
-static void damaged_bytes_are_refused(void)
+static void check_damage(const loaded *l, shape of)
 {
-    loaded l = load(path);
-    kmp_program *p = fresh(&l);
+    kmp_program *p = fresh(l);
     kmp_prepared taken;
     kmp_bytes b = {0};
-    if (kmp_x86_runs(KMP_X86_ONE)) {
-        put(p, KMP_X86_ONE, &b);
-        for (size_t size = 0, whole = b.size, step = whole / 100; size < whole; size += step) {
-            b.size = size;
-            CHECK(!take(&b, p, KMP_X86_ONE, &taken));
-            b.size = whole;
-        }
-        for (size_t at = 12; at < 48; at++) { /* counts of arrays */
-            b.at[at] ^= 0x20;
-            CHECK(!take(&b, p, KMP_X86_ONE, &taken));
-            b.at[at] ^= 0x20;
-        }
-        for (size_t at = 0, step = b.size / 2000 + 1; at < b.size; at += step) { /* refused, or of no harm */
-            b.at[at] ^= 0xff;
-            if (take(&b, p, KMP_X86_ONE, &taken))
-                release(&taken.form);
-            b.at[at] ^= 0xff;
-        }
-        CHECK(!take(&b, l.system->judge, KMP_X86_ONE, &taken));
-        CHECK(!take(&b, p, KMP_X86_FOUR, &taken));
+    put(p, of, &b);
+    for (size_t size = 0, whole = b.size, step = whole / 100; size < whole; size += step) {
+        b.size = size;
+        CHECK(!take(&b, p, of, &taken));
+        b.size = whole;
     }
+    for (size_t at = 12; at < 56; at++) { /* counts of arrays */
+        b.at[at] ^= 0x20;
+        CHECK(!take(&b, p, of, &taken));
+        b.at[at] ^= 0x20;
+    }
+    for (size_t at = 0, step = b.size / 2000 + 1; at < b.size; at += step) { /* refused, or of no harm */
+        b.at[at] ^= 0xff;
+        if (take(&b, p, of, &taken))
+            release(&taken.form);
+        b.at[at] ^= 0xff;
+    }
+    CHECK(!take(&b, l->system->judge, of, &taken));
+    CHECK(!take(&b, p, (shape){KMP_X86_FOUR, of.threads}, &taken));
+    CHECK(!take(&b, p, (shape){of.form, of.threads + 2}, &taken));
     kmp_bytes_free(&b);
     kmp_program_free(p);
+}
+
+static void damaged_bytes_are_refused(void)
+{
+    loaded l = load(path), wagon = load(divided);
+    if (kmp_x86_runs(KMP_X86_ONE)) {
+        check_damage(&l, (shape){KMP_X86_ONE, 0});
+        check_damage(&wagon, (shape){KMP_X86_ONE, 2});
+    }
     unload(&l);
+    unload(&wagon);
 }
 
 int main(void)

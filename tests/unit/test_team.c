@@ -206,8 +206,8 @@ static int parts_of(const kmp_program *p, int stage, kmp_team *team, double *out
     kmp_layout l = {0};
     kmp_frame frame = {0};
     int parts = -1, count = p->code[stage + 1] - p->code[stage], out = 0;
-    if (kmp_layout_init(&l, &frame, p, kmp_code_is_straight, 0, NULL, team)) {
-        parts = frame.parting[stage].parts;
+    if (kmp_layout_init(&l, &frame, p, kmp_code_is_straight, 0, NULL, kmp_team_threads(team))) {
+        parts = kmp_frame_parts(&frame, stage);
         CHECK(count_torn(&l, stage, parts) == 0);
         for (int i = p->code[stage]; i < p->code[stage + 1]; i++)
             out += l.part[i] == 0 || l.part[i] == parts + 1;
@@ -270,8 +270,8 @@ static void largest_begin_first(void)
     kmp_team *team = kmp_team_new(4);
     kmp_layout l = {0};
     kmp_frame frame = {0};
-    CHECK(kmp_layout_init(&l, &frame, p, kmp_code_is_straight, 0, NULL, team));
-    int parts = frame.parting[KMP_STAGE_BIAS].parts;
+    CHECK(kmp_layout_init(&l, &frame, p, kmp_code_is_straight, 0, NULL, kmp_team_threads(team)));
+    int parts = kmp_frame_parts(&frame, KMP_STAGE_BIAS);
     CHECK(parts > 1);
     for (int k = 1; k < parts; k++)
         CHECK(solvings_of(p, &l, KMP_STAGE_BIAS, k) >= solvings_of(p, &l, KMP_STAGE_BIAS, k + 1));
@@ -362,8 +362,8 @@ static bool can_lay_out(const kmp_program *p, kmp_team *team)
 {
     kmp_layout l = {0};
     kmp_frame frame = {0};
-    bool done = kmp_layout_init(&l, &frame, p, kmp_code_is_straight, 0, NULL, team);
-    CHECK(!done || frame.parting[KMP_STAGE_BIAS].parts > 1);
+    bool done = kmp_layout_init(&l, &frame, p, kmp_code_is_straight, 0, NULL, kmp_team_threads(team));
+    CHECK(!done || kmp_frame_parts(&frame, KMP_STAGE_BIAS) > 1);
     kmp_layout_free(&l);
     kmp_frame_free(&frame);
     return done;

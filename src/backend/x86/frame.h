@@ -34,13 +34,6 @@ typedef struct kmp_list_item {
     float factor; /* 1 or -1 */
 } kmp_list_item;
 
-/* A stage in parts that do not read each other (backend/program_parts.c). Entries are first segments within the stage:
- * of the segments before the parts, the parts, the segments after them, the end. */
-typedef struct kmp_parting {
-    int parts; /* 0: it is in one */
-    uint32_t *first;
-} kmp_parting;
-
 /* An input: the slot of its value and its index in the given vector. */
 typedef struct kmp_feed {
     uint32_t slot, index;
@@ -75,11 +68,22 @@ typedef struct kmp_frame {
     uint32_t room_count;
     kmp_list_item *items; /* of implicit instructions, one after another */
     uint32_t item_count;
-    int piece;            /* of the table that was looked up last */
-    bool taped;           /* the code is that of the tape */
-    kmp_team *team;       /* NULL: there is none */
-    kmp_parting *parting; /* by stage; NULL without a thread pool */
+    int piece;   /* of the table that was looked up last */
+    bool taped;  /* the code is that of the tape */
+    int threads; /* for which stages are in parts that do not read each other (backend/program_parts.c); 0: they are not
+                  */
+    kmp_team *team;       /* of as many threads; NULL: there is none */
+    uint32_t *part_start; /* stages + 1: first entry of each stage in part_first, of which a stage in one has none */
+    uint32_t *part_first; /* first segments within the stage: of those before the parts, of the parts, of those after
+                           * them, the end */
 } kmp_frame;
+
+/** The number of parts of a stage; 0: it is in one. */
+static inline int kmp_frame_parts(const kmp_frame *f, int stage)
+{
+    uint32_t entries = f->threads > 0 ? f->part_start[stage + 1] - f->part_start[stage] : 0;
+    return entries > 0 ? (int)entries - 3 : 0;
+}
 
 void kmp_frame_free(kmp_frame *frame);
 

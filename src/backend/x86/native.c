@@ -7,8 +7,7 @@
 
 typedef struct native {
     kmp_frame frame;             /* first, as in the tape */
-    kmp_code code;               /* of a thread pool; otherwise the prepared one */
-    kmp_routine *const *segment; /* of either */
+    kmp_routine *const *segment; /* of the prepared code */
 } native;
 
 /* -- construction ------------------------------------------------------------------------------------ */
@@ -20,33 +19,25 @@ static void release(void *code)
         kmp_backend_tape.release(code);
     } else if (n) {
         kmp_frame_free(&n->frame);
-        kmp_code_free(&n->code);
         kmp_free(n);
     }
 }
 
-/* In parts for a thread pool. false: no memory. Without segments there is no code. */
-static bool make_parts(native *n, const kmp_program *p, kmp_team *team)
+/* From the code that all machines of the program share, in parts for a thread pool. false: no memory. Without segments
+ * there is no code. */
+static bool make(native *n, const kmp_program *p, kmp_team *team)
 {
-    bool ok = kmp_prepared_write(&n->frame, &n->code, p, KMP_X86_ONE, team) && kmp_frame_add_blocks(&n->frame);
-    n->segment = n->code.pages ? n->code.segment : NULL;
-    return ok;
-}
-
-/* From the code that all machines of the program share. */
-static bool make(native *n, const kmp_program *p)
-{
-    const kmp_prepared *prepared = kmp_prepared_of(p, KMP_X86_ONE);
+    const kmp_prepared *prepared = kmp_prepared_of(p, KMP_X86_ONE, team ? kmp_team_threads(team) : 0);
     if (!prepared || !prepared->code.pages)
         return prepared;
     n->segment = prepared->code.segment;
-    return kmp_prepared_frame(prepared, &n->frame) && kmp_prepared_values(prepared, &n->frame);
+    return kmp_prepared_frame(prepared, &n->frame, team) && kmp_prepared_values(prepared, &n->frame);
 }
 
 static void *share(const kmp_program *p, kmp_team *team)
 {
     native *n = KMP_NEW(native, 1);
-    bool ok = n && (!kmp_x86_runs(KMP_X86_ONE) || (team ? make_parts(n, p, team) : make(n, p)));
+    bool ok = n && (!kmp_x86_runs(KMP_X86_ONE) || make(n, p, team));
     if (ok && n->segment)
         return n;
     release(n);
@@ -82,12 +73,13 @@ static void run_part(void *self, int part)
 }
 
 /* Runs the segments before the parts; the parts, shared with the thread pool; the segments after them. */
-static void run_parts(native *n, const kmp_parting *parting, uint32_t stage)
+static void run_parts(native *n, int stage, int parts)
 {
-    piece p = {n, parting->first + 1, stage};
+    const kmp_frame *f = &n->frame;
+    piece p = {n, f->part_first + f->part_start[stage] + 1, f->stage[stage]};
     run_part(&p, -1);
-    kmp_team_run(n->frame.team, parting->parts, run_part, &p);
-    run_part(&p, parting->parts);
+    kmp_team_run(f->team, parts, run_part, &p);
+    run_part(&p, parts);
 }
 
 static void run(void *code, int stage)
@@ -98,9 +90,9 @@ static void run(void *code, int stage)
         kmp_backend_tape.run(code, stage);
         return;
     }
-    const kmp_parting *parting = f->parting ? &f->parting[stage] : NULL;
-    if (parting && parting->parts > 0)
-        run_parts(n, parting, f->stage[stage]);
+    const int parts = kmp_frame_parts(f, stage);
+    if (parts > 0)
+        run_parts(n, stage, parts);
     else
         run_segments(n, f->stage[stage], f->stage[stage + 1]);
     kmp_frame_copies(f, stage);
