@@ -108,10 +108,10 @@ KEMPE_API kempe_status kempe_contacts_print(const kempe_contacts *table, kempe_f
 KEMPE_API double kempe_contacts_nonlinearity(const kempe_contacts *table);
 
 /** The tables "rows", a row for each value, wheel and zone with the numbers of its patch, and "states", a row for each
- * value with q and qd, SI. With conicity also "conicity", a row for each amplitude, and "radii", a row for each value
- * and for each end of a jump, with the difference of the rolling radii. With pressures also "outline", a row for each
- * strip of a patch: its lobe, its lateral place on the track, its ends forwards from the wheel's centre, its largest
- * pressure. Free a table with kempe_table_free. KEMPE_E_ARGUMENT: another name. */
+ * value with q and qd, SI. With conicity also "conicity", a row for each amplitude, and "radii", the
+ * differences of the rolling radii, a row for each value and for each point between two of them. With pressures also
+ * "outline", a row for each strip of a patch: its lobe, its lateral place on the track, its ends forwards from the
+ * wheel's centre, its largest pressure. Free a table with kempe_table_free. KEMPE_E_ARGUMENT: another name. */
 KEMPE_API kempe_status kempe_contacts_table(const kempe_contacts *contacts, const char *name, kempe_table **table);
 
 /** Writes a picture, .svg or .png (table.h). It shows the profile of each wheel on the rail, with the points that touch

@@ -669,7 +669,7 @@ def test_conicity():
     system = kempe.Model(EXAMPLES / "conicity/conicity.yaml").system()
     table = system.contact(sweep="shift=-9 mm:9 mm:181", conicity="1 mm:7 mm:7", pair="L,R")
     assert table.conicity["conicity"][2] == pytest.approx(0.188, abs=0.001)  # EN 15302, case E1
-    assert table.radii.row_count > 181 and np.all(np.diff(table.radii["y"]) > 0)  # a row for each place, and for the ends of jumps
+    assert table.radii.row_count > 181 and np.all(np.diff(table.radii["y"]) > 0)  # rows between the places, too
     assert table.nonlinearity > 0
     assert np.isnan(system.contact(sweep="shift=0:1 mm:2").nonlinearity)
 

@@ -140,37 +140,27 @@ static const kempe_contact_patch *patches_of(const kempe_contacts *t, int row)
     return t->patch + (ptrdiff_t)row * t->first[t->wheel_count];
 }
 
-static bool touch_both(const kempe_contacts *t, int row)
-{
-    const kempe_contact_patch *pair[2];
-    return pair_of(t, patches_of(t, row), pair);
-}
-
-double kmp_contact_difference(const kempe_contacts *t, const kempe_contact_patch *patches)
-{
-    const kempe_contact_patch *pair[2];
-    return pair_of(t, patches, pair) ? pair[0]->radius - pair[1]->radius : NAN;
-}
-
 bool kmp_contact_may_jump(const kempe_contacts *t)
 {
     const kempe_contact_patch *before[2], *after[2];
     int row = t->count - 1;
     if (row < 1 || !pair_of(t, patches_of(t, row - 1), before) || !pair_of(t, patches_of(t, row), after))
         return false;
-    double far = FAST * fabs(t->conicities.aside[row] - t->conicities.aside[row - 1]);
+    double far = FAST * fabs(t->conicities.row[row].aside - t->conicities.row[row - 1].aside);
     return fabs(after[0]->s - before[0]->s) > far || fabs(after[1]->s - before[1]->s) > far;
 }
 
-double kmp_contact_aside(const kempe_contacts *t, const double *poses)
+kmp_displaced kmp_contact_displaced(const kempe_contacts *t, const kempe_contact_patch *patches, const double *poses)
 {
+    const kempe_contact_patch *pair[2];
     double outwards[2];
     for (int k = 0; k < 2; k++) {
         int wheel = t->conicities.wheel[k];
         const double *pose = poses + (ptrdiff_t)KMP_POSE_SHOWN * wheel;
         outwards[k] = pose[0] + t->system->model->wheels[wheel].radius.value * pose[4];
     }
-    return (outwards[0] - outwards[1]) / 2;
+    bool both = pair_of(t, patches, pair);
+    return (kmp_displaced){(outwards[0] - outwards[1]) / 2, both ? pair[0]->radius - pair[1]->radius : NAN};
 }
 
 /* The longest sequence of rows in which both wheels touch. */
@@ -179,7 +169,7 @@ static int longest(const kempe_contacts *t, int *first)
     int most = 0;
     *first = 0;
     for (int row = 0, begin = 0; row < t->count; row++) {
-        begin = touch_both(t, row) ? begin : row + 1;
+        begin = isnan(t->conicities.row[row].difference) ? row + 1 : begin;
         if (row + 1 - begin > most) {
             most = row + 1 - begin;
             *first = begin;
@@ -198,56 +188,62 @@ static int row_of(const course *rows, int k)
     return rows->first + k * rows->step;
 }
 
-/* Adds the ends of a jump after a row of the course, if they are between it and the next one. Returns the number of
- * points. */
-static int add_jump(const kempe_contacts *t, const course *rows, int k, int count, double *y, double *difference)
+/* A curve of differences over displacements that ascend. */
+typedef struct curve {
+    int count;
+    double *y, *difference;
+} curve;
+
+static void add(curve *c, const kmp_displaced *place)
 {
-    const kmp_conicities *c = &t->conicities;
-    double before = c->aside[row_of(rows, k)], after = c->aside[row_of(rows, k + 1)];
-    int gap = 2 * (rows->step > 0 ? row_of(rows, k) : row_of(rows, k + 1));
-    for (int side = 0; side < 2; side++) {
-        int edge = gap + (rows->step > 0 ? side : 1 - side);
-        if (!(c->edge[edge] > before && c->edge[edge] < after))
-            continue;
-        before = y[count] = c->edge[edge];
-        difference[count++] = c->edge_difference[edge];
-    }
-    return count;
+    c->y[c->count] = place->aside;
+    c->difference[c->count++] = place->difference;
 }
 
-/* Fills y and difference from every so many rows, the last one, and the jumps between rows. Returns their number. */
-static int gather(const kempe_contacts *t, const course *rows, int every, double *y, double *difference)
+/* Adds the points between a row of the course and the next one; a point that does not ascend, by rounding, is left out.
+ */
+static void add_between(const kempe_contacts *t, const course *rows, int k, curve *c)
 {
-    int count = 0;
+    const kmp_between *b = &t->conicities.between[rows->step > 0 ? row_of(rows, k) : row_of(rows, k + 1)];
+    double before = t->conicities.row[row_of(rows, k)].aside, after = t->conicities.row[row_of(rows, k + 1)].aside;
+    for (int i = 0; i < b->count; i++) {
+        const kmp_displaced *place = &b->at[rows->step > 0 ? i : b->count - 1 - i];
+        if (place->aside > before && place->aside < after) {
+            add(c, place);
+            before = place->aside;
+        }
+    }
+}
+
+/* Fills the curve from every so many rows, the last one, and the points between rows. */
+static void gather(const kempe_contacts *t, const course *rows, int every, curve *c)
+{
     for (int k = 0; k < rows->count; k++) {
         bool last = k == rows->count - 1;
-        if (k % every == 0 || last) {
-            y[count] = t->conicities.aside[row_of(rows, k)];
-            difference[count++] = kmp_contact_difference(t, patches_of(t, row_of(rows, k)));
-        }
+        if (k % every == 0 || last)
+            add(c, &t->conicities.row[row_of(rows, k)]);
         if (!last)
-            count = add_jump(t, rows, k, count, y, difference);
+            add_between(t, rows, k, c);
     }
-    return count;
 }
 
 static kempe_status find_course(kempe_contacts *t, course *rows)
 {
-    const double *aside = t->conicities.aside;
+    const kmp_displaced *at = t->conicities.row;
     int first, count = longest(t, &first), last = first + count - 1;
     if (count < 2)
         return KEMPE_OK;
     *rows = (course){.first = first, .count = count, .step = 1};
-    if (aside[last] < aside[first])
+    if (at[last].aside < at[first].aside)
         *rows = (course){.first = last, .count = count, .step = -1};
     for (int k = 0; k + 1 < count; k++) {
         int row = row_of(rows, k), next = row_of(rows, k + 1);
-        if (!(aside[next] > aside[row]))
+        if (!(at[next].aside > at[row].aside))
             return kmp_fail(
                 t->given->context, KEMPE_E_ARGUMENT,
                 "--conicity: '%s' must move both wheels laterally, always in one direction; at %.6g and %.6g "
                 "they are %.6g and %.6g mm to the left of the middle of the track",
-                t->over.range[0].name, t->value[row], t->value[next], aside[row] * 1e3, aside[next] * 1e3);
+                t->over.range[0].name, t->value[row], t->value[next], at[row].aside * 1e3, at[next].aside * 1e3);
     }
     return KEMPE_OK;
 }
@@ -260,8 +256,8 @@ static void take_sizes(kempe_contacts *t)
     const kempe_contact_patch *pair[2];
     double least = INFINITY;
     for (int row = 0; row < t->count; row++)
-        if (pair_of(t, patches_of(t, row), pair) && fabs(c->aside[row]) < least) {
-            least = fabs(c->aside[row]);
+        if (pair_of(t, patches_of(t, row), pair) && fabs(c->row[row].aside) < least) {
+            least = fabs(c->row[row].aside);
             c->base = pair[0]->y + pair[1]->y;
         }
     c->radius = (wheels[c->wheel[0]].radius.value + wheels[c->wheel[1]].radius.value) / 2;
@@ -269,11 +265,11 @@ static void take_sizes(kempe_contacts *t)
 
 /* -- conicities ------------------------------------------------------------------------------------------- */
 
-static kempe_conicity conicity_of(int count, const double *y, const double *difference, double amplitude)
+static kempe_conicity conicity_of(const curve *c, double amplitude)
 {
     kempe_conicity found = {NAN, NAN, NAN};
-    if (count >= 2)
-        (void)kempe_contact_conicity(count, y, difference, amplitude, &found);
+    if (c->count >= 2)
+        (void)kempe_contact_conicity(c->count, c->y, c->difference, amplitude, &found);
     return found;
 }
 
@@ -281,17 +277,23 @@ kempe_status kmp_contact_conicity(kempe_contacts *t)
 {
     kmp_conicities *c = &t->conicities;
     course rows = {0};
-    double *y, *difference;
+    curve whole = {0}, half = {0};
     KMP_TRY(find_course(t, &rows));
     take_sizes(t);
-    KMP_TRY(kmp_made(t->given->context, KMP_ARENA_MAKE(&t->arena, KMP_ROOM(double, 3 * rows.count, &c->y,
-                                                                           &c->difference, &y, &difference))));
-    c->points = gather(t, &rows, 1, c->y, c->difference);
-    int half = gather(t, &rows, 2, y, difference);
+    int most = rows.count;
+    for (int row = 0; row < t->count; row++)
+        most += c->between[row].count;
+    KMP_TRY(kmp_made(t->given->context, KMP_ARENA_MAKE(&t->arena, KMP_ROOM(double, most, &whole.y, &whole.difference,
+                                                                           &half.y, &half.difference))));
+    gather(t, &rows, 1, &whole);
+    gather(t, &rows, 2, &half);
+    c->points = whole.count;
+    c->y = whole.y;
+    c->difference = whole.difference;
     for (int k = 0; k < c->count; k++) {
         double amplitude = c->at[k].amplitude;
-        kempe_conicity found = conicity_of(c->points, c->y, c->difference, amplitude);
-        kempe_conicity coarse = conicity_of(half, y, difference, amplitude);
+        kempe_conicity found = conicity_of(&whole, amplitude);
+        kempe_conicity coarse = conicity_of(&half, amplitude);
         c->at[k] =
             (kmp_conicity){.amplitude = amplitude,
                            .conicity = found.conicity,
@@ -300,8 +302,6 @@ kempe_status kmp_contact_conicity(kempe_contacts *t)
                            .low = found.low,
                            .high = found.high};
     }
-    c->nonlinearity = (conicity_of(c->points, c->y, c->difference, 4e-3).conicity -
-                       conicity_of(c->points, c->y, c->difference, 2e-3).conicity) /
-                      (2 * 1e-3);
+    c->nonlinearity = (conicity_of(&whole, 4e-3).conicity - conicity_of(&whole, 2e-3).conicity) / (2 * 1e-3);
     return KEMPE_OK;
 }

@@ -169,7 +169,7 @@ static void show_conicities(kmp_text *text, const kempe_contacts *t)
     if (!isnan(c->nonlinearity))
         kmp_text_printf(text, "nonlinearity parameter (conicity at 4 mm less that at 2 mm, over 2 mm): %.4g 1/mm\n",
                         c->nonlinearity * 1e-3);
-    kmp_text_put(text, "error: the difference from the conicity of every second value and the same jumps of contacts; "
+    kmp_text_put(text, "error: the difference from the conicity of every second value and the same points between; "
                        "from, to: the\nends of the motion, positive to the left\n");
 }
 

@@ -14,7 +14,13 @@
 
 #define LEAST_PART (1.0 / 64) /* of the step from value to value */
 
-enum { HALVINGS = 10 }; /* of a step in which a contact jumps: the jump is known to its thousandth */
+/* Halvings of a step in which a contact may jump: at least, so that a point of a curve is not taken for one of a line;
+ * at most, so that a jump is known to a thousandth of the step. */
+enum { LEAST_HALVINGS = 2, MOST_HALVINGS = 10 };
+
+/* Smallest deviation of the difference of the rolling radii from a line that is followed, m: at amplitudes of 1 mm and
+ * more it changes a conicity by 0.0005 at most. */
+#define STRAIGHT 1e-6
 
 typedef struct job {
     kempe_contacts *t;
@@ -82,11 +88,8 @@ static kempe_status make_table(kempe_contacts *t)
         t->outline = KMP_ARENA_NEW(&t->arena, kmp_outline, rows * t->first[t->wheel_count]);
         KMP_TRY(kmp_made(t->given->context, t->outline));
     }
-    kmp_conicities *c = &t->conicities;
-    KMP_TRY(kmp_made(t->given->context, KMP_ARENA_MAKE(&t->arena, KMP_ROOM(double, rows, &c->aside),
-                                                       KMP_ROOM(double, 2 * rows, &c->edge, &c->edge_difference))));
-    for (ptrdiff_t k = 0; k < 2 * rows; k++)
-        c->edge[k] = NAN;
+    t->conicities.row = KMP_ARENA_NEW(&t->arena, kmp_displaced, rows);
+    t->conicities.between = KMP_ARENA_NEW(&t->arena, kmp_between, rows);
     return kmp_made(t->given->context, KMP_ARENA_MAKE(&t->arena, KMP_ROOM(double, rows, &t->value),
                                                       KMP_ROOM(double, rows * t->system->n, &t->q, &t->qd)));
 }
@@ -290,7 +293,7 @@ static kempe_status take_row(job *j)
     kempe_contact_patch *patch = t->patch + row * (size_t)patches;
     const double *poses = take_patches(j, patch);
     if (t->conicities.count > 0)
-        t->conicities.aside[row] = kmp_contact_aside(t, poses);
+        t->conicities.row[row] = kmp_contact_displaced(t, patch, poses);
     for (int w = 0; w < t->wheel_count && t->pressure != KMP_PRESSURE_NONE; w++)
         for (int z = t->first[w]; z < t->first[w + 1]; z++)
             KMP_TRY(kmp_contact_pressure(t, w, z - t->first[w], poses + (ptrdiff_t)KMP_POSE_SHOWN * w, &patch[z],
@@ -300,9 +303,10 @@ static kempe_status take_row(job *j)
 
 /* -- jumps between values ---------------------------------------------------------------------------------- */
 
-/* A place in the step to the last row: the part of the step, the displacement and the difference of the radii there. */
+/* A place in the step to the last row. */
 typedef struct place_within {
-    double part, aside, difference;
+    double part; /* of the step */
+    kmp_displaced at;
 } place_within;
 
 /* Finds the state at a part of the step; the difference is NaN where there is none. */
@@ -313,49 +317,47 @@ static kempe_status find_within(job *j, place_within *place)
         double from = kmp_range_value(&t->over.range[k], t->count - 2, t->requested);
         j->there[k] = from + place->part * (kmp_range_value(&t->over.range[k], t->count - 1, t->requested) - from);
     }
-    place->difference = NAN;
+    place->at.difference = NAN;
     kempe_status status = go(j, j->there);
-    if (status == KEMPE_E_FAILED)
+    if (status == KEMPE_OK)
+        place->at = kmp_contact_displaced(t, j->patch, take_patches(j, j->patch));
+    return status == KEMPE_E_FAILED ? KEMPE_OK : status;
+}
+
+static bool is_on_line(const kmp_displaced *a, const kmp_displaced *b, const kmp_displaced *between)
+{
+    double part = (between->aside - a->aside) / (b->aside - a->aside);
+    return fabs(a->difference + part * (b->difference - a->difference) - between->difference) <= STRAIGHT;
+}
+
+/* Adds points between two places until the difference is linear between neighbours, or they are near. */
+static kempe_status halve(job *j, const place_within *a, const place_within *b, int halvings)
+{
+    kmp_between *found = &j->t->conicities.between[j->t->count - 2];
+    place_within middle = {.part = (a->part + b->part) / 2};
+    KMP_TRY(find_within(j, &middle));
+    if (isnan(middle.at.difference) || (halvings >= LEAST_HALVINGS && is_on_line(&a->at, &b->at, &middle.at)))
         return KEMPE_OK;
-    if (status == KEMPE_OK) {
-        place->aside = kmp_contact_aside(t, take_patches(j, j->patch));
-        place->difference = kmp_contact_difference(t, j->patch);
-    }
-    return status;
+    if (halvings < MOST_HALVINGS)
+        KMP_TRY(halve(j, a, &middle, halvings + 1));
+    if (found->count < KMP_BETWEEN_MOST)
+        found->at[found->count++] = middle.at;
+    return halvings < MOST_HALVINGS ? halve(j, &middle, b, halvings + 1) : KEMPE_OK;
 }
 
-/* Halves the step to the last row, always on the side where the radii change more. */
-static kempe_status halve(job *j)
+/* Finds points between the last two rows, and returns to the state of the last one. */
+static kempe_status find_between(job *j)
 {
     kempe_contacts *t = j->t;
-    int patches = t->first[t->wheel_count], row = t->count - 2;
-    place_within end[2];
-    for (int side = 0; side < 2; side++)
-        end[side] = (place_within){side, t->conicities.aside[row + side],
-                                   kmp_contact_difference(t, t->patch + (ptrdiff_t)(row + side) * patches)};
-    for (int k = 0; k < HALVINGS; k++) {
-        place_within middle = {.part = (end[0].part + end[1].part) / 2};
-        KMP_TRY(find_within(j, &middle));
-        if (isnan(middle.difference))
-            return KEMPE_OK;
-        end[fabs(middle.difference - end[0].difference) >= fabs(end[1].difference - middle.difference)] = middle;
-    }
-    for (int side = 0; side < 2; side++) {
-        t->conicities.edge[2 * row + side] = end[side].aside;
-        t->conicities.edge_difference[2 * row + side] = end[side].difference;
-    }
-    return KEMPE_OK;
-}
-
-/* Finds a jump between the last two rows, and returns to the state of the last one. */
-static kempe_status find_jump(job *j)
-{
-    kempe_contacts *t = j->t;
+    int row = t->count - 2;
+    const place_within first = {0, t->conicities.row[row]}, last = {1, t->conicities.row[row + 1]};
+    t->conicities.between[row].at = KMP_ARENA_NEW(&t->arena, kmp_displaced, KMP_BETWEEN_MOST);
+    KMP_TRY(kmp_made(context_of(j), t->conicities.between[row].at));
     size_t n = (size_t)t->system->n * sizeof(double);
     size_t charts = (size_t)(KMP_CHART_SIZE * t->system->chart_count) * sizeof(double);
     memcpy(j->q_row, j->q, n);
     memcpy(j->chart_row, j->linear.eval->chart, charts);
-    kempe_status status = halve(j);
+    kempe_status status = halve(j, &first, &last, 0);
     if (status == KEMPE_OK)
         kmp_context_clear(context_of(j));
     memcpy(j->q, j->q_row, n);
@@ -388,7 +390,7 @@ static kempe_status run(job *j, const kempe_contact_options *options)
         if (status == KEMPE_OK)
             status = take_row(j);
         if (status == KEMPE_OK && t->conicities.count > 0 && kmp_contact_may_jump(t))
-            status = find_jump(j);
+            status = find_between(j);
         kmp_progress(context_of(j), KMP_PROGRESS_STUDY, row + 1, t->requested, "rows");
     }
     return give_reason(j, status);

@@ -17,20 +17,32 @@ typedef struct kmp_contact_lead {
 /** The equivalent conicity of a pair of wheels at one amplitude; NaN: unknown. */
 typedef struct kmp_conicity {
     double amplitude, conicity;
-    double error;      /* the difference from the conicity of every second row, with the same jumps */
+    double error;      /* the difference from the conicity of every second row, with the same points between rows */
     double wavelength; /* of the kinematic motion */
     double low, high;  /* its ends */
 } kmp_conicity;
+
+/** The displacement of the pair to the left, and the difference of its rolling radii there; NaN: one wheel does not
+ * touch. */
+typedef struct kmp_displaced {
+    double aside, difference;
+} kmp_displaced;
+
+/** Those between two rows, where the contact jumps or the difference is not linear, in the order of the rows. */
+enum { KMP_BETWEEN_MOST = 64 };
+typedef struct kmp_between {
+    int count;
+    kmp_displaced *at; /* KMP_BETWEEN_MOST; NULL: none is needed */
+} kmp_between;
 
 /** Those of all amplitudes, and the difference of the rolling radii that they follow from. */
 typedef struct kmp_conicities {
     int count; /* 0: not requested */
     kmp_conicity *at;
-    int wheel[2];                   /* left, right */
-    double *aside;                  /* displacement of the wheels to the left, of each row */
-    double *edge, *edge_difference; /* displacements close before and after a jump between each row and the next, and
-                                     * the differences there; NaN: none */
-    int points; /* rows in which both wheels touch, and ends of jumps between them, by ascending displacement */
+    int wheel[2];         /* left, right */
+    kmp_displaced *row;   /* of each row */
+    kmp_between *between; /* between each row and the next */
+    int points;           /* of rows in which both wheels touch, and between them, by ascending displacement */
     double *y, *difference;
     double base, radius; /* the distance of the contacts in the middle, and the mean radius */
     double nonlinearity;
@@ -99,12 +111,11 @@ kmp_shown kmp_contact_shown(const kempe_contacts *table, const char *unit);
 kempe_status kmp_contact_conicity_request(kempe_contacts *table, const kempe_contact_options *options);
 kempe_status kmp_contact_conicity(kempe_contacts *table);
 
-/** The displacement of that pair to the left, from the outputs of the wheels' poses: that of the points a radius below
- * the centres, so that an axle that rolls on its rails has the displacement with which it follows them. */
-double kmp_contact_aside(const kempe_contacts *table, const double *poses);
-
-/** The difference of the rolling radii of that pair, from the patches of a value; NaN: one of them does not touch. */
-double kmp_contact_difference(const kempe_contacts *table, const kempe_contact_patch *patches);
+/** The displacement and the difference of that pair, from its patches and the outputs of the wheels' poses. The
+ * displacement is that of the points a radius below the centres, so that an axle that rolls on its rails has the one
+ * with which it follows them. */
+kmp_displaced kmp_contact_displaced(const kempe_contacts *table, const kempe_contact_patch *patches,
+                                    const double *poses);
 
 /** True if a contact of that pair moves so far between the last two rows that it may jump. */
 bool kmp_contact_may_jump(const kempe_contacts *table);
