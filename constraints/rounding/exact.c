@@ -60,7 +60,7 @@ static void add(listing *x, quantity n)
         return;
     if (n.axes)
         memcpy(n.axes_drawn, n.axes, axes_size(&n));
-    else
+    if (n.scalar)
         n.scalar_drawn = *n.scalar;
     if (n.scalar && n.scalar->expr)
         n.sum = KMP_ARENA_NEW(&x->model->arena, kmp_expr, 2);

@@ -123,9 +123,10 @@ int kmp_sampled_map(int width, int inputs, const double *a, const double *b, con
         failed = move(&m, next - t);
         t = next;
     }
-    for (int j = 0; failed == 0 && j < m.size; j++)
-        memcpy(j < width ? phi + (ptrdiff_t)j * width : gamma + (ptrdiff_t)(j - width) * width,
-               m.now + (ptrdiff_t)j * m.size, (size_t)width * sizeof *phi);
+    for (int j = 0; failed == 0 && j < width; j++)
+        memcpy(phi + (ptrdiff_t)j * width, m.now + (ptrdiff_t)j * m.size, (size_t)width * sizeof *phi);
+    for (int j = 0; failed == 0 && width > 0 && j < inputs; j++)
+        memcpy(gamma + (ptrdiff_t)j * width, m.now + (ptrdiff_t)(width + j) * m.size, (size_t)width * sizeof *gamma);
     *period = end;
     kmp_free(room);
     return failed;

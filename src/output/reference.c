@@ -108,7 +108,7 @@ static bool resolve(kmp_csv *csv, reader *r, kmp_csv_field f, column *c)
         return true;
     kmp_text_printf(&name, "%.*s", (int)f.length, f.s);
     kmp_nearest nearest = kmp_nearest_begin(name.s ? name.s : "");
-    bool ok = !name.failed && find_column(r, name.s, &nearest, known, sizeof known, c);
+    bool ok = name.s && !name.failed && find_column(r, name.s, &nearest, known, sizeof known, c);
     if (ok && c->kind == COLUMN_UNKNOWN)
         ok = complain_column(csv, f.s, name.s, &nearest);
     kmp_text_free(&name);
