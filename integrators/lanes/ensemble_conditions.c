@@ -119,7 +119,7 @@ bool kmp_instance_begin_conditions(kmp_engine *e, kmp_instance *x, const double 
         kmp_eval_freeze(e->eval, 0, q, qd);
         memcpy(c->change, kmp_eval_changes(e->eval, 0, q, qd), (size_t)e->s->events.count * sizeof *c->change);
     }
-    kmp_crossing_hold_free(c, c->change);
+    kmp_crossing_hold_free(c, NULL, c->change);
     kmp_instance_keep_modes(e, x);
     return kmp_crossing_first_end(c) < 0;
 }
@@ -246,8 +246,12 @@ const char *kmp_lane_find_event(kmp_engine *e, double *t, bool *found, double *s
     kmp_crossing *c = stand(e);
     if (kmp_crossing_find(c, room->t[l], room->t_new[l], t, found) != KEMPE_OK)
         return KMP_LANE_NO_STATES;
-    kmp_instance_keep_modes(e, x);
     *shorter = *found ? kmp_crossing_shortens(c, room->t[l], *t, room->t_new[l]) : 0;
+    if (!*found && !x->again && kmp_crossing_hold_passed(c)) {
+        *found = true;
+        *shorter = room->t_new[l] - room->t[l];
+    }
+    kmp_instance_keep_modes(e, x);
     return !*found || *shorter > 0                      ? NULL
            : c->end >= 0                                ? "a condition that ends the run"
            : *t >= kmp_present_inputs_until(&x->inputs) ? "a condition that changes at a sample of an input"

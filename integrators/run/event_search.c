@@ -455,6 +455,37 @@ void kmp_crossing_take(kmp_crossing *c, const double *mode, const double *parame
     c->search.charts = -1;
 }
 
+/* Place in a step, near its start, at which a kink that is zero at the start has its side: after a rest, for example.
+ */
+#define NEAR (1.0 / 1024)
+
+static kmp_look *near_start(kmp_crossing *c)
+{
+    return &c->search.look[2];
+}
+
+/* Fixes free kinks that the step has not passed. */
+static kempe_status hold_free(kmp_crossing *c, double from, double to)
+{
+    const double *end = c->search.look[1].change;
+    c->passed = false;
+    if (!kmp_crossing_would_hold(c, end))
+        return KEMPE_OK;
+    KMP_TRY(look_at(c, from + NEAR * (to - from), near_start(c)));
+    kmp_crossing_hold_free(c, near_start(c)->change, end);
+    return KEMPE_OK;
+}
+
+bool kmp_crossing_hold_passed(kmp_crossing *c)
+{
+    bool passed = c->passed;
+    if (passed) {
+        kmp_crossing_hold_free(c, NULL, near_start(c)->change);
+        c->search.ready = false;
+    }
+    return passed;
+}
+
 kempe_status kmp_crossing_find(kmp_crossing *c, double from, double to, double *t, bool *found)
 {
     kmp_event_search *s = &c->search;
@@ -473,7 +504,7 @@ kempe_status kmp_crossing_find(kmp_crossing *c, double from, double to, double *
         c->end = kmp_crossing_first_end(c);
         return KEMPE_OK;
     }
-    kmp_crossing_hold_free(c, s->look[1].change);
+    KMP_TRY(hold_free(c, from, to));
     kmp_look last = s->look[1];
     s->look[1] = s->look[0];
     s->look[0] = last;

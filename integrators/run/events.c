@@ -118,11 +118,23 @@ bool kmp_crossing_would_hold(kmp_crossing *c, const double *change)
     return any;
 }
 
-void kmp_crossing_hold_free(kmp_crossing *c, const double *change)
+/* True if a kink was away from zero on the other side. */
+static bool was_beyond(const kmp_crossing *c, int k, double before, double now)
 {
-    for (int k = 0; c->kink > 0 && k < c->s->events.count; k++)
-        if (is_away(c, k, change[k]))
+    return (before < 0) != (now < 0) && fabs(before) > 2 * c->kink * c->past[k].largest;
+}
+
+void kmp_crossing_hold_free(kmp_crossing *c, const double *before, const double *change)
+{
+    c->passed = false;
+    for (int k = 0; c->kink > 0 && k < c->s->events.count; k++) {
+        if (!is_away(c, k, change[k]))
+            continue;
+        if (before && was_beyond(c, k, before[k], change[k]))
+            c->passed = true;
+        else
             kmp_eval_set_kink(c->eval, k, change[k] < 0 ? 1 : -1);
+    }
 }
 
 kempe_status kmp_crossing_begin(kmp_crossing *c, double t, bool *ends)
@@ -134,7 +146,7 @@ kempe_status kmp_crossing_begin(kmp_crossing *c, double t, bool *ends)
     if (!any)
         return KEMPE_OK;
     KMP_TRY(kmp_crossing_look(c, t));
-    kmp_crossing_hold_free(c, c->change);
+    kmp_crossing_hold_free(c, NULL, c->change);
     c->end = kmp_crossing_first_end(c);
     *ends = c->end >= 0;
     return KEMPE_OK;
@@ -242,5 +254,8 @@ kempe_status kmp_crossing_pass(kmp_crossing *c, double t, bool rates)
 {
     KMP_TRY(kmp_crossing_look(c, t));
     KMP_TRY(change_conditions(c, t));
-    return rates ? complete(c, t, true, true) : KEMPE_OK; /* after the change */
+    kempe_status status = rates ? complete(c, t, true, true) : KEMPE_OK; /* after the change */
+    if (status == KEMPE_OK)
+        kmp_crossing_hold_free(c, NULL, c->change); /* a step that follows the event may pass the kink */
+    return status;
 }

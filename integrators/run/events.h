@@ -88,6 +88,7 @@ typedef struct kmp_crossing {
     bool noted;                    /* they are known */
     long count;                    /* of events so far */
     int end;                       /* the condition that ends the run at the last event; -1: none */
+    bool passed;                   /* the last step has passed a free kink */
     kmp_event_search search;
 } kmp_crossing;
 
@@ -109,6 +110,10 @@ kempe_status kmp_crossing_find(kmp_crossing *crossing, double from, double to, d
  * within it; the crossing then takes them into account, as kmp_crossing_find does. Their `solved` may be NULL where no
  * condition has an implicit block, and no kink is to be fixed. */
 bool kmp_crossing_is_clear(kmp_crossing *crossing, const kmp_look *from, const kmp_look *middle, const kmp_look *to);
+
+/** Fixes the free kinks that the step of the last kmp_crossing_find has passed, on the side where it began, so that the
+ * step can be made again up to the kink. False: there are none. */
+bool kmp_crossing_hold_passed(kmp_crossing *crossing);
 
 /** The length with which a step between two times is made again up to the event that kmp_crossing_find has found; 0: it
  * is not. At the end of a compliant contact the law is continued beyond by the modulus of the depth, with a kink: the
@@ -161,8 +166,9 @@ static inline bool kmp_crossing_changed(const kmp_crossing *c, int k)
 /** True if a free kink is away from zero in an evaluation at the end of a step. */
 bool kmp_crossing_would_hold(kmp_crossing *c, const double *change);
 
-/** Fixes free kinks that are away from zero in an evaluation at the end of a step. */
-void kmp_crossing_hold_free(kmp_crossing *c, const double *change);
+/** Fixes free kinks that are away from zero in an evaluation at the end of a step. A kink that was away on the other
+ * side in an evaluation before (NULL: there is none) stays free. */
+void kmp_crossing_hold_free(kmp_crossing *c, const double *before, const double *change);
 
 /** The first changed condition that ends the run and that no other follows, -1: none. */
 int kmp_crossing_first_end(const kmp_crossing *c);

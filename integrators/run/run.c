@@ -196,13 +196,20 @@ static kempe_status integrate_work(kmp_runner *run, double t)
 
 /* -- steps and rows ------------------------------------------------------------------------------------ */
 
-/* Finds the event of the last step. A step with a kink beyond the event is made again, up to the event. */
+/* Finds the event of the last step. A step with a kink beyond the event is made again, up to the event; one that has
+ * passed a free kink, with the branch of its start. */
 static kempe_status find_event(kmp_runner *run)
 {
     kmp_solver *solver = run->solver;
     KMP_TRY(kmp_crossing_find(run->crossing, solver->t_old, solver->t, &run->event_t, &run->at_event));
-    double h = run->at_event ? kmp_crossing_shortens(run->crossing, solver->t_old, run->event_t, solver->t) : 0;
-    if (!(h > 0) || !run->kind->undo)
+    double h = 0;
+    if (!run->kind->undo)
+        return KEMPE_OK;
+    if (run->at_event && run->kind->shortens)
+        h = kmp_crossing_shortens(run->crossing, solver->t_old, run->event_t, solver->t);
+    else if (!run->at_event && kmp_crossing_hold_passed(run->crossing))
+        h = solver->t - solver->t_old;
+    if (!(h > 0))
         return KEMPE_OK;
     run->at_event = false;
     run->kind->undo(solver, h);

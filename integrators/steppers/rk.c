@@ -166,6 +166,21 @@ kempe_status kmp_rk_step(void *solver)
     return KEMPE_E_FAILED;
 }
 
+void kmp_rk_undo(void *solver, double h)
+{
+    kmp_rk *s = solver;
+    if (!(s->base.t > s->base.t_old))
+        return;
+    kmp_solver_swap(&s->y, &s->y_old);
+    s->dy = s->k[1];
+    s->base.t = s->base.t_old;
+    s->base.h = h;
+    s->base.work.steps--;
+    s->base.work.refused++;
+    s->error_old = KMP_RK_ERROR_FLOOR;
+    s->rejected = s->dense_ready = s->collapsed = false;
+}
+
 /* -- dense output ---------------------------------------------------------------------------------- */
 
 void kmp_rk_begin_dense(kmp_rk *s)

@@ -62,6 +62,7 @@ void kmp_rk_begin_dense(kmp_rk *s);
 void *kmp_rk_create(const kmp_solver_kind *kind, const kmp_solver_setup *setup);
 kempe_status kmp_rk_start(void *solver, double t, const double *y, const double *yp, double t_end, double h0);
 kempe_status kmp_rk_step(void *solver);
+void kmp_rk_undo(void *solver, double h);
 
 /** Dense output. The first call within a step may evaluate the right-hand side: a formulation with a stored evaluation
  * must then not take it for the step's end. */
@@ -78,5 +79,6 @@ void kmp_rk_transfer(void *solver, kmp_number_stream *stream);
                                              .release = kmp_solver_free,                                               \
                                              .start = kmp_rk_start,                                                    \
                                              .step = kmp_rk_step,                                                      \
+                                             .undo = kmp_rk_undo,                                                      \
                                              .dense = kmp_rk_dense,                                                    \
                                              .transfer = kmp_rk_transfer}

@@ -89,6 +89,7 @@ typedef struct kmp_solver_kind {
 
     /** Takes the last step back; the next one begins where it began, with the length h. NULL: it cannot. */
     void (*undo)(void *solver, double h);
+    bool shortens; /* a step that meets the end of a compliant contact is made again up to it */
 
     /** y (and y' if yp is not NULL, of a DAE) at a time t in [t_old, t] of the solver. */
     kempe_status (*dense)(void *solver, double t, double *y, double *yp);
