@@ -11,7 +11,8 @@
 #include <kempe/generate.h>
 #include <unistd.h>
 
-/* Of the largest entry of an array: both evaluate the same expressions, in other orders. */
+/* Largest difference of an entry, as a part of the largest entry of its array. Generated C and the library differ by
+ * rounding alone, since they add and multiply in different orders. */
 #define ALLOWED 1e-12
 
 typedef struct values {

@@ -455,8 +455,7 @@ void kmp_crossing_take(kmp_crossing *c, const double *mode, const double *parame
     c->search.charts = -1;
 }
 
-/* Place in a step, near its start, at which a kink that is zero at the start has its side: after a rest, for example.
- */
+/* Part of a step, near its start, at which the value of a kink that is zero at the start, as at rest, has its sign. */
 #define NEAR (1.0 / 1024)
 
 static kmp_look *near_start(kmp_crossing *c)

@@ -286,14 +286,10 @@ static kempe_status step(void *solver)
 static void undo(void *solver, double h)
 {
     kmp_collocation *s = solver;
-    if (!(s->base.t > s->base.t_old))
+    if (!kmp_solver_take_back(&s->base, h))
         return;
     kmp_solver_swap(&s->y, &s->y_old);
     kmp_solver_swap(&s->dy, &s->dy_new);
-    s->base.t = s->base.t_old;
-    s->base.h = h;
-    s->base.work.steps--;
-    s->base.work.refused++;
     s->first = true;
     s->has_step = s->has_jacobian = s->collapsed = false;
 }

@@ -169,14 +169,10 @@ kempe_status kmp_rk_step(void *solver)
 void kmp_rk_undo(void *solver, double h)
 {
     kmp_rk *s = solver;
-    if (!(s->base.t > s->base.t_old))
+    if (!kmp_solver_take_back(&s->base, h))
         return;
     kmp_solver_swap(&s->y, &s->y_old);
     s->dy = s->k[1];
-    s->base.t = s->base.t_old;
-    s->base.h = h;
-    s->base.work.steps--;
-    s->base.work.refused++;
     s->error_old = KMP_RK_ERROR_FLOOR;
     s->rejected = s->dense_ready = s->collapsed = false;
 }

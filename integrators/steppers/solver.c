@@ -67,6 +67,17 @@ void kmp_solver_begin(kmp_solver *solver, double t, double t_end, double h)
     solver->hopeless = 0;
 }
 
+bool kmp_solver_take_back(kmp_solver *solver, double h)
+{
+    if (!(solver->t > solver->t_old))
+        return false;
+    solver->t = solver->t_old;
+    solver->h = h;
+    solver->work.steps--;
+    solver->work.refused++;
+    return true;
+}
+
 void kmp_solver_transfer_times(kmp_solver *solver, kmp_number_stream *stream)
 {
     kmp_stream_numbers(stream, 1, &solver->t);

@@ -110,6 +110,9 @@ void *kmp_solver_made(void *solver);
 /** Sets times and step of a start. */
 void kmp_solver_begin(kmp_solver *solver, double t, double t_end, double h);
 
+/** Takes the last step back: its start, and the length of the next one. False: there is no step. */
+bool kmp_solver_take_back(kmp_solver *solver, double h);
+
 /** Transfers the ends of the last step. */
 void kmp_solver_transfer_times(kmp_solver *solver, kmp_number_stream *stream);
 

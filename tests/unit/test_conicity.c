@@ -394,8 +394,8 @@ static double frequency_of(const loaded *l)
     return found;
 }
 
-/* With a creep stiffness without bounds and without springs the wheelset follows its kinematic motion. Its roll moves
- * the axle by 3 % less than the treads, and their displacement is that of the conicity. */
+/* With a creep stiffness without bounds and without springs the wheelset follows its kinematic motion. Since
+ * the wheelset rolls, its axle moves 3 % less than its treads; the conicity is that of the treads' displacement. */
 static void rolling_axle(void)
 {
     static const kempe_setting settings[] = {{"G", "82e24 Pa"}, {"ky", "0 N/m"}, {"kpsi", "0 N*m"}, {"V", "1 m/s"}};
