@@ -29,6 +29,7 @@ struct kempe_context {
     int complaints;    /* since the message was cleared */
     kmp_text warnings; /* of the current computation, one per line */
     int warning_count;
+    bool doubted; /* a warning of the current computation says that its result cannot be trusted */
     atomic_int interrupt;
     kempe_progress_fn *progress; /* NULL: none */
     void *progress_user;
@@ -274,6 +275,7 @@ void kmp_context_begin(kempe_context *context)
                                                   memory_order_relaxed);
     kmp_text_free(&context->warnings);
     context->warning_count = 0;
+    context->doubted = false;
     memset(context->counts, 0, sizeof context->counts);
     kmp_context_clear(context);
 }
@@ -430,6 +432,15 @@ void kmp_progress(kempe_context *context, int kind, double done, double total, c
 
 /* -- log --------------------------------------------------------------------------------------------- */
 
+/* A line for the caller. A warning is kept, each once. */
+static void put_line(kempe_context *context, kempe_level level, kmp_text *line)
+{
+    flatten(line, 0);
+    if (!line->failed && (level != KEMPE_LOG_WARNING || keep_warning(context, line->s)) && context->log)
+        context->log(context->user, level, line->s);
+    kmp_text_free(line);
+}
+
 void kmp_log(kempe_context *context, kempe_level level, const char *format, ...)
 {
     bool kept = level == KEMPE_LOG_WARNING;
@@ -437,8 +448,20 @@ void kmp_log(kempe_context *context, kempe_level level, const char *format, ...)
         return;
     kmp_text line = {0};
     KMP_TEXT_ARGUMENTS(&line, format);
-    flatten(&line, 0);
-    if (!line.failed && (level != KEMPE_LOG_WARNING || keep_warning(context, line.s)) && context->log)
-        context->log(context->user, level, line.s);
-    kmp_text_free(&line);
+    put_line(context, level, &line);
+}
+
+void kmp_doubt(kempe_context *context, const char *format, ...)
+{
+    if (context->quiet)
+        return;
+    context->doubted = true;
+    kmp_text line = {0};
+    KMP_TEXT_ARGUMENTS(&line, format);
+    put_line(context, KEMPE_LOG_WARNING, &line);
+}
+
+bool kmp_context_doubted(const kempe_context *context)
+{
+    return context->doubted;
 }

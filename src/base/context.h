@@ -147,5 +147,13 @@ char *kmp_context_warnings(const kempe_context *context);
 
 void kmp_log(kempe_context *context, kempe_level level, const char *format, ...) __attribute__((format(printf, 3, 4)));
 
+/** Logs a warning that says why the result of the current computation cannot be trusted: a check of it failed, a bound
+ * on work ended before the asked accuracy, a part of the model is not in the equations. The computation then ends with
+ * the status "not trustworthy". A warning that leaves the result right is kmp_log. */
+void kmp_doubt(kempe_context *context, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+/** True if kmp_doubt was called since the computation began. */
+bool kmp_context_doubted(const kempe_context *context);
+
 /** True if the current computation is to end; it stays so until the next one begins. */
 bool kmp_interrupted(kempe_context *context);
