@@ -99,9 +99,12 @@ static const char *or_default(const char *requested, const char *otherwise)
 static kempe_status resolve_change_points(const kempe_system *system, kmp_run_spec *spec)
 {
     kmp_text complaint = {0};
-    spec->change_points = or_default(spec->change_points, kmp_change_points_word(system->model->run.change_points));
-    if (kmp_change_points_find(spec->change_points, &complaint) == KMP_CHANGE_POINTS_COUNT)
+    kmp_change_points word = system->model->run.change_points;
+    if (spec->change_points)
+        word = kmp_change_points_find(spec->change_points, &complaint);
+    if (word == KMP_CHANGE_POINTS_COUNT)
         return kmp_fail_text(system->context, KEMPE_E_ARGUMENT, &complaint);
+    spec->change_points = kmp_change_points_word(word);
     return KEMPE_OK;
 }
 
@@ -194,6 +197,7 @@ static kempe_status resolve_method(const kempe_system *system, kmp_run_spec *spe
     const kmp_formulation_kind *kind = kmp_formulation_find(spec->formulation, spec->form);
     if (!kind)
         return unknown(system, FORM, spec->form, spec->formulation, NULL);
+    spec->formulation = kind->formulation;
     if (!spec->integrator) {
         choose_integrator(system, spec);
         return KEMPE_OK;
@@ -202,23 +206,26 @@ static kempe_status resolve_method(const kempe_system *system, kmp_run_spec *spe
     spec->open_integrator = false;
     if (!solver || !fits(kind, solver))
         return unknown(system, INTEGRATOR, spec->integrator, spec->formulation, spec->form);
+    spec->integrator = solver->name;
     return KEMPE_OK;
 }
 
 static kempe_status resolve_tools(const kempe_system *system, kmp_run_spec *spec)
 {
-    spec->linear = or_default(spec->linear, AUTO);
-    spec->backend = or_default(spec->backend, kmp_backend_default());
-    if (!kmp_linear_known(spec->linear))
-        return kmp_fail(system->context, KEMPE_E_ARGUMENT, "unknown linear solver '%s'; available: %s", spec->linear,
+    const char *linear = or_default(spec->linear, AUTO);
+    const kmp_backend *backend = kmp_backend_find(or_default(spec->backend, kmp_backend_default()));
+    spec->linear = kmp_linear_find(linear);
+    if (!spec->linear)
+        return kmp_fail(system->context, KEMPE_E_ARGUMENT, "unknown linear solver '%s'; available: %s", linear,
                         kmp_linear_names());
     if (strcmp(spec->linear, AUTO) != 0 && !kmp_solver_find(spec->integrator)->sparse)
         return kmp_fail(system->context, KEMPE_E_ARGUMENT,
                         "linear solver '%s': integrator '%s' uses none of these, choose integrator 'ida'", spec->linear,
                         spec->integrator);
-    if (!kmp_backend_find(spec->backend))
+    if (!backend)
         return kmp_fail(system->context, KEMPE_E_ARGUMENT, "unknown back end '%s'; available: %s", spec->backend,
                         kmp_backend_names());
+    spec->backend = backend->name;
     return KEMPE_OK;
 }
 

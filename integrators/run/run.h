@@ -38,7 +38,7 @@ typedef struct kmp_memory_piece {
 } kmp_memory_piece;
 
 typedef struct kmp_run_spec {
-    const char *formulation, *form, *integrator, *linear, *backend; /* names; all given, see kmp_run_resolve */
+    const char *formulation, *form, *integrator, *linear, *backend; /* names; static ones when resolved */
     double rtol, atol;                                              /* atol: of an angle */
     double t_start;    /* 0, except for a run that continues from a state given as `start` */
     double work_start; /* of non-conservative forces until then */
@@ -100,8 +100,8 @@ typedef struct kmp_run_report {
     double wall_s;          /* of the integration, if threads share it; 0: one thread */
 } kmp_run_report;
 
-/** Fills members that are NULL or 0 from the model and Kempe's defaults, and checks the names against the tables of
- * formulations and integrators. KEMPE_E_ARGUMENT: a name is unknown; the message has the known ones. */
+/** Fills members that are NULL or 0 from the model and Kempe's defaults, and takes each name from its table, so that no
+ * text of the caller is kept. KEMPE_E_ARGUMENT: a name is unknown; the message has the known ones. */
 kempe_status kmp_run_resolve(const kempe_system *system, kmp_run_spec *spec);
 
 /** Makes a run. If a condition ends it, the last row is there. KEMPE_OK, KEMPE_STOPPED or KEMPE_E_FAILED with

@@ -164,8 +164,9 @@ bool kmp_solver_collapsed(int *hopeless, double h, double t);
 /** The linear solver in row k of linear.def, NULL after the last. */
 const char *kmp_linear_name(int k);
 
-/** True if a linear solver of that name exists (also for "auto"); all names, comma-separated. */
-bool kmp_linear_known(const char *name);
+/** The name in the table of the linear solver of that name (also "auto"); NULL: there is none. All names,
+ * comma-separated. */
+const char *kmp_linear_find(const char *name);
 const char *kmp_linear_names(void);
 
 #define KMP_SOLVER(name) extern const kmp_solver_kind kmp_solver_##name;

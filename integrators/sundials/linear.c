@@ -34,9 +34,10 @@ const char *kmp_linear_name(int k)
     return k >= 0 && k < (int)(sizeof kinds / sizeof *kinds) ? kinds[k]->name : NULL;
 }
 
-bool kmp_linear_known(const char *name)
+const char *kmp_linear_find(const char *name)
 {
-    return strcmp(name, "auto") == 0 || find(name);
+    const kmp_linear_kind *kind = find(name);
+    return kind ? kind->name : strcmp(name, "auto") == 0 ? "auto" : NULL;
 }
 
 const char *kmp_linear_names(void)

@@ -58,7 +58,7 @@ static bool make_linear_solver(kmp_sun *s, const char *name)
 
 void *kmp_sun_create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
 {
-    if (kind->dae && !kmp_linear_known(setup->linear)) {
+    if (kind->dae && !kmp_linear_find(setup->linear)) {
         (void)kmp_fail(setup->context, KEMPE_E_ARGUMENT, "unknown linear solver '%s'", setup->linear);
         return NULL;
     }

@@ -118,6 +118,46 @@ static void single_steps(void)
     scene_free(&s);
 }
 
+/* The texts of the options may be gone after the call: they are read when the stepper makes a run again. */
+static void options_that_are_gone(void)
+{
+    scene s = scene_new();
+    kempe_stepper *stepper = NULL, *other = NULL, *copy = NULL;
+    char formulation[] = "dae", form[] = "stabilized1", integrator[] = "ida", linear[] = "klu", backend[] = "tape",
+         points[] = "ignore", independent[] = "A";
+    char *const text[] = {formulation, form, integrator, linear, backend, points, independent};
+    kempe_run_options run = settings(formulation, integrator), kept = settings("dae", "ida");
+    run.form = form;
+    run.linear = linear;
+    run.backend = backend;
+    run.change_points = points;
+    run.independent = independent;
+    kept.form = "stabilized1";
+    kept.linear = "klu";
+    kept.backend = "tape";
+    kept.change_points = "ignore";
+    kept.independent = "A";
+    CHECK(kempe_stepper_new(s.system, &run, &stepper) == KEMPE_OK);
+    CHECK(kempe_stepper_new(s.system, &kept, &other) == KEMPE_OK);
+    for (size_t k = 0; k < sizeof text / sizeof *text; k++)
+        memset(text[k], '?', strlen(text[k]));
+    memset(&run, '?', sizeof run);
+    kempe_stepper *const all[] = {stepper, other};
+    for (int k = 0; k < 2; k++) {
+        CHECK(kempe_stepper_advance(all[k], 0.3) == KEMPE_OK);
+        CHECK(kempe_stepper_reset(all[k]) == KEMPE_OK);
+        CHECK(kempe_stepper_advance(all[k], 0.4) == KEMPE_OK);
+    }
+    CHECK(memcmp(kempe_stepper_q(stepper), kempe_stepper_q(other), N * sizeof(double)) == 0);
+    CHECK(kempe_stepper_copy(stepper, &copy) == KEMPE_OK);
+    kempe_stepper_free(stepper);
+    CHECK(kempe_stepper_reset(copy) == KEMPE_OK && kempe_stepper_advance(copy, 0.4) == KEMPE_OK);
+    CHECK(memcmp(kempe_stepper_q(copy), kempe_stepper_q(other), N * sizeof(double)) == 0);
+    kempe_stepper_free(copy);
+    kempe_stepper_free(other);
+    scene_free(&s);
+}
+
 static void refused(void)
 {
     scene s = scene_new();
@@ -344,6 +384,7 @@ int main(void)
     TEST(projected);
     TEST(dae);
     TEST(single_steps);
+    TEST(options_that_are_gone);
     TEST(refused);
     TEST(interrupted);
     TEST(sampled_torque);

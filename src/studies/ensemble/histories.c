@@ -139,7 +139,7 @@ static kempe_status resolve(history *h, const kempe_run_options *run, kmp_arena 
     kmp_run_spec spec;
     KMP_TRY(kmp_spec_of(kmp_ensemble_equations(h->ensemble), run, arena, &spec));
     h->run = *run;
-    h->run.integrator = kmp_arena_strdup(arena, spec.integrator);
+    h->run.integrator = spec.integrator;
     h->run.rtol = spec.rtol;
     h->run.atol = spec.atol;
     h->run.t_end = spec.t_end;

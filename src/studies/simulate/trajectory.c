@@ -154,11 +154,6 @@ static void release(job *j)
 
 /* -- the trajectory ---------------------------------------------------------------------------------- */
 
-static const char *copy(kmp_arena *arena, const char *s)
-{
-    return s ? kmp_arena_strdup(arena, s) : NULL;
-}
-
 static double *unknowns(kmp_arena *arena, int count)
 {
     double *x = KMP_ARENA_NEW(arena, double, count);
@@ -168,19 +163,13 @@ static double *unknowns(kmp_arena *arena, int count)
 }
 
 /* Without what belongs to the caller. */
-static kmp_run_spec kept_spec(const kmp_run_spec *spec, const kempe_trajectory *t, kmp_arena *arena)
+static kmp_run_spec kept_spec(const kmp_run_spec *spec, kmp_arena *arena)
 {
     kmp_run_spec kept = *spec;
     int *u = spec->u_count > 0 ? KMP_ARENA_NEW(arena, int, spec->u_count) : NULL;
     if (u)
         memcpy(u, spec->u, (size_t)spec->u_count * sizeof *u);
     kept.u = u;
-    kept.formulation = t->formulation;
-    kept.form = t->form;
-    kept.integrator = t->integrator;
-    kept.linear = t->linear;
-    kept.backend = t->backend;
-    kept.change_points = t->change_points;
     kept.times = NULL;
     kept.time_count = 0;
     kept.log = NULL;
@@ -195,22 +184,22 @@ static kempe_trajectory *trajectory_new(const job *j)
         return NULL;
     kmp_arena arena = {0};
     *t = (kempe_trajectory){.system = j->system,
-                            .formulation = copy(&arena, spec->formulation),
-                            .form = copy(&arena, spec->form),
-                            .integrator = copy(&arena, spec->integrator),
-                            .linear = copy(&arena, spec->linear),
-                            .backend = copy(&arena, spec->backend),
-                            .change_points = copy(&arena, spec->change_points),
+                            .formulation = spec->formulation,
+                            .form = spec->form,
+                            .integrator = spec->integrator,
+                            .linear = spec->linear,
+                            .backend = spec->backend,
+                            .change_points = spec->change_points,
                             .rtol = spec->rtol,
                             .atol = spec->atol,
                             .t_end = spec->t_end,
-                            .source = copy(&arena, j->run->reference),
+                            .source = j->run->reference ? kmp_arena_strdup(&arena, j->run->reference) : NULL,
                             .verdict = kmp_verdict_none(),
                             .log = {.context = j->context},
                             .reaction = unknowns(&arena, 3 * j->system->model->closure_count),
                             .at = unknowns(&arena, 3 * j->system->n + j->system->m),
                             .shown = unknowns(&arena, kmp_outputs_width(j->system->model))};
-    t->spec = kept_spec(spec, t, &arena);
+    t->spec = kept_spec(spec, &arena);
     t->arena = arena;
     kmp_samples_init(&t->table, j->system->n, j->system->m);
     if (!arena.failed)
