@@ -198,9 +198,10 @@ kempe_simulator_status kempe_simulator_start(kempe_simulator *s, double t)
 }
 
 /* All parameters are fixed: the start takes them. */
-void kempe_simulator_set_parameters(kempe_simulator *s)
+kempe_simulator_status kempe_simulator_set_parameters(kempe_simulator *s)
 {
     s->message[0] = '\0';
+    return KEMPE_SIMULATOR_GOES;
 }
 
 kempe_simulator_status kempe_simulator_set_inputs(kempe_simulator *s)

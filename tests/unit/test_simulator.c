@@ -361,6 +361,28 @@ static void inputs_act_from_their_time(void)
     GOES(kempe_simulator_advance(s, 0.8));
 }
 
+/* Advancing takes the inputs and parameters that have changed: spring's motion is x = cos 2 t before. */
+static void advancing_takes_changes(void)
+{
+    for (int by_steps = 0; by_steps < 2; by_steps++) {
+        kempe_simulator simulator, *s = &simulator;
+        begin_at(s, &spring, 0);
+        GOES(kempe_simulator_start(s, 0));
+        GOES(kempe_simulator_advance(s, 0.6));
+        s->u[0] = 3;
+        if (by_steps)
+            GOES(kempe_simulator_step(s));
+        if (s->t < 0.75)
+            GOES(kempe_simulator_advance(s, 0.75));
+        double x = cos(1.2) - 3 / SOFT, v = -2 * sin(1.2), w = 2 * (s->t - 0.6);
+        CHECK_NEAR(s->q[0], 3 / SOFT + x * cos(w) + v / 2 * sin(w), 1e-10);
+        s->u[0] = NAN;
+        CHECK_STATUS(s, kempe_simulator_advance(s, 0.8), KEMPE_SIMULATOR_FAILED);
+        CHECK_TEXT(strstr(s->message, "input 'push' is not finite") ? "so" : s->message, "so");
+        CHECK(s->u[0] == 3);
+    }
+}
+
 /* -- an integrator of the caller ------------------------------------------------------------------------------- */
 
 static void caller_integrates(void)
@@ -605,6 +627,7 @@ int main(void)
     TEST(requests_do_not_change_bits);
     TEST(restored_simulators_have_the_same_bits);
     TEST(inputs_act_from_their_time);
+    TEST(advancing_takes_changes);
     TEST(caller_integrates);
     TEST(coarse_interpolants_are_not_taken);
     TEST(samples_are_taken);

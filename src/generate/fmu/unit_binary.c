@@ -93,8 +93,8 @@ static kempe_status build(kempe_context *context, kmp_arena *arena, const char *
                           const char *compiler, kmp_text *bytes)
 {
     char *words[MOST_WORDS], *text = NULL;
-    static char *const options[] = {"-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden",
-                                    "-s",       "-o"};
+    static char *const options[] = {"-std=gnu99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden",
+                                    "-s",         "-o"};
     int count = 0;
     size_t length = 0;
     char *out = path_in(arena, folder, "unit.so"), *said = path_in(arena, folder, "said.txt");

@@ -48,7 +48,8 @@ typedef struct kmp_language {
     const char *name;
     int chunk; /* assignments of a function, a longer one is split; 0: never */
     const char *infinity, *nan;
-    char quote;                                              /* of strings */
+    char quote, escape; /* of strings; what comes before `escaped` characters */
+    const char *escaped;
     kmp_list_spelling names, numbers, places, pieces, piece; /* pieces: polynomials of a table */
     char open, close;                                        /* brackets of an index */
     int base;                                                /* the first index */

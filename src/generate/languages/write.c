@@ -44,14 +44,13 @@ static void put_numbers(const kmp_writer *w, const kmp_list_spelling *list, int 
     kmp_list_end(w->text, list, count);
 }
 
-/* In double quotes a quote and a backslash get a backslash, in single ones a quote is doubled. */
 void kmp_language_string(kmp_text *text, const kmp_language *language, const char *s)
 {
     char quote = language->quote;
     kmp_text_printf(text, "%c", quote);
     for (; *s; s++) {
-        if (*s == quote || (quote == '"' && *s == '\\'))
-            kmp_text_printf(text, "%c", quote == '"' ? '\\' : quote);
+        if (strchr(language->escaped, *s))
+            kmp_text_printf(text, "%c", language->escape);
         kmp_text_printf(text, "%c", (unsigned char)*s < 0x20 ? ' ' : *s);
     }
     kmp_text_printf(text, "%c", quote);

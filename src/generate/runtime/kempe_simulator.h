@@ -241,8 +241,8 @@ typedef struct kempe_simulator {
     const kempe_equations *equations;
     kempe_simulator_settings settings;
     double t;
-    double *p;                         /* parameters: then kempe_simulator_set_parameters */
-    double *u;                         /* three an input: then kempe_simulator_set_inputs */
+    double *p;                         /* parameters, and inputs, three each: the next call that advances takes */
+    double *u;                         /* changes; kempe_simulator_set_inputs shows their effect at once */
     double *q, *qd, *qdd, *lambda, *y; /* at t */
     char message[320];                 /* the last failure or end as a sentence; "" */
     kempe_simulator_work work;
@@ -253,8 +253,8 @@ typedef struct kempe_simulator {
         double *state; /* what kempe_simulator_save copies: the first numbers of the memory */
         double *scratch;
         /* of the state, after it the room of one more */
-        double *held, *flip, *last, *repeats, *largest, *most, *number, *was, *due, *begin, *end, *y_old, *y_new,
-            *weight, *atol, *stages, *vectors;
+        double *held, *held_p, *flip, *last, *repeats, *largest, *most, *number, *was, *due, *begin, *end, *y_old,
+            *y_new, *weight, *atol, *stages, *vectors;
         int *row, *column;
         double *decisions;                                              /* on friction */
         double *chart, *seen, *seen_t, *inner_q, *inner_qd, *inner_qdd; /* of spherical joints */
@@ -275,8 +275,8 @@ typedef struct kempe_simulator {
 
 /* Numbers of a state: the header, the arrays of a place and of a step, n + f numbers long, and the choice. */
 #define KEMPE_SIMULATOR_STATE(n, m, f, inputs, parameters, kept, conditions, outputs, discrete)                        \
-    (48 + (parameters) + 6 * (inputs) + (kept) + (outputs) + 7 * (conditions) + 3 * (discrete) + 10 * (n) + 4 * (m) +  \
-     28 * ((n) + (f)))
+    (48 + 2 * (parameters) + 6 * (inputs) + (kept) + (outputs) + 7 * (conditions) + 3 * (discrete) + 10 * (n) +        \
+     4 * (m) + 28 * ((n) + (f)))
 
 /** The number of doubles in the memory of a simulator, as a constant where the arguments are constants. */
 #define KEMPE_SIMULATOR_MEMORY(n, m, f, inputs, parameters, kept, conditions, outputs, discrete)                       \
@@ -312,13 +312,15 @@ kempe_simulator_status kempe_simulator_start(kempe_simulator *s, double t);
 /** The same from q and qd (n each) near which the loops are closed. */
 kempe_simulator_status kempe_simulator_start_from(kempe_simulator *s, double t, const double *q, const double *qd);
 
-/** After a change of p between kempe_simulator_init and start, or later of parameters that are not fixed. */
-void kempe_simulator_set_parameters(kempe_simulator *s);
-/** After a change of u: the values act from t on. Steps that were made beyond t are made again. */
-kempe_simulator_status kempe_simulator_set_inputs(kempe_simulator *s);
+/** Takes changes of p and u, which act from t on: steps that were made beyond t are made again, and the arrays are
+ * those after the change. FAILED: an input is not finite, or the loops do not close with the new parameters; p and u
+ * are then those before. Parameters that are fixed change before a start. */
+kempe_simulator_status kempe_simulator_set_parameters(kempe_simulator *s);
+kempe_simulator_status kempe_simulator_set_inputs(kempe_simulator *s); /* the same */
 
-/** Advances to t and sets q, qd, qdd, lambda, y there. Steps do not depend on the times that are requested. ENDED: they
- * are those of an earlier end. FAILED: t lies before the present time. */
+/** Takes changes of p and u as well, which act from the present time on. Advances to t and sets q, qd, qdd, lambda, y
+ * there. Steps do not depend on the times that are requested. ENDED: they are those of an earlier end. FAILED: t lies
+ * before the present time. */
 kempe_simulator_status kempe_simulator_advance(kempe_simulator *s, double t);
 /** Advances to the end of the next step. */
 kempe_simulator_status kempe_simulator_step(kempe_simulator *s);

@@ -43,39 +43,6 @@ static kempe_simulator_status stop_here(kempe_simulator *s)
     return KEMPE_SIMULATOR_ENDED;
 }
 
-kempe_simulator_status kempe_simulator_advance(kempe_simulator *s, double t)
-{
-    if (!(s->part.state[AT_STARTED] > 0))
-        return refuse_before_start(s);
-    if (!(t >= s->t)) {
-        snprintf(s->message, sizeof s->message, "%s: t = %.9g lies before the present time %.9g", s->equations->name, t,
-                 s->t);
-        return KEMPE_SIMULATOR_FAILED;
-    }
-    kempe_simulator_status status =
-        s->settings.end < s->t ? KEMPE_SIMULATOR_GOES : step_or_return(s, fmin(t, s->settings.end));
-    return status == KEMPE_SIMULATOR_GOES && t > s->settings.end ? stop_here(s) : status;
-}
-
-kempe_simulator_status kempe_simulator_step(kempe_simulator *s)
-{
-    double *state = s->part.state;
-    if (!(state[AT_STARTED] > 0))
-        return refuse_before_start(s);
-    if (state[AT_END] > s->t || state[AT_ENDED] > 0)
-        return step_or_return(s, state[AT_END]);
-    if (!(s->t < s->settings.end))
-        return stop_here(s);
-    s->message[0] = 0;
-    kempe_simulator_save(s, s->part.backup);
-    kempe_simulator_status status = make_step(s);
-    if (status == KEMPE_SIMULATOR_GOES)
-        status = step_to(s, state[AT_END]);
-    if (status == KEMPE_SIMULATOR_FAILED)
-        put_back(s, s->part.backup);
-    return status;
-}
-
 /* -- changes by the caller ----------------------------------------------------------------------------------- */
 
 /* Starts again from the present state: with other inputs or parameters, loops are closed and conditions decided anew.
@@ -85,8 +52,8 @@ static kempe_simulator_status continue_here(kempe_simulator *s)
     struct kempe_simulator_parts *part = &s->part;
     bool changed = false;
     double t = s->t;
-    copy(s->equations->coordinates, s->q, part->q);
-    copy(s->equations->coordinates, s->qd, part->qd);
+    copy(s->equations->coordinates, part->inner_q, part->q);
+    copy(s->equations->coordinates, part->inner_qd, part->qd);
     bool event = part->state[AT_EVENT] > 0 && !(t < part->state[AT_END]);
     restart(s, t);
     kempe_simulator_status status = pass_instant(s, t, part->y_new, (occasion){event, 0}, &changed);
@@ -97,47 +64,91 @@ static kempe_simulator_status continue_here(kempe_simulator *s)
     return part->state[AT_ENDED] > 0 ? end_motion(s) : KEMPE_SIMULATOR_GOES;
 }
 
-kempe_simulator_status kempe_simulator_set_inputs(kempe_simulator *s)
+static bool same_numbers(int count, const double *a, const double *b)
 {
+    return count == 0 || memcmp(a, b, (size_t)count * sizeof *a) == 0;
+}
+
+/* Takes the inputs and parameters that the caller has changed. */
+static kempe_simulator_status take_changes(kempe_simulator *s)
+{
+    const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    int count = 3 * s->equations->inputs;
-    bool same = true;
-    for (int i = 0; i < count; i++) {
+    for (int i = 0; i < 3 * e->inputs; i++)
         if (!(fabs(s->u[i]) <= DBL_MAX)) {
-            snprintf(s->message, sizeof s->message, "%s: input '%s' is not finite at t = %.9g", s->equations->name,
-                     s->equations->input_names[i / 3], s->t);
-            copy(count, part->held, s->u);
+            snprintf(s->message, sizeof s->message, "%s: input '%s' is not finite at t = %.9g", e->name,
+                     e->input_names[i / 3], s->t);
+            copy(3 * e->inputs, part->held, s->u);
             return KEMPE_SIMULATOR_FAILED;
         }
-        same = same && memcmp(&s->u[i], &part->held[i], sizeof s->u[i]) == 0;
-    }
     s->message[0] = 0;
-    if (same)
-        return KEMPE_SIMULATOR_GOES;
     if (!(part->state[AT_STARTED] > 0)) {
-        copy(count, s->u, part->held);
+        hold_arguments(s);
         return KEMPE_SIMULATOR_GOES;
     }
     kempe_simulator_save(s, part->backup);
-    copy(count, s->u, part->held);
+    hold_arguments(s);
     kempe_simulator_status status = continue_here(s);
     if (status == KEMPE_SIMULATOR_FAILED) {
         put_back(s, part->backup);
-        copy(count, part->held, s->u);
+        copy(3 * e->inputs, part->held, s->u);
+        copy(e->parameters, part->held_p, s->p);
     }
     return status;
 }
 
-void kempe_simulator_set_parameters(kempe_simulator *s)
+kempe_simulator_status kempe_simulator_set_inputs(kempe_simulator *s)
 {
+    const kempe_equations *e = s->equations;
     s->message[0] = 0;
-    if (s->equations->prepare)
-        s->equations->prepare(s->p, s->part.k);
+    return same_numbers(3 * e->inputs, s->u, s->part.held) && same_numbers(e->parameters, s->p, s->part.held_p)
+               ? KEMPE_SIMULATOR_GOES
+               : take_changes(s);
+}
+
+kempe_simulator_status kempe_simulator_set_parameters(kempe_simulator *s)
+{
+    return kempe_simulator_set_inputs(s);
+}
+
+/* -- advance -------------------------------------------------------------------------------------------- */
+
+kempe_simulator_status kempe_simulator_advance(kempe_simulator *s, double t)
+{
     if (!(s->part.state[AT_STARTED] > 0))
-        return;
+        return refuse_before_start(s);
+    if (!(t >= s->t)) {
+        snprintf(s->message, sizeof s->message, "%s: t = %.9g lies before the present time %.9g", s->equations->name, t,
+                 s->t);
+        return KEMPE_SIMULATOR_FAILED;
+    }
+    kempe_simulator_status status = kempe_simulator_set_inputs(s);
+    if (status != KEMPE_SIMULATOR_GOES)
+        return status;
+    status = s->settings.end < s->t ? KEMPE_SIMULATOR_GOES : step_or_return(s, fmin(t, s->settings.end));
+    return status == KEMPE_SIMULATOR_GOES && t > s->settings.end ? stop_here(s) : status;
+}
+
+kempe_simulator_status kempe_simulator_step(kempe_simulator *s)
+{
+    double *state = s->part.state;
+    if (!(state[AT_STARTED] > 0))
+        return refuse_before_start(s);
+    kempe_simulator_status status = kempe_simulator_set_inputs(s);
+    if (status != KEMPE_SIMULATOR_GOES)
+        return status;
+    if (state[AT_END] > s->t || state[AT_ENDED] > 0)
+        return step_or_return(s, state[AT_END]);
+    if (!(s->t < s->settings.end))
+        return stop_here(s);
+    s->message[0] = 0;
     kempe_simulator_save(s, s->part.backup);
-    if (continue_here(s) == KEMPE_SIMULATOR_FAILED)
+    status = make_step(s);
+    if (status == KEMPE_SIMULATOR_GOES)
+        status = step_to(s, state[AT_END]);
+    if (status == KEMPE_SIMULATOR_FAILED)
         put_back(s, s->part.backup);
+    return status;
 }
 
 #endif

@@ -89,6 +89,7 @@ static void place_state(kempe_simulator *s, double **at)
     s->p = take(at, e->parameters);
     s->u = take(at, 3 * e->inputs);
     part->held = take(at, 3 * e->inputs);
+    part->held_p = take(at, e->parameters);
     part->k = take(at, e->kept);
     s->q = take(at, n);
     s->qd = take(at, n);
@@ -240,6 +241,15 @@ static void clear(int count, double *x)
         x[i] = 0;
 }
 
+/* The equations have the present inputs and parameters. */
+static void hold_arguments(kempe_simulator *s)
+{
+    copy(3 * s->equations->inputs, s->u, s->part.held);
+    copy(s->equations->parameters, s->p, s->part.held_p);
+    if (s->equations->prepare)
+        s->equations->prepare(s->p, s->part.k);
+}
+
 static double *chart_of(const kempe_simulator *s, int c)
 {
     return s->part.chart + 9 * (ptrdiff_t)c;
@@ -299,11 +309,9 @@ void kempe_simulator_init(kempe_simulator *s, const kempe_equations *e, double *
     s->settings.end = INFINITY;
     copy(e->parameters, e->parameter_values, s->p);
     copy(3 * e->inputs, e->input_values, s->u);
-    copy(3 * e->inputs, s->u, s->part.held);
     for (int i = 0; i < e->rows; i++)
         s->part.inverse_row[i] = 1 / e->row_scale[i];
-    if (e->prepare)
-        e->prepare(s->p, s->part.k);
+    hold_arguments(s);
     for (int i = 0; i < e->rows; i++)
         s->part.row[i] = i;
     for (int j = 0; j < e->coordinates; j++)

@@ -162,9 +162,7 @@ static kempe_simulator_status start_here(kempe_simulator *s, double t, bool of_m
     clear(e->conditions, part->most);
     for (int k = 0; k < e->conditions; k++)
         part->last[k] = -DBL_MAX;
-    copy(3 * e->inputs, s->u, part->held);
-    if (e->prepare)
-        e->prepare(s->p, part->k);
+    hold_arguments(s);
     outcome said = GOOD;
     if (of_model && e->start_keeps && move_start(s, t))
         said = close_moved(s, t);

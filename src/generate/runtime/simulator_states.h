@@ -88,7 +88,7 @@ kempe_simulator_status kempe_simulator_set_states(kempe_simulator *s, double t, 
         return refuse_before_start(s);
     s->message[0] = 0;
     kempe_simulator_save(s, part->backup);
-    copy(3 * e->inputs, s->u, part->held);
+    hold_arguments(s);
     release_branches(s);
     outcome said = OPEN;
     double first = INFINITY;

@@ -36,8 +36,9 @@ static kempe_fmu_status start(kempe_fmu *fmu)
     copy(s->u, fmu->part.along_u, 3 * e->inputs);
     s->settings = settings;
     s->settings.end = fmu->now.stop;
-    kempe_simulator_set_parameters(s);
-    kempe_simulator_status status = kempe_simulator_set_inputs(s);
+    kempe_simulator_status status = kempe_simulator_set_parameters(s);
+    if (status == KEMPE_SIMULATOR_GOES)
+        status = kempe_simulator_set_inputs(s);
     if (status == KEMPE_SIMULATOR_GOES)
         status = fmu->now.placed
                      ? kempe_simulator_start_from(s, fmu->now.t, fmu->part.start, fmu->part.start + e->coordinates)
@@ -73,11 +74,8 @@ kempe_fmu_status kempe_fmu_refresh(kempe_fmu *fmu)
     kempe_simulator *s = &fmu->simulator;
     if (!fmu->now.started)
         return start(fmu);
-    if (fmu->now.tuned) {
-        kempe_simulator_set_parameters(s);
-        if (s->message[0])
-            return DISCARD("%s", s->message);
-    }
+    if (fmu->now.tuned && kempe_simulator_set_parameters(s) == KEMPE_SIMULATOR_FAILED)
+        return DISCARD("%s", s->message);
     if (fmu->kind == KEMPE_FMU_CO_SIMULATION) {
         if (fmu->now.pressed && kempe_simulator_set_inputs(s) == KEMPE_SIMULATOR_FAILED)
             return DISCARD("%s", s->message);
