@@ -250,13 +250,37 @@ static kempe_status find(kempe_branches *b, int seed)
 struct kmp_mode_watch {
     kempe_branches b;
     search s;
-    char *sign; /* of each block at the last state where it was known */
+    bool *occurs;   /* m x n: entries of J that were not zero at some state */
+    int *level;     /* n: the block that a dependent coordinate belongs to, block_count for independent ones */
+    double *rest;   /* m x n: candidate rows of a block, eliminated */
+    int *candidate; /* m */
+    int *rows;      /* of each block in turn: those whose determinant is followed */
+    char *sign;     /* of each block at the last state where it was known */
 };
 
-/* Prepares the signs with the held coordinates independent. False: these do not determine the others, or no memory. */
-static bool watch_init(kmp_mode_watch *w, const kempe_system *system, const double *q)
+/* Room of the watch and, for each dependent coordinate, the block in which it is solved. False: no memory. */
+static bool watch_blocks(kmp_mode_watch *w)
 {
-    const bool *held = system->model->start.hold;
+    int m = w->s.walk->m, n = w->s.walk->n, blocks = w->s.block_count, at = 0;
+    if (!KMP_ARENA_MAKE(&w->b.arena, KMP_ROOM(bool, m *n, &w->occurs), KMP_ROOM(double, m *n, &w->rest),
+                        KMP_ROOM(int, m, &w->candidate), KMP_ROOM(int, n, &w->level, &w->rows),
+                        KMP_ROOM(char, blocks + 1, &w->sign)))
+        return false;
+    for (int k = 0; k < n; k++)
+        w->level[k] = blocks;
+    for (int b = 0; b < blocks; b++) {
+        w->sign[b] = '0';
+        for (int k = 0; k < w->s.blocks[b].size; k++) {
+            w->level[w->s.blocks[b].columns[k]] = b;
+            w->rows[at++] = w->s.blocks[b].rows[k];
+        }
+    }
+    return true;
+}
+
+/* Prepares the signs with the kept coordinates independent. False: these do not determine the others, or no memory. */
+static bool watch_init(kmp_mode_watch *w, const kempe_system *system, const bool *kept, const double *q)
+{
     int n = system->n, count = 0;
     w->b.system = system;
     w->s = (search){.b = &w->b, .walk = kmp_walk_new_of_closures(system)};
@@ -265,23 +289,20 @@ static bool watch_init(kmp_mode_watch *w, const kempe_system *system, const doub
     if (!w->s.walk || w->b.arena.failed)
         return false;
     for (int k = 0; k < n; k++)
-        count += w->b.kept[k] = held[k];
+        count += w->b.kept[k] = kept[k];
     kmp_walk_evaluate(w->s.walk, q);
     choose_blocks(&w->s);
     bool fits = count > 0 && w->s.part.r > 0 && w->s.part.p == count;
     for (int k = 0; fits && k < count; k++)
         fits = w->b.kept[w->s.part.u[k]];
-    w->sign = KMP_ARENA_NEW(&w->b.arena, char, w->s.block_count + 1);
-    for (int k = 0; w->sign && k < w->s.block_count; k++)
-        w->sign[k] = '0';
-    return fits && w->sign;
+    return fits && watch_blocks(w);
 }
 
-kmp_mode_watch *kmp_mode_watch_new(const kempe_system *system, const double *q)
+kmp_mode_watch *kmp_mode_watch_new(const kempe_system *system, const bool *kept, const double *q)
 {
     bool possible = !system->rheonomic && system->chart_count == 0 && system->n <= MOST_WATCHED;
     kmp_mode_watch *w = possible ? KMP_NEW(kmp_mode_watch, 1) : NULL;
-    if (w && !watch_init(w, system, q)) {
+    if (w && !watch_init(w, system, kept, q)) {
         kmp_mode_watch_free(w);
         return NULL;
     }
@@ -298,17 +319,90 @@ void kmp_mode_watch_free(kmp_mode_watch *w)
     kmp_free(w);
 }
 
+/* Rows that can determine block b: they contain its coordinates, and otherwise those of blocks solved before it. */
+static int list_candidates(kmp_mode_watch *w, int b)
+{
+    int m = w->s.walk->m, n = w->s.walk->n, count = 0;
+    for (int i = 0; i < m; i++) {
+        bool own = false, later = false;
+        for (int k = 0; k < n; k++)
+            if (w->occurs[i + k * m]) {
+                own = own || w->level[k] == b;
+                later = later || (w->level[k] > b && w->level[k] < w->s.block_count);
+            }
+        if (own && !later)
+            w->candidate[count++] = i;
+    }
+    return count;
+}
+
+static void swap_candidates(kmp_mode_watch *w, int count, int size, int a, int b)
+{
+    int row = w->candidate[a];
+    w->candidate[a] = w->candidate[b];
+    w->candidate[b] = row;
+    for (int k = 0; k < size; k++) {
+        double value = w->rest[a + k * count];
+        w->rest[a + k * count] = w->rest[b + k * count];
+        w->rest[b + k * count] = value;
+    }
+}
+
+/* The rows of block b with the largest pivots at the current state, in ascending order: where rows are redundant, the
+ * determinant of fixed ones changes its sign also where the closures lose no rank. */
+static void choose_rows(kmp_mode_watch *w, int b, int *rows)
+{
+    const kmp_loop_block *block = &w->s.blocks[b];
+    int size = block->size, count = list_candidates(w, b);
+    if (count <= size)
+        return;
+    for (int k = 0; k < size; k++)
+        for (int i = 0; i < count; i++)
+            w->rest[i + k * count] = w->s.walk->jacobian[w->candidate[i] + block->columns[k] * w->s.walk->m];
+    for (int done = 0; done < size; done++) {
+        int row = done, column = 0;
+        for (int k = 0; k < size; k++)
+            for (int i = done; i < count; i++)
+                if (fabs(w->rest[i + k * count]) > fabs(w->rest[row + column * count])) {
+                    row = i;
+                    column = k;
+                }
+        swap_candidates(w, count, size, done, row);
+        double pivot = w->rest[done + column * count];
+        if (pivot == 0)
+            return;
+        for (int k = 0; k < size; k++)
+            for (int i = done + 1; k != column && i < count; i++)
+                w->rest[i + k * count] -= w->rest[i + column * count] / pivot * w->rest[done + k * count];
+        for (int i = done + 1; i < count; i++)
+            w->rest[i + column * count] = 0;
+    }
+    for (int k = 0; k < size; k++) {
+        int i = k;
+        for (; i > 0 && rows[i - 1] > w->candidate[k]; i--)
+            rows[i] = rows[i - 1];
+        rows[i] = w->candidate[k];
+    }
+}
+
 const kmp_loop_block *kmp_mode_watch_next(kmp_mode_watch *w, const double *q)
 {
     const kmp_loop_block *changed = NULL;
+    int entries = w->s.walk->m * w->s.walk->n;
     kmp_walk_evaluate(w->s.walk, q);
-    for (int k = 0; k < w->s.block_count; k++) {
-        char sign = sign_of_block(&w->s, &w->s.blocks[k]);
-        if (sign == '0')
-            continue;
-        if (w->sign[k] != '0' && w->sign[k] != sign && !changed)
-            changed = &w->s.blocks[k];
-        w->sign[k] = sign;
+    for (int e = 0; e < entries; e++)
+        w->occurs[e] = w->occurs[e] || w->s.walk->jacobian[e] != 0;
+    int *rows = w->rows;
+    for (int b = 0; b < w->s.block_count; rows += w->s.blocks[b++].size) {
+        kmp_loop_block block = w->s.blocks[b];
+        block.rows = rows;
+        char sign = sign_of_block(&w->s, &block);
+        if (sign != '0') {
+            if (w->sign[b] != '0' && w->sign[b] != sign && !changed)
+                changed = &w->s.blocks[b];
+            choose_rows(w, b, rows);
+            w->sign[b] = sign_of_block(&w->s, &block);
+        }
     }
     return changed;
 }

@@ -1672,6 +1672,31 @@ run: {t_end: 1}
             if some:
                 self.assertIn(f"between t = {rows[first]['t']:.6g} and {rows[first + 1]['t']:.6g} s", said)
 
+    def test_redundant_rows_and_assembly_modes(self):
+        """Bennett's linkage turns in one mode (tan(j1/2) tan(j2/2) is constant), whichever of its redundant rows are taken."""
+        for name in ("bennett_balls", "bennett_hinge"):
+            found = self.object(0, "simulate", str(ROOT / f"tests/models/{name}.yaml"), "--no-convergence-check")
+            self.assertGreater(found["work"]["exchanges"], 3)
+            self.assertEqual(found["mode_changes"], 0)
+
+    SCISSORS = ("kempe: 1\nparameters: {F: 10 N}\ngravity: [0, -9.81, 0]\nground: {points: {O: [0, 0, 0]}}\nbodies:\n"
+                "  a: {mass: 10, com: [0.5, 0, 0], inertia: {zz: 1}, points: {low: [0, 0, 0], mid: [0.5, 0, 0]}}\n"
+                "  b: {mass: 10, com: [0.5, 0, 0], inertia: {zz: 1}, points: {low: [0, 0, 0], mid: [0.5, 0, 0]}}\n"
+                "  roller: {mass: 1, inertia: {zz: 1e-3}, points: {axle: [0, 0, 0]}}\njoints:\n"
+                "  P: {revolute: [ground.O, a.low]}\n  S: {prismatic: [ground.O, roller.axle], axis: x}\n"
+                "  R: {revolute: [roller.axle, b.low]}\n  M: {revolute: [a.mid, b.mid]}\n"
+                "forces: {jack: {joint: S, force: -F}}\nstart: {q: {P: SIDE, S: 0.8 m, M: OTHER}}\nrun: {t_end: 0.2}\n")
+
+    def test_a_held_equilibrium_keeps_the_assembly_mode(self):
+        """Scissors of 1 m at a width of 0.8 m: by virtual work F = m g w / h at the height h = sqrt(1 - w^2), on the side of the start."""
+        for sign in (1, -1):
+            text = self.SCISSORS.replace("SIDE", f"{sign * 36.87} deg").replace("OTHER", f"{sign * 106.26} deg")
+            for given in (10, 130.8, -130.8):
+                found = self.object(0, "equilibrium", self.model(text), "--hold", "S=0.8", "--solve-for", "F", "--set", f"F={given}")
+                self.assertAlmostEqual(found["free"]["F"], sign * 130.8, places=8)
+            one = self.object(0, "equilibrium", "model.yaml", "--hold", "S=0.4", "--solve-for", "F")
+            self.assertAlmostEqual(one["free"]["F"], sign * 98.1 * 0.4 / math.sqrt(1 - 0.4 ** 2), places=8)
+
     def test_times_have_units(self):
         for given, taken in (("0.02", 0.02), ("20 ms", 0.02), ("1/50", 0.02)):
             found = self.object(0, "simulate", FOUR_BAR, "--t-end", given, "--output-step", "5 ms", "--no-convergence-check")

@@ -166,19 +166,51 @@ static kempe_status search_from(kempe_equilibrium *e, kmp_linear *linear, const 
     return KEMPE_OK;
 }
 
-/* Searches an inverse equilibrium: from the equilibrium without exchange, if there is one, otherwise from the start. */
+/* Searches an inverse equilibrium: from the start, so that the mechanism keeps its assembly mode; where that fails,
+ * from the equilibrium without exchange, if there is one. The reason of a failure is that of the search from the start.
+ */
 static kempe_status find_exchanged(kempe_equilibrium *e, kmp_linear *linear, const kempe_assembly *start, double *q,
                                    kmp_search *search)
 {
-    kmp_search plain = {.rates = e->rates, .rate_count = e->rate_count, .quiet = true};
-    kempe_status status = search_from(e, linear, start, q, &plain);
-    if (status == KEMPE_OK)
-        status = kmp_equilibrium_find(linear, 0, q, search);
+    kempe_context *context = e->system->context;
+    kmp_exchange_begin(e->exchange, linear, e->rates);
+    kempe_status status = search_from(e, linear, start, q, search);
     if (status != KEMPE_E_FAILED)
         return status;
-    kmp_context_clear(e->system->context);
+    char *why = kmp_strdup(kempe_context_message(context));
+    KMP_TRY(kmp_made(context, why));
+    kmp_context_clear(context);
     kmp_exchange_begin(e->exchange, linear, e->rates);
-    return search_from(e, linear, start, q, search);
+    kmp_search plain = {.rates = e->rates, .rate_count = e->rate_count, .quiet = true};
+    status = search_from(e, linear, start, q, &plain);
+    if (status == KEMPE_OK)
+        status = kmp_equilibrium_find(linear, 0, q, search);
+    if (status == KEMPE_E_FAILED) {
+        kmp_context_clear(context);
+        status = kmp_fail(context, status, "%s", why);
+    }
+    kmp_free(why);
+    return status;
+}
+
+/* Warns where the mechanism with its held coordinates is assembled otherwise than at the start. */
+static kempe_status compare_modes(kempe_equilibrium *e, const kempe_assembly *start)
+{
+    bool *held = KMP_ARENA_NEW(&e->arena, bool, e->system->n);
+    KMP_TRY(kmp_made(e->system->context, held));
+    for (int k = 0; k < e->exchange->target_count; k++)
+        if (e->exchange->target[k].coordinate >= 0)
+            held[e->exchange->target[k].coordinate] = true;
+    kmp_mode_watch *watch = kmp_mode_watch_new(e->system, held, start->q);
+    (void)(watch && kmp_mode_watch_next(watch, start->q));
+    const kmp_loop_block *changed = watch ? kmp_mode_watch_next(watch, e->balance[0].q) : NULL;
+    if (changed)
+        kmp_log(e->system->context, KEMPE_LOG_WARNING,
+                "the equilibrium is in another assembly mode than the start: '%s' lies on the other side of a singular "
+                "position; give a start nearer to the equilibrium that you want",
+                e->system->model->motions[changed->columns[0]].name);
+    kmp_mode_watch_free(watch);
+    return KEMPE_OK;
 }
 
 static kempe_status find_first(kempe_equilibrium *e, kmp_linear *linear, const kempe_assembly *start)
@@ -189,6 +221,7 @@ static kempe_status find_first(kempe_equilibrium *e, kmp_linear *linear, const k
     KMP_TRY(e->exchange ? find_exchanged(e, linear, start, q, &search) : search_from(e, linear, start, q, &search));
     KMP_TRY(name_freed(e));
     KMP_TRY(keep(e, linear, &search, start->q));
+    KMP_TRY(e->exchange ? compare_modes(e, start) : KEMPE_OK);
     KMP_TRY(search.rate_count > 0 ? kmp_operating_check(linear, &search) : KEMPE_OK);
     e->from_start = true;
     return KEMPE_OK;

@@ -300,8 +300,9 @@ static kempe_status leave_out_shared(const kempe_trajectory *t, job *j, kmp_eval
 static void watch_modes(kempe_trajectory *t)
 {
     bool complete = t->status == KEMPE_OK && t->table.rows > 1;
-    kmp_mode_watch *watch =
-        complete ? kmp_mode_watch_new(t->system, kmp_samples_get(&t->table, KMP_QUANTITY_Q, 0)) : NULL;
+    kmp_mode_watch *watch = complete ? kmp_mode_watch_new(t->system, t->system->model->start.hold,
+                                                          kmp_samples_get(&t->table, KMP_QUANTITY_Q, 0))
+                                     : NULL;
     for (int row = 0; watch && row < t->table.rows; row++) {
         const kmp_loop_block *block = kmp_mode_watch_next(watch, kmp_samples_get(&t->table, KMP_QUANTITY_Q, row));
         if (block && t->mode_changes++ == 0) {
