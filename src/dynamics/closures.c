@@ -168,6 +168,31 @@ static bool slides_otherwise(const kmp_equations *eq, const kmp_closure *closure
            depends_on(eq, kmp_friction_rate(&eq->tree, kmp_friction_twin(force)), KMP_IN_QD);
 }
 
+/* Rows and rates of a closure with all translations at zero that are locked for the reactions of joints: they are what
+ * other coordinates move. Of the lock of one it is its row as it is. */
+static void find_moved(kmp_equations *eq, const kmp_closure *closure, const kmp_ref *h, const kmp_ref *rates,
+                       kmp_ref *moved)
+{
+    const kempe_model *model = eq->model;
+    kmp_ref from[6], none[6]; /* of at most three translations */
+    uint16_t through;
+    memcpy(moved, h, KMP_KIND_MAX_ROWS * sizeof *h);
+    memcpy(moved + KMP_KIND_MAX_ROWS, rates, KMP_KIND_MAX_ROWS * sizeof *rates);
+    for (int i = 1; i < model->body_count; i++) {
+        const kmp_body *body = &model->bodies[i];
+        int first = body->first_motion, count = 0;
+        if (closure->motion >= first && closure->motion < first + body->load_count)
+            continue;
+        for (int k = first; k < first + body->load_count; k++)
+            for (int rate = 0; rate < 2; rate++) {
+                from[count] = kmp_input(eq->graph, rate ? KMP_IN_QD : KMP_IN_Q, (uint32_t)k);
+                none[count++] = KMP_ZERO;
+            }
+        if (count > 0 && !kmp_substitute(eq->graph, count, from, none, 2 * KMP_KIND_MAX_ROWS, moved, &through))
+            kmp_graph_fail(eq->graph);
+    }
+}
+
 static kempe_status derive_rows(kmp_equations *eq, const kmp_scene *scene)
 {
     const kempe_model *model = eq->model;
@@ -186,9 +211,12 @@ static kempe_status derive_rows(kmp_equations *eq, const kmp_scene *scene)
         bool of_rates = find_rows(eq, kind, closure, h, rates);
         if (kmp_graph_failed(eq->graph))
             return kmp_fail_memory(eq->context);
+        kmp_ref moved[2 * KMP_KIND_MAX_ROWS];
+        find_moved(eq, closure, h, rates, moved);
         for (int k = 0; k < kmp_closure_rows(kind, closure); k++) {
-            h[k] = is_rounding(eq, h[k]) ? KMP_ZERO : h[k];
-            if (depends_on(eq, h[k], KMP_IN_Q) || (of_rates && depends_on(eq, rates[k], KMP_IN_QD)) ||
+            bool moves = depends_on(eq, moved[k], KMP_IN_Q) && !is_rounding(eq, moved[k]);
+            h[k] = moves ? h[k] : is_rounding(eq, moved[k]) ? KMP_ZERO : moved[k];
+            if (moves || (of_rates && depends_on(eq, moved[KMP_KIND_MAX_ROWS + k], KMP_IN_QD)) ||
                 (scene->keep_modes && kmp_closure_is_of_modes(closure)) || slides_otherwise(eq, closure)) {
                 eq->h[eq->m] = h[k];
                 eq->rate[eq->m] = rates[k];

@@ -124,6 +124,62 @@ static void closed_forms(void)
     unload(&slide);
 }
 
+/* A block of 20 kg on a slide along x, pressed across the plane of a mechanism by its weight, by that of a fan on it,
+ * by a force; a fan elsewhere changes nothing. It stops after m v/(mu N). */
+static void pressed_across_the_plane(void)
+{
+#define ON_SLIDE(gravity, at, press)                                                                                   \
+    "kempe: 1\n"                                                                                                       \
+    "gravity: " gravity "\n"                                                                                           \
+    "ground: {points: {far: [10, 0, 0], S: [0, 0, 1]}}\n"                                                              \
+    "bodies:\n"                                                                                                        \
+    "  block: {joint: {name: X, prismatic: [0.6, 0.8, 0], at: ground.S}, mass: 20, points: {P: [0, 0, 0]}}\n"          \
+    "  fan: {joint: {name: C, revolute: z, at: " at "}, mass: 2, inertia: {zz: 0.1}}\n"                                \
+    "forces: {rub: {joint: X, friction: {mu: 0.1}}" press "}\n"                                                        \
+    "start: {qd: {X: 0.2}}\n"
+    static const struct {
+        const char *text;
+        double mass, normal;
+    } cases[] = {{ON_SLIDE("[0, 0, -9.81]", "ground.far", ""), 20, 20 * 9.81},
+                 {ON_SLIDE("[0, 0, -9.81]", "block.P", ""), 22, 22 * 9.81},
+                 {ON_SLIDE("[0, 0, 0]", "ground.far", ", push: {at: block.P, force: [0, 0, 50 N]}"), 20, 50},
+                 {ON_SLIDE("[0, 0, 0]", "block.P", ", push: {at: block.P, force: [0, 0, 50 N]}"), 22, 50}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        loaded l = load_text(cases[k].text);
+        kempe_trajectory *run = run_by(&l, "reduced", 2);
+        if (run)
+            check_entry(run, 1, cases[k].mass * 0.2 / (0.1 * cases[k].normal), "'rub' sticks");
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
+/* The slide of a slider-crank that lies flat holds a push of less than mu times its weight. */
+static void flat_slider_crank(void)
+{
+#define FLAT(push)                                                                                                     \
+    "kempe: 1\n"                                                                                                       \
+    "gravity: [0, 0, -9.81]\n"                                                                                         \
+    "bodies:\n"                                                                                                        \
+    "  crank: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.01}, points: {B: [0.1, 0, 0]}}\n"   \
+    "  rod: {joint: {name: B, revolute: z, at: crank.B}, mass: 1, inertia: {zz: 0.01}, points: {C: [0.3, 0, 0]}}\n"    \
+    "  slider: {joint: {name: S, prismatic: x, at: ground}, mass: 5, points: {C: [0, 0, 0]}}\n"                        \
+    "loops: {C: {ball: [rod.C, slider.C]}}\n"                                                                          \
+    "forces: {rub: {joint: S, friction: {mu: 0.3}}, push: {joint: S, force: " push "}}\n"                              \
+    "start: {q: {A: 60 deg, B: -80 deg, S: 0.33}, hold: [A]}\n"
+    loaded held = load_text(FLAT("14.71 N")), pushed = load_text(FLAT("14.72 N")); /* 0.3 5 9.81 N = 14.715 N */
+    kempe_trajectory *a = run_by(&held, "reduced", 1), *b = run_by(&pushed, "reduced", 1);
+    if (a && b) {
+        CHECK_TEXT(entry(a, "friction", 0)->text, "'rub' sticks");
+        CHECK(!entry(a, "friction", 1));
+        CHECK_TEXT(entry(b, "friction", 0)->text, "'rub' slips forward");
+    }
+    kempe_trajectory_free(a);
+    kempe_trajectory_free(b);
+    unload(&held);
+    unload(&pushed);
+}
+
 /* Joints with several coordinates: a sleeve that slides and turns on a bar, a block on a table, a ball in its socket.
  * In each direction they stop after v/(mu g), or J w/(mu r m g). */
 static void several_coordinates(void)
@@ -286,6 +342,8 @@ int main(void)
     TEST(a_pin_of_a_loop);
     TEST(a_pin_of_the_tree);
     TEST(closed_forms);
+    TEST(pressed_across_the_plane);
+    TEST(flat_slider_crank);
     TEST(several_coordinates);
     TEST(two_solutions_or_none);
     TEST(regularised_where_modes_are_not_unique);

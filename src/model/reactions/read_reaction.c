@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Friction by the reaction that presses its surfaces together. The reaction of a closure is the vector of its
  * multipliers. The reaction of a joint of the tree is that of translations across its axis, which are added to its
- * chain and locked: their multipliers are its components. In a plane mechanism they stay in the plane. */
+ * chain and locked: their multipliers are its components. Rows of closures that these translations alone move carry
+ * nothing (dynamics/closures.c), so that a joint of a plane mechanism carries what presses it across the plane. */
 #include "linalg/dot.h"
 #include "model/reactions/carried.h"
 #include "model/read/reading.h"
@@ -26,14 +27,40 @@ static bool is_turned(const kempe_model *model, const kmp_body *body)
            (body->to >= 0 && model->points[body->to].turned);
 }
 
-/* The normal of a plane mechanism: all rotations are about it, no translation is along it. */
-static bool find_normal(const kempe_model *model, double normal[3])
+/* True if every entry of a section has one of these keys. */
+static bool has_only(const kmp_yaml *section, int count, const char *const keys[])
+{
+    bool only = true;
+    for (int i = 0; section && i < section->count && only; i++) {
+        only = false;
+        for (int k = 0; k < count; k++)
+            only = only || kmp_yaml_get(section->items[i], keys[k]);
+    }
+    return only;
+}
+
+/* True if no section has what can push a body along the normal of a plane mechanism: forces are efforts on coordinates,
+ * closures join points that stay at one height. */
+static bool pushes_in_plane(const kmp_yaml *root)
+{
+    static const char *const joints[] = {"joint"}, *const closures[] = {"ball", "revolute", "prismatic", "coupler"};
+    return !kmp_yaml_get(root, "wheels") && has_only(kmp_yaml_get(root, "forces"), 1, joints) &&
+           has_only(kmp_yaml_get(root, "contacts"), 1, joints) && has_only(kmp_yaml_get(root, "loops"), 4, closures) &&
+           has_only(kmp_yaml_get(root, "joints"), 4, closures);
+}
+
+/* The normal of a plane mechanism: all rotations are about it, no translation is along it, and neither gravity nor
+ * anything else pushes along it. */
+static bool find_normal(const kempe_model *model, const kmp_yaml *root, double normal[3])
 {
     bool found = false;
     for (int k = 0; k < model->motion_count && !found; k++) {
         found = model->motions[k].rotation;
         memcpy(normal, model->motions[k].axis, 3 * sizeof *normal);
     }
+    found = found && pushes_in_plane(root);
+    for (int i = 0; i < 3; i++)
+        found = found && normal[i] * model->gravity[i].value == 0 && (normal[i] == 0 || !model->gravity[i].expr);
     for (int i = 1; i < model->body_count; i++)
         found = found && !is_turned(model, &model->bodies[i]);
     for (int k = 0; found && k < model->motion_count; k++) {
@@ -43,7 +70,7 @@ static bool find_normal(const kempe_model *model, double normal[3])
     return found;
 }
 
-/* Two directions across a unit vector; one in a plane mechanism. Their number. */
+/* Two directions across a unit vector; one across it and the normal of a plane mechanism. Their number. */
 static int find_across(const double axis[3], const double *normal, double direction[][3])
 {
     int least = 0;
@@ -80,8 +107,8 @@ static bool all_parallel(int count, const double *const axis[], const double e[3
 }
 
 /* Directions in which a joint carries a load, at the beginning of its chain; their number. They are across all its
- * translations. Those of a pin are across its axis. Rotations before them must not turn them. `normal`: of a
- * plane mechanism; NULL: it is in space. */
+ * translations. Those of a pin are across its axis. Rotations before them must not turn them. `normal`: of a plane
+ * mechanism in which nothing pushes along it; NULL: it is in space. */
 static int directions_of(const kempe_model *model, const kmp_body *body, const double *normal,
                          double direction[DIRECTIONS][3])
 {
@@ -159,7 +186,7 @@ void kmp_read_pressed(kmp_reader *r)
     kempe_model *model = r->model;
     const kmp_yaml *forces = kmp_yaml_get(r->root, "forces");
     double normal[3];
-    bool plane = find_normal(model, normal);
+    bool plane = find_normal(model, r->root, normal);
     for (int i = 0; forces && forces->kind == KMP_YAML_MAP && i < forces->count; i++) {
         double direction[DIRECTIONS][3];
         int body = forces->items[i]->kind == KMP_YAML_MAP ? find_pressed(r, forces->items[i]) : -1;
