@@ -190,6 +190,16 @@ void kmp_present_inputs_copy(kmp_present_inputs *to, const kmp_present_inputs *f
     }
 }
 
+void kmp_present_inputs_forget(kmp_present_inputs *inputs)
+{
+    for (int k = 0; k < inputs->count; k++) {
+        if (past_of(inputs, k))
+            inputs->piece[k] = kmp_signal_at(&inputs->model->inputs[k].signal, 0);
+        inputs->replaced[k] = false;
+    }
+    inputs->past = NULL;
+}
+
 double kmp_present_inputs_until(const kmp_present_inputs *inputs)
 {
     double until = INFINITY;

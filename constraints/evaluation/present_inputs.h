@@ -55,8 +55,10 @@ double kmp_present_inputs_delayed_rate(const kmp_present_inputs *inputs, int inp
 /** The times of a delayed signal from which its present part comes: the ends of polynomials of its past. */
 void kmp_present_inputs_source(const kmp_present_inputs *inputs, int input, double *from, double *to);
 
-/** Takes pieces, and whether samples are replaced, from other inputs of the same model. */
+/** Takes pieces, whether samples are replaced, and the past from other inputs of the same model, which must outlive
+ * their use. kmp_present_inputs_forget: the model's own samples again, and no past. */
 void kmp_present_inputs_copy(kmp_present_inputs *to, const kmp_present_inputs *from);
+void kmp_present_inputs_forget(kmp_present_inputs *inputs);
 
 /** The first time after the present pieces began at which one of them ends; INFINITY: never. */
 double kmp_present_inputs_until(const kmp_present_inputs *inputs);

@@ -44,10 +44,13 @@ static kempe_status finish(kmp_engine *e, int i, kmp_runner *run, kempe_status s
     if (run->eval)
         kmp_eval_set_modes(e->eval, kmp_runner_modes(run));
     if (row && run->solver && kmp_runner_row(run, report.t, row, &work) == KEMPE_OK) {
+        if (kmp_runner_inputs(run)->past)
+            kmp_engine_hold_inputs(e, kmp_runner_inputs(run));
         kmp_eval_closure(e->eval, report.t, row);
         kmp_instance_judge(e, i, report.t, row, row + e->n, work);
         if (status == KEMPE_OK)
             kmp_instance_measured(e, NULL, i, report.t, row);
+        kmp_engine_hold_inputs(e, NULL);
     }
     kmp_free(row);
     return !row ? kmp_fail_memory(e->context) : status == KEMPE_E_MEMORY ? status : KEMPE_OK;

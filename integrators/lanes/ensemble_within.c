@@ -54,10 +54,10 @@ bool kmp_within_is_exact(kmp_engine *e)
 void kmp_engine_hold_inputs(kmp_engine *e, const kmp_present_inputs *inputs)
 {
     kmp_present_inputs *own = &e->eval->inputs;
-    if (inputs && own->count > 0)
+    if (inputs)
         kmp_present_inputs_copy(own, inputs);
-    else if (own->count > 0)
-        memset(own->replaced, 0, (size_t)own->count * sizeof *own->replaced);
+    else
+        kmp_present_inputs_forget(own);
     own->held = inputs != NULL;
 }
 

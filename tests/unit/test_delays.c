@@ -257,6 +257,27 @@ static void ensemble(void)
     unload(&l);
 }
 
+/* Quantities of instances with pasts of their own: the integral of late is 1 - y. */
+static void quantities(void)
+{
+    static const char *const names[] = {"T"};
+    static const double rows[] = {1, 0.5, 1};
+    loaded l = load_text(STEPS "run: {t_end: 4, rtol: 1e-9}\n");
+    instances all = {0};
+    CHECK(l.model && kempe_values_new(l.model, 1, names, 3, rows, &all.values) == KEMPE_OK);
+    const kempe_ensemble_options options = {.size = sizeof options,
+                                            .quantities = "I=integral(late),e=late + y,r=qdd(x)"};
+    CHECK(all.values && kempe_ensemble_new_with(l.model, all.values, &options, &all.ensemble) == KEMPE_OK);
+    CHECK(all.ensemble && kempe_ensemble_run(all.ensemble, NULL, 0, &all.batch) == KEMPE_OK);
+    for (int i = 0; all.batch && i < 3; i++) {
+        int k = rows[i] < 1 ? 8 : 4;
+        CHECK_NEAR(kempe_batch_quantity(all.batch, i, 0), 1 - steps(k, rows[i]), 1e-7);
+        CHECK_NEAR(kempe_batch_quantity(all.batch, i, 1), steps(k - 1, rows[i]) + steps(k, rows[i]), 1e-7);
+    }
+    free_instances(&all);
+    unload(&l);
+}
+
 /* A start value of a delay is the signal before, as a parameter of an ensemble too: y(1) = 1 - late. */
 static void start_values(void)
 {
@@ -372,6 +393,7 @@ int main(void)
     TEST(dense);
     TEST(stepper);
     TEST(ensemble);
+    TEST(quantities);
     TEST(start_values);
     TEST(studies);
     TEST(response);
