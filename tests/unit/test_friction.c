@@ -107,6 +107,39 @@ static void spring(void)
     unload(&l);
 }
 
+/* Static levels with a condition, and with a kink; a load of 5 N m/s t, at the end qd = 2.5 (9 - t^2) - (3 - t), from
+ * the instant t where the level is reached. */
+static void static_by_condition(void)
+{
+    static const struct {
+        const char *level;
+        double t;
+    } cases[] = {{"torque: 1, static: 'if(t < 0.4 s, 2, 11)'", 2.2},
+                 {"torque: 1, static: 'if(t < 0.4 s, 3, 1.5)'", 0.4},
+                 {"torque: 1, static: 'max(2, 12 - 9*t)'", 12.0 / 14},
+                 {"mu: 0.05, radius: 1, mu_static: 'if(t < 1, 1, 0.5)'", 2}};
+    for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
+        char text[512];
+        (void)snprintf(text, sizeof text,
+                       "kempe: 1\ngravity: [0, 0, -10]\n"
+                       "bodies: {J: {joint: {name: a, revolute: x, at: ground}, mass: 2, inertia: {xx: 1}}}\n"
+                       "forces: {rub: {joint: a, friction: {%s}}, load: {joint: a, torque: 5*t}}\n",
+                       cases[c].level);
+        loaded l = load_text(text);
+        const double t = cases[c].t;
+        for (int k = 0; k < WAYS && l.system; k++) {
+            kempe_trajectory *run = simulate(&l, &ways[k], 3);
+            if (run) {
+                const double e = ways[k].tolerance;
+                TRANSITIONS(run, e, {0, "'rub' sticks"}, {t, "'rub' slips forward"});
+                CHECK_NEAR(last_qd(run)[coordinate_named(&l, "a")], 2.5 * (9 - t * t) - (3 - t), 1e2 * e);
+            }
+            kempe_trajectory_free(run);
+        }
+        unload(&l);
+    }
+}
+
 /* F3: stick that is refused (a direct reversal at 1.30005), stick that lasts 0.04 s; no degree of freedom while it
  * sticks, with a load that varies. */
 static void incline(void)
@@ -400,6 +433,7 @@ int main(void)
     TEST(belt);
     TEST(falling);
     TEST(spring);
+    TEST(static_by_condition);
     TEST(incline);
     TEST(pendulum);
     TEST(stack);
