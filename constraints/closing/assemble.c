@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Assembly from a distant guess: Gauss-Newton by least changes of the free coordinates
- * (constraints/closing/least_change.h), damped by |h| and by a bound on the step. If it stalls with h open, the state
- * is perturbed a few times, because a straight guess may be a saddle. The smallest |h| is the gap to report. Near a
+ * (constraints/closing/least_change.h), damped by |h| and by a bound on the step. If it stalls with h open, each group
+ * of loops that shares no free coordinate with another is searched alone: from the guess, from a few states near it,
+ * because a straight guess may be a saddle, and from states anywhere. The smallest |h| is the gap to report. Near a
  * solution: Newton's method on the chosen rows and dependent coordinates, a square system, or KINSOL with line search
  * where that does not contract. Gauss-Newton without a bound then converges to round-off. */
 #include "constraints/closing/assemble.h"
@@ -17,9 +18,15 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_CORRECTIONS = 40, MAX_CHOICES = 4, MOST_DENSE = 128 /* number of rows of KINSOL's matrix */ };
+enum {
+    MOST_CORRECTIONS = 40,
+    MAX_CHOICES = 4,
+    MOST_DENSE = 128 /* number of rows of KINSOL's matrix */,
+    WIDE_STARTS = 16
+};
 #define PUSH  0.3
-#define WORTH 0.1 /* least part of |h| by which a step near a solution must reduce it */
+#define WIDE  3.14159265358979312 /* rad, or characteristic lengths */
+#define WORTH 0.1                 /* least part of |h| by which a step near a solution must reduce it */
 
 /* State of one assembly. */
 typedef struct work {
@@ -41,6 +48,7 @@ typedef struct work {
     double *jacobian;   /* m x n, for KINSOL's matrix */
     int *held;          /* n: coordinates that are held */
     kmp_loosening loose;
+    bool apart;  /* groups of loops were closed one by one */
     int rank;    /* rank of J if other rows stay open by rounding; -1: none */
     double near; /* scaled |h| below which the rank of J is decided and Newton's method is used */
 } work;
@@ -60,13 +68,13 @@ static void copy(const work *w, double *to, const double *from)
     memcpy(to, from, (size_t)w->n * sizeof *to);
 }
 
-/* Sets each free coordinate to the guess plus a random offset of at most PUSH; the numbers are the same on every
- * machine. */
-static void push_aside(work *w, unsigned *state)
+/* Sets each coordinate that is not held to the guess plus a random offset of at most `far`; the numbers are the same on
+ * every machine. */
+static void push_aside(work *w, const bool *hold, double far, unsigned *state)
 {
     for (int k = 0; k < w->n; k++)
-        if (!w->guess->hold[k])
-            w->a->q[k] = w->from[k] + PUSH * kmp_walk_random(state) * w->s->scale[k];
+        if (!hold[k])
+            w->a->q[k] = w->from[k] + far * kmp_walk_random(state) * w->s->scale[k];
 }
 
 /* True if a closure that aligns axes has them turned by more than a right angle. */
@@ -81,22 +89,95 @@ static bool is_turned(work *w)
     return turned;
 }
 
-static void from_afar(work *w)
+static void polish(work *w);
+
+/* Groups of closure rows and free coordinates: those of different groups do not depend on each other. */
+typedef struct groups {
+    int count;
+    int *motion, *row; /* n, m: the group of each, -1: none */
+    bool *hold, *left_out;
+} groups;
+
+static int root_of(const int *parent, int k)
 {
+    while (parent[k] != k)
+        k = parent[k];
+    return k;
+}
+
+/* false: no memory. */
+static bool find_groups(work *w, groups *g)
+{
+    const kmp_pattern *p = &w->s->jacobian;
+    int n = w->n, m = w->m, *parent = KMP_ARENA_NEW(&w->arena, int, n + m);
+    if (!parent || !KMP_ARENA_MAKE(&w->arena, KMP_ROOM(int, n, &g->motion), KMP_ROOM(int, m, &g->row),
+                                   KMP_ROOM(bool, n, &g->hold), KMP_ROOM(bool, m, &g->left_out)))
+        return false;
+    for (int k = 0; k < n + m; k++)
+        parent[k] = k;
+    for (int e = 0; e < p->count; e++)
+        if (!w->guess->hold[p->col[e]])
+            parent[root_of(parent, n + p->row[e])] = root_of(parent, p->col[e]);
+    for (int k = 0; k < n; k++)
+        g->motion[k] = -1;
+    for (int r = 0; r < m; r++) {
+        int root = root_of(parent, n + r), *group = &g->motion[root < n ? root : 0];
+        g->row[r] = -1;
+        if (root >= n) /* no free coordinate */
+            continue;
+        *group = *group < 0 ? g->count++ : *group;
+        g->row[r] = *group;
+    }
+    for (int k = 0; k < n; k++)
+        g->motion[k] = g->motion[root_of(parent, k)];
+    return true;
+}
+
+/* Closes the rows of one group by its own coordinates; the others stay. */
+static void close_group(work *w, groups *g, int group)
+{
+    const bool *left_out = w->eval->left_out;
     unsigned state = 1;
-    double best = INFINITY;
+    for (int k = 0; k < w->n; k++)
+        g->hold[k] = w->guess->hold[k] || g->motion[k] != group;
+    for (int r = 0; r < w->m; r++)
+        g->left_out[r] = (left_out && left_out[r]) || g->row[r] != group;
+    w->least.hold = g->hold;
+    w->eval->left_out = g->left_out;
+    evaluate(w);
+    double best = residual(w);
     copy(w, w->best, w->a->q);
-    for (int k = 0; k <= w->guess->pushes && best > w->near; k++) {
-        if (k > 0)
-            push_aside(w, &state);
+    int attempts = w->guess->pushes + (w->guess->pushes > 0 ? WIDE_STARTS : 0);
+    for (int k = g->count > 1 ? 0 : 1; k <= attempts && !(best <= w->near); k++) {
+        push_aside(w, g->hold, k == 0 ? 0 : k <= w->guess->pushes ? PUSH : WIDE, &state);
         w->a->iterations += kmp_close_from_afar(&w->closer, w->near, 0, 0, w->a->q, w->trial);
-        if (k == 0 || residual(w) < best * (1 - 1e-6)) {
+        if (residual(w) < best * (1 - 1e-6)) {
             best = residual(w);
             copy(w, w->best, w->a->q);
         }
     }
     copy(w, w->a->q, w->best);
     evaluate(w);
+    if (w->apart && best <= w->near)
+        polish(w);
+    w->least.hold = w->guess->hold;
+    w->eval->left_out = left_out;
+}
+
+/* False: no memory. */
+static bool from_afar(work *w)
+{
+    groups g = {0};
+    w->a->iterations += kmp_close_from_afar(&w->closer, w->near, 0, 0, w->a->q, w->trial);
+    if (residual(w) <= w->near)
+        return true;
+    if (!find_groups(w, &g))
+        return false;
+    w->apart = g.count > 1;
+    for (int group = 0; group < g.count; group++)
+        close_group(w, &g, group);
+    evaluate(w);
+    return true;
 }
 
 /* -- near: Newton's method on the chosen rows and v -------------------------------------------------- */
@@ -471,7 +552,7 @@ static void close_near(work *w)
         close_independent(w);
         return;
     }
-    if (open > w->near && finish(w)) /* undamped steps may still leave a stationary point of |h| */
+    if (open > w->near && (finish(w) || w->apart)) /* undamped steps may still leave a stationary point of |h| */
         return;
     if (open <= w->near && open > KMP_CLOSED_ENOUGH)
         close_dependent(w);
@@ -501,8 +582,10 @@ static bool search_by_vectors(work *w)
     w->eval->left_out = NULL;
     if (turned || is_turned(w)) {
         w->least.vectors = &w->vectors;
-        from_afar(w);
+        bool made = from_afar(w);
         w->least.vectors = NULL;
+        if (!made)
+            return false;
         evaluate(w);
         close_near(w);
     }
@@ -538,9 +621,9 @@ static bool assemble(work *w)
 {
     bool ok = true;
     if (w->m > 0) {
-        from_afar(w);
+        ok = from_afar(w);
         close_near(w);
-        if (w->vectors.count > 0 && !is_closed(w))
+        if (ok && w->vectors.count > 0 && !is_closed(w))
             ok = search_by_vectors(w);
     }
     if (w->s->model->start.goal_count == 0)

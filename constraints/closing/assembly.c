@@ -2,6 +2,7 @@
 /* Making and freeing an assembly, and messages about the closures that stay open. */
 #include "base/memory.h"
 #include "constraints/closing/assemble.h"
+#include "constraints/closing/charts.h"
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
 #include "model/print/model_print.h"
@@ -295,6 +296,28 @@ static kempe_status warn_of_rates(const kempe_assembly *a)
     return status;
 }
 
+/* Warns of the given angle that is farthest from its guess, where that is more than a quarter turn: the loops may be
+ * closed in another assembly mode than the one that was meant. */
+static void warn_of_moves(const kempe_assembly *a)
+{
+    const kempe_model *model = a->system->model;
+    double most = acos(0);
+    int worst = -1;
+    for (int k = 0; k < a->system->n; k++) {
+        double moved = fabs(remainder(a->moved[k], 4 * acos(0)));
+        if (model->start.q_given[k] && model->motions[k].rotation && kmp_chart_of(a->system, k) < 0 && moved > most) {
+            most = moved;
+            worst = k;
+        }
+    }
+    if (worst >= 0)
+        kmp_log(
+            a->system->context, KEMPE_LOG_WARNING,
+            "start: closing the loops moves '%s' by %.4g deg from its guess: check that this is the assembly mode that "
+            "you want, or give a better guess",
+            model->motions[worst].name, most * 90 / acos(0));
+}
+
 kempe_status kmp_assemble_start(const kempe_system *system, kempe_assembly **assembly)
 {
     const kmp_start *start = &system->model->start;
@@ -327,6 +350,8 @@ kempe_status kempe_assembly_new(const kempe_system *system, kempe_assembly **ass
         return complain_open(a);
     if (!known)
         report_misfit(a);
+    if (a->goals.end == KMP_GOALS_NONE)
+        warn_of_moves(a);
     KMP_TRY(warn_of_rates(a));
     return a->goals.end == KMP_GOALS_SINGULAR ? complain_goals(a) : KEMPE_OK;
 }

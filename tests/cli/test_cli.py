@@ -1697,6 +1697,40 @@ run: {t_end: 1}
             one = self.object(0, "equilibrium", "model.yaml", "--hold", "S=0.4", "--solve-for", "F")
             self.assertAlmostEqual(one["free"]["F"], sign * 98.1 * 0.4 / math.sqrt(1 - 0.4 ** 2), places=8)
 
+    @staticmethod
+    def legs(count, start):
+        """Legs of six bars (Jansen's lengths) on one crank, each of which closes alone from angles of zero."""
+        pins = ", ".join(f"c{k}: [{15 * math.cos(math.pi * k / 6)!r}, {15 * math.sin(math.pi * k / 6)!r}, 0]" for k in range(count))
+        rest, loops = "mass: 1, inertia: {zz: 1}, points:", []
+        text = ("kempe: 1\nground: {points: {O: [0, 0, 0], P: [-38, -7.8, 0]}}\nbodies:\n"
+                f"  crank: {{joint: {{revolute: z, at: ground.O}}, {rest} {{{pins}}}}}\n")
+        for k in range(count):
+            for name, at, points in (("j", f"crank.c{k}", "X: [50, 0, 0]"), ("k", f"crank.c{k}", "Y: [61.9, 0, 0]"),
+                                     ("b", "ground.P", "X: [41.5, 0, 0], Z: [2.60987951807, 40.0149788067, 0]"),
+                                     ("c", "ground.P", "Y: [39.3, 0, 0]"), ("f", f"b{k}.Z", "W: [39.4, 0, 0]"),
+                                     ("g", f"c{k}.Y", "W: [36.7, 0, 0]")):
+                text += f"  {name}{k}: {{joint: {{revolute: z, at: {at}}}, {rest} {{{points}}}}}\n"
+            loops += [f"x{k}: {{ball: [j{k}.X, b{k}.X]}}", f"y{k}: {{ball: [k{k}.Y, c{k}.Y]}}", f"w{k}: {{ball: [f{k}.W, g{k}.W]}}"]
+        return text + "loops: {" + ", ".join(loops) + f"}}\nstart: {start}\nrun: {{t_end: 1}}\n"
+
+    def test_independent_loops_close_one_by_one(self):
+        for start in ("{q: {crank: 0}, hold: [crank]}", "{q: {crank: 200 deg}, hold: [crank]}", "{q: {crank: 0}}"):
+            found = self.object(0, "assemble", self.model(self.legs(12, start)))
+            self.assertLess(found["residual"], 1e-12)
+        # One impossible leg among the others is the only one that is named.
+        text = self.legs(6, "{q: {crank: 0}, hold: [crank]}").replace("g3: {joint: {revolute: z, at: c3.Y}, mass: 1, inertia: {zz: 1}, points: {W: [36.7,",
+                                                                     "g3: {joint: {revolute: z, at: c3.Y}, mass: 1, inertia: {zz: 1}, points: {W: [400,")
+        done = self.expect(1, "assemble", self.model(text))
+        self.assertIn("loop 'w3' cannot be closed", done.stderr)
+        for other in ("'w2'", "'x1'", "'y5'"):
+            self.assertNotIn(other, done.stderr)
+
+    def test_a_far_guess_is_told(self):
+        bars = self.BARS.replace("CRANK", "0.2")
+        self.assertNotIn("from its guess", self.expect(0, "assemble", self.model(bars)).stderr)
+        far = self.expect(0, "assemble", self.model(bars.replace("B: -60 deg, D: 110 deg", "B: 160 deg, D: 110 deg"))).stderr
+        self.assertRegex(far, r"closing the loops moves '[BD]' by \d+(\.\d+)? deg from its guess")
+
     def test_times_have_units(self):
         for given, taken in (("0.02", 0.02), ("20 ms", 0.02), ("1/50", 0.02)):
             found = self.object(0, "simulate", FOUR_BAR, "--t-end", given, "--output-step", "5 ms", "--no-convergence-check")
