@@ -1731,6 +1731,22 @@ run: {t_end: 1}
         far = self.expect(0, "assemble", self.model(bars.replace("B: -60 deg, D: 110 deg", "B: 160 deg, D: 110 deg"))).stderr
         self.assertRegex(far, r"closing the loops moves '[BD]' by \d+(\.\d+)? deg from its guess")
 
+    def test_growth_in_proportion_to_time(self):
+        """Masses with forces F_i of the others. The motion is t sin(w t) if a pair of eigenvalues on the axis has one shape, and
+        a power of t if zeros form a chain; equal eigenvalues with shapes of their own give neither."""
+        grows = [("q(x1) - q(x0)", "-q(x1)", "-q(x2)"), ("q(x1)", "0", "-q(x2)"), ("qd(x1)", "0", "0"),
+                 ("q(x1) - q(x0)", "q(x2) - q(x1)", "-q(x2)"), ("1e-3*q(x1) - 1e6*q(x0)", "-1e6*q(x1)", "-q(x2)"),
+                 ("qd(x1) - 4*q(x0)", "-4*q(x1)", "-2*qd(x2)")]
+        lasts = [("-q(x0)", "-q(x1)", "-q(x2)"), ("0", "0", "-q(x2)"), ("qd(x1)", "-qd(x0)", "-q(x2)"),
+                 ("q(x1) - q(x0)", "-1.01*q(x1)", "-q(x2)"), ("q(x1) - q(x0) - 0.1*qd(x0)", "-q(x1) - 0.1*qd(x1)", "-q(x2)")]
+        for forces in grows + lasts:
+            text = "kempe: 1\nbodies:\n" + "".join(
+                f"  b{k}: {{joint: {{name: x{k}, prismatic: x, at: ground}}, mass: 1}}\n" for k in range(3))
+            text += "forces:\n" + "".join(f"  f{k}: {{joint: x{k}, force: '{force}'}}\n" for k, force in enumerate(forces))
+            modes = self.object(0, "modes", self.model(text + "run: {t_end: 1}\n"))["stability"]
+            balance = self.object(0, "equilibrium", "model.yaml")["stability"]
+            self.assertEqual((modes == "unstable", balance == "unstable"), (forces in grows,) * 2, forces)
+
     def test_times_have_units(self):
         for given, taken in (("0.02", 0.02), ("20 ms", 0.02), ("1/50", 0.02)):
             found = self.object(0, "simulate", FOUR_BAR, "--t-end", given, "--output-step", "5 ms", "--no-convergence-check")

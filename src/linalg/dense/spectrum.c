@@ -11,6 +11,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define ONE_SHAPE 1e-4 /* part of an eigenvector across another one that has the same shape */
+
 /* -- one at work ------------------------------------------------------------------------------------- */
 
 typedef struct pencil {
@@ -271,9 +273,13 @@ static int deflate(pencil *w, kmp_spectrum *s)
     turn_rows(w, 0, p, turn, n);
     for (int j = 0; j < done; j++)
         memset(w->h + j * n, 0, bytes(n));
-    for (int more = done; more > 0 && done < n; done += more)
+    int stages = 1;
+    for (int more = done; more > 0 && done < n; done += more) {
         if ((more = separate(w, done)) < 0)
             return -1;
+        stages += more > 0;
+    }
+    s->secular = stages > 2;
     return done;
 }
 
@@ -468,6 +474,40 @@ static void lift(pencil *w, kmp_spectrum *s, int done, int k, double re, double 
     }
 }
 
+/* The part of eigenvector b across eigenvector a, both of length 1 by the mass. */
+static double across(const pencil *w, const kmp_spectrum *s, int a, int b)
+{
+    int p = s->p;
+    double along[2], f[2];
+    double *r_re = w->a, *r_im = w->a + p;
+    form(w, s->x_re + a * p, s->x_im + a * p, 1, 0, false, s->x_re + b * p, s->x_im + b * p, along);
+    for (int i = 0; i < p; i++) {
+        double re = s->x_re[i + a * p], im = s->x_im[i + a * p];
+        r_re[i] = s->x_re[i + b * p] - (along[0] * re - along[1] * im);
+        r_im[i] = s->x_im[i + b * p] - (along[0] * im + along[1] * re);
+    }
+    form(w, r_re, r_im, 1, 0, false, r_re, r_im, f);
+    return sqrt(fmax(f[0], 0));
+}
+
+/* Rounding of size e splits a multiple eigenvalue with one eigenvector into several at distances of the root of e,
+ * whose eigenvectors differ as much; those of a multiple eigenvalue with as many eigenvectors point anywhere. */
+static void find_secular(const pencil *w, kmp_spectrum *s)
+{
+    double size = 0;
+    for (int k = s->zeros; k < s->count; k++)
+        size = fmax(size, hypot(s->re[k], s->im[k]));
+    for (int a = s->zeros; a < s->count && !s->secular; a++)
+        for (int b = a + 1; b < s->count && !s->secular; b++) {
+            bool equal = hypot(s->re[a] - s->re[b], s->im[a] - s->im[b]) <= KMP_SPECTRUM_EQUAL * size;
+            bool lasting = fmax(fabs(s->re[a]), fabs(s->re[b])) <= KMP_SPECTRUM_EQUAL * size;
+            if (s->im[a] >= 0 && equal && lasting && across(w, s, a, b) <= ONE_SHAPE) {
+                s->secular = true;
+                s->secular_at = a;
+            }
+        }
+}
+
 static int by_companion(pencil *w, kmp_spectrum *s)
 {
     int p = s->p, n = w->n, done = deflate(w, s);
@@ -487,6 +527,7 @@ static int by_companion(pencil *w, kmp_spectrum *s)
         lift(w, s, done, places[k].from, places[k].re, places[k].im, at);
         at = complete(w, s, at, places[k].im > 0);
     }
+    find_secular(w, s);
     for (int j = 0; j < s->still; j++) {
         memcpy(w->h + j * p, w->t + j * n, bytes(p)); /* h is no longer needed */
         kmp_cholesky_backward(p, w->l, w->h + j * p);

@@ -12,6 +12,10 @@
 
 #include "base/arena.h"
 
+/** Distance of eigenvalues that count as one, over the largest modulus: the root of rounding, by which rounding splits
+ * those that have one eigenvector. */
+#define KMP_SPECTRUM_EQUAL 1e-5
+
 /** Eigenvalues and eigenvectors of a pencil. Zeros come first, then by modulus; of a pair the eigenvalue above the real
  * axis comes first. */
 typedef struct kmp_spectrum {
@@ -19,6 +23,9 @@ typedef struct kmp_spectrum {
     int zeros;    /* number of eigenvalues that are exactly zero */
     int still; /* number of zeros with an eigenvector of their own: the null space of K; the other zeros repeat them */
     bool conservative;
+    bool secular;        /* motions grow as a power of time: an eigenvalue on the axis has fewer eigenvectors than its
+                            multiplicity, or a zero a longer chain than a free motion, which has displacement and rate */
+    int secular_at;      /* that eigenvalue */
     double *re, *im;     /* count */
     double *x_re, *x_im; /* p x count: x^H M x = 1, the largest part real and positive; zeros: a basis of the null space
                             of K, the identity in `still` of its coordinates, independent of the LAPACK build */

@@ -110,6 +110,11 @@ static void show_stability(kmp_text *text, const kempe_equilibrium *e, const kmp
     else if (s->growing > 0)
         kmp_text_printf(text, ": %d motion%s, the fastest as exp(%.6g t)%s", s->growing,
                         s->growing == 1 ? " grows" : "s grow", s->re, s->im != 0 ? ", oscillating" : "");
+    else if (s->secular)
+        kmp_text_put(text, s->im != 0
+                               ? ": an oscillation grows in proportion to time, since eigenvalues coincide and have "
+                                 "one shape"
+                               : ": a displacement grows as a power of time without a force that restores it");
     else if (s->word == KMP_UNDECIDED)
         kmp_text_put(text, e->system->model->delay_count > 0
                                ? ": delays, with a root close to zero growth, or beside samples"

@@ -47,7 +47,13 @@ static void judge(const kmp_linear *l, const kmp_spectrum *s, kmp_stability *out
     out->still = s->still;
     for (int k = 0; k < s->still; k++)
         out->along[k] = l->part.u[own_place(s, k)];
-    out->word = out->growing > 0 ? KMP_UNSTABLE : s->zeros > 0 ? KMP_NEUTRAL : KMP_STABLE;
+    out->secular = s->secular;
+    if (s->secular) { /* rounding may have split it */
+        out->growing -= out->growing > 0 && out->re <= KMP_SPECTRUM_EQUAL * largest ? out->growing : 0;
+        out->re = 0;
+        out->im = s->secular_at < s->zeros ? 0 : s->im[s->secular_at];
+    }
+    out->word = out->growing > 0 || out->secular ? KMP_UNSTABLE : s->zeros > 0 ? KMP_NEUTRAL : KMP_STABLE;
 }
 
 /* A model with sampled states has the eigenvalues z of its map over one period T; of each, ln(z)/T grows as it does. */

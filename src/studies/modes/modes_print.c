@@ -73,7 +73,7 @@ const char *kmp_modes_verdict(const kempe_modes *m)
         return "none";
     int worst = worst_of(m);
     double noise = kmp_modes_noise(&m->modes), re = m->modes.spectrum.re[worst];
-    if (re > noise)
+    if (re > noise || m->modes.spectrum.secular)
         return "unstable";
     if (m->modes.endless && isnan(m->modes.bound))
         return "undecided";
@@ -89,7 +89,17 @@ void kmp_modes_put_verdict(kmp_text *text, const kempe_modes *m)
         return;
     }
     int worst = worst_of(m);
-    if (strcmp(word, "unstable") == 0) {
+    if (strcmp(word, "unstable") == 0 && s->secular && s->re[worst] <= KMP_SPECTRUM_EQUAL * kmp_modes_size(&m->modes)) {
+        if (s->secular_at >= s->zeros)
+            kmp_text_printf(
+                text,
+                "unstable: at %.4g Hz eigenvalues coincide and have one shape, so that the oscillation grows "
+                "in proportion to time, along ",
+                kmp_mode_frequency(0, s->im[s->secular_at]));
+        else
+            kmp_text_put(text, "unstable: a displacement grows as a power of time, along ");
+        kmp_modes_put_movers(text, m, s->secular_at);
+    } else if (strcmp(word, "unstable") == 0) {
         kmp_text_printf(text, "unstable: grows by e in %.4g s", 1 / s->re[worst]);
         if (s->im[worst] > 0)
             kmp_text_printf(text, " at %.4g Hz", kmp_mode_frequency(s->re[worst], s->im[worst]));

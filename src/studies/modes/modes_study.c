@@ -262,5 +262,5 @@ int kempe_modes_is_unstable(const kempe_modes *m)
     for (int k = 0; k < m->modes.count; k++)
         if (m->modes.spectrum.re[k] > kmp_modes_noise(&m->modes))
             return 1;
-    return 0;
+    return m->modes.spectrum.secular;
 }
