@@ -35,6 +35,15 @@ static kmp_vec energies(kmp_equations *eq, const kmp_forces *forces)
     return (kmp_vec){{kinetic, forces->potential, kmp_add(g, kinetic, forces->potential)}};
 }
 
+/* A coordinate of a cut joint, its rate or its acceleration. */
+static kmp_vec cut_coordinate(const kmp_tree *tree, const kmp_output *output)
+{
+    kmp_vec x = kmp_vec_axis(kmp_tree_expression(tree, tree->model->cut_coordinates[output->index].value), 0);
+    if (output->kind != KMP_OUTPUT_CUT_Q)
+        x = kmp_vec_rate(tree, x);
+    return output->kind == KMP_OUTPUT_CUT_QDD ? kmp_vec_acceleration(tree, x) : x;
+}
+
 static kmp_vec derive_one(kmp_equations *eq, const kmp_forces *forces, const kmp_output *output)
 {
     switch (output->kind) {
@@ -60,6 +69,10 @@ static kmp_vec derive_one(kmp_equations *eq, const kmp_forces *forces, const kmp
         return kmp_angular_momentum(&eq->tree, output->index, output->about - 1);
     case KMP_OUTPUT_GAP:
         return kmp_vec_axis(kmp_touching_gap(&eq->tree, &eq->model->forces[output->index].touch), 0);
+    case KMP_OUTPUT_CUT_Q:
+    case KMP_OUTPUT_CUT_QD:
+    case KMP_OUTPUT_CUT_QDD:
+        return cut_coordinate(&eq->tree, output);
     case KMP_OUTPUT_SENSOR:
         return kmp_vec_axis(kmp_tree_expression(&eq->tree, eq->model->sensors[output->index].expr), 0);
     default:

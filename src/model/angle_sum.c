@@ -57,8 +57,8 @@ static void rest_axis(const kempe_model *model, const kmp_spot *spot, double out
     rotation r = rest(model, point->body, false);
     if (point->turned)
         r = times(&r, point->axes, false);
-    for (int i = 0; i < 3; i++)
-        out[i] = r.x[i][spot->axis];
+    const double unit[3] = {spot->axis == 0, spot->axis == 1, spot->axis == 2};
+    apply(&r, spot->along ? spot->along : unit, out);
 }
 
 /* Adds `sign` for each rotation between a body and its ancestor; false where one is about another axis than w. Without

@@ -144,6 +144,14 @@ typedef struct kmp_cut {
     bool start_unused;                  /* a start value was given */
 } kmp_cut;
 
+/** A coordinate of a cut joint, which no equation has: a function of those of the tree. */
+typedef struct kmp_cut_coordinate {
+    const char *name, *joint; /* as kmp_motion has it */
+    int number;               /* of the joint's coordinates, from 1 */
+    bool rotation;
+    const kmp_expr *value; /* KMP_EXPR_CUT */
+} kmp_cut_coordinate;
+
 /* The rows of force_kinds.def. */
 typedef enum kmp_force_kind {
 #define KMP_FORCE(kind, name, place, word, width) KMP_FORCE_##kind,
@@ -298,6 +306,8 @@ struct kempe_model {
     int closure_count;
     kmp_cut *cuts;
     int cut_count;
+    kmp_cut_coordinate *cut_coordinates;
+    int cut_coordinate_count;
     kmp_force *forces;
     int force_count;
     kmp_sensor *sensors;

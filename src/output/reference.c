@@ -81,8 +81,19 @@ static bool stands_before(const reader *r, const column *c)
     return k < r->column_count;
 }
 
+/* True if a name of `length` is a coordinate of a cut joint. */
+static bool is_cut(const kempe_model *model, const char *name, size_t length)
+{
+    bool found = false;
+    for (int k = 0; k < model->cut_coordinate_count; k++) {
+        const char *own = model->cut_coordinates[k].name;
+        found = found || (strlen(own) == length && memcmp(own, name, length) == 0);
+    }
+    return found;
+}
+
 /* True for columns of computed outputs, "velocity.crank.B.x", and of inverse dynamics' generalized forces. */
-static bool is_computed(kmp_csv_field f)
+static bool is_computed(const kempe_model *model, kmp_csv_field f)
 {
     static const char *const others[] = {"tau", "power"};
     const size_t rows = sizeof kmp_output_rows / sizeof *kmp_output_rows, more = sizeof others / sizeof *others;
@@ -90,7 +101,9 @@ static bool is_computed(kmp_csv_field f)
         const char *word = k < rows ? kmp_output_rows[k].word : others[k - rows];
         size_t length = strlen(word);
         bool here = k >= rows || kmp_output_rows[k].width > 0;
-        if (here && f.length > length + 1 && f.s[length] == '.' && memcmp(f.s, word, length) == 0)
+        bool cut = k < rows && kmp_output_rows[k].argument == KMP_OUTPUT_OF_CUT;
+        if (here && f.length > length + 1 && f.s[length] == '.' && memcmp(f.s, word, length) == 0 &&
+            (!cut || is_cut(model, f.s + length + 1, f.length - length - 1)))
             return true;
     }
     return false;
@@ -102,7 +115,7 @@ static bool resolve(kmp_csv *csv, reader *r, kmp_csv_field f, column *c)
     kmp_text name = {0};
     if (kmp_csv_is(f, "t"))
         c->kind = COLUMN_TIME;
-    else if (is_computed(f))
+    else if (is_computed(r->system->model, f))
         c->kind = COLUMN_PASSED;
     if (c->kind != COLUMN_UNKNOWN)
         return true;

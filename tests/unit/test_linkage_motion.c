@@ -91,11 +91,58 @@ static void test_cuts_of_the_six_bar(void)
     kmp_free(model);
 }
 
+/* A body on an arm: by a joint of the tree, or free with that joint cut. The coordinates of the joint, their rates and
+ * their accelerations are the same: those of the tree are integrated. */
+static void put_arm(kmp_text *text, const joint_kind *kind, bool cut)
+{
+    const char *axes = strchr(kind->chain, 'b') ? "axes: [[1, 2, 2], [2, 1, -2]]" : "axis: [1, 2, 2]";
+    int count = (int)strlen(kind->chain) / 2;
+    kmp_text_printf(text,
+                    "kempe: 1\ngravity: [1, -9, 2]\nground: {points: {O: [0, 0, 0]}}\nbodies:\n"
+                    "  a: {mass: 2, com: [0.1, 0.05, 0.02], inertia: {xx: 0.1, yy: 0.2, zz: 0.3},\n"
+                    "      points: {O: [0, 0, 0], P: {at: [0.4, 0, 0], axes: {z: [1, 2, 3], x: [3, 0, -1]}}}}\n"
+                    "  b: {mass: 1, com: [0.6, 0.1, -0.2], inertia: {xx: 0.3, yy: 0.2, zz: 0.25, xy: 0.02},\n"
+                    "      points: {P: {at: [0.4, 0, 0], axes: {z: [1, 2, 3], x: [3, 0, -1]}}}%s}\n"
+                    "joints:\n  A: {revolute: [ground.O, a.O], axis: y}\n  J: {%s: [a.P, b.P], %s%s}\n"
+                    "run: {outputs: [",
+                    cut ? ", joint: {name: F, free: x, at: ground}" : "", kind->name, axes, cut ? ", cut: yes" : "");
+    for (int k = 0; k < 3 * count; k++)
+        kmp_text_printf(text, "%s%s(J.%d)", k ? ", " : "",
+                        k < count       ? "q"
+                        : k < 2 * count ? "qd"
+                                        : "qdd",
+                        k % count + 1);
+    kmp_text_put(text, "]}\n");
+}
+
+static void test_coordinates_of_cut_joints(void)
+{
+    joint_kind kind;
+    for (int k = 0; joint_kind_at(k, &kind); k++) {
+        double first[MOST_COLUMNS], tree[MOST_COLUMNS], cut[MOST_COLUMNS];
+        kmp_text text[2] = {{0}, {0}};
+        int count = (int)strlen(kind.chain) / 2 * 3;
+        if (!kind.closure || count == 0)
+            continue;
+        put_arm(&text[0], &kind, false);
+        put_arm(&text[1], &kind, true);
+        CHECK(run_text(text[0].s, NULL, 0.3, 1e-11, first, tree) == count);
+        CHECK(run_text(text[1].s, NULL, 0.3, 1e-11, first, cut) == count);
+        for (int i = 0; i < count; i++) {
+            CHECK(fabs(tree[i]) > 1e-4);
+            CHECK_NEAR(cut[i], tree[i], 1e-8);
+        }
+        kmp_text_free(&text[0]);
+        kmp_text_free(&text[1]);
+    }
+}
+
 int main(void)
 {
     context = kempe_context_new();
     TEST(test_every_cut_of_the_four_bar);
     TEST(test_cuts_of_the_six_bar);
+    TEST(test_coordinates_of_cut_joints);
     kempe_context_free(context);
     return check_report();
 }

@@ -58,7 +58,7 @@ kmp_vec kmp_point_measure(const kmp_tree *tree, kmp_measure_kind kind, int point
 static kmp_vec axis_of(const kmp_tree *tree, const kmp_spot *spot, int axis, int frame)
 {
     double e[3] = {axis == 0, axis == 1, axis == 2};
-    return kmp_point_direction(tree, spot->point, e, frame);
+    return kmp_point_direction(tree, spot->point, spot->along ? spot->along : e, frame);
 }
 
 /* Component `number` of the three axes of a point. */

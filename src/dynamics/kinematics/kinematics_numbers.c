@@ -234,6 +234,8 @@ kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
         return kmp_tree_measure(tree, e->measure, e->number);
     case KMP_EXPR_RATE:
         return kmp_tree_rate(tree, e->a);
+    case KMP_EXPR_CUT:
+        return kmp_tree_expression(tree, e->a);
     case KMP_EXPR_NEG:
         return kmp_neg(kmp_tree_expression(tree, e->a));
     case KMP_EXPR_POW:

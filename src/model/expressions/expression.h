@@ -33,7 +33,8 @@ typedef enum kmp_expr_kind {
     KMP_EXPR_UNKNOWN,  /* index of the group of algebraic variables, number in it; a: the operands of its value */
     KMP_EXPR_PLACE,    /* x, y, z: index 0, 1, 2 of a place, given at evaluation */
     KMP_EXPR_MEASURE,  /* measure, number of its component */
-    KMP_EXPR_RATE      /* the derivative of a by t along the motion */
+    KMP_EXPR_RATE,     /* the derivative of a by t along the motion */
+    KMP_EXPR_CUT       /* a, the coordinate of a cut joint as a function of the others; measure: as it is written */
 } kmp_expr_kind;
 
 /* Functions of the language, one row each. */
@@ -54,10 +55,11 @@ typedef enum kmp_measure_kind {
 
 /** A point of the model, or one of its axes; a contact, a closure or a joint. */
 typedef struct kmp_spot {
-    int point;        /* -1: none */
-    int axis;         /* 0, 1, 2; -1: the point itself */
-    int closure;      /* of a reaction or moment; the body that a joint of the tree carries */
-    const char *name; /* BODY.POINT, a contact, a closure or a joint, as the model has it */
+    int point;           /* -1: none */
+    int axis;            /* 0, 1, 2; -1: the point itself */
+    int closure;         /* of a reaction or moment; the body that a joint of the tree carries */
+    const double *along; /* in place of axis 0, 1, 2: a unit vector in the point's axes; NULL: none */
+    const char *name;    /* BODY.POINT, a contact, a closure or a joint, as the model has it */
 } kmp_spot;
 
 typedef struct kmp_measure {
@@ -151,7 +153,8 @@ typedef struct kmp_expr_scope {
     void *user;
     int (*parameter)(void *user, const char *name);
     int (*coordinate)(void *user, const char *name);
-    int (*closure)(void *user, const char *name); /* closures whose multipliers are allowed */
+    const kmp_expr *(*cut)(void *user, const char *name); /* the coordinate of a cut joint; NULL: there is none */
+    int (*closure)(void *user, const char *name);         /* closures whose multipliers are allowed */
     /* The body that a joint of the tree carries, -1: there is none. *name becomes its name in the model, *obstacle why
      * its load is not known, or NULL. */
     int (*joint)(void *user, const char **name, const char **obstacle);

@@ -100,6 +100,7 @@ static void print_within(kmp_text *text, const kmp_expr *expr, const kmp_expr_na
         kmp_text_put(text, expr->unknowns->count ? expr->unknowns->unknown[expr->number] : expr->unknowns->name);
         break;
     case KMP_EXPR_MEASURE:
+    case KMP_EXPR_CUT:
         print_measure(text, expr->measure, expr->number);
         break;
     case KMP_EXPR_RATE:

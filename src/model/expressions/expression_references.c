@@ -54,10 +54,13 @@ const kmp_expr *kmp_parse_coordinate(kmp_parser *p, const char *where, kmp_expr_
             n++;
     const char *name = kmp_parse_copy(p, n);
     int index = name ? p->scope->coordinate(p->scope->user, name) : -1;
-    if (index < 0)
+    const kmp_expr *cut = name && index < 0 && p->scope->cut ? p->scope->cut(p->scope->user, name) : NULL;
+    if (index < 0 && !cut)
         return kmp_parse_unknown_name(p, start, name ? name : "", KMP_SYMBOL_COORDINATE);
     if (!kmp_parse_take(p, ')'))
         return kmp_parse_wanted(p, "')'");
+    if (cut)
+        return kind == KMP_EXPR_Q ? cut : kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_RATE, .a = cut});
     return kmp_parse_make(p, where, (kmp_expr){.kind = kind, .index = index});
 }
 

@@ -18,7 +18,7 @@ typedef struct kmp_edge {
     int freedoms;
     kmp_cut_wish wish;
     const char *need;      /* why it must have a coordinate, NULL: it need not */
-    const char *requested; /* the output or expression that needs its multipliers; NULL: none */
+    const char *requested; /* the expression of the machine that has its multipliers; NULL: none */
     const kmp_yaml *start; /* one of its start values */
     bool stays;            /* in the tree in any case (while choosing: joined to its group) */
     bool tree, reversed;   /* chosen: in the tree; its second body carries the first */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Joints that must have a coordinate because other parts of the model use it. Expressions are only searched for
- * `q(JOINT)` and similar text here; they are read when there are coordinates. */
+/* Joints that must have a coordinate, or multipliers, because the machine and its start use them. Outputs, sensors and
+ * `until` change no tree. Expressions are only searched for `q(JOINT)` and similar text here; they are read when there
+ * are coordinates. */
 #include "model/read/linkage.h"
 #include <ctype.h>
 #include <string.h>
@@ -9,7 +10,6 @@ typedef struct search {
     kmp_reader *r;
     kmp_linkage *g;
     const char *reason; /* of the use found */
-    bool outputs;       /* texts are outputs, not expressions */
 } search;
 
 /* The joint that a coordinate `JOINT` or `JOINT.k` of a file belongs to; NULL: none of `joints`. */
@@ -37,7 +37,7 @@ static void need_node(const search *s, const kmp_yaml *node)
         need(s, node->place.file, node->text, strlen(node->text));
 }
 
-/* -- expressions and outputs ----------------------------------------------------------------------- */
+/* -- expressions ----------------------------------------------------------------------------------- */
 
 static bool in_name(char c)
 {
@@ -85,7 +85,7 @@ static void look_through(const search *s, const kmp_yaml *node)
         kmp_edge *edge =
             is_word(word, length, kmp_words_of_loads) ? find_edge(s, node->text_place.file, name, count) : NULL;
         if (edge && !edge->requested)
-            edge->requested = kmp_reader_say(s->r, "%s %s", s->outputs ? "output" : "the expression", node->text);
+            edge->requested = kmp_reader_say(s->r, "the expression %s", node->text);
     }
 }
 
@@ -130,18 +130,6 @@ static void search_keys(search *s, const char *section, const char *key, const c
         need_node(s, map->keys[k]);
 }
 
-/* Texts of a list, or one text. */
-static void search_texts(search *s, const char *key, const char *reason)
-{
-    const kmp_yaml *node = kmp_yaml_get(kmp_yaml_get(s->r->root, "run"), key);
-    bool list = node && node->kind == KMP_YAML_LIST;
-    for (int k = 0; node && k < (list ? node->count : 1); k++) {
-        const kmp_yaml *item = list ? node->items[k] : node;
-        s->reason = kmp_reader_say(s->r, reason, item->text);
-        look_into(s, item);
-    }
-}
-
 static void find_start(const search *s, const char *key)
 {
     const kmp_yaml *map = kmp_yaml_get(kmp_yaml_get(s->r->root, "start"), key);
@@ -155,20 +143,15 @@ static void find_start(const search *s, const char *key)
 
 void kmp_linkage_find_uses(kmp_reader *r, kmp_linkage *g)
 {
-    search s = {r, g, "", false};
+    search s = {r, g, ""};
     search_list(&s, "start", "hold", "the start holds it");
     search_keys(&s, "start", "goals", "the start has a goal for it");
     search_list(&s, "run", "independent", "it is given as independent");
     search_entries(&s, "drives", "drive '%s' moves it", "drive '%s' depends on it");
     search_entries(&s, "forces", "force '%s' acts on it", "force '%s' depends on it");
     search_entries(&s, "loops", "loop '%s' depends on it", "loop '%s' depends on it");
-    search_entries(&s, "sensors", "sensor '%s' shows it", "sensor '%s' shows it");
     search_entries(&s, "states", "state '%s' depends on it", "state '%s' depends on it");
     search_entries(&s, "algebraic", "variable '%s' depends on it", "variable '%s' depends on it");
-    s.outputs = true;
-    search_texts(&s, "outputs", "output %s needs it");
-    s.outputs = false;
-    search_texts(&s, "until", "the condition %s depends on it");
     find_start(&s, "q");
     find_start(&s, "qd");
 }

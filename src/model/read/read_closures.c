@@ -338,6 +338,8 @@ static void read_cuts(kmp_reader *r, const kmp_yaml *map)
         kmp_closure *closure = add_closure(r, name, "", map->keys[i]->place);
         if (map->items[i])
             read_closure(r, map->items[i], kmp_reader_say(r, "joint '%s'", name), closure);
+        if (map->items[i] && !r->wrong)
+            kmp_linkage_read_coordinates(r, map->items[i], closure);
     }
 }
 

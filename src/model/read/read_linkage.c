@@ -2,6 +2,7 @@
 /* Joints between two bodies. Once the tree is chosen they are converted to forms that the rest of the reader knows:
  * joints in bodies, and closures. */
 #include "base/context.h"
+#include "model/cut_coordinates.h"
 #include "model/files/nodes.h"
 #include "model/read/linkage.h"
 #include <string.h>
@@ -378,6 +379,44 @@ static const kmp_edge *edge_of(const kmp_reader *r, const kmp_yaml *made)
         if (r->linkage->edges[e].made == made)
             return &r->linkage->edges[e];
     return NULL;
+}
+
+/* The name of coordinate k of a cut joint, as it would have it in the tree. */
+static const char *cut_name(kmp_reader *r, const kmp_edge *edge, int k)
+{
+    const kmp_yaml *names = kmp_yaml_get(edge->map, "coordinates");
+    const kmp_yaml *node = names && names->kind == KMP_YAML_LIST && k < names->count ? names->items[k] : NULL;
+    const char *name = node && strcmp(node->text, "~") != 0 ? kmp_reader_name(r, node->place.file, node->text)
+                       : edge->freedoms == 1                ? edge->name
+                                                            : kmp_reader_say(r, "%s.%d", edge->name, k + 1);
+    return kmp_arena_strdup(&r->model->arena, name);
+}
+
+void kmp_linkage_read_coordinates(kmp_reader *r, const kmp_yaml *made, const kmp_closure *closure)
+{
+    kempe_model *model = r->model;
+    const kmp_edge *edge = edge_of(r, made);
+    double m[3][3] = {{0, 1, 0}, {0, 0, 1}, {1, 0, 0}};
+    kmp_spot end[2];
+    if (!edge || edge->freedoms == 0 || !kmp_reader_spot(r, closure->point[0], -1, &end[0]) ||
+        !kmp_reader_spot(r, closure->point[1], -1, &end[1]))
+        return;
+    kmp_read_chain_axes(r, edge->kind->chain, axis_of(r, edge), kmp_edge_what(r, edge), m);
+    for (int k = 0; k < edge->freedoms; k++) {
+        int count = model->cut_coordinate_count;
+        kmp_cut_coordinate *list =
+            kmp_arena_room(&model->arena, model->cut_coordinates, count, sizeof *model->cut_coordinates);
+        const char *name = cut_name(r, edge, k);
+        const kmp_expr *value = name ? kmp_cut_coordinate_of(&model->arena, name, edge->kind->chain, k, m, end) : NULL;
+        if (!list || !value)
+            return;
+        model->cut_coordinates = list;
+        list[model->cut_coordinate_count++] = (kmp_cut_coordinate){.name = name,
+                                                                   .joint = edge->name,
+                                                                   .number = k + 1,
+                                                                   .rotation = edge->kind->chain[2 * k] == 'R',
+                                                                   .value = value};
+    }
 }
 
 const char *kmp_linkage_name(const kmp_reader *r, const kmp_yaml *made)

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Sensors, which are named expressions, and the outputs of a run: the rows of output_kinds.def. */
+#include "model/cut_coordinates.h"
 #include "model/reactions/carried.h"
 #include "model/read/reading.h"
 #include "model/tables/output_table.h"
@@ -32,10 +33,11 @@ static int find_thing(kmp_reader *r, const kmp_yaml *node, const kmp_output_row 
     if (found >= 0)
         return found;
     kmp_nearest nearest = kmp_nearest_of(name, names);
-    if (strcmp(kind, "loop") == 0 && kmp_linkage_find(r, name) == KMP_LINKED_TREE)
+    if (strcmp(kind, "loop") == 0 && kmp_joint_find(r->model, name) >= 0)
         kmp_reader_complain(r, node->place,
-                            "output %s: joint '%s' is in the tree and has no multipliers: only a cut joint has",
-                            row->word, name);
+                            "output %s: joint '%s' is in the tree and has no multipliers; reaction(%s) and moment(%s) "
+                            "are its load, and 'cut: yes' makes it a closure",
+                            row->word, name, name, name);
     else
         kmp_reader_complain_near(r, node->place, &nearest, "output %s: unknown %s '%s'", row->word, kind, name);
     return -1;
@@ -79,9 +81,11 @@ static void read_about(kmp_reader *r, const kmp_yaml *node, const kmp_output_row
         output->index = find_body(r, node, row, word ? kmp_reader_say(r, "%.*s", (int)(word - name), name) : name);
 }
 
-/* The kind for a joint of the tree in place of that for a loop of no such name. */
+/* The kind for a joint of the tree in place of that for a loop of no such name, and for a coordinate of a cut joint. */
 static kmp_output_kind kind_for(const kmp_reader *r, kmp_output_kind kind, const char *name)
 {
+    if (kind <= KMP_OUTPUT_QDD && kmp_cut_coordinate_find(r->model, name) >= 0)
+        return KMP_OUTPUT_CUT_Q + kind - KMP_OUTPUT_Q;
     bool loop = kmp_output_rows[kind].argument == KMP_OUTPUT_OF_LOOP;
     if (!loop || kmp_name_find(KMP_NAMED(r->model, closure), name) >= 0 || kmp_joint_find(r->model, name) < 0)
         return kind;
@@ -103,6 +107,8 @@ static int find_argument(kmp_reader *r, const kmp_yaml *node, const kmp_output_r
     const char *what = kmp_reader_say(r, "output %s", row->word);
     if (row->argument == KMP_OUTPUT_OF_MAYBE_COORDINATE)
         return kmp_read_motion_text(r, node->place, name, what);
+    if (row->argument == KMP_OUTPUT_OF_CUT)
+        return kmp_cut_coordinate_find(r->model, name);
     if (row->argument == KMP_OUTPUT_OF_POINT)
         return kmp_read_point_text(r, node->place, name, what);
     if (row->argument == KMP_OUTPUT_OF_JOINT)

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Numbers, vectors and the names that refer to bodies, points and motions. */
+#include "model/cut_coordinates.h"
 #include "model/reactions/carried.h"
 #include "model/read/reading.h"
 #include <math.h>
@@ -61,6 +62,13 @@ static int find_in_expression(void *user, const char *name)
     int motion = find_coordinate(r, name);
     bool said = r->wrong && kmp_linkage_find(r, kmp_reader_name(r, r->scope, name)) == KMP_LINKED_CUT;
     return motion < 0 && said && r->model->motion_count > 0 ? 0 : motion;
+}
+
+static const kmp_expr *find_cut(void *user, const char *name)
+{
+    kmp_reader *r = user;
+    int found = kmp_cut_coordinate_find(r->model, kmp_reader_name(r, r->scope, name));
+    return found < 0 ? NULL : r->model->cut_coordinates[found].value;
 }
 
 static void suggest_coordinate(const kmp_reader *r, const char *name, kmp_text *sentence)
@@ -154,9 +162,9 @@ static void suggest_closure(const kmp_reader *r, const char *name, kmp_text *sen
 {
     if (kmp_linkage_find(r, name) == KMP_LINKED_TREE || find_joint(r->model, name)) {
         kmp_text_printf(sentence,
-                        "; joint '%s' is in the tree and has no multipliers: only a loop, a cut joint or a "
-                        "drive has",
-                        name);
+                        "; joint '%s' is in the tree and has no multipliers; reaction(%s) and moment(%s) are its "
+                        "load, and 'cut: yes' makes it a closure",
+                        name, name, name);
         return;
     }
     kmp_nearest nearest = kmp_nearest_of(name, KMP_NAMED(r->model, closure));
@@ -220,6 +228,7 @@ static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const c
                             .user = r,
                             .parameter = find_parameter,
                             .coordinate = of_state ? find_in_expression : NULL,
+                            .cut = of_state ? find_cut : NULL,
                             .point = of_state ? find_spot : NULL,
                             .closure = of_loads ? find_closure : NULL,
                             .joint = of_loads ? find_carried : NULL,

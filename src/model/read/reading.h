@@ -110,6 +110,9 @@ const kmp_yaml *kmp_linkage_joint(const kmp_linkage *linkage, int body);
 /** The cut joints as a mapping of closures, NULL without joints between bodies. */
 const kmp_yaml *kmp_linkage_cuts(const kmp_reader *r);
 
+/** Adds the coordinates of a cut joint, from the node that replaced it and its closure. */
+void kmp_linkage_read_coordinates(kmp_reader *r, const kmp_yaml *made, const kmp_closure *closure);
+
 /** For a node that represents a joint: its name, and its description in messages; NULL for every other node. */
 const char *kmp_linkage_name(const kmp_reader *r, const kmp_yaml *made);
 const char *kmp_linkage_what(kmp_reader *r, const kmp_yaml *made);

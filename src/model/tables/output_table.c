@@ -81,6 +81,8 @@ kmp_name_list kmp_output_names(const kempe_model *model, kmp_output_argument arg
     case KMP_OUTPUT_OF_MAYBE_LOOP:
     case KMP_OUTPUT_OF_LOOP:
         return KMP_NAMED(model, closure);
+    case KMP_OUTPUT_OF_CUT:
+        return KMP_NAMED(model, cut_coordinate);
     case KMP_OUTPUT_OF_JOINT:
         return (kmp_name_list){&model->bodies[1].joint, sizeof *model->bodies, model->body_count - 1};
     case KMP_OUTPUT_OF_POINT:
@@ -192,6 +194,12 @@ static const char *unit_of_force(const kempe_model *model, const kmp_force *forc
     return torque ? "N m" : "N";
 }
 
+static const char *unit_of_cut(const kempe_model *model, const kmp_output *output)
+{
+    static const char *const units[2][3] = {{"m", "m/s", "m/s^2"}, {"rad", "rad/s", "rad/s^2"}};
+    return units[model->cut_coordinates[output->index].rotation][output->kind - KMP_OUTPUT_CUT_Q];
+}
+
 const char *kmp_output_unit(const kempe_model *model, const kmp_output *output, int k)
 {
     if (output->kind == KMP_OUTPUT_FORCE)
@@ -204,5 +212,7 @@ const char *kmp_output_unit(const kempe_model *model, const kmp_output *output, 
         return guidance_units[k];
     if (output->kind == KMP_OUTPUT_POSE)
         return k < 2 ? "m" : "";
+    if (kmp_output_rows[output->kind].argument == KMP_OUTPUT_OF_CUT)
+        return unit_of_cut(model, output);
     return kmp_output_rows[output->kind].unit;
 }

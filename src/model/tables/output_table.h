@@ -10,6 +10,7 @@ typedef enum kmp_output_argument {
     KMP_OUTPUT_OF_MAYBE_STATE,
     KMP_OUTPUT_OF_MAYBE_LOOP,
     KMP_OUTPUT_OF_LOOP,
+    KMP_OUTPUT_OF_CUT,   /* of model->cut_coordinates */
     KMP_OUTPUT_OF_JOINT, /* of the tree, by the body that it carries, less one */
     KMP_OUTPUT_OF_MAYBE_BODY,
     KMP_OUTPUT_OF_MAYBE_BODY_ABOUT, /* and the point of a moment: "arm about ground.O", "about ground.O" */

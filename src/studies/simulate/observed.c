@@ -82,6 +82,9 @@ static kempe_status list_all(kmp_observed *o, int most)
     static const kmp_output_kind order[] = {KMP_OUTPUT_Q,
                                             KMP_OUTPUT_QD,
                                             KMP_OUTPUT_QDD,
+                                            KMP_OUTPUT_CUT_Q,
+                                            KMP_OUTPUT_CUT_QD,
+                                            KMP_OUTPUT_CUT_QDD,
                                             KMP_OUTPUT_STATE,
                                             KMP_OUTPUT_ENERGY,
                                             KMP_OUTPUT_SENSOR,
@@ -104,7 +107,7 @@ static kempe_status list_all(kmp_observed *o, int most)
                                             KMP_OUTPUT_AXES};
     kempe_model *model = kmp_variant_model(o->variant);
     int room = model->output_count + 8 + model->sensor_count + 2 * model->force_count + 2 * model->closure_count +
-               5 * model->point_count + 3 * model->wheel_count;
+               3 * model->cut_coordinate_count + 5 * model->point_count + 3 * model->wheel_count;
     listing l = {.model = model, .list = KMP_ARENA_NEW(&model->arena, kmp_output, room), .most = most};
     KMP_TRY(kmp_made(model->context, l.list));
     for (int k = 0; k < model->output_count; k++)
