@@ -18,6 +18,7 @@ static void find_place(const kmp_tree *tree, const kmp_closure *closure, kmp_vec
 static kmp_ref row_at(const kmp_tree *tree, const kmp_closure *closure, int row, const kmp_ref place[3])
 {
     kmp_tree there = *tree;
+    there.bends = true;
     int side = closure->curve_side[row];
     there.place = place;
     kmp_ref f = kmp_tree_expression(&there, closure->curve[row]);
@@ -38,10 +39,14 @@ static kmp_ref slope(const kmp_tree *tree, const kmp_closure *closure, int row, 
 {
     static const kmp_ref one = KMP_ONE;
     kmp_graph *g = tree->graph;
+    kmp_noted aside = {0}; /* conditions have their values from the row itself */
+    kmp_tree symbolic = *tree;
     kmp_ref leaf[3];
+    symbolic.noted = &aside;
     for (int i = 0; i < 3; i++)
         leaf[i] = kmp_input(g, KMP_IN_PLACE, (uint32_t)i);
-    kmp_ref f = row_at(tree, closure, row, leaf);
+    kmp_ref f = row_at(&symbolic, closure, row, leaf);
+    kmp_noted_free(&aside);
     kmp_derivative *d = kmp_derivative_new(g, 1, &leaf[k], &one);
     if (!d) {
         kmp_graph_fail(g);

@@ -181,6 +181,22 @@ static void note_contact(kmp_crossing *c, int k, double t, bool begins, double m
     c->past[k].latest.count = 0;
 }
 
+/* Events are counted and named; bends are not. */
+static void note_event(kmp_crossing *c, int k, double t, bool holds)
+{
+    const kmp_condition *condition = &c->s->events.condition[k];
+    const kmp_expr *e = condition->expr;
+    bool stated = !e || (e->kind != KMP_EXPR_AT_MOST && e->kind != KMP_EXPR_AT_LEAST);
+    double most = condition->measured && !holds ? fmax(c->past[k].peak, c->past[k].most) : NAN;
+    if (condition->bend)
+        return;
+    if (condition->measured)
+        note_contact(c, k, t, holds, most);
+    kmp_run_log_add(c->plan.log, "event", t, NAN, most, "%s became %s", c->s->event_text[k],
+                    holds == stated ? "true" : "false");
+    c->count++;
+}
+
 static kempe_status change_condition(kmp_crossing *c, int k, double t)
 {
     const char *advice = c->s->events.condition[k].advice;
@@ -190,16 +206,8 @@ static kempe_status change_condition(kmp_crossing *c, int k, double t)
         change_branch(c, k, t);
         return KEMPE_OK;
     }
-    const kmp_expr *e = c->s->events.condition[k].expr;
-    bool stated = !e || (e->kind != KMP_EXPR_AT_MOST && e->kind != KMP_EXPR_AT_LEAST);
     kmp_eval_set_mode(c->eval, k, holds);
-    const bool measured = c->s->events.condition[k].measured;
-    double most = measured && !holds ? fmax(c->past[k].peak, c->past[k].most) : NAN;
-    if (measured)
-        note_contact(c, k, t, holds, most);
-    kmp_run_log_add(c->plan.log, "event", t, NAN, most, "%s became %s", c->s->event_text[k],
-                    holds == stated ? "true" : "false");
-    c->count++;
+    note_event(c, k, t, holds);
     c->past[k].repeats = just_changed(c, k, t) ? c->past[k].repeats + 1 : 0;
     c->past[k].last = t;
     c->past[k].most = 0;
@@ -225,6 +233,27 @@ static kempe_status change_conditions(kmp_crossing *c, double t)
     return k < 0 ? KEMPE_OK
                  : kmp_fail(c->s->context, KEMPE_E_FAILED, "%s contradicts another condition at t = %.9g",
                             c->s->event_text[k], t);
+}
+
+bool kmp_crossing_bends(kmp_crossing *c, double t)
+{
+    bool bends = kmp_crossing_look(c, t) == KEMPE_OK;
+    for (int k = 0; bends && k < c->s->events.count; k++)
+        bends = !has_switched(c, k) || c->s->events.condition[k].bend;
+    return bends;
+}
+
+void kmp_crossing_bend(kmp_crossing *c)
+{
+    memcpy(c->before, c->mode, (size_t)c->s->events.count * sizeof *c->mode);
+    for (int k = 0; k < c->s->events.count; k++)
+        if (has_switched(c, k))
+            kmp_eval_set_mode(c->eval, k, !(c->mode[k] > 0));
+}
+
+void kmp_crossing_bend_back(kmp_crossing *c)
+{
+    kmp_eval_set_modes(c->eval, c->before);
 }
 
 void kmp_crossing_note(kmp_crossing *c, double t, const double *q, const double *qd)

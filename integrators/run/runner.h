@@ -72,6 +72,7 @@ struct kmp_runner {
     struct kmp_delays *delays; /* NULL without delayed signals */
     double pace;               /* the proposed step, if steps that end at `stop` are shorter; 0: they are not */
     double *y, *yp;            /* at a row; yp for a DAE only */
+    double *rows;              /* entries of J, h_t: as they were before a bend */
     double *moved;             /* 3 n + m: a row, if moving closures do work */
     double work;               /* of non-conservative forces on a dae formulation, by quadrature up to work_t */
     double work_t;

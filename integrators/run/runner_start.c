@@ -361,7 +361,8 @@ kempe_status kmp_runner_make_parts(kmp_runner *run)
 {
     int n = run->s->n, m = run->s->m;
     bool made = KMP_ARENA_MAKE(&run->arena, KMP_ROOM(double, n, &run->seen, &run->next_seen),
-                               KMP_ROOM(double, 3 * n + m, &run->moved, &run->state));
+                               KMP_ROOM(double, 3 * n + m, &run->moved, &run->state),
+                               KMP_ROOM(double, run->s->jacobian.count + m, &run->rows));
     KMP_TRY(kmp_made(run->s->context, made));
     run->qdd = run->state + 2 * n;
     run->lambda = run->state + 3 * n;

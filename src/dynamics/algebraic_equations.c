@@ -27,7 +27,7 @@ kmp_ref kmp_tree_unknown(const kmp_tree *tree, const kmp_expr *e)
     const kmp_unknowns *u = &tree->model->unknowns[e->index];
     if (tree->solving == e->index + 1)
         return kmp_unknown(tree->graph, e->number);
-    if (u->block && tree->kinks)
+    if ((u->block && tree->kinks) || (tree->bends && u->count == 0))
         return kmp_tree_expression(tree, u->zero[0]);
     /* Multipliers are not final before the closures' rows are. */
     if (!tree->unknown || (!tree->row && u->late)) {

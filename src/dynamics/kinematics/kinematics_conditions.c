@@ -7,6 +7,7 @@
 #include "dynamics/kinematics/link_tree.h"
 #include "symbolic/table_function.h"
 #include <stdarg.h>
+#include <stdlib.h>
 
 void kmp_events_free(kmp_events *events)
 {
@@ -62,69 +63,6 @@ static bool can_stand(const kmp_tree *tree, const void *of, int number, kmp_ref 
 
 /* -- of expressions ---------------------------------------------------------------------------------- */
 
-/* The input for a condition of e, or `otherwise`. */
-static kmp_ref stand_in(const kmp_tree *tree, const kmp_expr *e, int number, bool kink, kmp_ref otherwise)
-{
-    int k = kmp_events_find(tree->events, e, number);
-    if (k < 0)
-        k = kmp_events_add(tree->events, (kmp_condition){.of = e, .number = number, .expr = e, .kink = kink});
-    if (k < 0)
-        kmp_graph_fail(tree->graph);
-    return k >= 0 ? kmp_input(tree->graph, KMP_IN_MODE, (uint32_t)k) : otherwise;
-}
-
-kmp_ref kmp_tree_stated(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b)
-{
-    kmp_ref less = kmp_less(tree->graph, a, b);
-    return can_stand(tree, e, 0, less) ? stand_in(tree, e, 0, false, less) : less;
-}
-
-static kmp_op kink_of(const kmp_expr *e)
-{
-    return e->function == KMP_FUNCTION_abs ? KMP_OP_ABS : e->function == KMP_FUNCTION_min ? KMP_OP_MIN : KMP_OP_MAX;
-}
-
-kmp_ref kmp_tree_kink(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b)
-{
-    kmp_graph *g = tree->graph;
-    kmp_op op = kink_of(e);
-    kmp_ref whole = op == KMP_OP_ABS ? kmp_unary(g, op, a) : kmp_binary(g, op, a, b);
-    if (!tree->kinks || !can_stand(tree, e, 0, kmp_less(g, a, b)))
-        return whole;
-    kmp_ref side = stand_in(tree, e, 0, true, KMP_ZERO), below = kmp_less(g, KMP_ZERO, side);
-    kmp_ref branch = op == KMP_OP_ABS   ? kmp_neg(kmp_mul(g, side, a))
-                     : op == KMP_OP_MIN ? kmp_select(g, below, a, b)
-                                        : kmp_select(g, below, b, a);
-    return kmp_select(g, side, branch, whole);
-}
-
-/* Straight lines as the first of them, and at each knot the change of the slope times max(x - knot, 0), which is a kink
- * there. Tables of many knots have small kinks, which cost more to locate than to pass. */
-kmp_ref kmp_tree_table(const kmp_tree *tree, const kmp_expr *e, kmp_ref x)
-{
-    enum { MOST_KNOTS = 34 };
-    kmp_graph *g = tree->graph;
-    const kmp_table *t = e->table->table;
-    kmp_ref sum = kmp_table_at(g, kmp_graph_add_table(g, e->table->table), x);
-    if (!tree->kinks || t->method != KMP_TABLE_LINEAR || t->count > MOST_KNOTS || !moves(g, x))
-        return sum;
-    for (int k = 1; k < t->count - 1; k++)
-        if (!can_stand(tree, e, k, kmp_less(g, x, kmp_const(g, t->x[k]))))
-            return sum;
-    sum = kmp_add(g, kmp_const(g, t->y[0]),
-                  kmp_mul(g, kmp_const(g, t->piece[0][1]), kmp_sub(g, x, kmp_const(g, t->x[0]))));
-    for (int k = 1; k < t->count - 1; k++) {
-        kmp_ref beyond = kmp_sub(g, x, kmp_const(g, t->x[k])), side = stand_in(tree, e, k, true, KMP_ZERO);
-        kmp_ref branch = kmp_select(g, kmp_less(g, KMP_ZERO, side), KMP_ZERO, beyond);
-        kmp_ref hinge = kmp_select(g, side, branch, kmp_binary(g, KMP_OP_MAX, beyond, KMP_ZERO));
-        kmp_ref change = kmp_const(g, t->piece[k][1] - t->piece[k - 1][1]);
-        sum = kmp_add(g, sum, kmp_mul(g, change, hinge));
-    }
-    return sum;
-}
-
-/* -- of elements ------------------------------------------------------------------------------------- */
-
 static bool note(kmp_noted *noted, int k, kmp_ref value)
 {
     if (k >= noted->count) {
@@ -139,6 +77,116 @@ static bool note(kmp_noted *noted, int k, kmp_ref value)
     noted->note[k] = (kmp_noted_value){value, true};
     return true;
 }
+
+static bool is_place(const kmp_expr *e, const void *user)
+{
+    (void)user;
+    return e->kind == KMP_EXPR_PLACE;
+}
+
+/* True for an expression of a curve: its value is known where its row is derived. */
+static bool has_place(const kmp_expr *e)
+{
+    return kmp_expr_find(e, is_place, NULL);
+}
+
+/* The input for a condition of its expression with this difference, or `otherwise`. */
+static kmp_ref stand_in(const kmp_tree *tree, kmp_condition condition, kmp_ref difference, kmp_ref otherwise)
+{
+    const kmp_expr *e = condition.expr;
+    int k = kmp_events_find(tree->events, e, condition.number);
+    condition.of = e;
+    if (k < 0)
+        k = kmp_events_add(tree->events, condition);
+    if (k < 0 || (tree->place && has_place(e) && !note(tree->noted, k, difference)))
+        kmp_graph_fail(tree->graph);
+    return k >= 0 ? kmp_input(tree->graph, KMP_IN_MODE, (uint32_t)k) : otherwise;
+}
+
+kmp_ref kmp_tree_stated(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b)
+{
+    kmp_graph *g = tree->graph;
+    kmp_ref less = kmp_less(g, a, b);
+    return can_stand(tree, e, 0, less) ? stand_in(tree, (kmp_condition){.expr = e}, kmp_sub(g, a, b), less) : less;
+}
+
+/* Bends have negative numbers: an expression under a name may be in a closure and in a force. */
+static kmp_ref bend(const kmp_tree *tree, const kmp_expr *e, int number, kmp_ref difference)
+{
+    static const char *const advice = "rates jump there each time; make the closure smooth at this place";
+    return stand_in(tree, (kmp_condition){.expr = e, .number = -number, .bend = true, .advice = advice}, difference,
+                    KMP_ZERO);
+}
+
+static kmp_ref kink(const kmp_tree *tree, const kmp_expr *e, int number)
+{
+    return stand_in(tree, (kmp_condition){.expr = e, .number = number, .kink = true}, KMP_ZERO, KMP_ZERO);
+}
+
+static kmp_op kink_of(const kmp_expr *e)
+{
+    return e->function == KMP_FUNCTION_abs ? KMP_OP_ABS : e->function == KMP_FUNCTION_min ? KMP_OP_MIN : KMP_OP_MAX;
+}
+
+/* The branch for side below: a - b is negative. */
+static kmp_ref branch_of(kmp_graph *g, kmp_op op, kmp_ref below, kmp_ref a, kmp_ref b)
+{
+    return op == KMP_OP_ABS   ? kmp_mul(g, kmp_select(g, below, kmp_neg(KMP_ONE), KMP_ONE), a)
+           : op == KMP_OP_MIN ? kmp_select(g, below, a, b)
+                              : kmp_select(g, below, b, a);
+}
+
+kmp_ref kmp_tree_kink(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b)
+{
+    kmp_graph *g = tree->graph;
+    kmp_op op = kink_of(e);
+    kmp_ref whole = op == KMP_OP_ABS ? kmp_unary(g, op, a) : kmp_binary(g, op, a, b), less = kmp_less(g, a, b);
+    if (tree->bends && can_stand(tree, e, -1, less))
+        return branch_of(g, op, bend(tree, e, 1, kmp_sub(g, a, b)), a, b);
+    if (!tree->kinks || !can_stand(tree, e, 0, less))
+        return whole;
+    kmp_ref side = kink(tree, e, 0);
+    kmp_ref branch =
+        op == KMP_OP_ABS ? kmp_neg(kmp_mul(g, side, a)) : branch_of(g, op, kmp_less(g, KMP_ZERO, side), a, b);
+    return kmp_select(g, side, branch, whole);
+}
+
+/* max(beyond, 0) at knot k of the table of expression e. */
+static kmp_ref hinge(const kmp_tree *tree, const kmp_expr *e, int k, kmp_ref beyond)
+{
+    kmp_graph *g = tree->graph;
+    if (tree->bends)
+        return kmp_select(g, bend(tree, e, k, beyond), KMP_ZERO, beyond);
+    kmp_ref side = kink(tree, e, k);
+    return kmp_select(g, side, kmp_select(g, kmp_less(g, KMP_ZERO, side), KMP_ZERO, beyond),
+                      kmp_binary(g, KMP_OP_MAX, beyond, KMP_ZERO));
+}
+
+/* Straight lines as the first of them, and at each knot the change of the slope times max(x - knot, 0), which is a kink
+ * there. Tables of many knots have small kinks, which cost more to locate than to pass; in a closure rates jump at
+ * each. */
+kmp_ref kmp_tree_table(const kmp_tree *tree, const kmp_expr *e, kmp_ref x)
+{
+    enum { MOST_KNOTS = 34 };
+    kmp_graph *g = tree->graph;
+    const kmp_table *t = e->table->table;
+    kmp_ref sum = kmp_table_at(g, kmp_graph_add_table(g, e->table->table), x);
+    if (t->method != KMP_TABLE_LINEAR || !moves(g, x) || !(tree->bends || (tree->kinks && t->count <= MOST_KNOTS)))
+        return sum;
+    for (int k = 1; k < t->count - 1; k++)
+        if (!can_stand(tree, e, tree->bends ? -k : k, kmp_less(g, x, kmp_const(g, t->x[k]))))
+            return sum;
+    sum = kmp_add(g, kmp_const(g, t->y[0]),
+                  kmp_mul(g, kmp_const(g, t->piece[0][1]), kmp_sub(g, x, kmp_const(g, t->x[0]))));
+    for (int k = 1; k < t->count - 1; k++) {
+        kmp_ref beyond = kmp_sub(g, x, kmp_const(g, t->x[k]));
+        kmp_ref change = kmp_const(g, t->piece[k][1] - t->piece[k - 1][1]);
+        sum = kmp_add(g, sum, kmp_mul(g, change, hinge(tree, e, k, beyond)));
+    }
+    return sum;
+}
+
+/* -- of elements ------------------------------------------------------------------------------------- */
 
 /* The number of a condition whose value is noted; -1 when there is no memory. Frees the text. */
 static int meet(const kmp_tree *tree, kmp_condition condition, kmp_ref value, kmp_text *text)
@@ -203,14 +251,14 @@ bool kmp_tree_event(const kmp_tree *tree, int k, kmp_ref *difference)
         *difference = kmp_friction_value(tree, &tree->events->condition[k]);
         return true;
     }
-    if (!e) {
+    if (!e || has_place(e)) {
         bool known = k < tree->noted->count && tree->noted->note[k].known;
         *difference = known ? tree->noted->note[k].value : KMP_ZERO;
         return known;
     }
     kmp_ref a = kmp_tree_expression(tree, e->a), b = e->b ? kmp_tree_expression(tree, e->b) : KMP_ZERO;
     if (e->kind == KMP_EXPR_TABLE)
-        b = kmp_const(tree->graph, e->table->table->x[tree->events->condition[k].number]);
+        b = kmp_const(tree->graph, e->table->table->x[abs(tree->events->condition[k].number)]);
     bool turned = e->kind == KMP_EXPR_GREATER || e->kind == KMP_EXPR_AT_MOST;
     *difference = turned ? kmp_sub(tree->graph, b, a) : kmp_sub(tree->graph, a, b);
     return true;

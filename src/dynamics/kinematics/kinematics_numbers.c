@@ -155,12 +155,37 @@ static bool has_limits(const kmp_expr *e)
            is_function(e, KMP_FUNCTION_atan2);
 }
 
+static bool is_limit(const kmp_expr *e, double limit)
+{
+    return e && e->kind == KMP_EXPR_NUMBER && fabs(e->value) == limit;
+}
+
+/* True if a kink keeps the argument of a function within its domain, which ends at `limit` and its negative: beyond the
+ * kink the function is undefined, and at it the rates do not jump. */
+static bool is_kept_in(const kmp_expr *e, double limit)
+{
+    if (is_kink(e))
+        return (is_function(e, KMP_FUNCTION_abs) && limit == 0) || is_limit(e->a, limit) || is_limit(e->b, limit);
+    bool product = e->kind == KMP_EXPR_MUL || e->kind == KMP_EXPR_NEG;
+    return product && (is_kept_in(e->a, limit) || (e->b && is_kept_in(e->b, limit)));
+}
+
+static bool keeps_in(const kmp_expr *e)
+{
+    bool by_one = is_function(e, KMP_FUNCTION_asin) || is_function(e, KMP_FUNCTION_acos);
+    bool by_zero =
+        is_function(e, KMP_FUNCTION_sqrt) || is_function(e, KMP_FUNCTION_log) || is_function(e, KMP_FUNCTION_pow);
+    return (by_zero && is_kept_in(e->a, 0)) || (by_one && is_kept_in(e->a, 1));
+}
+
 static kmp_ref power(const kmp_tree *tree, const kmp_expr *e)
 {
     kmp_graph *g = tree->graph;
     kmp_tree within = *tree;
     double exponent = has_variable_exponent(tree, e) ? NAN : constant_value(tree, e->b);
-    within.kinks = tree->kinks && exponent >= 0 && exponent == floor(exponent);
+    bool whole = exponent >= 0 && exponent == floor(exponent);
+    within.kinks = tree->kinks && whole;
+    within.bends = tree->bends && (whole || !is_kept_in(e->a, 0));
     kmp_ref base = kmp_tree_expression(&within, e->a);
     return isnan(exponent) ? kmp_binary(g, KMP_OP_POW, base, kmp_tree_expression(&within, e->b))
                            : kmp_power(g, base, exponent);
@@ -171,6 +196,7 @@ static kmp_ref operation(const kmp_tree *tree, const kmp_expr *e)
     kmp_graph *g = tree->graph;
     kmp_tree within = *tree;
     within.kinks = tree->kinks && !is_compared(e) && !has_limits(e);
+    within.bends = tree->bends && !is_compared(e) && !keeps_in(e);
     kmp_ref a = kmp_tree_expression(e->kind == KMP_EXPR_DIV ? tree : &within, e->a);
     kmp_ref b = e->b ? kmp_tree_expression(&within, e->b) : KMP_ZERO;
     switch (e->kind) {

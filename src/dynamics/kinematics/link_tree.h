@@ -55,6 +55,7 @@ typedef struct kmp_condition {
     char *text;           /* of an element: its name in the log */
     bool ends;            /* runs end where its value becomes negative; it has no input */
     bool kink;            /* of abs, min or max: the active branch; both branches are equal where it changes */
+    bool bend;            /* of abs, min, max or straight lines in a closure: J may jump with it */
     bool late;            /* a kink whose value depends on accelerations or multipliers */
     bool measured;        /* the log has the largest value that it had while it was true */
     kmp_role role;        /* of a friction element; otherwise KMP_ROLE_NONE */
@@ -114,6 +115,7 @@ typedef struct kmp_tree {
     int solving;          /* whose equations are being written, from 1; 0: none */
     kmp_events *events;   /* NULL: conditions are evaluated in place */
     bool kinks;           /* abs, min and max are conditions: in laws of forces */
+    bool bends;           /* they are conditions as comparisons are: in rows of closures, whose J jumps with them */
     bool settled;         /* no further condition becomes an event: a new one is evaluated in place */
     bool given_delays;    /* states of continuous delays have no rate */
     kmp_noted *noted;     /* of the graph; present with `events` */
@@ -167,10 +169,11 @@ kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *expr);
 kmp_ref kmp_tree_stated(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b);
 
 /** abs(a), min(a, b) or max(a, b), for expression e. If the condition is constant during a step, the branch that its
- * input KMP_IN_MODE selects: 1 where a (a - b) is negative, -1 where it is not, 0 for the active one. */
+ * input KMP_IN_MODE selects: 1 where a (a - b) is negative, -1 where it is not, 0 for the active one; of a bend 1 and
+ * 0. */
 kmp_ref kmp_tree_kink(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b);
 
-/** A table of expression e at x. The knots of straight lines are kinks. */
+/** A table of expression e at x. The knots of straight lines are kinks or bends. */
 kmp_ref kmp_tree_table(const kmp_tree *tree, const kmp_expr *e, kmp_ref x);
 
 /** 1 where `difference` is negative and 0 elsewhere; during a step an input KMP_IN_MODE in its place: for the laws of

@@ -298,6 +298,7 @@ static kempe_status prepare(kmp_forward_formulation *f)
     KMP_TRY(kmp_made(f->system->context, make_room(f)));
     kmp_charts_reset(f->system, f->chart);
     kmp_eval_set_charts(f->own, f->chart);
+    f->own->frozen = false; /* by the end of an earlier run */
     go_by(f, f->own);
     v->linear.plain = false;
     KMP_TRY(kmp_varied_start(v, f->q, f->qd, f->dq, f->dqd));
