@@ -161,7 +161,7 @@ class Simulations(Case):
     def test_where_a_run_stops(self):
         model = self.folder / "lock.yaml"
         model.write_text(LOCK)
-        drawn, data = self.open(self.make("simulate", model, name="lock"))
+        drawn, data = self.open(self.make("simulate", model, code=1, name="lock"))
         self.check_drawn(drawn, data)
         self.assertEqual((data["status"], data["stopped_at"]), ("stopped", ["rocker"]))
         self.assertIn("limit position", drawn.words("because"))

@@ -81,6 +81,7 @@ KEMPE_API const char *kempe_version(void);
 typedef enum kempe_status {
     KEMPE_OK = 0,
     KEMPE_STOPPED = 1,   /* stopped early by an event (a lock, an interrupt): see the reason */
+    KEMPE_UNTRUSTED = 2, /* complete, but a check of the result failed: the warnings say which; see its status */
     KEMPE_E_MEMORY = -1, /* out of memory */
     KEMPE_E_INPUT = -2,  /* the model, a reference, a quantity or a limit is wrong: the message has file:line:column */
     KEMPE_E_FAILED = -3, /* the computation is impossible as requested: the message has the reason */

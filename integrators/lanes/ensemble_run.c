@@ -236,9 +236,9 @@ kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const k
                     .caller = pthread_self(),
                     .least = execution->alone ? 1 : LEAST_ROUNDS * chosen.width,
                     .done = {.done = execution->before, .total = execution->total != 0 ? execution->total : instances}};
-    kmp_context_quiet(context, true);
+    const bool quiet = kmp_context_quiet(context, true);
     kempe_status status = run_all(&r);
-    kmp_context_quiet(context, false);
+    (void)kmp_context_quiet(context, quiet);
     if (status == KEMPE_OK)
         kmp_context_clear(context);
     for (int i = 0; status != KEMPE_OK && i < instances; i++) {

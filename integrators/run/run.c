@@ -316,6 +316,7 @@ void kmp_runner_count(const kmp_runner *run, kmp_run_report *report)
     report->cut = run->cut;
     report->prescribed = run->solver && run->part.p == 0 && !run->friction;
     report->ended = run->ended;
+    report->requested = run->requested;
     report->t = run->solver ? kmp_runner_t(run) : 0;
     kmp_runner_add_report(run, report);
     report->centrings = run->centrings;

@@ -90,7 +90,7 @@ typedef struct kmp_run_report {
     long changes;           /* of modes of friction that sticks and of rigid contacts; -1: there are none */
     bool cut;               /* given up for limit_s */
     bool prescribed;        /* no degree of freedom: all motion follows from the closures */
-    bool ended;             /* ended by a condition */
+    bool ended, requested;  /* ended by a condition; by one of the model's `until`, so that the run is complete */
     bool by_bodies;         /* used articulated bodies, if the formulation does not require M and C */
     double cpu_s, build_s;  /* integration alone; preparation of this run (derivation for the dae formulation
                              * included) */

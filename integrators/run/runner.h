@@ -84,7 +84,7 @@ struct kmp_runner {
     bool locks;
     bool cut; /* given up for spec.limit_s */
     kmp_work_bound bound;
-    bool ended; /* by a condition */
+    bool ended, requested; /* by a condition; by one of the model's `until` */
 };
 
 /* runner_start.c */

@@ -333,6 +333,7 @@ kempe_status kmp_runner_end(kmp_runner *run, double t, int condition)
 {
     kmp_text text = {0};
     run->ended = true;
+    run->requested = !run->s->events.condition[condition].advice;
     if (run->reason)
         return KEMPE_STOPPED;
     kmp_runner_put_end(run, condition, t, &text);

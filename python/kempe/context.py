@@ -160,11 +160,11 @@ class Context:
         return self.run(function, self.pointer if interruptible() else NULL, *arguments)
 
     def check(self, function: Any, *arguments: Any) -> None:
-        """Runs a function whose only success is KEMPE_OK."""
+        """Runs a function that gives its result, or whose status is an error."""
         self.refuse(*self.run(function, *arguments))
 
     def refuse(self, status: int, message: str) -> None:
-        if status:
+        if status not in (lib.KEMPE_OK, lib.KEMPE_UNTRUSTED):
             raise error_of(status, message)
 
     def make(self, kind: type[T], function: Any, *arguments: Any, owners: tuple[Any, ...] = (), long: bool = True) -> T:

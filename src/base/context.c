@@ -273,9 +273,11 @@ void kmp_context_begin(kempe_context *context)
     int taken = TAKEN;
     (void)atomic_compare_exchange_strong_explicit(&context->interrupt, &taken, NONE, memory_order_relaxed,
                                                   memory_order_relaxed);
-    kmp_text_free(&context->warnings);
-    context->warning_count = 0;
-    context->doubted = false;
+    if (!context->quiet) {
+        kmp_text_free(&context->warnings);
+        context->warning_count = 0;
+        context->doubted = false;
+    }
     memset(context->counts, 0, sizeof context->counts);
     kmp_context_clear(context);
 }
@@ -461,7 +463,7 @@ void kmp_doubt(kempe_context *context, const char *format, ...)
     put_line(context, KEMPE_LOG_WARNING, &line);
 }
 
-bool kmp_context_doubted(const kempe_context *context)
+kempe_status kmp_context_verdict(const kempe_context *context, kempe_status status)
 {
-    return context->doubted;
+    return status == KEMPE_OK && context->doubted && !context->quiet ? KEMPE_UNTRUSTED : status;
 }

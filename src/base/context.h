@@ -27,8 +27,8 @@ kempe_context *kmp_context_new_below(kempe_context *above);
 /** Forgets the old message. Each public function that can fail begins with it. */
 void kmp_context_clear(kempe_context *context);
 
-/** Begins a computation that calls kmp_interrupted: discards the message, and the interrupt that ended an earlier one.
- */
+/** Begins a computation that calls kmp_interrupted: discards the message, the warnings, and the interrupt that ended an
+ * earlier one. While quiet the computation is a part of another one, whose warnings stay. */
 void kmp_context_begin(kempe_context *context);
 
 /** Appends one sentence to the message and returns `status`, so that a failure reads
@@ -55,7 +55,7 @@ kempe_status kmp_fail_text(kempe_context *context, kempe_status status, kmp_text
 
 /** The end of a function that makes an object: gives it to the caller, or frees it where the status is an error. */
 #define KMP_GIVE_OR_FREE(status, out, made, release)                                                                   \
-    ((status) == KEMPE_OK ? (*(out) = (made), KEMPE_OK) : ((release)(made), (status)))
+    (kmp_is_complete(status) ? (*(out) = (made), (status)) : ((release)(made), (status)))
 
 /* Required arguments of public functions. KMP_WANTED: KEMPE_E_ARGUMENT with a sentence if a context can be reached
  * (NULL: it cannot). KMP_WANTED_BOTH: an object with a context, and another argument. KMP_GIVEN, in a getter: the value
@@ -152,8 +152,16 @@ void kmp_log(kempe_context *context, kempe_level level, const char *format, ...)
  * the status "not trustworthy". A warning that leaves the result right is kmp_log. */
 void kmp_doubt(kempe_context *context, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-/** True if kmp_doubt was called since the computation began. */
-bool kmp_context_doubted(const kempe_context *context);
+/** The end of each public study: the status that the caller gets, KEMPE_UNTRUSTED in place of KEMPE_OK where kmp_doubt
+ * was called since the computation began. While quiet the computation is a part of another one, which judges itself. */
+kempe_status kmp_context_verdict(const kempe_context *context, kempe_status status);
+
+/** True if the whole result is there, also where it cannot be trusted. Functions inside the library return KEMPE_OK
+ * alone for that; the status of a result, and that of a public study, may be either. */
+static inline bool kmp_is_complete(kempe_status status)
+{
+    return status == KEMPE_OK || status == KEMPE_UNTRUSTED;
+}
 
 /** True if the current computation is to end; it stays so until the next one begins. */
 bool kmp_interrupted(kempe_context *context);

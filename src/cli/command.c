@@ -137,6 +137,8 @@ void cli_report_failure(const cli_job *j, kempe_status status, bool has_result)
         if (j->settings->json)
             report_failure(j, "stopped", stopped);
     }
+    if (status == KEMPE_STOPPED && has_result)
+        complain(status, "stopped before the end; the result has the reason");
     if (status >= 0)
         return;
     complain(status, kempe_context_message(j->context));
@@ -279,8 +281,10 @@ static int exit_code(kempe_status status)
 {
     switch (status) {
     case KEMPE_OK:
-    case KEMPE_STOPPED:
         return CLI_DONE;
+    case KEMPE_UNTRUSTED:
+        return CLI_UNTRUSTED;
+    case KEMPE_STOPPED:
     case KEMPE_E_FAILED:
         return CLI_FAILED;
     case KEMPE_E_INPUT:

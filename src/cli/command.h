@@ -9,10 +9,11 @@
 /** Exit codes: a promise to scripts. */
 enum {
     CLI_DONE = 0,
-    CLI_FAILED = 1, /* the computation failed */
+    CLI_FAILED = 1, /* the computation failed or ended early, or a file cannot be written */
     CLI_INPUT = 2,  /* the model or reference is wrong */
     CLI_USAGE = 3,
-    CLI_BUG = 4 /* a defect of Kempe, or no memory */
+    CLI_BUG = 4,      /* a defect of Kempe, or no memory */
+    CLI_UNTRUSTED = 5 /* complete, but a check of the result failed */
 };
 
 /** One command at work: with the model read, and its equations where the command needs them. */

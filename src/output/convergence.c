@@ -130,9 +130,9 @@ static kempe_status run_beside(const kmp_repeat *r, double rtol, double limit, d
                                      .t = r->t_start,
                                      .until = r->t_start,
                                      .stopped = NAN};
-    kmp_context_quiet(r->context, true);
+    const bool quiet = kmp_context_quiet(r->context, true);
     kempe_status status = r->run(r->user, rtol, count, which, found);
-    kmp_context_quiet(r->context, false);
+    (void)kmp_context_quiet(r->context, quiet);
     if (status != KEMPE_E_MEMORY)
         kmp_context_clear(r->context); /* errors of the repeat run */
     for (int k = 0; status == KEMPE_OK && k < count; k++)
@@ -249,9 +249,9 @@ static kempe_status try_parts(const kempe_system *system, const kmp_run_spec *sp
     *decided = false;
     if (!counts || !(FINER * other.rtol < spec->rtol) || !kmp_convergence_has_parts(system, counts))
         return KEMPE_OK;
-    kmp_context_quiet(system->context, true);
+    const bool quiet = kmp_context_quiet(system->context, true);
     kempe_status status = kmp_convergence_in_parts(system, &other, table, counts, &found, decided);
-    kmp_context_quiet(system->context, false);
+    (void)kmp_context_quiet(system->context, quiet);
     if (status != KEMPE_E_MEMORY)
         kmp_context_clear(system->context);
     if (*decided)
@@ -308,14 +308,13 @@ void kmp_convergence_warn(kempe_context *context, const kmp_convergence *c, cons
         return;
     }
     if (c->difference > c->limit)
-        kmp_log(context, KEMPE_LOG_WARNING,
-                "do not trust this run beyond t = %.6g s: at rtol %.3g '%s' differs by %.2g at t = %.6g s, so the "
-                "motion amplifies errors or follows another branch; %s",
-                c->until, c->rtol, name, c->difference, c->t, advice);
+        kmp_doubt(context,
+                  "do not trust this run beyond t = %.6g s: at rtol %.3g '%s' differs by %.2g at t = %.6g s, so the "
+                  "motion amplifies errors or follows another branch; %s",
+                  c->until, c->rtol, name, c->difference, c->t, advice);
     else
-        kmp_log(context, KEMPE_LOG_WARNING,
-                "the convergence of this run could not be checked: at rtol %.3g it ends at t = %.6g s; %s", c->rtol,
-                c->stopped, advice);
+        kmp_doubt(context, "the convergence of this run could not be checked: at rtol %.3g it ends at t = %.6g s; %s",
+                  c->rtol, c->stopped, advice);
 }
 
 void kmp_convergence_show(kmp_text *text, const kmp_convergence *c, const char *what, const char *name)

@@ -6,12 +6,15 @@
 
 bool kmp_has_result(kempe_status status)
 {
-    return status == KEMPE_OK || status == KEMPE_STOPPED || status == KEMPE_E_FAILED;
+    return kmp_is_complete(status) || status == KEMPE_STOPPED || status == KEMPE_E_FAILED;
 }
 
 const char *kmp_status_word(kempe_status status)
 {
-    return status == KEMPE_OK ? "ok" : status == KEMPE_STOPPED ? "stopped" : "failed";
+    return status == KEMPE_OK          ? "ok"
+           : status == KEMPE_UNTRUSTED ? "not trustworthy"
+           : status == KEMPE_STOPPED   ? "stopped"
+                                       : "failed";
 }
 
 /* Closures that stay open as drawn, where there are any. */

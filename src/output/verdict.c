@@ -67,6 +67,23 @@ static void judge_row(kmp_verdict *verdict, balance *b, const kmp_samples *table
     add_energy(b, kinetic, potential, kmp_samples_work(table, row), row == 0);
 }
 
+/* The largest range of a coordinate or state over the rows, relative to its size. */
+static double find_moved(const kmp_samples *table, const kempe_system *system)
+{
+    double most = 0;
+    for (int k = 0; k < system->n; k++) {
+        kmp_quantity quantity = k < kmp_model_coordinates(system->model) ? KMP_QUANTITY_Q : KMP_QUANTITY_QD;
+        double low = INFINITY, high = -INFINITY;
+        for (int row = 0; row < table->rows; row++) {
+            double x = kmp_samples_get(table, quantity, row)[k];
+            low = fmin(low, x);
+            high = fmax(high, x);
+        }
+        most = fmax(most, (high - low) / system->scale[k]);
+    }
+    return most;
+}
+
 static void compare_entries(double *error, int count, const double *x, const double *ref, const double *size,
                             double rate)
 {
@@ -206,6 +223,7 @@ kmp_verdict kmp_verdict_of(const kmp_samples *table, kmp_evaluator *eval, const 
     verdict.h_max = verdict.hdot_max = 0;
     for (int row = 0; row < table->rows; row++)
         judge_row(&verdict, &b, table, row, eval);
+    verdict.moved = find_moved(table, eval->system);
     double size = fmax(fmax(b.kinetic, b.highest - b.lowest), AT_REST * b.value);
     verdict.drift_rel = size > 0 ? b.drift / size : 0;
     if (reference)

@@ -235,7 +235,7 @@ static void put_fastest(kmp_json *json, const kmp_result_page *page)
 /* The parts to be marked where a run did not reach its end. */
 static void put_stopped_at(kmp_json *json, const kmp_result_page *page)
 {
-    bool stopped = page->reason && page->status != KEMPE_OK;
+    bool stopped = page->reason && !kmp_is_complete(page->status);
     kmp_json_array(json, "stopped_at");
     if (stopped && put_named(json, page->system->model, page->reason) == 0 && page->status != KEMPE_STOPPED &&
         page->record)

@@ -33,7 +33,7 @@ typedef struct maker {
 /* A multiple of the rows of the table, so that its times are among those of the page. */
 static int choose_rows(const kempe_trajectory *t)
 {
-    int rows = t->status == KEMPE_OK ? t->table.rows - 1 : 0;
+    int rows = kmp_is_complete(t->status) ? t->table.rows - 1 : 0;
     bool path = kmp_contact_drawing_has_paths(t->system->model);
     int fewest = path ? PATH_ROWS : FEWEST_ROWS, most = path ? PATH_ROWS : MOST_ROWS;
     if (rows < 1)
@@ -67,9 +67,9 @@ static kempe_status record_rows(const maker *w, int rows, kmp_record *record)
         spec.t_end = t->report.t;
     bool given = take_start(t, room, &start);
     kmp_log(t->system->context, KEMPE_LOG_PROGRESS, "report: the run is repeated");
-    kmp_context_quiet(t->system->context, true);
+    const bool quiet = kmp_context_quiet(t->system->context, true);
     kempe_status status = kmp_record_run(t->system, &spec, given ? &start : NULL, rows, record);
-    kmp_context_quiet(t->system->context, false);
+    (void)kmp_context_quiet(t->system->context, quiet);
     kmp_free(room);
     return kmp_has_result(status) ? KEMPE_OK : status;
 }
@@ -174,9 +174,9 @@ static void release(maker *w)
 
 static const char *answer_of(const kempe_trajectory *t, kmp_arena *arena)
 {
-    if (t->status == KEMPE_OK)
-        return t->report.ended ? kmp_arena_printf(arena, "Ended at t = %.6g s", t->report.t)
-                               : kmp_arena_printf(arena, "Complete: %.6g to %.6g s", t->spec.t_start, t->t_end);
+    if (kmp_is_complete(t->status))
+        return t->report.requested ? kmp_arena_printf(arena, "Ended at t = %.6g s", t->report.t)
+                                   : kmp_arena_printf(arena, "Complete: %.6g to %.6g s", t->spec.t_start, t->t_end);
     return kmp_arena_printf(arena, "%s at t = %.6g s", t->status == KEMPE_STOPPED ? "Stopped" : "Failed", t->report.t);
 }
 
@@ -224,7 +224,7 @@ static kempe_status write_page(maker *w, kmp_arena *arena, const char *path)
                             .answer = answer_of(t, arena),
                             .status = t->status,
                             .reason = t->reason,
-                            .locked = t->status != KEMPE_OK && !t->interrupted,
+                            .locked = !kmp_is_complete(t->status) && !t->interrupted,
                             .warnings = t->warnings,
                             .sentences = sentences_of(t, arena),
                             .text = w->text,

@@ -133,7 +133,7 @@ static kempe_status fill_kinematics(study_page *s, const void *result)
     s->page.warnings = k->warnings;
     s->page.scene = scene_of(s, "position analysis");
     s->page.answer = kmp_arena_printf(&s->arena, "%s: %d positions, %d dead centre%s",
-                                      k->status == KEMPE_OK ? "Complete" : "Stopped", k->count, k->dead_count,
+                                      kmp_is_complete(k->status) ? "Complete" : "Stopped", k->count, k->dead_count,
                                       k->dead_count == 1 ? "" : "s");
     KMP_TRY(kempe_kinematics_print(k, KEMPE_TEXT, &s->text));
     KMP_TRY(kempe_kinematics_table(k, "rows", &s->table));
@@ -181,9 +181,9 @@ static kempe_status fill_inverse(study_page *s, const void *result)
     s->page.reason = r->reason;
     s->page.warnings = r->warnings;
     s->page.scene = scene_of(s, "inverse dynamics");
-    s->page.answer = r->status == KEMPE_OK ? kmp_arena_printf(&s->arena, "Forces of %d actuator%s at %d instants", r->a,
-                                                              r->a == 1 ? "" : "s", r->rows)
-                                           : kmp_arena_printf(&s->arena, "Stopped after %d instants", r->rows);
+    s->page.answer = kmp_is_complete(r->status) ? kmp_arena_printf(&s->arena, "Forces of %d actuator%s at %d instants",
+                                                                   r->a, r->a == 1 ? "" : "s", r->rows)
+                                                : kmp_arena_printf(&s->arena, "Stopped after %d instants", r->rows);
     KMP_TRY(kempe_inverse_print(r, KEMPE_TEXT, &s->text));
     KMP_TRY(kempe_inverse_table(r, "rows", &s->table));
     s->page.x = "t";
@@ -262,7 +262,7 @@ typedef struct instances {
 static kempe_status add_quantities(study_page *s)
 {
     double part, low, high;
-    if (!kmp_statistics_has_quantities(s->table) || s->page.status != KEMPE_OK)
+    if (!kmp_statistics_has_quantities(s->table) || !kmp_is_complete(s->page.status))
         return KEMPE_OK;
     KMP_TRY(kempe_statistics_new(s->table, 0, &s->statistics));
     s->page.statistics = s->statistics;
@@ -406,7 +406,7 @@ static kempe_status add_motion(study_page *s, double rtol, double t_end, const c
     const kempe_run_options run = {
         .rtol = rtol, .t_end = t_end, .output_step = t_end / FRAMES, .no_convergence_check = 1};
     kempe_trajectory *motion = NULL;
-    kempe_status status = kempe_simulate(s->page.system, &run, &motion);
+    kempe_status status = kmp_simulate(s->page.system, &run, &motion);
     int count = kempe_trajectory_row_count(motion);
     for (int k = 0; k < count && status == KEMPE_OK; k++) {
         const double t = kempe_trajectory_time(motion, k);

@@ -157,7 +157,7 @@ kempe_status kmp_vehicle_comfort(const kempe_trajectory *t, kempe_comfort **comf
     *comfort = NULL;
     for (int k = 0; k < model->output_count; k++)
         any = any || model->outputs[k].kind == KMP_OUTPUT_ACCELERATION;
-    if (!any || model->wheel_count == 0 || t->status != KEMPE_OK || t->report.ended || spec->t_start > 0 ||
+    if (!any || model->wheel_count == 0 || !kmp_is_complete(t->status) || t->report.ended || spec->t_start > 0 ||
         spec->t_end < KMP_COMFORT_WINDOW)
         return KEMPE_OK;
     const kempe_run_options run = {.size = sizeof run,
@@ -174,9 +174,9 @@ kempe_status kmp_vehicle_comfort(const kempe_trajectory *t, kempe_comfort **comf
                                    .fixed_step = spec->fixed_step,
                                    .no_convergence_check = 1};
     const kempe_comfort_options options = {.size = sizeof options, .run = &run};
-    kmp_context_quiet(model->context, true);
+    const bool quiet = kmp_context_quiet(model->context, true);
     kempe_status status = kempe_comfort_new(t->system, &options, comfort);
-    kmp_context_quiet(model->context, false);
+    (void)kmp_context_quiet(model->context, quiet);
     if (status == KEMPE_E_MEMORY || status == KEMPE_STOPPED)
         return status;
     kmp_context_clear(model->context);

@@ -75,7 +75,7 @@ class Case(unittest.TestCase):
     def expect(self, code, *words):
         done = kempe(*words, cwd=self.folder)
         self.assertEqual(done.returncode, code, f"kempe {' '.join(map(str, words))}\n{done.stdout}{done.stderr}")
-        if code not in (0, 1):
+        if code not in (0, 1, 5):
             self.assertEqual(done.stdout, "", "a complaint belongs on stderr")
         if code != 0:
             self.assertNotEqual(done.stderr, "", "a failure needs a sentence")
@@ -375,7 +375,7 @@ class Angles(Case):
                 self.assertTrue(found, text)
                 return float(next(x for x in found.groups() if x))
             self.assertAlmostEqual(value("deg"), value("rad") * 180 / math.pi, delta=2e-5 * abs(value("deg")), msg=words)
-        dead = self.expect(0, "kinematics", self.CRANK, "--sweep", "rocker=90 deg:150 deg:61", "--release", "motor",
+        dead = self.expect(1, "kinematics", self.CRANK, "--sweep", "rocker=90 deg:150 deg:61", "--release", "motor",
                            "--angle-unit", "deg").stdout
         angle = 180 - math.degrees(math.acos((0.32**2 + 0.25**2 - 0.4**2) / (2 * 0.32 * 0.25)))
         self.assertIn(f"dead centre at rocker = {angle:.10f}", dead)
@@ -687,7 +687,7 @@ class Kinematics(Case):
         self.assertIn("velocity.coupler.P.y", rows[0])
 
     def test_dead_centres(self):
-        result = self.object(0, "kinematics", self.MODEL, "--sweep", "rocker=90 deg:150 deg:61",
+        result = self.object(1, "kinematics", self.MODEL, "--sweep", "rocker=90 deg:150 deg:61",
                              "--release", "motor", "--svg", "half.svg", "-o", "half.csv")
         self.assertKeys(result, "model status reason build_s driven speed released rows rows_asked coordinates outputs "
                                 "dead_centres change_points left_out work")
@@ -701,7 +701,7 @@ class Kinematics(Case):
         self.assertEqual((low["instead"], result["coordinates"]["crank"]["least"] < -1), ("coupler, crank", True))
         svg = (self.folder / "half.svg").read_text()
         self.assertEqual([svg.count(f'<path class="{name}"') for name in ("curve", "cross")], [6, 6])
-        again = self.object(0, "kinematics", self.MODEL, "--sweep", "rocker=90 deg:150 deg:61",
+        again = self.object(1, "kinematics", self.MODEL, "--sweep", "rocker=90 deg:150 deg:61",
                             "--release", "motor", "--svg", "again.svg", "-o", "again.csv")
         self.assertEqual(without_times(result), without_times(again))
         for name in "svg", "csv":
@@ -798,7 +798,7 @@ class Contact(Case):
         self.assertIn("did you mean 'left.1'", self.expect(3, "contact", self.MODEL, "--sweep", "lft.1=0:1").stderr)
         self.assertIn("no wheels", self.expect(3, "contact", FOUR_BAR, "--sweep", "crank=0:1").stderr)
         self.assertIn("unknown creep law", self.expect(3, "contact", self.MODEL, *self.RANGE[:2], "--law", "dry").stderr)
-        off = self.object(0, "contact", self.WHEELSET, "--sweep", "axle.3=-20 mm:-60 mm:3", "--hold", "axle.4")
+        off = self.object(1, "contact", self.WHEELSET, "--sweep", "axle.3=-20 mm:-60 mm:3", "--hold", "axle.4")
         self.assertEqual((off["status"], len(off["rows"])), ("stopped", 2))
         self.assertIn("wheel 'L' left its rail", off["reason"])
 
@@ -1199,8 +1199,8 @@ class Modes(Case):
 
     def test_stopped(self):
         words = ("modes", self.CAR, "--sweep", "body=100:-100:5")
-        self.assertIn("\nstopped   'body' was swept from 100 to ", self.expect(0, *words).stdout)
-        self.assertEqual(self.object(0, *words)["status"], "stopped")
+        self.assertIn("\nstopped   'body' was swept from 100 to ", self.expect(1, *words).stdout)
+        self.assertEqual(self.object(1, *words)["status"], "stopped")
 
     def test_mistakes(self):
         for words, told in ((["--at", "strat"], "'strat'"), (["--sweep", "tire=1:2"], "did you mean 'tyre'?"),
@@ -1536,9 +1536,9 @@ class Simulate(Case):
 
     def test_a_run_not_to_be_trusted(self):
         pendulum = ROOT / "tests/models/pendulum.yaml"
-        for rtol, told in (("0.1", True), ("1e-6", False)):
+        for rtol, told in (("0.1", True), ("1e-11", False)):
             done = kempe("simulate", pendulum, "--form", "newton", "--integrator", "bdf", "--rtol", rtol)
-            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual(done.returncode, 5 if told else 0, done.stderr)
             self.assertEqual("the relative energy error is" in done.stderr, told)
 
     def test_rates_that_cannot_be_kept_are_told(self):
@@ -1815,10 +1815,10 @@ run: {t_end: 6, output_step: 1, outputs: [q, qd]%s}
         self.assertIn("the limit of 20 steps (max_steps)", found["reason"] + json.dumps(found["instances"]))
 
     def test_a_lock_is_a_stop(self):
-        """Exit code 0, and the object says that it has stopped, and why."""
+        """Exit code 1, and the object says that it has stopped, and why."""
         path = self.model(FOUR_BAR.read_text().replace("qd: {crank: 20}", "qd: {}").replace("hold: [crank], ", "")
                           + "drives: {motor: {joint: rocker, angle: t}}\n")
-        found = self.object(0, "simulate", path)
+        found = self.object(1, "simulate", path)
         self.assertEqual(found["status"], "stopped")
         self.assertIn("the mechanism reaches a limit position", found["reason"])
 
@@ -1839,7 +1839,7 @@ run: {t_end: 6, output_step: 1, outputs: [q, qd]%s}
             pass
         run.send_signal(signal.SIGINT)
         text = run.communicate(timeout=60)[0]
-        self.assertEqual(run.returncode, 0)
+        self.assertEqual(run.returncode, 1)
         found = strict(text)
         self.assertEqual(found["status"], "stopped")
         self.assertNotEqual(found["reason"], "")
@@ -2056,7 +2056,7 @@ class Compare(Case):
         self.assertLessEqual(len(text.split("\n")), 60)
 
     def test_budget(self):
-        done = self.expect(0, "compare", ANDREWS, "--rtol", "1e-4", "--budget", "1e-9")
+        done = self.expect(1, "compare", ANDREWS, "--rtol", "1e-4", "--budget", "1e-9")
         self.assertIn("increase --budget", done.stdout)
         self.assertIn("needs a positive time", self.expect(3, "compare", ANDREWS, "--budget", "0").stderr)
 

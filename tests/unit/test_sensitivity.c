@@ -79,6 +79,7 @@ typedef struct trial {
     const char *text, *parameters, *outputs, *integrator, *formulation;
     double t_end, within, first_step;
     bool one_way;          /* forward alone: nothing goes back there */
+    bool amplified;        /* beyond 2000 tolerances, as the repeat at another one finds */
     const char *integrand; /* NULL: the outputs */
 } trial;
 
@@ -172,7 +173,7 @@ static kempe_sensitivity *find(kempe_context *context, kempe_model *model, const
     kempe_status status = kempe_sensitivity_new(model, &options, &s);
     if (status != KEMPE_OK)
         printf("%s\n", kempe_context_message(context));
-    CHECK(status == KEMPE_OK);
+    CHECK(status == (x->amplified ? KEMPE_UNTRUSTED : KEMPE_OK));
     return s;
 }
 
@@ -439,7 +440,8 @@ static void change_points(void)
                          .t_end = 3,
                          .within = 2e-7,
                          .first_step = 1e-3,
-                         .one_way = true});
+                         .one_way = true,
+                         .amplified = true});
     static const char *const sentence[] = {"reaches a change point near t = 0.72", "parameters of its closures",
                                            "the forward method may"};
     for (int k = 0; k < 2; k++) {

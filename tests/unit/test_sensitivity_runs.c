@@ -166,7 +166,8 @@ static double slope_of_cart(scene *s, const char *method, double t_end, double r
     char *json = NULL;
     s->warnings = 0;
     s->words[0] = '\0';
-    CHECK(kempe_sensitivity_new(s->model, &options, &found) == KEMPE_OK);
+    bool doubted = strstr(wanted, "not converged") != NULL;
+    CHECK(kempe_sensitivity_new(s->model, &options, &found) == (doubted ? KEMPE_UNTRUSTED : KEMPE_OK));
     CHECK(kempe_sensitivity_print(found, KEMPE_JSON, &json) == KEMPE_OK);
     CHECK(json && strstr(json, wanted) != NULL);
     double slope = kmp_sensitivity_slope(found, found->rows - 1, 0, 0);

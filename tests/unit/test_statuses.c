@@ -6,6 +6,12 @@
 #include "model/model.h"
 #include "testing.h"
 
+/* Undamped, about 30 swings; an error of a percent of their range amplifies none, and every step may have it. */
+static const char swing[] = "kempe: 1\n"
+                            "gravity: [0, -9.81, 0]\n"
+                            "bodies: {a: {joint: {revolute: z, at: ground}, mass: 1, com: [1, 0, 0]}}\n"
+                            "run: {t_end: 60, rtol: 0.1, integrator: dopri5}\n";
+
 static const char loop[] =
     "kempe: 1\n"
     "ground: {points: {D: [%s, 0, 0]}}\n"
@@ -49,6 +55,13 @@ static kempe_status provoke_STOPPED(void)
 {
     derive("1.2");
     kempe_context_interrupt(context);
+    return simulate(NULL);
+}
+
+static kempe_status provoke_UNTRUSTED(void)
+{
+    CHECK(kempe_model_read_text(context, swing, "swing", &model) == KEMPE_OK);
+    CHECK(kempe_system_new(model, &derived) == KEMPE_OK);
     return simulate(NULL);
 }
 
@@ -110,7 +123,7 @@ static void provoke(const struct row *row)
     if (status != row->status)
         printf("%s: the call returned %d\n%s\n", row->name, (int)status, kempe_context_message(context));
     CHECK(status == row->status);
-    CHECK(said || row->status == KEMPE_OK || row->status == KEMPE_STOPPED || row->status == KEMPE_E_FAILED);
+    CHECK(said || row->status >= 0 || row->status == KEMPE_E_FAILED);
     kempe_system_free(derived);
     kempe_model_free(model);
     kempe_context_free(context);

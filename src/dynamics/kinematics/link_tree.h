@@ -189,8 +189,9 @@ kmp_ref kmp_tree_condition(const kmp_tree *tree, const void *of, int number, kmp
                            const char *advice, const char *format, ...) __attribute__((format(printf, 7, 8)));
 
 /** Runs end where `value` becomes negative, with the message: TEXT at t = .. s: ADVICE ("wheel 'L' left its rail", and
- * a possible cause or remedy; NULL: none). `of` and `number` are as for kmp_tree_condition. The value may depend on
- * multipliers too (KMP_IN_LAMBDA), and on accelerations. It has no effect where conditions are evaluated in place. */
+ * a possible cause or remedy; NULL: the model requests this end). `of` and `number` are as for kmp_tree_condition. The
+ * value may depend on multipliers too (KMP_IN_LAMBDA), and on accelerations. It has no effect where conditions are
+ * evaluated in place. */
 void kmp_tree_end(const kmp_tree *tree, const void *of, int number, kmp_ref value, const char *advice,
                   const char *format, ...) __attribute__((format(printf, 6, 7)));
 /** One of the model's algebraic variables, or the value of a name (KMP_EXPR_UNKNOWN). */

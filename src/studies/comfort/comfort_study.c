@@ -232,13 +232,16 @@ static kempe_status judge(study *s)
     kempe_comfort *c = s->c;
     kmp_arena room = {0};
     KMP_TRY(check_times(s));
-    KMP_TRY(make_signals(s));
+    bool quiet = kmp_context_quiet(s->context, true); /* outputs have no warnings of their own */
+    kempe_status status = make_signals(s);
     bool made = KMP_ARENA_MAKE(&room, KMP_ROOM(double, c->count + 1, &s->row),
                                KMP_ROOM(double, (ptrdiff_t)c->count * s->samples, &s->value),
                                KMP_ROOM(double, 2 * ((ptrdiff_t)s->samples + c->windows), &s->weighted));
-    kempe_status status = kmp_made(s->context, made);
+    if (status == KEMPE_OK)
+        status = kmp_made(s->context, made);
     if (status == KEMPE_OK)
         status = take_samples(s);
+    (void)kmp_context_quiet(s->context, quiet);
     for (int k = 0; status == KEMPE_OK && k < c->count; k++)
         status = judge_signal(s, k);
     kmp_arena_free(&room);
@@ -263,7 +266,7 @@ static kempe_status make(kempe_comfort *c, const kempe_comfort_options *options,
     kempe_trajectory *trajectory = NULL;
     dense.size = sizeof dense;
     dense.keep_dense = 1;
-    kempe_status status = kempe_simulate(c->system, &dense, &trajectory);
+    kempe_status status = kmp_simulate(c->system, &dense, &trajectory);
     if (status == KEMPE_OK)
         status = kmp_comfort_judge(c, trajectory, options);
     kempe_trajectory_free(trajectory);
@@ -282,6 +285,7 @@ kempe_status kempe_comfort_new(const kempe_system *system, const kempe_comfort_o
     c->system = system;
     kempe_status status = make(c, options, run);
     c->warnings = kmp_context_warnings(system->context);
+    status = kmp_context_verdict(system->context, status);
     return KMP_GIVE_OR_FREE(status, comfort, c, kempe_comfort_free);
 }
 

@@ -221,9 +221,9 @@ static void show(kmp_text *text, const void *result)
     show_levels(text, c);
     show_list(text, "not run", &c->failures);
     show_list(text, "warnings", &c->warnings);
-    if (c->status == KEMPE_OK || c->advice.run >= 0)
+    if (kmp_is_complete(c->status) || c->advice.run >= 0)
         show_advice(text, c);
-    if (c->status != KEMPE_OK)
+    if (!kmp_is_complete(c->status))
         kmp_text_printf(text, "%s: %s\n", kmp_status_word(c->status), c->reason);
 }
 

@@ -37,10 +37,10 @@ kempe_status kmp_compare_once(kmp_compare_job *j, const kmp_method *method, doub
     table->rows = 0;
     *report = (kmp_run_report){0};
     kempe_status status = kmp_run_resolve(system, &spec);
-    kmp_context_quiet(j->context, j->quiet);
+    const bool quiet = kmp_context_quiet(j->context, j->quiet);
     if (status == KEMPE_OK)
         status = kmp_run(system, &spec, j->start, kmp_samples_add, table, report);
-    kmp_context_quiet(j->context, false);
+    (void)kmp_context_quiet(j->context, quiet);
     j->quiet = true;
     j->left_s -= report->cpu_s + report->build_s;
     return status;

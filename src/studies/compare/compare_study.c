@@ -254,6 +254,8 @@ kempe_status kempe_comparison_new(const kempe_system *system, const kempe_compar
     if (c->arena.failed)
         status = kmp_fail_memory(j.context);
     release(&j);
+    status = kmp_context_verdict(j.context, status);
+    c->status = status == KEMPE_UNTRUSTED ? status : c->status;
     if (kmp_has_result(status))
         *comparison = c;
     else

@@ -372,6 +372,7 @@ kempe_status kmp_batch_new(kempe_ensemble *e, const kempe_run_options *run, int 
         return status;
     }
     b->warnings = kmp_context_warnings(context);
+    b->status = kmp_context_verdict(context, b->status);
     *batch = b;
     return b->status;
 }
@@ -547,7 +548,7 @@ static bool summarise(const kempe_batch *b, summary *s)
     *s = (summary){0};
     if (kempe_batch_table(b, "instances", &s->table) != KEMPE_OK)
         return false;
-    return list_of(b)->run.values == 0 || b->status != KEMPE_OK ||
+    return list_of(b)->run.values == 0 || !kmp_is_complete(b->status) ||
            kempe_statistics_new(s->table, 0, &s->statistics) == KEMPE_OK;
 }
 
@@ -600,7 +601,7 @@ static void put_json(kmp_text *text, const void *result)
     summary made;
     bool good = summarise(b, &made);
     const kmp_instance_sums s = good ? kmp_instances_sum(made.table, b->first) : (kmp_instance_sums){0};
-    kmp_print_head(&json, system, b->status, b->status == KEMPE_OK ? "" : "not every instance reached its end",
+    kmp_print_head(&json, system, b->status, kmp_is_complete(b->status) ? "" : "not every instance reached its end",
                    system->build_s, b->warnings);
     kmp_json_put(&json, "count %ld ok %ld stopped %ld failed %ld", s.count, s.ok, s.stopped, s.failed);
     kmp_json_put(

@@ -308,7 +308,8 @@ kempe_status kempe_ensemble_run_folder(kempe_ensemble *ensemble, const kempe_run
     r.folder->step = shard.count;
     kempe_status status = run_folder(&r);
     kmp_free(r.done);
-    if (status == KEMPE_OK || status == KEMPE_STOPPED || status == KEMPE_E_FAILED)
+    status = kmp_context_verdict(context, status);
+    if (status >= 0 || status == KEMPE_E_FAILED)
         *folder = r.folder;
     else
         kempe_folder_free(r.folder);

@@ -101,7 +101,7 @@ static kempe_status run_model(history *h, int instance, const kempe_model *model
     kempe_trajectory *trajectory = NULL;
     kempe_table *rows = NULL;
     KMP_TRY(kempe_system_new(model, &system));
-    kempe_status status = kempe_simulate(system, &h->run, &trajectory);
+    kempe_status status = kmp_simulate(system, &h->run, &trajectory);
     if (trajectory && !kmp_interrupted(h->context)) {
         kempe_status made = kempe_trajectory_table(trajectory, "rows", &rows);
         status = made == KEMPE_OK ? status : made;
@@ -160,11 +160,11 @@ kempe_status kmp_histories(kempe_ensemble *ensemble, const kempe_run_options *ru
     kempe_status status = resolve(&h, run, &arena);
     h.table = status == KEMPE_OK ? kmp_tabulate(h.context, "history") : NULL;
     kmp_tabulate_columns(h.table, "instance");
-    kmp_context_quiet(h.context, true); /* warnings are those of the ensemble */
+    const bool quiet = kmp_context_quiet(h.context, true); /* warnings are those of the ensemble */
     for (int k = first; k < first + count && status == KEMPE_OK; k++)
         if (kmp_instance_ranges_meet(ranges, k, 1))
             status = add_instance(&h, k);
-    kmp_context_quiet(h.context, false);
+    (void)kmp_context_quiet(h.context, quiet);
     kmp_arena_free(&arena);
     if (status == KEMPE_OK)
         return kmp_tabulate_finish(h.context, h.table, table);

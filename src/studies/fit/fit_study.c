@@ -517,15 +517,16 @@ kempe_status kempe_fit_new(const kempe_model *model, const kempe_fit_options *op
     f->model = model;
     kempe_status status = prepare(f, options);
     if (status == KEMPE_OK) {
-        kmp_context_quiet(f->context, true);
+        const bool quiet = kmp_context_quiet(f->context, true);
         status = find(f);
-        kmp_context_quiet(f->context, false);
+        (void)kmp_context_quiet(f->context, quiet);
     }
     bool given = status == KEMPE_OK || (status == KEMPE_STOPPED && isfinite(f->size));
     if (given) {
         warn(f);
+        status = kmp_context_verdict(f->context, status);
         f->warnings = kmp_context_warnings(f->context);
-        f->reason = kmp_strdup(status == KEMPE_OK ? "" : kempe_context_message(f->context));
+        f->reason = kmp_strdup(kmp_is_complete(status) ? "" : kempe_context_message(f->context));
         f->status = status;
     }
     if (!given || !f->warnings || !f->reason) {

@@ -61,7 +61,8 @@ static void show_head(kmp_text *text, const kempe_inverse *r)
         kmp_text_put(text, r->motion == KMP_INVERSE_DRIVES ? "along the drives" : "at the start");
     if (r->rows > 1)
         kmp_text_printf(text, ", t = %.9g .. %.9g s, %d rows", r->t[0], r->t[r->rows - 1], r->rows);
-    kmp_text_printf(text, "\n%s%s%s\n\n", kmp_status_word(r->status), r->status == KEMPE_OK ? "" : ": ", r->reason);
+    kmp_text_printf(text, "\n%s%s%s\n\n", kmp_status_word(r->status), kmp_is_complete(r->status) ? "" : ": ",
+                    r->reason);
 }
 
 static void show_kind(kmp_text *text, const kempe_inverse *r)

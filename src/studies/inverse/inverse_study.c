@@ -9,6 +9,7 @@
 #include "integrators/run/run.h"
 #include "model/expressions/ranges.h"
 #include "model/tables/coordinates.h"
+#include "output/print.h"
 #include "output/times.h"
 #include "studies/inverse/inverse_dynamics.h"
 #include "studies/inverse/prescribed_motion.h"
@@ -573,10 +574,11 @@ static kempe_status follow_again(job *j, const double *size, double end)
 static void warn_again(const kempe_inverse *r)
 {
     if (!kmp_convergence_holds(&r->again))
-        kmp_log(r->system->context, KEMPE_LOG_WARNING,
-                "do not trust these actuator forces: with half the rows of the table that of '%s' differs by %.2g of "
-                "its maximum at t = %.6g s; add rates and accelerations to the table, or use a finer or smoother table",
-                r->system->model->motions[r->actuator[r->again.index]].name, r->again.difference, r->again.t);
+        kmp_doubt(
+            r->system->context,
+            "do not trust these actuator forces: with half the rows of the table that of '%s' differs by %.2g of "
+            "its maximum at t = %.6g s; add rates and accelerations to the table, or use a finer or smoother table",
+            r->system->model->motions[r->actuator[r->again.index]].name, r->again.difference, r->again.t);
 }
 
 /* Repeats the study with every other row, where rates or accelerations are derivatives of splines through the rows. */
@@ -589,9 +591,9 @@ static kempe_status repeat(const job *j, job *again)
         size[k] = fmax(fabs(kmp_inverse_summarise(r, k).peak), LEFT_BY_ROUNDING * r->size);
     r->again = (kmp_convergence){.known = true, .rtol = NAN, .limit = DERIVATIVES_HOLD, .stopped = NAN};
     KMP_TRY(prepare_numbers(again, &again->table, false));
-    kmp_context_quiet(j->context, true);
+    const bool quiet = kmp_context_quiet(j->context, true);
     kempe_status status = follow_again(again, size, again->table.t[again->table.rows - 1]);
-    kmp_context_quiet(j->context, false);
+    (void)kmp_context_quiet(j->context, quiet);
     return status;
 }
 
@@ -641,11 +643,6 @@ static kempe_status settle_reason(kempe_inverse *r)
     return r->reason ? r->status : kmp_fail_memory(r->system->context);
 }
 
-static bool has_result(kempe_status status)
-{
-    return status == KEMPE_OK || status == KEMPE_STOPPED || status == KEMPE_E_FAILED;
-}
-
 static kempe_status run(job *j)
 {
     kempe_inverse *r = j->r;
@@ -654,7 +651,7 @@ static kempe_status run(job *j)
     r->cpu_s = kmp_cpu_now() - begin;
     if (r->status == KEMPE_OK)
         r->status = judge(r);
-    if (!has_result(r->status))
+    if (!kmp_has_result(r->status))
         return r->status;
     r->off = j->prescribed.off;
     r->off_t = j->prescribed.off_t;
@@ -686,7 +683,9 @@ kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_o
         status = run(&j);
     release(&j);
     j.r->warnings = kmp_context_warnings(j.context);
-    if (ready && has_result(status))
+    status = kmp_context_verdict(j.context, status);
+    j.r->status = status == KEMPE_UNTRUSTED ? status : j.r->status;
+    if (ready && kmp_has_result(status))
         *inverse = j.r;
     else
         kempe_inverse_free(j.r);

@@ -405,6 +405,8 @@ kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinema
         status = make_room(k);
     if (status == KEMPE_OK)
         status = finish(&j, run(&j, options));
+    status = kmp_context_verdict(system->context, status);
+    k->status = status == KEMPE_UNTRUSTED ? status : k->status;
     k->cpu_s = kmp_cpu_now() - begin;
     k->warnings = kmp_context_warnings(system->context);
     bool something = k->count > 0 || k->dead_count > 0; /* reported even after a failure */

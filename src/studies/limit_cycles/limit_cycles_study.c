@@ -202,10 +202,10 @@ kempe_status kempe_limit_cycles_new(const kempe_system *system, const kempe_limi
     kempe_status status = make(c, options);
     if (status == KEMPE_STOPPED)
         c->reason = kmp_arena_strdup(&c->arena, "interrupted");
-    c->status = status;
+    c->status = status = kmp_context_verdict(system->context, status);
     c->warnings = kmp_context_warnings(system->context);
     c->cpu_s = kmp_cpu_now() - begin;
-    if (status == KEMPE_OK || (status == KEMPE_STOPPED && c->name))
+    if (kmp_is_complete(status) || (status == KEMPE_STOPPED && c->name))
         *cycles = c;
     else
         kempe_limit_cycles_free(c);

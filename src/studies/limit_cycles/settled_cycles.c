@@ -240,7 +240,7 @@ static kempe_status simulate(stepped *s, double value, kmp_cycle **cycle)
     kempe_table *rows = NULL;
     s->values[0] = value;
     KMP_TRY(kmp_linear_vary(&s->none, s->system, s->variant, s->values));
-    kempe_status status = kempe_simulate(s->system, &s->run, &motion);
+    kempe_status status = kmp_simulate(s->system, &s->run, &motion);
     bool degrees = kmp_context_use_degrees(context, false);
     if (status == KEMPE_OK)
         status = kempe_trajectory_outputs(motion, s->words.s, &rows);

@@ -229,10 +229,10 @@ kempe_status kempe_modes_new(const kempe_system *system, const kempe_modes_optio
     m->system = kmp_averaged_system(m->averaged, system);
     if (status == KEMPE_OK)
         status = make(m, options);
-    m->status = status;
+    m->status = status = kmp_context_verdict(system->context, status);
     m->warnings = kmp_context_warnings(system->context);
     m->cpu_s = kmp_cpu_now() - begin;
-    if (status == KEMPE_OK || (status == KEMPE_STOPPED && m->reason))
+    if (kmp_is_complete(status) || (status == KEMPE_STOPPED && m->reason))
         *modes = m;
     else
         kempe_modes_free(m);

@@ -219,16 +219,17 @@ kempe_status kempe_optimum_new(const kempe_model *model, const kempe_optimum_opt
     o->best = -1;
     kempe_status status = prepare(o, options);
     if (status == KEMPE_OK) {
-        kmp_context_quiet(o->context, true);
+        const bool quiet = kmp_context_quiet(o->context, true);
         status = search_all(o);
-        kmp_context_quiet(o->context, false);
+        (void)kmp_context_quiet(o->context, quiet);
     }
     bool given = status == KEMPE_OK || (status == KEMPE_STOPPED && o->variant);
     if (given) {
         warn(o);
+        status = kmp_context_verdict(o->context, status);
         o->seconds += kmp_cpu_now() - begin + o->objective.helped_s;
         o->warnings = kmp_context_warnings(o->context);
-        o->reason = kmp_strdup(status == KEMPE_OK ? "" : kempe_context_message(o->context));
+        o->reason = kmp_strdup(kmp_is_complete(status) ? "" : kempe_context_message(o->context));
         o->status = status;
     }
     if (!given || !o->warnings || !o->reason) {

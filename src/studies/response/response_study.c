@@ -172,10 +172,10 @@ static kempe_status make(kempe_response *r, const kempe_system *system, const ke
     fill_range(&range, r->linear, r->frequency.at);
     KMP_TRY(kmp_frequency_run(&r->frequency));
     if (r->frequency.worst > KMP_RESPONSE_HOLDS)
-        kmp_log(system->context, KEMPE_LOG_WARNING,
-                "do not trust the response at %.9g Hz: rounding of the equations changes it by %.2g of its size; an "
-                "almost undamped pole is close to this frequency",
-                r->frequency.worst_at, r->frequency.worst);
+        kmp_doubt(system->context,
+                  "do not trust the response at %.9g Hz: rounding of the equations changes it by %.2g of its size; an "
+                  "almost undamped pole is close to this frequency",
+                  r->frequency.worst_at, r->frequency.worst);
     return KEMPE_OK;
 }
 
@@ -188,6 +188,7 @@ kempe_status kempe_response_new(const kempe_system *system, const kempe_response
     KMP_MAKE(system->context, kempe_response, r);
     kempe_status status = make(r, system, options);
     r->channels.warnings = kmp_context_warnings(system->context);
+    status = kmp_context_verdict(system->context, status);
     return KMP_GIVE_OR_FREE(status, response, r, kempe_response_free);
 }
 

@@ -32,6 +32,7 @@ static kempe_status fill_cells(differences *d, kempe_trajectory *motion, double 
 {
     const kempe_sensitivity *s = d->s;
     kempe_outputs *outputs = NULL;
+    const bool quiet = kmp_context_quiet(s->context, true); /* outputs have no warnings of their own */
     kempe_status status = kempe_outputs_new(s->system, d->words, &outputs);
     for (int row = 0; row < d->count && status == KEMPE_OK; row++) {
         status = kempe_outputs_at_time(outputs, motion, d->t[row], d->row);
@@ -39,6 +40,7 @@ static kempe_status fill_cells(differences *d, kempe_trajectory *motion, double 
             cells[(ptrdiff_t)row * s->columns + c] = d->row[kempe_outputs_find(outputs, s->column[c])];
     }
     kempe_outputs_free(outputs);
+    (void)kmp_context_quiet(s->context, quiet);
     return status;
 }
 
@@ -49,8 +51,8 @@ static kempe_status run_at(differences *d, const double *values, double *cells)
     kmp_linear none = {0};
     kempe_trajectory *motion = NULL;
     KMP_TRY(kmp_linear_vary(&none, s->system, s->variant, values));
-    kempe_status status = kempe_simulate(s->system, &d->run, &motion);
-    if (status == KEMPE_STOPPED && motion && !motion->interrupted)
+    kempe_status status = kmp_simulate(s->system, &d->run, &motion);
+    if (motion && (motion->report.requested || (status == KEMPE_STOPPED && !motion->interrupted)))
         status = kmp_fail(s->context, KEMPE_E_FAILED, "%s", motion->reason);
     if (status == KEMPE_OK)
         status = fill_cells(d, motion, cells);

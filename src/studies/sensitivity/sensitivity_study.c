@@ -210,13 +210,13 @@ kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensiti
         return status;
     double derived = s->build_s = kmp_cpu_now() - started;
     started = kmp_cpu_now();
-    s->status = status == KEMPE_OK ? s->kind->find(s) : status;
+    s->status = kmp_context_verdict(s->context, status == KEMPE_OK ? s->kind->find(s) : status);
     s->cpu_s = kmp_cpu_now() - started - (s->build_s - derived) - s->again_s;
     s->options = NULL;
     s->run = NULL;
     s->warnings = kmp_context_warnings(s->context);
     bool partly = status == KEMPE_OK && s->rows > 0 && (s->status == KEMPE_E_FAILED || s->status == KEMPE_STOPPED);
-    if (s->status != KEMPE_OK && !partly) {
+    if (!kmp_is_complete(s->status) && !partly) {
         status = s->status;
         kempe_sensitivity_free(s);
         return status;

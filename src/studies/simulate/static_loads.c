@@ -76,7 +76,7 @@ static kempe_status find(const kempe_system *system, double *loads)
     kempe_system *level = NULL;
     kmp_arena room = {0};
     kempe_status status = KEMPE_OK;
-    kmp_context_quiet(system->context, true);
+    const bool quiet = kmp_context_quiet(system->context, true);
     if (kmp_has_irregularities(system->model)) {
         status = kmp_made(system->context, copy_without_irregularities(system->model, &room, &ideal));
         if (status == KEMPE_OK)
@@ -87,7 +87,7 @@ static kempe_status find(const kempe_system *system, double *loads)
     if (status == KEMPE_OK)
         status = loads_of(level ? level : system, &room, loads);
     kempe_system_free(level);
-    kmp_context_quiet(system->context, false);
+    (void)kmp_context_quiet(system->context, quiet);
     if (status == KEMPE_OK)
         kmp_context_clear(system->context);
     kmp_arena_free(&room);

@@ -23,6 +23,8 @@ enum { MANY_ROWS = 200 };
 
 /* Part of the energy's size; coarse runs keep it too. */
 #define TRUSTED_DRIFT 0.05
+/* A motion of no more than this many atol is a rest, whose energy is one of rounding. */
+#define AT_REST 10.0
 /* Times the tolerances; forms that let positions drift keep it. */
 #define TRUSTED_GAP 1e4
 
@@ -267,20 +269,29 @@ static void judge_last_row(kempe_trajectory *t, kmp_evaluator *eval)
 static void warn_of_verdict(const kempe_trajectory *t)
 {
     if (t->verdict.h_max > TRUSTED_GAP * (t->rtol + t->atol))
-        kmp_log(
-            t->system->context, KEMPE_LOG_WARNING,
+        kmp_doubt(
+            t->system->context,
             "the closure residual is %.2g (scaled): do not trust this run; use a smaller rtol, or compare formulations",
             t->verdict.h_max);
     if (t->verdict.misfit * t->system->length > t->system->closure_tolerance)
+        kmp_doubt(
+            t->system->context,
+            "closure row '%s', omitted as redundant up to rounding, has a gap of %.2g m at t = %.9g, more than the "
+            "closure_tolerance of %.2g m: it is not redundant there; check the lengths",
+            t->system->row_names[t->verdict.misfit_row], t->verdict.misfit * t->system->length, t->verdict.misfit_t,
+            t->system->closure_tolerance);
+    if (!(t->verdict.drift_rel > TRUSTED_DRIFT) || t->verdict.moved <= AT_REST * t->atol)
+        return;
+    if (t->report.prescribed)
         kmp_log(t->system->context, KEMPE_LOG_WARNING,
-                "closure row '%s', omitted as redundant up to rounding, has a gap of %.2g m at t = %.9g, more than the "
-                "closure_tolerance of %.2g m: it is not redundant there; check the lengths",
-                t->system->row_names[t->verdict.misfit_row], t->verdict.misfit * t->system->length, t->verdict.misfit_t,
-                t->system->closure_tolerance);
-    if (t->verdict.drift_rel > TRUSTED_DRIFT)
-        kmp_log(t->system->context, KEMPE_LOG_WARNING,
-                "the relative energy error is %.2g: do not trust this run; use a smaller rtol, or compare formulations",
+                "the work of the drives is not resolved: the relative energy error is %.2g; the motion, which the "
+                "drives prescribe, does not depend on it; use a max_step",
                 t->verdict.drift_rel);
+    else
+        kmp_doubt(
+            t->system->context,
+            "the relative energy error is %.2g: do not trust this run; use a smaller rtol, or compare formulations",
+            t->verdict.drift_rel);
 }
 
 /* Multipliers that redundant rows leave open have no error. */
@@ -427,6 +438,8 @@ static kempe_status run(job *j, kempe_trajectory **trajectory)
     kempe_trajectory *t = trajectory_new(j);
     KMP_TRY(kmp_made(j->context, t));
     kempe_status status = integrate(j, t);
+    if (status == KEMPE_STOPPED && t->report.requested)
+        status = KEMPE_OK;
     if (kmp_has_result(status)) {
         t->status = status;
         t->interrupted = kmp_interrupted(j->context);
@@ -436,7 +449,7 @@ static kempe_status run(job *j, kempe_trajectory **trajectory)
     if (judged == KEMPE_OK && kmp_has_result(status))
         judged = judge_safety(t, j);
     status = judged == KEMPE_OK ? status : judged;
-    if (status == KEMPE_OK && !j->run->no_convergence_check)
+    if (status == KEMPE_OK && !t->report.ended && !j->run->no_convergence_check)
         status = run_again(t, j);
     t->warnings = kmp_context_warnings(j->context);
     if (kmp_has_result(status))
@@ -457,21 +470,29 @@ static kempe_status find_static_loads(job *j)
     return kmp_static_loads(j->system, j->static_loads);
 }
 
-kempe_status kempe_simulate(const kempe_system *system, const kempe_run_options *options, kempe_trajectory **trajectory)
+kempe_status kmp_simulate(const kempe_system *system, const kempe_run_options *options, kempe_trajectory **trajectory)
 {
-    KMP_WANTED_BOTH(system, trajectory);
     KMP_OPTIONS(system->context, kempe_run_options, options);
     job j = {.system = system, .context = system->context, .run = options};
-    kmp_context_begin(j.context);
     kmp_samples_init(&j.before, system->n, system->m);
     kempe_status status = find_static_loads(&j);
     if (status == KEMPE_OK) {
-        kmp_context_begin(j.context); /* without the messages of that search */
+        kmp_context_clear(j.context); /* the messages of that search */
         status = prepare(&j);
     }
     if (status == KEMPE_OK)
         status = run(&j, trajectory);
     release(&j);
+    return status;
+}
+
+kempe_status kempe_simulate(const kempe_system *system, const kempe_run_options *run, kempe_trajectory **trajectory)
+{
+    KMP_WANTED_BOTH(system, trajectory);
+    kmp_context_begin(system->context);
+    kempe_status status = kmp_context_verdict(system->context, kmp_simulate(system, run, trajectory));
+    if (status == KEMPE_UNTRUSTED)
+        (*trajectory)->status = status;
     return status;
 }
 

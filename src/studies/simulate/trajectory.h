@@ -11,8 +11,8 @@ struct kempe_trajectory {
     const kempe_system *system;
     kmp_arena arena;
     kempe_status status;
-    char *reason;                                                   /* "" when ok */
-    char *warnings;                                                 /* of the computation, one per line */
+    char *reason;   /* "" when complete; at the end that the model requests its condition */
+    char *warnings; /* of the computation, one per line */
     const char *formulation, *form, *integrator, *linear, *backend; /* as resolved; form and linear may be NULL */
     const char *change_points;
     double rtol, atol, t_end;
@@ -36,6 +36,10 @@ struct kempe_trajectory {
 
 /** The outputs in addition to the table (model/tables/output_table.h) at a row; owned by the evaluator. */
 const double *kmp_samples_shown(const kmp_samples *table, kmp_evaluator *eval, int row);
+
+/** kempe_simulate as a part of another computation, which goes on and judges itself: KEMPE_OK also where the run cannot
+ * be trusted. Its warnings are those of the whole. */
+kempe_status kmp_simulate(const kempe_system *system, const kempe_run_options *run, kempe_trajectory **trajectory);
 
 /** The run of the options, with names and defaults resolved. `spec` points into the arena and to the strings of `run`.
  */

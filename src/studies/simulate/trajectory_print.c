@@ -41,7 +41,7 @@ static void show_head(kmp_text *text, const kempe_trajectory *t)
                     t->report.by_bodies ? ", articulated-body algorithm" : "",
                     ignores_change_points(t) ? ", change points ignored" : "");
     kmp_text_printf(text, "%s", kmp_status_word(t->status));
-    if (t->status != KEMPE_OK)
+    if (*t->reason)
         kmp_text_printf(text, " at t = %.9g s: %s", t->report.t, t->reason);
     kmp_text_printf(text, "\n\n");
 }

@@ -9,6 +9,7 @@
 #include "constraints/rounding/mend.h"
 #include "dynamics/load_dependent.h"
 #include "model/tables/coordinates.h"
+#include "output/print.h"
 #include <math.h>
 #include <string.h>
 
@@ -418,7 +419,7 @@ kempe_status kempe_contacts_new(const kempe_system *system, const kempe_contact_
     kmp_arena_free(&j.arena);
     kmp_operating_free(j.start);
     kmp_linear_free(&j.linear);
-    t->status = status;
+    t->status = status = kmp_context_verdict(system->context, status);
     t->warnings = kmp_context_warnings(system->context);
     t->cpu_s = kmp_cpu_now() - begun;
     if (status >= 0)
@@ -442,7 +443,7 @@ void kempe_contacts_free(kempe_contacts *t)
 
 /* -- queries ----------------------------------------------------------------------------------------- */
 
-KMP_GETTER(const char *kempe_contacts_status(const kempe_contacts *t), t, t->status == KEMPE_OK ? "ok" : "stopped", "")
+KMP_GETTER(const char *kempe_contacts_status(const kempe_contacts *t), t, kmp_status_word(t->status), "")
 KMP_GETTER(const char *kempe_contacts_reason(const kempe_contacts *t), t, t->reason ? t->reason : "", "")
 KMP_GETTER(double kempe_contacts_nonlinearity(const kempe_contacts *t), t,
            t->conicities.count > 0 ? t->conicities.nonlinearity : NAN, NAN)
