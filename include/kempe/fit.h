@@ -35,7 +35,7 @@ typedef struct kempe_fit_options {
     double confidence;      /* of the intervals; 0: 0.95 */
     int most;               /* runs of the model in a search; 0: 200 */
     int starts;             /* searches: others than the first begin at places of a Sobol sequence between the bounds,
-                             * which all parameters need then; 0: 1 */
+                             * which all parameters need then; 0: 8, or 1 where a parameter lacks a bound */
     /* Tolerances, independent, back end, integrator: as kempe_sensitivity_options. `threads` share the searches, 0: one
      * for each processor; results have the same bits. */
     const kempe_run_options *run;

@@ -166,7 +166,7 @@ static const option options[] = {
     {CLI_FIT, IN_RUN, "confidence", VALUE(NUMBER, fit.confidence), "X", "of the intervals (default: 0.95)"},
     {CLI_FIT, IN_RUN, "most", VALUE(WHOLE, fit.most), "N", "runs of the model in a search at most (default: 200)"},
     {CLI_FIT, IN_RUN, "starts", VALUE(WHOLE, fit.starts), "N",
-     "searches, all but the first from a Sobol sequence between the bounds (default: 1)"},
+     "searches, all but the first from a Sobol sequence between the bounds (default: 8; 1 without bounds)"},
     {CLI_OPTIMIZE, IN_MODEL, "minimize", TEXT(optimize.minimize), "QUANTITY",
      "the quantity that is to be least: an expression at the end, at(EXPRESSION, TIME), max(..), min(..), rms(..), as "
      "for ensembles"},

@@ -433,10 +433,11 @@ static kempe_status fill_fit(study_page *s, const void *result)
     s->page.answer = kmp_arena_printf(&s->arena, "%d parameter%s from %d measurements", f->count,
                                       f->count == 1 ? "" : "s", f->residuals);
     for (int k = 0; k < f->count && s->page.fact_count < KMP_PAGE_FACTS; k++)
-        s->page.fact[s->page.fact_count++] = (kmp_page_fact){
-            isfinite(f->error[k]) ? kmp_arena_printf(&s->arena, "%s \xc2\xb1 %.2g", f->name[k], f->factor * f->error[k])
-                                  : f->name[k],
-            kmp_arena_printf(&s->arena, "%.4g", f->value[k])};
+        s->page.fact[s->page.fact_count++] =
+            (kmp_page_fact){isfinite(f->error[k]) ? kmp_arena_printf(&s->arena, "%s \xc2\xb1 %.2g", f->name[k],
+                                                                     f->factor[k] * f->error[k])
+                                                  : f->name[k],
+                            kmp_arena_printf(&s->arena, "%.4g", f->value[k])};
     KMP_TRY(kempe_fit_print(f, KEMPE_TEXT, &s->text));
     KMP_TRY(kempe_fit_table(f, "first", &s->table));
     s->page.x = "t";

@@ -11,6 +11,7 @@ import math
 import os
 import pathlib
 import pty
+import random
 import re
 import resource
 import select
@@ -1746,6 +1747,39 @@ run: {t_end: 1}
             modes = self.object(0, "modes", self.model(text + "run: {t_end: 1}\n"))["stability"]
             balance = self.object(0, "equilibrium", "model.yaml")["stability"]
             self.assertEqual((modes == "unstable", balance == "unstable"), (forces in grows,) * 2, forces)
+
+    SPRING = ("kempe: 1\ngravity: [0, -9.81, 0]\nparameters: {m: 2, k: 40, c: 0.5, x0: 0.05}\n"
+              "bodies: {b: {joint: {name: x, prismatic: x, at: ground}, mass: m}}\n"
+              "forces: {f: {joint: x, force: '3*sin(4*t) - k*(q(x) - x0) - c*qd(x) - 20*q(x)^3'}}\n"
+              "run: {t_end: 4, output_step: 0.05, outputs: [q, qd]}\n")
+
+    def test_a_fitted_column_with_few_measurements(self):
+        """Four positions among 80 rates with noise: an interval of 95 % holds the mass that made the data."""
+        self.expect(0, "simulate", self.model(self.SPRING), "-o", "exact.csv", "--no-convergence-check")
+        with open(self.folder / "exact.csv") as file:
+            exact = [{k: float(v) for k, v in row.items()} for row in csv.DictReader(file)][1:]
+        held, seeds = 0, 30
+        for seed in range(seeds):
+            noise = random.Random(seed)
+            lines = ["t,q.x,qd.x"]
+            for i, row in enumerate(exact):
+                q = f"{row['q.x'] + noise.gauss(0, 0.002)!r}" if i in (9, 29, 49, 69) else ""
+                lines.append(f"{row['t']!r},{q},{row['qd.x'] + noise.gauss(0, 0.05)!r}")
+            (self.folder / "few.csv").write_text("\n".join(lines) + "\n")
+            found = self.object(0, "fit", "model.yaml", "few.csv", "--parameter", "m:0.2:10,k:5:100,c:0.01:5,x0:-1:1", "--starts", "1")
+            held += found["parameters"]["m"]["low"] <= 2 <= found["parameters"]["m"]["high"]
+        self.assertGreaterEqual(held, 0.85 * seeds)
+        self.assertIn("the column 'q.x' has 4 measurements for 4 parameters", "".join(found["warnings"]))
+
+    def test_a_fit_begins_at_several_places(self):
+        """The angle of a rocker over several turns of its crank has minima of the residual that are not the motion."""
+        self.expect(0, "new", "four_bar")
+        self.expect(0, "simulate", "four_bar.yaml", "--set", "rho=2.5", "--no-convergence-check", "-o", "swing.csv")
+        asked = "fit", "four_bar.yaml", "swing.csv", "--columns", "q.D", "--parameter", "rho:0.1:10"
+        found = self.object(0, *asked)
+        self.assertAlmostEqual(found["parameters"]["rho"]["value"], 2.5, places=7)
+        one = kempe(*asked, "--starts", "1", cwd=self.folder)
+        self.assertIn("the fitted motion is not that of the data", one.stderr)
 
     def test_times_have_units(self):
         for given, taken in (("0.02", 0.02), ("20 ms", 0.02), ("1/50", 0.02)):

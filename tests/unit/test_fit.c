@@ -331,19 +331,21 @@ static void shortens_where_the_loop_opens(void)
     unload(&none);
 }
 
-/* From a rod of 0.3 m one search ends at a local minimum, several find the rod of 0.5 m. */
+/* From a rod of 0.3 m one search ends at a local minimum, several, which are usual, find the rod of 0.5 m. */
 static void searches_from_several_starts(void)
 {
     const kempe_setting near[] = {{"l", "0.3"}};
     loaded l = load(crank), other = load_set(crank, near, 1);
     kempe_fit *fit = NULL;
     measure(&l, 1e-3);
-    CHECK(fit_with(&other, (kempe_fit_options){.parameters = "l:0.1:1"}, &fit) == KEMPE_OK);
+    CHECK(fit_with(&other, (kempe_fit_options){.parameters = "l:0.1:1", .starts = 1}, &fit) >= KEMPE_OK);
     CHECK(fabs(kempe_fit_value(fit, 0) - 0.5) > 0.1);
     kempe_fit_free(fit);
-    CHECK(fit_with(&other, (kempe_fit_options){.parameters = "l:0.1:1", .starts = 4}, &fit) == KEMPE_OK);
-    CHECK_NEAR(kempe_fit_value(fit, 0), 0.5, 1e-3);
-    kempe_fit_free(fit);
+    for (int starts = 0; starts <= 4; starts += 4) {
+        CHECK(fit_with(&other, (kempe_fit_options){.parameters = "l:0.1:1", .starts = starts}, &fit) == KEMPE_OK);
+        CHECK_NEAR(kempe_fit_value(fit, 0), 0.5, 1e-3);
+        kempe_fit_free(fit);
+    }
     CHECK(fit_with(&other, (kempe_fit_options){.parameters = "l:0.1:", .starts = 4}, &fit) == KEMPE_E_ARGUMENT);
     unload(&l);
     unload(&other);

@@ -2,12 +2,17 @@
 /* Errors of the estimates by the linearised model (Seber and Wild 1989, section 2.1): with J of the weighted residuals
  * and s^2 their sum of squares by the degrees of freedom, the covariance is s^2 (J'J)^-1. Columns of J are scaled to
  * norm 1, so that its singular values do not depend on units. Those below KMP_FIT_RANK are zero: along their right
- * vectors the data determines nothing. Parameters at bounds are left out. */
+ * vectors the data determines nothing. Parameters at bounds are left out.
+ *
+ * A column has as many degrees of freedom as measurements, less the trace of its part of the projection J (J'J)^-1 J'
+ * (Rao and Kleffe 1988, Estimation of Variance Components, section 5). A standard error whose columns' deviations come
+ * from the residuals has the degrees of freedom of Satterthwaite (Biometrics Bulletin 2 (1946) 110). */
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/lapack.h"
 #include "studies/ensemble/statistics/shares.h"
 #include "studies/fit/fit_study.h"
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -17,6 +22,7 @@ typedef struct judge {
     int free, *which;      /* parameters that are not at bounds */
     double *scaled, *norm; /* residuals x free; of each column of J */
     double *covariance;    /* free x free */
+    double *share;         /* columns: the part of a variance that each adds */
     kmp_singular svd;
 } judge;
 
@@ -81,6 +87,41 @@ static void find_covariance(judge *j)
         }
 }
 
+/* Each column's measurements less the part of the parameters that these determine. */
+static void find_freedoms(judge *j)
+{
+    kempe_fit *f = j->f;
+    int i = 0;
+    for (kmp_fit_cell at = KMP_FIT_BEGIN; kmp_fit_next(f, &at); i++)
+        for (int r = 0; r < f->rank; r++)
+            f->freedom[f->run[at.run].among[at.column]] -=
+                j->svd.u[i + (ptrdiff_t)r * f->residuals] * j->svd.u[i + (ptrdiff_t)r * f->residuals];
+    for (int c = 0; c < f->columns; c++)
+        f->freedom[c] = fmax(f->freedom[c], 0);
+}
+
+/* Degrees of freedom of the standard error of free parameter k. */
+static double freedom_of(judge *j, int k)
+{
+    kempe_fit *f = j->f;
+    double sum = 0, squares = 0;
+    int i = 0;
+    if (f->given)
+        return f->freedoms;
+    memset(j->share, 0, (size_t)f->columns * sizeof *j->share);
+    for (kmp_fit_cell at = KMP_FIT_BEGIN; kmp_fit_next(f, &at); i++) {
+        double part = 0;
+        for (int r = 0; r < f->rank; r++)
+            part += j->svd.vt[r + k * j->svd.k] / j->svd.s[r] * j->svd.u[i + (ptrdiff_t)r * f->residuals];
+        j->share[f->run[at.run].among[at.column]] += part * part;
+    }
+    for (int c = 0; c < f->columns; c++) {
+        sum += j->share[c];
+        squares += j->share[c] * j->share[c] / fmax(f->freedom[c], DBL_EPSILON);
+    }
+    return sum > 0 ? fmin(fmax(sum * sum / squares, 1), f->freedoms) : f->freedoms;
+}
+
 static void give_errors(judge *j)
 {
     kempe_fit *f = j->f;
@@ -88,9 +129,10 @@ static void give_errors(judge *j)
         int p = j->which[k];
         if (f->state[p] == KMP_FIT_OPEN)
             continue;
+        f->factor[p] = kmp_student_quantile(0.5 + 0.5 * f->confidence, freedom_of(j, k));
         f->error[p] = f->scatter * sqrt(j->covariance[k + k * j->free]) / j->norm[k];
-        f->low[p] = f->value[p] - f->factor * f->error[p];
-        f->high[p] = f->value[p] + f->factor * f->error[p];
+        f->low[p] = f->value[p] - f->factor[p] * f->error[p];
+        f->high[p] = f->value[p] + f->factor[p] * f->error[p];
         for (int i = 0; i < j->free; i++) {
             double both = j->covariance[k + k * j->free] * j->covariance[i + i * j->free];
             if (f->state[j->which[i]] != KMP_FIT_OPEN)
@@ -105,13 +147,15 @@ static kempe_status judge_free(judge *j)
     ptrdiff_t size = (ptrdiff_t)f->residuals * j->free;
     KMP_TRY(kmp_made(f->context,
                      KMP_ARENA_MAKE(&j->arena, KMP_ROOM(double, size, &j->scaled), KMP_ROOM(double, j->free, &j->norm),
-                                    KMP_ROOM(double, j->free * j->free, &j->covariance)) &&
+                                    KMP_ROOM(double, j->free * j->free, &j->covariance),
+                                    KMP_ROOM(double, f->columns, &j->share)) &&
                          kmp_singular_init(&j->svd, &j->arena, f->residuals, j->free)));
     scale_columns(j);
     if (!kmp_singular_decompose(&j->svd, j->scaled))
         return kmp_fail(f->context, KEMPE_E_FAILED, "the singular values of the Jacobian could not be found");
     find_open(j);
     find_covariance(j);
+    find_freedoms(j);
     give_errors(j);
     return KEMPE_OK;
 }
@@ -122,7 +166,7 @@ kempe_status kmp_fit_judge(kempe_fit *fit)
     KMP_TRY(kmp_made(fit->context, j.which));
     find_bounds(fit);
     for (int k = 0; k < fit->count; k++) {
-        fit->error[k] = fit->low[k] = fit->high[k] = NAN;
+        fit->error[k] = fit->low[k] = fit->high[k] = fit->factor[k] = NAN;
         for (int i = 0; i < fit->count; i++)
             fit->correlation[k + i * fit->count] = NAN;
         if (fit->state[k] == KMP_FIT_INSIDE)
@@ -134,7 +178,8 @@ kempe_status kmp_fit_judge(kempe_fit *fit)
     fit->free = j.free;
     fit->freedoms = fit->residuals - j.free;
     fit->scatter = sqrt(sum / fit->freedoms);
-    fit->factor = kmp_student_quantile(0.5 + 0.5 * fit->confidence, fit->freedoms);
+    for (int c = 0; c < fit->columns; c++)
+        fit->freedom[c] = fit->number[c];
     kempe_status status = j.free > 0 ? judge_free(&j) : KEMPE_OK;
     kmp_arena_free(&j.arena);
     kmp_free(j.which);

@@ -8,11 +8,12 @@
 #include "output/print.h"
 #include "studies/ensemble/sampling/designs.h"
 #include "studies/ensemble/statistics/shares.h"
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_RUNS = 200, MOST_ROUNDS = 10 };
+enum { MOST_RUNS = 200, MOST_ROUNDS = 10, USUAL_STARTS = 8, LEAST_FOR_NOISE = 20 };
 
 /* -- options ----------------------------------------------------------------------------------------- */
 
@@ -25,7 +26,7 @@ static kempe_status read_parameters(kempe_fit *f, const char *list)
     f->upper = f->bounded.upper;
     return kmp_made(f->context, KMP_ARENA_MAKE(&f->arena,
                                                KMP_ROOM(double, f->count, &f->start, &f->value, &f->error, &f->low,
-                                                        &f->high, &f->best, &f->room),
+                                                        &f->high, &f->factor, &f->best, &f->room),
                                                KMP_ROOM(double, (ptrdiff_t)f->count * f->count, &f->correlation),
                                                KMP_ROOM(kmp_fit_state, f->count, &f->state)));
 }
@@ -160,14 +161,29 @@ static void find_rms(kempe_fit *f)
         f->rms[c] = sqrt(f->rms[c] / f->number[c]);
 }
 
-/* Weights by the residuals; true if they have changed. */
+bool kmp_fit_has_few(const kempe_fit *fit, int column)
+{
+    return !fit->given && fit->columns > 1 && fit->number[column] - fit->free < KMP_FIT_FEW;
+}
+
+/* Weights by the residuals over their degrees of freedom; true if they have changed. A column with few measurements
+ * also counts the mean of all columns, each over its scatter, as one: alone it would be taken for exact by parameters
+ * that meet its few values. */
 static bool weigh_again(kempe_fit *f, const double *scatter)
 {
     const double least = KMP_FIT_NOISE * kmp_fit_rows(f, 0)->rtol;
+    double mean = 0, freedoms = 0;
     bool changed = false;
     for (int c = 0; c < f->columns; c++) {
-        double next = fmax(f->rms[c], least * scatter[c]);
-        f->exact[c] = f->rms[c] < next;
+        mean += f->number[c] * f->rms[c] * f->rms[c] / (scatter[c] * scatter[c]);
+        freedoms += f->freedom[c];
+    }
+    mean /= fmax(freedoms, 1);
+    for (int c = 0; c < f->columns; c++) {
+        double one = kmp_fit_has_few(f, c), sum = f->number[c] * f->rms[c] * f->rms[c];
+        double variance = (sum + one * mean * scatter[c] * scatter[c]) / fmax(f->freedom[c] + one, DBL_EPSILON);
+        double next = fmax(sqrt(variance), least * scatter[c]);
+        f->exact[c] = sqrt(variance) < next;
         changed = changed || fabs(next - f->deviation[c]) > KMP_FIT_WEIGHTS * f->deviation[c];
         f->deviation[c] = next;
     }
@@ -195,19 +211,18 @@ static kempe_status stand_at_estimates(kempe_fit *f)
 /* Rounds: each column's weight follows from its residuals, and the search from the weights. Its start moves. */
 static kempe_status search(kempe_fit *f)
 {
-    double *scatter = KMP_ARENA_NEW(&f->arena, double, f->columns);
-    KMP_TRY(kmp_made(f->context, scatter));
+    double *scatter = f->own_scatter;
     KMP_TRY(find_scatter(f, scatter));
     if (!f->given)
         memcpy(f->deviation, scatter, (size_t)f->columns * sizeof *scatter);
-    bool again = true;
-    while (again) {
+    f->unsettled = true;
+    while (f->unsettled && f->rounds < MOST_ROUNDS) {
         f->size = INFINITY;
         KMP_TRY(kmp_fit_searches(f, f->rounds == 0 ? f->starts : 1));
         f->rounds++;
         KMP_TRY(stand_at_estimates(f));
-        again = !f->given && weigh_again(f, scatter) && f->columns > 1 && f->outcome == KMP_SQUARES_FOUND &&
-                f->rounds < MOST_ROUNDS;
+        KMP_TRY(kmp_fit_judge(f));
+        f->unsettled = !f->given && weigh_again(f, scatter) && f->columns > 1 && f->outcome == KMP_SQUARES_FOUND;
     }
     kmp_fit_weigh(f, NULL, f->residual, f->slope);
     return KEMPE_OK;
@@ -383,19 +398,22 @@ static kempe_status count_measurements(kempe_fit *f)
                                                KMP_ROOM(double, slopes, &f->slope)));
 }
 
-/* Several starts need places between bounds. */
-static kempe_status check_starts(const kempe_fit *f)
+/* Several starts need places between bounds; they are usual where all parameters have both. */
+static kempe_status choose_starts(kempe_fit *f, int asked)
 {
-    for (int k = 0; f->starts > 1 && k < f->count; k++)
-        if (!isfinite(f->upper[k] - f->lower[k]))
-            return kmp_fail(f->context, KEMPE_E_ARGUMENT,
-                            "several starts are places between bounds, and parameter '%s' has not got both: "
-                            "NAME:LOW:HIGH",
-                            f->name[k]);
-    return f->count <= KMP_SOBOL_MOST || f->starts == 1
-               ? KEMPE_OK
-               : kmp_fail(f->context, KEMPE_E_ARGUMENT, "several starts are possible of at most %d parameters",
-                          (int)KMP_SOBOL_MOST);
+    int endless = 0;
+    while (endless < f->count && isfinite(f->upper[endless] - f->lower[endless]))
+        endless++;
+    bool possible = endless == f->count && f->count <= KMP_SOBOL_MOST;
+    f->starts = asked > 0 ? asked : possible ? USUAL_STARTS : 1;
+    if (f->starts == 1 || possible)
+        return KEMPE_OK;
+    if (endless < f->count)
+        return kmp_fail(f->context, KEMPE_E_ARGUMENT,
+                        "several starts are places between bounds, and parameter '%s' has not got both: NAME:LOW:HIGH",
+                        f->name[endless]);
+    return kmp_fail(f->context, KEMPE_E_ARGUMENT, "several starts are possible of at most %d parameters",
+                    (int)KMP_SOBOL_MOST);
 }
 
 static kempe_status derive(kempe_fit *f, const kempe_fit_options *options)
@@ -403,11 +421,11 @@ static kempe_status derive(kempe_fit *f, const kempe_fit_options *options)
     int columns = 0;
     for (int k = 0; k < f->run_count; k++)
         columns += f->run[k].measured.columns;
-    KMP_TRY(kmp_made(f->context, KMP_ARENA_MAKE(&f->arena, KMP_ROOM(char *, columns, &f->column_name),
-                                                KMP_ROOM(const char *, columns, &f->column_unit),
-                                                KMP_ROOM(int, columns, &f->number),
-                                                KMP_ROOM(double, columns, &f->deviation, &f->rms),
-                                                KMP_ROOM(bool, columns, &f->exact))));
+    KMP_TRY(kmp_made(
+        f->context, KMP_ARENA_MAKE(&f->arena, KMP_ROOM(char *, columns, &f->column_name),
+                                   KMP_ROOM(const char *, columns, &f->column_unit), KMP_ROOM(int, columns, &f->number),
+                                   KMP_ROOM(double, columns, &f->deviation, &f->rms, &f->freedom, &f->own_scatter),
+                                   KMP_ROOM(bool, columns, &f->exact))));
     for (int p = 0; p < f->count; p++)
         f->start[p] = NAN;
     for (int k = 0; k < f->run_count; k++)
@@ -445,7 +463,6 @@ static kempe_status prepare(kempe_fit *f, const kempe_fit_options *options)
     f->confidence = options->confidence > 0 ? options->confidence : 0.95;
     f->most = options->most > 0 ? options->most : MOST_RUNS;
     f->coarser = NAN;
-    f->starts = options->starts > 0 ? options->starts : 1;
     const kempe_run_options *run = options->run;
     KMP_OPTIONS(f->context, kempe_run_options, run);
     f->run_options = *run;
@@ -458,21 +475,68 @@ static kempe_status prepare(kempe_fit *f, const kempe_fit_options *options)
         return kmp_fail(f->context, KEMPE_E_ARGUMENT, "the confidence %g is not between 0 and 1", options->confidence);
     KMP_WANTED(f->context, options->data, "data");
     KMP_TRY(read_parameters(f, options->parameters));
-    KMP_TRY(check_starts(f));
+    KMP_TRY(choose_starts(f, options->starts));
     KMP_TRY(read_data(f, options));
     return derive(f, options);
 }
 
+/* The correlation of neighbouring residuals of a column; 0: it has too few. Those of noise are independent. */
+static double neighbours(const kempe_fit *f, int column)
+{
+    double last = NAN, products = 0, squares = 0;
+    int i = 0, run = -1;
+    for (kmp_fit_cell at = KMP_FIT_BEGIN; kmp_fit_next(f, &at); i++) {
+        if (column_of(f, &at) != column)
+            continue;
+        squares += f->residual[i] * f->residual[i];
+        products += at.run == run ? last * f->residual[i] : 0;
+        last = f->residual[i];
+        run = at.run;
+    }
+    return f->number[column] >= LEAST_FOR_NOISE && squares > 0 ? products / squares : 0;
+}
+
+/* A minimum at which the motion is not that of the data has narrow intervals, too. */
+static void judge_residuals(kempe_fit *f)
+{
+    for (int c = 0; c < f->columns; c++) {
+        double alike = f->exact[c] ? 0 : neighbours(f, c);
+        if (f->rms[c] > KMP_FIT_UNLIKE * f->own_scatter[c])
+            kmp_doubt(f->context,
+                      "the fitted motion is not that of the data: the residuals of '%s' are %.2g of its own deviation; "
+                      "the minimum may be a local one (--starts), or the model lacks an effect",
+                      f->column_name[c], f->rms[c] / f->own_scatter[c]);
+        else if (alike > KMP_FIT_ALIKE)
+            kmp_log(f->context, KEMPE_LOG_WARNING,
+                    "the residuals of '%s' are not noise: neighbouring ones have the correlation %.2f, so that the "
+                    "intervals are too narrow; the minimum may be a local one (--starts), or the model lacks an effect",
+                    f->column_name[c], alike);
+    }
+}
+
 static void warn(kempe_fit *f)
 {
+    judge_residuals(f);
     kmp_text open = {0};
     kmp_fit_put_open(f, &open);
     if (open.s)
         kmp_log(f->context, KEMPE_LOG_WARNING, "%s", open.s);
+    for (int c = 0; c < f->columns; c++)
+        if (kmp_fit_has_few(f, c))
+            kmp_log(
+                f->context, KEMPE_LOG_WARNING,
+                "the column '%s' has %d measurements for %d parameters, too few to estimate its deviation: %.3g %s is "
+                "taken, by the residuals of all columns; give it (--deviations)",
+                f->column_name[c], f->number[c], f->free, f->deviation[c], f->column_unit[c]);
+    if (f->unsettled)
+        kmp_doubt(f->context,
+                  "the deviations of the columns still change after %d searches: do not trust the intervals; give the "
+                  "deviations (--deviations)",
+                  f->rounds);
     if (f->outcome == KMP_SQUARES_MOST)
-        kmp_log(f->context, KEMPE_LOG_WARNING,
-                "the search has not converged after %d runs: continue from its result, or allow more runs",
-                f->evaluations);
+        kmp_doubt(f->context,
+                  "the search has not converged after %d runs: continue from its result, or allow more runs",
+                  f->evaluations);
     if (f->coarser > KMP_FIT_COARSE)
         kmp_log(f->context, KEMPE_LOG_WARNING,
                 "the fitted motion changes by %.2g deviations of the noise at a hundredfold tolerance: use a smaller "

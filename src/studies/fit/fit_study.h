@@ -51,25 +51,29 @@ struct kempe_fit {
     char **name;
     double *lower, *upper, *start, *value, *error, *low, *high;
     kmp_fit_state *state;
-    double *deviation, *rms;   /* by column */
-    bool *exact;               /* residuals are errors of the runs */
-    int *number;               /* of measurements in each */
-    bool given;                /* deviations are */
-    int residuals, freedoms;   /* known measurements; less the free parameters */
-    double *residual, *slope;  /* weighted; residuals x count, column-major */
-    double *room;              /* count: values of one run */
-    double *best, size;        /* the best values so far, and the sum of squares there, with these weights */
-    double *correlation;       /* count x count; NaN */
-    double scatter;            /* root of the weighted sum of squares by the degrees of freedom */
-    double confidence, factor; /* of the intervals: half the width over the standard error */
-    double condition;          /* of the scaled Jacobian */
-    int rank, free;            /* parameters that are not at bounds */
-    double coarser;            /* the largest change of a fitted value at another tolerance, in deviations; NaN */
+    double *deviation, *rms;  /* by column */
+    double *own_scatter;      /* of the data about its mean */
+    bool *exact;              /* residuals are errors of the runs */
+    int *number;              /* of measurements in each */
+    double *freedom;          /* degrees of freedom: the number less the part of the parameters that it determines */
+    bool given;               /* deviations are */
+    int residuals, freedoms;  /* known measurements; less the free parameters */
+    double *residual, *slope; /* weighted; residuals x count, column-major */
+    double *room;             /* count: values of one run */
+    double *best, size;       /* the best values so far, and the sum of squares there, with these weights */
+    double *correlation;      /* count x count; NaN */
+    double scatter;           /* root of the weighted sum of squares by the degrees of freedom */
+    double confidence;        /* of the intervals */
+    double *factor;           /* count: half the width of the interval over the standard error */
+    double condition;         /* of the scaled Jacobian */
+    int rank, free;           /* parameters that are not at bounds */
+    double coarser;           /* the largest change of a fitted value at another tolerance, in deviations; NaN */
     int starts, searches, threads;
     double helped_s, helped_build_s;                    /* processor time of other threads: runs, equations */
     kempe_run_options run_options;                      /* of one thread; its texts are there while the fit is made */
     kmp_fit_search *search;                             /* while they run */
     int most, evaluations, iterations, refused, rounds; /* of the weights */
+    bool unsettled;                                     /* the weights still changed in the last round */
     kmp_squares_outcome outcome;
     kempe_status status;
     char *refusal; /* reason of the last refused trial; NULL: none */
@@ -108,8 +112,12 @@ kempe_status kmp_fit_run_all(const kempe_fit *fit, kmp_slope_runs *const *runs, 
 /** The relative error of the derivatives: of exact ones a hundred tolerances. */
 double kmp_fit_slope_error(const kempe_fit *fit);
 
-/** Standard errors, intervals, correlation and rank from the residuals and their derivatives. KEMPE_E_MEMORY. */
+/** Standard errors, intervals, correlation and rank from the residuals and their derivatives, and the degrees of
+ * freedom of each column. KEMPE_E_MEMORY. */
 kempe_status kmp_fit_judge(kempe_fit *fit);
+
+/** True for a column whose deviation its few measurements cannot show. */
+bool kmp_fit_has_few(const kempe_fit *fit, int column);
 
 /** A sentence about each set of parameters that the data does not determine. */
 void kmp_fit_put_open(const kempe_fit *fit, kmp_text *text);
