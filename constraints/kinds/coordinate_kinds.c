@@ -6,7 +6,7 @@
 /* An expression stays zero. */
 static void constraint(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
 {
-    h[0] = kmp_tree_expression(tree, closure->function);
+    h[0] = kmp_tree_bent(tree, closure->function);
 }
 
 const kmp_part kmp_part_constraint = {1, KMP_KIND_POWER_GIVEN, constraint, kmp_part_effort, NULL};
@@ -33,7 +33,7 @@ const kmp_part kmp_part_coupler = {1, KMP_KIND_POWER_OF_COORDINATE, coupler, kmp
 static void drive(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
 {
     kmp_graph *g = tree->graph;
-    h[0] = kmp_sub(g, kmp_input(g, KMP_IN_Q, (uint32_t)closure->motion), kmp_tree_expression(tree, closure->function));
+    h[0] = kmp_sub(g, kmp_input(g, KMP_IN_Q, (uint32_t)closure->motion), kmp_tree_bent(tree, closure->function));
 }
 
 const kmp_part kmp_part_drive = {1, KMP_KIND_POWER_OF_COORDINATE, drive, kmp_part_effort, NULL};

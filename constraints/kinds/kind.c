@@ -17,18 +17,14 @@ int kmp_closure_rows(const kmp_closure_kind *kind, const kmp_closure *closure)
 
 void kmp_closure_residual(const kmp_closure_kind *kind, const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
 {
-    kmp_tree bent = *tree;
-    bent.bends = true;
-    kind->force->residual(&bent, closure, h);
+    kind->force->residual(tree, closure, h);
     if (kind->moment->rows > 0)
-        kind->moment->residual(&bent, closure, h + kind->force->rows);
+        kind->moment->residual(tree, closure, h + kind->force->rows);
 }
 
 bool kmp_closure_rates(const kmp_closure_kind *kind, const kmp_tree *tree, const kmp_closure *closure, kmp_ref *rates)
 {
-    kmp_tree bent = *tree;
-    bent.bends = true;
-    return kind->force->rates && kind->force->rates(&bent, closure, rates);
+    return kind->force->rates && kind->force->rates(tree, closure, rates);
 }
 
 const kmp_closure_kind *kmp_closure_kind_find(const char *name)

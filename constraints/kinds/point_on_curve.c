@@ -18,10 +18,9 @@ static void find_place(const kmp_tree *tree, const kmp_closure *closure, kmp_vec
 static kmp_ref row_at(const kmp_tree *tree, const kmp_closure *closure, int row, const kmp_ref place[3])
 {
     kmp_tree there = *tree;
-    there.bends = true;
     int side = closure->curve_side[row];
     there.place = place;
-    kmp_ref f = kmp_tree_expression(&there, closure->curve[row]);
+    kmp_ref f = kmp_tree_bent(&there, closure->curve[row]);
     return side ? kmp_sub(tree->graph, place[side], f) : f;
 }
 

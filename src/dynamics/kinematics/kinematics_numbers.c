@@ -271,6 +271,13 @@ kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
     }
 }
 
+kmp_ref kmp_tree_bent(const kmp_tree *tree, const kmp_expr *e)
+{
+    kmp_tree bent = *tree;
+    bent.bends = true;
+    return kmp_tree_expression(&bent, e);
+}
+
 /* The value of an exponent, which is a number of the program for all parameters. */
 static double constant_value(const kmp_tree *tree, const kmp_expr *e)
 {

@@ -165,6 +165,9 @@ kmp_vec kmp_tree_vector(const kmp_tree *tree, const kmp_number number[3]);
 /** An expression of the model language over q, qd, t and parameters as a node. */
 kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *expr);
 
+/** An expression in a row of a closure: its kinks are conditions, as rates may jump there. */
+kmp_ref kmp_tree_bent(const kmp_tree *tree, const kmp_expr *expr);
+
 /** 1 where a < b, for the comparison in expression e, and 0 elsewhere; during a step its input. */
 kmp_ref kmp_tree_stated(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b);
 

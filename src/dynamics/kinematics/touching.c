@@ -138,7 +138,7 @@ kmp_ref kmp_touching_gap(const kmp_tree *tree, const kmp_contact_pair *touch)
 {
     kmp_touching t;
     if (touch->gap)
-        return kmp_tree_expression(tree, touch->gap);
+        return kmp_tree_bent(tree, touch->gap);
     if (touch->motion >= 0) {
         kmp_ref limit = kmp_tree_number(tree, &touch->limit);
         kmp_ref beyond = kmp_sub(tree->graph, kmp_input(tree->graph, KMP_IN_Q, (uint32_t)touch->motion), limit);
