@@ -9,7 +9,7 @@ static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *
     kmp_vec d = kmp_part_gap(tree, closure);
     kmp_ref half = kmp_const(g, 0.5);
     kmp_ref length =
-        closure->function ? kmp_tree_expression(tree, closure->function) : kmp_tree_number(tree, &closure->number);
+        closure->function ? kmp_tree_bent(tree, closure->function) : kmp_tree_number(tree, &closure->number);
     h[0] = kmp_mul(g, half, kmp_sub(g, kmp_vec_dot(g, d, d), kmp_mul(g, length, length)));
 }
 

@@ -10,6 +10,8 @@
 #include "symbolic/derivative.h"
 #include "symbolic/partials.h"
 #include "symbolic/substitute.h"
+#include "symbolic/sums/surface.h"
+#include "symbolic/table_function.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -193,6 +195,33 @@ static void find_moved(kmp_equations *eq, const kmp_closure *closure, const kmp_
     }
 }
 
+/* A table of two variables with straight lines, also under a name. */
+static bool is_bilinear(const kmp_expr *e, const void *user)
+{
+    const kempe_model *model = user;
+    const kmp_unknowns *name = e->kind == KMP_EXPR_UNKNOWN ? &model->unknowns[e->index] : NULL;
+    if (name && name->count == 0)
+        return kmp_expr_find(name->zero[0], is_bilinear, user);
+    return e->kind == KMP_EXPR_TABLE && e->b && e->table->surface->one[0]->method == KMP_TABLE_LINEAR;
+}
+
+/* Rates would jump at each line between two points of such a table: these are not located. */
+static kempe_status refuse_bilinear(const kmp_equations *eq, const kmp_closure *closure)
+{
+    const kmp_expr *gap = kmp_closure_is_of_modes(closure) ? eq->model->forces[closure->force].touch.gap : NULL;
+    const kmp_expr *const parts[] = {closure->function, closure->curve[0], closure->curve[1], gap};
+    for (size_t k = 0; k < sizeof parts / sizeof *parts; k++) {
+        const kmp_expr *found = parts[k] ? kmp_expr_find(parts[k], is_bilinear, eq->model) : NULL;
+        if (found)
+            return kmp_complain(eq->context, eq->model->files[closure->place.file], closure->place.line,
+                                closure->place.column,
+                                "'%s' depends on a table of two variables with the method linear: rates would jump at "
+                                "its lines; use the method spline",
+                                closure->name);
+    }
+    return KEMPE_OK;
+}
+
 static kempe_status derive_rows(kmp_equations *eq, const kmp_scene *scene)
 {
     const kempe_model *model = eq->model;
@@ -208,6 +237,7 @@ static kempe_status derive_rows(kmp_equations *eq, const kmp_scene *scene)
         if ((scene->loops_alone && kmp_closure_is_drive(closure)) ||
             (scene->frictionless && kmp_closure_is_of_modes(closure)))
             continue;
+        KMP_TRY(refuse_bilinear(eq, closure));
         bool of_rates = find_rows(eq, kind, closure, h, rates);
         if (kmp_graph_failed(eq->graph))
             return kmp_fail_memory(eq->context);
