@@ -1,29 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The earliest event of a step. A step is initially one piece. Bounds of each condition's value and rate over the piece
- * (backend/bounds.h) decide if it can change there. It cannot if its value stays away from zero; if its value is
- * monotonic, the values at both ends decide. An undecided piece is halved, the earlier half first.
- *
- * Bounds use cubics for the coordinates, through their values and rates at both ends of the piece. Accelerations,
- * multipliers and solutions of implicit blocks, with unknown rates, are parabolas through the values at both ends and
- * in the middle. */
+/* The earliest event of a step of a run (integrators/events/event_pieces.h). Bounds use cubics for the coordinates,
+ * through their values and rates at both ends of the piece. Accelerations, multipliers and solutions of implicit
+ * blocks, with unknown rates, are parabolas through the values at both ends and in the middle. */
 #include "base/bracket.h"
 #include "integrators/run/events.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-enum {
-    MOST_LOOKS = 256, /* evaluations in one step, without those that narrow a change */
-    ZERO_FROM = 5,    /* number of halvings from which a condition that is exactly zero at three points counts as
-                       * constantly zero */
-    CLOSELY = 2       /* least number of halvings in a run that checks another one */
-};
-
-/* A polynomial of higher degree may exceed the control values of the cubic by this part of their distance from the
- * chord. It does not at twice the longest steps that integrators take of an oscillation, half a period. */
-#define SLACK 0.25
-/* Slack of a parabola: this part of its bend, and for its rates this part of their change. */
-#define PARABOLA_SLACK 0.5
+enum { CLOSELY = 2 }; /* least number of halvings in a run that checks another one */
 
 /* -- room -------------------------------------------------------------------------------------------- */
 
@@ -46,24 +31,10 @@ static void find_outputs(kmp_event_search *s, const kempe_system *system)
 static void make_looks(kmp_event_search *s, const kempe_system *system, kmp_arena *arena)
 {
     for (int i = 0; i < KMP_SEARCH_LOOKS; i++) {
-        KMP_ARENA_MAKE(arena, KMP_ROOM(double, system->events.count, &s->look[i].change),
-                       KMP_ROOM(double, 3 * system->n + system->m, &s->look[i].state),
-                       KMP_ROOM(double, s->solved[0] + s->solved[1], &s->look[i].solved));
+        KMP_ARENA_MAKE(arena, KMP_ROOM(double, system->events.count, &s->pieces.look[i].change),
+                       KMP_ROOM(double, 3 * system->n + system->m, &s->pieces.look[i].state),
+                       KMP_ROOM(double, s->solved[0] + s->solved[1], &s->pieces.look[i].solved));
     }
-}
-
-bool kmp_event_search_init(kmp_event_search *s, const kempe_system *system, bool closely, kmp_arena *arena)
-{
-    int count = system->events.count;
-    s->charts = -1;
-    s->least = closely ? CLOSELY : 0;
-    s->bounds = kmp_bounds_new(system->changes, arena);
-    if (!KMP_ARENA_MAKE(arena, KMP_ROOM(int, count, &s->output), KMP_ROOM(bool, count, &s->third),
-                        KMP_ROOM(bool, count *(KMP_SEARCH_DEPTH + 1), &s->open)))
-        return false;
-    find_outputs(s, system);
-    make_looks(s, system, arena);
-    return !arena->failed;
 }
 
 /* -- evaluation ---------------------------------------------------------------------------------------- */
@@ -135,47 +106,8 @@ static void note_sizes(kmp_crossing *c, double t, const double *change)
 
 /* -- bounds over a piece ------------------------------------------------------------------------------ */
 
-static void widen(double *low, double *high, double by)
-{
-    *low = fmin(*low, by);
-    *high = fmax(*high, by);
-}
-
-/* Bound of a quantity with values x and y and rates x_rate and y_rate at the ends of a piece of length h. */
-static kmp_bound over(double h, double x, double x_rate, double y, double y_rate)
-{
-    double a = x + h * x_rate / 3, b = y - h * y_rate / 3, between = 3 * (b - a) / h;
-    double off = SLACK * fmax(fabs(a - (2 * x + y) / 3), fabs(b - (x + 2 * y) / 3));
-    double rate_off = SLACK * fabs(between - (x_rate + y_rate) / 2);
-    kmp_bound r = {fmin(x, y), fmax(x, y), fmin(x_rate, y_rate), fmax(x_rate, y_rate)};
-    widen(&r.low, &r.high, a);
-    widen(&r.low, &r.high, b);
-    widen(&r.down, &r.up, between);
-    return (kmp_bound){r.low - off, r.high + off, r.down - rate_off, r.up + rate_off};
-}
-
-/* Bound of a quantity with values x, z in the middle, and y. */
-static kmp_bound through(double h, double x, double z, double y)
-{
-    double curvature = z - (x + y) / 2, control = z + curvature, off = PARABOLA_SLACK * fabs(curvature);
-    double at_x = 2 * (control - x) / h, at_y = 2 * (y - control) / h, rate_off = PARABOLA_SLACK * fabs(at_y - at_x);
-    kmp_bound r = {fmin(x, y), fmax(x, y), fmin(at_x, at_y), fmax(at_x, at_y)};
-    widen(&r.low, &r.high, control);
-    return (kmp_bound){r.low - off, r.high + off, r.down - rate_off, r.up + rate_off};
-}
-
-static kmp_bound still(double x)
-{
-    return (kmp_bound){x, x, 0, 0};
-}
-
-/* A piece: its ends, and its middle if that has been evaluated. */
-typedef struct piece {
-    const kmp_look *a, *m, *b;
-} piece;
-
 /* Bound of the time, or of an input of the model: a cubic between its ends, of a derivative one of lower degree. */
-static kmp_bound time_over(const kmp_crossing *c, uint32_t index, const piece *p)
+static kmp_bound time_over(const kmp_crossing *c, uint32_t index, const kmp_step_piece *p)
 {
     double a[KMP_TIME_NUMBERS + 2] = {0}, b[KMP_TIME_NUMBERS + 2] = {0};
     if (index == 0)
@@ -185,10 +117,10 @@ static kmp_bound time_over(const kmp_crossing *c, uint32_t index, const piece *p
     kmp_signal_values(cubic, p->a->t, a);
     kmp_signal_values(cubic, p->b->t, b);
     a[KMP_TIME_NUMBERS] = b[KMP_TIME_NUMBERS] = 6 * cubic->c[3];
-    return over(p->b->t - p->a->t, a[d], a[d + 1], b[d], b[d + 1]);
+    return kmp_bound_over(p->b->t - p->a->t, a[d], a[d + 1], b[d], b[d + 1]);
 }
 
-static kmp_bound input_over(const kmp_crossing *c, const kmp_program_input *in, const piece *p)
+static kmp_bound input_over(const kmp_crossing *c, const kmp_program_input *in, const kmp_step_piece *p)
 {
     size_t n = (size_t)c->s->n, i = in->index;
     const double *x = p->a->state, *y = p->b->state;
@@ -197,23 +129,24 @@ static kmp_bound input_over(const kmp_crossing *c, const kmp_program_input *in, 
     case KMP_IN_TIME:
         return time_over(c, in->index, p);
     case KMP_IN_Q:
-        return over(h, x[i], x[n + i], y[i], y[n + i]);
+        return kmp_bound_over(h, x[i], x[n + i], y[i], y[n + i]);
     case KMP_IN_QD:
-        return over(h, x[n + i], x[2 * n + i], y[n + i], y[2 * n + i]);
+        return kmp_bound_over(h, x[n + i], x[2 * n + i], y[n + i], y[2 * n + i]);
     case KMP_IN_MODE:
-        return still(c->mode[i]);
+        return kmp_bound_still(c->mode[i]);
     case KMP_IN_CHART:
-        return still(c->eval->chart[i]);
+        return kmp_bound_still(c->eval->chart[i]);
     case KMP_IN_PARAMETER:
-        return still(c->parameters[i]);
+        return kmp_bound_still(c->parameters[i]);
     default: /* accelerations and multipliers */
         i += in->kind == KMP_IN_QDD ? 2 * n : 3 * n;
-        return p->m ? through(h, x[i], p->m->state[i], y[i]) : still(x[i]);
+        return p->m ? kmp_bound_through(h, x[i], p->m->state[i], y[i]) : kmp_bound_still(x[i]);
     }
 }
 
-static void run_bounds(kmp_crossing *c, const piece *p)
+static void bind(void *self, const kmp_step_piece *p)
 {
+    kmp_crossing *c = self;
     const kmp_program *program = c->s->changes;
     kmp_event_search *s = &c->search;
     for (int k = 0; k < program->input_count; k++)
@@ -221,71 +154,31 @@ static void run_bounds(kmp_crossing *c, const piece *p)
     for (int i = 0, at = 0; p->m && i < 2; i++)
         for (int k = 0; k < s->solved[i]; k++, at++)
             if (kmp_bounds_is_solved(s->bounds, s->first_solved[i] + k))
-                kmp_bounds_give(s->bounds, s->first_solved[i] + k,
-                                through(p->b->t - p->a->t, p->a->solved[at], p->m->solved[at], p->b->solved[at]));
+                kmp_bounds_give(
+                    s->bounds, s->first_solved[i] + k,
+                    kmp_bound_through(p->b->t - p->a->t, p->a->solved[at], p->m->solved[at], p->b->solved[at]));
     kmp_bounds_run(s->bounds, s->charts != c->eval->chart_version);
     s->charts = c->eval->chart_version;
 }
 
-/* -- decided conditions --------------------------------------------------------------------------------- */
-
-/* The least possible value of a quantity between x and y, at a time distance h, with a rate within [down, up]. Without
- * a bound on the rate, as of the size of a reaction that may be zero, the ends tell nothing. */
-static double cone(double h, double x, double y, double down, double up)
+static kmp_bound bound_of(const void *self, int k)
 {
-    if (!(up - down < INFINITY))
-        return -INFINITY;
-    if (!(down < up))
-        return fmin(x, y);
-    double part = (x - y + up * h) / (up - down); /* of the time, down from x to the latest turn up to y */
-    return fmin(fmin(x, y), x + down * fmin(fmax(part, 0), h));
+    const kmp_crossing *c = self;
+    return kmp_bounds_get(c->search.bounds, c->search.output[k]);
 }
 
-/* True if the ends of a piece decide a condition. A fixed condition that holds is below zero; one that does not hold is
- * at least zero. */
-static bool is_settled(const kmp_crossing *c, int k, const kmp_look *a, const kmp_look *b)
+static bool holds(const void *self, int k)
 {
-    kmp_bound r = kmp_bounds_get(c->search.bounds, c->search.output[k]);
-    if (r.down >= 0 || r.up <= 0)
-        return true;
-    bool holds = c->mode[k] > 0 && c->s->events.condition[k].role == KMP_ROLE_NONE;
-    double h = b->t - a->t, x = a->change[k], y = b->change[k];
-    double low = holds ? fmax(-r.high, cone(h, -x, -y, -r.up, -r.down)) : fmax(r.low, cone(h, x, y, r.down, r.up));
-    return holds ? low > 0 : low >= 0;
-}
-
-/* True for a value that stays zero by cancellation, as the difference of two equal coordinates: its bounds have both
- * signs. */
-static bool is_zero(int k, const piece *p)
-{
-    return p->a->change[k] == 0 && p->m->change[k] == 0 && p->b->change[k] == 0;
-}
-
-/* Decides open conditions: those that need a third point if the piece has one, otherwise the others. Returns true if
- * any is still open. */
-static bool find_open(kmp_crossing *c, int depth, const piece *p)
-{
-    int count = c->s->events.count;
-    bool *open = c->search.open + depth * count, wanted = false, any = false;
-    for (int k = 0; k < count; k++)
-        wanted = wanted || (open[k] && c->search.third[k] == (p->m != NULL));
-    if (wanted && depth >= c->search.least)
-        run_bounds(c, p);
-    for (int k = 0; k < count; k++) {
-        if (p->m && depth >= ZERO_FROM && is_zero(k, p))
-            open[k] = false;
-        if (c->search.third[k] == (p->m != NULL) && depth >= c->search.least)
-            open[k] = open[k] && !is_settled(c, k, p->a, p->b);
-        any = any || open[k];
-    }
-    return any;
+    const kmp_crossing *c = self;
+    return c->mode[k] > 0 && c->s->events.condition[k].role == KMP_ROLE_NONE;
 }
 
 /* False for a kink without a branch, and for numbers of friction elements that are no events in their modes. Rates of
  * elements at rest that other rows keep are zero by them, which bounds do not know: they are watched at ends of steps.
  */
-static bool may_change(const kmp_crossing *c, int k)
+static bool may_change(const void *self, int k)
 {
+    const kmp_crossing *c = self;
     switch (c->s->events.condition[k].role) {
     case KMP_ROLE_NONE:
         return !kmp_crossing_is_free(c, k);
@@ -296,17 +189,6 @@ static bool may_change(const kmp_crossing *c, int k)
     default:
         return false;
     }
-}
-
-/* Starts with the conditions that were open in the parent piece. */
-static void begin_piece(kmp_crossing *c, int depth)
-{
-    size_t count = (size_t)c->s->events.count;
-    bool *open = c->search.open + (size_t)depth * count;
-    if (depth > 0)
-        memcpy(open, open - count, count * sizeof *open);
-    for (size_t k = 0; depth == 0 && k < count; k++)
-        open[k] = may_change(c, (int)k);
 }
 
 /* -- narrowing --------------------------------------------------------------------------------------- */
@@ -406,37 +288,44 @@ static kempe_status find_earliest(kmp_crossing *c, const kmp_look *a, const kmp_
 /* -- the search -------------------------------------------------------------------------------------- */
 
 /* Ends a piece that its ends decide. */
-static kempe_status end_piece(kmp_crossing *c, const kmp_look *a, const kmp_look *b, double *t, bool *found)
+static int end_piece(void *self, const kmp_look *a, const kmp_look *b, bool *found)
 {
+    kmp_crossing *c = self;
     if (any_differs(c, b)) {
         *found = true;
-        return find_earliest(c, a, b, t);
+        return find_earliest(c, a, b, &c->search.event);
     }
     note_sizes(c, b->t, b->change);
     return KEMPE_OK;
 }
 
-static kempe_status search(kmp_crossing *c, int depth, const kmp_look *a, const kmp_look *b, double *t, bool *found)
+static int look_within(void *self, double t, kmp_look *look)
 {
-    kmp_look *m = &c->search.look[depth + 2];
-    double middle = a->t + (b->t - a->t) / 2;
-    begin_piece(c, depth);
-    if (!find_open(c, depth, &(piece){a, NULL, b}) || c->search.left == 0 || !(middle > a->t && middle < b->t))
-        return end_piece(c, a, b, t, found);
-    c->search.left--;
-    KMP_TRY(look_at(c, middle, m));
-    bool deeper = find_open(c, depth, &(piece){a, m, b}) && depth < KMP_SEARCH_DEPTH;
-    kempe_status status = deeper ? search(c, depth + 1, a, m, t, found) : end_piece(c, a, m, t, found);
-    if (status != KEMPE_OK || *found)
-        return status;
-    return deeper ? search(c, depth + 1, m, b, t, found) : end_piece(c, m, b, t, found);
+    return look_at(self, t, look);
+}
+
+static const kmp_piece_site site = {look_within, bind, bound_of, may_change, holds, end_piece};
+
+bool kmp_event_search_init(kmp_event_search *s, const kempe_system *system, bool closely, kmp_arena *arena)
+{
+    int count = system->events.count;
+    s->charts = -1;
+    s->bounds = kmp_bounds_new(system->changes, arena);
+    if (!KMP_ARENA_MAKE(arena, KMP_ROOM(int, count, &s->output), KMP_ROOM(bool, count, &s->third),
+                        KMP_ROOM(bool, count *(KMP_SEARCH_DEPTH + 1), &s->open)))
+        return false;
+    s->pieces = (kmp_piece_search){
+        .site = &site, .conditions = count, .third = s->third, .open = s->open, .least = closely ? CLOSELY : 0};
+    find_outputs(s, system);
+    make_looks(s, system, arena);
+    return !arena->failed;
 }
 
 bool kmp_crossing_is_clear(kmp_crossing *c, const kmp_look *a, const kmp_look *m, const kmp_look *b)
 {
-    begin_piece(c, 0);
+    c->search.pieces.self = c;
     if (kmp_crossing_would_hold(c, b->change) || any_differs(c, b) || (m && any_differs(c, m)) ||
-        (find_open(c, 0, &(piece){a, NULL, b}) && (!m || find_open(c, 0, &(piece){a, m, b}))))
+        !kmp_pieces_are_clear(&c->search.pieces, &(kmp_step_piece){a, m, b}))
         return false;
     if (m)
         note_sizes(c, m->t, m->change);
@@ -460,13 +349,13 @@ void kmp_crossing_take(kmp_crossing *c, const double *mode, const double *parame
 
 static kmp_look *near_start(kmp_crossing *c)
 {
-    return &c->search.look[2];
+    return &c->search.pieces.look[2];
 }
 
 /* Fixes free kinks that the step has not passed. */
 static kempe_status hold_free(kmp_crossing *c, double from, double to)
 {
-    const double *end = c->search.look[1].change;
+    const double *end = c->search.pieces.look[1].change;
     c->passed = false;
     if (!kmp_crossing_would_hold(c, end))
         return KEMPE_OK;
@@ -492,21 +381,22 @@ kempe_status kmp_crossing_find(kmp_crossing *c, double from, double to, double *
     c->end = -1;
     if (!(to > from))
         return KEMPE_OK;
-    bool ready = s->ready && s->look[0].t == from && s->charts == c->eval->chart_version;
+    bool ready = s->ready && s->pieces.look[0].t == from && s->charts == c->eval->chart_version;
     s->ready = false;
     if (!ready)
-        KMP_TRY(look_at(c, from, &s->look[0]));
-    KMP_TRY(look_at(c, to, &s->look[1]));
-    s->left = MOST_LOOKS;
-    KMP_TRY(search(c, 0, &s->look[0], &s->look[1], t, found));
+        KMP_TRY(look_at(c, from, &s->pieces.look[0]));
+    KMP_TRY(look_at(c, to, &s->pieces.look[1]));
+    s->pieces.self = c;
+    KMP_TRY((kempe_status)kmp_pieces_search(&s->pieces, found));
     if (*found) {
+        *t = s->event;
         c->end = kmp_crossing_first_end(c);
         return KEMPE_OK;
     }
     KMP_TRY(hold_free(c, from, to));
-    kmp_look last = s->look[1];
-    s->look[1] = s->look[0];
-    s->look[0] = last;
+    kmp_look last = s->pieces.look[1];
+    s->pieces.look[1] = s->pieces.look[0];
+    s->pieces.look[0] = last;
     s->ready = true;
     return KEMPE_OK;
 }

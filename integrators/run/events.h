@@ -6,35 +6,21 @@
 
 #include "backend/bounds.h"
 #include "constraints/evaluation/evaluator.h"
+#include "integrators/events/event_pieces.h"
 #include "integrators/run/run_log.h"
-
-/** An evaluation at a time within the last step. */
-typedef struct kmp_look {
-    double t;
-    double *change; /* first - second of each condition */
-    double *state;  /* q, qd, qdd (n each), lambda (m); the last two only if conditions depend on rates, or on qdd and
-                     * lambda */
-    double *solved; /* solutions of implicit blocks in conditions */
-} kmp_look;
-
-enum {
-    KMP_SEARCH_DEPTH = 30,                  /* halvings of a step */
-    KMP_SEARCH_LOOKS = KMP_SEARCH_DEPTH + 3 /* both ends of the step, and a middle for each halving */
-};
 
 /** Workspace of the search for events. */
 typedef struct kmp_event_search {
     kmp_bounds *bounds; /* of the conditions */
     int *output;        /* of each condition, among those of their program */
-    bool *third;        /* of each condition: its bounds need a third point */
-    bool *open;         /* of each condition, for each halving: it may change within the piece */
-    kmp_look look[KMP_SEARCH_LOOKS];
-    int solved[2]; /* numbers, for all conditions and for late ones; the first output of each */
+    bool *third, *open;
+    kmp_piece_search pieces; /* states in looks: q, qd, qdd (n each), lambda (m); the last two only if conditions depend
+                              * on rates, or on qdd and lambda */
+    double event;            /* time of the last one found */
+    int solved[2];           /* numbers, for all conditions and for late ones; the first output of each */
     int first_solved[2];
     bool ready;  /* the evaluation at the end of the last step is still valid: accelerations are unchanged */
     long charts; /* version of the charts in the bounds' constants */
-    int left;    /* remaining evaluations in this step */
-    int least;   /* halvings made in any case */
 } kmp_event_search;
 
 /** The last two values of a condition since its last change, for the largest value between them and the next. */

@@ -1,57 +1,53 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Each value has bounds of itself and of its rate; a program's constants are evaluated once. */
+/* The operations that outputs of a program with known bounds need, in its order. */
 #include "backend/bounds.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 
 struct kmp_bounds {
     const kmp_program *program;
-    int inputs, first;   /* values: constants, inputs from `inputs` on, instructions from `first` on */
-    int *order;          /* instructions that computable outputs need */
-    int constant, count; /* of these instructions: those that depend on parameters alone, all */
-    bool *known;         /* by output */
-    bool *given;         /* by output: a given value is needed for it */
+    kmp_bound_code code;
+    uint32_t *output; /* operands among the values of the code */
+    bool *known;      /* by output */
+    bool *given;      /* by output: a given value is needed for it */
     kmp_bound *value;
 };
 
-static const kmp_bound anything = {-INFINITY, INFINITY, -INFINITY, INFINITY};
-static const double half_turn = 3.14159265358979323846;
-
-/* -- construction ------------------------------------------------------------------------------------ */
-
-/* The instruction behind an output; NULL: it is an input or a number. */
-static const kmp_instruction *behind(const kmp_bounds *b, int k)
+/* True if output k is an unknown of an implicit block. */
+bool kmp_bounds_is_solved(const kmp_bounds *b, int k)
 {
-    int i = (int)(b->program->output[k] >> 1) - b->first;
-    return i >= 0 ? &b->program->instruction[i] : NULL;
+    int i = (int)(b->program->output[k] >> 1) - b->program->constant_count - b->program->input_count;
+    return i >= 0 && b->program->instruction[i].op == KMP_OP_IMPLICIT;
 }
 
-bool kmp_bounds_is_solved(const kmp_bounds *bounds, int k)
-{
-    const kmp_instruction *in = behind(bounds, k);
-    return in && in->op == KMP_OP_IMPLICIT;
-}
-
-/* Properties of a value: its bounds are computable, and a given value is needed for it. */
+/* Properties of a value: its bounds are computable, a given value is needed for it, outputs need it; and its number. */
 typedef struct knowledge {
     bool known, given, needed;
+    uint32_t number;
 } knowledge;
+
+/* The number of operands that are values. */
+static int operands(const kmp_instruction *in)
+{
+    return in->op == KMP_OP_IMPLICIT ? 0 : kmp_op_arity((kmp_op)in->op);
+}
 
 static void find_known(const kmp_bounds *b, knowledge *value)
 {
     const kmp_program *p = b->program;
-    for (int i = 0; i < b->first; i++)
+    const int first = p->constant_count + p->input_count;
+    for (int i = 0; i < first; i++)
         value[i].known = true;
     for (int k = 0; k < p->outputs[p->stages]; k++)
         if (kmp_bounds_is_solved(b, k))
             value[p->output[k] >> 1] = (knowledge){.known = true, .given = true};
     for (int i = 0; i < p->code[p->stages]; i++) {
         const kmp_instruction *in = &p->instruction[i];
-        knowledge *now = &value[b->first + i];
+        knowledge *now = &value[first + i];
         if (in->op == KMP_OP_IMPLICIT)
             continue;
         now->known = in->op != KMP_OP_LIST;
-        for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
+        for (int k = 0; k < operands(in); k++) {
             const knowledge *operand = &value[kmp_instruction_operand(in, k) >> 1];
             now->known = now->known && operand->known;
             now->given = now->given || operand->given;
@@ -59,28 +55,60 @@ static void find_known(const kmp_bounds *b, knowledge *value)
     }
 }
 
-/* Lists the instructions that computable outputs need, in order. */
-static void find_order(kmp_bounds *b, knowledge *value)
+static void mark_needed(kmp_bounds *b, knowledge *value)
 {
     const kmp_program *p = b->program;
+    const int first = p->constant_count + p->input_count;
     for (int k = 0; k < p->outputs[p->stages]; k++) {
         knowledge *out = &value[p->output[k] >> 1];
         b->known[k] = out->known;
         b->given[k] = out->given;
         out->needed = out->needed || out->known;
     }
-    for (int i = p->code[p->stages]; i-- > 0;) {
-        const kmp_instruction *in = &p->instruction[i];
-        for (int k = 0; value[b->first + i].needed && in->op != KMP_OP_IMPLICIT && k < kmp_op_arity((kmp_op)in->op);
-             k++)
-            value[kmp_instruction_operand(in, k) >> 1].needed = true;
-    }
+    for (int i = p->code[p->stages]; i-- > 0;)
+        for (int k = 0; value[first + i].needed && k < operands(&p->instruction[i]); k++)
+            value[kmp_instruction_operand(&p->instruction[i], k) >> 1].needed = true;
+}
+
+static uint32_t renumbered(const knowledge *value, uint32_t operand)
+{
+    return value[operand >> 1].number << 1 | (operand & 1);
+}
+
+/* Lists the operations that are needed. */
+static void put_code(kmp_bounds *b, kmp_bound_step *step, knowledge *value)
+{
+    const kmp_program *p = b->program;
+    const int first = p->constant_count + p->input_count;
+    for (int i = 0; i < first; i++)
+        value[i].number = (uint32_t)i;
     for (int i = 0; i < p->code[p->stages]; i++) {
-        if (!value[b->first + i].needed || p->instruction[i].op == KMP_OP_IMPLICIT)
+        const kmp_instruction *in = &p->instruction[i];
+        if (!value[first + i].needed)
             continue;
-        b->constant += i < p->code[1];
-        b->order[b->count++] = i;
+        const int count = operands(in);
+        const bool table = in->op == KMP_OP_TABLE;
+        value[first + i].number = (uint32_t)(first + b->code.steps);
+        step[b->code.steps++] = (kmp_bound_step){.op = in->op,
+                                                 .a = count > 0 ? renumbered(value, in->a) : 0,
+                                                 .b = table       ? in->b
+                                                      : count > 1 ? renumbered(value, in->b)
+                                                                  : 0,
+                                                 .c = table       ? in->c
+                                                      : count > 2 ? renumbered(value, in->c)
+                                                                  : 0};
+        b->code.fixed += i < p->code[1];
     }
+    for (int k = 0; k < p->outputs[p->stages]; k++)
+        b->output[k] = b->known[k] ? renumbered(value, p->output[k]) : 0;
+}
+
+static int bound_table(const void *tables, unsigned number, int derivative, double from, double to, double *low,
+                       double *high)
+{
+    const kmp_table *table = ((const kmp_program *)tables)->table[number];
+    kmp_table_bounds(table, derivative, from, to, low, high);
+    return (kmp_table_degree(table) + 1) / 2;
 }
 
 kmp_bounds *kmp_bounds_new(const kmp_program *program, kmp_arena *arena)
@@ -88,20 +116,39 @@ kmp_bounds *kmp_bounds_new(const kmp_program *program, kmp_arena *arena)
     kmp_bounds *r = KMP_ARENA_NEW(arena, kmp_bounds, 1);
     if (!r)
         return NULL;
-    int operations = program->code[program->stages];
-    *r = (kmp_bounds){.program = program, .inputs = program->constant_count};
-    r->first = r->inputs + program->input_count;
-    int values = r->first + operations;
+    const int operations = program->code[program->stages], outputs = program->outputs[program->stages];
+    const int values = program->constant_count + program->input_count + operations;
     knowledge *marks = KMP_ARENA_NEW(arena, knowledge, values);
-    if (!KMP_ARENA_MAKE(arena, KMP_ROOM(int, operations, &r->order),
-                        KMP_ROOM(bool, program->outputs[program->stages], &r->known, &r->given),
+    kmp_bound_step *step = KMP_ARENA_NEW(arena, kmp_bound_step, operations);
+    *r = (kmp_bounds){.program = program,
+                      .code = {.constants = program->constant_count,
+                               .inputs = program->input_count,
+                               .constant = program->constant,
+                               .step = step,
+                               .tables = program,
+                               .table = bound_table}};
+    if (!KMP_ARENA_MAKE(arena, KMP_ROOM(uint32_t, outputs, &r->output), KMP_ROOM(bool, outputs, &r->known, &r->given),
                         KMP_ROOM(kmp_bound, values, &r->value)))
         return NULL;
     find_known(r, marks);
-    find_order(r, marks);
-    for (int k = 0; k < program->constant_count; k++)
-        r->value[k] = (kmp_bound){program->constant[k], program->constant[k], 0, 0};
+    mark_needed(r, marks);
+    put_code(r, step, marks);
     return r;
+}
+
+const kmp_bound_code *kmp_bounds_code(const kmp_bounds *bounds)
+{
+    return &bounds->code;
+}
+
+unsigned kmp_bounds_output(const kmp_bounds *bounds, int k)
+{
+    return bounds->output[k];
+}
+
+bool kmp_bounds_is_known(const kmp_bounds *bounds, int k)
+{
+    return bounds->known[k];
 }
 
 bool kmp_bounds_need(const kmp_bounds *bounds, int k)
@@ -111,332 +158,21 @@ bool kmp_bounds_need(const kmp_bounds *bounds, int k)
 
 void kmp_bounds_set(kmp_bounds *bounds, int k, kmp_bound bound)
 {
-    bounds->value[bounds->inputs + k] = bound;
-}
-
-/* -- intervals --------------------------------------------------------------------------------------- */
-
-typedef struct span {
-    double low, high;
-} span;
-
-static const span whole = {-INFINITY, INFINITY};
-
-/* The compiler makes instructions of these comparisons, and calls of fmin and fmax. Like those they may lose a NaN. */
-static double lower(double a, double b)
-{
-    return a < b ? a : b;
-}
-
-static double upper(double a, double b)
-{
-    return a > b ? a : b;
-}
-
-/* Bounds that are NaN become infinite. */
-static span checked(double low, double high)
-{
-    return low <= high ? (span){low, high} : whole;
-}
-
-static double times(double a, double b)
-{
-    return a == 0 || b == 0 ? 0 : a * b;
-}
-
-static span product(span a, span b)
-{
-    double ll = times(a.low, b.low), lh = times(a.low, b.high), hl = times(a.high, b.low), hh = times(a.high, b.high);
-    return checked(lower(lower(ll, lh), lower(hl, hh)), upper(upper(ll, lh), upper(hl, hh)));
-}
-
-static span sum(span a, span b)
-{
-    return checked(a.low + b.low, a.high + b.high);
-}
-
-static span scaled(span a, double by)
-{
-    return product(a, (span){by, by});
-}
-
-static span hull(span a, span b)
-{
-    return checked(lower(a.low, b.low), upper(a.high, b.high));
-}
-
-static bool holds(span a, double x)
-{
-    return a.low <= x && x <= a.high;
-}
-
-static span inverse(span a)
-{
-    return holds(a, 0) || !(a.low <= a.high) ? whole : checked(1 / a.high, 1 / a.low);
-}
-
-static span square(span a)
-{
-    double low = a.low * a.low, high = a.high * a.high;
-    return checked(holds(a, 0) ? 0 : lower(low, high), upper(low, high));
-}
-
-static span value_of(kmp_bound a)
-{
-    return (span){a.low, a.high};
-}
-
-static span rate_of(kmp_bound a)
-{
-    return (span){a.down, a.up};
-}
-
-static kmp_bound joined(span value, span rate)
-{
-    return (kmp_bound){value.low, value.high, rate.low, rate.high};
-}
-
-/* -- functions of one variable ------------------------------------------------------------------------ */
-
-/* True if a + 2 pi k lies in the span for some k. */
-static bool meets(span x, double a)
-{
-    return a + 2 * half_turn * ceil((x.low - a) / (2 * half_turn)) <= x.high;
-}
-
-static span sine(span x)
-{
-    if (!(x.high - x.low < 2 * half_turn))
-        return (span){-1, 1};
-    double a = sin(x.low), b = sin(x.high);
-    return checked(meets(x, -half_turn / 2) ? -1 : lower(a, b), meets(x, half_turn / 2) ? 1 : upper(a, b));
-}
-
-static span cosine(span x)
-{
-    return sine((span){x.low + half_turn / 2, x.high + half_turn / 2});
-}
-
-/* Bounds of a function that increases with x. */
-static span growing(double (*f)(double x), span x)
-{
-    return checked(f(x.low), f(x.high));
-}
-
-/* Bounds of a function that grows with |x|. */
-static span even(double (*f)(double x), span x)
-{
-    double a = f(x.low), b = f(x.high);
-    return checked(holds(x, 0) ? f(0) : lower(a, b), upper(a, b));
-}
-
-/* sqrt(1 - x^2) */
-static span circle(span x)
-{
-    span rest = sum((span){1, 1}, scaled(square(x), -1));
-    return rest.low >= 0 ? growing(sqrt, rest) : (span){0, 1};
-}
-
-static span sign_of(span x)
-{
-    return (span){x.low > 0 ? 1 : x.low == 0 ? 0 : -1, x.high < 0 ? -1 : x.high == 0 ? 0 : 1};
-}
-
-/* A function of x: its value and its derivative; `inside`: it has bounds there. */
-typedef struct mapping {
-    span f, slope;
-    bool inside;
-} mapping;
-
-static mapping mapped(kmp_op op, span x)
-{
-    const span one = {1, 1};
-    bool within = x.low >= -1 && x.high <= 1;
-    span f;
-    switch (op) {
-    case KMP_OP_SIN:
-        return (mapping){sine(x), cosine(x), true};
-    case KMP_OP_COS:
-        return (mapping){cosine(x), scaled(sine(x), -1), true};
-    case KMP_OP_SQRT:
-        f = x.low >= 0 ? growing(sqrt, x) : whole;
-        return (mapping){f, x.low > 0 ? scaled(inverse(f), 0.5) : (span){0, INFINITY}, x.low >= 0};
-    case KMP_OP_EXP:
-        f = growing(exp, x);
-        return (mapping){f, f, true};
-    case KMP_OP_LOG:
-        return (mapping){x.low > 0 ? growing(log, x) : whole, inverse(x), x.low > 0};
-    case KMP_OP_SINH:
-        return (mapping){growing(sinh, x), even(cosh, x), true};
-    case KMP_OP_COSH:
-        return (mapping){even(cosh, x), growing(sinh, x), true};
-    case KMP_OP_TANH:
-        f = growing(tanh, x);
-        return (mapping){f, sum(one, scaled(square(f), -1)), true};
-    case KMP_OP_ASIN:
-        return (mapping){growing(asin, x), inverse(circle(x)), within};
-    case KMP_OP_ACOS:
-        return (mapping){checked(acos(x.high), acos(x.low)), scaled(inverse(circle(x)), -1), within};
-    case KMP_OP_ATAN:
-        return (mapping){growing(atan, x), inverse(sum(one, square(x))), true};
-    case KMP_OP_ABS:
-        return (mapping){even(fabs, x), sign_of(x), true};
-    case KMP_OP_SIGN:
-        f = sign_of(x);
-        return (mapping){f, f.low == f.high ? (span){0, 0} : whole, true};
-    default:
-        return (mapping){.inside = false};
-    }
-}
-
-static kmp_bound one_variable(kmp_op op, kmp_bound x)
-{
-    mapping m = mapped(op, value_of(x));
-    return m.inside ? joined(m.f, product(m.slope, rate_of(x))) : anything;
-}
-
-/* -- functions of several ----------------------------------------------------------------------------- */
-
-static kmp_bound divided(kmp_bound x, kmp_bound y)
-{
-    span by = inverse(value_of(y)), f = product(value_of(x), by);
-    return joined(f, product(sum(rate_of(x), scaled(product(f, rate_of(y)), -1)), by));
-}
-
-static kmp_bound multiplied(kmp_bound x, kmp_bound y, bool same, double sign)
-{
-    if (same)
-        return joined(scaled(square(value_of(x)), sign), scaled(product(value_of(x), rate_of(x)), 2 * sign));
-    return joined(product(value_of(x), value_of(y)),
-                  sum(product(rate_of(x), value_of(y)), product(value_of(x), rate_of(y))));
-}
-
-/* x^y of x > 0, or at 0 with a fixed y > 0. */
-static kmp_bound power(kmp_bound x, kmp_bound y)
-{
-    span at = value_of(x), by = value_of(y);
-    bool fixed = y.low == y.high && y.low > 0;
-    if (!(x.low > 0 || (x.low >= 0 && fixed)))
-        return anything;
-    if (fixed) {
-        span slope = y.low >= 1 || x.low > 0 ? hull((span){pow(x.low, y.low - 1), pow(x.low, y.low - 1)},
-                                                    (span){pow(x.high, y.low - 1), pow(x.high, y.low - 1)})
-                                             : whole;
-        return joined(checked(pow(x.low, y.low), pow(x.high, y.low)), product(scaled(slope, y.low), rate_of(x)));
-    }
-    span logarithm = growing(log, at), f = growing(exp, product(by, logarithm));
-    span rate = sum(product(rate_of(y), logarithm), product(product(by, inverse(at)), rate_of(x)));
-    return joined(f, product(f, rate));
-}
-
-/* The angle of (y, x), y first: extreme at corners of the rectangle, unless it meets the branch cut. */
-static kmp_bound angle(kmp_bound y, kmp_bound x)
-{
-    span by_y = square(value_of(y)), by_x = square(value_of(x)), f = {-half_turn, half_turn};
-    if (holds(value_of(y), 0) && x.low <= 0)
-        return joined(f, whole);
-    double a = atan2(y.low, x.low), b = atan2(y.low, x.high), c = atan2(y.high, x.low), d = atan2(y.high, x.high);
-    f = checked(lower(lower(a, b), lower(c, d)), upper(upper(a, b), upper(c, d)));
-    span along = sum(product(value_of(x), rate_of(y)), scaled(product(value_of(y), rate_of(x)), -1));
-    return joined(f, product(along, inverse(sum(by_y, by_x))));
-}
-
-static kmp_bound negative(kmp_bound a)
-{
-    return (kmp_bound){-a.high, -a.low, -a.up, -a.down};
-}
-
-static kmp_bound least(kmp_bound x, kmp_bound y)
-{
-    if (x.high < y.low)
-        return x;
-    if (y.high < x.low)
-        return y;
-    return joined(checked(lower(x.low, y.low), lower(x.high, y.high)), hull(rate_of(x), rate_of(y)));
-}
-
-static kmp_bound less(kmp_bound x, kmp_bound y)
-{
-    if (x.high < y.low)
-        return (kmp_bound){1, 1, 0, 0};
-    if (x.low >= y.high)
-        return (kmp_bound){0, 0, 0, 0};
-    return (kmp_bound){0, 1, -INFINITY, INFINITY};
-}
-
-/* y where x is not zero, z where it is: a jump has no rate. */
-static kmp_bound selected(kmp_bound x, kmp_bound y, kmp_bound z)
-{
-    if (!holds(value_of(x), 0))
-        return y;
-    if (x.low == 0 && x.high == 0)
-        return z;
-    return joined(hull(value_of(y), value_of(z)), whole);
-}
-
-static kmp_bound looked_up(const kmp_table *table, int derivative, kmp_bound x)
-{
-    span f, slope;
-    if (!(x.high - x.low < INFINITY))
-        return anything;
-    kmp_table_bounds(table, derivative, x.low, x.high, &f.low, &f.high);
-    kmp_table_bounds(table, derivative + 1, x.low, x.high, &slope.low, &slope.high);
-    bool jumps = derivative >= (kmp_table_degree(table) + 1) / 2 && f.low < f.high; /* at knots, or at the ends */
-    return joined(f, jumps ? whole : product(slope, rate_of(x)));
-}
-
-/* -- a program --------------------------------------------------------------------------------------- */
-
-static kmp_bound of(const kmp_bound *value, uint32_t operand)
-{
-    return operand & 1 ? negative(value[operand >> 1]) : value[operand >> 1];
-}
-
-static kmp_bound evaluated(const kmp_program *p, const kmp_instruction *in, const kmp_bound *v)
-{
-    int arity = kmp_op_arity((kmp_op)in->op);
-    kmp_bound x = of(v, in->a), y = arity > 1 ? of(v, in->b) : x, z = arity > 2 ? of(v, in->c) : x;
-    switch ((kmp_op)in->op) {
-    case KMP_OP_ADD:
-        return joined(sum(value_of(x), value_of(y)), sum(rate_of(x), rate_of(y)));
-    case KMP_OP_MUL:
-        return multiplied(x, y, in->a >> 1 == in->b >> 1, in->a == in->b ? 1 : -1);
-    case KMP_OP_DIV:
-        return divided(x, y);
-    case KMP_OP_POW:
-        return power(x, y);
-    case KMP_OP_ATAN2:
-        return angle(x, y);
-    case KMP_OP_MIN:
-        return least(x, y);
-    case KMP_OP_MAX:
-        return negative(least(negative(x), negative(y)));
-    case KMP_OP_LESS:
-        return less(x, y);
-    case KMP_OP_SELECT:
-        return selected(x, y, z);
-    case KMP_OP_TABLE:
-        return looked_up(p->table[in->b], (int)in->c, x);
-    default:
-        return one_variable((kmp_op)in->op, x);
-    }
+    bounds->value[bounds->code.constants + k] = bound;
 }
 
 void kmp_bounds_give(kmp_bounds *bounds, int k, kmp_bound bound)
 {
-    uint32_t operand = bounds->program->output[k];
-    bounds->value[operand >> 1] = operand & 1 ? negative(bound) : bound;
+    kmp_bound_give(bounds->value, bounds->output[k], bound);
 }
 
 void kmp_bounds_run(kmp_bounds *r, bool constants)
 {
-    for (int k = constants ? 0 : r->constant; k < r->count; k++) {
-        int i = r->order[k];
-        r->value[r->first + i] = evaluated(r->program, &r->program->instruction[i], r->value);
-    }
+    kmp_bound_run(&r->code, constants ? 0 : r->code.fixed, r->value);
 }
 
 kmp_bound kmp_bounds_get(const kmp_bounds *bounds, int k)
 {
-    return bounds->known[k] ? of(bounds->value, bounds->program->output[k]) : anything;
+    static const kmp_bound anything = {-INFINITY, INFINITY, -INFINITY, INFINITY};
+    return bounds->known[k] ? kmp_bound_of(bounds->value, bounds->output[k]) : anything;
 }

@@ -1,21 +1,20 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Bounds of a program's outputs, and of their rates, while its inputs move within bounds: interval arithmetic with the
- * chain rule along time (Moore 1966; Neumaier 1990). Ends of intervals are rounded as the operations round, not
- * outwards: a result that is exactly zero stays so. A kink makes the bounds wider, never wrong. */
+/* Bounds of a program's outputs (bound_code.h). */
 #pragma once
 
+#include "backend/bound_code.h"
 #include "base/arena.h"
 #include "symbolic/program/program.h"
-
-/** A quantity during a time interval: its values lie within [low, high], its rates within [down, up]. */
-typedef struct kmp_bound {
-    double low, high, down, up;
-} kmp_bound;
 
 typedef struct kmp_bounds kmp_bounds;
 
 /** Bounds of a program, which must outlive them, in the arena. NULL: no memory. */
 kmp_bounds *kmp_bounds_new(const kmp_program *program, kmp_arena *arena);
+
+/** Their operations; the operand of output k. False for kmp_bounds_is_known: there are none for it. */
+const kmp_bound_code *kmp_bounds_code(const kmp_bounds *bounds);
+unsigned kmp_bounds_output(const kmp_bounds *bounds, int k);
+bool kmp_bounds_is_known(const kmp_bounds *bounds, int k);
 
 /** kmp_bounds_is_solved: true if output k (of all stages, in order) is an unknown of an implicit block.
  * kmp_bounds_give: gives its bounds, which outputs that depend on it need. */

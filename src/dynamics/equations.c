@@ -14,6 +14,7 @@
 #include "symbolic/derivative.h"
 #include "symbolic/label.h"
 #include "symbolic/passes/shorten.h"
+#include "symbolic/program/live.h"
 
 /* -- dynamics ---------------------------------------------------------------------------------------- */
 
@@ -306,14 +307,47 @@ static void derive_loads(kmp_equations *eq)
 
 /* -- conditions and directions ------------------------------------------------------------------------- */
 
+bool kmp_is_late(const kmp_graph *g, kmp_ref value)
+{
+    return kmp_graph_node(g, kmp_id(value))->depends & (1u << KMP_IN_QDD | 1u << KMP_IN_LAMBDA);
+}
+
+kmp_ref *kmp_conditions_with_solved(kmp_graph *g, const kmp_ref *conditions, int counts[2])
+{
+    int total = counts[0] + counts[1], solved = 0;
+    uint32_t nodes = kmp_graph_count(g);
+    uint8_t *needed = KMP_GRAPH_NEW(g, uint8_t, nodes);
+    if (!needed)
+        return NULL;
+    kmp_live_mark(g, total, conditions, needed);
+    for (uint32_t i = 0; i < nodes; i++) {
+        needed[i] = needed[i] && kmp_graph_node(g, i)->op == KMP_OP_IMPLICIT;
+        solved += needed[i];
+    }
+    kmp_ref *out = KMP_GRAPH_NEW(g, kmp_ref, total + solved);
+    for (int late = 0, at = 0, from = 0; out && late < 2; late++) {
+        memcpy(out + at, conditions + from, (size_t)counts[late] * sizeof *out);
+        at += counts[late];
+        from += counts[late];
+        for (uint32_t i = 0; i < nodes; i++)
+            if (needed[i] && kmp_is_late(g, i << 1) == late) {
+                out[at++] = i << 1;
+                counts[late]++;
+            }
+    }
+    return out;
+}
+
 static kempe_status derive_changes(kmp_equations *eq, const kmp_events *events)
 {
-    const int count = events ? events->count : 0;
-    eq->changes = KMP_GRAPH_NEW(eq->graph, kmp_ref, count);
-    for (int k = 0; eq->changes && k < count; k++)
-        if (!kmp_tree_event(&eq->tree, k, &eq->changes[k]))
+    int counts[2] = {events ? events->count : 0, 0};
+    kmp_ref *changes = KMP_GRAPH_NEW(eq->graph, kmp_ref, counts[0]);
+    for (int k = 0; changes && k < counts[0]; k++)
+        if (!kmp_tree_event(&eq->tree, k, &changes[k]))
             return kmp_fail(eq->context, KEMPE_E_BUG, "a condition of an element is missing in its law");
-    eq->change_count = count;
+    eq->change_count = counts[0];
+    eq->changes = changes ? kmp_conditions_with_solved(eq->graph, changes, counts) : NULL;
+    eq->watched_count = counts[0] + counts[1];
     return kmp_made(eq->context, eq->changes);
 }
 
@@ -405,7 +439,7 @@ static kempe_status derive_dynamics(kmp_equations *eq, const kmp_scene *scene)
         derive_delayed(eq);
     if (sets & KMP_SET_LOADS)
         derive_loads(eq);
-    eq->change_count = 0;
+    eq->change_count = eq->watched_count = 0;
     if (sets & KMP_SET_CONDITIONS)
         KMP_TRY(derive_changes(eq, scene->events));
     if (sets & KMP_SET_ALONG)

@@ -130,11 +130,18 @@ typedef struct kmp_equations {
     kmp_ref *delayed, *before, *delay; /* of each continuous delay: the signal, that before the start or 0, seconds */
     int delayed_count;
     kmp_ref *loads;   /* dC/dlambda, n x m; NULL unless requested */
-    kmp_ref *changes; /* of each condition: it holds where this is negative */
-    int change_count;
+    kmp_ref *changes; /* of each condition: it holds where this is negative; then the unknowns of their blocks */
+    int change_count, watched_count; /* the conditions; with the unknowns */
     kmp_ref *along; /* changes of `closed`, h, rates and accelerations of the closures, `shown` and `changes` */
     int along_count;
 } kmp_equations;
+
+/** True for a value that depends on accelerations or multipliers. */
+bool kmp_is_late(const kmp_graph *g, kmp_ref value);
+
+/** Conditions in two groups, in each followed by the unknowns of its implicit blocks, with which counts grow; those of
+ * the second depend on accelerations or multipliers. NULL: no memory. */
+kmp_ref *kmp_conditions_with_solved(kmp_graph *g, const kmp_ref *conditions, int counts[2]);
 
 /** KEMPE_E_INPUT when a closure can never be met (a row that no coordinate moves). KEMPE_E_FAILED when accelerations
  * are requested and a coordinate moves no mass. KEMPE_E_MEMORY. */

@@ -9,7 +9,6 @@
 #include "model/print/model_print.h"
 #include "model/tables/closure_table.h"
 #include "model/variant.h"
-#include "symbolic/program/live.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <string.h>
@@ -214,41 +213,9 @@ char *kmp_system_event_text(kempe_system *s, const kmp_condition *condition)
     return kmp_text_keep(&text, &s->arena);
 }
 
-static bool is_late(const kmp_graph *g, kmp_ref value)
-{
-    return kmp_graph_node(g, kmp_id(value))->depends & (1u << KMP_IN_QDD | 1u << KMP_IN_LAMBDA);
-}
-
 static bool is_by_rates(const kmp_graph *g, kmp_ref value)
 {
     return kmp_graph_node(g, kmp_id(value))->depends & 1u << KMP_IN_QD;
-}
-
-/* The conditions and, in each group, the unknowns of its implicit blocks. NULL: no memory. */
-static kmp_ref *add_solved(kmp_graph *g, const kmp_ref *conditions, int counts[2])
-{
-    int total = counts[0] + counts[1], solved = 0;
-    uint32_t nodes = kmp_graph_count(g);
-    uint8_t *needed = KMP_GRAPH_NEW(g, uint8_t, nodes);
-    if (!needed)
-        return NULL;
-    kmp_live_mark(g, total, conditions, needed);
-    for (uint32_t i = 0; i < nodes; i++) {
-        needed[i] = needed[i] && kmp_graph_node(g, i)->op == KMP_OP_IMPLICIT;
-        solved += needed[i];
-    }
-    kmp_ref *out = KMP_GRAPH_NEW(g, kmp_ref, total + solved);
-    for (int late = 0, at = 0, from = 0; out && late < 2; late++) {
-        memcpy(out + at, conditions + from, (size_t)counts[late] * sizeof *out);
-        at += counts[late];
-        from += counts[late];
-        for (uint32_t i = 0; i < nodes; i++)
-            if (needed[i] && is_late(g, i << 1) == late) {
-                out[at++] = i << 1;
-                counts[late]++;
-            }
-    }
-    return out;
 }
 
 /* Makes the program of conditions. All are known once the other programs have been derived; these equations have all
@@ -264,7 +231,7 @@ static kempe_status make_changes(kempe_system *s, kmp_equations *eq)
         kmp_condition *condition = &s->events.condition[k];
         if (!kmp_tree_event(&eq->tree, k, &out[k]))
             return kmp_fail(s->context, KEMPE_E_BUG, "a condition of an element is missing in its law");
-        condition->late = (condition->ends || condition->role != KMP_ROLE_NONE) && is_late(eq->graph, out[k]);
+        condition->late = (condition->ends || condition->role != KMP_ROLE_NONE) && kmp_is_late(eq->graph, out[k]);
         s->changes_by_rates = s->changes_by_rates || condition->late || is_by_rates(eq->graph, out[k]);
         if (condition->late) {
             out[count + counts[1]++] = out[k];
@@ -272,7 +239,7 @@ static kempe_status make_changes(kempe_system *s, kmp_equations *eq)
         }
         s->event_text[k] = kmp_system_event_text(s, condition);
     }
-    const kmp_ref *all = out && !s->arena.failed ? add_solved(eq->graph, out, counts) : NULL;
+    const kmp_ref *all = out && !s->arena.failed ? kmp_conditions_with_solved(eq->graph, out, counts) : NULL;
     const kmp_ref *group[2] = {all, all ? all + counts[0] : NULL};
     s->changes = all ? kmp_program_new(eq->graph, 2, counts, group) : NULL;
     return s->changes ? KEMPE_OK : kmp_fail_memory(s->context);

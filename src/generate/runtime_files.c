@@ -11,7 +11,8 @@ static const struct {
                               [KMP_RUNTIME_SIMULATOR_HEADER] = {"kempe_simulator.h", kmp_kempe_simulator_h},
                               [KMP_RUNTIME_SIMULATOR] = {"kempe_simulator.c", kmp_kempe_simulator_c},
                               [KMP_RUNTIME_FRICTION] = {"kempe_friction.c", kmp_kempe_friction_c},
-                              [KMP_RUNTIME_CHARTS] = {"kempe_charts.c", kmp_kempe_charts_c}};
+                              [KMP_RUNTIME_CHARTS] = {"kempe_charts.c", kmp_kempe_charts_c},
+                              [KMP_RUNTIME_EVENTS] = {"kempe_events.c", kmp_kempe_events_c}};
 
 const char *kmp_runtime_name(kmp_runtime_file file)
 {

@@ -13,6 +13,7 @@ typedef enum kmp_runtime_file {
     KMP_RUNTIME_SIMULATOR,
     KMP_RUNTIME_FRICTION, /* kempe_friction.c: friction that sticks, of simulators */
     KMP_RUNTIME_CHARTS,   /* kempe_charts.c: charts of spherical joints, of simulators */
+    KMP_RUNTIME_EVENTS,   /* kempe_events.c: bounds of conditions, of simulators */
     KMP_RUNTIME_FILES
 } kmp_runtime_file;
 
@@ -22,4 +23,5 @@ void kmp_runtime_put(kmp_text *text, kmp_runtime_file file);
 /** Lines of the files; NULL ends each. */
 extern const char *const kmp_runtime_lines[], *const kmp_kempe_newton_h[], *const kmp_kempe_simulator_h[];
 extern const char *const kmp_blocks_in_python[], *const kmp_blocks_in_octave[];
-extern const char *const kmp_kempe_simulator_c[], *const kmp_kempe_friction_c[], *const kmp_kempe_charts_c[];
+extern const char *const kmp_kempe_simulator_c[], *const kmp_kempe_friction_c[], *const kmp_kempe_charts_c[],
+                                                                                     *const kmp_kempe_events_c[];

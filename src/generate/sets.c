@@ -29,7 +29,7 @@ kmp_set kmp_set_of(const kmp_equations *eq, int set)
     static const kmp_equations none;
     const kmp_equations *of = eq ? eq : &none;
     const int n = of->n, m = of->m, w = of->shown_count, f = of->friction_count, d = of->next_count;
-    const int c = of->contact_count, e = of->delayed_count, g = of->change_count, s = of->along_count;
+    const int c = of->contact_count, e = of->delayed_count, g = of->watched_count, s = of->along_count;
     const kmp_set sets[] = {
 #define KMP_EQUATIONS(id, name, derive, rows, columns, lower, entries, inputs, array, meaning)                         \
     {name, derive, rows, columns, lower, of->entries, inputs, array, meaning},

@@ -7,6 +7,7 @@
 #include "base/memory.h"
 #include "base/simd4.h"
 #include "base/spline.h"
+#include "linalg/piece_bounds.h"
 #include <kempe/runtime.h>
 #include <math.h>
 #include <string.h>
@@ -195,35 +196,17 @@ double kmp_table_value(const kmp_table *t, int derivative, double x)
 
 /* -- bounds ---------------------------------------------------------------------------------------- */
 
-static void include(double x, double *low, double *high)
-{
-    *low = fmin(*low, x);
-    *high = fmax(*high, x);
-}
-
-/* The control values of a piece's derivative between two places, within which it stays (Bernstein). */
-static void include_piece(const double piece[4], int derivative, double from, double to, double *low, double *high)
-{
-    double w = to - from, power = 1, d[4]; /* power: w^k / k! */
-    for (int k = 0; k < 4; power *= w / ++k)
-        d[k] = kempe_piece_(piece, derivative + k, from) * power;
-    include(d[0], low, high);
-    include(d[0] + d[1] / 3, low, high);
-    include(d[0] + (2 * d[1] + d[2]) / 3, low, high);
-    include(d[0] + d[1] + d[2] + d[3], low, high);
-}
-
 void kmp_table_bounds(const kmp_table *t, int derivative, double from, double to, double *low, double *high)
 {
     double first = t->x[0], last = t->x[t->count - 1];
     *low = INFINITY;
     *high = -INFINITY;
-    include(kmp_table_value(t, derivative, from), low, high);
-    include(kmp_table_value(t, derivative, to), low, high);
+    kmp_include(kmp_table_value(t, derivative, from), low, high);
+    kmp_include(kmp_table_value(t, derivative, to), low, high);
     from = fmax(from, first);
     to = fmin(to, last);
     for (int k = from <= to ? find_piece(t, from) : t->count; k < t->count - 1 && t->x[k] <= to; k++)
-        include_piece(t->piece[k], derivative, fmax(from - t->x[k], 0), fmin(to, t->x[k + 1]) - t->x[k], low, high);
+        kmp_piece_bounds(t->piece[k], derivative, fmax(from - t->x[k], 0), fmin(to, t->x[k + 1]) - t->x[k], low, high);
 }
 
 /* Pieces of points, of which some are in parts of several knots. */

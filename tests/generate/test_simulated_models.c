@@ -112,7 +112,8 @@ static bool build(const kempe_model *model, char name[256])
         kempe_code_free(code);
         return false;
     }
-    const bool sticks = has_file(code, "kempe_friction.c"), turns = has_file(code, "kempe_charts.c");
+    const bool sticks = has_file(code, "kempe_friction.c"), turns = has_file(code, "kempe_charts.c"),
+               changes = has_file(code, "kempe_events.c");
     snprintf(name, 256, "%.*s", (int)strcspn(kempe_code_file_name(code, 0), "."), kempe_code_file_name(code, 0));
     kempe_code_free(code);
     snprintf(
@@ -121,9 +122,9 @@ static bool build(const kempe_model *model, char name[256])
         "&& cat kempe_simulator.[ch] kempe_runtime.h >parts && { cmp -s parts compiled_parts || "
         "{ $compile -O1 -c kempe_simulator.c && mv parts compiled_parts; }; } "
         "&& $compile -O0 -DMODEL=%s -DMODEL_HEADER='\"%s_simulator.h\"' -o run %s/tests/generate/simulated_run.c "
-        "%s.c %s_simulator.c kempe_simulator.o %s %s -lm",
+        "%s.c %s_simulator.c kempe_simulator.o %s %s %s -lm",
         folder, KEMPE_CC, name, name, KEMPE_ROOT, name, name, sticks ? "kempe_friction.c" : "",
-        turns ? "kempe_charts.c" : "");
+        turns ? "kempe_charts.c" : "", changes ? "kempe_events.c" : "");
     return runs(command);
 }
 

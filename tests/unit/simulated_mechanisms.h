@@ -4,6 +4,7 @@
 #define KEMPE_TESTS_SIMULATED_MECHANISMS_H
 
 #include "generate/runtime/kempe_simulator.h"
+#include "symbolic/graph.h"
 #include <math.h>
 #include <stddef.h>
 
@@ -244,6 +245,33 @@ static const kempe_equations parallelogram = {.name = "parallelogram",
                                               .closures = parallelogram_closures,
                                               .motion = parallelogram_motion};
 
+/* -- bounds of conditions that are x, its rate, and limit - x ------------------------------------------------------ */
+
+static const double watch_constants[] = {0};
+static const int watch_place[] = {KEMPE_WATCH_Q, 0, KEMPE_WATCH_PARAMETER, 0}, watch_traits[] = {0, 0, 0};
+static const int watch_rates[] = {KEMPE_WATCH_QD, 0};
+static const unsigned watch_difference[] = {KMP_OP_ADD, 2, 1, 0}, watch_outputs[] = {0, 4, 0};
+static const kempe_watch watch_x = {.inputs = 1,
+                                    .constant = watch_constants,
+                                    .input = watch_place,
+                                    .output = watch_outputs,
+                                    .traits = watch_traits,
+                                    .search = kempe_watch_search};
+static const kempe_watch watch_rate = {.inputs = 1,
+                                       .constant = watch_constants,
+                                       .input = watch_rates,
+                                       .output = watch_outputs,
+                                       .traits = watch_traits,
+                                       .search = kempe_watch_search};
+static const kempe_watch watch_limit = {.inputs = 2,
+                                        .steps = 1,
+                                        .constant = watch_constants,
+                                        .input = watch_place,
+                                        .step = watch_difference,
+                                        .output = watch_outputs,
+                                        .traits = watch_traits,
+                                        .search = kempe_watch_search};
+
 /* -- a mass on a spring, which is stiffer where x < 0; it ends beyond a parameter; an input pushes -------------- */
 
 #define SOFT  4.0
@@ -295,7 +323,8 @@ static const kempe_equations spring = {.name = "spring",
                                        .start_qd = nothing,
                                        .prepare = spring_prepare,
                                        .motion = spring_motion,
-                                       .changes = spring_changes};
+                                       .changes = spring_changes,
+                                       .watch = &watch_limit};
 
 /* -- the same spring as a kink of |x| ------------------------------------------------------------------------------ */
 
@@ -328,7 +357,8 @@ static const kempe_equations kinked = {.name = "kinked",
                                        .start_q = ones,
                                        .start_qd = nothing,
                                        .motion = kinked_motion,
-                                       .changes = kinked_changes};
+                                       .changes = kinked_changes,
+                                       .watch = &watch_x};
 
 /* -- a mass on a stiff spring and damper whose other end moves as sin(t), with a force that makes its motion the same
  * --- */
@@ -384,7 +414,8 @@ static const kempe_equations chatter = {.name = "chatter",
                                         .start_q = ones,
                                         .start_qd = ones,
                                         .motion = chatter_motion,
-                                        .changes = chatter_changes};
+                                        .changes = chatter_changes,
+                                        .watch = &watch_rate};
 
 /* -- a mass under a force that is sampled; a counter of the passes of x < 0 ------------------------------------- */
 
@@ -430,6 +461,7 @@ static const kempe_equations sampled = {.name = "sampled",
                                         .start_qd = nothing,
                                         .motion = sampled_motion,
                                         .changes = sampled_changes,
+                                        .watch = &watch_x,
                                         .discrete = 2,
                                         .discrete_at = sampled_at,
                                         .discrete_period = sampled_period,
@@ -528,7 +560,8 @@ static const kempe_equations ramp = {.name = "ramp",
                                      .start_qd = ramp_rates,
                                      .closures = ramp_closures,
                                      .motion = ramp_motion,
-                                     .changes = ramp_changes};
+                                     .changes = ramp_changes,
+                                     .watch = &watch_x};
 
 /* -- two slider-cranks that are apart: J and M have blocks ------------------------------------------------------------
  */

@@ -69,6 +69,52 @@ typedef struct kempe_slopes {
     void (*evaluate)(const kempe_arguments *at, double *udd, double *vd, double *checks);
 } kempe_slopes;
 
+/** What an input of bounds is, and its place in the arguments of that name. */
+enum {
+    KEMPE_WATCH_TIME,
+    KEMPE_WATCH_Q,
+    KEMPE_WATCH_QD,
+    KEMPE_WATCH_QDD,
+    KEMPE_WATCH_LAMBDA,
+    KEMPE_WATCH_STILL, /* from here on constant during a step: modes */
+    KEMPE_WATCH_CHART,
+    KEMPE_WATCH_PARAMETER,
+    KEMPE_WATCH_INPUT
+};
+
+/** Bounds of a condition need the middle of a piece too; it ends a compliant contact, whose law has a kink there. */
+enum { KEMPE_WATCH_MIDDLE = 1, KEMPE_WATCH_PRESSES = 2 };
+
+/** A function given by points. */
+typedef struct kempe_watch_table {
+    int knots, degree;
+    const double *x, *y, *pieces; /* four coefficients a piece */
+} kempe_watch_table;
+
+struct kmp_watch_site;
+
+/** Bounds of the conditions and of their rates during a part of a step, by which their changes are found: operations in
+ * order, on constants, inputs, and the results of operations before. The function is that of kempe_events.c, which
+ * models without conditions do not need. */
+typedef struct kempe_watch {
+    int constants, inputs, steps, tables;
+    int solved; /* unknowns of implicit blocks in conditions, which are given */
+    const double *constant;
+    const int *input;       /* what each is, and its place */
+    const unsigned *step;   /* operation and three operands each: a value << 1 | its sign */
+    const unsigned *output; /* operands: of the conditions, then of the unknowns */
+    const int *traits;      /* conditions: KEMPE_WATCH_MIDDLE | KEMPE_WATCH_PRESSES */
+    const kempe_watch_table *table;
+    /** Values of the conditions, then of the unknowns; NULL without unknowns. */
+    void (*values)(const kempe_arguments *at, double *value);
+    /** Finds the earliest change between two times; 0, or a status of the site. */
+    int (*search)(const struct kempe_watch *watch, double *room, const struct kmp_watch_site *site, double from,
+                  double to, int *found);
+} kempe_watch;
+
+int kempe_watch_search(const kempe_watch *watch, double *room, const struct kmp_watch_site *site, double from,
+                       double to, int *found);
+
 struct kmp_friction_site;
 struct kmp_impact_site;
 
@@ -163,7 +209,6 @@ typedef struct kempe_equations {
     const char *const *advice;        /* conditions: where one ends the motion, the remedy; may be NULL */
     const int *coordinate_kind;       /* n */
     const int *condition_kind;        /* conditions */
-    const double *lag;                /* conditions: one changes where its value has passed zero by this amount */
     const double *scale;              /* n: size of a coordinate */
     const double *row_scale;          /* m: size of a row of h */
     const double *parameter_values;   /* of the model */
@@ -212,6 +257,7 @@ typedef struct kempe_equations {
 
     const kempe_friction *friction; /* NULL: there is none */
     const kempe_charts *charts;     /* NULL: there are none */
+    const kempe_watch *watch;       /* of the conditions; NULL: there are none */
 } kempe_equations;
 
 typedef enum kempe_simulator_status {
@@ -259,7 +305,7 @@ typedef struct kempe_simulator {
         double *decisions;                                              /* on friction */
         double *chart, *seen, *seen_t, *inner_q, *inner_qd, *inner_qdd; /* of spherical joints */
         /* scratch */
-        double *backup, *stage, *candidate, *probe, *aside, *q, *qd, *qdd, *lambda, *changes, *next;
+        double *backup, *stage, *candidate, *probe, *aside, *q, *qd, *qdd, *lambda, *changes, *next, *watched;
         double *h, *h_t, *jdqd, *jacobian, *mass, *bias, *loop, *tangent, *constant, *correction;
         double *moved, *reduced, *diagonal, *udd, *load, *pick, *pivots, *loads, *joint, *right, *inverse_row;
         double *dq, *dqd, *dqdd, *dlambda, *dynamics, *dh, *drates, *daccelerations, *dy, *dvalue, *zero;
@@ -281,7 +327,7 @@ typedef struct kempe_simulator {
 /** The number of doubles in the memory of a simulator, as a constant where the arguments are constants. */
 #define KEMPE_SIMULATOR_MEMORY(n, m, f, inputs, parameters, kept, conditions, outputs, discrete)                       \
     (2 * KEMPE_SIMULATOR_STATE(n, m, f, inputs, parameters, kept, conditions, outputs, discrete) + 49 +                \
-     20 * ((n) + (f)) + 4 * (f) + (discrete) + 3 * ((n) + (f)) + (outputs) + 8 * (conditions) + 3 * (inputs) +         \
+     20 * ((n) + (f)) + 4 * (f) + (discrete) + 3 * ((n) + (f)) + (outputs) + 3 * (conditions) + 3 * (inputs) +         \
      (parameters) + 17 * (n) + 12 * (m) + 2 + 2 * (m) * (n) + 3 * (n) * (n) + (n) * (f) + (f) * (f) + 3 * (f) + 1 +    \
      (n) * ((n) - (f)) + ((n) - (f)) * ((n) - (f)) + ((n) - (f)) * (2 * (f) + 3))
 
@@ -299,6 +345,10 @@ typedef struct kempe_simulator {
 
 /** Numbers that spherical joints add to it: their charts, the angles seen, and the motion in the charts, twice. */
 #define KEMPE_SIMULATOR_CHARTS(n, joints) (2 * (12 * (joints) + 1 + 3 * (n)) + 3 * (joints))
+
+/** Numbers that bounds of conditions add to it. `values`: constants, inputs and operations. */
+#define KEMPE_SIMULATOR_WATCH(conditions, values, inputs, solved)                                                      \
+    (4 * (values) + 33 * ((conditions) + 2 * (inputs) + (solved)) + 5 * (conditions) + (solved) + 2)
 
 /** The same of equations: the number of doubles in the memory of a simulator. */
 int kempe_simulator_memory(const kempe_equations *equations);

@@ -20,7 +20,7 @@ static double beyond(const kempe_simulator *s, int k, double value)
         return -INFINITY;
     if (e->condition_kind[k] == KEMPE_CONDITION_PASSES)
         return -value;
-    return (s->part.modes[k] > 0 ? value : -value) - (e->lag ? e->lag[k] : 0);
+    return s->part.modes[k] > 0 ? value : -value;
 }
 
 static double most_beyond(const kempe_simulator *s, const double *value)
@@ -100,6 +100,16 @@ static void put_place(const kempe_simulator *s, double *place)
     copy(n, part->qd, place + n);
     copy(n, part->qdd, place + 2 * n);
     copy(s->equations->rows, part->lambda, place + 3 * n);
+}
+
+static void take_place(kempe_simulator *s, const double *place)
+{
+    struct kempe_simulator_parts *part = &s->part;
+    int n = s->equations->coordinates;
+    copy(n, place, part->q);
+    copy(n, place + n, part->qd);
+    copy(n, place + 2 * n, part->qdd);
+    copy(s->equations->rows, place + 3 * n, part->lambda);
 }
 
 static void evaluate_changes(kempe_simulator *s, double t, double *value)
@@ -191,10 +201,10 @@ static double rate_of_motion(const kempe_simulator *s)
     return rate > 0 && rate <= DBL_MAX ? rate : 1;
 }
 
-/* Changes modes at the state y until all conditions agree with them; *changed: some have. At the start lags do not
- * count, and where no acceleration is finite with the modes that are none yet, conditions are those at rest. The state
- * is placed and complete. */
-static kempe_simulator_status settle_modes(kempe_simulator *s, double t, double *y, bool lags, bool *changed)
+/* Changes modes at the state y until all conditions agree with them; *changed: some have. At the start,
+ * where the motion does not go on yet, and where no acceleration is finite with the modes that are none yet, conditions
+ * are those at rest. The state is placed and complete. */
+static kempe_simulator_status settle_modes(kempe_simulator *s, double t, double *y, bool goes, bool *changed)
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
@@ -203,9 +213,9 @@ static kempe_simulator_status settle_modes(kempe_simulator *s, double t, double 
         if (pass > 0)
             copy(e->coordinates, part->qd, part->dqd);
         outcome said = slopes_closed(s, t, y, NULL);
-        if (said == GOOD && lags && *changed)
+        if (said == GOOD && goes && *changed)
             said = jump(s, t, part->dqd, y);
-        const bool at_rest = said == NOT_FINITE && !lags && pass == 0 && has_changes(s);
+        const bool at_rest = said == NOT_FINITE && !goes && pass == 0 && has_changes(s);
         if (said != GOOD && !at_rest)
             return explain(s, said, t);
         if (at_rest) {
@@ -221,8 +231,7 @@ static kempe_simulator_status settle_modes(kempe_simulator *s, double t, double 
         for (int k = 0; k < e->conditions; k++) {
             if (is_of_friction(e, k))
                 continue;
-            double lag = e->lag && !lags ? e->lag[k] : 0;
-            double past = beyond(s, k, part->value[k]) + lag;
+            double past = beyond(s, k, part->value[k]);
             if (!(past > 0 || (past == 0 && part->modes[k] > 0))) /* a value of zero is not negative */
                 continue;
             if (e->condition_kind[k] == KEMPE_CONDITION_ENDS) {

@@ -4,13 +4,14 @@
 #define SIMULATOR_EVENTS_H
 
 #include "generate/runtime/simulator_dense.h"
+#include "integrators/events/watch_site.h"
 
-/* The values of conditions at part x of the last step by polynomials through both ends with their accelerations: a few
- * roundings of a step's error away, without evaluations. */
-static void estimate_changes(kempe_simulator *s, double x, double *value)
+/* Places the motion at part x of the last step by polynomials through both ends with their accelerations: a few
+ * roundings of a step's error away, without evaluations. Multipliers are not those of the motion. */
+static void estimate(kempe_simulator *s, double x)
 {
     struct kempe_simulator_parts *part = &s->part;
-    int n = s->equations->coordinates, m = s->equations->rows;
+    int n = s->equations->coordinates;
     const double *begin = part->begin, *end = part->end;
     double h = part->state[AT_TAKEN];
     for (int i = 0; i < n; i++) {
@@ -21,13 +22,10 @@ static void estimate_changes(kempe_simulator *s, double x, double *value)
         part->qd[i] = (p1 + x * (2 * p2 + x * (3 * p3 + x * (4 * p4 + x * 5 * p5)))) / h;
         part->qdd[i] = (2 * p2 + x * (6 * p3 + x * (12 * p4 + x * 20 * p5))) / (h * h);
     }
-    for (int i = 0; i < m; i++)
-        part->lambda[i] = begin[3 * n + i] + x * (end[3 * n + i] - begin[3 * n + i]);
-    evaluate_changes(s, part->state[AT_BEGIN] + x * h, value);
 }
 
-/* The values of conditions at t within the last step, which is placed. */
-static outcome look_at(kempe_simulator *s, double t, double *value)
+/* The values of conditions at t within the last step, which is placed; with its accelerations if `rates`. */
+static outcome look_at(kempe_simulator *s, double t, bool rates, double *value)
 {
     struct kempe_simulator_parts *part = &s->part;
     outcome said = interpolate(s, t, part->probe);
@@ -38,7 +36,7 @@ static outcome look_at(kempe_simulator *s, double t, double *value)
     if (said != GOOD)
         return said;
     evaluate_rates(s);
-    if (!s->equations->early) {
+    if (rates || !s->equations->early) {
         said = accelerate(s, t);
         if (said != GOOD)
             return said;
@@ -48,98 +46,23 @@ static outcome look_at(kempe_simulator *s, double t, double *value)
     return GOOD;
 }
 
-/* A part of the last step in which conditions are sampled: by estimates, or exactly. */
-typedef struct window {
-    double from, to;
-    bool exact;
-} window;
-
-/* The values at part x of the step. */
-static outcome sample(kempe_simulator *s, const window *in, double x, double *value)
-{
-    const double *state = s->part.state;
-    if (in->exact)
-        return look_at(s, x < 1 ? state[AT_BEGIN] + x * state[AT_TAKEN] : state[AT_END], value);
-    estimate_changes(s, x, value);
-    return GOOD;
-}
-
-static double sample_place(const window *in, int at)
-{
-    return in->from + (in->to - in->from) * at / SAMPLES;
-}
-
-typedef struct glance {
-    kempe_simulator *s;
-    const window *in;
-    int condition;
-} glance;
-
-static double distance_before(void *self, double x)
-{
-    const glance *g = self;
-    double *value = g->s->part.changes + (ptrdiff_t)(SAMPLES + 1) * g->s->equations->conditions;
-    return sample(g->s, g->in, x, value) == GOOD ? -beyond(g->s, g->condition, value[g->condition]) : INFINITY;
-}
-
-/* A part of the step within a sample length of sample `at` where a condition changes for a short time alone; 0: none.
- * The top of a parabola through three samples tells where to look closer. */
-static double find_peak(kempe_simulator *s, const window *in, int at)
-{
-    int count = s->equations->conditions;
-    const double *value = s->part.changes + (ptrdiff_t)at * count;
-    for (int k = 0; k < count; k++) {
-        double before = beyond(s, k, value[k - count]), here = beyond(s, k, value[k]);
-        double after = beyond(s, k, value[k + count]), bend = before - 2 * here + after, rise = 0.5 * (after - before);
-        bool none = !(fmax(here, fmax(before, after)) <= 0) || !(bend < 0 && fabs(rise) <= -bend);
-        if (none || here - 0.5 * rise * rise / bend - 0.25 * bend <= 0)
-            continue;
-        glance g = {s, in, k};
-        double x = kmp_bracket_least(distance_before, &g, sample_place(in, at - 1), sample_place(in, at + 1),
-                                     1e-4 * (in->to - in->from));
-        if (distance_before(&g, x) < 0)
-            return x;
-    }
-    return 0;
-}
-
-/* True where the sample in the middle shows that events of friction change too much between samples: it is far from the
- * cubic polynomial through the others. */
-static bool is_coarse(const kempe_simulator *s)
-{
-    const int count = s->equations->conditions;
-    const double *value = s->part.changes;
-    for (int k = 0; k < count; k++) {
-        const double *f = value + k;
-        double size = 0;
-        if (s->equations->condition_kind[k] != KEMPE_CONDITION_PASSES)
-            continue;
-        for (int j = 0; j <= SAMPLES; j++)
-            size = fmax(size, fabs(f[(ptrdiff_t)j * count]));
-        const double middle = (4 * (f[count] + f[3 * (ptrdiff_t)count]) - f[0] - f[4 * (ptrdiff_t)count]) / 6;
-        if (fabs(f[2 * (ptrdiff_t)count] - middle) > RESOLVED * size)
-            return true;
-    }
-    return false;
-}
-
 /* Narrows the first change between parts `near` and `far` of the step to *t, where it has happened, with the values
  * there. */
 static outcome narrow(kempe_simulator *s, double near, double f_near, double far, double f_far, double *t)
 {
     struct kempe_simulator_parts *part = &s->part;
-    double begin = part->state[AT_BEGIN], *value = part->changes + (ptrdiff_t)(SAMPLES + 2) * s->equations->conditions;
+    double begin = part->state[AT_BEGIN], *value = part->changes + s->equations->conditions;
     double tolerance = fmax(4 * DBL_EPSILON * fmax(fabs(near), fabs(far)), 1e-14 * (far - near)), x;
     kmp_bracket b = kmp_bracket_of(near - begin, f_near, far - begin, f_far);
     while (kmp_bracket_next(&b, tolerance, &x)) {
-        outcome said = look_at(s, begin + x, value);
+        outcome said = look_at(s, begin + x, false, value);
         if (said != GOOD)
             return said;
         double f = most_beyond(s, value);
         kmp_bracket_take(&b, x, f, f > 0);
     }
     *t = begin + b.far;
-    return look_at(s, *t, value);
+    return look_at(s, *t, false, value);
 }
 
 /* Cuts the step at t, where the values have changed. */
@@ -159,20 +82,74 @@ static void cut_step(kempe_simulator *s, double t, const double *value)
     part->state[AT_EXCHANGE] = is_choice_bad(s, GROWTH);
 }
 
-/* Looks at the window up to part x of the step; *found: an event lies there, at which the step now ends. */
-static outcome try_window(kempe_simulator *s, double from, double x, bool *found)
+/* -- the site of kempe_events.c ------------------------------------------------------------------------------ */
+
+/* The simulator that watches; the last outcome that is not good. */
+typedef struct event_watcher {
+    kempe_simulator *s;
+    outcome said;
+    bool exact;
+} event_watcher;
+
+/* Ends of the step are there; others are estimated or evaluated. */
+static int look_within(void *self, double t, double *change, double *solved)
+{
+    event_watcher *w = self;
+    kempe_simulator *s = w->s;
+    const kempe_watch *watch = s->equations->watch;
+    const double *state = s->part.state;
+    if (t == state[AT_BEGIN] || t == state[AT_END])
+        take_place(s, t == state[AT_END] ? s->part.end : s->part.begin);
+    else if (w->exact)
+        w->said = look_at(s, t, true, change);
+    else
+        estimate(s, (t - state[AT_BEGIN]) / state[AT_TAKEN]);
+    if (w->said != GOOD)
+        return 1;
+    if (!watch->values) {
+        evaluate_changes(s, t, change);
+        return 0;
+    }
+    kempe_arguments at = arguments_at(s, t);
+    double *value = s->part.watched + numbers_of_watch(s->equations) - s->equations->conditions - watch->solved;
+    watch->values(&at, value);
+    copy(s->equations->conditions, value, change);
+    copy(watch->solved, value + s->equations->conditions, solved);
+    return 0;
+}
+
+/* Rates of elements at rest that other rows keep are zero by them, which bounds do not know: they are watched at ends
+ * of steps. */
+static bool may_change(const void *self, int k)
+{
+    const kempe_simulator *s = ((const event_watcher *)self)->s;
+    const kempe_friction *friction = s->equations->friction;
+    const double *mode = s->part.modes + k;
+    const int kind = s->equations->condition_kind[k];
+    if (kind != KEMPE_CONDITION_PASSES)
+        return kind == KEMPE_CONDITION_KINK ? *mode != 0 : kind != KEMPE_CONDITION_NUMBER;
+    for (int i = 0; i < friction->elements; i++)
+        if (friction->slot[i] == k)
+            return *mode != 0 && mode[KMP_ROLE_HELD - KMP_ROLE_SENSE] == 0;
+    return *mode > 0 || mode[KMP_ROLE_GIVEN - KMP_ROLE_HELD] != 0;
+}
+
+static bool is_held(const void *self, int k)
+{
+    const kempe_simulator *s = ((const event_watcher *)self)->s;
+    return s->part.modes[k] > 0 && s->equations->condition_kind[k] != KEMPE_CONDITION_PASSES;
+}
+
+/* Looks for the change between two times; *found: the step now ends there. */
+static outcome find_between(kempe_simulator *s, double near, double far, bool *found)
 {
     struct kempe_simulator_parts *part = &s->part;
-    int count = s->equations->conditions;
-    double *value = part->changes + (ptrdiff_t)(SAMPLES + 2) * count, t = 0, begin = part->state[AT_BEGIN];
-    double h = part->state[AT_TAKEN], far = x < 1 ? begin + x * h : part->state[AT_END], near = begin + from * h;
-    outcome said = prepare_dense(s);
-    if (said == GOOD)
-        said = look_at(s, far, value);
+    double *value = part->changes + s->equations->conditions, t = 0, begin = part->state[AT_BEGIN];
+    outcome said = look_at(s, far, false, value);
     double f_far = said == GOOD ? most_beyond(s, value) : 0;
     if (said != GOOD || !(f_far > 0))
         return said;
-    said = look_at(s, near, value);
+    said = look_at(s, near, false, value);
     double f_near = said == GOOD ? most_beyond(s, value) : 0;
     if (f_near > 0 && near > begin) {
         far = near;
@@ -189,43 +166,79 @@ static outcome try_window(kempe_simulator *s, double from, double x, bool *found
     return said;
 }
 
-/* Finds the first change of a condition in a part of the step, which is halved as long as samples are too coarse. */
-static outcome search_window(kempe_simulator *s, const window *in, bool *found)
+static int end_piece(void *self, double from, double to, const double *change, bool *found)
+{
+    event_watcher *w = self;
+    if (most_beyond(w->s, change) > 0)
+        w->said = find_between(w->s, from, to, found);
+    if (w->said == GOOD && !*found)
+        note_sizes(w->s, change);
+    return w->said != GOOD;
+}
+
+/* Part of a step, near its start, at which the value of a kink that is zero at the start, as at rest, has its sign. */
+#define NEAR_START (1.0 / 1024)
+
+/* Notes the branches of free kinks at the end of the last step. *again: the step has passed one, which now has the
+ * branch of the start of the step. */
+static void hold_branches(kempe_simulator *s, const double *end, bool *again)
 {
     struct kempe_simulator_parts *part = &s->part;
     const int count = s->equations->conditions;
-    outcome said = GOOD;
-    for (int j = 0; j <= SAMPLES && said == GOOD; j++)
-        said = sample(s, in, sample_place(in, j), part->changes + (ptrdiff_t)j * count);
-    if (said == GOOD && in->exact && in->to - in->from > SHORTEST_WINDOW && is_coarse(s)) {
-        const double middle = 0.5 * (in->from + in->to);
-        const window first = {in->from, middle, true}, second = {middle, in->to, true};
-        said = search_window(s, &first, found);
-        return said == GOOD && !*found ? search_window(s, &second, found) : said;
+    double *near = part->changes + count;
+    note_branches(s, end);
+    bool any = false;
+    for (int k = 0; k < count; k++)
+        any = any || fabs(part->flip[k]) > 1;
+    *again = false;
+    if (!any)
+        return;
+    estimate(s, NEAR_START);
+    evaluate_changes(s, part->state[AT_BEGIN] + NEAR_START * part->state[AT_TAKEN], near);
+    for (int k = 0; k < count; k++)
+        *again = *again || (fabs(part->flip[k]) > 1 && (near[k] < 0) != (end[k] < 0) && branch_of(s, k, near[k]) != 0);
+    if (*again) {
+        note_branches(s, near);
+        take_branches(s);
     }
-    for (int j = 1; j <= SAMPLES && !*found && said == GOOD; j++) {
-        double peak = j < SAMPLES ? find_peak(s, in, j) : 0, here = sample_place(in, j), from = sample_place(in, j - 1);
-        bool changed = most_beyond(s, part->changes + (ptrdiff_t)j * count) > 0;
-        if (peak > 0)
-            said = try_window(s, fmin(from, 0.5 * (in->from + peak)), peak, found);
-        if (changed && !*found && said == GOOD)
-            said = try_window(s, from, here, found);
-        if (!*found)
-            note_sizes(s, part->changes + (ptrdiff_t)j * count);
-    }
-    return said;
 }
 
-/* Finds the first change of a condition within the last step, whose ends are complete. Friction at rest follows
- * multipliers, whose course does not bound the step: its conditions are evaluated, not estimated. */
-static outcome find_event(kempe_simulator *s)
+/* Part of a step up to an event by which the step that is made again is longer: its end is surely beyond the event. */
+#define BEYOND 1e-3
+
+/* The length with which a step is made again up to the event found; 0: it is not. At the end of a compliant contact the
+ * law is continued beyond by the modulus of the depth, with a kink: the polynomial of a step that meets it is wrong
+ * before it too. */
+static double shortened(const kempe_simulator *s)
 {
-    const window whole = {0, 1, friction_rests(s)};
-    bool found = false;
-    outcome said = search_window(s, &whole, &found);
-    if (!found && said == GOOD)
-        note_branches(s, s->part.changes + (ptrdiff_t)SAMPLES * s->equations->conditions);
-    return said;
+    const struct kempe_simulator_parts *part = &s->part;
+    double h = (1 + BEYOND) * (part->state[AT_END] - part->state[AT_BEGIN]);
+    bool meets = false;
+    for (int k = 0; k < s->equations->conditions; k++)
+        meets = meets || (part->flip[k] > 0 && part->modes[k] > 0 &&
+                          (s->equations->watch->traits[k] & KEMPE_WATCH_PRESSES) != 0);
+    return meets && h < part->state[AT_TAKEN] && !(s->settings.fixed_step > 0) ? h : 0;
+}
+
+/* Finds the first change of a condition within the last step, whose ends are complete. Conditions of multipliers and of
+ * solved equations are evaluated, not estimated. *again: the length with which the step is to be made again; 0: it is
+ * not. */
+static outcome find_event(kempe_simulator *s, double *again)
+{
+    const kempe_equations *e = s->equations;
+    const struct kempe_simulator_parts *part = &s->part;
+    event_watcher w = {s, GOOD, !e->early || e->watch->solved > 0 || friction_rests(s)};
+    const kmp_watch_site site = {&w,          e->conditions, part->q,  part->qd,   part->qdd,     part->lambda,
+                                 part->modes, part->chart,   s->p,     part->held, part->changes, look_within,
+                                 may_change,  is_held,       end_piece};
+    int found = 0;
+    if (e->watch->search(e->watch, s->part.watched, &site, part->state[AT_BEGIN], part->state[AT_END], &found) != 0)
+        return w.said;
+    bool passed = false;
+    if (!found)
+        hold_branches(s, part->changes, &passed);
+    *again = found ? shortened(s) : passed ? part->state[AT_TAKEN] : 0;
+    return GOOD;
 }
 
 #endif

@@ -135,7 +135,7 @@ static void place_equations(kempe_simulator *s, double **at)
     part->qd = take(at, n);
     part->qdd = take(at, n);
     part->lambda = take(at, m);
-    part->changes = take(at, (SAMPLES + 3) * e->conditions);
+    part->changes = take(at, 2 * e->conditions);
     part->next = take(at, e->discrete);
     part->h = take(at, m);
     part->h_t = take(at, m);
@@ -210,10 +210,17 @@ static void place_friction(kempe_simulator *s, double **at)
     part->last_pivot = take(at, 1);
 }
 
+static int numbers_of_watch(const kempe_equations *e)
+{
+    const kempe_watch *w = e->watch;
+    return w ? KEMPE_SIMULATOR_WATCH(e->conditions, w->constants + w->inputs + w->steps, w->inputs, w->solved) : 0;
+}
+
 int kempe_simulator_memory(const kempe_equations *e)
 {
     int numbers = KEMPE_SIMULATOR_MEMORY(e->coordinates, e->rows, e->freedom, e->inputs, e->parameters, e->kept,
-                                         e->conditions, e->outputs, e->discrete);
+                                         e->conditions, e->outputs, e->discrete) +
+                  numbers_of_watch(e);
     return !e->friction ? numbers
                         : numbers +
                               KEMPE_SIMULATOR_FRICTION(e->coordinates, e->rows, e->freedom, e->conditions,
@@ -302,6 +309,7 @@ void kempe_simulator_init(kempe_simulator *s, const kempe_equations *e, double *
     place_equations(s, &at);
     place_directions(s, &at);
     place_friction(s, &at);
+    s->part.watched = take(&at, numbers_of_watch(e));
     s->part.next_seen = take(&at, e->charts ? 3 * e->charts->joints : 0);
     s->part.end_of_memory = at;
     s->settings.method = KEMPE_METHOD_DOP853;

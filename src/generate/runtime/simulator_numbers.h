@@ -19,8 +19,7 @@ enum {
     MOST_PASSES = 20,
     MOST_PARTS = 256,
     MOST_FINER = 100,
-    MOST_HALVINGS = 24,
-    SAMPLES = 4
+    MOST_HALVINGS = 24
 };
 
 /* Scaled numbers; each means the same as in the library. */
@@ -42,8 +41,6 @@ enum {
 #define NO_MASS              1e-13 /* pivot of the reduced mass over its diagonal */
 #define JUMP                 1e-9  /* of rates where modes change, over the fastest one */
 #define KINK                 100.0 /* tolerances of its largest value beyond which a kink is fixed */
-#define RESOLVED             0.02  /* of the largest value in samples: their distance from a cubic polynomial */
-#define SHORTEST_WINDOW      1e-3  /* of a step, in which conditions are sampled */
 #define NEAR_BY              1.0   /* rad: angles that change by less are continuous */
 #define ALONG_WITH           0.8   /* regularity below which joints get new angles together with a due one */
 #define INSTANT              1e-11 /* of the time of the motion: events within it are at one time */

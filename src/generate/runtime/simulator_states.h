@@ -25,10 +25,8 @@ void kempe_simulator_get_changes(const kempe_simulator *s, double *value)
 {
     const kempe_equations *e = s->equations;
     for (int k = 0; k < e->conditions; k++) {
-        double lag = e->lag ? e->lag[k] : 0;
         bool numbers = e->condition_kind[k] == KEMPE_CONDITION_KINK || e->condition_kind[k] == KEMPE_CONDITION_NUMBER;
-        bool passes = e->condition_kind[k] == KEMPE_CONDITION_PASSES;
-        value[k] = numbers ? 1 : passes ? s->part.value[k] : s->part.value[k] + (s->part.modes[k] > 0 ? -lag : lag);
+        value[k] = numbers ? 1 : s->part.value[k];
     }
 }
 

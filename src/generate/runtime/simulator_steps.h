@@ -169,6 +169,11 @@ static kempe_simulator_status begin_step(kempe_simulator *s)
             return status;
         state[AT_EVENT] = 0;
         state[AT_FRESH] = 1;
+        if (has_changes(s)) { /* the step that follows may pass a free kink */
+            evaluate_changes(s, t, part->changes);
+            note_branches(s, part->changes);
+            take_branches(s);
+        }
     }
     if (state[AT_EXCHANGE] > 0) {
         place_y(s, part->y_new);
@@ -200,8 +205,25 @@ static kempe_simulator_status begin_step(kempe_simulator *s)
     return said == GOOD ? KEMPE_SIMULATOR_GOES : explain(s, said, t);
 }
 
-/* Takes an attempt: the state at its end and what is to be done there. */
-static kempe_simulator_status take_step(kempe_simulator *s, double h, double t_new, double error)
+/* Takes back the last step, which is made again with the modes that have changed. */
+static void take_back(kempe_simulator *s, double h)
+{
+    struct kempe_simulator_parts *part = &s->part;
+    double *state = part->state;
+    copy(size_of_y(s), part->y_old, part->y_new);
+    state[AT_END] = state[AT_BEGIN];
+    state[AT_TAKEN] = 0;
+    state[AT_NEXT] = h;
+    state[AT_ERROR] = KMP_RK_ERROR_FLOOR;
+    state[AT_EXCHANGE] = state[AT_EVENT] = state[AT_ENDED] = 0;
+    state[AT_FRESH] = 1;
+    clear(s->equations->conditions, part->flip);
+    s->work.steps--;
+    s->work.rejected++;
+}
+
+/* Takes an attempt: the state at its end and what is to be done there. One that is made again is not once more. */
+static kempe_simulator_status take_step(kempe_simulator *s, double h, double t_new, double error, bool again)
 {
     struct kempe_simulator_parts *part = &s->part;
     double *state = part->state;
@@ -225,8 +247,13 @@ static kempe_simulator_status take_step(kempe_simulator *s, double h, double t_n
         return KEMPE_SIMULATOR_GOES;
     complete(s);
     put_place(s, part->end);
-    outcome said = find_event(s);
-    return said == GOOD ? KEMPE_SIMULATOR_GOES : explain(s, said, t_new);
+    double shorter_one = 0;
+    outcome said = find_event(s, &shorter_one);
+    if (said != GOOD)
+        return explain(s, said, t_new);
+    if (shorter_one > 0 && !again)
+        take_back(s, shorter_one);
+    return KEMPE_SIMULATOR_GOES;
 }
 
 static kempe_simulator_status give_up(kempe_simulator *s, outcome said, attempt_result what)
@@ -248,7 +275,7 @@ static kempe_simulator_status give_up(kempe_simulator *s, outcome said, attempt_
     return KEMPE_SIMULATOR_FAILED;
 }
 
-static kempe_simulator_status make_step(kempe_simulator *s)
+static kempe_simulator_status attempt_step(kempe_simulator *s, bool again)
 {
     double *state = s->part.state;
     kempe_simulator_status status = begin_step(s);
@@ -272,7 +299,9 @@ static kempe_simulator_status make_step(kempe_simulator *s)
         if (what == TAKEN) {
             bool collapsed = kmp_step_collapsed(&hopeless, h, t_new);
             state[AT_HOPELESS] = hopeless;
-            status = collapsed ? give_up(s, GOOD, BAD_ERROR) : take_step(s, h, t_new, error);
+            status = collapsed ? give_up(s, GOOD, BAD_ERROR) : take_step(s, h, t_new, error, again);
+            if (status == KEMPE_SIMULATOR_GOES && state[AT_END] == t)
+                return attempt_step(s, true);
             if (end < s->settings.end)
                 state[AT_NEXT] = fmax(state[AT_NEXT], next); /* h may be cut by a sample */
             return status;
@@ -282,6 +311,11 @@ static kempe_simulator_status make_step(kempe_simulator *s)
         state[AT_REJECTED] = 1;
     }
     return give_up(s, said, what);
+}
+
+static kempe_simulator_status make_step(kempe_simulator *s)
+{
+    return attempt_step(s, false);
 }
 
 #endif

@@ -10,6 +10,7 @@
 #include "dynamics/load_dependent.h"
 #include "generate/runtime/kempe_simulator.h"
 #include "generate/simulator/slopes.h"
+#include "generate/simulator/watch.h"
 #include "integrators/friction/friction_inside.h"
 #include "integrators/friction/friction_run.h"
 #include "model/tables/output_table.h"
@@ -175,7 +176,7 @@ static kempe_status take_conditions(kmp_code_source *source, kempe_system *syste
     struct kmp_simulated *x = source->simulated;
     const int count = x->condition_count = events->count;
     if (!KMP_ARENA_MAKE(&source->arena, KMP_ROOM(char *, count, &x->condition_name, &x->advice),
-                        KMP_ROOM(int, count, &x->condition_kind), KMP_ROOM(double, count, &x->lag)))
+                        KMP_ROOM(int, count, &x->condition_kind, &x->watch_traits)))
         return kmp_fail_memory(source->context);
     for (int k = 0; k < count; k++) {
         const kmp_condition *c = &events->condition[k];
@@ -183,7 +184,7 @@ static kempe_status take_conditions(kmp_code_source *source, kempe_system *syste
         x->condition_name[k] = kmp_arena_printf(&source->arena, "%s%s", text ? text : "", event_of(c));
         x->advice[k] = kmp_arena_strdup(&source->arena, c->advice ? c->advice : "");
         x->condition_kind[k] = kind_of(c);
-        x->lag[k] = c->lag;
+        x->watch_traits[k] = c->measured ? KEMPE_WATCH_PRESSES : 0;
     }
     return kmp_made(source->context, !source->arena.failed);
 }
@@ -344,7 +345,8 @@ kempe_status kmp_simulated_place(kmp_code_source *source)
     x->early = !reads(changes, KMP_IN_LAMBDA, -1) && !reads(changes, KMP_IN_QDD, -1);
     x->jacobian_zeros = zeros_of(&source->arena, closures, "J", source->m, source->n);
     x->mass_zeros = zeros_of(&source->arena, motion, "M", source->n, source->n);
-    return kmp_made(source->context, !source->arena.failed);
+    KMP_TRY(kmp_made(source->context, !source->arena.failed));
+    return kmp_watch_find(source);
 }
 
 kempe_status kmp_simulated_find(kmp_code_source *source, const kmp_set_choice *choice)

@@ -22,15 +22,19 @@ struct kmp_simulated {
     int condition_count;             /* in the order of `modes` */
     char **condition_name, **advice; /* advice: "" without one */
     int *condition_kind;             /* of kempe_simulator.h */
-    double *lag;
-    int *event, *sense, *settles; /* of states with next values: kempe_simulator.h */
-    int *coordinate_kind;         /* n */
-    int *symbol;                  /* by position in p: the parameter of the model */
-    int *fixed;                   /* by position in p: 1 where the closures depend on it */
-    bool loaded;                  /* C depends on multipliers */
-    bool switches;                /* closures depend on conditions */
-    bool early;                   /* conditions depend on neither accelerations nor multipliers */
-    int friction_count;           /* elements of friction that sticks and of contacts: kempe_simulator.h */
+    struct kmp_bounds *watch;        /* bounds of the conditions; NULL: there are none */
+    int watch_first;                 /* the first output that they have */
+    int watch_solved;                /* unknowns of implicit blocks in conditions */
+    int *watch_input;                /* what each input is, and its place: kempe_watch */
+    int *watch_traits;               /* conditions */
+    int *event, *sense, *settles;    /* of states with next values: kempe_simulator.h */
+    int *coordinate_kind;            /* n */
+    int *symbol;                     /* by position in p: the parameter of the model */
+    int *fixed;                      /* by position in p: 1 where the closures depend on it */
+    bool loaded;                     /* C depends on multipliers */
+    bool switches;                   /* closures depend on conditions */
+    bool early;                      /* conditions depend on neither accelerations nor multipliers */
+    int friction_count;              /* elements of friction that sticks and of contacts: kempe_simulator.h */
     struct kmp_simulated_friction {
         int *slot, *row, *base, *across, *twin, *loaded, *contact;
         double *size, *regularise;

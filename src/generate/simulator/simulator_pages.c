@@ -4,6 +4,7 @@
 #include "generate/languages/language.h"
 #include "generate/runtime_files.h"
 #include "generate/simulator/simulated.h"
+#include "generate/simulator/watch.h"
 #include "model/model.h"
 #include <stdio.h>
 #include <string.h>
@@ -72,14 +73,29 @@ static void put_call(kmp_text *text, const kmp_code_source *s, const char *name,
         s->name, name, place_in_k(s, name), way, results);
 }
 
-static void put_function(kmp_text *text, const kmp_code_source *s, const char *name, const char *parameters,
+static void put_function(kmp_text *text, const kmp_code_source *s, const char *function, const char *parameters,
                          const char *results)
 {
-    kmp_text_printf(text, "static void %s(const kempe_arguments *at, %s)\n{\n", name, parameters);
+    const char *name = strcmp(function, "watch_values") == 0 ? "changes" : function;
+    kmp_text_printf(text, "static void %s(const kempe_arguments *at, %s)\n{\n", function, parameters);
     put_call(text, s, name, "", results);
     if (!kmp_simulated_routine(s, name))
         kmp_text_printf(text, "    (void)at, (void)%s;\n", results);
     kmp_text_put(text, "}\n\n");
+}
+
+/* Conditions, without the unknowns of their implicit blocks, and with them. */
+static void put_changes(kmp_text *text, const kmp_code_source *s)
+{
+    const struct kmp_simulated *x = s->simulated;
+    const bool solved = x->watch_solved > 0;
+    put_function(text, s, solved ? "watch_values" : "changes", "double *value", "value");
+    if (solved)
+        kmp_text_printf(
+            text,
+            "static void changes(const kempe_arguments *at, double *value)\n{\n    double all[%d];\n"
+            "    watch_values(at, all);\n    for (int i = 0; i < %d; i++)\n        value[i] = all[i];\n}\n\n",
+            x->condition_count + x->watch_solved, x->condition_count);
 }
 
 /* The direction as one array, and the changes apart. */
@@ -130,7 +146,6 @@ static void put_tables(kmp_text *text, const kmp_code_source *s)
     put_ints(text, "parameter_fixed", s->parameter_count, x->fixed);
     put_ints(text, "symbol", s->parameter_count, x->symbol);
     put_ints(text, "independent", x->freedom, x->independent);
-    put_doubles(text, "lag", x->condition_count, x->lag);
     put_ints(text, "discrete_at", s->discrete_count, s->discrete_place);
     put_doubles(text, "discrete_period", s->discrete_count, s->discrete_time);
     put_ints(text, "discrete_condition", s->discrete_count, x->event);
@@ -205,7 +220,6 @@ static void put_equations(kmp_text *text, const kmp_code_source *s)
                                        "condition_names",
                                        "output_names",
                                        "advice",
-                                       "lag",
                                        "coordinate_kind",
                                        "condition_kind",
                                        "scale",
@@ -253,6 +267,8 @@ static void put_equations(kmp_text *text, const kmp_code_source *s)
         kmp_text_put(text, "    .friction = &friction,\n");
     if (x->chart_count > 0)
         kmp_text_put(text, "    .charts = &charts,\n");
+    if (x->watch)
+        kmp_text_put(text, "    .watch = &watch,\n");
     for (size_t k = 0; k < sizeof same / sizeof *same; k++)
         kmp_text_printf(text, "    .%s = %s%s\n", same[k], same[k], k + 1 < sizeof same / sizeof *same ? "," : "};");
 }
@@ -277,6 +293,11 @@ static void put_header(kmp_text *text, const kmp_code_source *s)
         kmp_text_printf(text, " +\n    KEMPE_SIMULATOR_CONTACTS(%d, %d)", s->n, x->friction_count);
     if (x->chart_count > 0)
         kmp_text_printf(text, " +\n    KEMPE_SIMULATOR_CHARTS(%d, %d)", s->n, x->chart_count);
+    if (x->watch) {
+        kmp_text_put(text, " +\n    KEMPE_SIMULATOR_WATCH(");
+        kmp_watch_put_size(text, s);
+        kmp_text_put(text, ")");
+    }
     kmp_text_put(text, " };\n\n");
     kmp_text_printf(text, "extern const kempe_equations %s_equations;\n\n#ifdef __cplusplus\n}\n#endif\n#endif\n",
                     name);
@@ -309,11 +330,12 @@ static void put_source(kmp_text *text, const kmp_code_source *s)
     kmp_text_printf(
         text,
         "/* Simulator of the model %s, written by Kempe " KEMPE_VERSION ".\n *\n"
-        " * To compile: cc -std=c99 -O2 -ffp-contract=off -c %s_simulator.c %s.c kempe_simulator.c%s%s (libm "
+        " * To compile: cc -std=c99 -O2 -ffp-contract=off -c %s_simulator.c %s.c kempe_simulator.c%s%s%s (libm "
         "to link). */\n"
         "#include \"%s_simulator.h\"\n#include \"%s.h\"\n#include <math.h>\n#include <stddef.h>\n\n",
         s->hash, s->name, s->name, s->simulated->friction_count ? " kempe_friction.c" : "",
-        s->simulated->chart_count ? " kempe_charts.c" : "", s->name, s->name);
+        s->simulated->chart_count ? " kempe_charts.c" : "", s->simulated->watch ? " kempe_events.c" : "", s->name,
+        s->name);
     put_tables(text, s);
     put_prepare(text, s);
     put_function(text, s, "closures", "double *h, double *J, double *h_t", "h, J, h_t");
@@ -324,11 +346,12 @@ static void put_source(kmp_text *text, const kmp_code_source *s)
     if (s->simulated->starts)
         put_function(text, s, "start", "double *values", "values");
     put_function(text, s, "show", "double *y", "y");
-    put_function(text, s, "changes", "double *value", "value");
+    put_changes(text, s);
     put_function(text, s, "next", "double *value", "value");
     put_along(text, s);
     put_friction(text, s);
     put_charts(text, s);
+    kmp_watch_put(text, s);
     put_equations(text, s);
 }
 
@@ -350,7 +373,8 @@ bool kmp_simulator_pages(const kmp_code_source *s, kmp_code_files *files)
     if (source)
         put_source(source, s);
     bool ok = source;
-    const bool needed[] = {true, true, s->simulated->friction_count > 0, s->simulated->chart_count > 0};
+    const bool needed[] = {true, true, s->simulated->friction_count > 0, s->simulated->chart_count > 0,
+                           s->simulated->watch != NULL};
     for (int k = 0; ok && k < (int)(sizeof needed / sizeof *needed); k++) {
         const kmp_runtime_file file = (kmp_runtime_file)(KMP_RUNTIME_SIMULATOR_HEADER + k);
         kmp_text *text = needed[k] ? add(files, kmp_runtime_name(file), "") : NULL;

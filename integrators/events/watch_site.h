@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The simulator whose conditions kempe_events.c watches. A status is 0, or a number that ends the search. Generated
+ * simulators have this file too. */
+#ifndef KMP_WATCH_SITE_H
+#define KMP_WATCH_SITE_H
+
+#include <stdbool.h>
+
+typedef struct kmp_watch_site {
+    void *self;
+    int conditions;
+    /** What bounds read: at the last look; constant during a step. */
+    const double *q, *qd, *qdd, *lambda, *modes, *chart, *p, *u;
+    double *last; /* values of the conditions at the end of a step without a change */
+    /** Goes to a time within the step: values of the conditions, and of the unknowns of their implicit blocks. */
+    int (*look)(void *self, double t, double *change, double *solved);
+    /** False for a condition that is no event. */
+    bool (*may_change)(const void *self, int condition);
+    /** True for a condition that is fixed where its value is negative. */
+    bool (*holds)(const void *self, int condition);
+    /** Ends a piece, with the values at its end. *found: it has a change, at which the step now ends. */
+    int (*end)(void *self, double from, double to, const double *change, bool *found);
+} kmp_watch_site;
+
+#endif
