@@ -9,7 +9,7 @@
 typedef struct kmp_watch_site {
     void *self;
     int conditions;
-    /** What bounds read: at the last look; constant during a step. */
+    /** Bounds read these: of the last look, and those that are constant during a step. */
     const double *q, *qd, *qdd, *lambda, *modes, *chart, *p, *u;
     double *last; /* values of the conditions at the end of a step without a change */
     /** Goes to a time within the step: values of the conditions, and of the unknowns of their implicit blocks. */

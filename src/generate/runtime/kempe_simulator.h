@@ -69,7 +69,7 @@ typedef struct kempe_slopes {
     void (*evaluate)(const kempe_arguments *at, double *udd, double *vd, double *checks);
 } kempe_slopes;
 
-/** What an input of bounds is, and its place in the arguments of that name. */
+/** The arguments that bounds read, each with its place. */
 enum {
     KEMPE_WATCH_TIME,
     KEMPE_WATCH_Q,

@@ -7,7 +7,7 @@
 #include "generate/simulator/simulated.h"
 #include "symbolic/table_function.h"
 
-/* What an input is in a simulator. */
+/* The argument of a simulator that an input is. */
 static int kind_of(const kmp_program_input *in)
 {
     switch (in->kind) {
