@@ -337,7 +337,14 @@ kmp_vec kmp_closure_load(const kmp_tree *tree, int c, bool moment)
     for (int k = 0; k < kmp_closure_rows(kind, closure); k++)
         lambda[k] = kmp_tree_multiplier(tree, c, k);
     const kmp_part *part = moment ? kind->moment : kind->force;
-    return part->rows > 0 ? part->load(tree, closure, moment ? lambda + kind->force->rows : lambda) : kmp_vec_zero();
+    if (part->rows == 0)
+        return kmp_vec_zero();
+    kmp_vec load = part->load(tree, closure, moment ? lambda + kind->force->rows : lambda);
+    if (part->load == kmp_part_effort)
+        return load;
+    const kmp_point *points = tree->model->points;
+    int common = kmp_model_common_body(tree->model, points[closure->point[0]].body, points[closure->point[1]].body);
+    return kmp_link_direction(tree, tree->mounts[common].link, kmp_body_vector(tree, common, load), 0);
 }
 
 static void derive_reactions(kmp_equations *eq)

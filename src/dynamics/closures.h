@@ -10,5 +10,6 @@ kempe_status kmp_closures_derive(kmp_equations *eq, const kmp_scene *scene);
 /** J' times the inputs of a kind, which has an entry a row: out (n). */
 void kmp_closures_transposed(kmp_equations *eq, kmp_input_kind kind, kmp_ref *out);
 
-/** The force, or the moment, of a closure's multipliers, which are inputs (constraints/kinds/kind.h). */
+/** The force, or the moment, of a closure's multipliers, which are inputs (constraints/kinds/kind.h), in ground axes.
+ */
 kmp_vec kmp_closure_load(const kmp_tree *tree, int closure, bool moment);

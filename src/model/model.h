@@ -89,6 +89,7 @@ typedef struct kmp_body {
     double frame[3][3]; /* then v_at = frame v_to, when turned; when reversed v_to = frame v_at */
     bool reversed; /* its joint's coordinates are those of the parent relative to the body: the chain has the inverse
                       motions, and a frame is at its end */
+    bool loads_parent;              /* the second body of its joint, which the joint's reaction loads, is its parent */
     int first_motion, motion_count; /* its chain; no motion: it is welded to its parent */
     int load_count;   /* of its first motions: translations that are locked, for the reaction of its joint */
     int load_closure; /* the first one of their locks */

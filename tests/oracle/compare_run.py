@@ -194,10 +194,9 @@ class Comparison:
             self.agree(f"{name} at the end of the run", got[-1:].repeat(len(got), 0), want[None].repeat(len(got), 0),
                        size, usual=TRAJECTORY * rtol + OWN_ERROR, conditioned=False)
 
-    def axes_of(self, item):
-        """Axes of the nearest common ancestor of a closure's bodies, as columns in ground axes."""
-        body = -1 if broken("axes of reactions") else self.mechanism.common(item)
-        return self.motion.turn[:, body]
+    def axes_of_reactions(self, item):
+        """Those of the ground, as columns in ground axes."""
+        return self.motion.turn[:, self.mechanism.common(item) if broken("axes of reactions") else -1]
 
     def determined(self, shares):
         """The components of (T, k, m) shares of multipliers that are the same for all solutions."""
@@ -213,7 +212,7 @@ class Comparison:
         motion, count = self.motion, self.motion.h.shape[1]
         ones = np.tile(np.eye(count), (motion.count, 1, 1))
         whole = motion.wrench(item, ones, 0 if broken("body of reactions") else 1)
-        axes = np.swapaxes(self.axes_of(item), -1, -2)
+        axes = np.swapaxes(self.axes_of_reactions(item), -1, -2)
         return np.concatenate([axes @ whole[:, :3], axes @ whole[:, 3:]], 1)
 
     def size_of_forces(self):
@@ -258,8 +257,8 @@ class Comparison:
             self.agree(f"load of joint {joint.name}", np.where(known, got, 0), np.where(known, want, 0), size)
 
     def joint_load(self, joint, wrenches):
-        """Force and moment of a joint's constraint in the axes of the parent: the whole wrench without its parts along the
-        motions. Those of slides and of rotations act at the place that all its axes pass through."""
+        """Force and moment of a joint's constraint in the axes of the ground, on its second body: the whole wrench without
+        its parts along the motions. Those of slides and of rotations act at the place that all its axes pass through."""
         motion, c, p = self.motion, joint.child, joint.parent
         whole = wrenches[:, 6 * c:6 * c + 6]
         moves = -motion.motions[:, 6 * c:6 * c + 6][:, :, joint.coordinates]
@@ -267,14 +266,13 @@ class Comparison:
         begin = motion.r[:, p] + motion.turn[:, p] @ joint.at.place if p >= 0 else np.tile(joint.at.place, (motion.count, 1))
         end = motion.r[:, c] + motion.turn[:, c] @ joint.to.place
         first = turns[-1 if joint.turned else 0]
-        middle, shown = begin if first else end, begin if joint.turned else end
+        on_parent = joint.turned if broken("bodies of loads of joints") else joint.loads_parent
+        middle, shown = begin if first else end, begin if on_parent else end
         force, moment = whole[:, :3], whole[:, 3:] - np.cross(middle - motion.r[:, c], whole[:, :3])
         if not broken("efforts in loads of joints"):
             force, moment = across(force, moves[:, :3, ~turns]), across(moment, moves[:, 3:, turns])
         moment = moment - np.cross(shown - middle, force)
-        sign = -1.0 if joint.turned and not broken("bodies of loads of joints") else 1.0
-        axes = np.swapaxes(motion.turn[:, p], -1, -2) if p >= 0 else np.eye(3)
-        return sign * np.concatenate([(axes @ x[..., None])[..., 0] for x in (force, moment)], 1)
+        return (-1.0 if on_parent else 1.0) * np.concatenate([force, moment], 1)
 
     def compare_reaction(self, item, got):
         shares = self.shares(item)
@@ -286,7 +284,7 @@ class Comparison:
     def effect(self, item, wrench):
         """Efforts on the coordinates that the reported reaction and moment of a closure make."""
         motion, (first, second) = self.motion, item.points
-        axes = self.axes_of(item)
+        axes = self.axes_of_reactions(item)
         force, moment = (np.einsum("tij,tj->ti", axes, x) for x in (wrench[:, :3], wrench[:, 3:]))
         total, place = np.zeros((motion.count, 6 * motion.bodies)), motion.point(second.body, second.place)[0]
         for body, sign in ((second.body, 1.0), (first.body, -1.0)):
@@ -304,7 +302,9 @@ class Comparison:
             if got is None or got.shape[1] != rows.stop - rows.start:
                 continue
             if item.kind == "ball" and f"reaction.{item.name}.x" in self.table:
-                self.agree(f"lambda of {item.name}", got, self.table.columns(f"reaction.{item.name}", "xyz"))
+                force = self.table.columns(f"reaction.{item.name}", "xyz")
+                own = np.swapaxes(self.motion.turn[:, self.mechanism.common(item)], -1, -2)
+                self.agree(f"lambda of {item.name}", got, (own @ force[..., None])[..., 0])
             if item.kind == "rod":
                 got = got * self.motion.lengths(item)[:, None]
             if self.documented(item):

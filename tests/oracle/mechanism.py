@@ -42,6 +42,7 @@ class Joint:
     def __init__(self, name, at, to, frame, chain, turned=False, pitch=None):
         self.name, self.at, self.to, self.frame, self.chain = name, at, to, frame, chain
         self.turned, self.pitch, self.coordinates = turned, pitch, []
+        self.loads_parent = False  # its second body carries the first
 
 
 class Item:
@@ -302,7 +303,7 @@ class Mechanism:
                 ends = [self.reached(joint.at.body), self.reached(joint.to.body)]
                 if ends[0] == ends[1]:
                     continue
-                joint.turned = not ends[0]
+                joint.turned = joint.loads_parent = not ends[0]
                 if joint.turned:
                     joint.at, joint.to = joint.to, joint.at
                 joint.parent, joint.child, joint.words = joint.at.body, joint.to.body, []

@@ -57,8 +57,9 @@ class Generator(Trees, Loops, Laws, States):
         self.leave_choice()
 
     def loaded_joints(self):
-        """Joints of bodies whose loads are known: no weld, no screw, no translations before and after a rotation."""
-        names = []
+        """Joints of trees whose loads are known: no weld, no screw, no translations before and after a rotation."""
+        names = [name for name, keys in self.document.get("joints", {}).items()
+                 if keys.get("cut") != "yes" and not {"weld", "screw"} & set(keys)]
         for keys in self.document["bodies"].values():
             joint = keys.get("joint", {"weld": "yes"})
             turns = ["R" in motion for motion in joint.get("motions", [])]
@@ -97,14 +98,15 @@ class Generator(Trees, Loops, Laws, States):
         self.document["start"] = {k: v for k, v in start.items() if v}
 
     def leave_choice(self):
-        """Kempe itself chooses what it cuts of a graph: no joint says so, and no output asks for one."""
+        """Kempe itself chooses what it cuts of a graph: no joint says so, and no output asks for the load of a weld."""
         if not self.cuts or self.features["force-of-lambda"] or self.chance(0.5):
             return
         self.features["graph-chosen"] += 1
         for keys in self.document["joints"].values():
             keys.pop("cut")
         outputs = self.document["run"]["outputs"]
-        gone = {f"{word}({name})" for word in ("reaction", "moment") for name in self.cuts}
+        gone = {f"{word}({name})" for word in ("reaction", "moment") for name in self.cuts
+                if "weld" in self.document["joints"].get(name, {})}
         self.document["run"]["outputs"] = [word for word in outputs if word not in gone]
 
     def guess_roughly(self, start):

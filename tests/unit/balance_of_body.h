@@ -6,25 +6,15 @@
 #include "evaluated.h"
 #include "linalg/dot.h"
 
-/* Outputs after the positions of O, X, Y, Z of the body in whose axes the load is: C is the centre of mass of b, whose
- * X, Y, Z are one length from it, and Q the point about which the moment is. */
+/* Outputs: C is the centre of mass of b, whose X, Y, Z are one length from it, and Q the point about which the moment
+ * is. */
 #define BALANCE_OF_B                                                                                                   \
     "position(b.C), position(b.X), position(b.Y), position(b.Z), position(b.Q), acceleration(b.C), "                   \
     "acceleration(b.X), acceleration(b.Y), acceleration(b.Z), reaction(W), moment(W)]}\n"
 
 typedef struct seen {
-    double origin[3], end[3][3], c[3], x[3][3], q[3], ac[3], ax[3][3], force[3], moment[3];
+    double c[3], x[3][3], q[3], ac[3], ax[3][3], force[3], moment[3];
 } seen;
-
-/* v of axes that end at `end`, in ground axes. */
-static inline void to_ground(const seen *s, const double v[3], double out[3])
-{
-    for (int i = 0; i < 3; i++) {
-        out[i] = 0;
-        for (int k = 0; k < 3; k++)
-            out[i] += (s->end[k][i] - s->origin[i]) * v[k];
-    }
-}
 
 /* At rest the points of b are accelerated by alpha x r: alpha = sum r x a / 2 over three r across each other. */
 static inline void angular(const seen *s, double alpha[3])
@@ -51,18 +41,16 @@ static inline void check_balance(const char *text, bool at_q, double tolerance)
     evaluated e = evaluate(&l, &run, KEMPE_OK);
     if (e.rows > 0) {
         seen s;
-        double force[3], moment[3], alpha[3], arm[3], product[3];
+        double alpha[3], arm[3], product[3];
         memcpy(&s, shown_at(&e, 0), sizeof s);
-        to_ground(&s, s.force, force);
-        to_ground(&s, s.moment, moment);
         angular(&s, alpha);
         for (int i = 0; i < 3; i++) {
-            CHECK_NEAR(force[i], 1.5 * (s.ac[i] - gravity[i]), tolerance);
+            CHECK_NEAR(s.force[i], 1.5 * (s.ac[i] - gravity[i]), tolerance);
             arm[i] = at_q ? s.q[i] - s.c[i] : 0;
         }
-        kmp_cross3(arm, force, product);
+        kmp_cross3(arm, s.force, product);
         for (int i = 0; i < 3; i++)
-            CHECK_NEAR(alpha[i], moment[i] + product[i], tolerance);
+            CHECK_NEAR(alpha[i], s.moment[i] + product[i], tolerance);
     } else {
         printf("%s\n", text);
     }

@@ -169,9 +169,9 @@ static void constrain(const kmp_tree *tree, const kmp_body *body, kmp_wrench *w)
     moment = across(g, count[1], along[1], at_end ? kmp_vec_sub(g, moment, lever) : moment);
     w->force = across(g, count[0], along[0], w->force);
     lever = kmp_vec_cross(g, arm, w->force);
-    if (at_end && body->reversed)
+    if (at_end && body->loads_parent)
         moment = kmp_vec_add(g, moment, lever);
-    if (!at_end && !body->reversed)
+    if (!at_end && !body->loads_parent)
         moment = kmp_vec_sub(g, moment, lever);
     w->moment = moment;
 }
@@ -192,12 +192,12 @@ static void find_load(kmp_joint_loads *loads, const kmp_tree *tree, int body)
         w.moment.x[k] = kmp_sub(g, w.moment.x[k], generalized[3 + k]);
     }
     constrain(tree, b, &w);
-    if (b->reversed) {
+    if (b->loads_parent) {
         w.force = kmp_vec_sub(g, kmp_vec_zero(), w.force);
         w.moment = kmp_vec_sub(g, kmp_vec_zero(), w.moment);
     }
-    loads->of[body].force = kmp_body_vector_back(tree, b->parent, w.force);
-    loads->of[body].moment = kmp_body_vector_back(tree, b->parent, w.moment);
+    loads->of[body].force = kmp_link_direction(tree, tree->links[first].parent, w.force, 0);
+    loads->of[body].moment = kmp_link_direction(tree, tree->links[first].parent, w.moment, 0);
     loads->known[body] = true;
 }
 

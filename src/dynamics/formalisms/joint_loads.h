@@ -14,6 +14,6 @@ kempe_status kmp_joint_loads_begin(kmp_equations *eq);
 /** KEMPE_E_INPUT where one is not known: the context names the joint and the element in its way. */
 kempe_status kmp_joint_loads_end(kmp_equations *eq);
 
-/** The force or the moment of the joint that carries a body, by tree->loads: on that body about the end of the joint's
- * chain, in the axes of the parent body; of a reversed joint on the parent, about the beginning of the chain. */
+/** The force or the moment of the joint that carries a body, by tree->loads, in ground axes: on that body about the end
+ * of the joint's chain; where the joint's second body is the parent on that one, about the beginning of the chain. */
 kmp_vec kmp_joint_load(const kmp_tree *tree, int body, bool moment);

@@ -16,7 +16,8 @@ const char *kmp_joint_obstacle(const kempe_model *model, int body)
     int first = kmp_joint_first_free(b), changes = 0;
     for (int k = first + 1; k < first + kmp_joint_free_count(b); k++)
         changes += model->motions[k].rotation != model->motions[k - 1].rotation;
-    return kmp_joint_free_count(b) == 0 ? "it is a weld, whose bodies are one; a loop 'weld' has a reaction"
-           : changes > 1                ? "it has translations before and after a rotation"
-                                        : NULL;
+    return kmp_joint_free_count(b) == 0
+               ? "it is a weld, whose bodies are one; with 'cut: yes', or as a loop 'weld', it has a reaction"
+           : changes > 1 ? "it has translations before and after a rotation"
+                         : NULL;
 }

@@ -282,6 +282,7 @@ static void read_joint(kmp_reader *r, const kmp_yaml *joint, int i)
     const char *linked = kmp_linkage_what(r, joint), *linked_name = kmp_linkage_name(r, joint);
     const char *what = linked ? linked : kmp_reader_say(r, "the joint of body '%s'", body->name);
     body->first_motion = r->model->motion_count;
+    body->loads_parent = kmp_linkage_loads_parent(r, joint);
     if (!joint)
         return;
     if (joint->kind != KMP_YAML_MAP) {

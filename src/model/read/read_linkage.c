@@ -425,6 +425,12 @@ const char *kmp_linkage_name(const kmp_reader *r, const kmp_yaml *made)
     return edge ? edge->name : NULL;
 }
 
+bool kmp_linkage_loads_parent(const kmp_reader *r, const kmp_yaml *made)
+{
+    const kmp_edge *edge = edge_of(r, made);
+    return edge && edge->reversed;
+}
+
 const char *kmp_linkage_what(kmp_reader *r, const kmp_yaml *made)
 {
     const kmp_edge *edge = edge_of(r, made);

@@ -117,6 +117,9 @@ void kmp_linkage_read_coordinates(kmp_reader *r, const kmp_yaml *made, const kmp
 const char *kmp_linkage_name(const kmp_reader *r, const kmp_yaml *made);
 const char *kmp_linkage_what(kmp_reader *r, const kmp_yaml *made);
 
+/** True if the second body of a joint carries the first. */
+bool kmp_linkage_loads_parent(const kmp_reader *r, const kmp_yaml *made);
+
 typedef enum kmp_linked { KMP_LINKED_NOT, KMP_LINKED_TREE, KMP_LINKED_CUT } kmp_linked;
 
 /** Finds the joint of `JOINT` or `JOINT.k` among those between bodies: in the tree, or not (also when it is faulty). */
