@@ -449,10 +449,10 @@
 #define KMP_CYCLE_LOCATED 1e-9
 #define KMP_CYCLE_CHANGED 1e-6
 /** Part of the range of a parameter that is no difference: cycles of a conservative motion have one value, known to the
- * error of the runs, up to this many times the first amplitude. Elsewhere the parameter changes as the square of the
- * amplitude, or as its fourth power. */
+ * error of the runs, up to this many times the first amplitude, a hundred characteristic sizes. Elsewhere the parameter
+ * changes as the square of the amplitude, or as its fourth power, or from the amplitude on at which a force begins. */
 #define KMP_CYCLE_LEVEL  1e-9
-#define KMP_CYCLE_CENTRE 1000.0
+#define KMP_CYCLE_CENTRE 1e6
 /** A simulated motion has settled if its amplitudes in two windows, the third and the last quarter of the simulation,
  * differ by this part: the accuracy to which a diagram is read. One of less than this part of the largest is at rest.
  */

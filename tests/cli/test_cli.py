@@ -1781,6 +1781,25 @@ run: {t_end: 1}
         one = kempe(*asked, "--starts", "1", cwd=self.folder)
         self.assertIn("the fitted motion is not that of the data", one.stderr)
 
+    def test_cycles_at_nearly_one_value_are_followed(self):
+        """Roessler's oscillator, whose parameter hardly changes with small amplitudes (a period doubling at a = 0.109639), and an
+        oscillator that is linear up to a rate of 1 m/s (amplitude 1.46 m at mu = 0.1, where its damping gains as much as it loses)."""
+        roessler = ("kempe: 1\nparameters: {c: 5.7, a: -.05, b: 0.2}\n"
+                    "bodies: {m: {joint: {name: z, prismatic: x, at: ground}, mass: 1}}\n"
+                    "forces: {k: {joint: z, spring: {stiffness: 7, damping: 3}}}\nstates:\n"
+                    "  x: {rate: '-y-w', start: 0.007}\n  y: {rate: 'x+a*y', start: -.035}\n  w: {rate: 'b+w*(x-c)', start: .035}\n")
+        cycles = self.object(0, "cycles", self.model(roessler), "--sweep", "a=-.05:.15:21")["branches"][0]["cycles"]
+        doubling = [one for one in cycles if one["point"] == "doubling"]
+        self.assertEqual(len(doubling), 1)
+        self.assertAlmostEqual(doubling[0]["value"], 0.109639, places=6)
+        dead_zone = ("kempe: 1\nparameters: {mu: 0.1}\nbodies: {mass: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+                     "forces: {law: {joint: x, force: 'mu*qd(x) - q(x) - 0.5*max(qd(x)-1,0) + 0.5*max(-qd(x)-1,0)'}}\n"
+                     "start: {q: {x: 3}}\n")
+        cycles = self.object(0, "cycles", self.model(dead_zone), "--sweep", "mu=-.1:.3:9")["branches"][0]["cycles"]
+        at = [one for one in cycles if one["value"] == 0.1]
+        self.assertEqual([one["stability"] for one in at], ["stable"])
+        self.assertAlmostEqual(at[0]["outputs"]["q.x"]["amplitude"], 1.46, places=2)
+
     def test_times_have_units(self):
         for given, taken in (("0.02", 0.02), ("20 ms", 0.02), ("1/50", 0.02)):
             found = self.object(0, "simulate", FOUR_BAR, "--t-end", given, "--output-step", "5 ms", "--no-convergence-check")

@@ -88,14 +88,20 @@ static double miss_of(const follower *f, const kmp_cycle *next, double step)
     return sqrt(square) / step;
 }
 
+/* A multiplier passes the unit circle, beyond errors at one end at least. */
+static bool changes(const kmp_cycle *a, const kmp_cycle *b)
+{
+    bool known = a->stability != KMP_CYCLE_UNDECIDED || b->stability != KMP_CYCLE_UNDECIDED;
+    return a->multipliers > 0 && a->growing != b->growing && known;
+}
+
 /* True if a step leads along the branch, not to another one nearby. Near a fold the other part of a branch is as near,
  * and its cycles have another number of growing multipliers. */
 static bool is_along(const follower *f, const kmp_cycle *c, const kmp_cycle *next, double step)
 {
-    bool changes = c->multipliers > 0 && c->growing != next->growing;
     return step <= KMP_CYCLE_CORNER ||
            (angle_to(f, next) <= KMP_CYCLE_ANGLE && miss_of(f, next, step) <= KMP_CYCLE_ANGLE &&
-            (!changes || step <= KMP_CYCLE_SURE));
+            (!changes(c, next) || step <= KMP_CYCLE_SURE));
 }
 
 /* The next cycle, with a step that is shortened where needed. KEMPE_E_FAILED: there is none. */
@@ -250,13 +256,6 @@ static bool is_fold(const follower *f, const kmp_cycle *a, const kmp_cycle *fold
     return fold && fabs(a->value - fold->value) > least && fabs(b->value - fold->value) > least;
 }
 
-/* A multiplier passes the unit circle, beyond errors at one end at least. */
-static bool changes(const kmp_cycle *a, const kmp_cycle *b)
-{
-    bool known = a->stability != KMP_CYCLE_UNDECIDED || b->stability != KMP_CYCLE_UNDECIDED;
-    return a->multipliers > 0 && a->growing != b->growing && known;
-}
-
 /* All that lies between a and the next cycle b, and b itself, unless the range ends before it. */
 static kempe_status add_step(follower *f, const kmp_cycle *a, kmp_cycle *b, double whole)
 {
@@ -281,8 +280,9 @@ static kempe_status add_step(follower *f, const kmp_cycle *a, kmp_cycle *b, doub
 static bool ends(follower *f, const kmp_cycle *a, const kmp_cycle *b)
 {
     kmp_cycle_branch *branch = f->branch;
-    double level = KMP_CYCLE_LEVEL * fabs(f->options->to - f->options->from);
     const kmp_cycle *first = branch->cycle[0];
+    /* an error of the runs is one of growth over a period */
+    double level = KMP_CYCLE_LEVEL * fabs(f->options->to - f->options->from) * fmax(1, first->period / b->period);
     branch->ends_at_hopf = b->amplitude < KMP_CYCLE_LAST * KMP_CYCLE_FIRST && b->amplitude < a->amplitude;
     if (is_outside(f, b->value))
         branch->end = kmp_arena_printf(f->s->cycles, "it reaches the end of the range");
@@ -290,8 +290,11 @@ static bool ends(follower *f, const kmp_cycle *a, const kmp_cycle *b)
         branch->end = kmp_arena_printf(f->s->cycles, "its amplitude vanishes near %.9g", b->value);
     else if (first->word == KMP_CYCLE_HOPF && fabs(b->value - first->value) <= level &&
              b->amplitude > KMP_CYCLE_CENTRE * KMP_CYCLE_FIRST)
-        branch->end =
-            kmp_arena_printf(f->s->cycles, "all its cycles are at %.9g, as those of a conservative motion", b->value);
+        branch->end = kmp_arena_printf(
+            f->s->cycles,
+            "all its cycles are at %.9g up to an amplitude of %.3g characteristic sizes, as those of a "
+            "conservative motion",
+            b->value, b->amplitude);
     else if (branch->count >= f->options->most)
         branch->end = kmp_arena_printf(f->s->cycles, "it has %d cycles", branch->count);
     return branch->end;
