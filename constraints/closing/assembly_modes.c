@@ -410,7 +410,7 @@ const kmp_loop_block *kmp_mode_watch_next(kmp_mode_watch *w, const double *q)
 kempe_status kempe_branches_new(const kempe_system *system, int seed, kempe_branches **branches)
 {
     KMP_WANTED_BOTH(system, branches);
-    kmp_context_begin(system->context);
+    kmp_model_begin(system->model);
     KMP_MAKE(system->context, kempe_branches, b);
     b->system = system;
     kempe_status status = kempe_assembly_new(system, &b->assembly);

@@ -187,7 +187,7 @@ static kempe_status leave_out_forces(kempe_check *c, const kempe_model *model)
 kempe_status kempe_check_new(const kempe_system *system, kempe_check **check)
 {
     KMP_WANTED_BOTH(system, check);
-    kmp_context_begin(system->context);
+    kmp_model_begin(system->model);
     KMP_MAKE(system->context, kempe_check, c);
     c->given = c->system = system;
     c->body_count = system->model->body_count - 1;

@@ -27,8 +27,14 @@ KEMPE_API kempe_status kempe_model_read_text_set(kempe_context *context, const c
  * file comes first. KEMPE_E_ARGUMENT: another word. */
 KEMPE_API kempe_status kempe_context_set_base(kempe_context *context, const char *base);
 
-/** Makes parts of files in other formats that Kempe does not use errors (1) or warnings (0, the default), each with its
- * line and column. */
+/** Names of elements and attributes of files in other formats that may be left out, separated by commas: "joint,wind";
+ * NULL: none. They are mechanics that Kempe does not read and that is an error otherwise. Results of a model without
+ * them have a warning and are not trustworthy. The `leave_out` of an included file adds names, and says that the
+ * model is meant without them: its results are trustworthy. */
+KEMPE_API kempe_status kempe_context_set_left_out(kempe_context *context, const char *names);
+
+/** Makes parts of files in other formats that act only at times errors (1) or warnings (0, the default), each with its
+ * line and column: surfaces that touch, limits and controllers that Kempe does not use. */
 KEMPE_API kempe_status kempe_context_set_strict(kempe_context *context, int strict);
 
 /** Makes limits of joints in files in other formats stops of their coordinates, without rebound (1), or leaves them out

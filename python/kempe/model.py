@@ -39,7 +39,7 @@ class Reading(NamedTuple):
     robot_base: str | None
     joint_limits: bool
     strict: bool
-
+    leave_out: Sequence[str]
 
 
 class Model(Fixed):
@@ -51,7 +51,8 @@ class Model(Fixed):
 
     A value is a text as in the file, or a number in the parameter's unit. `parameters` has values whose names are no keywords.
     `closure_tolerance` (m) is the gap that redundant closures may keep; `cache` a folder that keeps derived equations.
-    Of a robot in another format, `robot_base` is "fixed" or "free"; with `joint_limits` its limits are stops; with `strict` its parts that Kempe does not use are errors.
+    Of a robot in another format, `robot_base` is "fixed" or "free"; with `joint_limits` its limits are stops. Mechanics in it that Kempe does not read is an
+    error, unless `leave_out` has its name. With `strict` surfaces, limits and controllers that are not used are errors, too.
 
     A model is frozen. Pickled, it is its path or text and these values, and is read again. A copy is the model itself."""
 
@@ -67,10 +68,11 @@ class Model(Fixed):
         robot_base: str | None = None,
         joint_limits: bool = False,
         strict: bool = False,
+        leave_out: Sequence[str] = (),
         **more: Any,
     ) -> None:
         values = {**(parameters or {}), **more}
-        reading = Reading(closure_tolerance, cache, robot_base, joint_limits, strict)
+        reading = Reading(closure_tolerance, cache, robot_base, joint_limits, strict, leave_out)
         self._recipe: Recipe = _read_again, (os.path.abspath(path), None, values, reading)
         self._read(lib.guarded_kempe_model_read_set, (os.fsencode(path),), values, reading)
 
@@ -86,6 +88,7 @@ class Model(Fixed):
         robot_base: str | None = None,
         joint_limits: bool = False,
         strict: bool = False,
+        leave_out: Sequence[str] = (),
         **more: Any,
     ) -> Model:
         """Reads a model from text; `label` replaces the file name in messages.
@@ -97,7 +100,7 @@ class Model(Fixed):
         """
         model = cls.__new__(cls)
         values = {**(parameters or {}), **more}
-        reading = Reading(closure_tolerance, cache, robot_base, joint_limits, strict)
+        reading = Reading(closure_tolerance, cache, robot_base, joint_limits, strict, leave_out)
         model._recipe = _read_again, (label, text, values, reading)
         source = (utf8(text), utf8(label))
         model._read(lib.guarded_kempe_model_read_text_set, source, values, reading)
@@ -121,6 +124,8 @@ class Model(Fixed):
             self._context.check(lib.kempe_context_set_base, self._context.pointer, utf8(reading.robot_base))
         self._context.check(lib.kempe_context_set_joint_limits, self._context.pointer, int(reading.joint_limits))
         self._context.check(lib.kempe_context_set_strict, self._context.pointer, int(reading.strict))
+        names = ",".join([reading.leave_out] if isinstance(reading.leave_out, str) else reading.leave_out)
+        self._context.check(lib.kempe_context_set_left_out, self._context.pointer, utf8(names))
         keep: list[Any] = []
         settings = ffi.new(
             "kempe_setting[]",

@@ -26,8 +26,10 @@ struct kempe_context {
     void *user;
     bool quiet, degrees, strict, limits;
     kmp_base base;
-    int complaints;    /* since the message was cleared */
-    kmp_text warnings; /* of the current computation, one per line */
+    char *own_left_out;   /* names that the caller gave */
+    const char *left_out; /* those in use; NULL: none */
+    int complaints;       /* since the message was cleared */
+    kmp_text warnings;    /* of the current computation, one per line */
     int warning_count;
     bool doubted; /* a warning of the current computation says that its result cannot be trusted */
     atomic_int interrupt;
@@ -89,6 +91,7 @@ void kempe_context_free(kempe_context *context)
     kmp_text_free(&context->message);
     kmp_text_free(&context->warnings);
     kmp_free(context->cache);
+    kmp_free(context->own_left_out);
     kmp_free(context);
 }
 
@@ -200,6 +203,38 @@ bool kmp_context_use_limits(kempe_context *context, bool limits)
 bool kmp_context_has_limits(const kempe_context *context)
 {
     return context->limits;
+}
+
+kempe_status kempe_context_set_left_out(kempe_context *context, const char *names)
+{
+    KMP_WANTED(NULL, context, "context");
+    kmp_context_clear(context);
+    char *copy = names ? kmp_strdup(names) : NULL;
+    if (names && !copy)
+        return kmp_fail_memory(context);
+    kmp_free(context->own_left_out);
+    context->left_out = context->own_left_out = copy;
+    return KEMPE_OK;
+}
+
+const char *kmp_context_use_left_out(kempe_context *context, const char *names)
+{
+    const char *before = context->left_out;
+    context->left_out = names;
+    return before;
+}
+
+bool kmp_context_leaves_out(const kempe_context *context, const char *name)
+{
+    static const char between[] = ", ";
+    size_t length = strlen(name);
+    for (const char *at = context->left_out ? context->left_out : ""; *at; at += strspn(at, between)) {
+        size_t own = strcspn(at, between);
+        if (own > 0 && own == length && strncmp(at, name, own) == 0)
+            return true;
+        at += own;
+    }
+    return false;
 }
 
 kmp_base kmp_context_base(const kempe_context *context)
@@ -461,6 +496,12 @@ void kmp_doubt(kempe_context *context, const char *format, ...)
     kmp_text line = {0};
     KMP_TEXT_ARGUMENTS(&line, format);
     put_line(context, KEMPE_LOG_WARNING, &line);
+}
+
+void kmp_context_recall(kempe_context *context, const char *line, bool doubts)
+{
+    context->doubted = context->doubted || doubts;
+    (void)keep_warning(context, line);
 }
 
 kempe_status kmp_context_verdict(const kempe_context *context, kempe_status status)

@@ -17,8 +17,13 @@ kmp_base kmp_context_base(const kempe_context *context);
 bool kmp_context_has_limits(const kempe_context *context);
 bool kmp_context_use_limits(kempe_context *context, bool limits);
 
-/** True if parts of foreign models that are not used are errors. */
+/** True if parts of foreign models that act only at times and are not used are errors. */
 bool kmp_context_is_strict(const kempe_context *context);
+
+/** True if a part of a foreign model with this name may be left out. Sets those names, separated by commas or blanks
+ * (NULL: none), which must outlive the use, and returns the names before. */
+bool kmp_context_leaves_out(const kempe_context *context, const char *name);
+const char *kmp_context_use_left_out(kempe_context *context, const char *names);
 
 /** A context for a thread of a computation: an interrupt of the context above ends it, too. It logs nothing, reports no
  * progress and uses no cache. NULL: no memory. The context above must outlive it. */
@@ -162,6 +167,10 @@ static inline bool kmp_is_complete(kempe_status status)
 {
     return status == KEMPE_OK || status == KEMPE_UNTRUSTED;
 }
+
+/** Takes up a warning of an earlier computation, the reading of the model, without logging it again; `doubts`: as
+ * kmp_doubt. */
+void kmp_context_recall(kempe_context *context, const char *line, bool doubts);
 
 /** True if the current computation is to end; it stays so until the next one begins. */
 bool kmp_interrupted(kempe_context *context);

@@ -253,6 +253,8 @@ static kempe_status prepare(cli_job *j, const cli_command *command)
         status = kempe_context_set_joint_limits(j->context, j->settings->joint_limits);
     if (status == KEMPE_OK)
         status = kempe_context_set_strict(j->context, j->settings->strict);
+    if (status == KEMPE_OK)
+        status = kempe_context_set_left_out(j->context, j->settings->left_out);
     if (status == KEMPE_OK && folder)
         status = kempe_folder_open(j->context, folder, &j->folder);
     if (status == KEMPE_OK && reads)

@@ -79,7 +79,10 @@ static const option options[] = {
     {CLI_ALL & ~CLI_NEW, IN_MODEL, "joint-limits", FLAG(joint_limits),
      "limits of joints in a file in another format are stops, without rebound (default: they are left out)"},
     {CLI_ALL & ~CLI_NEW, IN_MODEL, "strict", FLAG(strict),
-     "a part of a file in another format that is not used is an error"},
+     "surfaces that touch, limits and controllers of a file in another format are errors where they are not used"},
+    {CLI_ALL & ~CLI_NEW, IN_MODEL, "leave-out", TEXT(left_out), "NAME,..",
+     "elements and attributes of a file in another format that are mechanics and may be left out: results are not "
+     "trustworthy"},
     {CLI_SIMULATE | CLI_COMPARE | CLI_SHOW | CLI_COMFORT, IN_MODEL, "algorithm", TEXT(algorithm), "NAME",
      "algorithm of the dynamics: auto (default), composite (CRBA), plain, ner (recursive Newton-Euler), articulated "
      "(ABA)"},

@@ -80,7 +80,7 @@ typedef struct cli_settings {
     kempe_response_options response;   /* and of state spaces */
     kempe_comfort_options comfort;     /* in addition to those in `run` */
     const char *svg, *plot, *x, *y, *values;
-    const char *angle_unit, *base;
+    const char *angle_unit, *base, *left_out;
     const char *out, *from; /* result folders */
     const char *model;      /* of a folder that is gathered */
     int instance;           /* of `from`, from 1 on */

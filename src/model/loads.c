@@ -104,6 +104,13 @@ static bool closure_has_time(const kmp_closure *closure)
     return found;
 }
 
+void kmp_model_begin(const kempe_model *model)
+{
+    kmp_context_begin(model->context);
+    for (int k = 0; k < model->note_count; k++)
+        kmp_context_recall(model->context, model->notes[k], model->altered);
+}
+
 bool kmp_model_has_time(const kempe_model *model)
 {
     bool found = false;

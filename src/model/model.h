@@ -270,6 +270,9 @@ struct kempe_model {
     const char *
         *paths; /* of all files that were read, each once, the first one that of the model; with tables, meshes */
     int path_count;
+    const char **notes; /* warnings of its reading that its results keep: parts of foreign files that are not used */
+    int note_count;
+    bool altered;                  /* some of them are mechanics that was left out by name */
     const kempe_setting *settings; /* with which it was read */
     int setting_count;
     int symbol_count; /* of numbers */
@@ -428,6 +431,9 @@ kempe_status kmp_check_masses(const kempe_model *model);
 /** Joints whose rotations may be counted from another orientation (spherical.c). first[i]: the first of the three
  * rotations of joint i, ascending; room for a third of the motions. The number of them, -1 when there is no memory. */
 int kmp_spherical_find(const kempe_model *model, int *first);
+
+/** kmp_context_begin for a computation with a model, whose notes become its warnings. */
+void kmp_model_begin(const kempe_model *model);
 
 /** KEMPE_E_ARGUMENT with its sentence when the model is still under construction. */
 kempe_status kmp_model_check_finished(const kempe_model *model);

@@ -80,7 +80,7 @@ kempe_status kempe_comparison_write_report(const kempe_comparison *comparison, c
     KMP_WANTED(NULL, comparison, "comparison");
     KMP_WANTED(comparison->system->context, path, "path");
     kempe_context *context = comparison->system->context;
-    kmp_context_begin(context);
+    kmp_model_begin(comparison->system->model);
     KMP_TRY(kempe_report_check(context));
     detail d = {.run = KMP_NEW(int, comparison->method_count + 1),
                 .records = KMP_NEW(kmp_record, comparison->method_count + 1)};

@@ -247,7 +247,7 @@ kempe_status kempe_trajectory_write_report(kempe_trajectory *trajectory, const c
     KMP_WANTED(trajectory->system->context, path, "path");
     maker w = {.t = trajectory};
     kmp_arena arena = {0};
-    kmp_context_begin(trajectory->system->context);
+    kmp_model_begin(trajectory->system->model);
     KMP_TRY(kempe_report_check(trajectory->system->context));
     kempe_status status = make(&w);
     if (status == KEMPE_OK)

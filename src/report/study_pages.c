@@ -39,7 +39,7 @@ static kempe_status begin(study_page *s, const kempe_system *system, const char 
     *s = (study_page){.context = system->context};
     s->page = (kmp_result_page){.system = system, .command = command, .subject = subject, .first = s->first};
     kmp_samples_init(&s->frames, system->n, system->m);
-    kmp_context_begin(system->context);
+    kmp_model_begin(system->model);
     KMP_TRY(kempe_report_check(system->context));
     s->zero = KMP_ARENA_NEW(&s->arena, double, system->n + system->m);
     return s->zero ? KEMPE_OK : kmp_fail_memory(system->context);

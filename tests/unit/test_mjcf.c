@@ -2,7 +2,9 @@
 /* Models in MJCF: one file with all elements is the same model as one in Kempe's language; ways to write one
  * orientation; included files; what is refused, and what is named because it is not used. MuJoCo's numbers:
  * tests/oracle/robots. */
+#include "base/context.h"
 #include "foreign_models.h"
+#include <math.h>
 
 #define OWN KEMPE_ROOT "/tests/models/tied_gripper"
 
@@ -10,6 +12,7 @@ static kempe_context *context;
 
 static void same_in_both_languages(void)
 {
+    CHECK(kempe_context_set_left_out(context, "armature") == KEMPE_OK); /* of a ball joint */
     foreign_same(context, OWN ".mjcf", OWN ".yaml");
 }
 
@@ -94,6 +97,65 @@ static void included_files(void)
                "/tests/models/gantry_circle.mjcf:2:3: the file 'gantry_circle.mjcf' is included twice");
 }
 
+/* The end of a run of a file with all inputs set. */
+static void run_of(const char *path, double q[2])
+{
+    static const kempe_setting inputs[] = {{"ctrl_push", "1"},    {"ctrl_servo", "0.3"}, {"ctrl_pace", "-1"},
+                                           {"ctrl_brake", "0.5"}, {"ctrl_law", "0.2"},   {"ctrl_winch", "0.7"}};
+    const kempe_run_options options = {.t_end = 2, .rtol = 1e-9};
+    kempe_model *model = NULL;
+    kempe_system *system = NULL;
+    kempe_trajectory *run = NULL;
+    CHECK(kempe_model_read_set(context, path, inputs, 6, &model) == KEMPE_OK);
+    CHECK(model && kempe_system_new(model, &system) == KEMPE_OK);
+    CHECK(system && kempe_simulate(system, &options, &run) == KEMPE_OK);
+    int last = run ? kempe_trajectory_row_count(run) - 1 : -1;
+    for (int k = 0; k < 2; k++)
+        q[k] = last >= 0 ? kempe_trajectory_q(run, last)[k] : k;
+    if (last < 0)
+        printf("%s\n", kempe_context_message(context));
+    kempe_trajectory_free(run);
+    kempe_system_free(system);
+    kempe_model_free(model);
+}
+
+/* Springs, friction and actuators of tendons; servos. The laws are those of MuJoCo, written by hand. */
+static void tendons_and_actuators(void)
+{
+    double q[2], own[2];
+    run_of(KEMPE_ROOT "/tests/models/tendons.mjcf", q);
+    run_of(KEMPE_ROOT "/tests/models/tendons.yaml", own);
+    CHECK(fabs(q[0] - 0.25) > 1e-3 && fabs(q[1]) > 1e-3);
+    for (int k = 0; k < 2; k++)
+        CHECK_NEAR(q[k], own[k], 1e-8);
+}
+
+/* Mechanics that is not read is an error, unless it is left out by name; then results say so. */
+static void unread_mechanics(void)
+{
+    static const char text[] = HEAD "<body name='b' gravcomp='0'><joint name='j'/><geom size='0.1'/></body></worldbody>"
+                                    "<actuator>\n<muscle joint='j'/></actuator></mujoco>";
+    kempe_model *model = NULL;
+    foreign_refuse(context, "m.mjcf", text,
+                   "m.mjcf:2:1: 'muscle' in 'actuator' is not used; without it the machine is another one: "
+                   "--leave-out muscle allows that");
+    CHECK(kempe_context_set_left_out(context, "wind,muscle") == KEMPE_OK);
+    CHECK(kempe_model_read_text(context, text, "m.mjcf", &model) == KEMPE_OK);
+    CHECK(kempe_context_set_left_out(context, NULL) == KEMPE_OK);
+    if (!model)
+        return;
+    kempe_system *system = NULL;
+    kempe_trajectory *run = NULL;
+    CHECK(kempe_system_new(model, &system) == KEMPE_OK);
+    CHECK(kempe_simulate(system, &(kempe_run_options){.t_end = 0.1}, &run) == KEMPE_UNTRUSTED);
+    char *warnings = kmp_context_warnings(context);
+    CHECK(warnings && strstr(warnings, "m.mjcf:2:1: 'muscle' in 'actuator' is not used; the machine is not that of"));
+    kmp_free(warnings);
+    kempe_trajectory_free(run);
+    kempe_system_free(system);
+    kempe_model_free(model);
+}
+
 #define BODY "<body name='b'>\n<joint name='j'/><geom size='0.1'/></body>"
 
 static void refuse(const char *text, const char *sentence)
@@ -147,26 +209,23 @@ static void what_is_refused(void)
 
 static void what_is_not_used(void)
 {
+    CHECK(kempe_context_set_left_out(context, "armature") == KEMPE_OK);
     CHECK_TEXT(
         foreign_log(context, NULL, OWN ".mjcf"),
-        "2 /tests/models/tied_gripper.mjcf:22:7: the mass of a mesh of body 'mount' is not used: the body is fixed\n"
-        "2 /tests/models/tied_gripper.mjcf:22:7: mesh 'hull.stl' is not in the picture: it is not found beside the "
+        "1 /tests/models/tied_gripper.mjcf:22:7: the mass of a mesh of body 'mount' is not used: the body is fixed\n"
+        "1 /tests/models/tied_gripper.mjcf:22:7: mesh 'hull.stl' is not in the picture: it is not found beside the "
         "model "
         "or in a folder around it\n"
-        "2 /tests/models/tied_gripper.mjcf:33:13: the armature of joint 'pad' with several coordinates is not used\n"
-        "2 /tests/models/tied_gripper.mjcf:4:3: 'timestep' in 'option' is not used\n"
-        "2 /tests/models/tied_gripper.mjcf:4:47: 'contact' in 'flag' is not used: surfaces that touch are entries of "
-        "contacts\n"
-        "2 /tests/models/tied_gripper.mjcf:6:5: 'contype' in 'geom' is not used\n"
-        "2 /tests/models/tied_gripper.mjcf:17:5: 'light' in 'worldbody' is not used\n"
-        "2 /tests/models/tied_gripper.mjcf:58:5: 'spatial' in 'tendon' is not used: a rope is a force of the kind "
-        "line\n"
-        "2 /tests/models/tied_gripper.mjcf:74:5: 'position' in 'actuator' is not used: a controller is a force of its "
-        "inputs and states\n"
-        "2 /tests/models/tied_gripper.mjcf:76:3: 'sensor' in 'mujoco' is not used: outputs of a run are measures of "
+        "2 /tests/models/tied_gripper.mjcf:33:13: the armature of joint 'pad' with several coordinates is not used; "
+        "the machine "
+        "is not that of the file\n"
+        "1 /tests/models/tied_gripper.mjcf:4:3: 'timestep' in 'option' is not used\n"
+        "1 /tests/models/tied_gripper.mjcf:17:5: 'light' in 'worldbody' is not used\n"
+        "1 /tests/models/tied_gripper.mjcf:76:3: 'sensor' in 'mujoco' is not used: outputs of a run are measures of "
         "points\n"
         "2 /tests/models/tied_gripper.mjcf:27:11: limits of motion are not used: --joint-limits makes them stops\n");
-    foreign_strict(context, OWN ".mjcf", 11);
+    CHECK(kempe_context_set_left_out(context, NULL) == KEMPE_OK);
+    foreign_strict(context, OWN ".mjcf", 2);
 }
 
 static void changed_files(void)
@@ -181,6 +240,8 @@ int main(void)
     TEST(ways_to_write_an_orientation);
     TEST(classes_of_defaults);
     TEST(included_files);
+    TEST(tendons_and_actuators);
+    TEST(unread_mechanics);
     TEST(what_is_refused);
     TEST(what_is_not_used);
     TEST(changed_files);

@@ -179,6 +179,9 @@ static void values_of_robotran_files(void)
 
 static const char own[] = KEMPE_ROOT "/tests/models/robotran.mbs";
 
+/* Parts of robotran.mbs that are not read. */
+static const char left_out[] = "colour, weather, extforce, link";
+
 static void same_as_in_own_language(void)
 {
     foreign_same(context, own, KEMPE_ROOT "/tests/models/robotran.yaml");
@@ -186,25 +189,31 @@ static void same_as_in_own_language(void)
 
 static void what_is_not_used(void)
 {
-    CHECK_TEXT(foreign_log(context, NULL, own),
-               "2 /tests/models/robotran.mbs:24:7: 'colour' in 'body' is not used\n"
-               "2 /tests/models/robotran.mbs:88:3: 'weather' in 'mbsDescR7' is not used\n"
-               "2 /tests/models/robotran.mbs:23:9: force point 'wind' is not used: its law is in user code; write a "
-               "force of Kempe\n"
-               "2 /tests/models/robotran.mbs:75:5: link 'coil' is not used: its law is in user code; write a force of "
-               "Kempe\n"
-               "2 /tests/models/robotran.mbs:21:7: the inertia of body '_3rd_cart' is impossible: yy = 0.8 is more "
-               "than zz + xx = 0.2; it is used as given\n"
-               "2 /tests/models/robotran.mbs:81:7: parameter 'coil_K' is not used\n"
-               "2 /tests/models/robotran.mbs:83:7: parameter 'coil_rest_length' is not used\n");
+    CHECK_TEXT(
+        foreign_log(context, NULL, own),
+        "2 /tests/models/robotran.mbs:23:9: force point 'wind' is not used: its law is in user code; write a force of "
+        "Kempe; the machine is not that of the file\n"
+        "2 /tests/models/robotran.mbs:75:5: link 'coil' is not used: its law is in user code; write a force of Kempe; "
+        "the machine is not that of the file\n"
+        "2 /tests/models/robotran.mbs:24:7: 'colour' in 'body' is not used; the machine is not that of the file\n"
+        "2 /tests/models/robotran.mbs:88:3: 'weather' in 'mbsDescR7' is not used; the machine is not that of the "
+        "file\n"
+        "2 /tests/models/robotran.mbs:21:7: the inertia of body '_3rd_cart' is impossible: yy = 0.8 is more than zz + "
+        "xx = 0.2; it is used as given\n"
+        "2 /tests/models/robotran.mbs:81:7: parameter 'coil_K' is not used\n"
+        "2 /tests/models/robotran.mbs:83:7: parameter 'coil_rest_length' is not used\n");
+    CHECK(kempe_context_set_left_out(context, NULL) == KEMPE_OK);
     foreign_strict(context, own, 4);
+    CHECK(kempe_context_set_left_out(context, left_out) == KEMPE_OK);
 }
 
 static void inside_another_model(void)
 {
-    static const char text[] = "kempe: 1\ninclude: [{file: robotran.mbs, prefix: a_}]\n"
-                               "forces: {f: {joint: a_hinge, torque: a_coil_K}}\n";
+    static const char text[] =
+        "kempe: 1\ninclude: [{file: robotran.mbs, prefix: a_, leave_out: [colour, weather, link, extforce]}]\n"
+        "forces: {f: {joint: a_hinge, torque: a_coil_K}}\n";
     kempe_model *model = NULL;
+    CHECK(kempe_context_set_left_out(context, NULL) == KEMPE_OK);
     CHECK(kempe_model_read_text(context, text, KEMPE_ROOT "/tests/models/outer.yaml", &model) == KEMPE_OK);
     if (!model) {
         printf("%s\n", kempe_context_message(context));
@@ -214,6 +223,7 @@ static void inside_another_model(void)
     CHECK_TEXT(kempe_model_coordinate_name(model, 0), "a_slide");
     CHECK_TEXT(kempe_model_coordinate_name(model, 2), "a_hinge");
     kempe_model_free(model);
+    CHECK(kempe_context_set_left_out(context, left_out) == KEMPE_OK);
 }
 
 /* XML is read as such under any file name; the mark of UTF-8 may stand before. */
@@ -339,6 +349,7 @@ static void tangents_are_short(void)
 int main(void)
 {
     context = kempe_context_new();
+    CHECK(kempe_context_set_left_out(context, left_out) == KEMPE_OK);
     TEST(same_as_in_own_language);
     TEST(what_is_not_used);
     TEST(inside_another_model);

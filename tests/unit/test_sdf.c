@@ -154,17 +154,17 @@ static void what_is_refused(void)
 static void what_is_not_used(void)
 {
     CHECK_TEXT(foreign_log(context, NULL, OWN ".sdf"),
-               "2 /tests/models/folding_arm.sdf:20:40: mesh 'cover.stl' is not in the picture: it is not found beside "
+               "1 /tests/models/folding_arm.sdf:20:40: mesh 'cover.stl' is not in the picture: it is not found beside "
                "the model or in a folder around it\n"
                "1 /tests/models/folding_arm.sdf: link 'plain' has no joint to the world: it is free to move\n"
-               "2 /tests/models/folding_arm.sdf:6:5: 'light' in 'world' is not used\n"
+               "1 /tests/models/folding_arm.sdf:6:5: 'light' in 'world' is not used\n"
                "2 /tests/models/folding_arm.sdf:21:9: 'collision' in 'link' is not used: surfaces that touch are "
                "entries of contacts\n"
                "2 /tests/models/folding_arm.sdf:83:7: 'plugin' in 'model' is not used: a drive or a force of a joint "
                "moves it\n"
                "2 /tests/models/folding_arm.sdf:35:11: limits of motion are not used: --joint-limits makes them "
                "stops\n");
-    foreign_strict(context, OWN ".sdf", 5);
+    foreign_strict(context, OWN ".sdf", 3);
 }
 
 /* A model that no joint connects to the world moves freely, unless its base is fixed. */

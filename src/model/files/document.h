@@ -11,6 +11,8 @@ typedef struct kmp_beside {
      * which is at the place. */
     char *(*read)(void *user, kmp_place place, int from, const char *name, int *number, size_t *length);
     const char *(*name)(void *user, int number);
+    /** Keeps a warning for the results of the model; `altered`: mechanics of the file is left out. */
+    void (*note)(void *user, const char *line, bool altered);
 } kmp_beside;
 
 /** The contract of kmp_yaml_load. Text in another format begins with '<', is in a file with one of the endings in

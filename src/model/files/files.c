@@ -33,10 +33,22 @@ static const char *name_of(void *user, int number)
     return r->model->files[number];
 }
 
+static void note(void *user, const char *line, bool altered)
+{
+    kempe_model *model = ((kmp_reader *)user)->model;
+    const char **notes = kmp_arena_room(&model->arena, model->notes, model->note_count, sizeof *notes);
+    const char *kept = kmp_arena_strdup(&model->arena, line);
+    model->altered = model->altered || altered;
+    if (!notes || !kept)
+        return; /* the arena has failed */
+    model->notes = notes;
+    notes[model->note_count++] = kept;
+}
+
 kempe_status kmp_reader_load(kmp_reader *r, int number, const char *text, size_t length, kmp_base base,
                              const kmp_yaml **root)
 {
-    const kmp_beside beside = {.user = r, .read = read_beside, .name = name_of};
+    const kmp_beside beside = {.user = r, .read = read_beside, .name = name_of, .note = note};
     return kmp_document_load(r->context, &r->scratch, r->model->files[number], number, text, length, base, &beside,
                              root);
 }

@@ -66,7 +66,7 @@ void kmp_import_mesh(kmp_import *im, kmp_yaml *body, kmp_place place, const char
     if (known && even)
         path = find_mesh(im, uri);
     if (!path) {
-        kmp_import_leave_out(im, place, "mesh '%s' is not in the picture: %s", uri,
+        kmp_import_leave_out(im, place, KMP_PART_REMARK, "mesh", "mesh '%s' is not in the picture: %s", uri,
                              !known  ? "a mesh is a file .stl or .obj"
                              : !even ? "a mesh has one positive scale"
                                      : "it is not found beside the model or in a folder around it");

@@ -19,7 +19,8 @@ typedef struct kmp_import {
     const kmp_yaml *source;   /* then its outermost mapping */
     kmp_yaml *root;           /* the document */
     kempe_status status;      /* of the first complaint */
-    bool refused;             /* something is not used, in a strict context: an error at the end */
+    const char *format;       /* of the rows of grammar.def */
+    bool refused;             /* something is not used that must be: an error at the end */
     int limited;              /* joints whose limits are not used */
     kmp_place first_limit;    /* of the first one */
 } kmp_import;
@@ -67,21 +68,16 @@ bool kmp_import_is_letter(char c);
 /** A name with letters, digits and _ alone, not beginning with a digit, and not `ground`. NULL: no memory. */
 const char *kmp_import_clean(kmp_import *im, const char *name);
 
-/** The elements and attributes that a conversion reads or passes over, by their enclosing element: words between
- * blanks. */
-typedef struct kmp_grammar {
-    const char *in, *known;
-} kmp_grammar;
+/** Classes of the parts of a foreign model that are not used. Mechanics acts always: it is an error unless the context
+ * leaves it out by its name; then results have a warning and are not trustworthy. Parts act at times if a surface is
+ * touched, a limit is reached, a controller is commanded: they are a warning of the reading and of all results, in a
+ * strict context an error. Drawings and remarks are mentioned. */
+typedef enum kmp_part_class { KMP_PART_READ, KMP_PART_MECHANICS, KMP_PART_AT_TIMES, KMP_PART_REMARK } kmp_part_class;
 
-/** The equivalent of a part that is not used in a model of Kempe, by the name of its element or attribute. */
-typedef struct kmp_remedy {
-    const char *part, *words;
-} kmp_remedy;
+/** Names something that is not used, with its place, by the class of the element or attribute `part`. */
+void kmp_import_leave_out(kmp_import *im, kmp_place place, kmp_part_class kind, const char *part, const char *sentence,
+                          ...) __attribute__((format(printf, 5, 6)));
 
-/** Names something that is not used, as a warning with its place; in a strict context it is an error. */
-void kmp_import_leave_out(kmp_import *im, kmp_place place, const char *sentence, ...)
-    __attribute__((format(printf, 3, 4)));
-
-/** Names what the model has and the grammar (of so many rows) does not, each kind at its first place. */
-void kmp_import_note_unknown(kmp_import *im, const kmp_grammar *grammar, size_t rows, const kmp_remedy *remedies,
-                             size_t remedy_count);
+/** Names what the model has and Kempe does not read, by the rows of grammar.def, each kind at its first place. An
+ * element or attribute without a row is mechanics. */
+void kmp_import_note_unknown(kmp_import *im);

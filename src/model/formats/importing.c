@@ -98,8 +98,11 @@ kempe_status kmp_foreign_load(kempe_context *context, kmp_arena *arena, const ch
         return refuse(&im, im.model);
     im.root = kmp_import_map(&im, im.model->place);
     kmp_import_word(&im, im.root, im.model->place, "kempe", "1");
-    if (im.root)
+    im.format = found->name;
+    if (im.root) {
         found->convert(&im);
+        kmp_import_note_unknown(&im);
+    }
     return end_conversion(&im, root);
 }
 
@@ -201,19 +204,51 @@ const char *kmp_import_clean(kmp_import *im, const char *name)
 
 /* -- notes --------------------------------------------------------------------------------------------- */
 
-void kmp_import_leave_out(kmp_import *im, kmp_place place, const char *sentence, ...)
+void kmp_import_leave_out(kmp_import *im, kmp_place place, kmp_part_class kind, const char *part, const char *sentence,
+                          ...)
 {
+    bool mechanics = kind == KMP_PART_MECHANICS, allowed = kmp_context_leaves_out(im->context, part);
+    const char *file = file_of(im, place);
     kmp_text words = {0};
     KMP_TEXT_ARGUMENTS(&words, sentence);
+    if (mechanics && allowed)
+        kmp_text_put(&words, "; the machine is not that of the file");
+    else if (mechanics)
+        kmp_text_printf(&words, "; without it the machine is another one: --leave-out %s allows that", part);
     if (words.failed)
         im->arena->failed = true;
-    else if (kmp_context_is_strict(im->context))
-        im->refused =
-            kmp_complain(im->context, file_of(im, place), place.line, place.column, "%s", words.s) != KEMPE_OK;
-    else
-        kmp_log(im->context, KEMPE_LOG_WARNING, "%s:%d:%d: %s", file_of(im, place), place.line, place.column, words.s);
+    else if (!allowed && (mechanics || (kind == KMP_PART_AT_TIMES && kmp_context_is_strict(im->context))))
+        im->refused = kmp_complain(im->context, file, place.line, place.column, "%s", words.s) != KEMPE_OK;
+    else if (kind == KMP_PART_REMARK)
+        kmp_log(im->context, KEMPE_LOG_INFO, "%s:%d:%d: %s", file, place.line, place.column, words.s);
+    else {
+        const char *line = kmp_arena_printf(im->arena, "%s:%d:%d: %s", file, place.line, place.column, words.s);
+        if (line) {
+            kmp_log(im->context, KEMPE_LOG_WARNING, "%s", line);
+            im->beside->note(im->beside->user, line, mechanics);
+        }
+    }
     kmp_text_free(&words);
 }
+
+/* Rows of grammar.def. */
+static const struct {
+    const char *format, *in;
+    kmp_part_class kind;
+    const char *words;
+} grammar[] = {
+#define KMP_PARTS(format, in, kind, words) {format, in, KMP_PART_##kind, " " words " "},
+#include "model/formats/grammar.def"
+};
+
+static const struct {
+    const char *part, *words;
+} remedies[] = {
+#define KMP_REMEDY(part, words) {part, words},
+#include "model/formats/grammar.def"
+};
+
+enum { ROWS = sizeof grammar / sizeof *grammar, REMEDIES = sizeof remedies / sizeof *remedies };
 
 static bool is_word_of(const char *words, const char *name)
 {
@@ -224,23 +259,51 @@ static bool is_word_of(const char *words, const char *name)
     return false;
 }
 
+/* The class of an element or attribute in another one, of which all is read if it has no rows. */
+static kmp_part_class class_of(const kmp_import *im, const char *in, const char *name)
+{
+    bool known = false;
+    for (int k = 0; k < ROWS; k++) {
+        bool own = strcmp(grammar[k].in, in) == 0;
+        if ((!own && strcmp(grammar[k].in, "*") != 0) || strcmp(grammar[k].format, im->format) != 0)
+            continue;
+        if (is_word_of(grammar[k].words, name))
+            return grammar[k].kind;
+        known = known || own;
+    }
+    return known && strncmp(name, "xmlns", 5) != 0 ? KMP_PART_MECHANICS : KMP_PART_READ;
+}
+
+/* A value that is none: zeros, or a word for no. */
+static bool is_nothing(const kmp_element *e)
+{
+    static const char *const none[] = {"false", "disable", "none", "no"};
+    bool nothing = e->text[0] && !e->first;
+    for (size_t k = 0; k < sizeof none / sizeof *none; k++)
+        if (strcmp(e->text, none[k]) == 0)
+            return true;
+    for (const char *at = e->text; nothing && *at; at++)
+        nothing = strchr("0. \t\r\n+-", *at);
+    return nothing;
+}
+
 /* A kind of parts that are not read: an element or attribute and the element around it. */
 typedef struct unknown {
     const kmp_element *first;
     const char *in;
+    kmp_part_class kind;
     int count;
     struct unknown *next;
 } unknown;
 
 typedef struct search {
     kmp_import *im;
-    const kmp_grammar *grammar;
-    size_t rows;
     unknown *found, **end;
     int kinds, rest;
+    const kmp_element *first_rest;
 } search;
 
-static void take(search *s, const kmp_element *e, const char *in)
+static void take(search *s, const kmp_element *e, const char *in, kmp_part_class kind)
 {
     unknown *u = s->found;
     while (u && (strcmp(u->first->name, e->name) != 0 || strcmp(u->in, in) != 0))
@@ -251,32 +314,29 @@ static void take(search *s, const kmp_element *e, const char *in)
     }
     u = s->kinds < MOST_KINDS ? KMP_ARENA_NEW(s->im->arena, unknown, 1) : NULL;
     if (!u) {
-        s->rest++;
+        s->first_rest = s->rest++ == 0 ? e : s->first_rest;
         return;
     }
     s->kinds++;
-    *u = (unknown){.first = e, .in = in, .count = 1};
+    *u = (unknown){.first = e, .in = in, .kind = kind, .count = 1};
     *s->end = u;
     s->end = &u->next;
 }
 
 static void look(search *s, const kmp_element *element)
 {
-    const char *known = NULL;
-    for (size_t k = 0; k < s->rows; k++)
-        if (strcmp(s->grammar[k].in, element->name) == 0)
-            known = s->grammar[k].known;
-    for (const kmp_element *e = element->first; known && e; e = e->next) {
-        if (is_word_of(known, e->name))
+    for (const kmp_element *e = element->first; e; e = e->next) {
+        kmp_part_class kind = class_of(s->im, element->name, e->name);
+        if (kind == KMP_PART_READ)
             look(s, e);
-        else
-            take(s, e, element->name);
+        else if (!is_nothing(e))
+            take(s, e, element->name, kind);
     }
 }
 
-static const char *remedy_of(const kmp_element *e, const kmp_remedy *remedies, size_t count)
+static const char *remedy_of(const kmp_element *e)
 {
-    for (size_t k = 0; k < count; k++)
+    for (int k = 0; k < REMEDIES; k++)
         if (strcmp(remedies[k].part, e->name) == 0)
             return remedies[k].words;
     return NULL;
@@ -288,20 +348,22 @@ static const char *times_of(kmp_import *im, int count)
     return words ? words : "";
 }
 
-void kmp_import_note_unknown(kmp_import *im, const kmp_grammar *grammar, size_t rows, const kmp_remedy *remedies,
-                             size_t remedy_count)
+void kmp_import_note_unknown(kmp_import *im)
 {
-    search s = {.im = im, .grammar = grammar, .rows = rows};
+    search s = {.im = im};
     s.end = &s.found;
-    look(&s, im->model);
+    if (im->model)
+        look(&s, im->model);
     for (const unknown *u = s.found; u; u = u->next) {
-        const char *remedy = remedy_of(u->first, remedies, remedy_count);
-        kmp_import_leave_out(im, u->first->place, "'%s' in '%s' is not used%s%s%s", u->first->name, u->in,
-                             times_of(im, u->count), remedy ? ": " : "", remedy ? remedy : "");
+        const char *remedy = remedy_of(u->first);
+        kmp_import_leave_out(im, u->first->place, u->kind, u->first->name, "'%s' in '%s' is not used%s%s%s",
+                             u->first->name, u->in, times_of(im, u->count), remedy ? ": " : "", remedy ? remedy : "");
     }
     if (im->limited > 0)
-        kmp_import_leave_out(im, im->first_limit, "limits of motion are not used%s: --joint-limits makes them stops",
+        kmp_import_leave_out(im, im->first_limit, KMP_PART_AT_TIMES, "limit",
+                             "limits of motion are not used%s: --joint-limits makes them stops",
                              times_of(im, im->limited));
     if (s.rest > 0)
-        kmp_import_leave_out(im, im->model->place, "%d parts of further kinds are not used", s.rest);
+        kmp_import_leave_out(im, s.first_rest->place, KMP_PART_MECHANICS, s.first_rest->name,
+                             "'%s' and %d parts of further kinds are not used", s.first_rest->name, s.rest - 1);
 }

@@ -189,7 +189,7 @@ static kmp_yaml *other_joints(const pairs *p, const kmp_yaml *source)
         const char *clean = kmp_import_clean(im, name->text);
         kmp_yaml *other = other_joint(im, types->items[k]);
         if (!named(p, "joint", name->text))
-            kmp_import_leave_out(im, name->place,
+            kmp_import_leave_out(im, name->place, KMP_PART_AT_TIMES, name->text,
                                  "the joint '%s' of joint_name is not used: the robot does not have it", name->text);
         else if (clean && kmp_yaml_get(joints, clean))
             kmp_import_complain(im, name->place, "the joint", name->text, "is given twice");
@@ -208,7 +208,8 @@ static void note_unknown(kmp_import *im, const kmp_yaml *source)
         while (k < sizeof known / sizeof *known && strcmp(known[k], source->keys[i]->text) != 0)
             k++;
         if (k == sizeof known / sizeof *known)
-            kmp_import_leave_out(im, source->keys[i]->place, "'%s' is not used", source->keys[i]->text);
+            kmp_import_leave_out(im, source->keys[i]->place, KMP_PART_MECHANICS, source->keys[i]->text,
+                                 "'%s' is not used", source->keys[i]->text);
     }
 }
 
@@ -220,7 +221,7 @@ static void note_motors(kmp_import *im, const kmp_yaml *source)
     for (int i = 0; motors && i < motors->count; i++)
         kmp_text_printf(&names, "%s%s", i > 0 ? ", " : "", motors->items[i]->text);
     if (names.length > 0)
-        kmp_import_leave_out(im, motors->place,
+        kmp_import_leave_out(im, motors->place, KMP_PART_REMARK, "name_mot",
                              "the motors of 'name_mot' are not used: 'hold' of a start keeps them while the loops are "
                              "closed, 'independent' of a run takes as many as there are degrees of freedom: %s",
                              names.s);

@@ -392,35 +392,11 @@ static void add_base(kmp_import *im)
 
 /* -- notes ----------------------------------------------------------------------------------------- */
 
-/* The elements that are read or contain nothing of the mechanics, by their enclosing element. */
-static const kmp_grammar grammar[] = {
-    {"mbsDescR7", " mbsname mbsyspad_version base bodytree cuts links user_models user_variables "},
-    {"base", " gravity baseBodyName point "},
-    {"gravity", " coordinates "},
-    {"coordinates", " x y z "},
-    {"bodytree", " body "},
-    {"body", " bodyname parent joint mass com inertia point sensor extforce "},
-    {"parent", " bodyname pointname "},
-    {"joint", " jointname type nature initialvalue actuated symbols sensor extforce "},
-    {"initialvalue", " q qd qdd "},
-    {"com", " coordinates "},
-    {"inertia", " Ixx Ixy Ixz Iyy Iyz Izz "},
-    {"point", " pointname coordinates sensor extforce "},
-    {"cuts", " ball rod solid "},
-    {"ball", " name endpoint1 endpoint2 ignore "},
-    {"solid", " name endpoint1 endpoint2 ignore "},
-    {"rod", " name endpoint1 endpoint2 length "},
-    {"endpoint1", " bodyname pointname "},
-    {"endpoint2", " bodyname pointname "},
-    {"links", " link link3D "},
-    {"link", " name endpoint1 endpoint2 "},
-    {"link3D", " name endpoint1 endpoint2 "},
-};
-
 static void omit(kmp_import *im, const char *what, const kmp_element *e)
 {
     const char *name = kmp_element_text(e, "name");
-    kmp_import_leave_out(im, e->place, "%s '%s' is not used: its law is in user code; write a force of Kempe", what,
+    kmp_import_leave_out(im, e->place, KMP_PART_MECHANICS, e->name,
+                         "%s '%s' is not used: its law is in user code; write a force of Kempe", what,
                          name ? name : "");
 }
 
@@ -437,7 +413,6 @@ static void omit_force_points(kmp_import *im, const kmp_element *inside)
 static void note_rest(kmp_import *im)
 {
     const kmp_element *links = kmp_element_find(im->model, "links");
-    kmp_import_note_unknown(im, grammar, sizeof grammar / sizeof *grammar, NULL, 0);
     for (const kmp_element *body = first_body(im); body; body = kmp_element_again(body))
         omit_force_points(im, body);
     for (const kmp_element *e = links ? links->first : NULL; e; e = e->next)

@@ -97,6 +97,9 @@ static void read_compiler(kmp_mjcf *m, const kmp_element *e)
         kmp_import_complain(im, e->place, "coordinate", coordinate, "is not read: MuJoCo 2.3.3 saves with 'local'");
     kmp_import_read_numbers(im, e, "inertiagrouprange", 2, 2, m->groups);
     m->ranges_count = kmp_mjcf_flag(m, &item, "autolimits", m->ranges_count);
+    if (kmp_import_read_number(im, e, "settotalmass", -1) > 0)
+        kmp_import_leave_out(im, e->place, KMP_PART_MECHANICS, "settotalmass",
+                             "'settotalmass' is not read: it scales all masses");
     static const char *const folders[] = {"assetdir", "meshdir"}; /* the second one comes first */
     for (int k = 0; k < 2; k++)
         if (kmp_element_text(e, folders[k]))
@@ -125,58 +128,23 @@ static void read_settings(kmp_mjcf *m)
         read_flags(flag, "damper", &m->has_dampers);
         read_flags(flag, "frictionloss", &m->has_friction);
         read_flags(flag, "equality", &m->has_equalities);
+        read_flags(flag, "limit", &m->has_limits);
+        read_flags(flag, "actuation", &m->has_actuators);
+        read_flags(flag, "clampctrl", &m->has_clamps);
+        bool passive = true, constraint = true;
+        read_flags(flag, "passive", &passive);
+        read_flags(flag, "constraint", &constraint);
+        m->has_springs = m->has_springs && passive;
+        m->has_dampers = m->has_dampers && passive;
+        m->has_equalities = m->has_equalities && constraint;
+        m->has_friction = m->has_friction && constraint;
+        m->has_limits = m->has_limits && constraint;
     }
     kmp_import_put(im, im->root, im->model->place, "gravity",
                    kmp_import_numbers(im, im->model->place, 3, m->has_gravity ? gravity : none));
 }
 
 /* -- models -------------------------------------------------------------------------------------------- */
-
-#define FRAME "pos quat axisangle euler xyaxes zaxis "
-
-static const kmp_grammar grammar[] = {
-    {"mujoco", " model compiler option asset default worldbody equality tendon actuator "},
-    {"compiler", " angle eulerseq inertiafromgeom inertiagrouprange coordinate autolimits assetdir meshdir "},
-    {"option", " gravity flag "},
-    {"flag", " gravity spring damper frictionloss equality "},
-    {"asset", " mesh material "},
-    {"mesh", " name class file scale refpos refquat inertia "},
-    {"material", " name class rgba "},
-    {"default", " class default joint geom site mesh material equality motor "},
-    {"worldbody", " body frame geom site "},
-    {"body", " name childclass " FRAME "inertial joint freejoint geom site body frame "},
-    {"frame", " name childclass " FRAME "joint freejoint geom site body frame "},
-    {"inertial", " mass diaginertia fullinertia " FRAME},
-    {"joint", " name class type pos axis ref stiffness springref damping frictionloss armature range limited joint1 "
-              "joint2 polycoef active "
-              "joint coef "},
-    {"freejoint", " name "},
-    {"geom", " name class type size fromto mass density shellinertia group rgba mesh material " FRAME},
-    {"site", " name class fromto " FRAME},
-    {"equality", " class active connect weld joint tendon "},
-    {"connect", " name class active body1 body2 anchor site1 site2 "},
-    {"weld", " name class active body1 body2 anchor relpose site1 site2 "},
-    {"tendon", " name class active tendon1 tendon2 polycoef fixed "},
-    {"fixed", " name class joint "},
-    {"actuator", " motor "},
-    {"motor", " name class joint gear "},
-};
-
-static const kmp_remedy remedies[] = {
-    {"range", "a stop is an entry of contacts, as {joint: NAME, lower: -1, upper: 1}"},
-    {"contact", "surfaces that touch are entries of contacts"},
-    {"sensor", "outputs of a run are measures of points"},
-    {"keyframe", "a state is an entry of start"},
-    {"spatial", "a rope is a force of the kind line"},
-    {"position", "a controller is a force of its inputs and states"},
-    {"velocity", "a controller is a force of its inputs and states"},
-    {"general", "a controller is a force of its inputs and states"},
-    {"gravcomp", "it is a force against the weight at the centre of mass"},
-    {"texture", "it has no effect on the motion"},
-    {"hfield", "surfaces that touch are entries of contacts"},
-    {"visual", "it has no effect on the motion"},
-    {"statistic", "it has no effect on the motion"},
-};
 
 void kmp_mjcf_convert(kmp_import *im)
 {
@@ -190,11 +158,16 @@ void kmp_mjcf_convert(kmp_import *im)
                   .has_springs = true,
                   .has_dampers = true,
                   .has_friction = true,
-                  .has_gravity = true};
+                  .has_gravity = true,
+                  .has_limits = true,
+                  .has_actuators = true,
+                  .has_clamps = true};
     inclusion in = {.im = im};
     include_all(&in, (kmp_element *)im->model, 0);
-    if (im->status != KEMPE_OK)
+    if (im->status != KEMPE_OK) {
+        im->model = NULL; /* it is incomplete */
         return;
+    }
     const char *name = kmp_element_text(im->model, "model");
     if (name)
         kmp_import_word(im, im->root, im->model->place, "name", name);
@@ -202,7 +175,6 @@ void kmp_mjcf_convert(kmp_import *im)
     kmp_mjcf_read_classes(&m);
     kmp_mjcf_add_bodies(&m);
     kmp_mjcf_add_equalities(&m);
-    kmp_mjcf_add_motors(&m);
-    kmp_import_note_unknown(im, grammar, sizeof grammar / sizeof *grammar, remedies,
-                            sizeof remedies / sizeof *remedies);
+    kmp_mjcf_add_tendons(&m);
+    kmp_mjcf_add_actuators(&m);
 }

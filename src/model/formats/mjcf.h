@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A model in MJCF on its way into the document (docs/mjcf.md): classes of defaults, bodies, equalities, motors. */
+/* A model in MJCF on its way into the document (docs/mjcf.md): classes of defaults, bodies, equalities, tendons,
+ * actuators. */
 #pragma once
 
 #include "model/formats/foreign_parts.h"
@@ -32,11 +33,13 @@ typedef struct kmp_mjcf_joint {
     const char *name, *own;
     bool single, slides; /* with one coordinate; which is a length */
     double reference;    /* the coordinate at which the bodies are as the file places them */
+    double rest;         /* that of springs without a length of their own, of this joint and of tendons */
     struct kmp_mjcf_joint *next;
 } kmp_mjcf_joint;
 
 typedef struct kmp_mjcf_site {
     const char *name, *point; /* BODY.POINT */
+    double world[3];          /* at the reference coordinates */
     struct kmp_mjcf_site *next;
 } kmp_mjcf_site;
 
@@ -60,7 +63,7 @@ typedef struct kmp_mjcf {
     double groups[2];   /* of geoms with mass: the first and the last one */
     bool ranges_count;  /* without the attribute `limited` */
     const char *meshes; /* folder of mesh files, from that of the file; NULL: its own */
-    bool has_equalities, has_springs, has_dampers, has_friction, has_gravity;
+    bool has_equalities, has_springs, has_dampers, has_friction, has_gravity, has_limits, has_actuators, has_clamps;
 } kmp_mjcf;
 
 /* mjcf_defaults.c */
@@ -71,7 +74,8 @@ void kmp_mjcf_read_classes(kmp_mjcf *m);
 /** The class of a name; NULL after a complaint. */
 const kmp_mjcf_class *kmp_mjcf_class_of(kmp_mjcf *m, const kmp_element *e, const char *name);
 
-/** An element with the defaults for a word, of its own class or else of this one (NULL: main). */
+/** An element with the defaults for a word, or for several with blanks around, of its own class or else of this one
+ * (NULL: main). */
 kmp_mjcf_item kmp_mjcf_take(kmp_mjcf *m, const kmp_element *e, const char *word, const kmp_mjcf_class *around);
 
 /** An element without defaults. */
@@ -124,6 +128,27 @@ void kmp_mjcf_add_geoms(kmp_mjcf *m, const kmp_mjcf_body *body, bool heavy, cons
 
 /* mjcf_equality.c */
 
-/** Adds the closures of all elements `equality`, and motors as inputs. */
+/** Adds the closures of all elements `equality`. */
 void kmp_mjcf_add_equalities(kmp_mjcf *m);
-void kmp_mjcf_add_motors(kmp_mjcf *m);
+
+/* mjcf_tendons.c */
+
+/** A linear form of coordinates: one of them, or the length of a fixed tendon; and its value at the references. */
+typedef struct kmp_mjcf_form {
+    int count;
+    const char **joint;
+    double *factor, reference, rest; /* the latter: where the springs of joints are at rest */
+    bool slides;                     /* it is a length */
+} kmp_mjcf_form;
+
+/** Adds to a form: a coordinate of Kempe; a joint of the file; the joints of the fixed tendon of a name. */
+void kmp_mjcf_add_term(kmp_mjcf *m, kmp_mjcf_form *f, const char *joint, double factor);
+void kmp_mjcf_add_joint(kmp_mjcf *m, kmp_mjcf_form *f, const kmp_element *from, const char *name, double factor);
+void kmp_mjcf_add_tendon(kmp_mjcf *m, kmp_mjcf_form *f, const kmp_element *from, const char *name);
+
+/** Prints a form, "1*q(a) + -0.5*q(b)"; `word`: q, or qd for its rate. */
+void kmp_mjcf_put_form(kmp_text *text, const kmp_mjcf_form *f, const char *word);
+
+/** Adds the springs, dampers and friction of tendons, and actuators as forces of inputs. */
+void kmp_mjcf_add_tendons(kmp_mjcf *m);
+void kmp_mjcf_add_actuators(kmp_mjcf *m);

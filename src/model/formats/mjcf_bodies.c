@@ -123,10 +123,10 @@ static void add_losses(kmp_mjcf *m, const kmp_mjcf_item *item, const char *name,
     if (damping != 0)
         add_damper(m, item->own, name, points, type, damping);
     if (stiffness != 0)
-        kmp_import_leave_out(m->im, item->own->place,
+        kmp_import_leave_out(m->im, item->own->place, KMP_PART_MECHANICS, "stiffness",
                              "the stiffness of joint '%s' with several coordinates is not used", name);
     if (friction != 0)
-        kmp_import_leave_out(m->im, item->own->place,
+        kmp_import_leave_out(m->im, item->own->place, KMP_PART_MECHANICS, "frictionloss",
                              "the frictionloss of joint '%s' with several coordinates is not used", name);
 }
 
@@ -157,8 +157,8 @@ static void put_armature(kmp_mjcf *m, const kmp_mjcf_item *item, kmp_yaml *map, 
 {
     double armature = kmp_mjcf_number(m, item, "armature", 0);
     if (armature != 0 && (type == BALL || type == FREE))
-        kmp_import_leave_out(m->im, item->own->place, "the armature of joint '%s' with several coordinates is not used",
-                             name);
+        kmp_import_leave_out(m->im, item->own->place, KMP_PART_MECHANICS, "armature",
+                             "the armature of joint '%s' with several coordinates is not used", name);
     else if (armature != 0)
         kmp_import_word(m->im, (kmp_yaml *)kmp_yaml_get(map, "joint"), item->own->place, "armature",
                         kmp_import_number(m->im, armature));
@@ -170,7 +170,7 @@ static void add_range(kmp_mjcf *m, const kmp_mjcf_item *item, const kmp_mjcf_joi
     double range[2] = {0}, unit = j->slides ? 1 : m->angle;
     bool given = kmp_mjcf_numbers(m, item, "range", 2, 2, range) > 0;
     bool counts = limited && strcmp(limited, "auto") != 0 ? kmp_mjcf_flag(m, item, "limited", false) : m->ranges_count;
-    if (j->single && given && counts)
+    if (j->single && given && counts && m->has_limits)
         kmp_import_limits(m->im, item->own, j->own, unit * range[0], unit * range[1]);
 }
 
@@ -208,6 +208,8 @@ static int add_joint(kmp_mjcf *m, const kmp_mjcf_part *p, const char *parent, co
                           .slides = type == SLIDE};
     if (j->single)
         j->reference = kmp_mjcf_number(m, &item, "ref", 0) * (type == HINGE ? m->angle : 1);
+    if (j->single)
+        j->rest = kmp_mjcf_number(m, &item, "springref", 0) * (type == HINGE ? m->angle : 1);
     while (*end)
         end = &(*end)->next;
     *end = j;
@@ -338,10 +340,12 @@ static void add_site(kmp_mjcf *m, const kmp_mjcf_body *body, const kmp_mjcf_part
     if (kmp_mjcf_text(&item, "fromto"))
         kmp_mjcf_put_between(m, &item, KMP_SOLID_CAPSULE, &f, size);
     f = kmp_frame_in(&p->frame, &f);
+    const kmp_pose world = kmp_frame_in(&body->world, &f);
     *s = (kmp_mjcf_site){.name = name,
                          .point =
                              kmp_import_point(m->im, p->element->place, body->own, kmp_import_clean(m->im, name), &f),
                          .next = m->sites};
+    memcpy(s->world, world.p, sizeof s->world);
     m->sites = s;
 }
 

@@ -73,21 +73,34 @@ kmp_mjcf_item kmp_mjcf_plain(const kmp_element *e)
     return (kmp_mjcf_item){.own = e};
 }
 
+static bool is_among(const char *words, const char *name)
+{
+    size_t length = strlen(name);
+    const char *at = words[0] == ' ' ? strstr(words, name) : NULL;
+    while (at && (at[-1] != ' ' || at[length] != ' '))
+        at = strstr(at + 1, name);
+    return at || strcmp(words, name) == 0;
+}
+
+static void add_default(kmp_mjcf *m, kmp_mjcf_item *item, const kmp_element *from)
+{
+    const kmp_element **list = kmp_arena_room(m->im->arena, item->defaults, item->count, sizeof *list);
+    if (!list)
+        return;
+    item->defaults = list;
+    list[item->count++] = from;
+}
+
 kmp_mjcf_item kmp_mjcf_take(kmp_mjcf *m, const kmp_element *e, const char *word, const kmp_mjcf_class *around)
 {
     kmp_mjcf_item item = {.own = e};
     const char *name = kmp_element_text(e, "class");
     const kmp_mjcf_class *c = name ? kmp_mjcf_class_of(m, e, name) : around ? around : m->classes;
     for (; c; c = c->parent)
-        for (int k = c->count - 1; k >= 0; k--) {
-            const kmp_element *from = kmp_element_find(c->from[k], word);
-            const kmp_element **list =
-                from ? kmp_arena_room(m->im->arena, item.defaults, item.count, sizeof *list) : NULL;
-            if (!list)
-                continue;
-            item.defaults = list;
-            list[item.count++] = from;
-        }
+        for (int k = c->count - 1; k >= 0; k--)
+            for (const kmp_element *from = c->from[k]->first; from; from = from->next)
+                if (is_among(word, from->name))
+                    add_default(m, &item, from);
     return item;
 }
 

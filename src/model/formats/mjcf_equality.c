@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Equalities of MJCF as closures, and motors as inputs. An equality without positions keeps those of the file: the
+/* Equalities of MJCF as closures. An equality without positions keeps those of the file: the
  * frames of the bodies at the reference coordinates. */
 #include "model/formats/mjcf.h"
 #include <string.h>
@@ -81,87 +81,21 @@ static void add_pair(kmp_mjcf *m, const kmp_mjcf_item *item, const char *name)
 
 /* -- coordinates --------------------------------------------------------------------------------------- */
 
-/* A linear form of coordinates: one of them, or the length of a fixed tendon; and its value at the references. */
-typedef struct form {
-    int count;
-    const char **joint;
-    double *factor, reference;
-    bool slides; /* it is a length */
-} form;
-
-static void add_term(kmp_mjcf *m, form *f, const char *joint, double factor)
-{
-    int k = 0;
-    while (k < f->count && strcmp(f->joint[k], joint) != 0)
-        k++;
-    if (k < f->count) {
-        f->factor[k] += factor;
-        return;
-    }
-    const char **joints = kmp_arena_room(m->im->arena, f->joint, f->count, sizeof *joints);
-    double *factors = kmp_arena_room(m->im->arena, f->factor, f->count, sizeof *factors);
-    if (!joints || !factors)
-        return;
-    f->joint = joints;
-    f->factor = factors;
-    joints[f->count] = joint;
-    factors[f->count++] = factor;
-}
-
-static void add_joint_term(kmp_mjcf *m, form *f, const kmp_element *from, const char *name, double factor)
-{
-    const kmp_mjcf_joint *j = name ? kmp_mjcf_joint_of(m, from, name) : NULL;
-    if (!j)
-        return;
-    f->slides = f->count == 0 ? j->slides : f->slides;
-    f->reference += factor * j->reference;
-    add_term(m, f, j->own, factor);
-}
-
-static const kmp_element *tendon_of(kmp_mjcf *m, const kmp_element *from, const char *name)
-{
-    const kmp_element *found = NULL;
-    for (const kmp_element *section = kmp_element_find(m->im->model, "tendon"); section && !found;
-         section = kmp_element_again(section))
-        for (const kmp_element *e = section->first; e && !found; e = e->next) {
-            const char *own = kmp_element_text(e, "name");
-            found = own && strcmp(own, name) == 0 ? e : NULL;
-        }
-    if (!found || strcmp(found->name, "fixed") != 0)
-        kmp_import_complain(m->im, from->place, "the tendon", name,
-                            found ? "is spatial: equalities of fixed tendons are read" : "does not exist");
-    return found && strcmp(found->name, "fixed") == 0 ? found : NULL;
-}
-
-static void add_tendon_terms(kmp_mjcf *m, form *f, const kmp_element *from, const char *name)
-{
-    const kmp_element *tendon = tendon_of(m, from, name);
-    for (const kmp_element *e = kmp_element_find(tendon, "joint"); e; e = kmp_element_again(e))
-        add_joint_term(m, f, e, kmp_import_attribute(m->im, e, "joint"), kmp_import_read_number(m->im, e, "coef", 1));
-}
-
-/* "1*q(a) + -0.5*q(b)" */
-static void put_form(kmp_text *text, const form *f)
-{
-    for (int k = 0; k < f->count; k++)
-        kmp_text_printf(text, "%s%.17g*q(%s)", k > 0 ? " + " : "", f->factor[k], f->joint[k]);
-}
-
 /* y - y0 = a0 + a1 d + a2 d^2 + .., d = x - x0, by Horner's rule; without x the value of y is constant. */
-static void add_polynomial(kmp_mjcf *m, const kmp_element *e, const char *name, const form *y, const form *x,
-                           const double a[5])
+static void add_polynomial(kmp_mjcf *m, const kmp_element *e, const char *name, const kmp_mjcf_form *y,
+                           const kmp_mjcf_form *x, const double a[5])
 {
     kmp_import *im = m->im;
     kmp_text text = {0};
     kmp_yaml *map = kmp_import_map(im, e->place);
-    put_form(&text, y);
+    kmp_mjcf_put_form(&text, y, "q");
     kmp_text_printf(&text, " - (%.17g)", y->reference + a[0]);
     int most = x->count > 0 ? 4 : 0;
     while (most > 0 && a[most] == 0)
         most--;
     for (int k = 1; k <= most; k++) {
         kmp_text_printf(&text, " %s (", k == 1 ? "-" : "+");
-        put_form(&text, x);
+        kmp_mjcf_put_form(&text, x, "q");
         kmp_text_printf(&text, " - (%.17g))*(%.17g", x->reference, a[k]);
     }
     for (int k = 0; k < most; k++)
@@ -176,17 +110,17 @@ static void add_relation(kmp_mjcf *m, const kmp_mjcf_item *item, const char *nam
     bool joints = strcmp(item->own->name, "joint") == 0;
     static const char *const keys[2][2] = {{"tendon1", "tendon2"}, {"joint1", "joint2"}};
     double a[5] = {0, 1, 0, 0, 0};
-    form forms[2] = {{.count = 0}};
+    kmp_mjcf_form forms[2] = {{.count = 0}};
     for (int k = 0; k < 2; k++) {
         const char *word = kmp_mjcf_text(item, keys[joints][k]);
         if (!word && k == 0)
             kmp_import_complain(m->im, item->own->place, "attribute", keys[joints][k], "is missing here");
         else if (word && joints)
-            add_joint_term(m, &forms[k], item->own, word, 1);
+            kmp_mjcf_add_joint(m, &forms[k], item->own, word, 1);
         else if (word)
-            add_tendon_terms(m, &forms[k], item->own, word);
+            kmp_mjcf_add_tendon(m, &forms[k], item->own, word);
     }
-    form *y = &forms[0], *x = &forms[1];
+    kmp_mjcf_form *y = &forms[0], *x = &forms[1];
     kmp_mjcf_numbers(m, item, "polycoef", 1, 5, a);
     if (y->count == 0)
         return;
@@ -195,7 +129,7 @@ static void add_relation(kmp_mjcf *m, const kmp_mjcf_item *item, const char *nam
         return;
     }
     for (int k = 0; k < x->count; k++)
-        add_term(m, y, x->joint[k], -a[1] * x->factor[k]);
+        kmp_mjcf_add_term(m, y, x->joint[k], -a[1] * x->factor[k]);
     kmp_import_coupler(m->im, item->own, name, y->count, y->joint, y->factor,
                        y->reference + a[0] - (x->count > 0 ? a[1] * x->reference : 0));
 }
@@ -213,44 +147,5 @@ void kmp_mjcf_add_equalities(kmp_mjcf *m)
             const char *name = equality_name(m, e, ++number);
             if (kmp_mjcf_flag(m, &item, "active", true))
                 (pair ? add_pair : add_relation)(m, &item, name);
-        }
-}
-
-/* -- motors -------------------------------------------------------------------------------------------- */
-
-/* The force `gear` times the input ctrl_NAME on a joint with one coordinate. */
-static void add_motor(kmp_mjcf *m, const kmp_mjcf_item *item)
-{
-    kmp_import *im = m->im;
-    kmp_place place = item->own->place;
-    const char *joint = kmp_mjcf_text(item, "joint"), *given = kmp_element_text(item->own, "name");
-    const kmp_mjcf_joint *j = m->joints;
-    double gear[6] = {1, 0, 0, 0, 0, 0};
-    while (j && (!joint || !j->name || strcmp(j->name, joint) != 0))
-        j = j->next;
-    if (!j || !j->single) {
-        kmp_import_leave_out(im, place, "motor '%s' is not used: it moves no joint with one coordinate",
-                             given ? given : "");
-        return;
-    }
-    kmp_mjcf_numbers(m, item, "gear", 1, 6, gear);
-    const char *name = given ? kmp_import_clean(im, given) : kmp_arena_printf(im->arena, "%s_motor", j->own),
-               *input = kmp_arena_printf(im->arena, "ctrl_%s", name);
-    kmp_yaml *force = kmp_import_map(im, place), *map = kmp_import_map(im, place);
-    kmp_import_word(im, map, place, "unit", j->slides ? "N" : "N*m");
-    kmp_import_add(im, "inputs", item->own, input, map);
-    kmp_import_word(im, force, place, "joint", j->own);
-    kmp_import_word(im, force, place, j->slides ? "force" : "torque",
-                    gear[0] == 1 ? input : kmp_arena_printf(im->arena, "%.17g*%s", gear[0], input));
-    kmp_import_add(im, "forces", item->own, name, force);
-}
-
-void kmp_mjcf_add_motors(kmp_mjcf *m)
-{
-    for (const kmp_element *section = kmp_element_find(m->im->model, "actuator"); section;
-         section = kmp_element_again(section))
-        for (const kmp_element *e = kmp_element_find(section, "motor"); e; e = kmp_element_again(e)) {
-            const kmp_mjcf_item item = kmp_mjcf_take(m, e, "motor", NULL);
-            add_motor(m, &item);
         }
 }

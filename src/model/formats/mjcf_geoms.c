@@ -254,8 +254,8 @@ static bool gives_mass(kmp_mjcf *m, const kmp_mjcf_body *body, const kmp_mjcf_it
     bool fitted = !mesh && (geoms[kind].solid == -2 || kmp_mjcf_text(item, "mesh"));
     const char *what = shell ? "shell" : "mesh";
     if (body->fixed && (shell || mesh || fitted))
-        kmp_import_leave_out(im, item->own->place, "the mass of a %s of body '%s' is not used: the body is fixed", what,
-                             body->own);
+        kmp_import_leave_out(im, item->own->place, KMP_PART_REMARK, "geom",
+                             "the mass of a %s of body '%s' is not used: the body is fixed", what, body->own);
     else if (shell || fitted)
         kmp_import_complain(im, item->own->place, "the body", body->own,
                             kmp_arena_printf(im->arena, "has its mass from a %s: give it an element 'inertial'",

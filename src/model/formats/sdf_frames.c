@@ -89,12 +89,11 @@ static const kmp_element *load(kmp_sdf *s, const kmp_element *include, const cha
     else if ((status = kmp_xml_load(im->context, im->arena, path, include->place.file, text, length, NULL,
                                     &inner.model)) != KEMPE_OK)
         im->status = status;
-    else if (inner.model && strcmp(inner.model->name, "sdf") == 0)
-        kmp_sdf_note_unknown(&inner);
-    if (inner.status != KEMPE_OK)
-        im->status = inner.status;
     if (inner.model)
         place_all(inner.model, include->place);
+    if (status == KEMPE_OK && inner.model && strcmp(inner.model->name, "sdf") == 0)
+        kmp_import_note_unknown(&inner);
+    im->refused = inner.refused;
     kmp_free(text);
     kempe_context_free(aside);
     return inner.model;

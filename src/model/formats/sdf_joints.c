@@ -76,7 +76,7 @@ static void read_axis(kmp_sdf *s, joint *j, int k)
     else if (in)
         frame = kmp_sdf_frame_named(s, f->model, in, xyz);
     if (f->version >= 107 && kmp_sdf_yes(e, "use_parent_model_frame"))
-        kmp_import_leave_out(s->im, e->place,
+        kmp_import_leave_out(s->im, e->place, KMP_PART_AT_TIMES, "use_parent_model_frame",
                              "'use_parent_model_frame' of joint '%s' is not used since version 1.7: write <xyz "
                              "expressed_in=\"__model__\">",
                              f->name);
@@ -145,8 +145,8 @@ static void add_dynamics(kmp_sdf *s, joint *j, int k)
     if (damping == 0 && friction == 0 && stiffness == 0)
         return;
     if (kinds[j->kind].axes <= k) {
-        kmp_import_leave_out(im, dynamics->place, "the dynamics of joint '%s' are not used: it has no such axis",
-                             j->frame->name);
+        kmp_import_leave_out(im, dynamics->place, KMP_PART_AT_TIMES, "dynamics",
+                             "the dynamics of joint '%s' are not used: it has no such axis", j->frame->name);
         return;
     }
     const char *coordinate = coordinate_of(s, j, motion_of(j, k));

@@ -120,57 +120,6 @@ static void add_drake(kmp_sdf *s)
 
 /* -- files --------------------------------------------------------------------------------------------- */
 
-static const kmp_grammar grammar[] = {
-    {"sdf", " version world model xmlns:drake "},
-    {"world", " name gravity model include frame joint physics "},
-    {"physics", " gravity simbody "},
-    {"simbody", " must_be_loop_joint "},
-    {"model",
-     " name canonical_link placement_frame static pose link joint frame model include drake:joint" KMP_DRAKE_TAGS},
-    {"include", " uri name pose static placement_frame merge "},
-    {"pose", " relative_to frame rotation_format degrees "},
-    {"frame", " name attached_to pose "},
-    {"link", " name pose inertial visual gravity "},
-    {"inertial", " auto pose mass inertia "},
-    {"inertia", " ixx ixy ixz iyy iyz izz "},
-    {"visual", " name pose geometry material "},
-    {"geometry", " box cylinder sphere capsule ellipsoid mesh "},
-    {"mesh", " uri scale "},
-    {"box", " size "},
-    {"cylinder", " radius length "},
-    {"capsule", " radius length "},
-    {"sphere", " radius "},
-    {"ellipsoid", " radii "},
-    {"material", " ambient diffuse "},
-    {"joint", " name type pose parent child axis axis2 gearbox_ratio gearbox_reference_body thread_pitch "
-              "screw_thread_pitch physics drake:mimic "},
-    {"axis", " xyz dynamics limit mimic initial_position use_parent_model_frame "},
-    {"axis2", " xyz dynamics limit mimic use_parent_model_frame "},
-    {"limit", " lower upper "},
-    {"xyz", " expressed_in "},
-    {"dynamics", " damping friction spring_stiffness spring_reference "},
-    {"mimic", " joint axis multiplier offset reference "},
-    {"drake:mimic", " joint multiplier offset "},
-    KMP_DRAKE_GRAMMAR,
-    {"drake:joint", " name type pose drake:parent drake:child drake:damping "},
-};
-
-static const kmp_remedy remedies[] = {
-    {"effort", "the torque or force of a motor is an expression"},
-    {"velocity", "the rate of a motor is an expression"},
-    {"collision", "surfaces that touch are entries of contacts"},
-    {"ellipsoid", "the picture shows joints and points alone"},
-    {"plane", "the picture shows joints and points alone"},
-    {"plugin", "a drive or a force of a joint moves it"},
-    {"sensor", "outputs of a run are measures of points"},
-};
-
-void kmp_sdf_note_unknown(kmp_import *im)
-{
-    kmp_import_note_unknown(im, grammar, sizeof grammar / sizeof *grammar, remedies,
-                            sizeof remedies / sizeof *remedies);
-}
-
 void kmp_sdf_convert(kmp_import *im)
 {
     double gravity[3] = {0, 0, -9.8};
@@ -205,5 +154,4 @@ void kmp_sdf_convert(kmp_import *im)
         add_drake(&s);
     if (im->status == KEMPE_OK)
         kmp_sdf_add_joints(&s);
-    kmp_sdf_note_unknown(im);
 }

@@ -71,11 +71,6 @@ kmp_pose kmp_sdf_pose(kmp_import *im, const kmp_element *e);
 /** A point BODY.NAME of the link that carries a frame, there. */
 const char *kmp_sdf_point(kmp_sdf *s, const kmp_element *e, int frame, const char *name);
 
-/* sdf_model.c */
-
-/** Names in the log what a file has and this reader does not use. */
-void kmp_sdf_note_unknown(kmp_import *im);
-
 /* sdf_joints.c */
 
 /** Writes all joints, and attaches the models that no joint connects to the world. */

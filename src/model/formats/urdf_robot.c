@@ -28,18 +28,23 @@ static const char *link_of(kmp_import *im, const kmp_element *e, const char *key
     return inside ? kmp_import_name(im, inside, "link") : NULL;
 }
 
-/* The frame of the element `origin` inside; without one it is that of the link. */
-static kmp_pose origin_of(kmp_import *im, const kmp_element *e)
+/* The frame of the numbers xyz and rpy of an element; NULL: none. */
+static kmp_pose frame_in(kmp_import *im, const kmp_element *e)
 {
     kmp_pose f = kmp_frame_none();
     double rpy[3] = {0};
-    const kmp_element *origin = kmp_element_find(e, "origin");
-    if (origin) {
-        kmp_import_read_numbers(im, origin, "xyz", 3, 3, f.p);
-        kmp_import_read_numbers(im, origin, "rpy", 3, 3, rpy);
+    if (e) {
+        kmp_import_read_numbers(im, e, "xyz", 3, 3, f.p);
+        kmp_import_read_numbers(im, e, "rpy", 3, 3, rpy);
     }
     kmp_frame_rotate(rpy, f.r);
     return f;
+}
+
+/* The frame of the element `origin` inside; without one it is that of the link. */
+static kmp_pose origin_of(kmp_import *im, const kmp_element *e)
+{
+    return frame_in(im, kmp_element_find(e, "origin"));
 }
 
 /* The axis inside an element, x when absent. */
@@ -299,19 +304,28 @@ static void add_roots(const robot *r)
 
 /* -- loops --------------------------------------------------------------------------------------------- */
 
+/* The row of a loop's type; KINDS after a complaint. Gazebo calls a spherical joint a ball. */
+static int loop_kind(kmp_import *im, const kmp_element *loop, const char *type)
+{
+    int k = kind_of(strcmp(type, "ball") == 0 ? "spherical" : type);
+    if (k < KINDS && kinds[k].closure)
+        return k;
+    kmp_import_complain(im, loop->place, "loop type", type,
+                        "is unknown; available: revolute, continuous, prismatic, fixed, planar, spherical");
+    return KINDS;
+}
+
+/* A loop of URDF+, <loop>, whose ends have frames of their own, or of Isaac Sim, <loop_joint>, whose ends are frames.
+ */
 static void add_loop(kmp_import *im, const kmp_element *loop)
 {
-    static const char *const ends[2] = {"predecessor", "successor"};
+    bool plus = strcmp(loop->name, "loop") == 0;
+    const char *const ends[2] = {plus ? "predecessor" : "link1", plus ? "successor" : "link2"};
     const char *name = kmp_import_name(im, loop, "name"), *type = kmp_import_attribute(im, loop, "type");
-    int k = type ? kind_of(type) : KINDS;
+    int k = type ? loop_kind(im, loop, type) : KINDS;
     const char *points[2];
-    if (!name || !type)
+    if (!name || k == KINDS)
         return;
-    if (k == KINDS || !kinds[k].closure) {
-        kmp_import_complain(im, loop->place, "loop type", type,
-                            "is unknown; available: revolute, continuous, prismatic, fixed, planar, spherical");
-        return;
-    }
     for (int end = 0; end < 2; end++) {
         const char *link = link_of(im, loop, ends[end]);
         if (link && !kmp_import_body(im, link))
@@ -319,10 +333,123 @@ static void add_loop(kmp_import *im, const kmp_element *loop)
         if (!link || !kmp_import_body(im, link))
             return;
         const kmp_element *side = kmp_element_find(loop, ends[end]);
-        kmp_pose f = origin_of(im, side);
+        kmp_pose f = plus ? origin_of(im, side) : frame_in(im, side);
         points[end] = kmp_import_point(im, side->place, link, name, &f);
     }
     kmp_import_loop(im, loop, name, kinds[k].closure, points, kinds[k].has_axis ? axis_of(im, loop, name) : NULL);
+}
+
+/* -- Gazebo's additions -------------------------------------------------------------------------------- */
+
+/* A link in the frame of the root where all coordinates are zero. */
+static kmp_pose zero_pose(const robot *r, const char *link)
+{
+    kmp_pose f = kmp_frame_none();
+    int steps = 0;
+    for (const joint *j = joint_to(r, link); j && j->parent && steps++ <= r->count; j = joint_to(r, j->parent)) {
+        const kmp_pose at = origin_of(r->im, j->element);
+        f = kmp_frame_in(&at, &f);
+    }
+    return f;
+}
+
+/* The body that the text of an element names; NULL after a complaint. */
+static const char *link_named(kmp_import *im, const kmp_element *e, const char *key, const char *text)
+{
+    const char *link = text ? kmp_import_clean(im, text) : NULL;
+    if (text && link && kmp_import_body(im, link))
+        return link;
+    kmp_import_complain(im, e->place, text ? "link" : "element", text ? text : key,
+                        text ? "does not exist" : "is missing here");
+    return NULL;
+}
+
+/* The direction of a joint of Gazebo in its own frame, which has a place `at` in the root's. */
+static kmp_yaml *gazebo_axis(kmp_import *im, const kmp_element *axis, const char *name, const kmp_pose *at)
+{
+    double xyz[3] = {0, 0, 1};
+    const char *old = kmp_element_text(axis, "use_parent_model_frame");
+    const kmp_pose back = kmp_frame_inverse(at);
+    kmp_import_read_numbers(im, axis, "xyz", 3, 3, xyz);
+    if (old && (strcmp(old, "1") == 0 || strcmp(old, "true") == 0))
+        kmp_frame_vector(&back, xyz, xyz);
+    return kmp_import_direction(im, axis->place, name, xyz);
+}
+
+/* Names the losses and limits of a joint that closes a loop. */
+static void note_axis(kmp_import *im, const kmp_element *axis, const char *name)
+{
+    const kmp_element *dynamics = kmp_element_find(axis, "dynamics"), *limit = kmp_element_find(axis, "limit");
+    if (dynamics && (kmp_import_read_number(im, dynamics, "damping", 0) != 0 ||
+                     kmp_import_read_number(im, dynamics, "friction", 0) != 0))
+        kmp_import_leave_out(im, dynamics->place, KMP_PART_MECHANICS, "dynamics",
+                             "the dynamics of joint '%s', which closes a loop, are not used", name);
+    if (limit)
+        kmp_import_leave_out(im, limit->place, KMP_PART_AT_TIMES, "limit",
+                             "the limits of joint '%s', which closes a loop, are not used", name);
+}
+
+/* A joint in the words of SDFormat, between two links of the tree: it closes a loop. Its frame is given in that of the
+ * child, and is where the parent has it while all coordinates are zero. */
+static void add_gazebo_joint(const robot *r, const kmp_element *e)
+{
+    kmp_import *im = r->im;
+    const char *name = kmp_import_name(im, e, "name"), *type = kmp_import_attribute(im, e, "type"), *points[2];
+    const char *parent = link_named(im, e, "parent", kmp_element_text(e, "parent")),
+               *child = link_named(im, e, "child", kmp_element_text(e, "child"));
+    const kmp_element *pose = kmp_element_find(e, "pose"), *axis = kmp_element_find(e, "axis");
+    int k = type ? loop_kind(im, e, type) : KINDS;
+    if (!name || !parent || !child || k == KINDS)
+        return;
+    const char *in = kmp_element_text(pose, "relative_to");
+    double value[6] = {0};
+    if (pose)
+        kmp_import_read_numbers(im, e, "pose", 6, 6, value);
+    in = in ? link_named(im, pose, "relative_to", in) : child;
+    kmp_pose own = kmp_frame_none();
+    memcpy(own.p, value, sizeof own.p);
+    kmp_frame_rotate(value + 3, own.r);
+    if (!in || (kinds[k].has_axis && !axis)) {
+        if (in)
+            kmp_import_complain(im, e->place, "element", "axis", "is missing here");
+        return;
+    }
+    const kmp_pose base = zero_pose(r, in), at = kmp_frame_in(&base, &own);
+    for (int end = 0; end < 2; end++) {
+        const kmp_pose link = zero_pose(r, end ? child : parent), back = kmp_frame_inverse(&link),
+                       f = kmp_frame_in(&back, &at);
+        points[end] = kmp_import_point(im, e->place, end ? child : parent, name, &f);
+    }
+    if (axis)
+        note_axis(im, axis, name);
+    kmp_import_loop(im, e, name, kinds[k].closure, points, kinds[k].has_axis ? gazebo_axis(im, axis, name, &at) : NULL);
+}
+
+/* True if the element says `yes`, as a word or number. */
+static bool says(const kmp_element *e, const char *key, bool yes)
+{
+    const char *text = kmp_element_text(e, key);
+    return text && (strcmp(text, yes ? "true" : "false") == 0 || strcmp(text, yes ? "1" : "0") == 0);
+}
+
+/* An element `gazebo`: joints that close loops, the spring of the joint to which it refers. */
+static void add_gazebo(const robot *r, const kmp_element *e)
+{
+    kmp_import *im = r->im;
+    const char *reference = kmp_element_text(e, "reference");
+    double stiffness = kmp_import_read_number(im, e, "springStiffness", 0);
+    const joint *j = reference && stiffness != 0 ? joint_named(r, reference) : NULL;
+    for (const kmp_element *inside = kmp_element_find(e, "joint"); inside; inside = kmp_element_again(inside))
+        add_gazebo_joint(r, inside);
+    if (j && is_single(j))
+        kmp_import_spring(im, e, j->name, "spring", stiffness, kmp_import_read_number(im, e, "springReference", 0), 0);
+    else if (stiffness != 0)
+        kmp_import_complain(im, e->place, "the joint", reference, "of springStiffness is none with one coordinate");
+    if (says(e, "gravity", false) || says(e, "turnGravityOff", true))
+        kmp_import_leave_out(im, e->place, KMP_PART_MECHANICS, "gravity", "link '%s' without gravity is not read",
+                             reference ? reference : "");
+    if (says(e, "static", true))
+        kmp_import_leave_out(im, e->place, KMP_PART_MECHANICS, "static", "a robot that is static is not read");
 }
 
 /* The number of joints from a link to the root. */
@@ -404,49 +531,6 @@ static const char *point_of(void *reader, const kmp_element *e, const char *name
 
 /* -- models -------------------------------------------------------------------------------------------- */
 
-static const kmp_grammar grammar[] = {
-    {"robot", " name version xmlns:xacro xmlns:drake link joint loop coupling material frame" KMP_DRAKE_TAGS},
-    {"link", " name inertial visual "},
-    {"inertial", " origin mass inertia "},
-    {"mass", " value "},
-    {"inertia", " ixx ixy ixz iyy iyz izz "},
-    {"origin", " xyz rpy "},
-    {"visual", " name origin geometry material "},
-    {"geometry", " box cylinder sphere capsule mesh "},
-    {"box", " size "},
-    {"cylinder", " radius length "},
-    {"capsule", " radius length "},
-    {"sphere", " radius "},
-    {"mesh", " filename scale "},
-    {"material", " name color "},
-    {"color", " rgba "},
-    {"joint", " name type origin parent child axis dynamics limit mimic independent "},
-    {"parent", " link "},
-    {"child", " link "},
-    {"axis", " xyz "},
-    {"dynamics", " damping friction "},
-    {"limit", " lower upper "},
-    {"mimic", " joint multiplier offset "},
-    {"loop", " name type predecessor successor axis "},
-    {"coupling", " name type predecessor successor ratio "},
-    {"predecessor", " link origin "},
-    {"successor", " link origin "},
-    {"ratio", " value "},
-    {"frame", " name link xyz rpy "},
-    KMP_DRAKE_GRAMMAR,
-};
-
-static const kmp_remedy remedies[] = {
-    {"effort", "the torque or force of a motor is an expression"},
-    {"velocity", "the rate of a motor is an expression"},
-    {"collision", "surfaces that touch are entries of contacts"},
-    {"transmission", "a drive or a force of a joint moves it"},
-    {"safety_controller", "a controller is a force of its inputs and states"},
-    {"calibration", "it has no effect on the motion"},
-    {"gazebo", "it has settings of another program"},
-    {"sensor", "outputs of a run are measures of points"},
-};
-
 void kmp_urdf_convert(kmp_import *im)
 {
     static const double gravity[3] = {0, 0, -9.81};
@@ -463,9 +547,11 @@ void kmp_urdf_convert(kmp_import *im)
     add_roots(&r);
     for (const kmp_element *e = kmp_element_find(im->model, "loop"); e; e = kmp_element_again(e))
         add_loop(im, e);
+    for (const kmp_element *e = kmp_element_find(im->model, "loop_joint"); e; e = kmp_element_again(e))
+        add_loop(im, e);
+    for (const kmp_element *e = kmp_element_find(im->model, "gazebo"); e; e = kmp_element_again(e))
+        add_gazebo(&r, e);
     for (const kmp_element *e = kmp_element_find(im->model, "coupling"); e; e = kmp_element_again(e))
         add_coupling(&r, e);
     kmp_drake_add(im, im->model, "", point_of, im);
-    kmp_import_note_unknown(im, grammar, sizeof grammar / sizeof *grammar, remedies,
-                            sizeof remedies / sizeof *remedies);
 }

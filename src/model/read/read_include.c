@@ -84,25 +84,44 @@ static bool goes_in_circle(kmp_reader *r, const kmp_yaml *node, int parent, cons
     return false;
 }
 
+/* A list of names as one text, behind names that hold anyway. */
+static const char *names_of(kmp_reader *r, const kmp_yaml *list, const char *others)
+{
+    kmp_text names = {0};
+    kmp_text_printf(&names, "%s,", others ? others : "");
+    for (int k = 0; kmp_read_list(r, list, "leave_out of an include", -1) && k < list->count; k++) {
+        const char *name = kmp_read_word(r, list->items[k], "leave_out of an include");
+        kmp_text_printf(&names, "%s,", name ? name : "");
+    }
+    return kmp_reader_take(r, &names);
+}
+
 /* Loads the file of an instance, once only if it is read for another prefix, too. */
-static void load(kmp_reader *r, const kmp_yaml *node, const char *path, kmp_include_instance *x)
+static void load(kmp_reader *r, const kmp_yaml *node, const kmp_yaml *file, const char *path, kmp_include_instance *x)
 {
     size_t length;
-    for (int k = 0; k < r->instance_count; k++) {
+    const kmp_yaml *names = kmp_yaml_get(node, "leave_out");
+    for (int k = 0; k < r->instance_count && !names; k++) {
         const kmp_include_instance *other = &r->instances[k];
-        if (other->root->nodes > 0 && other->base == x->base && other->limits == x->limits &&
+        if (other->root->nodes > 0 && other->base == x->base && other->limits == x->limits && !other->leaves_out &&
             strcmp(r->model->files[other->file], path) == 0) {
             x->root = kmp_yaml_again(&r->scratch, other->root, x->file);
             x->foreign = other->foreign;
             return;
         }
     }
-    char *text = kmp_read_file(r, node, "include", path, &length);
-    bool before = kmp_context_use_limits(r->context, x->limits);
+    char *text = kmp_read_file(r, file, "include", path, &length);
+    bool before = kmp_context_use_limits(r->context, x->limits), altered = r->model->altered;
+    const char *left_out = kmp_context_use_left_out(r->context, NULL);
+    (void)kmp_context_use_left_out(r->context, names ? names_of(r, names, left_out) : left_out);
+    x->leaves_out = names;
     x->foreign = text && kmp_is_foreign(path, text, length);
     if (text && kmp_reader_load(r, x->file, text, length, x->base, &x->root) != KEMPE_OK)
         r->wrong = true;
     (void)kmp_context_use_limits(r->context, before);
+    (void)kmp_context_use_left_out(r->context, left_out);
+    if (names) /* the model says so: it is the machine */
+        r->model->altered = altered;
     kmp_free(text);
 }
 
@@ -313,7 +332,7 @@ static void include_one(kmp_reader *r, const kmp_yaml *node, int parent)
                               .limits = are_stops(r, kmp_yaml_get(node, "joint_limits")),
                               .ground = -1};
     if (x.file >= 0)
-        load(r, name, path, &x);
+        load(r, node, name, path, &x);
     kmp_include_instance *instance = x.root && check_root(r, x.root) ? add_instance(r) : NULL;
     if (!instance)
         return;

@@ -22,10 +22,11 @@ typedef struct kmp_include_instance {
     const char *prefix;          /* of all its names */
     const kmp_yaml *at, *offset; /* its ground: a body or a point, NULL the ground; the distance from it */
     const kmp_yaml *root;
-    kmp_base base; /* of a robot in another format */
-    bool limits;   /* its limits of joints are stops */
-    bool foreign;  /* it is in another format */
-    int ground;    /* the point that represents its ground, once bodies are read */
+    kmp_base base;   /* of a robot in another format */
+    bool limits;     /* its limits of joints are stops */
+    bool foreign;    /* it is in another format */
+    bool leaves_out; /* parts of it by name */
+    int ground;      /* the point that represents its ground, once bodies are read */
 } kmp_include_instance;
 
 typedef struct kmp_linkage kmp_linkage;

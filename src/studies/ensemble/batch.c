@@ -388,7 +388,7 @@ kempe_status kempe_ensemble_run_range(kempe_ensemble *e, const kempe_run_options
     KMP_WANTED(NULL, e, "ensemble");
     KMP_WANTED(e->model->context, batch, "batch");
     KMP_OPTIONS(e->model->context, kempe_run_options, run);
-    kmp_context_begin(e->model->context);
+    kmp_model_begin(e->model);
     if (first < 0 || count < 0 || first > e->values->count - count)
         return kmp_fail(e->model->context, KEMPE_E_ARGUMENT, "there are no %d instances from %d: there are %d", count,
                         first, e->values->count);
@@ -401,7 +401,7 @@ kempe_status kempe_ensemble_run_rows(kempe_ensemble *e, const kempe_run_options 
     KMP_WANTED(NULL, e, "ensemble");
     KMP_WANTED(e->model->context, batch, "batch");
     KMP_OPTIONS(e->model->context, kempe_run_options, run);
-    kmp_context_begin(e->model->context);
+    kmp_model_begin(e->model);
     if (count < 0)
         return kmp_fail(e->model->context, KEMPE_E_ARGUMENT, "the number of rows is %d; it cannot be negative", count);
     KMP_WANTED(e->model->context, rows || count == 0 || e->values->columns == 0, "rows");

@@ -298,7 +298,7 @@ kempe_status kempe_ensemble_run_folder(kempe_ensemble *ensemble, const kempe_run
     KMP_OPTIONS(context, kempe_folder_options, options);
     folder_run r = {.ensemble = ensemble, .context = context, .run = run, .lanes = lanes};
     kmp_shard shard;
-    kmp_context_begin(context);
+    kmp_model_begin(kmp_ensemble_model(ensemble));
     KMP_TRY(kmp_batch_check_lanes(ensemble, lanes));
     if (options->chunk < 0)
         return kmp_fail(context, KEMPE_E_ARGUMENT, "a part has at least one instance, not %d", options->chunk);

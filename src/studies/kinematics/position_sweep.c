@@ -394,7 +394,7 @@ kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinema
 {
     KMP_WANTED_BOTH(system, kinematics);
     KMP_OPTIONS(system->context, kempe_kinematics_options, options);
-    kmp_context_begin(system->context);
+    kmp_model_begin(system->model);
     KMP_TRY(kmp_refuse_contacts(system->model, "kinematics"));
     double begin = kmp_cpu_now();
     KMP_MAKE(system->context, kempe_kinematics, k);

@@ -211,7 +211,7 @@ kempe_status kempe_optimum_new(const kempe_model *model, const kempe_optimum_opt
     KMP_WANTED_BOTH(model, optimum);
     KMP_OPTIONS(model->context, kempe_optimum_options, options);
     double begin = kmp_cpu_now();
-    kmp_context_begin(model->context);
+    kmp_model_begin(model);
     KMP_TRY(kmp_model_check_finished(model));
     KMP_MAKE(model->context, kempe_optimum, o);
     o->context = model->context;

@@ -378,7 +378,7 @@ kempe_status kempe_gradient_new(const kempe_model *model, const kempe_gradient_o
     KMP_WANTED_BOTH(model, gradient);
     KMP_OPTIONS(model->context, kempe_gradient_options, options);
     KMP_WANTED(model->context, options->parameters || options->parameter_count <= 0, "parameters");
-    kmp_context_begin(model->context);
+    kmp_model_begin(model);
     KMP_TRY(kmp_refuse_contacts(model, "gradients at a position"));
     KMP_MAKE(model->context, kempe_gradient, g);
     g->context = model->context;

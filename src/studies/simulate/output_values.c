@@ -123,7 +123,7 @@ kempe_status kempe_outputs_new(const kempe_system *system, const char *words, ke
 {
     KMP_WANTED_BOTH(system, words);
     KMP_WANTED(system->context, outputs, "outputs");
-    kmp_context_begin(system->context);
+    kmp_model_begin(system->model);
     KMP_MAKE(system->context, kempe_outputs, o);
     o->system = system;
     o->n = system->n;
@@ -248,7 +248,7 @@ kempe_status kempe_outputs_choose(kempe_outputs *o, const char *independent)
 {
     KMP_WANTED(NULL, o, "outputs");
     kempe_context *context = o->system->context;
-    kmp_context_begin(context);
+    kmp_model_begin(o->system->model);
     kmp_partition part = {0};
     int count = 0, *u = KMP_NEW(int, o->n);
     kempe_assembly *a = NULL;

@@ -61,7 +61,7 @@ kempe_status kempe_stepper_new(const kempe_system *system, const kempe_run_optio
 {
     KMP_WANTED_BOTH(system, stepper);
     KMP_OPTIONS(system->context, kempe_run_options, run);
-    kmp_context_begin(system->context);
+    kmp_model_begin(system->model);
     KMP_MAKE(system->context, kempe_stepper, s);
     s->system = system;
     kempe_status status = kmp_spec_of(system, run, &s->arena, &s->spec);
@@ -119,7 +119,7 @@ kempe_status kempe_stepper_step(kempe_stepper *s)
 {
     KMP_WANTED(NULL, s, "stepper");
     kempe_status status = KEMPE_OK;
-    kmp_context_begin(s->system->context);
+    kmp_model_begin(s->system->model);
     if (s->t >= s->spec.t_end)
         return kmp_fail(s->system->context, KEMPE_E_ARGUMENT, "the run ends at t_end = %g s", s->spec.t_end);
     status = follow_inputs(s, s->spec.t_end);
@@ -134,7 +134,7 @@ kempe_status kempe_stepper_advance(kempe_stepper *s, double t)
 {
     KMP_WANTED(NULL, s, "stepper");
     kempe_status status = KEMPE_OK;
-    kmp_context_begin(s->system->context);
+    kmp_model_begin(s->system->model);
     if (!(t >= s->t) || t > s->spec.t_end)
         return kmp_fail(s->system->context, KEMPE_E_ARGUMENT,
                         "t = %.9g s is not between here (%.9g s) and t_end = %g s", t, s->t, s->spec.t_end);

@@ -150,7 +150,7 @@ kempe_status kempe_stepper_save(kempe_stepper *s, kempe_stepper_state **state)
 {
     KMP_WANTED(NULL, s, "stepper");
     KMP_WANTED(s->system->context, state, "state");
-    kmp_context_begin(s->system->context);
+    kmp_model_begin(s->system->model);
     KMP_TRY(kmp_runner_pass(s->runner, s->t));
     kempe_stepper_state *made = state_new(s->system);
     KMP_TRY(kmp_made(s->system->context, made));
@@ -164,7 +164,7 @@ kempe_status kempe_stepper_restore(kempe_stepper *s, const kempe_stepper_state *
 {
     KMP_WANTED(NULL, s, "stepper");
     KMP_WANTED(s->system->context, state, "state");
-    kmp_context_begin(s->system->context);
+    kmp_model_begin(s->system->model);
     if (state->system != s->system)
         return kmp_fail(s->system->context, KEMPE_E_ARGUMENT, "the state belongs to a stepper of another system");
     return run_from(s, state);
@@ -173,7 +173,7 @@ kempe_status kempe_stepper_restore(kempe_stepper *s, const kempe_stepper_state *
 kempe_status kempe_stepper_reset(kempe_stepper *s)
 {
     KMP_WANTED(NULL, s, "stepper");
-    kmp_context_begin(s->system->context);
+    kmp_model_begin(s->system->model);
     KMP_TRY(kmp_stepper_run_from(s, &s->spec, NULL));
     s->samples = false;
     return KEMPE_OK;
@@ -316,7 +316,7 @@ kempe_status kempe_stepper_set_state(kempe_stepper *s, const double *q, const do
     KMP_WANTED(NULL, s, "stepper");
     KMP_WANTED(s->system->context, q, "q");
     int n = s->system->n;
-    kmp_context_begin(s->system->context);
+    kmp_model_begin(s->system->model);
     kempe_stepper_state *state = kmp_stepper_record(s);
     KMP_TRY(kmp_made(s->system->context, state));
     for (int i = 0; i < n; i++) {

@@ -489,7 +489,7 @@ kempe_status kmp_simulate(const kempe_system *system, const kempe_run_options *o
 kempe_status kempe_simulate(const kempe_system *system, const kempe_run_options *run, kempe_trajectory **trajectory)
 {
     KMP_WANTED_BOTH(system, trajectory);
-    kmp_context_begin(system->context);
+    kmp_model_begin(system->model);
     kempe_status status = kmp_context_verdict(system->context, kmp_simulate(system, run, trajectory));
     if (status == KEMPE_UNTRUSTED)
         (*trajectory)->status = status;

@@ -31,7 +31,7 @@ kempe_status kempe_trajectory_at(kempe_trajectory *trajectory, double t, double 
     KMP_WANTED(NULL, trajectory, "trajectory");
     int n = trajectory->system->n;
     double *row = trajectory->at;
-    kmp_context_begin(trajectory->system->context);
+    kmp_model_begin(trajectory->system->model);
     KMP_TRY(check_time(trajectory, t));
     KMP_TRY(kmp_recording_row(trajectory->recording, t, row));
     (void)take(lambda, take(qdd, take(qd, take(q, row, n), n), n), trajectory->system->m);

@@ -403,7 +403,7 @@ kempe_status kempe_contacts_new(const kempe_system *system, const kempe_contact_
     KMP_WANTED_BOTH(system, table);
     KMP_OPTIONS(system->context, kempe_contact_options, options);
     double begun = kmp_cpu_now();
-    kmp_context_begin(system->context);
+    kmp_model_begin(system->model);
     KMP_MAKE(system->context, kempe_contacts, t);
     t->given = system;
     job j = {.t = t};
