@@ -248,6 +248,24 @@ static void short_changes_are_found(void)
     }
 }
 
+/* The kink of the drag has no side at rest. An event interrupts the first step; the next one passes the kink, and is
+ * made again. v' = 1 - v^2 from rest to t1, then v' = -1 - v |v|; v = 0 at t0. */
+static void a_step_that_passes_a_kink_is_made_again(void)
+{
+    kempe_simulator simulator, *s = &simulator;
+    const double t1 = 0.01, c = atan(tanh(t1)), t0 = t1 + c;
+    begin_at(s, &dragged, 0);
+    s->settings.rtol = s->settings.atol = 1e-10;
+    GOES(kempe_simulator_start(s, 0));
+    for (int k = 1; k <= 80; k++) {
+        const double t = 0.0005 * k, v = t <= t1 ? tanh(t) : t <= t0 ? tan(c - (t - t1)) : -tanh(t - t0);
+        GOES(kempe_simulator_advance(s, t));
+        CHECK_NEAR(s->qd[0], v, 1e-9);
+        if (k != 20)
+            CHECK_NEAR(s->qdd[0], t < t1 ? 1 - v * v : -1 - v * fabs(v), 1e-9);
+    }
+}
+
 static void endless_changes_fail(void)
 {
     kempe_simulator simulator, *s = &simulator;
@@ -623,6 +641,7 @@ int main(void)
     TEST(kinks_are_located);
     TEST(motion_ends);
     TEST(short_changes_are_found);
+    TEST(a_step_that_passes_a_kink_is_made_again);
     TEST(endless_changes_fail);
     TEST(requests_do_not_change_bits);
     TEST(restored_simulators_have_the_same_bits);
