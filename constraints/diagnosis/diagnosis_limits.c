@@ -2,8 +2,8 @@
 /* Limits of motion: a mechanism of one degree of freedom moves by arc length in the scaled coordinates. Each step goes
  * along the tangent and is closed again; the turn of the tangent controls its length. A coordinate turns back where its
  * rate changes sign (its dead centre). Branches meet where the last pivot of J nearly vanishes (a change point). Both
- * are found to round-off. The motion ends when it returns to its start, angles modulo a full turn; otherwise it is
- * followed in both directions. */
+ * are found to round-off. The motion ends when it returns to its start, angles modulo full turns with which the
+ * closures hold at places on the way, too; otherwise it is followed in both directions. */
 #include "base/bracket.h"
 #include "constraints/closing/charts.h"
 #include "constraints/diagnosis/diagnosis.h"
@@ -12,7 +12,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_STEPS = 3000, MOST_COORDINATES = 40 };
+enum { MOST_STEPS = 3000, MOST_COORDINATES = 40, MOST_SAMPLES = 12 /* step 2^11 is the last one before MOST_STEPS */ };
 #define FIRST_STEP 0.05
 #define LONGEST    0.1
 #define APPROACH   0.5  /* largest step over the last pivot, near other branches */
@@ -23,6 +23,7 @@ enum { MOST_STEPS = 3000, MOST_COORDINATES = 40 };
 #define SIDEWAYS   0.1   /* largest displacement by closing, over the step */
 #define NEAR       1e-2
 #define STANDS     1e-8 /* a coordinate with a smaller change does not move */
+#define RETURNED   1e-7 /* scaled |h| after full turns: above errors of closed places times some turns */
 #define TWO_PI     6.283185307179586
 
 /* A configuration of the motion. */
@@ -35,7 +36,10 @@ typedef struct trace {
     kmp_examination *x;
     kmp_limits *limits;
     int n;
-    double usual; /* the largest last pivot so far */
+    double usual;   /* the largest last pivot so far */
+    double *sample; /* MOST_SAMPLES x n: configurations after steps 1, 2, 4, .. */
+    int sample_count;
+    bool aperiodic; /* angles have come back without the closures */
     place before, here, next, trial, least, start;
 } trace;
 
@@ -173,6 +177,25 @@ static void notice(trace *w)
     w->usual = fmax(w->usual, w->next.pivot);
 }
 
+/* True if full turns that bring `at` to the start keep the closures at the places on the way: angles may enter them
+ * otherwise than by sine and cosine. */
+static bool turns_are_free(trace *w, const double *at)
+{
+    kmp_walk *walk = w->x->walk;
+    double *turned = w->least.q, most = 0;
+    bool turns = false;
+    for (int i = 0; i < w->sample_count; i++) {
+        for (int k = 0; k < w->n; k++) {
+            double turn = w->x->system->model->motions[k].rotation ? at[k] - w->start.q[k] : 0;
+            turns = turns || fabs(turn) > 1;
+            turned[k] = w->sample[i * w->n + k] + TWO_PI * round(turn / TWO_PI);
+        }
+        kmp_walk_evaluate(walk, turned);
+        most = fmax(most, kmp_eval_residual(walk->eval));
+    }
+    return !turns || most <= RETURNED;
+}
+
 /* True if the step from here to next has passed the start, modulo full turns: next is then the start. */
 static bool came_back(trace *w)
 {
@@ -191,11 +214,23 @@ static bool came_back(trace *w)
     }
     if (along < -1e-12 || along > h + 1e-12 || square - along * along > 0.02 * h * h + 1e-16)
         return false;
+    if (!turns_are_free(w, w->trial.q)) {
+        w->aperiodic = true;
+        return false;
+    }
     memcpy(w->next.q, w->trial.q, (size_t)w->n * sizeof *w->next.q);
     memcpy(w->next.tangent, w->start.tangent, (size_t)w->n * sizeof *w->next.tangent);
     w->next.arc = w->here.arc + along;
     w->next.pivot = w->start.pivot;
     return true;
+}
+
+static const char *end_of_search(const trace *w)
+{
+    return w->aperiodic
+               ? "the motion is not periodic: angles return, but the closures are others after full turns; the "
+                 "search was ended there"
+               : "the motion continues: the search was ended there";
 }
 
 static void go_on(trace *w)
@@ -211,6 +246,7 @@ static void go_on(trace *w)
 static const char *trace_one_side(trace *w)
 {
     double h = FIRST_STEP;
+    w->sample_count = 0;
     copy(w, &w->start, &w->here);
     copy(w, &w->start, &w->before);
     for (int k = 0; k < MOST_STEPS; k++) {
@@ -223,11 +259,13 @@ static const char *trace_one_side(trace *w)
         if (back)
             return NULL;
         if (w->next.arc > FARTHEST)
-            return "the motion continues: the search was ended there";
+            return end_of_search(w);
         h = fmin(fmin(1.3 * h, LONGEST), fmax(APPROACH * w->next.pivot / w->usual, CROSSING));
+        if ((k & (k + 1)) == 0 && w->sample_count < MOST_SAMPLES)
+            memcpy(w->sample + w->n * w->sample_count++, w->next.q, (size_t)w->n * sizeof *w->next.q);
         go_on(w);
     }
-    return "the motion continues: the search was ended there";
+    return end_of_search(w);
 }
 
 static void begin(trace *w)
@@ -285,6 +323,7 @@ void kmp_diagnosis_limits(kmp_examination *x)
         return;
     l->swing = KMP_ARENA_NEW(x->arena, kmp_swing, w.n);
     KMP_ARENA_EACH(x->arena, double, w.n, &w.start.q, &w.before.q, &w.here.q, &w.next.q, &w.trial.q, &w.least.q);
+    w.sample = KMP_ARENA_NEW(x->arena, double, MOST_SAMPLES *w.n);
     if (!KMP_ARENA_EACH(x->arena, double, w.n, &w.start.tangent, &w.before.tangent, &w.here.tangent, &w.next.tangent,
                         &w.trial.tangent, &w.least.tangent))
         return;

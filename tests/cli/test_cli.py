@@ -1800,6 +1800,15 @@ run: {t_end: 1}
         self.assertEqual([one["stability"] for one in at], ["stable"])
         self.assertAlmostEqual(at[0]["outputs"]["q.x"]["amplitude"], 1.46, places=2)
 
+    def test_full_turns_that_do_not_close(self):
+        """An angle that enters a closure as a polynomial does not return after a full turn; by sine and cosine it does."""
+        text = ("kempe: 1\nbodies:\n  A: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 0.01}}\n"
+                "  B: {joint: {prismatic: x, at: ground}, mass: 1}\nloops: {K: {constraint: 'q(B) - LAW'}}\nrun: {t_end: 1}\n")
+        for law, closed in (("0.002*(q(A)*(q(A)-2*pi))^2", False), ("0.01*q(A)", False), ("0.1*sin(q(A)) + 0.01*cos(3*q(A))", True)):
+            said = self.expect(0, "check", self.model(text.replace("LAW", law))).stdout
+            self.assertEqual("closed cycle" in said, closed, law)
+            self.assertEqual("rotates fully" in said, closed, law)
+
     def test_times_have_units(self):
         for given, taken in (("0.02", 0.02), ("20 ms", 0.02), ("1/50", 0.02)):
             found = self.object(0, "simulate", FOUR_BAR, "--t-end", given, "--output-step", "5 ms", "--no-convergence-check")
