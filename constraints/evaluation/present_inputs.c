@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/evaluation/present_inputs.h"
-#include "constraints/tolerances.h"
 #include <math.h>
 #include <string.h>
 
@@ -43,9 +42,14 @@ static void renew(const kmp_past_signal *signal, kmp_signal_piece *piece)
     piece->until = kmp_past_piece_of(signal, piece->c[LAST])->to + signal->delay;
 }
 
+static bool has_ended(const kmp_signal_piece *piece, double t)
+{
+    return piece->until <= t || kmp_same_time(piece->until, t);
+}
+
 static bool is_due(const kmp_past_signal *signal, const kmp_signal_piece *piece, double t)
 {
-    return piece->until <= t + KMP_SAME_TIME * fabs(t) && kmp_past_has(signal, piece->c[LAST] + 1);
+    return has_ended(piece, t) && kmp_past_has(signal, piece->c[LAST] + 1);
 }
 
 /* Takes the part that begins at t. */
@@ -81,15 +85,16 @@ void kmp_present_inputs_renew(kmp_present_inputs *inputs)
 bool kmp_present_inputs_are_due(const kmp_present_inputs *inputs, double t)
 {
     bool due = false;
-    for (int k = 0; k < inputs->count; k++)
-        due = due || (past_of(inputs, k) && is_due(past_of(inputs, k), &inputs->piece[k], t));
-    return due;
+    for (int k = 0; k < inputs->count && !inputs->waiting; k++)
+        due = due || (past_of(inputs, k) ? is_due(past_of(inputs, k), &inputs->piece[k], t)
+                                         : !inputs->replaced[k] && has_ended(&inputs->piece[k], t));
+    return due || inputs->waiting;
 }
 
 int kmp_present_inputs_past_jump(const kmp_present_inputs *inputs, int input, double t)
 {
     const kmp_signal_piece *piece = &inputs->piece[input];
-    return past_of(inputs, input) && piece->from == t ? (int)piece->c[ORDER] : KMP_PAST_SMOOTH;
+    return past_of(inputs, input) && kmp_same_time(piece->from, t) ? (int)piece->c[ORDER] : KMP_PAST_SMOOTH;
 }
 
 /* The signal and its derivatives. */
@@ -127,9 +132,14 @@ static void follow(const kmp_present_inputs *inputs, int k, double t)
     const kmp_signal_piece *piece = &inputs->piece[k];
     const kmp_signal *signal = &inputs->model->inputs[k].signal;
     bool before = inputs->before && t > 0;
-    bool inside = before ? t > piece->from && t <= piece->until : t >= piece->from && t < piece->until;
-    if (!inputs->replaced[k] && !inside)
-        inputs->piece[k] = before ? kmp_signal_before(signal, t) : kmp_signal_at(signal, t);
+    bool at_end = kmp_same_time(t, piece->until), at_start = kmp_same_time(t, piece->from);
+    bool inside =
+        before ? t > piece->from && !at_start && (t < piece->until || at_end) : t >= piece->from && t < piece->until;
+    if (inputs->replaced[k] || inside)
+        return;
+    inputs->piece[k] = kmp_signal_at(signal, t);
+    if (before && kmp_same_time(inputs->piece[k].from, t))
+        inputs->piece[k] = kmp_signal_before(signal, inputs->piece[k].from);
 }
 
 const double *kmp_present_inputs_at(const kmp_present_inputs *inputs, double t)
@@ -184,9 +194,12 @@ void kmp_present_inputs_give(kmp_present_inputs *inputs, int input, double from,
 void kmp_present_inputs_copy(kmp_present_inputs *to, const kmp_present_inputs *from)
 {
     to->past = from->past;
+    to->waiting = from->waiting;
     for (int k = 0; k < to->count; k++) {
         to->piece[k] = from->piece[k];
+        to->given[k] = from->given[k];
         to->replaced[k] = from->replaced[k];
+        to->waits[k] = from->waits[k];
     }
 }
 
@@ -203,8 +216,10 @@ void kmp_present_inputs_forget(kmp_present_inputs *inputs)
 double kmp_present_inputs_until(const kmp_present_inputs *inputs)
 {
     double until = INFINITY;
-    for (int k = 0; k < inputs->count; k++)
-        until = fmin(until, inputs->piece[k].until);
+    for (int k = 0; k < inputs->count; k++) {
+        double end = inputs->piece[k].until;
+        until = kmp_same_time(until, end) ? fmax(until, end) : fmin(until, end);
+    }
     return until;
 }
 
@@ -231,9 +246,11 @@ int kmp_present_inputs_enter(kmp_present_inputs *inputs, double t, int *input)
         }
         if (signal)
             continue;
-        if (!inputs->waits[k] && (inputs->replaced[k] || t < inputs->piece[k].until))
+        const kmp_signal *samples = &inputs->model->inputs[k].signal;
+        if (!inputs->waits[k] && (inputs->replaced[k] || !has_ended(&inputs->piece[k], t)))
             continue;
-        inputs->piece[k] = inputs->waits[k] ? inputs->given[k] : kmp_signal_at(&inputs->model->inputs[k].signal, t);
+        inputs->piece[k] =
+            inputs->waits[k] ? inputs->given[k] : kmp_signal_at(samples, fmax(t, inputs->piece[k].until));
         inputs->replaced[k] = inputs->replaced[k] || inputs->waits[k];
         inputs->waits[k] = false;
         if (inputs->piece[k].jump < least) {
@@ -248,7 +265,7 @@ bool kmp_present_inputs_jump(const kmp_present_inputs *inputs, double t)
 {
     bool jumps = false;
     for (int k = 0; k < inputs->count; k++)
-        jumps = jumps || (inputs->piece[k].from == t && inputs->piece[k].jump == 0);
+        jumps = jumps || (kmp_same_time(inputs->piece[k].from, t) && inputs->piece[k].jump == 0);
     return jumps;
 }
 

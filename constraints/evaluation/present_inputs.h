@@ -3,9 +3,11 @@
  * one polynomial, so that the step is smooth; otherwise inputs follow their samples. */
 #pragma once
 
+#include "constraints/tolerances.h"
 #include "model/model.h"
 #include "model/variables/past_signals.h"
 #include "symbolic/graph.h"
+#include <math.h>
 
 typedef struct kmp_present_inputs {
     const kempe_model *model;
@@ -19,6 +21,12 @@ typedef struct kmp_present_inputs {
     bool held;               /* pieces are constant between calls of kmp_present_inputs_enter */
     bool before;             /* at a sample after t = 0 the piece that ends there, as rows of runs have it */
 } kmp_present_inputs;
+
+/** True for times that are one up to rounding. */
+static inline bool kmp_same_time(double a, double b)
+{
+    return fabs(a - b) <= KMP_SAME_TIME * fmin(fabs(a), fabs(b));
+}
 
 /** False: no memory. */
 bool kmp_present_inputs_init(kmp_present_inputs *inputs, kmp_arena *arena, const kempe_model *model);
@@ -42,7 +50,7 @@ void kmp_present_inputs_give(kmp_present_inputs *inputs, int input, double from,
 /** Reads delayed signals from a past that begins at its first pieces (NULL: from none). */
 void kmp_present_inputs_recall(kmp_present_inputs *inputs, const kmp_past *past);
 
-/** Takes what the past has more now; at t the parts that begin there are due. */
+/** Takes what the past has more now; true if pieces that begin at t, or given ones, have not been entered yet. */
 void kmp_present_inputs_renew(kmp_present_inputs *inputs);
 bool kmp_present_inputs_are_due(const kmp_present_inputs *inputs, double t);
 
@@ -55,8 +63,8 @@ double kmp_present_inputs_delayed_rate(const kmp_present_inputs *inputs, int inp
 /** The times of a delayed signal from which its present part comes: the ends of polynomials of its past. */
 void kmp_present_inputs_source(const kmp_present_inputs *inputs, int input, double *from, double *to);
 
-/** Takes pieces, whether samples are replaced, and the past from other inputs of the same model, which must outlive
- * their use. kmp_present_inputs_forget: the model's own samples again, and no past. */
+/** Takes pieces, also given ones, whether samples are replaced, and the past from other inputs of the same model, which
+ * must outlive their use. kmp_present_inputs_forget: the model's own samples again, and no past. */
 void kmp_present_inputs_copy(kmp_present_inputs *to, const kmp_present_inputs *from);
 void kmp_present_inputs_forget(kmp_present_inputs *inputs);
 

@@ -11,8 +11,9 @@
  *         show(kempe_stepper_time(stepper), kempe_stepper_q(stepper));
  *     }
  *
- * Error control chooses the steps, independent of the requested times: kempe_simulate gives the same numbers. A stepper
- * belongs to the thread of its context.
+ * Error control chooses the steps, independent of the requested times: kempe_simulate gives the same numbers. A time
+ * that differs from a sample, an event or a stop by rounding alone, as sums of steps do, is the time of it, and has the
+ * values before it. A stepper belongs to the thread of its context.
  *
  * Inputs. A value that the caller sets acts from the current time on, and no step goes beyond the requested time while
  * values may change. Inputs of the model (kempe/settings.h) are set by kempe_stepper_set_input: the integrator restarts
@@ -103,7 +104,9 @@ KEMPE_API kempe_status kempe_stepper_reset(kempe_stepper *stepper);
 typedef struct kempe_stepper_state kempe_stepper_state;
 
 /** Saves the current state. The integrator restarts here, from the saved numbers alone: what follows has the same bits
- * as what follows a kempe_stepper_restore, here or in another stepper of the same system and options. */
+ * as what follows a kempe_stepper_restore, here or in another stepper of the same system and options. Samples and
+ * events at this time that have been taken are not taken again. Those still to come are taken when the stepper goes on.
+ */
 KEMPE_API kempe_status kempe_stepper_save(kempe_stepper *stepper, kempe_stepper_state **state);
 KEMPE_API kempe_status kempe_stepper_restore(kempe_stepper *stepper, const kempe_stepper_state *state);
 KEMPE_API void kempe_stepper_state_free(kempe_stepper_state *state);

@@ -188,7 +188,7 @@ kempe_status kmp_delays_record(kmp_runner *run, double t)
     kmp_delays *x = run->delays;
     if (!x || !(t > x->past->known))
         return KEMPE_OK;
-    if (x->past->known < kmp_runner_t_old(run) - KMP_SAME_TIME * fabs(t))
+    if (x->past->known < kmp_runner_t_old(run) && !kmp_same_time(x->past->known, kmp_runner_t_old(run)))
         return kmp_fail(run->s->context, KEMPE_E_FAILED, "the past of delayed signals has a gap at t = %.9g s",
                         x->past->known);
     KMP_TRY(add(run, x->past->known, t, false, 0, x->count - 1));
@@ -216,7 +216,7 @@ void kmp_delays_follow(kmp_runner *run, double t)
     kmp_delays *x = run->delays;
     const kmp_present_inputs *inputs = &run->eval->inputs;
     for (int k = 0; x && k < kmp_model_given_inputs(run->s->model); k++)
-        if (inputs->piece[k].from == t)
+        if (kmp_same_time(inputs->piece[k].from, t))
             kmp_delays_jump(run, inputs->piece[k].jump);
     for (int j = 0; x && j < x->count; j++) {
         int order = kmp_present_inputs_past_jump(inputs, state_of(run, j)->signal, t);

@@ -354,6 +354,12 @@ kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
     return x;
 }
 
+size_t kmp_friction_memory_size(const kmp_events *events)
+{
+    size_t count = (size_t)kmp_friction_elements(events);
+    return count > 0 ? count * sizeof(kmp_friction_element) + sizeof(kmp_friction_past) : 0;
+}
+
 int kmp_friction_memory(kmp_friction_run *x, kmp_memory_piece *piece)
 {
     if (!x)

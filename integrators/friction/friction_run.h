@@ -47,8 +47,9 @@ void kmp_friction_release(kmp_runner *run);
  * possible. */
 kempe_status kmp_friction_settle(kmp_runner *run, double t, double *q, double *qd);
 
-/** Lists what friction knows of its past; returns the number of pieces. */
+/** Lists what friction knows of its past; returns the number of pieces. Their size in all. */
 int kmp_friction_memory(kmp_friction_run *x, kmp_memory_piece *piece);
+size_t kmp_friction_memory_size(const kmp_events *events);
 
 /** Takes the numbers of the elements from the model and the system: after the memory of a motion with other parameters.
  * Also without elements. */

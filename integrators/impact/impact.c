@@ -148,6 +148,16 @@ kmp_impacts *kmp_impact_new(kmp_runner *run, bool *none)
     return x;
 }
 
+size_t kmp_impact_memory_size(const kmp_events *events)
+{
+    bool contacts = false;
+    for (int k = 0; k < events->count; k++) {
+        const kmp_force *force = events->condition[k].role == KMP_ROLE_SENSE ? events->condition[k].of : NULL;
+        contacts = contacts || (force && force->kind == KMP_FORCE_TOUCH);
+    }
+    return contacts ? sizeof(long) : 0;
+}
+
 int kmp_impact_memory(kmp_impacts *impacts, kmp_memory_piece *piece)
 {
     if (!impacts)

@@ -26,8 +26,9 @@ kempe_status kmp_impact_pass(kmp_runner *run, double t, double *q, double *qd, d
  * none does. */
 double kmp_impact_since(const kmp_impacts *impacts);
 
-/** Lists what impacts know of their past; returns the number of pieces. */
+/** Lists what impacts know of their past; returns the number of pieces. Their size in all. */
 int kmp_impact_memory(kmp_impacts *impacts, kmp_memory_piece *piece);
+size_t kmp_impact_memory_size(const kmp_events *events);
 
 /** The number of impacts so far. */
 long kmp_impact_count(const kmp_impacts *impacts);

@@ -129,7 +129,7 @@ static kempe_status prepare(kmp_engine *e)
 {
     kmp_arena *a = &e->arena;
     int size = kmp_lane_most(e), events = e->s->events.count;
-    size_t memory = e->site ? kmp_runner_memory_size(e->site) : 0;
+    size_t memory = e->site ? kmp_runner_memory_size(e->s) : 0;
     e->instances = KMP_ARENA_NEW(a, kmp_instance, e->count);
     for (int i = 0; i < e->count && !a->failed; i++) {
         kmp_instance *x = &e->instances[i];

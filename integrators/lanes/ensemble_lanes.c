@@ -47,7 +47,7 @@ static void refuse(kmp_engine *e, size_t l, kmp_lane_outcome what)
 static bool moves_closure(const kempe_model *model, const kmp_present_inputs *inputs, double t)
 {
     for (int k = 0; k < inputs->count; k++)
-        if (inputs->piece[k].from == t && inputs->piece[k].jump < 2 && kmp_model_moved_by(model, k))
+        if (kmp_same_time(inputs->piece[k].from, t) && inputs->piece[k].jump < 2 && kmp_model_moved_by(model, k))
             return true;
     return false;
 }

@@ -21,7 +21,7 @@ kempe_status kmp_site_init(kmp_engine *e)
     if (!needs_site(e->s))
         return KEMPE_OK;
     KMP_TRY(kmp_runner_site_new(e->eval, &e->spec, &e->site));
-    e->fresh = KMP_ARENA_NEW(&e->run_arena, char, kmp_runner_memory_size(e->site) + 1);
+    e->fresh = KMP_ARENA_NEW(&e->run_arena, char, kmp_runner_memory_size(e->s) + 1);
     KMP_TRY(kmp_made(e->context, e->fresh));
     kmp_runner_keep_memory(e->site, e->fresh);
     return KEMPE_OK;
@@ -49,7 +49,7 @@ static void depart(kmp_engine *e, kmp_instance *x)
 kempe_status kmp_instance_stand(kmp_engine *e, kmp_instance *x, const kempe_assembly *a)
 {
     kmp_runner *site = e->site;
-    kmp_runner_take_memory(site, e->fresh);
+    kmp_runner_take_memory(site, e->fresh, false);
     site->spec.inputs_start = &x->inputs;
     site->rate_scale = 0;
     kempe_status status = kmp_runner_begin_at(site, a);
@@ -112,7 +112,7 @@ kempe_status kmp_instance_pass(kmp_engine *e, kmp_pool *from, int i, bool event,
     site->rate_scale = x->rate_scale;
     kempe_status status = kmp_instance_take_values(e, i); /* impacts have those of the model */
     kmp_constants_take(e->s, &x->constants);
-    kmp_runner_take_memory(site, x->memory);
+    kmp_runner_take_memory(site, x->memory, false);
     if (status == KEMPE_OK)
         status = take_rows(e, from, x->t);
     if (status == KEMPE_OK)

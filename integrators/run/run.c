@@ -6,6 +6,7 @@
 #include "integrators/delays/delays.h"
 #include "integrators/run/recording.h"
 #include "integrators/run/runner.h"
+#include "integrators/steppers/sample_times.h"
 #include <math.h>
 #include <string.h>
 
@@ -329,7 +330,7 @@ void kmp_runner_count(const kmp_runner *run, kmp_run_report *report)
 
 /* -- a whole run ------------------------------------------------------------------------------------- */
 
-/* The row of a time that may be beyond the last step by rounding. */
+/* The row of a time that may be beyond the last step by rounding: at a sample it has the values before it. */
 static kempe_status deliver_at(kmp_runner *run, double t, double *row, kmp_row_fn *take, void *user)
 {
     int n = run->s->n;
@@ -342,7 +343,7 @@ static kempe_status deliver_at(kmp_runner *run, double t, double *row, kmp_row_f
 static kempe_status deliver(kmp_runner *run, int *next, double *row, kmp_row_fn *take, void *user)
 {
     double t = kmp_runner_t(run);
-    for (; *next < run->spec.time_count && run->spec.times[*next] <= kmp_runner_reach(run, t); ++*next)
+    for (; *next < run->spec.time_count && run->spec.times[*next] <= kmp_last_equal(t); ++*next)
         KMP_TRY(deliver_at(run, run->spec.times[*next], row, take, user));
     bool more = *next < run->spec.time_count && (*next == 0 || run->spec.times[*next - 1] < t);
     return run->ended && more ? deliver_at(run, t, row, take, user) : KEMPE_OK;

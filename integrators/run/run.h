@@ -63,12 +63,14 @@ typedef struct kmp_run_spec {
     bool own_angles;                         /* spherical joints are not centred */
     const double *mode_start;                /* conditions at the start; NULL: by the state */
     const void *memory_start;                /* of a run that continues (kmp_runner_keep_memory); NULL: none */
-    const kmp_present_inputs *inputs_start;  /* NULL: those of the model */
-    double rate_scale;                       /* 0: by the start */
-    double first_step;                       /* of a one-step method; 0: of its own choice */
-    kmp_stand_in stand_in;                   /* zero: the integrator itself begins */
-    double fixed_step;                       /* s: length of all steps; 0: chosen by the error */
-    double max_step;                         /* s: of no step beyond it; 0: chosen by the error */
+    bool elsewhere;                          /* it continues from another state than that of its memory */
+    bool due; /* what happens at t_start is still to come: samples, states that change at events, given inputs */
+    const kmp_present_inputs *inputs_start; /* NULL: those of the model */
+    double rate_scale;                      /* 0: by the start */
+    double first_step;                      /* of a one-step method; 0: of its own choice */
+    kmp_stand_in stand_in;                  /* zero: the integrator itself begins */
+    double fixed_step;                      /* s: length of all steps; 0: chosen by the error */
+    double max_step;                        /* s: of no step beyond it; 0: chosen by the error */
     bool open; /* the user chose no formulation, form or u: another formulation may continue where this one
                 * stops */
     bool
@@ -137,12 +139,17 @@ const double *kmp_runner_modes(const kmp_runner *runner);
 
 /** Completes the past of delayed signals up to t within the last step. */
 kempe_status kmp_runner_recall(kmp_runner *runner, double t);
+
+/** A memory has the samples, modes and impacts of a run, which it needs to continue beside its state, conditions and
+ * inputs: its size in bytes, and a copy. */
+size_t kmp_runner_memory_size(const kempe_system *system);
+void kmp_runner_keep_memory(kmp_runner *runner, void *memory);
 double kmp_runner_rate_scale(const kmp_runner *runner);
 double kmp_runner_step_size(const kmp_runner *runner);
 kmp_stand_in kmp_runner_stand_in(const kmp_runner *runner);
 
-/** Passes an event at t, the end of the last step, as the next step would. */
-kempe_status kmp_runner_pass(kmp_runner *runner, double t);
+/** Passes an event at t, the end of the last step, as the next step would; *passed: there was one. */
+kempe_status kmp_runner_pass(kmp_runner *runner, double t, bool *passed);
 
 /** Ends of the last step; equal at the start. */
 double kmp_runner_t(const kmp_runner *runner);

@@ -128,11 +128,9 @@ kempe_status kmp_runner_start(kmp_runner *run, double t, const double *y, const 
 kempe_status kmp_runner_site_new(kmp_evaluator *eval, const kmp_run_spec *spec, kmp_runner **site);
 void kmp_runner_site_free(kmp_runner *site);
 
-/** The size in bytes of what a run knows of its past beside state, conditions and inputs: samples, modes, impacts. It
- * is written to a memory, and taken from one, of any run of the system. */
-size_t kmp_runner_memory_size(kmp_runner *run);
-void kmp_runner_keep_memory(kmp_runner *run, void *memory);
-void kmp_runner_take_memory(kmp_runner *run, const void *memory);
+/** Takes the memory of any run of the system; `elsewhere`: for another state, at which modes and impacts begin as at a
+ * start. */
+void kmp_runner_take_memory(kmp_runner *run, const void *memory, bool elsewhere);
 
 /* runner_inputs.c */
 
@@ -151,8 +149,9 @@ kempe_status kmp_runner_take_conditions(kmp_runner *run, double t);
 kempe_status kmp_runner_make_sampler(kmp_runner *run, double t);
 void kmp_runner_free_sampler(kmp_runner *run);
 
-/** Lists what the sampler knows of its past; returns the number of pieces. */
+/** Lists what the sampler knows of its past; returns the number of pieces. Their size in all. */
 int kmp_runner_sampler_memory(kmp_runner *run, kmp_memory_piece *piece);
+size_t kmp_sampler_memory_size(const kempe_model *model);
 
 /** The end of the integrator's steps: the caller's, or the next sample of an input or a state. Times that are equal up
  * to rounding are one. */
@@ -160,10 +159,6 @@ double kmp_runner_pause(const kmp_runner *run);
 
 /** The end of the step that begins at t: that of the integrator's steps, or t and the longest step that is allowed. */
 double kmp_runner_limit(const kmp_runner *run, double t);
-
-/** The last time whose row belongs to a step that ends at t: beyond t by rounding where a sample is due, so that the
- * row has the values before it. */
-double kmp_runner_reach(const kmp_runner *run, double t);
 
 /** The time of the next sample that has not been taken; INFINITY: there is none. */
 double kmp_runner_next_sample(const kmp_runner *run);

@@ -12,7 +12,7 @@ static kempe_status check_closures(const kmp_runner *run, double t)
     for (int k = 0; k < inputs->count; k++) {
         const kmp_signal_piece *piece = &inputs->piece[k];
         bool jumps =
-            piece->from == t && piece->jump < 2 && !inputs->replaced[k]; /* callers' values are checked before */
+            kmp_same_time(piece->from, t) && piece->jump < 2 && !inputs->replaced[k]; /* callers' are checked before */
         const kmp_closure *closure = jumps ? kmp_model_moved_by(model, k) : NULL;
         if (closure)
             return kmp_fail(run->s->context, KEMPE_E_FAILED,
@@ -55,7 +55,7 @@ kempe_status kmp_runner_pass_samples(kmp_runner *run, double t)
 {
     kmp_present_inputs *inputs = &run->eval->inputs;
     int input, jump;
-    if (inputs->waiting || t >= kmp_present_inputs_until(inputs) || kmp_present_inputs_are_due(inputs, t)) {
+    if (kmp_present_inputs_are_due(inputs, t)) {
         jump = kmp_present_inputs_enter(inputs, t, &input);
         if (jump < 2)
             KMP_TRY(check_closures(run, t));
@@ -95,7 +95,8 @@ double kmp_runner_rate_scale(const kmp_runner *run)
     return run->rate_scale;
 }
 
-kempe_status kmp_runner_pass(kmp_runner *run, double t)
+kempe_status kmp_runner_pass(kmp_runner *run, double t, bool *passed)
 {
-    return run->at_event && t == run->event_t ? kmp_runner_change(run, t) : KEMPE_OK;
+    *passed = run->at_event && t == run->event_t;
+    return *passed ? kmp_runner_change(run, t) : KEMPE_OK;
 }

@@ -34,13 +34,10 @@ static int list_pieces(kmp_runner *run, kmp_memory_piece *piece)
     return count + kmp_impact_memory(run->impacts, piece + count);
 }
 
-size_t kmp_runner_memory_size(kmp_runner *run)
+size_t kmp_runner_memory_size(const kempe_system *system)
 {
-    kmp_memory_piece piece[MOST_PIECES];
-    size_t size = 0;
-    for (int k = list_pieces(run, piece); k-- > 0;)
-        size += piece[k].size;
-    return size;
+    return kmp_sampler_memory_size(system->model) + kmp_friction_memory_size(&system->events) +
+           kmp_impact_memory_size(&system->events);
 }
 
 void kmp_runner_keep_memory(kmp_runner *run, void *memory)
@@ -52,11 +49,11 @@ void kmp_runner_keep_memory(kmp_runner *run, void *memory)
         memcpy(to, piece[k].at, piece[k].size);
 }
 
-void kmp_runner_take_memory(kmp_runner *run, const void *memory)
+void kmp_runner_take_memory(kmp_runner *run, const void *memory, bool elsewhere)
 {
     kmp_memory_piece piece[MOST_PIECES];
     const char *from = memory;
-    int count = list_pieces(run, piece);
+    int count = elsewhere ? kmp_runner_sampler_memory(run, piece) : list_pieces(run, piece);
     for (int k = 0; k < count; from += piece[k++].size)
         memcpy(piece[k].at, from, piece[k].size);
     kmp_friction_renew(run);

@@ -285,6 +285,7 @@ static double first_step_of(const kmp_runner *run)
 kempe_status kmp_runner_start(kmp_runner *run, double t, const double *y, const double *yp, double h)
 {
     double end = kmp_runner_limit(run, t);
+    end = end <= t || kmp_same_time(end, t) ? run->spec.t_end : end; /* a sample is due: it is taken before the step */
     double first = run->kind->corrects ? fmin(h, end - t) : first_step_of(run);
     return run->kind->start(run->solver, t, y, yp, end, first);
 }
@@ -308,17 +309,27 @@ static void begin_inputs(kmp_runner *run)
     if (run->spec.inputs_start)
         kmp_present_inputs_copy(&run->eval->inputs, run->spec.inputs_start);
     run->spec.inputs_start = NULL; /* the caller's, until here */
-    (void)kmp_present_inputs_enter(&run->eval->inputs, run->spec.t_start, &input);
+    if (!run->spec.due)
+        (void)kmp_present_inputs_enter(&run->eval->inputs, run->spec.t_start, &input);
     run->eval->inputs.held = true;
 }
 
-/* Conditions of a run that continues may depend on its past. Modes of friction are decided anew. */
+/* True for a run that continues where it stood: its modes of friction and contacts are decided. */
+static bool has_modes(const kmp_runner *run)
+{
+    return run->spec.due && !run->spec.elsewhere;
+}
+
+/* Conditions of a run that continues may depend on its past. */
 static void take_modes(kmp_runner *run)
 {
     const kmp_condition *condition = run->s->events.condition;
-    for (int k = 0; run->spec.mode_start && k < run->s->events.count; k++)
-        if (!condition[k].kink && condition[k].role == KMP_ROLE_NONE)
-            kmp_eval_set_mode(run->eval, k, run->spec.mode_start[k] > 0);
+    const double *mode = run->spec.mode_start;
+    for (int k = 0; mode && k < run->s->events.count; k++)
+        if (condition[k].role != KMP_ROLE_NONE && has_modes(run))
+            kmp_eval_set_kink(run->eval, k, mode[k]);
+        else if (!condition[k].kink && condition[k].role == KMP_ROLE_NONE)
+            kmp_eval_set_mode(run->eval, k, mode[k] > 0);
     run->spec.mode_start = NULL;
 }
 
@@ -348,7 +359,7 @@ static kempe_status make_friction(kmp_runner *run)
 static kempe_status begin_modes(kmp_runner *run, double t, double *q, double *qd)
 {
     double gain;
-    if (!run->friction)
+    if (!run->friction || has_modes(run))
         return kmp_runner_accelerate(run, t, q, qd);
     if (run->impacts) {
         KMP_TRY(kmp_impact_check_start(run, t, q, qd));
@@ -374,8 +385,9 @@ kempe_status kmp_runner_make_parts(kmp_runner *run)
 static void begin_past(kmp_runner *run, double t)
 {
     if (run->spec.memory_start)
-        kmp_runner_take_memory(run, run->spec.memory_start);
-    kmp_runner_take_samples(run, t);
+        kmp_runner_take_memory(run, run->spec.memory_start, run->spec.elsewhere);
+    if (!run->spec.due)
+        kmp_runner_take_samples(run, t);
     kmp_eval_freeze(run->eval, t, run->state, run->state + run->s->n);
     if (!run->spec.memory_start)
         settle_states(run, t);

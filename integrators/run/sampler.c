@@ -41,18 +41,15 @@ bool kmp_runner_sample_is_due(const kmp_runner *run, double t)
 
 double kmp_runner_pause(const kmp_runner *run)
 {
-    return kmp_first_limit(kmp_runner_next_sample(run), kmp_present_inputs_until(&run->eval->inputs), run->stop);
+    double sample = kmp_runner_next_sample(run), piece = kmp_present_inputs_until(&run->eval->inputs);
+    double pause = kmp_first_limit(sample, piece, run->spec.t_end);
+    return kmp_last_equal(run->stop) < pause ? run->stop : pause;
 }
 
 double kmp_runner_limit(const kmp_runner *run, double t)
 {
     double pause = kmp_runner_pause(run), longest = t + run->spec.max_step;
     return run->spec.max_step > 0 && kmp_last_equal(longest) < pause ? longest : pause;
-}
-
-double kmp_runner_reach(const kmp_runner *run, double t)
-{
-    return kmp_runner_sample_is_due(run, t) ? kmp_last_equal(t) : t;
 }
 
 static int contact_of(const kmp_runner *run, int k)
@@ -167,6 +164,14 @@ kempe_status kmp_runner_make_sampler(kmp_runner *run, double t)
     KMP_TRY(kmp_made(model->context, x->machine));
     begin(run, t);
     return KEMPE_OK;
+}
+
+size_t kmp_sampler_memory_size(const kempe_model *model)
+{
+    size_t count = 0;
+    for (int k = 0; k < model->state_count; k++)
+        count += model->states[k].next != NULL;
+    return count * (sizeof(double) + 2 * sizeof(bool));
 }
 
 int kmp_runner_sampler_memory(kmp_runner *run, kmp_memory_piece *piece)

@@ -257,11 +257,131 @@ static void stops(void)
     scene_free(&s);
 }
 
+/* -- what is done at an instant -------------------------------------------------------------------------- */
+
+/* Goes to the time in steps of h, whose sums are off the instants by rounding. Before every few steps the state is
+ * saved, another motion is made from it, and it is restored; `input` (-1: none) is set to itself. */
+static void go(kempe_stepper *stepper, double h, double to, int every, int input)
+{
+    double t = 0;
+    for (int k = 1; k * h < to + 1e-9; k++) {
+        kempe_stepper_state *state = NULL;
+        t += h;
+        if (every > 0 && k % every == 0) {
+            CHECK(kempe_stepper_save(stepper, &state) == KEMPE_OK);
+            CHECK(kempe_stepper_advance(stepper, t + 0.31 * every) == KEMPE_OK);
+            CHECK(kempe_stepper_restore(stepper, state) == KEMPE_OK);
+        }
+        if (input >= 0)
+            CHECK(kempe_stepper_set_input(stepper, input, 0) == KEMPE_OK);
+        CHECK(kempe_stepper_advance(stepper, t) == KEMPE_OK);
+        CHECK(kempe_stepper_time(stepper) == t);
+        kempe_stepper_state_free(state);
+    }
+}
+
+/* The first coordinate at a time, by every way of going there. */
+static void check_ways(const char *text, double to, double expected, double tolerance, int input)
+{
+    static const double steps[] = {0.1, 0.05, 0.025, 0.01};
+    scene s = scene_of(text);
+    for (int m = 0; m < METHODS; m++)
+        for (int h = 0; h < 4; h++)
+            for (int every = 0; every <= 3; every++) {
+                kempe_stepper *stepper = NULL;
+                kempe_run_options run = options(&methods[m], 4, 1e-8);
+                bool exact = strncmp(methods[m].integrator, "dop", 3) == 0;
+                CHECK(kempe_stepper_new(s.system, &run, &stepper) == KEMPE_OK);
+                go(stepper, steps[h], to, every, input);
+                CHECK_NEAR(kempe_stepper_q(stepper)[0], expected, exact ? tolerance : 1e-4);
+                kempe_stepper_free(stepper);
+            }
+    scene_free(&s);
+}
+
+/* Samples of a state and of an input, and a condition on the time, all at multiples of 0.1 s: each is taken once. From
+ * one to the next the acceleration is a constant a, so that x and x' follow from sums. */
+static void instants_are_taken_once(void)
+{
+    static const char text[] =
+        "kempe: 1\n"
+        "inputs: {u: {t: [0, 0.3, 0.7, 1.1], value: [0, 1, -1, 2], method: hold}, free: {unit: N}}\n"
+        "states: {z: {next: 0.5*z + x, sample: 0.1}}\n"
+        "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+        "forces: {f: {joint: x, force: \"1 + u - z + if(t > 0.7, 1, 0) + free\"}}\n";
+    double x = 0, v = 0, z = 0;
+    for (int k = 0; k < 20; k++) {
+        double u = k < 3 ? 0 : k < 7 ? 1 : k < 11 ? -1 : 2;
+        z = 0.5 * z + x;
+        double a = 1 + u - z + (k < 7 ? 0 : 1);
+        x += 0.1 * v + 0.005 * a;
+        v += 0.1 * a;
+    }
+    check_ways(text, 2, x, 1e-11, -1);
+    check_ways(text, 2, x, 1e-11, 1);
+}
+
+/* A state that counts how often a falling mass on a spring passes a place, x = cos(2 t): 0 at t = pi/4 + k pi/2. The
+ * force is that of the spring alone, so that the count shows. */
+static void events_are_taken_once(void)
+{
+    static const char text[] = "kempe: 1\n"
+                               "states: {n: {next: n + 1, when: \"q(x) < 0\"}}\n"
+                               "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+                               "forces: {f: {joint: x, force: -4*x}}\nstart: {q: {x: 1}}\n";
+    scene s = scene_of(text);
+    kempe_stepper *stepper = NULL;
+    kempe_run_options run = options(&methods[0], 20, 1e-9);
+    CHECK(kempe_stepper_new(s.system, &run, &stepper) == KEMPE_OK);
+    for (int k = 0; stepper && kempe_stepper_time(stepper) < 20; k++) {
+        kempe_stepper_state *state = NULL;
+        if (k % 3 < 2) { /* also where a step has ended at the event */
+            CHECK(kempe_stepper_save(stepper, &state) == KEMPE_OK);
+            CHECK(kempe_stepper_restore(stepper, state) == KEMPE_OK);
+        }
+        CHECK(kempe_stepper_step(stepper) == KEMPE_OK);
+        kempe_stepper_state_free(state);
+    }
+    CHECK(kempe_stepper_qd(stepper)[1] == 6); /* before 20 s: pi/4 + k pi, k = 0 .. 5 */
+    CHECK_NEAR(kempe_stepper_q(stepper)[0], cos(40), 1e-6);
+    kempe_stepper_free(stepper);
+    scene_free(&s);
+}
+
+/* Static friction of 1 N under a force 2 t: the mass breaks away at 0.5 s, and slips against 0.5 N. By hand, with s
+ * since then: x = s^3/3 + s^2/4. The instant itself is saved. */
+static void friction_breaks_away_once(void)
+{
+    static const char text[] =
+        "kempe: 1\n"
+        "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+        "forces: {f: {joint: x, force: 2*t}, rub: {joint: x, friction: {force: 0.5, static: 1}}}\n";
+    scene s = scene_of(text);
+    kempe_stepper *stepper = NULL;
+    kempe_run_options run = options(&methods[0], 1, 1e-9);
+    CHECK(kempe_stepper_new(s.system, &run, &stepper) == KEMPE_OK);
+    while (stepper && kempe_stepper_time(stepper) < 1) {
+        kempe_stepper_state *state = NULL;
+        CHECK(kempe_stepper_save(stepper, &state) == KEMPE_OK);
+        CHECK(kempe_stepper_restore(stepper, state) == KEMPE_OK);
+        kempe_stepper_state_free(state);
+        if (kempe_stepper_step(stepper) != KEMPE_OK)
+            break;
+    }
+    CHECK(kempe_stepper_time(stepper) == 1);
+    CHECK_NEAR(kempe_stepper_q(stepper)[0], 1.0 / 24 + 1.0 / 16, 1e-10);
+    kempe_stepper_free(stepper);
+    scene_free(&s);
+}
+
 int main(void)
 {
     TEST(saved_and_restored);
     TEST(saved_twice);
     TEST(samples_and_stops_restored);
+    TEST(instants_are_taken_once);
+    TEST(events_are_taken_once);
+    TEST(friction_breaks_away_once);
     TEST(copies);
     TEST(another_state);
     TEST(other_parameters);

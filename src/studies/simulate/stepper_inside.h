@@ -11,7 +11,7 @@ struct kempe_stepper {
     kmp_runner *runner;
     kmp_arena arena;
     kmp_run_spec spec;
-    double t, stop;     /* the current time; the limit of steps */
+    double t, stop;     /* the current time; the limit of steps, where an earlier break is not the same time */
     double own_stop;    /* that of kempe_stepper_set_stop; INFINITY: none */
     bool keeps;         /* external inputs of the user's force are constant */
     bool samples;       /* the caller sets inputs of the model: no step goes beyond the requested time */
@@ -23,7 +23,10 @@ struct kempe_stepper {
     kempe_workspace *closer;                   /* of kempe_stepper_set_state; NULL: not made yet */
 };
 
-/** Takes the row at t within the last step; after a failure the old one is unchanged. */
+/** The current time, where the runner has it: the end of its last step, up to rounding. */
+double kmp_stepper_here(const kempe_stepper *stepper);
+
+/** Takes the row at t, within the last step or at its end up to rounding; after a failure the old one is unchanged. */
 kempe_status kmp_stepper_stand_at(kempe_stepper *stepper, double t);
 
 /** Takes the row here again, with inputs that were set since. */
@@ -36,8 +39,8 @@ kempe_status kmp_stepper_settle(kempe_stepper *stepper, kempe_status status);
  * its first time. After a failure the stepper is unchanged. */
 kempe_status kmp_stepper_run_from(kempe_stepper *stepper, const kmp_run_spec *spec, const kempe_assembly *start);
 
-/** A state to return to, of the current time and row; NULL: no memory. */
-kempe_stepper_state *kmp_stepper_record(const kempe_stepper *stepper);
+/** A state to return to, of the current time and row; `passes`: after an event here. */
+kempe_status kmp_stepper_record(kempe_stepper *stepper, bool passes, kempe_stepper_state **state);
 
 /** Closes a recorded state and continues from it. `*moved` (NULL: not wanted): as in the interface. */
 kempe_status kmp_stepper_continue(kempe_stepper *stepper, kempe_stepper_state *state, double *moved);

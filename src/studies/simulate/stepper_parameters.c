@@ -107,14 +107,13 @@ kempe_status kempe_stepper_set_parameters(kempe_stepper *s, int count, const cha
         KMP_WANTED(context, names[k], "a name");
     if (count < 1)
         return kmp_fail(context, KEMPE_E_ARGUMENT, "%d parameters: a positive number is expected", count);
+    kempe_stepper_state *state = NULL;
+    kempe_status status = kmp_stepper_record(s, true, &state);
+    if (status == KEMPE_STOPPED) /* an end of the run, which the values may move */
+        status = kmp_stepper_record(s, false, &state);
+    KMP_TRY(status);
     parameters *p = merge(s, count, names, values);
-    kempe_stepper_state *state = kmp_stepper_record(s);
-    if (!p || !state) {
-        kmp_stepper_parameters_free(p);
-        kempe_stepper_state_free(state);
-        return kmp_fail_memory(context);
-    }
-    kempe_status status = derive(p, s->system);
+    status = p ? derive(p, s->system) : kmp_fail_memory(context);
     if (status == KEMPE_OK)
         status = take(s, p, state, moved);
     if (status != KEMPE_OK)

@@ -1,14 +1,21 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The public stepper: a runner, and its current row. */
 #include "base/memory.h"
+#include "integrators/steppers/sample_times.h"
 #include "studies/simulate/stepper_inside.h"
 #include <math.h>
 #include <string.h>
 
+double kmp_stepper_here(const kempe_stepper *s)
+{
+    double end = kmp_runner_t(s->runner);
+    return kmp_same_time(s->t, end) ? end : s->t;
+}
+
 kempe_status kmp_stepper_stand_at(kempe_stepper *s, double t)
 {
     double *row = s->next;
-    KMP_TRY(kmp_runner_row(s->runner, t, row, &s->work));
+    KMP_TRY(kmp_runner_row(s->runner, fmin(t, kmp_runner_t(s->runner)), row, &s->work));
     s->next = s->row;
     s->row = row;
     s->t = t;
@@ -94,14 +101,15 @@ void kempe_stepper_keep_inputs(kempe_stepper *stepper, int keep)
 static kempe_status follow_inputs(kempe_stepper *s, double until)
 {
     bool forced = s->system->force && !s->keeps, given = s->given, cut;
-    double stop = fmin(forced || s->samples ? until : s->spec.t_end, s->own_stop > s->t ? s->own_stop : INFINITY);
+    double here = kmp_stepper_here(s), own_stop = kmp_last_equal(here) < s->own_stop ? s->own_stop : INFINITY;
+    double stop = fmin(forced || s->samples ? until : s->spec.t_end, own_stop);
     if (!forced && !given && stop == s->stop)
         return KEMPE_OK;
-    cut = forced || s->system->force || kmp_runner_t(s->runner) > (given ? s->t : stop);
+    cut = forced || s->system->force || kmp_runner_t(s->runner) > (given ? here : stop);
     s->stop = stop;
     s->given = false;
     if (cut)
-        return kmp_runner_cut(s->runner, s->t, stop);
+        return kmp_runner_cut(s->runner, here, stop);
     kmp_runner_stop_at(s->runner, stop);
     return KEMPE_OK;
 }
@@ -111,7 +119,7 @@ kempe_status kmp_stepper_stand_with_inputs(kempe_stepper *s)
     if (!s->given)
         return KEMPE_OK;
     s->given = false;
-    KMP_TRY(kmp_runner_cut(s->runner, s->t, s->stop));
+    KMP_TRY(kmp_runner_cut(s->runner, kmp_stepper_here(s), s->stop));
     return kmp_stepper_stand_at(s, s->t);
 }
 
@@ -120,10 +128,10 @@ kempe_status kempe_stepper_step(kempe_stepper *s)
     KMP_WANTED(NULL, s, "stepper");
     kempe_status status = KEMPE_OK;
     kmp_model_begin(s->system->model);
-    if (s->t >= s->spec.t_end)
+    if (kmp_last_equal(s->t) >= s->spec.t_end)
         return kmp_fail(s->system->context, KEMPE_E_ARGUMENT, "the run ends at t_end = %g s", s->spec.t_end);
     status = follow_inputs(s, s->spec.t_end);
-    if (status == KEMPE_OK && s->t >= kmp_runner_t(s->runner))
+    if (status == KEMPE_OK && kmp_last_equal(s->t) >= kmp_runner_t(s->runner))
         status = kmp_runner_step(s->runner);
     kempe_status stood =
         status == KEMPE_OK || status == KEMPE_STOPPED ? kmp_stepper_stand_at(s, kmp_runner_t(s->runner)) : status;
@@ -135,12 +143,12 @@ kempe_status kempe_stepper_advance(kempe_stepper *s, double t)
     KMP_WANTED(NULL, s, "stepper");
     kempe_status status = KEMPE_OK;
     kmp_model_begin(s->system->model);
-    if (!(t >= s->t) || t > s->spec.t_end)
+    if (!(t >= s->t) || t > kmp_last_equal(s->spec.t_end))
         return kmp_fail(s->system->context, KEMPE_E_ARGUMENT,
                         "t = %.9g s is not between here (%.9g s) and t_end = %g s", t, s->t, s->spec.t_end);
     if (t > s->t)
         status = follow_inputs(s, t);
-    while (status == KEMPE_OK && kmp_runner_t(s->runner) < t)
+    while (status == KEMPE_OK && kmp_last_equal(kmp_runner_t(s->runner)) < t)
         status = kmp_runner_step(s->runner);
     kempe_status stood = status == KEMPE_OK            ? kmp_stepper_stand_at(s, t)
                          : kmp_runner_ended(s->runner) ? kmp_stepper_stand_at(s, kmp_runner_t(s->runner))

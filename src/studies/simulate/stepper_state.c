@@ -11,10 +11,12 @@
 struct kempe_stepper_state {
     kmp_arena arena;
     const kempe_system *system;
-    double t, own_stop, work, step, rate_scale;
-    bool samples;
+    double t, shown_t, own_stop, work, step, rate_scale;
+    bool samples, elsewhere; /* `elsewhere`: the row is not that of the memory */
     kmp_stand_in stand_in;
-    double *row, *given, *mode; /* q, qd; q before closing; a value for each condition */
+    double *row, *shown;   /* q, qd where the run goes on: after an event at t; as they are shown: before it */
+    double *given, *mode;  /* q before closing; a value for each condition */
+    unsigned char *memory; /* what is done: samples, events, modes */
     kmp_present_inputs inputs;
     kmp_past *past; /* of delayed signals, until t; NULL: there are none */
 };
@@ -48,7 +50,7 @@ kempe_status kempe_stepper_set_input_rates(kempe_stepper *s, int input, double v
         return kmp_fail(s->system->context, KEMPE_E_ARGUMENT, "input '%s' is not finite",
                         kempe_model_input_name(s->system->model, input));
     KMP_TRY(check_closure(s, input, values));
-    kmp_present_inputs_give(kmp_runner_inputs(s->runner), input, s->t, values);
+    kmp_present_inputs_give(kmp_runner_inputs(s->runner), input, kmp_stepper_here(s), values);
     s->samples = s->given = true;
     return KEMPE_OK;
 }
@@ -70,7 +72,7 @@ double kempe_stepper_input(const kempe_stepper *stepper, int input)
 kempe_status kempe_stepper_set_stop(kempe_stepper *s, double t)
 {
     KMP_WANTED(NULL, s, "stepper");
-    if (!(t > s->t))
+    if (!(t > s->t) || kmp_same_time(t, s->t))
         return kmp_fail(s->system->context, KEMPE_E_ARGUMENT, "a stop at %.9g s is not after the present %.9g s", t,
                         s->t);
     s->own_stop = t;
@@ -86,8 +88,9 @@ static kempe_stepper_state *state_new(const kempe_system *system)
     if (!state)
         return NULL;
     state->system = system;
-    KMP_ARENA_MAKE(&state->arena, KMP_ROOM(double, 2 * n, &state->row), KMP_ROOM(double, n, &state->given),
-                   KMP_ROOM(double, modes, &state->mode));
+    KMP_ARENA_MAKE(&state->arena, KMP_ROOM(double, 2 * n, &state->row, &state->shown),
+                   KMP_ROOM(double, n, &state->given), KMP_ROOM(double, modes, &state->mode),
+                   KMP_ROOM(unsigned char, kmp_runner_memory_size(system), &state->memory));
     if (kmp_present_inputs_init(&state->inputs, &state->arena, system->model) && !state->arena.failed)
         return state;
     kempe_stepper_state_free(state);
@@ -103,27 +106,43 @@ void kempe_stepper_state_free(kempe_stepper_state *state)
     kmp_free(state);
 }
 
-/* Values that the caller has set at the current time belong to the state. */
-static kempe_status record(const kempe_stepper *s, kempe_stepper_state *state)
+/* Passes an event here, so that the run from the state begins behind it. */
+static kempe_status pass_event(kempe_stepper *s, kempe_stepper_state *state)
 {
-    int input;
-    state->t = s->t;
+    bool passed;
+    KMP_TRY(kmp_runner_pass(s->runner, state->t, &passed));
+    if (!passed)
+        return KEMPE_OK;
+    KMP_TRY(kmp_runner_row(s->runner, state->t, s->next, &state->work));
+    memcpy(state->row, s->next, 2 * (size_t)s->system->n * sizeof *state->row);
+    return KEMPE_OK;
+}
+
+/* Records the current row. Samples and given inputs that are still to come here are still to come from the state. */
+static kempe_status record(kempe_stepper *s, kempe_stepper_state *state, bool passes)
+{
+    const size_t size = 2 * (size_t)s->system->n * sizeof *state->row;
+    state->t = kmp_stepper_here(s);
+    state->shown_t = s->t;
     state->own_stop = s->own_stop;
     state->work = s->work;
+    memcpy(state->row, s->row, size);
+    memcpy(state->shown, s->row, size);
+    if (passes)
+        KMP_TRY(pass_event(s, state));
     state->step = kmp_runner_step_size(s->runner);
     state->rate_scale = kmp_runner_rate_scale(s->runner);
     state->stand_in = kmp_runner_stand_in(s->runner);
     state->samples = s->samples;
-    memcpy(state->row, s->row, 2 * (size_t)s->system->n * sizeof *state->row);
     memcpy(state->mode, kmp_runner_modes(s->runner), (size_t)s->system->events.count * sizeof *state->mode);
-    KMP_TRY(kmp_runner_recall(s->runner, s->t));
+    kmp_runner_keep_memory(s->runner, state->memory);
+    KMP_TRY(kmp_runner_recall(s->runner, state->t));
     kmp_present_inputs_copy(&state->inputs, kmp_runner_inputs(s->runner));
     if (state->inputs.past) {
         state->past = kmp_past_copy(state->inputs.past);
         KMP_TRY(kmp_made(s->system->context, state->past));
         state->inputs.past = state->past;
     }
-    (void)kmp_present_inputs_enter(&state->inputs, s->t, &input);
     return KEMPE_OK;
 }
 
@@ -139,8 +158,12 @@ static kempe_status run_from(kempe_stepper *s, const kempe_stepper_state *state)
     spec.stand_in = state->stand_in;
     spec.mode_start = s->system->events.count > 0 ? state->mode : NULL;
     spec.inputs_start = &state->inputs;
+    spec.memory_start = state->memory;
+    spec.elsewhere = state->elsewhere;
+    spec.due = true;
     KMP_TRY(kmp_stepper_run_from(s, &spec, &start));
-    memcpy(s->row, state->row, 2 * (size_t)s->system->n * sizeof *s->row); /* which closing changes by rounding */
+    memcpy(s->row, state->shown, 2 * (size_t)s->system->n * sizeof *s->row); /* closing changes it by rounding */
+    s->t = state->shown_t;
     s->own_stop = state->own_stop;
     s->samples = state->samples;
     return KEMPE_OK;
@@ -151,12 +174,9 @@ kempe_status kempe_stepper_save(kempe_stepper *s, kempe_stepper_state **state)
     KMP_WANTED(NULL, s, "stepper");
     KMP_WANTED(s->system->context, state, "state");
     kmp_model_begin(s->system->model);
-    KMP_TRY(kmp_runner_pass(s->runner, s->t));
-    kempe_stepper_state *made = state_new(s->system);
-    KMP_TRY(kmp_made(s->system->context, made));
-    kempe_status status = record(s, made);
-    if (status == KEMPE_OK)
-        status = run_from(s, made);
+    kempe_stepper_state *made = NULL;
+    KMP_TRY(kmp_stepper_record(s, true, &made));
+    kempe_status status = run_from(s, made);
     return KMP_GIVE_OR_FREE(status, state, made, kempe_stepper_state_free);
 }
 
@@ -211,7 +231,7 @@ kempe_status kempe_stepper_copy(kempe_stepper *s, kempe_stepper **copy)
 
 /* -- states as bytes ------------------------------------------------------------------------------------ */
 
-enum { MOST_PIECES = 20 };
+enum { MOST_PIECES = 24 };
 
 /* All that a run from the state reads. */
 static int list_pieces(kempe_stepper_state *state, kmp_memory_piece *piece)
@@ -220,6 +240,7 @@ static int list_pieces(kempe_stepper_state *state, kmp_memory_piece *piece)
     const size_t n = (size_t)state->system->n, count = (size_t)inputs->count;
     const kmp_memory_piece all[] = {
         {&state->t, sizeof state->t},
+        {&state->shown_t, sizeof state->shown_t},
         {&state->own_stop, sizeof state->own_stop},
         {&state->work, sizeof state->work},
         {&state->step, sizeof state->step},
@@ -228,6 +249,8 @@ static int list_pieces(kempe_stepper_state *state, kmp_memory_piece *piece)
         {&state->stand_in.active, sizeof state->stand_in.active},
         {&state->stand_in.returns, sizeof state->stand_in.returns},
         {state->row, 2 * n * sizeof *state->row},
+        {state->shown, 2 * n * sizeof *state->shown},
+        {state->memory, kmp_runner_memory_size(state->system)},
         {state->mode, (size_t)state->system->events.count * sizeof *state->mode},
         {inputs->piece, count * sizeof *inputs->piece},
         {inputs->replaced, count * sizeof *inputs->replaced},
@@ -275,23 +298,23 @@ kempe_stepper_state *kmp_stepper_unpack(const kempe_system *system, const unsign
 
 /* -- another state ------------------------------------------------------------------------------------- */
 
-kempe_stepper_state *kmp_stepper_record(const kempe_stepper *s)
+kempe_status kmp_stepper_record(kempe_stepper *s, bool passes, kempe_stepper_state **state)
 {
-    kempe_stepper_state *state = state_new(s->system);
-    if (!state || record(s, state) == KEMPE_OK)
-        return state;
-    kempe_stepper_state_free(state);
-    return NULL;
+    kempe_stepper_state *made = state_new(s->system);
+    kempe_status status = made ? record(s, made, passes) : kmp_fail_memory(s->system->context);
+    return KMP_GIVE_OR_FREE(status, state, made, kempe_stepper_state_free);
 }
 
 /* Closes q and qd in place, with the inputs from now on. */
 static kempe_status close_state(kempe_stepper *s, kempe_stepper_state *state)
 {
     double *q = state->row, *qd = q + s->system->n;
+    int input;
     if (!s->closer)
         KMP_TRY(kempe_workspace_new(s->system, &s->closer));
     kmp_present_inputs_copy(kmp_workspace_inputs(s->closer), &state->inputs);
-    kempe_status status = kempe_workspace_close(s->closer, s->t, q, qd, NULL);
+    (void)kmp_present_inputs_enter(kmp_workspace_inputs(s->closer), state->t, &input);
+    kempe_status status = kempe_workspace_close(s->closer, state->t, q, qd, NULL);
     if (status != KEMPE_E_FAILED)
         return status;
     return kmp_fail(s->system->context, status, "the state cannot be closed: %s", kempe_workspace_message(s->closer));
@@ -305,6 +328,8 @@ kempe_status kmp_stepper_continue(kempe_stepper *s, kempe_stepper_state *state, 
     KMP_TRY(close_state(s, state));
     for (int i = 0; i < n; i++)
         most = fmax(most, fabs(state->row[i] - state->given[i]) / s->system->scale[i]);
+    memcpy(state->shown, state->row, 2 * (size_t)n * sizeof *state->shown);
+    state->elsewhere = true;
     KMP_TRY(run_from(s, state));
     if (moved)
         *moved = most;
@@ -317,8 +342,8 @@ kempe_status kempe_stepper_set_state(kempe_stepper *s, const double *q, const do
     KMP_WANTED(s->system->context, q, "q");
     int n = s->system->n;
     kmp_model_begin(s->system->model);
-    kempe_stepper_state *state = kmp_stepper_record(s);
-    KMP_TRY(kmp_made(s->system->context, state));
+    kempe_stepper_state *state = NULL;
+    KMP_TRY(kmp_stepper_record(s, false, &state));
     for (int i = 0; i < n; i++) {
         state->row[i] = q[i];
         state->row[n + i] = qd ? qd[i] : 0;
