@@ -235,23 +235,20 @@ static kempe_status change_conditions(kmp_crossing *c, double t)
                             c->s->event_text[k], t);
 }
 
-bool kmp_crossing_bends(kmp_crossing *c, double t)
+kempe_status kmp_crossing_foresee(kmp_crossing *c, double t)
 {
-    bool bends = kmp_crossing_look(c, t) == KEMPE_OK;
-    for (int k = 0; bends && k < c->s->events.count; k++)
-        bends = !has_switched(c, k) || c->s->events.condition[k].bend;
-    return bends;
-}
-
-void kmp_crossing_bend(kmp_crossing *c)
-{
+    KMP_TRY(kmp_crossing_look(c, t));
     memcpy(c->before, c->mode, (size_t)c->s->events.count * sizeof *c->mode);
-    for (int k = 0; k < c->s->events.count; k++)
-        if (has_switched(c, k))
-            kmp_eval_set_mode(c->eval, k, !(c->mode[k] > 0));
+    for (int pass = 0; pass < MOST_REPEATS && first_switched(c) >= 0; pass++) {
+        for (int k = 0; k < c->s->events.count; k++)
+            if (has_switched(c, k))
+                kmp_eval_set_mode(c->eval, k, !(c->mode[k] > 0));
+        memcpy(c->change, kmp_eval_changes(c->eval, t, c->q, c->qd), (size_t)c->s->events.count * sizeof(double));
+    }
+    return KEMPE_OK;
 }
 
-void kmp_crossing_bend_back(kmp_crossing *c)
+void kmp_crossing_return(kmp_crossing *c)
 {
     kmp_eval_set_modes(c->eval, c->before);
 }

@@ -119,12 +119,10 @@ kempe_status kmp_crossing_begin(kmp_crossing *crossing, double t, bool *ends);
  * end. */
 kempe_status kmp_crossing_pass(kmp_crossing *crossing, double t, bool rates);
 
-/** True if nothing but bends changes at t of an event. The crossing has the state there. */
-bool kmp_crossing_bends(kmp_crossing *crossing, double t);
-
-/** Changes these bends for a moment, and back. */
-void kmp_crossing_bend(kmp_crossing *crossing);
-void kmp_crossing_bend_back(kmp_crossing *crossing);
+/** Changes the conditions at t of an event for a moment, until kmp_crossing_return. The crossing has the state there.
+ */
+kempe_status kmp_crossing_foresee(kmp_crossing *crossing, double t);
+void kmp_crossing_return(kmp_crossing *crossing);
 
 /** Notes the values of the conditions at t before states take next values. A condition that has changed at t, and whose
  * value the states do not change, then stays: positions that are closed again differ by rounding. */

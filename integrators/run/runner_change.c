@@ -350,24 +350,25 @@ static kempe_status pass_condition(kmp_runner *run, double t)
                                                                                                  : KEMPE_E_FAILED;
 }
 
-/* Parts of the largest entry of J within which it does not jump at a bend, located to rounding. */
-#define SMOOTH_BEND 1e-9
+/* Part of the largest entry of J within which it does not jump at an event, which is located to rounding. */
+#define JUMP 1e-9
 
-/* True if nothing but bends changes at t of an event, and J and h_t do not jump, as where a smooth step begins: rates
+/* True if J and h_t do not jump with the conditions that change at t of an event, as where a smooth step begins: rates
  * do not jump either. */
-static bool bends_smoothly(kmp_runner *run, double t)
+static bool keeps_rows(kmp_runner *run, double t)
 {
     kmp_crossing *c = run->crossing;
     kmp_evaluator *eval = run->eval;
     const kmp_pattern *entries = &run->s->jacobian;
     const double *scale = run->s->scale;
     double *h_t = run->rows + entries->count, size = 0, off = 0;
-    if (run->friction || !kmp_crossing_bends(c, t))
+    if (run->friction || kmp_crossing_look(c, t) != KEMPE_OK)
         return false;
     kmp_eval_closure(eval, t, c->q);
     memcpy(run->rows, eval->jacobian, (size_t)entries->count * sizeof *h_t);
     memcpy(h_t, eval->h_t ? eval->h_t : run->rows, eval->h_t ? (size_t)run->s->m * sizeof *h_t : 0);
-    kmp_crossing_bend(c);
+    if (kmp_crossing_foresee(c, t) != KEMPE_OK)
+        return false;
     kmp_eval_closure(eval, t, c->q);
     for (int k = 0; k < entries->count; k++) {
         size = fmax(size, fabs(run->rows[k]) * scale[entries->col[k]]);
@@ -375,8 +376,8 @@ static bool bends_smoothly(kmp_runner *run, double t)
     }
     for (int r = 0; eval->h_t && r < run->s->m; r++)
         off = fmax(off, fabs(eval->h_t[r] - h_t[r]) / run->rate_scale);
-    kmp_crossing_bend_back(c);
-    return off <= SMOOTH_BEND * size;
+    kmp_crossing_return(c);
+    return off <= JUMP * size;
 }
 
 /* Changes conditions and restarts the integrator, a one-step method with its present step size. */
@@ -387,7 +388,7 @@ static kempe_status pass_event(kmp_runner *run, double t)
         return KEMPE_OK;
     if (run->crossing->end >= 0)
         return kmp_runner_end(run, t, run->crossing->end);
-    const bool switches = run->s->switches && !bends_smoothly(run, t);
+    const bool switches = run->s->switches && !keeps_rows(run, t);
     kempe_status status = switches ? pass_switch(run, t) : pass_condition(run, t);
     if (status == KEMPE_OK && !switches)
         status = kmp_runner_start(run, t, run->y, run->yp, h);

@@ -63,6 +63,26 @@ static kmp_program *program_of(groups *g, const kempe_system *s, const kmp_equat
     return kmp_program_new(eq->graph, count[4] > 0 ? 5 : count[3] > 0 ? 4 : 3, count, group);
 }
 
+/* Finds whether rows depend on conditions that switch; kinks do not. */
+static bool find_switches(kempe_system *s, const kmp_equations *eq)
+{
+    uint32_t nodes = kmp_graph_count(eq->graph);
+    bool *needed = KMP_NEW(bool, nodes);
+    for (int r = 0; needed && r < s->m; r++)
+        needed[kmp_id(eq->h[r])] = true;
+    for (uint32_t id = nodes; needed && id-- > 0;) {
+        const kmp_node *node = kmp_graph_node(eq->graph, id);
+        if (!needed[id] || !(node->depends & 1u << KMP_IN_MODE))
+            continue;
+        if (node->op == KMP_OP_INPUT)
+            s->switches = s->switches || !s->events.condition[node->b].kink;
+        for (int k = 0; k < kmp_op_arity((kmp_op)node->op); k++)
+            needed[kmp_id(kmp_operand(node, k))] = true;
+    }
+    kmp_free(needed);
+    return needed;
+}
+
 /* Finds the pattern of J, for both programs. */
 static bool find_jacobian(kempe_system *s, const kmp_equations *eq)
 {
@@ -71,10 +91,9 @@ static bool find_jacobian(kempe_system *s, const kmp_equations *eq)
         kmp_pattern_init(&s->jacobian, &s->arena, s->m, s->n, eq->jacobian, entry);
     for (int r = 0; r < s->m; r++) {
         s->rheonomic = s->rheonomic || eq->h_t[r] != KMP_ZERO;
-        s->switches = s->switches || eq->rows[r].of_rates ||
-                      kmp_graph_node(eq->graph, kmp_id(eq->h[r]))->depends & (1u << KMP_IN_MODE);
+        s->switches = s->switches || eq->rows[r].of_rates;
     }
-    return entry && !s->arena.failed;
+    return entry && find_switches(s, eq) && !s->arena.failed;
 }
 
 /* -- forces that depend on multipliers --------------------------------------------------------------- */

@@ -138,6 +138,53 @@ static void a_curve_bends(void)
     unload(&l);
 }
 
+/* A cubic table whose third derivative jumps by 120 at its middle knot, the only one of five: not-a-knot. */
+static double knotted(double x)
+{
+    return 0.3 * x - 0.2 * x * x + 0.1 * x * x * x + (x > 1 ? 20 * pow(x - 1, 3) : 0);
+}
+
+/* The time from a to b with the kinetic energy of a rate 1 at x = 0.2, by Simpson's rule; `ratio` of the masses that
+ * move along y and x. */
+static double time_along(double ratio, double a, double b)
+{
+    enum { PIECES = 2000 };
+    double sum = 0, h = (b - a) / PIECES, slope = 0.3 - 0.4 * 0.2 + 0.3 * 0.2 * 0.2, energy = 1 + ratio * slope * slope;
+    for (int k = 0; k <= PIECES; k++) {
+        double x = a + h * k, beyond = x > 1 ? x - 1 : 0, at = 0.3 - 0.4 * x + 0.3 * x * x + 60 * beyond * beyond;
+        sum += sqrt((1 + ratio * at * at) / energy) * (k == 0 || k == PIECES ? 1 : k % 2 ? 4 : 2);
+    }
+    return sum * h / 3;
+}
+
+/* One-step methods end a step at the knot, and keep their order. */
+static void a_curve_has_knots(void)
+{
+    static const char *const uses[] = {"loops: {L: {constraint: \"q(y) - f(q(x))\"}}\n",
+                                       "loops: {L: {point_on_curve: [ground.O, b.P], table: f}}\n"};
+    for (int use = 0; use < 2; use++) {
+        char text[1024];
+        (void)snprintf(text, sizeof text,
+                       "kempe: 1\ntables: {f: {x: [0, 0.5, 1, 1.5, 2], y: [%.17g, %.17g, %.17g, %.17g, %.17g]}}\n"
+                       "ground: {points: {O: [0, 0, 0]}}\nbodies:\n"
+                       "  a: {joint: {name: x, prismatic: x, at: ground}, mass: 1}\n"
+                       "  b: {joint: {name: y, prismatic: y, at: %s}, mass: %d, points: {P: [0, 0, 0]}}\n%s"
+                       "start: {q: {x: 0.2, y: %.17g}, qd: {x: 1}, hold: [x]}\n",
+                       knotted(0), knotted(0.5), knotted(1), knotted(1.5), knotted(2), use ? "a" : "ground", M_Y,
+                       uses[use], knotted(0.2));
+        loaded l = load_text(text);
+        for (int i = 0; l.system && i < WAYS; i++) {
+            const double t_end = 1.1, ratio = use ? M_Y / (1.0 + M_Y) : M_Y;
+            const bool locates = strchr("der", ways[i].integrator[0]) != NULL; /* not bdf, adams, ida */
+            run(&l, &ways[i], t_end, 2);
+            double t = time_along(ratio, 0.2, 1) + time_along(ratio, 1, last[0]);
+            printf("  %-9s %-8s %.1e\n", ways[i].formulation, ways[i].integrator, t - t_end);
+            CHECK(fabs(t - t_end) < (locates ? 6e-10 : 1e-7));
+        }
+        unload(&l);
+    }
+}
+
 /* A plane with a corner strikes the body on it: the gap closes at 0.5 m/s, and half of that is its rate afterwards. */
 static void a_contact_bends(void)
 {
@@ -258,6 +305,7 @@ int main(void)
     TEST(a_constraint_bends);
     TEST(a_function_bends);
     TEST(a_curve_bends);
+    TEST(a_curve_has_knots);
     TEST(a_contact_bends);
     TEST(two_variables_are_refused);
     TEST(a_drive_bends);

@@ -6,8 +6,13 @@
 #include "dynamics/kinematics/friction_modes.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "symbolic/table_function.h"
+#include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>
+#include <string.h>
+
+/* Part of a coefficient of cubics within which two pieces are one: they are computed with roundings. */
+#define ONE_CUBIC 1e-9
 
 void kmp_events_free(kmp_events *events)
 {
@@ -118,9 +123,9 @@ static kmp_ref bend(const kmp_tree *tree, const kmp_expr *e, int number, kmp_ref
                     KMP_ZERO);
 }
 
-static kmp_ref kink(const kmp_tree *tree, const kmp_expr *e, int number)
+static kmp_ref kink(const kmp_tree *tree, const kmp_expr *e, int number, kmp_ref difference)
 {
-    return stand_in(tree, (kmp_condition){.expr = e, .number = number, .kink = true}, KMP_ZERO, KMP_ZERO);
+    return stand_in(tree, (kmp_condition){.expr = e, .number = number, .kink = true}, difference, KMP_ZERO);
 }
 
 static kmp_op kink_of(const kmp_expr *e)
@@ -145,7 +150,7 @@ kmp_ref kmp_tree_kink(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_re
         return branch_of(g, op, bend(tree, e, 1, kmp_sub(g, a, b)), a, b);
     if (!tree->kinks || !can_stand(tree, e, 0, less))
         return whole;
-    kmp_ref side = kink(tree, e, 0);
+    kmp_ref side = kink(tree, e, 0, kmp_sub(g, a, b));
     kmp_ref branch =
         op == KMP_OP_ABS ? kmp_neg(kmp_mul(g, side, a)) : branch_of(g, op, kmp_less(g, KMP_ZERO, side), a, b);
     return kmp_select(g, side, branch, whole);
@@ -157,33 +162,99 @@ static kmp_ref hinge(const kmp_tree *tree, const kmp_expr *e, int k, kmp_ref bey
     kmp_graph *g = tree->graph;
     if (tree->bends)
         return kmp_select(g, bend(tree, e, k, beyond), KMP_ZERO, beyond);
-    kmp_ref side = kink(tree, e, k);
+    kmp_ref side = kink(tree, e, k, beyond);
     return kmp_select(g, side, kmp_select(g, kmp_less(g, KMP_ZERO, side), KMP_ZERO, beyond),
                       kmp_binary(g, KMP_OP_MAX, beyond, KMP_ZERO));
 }
 
-/* Straight lines as the first of them, and at each knot the change of the slope times max(x - knot, 0), which is a kink
- * there. Tables of many knots have small kinks, which cost more to locate than to pass; in a closure rates jump at
- * each. */
-kmp_ref kmp_tree_table(const kmp_tree *tree, const kmp_expr *e, kmp_ref x)
+/* Tables of many knots have small kinks, which cost more to locate than to pass; straight lines in a closure, where
+ * rates jump at each knot, are located all. */
+enum { MOST_KNOTS = 34 };
+
+static bool can_stand_at(const kmp_tree *tree, const kmp_expr *e, int first, int last, kmp_ref x)
 {
-    enum { MOST_KNOTS = 34 };
+    const int sign = tree->bends && e->table->table->method == KMP_TABLE_LINEAR ? -1 : 1;
+    bool can = moves(tree->graph, x);
+    for (int k = first; can && k <= last; k++)
+        can = can_stand(tree, e, sign * k, kmp_less(tree->graph, x, kmp_const(tree->graph, e->table->table->x[k])));
+    return can;
+}
+
+/* Straight lines: the first of them, and at each knot the change of the slope times max(x - knot, 0). */
+static kmp_ref lines(const kmp_tree *tree, const kmp_expr *e, kmp_ref x)
+{
     kmp_graph *g = tree->graph;
     const kmp_table *t = e->table->table;
-    kmp_ref sum = kmp_table_at(g, kmp_graph_add_table(g, e->table->table), x);
-    if (t->method != KMP_TABLE_LINEAR || !moves(g, x) || !(tree->bends || (tree->kinks && t->count <= MOST_KNOTS)))
-        return sum;
-    for (int k = 1; k < t->count - 1; k++)
-        if (!can_stand(tree, e, tree->bends ? -k : k, kmp_less(g, x, kmp_const(g, t->x[k]))))
-            return sum;
-    sum = kmp_add(g, kmp_const(g, t->y[0]),
-                  kmp_mul(g, kmp_const(g, t->piece[0][1]), kmp_sub(g, x, kmp_const(g, t->x[0]))));
+    kmp_ref sum = kmp_add(g, kmp_const(g, t->y[0]),
+                          kmp_mul(g, kmp_const(g, t->piece[0][1]), kmp_sub(g, x, kmp_const(g, t->x[0]))));
     for (int k = 1; k < t->count - 1; k++) {
         kmp_ref beyond = kmp_sub(g, x, kmp_const(g, t->x[k]));
         kmp_ref change = kmp_const(g, t->piece[k][1] - t->piece[k - 1][1]);
         sum = kmp_add(g, sum, kmp_mul(g, change, hinge(tree, e, k, beyond)));
     }
     return sum;
+}
+
+/* The place and the coefficients of a cubic piece, from the straight line before the table, -1, to that behind it. */
+static void find_cubic(const kmp_table *t, int k, double number[5])
+{
+    const double before[] = {t->x[0], t->y[0], t->piece[0][1], 0, 0};
+    const double behind[] = {t->x[t->count - 1], t->y[t->count - 1], t->last_slope, 0, 0};
+    number[0] = t->x[k < 0 ? 0 : k];
+    if (k < 0 || k == t->count - 1)
+        memcpy(number, k < 0 ? before : behind, sizeof before);
+    else
+        memcpy(number + 1, t->piece[k], sizeof t->piece[k]);
+}
+
+/* True where two pieces are one cubic, as the first two and the last two of a table. */
+static bool is_one_cubic(const kmp_table *t, int k)
+{
+    return k > 0 && k < t->count - 1 &&
+           fabs(t->piece[k][3] - t->piece[k - 1][3]) <=
+               ONE_CUBIC * fmax(fabs(t->piece[k][3]), fabs(t->piece[k - 1][3]));
+}
+
+/* A cubic curve in a closure. Accelerations have a kink at each knot, where a third derivative jumps, and jump at both
+ * ends. Between them the curve is the cubic that the inputs of all knots select; near a knot that has none, the table.
+ */
+static kmp_ref cubics(const kmp_tree *tree, const kmp_expr *e, kmp_ref x, kmp_ref whole)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_table *t = e->table->table;
+    kmp_ref chosen[5], all = KMP_ONE;
+    double number[5];
+    for (int k = t->count - 1; k >= 0; k--) {
+        find_cubic(t, k, number);
+        for (int i = 0; k == t->count - 1 && i < 5; i++)
+            chosen[i] = kmp_const(g, number[i]);
+        if (is_one_cubic(t, k))
+            continue;
+        kmp_ref side = kink(tree, e, k, kmp_sub(g, x, kmp_const(g, t->x[k]))), below = kmp_less(g, KMP_ZERO, side);
+        int before = k - 1;
+        while (is_one_cubic(t, before))
+            before--;
+        find_cubic(t, before, number);
+        for (int i = 0; i < 5; i++)
+            chosen[i] = kmp_select(g, below, kmp_const(g, number[i]), chosen[i]);
+        all = kmp_mul(g, all, side);
+    }
+    kmp_ref d = kmp_sub(g, x, chosen[0]), value = chosen[4];
+    for (int i = 3; i >= 1; i--)
+        value = kmp_add(g, kmp_mul(g, value, d), chosen[i]);
+    return kmp_select(g, all, value, whole);
+}
+
+kmp_ref kmp_tree_table(const kmp_tree *tree, const kmp_expr *e, kmp_ref x)
+{
+    const kmp_table *t = e->table->table;
+    const bool straight = t->method == KMP_TABLE_LINEAR, few = t->count <= MOST_KNOTS;
+    kmp_ref whole = kmp_table_at(tree->graph, kmp_graph_add_table(tree->graph, e->table->table), x);
+    if (straight && (tree->bends || (tree->kinks && few)))
+        return can_stand_at(tree, e, 1, t->count - 2, x) ? lines(tree, e, x) : whole;
+    if (!straight && tree->bends && few)
+        return can_stand_at(tree, e, 0, t->count - 1, x) ? cubics(tree, e, x, whole) : whole;
+    return whole;
 }
 
 /* -- of elements ------------------------------------------------------------------------------------- */
