@@ -496,6 +496,27 @@ static void measure(work *w)
     }
 }
 
+/* Counts drives and the degrees of freedom without them. false: no memory. */
+static bool count_drives(work *w)
+{
+    const kmp_pattern *p = &w->s->jacobian;
+    kempe_assembly *a = w->a;
+    double *without = KMP_ARENA_NEW(&w->arena, double, p->count);
+    if (!without)
+        return false;
+    for (int r = 0; r < w->m; r++)
+        a->drives += kmp_closure_is_drive(&w->s->model->closures[w->s->rows[r].closure]);
+    for (int e = 0; e < p->count; e++)
+        without[e] =
+            kmp_closure_is_drive(&w->s->model->closures[w->s->rows[p->row[e]].closure]) ? 0 : w->eval->jacobian[e];
+    if (a->drives == 0 || !kmp_partition_pivots(w->s, without, a->pivots))
+        return a->drives == 0;
+    a->freedoms = w->n;
+    for (int k = 0; k < w->m && k < w->n && a->pivots[k] > KMP_RANK_SHAKY * a->pivots[0]; k++)
+        a->freedoms--;
+    return true;
+}
+
 /* Computes the pivots and the openings of the closures; sorts the open ones by size. false: no memory. */
 static bool judge(work *w)
 {
@@ -512,7 +533,7 @@ static bool judge(work *w)
             a->culprits[k] = a->culprits[k - 1];
         a->culprits[k] = c;
     }
-    return kmp_partition_pivots(w->s, w->eval->jacobian, a->pivots);
+    return (a->closed || count_drives(w)) && kmp_partition_pivots(w->s, w->eval->jacobian, a->pivots);
 }
 
 /* -- all together ------------------------------------------------------------------------------------ */

@@ -31,10 +31,12 @@ struct kempe_assembly {
     double gap;      /* widest gap of a closure, m */
     double turn;     /* widest angle of one, rad */
     bool closed;
-    bool turned;        /* not closed: axes that should be parallel are turned by more than a right angle */
-    bool *dropped;      /* m: if closed: rows that stay open, redundant but for rounding */
-    double *open;       /* m: scaled |h| */
-    double *pivots;     /* m + n: pivots of J at q */
+    bool turned;    /* not closed: axes that should be parallel are turned by more than a right angle */
+    bool *dropped;  /* m: if closed: rows that stay open, redundant but for rounding */
+    double *open;   /* m: scaled |h| */
+    double *pivots; /* m + n: pivots of J at q */
+    int drives;     /* not closed: rows of drives, and the motions that the other rows leave to them */
+    int freedoms;
     double misfit;      /* the widest of the dropped rows, scaled */
     bool rates_changed; /* the given rates contradict the closures: they were corrected */
     double rates_left;  /* part of the prescribed rates that the closures do not allow, over the fastest scaled rate */

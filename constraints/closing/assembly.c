@@ -58,6 +58,26 @@ static void put_tolerance(kmp_text *text, const kempe_assembly *a, int c)
                                   : "no other closure implies it");
 }
 
+/* More drives than degrees of freedom, by name. */
+static kempe_status complain_drives(const kempe_assembly *a)
+{
+    const kempe_model *model = a->system->model;
+    const kmp_closure *last = NULL;
+    kmp_text names = {0};
+    for (int c = 0, count = 0; c < model->closure_count; c++)
+        if (kmp_closure_is_drive(&model->closures[c])) {
+            last = &model->closures[c];
+            kmp_text_printf(&names, "%s'%s'", count++ ? ", " : "", last->name);
+        }
+    (void)kmp_complain(
+        a->system->context, model->files[last->place.file], last->place.line, last->place.column,
+        "the drives %s prescribe %d motions, but the mechanism has %d degree%s of freedom: leave out the "
+        "drives that follow from the others",
+        names.s ? names.s : "", a->drives, a->freedoms, a->freedoms == 1 ? "" : "s");
+    kmp_text_free(&names);
+    return KEMPE_E_FAILED;
+}
+
 static kempe_status complain_open(const kempe_assembly *a)
 {
     const kempe_model *model = a->system->model;
@@ -347,7 +367,7 @@ kempe_status kempe_assembly_new(const kempe_system *system, kempe_assembly **ass
         return status;
     *assembly = a;
     if (!a->closed)
-        return complain_open(a);
+        return a->drives > a->freedoms && a->drives > 1 ? complain_drives(a) : complain_open(a);
     if (!known)
         report_misfit(a);
     if (a->goals.end == KMP_GOALS_NONE)

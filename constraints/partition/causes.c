@@ -8,6 +8,8 @@
 #include <math.h>
 #include <string.h>
 
+#define TAKES_PART 1e-6 /* of the largest change of a coordinate in a motion without mass */
+
 enum { MOST_NAMED = 5 };
 
 /* -- angles at their singular position ----------------------------------------------------------------- */
@@ -126,33 +128,38 @@ static void reduced_mass(const kmp_reduction *red, double *mx, double *mr)
     }
 }
 
-/* The coordinate with the largest scaled change in the motion s of u. */
-static int largest(const kmp_reduction *red, const double *s)
+/* The scaled change of coordinate i in the motion s of u. */
+static double change_of(const kmp_reduction *red, const double *s, int i)
 {
     const double *scale = red->eval->system->scale;
+    double x = 0;
+    for (int k = 0; k < red->p; k++)
+        x += red->x[i + k * red->n] * s[k] * scale[red->part->u[k]];
+    return x / scale[i];
+}
+
+/* The coordinate with the largest change. */
+static int largest(const kmp_reduction *red, const double *s)
+{
     int most = 0;
-    double size = -1;
-    for (int i = 0; i < red->n; i++) {
-        double x = 0;
-        for (int k = 0; k < red->p; k++)
-            x += red->x[i + k * red->n] * s[k] * scale[red->part->u[k]];
-        if (fabs(x) / scale[i] > size * (1 + 1e-9)) {
-            size = fabs(x) / scale[i];
+    for (int i = 1; i < red->n; i++)
+        if (fabs(change_of(red, s, i)) > fabs(change_of(red, s, most)) * (1 + 1e-9))
             most = i;
-        }
-    }
     return most;
 }
 
+/* Names the coordinates that move together: each alone may move a mass, as in a gimbal whose outer axes are parallel.
+ */
 static void name(const kmp_reduction *red, const double *s, kmp_text *why)
 {
     const kempe_model *model = red->eval->system->model;
-    int motion = largest(red, s);
-    const kmp_body *body = &model->bodies[model->motions[motion].body];
-    kmp_text_printf(why,
-                    "the accelerations are not determined: the motion of '%s' moves no mass; give body '%s', or one "
-                    "that moves with it, a mass or an inertia",
-                    model->motions[motion].name, body->name);
+    int first = largest(red, s), others = 0;
+    const kmp_body *body = &model->bodies[model->motions[first].body];
+    kmp_text_printf(why, "the accelerations are not determined: the motion of '%s'", model->motions[first].name);
+    for (int i = 0; i < red->n; i++)
+        if (i != first && fabs(change_of(red, s, i)) > TAKES_PART * fabs(change_of(red, s, first)))
+            kmp_text_printf(why, "%s'%s'", others++ ? ", " : " together with ", model->motions[i].name);
+    kmp_text_printf(why, " moves no mass; give body '%s', or one that moves with it, a mass or an inertia", body->name);
 }
 
 /* found: a regular reduced mass is not reported. false: no memory. */

@@ -1809,6 +1809,26 @@ run: {t_end: 1}
             self.assertEqual("closed cycle" in said, closed, law)
             self.assertEqual("rotates fully" in said, closed, law)
 
+    def test_two_drives_of_one_degree_of_freedom(self):
+        bars = self.BARS.replace("CRANK", "0.3").replace("start:", "drives: {mA: {joint: A, angle: '80 deg + 2*t'}, mD: {joint: D, angle: '96.5 deg + 0.6*t'}}\nstart:")
+        for command in ("simulate", "assemble", "check"):
+            done = self.expect(1, command, self.model(bars.replace(", hold: [A], qd: {A: 5}", "")))
+            self.assertIn("the drives 'mA', 'mD' prescribe 2 motions, but the mechanism has 1 degree of freedom", done.stderr + done.stdout)
+
+    def test_rings_without_mass(self):
+        """A gimbal whose outer and inner axes are parallel: its rings turn while the body stays."""
+        rings = ("kempe: 1\nbodies:\n  a: {joint: {revolute: z, at: ground}}\n  b: {joint: {revolute: y, at: a}}\n"
+                 "  c: {joint: {revolute: x, at: b}, mass: 1, com: [0.3, 0, 0.1], inertia: {xx: 0.01, yy: 0.02, zz: 0.02}}\n"
+                 "start: {q: {b: 90 deg}}\nrun: {t_end: 1}\n")
+        said = self.expect(0, "check", self.model(rings)).stdout
+        self.assertIn("the motion of 'a' together with 'c' moves no mass; give body 'a'", said)
+
+    def test_a_weld_has_no_start_value(self):
+        text = ("kempe: 1\nbodies:\n  a: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 1}}\n"
+                "  b: {joint: {name: W, weld: a}, mass: 1}\nstart: {q: {W: 1}}\n")
+        done = self.expect(2, "check", self.model(text))
+        self.assertIn("start q: joint 'W' is a weld and has no coordinate", done.stderr)
+
     def test_times_have_units(self):
         for given, taken in (("0.02", 0.02), ("20 ms", 0.02), ("1/50", 0.02)):
             found = self.object(0, "simulate", FOUR_BAR, "--t-end", given, "--output-step", "5 ms", "--no-convergence-check")

@@ -597,6 +597,23 @@ static kempe_status repeat(const job *j, job *again)
     return status;
 }
 
+/* Warns where closures that depend on time, other than drives, prescribe all motion: they carry its loads. */
+static void warn_of_guides(const job *j)
+{
+    const kempe_system *s = j->system;
+    const kempe_inverse *r = j->r;
+    const double *h_t = j->prescribed.eval->h_t;
+    for (int k = 0; h_t && r->freedoms == 0 && r->a > 0 && k < s->m; k++)
+        if (h_t[k] != 0 && has_multiplier(r, k)) {
+            kmp_doubt(
+                s->context,
+                "the closure '%s' depends on time: it prescribes motion and carries its loads, so that nothing is left "
+                "to the actuators; prescribe the motion by drives, or by a table of it",
+                s->model->closures[s->rows[k].closure].name);
+            return;
+        }
+}
+
 static kempe_status check_again(job *j)
 {
     job again = {.r = j->r, .system = j->system, .context = j->context, .options = j->options};
@@ -663,6 +680,7 @@ static kempe_status run(job *j)
                 r->start_u[r->start_u_count++] = j->prescribed.part.u[k];
     }
     KMP_TRY(settle_reason(r));
+    warn_of_guides(j);
     return !j->options->no_convergence_check && is_differentiated(&j->table) ? check_again(j) : KEMPE_OK;
 }
 
