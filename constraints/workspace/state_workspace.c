@@ -40,7 +40,7 @@ static bool allocate(kempe_workspace *ws)
     size_t n = (size_t)ws->n, m = (size_t)ws->m;
     return KMP_ARENA_MAKE(&ws->arena, KMP_ROOM(bool, n, &ws->hold), KMP_ROOM(double, n *n, &ws->mass),
                           KMP_ROOM(double, m *n, &ws->jacobian), KMP_ROOM(double, m, &ws->h, &ws->jdqd),
-                          KMP_ROOM(double, n + m, &ws->answer, &ws->row),
+                          KMP_ROOM(double, n + m, &ws->answer, &ws->row), KMP_ROOM(int, m, &ws->closure_rows),
                           KMP_ROOM(double, n, &ws->bias, &ws->q, &ws->qd, &ws->trial));
 }
 
@@ -57,9 +57,16 @@ static kempe_status choose(kempe_workspace *ws, const kempe_assembly *a)
 
 static kempe_status choose_bodies(kempe_workspace *ws, const kempe_assembly *a);
 
-kempe_status kempe_workspace_new(const kempe_system *system, kempe_workspace **workspace)
+static void list_closure_rows(kempe_workspace *ws)
 {
-    KMP_WANTED_BOTH(system, workspace);
+    const kempe_system *s = ws->system;
+    for (int r = 0; r < s->m; r++)
+        if (!kmp_closure_is_of_modes(&s->model->closures[s->rows[r].closure]))
+            ws->closure_rows[ws->closure_count++] = r;
+}
+
+kempe_status kmp_workspace_new(const kempe_system *system, kempe_workspace **workspace)
+{
     KMP_MAKE(system->context, kempe_workspace, ws);
     ws->system = system;
     ws->n = system->n;
@@ -75,11 +82,22 @@ kempe_status kempe_workspace_new(const kempe_system *system, kempe_workspace **w
     kempe_assembly_free(a);
     kmp_context_clear(system->context);
     if (made) {
+        list_closure_rows(ws);
         *workspace = ws;
         return KEMPE_OK;
     }
     kempe_workspace_free(ws);
     return kmp_fail_memory(system->context);
+}
+
+kempe_status kmp_workspace_take_friction(kempe_workspace *ws, kmp_workspace_friction friction)
+{
+    kmp_saddle_free(&ws->saddle);
+    if (!kmp_saddle_init_anywhere(&ws->saddle, ws->eval, -1))
+        return kmp_fail_memory(ws->system->context);
+    ws->chosen = ws->by_bodies = false;
+    ws->friction = friction;
+    return KEMPE_OK;
 }
 
 kmp_present_inputs *kmp_workspace_inputs(kempe_workspace *ws)
@@ -107,6 +125,8 @@ void kempe_workspace_free(kempe_workspace *ws)
 {
     if (!ws)
         return;
+    if (ws->friction.self)
+        ws->friction.free(ws->friction.self);
     kmp_stage_lanes_free(&ws->many.stages);
     kmp_arena_free(&ws->arena);
     kmp_reduction_free(&ws->red);
@@ -140,13 +160,24 @@ void kmp_workspace_copy(kempe_workspace *ws)
     memcpy(ws->jdqd, eval->jdqd, (size_t)ws->m * sizeof *ws->jdqd);
 }
 
-static kempe_status evaluate(kempe_workspace *ws, double t, const double *q, const double *qd)
+/* Modes of friction with the generalized forces Q. */
+static kempe_status decide(kempe_workspace *ws, const double *Q)
+{
+    ws->eval->given = Q;
+    kempe_status status = ws->friction.decide(ws->friction.self, ws->t, ws->q, ws->qd);
+    ws->eval->given = NULL;
+    return status == KEMPE_OK ? status : fail(ws, "%s", kempe_context_message(ws->system->context));
+}
+
+static kempe_status evaluate(kempe_workspace *ws, double t, const double *q, const double *qd, const double *Q)
 {
     kmp_evaluator *eval = ws->eval;
     const kempe_system *s = ws->system;
     ws->message[0] = '\0';
     kmp_workspace_keep_state(ws, t, q, qd);
     ws->stale = false;
+    if (ws->friction.self)
+        KMP_TRY(decide(ws, Q));
     kmp_eval_closure(eval, t, ws->q);
     kmp_eval_mass(eval);
     kmp_load_forget(eval);
@@ -162,7 +193,7 @@ static kempe_status evaluate(kempe_workspace *ws, double t, const double *q, con
 kempe_status kempe_workspace_evaluate(kempe_workspace *ws, double t, const double *q, const double *qd)
 {
     KMP_WANTED(NULL, ws, "workspace");
-    return kmp_workspace_given(ws, "q", q) ? evaluate(ws, t, q, qd) : KEMPE_E_ARGUMENT;
+    return kmp_workspace_given(ws, "q", q) ? evaluate(ws, t, q, qd, NULL) : KEMPE_E_ARGUMENT;
 }
 
 /* Evaluates M, C, h, J and jdqd if accelerations did not need them. */
@@ -170,11 +201,16 @@ static const kempe_workspace *up_to_date(const kempe_workspace *workspace)
 {
     kempe_workspace *ws = (kempe_workspace *)workspace;
     if (ws->stale)
-        (void)evaluate(ws, ws->t, ws->q, ws->qd);
+        (void)evaluate(ws, ws->t, ws->q, ws->qd, NULL);
     return ws;
 }
 
 KMP_GETTER(const char *kempe_workspace_message(const kempe_workspace *workspace), workspace, workspace->message, "")
+
+KMP_GETTER(int kempe_workspace_closure_row_count(const kempe_workspace *workspace), workspace, workspace->closure_count,
+           0)
+KMP_GETTER(const int *kempe_workspace_closure_rows(const kempe_workspace *workspace), workspace,
+           workspace->closure_rows, NULL)
 
 #define VALUES(name)                                                                                                   \
     KMP_GETTER(const double *kempe_workspace_##name(const kempe_workspace *workspace), workspace,                      \
@@ -199,7 +235,7 @@ kempe_status kempe_workspace_inverse_dynamics(kempe_workspace *ws, double t, con
     if (!kmp_workspace_given(ws, "q", q) || !kmp_workspace_given(ws, "qd", qd) ||
         !kmp_workspace_given(ws, "qdd", qdd) || !kmp_workspace_given(ws, "Q", Q))
         return KEMPE_E_ARGUMENT;
-    KMP_TRY(evaluate(ws, t, q, qd));
+    KMP_TRY(evaluate(ws, t, q, qd, NULL));
     memcpy(ws->answer, ws->eval->bias, (size_t)ws->n * sizeof *Q);
     kmp_eval_add_mass_times(ws->eval, qdd, ws->answer);
     memcpy(Q, ws->answer, (size_t)ws->n * sizeof *Q);
@@ -365,7 +401,7 @@ kempe_status kempe_workspace_forward_dynamics(kempe_workspace *ws, double t, con
         put_answer(ws, qdd, lambda);
         return KEMPE_OK;
     }
-    KMP_TRY(evaluate(ws, t, q, qd));
+    KMP_TRY(evaluate(ws, t, q, qd, Q));
     return kmp_workspace_accelerate(ws, Q, qdd, lambda);
 }
 
@@ -409,6 +445,8 @@ kempe_status kempe_workspace_close(kempe_workspace *ws, double t, double *q, dou
     ws->message[0] = '\0';
     if (ws->m == 0)
         return KEMPE_OK;
+    if (ws->friction.self)
+        ws->friction.release(ws->eval);
     for (int k = 0; hold && k < ws->n; k++)
         ws->hold[k] = hold[k];
     ws->least.hold = hold ? ws->hold : NULL;

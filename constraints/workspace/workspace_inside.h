@@ -17,6 +17,14 @@ typedef struct kmp_state_lanes {
     double *values;         /* outputs lane by lane */
 } kmp_state_lanes;
 
+/* Modes of friction at each state (integrators/friction/friction_workspace.c). */
+typedef struct kmp_workspace_friction {
+    void *self; /* NULL: friction follows the sign of its rates, or there is none */
+    kempe_status (*decide)(void *self, double t, const double *q, const double *qd);
+    void (*release)(kmp_evaluator *eval); /* no row is held until the next decision */
+    void (*free)(void *self);
+} kmp_workspace_friction;
+
 struct kempe_workspace {
     const kempe_system *system;
     kmp_arena arena;
@@ -36,9 +44,18 @@ struct kempe_workspace {
     double *answer;                            /* n + m: accelerations and multipliers, or shares */
     double *row;                               /* n, or m: a row of J, or rates of the rows */
     bool *hold;                                /* n */
+    int *closure_rows, closure_count;          /* m; those that are of no friction and no contact */
+    kmp_workspace_friction friction;
     kmp_state_lanes many;
     char message[400];
 };
+
+/** Makes a workspace with friction that slips. KEMPE_E_MEMORY. */
+kempe_status kmp_workspace_new(const kempe_system *system, kempe_workspace **workspace);
+
+/** Lets friction decide on its modes at each state, and chooses rows there. KEMPE_E_MEMORY; the caller frees `friction`
+ * then. */
+kempe_status kmp_workspace_take_friction(kempe_workspace *ws, kmp_workspace_friction friction);
 
 /** Reports a NULL argument; false: it is NULL. */
 bool kmp_workspace_given(kempe_workspace *ws, const char *name, const void *argument);

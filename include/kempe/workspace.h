@@ -31,8 +31,18 @@ KEMPE_BEGIN
 
 typedef struct kempe_workspace kempe_workspace;
 
-/** Makes a workspace; the model is assembled once. The system must outlive it. KEMPE_E_MEMORY. */
+/** Makes a workspace; the model is assembled once. The system must outlive it. Dry friction that sticks in runs only
+ * slips here, as with "slip" below, and a warning says so. KEMPE_E_MEMORY. */
 KEMPE_API kempe_status kempe_workspace_new(const kempe_system *system, kempe_workspace **workspace);
+
+/** Makes one with another part of dry friction that sticks. "slip": an element has its level against its rate, and no
+ * force at rest. "stick": at each state elements stick or slip as in a run that starts there; those that stick have
+ * rows in h, J and jdqd, and their friction is lambda. Such evaluations allocate, and change the message of the context
+ * where friction has no solution or several: one thread at a time may use the system. "none": no such friction acts.
+ * Friction with a `speed` has its law in all of them. KEMPE_E_ARGUMENT: another word, or "stick" for a model with
+ * contacts. */
+KEMPE_API kempe_status kempe_workspace_new_with_friction(const kempe_system *system, const char *friction,
+                                                         kempe_workspace **workspace);
 KEMPE_API void kempe_workspace_free(kempe_workspace *workspace);
 
 /** Message of the last failing call on this workspace: one sentence, never NULL. */
@@ -56,6 +66,11 @@ KEMPE_API const double *kempe_workspace_bias(const kempe_workspace *workspace);
 KEMPE_API const double *kempe_workspace_h(const kempe_workspace *workspace);
 KEMPE_API const double *kempe_workspace_jacobian(const kempe_workspace *workspace);
 KEMPE_API const double *kempe_workspace_jdqd(const kempe_workspace *workspace);
+
+/** The numbers of the rows of closures and drives, from 0; the other rows are of friction and contacts, and are zero
+ * while these slip or are open. The workspace owns them. */
+KEMPE_API int kempe_workspace_closure_row_count(const kempe_workspace *workspace);
+KEMPE_API const int *kempe_workspace_closure_rows(const kempe_workspace *workspace);
 
 /** Places for values at many states, a row of the sizes above for each state; NULL: not wanted. */
 typedef struct kempe_workspace_rows {

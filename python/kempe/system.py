@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from ._native import ffi, lib
@@ -180,15 +181,19 @@ class System(Fixed):
 
     # -- about a state -------------------------------------------------------------------------------------
 
-    def workspace(self) -> Workspace:
-        """M, C, h, J, forward and inverse dynamics at given states.
+    def workspace(self, friction: str | None = None) -> Workspace:
+        """M, C, h, J, forward and inverse dynamics at given states. friction: "stick", "slip" or "none", what dry friction
+        that sticks in runs does here. With "stick" the accelerations are those of a run that starts at the state. None is
+        "slip", without a force at rest, and a warning if the model has such friction.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> workspace.n, workspace.m
         (3, 2)
         """
-        made = self._context.make(Workspace, lib.kempe_workspace_new, self._pointer, owners=self._owners(), long=False)
-        made._again = self.workspace
+        words = () if friction is None else (friction.encode(),)
+        new = lib.kempe_workspace_new_with_friction if words else lib.kempe_workspace_new
+        made = self._context.make(Workspace, new, self._pointer, *words, owners=self._owners(), long=False)
+        made._again = partial(self.workspace, friction)
         return made
 
     def outputs(self, words: Any) -> Outputs:

@@ -117,6 +117,13 @@ class Workspace(Owned):
         return self.views.jdqd.copy()
 
     @property
+    def closure_rows(self) -> Array:
+        """Numbers of the rows of h and J that belong to closures and drives; the others are of friction and contacts, and are
+        zero while these slip or are open."""
+        rows = lib.kempe_workspace_closure_rows(self._pointer)
+        return np.array([rows[k] for k in range(lib.kempe_workspace_closure_row_count(self._pointer))], dtype=int)
+
+    @property
     def kinetic(self) -> float:
         """Kinetic energy, J."""
         return float(lib.kempe_workspace_kinetic(self._pointer))

@@ -539,3 +539,26 @@ def test_readme(tmp_path):
         env=environment,
     )
     assert program.count("\n") == 5 and "degrees of freedom   1" in done.stdout and "converged" in done.stdout
+
+
+BLOCK = """kempe: 1
+gravity: [0, 0, -10]
+bodies: {block: {joint: {name: x, prismatic: x, at: ground}, mass: 2}}
+forces: {rub: {joint: x, friction: {force: 5}}, push: {joint: x, force: 3}}
+"""
+
+
+def test_friction_of_workspaces():
+    def qdd(workspace, *state):
+        return workspace.forward_dynamics(0, [0], *state).qdd[0]
+
+    system = kempe.Model.from_text(BLOCK).system()
+    with pytest.warns(kempe.KempeWarning, match="'rub' sticks in runs"):
+        assert qdd(system.workspace(), [0]) == pytest.approx(1.5)
+    workspace = system.workspace(friction="stick")
+    assert qdd(workspace, [0]) == 0 and workspace.forward_dynamics(0, [0], [0]).lam[0] == pytest.approx(-3)
+    assert qdd(workspace, [1]) == pytest.approx(-1) and qdd(workspace, [0], [4]) == pytest.approx(1)
+    assert len(workspace.closure_rows) == 0
+    assert qdd(system.workspace(friction="none"), [1]) == pytest.approx(1.5)
+    with pytest.raises(kempe.ArgumentError, match="slip, stick or none"):
+        system.workspace(friction="glide")

@@ -5,6 +5,7 @@
 #include <kempe/equilibrium.h>
 #include <kempe/linearize.h>
 #include <kempe/modes.h>
+#include <kempe/workspace.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -136,6 +137,71 @@ static void static_by_condition(void)
             }
             kempe_trajectory_free(run);
         }
+        unload(&l);
+    }
+}
+
+static kempe_workspace *new_workspace(const loaded *l, const char *friction)
+{
+    kempe_workspace *ws = NULL;
+    CHECK(kempe_workspace_new_with_friction(l->system, friction, &ws) == KEMPE_OK);
+    return ws;
+}
+
+/* On the incline of F3: 1 kg, weight 3.35521760602481027 N down it, level 4.60919230495488062 N. */
+static void workspace_on_an_incline(void)
+{
+    static const struct {
+        const char *friction;
+        double qd, Q, qdd, lambda;
+    } cases[] = {{"stick", 0, 0, 0, 3.35521760602481027},
+                 {"stick", 0, 8, 8 - 3.35521760602481027 - 4.60919230495488062, 0},
+                 {"stick", 0, 7.9, 0, 3.35521760602481027 - 7.9},
+                 {"stick", 1, 0, -3.35521760602481027 - 4.60919230495488062, 0},
+                 {"slip", 1, 0, -3.35521760602481027 - 4.60919230495488062, 0},
+                 {"slip", 0, 0, -3.35521760602481027, 0},
+                 {"none", 1, 0, -3.35521760602481027, 0}};
+    loaded l = load("tests/models/friction_incline.yaml");
+    for (size_t k = 0; k < sizeof cases / sizeof *cases && l.system; k++) {
+        kempe_workspace *ws = new_workspace(&l, cases[k].friction);
+        double q = 0, qdd = NAN, lambda = NAN;
+        CHECK(ws && kempe_workspace_forward_dynamics(ws, 0, &q, &cases[k].qd, &cases[k].Q, &qdd, &lambda) == KEMPE_OK);
+        CHECK_NEAR(qdd, cases[k].qdd, 1e-12);
+        CHECK_NEAR(lambda, cases[k].lambda, 1e-12);
+        double qd = 1;
+        CHECK(kempe_workspace_close(ws, 0, &q, &qd, NULL) == KEMPE_OK && qd == 1);
+        CHECK(kempe_workspace_closure_row_count(ws) == 0);
+        kempe_workspace_free(ws);
+    }
+    kempe_workspace *ws = NULL;
+    CHECK(kempe_workspace_new_with_friction(l.system, "sticks", &ws) == KEMPE_E_ARGUMENT && !ws);
+    CHECK(strstr(kempe_context_message(l.context), "unknown friction of a workspace 'sticks'"));
+    unload(&l);
+}
+
+/* At the rows of runs the accelerations are theirs, whether friction sticks or slips there. */
+static void workspace_beside_runs(void)
+{
+    static const char *const models[] = {"tests/models/friction_guide_mu.yaml", "tests/models/friction_spring.yaml",
+                                         "tests/models/friction_stack.yaml"};
+    for (size_t k = 0; k < sizeof models / sizeof *models; k++) {
+        loaded l = load(models[k]);
+        kempe_workspace *ws = l.system ? new_workspace(&l, "stick") : NULL;
+        kempe_trajectory *run = l.system ? simulate(&l, &ways[0], 3) : NULL;
+        const int n = l.system ? l.system->n : 0;
+        const int *rows = ws ? kempe_workspace_closure_rows(ws) : NULL;
+        int count = ws ? kempe_workspace_closure_row_count(ws) : 0;
+        CHECK(ws && count < l.system->m && (count == 0 || rows[0] == 0));
+        for (int i = 0; ws && run && i < kempe_trajectory_row_count(run); i += 5) {
+            double qdd[16];
+            const double *q = kempe_trajectory_q(run, i), *qd = kempe_trajectory_qd(run, i);
+            CHECK(kempe_workspace_forward_dynamics(ws, kempe_trajectory_time(run, i), q, qd, NULL, qdd, NULL) ==
+                  KEMPE_OK);
+            for (int j = 0; j < n; j++)
+                CHECK_NEAR(qdd[j], kempe_trajectory_qdd(run, i)[j], 1e-6);
+        }
+        kempe_trajectory_free(run);
+        kempe_workspace_free(ws);
         unload(&l);
     }
 }
@@ -434,6 +500,8 @@ int main(void)
     TEST(falling);
     TEST(spring);
     TEST(static_by_condition);
+    TEST(workspace_on_an_incline);
+    TEST(workspace_beside_runs);
     TEST(incline);
     TEST(pendulum);
     TEST(stack);

@@ -3,6 +3,7 @@
  * saved numbers alone, so that nothing of what happened in between remains. */
 #include "base/memory.h"
 #include "constraints/tolerances.h"
+#include "constraints/workspace/workspace_inside.h"
 #include "studies/simulate/stepper_inside.h"
 #include <kempe/settings.h>
 #include <math.h>
@@ -311,7 +312,7 @@ static kempe_status close_state(kempe_stepper *s, kempe_stepper_state *state)
     double *q = state->row, *qd = q + s->system->n;
     int input;
     if (!s->closer)
-        KMP_TRY(kempe_workspace_new(s->system, &s->closer));
+        KMP_TRY(kmp_workspace_new(s->system, &s->closer));
     kmp_present_inputs_copy(kmp_workspace_inputs(s->closer), &state->inputs);
     (void)kmp_present_inputs_enter(kmp_workspace_inputs(s->closer), state->t, &input);
     kempe_status status = kempe_workspace_close(s->closer, state->t, q, qd, NULL);
