@@ -45,8 +45,9 @@ KEMPE_API void kempe_equilibrium_free(kempe_equilibrium *equilibrium);
 /** The number of equilibria. The first is the one found from the start, if there is one. */
 KEMPE_API int kempe_equilibrium_count(const kempe_equilibrium *equilibrium);
 
-/** Stability of the k-th equilibrium. 1: no small motion about it grows; 0: one does; -1: undecided. In words:
- * "stable"; "neutral", some motions neither grow nor decay; "unstable"; "undecided". */
+/** Stability of the k-th equilibrium. 1: no small motion about it grows; 0: one does, or it is not held; -1: undecided.
+ * In words: "stable"; "neutral", some motions neither grow nor decay; "unstable"; "not held", friction that sticks
+ * needs more than its static level, so that it is no equilibrium; "undecided". */
 KEMPE_API int kempe_equilibrium_is_stable(const kempe_equilibrium *equilibrium, int k);
 KEMPE_API const char *kempe_equilibrium_stability(const kempe_equilibrium *equilibrium, int k);
 

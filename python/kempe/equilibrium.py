@@ -22,7 +22,7 @@ class Equilibrium(Reported):
         return int(lib.kempe_equilibrium_count(self._pointer))
 
     def stability(self, k: int = 0) -> str:
-        """ "stable", "neutral", "unstable" or "undecided"."""
+        """ "stable", "neutral", "unstable", "not held" by friction, or "undecided"."""
         return string(lib.kempe_equilibrium_stability(self._pointer, k))
 
     def is_stable(self, k: int = 0) -> bool | None:

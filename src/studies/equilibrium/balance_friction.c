@@ -5,8 +5,16 @@
 #include <math.h>
 #include <string.h>
 
+static const char *unit_of(const kempe_model *model, const kmp_friction_view *view)
+{
+    const kmp_force *element = view->element;
+    bool turns =
+        element->motion >= 0 ? model->motions[element->motion].rotation : model->closures[element->closure].power == 0;
+    return turns ? "N m" : "N";
+}
+
 /* Names the elements at rest, all of them or those that need more than they have. Their number. */
-static int name(const kmp_friction_state *f, bool all, kmp_text *text)
+static int name(const kempe_model *model, const kmp_friction_state *f, bool all, kmp_text *text)
 {
     int count = 0;
     for (int i = 0; i < f->count; i++) {
@@ -16,16 +24,16 @@ static int name(const kmp_friction_state *f, bool all, kmp_text *text)
         if (named)
             kmp_text_printf(text, "%s'%s'", count++ ? ", " : "", view->element->name);
         if (named && !all)
-            kmp_text_printf(text, " needs %.6g of at most %.6g", view->needs, view->largest);
+            kmp_text_printf(text, " needs %.6g of at most %.6g %s", view->needs, view->largest, unit_of(model, view));
     }
     return count;
 }
 
 /* Warns of friction at rest that has no force. */
-static void tell_left_out(const kmp_friction_state *f, kempe_context *context)
+static void tell_left_out(const kempe_model *model, const kmp_friction_state *f, kempe_context *context)
 {
     kmp_text names = {0};
-    int count = name(f, true, &names);
+    int count = name(model, f, true, &names);
     if (count > 0)
         kmp_log(
             context, KEMPE_LOG_WARNING,
@@ -35,12 +43,16 @@ static void tell_left_out(const kmp_friction_state *f, kempe_context *context)
     kmp_text_free(&names);
 }
 
-/* Warns of friction that sticks only in this computation. */
-static void tell_slips(const kmp_friction_state *f, kempe_context *context)
+/* Friction sticks only in this computation. */
+static void doubt_rest(const kempe_model *model, const kmp_friction_state *f, kempe_context *context)
 {
     kmp_text names = {0};
-    (void)name(f, false, &names);
-    kmp_log(context, KEMPE_LOG_WARNING, "friction does not hold this state: %s", names.s ? names.s : "it has no level");
+    (void)name(model, f, false, &names);
+    kmp_doubt(
+        context,
+        "friction does not hold this state, which is no equilibrium: %s; start where it holds, or compute without "
+        "--stick",
+        names.s ? names.s : "it has no level");
     kmp_text_free(&names);
 }
 
@@ -62,8 +74,10 @@ static kempe_status take_forces(kempe_equilibrium *e, const kmp_linear *l, kmp_b
         for (int i = 0; i < f->count; i++)
             if (!f->view[i].contact && s->rows[r].closure == f->view[i].element->closure)
                 b->lambda[r] = f->view[i].force;
-    if (f->part > 1)
-        tell_slips(f, s->context);
+    if (f->part > 1) {
+        b->stability.word = KMP_NOT_HELD;
+        doubt_rest(s->model, f, s->context);
+    }
     return KEMPE_OK;
 }
 
@@ -83,7 +97,7 @@ kempe_status kmp_balance_add_friction(kempe_equilibrium *equilibrium, kmp_linear
         return KEMPE_OK;
     kmp_friction_state_look(f, linear->t, linear->q, linear->qd);
     if (!e->stick && e->count == 0)
-        tell_left_out(f, e->system->context);
+        tell_left_out(e->system->model, f, e->system->context);
     if (is_moving(linear))
         return KEMPE_OK;
     f->part = 0;

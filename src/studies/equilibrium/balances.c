@@ -367,7 +367,7 @@ int kempe_equilibrium_is_stable(const kempe_equilibrium *equilibrium, int k)
 {
     KMP_GIVEN(equilibrium && k >= 0 && k < equilibrium->count, -1);
     kmp_stability_word word = equilibrium->balance[k].stability.word;
-    return word == KMP_UNDECIDED ? -1 : word != KMP_UNSTABLE;
+    return word == KMP_UNDECIDED ? -1 : word < KMP_UNSTABLE;
 }
 
 KMP_GETTER_AT(const char *kempe_equilibrium_stability(const kempe_equilibrium *equilibrium, int k), equilibrium, k,

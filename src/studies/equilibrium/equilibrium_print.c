@@ -100,6 +100,12 @@ static void show_stability(kmp_text *text, const kempe_equilibrium *e, const kmp
 {
     const kmp_stability *s = &b->stability;
     kmp_text_printf(text, "\nstability  %s", kmp_stability_text(s->word));
+    if (s->word == KMP_NOT_HELD) {
+        kmp_text_printf(text,
+                        ": friction would need %.4g times its static levels here, so that this is no equilibrium\n",
+                        b->friction_part);
+        return;
+    }
     if (s->still > 0) {
         kmp_text_put(text, s->word == KMP_NEUTRAL ? " along " : ", and neutral along ");
         list(text, e->system, s->still, s->along);
@@ -217,7 +223,9 @@ static void show_equilibrium(kmp_text *text, const void *result)
     kmp_text_printf(text, "%s: %s%d %s found%s", e->system->model->name, e->many ? "more than " : "", e->count,
                     e->count == 1 ? "equilibrium" : "equilibria",
                     kmp_model_has_time(e->system->model) ? " at t = 0" : "");
-    if (!e->all && e->count == 1)
+    if (!e->all && e->count == 1 && e->balance[0].stability.word == KMP_NOT_HELD)
+        kmp_text_put(text, ", which friction does not hold");
+    else if (!e->all && e->count == 1)
         kmp_text_printf(text, ", %s", kmp_stability_text(e->balance[0].stability.word));
     kmp_text_put(text, "\n");
     if (e->all)
@@ -287,7 +295,7 @@ static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_bala
     if (b->stability.word == KMP_UNDECIDED)
         kmp_json_string(j, "stable", NULL);
     else
-        kmp_json_boolean(j, "stable", b->stability.word != KMP_UNSTABLE);
+        kmp_json_boolean(j, "stable", b->stability.word < KMP_UNSTABLE);
     kmp_json_put(j, "stability %s growing %d", kmp_stability_text(b->stability.word), b->stability.growing);
     kmp_print_names(j, "neutral", e->system, kmp_name_of_coordinate, b->stability.still, b->stability.along);
     kmp_print_names(j, "left_out", e->system, kmp_name_of_coordinate, b->idle_count, b->idle);

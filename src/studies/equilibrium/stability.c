@@ -11,8 +11,11 @@
 
 const char *kmp_stability_text(kmp_stability_word word)
 {
-    static const char *const words[] = {
-        [KMP_STABLE] = "stable", [KMP_NEUTRAL] = "neutral", [KMP_UNSTABLE] = "unstable", [KMP_UNDECIDED] = "undecided"};
+    static const char *const words[] = {[KMP_STABLE] = "stable",
+                                        [KMP_NEUTRAL] = "neutral",
+                                        [KMP_UNSTABLE] = "unstable",
+                                        [KMP_NOT_HELD] = "not held",
+                                        [KMP_UNDECIDED] = "undecided"};
     return words[word];
 }
 

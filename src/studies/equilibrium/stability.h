@@ -9,6 +9,7 @@ typedef enum kmp_stability_word {
     KMP_STABLE,  /* all small motions decay */
     KMP_NEUTRAL, /* nothing grows; some motions remain displaced, or continue */
     KMP_UNSTABLE,
+    KMP_NOT_HELD, /* friction sticks there by more than it can have: the state is no equilibrium */
     KMP_UNDECIDED /* the reduced mass is not positive, or singular by forces of multipliers; a root of delays is almost
                      on the axis */
 } kmp_stability_word;
@@ -25,5 +26,5 @@ typedef struct kmp_stability {
 /** At the last state, its matrices made. `along`: room for p. KEMPE_E_MEMORY. */
 kempe_status kmp_stability_judge(const kmp_linear *linear, kmp_stability *stability);
 
-/** "stable", "neutral", "unstable", "undecided". */
+/** "stable", "neutral", "unstable", "not held", "undecided". */
 const char *kmp_stability_text(kmp_stability_word word);
