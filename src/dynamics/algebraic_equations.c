@@ -6,7 +6,7 @@
 /* The value of a name, or all variables of a group. */
 static void solve(const kmp_tree *tree, int index, const kmp_unknowns *u, kmp_ref *value)
 {
-    kmp_tree inner = *tree; /* shared by all users: kinks stay kinks */
+    kmp_tree inner = *tree; /* within a group kinks stay kinks */
     kmp_ref residual[KMP_UNKNOWNS_MOST], guess[KMP_UNKNOWNS_MOST];
     inner.kinks = false;
     if (u->count == 0) {
@@ -21,14 +21,24 @@ static void solve(const kmp_tree *tree, int index, const kmp_unknowns *u, kmp_re
     kmp_enclose(tree->graph, u->count, residual, guess, value);
 }
 
+/* A named expression, whose kinks are conditions: once for all laws of forces. */
+static kmp_ref with_kinks(const kmp_tree *tree, int index, const kmp_unknowns *u)
+{
+    bool kept = tree->unknown && !tree->bends && (tree->row || !u->late);
+    kmp_ref own = KMP_ZERO, *value = kept ? tree->unknown + KMP_UNKNOWNS_MOST * index + 1 : &own;
+    if (*value == KMP_ZERO)
+        *value = kmp_tree_expression(tree, u->zero[0]);
+    return *value;
+}
+
 kmp_ref kmp_tree_unknown(const kmp_tree *tree, const kmp_expr *e)
 {
     kmp_ref value[KMP_UNKNOWNS_MOST];
     const kmp_unknowns *u = &tree->model->unknowns[e->index];
     if (tree->solving == e->index + 1)
         return kmp_unknown(tree->graph, e->number);
-    if ((u->block && tree->kinks) || (tree->bends && u->count == 0))
-        return kmp_tree_expression(tree, u->zero[0]);
+    if (u->count == 0 && (tree->kinks || tree->bends))
+        return with_kinks(tree, e->index, u);
     /* Multipliers are not final before the closures' rows are. */
     if (!tree->unknown || (!tree->row && u->late)) {
         solve(tree, e->index, u, value);

@@ -193,7 +193,7 @@ static void location_is_what_does_it(void)
 static void kinks_are_located(void)
 {
     static const char *const laws[] = {"-k*min(q(S), 0)", "k*max(-q(S), 0)", "k*(abs(q(S)) - q(S))/2",
-                                       "if(t < 9, -k*min(q(S), 0), 0)"};
+                                       "if(t < 9, -k*min(q(S), 0), 0)", "depth*k"};
     loaded condition = load("tests/models/bounce.yaml");
     const combination one_step = {"reduced", "integrated", 1e-9, 0}, many = {"dae", "stabilized1", 1e-7, 0};
     watch a = {.expected = bounce};
@@ -202,6 +202,7 @@ static void kinks_are_located(void)
         char text[512];
         (void)snprintf(text, sizeof text,
                        "kempe: 1\ngravity: [0, -9.81, 0]\nparameters: {k: 4000, m: 2}\n"
+                       "algebraic: {low: \"min(q(S), 0)\", depth: -low}\n"
                        "bodies: {ball: {joint: {name: S, prismatic: y, at: ground}, mass: m}}\n"
                        "forces: {stop: {joint: S, force: \"%s\"}}\nstart: {q: {S: 0.5}}\nrun: {t_end: 3}\n",
                        laws[k]);

@@ -371,8 +371,10 @@ static bool is_there(const kmp_tree *tree, kmp_ref r)
 void kmp_tree_forget(kmp_tree *tree)
 {
     for (int k = 0; k < KMP_UNKNOWNS_MOST * tree->model->unknowns_count; k++)
-        if (!is_there(tree, tree->unknown[k]))
+        if (!is_there(tree, tree->unknown[k])) {
             tree->solved[k / KMP_UNKNOWNS_MOST] = false;
+            tree->unknown[k] = KMP_ZERO;
+        }
     for (int k = 0; k < tree->noted->count; k++)
         if (!is_there(tree, tree->noted->note[k].value))
             tree->noted->note[k].known = false;

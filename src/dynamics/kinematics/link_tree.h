@@ -110,7 +110,8 @@ typedef struct kmp_tree {
     kmp_mount *mounts; /* of each body */
     kmp_vec gravity;
     const kmp_ref *place; /* 3: the values of x, y, z in expressions; NULL: they have none */
-    kmp_ref *unknown;     /* KMP_UNKNOWNS_MOST for each group of the model: their values, once used; NULL: not kept */
+    kmp_ref *unknown;     /* KMP_UNKNOWNS_MOST for each group of the model: their values, once used; of a named
+                             expression the second is that with conditions for its kinks; NULL: not kept */
     bool *solved;         /* of each group: its values are present */
     int solving;          /* whose equations are being written, from 1; 0: none */
     kmp_events *events;   /* NULL: conditions are evaluated in place */

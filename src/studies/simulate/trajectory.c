@@ -6,6 +6,7 @@
 #include "constraints/evaluation/load_multipliers.h"
 #include "model/tables/coordinates.h"
 #include "model/tables/output_table.h"
+#include "model/variables/law_warnings.h"
 #include "output/print.h"
 #include "output/times.h"
 #include "studies/simulate/checkpoint.h"
@@ -478,6 +479,8 @@ kempe_status kmp_simulate(const kempe_system *system, const kempe_run_options *o
     kempe_status status = find_static_loads(&j);
     if (status == KEMPE_OK) {
         kmp_context_clear(j.context); /* the messages of that search */
+        kmp_warn_of_directions(system->model);
+        kmp_warn_of_couplers(system->model);
         status = prepare(&j);
     }
     if (status == KEMPE_OK)

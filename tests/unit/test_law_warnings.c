@@ -1,0 +1,93 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Warnings of laws that mean less than they seem to say: friction by direction, reactions beside couplers, kinks of
+ * implicit variables. */
+#include "base/text.h"
+#include "loaded.h"
+#include <kempe/check.h>
+#include <string.h>
+
+static void note(void *user, kempe_level level, const char *line)
+{
+    if (level == KEMPE_LOG_WARNING)
+        kmp_text_printf(user, "%s\n", line);
+}
+
+/* True if check, and a run where `runs`, warn of a model with `words`; NULL: neither warns. */
+static void expect(const char *text, const char *words, bool runs)
+{
+    loaded l = load_text(text);
+    for (int k = 0; k < 2 && l.system; k++) {
+        kmp_text said = {0};
+        kempe_check *check = NULL;
+        kempe_trajectory *run = NULL;
+        kempe_context_set_log(l.context, note, &said);
+        if (k == 0)
+            CHECK(kempe_check_new(l.system, &check) == KEMPE_OK);
+        else
+            (void)kempe_simulate(l.system, &(kempe_run_options){.t_end = 0.01}, &run);
+        bool expected = words && (k == 0 || runs);
+        CHECK(expected ? said.s && strstr(said.s, words) : !said.s);
+        if (expected ? !said.s : said.s != NULL)
+            printf("%s\n%s\n", text, said.s ? said.s : "no warning");
+        kempe_check_free(check);
+        kempe_trajectory_free(run);
+        kmp_text_free(&said);
+    }
+    unload(&l);
+}
+
+#define BLOCK(friction)                                                                                                \
+    "kempe: 1\ngravity: [0, 0, -9.81]\n"                                                                               \
+    "bodies: {block: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"                                         \
+    "forces: {rub: {joint: x, friction: {" friction "}}}\n"
+
+static void friction_by_direction(void)
+{
+    static const char words[] = "friction 'rub': its level depends on the direction of motion";
+    expect(BLOCK("force: 'if(qd(x) > 0, 1, 3)'"), words, true);
+    expect(BLOCK("force: '2 - sign(qd(x))'"), words, true);
+    expect(BLOCK("force: 1, static: 'if(0 < 2*qd(x), 1, 3)'"), words, true);
+    expect(BLOCK("mu: 'if(qd(x) > 0, 0.1, 0.3)'"), words, true);
+    expect(BLOCK("force: 'if(qd(x) > 0, 1, 3)', speed: 0.01"), NULL, true);
+    expect(BLOCK("force: 'if(abs(qd(x)) > 0.1, 1, 3)'"), NULL, true);
+    expect(BLOCK("force: 'if(t > 0.1, 1, 3)'"), NULL, true);
+    expect(BLOCK("force: '1/(1 + 3*abs(qd(x)))'"), NULL, true);
+}
+
+#define GEARS(more)                                                                                                    \
+    "kempe: 1\n"                                                                                                       \
+    "bodies:\n"                                                                                                        \
+    "  a: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 1}}\n"                                             \
+    "  b: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 1}}\n"                                             \
+    "  c: {joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 1}}\n"                                             \
+    "loops: {mesh: {coupler: {a: 2, b: 1}}}\n" more
+
+static void reactions_beside_couplers(void)
+{
+    expect(GEARS("run: {outputs: [reaction(b)]}\n"), "joint 'b' is without the load of coupler 'mesh'", true);
+    expect(GEARS("run: {outputs: [moment(a)]}\n"), "joint 'a' is without the load of coupler 'mesh'", true);
+    expect(GEARS("forces: {f: {joint: a, friction: {mu: 0.1, radius: 1 cm}}}\n"), "joint 'a' is without", true);
+    expect(GEARS("run: {outputs: [reaction(c)]}\n"), NULL, true);
+    expect(GEARS("run: {outputs: [lambda(mesh)]}\n"), NULL, true);
+}
+
+#define NAMED(entry)                                                                                                   \
+    "kempe: 1\n"                                                                                                       \
+    "bodies: {block: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"                                         \
+    "algebraic: {" entry "}\n"                                                                                         \
+    "forces: {stop: {joint: x, force: -p}}\n"
+
+static void kinks_of_implicit_variables(void)
+{
+    expect(NAMED("g: {of: {p: 0}, zero: 'p - 5*max(q(x), 0)'}"), "implicit variable 'p': kinks", false);
+    expect(NAMED("g: {of: {p: 0}, zero: 'p - if(q(x) > 0, 5*q(x), 0)'}"), NULL, false);
+    expect(NAMED("p: '5*max(q(x), 0)'"), NULL, false);
+}
+
+int main(void)
+{
+    TEST(friction_by_direction);
+    TEST(reactions_beside_couplers);
+    TEST(kinks_of_implicit_variables);
+    return check_report();
+}
