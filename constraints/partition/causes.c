@@ -74,6 +74,23 @@ static void put_forces(const kempe_model *model, int motion, kmp_text *text)
         }
 }
 
+/* Names the force function of the user, which gives no numbers at all where it fails. */
+static bool put_effort(kmp_evaluator *eval, double t, const double *q, const double *qd, kmp_text *text)
+{
+    const kempe_system *s = eval->system;
+    const double *effort = kmp_eval_effort(eval, t, q, qd);
+    int bad = effort ? first_bad(s->n, effort) : -1;
+    bool fails = bad == 0;
+    for (int i = 0; fails && i < s->n; i++)
+        fails = isnan(effort[i]);
+    if (fails)
+        kmp_text_printf(text, "the force function that was set for the system failed at t = %.9g s", t);
+    else if (bad >= 0)
+        kmp_text_printf(text, "the force function that was set for the system gives '%s' no finite force at t = %.9g s",
+                        s->model->motions[bad].name, t);
+    return bad >= 0;
+}
+
 static bool put_not_finite(kmp_evaluator *eval, double t, const double *q, const double *qd, kmp_text *text)
 {
     const kempe_system *s = eval->system;
@@ -91,6 +108,8 @@ static bool put_not_finite(kmp_evaluator *eval, double t, const double *q, const
         return true;
     }
     kmp_eval_bias(eval, qd);
+    if (put_effort(eval, t, q, qd, text))
+        return true;
     if ((bad = first_bad(s->n, eval->bias)) < 0)
         return false;
     kmp_text_printf(text, "the forces on '%s' are not a finite number (%s) at t = %.9g", s->model->motions[bad].name,

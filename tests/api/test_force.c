@@ -193,11 +193,15 @@ static void refused(void)
     kempe_model *model = four_bar_new(context, NULL);
     kempe_system *system = NULL;
     kempe_workspace *ws = NULL;
+    kempe_trajectory *run = NULL;
     const double q[3] = {0};
     CHECK(kempe_system_new(model, &system) == KEMPE_OK);
     kempe_system_set_force(system, refuse, NULL);
     CHECK(kempe_workspace_new(system, &ws) == KEMPE_OK);
     CHECK(kempe_workspace_evaluate(ws, 0, q, NULL) == KEMPE_E_FAILED);
+    CHECK(kempe_simulate(system, NULL, &run) == KEMPE_E_FAILED);
+    CHECK(strstr(kempe_context_message(context), "the force function that was set for the system failed") != NULL);
+    kempe_trajectory_free(run);
     kempe_system_set_force(system, NULL, NULL);
     CHECK(kempe_workspace_evaluate(ws, 0, q, NULL) == KEMPE_OK);
     kempe_workspace_free(ws);

@@ -118,6 +118,66 @@ static void single_steps(void)
     scene_free(&s);
 }
 
+/* Each call has its own reason: none after a success, another one after another failure. */
+static void reasons_are_of_the_last_call(void)
+{
+    scene s = scene_new();
+    kempe_stepper *stepper = NULL;
+    kempe_run_options run = settings("projected", NULL);
+    double q[N], slow[N], fast[N];
+    char first[200];
+    run.t_end = 10;
+    run.max_steps = 60;
+    CHECK(kempe_stepper_new(s.system, &run, &stepper) == KEMPE_OK);
+    for (int i = 0; stepper && i < N; i++) {
+        q[i] = kempe_stepper_q(stepper)[i];
+        slow[i] = 2 * kempe_stepper_qd(stepper)[i];
+        fast[i] = 10 * slow[i];
+    }
+    CHECK(kempe_stepper_set_state(stepper, q, slow, NULL) == KEMPE_OK);
+    CHECK(kempe_stepper_advance(stepper, 9) == KEMPE_E_FAILED);
+    CHECK(strstr(kempe_stepper_reason(stepper), "limit of 60 steps") != NULL);
+    (void)snprintf(first, sizeof first, "%s", kempe_stepper_reason(stepper));
+    CHECK(kempe_stepper_reset(stepper) == KEMPE_OK);
+    CHECK_TEXT(kempe_stepper_reason(stepper), "");
+    CHECK(kempe_stepper_set_state(stepper, q, fast, NULL) == KEMPE_OK);
+    CHECK(kempe_stepper_advance(stepper, 9) == KEMPE_E_FAILED);
+    CHECK(strstr(kempe_stepper_reason(stepper), "limit of 60 steps") != NULL);
+    CHECK(strcmp(kempe_stepper_reason(stepper), first) != 0);
+    CHECK(strstr(kempe_context_message(s.context), kempe_stepper_reason(stepper)) != NULL);
+    CHECK(kempe_stepper_reset(stepper) == KEMPE_OK && kempe_stepper_advance(stepper, 0.01) == KEMPE_OK);
+    CHECK_TEXT(kempe_stepper_reason(stepper), "");
+    kempe_stepper_free(stepper);
+    scene_free(&s);
+}
+
+static kempe_stepper *inner;
+static int refusals;
+
+/* A force function that moves the stepper which calls it. */
+static int meddle(void *user, double t, const double *q, const double *qd, double *effort)
+{
+    (void)user, (void)t, (void)q, (void)qd, (void)effort;
+    refusals += inner && kempe_stepper_step(inner) == KEMPE_E_ARGUMENT && kempe_stepper_reset(inner) < 0;
+    return 0;
+}
+
+static void steps_inside_a_step(void)
+{
+    scene s = scene_new();
+    kempe_stepper *stepper = NULL;
+    kempe_run_options run = settings(NULL, NULL);
+    kempe_system_set_force(s.system, meddle, NULL);
+    CHECK(kempe_stepper_new(s.system, &run, &stepper) == KEMPE_OK);
+    inner = stepper;
+    refusals = 0;
+    (void)kempe_stepper_advance(stepper, 0.1);
+    CHECK(refusals > 0);
+    inner = NULL;
+    kempe_stepper_free(stepper);
+    scene_free(&s);
+}
+
 /* The texts of the options may be gone after the call: they are read when the stepper makes a run again. */
 static void options_that_are_gone(void)
 {
@@ -385,6 +445,8 @@ int main(void)
     TEST(dae);
     TEST(single_steps);
     TEST(options_that_are_gone);
+    TEST(reasons_are_of_the_last_call);
+    TEST(steps_inside_a_step);
     TEST(refused);
     TEST(interrupted);
     TEST(sampled_torque);

@@ -2029,6 +2029,28 @@ class Resume(Case):
         for a, b in zip(whole, resumed):
             self.assertAlmostEqual(float(a["q.crank"]), float(b["q.crank"]), delta=1e-8)
 
+    def test_a_checkpoint_has_no_past_of_delays(self):
+        model = self.model(
+            "kempe: 1\nstates: {late: {delay: sin(3*t), time: 0.2}}\n"
+            "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+        )
+        done = self.expect(3, "simulate", model, "--checkpoint", "run.checkpoint")
+        self.assertIn("the continuous delay 'late' cannot continue from a checkpoint", done.stderr)
+        self.assertFalse((self.folder / "run.checkpoint").exists())
+
+    def test_a_manifest_is_whole(self):
+        study = ["ensemble", FOUR_BAR, "--sample", "crank=0.29:0.31", "--instances", "2", "--t-end", "0.1", "--chunk", "1"]
+        self.expect(0, *study, "--quantity", "a=q(rocker),b=q(coupler)", "--out", "bars.kempe")
+        done = self.expect(2, *study, "--quantity", "a=q(rocker),b=q(rocker)", "--out", "bars.kempe", "--resume")
+        self.assertIn("quantities", done.stderr)
+        manifest = self.folder / "bars.kempe" / "manifest.json"
+        text = manifest.read_text()
+        for old, new in (('"rtol": ', '"rtol": 1'), ('"seed": ', '"seed": 1'), ("q(coupler)", "q(rocker)")):
+            self.assertIn(old, text)
+            manifest.write_text(text.replace(old, new))
+            done = self.expect(2, "gather", "bars.kempe")
+            self.assertIn("manifest.json is damaged", done.stderr)
+
     def test_what_is_no_checkpoint_of_this_model(self):
         self.expect(0, "simulate", SLIDER_CRANK, "--t-end", "1", "--checkpoint", "run.checkpoint")
         done = self.expect(2, "simulate", ANDREWS, "--resume", "run.checkpoint")

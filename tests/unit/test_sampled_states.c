@@ -160,6 +160,22 @@ static void stepper(void)
     unload(&l);
 }
 
+/* Sampled blocks begin where continuous ones do: a controller by its integral, a transfer function by its first state,
+ * which is the first output: w_k = 3 * 0.9^k. */
+static void starts_of_blocks(void)
+{
+    loaded l = load_text("kempe: 1\nbodies: {b: {joint: {name: z, prismatic: z, at: ground}, mass: 1}}\nstates:\n"
+                         "  u: {pid: \"0\", proportional: 2, integral: 0.5, start: 3, sample: 10 ms}\n"
+                         "  w: {transfer: \"0\", numerator: [1], denominator: [1, -0.9], sample: 10 ms, start: 3}\n"
+                         "run: {t_end: 0.05, output_step: 0.05}\n");
+    kempe_trajectory *t = run_by(l.system, NULL);
+    const double *qd = kempe_trajectory_qd(t, 1);
+    CHECK_NEAR(qd ? qd[1] : NAN, 3, 1e-15);
+    CHECK_NEAR(qd ? qd[3] : NAN, 3 * pow(0.9, 4), 1e-15); /* the row at a sample has the values before it */
+    kempe_trajectory_free(t);
+    unload(&l);
+}
+
 /* Every instance has its own run. */
 static void ensemble(void)
 {
@@ -264,6 +280,7 @@ int main(void)
     TEST(equal_times);
     TEST(condition);
     TEST(stepper);
+    TEST(starts_of_blocks);
     TEST(ensemble);
     TEST(relay);
     TEST(at_the_start);

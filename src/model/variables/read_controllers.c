@@ -46,6 +46,10 @@ static bool check_pid(kmp_reader *r, const kmp_function_block *b)
     if (has(b, "derivative") && has(b, "filter") == has(b, "slope"))
         return kmp_reader_complain(
             r, b->map->place, "%s: a derivative has the time 'filter', or the rate of the input as 'slope'", b->what);
+    if (b->sampled && has(b, "start") && !has(b, "integral"))
+        return kmp_reader_complain(
+            r, kmp_yaml_get(b->map, "start")->place,
+            "%s: 'start' is where the integral begins, and this controller has none: leave it out", b->what);
     if (!has(b, "derivative") && (has(b, "filter") || has(b, "slope")))
         return kmp_reader_complain(r, b->map->place, "%s: 'filter' and 'slope' belong to a derivative", b->what);
     if (has(b, "limits") && has(b, "integral") && !has(b, "tracking") && !has(b, "proportional"))
@@ -129,8 +133,10 @@ static void read_pid(kmp_reader *r, kmp_function_block *b)
         kmp_block_value(r, b, u);
     else
         kmp_block_law(r, b, 0, u);
-    if (has(b, "integral"))
+    if (has(b, "integral")) {
         kmp_block_law(r, b, integral_of(b), integral_law(r, b, &locals));
+        r->model->states[b->first + integral_of(b)].start = r->model->states[b->first].start;
+    }
     if (has(b, "filter"))
         kmp_block_law(r, b, filtered_of(b),
                       kmp_block_formula(r, b->sampled ? "(filter*f + T*e)/(filter + T)" : "(e - f)/filter", &locals));

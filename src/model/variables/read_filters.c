@@ -113,8 +113,10 @@ static void read_transfer(kmp_reader *r, kmp_function_block *b)
     f.y = output_of(r, &f, kmp_block_state(r, b, held));
     if (b->direct)
         kmp_block_value(r, b, f.y);
-    if (held)
+    if (held) {
         kmp_block_law(r, b, 0, f.y);
+        r->model->states[b->first + held].start = r->model->states[b->first].start;
+    }
     for (int i = 1; i <= f.order; i++) {
         kmp_block_law(r, b, held + i - 1, law_of(r, &f, i, i < f.order ? kmp_block_state(r, b, held + i) : NULL));
         if (!held)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The manifest of a result folder: a JSON object of plain members, one a line, each key once. It is written once and
- * compared line by line; members of `apart` describe where things were, and may differ. */
+ * compared line by line. Members of `apart` are not in its hash: they describe where things were, or are the hash. */
 #include "base/cache/digest.h"
 #include "base/file.h"
 #include "base/json.h"
@@ -13,7 +13,7 @@
 #include <string.h>
 #include <unistd.h>
 
-static const char *const apart[] = {"file", "values_file", NULL};
+static const char *const apart[] = {"file", "values_file", "hash", NULL};
 
 /* -- hashes ------------------------------------------------------------------------------------------ */
 
@@ -136,8 +136,9 @@ static void hash_whole(const char *manifest, hash out)
         for (int k = 0; apart[k]; k++)
             counts = counts && !(strncmp(line, "  \"", 3) == 0 && strncmp(line + 3, apart[k], strlen(apart[k])) == 0 &&
                                  line[3 + strlen(apart[k])] == '"');
-        if (counts)
-            kmp_digest_add_part(&digest, line, strcspn(line, ",\n"));
+        size_t length = strcspn(line, "\n");
+        if (counts) /* the comma after a member depends on what follows */
+            kmp_digest_add_part(&digest, line, length - (length > 0 && line[length - 1] == ','));
     }
     end_hash(&digest, out);
 }
@@ -270,6 +271,16 @@ kempe_status kmp_manifest_read(kempe_context *context, const char *folder, char 
         status = kmp_file_read(context, path.s, text, &length);
     kmp_text_free(&path);
     return status;
+}
+
+bool kmp_manifest_is_whole(const char *manifest)
+{
+    hash whole;
+    kmp_text written = {0};
+    hash_whole(manifest, whole);
+    bool same = kmp_manifest_text(manifest, "hash", &written) && strcmp(written.s, whole) == 0;
+    kmp_text_free(&written);
+    return same;
 }
 
 /* -- comparison -------------------------------------------------------------------------------------- */

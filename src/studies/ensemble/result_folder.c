@@ -105,6 +105,11 @@ static kempe_status fill(kempe_folder *f)
         !kmp_manifest_int(f->manifest, "parts", 0, INT_MAX, &f->parts) ||
         f->parts != (f->instances > 0 ? (f->instances - 1) / f->chunk + 1 : 0))
         return kmp_complain(context, f->path, 0, 0, "manifest.json is not a manifest of Kempe, or it is damaged");
+    if (!kmp_manifest_is_whole(f->manifest))
+        return kmp_complain(
+            context, f->path, 0, 0,
+            "manifest.json is damaged: it is not the text that its hash was made of; use a folder whose "
+            "manifest nobody has changed");
     f->history = keep_text(f, "history");
     KMP_TRY(kmp_made(context, !f->arena.failed));
     return kmp_instance_ranges_read(context, &f->arena, f->history, f->instances, &f->ranges);

@@ -33,7 +33,7 @@ struct kempe_folder {
     kempe_statistics *statistics; /* NULL: no quantities, or parts are missing or damaged */
 };
 
-enum { KMP_HASH_SIZE = 64, KMP_FOLDER_FORMAT = 1 };
+enum { KMP_HASH_SIZE = 64, KMP_FOLDER_FORMAT = 2 };
 
 /** Path of a part, of its histories, of the manifest. */
 void kmp_folder_put_part(kmp_text *path, const char *folder, int part);
@@ -72,6 +72,9 @@ kempe_status kmp_manifest_put(kempe_ensemble *ensemble, const kempe_run_options 
 
 /** The hash of all that was read to make a model; of a model built in code, of its print. */
 kempe_status kmp_manifest_hash_model(const kempe_model *model, char hash[KMP_HASH_SIZE + 1]);
+
+/** True if a manifest has the hash of its own text. */
+bool kmp_manifest_is_whole(const char *manifest);
 
 /** The value of a key in a manifest, a string without quotes; false: it has none. */
 bool kmp_manifest_text(const char *manifest, const char *key, kmp_text *value);

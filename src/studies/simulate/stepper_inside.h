@@ -16,6 +16,7 @@ struct kempe_stepper {
     bool keeps;         /* external inputs of the user's force are constant */
     bool samples;       /* the caller sets inputs of the model: no step goes beyond the requested time */
     bool given;         /* since the last step */
+    bool steps;         /* a call makes steps: the force function may not make others */
     double *row, *next; /* q, qd, qdd, lambda; the one being made */
     double work;        /* of non-conservative forces, at the row */
     char *reason;
@@ -32,7 +33,10 @@ kempe_status kmp_stepper_stand_at(kempe_stepper *stepper, double t);
 /** Takes the row here again, with inputs that were set since. */
 kempe_status kmp_stepper_stand_with_inputs(kempe_stepper *stepper);
 
-/** Keeps the sentence of a failure, and gives it to the context too. */
+/** Begins a call that moves the stepper. KEMPE_E_ARGUMENT from inside its own force function. */
+kempe_status kmp_stepper_enter(kempe_stepper *stepper);
+
+/** Keeps the sentence of a failure, and gives it to the context too; forgets an earlier one. */
 kempe_status kmp_stepper_settle(kempe_stepper *stepper, kempe_status status);
 
 /** Makes the runner of `spec` from a start (NULL: the model is assembled) in place of the present one, and stands at

@@ -102,7 +102,7 @@ kempe_status kempe_stepper_set_parameters(kempe_stepper *s, int count, const cha
     kempe_context *context = s->system->context;
     KMP_WANTED(context, names, "names");
     KMP_WANTED(context, values, "values");
-    kmp_model_begin(s->system->model);
+    KMP_TRY(kmp_stepper_enter(s));
     for (int k = 0; k < count; k++)
         KMP_WANTED(context, names[k], "a name");
     if (count < 1)

@@ -25,7 +25,11 @@ kempe_status kmp_stepper_stand_at(kempe_stepper *s, double t)
 kempe_status kmp_stepper_settle(kempe_stepper *s, kempe_status status)
 {
     kmp_run_report report;
-    if (status == KEMPE_OK || status == KEMPE_E_ARGUMENT || s->reason)
+    if (status == KEMPE_E_ARGUMENT)
+        return status;
+    kmp_free(s->reason);
+    s->reason = NULL;
+    if (status == KEMPE_OK)
         return status;
     kmp_runner_report(s->runner, &report);
     s->reason = report.reason;
@@ -50,6 +54,8 @@ kempe_status kmp_stepper_run_from(kempe_stepper *s, const kmp_run_spec *spec, co
         return status;
     }
     kmp_runner_free(before);
+    if (before)
+        status = kmp_stepper_settle(s, status);
     s->stop = s->spec.t_end;
     s->own_stop = INFINITY;
     s->given = false;
@@ -123,11 +129,18 @@ kempe_status kmp_stepper_stand_with_inputs(kempe_stepper *s)
     return kmp_stepper_stand_at(s, s->t);
 }
 
-kempe_status kempe_stepper_step(kempe_stepper *s)
+kempe_status kmp_stepper_enter(kempe_stepper *s)
 {
-    KMP_WANTED(NULL, s, "stepper");
-    kempe_status status = KEMPE_OK;
+    if (s->steps)
+        return kmp_fail(s->system->context, KEMPE_E_ARGUMENT,
+                        "the stepper is inside a step: its force function cannot move it");
     kmp_model_begin(s->system->model);
+    return KEMPE_OK;
+}
+
+static kempe_status step(kempe_stepper *s)
+{
+    kempe_status status = KEMPE_OK;
     if (kmp_last_equal(s->t) >= s->spec.t_end)
         return kmp_fail(s->system->context, KEMPE_E_ARGUMENT, "the run ends at t_end = %g s", s->spec.t_end);
     status = follow_inputs(s, s->spec.t_end);
@@ -138,11 +151,19 @@ kempe_status kempe_stepper_step(kempe_stepper *s)
     return kmp_stepper_settle(s, stood == KEMPE_OK ? status : stood);
 }
 
-kempe_status kempe_stepper_advance(kempe_stepper *s, double t)
+kempe_status kempe_stepper_step(kempe_stepper *s)
 {
     KMP_WANTED(NULL, s, "stepper");
+    KMP_TRY(kmp_stepper_enter(s));
+    s->steps = true;
+    kempe_status status = step(s);
+    s->steps = false;
+    return status;
+}
+
+static kempe_status advance(kempe_stepper *s, double t)
+{
     kempe_status status = KEMPE_OK;
-    kmp_model_begin(s->system->model);
     if (!(t >= s->t) || t > kmp_last_equal(s->spec.t_end))
         return kmp_fail(s->system->context, KEMPE_E_ARGUMENT,
                         "t = %.9g s is not between here (%.9g s) and t_end = %g s", t, s->t, s->spec.t_end);
@@ -154,6 +175,16 @@ kempe_status kempe_stepper_advance(kempe_stepper *s, double t)
                          : kmp_runner_ended(s->runner) ? kmp_stepper_stand_at(s, kmp_runner_t(s->runner))
                                                        : status;
     return kmp_stepper_settle(s, status == KEMPE_OK || stood != KEMPE_OK ? stood : status);
+}
+
+kempe_status kempe_stepper_advance(kempe_stepper *s, double t)
+{
+    KMP_WANTED(NULL, s, "stepper");
+    KMP_TRY(kmp_stepper_enter(s));
+    s->steps = true;
+    kempe_status status = advance(s, t);
+    s->steps = false;
+    return status;
 }
 
 KMP_GETTER(double kempe_stepper_time(const kempe_stepper *stepper), stepper, stepper->t, NAN)

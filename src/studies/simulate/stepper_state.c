@@ -174,7 +174,7 @@ kempe_status kempe_stepper_save(kempe_stepper *s, kempe_stepper_state **state)
 {
     KMP_WANTED(NULL, s, "stepper");
     KMP_WANTED(s->system->context, state, "state");
-    kmp_model_begin(s->system->model);
+    KMP_TRY(kmp_stepper_enter(s));
     kempe_stepper_state *made = NULL;
     KMP_TRY(kmp_stepper_record(s, true, &made));
     kempe_status status = run_from(s, made);
@@ -185,7 +185,7 @@ kempe_status kempe_stepper_restore(kempe_stepper *s, const kempe_stepper_state *
 {
     KMP_WANTED(NULL, s, "stepper");
     KMP_WANTED(s->system->context, state, "state");
-    kmp_model_begin(s->system->model);
+    KMP_TRY(kmp_stepper_enter(s));
     if (state->system != s->system)
         return kmp_fail(s->system->context, KEMPE_E_ARGUMENT, "the state belongs to a stepper of another system");
     return run_from(s, state);
@@ -194,7 +194,7 @@ kempe_status kempe_stepper_restore(kempe_stepper *s, const kempe_stepper_state *
 kempe_status kempe_stepper_reset(kempe_stepper *s)
 {
     KMP_WANTED(NULL, s, "stepper");
-    kmp_model_begin(s->system->model);
+    KMP_TRY(kmp_stepper_enter(s));
     KMP_TRY(kmp_stepper_run_from(s, &s->spec, NULL));
     s->samples = false;
     return KEMPE_OK;
@@ -342,7 +342,7 @@ kempe_status kempe_stepper_set_state(kempe_stepper *s, const double *q, const do
     KMP_WANTED(NULL, s, "stepper");
     KMP_WANTED(s->system->context, q, "q");
     int n = s->system->n;
-    kmp_model_begin(s->system->model);
+    KMP_TRY(kmp_stepper_enter(s));
     kempe_stepper_state *state = NULL;
     KMP_TRY(kmp_stepper_record(s, false, &state));
     for (int i = 0; i < n; i++) {

@@ -116,9 +116,24 @@ static kempe_status prepare_times(job *j)
     return KEMPE_OK;
 }
 
+/* A checkpoint has rows alone: from them the past of delayed signals does not follow. */
+static kempe_status check_past(const job *j)
+{
+    const kempe_model *model = j->system->model;
+    for (int k = 0; k < model->state_count; k++)
+        if (model->states[k].delayed)
+            return kmp_fail(j->context, KEMPE_E_ARGUMENT,
+                            "a run with the continuous delay '%s' cannot continue from a checkpoint, which does not "
+                            "have the past of its input: run from the start, without a checkpoint",
+                            model->states[k].name);
+    return KEMPE_OK;
+}
+
 /* Continues after the last row of a checkpoint. */
 static kempe_status prepare_resume(job *j)
 {
+    if (j->run->checkpoint || j->run->resume)
+        KMP_TRY(check_past(j));
     if (!j->run->resume)
         return KEMPE_OK;
     KMP_TRY(kmp_checkpoint_read(j->system, j->run->resume, &j->before));
