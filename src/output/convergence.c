@@ -19,6 +19,11 @@
 /* Differences to a finer run in units of the tolerance: the sum of the errors of steps where the motion does not
  * amplify them. */
 #define PROMISED 2e3
+/* Times the absolute tolerance: differences that a run in good order may have, at most NEAREST of the size; and a range
+ * whose thousandth is the tolerance itself. */
+#define NEAR    1e2
+#define NEAREST 1e-4
+#define REST    1e3
 /* Differences to a finer run where conditions change during it. An integrator restarts after each, a multistep method
  * at order one, and grazing a condition amplifies errors. More than a hundred is reported; the difference lacks the
  * finer run's own error, which is larger with a multistep method. */
@@ -37,25 +42,35 @@ static double difference_of(double first, double other, double size)
     return neither ? 0 : fabs(other - first) / fmax(fabs(first), size);
 }
 
-static void take_difference(kmp_convergence *found, double t, int k, double e)
+/* `apart` is |x - x'|, e its relative size. */
+static void take_difference(kmp_convergence *found, double t, int k, double e, double apart)
 {
-    if (e <= found->difference)
+    double seen = found->visible && e > 0 ? apart / found->visible[k] : 0;
+    bool larger = !(e <= found->difference);
+    found->difference = isnan(e) ? INFINITY : fmax(e, found->difference);
+    if (found->visible ? seen <= found->seen : !larger)
         return;
-    found->difference = isnan(e) ? INFINITY : e;
+    found->seen = isnan(seen) ? INFINITY : seen;
+    found->apart = apart;
     found->index = k;
     found->t = t;
+}
+
+static bool accepts(const kmp_convergence *found)
+{
+    return found->difference <= found->limit && found->seen <= 1;
 }
 
 static void take_numbers(kmp_convergence *found, double t, int count, const double *first, const double *other,
                          const double *size)
 {
     for (int k = 0; k < count; k++)
-        take_difference(found, t, k, difference_of(first[k], other[k], size[k]));
+        take_difference(found, t, k, difference_of(first[k], other[k], size[k]), fabs(other[k] - first[k]));
 }
 
 static void end_row(kmp_convergence *found, double t)
 {
-    if (found->difference <= found->limit)
+    if (accepts(found))
         found->until = t;
 }
 
@@ -68,18 +83,19 @@ void kmp_convergence_row(kmp_convergence *found, double t, int count, const doub
 
 /* A difference of a state that changes at events, in doubt until the next row. */
 typedef struct doubt {
-    double t, difference; /* difference 0: there is none */
+    double t, difference, apart; /* difference 0: there is none */
 } doubt;
 
 /* Near an event of a state both runs have values from before and after it, since its times differ. The runs agree at
  * the rows before and after. True for a difference of this kind, until the next row shows whether it stays. */
-static bool may_be_of_time(const kmp_convergence *found, const kmp_state *state, double t, double e, doubt *before)
+static bool may_be_of_time(const kmp_convergence *found, const kmp_state *state, double t, double e, double apart,
+                           doubt *before)
 {
     bool off = !(e <= found->limit), first = before->difference == 0;
     if (!off || !state->next || state->period < INFINITY)
         before->difference = 0;
     else if (first)
-        *before = (doubt){t, isnan(e) ? INFINITY : e};
+        *before = (doubt){t, isnan(e) ? INFINITY : e, apart};
     return before->difference > 0 && first;
 }
 
@@ -95,13 +111,14 @@ static void take_states(kmp_convergence *found, double t, const kempe_system *sy
         const kmp_state *state = &model->states[k];
         int i = first + k;
         double e = state->contact > 0 ? 0 : difference_of(qd[i], other_qd[i], system->scale[i]);
-        if (doubts && may_be_of_time(found, state, t, e, &doubts[k])) {
+        double apart = fabs(other_qd[i] - qd[i]);
+        if (doubts && may_be_of_time(found, state, t, e, apart, &doubts[k])) {
             in_doubt = true;
             continue;
         }
         if (doubts && doubts[k].difference > 0)
-            take_difference(found, doubts[k].t, i, doubts[k].difference);
-        take_difference(found, t, i, e);
+            take_difference(found, doubts[k].t, i, doubts[k].difference, doubts[k].apart);
+        take_difference(found, t, i, e, apart);
     }
     if (!in_doubt)
         end_row(found, t);
@@ -117,8 +134,8 @@ void kmp_convergence_state(kmp_convergence *found, double t, const kempe_system 
 /* -- cases ------------------------------------------------------------------------------------------- */
 
 /* Cases which[0 .. count-1], at a tolerance. */
-static kempe_status run_beside(const kmp_repeat *r, double rtol, double limit, double reported, int count,
-                               const int *which, kmp_convergence *convergence)
+static kempe_status run_beside(const kmp_repeat *r, double rtol, double limit, double reported, const double *visible,
+                               int count, const int *which, kmp_convergence *convergence)
 {
     kmp_convergence *found = KMP_NEW(kmp_convergence, count);
     KMP_TRY(kmp_made(r->context, found));
@@ -127,6 +144,7 @@ static kempe_status run_beside(const kmp_repeat *r, double rtol, double limit, d
                                      .rtol = rtol,
                                      .limit = limit,
                                      .reported = reported,
+                                     .visible = visible,
                                      .t = r->t_start,
                                      .until = r->t_start,
                                      .stopped = NAN};
@@ -147,7 +165,7 @@ static int find_doubtful(int cases, const kmp_convergence *convergence, double c
     int count = 0;
     for (int k = 0; k < cases; k++) {
         const kmp_convergence *c = &convergence[k];
-        bool clearly = c->difference > c->limit || (c->difference <= clear && isnan(c->stopped));
+        bool clearly = c->difference > c->limit || (c->difference <= clear && c->seen <= 1 && isnan(c->stopped));
         if (c->known && !clearly)
             which[count++] = k;
     }
@@ -160,6 +178,7 @@ kempe_status kmp_convergence_of(const kmp_repeat *repeat, int cases, kmp_converg
     double reported = repeat->promised * rtol,
            clear = reported > 0 ? (repeat->uneven ? 0 : APART * reported) : CLEAR * coarser;
     bool can_be_finer = FINER * finer < rtol;
+    clear = repeat->visible ? clear : fmin(clear, KMP_VISIBLE);
     int *which = KMP_NEW(int, cases);
     kempe_status status = which ? KEMPE_OK : kmp_fail_memory(repeat->context);
     for (int k = 0; which && k < cases; k++) {
@@ -169,11 +188,13 @@ kempe_status kmp_convergence_of(const kmp_repeat *repeat, int cases, kmp_converg
     int count = cases;
     if (status == KEMPE_OK && rtol <= COARSE) {
         double limit = (can_be_finer ? LOST : ORDERLY) * coarser;
-        status = run_beside(repeat, coarser, limit, 0, cases, which, convergence);
+        status =
+            run_beside(repeat, coarser, limit, 0, can_be_finer ? repeat->visible : NULL, cases, which, convergence);
         count = status == KEMPE_OK && can_be_finer ? find_doubtful(cases, convergence, clear, which) : 0;
     }
     if (status == KEMPE_OK && count > 0)
-        status = run_beside(repeat, finer, PROMISED * rtol, reported, count, which, convergence);
+        status = run_beside(repeat, finer, repeat->visible ? PROMISED * rtol : fmin(PROMISED * rtol, KMP_VISIBLE),
+                            reported, repeat->visible, count, which, convergence);
     kmp_free(which);
     return status;
 }
@@ -185,8 +206,9 @@ typedef struct beside {
     const kmp_run_spec *spec;
     const kempe_assembly *start;
     const kmp_samples *table;
-    int row;
-    doubt *doubts; /* of each state */
+    int first, row; /* of the rows that the run has made, and the next */
+    bool ended;     /* the run has ended where the model requests it */
+    doubt *doubts;  /* of each state */
     kmp_convergence *found;
 } beside;
 
@@ -195,7 +217,7 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
 {
     beside *b = user;
     (void)qdd, (void)lambda, (void)work;
-    if (t != kmp_samples_time(b->table, b->row))
+    if (b->row == b->table->rows || t != kmp_samples_time(b->table, b->row))
         return 0; /* where a condition ends it */
     take_numbers(b->found, t, kmp_model_coordinates(b->system->model),
                  kmp_samples_get(b->table, KMP_QUANTITY_Q, b->row), q, b->system->scale);
@@ -210,7 +232,20 @@ static void take_doubts(const beside *b)
     int first = kmp_model_coordinates(b->system->model);
     for (int k = 0; k < b->system->model->state_count; k++)
         if (b->doubts[k].difference > 0)
-            take_difference(b->found, b->doubts[k].t, first + k, b->doubts[k].difference);
+            take_difference(b->found, b->doubts[k].t, first + k, b->doubts[k].difference, b->doubts[k].apart);
+}
+
+/* Both runs end where the model requests it: their difference there is one of time. */
+static void take_end(const beside *b, double t)
+{
+    int last = b->table->rows - 1;
+    double late = fabs(t - kmp_samples_time(b->table, last));
+    const double *q = kmp_samples_get(b->table, KMP_QUANTITY_Q, last),
+                 *qd = kmp_samples_get(b->table, KMP_QUANTITY_QD, last);
+    for (int k = 0; k < kmp_model_coordinates(b->system->model); k++) {
+        double apart = fabs(qd[k]) * late;
+        take_difference(b->found, t, k, apart / fmax(fabs(q[k]), b->system->scale[k]), apart);
+    }
 }
 
 static kempe_status run_again(void *user, double rtol, int count, const int *which, kmp_convergence *found)
@@ -223,7 +258,7 @@ static kempe_status run_again(void *user, double rtol, int count, const int *whi
     other.closely = true; /* so that both runs do not miss an event for the same reason */
     other.rtol = rtol;
     other.atol *= rtol / b->spec->rtol;
-    b->row = b->table->rows - b->spec->time_count;
+    b->row = b->first;
     b->found = found;
     memset(b->doubts, 0, (size_t)b->system->model->state_count * sizeof *b->doubts);
     kempe_status status = kmp_run(b->system, &other, b->start, take_row, b, &report);
@@ -231,21 +266,28 @@ static kempe_status run_again(void *user, double rtol, int count, const int *whi
     kmp_free(report.reason);
     if (status == KEMPE_E_MEMORY || (status == KEMPE_STOPPED && !report.ended))
         return status;
-    if (status != KEMPE_OK)
+    if (report.requested && b->ended)
+        take_end(b, report.t);
+    else if (status != KEMPE_OK || b->ended)
         found->stopped = report.t;
     return KEMPE_OK;
 }
 
 /* Parts of the run at the finer tolerance. */
 static kempe_status try_parts(const kempe_system *system, const kmp_run_spec *spec, const kmp_samples *table,
-                              const kmp_step_counts *counts, kmp_convergence *convergence, bool *decided)
+                              const kmp_step_counts *counts, const double *visible, kmp_convergence *convergence,
+                              bool *decided)
 {
     kmp_run_spec other = *spec;
     other.log = NULL;
     other.rtol = fmax(spec->rtol / OTHER, FINEST);
     other.atol *= other.rtol / spec->rtol;
-    kmp_convergence found = {
-        .known = true, .rtol = other.rtol, .limit = PROMISED * spec->rtol, .t = spec->t_start, .stopped = NAN};
+    kmp_convergence found = {.known = true,
+                             .rtol = other.rtol,
+                             .limit = PROMISED * spec->rtol,
+                             .visible = visible,
+                             .t = spec->t_start,
+                             .stopped = NAN};
     *decided = false;
     if (!counts || !(FINER * other.rtol < spec->rtol) || !kmp_convergence_has_parts(system, counts))
         return KEMPE_OK;
@@ -259,17 +301,48 @@ static kempe_status try_parts(const kempe_system *system, const kmp_run_spec *sp
     return status;
 }
 
-kempe_status kmp_convergence_of_run(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start,
-                                    const kmp_samples *table, const kmp_step_counts *counts,
-                                    kmp_convergence *convergence)
+/* A difference that is seen: a part of the range of the run, where an angle is seen within its turn. The tolerances
+ * promise no less than NEAR, nor a motion that is no longer than REST, which is judged by its size. */
+static double visible_of(double range, double size, const kmp_run_spec *spec)
 {
+    if (range <= fmin(REST * spec->atol, KMP_VISIBLE) * size)
+        return fmin(PROMISED * spec->rtol, KMP_VISIBLE) * size;
+    return fmax(KMP_VISIBLE * range, fmin(NEAR * spec->atol, NEAREST) * size);
+}
+
+static void find_visible(const kempe_system *system, const kmp_run_spec *spec, const kmp_samples *table,
+                         double *visible)
+{
+    for (int k = 0; k < system->n; k++) {
+        bool state = k >= kmp_model_coordinates(system->model), angle = !state && system->model->motions[k].rotation;
+        double low = INFINITY, high = -INFINITY;
+        for (int row = 0; row < table->rows; row++) {
+            double x = kmp_samples_get(table, state ? KMP_QUANTITY_QD : KMP_QUANTITY_Q, row)[k];
+            low = fmin(low, x);
+            high = fmax(high, x);
+        }
+        visible[k] = visible_of(angle ? fmin(high - low, 2 * acos(-1)) : high - low, system->scale[k], spec);
+    }
+}
+
+/* The first row of the run itself; those before are of one that it continues. */
+static int first_row(const kmp_run_spec *spec, const kmp_samples *table)
+{
+    int row = 0;
+    while (spec->time_count > 0 && row < table->rows && kmp_samples_time(table, row) < spec->times[0])
+        row++;
+    return row;
+}
+
+static kempe_status check_run(beside *b, const kmp_step_counts *counts, const double *visible,
+                              kmp_convergence *convergence)
+{
+    const kempe_system *system = b->system;
+    const kmp_run_spec *spec = b->spec;
     bool decided;
-    kempe_status in_parts = try_parts(system, spec, table, counts, convergence, &decided);
+    kempe_status in_parts = try_parts(system, spec, b->table, b->ended ? NULL : counts, visible, convergence, &decided);
     if (in_parts == KEMPE_E_MEMORY || decided)
         return in_parts;
-    beside b = {.system = system, .spec = spec, .start = start, .table = table};
-    b.doubts = KMP_NEW(doubt, system->model->state_count + 1);
-    KMP_TRY(kmp_made(system->context, b.doubts));
     bool uneven = !kmp_solver_find(spec->integrator)->corrects;
     const kmp_repeat repeat = {.context = system->context,
                                .rtol = spec->rtol,
@@ -278,9 +351,27 @@ kempe_status kmp_convergence_of_run(const kempe_system *system, const kmp_run_sp
                                            : uneven         ? AT_EVENTS_UNEVEN
                                                             : AT_EVENTS,
                                .uneven = uneven,
-                               .user = &b,
+                               .visible = visible,
+                               .user = b,
                                .run = run_again};
-    kempe_status status = kmp_convergence_of(&repeat, 1, convergence);
+    return kmp_convergence_of(&repeat, 1, convergence);
+}
+
+kempe_status kmp_convergence_of_run(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start,
+                                    const kmp_samples *table, bool ended, const kmp_step_counts *counts,
+                                    kmp_convergence *convergence)
+{
+    beside b = {.system = system, .spec = spec, .start = start, .table = table, .ended = ended};
+    b.first = ended ? first_row(spec, table) : table->rows - spec->time_count;
+    double *visible = KMP_NEW(double, system->n);
+    b.doubts = KMP_NEW(doubt, system->model->state_count + 1);
+    kempe_status status = kmp_made(system->context, b.doubts && visible);
+    if (status == KEMPE_OK) {
+        find_visible(system, spec, table, visible);
+        status = check_run(&b, counts, visible, convergence);
+    }
+    convergence->visible = NULL;
+    kmp_free(visible);
     kmp_free(b.doubts);
     return status;
 }
@@ -289,43 +380,58 @@ kempe_status kmp_convergence_of_run(const kempe_system *system, const kmp_run_sp
 
 bool kmp_convergence_holds(const kmp_convergence *c)
 {
-    return !c->known || (!(c->difference > c->limit) && isnan(c->stopped));
+    return !c->known || (accepts(c) && isnan(c->stopped));
 }
 
 const char *kmp_convergence_word(const kmp_convergence *c)
 {
-    const char *failing = c->difference > c->limit ? "not converged" : "the other run did not reach its end";
+    const char *failing = !accepts(c) ? "not converged" : "the other run did not reach its end";
     return !c->known ? "" : kmp_convergence_holds(c) ? "converged" : failing;
 }
 
-void kmp_convergence_warn(kempe_context *context, const kmp_convergence *c, const char *name, const char *advice)
+/* "0.36 rad", in the unit of texts, or a relative difference. */
+static void put_apart(kmp_text *text, const kempe_context *context, const kmp_convergence *c, const char *unit)
 {
+    if (!unit)
+        kmp_text_printf(text, "%.2g", c->difference);
+    else
+        kmp_text_printf(text, "%.2g %s", kmp_shown_as(context, unit).factor * c->apart,
+                        kmp_shown_as(context, unit).unit);
+}
+
+void kmp_convergence_warn(kempe_context *context, const kmp_convergence *c, const char *name, const char *unit,
+                          const char *advice)
+{
+    kmp_text apart = {0};
+    put_apart(&apart, context, c, unit);
+    const char *by = apart.s ? apart.s : "";
     if (kmp_convergence_holds(c)) {
         if (c->reported > 0 && c->difference > c->reported)
             kmp_log(context, KEMPE_LOG_WARNING,
-                    "'%s' has a relative error of %.2g at t = %.6g s, estimated by a run at rtol %.3g; %s", name,
-                    c->difference, c->t, c->rtol, advice);
-        return;
-    }
-    if (c->difference > c->limit)
+                    "'%s' has %serror of %s at t = %.6g s, estimated by a run at rtol %.3g; %s", name,
+                    unit ? "an " : "a relative ", by, c->t, c->rtol, advice);
+    } else if (!accepts(c)) {
         kmp_doubt(context,
-                  "do not trust this run beyond t = %.6g s: at rtol %.3g '%s' differs by %.2g at t = %.6g s, so the "
+                  "do not trust this run beyond t = %.6g s: at rtol %.3g '%s' differs by %s at t = %.6g s, so the "
                   "motion amplifies errors or follows another branch; %s",
-                  c->until, c->rtol, name, c->difference, c->t, advice);
-    else
+                  c->until, c->rtol, name, by, c->t, advice);
+    } else {
         kmp_doubt(context, "the convergence of this run could not be checked: at rtol %.3g it ends at t = %.6g s; %s",
                   c->rtol, c->stopped, advice);
+    }
+    kmp_text_free(&apart);
 }
 
-void kmp_convergence_show(kmp_text *text, const kmp_convergence *c, const char *what, const char *name)
+void kmp_convergence_show(kmp_text *text, const kempe_context *context, const kmp_convergence *c, const char *what,
+                          const char *name, const char *unit)
 {
     if (!c->known)
         return;
     kmp_text_printf(text, "repeat    at rtol %.3g", c->rtol);
     if (c->parts > 0)
         kmp_text_printf(text, " of %d parts, together %.2g s,", c->parts, c->checked);
-    kmp_text_printf(text, " %s %s by %.2e", what, kmp_convergence_holds(c) ? "differs at most" : "DIFFERS",
-                    c->difference);
+    kmp_text_printf(text, " %s %s by ", what, kmp_convergence_holds(c) ? "differs at most" : "DIFFERS");
+    put_apart(text, context, c, unit);
     if (c->difference > 0)
         kmp_text_printf(text, ", '%s' at t = %.6g s", name, c->t);
     if (c->parts > 0)
@@ -343,6 +449,8 @@ void kmp_convergence_json(kmp_json *json, const kmp_convergence *c, const char *
     }
     kmp_json_put(json, "convergence { rtol %g difference %g limit %g coordinate %s t %g trusted_until %g result %s",
                  c->rtol, c->difference, c->limit, name, c->t, c->until, kmp_convergence_word(c));
+    if (c->seen > 0)
+        kmp_json_put(json, "apart %g seen %g", c->apart, c->seen);
     if (c->parts > 0)
         kmp_json_put(json, "parts %d checked %g total %g", c->parts, c->checked, c->total);
     kmp_json_end(json);

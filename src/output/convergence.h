@@ -13,15 +13,18 @@ typedef struct kmp_convergence {
     bool known;        /* false: there was no other run */
     double rtol;       /* of the repeat run, the last one when there were two */
     double difference; /* largest |x - x'| / max(|x|, size of x) over the rows */
-    int index;         /* the number whose it is, and when */
+    int index;         /* the number whose it is, or whose `seen` is; and when */
     double t;
-    double until;    /* last row before the difference leaves `limit` */
-    double limit;    /* the largest difference of an accepted run */
-    double reported; /* a smaller difference that still gives a warning; 0: none does */
-    double stopped;  /* time at which the repeat run ended, NaN when it was complete */
-    int parts;       /* of the run that were repeated; 0: the whole of it */
-    double checked;  /* s: all parts together */
-    double total;    /* the errors of all steps together, by those of the parts */
+    const double *visible; /* of each number, a difference |x - x'| that is seen in the results; NULL: unknown */
+    double seen;           /* largest |x - x'| over that: beyond 1 a run is not accepted */
+    double apart;          /* this |x - x'| */
+    double until;          /* last row before the difference leaves `limit` */
+    double limit;          /* the largest difference of an accepted run */
+    double reported;       /* a smaller difference that still gives a warning; 0: none does */
+    double stopped;        /* time at which the repeat run ended, NaN when it was complete */
+    int parts;             /* of the run that were repeated; 0: the whole of it */
+    double checked;        /* s: all parts together */
+    double total;          /* the errors of all steps together, by those of the parts */
 } kmp_convergence;
 
 /** A computation that can be repeated, in one or several cases, each of which converges or does not. */
@@ -30,12 +33,19 @@ typedef struct kmp_repeat {
     double rtol, t_start; /* of the first run */
     double promised; /* an error of more tolerances is reported, although an accepted run may have it; 0: none is */
     bool uneven;     /* errors fall unevenly with the tolerance: a coarser run does not show their size */
+    const double *visible; /* as in kmp_convergence; NULL: a relative difference of KMP_VISIBLE is seen */
     void *user;
     /** Runs cases which[0 .. count-1] at another rtol, atol in proportion. It passes each row to kmp_convergence_row
      * and sets `stopped` where a case was not complete. KEMPE_OK; KEMPE_STOPPED: interrupted by the user;
      * KEMPE_E_MEMORY. */
     kempe_status (*run)(void *user, double rtol, int count, const int *which, kmp_convergence *found);
 } kmp_repeat;
+
+/** The part of a coordinate's range, or of the energy exchanged, that is seen in a plot. */
+#define KMP_VISIBLE 1e-3
+
+/** A motion of no more than this many absolute tolerances is a rest: its range and energy are those of rounding. */
+#define KMP_AT_REST 10.0
 
 /** Runs all cases again, quietly, and those in doubt once more. KEMPE_OK or KEMPE_E_MEMORY. */
 kempe_status kmp_convergence_of(const kmp_repeat *repeat, int cases, kmp_convergence *convergence);
@@ -71,10 +81,11 @@ kempe_status kmp_convergence_in_parts(const kempe_system *system, const kmp_run_
                                       const kmp_step_counts *counts, kmp_convergence *convergence, bool *decided);
 
 /** kmp_convergence_of for a run: `spec` from `start` (NULL: assembles), compared in q and states with the rows of
- * `table`, whose last are those of spec->times. A state that changes at events may differ in single rows. `counts`: of
- * the run, whose parts are repeated if they may be; NULL: the whole run is. */
+ * `table`, whose last are those of spec->times. A state that changes at events may differ in single rows. `ended`: the
+ * run ended where the model requests it, at the last row of all. `counts`: of the run, whose parts are repeated if they
+ * may be; NULL: the whole run is. */
 kempe_status kmp_convergence_of_run(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start,
-                                    const kmp_samples *table, const kmp_step_counts *counts,
+                                    const kmp_samples *table, bool ended, const kmp_step_counts *counts,
                                     kmp_convergence *convergence);
 
 bool kmp_convergence_holds(const kmp_convergence *convergence);
@@ -82,10 +93,11 @@ bool kmp_convergence_holds(const kmp_convergence *convergence);
 /** "converged", "not converged", "the other run did not come to its end"; "": there was none. */
 const char *kmp_convergence_word(const kmp_convergence *convergence);
 
-/** One warning when it has not converged, or when its error exceeds the promised one. `name`: of the number at `index`;
- * `advice`: the remedy. */
+/** A warning when its error exceeds the promised one, a doubt when it has not converged. `name`: of the number at
+ * `index`, with its unit where `visible` was known, else NULL; `advice`: the remedy. */
 void kmp_convergence_warn(kempe_context *context, const kmp_convergence *convergence, const char *name,
-                          const char *advice);
+                          const char *unit, const char *advice);
 
-void kmp_convergence_show(kmp_text *text, const kmp_convergence *convergence, const char *what, const char *name);
+void kmp_convergence_show(kmp_text *text, const kempe_context *context, const kmp_convergence *convergence,
+                          const char *what, const char *name, const char *unit);
 void kmp_convergence_json(kmp_json *json, const kmp_convergence *convergence, const char *name);

@@ -100,7 +100,7 @@ kempe_status kmp_convergence_in_parts(const kempe_system *system, const kmp_run_
 {
     kmp_convergence all = *convergence;
     long steps = 0, made = 0;
-    double sum = 0;
+    double sum = 0, seen = 0;
     int end = 0, offset = table->rows - spec->time_count;
     bool good = true;
     kempe_status status = KEMPE_OK;
@@ -115,14 +115,17 @@ kempe_status kmp_convergence_in_parts(const kempe_system *system, const kmp_run_
         p.system = system;
         p.table = table;
         kmp_convergence found = all;
-        found.difference = 0;
+        found.difference = found.seen = 0;
         status = run_part(spec, &p, offset, &found, &good);
         sum += found.difference;
+        seen += found.seen;
         made += p.steps;
         all.parts++;
         all.checked += kmp_samples_time(table, p.last) - kmp_samples_time(table, offset + p.first);
-        if (found.difference > all.difference) {
-            all.difference = found.difference;
+        all.difference = fmax(all.difference, found.difference);
+        if (found.seen > all.seen) {
+            all.seen = found.seen;
+            all.apart = found.apart;
             all.index = found.index;
             all.t = found.t;
         }
@@ -131,7 +134,7 @@ kempe_status kmp_convergence_in_parts(const kempe_system *system, const kmp_run_
         return status;
     all.total = sum * (double)steps / (double)made;
     all.until = spec->t_end;
-    *decided = all.total <= CLEARLY * all.limit;
+    *decided = all.total <= CLEARLY * all.limit && seen * (double)steps / (double)made <= CLEARLY;
     if (*decided)
         *convergence = all;
     return KEMPE_OK;

@@ -14,6 +14,7 @@ typedef struct balance {
     double drift;           /* max |E - work - first| */
     double kinetic;         /* max */
     double lowest, highest; /* potential energy */
+    double least, most;     /* work since the start */
     double value;           /* max |potential energy|, independent of its zero */
 } balance;
 
@@ -33,11 +34,13 @@ static void add_energy(balance *b, double kinetic, double potential, double work
 {
     double left = kinetic + potential - work;
     if (is_first)
-        *b = (balance){.first = left, .lowest = potential, .highest = potential};
+        *b = (balance){.first = left, .lowest = potential, .highest = potential, .least = work, .most = work};
     b->drift = larger(b->drift, fabs(left - b->first));
     b->kinetic = larger(b->kinetic, kinetic);
     b->lowest = fmin(b->lowest, potential);
     b->highest = fmax(b->highest, potential);
+    b->least = fmin(b->least, work);
+    b->most = fmax(b->most, work);
     b->value = fmax(b->value, fabs(potential));
 }
 
@@ -226,6 +229,8 @@ kmp_verdict kmp_verdict_of(const kmp_samples *table, kmp_evaluator *eval, const 
     verdict.moved = find_moved(table, eval->system);
     double size = fmax(fmax(b.kinetic, b.highest - b.lowest), AT_REST * b.value);
     verdict.drift_rel = size > 0 ? b.drift / size : 0;
+    size = fmax(size, b.most - b.least);
+    verdict.left = size > 0 ? b.drift / size : 0;
     if (reference)
         kmp_verdict_errors(table, eval->system, reference, INFINITY, verdict.error);
     return verdict;

@@ -206,7 +206,7 @@ static const char *sentences_of(const kempe_trajectory *t, kmp_arena *arena)
 {
     kmp_text text = {0};
     const char *name = t->system->n > 0 ? t->system->model->motions[t->again.index].name : NULL;
-    kmp_convergence_show(&text, &t->again, "q", name);
+    kmp_convergence_show(&text, t->system->context, &t->again, "the state", name, kmp_trajectory_unit(t));
     const char *words = kmp_text_keep(&text, arena);
     if (!words)
         return NULL;

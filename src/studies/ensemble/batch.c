@@ -286,7 +286,7 @@ static kempe_status check_again(kempe_batch *b, const kmp_run_spec *spec, const 
             instance[cases++] = k;
     repeat r = {b, spec, execution, instance};
     if (status == KEMPE_OK && cases > 0)
-        status = kmp_convergence_of(&(kmp_repeat){context, spec->rtol, 0, 0, false, &r, run_again}, cases, found);
+        status = kmp_convergence_of(&(kmp_repeat){context, spec->rtol, 0, 0, false, NULL, &r, run_again}, cases, found);
     for (int k = 0; status == KEMPE_OK && k < cases; k++)
         b->again[instance[k]] = found[k];
     kmp_arena_free(&arena);

@@ -63,7 +63,7 @@ static void put_run(const kempe_sensitivity *s, kmp_text *text)
         return;
     kmp_text_printf(text, "run       %s, %s to t = %g s, rtol %g, atol %g\n", s->method, s->integrator, s->t_end,
                     s->rtol, s->atol);
-    kmp_convergence_show(text, &s->again, "a number", s->again_name);
+    kmp_convergence_show(text, s->context, &s->again, "a number", s->again_name, NULL);
     kmp_text_printf(text, "work      steps %ld, rejected %ld, failed %ld, right-hand sides %ld, exchanges %ld\n",
                     s->work.steps, s->work.rejected, s->work.refused, s->work.rhs, s->work.exchanges);
     if (s->backwards > 0)

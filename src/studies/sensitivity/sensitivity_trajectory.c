@@ -326,12 +326,12 @@ static kempe_status check_again(work *w)
     kempe_sensitivity *s = w->s;
     double begin = kmp_cpu_now();
     set_sizes(w);
-    const kmp_repeat repeat = {s->context, w->spec.rtol, 0, PROMISED, false, w, find_again};
+    const kmp_repeat repeat = {s->context, w->spec.rtol, 0, PROMISED, false, NULL, w, find_again};
     kempe_status status = kmp_convergence_of(&repeat, 1, &s->again);
     if (status == KEMPE_OK && !name_again(s))
         status = kmp_fail_memory(s->context);
     if (status == KEMPE_OK)
-        kmp_convergence_warn(s->context, &s->again, s->again_name, "use a smaller rtol");
+        kmp_convergence_warn(s->context, &s->again, s->again_name, NULL, "use a smaller rtol");
     s->again_s = kmp_cpu_now() - begin;
     return status;
 }

@@ -22,10 +22,6 @@ enum { MANY_ROWS = 200 };
 /* Bytes of the dense output from which running safety is judged: that of some minutes of a vehicle. */
 #define DENSE_OF_WHEELS 5e8
 
-/* Part of the energy's size; coarse runs keep it too. */
-#define TRUSTED_DRIFT 0.05
-/* A motion of no more than this many atol is a rest, whose energy is one of rounding. */
-#define AT_REST 10.0
 /* Times the tolerances; forms that let positions drift keep it. */
 #define TRUSTED_GAP 1e4
 
@@ -296,7 +292,7 @@ static void warn_of_verdict(const kempe_trajectory *t)
             "closure_tolerance of %.2g m: it is not redundant there; check the lengths",
             t->system->row_names[t->verdict.misfit_row], t->verdict.misfit * t->system->length, t->verdict.misfit_t,
             t->system->closure_tolerance);
-    if (!(t->verdict.drift_rel > TRUSTED_DRIFT) || t->verdict.moved <= AT_REST * t->atol)
+    if (!(t->verdict.left > KMP_VISIBLE) || t->verdict.moved <= KMP_AT_REST * t->atol)
         return;
     if (t->report.prescribed)
         kmp_log(t->system->context, KEMPE_LOG_WARNING,
@@ -423,16 +419,24 @@ static kempe_status integrate(job *j, kempe_trajectory *t)
     return status;
 }
 
+const char *kmp_trajectory_unit(const kempe_trajectory *t)
+{
+    int k = t->again.index;
+    if (t->system->n == 0)
+        return NULL;
+    return k >= kmp_model_coordinates(t->system->model) ? "" : t->system->model->motions[k].rotation ? "rad" : "m";
+}
+
 /* The convergence check: an error of a complete run shows at another tolerance. */
 static kempe_status run_again(kempe_trajectory *t, job *j)
 {
     j->spec.rate_scale = t->report.rate_scale;
     j->counts.changes = t->report.events > 0 || t->report.impacts > 0 || t->report.changes > 0;
     kempe_status status = kmp_convergence_of_run(j->system, &j->spec, j->start.q ? &j->start : NULL, &t->table,
-                                                 j->counts.steps ? &j->counts : NULL, &t->again);
+                                                 t->report.requested, j->counts.steps ? &j->counts : NULL, &t->again);
     if (status == KEMPE_OK && j->system->n > 0)
         kmp_convergence_warn(j->context, &t->again, j->system->model->motions[t->again.index].name,
-                             "use a smaller rtol, or compare formulations");
+                             kmp_trajectory_unit(t), "use a smaller rtol, or compare formulations");
     return status;
 }
 
@@ -465,7 +469,7 @@ static kempe_status run(job *j, kempe_trajectory **trajectory)
     if (judged == KEMPE_OK && kmp_has_result(status))
         judged = judge_safety(t, j);
     status = judged == KEMPE_OK ? status : judged;
-    if (status == KEMPE_OK && !t->report.ended && !j->run->no_convergence_check)
+    if (status == KEMPE_OK && !j->run->no_convergence_check)
         status = run_again(t, j);
     t->warnings = kmp_context_warnings(j->context);
     if (kmp_has_result(status))

@@ -34,6 +34,9 @@ struct kempe_trajectory {
     double *at;                /* 3 n + m: a row between those of the table */
 };
 
+/** Unit of the number that differs most in the repeat run; "": a state; NULL: there is none. */
+const char *kmp_trajectory_unit(const kempe_trajectory *t);
+
 /** The outputs in addition to the table (model/tables/output_table.h) at a row; owned by the evaluator. */
 const double *kmp_samples_shown(const kmp_samples *table, kmp_evaluator *eval, int row);
 

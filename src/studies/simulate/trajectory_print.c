@@ -170,7 +170,7 @@ static void show_verdict(kmp_text *text, const kempe_trajectory *t)
     show_error(text, t);
     show_choice(text, t);
     show_unused(text, t->system->model);
-    kmp_convergence_show(text, &t->again, "q", again_name(t));
+    kmp_convergence_show(text, t->system->context, &t->again, "the state", again_name(t), kmp_trajectory_unit(t));
     kmp_text_printf(text, "work      steps %ld, rejected %ld, failed %ld, right-hand sides %ld, Newton %ld,\n",
                     r->steps, r->rejected, r->refused, r->rhs, r->newton);
     kmp_text_printf(text, "          factorizations %ld, exchanges %ld, ", r->factorizations, r->exchanges);
