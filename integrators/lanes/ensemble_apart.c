@@ -37,7 +37,7 @@ static kempe_status finish(kmp_engine *e, int i, kmp_runner *run, kempe_status s
     kmp_run_report report;
     double *row = KMP_NEW(double, 3 * e->n + e->m), work;
     kmp_runner_report(run, &report);
-    result->status = status;
+    result->status = status = report.requested ? KEMPE_OK : status;
     result->reason = report.reason;
     result->t = report.t;
     add_work(result, &report);

@@ -80,6 +80,7 @@ kempe_context *kmp_context_new_below(kempe_context *above)
     if (context) {
         context->above = above;
         context->degrees = above->degrees;
+        context->quiet = above->quiet;
     }
     return context;
 }

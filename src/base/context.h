@@ -26,7 +26,7 @@ bool kmp_context_leaves_out(const kempe_context *context, const char *name);
 const char *kmp_context_use_left_out(kempe_context *context, const char *names);
 
 /** A context for a thread of a computation: an interrupt of the context above ends it, too. It logs nothing, reports no
- * progress and uses no cache. NULL: no memory. The context above must outlive it. */
+ * progress and uses no cache; it is quiet if that is. NULL: no memory. The context above must outlive it. */
 kempe_context *kmp_context_new_below(kempe_context *above);
 
 /** Forgets the old message. Each public function that can fail begins with it. */

@@ -178,7 +178,8 @@ kempe_status kmp_convergence_of(const kmp_repeat *repeat, int cases, kmp_converg
     double reported = repeat->promised * rtol,
            clear = reported > 0 ? (repeat->uneven ? 0 : APART * reported) : CLEAR * coarser;
     bool can_be_finer = FINER * finer < rtol;
-    clear = repeat->visible ? clear : fmin(clear, KMP_VISIBLE);
+    bool seen = !repeat->visible && !(reported > 0); /* neither ranges nor the size of the error are told */
+    clear = seen ? fmin(clear, KMP_VISIBLE) : clear;
     int *which = KMP_NEW(int, cases);
     kempe_status status = which ? KEMPE_OK : kmp_fail_memory(repeat->context);
     for (int k = 0; which && k < cases; k++) {
@@ -193,8 +194,8 @@ kempe_status kmp_convergence_of(const kmp_repeat *repeat, int cases, kmp_converg
         count = status == KEMPE_OK && can_be_finer ? find_doubtful(cases, convergence, clear, which) : 0;
     }
     if (status == KEMPE_OK && count > 0)
-        status = run_beside(repeat, finer, repeat->visible ? PROMISED * rtol : fmin(PROMISED * rtol, KMP_VISIBLE),
-                            reported, repeat->visible, count, which, convergence);
+        status = run_beside(repeat, finer, seen ? fmin(PROMISED * rtol, KMP_VISIBLE) : PROMISED * rtol, reported,
+                            repeat->visible, count, which, convergence);
     kmp_free(which);
     return status;
 }

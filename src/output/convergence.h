@@ -33,7 +33,8 @@ typedef struct kmp_repeat {
     double rtol, t_start; /* of the first run */
     double promised; /* an error of more tolerances is reported, although an accepted run may have it; 0: none is */
     bool uneven;     /* errors fall unevenly with the tolerance: a coarser run does not show their size */
-    const double *visible; /* as in kmp_convergence; NULL: a relative difference of KMP_VISIBLE is seen */
+    const double *visible; /* as in kmp_convergence; NULL: a relative difference of KMP_VISIBLE is seen, unless errors
+                              are reported */
     void *user;
     /** Runs cases which[0 .. count-1] at another rtol, atol in proportion. It passes each row to kmp_convergence_row
      * and sets `stopped` where a case was not complete. KEMPE_OK; KEMPE_STOPPED: interrupted by the user;

@@ -156,7 +156,7 @@ static void files(void)
     rows[4][0] = -1;
     CHECK(opened >= 0 && copy_model(file, ""));
     study s = begin(file, COLUMNS, names, COUNT, rows[0]);
-    CHECK(kempe_ensemble_run(s.ensemble, &run, 0, &batch) == KEMPE_OK);
+    CHECK(kempe_ensemble_run(s.ensemble, &run, 0, &batch) == KEMPE_UNTRUSTED);
     CHECK_TEXT(kempe_batch_status(batch, 4), "failed");
     CHECK(strstr(kempe_batch_reason(batch, 4), "the mass of body 'slide' is negative"));
     CHECK_TEXT(kempe_batch_status(batch, 3), "ok");
@@ -189,7 +189,7 @@ static void unreadable(void)
     FILE *out = fopen(file, "w");
     CHECK(opened >= 0 && out && fputs(text, out) >= 0 && fclose(out) == 0);
     study s = begin(file, 1, columns, 3, rows);
-    CHECK(kempe_ensemble_run(s.ensemble, &run, 0, &batch) == KEMPE_OK);
+    CHECK(kempe_ensemble_run(s.ensemble, &run, 0, &batch) == KEMPE_UNTRUSTED);
     CHECK_TEXT(kempe_batch_status(batch, 0), "ok");
     CHECK_TEXT(kempe_batch_status(batch, 1), "failed");
     CHECK(strstr(kempe_batch_reason(batch, 1), ".yaml:3:"));

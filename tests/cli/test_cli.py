@@ -496,8 +496,8 @@ class Fits(Case):
         super().setUp()
         self.expect(0, "simulate", self.CRANK, "--t-end", 1, "--no-convergence-check", "-o", "motion.csv")
 
-    def estimates(self, *words):
-        done = self.expect(0, "fit", self.CRANK, *self.WORDS, *words, "-o", "found.csv")
+    def estimates(self, *words, code=0):
+        done = self.expect(code, "fit", self.CRANK, *self.WORDS, *words, "-o", "found.csv")
         with open(self.folder / "found.csv", newline="") as file:
             return done, {row["parameter"]: row for row in csv.DictReader(file)}
 
@@ -542,7 +542,7 @@ class Fits(Case):
 
     def test_most_runs(self):
         far = "--set", "slider_mass=6", "--set", "guide=0.2", "--most", 3
-        done, _ = self.estimates(*far)
+        done, _ = self.estimates(*far, code=5)
         self.assertIn("the search has not converged after 3 runs", done.stderr)
 
     def test_mistakes(self):
@@ -814,7 +814,9 @@ class Ensembles(Case):
         return "bars.csv"
 
     def rows(self, *words):
-        done = self.expect(0, "ensemble", FOUR_BAR, *words, "-o", "ends.csv")
+        done = kempe("ensemble", FOUR_BAR, *words, "-o", "ends.csv", cwd=self.folder)
+        some = re.search(r"[1-9]\d* (stopped|failed)", done.stdout)
+        self.assertEqual(done.returncode, 5 if some else 0, done.stderr)
         with open(self.folder / "ends.csv", newline="") as file:
             return done, list(csv.DictReader(file))
 
@@ -2239,7 +2241,8 @@ class Compare(Case):
         self.assertIn("unknown linear solver 'abacus'; available: auto", self.expect(3, "compare", FOUR_BAR, "--linear", "klu,abacus").stderr)
 
     def rows(self, model, integrator, rtol):
-        self.expect(0, "simulate", model, "--integrator", integrator, "--rtol", rtol, "--output-step", 10 / 20000, "--no-convergence-check",
+        coarse = integrator == "dopri5" and rtol > 1e-5  # the energy is off by 0.5 %
+        self.expect(5 if coarse else 0, "simulate", model, "--integrator", integrator, "--rtol", rtol, "--output-step", 10 / 20000, "--no-convergence-check",
                     "-o", "rows.csv")
         lines = (self.folder / "rows.csv").read_text().splitlines()
         columns = [k for k, name in enumerate(lines[0].split(",")) if name.startswith("q.")]

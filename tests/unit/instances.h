@@ -19,7 +19,11 @@ static inline instances run_instances(const loaded *l, int lanes, int columns, c
     instances all = {0};
     CHECK(l->model && kempe_values_new(l->model, columns, names, count, rows, &all.values) == KEMPE_OK);
     CHECK(all.values && kempe_ensemble_new(l->model, all.values, &all.ensemble) == KEMPE_OK);
-    CHECK(all.ensemble && kempe_ensemble_run(all.ensemble, NULL, lanes, &all.batch) == KEMPE_OK);
+    kempe_status status = all.ensemble ? kempe_ensemble_run(all.ensemble, NULL, lanes, &all.batch) : KEMPE_E_INPUT;
+    int whole = 0;
+    for (int k = 0; k < kempe_batch_count(all.batch); k++)
+        whole += kempe_batch_reason(all.batch, k)[0] == '\0';
+    CHECK(status == (whole == count ? KEMPE_OK : KEMPE_UNTRUSTED));
     return all;
 }
 

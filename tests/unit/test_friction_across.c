@@ -119,7 +119,7 @@ static void the_cone_holds(void)
         kempe_equilibrium *e = NULL;
         kempe_equilibrium_options options = {.stick = 1};
         kempe_table *table = NULL;
-        CHECK(l.system && kempe_equilibrium_new(l.system, &options, &e) == KEMPE_OK);
+        CHECK(l.system && kempe_equilibrium_new(l.system, &options, &e) == (at[k].holds ? KEMPE_OK : KEMPE_UNTRUSTED));
         CHECK(e && kempe_equilibrium_table(e, "friction", &table) == KEMPE_OK);
         if (table) {
             int force = kempe_table_find(table, "force"), part = kempe_table_find(table, "part");

@@ -211,7 +211,7 @@ static void a_pendulum(void)
                          "start: {q: {A: 90 deg}}\n"
                          "run: {t_end: 10, outputs: [reaction(A), moment(A), load], "
                          "until: \"reaction(A).x^2 + reaction(A).y^2 > (30 N)^2\"}\n");
-    evaluated e = evaluate_to(&l, 10, KEMPE_STOPPED);
+    evaluated e = evaluate_to(&l, 10, KEMPE_OK);
     for (int row = 0; row < e.rows; row++) {
         const double q = kempe_trajectory_q(e.run, row)[0], along = m * g * cos(q) + m * r * 2 * m * g * r * cos(q) / j;
         const double across = m * g * sin(q) - m * r * m * g * r * sin(q) / j;

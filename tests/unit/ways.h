@@ -48,6 +48,8 @@ static inline kempe_trajectory *simulate(const loaded *l, const way *by, double 
 {
     kempe_status status;
     kempe_trajectory *run = simulate_any(l, by, t_end, &status);
+    if (status == KEMPE_UNTRUSTED)
+        printf("%s %s %s\n", by->formulation, by->integrator ? by->integrator : "", run->warnings);
     CHECK(status == KEMPE_OK);
     if (run && kempe_trajectory_reason(run)[0])
         printf("%s %s: %s\n", by->formulation, by->integrator ? by->integrator : "", kempe_trajectory_reason(run));

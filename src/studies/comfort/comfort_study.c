@@ -220,10 +220,11 @@ static kempe_status judge_signal(study *s, int k)
     for (size_t i = 0; i < sizeof changes / sizeof *changes; i++)
         out->difference = fmax(out->difference, changes[i]);
     if (out->difference > KMP_COMFORT_HOLDS)
-        kmp_log(s->context, KEMPE_LOG_WARNING,
-                "comfort: with every other sample a value of '%s' differs by %.1f %%: give a larger --rate, now %g per "
-                "second",
-                out->name, 100 * out->difference, s->c->rate);
+        kmp_doubt(
+            s->context,
+            "comfort: with every other sample a value of '%s' differs by %.1f %%: give a larger --rate, now %g per "
+            "second",
+            out->name, 100 * out->difference, s->c->rate);
     return KEMPE_OK;
 }
 

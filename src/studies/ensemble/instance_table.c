@@ -125,13 +125,21 @@ void kmp_instances_add(kmp_instance_sums *s, const kmp_instance_sums *part)
 
 /* -- words ------------------------------------------------------------------------------------------- */
 
-void kmp_instances_put_warnings(kmp_text *text, const kmp_instance_sums *s)
+static void put_remarks(kmp_text *text, const kmp_instance_sums *s)
 {
     if (s->rates_changed > 0)
         kmp_text_printf(text,
                         "start: initial velocities were adjusted to satisfy the closures in %ld of %ld instances, "
                         "first in instance %ld\n",
                         s->rates_changed, s->count, s->first_changed + 1);
+}
+
+/* Why the instances cannot be trusted as a whole; nothing where they can. */
+static void put_doubts(kmp_text *text, const kmp_instance_sums *s)
+{
+    if (s->count > s->ok)
+        kmp_text_printf(text, "%ld of %ld instances did not reach their end: their rows have the reasons\n",
+                        s->count - s->ok, s->count);
     if (s->not_converged > 0 && isinf(s->difference))
         kmp_text_printf(text,
                         "do not trust %ld of %ld instances: at another rtol the run of instance %ld did not reach its "
@@ -144,14 +152,24 @@ void kmp_instances_put_warnings(kmp_text *text, const kmp_instance_sums *s)
                         s->not_converged, s->count, s->worst + 1, s->difference);
 }
 
+void kmp_instances_put_warnings(kmp_text *text, const kmp_instance_sums *s)
+{
+    put_remarks(text, s);
+    put_doubts(text, s);
+}
+
 kempe_status kmp_instances_warn(kempe_context *context, const kmp_instance_sums *s)
 {
-    kmp_text text = {0};
-    kmp_instances_put_warnings(&text, s);
+    kmp_text text = {0}, doubts = {0};
+    put_remarks(&text, s);
+    put_doubts(&doubts, s);
     for (const char *line = text.s; line && *line; line += strcspn(line, "\n") + 1)
         kmp_log(context, KEMPE_LOG_WARNING, "%.*s", (int)strcspn(line, "\n"), line);
-    kempe_status status = kmp_made(context, !text.failed);
+    for (const char *line = doubts.s; line && *line; line += strcspn(line, "\n") + 1)
+        kmp_doubt(context, "%.*s", (int)strcspn(line, "\n"), line);
+    kempe_status status = kmp_made(context, !text.failed && !doubts.failed);
     kmp_text_free(&text);
+    kmp_text_free(&doubts);
     return status;
 }
 

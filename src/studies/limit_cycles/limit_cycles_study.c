@@ -73,9 +73,9 @@ static kempe_status find_equilibria(kempe_limit_cycles *c)
     KMP_TRY(kmp_operating_family_new(kmp_cycles_equations(c), &options, &c->family));
     kempe_status status = kmp_locus_make(c->family, c->values, values, &c->locus);
     if (status == KEMPE_STOPPED && !kmp_interrupted(c->system->context)) {
-        kmp_log(c->system->context, KEMPE_LOG_WARNING, "equilibria are known from %g to %g alone: %s", c->from,
-                c->locus.value[c->locus.reached > 0 ? c->locus.reached - 1 : 0],
-                kempe_context_message(c->system->context));
+        kmp_doubt(c->system->context, "equilibria are known from %g to %g alone: %s", c->from,
+                  c->locus.value[c->locus.reached > 0 ? c->locus.reached - 1 : 0],
+                  kempe_context_message(c->system->context));
         kmp_context_clear(c->system->context);
         status = KEMPE_OK;
     }
@@ -143,8 +143,8 @@ static kempe_status follow_from(kempe_limit_cycles *c, int critical, const kmp_b
     kempe_context *context = c->system->context;
     kempe_status status = kmp_hopf_cycles(c, at, &hopf, &first);
     if (status == KEMPE_E_FAILED) {
-        kmp_log(context, KEMPE_LOG_WARNING, "no limit cycle is found near the Hopf point at %s = %.9g: %s", c->name,
-                at->value, kempe_context_message(context));
+        kmp_doubt(context, "no limit cycle is found near the Hopf point at %s = %.9g: %s", c->name, at->value,
+                  kempe_context_message(context));
         kmp_context_clear(context);
         return KEMPE_OK;
     }

@@ -197,13 +197,13 @@ static void warn(const kempe_optimum *o)
 {
     const kmp_searched *s = &o->search[o->best];
     if (s->broken > KMP_OPTIMUM_KEPT)
-        kmp_log(o->context, KEMPE_LOG_WARNING,
-                "no place keeps all limits: the result is the one that breaks them least, by %.3g of a bound",
-                s->broken);
+        kmp_doubt(o->context,
+                  "no place keeps all limits: the result is the one that breaks them least, by %.3g of a bound",
+                  s->broken);
     if (s->outcome == KMP_SQUARES_MOST)
-        kmp_log(o->context, KEMPE_LOG_WARNING,
-                "the best search has not converged after %d evaluations: continue from its result, or allow more",
-                s->evaluations);
+        kmp_doubt(o->context,
+                  "the best search has not converged after %d evaluations: continue from its result, or allow more",
+                  s->evaluations);
 }
 
 kempe_status kempe_optimum_new(const kempe_model *model, const kempe_optimum_options *options, kempe_optimum **optimum)
