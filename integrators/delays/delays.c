@@ -162,7 +162,12 @@ static kempe_status add(kmp_runner *run, double from, double to, bool early, int
 {
     kmp_delays *x = run->delays;
     const kmp_past_source source = {x->past, first, last, x->values, run, early ? sample_before : sample, tolerance};
-    kempe_status status = kmp_past_record(&source, from, to);
+    int fast;
+    kempe_status status = kmp_past_record(&source, from, to, &fast);
+    if (status == KEMPE_STOPPED)
+        return kmp_fail(run->s->context, KEMPE_E_FAILED,
+                        "the signal of the delay '%s' changes too fast to be recorded between t = %.9g and %.9g s",
+                        state_of(run, fast)->name, from, to);
     return status == KEMPE_E_MEMORY ? kmp_fail_memory(run->s->context) : status;
 }
 

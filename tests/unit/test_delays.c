@@ -278,6 +278,24 @@ static void quantities(void)
     unload(&l);
 }
 
+/* A signal that turns 16 times in the time of its delay, recorded from steps as long: y' = sin(20 t - 100) cos(20 t).
+ */
+static void fast_signals(void)
+{
+    static const double rtols[] = {1e-6, 1e-8, 1e-10, 1e-12};
+    loaded l = load_text("kempe: 1\nbodies: {disk: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: "
+                         "0.01}}}\nstates: {d: {delay: sin(q(A)), time: 5}, y: {rate: d*cos(q(A))}}\n"
+                         "start: {qd: {A: 20}}\nrun: {t_end: 10}\n");
+    const double right = 0.5 * (5 * sin(-100) + (cos(100) - cos(300)) / 40);
+    for (int k = 0; k < 4; k++) {
+        kempe_trajectory *t = run_by(l.system, NULL, rtols[k]);
+        const double *qd = kempe_trajectory_qd(t, kempe_trajectory_row_count(t) - 1);
+        CHECK_NEAR(qd ? qd[2] : NAN, right, 20 * rtols[k]);
+        kempe_trajectory_free(t);
+    }
+    unload(&l);
+}
+
 /* A start value of a delay is the signal before, as a parameter of an ensemble too: y(1) = 1 - late. */
 static void start_values(void)
 {
@@ -392,6 +410,7 @@ int main(void)
     TEST(impacts);
     TEST(dense);
     TEST(stepper);
+    TEST(fast_signals);
     TEST(ensemble);
     TEST(quantities);
     TEST(start_values);

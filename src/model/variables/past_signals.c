@@ -2,13 +2,18 @@
 #include "model/variables/past_signals.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 enum {
     NODES = KMP_PAST_DEGREE + 1,
-    MOST_HALVINGS = 12 /* of a step; a jump that no step ends at is then narrower than 1/4000 of it */
+    LEVELS = 52,        /* halvings of a step: to the rounding of the time */
+    PATIENCE = 4,       /* generations of halves, none accurate, before rounding is suspected */
+    MOST_PIECES = 50000 /* of a step: some megabytes, or ten thousand oscillations */
 };
+/* A part of the time that rounding of times cannot change, in units of it. */
+static const double INSTANT = 1024;
 
 kmp_past *kmp_past_new(int count)
 {
@@ -101,7 +106,18 @@ bool kmp_past_add(kmp_past_signal *signal, double from, double to, const double 
 
 int kmp_past_room(int signals)
 {
-    return signals * NODES * (MOST_HALVINGS + 1);
+    return signals * NODES * (LEVELS + 1);
+}
+
+/* A step under way. */
+typedef struct recording {
+    const kmp_past_source *x;
+    int pieces, fast; /* so far; the signal that was worst last */
+} recording;
+
+static double *values_of(const kmp_past_source *x, int depth, int k)
+{
+    return x->room + ((ptrdiff_t)depth * x->past->count + k) * NODES;
 }
 
 /* A signal from its values at all nodes: what its polynomial lacks, over the tolerance. */
@@ -110,34 +126,81 @@ static double excess(const kmp_past_source *x, int k, const double *values)
     double size = 0;
     for (int i = 0; i < NODES; i++)
         size = fmax(size, fabs(values[i]));
-    return kmp_past_tail(values) / x->tolerance(x->user, k, size);
+    return kmp_past_tail(values) / fmax(x->tolerance(x->user, k, size), x->past->signal[k].rounding);
 }
 
-static kempe_status record(const kmp_past_source *x, double from, double to, int depth, double before)
+/* The largest excess of all signals over a part of the step. */
+static kempe_status sample_part(recording *r, double from, double to, int depth, double *most)
 {
-    double *values = x->room + (ptrdiff_t)depth * x->past->count * NODES, most = 0, middle = 0.5 * (from + to);
+    const kmp_past_source *x = r->x;
     const double *now;
+    *most = 0;
     for (int i = 0; i < NODES; i++) {
         KMP_TRY(x->sample(x->user, kmp_past_node(from, to, i), &now));
         for (int k = x->first; k <= x->last; k++)
-            values[k * NODES + i] = now[k];
+            values_of(x, depth, k)[i] = now[k];
     }
-    for (int k = x->first; k <= x->last; k++)
-        most = fmax(most, excess(x, k, values + (ptrdiff_t)k * NODES));
-    bool splits = most > 1 && depth < MOST_HALVINGS && most < before && middle > from && middle < to;
-    if (splits) {
-        KMP_TRY(record(x, from, middle, depth + 1, most));
-        return record(x, middle, to, depth + 1, most);
+    for (int k = x->first; k <= x->last; k++) {
+        double by = excess(x, k, values_of(x, depth, k));
+        r->fast = by > *most ? k : r->fast;
+        *most = fmax(*most, by);
     }
+    return KEMPE_OK;
+}
+
+static bool is_divisible(double from, double to, int depth)
+{
+    return depth < LEVELS && to - from > INSTANT * DBL_EPSILON * fmax(fabs(from), fabs(to));
+}
+
+/* Follows halves of a part, each other side in turn. What is not accurate down to the rounding of the time is rounding
+ * of the signals, which they have from then on. */
+static kempe_status find_rounding(recording *r, double from, double to, int depth)
+{
+    const kmp_past_source *x = r->x;
+    double most = INFINITY;
+    for (; most > 1 && is_divisible(from, to, depth); depth++) {
+        double middle = 0.5 * (from + to);
+        *(depth % 2 ? &from : &to) = middle;
+        KMP_TRY(sample_part(r, from, to, depth + 1, &most));
+    }
+    for (int k = x->first; most > 1 && k <= x->last; k++) {
+        double lacks = kmp_past_tail(values_of(x, depth, k));
+        if (excess(x, k, values_of(x, depth, k)) > 1)
+            x->past->signal[k].rounding = 4 * lacks;
+    }
+    return KEMPE_OK;
+}
+
+/* `rough`: generations without an accurate polynomial. */
+static kempe_status record(recording *r, double from, double to, int depth, int rough)
+{
+    const kmp_past_source *x = r->x;
+    double most, middle = 0.5 * (from + to);
+    KMP_TRY(sample_part(r, from, to, depth, &most));
+    if (most > 1 && rough > 0 && rough % PATIENCE == 0) {
+        KMP_TRY(find_rounding(r, from, to, depth));
+        KMP_TRY(sample_part(r, from, to, depth, &most));
+    }
+    if (most > 1 && is_divisible(from, to, depth)) {
+        if (r->pieces > MOST_PIECES)
+            return KEMPE_STOPPED;
+        KMP_TRY(record(r, from, middle, depth + 1, rough + 1));
+        return record(r, middle, to, depth + 1, rough + 1);
+    }
+    r->pieces++;
     for (int k = x->first; k <= x->last; k++)
-        if (!kmp_past_add(&x->past->signal[k], from, to, values + (ptrdiff_t)k * NODES))
+        if (!kmp_past_add(&x->past->signal[k], from, to, values_of(x, depth, k)))
             return KEMPE_E_MEMORY;
     return KEMPE_OK;
 }
 
-kempe_status kmp_past_record(const kmp_past_source *source, double from, double to)
+kempe_status kmp_past_record(const kmp_past_source *source, double from, double to, int *fast)
 {
-    return record(source, from, to, 0, INFINITY);
+    recording r = {.x = source};
+    kempe_status status = record(&r, from, to, 0, 0);
+    *fast = r.fast;
+    return status;
 }
 
 /* -- pieces ------------------------------------------------------------------------------------------ */

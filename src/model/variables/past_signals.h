@@ -20,8 +20,9 @@ typedef struct kmp_past_signal {
     double delay;
     kmp_past_piece *piece;
     int count;
-    double dropped; /* number of pieces before the first one, which are forgotten */
-    int jump;       /* of the next piece */
+    double dropped;  /* number of pieces before the first one, which are forgotten */
+    int jump;        /* of the next piece */
+    double rounding; /* error of a polynomial that is nothing but rounding of the signal, as it was found */
 } kmp_past_signal;
 
 typedef struct kmp_past {
@@ -41,8 +42,8 @@ bool kmp_past_add(kmp_past_signal *signal, double from, double to, const double 
 /** Node k of [from, to], ascending, the first and the last one at the ends. */
 double kmp_past_node(double from, double to, int k);
 
-/** The source of records of the past: polynomials are halved while their last coefficients exceed a tolerance and that
- * helps. `room`: kmp_past_room numbers. */
+/** The source of records of the past: polynomials are halved while their last coefficients exceed a tolerance and are
+ * more than rounding. `room`: kmp_past_room numbers. */
 typedef struct kmp_past_source {
     kmp_past *past;
     int first, last; /* the signals that are recorded */
@@ -55,9 +56,9 @@ typedef struct kmp_past_source {
 /** The numbers that recording so many signals needs. */
 int kmp_past_room(int signals);
 
-/** Adds polynomials over [from, to], whose samples are in the order of time. KEMPE_E_MEMORY without a message; errors
- * of `sample`. */
-kempe_status kmp_past_record(const kmp_past_source *source, double from, double to);
+/** Adds polynomials over [from, to]. KEMPE_E_MEMORY without a message; errors of `sample`. KEMPE_STOPPED: signal *fast
+ * changes too fast to be recorded. */
+kempe_status kmp_past_record(const kmp_past_source *source, double from, double to, int *fast);
 
 /** The numbers of the first and the last piece that lie between two times, which are ends of pieces. */
 void kmp_past_between(const kmp_past_signal *signal, double from, double to, double *first, double *last);

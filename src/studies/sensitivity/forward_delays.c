@@ -210,7 +210,8 @@ bool kmp_forward_delays_record(kmp_forward_formulation *f, kmp_runner *runner, d
     const kmp_past_source source = {x->past, 0, x->past->count - 1, x->room, f, sample, tolerance};
     x->runner = runner;
     x->begins = true;
-    if (kmp_past_record(&source, x->past->known, to) != KEMPE_OK)
+    int fast;
+    if (kmp_past_record(&source, x->past->known, to, &fast) != KEMPE_OK)
         return false;
     memcpy(x->last, x->value, (size_t)x->count * sizeof *x->last);
     x->past->known = to;
@@ -275,7 +276,8 @@ static kempe_status begin_given(kmp_forward_formulation *f, int k, double t)
     const double *value;
     const int all = x->parameters;
     const kmp_past_source source = {x->past, k * all, (k + 1) * all - 1, x->room, f, sample_before, tolerance};
-    KMP_TRY(kmp_past_record(&source, t - x->delay[k], t));
+    int fast;
+    KMP_TRY(kmp_past_record(&source, t - x->delay[k], t, &fast));
     KMP_TRY(sample_before(f, t - x->delay[k], &value));
     for (int p = 0; p < all; p++)
         f->dqd[p * f->n + motion_of(f, k)] = value[k * all + p];
