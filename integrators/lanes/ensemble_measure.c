@@ -381,7 +381,10 @@ static kmp_measured_step step_of(const kmp_engine *e, const kmp_pool *pool, size
 
 bool kmp_lane_pass(kmp_engine *e, const kmp_pool *pool, size_t l)
 {
-    const kmp_measured_step step = step_of(e, pool, l, e->room.t_new[l]);
+    kmp_measured_step step = step_of(e, pool, l, e->room.t_new[l]);
+    for (size_t k = 0, p = (size_t)e->p; e->measuring->q->turns && k < p; k++)
+        if (e->s->model->motions[pool->part.u[k]].rotation)
+            step.turn = fmax(step.turn, fabs(e->room.y[(p + k) * e->room.w + l]) * e->room.step[l]);
     return step.sampled && kmp_account_pass(e->measuring->q, account_of(e, e->room.who[l]), &step);
 }
 
@@ -415,7 +418,10 @@ bool kmp_run_measure(kmp_engine *e, int i, kmp_runner *run)
                                     .channels = run_channels,
                                     .user = &in};
     bool good = kmp_account_step(m->q, account_of(e, i), m->room, &step);
+    kmp_text why = {0};
     kmp_engine_hold_inputs(e, NULL);
+    if (!good && !run->reason && kmp_account_excess(m->q, account_of(e, i), step.to, &why))
+        run->reason = kmp_text_take(&why);
     return good;
 }
 

@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Quantities of a run: a value at its end or at a time, extremes with their times, means, times and numbers of changes
- * of a condition. They are taken from the dense output of each step, as polynomials that are halved until they are
- * smooth. The run gives values of channels, which are expressions at a state. */
+ * of a condition. They are taken from the dense output of each step, as polynomials over parts that are halved until
+ * these are resolved: the polynomials lack less than the tolerance, and nothing is hidden between their points. The
+ * run gives values of channels, which are expressions at a state. */
 #pragma once
 
 #include "base/arena.h"
+#include "model/expressions/expression.h"
 #include <stddef.h>
 
 typedef enum kmp_run_quantity_kind {
@@ -32,11 +34,22 @@ typedef struct kmp_run_quantity {
     int first_value; /* among the values of all quantities */
 } kmp_run_quantity;
 
+/* An argument of a function in the expression of a channel: the function may change where its argument does, between
+ * points at which it is sampled. */
+typedef struct kmp_run_argument {
+    kmp_argument_kind kind;
+    int of; /* the channel */
+} kmp_run_argument;
+
 typedef struct kmp_run_quantities {
     int count, channels, values;
     const kmp_run_quantity *of;
+    const char *const *name; /* of each value */
+    int arguments;           /* the last channels */
+    const kmp_run_argument *argument;
     const int *shown; /* of each channel: its number among the computed outputs of the model (kmp_eval_shown), or
                        * -1 - its number in the row q, qd, qdd, lambda */
+    bool turns;       /* some channel is a wave of the angles of the mechanism */
     bool inside;      /* some quantity depends on states within steps */
     bool rates, late; /* some channel depends on rates; on accelerations or multipliers */
     bool computed;    /* some channel is a computed output */
@@ -64,11 +77,11 @@ typedef bool kmp_channels_fn(void *user, double t, double *values);
  * whose first and last point are left as they are. false: they must be taken one by one. */
 typedef bool kmp_parts_fn(void *user, int halvings, int index, double *piece);
 
-/** An accepted step: its times; the error of a polynomial relative to the largest value so far; the channels at
- * kmp_piece_point 0, 1, .. of the whole step, point by point, if they are known (NULL: they are not), in its parts
- * (NULL: one by one), and at other times. */
+/** An accepted step: its times; about how far an angle turns; the error of a polynomial relative to the largest value
+ * so far; the channels at kmp_piece_point 0, 1, .. of the whole step, point by point, if they are known (NULL: they are
+ * not), in its parts (NULL: one by one), and at other times. */
 typedef struct kmp_measured_step {
-    double from, to, rtol;
+    double from, to, turn, rtol;
     const double *sampled;
     kmp_parts_fn *parts;
     kmp_channels_fn *channels;
@@ -82,9 +95,13 @@ bool kmp_quantities_may_pass(const kmp_run_quantities *quantities);
  * points 0, 2, 4, 6 and 8 alone are read, and need not be exact. false: the step must be taken into account. */
 bool kmp_account_pass(const kmp_run_quantities *quantities, double *account, const kmp_measured_step *step);
 
-/** Takes a step into account. false: a state within the step was not available. */
+/** Takes a step into account. false: a state within the step was not available, or the bound of work of a run is
+ * reached (kmp_account_excess). */
 bool kmp_account_step(const kmp_run_quantities *quantities, double *account, double *room,
                       const kmp_measured_step *step);
+
+/** Why the bound of work is reached, with the name of a quantity; false: it is not. */
+bool kmp_account_excess(const kmp_run_quantities *quantities, const double *account, double t, kmp_text *why);
 
 /** Writes the values at the end of a run: `end` has the channels there. */
 void kmp_account_values(const kmp_run_quantities *quantities, const double *account, double t_start, double t_end,

@@ -236,3 +236,22 @@ bool kmp_expr_has_time(const kmp_expr *expr);
 
 /** True when only numbers and parameters occur. */
 bool kmp_expr_is_constant(const kmp_expr *expr);
+
+/** Dependence of a function on its argument, in a unit over which it is smooth. */
+typedef enum kmp_argument_kind {
+    KMP_ARGUMENT_PEAK, /* as its exponential */
+    KMP_ARGUMENT_STEP, /* it changes by all that it can over some units */
+    KMP_ARGUMENT_WAVE, /* it may change anywhere, as a sine or a table */
+    KMP_ARGUMENT_SIZE, /* abs: it has a kink at zero */
+    KMP_ARGUMENT_KINK  /* it has a kink or a jump at zero */
+} kmp_argument_kind;
+
+/** A function within an expression, by its argument. */
+typedef struct kmp_expr_argument {
+    kmp_argument_kind kind;
+    const kmp_expr *of, *in; /* the argument, made in the arena or a part of the expression; its function */
+    const struct kmp_expr_argument *next;
+} kmp_expr_argument;
+
+/** Lists the functions of an expression that are no polynomials. false: no memory. */
+bool kmp_expr_arguments(kmp_arena *arena, const kmp_expr *expr, const kmp_expr_argument **list);

@@ -125,6 +125,12 @@ static const kmp_expr *difference_of(kempe_model *copy, const kmp_expr *e, bool 
     return made;
 }
 
+static bool is_measure(const kmp_expr *e, const void *unused)
+{
+    (void)unused;
+    return e->kind == KMP_EXPR_MEASURE;
+}
+
 static bool is_unknown(const kmp_expr *e, const void *unused)
 {
     (void)unused;
@@ -179,35 +185,98 @@ static bool is_in_rows(kempe_model *copy, kmp_added_value *v, const kmp_expr *e,
     return true;
 }
 
-kempe_status kmp_add_values(kempe_model *copy, const char *label, int count, kmp_added_value *values)
+/* The values as they are read, and the outputs that the copy gets. */
+typedef struct making {
+    kempe_model *copy;
+    kmp_sensor *read;               /* of each value that is an expression */
+    const kmp_expr_argument **list; /* of each value */
+    bool turns;                     /* some value depends on positions or loads */
+    int known;                      /* arguments in all lists */
+    kmp_output *output;
+    kmp_sensor *sensor;
+    int outputs, sensors, place;
+} making;
+
+static kempe_status read_value(making *m, const char *label, int k, kmp_added_value *v)
 {
-    int place = 0, sensors = copy->sensor_count, kept = 0;
-    kmp_output *outputs = KMP_ARENA_NEW(&copy->arena, kmp_output, count);
-    kmp_sensor *list = KMP_ARENA_NEW(&copy->arena, kmp_sensor, sensors + count);
-    KMP_TRY(kmp_made(copy->context, outputs && list));
-    if (sensors > 0)
-        memcpy(list, copy->sensors, (size_t)sensors * sizeof *list);
-    for (int k = 0; k < count; k++) {
-        kmp_added_value *v = &values[k];
-        int part = 0;
-        if (!v->condition && is_in_rows(copy, v, NULL, copy->motion_count))
-            continue;
-        if (!v->condition && is_output(v->text)) {
-            KMP_TRY(add_output(copy, label, v, &outputs[kept], &part));
-        } else {
-            KMP_TRY(add_expression(copy, label, v, &list[sensors]));
-            if (is_in_rows(copy, v, list[sensors].expr, copy->motion_count))
-                continue;
-            outputs[kept] = (kmp_output){.kind = KMP_OUTPUT_SENSOR, .index = sensors++};
-        }
-        v->shown = place + part;
-        place += outputs[kept].kind == KMP_OUTPUT_SENSOR ? 1 : kmp_output_width(copy, &outputs[kept]);
-        kept++;
+    int n = m->copy->motion_count;
+    if (!v->condition && is_in_rows(m->copy, v, NULL, n))
+        return KEMPE_OK;
+    m->turns = m->turns || (!v->condition && is_output(v->text));
+    if (!v->condition && is_output(v->text))
+        return KEMPE_OK;
+    KMP_TRY(add_expression(m->copy, label, v, &m->read[k]));
+    if (is_in_rows(m->copy, v, m->read[k].expr, n))
+        return KEMPE_OK;
+    m->turns = m->turns || v->late || kmp_expr_find(m->read[k].expr, is_measure, NULL);
+    bool listed = kmp_expr_arguments(&m->copy->arena, m->read[k].expr, &m->list[k]);
+    for (const kmp_expr_argument *a = m->list[k]; a; a = a->next)
+        m->known++;
+    return kmp_made(m->copy->context, listed);
+}
+
+/* Makes an expression an output, unless it is in every row; its number as in kmp_added_value. */
+static int place_expression(making *m, const char *name, const kmp_expr *e)
+{
+    kmp_added_value row = {.text = "?"};
+    if (is_in_rows(m->copy, &row, e, m->copy->motion_count))
+        return row.shown;
+    m->sensor[m->sensors] = (kmp_sensor){.name = name, .expr = e};
+    m->output[m->outputs++] = (kmp_output){.kind = KMP_OUTPUT_SENSOR, .index = m->sensors++};
+    return m->place++;
+}
+
+static kempe_status place_value(making *m, const char *label, int k, kmp_added_value *v)
+{
+    int part = 0;
+    if (v->shown < 0)
+        return KEMPE_OK;
+    if (m->read[k].expr) {
+        v->shown = place_expression(m, v->text, m->read[k].expr);
+        return KEMPE_OK;
     }
-    copy->sensors = list;
-    copy->sensor_count = sensors;
-    copy->outputs = outputs;
-    copy->output_count = kept;
+    KMP_TRY(add_output(m->copy, label, v, &m->output[m->outputs], &part));
+    v->shown = m->place + part;
+    m->place += kmp_output_width(m->copy, &m->output[m->outputs++]);
+    return KEMPE_OK;
+}
+
+static void place_arguments(making *m, int count, const kmp_added_value *values, kmp_added_arguments *arguments)
+{
+    int own = m->outputs;
+    for (int k = 0; k < count; k++)
+        for (const kmp_expr_argument *a = m->list[k]; a; a = a->next) {
+            int shown = place_expression(m, values[k].text, a->of);
+            arguments->of[arguments->count++] = (kmp_added_argument){a->kind, k, shown};
+        }
+    arguments->outputs = m->outputs - own;
+    arguments->turns = m->turns;
+}
+
+kempe_status kmp_add_values(kempe_model *copy, const char *label, int count, kmp_added_value *values,
+                            kmp_added_arguments *arguments)
+{
+    making m = {.copy = copy, .sensors = copy->sensor_count};
+    kmp_arena *arena = &copy->arena;
+    *arguments = (kmp_added_arguments){0};
+    m.read = KMP_ARENA_NEW(arena, kmp_sensor, count);
+    m.list = KMP_ARENA_NEW(arena, const kmp_expr_argument *, count);
+    KMP_TRY(kmp_made(copy->context, m.read && m.list));
+    for (int k = 0; k < count; k++)
+        KMP_TRY(read_value(&m, label, k, &values[k]));
+    m.output = KMP_ARENA_NEW(arena, kmp_output, count + m.known);
+    m.sensor = KMP_ARENA_NEW(arena, kmp_sensor, m.sensors + count + m.known);
+    arguments->of = KMP_ARENA_NEW(arena, kmp_added_argument, m.known);
+    KMP_TRY(kmp_made(copy->context, m.output && m.sensor && arguments->of));
+    if (m.sensors > 0)
+        memcpy(m.sensor, copy->sensors, (size_t)m.sensors * sizeof *m.sensor);
+    for (int k = 0; k < count; k++)
+        KMP_TRY(place_value(&m, label, k, &values[k]));
+    place_arguments(&m, count, values, arguments);
+    copy->sensors = m.sensor;
+    copy->sensor_count = m.sensors;
+    copy->outputs = m.output;
+    copy->output_count = m.outputs;
     return KEMPE_OK;
 }
 

@@ -153,8 +153,8 @@ static bool is_divisible(double from, double to, int depth)
     return depth < LEVELS && to - from > INSTANT * DBL_EPSILON * fmax(fabs(from), fabs(to));
 }
 
-/* Follows halves of a part, each other side in turn. What is not accurate down to the rounding of the time is rounding
- * of the signals, which they have from then on. */
+/* Follows halves of a part, each other side in turn. A part that is not accurate down to the rounding of the time is
+ * rounding of the signals, which they have from then on. */
 static kempe_status find_rounding(recording *r, double from, double to, int depth)
 {
     const kmp_past_source *x = r->x;

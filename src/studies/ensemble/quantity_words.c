@@ -321,9 +321,32 @@ static void settle(reading *r)
         run->computed = run->computed || r->shown[k] >= 0;
     }
     run->of = r->of;
-    run->shown = r->shown;
+    run->name = r->name;
     r->list->name = r->name;
     r->list->unit = r->unit;
+}
+
+/* Arguments are the channels behind those of the quantities. */
+static bool add_arguments(reading *r, const kmp_added_arguments *arguments)
+{
+    kmp_run_quantities *run = &r->list->run;
+    kmp_run_argument *argument = KMP_ARENA_NEW(&r->list->arena, kmp_run_argument, arguments->count);
+    int *shown = KMP_ARENA_NEW(&r->list->arena, int, run->channels + arguments->count);
+    if (!argument || !shown)
+        return false;
+    memcpy(shown, r->shown, (size_t)run->channels * sizeof *shown);
+    for (int k = 0; k < arguments->count; k++) {
+        const kmp_added_argument *a = &arguments->of[k];
+        argument[k] = (kmp_run_argument){a->kind, a->of};
+        shown[run->channels + k] = a->shown;
+    }
+    run->channels += arguments->count;
+    run->arguments = arguments->count;
+    run->turns = arguments->turns;
+    run->argument = argument;
+    run->shown = shown;
+    r->list->argument_outputs = arguments->outputs;
+    return true;
 }
 
 static kempe_status read_all(kmp_quantity_list *list, const kempe_model *model, const char *quantities,
@@ -341,9 +364,10 @@ static kempe_status read_all(kmp_quantity_list *list, const kempe_model *model, 
                                     KMP_ROOM(kmp_quantity_limit, most_limits, &list->limit))));
     KMP_TRY(each_item(&r, quantities, "quantity", add_quantity));
     KMP_TRY(each_item(&r, limits, "limit", add_limit));
-    KMP_TRY(kmp_add_values(r.copy, "quantity", list->run.channels, r.channel));
+    kmp_added_arguments arguments;
+    KMP_TRY(kmp_add_values(r.copy, "quantity", list->run.channels, r.channel, &arguments));
     settle(&r);
-    return kmp_made(model->context, !list->arena.failed);
+    return kmp_made(model->context, add_arguments(&r, &arguments) && !list->arena.failed);
 }
 
 kempe_status kmp_quantity_list_init(kmp_quantity_list *list, const kempe_model *model, const char *quantities,

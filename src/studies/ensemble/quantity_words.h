@@ -20,6 +20,7 @@ typedef struct kmp_quantity_list {
     const char *words, *limit_words; /* as they were given, "" without */
     const char **name, **unit;       /* of each value */
     double last_time;                /* the largest time of a value; 0: none */
+    int argument_outputs;            /* the last outputs of the variant, which are arguments of the others */
     int limit_count;
     kmp_quantity_limit *limit;
 } kmp_quantity_list;

@@ -46,7 +46,7 @@ static kempe_status add_rows(kmp_objective *o)
     KMP_TRY(kmp_variant_new(kmp_variant_model(o->list->variant), 0, NULL, &o->shown));
     static const kmp_output_kind rows[] = {KMP_OUTPUT_Q, KMP_OUTPUT_QD, KMP_OUTPUT_QDD, KMP_OUTPUT_STATE};
     kempe_model *m = kmp_variant_model(o->shown);
-    int count = m->output_count, more = m->state_count > 0 ? 4 : 3;
+    int count = m->output_count - o->list->argument_outputs, more = m->state_count > 0 ? 4 : 3;
     kmp_output *outputs = KMP_ARENA_NEW(&m->arena, kmp_output, count + more);
     KMP_TRY(kmp_made(o->context, outputs));
     if (count > 0)
@@ -80,7 +80,7 @@ static kempe_status derive_slopes(kmp_objective *o, const char *const *names, do
     kmp_text_free(&list);
     if (status != KEMPE_OK && status != KEMPE_E_MEMORY)
         return refuse_slopes(o, kempe_context_message(o->context));
-    for (int k = 0; k < run->channels && status == KEMPE_OK; k++) {
+    for (int k = 0; k < run->channels - run->arguments && status == KEMPE_OK; k++) {
         o->column[k] = column_of(o, k);
         if (o->column[k] < 0)
             return refuse_slopes(o, "an expression has no derivative");
