@@ -360,54 +360,39 @@ static const kempe_equations kinked = {.name = "kinked",
                                        .changes = kinked_changes,
                                        .watch = &watch_x};
 
-/* -- a mass from rest with quadratic drag, pushed until t = 0.01, then back ------------------------------------------
+/* -- a mass from rest with quadratic drag under a force that turns ----------------------------------------------------
  */
 
 static void dragged_motion(const kempe_arguments *at, double *M, double *C, double *jdqd)
 {
     (void)jdqd;
-    double v = at->qd[0], side = at->modes[1];
-    M[0] = 1;
-    C[0] = v * (side != 0 ? -side * v : fabs(v)) - (at->modes[0] > 0 ? 1 : -1);
+    double v = at->qd[0], side = at->modes[0];
+    M[0] = 1; /* qdd = 1 - 400 t - 3 v |v| */
+    C[0] = 3 * v * (side != 0 ? -side * v : fabs(v)) - (1 - 400 * at->t);
 }
 
 static void dragged_changes(const kempe_arguments *at, double *value)
 {
-    value[0] = at->t - 0.01;
-    value[1] = at->qd[0];
+    value[0] = at->qd[0];
 }
 
-static const char *const dragged_conditions[] = {"t < 0.01", "abs"};
-static const int dragged_kinds[] = {KEMPE_CONDITION_SWITCHES, KEMPE_CONDITION_KINK};
-static const double dragged_constants[] = {0.01};
-static const int dragged_inputs[] = {KEMPE_WATCH_TIME, 0, KEMPE_WATCH_QD, 0};
-static const unsigned dragged_steps[] = {KMP_OP_ADD, 2, 1, 0}, dragged_outputs[] = {6, 4};
-static const kempe_watch watch_dragged = {.constants = 1,
-                                          .inputs = 2,
-                                          .steps = 1,
-                                          .constant = dragged_constants,
-                                          .input = dragged_inputs,
-                                          .step = dragged_steps,
-                                          .output = dragged_outputs,
-                                          .traits = watch_traits,
-                                          .search = kempe_watch_search};
 static const kempe_equations dragged = {.name = "dragged",
                                         .hash = "",
                                         .coordinates = 1,
                                         .freedom = 1,
-                                        .conditions = 2,
+                                        .conditions = 1,
                                         .coordinate_names = spring_coordinates,
-                                        .condition_names = dragged_conditions,
+                                        .condition_names = kinked_conditions,
                                         .coordinate_kind = translations,
-                                        .condition_kind = dragged_kinds,
+                                        .condition_kind = kinked_kinds,
                                         .scale = ones,
                                         .rank_tolerance = 1e-10,
-                                        .start_q = nothing,
+                                        .start_q = ones,
                                         .start_qd = nothing,
                                         .early = 1,
                                         .motion = dragged_motion,
                                         .changes = dragged_changes,
-                                        .watch = &watch_dragged};
+                                        .watch = &watch_rate};
 
 /* -- a mass on a stiff spring and damper whose other end moves as sin(t), with a force that makes its motion the same
  * --- */
