@@ -324,12 +324,11 @@ void kmp_context_clear(kempe_context *context)
     context->complaints = 0;
 }
 
-/* Makes a sentence one line, whatever the names in it. */
+/* Makes a sentence one line that a terminal shows as it is, whatever the text in it. */
 static void flatten(kmp_text *text, size_t from)
 {
-    for (size_t i = from; !text->failed && i < text->length; i++)
-        if ((unsigned char)text->s[i] < 0x20 || text->s[i] == 0x7f)
-            text->s[i] = ' ';
+    if (!text->failed && text->s)
+        kmp_text_clean(text->s + from, ' ');
 }
 
 static size_t begin_sentence(kmp_text *message)

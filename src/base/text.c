@@ -127,6 +127,45 @@ void kmp_text_shell(kmp_text *text, const char *s)
     kmp_text_put(text, "'");
 }
 
+/* The character at `s`, and its bytes; a byte that begins no character in UTF-8 is one of its own: false. */
+static bool decode(const char *s, int *length, unsigned *code)
+{
+    const unsigned char *b = (const unsigned char *)s;
+    static const unsigned least[] = {0, 0, 0x80, 0x800, 0x10000};
+    const int bytes = b[0] < 0x80 ? 1 : b[0] >> 5 == 6 ? 2 : b[0] >> 4 == 14 ? 3 : b[0] >> 3 == 30 ? 4 : 0;
+    unsigned value = bytes > 1 ? b[0] & (0x7fu >> bytes) : b[0];
+    bool good = bytes > 0;
+    for (int k = 1; good && k < bytes; k++) {
+        good = b[k] >> 6 == 2;
+        value = value << 6 | (b[k] & 0x3fu);
+    }
+    good = good && value >= least[bytes] && value <= 0x10ffff && !(value >= 0xd800 && value <= 0xdfff);
+    *length = good ? bytes : 1;
+    *code = good ? value : b[0];
+    return good;
+}
+
+const char *kmp_text_unfit(const char *s, int *length, unsigned *code)
+{
+    for (; *s; s += *length) {
+        const bool good = decode(s, length, code);
+        const unsigned c = *code;
+        const bool controls = c < 0x20 || (c >= 0x7f && c < 0xa0) || c == 0xfeff || (c & 0xfffe) == 0xfffe;
+        const bool turns = (c >= 0x202a && c <= 0x202e) || (c >= 0x2066 && c <= 0x2069) || c == 0x2028 || c == 0x2029;
+        if (!good || controls || turns)
+            return s;
+    }
+    return NULL;
+}
+
+void kmp_text_clean(char *s, char by)
+{
+    int length = 0;
+    unsigned code;
+    for (const char *at; (at = kmp_text_unfit(s, &length, &code)); s += at - s + length)
+        memset(s + (at - s), by, (size_t)length);
+}
+
 void kmp_text_escape(kmp_text *text, const char *s)
 {
     for (; *s; s++) {

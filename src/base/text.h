@@ -36,6 +36,13 @@ void kmp_text_shell(kmp_text *text, const char *s);
 /** Appends `s` escaped for XML or HTML: <, > and & are replaced. */
 void kmp_text_escape(kmp_text *text, const char *s);
 
+/** The first character of `s` that names, messages and files must not have: a control character, one that turns the
+ * direction of text or ends a line, or a byte that is not UTF-8. *length: of its bytes; *code: its number. NULL: there
+ * is none. */
+const char *kmp_text_unfit(const char *s, int *length, unsigned *code);
+/** Puts `by` in place of each byte of these. */
+void kmp_text_clean(char *s, char by);
+
 /** Appends a number with the shortest digits (up to 17) that read back to the same double; "null" when not finite. */
 void kmp_text_number(kmp_text *text, double x);
 

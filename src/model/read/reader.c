@@ -36,7 +36,10 @@ static const char *name_of_file(kmp_reader *r)
     const char *base = slash ? slash + 1 : r->file;
     const char *dot = strrchr(base, '.');
     size_t length = dot && dot != base ? (size_t)(dot - base) : strlen(base);
-    return kmp_reader_say(r, "%.*s", (int)length, base);
+    char *name = kmp_arena_printf(&r->scratch, "%.*s", (int)length, base);
+    if (name)
+        kmp_text_clean(name, '_');
+    return name;
 }
 
 static void read_head(kmp_reader *r)

@@ -136,8 +136,17 @@ bool kmp_read_list(kmp_reader *r, const kmp_yaml *node, const char *what, int co
 
 const char *kmp_read_word(kmp_reader *r, const kmp_yaml *node, const char *what)
 {
-    if (node->kind == KMP_YAML_SCALAR && node->text[0])
-        return node->text;
+    if (node->kind == KMP_YAML_SCALAR && node->text[0]) {
+        int length;
+        unsigned code;
+        if (!kmp_text_unfit(node->text, &length, &code))
+            return node->text;
+        kmp_reader_complain(r, node->place,
+                            "%s '%s' has the character U+%04X: a name has no control characters, none that turn the "
+                            "direction of text, and no line breaks",
+                            what, node->text, code);
+        return NULL;
+    }
     kmp_reader_complain(r, node->place, "%s must be a word, not %s", what,
                         node->kind == KMP_YAML_SCALAR ? "an empty one" : kind_name(node));
     return NULL;
