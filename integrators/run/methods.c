@@ -149,6 +149,8 @@ static kmp_integrator_reason reason_against_lanes(const kempe_system *system, co
         return (kmp_integrator_reason){.because = "a linear solver is given, and radau uses none"};
     if (ignores_change_points(spec))
         return (kmp_integrator_reason){.because = "a step of radau cannot extend over a change point that is ignored"};
+    if (spec->fixed_step > 0)
+        return (kmp_integrator_reason){.because = "the steps of radau have no constant length"};
     const char *obstacle = obstacle_to_lanes(system);
     return (kmp_integrator_reason){.because = obstacle ? "radau would evaluate the stages of a step one by one" : NULL,
                                    .obstacle = obstacle};

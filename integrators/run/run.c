@@ -27,13 +27,68 @@ static kempe_status check_bound(kmp_runner *run, double t)
     return run->reason ? KEMPE_E_FAILED : kmp_fail_memory(run->s->context);
 }
 
+/* The largest unknown at the end of the last step over its usual size, which the absolute tolerances have. */
+static double size_of_unknowns(kmp_runner *run, double t)
+{
+    const double *y = kmp_runner_unknowns(run, t), *atol = run->solver->tolerance.atol;
+    double most = 0;
+    for (int i = 0; y && i < run->formulation->size; i++)
+        most = fmax(most, fabs(y[i]) / atol[i]);
+    return most * run->spec.atol;
+}
+
+/* Usual rates of a coordinate: below it does not explode. */
+static const double USUAL_RATES = 1000;
+
+/* The coordinate that moves fastest, far beyond its usual rate; -1: there is none. States may have any size. */
+static int find_exploding(kmp_runner *run, double t, double *rate)
+{
+    double *row = run->moved, most = USUAL_RATES * run->rate_scale;
+    int which = -1;
+    if (kmp_runner_motion(run, t, row) != KEMPE_OK)
+        return -1;
+    for (int i = 0; i < kmp_model_coordinates(run->s->model); i++)
+        if (fabs(row[run->s->n + i]) / run->s->scale[i] > most) {
+            *rate = row[run->s->n + i];
+            most = fabs(*rate) / run->s->scale[i];
+            which = i;
+        }
+    return which;
+}
+
+/* Ends a run whose motion explodes; a given bound on steps is that of the user. */
+static kempe_status check_growth(kmp_runner *run, double t)
+{
+    kmp_growth *growth = &run->growth;
+    long tried = kmp_runner_tried(run);
+    double rate = 0;
+    if (run->bound.most != 0 || !kmp_growth_is_due(growth, tried) ||
+        !kmp_growth_is_endless(growth, tried, t, size_of_unknowns(run, t)))
+        return KEMPE_OK;
+    int k = find_exploding(run, t, &rate);
+    if (k < 0)
+        return KEMPE_OK;
+    kmp_text why = {0};
+    kmp_text_printf(
+        &why,
+        "the motion grows without end: at t = %.6g s '%s' has a rate of %.3g %s, and the state is ten times as "
+        "large as %.3g s before, for the third time: check the signs of forces, dampings and gains, or give "
+        "a number of steps (max_steps)",
+        t, run->s->model->motions[k].name, rate, run->s->model->motions[k].rotation ? "rad/s" : "m/s",
+        growth->t[0] - growth->t[1]);
+    run->reason = kmp_text_take(&why);
+    return run->reason ? KEMPE_E_FAILED : kmp_fail_memory(run->s->context);
+}
+
 /* Reports progress and checks for interrupts. */
 static kempe_status attend(kmp_runner *run)
 {
     double t = kmp_runner_t(run);
     kmp_progress(run->s->context, KMP_PROGRESS_RUN, t, run->spec.t_end, "s");
-    if (!kmp_interrupted(run->s->context))
+    if (!kmp_interrupted(run->s->context)) {
+        KMP_TRY(check_growth(run, t));
         return check_bound(run, t);
+    }
     run->reason = kmp_strdup("interrupted");
     return KEMPE_STOPPED;
 }

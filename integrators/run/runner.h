@@ -84,6 +84,7 @@ struct kmp_runner {
     bool locks;
     bool cut; /* given up for spec.limit_s */
     kmp_work_bound bound;
+    kmp_growth growth;
     bool ended, requested; /* by a condition; by one of the model's `until` */
 };
 

@@ -76,5 +76,7 @@ static const kmp_sun_package package = {.name = "ARKODE",
                                         .advance = advance,
                                         .derivative = KMP_SUN_ARK(GetDky)};
 
-const kmp_solver_kind kmp_solver_erk = {.name = "erk", .corrects = true, .method = &package, KMP_SUN_FUNCTIONS};
-const kmp_solver_kind kmp_solver_dirk = {.name = "dirk", .implicit = true, .method = &package, KMP_SUN_FUNCTIONS};
+const kmp_solver_kind kmp_solver_erk = {
+    .name = "erk", .corrects = true, .method = &package, .undo = kmp_sun_undo, KMP_SUN_FUNCTIONS};
+const kmp_solver_kind kmp_solver_dirk = {
+    .name = "dirk", .implicit = true, .method = &package, .undo = kmp_sun_undo, KMP_SUN_FUNCTIONS};

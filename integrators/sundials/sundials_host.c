@@ -299,6 +299,17 @@ kempe_status kmp_sun_step(void *solver)
     return status;
 }
 
+void kmp_sun_undo(void *solver, double h)
+{
+    kmp_sun *s = solver;
+    if (!kmp_solver_take_back(&s->base, h))
+        return;
+    s->more.steps--;
+    s->more.refused++;
+    s->moved = false;
+    s->halted = restart(s, false, s->y_old, NULL, h) != 0; /* the next step then fails */
+}
+
 /* -- dense output ---------------------------------------------------------------------------------- */
 
 /* True if t is within the last step, up to rounding. */

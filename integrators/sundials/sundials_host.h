@@ -118,6 +118,9 @@ void kmp_sun_release(void *solver);
 kempe_status kmp_sun_start(void *solver, double t, const double *y, const double *yp, double t_end, double h0);
 kempe_status kmp_sun_extend(void *solver, double t_end);
 kempe_status kmp_sun_step(void *solver);
+
+/** Takes the last step of a one-step method back: the next one has the length h. */
+void kmp_sun_undo(void *solver, double h);
 kempe_status kmp_sun_dense(void *solver, double t, double *y, double *yp);
 void kmp_sun_transfer(void *solver, kmp_number_stream *stream);
 

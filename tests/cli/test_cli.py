@@ -1700,6 +1700,30 @@ run: {t_end: 1}
             one = self.object(0, "equilibrium", "model.yaml", "--hold", "S=0.4", "--solve-for", "F")
             self.assertAlmostEqual(one["free"]["F"], sign * 98.1 * 0.4 / math.sqrt(1 - 0.4 ** 2), places=8)
 
+    def test_a_motion_that_explodes_ends_soon(self):
+        """A negative damper: the amplitude is exp(2.5 t). A state of the same growth is left alone."""
+        text = """
+            kempe: 1
+            states: {s: {start: 1, rate: "3*s"}}
+            bodies: {a: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}
+            forces: {f: {joint: x, force: "GAIN*qd(x) - 1e6*q(x) + 1e-9*s"}}
+            start: {q: {x: 0.01}}
+            run: {t_end: T_END, integrator: bdf}
+            """
+        found = self.object(1, "simulate", self.model(text.replace("GAIN", "5").replace("T_END", "100")))
+        self.assertRegex(found["reason"], r"grows without end: at t = \S+ s 'x' has a rate of \S+ m/s")
+        self.assertLess(found["work"]["steps"], 1e6)
+        self.object(0, "simulate", self.model(text.replace("GAIN", "-2").replace("T_END", "4")), "--no-convergence-check")
+
+    def test_a_full_film_has_an_unstable_equilibrium(self):
+        """Sommerfeld: W = 12 pi eta w R L (R/c)^2 e/((2 + e^2) sqrt(1 - e^2)) for a long bearing whose film is complete."""
+        for rate in (100, 900):
+            found = self.object(0, "equilibrium", ROOT / "tests/models/full_film_rotor.yaml", "--set", f"w={rate}")
+            self.assertFalse(found["stable"])
+            e = found["q"]["B_x"] / 1e-4
+            load = 12 * math.pi * 0.03 * rate * 0.02 * 0.015 * (0.02 / 1e-4) ** 2 * e / ((2 + e * e) * math.sqrt(1 - e * e))
+            self.assertAlmostEqual(load, 3 * 9.81, places=6)
+
     @staticmethod
     def legs(count, start):
         """Legs of six bars (Jansen's lengths) on one crank, each of which closes alone from angles of zero."""

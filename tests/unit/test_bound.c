@@ -7,6 +7,7 @@
 #include "testing.h"
 #include <float.h>
 #include <kempe/settings.h>
+#include <math.h>
 
 /* Steps of 1e-9 s towards 1 s, then of 1e-4 s. */
 static void progress_decides(void)
@@ -103,6 +104,54 @@ static void steps_may_be_bounded(void)
              (kempe_run_options){.t_end = 20, .max_steps = 1000000}, "");
 }
 
+/* Looks at size(t) in a hundred thousand steps up to t = 20; true if its growth counts as endless. */
+static bool grows(double (*size)(double))
+{
+    kmp_growth growth = {0};
+    bool endless = false;
+    for (long k = 1; k <= 100000; k++)
+        if (kmp_growth_is_due(&growth, k))
+            endless = kmp_growth_is_endless(&growth, k, 20e-5 * (double)k, size(20e-5 * (double)k)) || endless;
+    return endless;
+}
+
+static double exponential(double t)
+{
+    return exp(t);
+}
+
+static double faster(double t)
+{
+    return exp(0.05 * t * t);
+}
+
+static double power(double t)
+{
+    return pow(t, 8);
+}
+
+static double late(double t)
+{
+    return t < 10 ? 0 : 1e9 * (t - 10);
+}
+
+static double jump(double t)
+{
+    return t < 10 ? 1 : 1e12;
+}
+
+static double saturated(double t)
+{
+    return 3e3 * exp(t - 8) / (3e3 + exp(t - 8));
+}
+
+static void growth_without_end(void)
+{
+    CHECK(grows(exponential) && grows(faster));
+    CHECK(!grows(power) && !grows(late) && !grows(jump));
+    CHECK(!grows(saturated));
+}
+
 int main(void)
 {
     TEST(progress_decides);
@@ -112,5 +161,6 @@ int main(void)
     TEST(short_swings_are_no_singularity);
     TEST(absurd_forces_end_soon);
     TEST(steps_may_be_bounded);
+    TEST(growth_without_end);
     return check_report();
 }

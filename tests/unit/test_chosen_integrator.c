@@ -249,6 +249,20 @@ static void radau_and_ida_agree(void)
     }
 }
 
+/* Steps of a constant length are those of an explicit method, where one fits. */
+static void by_constant_steps(void)
+{
+    static const char *const ways[][2] = {{NULL, NULL}, {"reduced", "newton"}, {"projected", NULL}, {"dae", NULL}};
+    for (size_t k = 0; k < sizeof ways / sizeof *ways; k++) {
+        loaded l = load("examples/four_bar/four_bar.yaml");
+        kmp_run_spec spec = {.formulation = ways[k][0], .form = ways[k][1], .fixed_step = 1e-3};
+        bool fits = !ways[k][0] || strcmp(ways[k][0], "dae") != 0;
+        CHECK(kmp_run_resolve(l.system, &spec) == (fits ? KEMPE_OK : KEMPE_E_ARGUMENT));
+        CHECK(!fits || strcmp(spec.integrator, "dop853") == 0);
+        unload(&l);
+    }
+}
+
 int main(void)
 {
     TEST(at_the_start);
@@ -257,6 +271,7 @@ int main(void)
     TEST(that_is_kept);
     TEST(by_lanes);
     TEST(by_what_is_given);
+    TEST(by_constant_steps);
     TEST(by_obstacles);
     TEST(by_ignored_change_points);
     TEST(no_linear_solver_in_silence);

@@ -380,6 +380,13 @@ static void add_states(const kempe_model *model, int count, kmp_steady *rates)
     }
 }
 
+/* True where a descent that has failed says little about equilibria: states have no energy, and along forces that are
+ * not conservative, as those of a full film, the energy falls without end. */
+static bool may_be_missed(const kempe_model *model, const kmp_search *search)
+{
+    return model->state_count > 0 || (search->iterations >= MOST_DOWN && !search->exchange);
+}
+
 /* Descends with the states among the unknowns, where that fails by Newton's method from the start. If neither succeeds,
  * the descent gives the reason. */
 static kempe_status find_with_states(kmp_linear *linear, double t, double *q, kmp_search *search, kmp_steady *rates)
@@ -393,6 +400,8 @@ static kempe_status find_with_states(kmp_linear *linear, double t, double *q, km
     with.rate_count += model->state_count;
     for (int attempt = search->newton; status == KEMPE_E_FAILED && attempt < 2; attempt++) {
         if (attempt > search->newton) {
+            if (!may_be_missed(model, &with))
+                break;
             why = kmp_strdup(kempe_context_message(model->context));
             kmp_context_clear(model->context);
         }
@@ -419,9 +428,7 @@ static kempe_status find_with_states(kmp_linear *linear, double t, double *q, km
 kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_search *search)
 {
     const kempe_model *model = linear->system->model;
-    if (model->state_count == 0)
-        return find_balance(linear, t, q, search);
-    kmp_steady *rates = KMP_NEW(kmp_steady, search->rate_count + model->state_count);
+    kmp_steady *rates = KMP_NEW(kmp_steady, search->rate_count + model->state_count + 1);
     kempe_status status =
         rates ? find_with_states(linear, t, q, search, rates) : kmp_fail_memory(linear->system->context);
     kmp_free(rates);
