@@ -81,6 +81,9 @@ static kempe_status complain_drives(const kempe_assembly *a)
 static kempe_status complain_open(const kempe_assembly *a)
 {
     const kempe_model *model = a->system->model;
+    if (a->culprit_count == 0)
+        return kmp_fail(a->system->context, KEMPE_E_FAILED,
+                        "the start cannot be computed: numbers of the model are too large, and their squares overflow");
     int first = a->culprits[0], held = 0;
     const kmp_closure *worst = &model->closures[first];
     bool turned = a->turned && a->turns[first] > acos(0), measured = isfinite(kmp_assembly_extent(a, first));

@@ -212,6 +212,32 @@ static kempe_status run_all(shared_run *r)
     return *kempe_context_message(context) ? status : kmp_fail_memory(context); /* another thread's message is lost */
 }
 
+/* Takes the mark that instances have left the table of condition k. */
+static bool take_mark(kmp_ensemble *e, int k)
+{
+    bool any = false;
+    for (int i = 0; i < KMP_TEAM_MOST; i++)
+        any = (e->engine[i] && atomic_exchange(&e->engine[i]->s->left[k], false)) || any;
+    return any;
+}
+
+/* Reports the tables that instances have left, or forgets earlier ones. */
+static void tell_tables(kmp_ensemble *e, bool tells)
+{
+    const kempe_system *s = e->engine[0]->s;
+    for (int k = 0; k < s->events.count; k++) {
+        const kmp_condition *condition = &s->events.condition[k];
+        if (!condition->told || !take_mark(e, k) || !tells)
+            continue;
+        const kmp_named_table *table = condition->expr->table;
+        const int end = condition->number - kmp_table_end_number(table, 0);
+        kmp_doubt(e->model->context,
+                  "instances use table '%s' %s %.6g: it goes straight on there; give it more points, or say outside: "
+                  "linear, hold or error",
+                  table->name, end % 2 ? "above" : "below", kmp_table_end(table, end));
+    }
+}
+
 kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const kmp_ensemble_execution *execution,
                               int instances, const double *values, kmp_ensemble_result *results, double *q, double *qd)
 {
@@ -237,8 +263,10 @@ kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const k
                     .least = execution->alone ? 1 : LEAST_ROUNDS * chosen.width,
                     .done = {.done = execution->before, .total = execution->total != 0 ? execution->total : instances}};
     const bool quiet = kmp_context_quiet(context, true);
+    tell_tables(e, false);
     kempe_status status = run_all(&r);
     (void)kmp_context_quiet(context, quiet);
+    tell_tables(e, true);
     if (status == KEMPE_OK)
         kmp_context_clear(context);
     for (int i = 0; status != KEMPE_OK && i < instances; i++) {

@@ -102,6 +102,7 @@ static void note_sizes(kmp_crossing *c, double t, const double *change)
         if (c->s->events.condition[k].measured && c->mode[k] > 0)
             note_peak(c, k, t, fabs(change[k]));
     }
+    kmp_crossing_tell(c, t, change);
 }
 
 /* -- bounds over a piece ------------------------------------------------------------------------------ */
@@ -181,7 +182,7 @@ static bool may_change(const void *self, int k)
     const kmp_crossing *c = self;
     switch (c->s->events.condition[k].role) {
     case KMP_ROLE_NONE:
-        return !kmp_crossing_is_free(c, k);
+        return !kmp_crossing_is_free(c, k) && !c->s->events.condition[k].told;
     case KMP_ROLE_SENSE:
         return c->mode[k] != 0 && c->mode[k + KMP_ROLE_HELD - KMP_ROLE_SENSE] == 0;
     case KMP_ROLE_HELD:

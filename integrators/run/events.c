@@ -2,6 +2,7 @@
 /* Evaluation of conditions, and their changes at the events that event_search.c has found. */
 #include "integrators/run/events.h"
 #include "base/memory.h"
+#include "dynamics/kinematics/link_tree.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -137,16 +138,50 @@ void kmp_crossing_hold_free(kmp_crossing *c, const double *before, const double 
     }
 }
 
+/* True if the table of condition k has been reported, at either of its ends and calls. */
+static bool is_told(const kmp_crossing *c, int k)
+{
+    const kmp_condition *condition = c->s->events.condition;
+    for (int i = 0; i < c->s->events.count; i++)
+        if (c->past[i].told && condition[i].expr->table == condition[k].expr->table)
+            return true;
+    return false;
+}
+
+void kmp_crossing_tell(kmp_crossing *c, double t, const double *change)
+{
+    for (int k = 0; k < c->s->events.count; k++) {
+        const kmp_condition *condition = &c->s->events.condition[k];
+        if (!condition->told || !(change[k] < 0))
+            continue;
+        atomic_store_explicit(&c->s->left[k], true, memory_order_relaxed);
+        if (is_told(c, k))
+            continue;
+        const kmp_named_table *table = condition->expr->table;
+        const int end = condition->number - kmp_table_end_number(table, 0);
+        const double first = kmp_table_end(table, end - end % 2), last = kmp_table_end(table, end - end % 2 + 1);
+        const double x = end % 2 ? last - change[k] : first + change[k];
+        c->past[k].told = true;
+        kmp_run_log_add(c->plan.log, "table", t, x, NAN, "table '%s' is used at %.6g, beyond its points %.6g .. %.6g",
+                        table->name, x, first, last);
+        kmp_doubt(c->s->context,
+                  "table '%s' is used at %.6g, beyond its points %.6g .. %.6g, at t = %.6g s: it goes straight on "
+                  "there; give it more points, or say outside: linear, hold or error",
+                  table->name, x, first, last, t);
+    }
+}
+
 kempe_status kmp_crossing_begin(kmp_crossing *c, double t, bool *ends)
 {
     bool any = false;
     for (int k = 0; k < c->s->events.count; k++)
-        any = any || c->s->events.condition[k].ends || c->s->events.condition[k].kink;
+        any = any || c->s->events.condition[k].ends || c->s->events.condition[k].kink || c->s->events.condition[k].told;
     *ends = false;
     if (!any)
         return KEMPE_OK;
     KMP_TRY(kmp_crossing_look(c, t));
     kmp_crossing_hold_free(c, NULL, c->change);
+    kmp_crossing_tell(c, t, c->change);
     c->end = kmp_crossing_first_end(c);
     *ends = c->end >= 0;
     return KEMPE_OK;

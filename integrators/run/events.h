@@ -36,6 +36,7 @@ typedef struct kmp_condition_past {
     double largest;         /* its largest value so far, at ends of steps */
     double peak;            /* of a measured condition: the largest value, by parabolas, since the last change */
     kmp_last_values latest; /* used of measured ones */
+    bool told;              /* of the end of a table: it has been reported */
     int repeats;            /* changes without time between them */
 } kmp_condition_past;
 
@@ -147,7 +148,7 @@ static inline bool kmp_crossing_differs(const kmp_crossing *c, int k, double cha
     kmp_role role = c->s->events.condition[k].role;
     if (role != KMP_ROLE_NONE)
         return (role == KMP_ROLE_SENSE || role == KMP_ROLE_HELD) && change < 0;
-    return !kmp_crossing_is_free(c, k) && (change < 0) != (c->mode[k] > 0);
+    return !kmp_crossing_is_free(c, k) && !c->s->events.condition[k].told && (change < 0) != (c->mode[k] > 0);
 }
 static inline bool kmp_crossing_changed(const kmp_crossing *c, int k)
 {
@@ -160,6 +161,9 @@ bool kmp_crossing_would_hold(kmp_crossing *c, const double *change);
 /** Fixes free kinks that are away from zero in an evaluation at the end of a step. A kink that was away on the other
  * side in an evaluation before (NULL: there is none) stays free. */
 void kmp_crossing_hold_free(kmp_crossing *c, const double *before, const double *change);
+
+/** Reports the tables that the motion has left by an evaluation at t. */
+void kmp_crossing_tell(kmp_crossing *c, double t, const double *change);
 
 /** The first changed condition that ends the run and that no other follows, -1: none. */
 int kmp_crossing_first_end(const kmp_crossing *c);

@@ -178,6 +178,9 @@ static mapping mapped(kmp_op op, span x)
     case KMP_OP_SIGN:
         f = sign_of(x);
         return (mapping){f, f.low == f.high ? (span){0, 0} : whole, true};
+    case KMP_OP_FLOOR:
+        f = growing(floor, x);
+        return (mapping){f, floor(x.low) == floor(x.high) ? (span){0, 0} : whole, true};
     default:
         return (mapping){.inside = false};
     }

@@ -93,7 +93,7 @@ static double slope_of(kmp_op op, double x, double f)
         return 1 / (1 + x * x);
     case KMP_OP_ABS:
         return (x > 0) - (x < 0);
-    default: /* SIGN: the jump has none */
+    default: /* SIGN, FLOOR: the jump has none */
         return 0;
     }
 }

@@ -56,6 +56,26 @@ kempe_status kmp_file_read(kempe_context *context, const char *path, char **text
     return status;
 }
 
+kempe_status kmp_file_read_named(kempe_context *context, const char *path, char **text, size_t *length)
+{
+    struct stat about;
+    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK); /* which does not wait for a writer */
+    const char *why = fd < 0 || fstat(fd, &about) != 0 ? strerror(errno)
+                      : S_ISDIR(about.st_mode)         ? strerror(EISDIR)
+                      : !S_ISREG(about.st_mode)        ? "it is no regular file"
+                                                       : NULL;
+    FILE *stream = why ? NULL : fdopen(fd, "rb");
+    if (!stream) {
+        kempe_status status = kmp_fail(context, KEMPE_E_IO, "cannot read '%s': %s", path, why ? why : strerror(errno));
+        if (fd >= 0)
+            close(fd);
+        return status;
+    }
+    kempe_status status = read_stream(context, stream, path, text, length);
+    fclose(stream);
+    return status;
+}
+
 char *kmp_folder_find(const char *folder, const char *ending, int *count)
 {
     DIR *stream = opendir(folder);

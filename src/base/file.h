@@ -9,6 +9,9 @@
  *  KEMPE_E_IO with the system's reason. */
 kempe_status kmp_file_read(kempe_context *context, const char *path, char **text, size_t *length);
 
+/** The same of a file that a model names: a regular one, no pipe, terminal or device, which have no end or wait. */
+kempe_status kmp_file_read_named(kempe_context *context, const char *path, char **text, size_t *length);
+
 /** Writes a text to a file and frees it in any case. KEMPE_E_MEMORY: the text has failed. Errors as kempe_write_file.
  * */
 kempe_status kmp_file_write(kempe_context *context, const char *path, kmp_text *text);

@@ -195,14 +195,17 @@ static void find_moved(kmp_equations *eq, const kmp_closure *closure, const kmp_
     }
 }
 
-/* A table of two variables with straight lines, also under a name. */
+/* A table with kinks that are not located: of two variables, or periodic; also under a name. */
 static bool is_bilinear(const kmp_expr *e, const void *user)
 {
     const kempe_model *model = user;
     const kmp_unknowns *name = e->kind == KMP_EXPR_UNKNOWN ? &model->unknowns[e->index] : NULL;
     if (name && name->count == 0)
         return kmp_expr_find(name->zero[0], is_bilinear, user);
-    return e->kind == KMP_EXPR_TABLE && e->b && e->table->surface->one[0]->method == KMP_TABLE_LINEAR;
+    if (e->kind != KMP_EXPR_TABLE)
+        return false;
+    const kmp_table *t = e->b ? e->table->surface->one[0] : e->table->table;
+    return (e->b || e->table->periodic) && (t->method == KMP_TABLE_LINEAR || e->table->outside == KMP_OUTSIDE_HOLD);
 }
 
 /* Rates would jump at each line between two points of such a table: these are not located. */
@@ -215,9 +218,10 @@ static kempe_status refuse_bilinear(const kmp_equations *eq, const kmp_closure *
         if (found)
             return kmp_complain(eq->context, eq->model->files[closure->place.file], closure->place.line,
                                 closure->place.column,
-                                "'%s' depends on a table of two variables with the method linear: rates would jump at "
-                                "its lines; use the method spline",
-                                closure->name);
+                                "'%s' depends on a table %s with the method linear%s: rates would jump at its lines; "
+                                "use the method spline",
+                                closure->name, found->b ? "of two variables" : "with a period",
+                                found->table->outside == KMP_OUTSIDE_HOLD ? " or outside: hold" : "");
     }
     return KEMPE_OK;
 }

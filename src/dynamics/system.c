@@ -11,6 +11,7 @@
 #include "model/variant.h"
 #include "symbolic/table_function.h"
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 void kmp_pattern_init(kmp_pattern *pattern, kmp_arena *arena, int rows, int cols, const kmp_ref *matrix,
@@ -193,6 +194,17 @@ static bool is_within(const kmp_expr *part, const kmp_expr *whole)
            (part == whole || is_within(part, whole->a) || is_within(part, whole->b) || is_within(part, whole->c));
 }
 
+/* " < KNOT"; of an end of a variable " beyond the points FIRST .. LAST". */
+static void put_table_event(kmp_text *text, const kmp_named_table *table, int number)
+{
+    int k = abs(number), end = k - kmp_table_end_number(table, 0);
+    if (end < 0 || end > 3)
+        kmp_text_printf(text, " < %.6g", end < 0 ? table->table->x[k] : kmp_table_end(table, end - 4));
+    else
+        kmp_text_printf(text, " beyond the points %.6g .. %.6g", kmp_table_end(table, end - end % 2),
+                        kmp_table_end(table, end - end % 2 + 1));
+}
+
 char *kmp_system_event_text(kempe_system *s, const kmp_condition *condition)
 {
     const kempe_model *model = s->model;
@@ -206,9 +218,11 @@ char *kmp_system_event_text(kempe_system *s, const kmp_condition *condition)
             break;
         }
     if (e) {
-        kmp_model_put_expr(&text, model, e->b ? e : e->a);
-        if (!e->b)
-            kmp_text_printf(&text, " < %.6g", e->kind == KMP_EXPR_TABLE ? e->table->table->x[condition->number] : 0.0);
+        kmp_model_put_expr(&text, model, e->b || condition->ends ? e : e->a);
+        if (e->kind == KMP_EXPR_TABLE)
+            put_table_event(&text, e->table, condition->number);
+        else if (!e->b)
+            kmp_text_put(&text, " < 0");
     }
     return kmp_text_keep(&text, &s->arena);
 }
@@ -227,12 +241,15 @@ static kempe_status make_changes(kempe_system *s, kmp_equations *eq)
         return KEMPE_OK;
     kmp_ref *out = KMP_GRAPH_NEW(eq->graph, kmp_ref, 2 * count);
     s->event_text = KMP_ARENA_NEW(&s->arena, char *, count);
+    s->left = KMP_ARENA_NEW(&s->arena, atomic_bool, count);
     for (int k = 0; out && s->event_text && k < count; k++) {
         kmp_condition *condition = &s->events.condition[k];
         if (!kmp_tree_event(&eq->tree, k, &out[k]))
             return kmp_fail(s->context, KEMPE_E_BUG, "a condition of an element is missing in its law");
-        condition->late = (condition->ends || condition->role != KMP_ROLE_NONE) && kmp_is_late(eq->graph, out[k]);
-        s->changes_by_rates = s->changes_by_rates || condition->late || is_by_rates(eq->graph, out[k]);
+        condition->late =
+            (condition->ends || condition->told || condition->role != KMP_ROLE_NONE) && kmp_is_late(eq->graph, out[k]);
+        s->changes_by_rates =
+            s->changes_by_rates || condition->late || (!condition->told && is_by_rates(eq->graph, out[k]));
         if (condition->late) {
             out[count + counts[1]++] = out[k];
             out[k] = KMP_ZERO;

@@ -116,11 +116,12 @@ struct kempe_system {
     kmp_program *goals;    /* of points with goals (dynamics/goal_equations.h); NULL without them */
     bool changes_by_rates; /* the conditions depend on qd, or on more */
     char **event_text;     /* events.count: "'motor': q(A) < 0.2" */
-    int chart_count;       /* joints with inputs KMP_IN_CHART, nine each */
-    int *chart_first;      /* their first rotations */
-    bool *chart_before;    /* the chart comes before them, otherwise after */
-    double length;         /* characteristic length, m */
-    double kept_length;    /* of a run whose start values are no lengths of the model; 0: none */
+    atomic_bool *left;  /* events.count: the table of a condition that is told was left in some run; runs in parallel */
+    int chart_count;    /* joints with inputs KMP_IN_CHART, nine each */
+    int *chart_first;   /* their first rotations */
+    bool *chart_before; /* the chart comes before them, otherwise after */
+    double length;      /* characteristic length, m */
+    double kept_length; /* of a run whose start values are no lengths of the model; 0: none */
     double reach;   /* the largest distance of a closed point from the origin, m: the rounding of h is relative to it */
     int *load_rows; /* rows whose multipliers forces depend on, ascending: C is a function of those too */
     int load_row_count;       /* 0: M qdd + C = J' lambda is linear in lambda */

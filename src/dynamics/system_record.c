@@ -66,7 +66,8 @@ static void put_condition(kmp_bytes *b, const kempe_system *s, int k)
     kmp_bytes_put_text(b, c->text);
     kmp_bytes_put_text(b, c->advice);
     kmp_bytes_put_text(b, s->event_text[k]);
-    kmp_bytes_put_int(b, c->ends | c->kink << 1 | c->late << 2 | c->measured << 3 | c->bend << 4 | (int)c->role << 5);
+    kmp_bytes_put_int(b, c->ends | c->kink << 1 | c->late << 2 | c->measured << 3 | c->bend << 4 | c->told << 5 |
+                             (int)c->role << 6);
     kmp_bytes_put(b, &c->lag, sizeof c->lag);
 }
 
@@ -82,13 +83,14 @@ static void take_condition(kmp_byte_source *b, kempe_system *s, int k)
     c->text = text ? kmp_strdup(text) : NULL;
     c->advice = kmp_bytes_take_text(b, &s->arena);
     const char *shown = kmp_bytes_take_text(b, &aside);
-    int flags = kmp_bytes_take_int(b, 0, 32 * KMP_ROLE_END - 1);
+    int flags = kmp_bytes_take_int(b, 0, 64 * KMP_ROLE_END - 1);
     c->ends = flags & 1;
     c->kink = flags >> 1 & 1;
     c->late = flags >> 2 & 1;
     c->measured = flags >> 3 & 1;
     c->bend = flags >> 4 & 1;
-    c->role = (kmp_role)(flags >> 5);
+    c->told = flags >> 5 & 1;
+    c->role = (kmp_role)(flags >> 6);
     kmp_bytes_take(b, &c->lag, sizeof c->lag);
     b->failed = b->failed || !c->of || (!c->expr && !c->text) || (text && !c->text);
     s->event_text[k] = b->failed ? NULL : kmp_system_event_text(s, c);
@@ -110,7 +112,8 @@ static void take_events(kmp_byte_source *b, kempe_system *s)
         return;
     s->events.condition = KMP_NEW(kmp_condition, count);
     s->event_text = KMP_ARENA_NEW(&s->arena, char *, count);
-    b->failed = b->failed || !s->events.condition || !s->event_text;
+    s->left = KMP_ARENA_NEW(&s->arena, atomic_bool, count);
+    b->failed = b->failed || !s->events.condition || !s->event_text || !s->left;
     for (int k = 0; !b->failed && k < count; k++) {
         s->events.count = k + 1;
         take_condition(b, s, k);

@@ -100,7 +100,18 @@ typedef struct kmp_body {
     kmp_number com[3];
     kmp_number inertia[6]; /* xx yy zz xy xz yz about the com, body axes; xy is the tensor's entry, -sum m x y */
     bool by_shape;         /* these three follow from its shapes */
+    bool partial;          /* some moments are given, and others left out: */
+    bool left_out[3];
 } kmp_body;
+
+/** True for a body without moments of inertia. */
+static inline bool kmp_body_is_bare(const kmp_body *body)
+{
+    bool bare = true;
+    for (int k = 0; k < 6; k++)
+        bare = bare && body->inertia[k].value == 0;
+    return bare;
+}
 
 /** Not a constant zero. */
 static inline bool kmp_body_has_armature(const kmp_body *body)

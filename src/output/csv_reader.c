@@ -152,6 +152,22 @@ static bool is_passed_over(const char *line)
     return *line == '#' || *line == '\0';
 }
 
+/* Names of columns differ. */
+static void check_names(kmp_csv *csv, const char *header)
+{
+    for (const char *s = header; s;) {
+        const char *at = s;
+        kmp_csv_field name = kmp_csv_name(&s);
+        for (const char *other = s; other && name.length > 0;) {
+            kmp_csv_field f = kmp_csv_name(&other);
+            if (f.length != name.length || memcmp(f.s, name.s, f.length) != 0)
+                continue;
+            kmp_csv_complain(csv, at, "two columns have the name '%.*s'", (int)name.length, name.s);
+            break;
+        }
+    }
+}
+
 /* False: no memory. */
 static bool read_lines(kmp_csv *csv, char *text)
 {
@@ -171,6 +187,7 @@ static bool read_lines(kmp_csv *csv, char *text)
             continue;
         if (header) {
             csv->columns = count_fields(line);
+            check_names(csv, line);
             if (!read_units(csv, line))
                 return false;
         }

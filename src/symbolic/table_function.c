@@ -23,11 +23,18 @@
 /* Parts a piece; the number of knots from which on it is the least, for memory. */
 enum { LEAST_PARTS = 8, MOST_PARTS = 64, MANY = 4000 };
 
-static const char *const method_names[KMP_TABLE_METHODS] = {"linear", "cubic"};
+static const char *const method_names[KMP_TABLE_METHODS] = {"linear", "cubic", "monotone", "periodic",
+                                                            "periodic_shape"};
 
 const char *kmp_table_method_name(kmp_table_method method)
 {
     return method_names[method];
+}
+
+const char *kmp_table_method_word(kmp_table_method method)
+{
+    static const char *const words[KMP_TABLE_METHODS] = {"linear", "spline", "monotone", "spline", "monotone"};
+    return words[method];
 }
 
 int kmp_table_degree(const kmp_table *table)
@@ -58,12 +65,17 @@ static void make_pieces(kmp_table *t)
         t->piece[k][0] = t->y[k];
         t->piece[k][1] = secant(t, k);
     }
-    if (t->method == KMP_TABLE_LINEAR || t->count < 3)
+    if (t->method == KMP_TABLE_LINEAR || (t->count < 3 && t->method != KMP_TABLE_PERIODIC_SHAPE))
         return;
     double *slope = KMP_ARENA_NEW(&t->arena, double, 3 * t->count);
     if (!slope)
         return;
-    kmp_spline_slopes(t->count, t->x, t->y, slope, slope + t->count);
+    if (t->method == KMP_TABLE_CUBIC)
+        kmp_spline_slopes(t->count, t->x, t->y, slope, slope + t->count);
+    else if (t->method == KMP_TABLE_PERIODIC)
+        kmp_spline_periodic_slopes(t->count, t->x, t->y, slope);
+    else
+        kmp_monotone_slopes(t->count, t->x, t->y, t->method == KMP_TABLE_PERIODIC_SHAPE, slope);
     for (int k = 0; k < t->count - 1; k++)
         kmp_spline_piece(t->x[k + 1] - t->x[k], t->y[k], t->y[k + 1], slope[k], slope[k + 1], t->piece[k]);
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Functions of one variable given by points: straight lines or a cubic spline through them.
+/* Functions of one variable given by points: straight lines, a cubic spline, or monotone cubics through them.
  *
  * The spline is not-a-knot (the first two and the last two pieces are one cubic each; three points make a parabola, two
  * a line), so that a table of a cubic is that cubic. Beyond its ends a table is extrapolated linearly: value and
@@ -10,7 +10,14 @@
 #include "symbolic/graph.h"
 #include <stdatomic.h>
 
-typedef enum kmp_table_method { KMP_TABLE_LINEAR, KMP_TABLE_CUBIC, KMP_TABLE_METHODS } kmp_table_method;
+typedef enum kmp_table_method {
+    KMP_TABLE_LINEAR,
+    KMP_TABLE_CUBIC,
+    KMP_TABLE_MONOTONE,
+    KMP_TABLE_PERIODIC,       /* splines with the period of their range (base/spline.h) */
+    KMP_TABLE_PERIODIC_SHAPE, /* monotone ones */
+    KMP_TABLE_METHODS
+} kmp_table_method;
 
 /* Read-only once made, but for the count of its owners. */
 typedef struct kmp_table {
@@ -61,8 +68,9 @@ void kmp_table_both(const kmp_table *table, int n, double sign, const double *x,
 /** Derivatives of a higher order are zero everywhere: 1 or 3. */
 int kmp_table_degree(const kmp_table *table);
 
-/** "linear", "cubic". */
+/** "linear", "cubic", ..; the word of a model: "linear", "spline" or "monotone". */
 const char *kmp_table_method_name(kmp_table_method method);
+const char *kmp_table_method_word(kmp_table_method method);
 
 /* Tables in the graph. A graph owns its tables, a program those that it needs. */
 

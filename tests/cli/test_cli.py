@@ -2805,6 +2805,57 @@ class Generate(Case):
         self.assertIn("algebraic unknowns 'touch_L', 'touch_R'; request sets", refused)
         self.assertIn("or omit --keep-parameters", refused)
 
+    def test_unread_mechanics(self):
+        """A spring of a vendor's own in a URDF file: an error, or allowed by name and then in the verdict."""
+        path = self.folder / "r.urdf"
+        path.write_text("<robot name='r'><link name='a'/><link name='b'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1'/></inertial>"
+                        "</link><joint name='j' type='continuous'><parent link='a'/><child link='b'/><vendor_spring k='3'/></joint></robot>")
+        refused = self.expect(2, "simulate", path, "--t-end", "0.1").stderr
+        self.assertIn("r.urdf:1:", refused)
+        self.assertIn("'vendor_spring' in 'joint' is not used; without it the machine is another one: --leave-out vendor_spring allows", refused)
+        done = self.expect(5, "simulate", path, "--t-end", "0.1", "--leave-out", "vendor_spring", "--json", "-")
+        found = json.loads(done.stdout)
+        self.assertEqual(found["status"], "not trustworthy")
+        self.assertIn("'vendor_spring' in 'joint' is not used; the machine is not that of the file", found["warnings"][0])
+        outer = self.folder / "outer.yaml"
+        outer.write_text("kempe: 1\ninclude: [{file: r.urdf, leave_out: [vendor_spring]}]\n")
+        self.expect(0, "simulate", outer, "--t-end", "0.1")
+
+    def test_files_of_tables(self):
+        """Cells beyond the header and columns of one name are refused; the mark of UTF-8 is passed over; only regular files are read."""
+        model = self.folder / "table.yaml"
+        model.write_text("kempe: 1\ntables: {f: {csv: f.csv, x: t, y: y}}\nbodies: {a: {joint: {prismatic: x, at: ground}, mass: 1}}\n"
+                         "forces: {f: {joint: a, force: f(t)}}\n")
+        data = self.folder / "f.csv"
+        data.write_text("\ufefft,y\n0,1\n10,1\n", encoding="utf-8")
+        self.expect(0, "simulate", model, "--t-end", "1")
+        data.write_text("t,y\n0,1,5\n10,1,5\n")
+        self.assertIn("f.csv:2:1: 3 cells where the header has 2 columns", self.expect(2, "check", model).stderr)
+        data.write_text("t,y,y\n0,1,5\n10,1,5\n")
+        self.assertIn("line 1 of '", self.expect(2, "check", model).stderr)
+        self.assertIn("has two columns 'y'", self.expect(2, "check", model).stderr)
+        data.unlink()
+        os.mkfifo(data)
+        self.assertIn("it is no regular file", self.expect(2, "check", model).stderr)
+
+    def test_moments_left_out(self):
+        """The wrong axis: 2.07 rad for 1.66 rad; a warning of reading and of the result."""
+        model = self.folder / "rod.yaml"
+        text = "kempe: 1\ngravity: [0, 0, -9.81]\nbodies: {rod: {joint: {name: A, revolute: y, at: ground}, mass: 1, com: [0.5, 0, 0], inertia: {%s: 0.0833}}}\n"
+        model.write_text(text % "zz")
+        done = self.expect(0, "simulate", model, "--t-end", "0.5", "--json", "-")
+        self.assertIn("coordinate 'A' turns it about an axis without moment of inertia: yy is left out", json.loads(done.stdout)["warnings"][0])
+        model.write_text(text % "yy")
+        self.assertEqual(json.loads(self.expect(0, "simulate", model, "--t-end", "0.5", "--json", "-").stdout)["warnings"], [])
+        model.write_text("kempe: 1\nbodies: {a: {joint: {revolute: z, at: ground}, mass: 1, com: [1, 0, 0]}}\n")
+        self.assertIn("without inertia      a\n", self.expect(0, "check", model).stdout)
+
+    def test_numbers_whose_squares_overflow(self):
+        model = self.folder / "large.yaml"
+        model.write_text("kempe: 1\nbodies:\n  a: {joint: {revolute: y, at: ground}, mass: 1, com: [1e308, 0, 0], inertia: {yy: 1}, points: {P: [1, 0, 1e308]}}\n"
+                         "  b: {joint: {revolute: y, at: a.P}, mass: 1, inertia: {yy: 1}}\n")
+        self.assertIn("their squares overflow", self.expect(1, "simulate", model, "--t-end", "1").stderr)
+
     def test_robotran(self):
         model = ROOT / "tests/models/robotran.mbs"
         refused = self.expect(2, "show", model, "--model").stderr

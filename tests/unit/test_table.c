@@ -77,6 +77,44 @@ static void test_linear(void)
 }
 
 /* Value and slope go on beyond the ends. */
+/* PCHIP of SciPy; a straight line keeps its slope. */
+static void test_monotone(void)
+{
+    static const double x[] = {0, 1, 2, 3, 5, 6}, y[] = {0, 0, 1, 4, 4.5, 4.5};
+    static const double at[] = {.5, 1.5, 2.5, 4, 5.5};
+    static const double wanted[] = {0, 0.3125, 2.62382075471698, 4.37735849056604, 4.5};
+    kmp_table *t = kmp_table_new(KMP_TABLE_MONOTONE, 6, x, y), *line = kmp_table_new(KMP_TABLE_MONOTONE, 2, x, y + 1);
+    CHECK(t && line);
+    for (int k = 0; k < 5; k++)
+        CHECK_NEAR(kmp_table_value(t, 0, at[k]), wanted[k], 1e-14);
+    CHECK_NEAR(kmp_table_value(line, 0, 0.3), 0.3, 1e-15);
+    kmp_table_free(t);
+    kmp_table_free(line);
+}
+
+/* Digits of a periodic spline with mpmath: 10 + 6 cos + 1.5 cos 2 + 0.5 sin 3 at twelve places; two derivatives are
+ * continuous where it closes. */
+static void test_periodic(void)
+{
+    enum { N = 13 };
+    double x[N], y[N];
+    const double turn = 2 * acos(-1);
+    for (int k = 0; k < N; k++) {
+        x[k] = turn * k / (N - 1);
+        y[k] = 10 + 6 * cos(x[k]) + 1.5 * cos(2 * x[k]) + 0.5 * sin(3 * x[k]);
+    }
+    y[N - 1] = y[0];
+    kmp_table *t = kmp_table_new(KMP_TABLE_PERIODIC, N, x, y);
+    CHECK(t);
+    CHECK_NEAR(kmp_table_value(t, 0, 0.1), 17.5792850529522, 1e-12);
+    CHECK_NEAR(kmp_table_value(t, 1, 0.1), 0.148957942121963, 1e-12);
+    CHECK_NEAR(kmp_table_value(t, 0, -40 + 7 * turn), 5.55276883716922, 1e-12);
+    CHECK_NEAR(kmp_table_value(t, 0, 100.25 - 15 * turn), 16.6637265959689, 1e-12);
+    for (int d = 0; d < 3; d++)
+        CHECK_NEAR(kmp_table_value(t, d, 0), kmp_table_value(t, d, x[N - 1]), 1e-12);
+    kmp_table_free(t);
+}
+
 static void test_ends(void)
 {
     kmp_table *t = sampled(KMP_TABLE_CUBIC, KNOTS, cubic);
@@ -252,6 +290,8 @@ int main(void)
     TEST(test_cubic);
     TEST(test_few_points);
     TEST(test_linear);
+    TEST(test_monotone);
+    TEST(test_periodic);
     TEST(test_ends);
     TEST(test_sine);
     TEST(test_bounds);

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tables of the model language: from lists and from a CSV file, as numbers and in equations. */
+#include "base/context.h"
+#include "base/memory.h"
 #include "derived.h"
 #include "model/model.h"
 #include "symbolic/table_function.h"
@@ -42,6 +44,77 @@ static void constants(void)
     kempe_model_free(m);
 }
 
+/* The end of a run of 3 s with x = t: a force on 1 kg, whose impulse is the integral of the table. */
+static void run_of(const char *table, double *qd, kempe_status wanted, const char *warning)
+{
+    char text[1000];
+    kempe_model *m = NULL;
+    kempe_system *s = NULL;
+    kempe_trajectory *run = NULL;
+    (void)snprintf(text, sizeof text,
+                   "kempe: 1\ntables: {f: {%s}}\n"
+                   "bodies: {a: {joint: {prismatic: x, at: ground}, mass: 1}}\n"
+                   "forces: {f: {joint: a, force: f(t)}}\n",
+                   table);
+    CHECK(kempe_model_read_text(context, text, "m.yaml", &m) == KEMPE_OK);
+    CHECK(m && kempe_system_new(m, &s) == KEMPE_OK);
+    kempe_status status = kempe_simulate(s, &(kempe_run_options){.t_end = 3, .rtol = 1e-10}, &run);
+    CHECK(status == wanted);
+    *qd = run ? *kempe_trajectory_qd(run, kempe_trajectory_row_count(run) - 1) : NAN;
+    if (wanted == KEMPE_STOPPED)
+        CHECK(run && strstr(kempe_trajectory_reason(run), "f(t) beyond the points 0 .. 2 at t = 2 s: ") != NULL);
+    char *said = kmp_context_warnings(context);
+    CHECK(said && (warning ? strstr(said, warning) != NULL : !said[0]));
+    if (said && !warning && said[0])
+        printf("%s\n", said);
+    kmp_free(said);
+    kempe_trajectory_free(run);
+    kempe_system_free(s);
+    kempe_model_free(m);
+}
+
+/* Areas by hand: of triangles and rectangles. */
+static void beyond_the_points(void)
+{
+    double qd;
+    run_of("x: [0, 1, 2], y: [0, 1, 3], method: linear", &qd, KEMPE_UNTRUSTED, "table 'f' is used at ");
+    CHECK_NEAR(qd, 0.5 + 2 + 4, 1e-9);
+    run_of("x: [0, 1, 2], y: [0, 1, 3], method: linear, outside: linear", &qd, KEMPE_OK, NULL);
+    CHECK_NEAR(qd, 0.5 + 2 + 4, 1e-9);
+    run_of("x: [0, 1, 2], y: [0, 1, 3], method: linear, outside: hold", &qd, KEMPE_OK, NULL);
+    CHECK_NEAR(qd, 0.5 + 2 + 3, 1e-9);
+    run_of("x: [0.5, 1, 2], y: [2, 1, 3], method: linear, outside: hold", &qd, KEMPE_OK, NULL);
+    CHECK_NEAR(qd, 1 + 0.75 + 2 + 3, 1e-9);
+    run_of("x: [0, 1, 2], y: [0, 1, 0], method: linear, periodic: yes", &qd, KEMPE_OK, NULL);
+    CHECK_NEAR(qd, 1.5, 1e-9);
+    run_of("x: [0, 1], y: [1, 3], method: linear, periodic: 2", &qd, KEMPE_OK, NULL);
+    CHECK_NEAR(qd, 2 + 4 + 6, 1e-9);
+    /* T3 of SciPy's PCHIP with a period, shifted; the integral of a symmetric step over whole periods */
+    run_of("x: [0, 0.25, 0.5, 0.75, 1], y: [0, 0.1, 0.5, 0.9, 1], method: monotone, periodic: 1", &qd, KEMPE_OK, NULL);
+    CHECK_NEAR(qd, 0.5 + 1.5 + 2.5, 1e-9);
+    run_of("x: [0, 1, 2], y: [0, 1, 3], outside: error", &qd, KEMPE_STOPPED, NULL);
+}
+
+/* In constants: wrapped and held as in equations. */
+static void constants_beyond_the_points(void)
+{
+    kempe_model *m = NULL;
+    CHECK(kempe_model_read_text(context,
+                                "kempe: 1\ntables:\n"
+                                "  turn: {x: [0, 0.25, 0.5, 0.75, 1], y: [0, 0.1, 0.5, 0.9, 1], periodic: 1}\n"
+                                "  hold: {x: [0, 1], y: [1, 2], outside: hold}\n"
+                                "bodies: {a: {joint: {prismatic: x, at: ground}, mass: 3 + turn(-2.2), com: "
+                                "[turn(1.3), turn(17.05), hold(7)]}}\n",
+                                "m.yaml", &m) == KEMPE_OK);
+    if (!m)
+        return;
+    CHECK_NEAR(m->bodies[1].mass.value, 3 - 2.0584, 1e-13);
+    CHECK_NEAR(m->bodies[1].com[0].value, 1.1584, 1e-13);
+    CHECK_NEAR(m->bodies[1].com[1].value, 17.0056, 1e-12);
+    CHECK_NEAR(m->bodies[1].com[2].value, 2, 1e-15);
+    kempe_model_free(m);
+}
+
 /* In a force and in a drive: value, and through h_t and gamma its first two derivatives. */
 static void equations(void)
 {
@@ -78,6 +151,8 @@ int main(void)
     context = kempe_context_new();
     TEST(constants);
     TEST(equations);
+    TEST(beyond_the_points);
+    TEST(constants_beyond_the_points);
     TEST(bad_sheets);
     kempe_context_free(context);
     return check_report();

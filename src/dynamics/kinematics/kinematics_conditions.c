@@ -5,6 +5,7 @@
 #include "base/text.h"
 #include "dynamics/kinematics/friction_modes.h"
 #include "dynamics/kinematics/link_tree.h"
+#include "symbolic/sums/surface.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <stdarg.h>
@@ -156,6 +157,20 @@ kmp_ref kmp_tree_kink(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_re
     return kmp_select(g, side, branch, whole);
 }
 
+/* -- of tables --------------------------------------------------------------------------------------- */
+
+/* Conditions of a table by their numbers: its knots, as bends negative ones; both ends of each variable; where a table
+ * holds its values, its ends as knots are. */
+int kmp_table_end_number(const kmp_named_table *table, int end)
+{
+    return (table->table ? table->table->count : 0) + 1 + end;
+}
+
+static int hold_number(const kmp_named_table *table, int side)
+{
+    return kmp_table_end_number(table, 4 + side);
+}
+
 /* max(beyond, 0) at knot k of the table of expression e. */
 static kmp_ref hinge(const kmp_tree *tree, const kmp_expr *e, int k, kmp_ref beyond)
 {
@@ -245,16 +260,104 @@ static kmp_ref cubics(const kmp_tree *tree, const kmp_expr *e, kmp_ref x, kmp_re
     return kmp_select(g, all, value, whole);
 }
 
+/* x within the range of a table: first + max(x - first, 0) - max(x - last, 0). */
+static kmp_ref held(const kmp_tree *tree, const kmp_expr *e, kmp_ref x)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_named_table *table = e->table;
+    kmp_ref beyond[2], part[2];
+    bool can = moves(g, x) && (tree->bends || tree->kinks);
+    for (int side = 0; side < 2; side++) {
+        const int number = hold_number(table, side);
+        beyond[side] = kmp_sub(g, x, kmp_const(g, kmp_table_end(table, side)));
+        can = can && can_stand(tree, e, tree->bends ? -number : number, kmp_less(g, beyond[side], KMP_ZERO));
+    }
+    for (int side = 0; side < 2; side++)
+        part[side] = can ? hinge(tree, e, hold_number(table, side), beyond[side])
+                         : kmp_binary(g, KMP_OP_MAX, beyond[side], KMP_ZERO);
+    return kmp_sub(g, kmp_add(g, kmp_const(g, kmp_table_end(table, 0)), part[0]), part[1]);
+}
+
+/* The argument of a periodic table less *turns whole periods. Knots are no conditions there: the argument jumps within
+ * a step, and the value alone is continuous. */
+static kmp_ref wrapped(kmp_graph *g, const kmp_named_table *table, kmp_ref x, kmp_ref *turns)
+{
+    const double first = kmp_table_end(table, 0), period = kmp_table_end(table, 1) - first;
+    *turns = kmp_unary(g, KMP_OP_FLOOR, kmp_div(g, kmp_sub(g, x, kmp_const(g, first)), kmp_const(g, period)));
+    return kmp_sub(g, x, kmp_mul(g, kmp_const(g, period), *turns));
+}
+
+/* Watches both ends of a variable of a table, x: its run ends there, or it is reported that they are passed. */
+static void watch_ends(const kmp_tree *tree, const kmp_expr *e, int variable, kmp_ref x)
+{
+    static const char *const advice = "give it more points, or say outside: linear or hold";
+    bool ends = e->table->outside == KMP_OUTSIDE_ERROR;
+    if (e->table->outside == KMP_OUTSIDE_LINEAR || !tree->events || tree->settled || !moves(tree->graph, x) ||
+        (tree->place && has_place(e)))
+        return;
+    for (int end = 2 * variable; end < 2 * variable + 2; end++) {
+        int number = kmp_table_end_number(e->table, end);
+        const kmp_condition condition = {
+            .of = e, .number = number, .expr = e, .ends = ends, .told = !ends, .advice = ends ? advice : NULL};
+        if (kmp_events_find(tree->events, e, number) < 0 && kmp_events_add(tree->events, condition) < 0)
+            kmp_graph_fail(tree->graph);
+    }
+}
+
+kmp_ref kmp_tree_surface(const kmp_tree *tree, const kmp_expr *e, kmp_ref x, kmp_ref y)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_ref given[2] = {x, y};
+    kmp_ref at[2] = {x, y};
+    for (int k = 0; k < 2; k++)
+        if (e->table->outside == KMP_OUTSIDE_HOLD)
+            at[k] = kmp_binary(g, KMP_OP_MIN,
+                               kmp_binary(g, KMP_OP_MAX, given[k], kmp_const(g, kmp_table_end(e->table, 2 * k))),
+                               kmp_const(g, kmp_table_end(e->table, 2 * k + 1)));
+        else
+            watch_ends(tree, e, k, given[k]);
+    return kmp_surface_at(g, e->table->surface, at[0], at[1]);
+}
+
 kmp_ref kmp_tree_table(const kmp_tree *tree, const kmp_expr *e, kmp_ref x)
 {
-    const kmp_table *t = e->table->table;
-    const bool straight = t->method == KMP_TABLE_LINEAR, few = t->count <= MOST_KNOTS;
-    kmp_ref whole = kmp_table_at(tree->graph, kmp_graph_add_table(tree->graph, e->table->table), x);
+    kmp_graph *g = tree->graph;
+    const kmp_named_table *table = e->table;
+    const kmp_table *t = table->table;
+    const bool straight = t->method == KMP_TABLE_LINEAR, few = t->count <= MOST_KNOTS,
+               holds = table->outside == KMP_OUTSIDE_HOLD;
+    const int number = kmp_graph_add_table(g, table->table);
+    if (table->periodic) {
+        kmp_ref turns, inside = wrapped(g, table, x, &turns);
+        return kmp_add(g, kmp_table_at(g, number, inside), kmp_mul(g, kmp_const(g, table->rise), turns));
+    }
+    if (holds)
+        x = held(tree, e, x);
+    else
+        watch_ends(tree, e, 0, x);
+    kmp_ref whole = kmp_table_at(g, number, x);
     if (straight && (tree->bends || (tree->kinks && few)))
         return can_stand_at(tree, e, 1, t->count - 2, x) ? lines(tree, e, x) : whole;
-    if (!straight && tree->bends && few)
+    if (!straight && !holds && tree->bends && few)
         return can_stand_at(tree, e, 0, t->count - 1, x) ? cubics(tree, e, x, whole) : whole;
     return whole;
+}
+
+/* The value of a condition of a table: the distance from a knot or an end, or within the range. */
+static kmp_ref table_event(const kmp_tree *tree, const kmp_condition *condition)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_expr *e = condition->expr;
+    const kmp_named_table *table = e->table;
+    const int k = abs(condition->number), end = k - kmp_table_end_number(table, 0), hold = k - hold_number(table, 0);
+    kmp_ref x = kmp_tree_expression(tree, end >= 2 && hold < 0 ? e->b : e->a);
+    if (hold >= 0)
+        return kmp_sub(g, x, kmp_const(g, kmp_table_end(table, hold)));
+    if (end >= 0) {
+        kmp_ref last = kmp_const(g, kmp_table_end(table, end));
+        return end % 2 ? kmp_sub(g, last, x) : kmp_sub(g, x, last);
+    }
+    return kmp_sub(g, table->outside == KMP_OUTSIDE_HOLD ? held(tree, e, x) : x, kmp_const(g, table->table->x[k]));
 }
 
 /* -- of elements ------------------------------------------------------------------------------------- */
@@ -327,9 +430,11 @@ bool kmp_tree_event(const kmp_tree *tree, int k, kmp_ref *difference)
         *difference = known ? tree->noted->note[k].value : KMP_ZERO;
         return known;
     }
+    if (e->kind == KMP_EXPR_TABLE) {
+        *difference = table_event(tree, &tree->events->condition[k]);
+        return true;
+    }
     kmp_ref a = kmp_tree_expression(tree, e->a), b = e->b ? kmp_tree_expression(tree, e->b) : KMP_ZERO;
-    if (e->kind == KMP_EXPR_TABLE)
-        b = kmp_const(tree->graph, e->table->table->x[abs(tree->events->condition[k].number)]);
     bool turned = e->kind == KMP_EXPR_GREATER || e->kind == KMP_EXPR_AT_MOST;
     *difference = turned ? kmp_sub(tree->graph, b, a) : kmp_sub(tree->graph, a, b);
     return true;

@@ -253,8 +253,7 @@ kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
     case KMP_EXPR_PLACE:
         return tree->place[e->index];
     case KMP_EXPR_TABLE:
-        return e->b ? kmp_surface_at(g, e->table->surface, kmp_tree_expression(tree, e->a),
-                                     kmp_tree_expression(tree, e->b))
+        return e->b ? kmp_tree_surface(tree, e, kmp_tree_expression(tree, e->a), kmp_tree_expression(tree, e->b))
                     : kmp_tree_table(tree, e, kmp_tree_expression(tree, e->a));
     case KMP_EXPR_MEASURE:
         return kmp_tree_measure(tree, e->measure, e->number);

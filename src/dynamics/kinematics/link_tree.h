@@ -56,6 +56,7 @@ typedef struct kmp_condition {
     bool ends;            /* runs end where its value becomes negative; it has no input */
     bool kink;            /* of abs, min or max: the active branch; both branches are equal where it changes */
     bool bend;            /* of abs, min, max or straight lines in a closure: J may jump with it */
+    bool told;            /* an end of a table: that it is left is reported; no event, and no input */
     bool late;            /* a kink whose value depends on accelerations or multipliers */
     bool measured;        /* the log has the largest value that it had while it was true */
     kmp_role role;        /* of a friction element; otherwise KMP_ROLE_NONE */
@@ -177,7 +178,8 @@ kmp_ref kmp_tree_stated(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_
  * 0. */
 kmp_ref kmp_tree_kink(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b);
 
-/** A table of expression e at x. The knots of straight lines are kinks or bends. */
+/** A table of expression e at x. The knots of straight lines are kinks or bends, and so are the ends of a table that
+ * holds its values there. The ends of others are conditions that end the run, or are reported. */
 kmp_ref kmp_tree_table(const kmp_tree *tree, const kmp_expr *e, kmp_ref x);
 
 /** 1 where `difference` is negative and 0 elsewhere; during a step an input KMP_IN_MODE in its place: for the laws of
@@ -207,6 +209,12 @@ kmp_ref kmp_tree_multiplier(const kmp_tree *tree, int closure, int component);
 
 /** The declared row of number k, from 0, among those that a closure keeps: lambda.CLOSURE.k+1; -1: there is none. */
 int kmp_tree_kept(const kmp_tree *tree, int closure, int k);
+
+/** A table of two variables of expression e. */
+kmp_ref kmp_tree_surface(const kmp_tree *tree, const kmp_expr *e, kmp_ref x, kmp_ref y);
+
+/** The number of the condition that an end of a table (kmp_table_end) is passed. */
+int kmp_table_end_number(const kmp_named_table *table, int end);
 
 /** The quantity that is negative where condition k, `first < second`, is true: first - second. For a and b in `a < b`
  * and `a >= b` first is a, otherwise b. For an element, the value that its law or residual has noted in this graph;

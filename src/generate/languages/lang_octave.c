@@ -23,6 +23,7 @@ static const kmp_function_spelling functions[KMP_OP_COUNT] = {
     [KMP_OP_ATAN] = {.call = "atan"},
     [KMP_OP_ABS] = {.call = "abs"},
     [KMP_OP_SIGN] = {.call = "sign"},
+    [KMP_OP_FLOOR] = {.call = "floor"},
     [KMP_OP_POW] = {.call = "kempe_pow",
                     .definition =
                         "\nfunction z = kempe_pow(x, y)\n    x(x < 0 & y ~= fix(y)) = NaN;\n    z = x.^y;\nend\n"},

@@ -24,6 +24,7 @@ static const kmp_function_spelling functions[KMP_OP_COUNT] = {
     [KMP_OP_ABS] = {"_abs", "_abs = abs\n", "_abs = np.abs\n"},
     [KMP_OP_SIGN] = {"_sign", BLOCK("def _sign(x):\n    return x if x != x else float((x > 0) - (x < 0))"),
                      "_sign = np.sign\n"},
+    [KMP_OP_FLOOR] = {"_floor", "_floor = _ieee(lambda x: float(math.floor(x)), np.floor)\n", "_floor = np.floor\n"},
     [KMP_OP_POW] = {"_pow", "_pow = _ieee(math.pow, np.power)\n", "_pow = np.power\n"},
     [KMP_OP_ATAN2] = {"_atan2", "_atan2 = math.atan2\n", "_atan2 = np.arctan2\n"},
     [KMP_OP_MIN] = {"_min", BLOCK("def _min(x, y):\n    return x if x < y or x != x else y"), "_min = np.minimum\n"},

@@ -73,15 +73,28 @@ typedef struct kmp_measure {
 /** Their words, by kind. */
 extern const kmp_name_list kmp_measure_words;
 
+/** Continuation of a table beyond its points: straight on, which is a doubt unless the model says so; the value at the
+ * end; the end of the run. */
+typedef enum kmp_outside { KMP_OUTSIDE_NOT_SAID, KMP_OUTSIDE_LINEAR, KMP_OUTSIDE_HOLD, KMP_OUTSIDE_ERROR } kmp_outside;
+
 /** A function of one or two variables given by points, under the name that expressions use. */
 typedef struct kmp_named_table {
     const char *name;
     bool of_two;             /* of two variables: a surface, otherwise a table */
     struct kmp_table *table; /* NULL while something is wrong with it */
     struct kmp_surface *surface;
+    bool periodic; /* of one variable: it is continued with the period of its range */
+    double rise;   /* by which it grows each period */
+    kmp_outside outside;
 } kmp_named_table;
 
+/** The ends of the variables of a table: 0 the first of x, 1 the last of x, 2 and 3 those of y. */
+double kmp_table_end(const kmp_named_table *table, int end);
+
 const char *kmp_function_name(kmp_function function);
+
+/** Its word, "" if it is not said. */
+const char *kmp_outside_word(kmp_outside outside);
 
 typedef struct kmp_expr {
     kmp_expr_kind kind;

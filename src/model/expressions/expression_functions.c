@@ -37,6 +37,12 @@ static int find_function(const char *name)
     return kmp_name_find(KMP_NAMES_OF(functions), name);
 }
 
+const char *kmp_outside_word(kmp_outside outside)
+{
+    static const char *const words[] = {"", "linear", "hold", "error"};
+    return words[outside];
+}
+
 const char *kmp_function_name(kmp_function function)
 {
     return functions[function].name;

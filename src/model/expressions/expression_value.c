@@ -18,6 +18,31 @@ static double call(kmp_function function, double a, double b, double c)
     return NAN;
 }
 
+double kmp_table_end(const kmp_named_table *table, int end)
+{
+    const kmp_surface *s = table->surface;
+    int variable = end / 2, last = (s ? s->count[variable] : table->table->count) - 1;
+    return (s ? s->knot[variable] : table->table->x)[end % 2 ? last : 0];
+}
+
+/* An argument of a table within its range where it is held there; no number where it must not leave it. */
+static double within(const kmp_named_table *table, int variable, double x)
+{
+    double first = kmp_table_end(table, 2 * variable), last = kmp_table_end(table, 2 * variable + 1);
+    if (table->outside == KMP_OUTSIDE_HOLD)
+        return fmin(fmax(x, first), last);
+    return table->outside == KMP_OUTSIDE_ERROR && !(x >= first && x <= last) ? NAN : x;
+}
+
+static double value_of_table(const kmp_named_table *table, double x)
+{
+    double first = kmp_table_end(table, 0), period = kmp_table_end(table, 1) - first;
+    double turns = table->periodic ? floor((x - first) / period) : 0;
+    if (table->periodic)
+        return kmp_table_value(table->table, 0, x - period * turns) + table->rise * turns;
+    return kmp_table_value(table->table, 0, within(table, 0, x));
+}
+
 double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double t)
 {
     double a = expr->a ? kmp_expr_value_at(expr->a, parameters, t) : 0;
@@ -38,9 +63,10 @@ double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double 
     case KMP_EXPR_CALL:
         return call(expr->function, a, b, c);
     case KMP_EXPR_TABLE: /* the error of one that could not be read is already reported */
-        return expr->table->table     ? kmp_table_value(expr->table->table, 0, a)
-               : expr->table->surface ? kmp_surface_value(expr->table->surface, a, b)
-                                      : 0;
+        return expr->table->table ? value_of_table(expr->table, a)
+               : expr->table->surface
+                   ? kmp_surface_value(expr->table->surface, within(expr->table, 0, a), within(expr->table, 1, b))
+                   : 0;
     case KMP_EXPR_TIME:
         return t;
     case KMP_EXPR_RATE: /* of a constant: functions of t have none */

@@ -45,6 +45,20 @@ static void note(void *user, const char *line, bool altered)
     notes[model->note_count++] = kept;
 }
 
+void kmp_reader_warn(kmp_reader *r, kmp_place place, const char *format, ...)
+{
+    kmp_text words = {0}, line = {0};
+    KMP_TEXT_ARGUMENTS(&words, format);
+    kmp_text_printf(&line, "%s:%d:%d: %s", r->model->files[place.file], place.line, place.column,
+                    words.failed ? "" : words.s);
+    const char *kept = kmp_text_keep(&line, &r->scratch);
+    kmp_text_free(&words);
+    if (kept) {
+        kmp_log(r->context, KEMPE_LOG_WARNING, "%s", kept);
+        note(r, kept, false);
+    }
+}
+
 kempe_status kmp_reader_load(kmp_reader *r, int number, const char *text, size_t length, kmp_base base,
                              const kmp_yaml **root)
 {

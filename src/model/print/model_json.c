@@ -132,7 +132,7 @@ static void put_states(kmp_json *json, const kempe_model *model)
 
 static void put_surface(kmp_json *json, const char *name, const kmp_surface *s)
 {
-    kmp_json_put(json, "%s { method %s", name, s->one[0]->method == KMP_TABLE_LINEAR ? "linear" : "spline");
+    kmp_json_put(json, "%s { method %s", name, kmp_table_method_word(s->one[0]->method));
     kmp_json_numbers(json, "x", s->count[0], s->knot[0]);
     kmp_json_numbers(json, "y", s->count[1], s->knot[1]);
     kmp_json_array(json, "z");
@@ -150,10 +150,13 @@ static void put_tables(kmp_json *json, const kempe_model *model)
             put_surface(json, model->tables[i].name, model->tables[i].surface);
             continue;
         }
-        kmp_json_put(json, "%s { method %s", model->tables[i].name,
-                     table->method == KMP_TABLE_LINEAR ? "linear" : "spline");
+        kmp_json_put(json, "%s { method %s", model->tables[i].name, kmp_table_method_word(table->method));
         kmp_json_numbers(json, "x", table->count, table->x);
         kmp_json_numbers(json, "y", table->count, table->y);
+        if (model->tables[i].periodic)
+            kmp_json_number(json, "rise", model->tables[i].rise);
+        if (model->tables[i].outside != KMP_OUTSIDE_NOT_SAID)
+            kmp_json_put(json, "outside %s", kmp_outside_word(model->tables[i].outside));
         kmp_json_end(json);
     }
     kmp_json_end(json);

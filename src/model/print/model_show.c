@@ -117,14 +117,17 @@ static void show_tables(kmp_text *text, const kempe_model *model)
         const kmp_surface *s = model->tables[i].surface;
         if (s) {
             kmp_text_printf(text, "  %s: %s, %d x %d points, x from %.9g to %.9g, y from %.9g to %.9g\n",
-                            model->tables[i].name, s->one[0]->method == KMP_TABLE_LINEAR ? "linear" : "spline",
-                            s->count[0], s->count[1], s->knot[0][0], s->knot[0][s->count[0] - 1], s->knot[1][0],
-                            s->knot[1][s->count[1] - 1]);
+                            model->tables[i].name, kmp_table_method_word(s->one[0]->method), s->count[0], s->count[1],
+                            s->knot[0][0], s->knot[0][s->count[0] - 1], s->knot[1][0], s->knot[1][s->count[1] - 1]);
             continue;
         }
-        kmp_text_printf(text, "  %s: %s, %d points, x from %.9g to %.9g\n", model->tables[i].name,
-                        table->method == KMP_TABLE_LINEAR ? "linear" : "spline", table->count, table->x[0],
-                        table->x[table->count - 1]);
+        kmp_text_printf(text, "  %s: %s, %d points, x from %.9g to %.9g", model->tables[i].name,
+                        kmp_table_method_word(table->method), table->count, table->x[0], table->x[table->count - 1]);
+        if (model->tables[i].periodic)
+            kmp_text_printf(text, ", periodic, rise %.9g", model->tables[i].rise);
+        if (model->tables[i].outside != KMP_OUTSIDE_NOT_SAID)
+            kmp_text_printf(text, ", outside %s", kmp_outside_word(model->tables[i].outside));
+        kmp_text_put(text, "\n");
     }
 }
 

@@ -150,6 +150,7 @@ void kmp_linkage_find_uses(kmp_reader *r, kmp_linkage *g)
     search_entries(&s, "drives", "drive '%s' moves it", "drive '%s' depends on it");
     search_entries(&s, "forces", "force '%s' acts on it", "force '%s' depends on it");
     search_entries(&s, "loops", "loop '%s' depends on it", "loop '%s' depends on it");
+    search_entries(&s, "contacts", "contact '%s' acts on it", "contact '%s' depends on it");
     search_entries(&s, "states", "state '%s' depends on it", "state '%s' depends on it");
     search_entries(&s, "algebraic", "variable '%s' depends on it", "variable '%s' depends on it");
     find_start(&s, "q");

@@ -93,12 +93,62 @@ static void read_inertia(kmp_reader *r, const kmp_yaml *node, kmp_body *body)
             !kmp_read_number(r, entry, kmp_reader_say(r, "inertia %s of body '%s'", inertia_keys[i].name, body->name),
                              kmp_dimension_of(inertia_keys[i].unit), &body->inertia[i]))
             good = false;
-        if (!entry && i < 3)
+        if (!entry && i < 3) {
             complete = false;
+            body->left_out[i] = true;
+        }
     }
+    body->partial = !complete;
     /* plane data has zz alone: absent values cannot be checked */
     if (good && check_diagonal(r, node, body) && complete)
         check_tensor(r, node, body);
+}
+
+/* The moment of a body about an axis through its centre of mass, in its own axes. */
+static double moment_about(const kmp_body *body, const double a[3])
+{
+    const kmp_number *i = body->inertia;
+    return i[0].value * a[0] * a[0] + i[1].value * a[1] * a[1] + i[2].value * a[2] * a[2] +
+           2 * (i[3].value * a[0] * a[1] + i[4].value * a[0] * a[2] + i[5].value * a[1] * a[2]);
+}
+
+/* The motion that turns a body about an axis for which moments are left out; -1: none is known. The axes of bodies are
+ * compared where all coordinates are zero, up to the next joint that turns. */
+static int turned_without_moment(const kempe_model *model, int b)
+{
+    const kmp_body *body = &model->bodies[b];
+    for (int p = b, turns = 0; p > 0 && !turns; p = model->bodies[p].parent) {
+        const kmp_body *carrier = &model->bodies[p];
+        for (int k = carrier->first_motion; k < carrier->first_motion + carrier->motion_count; k++) {
+            const double *a = model->motions[k].axis;
+            if (!model->motions[k].rotation)
+                continue;
+            turns++;
+            for (int i = 0; i < 3; i++)
+                if (body->left_out[i] && a[i] != 0 && moment_about(body, a) == 0)
+                    return k;
+        }
+        if (carrier->turned || carrier->reversed)
+            return -1;
+    }
+    return -1;
+}
+
+void kmp_note_moments(kmp_reader *r)
+{
+    static const char *const names[3] = {"xx", "yy", "zz"};
+    kempe_model *model = r->model;
+    for (int b = 1; b < model->body_count; b++) {
+        const kmp_body *body = &model->bodies[b];
+        int k = body->partial && body->mass.value > 0 ? turned_without_moment(model, b) : -1, i = 0;
+        while (k >= 0 && i < 2 && !(body->left_out[i] && model->motions[k].axis[i] != 0))
+            i++;
+        if (k >= 0)
+            kmp_reader_warn(r, body->place,
+                            "body '%s': coordinate '%s' turns it about an axis without moment of inertia: %s is left "
+                            "out and counts as zero; write it, as 0 where that is meant",
+                            body->name, model->motions[k].name, names[i]);
+    }
 }
 
 static void read_given(kmp_reader *r, const kmp_yaml *map, kmp_body *body)

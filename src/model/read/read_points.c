@@ -51,6 +51,7 @@ typedef struct sheet {
     const kmp_yaml *column[2]; /* the names of both */
     int index[2];              /* their columns */
     int file;
+    int width; /* columns of the header */
 } sheet;
 
 /* The k-th field of a line, without spaces around it; NULL when there are fewer. */
@@ -75,6 +76,23 @@ static bool is_comment(const char *line)
     return *line == '#' || *line == '\n' || *line == '\0';
 }
 
+static int count_fields(const char *line)
+{
+    int count = 1;
+    for (; *line && *line != '\n'; line++)
+        count += *line == ',';
+    return count;
+}
+
+/* Cells beyond the header shift a column, as decimal commas do. */
+static bool check_width(sheet *s, const char *line, int number)
+{
+    int count = count_fields(line);
+    kmp_place place = {.line = number, .column = 1, .file = s->file};
+    return count <= s->width || kmp_reader_complain(s->p->r, place, "%d cells where the header has %d column%s", count,
+                                                    s->width, s->width == 1 ? "" : "s");
+}
+
 static bool find_columns(sheet *s, const char *header, int line)
 {
     bool good = true;
@@ -85,8 +103,12 @@ static bool find_columns(sheet *s, const char *header, int line)
         s->index[c] = -1;
         for (int k = 0; (field = field_of(header, k, &length)); k++) {
             kmp_nearest_offer(&nearest, kmp_reader_say(s->p->r, "%.*s", (int)length, field));
-            if (strlen(wanted) == length && strncmp(field, wanted, length) == 0)
-                s->index[c] = k;
+            if (strlen(wanted) != length || strncmp(field, wanted, length) != 0)
+                continue;
+            if (s->index[c] >= 0)
+                good = kmp_reader_complain(s->p->r, s->column[c]->place, "%s: line %d of '%s' has two columns '%s'",
+                                           s->p->what, line, s->p->r->model->files[s->file], wanted);
+            s->index[c] = k;
         }
         good = good && s->index[c] >= 0;
         if (s->index[c] < 0)
@@ -129,12 +151,15 @@ static bool read_sheet(sheet *s, const char *text)
     bool header = true, good = true;
     if (!make_room(p, count_lines(text)))
         return false;
+    text += strncmp(text, "\xef\xbb\xbf", 3) == 0 ? 3 : 0; /* the mark of UTF-8 */
     for (int line = 1; *text; line++) {
         if (!is_comment(text) && header) {
             header = false;
+            s->width = count_fields(text);
             if (!find_columns(s, text, line))
                 return false;
         } else if (!is_comment(text)) {
+            good = check_width(s, text, line) && good;
             bool x = read_cell(s, text, line, s->index[0], &p->x[p->count]);
             good = read_cell(s, text, line, s->index[1], &p->y[p->count]) && x && good;
             p->place[p->count++] = (kmp_place){.line = line, .column = 1, .file = s->file};
@@ -155,7 +180,7 @@ char *kmp_read_file(kmp_reader *r, const kmp_yaml *node, const char *what, const
 {
     kempe_context *aside = kempe_context_new(); /* its message becomes part of the reader's */
     char *text = NULL;
-    kempe_status status = aside ? kmp_file_read(aside, path, &text, length) : KEMPE_E_MEMORY;
+    kempe_status status = aside ? kmp_file_read_named(aside, path, &text, length) : KEMPE_E_MEMORY;
     if (status == KEMPE_E_MEMORY)
         r->scratch.failed = true;
     else if (status != KEMPE_OK)

@@ -3,7 +3,11 @@
  * variables by a grid of points. */
 #include "model/read/reading.h"
 #include "symbolic/sums/surface.h"
+#include <math.h>
 #include <string.h>
+
+/* Part of the range of a table by which its spline may pass the points of a piece without a word. */
+#define OVERSHOOT 0.005
 
 static bool check_points(const kmp_points *p, kmp_place place)
 {
@@ -18,10 +22,85 @@ static bool check_points(const kmp_points *p, kmp_place place)
     return bad < 0;
 }
 
-static bool is_linear(kmp_reader *r, const kmp_yaml *node, const char *what)
+static kmp_table_method read_method(kmp_reader *r, const kmp_yaml *node, const char *what, bool periodic)
 {
-    static const char *const methods[] = {"spline", "linear"};
-    return node && kmp_read_choice(r, node, what, KMP_NAMES_OF(methods), "the method is", " or ") != 0;
+    static const char *const methods[] = {"spline", "linear", "monotone"};
+    int word = node ? kmp_read_choice(r, node, what, KMP_NAMES_OF(methods), "the method is", " or ") : 0;
+    if (word == 2)
+        return periodic ? KMP_TABLE_PERIODIC_SHAPE : KMP_TABLE_MONOTONE;
+    return word == 1 ? KMP_TABLE_LINEAR : periodic ? KMP_TABLE_PERIODIC : KMP_TABLE_CUBIC;
+}
+
+static kmp_outside read_outside(kmp_reader *r, const kmp_yaml *node, const char *what)
+{
+    static const char *const words[] = {"linear", "hold", "error"};
+    int word = node ? kmp_read_choice(r, node, what, KMP_NAMES_OF(words), "outside is", " or ") : -1;
+    return (kmp_outside)(word + 1);
+}
+
+/* The first and the last point of a periodic table are one, but for its rise. */
+static void check_period(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_named_table *table)
+{
+    const kmp_yaml *node = kmp_yaml_get(map, "periodic"), *outside = kmp_yaml_get(map, "outside");
+    const kmp_table *t = table->table;
+    double low = t->y[0], high = t->y[0], rise = t->y[t->count - 1] - t->y[0];
+    for (int k = 1; k < t->count; k++) {
+        low = fmin(low, t->y[k]);
+        high = fmax(high, t->y[k]);
+    }
+    if (outside)
+        kmp_reader_complain(r, outside->place, "%s: a periodic table has no points outside", what);
+    if (fabs(rise - table->rise) > 1e-9 * (high - low))
+        kmp_reader_complain(r, node->place,
+                            "%s: the last value of a periodic table is the first one%s; they are %.9g and %.9g", what,
+                            table->rise != 0 ? " and its rise" : "", t->y[t->count - 1], t->y[0]);
+}
+
+/* `periodic: yes`, or the rise of each period. */
+static void read_period(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_named_table *table)
+{
+    const kmp_yaml *node = kmp_yaml_get(map, "periodic");
+    if (!node || (node->kind == KMP_YAML_SCALAR && strcmp(node->text, "no") == 0))
+        return;
+    table->periodic = true;
+    if (node->kind == KMP_YAML_SCALAR && strcmp(node->text, "yes") == 0)
+        return;
+    (void)kmp_read_fixed(r, node, kmp_reader_say(r, "periodic of %s", what), KMP_DIM_ANY, &table->rise);
+}
+
+/* True if the points have an extreme value at an end of piece k, which a curve may pass beyond the piece's points. */
+static bool is_at_turn(const kmp_table *t, int k)
+{
+    double rise = t->y[k + 1] - t->y[k];
+    return (k > 0 && (t->y[k] - t->y[k - 1]) * rise < 0) ||
+           (k + 2 < t->count && (t->y[k + 2] - t->y[k + 1]) * rise < 0);
+}
+
+/* Names the piece where a spline goes farthest beyond its points although they rise or fall there. */
+static void note_overshoot(kmp_reader *r, const kmp_yaml *map, const char *what, const kmp_table *t)
+{
+    enum { PIECES = 16 };
+    double low = t->y[0], high = t->y[0], most = 0, value = 0;
+    int at = -1;
+    for (int k = 1; k < t->count; k++) {
+        low = fmin(low, t->y[k]);
+        high = fmax(high, t->y[k]);
+    }
+    for (int k = 0; k + 1 < t->count; k++)
+        for (int i = 1; i < PIECES && !is_at_turn(t, k); i++) {
+            double y = kmp_table_value(t, 0, t->x[k] + (t->x[k + 1] - t->x[k]) * i / PIECES);
+            double beyond = fmax(y - fmax(t->y[k], t->y[k + 1]), fmin(t->y[k], t->y[k + 1]) - y);
+            if (beyond > most) {
+                most = beyond;
+                value = y;
+                at = k;
+            }
+        }
+    if (at >= 0 && most > OVERSHOOT * (high - low))
+        kmp_reader_warn(r, map->place,
+                        "%s: its spline reaches %.6g between x = %.6g and %.6g, where the points have %.6g and %.6g: "
+                        "method: monotone keeps their shape",
+                        what, value, t->x[at], t->x[at + 1], t->y[at], t->y[at + 1]);
 }
 
 /* -- two variables --------------------------------------------------------------------------------- */
@@ -62,7 +141,8 @@ static bool read_rows(kmp_reader *r, const kmp_yaml *z, const char *what, const 
 }
 
 /* A table of two variables is a sum over the knots of one of them. */
-static void read_surface(kmp_reader *r, const kmp_yaml *map, const char *what, bool linear, kmp_named_table *table)
+static void read_surface(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_table_method method,
+                         kmp_named_table *table)
 {
     enum { MOST_TERMS = 64 };
     int count[2];
@@ -80,7 +160,7 @@ static void read_surface(kmp_reader *r, const kmp_yaml *map, const char *what, b
     double *values = KMP_ARENA_NEW(&r->scratch, double, count[0] * count[1]);
     if (!values || !read_rows(r, z, what, count, values))
         return;
-    table->surface = kmp_surface_new(linear ? KMP_TABLE_LINEAR : KMP_TABLE_CUBIC, count, x, y, values);
+    table->surface = kmp_surface_new(method, count, x, y, values);
     if (!table->surface)
         r->scratch.failed = true;
 }
@@ -97,10 +177,17 @@ static void read_table(kmp_reader *r, const kmp_yaml *map, kmp_named_table *tabl
                     .dimension = KMP_DIM_ANY};
     if (!kmp_read_map(r, map, p.what, keys))
         return;
-    bool linear = is_linear(r, kmp_yaml_get(map, "method"), p.what);
     table->of_two = map->kind == KMP_YAML_MAP && kmp_yaml_get(map, "z");
+    read_period(r, map, p.what, table);
+    table->outside = read_outside(r, kmp_yaml_get(map, "outside"), p.what);
+    kmp_table_method method = read_method(r, kmp_yaml_get(map, "method"), p.what, table->periodic);
+    if (table->of_two && (table->periodic || method == KMP_TABLE_MONOTONE)) {
+        kmp_reader_complain(r, map->place, "%s: a table of two variables is not %s", p.what,
+                            table->periodic ? "periodic" : "monotone");
+        return;
+    }
     if (table->of_two) {
-        read_surface(r, map, p.what, linear, table);
+        read_surface(r, map, p.what, method, table);
         return;
     }
     kmp_unit unit;
@@ -109,9 +196,13 @@ static void read_table(kmp_reader *r, const kmp_yaml *map, kmp_named_table *tabl
         return;
     for (int k = 0; k < p.count; k++)
         p.y[k] = p.y[k] * unit.factor / unit.divisor;
-    table->table = kmp_table_new(linear ? KMP_TABLE_LINEAR : KMP_TABLE_CUBIC, p.count, p.x, p.y);
+    table->table = kmp_table_new(method, p.count, p.x, p.y);
     if (!table->table)
         r->scratch.failed = true;
+    else if (table->periodic)
+        check_period(r, map, p.what, table);
+    else if (method == KMP_TABLE_CUBIC)
+        note_overshoot(r, map, p.what, table->table);
 }
 
 bool kmp_name_means_something(const kmp_reader *r, const char *name)
@@ -144,5 +235,9 @@ const kmp_named_table *kmp_read_table_name(kmp_reader *r, const kmp_yaml *node, 
     int found = kmp_read_reference(r, node, what, "table", KMP_NAMED(r->model, table));
     if (found >= 0 && r->model->tables[found].of_two)
         kmp_reader_complain(r, node->place, "%s: the table '%s' has two variables", what, node->text);
-    return found < 0 || r->model->tables[found].of_two ? NULL : &r->model->tables[found];
+    const kmp_named_table *table = found < 0 || r->model->tables[found].of_two ? NULL : &r->model->tables[found];
+    if (table && (table->periodic || table->outside > KMP_OUTSIDE_LINEAR))
+        kmp_reader_complain(r, node->place, "%s: the table '%s' is %s, which is for expressions alone", what,
+                            node->text, table->periodic ? "periodic" : "not continued outside");
+    return table;
 }

@@ -124,6 +124,8 @@ static kempe_status read_document(kmp_reader *r, kempe_status status)
 {
     if (r->root && status != KEMPE_E_MEMORY)
         read_parts(r);
+    if (r->root && status == KEMPE_OK && !r->wrong)
+        kmp_note_moments(r);
     bool memory = status != KEMPE_E_MEMORY && !r->scratch.failed && !r->model->arena.failed;
     if (memory && (status != KEMPE_OK || r->wrong)) {
         status = kmp_reader_sort_complaints(r);

@@ -57,6 +57,11 @@ typedef struct kmp_reader {
     kmp_dimension *parameter_dimensions;
 } kmp_reader;
 
+/* -- mass (read_mass.c) ---------------------------------------------------------------------------- */
+
+/** Warns of bodies that a coordinate turns about an axis whose moment of inertia is left out. */
+void kmp_note_moments(kmp_reader *r);
+
 /* -- files (files.c) ------------------------------------------------------------------------------- */
 
 /** Appends a row to the model's files, whose label precedes line and column of messages; -1: no memory. */
@@ -68,6 +73,9 @@ kempe_status kmp_reader_load(kmp_reader *r, int number, const char *text, size_t
 
 /** Adds a text that is read to the digest, with the ending of its file's name, which decides on its format. */
 void kmp_reader_digest(kmp_reader *r, const char *path, const char *text, size_t length);
+
+/** Logs a warning that the results of the model keep, too. */
+void kmp_reader_warn(kmp_reader *r, kmp_place place, const char *format, ...) __attribute__((format(printf, 3, 4)));
 
 /** Sorts the context's errors by place and drops repeated ones. */
 kempe_status kmp_reader_sort_complaints(kmp_reader *r);

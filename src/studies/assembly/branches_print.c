@@ -19,9 +19,15 @@ static void show_start(kmp_text *text, const kempe_branches *b, const kmp_branch
     kmp_text_put(text, "  start: {q: {");
     for (int k = 0; k < b->system->n; k++)
         kmp_text_printf(text, "%s%s: %.9g", k ? ", " : "", b->system->model->motions[k].name, branch->q[k]);
-    kmp_text_put(text, "}, hold: [");
-    list_kept(text, b);
-    kmp_text_put(text, "]}\n");
+    bool held = false;
+    for (int k = 0; k < b->system->n; k++)
+        held = held || b->kept[k];
+    kmp_text_put(text, held ? "}, hold: [" : "}");
+    if (held) {
+        list_kept(text, b);
+        kmp_text_put(text, "]");
+    }
+    kmp_text_put(text, "}\n");
 }
 
 static void show_branch(kmp_text *text, const kempe_branches *b, int k)

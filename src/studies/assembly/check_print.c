@@ -134,6 +134,20 @@ static void show_shaped(kmp_text *text, const kempe_check *check)
     list(text, check, "mass by shapes", "", count, put_shaped);
 }
 
+/* Bodies with mass or without it (`heavy`), whose inertia is zero. */
+static void show_bare(kmp_text *text, const kempe_check *check, const char *word, bool heavy)
+{
+    const kempe_model *model = check->given->model;
+    int listed = 0;
+    for (int b = 1; b < model->body_count; b++)
+        if (kmp_body_is_bare(&model->bodies[b]) && (model->bodies[b].mass.value != 0) == heavy) {
+            if (listed == 0)
+                label(text, word);
+            kmp_text_printf(text, "%s%s", listed++ ? ", " : "", model->bodies[b].name);
+        }
+    kmp_text_put(text, listed ? "\n" : "");
+}
+
 /* -- redundancy -------------------------------------------------------------------------------------- */
 
 static void put_set(kmp_text *text, const kempe_check *check, int k)
@@ -362,6 +376,8 @@ static bool show_begin(kmp_text *text, const kempe_check *check)
         show_mobility(text, check);
     list(text, check, "cut joints", "", check->system->model->cut_count, put_cut);
     show_shaped(text, check);
+    show_bare(text, check, "without inertia", true);
+    show_bare(text, check, "without mass", false);
     if (!check->assembled)
         show_obstacle(text, check);
     return check->assembled;
