@@ -7,6 +7,7 @@
  * where that does not contract. Gauss-Newton without a bound then converges to round-off. */
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/charts.h"
+#include "constraints/closing/cut_start.h"
 #include "constraints/closing/kinsol.h"
 #include "constraints/closing/least_change.h"
 #include "constraints/diagnosis/diagnosis_walk.h"
@@ -465,6 +466,9 @@ static void meet_closures(work *w)
 static void make_rates(work *w)
 {
     given_rates(w);
+    evaluate(w);
+    if (!kmp_cut_start_rates(w->eval, w->fixed, w->a->q, w->a->qd))
+        w->arena.failed = true;
     if (w->m > 0)
         meet_closures(w);
     if (!w->a->rates_changed)

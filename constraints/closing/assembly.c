@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/charts.h"
+#include "constraints/closing/cut_start.h"
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
 #include "model/print/model_print.h"
@@ -341,6 +342,27 @@ static void warn_of_moves(const kempe_assembly *a)
             model->motions[worst].name, most * 90 / acos(0));
 }
 
+/* Warns where a start value of a cut joint is far from what closed loops allow. */
+static kempe_status warn_of_cut(const kempe_assembly *a)
+{
+    bool rate;
+    double value;
+    int k = kmp_cut_start_missed(a->system, a->q, a->qd, &rate, &value);
+    if (k == -2)
+        return kmp_fail_memory(a->system->context);
+    if (k < 0)
+        return KEMPE_OK;
+    const kmp_cut_coordinate *c = &a->system->model->cut_coordinates[k];
+    kmp_shown as = kmp_shown_as(a->system->context, c->rotation ? (rate ? "rad/s" : "rad") : rate ? "m/s" : "m");
+    kmp_log(a->system->context, KEMPE_LOG_WARNING,
+            "start: %s of the cut joint '%s' is %.6g %s where the loops are closed (given: %.6g); %s",
+            rate ? "the rate" : "the coordinate", c->name, as.factor * value, as.unit,
+            as.factor * (rate ? c->qd : c->q).value,
+            rate ? "give the rates that you want of other joints, or 'cut: no'"
+                 : "check that this is the assembly mode that you want, or give a better guess");
+    return KEMPE_OK;
+}
+
 kempe_status kmp_assemble_start(const kempe_system *system, kempe_assembly **assembly)
 {
     const kmp_start *start = &system->model->start;
@@ -348,6 +370,10 @@ kempe_status kmp_assemble_start(const kempe_system *system, kempe_assembly **ass
     double *q = KMP_NEW(double, system->n);
     for (int k = 0; q && k < system->n; k++)
         q[k] = start->q[k].value;
+    if (q && !kmp_cut_start_guess(system, start->hold, q)) {
+        kmp_free(q);
+        q = NULL;
+    }
     kmp_guess guess = {q, start->hold, PUSHES, true, 0};
     kempe_status status = q ? kmp_assemble_from(system, &guess, &a) : kmp_fail_memory(system->context);
     if (status == KEMPE_OK && a && !kmp_rounding_is_known(system)) {
@@ -355,6 +381,8 @@ kempe_status kmp_assemble_start(const kempe_system *system, kempe_assembly **ass
         if (status == KEMPE_OK && !kmp_rounding_of(system))
             kmp_rounding_keep_none(system);
     }
+    for (int k = 0; a && k < system->n; k++)
+        a->moved[k] = a->q[k] - start->q[k].value;
     kmp_free(q);
     return KMP_GIVE_OR_FREE(status, assembly, a, kempe_assembly_free);
 }
@@ -376,6 +404,7 @@ kempe_status kempe_assembly_new(const kempe_system *system, kempe_assembly **ass
     if (a->goals.end == KMP_GOALS_NONE)
         warn_of_moves(a);
     KMP_TRY(warn_of_rates(a));
+    KMP_TRY(warn_of_cut(a));
     return a->goals.end == KMP_GOALS_SINGULAR ? complain_goals(a) : KEMPE_OK;
 }
 

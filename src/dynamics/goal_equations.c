@@ -47,6 +47,21 @@ static void places(const kmp_equations *eq, kmp_ref *place)
     }
 }
 
+static void cut_coordinates(const kmp_equations *eq, kmp_ref *x)
+{
+    for (int k = 0; k < eq->model->cut_coordinate_count; k++)
+        x[k] = kmp_tree_expression(&eq->tree, eq->model->cut_coordinates[k].value);
+}
+
+/* Start values of coordinates of cut joints need these. */
+static int count_cut(const kempe_model *model)
+{
+    bool given = false;
+    for (int k = 0; k < model->cut_coordinate_count; k++)
+        given = given || model->cut_coordinates[k].q_given || model->cut_coordinates[k].qd_given;
+    return given ? model->cut_coordinate_count : 0;
+}
+
 /* The second derivative along qd at constant qd. */
 static void curvatures(const kmp_equations *eq, int count, const kmp_ref *place, kmp_ref *curvature)
 {
@@ -62,8 +77,9 @@ static void curvatures(const kmp_equations *eq, int count, const kmp_ref *place,
 bool kmp_goals_program(kmp_equations *eq, kmp_program **program)
 {
     int count = kmp_goals_place_count(eq->model), loose = kmp_goals_centred_count(eq->model);
-    int own = count * (1 + eq->n), counts[2] = {own + loose * (1 + eq->n), count};
-    if (count + loose == 0)
+    int cut = count_cut(eq->model), own = count * (1 + eq->n), both = own + loose * (1 + eq->n);
+    int counts[2] = {both + cut * (1 + eq->n), count};
+    if (count + loose + cut == 0)
         return true;
     kmp_ref *place = KMP_GRAPH_NEW(eq->graph, kmp_ref, counts[0]),
             *curvature = KMP_GRAPH_NEW(eq->graph, kmp_ref, count);
@@ -73,6 +89,9 @@ bool kmp_goals_program(kmp_equations *eq, kmp_program **program)
     lengths(eq, place + own);
     kmp_partials_all(eq->graph, count, place, KMP_IN_Q, eq->n, place + count);
     kmp_partials_all(eq->graph, loose, place + own, KMP_IN_Q, eq->n, place + own + loose);
+    if (cut > 0)
+        cut_coordinates(eq, place + both);
+    kmp_partials_all(eq->graph, cut, place + both, KMP_IN_Q, eq->n, place + both + cut);
     curvatures(eq, count, place, curvature);
     const kmp_ref *groups[2] = {place, curvature};
     *program = kmp_graph_failed(eq->graph) ? NULL : kmp_program_new(eq->graph, 2, counts, groups);

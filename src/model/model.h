@@ -153,7 +153,7 @@ typedef struct kmp_cut {
     const char *joint, *kind, *closure; /* its name, its kind, the kind of the closure */
     int rows;                           /* declared */
     const char *loop, *why;             /* the bodies of its loop; words */
-    bool start_unused;                  /* a start value was given */
+    bool start_given;                   /* of one of its coordinates */
 } kmp_cut;
 
 /** A coordinate of a cut joint, which no equation has: a function of those of the tree. */
@@ -162,6 +162,8 @@ typedef struct kmp_cut_coordinate {
     int number;               /* of the joint's coordinates, from 1 */
     bool rotation;
     const kmp_expr *value; /* KMP_EXPR_CUT */
+    kmp_number q, qd;      /* of the start, where it gives them */
+    bool q_given, qd_given;
 } kmp_cut_coordinate;
 
 /* The rows of force_kinds.def. */

@@ -60,6 +60,10 @@ static void visit_start(walk *w, const kempe_model *model)
         visit(w, "start.q", model->motions[k].name, 1, &model->start.q[k]);
         visit(w, "start.qd", model->motions[k].name, 1, &model->start.qd[k]);
     }
+    for (int k = 0; k < model->cut_coordinate_count; k++) {
+        visit(w, "start.q", model->cut_coordinates[k].name, 1, &model->cut_coordinates[k].q);
+        visit(w, "start.qd", model->cut_coordinates[k].name, 1, &model->cut_coordinates[k].qd);
+    }
     for (int k = 0; k < model->start.goal_count; k++) {
         visit(w, "start.goals", "value", 3, model->start.goals[k].value);
         visit(w, "start.goals", "weight", 3, model->start.goals[k].weight);

@@ -82,6 +82,7 @@ static void copy_model(kmp_variant *v, const kempe_model *base, int more)
     m->start.qd = COPY(v, m->start.qd, n, 0);
     m->start.q_given = COPY(v, m->start.q_given, n, 0);
     m->start.qd_given = COPY(v, m->start.qd_given, n, 0);
+    m->cut_coordinates = COPY(v, m->cut_coordinates, m->cut_coordinate_count, 0);
     m->start.goals = COPY(v, m->start.goals, m->start.goal_count, 0);
 }
 

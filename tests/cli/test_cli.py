@@ -215,16 +215,17 @@ class Graphs(Case):
             text, cuts = self.expect(0, *words).stdout, self.object(0, *words)["cuts"]
             self.assertEqual([cut["joint"] for cut in cuts], ["B", "Q"])
             for cut in cuts:
-                self.assertKeys(cut, "joint kind closure rows loop reason start_unused")
+                self.assertKeys(cut, "joint kind closure rows loop reason start_given")
                 self.assertIn(f"joint {cut['joint']} (revolute) is cut: closure revolute, 5 rows, loop {cut['loop']}; "
                               f"{cut['reason']}\n", text)
         self.assertEqual(self.object(0, "check", FOUR_BAR)["cuts"], [])
 
-    def test_unused_start_is_told(self):
+    def test_start_of_cut_joints(self):
+        """The assembly mode is that of the start values, also of a joint that is cut; rates that loops contradict are told."""
         path = self.model(SIX_BAR.read_text().replace("start: {q: {", "start: {q: {B: 1, "))
-        done = self.expect(0, "check", path)
-        self.assertIn("joint 'B' is cut and has no coordinate: its start value is not used", done.stderr)
-        self.assertIn("; its start value is not used\n", done.stdout)
+        self.assertIn("; its start value is part of the guess\n", self.expect(0, "check", path).stdout)
+        path = self.model(SIX_BAR.read_text().replace("qd: {", "qd: {B: 1000, "))
+        self.assertIn("the rate of the cut joint 'B' is ", self.expect(0, "assemble", path).stderr)
         self.assertIn("unknown coordinate 'Q': the joint is cut (cut: no in the model keeps it)",
                       self.expect(3, "simulate", SIX_BAR, "--independent", "Q").stderr)
 

@@ -17,8 +17,8 @@ void kmp_model_json_begin(kmp_json *json, const char *key)
 
 void kmp_model_json_cut(kmp_json *json, const kmp_cut *cut)
 {
-    kmp_json_put(json, "joint %s kind %s closure %s rows %d loop %s reason %s start_unused %d", cut->joint, cut->kind,
-                 cut->closure, cut->rows, cut->loop, cut->why, cut->start_unused);
+    kmp_json_put(json, "joint %s kind %s closure %s rows %d loop %s reason %s start_given %d", cut->joint, cut->kind,
+                 cut->closure, cut->rows, cut->loop, cut->why, cut->start_given);
 }
 
 void kmp_model_json_item(kmp_json *json, const char *key)

@@ -279,8 +279,8 @@ void kmp_cut_print(kmp_text *text, const kmp_cut *cut)
 {
     kmp_text_printf(text, "joint %s (%s) is cut: closure %s, %d rows, loop %s; %s", cut->joint, cut->kind, cut->closure,
                     cut->rows, cut->loop, cut->why);
-    if (cut->start_unused)
-        kmp_text_put(text, "; its start value is not used");
+    if (cut->start_given)
+        kmp_text_put(text, "; its start value is part of the guess");
 }
 
 static void show_cuts(kmp_text *text, const kempe_model *model)

@@ -294,14 +294,10 @@ static void add_cut(kmp_reader *r, kmp_linkage *g, kmp_edge *edge)
         .joint = edge->name, .kind = edge->kind->name, .closure = edge->cut->closure, .rows = edge->cut->rows};
     cut->loop = kmp_arena_strdup(&model->arena, bodies);
     cut->why = kmp_arena_strdup(&model->arena, why);
-    cut->start_unused = edge->start != NULL;
+    cut->start_given = edge->start != NULL;
     if (!cut->loop || !cut->why)
         return;
     model->cut_count++;
-    if (edge->start && !r->wrong)
-        kmp_log(r->context, KEMPE_LOG_WARNING,
-                "joint '%s' is cut and has no coordinate: its start value is not used (cut: no keeps the joint)",
-                edge->name);
     edge->made = make_closure(r, edge);
     kmp_yaml_append(&r->scratch, &g->cuts, edge->key, edge->made);
 }

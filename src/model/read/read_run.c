@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Start values and settings of runs. */
+#include "model/cut_coordinates.h"
 #include "model/limits.h"
 #include "model/read/reading.h"
 #include "model/tables/run_settings.h"
@@ -11,6 +12,23 @@ static const kmp_key start_keys[] = {
 #include "model/keys/start_keys.def"
     {0}};
 
+/* The value of a coordinate of a cut joint. */
+static void read_cut_value(kmp_reader *r, const kmp_yaml *key, const kmp_yaml *node, const char *what, double power)
+{
+    int k = kmp_cut_coordinate_find(r->model, kmp_reader_name(r, key->place.file, key->text));
+    kmp_cut_coordinate *c = k < 0 ? NULL : &r->model->cut_coordinates[k];
+    if (!c && !r->wrong)
+        kmp_reader_complain(r, key->place, "%s: joint '%s' has several coordinates: %s.1, %s.2, ..", what, key->text,
+                            key->text, key->text);
+    if (!c)
+        return;
+    kmp_dimension wanted = KMP_DIM(c->rotation ? 0 : 1, 0, power);
+    wanted.angle = c->rotation;
+    kmp_number *number = power < 0 ? &c->qd : &c->q;
+    *(power < 0 ? &c->qd_given : &c->q_given) =
+        kmp_read_number(r, node, kmp_reader_say(r, "%s: '%s'", what, key->text), wanted, number);
+}
+
 /* `power` of s: 0 for coordinates, -1 for rates. */
 static void read_values(kmp_reader *r, const kmp_yaml *map, const char *what, double power, kmp_number *values,
                         bool *given)
@@ -21,8 +39,10 @@ static void read_values(kmp_reader *r, const kmp_yaml *map, const char *what, do
     for (int i = 0; said && i < map->count; i++) {
         const kmp_yaml *key = map->keys[i];
         const char *name = kmp_reader_name(r, key->place.file, key->text);
-        if (kmp_linkage_find(r, name) == KMP_LINKED_CUT) /* a separate warning reports it */
+        if (kmp_linkage_find(r, name) == KMP_LINKED_CUT) {
+            read_cut_value(r, key, map->items[i], what, power);
             continue;
+        }
         int motion = kmp_read_motion(r, key, what);
         kmp_number value = {0};
         kmp_dimension wanted = motion < 0 ? KMP_DIM_ANY : kmp_motion_dimension(r->model, motion, power);
