@@ -4,9 +4,10 @@
 #include <string.h>
 
 enum {
-    MOST_LOOKS = 256, /* evaluations in one step, without those that narrow a change */
-    ZERO_FROM = 5     /* number of halvings from which a condition that is exactly zero at three points counts as
-                       * constantly zero */
+    MOST_LOOKS = 100000, /* evaluations in one step, without those that narrow a change */
+    FEW_LOOKS = 256,     /* the same after a step in which so many have not decided */
+    ZERO_FROM = 5        /* number of halvings from which a condition that is exactly zero at three points counts as
+                          * constantly zero */
 };
 
 /* A polynomial of higher degree may exceed the control values of the cubic by this part of their distance from the
@@ -116,13 +117,29 @@ static void begin_piece(kmp_piece_search *s, int depth)
 
 /* -- the search -------------------------------------------------------------------------------------- */
 
+/* Counts a piece that stays undecided. */
+static void note_undecided(kmp_piece_search *s, int depth, double t)
+{
+    const bool *open = s->open + (size_t)depth * (size_t)s->conditions;
+    int k = 0;
+    while (k + 1 < s->conditions && !open[k])
+        k++;
+    if (s->undecided++ == 0) {
+        s->which = k;
+        s->since = t;
+    }
+}
+
 static int search_piece(kmp_piece_search *s, int depth, const kmp_look *a, const kmp_look *b, bool *found)
 {
     kmp_look *m = &s->look[depth + 2];
     double middle = a->t + (b->t - a->t) / 2;
     kmp_step_piece ends = {a, NULL, b};
     begin_piece(s, depth);
-    if (!find_open(s, depth, &ends) || s->left == 0 || !(middle > a->t && middle < b->t))
+    bool open = find_open(s, depth, &ends) && middle > a->t && middle < b->t;
+    if (open && s->left == 0)
+        note_undecided(s, depth, a->t);
+    if (!open || s->left == 0)
         return s->site->end(s->self, a, b, found);
     s->left--;
     int status = s->site->look(s->self, middle, m);
@@ -138,7 +155,7 @@ static int search_piece(kmp_piece_search *s, int depth, const kmp_look *a, const
 
 KMP_LOCAL int kmp_pieces_search(kmp_piece_search *s, bool *found)
 {
-    s->left = MOST_LOOKS;
+    s->left = s->undecided > 0 ? FEW_LOOKS : MOST_LOOKS;
     return search_piece(s, 0, &s->look[0], &s->look[1], found);
 }
 

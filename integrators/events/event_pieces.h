@@ -51,7 +51,10 @@ typedef struct kmp_piece_search {
     bool *open;        /* of each condition, for each halving and one more: it may change within the piece */
     kmp_look look[KMP_SEARCH_LOOKS]; /* 0 and 1: of the ends of the step */
     int left;                        /* remaining evaluations in this step */
-    int least;                       /* halvings made in any case */
+    long undecided;                  /* pieces that their ends have decided without bounds, as no evaluation remained */
+    int which;                       /* the condition of the first of them; its time */
+    double since;
+    int least; /* halvings made in any case */
 } kmp_piece_search;
 
 /** Searches the step between looks 0 and 1. */

@@ -26,7 +26,12 @@ static void add_work(kmp_ensemble_result *result, const kmp_run_report *report)
 /* Makes a step and takes it into the account of the instance. */
 static kempe_status make_step(kmp_engine *e, int i, kmp_runner *run)
 {
+    kmp_text why = {0};
     KMP_TRY(kmp_runner_step(run));
+    if (run->crossing && kmp_crossing_is_undecided(run->crossing, &why)) {
+        run->reason = kmp_text_take(&why);
+        return KEMPE_E_FAILED;
+    }
     return kmp_run_measure(e, i, run) ? KEMPE_OK : KEMPE_E_FAILED; /* the row gave the reason */
 }
 

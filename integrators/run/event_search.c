@@ -343,6 +343,7 @@ void kmp_crossing_take(kmp_crossing *c, const double *mode, const double *parame
     c->past = past;
     c->search.ready = false;
     c->search.charts = -1;
+    c->search.pieces.undecided = 0;
 }
 
 /* Part of a step, near its start, at which the value of a kink that is zero at the start, as at rest, has its sign. */
@@ -375,6 +376,18 @@ bool kmp_crossing_hold_passed(kmp_crossing *c)
     return passed;
 }
 
+bool kmp_crossing_is_undecided(const kmp_crossing *c, kmp_text *why)
+{
+    const kmp_piece_search *pieces = &c->search.pieces;
+    if (pieces->undecided > 0)
+        kmp_text_printf(
+            why,
+            "%s: whether this changes is not decided in the step from t = %.9g s on, by as many evaluations "
+            "as a step may have. A change may be missed: set a max_step",
+            c->s->event_text[pieces->which], pieces->since);
+    return pieces->undecided > 0;
+}
+
 kempe_status kmp_crossing_find(kmp_crossing *c, double from, double to, double *t, bool *found)
 {
     kmp_event_search *s = &c->search;
@@ -388,7 +401,12 @@ kempe_status kmp_crossing_find(kmp_crossing *c, double from, double to, double *
         KMP_TRY(look_at(c, from, &s->pieces.look[0]));
     KMP_TRY(look_at(c, to, &s->pieces.look[1]));
     s->pieces.self = c;
+    const long before = s->pieces.undecided;
     KMP_TRY((kempe_status)kmp_pieces_search(&s->pieces, found));
+    kmp_text why = {0};
+    if (before == 0 && kmp_crossing_is_undecided(c, &why) && !why.failed)
+        kmp_doubt(c->s->context, "%s", why.s);
+    kmp_text_free(&why);
     if (*found) {
         *t = s->event;
         c->end = kmp_crossing_first_end(c);

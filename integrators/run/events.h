@@ -89,6 +89,10 @@ kmp_crossing *kmp_crossing_new(const kmp_crossing_plan *plan, kmp_arena *arena);
 /** Sets the pasts of the conditions of a run that begins. */
 void kmp_crossing_begin_past(const kempe_system *system, kmp_condition_past *past);
 
+/** True if a step had changes that bounds could not exclude within the bound of work, with a sentence that names the
+ * first condition. The result is not trustworthy. */
+bool kmp_crossing_is_undecided(const kmp_crossing *crossing, kmp_text *why);
+
 /** Finds the earliest event of the step between two times. *t is its time, just beyond the change; unchanged if there
  * is none. */
 kempe_status kmp_crossing_find(kmp_crossing *crossing, double from, double to, double *t, bool *found);

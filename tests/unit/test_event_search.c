@@ -251,6 +251,34 @@ static void what_is_far_costs_little(void)
     unload(&with);
 }
 
+/* The peaks of sin a + sin 2a / 2 are 1.299038: over 1591 turns in a step of 10 s a condition is decided for a limit
+ * near them, and named for one that is nearer. */
+static void near_peaks(void)
+{
+    static const struct {
+        const char *limit;
+        kempe_status status;
+    } rows[] = {{"1.3", KEMPE_OK}, {"1.2990382", KEMPE_UNTRUSTED}};
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
+        char text[600];
+        (void)snprintf(text, sizeof text,
+                       "kempe: 1\nbodies: {d: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 1}},\n"
+                       "  m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+                       "forces: {f: {joint: x, force: \"if(sin(q(A)) + 0.5*sin(2*q(A)) > %s, 1, 0)\"}}\n"
+                       "start: {qd: {A: 1000}}\nrun: {t_end: 100}\n",
+                       rows[k].limit);
+        loaded l = load_text(text);
+        kempe_trajectory *t = NULL;
+        const kempe_run_options ask = {.no_convergence_check = 1};
+        CHECK(l.system && kempe_simulate(l.system, &ask, &t) == rows[k].status);
+        char *said = kmp_context_warnings(l.context);
+        CHECK(said && (strstr(said, "'f': sin(q(A)) + 0.5*sin(2*q(A)) > ") != NULL) == (k > 0));
+        kmp_free(said);
+        kempe_trajectory_free(t);
+        unload(&l);
+    }
+}
+
 int main(void)
 {
     TEST(windows);
@@ -262,5 +290,6 @@ int main(void)
     TEST(of_an_unknown);
     TEST(of_a_multiplier);
     TEST(what_is_far_costs_little);
+    TEST(near_peaks);
     return check_report();
 }
