@@ -181,11 +181,10 @@ static int give_name(const char *temporary, const char *path, bool exclusive)
     return error;
 }
 
-/* Writes a temporary file that then gets its name. */
-static int write_by_name(const char *path, const placing *place, const char *text, size_t length)
+/* Writes a temporary file; without an error its name is in `temporary`. */
+static int write_temporary(const char *path, const placing *place, const char *text, size_t length, kmp_text *temporary)
 {
-    kmp_text temporary = {0};
-    int fd = open_temporary(path, &temporary);
+    int fd = open_temporary(path, temporary);
     int error = fd < 0 ? errno : 0;
     if (!error) {
         if (place->old && fchmod(fd, place->old->st_mode & 07777) != 0)
@@ -193,8 +192,19 @@ static int write_by_name(const char *path, const placing *place, const char *tex
         int written = write_and_close(fd, text, length, place->lasting);
         if (!error)
             error = written;
-        if (!error)
-            error = give_name(temporary.s, path, place->exclusive);
+        if (error)
+            unlink(temporary->s);
+    }
+    return error;
+}
+
+/* Writes a temporary file that then gets its name. */
+static int write_by_name(const char *path, const placing *place, const char *text, size_t length)
+{
+    kmp_text temporary = {0};
+    int error = write_temporary(path, place, text, length, &temporary);
+    if (!error) {
+        error = give_name(temporary.s, path, place->exclusive);
         if (error)
             unlink(temporary.s);
         else if (place->lasting)
@@ -237,6 +247,50 @@ kempe_status kempe_write_file(kempe_context *context, const char *path, const ch
     KMP_WANTED(context, path, "path");
     KMP_WANTED(context, text, "text");
     return write_bytes(context, path, text, strlen(text));
+}
+
+/* The place of a file and what it replaces: the target of a symbolic link. */
+static int stage(const char *folder, const char *name, const char *text, kmp_text *path, kmp_text *temporary)
+{
+    char target[PATH_MAX];
+    struct stat old;
+    kmp_text_printf(path, "%s/%s", folder, name);
+    const bool exists = !path->failed && stat(path->s, &old) == 0;
+    if (exists && !S_ISREG(old.st_mode))
+        return S_ISDIR(old.st_mode) ? EISDIR : EINVAL;
+    if (exists && realpath(path->s, target)) {
+        kmp_text_free(path);
+        kmp_text_put(path, target);
+    }
+    return path->failed
+               ? ENOMEM
+               : write_temporary(path->s, &(placing){.old = exists ? &old : NULL}, text, strlen(text), temporary);
+}
+
+kempe_status kmp_files_write(kempe_context *context, const char *folder, int count, const char *const *names,
+                             const char *const *texts)
+{
+    kmp_text *path = KMP_NEW(kmp_text, count), *temporary = KMP_NEW(kmp_text, count);
+    int error = path && temporary ? 0 : ENOMEM, staged = 0, named = 0;
+    while (!error && staged < count) {
+        error = stage(folder, names[staged], texts[staged], &path[staged], &temporary[staged]);
+        staged += !error;
+    }
+    while (!error && named < count) {
+        error = give_name(temporary[named].s, path[named].s, false);
+        named += !error;
+    }
+    const char *wrong = error && error != ENOMEM ? path[staged < count ? staged : named].s : folder;
+    kempe_status status = report_written(context, wrong, error);
+    for (int k = named; k < staged; k++)
+        unlink(temporary[k].s);
+    for (int k = 0; path && temporary && k < count; k++) {
+        kmp_text_free(&path[k]);
+        kmp_text_free(&temporary[k]);
+    }
+    kmp_free(path);
+    kmp_free(temporary);
+    return status;
 }
 
 const char *kmp_file_ending(const char *path)

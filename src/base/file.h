@@ -12,6 +12,10 @@ kempe_status kmp_file_read(kempe_context *context, const char *path, char **text
 /** The same of a file that a model names: a regular one, no pipe, terminal or device, which have no end or wait. */
 kempe_status kmp_file_read_named(kempe_context *context, const char *path, char **text, size_t *length);
 
+/** Writes files into a folder: all of them, or none where one cannot be written. Errors as kempe_write_file. */
+kempe_status kmp_files_write(kempe_context *context, const char *folder, int count, const char *const *names,
+                             const char *const *texts);
+
 /** Writes a text to a file and frees it in any case. KEMPE_E_MEMORY: the text has failed. Errors as kempe_write_file.
  * */
 kempe_status kmp_file_write(kempe_context *context, const char *path, kmp_text *text);

@@ -165,14 +165,19 @@ kempe_status kempe_code_write(const kempe_code *code, const char *folder)
 {
     KMP_WANTED_BOTH(code, folder);
     kmp_context_clear(code->context);
-    kempe_status status = kmp_folder_make(code->context, folder);
-    for (int k = 0; k < code->files.count && status == KEMPE_OK; k++) {
-        kmp_text path = {0};
-        kmp_text_printf(&path, "%s/%s", folder, code->files.file[k].name);
-        status = path.failed ? kmp_fail_memory(code->context)
-                             : kempe_write_file(code->context, path.s, code->files.file[k].text.s);
-        kmp_text_free(&path);
+    kmp_arena arena = {0};
+    const char **names = KMP_ARENA_NEW(&arena, const char *, code->files.count);
+    const char **texts = KMP_ARENA_NEW(&arena, const char *, code->files.count);
+    for (int k = 0; names && texts && k < code->files.count; k++) {
+        names[k] = code->files.file[k].name;
+        texts[k] = code->files.file[k].text.s;
     }
+    kempe_status status = kmp_made(code->context, !arena.failed);
+    if (status == KEMPE_OK)
+        status = kmp_folder_make(code->context, folder);
+    if (status == KEMPE_OK)
+        status = kmp_files_write(code->context, folder, code->files.count, names, texts);
+    kmp_arena_free(&arena);
     return status;
 }
 

@@ -2046,6 +2046,22 @@ class Resume(Case):
         with open(self.folder / name, newline="") as file:
             return list(csv.DictReader(file))
 
+    def test_files_that_cannot_be_written(self):
+        model = ROOT / "examples/four_bar/four_bar.yaml"
+
+        def small():  # as on a full disk: headers fit, sources do not
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (3000, 3000))
+
+        (self.folder / "code").mkdir()
+        for words in (("generate", model, "--lang", "c", "-o", "code"), ("generate", model, "--lang", "c", "--simulator", "-o", "code"),
+                      ("simulate", model, "--t-end", "1", "--checkpoint", "code/run.checkpoint"),
+                      ("simulate", model, "--t-end", "1", "-o", "code/rows.csv"), ("fmu", model, "-o", "code/unit.fmu")):
+            done = subprocess.run([KEMPE, *map(str, words), "--no-cache"], capture_output=True, text=True, check=False, cwd=self.folder,
+                                  preexec_fn=small, restore_signals=False)
+            self.assertEqual((done.returncode, os.listdir(self.folder / "code")), (1, []), (words, done.stderr))
+            self.assertIn("cannot write", done.stderr)
+
     def test_goes_on_from_a_checkpoint(self):
         options = [SLIDER_CRANK, "--rtol", "1e-11", "--output-step", "0.5"]
         self.expect(0, "simulate", *options, "--t-end", "10", "-o", "whole.csv")

@@ -150,5 +150,5 @@ kempe_status kmp_unit_compile(kempe_context *context, const kmp_code_files *file
         remove_folder(&arena, files, folder);
     }
     kmp_arena_free(&arena);
-    return status;
+    return status == KEMPE_E_IO ? KEMPE_E_FAILED : status; /* files that the caller has not named */
 }

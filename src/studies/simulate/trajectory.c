@@ -424,7 +424,7 @@ static kempe_status integrate(job *j, kempe_trajectory *t)
         t->integrator = t->report.integrator;
     if (s.checkpoint && t->table.rows > 0) {
         kempe_status written = kmp_checkpoint_write(j->system, &t->table, s.checkpoint);
-        status = written == KEMPE_OK ? status : written;
+        status = written == KEMPE_OK ? status : written == KEMPE_E_IO ? KEMPE_E_FAILED : written;
     }
     return status;
 }
