@@ -196,6 +196,7 @@ kempe_status kempe_check_new(const kempe_system *system, kempe_check **check)
     unsigned long failures = kmp_memory_failures();
     kmp_warn_of_directions(system->model);
     kmp_warn_of_couplers(system->model);
+    kmp_warn_of_planes(system->model);
     kmp_warn_of_implicit_kinks(system->model);
     bool leaves_out = system->model->state_count > 0 || kmp_model_friction_count(system->model) > 0;
     kempe_status status = leaves_out ? leave_out_forces(c, system->model) : KEMPE_OK;

@@ -246,6 +246,7 @@ kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const k
     kmp_context_clear(context);
     resolved.threads = 0; /* one thread per instance */
     KMP_TRY(kmp_run_resolve(e->engine[0]->s, &resolved));
+    resolved.open = resolved.open || spec->open; /* it may have been resolved before */
     kmp_ensemble_execution chosen = *execution;
     int threads = execution->threads > 0 ? execution->threads : kmp_processors();
     chosen.width = width_of(e, execution, instances, threads);

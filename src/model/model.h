@@ -290,6 +290,8 @@ struct kempe_model {
     int setting_count;
     int symbol_count; /* of numbers */
     kmp_number gravity[3];
+    bool pressed_plane; /* all rotations share one axis, translations are across it, and gravity or a force acts along
+                           it */
     kmp_number closure_tolerance; /* m, where it is given */
     bool closure_tolerance_given;
     kmp_parameter *parameters;

@@ -118,6 +118,53 @@ static void cubic(void)
     check_wheel("cubic", "u", splined);
 }
 
+/* The integral of sin(7 t) in straight lines between times of 10 ms. */
+static double sampled_sine(double t)
+{
+    double sum = 0;
+    for (int k = 0; k < 300 && 0.01 * k < t; k++) {
+        double h = fmin(t - 0.01 * k, 0.01), from = sin(0.07 * k), to = sin(0.07 * (k + 1));
+        sum += h * (from + 0.5 * h * (to - from) / 0.01);
+    }
+    return sum;
+}
+
+/* A four-bar beside the wheel changes its independent coordinates at samples of the input, where every step ends. */
+static void exchange_at_samples(void)
+{
+    static const char *const methods[][3] = {{"reduced", "integrated", "dop853"}, {"reduced", "integrated", "dopri5"},
+                                             {"reduced", "integrated", "radau"},  {"reduced", "integrated", "erk"},
+                                             {"reduced", "newton", "dop853"},     {"projected", NULL, "dop853"}};
+    kmp_text text = {0};
+    kmp_text_put(&text, "kempe: 1\ninputs: {u: {unit: N*m, method: linear, t: [0");
+    for (int k = 1; k <= 300; k++)
+        kmp_text_printf(&text, ", %.2f", 0.01 * k);
+    kmp_text_put(&text, "], value: [0");
+    for (int k = 1; k <= 300; k++)
+        kmp_text_printf(&text, ", %.17g", sin(0.07 * k));
+    kmp_text_put(&text, "]}}\n"
+                        "ground: {points: {D: [0.9, 0, 0]}}\n"
+                        "bodies:\n"
+                        "  wheel: {joint: {name: W, revolute: z, at: ground}, mass: 1, inertia: {zz: 1}}\n"
+                        "  crank: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.03}, "
+                        "points: {B: [0.3, 0, 0]}}\n"
+                        "  coupler: {joint: {name: B, revolute: z, at: crank.B}, mass: 1, inertia: {zz: 0.2}, "
+                        "points: {C: [0.8, 0, 0]}}\n"
+                        "  rocker: {joint: {name: D, revolute: z, at: ground.D}, mass: 1, inertia: {zz: 0.2}, "
+                        "points: {C: [0.7, 0, 0]}}\n"
+                        "loops: {C: {ball: [coupler.C, rocker.C]}}\n"
+                        "forces: {motor: {joint: W, torque: u}}\n"
+                        "start: {q: {A: 90 deg, B: -45 deg, D: 90 deg}, hold: [A], qd: {A: 3}}\n"
+                        "run: {t_end: 3, output_step: 0.5, rtol: 1e-9}\n");
+    loaded l = load_text(text.s);
+    for (size_t k = 0; k < sizeof methods / sizeof *methods && l.system; k++)
+        CHECK(error_of(l.system,
+                       &(kmp_method){.formulation = methods[k][0], .form = methods[k][1], .integrator = methods[k][2]},
+                       sampled_sine) < 1e-9);
+    unload(&l);
+    kmp_text_free(&text);
+}
+
 static void condition_on_a_held_input(void)
 {
     check_wheel("hold", "\"if(u > 1, 1, 0)\"", if_above);
@@ -294,6 +341,7 @@ int main(void)
     TEST(hold);
     TEST(linear);
     TEST(cubic);
+    TEST(exchange_at_samples);
     TEST(condition_on_a_held_input);
     TEST(drive_by_a_spline);
     TEST(drive_by_an_expression);

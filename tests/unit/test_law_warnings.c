@@ -22,7 +22,7 @@ static void expect(const char *text, const char *words, bool runs)
         kempe_trajectory *run = NULL;
         kempe_context_set_log(l.context, note, &said);
         if (k == 0)
-            CHECK(kempe_check_new(l.system, &check) == KEMPE_OK);
+            CHECK(kempe_check_new(l.system, &check) >= KEMPE_OK);
         else
             (void)kempe_simulate(l.system, &(kempe_run_options){.t_end = 0.01}, &run);
         bool expected = words && (k == 0 || runs);
@@ -84,10 +84,40 @@ static void kinks_of_implicit_variables(void)
     expect(NAMED("p: '5*max(q(x), 0)'"), NULL, false);
 }
 
+#define FLAT(gravity, slide, friction)                                                                                 \
+    "kempe: 1\ngravity: " gravity "\n"                                                                                 \
+    "ground: {points: {O: [0, 0, 0]}}\n"                                                                               \
+    "bodies:\n"                                                                                                        \
+    "  crank: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.01}, points: {B: [0.1, 0, 0]}}\n"   \
+    "  rod: {joint: {name: B, revolute: z, at: crank.B}, mass: 1, inertia: {zz: 0.01}, points: {C: [0.3, 0, 0]}}\n"    \
+    "  slider: {" slide "mass: 5, inertia: {zz: 0.1}, points: {C: [0, 0, 0]}}\n"                                       \
+    "forces: {rub: {" friction "}}\n"                                                                                  \
+    "start: {q: {A: 60 deg, B: -80 deg}, hold: [A]}\n"
+#define SLIDE  "joint: {name: S, prismatic: x, at: ground}, "
+#define CLOSED "loops: {C: {ball: [rod.C, slider.C]}}\n"
+#define CUT                                                                                                            \
+    "joints: {C: {revolute: [rod.C, slider.C], cut: no}, S: {prismatic: [ground.O, slider.C], axis: x, cut: yes}}\n"
+
+/* In a plane mechanism that lies flat the weight of the slider is on its slide, where that is a joint of the tree. */
+static void weight_across_a_plane(void)
+{
+    static const char by_slide[] =
+        "what presses joint 'S' across the plane of the mechanism is all on this joint; loop 'C'",
+                      by_loop[] = "what presses 'S' across the plane of the mechanism is not in its friction";
+    expect(FLAT("[0, 0, -9.81]", SLIDE, "joint: S, friction: {mu: 0.3}") CLOSED, by_slide, true);
+    expect(FLAT("[0, 0, -9.81]", "", "sliding: position(slider.C).x, friction: {mu: 0.3, reaction: S}") CUT, by_loop,
+           true);
+    expect(FLAT("[0, -9.81, 0]", SLIDE, "joint: S, friction: {mu: 0.3}") CLOSED, NULL, true);
+    expect(FLAT("[0, -9.81, 0]", "", "sliding: position(slider.C).x, friction: {mu: 0.3, reaction: S}") CUT, NULL,
+           true);
+    expect(FLAT("[0, 0, -9.81]", SLIDE, "joint: S, friction: {mu: 0.3}"), NULL, true);
+}
+
 int main(void)
 {
     TEST(friction_by_direction);
     TEST(reactions_beside_couplers);
     TEST(kinks_of_implicit_variables);
+    TEST(weight_across_a_plane);
     return check_report();
 }

@@ -49,18 +49,34 @@ static bool pushes_in_plane(const kmp_yaml *root)
            has_only(kmp_yaml_get(root, "joints"), 4, closures);
 }
 
-/* The normal of a plane mechanism: all rotations are about it, no translation is along it, and neither gravity nor
- * anything else pushes along it. */
-static bool find_normal(const kempe_model *model, const kmp_yaml *root, double normal[3])
+/* True if gravity, or a force at a point, has a component along the normal. */
+static bool is_pressed(const kempe_model *model, const kmp_yaml *root, const double normal[3])
+{
+    const kmp_yaml *forces = kmp_yaml_get(root, "forces");
+    bool pressed = false;
+    for (int i = 0; i < 3; i++) {
+        pressed = pressed || normal[i] * model->gravity[i].value != 0;
+        for (int k = 0; normal[i] != 0 && forces && k < forces->count; k++) {
+            const kmp_yaml *force = kmp_yaml_get(forces->items[k], "force");
+            bool given = force && force->kind == KMP_YAML_LIST && force->count == 3;
+            pressed = pressed || (given && strcmp(force->items[i]->text, "0") != 0);
+        }
+    }
+    return pressed;
+}
+
+/* The normal of a plane mechanism: all rotations are about it, no translation is along it. *pressed: gravity or
+ * something else may push along it. */
+static bool find_normal(const kempe_model *model, const kmp_yaml *root, double normal[3], bool *pressed)
 {
     bool found = false;
     for (int k = 0; k < model->motion_count && !found; k++) {
         found = model->motions[k].rotation;
         memcpy(normal, model->motions[k].axis, 3 * sizeof *normal);
     }
-    found = found && pushes_in_plane(root);
+    *pressed = !pushes_in_plane(root);
     for (int i = 0; i < 3; i++)
-        found = found && normal[i] * model->gravity[i].value == 0 && (normal[i] == 0 || !model->gravity[i].expr);
+        *pressed = *pressed || normal[i] * model->gravity[i].value != 0 || (normal[i] != 0 && model->gravity[i].expr);
     for (int i = 1; i < model->body_count; i++)
         found = found && !is_turned(model, &model->bodies[i]);
     for (int k = 0; found && k < model->motion_count; k++) {
@@ -185,14 +201,15 @@ void kmp_read_pressed(kmp_reader *r)
 {
     kempe_model *model = r->model;
     const kmp_yaml *forces = kmp_yaml_get(r->root, "forces");
-    double normal[3];
-    bool plane = find_normal(model, r->root, normal);
+    double normal[3] = {0};
+    bool pressed, plane = find_normal(model, r->root, normal, &pressed);
+    model->pressed_plane = plane && is_pressed(model, r->root, normal);
     for (int i = 0; forces && forces->kind == KMP_YAML_MAP && i < forces->count; i++) {
         double direction[DIRECTIONS][3];
         int body = forces->items[i]->kind == KMP_YAML_MAP ? find_pressed(r, forces->items[i]) : -1;
         if (body < 0 || model->bodies[body].load_count > 0)
             continue;
-        int count = directions_of(model, &model->bodies[body], plane ? normal : NULL, direction);
+        int count = directions_of(model, &model->bodies[body], plane && !pressed ? normal : NULL, direction);
         if (count > 0)
             insert(r, body, count, direction);
     }

@@ -62,6 +62,54 @@ void kmp_warn_of_couplers(const kempe_model *model)
         }
 }
 
+/* True if body b carries another one, or is it. */
+static bool is_below(const kempe_model *model, int body, int b)
+{
+    while (body > 0 && body != b)
+        body = model->bodies[body].parent;
+    return body == b;
+}
+
+/* A closure between points whose loop has the joint that carries a body; NULL: there is none. */
+static const kmp_closure *loop_with(const kempe_model *model, int body)
+{
+    for (const kmp_closure *c = model->closures; c < model->closures + model->closure_count; c++) {
+        bool joins = c->point[0] >= 0 && c->point[1] >= 0;
+        if (joins && is_below(model, model->points[c->point[0]].body, body) !=
+                         is_below(model, model->points[c->point[1]].body, body))
+            return c;
+    }
+    return NULL;
+}
+
+static bool is_size(const kmp_expr *e, const void *unused)
+{
+    (void)unused;
+    return e->kind == KMP_EXPR_LAMBDA && e->number < 0 && !e->measure;
+}
+
+void kmp_warn_of_planes(const kempe_model *model)
+{
+    for (const kmp_force *f = model->forces; model->pressed_plane && f < model->forces + model->force_count; f++) {
+        const kmp_expr *size = f->kind == KMP_FORCE_FRICTION ? kmp_expr_find(f->effort, is_size, NULL) : NULL;
+        const kmp_closure *of = size ? &model->closures[size->index] : NULL;
+        int body = of && of->motion >= 0 ? model->motions[of->motion].body : -1;
+        const kmp_closure *loop = body >= 0 ? loop_with(model, body) : NULL;
+        if (loop)
+            kmp_log(model->context, KEMPE_LOG_WARNING,
+                    "friction '%s': what presses joint '%s' across the plane of the mechanism is all on this joint; "
+                    "loop '%s' may take a part of it, which is not determined, and counts as none",
+                    f->name, model->bodies[body].joint, loop->name);
+        else if (of && body < 0 && of->point[0] >= 0)
+            kmp_doubt(
+                model->context,
+                "friction '%s': what presses '%s' across the plane of the mechanism is not in its friction, since "
+                "rows that no coordinate moves have no force; let the friction have the reaction of a joint of "
+                "the tree, or give the mechanism a joint that tilts",
+                f->name, of->name);
+    }
+}
+
 static bool is_kink(const kmp_expr *e, const void *unused)
 {
     (void)unused;

@@ -510,6 +510,7 @@ kempe_status kmp_simulate(const kempe_system *system, const kempe_run_options *o
         kmp_context_clear(j.context); /* the messages of that search */
         kmp_warn_of_directions(system->model);
         kmp_warn_of_couplers(system->model);
+        kmp_warn_of_planes(system->model);
         status = prepare(&j);
     }
     if (status == KEMPE_OK)
