@@ -203,6 +203,12 @@
 #define KMP_IMPACT_DEEP 4
 /** Gain of kinetic energy in an impact, over that before it, that is rounding. */
 #define KMP_IMPACT_GAIN 1e-9
+/** Ratio of inertias between directions from which decisions about friction may fail by rounding, and the part of them
+ * below which rows count as one. */
+#define KMP_INERTIA_SPREAD 1e5
+#define KMP_SAME_ROW       1e-14
+/** Relative rounding of sums of impulses times the inverse inertia: some tens of roundings. */
+#define KMP_IMPACT_ROUNDING 1e-14
 
 /* -- corrections and steps ----------------------------------------------------------------------------- */
 

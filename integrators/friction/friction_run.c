@@ -126,6 +126,29 @@ static void put_names(const kmp_runner *run, kmp_text *text)
             kmp_text_printf(text, "%s'%s'", count++ ? ", " : "", name_of(run, &x->element[i]));
 }
 
+/* The largest ratio of inertias between directions of two rows of D; 0 where they are dependent. */
+static double spread_of(int n, const double *d)
+{
+    double most = 0;
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < i; j++) {
+            double a = d[i + i * n], c = d[j + j * n], b = d[i + j * n], sum = a + c, rest = a * c - b * b;
+            if (rest > KMP_SAME_ROW * sum * sum)
+                most = fmax(most, sum * sum / rest);
+        }
+    return most;
+}
+
+void kmp_friction_put_spread(kmp_text *text, int n, const double *d)
+{
+    double spread = spread_of(n, d);
+    if (spread > KMP_INERTIA_SPREAD)
+        kmp_text_printf(text,
+                        "; the inertia at its surface differs by the factor %.2g between directions: give the body a "
+                        "larger moment of inertia",
+                        spread);
+}
+
 static kempe_status fail_impossible(const kmp_runner *run, double t)
 {
     const kmp_friction_run *x = run->friction;
@@ -142,6 +165,7 @@ static kempe_status fail_impossible(const kmp_runner *run, double t)
         kmp_text_put(&text, ": the level depends too much on the friction itself; reduce it");
     if (x->rest > 0)
         kmp_text_put(&text, ", or regularise it with a 'speed'");
+    kmp_friction_put_spread(&text, x->rest, x->d);
     return kmp_fail_text(run->s->context, KEMPE_E_FAILED, &text);
 }
 

@@ -72,6 +72,7 @@ static int fail(void *self, kmp_impact_failure failure, double t, int count, con
             kmp_text_printf(&text, "%s'%s'", text.length ? ", " : "", force_of(run, e)->name);
     }
     kmp_text_printf(&text, ": %s at t = %.9g", reasons[failure], t);
+    kmp_friction_put_spread(&text, run->impacts->run.count, run->impacts->run.d);
     return (int)kmp_fail_text(run->s->context, KEMPE_E_FAILED, &text);
 }
 

@@ -6,7 +6,7 @@
 
 enum {
     MOST_PASSES = 600, /* of the iteration for bounds of friction */
-    PATIENCE = 60      /* passes after which bounds that alternate follow by half as much */
+    PATIENCE = 60      /* passes with bounds that alternate after which they follow by half as much */
 };
 
 KMP_LOCAL kmp_friction_element *kmp_impact_element(const kmp_impact_run *p, int k)
@@ -158,19 +158,48 @@ static int solve_once(kmp_impact_run *p, double t, double part, double *changed)
                          p->count, p->which);
 }
 
+/* True if no impulse has become smaller in the last pass. A leg without inertia carries what friction holds: both grow
+ * together from rounding, by the same factor in each pass. */
+static bool only_grows(const kmp_impact_run *p)
+{
+    bool grows = true;
+    for (int k = 0; k < p->count; k++)
+        grows = grows && (p->tried[k] == 0 || p->f[k] / p->tried[k] >= 1);
+    return grows;
+}
+
+/* Rounding of the impulses, relative: that of their rates over what is left of these. It is large where a body has
+ * almost no inertia in one direction. */
+static double rounding(const kmp_impact_run *p)
+{
+    double most = 0, left = 0;
+    for (int i = 0; i < p->count; i++) {
+        double sum = 0;
+        for (int j = 0; j < p->count; j++)
+            sum += fabs(p->d[i + j * p->count] * p->f[j]);
+        most = fmax(most, sum);
+        left = fmax(left, fabs(p->a[i]));
+    }
+    return left > 0 ? KMP_IMPACT_ROUNDING * most / left : 0;
+}
+
 static int solve_impulses(kmp_impact_run *p, double t)
 {
     double changed = 1;
+    int alternating = 0;
     bool rubs = false;
     for (int k = 0; k < p->count; k++) {
         rubs = rubs || kmp_impact_element(p, k)->base >= 0;
         p->f[k] = p->most_friction[k] = 0;
     }
     KMP_FRICTION_TRY(solve_once(p, t, 1, &changed));
-    for (int pass = 1; rubs && pass < MOST_PASSES && changed > KMP_FRICTION_SETTLED; pass++)
-        KMP_FRICTION_TRY(solve_once(p, t, ldexp(1, -(pass / PATIENCE)), &changed));
-    return rubs && changed > KMP_FRICTION_TIE ? p->site->fail(self_of(p), KMP_IMPACT_ALTERNATES, t, p->count, p->which)
-                                              : 0;
+    for (int pass = 1; rubs && pass < MOST_PASSES && changed > KMP_FRICTION_SETTLED; pass++) {
+        KMP_FRICTION_TRY(solve_once(p, t, ldexp(1, -(alternating / PATIENCE)), &changed));
+        alternating += !only_grows(p);
+    }
+    return rubs && changed > fmax(KMP_FRICTION_TIE, rounding(p))
+               ? p->site->fail(self_of(p), KMP_IMPACT_ALTERNATES, t, p->count, p->which)
+               : 0;
 }
 
 /* -- after it ------------------------------------------------------------------------------------------------ */

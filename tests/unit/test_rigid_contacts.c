@@ -279,6 +279,41 @@ static void rough_ground(void)
     unload(&l);
 }
 
+/* A wheel of eight spokes without a rim goes down a slope of 5 degrees, and its spokes do not slip: a pendulum about
+ * the standing one, whose rate falls by (cos 45 deg m l^2 + I)/(m l^2 + I) at each impact (DOP853, rtol 1e-12). */
+static void rimless_wheel(void)
+{
+    static const struct {
+        double inertia, th, rate;
+    } cases[] = {{1e-3, -2.9852506410477675, -0.694263386672768}, {1e-6, -2.9838094701260673, -0.6944446386229643}};
+    for (int k = 0; k < 2; k++) {
+        const double pi = 3.14159265358979323846, slope = pi / 36;
+        kmp_text text = {0};
+        kmp_text_printf(&text,
+                        "kempe: 1\ngravity: [%.17g, %.17g, 0]\nground: {points: {O: [0, 0, 0]}}\nbodies:\n"
+                        "  hub: {joint: {name: P, planar: z, at: ground, coordinates: [x, y, th]}, mass: 1, "
+                        "inertia: {zz: %g}, points: {",
+                        9.81 * sin(slope), -9.81 * cos(slope), cases[k].inertia);
+        for (int i = 0; i < 8; i++)
+            kmp_text_printf(&text, "%sP%d: [%.17g, %.17g, 0]", i ? ", " : "", i, sin(i * pi / 4), -cos(i * pi / 4));
+        kmp_text_put(&text, "}}\ncontacts:\n");
+        for (int i = 0; i < 8; i++)
+            kmp_text_printf(&text,
+                            "  c%d: {point: hub.P%d, on: {plane: ground.O, normal: y}, restitution: 0, friction: 2}\n",
+                            i, i);
+        kmp_text_put(&text, "start: {q: {y: 1}, qd: {x: 1, th: -1}}\nrun: {rtol: 1e-10}\n");
+        loaded l = load_text(text.s);
+        kempe_trajectory *run = simulate(&l, &ways[0], 3);
+        if (run) {
+            CHECK_NEAR(last_q(run)[2], cases[k].th, 1e-7);
+            CHECK_NEAR(last_qd(run)[2], cases[k].rate, 1e-7);
+        }
+        kempe_trajectory_free(run);
+        unload(&l);
+        kmp_text_free(&text);
+    }
+}
+
 static void stop(void)
 {
     bouncing(load("tests/models/contact_bounce.yaml"), 0);
@@ -381,6 +416,7 @@ int main(void)
     TEST(stop_before_friction);
     TEST(modes_at_any_tolerance);
     TEST(point_on_plane);
+    TEST(rimless_wheel);
     TEST(rolling);
     TEST(stopped_slider_crank);
     TEST(two_corners);

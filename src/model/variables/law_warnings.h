@@ -10,8 +10,8 @@ void kmp_warn_of_directions(const kempe_model *model);
 /** Warns of reactions, as outputs and in friction by `mu`, of joints that a coupler moves: it has no force in space. */
 void kmp_warn_of_couplers(const kempe_model *model);
 
-/** Warns of friction by the reaction of a joint, or of a closure, that a force across the plane of a plane mechanism may
- * press: closures carry nothing across it. */
+/** Warns of friction by the reaction of a joint, or of a closure, that a force across the plane of a plane mechanism
+ * may press: closures carry nothing across it. */
 void kmp_warn_of_planes(const kempe_model *model);
 
 /** Warns of implicit variables whose equations have kinks, which are not located. */
