@@ -159,12 +159,24 @@ static kempe_status explain(kempe_check *check)
     return KEMPE_E_FAILED;
 }
 
+static kempe_status find_loads(kempe_check *check)
+{
+    kmp_evaluator *eval = kmp_eval_new_of_closures(check->system);
+    kempe_status status = kmp_made(check->system->context, eval);
+    if (status == KEMPE_OK)
+        status = kmp_find_shared_loads(eval, 0, check->assembly->q, &check->arena, &check->diagnosis.loads);
+    kmp_eval_free(eval);
+    return status;
+}
+
 static kempe_status diagnose(kempe_check *check)
 {
     kempe_status status = kempe_assembly_new(check->system, &check->assembly);
     check->assembled = check->assembly && check->assembly->closed; /* also with goals that were not reached */
     if (check->assembled)
-        return kmp_context_clear(check->system->context), examine(check);
+        status = (kmp_context_clear(check->system->context), examine(check));
+    if (check->assembled)
+        return status == KEMPE_OK ? find_loads(check) : status;
     return status == KEMPE_E_FAILED && check->assembly ? explain(check) : status;
 }
 

@@ -7,6 +7,7 @@
 #include "base/arena.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/diagnosis/diagnosis_walk.h"
+#include "constraints/diagnosis/shared_loads.h"
 #include "constraints/partition/partition.h"
 #include <kempe/check.h>
 
@@ -84,6 +85,7 @@ typedef struct kmp_diagnosis {
     kmp_dependent *sets;
     int set_count;
     int *shared_rows, shared_count; /* rows of all sets: their reactions are not unique */
+    kmp_shared_loads loads;         /* of joints and loops, at the start */
     kmp_second_order second;
     int conditions, branches;
     kmp_repair *repairs;

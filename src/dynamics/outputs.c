@@ -188,7 +188,7 @@ static void show_all(kmp_equations *eq, const kmp_forces *forces)
 kempe_status kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces)
 {
     bool settled = eq->tree.settled;
-    KMP_TRY(kmp_joint_loads_begin(eq));
+    KMP_TRY(kmp_joint_loads_begin(eq, false));
     KMP_TRY(kmp_made(eq->context, settled || derive_until(&eq->tree)));
     eq->tree.settled = true;
     show_all(eq, forces);

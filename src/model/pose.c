@@ -50,21 +50,22 @@ static void rotate(kmp_pose *pose, const double e[3], double angle)
 typedef struct further {
     const kmp_pose_charts *charts;
     double (*axes)[3];
+    double (*places)[3]; /* NULL: not wanted, nor axes of translations */
 } further;
 
 /* Turns by the chart that is before (0) or after (2) rotation k. */
 static void turn_chart(const further *also, int k, int after, kmp_pose *pose)
 {
-    for (int c = 0; also && c < also->charts->count; c++)
+    for (int c = 0; also && also->charts && c < also->charts->count; c++)
         if (also->charts->first[c] == k - after && also->charts->before[c] == (after == 0))
             turn(pose->r, also->charts->chart + 9 * (ptrdiff_t)c, false);
 }
 
-static void keep_axis(const kmp_motion *motion, const kmp_pose *pose, double axis[3])
+static void keep_axis(const kmp_motion *motion, const kmp_pose *pose, bool all, double axis[3])
 {
     for (int i = 0; i < 3; i++) {
         axis[i] = 0;
-        for (int k = 0; motion->rotation && k < 3; k++)
+        for (int k = 0; (all || motion->rotation) && k < 3; k++)
             axis[i] += pose->r[i][k] * motion->axis[k];
     }
 }
@@ -83,7 +84,9 @@ static void hang(const kempe_model *model, const kmp_body *body, const further *
         const kmp_motion *motion = &model->motions[k];
         turn_chart(also, k, 0, pose);
         if (also)
-            keep_axis(motion, pose, also->axes[k]);
+            keep_axis(motion, pose, also->places, also->axes[k]);
+        if (also && also->places)
+            memcpy(also->places[k], pose->p, sizeof pose->p);
         if (motion->rotation)
             rotate(pose, motion->axis, q[k]);
         else
@@ -117,7 +120,14 @@ void kmp_pose_all(const kempe_model *model, const double *q, kmp_pose *poses)
 void kmp_pose_of_charts(const kempe_model *model, const kmp_pose_charts *charts, const double *q, kmp_pose *poses,
                         double (*axes)[3])
 {
-    const further also = {charts, axes};
+    const further also = {charts, axes, NULL};
+    place_all(model, &also, q, poses);
+}
+
+void kmp_pose_motions(const kempe_model *model, const double *q, kmp_pose *poses, double (*axes)[3],
+                      double (*places)[3])
+{
+    const further also = {NULL, axes, places};
     place_all(model, &also, q, poses);
 }
 

@@ -25,6 +25,11 @@ void kmp_pose_all(const kempe_model *model, const double *q, kmp_pose *poses);
 void kmp_pose_of_charts(const kempe_model *model, const kmp_pose_charts *charts, const double *q, kmp_pose *poses,
                         double (*axes)[3]);
 
+/** Poses at the user's coordinates, with the axis of each motion (n) in the ground's axes and the place where its chain
+ * is before it. */
+void kmp_pose_motions(const kempe_model *model, const double *q, kmp_pose *poses, double (*axes)[3],
+                      double (*places)[3]);
+
 /** The axes of a point, as columns, in those of the ground. */
 void kmp_pose_of_point(const kempe_model *model, const kmp_pose *poses, int point, double r[3][3]);
 

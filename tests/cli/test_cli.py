@@ -1371,7 +1371,7 @@ class Check(Case):
 
     def test_diagnosis(self):
         found = self.object(0, "check", SLIDER_CRANK)
-        self.assertKeys(found, "block_closures mobility dependent reactions_not_unique repairs alternatives limits")
+        self.assertKeys(found, "block_closures mobility dependent reactions_not_unique loads_not_unique repairs alternatives limits")
         self.assertKeys(found["mobility"], "dof counted generic_dof margin explanation second_order")
         self.assertAlmostEqual(found["limits"]["range"]["slider"]["low"], -0.4, delta=1e-12)
         self.assertEqual(abs(found["limits"]["range"]["crank"]["turns"]), 1)

@@ -2,7 +2,9 @@
 /* Loads of joints of the tree. They are compared with the balance of the body that the joint carries, with the same
  * mechanism where another joint is cut, and with the multipliers of locks. Loads that are not known are refused. */
 #include "balance_of_body.h"
+#include "constraints/diagnosis/shared_loads.h"
 #include "ways.h"
+#include <kempe/check.h>
 #include <math.h>
 
 /* -- balance of a body ------------------------------------------------------------------------------- */
@@ -306,6 +308,80 @@ static void rigid_contact(void)
     unload(&l);
 }
 
+/* -- loads that are not unique ----------------------------------------------------------------------- */
+
+/* A four-bar with hinges about z. By hand: forces along z and moments across it balance themselves around the loop. */
+#define FLAT(gravity, com)                                                                                             \
+    "kempe: 1\ngravity: " gravity "\nground: {points: {A: [0, 0, 0], D: [0.9, 0, 0]}}\nbodies:\n"                      \
+    "  crank: {mass: 0.6, com: " com ", inertia: {xx: 0.01, yy: 0.01, zz: 0.01}, points: {A: [0, 0, 0], "              \
+    "B: [0.3, 0, 0]}}\n"                                                                                               \
+    "  coupler: {mass: 1.6, com: [0.4, 0, 0], inertia: {xx: 0.01, yy: 0.01, zz: 0.01}, points: {B: [0, 0, 0], "        \
+    "C: [0.8, 0, 0]}}\n"                                                                                               \
+    "  rocker: {mass: 1.4, com: [0.35, 0, 0], inertia: {xx: 0.01, yy: 0.01, zz: 0.01}, points: {D: [0, 0, 0], "        \
+    "C: [0.7, 0, 0]}}\n"                                                                                               \
+    "joints:\n  A: {revolute: [ground.A, crank.A]}\n  B: {revolute: [crank.B, coupler.B]}\n"                           \
+    "  C: {revolute: [coupler.C, rocker.C]}\n  D: {revolute: [ground.D, rocker.D]}\n"                                  \
+    "start: {q: {A: 60 deg, B: -40 deg, D: 100 deg}, hold: [A]}\nrun: {outputs: [reaction(C)], t_end: 0.01}\n"
+
+static void shared_loads(void)
+{
+    static const char two[] = "kempe: 1\ngravity: [0, 0, -9.81]\nground: {points: {L: [-0.5, 0, 0], R: [0.5, 0, 0]}}\n"
+                              "bodies: {b: {mass: 4, com: [0.1, 0, -0.3], inertia: {xx: 0.2, yy: 0.6, zz: 0.5}, "
+                              "points: {L: [-0.5, 0, 0], R: [0.5, 0, 0]}}}\n"
+                              "joints:\n  A: {revolute: [ground.L, b.L], axis: x}\n  C: {%s: [ground.R, b.R]%s}\n"
+                              "run: {outputs: [reaction(C)], t_end: 0.01}\n";
+    char hinges[512], ball[512], slider[512];
+    (void)snprintf(hinges, sizeof hinges, two, "revolute", ", axis: x");
+    (void)snprintf(ball, sizeof ball, two, "spherical", ", cut: yes");
+    (void)snprintf(slider, sizeof slider, two, "cylindrical", ", axis: x, cut: yes");
+    /* Two hinges on one axis: all but the moment about it. With a ball only forces along the axis are shared; a
+     * slider on the axis shares all but these. */
+    const struct {
+        const char *text, *shared;
+        bool loaded;
+    } cases[] = {
+        {FLAT("[0, 0, -9.81]", "[0.15, 0, 0]"), "A: z, mx, my; B: z, mx, my; D: z, mx, my; C: z, mx, my", true},
+        {FLAT("[0, -9.81, 0]", "[0.15, 0, 0]"), "A: z, mx, my; B: z, mx, my; D: z, mx, my; C: z, mx, my", false},
+        {FLAT("[0, -9.81, 0]", "[0.15, 0, 0.1]"), "A: z, mx, my; B: z, mx, my; D: z, mx, my; C: z, mx, my", true},
+        {hinges, "A: x, y, z, my, mz; C: x, y, z, my, mz", true},
+        {ball, "A: x, y, z, my, mz; C: x, y, z", true},
+        {slider, "A: y, z, my, mz; C: y, z, my, mz", true}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        loaded l = load_text(cases[k].text);
+        kmp_evaluator *eval = l.system ? kmp_eval_new(l.system, "tape") : NULL;
+        kempe_assembly *start = NULL;
+        kmp_arena arena = {0};
+        kmp_shared_loads found;
+        kmp_text text = {0};
+        CHECK(eval && kempe_assembly_new(l.system, &start) == KEMPE_OK);
+        CHECK(start && kmp_find_shared_loads(eval, 0, kempe_assembly_q(start), &arena, &found) == KEMPE_OK);
+        if (start) {
+            (void)kmp_put_shared_loads(&text, l.model, &found);
+            CHECK_TEXT(text.s ? text.s : "", cases[k].shared);
+            CHECK(found.loaded == cases[k].loaded);
+        }
+        kmp_text_free(&text);
+        kmp_arena_free(&arena);
+        kempe_assembly_free(start);
+        kmp_eval_free(eval);
+        unload(&l);
+    }
+    for (size_t k = 0; k < sizeof mechanisms / sizeof *mechanisms; k++) { /* without redundant rows */
+        loaded l = load_cut(&mechanisms[k], 0, "position(rod.C).x, friction: {force: 1, speed: 1}");
+        kmp_evaluator *eval = l.system ? kmp_eval_new(l.system, "tape") : NULL;
+        double q[16] = {0};
+        kmp_arena arena = {0};
+        kmp_shared_loads found;
+        kmp_text text = {0};
+        CHECK(eval && kmp_find_shared_loads(eval, 0, q, &arena, &found) == KEMPE_OK);
+        CHECK(eval && kmp_put_shared_loads(&text, l.model, &found) == 0);
+        kmp_text_free(&text);
+        kmp_arena_free(&arena);
+        kmp_eval_free(eval);
+        unload(&l);
+    }
+}
+
 /* -- refused ----------------------------------------------------------------------------------------- */
 
 static void refused(void)
@@ -364,6 +440,7 @@ int main(void)
     TEST(a_reversed_hinge);
     TEST(multipliers_of_locks);
     TEST(rigid_contact);
+    TEST(shared_loads);
     TEST(refused);
     TEST(rolling);
     return check_report();

@@ -231,11 +231,11 @@ static bool is_wanted(const kempe_model *model)
     return wanted;
 }
 
-kempe_status kmp_joint_loads_begin(kmp_equations *eq)
+kempe_status kmp_joint_loads_begin(kmp_equations *eq, bool all)
 {
     kmp_tree *tree = &eq->tree;
     kmp_graph *g = eq->graph;
-    if (!is_wanted(eq->model))
+    if (!all && !is_wanted(eq->model))
         return KEMPE_OK;
     kmp_joint_loads *loads = KMP_GRAPH_NEW(g, kmp_joint_loads, 1);
     kmp_movement *movement = KMP_GRAPH_NEW(g, kmp_movement, tree->count);

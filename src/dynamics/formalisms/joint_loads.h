@@ -9,8 +9,8 @@
 typedef struct kmp_joint_loads kmp_joint_loads;
 
 /** Sets tree->loads of the equations for the expressions of outputs, and takes them away. KEMPE_E_MEMORY. Nothing is
- * set where no output has one. */
-kempe_status kmp_joint_loads_begin(kmp_equations *eq);
+ * set where no output has one, unless `all` are wanted. */
+kempe_status kmp_joint_loads_begin(kmp_equations *eq, bool all);
 /** KEMPE_E_INPUT where one is not known: the context names the joint and the element in its way. */
 kempe_status kmp_joint_loads_end(kmp_equations *eq);
 

@@ -64,6 +64,16 @@ static void json_mobility(kmp_json *json, const kempe_check *check)
                  d->second == KMP_SECOND_BRANCHES ? (double)d->branches : (double)NAN);
 }
 
+/* Components of loads that are not unique, by joint and loop; none where they are zero in all joints. */
+static void json_loads(kmp_json *json, const kempe_check *check)
+{
+    kmp_text text = {0};
+    if (check->diagnosis.loads.loaded)
+        (void)kmp_put_shared_loads(&text, check->system->model, &check->diagnosis.loads);
+    kmp_json_string(json, "loads_not_unique", text.s ? text.s : "");
+    kmp_text_free_part(json->text, &text);
+}
+
 static void json_redundancy(kmp_json *json, const kempe_check *check)
 {
     const kmp_diagnosis *d = &check->diagnosis;
@@ -75,6 +85,7 @@ static void json_redundancy(kmp_json *json, const kempe_check *check)
     }
     kmp_json_end(json);
     json_rows(json, "reactions_not_unique", check, d->shared_count, d->shared_rows);
+    json_loads(json, check);
     kmp_json_array(json, "repairs");
     for (int k = 0; k < d->repair_count; k++) {
         kmp_json_put(json, "{ closure %s may_lose %d of %d", kmp_name_of_closure(check->system, d->repairs[k].closure),

@@ -168,6 +168,11 @@ static void put_repair(kmp_text *text, const kempe_check *check, int k)
 static void show_shared(kmp_text *text, const kempe_check *check)
 {
     const kmp_diagnosis *d = &check->diagnosis;
+    if (d->loads.loaded) {
+        label(text, "loads not unique");
+        (void)kmp_put_shared_loads(text, check->system->model, &d->loads);
+        kmp_text_put(text, "\n");
+    }
     if (d->shared_count == 0)
         return;
     label(text, "reactions not unique");

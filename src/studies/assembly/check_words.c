@@ -37,7 +37,7 @@ void kmp_check_verdict(kmp_text *text, const kempe_check *check)
         kmp_text_put(text, ", but is infinitesimally mobile");
     if (check->diagnosis.second == KMP_SECOND_BRANCHES || check->diagnosis.second == KMP_SECOND_CONDITIONS)
         kmp_text_put(text, "; the start is a change point (bifurcation)");
-    if (check->diagnosis.shared_count > 0)
+    if (check->diagnosis.shared_count > 0 || check->diagnosis.loads.loaded)
         kmp_text_put(text, "; some reactions are not unique");
 }
 

@@ -68,8 +68,7 @@ static kempe_status take_forces(kempe_equilibrium *e, const kmp_linear *l, kmp_b
         if (!f->view[i].contact)
             b->friction[b->friction_count++] = f->view[i];
     memcpy(b->lambda, f->lambda, (size_t)s->m * sizeof *b->lambda);
-    memcpy(b->reaction, kmp_eval_reactions(l->eval, l->t, l->q, f->lambda),
-           3 * (size_t)s->model->closure_count * sizeof *b->reaction);
+    KMP_TRY(kmp_balance_add_loads(e, l, f->lambda, b));
     for (int r = 0; r < s->m; r++)
         for (int i = 0; i < f->count; i++)
             if (!f->view[i].contact && s->rows[r].closure == f->view[i].element->closure)

@@ -38,11 +38,33 @@ static void show(const kmp_linear *l, const double *near, double *q, double *qd)
         kmp_charts_show(s, l->eval->chart, near, q, qd);
 }
 
+/* Those of joints are derived for fixed parameters. */
+kempe_status kmp_balance_add_loads(kempe_equilibrium *e, const kmp_linear *linear, const double *lambda, kmp_balance *b)
+{
+    const kempe_system *s = linear->eval->system;
+    const double *zero = KMP_ARENA_NEW(&e->arena, double, s->n), *load = NULL;
+    KMP_TRY(kmp_made(s->context, zero));
+    if (!e->has_loads && !e->exchange)
+        KMP_TRY(kmp_all_loads_init(&e->loads, s));
+    e->has_loads = true;
+    const int count = s->model->closure_count + e->loads.joints;
+    const kmp_instant at = {
+        .t = linear->t, .q = b->q, .qd = b->qd, .qdd = zero, .lambda = lambda, .inputs = &linear->eval->inputs};
+    const int values = e->exchange ? 3 : KMP_LOAD_VALUES;
+    if (count > 0)
+        load = e->exchange ? kmp_eval_reactions(linear->eval, linear->t, linear->q, lambda)
+                           : kmp_all_loads_at(&e->loads, &at);
+    b->reaction = KMP_ARENA_NEW(&e->arena, double, 3 * count);
+    for (int k = 0; b->reaction && k < 3 * count; k++)
+        b->reaction[k] = load[values * (k / 3) + k % 3];
+    return kmp_made(s->context, b->reaction);
+}
+
 /* Stores l's state, in its charts, if it is a new one. `near` (n): angles are stored within half a turn of these. */
 static kempe_status keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_search *search, const double *near)
 {
     const kempe_system *s = e->system;
-    int n = s->n, closures = s->model->closure_count;
+    int n = s->n;
     double *q = KMP_ARENA_NEW(&e->arena, double, n), *qd = KMP_ARENA_NEW(&e->arena, double, n);
     KMP_TRY(kmp_made(s->context, q && qd));
     show(linear, near, q, qd);
@@ -63,8 +85,7 @@ static kempe_status keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_sea
     b->lambda = copy(e, s->m, linear->lambda);
     (void)kmp_descent_measure(linear, linear->unit, &b->work);
     b->potential = kmp_eval_potential(linear->eval, linear->t, linear->q);
-    b->reaction = copy(e, 3 * closures,
-                       closures > 0 ? kmp_eval_reactions(linear->eval, linear->t, linear->q, linear->lambda) : NULL);
+    KMP_TRY(kmp_balance_add_loads(e, linear, linear->lambda, b));
     b->freed = copy(e, e->freed_count, e->exchange ? e->exchange->value : NULL);
     for (int i = 0, f = 0; !e->exchange && b->freed && i < e->rate_count; i++)
         if (e->rates[i].how == KMP_RATE_FREED)
@@ -355,6 +376,8 @@ void kempe_equilibrium_free(kempe_equilibrium *equilibrium)
     kmp_exchange_free(equilibrium->exchange);
     kmp_averaged_free(equilibrium->averaged);
     kmp_free(equilibrium->warnings);
+    if (equilibrium->has_loads)
+        kmp_all_loads_free(&equilibrium->loads);
     kmp_arena_free(&equilibrium->arena);
     kmp_free(equilibrium);
 }

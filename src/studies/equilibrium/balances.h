@@ -2,6 +2,7 @@
 /* The equilibria that were found, each with all its results. */
 #pragma once
 
+#include "derivatives/all_loads.h"
 #include "derivatives/averaged.h"
 #include "studies/equilibrium/exchange.h"
 #include "studies/equilibrium/rest_set.h"
@@ -30,7 +31,7 @@ typedef struct kmp_balance_contact {
 typedef struct kmp_balance {
     double *q, *qd;   /* n, as the user counts them */
     double *lambda;   /* m */
-    double *reaction; /* 3 a closure */
+    double *reaction; /* 3 a closure, then 3 a joint of the tree that has a load */
     double *freed;    /* values solved for */
     double residual, potential;
     kmp_stability stability;
@@ -63,11 +64,17 @@ struct kempe_equilibrium {
     bool newton, all, many;                /* many: ended before its time, more than KMP_MOST_BALANCES */
     bool from_start;                       /* the first was reached from the start */
     int starts, closed, found;
+    kmp_all_loads loads; /* derived at the first balance */
+    bool has_loads;
     kmp_balance balance[KMP_MOST_BALANCES];
     int count;
     kmp_arena arena;
     char *warnings; /* of the computation, one per line */
 };
+
+/** Adds the forces of closures, and of joints of the tree at rest or at constant rates, by these multipliers. */
+kempe_status kmp_balance_add_loads(kempe_equilibrium *equilibrium, const kmp_linear *linear, const double *lambda,
+                                   kmp_balance *balance);
 
 /** Adds the rigid contacts at the last state of `linear`, without their forces. */
 kempe_status kmp_balance_look_at_contacts(kempe_equilibrium *equilibrium, kmp_linear *linear, kmp_balance *balance);

@@ -37,20 +37,27 @@ static void show_coordinates(kmp_text *text, const kempe_equilibrium *e, const k
     kmp_print_states(text, e->system, b->qd);
 }
 
+/* Of a closure, or of a joint of the tree after these. */
+static const char *name_of_load(const kempe_equilibrium *e, int k)
+{
+    const kempe_model *model = e->system->model;
+    return k < model->closure_count ? model->closures[k].name
+                                    : model->bodies[e->loads.joint[k - model->closure_count]].joint;
+}
+
 static void show_reactions(kmp_text *text, const kempe_equilibrium *e, const kmp_balance *b)
 {
     const kempe_model *model = e->system->model;
     int width = 0;
-    if (model->closure_count == kmp_model_friction_count(model))
+    if (model->closure_count == kmp_model_friction_count(model) && e->loads.joints == 0)
         return;
-    for (int c = 0; c < model->closure_count; c++)
-        width = (int)strlen(model->closures[c].name) > width ? (int)strlen(model->closures[c].name) : width;
-    kmp_text_printf(text, "\n  %-*s  %16s  %16s  %16s  N, axes of the nearest common ancestor\n", width, "",
-                    "reaction x", "y", "z");
-    for (int c = 0; c < model->closure_count; c++)
-        if (!kmp_closure_is_of_modes(&model->closures[c]))
-            kmp_text_printf(text, "  %-*s  %16.9g  %16.9g  %16.9g\n", width, model->closures[c].name,
-                            b->reaction[3 * c], b->reaction[3 * c + 1], b->reaction[3 * c + 2]);
+    for (int k = 0; k < model->closure_count + e->loads.joints; k++)
+        width = (int)strlen(name_of_load(e, k)) > width ? (int)strlen(name_of_load(e, k)) : width;
+    kmp_text_printf(text, "\n  %-*s  %16s  %16s  %16s  N, ground axes\n", width, "", "reaction x", "y", "z");
+    for (int k = 0; k < model->closure_count + e->loads.joints; k++)
+        if (k >= model->closure_count || !kmp_closure_is_of_modes(&model->closures[k]))
+            kmp_text_printf(text, "  %-*s  %16.9g  %16.9g  %16.9g\n", width, name_of_load(e, k), b->reaction[3 * k],
+                            b->reaction[3 * k + 1], b->reaction[3 * k + 2]);
 }
 
 static void show_friction(kmp_text *text, const kmp_balance *b)
@@ -304,9 +311,9 @@ static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_bala
     for (int i = 0; i < e->freed_count; i++)
         kmp_json_number(j, e->freed_name[i], b->freed[i]);
     kmp_json_put(j, "} reaction {");
-    for (int c = 0; c < model->closure_count; c++)
-        if (!kmp_closure_is_of_modes(&model->closures[c]))
-            kmp_json_numbers(j, model->closures[c].name, 3, b->reaction + 3 * c);
+    for (int k = 0; k < model->closure_count + e->loads.joints; k++)
+        if (k >= model->closure_count || !kmp_closure_is_of_modes(&model->closures[k]))
+            kmp_json_numbers(j, name_of_load(e, k), 3, b->reaction + 3 * k);
     kmp_json_put(j, "} potential %g iterations %d exchanges %d", b->potential, b->iterations, b->exchanges);
     kmp_json_numbers(j, "history", b->iterations, b->residuals);
     kmp_json_whole(j, "hits", b->hits);

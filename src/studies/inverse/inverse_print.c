@@ -114,8 +114,8 @@ static int name_width(const kempe_inverse *r)
         int length = (int)strlen(name_of(r, r->actuator[k]));
         width = length > width ? length : width;
     }
-    for (int l = 0; l < r->loops; l++) {
-        int length = (int)strlen(r->system->model->closures[r->loop[l]].name);
+    for (int l = 0; l < r->loops + r->joints; l++) {
+        int length = (int)strlen(kmp_inverse_load_name(r, l));
         width = length > width ? length : width;
     }
     return width;
@@ -146,16 +146,16 @@ static void show_actuators(kmp_text *text, const kempe_inverse *r, int width)
     }
 }
 
-static void show_loops(kmp_text *text, const kempe_inverse *r, int width)
+static void show_loads(kmp_text *text, const kempe_inverse *r, int width)
 {
-    if (r->loops == 0)
+    if (r->loops + r->joints == 0)
         return;
-    kmp_text_printf(text, "\n  %-*s  %13s  %9s  %13s  %9s\n", width, "", "force, N", "at t", "moment, N m", "at t");
-    for (int l = 0; l < r->loops; l++) {
+    kmp_text_printf(text, "\n  %-*s  %13s  %9s  %13s  %9s\n", width, "load", "force, N", "at t", "moment, N m", "at t");
+    for (int l = 0; l < r->loops + r->joints; l++) {
         double force_t, moment_t, force = largest(r, l, r->at.force, &force_t),
                                   moment = largest(r, l, r->at.moment, &moment_t);
-        kmp_text_printf(text, "  %-*s  %13.6g  %9.6g  %13.6g  ", width, r->system->model->closures[r->loop[l]].name,
-                        force, force_t, moment);
+        kmp_text_printf(text, "  %-*s  %13.6g  %9.6g  %13.6g  ", width, kmp_inverse_load_name(r, l), force, force_t,
+                        moment);
         if (moment > 0)
             kmp_text_printf(text, "%9.6g\n", moment_t);
         else
@@ -223,7 +223,7 @@ static void show(kmp_text *text, const void *result)
     show_kind(text, r);
     show_model_forces(text, r);
     show_actuators(text, r, width);
-    show_loops(text, r, width);
+    show_loads(text, r, width);
     show_verdict(text, r);
 }
 
@@ -302,8 +302,8 @@ static void json_actuated(kmp_json *json, const char *key, const kempe_inverse *
 static void json_vectors(kmp_json *json, const char *key, const kempe_inverse *r, int at)
 {
     kmp_json_object(json, key);
-    for (int l = 0; l < r->loops; l++)
-        json_column(json, r->system->model->closures[r->loop[l]].name, r, at + 3 * l, 3);
+    for (int l = 0; l < r->loops + r->joints; l++)
+        json_column(json, kmp_inverse_load_name(r, l), r, at + 3 * l, 3);
     kmp_json_end(json);
 }
 

@@ -4,6 +4,7 @@
 #include "studies/inverse/inverse_study.h"
 #include "base/clock.h"
 #include "base/memory.h"
+#include "derivatives/all_loads.h"
 #include "dynamics/closures.h"
 #include "dynamics/load_dependent.h"
 #include "integrators/run/run.h"
@@ -20,8 +21,7 @@
 /* Unbalanced part of a motion that counts as rounding, relative to the largest required generalized force, for states
  * from a file. */
 #define LEFT_BY_ROUNDING 1e-9
-/* REACTION: values of a closure's force, and of its moment about the second point (constraints/kinds/kind.h). */
-enum { MOST_CANDIDATES = 12, FEWEST_ROWS = 9, REACTION = 6 };
+enum { MOST_CANDIDATES = 12, FEWEST_ROWS = 9 };
 /* Largest relative difference of generalized forces when every other row is left out. The error of a spline's
  * derivatives falls with the fourth power of the distance: with all rows it is a fifteenth of this. */
 #define DERIVATIVES_HOLD 0.02
@@ -43,7 +43,7 @@ typedef struct job {
     bool lent; /* the states are those of another job */
     kmp_prescribed_motion prescribed;
     kmp_inverse inverse;
-    kmp_formulas reactions;
+    kmp_all_loads loads;
     kmp_arena arena; /* of scratch */
 } job;
 
@@ -57,6 +57,7 @@ static kempe_inverse *result_new(const kempe_system *s)
     *r = (kempe_inverse){.system = s, .n = s->n, .m = s->m, .off_coordinate = -1, .build_s = s->build_s};
     kmp_arena *a = &r->arena;
     if (!KMP_ARENA_MAKE(a, KMP_ROOM(int, s->model->closure_count, &r->loop),
+                        KMP_ROOM(int, s->model->body_count, &r->joint),
                         KMP_ROOM(int, s->n, &r->actuator, &r->left_u, &r->start_u), KMP_ROOM(bool, s->m, &r->redundant),
                         KMP_ROOM(double, s->n, &r->weight, &r->left))) {
         kempe_inverse_free(r);
@@ -88,8 +89,8 @@ static bool make_rows(kempe_inverse *r, ptrdiff_t rows)
     int multipliers = 0;
     for (int k = 0; k < r->m; k++)
         multipliers += has_multiplier(r, k);
-    const int coordinates = kmp_model_coordinates(r->system->model);
-    const int size[] = {r->a, r->a, coordinates, r->n, coordinates, multipliers, 3 * r->loops, 3 * r->loops};
+    const int coordinates = kmp_model_coordinates(r->system->model), loads = r->loops + r->joints;
+    const int size[] = {r->a, r->a, coordinates, r->n, coordinates, multipliers, 3 * loads, 3 * loads};
     int *const at[] = {&r->at.tau, &r->at.power,  &r->at.q,     &r->at.qd,
                        &r->at.qdd, &r->at.lambda, &r->at.force, &r->at.moment};
     for (size_t k = 0; k < sizeof at / sizeof *at; k++) {
@@ -360,22 +361,6 @@ static kempe_status prepare_states(job *j)
     return j->options->motion ? read_states(j) : run_along_drives(j);
 }
 
-/* REACTION values a closure, in the order of the model, of t, q and lambda. */
-static kempe_status reactions_init(kmp_formulas *reactions, const kempe_system *system)
-{
-    const kempe_model *model = system->model;
-    kmp_equations eq;
-    KMP_TRY(kmp_equations_init(&eq, model, KMP_SET_REACTION, KMP_SCHEME_COMPOSITE, false));
-    int count = REACTION * model->closure_count;
-    kmp_ref *out = KMP_NEW(kmp_ref, count);
-    for (int k = 0; out && k < count; k++)
-        out[k] = kmp_closure_load(&eq.tree, k / REACTION, k % REACTION >= 3).x[k % 3];
-    bool ok = out && kmp_formulas_init(reactions, eq.graph, count, out, kmp_backend_find("tape"), system->parameters);
-    kmp_free(out);
-    kmp_equations_free(&eq);
-    return ok ? KEMPE_OK : kmp_fail_memory(system->context);
-}
-
 /* The guide along `table` (NULL: the drives, or at rest the start), and inverse dynamics on it. */
 static kempe_status prepare_numbers(job *j, const kmp_prescribed *table, bool at_rest)
 {
@@ -395,13 +380,16 @@ static kempe_status prepare(job *j)
     KMP_TRY(prepare_motion(j));
     KMP_TRY(prepare_states(j));
     KMP_TRY(prepare_numbers(j, j->options->motion ? &j->table : NULL, r->motion == KMP_INVERSE_START));
-    KMP_TRY(reactions_init(&j->reactions, j->system));
+    KMP_TRY(kmp_all_loads_init(&j->loads, j->system));
+    r->joints = j->loads.joints;
+    if (r->joints > 0)
+        memcpy(r->joint, j->loads.joint, (size_t)r->joints * sizeof *r->joint);
     return make_rows(r, j->times.count) ? KEMPE_OK : kmp_fail_memory(j->context);
 }
 
 static void release(job *j)
 {
-    kmp_formulas_free(&j->reactions);
+    kmp_all_loads_free(&j->loads);
     kmp_inverse_free(&j->inverse);
     kmp_prescribed_motion_free(&j->prescribed);
     kmp_times_free(&j->times);
@@ -462,7 +450,8 @@ static void keep_row(job *j)
     kempe_inverse *r = j->r;
     const kmp_prescribed_motion *g = &j->prescribed;
     const kmp_inverse *v = &j->inverse;
-    const kmp_instant at = {.t = g->t, .q = g->q, .lambda = v->lambda, .inputs = &g->eval->inputs};
+    const kmp_instant at = {
+        .t = g->t, .q = g->q, .qd = g->qd, .qdd = g->qdd, .lambda = v->lambda, .inputs = &g->eval->inputs};
     double *row = kmp_inverse_part(r, r->rows, 0), *lambda = row + r->at.lambda;
     size_t state = (size_t)kmp_model_coordinates(j->system->model) * sizeof *row, rates = (size_t)r->n * sizeof *row,
            vector = 3 * sizeof *row;
@@ -476,10 +465,11 @@ static void keep_row(job *j)
     for (int k = 0; k < r->m; k++)
         if (has_multiplier(r, k))
             *lambda++ = v->lambda[k];
-    const double *reaction = r->loops > 0 ? kmp_formulas_at(&j->reactions, &at) : NULL;
-    for (int l = 0; l < r->loops; l++) {
-        memcpy(row + r->at.force + 3 * l, reaction + REACTION * r->loop[l], vector);
-        memcpy(row + r->at.moment + 3 * l, reaction + REACTION * r->loop[l] + 3, vector);
+    const double *load = r->loops + r->joints > 0 ? kmp_all_loads_at(&j->loads, &at) : NULL;
+    for (int l = 0; l < r->loops + r->joints; l++) {
+        const int place = l < r->loops ? r->loop[l] : j->system->model->closure_count + l - r->loops;
+        memcpy(row + r->at.force + 3 * l, load + KMP_LOAD_VALUES * place, vector);
+        memcpy(row + r->at.moment + 3 * l, load + KMP_LOAD_VALUES * place + 3, vector);
     }
     note_row(j, g->t);
     r->rows++;

@@ -23,9 +23,10 @@ struct kempe_inverse {
     kmp_inverse_motion motion;
     char *source; /* the table's path; NULL: none */
     int n, m, loops, a;
-    int *loop;      /* closures that are no drives */
-    int *actuator;  /* a coordinates */
-    double *weight; /* a */
+    int *loop;          /* closures that are no drives */
+    int joints, *joint; /* bodies whose joints of the tree have a load; loads are those of loops, then of these */
+    int *actuator;      /* a coordinates */
+    double *weight;     /* a */
     bool weighted;
     int rows;
     double *t;
@@ -35,7 +36,7 @@ struct kempe_inverse {
         int tau, power;    /* a */
         int q, qd, qdd;    /* n */
         int lambda;        /* rows of loops */
-        int force, moment; /* 3 a loop */
+        int force, moment; /* 3 a load */
     } at;
 
     int freedoms, rank; /* p and the least rank of its equations */
@@ -55,6 +56,13 @@ struct kempe_inverse {
     kmp_convergence again; /* with every other row of the table; unknown where it has all rates and accelerations */
     double build_s, cpu_s;
 };
+
+/** The name of a loop or a joint by the number of its load. */
+static inline const char *kmp_inverse_load_name(const kempe_inverse *r, int load)
+{
+    const kempe_model *model = r->system->model;
+    return load < r->loops ? model->closures[r->loop[load]].name : model->bodies[r->joint[load - r->loops]].joint;
+}
 
 /** A part of a row. */
 static inline double *kmp_inverse_part(const kempe_inverse *inverse, int row, int at)

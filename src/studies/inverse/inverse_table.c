@@ -20,9 +20,9 @@ static void put_columns(kempe_table *table, const kempe_inverse *r)
             kmp_tabulate_column(table, kmp_quantity_unit(r->system, KMP_QUANTITY_LAMBDA, k), "lambda.%s",
                                 r->system->row_names[k]);
     for (int moment = 0; moment < 2; moment++)
-        for (int k = 0; k < 3 * r->loops; k++)
+        for (int k = 0; k < 3 * (r->loops + r->joints); k++)
             kmp_tabulate_column(table, moment ? "N m" : "N", "%s.%s.%c", moment ? "moment" : "reaction",
-                                model->closures[r->loop[k / 3]].name, "xyz"[k % 3]);
+                                kmp_inverse_load_name(r, k / 3), "xyz"[k % 3]);
 }
 
 static void fill_rows(kempe_table *table, const void *result)

@@ -3,6 +3,7 @@
 #include "studies/simulate/trajectory.h"
 #include "base/memory.h"
 #include "constraints/closing/assembly_modes.h"
+#include "constraints/diagnosis/shared_loads.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "integrators/steppers/solver.h"
 #include "model/tables/coordinates.h"
@@ -347,6 +348,26 @@ static void watch_modes(kempe_trajectory *t)
     kmp_mode_watch_free(watch);
 }
 
+static bool shows_loads(const kempe_model *model)
+{
+    bool any = false;
+    for (int k = 0; k < model->output_count; k++) {
+        const kmp_output_kind kind = model->outputs[k].kind;
+        any = any || kind == KMP_OUTPUT_SENSOR || kind == KMP_OUTPUT_REACTION || kind == KMP_OUTPUT_MOMENT ||
+              kind == KMP_OUTPUT_JOINT_REACTION || kind == KMP_OUTPUT_JOINT_MOMENT;
+    }
+    return any && model->closure_count > kmp_model_friction_count(model);
+}
+
+static kempe_status warn_of_loads(const kempe_trajectory *t, kmp_evaluator *eval)
+{
+    const int last = t->table.rows - 1;
+    const double at[2] = {kmp_samples_time(&t->table, 0), kmp_samples_time(&t->table, last)};
+    const double *const q[2] = {kmp_samples_get(&t->table, KMP_QUANTITY_Q, 0),
+                                kmp_samples_get(&t->table, KMP_QUANTITY_Q, last)};
+    return kmp_warn_of_shared_loads(eval, at, q, t->shown);
+}
+
 static kempe_status judge(kempe_trajectory *t, job *j)
 {
     kmp_evaluator *eval = kmp_eval_new_to_weigh(t->system, t->table.rows < MANY_ROWS ? "tape" : t->backend, NULL);
@@ -358,6 +379,8 @@ static kempe_status judge(kempe_trajectory *t, job *j)
     warn_of_verdict(t);
     watch_modes(t);
     judge_last_row(t, eval);
+    if (status == KEMPE_OK && shows_loads(t->system->model) && t->table.rows > 0)
+        status = warn_of_loads(t, eval);
     kmp_eval_free(eval);
     return status;
 }

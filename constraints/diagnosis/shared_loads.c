@@ -1,0 +1,471 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Multipliers z of all declared rows with A z = 0, where A has the generalized forces of unit loads: a closure between
+ * points loads its second body by forces and moments along the directions of its rows, the first by the opposite ones;
+ * other rows are those of J. The load that a joint of the tree carries balances those on all bodies beyond it.
+ *
+ * Masses load them if random accelerations and gravity do so in the tree alone, where rows that no coordinate moves
+ * carry nothing. */
+#include "constraints/diagnosis/shared_loads.h"
+#include "constraints/diagnosis/diagnosis_walk.h"
+#include "constraints/kinds/kind.h"
+#include "linalg/dense/lapack.h"
+#include "linalg/dot.h"
+#include "model/pose.h"
+#include "model/tables/output_table.h"
+#include <math.h>
+#include <string.h>
+
+#define ZERO  1e-9 /* singular values of A over the largest */
+#define PART  1e-7 /* components of self-balanced loads: smaller ones are rounding */
+#define EMPTY 1e-12
+
+const char *const kmp_load_words[KMP_LOAD_SIZE] = {"x", "y", "z", "mx", "my", "mz"};
+
+/* A unit load of a closure on its second body at its point; or a row of J. */
+typedef struct column {
+    int closure, row; /* row: -1 for a load */
+    bool empty;       /* no coordinate moves it */
+    double load[KMP_LOAD_SIZE];
+} column;
+
+typedef struct search {
+    const kempe_system *s;
+    const kempe_model *model;
+    kmp_pose *poses;
+    double (*axis)[3], (*place)[3]; /* of motions, ground axes */
+    column *columns;
+    int n, count;
+    double *jacobian;                 /* m x n */
+    double *a, *values, *v;           /* size x size, size, size x size */
+    double (*on_body)[KMP_LOAD_SIZE]; /* of body_count: about the origin of the ground */
+    kmp_shared_loads *found;
+} search;
+
+static void cross(const double a[3], const double b[3], double out[3])
+{
+    kmp_cross3(a, b, out);
+}
+
+static void point_place(const search *x, int point, double out[3])
+{
+    const kmp_point *p = &x->model->points[point];
+    for (int i = 0; i < 3; i++) {
+        out[i] = x->poses[p->body].p[i];
+        for (int k = 0; k < 3; k++)
+            out[i] += x->poses[p->body].r[i][k] * p->at[k].value;
+    }
+}
+
+static void turned(double r[3][3], const double v[3], double out[3])
+{
+    for (int i = 0; i < 3; i++)
+        out[i] = kmp_dot(3, r[i], v);
+}
+
+/* -- unit loads -------------------------------------------------------------------------------------- */
+
+static void add(search *x, int closure, bool moment, const double direction[3])
+{
+    column *c = &x->columns[x->count++];
+    double size = sqrt(kmp_dot(3, direction, direction));
+    *c = (column){.closure = closure, .row = -1};
+    for (int i = 0; i < 3; i++)
+        c->load[i + 3 * moment] = size > 0 ? direction[i] / size : 0;
+}
+
+static void add_across(search *x, int closure, bool moment, const double e[3])
+{
+    int least = fabs(e[0]) <= fabs(e[1]) && fabs(e[0]) <= fabs(e[2]) ? 0 : fabs(e[1]) <= fabs(e[2]) ? 1 : 2;
+    double unit[3] = {least == 0, least == 1, least == 2}, a[3], b[3];
+    cross(e, unit, a);
+    cross(e, a, b);
+    add(x, closure, moment, a);
+    add(x, closure, moment, b);
+}
+
+static void add_all(search *x, int closure, bool moment)
+{
+    for (int i = 0; i < 3; i++) {
+        double unit[3] = {i == 0, i == 1, i == 2};
+        add(x, closure, moment, unit);
+    }
+}
+
+/* The loads of a closure between points; false: they are not known by its kind. */
+static bool add_loads(search *x, int c)
+{
+    const kmp_closure *closure = &x->model->closures[c];
+    const kmp_closure_kind *kind = kmp_closure_kind_find(closure->kind);
+    const kmp_part *force = kind->force, *moment = kind->moment;
+    double p[3], q[3], d[3], r[3][3], e[2][3], both[3];
+    if (closure->point[0] < 0 || force == &kmp_part_point_on_curve || force == &kmp_part_wheel)
+        return false;
+    point_place(x, closure->point[0], p);
+    point_place(x, closure->point[1], q);
+    for (int k = 0; k < 3; k++)
+        d[k] = q[k] - p[k];
+    for (int side = 0; side < 2; side++) {
+        kmp_pose_of_point(x->model, x->poses, closure->point[side], r);
+        turned(r, closure->axis[side], e[side]);
+    }
+    if (force == &kmp_part_ball)
+        add_all(x, c, false);
+    else if (force == &kmp_part_line)
+        add_across(x, c, false, e[0]);
+    else
+        add(x, c, false, force == &kmp_part_rod ? d : e[0]);
+    if (moment == &kmp_part_aligned)
+        add_all(x, c, true);
+    else if (moment == &kmp_part_parallel)
+        add_across(x, c, true, e[1]);
+    else if (moment == &kmp_part_perpendicular) {
+        cross(e[0], e[1], both);
+        add(x, c, true, both);
+    }
+    return true;
+}
+
+static void make_columns(search *x)
+{
+    for (int c = 0; c < x->model->closure_count; c++) {
+        if (kmp_closure_is_of_modes(&x->model->closures[c]) || add_loads(x, c))
+            continue;
+        for (int r = 0; r < x->s->m; r++)
+            if (x->s->rows[r].closure == c)
+                x->columns[x->count++] = (column){.closure = c, .row = r};
+    }
+}
+
+/* -- generalized forces ------------------------------------------------------------------------------ */
+
+/* Adds the work of a load at a place of a body along each coordinate, `sign` times. */
+static void add_work(const search *x, int body, const double place[3], const double *load, double sign, double *work)
+{
+    for (int b = body; b > 0; b = x->model->bodies[b].parent)
+        for (int k = x->model->bodies[b].first_motion, i = 0; i < x->model->bodies[b].motion_count; k++, i++) {
+            double arm[3], moved[3];
+            for (int j = 0; j < 3; j++)
+                arm[j] = (place[j] - x->place[k][j]) / x->s->length;
+            cross(x->axis[k], arm, moved);
+            work[k] +=
+                sign * (x->model->motions[k].rotation ? kmp_dot(3, load, moved) + kmp_dot(3, load + 3, x->axis[k])
+                                                      : kmp_dot(3, load, x->axis[k]));
+        }
+}
+
+static void fill_column(const search *x, const column *c, double *work)
+{
+    const kmp_closure *closure = &x->model->closures[c->closure];
+    for (int k = 0; c->row >= 0 && k < x->n; k++)
+        work[k] = x->jacobian[c->row + k * x->s->m] * x->s->scale[k] / x->s->row_scale[c->row];
+    if (c->row >= 0)
+        return;
+    double q[3];
+    point_place(x, closure->point[1], q);
+    add_work(x, x->model->points[closure->point[1]].body, q, c->load, 1, work);
+    add_work(x, x->model->points[closure->point[0]].body, q, c->load, -1, work);
+}
+
+/* -- loads of joints ---------------------------------------------------------------------------------- */
+
+static void put_on(search *x, int body, const double place[3], const double *load, double factor)
+{
+    double arm[3], moment[3];
+    for (int i = 0; i < 3; i++)
+        arm[i] = place[i] / x->s->length;
+    cross(arm, load, moment);
+    for (int i = 0; i < 3; i++) {
+        x->on_body[body][i] += factor * load[i];
+        x->on_body[body][3 + i] += factor * (load[3 + i] + moment[i]);
+    }
+}
+
+/* Sums loads up from the leaves: `out` (body_count) is then what each joint carries, about its point. */
+static void carry(search *x)
+{
+    const kempe_model *model = x->model;
+    for (int b = model->body_count - 1; b > 0; b--) {
+        const kmp_body *body = &model->bodies[b];
+        double *sum = x->on_body[b], place[3], moment[3];
+        for (int i = 0; i < KMP_LOAD_SIZE; i++)
+            x->on_body[body->parent][i] += sum[i];
+        const int point = body->loads_parent ? body->at : body->to;
+        memcpy(place, x->poses[body->loads_parent ? body->parent : b].p, sizeof place);
+        if (point >= 0)
+            point_place(x, point, place);
+        for (int i = 0; i < 3; i++)
+            place[i] /= x->s->length;
+        cross(place, sum, moment);
+        for (int i = 0; i < 3; i++)
+            sum[3 + i] -= moment[i];
+    }
+}
+
+static void mark(bool *flags, const double *load, double least)
+{
+    for (int i = 0; i < KMP_LOAD_SIZE; i++)
+        flags[i] = flags[i] || fabs(load[i]) > least;
+}
+
+/* Marks what a self-balanced set of loads has. */
+static void mark_set(search *x, const double *z)
+{
+    const kempe_model *model = x->model;
+    memset(x->on_body, 0, (size_t)model->body_count * sizeof *x->on_body);
+    for (int c = 0, j = 0; c < model->closure_count; c++) {
+        double whole[KMP_LOAD_SIZE] = {0};
+        const kmp_closure *closure = &model->closures[c];
+        bool loads = false;
+        for (; j < x->count && x->columns[j].closure == c; j++) {
+            loads = x->columns[j].row < 0;
+            whole[0] += loads ? 0 : fabs(z[j]);
+            for (int i = 0; i < KMP_LOAD_SIZE; i++)
+                whole[i] += z[j] * x->columns[j].load[i];
+        }
+        mark(x->found->of_closure[c], whole, PART);
+        if (!loads)
+            continue;
+        double q[3];
+        point_place(x, closure->point[1], q);
+        put_on(x, model->points[closure->point[1]].body, q, whole, 1);
+        put_on(x, model->points[closure->point[0]].body, q, whole, -1);
+    }
+    carry(x);
+    for (int b = 1; b < model->body_count; b++)
+        if (model->bodies[b].motion_count > 0)
+            mark(x->found->of_body[b], x->on_body[b], PART);
+}
+
+/* Loads of masses under gravity and random accelerations of the coordinates. */
+static void load_masses(search *x)
+{
+    const kempe_model *model = x->model;
+    unsigned state = 7;
+    double size = 1e-30;
+    for (int i = 0; i < 3; i++)
+        size = fmax(size, fabs(model->gravity[i].value));
+    memset(x->on_body, 0, (size_t)model->body_count * sizeof *x->on_body);
+    for (int k = 0; k < x->n; k++)
+        x->values[k] = size * kmp_walk_random(&state);
+    for (int b = 1; b < model->body_count; b++) {
+        const kmp_body *body = &model->bodies[b];
+        double com[3], local[3] = {body->com[0].value, body->com[1].value, body->com[2].value}, spin[3] = {0};
+        double load[KMP_LOAD_SIZE] = {0}, back[3], own[3];
+        turned(x->poses[b].r, local, com);
+        for (int i = 0; i < 3; i++) {
+            com[i] += x->poses[b].p[i];
+            load[i] = -model->gravity[i].value;
+        }
+        for (int up = b; up > 0; up = model->bodies[up].parent)
+            for (int k = model->bodies[up].first_motion, i = 0; i < model->bodies[up].motion_count; k++, i++) {
+                double arm[3], moved[3];
+                bool rotation = model->motions[k].rotation;
+                for (int j = 0; j < 3; j++)
+                    arm[j] = (com[j] - x->place[k][j]) / x->s->length;
+                cross(x->axis[k], arm, moved);
+                for (int j = 0; j < 3; j++) {
+                    spin[j] += rotation ? x->axis[k][j] * x->values[k] : 0;
+                    load[j] += (rotation ? moved[j] : x->axis[k][j]) * x->values[k];
+                }
+            }
+        static const int at[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
+        for (int i = 0; i < 3; i++)
+            back[i] = x->poses[b].r[0][i] * spin[0] + x->poses[b].r[1][i] * spin[1] + x->poses[b].r[2][i] * spin[2];
+        for (int i = 0; i < 3; i++) {
+            own[i] = 0;
+            for (int j = 0; j < 3; j++)
+                own[i] += body->inertia[at[i][j]].value * back[j] / (x->s->length * x->s->length);
+        }
+        for (int i = 0; i < 3; i++)
+            load[i] *= body->mass.value;
+        turned(x->poses[b].r, own, load + 3);
+        put_on(x, b, com, load, 1);
+    }
+    carry(x);
+}
+
+/* True if masses load what is marked, or if rows that coordinates move share. */
+static bool is_loaded(search *x, bool moving)
+{
+    double most = 0, marked = 0;
+    load_masses(x);
+    for (int b = 1; b < x->model->body_count; b++)
+        for (int i = 0; i < KMP_LOAD_SIZE; i++) {
+            most = fmax(most, fabs(x->on_body[b][i]));
+            marked = fmax(marked, x->found->of_body[b][i] ? fabs(x->on_body[b][i]) : 0);
+        }
+    return moving || marked > ZERO * most;
+}
+
+/* -- the whole ---------------------------------------------------------------------------------------- */
+
+static bool find_sets(search *x)
+{
+    const int size = x->n > x->count ? x->n : x->count;
+    bool moving = false;
+    for (int j = 0; j < x->count; j++)
+        fill_column(x, &x->columns[j], x->a + (ptrdiff_t)j * size);
+    double *whole = x->v; /* the column sizes, until there are vectors */
+    for (int j = 0; j < x->count; j++)
+        whole[j] = sqrt(kmp_dot(x->n, x->a + (ptrdiff_t)j * size, x->a + (ptrdiff_t)j * size));
+    for (int j = 0; j < x->count; j++)
+        if (whole[j] <= EMPTY)
+            memset(x->a + (ptrdiff_t)j * size, 0, (size_t)size * sizeof *x->a);
+    for (int j = 0; j < x->count; j++)
+        x->columns[j].empty = whole[j] <= EMPTY;
+    if (kmp_singular_right(size, x->a, x->values, x->v) != 0)
+        return false;
+    int rank = 0;
+    while (rank < size && x->values[rank] > ZERO * x->values[0] && x->values[0] > 0)
+        rank++;
+    for (int k = rank; k < size; k++) {
+        const double *z = x->v + (ptrdiff_t)k * size;
+        for (int j = 0; j < x->count; j++)
+            moving = moving || (!x->columns[j].empty && fabs(z[j]) > PART);
+        mark_set(x, z);
+    }
+    x->found->loaded = is_loaded(x, moving);
+    return true;
+}
+
+kempe_status kmp_find_shared_loads(kmp_evaluator *eval, double t, const double *q, kmp_arena *arena,
+                                   kmp_shared_loads *found)
+{
+    const kempe_system *s = eval->system;
+    const kempe_model *model = s->model;
+    const size_t most = (size_t)(KMP_KIND_MAX_ROWS * model->closure_count + s->m), n = (size_t)s->n;
+    const size_t size = most > n ? most : n, bodies = (size_t)model->body_count;
+    search x = {.s = s, .model = model, .n = kmp_model_coordinates(model), .found = found};
+    kmp_arena room = {0};
+    *found = (kmp_shared_loads){0};
+    found->of_body = (bool(*)[KMP_LOAD_SIZE])(void *)KMP_ARENA_NEW(arena, bool, KMP_LOAD_SIZE * model->body_count);
+    found->of_closure =
+        (bool(*)[KMP_LOAD_SIZE])(void *)KMP_ARENA_NEW(arena, bool, KMP_LOAD_SIZE *(model->closure_count + 1));
+    KMP_TRY(kmp_made(s->context, found->of_body && found->of_closure));
+    if (s->m == 0 && model->closure_count == kmp_model_friction_count(model))
+        return KEMPE_OK;
+    KMP_ARENA_MAKE(&room, KMP_ROOM(double, (size_t)s->m *n + size, &x.jacobian),
+                   KMP_ROOM(double, size *size, &x.a, &x.v), KMP_ROOM(double, size, &x.values));
+    x.poses = KMP_ARENA_NEW(&room, kmp_pose, model->body_count);
+    x.columns = KMP_ARENA_NEW(&room, column, (int)most);
+    x.axis = (double(*)[3])(void *)KMP_ARENA_NEW(&room, double, 3 * s->n);
+    x.place = (double(*)[3])(void *)KMP_ARENA_NEW(&room, double, 3 * s->n);
+    x.on_body = (double(*)[KMP_LOAD_SIZE])(void *)KMP_ARENA_NEW(&room, double, KMP_LOAD_SIZE *(int)bodies);
+    bool ok = !room.failed;
+    if (ok) {
+        kmp_eval_closure(eval, t, q);
+        kmp_eval_dense_jacobian(eval, x.jacobian);
+        kmp_pose_motions(model, q, x.poses, x.axis, x.place);
+        make_columns(&x);
+        ok = x.count == 0 || find_sets(&x);
+    }
+    kmp_arena_free(&room);
+    return ok ? KEMPE_OK : kmp_fail_memory(s->context);
+}
+
+static int put_load(kmp_text *text, const char *name, const bool *flags, int before)
+{
+    int count = 0;
+    for (int i = 0; i < KMP_LOAD_SIZE; i++) {
+        if (!flags[i])
+            continue;
+        if (count++)
+            kmp_text_printf(text, ", %s", kmp_load_words[i]);
+        else
+            kmp_text_printf(text, "%s%s: %s", before ? "; " : "", name, kmp_load_words[i]);
+    }
+    return count;
+}
+
+int kmp_put_shared_loads(kmp_text *text, const kempe_model *model, const kmp_shared_loads *found)
+{
+    int count = 0;
+    for (int b = 1; b < model->body_count; b++)
+        count += put_load(text, model->bodies[b].joint, found->of_body[b], count);
+    for (int c = 0; c < model->closure_count; c++)
+        if (!kmp_closure_is_drive(&model->closures[c]))
+            count += put_load(text, model->closures[c].name, found->of_closure[c], count);
+    return count;
+}
+
+/* -- outputs ------------------------------------------------------------------------------------------ */
+
+typedef struct telling {
+    const kmp_shared_loads *found[2];
+    kmp_text names;
+    int count;
+} telling;
+
+/* Names components `from` to `to` of a force or a moment; the shared ones as bits. */
+static unsigned tell_load(telling *w, const kempe_model *model, bool joint, int index, bool moment, int from, int to)
+{
+    const char *name = joint ? model->bodies[index].joint : model->closures[index].name;
+    unsigned shared = 0;
+    for (int i = from; i < to; i++) {
+        const int k = i + 3 * moment;
+        bool both = true;
+        for (int at = 0; at < 2; at++)
+            both = both && (joint ? w->found[at]->of_body[index][k] : w->found[at]->of_closure[index][k]);
+        if (!both)
+            continue;
+        kmp_text_printf(&w->names, "%s%s(%s).%c", w->count++ ? ", " : "", moment ? "moment" : "reaction", name,
+                        "xyz"[i]);
+        shared |= 1u << i;
+    }
+    return shared;
+}
+
+static unsigned tell_expression(telling *w, const kempe_model *model, const kmp_expr *e)
+{
+    unsigned shared = 0;
+    if (!e)
+        return 0;
+    const kmp_measure *m = e->kind == KMP_EXPR_MEASURE || e->kind == KMP_EXPR_LAMBDA ? e->measure : NULL;
+    const bool moment = m && (m->kind == KMP_MEASURE_MOMENT || m->kind == KMP_MEASURE_JOINT_MOMENT);
+    const bool joint = m && (m->kind == KMP_MEASURE_JOINT_REACTION || m->kind == KMP_MEASURE_JOINT_MOMENT);
+    if (joint || moment || (m && m->kind == KMP_MEASURE_REACTION))
+        shared = tell_load(w, model, joint, m->spot[0].closure, moment, e->number, e->number + 1);
+    shared |= tell_expression(w, model, e->a) | tell_expression(w, model, e->b) | tell_expression(w, model, e->c);
+    return shared ? 1 : 0;
+}
+
+/* Names what an output shows of loads that are shared; these components as bits. */
+static unsigned tell_output(telling *w, const kempe_model *model, const kmp_output *output)
+{
+    const bool joint = output->kind == KMP_OUTPUT_JOINT_REACTION || output->kind == KMP_OUTPUT_JOINT_MOMENT;
+    const bool moment = output->kind == KMP_OUTPUT_MOMENT || output->kind == KMP_OUTPUT_JOINT_MOMENT;
+    if (output->kind == KMP_OUTPUT_SENSOR)
+        return tell_expression(w, model, model->sensors[output->index].expr);
+    return joint || moment || output->kind == KMP_OUTPUT_REACTION
+               ? tell_load(w, model, joint, output->index + joint, moment, 0, 3)
+               : 0;
+}
+
+kempe_status kmp_warn_of_shared_loads(kmp_evaluator *eval, const double t[2], const double *const q[2],
+                                      const double *shown)
+{
+    const kempe_model *model = eval->system->model;
+    kmp_arena arena = {0};
+    kmp_shared_loads found[2];
+    telling w = {{&found[0], &found[1]}, {0}, 0};
+    bool zero = true;
+    kempe_status status = KEMPE_OK;
+    for (int k = 0; k < 2 && status == KEMPE_OK; k++)
+        status = kmp_find_shared_loads(eval, t[k], q[k], &arena, &found[k]);
+    for (int o = 0, at = 0; status == KEMPE_OK && o < model->output_count; o++) {
+        const unsigned shared = tell_output(&w, model, &model->outputs[o]);
+        for (int i = 0; i < 3; i++)
+            zero = zero && (!(shared >> i & 1) || fabs(shown[at + i]) < EMPTY);
+        at += kmp_output_width(model, &model->outputs[o]);
+    }
+    if (w.count > 0 && (found[1].loaded || !zero))
+        kmp_log(eval->system->context, KEMPE_LOG_WARNING,
+                "loads that are not unique: %s; redundant constraints share them, in parts that the stiffness of the "
+                "bodies decides, and these are the parts of one solution; a joint that leaves more motions free, or a "
+                "bushing, makes them unique",
+                w.names.s ? w.names.s : "");
+    status = w.names.failed ? kmp_fail_memory(eval->system->context) : status;
+    kmp_text_free(&w.names);
+    kmp_arena_free(&arena);
+    return status;
+}

@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Components of the loads of joints and loops that the equations of rigid bodies do not determine: some set of loads of
+ * the constraints alone balances itself and has them. Rows that no coordinate moves are part of these sets, such as
+ * those out of the plane of a flat linkage. */
+#pragma once
+
+#include "base/text.h"
+#include "constraints/evaluation/evaluator.h"
+
+enum { KMP_LOAD_SIZE = 6 }; /* a force, then a moment about the point of the second body, in ground axes */
+
+typedef struct kmp_shared_loads {
+    bool (*of_body)[KMP_LOAD_SIZE];    /* body_count: of the joint that carries a body */
+    bool (*of_closure)[KMP_LOAD_SIZE]; /* closure_count */
+    bool loaded; /* masses that move or gravity load such components: they are not zero in all joints */
+} kmp_shared_loads;
+
+/** Finds them at (t, q), a closed configuration in the user's own charts. KEMPE_E_MEMORY. */
+kempe_status kmp_find_shared_loads(kmp_evaluator *eval, double t, const double *q, kmp_arena *arena,
+                                   kmp_shared_loads *found);
+
+/** "A: z, mx, my; C: mx": those of joints and loops by name; their number. */
+int kmp_put_shared_loads(kmp_text *text, const kempe_model *model, const kmp_shared_loads *found);
+
+/** The names of components: x, y, z, mx, my, mz. */
+extern const char *const kmp_load_words[KMP_LOAD_SIZE];
+
+/** Warns of components of loads that outputs of the model show, or their sensors, and that are shared at both q (n);
+ * `shown` has the values of the outputs: where none of these is loaded and all are zero there is no warning. */
+kempe_status kmp_warn_of_shared_loads(kmp_evaluator *eval, const double t[2], const double *const q[2],
+                                      const double *shown);
