@@ -151,6 +151,8 @@ KMP_LOCAL int kmp_friction_load(kmp_friction_run *x, double t, const double *q, 
         *part = least_part(x);
         change = pass == 0 && x->loads ? INFINITY : fabs(*part - before) / *part;
     }
+    if (change > KMP_FRICTION_TIE && *part < INFINITY)
+        return x->site->fail(x->site->self, KMP_FRICTION_UNDECIDED, t);
     for (int i = 0; i < x->rest; i++)
         kmp_friction_put(x, &x->element[x->which[i]], KMP_ROLE_GIVEN, x->f[i]);
     KMP_FRICTION_TRY(kmp_friction_measure(x, t, q, qd));

@@ -47,6 +47,7 @@ typedef struct judging {
     int count;
     double *last, *waiting, *next; /* the last sample that is kept; the one after it, if one waits; the newest */
     bool waits, calm, pairs;       /* calm: the last interval was not refined; pairs: then two are judged together */
+    bool full;                     /* MOST_SAMPLES are taken */
     int halvings;
     double *way, *load, *across, *of, *wear; /* way, Q, Y, Y/Q, T gamma of wheel w at sample k: [w * samples + k] */
     double *smooth, *smooth_across;          /* Q and Y at low frequencies, a wheel after the other */
@@ -228,7 +229,15 @@ static kempe_status refine(judging *j, const double *a, const double *b, int hal
 {
     double *middle = scratch;
     KMP_TRY(take_sample(j, a[0] + (b[0] - a[0]) / 2, a, middle));
-    bool straight = halvings == 0 || j->count > MOST_SAMPLES || is_straight(j, STRAIGHT, a, middle, b);
+    bool full = j->count > MOST_SAMPLES && !j->full;
+    if (full)
+        kmp_doubt(j->model->context,
+                  "running safety: %d samples are taken up to t = %.6g s; from there on they are not refined: judge a "
+                  "shorter "
+                  "time",
+                  MOST_SAMPLES, a[0]);
+    j->full = j->full || full;
+    bool straight = halvings == 0 || j->full || is_straight(j, STRAIGHT, a, middle, b);
     if (straight) {
         KMP_TRY(keep(j, middle));
         return keep(j, b);

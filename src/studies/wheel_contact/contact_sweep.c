@@ -343,6 +343,8 @@ static kempe_status halve(job *j, const place_within *a, const place_within *b, 
         KMP_TRY(halve(j, a, &middle, halvings + 1));
     if (found->count < KMP_BETWEEN_MOST)
         found->at[found->count++] = middle.at;
+    else
+        found->cut = true;
     return halvings < MOST_HALVINGS ? halve(j, &middle, b, halvings + 1) : KEMPE_OK;
 }
 
@@ -361,6 +363,11 @@ static kempe_status find_between(job *j)
     kempe_status status = halve(j, &first, &last, 0);
     if (status == KEMPE_OK)
         kmp_context_clear(context_of(j));
+    if (t->conicities.between[row].cut)
+        kmp_doubt(
+            context_of(j),
+            "the difference of the radii between rows %d and %d is not resolved by %d places: take more rows there",
+            row + 1, row + 2, KMP_BETWEEN_MOST);
     memcpy(j->q, j->q_row, n);
     kmp_eval_set_charts(j->linear.eval, j->chart_row);
     for (int k = 0; k < t->over.count; k++)

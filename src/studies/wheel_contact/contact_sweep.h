@@ -33,6 +33,7 @@ enum { KMP_BETWEEN_MOST = 64 };
 typedef struct kmp_between {
     int count;
     kmp_displaced *at; /* KMP_BETWEEN_MOST; NULL: none is needed */
+    bool cut;          /* more of them would be needed */
 } kmp_between;
 
 /** Those of all amplitudes, and the difference of the rolling radii that they follow from. */
