@@ -1856,6 +1856,13 @@ run: {t_end: 1}
         done = self.expect(2, "check", self.model(text))
         self.assertIn("start q: joint 'W' is a weld and has no coordinate", done.stderr)
 
+    def test_coordinates_of_a_load_and_states(self):
+        """A slide with friction by load has coordinates of its load; those of states follow."""
+        text = ("kempe: 1\nbodies:\n  a: {joint: {name: A, prismatic: [-2, -1, 1], at: ground}, mass: 1, inertia: {xx: 1, yy: 1, zz: 1}}\n"
+                "states:\n" + "".join(f"  y{k}: {{rate: 1}}\n" for k in range(6)) + "forces:\n  rub: {joint: A, friction: {mu: 0.1}}\n"
+                "start: {qd: {A: 1}}\nrun: {t_end: 0.01, outputs: [q]}\n")
+        self.assertEqual(sorted(self.object(0, "simulate", self.model(text))["q"]), ["A", "A_load1", "A_load2"])
+
     def test_times_have_units(self):
         for given, taken in (("0.02", 0.02), ("20 ms", 0.02), ("1/50", 0.02)):
             found = self.object(0, "simulate", FOUR_BAR, "--t-end", given, "--output-step", "5 ms", "--no-convergence-check")

@@ -155,11 +155,11 @@ static void insert(kmp_reader *r, int b, int count, double direction[DIRECTIONS]
     kempe_model *model = r->model;
     kmp_body *body = &model->bodies[b];
     int first = body->first_motion, after = model->motion_count;
-    kmp_motion *motions = KMP_ARENA_NEW(&model->arena, kmp_motion, after + count);
-    if (!motions)
-        return;
-    memcpy(motions, model->motions, (size_t)first * sizeof *motions);
-    memcpy(motions + first + count, model->motions + first, (size_t)(after - first) * sizeof *motions);
+    kmp_motion *motions = model->motions;
+    for (int k = 0; k < count; k++) /* the list keeps room for those that follow */
+        if (!(motions = kmp_arena_room(&model->arena, motions, after + k, sizeof *motions)))
+            return;
+    memmove(motions + first + count, motions + first, (size_t)(after - first) * sizeof *motions);
     for (int k = 0; k < count; k++) {
         const char *name = kmp_arena_printf(&model->arena, count == 1 ? "%s_load" : "%s_load%d", body->joint, k + 1);
         if (name && kmp_name_find(KMP_COORDINATES(model), name) >= 0)
