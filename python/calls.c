@@ -1,15 +1,45 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Evaluation at one state from arrays as they are, for programs that repeat it. A call through cffi makes an object for
  * each array; here an array costs a look at its buffer. The module kempe._calls is in the file of kempe._native. Its
- * functions have the names of those in C, take the address of a workspace, n and m, and return the status, or CONVERT
- * where an argument is no contiguous array of float64 of the right length. */
+ * functions have the names of those in C, take the address of a workspace, n and m, and return the status, CONVERT
+ * where an argument is no contiguous array of float64 of the right length, or BUSY where another call is inside the
+ * workspace. */
 #define Py_LIMITED_API 0x030b0000
 #include <Python.h>
 #include <kempe/workspace.h>
 #include <stdbool.h>
 #include <string.h>
 
-enum { MOST_ARRAYS = 5, CONVERT = 1000 };
+enum { MOST_ARRAYS = 5, CONVERT = 1000, BUSY = 1001 };
+
+/* A call that is inside a workspace. The list is changed under the lock of the interpreter alone. */
+typedef struct user {
+    kempe_workspace *workspace;
+    struct user *next;
+} user;
+
+static user *users;
+
+static bool enter(user *new, kempe_workspace *workspace)
+{
+    for (const user *other = users; other; other = other->next)
+        if (other->workspace == workspace)
+            return false;
+    *new = (user){workspace, users};
+    users = new;
+    return true;
+}
+
+static user *leave(const kempe_workspace *workspace)
+{
+    user **at = &users, *found;
+    while (*at && (*at)->workspace != workspace)
+        at = &(*at)->next;
+    found = *at;
+    if (found)
+        *at = found->next;
+    return found;
+}
 
 typedef struct python_call {
     PyObject *const *next; /* arguments that are still to be read */
@@ -19,6 +49,8 @@ typedef struct python_call {
     Py_buffer views[MOST_ARRAYS];
     int count;
     bool plain; /* all arrays so far can be used as they are */
+    bool busy;  /* another thread is inside the workspace */
+    user user;
 } python_call;
 
 /* Reads workspace, n, m and t; false: Python has an exception. */
@@ -27,6 +59,7 @@ static bool begin(python_call *call, PyObject *const *arguments, Py_ssize_t give
     call->next = arguments + 4;
     call->count = 0;
     call->plain = true;
+    call->busy = false;
     if (given != 4 + arrays) {
         PyErr_SetString(PyExc_TypeError, "workspace, n, m, t and arrays are needed");
         return false;
@@ -36,6 +69,13 @@ static bool begin(python_call *call, PyObject *const *arguments, Py_ssize_t give
     call->m = PyLong_AsSsize_t(arguments[2]);
     call->t = PyFloat_AsDouble(arguments[3]);
     return !PyErr_Occurred();
+}
+
+/* True if the call may be made, by which it is inside. */
+static bool begins(python_call *call)
+{
+    call->busy = call->plain && !enter(&call->user, call->workspace);
+    return call->plain && !call->busy;
 }
 
 /* The next array, of `count` numbers; NULL for None. */
@@ -59,7 +99,9 @@ static PyObject *end(python_call *call, int status)
 {
     while (call->count)
         PyBuffer_Release(call->views + --call->count);
-    return PyLong_FromLong(call->plain ? status : CONVERT);
+    if (call->plain && !call->busy)
+        (void)leave(call->workspace);
+    return PyLong_FromLong(call->busy ? BUSY : call->plain ? status : CONVERT);
 }
 
 /* (t, q, qd) */
@@ -71,7 +113,7 @@ static PyObject *evaluate(PyObject *module, PyObject *const *arguments, Py_ssize
         return NULL;
     kempe_status status = KEMPE_OK;
     const double *q = doubles(&call, call.n, 0), *qd = doubles(&call, call.n, 0);
-    if (call.plain) {
+    if (begins(&call)) {
         Py_BEGIN_ALLOW_THREADS status = kempe_workspace_evaluate(call.workspace, call.t, q, qd);
         Py_END_ALLOW_THREADS
     }
@@ -88,7 +130,7 @@ static PyObject *forward_dynamics(PyObject *module, PyObject *const *arguments, 
     kempe_status status = KEMPE_OK;
     const double *q = doubles(&call, call.n, 0), *qd = doubles(&call, call.n, 0), *Q = doubles(&call, call.n, 0);
     double *qdd = doubles(&call, call.n, PyBUF_WRITABLE), *lam = doubles(&call, call.m, PyBUF_WRITABLE);
-    if (call.plain) {
+    if (begins(&call)) {
         Py_BEGIN_ALLOW_THREADS status = kempe_workspace_forward_dynamics(call.workspace, call.t, q, qd, Q, qdd, lam);
         Py_END_ALLOW_THREADS
     }
@@ -105,11 +147,32 @@ static PyObject *inverse_dynamics(PyObject *module, PyObject *const *arguments, 
     kempe_status status = KEMPE_OK;
     const double *q = doubles(&call, call.n, 0), *qd = doubles(&call, call.n, 0), *qdd = doubles(&call, call.n, 0);
     double *Q = doubles(&call, call.n, PyBUF_WRITABLE);
-    if (call.plain) {
+    if (begins(&call)) {
         Py_BEGIN_ALLOW_THREADS status = kempe_workspace_inverse_dynamics(call.workspace, call.t, q, qd, qdd, Q);
         Py_END_ALLOW_THREADS
     }
     return end(&call, status);
+}
+
+/* (workspace): true if no other call is inside, and the caller is now, until kempe._calls.leave. */
+static PyObject *enter_workspace(PyObject *module, PyObject *workspace)
+{
+    (void)module;
+    kempe_workspace *address = PyLong_AsVoidPtr(workspace);
+    user *new = PyErr_Occurred() ? NULL : PyMem_Malloc(sizeof *new);
+    if (!new)
+        return PyErr_Occurred() ? NULL : PyErr_NoMemory();
+    const bool entered = enter(new, address);
+    if (!entered)
+        PyMem_Free(new);
+    return PyBool_FromLong(entered);
+}
+
+static PyObject *leave_workspace(PyObject *module, PyObject *workspace)
+{
+    (void)module;
+    PyMem_Free(leave(PyLong_AsVoidPtr(workspace)));
+    Py_RETURN_NONE;
 }
 
 #define ROW(name, function)                                                                                            \
@@ -121,6 +184,8 @@ static PyMethodDef methods[] = {
     ROW("kempe_workspace_evaluate", evaluate),
     ROW("kempe_workspace_forward_dynamics", forward_dynamics),
     ROW("kempe_workspace_inverse_dynamics", inverse_dynamics),
+    {"enter", enter_workspace, METH_O, NULL},
+    {"leave", leave_workspace, METH_O, NULL},
     {NULL, NULL, 0, NULL},
 };
 
@@ -129,7 +194,9 @@ static PyModuleDef definition = {PyModuleDef_HEAD_INIT, "_calls", NULL, -1, meth
 PyMODINIT_FUNC PyInit__calls(void)
 {
     PyObject *module = PyModule_Create(&definition);
-    if (module)
+    if (module) {
         PyModule_AddIntConstant(module, "CONVERT", CONVERT);
+        PyModule_AddIntConstant(module, "BUSY", BUSY);
+    }
     return module;
 }

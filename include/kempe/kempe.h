@@ -38,11 +38,13 @@
  * A function that can fail returns a kempe_status: 0 done, negative an error, positive a normal event.
  * Outputs are untouched on failure. The library never prints, exits or aborts.
  *
- * A struct of options (kempe_run_options, the _options of other headers) may be NULL or zero: its defaults. Its member
- * `size` keeps programs compatible with later libraries: 0 means the members of version 0.1, the size of the struct all
- * of them. Options that the library does not know give KEMPE_E_ARGUMENT. Any other NULL
- * pointer gives KEMPE_E_ARGUMENT unless its comment allows it, with a message if an object with a context is given.
- * Getters of NULL, or of an index that does not exist, return the empty value of their type: NULL, a text "", NaN, 0
+ * A struct of options (kempe_run_options, the _options of other headers) may be NULL or zero: its defaults. A member
+ * that is 0 or NULL is not given: where a caller can leave a value out in another way, as the command and Python can, a
+ * zero is passed on as a mistake. The member `size` keeps programs compatible with later libraries: 0 means the members
+ * of version 0.1, the size of the struct all of them. Options that the library does not know give KEMPE_E_ARGUMENT. Any
+ * other NULL pointer gives KEMPE_E_ARGUMENT unless its comment allows it, with a message if an object with a context is
+ * given. Getters of NULL, or of an index that does not exist, return the empty value of their type: NULL, a text "",
+ * NaN, 0
  * (-1 if 0 has a meaning). `_free` accepts NULL.
  *
  * A model and a system are frozen once made and may be read by several threads; each call below makes its own

@@ -12,8 +12,8 @@
  *     }
  *
  * Error control chooses the steps, independent of the requested times: kempe_simulate gives the same numbers. A time
- * that differs from a sample, an event or a stop by rounding alone, as sums of steps do, is the time of it, and has the
- * values before it. A stepper belongs to the thread of its context.
+ * that differs from a sample, an event or a stop by rounding alone is that time. Its row has the values before it. A
+ * stepper belongs to the thread of its context.
  *
  * Inputs. A value that the caller sets acts from the current time on, and no step goes beyond the requested time while
  * values may change. Inputs of the model (kempe/settings.h) are set by kempe_stepper_set_input: the integrator restarts

@@ -4,9 +4,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from ._native import ffi
+from .errors import ArgumentError
 from .lazy import np
 
 if TYPE_CHECKING:
@@ -73,3 +75,21 @@ def writable(array: Array, shape: tuple[int, ...], name: str, order: Order = "C"
     except (ValueError, BufferError):  # not contiguous, read-only
         pass
     raise ValueError(f"{name} must be a writable array of float64 of the shape {shape}, contiguous in order {order}")
+
+
+def by_name(rows: Any, names: tuple[str, ...]) -> Any:
+    """Rows of values in the order of `names`, where their columns have names: a data frame or one row of it, a mapping, a
+    structured array. Other arrays are left as they are."""
+    if isinstance(rows, Mapping):
+        have: Any = tuple(rows)
+    else:
+        have = getattr(getattr(rows, "dtype", None), "names", None) or getattr(rows, "columns", None)
+        if have is None and getattr(rows, "ndim", 0) == 1:
+            have = getattr(rows, "index", None)
+    if have is None or callable(have) or not all(isinstance(name, str) for name in have):
+        return rows
+    missing = [name for name in names if name not in have]
+    if missing:
+        raise ArgumentError(f"there is no column '{missing[0]}'; there are {', '.join(have)}")
+    columns = [np.asarray(rows[name], dtype=float) for name in names]
+    return np.stack(columns, axis=-1) if columns else np.empty((len(rows), 0))

@@ -9,12 +9,12 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from ._native import ffi, lib
-from .arrays import Array, view
+from .arrays import Array, by_name, view
 from .context import Context, Fixed, string
 from .errors import FailedError, InputError
 from .executors import once, run_shards
 from .lazy import np
-from .options import options as struct_of
+from .options import options as struct_of, path_of, utf8
 from .result import Reported, Result, TableOf
 from .table import Table
 
@@ -163,7 +163,7 @@ class Folder(Result):
     def open(path: str | os.PathLike[str]) -> Folder:
         """A folder that has results: of `Ensemble.run_folder`, or of the command's `--out`."""
         context = Context()
-        return context.make(Folder, lib.kempe_folder_open, context.pointer, os.fsencode(path), long=False)
+        return context.make(Folder, lib.kempe_folder_open, context.pointer, path_of(path), long=False)
 
     def __len__(self) -> int:
         return int(lib.kempe_folder_instance_count(self._pointer))
@@ -207,7 +207,7 @@ class Folder(Result):
         """Checks all parts and writes one table, whole or not at all, in the format of the path's ending. `units`: columns of
         .csv are named with theirs."""
         self._context.refuse(
-            *self._context.guarded(lib.guarded_kempe_folder_write, self._pointer, os.fsencode(path), units)
+            *self._context.guarded(lib.guarded_kempe_folder_write, self._pointer, path_of(path), units)
         )
 
     def write_report(self, path: str | os.PathLike[str], model: Model | None = None) -> None:
@@ -218,14 +218,14 @@ class Folder(Result):
         of_run = model or Model(self.model_file)
         self._context.refuse(
             *self._context.guarded(
-                lib.guarded_kempe_folder_write_report, self._pointer, of_run._pointer, os.fsencode(path)
+                lib.guarded_kempe_folder_write_report, self._pointer, of_run._pointer, path_of(path)
             )
         )
 
     def write_history(self, path: str | os.PathLike[str], units: bool = False) -> None:
         """The same for the histories of chosen instances."""
         self._context.refuse(
-            *self._context.guarded(lib.guarded_kempe_folder_write_history, self._pointer, os.fsencode(path), units)
+            *self._context.guarded(lib.guarded_kempe_folder_write_history, self._pointer, path_of(path), units)
         )
 
     def __repr__(self) -> str:
@@ -281,15 +281,16 @@ class Ensemble(Fixed):
         return made
 
     def run_rows(self, rows: ArrayLike, lanes: int = 0, **options: Unpack[RunOptions]) -> Batch:
-        """Runs instances with other values, without another derivation: rows of the columns of the table.
+        """Runs instances with other values, without another derivation: rows of the columns of the table, in SI. Columns that
+        have names, as those of pandas, are taken by their names.
 
         >>> ensemble = kempe.Model("four_bar.yaml").ensemble({"crank": [], "base": []})
         >>> ensemble.run_rows([[0.29, 0.9], [0.31, 0.9]], t_end=0.5).status
         ['ok', 'ok']
         """
         given, keep = struct_of("kempe_run_options", options, "progress", "lanes")
-        table = np.ascontiguousarray(rows, dtype=float)
         names = self._values.names
+        table = np.ascontiguousarray(by_name(rows, names), dtype=float)
         if table.ndim != 2 or table.shape[1] != len(names):
             raise ValueError(
                 f"rows of {len(names)} values are needed ({', '.join(names)}); the array's shape is {table.shape}"
@@ -320,7 +321,7 @@ class Ensemble(Fixed):
         given, keep = struct_of("kempe_run_options", options, "progress")
         with self._context.reporting(options.get("progress")):
             made = self._context.make(
-                Table, lib.guarded_kempe_ensemble_history, self._pointer, given, instances.encode()
+                Table, lib.guarded_kempe_ensemble_history, self._pointer, given, utf8(instances)
             )
         del keep
         return made
@@ -329,7 +330,7 @@ class Ensemble(Fixed):
         self,
         path: str | os.PathLike[str],
         lanes: int = 0,
-        chunk: int = 0,
+        chunk: int | None = None,
         resume: bool = False,
         shard: str | None = None,
         executor: Executor | None = None,
@@ -366,7 +367,7 @@ class Ensemble(Fixed):
                 self._pointer,
                 given,
                 lanes,
-                os.fsencode(path),
+                path_of(path),
                 where,
                 owners=(self._pointer,),
             )
@@ -410,6 +411,7 @@ class Function:
 
     def __call__(self, X: ArrayLike) -> Array:
         """Values (rows x values) of rows of inputs (rows x inputs), in SI; of one row (inputs) its values (values).
+        Columns that have names, as those of pandas, are taken by their names.
 
         >>> f = kempe.Model("four_bar.yaml").function(["crank", "base"], quantities="max(q(rocker))", t_end=1)
         >>> f.values, f([[0.3, 0.9], [0.31, 0.9], [3.0, 0.9]]).shape
@@ -417,7 +419,7 @@ class Function:
         >>> f.reasons[0], f.reasons[2] != ""
         ('', True)
         """
-        given = np.asarray(X, dtype=float)
+        given = np.asarray(by_name(X, self.inputs), dtype=float)
         one = given.ndim == 1 and given.size == len(self.inputs)
         batch = self.batch(given[np.newaxis] if one else given)
         table = self._table(batch)

@@ -50,7 +50,7 @@ def once(key: str, make: Callable[[], Any]) -> Any:
 
 
 def run_shard(
-    ensemble: Ensemble, path: str, lanes: int, chunk: int, shard: str, options: Mapping[str, Any], token: str
+    ensemble: Ensemble, path: str, lanes: int, chunk: int | None, shard: str, options: Mapping[str, Any], token: str
 ) -> dict[str, Any]:
     """One share of the parts: counts of its run, and "failure", a sentence where no instance reached its end. `token` makes
     calls differ: some engines give the answer of an equal call again."""
@@ -90,7 +90,7 @@ def run_shards(
     ensemble: Ensemble,
     path: str | os.PathLike[str],
     lanes: int,
-    chunk: int,
+    chunk: int | None,
     resume: bool,
     executor: Executor,
     shards: int,

@@ -7,6 +7,7 @@ import os
 
 from ._native import lib
 from .context import string
+from .options import path_of
 from .result import Result
 
 
@@ -35,7 +36,7 @@ class Code(Result):
 
     def write(self, folder: str | os.PathLike[str]) -> None:
         """Writes all files into a folder, which is made if it does not exist."""
-        self._context.check(lib.kempe_code_write, self._pointer, os.fsencode(folder))
+        self._context.check(lib.kempe_code_write, self._pointer, path_of(folder))
 
 
 class FmuExport(Result):
@@ -53,4 +54,4 @@ class FmuExport(Result):
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Writes the unit, whole or not at all."""
-        self._context.check(lib.kempe_fmu_export_write, self._pointer, os.fsencode(path))
+        self._context.check(lib.kempe_fmu_export_write, self._pointer, path_of(path))

@@ -9,6 +9,7 @@ from typing import Any
 from ._native import ffi, lib
 from .arrays import Array, view
 from .context import constant, string
+from .options import path_of
 from .result import PartOf, Result
 
 
@@ -101,7 +102,7 @@ class Linearization(Result):
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """All matrices and names: .npz for NumPy, .mat for MATLAB and Octave."""
-        self._context.check(lib.kempe_linearization_write, self._pointer, os.fsencode(path))
+        self._context.check(lib.kempe_linearization_write, self._pointer, path_of(path))
 
     def _closed(self) -> None:
         if self.delays:

@@ -16,7 +16,7 @@ from .ensemble import Ensemble, Folder, Function, Recipe, Values, rows_of
 from .fit import Fit, Optimum
 from .generate import Code, Count, FmuExport
 from .gradient import Gradient
-from .options import characters, entry_of, text_of, utf8, words
+from .options import characters, entry_of, path_of, text_of, utf8, words
 from .options import options as struct_of
 from .result import study
 from .sensitivity import Sensitivity
@@ -49,7 +49,8 @@ class Model(Fixed):
     >>> model.name, model.coordinates
     ('four-bar', ('crank', 'coupler', 'rocker'))
 
-    A value is a text as in the file, or a number in the parameter's unit. `parameters` has values whose names are no keywords.
+    A value is a text as in the file: without a unit it is in SI, that of an input in the unit of the input. A number is the
+    text of its digits. In calls and results all numbers are in SI, also inputs of a stepper. `parameters` has values whose names are no keywords.
     `closure_tolerance` (m) is the gap that redundant closures may keep; `cache` a folder that keeps derived equations.
     Of a robot in another format, `robot_base` is "fixed" or "free"; with `joint_limits` its limits are stops. Mechanics in it that Kempe does not read is an
     error, unless `leave_out` has its name. With `strict` surfaces, limits and controllers that are not used are errors, too.
@@ -74,7 +75,7 @@ class Model(Fixed):
         values = {**(parameters or {}), **more}
         reading = Reading(closure_tolerance, cache, robot_base, joint_limits, strict, leave_out)
         self._recipe: Recipe = _read_again, (os.path.abspath(path), None, values, reading)
-        self._read(lib.guarded_kempe_model_read_set, (os.fsencode(path),), values, reading)
+        self._read(lib.guarded_kempe_model_read_set, (path_of(path),), values, reading)
 
     @classmethod
     def from_text(
@@ -119,7 +120,7 @@ class Model(Fixed):
     def _read(self, function: Any, source: tuple[bytes, ...], values: Values_, reading: Reading) -> None:
         self._context = Context()
         if reading.cache is not None:
-            self._context.check(lib.kempe_context_set_cache, self._context.pointer, os.fsencode(reading.cache))
+            self._context.check(lib.kempe_context_set_cache, self._context.pointer, path_of(reading.cache))
         if reading.robot_base is not None:
             self._context.check(lib.kempe_context_set_base, self._context.pointer, utf8(reading.robot_base))
         self._context.check(lib.kempe_context_set_joint_limits, self._context.pointer, int(reading.joint_limits))
@@ -342,7 +343,7 @@ class Model(Fixed):
         """
         if not isinstance(columns, Mapping):
             made = self._context.make(
-                Values, lib.guarded_kempe_values_read, self._pointer, os.fsencode(columns), owners=(self._pointer,)
+                Values, lib.guarded_kempe_values_read, self._pointer, path_of(columns), owners=(self._pointer,)
             )
             return self._called(made, "values", os.path.abspath(os.fsdecode(columns)))
         rows = rows_of(columns)
@@ -367,9 +368,9 @@ class Model(Fixed):
         values._recipe, values._call = self._recipe, (name, arguments, options)
         return values
 
-    def sample(self, ranges: Any, count: int = 0, **options: Unpack[SampleOptions]) -> Values:
+    def sample(self, ranges: Any, count: int | None = None, **options: Unpack[SampleOptions]) -> Values:
         """Samples of distributions: {"crank": (0.2, 0.3)} in SI or "crank=200 mm:300 mm" (uniform), "crank=normal(0.3, 0.001)",
-        "crank=triangular(0.2, 0.3, 0.4)", "crank=IT7" (a tolerance grade about the model's value). `count` 0: 1000.
+        "crank=triangular(0.2, 0.3, 0.4)", "crank=IT7" (a tolerance grade about the model's value). `count` None: 1000.
 
         >>> values = Model("four_bar.yaml").sample("crank=290 mm:310 mm, coupler=IT9", 100, design="latin")
         >>> len(values), all(0.29 <= row[0] <= 0.31 for row in values)
@@ -442,7 +443,7 @@ class Model(Fixed):
         >>> again.to_dict()["parameters"]["crank"], again.simulate(**folder.run_options).status
         (0.31, 'ok')
         """
-        context, path = self._context, os.fsencode(folder)
+        context, path = self._context, path_of(folder)
         opened = context.make(Folder, lib.kempe_folder_open, context.pointer, path, long=False)
         owners = (self._pointer,)
         made = context.make(Model, lib.kempe_folder_model, opened._pointer, self._pointer, k, owners=owners, long=False)

@@ -14,6 +14,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any
 
 from ._native import ffi
+from .errors import ArgumentError
 from .lazy import np
 
 Convert = Callable[[Any, list[Any]], Any]  # a value as C has it; the list keeps its memory
@@ -23,10 +24,21 @@ Write = Callable[[Any, Any, list[Any]], None]  # sets a member of a struct
 
 
 def utf8(text: str) -> bytes:
-    """A text as C has it."""
+    """A text as C has it, which ends at its first NUL."""
     if not isinstance(text, str):
         raise TypeError(f"a text is needed, not {type(text).__name__}")
-    return text.encode()
+    return _whole_text(text.encode())
+
+
+def path_of(path: str | os.PathLike[str]) -> bytes:
+    """A path as C has it."""
+    return _whole_text(os.fsencode(path))
+
+
+def _whole_text(text: bytes) -> bytes:
+    if b"\0" in text:
+        raise ValueError(f"a text or path cannot contain the character NUL: {text!r}")
+    return text
 
 
 def text_of(value: Any) -> str:
@@ -93,6 +105,26 @@ def _whole(value: Any, keep: list[Any]) -> int:
     return whole
 
 
+# Members for which the library takes 0 as "not given", as it takes None here: a zero that is written is a mistake, as
+# in the command. Whole numbers that are not here are words of yes and no.
+_COUNTS = frozenset({"points", "seed", "most", "starts", "chunk", "count", "pool", "threads", "max_steps", "fmi"})
+_FROM_ZERO = frozenset({"from"})  # where 0 is a value of its own, and the default
+
+
+def _positive(name: str, kind: Any) -> bool:
+    return name in _COUNTS or (kind.cname == "double" and name not in _FROM_ZERO)
+
+
+def _nonzero(key: str, convert: Convert) -> Convert:
+    def converted(value: Any, keep: list[Any]) -> Any:
+        number = convert(value, keep)
+        if number == 0:
+            raise ArgumentError(f"{key} needs a positive number, not {value!r}; None: it is not given")
+        return number
+
+    return converted
+
+
 # -- structs ----------------------------------------------------------------------------------------------
 
 
@@ -109,8 +141,9 @@ class _Plan:
             if kind.kind == "pointer" and kind.item.kind == "struct"
         }
         counts = {f"{name[:-1]}_count" for name in members if name.endswith("s")}
+        options = struct.cname.endswith("_options")
         self.members: dict[str, Write] = {
-            keyword_of(name): _write(name, kind, members)
+            keyword_of(name): _write(name, kind, members, options and _positive(name, kind))
             for name, kind in members.items()
             if name != "size" and name not in self.nested and name not in counts
         }
@@ -136,13 +169,13 @@ def _converter(kind: Any) -> Convert:
     return _real if kind.cname in ("double", "float") else _whole
 
 
-def _write(name: str, kind: Any, members: Collection[str]) -> Write:
+def _write(name: str, kind: Any, members: Collection[str], positive: bool) -> Write:
     """The statement that sets a member to a value; the number of texts is another member."""
     if kind.kind == "array":
         return _write_array(name, kind)
     if kind.kind == "pointer" and kind.item.kind == "pointer":
         return _write_texts(name, f"{name[:-1]}_count", members)
-    convert = _converter(kind)
+    convert = _nonzero(keyword_of(name), _converter(kind)) if positive else _converter(kind)
     return lambda struct, value, keep: setattr(struct, name, convert(value, keep))
 
 
@@ -181,6 +214,8 @@ def _fill(struct: Any, plan: _Plan, values: Mapping[str, Any], keep: list[Any]) 
         if write is not None and value is not None:
             try:
                 write(struct, value, keep)
+            except ArgumentError:
+                raise
             except (TypeError, ValueError, OverflowError) as wrong:
                 raise (TypeError if isinstance(wrong, TypeError) else ValueError)(f"{key}: {wrong}") from None
 

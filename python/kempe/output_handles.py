@@ -9,7 +9,7 @@ from ._native import lib
 from .arrays import Array, optional, vector, writable
 from .context import NULL, Owned, string
 from .lazy import np
-from .options import text_of
+from .options import text_of, utf8
 from .stepper import Stepper
 from .trajectory import Trajectory
 
@@ -105,7 +105,7 @@ class Outputs(Owned):
 
     def choose(self, independent: Any = None) -> None:
         """Chooses the independent coordinates of closed-chain Jacobians; None: those at the model's start."""
-        names = NULL if independent is None else text_of(independent).encode()
+        names = NULL if independent is None else utf8(text_of(independent))
         self._context.check(lib.kempe_outputs_choose, self._pointer, names)
 
     @property

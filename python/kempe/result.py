@@ -15,7 +15,7 @@ from .context import Fixed, Owned, T, string, text_written
 from .display import details, picture
 from .errors import Error
 from .kept import read_again, values_of
-from .options import options, utf8
+from .options import options, path_of, utf8
 from .table import Table
 
 _nothing: AbstractContextManager[None] = nullcontext()
@@ -128,7 +128,7 @@ class Reported(Result):
     def write_report(self, path: str | os.PathLike[str]) -> None:
         """Writes the page as one file of HTML."""
         status, message = self._context.guarded(
-            getattr(lib, f"guarded_kempe_{self._noun}_write_report"), self._pointer, os.fsencode(path)
+            getattr(lib, f"guarded_kempe_{self._noun}_write_report"), self._pointer, path_of(path)
         )
         self._context.refuse(status, message)
 
@@ -142,7 +142,7 @@ class Drawn(Result):
 
     def write_picture(self, path: str | os.PathLike[str]) -> None:
         """Writes the picture as .svg or .png."""
-        self._context.check(self._call("write_picture"), self._pointer, os.fsencode(path))
+        self._context.check(self._call("write_picture"), self._pointer, path_of(path))
 
     def svg(self) -> str:
         """The picture as text."""

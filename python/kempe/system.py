@@ -20,7 +20,7 @@ from .kinematics import Kinematics
 from .lazy import np
 from .linearize import Linearization
 from .modes import LimitCycles, Modes
-from .options import text_of
+from .options import text_of, utf8
 from .output_handles import Outputs
 from .response import Response
 from .result import study
@@ -190,7 +190,7 @@ class System(Fixed):
         >>> workspace.n, workspace.m
         (3, 2)
         """
-        words = () if friction is None else (friction.encode(),)
+        words = () if friction is None else (utf8(friction),)
         new = lib.kempe_workspace_new_with_friction if words else lib.kempe_workspace_new
         made = self._context.make(Workspace, new, self._pointer, *words, owners=self._owners(), long=False)
         made._again = partial(self.workspace, friction)
@@ -204,7 +204,7 @@ class System(Fixed):
         (('position.coupler.C.x', 'position.coupler.C.y', 'position.coupler.C.z'), 'm')
         """
         return self._context.make(
-            Outputs, lib.kempe_outputs_new, self._pointer, text_of(words).encode(), owners=self._owners(), long=False
+            Outputs, lib.kempe_outputs_new, self._pointer, utf8(text_of(words)), owners=self._owners(), long=False
         )
 
     def equilibrium(self, **options: Unpack[EquilibriumOptions]) -> Equilibrium:

@@ -13,7 +13,7 @@ from .arrays import view
 from .context import NULL, Fixed, string, text_written
 from .display import picture, table_html
 from .lazy import np
-from .options import text_of, unknown
+from .options import path_of, text_of, unknown, utf8
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -108,7 +108,7 @@ class Table(Columns, Fixed):
     def _read(self, name: str) -> NDArray[Any]:
         column = -1
         for word in (name, column_name(name)):
-            column = lib.kempe_table_find(self._pointer, word.encode()) if column < 0 else column
+            column = lib.kempe_table_find(self._pointer, utf8(word)) if column < 0 else column
         if column < 0:
             raise KeyError(unknown("column", name, self.names))
         values = lib.kempe_table_values(self._pointer, column)
@@ -123,12 +123,12 @@ class Table(Columns, Fixed):
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Writes a file in the format of its ending: .csv, .json, .parquet, .npz, .mat."""
-        self._context.check(lib.kempe_table_write, self._pointer, os.fsencode(path))
+        self._context.check(lib.kempe_table_write, self._pointer, path_of(path))
 
     def write_picture(self, path: str | os.PathLike[str], x: str | None = None, y: Any = None) -> None:
         """Draws columns `y` over `x` as .svg or .png, a plot for each unit. None: all, over the first."""
-        names = [NULL if each is None else ffi.new("char[]", text_of(each).encode()) for each in (x, y)]
-        self._context.check(lib.kempe_table_write_picture, self._pointer, *names, os.fsencode(path))
+        names = [NULL if each is None else ffi.new("char[]", utf8(text_of(each))) for each in (x, y)]
+        self._context.check(lib.kempe_table_write_picture, self._pointer, *names, path_of(path))
 
     def svg(self, x: str | None = None, y: Any = None) -> str:
         """The picture as text."""

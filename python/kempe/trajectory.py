@@ -9,7 +9,7 @@ from ._native import lib
 from .arrays import Array, view, writable
 from .display import trajectory_html
 from .lazy import np
-from .options import text_of
+from .options import text_of, utf8
 from .result import Judged, Reported, TableOf
 from .stepper import State
 from .table import Table, column_name
@@ -97,7 +97,7 @@ class Trajectory(Judged, Reported):
         >>> run.outputs("velocity(coupler.C)").names
         ('t', 'velocity.coupler.C.x', 'velocity.coupler.C.y', 'velocity.coupler.C.z')
         """
-        words = text_of(names).encode()
+        words = utf8(text_of(names))
         return self._context.make(Table, lib.kempe_trajectory_outputs, self._pointer, words, long=False)
 
     def __getitem__(self, name: str) -> NDArray[Any]:

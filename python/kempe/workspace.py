@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from threading import get_ident
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ._native import ffi, lib
-from .arrays import DOUBLES, INTS, Array, converted, matched, view, writable
+from .arrays import DOUBLES, INTS, Array, Order, converted, matched, view, writable
 from .context import Owned, string
 from .errors import ArgumentError, error_of
 from .fast_calls import calls
@@ -22,6 +24,7 @@ _evaluate = calls.kempe_workspace_evaluate
 _forward = calls.kempe_workspace_forward_dynamics
 _inverse = calls.kempe_workspace_inverse_dynamics
 _CONVERT = calls.CONVERT
+_BUSY = calls.BUSY
 _from_buffer = ffi.from_buffer
 
 
@@ -42,10 +45,15 @@ class Equations(NamedTuple):
     jdqd: Array  # m
 
 
-class Workspace(Owned):
-    """Evaluates the equations at given states. It is for one thread at a time, and never waits for another workspace.
+_ANOTHER = "another thread uses this workspace: each thread needs a workspace of its own"
 
-    `M`, `C`, `h`, `J`, `jdqd` are copies; `views` has the same as read-only views, which the next call overwrites."""
+
+class Workspace(Owned):
+    """Evaluates the equations at given states, without waiting for another workspace. Each thread needs one of its own: a call
+    while another thread is inside one is an ArgumentError.
+
+    `M`, `C`, `h`, `J`, `jdqd` are copies, for the thread that evaluated last; `views` has the same as read-only views,
+    which the next call overwrites."""
 
     _noun = "workspace"
     _again: Callable[[], Workspace]  # makes another one of the same system
@@ -58,6 +66,7 @@ class Workspace(Owned):
         w, n, m = self._pointer, self.n, self.m
         self._address = int(ffi.cast("uintptr_t", w))
         self._lam = np.empty(m)
+        self._thread = 0  # that has evaluated last
         self.views: Equations = Equations(
             view(lib.kempe_workspace_mass(w), (n, n), w, "F"),
             view(lib.kempe_workspace_bias(w), (n,), w),
@@ -67,6 +76,8 @@ class Workspace(Owned):
         )
 
     def _fail(self, status: int) -> None:
+        if status == _BUSY:
+            raise ArgumentError(_ANOTHER)
         self._context.run(int)  # raises what a callback has raised
         raise error_of(status, string(lib.kempe_workspace_message(self._pointer)))
 
@@ -77,8 +88,26 @@ class Workspace(Owned):
         if status:
             self._fail(status)
 
-    def evaluate(self, t: float, q: ArrayLike, qd: ArrayLike | None = None) -> Equations:
-        """Evaluates everything at t (s), q and qd (n each; None: at rest). q need not close the loops. Returns `views`.
+    @contextlib.contextmanager
+    def _alone(self) -> Iterator[None]:
+        """No other thread may call the workspace inside."""
+        if not calls.enter(self._address):
+            raise ArgumentError(_ANOTHER)
+        try:
+            yield
+        finally:
+            calls.leave(self._address)
+
+    def _mine(self, name: str, order: Order = "C") -> Array:
+        """A copy of a view; an error where another thread has evaluated since this one."""
+        array: Array = getattr(self.views, name).copy(order=order)
+        if self._thread not in (0, get_ident()):
+            raise ArgumentError(_ANOTHER)
+        return array
+
+    def evaluate(self, t: float, q: ArrayLike, qd: ArrayLike | None = None, views: bool = False) -> Equations:
+        """Evaluates everything at t (s), q and qd (n each; None: at rest). q need not close the loops. Returns copies; with
+        `views` what `views` has, which costs less, and which the next call overwrites.
 
         >>> workspace = kempe.Model("four_bar.yaml").system().workspace()
         >>> equations = workspace.evaluate(0.0, [0, 0, 0])
@@ -86,35 +115,36 @@ class Workspace(Owned):
         ((3, 3), (3,), (2, 3))
         """
         n = self.n
+        self._thread = get_ident()
         status = _evaluate(self._address, n, self.m, t, q, qd)
         if status:
             self._settle(status, _evaluate, t, converted(q, n, "q"), converted(qd, n, "qd"))
-        return self.views
+        return self.views if views else Equations(self.M, self.C, self.h, self.J, self.jdqd)
 
     @property
     def M(self) -> Array:
         """Mass matrix (n x n)."""
-        return self.views.M.copy(order="F")
+        return self._mine("M", "F")
 
     @property
     def C(self) -> Array:
         """Bias (n; N m or N): Coriolis, centrifugal, gravity and applied forces, on the side of M qdd."""
-        return self.views.C.copy()
+        return self._mine("C")
 
     @property
     def h(self) -> Array:
         """Closure error (m)."""
-        return self.views.h.copy()
+        return self._mine("h")
 
     @property
     def J(self) -> Array:
         """Jacobian dh/dq (m x n)."""
-        return self.views.J.copy(order="F")
+        return self._mine("J", "F")
 
     @property
     def jdqd(self) -> Array:
         """Acceleration of h at qdd = 0 (m)."""
-        return self.views.jdqd.copy()
+        return self._mine("jdqd")
 
     @property
     def closure_rows(self) -> Array:
@@ -136,7 +166,8 @@ class Workspace(Owned):
     def set_input(self, name: str, value: float, t: float = 0.0, rate: float = 0.0, acceleration: float = 0.0) -> None:
         """Sets an input of the model to value + rate s + acceleration s^2 / 2, where s is the time since t."""
         given = t, value, rate, acceleration
-        status = lib.kempe_workspace_set_input(self._pointer, self._context.input(name), *given)
+        with self._alone():
+            status = lib.kempe_workspace_set_input(self._pointer, self._context.input(name), *given)
         if status:
             self._fail(status)
         self._inputs[name] = given
@@ -228,7 +259,8 @@ class Workspace(Owned):
         rates = np.zeros(self.n) if qd is None else matched(qd, self.n, "qd").copy()
         keep = ffi.new(INTS, [int(name in held) for name in coordinates])
         places = writable(closed, (self.n,), "q"), writable(rates, (self.n,), "qd")
-        status = lib.kempe_workspace_close(self._pointer, t, *places, keep)
+        with self._alone():
+            status = lib.kempe_workspace_close(self._pointer, t, *places, keep)
         if status:
             self._fail(status)
         return closed, rates
@@ -356,7 +388,8 @@ class _States:
         keep["t"] = _from_buffer(DOUBLES, self.t[begin:end] if step else self.t)
         sizes = {"count": end - begin, "n": workspace.n, "m": workspace.m, "t_step": step, "failed": -1}
         struct = ffi.new("python_states *", {**sizes, **keep})
-        status: int = function(workspace._pointer, struct)
+        with workspace._alone():
+            status: int = function(workspace._pointer, struct)
         return status, f"state {begin + struct.failed}: {string(lib.kempe_workspace_message(workspace._pointer))}"
 
 

@@ -738,3 +738,130 @@ def test_every_public_function_is_reached_or_left_out(request):
     missing = sorted(public - USED - set(LEFT_OUT))
     assert missing == [], "wrap these functions and test them, or list them in python/tests/left_out.py"
     assert sorted(set(LEFT_OUT) - public) == [] and sorted(set(LEFT_OUT) & USED) == []
+
+
+ZEROS = [
+    *({name: 0} for name in ("t_end", "rtol", "atol", "output_step", "max_steps", "fixed_step", "max_step", "threads")),
+    {"rtol": 0.0},
+]
+
+
+@pytest.mark.parametrize("given", ZEROS, ids=str)
+def test_a_zero_is_given(four_bar, given):
+    name = next(iter(given))
+    calls = [
+        four_bar.simulate,
+        lambda **more: four_bar.sensitivity(parameters="crank", outputs="q(rocker)", **more),
+        lambda **more: four_bar.function(["crank"], **more),
+        lambda **more: four_bar.system().stepper(**more),
+        lambda **more: four_bar.ensemble({"crank": [0.3]}).run(**more),
+    ]
+    for call in calls:
+        with pytest.raises(kempe.ArgumentError, match=f"{name} needs a positive number"):
+            call(**given)
+
+
+def test_other_zeros_are_given(four_bar, tmp_path):
+    with pytest.raises(kempe.ArgumentError, match="count needs a positive number"):
+        four_bar.sample("crank=0.29:0.31", 0)
+    with pytest.raises(kempe.ArgumentError, match="seed needs a positive number"):
+        four_bar.sample("crank=0.29:0.31", 3, seed=0)
+    with pytest.raises(kempe.ArgumentError, match="chunk needs a positive number"):
+        four_bar.ensemble({"crank": [0.3]}).run_folder(tmp_path / "a", chunk=0)
+    with pytest.raises(kempe.ArgumentError, match="confidence needs a positive number"):
+        four_bar.fit(data="m.csv", columns="q.crank", parameters={"crank": (0.1, 5)}, confidence=0.0)
+    assert four_bar.simulate(t_end=0.1, keep_dense=0, rtol=None).t[-1] == 0.1
+
+
+def test_every_number_of_options_is_known():
+    """A number is a count, a word of yes and no, or must be positive."""
+    from kempe._native import ffi
+    from kempe.options import _COUNTS
+
+    flags = set("""body_inputs convergence_check drives full_convergence_check global integral judge_safety keep_dense
+        keep_independent keep_parameters linear newton no_binary no_convergence_check optimize resume simulator stick
+        vectorised""".split())
+    for name in sum(map(list, ffi.list_types()), []):
+        if name.endswith("_options"):
+            for member, field in ffi.typeof(name).fields:
+                if field.type.cname in ("int", "long") and not member.endswith("_count"):
+                    assert member in _COUNTS | flags, f"{name}.{member}"
+
+
+def test_rows_by_name(four_bar):
+    pandas = pytest.importorskip("pandas")
+    f = four_bar.function(["crank", "base"], quantities="range(q(rocker))", t_end=1)
+    frame = pandas.DataFrame({"base": [0.90, 0.91], "note": ["a", "b"], "crank": [0.29, 0.30]})
+    expected = f([[0.29, 0.90], [0.30, 0.91]])
+    assert np.array_equal(f(frame), expected)
+    assert np.array_equal(f({"base": [0.90, 0.91], "crank": [0.29, 0.30]}), expected)
+    assert np.array_equal(f(frame[["base", "crank"]].iloc[1]), expected[1])
+    with pytest.raises(kempe.ArgumentError, match="there is no column 'crank'; there are base"):
+        f(frame[["base"]])
+
+
+def test_results_of_evaluate_are_copies(four_bar):
+    workspace = four_bar.system().workspace()
+    masses = [workspace.evaluate(0, [x, 2 * x, 0]).M for x in (0, 0.5, 1)]
+    views = [workspace.evaluate(0, [x, 2 * x, 0], views=True).M for x in (0, 0.5, 1)]
+    assert not np.array_equal(masses[0], masses[1]) and np.array_equal(views[0], views[1])
+    assert np.array_equal(masses[2], views[2])
+
+
+def test_a_workspace_in_two_threads(four_bar):
+    import threading
+
+    workspace, entered, refused = four_bar.system().workspace(), threading.Event(), []
+
+    def other():
+        try:
+            workspace.evaluate(0, [0.1, 0, 0])
+        except kempe.ArgumentError as error:
+            refused.append(str(error))
+        entered.set()
+
+    with workspace._alone():
+        threading.Thread(target=other).start()
+        assert entered.wait(60)
+    assert len(refused) == 1 and "a workspace of its own" in refused[0]
+    workspace.evaluate(0, [0, 0, 0])
+    thread = threading.Thread(target=other)
+    thread.start()
+    thread.join()
+    assert len(refused) == 1
+    with pytest.raises(kempe.ArgumentError, match="a workspace of its own"):
+        _ = workspace.M  # the other thread has evaluated since
+
+
+def test_texts_with_nul(four_bar):
+    for call in (lambda: kempe.Model("a\0b"), lambda: kempe.Model.from_text("a\0b"), lambda: four_bar.system("pla\0in")):
+        with pytest.raises(ValueError, match="NUL"):
+            call()
+
+
+def test_saved_steppers_at_samples():
+    """Times that are sums meet samples up to rounding; a saved stepper takes each sample once."""
+    text = """kempe: 1
+bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}
+states: {z: {next: ".5*z+q(x)", sample: .1}}
+inputs: {u: {default: 0, unit: N}, v: {t: [0, .3, .7, 1.1, 2], value: [0, 1, -1, 2, 0], method: hold}}
+forces: {f: {joint: x, force: "1-z+u+v"}}
+run: {t_end: 3, rtol: 1e-9}
+"""
+    system = kempe.Model.from_text(text).system()
+    x = v = z = 0.0
+    for k in range(20):
+        z = 0.5 * z + x
+        a = 1 - z + (0 if k < 3 else 1 if k < 7 else -1 if k < 11 else 2)
+        x, v = x + 0.1 * v + 0.005 * a, v + 0.1 * a
+    for every in (0, 1, 3):
+        stepper, t = system.stepper(t_end=3, integrator="dop853"), 0.0
+        for k in range(1, 41):
+            t += 0.05
+            if every and k % every == 0:
+                state = stepper.save()
+                stepper.advance(t + 0.2)
+                stepper.restore(state)
+            stepper.set_input("u", 0)
+            stepper.advance(t)
+        assert abs(stepper.q[0] - x) < 1e-11

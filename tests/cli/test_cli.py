@@ -2088,6 +2088,20 @@ class Resume(Case):
         self.assertIn("the continuous delay 'late' cannot continue from a checkpoint", done.stderr)
         self.assertFalse((self.folder / "run.checkpoint").exists())
 
+    def test_numbers_without_the_unit_of_the_file(self):
+        model = self.model(
+            "kempe: 1\nparameters: {length: 300 mm, tilt: 10 deg, speed: 72 m/s}\n"
+            "bodies: {m: {joint: {name: A, revolute: z, at: ground}, mass: 1, com: [length*cos(tilt)*speed/speed, 0, 0]}}\n"
+        )
+        for setting, word in (("length=310", "write '310 mm'"), ("tilt=20", "write '20 deg'")):
+            self.assertIn(word, self.expect(0, "check", model, "--set", setting).stderr)
+        for setting in ("length=0.31", "length=310 mm", "tilt=0.2", "speed=70"):
+            self.assertEqual(self.expect(0, "check", model, "--set", setting).stderr, "")
+        done = self.expect(0, "kinematics", model, "--sweep", "A=0:360:5")
+        self.assertIn("the sweep of 'A' from 0 to 360 is in rad, up to 57.3 turns", done.stderr)
+        for sweep in ("A=0:360 deg:5", "A=0 deg:360 deg:5", "A=0:6.3:5"):
+            self.assertNotIn("turns", kempe("kinematics", model, "--sweep", sweep, cwd=self.folder).stderr)
+
     def test_a_manifest_is_whole(self):
         study = ["ensemble", FOUR_BAR, "--sample", "crank=0.29:0.31", "--instances", "2", "--t-end", "0.1", "--chunk", "1"]
         self.expect(0, *study, "--quantity", "a=q(rocker),b=q(coupler)", "--out", "bars.kempe")

@@ -3,7 +3,10 @@
  * be valued form a cycle. */
 #include "model/files/nodes.h"
 #include "model/read/reading.h"
+#include <ctype.h>
 #include <kempe/settings.h>
+#include <math.h>
+#include <stdlib.h>
 
 /* States of a parameter during valuation. */
 typedef enum state { WAITING, KNOWN, BAD } state;
@@ -15,6 +18,10 @@ typedef struct valuation {
     const kmp_expr **exprs;
     state *states;
 } valuation;
+
+/* Numbers within this factor are near; units within the other are. rad and degrees differ by 57, m and mm by 1000. */
+#define NEAR       4.0
+#define UNIT_APART 20.0
 
 static const char *const reserved[] = {
 #define KMP_FUNCTION(function, arity, value, node) #function,
@@ -139,6 +146,28 @@ static bool take_expressions(valuation *v)
     return true;
 }
 
+/* Warns of a setting without a unit whose number is near to that of the file, which has a unit that is not near to SI.
+ */
+static void warn_of_unit(valuation *v, int i)
+{
+    const kmp_yaml *file = v->map->items[i], *set = v->items[i];
+    char *unit, *end;
+    if (set == file || file->kind != KMP_YAML_SCALAR || set->kind != KMP_YAML_SCALAR || v->states[i] != KNOWN)
+        return;
+    const double number = strtod(file->text, &unit), given = strtod(set->text, &end);
+    while (*unit == ' ')
+        unit++;
+    if (*end || !isalpha((unsigned char)*unit) || !(fabs(given) > fabs(number) / NEAR) ||
+        !(fabs(given) < fabs(number) * NEAR))
+        return;
+    const kmp_expr *e = kmp_read_constant(v->r, file, v->map->keys[i]->text);
+    const double factor = e && e->kind == KMP_EXPR_NUMBER && number != 0 ? e->value / number : 1;
+    if (factor < 1 / UNIT_APART || factor > UNIT_APART)
+        kmp_log(v->r->model->context, KEMPE_LOG_WARNING,
+                "parameter '%s' is set to %s, a number in SI, and the file has '%s': write '%s %s' for its unit",
+                v->r->model->parameters[i].name, set->text, file->text, set->text, unit);
+}
+
 void kmp_read_parameters(kmp_reader *r)
 {
     kmp_section section = kmp_read_section(r, "parameters", "parameter");
@@ -158,6 +187,7 @@ void kmp_read_parameters(kmp_reader *r)
             value_all(&v);
         }
     for (int i = 0; i < v.map->count; i++) {
+        warn_of_unit(&v, i);
         r->parameter_known[i] = v.states[i] == KNOWN;
         if (v.states[i] != KNOWN)
             continue;

@@ -11,6 +11,10 @@
 #include <stdio.h>
 #include <string.h>
 
+/* rad; and the radians of a turn. */
+#define MANY_TURNS 45.0
+#define TURN       6.283185307179586
+
 enum { DEFAULT_ROWS = 361, MOST_NAME = 256, MOST_ROWS = 1000000 };
 
 static bool is_coordinate(const kempe_model *model, int k, const char *name)
@@ -68,6 +72,16 @@ const char *kmp_kinematics_unit(const kempe_kinematics *k, const kmp_lead *lead)
     return lead->coordinate < 0 ? "s" : kmp_quantity_unit(k->system, KMP_QUANTITY_Q, lead->coordinate);
 }
 
+/* Bare numbers of an angle are in rad: many turns are rather degrees. */
+static void warn_of_turns(const kempe_kinematics *k, const kmp_range *range)
+{
+    double most = fmax(fabs(range->from), fabs(range->to));
+    if (range->dimension.kind == KMP_DIMENSION_BARE && !range->angle[1] && most >= MANY_TURNS)
+        kmp_log(k->system->context, KEMPE_LOG_WARNING,
+                "the sweep of '%s' from %g to %g is in rad, up to %.3g turns: for degrees write '%g deg'", range->name,
+                range->from, range->to, most / TURN, range->to);
+}
+
 static kempe_status add_lead(kempe_kinematics *k, const kmp_range *range)
 {
     kempe_context *context = k->system->context;
@@ -78,6 +92,8 @@ static kempe_status add_lead(kempe_kinematics *k, const kmp_range *range)
         KMP_TRY(kmp_range_fits(context, "sweep", range, KMP_DIM_TIME));
     else
         KMP_TRY(kmp_range_fits_motion(context, "sweep", range, k->system->model->motions[lead.coordinate].rotation, 0));
+    if (lead.coordinate >= 0 && k->system->model->motions[lead.coordinate].rotation)
+        warn_of_turns(k, range);
     for (int i = 0; i < k->lead_count; i++)
         if (k->lead[i].coordinate == lead.coordinate)
             return kmp_fail(context, KEMPE_E_ARGUMENT, "'%s' is swept or held twice", name);
