@@ -6,6 +6,11 @@
 
 #include <stdbool.h>
 
+/** The status of a search in which condition k has not been decided by as many evaluations as a step may have: this +
+ * k.
+ */
+enum { KMP_WATCH_UNDECIDED = 2 };
+
 typedef struct kmp_watch_site {
     void *self;
     int conditions;

@@ -248,6 +248,56 @@ static void short_changes_are_found(void)
     }
 }
 
+/* -- a body that turns freely, with a condition that is nearly met in each turn: sin x + sin 2x / 2 is 1.299038 at most
+ */
+
+static void turning_motion(const kempe_arguments *at, double *M, double *C, double *jdqd)
+{
+    (void)at, (void)jdqd;
+    M[0] = 1;
+    C[0] = 0;
+}
+
+static void turning_changes(const kempe_arguments *at, double *value)
+{
+    value[0] = 1.2990382 - sin(at->q[0]) - 0.5 * sin(2 * at->q[0]);
+}
+
+static void a_condition_that_is_not_decided_is_named(void)
+{
+    static const double constants[] = {1.2990382, 0.5}, fast[] = {1000};
+    static const int inputs[] = {KEMPE_WATCH_Q, 0}, kinds[] = {KEMPE_CONDITION_SWITCHES}, traits[] = {0};
+    static const unsigned steps[] = {KMP_OP_SIN, 4, 0,  0, KMP_OP_ADD, 4, 4,  0, KMP_OP_SIN, 8, 0,  0,
+                                     KMP_OP_MUL, 2, 10, 0, KMP_OP_ADD, 6, 12, 0, KMP_OP_ADD, 0, 15, 0};
+    static const unsigned outputs[] = {16};
+    static const char *const names[] = {"peak"};
+    const kempe_watch watch = {.constants = 2,
+                               .inputs = 1,
+                               .steps = 6,
+                               .constant = constants,
+                               .input = inputs,
+                               .step = steps,
+                               .output = outputs,
+                               .traits = traits,
+                               .search = kempe_watch_search};
+    kempe_equations turning = dragged;
+    turning.name = "turning";
+    turning.condition_names = names;
+    turning.condition_kind = kinds;
+    turning.start_qd = fast;
+    turning.motion = turning_motion;
+    turning.changes = turning_changes;
+    turning.watch = &watch;
+    kempe_simulator simulator, *s = &simulator;
+    begin_at(s, &turning, 0);
+    GOES(kempe_simulator_start(s, 0));
+    CHECK_STATUS(s, kempe_simulator_advance(s, 1000), KEMPE_SIMULATOR_FAILED);
+    CHECK(s->t == 0 && strstr(s->message, "turning: peak: whether this changes is not decided in the step from t = "));
+    s->settings.longest = 1;
+    GOES(kempe_simulator_advance(s, 10));
+    CHECK_NEAR(s->q[0], 10001, 1e-9);
+}
+
 static double dragged_rate(double t, double v)
 {
     return 1 - 400 * t - 3 * v * fabs(v);
@@ -652,6 +702,7 @@ int main(void)
     TEST(motion_ends);
     TEST(short_changes_are_found);
     TEST(a_step_that_passes_a_kink_is_made_again);
+    TEST(a_condition_that_is_not_decided_is_named);
     TEST(endless_changes_fail);
     TEST(requests_do_not_change_bits);
     TEST(restored_simulators_have_the_same_bits);

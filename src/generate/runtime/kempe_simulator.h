@@ -107,7 +107,7 @@ typedef struct kempe_watch {
     const kempe_watch_table *table;
     /** Values of the conditions, then of the unknowns; NULL without unknowns. */
     void (*values)(const kempe_arguments *at, double *value);
-    /** Finds the earliest change between two times; 0, or a status of the site. */
+    /** Finds the earliest change between two times; 0, a status of the site, or 2 + a condition that is not decided. */
     int (*search)(const struct kempe_watch *watch, double *room, const struct kmp_watch_site *site, double from,
                   double to, int *found);
 } kempe_watch;

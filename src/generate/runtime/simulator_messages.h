@@ -43,6 +43,8 @@ static kempe_simulator_status explain(kempe_simulator *s, outcome said, double t
     const kempe_equations *e = s->equations;
     int row, bad;
     switch (said) {
+    case TOLD:
+        break;
     case OPEN:
         row = widest_row(s);
         snprintf(

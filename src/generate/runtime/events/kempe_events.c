@@ -188,5 +188,5 @@ int kempe_watch_search(const kempe_watch *watch, double *room, const kmp_watch_s
     if (status == 0)
         status = kmp_pieces_search(&w.pieces, &any);
     *found = any;
-    return status;
+    return status == 0 && w.pieces.undecided > 0 ? KMP_WATCH_UNDECIDED + w.pieces.which : status;
 }
