@@ -2,6 +2,7 @@
 /* Threads share the instances in chunks, and each thread has its own engine. The calling thread runs the first engine
  * and reports the progress. Every other thread makes its engine when it takes its first chunk. */
 #include "integrators/lanes/ensemble_run.h"
+#include "backend/time_scales.h"
 #include "base/clock.h"
 #include "base/memory.h"
 #include "base/thread_pool.h"
@@ -238,6 +239,21 @@ static void tell_tables(kmp_ensemble *e, bool tells)
     }
 }
 
+/* No step is longer than the shortest interval of the functions of time: instances have their pulses at other times. */
+static kempe_status limit_steps(const kempe_system *system, kmp_run_spec *spec)
+{
+    kmp_time_scales scales;
+    kmp_arena aside = {0};
+    if (spec->max_step > 0)
+        return KEMPE_OK;
+    kempe_status status =
+        kmp_time_scales_find(system->model, system->parameters, spec->t_start, spec->t_end, &aside, &scales);
+    if (status == KEMPE_OK && isfinite(scales.shortest))
+        spec->max_step = scales.shortest;
+    kmp_arena_free(&aside);
+    return status;
+}
+
 kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const kmp_ensemble_execution *execution,
                               int instances, const double *values, kmp_ensemble_result *results, double *q, double *qd)
 {
@@ -247,6 +263,7 @@ kempe_status kmp_ensemble_run(kmp_ensemble *e, const kmp_run_spec *spec, const k
     resolved.threads = 0; /* one thread per instance */
     KMP_TRY(kmp_run_resolve(e->engine[0]->s, &resolved));
     resolved.open = resolved.open || spec->open; /* it may have been resolved before */
+    KMP_TRY(limit_steps(e->engine[0]->s, &resolved));
     kmp_ensemble_execution chosen = *execution;
     int threads = execution->threads > 0 ? execution->threads : kmp_processors();
     chosen.width = width_of(e, execution, instances, threads);

@@ -104,6 +104,23 @@ static kempe_status begin(kmp_runner *run)
     return kmp_runner_give_up(run, status, "the right-hand side cannot be evaluated", run->spec.t_start);
 }
 
+/* Finds the short intervals of the functions of time. A given longest step is that of the user. */
+static kempe_status find_time_scales(kmp_runner *run)
+{
+    const kmp_run_spec *spec = &run->spec;
+    run->scales.shortest = INFINITY;
+    if (spec->max_step > 0 || !isfinite(spec->t_end))
+        return KEMPE_OK;
+    KMP_TRY(
+        kmp_time_scales_find(run->s->model, run->s->parameters, spec->t_start, spec->t_end, &run->arena, &run->scales));
+    if (run->scales.open)
+        kmp_doubt(run->s->context,
+                  "the functions of time in '%s' and others change in more intervals of about %.3g s than are watched: "
+                  "give a longest step (max_step)",
+                  run->scales.open, run->scales.shortest);
+    return KEMPE_OK;
+}
+
 /* Processor time in seconds so far, of all threads. */
 static double cpu_of(const kmp_runner *run)
 {
@@ -143,6 +160,8 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
         status = kempe_assembly_new(system, &own);
         start = own;
     }
+    if (status == KEMPE_OK)
+        status = find_time_scales(run);
     if (status == KEMPE_OK)
         status = kmp_runner_prepare(run, start);
     if (status == KEMPE_OK)

@@ -2,6 +2,7 @@
 /* Internals of a run, for its files: its start, its changes of formulation, its failures, its work. */
 #pragma once
 
+#include "backend/time_scales.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/margin.h"
 #include "constraints/partition/partition.h"
@@ -85,7 +86,8 @@ struct kmp_runner {
     bool cut; /* given up for spec.limit_s */
     kmp_work_bound bound;
     kmp_growth growth;
-    bool ended, requested; /* by a condition; by one of the model's `until` */
+    kmp_time_scales scales; /* of the functions of time, unless no step may be longer than spec.max_step */
+    bool ended, requested;  /* by a condition; by one of the model's `until` */
 };
 
 /* runner_start.c */

@@ -48,8 +48,9 @@ double kmp_runner_pause(const kmp_runner *run)
 
 double kmp_runner_limit(const kmp_runner *run, double t)
 {
-    double pause = kmp_runner_pause(run), longest = t + run->spec.max_step;
-    return run->spec.max_step > 0 && kmp_last_equal(longest) < pause ? longest : pause;
+    double pause = kmp_runner_pause(run);
+    double longest = run->spec.max_step > 0 ? t + run->spec.max_step : kmp_time_scales_end(&run->scales, t);
+    return kmp_last_equal(longest) < pause ? longest : pause;
 }
 
 static int contact_of(const kmp_runner *run, int k)

@@ -215,6 +215,8 @@ static kempe_status refuse_bilinear(const kmp_equations *eq, const kmp_closure *
     const kmp_expr *const parts[] = {closure->function, closure->curve[0], closure->curve[1], gap};
     for (size_t k = 0; k < sizeof parts / sizeof *parts; k++) {
         const kmp_expr *found = parts[k] ? kmp_expr_find(parts[k], is_bilinear, eq->model) : NULL;
+        while (found && found->kind == KMP_EXPR_UNKNOWN) /* a name */
+            found = kmp_expr_find(eq->model->unknowns[found->index].zero[0], is_bilinear, eq->model);
         if (found)
             return kmp_complain(eq->context, eq->model->files[closure->place.file], closure->place.line,
                                 closure->place.column,

@@ -1716,6 +1716,24 @@ run: {t_end: 1}
         self.assertLess(found["work"]["steps"], 1e6)
         self.object(0, "simulate", self.model(text.replace("GAIN", "-2").replace("T_END", "4")), "--no-convergence-check")
 
+    def test_pulses_in_lanes_and_simulators(self):
+        """The impulse of a pulse of 10 ms in a run of 10 s is the root of pi, wherever it is; a simulator has a longest step."""
+        text = """
+            kempe: 1
+            name: pulse
+            parameters: {c: 5.0123, w: 0.01}
+            bodies: {a: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}
+            forces: {f: {joint: x, force: "exp(-((t - c)/w)^2)/w"}}
+            run: {t_end: 10}
+            """
+        path = self.model(text)
+        found = self.object(0, "ensemble", path, "--sample", "c=2:8", "--instances", 20, "--quantity", "end=qd(x)")
+        for instance in found["instances"]:
+            self.assertAlmostEqual(instance["qd"][0], math.sqrt(math.pi), places=6)
+        self.expect(0, "generate", path, "--lang", "c", "--simulator", "-o", self.folder)
+        longest = re.search(r"\.longest = ([0-9.e-]+)", (self.folder / "pulse_simulator.c").read_text())
+        self.assertLess(float(longest[1]), 0.02)
+
     def test_a_full_film_has_an_unstable_equilibrium(self):
         """Sommerfeld: W = 12 pi eta w R L (R/c)^2 e/((2 + e^2) sqrt(1 - e^2)) for a long bearing whose film is complete."""
         for rate in (100, 900):

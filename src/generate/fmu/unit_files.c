@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The table of the unit in C, and its page. */
+#include "backend/time_scales.h"
 #include "generate/fmu/unit_parts.h"
 #include "generate/languages/language.h"
 #include "generate/runtime/kempe_fmu.h"
@@ -18,7 +19,7 @@ double kmp_unit_atol(const kempe_model *model)
 
 double kmp_unit_longest_step(const kempe_model *model)
 {
-    return model->run.max_step;
+    return model->run.max_step > 0 ? model->run.max_step : kmp_time_scales_shortest(model);
 }
 
 void kmp_unit_token(char token[KMP_UNIT_TOKEN], const kmp_unit_plan *plan)

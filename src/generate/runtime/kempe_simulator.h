@@ -238,7 +238,8 @@ typedef struct kempe_equations {
     int early; /* values of conditions are functions of t, q, qd, modes, u alone */
     /* m and n strings of n characters: '0' where an entry of J or M is zero at all states; NULL: none is known. */
     const char *const *jacobian_zeros, *const *mass_zeros;
-    int switches; /* closures read modes */
+    int switches;   /* closures read modes */
+    double longest; /* step, s, by pulses in functions of time; 0: any */
 
     /** Start values of q and qd as the model gives them, n x 2, at the parameters. NULL: they depend on none. */
     void (*start)(const kempe_arguments *at, double *values);

@@ -314,6 +314,7 @@ void kempe_simulator_init(kempe_simulator *s, const kempe_equations *e, double *
     s->part.end_of_memory = at;
     s->settings.method = KEMPE_METHOD_DOP853;
     s->settings.rtol = s->settings.atol = 1e-8;
+    s->settings.longest = e->longest;
     s->settings.end = INFINITY;
     copy(e->parameters, e->parameter_values, s->p);
     copy(3 * e->inputs, e->input_values, s->u);

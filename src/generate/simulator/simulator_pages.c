@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The C file with the table of equations that kempe_simulator.c reads: names, sizes, a start, and functions of one
  * form for all models. */
+#include "backend/time_scales.h"
 #include "generate/languages/language.h"
 #include "generate/runtime_files.h"
 #include "generate/simulator/simulated.h"
@@ -257,6 +258,9 @@ static void put_equations(kmp_text *text, const kmp_code_source *s)
     put_number(text, "rank_tolerance", x->rank_tolerance);
     kmp_text_printf(text, "    .early = %d,\n    .switches = %d,\n    .discrete = %d,\n", x->early, x->switches,
                     s->discrete_count);
+    const double longest = kmp_time_scales_shortest(s->model);
+    if (longest > 0)
+        put_number(text, "longest", longest);
     if (x->loaded)
         kmp_text_put(text, "    .loads = loads,\n");
     if (x->slopes_count > 0)

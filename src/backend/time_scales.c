@@ -1,0 +1,254 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "backend/time_scales.h"
+#include "backend/bounds.h"
+#include "base/memory.h"
+#include "dynamics/kinematics/link_tree.h"
+#include <math.h>
+#include <string.h>
+
+enum {
+    MOST = 32,              /* functions */
+    FIRST = 64,             /* equal intervals whose ends give the first sizes */
+    DEEPEST = 26,           /* halvings: a jump is not resolved further */
+    MOST_INTERVALS = 20000, /* of a run; more of them have no place in memory */
+    CONTRAST = 64           /* times the shortest interval: the longest one, where some are short */
+};
+/* Part of the largest value of a function by which it may differ from a straight line within half an interval. */
+static const double KNOWN = 0.05;
+
+/* -- the functions ----------------------------------------------------------------------------------------- */
+
+typedef struct study {
+    const kempe_model *model;
+    const kmp_expr *function[MOST];
+    const char *name[MOST];
+    int count, input_count;
+    const kmp_program *program;
+    kmp_bounds *bounds;
+    double *end;
+    int ends;
+    double shortest, longest;
+    double size[MOST]; /* largest values so far */
+} study;
+
+static bool depends_on_more(const kmp_expr *e, const void *user)
+{
+    (void)user;
+    return e->kind == KMP_EXPR_Q || e->kind == KMP_EXPR_QD || e->kind == KMP_EXPR_LAMBDA ||
+           e->kind == KMP_EXPR_UNKNOWN || e->kind == KMP_EXPR_PLACE || e->kind == KMP_EXPR_MEASURE ||
+           e->kind == KMP_EXPR_RATE || e->kind == KMP_EXPR_CUT || e->kind == KMP_EXPR_INPUT;
+}
+
+/* A function of time that may be short: sums and products of polynomials, sines and cosines are not. */
+static bool may_be_short(const kmp_expr *e, const void *user)
+{
+    (void)user;
+    bool calls = e->kind == KMP_EXPR_CALL && e->function != KMP_FUNCTION_sin && e->function != KMP_FUNCTION_cos &&
+                 e->function != KMP_FUNCTION_abs && e->function != KMP_FUNCTION_min &&
+                 e->function != KMP_FUNCTION_max && e->function != KMP_FUNCTION_sign && e->function != KMP_FUNCTION_if;
+    bool divides = e->kind == KMP_EXPR_DIV && kmp_expr_has_time(e->b);
+    bool powers = e->kind == KMP_EXPR_POW && !(e->b->kind == KMP_EXPR_NUMBER && e->b->value >= 0 && e->b->value <= 4);
+    return (calls || divides || powers || e->kind == KMP_EXPR_TABLE) && kmp_expr_has_time(e);
+}
+
+/* Adds the largest parts of an expression that depend on time alone. */
+static void add(study *s, const kmp_expr *e, const char *name)
+{
+    if (!e || s->count == MOST || !kmp_expr_has_time(e))
+        return;
+    if (!kmp_expr_find(e, depends_on_more, NULL)) {
+        bool known = !kmp_expr_find(e, may_be_short, NULL);
+        for (int k = 0; k < s->count; k++)
+            known = known || s->function[k] == e;
+        s->name[s->count] = name;
+        s->function[s->count] = e;
+        s->count += !known;
+        return;
+    }
+    if (e->kind == KMP_EXPR_UNKNOWN && s->model->unknowns[e->index].count == 0)
+        add(s, s->model->unknowns[e->index].zero[0], name);
+    if (e->kind == KMP_EXPR_UNKNOWN)
+        return;
+    add(s, e->a, name);
+    add(s, e->b, name);
+    add(s, e->c, name);
+}
+
+static void add_all(study *s)
+{
+    const kempe_model *m = s->model;
+    for (const kmp_force *f = m->forces; f < m->forces + m->force_count; f++) {
+        add(s, f->effort, f->name);
+        add(s, f->holding_effort, f->name);
+        add(s, f->sliding, f->name);
+        for (int k = 0; k < 3; k++)
+            add(s, f->vector[k], f->name);
+    }
+    for (const kmp_closure *c = m->closures; c < m->closures + m->closure_count; c++) {
+        add(s, c->function, c->name);
+        for (int k = 0; k < c->curve_count; k++)
+            add(s, c->curve[k], c->name);
+    }
+    for (int k = 0; k < m->state_count; k++)
+        add(s, kmp_state_rate(m, k), m->states[k].name);
+    for (int k = 0; k < m->unknowns_count; k++)
+        for (int i = 0; i < m->unknowns[k].count; i++)
+            add(s, m->unknowns[k].zero[i], m->unknowns[k].name);
+}
+
+static kmp_program *program_of(study *s)
+{
+    kmp_graph *graph = kmp_graph_new();
+    if (!graph)
+        return NULL;
+    const kmp_tree tree = {.graph = graph, .model = s->model, .keep = KMP_KEEP_PARAMETERS};
+    kmp_ref out[MOST];
+    const kmp_ref *const group[] = {out};
+    for (int k = 0; k < s->count; k++)
+        out[k] = kmp_tree_expression(&tree, s->function[k]);
+    kmp_program *program = kmp_graph_failed(graph) ? NULL : kmp_program_new(graph, 1, &s->count, group);
+    kmp_graph_free(graph);
+    return program;
+}
+
+/* -- intervals --------------------------------------------------------------------------------------------- */
+
+static void look(study *s, const double *parameters, double from, double to)
+{
+    for (int k = 0; k < s->program->input_count; k++) {
+        const kmp_program_input *in = &s->program->input[k];
+        double value = in->kind == KMP_IN_TIME ? 0 : parameters[in->index];
+        kmp_bounds_set(s->bounds, k,
+                       in->kind == KMP_IN_TIME ? (kmp_bound){from, to, 1, 1} : (kmp_bound){value, value, 0, 0});
+    }
+    kmp_bounds_run(s->bounds, true);
+}
+
+static void values_at(study *s, const double *parameters, double t, double *value)
+{
+    look(s, parameters, t, t);
+    for (int k = 0; k < s->count; k++) {
+        kmp_bound bound = kmp_bounds_get(s->bounds, k);
+        value[k] = bound.low + (bound.high - bound.low) / 2;
+        s->size[k] = isfinite(value[k]) ? fmax(s->size[k], fabs(value[k])) : s->size[k];
+    }
+}
+
+/* True if the functions stay near their values at the ends of an interval. */
+static bool is_known(study *s, const double *parameters, double a, double b, const double *x, const double *y)
+{
+    look(s, parameters, a, b);
+    for (int k = 0; k < s->count; k++) {
+        kmp_bound bound = kmp_bounds_get(s->bounds, k);
+        double off = KNOWN * s->size[k];
+        if (!(bound.low >= fmin(x[k], y[k]) - off && bound.high <= fmax(x[k], y[k]) + off))
+            return false;
+    }
+    return true;
+}
+
+static bool is_straight(const study *s, const double *x, const double *middle, const double *y)
+{
+    for (int k = 0; k < s->count; k++)
+        if (fabs(middle[k] - (x[k] + y[k]) / 2) > KNOWN * s->size[k])
+            return false;
+    return true;
+}
+
+static void halve(study *s, const double *parameters, int depth, double a, double b, const double *x, const double *y)
+{
+    double m = a + (b - a) / 2, middle[MOST];
+    if (s->ends >= MOST_INTERVALS)
+        return;
+    values_at(s, parameters, m, middle);
+    if (depth == DEEPEST || (is_straight(s, x, middle, y) && is_known(s, parameters, a, m, x, middle) &&
+                             is_known(s, parameters, m, b, middle, y))) {
+        s->longest = fmax(s->longest, b - a);
+        s->shortest = depth < DEEPEST ? fmin(s->shortest, b - a) : s->shortest;
+        s->end[s->ends++] = b;
+        return;
+    }
+    halve(s, parameters, depth + 1, a, m, x, middle);
+    halve(s, parameters, depth + 1, m, b, middle, y);
+}
+
+static void divide(study *s, const double *parameters, double from, double to)
+{
+    double x[MOST], y[MOST];
+    s->ends = 0;
+    s->longest = 0;
+    s->shortest = INFINITY;
+    values_at(s, parameters, from, x);
+    values_at(s, parameters, to, y);
+    halve(s, parameters, 0, from, to, x, y);
+}
+
+/* Twice where the first division has found values that are much larger than those before it. */
+static void find(study *s, const double *parameters, double from, double to)
+{
+    double value[MOST], before[MOST];
+    bool grown = false;
+    for (int k = 0; k <= FIRST; k++)
+        values_at(s, parameters, from + k * (to - from) / FIRST, value);
+    memcpy(before, s->size, sizeof before);
+    divide(s, parameters, from, to);
+    for (int k = 0; k < s->count; k++)
+        grown = grown || s->size[k] > 2 * before[k];
+    if (grown)
+        divide(s, parameters, from, to);
+}
+
+kempe_status kmp_time_scales_find(const kempe_model *model, const double *parameters, double from, double to,
+                                  kmp_arena *arena, kmp_time_scales *found)
+{
+    study s = {.model = model};
+    *found = (kmp_time_scales){.shortest = INFINITY};
+    add_all(&s);
+    if (s.count == 0 || !(to > from))
+        return KEMPE_OK;
+    kmp_arena aside = {0};
+    kmp_program *program = program_of(&s);
+    s.program = program;
+    s.bounds = program ? kmp_bounds_new(program, &aside) : NULL;
+    s.end = KMP_ARENA_NEW(&aside, double, MOST_INTERVALS);
+    bool made = s.bounds && s.end;
+    if (made)
+        find(&s, parameters, from, to);
+    if (made && s.longest >= CONTRAST * s.shortest) {
+        found->open = s.ends >= MOST_INTERVALS ? s.name[0] : NULL;
+        found->end = KMP_ARENA_NEW(arena, double, s.ends);
+        found->count = found->end ? s.ends : 0;
+        found->shortest = s.shortest;
+        made = found->end;
+        memcpy(found->end, s.end, (size_t)found->count * sizeof *s.end);
+    }
+    kmp_arena_free(&aside);
+    kmp_program_free(program);
+    return kmp_made(model->context, made);
+}
+
+double kmp_time_scales_shortest(const kempe_model *model)
+{
+    kmp_time_scales scales = {.shortest = INFINITY};
+    kmp_arena aside = {0};
+    double *parameters = KMP_ARENA_NEW(&aside, double, model->parameter_count);
+    for (int k = 0; parameters && k < model->parameter_count; k++)
+        parameters[k] = model->parameters[k].number.value;
+    if (parameters)
+        (void)kmp_time_scales_find(model, parameters, 0, model->run.t_end > 0 ? model->run.t_end : 1, &aside, &scales);
+    kmp_arena_free(&aside);
+    return isfinite(scales.shortest) ? scales.shortest : 0;
+}
+
+double kmp_time_scales_end(const kmp_time_scales *scales, double t)
+{
+    int low = 0, high = scales->count;
+    while (low < high) {
+        int middle = low + (high - low) / 2;
+        if (scales->end[middle] > t)
+            high = middle;
+        else
+            low = middle + 1;
+    }
+    return low < scales->count ? scales->end[low] : INFINITY;
+}

@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Time scales of the functions of time alone in forces, closures and rates of states. A pulse that is much shorter than
+ * the steps of a calm motion lies between the places at which an integrator evaluates it. Its place and width follow
+ * from bounds of the function before the run: intervals of time are halved until the function is known by its values at
+ * their ends and middles. Conditions and kinks are events, and inputs have samples: both have limits of their own. */
+#pragma once
+
+#include "base/arena.h"
+#include "model/model.h"
+
+/** Intervals of a run from its start on, where some are much shorter than others; otherwise none. */
+typedef struct kmp_time_scales {
+    int count;
+    double *end;      /* ascending */
+    double shortest;  /* interval, INFINITY without any */
+    const char *open; /* of a function with too many short intervals: where it stands; NULL: there is none */
+} kmp_time_scales;
+
+/** Finds them with values of the parameters, in the arena. KEMPE_E_MEMORY. */
+kempe_status kmp_time_scales_find(const kempe_model *model, const double *parameters, double from, double to,
+                                  kmp_arena *arena, kmp_time_scales *found);
+
+/** The shortest interval of a run of the model as it is; 0: steps need no limit. */
+double kmp_time_scales_shortest(const kempe_model *model);
+
+/** The end of the interval in which a step from t begins; INFINITY: there is none. */
+double kmp_time_scales_end(const kmp_time_scales *scales, double t);

@@ -1,0 +1,103 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Pulses in functions of time, much shorter than the steps of a calm motion: the impulse is that of the integral, on
+ * every formulation and integrator. Functions without short intervals have none. */
+#include "backend/time_scales.h"
+#include "base/memory.h"
+#include "integrators/run/run.h"
+#include "loaded.h"
+#include <math.h>
+
+static double last_rate;
+
+static int take_last(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                     double work)
+{
+    (void)user, (void)t, (void)q, (void)qdd, (void)lambda, (void)work;
+    last_rate = qd[0];
+    return 0;
+}
+
+static loaded pulsed(const char *force)
+{
+    char text[512];
+    (void)snprintf(text, sizeof text,
+                   "kempe: 1\nparameters: {c: 5.0123, w: 0.01}\ntables: {f: {x: [0, 2, 7, 7.001, 7.002, 7.003, 7.004, "
+                   "8, 9, 10], y: [0, 0, 0, 0, 1000, 0, 0, 0, 0, 0], method: linear}}\n"
+                   "bodies: {a: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+                   "forces: {f: {joint: x, force: \"%s\"}}\nrun: {t_end: 10}\n",
+                   force);
+    return load_text(text);
+}
+
+static const struct {
+    const char *formulation, *integrator;
+} ways[] = {{"reduced", "dop853"}, {"reduced", "dopri5"}, {"reduced", "radau"}, {"reduced", "radau5"},
+            {"reduced", "radau9"}, {"reduced", "bdf"},    {"reduced", "adams"}, {"reduced", "erk"},
+            {"reduced", "dirk"},   {"projected", NULL},   {"dae", "ida"},       {"dae", "radau"}};
+
+static void impulses(void)
+{
+    const double root = sqrt(acos(-1));
+    const struct {
+        const char *force;
+        double impulse;
+    } pulses[] = {{"exp(-((t - c)/w)^2)/w", root},
+                  {"exp(-((t - c)/1e-4)^2)/1e-4 + 0.1*sin(3*t)", root + 0.1 * (1 - cos(30)) / 3},
+                  {"(exp(-((t - c)/w)^2) + exp(-((t - 2.3)/(3*w))^2))/w*(1 + 0*q(x))", 4 * root},
+                  {"1/(1 + ((t - c)/w)^2)/w", atan(4.9877 / 0.01) + atan(5.0123 / 0.01)},
+                  {"(1 - tanh((t - c)/w)^2)/w", 2},
+                  {"f(t)", 1}};
+    for (size_t k = 0; k < sizeof pulses / sizeof *pulses; k++) {
+        loaded l = pulsed(pulses[k].force);
+        for (size_t i = 0; l.system && i < sizeof ways / sizeof *ways; i++) {
+            double end = 10;
+            kmp_run_report report = {0};
+            kmp_run_spec spec = {.formulation = ways[i].formulation,
+                                 .integrator = ways[i].integrator,
+                                 .rtol = 1e-9,
+                                 .t_end = end,
+                                 .time_count = 1,
+                                 .times = &end};
+            CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);
+            CHECK(kmp_run(l.system, &spec, NULL, take_last, NULL, &report) == KEMPE_OK);
+            CHECK_NEAR(last_rate, pulses[k].impulse, 2e-6);
+            kmp_free(report.reason);
+        }
+        unload(&l);
+    }
+}
+
+/* Functions that change everywhere alike, or slowly, need no limit of steps. */
+static void no_pulses(void)
+{
+    static const char *const forces[] = {"sin(300*t)", "exp(sin(3*t))", "exp(-0.3*t)",
+                                         "t^4 - 3*t",  "1/(1 + t)",     "sqrt(1 + t^2)"};
+    for (size_t k = 0; k < sizeof forces / sizeof *forces; k++) {
+        loaded l = pulsed(forces[k]);
+        CHECK(l.model && !(kmp_time_scales_shortest(l.model) > 0));
+        unload(&l);
+    }
+}
+
+static void ends(void)
+{
+    loaded l = pulsed("exp(-((t - c)/w)^2)/w");
+    const double parameters[] = {5.0123, 0.01};
+    kmp_time_scales scales;
+    kmp_arena arena = {0};
+    CHECK(kmp_time_scales_find(l.model, parameters, 0, 10, &arena, &scales) == KEMPE_OK);
+    CHECK(scales.count > 10 && scales.count < 100 && scales.shortest < 0.02 && !scales.open);
+    CHECK(kmp_time_scales_end(&scales, 0) > 0.5 && kmp_time_scales_end(&scales, 0) <= 5);
+    CHECK(kmp_time_scales_end(&scales, 5.0123) < 5.0123 + 0.02);
+    CHECK(isinf(kmp_time_scales_end(&scales, 10)));
+    kmp_arena_free(&arena);
+    unload(&l);
+}
+
+int main(void)
+{
+    TEST(impulses);
+    TEST(no_pulses);
+    TEST(ends);
+    return check_report();
+}
