@@ -30,7 +30,9 @@ class PressedLinkage(Linkage):
         return [self.text(x) for x in v]
 
     def kind_of(self, joint):
-        return "joint" if not self.rotates[joint] and self.chance(0.8) else super().kind_of(joint) if self.document["loops"] else "joint"
+        """A slide is never pressed by the reaction of a loop, which has no part across the plane."""
+        kind = super().kind_of(joint) if self.document["loops"] else "joint"
+        return "joint" if not self.rotates[joint] and (kind == "loop" or self.chance(0.8)) else kind
 
     # -- open mechanisms
 

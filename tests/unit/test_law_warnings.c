@@ -111,6 +111,8 @@ static void weight_across_a_plane(void)
     expect(FLAT("[0, -9.81, 0]", "", "sliding: position(slider.C).x, friction: {mu: 0.3, reaction: S}") CUT, NULL,
            true);
     expect(FLAT("[0, 0, -9.81]", SLIDE, "joint: S, friction: {mu: 0.3}"), NULL, true);
+    expect(FLAT("[0, 0, -9.81]", SLIDE, "joint: A, friction: {mu: 0.3, radius: 1 cm}") CLOSED, NULL, true);
+    expect(FLAT("[0, 0, -9.81]", SLIDE, "joint: B, friction: {mu: 0.3, radius: 1 cm, reaction: C}") CLOSED, NULL, true);
 }
 
 int main(void)

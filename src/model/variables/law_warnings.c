@@ -88,19 +88,31 @@ static bool is_size(const kmp_expr *e, const void *unused)
     return e->kind == KMP_EXPR_LAMBDA && e->number < 0 && !e->measure;
 }
 
+/* True for the joint of a body with a translation: a load across the plane presses it. That of a pin is along its axis.
+ */
+static bool slides(const kempe_model *model, int body)
+{
+    const kmp_body *b = &model->bodies[body];
+    bool found = false;
+    for (int k = b->first_motion + b->load_count; k < b->first_motion + b->motion_count; k++)
+        found = found || !model->motions[k].rotation;
+    return found;
+}
+
 void kmp_warn_of_planes(const kempe_model *model)
 {
     for (const kmp_force *f = model->forces; model->pressed_plane && f < model->forces + model->force_count; f++) {
         const kmp_expr *size = f->kind == KMP_FORCE_FRICTION ? kmp_expr_find(f->effort, is_size, NULL) : NULL;
         const kmp_closure *of = size ? &model->closures[size->index] : NULL;
         int body = of && of->motion >= 0 ? model->motions[of->motion].body : -1;
-        const kmp_closure *loop = body >= 0 ? loop_with(model, body) : NULL;
+        const kmp_closure *loop = body >= 0 && slides(model, body) ? loop_with(model, body) : NULL;
+        bool turns = f->motion >= 0 ? model->motions[f->motion].rotation : f->turns;
         if (loop)
             kmp_log(model->context, KEMPE_LOG_WARNING,
                     "friction '%s': what presses joint '%s' across the plane of the mechanism is all on this joint; "
                     "loop '%s' may take a part of it, which is not determined, and counts as none",
                     f->name, model->bodies[body].joint, loop->name);
-        else if (of && body < 0 && of->point[0] >= 0)
+        else if (of && body < 0 && of->point[0] >= 0 && !turns)
             kmp_doubt(
                 model->context,
                 "friction '%s': what presses '%s' across the plane of the mechanism is not in its friction, since "
