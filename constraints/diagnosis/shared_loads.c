@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Multipliers z of all declared rows with A z = 0, where A has the generalized forces of unit loads: a closure between
  * points loads its second body by forces and moments along the directions of its rows, the first by the opposite ones;
- * other rows are those of J. The load that a joint of the tree carries balances those on all bodies beyond it.
+ * other rows are those of J. The force of a curve is the least one with the generalized forces of its row. The load
+ * that a joint of the tree carries balances those on all bodies beyond it.
  *
  * Masses load them if random accelerations and gravity do so in the tree alone, where rows that no coordinate moves
  * carry nothing. */
@@ -35,6 +36,7 @@ typedef struct search {
     double (*axis)[3], (*place)[3]; /* of motions, ground axes */
     column *columns;
     int n, count;
+    double *curve;                    /* 4 n */
     double *jacobian;                 /* m x n */
     double *a, *values, *v;           /* size x size, size, size x size */
     double (*on_body)[KMP_LOAD_SIZE]; /* of body_count: about the origin of the ground */
@@ -125,11 +127,39 @@ static bool add_loads(search *x, int c)
     return true;
 }
 
+static void add_work(const search *x, int body, const double place[3], const double *load, double sign, double *work);
+
+/* The forces of the rows of a curve. */
+static void add_curve(search *x, int c)
+{
+    const kmp_closure *closure = &x->model->closures[c];
+    double q[3], *unit = x->curve, *row = x->curve + 3 * (ptrdiff_t)x->n, f[3];
+    point_place(x, closure->point[1], q);
+    memset(unit, 0, 3 * (size_t)x->n * sizeof *unit);
+    for (int i = 0; i < 3; i++) {
+        const double load[KMP_LOAD_SIZE] = {i == 0, i == 1, i == 2};
+        for (int side = 0; side < 2; side++)
+            add_work(x, x->model->points[closure->point[side]].body, q, load, side ? 1 : -1, unit + i * x->n);
+    }
+    for (int r = 0; r < x->s->m; r++) {
+        if (x->s->rows[r].closure != c)
+            continue;
+        for (int k = 0; k < x->n; k++)
+            row[k] = x->jacobian[r + k * x->s->m] * x->s->scale[k] / x->s->row_scale[r];
+        if (kmp_least_squares(x->n, 3, unit, row, ZERO, f) > 0)
+            add(x, c, false, f);
+    }
+}
+
 static void make_columns(search *x)
 {
     for (int c = 0; c < x->model->closure_count; c++) {
         if (kmp_closure_is_of_modes(&x->model->closures[c]) || add_loads(x, c))
             continue;
+        if (x->model->closures[c].curve_count > 0) {
+            add_curve(x, c);
+            continue;
+        }
         for (int r = 0; r < x->s->m; r++)
             if (x->s->rows[r].closure == c)
                 x->columns[x->count++] = (column){.closure = c, .row = r};
@@ -345,7 +375,8 @@ kempe_status kmp_find_shared_loads(kmp_evaluator *eval, double t, const double *
     if (s->m == 0 && model->closure_count == kmp_model_friction_count(model))
         return KEMPE_OK;
     KMP_ARENA_MAKE(&room, KMP_ROOM(double, (size_t)s->m *n + size, &x.jacobian),
-                   KMP_ROOM(double, size *size, &x.a, &x.v), KMP_ROOM(double, size, &x.values));
+                   KMP_ROOM(double, size *size, &x.a, &x.v), KMP_ROOM(double, size, &x.values),
+                   KMP_ROOM(double, 4 * n, &x.curve));
     x.poses = KMP_ARENA_NEW(&room, kmp_pose, model->body_count);
     x.columns = KMP_ARENA_NEW(&room, column, (int)most);
     x.axis = (double(*)[3])(void *)KMP_ARENA_NEW(&room, double, 3 * s->n);

@@ -220,6 +220,20 @@ class Graphs(Case):
                               f"{cut['reason']}\n", text)
         self.assertEqual(self.object(0, "check", FOUR_BAR)["cuts"], [])
 
+    def test_loads_that_are_shared(self):
+        """Two hinges on one axis: the weight is 68.67 N, and how they share it is not known."""
+        path = self.model("kempe: 1\ngravity: [0, 0, -9.81]\nground: {points: {L: [-0.5, 0, 0], R: [0.5, 0, 0]}}\n"
+                          "bodies: {b: {mass: 7, com: [0.1, 0, -0.3], inertia: {xx: 0.2, yy: 0.6, zz: 0.5}, "
+                          "points: {L: [-0.5, 0, 0], R: [0.5, 0, 0]}}}\n"
+                          "joints: {hL: {revolute: [ground.L, b.L], axis: x}, hR: {revolute: [ground.R, b.R], axis: x}}\n"
+                          "run: {t_end: 0.1, outputs: [reaction(hL), reaction(hR)]}\n")
+        self.assertIn("loads that are not unique: reaction(hL).x, reaction(hL).y, reaction(hL).z, reaction(hR).x, ",
+                      self.expect(0, "simulate", path).stderr)
+        self.assertEqual(self.object(0, "check", path)["loads_not_unique"],
+                         "hL: x, y, z, my, mz; hR: x, y, z, my, mz")
+        forces = self.object(0, "equilibrium", path)["reaction"]
+        self.assertAlmostEqual(forces["hL"][2] + forces["hR"][2], 68.67, delta=1e-9)
+
     def test_start_of_cut_joints(self):
         """The assembly mode is that of the start values, also of a joint that is cut; rates that loops contradict are told."""
         path = self.model(SIX_BAR.read_text().replace("start: {q: {", "start: {q: {B: 1, "))
