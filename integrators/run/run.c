@@ -6,7 +6,6 @@
 #include "integrators/delays/delays.h"
 #include "integrators/run/recording.h"
 #include "integrators/run/runner.h"
-#include "integrators/steppers/sample_times.h"
 #include <math.h>
 #include <string.h>
 
@@ -417,7 +416,7 @@ static kempe_status deliver_at(kmp_runner *run, double t, double *row, kmp_row_f
 static kempe_status deliver(kmp_runner *run, int *next, double *row, kmp_row_fn *take, void *user)
 {
     double t = kmp_runner_t(run);
-    for (; *next < run->spec.time_count && run->spec.times[*next] <= kmp_last_equal(t); ++*next)
+    for (; *next < run->spec.time_count && run->spec.times[*next] <= kmp_runner_reach(run, t); ++*next)
         KMP_TRY(deliver_at(run, run->spec.times[*next], row, take, user));
     bool more = *next < run->spec.time_count && (*next == 0 || run->spec.times[*next - 1] < t);
     return run->ended && more ? deliver_at(run, t, row, take, user) : KEMPE_OK;

@@ -163,6 +163,10 @@ double kmp_runner_pause(const kmp_runner *run);
 /** The end of the step that begins at t: that of the integrator's steps, or t and the longest step that is allowed. */
 double kmp_runner_limit(const kmp_runner *run, double t);
 
+/** The last time whose row belongs to a step that ends at t: beyond t by rounding where a sample of a state or an input
+ * is due, so that the row has the values before it. */
+double kmp_runner_reach(const kmp_runner *run, double t);
+
 /** The time of the next sample that has not been taken; INFINITY: there is none. */
 double kmp_runner_next_sample(const kmp_runner *run);
 

@@ -53,6 +53,12 @@ double kmp_runner_limit(const kmp_runner *run, double t)
     return kmp_last_equal(longest) < pause ? longest : pause;
 }
 
+double kmp_runner_reach(const kmp_runner *run, double t)
+{
+    bool due = kmp_runner_sample_is_due(run, t) || kmp_present_inputs_are_due(&run->eval->inputs, t);
+    return due ? kmp_last_equal(t) : t;
+}
+
 static int contact_of(const kmp_runner *run, int k)
 {
     return run->s->model->states[run->sampler->state[k]].contact - 1;
