@@ -418,3 +418,11 @@ void kempe_text_free(char *text)
 {
     kmp_free(text);
 }
+
+uint32_t kmp_text_hash(const char *text)
+{
+    uint32_t hash = 0x811c9dc5u; /* FNV-1a (Fowler, Noll, Vo) */
+    for (; *text; text++)
+        hash = (hash ^ (unsigned char)*text) * 0x01000193u;
+    return hash ^ hash >> 15;
+}

@@ -6,6 +6,7 @@
 #include <stdarg.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 typedef struct kmp_text {
     char *s;
@@ -69,3 +70,6 @@ void kmp_text_free(kmp_text *text);
 
 /** Frees a part of a text, which has failed where the part had. */
 void kmp_text_free_part(kmp_text *text, kmp_text *part);
+
+/** A hash of a text (FNV-1a). */
+uint32_t kmp_text_hash(const char *text);

@@ -121,6 +121,17 @@ static void *help(void *self)
     return NULL;
 }
 
+bool kmp_thread_start(pthread_t *thread, void *(*run)(void *user), void *user)
+{
+    pthread_attr_t attributes;
+    if (pthread_attr_init(&attributes) != 0)
+        return false;
+    (void)pthread_attr_setstacksize(&attributes, KMP_THREAD_STACK);
+    bool started = pthread_create(thread, &attributes, run, user) == 0;
+    (void)pthread_attr_destroy(&attributes);
+    return started;
+}
+
 kmp_team *kmp_team_new(int threads)
 {
     kmp_team *team = KMP_NEW(kmp_team, 1);
@@ -132,7 +143,7 @@ kmp_team *kmp_team_new(int threads)
     for (int k = 0; k < team->threads; k++)
         team->helper[k] = (helper){team, k + 1};
     while (team->started < team->threads - 1 &&
-           pthread_create(&team->thread[team->started], NULL, help, &team->helper[team->started]) == 0)
+           kmp_thread_start(&team->thread[team->started], help, &team->helper[team->started]))
         team->started++;
     return team;
 }

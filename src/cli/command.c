@@ -303,8 +303,11 @@ static int exit_code(kempe_status status)
 
 int cli_refuse(const char *json)
 {
-    const cli_settings settings = {.json = json};
-    cli_job j = {.settings = &settings, .context = json ? kempe_context_new() : NULL};
+    static cli_settings settings;
+    static cli_job j;
+    settings.json = json;
+    j.settings = &settings;
+    j.context = json ? kempe_context_new() : NULL;
     if (j.context)
         report_failure(&j, "failed", cli_complaint());
     kempe_context_free(j.context);
@@ -313,7 +316,9 @@ int cli_refuse(const char *json)
 
 int cli_run(const cli_command *command, const cli_settings *settings)
 {
-    cli_job j = {.settings = settings, .context = kempe_context_new()};
+    static cli_job j; /* large: the stack may be small */
+    j.settings = settings;
+    j.context = kempe_context_new();
     if (!j.context) {
         fputs("kempe: out of memory\n", stderr);
         return CLI_BUG;

@@ -78,7 +78,7 @@ static int complain_unknown(const char *word)
 
 static int run_command(const cli_command *c, int count, char **words)
 {
-    cli_settings settings;
+    static cli_settings settings; /* large: the stack may be small */
     if (!cli_options_read(c->bit, c->name, count, words, &settings))
         return cli_refuse(cli_json_word(count, words));
     if (settings.help) {

@@ -270,6 +270,7 @@ static void own_language(void)
     static const char *const paths[] = {"examples/robot_leg/robot_leg.urdf", "tests/models/closed_arm.urdf",
                                         "tests/models/geared_leg.urdf",      "tests/models/gantry.mjcf",
                                         "tests/models/tied_gripper.mjcf",    "tests/models/folding_arm.sdf"};
+    CHECK(kempe_context_set_left_out(context, "armature") == KEMPE_OK); /* of a ball joint */
     for (size_t k = 0; k < sizeof paths / sizeof *paths; k++) {
         kempe_model *model = NULL, *again = NULL;
         char *text = NULL, *a = NULL, *b = NULL, label[256];

@@ -3,6 +3,7 @@
  * joints that close loops; what is refused, and what is named because it is not used. Drake's numbers:
  * tests/oracle/drake_models.py. */
 #include "foreign_models.h"
+#include "model/model.h"
 #include <kempe/workspace.h>
 #include <math.h>
 
@@ -142,13 +143,41 @@ static void what_is_refused(void)
            "r.sdf:2:1: include 'model://sun' is no file beside this one: only relative names are read; copy the model "
            "beside the file");
     refuse(BEGIN "<link name='c'><inertial auto='true'/></link>" END,
-           "r.sdf:2:16: the inertia of link 'c' is not computed from its collisions: write mass and inertia instead of "
-           "'auto'");
+           "r.sdf:2:16: the inertia of link 'c' is to be computed from its collisions, and it has none with a volume");
     refuse(BEGIN "<link name='c'><pose>1 2 3</pose></link>" END, "r.sdf:2:1: pose '1 2 3' are not 6 numbers");
     refuse(BEGIN "<joint name='g' type='gearbox'>" PAIR
                  "<gearbox_reference_body>a</gearbox_reference_body><axis/><axis2/>"
                  "</joint>" END,
            "r.sdf:2:1: gearbox 'g' needs a hinge about 'axis' between its parent and the reference body");
+}
+
+/* Mass and inertia by collisions: a box of 0.2 x 0.4 x 0.6 m at 500 kg/m^3 and a ball of 0.1 m at 1000 kg/m^3. */
+static void inertia_by_collisions(void)
+{
+    static const char text[] =
+        BEGIN "<link name='c'><inertial auto='true'><density>500</density></inertial>"
+              "<collision name='b'><pose>1 0 0 0 0 0</pose><geometry><box><size>0.2 0.4 "
+              "0.6</size></box></geometry></collision>"
+              "<collision name='s'><density>1000</density><geometry><sphere><radius>0.1</radius></sphere></geometry>"
+              "</collision></link>" END;
+    kempe_model *model = NULL;
+    CHECK(kempe_model_read_text(context, text, "r.sdf", &model) == KEMPE_OK);
+    if (!model)
+        return;
+    const kmp_body *body = NULL;
+    for (int b = 1; b < model->body_count; b++)
+        body = strcmp(model->bodies[b].name, "c") == 0 ? &model->bodies[b] : body;
+    const double box = 24, ball = 1000 * 4 * acos(-1) / 3 * 1e-3, mass = box + ball, com = box / mass;
+    const double apart = box * ball / mass, turn = 0.4 * ball * 0.01;
+    CHECK(body != NULL);
+    if (body) {
+        CHECK_NEAR(body->mass.value, mass, 1e-14);
+        CHECK_NEAR(body->com[0].value, com, 1e-14);
+        CHECK_NEAR(body->inertia[0].value, box / 12 * (0.16 + 0.36) + turn, 1e-13);
+        CHECK_NEAR(body->inertia[1].value, box / 12 * (0.04 + 0.36) + turn + apart, 1e-13);
+        CHECK_NEAR(body->inertia[2].value, box / 12 * (0.04 + 0.16) + turn + apart, 1e-13);
+    }
+    kempe_model_free(model);
 }
 
 static void what_is_not_used(void)
@@ -195,6 +224,7 @@ int main(void)
     TEST(poses_of_joints);
     TEST(damped_loop);
     TEST(what_is_refused);
+    TEST(inertia_by_collisions);
     TEST(what_is_not_used);
     TEST(fixed_base);
     TEST(changed_files);

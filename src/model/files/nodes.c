@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/files/nodes.h"
+#include <string.h>
 
 kmp_yaml *kmp_yaml_new(kmp_arena *arena, kmp_yaml_kind kind, kmp_place place)
 {
@@ -22,6 +23,51 @@ kmp_yaml *kmp_yaml_word(kmp_arena *arena, kmp_place place, const char *text)
     return node->text ? node : NULL;
 }
 
+/* Mappings of so many keys have an index. */
+enum { INDEXED_FROM = 32 };
+
+/* The slot of a key, or where it belongs. A mapping may share its slots with one that has more keys. */
+static size_t slot_of(const kmp_yaml *map, const char *key)
+{
+    size_t at = kmp_text_hash(key) & (map->slot_count - 1);
+    while (map->slots[at] && (map->slots[at] > map->count || strcmp(map->keys[map->slots[at] - 1]->text, key) != 0))
+        at = (at + 1) & (map->slot_count - 1);
+    return at;
+}
+
+void kmp_yaml_index(kmp_arena *arena, kmp_yaml *map)
+{
+    int first = map->count - 1;
+    if (map->kind != KMP_YAML_MAP || map->count < INDEXED_FROM || !map->keys[0]->text || !map->keys[first]->text)
+        return;
+    if (2 * (size_t)map->count > map->slot_count) {
+        map->slot_count = 4 * (size_t)map->count;
+        while (map->slot_count & (map->slot_count - 1))
+            map->slot_count &= map->slot_count - 1;
+        map->slots = KMP_ARENA_NEW(arena, int, map->slot_count);
+        first = 0;
+    }
+    for (int k = first; map->slots && k < map->count; k++) {
+        if (!map->keys[k]->text) {
+            map->slots = NULL;
+            map->slot_count = 0;
+            return;
+        }
+        size_t at = slot_of(map, map->keys[k]->text);
+        map->slots[at] = map->slots[at] ? map->slots[at] : k + 1;
+    }
+}
+
+int kmp_yaml_find(const kmp_yaml *map, const char *key)
+{
+    if (map->slots)
+        return map->slots[slot_of(map, key)] - 1;
+    for (int i = 0; i < map->count; i++)
+        if (strcmp(map->keys[i]->text, key) == 0)
+            return i;
+    return -1;
+}
+
 void kmp_yaml_append(kmp_arena *arena, kmp_yaml *to, const kmp_yaml *key, const kmp_yaml *item)
 {
     if (!to || !item)
@@ -36,6 +82,8 @@ void kmp_yaml_append(kmp_arena *arena, kmp_yaml *to, const kmp_yaml *key, const 
     if (keys)
         keys[to->count] = key;
     items[to->count++] = item;
+    if (keys)
+        kmp_yaml_index(arena, to);
 }
 
 void kmp_yaml_put(kmp_arena *arena, kmp_yaml *map, kmp_place place, const char *key, const kmp_yaml *item)

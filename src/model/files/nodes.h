@@ -15,6 +15,10 @@ kmp_yaml *kmp_yaml_copy(kmp_arena *arena, const kmp_yaml *from);
 /** A scalar; NULL and "" are nothing. */
 kmp_yaml *kmp_yaml_word(kmp_arena *arena, kmp_place place, const char *text);
 
+/** Takes the last key of a large mapping up in its index, or makes that. Without memory, and while keys have no texts,
+ * there is none. */
+void kmp_yaml_index(kmp_arena *arena, kmp_yaml *map);
+
 /** Adds an item to a list, or with a key to a mapping. NULL items are passed over. */
 void kmp_yaml_append(kmp_arena *arena, kmp_yaml *to, const kmp_yaml *key, const kmp_yaml *item);
 void kmp_yaml_put(kmp_arena *arena, kmp_yaml *map, kmp_place place, const char *key, const kmp_yaml *item);

@@ -97,19 +97,11 @@ static void copy_map(loader *l, const yaml_node_t *from, kmp_yaml *to)
     }
 }
 
-static size_t hash_of(const char *text)
-{
-    uint32_t hash = 0x811c9dc5u; /* FNV-1a (Fowler, Noll, Vo) */
-    for (; *text; text++)
-        hash = (hash ^ (unsigned char)*text) * 0x01000193u;
-    return hash ^ hash >> 15;
-}
-
 /* The place in a table of `size` (a power of two) where key i of the map is, or where it belongs. An entry is the
  * number of a key, from 1 on. */
 static size_t find_slot(const kmp_yaml *map, const int *slots, size_t size, int i)
 {
-    size_t k = hash_of(map->keys[i]->text) & (size - 1);
+    size_t k = kmp_text_hash(map->keys[i]->text) & (size - 1);
     while (slots[k] && strcmp(map->keys[slots[k] - 1]->text, map->keys[i]->text) != 0)
         k = (k + 1) & (size - 1);
     return k;
@@ -152,8 +144,10 @@ static const kmp_yaml *copy_document(loader *l)
             copy_map(l, &from[i], to);
     }
     for (int i = 0; i < count; i++)
-        if (l->nodes[i].kind == KMP_YAML_MAP)
+        if (l->nodes[i].kind == KMP_YAML_MAP) {
             check_duplicates(l, &l->nodes[i]);
+            kmp_yaml_index(l->arena, &l->nodes[i]);
+        }
     l->nodes->nodes = l->status == KEMPE_OK ? count : 0; /* complaints are repeated: each reading has its own */
     return l->nodes;
 }
@@ -244,8 +238,6 @@ const kmp_yaml *kmp_yaml_get(const kmp_yaml *map, const char *key)
 {
     if (!map || map->kind != KMP_YAML_MAP)
         return NULL;
-    for (int i = 0; i < map->count; i++)
-        if (strcmp(map->keys[i]->text, key) == 0)
-            return map->items[i];
-    return NULL;
+    int found = kmp_yaml_find(map, key);
+    return found < 0 ? NULL : map->items[found];
 }

@@ -19,6 +19,8 @@ typedef struct kmp_yaml {
     int count;                    /* items of a list or a mapping */
     const struct kmp_yaml **keys; /* mapping: scalars */
     const struct kmp_yaml **items;
+    int *slots; /* mapping of many keys: their numbers, from 1, by hash; NULL: it has no index */
+    size_t slot_count;
     int nodes; /* root of a file in YAML: the number of all nodes, which are one array that it begins; otherwise 0 */
 } kmp_yaml;
 
@@ -32,6 +34,9 @@ const kmp_yaml *kmp_yaml_again(kmp_arena *arena, const kmp_yaml *root, int numbe
 
 /** Appends a document that can be read again as the same nodes. */
 void kmp_yaml_print(kmp_text *text, const kmp_yaml *root);
+
+/** The number of a key; -1: it is absent. */
+int kmp_yaml_find(const kmp_yaml *map, const char *key);
 
 /** The value of a key, NULL when it is absent or `map` is no mapping. */
 const kmp_yaml *kmp_yaml_get(const kmp_yaml *map, const char *key);

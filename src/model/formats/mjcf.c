@@ -10,7 +10,7 @@
 
 typedef struct inclusion {
     kmp_import *im;
-    kmp_mjcf_names *files; /* that have been read */
+    kmp_mjcf_names files; /* that have been read */
 } inclusion;
 
 /* The outermost element of a file beside the model; NULL after a complaint. */
@@ -21,24 +21,18 @@ static const kmp_element *load(inclusion *in, const kmp_element *include)
     const kmp_element *root = NULL;
     int number;
     size_t length;
-    kmp_mjcf_names *file = in->files;
-    while (name && file && strcmp(file->name, name) != 0)
-        file = file->next;
     if (!name)
         return NULL;
-    if (file) {
+    if (kmp_mjcf_is_taken(&in->files, im->arena, name)) {
         kmp_import_complain(im, include->place, "the file", name, "is included twice");
         return NULL;
     }
-    file = KMP_ARENA_NEW(im->arena, kmp_mjcf_names, 1);
-    char *text =
-        file ? im->beside->read(im->beside->user, include->place, im->model->place.file, name, &number, &length) : NULL;
+    char *text = im->beside->read(im->beside->user, include->place, im->model->place.file, name, &number, &length);
     if (!text) {
         im->status = KEMPE_E_INPUT;
         return NULL;
     }
-    *file = (kmp_mjcf_names){.name = name, .next = in->files};
-    in->files = file;
+    kmp_mjcf_take_name(&in->files, im->arena, name);
     kempe_status status = kmp_xml_load(im->context, im->arena, im->beside->name(im->beside->user, number), number, text,
                                        length, NULL, &root);
     kmp_free(text);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "model/formats/foreign_parts.h"
+#include "model/tables/nearest.h"
 
 /** A class of defaults: the elements `default` of its name, in the order of the file. */
 typedef struct kmp_mjcf_class {
@@ -43,19 +44,20 @@ typedef struct kmp_mjcf_site {
     struct kmp_mjcf_site *next;
 } kmp_mjcf_site;
 
-/** Names of Kempe that are taken. */
+/** Names that are taken. */
 typedef struct kmp_mjcf_names {
-    const char *name;
-    struct kmp_mjcf_names *next;
+    const char **list;
+    int count;
+    kmp_name_index index;
 } kmp_mjcf_names;
 
 typedef struct kmp_mjcf {
     kmp_import *im;
     kmp_mjcf_class *classes; /* main is the first one */
-    kmp_mjcf_body world, *bodies;
-    kmp_mjcf_joint *joints;
+    kmp_mjcf_body world, *bodies, *last_body;
+    kmp_mjcf_joint *joints, *last_joint;
     kmp_mjcf_site *sites;
-    kmp_mjcf_names *body_names, *joint_names;
+    kmp_mjcf_names body_names, joint_names;
     int body_count;
     double angle; /* rad: unit of angles */
     char order[4];
@@ -106,8 +108,12 @@ void kmp_mjcf_add_bodies(kmp_mjcf *m);
 const kmp_mjcf_body *kmp_mjcf_body_of(kmp_mjcf *m, const kmp_element *from, const char *name);
 const kmp_mjcf_joint *kmp_mjcf_joint_of(kmp_mjcf *m, const kmp_element *from, const char *name);
 
+/** True if a name is taken; takes it. */
+bool kmp_mjcf_is_taken(kmp_mjcf_names *names, kmp_arena *arena, const char *name);
+void kmp_mjcf_take_name(kmp_mjcf_names *names, kmp_arena *arena, const char *name);
+
 /** A name that no other part has: with `_` at its end while it is taken. */
-const char *kmp_mjcf_new_name(kmp_mjcf *m, kmp_mjcf_names **taken, const char *name);
+const char *kmp_mjcf_new_name(kmp_mjcf *m, kmp_mjcf_names *taken, const char *name);
 
 /* mjcf_geoms.c */
 
@@ -116,7 +122,7 @@ typedef struct kmp_mjcf_part {
     const kmp_element *element;
     kmp_pose frame; /* around it, in the body */
     const kmp_mjcf_class *around;
-    struct kmp_mjcf_part *next;
+    struct kmp_mjcf_part *next, *last; /* of the first one of a list: its last one */
 } kmp_mjcf_part;
 
 /** Between two places, `fromto`: the centre, the axis z, and half the length as the second size, of a box or ellipsoid

@@ -11,27 +11,25 @@ typedef struct parts {
 
 /* -- names --------------------------------------------------------------------------------------------- */
 
-static bool is_taken(const kmp_mjcf_names *names, const char *name)
+bool kmp_mjcf_is_taken(kmp_mjcf_names *names, kmp_arena *arena, const char *name)
 {
-    while (names && strcmp(names->name, name) != 0)
-        names = names->next;
-    return names;
+    return kmp_index_find(&names->index, arena, KMP_NAMES(names->list, names->count), -1, 0, name) >= 0;
 }
 
-static void take_name(kmp_mjcf *m, kmp_mjcf_names **names, const char *name)
+void kmp_mjcf_take_name(kmp_mjcf_names *names, kmp_arena *arena, const char *name)
 {
-    kmp_mjcf_names *n = name ? KMP_ARENA_NEW(m->im->arena, kmp_mjcf_names, 1) : NULL;
-    if (!n)
+    const char **list = name ? kmp_arena_room(arena, names->list, names->count, sizeof *list) : NULL;
+    if (!list)
         return;
-    *n = (kmp_mjcf_names){.name = name, .next = *names};
-    *names = n;
+    names->list = list;
+    list[names->count++] = name;
 }
 
-const char *kmp_mjcf_new_name(kmp_mjcf *m, kmp_mjcf_names **taken, const char *name)
+const char *kmp_mjcf_new_name(kmp_mjcf *m, kmp_mjcf_names *taken, const char *name)
 {
-    while (name && is_taken(*taken, name))
+    while (name && kmp_mjcf_is_taken(taken, m->im->arena, name))
         name = kmp_arena_printf(m->im->arena, "%s_", name);
-    take_name(m, taken, name);
+    kmp_mjcf_take_name(taken, m->im->arena, name);
     return name;
 }
 
@@ -41,9 +39,9 @@ static void take_names(kmp_mjcf *m, const kmp_element *in)
     for (const kmp_element *e = in->first; e; e = e->next) {
         const char *name = kmp_element_text(e, "name");
         if (name && strcmp(e->name, "body") == 0)
-            take_name(m, &m->body_names, kmp_import_clean(m->im, name));
+            kmp_mjcf_take_name(&m->body_names, m->im->arena, kmp_import_clean(m->im, name));
         if (name && (strcmp(e->name, "joint") == 0 || strcmp(e->name, "freejoint") == 0))
-            take_name(m, &m->joint_names, kmp_import_clean(m->im, name));
+            kmp_mjcf_take_name(&m->joint_names, m->im->arena, kmp_import_clean(m->im, name));
         take_names(m, e);
     }
 }
@@ -192,7 +190,7 @@ static int add_joint(kmp_mjcf *m, const kmp_mjcf_part *p, const char *parent, co
         strcmp(e->name, "freejoint") == 0 ? kmp_mjcf_plain(e) : kmp_mjcf_take(m, e, "joint", p->around);
     int type = type_of(m, &item);
     double pos[3] = {0}, given[3] = {0, 0, 1}, axis[3];
-    kmp_mjcf_joint *j = KMP_ARENA_NEW(im->arena, kmp_mjcf_joint, 1), **end = &m->joints;
+    kmp_mjcf_joint *j = KMP_ARENA_NEW(im->arena, kmp_mjcf_joint, 1);
     if (type == TYPES || !j || !name || !body)
         return type;
     if (type == HINGE || type == BALL) {
@@ -210,9 +208,8 @@ static int add_joint(kmp_mjcf *m, const kmp_mjcf_part *p, const char *parent, co
         j->reference = kmp_mjcf_number(m, &item, "ref", 0) * (type == HINGE ? m->angle : 1);
     if (j->single)
         j->rest = kmp_mjcf_number(m, &item, "springref", 0) * (type == HINGE ? m->angle : 1);
-    while (*end)
-        end = &(*end)->next;
-    *end = j;
+    *(m->last_joint ? &m->last_joint->next : &m->joints) = j;
+    m->last_joint = j;
     const kmp_pose start = start_of(at, type, pos, axis, j->reference), there = shifted(pos);
     const char *point = kmp_import_point(im, e->place, parent, name, &start),
                *to = pos[0] != 0 || pos[1] != 0 || pos[2] != 0 ? kmp_import_point(im, e->place, body, name, &there)
@@ -291,9 +288,11 @@ static void append(kmp_mjcf *m, kmp_mjcf_part **list, const kmp_element *e, cons
     if (!p)
         return;
     *p = (kmp_mjcf_part){.element = e, .frame = *frame, .around = around};
-    while (*list)
-        list = &(*list)->next;
-    *list = p;
+    if (*list)
+        (*list)->last->next = p;
+    else
+        *list = p;
+    (*list)->last = p;
 }
 
 static const kmp_mjcf_class *class_inside(kmp_mjcf *m, const kmp_element *e, const kmp_mjcf_class *around)
@@ -372,7 +371,7 @@ static void add_children(kmp_mjcf *m, const kmp_mjcf_body *body, const parts *in
 static void add_body(kmp_mjcf *m, const kmp_mjcf_body *parent, const kmp_mjcf_part *p)
 {
     kmp_import *im = m->im;
-    kmp_mjcf_body *body = KMP_ARENA_NEW(im->arena, kmp_mjcf_body, 1), **end = &m->bodies;
+    kmp_mjcf_body *body = KMP_ARENA_NEW(im->arena, kmp_mjcf_body, 1);
     kmp_mjcf_item item = kmp_mjcf_plain(p->element);
     const kmp_pose own = kmp_mjcf_pose(m, &item), at = kmp_frame_in(&p->frame, &own), none = kmp_frame_none();
     parts in = {.joints = NULL};
@@ -384,9 +383,8 @@ static void add_body(kmp_mjcf *m, const kmp_mjcf_body *parent, const kmp_mjcf_pa
                     ? kmp_import_clean(im, body->name)
                     : kmp_mjcf_new_name(m, &m->body_names, kmp_arena_printf(im->arena, "body_%d", m->body_count));
     body->world = kmp_frame_in(&parent->world, &at);
-    while (*end)
-        end = &(*end)->next;
-    *end = body;
+    *(m->last_body ? &m->last_body->next : &m->bodies) = body;
+    m->last_body = body;
     collect(m, p->element, &none, class_inside(m, p->element, p->around), &in);
     body->fixed = parent->fixed && !in.joints;
     add_joints(m, parent, body, p->element, in.joints, at);

@@ -21,8 +21,8 @@ void kmp_model_json_wheels(kmp_json *json, const kempe_model *model);
 void kmp_pair_show(kmp_text *text, const kempe_model *model, const kmp_contact_pair *pair);
 void kmp_pair_json(kmp_json *json, const kempe_model *model, const kmp_contact_pair *pair);
 
-/** Shapes (model_shapes.c): those of a body, of all of them, one as members of an open object. */
-void kmp_model_show_shapes(kmp_text *text, const kempe_model *model, int body);
+/** Shapes (model_shapes.c): one as a line, all of them, one as members of an open object. */
+void kmp_model_show_shape(kmp_text *text, const kmp_shape *shape);
 void kmp_model_json_shapes(kmp_json *json, const kempe_model *model);
 void kmp_model_json_shape(kmp_json *json, const kmp_shape *shape);
 

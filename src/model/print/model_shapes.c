@@ -86,18 +86,14 @@ void kmp_model_json_shapes(kmp_json *json, const kempe_model *model)
     kmp_json_end(json);
 }
 
-void kmp_model_show_shapes(kmp_text *text, const kempe_model *model, int body)
+void kmp_model_show_shape(kmp_text *text, const kmp_shape *shape)
 {
-    for (int k = 0; k < model->shape_count; k++) {
-        if (model->shapes[k].body != body)
-            continue;
-        kmp_text_printf(text, "    shape %s: ", kmp_shape_words[model->shapes[k].kind]);
-        kmp_json json = kmp_json_begin_as(text, KMP_JSON_WORDS);
-        kmp_json_object(&json, NULL);
-        kmp_model_json_shape(&json, &model->shapes[k]);
-        kmp_json_end(&json);
-        kmp_text_put(text, "\n");
-    }
+    kmp_text_printf(text, "    shape %s: ", kmp_shape_words[shape->kind]);
+    kmp_json json = kmp_json_begin_as(text, KMP_JSON_WORDS);
+    kmp_json_object(&json, NULL);
+    kmp_model_json_shape(&json, shape);
+    kmp_json_end(&json);
+    kmp_text_put(text, "\n");
 }
 
 void kmp_model_json_mass(kmp_json *json, const kmp_body *body)

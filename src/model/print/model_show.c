@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The model as a summary to read. */
+#include "base/memory.h"
 #include "model/compliant/compliant.h"
 #include "model/print/model_print.h"
 #include "model/tables/closure_table.h"
@@ -159,18 +160,47 @@ static void show_motion(kmp_text *text, const kmp_motion *motion)
     put_axis(text, motion->rotation ? " R" : " T", motion->axis);
 }
 
-static void show_points(kmp_text *text, const kempe_model *model, int body)
+/* Objects by their bodies, in order: the first one of each body, and the one after each; -1: none. */
+typedef struct by_body {
+    int *first, *next;
+} by_body;
+
+/* `body`: that of the first object, of `size` bytes each. False: no memory. */
+static bool sort_by_body(by_body *sorted, const kempe_model *model, int count, const int *body, size_t size)
 {
-    for (int i = 0; i < model->point_count; i++) {
+    *sorted = (by_body){KMP_NEW(int, model->body_count), KMP_NEW(int, count)};
+    for (int b = 0; sorted->first && b < model->body_count; b++)
+        sorted->first[b] = -1;
+    for (int k = count - 1; sorted->first && sorted->next && k >= 0; k--) {
+        int own = *(const int *)(const void *)((const char *)body + (size_t)k * size);
+        sorted->next[k] = sorted->first[own];
+        sorted->first[own] = k;
+    }
+    return sorted->first && sorted->next;
+}
+
+static void free_sorted(by_body *sorted)
+{
+    kmp_free(sorted->first);
+    kmp_free(sorted->next);
+}
+
+static void show_points(kmp_text *text, const kempe_model *model, const by_body *points, int body)
+{
+    for (int i = points->first[body]; i >= 0; i = points->next[i]) {
         kmp_point *point = &model->points[i];
-        if (point->body != body)
-            continue;
         kmp_text_printf(text, "    point %s", point->name);
         put_vector(text, " ", point->at);
         if (point->turned)
             put_axes(text, ", axes ", point->axes);
         kmp_text_put(text, "\n");
     }
+}
+
+static void show_shapes(kmp_text *text, const kempe_model *model, const by_body *shapes, int body)
+{
+    for (int k = shapes->first[body]; k >= 0; k = shapes->next[k])
+        kmp_model_show_shape(text, &model->shapes[k]);
 }
 
 static void show_inertia(kmp_text *text, const kmp_body *body)
@@ -212,17 +242,25 @@ static void show_body(kmp_text *text, const kempe_model *model, int i)
         put_axes(text, ", frame ", body->frame);
     kmp_text_put(text, "\n");
     show_inertia(text, body);
-    show_points(text, model, i);
-    kmp_model_show_shapes(text, model, i);
 }
 
 static void show_bodies(kmp_text *text, const kempe_model *model)
 {
+    by_body points, shapes;
+    const kmp_point *point = model->points;
+    const kmp_shape *shape = model->shapes;
+    bool sorted = sort_by_body(&points, model, model->point_count, point ? &point->body : NULL, sizeof *point);
+    sorted = sort_by_body(&shapes, model, model->shape_count, shape ? &shape->body : NULL, sizeof *shape) && sorted;
     kmp_text_put(text, "bodies\n  0 ground\n");
-    show_points(text, model, 0);
-    kmp_model_show_shapes(text, model, 0);
-    for (int i = 1; i < model->body_count; i++)
-        show_body(text, model, i);
+    for (int i = 0; sorted && i < model->body_count; i++) {
+        if (i > 0)
+            show_body(text, model, i);
+        show_points(text, model, &points, i);
+        show_shapes(text, model, &shapes, i);
+    }
+    text->failed = text->failed || !sorted;
+    free_sorted(&points);
+    free_sorted(&shapes);
 }
 
 /* -- closures -------------------------------------------------------------------------------------- */

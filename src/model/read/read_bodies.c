@@ -19,6 +19,7 @@ typedef struct sources {
     int count;
     int *order; /* of the sources in the model, parents first */
     int placed;
+    kmp_name_index names;
 } sources;
 
 static const kmp_key ground_keys[] = {
@@ -81,7 +82,7 @@ static void find_parent(sources *s, source *child)
     const char *name = kmp_reader_body_name(r, child->at->place.file, said);
     if (strcmp(name, "ground") == 0)
         return;
-    child->parent = kmp_name_find(KMP_NAMES(s->list, s->count), name);
+    child->parent = kmp_index_find(&s->names, &r->scratch, KMP_NAMES(s->list, s->count), -1, 0, name);
     if (child->parent >= 0)
         return;
     kmp_nearest nearest = kmp_nearest_begin(name);
@@ -148,13 +149,14 @@ static bool make_bodies(sources *s)
             return false;
     }
     model->body_count = s->count + 1;
-    for (int k = 0; k < s->count; k++) {
+    int *place = KMP_ARENA_NEW(&s->r->scratch, int, s->count); /* of a source among the bodies */
+    for (int k = 0; place && k < s->count; k++)
+        place[s->order[k]] = k + 1;
+    for (int k = 0; place && k < s->count; k++) {
         int parent = s->list[s->order[k]].parent;
-        for (int i = 0; i < s->count && parent >= 0; i++)
-            if (s->order[i] == parent)
-                model->bodies[k + 1].parent = i + 1;
+        model->bodies[k + 1].parent = parent >= 0 ? place[parent] : 0;
     }
-    return true;
+    return place;
 }
 
 /* BODY.POINT, or -1 for a body's origin. */

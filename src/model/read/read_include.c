@@ -146,10 +146,8 @@ static kmp_include_instance *add_instance(kmp_reader *r)
 
 static const kmp_yaml *find_key(const kmp_yaml *map, const char *text)
 {
-    for (int i = 0; map && i < map->count; i++)
-        if (strcmp(map->keys[i]->text, text) == 0)
-            return map->keys[i];
-    return NULL;
+    int found = map ? kmp_yaml_find(map, text) : -1;
+    return found < 0 ? NULL : map->keys[found];
 }
 
 static const kmp_yaml *rename_key(kmp_reader *r, const kmp_yaml *key, int file)

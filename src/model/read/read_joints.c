@@ -263,17 +263,17 @@ static void check_unique(kmp_reader *r, kmp_place place, int body)
     const kmp_body *bodies = r->model->bodies;
     if (kmp_linkage_find(r, bodies[body].joint) != KMP_LINKED_NOT)
         return;
-    for (int i = 1; i < body; i++)
-        if (strcmp(bodies[i].joint, bodies[body].joint) == 0 && strcmp(bodies[i].name, bodies[body].name) != 0) {
-            kmp_reader_complain(r, place, "duplicate joint '%s': it is also the joint of body '%s'", bodies[i].joint,
-                                bodies[i].name);
-            return;
-        }
-    for (int k = 0; k < r->model->motion_count; k++)
-        if (strcmp(r->model->motions[k].name, bodies[body].joint) == 0 &&
-            strcmp(bodies[r->model->motions[k].body].joint, bodies[body].joint) != 0)
-            kmp_reader_complain(r, place, "the joint '%s' has the name of a coordinate of joint '%s'",
-                                bodies[body].joint, bodies[r->model->motions[k].body].joint);
+    const kmp_name_list joints = {&bodies[1].joint, sizeof *bodies, body};
+    int i = 1 + kmp_index_find(&r->joints, &r->scratch, joints, -1, 0, bodies[body].joint);
+    if (i > 0 && i < body && strcmp(bodies[i].name, bodies[body].name) != 0) {
+        kmp_reader_complain(r, place, "duplicate joint '%s': it is also the joint of body '%s'", bodies[i].joint,
+                            bodies[i].name);
+        return;
+    }
+    int k = kmp_index_find(&r->motions, &r->scratch, KMP_COORDINATES(r->model), -1, 0, bodies[body].joint);
+    if (k >= 0 && strcmp(bodies[r->model->motions[k].body].joint, bodies[body].joint) != 0)
+        kmp_reader_complain(r, place, "the joint '%s' has the name of a coordinate of joint '%s'", bodies[body].joint,
+                            bodies[r->model->motions[k].body].joint);
 }
 
 static void read_joint(kmp_reader *r, const kmp_yaml *joint, int i)

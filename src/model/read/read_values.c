@@ -51,7 +51,7 @@ static int find_coordinate(void *user, const char *name)
 {
     kmp_reader *r = user;
     name = kmp_reader_name(r, r->scope, name);
-    int named = kmp_name_find(KMP_COORDINATES(r->model), name);
+    int named = kmp_index_find(&r->motions, &r->scratch, KMP_COORDINATES(r->model), -1, 0, name);
     return named >= 0 ? named : find_numbered(r->model, name);
 }
 
@@ -476,12 +476,15 @@ const kmp_expr *kmp_read_function(kmp_reader *r, const kmp_yaml *node, const cha
 
 /* -- references ---------------------------------------------------------------------------------- */
 
-static int find_point(const kempe_model *model, int body, const char *name)
+static int find_point(kmp_reader *r, int body, const char *name)
 {
-    for (int i = 0; i < model->point_count; i++)
-        if (model->points[i].body == body && strcmp(model->points[i].name, name) == 0)
-            return i;
-    return -1;
+    return kmp_index_find(&r->points, &r->scratch, KMP_NAMES(r->model->points, r->model->point_count),
+                          offsetof(kmp_point, body), body, name);
+}
+
+static int find_body(kmp_reader *r, const char *name)
+{
+    return kmp_index_find(&r->bodies, &r->scratch, KMP_BODY_NAMES(r->model), -1, 0, name);
 }
 
 static void complain_body(kmp_reader *r, kmp_place place, const char *text, size_t length, const char *what)
@@ -503,7 +506,7 @@ static void complain_point(kmp_reader *r, kmp_place place, int body, const char 
 
 int kmp_read_point_of(kmp_reader *r, kmp_place place, int body, const char *name, const char *what)
 {
-    int point = find_point(r->model, body, name);
+    int point = find_point(r, body, name);
     if (point < 0)
         complain_point(r, place, body, name, what);
     return point;
@@ -518,13 +521,13 @@ int kmp_read_point_text(kmp_reader *r, kmp_place place, const char *text, const 
     }
     size_t length = (size_t)(dot - text);
     const char *name = kmp_reader_body_name(r, place.file, kmp_reader_say(r, "%.*s", (int)length, text));
-    int body = kmp_name_find(KMP_BODY_NAMES(r->model), name);
+    int body = find_body(r, name);
     bool ground = length == strlen("ground") && strncmp(text, "ground", length) == 0;
     if (body < 0 && !ground) /* an included ground on no body is reported at its include */
         complain_body(r, place, text, length, what);
     if (body < 0)
         return -1;
-    int point = find_point(r->model, body, ground ? kmp_reader_name(r, place.file, dot + 1) : dot + 1);
+    int point = find_point(r, body, ground ? kmp_reader_name(r, place.file, dot + 1) : dot + 1);
     if (point < 0)
         complain_point(r, place, body, dot + 1, what);
     return point;
@@ -534,7 +537,7 @@ int kmp_read_body(kmp_reader *r, const kmp_yaml *node, const char *what)
 {
     const char *text = kmp_read_word(r, node, what);
     const char *name = text ? kmp_reader_body_name(r, node->place.file, text) : NULL;
-    int body = name ? kmp_name_find(KMP_BODY_NAMES(r->model), name) : -1;
+    int body = name ? find_body(r, name) : -1;
     if (text && body < 0)
         complain_body(r, node->place, text, strlen(text), what);
     return body;

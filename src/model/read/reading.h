@@ -44,9 +44,10 @@ typedef struct kmp_reader {
     int scope_line;
     const kmp_expr_locals *locals; /* names that the expressions being read have; NULL: none */
     const kmp_yaml *root;
-    bool digests;                      /* files are read, and go into a digest */
-    kmp_digest digest;                 /* of all files and settings so far */
-    kmp_linkage *linkage;              /* NULL without joints between bodies */
+    bool digests;                                   /* files are read, and go into a digest */
+    kmp_digest digest;                              /* of all files and settings so far */
+    kmp_linkage *linkage;                           /* NULL without joints between bodies */
+    kmp_name_index bodies, points, motions, joints; /* of the model's; of bodies' joints */
     struct kmp_function_block *blocks; /* the entries of `states`, whose laws are read when they are needed */
     int first_algebraic;               /* of the model's variables: those before it are values of blocks */
     int first_contact_state;           /* of the states that contacts have, the last ones */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Edit distance with transpositions of neighbours (optimal string alignment), three rows of the table kept. */
 #include "model/tables/nearest.h"
+#include <stdint.h>
 #include <string.h>
 #include <strings.h>
 
@@ -77,6 +78,50 @@ int kmp_name_find(kmp_name_list names, const char *name)
         if (strcmp(kmp_name_at(names, k), name) == 0)
             return k;
     return -1;
+}
+
+static int group_of(kmp_name_list names, ptrdiff_t at, int k)
+{
+    return at < 0 ? 0 : *(const int *)(const void *)((const char *)names.list + (size_t)k * names.size + at);
+}
+
+static size_t slot_of(const kmp_name_index *index, kmp_name_list names, ptrdiff_t group_at, int group, const char *name)
+{
+    size_t at = (kmp_text_hash(name) ^ (uint32_t)group * 0x9e3779b9u) & (index->size - 1);
+    while (index->slots[at] && (group_of(names, group_at, index->slots[at] - 1) != group ||
+                                strcmp(kmp_name_at(names, index->slots[at] - 1), name) != 0))
+        at = (at + 1) & (index->size - 1);
+    return at;
+}
+
+/* False: no memory. */
+static bool grow_index(kmp_name_index *index, kmp_arena *arena, int count)
+{
+    size_t size = index->size ? index->size : 64;
+    while (size < 2 * (size_t)count)
+        size *= 2;
+    if (size > index->size) {
+        int *slots = kmp_arena_alloc(arena, size, sizeof *slots);
+        if (!slots)
+            return false;
+        *index = (kmp_name_index){slots, size, 0};
+    }
+    return true;
+}
+
+int kmp_index_find(kmp_name_index *index, kmp_arena *arena, kmp_name_list names, ptrdiff_t group_at, int group,
+                   const char *name)
+{
+    if (!grow_index(index, arena, names.count))
+        return -1;
+    for (; index->held < names.count; index->held++) {
+        int k = index->held;
+        size_t at = slot_of(index, names, group_at, group_of(names, group_at, k), kmp_name_at(names, k));
+        if (!index->slots[at])
+            index->slots[at] = k + 1;
+    }
+    int found = index->slots[slot_of(index, names, group_at, group, name)] - 1;
+    return found < names.count ? found : -1;
 }
 
 void kmp_nearest_offer_all(kmp_nearest *nearest, kmp_name_list names)

@@ -2,6 +2,7 @@
 /* Search in lists of names, and the known word nearest to a misspelt one. */
 #pragma once
 
+#include "base/arena.h"
 #include "base/text.h"
 
 /** Names of a list of words, or of objects whose first member is the name. */
@@ -18,6 +19,19 @@ const char *kmp_name_at(kmp_name_list names, int k);
 
 /** The index of a name; -1: it is none of them. */
 int kmp_name_find(kmp_name_list names, const char *name);
+
+/** An index of names by hash, empty at first. Names that a list has got since the last look-up are taken up; those it
+ * had stay what they are. */
+typedef struct kmp_name_index {
+    int *slots; /* number of a name, from 1 */
+    size_t size;
+    int held;
+} kmp_name_index;
+
+/** kmp_name_find by an index, which lives in the arena. Of objects with an int at `group_at` of them that counts as a
+ * part of the name, those with this one; -1: they have none. */
+int kmp_index_find(kmp_name_index *index, kmp_arena *arena, kmp_name_list names, ptrdiff_t group_at, int group,
+                   const char *name);
 
 /** The index of a word, `names.count` when it is none of them. The message appended to `complaint` names the kind, the
  * word, the valid words and the nearest one. */

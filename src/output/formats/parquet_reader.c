@@ -260,9 +260,20 @@ static kempe_status read_notes(reader *r, source *s)
 /* -- pages ------------------------------------------------------------------------------------------- */
 
 typedef struct page {
-    int type, size, values, encoding, version;
-    int repetition_bytes, definition_bytes; /* of version 2 */
+    int type, size, whole, values, encoding, version; /* whole: bytes without compression */
+    int repetition_bytes, definition_bytes;           /* of version 2 */
+    bool plain;                                       /* of version 2: it is not compressed */
 } page;
+
+/* Types and encodings of pages. */
+enum { DICTIONARY_PAGE = 2, PLAIN = 0, PLAIN_DICTIONARY = 2, INDICES = 8 };
+
+/* The values to which the indices of a column's pages refer. */
+typedef struct dictionary {
+    int count;
+    double *number;
+    const char **word;
+} dictionary;
 
 static void read_version(source *s, page *p)
 {
@@ -276,6 +287,8 @@ static void read_version(source *s, page *p)
             p->definition_bytes = take_int(s, 0, INT_MAX);
         else if (type == I32 && p->version == 2 && field == 6)
             p->repetition_bytes = take_int(s, 0, INT_MAX);
+        else if (type == FALSE && p->version == 2 && field == 7)
+            p->plain = true;
         else
             skip(s, type, 0);
 }
@@ -287,15 +300,106 @@ static page read_page(source *s)
     while (next_field(s, &field, &type))
         if (field == 1 && type == I32)
             p.type = take_int(s, 0, SHRT_MAX);
+        else if (field == 2 && type == I32)
+            p.whole = take_int(s, 0, INT_MAX);
         else if (field == 3 && type == I32)
             p.size = take_int(s, 0, INT_MAX);
-        else if ((field == 5 || field == 8) && type == STRUCT) {
-            p.version = field == 5 ? 1 : 2;
+        else if ((field == 5 || field == 7 || field == 8) && type == STRUCT) {
+            p.version = field == 8 ? 2 : 1; /* a dictionary begins as version 1 does */
             read_version(s, &p);
         } else {
             skip(s, type, 0);
         }
     return p;
+}
+
+/* -- compression ------------------------------------------------------------------------------------- */
+
+/* Part of the output of Snappy's format: bytes that follow, or a copy of earlier ones. False: the input is damaged. */
+static bool put_piece(source *s, unsigned char *out, size_t *at, size_t size)
+{
+    unsigned tag = take_byte(s);
+    size_t length = (tag >> 2) + 1, back = 0;
+    int more = 0; /* bytes of the length, or of the distance */
+    if ((tag & 3) == 0) {
+        more = length > 60 ? (int)length - 60 : 0;
+        for (int k = 0; k < more; k++)
+            length = (k == 0 ? 1 : length) + ((size_t)take_byte(s) << (8 * k));
+        if (s->failed || length > (size_t)(s->end - s->at) || length > size - *at)
+            return false;
+        memcpy(out + *at, s->at, length);
+        s->at += length;
+        *at += length;
+        return true;
+    }
+    if ((tag & 3) == 1) {
+        length = (tag >> 2 & 7) + 4;
+        back = (size_t)(tag >> 5) << 8 | take_byte(s);
+    } else {
+        more = (tag & 3) == 2 ? 2 : 4;
+        for (int k = 0; k < more; k++)
+            back |= (size_t)take_byte(s) << (8 * k);
+    }
+    if (s->failed || back == 0 || back > *at || length > size - *at)
+        return false;
+    for (size_t k = 0; k < length; k++, ++*at) /* they may overlap */
+        out[*at] = out[*at - back];
+    return true;
+}
+
+/* The bytes that Snappy has compressed, to be freed. NULL: damaged, or no memory. Three bytes give 64 at most. */
+static unsigned char *expanded(source s, size_t size)
+{
+    enum { MOST_GROWTH = 32 };
+    size_t at = 0;
+    if (take_varint(&s) != size || s.failed || size / MOST_GROWTH > (size_t)(s.end - s.at) + 1)
+        return NULL;
+    unsigned char *out = kmp_calloc(size + 1, 1);
+    bool good = out;
+    while (good && at < size)
+        good = put_piece(&s, out, &at, size);
+    if (!good || s.at != s.end) {
+        kmp_free(out);
+        return NULL;
+    }
+    return out;
+}
+
+/* -- values ------------------------------------------------------------------------------------------ */
+
+/* Index k of a page: bits at a place of a group. */
+static unsigned bits_at(const unsigned char *bytes, size_t bit, int width)
+{
+    unsigned x = 0;
+    for (int k = 0; k < width; k++)
+        x |= (unsigned)(bytes[(bit + (size_t)k) / 8] >> ((bit + (size_t)k) % 8) & 1) << k;
+    return x;
+}
+
+/* `count` indices: runs of one, and groups of eight. */
+static void take_indices(source *s, int width, int count, int *index)
+{
+    s->failed = s->failed || width > 31;
+    for (int k = 0; k < count && !s->failed;) {
+        uint64_t head = take_varint(s), run = head >> 1;
+        if (head & 1) {
+            size_t bytes = run <= INT_MAX / 32 ? (size_t)run * (size_t)width : SIZE_MAX;
+            if (run == 0 || bytes > (size_t)(s->end - s->at)) {
+                s->failed = true;
+                return;
+            }
+            for (size_t i = 0; i < (size_t)run * 8 && k < count; i++)
+                index[k++] = (int)bits_at(s->at, i * (size_t)width, width);
+            s->at += bytes;
+        } else {
+            unsigned value = 0;
+            for (int b = 0; b < (width + 7) / 8; b++)
+                value |= take_byte(s) << (8 * b);
+            s->failed = s->failed || run == 0 || value > INT_MAX;
+            for (uint64_t i = 0; i < run && k < count; i++)
+                index[k++] = (int)value;
+        }
+    }
 }
 
 /* True if all `count` levels are 1: runs, and groups of eight bits. */
@@ -367,10 +471,9 @@ static const char *take_word(reader *r, source *s)
     return word;
 }
 
-/* The values of a page, in rows from `row` on. */
-static void take_values(reader *r, source *s, int column, int row, int count)
+/* `count` values of a page, to numbers or to words. */
+static void take_values(reader *r, source *s, int column, int count, double *number, const char **word)
 {
-    kmp_parquet_column *c = &r->file->column[column];
     size_t size = size_of(r->type[column]);
     if (size > 0 && (size_t)(s->end - s->at) / size < (size_t)count) {
         s->failed = true;
@@ -378,28 +481,92 @@ static void take_values(reader *r, source *s, int column, int row, int count)
     }
     for (int k = 0; k < count && !s->failed; k++)
         if (size > 0)
-            c->number[row + k] = number_at(s->at + size * (size_t)k, r->type[column]);
+            number[k] = number_at(s->at + size * (size_t)k, r->type[column]);
         else
-            c->word[row + k] = take_word(r, s);
+            word[k] = take_word(r, s);
+}
+
+/* The dictionary of a column: its values. */
+static bool take_dictionary(reader *r, source *s, int column, int count, dictionary *d)
+{
+    size_t least = size_of(r->type[column]) > 0 ? size_of(r->type[column]) : LEVEL_BYTES;
+    if (d->count > 0 || (size_t)count > (size_t)(s->end - s->at) / least)
+        return false;
+    *d = (dictionary){.count = count,
+                      .number = KMP_ARENA_NEW(&r->file->arena, double, count),
+                      .word = KMP_ARENA_NEW(&r->file->arena, const char *, count)};
+    if (!r->file->arena.failed)
+        take_values(r, s, column, count, d->number, d->word);
+    return !s->failed;
+}
+
+/* Values of a page by their indices into the dictionary. */
+static void look_up(reader *r, source *s, const dictionary *d, int column, int row, int count)
+{
+    kmp_parquet_column *c = &r->file->column[column];
+    int *index = KMP_ARENA_NEW(&r->file->arena, int, count);
+    if (!index)
+        return;
+    take_indices(s, (int)take_byte(s), count, index);
+    for (int k = 0; k < count && !s->failed; k++) {
+        s->failed = index[k] >= d->count;
+        if (s->failed)
+            return;
+        if (c->number)
+            c->number[row + k] = d->number[index[k]];
+        else
+            c->word[row + k] = d->word[index[k]];
+    }
+}
+
+/* The content of a page: its values, or a dictionary. */
+static kempe_status read_content(reader *r, source *inside, const page *p, int column, int row, dictionary *d)
+{
+    kmp_parquet_column *c = &r->file->column[column];
+    if (p->type == DICTIONARY_PAGE)
+        return take_dictionary(r, inside, column, p->values, d) ? KEMPE_OK : refuse_damaged(r);
+    if (p->encoding != PLAIN && p->encoding != PLAIN_DICTIONARY && p->encoding != INDICES)
+        return refuse_column(r, column, "has an encoding that is not read: plain ones and those with a dictionary are");
+    if (p->version == 1 && !pass_levels(r, inside, p, column))
+        return refuse_column(r, column, "has empty cells");
+    if (p->encoding == PLAIN)
+        take_values(r, inside, column, p->values, c->number ? c->number + row : NULL, c->word ? c->word + row : NULL);
+    else
+        look_up(r, inside, d, column, row, p->values);
+    return inside->failed || p->values == 0 ? refuse_damaged(r) : KEMPE_OK;
+}
+
+/* A page, which may be compressed; in version 2 its levels are not. */
+static kempe_status open_page(reader *r, source inside, const page *p, int column, int row, bool snappy, dictionary *d)
+{
+    const unsigned char *begin = inside.at;
+    bool second = p->type != DICTIONARY_PAGE && p->version == 2;
+    if (second && !pass_levels(r, &inside, p, column))
+        return refuse_column(r, column, "has empty cells");
+    if (!snappy || (second && p->plain))
+        return read_content(r, &inside, p, column, row, d);
+    size_t levels = (size_t)(inside.at - begin);
+    unsigned char *out = (size_t)p->whole >= levels ? expanded(inside, (size_t)p->whole - levels) : NULL;
+    if (!out)
+        return refuse_damaged(r);
+    source whole = {.at = out, .end = out + ((size_t)p->whole - levels)};
+    kempe_status status = read_content(r, &whole, p, column, row, d);
+    kmp_free(out);
+    return status;
 }
 
 /* All pages of a column in a group of `rows` rows. */
-static kempe_status read_pages(reader *r, source s, int column, int rows)
+static kempe_status read_pages(reader *r, source s, int column, int rows, bool snappy)
 {
+    dictionary d = {.count = 0};
     for (int row = 0; row < rows;) {
         page p = read_page(&s);
-        if (s.failed || p.size > s.end - s.at || (p.type != 2 && (p.version == 0 || p.values > rows - row)))
+        bool data = p.type != DICTIONARY_PAGE;
+        if (s.failed || p.size > s.end - s.at || p.version == 0 || (data && p.values > rows - row))
             return refuse_damaged(r);
-        if (p.type == 2 || p.encoding != 0)
-            return refuse_column(r, column, "has an encoding with a dictionary, or another one");
-        source inside = {.at = s.at, .end = s.at + p.size};
-        if (!pass_levels(r, &inside, &p, column))
-            return refuse_column(r, column, "has empty cells");
-        take_values(r, &inside, column, row + r->done, p.values);
-        if (inside.failed || p.values == 0)
-            return refuse_damaged(r);
+        KMP_TRY(open_page(r, (source){.at = s.at, .end = s.at + p.size}, &p, column, row + r->done, snappy, &d));
         s.at += p.size;
-        row += p.values;
+        row += data ? p.values : 0;
     }
     return kmp_made(r->context, !r->file->arena.failed);
 }
@@ -437,7 +604,7 @@ static column_place read_place(source *s)
 static kempe_status read_column(reader *r, const column_place *place, int column, int rows)
 {
     static const char *const codecs[] = {NULL, "snappy", "gzip", "lzo", "brotli", "lz4", "zstd", "lz4"};
-    if (place->codec != 0) {
+    if (place->codec > 1) {
         kmp_text why = {0};
         bool known = place->codec < (int)(sizeof codecs / sizeof *codecs);
         kmp_text_printf(&why, "is compressed (%s)", known ? codecs[place->codec] : "unknown");
@@ -445,13 +612,11 @@ static kempe_status read_column(reader *r, const column_place *place, int column
         kmp_text_free(&why);
         return status;
     }
-    if (place->dictionary > 0)
-        return refuse_column(r, column, "has an encoding with a dictionary");
-    if (place->at < 4 || place->size < 0 || (uint64_t)place->at > r->size ||
-        (uint64_t)place->size > r->size - (uint64_t)place->at)
+    int64_t from = place->dictionary > 0 && place->dictionary < place->at ? place->dictionary : place->at;
+    if (from < 4 || place->size < 0 || (uint64_t)from > r->size || (uint64_t)place->size > r->size - (uint64_t)from)
         return refuse_damaged(r);
-    const unsigned char *at = r->bytes + place->at;
-    return read_pages(r, (source){.at = at, .end = at + place->size}, column, rows);
+    const unsigned char *at = r->bytes + from;
+    return read_pages(r, (source){.at = at, .end = at + place->size}, column, rows, place->codec == 1);
 }
 
 static kempe_status read_group(reader *r, source *s)
@@ -480,11 +645,12 @@ static kempe_status read_group(reader *r, source *s)
     return status;
 }
 
-/* Room for all rows: each takes a byte at least. */
+/* Room for all rows: runs of equal ones take little. */
 static kempe_status make_room(reader *r)
 {
     kmp_parquet_file *f = r->file;
-    if (!f->column || f->rows < 0 || (size_t)f->rows > r->size)
+    enum { MOST_ROWS_A_BYTE = 4096 };
+    if (!f->column || f->rows < 0 || (size_t)f->rows / MOST_ROWS_A_BYTE > r->size)
         return refuse_damaged(r);
     for (int k = 0; k < f->column_count; k++)
         if (r->type[k] == PARQUET_BYTES)

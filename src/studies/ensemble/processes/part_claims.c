@@ -2,6 +2,7 @@
 #include "studies/ensemble/processes/part_claims.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "base/thread_pool.h"
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -142,7 +143,7 @@ static bool start_beat(kmp_claims *c)
     sigset_t all, old;
     sigfillset(&all);
     pthread_sigmask(SIG_SETMASK, &all, &old);
-    c->has_beat = pthread_create(&c->beat, NULL, beat, c) == 0;
+    c->has_beat = kmp_thread_start(&c->beat, beat, c);
     pthread_sigmask(SIG_SETMASK, &old, NULL);
     return c->has_beat;
 }
