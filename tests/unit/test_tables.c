@@ -95,6 +95,32 @@ static void beyond_the_points(void)
     run_of("x: [0, 1, 2], y: [0, 1, 3], outside: error", &qd, KEMPE_STOPPED, NULL);
 }
 
+/* A ramp of slope 1/2 between two masses of 1 kg that holds at both ends. The plastic impact at its beginning leaves
+ * 1/(1 + 1/4) of the rate, the follower stops at its end: 1 s, 1/0.8 s, and 0.75 s at 0.8 m/s. */
+static void ramp_that_holds(void)
+{
+    static const char text[] = "kempe: 1\ntables: {lift: {x: [0, 1], y: [0, 0.5], outside: hold, method: linear}}\n"
+                               "bodies:\n  cam: {joint: {prismatic: x, at: ground}, mass: 1}\n"
+                               "  follower: {joint: {prismatic: y, at: ground}, mass: 1}\n"
+                               "loops: {cam: {constraint: \"q(follower) - lift(q(cam))\"}}\n"
+                               "start: {q: {cam: -1}, qd: {cam: 1}}\n";
+    kempe_model *m = NULL;
+    kempe_system *s = NULL;
+    kempe_trajectory *run = NULL;
+    CHECK(kempe_model_read_text(context, text, "m.yaml", &m) == KEMPE_OK);
+    CHECK(m && kempe_system_new(m, &s) == KEMPE_OK);
+    CHECK(s && kempe_simulate(s, &(kempe_run_options){.t_end = 3}, &run) == KEMPE_OK);
+    if (run) {
+        int last = kempe_trajectory_row_count(run) - 1;
+        CHECK_NEAR(kempe_trajectory_q(run, last)[0], 1.6, 1e-9);
+        CHECK_NEAR(kempe_trajectory_q(run, last)[1], 0.5, 1e-9);
+        CHECK_NEAR(kempe_trajectory_qd(run, last)[0], 0.8, 1e-9);
+    }
+    kempe_trajectory_free(run);
+    kempe_system_free(s);
+    kempe_model_free(m);
+}
+
 /* In constants: wrapped and held as in equations. */
 static void constants_beyond_the_points(void)
 {
@@ -152,6 +178,7 @@ int main(void)
     TEST(constants);
     TEST(equations);
     TEST(beyond_the_points);
+    TEST(ramp_that_holds);
     TEST(constants_beyond_the_points);
     TEST(bad_sheets);
     kempe_context_free(context);

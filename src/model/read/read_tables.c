@@ -7,7 +7,7 @@
 #include <string.h>
 
 /* Part of the range of a table by which its spline may pass the points of a piece without a word. */
-#define OVERSHOOT 0.005
+#define OVERSHOOT 0.02
 
 static bool check_points(const kmp_points *p, kmp_place place)
 {
