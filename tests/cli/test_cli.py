@@ -835,6 +835,23 @@ class Ensembles(Case):
         with open(self.folder / "ends.csv", newline="") as file:
             return done, list(csv.DictReader(file))
 
+    def test_turns_within_steps(self):
+        """A rotor makes 907 turns in 27 steps: q = W (t - T (1 - exp(-t/T))). Its unbalance pulls with m e w^2."""
+        (self.folder / "rotor.yaml").write_text(
+            "kempe: 1\nparameters: {e: 1 mm}\nbodies: {rotor: {joint: {name: A, revolute: z, at: ground}, mass: 10, com: [e, 0, 0], inertia: {zz: 0.1}, "
+            "points: {P: [0.1, 0, 0]}}}\nforces: {motor: {joint: A, torque: 30 - 0.1*qd(A)}}\nrun: {t_end: 20}\n")
+        words = "n=count(position(rotor.P).x > 0), x=max(position(rotor.P).x), F=max(reaction(A).x), r=range(position(rotor.P).y), d=duration(position(rotor.P).x > 0.05) from 15 to 20"
+        (self.folder / "e.csv").write_text("e\n0.001\n")
+        self.expect(0, "ensemble", "rotor.yaml", "--values", "e.csv", "--quantity", words, "-o", "ends.csv")
+        with open(self.folder / "ends.csv", newline="") as file:
+            row = {name: float(value) for name, value in next(csv.DictReader(file)).items() if name in "nxFrd"}
+        last = (1 - math.exp(-20 / 1.0001)) * 300
+        self.assertEqual(row["n"], 907)
+        self.assertAlmostEqual(row["x"], 0.1, delta=1e-8)
+        self.assertAlmostEqual(row["r"], 0.2, delta=1e-8)
+        self.assertAlmostEqual(row["F"], 0.01 * last**2, delta=0.05)  # at a turn within the last 0.02 s
+        self.assertAlmostEqual(row["d"], 5 / 3, delta=0.01)
+
     def test_values(self):
         done, rows = self.rows("--values", self.table(self.BARS), "--t-end", 0.5)
         self.assertIn("4 instances, 3 ok, 0 stopped, 1 failed", done.stdout)

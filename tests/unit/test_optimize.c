@@ -57,6 +57,21 @@ static void finds_a_spring(void)
     unload(&l);
 }
 
+/* The largest place of a point of a rotor that makes some 160 turns in the steps of a run is its radius at any speed.
+ */
+static void turns_within_steps(void)
+{
+    loaded l =
+        load_text("kempe: 1\nparameters: {w: 100}\nbodies: {disk: {joint: {name: A, revolute: z, at: ground}, mass: 1, "
+                  "inertia: {zz: 0.01}, points: {P: [0.1, 0, 0]}}}\nstart: {qd: {A: w}}\nrun: {t_end: 10}\n");
+    kempe_optimum *o = NULL;
+    CHECK(optimize(&l, (kempe_optimum_options){.maximize = "max(position(disk.P).x)", .parameters = "w:90:110"}, &o) ==
+          KEMPE_OK);
+    CHECK_NEAR(o ? kempe_optimum_quantity(o) : NAN, 0.1, 1e-8);
+    kempe_optimum_free(o);
+    unload(&l);
+}
+
 /* The values at two times, and an extreme, with their slopes by k and c against differences of the closed form. */
 static void slopes_are_exact(void)
 {
@@ -241,6 +256,7 @@ int main(void)
     if (!kmp_minimum_available())
         return 0;
     TEST(finds_a_spring);
+    TEST(turns_within_steps);
     TEST(slopes_are_exact);
     TEST(finds_an_angle);
     TEST(finds_a_coupler_curve);
