@@ -112,7 +112,7 @@ class Simulations(Case):
             with self.subTest(name):
                 drawn, data = self.open(self.make("simulate", model, *options, name=name), *browser)
                 self.check_drawn(drawn, data)
-                self.assertEqual((data["status"], data["stopped_at"]), ("ok", []))
+                self.assertEqual((data["status"].split(",")[0], data["stopped_at"]), ("complete", []))
                 self.assertGreater(int(drawn.by_id["view"]["data-frames"]), 300)
                 for plot in ["over-energy", "over-step"] + (["over-h", "over-hdot"] if data["m"] else []):
                     self.assertGreater(int(drawn.by_id[plot]["data-points"]), 5, plot)
@@ -172,7 +172,7 @@ class Simulations(Case):
         self.assertAlmostEqual(column(data, "qd.crank")["summary"][2] / crank[-2], 1, places=5)
         self.assertAlmostEqual(end, 0.7068008, places=5)
         self.assertAlmostEqual(data["picture"]["frames"]["t_end"], end, places=6)
-        self.assertIn(f"Stopped at t = {end:.3f}"[:-1], drawn.words("answer"))
+        self.assertIn(f"Stopped: at t = {end:.3f}"[:-1], drawn.words("answer"))
 
     def test_what_never_moves(self):
         """A condition that changes back and forth at the start; loops that cannot be closed."""
@@ -573,12 +573,12 @@ class Views(Case):
         path, shown = done.stdout.split()
         self.assertEqual(path, shown)
         drawn, data = self.open(pathlib.Path(path))
-        self.assertEqual((data["answer"], drawn.words("answer")), ("Assembled", "Assembled"))
+        self.assertEqual((data["answer"], drawn.words("answer")), ("Complete: Assembled",) * 2)
 
     def test_a_page_of_a_path(self):
         page = self.folder / "start.html"
         done = self.view(ROOT / "examples/four_bar/four_bar.yaml", "--report", page, "--json", "-")
-        self.assertEqual((done.returncode, json.loads(done.stdout)), (0, {"status": "ok", "file": str(page)}))
+        self.assertEqual((done.returncode, json.loads(done.stdout)), (0, {"status": "complete", "file": str(page)}))
         self.assertEqual(self.view(page, browser="echo").stdout.split(), [str(page)] * 2)
 
     def test_what_cannot_be_shown(self):

@@ -417,7 +417,7 @@ kempe_status kempe_branches_new(const kempe_system *system, int seed, kempe_bran
     if (status == KEMPE_OK)
         status = find(b, seed);
     b->warnings = kmp_context_warnings(system->context);
-    status = kmp_context_verdict(system->context, status);
+    b->status = status = kmp_context_verdict(system->context, status);
     return KMP_GIVE_OR_FREE(status, branches, b, kempe_branches_free);
 }
 

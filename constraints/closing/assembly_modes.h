@@ -48,6 +48,7 @@ struct kempe_branches {
     kmp_branch branch[KMP_MOST_BRANCHES];
     int count; /* branch[0] is the model's; the others are sorted by sign, then by q */
     kmp_arena arena;
+    kempe_status status;
     char *warnings; /* of the computation, one per line */
 };
 

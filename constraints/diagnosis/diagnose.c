@@ -217,7 +217,7 @@ kempe_status kempe_check_new(const kempe_system *system, kempe_check **check)
     c->warnings = kmp_context_warnings(system->context);
     if (status == KEMPE_E_FAILED && kmp_memory_failures() != failures)
         status = KEMPE_E_MEMORY; /* the messages of earlier trials are dropped */
-    status = kmp_context_verdict(system->context, status);
+    c->status = status = kmp_context_verdict(system->context, status);
     if (!kmp_is_complete(status) && !(status == KEMPE_E_FAILED && !c->assembled)) {
         kempe_check_free(c);
         return status;

@@ -138,7 +138,8 @@ struct kempe_check {
     kmp_obstacle obstacle;   /* reason of a failed assembly */
     char *reason;            /* message of the failed assembly */
     kmp_arena arena;         /* of obstacle and reason */
-    char *warnings;          /* of the computation, one per line */
+    kempe_status status;
+    char *warnings; /* of the computation, one per line */
 };
 
 /* Work shared by the parts of one examination. */

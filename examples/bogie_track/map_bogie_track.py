@@ -110,13 +110,13 @@ def write(arguments, put):
             varied = [(n, f, low, high, (count + arguments.every - 1) // arguments.every if count % 2 else count) for n, f, low, high, count in varied]
         for row in instances(arguments.kempe, grid(clearances, varied), others, arguments.rtol):
             at = [f"{factor * float(row[n]):.6g}" for n, factor, *_ in varied] + [""]
-            said = regime(row) if row["status"] == "ok" else "failed"
+            said = regime(row) if row["status"].startswith("complete") else "failed"
             put(",".join([name, *at[:2], f"{1e3 * float(row['sigma']):g}", *(f"{float(row[n]):.4g}" if row[n] else "" for n in NAMES), said]))
 
 
 def search(arguments):
     ranges, number = SEARCH
-    pairs = [[regime(row) if row["status"] == "ok" else "failed" for row in
+    pairs = [[regime(row) if row["status"].startswith("complete") else "failed" for row in
               instances(arguments.kempe, ["--design", "sobol", "--instances", str(number), "--sample", ranges], {"worn": 0, "motors": 0, "sigma": f"{clearance:g} mm"})]
              for clearance in PAIR]
     print("| 2 mm | 6.5 mm | samples |\n|---|---|---|")

@@ -104,8 +104,8 @@ KEMPE_API kempe_status kempe_ensemble_run_rows(kempe_ensemble *ensemble, const k
                                                int count, const double *rows, kempe_batch **batch);
 KEMPE_API void kempe_batch_free(kempe_batch *batch);
 
-/** The number of instances; the status of the k-th, "ok", "stopped" or "failed", and its reason as a sentence ("" when
- * ok). */
+/** The number of instances; the status of the k-th, "complete", "not trustworthy", "stopped" or "failed", and its
+ * reason as a sentence ("" when complete). */
 KEMPE_API int kempe_batch_count(const kempe_batch *batch);
 KEMPE_API const char *kempe_batch_status(const kempe_batch *batch, int k);
 KEMPE_API const char *kempe_batch_reason(const kempe_batch *batch, int k);

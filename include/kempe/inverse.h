@@ -47,7 +47,7 @@ KEMPE_API kempe_status kempe_inverse_new(const kempe_system *system, const kempe
                                          kempe_inverse **inverse);
 KEMPE_API void kempe_inverse_free(kempe_inverse *inverse);
 
-/** "ok", "stopped" or "failed", and the reason as a sentence ("" when ok). */
+/** "complete", "complete, not checked", "not trustworthy", "stopped" or "failed", and the reason ("" when complete). */
 KEMPE_API const char *kempe_inverse_status(const kempe_inverse *inverse);
 KEMPE_API const char *kempe_inverse_reason(const kempe_inverse *inverse);
 

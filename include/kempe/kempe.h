@@ -262,7 +262,7 @@ KEMPE_API const double *kempe_trajectory_qd(const kempe_trajectory *trajectory, 
 KEMPE_API const double *kempe_trajectory_qdd(const kempe_trajectory *trajectory, int row);
 KEMPE_API const double *kempe_trajectory_lambda(const kempe_trajectory *trajectory, int row);
 
-/** "ok", "stopped" or "failed", and the reason as a sentence ("" when ok). */
+/** "complete", "complete, not checked", "not trustworthy", "stopped" or "failed", and the reason ("" when complete). */
 KEMPE_API const char *kempe_trajectory_status(const kempe_trajectory *trajectory);
 KEMPE_API const char *kempe_trajectory_reason(const kempe_trajectory *trajectory);
 

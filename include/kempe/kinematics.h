@@ -40,7 +40,7 @@ KEMPE_API kempe_status kempe_kinematics_new(const kempe_system *system, const ke
                                             kempe_kinematics **kinematics);
 KEMPE_API void kempe_kinematics_free(kempe_kinematics *kinematics);
 
-/** "ok", "stopped" or "failed", and the reason as a sentence ("" when ok). */
+/** "complete", "complete, not checked", "not trustworthy", "stopped" or "failed", and the reason ("" when complete). */
 KEMPE_API const char *kempe_kinematics_status(const kempe_kinematics *kinematics);
 KEMPE_API const char *kempe_kinematics_reason(const kempe_kinematics *kinematics);
 

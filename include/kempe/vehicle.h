@@ -93,7 +93,7 @@ KEMPE_API kempe_status kempe_contacts_new(const kempe_system *system, const kemp
                                           kempe_contacts **table);
 KEMPE_API void kempe_contacts_free(kempe_contacts *table);
 
-/** "ok" or "stopped", and the reason as a sentence ("" when ok). */
+/** "complete", "not trustworthy" or "stopped", and the reason as a sentence ("" when complete). */
 KEMPE_API const char *kempe_contacts_status(const kempe_contacts *table);
 KEMPE_API const char *kempe_contacts_reason(const kempe_contacts *table);
 

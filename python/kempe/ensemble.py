@@ -104,7 +104,7 @@ class Batch(Reported):
 
     @property
     def status(self) -> list[str]:
-        """Status of each instance: "ok", "stopped", "failed"."""
+        """Status of each instance: "complete", "not trustworthy", "stopped" or "failed"."""
         return [string(lib.kempe_batch_status(self._pointer, k)) for k in range(len(self))]
 
     @property
@@ -253,7 +253,7 @@ class Ensemble(Fixed):
         >>> ensemble = kempe.Model("four_bar.yaml").ensemble({"crank": numpy.linspace(0.28, 0.32, 9)})
         >>> batch = ensemble.run(t_end=0.5)
         >>> len(batch), batch.q.shape, set(batch.status)
-        (9, (9, 3), {'ok'})
+        (9, (9, 3), {'complete'})
         """
         given, keep = struct_of("kempe_run_options", options, "progress", "lanes")
         with self._context.reporting(options.get("progress")):
@@ -286,7 +286,7 @@ class Ensemble(Fixed):
 
         >>> ensemble = kempe.Model("four_bar.yaml").ensemble({"crank": [], "base": []})
         >>> ensemble.run_rows([[0.29, 0.9], [0.31, 0.9]], t_end=0.5).status
-        ['ok', 'ok']
+        ['complete', 'complete']
         """
         given, keep = struct_of("kempe_run_options", options, "progress", "lanes")
         names = self._values.names
@@ -449,7 +449,7 @@ class Function:
     def _table(self, batch: Batch) -> Array:
         found = batch.quantities
         table = np.stack(list(found.values()), axis=1) if found else np.hstack([batch.q, batch.qd])
-        table[[status != "ok" for status in batch.status]] = np.nan
+        table[[status in ("stopped", "failed") for status in batch.status]] = np.nan
         return table
 
     def __reduce__(self) -> Any:

@@ -390,7 +390,7 @@ class Model(Fixed):
 
         >>> batch = Model("four_bar.yaml").ensemble({"crank": [0.29, 0.30, 0.31]}).run(t_end=1)
         >>> batch.status, batch.q.shape
-        (['ok', 'ok', 'ok'], (3, 3))
+        (['complete', 'complete', 'complete'], (3, 3))
         >>> measured = Model("four_bar.yaml").ensemble({"crank": [0.29, 0.30]}, quantities={"swing": "range(q(rocker))"})
         >>> measured.run(t_end=1).quantities["swing"].shape
         (2,)
@@ -441,7 +441,7 @@ class Model(Fixed):
         ...     folder = model.ensemble({"crank": [0.29, 0.31]}).run_folder(place, t_end=0.5)
         ...     again = model.instance(place, 1)
         >>> again.to_dict()["parameters"]["crank"], again.simulate(**folder.run_options).status
-        (0.31, 'ok')
+        (0.31, 'complete')
         """
         context, path = self._context, path_of(folder)
         opened = context.make(Folder, lib.kempe_folder_open, context.pointer, path, long=False)

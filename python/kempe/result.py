@@ -75,6 +75,15 @@ class Result(Fixed):
         made: dict[str, Any] = json.loads(self._context.text(self._call("print"), self._pointer, lib.KEMPE_JSON))
         return made
 
+    @property
+    def trusted(self) -> bool:
+        """True if the result is complete and no check of it failed.
+
+        >>> kempe.Model("four_bar.yaml").simulate(t_end=1).trusted
+        True
+        """
+        return str(self.to_dict()["status"]).startswith("complete")
+
     def __str__(self) -> str:
         return self.text()
 
@@ -91,18 +100,18 @@ class Result(Fixed):
 
 
 class Judged(Result):
-    """A result that may end early: `status` is "ok", "stopped" or "failed", `reason` a sentence."""
+    """A result that may end early: `status` is a word, `reason` a sentence."""
 
     _kept: ClassVar[tuple[str, ...]] = ("status", "reason")
 
     @property
     def status(self) -> str:
-        """ "ok", "stopped" or "failed"."""
+        """ "complete", "complete, not checked", "not trustworthy", "stopped" or "failed"."""
         return string(self._call("status")(self._pointer))
 
     @property
     def reason(self) -> str:
-        """Why the computation ended early, "" when ok."""
+        """Why the computation ended early, or as the model requests; "" otherwise."""
         return string(self._call("reason")(self._pointer))
 
     def __repr__(self) -> str:

@@ -362,7 +362,7 @@ def test_interrupt_ends_a_long_run_at_once_with_its_rows(four_bar):
     assert late < 0.1 and partial.status == "stopped" and "interrupted" in partial.reason
     assert len(partial) > 0 and np.isfinite(partial.q).all()
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    assert four_bar.simulate(t_end=0.1).status == "ok"  # what comes next is not ended
+    assert four_bar.simulate(t_end=0.1).status == "complete"  # what comes next is not ended
 
 
 def test_interrupt_of_a_stepper_and_outside_of_runs(four_bar):
@@ -373,7 +373,7 @@ def test_interrupt_of_a_stepper_and_outside_of_runs(four_bar):
     interrupt_after(0.05)
     with pytest.raises(KeyboardInterrupt):
         time.sleep(2)
-    assert four_bar.simulate(t_end=0.1).status == "ok"
+    assert four_bar.simulate(t_end=0.1).status == "complete"
 
 
 def test_interrupt_with_a_handler_of_the_user(four_bar):
@@ -381,7 +381,7 @@ def test_interrupt_with_a_handler_of_the_user(four_bar):
     before = signal.signal(signal.SIGINT, lambda *_: seen.append(1))
     try:
         interrupt_after(0.02)
-        assert four_bar.simulate(t_end=300).status == "ok" and seen == [1]
+        assert four_bar.simulate(t_end=300).status == "complete" and seen == [1]
     finally:
         signal.signal(signal.SIGINT, before)
 
@@ -410,7 +410,7 @@ def test_exception_of_a_force_is_raised():
         system.simulate()
     with pytest.raises(ZeroDivisionError):
         system.workspace().forward_dynamics(1.0, [0.0], [0.0])
-    assert model.simulate().status == "ok"
+    assert model.simulate().status == "complete"
     with pytest.raises(ValueError):
         model.system(force=lambda t, q, qd: [1, 2, 3]).simulate()
 

@@ -99,7 +99,7 @@ def test_exception_of_progress_ends_the_run(four_bar, at_every_step):
 
     with pytest.raises(ZeroDivisionError, match="enough"):
         four_bar.simulate(t_end=1e4, progress=receive)
-    assert four_bar.simulate(t_end=0.1).status == "ok"
+    assert four_bar.simulate(t_end=0.1).status == "complete"
 
 
 def test_bars_of_tqdm(four_bar, at_every_step, capsys):
@@ -118,7 +118,7 @@ def test_interrupt_of_a_run_that_reports(four_bar, at_every_step):
     with pytest.raises(kempe.Interrupted) as caught:
         four_bar.simulate(t_end=1e4, progress=receive)
     assert 0 < caught.value.partial.t[-1] < 1e4 and caught.value.partial.status == "stopped"
-    assert four_bar.simulate(t_end=0.1).status == "ok"
+    assert four_bar.simulate(t_end=0.1).status == "complete"
 
 
 def test_line_without_tqdm(four_bar, at_every_step, capsys, monkeypatch):

@@ -84,7 +84,7 @@ def test_trajectory(four_bar):
         "q.crank",
     )
     assert run.verdict["convergence"]["result"] == "converged" and "t" in run.log
-    assert "image/svg+xml" in run._repr_html_() and "ok" in repr(run)
+    assert "image/svg+xml" in run._repr_html_() and "complete" in repr(run)
     assert np.array_equal(four_bar.system().simulate(t_end=1, backend="tape").q, run.q)
 
 
@@ -409,7 +409,7 @@ def test_friction_that_sticks():
 
 def test_kinematics(four_bar):
     sweep = four_bar.system().kinematics(sweep={"crank": (0, 6, 31)})
-    assert sweep.status == "ok" and sweep.reason == "" and sweep.rows.row_count == 31
+    assert sweep.status == "complete" and sweep.reason == "" and sweep.rows.row_count == 31
     assert sweep.dead_centres.row_count == 0 and sweep.change_points.row_count == 0
     blocked = four_bar.system().kinematics(sweep={"rocker": ("0 deg", "90 deg", 31)})
     assert blocked.status == "stopped" and blocked.dead_centres.row_count == 1 and "dead" in repr(blocked)
@@ -428,7 +428,7 @@ def test_equilibrium():
 
 def test_inverse():
     found = kempe.Model(EXAMPLES / "driven_slider_crank/driven_slider_crank.yaml").system().inverse()
-    assert found.status == "ok" and found.dof == found.rank and found.residual < 1e-9 and found.rows.row_count > 2
+    assert found.status == "complete" and found.dof == found.rank and found.residual < 1e-9 and found.rows.row_count > 2
 
 
 def test_delays_of_a_state_space(tmp_path):
@@ -609,7 +609,7 @@ def test_compare(four_bar):
 def test_ensemble(four_bar, tmp_path):
     lengths = np.linspace(0.28, 0.32, 5)
     batch = four_bar.ensemble({"crank_mass": 1.0 + lengths, "q.crank": 0.0}).run(t_end=0.2)
-    assert len(batch) == 5 and batch.status == ["ok"] * 5 and batch.reason == [""] * 5 and str(batch)
+    assert len(batch) == 5 and batch.status == ["complete"] * 5 and batch.reason == [""] * 5 and str(batch)
     assert batch.q.shape == batch.qd.shape == (5, 3) and np.array_equal(batch.instances["q.coupler"], batch.q[:, 1])
     alone = kempe.Model(EXAMPLES / "four_bar/four_bar.yaml", crank_mass=1.0 + lengths[2]).simulate(t_end=0.2)
     assert np.allclose(batch.q[2], alone.q[-1], atol=1e-6)
@@ -678,7 +678,7 @@ def test_contact_table():
     model = kempe.Model(EXAMPLES / "manchester/manchester.yaml")
     table = model.system().contact(sweep="shift=0:2 mm:2")
     assert (
-        table.status == "ok"
+        table.status == "complete"
         and table.reason == ""
         and table.states.row_count == 2
         and "normal" in table.rows

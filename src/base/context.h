@@ -161,6 +161,9 @@ void kmp_doubt(kempe_context *context, const char *format, ...) __attribute__((f
  * was called since the computation began. While quiet the computation is a part of another one, which judges itself. */
 kempe_status kmp_context_verdict(const kempe_context *context, kempe_status status);
 
+/** True if kmp_doubt was called since the computation began. */
+bool kmp_context_doubted(const kempe_context *context);
+
 /** True if the whole result is there, also where it cannot be trusted. Functions inside the library return KEMPE_OK
  * alone for that; the status of a result, and that of a public study, may be either. */
 static inline bool kmp_is_complete(kempe_status status)

@@ -60,7 +60,7 @@ static kempe_status print_new(const cli_job *j, const void *object, kempe_format
     if (!out)
         return KEMPE_E_MEMORY;
     if (format == KEMPE_JSON) {
-        fputs("{\"status\": \"ok\", \"file\": ", out);
+        fputs("{\"status\": \"complete\", \"file\": ", out);
         cli_put_quoted(out, path);
         fputs("}\n", out);
     } else {

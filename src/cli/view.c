@@ -85,7 +85,7 @@ static kempe_status print_page(const cli_job *j, const void *object, kempe_forma
     (void)j;
     if (!out)
         return KEMPE_E_MEMORY;
-    fputs(format == KEMPE_JSON ? "{\"status\": \"ok\", \"file\": " : "", out);
+    fputs(format == KEMPE_JSON ? "{\"status\": \"complete\", \"file\": " : "", out);
     if (format == KEMPE_JSON)
         cli_put_quoted(out, object);
     else

@@ -11,10 +11,25 @@ bool kmp_has_result(kempe_status status)
 
 const char *kmp_status_word(kempe_status status)
 {
-    return status == KEMPE_OK          ? "ok"
+    return status == KEMPE_OK          ? "complete"
            : status == KEMPE_UNTRUSTED ? "not trustworthy"
            : status == KEMPE_STOPPED   ? "stopped"
                                        : "failed";
+}
+
+const char *kmp_checked_word(kempe_status status, bool checked)
+{
+    return status == KEMPE_OK && !checked ? "complete, not checked" : kmp_status_word(status);
+}
+
+bool kmp_word_is_complete(const char *word)
+{
+    return strcmp(word, "stopped") != 0 && strcmp(word, "failed") != 0;
+}
+
+void kmp_print_title(kmp_text *text, const kempe_model *model, const char *status)
+{
+    kmp_text_printf(text, "%s: %s, ", model->name, status);
 }
 
 /* Closures that stay open as drawn, where there are any. */
@@ -55,11 +70,11 @@ static void print_lines(kmp_json *json, const char *key, const char *lines)
     kmp_json_end(json);
 }
 
-void kmp_print_head(kmp_json *json, const kempe_system *system, kempe_status status, const char *reason, double build_s,
+void kmp_print_head(kmp_json *json, const kempe_system *system, const char *status, const char *reason, double build_s,
                     const char *warnings)
 {
-    kmp_json_put(json, "{ model %s status %s reason %s build_s %g", system->model->name, kmp_status_word(status),
-                 reason ? reason : "", build_s);
+    kmp_json_put(json, "{ model %s status %s reason %s build_s %g", system->model->name, status, reason ? reason : "",
+                 build_s);
     json_rounding(json, system);
     if (warnings)
         print_lines(json, "warnings", warnings);

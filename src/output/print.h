@@ -10,12 +10,19 @@
 /** True if a status comes with a result: complete, stopped or failed with a reason. */
 bool kmp_has_result(kempe_status status);
 
-/** "ok", "stopped" or "failed". */
+/** "complete", "not trustworthy", "stopped" or "failed". */
 const char *kmp_status_word(kempe_status status);
+
+/** The same where a check may be absent: "complete, not checked". True for a word of a result that is complete. */
+const char *kmp_checked_word(kempe_status status, bool checked);
+bool kmp_word_is_complete(const char *word);
+
+/** Begins the first line of a result: "MODEL: STATUS, ". */
+void kmp_print_title(kmp_text *text, const kempe_model *model, const char *status);
 
 /** Opens the outermost object: model, status, reason, build_s, and the warnings, one a line (kmp_context_warnings);
  * NULL: the object has them elsewhere. */
-void kmp_print_head(kmp_json *json, const kempe_system *system, kempe_status status, const char *reason, double build_s,
+void kmp_print_head(kmp_json *json, const kempe_system *system, const char *status, const char *reason, double build_s,
                     const char *warnings);
 
 /** Names of the parameters that nothing uses: "a, b" (nothing when there are none), and the array unused_parameters. */

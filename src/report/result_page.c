@@ -324,9 +324,12 @@ static void put_words(kmp_json *json, const kmp_result_page *page)
     const kempe_system *s = page->system;
     kmp_json_put(json, "kempe %s model %s command %s subject %s scene %s", KEMPE_VERSION, s->model->name, page->command,
                  page->subject, page->scene);
-    kmp_json_put(json, "answer %s status %s reason %s warnings %s sentences %s", page->answer,
-                 kmp_status_word(page->status), page->reason ? page->reason : "", page->warnings ? page->warnings : "",
-                 page->sentences ? page->sentences : "");
+    const char *word = page->word ? page->word : kmp_status_word(page->status);
+    kmp_text answer = {0};
+    kmp_text_printf(&answer, "%c%s: %s", word[0] - 'a' + 'A', word + 1, page->answer);
+    kmp_json_text(json, "answer", &answer);
+    kmp_json_put(json, "status %s reason %s warnings %s sentences %s", word, page->reason ? page->reason : "",
+                 page->warnings ? page->warnings : "", page->sentences ? page->sentences : "");
     kmp_json_put(json, "facts [");
     for (int k = 0; k < page->fact_count; k++)
         kmp_json_put(json, "[ %s %s ]", page->fact[k].name, page->fact[k].value);

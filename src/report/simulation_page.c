@@ -175,9 +175,9 @@ static void release(maker *w)
 static const char *answer_of(const kempe_trajectory *t, kmp_arena *arena)
 {
     if (kmp_is_complete(t->status))
-        return t->report.requested ? kmp_arena_printf(arena, "Ended at t = %.6g s", t->report.t)
-                                   : kmp_arena_printf(arena, "Complete: %.6g to %.6g s", t->spec.t_start, t->t_end);
-    return kmp_arena_printf(arena, "%s at t = %.6g s", t->status == KEMPE_STOPPED ? "Stopped" : "Failed", t->report.t);
+        return t->report.requested ? kmp_arena_printf(arena, "ended as requested at t = %.6g s", t->report.t)
+                                   : kmp_arena_printf(arena, "%.6g to %.6g s", t->spec.t_start, t->t_end);
+    return kmp_arena_printf(arena, "at t = %.6g s", t->report.t);
 }
 
 static const char *method_of(const kempe_trajectory *t, kmp_arena *arena)
@@ -223,6 +223,7 @@ static kempe_status write_page(maker *w, kmp_arena *arena, const char *path)
                             .scene = method_of(t, arena),
                             .answer = answer_of(t, arena),
                             .status = t->status,
+                            .word = kmp_trajectory_word(t),
                             .reason = t->reason,
                             .locked = !kmp_is_complete(t->status) && !t->interrupted,
                             .warnings = t->warnings,

@@ -132,8 +132,7 @@ static kempe_status fill_kinematics(study_page *s, const void *result)
     s->page.reason = k->reason;
     s->page.warnings = k->warnings;
     s->page.scene = scene_of(s, "position analysis");
-    s->page.answer = kmp_arena_printf(&s->arena, "%s: %d positions, %d dead centre%s",
-                                      kmp_is_complete(k->status) ? "Complete" : "Stopped", k->count, k->dead_count,
+    s->page.answer = kmp_arena_printf(&s->arena, "%d positions, %d dead centre%s", k->count, k->dead_count,
                                       k->dead_count == 1 ? "" : "s");
     KMP_TRY(kempe_kinematics_print(k, KEMPE_TEXT, &s->text));
     KMP_TRY(kempe_kinematics_table(k, "rows", &s->table));

@@ -42,7 +42,7 @@ static void test_batch(void)
     CHECK(kempe_batch_table(alone, "instances", &b) == KEMPE_OK);
     int why = kempe_table_find(a, "single_run");
     for (int i = 0; i < COUNT; i++) {
-        CHECK_TEXT(kempe_batch_status(batch, i), "ok");
+        CHECK_TEXT(kempe_batch_status(batch, i), "complete");
         CHECK_TEXT(kempe_batch_reason(batch, i), "");
         CHECK_TEXT(kempe_table_word(a, i, why), "");
         CHECK_TEXT(kempe_table_word(b, i, why), "a request for separate runs");

@@ -118,7 +118,7 @@ static void compared(void)
     CHECK(kempe_table_row_count(runs) == 4 && kempe_table_row_count(levels) > 0);
     for (int k = 0; k < 4; k++) {
         CHECK_TEXT(word(runs, k, "formulation"), "reduced");
-        CHECK_TEXT(word(runs, k, "status"), "ok");
+        CHECK_TEXT(word(runs, k, "status"), "complete");
         CHECK(number(runs, k, "error_q") < 1e-3 && number(runs, k, "steps") > 0 && number(runs, k, "cpu_s") > 0);
     }
     for (int k = 0; k < kempe_table_row_count(levels); k++)

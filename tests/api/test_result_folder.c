@@ -162,7 +162,7 @@ static void test_rows(void)
     given[3][0] = 7; /* a crank that is too long to close the loop */
     CHECK(kempe_ensemble_run_rows(equations, &run, 0, 5, given[0], &rows) == KEMPE_UNTRUSTED);
     CHECK_TEXT(kempe_batch_status(rows, 3), "failed");
-    CHECK(kempe_batch_reason(rows, 3)[0] && strcmp(kempe_batch_status(rows, 4), "ok") == 0);
+    CHECK(kempe_batch_reason(rows, 3)[0] && strcmp(kempe_batch_status(rows, 4), "complete") == 0);
     CHECK(memcmp(kempe_batch_q(all, 4), kempe_batch_q(rows, 4), 3 * sizeof(double)) == 0);
     kempe_batch_free(rows);
     rows = NULL;

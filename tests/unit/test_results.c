@@ -347,7 +347,7 @@ static void test_fall_simulated(void)
     CHECK_NEAR(kempe_trajectory_q(trajectory, 2)[0], -5, 1e-12);
     CHECK_NEAR(kempe_trajectory_qdd(trajectory, 1)[0], -10, 1e-12);
     CHECK(kempe_trajectory_q(trajectory, 3) == NULL);
-    CHECK_TEXT(kempe_trajectory_status(trajectory), "ok");
+    CHECK_TEXT(kempe_trajectory_status(trajectory), "complete");
     CHECK_TEXT(kempe_trajectory_reason(trajectory), "");
     kempe_trajectory_free(trajectory);
     close_scene(&s);

@@ -48,7 +48,7 @@ function tellAnswer() {
         byId("facts").append(fact("error of q", error), fact("CPU time", duration(advised.cpu)), fact("evaluations", count(advised.rhs)));
     } else {
         byId("facts").hidden = true;
-        answer.append(data.status === "ok" ? "No recommendation is possible" : data.status === "stopped" ? "Stopped before the end" : "No run reached the end");
+        answer.append(data.status.startsWith("complete") || data.status === "not trustworthy" ? "No recommendation is possible" : data.status === "stopped" ? "Stopped before the end" : "No run reached the end");
     }
     if (data.reason) byId("because").append(element("li.failed", data.reason));
     fillList(byId("because"), data.advice.reasons);
@@ -84,7 +84,7 @@ function tellReference() {
     let words = data.reference.there ? `Reference: ${data.reference.source}` : `No reference: ${data.reference.source === "none" ? "errors are unknown" : data.reference.source.replace(/^none: /, "")}`;
     if (data.reference.there && q > 0) words += `; its estimated error is ${power(q)} in q, ${power(qd)} in qd` + (isNumber(lambda) ? `, ${power(lambda)} in \u03bb` : "");
     byId("reference").append(words + ".");
-    const failed = data.runs.filter((run) => run.status !== "ok" && !run.left_out).length;
+    const failed = data.runs.filter((run) => run.status !== "complete" && !run.left_out).length;
     if (failed + data.failures.length + data.warnings.length === 0) return;
     const link = element("a", failed > 0 ? `${failed} of ${data.runs.length} runs failed: reasons` : "Failed runs and warnings");
     link.href = "#failures";
@@ -164,7 +164,7 @@ function tellFailures() {
 
 const COLUMNS = ["method", "rtol", "error q", "qd", "\u03bb", "|h|", "|h\u2019|", "energy", "steps", "rejected", "evaluations", "Newton", "Jacobians", "factored", "exchanges", "CPU ms", "preparation ms", "memory kB"];
 
-const endAlike = (a, b) => a && b && a.status !== "ok" && a.status === b.status && a.method === b.method && a.reason === b.reason;
+const endAlike = (a, b) => a && b && a.status !== "complete" && a.status === b.status && a.method === b.method && a.reason === b.reason;
 
 /* Incomplete runs of a method with the same reason are one row; null for all but the first of them. */
 function runRow(run, k) {
@@ -174,7 +174,7 @@ function runRow(run, k) {
     const begins = k > 0 && data.runs[k - 1].method !== run.method;
     const at = tolerance(run.rtol) + (last > k ? ` to ${tolerance(data.runs[last].rtol)}` : "");
     const row = element("tr" + (begins ? ".begins" : "") + (run === advised ? ".advised" : ""), element("td", swatch(run.method), nameOf(run.method)), element("td", at));
-    if (run.status !== "ok") {
+    if (run.status !== "complete") {
         const reason = run.reason.split("\n")[0];
         const cell = run.left_out ? element("td.words", reason) : element("td.words", element("span.failed", run.status), ": " + reason);
         cell.colSpan = COLUMNS.length - 2;

@@ -35,7 +35,7 @@ function costSets(work) {
     const sets = [];
     data.methods.forEach((method, w) => {
         if (hiddenMethods.has(w)) return;
-        const runs = data.runs.filter((run) => run.method === w && run.status === "ok" && run.error[quantity] > 0);
+        const runs = data.runs.filter((run) => run.method === w && run.status === "complete" && run.error[quantity] > 0);
         const rank = rankOf(w), advisedHere = (run) => run === advised;
         sets.push({
             data: runs.map((run) => ({ x: work(run), y: run.error[quantity], run })),
@@ -62,7 +62,7 @@ function errorAxis() {
 }
 
 function drawCost(id, work, title) {
-    const range = rangeOf(data.runs.filter((run) => run.status === "ok").map(work), 1.5) || [1, 10];
+    const range = rangeOf(data.runs.filter((run) => run.status === "complete").map(work), 1.5) || [1, 10];
     const label = (item) => {
         const run = item.raw.run;
         return [runName(run), `error of ${QUANTITIES[quantity]} ${short(run.error[quantity])}`, `${duration(run.cpu)}, ${count(run.rhs)} evaluations, ${count(run.steps)} steps`];

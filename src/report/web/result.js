@@ -60,7 +60,8 @@ function tellResult() {
     byId("model").append(data.model);
     byId("scene").append(data.scene);
     byId("command").append(`kempe ${data.command}`);
-    byId("answer").append(data.status === "ok" ? element("em", data.answer) : element("em.failed", data.answer));
+    const marks = {"complete": "em", "complete, not checked": "em.unchecked", "stopped": "em.stopped"};
+    byId("answer").append(element(marks[data.status] || "em.failed", data.answer));
     for (const [name, value] of data.facts) byId("facts").append(element("div", element("dt", name), element("dd", value)));
     byId("facts").hidden = data.facts.length === 0;
     if (data.reason) byId("because").append(element("li.failed", data.reason));

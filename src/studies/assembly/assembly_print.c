@@ -200,7 +200,8 @@ static void json_assembly(kmp_text *text, const void *result)
     write_reason(&reason, a);
     kmp_text_put(&warnings, "");
     kmp_assembly_put_rates(&warnings, a);
-    kmp_print_head(&j, a->system, is_done(a) ? KEMPE_OK : KEMPE_E_FAILED, reason.s, a->system->build_s, warnings.s);
+    kmp_print_head(&j, a->system, kmp_status_word(is_done(a) ? KEMPE_OK : KEMPE_E_FAILED), reason.s, a->system->build_s,
+                   warnings.s);
     kmp_text_free_part(text, &warnings);
     kmp_text_free_part(text, &reason);
     kmp_print_entries(&j, "q", a->system, KMP_QUANTITY_Q, a->q);

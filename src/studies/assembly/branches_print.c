@@ -48,8 +48,9 @@ static void show_branch(kmp_text *text, const kempe_branches *b, int k)
 static void show_branches(kmp_text *text, const void *result)
 {
     const kempe_branches *b = result;
-    kmp_text_printf(text, "%s: %s%d assembly mode%s found, holding ", b->system->model->name,
-                    b->many ? "more than " : "", b->count, b->count == 1 ? "" : "s");
+    kmp_print_title(text, b->system->model, kmp_status_word(b->status));
+    kmp_text_printf(text, "%s%d assembly mode%s found, holding ", b->many ? "more than " : "", b->count,
+                    b->count == 1 ? "" : "s");
     list_kept(text, b);
     kmp_text_printf(text, "\n%d random starts, %d of them assembled; sampling may miss some modes\n", b->starts,
                     b->closed);
@@ -64,7 +65,7 @@ static void json_branches(kmp_text *text, const void *result)
 {
     const kempe_branches *b = result;
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, b->system, KEMPE_OK, "", b->system->build_s, b->warnings);
+    kmp_print_head(&j, b->system, kmp_status_word(b->status), "", b->system->build_s, b->warnings);
     kmp_json_array(&j, "kept");
     for (int k = 0; k < b->system->n; k++)
         if (b->kept[k])

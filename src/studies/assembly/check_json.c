@@ -217,8 +217,8 @@ void kmp_check_json(kmp_text *text, const void *result)
 {
     const kempe_check *check = result;
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, check->system, check->assembled ? KEMPE_OK : KEMPE_E_FAILED, check->reason,
-                   check->system->build_s, check->warnings);
+    kmp_print_head(&j, check->system, kmp_status_word(check->status), check->reason, check->system->build_s,
+                   check->warnings);
     json_sentence(&j, "verdict", check, kmp_check_verdict);
     if (check->assembled)
         json_assembled(&j, check);

@@ -35,8 +35,9 @@ static double worst(const kempe_comfort *c)
 static void show(kmp_text *text, const void *result)
 {
     const kempe_comfort *c = result;
-    kmp_text_printf(text, "%s: ride comfort from t = %.6g s to %.6g s, %d window%s of %g s\n\n", c->system->model->name,
-                    c->from, c->from + c->windows * KMP_COMFORT_WINDOW, c->windows, c->windows == 1 ? "" : "s",
+    kmp_print_title(text, c->system->model, kmp_status_word(c->status));
+    kmp_text_printf(text, "ride comfort from t = %.6g s to %.6g s, %d window%s of %g s\n\n", c->from,
+                    c->from + c->windows * KMP_COMFORT_WINDOW, c->windows, c->windows == 1 ? "" : "s",
                     KMP_COMFORT_WINDOW);
     show_signals(text, c);
     kmp_text_put(text, c->places > 0 ? "\n" : "");
@@ -53,7 +54,7 @@ static void json(kmp_text *text, const void *result)
 {
     const kempe_comfort *c = result;
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, c->system, KEMPE_OK, "", 0, c->warnings);
+    kmp_print_head(&j, c->system, kmp_status_word(c->status), "", 0, c->warnings);
     kmp_json_put(&j, "from %g windows %d window %g rate %g difference %g signals [", c->from, c->windows,
                  KMP_COMFORT_WINDOW, c->rate, worst(c));
     for (int k = 0; k < c->count; k++) {

@@ -286,7 +286,7 @@ kempe_status kempe_comfort_new(const kempe_system *system, const kempe_comfort_o
     c->system = system;
     kempe_status status = make(c, options, run);
     c->warnings = kmp_context_warnings(system->context);
-    status = kmp_context_verdict(system->context, status);
+    c->status = status = kmp_context_verdict(system->context, status);
     return KMP_GIVE_OR_FREE(status, comfort, c, kempe_comfort_free);
 }
 

@@ -32,6 +32,7 @@ typedef struct kmp_comfort_signal {
 struct kempe_comfort {
     const kempe_system *system;
     kmp_arena arena;
+    kempe_status status;
     char *warnings;
     double from, rate;
     int windows, count, places;

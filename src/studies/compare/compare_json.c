@@ -177,7 +177,7 @@ void kmp_compare_json(kmp_text *text, const void *result)
 {
     const kempe_comparison *c = result;
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, c->system, c->status, c->reason, c->system->build_s, NULL);
+    kmp_print_head(&j, c->system, kmp_status_word(c->status), c->reason, c->system->build_s, NULL);
     json_reference(&j, c);
     kmp_json_put(&j, "t_end %g runs [", c->t_end);
     for (int k = 0; k < c->count; k++)

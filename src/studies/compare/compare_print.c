@@ -71,7 +71,8 @@ static void show_instants(kmp_text *text, const kempe_comparison *c)
 
 static void show_head(kmp_text *text, const kempe_comparison *c)
 {
-    kmp_text_printf(text, "%s, 0 to %g s\n", c->system->model->name, c->t_end);
+    kmp_print_title(text, c->system->model, kmp_status_word(c->status));
+    kmp_text_printf(text, "0 to %g s\n", c->t_end);
     show_wrapped(text, "reference: ", c->source);
     if (c->has_reference)
         show_uncertainty(text, c);
@@ -224,7 +225,7 @@ static void show(kmp_text *text, const void *result)
     if (kmp_is_complete(c->status) || c->advice.run >= 0)
         show_advice(text, c);
     if (!kmp_is_complete(c->status))
-        kmp_text_printf(text, "%s: %s\n", kmp_status_word(c->status), c->reason);
+        kmp_text_printf(text, "reason: %s\n", c->reason);
 }
 
 KMP_PRINT(kempe_comparison, comparison, comparison->system->context, kmp_compare_json, show)

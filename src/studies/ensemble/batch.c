@@ -411,8 +411,14 @@ kempe_status kempe_ensemble_run_rows(kempe_ensemble *e, const kempe_run_options 
 /* -- queries ----------------------------------------------------------------------------------------- */
 
 KMP_GETTER(int kempe_batch_count(const kempe_batch *b), b, b->count, 0)
-KMP_GETTER_AT(const char *kempe_batch_status(const kempe_batch *b, int k), b, k, b->count,
-              kmp_status_word(b->results[k].status), "")
+/* The word of an instance, which its own repeat may contradict. */
+static const char *word_of(const kempe_batch *b, int k)
+{
+    kempe_status status = b->results[k].status;
+    return kmp_status_word(status == KEMPE_OK && !kmp_convergence_holds(&b->again[k]) ? KEMPE_UNTRUSTED : status);
+}
+
+KMP_GETTER_AT(const char *kempe_batch_status(const kempe_batch *b, int k), b, k, b->count, word_of(b, k), "")
 KMP_GETTER_AT(const char *kempe_batch_reason(const kempe_batch *b, int k), b, k, b->count,
               b->results[k].reason ? b->results[k].reason : "", "")
 KMP_GETTER_AT(const double *kempe_batch_q(const kempe_batch *b, int k), b, k, b->count, b->q + (size_t)k * (size_t)b->n,
@@ -601,9 +607,10 @@ static void put_json(kmp_text *text, const void *result)
     summary made;
     bool good = summarise(b, &made);
     const kmp_instance_sums s = good ? kmp_instances_sum(made.table, b->first) : (kmp_instance_sums){0};
-    kmp_print_head(&json, system, b->status, kmp_is_complete(b->status) ? "" : "not every instance reached its end",
-                   system->build_s, b->warnings);
-    kmp_json_put(&json, "count %ld ok %ld stopped %ld failed %ld", s.count, s.ok, s.stopped, s.failed);
+    kmp_print_head(&json, system, b->status == KEMPE_STOPPED ? kmp_status_word(b->status) : kmp_instances_word(&s),
+                   kmp_is_complete(b->status) ? "" : "not every instance reached its end", system->build_s,
+                   b->warnings);
+    kmp_json_put(&json, "count %ld complete %ld stopped %ld failed %ld", s.count, s.ok, s.stopped, s.failed);
     kmp_json_put(
         &json,
         "not_converged %ld lanes %d single_run %d rtol %g atol %g t_end %g threads %d cpu_s %g wall_s %g columns [",

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "model/model_instances.h"
 #include "output/formats/parquet_reader.h"
+#include "output/print.h"
 #include "output/result_table.h"
 #include "studies/ensemble/result_folder.h"
 #include "studies/ensemble/sampling/values.h"
@@ -226,7 +227,7 @@ static void count_rows(kempe_folder *f, const kmp_parquet_file *file)
     int status = kmp_parquet_find(file, "status");
     for (int row = 0; status >= 0 && file->column[status].word && row < file->rows; row++) {
         const char *word = file->column[status].word[row];
-        f->ok += strcmp(word, "ok") == 0;
+        f->ok += kmp_word_is_complete(word);
         f->stopped += strcmp(word, "stopped") == 0;
         f->failed += strcmp(word, "failed") == 0;
     }

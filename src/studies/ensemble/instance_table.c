@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "studies/ensemble/instance_table.h"
+#include "output/print.h"
 #include "output/result_table.h"
 #include "studies/ensemble/statistics/statistics.h"
 #include <math.h>
@@ -82,7 +83,8 @@ static void sum_starts(const kempe_table *t, long first, kmp_instance_sums *s)
 kmp_instance_sums kmp_instances_sum(const kempe_table *t, long first)
 {
     kmp_instance_sums s = {.count = kempe_table_row_count(t),
-                           .ok = count_words(t, "status", "ok"),
+                           .ok = count_words(t, "status", kmp_status_word(KEMPE_OK)) +
+                                 count_words(t, "status", kmp_status_word(KEMPE_UNTRUSTED)),
                            .stopped = count_words(t, "status", "stopped"),
                            .failed = count_words(t, "status", "failed"),
                            .steps = add_up(t, "steps"),
@@ -207,13 +209,20 @@ static void put_failures(kmp_text *text, const kempe_table *t, const kmp_instanc
         kmp_text_printf(text, "           and %ld more\n", s->failed + s->stopped - told);
 }
 
+const char *kmp_instances_word(const kmp_instance_sums *s)
+{
+    bool doubted = s->ok < s->count || s->not_converged > 0;
+    return s->count > 0 && s->ok == 0 ? kmp_status_word(s->failed > 0 ? KEMPE_E_FAILED : KEMPE_STOPPED)
+                                      : kmp_checked_word(doubted ? KEMPE_UNTRUSTED : KEMPE_OK, s->repeated > 0);
+}
+
 void kmp_instances_put(kmp_text *text, const char *model, const kempe_table *instances, long first, const char *run,
                        const kempe_statistics *statistics)
 {
     kmp_instance_sums s = kmp_instances_sum(instances, first);
     char *said = NULL;
-    kmp_text_printf(text, "%s: %ld instances, %ld ok, %ld stopped, %ld failed\n\n%s", model, s.count, s.ok, s.stopped,
-                    s.failed, run);
+    kmp_text_printf(text, "%s: %s, %ld instances, %ld complete, %ld stopped, %ld failed\n\n%s", model,
+                    kmp_instances_word(&s), s.count, s.ok, s.stopped, s.failed, run);
     kmp_text_printf(text, "closure   |h| %.3g, |hdot| %.3g at the end (worst, scaled by the characteristic length)\n",
                     s.h, s.hdot);
     kmp_text_printf(text, "energy    relative drift %.3g (worst)\n", s.drift);

@@ -22,6 +22,9 @@ kmp_instance_sums kmp_instances_sum(const kempe_table *instances, long first);
 /** Adds those of another part of the instances. */
 void kmp_instances_add(kmp_instance_sums *sums, const kmp_instance_sums *part);
 
+/** The word of the status of all. */
+const char *kmp_instances_word(const kmp_instance_sums *sums);
+
 /** The word of the column `start` where initial velocities were adjusted. */
 #define KMP_RATES_ADJUSTED "velocities adjusted"
 

@@ -200,7 +200,7 @@ static void put_run(kmp_text *text, const kempe_folder *f)
 {
     const kmp_batch_totals *t = &f->totals;
     double rate = f->wall_s > 0 ? (double)f->totals.sums.count / f->wall_s : 0;
-    kmp_text_printf(text, "this run  %d part%s, %ld instance%s: %ld ok, %ld stopped, %ld failed\n", f->ran_parts,
+    kmp_text_printf(text, "this run  %d part%s, %ld instance%s: %ld complete, %ld stopped, %ld failed\n", f->ran_parts,
                     plural(f->ran_parts), f->totals.sums.count, plural(f->totals.sums.count), t->sums.ok,
                     t->sums.stopped, t->sums.failed);
     if (f->totals.sums.count == 0)
@@ -257,8 +257,8 @@ static void put_text(kmp_text *text, const void *result)
     if (f->ran)
         put_run(text, f);
     if (f->checked)
-        kmp_text_printf(text, "status    %ld ok, %ld stopped, %ld failed\nparts     %d checked, %d damaged\n", f->ok,
-                        f->stopped, f->failed, f->whole, f->damaged);
+        kmp_text_printf(text, "status    %ld complete, %ld stopped, %ld failed\nparts     %d checked, %d damaged\n",
+                        f->ok, f->stopped, f->failed, f->whole, f->damaged);
     if (f->history)
         kmp_text_printf(text, "history   of instances %s in %s/history\n", f->history, f->path);
     put_next(text, f);
@@ -277,10 +277,10 @@ static void put_json(kmp_text *text, const void *result)
     if (f->history)
         kmp_json_put(&json, "history %s", f->history);
     if (f->checked)
-        kmp_json_put(&json, "damaged %d ok %ld stopped %ld failed %ld", f->damaged, f->ok, f->stopped, f->failed);
+        kmp_json_put(&json, "damaged %d complete %ld stopped %ld failed %ld", f->damaged, f->ok, f->stopped, f->failed);
     if (f->ran)
         kmp_json_put(&json,
-                     "run { parts %d instances %ld ok %ld stopped %ld failed %ld not_converged %ld separate %ld "
+                     "run { parts %d instances %ld complete %ld stopped %ld failed %ld not_converged %ld separate %ld "
                      "elsewhere %d threads %d cpu_s %g wall_s %g }",
                      f->ran_parts, f->totals.sums.count, f->totals.sums.ok, f->totals.sums.stopped,
                      f->totals.sums.failed, f->totals.sums.not_converged, f->totals.alone, f->elsewhere,

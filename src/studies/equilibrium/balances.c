@@ -365,7 +365,7 @@ kempe_status kempe_equilibrium_new(const kempe_system *system, const kempe_equil
     if (status == KEMPE_OK)
         status = find(e, options);
     e->warnings = kmp_context_warnings(system->context);
-    status = kmp_context_verdict(system->context, status);
+    e->status = status = kmp_context_verdict(system->context, status);
     return KMP_GIVE_OR_FREE(status, equilibrium, e, kempe_equilibrium_free);
 }
 

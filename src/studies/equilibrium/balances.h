@@ -69,6 +69,7 @@ struct kempe_equilibrium {
     kmp_balance balance[KMP_MOST_BALANCES];
     int count;
     kmp_arena arena;
+    kempe_status status;
     char *warnings; /* of the computation, one per line */
 };
 

@@ -227,7 +227,8 @@ static void show_balance(kmp_text *text, const kempe_equilibrium *e, int k)
 static void show_equilibrium(kmp_text *text, const void *result)
 {
     const kempe_equilibrium *e = result;
-    kmp_text_printf(text, "%s: %s%d %s found%s", e->system->model->name, e->many ? "more than " : "", e->count,
+    kmp_print_title(text, e->system->model, kmp_status_word(e->status));
+    kmp_text_printf(text, "%s%d %s found%s", e->many ? "more than " : "", e->count,
                     e->count == 1 ? "equilibrium" : "equilibria",
                     kmp_model_has_time(e->system->model) ? " at t = 0" : "");
     if (!e->all && e->count == 1 && e->balance[0].stability.word == KMP_NOT_HELD)
@@ -327,7 +328,7 @@ static void json_equilibrium(kmp_text *text, const void *result)
 {
     const kempe_equilibrium *e = result;
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, e->system, KEMPE_OK, "", e->system->build_s, e->warnings);
+    kmp_print_head(&j, e->system, kmp_status_word(e->status), "", e->system->build_s, e->warnings);
     json_balance(&j, e, &e->balance[0]);
     kmp_json_put(&j, "count %d starts %d others [", e->count, e->starts);
     for (int k = 1; k < e->count; k++) {

@@ -54,15 +54,15 @@ static double largest(const kempe_inverse *r, int loop, int at, double *t)
 
 static void show_head(kmp_text *text, const kempe_inverse *r)
 {
-    kmp_text_printf(text, "%s: inverse dynamics ", r->system->model->name);
+    kmp_print_title(text, r->system->model, kmp_checked_word(r->status, !r->unchecked));
+    kmp_text_put(text, "inverse dynamics ");
     if (r->motion == KMP_INVERSE_TABLE)
         kmp_text_printf(text, "along %s", r->source);
     else
         kmp_text_put(text, r->motion == KMP_INVERSE_DRIVES ? "along the drives" : "at the start");
     if (r->rows > 1)
         kmp_text_printf(text, ", t = %.9g .. %.9g s, %d rows", r->t[0], r->t[r->rows - 1], r->rows);
-    kmp_text_printf(text, "\n%s%s%s\n\n", kmp_status_word(r->status), kmp_is_complete(r->status) ? "" : ": ",
-                    r->reason);
+    kmp_text_printf(text, "%s%s\n\n", *r->reason ? "\n" : "", r->reason);
 }
 
 static void show_kind(kmp_text *text, const kempe_inverse *r)
@@ -335,7 +335,7 @@ static void json(kmp_text *text, const void *result)
 {
     const kempe_inverse *r = result;
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, r->system, r->status, r->reason, r->build_s, r->warnings);
+    kmp_print_head(&j, r->system, kmp_checked_word(r->status, !r->unchecked), r->reason, r->build_s, r->warnings);
     json_motion(&j, r);
     json_kind(&j, r);
     json_actuators(&j, r);

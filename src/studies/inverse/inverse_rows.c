@@ -34,8 +34,8 @@ kmp_inverse_summary kmp_inverse_summarise(const kempe_inverse *inverse, int k)
     return s;
 }
 
-KMP_GETTER(const char *kempe_inverse_status(const kempe_inverse *inverse), inverse, kmp_status_word(inverse->status),
-           "")
+KMP_GETTER(const char *kempe_inverse_status(const kempe_inverse *inverse), inverse,
+           kmp_checked_word(inverse->status, !inverse->unchecked), "")
 KMP_GETTER(const char *kempe_inverse_reason(const kempe_inverse *inverse), inverse, inverse->reason, "")
 KMP_GETTER(int kempe_inverse_dof(const kempe_inverse *inverse), inverse, inverse->freedoms, 0)
 KMP_GETTER(int kempe_inverse_rank(const kempe_inverse *inverse), inverse, inverse->rank, 0)

@@ -671,7 +671,9 @@ static kempe_status run(job *j)
     }
     KMP_TRY(settle_reason(r));
     warn_of_guides(j);
-    return !j->options->no_convergence_check && is_differentiated(&j->table) ? check_again(j) : KEMPE_OK;
+    bool differentiated = is_differentiated(&j->table);
+    r->unchecked = j->options->no_convergence_check && differentiated;
+    return differentiated && !r->unchecked ? check_again(j) : KEMPE_OK;
 }
 
 kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_options *options,

@@ -226,7 +226,7 @@ static void json_all(kmp_text *text, const void *result)
 {
     const kempe_kinematics *k = result;
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, k->system, k->status, k->reason, k->system->build_s, k->warnings);
+    kmp_print_head(&j, k->system, kmp_status_word(k->status), k->reason, k->system->build_s, k->warnings);
     json_leads(&j, k);
     kmp_json_put(&j, "rows %d rows_asked %d", k->count, k->requested);
     json_ranges(&j, k);

@@ -115,8 +115,9 @@ static void show(kmp_text *text, const void *result)
 {
     const kempe_limit_cycles *c = result;
     kmp_shown as = kmp_limit_cycles_shown(c);
-    kmp_text_printf(text, "%s: limit cycles over %s from %.6g to %.6g%s%s\n", c->system->model->name, c->name,
-                    as.factor * c->from, as.factor * c->to, as.unit[0] ? " " : "", as.unit);
+    kmp_print_title(text, c->system->model, kmp_status_word(c->status));
+    kmp_text_printf(text, "limit cycles over %s from %.6g to %.6g%s%s\n", c->name, as.factor * c->from,
+                    as.factor * c->to, as.unit[0] ? " " : "", as.unit);
     show_held(text, c);
     show_critical(text, c);
     for (int b = 0; b < c->branches; b++)
@@ -189,7 +190,7 @@ static void json(kmp_text *text, const void *result)
 {
     const kempe_limit_cycles *c = result;
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, c->system, c->status, c->reason ? c->reason : "", 0, c->warnings);
+    kmp_print_head(&j, c->system, kmp_status_word(c->status), c->reason ? c->reason : "", 0, c->warnings);
     kmp_json_put(&j, "parameter %s from %g to %g cpu_s %g", c->name, c->from, c->to, c->cpu_s);
     json_critical(&j, c);
     kmp_json_array(&j, "branches");

@@ -34,7 +34,8 @@ typedef struct kmp_channels {
     bool goes_on;                     /* rests, but for rates that change no force */
     double residual;                  /* of the state at rest, relative: its distance from equilibrium */
     double build_s;                   /* CPU time of derivation */
-    char *warnings;                   /* of the computation, one per line */
+    kempe_status status;
+    char *warnings; /* of the computation, one per line */
 } kmp_channels;
 
 /** Derives, takes the state and evaluates. Default outputs: those of the model where there are inputs, otherwise none.

@@ -126,7 +126,7 @@ kempe_status kempe_linearization_new(const kempe_system *system, const kempe_lin
     if (status == KEMPE_OK)
         status = take_second_order(l);
     l->channels.warnings = kmp_context_warnings(system->context);
-    status = kmp_context_verdict(system->context, status);
+    l->channels.status = status = kmp_context_verdict(system->context, status);
     return KMP_GIVE_OR_FREE(status, linearization, l, kempe_linearization_free);
 }
 

@@ -284,8 +284,9 @@ static void show_state(kmp_text *text, const kempe_modes *m)
     int freedoms = 0, states = 0;
     for (int k = 0; k < m->modes.moving; k++)
         *(kmp_state_of(m->system->model, m->modes.u[k]) ? &states : &freedoms) += 1;
-    kmp_text_printf(text, "%s: %d degree%s of freedom at %s%s%s", m->system->model->name, freedoms,
-                    freedoms == 1 ? "" : "s", m->family->state->equilibrium ? "the equilibrium" : "the assembled start",
+    kmp_print_title(text, m->system->model, kmp_status_word(m->status));
+    kmp_text_printf(text, "%d degree%s of freedom at %s%s%s", freedoms, freedoms == 1 ? "" : "s",
+                    m->family->state->equilibrium ? "the equilibrium" : "the assembled start",
                     kmp_model_has_time(m->system->model) ? " (t = 0)" : "", m->modes.moving > 0 ? ": " : "");
     list_coordinates(text, m, false);
     if (states > 0) {
@@ -407,7 +408,7 @@ static void json_all(kmp_text *text, const void *result)
     const kmp_spectrum *s = &m->modes.spectrum;
     kmp_text verdict = {0};
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, m->system, m->status, m->reason, m->system->build_s, m->warnings);
+    kmp_print_head(&j, m->system, kmp_status_word(m->status), m->reason, m->system->build_s, m->warnings);
     kmp_json_string(&j, "at", m->family->state->equilibrium ? "equilibrium" : "start");
     kmp_json_object(&j, "cyclic");
     for (int i = 0; i < m->family->rate_count; i++)

@@ -2,6 +2,7 @@
 #include "studies/optimize/objective.h"
 #include "base/clock.h"
 #include "base/memory.h"
+#include "output/print.h"
 #include "studies/ensemble/batch.h"
 #include <math.h>
 #include <string.h>
@@ -178,7 +179,7 @@ kempe_status kmp_objective_values(kmp_objective *objective, int rows, const doub
     if (status == KEMPE_E_FAILED && batch)
         status = KEMPE_OK; /* each row has its reason */
     for (int k = 0; k < rows && status == KEMPE_OK; k++) {
-        bool ok = strcmp(kempe_batch_status(batch, k), "ok") == 0;
+        bool ok = kmp_word_is_complete(kempe_batch_status(batch, k));
         for (int i = 0; i < width; i++)
             values[(ptrdiff_t)k * width + i] = ok ? kempe_batch_quantity(batch, k, i) : NAN;
         if (!ok)

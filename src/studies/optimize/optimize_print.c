@@ -53,9 +53,9 @@ static void put_head(kmp_text *text, const kempe_optimum *o)
 {
     const kmp_searched *best = &o->search[o->best];
     const char *unit = o->objective.list->unit[0];
-    kmp_text_printf(text, "%s: %s of %s over %d parameter%s, %s\n\n", o->model->name,
-                    o->most_wanted ? "largest value" : "least value", o->quantity, o->count, o->count == 1 ? "" : "s",
-                    kmp_status_word(o->status));
+    kmp_print_title(text, o->model, kmp_status_word(o->status));
+    kmp_text_printf(text, "%s of %s over %d parameter%s\n\n", o->most_wanted ? "largest value" : "least value",
+                    o->quantity, o->count, o->count == 1 ? "" : "s");
     if (o->reason[0])
         kmp_text_printf(text, "reason    %s\n", o->reason);
     kmp_text_printf(text, "result    %.10g%s%s, %s\n", o->at_best[0], *unit ? " " : "", unit, outcomes[best->outcome]);
@@ -108,7 +108,8 @@ static void put_json(kmp_text *text, const void *result)
     const kempe_optimum *o = result;
     const kmp_quantity_list *list = o->objective.list;
     kmp_json json = kmp_json_begin(text);
-    kmp_print_head(&json, kmp_ensemble_equations(o->objective.ensemble), o->status, o->reason, 0, o->warnings);
+    kmp_print_head(&json, kmp_ensemble_equations(o->objective.ensemble), kmp_status_word(o->status), o->reason, 0,
+                   o->warnings);
     kmp_json_put(&json, "goal %s quantity %s value %g unit %s method %s obstacle %s search %s",
                  o->most_wanted ? "maximize" : "minimize", o->quantity, o->at_best[0], list->unit[0], o->method,
                  o->objective.obstacle, outcomes[o->search[o->best].outcome]);

@@ -100,8 +100,8 @@ static void show(kmp_text *text, const void *result)
     const kempe_response *r = result;
     const kmp_frequency *f = &r->frequency;
     int width = name_width(r);
-    kmp_text_printf(text, "%s: %d frequencies from %.6g to %.6g Hz, about %s%s\n", r->channels.system->model->name,
-                    f->count, f->at[0], f->at[f->count - 1],
+    kmp_print_title(text, r->channels.system->model, kmp_status_word(r->channels.status));
+    kmp_text_printf(text, "%d frequencies from %.6g to %.6g Hz, about %s%s\n", f->count, f->at[0], f->at[f->count - 1],
                     r->channels.at->equilibrium ? (r->channels.goes_on ? "the steady motion" : "the equilibrium")
                     : r->channels.goes_on       ? "the start, which is a steady motion"
                                                 : "the start, which is an equilibrium",
@@ -183,7 +183,7 @@ static void json(kmp_text *text, const void *result)
     const kempe_response *r = result;
     const kmp_channels *c = &r->channels;
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, c->system, KEMPE_OK, "", c->build_s, c->warnings);
+    kmp_print_head(&j, c->system, kmp_status_word(c->status), "", c->build_s, c->warnings);
     kmp_json_string(&j, "at", c->at->equilibrium ? "equilibrium" : "start");
     kmp_print_names(&j, "u", c->system, kmp_name_of_coordinate, c->linear.p, c->linear.part.u);
     kmp_print_entries(&j, "q", c->system, KMP_QUANTITY_Q, c->at->q);

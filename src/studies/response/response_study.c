@@ -188,7 +188,7 @@ kempe_status kempe_response_new(const kempe_system *system, const kempe_response
     KMP_MAKE(system->context, kempe_response, r);
     kempe_status status = make(r, system, options);
     r->channels.warnings = kmp_context_warnings(system->context);
-    status = kmp_context_verdict(system->context, status);
+    r->channels.status = status = kmp_context_verdict(system->context, status);
     return KMP_GIVE_OR_FREE(status, response, r, kempe_response_free);
 }
 

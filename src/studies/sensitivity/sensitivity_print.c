@@ -74,8 +74,8 @@ static void put_text(kmp_text *text, const void *result)
 {
     const kempe_sensitivity *s = result;
     int name_width = longest(s->columns, s->column, 8);
-    kmp_text_printf(text, "%s: %s with respect to %d parameter%s, %s\n\n", s->model->name, s->kind->name, s->count,
-                    s->count == 1 ? "" : "s", kmp_status_word(s->status));
+    kmp_print_title(text, s->model, kmp_checked_word(s->status, !s->unchecked));
+    kmp_text_printf(text, "%s with respect to %d parameter%s\n\n", s->kind->name, s->count, s->count == 1 ? "" : "s");
     if (s->reason[0])
         kmp_text_printf(text, "reason    %s\n", s->reason);
     put_run(s, text);
@@ -130,7 +130,7 @@ static void put_json(kmp_text *text, const void *result)
 {
     const kempe_sensitivity *s = result;
     kmp_json json = kmp_json_begin(text);
-    kmp_print_head(&json, s->system, s->status, s->reason, s->build_s, s->warnings);
+    kmp_print_head(&json, s->system, kmp_checked_word(s->status, !s->unchecked), s->reason, s->build_s, s->warnings);
     kmp_json_string(&json, "of", s->kind->name);
     if (s->t_end > 0)
         put_work(&json, s);

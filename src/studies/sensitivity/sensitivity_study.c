@@ -212,6 +212,7 @@ kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensiti
     started = kmp_cpu_now();
     s->status = kmp_context_verdict(s->context, status == KEMPE_OK ? s->kind->find(s) : status);
     s->cpu_s = kmp_cpu_now() - started - (s->build_s - derived) - s->again_s;
+    s->unchecked = run->no_convergence_check;
     s->options = NULL;
     s->run = NULL;
     s->warnings = kmp_context_warnings(s->context);

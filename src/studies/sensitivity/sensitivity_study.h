@@ -44,6 +44,7 @@ struct kempe_sensitivity {
     const char *method, *integrator;
     double rtol, atol, t_end; /* 0: none */
     kempe_slope_work work;
+    bool unchecked;        /* without that check, as requested */
     kmp_convergence again; /* of integrated values */
     char *again_name;      /* of the number at its index */
     double backwards;      /* steps */

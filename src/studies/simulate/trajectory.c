@@ -569,5 +569,5 @@ ROW(qdd, KMP_QUANTITY_QDD)
 ROW(lambda, KMP_QUANTITY_LAMBDA)
 
 KMP_GETTER(const char *kempe_trajectory_status(const kempe_trajectory *trajectory), trajectory,
-           kmp_status_word(trajectory->status), "")
+           kmp_trajectory_word(trajectory), "")
 KMP_GETTER(const char *kempe_trajectory_reason(const kempe_trajectory *trajectory), trajectory, trajectory->reason, "")

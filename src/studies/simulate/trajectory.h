@@ -34,6 +34,9 @@ struct kempe_trajectory {
     double *at;                /* 3 n + m: a row between those of the table */
 };
 
+/** The word of its status. */
+const char *kmp_trajectory_word(const kempe_trajectory *t);
+
 /** Unit of the number that differs most in the repeat run; "": a state; NULL: there is none. */
 const char *kmp_trajectory_unit(const kempe_trajectory *t);
 

@@ -32,18 +32,25 @@ static bool ignores_change_points(const kempe_trajectory *t)
     return strcmp(t->change_points, kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE)) == 0;
 }
 
+const char *kmp_trajectory_word(const kempe_trajectory *t)
+{
+    return kmp_checked_word(t->status, t->again.known);
+}
+
 static void show_head(kmp_text *text, const kempe_trajectory *t)
 {
-    kmp_text_printf(text, "%s: formulation %s", t->system->model->name, t->formulation);
+    kmp_print_title(text, t->system->model, kmp_trajectory_word(t));
+    if (*t->reason)
+        kmp_text_printf(text, "t = %.9g s: %s\n", t->report.t, t->reason);
+    else
+        kmp_text_printf(text, "%.9g to %.9g s\n", t->spec.t_start, t->t_end);
+    kmp_text_printf(text, "formulation %s", t->formulation);
     if (t->form)
         kmp_text_printf(text, ", form %s", t->form);
     kmp_text_printf(text, ", integrator %s, rtol %g, atol %g%s%s\n", t->integrator, t->rtol, t->atol,
                     t->report.by_bodies ? ", articulated-body algorithm" : "",
                     ignores_change_points(t) ? ", change points ignored" : "");
-    kmp_text_printf(text, "%s", kmp_status_word(t->status));
-    if (*t->reason)
-        kmp_text_printf(text, " at t = %.9g s: %s", t->report.t, t->reason);
-    kmp_text_printf(text, "\n\n");
+    kmp_text_put(text, "\n");
 }
 
 static void show_state(kmp_text *text, const kempe_trajectory *t)
@@ -416,7 +423,8 @@ static void json(kmp_text *text, const void *result)
 {
     const kempe_trajectory *t = result;
     kmp_json j = kmp_json_begin(text);
-    kmp_print_head(&j, t->system, t->status, t->reason, t->system->build_s + t->report.build_s, t->warnings);
+    kmp_print_head(&j, t->system, kmp_trajectory_word(t), t->reason, t->system->build_s + t->report.build_s,
+                   t->warnings);
     json_settings(&j, t);
     json_state(&j, t);
     kmp_print_verdict(&j, &t->verdict);

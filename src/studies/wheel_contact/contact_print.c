@@ -298,7 +298,7 @@ static void show_json(kmp_text *text, const void *result)
 {
     const kempe_contacts *t = result;
     kmp_json json = kmp_json_begin(text);
-    kmp_print_head(&json, t->system, t->status, t->reason, t->system->build_s, t->warnings);
+    kmp_print_head(&json, t->system, kmp_status_word(t->status), t->reason, t->system->build_s, t->warnings);
     kmp_json_put(&json, "over %s unit %s law %s pressure %s residual %g iterations %d cpu_s %g rows [",
                  t->over.range[0].name, kmp_contact_unit(t, 0), kmp_contact_law_word(t), kmp_pressure_word(t->pressure),
                  t->residual, t->iterations, t->cpu_s);

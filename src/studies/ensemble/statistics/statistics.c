@@ -221,7 +221,7 @@ static void take_rows(kempe_statistics *s, const kempe_table *t, int status)
             s->values[(ptrdiff_t)k * s->inputs + i] = kempe_table_number(t, k, i);
     s->groups = kmp_is_saltelli(s->rows, s->inputs, s->values);
     for (int k = 0; k < s->rows; k++) {
-        bool done = strcmp(kempe_table_word(t, k, status), "ok") == 0, sample = !s->groups || k % size < 2;
+        bool done = kmp_word_is_complete(kempe_table_word(t, k, status)), sample = !s->groups || k % size < 2;
         s->ok[k] = done && sample;
         s->samples += s->ok[k];
         s->done += done;
