@@ -44,9 +44,10 @@ kempe_status kmp_balance_add_loads(kempe_equilibrium *e, const kmp_linear *linea
     const kempe_system *s = linear->eval->system;
     const double *zero = KMP_ARENA_NEW(&e->arena, double, s->n), *load = NULL;
     KMP_TRY(kmp_made(s->context, zero));
-    if (!e->has_loads && !e->exchange)
-        KMP_TRY(kmp_all_loads_init(&e->loads, s));
+    const bool derive = !e->has_loads && !e->exchange;
     e->has_loads = true;
+    if (derive)
+        KMP_TRY(kmp_all_loads_init(&e->loads, s));
     const int count = s->model->closure_count + e->loads.joints;
     const kmp_instant at = {
         .t = linear->t, .q = b->q, .qd = b->qd, .qdd = zero, .lambda = lambda, .inputs = &linear->eval->inputs};
