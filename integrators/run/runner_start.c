@@ -13,6 +13,9 @@
 #include <math.h>
 #include <string.h>
 
+/* A step within this multiple of the least one is no measure of the next one. */
+#define BRIEF 64
+
 kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int rank, const int *wish, int wish_count)
 {
     const kempe_system *s = run->s;
@@ -286,6 +289,9 @@ kempe_status kmp_runner_start(kmp_runner *run, double t, const double *y, const 
 {
     double end = kmp_runner_limit(run, t);
     end = end <= t || kmp_same_time(end, t) ? run->spec.t_end : end; /* a sample is due: it is taken before the step */
+    if (h <
+        BRIEF * kmp_solver_least_step(t)) /* the last step was cut short between two breaks: its length says nothing */
+        h = 0;
     double first = run->kind->corrects ? fmin(h, end - t) : first_step_of(run);
     return run->kind->start(run->solver, t, y, yp, end, first);
 }

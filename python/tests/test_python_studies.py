@@ -865,3 +865,21 @@ run: {t_end: 3, rtol: 1e-9}
             stepper.set_input("u", 0)
             stepper.advance(t)
         assert abs(stepper.q[0] - x) < 1e-11
+
+
+def test_long_sums_of_steps():
+    """Sums of steps that leave a sample by more than rounding make short steps to it, from saved states too."""
+    text = """kempe: 1
+inputs: {u: {default: 0, unit: N}}
+bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}
+states: {z: {next: ".2*z+1", sample: .1}}
+forces: {f: {joint: x, force: "z-q(x)-2*qd(x)+u"}}
+"""
+    stepper, t = kempe.Model.from_text(text).system().stepper(t_end=100, rtol=1e-9), 0.0
+    for k in range(1, 900):
+        t += 0.1
+        if k % 5 == 0:
+            stepper.restore(stepper.save())
+        stepper.set_input("u", 0)
+        stepper.advance(t)
+    assert abs(stepper.q[0] - 1.25) < 1e-9  # z goes to 1/(1 - 0.2)
