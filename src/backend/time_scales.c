@@ -4,10 +4,11 @@
 #include "base/memory.h"
 #include "dynamics/kinematics/link_tree.h"
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum {
-    MOST = 32,              /* functions */
+    MOST = 32,              /* functions that are studied together */
     FIRST = 64,             /* equal intervals whose ends give the first sizes */
     DEEPEST = 26,           /* halvings: a jump is not resolved further */
     MOST_INTERVALS = 20000, /* of a run; more of them have no place in memory */
@@ -22,7 +23,7 @@ typedef struct study {
     const kempe_model *model;
     const kmp_expr *function[MOST];
     const char *name[MOST];
-    int count, input_count;
+    int skipped, passed, count; /* functions of earlier studies, those met so far, those of this one */
     const kmp_program *program;
     kmp_bounds *bounds;
     double *end;
@@ -57,12 +58,10 @@ static void add(study *s, const kmp_expr *e, const char *name)
     if (!e || s->count == MOST || !kmp_expr_has_time(e))
         return;
     if (!kmp_expr_find(e, depends_on_more, NULL)) {
-        bool known = !kmp_expr_find(e, may_be_short, NULL);
-        for (int k = 0; k < s->count; k++)
-            known = known || s->function[k] == e;
+        if (!kmp_expr_find(e, may_be_short, NULL) || s->passed++ < s->skipped)
+            return;
         s->name[s->count] = name;
-        s->function[s->count] = e;
-        s->count += !known;
+        s->function[s->count++] = e;
         return;
     }
     if (e->kind == KMP_EXPR_UNKNOWN && s->model->unknowns[e->index].count == 0)
@@ -198,32 +197,59 @@ static void find(study *s, const double *parameters, double from, double to)
         divide(s, parameters, from, to);
 }
 
+static int ascending(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Adds the intervals of a study to those of others. False: no memory. */
+static bool add_ends(const study *s, kmp_arena *arena, kmp_time_scales *found)
+{
+    double *end = KMP_ARENA_NEW(arena, double, found->count + s->ends);
+    if (!end)
+        return false;
+    if (found->count > 0)
+        memcpy(end, found->end, (size_t)found->count * sizeof *end);
+    memcpy(end + found->count, s->end, (size_t)s->ends * sizeof *end);
+    found->end = end;
+    found->count += s->ends;
+    found->shortest = fmin(found->shortest, s->shortest);
+    found->open = s->ends >= MOST_INTERVALS ? s->name[0] : found->open;
+    qsort(end, (size_t)found->count, sizeof *end, ascending);
+    return true;
+}
+
+/* Studies the functions of `s`. False: no memory. */
+static bool find_together(study *s, const double *parameters, const double span[2], kmp_arena *arena,
+                          kmp_time_scales *found)
+{
+    kmp_arena aside = {0};
+    kmp_program *program = program_of(s);
+    s->program = program;
+    s->bounds = program ? kmp_bounds_new(program, &aside) : NULL;
+    s->end = KMP_ARENA_NEW(&aside, double, MOST_INTERVALS);
+    bool made = s->bounds && s->end;
+    if (made)
+        find(s, parameters, span[0], span[1]);
+    if (made && s->longest >= CONTRAST * s->shortest)
+        made = add_ends(s, arena, found);
+    kmp_arena_free(&aside);
+    kmp_program_free(program);
+    return made;
+}
+
 kempe_status kmp_time_scales_find(const kempe_model *model, const double *parameters, double from, double to,
                                   kmp_arena *arena, kmp_time_scales *found)
 {
-    study s = {.model = model};
+    bool made = true;
     *found = (kmp_time_scales){.shortest = INFINITY};
-    add_all(&s);
-    if (s.count == 0 || !(to > from))
-        return KEMPE_OK;
-    kmp_arena aside = {0};
-    kmp_program *program = program_of(&s);
-    s.program = program;
-    s.bounds = program ? kmp_bounds_new(program, &aside) : NULL;
-    s.end = KMP_ARENA_NEW(&aside, double, MOST_INTERVALS);
-    bool made = s.bounds && s.end;
-    if (made)
-        find(&s, parameters, from, to);
-    if (made && s.longest >= CONTRAST * s.shortest) {
-        found->open = s.ends >= MOST_INTERVALS ? s.name[0] : NULL;
-        found->end = KMP_ARENA_NEW(arena, double, s.ends);
-        found->count = found->end ? s.ends : 0;
-        found->shortest = s.shortest;
-        made = found->end;
-        memcpy(found->end, s.end, (size_t)found->count * sizeof *s.end);
+    for (int skipped = 0, count = MOST; made && to > from && count == MOST; skipped += count) {
+        study s = {.model = model, .skipped = skipped};
+        add_all(&s);
+        count = s.count;
+        made = count == 0 || find_together(&s, parameters, (const double[]){from, to}, arena, found);
     }
-    kmp_arena_free(&aside);
-    kmp_program_free(program);
     return kmp_made(model->context, made);
 }
 

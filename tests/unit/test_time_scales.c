@@ -94,10 +94,30 @@ static void ends(void)
     unload(&l);
 }
 
+/* More functions than are studied together: the pulse is in the last one. */
+static void many_functions(void)
+{
+    char force[4000] = "0";
+    size_t length = 1;
+    for (int k = 0; k < 70; k++)
+        length += (size_t)snprintf(force + length, sizeof force - length, " + q(x)*exp(-%d*t)", k);
+    (void)snprintf(force + length, sizeof force - length, " + q(x)*0 + 1*(exp(-((t - c)/w)^2)/w)");
+    char text[6000];
+    (void)snprintf(text, sizeof text,
+                   "kempe: 1\nparameters: {c: 5.0123, w: 0.01}\n"
+                   "bodies: {a: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+                   "forces: {f: {joint: x, force: \"%s\"}}\nrun: {t_end: 10}\n",
+                   force);
+    loaded l = load_text(text);
+    CHECK(l.model && kmp_time_scales_shortest(l.model) > 0 && kmp_time_scales_shortest(l.model) < 0.02);
+    unload(&l);
+}
+
 int main(void)
 {
     TEST(impulses);
     TEST(no_pulses);
     TEST(ends);
+    TEST(many_functions);
     return check_report();
 }
