@@ -273,14 +273,11 @@ kempe_status kmp_manifest_read(kempe_context *context, const char *folder, char 
     return status;
 }
 
-bool kmp_manifest_is_whole(const char *manifest)
+bool kmp_manifest_is_whole(const char *manifest, const char *written)
 {
     hash whole;
-    kmp_text written = {0};
     hash_whole(manifest, whole);
-    bool same = kmp_manifest_text(manifest, "hash", &written) && strcmp(written.s, whole) == 0;
-    kmp_text_free(&written);
-    return same;
+    return strcmp(written, whole) == 0;
 }
 
 /* -- comparison -------------------------------------------------------------------------------------- */

@@ -105,7 +105,7 @@ static kempe_status fill(kempe_folder *f)
         !kmp_manifest_int(f->manifest, "parts", 0, INT_MAX, &f->parts) ||
         f->parts != (f->instances > 0 ? (f->instances - 1) / f->chunk + 1 : 0))
         return kmp_complain(context, f->path, 0, 0, "manifest.json is not a manifest of Kempe, or it is damaged");
-    if (!kmp_manifest_is_whole(f->manifest))
+    if (!kmp_manifest_is_whole(f->manifest, f->hash))
         return kmp_complain(
             context, f->path, 0, 0,
             "manifest.json is damaged: it is not the text that its hash was made of; use a folder whose "

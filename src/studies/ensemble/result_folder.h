@@ -73,8 +73,8 @@ kempe_status kmp_manifest_put(kempe_ensemble *ensemble, const kempe_run_options 
 /** The hash of all that was read to make a model; of a model built in code, of its print. */
 kempe_status kmp_manifest_hash_model(const kempe_model *model, char hash[KMP_HASH_SIZE + 1]);
 
-/** True if a manifest has the hash of its own text. */
-bool kmp_manifest_is_whole(const char *manifest);
+/** True if the hash written in a manifest is that of its own text. */
+bool kmp_manifest_is_whole(const char *manifest, const char *written);
 
 /** The value of a key in a manifest, a string without quotes; false: it has none. */
 bool kmp_manifest_text(const char *manifest, const char *key, kmp_text *value);
