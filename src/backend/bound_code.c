@@ -200,8 +200,24 @@ static kmp_bound divided(kmp_bound x, kmp_bound y)
     return joined(f, product(sum(rate_of(x), scaled(product(f, rate_of(y)), -1)), by));
 }
 
+static bool is_constant(kmp_bound x)
+{
+    return x.low == x.high && x.down == 0 && x.up == 0;
+}
+
+/* x times a number. */
+static kmp_bound times_number(kmp_bound x, double by)
+{
+    const double a = times(x.low, by), b = times(x.high, by), c = times(x.down, by), d = times(x.up, by);
+    return joined(checked(lower(a, b), upper(a, b)), checked(lower(c, d), upper(c, d)));
+}
+
 static kmp_bound multiplied(kmp_bound x, kmp_bound y, bool same, double sign)
 {
+    if (is_constant(y))
+        return times_number(x, y.low);
+    if (is_constant(x))
+        return times_number(y, x.low);
     if (same)
         return joined(scaled(square(value_of(x)), sign), scaled(product(value_of(x), rate_of(x)), 2 * sign));
     return joined(product(value_of(x), value_of(y)),

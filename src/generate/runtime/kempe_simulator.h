@@ -98,6 +98,7 @@ struct kmp_watch_site;
  * models without conditions do not need. */
 typedef struct kempe_watch {
     int constants, inputs, steps, tables;
+    int fixed;  /* the first steps depend on parameters alone */
     int solved; /* unknowns of implicit blocks in conditions, which are given */
     const double *constant;
     const int *input;       /* what each is, and its place */

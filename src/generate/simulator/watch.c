@@ -148,9 +148,9 @@ void kmp_watch_put(kmp_text *text, const kmp_code_source *s)
     put_code(text, x);
     kmp_text_printf(
         text,
-        "static const kempe_watch watch = {%d, %d, %d, %d, %d, watch_constants0, watch_inputs, watch_steps, "
+        "static const kempe_watch watch = {%d, %d, %d, %d, %d, %d, watch_constants0, watch_inputs, watch_steps, "
         "watch_outputs,\n    watch_traits, %s, %s, kempe_watch_search};\n\n",
-        code->constants, code->inputs, code->steps, p->table_count, x->watch_solved,
+        code->constants, code->inputs, code->steps, p->table_count, code->fixed, x->watch_solved,
         p->table_count > 0 ? "watch_tables" : "0", x->watch_solved > 0 ? "watch_values" : "0");
 }
 

@@ -112,7 +112,7 @@ static void bind(void *self, const kmp_step_piece *p)
     for (int k = 0; p->m && k < w->watch->solved; k++)
         kmp_bound_give(w->value, unknown[k],
                        kmp_bound_through(p->b->t - p->a->t, p->a->solved[k], p->m->solved[k], p->b->solved[k]));
-    kmp_bound_run(&w->code, 0, w->value);
+    kmp_bound_run(&w->code, w->code.fixed, w->value);
 }
 
 static kmp_bound bound_of(const void *self, int k)
@@ -139,6 +139,18 @@ static int end_piece(void *self, const kmp_look *a, const kmp_look *b, bool *fou
     return w->site->end(w->site->self, a->t, b->t, b->change, found);
 }
 
+/* Evaluates what depends on parameters alone. */
+static void begin(watcher *w)
+{
+    const int steps = w->code.steps;
+    for (int k = 0; k < w->watch->inputs; k++)
+        if (w->watch->input[2 * (ptrdiff_t)k] == KEMPE_WATCH_PARAMETER)
+            w->value[w->watch->constants + k] = kmp_bound_still(w->site->p[w->watch->input[2 * (ptrdiff_t)k + 1]]);
+    w->code.steps = w->code.fixed;
+    kmp_bound_run(&w->code, 0, w->value);
+    w->code.steps = steps;
+}
+
 /* -- the search ---------------------------------------------------------------------------------------- */
 
 static double *take_room(double **at, int count)
@@ -162,6 +174,7 @@ int kempe_watch_search(const kempe_watch *watch, double *room, const kmp_watch_s
     w.code.constants = watch->constants;
     w.code.inputs = watch->inputs;
     w.code.steps = watch->steps;
+    w.code.fixed = watch->fixed;
     w.code.constant = watch->constant;
     w.code.step = (const kmp_bound_step *)(const void *)watch->step;
     w.code.tables = watch->table;
@@ -180,6 +193,7 @@ int kempe_watch_search(const kempe_watch *watch, double *room, const kmp_watch_s
     w.pieces.third = third;
     for (int k = 0; k < conditions; k++)
         third[k] = (watch->traits[k] & KEMPE_WATCH_MIDDLE) != 0;
+    begin(&w);
     int status = look(&w, from, &w.pieces.look[0]);
     if (status == 0)
         status = look(&w, to, &w.pieces.look[1]);
