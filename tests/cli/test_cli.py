@@ -2630,6 +2630,49 @@ class RunningSafety(Case):
         self.assertEqual(text.count("above the limit"), 2)
 
 
+class Trust(Case):
+    """One policy: the status word in text and object, and the exit code that belongs to it."""
+
+    def judged(self, code, word, *words):
+        done = kempe(*words, cwd=self.folder)
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        self.assertIn(f": {word}, ", done.stdout.split("\n")[0])
+        self.assertEqual(self.object(code, *words)["status"], word)
+        return done
+
+    def test_loose_tolerances(self):
+        """A(60 s) is 1109.540 at 1e-6 to 1e-12, and 0.36 rad more at 1e-4."""
+        self.expect(0, "new", "four_bar.yaml")
+        words = "simulate", "four_bar.yaml", "--set", "crank=0.2", "--t-end", 60
+        for rtol in "1e-3", "1e-4":
+            done = self.judged(5, "not trustworthy", *words, "--rtol", rtol)
+            self.assertRegex(done.stderr, r"'[ABD]' differs by \S+ rad at t = ")
+        self.judged(0, "complete", *words, "--rtol", "1e-6")
+        self.assertAlmostEqual(self.object(0, *words, "--rtol", "1e-6")["q"]["A"], 1109.540, delta=2e-3)
+        self.judged(0, "complete, not checked", *words, "--rtol", "1e-6", "--no-convergence-check")
+
+    def test_an_end_that_the_model_requests_is_complete(self):
+        """Thrown up at 5 m/s: 1 m at 5 t - 9.81/2 t^2 = 1, which the repeat finds at the same time."""
+        path = self.model("kempe: 1\ngravity: [0, 0, -9.81]\nbodies: {ball: {joint: {name: z, prismatic: z, at: ground}, mass: 1}}\n"
+                          "start: {qd: {z: 5}}\nrun: {t_end: 2, until: q(z) > 1}\n")
+        done = self.judged(0, "complete", "simulate", path)
+        self.assertIn("the run ends as requested: q(z) > 1", done.stdout)
+        self.assertAlmostEqual(self.object(0, "simulate", path)["t"], (5 - (25 - 2 * 9.81) ** 0.5) / 9.81, delta=1e-8)
+
+    def test_instances_that_do_not_end(self):
+        (self.folder / "values.csv").write_text("crank\n0.3\n50\n")
+        self.judged(5, "not trustworthy", "ensemble", FOUR_BAR, "--values", "values.csv", "--t-end", "0.1")
+
+    def test_every_distrust_is_a_doubt(self):
+        """A sentence of the sources that distrusts a result is said by kmp_doubt, or by a function of doubts."""
+        for path in sorted(path for folder in ("src", "constraints", "integrators") for path in (ROOT / folder).rglob("*.c")):
+            text = path.read_text()
+            for found in re.finditer(r'"[^"\n]*\bdo not trust\b', text):
+                call = text[text.rfind(";", 0, found.start()):found.start()]
+                function = re.findall(r"^\w[^;\n]*\b(\w+)\([^;]*$", text[:found.start()], re.M)
+                self.assertTrue("kmp_doubt(" in call or "doubt" in function[-1], f"{path}: {found[0]}")
+
+
 class Comfort(Case):
     """Weighted accelerations and ride indices against closed forms and another program's filters."""
 
