@@ -404,8 +404,8 @@ static kempe_status run_gather(const cli_job *j)
         status = gathered(kempe_folder_write(j->folder, s->output, s->units));
     else if (status == KEMPE_OK && !s->report)
         status = gathered(kempe_folder_check(j->folder));
-    if (status == KEMPE_OK && s->history_output)
-        status = gathered(kempe_folder_write_history(j->folder, s->history_output, s->units));
+    if ((status == KEMPE_OK || status == KEMPE_UNTRUSTED) && s->history_output)
+        status = cli_worse(status, gathered(kempe_folder_write_history(j->folder, s->history_output, s->units)));
     bool ended = status != KEMPE_STOPPED && !wrong;
     cli_report_failure(j, status, ended);
     return ended ? cli_worse(status, cli_report(j, print_folder, j->folder)) : status;

@@ -2661,7 +2661,10 @@ class Trust(Case):
 
     def test_instances_that_do_not_end(self):
         (self.folder / "values.csv").write_text("crank\n0.3\n50\n")
-        self.judged(5, "not trustworthy", "ensemble", FOUR_BAR, "--values", "values.csv", "--t-end", "0.1")
+        words = "ensemble", FOUR_BAR, "--values", "values.csv", "--t-end", "0.1"
+        self.judged(5, "not trustworthy", *words)
+        self.expect(5, *words, "--out", "bars.kempe")
+        self.judged(5, "not trustworthy", "gather", "bars.kempe")
 
     def test_every_distrust_is_a_doubt(self):
         """A sentence of the sources that distrusts a result is said by kmp_doubt, or by a function of doubts."""

@@ -228,6 +228,7 @@ static void count_rows(kempe_folder *f, const kmp_parquet_file *file)
     for (int row = 0; status >= 0 && file->column[status].word && row < file->rows; row++) {
         const char *word = file->column[status].word[row];
         f->ok += kmp_word_is_complete(word);
+        f->distrusted += strcmp(word, kmp_status_word(KEMPE_UNTRUSTED)) == 0;
         f->stopped += strcmp(word, "stopped") == 0;
         f->failed += strcmp(word, "failed") == 0;
     }
@@ -237,12 +238,23 @@ static void begin_check(kempe_folder *f)
 {
     f->checked = true;
     f->damaged = 0;
-    f->ok = f->stopped = f->failed = 0;
+    f->ok = f->stopped = f->failed = f->distrusted = 0;
     kmp_folder_clear(f);
     kmp_folder_count(f);
 }
 
 /* The parts that are missing, in a sentence; KEMPE_OK: there are none. */
+/* The verdict on instances that were counted. */
+static kempe_status judge(const kempe_folder *f, kempe_status status)
+{
+    if (status == KEMPE_OK && f->stopped + f->failed + f->distrusted > 0)
+        kmp_doubt(f->context,
+                  "instances that did not reach their end: %ld, that differ at another rtol: %ld; their rows have the "
+                  "reasons",
+                  f->stopped + f->failed, f->distrusted);
+    return kmp_context_verdict(f->context, status);
+}
+
 static kempe_status check_complete(const kempe_folder *f)
 {
     kmp_text sentence = {0};
@@ -294,7 +306,7 @@ kempe_status kempe_folder_check(kempe_folder *f)
     KMP_TRY(status);
     status = check_complete(f);
     if (status == KEMPE_OK && f->damaged == 0)
-        return end_statistics(f);
+        return judge(f, end_statistics(f));
     return f->damaged > 0 ? KEMPE_E_FAILED : status;
 }
 
@@ -441,7 +453,7 @@ kempe_status kmp_folder_table(kempe_folder *folder, kempe_table **table)
 kempe_status kempe_folder_write(kempe_folder *folder, const char *path, int units)
 {
     KMP_WANTED_BOTH(folder, path);
-    return gather_all(&(gathering){.folder = folder, .units = units != 0}, path, NULL);
+    return judge(folder, gather_all(&(gathering){.folder = folder, .units = units != 0}, path, NULL));
 }
 
 kempe_status kempe_folder_write_history(kempe_folder *folder, const char *path, int units)

@@ -244,14 +244,22 @@ static void put_statistics(kmp_text *text, const kempe_folder *f)
     kempe_text_free(said);
 }
 
+static const char *word_of(const kempe_folder *f)
+{
+    bool some = f->checked && f->stopped + f->failed + f->distrusted > 0;
+    return f->interrupted ? kmp_status_word(KEMPE_STOPPED)
+           : f->ran       ? kmp_instances_word(&f->totals.sums)
+                          : kmp_status_word(some ? KEMPE_UNTRUSTED : KEMPE_OK);
+}
+
 static void put_text(kmp_text *text, const void *result)
 {
     const kempe_folder *f = result;
     double rtol = 0, atol = 0, t_end = 0;
     (void)(kmp_manifest_double(f->manifest, "rtol", &rtol) && kmp_manifest_double(f->manifest, "atol", &atol) &&
            kmp_manifest_double(f->manifest, "t_end", &t_end));
-    kmp_text_printf(text, "%s: %d instance%s in %d part%s of %d; %d part%s whole in %s%s\n\n", f->model, f->instances,
-                    plural(f->instances), f->parts, plural(f->parts), f->chunk, f->whole,
+    kmp_text_printf(text, "%s: %s, %d instance%s in %d part%s of %d; %d part%s whole in %s%s\n\n", f->model, word_of(f),
+                    f->instances, plural(f->instances), f->parts, plural(f->parts), f->chunk, f->whole,
                     f->whole == 1 ? " is" : "s are", f->path, f->interrupted ? "; interrupted" : "");
     kmp_text_printf(text, "run       to t = %g s, rtol %g, atol %g\n", t_end, rtol, atol);
     if (f->ran)
@@ -269,9 +277,8 @@ static void put_json(kmp_text *text, const void *result)
 {
     const kempe_folder *f = result;
     kmp_json json = kmp_json_begin(text);
-    kmp_json_put(&json, "{ model %s status %s reason %s build_s %g", f->model,
-                 kmp_status_word(f->interrupted ? KEMPE_STOPPED : KEMPE_OK), f->interrupted ? "interrupted" : "",
-                 (double)NAN);
+    kmp_json_put(&json, "{ model %s status %s reason %s build_s %g", f->model, word_of(f),
+                 f->interrupted ? "interrupted" : "", (double)NAN);
     kmp_json_put(&json, "folder %s hash %s instances %d parts %d chunk %d whole %d missing %d", f->path, f->hash,
                  f->instances, f->parts, f->chunk, f->whole, f->parts - f->whole);
     if (f->history)
