@@ -174,6 +174,7 @@ static void insert(kmp_reader *r, int b, int count, double direction[DIRECTIONS]
         model->bodies[i].first_motion += i != b && model->bodies[i].first_motion >= first ? count : 0;
     model->motions = motions;
     model->motion_count += count;
+    r->motions = (kmp_name_index){0}; /* those after the new ones have other numbers */
     body->motion_count += count;
     body->load_count = count;
 }
