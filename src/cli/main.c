@@ -49,8 +49,8 @@ static void print_help(FILE *out)
     fputs("\nexamples:\n  "
           "kempe new four_bar\n  "
           "kempe check examples/andrews/andrews.yaml\n  kempe compare examples/andrews/andrews.yaml --reference "
-          "examples/andrews/reference.csv\n\nexit codes: 0 success, 1 failed computation, 2 error in the input, 3 "
-          "wrong usage, 4 internal error of Kempe\n",
+          "examples/andrews/reference.csv\n\nexit codes: 0 complete, 1 failed or stopped early, 2 error in the input, "
+          "3 wrong usage, 4 internal error of Kempe, 5 complete but not trustworthy\n",
           out);
 }
 
