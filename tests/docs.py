@@ -450,7 +450,8 @@ class Commands(unittest.TestCase):
             with self.subTest(f"{page.relative_to(ROOT)}: {line}"):
                 done = subprocess.run([KEMPE, *(line if FULL else shortened(line))], cwd=folder / place, capture_output=True, text=True,
                                       timeout=300)
-                self.assertEqual(done.returncode, 0, done.stderr)
+                told = "stopped before the end" in done.stderr or (done.returncode == 5 and "warning: " in done.stderr)
+                self.assertTrue(done.returncode == 0 or told, done.stderr)  # pages show locks and doubts, too
                 if FULL or shortened(line) == line:
                     outputs[place, *line] = done.stdout + done.stderr
         for place, line, quoted in quotations(page):
