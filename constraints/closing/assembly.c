@@ -398,7 +398,7 @@ kempe_status kempe_assembly_new(const kempe_system *system, kempe_assembly **ass
         return status;
     *assembly = a;
     if (!a->closed)
-        return a->drives > a->freedoms && a->drives > 1 ? complain_drives(a) : complain_open(a);
+        return a->drives > a->freedoms && a->freedoms > 0 ? complain_drives(a) : complain_open(a);
     if (!known)
         report_misfit(a);
     if (a->goals.end == KMP_GOALS_NONE)

@@ -1946,14 +1946,14 @@ run: {t_end: 6, output_step: 1, outputs: [q, qd]%s}
 """
 
     def test_a_longest_step(self):
-        """A pulse of 10 ms after 5 s of rest: steps grow at rest and pass it, but not with a longest step of 5 ms."""
+        """A pulse of 10 ms after 5 s of rest, which functions of t alone show; a longest step of 5 ms bounds all steps."""
         impulse = 100 * 0.01 * math.pi**0.5 / 2
         path = self.model(self.PULSE % "")
         for integrator in ("dop853", "dopri5", "radau5", "radau", "bdf", "adams"):
             words = ("simulate", path, "--integrator", integrator, "--no-convergence-check")
-            for longest, known in (((), 0), (("--max-step", "5 ms"), impulse)):
+            for longest in ((), ("--max-step", "5 ms")):
                 found = self.object(0, *words, *longest)
-                self.assertAlmostEqual(found["qd"]["x"], known, 5, (integrator, longest))
+                self.assertAlmostEqual(found["qd"]["x"], impulse, 5, (integrator, longest))
                 self.assertEqual(found["work"]["steps"] >= 1200, bool(longest), integrator)
         path = self.model(self.PULSE % ", max_step: 5 ms")
         self.assertGreaterEqual(self.object(0, "simulate", path, "--no-convergence-check")["work"]["steps"], 1200)
