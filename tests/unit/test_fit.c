@@ -320,7 +320,7 @@ static void shortens_where_the_loop_opens(void)
     loaded l = load(crank), other = load_set(crank, near, 1), none = load_set(crank, open, 1);
     kempe_fit *fit = NULL;
     measure(&l, 0);
-    CHECK(fit_with(&other, (kempe_fit_options){.parameters = "l"}, &fit) == KEMPE_OK);
+    CHECK(fit_with(&other, (kempe_fit_options){.parameters = "l"}, &fit) == KEMPE_UNTRUSTED); /* a local minimum */
     CHECK(shortened(fit) > 0);
     kempe_fit_free(fit);
     CHECK(fit_with(&none, (kempe_fit_options){.parameters = "l"}, &fit) == KEMPE_E_FAILED);

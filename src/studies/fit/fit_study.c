@@ -496,17 +496,21 @@ static double neighbours(const kempe_fit *f, int column)
     return f->number[column] >= LEAST_FOR_NOISE && squares > 0 ? products / squares : 0;
 }
 
-/* A minimum at which the motion is not that of the data has narrow intervals, too. */
+/* A minimum at which the motion is not that of the data has narrow intervals, too. Large residuals that are independent
+ * are noise. */
 static void judge_residuals(kempe_fit *f)
 {
     for (int c = 0; c < f->columns; c++) {
         double alike = f->exact[c] ? 0 : neighbours(f, c);
+        if (!(alike > KMP_FIT_ALIKE))
+            continue;
         if (f->rms[c] > KMP_FIT_UNLIKE * f->own_scatter[c])
-            kmp_doubt(f->context,
-                      "the fitted motion is not that of the data: the residuals of '%s' are %.2g of its own deviation; "
-                      "the minimum may be a local one (--starts), or the model lacks an effect",
-                      f->column_name[c], f->rms[c] / f->own_scatter[c]);
-        else if (alike > KMP_FIT_ALIKE)
+            kmp_doubt(
+                f->context,
+                "the fitted motion is not that of the data: the residuals of '%s' are %.2g of its own deviation, and "
+                "resemble their neighbours; the minimum may be a local one (--starts), or the model lacks an effect",
+                f->column_name[c], f->rms[c] / f->own_scatter[c]);
+        else
             kmp_log(f->context, KEMPE_LOG_WARNING,
                     "the residuals of '%s' are not noise: neighbouring ones have the correlation %.2f, so that the "
                     "intervals are too narrow; the minimum may be a local one (--starts), or the model lacks an effect",
