@@ -57,6 +57,14 @@ double kmp_chart_apart(const kempe_system *system, int c, const double *a, const
     return kmp_chart_joint_apart(&j, a, b);
 }
 
+void kmp_chart_nearest(const kempe_system *system, int c, const double near[3], double angles[3])
+{
+    static const double own[KMP_CHART_SIZE] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    kmp_chart_joint j = joint_of(system, c);
+    j.first = 0;
+    (void)kmp_chart_joint_show(&j, own, near, angles, NULL, NULL);
+}
+
 void kmp_chart_center(const kempe_system *system, int c, double *chart, double *q, double *qd, double *qdd)
 {
     const kmp_chart_joint j = joint_of(system, c);

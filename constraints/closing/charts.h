@@ -32,6 +32,9 @@ double kmp_chart_regular(const kempe_system *system, int c, const double *q);
 /** Distance of the rotations of joint c by the user's angles in a and b (n): the largest difference of an entry. */
 double kmp_chart_apart(const kempe_system *system, int c, const double *a, const double *b);
 
+/** Replaces the user's angles of joint c by those of the same rotation that are nearest to `near`. */
+void kmp_chart_nearest(const kempe_system *system, int c, const double near[3], double angles[3]);
+
 /** Centres joint c: C, q and, if not NULL, qd and qdd (all n) become those of the same motion in the new chart. The
  * second angle is then in the middle of its range and, when qd is given, at rest. */
 void kmp_chart_center(const kempe_system *system, int c, double *chart, double *q, double *qd, double *qdd);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "output/convergence.h"
 #include "base/memory.h"
+#include "constraints/closing/charts.h"
 #include "integrators/steppers/solver.h"
 #include <math.h>
 #include <string.h>
@@ -31,6 +32,8 @@
 #define AT_EVENTS_UNEVEN 5e1
 /* An error falls by five and more from the coarser run, which differs then by this many errors at least. */
 #define APART 4.0
+/* rad; angles of a spherical joint that are further apart may be another form of the same rotation. */
+#define FORMS 1.5
 /* No run is made finer than this, nor one that is not finer by FINER. */
 #define FINEST 1e-13
 #define FINER  5.0
@@ -61,11 +64,37 @@ static bool accepts(const kmp_convergence *found)
     return found->difference <= found->limit && found->seen <= 1;
 }
 
-static void take_numbers(kmp_convergence *found, double t, int count, const double *first, const double *other,
+/* `at`: the index of the first one. */
+static void take_numbers(kmp_convergence *found, double t, int at, int count, const double *first, const double *other,
                          const double *size)
 {
     for (int k = 0; k < count; k++)
-        take_difference(found, t, k, difference_of(first[k], other[k], size[k]), fabs(other[k] - first[k]));
+        take_difference(found, t, at + k, difference_of(first[k], other[k], size[k]), fabs(other[k] - first[k]));
+}
+
+/* The angles of a spherical joint have another form for the same rotation, (a + pi, pi - b, c + pi), and full turns:
+ * runs that pass the singular position on either side go on in different ones. The form nearest to the first run's is
+ * compared. */
+static void take_coordinates(kmp_convergence *found, double t, const kempe_system *system, const double *first,
+                             const double *other)
+{
+    int count = kmp_model_coordinates(system->model), k = 0;
+    for (int c = 0; c < system->chart_count; c++) {
+        int at = system->chart_first[c];
+        double angles[3], apart = 0;
+        for (int i = 0; i < 3; i++) {
+            angles[i] = other[at + i];
+            apart = fmax(apart, fabs(angles[i] - first[at + i]));
+        }
+        if (apart > FORMS)
+            kmp_chart_nearest(system, c, first + at, angles);
+        if (apart > FORMS && found->form == 0)
+            found->form = at + 1, found->form_t = t;
+        take_numbers(found, t, k, at - k, first + k, other + k, system->scale + k);
+        take_numbers(found, t, at, 3, first + at, angles, system->scale + at);
+        k = at + 3;
+    }
+    take_numbers(found, t, k, count - k, first + k, other + k, system->scale + k);
 }
 
 static void end_row(kmp_convergence *found, double t)
@@ -77,7 +106,7 @@ static void end_row(kmp_convergence *found, double t)
 void kmp_convergence_row(kmp_convergence *found, double t, int count, const double *first, const double *other,
                          const double *size)
 {
-    take_numbers(found, t, count, first, other, size);
+    take_numbers(found, t, 0, count, first, other, size);
     end_row(found, t);
 }
 
@@ -127,7 +156,7 @@ static void take_states(kmp_convergence *found, double t, const kempe_system *sy
 void kmp_convergence_state(kmp_convergence *found, double t, const kempe_system *system, const double *q,
                            const double *qd, const double *other_q, const double *other_qd)
 {
-    take_numbers(found, t, kmp_model_coordinates(system->model), q, other_q, system->scale);
+    take_coordinates(found, t, system, q, other_q);
     take_states(found, t, system, qd, other_qd, NULL);
 }
 
@@ -220,8 +249,7 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
     (void)qdd, (void)lambda, (void)work;
     if (b->row == b->table->rows || t != kmp_samples_time(b->table, b->row))
         return 0; /* where a condition ends it */
-    take_numbers(b->found, t, kmp_model_coordinates(b->system->model),
-                 kmp_samples_get(b->table, KMP_QUANTITY_Q, b->row), q, b->system->scale);
+    take_coordinates(b->found, t, b->system, kmp_samples_get(b->table, KMP_QUANTITY_Q, b->row), q);
     take_states(b->found, t, b->system, kmp_samples_get(b->table, KMP_QUANTITY_QD, b->row), qd, b->doubts);
     b->row++;
     return 0;

@@ -21,6 +21,8 @@ typedef struct kmp_convergence {
     double until;          /* last row before the difference leaves `limit` */
     double limit;          /* the largest difference of an accepted run */
     double reported;       /* a smaller difference that still gives a warning; 0: none does */
+    int form;              /* the first angle, + 1, of a spherical joint whose angles are another form of the */
+    double form_t;         /* same rotation from here on; 0: none */
     double stopped;        /* time at which the repeat run ended, NaN when it was complete */
     int parts;             /* of the run that were repeated; 0: the whole of it */
     double checked;        /* s: all parts together */

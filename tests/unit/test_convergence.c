@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* No run ends well with a wrong answer and without a word: what makes errors grow warns, what does not keeps silent. */
 #include "loaded.h"
+#include "output/convergence.h"
 #include "testing.h"
 #include <kempe/kempe.h>
 #include <math.h>
@@ -109,6 +110,34 @@ static void coarse_runs_are_checked_by_finer_ones(void)
     CHECK(run(&s, &options, &trajectory) == KEMPE_OK && s.warnings == 0);
     check_json(trajectory, "\"rtol\": 1e-06");
     kempe_trajectory_free(trajectory);
+    close_scene(&s);
+}
+
+/* -- angles of a rotation ----------------------------------------------------------------------------- */
+
+/* Angles (a, b, c) and (a + pi, pi - b, c + pi) are one rotation, and so are full turns; others are as far apart as the
+ * nearest form. */
+static void forms_of_a_rotation_are_no_difference(void)
+{
+    scene s;
+    const double pi = acos(-1), q[6] = {0, 0, 0, 0.3, 20, -0.2}, qd[6] = {0};
+    open_scene(&s,
+               "kempe: 1\nname: ball\nbodies:\n  ball: {joint: {name: b, free: x, at: ground}, mass: 1, "
+               "inertia: {xx: 1, yy: 1, zz: 1}}\n",
+               NULL);
+    for (int turns = -2; turns <= 2; turns++)
+        for (int k = 0; k < 2; k++) {
+            double off = 0.01 * k;
+            double other[6] = {0, 0, 0, 0.3 + pi, pi * (1 + 2 * turns) - 20 - off, -0.2 - pi};
+            kmp_convergence found = {.known = true, .limit = 1e-6, .stopped = NAN};
+            kmp_convergence_state(&found, 1, s.system, q, qd, other, qd);
+            CHECK(fabs(found.apart - off) < 1e-12 && kmp_convergence_holds(&found) == (k == 0));
+            CHECK(found.form == 4 && found.form_t == 1);
+        }
+    double other[6] = {0, 0, 0, 0.3 + pi, 20, -0.2}; /* half a turn about one axis is another rotation */
+    kmp_convergence found = {.known = true, .limit = 1e-6, .stopped = NAN};
+    kmp_convergence_state(&found, 1, s.system, q, qd, other, qd);
+    CHECK(found.apart > 1 && !kmp_convergence_holds(&found));
     close_scene(&s);
 }
 
@@ -298,6 +327,7 @@ int main(void)
 {
     TEST(long_runs_on_rails_are_checked_by_parts);
     TEST(chaos_is_told);
+    TEST(forms_of_a_rotation_are_no_difference);
     TEST(a_short_run_keeps_silent);
     TEST(coarse_runs_are_checked_by_finer_ones);
     TEST(times_of_events_are_no_difference);

@@ -470,6 +470,12 @@ static kempe_status run_again(kempe_trajectory *t, job *j)
     if (status == KEMPE_OK && j->system->n > 0)
         kmp_convergence_warn(j->context, &t->again, j->system->model->motions[t->again.index].name,
                              kmp_trajectory_unit(t), "use a smaller rtol, or compare formulations");
+    if (status == KEMPE_OK && t->again.form > 0)
+        kmp_log(
+            j->context, KEMPE_LOG_WARNING,
+            "the motion passes the singular position of the angles from '%s' on: at rtol %.3g they take another form "
+            "of the same rotation from t = %.6g s on; the rotation is right, its angles are not unique",
+            j->system->model->motions[t->again.form - 1].name, t->again.rtol, t->again.form_t);
     return status;
 }
 
