@@ -79,7 +79,7 @@ typedef struct trial {
     const char *text, *parameters, *outputs, *integrator, *formulation;
     double t_end, within, first_step;
     bool one_way;          /* forward alone: nothing goes back there */
-    bool amplified;        /* beyond 2000 tolerances, as the repeat at another one finds */
+    bool amplified;        /* by about 2000 tolerances, so that the repeat at another one may doubt it */
     const char *integrand; /* NULL: the outputs */
 } trial;
 
@@ -173,7 +173,7 @@ static kempe_sensitivity *find(kempe_context *context, kempe_model *model, const
     kempe_status status = kempe_sensitivity_new(model, &options, &s);
     if (status != KEMPE_OK)
         printf("%s\n", kempe_context_message(context));
-    CHECK(status == (x->amplified ? KEMPE_UNTRUSTED : KEMPE_OK));
+    CHECK(status == KEMPE_OK || (x->amplified && status == KEMPE_UNTRUSTED));
     return s;
 }
 
