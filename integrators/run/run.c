@@ -71,10 +71,13 @@ static kempe_status check_growth(kmp_runner *run, double t)
     kmp_text_printf(
         &why,
         "the motion grows without end: at t = %.6g s '%s' has a rate of %.3g %s, and the state is ten times as "
-        "large as %.3g s before, for the third time: check the signs of forces, dampings and gains, or give "
-        "a number of steps (max_steps)",
+        "large as %.3g s before, for the third time",
         t, run->s->model->motions[k].name, rate, run->s->model->motions[k].rotation ? "rad/s" : "m/s",
         growth->t[0] - growth->t[1]);
+    size_t said = why.length;
+    kmp_runner_explain_angles(run, &why);
+    if (why.length == said)
+        kmp_text_put(&why, ": check the signs of forces, dampings and gains, or give a number of steps (max_steps)");
     run->reason = kmp_text_take(&why);
     return run->reason ? KEMPE_E_FAILED : kmp_fail_memory(run->s->context);
 }

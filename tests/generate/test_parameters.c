@@ -192,6 +192,12 @@ static void change_force(const kmp_code_source *kept, const kempe_model *model, 
         change_inside(kept, force->touch.gap);
         for (int k = 0; k < 3; k++)
             change_inside(kept, force->vector[k]);
+        const kmp_film *film = force->compliant->film;
+        if (film) {
+            change_inside(kept, film->scale);
+            change_inside(kept, film->drag);
+            change_inside(kept, film->most);
+        }
         change_law(kept, force->compliant->clearance);
         change_law(kept, force->compliant->radius);
         change_law(kept, force->compliant->speed);
