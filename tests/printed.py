@@ -15,6 +15,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 MODELS = [*sorted(ROOT.glob("examples/*/*.yaml")), *sorted(ROOT.glob("tests/models/*.yaml"))]
+LEFT_OUT = {"closed_arm.yaml": ["--leave-out", "colour"]}  # a key that no reader knows
 POINTS = ("ball", "revolute", "universal", "cylindrical", "prismatic", "weld", "planar", "point_on_line", "point_on_plane")
 
 
@@ -97,7 +98,7 @@ class Printed(unittest.TestCase):
         count = 0
         with tempfile.TemporaryDirectory() as folder:
             for path in MODELS:
-                printed = json.loads(kempe("show", path, "--model", "--json", "-"))
+                printed = json.loads(kempe("show", path, *LEFT_OUT.get(path.name, []), "--model", "--json", "-"))
                 made = rewritten(printed)
                 if made is None or len(printed["bodies"]) > 40:
                     continue

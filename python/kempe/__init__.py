@@ -5,7 +5,7 @@
     >>> model = kempe.Model("four_bar.yaml", crank="310 mm")
     >>> run = model.simulate(t_end=5, rtol=1e-9)
     >>> run
-    <Trajectory: ok, 501 rows to t = 5 s>
+    <Trajectory: complete, 501 rows to t = 5 s>
     >>> run.q.shape, run["position(coupler.C)"].shape
     ((501, 3), (501, 3))
 

@@ -136,7 +136,7 @@ class System(Fixed):
 
         >>> system = kempe.Model("four_bar.yaml").system()
         >>> system.simulate(t_end=1, formulation="projected", output_step=0.1)
-        <Trajectory: ok, 11 rows to t = 1 s>
+        <Trajectory: complete, 11 rows to t = 1 s>
         """
         return study(Trajectory, self, options)
 

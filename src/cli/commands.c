@@ -392,6 +392,12 @@ static kempe_status gathered(kempe_status status)
     return status == KEMPE_E_IO || status == KEMPE_E_INPUT ? KEMPE_E_FAILED : status;
 }
 
+/* A doubt about instances stops no output. */
+static bool is_complete(kempe_status status)
+{
+    return status == KEMPE_OK || status == KEMPE_UNTRUSTED;
+}
+
 /* Checks the parts, and writes the tables and the page that are requested. */
 static kempe_status run_gather(const cli_job *j)
 {
@@ -400,11 +406,11 @@ static kempe_status run_gather(const cli_job *j)
     if (status == KEMPE_OK && s->report)
         status = kempe_folder_write_report(j->folder, j->model, s->report);
     bool wrong = status == KEMPE_E_INPUT;
-    if (status == KEMPE_OK && s->output)
-        status = gathered(kempe_folder_write(j->folder, s->output, s->units));
+    if (is_complete(status) && s->output)
+        status = cli_worse(status, gathered(kempe_folder_write(j->folder, s->output, s->units)));
     else if (status == KEMPE_OK && !s->report)
         status = gathered(kempe_folder_check(j->folder));
-    if ((status == KEMPE_OK || status == KEMPE_UNTRUSTED) && s->history_output)
+    if (is_complete(status) && s->history_output)
         status = cli_worse(status, gathered(kempe_folder_write_history(j->folder, s->history_output, s->units)));
     bool ended = status != KEMPE_STOPPED && !wrong;
     cli_report_failure(j, status, ended);

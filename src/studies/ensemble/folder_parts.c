@@ -243,9 +243,7 @@ static void begin_check(kempe_folder *f)
     kmp_folder_count(f);
 }
 
-/* The parts that are missing, in a sentence; KEMPE_OK: there are none. */
-/* The verdict on instances that were counted. */
-static kempe_status judge(const kempe_folder *f, kempe_status status)
+kempe_status kmp_folder_judge(const kempe_folder *f, kempe_status status)
 {
     if (status == KEMPE_OK && f->stopped + f->failed + f->distrusted > 0)
         kmp_doubt(f->context,
@@ -255,6 +253,7 @@ static kempe_status judge(const kempe_folder *f, kempe_status status)
     return kmp_context_verdict(f->context, status);
 }
 
+/* The parts that are missing, in a sentence; KEMPE_OK: there are none. */
 static kempe_status check_complete(const kempe_folder *f)
 {
     kmp_text sentence = {0};
@@ -306,7 +305,7 @@ kempe_status kempe_folder_check(kempe_folder *f)
     KMP_TRY(status);
     status = check_complete(f);
     if (status == KEMPE_OK && f->damaged == 0)
-        return judge(f, end_statistics(f));
+        return kmp_folder_judge(f, end_statistics(f));
     return f->damaged > 0 ? KEMPE_E_FAILED : status;
 }
 
@@ -453,7 +452,7 @@ kempe_status kmp_folder_table(kempe_folder *folder, kempe_table **table)
 kempe_status kempe_folder_write(kempe_folder *folder, const char *path, int units)
 {
     KMP_WANTED_BOTH(folder, path);
-    return judge(folder, gather_all(&(gathering){.folder = folder, .units = units != 0}, path, NULL));
+    return kmp_folder_judge(folder, gather_all(&(gathering){.folder = folder, .units = units != 0}, path, NULL));
 }
 
 kempe_status kempe_folder_write_history(kempe_folder *folder, const char *path, int units)

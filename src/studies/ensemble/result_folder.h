@@ -55,6 +55,9 @@ kempe_status kmp_folder_check_model(const kempe_folder *folder, const kempe_mode
 /** All rows as one table "instances", checked as kempe_folder_write does. */
 kempe_status kmp_folder_table(kempe_folder *folder, kempe_table **table);
 
+/** The verdict on the instances that a check has counted. */
+kempe_status kmp_folder_judge(const kempe_folder *folder, kempe_status status);
+
 /** Frees what a check has made. */
 void kmp_folder_clear(kempe_folder *folder);
 
