@@ -224,13 +224,14 @@ static kempe_status end_statistics(kempe_folder *f)
 
 static void count_rows(kempe_folder *f, const kmp_parquet_file *file)
 {
-    int status = kmp_parquet_find(file, "status");
+    int status = kmp_parquet_find(file, "status"), verdict = kmp_parquet_find(file, "verdict");
     for (int row = 0; status >= 0 && file->column[status].word && row < file->rows; row++) {
         const char *word = file->column[status].word[row];
         f->ok += kmp_word_is_complete(word);
         f->distrusted += strcmp(word, kmp_status_word(KEMPE_UNTRUSTED)) == 0;
         f->stopped += strcmp(word, "stopped") == 0;
         f->failed += strcmp(word, "failed") == 0;
+        f->repeated += verdict >= 0 && file->column[verdict].word && *file->column[verdict].word[row] != '\0';
     }
 }
 
@@ -238,7 +239,7 @@ static void begin_check(kempe_folder *f)
 {
     f->checked = true;
     f->damaged = 0;
-    f->ok = f->stopped = f->failed = f->distrusted = 0;
+    f->ok = f->stopped = f->failed = f->distrusted = f->repeated = 0;
     kmp_folder_clear(f);
     kmp_folder_count(f);
 }

@@ -244,12 +244,18 @@ static void put_statistics(kmp_text *text, const kempe_folder *f)
     kempe_text_free(said);
 }
 
+/* A run judges its own parts; those that were there before it are judged by a check. */
 static const char *word_of(const kempe_folder *f)
 {
-    bool some = f->checked && f->stopped + f->failed + f->distrusted > 0;
-    return f->interrupted ? kmp_status_word(KEMPE_STOPPED)
-           : f->ran       ? kmp_instances_word(&f->totals.sums)
-                          : kmp_status_word(some ? KEMPE_UNTRUSTED : KEMPE_OK);
+    const kmp_instance_sums *sums = &f->totals.sums;
+    if (f->interrupted || (f->checked && (f->whole < f->parts || f->damaged > 0)))
+        return kmp_status_word(f->interrupted ? KEMPE_STOPPED : KEMPE_E_FAILED);
+    if (!f->ran)
+        return kmp_checked_word(f->stopped + f->failed + f->distrusted > 0 ? KEMPE_UNTRUSTED : KEMPE_OK,
+                                f->repeated > 0);
+    bool right = sums->ok == sums->count && sums->not_converged == 0;
+    return right ? kmp_checked_word(KEMPE_OK, sums->repeated > 0 && f->ran_parts == f->whole)
+                 : kmp_instances_word(sums);
 }
 
 static void put_text(kmp_text *text, const void *result)

@@ -27,7 +27,7 @@ struct kempe_folder {
     /* After a check: */
     bool checked;
     int damaged;
-    long ok, stopped, failed, distrusted;
+    long ok, stopped, failed, distrusted, repeated;
     kempe_table *shape, *measured; /* columns of the parts; rows of the columns `chosen` that statistics read */
     bool *chosen;
     kempe_statistics *statistics; /* NULL: no quantities, or parts are missing or damaged */
