@@ -11,12 +11,13 @@
 #include "constraints/kinds/kind.h"
 #include "linalg/dense/lapack.h"
 #include "linalg/dot.h"
+#include "linalg/sparse.h"
 #include "model/pose.h"
 #include "model/tables/output_table.h"
 #include <math.h>
 #include <string.h>
 
-#define ZERO  1e-9 /* singular values of A over the largest */
+#define ZERO  1e-9 /* pivots of A over the largest */
 #define PART  1e-7 /* components of self-balanced loads: smaller ones are rounding */
 #define EMPTY 1e-12
 
@@ -36,9 +37,13 @@ typedef struct search {
     double (*axis)[3], (*place)[3]; /* of motions, ground axes */
     column *columns;
     int n, count;
-    double *curve;                    /* 4 n */
-    double *jacobian;                 /* m x n */
-    double *a, *values, *v;           /* size x size, size, size x size */
+    double *curve;          /* 4 n */
+    const double *jacobian; /* entries of the system's pattern */
+    double *work, *z;       /* n: of a column, or of coordinates; count */
+    int *start, *entry_row; /* A by columns: count + 1 */
+    double *entry;
+    int *r, *c, *place_of_row; /* pivots, from the largest: n, count; n */
+    double *pivots;
     double (*on_body)[KMP_LOAD_SIZE]; /* of body_count: about the origin of the ground */
     kmp_shared_loads *found;
 } search;
@@ -129,6 +134,14 @@ static bool add_loads(search *x, int c)
 
 static void add_work(const search *x, int body, const double place[3], const double *load, double sign, double *work);
 
+static void add_row(const search *x, int r, double *work)
+{
+    const kmp_pattern *p = &x->s->jacobian;
+    for (int k = 0; k < p->count; k++)
+        if (p->row[k] == r)
+            work[p->col[k]] += x->jacobian[k] * x->s->scale[p->col[k]] / x->s->row_scale[r];
+}
+
 /* The forces of the rows of a curve. */
 static void add_curve(search *x, int c)
 {
@@ -144,8 +157,8 @@ static void add_curve(search *x, int c)
     for (int r = 0; r < x->s->m; r++) {
         if (x->s->rows[r].closure != c)
             continue;
-        for (int k = 0; k < x->n; k++)
-            row[k] = x->jacobian[r + k * x->s->m] * x->s->scale[k] / x->s->row_scale[r];
+        memset(row, 0, (size_t)x->n * sizeof *row);
+        add_row(x, r, row);
         if (kmp_least_squares(x->n, 3, unit, row, ZERO, f) > 0)
             add(x, c, false, f);
     }
@@ -186,10 +199,11 @@ static void add_work(const search *x, int body, const double place[3], const dou
 static void fill_column(const search *x, const column *c, double *work)
 {
     const kmp_closure *closure = &x->model->closures[c->closure];
-    for (int k = 0; c->row >= 0 && k < x->n; k++)
-        work[k] = x->jacobian[c->row + k * x->s->m] * x->s->scale[k] / x->s->row_scale[c->row];
-    if (c->row >= 0)
+    memset(work, 0, (size_t)x->n * sizeof *work);
+    if (c->row >= 0) {
+        add_row(x, c->row, work);
         return;
+    }
     double q[3];
     point_place(x, closure->point[1], q);
     add_work(x, x->model->points[closure->point[1]].body, q, c->load, 1, work);
@@ -276,7 +290,7 @@ static void load_masses(search *x)
         size = fmax(size, fabs(model->gravity[i].value));
     memset(x->on_body, 0, (size_t)model->body_count * sizeof *x->on_body);
     for (int k = 0; k < x->n; k++)
-        x->values[k] = size * kmp_walk_random(&state);
+        x->work[k] = size * kmp_walk_random(&state);
     for (int b = 1; b < model->body_count; b++) {
         const kmp_body *body = &model->bodies[b];
         double com[3], local[3] = {body->com[0].value, body->com[1].value, body->com[2].value}, spin[3] = {0};
@@ -294,8 +308,8 @@ static void load_masses(search *x)
                     arm[j] = (com[j] - x->place[k][j]) / x->s->length;
                 cross(x->axis[k], arm, moved);
                 for (int j = 0; j < 3; j++) {
-                    spin[j] += rotation ? x->axis[k][j] * x->values[k] : 0;
-                    load[j] += (rotation ? moved[j] : x->axis[k][j]) * x->values[k];
+                    spin[j] += rotation ? x->axis[k][j] * x->work[k] : 0;
+                    load[j] += (rotation ? moved[j] : x->axis[k][j]) * x->work[k];
                 }
             }
         static const int at[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
@@ -329,33 +343,107 @@ static bool is_loaded(search *x, bool moving)
 
 /* -- the whole ---------------------------------------------------------------------------------------- */
 
-static bool find_sets(search *x)
+/* Collects A by columns. Coordinates that move both bodies alike leave rounding, which is no entry. */
+static bool collect(search *x, kmp_arena *room)
 {
-    const int size = x->n > x->count ? x->n : x->count;
-    bool moving = false;
-    for (int j = 0; j < x->count; j++)
-        fill_column(x, &x->columns[j], x->a + (ptrdiff_t)j * size);
-    double *whole = x->v; /* the column sizes, until there are vectors */
-    for (int j = 0; j < x->count; j++)
-        whole[j] = sqrt(kmp_dot(x->n, x->a + (ptrdiff_t)j * size, x->a + (ptrdiff_t)j * size));
-    for (int j = 0; j < x->count; j++)
-        if (whole[j] <= EMPTY)
-            memset(x->a + (ptrdiff_t)j * size, 0, (size_t)size * sizeof *x->a);
-    for (int j = 0; j < x->count; j++)
-        x->columns[j].empty = whole[j] <= EMPTY;
-    if (kmp_singular_right(size, x->a, x->values, x->v) != 0)
-        return false;
-    int rank = 0;
-    while (rank < size && x->values[rank] > ZERO * x->values[0] && x->values[0] > 0)
-        rank++;
-    for (int k = rank; k < size; k++) {
-        const double *z = x->v + (ptrdiff_t)k * size;
-        for (int j = 0; j < x->count; j++)
-            moving = moving || (!x->columns[j].empty && fabs(z[j]) > PART);
-        mark_set(x, z);
+    for (int pass = 0; pass < 2; pass++) {
+        for (int j = 0, e = 0; j < x->count; j++) {
+            fill_column(x, &x->columns[j], x->work);
+            for (int k = 0; k < x->n; k++)
+                if (!(fabs(x->work[k]) <= EMPTY)) {
+                    if (pass) {
+                        x->entry_row[e] = k;
+                        x->entry[e] = x->work[k];
+                    }
+                    e++;
+                }
+            x->columns[j].empty = e == x->start[j];
+            x->start[j + 1] = e;
+        }
+        if (pass == 0)
+            KMP_ARENA_MAKE(room, KMP_ROOM(int, (size_t)x->start[x->count] + 1, &x->entry_row),
+                           KMP_ROOM(double, (size_t)x->start[x->count] + 1, &x->entry));
+        if (room->failed)
+            return false;
     }
-    x->found->loaded = is_loaded(x, moving);
     return true;
+}
+
+/* Pivots of A and its rank; -1: no memory, or A is not finite. */
+static int find_rank(search *x, kmp_arena *room)
+{
+    const int least = x->n < x->count ? x->n : x->count, nz = x->start[x->count];
+    int rank = 0, *col = KMP_ARENA_NEW(room, int, nz + 1);
+    kmp_entries a = {x->n, x->count, nz, x->entry_row, col, x->entry};
+    for (int j = 0; col && j < x->count; j++) {
+        x->c[j] = j;
+        for (int e = x->start[j]; e < x->start[j + 1]; e++)
+            col[e] = j;
+    }
+    if (!col || (nz > 0 && !kmp_sparse_complete(&a, NULL, x->r, x->c, x->pivots, NULL)) ||
+        (nz > 0 && isnan(x->pivots[0])))
+        return -1;
+    while (nz > 0 && rank < least && x->pivots[rank] > ZERO * x->pivots[0])
+        rank++;
+    for (int k = 0; k < x->n; k++)
+        x->place_of_row[k] = -1;
+    for (int i = 0; i < rank; i++)
+        x->place_of_row[x->r[i]] = i;
+    return rank;
+}
+
+/* The factors of the rows and columns of the pivots. NULL: no memory. */
+static kmp_sparse *factor(const search *x, int rank, kmp_arena *room)
+{
+    const int most = x->start[x->count] + 1;
+    int *row = KMP_ARENA_NEW(room, int, most), *col = KMP_ARENA_NEW(room, int, most), nz = 0;
+    double *value = KMP_ARENA_NEW(room, double, most);
+    for (int i = 0; !room->failed && i < rank; i++)
+        for (int e = x->start[x->c[i]]; e < x->start[x->c[i] + 1]; e++)
+            if (x->place_of_row[x->entry_row[e]] >= 0) {
+                row[nz] = x->place_of_row[x->entry_row[e]];
+                col[nz] = i;
+                value[nz++] = x->entry[e];
+            }
+    kmp_sparse *sparse = room->failed ? NULL : kmp_sparse_new(rank, nz, row, col, false);
+    if (!sparse || kmp_sparse_factor(sparse, value) == KMP_SPARSE_FACTORED)
+        return sparse;
+    kmp_sparse_free(sparse);
+    return NULL;
+}
+
+/* The set in which column c[k], which is not that of a pivot, has a part: z has the size 1. */
+static void find_set(const search *x, kmp_sparse *sparse, int rank, int k, double *right)
+{
+    memset(right, 0, ((size_t)rank + 1) * sizeof *right);
+    for (int e = x->start[x->c[k]]; e < x->start[x->c[k] + 1]; e++)
+        if (x->place_of_row[x->entry_row[e]] >= 0)
+            right[x->place_of_row[x->entry_row[e]]] = -x->entry[e];
+    if (sparse)
+        (void)kmp_sparse_solve(sparse, 1, right);
+    double size = sqrt(1 + kmp_dot(rank, right, right));
+    memset(x->z, 0, (size_t)x->count * sizeof *x->z);
+    for (int i = 0; i < rank; i++)
+        x->z[x->c[i]] = right[i] / size;
+    x->z[x->c[k]] = 1 / size;
+}
+
+static bool find_sets(search *x, kmp_arena *room)
+{
+    bool moving = false;
+    const int rank = collect(x, room) ? find_rank(x, room) : -1;
+    double *right = KMP_ARENA_NEW(room, double, rank + 2);
+    kmp_sparse *sparse = rank > 0 && rank < x->count ? factor(x, rank, room) : NULL;
+    const bool ok = rank >= 0 && right && (sparse || rank == 0 || rank == x->count);
+    for (int k = rank; ok && k < x->count; k++) {
+        find_set(x, sparse, rank, k, right);
+        for (int j = 0; j < x->count; j++)
+            moving = moving || (!x->columns[j].empty && fabs(x->z[j]) > PART);
+        mark_set(x, x->z);
+    }
+    kmp_sparse_free(sparse);
+    x->found->loaded = ok && is_loaded(x, moving);
+    return ok;
 }
 
 kempe_status kmp_find_shared_loads(kmp_evaluator *eval, double t, const double *q, kmp_arena *arena,
@@ -364,7 +452,7 @@ kempe_status kmp_find_shared_loads(kmp_evaluator *eval, double t, const double *
     const kempe_system *s = eval->system;
     const kempe_model *model = s->model;
     const size_t most = (size_t)(KMP_KIND_MAX_ROWS * model->closure_count + s->m), n = (size_t)s->n;
-    const size_t size = most > n ? most : n, bodies = (size_t)model->body_count;
+    const size_t bodies = (size_t)model->body_count;
     search x = {.s = s, .model = model, .n = kmp_model_coordinates(model), .found = found};
     kmp_arena room = {0};
     *found = (kmp_shared_loads){0};
@@ -374,8 +462,8 @@ kempe_status kmp_find_shared_loads(kmp_evaluator *eval, double t, const double *
     KMP_TRY(kmp_made(s->context, found->of_body && found->of_closure));
     if (s->m == 0 && model->closure_count == kmp_model_friction_count(model))
         return KEMPE_OK;
-    KMP_ARENA_MAKE(&room, KMP_ROOM(double, (size_t)s->m *n + size, &x.jacobian),
-                   KMP_ROOM(double, size *size, &x.a, &x.v), KMP_ROOM(double, size, &x.values),
+    KMP_ARENA_MAKE(&room, KMP_ROOM(double, most + 1, &x.z), KMP_ROOM(int, most + 1, &x.start, &x.c),
+                   KMP_ROOM(double, n + 1, &x.work, &x.pivots), KMP_ROOM(int, n + 1, &x.r, &x.place_of_row),
                    KMP_ROOM(double, 4 * n, &x.curve));
     x.poses = KMP_ARENA_NEW(&room, kmp_pose, model->body_count);
     x.columns = KMP_ARENA_NEW(&room, column, (int)most);
@@ -385,10 +473,10 @@ kempe_status kmp_find_shared_loads(kmp_evaluator *eval, double t, const double *
     bool ok = !room.failed;
     if (ok) {
         kmp_eval_closure(eval, t, q);
-        kmp_eval_dense_jacobian(eval, x.jacobian);
+        x.jacobian = eval->jacobian;
         kmp_pose_motions(model, q, x.poses, x.axis, x.place);
         make_columns(&x);
-        ok = x.count == 0 || find_sets(&x);
+        ok = x.count == 0 || find_sets(&x, &room);
     }
     kmp_arena_free(&room);
     return ok ? KEMPE_OK : kmp_fail_memory(s->context);
