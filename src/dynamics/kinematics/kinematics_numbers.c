@@ -225,6 +225,12 @@ static kmp_ref operation(const kmp_tree *tree, const kmp_expr *e)
     }
 }
 
+static kmp_ref table_of(const kmp_tree *tree, const kmp_expr *e)
+{
+    kmp_ref y = e->b ? kmp_tree_expression(tree, e->b) : KMP_ZERO, x = kmp_tree_expression(tree, e->a);
+    return e->b ? kmp_tree_surface(tree, e, x, y) : kmp_tree_table(tree, e, x);
+}
+
 kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
 {
     kmp_graph *g = tree->graph;
@@ -253,8 +259,7 @@ kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
     case KMP_EXPR_PLACE:
         return tree->place[e->index];
     case KMP_EXPR_TABLE:
-        return e->b ? kmp_tree_surface(tree, e, kmp_tree_expression(tree, e->a), kmp_tree_expression(tree, e->b))
-                    : kmp_tree_table(tree, e, kmp_tree_expression(tree, e->a));
+        return table_of(tree, e);
     case KMP_EXPR_MEASURE:
         return kmp_tree_measure(tree, e->measure, e->number);
     case KMP_EXPR_RATE:
