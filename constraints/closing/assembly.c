@@ -63,7 +63,7 @@ static void put_tolerance(kmp_text *text, const kempe_assembly *a, int c)
 static kempe_status complain_drives(const kempe_assembly *a)
 {
     const kempe_model *model = a->system->model;
-    const kmp_closure *last = NULL;
+    const kmp_closure *last = model->closures;
     kmp_text names = {0};
     for (int c = 0, count = 0; c < model->closure_count; c++)
         if (kmp_closure_is_drive(&model->closures[c])) {

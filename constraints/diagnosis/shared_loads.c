@@ -451,7 +451,7 @@ kempe_status kmp_find_shared_loads(kmp_evaluator *eval, double t, const double *
 {
     const kempe_system *s = eval->system;
     const kempe_model *model = s->model;
-    const size_t most = (size_t)(KMP_KIND_MAX_ROWS * model->closure_count + s->m), n = (size_t)s->n;
+    const size_t most = KMP_KIND_MAX_ROWS * (size_t)model->closure_count + (size_t)s->m, n = (size_t)s->n;
     const size_t bodies = (size_t)model->body_count;
     search x = {.s = s, .model = model, .n = kmp_model_coordinates(model), .found = found};
     kmp_arena room = {0};

@@ -525,7 +525,7 @@ static bool sample_halves(const measuring *m, const part *whole, part half[2])
 static bool find_rounding(const measuring *m, int item, const part *from)
 {
     part at = *from, half[2];
-    double lacks, size = 0;
+    double lacks = 0, size = 0;
     while (excess_of(m, item, &at, &lacks) > 1) {
         size = fmax(size / 2, lacks);
         if (!is_divisible(&at)) {

@@ -178,7 +178,7 @@ static int restart(kmp_sun *s, bool anew, const double *y, const double *yp, dou
     const kmp_sun_package *package = s->package;
     int bad;
     put(s, s->y, y);
-    if (s->yp)
+    if (s->yp && yp)
         put(s, s->yp, yp);
     if (anew || !package->reset) {
         s->more = count(s);

@@ -156,7 +156,7 @@ static bool is_straight(const study *s, const double *x, const double *middle, c
 
 static void halve(study *s, const double *parameters, int depth, double a, double b, const double *x, const double *y)
 {
-    double m = a + (b - a) / 2, middle[MOST];
+    double m = a + (b - a) / 2, middle[MOST] = {0};
     if (s->ends >= MOST_INTERVALS)
         return;
     values_at(s, parameters, m, middle);
@@ -173,7 +173,7 @@ static void halve(study *s, const double *parameters, int depth, double a, doubl
 
 static void divide(study *s, const double *parameters, double from, double to)
 {
-    double x[MOST], y[MOST];
+    double x[MOST] = {0}, y[MOST] = {0};
     s->ends = 0;
     s->longest = 0;
     s->shortest = INFINITY;

@@ -237,7 +237,7 @@ static kmp_ref cubics(const kmp_tree *tree, const kmp_expr *e, kmp_ref x, kmp_re
 {
     kmp_graph *g = tree->graph;
     const kmp_table *t = e->table->table;
-    kmp_ref chosen[5], all = KMP_ONE;
+    kmp_ref chosen[5] = {KMP_ZERO}, all = KMP_ONE;
     double number[5];
     for (int k = t->count - 1; k >= 0; k--) {
         find_cubic(t, k, number);

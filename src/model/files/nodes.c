@@ -30,15 +30,21 @@ enum { INDEXED_FROM = 32 };
 static size_t slot_of(const kmp_yaml *map, const char *key)
 {
     size_t at = kmp_text_hash(key) & (map->slot_count - 1);
-    while (map->slots[at] && (map->slots[at] > map->count || strcmp(map->keys[map->slots[at] - 1]->text, key) != 0))
-        at = (at + 1) & (map->slot_count - 1);
+    for (; map->slots[at]; at = (at + 1) & (map->slot_count - 1)) {
+        const kmp_yaml *own = map->slots[at] <= map->count ? map->keys[map->slots[at] - 1] : NULL;
+        if (own && own->text && strcmp(own->text, key) == 0)
+            break;
+    }
     return at;
 }
 
 void kmp_yaml_index(kmp_arena *arena, kmp_yaml *map)
 {
     int first = map->count - 1;
-    if (map->kind != KMP_YAML_MAP || map->count < INDEXED_FROM || !map->keys[0]->text || !map->keys[first]->text)
+    if (map->kind != KMP_YAML_MAP || map->count < INDEXED_FROM)
+        return;
+    const kmp_yaml *begins = map->keys[0], *ends = map->keys[first];
+    if (!begins || !ends || !begins->text || !ends->text)
         return;
     if (2 * (size_t)map->count > map->slot_count) {
         map->slot_count = 4 * (size_t)map->count;

@@ -369,8 +369,8 @@ static void add_actuator(kmp_mjcf *m, const kmp_element *e)
         return;
     }
     kmp_mjcf_numbers(m, &item, "gear", 1, 6, gear);
-    const char *name = given ? kmp_import_clean(im, given)
-                             : kmp_arena_printf(im->arena, "%s_%s", t.points ? "tendon" : t.form.joint[0], e->name),
+    const char *moved = t.points || !t.form.joint ? "tendon" : t.form.joint[0],
+               *name = given ? kmp_import_clean(im, given) : kmp_arena_printf(im->arena, "%s_%s", moved, e->name),
                *input = kmp_arena_printf(im->arena, "ctrl_%s", name);
     kmp_yaml *map = kmp_import_map(im, e->place);
     if (motor)

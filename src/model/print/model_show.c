@@ -171,7 +171,7 @@ static bool sort_by_body(by_body *sorted, const kempe_model *model, int count, c
     *sorted = (by_body){KMP_NEW(int, model->body_count), KMP_NEW(int, count)};
     for (int b = 0; sorted->first && b < model->body_count; b++)
         sorted->first[b] = -1;
-    for (int k = count - 1; sorted->first && sorted->next && k >= 0; k--) {
+    for (int k = count - 1; body && sorted->first && sorted->next && k >= 0; k--) {
         int own = *(const int *)(const void *)((const char *)body + (size_t)k * size);
         sorted->next[k] = sorted->first[own];
         sorted->first[own] = k;

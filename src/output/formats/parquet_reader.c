@@ -480,16 +480,16 @@ static void take_values(reader *r, source *s, int column, int count, double *num
         return;
     }
     for (int k = 0; k < count && !s->failed; k++)
-        if (size > 0)
+        if (size > 0 && number)
             number[k] = number_at(s->at + size * (size_t)k, r->type[column]);
-        else
+        else if (word)
             word[k] = take_word(r, s);
 }
 
 /* The dictionary of a column: its values. */
 static bool take_dictionary(reader *r, source *s, int column, int count, dictionary *d)
 {
-    size_t least = size_of(r->type[column]) > 0 ? size_of(r->type[column]) : LEVEL_BYTES;
+    const size_t size = size_of(r->type[column]), least = size > 0 ? size : LEVEL_BYTES;
     if (d->count > 0 || (size_t)count > (size_t)(s->end - s->at) / least)
         return false;
     *d = (dictionary){.count = count,

@@ -56,7 +56,7 @@ kempe_status kmp_balance_add_loads(kempe_equilibrium *e, const kmp_linear *linea
         load = e->exchange ? kmp_eval_reactions(linear->eval, linear->t, linear->q, lambda)
                            : kmp_all_loads_at(&e->loads, &at);
     b->reaction = KMP_ARENA_NEW(&e->arena, double, 3 * count);
-    for (int k = 0; b->reaction && k < 3 * count; k++)
+    for (int k = 0; b->reaction && load && k < 3 * count; k++)
         b->reaction[k] = load[values * (k / 3) + k % 3];
     return kmp_made(s->context, b->reaction);
 }
