@@ -395,14 +395,14 @@
  * standard errors at most. */
 #define KMP_FIT_WEIGHTS 0.01
 /** Measurements of a column beyond the number of parameters: with fewer its residuals show no deviation. For a mass, a
- * spring and a damper, 300 seeds, intervals of 95 % with 4 to 11 measurements then hold 92 to 99 %
- * (bench/fit_coverage). */
+ * spring and a damper, 300 seeds, intervals of 95 % with 4 to 11 measurements then hold in 91 to 100 %
+ * of the cases (bench/results/fit_coverage.txt). */
 #define KMP_FIT_FEW 5
 /** Residuals of a column over its own deviation, beyond which a fit has not found its motion: half of it is
  * unexplained. */
 #define KMP_FIT_UNLIKE 0.5
 /** Correlation of neighbouring residuals beyond which they are no noise: of 20 independent ones it exceeds 0.7 once in
- * a thousand times. */
+ * ten thousand times (200,000 draws). */
 #define KMP_FIT_ALIKE 0.7
 /** The least noise of a column, times the rtol of the runs and its scatter: below it residuals are errors of the runs,
  * which are promised to a hundred tolerances. */
