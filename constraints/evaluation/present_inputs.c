@@ -52,12 +52,14 @@ static bool is_due(const kmp_past_signal *signal, const kmp_signal_piece *piece,
     return has_ended(piece, t) && kmp_past_has(signal, piece->c[LAST] + 1);
 }
 
-/* Takes the part that begins at t. */
+/* Takes the part that begins at t, or before where several have ended. */
 static void enter_part(const kmp_past_signal *signal, kmp_signal_piece *piece, double t)
 {
-    double first = piece->c[LAST] + 1;
+    double first = piece->c[LAST] + 1, from = kmp_past_piece_of(signal, first)->from + signal->delay;
     int order = kmp_past_piece_of(signal, first)->jump;
-    *piece = (kmp_signal_piece){.from = t, .c = {first, first, order}, .jump = order > 0 ? order - 1 : 0};
+    *piece = (kmp_signal_piece){.from = from < t && !kmp_same_time(from, t) ? from : t,
+                                .c = {first, first, order},
+                                .jump = order > 0 ? order - 1 : 0};
     renew(signal, piece);
 }
 

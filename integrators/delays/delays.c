@@ -171,15 +171,16 @@ static kempe_status add(kmp_runner *run, double from, double to, bool early, int
     return status == KEMPE_E_MEMORY ? kmp_fail_memory(run->s->context) : status;
 }
 
-/* Forgets what no later step needs. */
+/* Forgets what neither a later step nor a checkpoint needs. */
 static void forget(kmp_runner *run)
 {
     kmp_past *past = run->delays->past;
+    const double since = run->spec.kept_past ? fmin(run->spec.kept_past->since, past->known) : past->known;
     for (int k = 0; !run->spec.recording && k < past->count; k++) {
         const kmp_signal_piece *piece = &run->eval->inputs.piece[state_of(run, k)->signal];
         kmp_past_signal *signal = &past->signal[k];
         double first = piece->c[0];
-        while (first < piece->c[1] && kmp_past_piece_of(signal, first)->to < past->known - signal->delay)
+        while (first < piece->c[1] && kmp_past_piece_of(signal, first)->to < since - signal->delay)
             first++;
         if (2 * (first - signal->dropped) < signal->count)
             continue;
@@ -316,13 +317,24 @@ static kempe_status begin_past(kmp_runner *run, double t)
     return KEMPE_OK;
 }
 
-/* A run that continues has the past until then. */
-static kempe_status continue_past(kmp_runner *run)
+/* A run that continues has the past until then. Without inputs of its own, its delays enter their parts here. */
+static kempe_status continue_past(kmp_runner *run, double t, const kmp_past *past)
 {
     kmp_delays *x = run->delays;
-    x->past = kmp_past_copy(run->eval->inputs.past);
+    kmp_present_inputs *inputs = &run->eval->inputs;
+    int input;
+    x->past = kmp_past_copy(past);
     KMP_TRY(kmp_made(run->s->context, x->past));
-    run->eval->inputs.past = x->past;
+    if (x->past->known > t)
+        kmp_past_cut(x->past, t);
+    if (inputs->past)
+        inputs->past = x->past;
+    else
+        kmp_present_inputs_recall(inputs, x->past);
+    while (!run->spec.due && kmp_present_inputs_are_due(inputs, t))
+        (void)kmp_present_inputs_enter(inputs, t, &input);
+    if (!run->spec.due)
+        kmp_delays_take(run, t);
     const double *delay = before_at(run, run->spec.t_start) + x->count;
     for (int k = 0; k < x->count; k++)
         if (delay[k] != x->past->signal[k].delay)
@@ -336,12 +348,19 @@ kempe_status kmp_delays_begin(kmp_runner *run, double t)
 {
     if (run->s->model->delay_count == 0)
         return KEMPE_OK;
+    const kmp_past *past = run->spec.past_start ? run->spec.past_start : run->eval->inputs.past;
     KMP_TRY(make(run));
-    if (run->eval->inputs.past)
-        return continue_past(run);
-    run->delays->past = kmp_past_new(run->delays->count);
-    KMP_TRY(kmp_made(run->s->context, run->delays->past));
-    KMP_TRY(check_delays(run));
-    KMP_TRY(set_states(run, t));
-    return begin_past(run, t);
+    run->spec.past_start = NULL; /* the caller's, until here */
+    if (past) {
+        KMP_TRY(continue_past(run, t, past));
+    } else {
+        run->delays->past = kmp_past_new(run->delays->count);
+        KMP_TRY(kmp_made(run->s->context, run->delays->past));
+        KMP_TRY(check_delays(run));
+        KMP_TRY(set_states(run, t));
+        KMP_TRY(begin_past(run, t));
+    }
+    if (run->spec.kept_past)
+        run->spec.kept_past->past = run->delays->past;
+    return KEMPE_OK;
 }

@@ -480,6 +480,19 @@ static kempe_status advance(kmp_runner *run, kmp_row_fn *take, void *user)
     return KEMPE_OK;
 }
 
+/* Completes the past of delayed signals up to the end, and copies it to the caller. */
+static kempe_status give_past(kmp_runner *run, kempe_status status, kmp_kept_past *kept)
+{
+    kempe_status recalled = KEMPE_OK;
+    bool any = run && kept->past;
+    if (any && (status == KEMPE_OK || status == KEMPE_STOPPED))
+        recalled = kmp_runner_recall(run, kmp_runner_t(run));
+    kept->past = any ? kmp_past_copy(kept->past) : NULL;
+    if (any)
+        KMP_TRY(kmp_made(run->s->context, kept->past));
+    return recalled == KEMPE_OK ? status : recalled;
+}
+
 kempe_status kmp_run(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start, kmp_row_fn *row,
                      void *user, kmp_run_report *report)
 {
@@ -494,6 +507,8 @@ kempe_status kmp_run(const kempe_system *system, const kmp_run_spec *spec, const
     wall_s = kmp_wall_now() - wall_s;
     if (run)
         kmp_runner_report(run, report);
+    if (spec->kept_past)
+        status = give_past(run, status, spec->kept_past);
     report->cpu_s = cpu_s;
     report->wall_s = run && run->team ? wall_s : 0;
     report->heap = heap > 0 ? kmp_heap_in_use() - heap : 0;

@@ -2128,14 +2128,31 @@ class Resume(Case):
         for a, b in zip(whole, resumed):
             self.assertAlmostEqual(float(a["q.crank"]), float(b["q.crank"]), delta=1e-8)
 
-    def test_a_checkpoint_has_no_past_of_delays(self):
-        model = self.model(
-            "kempe: 1\nstates: {late: {delay: sin(3*t), time: 0.2}}\n"
-            "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+    def test_a_checkpoint_has_the_past_of_delays(self):
+        text = (
+            "kempe: 1\nstates:\n  late: {{delay: {signal}, time: {delay}}}\n  sum: {{rate: late}}\n"
+            "bodies: {{m: {{joint: {{name: x, prismatic: x, at: ground}}, mass: 1}}}}\nforces: {{f: {{joint: x, force: -q(x)}}}}\n"
+            "start: {{q: {{x: 1}}}}\nrun: {{t_end: 2, output_step: {step}, rtol: 1e-10, outputs: [q, state]}}\n"
         )
-        done = self.expect(3, "simulate", model, "--checkpoint", "run.checkpoint")
-        self.assertIn("the continuous delay 'late' cannot continue from a checkpoint", done.stderr)
-        self.assertFalse((self.folder / "run.checkpoint").exists())
+        # the integral of the delayed signal up to 2 s; before the start the signal has the value of the start
+        cases = (
+            ("sin(3*t)", 0.2, 0.1, 0.73, (1 - math.cos(5.4)) / 3),
+            ("sin(3*t)", 0.2, 0.1, 0.2, (1 - math.cos(5.4)) / 3),  # at the end of the past before the start
+            ("sin(3*t)", 0.01, 1, 1.6, (1 - math.cos(5.97)) / 3),  # rows much farther apart than the delay
+            ("q(x)", 0.5, 0.1, 1.1, 0.5 + math.sin(1.5)),
+            ('"if(t > 0.4, 1, 0)"', 0.35, 0.25, 0.75, 1.25),  # jumps where the run continues
+        )
+        for signal, delay, step, at, right in cases:
+            model = self.model(text.format(signal=signal, delay=delay, step=step))
+            for integrator in ("dop853", "radau", "bdf"):
+                options = [model, "--integrator", integrator]
+                self.expect(0, "simulate", *options, "--t-end", at, "--checkpoint", "run.checkpoint")
+                self.expect(0, "simulate", *options, "--resume", "run.checkpoint", "--checkpoint", "run.checkpoint", "-o", "resumed.csv")
+                self.assertAlmostEqual(float(self.rows("resumed.csv")[-1]["state.sum"]), right, delta=1e-7)
+        old = (self.folder / "run.checkpoint").read_text().replace("checkpoint 3", "checkpoint 2", 1)
+        (self.folder / "old").write_text(old)
+        done = self.expect(2, "simulate", model, "--t-end", "3", "--resume", "old")
+        self.assertIn("the checkpoint has format 2, this version reads format 3", done.stderr)
 
     def test_numbers_without_the_unit_of_the_file(self):
         model = self.model(

@@ -71,7 +71,7 @@ def mesh():
 
 
 FORMATS = {"mesh": mesh, "expression": expression, "model": model, "mbs": lambda: xml("mbs.c"), "urdf": lambda: xml("urdf*.c", "drake*.c"), "mjcf": lambda: xml("mjcf*.c"), "sdf": lambda: xml("sdf*.c", "drake*.c"), "reference": columns,
-           "checkpoint": lambda: ["# kempe checkpoint 2, model ", "\n", ",", ",0", "\n0.2,"], "program": list, "values": values}
+           "checkpoint": lambda: ["# kempe checkpoint 3, model ", "\n", ",", ",0", "\n0.2,", "~", "# past,0.2,1\n"], "program": list, "values": values}
 
 
 def quoted(word):

@@ -26,12 +26,14 @@ static char *make(const loaded *l, size_t *length)
 static kempe_status take(const loaded *l, const char *text, size_t length, int *rows)
 {
     kmp_samples samples;
+    kmp_past *past = NULL;
     FILE *file = fopen(path, "wb");
     CHECK(file && fwrite(text, 1, length, file) == length && fclose(file) == 0);
     kmp_samples_init(&samples, l->system->n, l->system->m);
-    kempe_status status = kmp_checkpoint_read(l->system, path, &samples);
+    kempe_status status = kmp_checkpoint_read(l->system, path, &samples, &past);
     *rows = samples.rows;
     kmp_samples_free(&samples);
+    kmp_past_free(past);
     return status;
 }
 

@@ -88,17 +88,21 @@ double kmp_past_tail(const double *values)
     return fmax(fabs(coefficient(values, KMP_PAST_DEGREE)), 0.1 * fabs(coefficient(values, KMP_PAST_DEGREE - 1)));
 }
 
+static void set_piece(kmp_past_piece *piece, double from, double to, int jump, const double *values)
+{
+    *piece = (kmp_past_piece){.from = from, .to = to, .jump = jump};
+    for (int i = 0; i < NODES; i++)
+        piece->c[i] = coefficient(values, i);
+}
+
 bool kmp_past_add(kmp_past_signal *signal, double from, double to, const double *values)
 {
     kmp_past_piece *room = kmp_list_room(signal->piece, (size_t)signal->count, sizeof *room);
     if (!room)
         return false;
     signal->piece = room;
-    kmp_past_piece *piece = &room[signal->count++];
-    *piece = (kmp_past_piece){.from = from, .to = to, .jump = signal->jump};
+    set_piece(&room[signal->count++], from, to, signal->jump, values);
     signal->jump = KMP_PAST_SMOOTH;
-    for (int i = 0; i < NODES; i++)
-        piece->c[i] = coefficient(values, i);
     return true;
 }
 
@@ -241,6 +245,24 @@ void kmp_past_between(const kmp_past_signal *signal, double from, double to, dou
             high = middle - 1;
     }
     *last = signal->dropped + low;
+}
+
+void kmp_past_cut(kmp_past *past, double t)
+{
+    for (int k = 0; k < past->count; k++) {
+        kmp_past_signal *signal = &past->signal[k];
+        while (signal->count > 1 && signal->piece[signal->count - 1].from >= t)
+            signal->count--;
+        kmp_past_piece *last = &signal->piece[signal->count - 1];
+        double number = signal->dropped + signal->count - 1, values[NODES], u[4];
+        for (int i = 0; i < NODES; i++) {
+            kmp_past_values(signal, number, number, kmp_past_node(last->from, t, i) + signal->delay, u);
+            values[i] = u[0];
+        }
+        if (last->to > t)
+            set_piece(last, last->from, t, last->jump, values);
+    }
+    past->known = t;
 }
 
 /* The last of the pieces that begins at `at` or before, or else the first one. */

@@ -66,6 +66,9 @@ void kmp_past_between(const kmp_past_signal *signal, double from, double to, dou
 /** The part of a polynomial by given values that one of lower degree does not have. */
 double kmp_past_tail(const double *values);
 
+/** Forgets what is after t, at which the past then ends; no memory is taken. */
+void kmp_past_cut(kmp_past *past, double t);
+
 /** Forgets the pieces before number `first`. */
 void kmp_past_drop(kmp_past_signal *signal, double first);
 

@@ -41,6 +41,8 @@ typedef struct job {
     bool has_reference;
     kmp_times times;
     kmp_samples before; /* rows of the checkpoint to continue from */
+    kmp_past *past;     /* of delayed signals in it; NULL: none */
+    kmp_kept_past kept; /* for the checkpoint of this run */
     kempe_assembly start;
     double *static_loads; /* of wheels */
     kmp_step_counts counts;
@@ -117,27 +119,13 @@ static kempe_status prepare_times(job *j)
     return KEMPE_OK;
 }
 
-/* A checkpoint has rows alone: from them the past of delayed signals does not follow. */
-static kempe_status check_past(const job *j)
-{
-    const kempe_model *model = j->system->model;
-    for (int k = 0; k < model->state_count; k++)
-        if (model->states[k].delayed)
-            return kmp_fail(j->context, KEMPE_E_ARGUMENT,
-                            "a run with the continuous delay '%s' cannot continue from a checkpoint, which does not "
-                            "have the past of its input: run from the start, without a checkpoint",
-                            model->states[k].name);
-    return KEMPE_OK;
-}
-
 /* Continues after the last row of a checkpoint. */
 static kempe_status prepare_resume(job *j)
 {
-    if (j->run->checkpoint || j->run->resume)
-        KMP_TRY(check_past(j));
     if (!j->run->resume)
         return KEMPE_OK;
-    KMP_TRY(kmp_checkpoint_read(j->system, j->run->resume, &j->before));
+    KMP_TRY(kmp_checkpoint_read(j->system, j->run->resume, &j->before, &j->past));
+    j->spec.past_start = j->past;
     int last = j->before.rows - 1, n = j->system->n;
     double *state = KMP_ARENA_NEW(&j->arena, double, 2 * n);
     KMP_TRY(kmp_made(j->context, state));
@@ -169,6 +157,8 @@ static void release(job *j)
     kmp_samples_free(&j->reference);
     kmp_times_free(&j->times);
     kmp_samples_free(&j->before);
+    kmp_past_free(j->past);
+    kmp_past_free(j->kept.past);
 }
 
 /* -- the trajectory ---------------------------------------------------------------------------------- */
@@ -189,6 +179,7 @@ static kmp_run_spec kept_spec(const kmp_run_spec *spec, kmp_arena *arena)
     if (u)
         memcpy(u, spec->u, (size_t)spec->u_count * sizeof *u);
     kept.u = u;
+    kept.past_start = NULL;
     kept.times = NULL;
     kept.time_count = 0;
     kept.log = NULL;
@@ -389,6 +380,8 @@ static kempe_status judge(kempe_trajectory *t, job *j)
 typedef struct sink {
     kempe_trajectory *t;
     const char *checkpoint;
+    kmp_kept_past *kept;
+    int covered; /* the last row that the past reaches */
     time_t written;
 } sink;
 
@@ -398,10 +391,15 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
     sink *s = user;
     if (kmp_samples_add(&s->t->table, t, q, qd, qdd, lambda, work))
         return 1;
-    if (!s->checkpoint || time(NULL) - s->written < CHECKPOINT_SECONDS)
-        return 0;
-    s->written = time(NULL);
-    return kmp_checkpoint_write(s->t->system, &s->t->table, s->checkpoint) != KEMPE_OK;
+    bool due = s->checkpoint && time(NULL) - s->written >= CHECKPOINT_SECONDS;
+    kempe_status written =
+        due ? kmp_checkpoint_write(s->t->system, &s->t->table, s->kept->past, s->checkpoint) : KEMPE_OK;
+    s->written = due ? time(NULL) : s->written;
+    const kmp_past *past = s->kept->past;
+    while (past && s->covered + 1 < s->t->table.rows && kmp_samples_time(&s->t->table, s->covered + 1) <= past->known)
+        s->covered++;
+    s->kept->since = past ? kmp_samples_time(&s->t->table, s->covered) : t;
+    return written != KEMPE_OK;
 }
 
 static int count_step(void *user, kmp_runner *runner, double from, double to)
@@ -426,7 +424,7 @@ static kempe_status prepare_counts(job *j)
 static kempe_status integrate(job *j, kempe_trajectory *t)
 {
     KMP_TRY(prepare_counts(j));
-    sink s = {t, j->run->checkpoint, time(NULL)};
+    sink s = {t, j->run->checkpoint, &j->kept, j->before.rows > 0 ? j->before.rows - 1 : 0, time(NULL)};
     if (j->before.rows > 0) {
         kmp_samples_free(&t->table);
         t->table = j->before;
@@ -437,8 +435,11 @@ static kempe_status integrate(job *j, kempe_trajectory *t)
         return kmp_fail_memory(j->context);
     if (t->recording && !j->run->keep_dense)
         kmp_recording_limit(t->recording, DENSE_OF_WHEELS);
+    j->kept.since = j->spec.t_start;
+    j->spec.kept_past = s.checkpoint ? &j->kept : NULL;
     kempe_status status = kmp_run(j->system, &j->spec, j->start.q ? &j->start : NULL, take_row, &s, &t->report);
     j->spec.recording = NULL;
+    j->spec.kept_past = NULL;
     j->spec.step = NULL;
     j->spec.user = NULL;
     if (t->recording)
@@ -446,7 +447,7 @@ static kempe_status integrate(job *j, kempe_trajectory *t)
     if (t->report.integrator)
         t->integrator = t->report.integrator;
     if (s.checkpoint && t->table.rows > 0) {
-        kempe_status written = kmp_checkpoint_write(j->system, &t->table, s.checkpoint);
+        kempe_status written = kmp_checkpoint_write(j->system, &t->table, j->kept.past, s.checkpoint);
         status = written == KEMPE_OK ? status : written == KEMPE_E_IO ? KEMPE_E_FAILED : written;
     }
     return status;
