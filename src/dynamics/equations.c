@@ -495,9 +495,6 @@ static bool add_links(kmp_equations *eq, const kmp_scene *scene)
         tree->links[k + 1].about = savings->about[k];
     kmp_regroup(tree, savings->give);
     kmp_lump(tree, savings->lump);
-    tree->spread = *savings->spread;
-    for (int i = 1; tree->spread && i < tree->count; i++)
-        tree->links[i].base.inertia = kmp_tensor_spread(tree->graph, tree->links[i].base.inertia);
     kmp_let_stay(tree, savings->stay);
     if (scene->body_inputs)
         kmp_tree_add_inputs(tree, scene->no_inputs);

@@ -83,9 +83,9 @@ static kempe_status rules(const kempe_model *model, kmp_scene scene, kmp_gains *
 
 /* -- variants ---------------------------------------------------------------------------------------- */
 
-static const char *const kind_names[KMP_GAINS_KINDS] = {
-    "closures point by point", "origins along axes",   "base parameters", "second moments",
-    "axes that stay",          "moments about joints", "rotations apart"};
+static const char *const kind_names[KMP_GAINS_KINDS] = {"closures point by point", "origins along axes",
+                                                        "base parameters",         "axes that stay",
+                                                        "moments about joints",    "rotations apart"};
 
 static void take_away(kmp_savings *savings, const kempe_model *model, int kind)
 {
@@ -93,7 +93,7 @@ static void take_away(kmp_savings *savings, const kempe_model *model, int kind)
     const struct {
         uint8_t *choice;
         size_t count;
-    } list[KMP_GAINS_KINDS] = {{savings->point, points}, {savings->origin, n}, {savings->give, n}, {savings->spread, 1},
+    } list[KMP_GAINS_KINDS] = {{savings->point, points}, {savings->origin, n}, {savings->give, n},
                                {savings->stay, n},       {savings->about, n},  {savings->apart, 1}};
     memset(list[kind].choice, 0, list[kind].count);
     if (list[kind].choice == savings->give)

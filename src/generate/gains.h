@@ -4,7 +4,7 @@
 
 #include "dynamics/system.h"
 
-enum { KMP_GAINS_MOST = 16, KMP_GAINS_KINDS = 7 };
+enum { KMP_GAINS_MOST = 16, KMP_GAINS_KINDS = 6 };
 
 typedef struct kmp_gain {
     const char *name;

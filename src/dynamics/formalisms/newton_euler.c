@@ -266,19 +266,16 @@ void kmp_composite_to_parent(const kmp_tree *tree, int i, kmp_composite c, kmp_c
     *parent = kmp_composite_add(g, *parent, c);
 }
 
-/* The composite body about the parent's origin, with second moments in the tree's form and the mass that is lumped
- * there already. */
+/* The composite body about the parent's origin, with the mass that is lumped there already. */
 static kmp_composite lumped_to_parent(const kmp_tree *tree, int i, kmp_composite c)
 {
-    kmp_composite (*shifted)(kmp_graph *, kmp_composite, kmp_vec) =
-        tree->spread ? kmp_spread_shifted : kmp_composite_shifted;
-    c = shifted(tree->graph, c, kmp_link_slide(tree, i));
+    c = kmp_composite_shifted(tree->graph, c, kmp_link_slide(tree, i));
     c.moment = kmp_link_to_parent(tree, i, c.moment);
     c.inertia = kmp_link_tensor_to_parent(tree, i, c.inertia);
     kmp_ref mass = c.mass;
     if (tree->links[i].lumped)
         c.mass = KMP_ZERO;
-    c = shifted(tree->graph, c, tree->links[i].p);
+    c = kmp_composite_shifted(tree->graph, c, tree->links[i].p);
     c.mass = mass;
     return c;
 }
@@ -298,9 +295,6 @@ static kmp_wrench unit_wrench(const kmp_tree *tree, int i, const kmp_composite *
     kmp_graph *g = tree->graph;
     const kmp_link *link = &tree->links[i];
     kmp_vec e = kmp_vec_axis(signed_for(link, KMP_ONE), link->axis);
-    if (link->rotation && tree->spread)
-        return (kmp_wrench){kmp_vec_cross(g, e, c->moment),
-                            kmp_vec_scale(g, e.x[link->axis], kmp_spread_column(g, c->inertia, link->axis))};
     if (link->rotation)
         return (kmp_wrench){kmp_vec_cross(g, e, c->moment), kmp_tensor_apply(g, c->inertia, e)};
     return (kmp_wrench){kmp_vec_scale(g, c->mass, e), kmp_vec_cross(g, c->moment, e)};

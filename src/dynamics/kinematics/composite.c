@@ -26,12 +26,6 @@ static kmp_ref both(kmp_graph *g, kmp_ref d, kmp_ref a, kmp_ref b)
     return a == b ? kmp_mul(g, kmp_mul(g, kmp_const(g, 2), d), a) : kmp_mul(g, d, kmp_add(g, a, b));
 }
 
-/* True where mass and d are numbers: m d then joins other constants. */
-static bool by_numbers(const kmp_graph *g, const kmp_composite *c, kmp_vec d)
-{
-    return is_number(g, c->mass) && is_number(g, d.x[0]) && is_number(g, d.x[1]) && is_number(g, d.x[2]);
-}
-
 /* With b' = b + m d: (d.(b + b')) 1 - (d b' + b d'), which is symmetric. If m and d are numbers, 2 d.b 1 - (d b +
  * b d) and, separately, m (d.d 1 - d d'), which then joins other constants. */
 kmp_composite kmp_composite_shifted(kmp_graph *g, kmp_composite c, kmp_vec d)
@@ -40,7 +34,7 @@ kmp_composite kmp_composite_shifted(kmp_graph *g, kmp_composite c, kmp_vec d)
     kmp_ref s[3];
     if (kmp_vec_is_zero(d))
         return c;
-    const bool numbers = by_numbers(g, &c, d);
+    const bool numbers = is_number(g, c.mass) && is_number(g, d.x[0]) && is_number(g, d.x[1]) && is_number(g, d.x[2]);
     c.moment = kmp_vec_add(g, b, kmp_vec_scale(g, c.mass, d));
     const kmp_vec other = numbers ? b : c.moment;
     for (int i = 0; i < 3; i++)
@@ -53,50 +47,5 @@ kmp_composite kmp_composite_shifted(kmp_graph *g, kmp_composite c, kmp_vec d)
     }
     if (numbers)
         c.inertia = kmp_tensor_add(g, c.inertia, kmp_tensor_steiner(g, c.mass, d, d));
-    return c;
-}
-
-/* -- second moments ---------------------------------------------------------------------------------- */
-
-kmp_tensor kmp_tensor_spread(kmp_graph *g, kmp_tensor k)
-{
-    kmp_ref trace = kmp_add(g, kmp_add(g, k.x[0], k.x[1]), k.x[2]), half = kmp_mul(g, kmp_const(g, 0.5), trace);
-    kmp_tensor p;
-    for (int i = 0; i < 3; i++) {
-        p.x[i] = kmp_sub(g, half, k.x[i]);
-        p.x[3 + i] = kmp_neg(k.x[3 + i]);
-    }
-    return p;
-}
-
-kmp_vec kmp_spread_column(kmp_graph *g, kmp_tensor p, int axis)
-{
-    int j = (axis + 1) % 3, k = (axis + 2) % 3;
-    kmp_vec column;
-    column.x[axis] = kmp_add(g, p.x[j], p.x[k]);
-    column.x[j] = kmp_neg(p.x[kmp_tensor_at[axis][j]]);
-    column.x[k] = kmp_neg(p.x[kmp_tensor_at[axis][k]]);
-    return column;
-}
-
-/* d b' + b d', or that with b for b' and m d d'. */
-kmp_composite kmp_spread_shifted(kmp_graph *g, kmp_composite c, kmp_vec d)
-{
-    kmp_vec b = c.moment;
-    if (kmp_vec_is_zero(d))
-        return c;
-    const bool numbers = by_numbers(g, &c, d);
-    c.moment = kmp_vec_add(g, b, kmp_vec_scale(g, c.mass, d));
-    const kmp_vec other = numbers ? b : c.moment;
-    for (int i = 0; i < 3; i++) {
-        int j = (i + 1) % 3;
-        kmp_ref *mixed = &c.inertia.x[kmp_tensor_at[i][j]], *own = &c.inertia.x[i], md = kmp_mul(g, c.mass, d.x[i]);
-        *own = kmp_add(g, *own, both(g, d.x[i], b.x[i], other.x[i]));
-        *mixed = kmp_add(g, *mixed, kmp_add(g, kmp_mul(g, d.x[i], other.x[j]), kmp_mul(g, b.x[i], d.x[j])));
-        if (!numbers)
-            continue;
-        *own = kmp_add(g, *own, kmp_mul(g, md, d.x[i]));
-        *mixed = kmp_add(g, *mixed, kmp_mul(g, md, d.x[j]));
-    }
     return c;
 }

@@ -32,7 +32,7 @@ typedef struct kmp_link {
     kmp_tensor inertia; /* I^i about the com, link axes */
     kmp_composite own;  /* the mass that its wrench counts as its own, about its origin (kmp_tree_sum_up), link axes */
     bool about;         /* its wrench is computed from `own` */
-    kmp_composite base; /* the mass that its composite body counts as its own; second moments in the tree's form */
+    kmp_composite base; /* the mass that its composite body counts as its own */
     bool lumped;        /* the mass of all bodies it carries, and its own, is in its parent's `base` already */
     kmp_vec push;       /* body inputs: a force at the com and a torque, link axes; zero where there are none */
     kmp_vec twist;
@@ -105,7 +105,6 @@ typedef struct kmp_tree {
     kmp_keep keep;
     double *symbols; /* KMP_KEEP_NUMBERS: values of all symbols, parameters first */
     bool charted;    /* joints of kmp_spherical_find have inputs KMP_IN_CHART */
-    bool spread;     /* second moments of composite bodies are sums m x x' (composite.h) */
     int count;       /* links, ground included: motion k is link k + 1 */
     kmp_link *links;
     kmp_mount *mounts; /* of each body */

@@ -69,12 +69,6 @@ static void rotations_apart(const kmp_tree *tree, kmp_savings *savings)
         }
 }
 
-static void spread_out(const kmp_tree *tree, kmp_savings *savings)
-{
-    (void)tree;
-    *savings->spread = !*savings->spread;
-}
-
 /* Masses on the axes, and inertia: what a composite body can always pass on. */
 enum { MASS_AND_INERTIA = KMP_GIVE_MASS | KMP_GIVE_INERTIA };
 
@@ -100,7 +94,6 @@ static const kmp_cost_pattern patterns[] = {
     {KMP_PATTERN_EVER, .apply = on_the_ground},
     {KMP_PATTERN_EVER, .apply = rotations_apart},
     {KMP_PATTERN_SMALL, .set = {{ORIGINS, KMP_ORIGIN_MASS, KMP_ORIGIN_MASS}}},
-    {KMP_PATTERN_SMALL, .apply = spread_out},
     {KMP_PATTERN_SMALL, .apply = all_about},
     {KMP_PATTERN_OPTIMIZE, .set = {{ORIGINS, KMP_ORIGIN_CHILD, KMP_ORIGIN_CHILD}}},
     {KMP_PATTERN_OPTIMIZE, .set = {{LUMP, KMP_GIVE_ALL, KMP_GIVE_ALL}}},

@@ -4,7 +4,7 @@
 #include <limits.h>
 #include <string.h>
 
-/* The bytes of all motions, then those of all closures, then two. */
+/* The bytes of all motions, then those of all closures, then one. */
 static size_t motion_savings(const kempe_model *model)
 {
     return 5 * (size_t)model->motion_count;
@@ -12,7 +12,7 @@ static size_t motion_savings(const kempe_model *model)
 
 static size_t savings_size(const kempe_model *model)
 {
-    return motion_savings(model) + 4 * (size_t)model->closure_count + 2;
+    return motion_savings(model) + 4 * (size_t)model->closure_count + 1;
 }
 
 bool kmp_savings_init(kmp_savings *savings, const kempe_model *model)
@@ -27,7 +27,6 @@ bool kmp_savings_init(kmp_savings *savings, const kempe_model *model)
                                  .give = all + 3 * n,
                                  .lump = all + 4 * n,
                                  .point = all + motion_savings(model),
-                                 .spread = all + savings_size(model) - 2,
                                  .apart = all + savings_size(model) - 1};
     return all;
 }
@@ -79,7 +78,6 @@ void kmp_savings_copy(kmp_savings *to, const kmp_savings *from, const kempe_mode
 void kmp_savings_copy_dynamics(kmp_savings *to, const kmp_savings *from, const kempe_model *model)
 {
     memcpy(to->stay, from->stay, motion_savings(model));
-    *to->spread = *from->spread;
     *to->apart = *from->apart;
     to->patterns = from->patterns;
 }
@@ -94,5 +92,5 @@ bool kmp_savings_plain(const kmp_savings *savings, const kempe_model *model)
     for (size_t k = 0; k < motion_savings(model); k++)
         if (savings->stay[k])
             return false;
-    return !*savings->spread;
+    return true;
 }
