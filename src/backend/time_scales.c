@@ -9,7 +9,7 @@
 
 enum {
     MOST = 32,              /* functions that are studied together */
-    FIRST = 64,             /* equal intervals whose ends give the first sizes */
+    FIRST = 8,              /* equal intervals whose ends give the first sizes, which may be too small */
     DEEPEST = 26,           /* halvings: a jump is not resolved further */
     MOST_INTERVALS = 20000, /* of a run; more of them have no place in memory */
     CONTRAST = 64           /* times the shortest interval: the longest one, where some are short */
@@ -26,7 +26,8 @@ typedef struct study {
     int skipped, passed, count; /* functions of earlier studies, those met so far, those of this one */
     const kmp_program *program;
     kmp_bounds *bounds;
-    double *end;
+    kmp_arena *aside; /* of this study */
+    double *end;      /* NULL: none, or no memory */
     int ends;
     double shortest, longest;
     double size[MOST]; /* largest values so far */
@@ -157,14 +158,16 @@ static bool is_straight(const study *s, const double *x, const double *middle, c
 static void halve(study *s, const double *parameters, int depth, double a, double b, const double *x, const double *y)
 {
     double m = a + (b - a) / 2, middle[MOST] = {0};
-    if (s->ends >= MOST_INTERVALS)
+    if (s->ends >= MOST_INTERVALS || s->aside->failed)
         return;
     values_at(s, parameters, m, middle);
     if (depth == DEEPEST || (is_straight(s, x, middle, y) && is_known(s, parameters, a, m, x, middle) &&
                              is_known(s, parameters, m, b, middle, y))) {
         s->longest = fmax(s->longest, b - a);
         s->shortest = depth < DEEPEST ? fmin(s->shortest, b - a) : s->shortest;
-        s->end[s->ends++] = b;
+        s->end = kmp_arena_room(s->aside, s->end, s->ends, sizeof *s->end);
+        if (s->end)
+            s->end[s->ends++] = b;
         return;
     }
     halve(s, parameters, depth + 1, a, m, x, middle);
@@ -175,6 +178,7 @@ static void divide(study *s, const double *parameters, double from, double to)
 {
     double x[MOST] = {0}, y[MOST] = {0};
     s->ends = 0;
+    s->end = NULL;
     s->longest = 0;
     s->shortest = INFINITY;
     values_at(s, parameters, from, x);
@@ -228,10 +232,10 @@ static bool find_together(study *s, const double *parameters, const double span[
     kmp_program *program = program_of(s);
     s->program = program;
     s->bounds = program ? kmp_bounds_new(program, &aside) : NULL;
-    s->end = KMP_ARENA_NEW(&aside, double, MOST_INTERVALS);
-    bool made = s->bounds && s->end;
-    if (made)
+    s->aside = &aside;
+    if (s->bounds)
         find(s, parameters, span[0], span[1]);
+    bool made = s->bounds && !aside.failed;
     if (made && s->longest >= CONTRAST * s->shortest)
         made = add_ends(s, arena, found);
     kmp_arena_free(&aside);
