@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "model/expressions/dimension.h"
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { MOST_COMPLAINTS = 20 };
@@ -152,25 +153,33 @@ static bool is_passed_over(const char *line)
     return *line == '#' || *line == '\0';
 }
 
-/* Names of columns differ. */
-static void check_names(kmp_csv *csv, const char *header)
+static int compare_names(const void *a, const void *b)
 {
-    for (const char *s = header; s;) {
-        const char *at = s;
-        kmp_csv_field name = kmp_csv_name(&s);
-        for (const char *other = s; other && name.length > 0;) {
-            kmp_csv_field f = kmp_csv_name(&other);
-            if (f.length != name.length || memcmp(f.s, name.s, f.length) != 0)
-                continue;
-            kmp_csv_complain(csv, at, "two columns have the name '%.*s'", (int)name.length, name.s);
-            break;
-        }
-    }
+    const kmp_csv_field *x = a, *y = b;
+    int order = x->length == y->length ? memcmp(x->s, y->s, x->length) : x->length < y->length ? -1 : 1;
+    return order != 0 ? order : x->s < y->s ? -1 : x->s > y->s;
 }
 
-/* False: no memory. */
-static bool read_lines(kmp_csv *csv, char *text)
+/* Names of columns differ. False: no memory. */
+static bool check_names(kmp_csv *csv, const char *header)
 {
+    kmp_csv_field *names = KMP_ARENA_NEW(&csv->arena, kmp_csv_field, csv->columns);
+    int count = 0;
+    for (const char *s = header; names && s;)
+        names[count++] = kmp_csv_name(&s);
+    if (names)
+        qsort(names, (size_t)count, sizeof *names, compare_names);
+    for (int k = 1; k < count; k++)
+        if (names[k].length > 0 && names[k - 1].length == names[k].length &&
+            memcmp(names[k - 1].s, names[k].s, names[k].length) == 0)
+            kmp_csv_complain(csv, names[k].s, "duplicate column '%.*s'", (int)names[k].length, names[k].s);
+    return names;
+}
+
+/* Rows are read under a header without errors alone. False: no memory. */
+static bool read_lines(kmp_csv *csv, char *text, size_t length)
+{
+    const bool binary = memchr(text, '\0', length) != NULL;
     if (strncmp(text, "\xef\xbb\xbf", 3) == 0)
         text += 3; /* byte order mark */
     for (char *s = text, *line = s; s && kmp_csv_goes_on(csv); line = s) {
@@ -187,13 +196,17 @@ static bool read_lines(kmp_csv *csv, char *text)
             continue;
         if (header) {
             csv->columns = count_fields(line);
-            check_names(csv, line);
-            if (!read_units(csv, line))
+            if (!check_names(csv, line) || !read_units(csv, line) || !csv->header(csv, line))
                 return false;
-        }
-        if (!(header ? csv->header(csv, line) : csv->row(csv, line)))
+            if (csv->complaints > 0)
+                return true;
+        } else if (!csv->row(csv, line)) {
             return false;
+        }
     }
+    if (binary)
+        kmp_csv_complain(csv, csv->line_text + strlen(csv->line_text),
+                         "a character of code 0 is here, which no text has; write the file as UTF-8");
     csv->line_text = "";
     if (csv->columns == 0)
         kmp_csv_complain(csv, csv->line_text, "%s", csv->lacks_header);
@@ -205,7 +218,7 @@ kempe_status kmp_csv_read(kmp_csv *csv)
     char *text;
     size_t length;
     KMP_TRY(kmp_file_read(csv->context, csv->path, &text, &length));
-    bool ok = read_lines(csv, text);
+    bool ok = read_lines(csv, text, length);
     kmp_free(text);
     kmp_arena_free(&csv->arena);
     return !ok ? kmp_fail_memory(csv->context) : csv->complaints > 0 ? KEMPE_E_INPUT : KEMPE_OK;

@@ -903,6 +903,7 @@ class Ensembles(Case):
                            ("# a\ncrank, base\n1,x\n", "bars.csv:3:3: a finite number is expected here"),
                            ("crank\ninf\n", "bars.csv:2:1: a finite number is expected here"),
                            ("crank,base\n1\n", "bars.csv:2:1: 1 field where the header has 2 columns"),
+                           ("crank\n0.3\n\0\n0.31\n", "bars.csv:3:1: a character of code 0 is here"),
                            ("crank\n", "bars.csv:2:1: there are no rows below the header line"),
                            ("# nothing\n", "bars.csv:2:1: the header line with names of parameters is missing")):
             done = self.expect(2, "ensemble", FOUR_BAR, "--values", self.table(text))
@@ -2170,6 +2171,7 @@ class Resume(Case):
 
     def test_a_manifest_is_whole(self):
         study = ["ensemble", FOUR_BAR, "--sample", "crank=0.29:0.31", "--instances", "2", "--t-end", "0.1", "--chunk", "1"]
+        self.assertIn("more than 1048576 parts", self.expect(3, *study, "--instances", 2000000, "--out", self.folder / "many").stderr)
         self.expect(0, *study, "--quantity", "a=q(rocker),b=q(coupler)", "--out", "bars.kempe")
         done = self.expect(2, *study, "--quantity", "a=q(rocker),b=q(rocker)", "--out", "bars.kempe", "--resume")
         self.assertIn("quantities", done.stderr)

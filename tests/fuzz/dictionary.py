@@ -10,7 +10,7 @@ import re
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-NUMBERS = ["0", "-1", "1e-3", "1e9", "1e155", "1e200", "1e308", "1e-320", "1e999", "0.5", "3.14", "64", "2147483647", "4294967296"]
+NUMBERS = ["0", "-1", "1e-3", "1e9", "1e155", "-1e160", "1e200", "1e250", "1e300", "-1e308", "1.7976931348623157e308", "1e-320", "1e999", "0.5", "3.14", "64", "2147483647", "4294967296"]
 
 
 def rows(path, macro):
@@ -65,13 +65,29 @@ def values():
     return ["l", "m", "ax", "q.A", "qd.A", "q.", "qd.", ",", "# ", "\n", "\r\n", "\ufeff", "nan", "inf", "+1", "-1e-3"]
 
 
+def measured():
+    return ["t", "q.A", "qd.A", "position.a.P.x", " [deg]", " [mm]", "# units: s,deg", "parameter", "value", "l", "m", ",", "\n", "\r\n", "\ufeff", "nan"]
+
+
+def parquet():
+    return ["PAR1", "l", "m", "ax", "unit.l", "mm", "kempe.sum", "kempe.run", "\x15\x00", "\x15\x04", "\x19\x1c", "\x15\x02", "\x15\x0c", "\x26\x08", "\x15\x10"]
+
+
+def folder():
+    source = "\n".join((ROOT / f"src/studies/ensemble/{name}.c").read_text() for name in ("manifest", "result_folder"))
+    keys = sorted(set(re.findall(r"(\w+) %[sdgli]", source)) | set(re.findall(r'f->manifest, "(\w+)"', source)))
+    return [f'  "{key}": ' for key in keys] + ["\n#== run.kempe/part-000000.parquet\n", "damaged", "true", "false", "null", "kempe.part", "status",
+                                              "verdict", "\\u00", "1-2,4", "1:2"] + parquet()
+
+
 def mesh():
     stl = ["solid a\n", "facet normal 0 0 1\n", "outer loop\n", "vertex 1 0 0\n", "endloop\n", "endfacet\n", "endsolid a\n"]
     return stl + ["v 0 0 1\n", "f 1 2 3\n", "f -1 -2 -3 -4\n", "f 1/1/1 2//2 3/3\n", "vn 0 0 1\n", "# "]
 
 
 FORMATS = {"mesh": mesh, "expression": expression, "model": model, "mbs": lambda: xml("mbs.c"), "urdf": lambda: xml("urdf*.c", "drake*.c"), "mjcf": lambda: xml("mjcf*.c"), "sdf": lambda: xml("sdf*.c", "drake*.c"), "reference": columns,
-           "checkpoint": lambda: ["# kempe checkpoint 3, model ", "\n", ",", ",0", "\n0.2,", "~", "# past,0.2,1\n"], "program": list, "values": values}
+           "checkpoint": lambda: ["# kempe checkpoint 3, model ", "\n", ",", ",0", "\n0.2,", "~", "# past,0.2,1\n"], "program": list, "values": values,
+           "measured": measured, "parquet": parquet, "folder": folder}
 
 
 def quoted(word):

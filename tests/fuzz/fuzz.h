@@ -30,6 +30,9 @@ kempe_context *fuzz_context_new(void);
 /** A status that may be, with a message that goes with it: complaints of inputs have a file, a line and a column. */
 void fuzz_check_status(const kempe_context *context, kempe_status status);
 
+/** The same where complaints may be of the whole file, without a line. */
+void fuzz_check_sentence(const kempe_context *context, kempe_status status);
+
 /** Reads the file and prints the model; does with one of `share` models what the command does, as far as that is quick.
  *  Equations take most of the time where most inputs are models, and a reader writes none. */
 void fuzz_walk_file(const char *path, unsigned share);

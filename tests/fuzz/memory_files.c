@@ -1,9 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Files in memory: the linker gives calls of fopen, access and opendir to the functions below (--wrap). */
+/* Files in memory: the linker gives calls of the reader of whole files, of fopen, access, stat and opendir to the
+ * functions below (--wrap). */
+#include "base/file.h"
+#include "base/memory.h"
 #include "fuzz.h"
 #include <dirent.h>
 #include <errno.h>
 #include <stdio.h>
+#include <sys/stat.h>
 
 enum { MOST_FILES = 16 };
 
@@ -61,6 +65,47 @@ static const file *find_file(const char *path)
             return &files[k];
     errno = ENOENT;
     return NULL;
+}
+
+/* The content as a copy, which sanitizers guard. */
+static kempe_status read_memory(kempe_context *context, const char *path, char **text, size_t *length)
+{
+    const file *f = find_file(path);
+    if (!f)
+        return kmp_fail(context, KEMPE_E_IO, "cannot read '%s': %s", path, strerror(errno));
+    *text = kmp_calloc(f->length + 1, 1);
+    if (*text && f->length > 0)
+        memcpy(*text, f->text, f->length);
+    *length = f->length;
+    return kmp_made(context, *text);
+}
+
+kempe_status __real_kmp_file_read(kempe_context *context, const char *path, char **text, size_t *length);
+kempe_status __wrap_kmp_file_read(kempe_context *context, const char *path, char **text, size_t *length);
+
+kempe_status __wrap_kmp_file_read(kempe_context *context, const char *path, char **text, size_t *length)
+{
+    return (count == 0 ? __real_kmp_file_read : read_memory)(context, path, text, length);
+}
+
+kempe_status __real_kmp_file_read_named(kempe_context *context, const char *path, char **text, size_t *length);
+kempe_status __wrap_kmp_file_read_named(kempe_context *context, const char *path, char **text, size_t *length);
+
+kempe_status __wrap_kmp_file_read_named(kempe_context *context, const char *path, char **text, size_t *length)
+{
+    return (count == 0 ? __real_kmp_file_read_named : read_memory)(context, path, text, length);
+}
+
+int __real_stat(const char *path, struct stat *about);
+int __wrap_stat(const char *path, struct stat *about);
+
+int __wrap_stat(const char *path, struct stat *about)
+{
+    if (count == 0)
+        return __real_stat(path, about);
+    const file *f = find_file(path);
+    *about = (struct stat){.st_mode = S_IFREG, .st_size = f ? (off_t)f->length : 0};
+    return f ? 0 : -1;
 }
 
 FILE *__real_fopen(const char *path, const char *mode);

@@ -571,12 +571,13 @@ int kmp_read_motion_text(kmp_reader *r, kmp_place place, const char *name, const
     int motion = find_coordinate(r, name);
     if (motion < 0 && !(r->wrong && kmp_linkage_find(r, kmp_reader_name(r, place.file, name)) == KMP_LINKED_CUT)) {
         kmp_text rest = {0};
-        suggest_coordinate(r, name, &rest);
         const kmp_body *body = find_joint(r->model, name);
-        if (body && body->motion_count == 0)
+        if (body && body->motion_count == 0) {
             kmp_reader_complain(r, place, "%s: joint '%s' is a weld and has no coordinate", what, name);
-        else
-            kmp_reader_complain(r, place, "%s: unknown joint '%s'%s", what, name, kmp_reader_take(r, &rest));
+            return -1;
+        }
+        suggest_coordinate(r, name, &rest);
+        kmp_reader_complain(r, place, "%s: unknown joint '%s'%s", what, name, kmp_reader_take(r, &rest));
     }
     return motion;
 }

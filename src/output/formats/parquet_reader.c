@@ -94,14 +94,16 @@ static int take_list(source *s, int *type)
     return s->failed ? 0 : (int)(count < INT_MAX ? count : INT_MAX);
 }
 
-/* The next field of a struct; false: its end, or a failure. */
+/* The next field of a struct, each of which has a larger number than the one before it; false: its end, or a failure.
+ */
 static bool next_field(source *s, int *field, int *type)
 {
     unsigned head = take_byte(s);
     *type = (int)(head & 15);
     if (s->failed || head == STOP)
         return false;
-    *field = head >> 4 ? *field + (int)(head >> 4) : take_int(s, 0, SHRT_MAX);
+    *field = head >> 4 ? *field + (int)(head >> 4) : take_int(s, *field + 1, SHRT_MAX);
+    s->failed = s->failed || *field > SHRT_MAX;
     return !s->failed;
 }
 
@@ -164,8 +166,10 @@ static kempe_status refuse_column(const reader *r, int column, const char *why)
 
 /* -- the footer -------------------------------------------------------------------------------------- */
 
-static char *keep(reader *r, const char *bytes, size_t length)
+/* A copy of a word. One with a character of code 0 is no text. */
+static char *keep(reader *r, source *s, const char *bytes, size_t length)
 {
+    s->failed = s->failed || memchr(bytes, '\0', length);
     char *kept = KMP_ARENA_NEW(&r->file->arena, char, length + 1);
     if (kept && length > 0)
         memcpy(kept, bytes, length);
@@ -202,7 +206,9 @@ static kempe_status read_element(reader *r, source *s, int column)
         return refuse_damaged(r);
     if (column < 0)
         return children == r->file->column_count ? KEMPE_OK : refuse(r, "its columns are nested");
-    r->file->column[column].name = keep(r, name, length);
+    r->file->column[column].name = keep(r, s, name, length);
+    if (s->failed)
+        return refuse_damaged(r);
     r->file->column[column].unit = "";
     r->type[column] = values;
     r->optional[column] = repetition == 1;
@@ -243,9 +249,9 @@ static kempe_status read_notes(reader *r, source *s)
         while (next_field(s, &field, &inner)) {
             const char *bytes = inner == BINARY ? take_bytes(s, &length) : NULL;
             if (bytes && field == 1) {
-                f->note[k].key = keep(r, bytes, length);
+                f->note[k].key = keep(r, s, bytes, length);
             } else if (bytes && field == 2) {
-                f->note[k].value = keep(r, bytes, length);
+                f->note[k].value = keep(r, s, bytes, length);
                 r->sum = (const unsigned char *)bytes;
             } else if (!bytes) {
                 skip(s, inner, 0);
@@ -466,7 +472,7 @@ static const char *take_word(reader *r, source *s)
         s->failed = true;
         return "";
     }
-    const char *word = length > 0 ? keep(r, (const char *)s->at, length) : "";
+    const char *word = length > 0 ? keep(r, s, (const char *)s->at, length) : "";
     s->at += length;
     return word;
 }
@@ -645,13 +651,18 @@ static kempe_status read_group(reader *r, source *s)
     return status;
 }
 
-/* Room for all rows: runs of equal ones take little. */
+/* Room for all rows: runs of equal ones take little of the file. MOST: as many numbers as fill the longest file. */
 static kempe_status make_room(reader *r)
 {
     kmp_parquet_file *f = r->file;
-    enum { MOST_ROWS_A_BYTE = 4096 };
-    if (!f->column || f->rows < 0 || (size_t)f->rows / MOST_ROWS_A_BYTE > r->size)
+    enum { MOST = 1 << 27, MOST_A_BYTE = 1 << 14 };
+    int64_t values = (int64_t)f->rows * f->column_count;
+    if (!f->column || f->rows < 0 || (size_t)values / MOST_A_BYTE > r->size)
         return refuse_damaged(r);
+    if (values > MOST)
+        return kmp_complain(r->context, r->path, 0, 0,
+                            "the table has %d rows of %d columns, and at most %d values are read; write several files",
+                            f->rows, f->column_count, MOST);
     for (int k = 0; k < f->column_count; k++)
         if (r->type[k] == PARQUET_BYTES)
             f->column[k].word = KMP_ARENA_NEW(&f->arena, const char *, f->rows);
@@ -693,7 +704,7 @@ static void check_sum(reader *r)
 {
     kmp_parquet_file *f = r->file;
     char sum[KMP_PARQUET_SUM + 1];
-    if (f->note_count == 0 || strcmp(f->note[f->note_count - 1].key, kmp_parquet_sum_key) != 0)
+    if (!r->sum || strcmp(f->note[f->note_count - 1].key, kmp_parquet_sum_key) != 0)
         return;
     /* the sum was made before its own key was complete: behind the key are a field and a length */
     const unsigned char *end = r->sum - 2;

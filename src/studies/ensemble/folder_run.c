@@ -302,6 +302,11 @@ kempe_status kempe_ensemble_run_folder(kempe_ensemble *ensemble, const kempe_run
     KMP_TRY(kmp_batch_check_lanes(ensemble, lanes));
     if (options->chunk < 0)
         return kmp_fail(context, KEMPE_E_ARGUMENT, "a part has at least one instance, not %d", options->chunk);
+    const int instances = kmp_ensemble_values(ensemble)->count;
+    if (options->chunk > 0 && instances / options->chunk >= KMP_FOLDER_MOST_PARTS)
+        return kmp_fail(context, KEMPE_E_ARGUMENT,
+                        "%d instances in parts of %d are more than %d parts; choose more instances of a part (--chunk)",
+                        instances, options->chunk, KMP_FOLDER_MOST_PARTS);
     KMP_TRY(kmp_shard_read(context, options->shard, &shard));
     KMP_TRY(enter(&r, path, options));
     r.folder->first = shard.number - 1;

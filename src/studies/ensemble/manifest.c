@@ -126,8 +126,7 @@ static void put_run(kmp_json *json, const kmp_run_spec *spec, const kempe_run_op
         kmp_json_put(json, "history %s output_step %g", history, run->output_step);
 }
 
-/* The hash of all members of a manifest that count. */
-static void hash_whole(const char *manifest, hash out)
+void kmp_manifest_hash_text(const char *manifest, char out[KMP_HASH_SIZE + 1])
 {
     kmp_digest digest;
     kmp_digest_begin(&digest);
@@ -180,7 +179,7 @@ kempe_status kmp_manifest_put(kempe_ensemble *ensemble, const kempe_run_options 
     kempe_status status = kmp_spec_of(kmp_ensemble_equations(ensemble), run, &arena, &spec);
     if (status == KEMPE_OK) {
         put_members(&first, ensemble, &spec, run, lanes, chunk, history, hashes, NULL);
-        hash_whole(first.failed ? "" : first.s, whole);
+        kmp_manifest_hash_text(first.failed ? "" : first.s, whole);
         put_members(text, ensemble, &spec, run, lanes, chunk, history, hashes, whole);
         status = kmp_made(model->context, !first.failed && !text->failed);
     }
@@ -276,7 +275,7 @@ kempe_status kmp_manifest_read(kempe_context *context, const char *folder, char 
 bool kmp_manifest_is_whole(const char *manifest, const char *written)
 {
     hash whole;
-    hash_whole(manifest, whole);
+    kmp_manifest_hash_text(manifest, whole);
     return strcmp(written, whole) == 0;
 }
 

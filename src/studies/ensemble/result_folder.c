@@ -102,7 +102,7 @@ static kempe_status fill(kempe_folder *f)
     bool texts = f->model && f->file && f->hash && f->formulation && f->integrator && f->independent;
     if (!known || !texts || !kmp_manifest_int(f->manifest, "instances", 0, INT_MAX, &f->instances) ||
         !kmp_manifest_int(f->manifest, "chunk", 1, INT_MAX, &f->chunk) ||
-        !kmp_manifest_int(f->manifest, "parts", 0, INT_MAX, &f->parts) ||
+        !kmp_manifest_int(f->manifest, "parts", 0, KMP_FOLDER_MOST_PARTS, &f->parts) ||
         f->parts != (f->instances > 0 ? (f->instances - 1) / f->chunk + 1 : 0))
         return kmp_complain(context, f->path, 0, 0, "manifest.json is not a manifest of Kempe, or it is damaged");
     if (!kmp_manifest_is_whole(f->manifest, f->hash))

@@ -33,7 +33,8 @@ struct kempe_folder {
     kempe_statistics *statistics; /* NULL: no quantities, or parts are missing or damaged */
 };
 
-enum { KMP_HASH_SIZE = 64, KMP_FOLDER_FORMAT = 2 };
+/* MOST_PARTS: each is looked for in the file system. */
+enum { KMP_HASH_SIZE = 64, KMP_FOLDER_FORMAT = 2, KMP_FOLDER_MOST_PARTS = 1 << 20 };
 
 /** Path of a part, of its histories, of the manifest. */
 void kmp_folder_put_part(kmp_text *path, const char *folder, int part);
@@ -75,6 +76,9 @@ kempe_status kmp_manifest_put(kempe_ensemble *ensemble, const kempe_run_options 
 
 /** The hash of all that was read to make a model; of a model built in code, of its print. */
 kempe_status kmp_manifest_hash_model(const kempe_model *model, char hash[KMP_HASH_SIZE + 1]);
+
+/** The hash of all members of a manifest that count. */
+void kmp_manifest_hash_text(const char *manifest, char hash[KMP_HASH_SIZE + 1]);
 
 /** True if the hash written in a manifest is that of its own text. */
 bool kmp_manifest_is_whole(const char *manifest, const char *written);

@@ -67,14 +67,6 @@ static bool is_listed(const char *list, const char *name)
     return false;
 }
 
-static bool stands_before(const kmp_measured *m, const char *name)
-{
-    for (int k = 0; k < m->columns; k++)
-        if (strcmp(m->name[k], name) == 0)
-            return true;
-    return false;
-}
-
 static void complain_unknown(kmp_csv *csv, kmp_csv_field f)
 {
     kmp_csv_complain(csv, f.s,
@@ -89,10 +81,6 @@ static void add_column(kmp_csv *csv, reader *r, kmp_csv_field f)
     char *name = kmp_arena_printf(&m->arena, "%.*s", (int)f.length, f.s);
     if (!name || (r->chosen && !is_listed(r->chosen, name)))
         return;
-    if (stands_before(m, name)) {
-        kmp_csv_complain(csv, f.s, "duplicate column");
-        return;
-    }
     const char *word = word_of(r, name);
     if (!word) {
         complain_unknown(csv, f);

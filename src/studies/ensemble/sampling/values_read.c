@@ -15,7 +15,7 @@ typedef struct reader {
     kempe_values *values;
 } reader;
 
-static bool check_name(kmp_csv *csv, const char *at, const char *name, int column, char *const *names)
+static bool check_name(kmp_csv *csv, const char *at, const char *name)
 {
     const reader *r = csv->user;
     kmp_text why = {0};
@@ -23,9 +23,6 @@ static bool check_name(kmp_csv *csv, const char *at, const char *name, int colum
         kmp_text_put(&why, "a name is expected here: a parameter, or q.NAME or qd.NAME of a coordinate");
     else
         (void)kmp_instance_may(r->model, name, &why);
-    for (int k = 0; !why.length && k < column; k++)
-        if (strcmp(names[k], name) == 0)
-            kmp_text_put(&why, "duplicate column");
     bool ok = !why.failed;
     if (ok && why.length)
         kmp_csv_complain(csv, at, "%s", why.s);
@@ -45,7 +42,7 @@ static bool read_header(kmp_csv *csv, const char *line)
         names[k] = KMP_ARENA_NEW(&arena, char, f.length + 1);
         ok = names[k];
         if (ok)
-            ok = check_name(csv, f.s, memcpy(names[k], f.s, f.length), k, names);
+            ok = check_name(csv, f.s, memcpy(names[k], f.s, f.length));
     }
     if (ok)
         ok = (r->values = kmp_values_new(csv->columns, (const char *const *)names));
