@@ -277,26 +277,15 @@ static kmp_ref derive_half_power(kmp_derivative *d, const kmp_node *n, const kmp
     return KMP_ZERO;
 }
 
-static kmp_ref derive_applied(kmp_graph *g, const kmp_node *n, const kmp_ref d[3])
-{
-    if (n->op == KMP_OP_IMPLICIT)
-        return kmp_implicit_derivative(g, (int)n->b, (int)n->c, n->a, d[0]);
-    return kmp_mul(g, kmp_table_derivative_at(g, (int)n->b, (int)n->c + 1, n->a), d[0]);
-}
-
-static kmp_ref derive_pair(kmp_derivative *d, const kmp_pair *pair)
-{
-    kmp_ref dy = of(d, pair->y), dz = of(d, pair->z);
-    kmp_rotate(d->g, pair->angle, &dy, &dz);
-    return kmp_sub(d->g, dy, kmp_mul(d->g, pair->second, of(d, pair->angle)));
-}
-
 /* `pair`: NULL for a node of no rotated pair. */
 static kmp_ref derive(kmp_derivative *d, uint32_t id, const kmp_pair *pair)
 {
     kmp_graph *g = d->g;
-    if (pair)
-        return derive_pair(d, pair);
+    if (pair) {
+        kmp_ref dy = of(d, pair->y), dz = of(d, pair->z);
+        kmp_rotate(d->g, pair->angle, &dy, &dz);
+        return kmp_sub(d->g, dy, kmp_mul(d->g, pair->second, of(d, pair->angle)));
+    }
     kmp_node n = *kmp_graph_node(g, id);
     kmp_ref differential[3] = {0};
     for (int k = 0; k < kmp_op_arity((kmp_op)n.op); k++)
@@ -310,7 +299,9 @@ static kmp_ref derive(kmp_derivative *d, uint32_t id, const kmp_pair *pair)
     case KMP_FORM_INFIX:
         return derive_arithmetic(g, &n, id << 1, differential);
     case KMP_FORM_APPLIED:
-        return derive_applied(g, &n, differential);
+        if (n.op == KMP_OP_IMPLICIT)
+            return kmp_implicit_derivative(g, (int)n.b, (int)n.c, n.a, differential[0]);
+        return kmp_mul(g, kmp_table_derivative_at(g, (int)n.b, (int)n.c + 1, n.a), differential[0]);
     default:
         return derive_function(g, &n, id << 1, differential);
     }

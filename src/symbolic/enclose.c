@@ -44,15 +44,6 @@ static kmp_ref inside(enclosing *e, kmp_ref r)
     return kmp_mapped(e->map, r);
 }
 
-static kmp_ref node(enclosing *e, uint32_t id)
-{
-    const kmp_node *n = kmp_graph_node(e->g, id);
-    kmp_ref x[3] = {0};
-    for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
-        x[k] = inside(e, kmp_operand(n, k));
-    return kmp_graph_rebuild(e->local, e->g, id, x);
-}
-
 /* All that moves, in order, so that operands are there before. */
 static void bring(enclosing *e, int count, const kmp_ref *residual)
 {
@@ -62,7 +53,11 @@ static void bring(enclosing *e, int count, const kmp_ref *residual)
         kmp_live_mark(e->g, count, residual, live);
     for (uint32_t id = 0; live && id < nodes; id++)
         if (live[id] && moves(e->g, id) && kmp_op_form_of((kmp_op)kmp_graph_node(e->g, id)->op) != KMP_FORM_LEAF) {
-            e->map[id] = node(e, id);
+            const kmp_node *n = kmp_graph_node(e->g, id);
+            kmp_ref x[3] = {0};
+            for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
+                x[k] = inside(e, kmp_operand(n, k));
+            e->map[id] = kmp_graph_rebuild(e->local, e->g, id, x);
             e->has[id] = true;
         }
 }

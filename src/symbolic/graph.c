@@ -87,13 +87,6 @@ static uint32_t find_slot(const kmp_graph *g, const kmp_node *n, bool shared)
     return k;
 }
 
-/* Enters all nodes into a table without entries. */
-static void fill_table(kmp_graph *g)
-{
-    for (uint32_t id = 0; id < g->seen.count; id++)
-        g->table[find_slot(g, &g->seen.nodes[id], false)] = id + 1;
-}
-
 static bool grow_table(kmp_graph *g)
 {
     uint32_t size = g->table_size ? WIDER * g->table_size : g->first_size, *table = KMP_NEW(uint32_t, size);
@@ -102,7 +95,9 @@ static bool grow_table(kmp_graph *g)
     kmp_free(g->table);
     g->table = table;
     g->table_size = size;
-    fill_table(g);
+    /* Enters all nodes into a table without entries. */
+    for (uint32_t id = 0; id < g->seen.count; id++)
+        g->table[find_slot(g, &g->seen.nodes[id], false)] = id + 1;
     return true;
 }
 
@@ -270,54 +265,40 @@ void kmp_graph_mark_free(kmp_graph_mark *mark)
     *mark = (kmp_graph_mark){0};
 }
 
-static void keep_before(uint32_t first, uint32_t size, uint32_t *table)
+void kmp_graph_return(kmp_graph *g, const kmp_graph_mark *mark)
 {
+    if (g->spare)
+        kmp_derivative_forget(g->spare);
+    /* Forgets the nodes from this number on. No search for an older node passes the slot of a younger one: nodes are
+     * entered in their order, also into a wider table. */
+    uint32_t first = mark->nodes;
+    uint32_t size = g->table_size;
+    uint32_t *table = g->table;
     for (uint32_t k = 0; k < size; k++)
         table[k] = table[k] > first ? 0 : table[k];
-}
-
-/* Forgets the nodes from this number on. No search for an older node passes the slot of a younger one: nodes are
- * entered in their order, also into a wider table. */
-static void forget_from(kmp_graph *g, uint32_t first)
-{
-    keep_before(first, g->table_size, g->table);
     g->seen.count = first;
-}
-
-/* Averages are kept: they take the most time to make, and the next derivation mostly needs them again. */
-static void put_away(kmp_graph *g, kmp_implicit *block)
-{
-    kmp_implicit **unused = NULL;
-    if (block->derived)
-        unused = kmp_realloc(g->unused, (size_t)g->unused_count + 1, sizeof(kmp_implicit *));
-    if (!unused) {
-        kmp_implicit_free(block);
-        return;
+    g->value_count = mark->values;
+    while (g->table_count > mark->tables)
+        kmp_table_free(g->tables[--g->table_count]);
+    int count = mark->implicits;
+    while (g->implicit_count > count) {
+        /* Averages are kept: they take the most time to make, and the next derivation mostly needs them again. */
+        kmp_implicit *block = g->implicits[--g->implicit_count];
+        kmp_implicit **unused = NULL;
+        if (block->derived)
+            unused = kmp_realloc(g->unused, (size_t)g->unused_count + 1, sizeof(kmp_implicit *));
+        if (!unused) {
+            kmp_implicit_free(block);
+            continue;
+        }
+        g->unused = unused;
+        unused[g->unused_count++] = block;
     }
-    g->unused = unused;
-    unused[g->unused_count++] = block;
-}
-
-static void return_implicits(kmp_graph *g, int count)
-{
-    while (g->implicit_count > count)
-        put_away(g, g->implicits[--g->implicit_count]);
     for (int k = 0; k < count + g->unused_count; k++) {
         const kmp_implicit *block = k < count ? g->implicits[k] : g->unused[k - count];
         if (block->derived && *block->derived >= (k < count ? count : 0))
             *block->derived = -1;
     }
-}
-
-void kmp_graph_return(kmp_graph *g, const kmp_graph_mark *mark)
-{
-    if (g->spare)
-        kmp_derivative_forget(g->spare);
-    forget_from(g, mark->nodes);
-    g->value_count = mark->values;
-    while (g->table_count > mark->tables)
-        kmp_table_free(g->tables[--g->table_count]);
-    return_implicits(g, mark->implicits);
     for (uint32_t k = mark->nodes; k < g->label_count; k++)
         g->labels[k] = (kmp_label){0};
     kmp_rotations_assign(g->rotations, mark->rotations);

@@ -54,16 +54,11 @@ int kmp_table_check(int count, const double *x, const double *y)
 
 /* -- construction ---------------------------------------------------------------------------------- */
 
-static double secant(const kmp_table *t, int k)
-{
-    return (t->y[k + 1] - t->y[k]) / (t->x[k + 1] - t->x[k]);
-}
-
 static void make_pieces(kmp_table *t)
 {
     for (int k = 0; k < t->count - 1; k++) {
         t->piece[k][0] = t->y[k];
-        t->piece[k][1] = secant(t, k);
+        t->piece[k][1] = (t->y[k + 1] - t->y[k]) / (t->x[k + 1] - t->x[k]);
     }
     if (t->method == KMP_TABLE_LINEAR || (t->count < 3 && t->method != KMP_TABLE_PERIODIC_SHAPE))
         return;
@@ -88,28 +83,6 @@ static int part_of(const kmp_table *t, double x)
     return far < most ? (int)far : most;
 }
 
-/* Parts that are shorter than every piece have one knot at most. */
-static int parts_of(int count, const double *x)
-{
-    double least = x[1] - x[0], range = x[count - 1] - x[0];
-    int parts = LEAST_PARTS * (count - 1), most = count < MANY ? MOST_PARTS * (count - 1) : parts;
-    for (int k = 2; k < count; k++)
-        least = fmin(least, x[k] - x[k - 1]);
-    while (parts < most && range > parts * least)
-        parts *= 2;
-    return parts;
-}
-
-static void make_parts(kmp_table *t)
-{
-    t->knot[0] = 0;
-    for (int part = 0, knot = 0; part <= t->last_part; part++) {
-        while (knot < t->count - 2 && part_of(t, t->x[knot + 1]) <= part)
-            knot++;
-        t->knot[part + 1] = knot;
-    }
-}
-
 kmp_table *kmp_table_new(kmp_table_method method, int count, const double *x, const double *y)
 {
     kmp_table *t = KMP_NEW(kmp_table, 1);
@@ -117,7 +90,14 @@ kmp_table *kmp_table_new(kmp_table_method method, int count, const double *x, co
         return NULL;
     t->method = method;
     t->count = count;
-    t->last_part = parts_of(count, x);
+    /* Parts that are shorter than every piece have one knot at most. */
+    double least = x[1] - x[0], range = x[count - 1] - x[0];
+    int parts = LEAST_PARTS * (count - 1), most = count < MANY ? MOST_PARTS * (count - 1) : parts;
+    for (int k = 2; k < count; k++)
+        least = fmin(least, x[k] - x[k - 1]);
+    while (parts < most && range > parts * least)
+        parts *= 2;
+    t->last_part = parts;
     t->per_length = t->last_part / (x[count - 1] - x[0]);
     KMP_ARENA_MAKE(&t->arena, KMP_ROOM(atomic_int, 1, &t->owns), KMP_ROOM(double, count, &t->x, &t->y));
     t->piece = kmp_arena_alloc(&t->arena, (size_t)count, sizeof *t->piece);
@@ -133,7 +113,12 @@ kmp_table *kmp_table_new(kmp_table_method method, int count, const double *x, co
         return NULL;
     }
     t->last_slope = kempe_piece_(t->piece[count - 2], 1, x[count - 1] - x[count - 2]);
-    make_parts(t);
+    t->knot[0] = 0;
+    for (int part = 0, knot = 0; part <= t->last_part; part++) {
+        while (knot < t->count - 2 && part_of(t, t->x[knot + 1]) <= part)
+            knot++;
+        t->knot[part + 1] = knot;
+    }
     return t;
 }
 

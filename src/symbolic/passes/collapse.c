@@ -253,21 +253,6 @@ static uint8_t trig_of(const kmp_graph *g, const uint8_t *trig, uint32_t id)
     return (uint8_t)(found < FEWEST_TRIG ? found : FEWEST_TRIG);
 }
 
-/* Sines and cosines of all terms of a sum, at most FEWEST_TRIG; a term that has changed may have any number. */
-static uint8_t count_of_terms(const kmp_rewrite *r, const axes_and_trig *known, uint32_t id)
-{
-    const kmp_node *n = kmp_graph_node(r->graph, id);
-    int found = 0;
-    for (int k = 0; k < 2; k++) {
-        uint32_t below = kmp_id(kmp_operand(n, k));
-        if (kmp_rewrite_expands(r, KMP_OP_ADD, below << 1))
-            found += known->of_terms[below];
-        else
-            found += r->now[below] == below << 1 ? known->trig[below] : FEWEST_TRIG;
-    }
-    return (uint8_t)(found < FEWEST_TRIG ? found : FEWEST_TRIG);
-}
-
 /* False if the terms have too few sines and cosines, as most have; a term that has changed may have any number. */
 static bool may_apply(const kmp_rewrite *r, const uint8_t *trig, int count, const kmp_ref *list)
 {
@@ -299,7 +284,17 @@ static bool lay_out(const kmp_rewrite *r, int count, const kmp_ref *list, sum *s
 static kmp_ref rewrite_sum(const kmp_rewrite *r, const void *user, uint32_t id)
 {
     const axes_and_trig *known = user;
-    known->of_terms[id] = count_of_terms(r, known, id);
+    /* Sines and cosines of all terms of a sum, at most FEWEST_TRIG; a term that has changed may have any number. */
+    const kmp_node *n = kmp_graph_node(r->graph, id);
+    int found = 0;
+    for (int k = 0; k < 2; k++) {
+        uint32_t below = kmp_id(kmp_operand(n, k));
+        if (kmp_rewrite_expands(r, KMP_OP_ADD, below << 1))
+            found += known->of_terms[below];
+        else
+            found += r->now[below] == below << 1 ? known->trig[below] : FEWEST_TRIG;
+    }
+    known->of_terms[id] = (uint8_t)(found < FEWEST_TRIG ? found : FEWEST_TRIG);
     if (known->of_terms[id] < FEWEST_TRIG)
         return kmp_rewrite_node(r, id);
     kmp_ref list[KMP_MOST_TERMS], sign = 0;

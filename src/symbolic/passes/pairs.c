@@ -72,17 +72,6 @@ static void collect(sharing *s, const uint8_t *inside)
     }
 }
 
-static void mark_inside(const sharing *s, uint8_t *inside)
-{
-    for (uint32_t i = 0; i < s->r->live.top; i++) {
-        const kmp_node *n = kmp_graph_node(s->r->graph, kmp_rewrite_live(s->r, i));
-        for (int k = 0; n->op == s->op && k < 2; k++) {
-            uint32_t below = kmp_id(kmp_operand(n, k));
-            inside[below] = s->r->uses[below] == 1 && kmp_graph_node(s->r->graph, below)->op == s->op;
-        }
-    }
-}
-
 /* -- pairs ------------------------------------------------------------------------------------------- */
 
 static void order(kmp_ref *a, kmp_ref *b)
@@ -129,19 +118,6 @@ static void free_round(sharing *s)
     s->pair_count = s->met_count = 0;
 }
 
-/* Room for so many pairs in lists; half of the table remains free. */
-static bool begin_round(sharing *s, int most)
-{
-    const uint32_t least = 64;
-    free_round(s);
-    for (s->table_size = least; s->table_size / 2 <= (uint32_t)most;)
-        s->table_size *= 2;
-    s->table = KMP_NEW(uint32_t, s->table_size);
-    s->pairs = kmp_realloc(NULL, (size_t)most, sizeof *s->pairs);
-    s->met = kmp_realloc(NULL, (size_t)most, sizeof *s->met);
-    return s->table && s->pairs && s->met;
-}
-
 /* True if an item has one user: no other list has it. */
 static bool is_alone(const sharing *s, kmp_ref item)
 {
@@ -183,7 +159,15 @@ static bool count_pairs(sharing *s, uint32_t since)
     for (int l = 0; l < s->list_count; l++)
         if (counts(&s->lists[l], since))
             most += s->lists[l].count * (s->lists[l].count - 1) / 2;
-    if (!begin_round(s, most))
+    /* Room for so many pairs in lists; half of the table remains free. */
+    const uint32_t least = 64;
+    free_round(s);
+    for (s->table_size = least; s->table_size / 2 <= (uint32_t)most;)
+        s->table_size *= 2;
+    s->table = KMP_NEW(uint32_t, s->table_size);
+    s->pairs = kmp_realloc(NULL, (size_t)most, sizeof *s->pairs);
+    s->met = kmp_realloc(NULL, (size_t)most, sizeof *s->met);
+    if (!s->table || !s->pairs || !s->met)
         return false;
     for (int l = 0; l < s->list_count; l++)
         if (counts(&s->lists[l], since))
@@ -191,18 +175,6 @@ static bool count_pairs(sharing *s, uint32_t since)
         else
             s->lists[l].met = 0;
     return true;
-}
-
-/* Lists the members of each pair that counts. */
-static void enter_members(sharing *s)
-{
-    int met = 0;
-    for (int l = 0; l < s->list_count; l++)
-        for (int k = s->lists[l].met; k > 0; k--) {
-            pair *p = &s->pairs[s->met[met++]];
-            if (p->first >= 0)
-                s->member[p->first++] = l;
-        }
 }
 
 static int by_count(const void *x, const void *y)
@@ -273,18 +245,6 @@ static bool share(sharing *s, const pair *p, const int *member)
     return true;
 }
 
-/* Pairs of two lists or more, the most frequent first; they are not found any more. */
-static void keep_frequent(sharing *s)
-{
-    int count = 0;
-    for (int k = 0; k < s->pair_count; k++)
-        if (s->pairs[k].count > 1)
-            s->pairs[count++] = s->pairs[k];
-    s->pair_count = count;
-    if (count)
-        qsort(s->pairs, (size_t)count, sizeof *s->pairs, by_count);
-}
-
 /* One round, of pairs with an item from number `since` on; true if anything was shared. */
 static bool share_all(sharing *s, uint32_t since)
 {
@@ -298,8 +258,22 @@ static bool share_all(sharing *s, uint32_t since)
     s->member = kmp_realloc(NULL, (size_t)members, sizeof *s->member);
     s->failed = s->failed || !s->member;
     if (!s->failed) {
-        enter_members(s);
-        keep_frequent(s);
+        /* Lists the members of each pair that counts. */
+        int met = 0;
+        for (int l = 0; l < s->list_count; l++)
+            for (int k = s->lists[l].met; k > 0; k--) {
+                pair *p = &s->pairs[s->met[met++]];
+                if (p->first >= 0)
+                    s->member[p->first++] = l;
+            }
+        /* Pairs of two lists or more, the most frequent first; they are not found any more. */
+        int count = 0;
+        for (int k = 0; k < s->pair_count; k++)
+            if (s->pairs[k].count > 1)
+                s->pairs[count++] = s->pairs[k];
+        s->pair_count = count;
+        if (count)
+            qsort(s->pairs, (size_t)count, sizeof *s->pairs, by_count);
     }
     for (int k = 0; k < s->pair_count && !s->failed; k++)
         any = share(s, &s->pairs[k], s->member + s->pairs[k].first - s->pairs[k].count) || any;
@@ -351,7 +325,14 @@ static bool share_pairs(kmp_rewrite *r, kmp_op op, int count, kmp_ref *outputs)
     s.items = kmp_realloc(NULL, 2 * (size_t)r->live.top, sizeof *s.items);
     s.failed = s.room.failed || !s.lists || !s.items;
     if (!s.failed) {
-        mark_inside(&s, inside);
+        /* Sums (products) with a single reader that is of their kind: they are part of its list. */
+        for (uint32_t i = 0; i < s.r->live.top; i++) {
+            const kmp_node *n = kmp_graph_node(s.r->graph, kmp_rewrite_live(s.r, i));
+            for (int k = 0; n->op == s.op && k < 2; k++) {
+                uint32_t below = kmp_id(kmp_operand(n, k));
+                inside[below] = s.r->uses[below] == 1 && kmp_graph_node(s.r->graph, below)->op == s.op;
+            }
+        }
         collect(&s, inside);
     }
     uint32_t since = 0, next = r->count;

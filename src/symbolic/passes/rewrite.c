@@ -10,12 +10,6 @@ typedef struct demand {
     kmp_stack live;
 } demand;
 
-static void free_demand(demand *d)
-{
-    kmp_free(d->uses);
-    kmp_free(d->live.id);
-}
-
 static bool find_demand(const kmp_graph *g, int count, const kmp_ref *outputs, demand *d)
 {
     uint32_t top = 0, *uses = KMP_NEW(uint32_t, kmp_graph_count(g));
@@ -75,17 +69,6 @@ void kmp_rewrite_free(kmp_rewrite *r)
     *r = (kmp_rewrite){0};
 }
 
-/* Copies the labels of nodes to their rewritten forms. */
-static void carry_labels(const kmp_rewrite *r)
-{
-    for (uint32_t k = 0; kmp_graph_has_labels(r->graph) && k < r->live.top; k++) {
-        uint32_t id = kmp_rewrite_live(r, k);
-        const kmp_label *label = kmp_graph_label_of(r->graph, id);
-        if (label)
-            kmp_graph_label(r->graph, r->now[id], *label);
-    }
-}
-
 static bool is_same(const kmp_rewrite *r, int count, const kmp_ref *outputs)
 {
     for (int k = 0; k < count; k++)
@@ -107,11 +90,18 @@ bool kmp_rewrite_finish(kmp_rewrite *r, int sum_price, int count, kmp_ref *outpu
     bool ok = now && find_demand(r->graph, count, now, &d);
     if (ok && kmp_cost_of_nodes(r->graph, sum_price, d.live.top, d.live.id) <
                   kmp_cost_of_nodes(r->graph, sum_price, r->live.top, r->live.id)) {
-        carry_labels(r);
+        /* Copies the labels of nodes to their rewritten forms. */
+        for (uint32_t k = 0; kmp_graph_has_labels(r->graph) && k < r->live.top; k++) {
+            uint32_t id = kmp_rewrite_live(r, k);
+            const kmp_label *label = kmp_graph_label_of(r->graph, id);
+            if (label)
+                kmp_graph_label(r->graph, r->now[id], *label);
+        }
         memcpy(outputs, now, (size_t)count * sizeof *now);
         ok = take_demand(r, &d);
     } else if (now) {
-        free_demand(&d);
+        kmp_free(d.uses);
+        kmp_free(d.live.id);
     }
     kmp_free(now);
     return ok;

@@ -50,9 +50,29 @@ static sincos_of expand(kmp_graph *g, const uint8_t *angle_live, kmp_ref angle)
     return r;
 }
 
-static void rebuild(kmp_graph *g, uint32_t count, const uint8_t *live, const uint8_t *angle_live, kmp_ref *map)
+static bool write_out(kmp_graph *g, uint32_t nodes, const uint8_t *live, const kmp_stack *trig, kmp_arena *room,
+                      int count, kmp_ref *outputs, bool *changed)
 {
-    for (uint32_t id = 0; id < count; id++) {
+    uint8_t *angle_live = KMP_ARENA_NEW(room, uint8_t, nodes);
+    for (uint32_t k = 0; angle_live && k < trig->top; k++)
+        angle_live[kmp_id(kmp_graph_node(g, trig->id[k])->a)] = 1;
+    if (!angle_live)
+        return false;
+    /* Makes both functions of each angle; true if one of them is of a sum to be expanded. */
+    bool any = false;
+    for (uint32_t k = trig->top; k-- > 0 && !any;) {
+        kmp_node n = *kmp_graph_node(g, trig->id[k]);
+        const kmp_node *angle = kmp_graph_node(g, kmp_id(n.a));
+        any = angle->op == KMP_OP_ADD && at_hand(g, angle_live, angle->a) && at_hand(g, angle_live, angle->b);
+        if (!any)
+            (void)expand(g, angle_live, n.a);
+    }
+    if (!any)
+        return true;
+    kmp_ref *map = KMP_ARENA_NEW(room, kmp_ref, nodes);
+    if (!map)
+        return false;
+    for (uint32_t id = 0; id < nodes; id++) {
         if (!live[id])
             continue;
         kmp_node n = *kmp_graph_node(g, id);
@@ -66,36 +86,6 @@ static void rebuild(kmp_graph *g, uint32_t count, const uint8_t *live, const uin
         if (label)
             kmp_graph_label(g, map[id], *label);
     }
-}
-
-/* Makes both functions of each angle; true if one of them is of a sum to be expanded. */
-static bool finds_sums(kmp_graph *g, const kmp_stack *trig, const uint8_t *angle_live)
-{
-    bool any = false;
-    for (uint32_t k = trig->top; k-- > 0 && !any;) {
-        kmp_node n = *kmp_graph_node(g, trig->id[k]);
-        const kmp_node *angle = kmp_graph_node(g, kmp_id(n.a));
-        any = angle->op == KMP_OP_ADD && at_hand(g, angle_live, angle->a) && at_hand(g, angle_live, angle->b);
-        if (!any)
-            (void)expand(g, angle_live, n.a);
-    }
-    return any;
-}
-
-static bool write_out(kmp_graph *g, uint32_t nodes, const uint8_t *live, const kmp_stack *trig, kmp_arena *room,
-                      int count, kmp_ref *outputs, bool *changed)
-{
-    uint8_t *angle_live = KMP_ARENA_NEW(room, uint8_t, nodes);
-    for (uint32_t k = 0; angle_live && k < trig->top; k++)
-        angle_live[kmp_id(kmp_graph_node(g, trig->id[k])->a)] = 1;
-    if (!angle_live)
-        return false;
-    if (!finds_sums(g, trig, angle_live))
-        return true;
-    kmp_ref *map = KMP_ARENA_NEW(room, kmp_ref, nodes);
-    if (!map)
-        return false;
-    rebuild(g, nodes, live, angle_live, map);
     for (int k = 0; k < count; k++)
         outputs[k] = kmp_mapped(map, outputs[k]);
     *changed = true;

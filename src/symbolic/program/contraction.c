@@ -38,20 +38,6 @@ static uint32_t duration(const kmp_instruction *in)
     }
 }
 
-static void count_readers(choice *c)
-{
-    const kmp_program *p = c->program;
-    for (int i = 0; i < p->code[p->stages]; i++) {
-        const kmp_instruction *in = &p->instruction[i];
-        for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++)
-            if (behind(c, kmp_instruction_operand(in, k)) >= 0)
-                c->readers[behind(c, kmp_instruction_operand(in, k))]++;
-    }
-    for (int k = 0; k < p->outputs[p->stages]; k++)
-        if (behind(c, p->output[k]) >= 0)
-            c->readers[behind(c, p->output[k])]++;
-}
-
 static uint32_t largest(uint32_t a, uint32_t b)
 {
     return a > b ? a : b;
@@ -123,7 +109,17 @@ uint8_t *kmp_program_contraction(const kmp_program *program, int first, int end,
     c.exact = KMP_ARENA_NEW(arena, bool, count);
     if (!KMP_ARENA_EACH(arena, uint32_t, count, &c.readers, &c.known, &c.rest))
         return NULL;
-    count_readers(&c);
+    /* Readers of each instruction. */
+    const kmp_program *p = c.program;
+    for (int i = 0; i < p->code[p->stages]; i++) {
+        const kmp_instruction *in = &p->instruction[i];
+        for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++)
+            if (behind(&c, kmp_instruction_operand(in, k)) >= 0)
+                c.readers[behind(&c, kmp_instruction_operand(in, k))]++;
+    }
+    for (int k = 0; k < p->outputs[p->stages]; k++)
+        if (behind(&c, p->output[k]) >= 0)
+            c.readers[behind(&c, p->output[k])]++;
     find_exact(&c, first, end);
     for (int s = 0; s < program->stages; s++) {
         uint32_t longest = find_paths(&c, program->code[s], program->code[s + 1]);

@@ -21,14 +21,6 @@ typedef struct needed {
     kmp_arena room;
 } needed;
 
-/* Moves nodes that are constant during steps to stage 0, whatever stages need them. */
-static void hoist_parameters(needed *n)
-{
-    for (uint32_t k = 0; k < n->count; k++)
-        if ((kmp_graph_node(n->graph, n->id[k])->depends & ~n->still) == 0)
-            n->mark[n->id[k]] = PARAMETER_STAGE;
-}
-
 /* Lists the marked nodes among the first `nodes`. false: no memory. */
 static bool list_needed(needed *n, uint32_t nodes)
 {
@@ -42,45 +34,11 @@ static bool list_needed(needed *n, uint32_t nodes)
     n->count = count;
     for (uint32_t id = nodes; (id = kmp_live_before(n->mark, id)) != UINT32_MAX;)
         n->id[--count] = id;
-    hoist_parameters(n);
+    /* Moves nodes that are constant during steps to stage 0, whatever stages need them. */
+    for (uint32_t k = 0; k < n->count; k++)
+        if ((kmp_graph_node(n->graph, n->id[k])->depends & ~n->still) == 0)
+            n->mark[n->id[k]] = PARAMETER_STAGE;
     return true;
-}
-
-static void free_needed(needed *n)
-{
-    kmp_free(n->number);
-    kmp_arena_free(&n->room);
-}
-
-/* Counts constants, inputs, and in code[s + 1] the instructions of stage s. */
-static void count_needed(const needed *n, int *constants, int *inputs, int *code)
-{
-    for (uint32_t k = 0; k < n->count; k++) {
-        const kmp_node *node = kmp_graph_node(n->graph, n->id[k]);
-        if (kmp_op_arity((kmp_op)node->op) > 0)
-            code[n->mark[n->id[k]]]++;
-        else
-            ++*(node->op == KMP_OP_CONST ? constants : inputs);
-    }
-}
-
-/* Numbers values: constants, inputs, then instructions stage by stage in the order of the graph. `code`: of stages. */
-static void number_nodes(const needed *n, int constants, int inputs, const int *code, int *next, kmp_program *p)
-{
-    memcpy(next, code, (size_t)p->stages * sizeof *next);
-    for (uint32_t k = 0; k < n->count; k++) {
-        uint32_t id = n->id[k];
-        const kmp_node *node = kmp_graph_node(n->graph, id);
-        if (kmp_op_arity((kmp_op)node->op) > 0) {
-            n->number[id] = (uint32_t)(constants + inputs + ++next[n->mark[id] - 1]);
-        } else if (node->op == KMP_OP_CONST) {
-            p->constant[p->constant_count++] = kmp_graph_value(n->graph, id);
-            n->number[id] = (uint32_t)p->constant_count;
-        } else {
-            p->input[p->input_count++] = (kmp_program_input){(kmp_input_kind)node->a, node->b};
-            n->number[id] = (uint32_t)(constants + p->input_count);
-        }
-    }
 }
 
 static uint32_t operand(const uint32_t *number, kmp_ref r)
@@ -180,7 +138,14 @@ static kmp_program *schedule(kmp_graph *g, needed *n, int groups, const int *cou
     int *code = KMP_ARENA_NEW(&n->room, int, stages + 1), *next = KMP_ARENA_NEW(&n->room, int, stages);
     if (!code || !next)
         return NULL;
-    count_needed(n, &constants, &inputs, code);
+    /* Counts constants, inputs, and in code[s + 1] the instructions of stage s. */
+    for (uint32_t k = 0; k < n->count; k++) {
+        const kmp_node *node = kmp_graph_node(n->graph, n->id[k]);
+        if (kmp_op_arity((kmp_op)node->op) > 0)
+            code[n->mark[n->id[k]]]++;
+        else
+            ++*(node->op == KMP_OP_CONST ? &constants : &inputs);
+    }
     for (int s = 0; s < stages; s++)
         code[s + 1] += code[s];
     for (int k = 0; k < groups; k++)
@@ -192,7 +157,22 @@ static kmp_program *schedule(kmp_graph *g, needed *n, int groups, const int *cou
     p->stages = stages;
     p->graph_nodes = kmp_graph_count(g);
     memcpy(p->code, code, ((size_t)stages + 1) * sizeof *code);
-    number_nodes(n, constants, inputs, code, next, p);
+    /* Numbers values: constants, inputs, then instructions stage by stage in the order of the graph. `code`: of
+     * stages. */
+    memcpy(next, code, (size_t)p->stages * sizeof *next);
+    for (uint32_t k = 0; k < n->count; k++) {
+        uint32_t id = n->id[k];
+        const kmp_node *node = kmp_graph_node(n->graph, id);
+        if (kmp_op_arity((kmp_op)node->op) > 0) {
+            n->number[id] = (uint32_t)(constants + inputs + ++next[n->mark[id] - 1]);
+        } else if (node->op == KMP_OP_CONST) {
+            p->constant[p->constant_count++] = kmp_graph_value(n->graph, id);
+            n->number[id] = (uint32_t)p->constant_count;
+        } else {
+            p->input[p->input_count++] = (kmp_program_input){(kmp_input_kind)node->a, node->b};
+            n->number[id] = (uint32_t)(constants + p->input_count);
+        }
+    }
     write_code(n, p);
     for (int k = 0; k < groups; k++)
         p->outputs[k + 2] = p->outputs[k + 1] + count[k];
@@ -237,7 +217,8 @@ static kmp_program *make(kmp_graph *g, int groups, const int *count, const kmp_r
     }
     if (ok && list_needed(&n, nodes))
         p = schedule(g, &n, groups, count, all);
-    free_needed(&n);
+    kmp_free(n.number);
+    kmp_arena_free(&n.room);
     return p;
 }
 
@@ -324,8 +305,24 @@ static bool same(const void *a, const void *b, int count, size_t size)
     return count == 0 || memcmp(a, b, (size_t)count * size) == 0;
 }
 
-static bool same_code(const kmp_program *a, const kmp_program *b)
+bool kmp_program_equal(const kmp_program *a, const kmp_program *b)
 {
+    int stages = a->stages;
+    if (stages != b->stages || a->block_count != 0 || b->block_count != 0 ||
+        !same(a->code, b->code, stages + 1, sizeof *a->code) ||
+        !same(a->outputs, b->outputs, stages + 1, sizeof *a->outputs) ||
+        !same(a->output, b->output, a->outputs[stages], sizeof *a->output))
+        return false;
+    if (a->constant_count != b->constant_count || a->input_count != b->input_count || a->table_count != b->table_count)
+        return false;
+    for (int k = 0; k < a->input_count; k++)
+        if (a->input[k].kind != b->input[k].kind || a->input[k].index != b->input[k].index)
+            return false;
+    for (int k = 0; k < a->table_count; k++)
+        if (!kmp_table_equal(a->table[k], b->table[k]))
+            return false;
+    if (!same(a->constant, b->constant, a->constant_count, sizeof *a->constant))
+        return false;
     if (!a->contraction != !b->contraction ||
         (a->contraction && !same(a->contraction, b->contraction, a->code[a->stages], sizeof *a->contraction)))
         return false;
@@ -335,28 +332,6 @@ static bool same_code(const kmp_program *a, const kmp_program *b)
             return false;
     }
     return true;
-}
-
-static bool same_leaves(const kmp_program *a, const kmp_program *b)
-{
-    if (a->constant_count != b->constant_count || a->input_count != b->input_count || a->table_count != b->table_count)
-        return false;
-    for (int k = 0; k < a->input_count; k++)
-        if (a->input[k].kind != b->input[k].kind || a->input[k].index != b->input[k].index)
-            return false;
-    for (int k = 0; k < a->table_count; k++)
-        if (!kmp_table_equal(a->table[k], b->table[k]))
-            return false;
-    return same(a->constant, b->constant, a->constant_count, sizeof *a->constant);
-}
-
-bool kmp_program_equal(const kmp_program *a, const kmp_program *b)
-{
-    int stages = a->stages;
-    return stages == b->stages && a->block_count == 0 && b->block_count == 0 &&
-           same(a->code, b->code, stages + 1, sizeof *a->code) &&
-           same(a->outputs, b->outputs, stages + 1, sizeof *a->outputs) &&
-           same(a->output, b->output, a->outputs[stages], sizeof *a->output) && same_leaves(a, b) && same_code(a, b);
 }
 
 int kmp_program_add_block(kmp_program *p, const kmp_program_block *block)

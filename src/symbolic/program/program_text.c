@@ -7,20 +7,16 @@
 static const char *const input_words[KMP_IN_COUNT] = {"p",    "t",     "q",     "qd",    "qdd",    "lambda", "mu",
                                                       "mode", "place", "chart", "force", "torque", "effort", "along"};
 
-static void print_number(double x, kmp_text *text)
-{
-    if (isfinite(x))
-        kmp_text_number(text, x);
-    else
-        kmp_text_put(text, isnan(x) ? "nan" : x < 0 ? "-inf" : "inf");
-}
-
 static void print_operand(const kmp_program *p, uint32_t operand_, kmp_text *text)
 {
     int value = (int)(operand_ >> 1);
     kmp_text_put(text, operand_ & 1 ? "-" : "");
     if (value < p->constant_count) {
-        print_number(p->constant[value], text);
+        double x = p->constant[value];
+        if (isfinite(x))
+            kmp_text_number(text, x);
+        else
+            kmp_text_put(text, isnan(x) ? "nan" : x < 0 ? "-inf" : "inf");
     } else if (value < p->constant_count + p->input_count) {
         const kmp_program_input *in = &p->input[value - p->constant_count];
         if (in->kind == KMP_IN_TIME && in->index == 0)
@@ -32,67 +28,51 @@ static void print_operand(const kmp_program *p, uint32_t operand_, kmp_text *tex
     }
 }
 
-static void print_infix(const kmp_program *p, const kmp_instruction *in, kmp_text *text)
-{
-    print_operand(p, in->a, text);
-    bool minus = in->op == KMP_OP_ADD && (in->b & 1);
-    kmp_text_printf(text, " %s ", minus ? "-" : kmp_op_text((kmp_op)in->op));
-    print_operand(p, minus ? in->b ^ 1 : in->b, text);
-}
-
-static void print_function(const kmp_program *p, const kmp_instruction *in, kmp_text *text)
-{
-    kmp_text_put(text, kmp_op_text((kmp_op)in->op));
-    if (kmp_op_form_of((kmp_op)in->op) == KMP_FORM_APPLIED)
-        kmp_text_printf(text, "[%u, %u]", in->b, in->c);
-    for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
-        kmp_text_put(text, k ? ", " : "(");
-        print_operand(p, kmp_instruction_operand(in, k), text);
-    }
-    kmp_text_put(text, ")");
-}
-
 static void print_instruction(const kmp_program *p, int i, kmp_text *text)
 {
     const kmp_instruction *in = &p->instruction[i];
     kmp_text_printf(text, "    v%d = ", i);
-    if (kmp_op_form_of((kmp_op)in->op) == KMP_FORM_INFIX)
-        print_infix(p, in, text);
-    else
-        print_function(p, in, text);
+    if (kmp_op_form_of((kmp_op)in->op) == KMP_FORM_INFIX) {
+        print_operand(p, in->a, text);
+        bool minus = in->op == KMP_OP_ADD && (in->b & 1);
+        kmp_text_printf(text, " %s ", minus ? "-" : kmp_op_text((kmp_op)in->op));
+        print_operand(p, minus ? in->b ^ 1 : in->b, text);
+    } else {
+        kmp_text_put(text, kmp_op_text((kmp_op)in->op));
+        if (kmp_op_form_of((kmp_op)in->op) == KMP_FORM_APPLIED)
+            kmp_text_printf(text, "[%u, %u]", in->b, in->c);
+        for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
+            kmp_text_put(text, k ? ", " : "(");
+            print_operand(p, kmp_instruction_operand(in, k), text);
+        }
+        kmp_text_put(text, ")");
+    }
     kmp_text_put(text, "\n");
-}
-
-static void print_table(const kmp_table *table, int number, kmp_text *text)
-{
-    kmp_text_printf(text, "table %d %s\n", number, kmp_table_method_name(table->method));
-    for (int k = 0; k < table->count; k++) {
-        kmp_text_put(text, "    ");
-        kmp_text_number(text, table->x[k]);
-        kmp_text_put(text, " ");
-        kmp_text_number(text, table->y[k]);
-        kmp_text_put(text, "\n");
-    }
-}
-
-static void print_candidates(const kmp_program_block *block, kmp_text *text)
-{
-    for (int k = 0; k < block->candidates; k++) {
-        kmp_text_put(text, "    ");
-        kmp_text_number(text, block->candidate[k]);
-        kmp_text_put(text, "\n");
-    }
 }
 
 void kmp_program_print(const kmp_program *p, const char *const *stage_name, kmp_text *text)
 {
     kmp_text_put(text, "program 1\n");
-    for (int k = 0; k < p->table_count; k++)
-        print_table(p->table[k], k, text);
+    for (int k = 0; k < p->table_count; k++) {
+        const kmp_table *table = p->table[k];
+        kmp_text_printf(text, "table %d %s\n", k, kmp_table_method_name(table->method));
+        for (int j = 0; j < table->count; j++) {
+            kmp_text_put(text, "    ");
+            kmp_text_number(text, table->x[j]);
+            kmp_text_put(text, " ");
+            kmp_text_number(text, table->y[j]);
+            kmp_text_put(text, "\n");
+        }
+    }
     for (int k = 0; k < p->block_count; k++) {
         kmp_text_printf(text, "implicit %d %s %d arguments %d\n", k, p->block[k].averages ? "averages" : "unknowns",
                         p->block[k].unknowns, p->block[k].arguments);
-        print_candidates(&p->block[k], text);
+        const kmp_program_block *block = &p->block[k];
+        for (int l = 0; l < block->candidates; l++) {
+            kmp_text_put(text, "    ");
+            kmp_text_number(text, block->candidate[l]);
+            kmp_text_put(text, "\n");
+        }
         kmp_program_print(p->block[k].program, NULL, text);
     }
     for (int s = 0; s < p->stages; s++) {

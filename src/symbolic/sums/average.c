@@ -96,21 +96,6 @@ static bool copy_rows(const kmp_implicit *b, kmp_graph *to, kmp_ref *argument, k
     return kmp_local_import(&s, b->local, b->block.unknowns + 1, row);
 }
 
-/* Rows of derivatives for each argument in turn: dE, then df_k + f_k dE for each k. */
-static void derive_rows(kmp_graph *g, int rows, const kmp_ref *row, int arguments, const kmp_ref *argument,
-                        kmp_ref *slope)
-{
-    static const kmp_ref one = KMP_ONE;
-    for (int l = 0; l < arguments; l++) {
-        kmp_ref *of = slope + l * rows;
-        kmp_derivative *d = kmp_derivative_new(g, 1, &argument[l], &one);
-        of[0] = kmp_derivative_of(d, row[0]);
-        for (int k = 1; k < rows; k++)
-            of[k] = kmp_add(g, kmp_derivative_of(d, row[k]), kmp_mul(g, row[k], of[0]));
-        kmp_derivative_free(d);
-    }
-}
-
 /* The block with the averages of derivatives: component 1 + l rows + k belongs to argument l and row k. */
 static kmp_implicit *derive(const kmp_implicit *b)
 {
@@ -124,7 +109,16 @@ static kmp_implicit *derive(const kmp_implicit *b)
         kmp_graph_free(local);
         return NULL;
     }
-    derive_rows(local, rows, row, m, argument, slope);
+    /* Rows of derivatives for each argument in turn: dE, then df_k + f_k dE for each k. */
+    static const kmp_ref one = KMP_ONE;
+    for (int l = 0; l < m; l++) {
+        kmp_ref *of = slope + l * rows;
+        kmp_derivative *d = kmp_derivative_new(local, 1, &argument[l], &one);
+        of[0] = kmp_derivative_of(d, row[0]);
+        for (int k = 1; k < rows; k++)
+            of[k] = kmp_add(local, kmp_derivative_of(d, row[k]), kmp_mul(local, row[k], of[0]));
+        kmp_derivative_free(d);
+    }
     return kmp_average_new(local, m, row[0], row[rows], rows * m, slope, b->block.candidates, b->block.candidate);
 }
 
@@ -192,14 +186,6 @@ static void measure(kmp_average *a)
         a->first[a->groups + k] = width + k * LANES;
 }
 
-static void find_rows(kmp_average *a)
-{
-    a->exponent = kmp_scan_output(a->scan, EXPONENT, 0);
-    a->needed = kmp_scan_output(a->scan, EXPONENT, 1);
-    for (int k = 1; k < a->block->unknowns; k++)
-        a->averaged[k] = kmp_scan_output(a->scan, AVERAGED, k - 1);
-}
-
 kmp_average *kmp_average_room(const kmp_program_block *block, kmp_row_writer *rows)
 {
     kmp_average *a = KMP_NEW(kmp_average, 1);
@@ -221,7 +207,10 @@ kmp_average *kmp_average_room(const kmp_program_block *block, kmp_row_writer *ro
         kmp_average_room_free(a);
         return NULL;
     }
-    find_rows(a);
+    a->exponent = kmp_scan_output(a->scan, EXPONENT, 0);
+    a->needed = kmp_scan_output(a->scan, EXPONENT, 1);
+    for (int k = 1; k < a->block->unknowns; k++)
+        a->averaged[k] = kmp_scan_output(a->scan, AVERAGED, k - 1);
     return a;
 }
 
@@ -331,36 +320,26 @@ KMP_CLONES static double largest(const kmp_average *a, const kmp_scan_row *expon
     return kmp_places_larger(kmp_places_larger(most[0], most[1]), kmp_places_larger(most[2], most[3]));
 }
 
-/* Finds the groups that may count by the exponents in their middle; `best` as kmp_places_choose has it. */
-static void choose(kmp_average *a, size_t *best)
+void kmp_average_run(kmp_average *a, const double *arguments)
 {
+    size_t best;
+    kmp_scan_set(a->scan, arguments);
+    /* Finds the groups that may count by the exponents in their middle; `best` as kmp_places_choose has it. */
     kmp_scan_groups(a->scan, EXPONENT, (a->groups + LANES - 1) / LANES, a->first + a->groups, 0);
     const kmp_scan_row e = a->exponent, needed = a->needed;
     const size_t from = a->groups * LANES;
     for (size_t k = 0; k < a->groups; k++)
         a->middle[k] = e.sign * *kmp_scan_at(&e, from + k, k);
-    a->count = kmp_places_choose(a->groups, a->middle, needed.sign * *kmp_scan_at(&needed, from, 0), a->first, best);
-}
-
-/* The values in the middle of a group. */
-static void take_one(kmp_average *a, size_t group)
-{
-    size_t at = a->groups * LANES + group;
-    kmp_scan_groups(a->scan, AVERAGED, 1, &a->first[a->groups + group / LANES], group / LANES * LANES);
-    a->value[0] = a->middle[group] + log(a->spacing[kmp_places_middle((size_t)a->block->candidates, group)]);
-    for (int k = 1; k < a->block->unknowns; k++) {
-        const kmp_scan_row *x = &a->averaged[k];
-        a->value[k] = x->sign * *kmp_scan_at(x, at, group);
-    }
-}
-
-void kmp_average_run(kmp_average *a, const double *arguments)
-{
-    size_t best;
-    kmp_scan_set(a->scan, arguments);
-    choose(a, &best);
+    a->count = kmp_places_choose(a->groups, a->middle, needed.sign * *kmp_scan_at(&needed, from, 0), a->first, &best);
     if (a->count == 0) {
-        take_one(a, best);
+        /* The values in the middle of a group. */
+        size_t at = a->groups * LANES + best;
+        kmp_scan_groups(a->scan, AVERAGED, 1, &a->first[a->groups + best / LANES], best / LANES * LANES);
+        a->value[0] = a->middle[best] + log(a->spacing[kmp_places_middle((size_t)a->block->candidates, best)]);
+        for (int k = 1; k < a->block->unknowns; k++) {
+            const kmp_scan_row *x = &a->averaged[k];
+            a->value[k] = x->sign * *kmp_scan_at(x, at, best);
+        }
         return;
     }
     kmp_scan_groups(a->scan, EXPONENT, a->count, a->first, 0);

@@ -317,45 +317,6 @@ static need need_of_instruction(const kmp_scan *s, int i)
     return n == COMMON ? MOVING : n;
 }
 
-static void find_needs(kmp_scan *s)
-{
-    const kmp_program *p = s->p;
-    for (int k = 0; k < p->constant_count; k++)
-        s->need[k] = STANDING;
-    for (int k = 0; k < p->input_count; k++)
-        s->need[p->constant_count + k] = (uint8_t)need_of_input(&p->input[k]);
-    for (int i = 0; i < p->code[LAST + 1]; i++)
-        s->need[leaves(p) + i] = (uint8_t)(i < p->code[FIRST] ? COMMON : need_of_instruction(s, i));
-}
-
-static void find_common(kmp_scan *s)
-{
-    const kmp_program *p = s->p;
-    uint8_t *seen = s->need + leaves(p) + p->code[LAST + 1]; /* as many as values */
-    for (int i = p->code[FIRST]; i < p->code[LAST + 1]; i++)
-        for (int k = 0; k < kmp_op_arity((kmp_op)p->instruction[i].op); k++)
-            seen[kmp_instruction_operand(&p->instruction[i], k) >> 1] = 1;
-    for (int k = p->outputs[FIRST]; k < p->outputs[LAST + 1]; k++)
-        seen[p->output[k] >> 1] = 1;
-    for (int value = 0; value < leaves(p) + p->code[LAST + 1]; value++)
-        if (seen[value] && s->need[value] == COMMON)
-            s->common[s->common_count++] = value;
-}
-
-/* By value: the last instruction that reads it, or its own; those that stay after all, too. */
-static void find_last_uses(const kmp_scan *s, int *last)
-{
-    const kmp_program *p = s->p;
-    const int code = p->code[LAST + 1];
-    for (int value = 0; value < leaves(p) + code; value++)
-        last[value] = value - leaves(p);
-    for (int i = p->code[FIRST]; i < code; i++)
-        for (int k = 0; k < kmp_op_arity((kmp_op)p->instruction[i].op); k++)
-            last[kmp_instruction_operand(&p->instruction[i], k) >> 1] = i;
-    for (int k = p->outputs[FIRST]; k < p->outputs[LAST + 1]; k++)
-        last[p->output[k] >> 1] = code;
-}
-
 /* True for values whose row another value has after their last use. Rows of tables are written beside other steps. */
 static bool leaves_row(const kmp_scan *s, uint32_t value)
 {
@@ -412,7 +373,16 @@ static bool place_rows(kmp_scan *s)
     int32_t *unused = KMP_ARENA_NEW(&room, int32_t, values);
     s->merit = KMP_ARENA_NEW(&s->arena, double, s->width);
     if (!room.failed) {
-        find_last_uses(s, last);
+        /* By value: the last instruction that reads it, or its own; those that stay after all, too. */
+        const kmp_program *p = s->p;
+        const int code = p->code[LAST + 1];
+        for (int value = 0; value < leaves(p) + code; value++)
+            last[value] = value - leaves(p);
+        for (int i = p->code[FIRST]; i < code; i++)
+            for (int k = 0; k < kmp_op_arity((kmp_op)p->instruction[i].op); k++)
+                last[kmp_instruction_operand(&p->instruction[i], k) >> 1] = i;
+        for (int k = p->outputs[FIRST]; k < p->outputs[LAST + 1]; k++)
+            last[p->output[k] >> 1] = code;
         number_rows(s, last, unused, rows);
     }
     for (int k = 0; k < KMP_ROW_BASES; k++)
@@ -443,28 +413,6 @@ static step step_of(const kmp_scan *s, int i)
     made.z = arity > 2 ? row_of(s, in->c) : made.x;
     made.kernel = kernel_of(&made);
     return made;
-}
-
-/* Sets numbers and places, and computes the values that depend on them alone. */
-static void put_standing(kmp_scan *s, int places, const double *place)
-{
-    const kmp_program *p = s->p;
-    const groups all = {s->width / LANES, s->every, 0};
-    for (int k = 0; k < p->constant_count; k++)
-        fill(s->row[k], LANES, p->constant[k]);
-    for (int k = 0; k < p->input_count; k++)
-        if (s->need[p->constant_count + k] == STANDING) {
-            fill(s->row[p->constant_count + k], s->width, place[0]);
-            memcpy(s->row[p->constant_count + k], place, (size_t)places * sizeof *place);
-        }
-    for (int i = p->code[FIRST]; i < p->code[LAST + 1]; i++)
-        if (s->need[leaves(p) + i] == STANDING) {
-            const step made = step_of(s, i);
-            if (p->instruction[i].op == KMP_OP_TABLE)
-                other(p, &made, &all);
-            else
-                run_steps(p, &made, &made + 1, &all);
-        }
 }
 
 /* Lets a step that looks up a table use the pieces that an earlier step found, or its own. A slope comes with the value
@@ -553,11 +501,43 @@ static bool init(kmp_scan *s, int places, const double *place, kmp_row_writer *r
         return false;
     for (size_t k = 0; k < s->width / LANES; k++)
         s->every[k] = k * LANES;
-    find_needs(s);
-    find_common(s);
+    /* What each value depends on. */
+    const kmp_program *p = s->p;
+    for (int k = 0; k < p->constant_count; k++)
+        s->need[k] = STANDING;
+    for (int k = 0; k < p->input_count; k++)
+        s->need[p->constant_count + k] = (uint8_t)need_of_input(&p->input[k]);
+    for (int i = 0; i < p->code[LAST + 1]; i++)
+        s->need[leaves(p) + i] = (uint8_t)(i < p->code[FIRST] ? COMMON : need_of_instruction(s, i));
+    /* Common values that later stages read. */
+    uint8_t *seen = s->need + leaves(p) + p->code[LAST + 1]; /* as many as values */
+    for (int i = p->code[FIRST]; i < p->code[LAST + 1]; i++)
+        for (int k = 0; k < kmp_op_arity((kmp_op)p->instruction[i].op); k++)
+            seen[kmp_instruction_operand(&p->instruction[i], k) >> 1] = 1;
+    for (int k = p->outputs[FIRST]; k < p->outputs[LAST + 1]; k++)
+        seen[p->output[k] >> 1] = 1;
+    for (int value = 0; value < leaves(p) + p->code[LAST + 1]; value++)
+        if (seen[value] && s->need[value] == COMMON)
+            s->common[s->common_count++] = value;
     if (!place_rows(s))
         return false;
-    put_standing(s, places, place);
+    /* Sets numbers and places, and computes the values that depend on them alone. */
+    const groups all = {s->width / LANES, s->every, 0};
+    for (int k = 0; k < p->constant_count; k++)
+        fill(s->row[k], LANES, p->constant[k]);
+    for (int k = 0; k < p->input_count; k++)
+        if (s->need[p->constant_count + k] == STANDING) {
+            fill(s->row[p->constant_count + k], s->width, place[0]);
+            memcpy(s->row[p->constant_count + k], place, (size_t)places * sizeof *place);
+        }
+    for (int i = p->code[FIRST]; i < p->code[LAST + 1]; i++)
+        if (s->need[leaves(p) + i] == STANDING) {
+            const step made = step_of(s, i);
+            if (p->instruction[i].op == KMP_OP_TABLE)
+                other(p, &made, &all);
+            else
+                run_steps(p, &made, &made + 1, &all);
+        }
     s->code = rows ? rows(s->p, s->width, s->address) : NULL;
     list_steps(s);
     return true;
@@ -626,22 +606,17 @@ static void copy_row(const kmp_scan *s, const kmp_scan_row *from, double *to)
         to[k] = value_at(from, k / LANES * LANES, k / LANES * LANES, k % LANES);
 }
 
-/* Sets the other unknowns to their guesses. */
-static void put_guesses(kmp_scan *s)
+const double *kmp_scan_run(kmp_scan *s, const double *arguments)
 {
+    kmp_scan_set(s, arguments);
+    kmp_scan_groups(s, FIRST, s->width / LANES, s->every, 0);
+    /* Sets the other unknowns to their guesses. */
     const kmp_program *p = s->p;
     for (int k = 0; k < p->input_count; k++)
         if (p->input[k].kind == KMP_IN_Q && p->input[k].index > 0) {
             const kmp_scan_row from = kmp_scan_output(s, FIRST, (int)p->input[k].index);
             copy_row(s, &from, s->row[p->constant_count + k]);
         }
-}
-
-const double *kmp_scan_run(kmp_scan *s, const double *arguments)
-{
-    kmp_scan_set(s, arguments);
-    kmp_scan_groups(s, FIRST, s->width / LANES, s->every, 0);
-    put_guesses(s);
     kmp_scan_groups(s, LAST, s->width / LANES, s->every, 0);
     const kmp_scan_row merit = kmp_scan_output(s, LAST, 0);
     copy_row(s, &merit, s->merit);

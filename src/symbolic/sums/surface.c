@@ -3,19 +3,6 @@
 #include "base/memory.h"
 #include <string.h>
 
-/* The tables of knot j of the sum; `y`: room for as many values as there are knots of either variable. */
-static bool make_pair(kmp_surface *s, kmp_table_method method, int j, double *y)
-{
-    int sum = s->sum, other = 1 - sum, n = s->count[other];
-    for (int k = 0; k < s->count[sum]; k++)
-        y[k] = k == j;
-    s->one[j] = kmp_table_new(method, s->count[sum], s->knot[sum], y);
-    for (int i = 0; i < n; i++)
-        y[i] = s->z[sum == 1 ? i * s->count[1] + j : j * s->count[1] + i];
-    s->through[j] = kmp_table_new(method, n, s->knot[other], y);
-    return s->one[j] && s->through[j];
-}
-
 static double *copy(kmp_surface *s, int count, const double *from)
 {
     double *to = KMP_ARENA_NEW(&s->arena, double, count);
@@ -39,8 +26,17 @@ kmp_surface *kmp_surface_new(kmp_table_method method, const int count[2], const 
     s->through = KMP_ARENA_NEW(&s->arena, kmp_table *, s->count[s->sum]);
     double *work = KMP_ARENA_NEW(&s->arena, double, count[0] + count[1]);
     bool good = !s->arena.failed;
-    for (int j = 0; good && j < s->count[s->sum]; j++)
-        good = make_pair(s, method, j, work);
+    for (int j = 0; good && j < s->count[s->sum]; j++) {
+        /* The tables of knot j of the sum; `y`: room for as many values as there are knots of either variable. */
+        int sum = s->sum, other = 1 - sum, n = s->count[other];
+        for (int k = 0; k < s->count[sum]; k++)
+            work[k] = k == j;
+        s->one[j] = kmp_table_new(method, s->count[sum], s->knot[sum], work);
+        for (int i = 0; i < n; i++)
+            work[i] = s->z[sum == 1 ? i * s->count[1] + j : j * s->count[1] + i];
+        s->through[j] = kmp_table_new(method, n, s->knot[other], work);
+        good = s->one[j] && s->through[j];
+    }
     if (good)
         return s;
     kmp_surface_free(s);
