@@ -21,16 +21,6 @@
 /* The largest coefficient that counts as zero after summation of the points' components along the loops. */
 #define ROUNDING 1e-13
 
-/* The largest component of any point of the model, or of an axis. */
-static double size_of_points(const kempe_model *model)
-{
-    double size = 1;
-    for (int k = 0; k < model->point_count; k++)
-        for (int i = 0; i < 3; i++)
-            size = fmax(size, fabs(model->points[k].at[i].value));
-    return size;
-}
-
 /* The component of a row, for closures between two points, whose rows are components of a vector. */
 static const char *component_name(const kmp_closure *closure, int component)
 {
@@ -145,17 +135,6 @@ static bool is_rounding(const kmp_equations *eq, kmp_ref h)
            fabs(constant_value(eq, first ? node->a : node->b)) <= 4 * DBL_EPSILON;
 }
 
-/* The rows of a closure: h, or, where the rows are between rates, these in `rates`, and h stays zero. True: they are.
- */
-static bool find_rows(kmp_equations *eq, const kmp_closure_kind *kind, const kmp_closure *closure, kmp_ref *h,
-                      kmp_ref *rates)
-{
-    bool of_rates = kmp_closure_rates(kind, &eq->tree, closure, rates);
-    if (!of_rates)
-        kmp_closure_residual(kind, &eq->tree, closure, h);
-    return of_rates;
-}
-
 static bool depends_on(const kmp_equations *eq, kmp_ref x, kmp_input_kind kind)
 {
     return kmp_graph_node(eq->graph, kmp_id(x))->depends & (1u << kind);
@@ -232,7 +211,11 @@ static kempe_status derive_rows(kmp_equations *eq, const kmp_scene *scene)
 {
     const kempe_model *model = eq->model;
     kempe_status status = KEMPE_OK;
-    double size = size_of_points(model);
+    /* The largest component of any point of the model, or of an axis. */
+    double size = 1;
+    for (int k = 0; k < model->point_count; k++)
+        for (int i = 0; i < 3; i++)
+            size = fmax(size, fabs(model->points[k].at[i].value));
     for (int c = 0; c < model->closure_count; c++) {
         const kmp_closure *closure = &model->closures[c];
         const kmp_closure_kind *kind = kmp_closure_kind_find(closure->kind);
@@ -244,7 +227,10 @@ static kempe_status derive_rows(kmp_equations *eq, const kmp_scene *scene)
             (scene->frictionless && kmp_closure_is_of_modes(closure)))
             continue;
         KMP_TRY(refuse_bilinear(eq, closure));
-        bool of_rates = find_rows(eq, kind, closure, h, rates);
+        /* The rows of a closure: h, or, where the rows are between rates, these in `rates`, and h stays zero. */
+        bool of_rates = kmp_closure_rates(kind, &eq->tree, closure, rates);
+        if (!of_rates)
+            kmp_closure_residual(kind, &eq->tree, closure, h);
         if (kmp_graph_failed(eq->graph))
             return kmp_fail_memory(eq->context);
         kmp_ref moved[2 * KMP_KIND_MAX_ROWS];
@@ -285,14 +271,6 @@ static const kmp_expr *find_absent(const kmp_equations *eq, const kmp_expr *expr
     return found ? found : find_absent(eq, expr->c);
 }
 
-static int count_kept(const kmp_equations *eq, int closure)
-{
-    int count = 0;
-    while (kmp_tree_kept(&eq->tree, closure, count) >= 0)
-        count++;
-    return count;
-}
-
 /* Complains where an expression depends on a multiplier that is of no row. */
 static kempe_status check_expression(const kmp_equations *eq, kmp_place place, const char *what, const char *name,
                                      const kmp_expr *expr)
@@ -301,7 +279,10 @@ static kempe_status check_expression(const kmp_equations *eq, kmp_place place, c
     if (!lambda)
         return KEMPE_OK;
     const char *loop = eq->model->closures[lambda->index].name;
-    int kept = count_kept(eq, lambda->index);
+    int closure = lambda->index;
+    int kept = 0;
+    while (kmp_tree_kept(&eq->tree, closure, kept) >= 0)
+        kept++;
     return kmp_complain(eq->context, eq->model->files[place.file], place.line, place.column,
                         "%s '%s' depends on lambda(%s.%d), but '%s' has %d multiplier%s: rows that no coordinate moves "
                         "have none",
@@ -351,15 +332,6 @@ kmp_vec kmp_closure_load(const kmp_tree *tree, int c, bool moment)
     const kmp_point *points = tree->model->points;
     int common = kmp_model_common_body(tree->model, points[closure->point[0]].body, points[closure->point[1]].body);
     return kmp_link_direction(tree, tree->mounts[common].link, kmp_body_vector(tree, common, load), 0);
-}
-
-static void derive_reactions(kmp_equations *eq)
-{
-    for (int c = 0; c < eq->model->closure_count; c++) {
-        kmp_vec f = kmp_closure_load(&eq->tree, c, false);
-        for (int k = 0; k < 3; k++)
-            eq->reaction[3 * c + k] = f.x[k];
-    }
 }
 
 /* -- rows between rates ------------------------------------------------------------------------------- */
@@ -431,7 +403,12 @@ kempe_status kmp_closures_derive(kmp_equations *eq, const kmp_scene *scene)
         differentiate(eq, eq->hdot, eq->jdqd);
     if (kmp_graph_failed(eq->graph) || (!scene->plain && !kmp_gaps_shorten(eq, sets, !scene->savings)))
         return kmp_fail_memory(eq->context);
-    if (sets & KMP_SET_REACTION)
-        derive_reactions(eq);
+    if (sets & KMP_SET_REACTION) {
+        for (int c = 0; c < eq->model->closure_count; c++) {
+            kmp_vec f = kmp_closure_load(&eq->tree, c, false);
+            for (int k = 0; k < 3; k++)
+                eq->reaction[3 * c + k] = f.x[k];
+        }
+    }
     return KEMPE_OK;
 }

@@ -36,15 +36,6 @@ static void derive_efforts(kmp_equations *eq, const kmp_forces *forces, bool acc
         out[k] = kmp_sub(eq->graph, out[k], forces->effort[k]);
 }
 
-static void derive_residual(kmp_equations *eq, const kmp_forces *forces)
-{
-    derive_efforts(eq, forces, true, eq->residual);
-    kmp_closures_transposed(eq, KMP_IN_LAMBDA, eq->jt_mu);
-    for (int k = 0; k < eq->n; k++)
-        eq->residual[k] = kmp_sub(eq->graph, eq->residual[k], eq->jt_mu[k]);
-    kmp_closures_transposed(eq, KMP_IN_MU, eq->jt_mu);
-}
-
 /* -- tangents ---------------------------------------------------------------------------------------- */
 
 /* After the inverse dynamics. */
@@ -64,36 +55,12 @@ static void derive_tangents(kmp_equations *eq, const kmp_forces *forces, unsigne
 
 /* -- accelerations ----------------------------------------------------------------------------------- */
 
-/* The columns of row r of J that are not zero, and their number. */
-static int columns_of(const kmp_equations *eq, int r, int *column)
-{
-    int count = 0;
-    for (int k = 0; k < eq->n; k++)
-        if (eq->jacobian[r * eq->n + k] != KMP_ZERO)
-            column[count++] = k;
-    return count;
-}
-
 static kmp_ref row_times(const kmp_equations *eq, int r, int count, const int *column, const kmp_ref *x)
 {
     kmp_ref sum = KMP_ZERO;
     for (int k = 0; k < count; k++)
         sum = kmp_add(eq->graph, sum, kmp_mul(eq->graph, eq->jacobian[r * eq->n + column[k]], x[column[k]]));
     return sum;
-}
-
-/* Accelerations by the closure forces J' lambda as generalized forces in the recursion, one multiplier at a time,
- * projected on all rows. lambda = - mobility^-1 drift is solved numerically. */
-static void derive_compliance(kmp_equations *eq, kmp_articulated *bodies)
-{
-    int n = eq->n, m = eq->m, *column = KMP_GRAPH_NEW(eq->graph, int, n);
-    for (int r = 0; column && r < m; r++) {
-        int count = columns_of(eq, r, column);
-        kmp_articulated_solve(bodies, eq->jacobian + r * n, NULL, eq->compliance + r * n);
-        for (int s = 0; s <= r; s++)
-            eq->mobility[r * m + s] = row_times(eq, r, count, column, eq->compliance + s * n);
-        eq->drift[r] = kmp_add(eq->graph, row_times(eq, r, count, column, eq->free_qdd), eq->jdqd[r]);
-    }
 }
 
 static kempe_status derive_accelerations(kmp_equations *eq, const kmp_forces *forces, bool efforts)
@@ -109,7 +76,20 @@ static kempe_status derive_accelerations(kmp_equations *eq, const kmp_forces *fo
         effort[k] = kmp_add(eq->graph, forces->effort[k], given);
     }
     kmp_articulated_solve(&bodies, effort, share, eq->free_qdd);
-    derive_compliance(eq, &bodies);
+    /* Accelerations by the closure forces J' lambda as generalized forces in the recursion, one multiplier at a time,
+     * projected on all rows. lambda = - mobility^-1 drift is solved numerically. */
+    int n = eq->n, m = eq->m, *column = KMP_GRAPH_NEW(eq->graph, int, n);
+    for (int r = 0; column && r < m; r++) {
+        /* The columns of row r of J that are not zero, and their number. */
+        int count = 0;
+        for (int k = 0; k < eq->n; k++)
+            if (eq->jacobian[r * eq->n + k] != KMP_ZERO)
+                column[count++] = k;
+        kmp_articulated_solve(&bodies, eq->jacobian + r * n, NULL, eq->compliance + r * n);
+        for (int s = 0; s <= r; s++)
+            eq->mobility[r * m + s] = row_times(eq, r, count, column, eq->compliance + s * n);
+        eq->drift[r] = kmp_add(eq->graph, row_times(eq, r, count, column, eq->free_qdd), eq->jdqd[r]);
+    }
     return KEMPE_OK;
 }
 
@@ -185,8 +165,13 @@ static kempe_status derive_loaded(kmp_equations *eq, const kmp_scene *scene, uns
         return kmp_fail_memory(eq->context);
     if (sets & KMP_SET_BIAS)
         derive_efforts(eq, &forces, false, eq->bias);
-    if (sets & KMP_SET_RESIDUAL)
-        derive_residual(eq, &forces);
+    if (sets & KMP_SET_RESIDUAL) {
+        derive_efforts(eq, &forces, true, eq->residual);
+        kmp_closures_transposed(eq, KMP_IN_LAMBDA, eq->jt_mu);
+        for (int k = 0; k < eq->n; k++)
+            eq->residual[k] = kmp_sub(eq->graph, eq->residual[k], eq->jt_mu[k]);
+        kmp_closures_transposed(eq, KMP_IN_MU, eq->jt_mu);
+    }
     if (sets & (KMP_SET_INVERSE | tangents))
         derive_efforts(eq, &forces, true, eq->inverse);
     if (sets & tangents)
@@ -203,31 +188,6 @@ static kempe_status derive_loaded(kmp_equations *eq, const kmp_scene *scene, uns
 static kmp_ref value_of(const kmp_equations *eq, const kmp_force *force, kmp_role role)
 {
     return kmp_friction_value(&eq->tree, &(kmp_condition){.of = force, .number = (int)role, .role = role});
-}
-
-/* Rates, levels and forces of all elements that stick. */
-static void derive_friction(kmp_equations *eq)
-{
-    for (const kmp_force *f = eq->model->forces; f < eq->model->forces + eq->model->force_count; f++)
-        if (kmp_force_sticks(f)) {
-            int e = eq->friction_count++;
-            eq->slip[e] = value_of(eq, f, KMP_ROLE_RATE);
-            eq->level[e] = value_of(eq, f, KMP_ROLE_LEVEL);
-            eq->holding[e] = value_of(eq, f, KMP_ROLE_STATIC);
-            eq->friction[e] = value_of(eq, f, KMP_ROLE_GIVEN);
-        }
-}
-
-/* Distances of all rigid contacts, their rates and forces. */
-static void derive_contacts(kmp_equations *eq)
-{
-    for (const kmp_force *f = eq->model->forces; f < eq->model->forces + eq->model->force_count; f++)
-        if (f->kind == KMP_FORCE_TOUCH) {
-            int e = eq->contact_count++;
-            eq->gap[e] = value_of(eq, f, KMP_ROLE_PLACE);
-            eq->gap_rate[e] = value_of(eq, f, KMP_ROLE_RATE);
-            eq->push[e] = value_of(eq, f, KMP_ROLE_GIVEN);
-        }
 }
 
 /* J qd after an impact: no row has a rate, but those of held contacts that strike rebound by Newton's law. */
@@ -268,14 +228,6 @@ static void derive_next(kmp_equations *eq)
             eq->when[eq->next_count] = when_of(eq, k);
             eq->next[eq->next_count++] = kmp_tree_expression(&eq->tree, eq->model->states[k].next);
         }
-}
-
-static void derive_start(kmp_equations *eq)
-{
-    for (int k = 0; k < eq->n; k++) {
-        eq->start[2 * k] = kmp_tree_number(&eq->tree, &eq->model->start.q[k]);
-        eq->start[2 * k + 1] = kmp_tree_number(&eq->tree, &eq->model->start.qd[k]);
-    }
 }
 
 /* Signals before the start are functions of the time; those that keep their value at the start have none. */
@@ -358,9 +310,19 @@ kmp_directions kmp_equations_directions(const kempe_model *model, int rows)
     return (kmp_directions){parameters, q, q + n, q + 2 * n, q + 3 * n, q + 3 * n + rows};
 }
 
-/* Every input of the graph moves along an entry of KMP_IN_ALONG. */
-static kmp_derivative *along_all(const kmp_equations *eq)
+static void put_along(kmp_equations *eq, kmp_derivative *d, int count, const kmp_ref *of)
 {
+    for (int k = 0; k < count; k++)
+        eq->along[eq->along_count++] = kmp_derivative_of(d, of[k]);
+}
+
+static void derive_along(kmp_equations *eq)
+{
+    const int m = eq->m;
+    kmp_ref *curve = KMP_GRAPH_NEW(eq->graph, kmp_ref, m);
+    for (int r = 0; curve && r < m; r++)
+        curve[r] = kmp_equations_curve(eq, r);
+    /* Every input of the graph moves along an entry of KMP_IN_ALONG. */
     const kmp_directions at = kmp_equations_directions(eq->model, eq->m);
     const struct {
         kmp_input_kind kind;
@@ -375,22 +337,7 @@ static kmp_derivative *along_all(const kmp_equations *eq)
             leaf[i] = kmp_input(g, list[k].kind, (uint32_t)(i - list[k].from));
             way[i] = kmp_input(g, KMP_IN_ALONG, (uint32_t)i);
         }
-    return leaf && way ? kmp_derivative_new(g, at.count, leaf, way) : NULL;
-}
-
-static void put_along(kmp_equations *eq, kmp_derivative *d, int count, const kmp_ref *of)
-{
-    for (int k = 0; k < count; k++)
-        eq->along[eq->along_count++] = kmp_derivative_of(d, of[k]);
-}
-
-static void derive_along(kmp_equations *eq)
-{
-    const int m = eq->m;
-    kmp_ref *curve = KMP_GRAPH_NEW(eq->graph, kmp_ref, m);
-    for (int r = 0; curve && r < m; r++)
-        curve[r] = kmp_equations_curve(eq, r);
-    kmp_derivative *d = along_all(eq);
+    kmp_derivative *d = leaf && way ? kmp_derivative_new(g, at.count, leaf, way) : NULL;
     eq->along_count = 0;
     eq->along = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n + 3 * m + eq->shown_count + eq->change_count);
     if (!curve || !d || !eq->along)
@@ -422,18 +369,39 @@ static kempe_status derive_dynamics(kmp_equations *eq, const kmp_scene *scene)
     else if (sets & KMP_SET_OUTPUT)
         KMP_TRY(kmp_outputs_derive(eq, NULL));
     eq->friction_count = 0;
-    if (sets & KMP_SET_FRICTION)
-        derive_friction(eq);
+    if (sets & KMP_SET_FRICTION) {
+        /* Rates, levels and forces of all elements that stick. */
+        for (const kmp_force *f = eq->model->forces; f < eq->model->forces + eq->model->force_count; f++)
+            if (kmp_force_sticks(f)) {
+                int e = eq->friction_count++;
+                eq->slip[e] = value_of(eq, f, KMP_ROLE_RATE);
+                eq->level[e] = value_of(eq, f, KMP_ROLE_LEVEL);
+                eq->holding[e] = value_of(eq, f, KMP_ROLE_STATIC);
+                eq->friction[e] = value_of(eq, f, KMP_ROLE_GIVEN);
+            }
+    }
     eq->contact_count = 0;
-    if (sets & KMP_SET_CONTACT)
-        derive_contacts(eq);
+    if (sets & KMP_SET_CONTACT) {
+        /* Distances of all rigid contacts, their rates and forces. */
+        for (const kmp_force *f = eq->model->forces; f < eq->model->forces + eq->model->force_count; f++)
+            if (f->kind == KMP_FORCE_TOUCH) {
+                int e = eq->contact_count++;
+                eq->gap[e] = value_of(eq, f, KMP_ROLE_PLACE);
+                eq->gap_rate[e] = value_of(eq, f, KMP_ROLE_RATE);
+                eq->push[e] = value_of(eq, f, KMP_ROLE_GIVEN);
+            }
+    }
     if (sets & KMP_SET_IMPACT)
         derive_impact(eq);
     eq->next_count = 0;
     if (sets & KMP_SET_NEXT)
         derive_next(eq);
-    if (sets & KMP_SET_START)
-        derive_start(eq);
+    if (sets & KMP_SET_START) {
+        for (int k = 0; k < eq->n; k++) {
+            eq->start[2 * k] = kmp_tree_number(&eq->tree, &eq->model->start.q[k]);
+            eq->start[2 * k + 1] = kmp_tree_number(&eq->tree, &eq->model->start.qd[k]);
+        }
+    }
     eq->delayed_count = 0;
     if (sets & KMP_SET_DELAYED)
         derive_delayed(eq);
@@ -447,18 +415,13 @@ static kempe_status derive_dynamics(kmp_equations *eq, const kmp_scene *scene)
     return kmp_graph_failed(eq->graph) ? kmp_fail_memory(eq->context) : KEMPE_OK;
 }
 
-/* The links of the dynamics are those of the other tree, before their variants: where equal nodes are one, links made
- * again are these. */
-static bool make_links(const kmp_equations *eq, const kmp_scene *scene, kmp_tree *tree)
-{
-    bool again = tree == &eq->links && !scene->body_inputs && kmp_graph_has_rule(eq->graph, KMP_RULE_SHARE);
-    return again ? kmp_tree_init_again(tree, &eq->tree)
-                 : kmp_tree_init(tree, eq->graph, eq->model, scene->keep, scene->charted);
-}
-
 static bool init_tree(kmp_equations *eq, const kmp_scene *scene, kmp_tree *tree)
 {
-    if (!make_links(eq, scene, tree))
+    /* The links of the dynamics are those of the other tree, before their variants: where equal nodes are one, links
+     * made again are these. */
+    bool again = tree == &eq->links && !scene->body_inputs && kmp_graph_has_rule(eq->graph, KMP_RULE_SHARE);
+    if (!(again ? kmp_tree_init_again(tree, &eq->tree)
+                : kmp_tree_init(tree, eq->graph, eq->model, scene->keep, scene->charted)))
         return false;
     tree->events = scene->events;
     tree->noted = eq->noted;
@@ -535,23 +498,19 @@ void kmp_equations_swap_derived(kmp_equations *eq)
     swap(eq->jacobian, eq->derived + 3 * m, m * eq->n);
 }
 
-static void forget_dynamics(kmp_equations *eq)
+kempe_status kmp_equations_derive_again(kmp_equations *eq, const kmp_scene *scene)
 {
+    set_rules(eq, scene, false);
     kmp_tree_free(&eq->links);
     eq->links.count = 0;
     kmp_graph_return(eq->graph, &eq->mark);
     kmp_tree_forget(&eq->tree);
-}
-
-kempe_status kmp_equations_derive_again(kmp_equations *eq, const kmp_scene *scene)
-{
-    set_rules(eq, scene, false);
-    forget_dynamics(eq);
     return set_frames(eq, scene) ? derive_dynamics(eq, scene) : kmp_fail_memory(eq->context);
 }
 
-static kempe_status derive_sets(kmp_equations *eq, const kmp_scene *scene)
+kempe_status kmp_equations_derive_once(kmp_equations *eq, const kempe_model *model, const kmp_scene *scene)
 {
+    *eq = (kmp_equations){.context = model->context, .model = model, .n = model->motion_count};
     eq->graph = kmp_graph_new_for(scene->nodes);
     KMP_TRY(kmp_made(eq->context, eq->graph));
     if (scene->labels)
@@ -562,13 +521,7 @@ static kempe_status derive_sets(kmp_equations *eq, const kmp_scene *scene)
     KMP_TRY(kmp_closures_derive(eq, scene));
     if (scene->returns)
         KMP_TRY(kmp_made(eq->context, kmp_graph_mark_init(&eq->mark, eq->graph)));
-    return derive_dynamics(eq, scene);
-}
-
-kempe_status kmp_equations_derive_once(kmp_equations *eq, const kempe_model *model, const kmp_scene *scene)
-{
-    *eq = (kmp_equations){.context = model->context, .model = model, .n = model->motion_count};
-    kempe_status status = derive_sets(eq, scene);
+    kempe_status status = derive_dynamics(eq, scene);
     if (status != KEMPE_OK)
         kmp_equations_free(eq);
     return status;

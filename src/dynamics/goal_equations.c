@@ -28,25 +28,6 @@ int kmp_goals_centred_count(const kempe_model *model)
     return count;
 }
 
-static void lengths(const kmp_equations *eq, kmp_ref *length)
-{
-    for (int k = 0, at = 0; k < eq->model->force_count; k++)
-        for (int i = 0; i < kmp_goals_centred_of(&eq->model->forces[k]); i++)
-            length[at++] = kmp_tree_expression(&eq->tree, eq->model->forces[k].centred[i]);
-}
-
-static void places(const kmp_equations *eq, kmp_ref *place)
-{
-    const kmp_start *start = &eq->model->start;
-    for (int k = 0, at = 0; k < start->goal_count; k++) {
-        if (start->goals[k].point < 0)
-            continue;
-        kmp_vec x = kmp_point_position(&eq->tree, start->goals[k].point, 0);
-        for (int i = 0; i < 3; i++)
-            place[at++] = x.x[i];
-    }
-}
-
 static void cut_coordinates(const kmp_equations *eq, kmp_ref *x)
 {
     for (int k = 0; k < eq->model->cut_coordinate_count; k++)
@@ -62,18 +43,6 @@ static int count_cut(const kempe_model *model)
     return given ? model->cut_coordinate_count : 0;
 }
 
-/* The second derivative along qd at constant qd. */
-static void curvatures(const kmp_equations *eq, int count, const kmp_ref *place, kmp_ref *curvature)
-{
-    memcpy(curvature, place, (size_t)count * sizeof *curvature);
-    for (int order = 0; order < 2; order++) {
-        kmp_derivative *d = kmp_time_derivative(&eq->tree);
-        for (int i = 0; i < count; i++)
-            curvature[i] = kmp_derivative_of(d, curvature[i]);
-        kmp_derivative_free(d);
-    }
-}
-
 bool kmp_goals_program(kmp_equations *eq, kmp_program **program)
 {
     int count = kmp_goals_place_count(eq->model), loose = kmp_goals_centred_count(eq->model);
@@ -85,14 +54,33 @@ bool kmp_goals_program(kmp_equations *eq, kmp_program **program)
             *curvature = KMP_GRAPH_NEW(eq->graph, kmp_ref, count);
     if (!place || !curvature)
         return false;
-    places(eq, place);
-    lengths(eq, place + own);
+    /* Places of the points of goals. */
+    const kmp_start *start = &eq->model->start;
+    for (int k = 0, at = 0; k < start->goal_count; k++) {
+        if (start->goals[k].point < 0)
+            continue;
+        kmp_vec x = kmp_point_position(&eq->tree, start->goals[k].point, 0);
+        for (int i = 0; i < 3; i++)
+            place[at++] = x.x[i];
+    }
+    /* Lengths that forces centre. */
+    kmp_ref *length = place + own;
+    for (int k = 0, at = 0; k < eq->model->force_count; k++)
+        for (int i = 0; i < kmp_goals_centred_of(&eq->model->forces[k]); i++)
+            length[at++] = kmp_tree_expression(&eq->tree, eq->model->forces[k].centred[i]);
     kmp_partials_all(eq->graph, count, place, KMP_IN_Q, eq->n, place + count);
     kmp_partials_all(eq->graph, loose, place + own, KMP_IN_Q, eq->n, place + own + loose);
     if (cut > 0)
         cut_coordinates(eq, place + both);
     kmp_partials_all(eq->graph, cut, place + both, KMP_IN_Q, eq->n, place + both + cut);
-    curvatures(eq, count, place, curvature);
+    /* The second derivative along qd at constant qd. */
+    memcpy(curvature, place, (size_t)count * sizeof *curvature);
+    for (int order = 0; order < 2; order++) {
+        kmp_derivative *d = kmp_time_derivative(&eq->tree);
+        for (int i = 0; i < count; i++)
+            curvature[i] = kmp_derivative_of(d, curvature[i]);
+        kmp_derivative_free(d);
+    }
     const kmp_ref *groups[2] = {place, curvature};
     *program = kmp_graph_failed(eq->graph) ? NULL : kmp_program_new(eq->graph, 2, counts, groups);
     return *program;

@@ -63,9 +63,19 @@ static kmp_program *program_of(groups *g, const kempe_system *s, const kmp_equat
     return kmp_program_new(eq->graph, count[4] > 0 ? 5 : count[3] > 0 ? 4 : 3, count, group);
 }
 
-/* Finds whether rows depend on conditions that switch; kinks do not. */
-static bool find_switches(kempe_system *s, const kmp_equations *eq)
+/* Finds the pattern of J, for both programs. */
+static bool find_jacobian(kempe_system *s, const kmp_equations *eq)
 {
+    kmp_ref *entry = KMP_GRAPH_NEW(eq->graph, kmp_ref, s->m * s->n);
+    if (entry)
+        kmp_pattern_init(&s->jacobian, &s->arena, s->m, s->n, eq->jacobian, entry);
+    for (int r = 0; r < s->m; r++) {
+        s->rheonomic = s->rheonomic || eq->h_t[r] != KMP_ZERO;
+        s->switches = s->switches || eq->rows[r].of_rates;
+    }
+    if (!entry)
+        return false;
+    /* Finds whether rows depend on conditions that switch; kinks do not. */
     uint32_t nodes = kmp_graph_count(eq->graph);
     bool *needed = KMP_NEW(bool, nodes);
     for (int r = 0; needed && r < s->m; r++)
@@ -80,20 +90,7 @@ static bool find_switches(kempe_system *s, const kmp_equations *eq)
             needed[kmp_id(kmp_operand(node, k))] = true;
     }
     kmp_free(needed);
-    return needed;
-}
-
-/* Finds the pattern of J, for both programs. */
-static bool find_jacobian(kempe_system *s, const kmp_equations *eq)
-{
-    kmp_ref *entry = KMP_GRAPH_NEW(eq->graph, kmp_ref, s->m * s->n);
-    if (entry)
-        kmp_pattern_init(&s->jacobian, &s->arena, s->m, s->n, eq->jacobian, entry);
-    for (int r = 0; r < s->m; r++) {
-        s->rheonomic = s->rheonomic || eq->h_t[r] != KMP_ZERO;
-        s->switches = s->switches || eq->rows[r].of_rates;
-    }
-    return entry && find_switches(s, eq) && !s->arena.failed;
+    return needed && !s->arena.failed;
 }
 
 /* -- forces that depend on multipliers --------------------------------------------------------------- */

@@ -165,15 +165,6 @@ static int count_rows(const kempe_model *model)
     return rows;
 }
 
-/* True if the equations have some that are solved by iteration: of wheels on rails, and of points on curves. */
-static bool iterates(const kempe_model *model)
-{
-    bool curves = false;
-    for (int c = 0; c < model->closure_count; c++)
-        curves = curves || model->closures[c].curve_count > 0;
-    return curves || model->wheel_count > 0;
-}
-
 /* Without iteration runs may write out the solution by M and C, which they would need soon. */
 bool kmp_motion_may_wait(const kempe_system *s)
 {
@@ -183,7 +174,13 @@ bool kmp_motion_may_wait(const kempe_system *s)
     bool pressed = kmp_model_has_loads(model);
     for (int k = 0; k < model->force_count; k++)
         pressed = pressed || kmp_force_has_load(&model->forces[k]);
-    return bodies && !pressed && iterates(model) && kmp_equations_are_large(model) && n - rows >= FEW &&
+    if (!bodies || pressed)
+        return false;
+    /* True if the equations have some that are solved by iteration: of wheels on rails, and of points on curves. */
+    bool curves = false;
+    for (int c = 0; c < model->closure_count; c++)
+        curves = curves || model->closures[c].curve_count > 0;
+    return (curves || model->wheel_count > 0) && kmp_equations_are_large(model) && n - rows >= FEW &&
            (double)rows * n <= MOST_ENTRIES;
 }
 
@@ -235,16 +232,6 @@ static kempe_status try_them(const kempe_system *s, kmp_bodies *bodies)
     return KEMPE_OK;
 }
 
-/* Their recursion has the forces in it. */
-static kempe_status refuse_load_dependent(const kempe_system *s)
-{
-    int row = s->load_rows[0];
-    return kmp_fail(s->context, KEMPE_E_FAILED,
-                    "algorithm articulated: force '%s' depends on the multiplier of closure row '%s', which this "
-                    "algorithm does not support; use the algorithm composite",
-                    kmp_load_dependent_force(s, row), s->row_names[row]);
-}
-
 static kempe_status make(const kempe_system *s, kmp_bodies *bodies)
 {
     bool pressed = s->load_row_count > 0;
@@ -252,8 +239,14 @@ static kempe_status make(const kempe_system *s, kmp_bodies *bodies)
         return pressed ? KEMPE_OK : try_them(s, bodies);
     if (s->dynamics != KMP_DYNAMICS_ARTICULATED)
         return KEMPE_OK;
-    if (pressed)
-        return refuse_load_dependent(s);
+    if (pressed) {
+        /* Their recursion has the forces in it. */
+        int row = s->load_rows[0];
+        return kmp_fail(s->context, KEMPE_E_FAILED,
+                        "algorithm articulated: force '%s' depends on the multiplier of closure row '%s', which this "
+                        "algorithm does not support; use the algorithm composite",
+                        kmp_load_dependent_force(s, row), s->row_names[row]);
+    }
     if ((double)s->m * s->n > MOST_ENTRIES)
         return kmp_fail(s->context, KEMPE_E_FAILED,
                         "algorithm articulated: the forces of %d closure rows on %d coordinates exceed the limit of "

@@ -122,10 +122,25 @@ double kmp_closure_tolerance(const kempe_model *model)
                                           : KMP_CLOSURE_TOLERANCE * kmp_system_length(model);
 }
 
-/* Along the chain of bodies to each closed point: offsets of the joints and start values of translations. false: no
- * memory. */
-static bool set_reach(kempe_system *s)
+bool kmp_system_rescale(kempe_system *s)
 {
+    s->length = s->kept_length > 0 ? s->kept_length : kmp_system_length(s->model);
+    for (int k = 0; k < s->n; k++) {
+        /* Scale of a coordinate: 1 for an angle, the length of the model for a displacement. The scale of a state is
+         * the size of its values, as rates of one second. */
+        const kmp_state *state = kmp_state_of(s->model, k);
+        s->scale[k] = state ? state->scale : s->model->motions[k].rotation ? 1 : s->length;
+    }
+    for (int r = 0; r < s->m; r++)
+        s->row_scale[r] = pow(s->length, s->rows[r].length_power);
+    for (int k = 0; k < s->model->parameter_count; k++)
+        s->parameters[k] = s->model->parameters[k].number.value;
+    s->closure_tolerance = kmp_closure_tolerance(s->model);
+    kmp_kept_clear(s->kept);
+    if (s->rounding)
+        atomic_store(&s->rounding->state, KMP_ROUNDING_UNKNOWN); /* the numbers have changed */
+    /* Along the chain of bodies to each closed point: offsets of the joints and start values of translations. false: no
+     * memory. */
     const kempe_model *model = s->model;
     double *reach = KMP_NEW(double, model->body_count);
     s->reach = 0;
@@ -143,35 +158,6 @@ static bool set_reach(kempe_system *s)
             }
     kmp_free(reach);
     return reach;
-}
-
-/* Scale of a coordinate: 1 for an angle, the length of the model for a displacement. The scale of a state is the size
- * of its values, as rates of one second. */
-static double scale_of(const kempe_system *s, int k)
-{
-    const kmp_state *state = kmp_state_of(s->model, k);
-    return state ? state->scale : s->model->motions[k].rotation ? 1 : s->length;
-}
-
-static void set_scales(kempe_system *s)
-{
-    s->length = s->kept_length > 0 ? s->kept_length : kmp_system_length(s->model);
-    for (int k = 0; k < s->n; k++)
-        s->scale[k] = scale_of(s, k);
-    for (int r = 0; r < s->m; r++)
-        s->row_scale[r] = pow(s->length, s->rows[r].length_power);
-    for (int k = 0; k < s->model->parameter_count; k++)
-        s->parameters[k] = s->model->parameters[k].number.value;
-    s->closure_tolerance = kmp_closure_tolerance(s->model);
-}
-
-bool kmp_system_rescale(kempe_system *s)
-{
-    set_scales(s);
-    kmp_kept_clear(s->kept);
-    if (s->rounding)
-        atomic_store(&s->rounding->state, KMP_ROUNDING_UNKNOWN); /* the numbers have changed */
-    return set_reach(s);
 }
 
 /* -- programs ---------------------------------------------------------------------------------------- */
@@ -194,17 +180,6 @@ static bool is_within(const kmp_expr *part, const kmp_expr *whole)
            (part == whole || is_within(part, whole->a) || is_within(part, whole->b) || is_within(part, whole->c));
 }
 
-/* " < KNOT"; of an end of a variable " beyond the points FIRST .. LAST". */
-static void put_table_event(kmp_text *text, const kmp_named_table *table, int number)
-{
-    int k = abs(number), end = k - kmp_table_end_number(table, 0);
-    if (end < 0 || end > 3)
-        kmp_text_printf(text, " < %.6g", end < 0 ? table->table->x[k] : kmp_table_end(table, end - 4));
-    else
-        kmp_text_printf(text, " beyond the points %.6g .. %.6g", kmp_table_end(table, end - end % 2),
-                        kmp_table_end(table, end - end % 2 + 1));
-}
-
 char *kmp_system_event_text(kempe_system *s, const kmp_condition *condition)
 {
     const kempe_model *model = s->model;
@@ -219,9 +194,16 @@ char *kmp_system_event_text(kempe_system *s, const kmp_condition *condition)
         }
     if (e) {
         kmp_model_put_expr(&text, model, e->b || condition->ends ? e : e->a);
-        if (e->kind == KMP_EXPR_TABLE)
-            put_table_event(&text, e->table, condition->number);
-        else if (!e->b)
+        if (e->kind == KMP_EXPR_TABLE) {
+            /* " < KNOT"; of an end of a variable " beyond the points FIRST .. LAST". */
+            const kmp_named_table *table = e->table;
+            int k = abs(condition->number), end = k - kmp_table_end_number(table, 0);
+            if (end < 0 || end > 3)
+                kmp_text_printf(&text, " < %.6g", end < 0 ? table->table->x[k] : kmp_table_end(table, end - 4));
+            else
+                kmp_text_printf(&text, " beyond the points %.6g .. %.6g", kmp_table_end(table, end - end % 2),
+                                kmp_table_end(table, end - end % 2 + 1));
+        } else if (!e->b)
             kmp_text_put(&text, " < 0");
     }
     return kmp_text_keep(&text, &s->arena);
@@ -264,21 +246,6 @@ static kempe_status make_changes(kempe_system *s, kmp_equations *eq)
 
 /* -- the system -------------------------------------------------------------------------------------- */
 
-static void name_rows(kempe_system *s)
-{
-    for (int r = 0; r < s->m; r++)
-        s->row_names[r] =
-            kmp_arena_printf(&s->arena, "%s.%d", s->model->closures[s->rows[r].closure].name, s->rows[r].number + 1);
-}
-
-static void take_charts(kempe_system *s)
-{
-    s->chart_count = kmp_spherical_find(s->model, s->chart_first);
-    s->arena.failed = s->arena.failed || s->chart_count < 0;
-    for (int c = 0; c < s->chart_count; c++)
-        s->chart_before[c] = kmp_tree_chart_before(s->model, s->chart_first[c]);
-}
-
 bool kmp_system_set_rows(kempe_system *s, int n, int m, const kmp_row *rows, const double *misfit)
 {
     s->n = n;
@@ -291,8 +258,13 @@ bool kmp_system_set_rows(kempe_system *s, int n, int m, const kmp_row *rows, con
         return false;
     memcpy(s->rows, rows, (size_t)m * sizeof *rows);
     memcpy(s->misfit, misfit, (size_t)s->model->closure_count * sizeof *misfit);
-    name_rows(s);
-    take_charts(s);
+    for (int r = 0; r < s->m; r++)
+        s->row_names[r] =
+            kmp_arena_printf(&s->arena, "%s.%d", s->model->closures[s->rows[r].closure].name, s->rows[r].number + 1);
+    s->chart_count = kmp_spherical_find(s->model, s->chart_first);
+    s->arena.failed = s->arena.failed || s->chart_count < 0;
+    for (int c = 0; c < s->chart_count; c++)
+        s->chart_before[c] = kmp_tree_chart_before(s->model, s->chart_first[c]);
     return kmp_system_rescale(s) && !s->arena.failed;
 }
 
@@ -319,14 +291,6 @@ static kempe_status derive_rest(kempe_system *s, kmp_equations *eq)
     KMP_TRY(kmp_made(s->context, make_judge(s, eq)));
     KMP_TRY(make_changes(s, eq));
     return kmp_goals_program(eq, &s->goals) ? KEMPE_OK : kmp_fail_memory(s->context);
-}
-
-static kempe_status derive_motion(kempe_system *s, kmp_equations *eq, bool closures)
-{
-    bool made = kmp_system_set_rows(s, eq->n, eq->m, eq->rows, eq->misfit) && kmp_motion_make(s, eq);
-    s->closing = made ? kmp_program_first(s->motion, KMP_STAGE_MASS) : NULL;
-    KMP_TRY(kmp_made(s->context, s->closing));
-    return closures ? derive_rest(s, eq) : KEMPE_OK;
 }
 
 /* Derives closures, M and the programs that follow those of motion. The variants of M and C are found on the way. */
@@ -361,7 +325,10 @@ static kempe_status derive(kempe_system *s, bool closures)
     }
     kempe_status status = derive_sets(s, closures ? KMP_SET_CLOSURE : KMP_MOTION_SETS, &s->bodies->first, &eq);
     if (status == KEMPE_OK) {
-        status = derive_motion(s, &eq, closures);
+        bool made = kmp_system_set_rows(s, eq.n, eq.m, eq.rows, eq.misfit) && kmp_motion_make(s, &eq);
+        s->closing = made ? kmp_program_first(s->motion, KMP_STAGE_MASS) : NULL;
+        KMP_TRY(kmp_made(s->context, s->closing));
+        status = closures ? derive_rest(s, &eq) : KEMPE_OK;
         kmp_equations_free(&eq);
     }
     if (status == KEMPE_OK && s->dynamics == KMP_DYNAMICS_ARTICULATED)

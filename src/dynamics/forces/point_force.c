@@ -2,8 +2,14 @@
 /* A force at a point, components in ground axes. A constant one has the potential -F.x, any other counts F.xd. */
 #include "dynamics/forces/law.h"
 
-static void add_energy(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, kmp_vec f, unsigned energy)
+void kmp_law_point_force(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,
+                         kmp_ref *value)
 {
+    kmp_vec f;
+    *value = KMP_ZERO;
+    for (int i = 0; i < 3; i++)
+        f.x[i] = kmp_tree_expression(tree, force->vector[i]);
+    kmp_apply_at(tree, force->point[0], 0, f, forces->applied);
     kmp_graph *g = tree->graph;
     bool constant = true;
     for (int i = 0; i < 3; i++)
@@ -20,15 +26,4 @@ static void add_energy(kmp_forces *forces, const kmp_tree *tree, const kmp_force
     x = kmp_vec_rate(tree, x);
     for (int i = 0; i < 3; i++)
         kmp_add_power(forces, tree, f.x[i], x.x[i]);
-}
-
-void kmp_law_point_force(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,
-                         kmp_ref *value)
-{
-    kmp_vec f;
-    *value = KMP_ZERO;
-    for (int i = 0; i < 3; i++)
-        f.x[i] = kmp_tree_expression(tree, force->vector[i]);
-    kmp_apply_at(tree, force->point[0], 0, f, forces->applied);
-    add_energy(forces, tree, force, f, energy);
 }

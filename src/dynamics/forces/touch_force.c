@@ -15,10 +15,12 @@ void kmp_apply_touching(kmp_forces *forces, const kmp_tree *tree, const kmp_cont
     kmp_apply_moment(forces, tree, points[1], t->frame, kmp_vec_cross(g, force, t->arm[1]));
 }
 
-/* The place of its centre in the bearing. */
-static void show_journal(const kmp_tree *tree, const kmp_force *force, kmp_ref *value)
+void kmp_law_touch(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
 {
     kmp_graph *g = tree->graph;
+    kmp_ref given = kmp_friction_input(tree, force, KMP_ROLE_GIVEN), *slope = KMP_GRAPH_NEW(g, kmp_ref, tree->count);
+    value[0] = kmp_tree_multiplier(tree, force->closure, 0);
+    /* The place of its centre in the bearing. */
     kmp_ref square = KMP_ZERO;
     for (int k = 0; k < 3 && force->touch.clearance && force->vector[k]; k++) {
         kmp_ref x = kmp_tree_expression(tree, force->vector[k]);
@@ -28,14 +30,6 @@ static void show_journal(const kmp_tree *tree, const kmp_force *force, kmp_ref *
     }
     if (force->touch.clearance)
         value[3] = kmp_sqrt(g, square);
-}
-
-void kmp_law_touch(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
-{
-    kmp_graph *g = tree->graph;
-    kmp_ref given = kmp_friction_input(tree, force, KMP_ROLE_GIVEN), *slope = KMP_GRAPH_NEW(g, kmp_ref, tree->count);
-    value[0] = kmp_tree_multiplier(tree, force->closure, 0);
-    show_journal(tree, force, value);
     if (!slope)
         return;
     kmp_touching_slopes(tree, &force->touch, slope);

@@ -116,17 +116,6 @@ static void add_to_parent(const kmp_tree *tree, int i, inertia r, inertia *paren
             parent->h.x[p][q] = kmp_add(g, parent->h.x[p][q], r.h.x[p][q]);
 }
 
-static kempe_status refuse(const kmp_tree *tree, int i)
-{
-    const kempe_model *model = tree->model;
-    const kmp_motion *motion = &model->motions[i - 1];
-    return kmp_fail(model->context, KEMPE_E_FAILED,
-                    "the O(N) scheme divides by the inertia that a coordinate moves, and coordinate '%s' of body '%s' "
-                    "moves none; give the bodies it moves %s, or use M and C",
-                    motion->name, model->bodies[motion->body].name,
-                    motion->rotation ? "an inertia about its axis" : "a mass");
-}
-
 kempe_status kmp_articulated_init(kmp_articulated *a, const kmp_tree *tree)
 {
     kmp_graph *g = tree->graph;
@@ -139,32 +128,20 @@ kempe_status kmp_articulated_init(kmp_articulated *a, const kmp_tree *tree)
         r[i] = own_inertia(tree, i);
     for (int i = tree->count - 1; !kmp_graph_failed(g) && i > 0; i--) {
         a->inverse[i] = release(tree, i, &r[i], &a->passed[i]);
-        if (!kmp_graph_failed(g) && a->inverse[i] == KMP_ZERO)
-            return refuse(tree, i);
+        if (!kmp_graph_failed(g) && a->inverse[i] == KMP_ZERO) {
+            const kempe_model *model = tree->model;
+            const kmp_motion *motion = &model->motions[i - 1];
+            return kmp_fail(
+                model->context, KEMPE_E_FAILED,
+                "the O(N) scheme divides by the inertia that a coordinate moves, and coordinate '%s' of body '%s' "
+                "moves none; give the bodies it moves %s, or use M and C",
+                motion->name, model->bodies[motion->body].name,
+                motion->rotation ? "an inertia about its axis" : "a mass");
+        }
         if (tree->links[i].parent > 0)
             add_to_parent(tree, i, r[i], &r[tree->links[i].parent]);
     }
     return kmp_graph_failed(g) ? kmp_fail_memory(tree->model->context) : KEMPE_OK;
-}
-
-/* Inward sweep: the generalized force left for the joint's own acceleration, and the load on the parent. */
-static void solve_inwards(kmp_articulated *a, const kmp_ref *effort, kmp_ref *left)
-{
-    const kmp_tree *tree = a->tree;
-    kmp_graph *g = tree->graph;
-    for (int i = tree->count - 1; i > 0; i--) {
-        const kmp_link *link = &tree->links[i];
-        kmp_wrench w = a->down[i], *passed = &a->passed[i];
-        kmp_ref own = effort ? effort[i - 1] : KMP_ZERO, *along = kmp_wrench_along(link, &w);
-        own = link->reversed ? kmp_neg(own) : own;
-        left[i - 1] = kmp_sub(g, own, *along);
-        w.moment = kmp_vec_add(g, w.moment, kmp_vec_scale(g, left[i - 1], passed->moment));
-        w.force = kmp_vec_add(g, w.force, kmp_vec_scale(g, left[i - 1], passed->force));
-        if (link->armature == KMP_ZERO)
-            *along = own;
-        if (link->parent > 0)
-            kmp_wrench_to_parent(tree, i, w, &a->down[link->parent]);
-    }
 }
 
 /* A joint whose parent has no acceleration, and that no load accelerates, has none: most joints, for a load on a few.
@@ -175,11 +152,27 @@ static bool rests(const kmp_graph *g, const kmp_wrench *parent, kmp_ref load)
            kmp_vec_is_zero(parent->force);
 }
 
-/* Outward sweep: accelerations relative to qdd = 0; `moment` is the angular one, `force` that of the origin. */
-static void solve_outwards(kmp_articulated *a, kmp_ref *qdd)
+void kmp_articulated_solve(kmp_articulated *a, const kmp_ref *effort, const kmp_wrench *share, kmp_ref *qdd)
 {
+    for (int i = 0; i < a->tree->count; i++)
+        a->down[i] = share ? share[i] : (kmp_wrench){kmp_vec_zero(), kmp_vec_zero()};
+    /* Inward sweep: the generalized force left for the joint's own acceleration, and the load on the parent. */
     const kmp_tree *tree = a->tree;
     kmp_graph *g = tree->graph;
+    for (int i = tree->count - 1; i > 0; i--) {
+        const kmp_link *link = &tree->links[i];
+        kmp_wrench w = a->down[i], *passed = &a->passed[i];
+        kmp_ref own = effort ? effort[i - 1] : KMP_ZERO, *along = kmp_wrench_along(link, &w);
+        own = link->reversed ? kmp_neg(own) : own;
+        qdd[i - 1] = kmp_sub(g, own, *along);
+        w.moment = kmp_vec_add(g, w.moment, kmp_vec_scale(g, qdd[i - 1], passed->moment));
+        w.force = kmp_vec_add(g, w.force, kmp_vec_scale(g, qdd[i - 1], passed->force));
+        if (link->armature == KMP_ZERO)
+            *along = own;
+        if (link->parent > 0)
+            kmp_wrench_to_parent(tree, i, w, &a->down[link->parent]);
+    }
+    /* Outward sweep: accelerations relative to qdd = 0; `moment` is the angular one, `force` that of the origin. */
     kmp_wrench *m = a->down;
     m[0] = (kmp_wrench){kmp_vec_zero(), kmp_vec_zero()};
     for (int i = 1; i < tree->count; i++) {
@@ -201,12 +194,4 @@ static void solve_outwards(kmp_articulated *a, kmp_ref *qdd)
         if (link->reversed)
             qdd[i - 1] = kmp_neg(qdd[i - 1]);
     }
-}
-
-void kmp_articulated_solve(kmp_articulated *a, const kmp_ref *effort, const kmp_wrench *share, kmp_ref *qdd)
-{
-    for (int i = 0; i < a->tree->count; i++)
-        a->down[i] = share ? share[i] : (kmp_wrench){kmp_vec_zero(), kmp_vec_zero()};
-    solve_inwards(a, effort, qdd);
-    solve_outwards(a, qdd);
 }

@@ -280,15 +280,6 @@ static kmp_composite lumped_to_parent(const kmp_tree *tree, int i, kmp_composite
     return c;
 }
 
-static void name_composite(kmp_graph *g, int i, const kmp_composite *c)
-{
-    static const int entry[6] = {1, 5, 9, 2, 3, 6};
-    kmp_name_entry(g, &kmp_name_mass, c->mass, 0, i, 0);
-    kmp_name_vector(g, &kmp_name_first, c->moment, i, 0);
-    for (int k = 0; k < 6; k++)
-        kmp_name_entry(g, &kmp_name_second, c->inertia.x[k], entry[k], i, 0);
-}
-
 /* The wrench about the origin that accelerates the composite body of link i along its own joint. */
 static kmp_wrench unit_wrench(const kmp_tree *tree, int i, const kmp_composite *c)
 {
@@ -308,7 +299,12 @@ void kmp_mass_composite(const kmp_tree *tree, kmp_ref *m)
     for (int i = 1; c && i < tree->count; i++)
         c[i] = tree->links[i].base;
     for (int i = tree->count - 1; c && i > 0; i--) {
-        name_composite(tree->graph, i, &c[i]);
+        kmp_graph *g = tree->graph;
+        static const int entry[6] = {1, 5, 9, 2, 3, 6};
+        kmp_name_entry(g, &kmp_name_mass, c[i].mass, 0, i, 0);
+        kmp_name_vector(g, &kmp_name_first, c[i].moment, i, 0);
+        for (int k = 0; k < 6; k++)
+            kmp_name_entry(g, &kmp_name_second, c[i].inertia.x[k], entry[k], i, 0);
         kmp_wrench w = unit_wrench(tree, i, &c[i]);
         m[(i - 1) * n + i - 1] = with_armature(tree, i, project(&tree->links[i], &w), KMP_ONE);
         for (int k = i; tree->links[k].parent > 0; k = tree->links[k].parent) {

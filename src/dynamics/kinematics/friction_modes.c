@@ -176,18 +176,6 @@ static kmp_ref sense_across(const kmp_tree *tree, const kmp_force *force, kmp_re
     return kmp_select(g, slips, kmp_div(g, judged_rate(tree, force), size), KMP_ZERO);
 }
 
-/* Its input; of an element that is regularised v/sqrt(v^2 + s^2). */
-static kmp_ref sense_of_mode(const kmp_tree *tree, const kmp_force *force)
-{
-    kmp_graph *g = tree->graph;
-    kmp_ref sense = kmp_friction_input(tree, force, KMP_ROLE_SENSE);
-    if (!force->has_regularise)
-        return sense;
-    kmp_ref v = kmp_friction_rate(tree, force), s = kmp_tree_number(tree, &force->regularise);
-    kmp_ref vv = kmp_mul(g, v, v), ss = kmp_mul(g, s, s), smooth = kmp_div(g, v, kmp_sqrt(g, kmp_add(g, vv, ss)));
-    return kmp_select(g, is_regularised(tree, force), smooth, sense);
-}
-
 kmp_ref kmp_friction_sense(const kmp_tree *tree, const kmp_force *force)
 {
     kmp_graph *g = tree->graph;
@@ -197,28 +185,31 @@ kmp_ref kmp_friction_sense(const kmp_tree *tree, const kmp_force *force)
         kmp_ref slips = kmp_friction_input(tree, force, KMP_ROLE_SENSE);
         return sense_across(tree, force, modes ? slips : kmp_unary(g, KMP_OP_ABS, rate));
     }
-    if (modes)
-        return sense_of_mode(tree, force);
+    if (modes) {
+        /* Its input; of an element that is regularised v/sqrt(v^2 + s^2). */
+        kmp_ref sense = kmp_friction_input(tree, force, KMP_ROLE_SENSE);
+        if (!force->has_regularise)
+            return sense;
+        kmp_ref v = kmp_friction_rate(tree, force), s = kmp_tree_number(tree, &force->regularise);
+        kmp_ref vv = kmp_mul(g, v, v), ss = kmp_mul(g, s, s), smooth = kmp_div(g, v, kmp_sqrt(g, kmp_add(g, vv, ss)));
+        return kmp_select(g, is_regularised(tree, force), smooth, sense);
+    }
     return kmp_sub(g, kmp_less(g, KMP_ZERO, rate), kmp_less(g, rate, KMP_ZERO));
-}
-
-/* Slip in two directions: its size, in the condition of the first component. At rest each component has its own. */
-static kmp_ref size_ahead(const kmp_tree *tree, const kmp_force *force)
-{
-    kmp_graph *g = tree->graph;
-    kmp_ref none = kmp_friction_input(tree, force, KMP_ROLE_PLACE);
-    kmp_ref left = force->across == 1 ? slip_left(tree, force) : KMP_ONE;
-    kmp_ref rests = kmp_sub(g, none, kmp_unary(g, KMP_OP_ABS, kmp_friction_rate(tree, force)));
-    kmp_ref open = kmp_select(g, kmp_friction_input(tree, force, KMP_ROLE_SENSE), left, rests);
-    return kmp_select(g, kmp_friction_input(tree, force, KMP_ROLE_HELD), KMP_ONE, open);
 }
 
 /* The rate in the direction of slip; without one, what is left of the rate that counts as none. */
 static kmp_ref rate_ahead(const kmp_tree *tree, const kmp_force *force)
 {
     kmp_graph *g = tree->graph;
-    if (force->across > 0)
-        return size_ahead(tree, force);
+    if (force->across > 0) {
+        /* Slip in two directions: its size, in the condition of the first component. At rest each component has its
+         * own. */
+        kmp_ref none = kmp_friction_input(tree, force, KMP_ROLE_PLACE);
+        kmp_ref left = force->across == 1 ? slip_left(tree, force) : KMP_ONE;
+        kmp_ref rests = kmp_sub(g, none, kmp_unary(g, KMP_OP_ABS, kmp_friction_rate(tree, force)));
+        kmp_ref open = kmp_select(g, kmp_friction_input(tree, force, KMP_ROLE_SENSE), left, rests);
+        return kmp_select(g, kmp_friction_input(tree, force, KMP_ROLE_HELD), KMP_ONE, open);
+    }
     kmp_ref rate = kmp_friction_rate(tree, force), sense = kmp_friction_input(tree, force, KMP_ROLE_SENSE);
     kmp_ref none = kmp_friction_input(tree, force, KMP_ROLE_PLACE);
     kmp_ref slips = kmp_add(g, kmp_mul(g, sense, rate), none);

@@ -129,11 +129,6 @@ static kmp_ref kink(const kmp_tree *tree, const kmp_expr *e, int number, kmp_ref
     return stand_in(tree, (kmp_condition){.expr = e, .number = number, .kink = true}, difference, KMP_ZERO);
 }
 
-static kmp_op kink_of(const kmp_expr *e)
-{
-    return e->function == KMP_FUNCTION_abs ? KMP_OP_ABS : e->function == KMP_FUNCTION_min ? KMP_OP_MIN : KMP_OP_MAX;
-}
-
 /* The branch for side below: a - b is negative. */
 static kmp_ref branch_of(kmp_graph *g, kmp_op op, kmp_ref below, kmp_ref a, kmp_ref b)
 {
@@ -145,7 +140,9 @@ static kmp_ref branch_of(kmp_graph *g, kmp_op op, kmp_ref below, kmp_ref a, kmp_
 kmp_ref kmp_tree_kink(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b)
 {
     kmp_graph *g = tree->graph;
-    kmp_op op = kink_of(e);
+    kmp_op op = e->function == KMP_FUNCTION_abs   ? KMP_OP_ABS
+                : e->function == KMP_FUNCTION_min ? KMP_OP_MIN
+                                                  : KMP_OP_MAX;
     kmp_ref whole = op == KMP_OP_ABS ? kmp_unary(g, op, a) : kmp_binary(g, op, a, b), less = kmp_less(g, a, b);
     if (tree->bends && can_stand(tree, e, -1, less))
         return branch_of(g, op, bend(tree, e, 1, kmp_sub(g, a, b)), a, b);
@@ -377,15 +374,6 @@ static int meet(const kmp_tree *tree, kmp_condition condition, kmp_ref value, km
     return -1;
 }
 
-/* Notes the value of condition k, whose input is `holds`: the difference with its lag. */
-static void note_lagging(const kmp_tree *tree, int k, kmp_ref holds, kmp_ref difference, double lag)
-{
-    kmp_graph *g = tree->graph;
-    kmp_ref by = kmp_const(g, lag);
-    if (!note(tree->noted, k, kmp_add(g, difference, kmp_select(g, holds, kmp_neg(by), by))))
-        kmp_graph_fail(g);
-}
-
 kmp_ref kmp_tree_condition(const kmp_tree *tree, const void *of, int number, kmp_ref difference, double lag,
                            const char *advice, const char *format, ...)
 {
@@ -400,8 +388,12 @@ kmp_ref kmp_tree_condition(const kmp_tree *tree, const void *of, int number, kmp
     if (k < 0)
         return less;
     kmp_ref holds = kmp_input(g, KMP_IN_MODE, (uint32_t)k);
-    if (lag > 0)
-        note_lagging(tree, k, holds, difference, lag);
+    if (lag > 0) {
+        /* Notes the value of condition k, whose input is `holds`: the difference with its lag. */
+        kmp_ref by = kmp_const(g, lag);
+        if (!note(tree->noted, k, kmp_add(g, difference, kmp_select(g, holds, kmp_neg(by), by))))
+            kmp_graph_fail(g);
+    }
     return holds;
 }
 

@@ -116,12 +116,6 @@ static kmp_ref size_of_force(const kmp_tree *tree, const kmp_expr *e)
     return count == 1 ? kmp_unary(g, KMP_OP_ABS, only) : kmp_sqrt(g, sum);
 }
 
-/* A law that is one number. */
-static bool is_symbol(const kmp_tree *tree, const kmp_expr *e)
-{
-    return e->symbol && tree->keep == KMP_KEEP_NUMBERS && !follows(tree->model, e);
-}
-
 /* True if the exponent varies: powers with an exponent that is a number for all parameters are cheaper. */
 static bool has_variable_exponent(const kmp_tree *tree, const kmp_expr *e)
 {
@@ -234,7 +228,8 @@ static kmp_ref table_of(const kmp_tree *tree, const kmp_expr *e)
 kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
 {
     kmp_graph *g = tree->graph;
-    if (is_symbol(tree, e))
+    /* A law that is one number. */
+    if (e->symbol && tree->keep == KMP_KEEP_NUMBERS && !follows(tree->model, e))
         return symbol(tree, e->symbol, constant_value(tree, e));
     switch (e->kind) {
     case KMP_EXPR_NUMBER:

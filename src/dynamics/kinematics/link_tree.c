@@ -95,18 +95,6 @@ static bool is_identity(double m[3][3])
     return true;
 }
 
-/* g = a_parent' r a_link, where v_parent = r v_child in model axes at q = 0; `turned` unless it is the identity. */
-static void relate_axes(kmp_link *link, kmp_link *parent, double r[3][3])
-{
-    bool same = memcmp(link->a, parent->a, sizeof link->a) == 0;
-    identity(link->g);
-    if (!same || !is_identity(r)) {
-        multiply(parent->a, true, r, link->g);
-        multiply(link->g, false, link->a, link->g);
-    }
-    link->turned = !is_identity(link->g);
-}
-
 /* The relative rotation including the charts of both: columns of a_parent' C_parent r C_link a_link. */
 static void relate_chart(kmp_graph *g, kmp_link *link, kmp_link *parent, double r[3][3])
 {
@@ -192,42 +180,12 @@ static kmp_tensor body_inertia(const kmp_tree *tree, int body)
     return r;
 }
 
-/* Two bodies as one: m = m1 + m2, c = (m1 c1 + m2 c2)/m, I = I1 + I2 + m1 m2/m (d.d 1 - d d') with d = c2 - c1
- * (Steiner). */
-static void join(kmp_graph *g, kmp_link *link, kmp_inertia own)
-{
-    link->inertia = kmp_tensor_add(g, link->inertia, own.about_com);
-    if (own.mass == KMP_ZERO)
-        return;
-    kmp_ref total = kmp_add(g, link->mass, own.mass), share = kmp_div(g, own.mass, total);
-    kmp_vec d = kmp_vec_sub(g, own.com, link->com);
-    if (link->mass == KMP_ZERO) {
-        link->com = own.com;
-    } else {
-        link->com = kmp_vec_add(g, link->com, kmp_vec_scale(g, share, d));
-        link->inertia = kmp_tensor_add(g, link->inertia, kmp_tensor_steiner(g, kmp_mul(g, share, link->mass), d, d));
-    }
-    link->mass = total;
-}
-
 kmp_inertia kmp_body_inertia(const kmp_tree *tree, int b)
 {
     const kmp_body *body = &tree->model->bodies[b];
     kmp_vec com = kmp_body_vector(tree, b, kmp_tree_vector(tree, body->com));
     com = kmp_vec_add(tree->graph, com, tree->mounts[b].p);
     return (kmp_inertia){kmp_tree_number(tree, &body->mass), com, body_inertia(tree, b)};
-}
-
-/* Adds a body to the link that carries it; the ground needs no mass. */
-static void add_body(kmp_tree *tree, int b)
-{
-    kmp_link *link = &tree->links[tree->mounts[b].link];
-    if (link == tree->links)
-        return;
-    kmp_inertia own = kmp_body_inertia(tree, b);
-    if (link->body == b)
-        link->com = own.com; /* where inputs act also when it has no mass */
-    join(tree->graph, link, own);
 }
 
 /* The base of body b's joint: axes and origin with all its coordinates zero, on the parent's link. */
@@ -262,7 +220,15 @@ static void set_motion(kmp_tree *tree, int k, kmp_mount *base)
     link->rotation = motion->rotation;
     link->p = base->p;
     choose_axes(link, motion->axis);
-    relate_axes(link, &tree->links[link->parent], base->r);
+    /* g = a_parent' r a_link, where v_parent = r v_child in model axes at q = 0; `turned` unless it is the identity. */
+    kmp_link *parent = &tree->links[link->parent];
+    bool same = memcmp(link->a, parent->a, sizeof link->a) == 0;
+    identity(link->g);
+    if (!same || !is_identity(base->r)) {
+        multiply(parent->a, true, base->r, link->g);
+        multiply(link->g, false, link->a, link->g);
+    }
+    link->turned = !is_identity(link->g);
     relate_chart(tree->graph, link, &tree->links[link->parent], base->r);
     link->q = kmp_input(tree->graph, KMP_IN_Q, (uint32_t)k);
     link->qd = kmp_input(tree->graph, KMP_IN_QD, (uint32_t)k);
@@ -312,15 +278,28 @@ static void set_body(kmp_tree *tree, int b)
     if (kmp_body_has_armature(body))
         tree->links[body->first_motion + 1].armature = kmp_tree_number(tree, &body->armature);
     hang(tree, b, &base);
-    add_body(tree, b);
-}
-
-/* The motion of a state: a rotation of a unit inertia on the ground. */
-static void set_state(kmp_tree *tree, int k)
-{
-    kmp_mount base = tree->mounts[0];
-    set_motion(tree, k, &base);
-    tree->links[k + 1].inertia.x[0] = KMP_ONE;
+    /* Adds a body to the link that carries it; the ground needs no mass. */
+    kmp_link *link = &tree->links[tree->mounts[b].link];
+    if (link == tree->links)
+        return;
+    kmp_inertia own = kmp_body_inertia(tree, b);
+    if (link->body == b)
+        link->com = own.com; /* where inputs act also when it has no mass */
+    /* Two bodies as one: m = m1 + m2, c = (m1 c1 + m2 c2)/m, I = I1 + I2 + m1 m2/m (d.d 1 - d d') with d = c2 - c1
+     * (Steiner). */
+    kmp_graph *g = tree->graph;
+    link->inertia = kmp_tensor_add(g, link->inertia, own.about_com);
+    if (own.mass == KMP_ZERO)
+        return;
+    kmp_ref total = kmp_add(g, link->mass, own.mass), share = kmp_div(g, own.mass, total);
+    kmp_vec d = kmp_vec_sub(g, own.com, link->com);
+    if (link->mass == KMP_ZERO) {
+        link->com = own.com;
+    } else {
+        link->com = kmp_vec_add(g, link->com, kmp_vec_scale(g, share, d));
+        link->inertia = kmp_tensor_add(g, link->inertia, kmp_tensor_steiner(g, kmp_mul(g, share, link->mass), d, d));
+    }
+    link->mass = total;
 }
 
 /* A tree with room for its arrays. False: no memory. */
@@ -357,8 +336,12 @@ bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_k
     identity(tree->mounts[0].r);
     for (int b = 1; b < model->body_count; b++)
         set_body(tree, b);
-    for (int k = kmp_model_coordinates(model); k < model->motion_count; k++)
-        set_state(tree, k);
+    for (int k = kmp_model_coordinates(model); k < model->motion_count; k++) {
+        /* The motion of a state: a rotation of a unit inertia on the ground. */
+        kmp_mount base = tree->mounts[0];
+        set_motion(tree, k, &base);
+        tree->links[k + 1].inertia.x[0] = KMP_ONE;
+    }
     tree->gravity = kmp_tree_vector(tree, model->gravity);
     return !kmp_graph_failed(g);
 }

@@ -189,15 +189,6 @@ static bool never_turns(const kmp_tree *tree, const kmp_contact_pair *touch)
     return true;
 }
 
-/* Along an axis of the plane. */
-static bool way_along(const pair *p, int axis, kmp_ref *way)
-{
-    if (p->radius[0] != KMP_ZERO && !never_turns(p->tree, p->touch))
-        return false;
-    *way = kmp_vec_dot(p->tree->graph, p->axes[1][axis], p->d);
-    return true;
-}
-
 /* The axis of the second side's point about which the motion is plane, through the centre of a sphere; -1: none. */
 static int plane_axis(const pair *p)
 {
@@ -245,8 +236,14 @@ bool kmp_touching_way(const kmp_tree *tree, const kmp_contact_pair *touch, int a
     if (touch->side[1].shape != KMP_TOUCH_PLANE)
         return way_around(&p, way, turn);
     int k = touch->side[1].axis, i = (k + 1) % 3, j = (k + 2) % 3;
-    if (along > 0)
-        return way_along(&p, along == 1 ? i : j, way);
+    if (along > 0) {
+        /* Along an axis of the plane. */
+        int axis = along == 1 ? i : j;
+        if (p.radius[0] != KMP_ZERO && !never_turns(p.tree, p.touch))
+            return false;
+        *way = kmp_vec_dot(p.tree->graph, p.axes[1][axis], p.d);
+        return true;
+    }
     int across = kmp_touch_plane(tree->model, touch);
     bool along_i = across == j;
     kmp_ref angle = KMP_ZERO;
