@@ -501,7 +501,7 @@ static bool init(kmp_scan *s, int places, const double *place, kmp_row_writer *r
         return false;
     for (size_t k = 0; k < s->width / LANES; k++)
         s->every[k] = k * LANES;
-    /* What each value depends on. */
+    /* Needs of all values: numbers, inputs, instructions. */
     const kmp_program *p = s->p;
     for (int k = 0; k < p->constant_count; k++)
         s->need[k] = STANDING;
