@@ -46,6 +46,10 @@ typedef struct search {
     double *pivots;
     double (*on_body)[KMP_LOAD_SIZE]; /* of body_count: about the origin of the ground */
     kmp_shared_loads *found;
+    int joints, sets; /* of loads of least norm */
+    const int *joint;
+    double *set; /* KMP_LOAD_SIZE (closures + joints) of each set; NULL: not requested */
+    int unknown; /* a closure of a set whose loads on bodies are not known; -1: none */
 } search;
 
 static void cross(const double a[3], const double b[3], double out[3])
@@ -267,8 +271,13 @@ static void mark_set(search *x, const double *z)
                 whole[i] += z[j] * x->columns[j].load[i];
         }
         mark(x->found->of_closure[c], whole, PART);
-        if (!loads)
+        if (x->set)
+            memcpy(x->set + KMP_LOAD_SIZE * ((ptrdiff_t)x->sets * (model->closure_count + x->joints) + c), whole,
+                   sizeof whole);
+        if (!loads) {
+            x->unknown = whole[0] > PART ? c : x->unknown;
             continue;
+        }
         double q[3];
         point_place(x, closure->point[1], q);
         put_on(x, model->points[closure->point[1]].body, q, whole, 1);
@@ -278,6 +287,12 @@ static void mark_set(search *x, const double *z)
     for (int b = 1; b < model->body_count; b++)
         if (model->bodies[b].motion_count > 0)
             mark(x->found->of_body[b], x->on_body[b], PART);
+    for (int k = 0; x->set && k < KMP_LOAD_SIZE * x->joints; k++) {
+        const int body = x->joint[k / KMP_LOAD_SIZE], at = x->sets * (model->closure_count + x->joints);
+        const double load = x->on_body[body][k % KMP_LOAD_SIZE];
+        x->set[KMP_LOAD_SIZE * (at + model->closure_count) + k] = model->bodies[body].loads_parent ? load : -load;
+    }
+    x->sets++;
 }
 
 /* Loads of masses under gravity and random accelerations of the coordinates. */
@@ -435,7 +450,9 @@ static bool find_sets(search *x, kmp_arena *room)
     double *right = KMP_ARENA_NEW(room, double, rank + 2);
     kmp_sparse *sparse = rank > 0 && rank < x->count ? factor(x, rank, room) : NULL;
     const bool ok = rank >= 0 && right && (sparse || rank == 0 || rank == x->count);
-    for (int k = rank; ok && k < x->count; k++) {
+    const int loads = x->joint ? KMP_LOAD_SIZE * (x->model->closure_count + x->joints) : 0;
+    x->set = ok && loads > 0 ? KMP_ARENA_NEW(room, double, (size_t)loads *(size_t)(x->count - rank + 1)) : NULL;
+    for (int k = rank; ok && !room->failed && k < x->count; k++) {
         find_set(x, sparse, rank, k, right);
         for (int j = 0; j < x->count; j++)
             moving = moving || (!x->columns[j].empty && fabs(x->z[j]) > PART);
@@ -443,17 +460,36 @@ static bool find_sets(search *x, kmp_arena *room)
     }
     kmp_sparse_free(sparse);
     x->found->loaded = ok && is_loaded(x, moving);
-    return ok;
+    return ok && !room->failed;
 }
 
-kempe_status kmp_find_shared_loads(kmp_evaluator *eval, double t, const double *q, kmp_arena *arena,
-                                   kmp_shared_loads *found)
+/* Takes from the loads their part along the sets. False: no memory. */
+static bool take_sets(const search *x, kmp_arena *room, double *loads)
+{
+    const int all = KMP_LOAD_SIZE * (x->model->closure_count + x->joints);
+    double *part = KMP_ARENA_NEW(room, double, x->sets + 1), *scaled = KMP_ARENA_NEW(room, double, all + 1);
+    for (int k = 0; !room->failed && k < all; k++)
+        scaled[k] = loads[k] / (k % KMP_LOAD_SIZE < 3 ? 1 : x->s->length);
+    if (room->failed || kmp_least_squares(all, x->sets, x->set, scaled, ZERO, part) < 0)
+        return false;
+    for (int j = 0; j < x->sets; j++)
+        for (int k = 0; k < all; k++)
+            loads[k] -= part[j] * x->set[(ptrdiff_t)j * all + k] * (k % KMP_LOAD_SIZE < 3 ? 1 : x->s->length);
+    return true;
+}
+
+/* The loads of closures and `joints` become those of least norm; NULL: they are not requested. */
+static kempe_status look(kmp_evaluator *eval, double t, const double *q, kmp_arena *arena, kmp_shared_loads *found,
+                         int joints, const int *joint, double *loads)
 {
     const kempe_system *s = eval->system;
     const kempe_model *model = s->model;
     const size_t most = KMP_KIND_MAX_ROWS * (size_t)model->closure_count + (size_t)s->m, n = (size_t)s->n;
     const size_t bodies = (size_t)model->body_count;
     search x = {.s = s, .model = model, .n = kmp_model_coordinates(model), .found = found};
+    x.joints = joints;
+    x.joint = joint;
+    x.unknown = -1;
     kmp_arena room = {0};
     *found = (kmp_shared_loads){0};
     found->of_body = (bool(*)[KMP_LOAD_SIZE])(void *)KMP_ARENA_NEW(arena, bool, KMP_LOAD_SIZE * model->body_count);
@@ -478,8 +514,53 @@ kempe_status kmp_find_shared_loads(kmp_evaluator *eval, double t, const double *
         make_columns(&x);
         ok = x.count == 0 || find_sets(&x, &room);
     }
+    ok = ok && (!loads || x.sets == 0 || x.unknown >= 0 || take_sets(&x, &room, loads));
     kmp_arena_free(&room);
-    return ok ? KEMPE_OK : kmp_fail_memory(s->context);
+    KMP_TRY(kmp_made(s->context, ok));
+    if (loads && x.unknown >= 0)
+        return kmp_fail(s->context, KEMPE_E_FAILED,
+                        "loads of least norm: '%s' shares loads with joints, and its own load on bodies is not known; "
+                        "omit --loads",
+                        model->closures[x.unknown].name);
+    return KEMPE_OK;
+}
+
+kempe_status kmp_find_shared_loads(kmp_evaluator *eval, double t, const double *q, kmp_arena *arena,
+                                   kmp_shared_loads *found)
+{
+    return look(eval, t, q, arena, found, 0, NULL, NULL);
+}
+
+kempe_status kmp_least_norm_loads(kmp_evaluator *eval, double t, const double *q, int joints, const int *joint,
+                                  double *loads)
+{
+    kmp_arena arena = {0};
+    kmp_shared_loads found;
+    const int none = 0;
+    kempe_status status = look(eval, t, q, &arena, &found, joints, joint ? joint : &none, loads);
+    kmp_arena_free(&arena);
+    return status;
+}
+
+kempe_status kmp_load_share_read(kempe_context *context, const char *word, bool *least_norm)
+{
+    *least_norm = word && strcmp(word, "least-norm") == 0;
+    return !word || *least_norm ? KEMPE_OK
+                                : kmp_fail(context, KEMPE_E_ARGUMENT, "loads '%s': least-norm is possible", word);
+}
+
+kempe_status kmp_shared_loads_between(kmp_evaluator *eval, const double t[2], const double *const q[2],
+                                      kmp_arena *arena, kmp_shared_loads *found)
+{
+    const kempe_model *model = eval->system->model;
+    kmp_shared_loads first;
+    KMP_TRY(kmp_find_shared_loads(eval, t[0], q[0], arena, &first));
+    KMP_TRY(kmp_find_shared_loads(eval, t[1], q[1], arena, found));
+    for (int k = 0; k < KMP_LOAD_SIZE * model->body_count; k++)
+        found->of_body[0][k] = found->of_body[0][k] && first.of_body[0][k];
+    for (int k = 0; k < KMP_LOAD_SIZE * model->closure_count; k++)
+        found->of_closure[0][k] = found->of_closure[0][k] && first.of_closure[0][k];
+    return KEMPE_OK;
 }
 
 static int put_load(kmp_text *text, const char *name, const bool *flags, int before)
@@ -507,10 +588,72 @@ int kmp_put_shared_loads(kmp_text *text, const kempe_model *model, const kmp_sha
     return count;
 }
 
+/* -- warnings ----------------------------------------------------------------------------------------- */
+
+static void warn(kempe_context *context, const char *names, bool least_norm)
+{
+    kmp_log(context, KEMPE_LOG_WARNING,
+            least_norm
+                ? "loads that are not unique: %s; redundant constraints share them, in parts that the stiffness of "
+                  "the bodies decides, and these are the parts of least norm"
+                : "loads that are not unique: %s; redundant constraints share them, in parts that the stiffness of "
+                  "the bodies decides, and these are the parts of one solution; a joint that leaves more motions "
+                  "free, or a bushing, makes them unique; --loads least-norm gives those of least norm",
+            names);
+}
+
+/* An operand that is the size of a force which is shared, as friction uses it: of -number closures. */
+static bool is_shared_size(const kmp_expr *e, const void *user)
+{
+    const kmp_shared_loads *found = user;
+    bool shared = false;
+    for (int c = e->index; e->kind == KMP_EXPR_LAMBDA && !e->measure && c < e->index - e->number; c++)
+        for (int i = 0; i < 3; i++)
+            shared = shared || found->of_closure[c][i];
+    return shared;
+}
+
+/* Friction whose level is a load that is shared has another level for each stiffness of the bodies. */
+static void doubt_friction(const kempe_system *s, const kmp_shared_loads *found)
+{
+    for (int k = 0; found->loaded && k < s->model->force_count; k++) {
+        const kmp_force *force = &s->model->forces[k];
+        if (kmp_expr_find(force->effort, is_shared_size, found) ||
+            kmp_expr_find(force->holding_effort, is_shared_size, found))
+            kmp_doubt(s->context,
+                      "friction '%s' depends on a load that redundant constraints share, and that is not unique: use "
+                      "joints that leave more motions free, or a bushing",
+                      force->name);
+    }
+}
+
+kempe_status kmp_tell_shared_loads(kmp_evaluator *eval, const double t[2], const double *const q[2], int joints,
+                                   const int *joint, const double *loads, bool least_norm, kmp_arena *arena,
+                                   const char **text)
+{
+    const kempe_model *model = eval->system->model;
+    kmp_shared_loads found;
+    kmp_text names = {0};
+    bool zero = true;
+    KMP_TRY(kmp_shared_loads_between(eval, t, q, arena, &found));
+    for (int k = 0; k < KMP_LOAD_SIZE * (model->closure_count + joints); k++) {
+        const int c = k / KMP_LOAD_SIZE, i = k % KMP_LOAD_SIZE;
+        const bool *shared =
+            c < model->closure_count ? found.of_closure[c] : found.of_body[joint[c - model->closure_count]];
+        zero = zero && (!shared[i] || fabs(loads[k]) < EMPTY);
+    }
+    doubt_friction(eval->system, &found);
+    if ((found.loaded || !zero) && kmp_put_shared_loads(&names, model, &found) > 0)
+        warn(eval->system->context, names.s ? names.s : "", least_norm);
+    *text = names.failed ? NULL : kmp_arena_strdup(arena, names.s ? names.s : "");
+    kmp_text_free(&names);
+    return kmp_made(eval->system->context, *text);
+}
+
 /* -- outputs ------------------------------------------------------------------------------------------ */
 
 typedef struct telling {
-    const kmp_shared_loads *found[2];
+    kmp_shared_loads found;
     kmp_text names;
     int count;
 } telling;
@@ -521,11 +664,7 @@ static unsigned tell_load(telling *w, const kempe_model *model, bool joint, int 
     const char *name = joint ? model->bodies[index].joint : model->closures[index].name;
     unsigned shared = 0;
     for (int i = from; i < to; i++) {
-        const int k = i + 3 * moment;
-        bool both = true;
-        for (int at = 0; at < 2; at++)
-            both = both && (joint ? w->found[at]->of_body[index][k] : w->found[at]->of_closure[index][k]);
-        if (!both)
+        if (!(joint ? w->found.of_body[index] : w->found.of_closure[index])[i + 3 * moment])
             continue;
         kmp_text_printf(&w->names, "%s%s(%s).%c", w->count++ ? ", " : "", moment ? "moment" : "reaction", name,
                         "xyz"[i]);
@@ -561,28 +700,24 @@ static unsigned tell_output(telling *w, const kempe_model *model, const kmp_outp
 }
 
 kempe_status kmp_warn_of_shared_loads(kmp_evaluator *eval, const double t[2], const double *const q[2],
-                                      const double *shown)
+                                      const double *shown, bool least_norm)
 {
     const kempe_model *model = eval->system->model;
     kmp_arena arena = {0};
-    kmp_shared_loads found[2];
-    telling w = {{&found[0], &found[1]}, {0}, 0};
+    telling w = {0};
     bool zero = true;
-    kempe_status status = KEMPE_OK;
-    for (int k = 0; k < 2 && status == KEMPE_OK; k++)
-        status = kmp_find_shared_loads(eval, t[k], q[k], &arena, &found[k]);
+    kempe_status status = kmp_shared_loads_between(eval, t, q, &arena, &w.found);
     for (int o = 0, at = 0; status == KEMPE_OK && o < model->output_count; o++) {
-        const unsigned shared = tell_output(&w, model, &model->outputs[o]);
+        const bool told = !least_norm || model->outputs[o].kind == KMP_OUTPUT_SENSOR;
+        const unsigned shared = told ? tell_output(&w, model, &model->outputs[o]) : 0;
         for (int i = 0; i < 3; i++)
             zero = zero && (!(shared >> i & 1) || fabs(shown[at + i]) < EMPTY);
         at += kmp_output_width(model, &model->outputs[o]);
     }
-    if (w.count > 0 && (found[1].loaded || !zero))
-        kmp_log(eval->system->context, KEMPE_LOG_WARNING,
-                "loads that are not unique: %s; redundant constraints share them, in parts that the stiffness of the "
-                "bodies decides, and these are the parts of one solution; a joint that leaves more motions free, or a "
-                "bushing, makes them unique",
-                w.names.s ? w.names.s : "");
+    if (status == KEMPE_OK)
+        doubt_friction(eval->system, &w.found);
+    if (w.count > 0 && (w.found.loaded || !zero))
+        warn(eval->system->context, w.names.s ? w.names.s : "", false);
     status = w.names.failed ? kmp_fail_memory(eval->system->context) : status;
     kmp_text_free(&w.names);
     kmp_arena_free(&arena);

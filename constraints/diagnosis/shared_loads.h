@@ -25,7 +25,28 @@ int kmp_put_shared_loads(kmp_text *text, const kempe_model *model, const kmp_sha
 /** The names of components: x, y, z, mx, my, mz. */
 extern const char *const kmp_load_words[KMP_LOAD_SIZE];
 
-/** Warns of components of loads that outputs of the model show, or their sensors, and that are shared at both q (n);
- * `shown` has the values of the outputs: where none of these is loaded and all are zero there is no warning. */
+/** The same at two configurations, as of the first and the last row of a result: what is shared at both. */
+kempe_status kmp_shared_loads_between(kmp_evaluator *eval, const double t[2], const double *const q[2],
+                                      kmp_arena *arena, kmp_shared_loads *found);
+
+/** Reads "least-norm"; NULL: the loads are those of one solution. KEMPE_E_ARGUMENT: another word. */
+kempe_status kmp_load_share_read(kempe_context *context, const char *word, bool *least_norm);
+
+/** Shared loads become those of least norm: the sum of the squares of all forces, and of all moments over the
+ * characteristic length, is least. `loads` has KMP_LOAD_SIZE of each closure, then of the joint that carries each body
+ * of `joint`. KEMPE_E_FAILED: loads are shared with a closure whose loads on bodies are not known. */
+kempe_status kmp_least_norm_loads(kmp_evaluator *eval, double t, const double *q, int joints, const int *joint,
+                                  double *loads);
+
+/** Warns of shared loads, and doubts friction that depends on them. *text ("" without any, in the arena): their names,
+ * as kmp_put_shared_loads has them; `loads` as above, at the second configuration: where none of these is loaded and
+ * all are zero there is no warning. */
+kempe_status kmp_tell_shared_loads(kmp_evaluator *eval, const double t[2], const double *const q[2], int joints,
+                                   const int *joint, const double *loads, bool least_norm, kmp_arena *arena,
+                                   const char **text);
+
+/** Warns of components of loads that outputs of the model show, or their sensors, and doubts friction, likewise;
+ * `shown` has the values of the outputs. `least_norm`: those of outputs have the least norm, and sensors alone have
+ * those of one solution. */
 kempe_status kmp_warn_of_shared_loads(kmp_evaluator *eval, const double t[2], const double *const q[2],
-                                      const double *shown);
+                                      const double *shown, bool least_norm);

@@ -30,6 +30,8 @@ typedef struct kempe_equilibrium_options {
     int global;            /* 1: search for further equilibria from random starts */
     int seed;              /* seed of the random starts; 0: 1 */
     int stick;             /* 1: dry friction keeps its places of the start; 0: it has no force at rest */
+    const char *loads;     /* of joints and loops that redundant constraints share: least-norm; NULL: those of one
+                            * solution */
 } kempe_equilibrium_options;
 
 typedef struct kempe_equilibrium kempe_equilibrium;
@@ -50,6 +52,10 @@ KEMPE_API int kempe_equilibrium_count(const kempe_equilibrium *equilibrium);
  * needs more than its static level, so that it is no equilibrium; "undecided". */
 KEMPE_API int kempe_equilibrium_is_stable(const kempe_equilibrium *equilibrium, int k);
 KEMPE_API const char *kempe_equilibrium_stability(const kempe_equilibrium *equilibrium, int k);
+
+/** Components of the loads of joints and loops of the k-th equilibrium that redundant constraints share, and that are
+ * not unique, by name, as "A: x, y, mz; B: x"; "": none. */
+KEMPE_API const char *kempe_equilibrium_loads_not_unique(const kempe_equilibrium *equilibrium, int k);
 
 /** Tables, to be freed with kempe_table_free. KEMPE_E_ARGUMENT: another name.
  * "equilibria", a row each: stability, in words; residual, relative; potential; hits, the starts that ended there; the

@@ -34,6 +34,8 @@ typedef struct kempe_inverse_options {
     double t_end;             /* s: end of the drives' motion; of a table at most its last time */
     double output_step;       /* s between rows; with a table, 0: its own rows */
     int no_convergence_check; /* 1: no check of rates and accelerations derived from a table's rows */
+    const char *loads;        /* of joints and loops that redundant constraints share: least-norm; NULL: those of one
+                               * solution */
 } kempe_inverse_options;
 
 typedef struct kempe_inverse kempe_inverse;
@@ -58,6 +60,10 @@ KEMPE_API int kempe_inverse_rank(const kempe_inverse *inverse);
 
 /** Largest |M qdd + C - J' lambda - S tau| of all rows, relative to the size of its terms. */
 KEMPE_API double kempe_inverse_residual(const kempe_inverse *inverse);
+
+/** Components of the loads of joints and loops that redundant constraints share, and that are not unique, by name, as
+ * "A: x, y, mz; B: x"; "": none. */
+KEMPE_API const char *kempe_inverse_loads_not_unique(const kempe_inverse *inverse);
 
 KEMPE_API kempe_status kempe_inverse_print(const kempe_inverse *inverse, kempe_format format, char **text);
 

@@ -239,6 +239,8 @@ typedef struct kempe_run_options {
                         * track; 0: the model's, or by the tolerances */
     int full_convergence_check; /* 1: the whole run is repeated; 0: long runs of vehicles on rails are repeated in
                                  * parts, if these are clearly accurate (docs/theory.md) */
+    const char *loads;          /* of joints and loops that redundant constraints share, in outputs of kempe_simulate:
+                                 * least-norm;          NULL: those of one solution */
 } kempe_run_options;
 
 typedef struct kempe_trajectory kempe_trajectory;

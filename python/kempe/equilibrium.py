@@ -12,7 +12,7 @@ class Equilibrium(Reported):
     """Equilibria and their stability; the first is the one found from the start, if there is one."""
 
     _noun = "equilibrium"
-    _kept_each = ("stability", "is_stable")
+    _kept_each = ("stability", "is_stable", "loads_not_unique")
     equilibria: TableOf = TableOf(
         "A row each: stability, residual, potential (J), hits, unknowns, q.NAME, qd.NAME, lambda.CLOSURE.k."
     )
@@ -29,3 +29,7 @@ class Equilibrium(Reported):
         """No small motion about it grows; None: undecided."""
         judged = int(lib.kempe_equilibrium_is_stable(self._pointer, k))
         return None if judged < 0 else bool(judged)
+
+    def loads_not_unique(self, k: int = 0) -> str:
+        """Loads of joints and loops that redundant constraints share, as "A: x, y, mz"; "": none."""
+        return string(lib.kempe_equilibrium_loads_not_unique(self._pointer, k))

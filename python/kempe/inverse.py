@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from ._native import lib
+from .context import string
 from .result import Judged, Reported, TableOf
 
 
@@ -11,7 +12,7 @@ class Inverse(Judged, Reported):
     """Actuator forces and torques of a prescribed motion."""
 
     _noun = "inverse"
-    _kept = ("dof", "rank", "residual")
+    _kept = ("dof", "rank", "residual", "loads_not_unique")
     rows: TableOf = TableOf(
         "t, tau.NAME (N m or N), power.NAME (W), q.NAME, qd.NAME, qdd.NAME, lambda.CLOSURE.k, reactions."
     )
@@ -30,3 +31,8 @@ class Inverse(Judged, Reported):
     def residual(self) -> float:
         """Largest |M qdd + C - J' lambda - S tau|, relative to the size of its terms."""
         return float(lib.kempe_inverse_residual(self._pointer))
+
+    @property
+    def loads_not_unique(self) -> str:
+        """Loads of joints and loops that redundant constraints share, as "A: x, y, mz"; "": none."""
+        return string(lib.kempe_inverse_loads_not_unique(self._pointer))

@@ -13,6 +13,7 @@ void kmp_samples_free(kmp_samples *table)
 {
     kmp_free(table->t);
     kmp_free(table->work);
+    kmp_free(table->shown);
     for (int k = 0; k < KMP_QUANTITIES; k++)
         kmp_free(table->value[k]);
     *table = (kmp_samples){0};

@@ -12,6 +12,8 @@ typedef struct kmp_samples {
     double *value[KMP_QUANTITIES]; /* rows x n (or m); in references NaN where not given */
     const bool *shared; /* m, of references, not their own: multipliers that redundant rows leave open, which are not
                          * judged; NULL: none */
+    double
+        *shown; /* rows x the width of outputs, where loads are shared as requested; NULL: as the equations have it */
 } kmp_samples;
 
 void kmp_samples_init(kmp_samples *table, int n, int m);

@@ -3,8 +3,12 @@
  * mechanism where another joint is cut, and with the multipliers of locks. Loads that are not known are refused. */
 #include "balance_of_body.h"
 #include "constraints/diagnosis/shared_loads.h"
+#include "studies/equilibrium/balances.h"
+#include "studies/inverse/inverse_study.h"
+#include "studies/simulate/trajectory.h"
 #include "ways.h"
 #include <kempe/check.h>
+#include <kempe/inverse.h>
 #include <math.h>
 
 /* -- balance of a body ------------------------------------------------------------------------------- */
@@ -384,6 +388,86 @@ static void shared_loads(void)
 
 /* -- refused ----------------------------------------------------------------------------------------- */
 
+/* A frame on two hinges, 1 m apart, with all its mass 0.1 m from their middle: by Lagrange's multipliers the least sum
+ * of squares has forces with the difference d and moments L^2 d, where d/2 + 2 L^2 d is the moment of the weight. */
+static void loads_of_least_norm(void)
+{
+    loaded l =
+        load_text("kempe: 1\ngravity: [0, 0, -10]\nground: {points: {L: [-0.5, 0, 0], R: [0.5, 0, 0]}}\n"
+                  "bodies: {b: {mass: 7, com: [0.1, 0, -0.3], inertia: {xx: 0.2, yy: 0.6, zz: 0.5}, "
+                  "points: {L: [-0.5, 0, 0], R: [0.5, 0, 0]}}}\n"
+                  "joints: {hL: {revolute: [ground.L, b.L], axis: x}, hR: {revolute: [ground.R, b.R], axis: x}}\n"
+                  "run: {t_end: 0.1, output_step: 0.05, outputs: [reaction(hL), moment(hR), reaction(hR)]}\n");
+    const double square = l.system->length * l.system->length, d = 7 / (0.5 + 2 * square);
+    const kempe_run_options run = {.loads = "least-norm"}, other = {.loads = "even"};
+    const kempe_inverse_options ask = {.actuators = "hL", .loads = "least-norm"}, plain = {.actuators = "hL"};
+    const kempe_equilibrium_options options = {.loads = "least-norm"}, solved = {.loads = "least-norm", .hold = "hL=0"};
+    static const char *const names = "hL: x, y, z, my, mz; hR: x, y, z, my, mz";
+    kempe_trajectory *t = NULL;
+    kempe_inverse *r = NULL;
+    kempe_equilibrium *e = NULL;
+    kempe_table *rows = NULL;
+    CHECK(kempe_simulate(l.system, &run, &t) == KEMPE_OK && kempe_trajectory_table(t, "rows", &rows) == KEMPE_OK);
+    CHECK(t && !strstr(t->warnings, "not unique"));
+    for (int row = 0; rows && row < 3; row++) {
+        CHECK_NEAR(kempe_table_number(rows, row, kempe_table_find(rows, "reaction.hL.z")), 35 - d / 2, 1e-12);
+        CHECK_NEAR(kempe_table_number(rows, row, kempe_table_find(rows, "reaction.hR.z")), 35 + d / 2, 1e-12);
+        CHECK_NEAR(kempe_table_number(rows, row, kempe_table_find(rows, "moment.hR.y")), -square * d, 1e-12);
+    }
+    kempe_table_free(rows);
+    kempe_trajectory_free(t);
+    CHECK(kempe_simulate(l.system, &other, &t) == KEMPE_E_ARGUMENT);
+    CHECK(kempe_inverse_new(l.system, &ask, &r) == KEMPE_OK && kempe_inverse_table(r, "rows", &rows) == KEMPE_OK);
+    CHECK_NEAR(kempe_table_number(rows, 0, kempe_table_find(rows, "reaction.hR.z")), 35 + d / 2, 1e-12);
+    CHECK_NEAR(kempe_table_number(rows, 0, kempe_table_find(rows, "moment.hL.y")), -square * d, 1e-12);
+    CHECK_TEXT(kempe_inverse_loads_not_unique(r), names);
+    kempe_table_free(rows);
+    kempe_inverse_free(r);
+    CHECK(kempe_inverse_new(l.system, &plain, &r) == KEMPE_OK);
+    CHECK(r && strstr(r->warnings, "loads that are not unique: hL: x, y, z, my, mz; hR: x, "));
+    kempe_inverse_free(r);
+    CHECK(kempe_equilibrium_new(l.system, &options, &e) == KEMPE_OK && e->loads.joints == 1);
+    CHECK_TEXT(kempe_equilibrium_loads_not_unique(e, 0), names);
+    for (int k = 0; e && k < 2; k++) { /* the closure, then the joint of the tree */
+        CHECK_NEAR(e->balance[0].reaction[6 * k + 2], 35 + (k ? -d / 2 : d / 2), 1e-12);
+        CHECK_NEAR(e->balance[0].reaction[6 * k + 4], -square * d, 1e-12);
+    }
+    kempe_equilibrium_free(e);
+    CHECK(kempe_equilibrium_new(l.system, &solved, &e) == KEMPE_E_ARGUMENT);
+    unload(&l);
+}
+
+/* The level of friction on one of the two hinges is arbitrary. In a flat four-bar forces across its plane are shared,
+ * which its weight does not load: those in the plane press. */
+static void friction_on_shared_loads(void)
+{
+    static const char *const texts[] = {
+        "ground: {points: {L: [-0.5, 0, 0], R: [0.5, 0, 0]}}\n"
+        "bodies: {b: {mass: 7, com: [0.1, 0, -0.3], inertia: {xx: 0.2, yy: 0.6, zz: 0.5}, "
+        "points: {L: [-0.5, 0, 0], R: [0.5, 0, 0]}}}\n"
+        "joints: {hL: {revolute: [ground.L, b.L], axis: x}, hR: {revolute: [ground.R, b.R], axis: x}}\n"
+        "start: {q: {hL: 1}}\n",
+        "ground: {points: {O: [0, 0, 0], D: [0.9, 0, 0]}}\nbodies:\n"
+        "  crank: {mass: 1, inertia: {yy: 0.01}, points: {O: [0, 0, 0], B: [0, 0, 0.3]}}\n"
+        "  coupler: {mass: 2, inertia: {yy: 0.1}, points: {B: [0, 0, 0.3], C: [0.8, 0, 0.6]}}\n"
+        "  rocker: {mass: 2, inertia: {yy: 0.1}, points: {D: [0.9, 0, 0], C: [0.8, 0, 0.6]}}\n"
+        "joints: {hL: {revolute: [ground.O, crank.O], axis: y}, B: {revolute: [crank.B, coupler.B], axis: y}, "
+        "C: {revolute: [coupler.C, rocker.C], axis: y}, D: {revolute: [ground.D, rocker.D], axis: y}}\n"};
+    for (int k = 0; k < 2; k++) {
+        char text[2048];
+        kempe_trajectory *t = NULL;
+        (void)snprintf(text, sizeof text,
+                       "kempe: 1\ngravity: [0, 0, -10]\n%sforces: {f: {joint: hL, friction: {mu: 0.3, radius: 0.02}}}\n"
+                       "run: {t_end: 0.1, outputs: [q]}\n",
+                       texts[k]);
+        loaded l = load_text(text);
+        CHECK(kempe_simulate(l.system, NULL, &t) == (k ? KEMPE_OK : KEMPE_UNTRUSTED));
+        CHECK(k || (t && strstr(t->warnings, "friction 'f' depends on a load that redundant constraints share")));
+        kempe_trajectory_free(t);
+        unload(&l);
+    }
+}
+
 static void refused(void)
 {
     load_rejected("kempe: 1\nbodies:\n"
@@ -441,6 +525,8 @@ int main(void)
     TEST(multipliers_of_locks);
     TEST(rigid_contact);
     TEST(shared_loads);
+    TEST(loads_of_least_norm);
+    TEST(friction_on_shared_loads);
     TEST(refused);
     TEST(rolling);
     return check_report();

@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "constraints/closing/assembly_modes.h"
 #include "constraints/closing/charts.h"
+#include "constraints/diagnosis/shared_loads.h"
 #include "constraints/tolerances.h"
 #include "output/quantity.h"
 #include "studies/equilibrium/descent.h"
@@ -51,14 +52,38 @@ kempe_status kmp_balance_add_loads(kempe_equilibrium *e, const kmp_linear *linea
     const int count = s->model->closure_count + e->loads.joints;
     const kmp_instant at = {
         .t = linear->t, .q = b->q, .qd = b->qd, .qdd = zero, .lambda = lambda, .inputs = &linear->eval->inputs};
-    const int values = e->exchange ? 3 : KMP_LOAD_VALUES;
     if (count > 0)
         load = e->exchange ? kmp_eval_reactions(linear->eval, linear->t, linear->q, lambda)
                            : kmp_all_loads_at(&e->loads, &at);
-    b->reaction = KMP_ARENA_NEW(&e->arena, double, 3 * count);
-    for (int k = 0; b->reaction && load && k < 3 * count; k++)
-        b->reaction[k] = load[values * (k / 3) + k % 3];
+    b->not_unique = "";
+    b->reaction = KMP_ARENA_NEW(&e->arena, double, KMP_LOAD_VALUES *count);
+    for (int k = 0; b->reaction && load && k < KMP_LOAD_VALUES * count; k++)
+        if (!e->exchange)
+            b->reaction[k] = load[k];
+        else if (k % KMP_LOAD_VALUES < 3)
+            b->reaction[k] = load[3 * (k / KMP_LOAD_VALUES) + k % KMP_LOAD_VALUES];
     return kmp_made(s->context, b->reaction);
+}
+
+/* Names the loads of each equilibrium that redundant constraints share, and shares them as requested. */
+static kempe_status share_loads(kempe_equilibrium *e)
+{
+    kmp_evaluator *eval = e->system->model->closure_count > 0 ? kmp_eval_new(e->system, "tape") : NULL;
+    kempe_status status = eval || e->system->model->closure_count == 0 ? KEMPE_OK : KEMPE_E_MEMORY;
+    for (int k = 0; eval && status == KEMPE_OK && k < e->count; k++) {
+        kmp_balance *b = &e->balance[k];
+        const double t[2] = {0};
+        const double *const q[2] = {b->q, b->q};
+        const char *text = NULL;
+        if (e->least_norm)
+            status = kmp_least_norm_loads(eval, 0, b->q, e->loads.joints, e->loads.joint, b->reaction);
+        if (status == KEMPE_OK)
+            status = kmp_tell_shared_loads(eval, t, q, e->loads.joints, e->loads.joint, b->reaction, e->least_norm,
+                                           &e->arena, &text);
+        b->not_unique = text;
+    }
+    kmp_eval_free(eval);
+    return status;
 }
 
 /* Stores l's state, in its charts, if it is a new one. `near` (n): angles are stored within half a turn of these. */
@@ -119,8 +144,13 @@ static kempe_status read_options(kempe_equilibrium *e, const kempe_equilibrium_o
     if (e->stick && e->all)
         return kmp_fail(e->requested->context, KEMPE_E_ARGUMENT,
                         "--global cannot be combined with --stick: friction sticks where the start has it");
+    KMP_TRY(kmp_load_share_read(e->requested->context, options->loads, &e->least_norm));
     if (!(options->hold || options->target || options->solve_for))
         return KEMPE_OK;
+    if (e->least_norm)
+        return kmp_fail(e->requested->context, KEMPE_E_ARGUMENT,
+                        "--loads cannot be combined with --hold, --target and --solve-for: set what they find with "
+                        "--set, and omit them");
     KMP_TRY(kmp_exchange_new(e->requested, options->hold, options->target, options->solve_for, e->rates, e->rate_count,
                              &e->exchange));
     e->system = e->exchange->system;
@@ -365,6 +395,8 @@ kempe_status kempe_equilibrium_new(const kempe_system *system, const kempe_equil
         status = read_options(e, options);
     if (status == KEMPE_OK)
         status = find(e, options);
+    if (status == KEMPE_OK)
+        status = share_loads(e);
     e->warnings = kmp_context_warnings(system->context);
     e->status = status = kmp_context_verdict(system->context, status);
     return KMP_GIVE_OR_FREE(status, equilibrium, e, kempe_equilibrium_free);
@@ -385,6 +417,8 @@ void kempe_equilibrium_free(kempe_equilibrium *equilibrium)
 
 /* -- results ----------------------------------------------------------------------------------------- */
 
+KMP_GETTER_AT(const char *kempe_equilibrium_loads_not_unique(const kempe_equilibrium *equilibrium, int k), equilibrium,
+              k, equilibrium->count, equilibrium->balance[k].not_unique, "")
 KMP_GETTER(int kempe_equilibrium_count(const kempe_equilibrium *equilibrium), equilibrium, equilibrium->count, 0)
 
 int kempe_equilibrium_is_stable(const kempe_equilibrium *equilibrium, int k)

@@ -29,10 +29,11 @@ typedef struct kmp_balance_contact {
 } kmp_balance_contact;
 
 typedef struct kmp_balance {
-    double *q, *qd;   /* n, as the user counts them */
-    double *lambda;   /* m */
-    double *reaction; /* 3 a closure, then 3 a joint of the tree that has a load */
-    double *freed;    /* values solved for */
+    double *q, *qd;         /* n, as the user counts them */
+    double *lambda;         /* m */
+    double *reaction;       /* KMP_LOAD_VALUES a closure, then a joint of the tree that has a load */
+    const char *not_unique; /* names of loads that redundant constraints share; "": none */
+    double *freed;          /* values solved for */
     double residual, potential;
     kmp_stability stability;
     int *idle; /* coordinates that nothing depends on: they stayed where they were */
@@ -64,8 +65,8 @@ struct kempe_equilibrium {
     bool newton, all, many;                /* many: ended before its time, more than KMP_MOST_BALANCES */
     bool from_start;                       /* the first was reached from the start */
     int starts, closed, found;
-    kmp_all_loads loads; /* derived at the first balance */
-    bool has_loads;
+    kmp_all_loads loads;        /* derived at the first balance */
+    bool has_loads, least_norm; /* of loads that are shared */
     kmp_balance balance[KMP_MOST_BALANCES];
     int count;
     kmp_arena arena;

@@ -56,8 +56,12 @@ static void show_reactions(kmp_text *text, const kempe_equilibrium *e, const kmp
     kmp_text_printf(text, "\n  %-*s  %16s  %16s  %16s  N, ground axes\n", width, "", "reaction x", "y", "z");
     for (int k = 0; k < model->closure_count + e->loads.joints; k++)
         if (k >= model->closure_count || !kmp_closure_is_of_modes(&model->closures[k]))
-            kmp_text_printf(text, "  %-*s  %16.9g  %16.9g  %16.9g\n", width, name_of_load(e, k), b->reaction[3 * k],
-                            b->reaction[3 * k + 1], b->reaction[3 * k + 2]);
+            kmp_text_printf(text, "  %-*s  %16.9g  %16.9g  %16.9g\n", width, name_of_load(e, k),
+                            b->reaction[KMP_LOAD_VALUES * k], b->reaction[KMP_LOAD_VALUES * k + 1],
+                            b->reaction[KMP_LOAD_VALUES * k + 2]);
+    if (*b->not_unique)
+        kmp_text_printf(text, "\nloads      not unique, those of %s: %s\n",
+                        e->least_norm ? "least norm" : "one solution", b->not_unique);
 }
 
 static void show_friction(kmp_text *text, const kmp_balance *b)
@@ -314,8 +318,13 @@ static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_bala
     kmp_json_put(j, "} reaction {");
     for (int k = 0; k < model->closure_count + e->loads.joints; k++)
         if (k >= model->closure_count || !kmp_closure_is_of_modes(&model->closures[k]))
-            kmp_json_numbers(j, name_of_load(e, k), 3, b->reaction + 3 * k);
-    kmp_json_put(j, "} potential %g iterations %d exchanges %d", b->potential, b->iterations, b->exchanges);
+            kmp_json_numbers(j, name_of_load(e, k), 3, b->reaction + KMP_LOAD_VALUES * k);
+    kmp_json_put(j, "} moment {");
+    for (int k = 0; k < model->closure_count + e->loads.joints; k++)
+        if (!e->exchange && (k >= model->closure_count || !kmp_closure_is_of_modes(&model->closures[k])))
+            kmp_json_numbers(j, name_of_load(e, k), 3, b->reaction + KMP_LOAD_VALUES * k + 3);
+    kmp_json_put(j, "} loads_not_unique %s load_share %s", b->not_unique, e->least_norm ? "least-norm" : NULL);
+    kmp_json_put(j, "potential %g iterations %d exchanges %d", b->potential, b->iterations, b->exchanges);
     kmp_json_numbers(j, "history", b->iterations, b->residuals);
     kmp_json_whole(j, "hits", b->hits);
     if (kmp_model_friction_count(model) > 0)

@@ -168,7 +168,7 @@ static void show_redundant(kmp_text *text, const kempe_inverse *r)
     int reported = 0;
     if (!is_redundant(r))
         return;
-    kmp_text_put(text, "closures  redundant: reactions are those of the independent rows, zero in");
+    kmp_text_put(text, "closures  redundant: multipliers are those of the independent rows, zero in");
     for (int k = 0; k < r->m; k++)
         if (r->redundant[k] && reported++ < MOST_TOLD)
             kmp_text_printf(text, " %s", r->system->row_names[k]);
@@ -194,6 +194,9 @@ static void show_verdict(kmp_text *text, const kempe_inverse *r)
     if (r->rank < r->freedoms)
         kmp_text_printf(text, "unbalanced  %.2e of the required generalized forces\n", kmp_inverse_unmet(r));
     show_redundant(text, r);
+    if (*r->not_unique)
+        kmp_text_printf(text, "loads     not unique, those of %s: %s\n", r->least_norm ? "least norm" : "one solution",
+                        r->not_unique);
     show_singular(text, r);
     if (r->off_coordinate >= 0)
         kmp_text_printf(text, "table     violates the closures by at most %.2e (%s, t = %.6g s)\n", r->off,
@@ -329,6 +332,7 @@ static void json_rows(kmp_json *json, const kempe_inverse *r)
     json_multipliers(json, r);
     json_vectors(json, "reaction", r, r->at.force);
     json_vectors(json, "moment", r, r->at.moment);
+    kmp_json_put(json, "loads_not_unique %s load_share %s", r->not_unique, r->least_norm ? "least-norm" : NULL);
 }
 
 static void json(kmp_text *text, const void *result)

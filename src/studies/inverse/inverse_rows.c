@@ -37,6 +37,7 @@ kmp_inverse_summary kmp_inverse_summarise(const kempe_inverse *inverse, int k)
 KMP_GETTER(const char *kempe_inverse_status(const kempe_inverse *inverse), inverse,
            kmp_checked_word(inverse->status, !inverse->unchecked), "")
 KMP_GETTER(const char *kempe_inverse_reason(const kempe_inverse *inverse), inverse, inverse->reason, "")
+KMP_GETTER(const char *kempe_inverse_loads_not_unique(const kempe_inverse *inverse), inverse, inverse->not_unique, "")
 KMP_GETTER(int kempe_inverse_dof(const kempe_inverse *inverse), inverse, inverse->freedoms, 0)
 KMP_GETTER(int kempe_inverse_rank(const kempe_inverse *inverse), inverse, inverse->rank, 0)
 KMP_GETTER(double kempe_inverse_residual(const kempe_inverse *inverse), inverse, inverse->residual, NAN)

@@ -4,6 +4,7 @@
 #include "studies/inverse/inverse_study.h"
 #include "base/clock.h"
 #include "base/memory.h"
+#include "constraints/diagnosis/shared_loads.h"
 #include "derivatives/all_loads.h"
 #include "dynamics/closures.h"
 #include "dynamics/load_dependent.h"
@@ -44,6 +45,7 @@ typedef struct job {
     kmp_prescribed_motion prescribed;
     kmp_inverse inverse;
     kmp_all_loads loads;
+    double *load;    /* of the last row */
     kmp_arena arena; /* of scratch */
 } job;
 
@@ -54,7 +56,8 @@ static kempe_inverse *result_new(const kempe_system *s)
     kempe_inverse *r = KMP_NEW(kempe_inverse, 1);
     if (!r)
         return NULL;
-    *r = (kempe_inverse){.system = s, .n = s->n, .m = s->m, .off_coordinate = -1, .build_s = s->build_s};
+    *r = (kempe_inverse){
+        .system = s, .n = s->n, .m = s->m, .off_coordinate = -1, .build_s = s->build_s, .not_unique = ""};
     kmp_arena *a = &r->arena;
     if (!KMP_ARENA_MAKE(a, KMP_ROOM(int, s->model->closure_count, &r->loop),
                         KMP_ROOM(int, s->model->body_count, &r->joint),
@@ -384,6 +387,9 @@ static kempe_status prepare(job *j)
     r->joints = j->loads.joints;
     if (r->joints > 0)
         memcpy(r->joint, j->loads.joint, (size_t)r->joints * sizeof *r->joint);
+    KMP_TRY(kmp_load_share_read(j->context, j->options->loads, &r->least_norm));
+    j->load = KMP_ARENA_NEW(&j->arena, double, KMP_LOAD_VALUES *(j->system->model->closure_count + r->joints) + 1);
+    KMP_TRY(kmp_made(j->context, j->load));
     return make_rows(r, j->times.count) ? KEMPE_OK : kmp_fail_memory(j->context);
 }
 
@@ -445,7 +451,7 @@ static void note_row(job *j, double t)
         r->redundant[v->part.redundant[k]] = r->redundant[v->part.redundant[k]] || !v->left_out[v->part.redundant[k]];
 }
 
-static void keep_row(job *j)
+static kempe_status keep_row(job *j)
 {
     kempe_inverse *r = j->r;
     const kmp_prescribed_motion *g = &j->prescribed;
@@ -465,14 +471,19 @@ static void keep_row(job *j)
     for (int k = 0; k < r->m; k++)
         if (has_multiplier(r, k))
             *lambda++ = v->lambda[k];
-    const double *load = r->loops + r->joints > 0 ? kmp_all_loads_at(&j->loads, &at) : NULL;
+    const size_t loads = KMP_LOAD_VALUES * (size_t)(j->system->model->closure_count + r->joints);
+    if (loads > 0)
+        memcpy(j->load, kmp_all_loads_at(&j->loads, &at), loads * sizeof *row);
+    if (r->least_norm)
+        KMP_TRY(kmp_least_norm_loads(g->eval, g->t, g->q, r->joints, r->joint, j->load));
     for (int l = 0; l < r->loops + r->joints; l++) {
         const int place = l < r->loops ? r->loop[l] : j->system->model->closure_count + l - r->loops;
-        memcpy(row + r->at.force + 3 * l, load + KMP_LOAD_VALUES * place, vector);
-        memcpy(row + r->at.moment + 3 * l, load + KMP_LOAD_VALUES * place + 3, vector);
+        memcpy(row + r->at.force + 3 * l, j->load + KMP_LOAD_VALUES * place, vector);
+        memcpy(row + r->at.moment + 3 * l, j->load + KMP_LOAD_VALUES * place + 3, vector);
     }
     note_row(j, g->t);
     r->rows++;
+    return KEMPE_OK;
 }
 
 /* States at the k-th instant, t: of the run; of the table, where those that change at instants keep the value of the
@@ -512,7 +523,7 @@ static kempe_status follow(job *j)
         if (kmp_interrupted(j->context))
             return kmp_fail(j->context, KEMPE_STOPPED, "interrupted at t = %.9g s", j->prescribed.t);
         KMP_TRY(go_to(j, k, j->times.t[k] + j->t_first));
-        keep_row(j);
+        KMP_TRY(keep_row(j));
         kmp_progress(j->context, KMP_PROGRESS_STUDY, k + 1, j->times.count, "rows");
     }
     return KEMPE_OK;
@@ -559,6 +570,18 @@ static kempe_status follow_again(job *j, const double *size, double end)
     if (status != KEMPE_OK)
         r->again.stopped = j->prescribed.t;
     return status == KEMPE_E_MEMORY ? status : KEMPE_OK;
+}
+
+/* Names loads that are shared at the first row and the last. */
+static kempe_status tell_shared_loads(const job *j)
+{
+    kempe_inverse *r = j->r;
+    if (r->rows == 0 || r->system->model->closure_count == 0)
+        return KEMPE_OK;
+    const double t[2] = {r->t[0], r->t[r->rows - 1]};
+    const double *const q[2] = {kmp_inverse_part(r, 0, r->at.q), kmp_inverse_part(r, r->rows - 1, r->at.q)};
+    return kmp_tell_shared_loads(j->prescribed.eval, t, q, r->joints, r->joint, j->load, r->least_norm, &r->arena,
+                                 &r->not_unique);
 }
 
 static void warn_again(const kempe_inverse *r)
@@ -671,6 +694,7 @@ static kempe_status run(job *j)
     }
     KMP_TRY(settle_reason(r));
     warn_of_guides(j);
+    KMP_TRY(tell_shared_loads(j));
     bool differentiated = is_differentiated(&j->table);
     r->unchecked = j->options->no_convergence_check && differentiated;
     return differentiated && !r->unchecked ? check_again(j) : KEMPE_OK;

@@ -54,7 +54,9 @@ struct kempe_inverse {
     bool *redundant;             /* m: rows that were dropped at some time */
     int *start_u, start_u_count; /* of the start: coordinates that are not accelerated */
     bool unchecked;              /* without the repeat, as requested */
-    kmp_convergence again; /* with every other row of the table; unknown where it has all rates and accelerations */
+    kmp_convergence again;  /* with every other row of the table; unknown where it has all rates and accelerations */
+    bool least_norm;        /* shared loads */
+    const char *not_unique; /* their names; "": none */
     double build_s, cpu_s;
 };
 

@@ -5,6 +5,7 @@
 #include "constraints/closing/assembly_modes.h"
 #include "constraints/diagnosis/shared_loads.h"
 #include "constraints/evaluation/load_multipliers.h"
+#include "derivatives/all_loads.h"
 #include "integrators/steppers/solver.h"
 #include "model/tables/coordinates.h"
 #include "model/tables/output_table.h"
@@ -29,6 +30,8 @@ enum { MANY_ROWS = 200 };
 #define OF_FEW_ROWS 0.05
 /* Times the tolerances; forms that let positions drift keep it. */
 #define TRUSTED_GAP 1e4
+/* Loads that are evaluated in two ways are the same up to rounding. */
+#define SAME_LOAD 1e-9
 
 /* All that a simulation needs until it is done. */
 typedef struct job {
@@ -46,6 +49,7 @@ typedef struct job {
     kempe_assembly start;
     double *static_loads; /* of wheels */
     kmp_step_counts counts;
+    bool least_norm; /* loads that redundant constraints share */
 } job;
 
 /* -- options ----------------------------------------------------------------------------------------- */
@@ -147,6 +151,7 @@ static kempe_status prepare_resume(job *j)
 static kempe_status prepare(job *j)
 {
     KMP_TRY(kmp_spec_of(j->system, j->run, &j->arena, &j->spec));
+    KMP_TRY(kmp_load_share_read(j->context, j->run->loads, &j->least_norm));
     KMP_TRY(prepare_times(j));
     return prepare_resume(j);
 }
@@ -253,6 +258,8 @@ static kempe_status settle_reason(kempe_trajectory *t, kempe_context *context)
 const double *kmp_samples_shown(const kmp_samples *table, kmp_evaluator *eval, int row)
 {
     eval->inputs.before = true;
+    if (table->shown)
+        return table->shown + (ptrdiff_t)row * kmp_outputs_width(eval->system->model);
     return kmp_eval_shown(eval, kmp_samples_time(table, row), kmp_samples_get(table, KMP_QUANTITY_Q, row),
                           kmp_samples_get(table, KMP_QUANTITY_QD, row), kmp_samples_get(table, KMP_QUANTITY_QDD, row),
                           kmp_samples_get(table, KMP_QUANTITY_LAMBDA, row));
@@ -356,7 +363,66 @@ static kempe_status warn_of_loads(const kempe_trajectory *t, kmp_evaluator *eval
     const double at[2] = {kmp_samples_time(&t->table, 0), kmp_samples_time(&t->table, last)};
     const double *const q[2] = {kmp_samples_get(&t->table, KMP_QUANTITY_Q, 0),
                                 kmp_samples_get(&t->table, KMP_QUANTITY_Q, last)};
-    return kmp_warn_of_shared_loads(eval, at, q, t->shown);
+    return kmp_warn_of_shared_loads(eval, at, q, t->shown, t->table.shown);
+}
+
+/* Puts loads, KMP_LOAD_VALUES of each closure and joint, in place of those that outputs show. False: one of these is
+ * not that of `before`, which the equations have. */
+static bool put_loads(const kmp_all_loads *loads, const kempe_model *model, const double *before, const double *values,
+                      double *shown)
+{
+    double size = 0;
+    for (int k = 0; k < KMP_LOAD_VALUES * (model->closure_count + loads->joints); k++)
+        size = fmax(size, fabs(before[k]));
+    for (int o = 0, at = 0; o < model->output_count; at += kmp_output_width(model, &model->outputs[o++])) {
+        const kmp_output *output = &model->outputs[o];
+        const bool joint = output->kind == KMP_OUTPUT_JOINT_REACTION || output->kind == KMP_OUTPUT_JOINT_MOMENT;
+        const bool moment = output->kind == KMP_OUTPUT_MOMENT || output->kind == KMP_OUTPUT_JOINT_MOMENT;
+        int place = output->index;
+        if (!joint && !moment && output->kind != KMP_OUTPUT_REACTION)
+            continue;
+        for (int k = 0; joint && k < loads->joints; k++)
+            place = loads->joint[k] == output->index + 1 ? model->closure_count + k : place;
+        for (int i = 0; i < 3; i++) {
+            const int k = KMP_LOAD_VALUES * place + 3 * moment + i;
+            if (!(fabs(shown[at + i] - before[k]) <= SAME_LOAD * size))
+                return false;
+            shown[at + i] = values[k];
+        }
+    }
+    return true;
+}
+
+/* Outputs of all rows with the loads of least norm. */
+static kempe_status share_loads(kempe_trajectory *t, const job *j, kmp_evaluator *eval)
+{
+    const kempe_model *model = t->system->model;
+    const int width = kmp_outputs_width(model);
+    kmp_all_loads loads;
+    KMP_TRY(kmp_all_loads_init(&loads, t->system));
+    const int count = KMP_LOAD_VALUES * (model->closure_count + loads.joints);
+    double *all = KMP_ARENA_NEW(&loads.arena, double, count + 1), *shown = KMP_NEW(double, t->table.rows *width);
+    kempe_status status = kmp_made(j->context, all && shown);
+    for (int row = 0; status == KEMPE_OK && row < t->table.rows; row++) {
+        double *here = shown + (ptrdiff_t)row * width;
+        memcpy(here, kmp_samples_shown(&t->table, eval, row), (size_t)width * sizeof *here);
+        const kmp_instant at = kmp_instant_of(
+            eval, kmp_samples_time(&t->table, row), kmp_samples_get(&t->table, KMP_QUANTITY_Q, row),
+            kmp_samples_get(&t->table, KMP_QUANTITY_QD, row), kmp_samples_get(&t->table, KMP_QUANTITY_QDD, row),
+            kmp_samples_get(&t->table, KMP_QUANTITY_LAMBDA, row));
+        const double *before = kmp_all_loads_at(&loads, &at);
+        memcpy(all, before, (size_t)count * sizeof *all);
+        status = kmp_least_norm_loads(eval, at.t, at.q, loads.joints, loads.joint, all);
+        if (status == KEMPE_OK && !put_loads(&loads, model, before, all, here))
+            status = kmp_fail(j->context, KEMPE_E_FAILED,
+                              "loads of least norm are not known for the forces of this model; omit --loads");
+    }
+    kmp_all_loads_free(&loads);
+    if (status == KEMPE_OK)
+        t->table.shown = shown;
+    else
+        kmp_free(shown);
+    return status;
 }
 
 static kempe_status judge(kempe_trajectory *t, job *j)
@@ -369,8 +435,11 @@ static kempe_status judge(kempe_trajectory *t, job *j)
         t->verdict = kmp_verdict_of(&t->table, eval, j->has_reference ? &j->reference : NULL);
     warn_of_verdict(t);
     watch_modes(t);
+    if (status == KEMPE_OK && j->least_norm && shows_loads(t->system->model) && t->table.rows > 0)
+        status = share_loads(t, j, eval);
     judge_last_row(t, eval);
-    if (status == KEMPE_OK && shows_loads(t->system->model) && t->table.rows > 0)
+    if (status == KEMPE_OK && (shows_loads(t->system->model) || kmp_model_has_loads(t->system->model)) &&
+        t->table.rows > 0)
         status = warn_of_loads(t, eval);
     kmp_eval_free(eval);
     return status;
