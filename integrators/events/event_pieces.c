@@ -18,18 +18,29 @@ enum {
 
 /* -- bounds over a piece ------------------------------------------------------------------------------ */
 
+/* The compiler makes instructions of these comparisons, and calls of fmin and fmax. */
+static double least_of(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+static double most_of(double a, double b)
+{
+    return a > b ? a : b;
+}
+
 static void widen(double *low, double *high, double by)
 {
-    *low = fmin(*low, by);
-    *high = fmax(*high, by);
+    *low = least_of(*low, by);
+    *high = most_of(*high, by);
 }
 
 KMP_LOCAL kmp_bound kmp_bound_over(double h, double x, double x_rate, double y, double y_rate)
 {
     double a = x + h * x_rate / 3, b = y - h * y_rate / 3, between = 3 * (b - a) / h;
-    double off = SLACK * fmax(fabs(a - (2 * x + y) / 3), fabs(b - (x + 2 * y) / 3));
+    double off = SLACK * most_of(fabs(a - (2 * x + y) / 3), fabs(b - (x + 2 * y) / 3));
     double rate_off = SLACK * fabs(between - (x_rate + y_rate) / 2);
-    kmp_bound r = {fmin(x, y), fmax(x, y), fmin(x_rate, y_rate), fmax(x_rate, y_rate)};
+    kmp_bound r = {least_of(x, y), most_of(x, y), least_of(x_rate, y_rate), most_of(x_rate, y_rate)};
     widen(&r.low, &r.high, a);
     widen(&r.low, &r.high, b);
     widen(&r.down, &r.up, between);
@@ -40,7 +51,7 @@ KMP_LOCAL kmp_bound kmp_bound_through(double h, double x, double z, double y)
 {
     double curvature = z - (x + y) / 2, control = z + curvature, off = PARABOLA_SLACK * fabs(curvature);
     double at_x = 2 * (control - x) / h, at_y = 2 * (y - control) / h, rate_off = PARABOLA_SLACK * fabs(at_y - at_x);
-    kmp_bound r = {fmin(x, y), fmax(x, y), fmin(at_x, at_y), fmax(at_x, at_y)};
+    kmp_bound r = {least_of(x, y), most_of(x, y), least_of(at_x, at_y), most_of(at_x, at_y)};
     widen(&r.low, &r.high, control);
     return (kmp_bound){r.low - off, r.high + off, r.down - rate_off, r.up + rate_off};
 }

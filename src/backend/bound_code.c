@@ -38,9 +38,17 @@ static double times(double a, double b)
     return a == 0 || b == 0 ? 0 : a * b;
 }
 
+/* Plain products decide nearly always; zero times infinity, which counts as zero, is not a number there. */
 static span product(span a, span b)
 {
-    double ll = times(a.low, b.low), lh = times(a.low, b.high), hl = times(a.high, b.low), hh = times(a.high, b.high);
+    double ll = a.low * b.low, lh = a.low * b.high, hl = a.high * b.low, hh = a.high * b.high;
+    const double all = (ll + lh) + (hl + hh);
+    if (all == all)
+        return (span){lower(lower(ll, lh), lower(hl, hh)), upper(upper(ll, lh), upper(hl, hh))};
+    ll = times(a.low, b.low);
+    lh = times(a.low, b.high);
+    hl = times(a.high, b.low);
+    hh = times(a.high, b.high);
     return checked(lower(lower(ll, lh), lower(hl, hh)), upper(upper(ll, lh), upper(hl, hh)));
 }
 
@@ -200,16 +208,23 @@ static kmp_bound divided(kmp_bound x, kmp_bound y)
     return joined(f, product(sum(rate_of(x), scaled(product(f, rate_of(y)), -1)), by));
 }
 
+static kmp_bound added(kmp_bound x, kmp_bound y)
+{
+    return joined(sum(value_of(x), value_of(y)), sum(rate_of(x), rate_of(y)));
+}
+
 static bool is_constant(kmp_bound x)
 {
     return x.low == x.high && x.down == 0 && x.up == 0;
 }
 
-/* x times a number. */
+/* x times a number, with plain products where zero and infinity do not meet. */
 static kmp_bound times_number(kmp_bound x, double by)
 {
-    const double a = times(x.low, by), b = times(x.high, by), c = times(x.down, by), d = times(x.up, by);
-    return joined(checked(lower(a, b), upper(a, b)), checked(lower(c, d), upper(c, d)));
+    const double a = x.low * by, b = x.high * by, c = x.down * by, d = x.up * by, all = (a + b) + (c + d);
+    if (all == all)
+        return by < 0 ? (kmp_bound){b, a, d, c} : (kmp_bound){a, b, c, d};
+    return joined(scaled(value_of(x), by), scaled(rate_of(x), by));
 }
 
 static kmp_bound multiplied(kmp_bound x, kmp_bound y, bool same, double sign)
@@ -314,10 +329,6 @@ static kmp_bound evaluated(const kmp_bound_code *code, const kmp_bound_step *in,
 {
     const kmp_bound x = kmp_bound_of(v, in->a);
     switch ((kmp_op)in->op) {
-    case KMP_OP_ADD: {
-        const kmp_bound y = kmp_bound_of(v, in->b);
-        return joined(sum(value_of(x), value_of(y)), sum(rate_of(x), rate_of(y)));
-    }
     case KMP_OP_MUL:
         return multiplied(x, kmp_bound_of(v, in->b), in->a >> 1 == in->b >> 1, in->a == in->b ? 1 : -1);
     case KMP_OP_DIV:
@@ -352,6 +363,8 @@ KMP_LOCAL void kmp_bound_run(const kmp_bound_code *code, int from, kmp_bound *va
     for (int k = 0; from == 0 && k < code->constants; k++)
         value[k] = (kmp_bound){code->constant[k], code->constant[k], 0, 0};
     for (int k = from; k < code->steps; k++)
-        if (code->step[k].op != KMP_OP_IMPLICIT)
+        if (code->step[k].op == KMP_OP_ADD)
+            result[k] = added(kmp_bound_of(value, code->step[k].a), kmp_bound_of(value, code->step[k].b));
+        else if (code->step[k].op != KMP_OP_IMPLICIT)
             result[k] = evaluated(code, &code->step[k], value);
 }
