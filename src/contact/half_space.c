@@ -180,21 +180,6 @@ static double solve(grid *g, int *iterations)
 
 /* -- in and out ---------------------------------------------------------------------------------------- */
 
-/* Semi-ellipses of the approximation, with the right sum. */
-static void begin(grid *g, const kmp_half_space *s, const kmp_strip *strip)
-{
-    double sum = 0;
-    for (int j = 0; j < g->rows; j++)
-        for (int i = 0; i < g->columns; i++) {
-            double half = 0.5 * (strip[j].to - strip[j].from), x = s->first + i * s->dx - strip[j].from - half;
-            double p = half > 0 ? strip[j].pressure * sqrt(fmax(1 - x * x / (half * half), 0)) : 0;
-            g->p[(ptrdiff_t)j * g->columns + i] = p;
-            sum += p;
-        }
-    for (int k = 0; k < g->rows * g->columns; k++)
-        g->p[k] *= g->normal / (sum * g->cell);
-}
-
 static kmp_strip strip_of(const grid *g, const kmp_half_space *s, int j)
 {
     double sum = 0, moment = 0, most = 0;
@@ -231,7 +216,17 @@ kmp_half_space_result kmp_half_space_press(const kmp_strip_gap *gap, double modu
     grid g = {.gap = gap, .rows = gap->count, .columns = s->columns, .cell = s->dx * gap->step, .normal = normal};
     if (!make_grid(&g, modulus, arena, s))
         return KMP_HALF_SPACE_MEMORY;
-    begin(&g, s, strip);
+    /* Semi-ellipses of the approximation, with the right sum. */
+    double sum = 0;
+    for (int j = 0; j < g.rows; j++)
+        for (int i = 0; i < g.columns; i++) {
+            double half = 0.5 * (strip[j].to - strip[j].from), x = s->first + i * s->dx - strip[j].from - half;
+            double p = half > 0 ? strip[j].pressure * sqrt(fmax(1 - x * x / (half * half), 0)) : 0;
+            g.p[(ptrdiff_t)j * g.columns + i] = p;
+            sum += p;
+        }
+    for (int k = 0; k < g.rows * g.columns; k++)
+        g.p[k] *= g.normal / (sum * g.cell);
     double approach = solve(&g, &s->iterations);
     if (isnan(approach))
         return KMP_HALF_SPACE_UNSOLVED;

@@ -60,21 +60,6 @@ static double over(integral kind, double x, double y, double dx, double dy)
            corner(kind, x - 0.5 * dx, y + 0.5 * dy) + corner(kind, x - 0.5 * dx, y - 0.5 * dy);
 }
 
-static void influence(roller *r, const kmp_rolling *s)
-{
-    int width = 2 * r->columns - 1;
-    double scale = 1 / (pi * s->shear_modulus);
-    for (int j = 0; j < r->rows; j++)
-        for (int i = 0; i < width; i++) {
-            double x = (i - r->columns + 1) * r->dx, y = j * r->dy;
-            double along = over(XX, x, y, r->dx, r->dy), across = over(YY, x, y, r->dx, r->dy);
-            ptrdiff_t at = (ptrdiff_t)j * width + i;
-            r->xx[at] = scale * (along + (1 - s->poisson) * across);
-            r->yy[at] = scale * (across + (1 - s->poisson) * along);
-            r->xy[at] = scale * s->poisson * over(XY, x, y, r->dx, r->dy);
-        }
-}
-
 /* Adds the displacements by the traction of one rectangle, in the contact and one rectangle ahead of it. */
 static void displace_by(const roller *r, int row, int column, double px, double py, const field *u)
 {
@@ -196,21 +181,6 @@ static double roll(const roller *r, double steepness, double *before)
 
 /* -- all --------------------------------------------------------------------------------------------------- */
 
-static void lay_out(roller *r, const kmp_strip_gap *gap, const kmp_half_space *normal, const kmp_rolling *s)
-{
-    for (int j = 0; j < r->rows; j++)
-        for (int i = 0; i < r->columns; i++) {
-            ptrdiff_t k = (ptrdiff_t)j * r->columns + i;
-            r->bound[k] = s->friction * normal->pressure[k];
-            r->rigid.x[k] = r->dx * (s->slip[0] - s->spin * (gap->first + j * r->dy - s->origin[1]));
-            r->rigid.y[k] = r->dx * (s->slip[1] + s->spin * (normal->first + i * r->dx - s->origin[0]));
-            if (normal->pressure[k] > 0) {
-                r->first[j] = r->end[j] ? r->first[j] : i;
-                r->end[j] = i + 1;
-            }
-        }
-}
-
 static bool make(roller *r, kmp_arena *arena, double **before)
 {
     ptrdiff_t cells = (ptrdiff_t)r->rows * r->columns;
@@ -246,8 +216,30 @@ kmp_half_space_result kmp_half_space_roll(const kmp_strip_gap *gap, const kmp_ha
     double *before;
     if (!make(&r, arena, &before))
         return KMP_HALF_SPACE_MEMORY;
-    lay_out(&r, gap, normal, s);
-    influence(&r, s);
+    /* Bounds of the tractions, rigid slips of a step, and the ends of each row of cells in contact. */
+    for (int j = 0; j < r.rows; j++)
+        for (int i = 0; i < r.columns; i++) {
+            ptrdiff_t k = (ptrdiff_t)j * r.columns + i;
+            r.bound[k] = s->friction * normal->pressure[k];
+            r.rigid.x[k] = r.dx * (s->slip[0] - s->spin * (gap->first + j * r.dy - s->origin[1]));
+            r.rigid.y[k] = r.dx * (s->slip[1] + s->spin * (normal->first + i * r.dx - s->origin[0]));
+            if (normal->pressure[k] > 0) {
+                r.first[j] = r.end[j] ? r.first[j] : i;
+                r.end[j] = i + 1;
+            }
+        }
+    /* The displacements under a unit traction of one cell, by distance. */
+    int width = 2 * r.columns - 1;
+    double scale = 1 / (pi * s->shear_modulus);
+    for (int j = 0; j < r.rows; j++)
+        for (int i = 0; i < width; i++) {
+            double x = (i - r.columns + 1) * r.dx, y = j * r.dy;
+            double along = over(XX, x, y, r.dx, r.dy), across = over(YY, x, y, r.dx, r.dy);
+            ptrdiff_t at = (ptrdiff_t)j * width + i;
+            r.xx[at] = scale * (along + (1 - s->poisson) * across);
+            r.yy[at] = scale * (across + (1 - s->poisson) * along);
+            r.xy[at] = scale * s->poisson * over(XY, x, y, r.dx, r.dy);
+        }
     double steepness = greatest(&r, &r.last, &r.u), changed = 1;
     for (int k = 0; changed > STEADY && k < MOST_PASSES * r.columns; k++)
         changed = roll(&r, steepness, before);

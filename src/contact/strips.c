@@ -45,14 +45,6 @@ typedef struct press {
     kmp_strip *strip;
 } press;
 
-static double load_of(const press *p)
-{
-    double sum = 0;
-    for (int k = 0; k < p->gap->count; k++)
-        sum += p->strip[k].load;
-    return sum * p->gap->step;
-}
-
 /* -- ANALYN ------------------------------------------------------------------------------------------ */
 
 static hertz_strip hertz_of(const press *p, int k)
@@ -74,7 +66,10 @@ static double analyn(const press *p, double approach)
         p->strip[k] =
             root > 0 ? (kmp_strip){x - half, x + half, pressure, pi / 2 * pressure * half} : (kmp_strip){.load = 0};
     }
-    return load_of(p);
+    double sum = 0;
+    for (int k = 0; k < p->gap->count; k++)
+        sum += p->strip[k].load;
+    return sum * p->gap->step;
 }
 
 /* -- Kik and Piotrowski ------------------------------------------------------------------------------ */
@@ -89,18 +84,12 @@ static double pull(double half, double away, double step)
     return 2 * half * half / far * D * step;
 }
 
-static int nearest(const kmp_strip_gap *gap)
-{
-    int least = 0;
-    for (int k = 1; k < gap->count; k++)
-        least = gap->gap[k] < gap->gap[least] ? k : least;
-    return least;
-}
-
 static double overlap(const press *p, double approach)
 {
     const kmp_strip_gap *gap = p->gap;
-    int point = nearest(gap);
+    int point = 0;
+    for (int k = 1; k < gap->count; k++)
+        point = gap->gap[k] < gap->gap[point] ? k : point;
     double sum = 0, pulled = 0;
     for (int k = 0; k < gap->count; k++) {
         double deep = OVERLAP * approach - gap->gap[k], half = deep > 0 ? sqrt(2 * deep / gap->along[k]) : 0;

@@ -255,15 +255,6 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
     return 0;
 }
 
-/* Differences that are in doubt at the last row count. */
-static void take_doubts(const beside *b)
-{
-    int first = kmp_model_coordinates(b->system->model);
-    for (int k = 0; k < b->system->model->state_count; k++)
-        if (b->doubts[k].difference > 0)
-            take_difference(b->found, b->doubts[k].t, first + k, b->doubts[k].difference, b->doubts[k].apart);
-}
-
 /* Both runs end where the model requests it: their difference there is one of time. */
 static void take_end(const beside *b, double t)
 {
@@ -291,7 +282,11 @@ static kempe_status run_again(void *user, double rtol, int count, const int *whi
     b->found = found;
     memset(b->doubts, 0, (size_t)b->system->model->state_count * sizeof *b->doubts);
     kempe_status status = kmp_run(b->system, &other, b->start, take_row, b, &report);
-    take_doubts(b);
+    /* Differences that are in doubt at the last row count. */
+    int first = kmp_model_coordinates(b->system->model);
+    for (int k = 0; k < b->system->model->state_count; k++)
+        if (b->doubts[k].difference > 0)
+            take_difference(b->found, b->doubts[k].t, first + k, b->doubts[k].difference, b->doubts[k].apart);
     kmp_free(report.reason);
     if (status == KEMPE_E_MEMORY || (status == KEMPE_STOPPED && !report.ended))
         return status;

@@ -183,17 +183,6 @@ static void widen(kmp_axis *axis)
     axis->high += room;
 }
 
-static void make_square(kmp_plot *plot)
-{
-    double each = fmax(range_of(&plot->axis[0]) / plot->width, range_of(&plot->axis[1]) / plot->height);
-    for (int k = 0; k < 2; k++) {
-        kmp_axis *a = &plot->axis[k];
-        double middle = (a->low + a->high) / 2, half = each * length_of(plot, k) / 2;
-        a->low = middle - half;
-        a->high = middle + half;
-    }
-}
-
 static void put_axis_name(const kmp_plot *p, int axis, double x, double y, const char *attributes)
 {
     const kmp_axis *a = &p->axis[axis];
@@ -208,8 +197,15 @@ void kmp_plot_begin(kmp_plot *plot, const char *format, ...)
     for (int k = 0; k < 2; k++)
         if (!plot->axis[k].exact || !(range_of(&plot->axis[k]) > 0))
             widen(&plot->axis[k]);
-    if (plot->square)
-        make_square(plot);
+    if (plot->square) {
+        double each = fmax(range_of(&plot->axis[0]) / plot->width, range_of(&plot->axis[1]) / plot->height);
+        for (int k = 0; k < 2; k++) {
+            kmp_axis *a = &plot->axis[k];
+            double middle = (a->low + a->high) / 2, half = each * length_of(plot, k) / 2;
+            a->low = middle - half;
+            a->high = middle + half;
+        }
+    }
     kmp_text_printf(plot->text, "<g transform=\"translate(%.1f %.1f)\">\n", plot->x, plot->y);
     for (int k = 0; k < 2; k++)
         if (plot->axis[k].logarithmic)

@@ -136,42 +136,6 @@ static bool has_unit(const drawing *d, int curve, int plot)
            look_of(d, column) == look_of(d, other);
 }
 
-static void sort_by_unit(drawing *d)
-{
-    for (int k = 0; k < d->count; k++) {
-        int plot = 0;
-        while (plot < d->plots && !has_unit(d, k, plot))
-            plot++;
-        if (plot == d->plots)
-            d->unit[d->plots++] = d->curve[k];
-    }
-}
-
-/* The ranges of a plot; a logarithmic one ends ten decades below its top. */
-static void measure(const drawing *d, kmp_plot *p, int plot)
-{
-    kmp_axis *x = &p->axis[0], *y = &p->axis[1];
-    kmp_table_look look = look_of(d, d->unit[plot]);
-    x->logarithmic = kmp_table_column_look(d->table, d->x) == KMP_LOOK_LOGARITHMIC;
-    y->logarithmic = look == KMP_LOOK_LOGARITHMIC;
-    for (int k = 0; k < d->count; k++)
-        for (int row = 0; has_unit(d, k, plot) && row < kempe_table_row_count(d->table); row++)
-            kmp_plot_reach(p, kempe_table_values(d->table, d->x)[row], kempe_table_values(d->table, d->curve[k])[row]);
-    if (y->logarithmic)
-        y->low = fmax(y->low, 1e-10 * y->high);
-    if (look == KMP_LOOK_PERIODIC) {
-        y->low = -180;
-        y->high = 180;
-        y->tick = 90;
-        y->exact = true;
-    }
-    x->name = kempe_table_column_name(d->table, d->x);
-    x->unit = kempe_table_unit(d->table, d->x);
-    x->exact = d->along && !kmp_table_rows_apart(d->table);
-    y->name = kempe_table_unit(d->table, d->unit[plot]);
-    p->square = strcmp(x->unit, "m") == 0 && strcmp(y->name, "m") == 0;
-}
-
 /* A curve through all rows, open where a periodic value goes on at the other edge. */
 static void draw_curve(const drawing *d, kmp_plot *p, int curve)
 {
@@ -196,7 +160,27 @@ static void draw_points(const drawing *d, kmp_plot *p, int curve)
 static void draw_plot(const drawing *d, kmp_text *text, int plot, double top)
 {
     kmp_plot p = kmp_plot_inside(text, 0, top, WIDTH, HEIGHT);
-    measure(d, &p, plot);
+    /* The ranges of a plot; a logarithmic one ends ten decades below its top. */
+    kmp_axis *x = &p.axis[0], *y = &p.axis[1];
+    kmp_table_look look = look_of(d, d->unit[plot]);
+    x->logarithmic = kmp_table_column_look(d->table, d->x) == KMP_LOOK_LOGARITHMIC;
+    y->logarithmic = look == KMP_LOOK_LOGARITHMIC;
+    for (int k = 0; k < d->count; k++)
+        for (int row = 0; has_unit(d, k, plot) && row < kempe_table_row_count(d->table); row++)
+            kmp_plot_reach(&p, kempe_table_values(d->table, d->x)[row], kempe_table_values(d->table, d->curve[k])[row]);
+    if (y->logarithmic)
+        y->low = fmax(y->low, 1e-10 * y->high);
+    if (look == KMP_LOOK_PERIODIC) {
+        y->low = -180;
+        y->high = 180;
+        y->tick = 90;
+        y->exact = true;
+    }
+    x->name = kempe_table_column_name(d->table, d->x);
+    x->unit = kempe_table_unit(d->table, d->x);
+    x->exact = d->along && !kmp_table_rows_apart(d->table);
+    y->name = kempe_table_unit(d->table, d->unit[plot]);
+    p.square = strcmp(x->unit, "m") == 0 && strcmp(y->name, "m") == 0;
     kmp_plot_begin(&p, "%s", "");
     for (int k = 0; k < d->count; k++)
         if (has_unit(d, k, plot) && has_points(d, k))
@@ -208,7 +192,14 @@ static void draw_plot(const drawing *d, kmp_text *text, int plot, double top)
 
 static void draw(drawing *d, kmp_text *text)
 {
-    sort_by_unit(d);
+    /* A plot for each unit. */
+    for (int k = 0; k < d->count; k++) {
+        int plot = 0;
+        while (plot < d->plots && !has_unit(d, k, plot))
+            plot++;
+        if (plot == d->plots)
+            d->unit[d->plots++] = d->curve[k];
+    }
     double height = HEIGHT * d->plots;
     kmp_picture_begin(text, WIDTH, height + LINE * (d->count + 1), "");
     for (int plot = 0; plot < d->plots; plot++)

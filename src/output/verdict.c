@@ -104,17 +104,6 @@ static double effort(const kempe_system *system, const kmp_reference *reference,
     return reference->shared && reference->shared[row] ? NAN : fabs(lambda) * system->row_scale[row];
 }
 
-/* The largest multiplier force of the reference: smaller forces are compared relative to it. 0: there is none. */
-static double load_of(const kempe_system *system, const kmp_reference *reference)
-{
-    const double *lambda = reference->value[KMP_QUANTITY_LAMBDA];
-    double load = 0;
-    for (int row = 0; lambda && row < reference->rows; row++)
-        for (int k = 0; k < system->m; k++)
-            load = fmax(load, effort(system, reference, k, lambda[(size_t)row * (size_t)system->m + (size_t)k]));
-    return load;
-}
-
 /* The largest value of a quantity of coordinates relative to their sizes; 1 where all are 0 or unknown. */
 static double largest(const kempe_system *system, const kmp_reference *reference, kmp_quantity quantity)
 {
@@ -129,7 +118,12 @@ static double largest(const kempe_system *system, const kmp_reference *reference
 
 kmp_scales kmp_verdict_scales(const kempe_system *system, const kmp_reference *reference)
 {
-    double load = load_of(system, reference);
+    /* The largest multiplier force of the reference: smaller forces are compared relative to it. 0: there is none. */
+    const double *lambda = reference->value[KMP_QUANTITY_LAMBDA];
+    double load = 0;
+    for (int row = 0; lambda && row < reference->rows; row++)
+        for (int k = 0; k < system->m; k++)
+            load = fmax(load, effort(system, reference, k, lambda[(size_t)row * (size_t)system->m + (size_t)k]));
     return (kmp_scales){system->length, largest(system, reference, KMP_QUANTITY_QD),
                         largest(system, reference, KMP_QUANTITY_QDD), load > 0 ? load : 1};
 }
@@ -168,19 +162,6 @@ static void use_words_of(const kempe_system *system, const double *ref, double *
     }
 }
 
-/* The integrals of states are no results. */
-static void compare_row(double *error, const kmp_samples *table, int row, const kmp_reference *reference, int r,
-                        const double *values, const kempe_system *system, const kmp_scales *scales)
-{
-    const double rates[KMP_QUANTITY_LAMBDA] = {1, scales->rate, scales->acceleration};
-    for (int k = 0; k < KMP_QUANTITY_LAMBDA; k++) {
-        const double *x = values ? values + (ptrdiff_t)k * table->n : kmp_samples_get(table, (kmp_quantity)k, row);
-        int count = k == KMP_QUANTITY_Q ? kmp_model_coordinates(system->model) : table->n;
-        compare_entries(&error[k], count, x, reference->value[k] + (size_t)r * (size_t)table->n, system->scale,
-                        rates[k]);
-    }
-}
-
 /* Both tables ascend: one walk along the two. `room`: for a row and the charts, NULL where there are none. */
 static void compare_rows(double *error, const kmp_samples *table, const kmp_reference *reference, double until,
                          const kempe_system *system, double *room)
@@ -198,7 +179,14 @@ static void compare_rows(double *error, const kmp_samples *table, const kmp_refe
                 memcpy(room + k * n, kmp_samples_get(table, (kmp_quantity)k, row), n * sizeof *room);
             use_words_of(system, reference->value[KMP_QUANTITY_Q] + (size_t)r * n, room + 3 * n, room);
         }
-        compare_row(error, table, row, reference, r, room, system, &scales);
+        /* The integrals of states are no results. */
+        const double rates[KMP_QUANTITY_LAMBDA] = {1, scales.rate, scales.acceleration};
+        for (int k = 0; k < KMP_QUANTITY_LAMBDA; k++) {
+            const double *x = room ? room + (ptrdiff_t)k * table->n : kmp_samples_get(table, (kmp_quantity)k, row);
+            int count = k == KMP_QUANTITY_Q ? kmp_model_coordinates(system->model) : table->n;
+            compare_entries(&error[k], count, x, reference->value[k] + (size_t)r * (size_t)table->n, system->scale,
+                            rates[k]);
+        }
         if (m > 0)
             compare_loads(&error[KMP_QUANTITY_LAMBDA], system, reference,
                           kmp_samples_get(table, KMP_QUANTITY_LAMBDA, row),

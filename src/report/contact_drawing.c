@@ -77,23 +77,6 @@ static void put_path(kmp_json *json, const kempe_system *system, const kmp_force
 
 /* -- depths --------------------------------------------------------------------------------------------- */
 
-/* A histogram of the largest depths of contacts, over equal parts of the largest one. */
-static void put_bars(kmp_json *json, const kempe_trajectory *t, const kmp_contact_times *times)
-{
-    int count[BARS] = {0};
-    for (int k = 0; k < t->log.contact_count; k++) {
-        double depth = kmp_contact_time_depth(t, k);
-        if (t->log.contacts[k].force != times->force || isnan(depth))
-            continue;
-        int bar = (int)(BARS * depth / times->depth[KMP_DEPTHS - 1]);
-        count[bar < 0 ? 0 : bar < BARS ? bar : BARS - 1]++;
-    }
-    kmp_json_array(json, "bars");
-    for (int k = 0; k < BARS && times->ended > 0; k++)
-        kmp_json_whole(json, NULL, count[k]);
-    kmp_json_end(json);
-}
-
 static void put_depths(kmp_json *json, const kempe_trajectory *t, int force)
 {
     kmp_contact_times times;
@@ -106,7 +89,19 @@ static void put_depths(kmp_json *json, const kempe_trajectory *t, int force)
     kmp_json_put(json, "depths { began %d ended %d cut %i touching %.4g turning %s turns %.6g", times.begun,
                  times.ended, t->log.contacts_cut, times.touching, times.turning, times.turns);
     kmp_json_rounded_numbers(json, "quartiles", KMP_DEPTHS, times.depth, 5);
-    put_bars(json, t, &times);
+    /* A histogram of the largest depths of contacts, over equal parts of the largest one. */
+    int count[BARS] = {0};
+    for (int k = 0; k < t->log.contact_count; k++) {
+        double depth = kmp_contact_time_depth(t, k);
+        if (t->log.contacts[k].force != times.force || isnan(depth))
+            continue;
+        int bar = (int)(BARS * depth / times.depth[KMP_DEPTHS - 1]);
+        count[bar < 0 ? 0 : bar < BARS ? bar : BARS - 1]++;
+    }
+    kmp_json_array(json, "bars");
+    for (int k = 0; k < BARS && times.ended > 0; k++)
+        kmp_json_whole(json, NULL, count[k]);
+    kmp_json_end(json);
     kmp_json_end(json);
 }
 

@@ -57,17 +57,6 @@ static void put_string(kmp_json *json, const char *key, const char *s)
     kmp_json_string(json, key, s ? s : "");
 }
 
-static void put_reference(kmp_json *json, const kempe_comparison *c)
-{
-    double uncertainty[KMP_COMPARE_SHOWN];
-    for (int k = 0; k < KMP_COMPARE_SHOWN; k++)
-        uncertainty[k] = c->has_reference ? c->uncertainty[kmp_compare_shown[k]] : NAN;
-    kmp_json_put(json, "reference { there %i", c->has_reference);
-    put_string(json, "source", c->source);
-    kmp_json_rounded_numbers(json, "uncertainty", KMP_COMPARE_SHOWN, uncertainty, 3);
-    kmp_json_end(json);
-}
-
 static void put_method(kmp_json *json, const kmp_method *method)
 {
     kmp_text name = {0};
@@ -98,17 +87,6 @@ static void put_run(kmp_json *json, const kempe_comparison *c, const kmp_compare
                  run->report.heap > 0 ? (double)run->report.heap : NAN);
 }
 
-/* Seconds, steps and evaluations of each method at a level. */
-static void put_costs(kmp_json *json, const kempe_comparison *c, int l)
-{
-    kmp_json_array(json, "cost");
-    for (int w = 0; w < c->method_count; w++) {
-        kmp_method_cost cost = kmp_compare_cost(c, w, l);
-        kmp_json_rounded_numbers(json, NULL, 3, (const double[]){cost.cpu_s, cost.steps, cost.rhs}, 4);
-    }
-    kmp_json_end(json);
-}
-
 static void put_level(kmp_json *json, const kempe_comparison *c, int l)
 {
     kmp_json_put(json, "{ level %.3g blank %i best %ld run [", c->levels.level[l], c->levels.blank[l],
@@ -116,7 +94,13 @@ static void put_level(kmp_json *json, const kempe_comparison *c, int l)
     for (int w = 0; w < c->method_count; w++)
         kmp_json_whole(json, NULL, c->levels.run[w * c->levels.count + l]);
     kmp_json_end(json);
-    put_costs(json, c, l);
+    /* Seconds, steps and evaluations of each method at a level. */
+    kmp_json_array(json, "cost");
+    for (int w = 0; w < c->method_count; w++) {
+        kmp_method_cost cost = kmp_compare_cost(c, w, l);
+        kmp_json_rounded_numbers(json, NULL, 3, (const double[]){cost.cpu_s, cost.steps, cost.rhs}, 4);
+    }
+    kmp_json_end(json);
     kmp_json_end(json);
 }
 
@@ -136,28 +120,18 @@ static void put_table(kmp_json *json, const kempe_comparison *c, const char *key
     kmp_json_end(json);
 }
 
-static void put_tables(kmp_json *json, const kempe_comparison *c)
-{
-    const kmp_tables *t = &c->tables;
-    kmp_json_array(json, "aims");
-    for (int k = 0; k < t->aims.count; k++)
-        kmp_json_whole(json, NULL, t->aims.level[k]);
-    kmp_json_end(json);
-    put_table(json, c, "same", t->same_count, t->same, true);
-    put_table(json, c, "bests", t->best_count, t->best, false);
-}
-
-static void put_advice(kmp_json *json, const kempe_comparison *c)
-{
-    kmp_json_put(json, "advice { run %d level %.3g stiff %i", c->advice.run, c->advice.level, c->advice.stiff);
-    kmp_sentences_json(json, "reasons", &c->advice.because);
-    kmp_json_end(json);
-}
-
 /* -- runs in detail ---------------------------------------------------------------------------------- */
 
-static void put_steps(kmp_json *json, const kmp_record *record)
+void kmp_page_record(kmp_json *json, const kmp_record *record)
 {
+    int rows = record->row.rows;
+    kmp_json_put(json, "{ run %d rows %d t_start %.7g spacing %.9g t_end %.7g", record->run, rows,
+                 rows > 0 ? kmp_samples_time(&record->row, 0) : 0,
+                 rows > 1 ? kmp_samples_time(&record->row, 1) - kmp_samples_time(&record->row, 0) : 0,
+                 rows > 0 ? kmp_samples_time(&record->row, rows - 1) : 0);
+    kmp_json_rounded_numbers(json, "h", rows, record->h, 3);
+    kmp_json_rounded_numbers(json, "hdot", rows, record->hdot, 3);
+    kmp_json_rounded_numbers(json, "energy", rows, record->energy, 3);
     static const char *const name[3] = {"t", "least", "most"};
     kmp_json_put(json, "each %ld step { count %d", record->each, record->range_count);
     for (int part = 0; part < 3; part++) {
@@ -173,10 +147,7 @@ static void put_steps(kmp_json *json, const kmp_record *record)
         kmp_json_end(json);
     }
     kmp_json_end(json);
-}
-
-static void put_log(kmp_json *json, const kmp_run_log *log)
-{
+    const kmp_run_log *log = &record->log;
     enum { MOST = 300 };
     kmp_json_put(json, "log_count %ld log [", log->count);
     for (int k = 0; k < log->kept && k < MOST; k++) {
@@ -186,34 +157,6 @@ static void put_log(kmp_json *json, const kmp_run_log *log)
         kmp_json_end(json);
     }
     kmp_json_end(json);
-}
-
-void kmp_page_record(kmp_json *json, const kmp_record *record)
-{
-    int rows = record->row.rows;
-    kmp_json_put(json, "{ run %d rows %d t_start %.7g spacing %.9g t_end %.7g", record->run, rows,
-                 rows > 0 ? kmp_samples_time(&record->row, 0) : 0,
-                 rows > 1 ? kmp_samples_time(&record->row, 1) - kmp_samples_time(&record->row, 0) : 0,
-                 rows > 0 ? kmp_samples_time(&record->row, rows - 1) : 0);
-    kmp_json_rounded_numbers(json, "h", rows, record->h, 3);
-    kmp_json_rounded_numbers(json, "hdot", rows, record->hdot, 3);
-    kmp_json_rounded_numbers(json, "energy", rows, record->energy, 3);
-    put_steps(json, record);
-    put_log(json, &record->log);
-    kmp_json_end(json);
-}
-
-static void put_lists(kmp_json *json, const kempe_comparison *c)
-{
-    kmp_json_array(json, "methods");
-    for (int k = 0; k < c->method_count; k++)
-        put_method(json, &c->methods[k]);
-    kmp_json_put(json, "] runs [");
-    for (int k = 0; k < c->count; k++)
-        put_run(json, c, &c->runs[k]);
-    kmp_json_put(json, "] levels [");
-    for (int l = 0; l < c->levels.count; l++)
-        put_level(json, c, l);
     kmp_json_end(json);
 }
 
@@ -227,10 +170,33 @@ void kmp_page_data(kmp_text *text, const kempe_comparison *c, int count, const k
     put_string(&json, "status", kmp_status_word(c->status));
     put_string(&json, "reason", c->reason);
     kmp_json_put(&json, "t_end %.7g n %d m %d", c->t_end, c->system->n, c->system->m);
-    put_reference(&json, c);
-    put_lists(&json, c);
-    put_tables(&json, c);
-    put_advice(&json, c);
+    double uncertainty[KMP_COMPARE_SHOWN];
+    for (int k = 0; k < KMP_COMPARE_SHOWN; k++)
+        uncertainty[k] = c->has_reference ? c->uncertainty[kmp_compare_shown[k]] : NAN;
+    kmp_json_put(&json, "reference { there %i", c->has_reference);
+    put_string(&json, "source", c->source);
+    kmp_json_rounded_numbers(&json, "uncertainty", KMP_COMPARE_SHOWN, uncertainty, 3);
+    kmp_json_end(&json);
+    kmp_json_array(&json, "methods");
+    for (int k = 0; k < c->method_count; k++)
+        put_method(&json, &c->methods[k]);
+    kmp_json_put(&json, "] runs [");
+    for (int k = 0; k < c->count; k++)
+        put_run(&json, c, &c->runs[k]);
+    kmp_json_put(&json, "] levels [");
+    for (int l = 0; l < c->levels.count; l++)
+        put_level(&json, c, l);
+    kmp_json_end(&json);
+    const kmp_tables *t = &c->tables;
+    kmp_json_array(&json, "aims");
+    for (int k = 0; k < t->aims.count; k++)
+        kmp_json_whole(&json, NULL, t->aims.level[k]);
+    kmp_json_end(&json);
+    put_table(&json, c, "same", t->same_count, t->same, true);
+    put_table(&json, c, "bests", t->best_count, t->best, false);
+    kmp_json_put(&json, "advice { run %d level %.3g stiff %i", c->advice.run, c->advice.level, c->advice.stiff);
+    kmp_sentences_json(&json, "reasons", &c->advice.because);
+    kmp_json_end(&json);
     kmp_sentences_json(&json, "failures", &c->failures);
     kmp_sentences_json(&json, "warnings", &c->warnings);
     kmp_json_array(&json, "shown");

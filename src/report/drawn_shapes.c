@@ -52,16 +52,6 @@ static void put_points(kmp_json *json, kmp_arena *arena, const kmp_mesh *mesh)
         kmp_json_shorts(json, "points", 3 * (size_t)mesh->vertex_count, room);
 }
 
-/* Numbers up to 65,535, of which those above 32,767 are written as negative ones. */
-static void put_triangles(kmp_json *json, kmp_arena *arena, const kmp_mesh *mesh)
-{
-    int16_t *room = KMP_ARENA_NEW(arena, int16_t, 3 * (size_t)mesh->triangle_count);
-    for (int k = 0; room && k < 3 * mesh->triangle_count; k++)
-        room[k] = (int16_t)(uint16_t)mesh->triangle[k / 3][k % 3];
-    if (room)
-        kmp_json_shorts(json, "corners", 3 * (size_t)mesh->triangle_count, room);
-}
-
 static void put_mesh(kmp_json *json, const kmp_mesh *mesh, int most)
 {
     kmp_arena arena = {0};
@@ -71,7 +61,12 @@ static void put_mesh(kmp_json *json, const kmp_mesh *mesh, int most)
     if (good) {
         kmp_json_whole(json, "drawn", thin.triangle_count);
         put_points(json, &arena, &thin);
-        put_triangles(json, &arena, &thin);
+        /* Numbers up to 65,535, of which those above 32,767 are written as negative ones. */
+        int16_t *room = KMP_ARENA_NEW(&arena, int16_t, 3 * (size_t)thin.triangle_count);
+        for (int k = 0; room && k < 3 * thin.triangle_count; k++)
+            room[k] = (int16_t)(uint16_t)thin.triangle[k / 3][k % 3];
+        if (room)
+            kmp_json_shorts(json, "corners", 3 * (size_t)thin.triangle_count, room);
     }
     kmp_json_end(json);
     json->text->failed = json->text->failed || !good || arena.failed;

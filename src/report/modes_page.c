@@ -85,14 +85,6 @@ static bool make_frames(maker *w)
     return ok;
 }
 
-static void release(maker *w)
-{
-    kmp_free(w->modes);
-    kmp_free(w->q);
-    kmp_free(w->zero);
-    kmp_samples_free(&w->row);
-}
-
 /* -- data -------------------------------------------------------------------------------------------- */
 
 static void put_mode(kmp_json *json, const kempe_modes *m, const shown *s)
@@ -147,10 +139,15 @@ static void put_locus(kmp_json *json, const kempe_modes *m)
     kmp_json_put(json, "] }");
 }
 
-static void put_data(kmp_text *text, const maker *w)
+/* -- the page ---------------------------------------------------------------------------------------- */
+
+static kempe_status write_page(const maker *w, const char *path)
 {
+    static const char *const *const scripts[] = {kmp_phrases_js, kmp_plots_js, KMP_PICTURE_SCRIPTS, kmp_modes_view_js,
+                                                 NULL};
+    kmp_text data = {0};
     const kempe_modes *m = w->m;
-    kmp_json json = kmp_json_begin_compact(text);
+    kmp_json json = kmp_json_begin_compact(&data);
     kmp_text because = {0};
     kmp_json_put(&json, "{ kempe %s model %s at %s stability %s", KEMPE_VERSION, m->system->model->name,
                  m->family->state->equilibrium ? "the equilibrium" : "the assembled start", kmp_modes_verdict(m));
@@ -169,16 +166,6 @@ static void put_data(kmp_text *text, const maker *w)
     put_locus(&json, m);
     kmp_motion_picture(&json, "picture", m->system->model, &w->row, NULL);
     kmp_json_end(&json);
-}
-
-/* -- the page ---------------------------------------------------------------------------------------- */
-
-static kempe_status write_page(const maker *w, const char *path)
-{
-    static const char *const *const scripts[] = {kmp_phrases_js, kmp_plots_js, KMP_PICTURE_SCRIPTS, kmp_modes_view_js,
-                                                 NULL};
-    kmp_text data = {0};
-    put_data(&data, w);
     return kmp_sheet_write(w->m->system->context,
                            &(kmp_sheet){.body = kmp_modes_view_html,
                                         .model = w->m->system->model->name,
@@ -196,6 +183,9 @@ kempe_status kempe_modes_write_report(kempe_modes *modes, const char *path)
     maker w = {.m = modes};
     KMP_TRY(kempe_report_check(context));
     kempe_status status = make_frames(&w) ? write_page(&w, path) : kmp_fail_memory(context);
-    release(&w);
+    kmp_free(w.modes);
+    kmp_free(w.q);
+    kmp_free(w.zero);
+    kmp_samples_free(&w.row);
     return status;
 }

@@ -167,18 +167,6 @@ static void put_times(kmp_json *json, const picture *p)
     kmp_json_end(json);
 }
 
-static void put_frames(kmp_json *json, picture *p)
-{
-    size_t count = 4 * (size_t)p->frames * (size_t)(p->drawing.body_count - 1);
-    kmp_json_put(json, "frames { count %d", p->frames);
-    put_times(json, p);
-    put_positions(json, p);
-    for (size_t k = 0; k < count; k++)
-        p->room[k] = (int16_t)lround(INT16_MAX * p->rotation[k]);
-    kmp_json_shorts(json, "rotation", count, p->room);
-    kmp_json_end(json);
-}
-
 /* -- drawn parts ------------------------------------------------------------------------------------- */
 
 static void put_marks(kmp_json *json, const picture *p, int body)
@@ -196,19 +184,6 @@ static void put_marks(kmp_json *json, const picture *p, int body)
             kmp_json_rounded(json, NULL, m->axis[i], 7);
         kmp_json_end(json);
     }
-}
-
-static void put_bodies(kmp_json *json, const picture *p)
-{
-    kmp_json_array(json, "bodies");
-    for (int b = 0; b < p->drawing.body_count; b++) {
-        kmp_json_put(json, "{ name %s points [", p->model->bodies[b].name);
-        put_marks(json, p, b);
-        kmp_json_end(json);
-        kmp_drawn_shapes(json, p->model, b);
-        kmp_json_end(json);
-    }
-    kmp_json_end(json);
 }
 
 static void put_lines(kmp_json *json, const picture *p)
@@ -262,12 +237,27 @@ void kmp_motion_picture(kmp_json *json, const char *key, const kempe_model *mode
         kmp_json_object(json, key);
         kmp_json_whole(json, "of_bodies", model->body_count - 1);
         kmp_json_rounded_numbers(json, "gravity", 3, gravity, 7);
-        put_bodies(json, &p);
+        kmp_json_array(json, "bodies");
+        for (int b = 0; b < p.drawing.body_count; b++) {
+            kmp_json_put(json, "{ name %s points [", p.model->bodies[b].name);
+            put_marks(json, &p, b);
+            kmp_json_end(json);
+            kmp_drawn_shapes(json, p.model, b);
+            kmp_json_end(json);
+        }
+        kmp_json_end(json);
         kmp_drawn_shapes_meshes(json, model);
         put_lines(json, &p);
         put_slides(json, &p);
         kmp_railway_put(json, model, &(kmp_travel){p.frames, p.drawing.body_count - 1, p.position});
-        put_frames(json, &p);
+        size_t count = 4 * (size_t)p.frames * (size_t)(p.drawing.body_count - 1);
+        kmp_json_put(json, "frames { count %d", p.frames);
+        put_times(json, &p);
+        put_positions(json, &p);
+        for (size_t k = 0; k < count; k++)
+            p.room[k] = (int16_t)lround(INT16_MAX * p.rotation[k]);
+        kmp_json_shorts(json, "rotation", count, p.room);
+        kmp_json_end(json);
         kmp_json_end(json);
     } else {
         json->text->failed = true;

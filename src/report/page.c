@@ -12,15 +12,6 @@ typedef struct detail {
     kmp_record *records, picture;
 } detail;
 
-static void release(detail *d)
-{
-    for (int k = 0; k < d->count; k++)
-        kmp_record_free(&d->records[k]);
-    kmp_record_free(&d->picture);
-    kmp_free(d->records);
-    kmp_free(d->run);
-}
-
 /* A run that ended well ends well again; one that is interrupted is shown as far as it came. */
 static kempe_status record_runs(const kempe_comparison *c, detail *d)
 {
@@ -85,6 +76,10 @@ kempe_status kempe_comparison_write_report(const kempe_comparison *comparison, c
     detail d = {.run = KMP_NEW(int, comparison->method_count + 1),
                 .records = KMP_NEW(kmp_record, comparison->method_count + 1)};
     kempe_status status = d.run && d.records ? make_page(comparison, &d, path) : kmp_fail_memory(context);
-    release(&d);
+    for (int k = 0; k < d.count; k++)
+        kmp_record_free(&d.records[k]);
+    kmp_record_free(&d.picture);
+    kmp_free(d.records);
+    kmp_free(d.run);
     return status;
 }

@@ -89,29 +89,14 @@ static kmp_series_summary summary_of_points(int rows, const double *x, const dou
     return s;
 }
 
-static kmp_series_summary summary_of(const kmp_result_page *page, const double *x, int column)
+static void put_summary(kmp_json *json, const kmp_result_page *page, const double *x, int column)
 {
     const double *y = kempe_table_values(page->table, column);
     int all = kempe_table_row_count(page->table), rows = page->locked && all > 2 ? all - 1 : all;
     bool points = page->scattered || kmp_table_has_points(page->table, column);
-    return points ? summary_of_points(rows, x, y) : kmp_series_summarise(rows, x, y, 1);
-}
-
-static void put_summary(kmp_json *json, const kmp_result_page *page, const double *x, int column)
-{
-    kmp_series_summary s = summary_of(page, x, column);
+    kmp_series_summary s = points ? summary_of_points(rows, x, y) : kmp_series_summarise(rows, x, y, 1);
     const double numbers[] = {s.low, s.low_at, s.high, s.high_at, s.mean, s.rms};
     kmp_json_rounded_numbers(json, "summary", sizeof numbers / sizeof *numbers, numbers, 7);
-}
-
-/* Points have the name of the column whose curve they belong to. */
-static void put_look(kmp_json *json, const kempe_table *table, int column)
-{
-    int curve = kmp_table_curve_of(table, column);
-    if (kmp_table_has_points(table, column))
-        kmp_json_put(json, "look %s of %s",
-                     kmp_table_column_look(table, column) == KMP_LOOK_POINTS ? "points" : "residuals",
-                     curve >= 0 ? kempe_table_column_name(table, curve) : "");
 }
 
 static void put_columns(kmp_json *json, const kmp_result_page *page, int x, strides stride, double *room)
@@ -126,7 +111,12 @@ static void put_columns(kmp_json *json, const kmp_result_page *page, int x, stri
         int every = whole ? stride.first : stride.other, count = thin(rows, every, values, room);
         kmp_json_put(json, "{ name %s unit %s every %d", kempe_table_column_name(table, c), kempe_table_unit(table, c),
                      every / stride.first);
-        put_look(json, table, c);
+        /* Points have the name of the column whose curve they belong to. */
+        int curve = kmp_table_curve_of(table, c);
+        if (kmp_table_has_points(table, c))
+            kmp_json_put(json, "look %s of %s",
+                         kmp_table_column_look(table, c) == KMP_LOOK_POINTS ? "points" : "residuals",
+                         curve >= 0 ? kempe_table_column_name(table, curve) : "");
         put_summary(json, page, kempe_table_values(table, x), c);
         kmp_json_floats(json, "values", (size_t)count, room);
         kmp_json_end(json);
@@ -232,33 +222,7 @@ static void put_fastest(kmp_json *json, const kmp_result_page *page)
         kmp_json_string(json, NULL, page->system->model->bodies[page->system->model->motions[best].body].joint);
 }
 
-/* The parts to be marked where a run did not reach its end. */
-static void put_stopped_at(kmp_json *json, const kmp_result_page *page)
-{
-    bool stopped = page->reason && !kmp_is_complete(page->status);
-    kmp_json_array(json, "stopped_at");
-    if (stopped && put_named(json, page->system->model, page->reason) == 0 && page->status != KEMPE_STOPPED &&
-        page->record)
-        put_fastest(json, page);
-    kmp_json_end(json);
-}
-
 /* -- the model --------------------------------------------------------------------------------------- */
-
-static void put_parameters(kmp_json *json, const kempe_model *model)
-{
-    kmp_json_array(json, "parameters");
-    for (int k = 0; k < model->parameter_count; k++) {
-        const kmp_parameter *p = &model->parameters[k];
-        kmp_text words = {0};
-        if (p->number.expr)
-            kmp_model_put_expr(&words, model, p->number.expr);
-        kmp_json_put(json, "{ name %s value %.9g", p->name, p->number.value);
-        kmp_json_text(json, "expression", &words);
-        kmp_json_end(json);
-    }
-    kmp_json_end(json);
-}
 
 /* Each with the value of its default in its own unit. */
 static void put_inputs(kmp_json *json, const kempe_model *model)
@@ -346,12 +310,29 @@ static void put_data(kmp_text *text, const kmp_result_page *page)
     if (page->record && page->record->row.rows > 0)
         kmp_page_record(&json, page->record);
     kmp_json_end(&json);
-    put_stopped_at(&json, page);
+    /* The parts to be marked where a run did not reach its end. */
+    bool stopped = page->reason && !kmp_is_complete(page->status);
+    kmp_json_array(&json, "stopped_at");
+    if (stopped && put_named(&json, page->system->model, page->reason) == 0 && page->status != KEMPE_STOPPED &&
+        page->record)
+        put_fastest(&json, page);
+    kmp_json_end(&json);
     kmp_contact_drawing(&json, page->contacts, page->record ? &page->record->row : NULL);
     kmp_vehicle_drawing(&json, page->contacts, page->comfort);
     kmp_json_put(&json, "separate %i locked %i", page->separate, page->locked);
     kmp_statistics_put(&json, "statistics", page->statistics);
-    put_parameters(&json, page->system->model);
+    const kempe_model *model = page->system->model;
+    kmp_json_array(&json, "parameters");
+    for (int k = 0; k < model->parameter_count; k++) {
+        const kmp_parameter *p = &model->parameters[k];
+        kmp_text words = {0};
+        if (p->number.expr)
+            kmp_model_put_expr(&words, model, p->number.expr);
+        kmp_json_put(&json, "{ name %s value %.9g", p->name, p->number.value);
+        kmp_json_text(&json, "expression", &words);
+        kmp_json_end(&json);
+    }
+    kmp_json_end(&json);
     put_inputs(&json, page->system->model);
     put_files(&json, page->system->model);
     kmp_motion_picture(&json, "picture", page->system->model, page->frames, page->frame_x);

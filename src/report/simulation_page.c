@@ -131,9 +131,14 @@ static bool is_secondary(const char *name)
     return strncmp(name, "qd.", 3) == 0 || strncmp(name, "qdd.", 4) == 0 || strncmp(name, "lambda.", 7) == 0;
 }
 
-/* The outputs that the model requests, as far as they are few. */
-static kempe_status choose_first(maker *w)
+static kempe_status make(maker *w)
 {
+    const kempe_system *system = w->t->system;
+    KMP_TRY(kmp_vehicle_comfort(w->t, &w->comfort));
+    KMP_TRY(record_run(w));
+    KMP_TRY(kmp_observed_init(&w->observed, system, NULL, MOST_COLUMNS, NULL));
+    KMP_TRY(fill_table(w));
+    /* The outputs that the model requests, as far as they are few. */
     KMP_TRY(kmp_made(w->t->system->context, kmp_columns_init(&w->own, w->t->system, w->t->system->model, NULL)));
     bool few = w->own.count - 1 <= KMP_PAGE_FIRST;
     int most = few ? KMP_PAGE_FIRST : KMP_PAGE_FIRST / 2;
@@ -142,32 +147,10 @@ static kempe_status choose_first(maker *w)
             w->first[w->first_count++] = w->own.name[k];
     for (int k = 1; k < w->own.count && w->first_count == 0; k++)
         w->first[w->first_count++] = w->own.name[k];
-    return KEMPE_OK;
-}
-
-static kempe_status make(maker *w)
-{
-    const kempe_system *system = w->t->system;
-    KMP_TRY(kmp_vehicle_comfort(w->t, &w->comfort));
-    KMP_TRY(record_run(w));
-    KMP_TRY(kmp_observed_init(&w->observed, system, NULL, MOST_COLUMNS, NULL));
-    KMP_TRY(fill_table(w));
-    KMP_TRY(choose_first(w));
     if (w->record.row.rows == 0)
         KMP_TRY(kmp_record_start(system, &w->start));
     kmp_context_clear(system->context); /* a run that fails has failed again */
     return kempe_trajectory_print(w->t, KEMPE_TEXT, &w->text);
-}
-
-static void release(maker *w)
-{
-    kmp_record_free(&w->record);
-    kmp_record_free(&w->start);
-    kmp_observed_free(&w->observed);
-    kmp_columns_free(&w->own);
-    kempe_table_free(w->table);
-    kempe_comfort_free(w->comfort);
-    kempe_text_free(w->text);
 }
 
 /* -- words ------------------------------------------------------------------------------------------- */
@@ -191,14 +174,6 @@ static void add_fact(kmp_result_page *page, kmp_arena *arena, const char *name, 
 {
     const char *value = isfinite(x) ? kmp_arena_printf(arena, format, x) : "-";
     page->fact[page->fact_count++] = (kmp_page_fact){name, value};
-}
-
-static void add_facts(kmp_result_page *page, const kempe_trajectory *t, kmp_arena *arena)
-{
-    add_fact(page, arena, "energy balance", t->verdict.drift_rel, "%.1e");
-    add_fact(page, arena, "closure residual", t->verdict.h_max, "%.1e");
-    add_fact(page, arena, t->again.known ? "repeated run differs by" : "steps",
-             t->again.known ? t->again.difference : (double)t->report.steps, t->again.known ? "%.1e" : "%.0f");
 }
 
 /* The convergence check without its label. */
@@ -238,7 +213,10 @@ static kempe_status write_page(maker *w, kmp_arena *arena, const char *path)
                             .record = &w->record,
                             .comfort = w->comfort,
                             .contacts = t};
-    add_facts(&page, t, arena);
+    add_fact(&page, arena, "energy balance", t->verdict.drift_rel, "%.1e");
+    add_fact(&page, arena, "closure residual", t->verdict.h_max, "%.1e");
+    add_fact(&page, arena, t->again.known ? "repeated run differs by" : "steps",
+             t->again.known ? t->again.difference : (double)t->report.steps, t->again.known ? "%.1e" : "%.0f");
     return arena->failed ? kmp_fail_memory(t->system->context) : kmp_result_page_write(&page, path);
 }
 
@@ -253,7 +231,13 @@ kempe_status kempe_trajectory_write_report(kempe_trajectory *trajectory, const c
     kempe_status status = make(&w);
     if (status == KEMPE_OK)
         status = write_page(&w, &arena, path);
-    release(&w);
+    kmp_record_free(&w.record);
+    kmp_record_free(&w.start);
+    kmp_observed_free(&w.observed);
+    kmp_columns_free(&w.own);
+    kempe_table_free(w.table);
+    kempe_comfort_free(w.comfort);
+    kempe_text_free(w.text);
     kmp_arena_free(&arena);
     return status;
 }

@@ -14,17 +14,6 @@ typedef struct watch {
     long in_last; /* steps in the last range */
 } watch;
 
-static void halve(kmp_record *record)
-{
-    int half = record->range_count / 2;
-    for (int k = 0; k < half; k++) {
-        const kmp_step_range *a = &record->ranges[2 * k], *b = a + 1;
-        record->ranges[k] = (kmp_step_range){a->t, fmin(a->least, b->least), fmax(a->most, b->most)};
-    }
-    record->range_count = half;
-    record->each *= 2;
-}
-
 static void add_step(watch *w, double t, double step)
 {
     kmp_record *record = w->record;
@@ -35,8 +24,16 @@ static void add_step(watch *w, double t, double step)
         w->in_last++;
         return;
     }
-    if (record->range_count == KMP_RECORD_RANGES)
-        halve(record);
+    if (record->range_count == KMP_RECORD_RANGES) {
+        /* Two ranges become one. */
+        int half = record->range_count / 2;
+        for (int k = 0; k < half; k++) {
+            const kmp_step_range *a = &record->ranges[2 * k], *b = a + 1;
+            record->ranges[k] = (kmp_step_range){a->t, fmin(a->least, b->least), fmax(a->most, b->most)};
+        }
+        record->range_count = half;
+        record->each *= 2;
+    }
     record->ranges[record->range_count++] = (kmp_step_range){t, step, step};
     w->in_last = 1;
 }
@@ -132,8 +129,15 @@ static void judge_row(kmp_record *record, int row, kmp_evaluator *eval)
 /* Kinetic energy below this part of the potential's value counts as rounding, as in verdicts. */
 #define AT_REST 1e-9
 
-static void relate_energy(kmp_record *record)
+static kempe_status judge(const kempe_system *system, const char *backend, kmp_record *record)
 {
+    kmp_evaluator *eval = record->row.rows > 0 ? kmp_eval_new(system, backend) : NULL;
+    if (!eval)
+        return record->row.rows > 0 ? KEMPE_E_MEMORY : KEMPE_OK;
+    for (int row = 0; row < record->row.rows; row++)
+        judge_row(record, row, eval);
+    kmp_eval_free(eval);
+    /* The change of the energy, relative to the kinetic energy or the range of the potential one. */
     double kinetic = 0, lowest = INFINITY, highest = -INFINITY, value = 0, first = record->energy[0];
     for (int k = 0; k < record->row.rows; k++) {
         kinetic = fmax(kinetic, record->kinetic[k]);
@@ -144,17 +148,6 @@ static void relate_energy(kmp_record *record)
     double size = fmax(fmax(kinetic, highest - lowest), AT_REST * value);
     for (int k = 0; k < record->row.rows; k++)
         record->energy[k] = size > 0 ? (record->energy[k] - first) / size : 0;
-}
-
-static kempe_status judge(const kempe_system *system, const char *backend, kmp_record *record)
-{
-    kmp_evaluator *eval = record->row.rows > 0 ? kmp_eval_new(system, backend) : NULL;
-    if (!eval)
-        return record->row.rows > 0 ? KEMPE_E_MEMORY : KEMPE_OK;
-    for (int row = 0; row < record->row.rows; row++)
-        judge_row(record, row, eval);
-    kmp_eval_free(eval);
-    relate_energy(record);
     return KEMPE_OK;
 }
 

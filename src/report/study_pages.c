@@ -82,13 +82,6 @@ static const char *scene_of(study_page *s, const char *words)
                             system->n == 1 ? "" : "s", system->m, system->m == 1 ? "" : "s");
 }
 
-static kempe_status finish(study_page *s, const char *path)
-{
-    s->page.text = s->text;
-    s->page.table = s->table;
-    return s->arena.failed ? kmp_fail_memory(s->context) : kmp_result_page_write(&s->page, path);
-}
-
 /* The page of a result, which `fill` makes. */
 static kempe_status write_page(const kempe_system *system, const char *command, const char *subject,
                                kempe_status (*fill)(study_page *s, const void *result), const void *result,
@@ -98,8 +91,11 @@ static kempe_status write_page(const kempe_system *system, const char *command, 
     kempe_status status = begin(&s, system, command, subject);
     if (status == KEMPE_OK)
         status = fill(&s, result);
-    if (status == KEMPE_OK)
-        status = finish(&s, path);
+    if (status == KEMPE_OK) {
+        s.page.text = s.text;
+        s.page.table = s.table;
+        status = s.arena.failed ? kmp_fail_memory(s.context) : kmp_result_page_write(&s.page, path);
+    }
     kempe_text_free(s.text);
     kempe_statistics_free(s.statistics);
     kempe_table_free(s.table);
@@ -109,20 +105,6 @@ static kempe_status write_page(const kempe_system *system, const char *command, 
 }
 
 /* -- position analysis ------------------------------------------------------------------------------- */
-
-/* A column of the swept value if it ascends all along, otherwise s, which always does. */
-static void choose_abscissa(study_page *s, const kempe_kinematics *k)
-{
-    const char *swept =
-        k->time >= 0 ? "t" : kmp_arena_printf(&s->arena, "q.%s", kmp_kinematics_name(k, &k->lead[k->first]));
-    int column = swept ? kempe_table_find(s->table, swept) : -1;
-    const double *x = column >= 0 ? kempe_table_values(s->table, column) : NULL;
-    s->page.x = x ? swept : "s";
-    for (int row = 1; x && row < k->count; row++)
-        if (!(x[row] > x[row - 1]))
-            s->page.x = "s";
-    s->page.frame_x = kempe_table_values(s->table, kempe_table_find(s->table, s->page.x));
-}
 
 static kempe_status fill_kinematics(study_page *s, const void *result)
 {
@@ -136,7 +118,16 @@ static kempe_status fill_kinematics(study_page *s, const void *result)
                                       k->dead_count == 1 ? "" : "s");
     KMP_TRY(kempe_kinematics_print(k, KEMPE_TEXT, &s->text));
     KMP_TRY(kempe_kinematics_table(k, "rows", &s->table));
-    choose_abscissa(s, k);
+    /* A column of the swept value if it ascends all along, otherwise s, which always does. */
+    const char *swept =
+        k->time >= 0 ? "t" : kmp_arena_printf(&s->arena, "q.%s", kmp_kinematics_name(k, &k->lead[k->first]));
+    int column = swept ? kempe_table_find(s->table, swept) : -1;
+    const double *x = column >= 0 ? kempe_table_values(s->table, column) : NULL;
+    s->page.x = x ? swept : "s";
+    for (int row = 1; x && row < k->count; row++)
+        if (!(x[row] > x[row - 1]))
+            s->page.x = "s";
+    s->page.frame_x = kempe_table_values(s->table, kempe_table_find(s->table, s->page.x));
     choose_first(s, first, KMP_PAGE_FIRST / 2);
     return add_frames(s, k->count, k->q, k->system->n, NULL);
 }
@@ -275,19 +266,6 @@ static kempe_status add_quantities(study_page *s)
     return KEMPE_OK;
 }
 
-/* Text and warnings are those of the table: a gathered run has no others. */
-static kempe_status describe_instances(study_page *s, const kmp_instance_sums *sums)
-{
-    kmp_text text = {0}, warnings = {0};
-    kmp_instances_put(&text, s->page.system->model->name, s->table, 0, "", s->statistics);
-    kmp_instances_put_warnings(&warnings, sums);
-    s->page.warnings = warnings.s ? kmp_arena_strdup(&s->arena, warnings.s) : "";
-    bool failed = warnings.failed;
-    kmp_text_free(&warnings);
-    KMP_TRY(kmp_print_finish(s->context, &text, &s->text));
-    return kmp_made(s->context, !failed);
-}
-
 static kempe_status fill_instances(study_page *s, const void *result)
 {
     const instances *i = result;
@@ -301,7 +279,15 @@ static kempe_status fill_instances(study_page *s, const void *result)
     s->page.x = kempe_table_find(s->table, "status") > 0 ? kempe_table_column_name(s->table, 0) : "";
     s->page.scattered = true;
     KMP_TRY(add_quantities(s));
-    KMP_TRY(describe_instances(s, &sums));
+    /* Text and warnings are those of the table: a gathered run has no others. */
+    kmp_text text = {0}, warnings = {0};
+    kmp_instances_put(&text, s->page.system->model->name, s->table, 0, "", s->statistics);
+    kmp_instances_put_warnings(&warnings, &sums);
+    s->page.warnings = warnings.s ? kmp_arena_strdup(&s->arena, warnings.s) : "";
+    bool failed = warnings.failed;
+    kmp_text_free(&warnings);
+    KMP_TRY(kmp_print_finish(s->context, &text, &s->text));
+    KMP_TRY(kmp_made(s->context, !failed));
     if (s->page.first_count == 0)
         choose_first(s, first, KMP_PAGE_FIRST / 2);
     kempe_assembly *start = NULL;
@@ -491,18 +477,6 @@ kempe_status kempe_optimum_write_report(kempe_optimum *optimum, const char *path
 
 /* -- limit cycles ------------------------------------------------------------------------------------ */
 
-/* The first special cycles of a branch as facts. */
-static void add_special_cycles(study_page *s, const kempe_limit_cycles *c, const kmp_cycle_branch *branch)
-{
-    kmp_shown as = kmp_limit_cycles_shown(c);
-    for (int k = 0; k < branch->count && s->page.fact_count < KMP_PAGE_FACTS; k++)
-        if (branch->cycle[k]->word != KMP_CYCLE_REGULAR)
-            s->page.fact[s->page.fact_count++] =
-                (kmp_page_fact){kmp_arena_printf(&s->arena, "%s at %s", kmp_cycle_text(branch->cycle[k]), c->name),
-                                kmp_arena_printf(&s->arena, "%.6g%s%s", as.factor * branch->cycle[k]->value,
-                                                 as.unit[0] ? " " : "", as.unit)};
-}
-
 /* The cycles of a branch are joined as in its picture; the rows are in their order. */
 static const kmp_page_join *joins_of(study_page *s, const kempe_limit_cycles *c, int rows)
 {
@@ -523,7 +497,15 @@ static kempe_status fill_limit_cycles(study_page *s, const void *result)
     int count = 0;
     for (int b = 0; b < c->branches; b++) {
         count += c->branch[b].count;
-        add_special_cycles(s, c, &c->branch[b]);
+        /* The first special cycles of a branch as facts. */
+        const kmp_cycle_branch *branch = &c->branch[b];
+        kmp_shown as = kmp_limit_cycles_shown(c);
+        for (int k = 0; k < branch->count && s->page.fact_count < KMP_PAGE_FACTS; k++)
+            if (branch->cycle[k]->word != KMP_CYCLE_REGULAR)
+                s->page.fact[s->page.fact_count++] =
+                    (kmp_page_fact){kmp_arena_printf(&s->arena, "%s at %s", kmp_cycle_text(branch->cycle[k]), c->name),
+                                    kmp_arena_printf(&s->arena, "%.6g%s%s", as.factor * branch->cycle[k]->value,
+                                                     as.unit[0] ? " " : "", as.unit)};
     }
     s->page.status = c->status;
     s->page.reason = c->reason ? c->reason : "";

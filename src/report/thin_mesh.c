@@ -76,16 +76,6 @@ static void divide(grid *g, double longest, int parts)
 
 /* -- vertices of cells --------------------------------------------------------------------------------- */
 
-static void add_means(const grid *g, cell *cells)
-{
-    for (int k = 0; k < g->mesh->vertex_count; k++) {
-        cell *c = &cells[g->cell_of[k]];
-        c->count++;
-        for (int i = 0; i < 3; i++)
-            c->mean[i] += (g->mesh->vertex[k][i] - c->mean[i]) / c->count;
-    }
-}
-
 /* The plane of a triangle counts by the square of its area. */
 static void add_plane(cell *c, const double *at, const double normal[3])
 {
@@ -96,21 +86,6 @@ static void add_plane(cell *c, const double *at, const double normal[3])
         c->a[k] += normal[row[k]] * normal[column[k]];
     for (int i = 0; i < 3; i++)
         c->b[i] += normal[i] * off;
-}
-
-static void add_planes(const grid *g, cell *cells)
-{
-    for (int k = 0; k < g->mesh->triangle_count; k++) {
-        const int *t = g->mesh->triangle[k];
-        const double *p = g->mesh->vertex[t[0]], *q = g->mesh->vertex[t[1]], *s = g->mesh->vertex[t[2]];
-        double normal[3];
-        for (int i = 0; i < 3; i++) {
-            int j = (i + 1) % 3, l = (i + 2) % 3;
-            normal[i] = (q[j] - p[j]) * (s[l] - p[l]) - (q[l] - p[l]) * (s[j] - p[j]);
-        }
-        for (int i = 0; i < 3; i++)
-            add_plane(&cells[g->cell_of[t[i]]], p, normal);
-    }
 }
 
 static double determinant(const double x[3], const double y[3], const double z[3])
@@ -141,8 +116,23 @@ static bool collect(const grid *g, kmp_arena *arena, kmp_mesh *thin)
     thin->vertex_count = g->cells;
     thin->triangle_count = 0;
     if (cells && thin->vertex && thin->triangle) {
-        add_means(g, cells);
-        add_planes(g, cells);
+        for (int k = 0; k < g->mesh->vertex_count; k++) {
+            cell *c = &cells[g->cell_of[k]];
+            c->count++;
+            for (int i = 0; i < 3; i++)
+                c->mean[i] += (g->mesh->vertex[k][i] - c->mean[i]) / c->count;
+        }
+        for (int k = 0; k < g->mesh->triangle_count; k++) {
+            const int *t = g->mesh->triangle[k];
+            const double *p = g->mesh->vertex[t[0]], *q = g->mesh->vertex[t[1]], *s = g->mesh->vertex[t[2]];
+            double normal[3];
+            for (int i = 0; i < 3; i++) {
+                int j = (i + 1) % 3, l = (i + 2) % 3;
+                normal[i] = (q[j] - p[j]) * (s[l] - p[l]) - (q[l] - p[l]) * (s[j] - p[j]);
+            }
+            for (int i = 0; i < 3; i++)
+                add_plane(&cells[g->cell_of[t[i]]], p, normal);
+        }
         for (int k = 0; k < g->cells; k++)
             settle(g, &cells[k], thin->vertex[k]);
         for (int k = 0; k < g->mesh->triangle_count; k++)

@@ -120,16 +120,6 @@ static place begin(const kmp_wheel_gap *w)
     return p;
 }
 
-/* The limits of an elastic wheel's zone, or of the profile. */
-static void limit(kmp_wheel_gap *w, int zone)
-{
-    const kmp_table *height = w->wheel->profile->height;
-    double border = kmp_zone_border(w->wheel);
-    bool elastic = w->wheel->form == KMP_CONTACT_ELASTIC;
-    w->low = fmax(height->x[0], elastic ? w->wheel->zone[zone][0] - border : -INFINITY);
-    w->high = fmin(height->x[height->count - 1], elastic ? w->wheel->zone[zone][1] + border : INFINITY);
-}
-
 kmp_wheel_gap *kmp_wheel_gap_new(const kmp_wheel *wheel, const kmp_track *track, int zone, const double *pose,
                                  double angle, double s)
 {
@@ -148,7 +138,12 @@ kmp_wheel_gap *kmp_wheel_gap_new(const kmp_wheel *wheel, const kmp_track *track,
         kmp_wheel_gap_free(w);
         return NULL;
     }
-    limit(w, zone);
+    /* The limits of an elastic wheel's zone, or of the profile. */
+    const kmp_table *height = w->wheel->profile->height;
+    double border = kmp_zone_border(w->wheel);
+    bool elastic = w->wheel->form == KMP_CONTACT_ELASTIC;
+    w->low = fmax(height->x[0], elastic ? w->wheel->zone[zone][0] - border : -INFINITY);
+    w->high = fmin(height->x[height->count - 1], elastic ? w->wheel->zone[zone][1] + border : INFINITY);
     w->origin = begin(w).t;
     return w;
 }

@@ -286,14 +286,6 @@ static bool is_found(const candidates *c, double s, double aside, double margin)
     return sqrt(own) + margin <= sqrt(other);
 }
 
-static int first_behind(const candidates *c, double s)
-{
-    int k = 0;
-    while (k < c->count && c->list[k].s <= s)
-        k++;
-    return k;
-}
-
 /* Adds candidates where parts of the course are near each other. A place that is passed twice remains ambiguous. */
 static bool refine(candidates *c)
 {
@@ -308,7 +300,9 @@ static bool refine(candidates *c)
             bool found = true;
             for (int side = -1; side <= 1; side++)
                 found = found && is_found(c, s, side * t->gauge, step / 2);
-            int at = first_behind(c, s);
+            int at = 0;
+            while (at < c->count && c->list[at].s <= s)
+                at++;
             if (!found && s - c->list[at - 1].s > step / 2 && !insert(c, at, s))
                 return false;
         }

@@ -171,16 +171,6 @@ static bool bulges_to_negative(const kmp_points *p)
     return low > near && low < p->count - 1 - near;
 }
 
-/* X of a wheel is outwards from the back of its flange; that of a rail is towards its gauge side. */
-static void turn_miniprof(const source *s)
-{
-    double up = (bulges_to_negative(s->p) ? -1 : 1) * (s->wheel ? -1 : 1);
-    for (int k = 0; k < s->p->count; k++) {
-        s->p->x[k] *= (s->wheel ? 1 : -1) / 1000.0;
-        s->p->y[k] *= up / 1000;
-    }
-}
-
 /* -- Simpack ----------------------------------------------------------------------------------------- */
 
 /* Changes of points that a file demands; lengths in its unit. */
@@ -235,38 +225,34 @@ static bool read_sections(source *s, const char *text, changes *c)
     return good;
 }
 
-/* The order is that of Simpack: distance, shift, rotation, bounds, mirrors. The order of points does not matter here.
- */
-static void change_points(const source *s, const changes *c)
-{
-    kmp_points *p = s->p;
-    double turn = c->rotate / c->angle, last = NAN;
-    int count = 0;
-    for (int k = 0; k < p->count; k++) {
-        double a = p->x[k], b = p->y[k];
-        if (c->least > 0 && fabs(a - last) <= c->least)
-            continue;
-        last = a;
-        a += c->shift[0];
-        b += c->shift[1];
-        double y = a * cos(turn) - b * sin(turn), z = a * sin(turn) + b * cos(turn);
-        if (c->from[0] < c->to[0] && (y < c->from[0] || y > c->to[0]))
-            continue;
-        if (c->from[1] < c->to[1])
-            z = fmin(fmax(z, c->from[1]), c->to[1]);
-        p->x[count] = (c->mirror[0] == 1 ? -y : y) / c->length;
-        p->y[count] = (c->mirror[1] == 1 ? z : -z) / c->length;
-        p->place[count++] = p->place[k];
-    }
-    p->count = count;
-}
-
 static bool read_simpack(source *s, const char *text)
 {
     changes c = {.angle = 1};
     if (!read_sections(s, text, &c))
         return false;
-    change_points(s, &c);
+    /* The order is that of Simpack: distance, shift, rotation, bounds, mirrors. The order of points does not matter
+     * here.
+     */
+    kmp_points *p = s->p;
+    double turn = c.rotate / c.angle, last = NAN;
+    int count = 0;
+    for (int k = 0; k < p->count; k++) {
+        double a = p->x[k], b = p->y[k];
+        if (c.least > 0 && fabs(a - last) <= c.least)
+            continue;
+        last = a;
+        a += c.shift[0];
+        b += c.shift[1];
+        double y = a * cos(turn) - b * sin(turn), z = a * sin(turn) + b * cos(turn);
+        if (c.from[0] < c.to[0] && (y < c.from[0] || y > c.to[0]))
+            continue;
+        if (c.from[1] < c.to[1])
+            z = fmin(fmax(z, c.from[1]), c.to[1]);
+        p->x[count] = (c.mirror[0] == 1 ? -y : y) / c.length;
+        p->y[count] = (c.mirror[1] == 1 ? z : -z) / c.length;
+        p->place[count++] = p->place[k];
+    }
+    p->count = count;
     return true;
 }
 
@@ -340,8 +326,14 @@ static bool read_text(source *s, const char *text)
         return false;
     if (!(s->simpack ? read_simpack(s, text) : read_miniprof(s, text)))
         return false;
-    if (!s->simpack)
-        turn_miniprof(s);
+    if (!s->simpack) {
+        /* X of a wheel is outwards from the back of its flange; that of a rail is towards its gauge side. */
+        double up = (bulges_to_negative(s->p) ? -1 : 1) * (s->wheel ? -1 : 1);
+        for (int k = 0; k < s->p->count; k++) {
+            s->p->x[k] *= (s->wheel ? 1 : -1) / 1000.0;
+            s->p->y[k] *= up / 1000;
+        }
+    }
     leave_out_hidden(s);
     return true;
 }

@@ -70,31 +70,6 @@ typedef struct section {
     double *y, *z;
 } section;
 
-static void turn(const kmp_table *profile, double slope, section *s)
-{
-    double c = 1 / hypot(1, slope), sine = slope * c;
-    for (int k = 0; k < profile->count; k++) {
-        s->y[k] = c * profile->x[k] - sine * profile->y[k];
-        s->z[k] = sine * profile->x[k] + c * profile->y[k];
-    }
-}
-
-/* Keeps the part that is visible from above, from the highest point to both sides. */
-static void leave_seen(section *s)
-{
-    int top = 0, first, last;
-    for (int k = 1; k < s->count; k++)
-        if (s->z[k] > s->z[top])
-            top = k;
-    for (first = top; first > 0 && s->y[first - 1] < s->y[first]; first--)
-        ;
-    for (last = top; last + 1 < s->count && s->y[last + 1] > s->y[last]; last++)
-        ;
-    s->count = last - first + 1;
-    s->y += first;
-    s->z += first;
-}
-
 /* Moves the section to its place; false: the gauge cannot be measured on it. */
 static bool shift(section *s, const kmp_table *turned, kmp_rail_place *place)
 {
@@ -115,7 +90,18 @@ static bool shift(section *s, const kmp_table *turned, kmp_rail_place *place)
 
 static kmp_table *place_section(section *s, kmp_rail_place *place)
 {
-    leave_seen(s);
+    /* Keeps the part that is visible from above, from the highest point to both sides. */
+    int top = 0, first, last;
+    for (int k = 1; k < s->count; k++)
+        if (s->z[k] > s->z[top])
+            top = k;
+    for (first = top; first > 0 && s->y[first - 1] < s->y[first]; first--)
+        ;
+    for (last = top; last + 1 < s->count && s->y[last + 1] > s->y[last]; last++)
+        ;
+    s->count = last - first + 1;
+    s->y += first;
+    s->z += first;
     place->resolved = kmp_table_check(s->count, s->y, s->z) < 0;
     if (!place->resolved)
         return NULL;
@@ -135,7 +121,13 @@ kmp_table *kmp_rail_new(const kmp_table *profile, kmp_rail_place *place)
         return NULL;
     section s = {profile->count, room, room + profile->count};
     place->reaches = true;
-    turn(profile, place->inclination, &s);
+    /* The profile in axes that are turned by the slope. */
+    double slope = place->inclination;
+    double c = 1 / hypot(1, slope), sine = slope * c;
+    for (int k = 0; k < profile->count; k++) {
+        s.y[k] = c * profile->x[k] - sine * profile->y[k];
+        s.z[k] = sine * profile->x[k] + c * profile->y[k];
+    }
     kmp_table *rail = place_section(&s, place);
     kmp_free(room);
     return rail;

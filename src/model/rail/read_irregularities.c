@@ -115,17 +115,6 @@ static bool read_spectrum(const reading *c)
     return good && check_size(c);
 }
 
-static void make(const reading *c, kmp_irregularities *all)
-{
-    for (int k = 0; k < KMP_IRREGULARITIES; k++) {
-        if (all->named[k] || kmp_wave_spectrum_density(c->spectrum->kind, (kmp_irregularity)k, 1) == 0)
-            continue;
-        all->made[k] = kmp_wave_spectrum_make(c->spectrum, (kmp_irregularity)k);
-        if (!all->made[k])
-            c->r->scratch.failed = true;
-    }
-}
-
 void kmp_read_irregularities(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_track *track)
 {
     kmp_irregularities *all = &track->irregularities;
@@ -143,8 +132,16 @@ void kmp_read_irregularities(kmp_reader *r, const kmp_yaml *map, const char *wha
             all->named[k] = kmp_read_table_name(r, node, kmp_reader_say(r, "%s of %s", key, c.what));
     }
     if (kmp_yaml_get(map, "spectrum")) {
-        if (read_spectrum(&c) && !r->wrong)
-            make(&c, all);
+        if (read_spectrum(&c) && !r->wrong) {
+            /* Irregularities that no file names are made from the spectrum. */
+            for (int k = 0; k < KMP_IRREGULARITIES; k++) {
+                if (all->named[k] || kmp_wave_spectrum_density(c.spectrum->kind, (kmp_irregularity)k, 1) == 0)
+                    continue;
+                all->made[k] = kmp_wave_spectrum_make(c.spectrum, (kmp_irregularity)k);
+                if (!all->made[k])
+                    c.r->scratch.failed = true;
+            }
+        }
         return;
     }
     for (size_t k = 0; k < sizeof spectrum_keys / sizeof *spectrum_keys; k++) {

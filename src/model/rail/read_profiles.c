@@ -8,9 +8,12 @@
 
 enum { LEAST_POINTS = 4 };
 
-/* A height over each y: y ascends, or descends, from the first point to the last. */
-static bool check_order(const kmp_points *p)
+static bool check_points(const kmp_points *p)
 {
+    if (p->count < LEAST_POINTS)
+        return kmp_reader_complain(p->r, p->map->place, "%s: a profile needs at least four points, not %d", p->what,
+                                   p->count);
+    /* A height over each y: y ascends, or descends, from the first point to the last. */
     double sense = p->x[p->count - 1] - p->x[0];
     for (int k = 1; k < p->count; k++) {
         double step = p->x[k] - p->x[k - 1];
@@ -27,14 +30,6 @@ static bool check_order(const kmp_points *p)
                 p->what, p->x[k - 1], p->x[k]);
     }
     return true;
-}
-
-static bool check_points(const kmp_points *p)
-{
-    if (p->count < LEAST_POINTS)
-        return kmp_reader_complain(p->r, p->map->place, "%s: a profile needs at least four points, not %d", p->what,
-                                   p->count);
-    return check_order(p);
 }
 
 /* The largest distance of a piece of the spline from the line between its points, approximately. */

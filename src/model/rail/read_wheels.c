@@ -145,15 +145,6 @@ static bool read_zones(const reading *w)
     return good;
 }
 
-static void say_left_out(const reading *w, int zones)
-{
-    const kmp_place place = w->wheel->place;
-    kmp_log(w->r->context, KEMPE_LOG_WARNING,
-            "%s:%d:%d: %s would touch its rail in %d zones, and a wheel has at most %d: the borders with the smallest "
-            "jumps are omitted, and the contact may jump there; use a smoother profile, or give 'zones'",
-            w->r->model->files[place.file], place.line, place.column, w->what, zones, KMP_WHEEL_ZONES);
-}
-
 static bool has_same_shape(const kmp_wheel *a, const kmp_wheel *b)
 {
     return a->track == b->track && a->profile == b->profile && a->radius.value == b->radius.value;
@@ -185,8 +176,14 @@ static void find_zones(const reading *w)
     int zones = kmp_zones_find(&model->tracks[wheel->track], wheel);
     if (zones == 0)
         w->r->scratch.failed = true;
-    if (zones > KMP_WHEEL_ZONES)
-        say_left_out(w, zones);
+    if (zones > KMP_WHEEL_ZONES) {
+        const kmp_place place = w->wheel->place;
+        kmp_log(
+            w->r->context, KEMPE_LOG_WARNING,
+            "%s:%d:%d: %s would touch its rail in %d zones, and a wheel has at most %d: the borders with the smallest "
+            "jumps are omitted, and the contact may jump there; use a smoother profile, or give 'zones'",
+            w->r->model->files[place.file], place.line, place.column, w->what, zones, KMP_WHEEL_ZONES);
+    }
 }
 
 /* Copies the places of an equal earlier wheel's zones, or finds them. */

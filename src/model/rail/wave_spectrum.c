@@ -75,17 +75,6 @@ static int count_waves(const kmp_wave_spectrum *s)
     return (int)ceil((high - low) / step);
 }
 
-static void set_waves(const kmp_wave_spectrum *s, kmp_irregularity what, waves *w)
-{
-    uint64_t state = (uint64_t)s->seed * KMP_IRREGULARITIES + (uint64_t)what;
-    double low = 2 * pi / s->longest, step = (2 * pi / s->shortest - low) / w->count;
-    for (int k = 0; k < w->count; k++) {
-        w->frequency[k] = low + (k + 0.5) * step;
-        w->size[k] = s->scale * sqrt(2 * step * kmp_wave_spectrum_density(s->kind, what, w->frequency[k]));
-        w->phase[k] = next_phase(&state);
-    }
-}
-
 static double height_at(const waves *w, double s)
 {
     double sum = 0;
@@ -129,7 +118,13 @@ kmp_table *kmp_wave_spectrum_make(const kmp_wave_spectrum *s, kmp_irregularity w
     w.frequency = room;
     w.size = room + w.count;
     w.phase = w.size + w.count;
-    set_waves(s, what, &w);
+    uint64_t state = (uint64_t)s->seed * KMP_IRREGULARITIES + (uint64_t)what;
+    double low = 2 * pi / s->longest, step = (2 * pi / s->shortest - low) / w.count;
+    for (int k = 0; k < w.count; k++) {
+        w.frequency[k] = low + (k + 0.5) * step;
+        w.size[k] = s->scale * sqrt(2 * step * kmp_wave_spectrum_density(s->kind, what, w.frequency[k]));
+        w.phase[k] = next_phase(&state);
+    }
     kmp_table *table = sample(s, &w, knots, w.phase + w.count, w.phase + w.count + all);
     kmp_free(room);
     return table;

@@ -127,17 +127,6 @@ static void raise_tops(const scan *s, double *top, int farther)
         top[k] = top[k + farther] > top[k] ? top[k + farther] : top[k];
 }
 
-/* The greatest heights of the rail under a run that is as wide, from those of spans that double. */
-static void find_tops(const scan *s, double widest, double *top)
-{
-    int reach = (int)fmin(widest / s->rail_step, MOST_POINTS) + 5, span = 1; /* with the points around either end */
-    for (int k = 0; k < s->rail_count; k++)
-        top[k] = fmax(s->rail[k], -FAR * s->scale);
-    for (; 2 * span <= reach; span *= 2)
-        raise_tops(s, top, span);
-    raise_tops(s, top, reach - span);
-}
-
 /* The runs with the wheel's centre at 0. */
 static void find_runs(const scan *s, const runs *r)
 {
@@ -153,20 +142,14 @@ static void find_runs(const scan *s, const runs *r)
         r->over[run] = (from - s->rail_first) / s->rail_step - 0.5;
         widest = fmax(widest, to - from);
     }
-    find_tops(s, widest, r->top);
-}
-
-/* The wheel's points at a roll. */
-static void turn(scan *s, double roll)
-{
-    double cosine = cos(roll), sine = sin(roll);
-    for (int k = 0; k < s->count; k++) {
-        double along = s->first + s->step * k, r = s->radius[k];
-        s->aside[k] = along * cosine + r * sine;
-        s->below[k] = along * sine - r * cosine;
-    }
-    find_runs(s, &s->wide);
-    find_runs(s, &s->narrow);
+    /* The greatest heights of the rail under a run that is as wide, from those of spans that double. */
+    double *top = r->top;
+    int reach = (int)fmin(widest / s->rail_step, MOST_POINTS) + 5, span = 1; /* with the points around either end */
+    for (int k = 0; k < s->rail_count; k++)
+        top[k] = fmax(s->rail[k], -FAR * s->scale);
+    for (; 2 * span <= reach; span *= 2)
+        raise_tops(s, top, span);
+    raise_tops(s, top, reach - span);
 }
 
 /* A lower limit of the distance of a run from the rail. */
@@ -247,7 +230,15 @@ static void follow(scan *s, double out, int k, double next, int l, int depth)
 /* Moves the rail under the wheel from one end of its profile to the other. */
 static void roll_over(scan *s, double middle, double roll)
 {
-    turn(s, roll);
+    /* The wheel's points at a roll. */
+    double cosine = cos(roll), sine = sin(roll);
+    for (int k = 0; k < s->count; k++) {
+        double along = s->first + s->step * k, r = s->radius[k];
+        s->aside[k] = along * cosine + r * sine;
+        s->below[k] = along * sine - r * cosine;
+    }
+    find_runs(s, &s->wide);
+    find_runs(s, &s->narrow);
     double reach = s->first + s->step * (s->count - 1), lean = s->radius[s->count / 2] * sin(roll);
     double out = middle - reach - lean, last = middle - s->first - lean, shift = SHIFT * s->scale;
     int k = touching(s, out, 0);

@@ -13,12 +13,6 @@ enum { CELLS = 1, TEXT = 4, NUMBERS = 6 };
 /* The largest element, whose size has 32 bits. */
 #define MOST_BYTES 0xffffff00u
 
-static void fill_up(kmp_text *text)
-{
-    static const char zeros[8];
-    kmp_text_append(text, zeros, (8 - text->length % 8) % 8);
-}
-
 /* The tag of an element, and its end once the data are there. */
 static size_t begin(kmp_text *text, int type)
 {
@@ -35,7 +29,8 @@ static void end(kmp_text *text, size_t data)
         return;
     }
     kmp_put_little(text->s + data - 4, size, 4);
-    fill_up(text);
+    static const char zeros[8];
+    kmp_text_append(text, zeros, (8 - text->length % 8) % 8);
 }
 
 /* An array up to its data. */

@@ -84,21 +84,6 @@ typedef struct kmp_parquet_chunk {
     size_t at, size;
 } chunk;
 
-static void put_page_header(kmp_text *text, int rows, size_t size)
-{
-    int last = 0, inner = 0;
-    put_number(text, &last, 1, I32, DATA_PAGE);
-    put_number(text, &last, 2, I32, (int64_t)size);
-    put_number(text, &last, 3, I32, (int64_t)size);
-    put_field(text, &last, 5, STRUCT);
-    put_number(text, &inner, 1, I32, rows);
-    put_number(text, &inner, 2, I32, PLAIN);
-    put_number(text, &inner, 3, I32, LEVELS);
-    put_number(text, &inner, 4, I32, LEVELS);
-    end_struct(text);
-    end_struct(text);
-}
-
 static size_t page_size(const kempe_table *t, int column, int first, int rows)
 {
     size_t size = (size_t)rows * 8;
@@ -115,7 +100,18 @@ static void put_page(kmp_text *text, const kempe_table *t, int column, int first
     size_t size = page_size(t, column, first, rows);
     if (size > INT_MAX)
         text->failed = true;
-    put_page_header(text, rows, size);
+    /* The header of the page. */
+    int last = 0, inner = 0;
+    put_number(text, &last, 1, I32, DATA_PAGE);
+    put_number(text, &last, 2, I32, (int64_t)size);
+    put_number(text, &last, 3, I32, (int64_t)size);
+    put_field(text, &last, 5, STRUCT);
+    put_number(text, &inner, 1, I32, rows);
+    put_number(text, &inner, 2, I32, PLAIN);
+    put_number(text, &inner, 3, I32, LEVELS);
+    put_number(text, &inner, 4, I32, LEVELS);
+    end_struct(text);
+    end_struct(text);
     for (int row = first; row < first + rows; row++) {
         if (kmp_table_has_words(t, column)) {
             const char *word = kempe_table_word(t, row, column);

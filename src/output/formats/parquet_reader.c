@@ -712,16 +712,6 @@ static void check_sum(reader *r)
     f->sum_holds = strcmp(sum, f->note[f->note_count - 1].value) == 0;
 }
 
-static void add_units(kmp_parquet_file *f)
-{
-    for (int k = 0; k < f->note_count; k++)
-        if (strncmp(f->note[k].key, "unit.", 5) == 0) {
-            int column = kmp_parquet_find(f, f->note[k].key + 5);
-            if (column >= 0)
-                f->column[column].unit = f->note[k].value;
-        }
-}
-
 static kempe_status read_bytes(reader *r)
 {
     enum { ENDS = 12, MARK = 4 };
@@ -735,7 +725,14 @@ static kempe_status read_bytes(reader *r)
         return refuse_damaged(r);
     KMP_TRY(read_footer(r, (source){.at = end - length, .end = end}));
     check_sum(r);
-    add_units(r->file);
+    /* The units of columns stand in notes. */
+    kmp_parquet_file *f = r->file;
+    for (int k = 0; k < f->note_count; k++)
+        if (strncmp(f->note[k].key, "unit.", 5) == 0) {
+            int column = kmp_parquet_find(f, f->note[k].key + 5);
+            if (column >= 0)
+                f->column[column].unit = f->note[k].value;
+        }
     return KEMPE_OK;
 }
 

@@ -50,15 +50,6 @@ static void put_sizes(kmp_zip *zip, const kmp_zip_member *m, int more)
     kmp_put_integer(&zip->text, m->size, 8);
 }
 
-static void put_local_header(kmp_zip *zip, const kmp_zip_member *m)
-{
-    kmp_put_integer(&zip->text, 0x04034b50, 4);
-    put_facts(zip, m);
-    kmp_put_integer(&zip->text, zip->wide ? 20 : 0, 2);
-    kmp_text_put(&zip->text, m->name);
-    put_sizes(zip, m, 0);
-}
-
 void kmp_zip_begin(kmp_zip *zip, const char *name)
 {
     size_t length = name ? strlen(name) : 0;
@@ -72,7 +63,13 @@ void kmp_zip_begin(kmp_zip *zip, const char *name)
     }
     memcpy(own, name, length + 1);
     members[zip->count] = (kmp_zip_member){.name = own, .at = zip->text.length};
-    put_local_header(zip, &members[zip->count++]);
+    /* The local header. */
+    const kmp_zip_member *m = &members[zip->count++];
+    kmp_put_integer(&zip->text, 0x04034b50, 4);
+    put_facts(zip, m);
+    kmp_put_integer(&zip->text, zip->wide ? 20 : 0, 2);
+    kmp_text_put(&zip->text, m->name);
+    put_sizes(zip, m, 0);
 }
 
 void kmp_zip_end_member(kmp_zip *zip)

@@ -67,17 +67,6 @@ static void set_hinge(const kempe_model *model, int point, const double axis[3],
     m->marks |= KMP_MARK_HINGE;
 }
 
-/* The axis of a body's only rotation in the axes of the body, as positions follow from its chain (pose.c). */
-static void mark_hinge(const kempe_model *model, const kmp_body *body, kmp_mark *m)
-{
-    double axis[3];
-    const kmp_motion *hinge = &model->motions[kmp_joint_first_free(body)];
-    memcpy(axis, hinge->axis, sizeof axis);
-    if (body->turned && body->reversed)
-        product(&body->frame[0][0], hinge->axis, axis);
-    set_hinge(model, body->to, axis, m);
-}
-
 /* v of the axes at the point where body's chain begins, in the axes of its parent. */
 static void to_parent(const kempe_model *model, const kmp_body *body, const double v[3], double out[3])
 {
@@ -105,8 +94,15 @@ static void mark_joint(kmp_drawing *drawing, const kempe_model *model, int b)
     kmp_picture_slide slide = {.motion = kmp_joint_first_free(body), .body = body->parent, .slider = b};
     kmp_mark *own = body->to >= 0 ? mark_point(drawing, model, body->to, marks, body->joint)
                                   : mark(drawing, b, marks, body->joint, origin);
-    if (first && first->rotation && free_count == 1)
-        mark_hinge(model, body, own);
+    if (first && first->rotation && free_count == 1) {
+        /* The axis of a body's only rotation in the axes of the body, as positions follow from its chain (pose.c). */
+        double axis[3];
+        const kmp_motion *hinge = &model->motions[kmp_joint_first_free(body)];
+        memcpy(axis, hinge->axis, sizeof axis);
+        if (body->turned && body->reversed)
+            product(&body->frame[0][0], hinge->axis, axis);
+        set_hinge(model, body->to, axis, own);
+    }
     if (!slides && body->at >= 0)
         mark_point(drawing, model, body->at, marks, body->joint);
     else if (!slides)
@@ -148,14 +144,6 @@ static void mark_closure(kmp_drawing *drawing, const kempe_model *model, const k
         add_line(drawing, model, closure->name, closure->point, true);
 }
 
-static void mark_com(kmp_drawing *drawing, const kempe_model *model, int b)
-{
-    double at[3];
-    values(model->bodies[b].com, at);
-    if (model->bodies[b].mass.value > 0)
-        mark(drawing, b, KMP_MARK_COM, NULL, at);
-}
-
 bool kmp_drawing_init(kmp_drawing *drawing, const kempe_model *model, int most_bodies)
 {
     int bodies = model->body_count < most_bodies ? model->body_count : most_bodies;
@@ -181,8 +169,12 @@ bool kmp_drawing_init(kmp_drawing *drawing, const kempe_model *model, int most_b
             mark_point(drawing, model, model->forces[f].point[k], KMP_MARK_CLOSURE, model->forces[f].name);
     for (int p = 0; p < model->point_count; p++)
         mark_point(drawing, model, p, KMP_MARK_NAMED, NULL);
-    for (int b = 1; b < bodies; b++)
-        mark_com(drawing, model, b);
+    for (int b = 1; b < bodies; b++) {
+        double at[3];
+        values(model->bodies[b].com, at);
+        if (model->bodies[b].mass.value > 0)
+            mark(drawing, b, KMP_MARK_COM, NULL, at);
+    }
     for (int f = 0; f < model->force_count; f++)
         for (int k = 0; kmp_force_is_line(model->forces[f].kind) && k <= model->forces[f].through_count; k++)
             add_line(drawing, model, model->forces[f].name,

@@ -11,21 +11,6 @@ enum { ORDER = 4, PAIRS = ORDER / 2 };
 
 static const double pi = 3.1415926535897932384626433832795;
 
-/* The poles above the real axis, and their residues. */
-static void find_terms(double cutoff, double complex pole[PAIRS], double complex residue[PAIRS])
-{
-    const double w = 2 * pi * cutoff;
-    double complex all[ORDER];
-    for (int k = 0; k < ORDER; k++)
-        all[k] = w * cexp(I * pi * (2 * k + ORDER + 1) / (2 * ORDER));
-    for (int k = 0; k < PAIRS; k++) {
-        pole[k] = all[k];
-        residue[k] = w * w * w * w;
-        for (int i = 0; i < ORDER; i++)
-            residue[k] /= i == k ? 1 : all[k] - all[i];
-    }
-}
-
 /* z after a step h is grow z + first u0 + last u1. Without a step u jumps. */
 typedef struct advance {
     double complex grow, first, last;
@@ -40,7 +25,17 @@ static advance advance_over(double complex pole, double h)
 bool kmp_low_pass(double cutoff, int count, int stride, const double *t, int signals, const double *in, double *out)
 {
     double complex pole[PAIRS], residue[PAIRS], *state = KMP_NEW(double complex, PAIRS *signals);
-    find_terms(cutoff, pole, residue);
+    /* The poles above the real axis, and their residues. */
+    const double w = 2 * pi * cutoff;
+    double complex all[ORDER];
+    for (int k = 0; k < ORDER; k++)
+        all[k] = w * cexp(I * pi * (2 * k + ORDER + 1) / (2 * ORDER));
+    for (int k = 0; k < PAIRS; k++) {
+        pole[k] = all[k];
+        residue[k] = w * w * w * w;
+        for (int i = 0; i < ORDER; i++)
+            residue[k] /= i == k ? 1 : all[k] - all[i];
+    }
     for (int s = 0; state && s < signals; s++) {
         out[(ptrdiff_t)s * count] = in[(ptrdiff_t)s * count];
         for (int i = 0; i < PAIRS; i++)

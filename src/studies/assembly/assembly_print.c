@@ -6,23 +6,6 @@
 #include <kempe/check.h>
 #include <string.h>
 
-/* "" when closed; else the loops that stay open, widest first. */
-static void write_reason(kmp_text *reason, const kempe_assembly *a)
-{
-    kmp_text_put(reason, "");
-    for (int k = 0; !a->closed && k < a->culprit_count; k++) {
-        kmp_text_put(reason, k ? ", " : "loops remain open: ");
-        kmp_assembly_put_open(reason, a, a->culprits[k]);
-    }
-    if (!a->closed && a->culprit_count == 0)
-        kmp_text_printf(reason, "the loops do not close to the required precision: |h| = %.3g", a->residual);
-    if (a->closed && a->goals.end == KMP_GOALS_SINGULAR)
-        kmp_text_printf(reason,
-                        "the search for the goals stopped after %d steps, where the closures lose rank (slope %.2g): "
-                        "no nearest position was found",
-                        a->goals.steps, a->goals.slope);
-}
-
 static bool is_done(const kempe_assembly *a)
 {
     return a->closed && a->goals.end != KMP_GOALS_SINGULAR;
@@ -197,7 +180,19 @@ static void json_assembly(kmp_text *text, const void *result)
     const kempe_model *model = a->system->model;
     kmp_json j = kmp_json_begin(text);
     kmp_text warnings = {0}, reason = {0};
-    write_reason(&reason, a);
+    /* "" when closed; else the loops that stay open, widest first. */
+    kmp_text_put(&reason, "");
+    for (int k = 0; !a->closed && k < a->culprit_count; k++) {
+        kmp_text_put(&reason, k ? ", " : "loops remain open: ");
+        kmp_assembly_put_open(&reason, a, a->culprits[k]);
+    }
+    if (!a->closed && a->culprit_count == 0)
+        kmp_text_printf(&reason, "the loops do not close to the required precision: |h| = %.3g", a->residual);
+    if (a->closed && a->goals.end == KMP_GOALS_SINGULAR)
+        kmp_text_printf(&reason,
+                        "the search for the goals stopped after %d steps, where the closures lose rank (slope %.2g): "
+                        "no nearest position was found",
+                        a->goals.steps, a->goals.slope);
     kmp_text_put(&warnings, "");
     kmp_assembly_put_rates(&warnings, a);
     kmp_print_head(&j, a->system, kmp_status_word(is_done(a) ? KEMPE_OK : KEMPE_E_FAILED), reason.s, a->system->build_s,

@@ -26,31 +26,6 @@ static void json_sentence(kmp_json *json, const char *key, const kempe_check *ch
     kmp_text_free_part(json->text, &line);
 }
 
-static void json_partition(kmp_json *json, const kempe_check *check)
-{
-    const kmp_partition *part = &check->part;
-    kmp_json_put(json, "rank %d dof %d driven %d undetermined %s", part->r, part->p, check->driven,
-                 check->undetermined);
-    json_rows(json, "redundant", check, part->m - part->r, part->redundant);
-    kmp_print_names(json, "u", check->system, kmp_name_of_coordinate, part->p, part->u);
-    kmp_print_names(json, "v", check->system, kmp_name_of_coordinate, part->r, part->v);
-    kmp_json_put(json, "cond_Jv %g max_B %g exchanges %d", check->condition, part->max_b, part->exchanges);
-    kmp_json_numbers(json, "pivots", part->m < part->n ? part->m : part->n, part->pivots);
-}
-
-static void json_blocks(kmp_json *json, const kempe_check *check)
-{
-    const kmp_diagnosis *d = &check->diagnosis;
-    kmp_json_array(json, "blocks");
-    for (int b = 0; b < d->block_count; b++)
-        kmp_print_names(json, NULL, check->system, kmp_name_of_coordinate, d->blocks[b].size, d->blocks[b].columns);
-    kmp_json_put(json, "] block_closures [");
-    for (int b = 0; b < d->block_count; b++)
-        kmp_print_names(json, NULL, check->system, kmp_name_of_closure, d->blocks[b].closure_count,
-                        d->blocks[b].closures);
-    kmp_json_end(json);
-}
-
 static void json_mobility(kmp_json *json, const kempe_check *check)
 {
     static const char *const words[] = {NULL, "real", "branches", "shaky", "conditions"};
@@ -64,16 +39,6 @@ static void json_mobility(kmp_json *json, const kempe_check *check)
                  d->second == KMP_SECOND_BRANCHES ? (double)d->branches : (double)NAN);
 }
 
-/* Components of loads that are not unique, by joint and loop; none where they are zero in all joints. */
-static void json_loads(kmp_json *json, const kempe_check *check)
-{
-    kmp_text text = {0};
-    if (check->diagnosis.loads.loaded)
-        (void)kmp_put_shared_loads(&text, check->system->model, &check->diagnosis.loads);
-    kmp_json_string(json, "loads_not_unique", text.s ? text.s : "");
-    kmp_text_free_part(json->text, &text);
-}
-
 static void json_redundancy(kmp_json *json, const kempe_check *check)
 {
     const kmp_diagnosis *d = &check->diagnosis;
@@ -85,26 +50,18 @@ static void json_redundancy(kmp_json *json, const kempe_check *check)
     }
     kmp_json_end(json);
     json_rows(json, "reactions_not_unique", check, d->shared_count, d->shared_rows);
-    json_loads(json, check);
+    /* Components of loads that are not unique, by joint and loop; none where they are zero in all joints. */
+    kmp_text text = {0};
+    if (check->diagnosis.loads.loaded)
+        (void)kmp_put_shared_loads(&text, check->system->model, &check->diagnosis.loads);
+    kmp_json_string(json, "loads_not_unique", text.s ? text.s : "");
+    kmp_text_free_part(json->text, &text);
     kmp_json_array(json, "repairs");
     for (int k = 0; k < d->repair_count; k++) {
         kmp_json_put(json, "{ closure %s may_lose %d of %d", kmp_name_of_closure(check->system, d->repairs[k].closure),
                      d->repairs[k].count, d->repairs[k].of);
         json_rows(json, "rows", check, d->repairs[k].count, d->repairs[k].rows);
         kmp_json_end(json);
-    }
-    kmp_json_end(json);
-}
-
-static void json_alternatives(kmp_json *json, const kempe_check *check)
-{
-    kmp_json_array(json, "alternatives");
-    for (int k = 0; k < check->diagnosis.alternative_count; k++) {
-        const kmp_alternative *a = &check->diagnosis.alternatives[k];
-        kmp_json_put(json, "{");
-        kmp_json_string(json, "coordinate", motion_name(check, a->coordinate));
-        kmp_json_string(json, "instead_of", motion_name(check, a->instead));
-        kmp_json_put(json, "max_B %g }", a->max_b);
     }
     kmp_json_end(json);
 }
@@ -124,8 +81,38 @@ static void json_landmarks(kmp_json *json, const kempe_check *check)
     kmp_json_end(json);
 }
 
-static void json_limits(kmp_json *json, const kempe_check *check)
+static void json_assembled(kmp_json *json, const kempe_check *check)
 {
+    kmp_json_put(json, "nbody %d nq %d nh %d", check->body_count, check->part.n, check->part.m);
+    const kmp_partition *part = &check->part;
+    kmp_json_put(json, "rank %d dof %d driven %d undetermined %s", part->r, part->p, check->driven,
+                 check->undetermined);
+    json_rows(json, "redundant", check, part->m - part->r, part->redundant);
+    kmp_print_names(json, "u", check->system, kmp_name_of_coordinate, part->p, part->u);
+    kmp_print_names(json, "v", check->system, kmp_name_of_coordinate, part->r, part->v);
+    kmp_json_put(json, "cond_Jv %g max_B %g exchanges %d", check->condition, part->max_b, part->exchanges);
+    kmp_json_numbers(json, "pivots", part->m < part->n ? part->m : part->n, part->pivots);
+    const kmp_diagnosis *d = &check->diagnosis;
+    kmp_json_array(json, "blocks");
+    for (int b = 0; b < d->block_count; b++)
+        kmp_print_names(json, NULL, check->system, kmp_name_of_coordinate, d->blocks[b].size, d->blocks[b].columns);
+    kmp_json_put(json, "] block_closures [");
+    for (int b = 0; b < d->block_count; b++)
+        kmp_print_names(json, NULL, check->system, kmp_name_of_closure, d->blocks[b].closure_count,
+                        d->blocks[b].closures);
+    kmp_json_end(json);
+    kmp_json_whole(json, "loops", check->loop_count);
+    json_mobility(json, check);
+    json_redundancy(json, check);
+    kmp_json_array(json, "alternatives");
+    for (int k = 0; k < check->diagnosis.alternative_count; k++) {
+        const kmp_alternative *a = &check->diagnosis.alternatives[k];
+        kmp_json_put(json, "{");
+        kmp_json_string(json, "coordinate", motion_name(check, a->coordinate));
+        kmp_json_string(json, "instead_of", motion_name(check, a->instead));
+        kmp_json_put(json, "max_B %g }", a->max_b);
+    }
+    kmp_json_end(json);
     const kmp_limits *l = &check->diagnosis.limits;
     kmp_json_put(json, "limits { walked %d cycle %d reason %s range {", l->walked, l->cycle,
                  l->walked ? l->ended : l->why_not);
@@ -139,32 +126,7 @@ static void json_limits(kmp_json *json, const kempe_check *check)
     kmp_json_end(json);
 }
 
-static void json_assembled(kmp_json *json, const kempe_check *check)
-{
-    kmp_json_put(json, "nbody %d nq %d nh %d", check->body_count, check->part.n, check->part.m);
-    json_partition(json, check);
-    json_blocks(json, check);
-    kmp_json_whole(json, "loops", check->loop_count);
-    json_mobility(json, check);
-    json_redundancy(json, check);
-    json_alternatives(json, check);
-    json_limits(json, check);
-}
-
 /* -- failed assembly --------------------------------------------------------------------------------- */
-
-static void json_releases(kmp_json *json, const kempe_check *check)
-{
-    const kmp_obstacle *o = &check->obstacle;
-    kmp_json_array(json, "releases");
-    for (int k = 0; k < o->release_count; k++) {
-        const kmp_release *release = &o->releases[k];
-        kmp_json_put(json, "{");
-        kmp_json_string(json, "coordinate", motion_name(check, release->coordinate));
-        kmp_json_put(json, "closes %d to %g }", release->closes, release->closes ? release->to : NAN);
-    }
-    kmp_json_end(json);
-}
 
 static void json_obstacle(kmp_json *json, const kempe_check *check)
 {
@@ -174,24 +136,20 @@ static void json_obstacle(kmp_json *json, const kempe_check *check)
     kmp_json_put(json, "rank %g dof %g cond_Jv %g max_B %g redundant [ ] u [ ] v [ ] blocks [ ] gap %g turn %g", NAN,
                  NAN, NAN, NAN, a->gap, a->turn);
     kmp_print_names(json, "culprits", check->system, kmp_name_of_closure, a->culprit_count, a->culprits);
-    json_releases(json, check);
+    const kmp_obstacle *o = &check->obstacle;
+    kmp_json_array(json, "releases");
+    for (int k = 0; k < o->release_count; k++) {
+        const kmp_release *release = &o->releases[k];
+        kmp_json_put(json, "{");
+        kmp_json_string(json, "coordinate", motion_name(check, release->coordinate));
+        kmp_json_put(json, "closes %d to %g }", release->closes, release->closes ? release->to : NAN);
+    }
+    kmp_json_end(json);
     kmp_json_array(json, "too_short");
     for (int k = 0; k < check->obstacle.reach_count; k++) {
         const kmp_reach *reach = &check->obstacle.reaches[k];
         kmp_json_put(json, "{ closure %s longest %g others %g }", kmp_name_of_closure(check->system, reach->closure),
                      reach->longest, reach->others);
-    }
-    kmp_json_end(json);
-}
-
-static void json_cuts(kmp_json *json, const kempe_model *model)
-{
-    kmp_json_array(json, "cuts");
-    for (int k = 0; k < model->cut_count; k++) {
-        const kmp_cut *cut = &model->cuts[k];
-        kmp_json_object(json, NULL);
-        kmp_model_json_cut(json, cut);
-        kmp_json_end(json);
     }
     kmp_json_end(json);
 }
@@ -224,7 +182,15 @@ void kmp_check_json(kmp_text *text, const void *result)
         json_assembled(&j, check);
     else
         json_obstacle(&j, check);
-    json_cuts(&j, check->system->model);
+    const kempe_model *model = check->system->model;
+    kmp_json_array(&j, "cuts");
+    for (int k = 0; k < model->cut_count; k++) {
+        const kmp_cut *cut = &model->cuts[k];
+        kmp_json_object(&j, NULL);
+        kmp_model_json_cut(&j, cut);
+        kmp_json_end(&j);
+    }
+    kmp_json_end(&j);
     json_shaped(&j, check->system->model);
     kmp_print_unused_json(&j, check->system->model);
     kmp_json_end(&j);

@@ -61,13 +61,6 @@ static void write_unused(kmp_text *text, const kempe_check *check)
     kmp_print_unused(text, check->system->model);
 }
 
-static void show_verdict(kmp_text *text, const kempe_check *check)
-{
-    label(text, "verdict");
-    kmp_check_verdict(text, check);
-    kmp_text_put(text, "\n");
-}
-
 static void show_mobility(kmp_text *text, const kempe_check *check)
 {
     const kmp_partition *part = &check->part;
@@ -126,14 +119,6 @@ static void put_shaped(kmp_text *text, const kempe_check *check, int k)
     kmp_text_put(text, " kg m^2");
 }
 
-static void show_shaped(kmp_text *text, const kempe_check *check)
-{
-    int count = 0;
-    while (shaped(check, count))
-        count++;
-    list(text, check, "mass by shapes", "", count, put_shaped);
-}
-
 /* Bodies with mass or without it (`heavy`), whose inertia is zero. */
 static void show_bare(kmp_text *text, const kempe_check *check, const char *word, bool heavy)
 {
@@ -180,44 +165,7 @@ static void show_shared(kmp_text *text, const kempe_check *check)
     kmp_text_put(text, "\n");
 }
 
-static void show_redundancy(kmp_text *text, const kempe_check *check)
-{
-    const kmp_diagnosis *d = &check->diagnosis;
-    if (!d->ran)
-        line(text, "not examined", "%s", d->why_not);
-    list(text, check, "dependent sets", "", d->set_count, put_set);
-    show_shared(text, check);
-    if (d->repairs_skipped)
-        line(text, "removable closures", "not examined: too many rows");
-    list(text, check, "removable closures", "or", d->repair_count, put_repair);
-}
-
 /* -- choice ------------------------------------------------------------------------------------------ */
-
-static void show_pivots(kmp_text *text, const kmp_partition *part)
-{
-    int count = part->m < part->n ? part->m : part->n;
-    label(text, "pivots");
-    for (int k = 0; k < count; k++)
-        kmp_text_printf(text, "%s%.3g",
-                        k == 0         ? ""
-                        : k == part->r ? " | "
-                                       : " ",
-                        part->pivots[k] > ROUNDING * part->pivots[0] ? part->pivots[k] : 0);
-    kmp_text_put(text, count ? "\n" : "none\n");
-}
-
-static void show_why(kmp_text *text, const kmp_partition *part)
-{
-    label(text, "why");
-    kmp_text_put(text, part->user     ? "requested"
-                       : part->r == 0 ? "there are no loops: all coordinates are independent"
-                                      : "v has the largest pivots of the scaled J, so that v depends least on u");
-    if (part->exchanges > 0)
-        kmp_text_printf(text, ";\n%23sthen %d exchange%s between u and v where |Bvu| was above 2", "", part->exchanges,
-                        part->exchanges == 1 ? "" : "s");
-    kmp_text_put(text, "\n");
-}
 
 /* The dependent coordinates that could, or could not, be independent instead. */
 static void show_alternatives(kmp_text *text, const kempe_check *check, bool usable, const char *word)
@@ -279,8 +227,23 @@ static void show_choice(kmp_text *text, const kempe_check *check)
     label(text, "dependent, v");
     kmp_list_names(text, check->system, kmp_name_of_coordinate, part->r, part->v);
     kmp_text_put(text, "\n");
-    show_why(text, part);
-    show_pivots(text, part);
+    label(text, "why");
+    kmp_text_put(text, part->user     ? "requested"
+                       : part->r == 0 ? "there are no loops: all coordinates are independent"
+                                      : "v has the largest pivots of the scaled J, so that v depends least on u");
+    if (part->exchanges > 0)
+        kmp_text_printf(text, ";\n%23sthen %d exchange%s between u and v where |Bvu| was above 2", "", part->exchanges,
+                        part->exchanges == 1 ? "" : "s");
+    kmp_text_put(text, "\n");
+    int count = part->m < part->n ? part->m : part->n;
+    label(text, "pivots");
+    for (int k = 0; k < count; k++)
+        kmp_text_printf(text, "%s%.3g",
+                        k == 0         ? ""
+                        : k == part->r ? " | "
+                                       : " ",
+                        part->pivots[k] > ROUNDING * part->pivots[0] ? part->pivots[k] : 0);
+    kmp_text_put(text, count ? "\n" : "none\n");
     line(text, "condition of Jv", "%.3g", check->condition);
     line(text, "max |Bvu|", "%.3g", part->max_b);
     show_alternatives(text, check, true, "alternatives (|Bvu|)");
@@ -375,12 +338,17 @@ static void show_obstacle(kmp_text *text, const kempe_check *check)
 static bool show_begin(kmp_text *text, const kempe_check *check)
 {
     kmp_text_printf(text, "%s\n", check->system->model->name);
-    show_verdict(text, check);
+    label(text, "verdict");
+    kmp_check_verdict(text, check);
+    kmp_text_put(text, "\n");
     sentence(text, check, "unused parameters", write_unused);
     if (check->assembled)
         show_mobility(text, check);
     list(text, check, "cut joints", "", check->system->model->cut_count, put_cut);
-    show_shaped(text, check);
+    int count = 0;
+    while (shaped(check, count))
+        count++;
+    list(text, check, "mass by shapes", "", count, put_shaped);
     show_bare(text, check, "without inertia", true);
     show_bare(text, check, "without mass", false);
     if (!check->assembled)
@@ -405,7 +373,14 @@ static void show_all(kmp_text *text, const void *result)
     const kempe_check *check = result;
     if (!show_begin(text, check))
         return;
-    show_redundancy(text, check);
+    const kmp_diagnosis *d = &check->diagnosis;
+    if (!d->ran)
+        line(text, "not examined", "%s", d->why_not);
+    list(text, check, "dependent sets", "", d->set_count, put_set);
+    show_shared(text, check);
+    if (d->repairs_skipped)
+        line(text, "removable closures", "not examined: too many rows");
+    list(text, check, "removable closures", "or", d->repair_count, put_repair);
     show_choice(text, check);
     show_blocks(text, check);
     kmp_text_put(text, "\n");

@@ -135,14 +135,6 @@ void kmp_check_release(kmp_text *text, const kempe_check *check, const kmp_relea
         kmp_text_printf(text, "it does not close if only '%s' is released", motion->name);
 }
 
-static int dead_centres(const kmp_limits *l, int k)
-{
-    int count = 0;
-    for (int i = 0; i < l->landmark_count; i++)
-        count += l->landmark[i].coordinate == k;
-    return count;
-}
-
 /* Zero but for rounding, of lengths and angles that matter, reads as zero. */
 static double clean(double x)
 {
@@ -156,7 +148,9 @@ void kmp_check_swing(kmp_text *text, const kempe_check *check, int k)
     const char *unit = kmp_print_unit(check->system, k);
     double low = kmp_print_value(check->system, k, clean(s->low)),
            high = kmp_print_value(check->system, k, clean(s->high));
-    int dead = dead_centres(l, k);
+    int dead = 0;
+    for (int i = 0; i < l->landmark_count; i++)
+        dead += l->landmark[i].coordinate == k;
     if (!s->moves) {
         kmp_text_put(text, "does not move");
         return;

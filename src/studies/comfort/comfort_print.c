@@ -5,25 +5,6 @@
 #include <math.h>
 #include <string.h>
 
-static void show_signals(kmp_text *text, const kempe_comfort *c)
-{
-    int width = 0;
-    for (int k = 0; k < c->count; k++) {
-        int length = (int)strlen(c->signal[k].name);
-        width = length > width ? length : width;
-    }
-    kmp_text_printf(text, "%-14s%-*s  weighting    rms  weighted   median     95 %%  largest     Wz\n", "m/s^2", width,
-                    "");
-    for (int k = 0; k < c->count; k++) {
-        const kmp_comfort_signal *s = &c->signal[k];
-        const kmp_comfort_row *row = &kmp_comfort_rows[s->direction];
-        kmp_text_printf(text, "%-12s  %-*s  %-9s", row->name, width, s->name, kmp_weighting_name(row->weighting));
-        kmp_text_printf(text, "  %.4f    %.4f   %.4f   %.4f   %.4f", s->raw, s->weighted, s->median, s->percentile,
-                        s->largest);
-        kmp_text_printf(text, isfinite(s->sperling) ? "  %5.3f\n" : "      -\n", s->sperling);
-    }
-}
-
 static double worst(const kempe_comfort *c)
 {
     double difference = 0;
@@ -39,7 +20,21 @@ static void show(kmp_text *text, const void *result)
     kmp_text_printf(text, "ride comfort from t = %.6g s to %.6g s, %d window%s of %g s\n\n", c->from,
                     c->from + c->windows * KMP_COMFORT_WINDOW, c->windows, c->windows == 1 ? "" : "s",
                     KMP_COMFORT_WINDOW);
-    show_signals(text, c);
+    int width = 0;
+    for (int k = 0; k < c->count; k++) {
+        int length = (int)strlen(c->signal[k].name);
+        width = length > width ? length : width;
+    }
+    kmp_text_printf(text, "%-14s%-*s  weighting    rms  weighted   median     95 %%  largest     Wz\n", "m/s^2", width,
+                    "");
+    for (int k = 0; k < c->count; k++) {
+        const kmp_comfort_signal *s = &c->signal[k];
+        const kmp_comfort_row *row = &kmp_comfort_rows[s->direction];
+        kmp_text_printf(text, "%-12s  %-*s  %-9s", row->name, width, s->name, kmp_weighting_name(row->weighting));
+        kmp_text_printf(text, "  %.4f    %.4f   %.4f   %.4f   %.4f", s->raw, s->weighted, s->median, s->percentile,
+                        s->largest);
+        kmp_text_printf(text, isfinite(s->sperling) ? "  %5.3f\n" : "      -\n", s->sperling);
+    }
     kmp_text_put(text, c->places > 0 ? "\n" : "");
     for (int k = 0; k < c->places; k++)
         kmp_text_printf(text, "mean comfort N_MV  %.3f  at '%s'\n", kempe_comfort_mean_comfort(c, k),

@@ -261,19 +261,6 @@ kempe_status kmp_comfort_judge(kempe_comfort *comfort, kempe_trajectory *run, co
     return status;
 }
 
-static kempe_status make(kempe_comfort *c, const kempe_comfort_options *options, const kempe_run_options *run)
-{
-    kempe_run_options dense = *run;
-    kempe_trajectory *trajectory = NULL;
-    dense.size = sizeof dense;
-    dense.keep_dense = 1;
-    kempe_status status = kmp_simulate(c->system, &dense, &trajectory);
-    if (status == KEMPE_OK)
-        status = kmp_comfort_judge(c, trajectory, options);
-    kempe_trajectory_free(trajectory);
-    return status;
-}
-
 kempe_status kempe_comfort_new(const kempe_system *system, const kempe_comfort_options *options,
                                kempe_comfort **comfort)
 {
@@ -284,7 +271,14 @@ kempe_status kempe_comfort_new(const kempe_system *system, const kempe_comfort_o
     kmp_model_begin(system->model);
     KMP_MAKE(system->context, kempe_comfort, c);
     c->system = system;
-    kempe_status status = make(c, options, run);
+    kempe_run_options dense = *run;
+    kempe_trajectory *trajectory = NULL;
+    dense.size = sizeof dense;
+    dense.keep_dense = 1;
+    kempe_status status = kmp_simulate(c->system, &dense, &trajectory);
+    if (status == KEMPE_OK)
+        status = kmp_comfort_judge(c, trajectory, options);
+    kempe_trajectory_free(trajectory);
     c->warnings = kmp_context_warnings(system->context);
     c->status = status = kmp_context_verdict(system->context, status);
     return KMP_GIVE_OR_FREE(status, comfort, c, kempe_comfort_free);

@@ -84,15 +84,6 @@ static void report_cost(kmp_text *text, const kempe_comparison *c, const kmp_aim
     kmp_text_put(text, best ? " times as long" : " times");
 }
 
-static void report_tighter(kmp_text *text, const kempe_comparison *c, const kmp_aims *a, int method)
-{
-    int finest = a->level[a->count - 1];
-    const kmp_compared *run = &c->runs[run_at(c, method, finest)];
-    if (a->count > 1)
-        kmp_text_printf(text, "for an error of %g use rtol %g: %.3g ms", c->levels.level[finest], run->rtol,
-                        1e3 * run->cpu_s);
-}
-
 static void report_ends(kmp_text *text, const kempe_comparison *c, int method)
 {
     int failed = failed_of(c, method), done = 0;
@@ -192,19 +183,6 @@ static void report_preparation(kmp_text *text, const kempe_comparison *c, const 
     }
 }
 
-static void explain(kempe_comparison *c, const kmp_aims *a, int method, const kmp_stiffness *stiffness)
-{
-    kmp_text lines[6] = {{0}};
-    report_cost(&lines[0], c, a, method);
-    report_tighter(&lines[1], c, a, method);
-    report_ends(&lines[2], c, method);
-    report_stiffness(&lines[3], c, stiffness);
-    report_dae(&lines[4], c, a, method);
-    report_preparation(&lines[5], c, a, method);
-    for (int k = 0; k < 6; k++)
-        kmp_sentences_take(&c->arena, &c->advice.because, &lines[k]);
-}
-
 /* The cheapest run that agrees with the next tolerance of its method as usual; -1: none. */
 static int steadiest(const kempe_comparison *c)
 {
@@ -256,5 +234,19 @@ void kmp_compare_advise(kempe_comparison *c)
     }
     c->advice.run = run_at(c, method, a.level[0]);
     c->advice.level = c->levels.level[a.level[0]];
-    explain(c, &a, method, &stiffness);
+    kmp_text lines[6] = {{0}};
+    report_cost(&lines[0], c, &a, method);
+    /* The method at the smallest error. */
+    kmp_text *text = &lines[1];
+    int finest = a.level[a.count - 1];
+    const kmp_compared *run = &c->runs[run_at(c, method, finest)];
+    if (a.count > 1)
+        kmp_text_printf(text, "for an error of %g use rtol %g: %.3g ms", c->levels.level[finest], run->rtol,
+                        1e3 * run->cpu_s);
+    report_ends(&lines[2], c, method);
+    report_stiffness(&lines[3], c, &stiffness);
+    report_dae(&lines[4], c, &a, method);
+    report_preparation(&lines[5], c, &a, method);
+    for (int k = 0; k < 6; k++)
+        kmp_sentences_take(&c->arena, &c->advice.because, &lines[k]);
 }

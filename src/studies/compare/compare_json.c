@@ -13,42 +13,9 @@ static void json_names(kmp_json *json, const kmp_method *method)
         kmp_json_string(json, "linear", method->linear);
 }
 
-static void json_source(kmp_json *json, const kmp_source *source)
-{
-    kmp_json_object(json, NULL);
-    json_names(json, &source->method);
-    kmp_json_put(json, "rtol %g own_difference %g distance %g }", source->rtol, source->own, source->distance);
-}
-
-static void json_reference(kmp_json *json, const kempe_comparison *c)
-{
-    kmp_json_put(
-        json, "reference { source %s uncertainty %g uncertainty_qd %g uncertainty_lambda %g until %g instants %d",
-        c->source, c->has_reference ? c->uncertainty[KMP_QUANTITY_Q] : NAN,
-        c->has_reference ? c->uncertainty[KMP_QUANTITY_QD] : NAN,
-        c->has_reference ? c->uncertainty[KMP_QUANTITY_LAMBDA] : NAN, c->has_reference ? c->until : NAN, c->instants);
-    kmp_json_put(json, "scales { angle %g length %g rate %g load %g } amplification %g runs [",
-                 c->has_reference ? 1 : NAN, c->has_reference ? c->scales.length : NAN,
-                 c->has_reference ? c->scales.rate : NAN, c->has_reference && c->system->m > 0 ? c->scales.load : NAN,
-                 c->amplification);
-    for (int k = 0; k < c->source_count; k++)
-        json_source(json, &c->sources[k]);
-    kmp_json_put(json, "] }");
-}
-
 double kmp_compare_error(const kempe_comparison *c, const kmp_compared *run, kmp_quantity quantity)
 {
     return kmp_compared_is_below(c, run, quantity) ? NAN : run->verdict.error[quantity];
-}
-
-static void json_error(kmp_json *json, const kempe_comparison *c, const kmp_compared *run)
-{
-    kmp_verdict verdict = run->verdict;
-    for (int k = 0; k < KMP_COMPARE_SHOWN; k++)
-        verdict.error[kmp_compare_shown[k]] = kmp_compare_error(c, run, kmp_compare_shown[k]);
-    kmp_print_errors(json, &verdict);
-    if (kmp_compared_is_below(c, run, KMP_QUANTITY_Q))
-        kmp_json_boolean(json, "below_reference", true);
 }
 
 static void json_run(kmp_json *json, const kempe_comparison *c, const kmp_compared *run)
@@ -56,7 +23,12 @@ static void json_run(kmp_json *json, const kempe_comparison *c, const kmp_compar
     kmp_json_object(json, NULL);
     json_names(json, run->method);
     kmp_json_put(json, "rtol %g status %s reason %s", run->rtol, kmp_status_word(run->status), run->reason);
-    json_error(json, c, run);
+    kmp_verdict verdict = run->verdict;
+    for (int k = 0; k < KMP_COMPARE_SHOWN; k++)
+        verdict.error[kmp_compare_shown[k]] = kmp_compare_error(c, run, kmp_compare_shown[k]);
+    kmp_print_errors(json, &verdict);
+    if (kmp_compared_is_below(c, run, KMP_QUANTITY_Q))
+        kmp_json_boolean(json, "below_reference", true);
     kmp_print_verdict(json, &run->verdict);
     kmp_print_work(json, &run->report);
     kmp_json_put(json, "cpu_s %g build_s %g first_s %g memory_bytes %g difference %g", run->cpu_s, run->build_s,
@@ -90,34 +62,6 @@ static void json_reached(kmp_json *json, const kempe_comparison *c, int method, 
                  c->levels.best[l] < 0 ? NAN : number_or_none(kmp_compare_ratio(c, method, l)));
 }
 
-static void json_levels(kmp_json *json, const kempe_comparison *c)
-{
-    kmp_json_array(json, "equal_error");
-    for (int l = 0; l < c->levels.count; l++) {
-        kmp_json_put(json, "{ error %g", c->levels.level[l]);
-        if (c->levels.blank[l])
-            kmp_json_boolean(json, "below_reference", true);
-        kmp_json_array(json, "methods");
-        for (int w = 0; w < c->method_count && !c->levels.blank[l]; w++)
-            json_reached(json, c, w, l);
-        kmp_json_put(json, "] }");
-    }
-    kmp_json_end(json);
-}
-
-/* The cost at one of the errors of the two tables, and its ratio to that of a base in three factors. */
-static void json_split(kmp_json *json, const kempe_comparison *c, int method, int base, int l)
-{
-    kmp_method_cost cost = kmp_compare_cost(c, method, l), of = {NAN, NAN, NAN};
-    if (base >= 0)
-        of = kmp_compare_cost(c, base, l);
-    kmp_json_put(json, "{ error %g cpu_s %g steps %g evaluations %g", c->levels.level[l], cost.cpu_s, cost.steps,
-                 cost.rhs);
-    kmp_json_put(json, "ratio %g ratio_steps %g ratio_evaluations_per_step %g ratio_time_per_evaluation %g }",
-                 cost.cpu_s / of.cpu_s, cost.steps / of.steps, cost.rhs / cost.steps * of.steps / of.rhs,
-                 cost.cpu_s / cost.rhs * of.rhs / of.cpu_s);
-}
-
 static void json_split_all(kmp_json *json, const kempe_comparison *c, int method, bool same)
 {
     const kmp_tables *t = &c->tables;
@@ -126,7 +70,16 @@ static void json_split_all(kmp_json *json, const kempe_comparison *c, int method
     kmp_json_array(json, "errors");
     for (int k = 0; k < t->aims.count; k++) {
         int level = t->aims.level[k];
-        json_split(json, c, method, same ? kmp_compare_base(c, method, level) : kmp_compare_best(c, level), level);
+        /* The cost at one of the errors of the two tables, and its ratio to that of a base in three factors. */
+        int base = same ? kmp_compare_base(c, method, level) : kmp_compare_best(c, level);
+        kmp_method_cost cost = kmp_compare_cost(c, method, level), of = {NAN, NAN, NAN};
+        if (base >= 0)
+            of = kmp_compare_cost(c, base, level);
+        kmp_json_put(json, "{ error %g cpu_s %g steps %g evaluations %g", c->levels.level[level], cost.cpu_s,
+                     cost.steps, cost.rhs);
+        kmp_json_put(json, "ratio %g ratio_steps %g ratio_evaluations_per_step %g ratio_time_per_evaluation %g }",
+                     cost.cpu_s / of.cpu_s, cost.steps / of.steps, cost.rhs / cost.steps * of.steps / of.rhs,
+                     cost.cpu_s / cost.rhs * of.rhs / of.cpu_s);
     }
     kmp_json_put(json, "] }");
 }
@@ -178,12 +131,37 @@ void kmp_compare_json(kmp_text *text, const void *result)
     const kempe_comparison *c = result;
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, c->system, kmp_status_word(c->status), c->reason, c->system->build_s, NULL);
-    json_reference(&j, c);
+    kmp_json_put(
+        &j, "reference { source %s uncertainty %g uncertainty_qd %g uncertainty_lambda %g until %g instants %d",
+        c->source, c->has_reference ? c->uncertainty[KMP_QUANTITY_Q] : NAN,
+        c->has_reference ? c->uncertainty[KMP_QUANTITY_QD] : NAN,
+        c->has_reference ? c->uncertainty[KMP_QUANTITY_LAMBDA] : NAN, c->has_reference ? c->until : NAN, c->instants);
+    kmp_json_put(&j, "scales { angle %g length %g rate %g load %g } amplification %g runs [",
+                 c->has_reference ? 1 : NAN, c->has_reference ? c->scales.length : NAN,
+                 c->has_reference ? c->scales.rate : NAN, c->has_reference && c->system->m > 0 ? c->scales.load : NAN,
+                 c->amplification);
+    for (int k = 0; k < c->source_count; k++) {
+        const kmp_source *source = &c->sources[k];
+        kmp_json_object(&j, NULL);
+        json_names(&j, &source->method);
+        kmp_json_put(&j, "rtol %g own_difference %g distance %g }", source->rtol, source->own, source->distance);
+    }
+    kmp_json_put(&j, "] }");
     kmp_json_put(&j, "t_end %g runs [", c->t_end);
     for (int k = 0; k < c->count; k++)
         json_run(&j, c, &c->runs[k]);
     kmp_json_end(&j);
-    json_levels(&j, c);
+    kmp_json_array(&j, "equal_error");
+    for (int l = 0; l < c->levels.count; l++) {
+        kmp_json_put(&j, "{ error %g", c->levels.level[l]);
+        if (c->levels.blank[l])
+            kmp_json_boolean(&j, "below_reference", true);
+        kmp_json_array(&j, "methods");
+        for (int w = 0; w < c->method_count && !c->levels.blank[l]; w++)
+            json_reached(&j, c, w, l);
+        kmp_json_put(&j, "] }");
+    }
+    kmp_json_end(&j);
     json_tables(&j, c);
     json_stiffness(&j, c);
     json_advice(&j, c);

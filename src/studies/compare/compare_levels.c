@@ -74,20 +74,6 @@ static bool is_cheaper(const kempe_comparison *c, int run, int than)
     return than < 0 || c->runs[run].cpu_s < c->runs[than].cpu_s;
 }
 
-/* The cheapest method at a level. */
-static void settle_best(kempe_comparison *c, int l)
-{
-    double least = INFINITY;
-    for (int w = 0; w < c->method_count; w++) {
-        int place = w * KMP_MOST_LEVELS + l, run = c->levels.run[place];
-        c->levels.cost[place] = run >= 0 ? cost_of(c, run, levels[l]) : (kmp_method_cost){NAN, NAN, NAN};
-        if (c->levels.cost[place].cpu_s < least) {
-            least = c->levels.cost[place].cpu_s;
-            c->levels.best[l] = run;
-        }
-    }
-}
-
 static void settle(kempe_comparison *c, int l)
 {
     double uncertainty = c->uncertainty[KMP_QUANTITY_Q];
@@ -101,7 +87,16 @@ static void settle(kempe_comparison *c, int l)
         if (is_cheaper(c, k, *own))
             *own = k;
     }
-    settle_best(c, l);
+    /* The cheapest method at a level. */
+    double least = INFINITY;
+    for (int w = 0; w < c->method_count; w++) {
+        int place = w * KMP_MOST_LEVELS + l, run = c->levels.run[place];
+        c->levels.cost[place] = run >= 0 ? cost_of(c, run, levels[l]) : (kmp_method_cost){NAN, NAN, NAN};
+        if (c->levels.cost[place].cpu_s < least) {
+            least = c->levels.cost[place].cpu_s;
+            c->levels.best[l] = run;
+        }
+    }
 }
 
 void kmp_compare_levels(kempe_comparison *c)

@@ -69,24 +69,7 @@ static void show_instants(kmp_text *text, const kempe_comparison *c)
     kmp_text_free_part(text, &sentence);
 }
 
-static void show_head(kmp_text *text, const kempe_comparison *c)
-{
-    kmp_print_title(text, c->system->model, kmp_status_word(c->status));
-    kmp_text_printf(text, "0 to %g s\n", c->t_end);
-    show_wrapped(text, "reference: ", c->source);
-    if (c->has_reference)
-        show_uncertainty(text, c);
-    if (c->has_reference)
-        show_instants(text, c);
-}
-
 /* -- runs -------------------------------------------------------------------------------------------- */
-
-static void show_titles(kmp_text *text, int width)
-{
-    kmp_text_printf(text, "\n%-*s %5s | %7s %7s %7s | %5s %7s | %6s %7s %6s\n", width, "run", "rtol", "error q", "qd",
-                    "lambda", "|h|", "energy", "steps", "evals", "cpu ms");
-}
 
 /* The first line of a reason, as far as the table is wide. */
 static void show_reason(kmp_text *text, const kmp_compared *run, int room)
@@ -134,29 +117,14 @@ static void show_runs(kmp_text *text, const kempe_comparison *c)
         return;
     }
     if (c->count > 0)
-        show_titles(text, width);
+        kmp_text_printf(text, "\n%-*s %5s | %7s %7s %7s | %5s %7s | %6s %7s %6s\n", width, "run", "rtol", "error q",
+                        "qd", "lambda", "|h|", "energy", "steps", "evals", "cpu ms");
     for (int k = 0; k < c->count; k++)
         if (k % c->rtol_count == 0 || !c->runs[k].left_out || strcmp(c->runs[k].reason, c->runs[k - 1].reason) != 0)
             show_run(text, c, &c->runs[k], width);
 }
 
 /* -- at equal error ---------------------------------------------------------------------------------- */
-
-static void show_best(kmp_text *text, const kempe_comparison *c)
-{
-    kmp_text_printf(text, "%-*s", kmp_compare_name_width(c), "the fastest, ms");
-    for (int l = 0; l < c->levels.count; l++) {
-        int best = c->levels.best[l];
-        if (c->levels.blank[l])
-            kmp_text_printf(text, " %7s", "");
-        else if (best < 0)
-            kmp_text_printf(text, " %7s", "-");
-        else
-            kmp_text_printf(text, " %7.3g",
-                            1e3 * kmp_compare_cost(c, (int)(c->runs[best].method - c->methods), l).cpu_s);
-    }
-    kmp_compare_end_line(text);
-}
 
 static void show_ratios(kmp_text *text, const kempe_comparison *c, int method)
 {
@@ -189,7 +157,18 @@ static void show_levels(kmp_text *text, const kempe_comparison *c)
         blank = blank || c->levels.blank[l];
     }
     kmp_text_put(text, "\n");
-    show_best(text, c);
+    kmp_text_printf(text, "%-*s", kmp_compare_name_width(c), "the fastest, ms");
+    for (int l = 0; l < c->levels.count; l++) {
+        int best = c->levels.best[l];
+        if (c->levels.blank[l])
+            kmp_text_printf(text, " %7s", "");
+        else if (best < 0)
+            kmp_text_printf(text, " %7s", "-");
+        else
+            kmp_text_printf(text, " %7.3g",
+                            1e3 * kmp_compare_cost(c, (int)(c->runs[best].method - c->methods), l).cpu_s);
+    }
+    kmp_compare_end_line(text);
     for (int w = 0; w < c->method_count; w++)
         show_ratios(text, c, w);
     kmp_text_printf(text, "-: not attained%s\n", blank ? "; blank: below the accuracy of the reference" : "");
@@ -216,7 +195,13 @@ static void show_advice(kmp_text *text, const kempe_comparison *c)
 static void show(kmp_text *text, const void *result)
 {
     const kempe_comparison *c = result;
-    show_head(text, c);
+    kmp_print_title(text, c->system->model, kmp_status_word(c->status));
+    kmp_text_printf(text, "0 to %g s\n", c->t_end);
+    show_wrapped(text, "reference: ", c->source);
+    if (c->has_reference)
+        show_uncertainty(text, c);
+    if (c->has_reference)
+        show_instants(text, c);
     show_runs(text, c);
     kmp_compare_print_tables(text, c);
     show_levels(text, c);

@@ -96,14 +96,6 @@ static void put_line(kmp_text *text, const kempe_comparison *c, int method, bool
     kmp_compare_end_line(text);
 }
 
-static void put_memory(kmp_text *text, size_t bytes)
-{
-    if (bytes > 0)
-        kmp_compare_put_number(text, 9, (double)bytes / 1024);
-    else
-        kmp_text_printf(text, " %9s", "-");
-}
-
 /* Beside the integration: preparation, first result, memory, residuals and the other errors, of the run for the first
  * aim. */
 static void put_beside(kmp_text *text, const kempe_comparison *c, int method)
@@ -116,7 +108,11 @@ static void put_beside(kmp_text *text, const kempe_comparison *c, int method)
     kmp_text_printf(text, " | %6.0e", run->rtol);
     kmp_compare_put_number(text, 8, 1e3 * (c->system->build_s + run->build_s));
     kmp_compare_put_number(text, 8, 1e3 * kmp_compare_first_s(c, run));
-    put_memory(text, run->report.heap);
+    size_t bytes = run->report.heap;
+    if (bytes > 0)
+        kmp_compare_put_number(text, 9, (double)bytes / 1024);
+    else
+        kmp_text_printf(text, " %9s", "-");
     kmp_print_cell(text, 8, 0, run->verdict.h_max);
     kmp_print_cell(text, 8, 0, run->verdict.drift_rel);
     kmp_print_cell(text, 9, 1, kmp_compare_error(c, run, KMP_QUANTITY_QD));

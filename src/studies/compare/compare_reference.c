@@ -174,27 +174,6 @@ static void release(maker_source *s)
     kmp_samples_free(&s->beside);
 }
 
-static kempe_status gather(maker *m)
-{
-    kempe_status status = KEMPE_OK;
-    for (size_t k = 0; k < sizeof rows / sizeof *rows && m->count < KMP_MOST_SOURCES && status == KEMPE_OK; k++) {
-        if (!exists(&rows[k].method))
-            continue;
-        maker_source *s = &m->sources[m->count];
-        *s = (maker_source){.said = rows[k]};
-        kmp_samples_init(&s->table, m->system->n, m->system->m);
-        kmp_samples_init(&s->beside, m->system->n, m->system->m);
-        status = run_tight(m, s);
-        if (status == KEMPE_OK && s->said.rtol > 0)
-            status = run_beside(m, s);
-        if (status == KEMPE_OK && s->said.rtol > 0)
-            m->count++;
-        else
-            release(s);
-    }
-    return status;
-}
-
 /* -- amplification of a small change of the start ---------------------------------------------------- */
 
 /* The assembled start with all coordinates moved by NUDGE of their size, with alternating signs, and closed again.
@@ -237,19 +216,6 @@ static kempe_status run_nudged(maker *m)
     return status;
 }
 
-/* The effect of rounding up to a time, from its amplification at the start and at all rows. */
-static void amplify(maker *m, double until, double rounding[KMP_QUANTITIES])
-{
-    const kmp_samples *table = &m->sources[m->first].table;
-    double at_start[KMP_QUANTITIES] = {0}, all[KMP_QUANTITIES] = {0};
-    differ(m, &m->moved, table, 0, at_start);
-    differ(m, &m->moved, table, until, all);
-    bool moved = at_start[KMP_QUANTITY_Q] > MOVED * NUDGE; /* drives and locks undo it all */
-    for (int k = 0; k < KMP_QUANTITIES; k++)
-        rounding[k] = ROUNDING * (moved ? fmax(all[k] / at_start[KMP_QUANTITY_Q], 1) : 1);
-    m->comparison->amplification = moved ? all[KMP_QUANTITY_Q] / at_start[KMP_QUANTITY_Q] : NAN;
-}
-
 /* -- the best source and its uncertainty ------------------------------------------------------------- */
 
 /* The one whose own tolerances agree best up to a time; a later one must be clearly better. */
@@ -262,14 +228,6 @@ static void choose_until(maker *m, double until)
         if ((isnan(best) && !isnan(own)) || 3 * own < best)
             m->first = k;
     }
-}
-
-/* Chooses the reference. If all differ at the end, the beginning decides. */
-static void choose(maker *m)
-{
-    choose_until(m, INFINITY);
-    if (m->sources[m->first].said.own > LOST)
-        choose_until(m, m->at[STRIDE]);
 }
 
 static void take_least(double *least, const double *difference)
@@ -306,7 +264,15 @@ static void judge(maker *m, double until)
     judge_others(m, until, formulation, integrator);
     for (int k = 0; k < m->count; k++)
         judge_own(m, &m->sources[k], until);
-    amplify(m, until, rounding);
+    /* The effect of rounding up to a time, from its amplification at the start and at all rows. */
+    const kmp_samples *table = &m->sources[m->first].table;
+    double at_start[KMP_QUANTITIES] = {0}, all[KMP_QUANTITIES] = {0};
+    differ(m, &m->moved, table, 0, at_start);
+    differ(m, &m->moved, table, until, all);
+    bool moved = at_start[KMP_QUANTITY_Q] > MOVED * NUDGE; /* drives and locks undo it all */
+    for (int k = 0; k < KMP_QUANTITIES; k++)
+        rounding[k] = ROUNDING * (moved ? fmax(all[k] / at_start[KMP_QUANTITY_Q], 1) : 1);
+    m->comparison->amplification = moved ? all[KMP_QUANTITY_Q] / at_start[KMP_QUANTITY_Q] : NAN;
     for (int k = 0; k < KMP_QUANTITIES; k++) {
         double own = first->own[k] / (m->count > 1 ? FALL : 1), others = fmax(formulation[k], integrator[k]);
         bool known = !isnan(own) || !isnan(others);
@@ -429,9 +395,28 @@ static void settle(maker *m, double at_end, double bound)
 static kempe_status make_reference(maker *m)
 {
     double at_end = NAN, bound = NAN;
-    KMP_TRY(gather(m));
+    kempe_status status = KEMPE_OK;
+    for (size_t k = 0; k < sizeof rows / sizeof *rows && m->count < KMP_MOST_SOURCES && status == KEMPE_OK; k++) {
+        if (!exists(&rows[k].method))
+            continue;
+        maker_source *s = &m->sources[m->count];
+        *s = (maker_source){.said = rows[k]};
+        kmp_samples_init(&s->table, m->system->n, m->system->m);
+        kmp_samples_init(&s->beside, m->system->n, m->system->m);
+        status = run_tight(m, s);
+        if (status == KEMPE_OK && s->said.rtol > 0)
+            status = run_beside(m, s);
+        if (status == KEMPE_OK && s->said.rtol > 0)
+            m->count++;
+        else
+            release(s);
+    }
+    KMP_TRY(status);
     if (m->count > 0) {
-        choose(m);
+        /* Chooses the reference. If all differ at the end, the beginning decides. */
+        choose_until(m, INFINITY);
+        if (m->sources[m->first].said.own > LOST)
+            choose_until(m, m->at[STRIDE]);
         KMP_TRY(run_nudged(m));
         keep_good(m, &at_end, &bound);
     }

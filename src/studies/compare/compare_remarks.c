@@ -102,17 +102,6 @@ static bool is_left_out(const kempe_comparison *c, const kmp_compared *run, doub
     return run->left_out;
 }
 
-static void add_reason(kempe_comparison *c, const group *g)
-{
-    const char *reason = g->first->reason;
-    kmp_text text = {0};
-    begin(&text, c, g);
-    if (!g->first->left_out)
-        kmp_text_printf(&text, " %s", g->first->status == KEMPE_E_FAILED ? "failed" : "stopped");
-    kmp_text_printf(&text, ": %.*s", (int)strcspn(reason, "\n"), reason);
-    kmp_sentences_take(&c->arena, &c->failures, &text);
-}
-
 /* True if all runs end alike with any method and tolerance: the model is the cause. */
 static bool all_end_alike(const kempe_comparison *c)
 {
@@ -184,8 +173,15 @@ void kmp_compare_remark(kempe_comparison *c)
     for (int w = 0; w < c->method_count; w++) {
         for (size_t k = 0; k < sizeof ends / sizeof *ends; k++) {
             group g = find(c, w, ends[k]);
-            if (g.count > 0 && !(ends[k] == is_left_out && kmp_interrupted(c->system->context)))
-                add_reason(c, &g);
+            if (g.count > 0 && !(ends[k] == is_left_out && kmp_interrupted(c->system->context))) {
+                const char *reason = g.first->reason;
+                kmp_text text = {0};
+                begin(&text, c, &g);
+                if (!g.first->left_out)
+                    kmp_text_printf(&text, " %s", g.first->status == KEMPE_E_FAILED ? "failed" : "stopped");
+                kmp_text_printf(&text, ": %.*s", (int)strcspn(reason, "\n"), reason);
+                kmp_sentences_take(&c->arena, &c->failures, &text);
+            }
         }
         for (size_t k = 0; k < sizeof warnings / sizeof *warnings; k++) {
             group g = find(c, w, warnings[k].has);

@@ -244,19 +244,6 @@ static void sort_methods(const grid *g)
         }
 }
 
-static void sort_rtols(const grid *g)
-{
-    const double *rtol = g->comparison->rtols;
-    for (int i = 0; i < g->comparison->rtol_count; i++) {
-        g->rtols[i] = i;
-        for (int k = i; k > 0 && rtol[g->rtols[k]] > rtol[g->rtols[k - 1]]; k--) {
-            int swap = g->rtols[k];
-            g->rtols[k] = g->rtols[k - 1];
-            g->rtols[k - 1] = swap;
-        }
-    }
-}
-
 static bool begin(grid *g)
 {
     kempe_comparison *c = g->comparison;
@@ -282,16 +269,17 @@ static bool begin(grid *g)
                                     .cpu_s = NAN,
                                     .build_s = NAN,
                                     .apart = NAN};
-    sort_rtols(g);
+    /* Tolerances from the largest to the smallest. */
+    const double *rtol = g->comparison->rtols;
+    for (int i = 0; i < g->comparison->rtol_count; i++) {
+        g->rtols[i] = i;
+        for (int k = i; k > 0 && rtol[g->rtols[k]] > rtol[g->rtols[k - 1]]; k--) {
+            int swap = g->rtols[k];
+            g->rtols[k] = g->rtols[k - 1];
+            g->rtols[k - 1] = swap;
+        }
+    }
     return true;
-}
-
-static void end(grid *g)
-{
-    for (int w = 0; g->before && w < g->comparison->method_count; w++)
-        kmp_samples_free(&g->before[w]);
-    kmp_samples_free(&g->table);
-    kmp_arena_free(&g->arena);
 }
 
 kempe_status kmp_compare_run_all(kmp_compare_job *j)
@@ -309,6 +297,9 @@ kempe_status kmp_compare_run_all(kmp_compare_job *j)
     }
     if (status == KEMPE_OK)
         status = time_all(&g);
-    end(&g);
+    for (int w = 0; g.before && w < g.comparison->method_count; w++)
+        kmp_samples_free(&g.before[w]);
+    kmp_samples_free(&g.table);
+    kmp_arena_free(&g.arena);
     return status;
 }

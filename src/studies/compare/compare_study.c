@@ -122,31 +122,6 @@ static kempe_status use_reference(kmp_compare_job *j, const char *path)
     return status == KEMPE_OK && !c->source ? kmp_fail_memory(j->context) : status;
 }
 
-static kempe_status settle_t_end(kmp_compare_job *j, const kempe_compare_options *options)
-{
-    const kmp_method *method = &j->comparison->methods[0];
-    kmp_run_spec spec = {.formulation = method->formulation,
-                         .form = method->form,
-                         .integrator = method->integrator,
-                         .t_end = options->t_end};
-    if (!(options->t_end >= 0) || isinf(options->t_end))
-        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end = %g: a positive number is expected", options->t_end);
-    KMP_TRY(kmp_run_resolve(j->comparison->system, &spec));
-    if (!(spec.t_end > 0))
-        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end is missing: give it in the model or as an option");
-    j->comparison->t_end = j->comparison->until = spec.t_end;
-    j->eval = kmp_eval_new(j->comparison->system, spec.backend);
-    return j->eval ? KEMPE_OK : KEMPE_E_MEMORY;
-}
-
-static kempe_status settle_budget(kmp_compare_job *j, double budget_s)
-{
-    if (!(budget_s >= 0) || isinf(budget_s))
-        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "budget_s = %g: a positive number is expected", budget_s);
-    j->comparison->budget_s = j->left_s = budget_s > 0 ? budget_s : BUDGET;
-    return KEMPE_OK;
-}
-
 /* A stiff model is also run with implicit integrators, unless the user chose others. */
 static kempe_status widen(kmp_compare_job *j, const kempe_compare_options *options)
 {
@@ -181,8 +156,23 @@ static kempe_status prepare(kmp_compare_job *j, const kempe_compare_options *opt
 {
     kempe_comparison *c = j->comparison;
     KMP_TRY(kmp_compare_choose(c, options));
-    KMP_TRY(settle_budget(j, options->budget_s));
-    KMP_TRY(settle_t_end(j, options));
+    double budget_s = options->budget_s;
+    if (!(budget_s >= 0) || isinf(budget_s))
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "budget_s = %g: a positive number is expected", budget_s);
+    j->comparison->budget_s = j->left_s = budget_s > 0 ? budget_s : BUDGET;
+    const kmp_method *method = &j->comparison->methods[0];
+    kmp_run_spec spec = {.formulation = method->formulation,
+                         .form = method->form,
+                         .integrator = method->integrator,
+                         .t_end = options->t_end};
+    if (!(options->t_end >= 0) || isinf(options->t_end))
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end = %g: a positive number is expected", options->t_end);
+    KMP_TRY(kmp_run_resolve(j->comparison->system, &spec));
+    if (!(spec.t_end > 0))
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end is missing: give it in the model or as an option");
+    j->comparison->t_end = j->comparison->until = spec.t_end;
+    j->eval = kmp_eval_new(j->comparison->system, spec.backend);
+    KMP_TRY(j->eval ? KEMPE_OK : KEMPE_E_MEMORY);
     KMP_TRY(kempe_assembly_new(c->system, &j->start));
     KMP_TRY(widen(j, options));
     KMP_TRY(find_shared(j));
@@ -196,15 +186,6 @@ static kempe_status prepare(kmp_compare_job *j, const kempe_compare_options *opt
     for (int k = 0; c->has_reference && k < j->reference.rows; k++)
         c->instants += j->reference.t[k] <= c->until;
     return KEMPE_OK;
-}
-
-static void release(kmp_compare_job *j)
-{
-    kempe_assembly_free(j->start);
-    kmp_eval_free(j->eval);
-    kmp_samples_free(&j->reference);
-    kmp_times_free(&j->times);
-    kmp_times_free(&j->few);
 }
 
 /* -- the comparison ---------------------------------------------------------------------------------- */
@@ -253,7 +234,11 @@ kempe_status kempe_comparison_new(const kempe_system *system, const kempe_compar
     }
     if (c->arena.failed)
         status = kmp_fail_memory(j.context);
-    release(&j);
+    kempe_assembly_free(j.start);
+    kmp_eval_free(j.eval);
+    kmp_samples_free(&j.reference);
+    kmp_times_free(&j.times);
+    kmp_times_free(&j.few);
     status = kmp_context_verdict(j.context, status);
     c->status = status == KEMPE_UNTRUSTED ? status : c->status;
     if (kmp_has_result(status))

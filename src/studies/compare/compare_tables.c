@@ -105,15 +105,6 @@ static bool is_first_of_family(const kempe_comparison *c, int method)
     return first == method;
 }
 
-static void list_same(kempe_comparison *c)
-{
-    kmp_tables *t = &c->tables;
-    for (int first = 0; first < c->method_count; first++)
-        for (int w = first; w < c->method_count && is_first_of_family(c, first) && spans_formulations(c, first); w++)
-            if (same_family(c, w, first))
-                t->same[t->same_count++] = w;
-}
-
 /* -- the best of each formulation -------------------------------------------------------------------- */
 
 /* True if a method attains more aims than another, or as many at a smaller worst ratio. */
@@ -125,18 +116,6 @@ static bool is_better(const kempe_comparison *c, int method, int than)
             return own < other;
     }
     return false;
-}
-
-/* Best of all first. */
-static void sort_best(kempe_comparison *c)
-{
-    int *best = c->tables.best;
-    for (int i = 1; i < c->tables.best_count; i++)
-        for (int k = i; k > 0 && is_better(c, best[k], best[k - 1]); k--) {
-            int swap = best[k];
-            best[k] = best[k - 1];
-            best[k - 1] = swap;
-        }
 }
 
 static void list_best(kempe_comparison *c)
@@ -160,7 +139,19 @@ void kmp_compare_tables(kempe_comparison *c)
                              .best = KMP_ARENA_NEW(&c->arena, int, c->method_count)};
     if (c->arena.failed || c->tables.aims.count == 0)
         return;
-    list_same(c);
+    /* Methods of families that stand in several formulations. */
+    kmp_tables *t = &c->tables;
+    for (int first = 0; first < c->method_count; first++)
+        for (int w = first; w < c->method_count && is_first_of_family(c, first) && spans_formulations(c, first); w++)
+            if (same_family(c, w, first))
+                t->same[t->same_count++] = w;
     list_best(c);
-    sort_best(c);
+    /* Best of all first. */
+    int *best = c->tables.best;
+    for (int i = 1; i < c->tables.best_count; i++)
+        for (int k = i; k > 0 && is_better(c, best[k], best[k - 1]); k--) {
+            int swap = best[k];
+            best[k] = best[k - 1];
+            best[k - 1] = swap;
+        }
 }

@@ -253,22 +253,6 @@ static kempe_status run_again(void *user, double rtol, int count, const int *whi
     return status;
 }
 
-/* The instance with the largest difference relative to its limit, or with an incomplete repeat run. */
-static int worst_of(const kempe_batch *b)
-{
-    int worst = -1;
-    double most = 0;
-    for (int k = 0; k < b->count; k++) {
-        const kmp_convergence *c = &b->again[k];
-        double part = !c->known ? 0 : isnan(c->stopped) ? c->difference / c->limit : INFINITY;
-        if (c->known && (worst < 0 || part > most)) {
-            worst = k;
-            most = part;
-        }
-    }
-    return worst;
-}
-
 static const char *again_name(const kempe_batch *b, int k)
 {
     return b->n > 0 ? b->ensemble->model->motions[b->again[k].index].name : "";
@@ -301,17 +285,6 @@ static bool is_part(const kmp_batch_range *range)
     return range->total > 0;
 }
 
-/* Gives the warnings that each instance would have given. */
-static kempe_status warn(const kempe_batch *b)
-{
-    kempe_context *context = b->ensemble->model->context;
-    kempe_table *table = NULL;
-    KMP_TRY(kempe_batch_table(b, "instances", &table));
-    const kmp_instance_sums sums = kmp_instances_sum(table, b->first);
-    kempe_table_free(table);
-    return kmp_instances_warn(context, &sums);
-}
-
 static kempe_status run_batch(kempe_batch *b, const kmp_batch_range *range, const kmp_run_spec *spec, int lanes,
                               bool once)
 {
@@ -339,7 +312,13 @@ static kempe_status run_batch(kempe_batch *b, const kmp_batch_range *range, cons
         KMP_TRY(check_again(b, spec, &execution));
     if (is_part(range))
         return KEMPE_OK;
-    KMP_TRY(warn(b));
+    /* Gives the warnings that each instance would have given. */
+    kempe_context *context = b->ensemble->model->context;
+    kempe_table *table = NULL;
+    KMP_TRY(kempe_batch_table(b, "instances", &table));
+    const kmp_instance_sums sums = kmp_instances_sum(table, b->first);
+    kempe_table_free(table);
+    KMP_TRY(kmp_instances_warn(context, &sums));
     if (b->count > 0 && count_of(b, "failed") == b->count)
         b->status = kmp_fail(e->model->context, KEMPE_E_FAILED, "no instance reached its end; the first one: %s",
                              kempe_batch_reason(b, 0));
@@ -512,16 +491,6 @@ static void put_reasons(const kempe_batch *b, const char *reason_of(const kmp_en
     }
 }
 
-/* The instance with the largest difference, and its coordinate. */
-static void put_again(const kempe_batch *b, kmp_text *text)
-{
-    int worst = worst_of(b);
-    if (worst >= 0)
-        kmp_text_printf(text, "repeat    worst: instance %d, '%s' %s by %.2e at rtol %.3g\n", b->first + worst + 1,
-                        again_name(b, worst), kmp_convergence_holds(&b->again[worst]) ? "differs" : "DIFFERS",
-                        b->again[worst].difference, b->again[worst].rtol);
-}
-
 /* Lines about the run that the table of instances does not have. */
 static void put_run(const kempe_batch *b, kmp_text *text)
 {
@@ -540,7 +509,22 @@ static void put_run(const kempe_batch *b, kmp_text *text)
     kmp_text_printf(text, "cpu       %.3f s of %d thread%s, %.2f us per instance; %.3f s wall-clock time\n",
                     b->work.cpu_s, b->work.threads, b->work.threads == 1 ? "" : "s",
                     b->count > 0 ? 1e6 * b->work.cpu_s / b->count : 0.0, b->work.wall_s);
-    put_again(b, text);
+    /* The instance with the largest difference, and its coordinate. */
+    /* The instance with the largest difference relative to its limit, or with an incomplete repeat run. */
+    int worst = -1;
+    double most = 0;
+    for (int k = 0; k < b->count; k++) {
+        const kmp_convergence *c = &b->again[k];
+        double part = !c->known ? 0 : isnan(c->stopped) ? c->difference / c->limit : INFINITY;
+        if (c->known && (worst < 0 || part > most)) {
+            worst = k;
+            most = part;
+        }
+    }
+    if (worst >= 0)
+        kmp_text_printf(text, "repeat    worst: instance %d, '%s' %s by %.2e at rtol %.3g\n", b->first + worst + 1,
+                        again_name(b, worst), kmp_convergence_holds(&b->again[worst]) ? "differs" : "DIFFERS",
+                        b->again[worst].difference, b->again[worst].rtol);
 }
 
 /* The table of the instances, and their statistics where they have quantities; NULL otherwise. */
@@ -639,12 +623,6 @@ KMP_PRINT(kempe_batch, batch, batch->ensemble->model->context, put_json, put_tex
 
 /* -- as a table -------------------------------------------------------------------------------------- */
 
-static void put_columns(const kempe_batch *b, kempe_table *table)
-{
-    put_all_columns(b->ensemble, table);
-    kmp_tabulate_apart(table);
-}
-
 static void put_row(const kempe_batch *b, kempe_table *table, int k)
 {
     const kmp_ensemble_result *r = &b->results[k];
@@ -675,7 +653,8 @@ static void put_row(const kempe_batch *b, kempe_table *table, int k)
 static void fill_instances(kempe_table *table, const void *result)
 {
     const kempe_batch *b = result;
-    put_columns(b, table);
+    put_all_columns(b->ensemble, table);
+    kmp_tabulate_apart(table);
     for (int k = 0; k < b->count; k++)
         put_row(b, table, k);
 }

@@ -120,21 +120,15 @@ static kempe_status read_values(const kempe_folder *f, int instance, int count, 
     return all ? KEMPE_OK : kmp_complain(f->context, f->path, 0, 0, "part %d lacks the columns of the values", part);
 }
 
-/* The names of the columns of values, an array of words in one member of the manifest. */
-static int names_of(const kempe_folder *f, kmp_arena *arena, char ***names)
-{
-    kmp_text list = {0};
-    int count = kmp_manifest_text(f->manifest, "columns", &list) ? kmp_text_words(arena, list.s, names) : 0;
-    arena->failed = arena->failed || list.failed;
-    kmp_text_free(&list);
-    return count;
-}
-
 static kempe_status instance_of(const kempe_folder *f, const kempe_model *model, int instance, kempe_model **made)
 {
     kmp_arena arena = {0};
     char **names = NULL;
-    int count = names_of(f, &arena, &names);
+    /* The names of the columns of values, an array of words in one member of the manifest. */
+    kmp_text list = {0};
+    int count = kmp_manifest_text(f->manifest, "columns", &list) ? kmp_text_words(&arena, list.s, &names) : 0;
+    arena.failed = arena.failed || list.failed;
+    kmp_text_free(&list);
     double *values = KMP_ARENA_NEW(&arena, double, count);
     kempe_status status = kmp_made(f->context, !arena.failed);
     if (status == KEMPE_OK)

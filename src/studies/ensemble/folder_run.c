@@ -173,13 +173,6 @@ static kempe_status write_part(const folder_run *r, kempe_table *table, int part
     return status;
 }
 
-static void note_failure(folder_run *r, const kempe_batch *batch)
-{
-    for (int k = 0; k < kempe_batch_count(batch) && !*r->first_failure; k++)
-        if (strcmp(kempe_batch_status(batch, k), "failed") == 0)
-            (void)snprintf(r->first_failure, sizeof r->first_failure, "%s", kempe_batch_reason(batch, k));
-}
-
 /* Histories and rows of a batch, which counts where they could be written. */
 static kempe_status keep_part(folder_run *r, const kempe_batch *batch, int part)
 {
@@ -195,7 +188,9 @@ static kempe_status keep_part(folder_run *r, const kempe_batch *batch, int part)
     KMP_TRY(write_part(r, table, part));
     r->folder->totals = totals;
     r->folder->ran_parts++;
-    note_failure(r, batch);
+    for (int k = 0; k < kempe_batch_count(batch) && !*r->first_failure; k++)
+        if (strcmp(kempe_batch_status(batch, k), "failed") == 0)
+            (void)snprintf(r->first_failure, sizeof r->first_failure, "%s", kempe_batch_reason(batch, k));
     return KEMPE_OK;
 }
 
@@ -232,22 +227,6 @@ static kempe_status try_part(folder_run *r, int part, bool *fresh)
 
 /* -- all parts --------------------------------------------------------------------------------------- */
 
-/* Parts of other processes are tried again as long as there is progress: their owners may have ended. */
-static kempe_status run_parts(folder_run *r)
-{
-    const kempe_folder *f = r->folder;
-    kempe_status status = KEMPE_OK;
-    for (bool fresh = true; fresh && status == KEMPE_OK;) {
-        fresh = false;
-        for (int k = f->first; k < f->parts && status == KEMPE_OK; k += f->step) {
-            if (r->done[k])
-                continue;
-            status = kmp_interrupted(r->context) ? KEMPE_STOPPED : try_part(r, k, &fresh);
-        }
-    }
-    return status;
-}
-
 static void begin(folder_run *r)
 {
     const kempe_folder *f = r->folder;
@@ -275,7 +254,17 @@ static kempe_status run_folder(folder_run *r)
     KMP_TRY(kmp_made(r->context, r->done));
     begin(r);
     KMP_TRY(kmp_claims_new(r->context, r->folder->path, &r->claims));
-    kempe_status status = run_parts(r);
+    /* Parts of other processes are tried again as long as there is progress: their owners may have ended. */
+    const kempe_folder *f = r->folder;
+    kempe_status status = KEMPE_OK;
+    for (bool fresh = true; fresh && status == KEMPE_OK;) {
+        fresh = false;
+        for (int k = f->first; k < f->parts && status == KEMPE_OK; k += f->step) {
+            if (r->done[k])
+                continue;
+            status = kmp_interrupted(r->context) ? KEMPE_STOPPED : try_part(r, k, &fresh);
+        }
+    }
     kmp_claims_free(r->claims);
     r->folder->interrupted = status == KEMPE_STOPPED;
     r->folder->wall_s = kmp_wall_now() - began;

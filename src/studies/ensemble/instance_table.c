@@ -55,31 +55,6 @@ static double worst_of(const kempe_table *t, const char *name)
     return fmax(largest_of(t, kempe_table_find(t, name), &at), 0);
 }
 
-/* The lists name instances that have not converged. */
-static void sum_verdicts(const kempe_table *t, long first, kmp_instance_sums *s)
-{
-    int verdict = kempe_table_find(t, "verdict"), difference = kempe_table_find(t, "difference");
-    for (int row = 0; row < kempe_table_row_count(t); row++) {
-        const char *word = word_of(t, row, verdict);
-        double by = strcmp(word, "not converged") == 0 ? kempe_table_number(t, row, difference) : INFINITY;
-        s->repeated += *word != '\0';
-        if (!*word || strcmp(word, "converged") == 0)
-            continue;
-        if (s->not_converged++ == 0 || by > s->difference) {
-            s->worst = first + row;
-            s->difference = by;
-        }
-    }
-}
-
-static void sum_starts(const kempe_table *t, long first, kmp_instance_sums *s)
-{
-    int start = kempe_table_find(t, "start");
-    for (int row = 0; row < kempe_table_row_count(t); row++)
-        if (strcmp(word_of(t, row, start), KMP_RATES_ADJUSTED) == 0 && s->rates_changed++ == 0)
-            s->first_changed = first + row;
-}
-
 kmp_instance_sums kmp_instances_sum(const kempe_table *t, long first)
 {
     kmp_instance_sums s = {.count = kempe_table_row_count(t),
@@ -95,8 +70,23 @@ kmp_instance_sums kmp_instances_sum(const kempe_table *t, long first)
                            .h = worst_of(t, "h"),
                            .hdot = worst_of(t, "hdot"),
                            .drift = worst_of(t, "drift")};
-    sum_starts(t, first, &s);
-    sum_verdicts(t, first, &s);
+    int start = kempe_table_find(t, "start");
+    for (int row = 0; row < kempe_table_row_count(t); row++)
+        if (strcmp(word_of(t, row, start), KMP_RATES_ADJUSTED) == 0 && s.rates_changed++ == 0)
+            s.first_changed = first + row;
+    /* The lists name instances that have not converged. */
+    int verdict = kempe_table_find(t, "verdict"), difference = kempe_table_find(t, "difference");
+    for (int row = 0; row < kempe_table_row_count(t); row++) {
+        const char *word = word_of(t, row, verdict);
+        double by = strcmp(word, "not converged") == 0 ? kempe_table_number(t, row, difference) : INFINITY;
+        s.repeated += *word != '\0';
+        if (!*word || strcmp(word, "converged") == 0)
+            continue;
+        if (s.not_converged++ == 0 || by > s.difference) {
+            s.worst = first + row;
+            s.difference = by;
+        }
+    }
     return s;
 }
 
@@ -175,40 +165,6 @@ kempe_status kmp_instances_warn(kempe_context *context, const kmp_instance_sums 
     return status;
 }
 
-/* The largest difference of each quantity at another tolerance. */
-static void put_differences(kmp_text *text, const kempe_table *t, long first)
-{
-    static const char ending[] = ".difference";
-    bool any = false;
-    for (int c = 0; c < kempe_table_column_count(t); c++) {
-        const char *name = kempe_table_column_name(t, c), *unit = kempe_table_unit(t, c);
-        size_t length = strlen(name), end = strlen(ending);
-        int at = -1;
-        if (c < kempe_table_find(t, "drift") || length < end || strcmp(name + length - end, ending) != 0)
-            continue;
-        double most = largest_of(t, c, &at);
-        if (at < 0)
-            continue;
-        kmp_text_printf(text, "%-10s'%.*s' differs at most by %.2e%s%s, in instance %ld\n", any ? "" : "measured",
-                        (int)(length - end), name, most, *unit ? " " : "", unit, first + at + 1);
-        any = true;
-    }
-}
-
-/* The first instances that did not reach their end, with their reasons. */
-static void put_failures(kmp_text *text, const kempe_table *t, const kmp_instance_sums *s, long first)
-{
-    int status = kempe_table_find(t, "status"), reason = kempe_table_find(t, "reason"), told = 0;
-    for (int row = 0; row < kempe_table_row_count(t) && told < MOST_TOLD; row++)
-        if (*word_of(t, row, reason)) {
-            kmp_text_printf(text, "%s %ld %s: %s\n", told ? "         " : "\ninstance ", first + row + 1,
-                            word_of(t, row, status), word_of(t, row, reason));
-            told++;
-        }
-    if (s->failed + s->stopped > told)
-        kmp_text_printf(text, "           and %ld more\n", s->failed + s->stopped - told);
-}
-
 const char *kmp_instances_word(const kmp_instance_sums *s)
 {
     bool doubted = s->ok < s->count || s->not_converged > 0;
@@ -229,10 +185,34 @@ void kmp_instances_put(kmp_text *text, const char *model, const kempe_table *ins
     if (s.repeated > 0)
         kmp_text_printf(text, "verdict   %ld of %ld instances converged at another rtol\n",
                         s.repeated - s.not_converged, s.repeated);
-    put_differences(text, instances, first);
+    /* The largest difference of each quantity at another tolerance. */
+    static const char ending[] = ".difference";
+    bool any = false;
+    for (int c = 0; c < kempe_table_column_count(instances); c++) {
+        const char *name = kempe_table_column_name(instances, c), *unit = kempe_table_unit(instances, c);
+        size_t length = strlen(name), end = strlen(ending);
+        int at = -1;
+        if (c < kempe_table_find(instances, "drift") || length < end || strcmp(name + length - end, ending) != 0)
+            continue;
+        double most = largest_of(instances, c, &at);
+        if (at < 0)
+            continue;
+        kmp_text_printf(text, "%-10s'%.*s' differs at most by %.2e%s%s, in instance %ld\n", any ? "" : "measured",
+                        (int)(length - end), name, most, *unit ? " " : "", unit, first + at + 1);
+        any = true;
+    }
     kmp_text_printf(text, "work      steps %ld, rejected %ld, failed %ld, right-hand sides %ld, exchanges %ld\n",
                     s.steps, s.rejected, s.refused, s.rhs, s.exchanges);
-    put_failures(text, instances, &s, first);
+    /* The first instances that did not reach their end, with their reasons. */
+    int status = kempe_table_find(instances, "status"), reason = kempe_table_find(instances, "reason"), told = 0;
+    for (int row = 0; row < kempe_table_row_count(instances) && told < MOST_TOLD; row++)
+        if (*word_of(instances, row, reason)) {
+            kmp_text_printf(text, "%s %ld %s: %s\n", told ? "         " : "\ninstance ", first + row + 1,
+                            word_of(instances, row, status), word_of(instances, row, reason));
+            told++;
+        }
+    if (s.failed + s.stopped > told)
+        kmp_text_printf(text, "           and %ld more\n", s.failed + s.stopped - told);
     if (!statistics)
         return;
     text->failed = text->failed || kempe_statistics_print(statistics, KEMPE_TEXT, &said) != KEMPE_OK;

@@ -42,20 +42,6 @@ static const kempe_model *measured(const kempe_model *model, const kmp_quantity_
     return list->variant ? kmp_variant_model(list->variant) : model;
 }
 
-static void sort_columns(kmp_mechanisms *m, const char *const *names)
-{
-    for (int pass = 0; pass < 2; pass++)
-        for (int k = 0; k < m->columns; k++) {
-            const bool shapes = kmp_instance_reads(m->model, names[k]);
-            if (shapes == (pass == 1))
-                continue;
-            const int at = m->shaping + m->others;
-            m->column[at] = k;
-            m->name[at] = names[k];
-            *(shapes ? &m->shaping : &m->others) += 1;
-        }
-}
-
 kempe_status kmp_mechanisms_new(const kempe_model *model, int count, const char *const *names,
                                 const kmp_quantity_list *quantities, kmp_mechanisms **mechanisms)
 {
@@ -66,7 +52,17 @@ kempe_status kmp_mechanisms_new(const kempe_model *model, int count, const char 
     kempe_status status = kmp_made(model->context, KMP_ARENA_MAKE(&m->arena, KMP_ROOM(int, count, &m->column),
                                                                   KMP_ROOM(const char *, count, &m->name)));
     if (status == KEMPE_OK) {
-        sort_columns(m, names);
+        /* The columns that shape the mechanism come first. */
+        for (int pass = 0; pass < 2; pass++)
+            for (int k = 0; k < m->columns; k++) {
+                const bool shapes = kmp_instance_reads(m->model, names[k]);
+                if (shapes == (pass == 1))
+                    continue;
+                const int at = m->shaping + m->others;
+                m->column[at] = k;
+                m->name[at] = names[k];
+                *(shapes ? &m->shaping : &m->others) += 1;
+            }
         status = kmp_ensemble_new(measured(model, quantities), m->others, m->name + m->shaping, &m->base);
     }
     return KMP_GIVE_OR_FREE(status, mechanisms, m, kmp_mechanisms_free);
@@ -237,19 +233,6 @@ static double *make_keys(const grouped_run *r, kmp_arena *arena)
     return keys;
 }
 
-static void add_work(kmp_ensemble_work *sum, const kmp_ensemble_work *part)
-{
-    sum->threads = part->threads > sum->threads ? part->threads : sum->threads;
-    sum->width = part->width > sum->width ? part->width : sum->width;
-    sum->pools += part->pools;
-    sum->alone += part->alone;
-    sum->cpu_s += part->cpu_s;
-    sum->wall_s += part->wall_s;
-    sum->native = sum->native || part->native;
-    sum->sweeps += part->sweeps;
-    sum->lane_steps += part->lane_steps;
-}
-
 static void copy_numbers(double *to, const double *from, int count)
 {
     if (count > 0)
@@ -280,7 +263,16 @@ static kempe_status run_group(grouped_run *r, int count, const double *keys, mec
             copy_numbers(r->execution->taken + (ptrdiff_t)i * values, r->taken + (ptrdiff_t)k * values, values);
     }
     const kmp_ensemble_work work = kmp_ensemble_get_work(one->inner);
-    add_work(&m->work, &work);
+    kmp_ensemble_work *sum = &m->work;
+    sum->threads = work.threads > sum->threads ? work.threads : sum->threads;
+    sum->width = work.width > sum->width ? work.width : sum->width;
+    sum->pools += work.pools;
+    sum->alone += work.alone;
+    sum->cpu_s += work.cpu_s;
+    sum->wall_s += work.wall_s;
+    sum->native = sum->native || work.native;
+    sum->sweeps += work.sweeps;
+    sum->lane_steps += work.lane_steps;
     return KEMPE_OK;
 }
 

@@ -304,28 +304,6 @@ static const char *unit_of(reading *r, const kmp_run_quantity *q, int number)
                                                  : unit;
 }
 
-static void settle(reading *r)
-{
-    kmp_run_quantities *run = &r->list->run;
-    for (int k = 0; k < run->count; k++) {
-        kmp_run_quantity *q = &r->of[k];
-        q->or_equal = r->channel[q->channel].or_equal;
-        run->inside = run->inside || kmp_run_quantity_inside(q->kind);
-        for (int i = 0; i < kmp_run_quantity_width(q->kind); i++)
-            r->unit[q->first_value + i] = unit_of(r, q, i);
-    }
-    for (int k = 0; k < run->channels; k++) {
-        r->shown[k] = r->channel[k].shown;
-        run->rates = run->rates || r->channel[k].rates;
-        run->late = run->late || r->channel[k].late;
-        run->computed = run->computed || r->shown[k] >= 0;
-    }
-    run->of = r->of;
-    run->name = r->name;
-    r->list->name = r->name;
-    r->list->unit = r->unit;
-}
-
 /* Arguments are the channels behind those of the quantities. */
 static bool add_arguments(reading *r, const kmp_added_arguments *arguments)
 {
@@ -366,7 +344,24 @@ static kempe_status read_all(kmp_quantity_list *list, const kempe_model *model, 
     KMP_TRY(each_item(&r, limits, "limit", add_limit));
     kmp_added_arguments arguments;
     KMP_TRY(kmp_add_values(r.copy, "quantity", list->run.channels, r.channel, &arguments));
-    settle(&r);
+    kmp_run_quantities *run = &r.list->run;
+    for (int k = 0; k < run->count; k++) {
+        kmp_run_quantity *q = &r.of[k];
+        q->or_equal = r.channel[q->channel].or_equal;
+        run->inside = run->inside || kmp_run_quantity_inside(q->kind);
+        for (int i = 0; i < kmp_run_quantity_width(q->kind); i++)
+            r.unit[q->first_value + i] = unit_of(&r, q, i);
+    }
+    for (int k = 0; k < run->channels; k++) {
+        r.shown[k] = r.channel[k].shown;
+        run->rates = run->rates || r.channel[k].rates;
+        run->late = run->late || r.channel[k].late;
+        run->computed = run->computed || r.shown[k] >= 0;
+    }
+    run->of = r.of;
+    run->name = r.name;
+    r.list->name = r.name;
+    r.list->unit = r.unit;
     return kmp_made(model->context, add_arguments(&r, &arguments) && !list->arena.failed);
 }
 

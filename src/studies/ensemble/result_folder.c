@@ -233,17 +233,6 @@ static void put_next(kmp_text *text, const kempe_folder *f)
     kmp_text_put(text, "; the run's command with --resume runs them\n");
 }
 
-/* The statistics of a checked folder that has quantities. */
-static void put_statistics(kmp_text *text, const kempe_folder *f)
-{
-    char *said = NULL;
-    if (!f->statistics)
-        return;
-    text->failed = text->failed || kempe_statistics_print(f->statistics, KEMPE_TEXT, &said) != KEMPE_OK;
-    kmp_text_printf(text, "\n%s", said ? said : "");
-    kempe_text_free(said);
-}
-
 /* A run judges its own parts; those that were there before it are judged by a check. */
 static const char *word_of(const kempe_folder *f)
 {
@@ -276,7 +265,13 @@ static void put_text(kmp_text *text, const void *result)
     if (f->history)
         kmp_text_printf(text, "history   of instances %s in %s/history\n", f->history, f->path);
     put_next(text, f);
-    put_statistics(text, f);
+    /* The statistics of a checked folder that has quantities. */
+    char *said = NULL;
+    if (!f->statistics)
+        return;
+    text->failed = text->failed || kempe_statistics_print(f->statistics, KEMPE_TEXT, &said) != KEMPE_OK;
+    kmp_text_printf(text, "\n%s", said ? said : "");
+    kempe_text_free(said);
 }
 
 static void put_json(kmp_text *text, const void *result)

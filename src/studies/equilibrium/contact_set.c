@@ -100,18 +100,6 @@ static int find_pull(const kmp_contact_set *x, const kmp_linear *l, double work)
     return worst;
 }
 
-/* Contacts that the closed ones keep closed as well, whatever their forces. */
-static kempe_status close_implied(kmp_contact_set *x, const kmp_linear *l)
-{
-    bool any = false;
-    for (int i = 0; i < x->count; i++)
-        if (x->state->view[i].contact && x->closed[i] == KMP_PRESSED_NOT && touches(x, i)) {
-            x->closed[i] = KMP_PRESSED_IF_IMPLIED;
-            any = true;
-        }
-    return any ? kmp_contact_set_press(x, l->t, l->q) : KEMPE_OK;
-}
-
 kempe_status kmp_contact_set_exchange(kmp_contact_set *set, const kmp_linear *linear, double work, bool *agrees)
 {
     kmp_contact_set_look(set, linear->t, linear->q);
@@ -119,8 +107,16 @@ kempe_status kmp_contact_set_exchange(kmp_contact_set *set, const kmp_linear *li
     int changed = enters >= 0 ? enters : leaves;
     *agrees = changed < 0;
     set->struck = enters;
-    if (*agrees)
-        return close_implied(set, linear);
+    if (*agrees) {
+        /* Contacts that the closed ones keep closed as well, whatever their forces. */
+        bool any = false;
+        for (int i = 0; i < set->count; i++)
+            if (set->state->view[i].contact && set->closed[i] == KMP_PRESSED_NOT && touches(set, i)) {
+                set->closed[i] = KMP_PRESSED_IF_IMPLIED;
+                any = true;
+            }
+        return any ? kmp_contact_set_press(set, linear->t, linear->q) : KEMPE_OK;
+    }
     KMP_TRY(enters >= 0 && set->closed[enters] ? kmp_contact_set_check(set) : KEMPE_OK);
     if (++set->passes > MOST_PASSES + PASSES_OF_CONTACT * set->count)
         return kmp_fail(

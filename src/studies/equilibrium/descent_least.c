@@ -419,12 +419,6 @@ static kempe_status solve(solver *s, int most)
     }
 }
 
-static void put_targets(solver *s, double part)
-{
-    for (int k = 0; k < s->x->target_count; k++)
-        s->x->target[k].value = s->from[k] + part * (s->to[k] - s->from[k]);
-}
-
 /* Moves the targets from their values at the current state to the required ones: at once, or after a failure in smaller
  * and smaller parts. From a state that is no equilibrium the first part rarely succeeds. */
 static kempe_status follow(solver *s)
@@ -440,7 +434,9 @@ static kempe_status follow(solver *s)
     while (kmp_parts_next(&parts, s->x->target_count > 0 ? SMALLEST_PART : 1)) {
         if (status == KEMPE_E_FAILED && !restore(s, s->good))
             return status;
-        put_targets(s, parts.next);
+        double part = parts.next;
+        for (int k = 0; k < s->x->target_count; k++)
+            s->x->target[k].value = s->from[k] + part * (s->to[k] - s->from[k]);
         if (s->x->target_count > 0)
             s->w->search->iterations = 0;
         status = solve(s, parts.next == 1 && parts.done == 0 ? MOST_STEPS : MOST_OF_PART);

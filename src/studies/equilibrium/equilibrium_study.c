@@ -65,23 +65,6 @@ static bool solve(kmp_descent *w)
     return true;
 }
 
-/* Makes the symmetric part positive; along flat directions without force the step is zero. */
-static void make_positive(kmp_descent *w)
-{
-    int p = w->count;
-    for (int k = 0; k < p; k++) {
-        const double *v = w->vectors + k * p;
-        double value = w->values[k], pull = fabs(kmp_dot(p, v, w->right)), wanted = value;
-        if (value < -KMP_WAY_FLAT)
-            wanted = -value;
-        else if (fabs(value) <= KMP_WAY_FLAT)
-            wanted = pull > KMP_WAY_BALANCED ? KMP_WAY_FLAT : 1;
-        for (int j = 0; wanted != value && j < p; j++)
-            for (int i = 0; i < p; i++)
-                w->matrix[i + j * p] += (wanted - value) * v[i] * v[j];
-    }
-}
-
 /* The descent step in w->step. It is Newton's where the symmetric part of Kr is positive or, if any balance is
  * accepted, where it descends. Otherwise it is that of a heavily damped motion. */
 static bool find_direction(kmp_descent *w)
@@ -89,7 +72,19 @@ static bool find_direction(kmp_descent *w)
     for (int k = 0; k < w->count; k++)
         w->right[k] = w->force[w->place[k]] * w->size[k];
     if (!w->search->balanced || w->flat || !solve(w) || !(kmp_dot(w->count, w->step, w->right) < 0)) {
-        make_positive(w);
+        /* Makes the symmetric part positive; along flat directions without force the step is zero. */
+        int p = w->count;
+        for (int k = 0; k < p; k++) {
+            const double *v = w->vectors + k * p;
+            double value = w->values[k], pull = fabs(kmp_dot(p, v, w->right)), wanted = value;
+            if (value < -KMP_WAY_FLAT)
+                wanted = -value;
+            else if (fabs(value) <= KMP_WAY_FLAT)
+                wanted = pull > KMP_WAY_BALANCED ? KMP_WAY_FLAT : 1;
+            for (int j = 0; wanted != value && j < p; j++)
+                for (int i = 0; i < p; i++)
+                    w->matrix[i + j * p] += (wanted - value) * v[i] * v[j];
+        }
         if (!solve(w))
             return false;
     }
@@ -337,15 +332,6 @@ static kempe_status find(kmp_descent *w)
     return KEMPE_OK;
 }
 
-/* The loads along held coordinates, of R = M qdd + C there. */
-static void take_loads(const kmp_linear *l, kmp_search *search)
-{
-    for (int i = 0; i < search->rate_count; i++) {
-        int k = kmp_linear_place(l, search->rates[i].coordinate);
-        search->rates[i].load = search->rates[i].how == KMP_RATE_HELD && k >= 0 ? l->residual[k] : 0;
-    }
-}
-
 static kempe_status find_balance(kmp_linear *linear, double t, double *q, kmp_search *search)
 {
     kmp_descent w = {.l = linear, .search = search, .t = t, .n = linear->n, .reported = NAN};
@@ -361,23 +347,17 @@ static kempe_status find_balance(kmp_linear *linear, double t, double *q, kmp_se
     }
     if (status == KEMPE_OK) {
         memcpy(q, w.q, (size_t)w.n * sizeof *q);
-        take_loads(linear, search);
+        /* The loads along held coordinates, of R = M qdd + C there. */
+        for (int i = 0; i < search->rate_count; i++) {
+            int k = kmp_linear_place(linear, search->rates[i].coordinate);
+            search->rates[i].load = search->rates[i].how == KMP_RATE_HELD && k >= 0 ? linear->residual[k] : 0;
+        }
     } else {
         kmp_descent_give_up(&w);
     }
     kmp_contact_set_end(w.contacts);
     kmp_arena_free(&w.arena);
     return status;
-}
-
-/* States as rates to be found, from their start values, after the first `count` rates. */
-static void add_states(const kempe_model *model, int count, kmp_steady *rates)
-{
-    for (int k = 0; k < model->state_count; k++) {
-        int motion = kmp_model_coordinates(model) + k;
-        rates[count + k] =
-            (kmp_steady){.coordinate = motion, .rate = model->start.qd[motion].value, .how = KMP_RATE_FREED};
-    }
 }
 
 /* True where a descent that has failed says little about equilibria: states have no energy, and along forces that are
@@ -407,7 +387,13 @@ static kempe_status find_with_states(kmp_linear *linear, double t, double *q, km
         }
         if (given > 0)
             memcpy(rates, search->rates, given);
-        add_states(model, search->rate_count, rates);
+        /* States as rates to be found, from their start values, after the first `count` rates. */
+        int count = search->rate_count;
+        for (int k = 0; k < model->state_count; k++) {
+            int motion = kmp_model_coordinates(model) + k;
+            rates[count + k] =
+                (kmp_steady){.coordinate = motion, .rate = model->start.qd[motion].value, .how = KMP_RATE_FREED};
+        }
         with.newton = attempt == 1;
         status = find_balance(linear, t, q, &with);
     }

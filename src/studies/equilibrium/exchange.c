@@ -71,18 +71,6 @@ static kempe_status add_target(kmp_exchange *x, const char *option, const kmp_ra
     return target->name ? KEMPE_OK : kmp_fail_memory(context);
 }
 
-static kempe_status add_fixed(kmp_exchange *x, const kempe_model *model, const kmp_ranges *fix)
-{
-    for (int k = 0; k < fix->count; k++) {
-        kmp_exchange_target *target;
-        KMP_TRY(add_target(x, "hold", &fix->range[k], &target));
-        KMP_TRY(kmp_coordinate_find(model, "hold", target->name, strlen(target->name), &target->coordinate));
-        KMP_TRY(kmp_range_fits_motion(model->context, "hold", &fix->range[k],
-                                      model->motions[target->coordinate].rotation, 0));
-    }
-    return KEMPE_OK;
-}
-
 /* The index of output `of`, component `part`, among the values shown. */
 static int place_of(const kempe_model *model, kmp_output of, int part)
 {
@@ -113,41 +101,42 @@ static int single_part(const kempe_model *model, const kmp_output *of, unsigned 
     return -1;
 }
 
-/* Reads each word alone, to know its meaning; then all of them, for the system. */
-static kempe_status add_required(kmp_exchange *x, const kmp_ranges *require)
+static kempe_status add_targets(kmp_exchange *x, const kempe_model *model, const kmp_ranges *fixed,
+                                const kmp_ranges *required)
 {
+    x->target = KMP_ARENA_NEW(&x->arena, kmp_exchange_target, fixed->count + required->count);
+    KMP_TRY(kmp_made(model->context, x->target));
+    for (int k = 0; k < fixed->count; k++) {
+        kmp_exchange_target *target;
+        KMP_TRY(add_target(x, "hold", &fixed->range[k], &target));
+        KMP_TRY(kmp_coordinate_find(model, "hold", target->name, strlen(target->name), &target->coordinate));
+        KMP_TRY(kmp_range_fits_motion(model->context, "hold", &fixed->range[k],
+                                      model->motions[target->coordinate].rotation, 0));
+    }
+    /* Reads each word alone, to know its meaning; then all of them, for the system. */
     kempe_model *copy = kmp_variant_model(x->variant);
-    kmp_output *of = KMP_ARENA_NEW(&x->arena, kmp_output, require->count);
+    kmp_output *of = KMP_ARENA_NEW(&x->arena, kmp_output, required->count);
     kmp_text list = {0};
     unsigned *parts = NULL;
     int from = x->target_count;
     copy->output_count = 0;
-    for (int k = 0; k < require->count; k++)
-        kmp_text_printf(&list, "%s%s", k ? "," : "", require->range[k].name);
+    for (int k = 0; k < required->count; k++)
+        kmp_text_printf(&list, "%s%s", k ? "," : "", required->range[k].name);
     char *all = kmp_text_keep(&list, &x->arena);
     KMP_TRY(kmp_made(copy->context, !x->arena.failed));
-    for (int k = 0; k < require->count; k++) {
+    for (int k = 0; k < required->count; k++) {
         kmp_exchange_target *target;
-        KMP_TRY(add_target(x, "target", &require->range[k], &target));
+        KMP_TRY(add_target(x, "target", &required->range[k], &target));
         KMP_TRY(kmp_requested_outputs(copy, target->name, &parts));
         of[k] = copy->outputs[0];
         target->shown = single_part(copy, &of[k], parts[0], target->name);
         if (target->shown < 0)
             return KEMPE_E_ARGUMENT;
     }
-    KMP_TRY(require->count > 0 ? kmp_requested_outputs(copy, all, &parts) : KEMPE_OK);
-    for (int k = 0; k < require->count; k++)
+    KMP_TRY(required->count > 0 ? kmp_requested_outputs(copy, all, &parts) : KEMPE_OK);
+    for (int k = 0; k < required->count; k++)
         x->target[from + k].shown = place_of(copy, of[k], x->target[from + k].shown);
     return KEMPE_OK;
-}
-
-static kempe_status add_targets(kmp_exchange *x, const kempe_model *model, const kmp_ranges *fixed,
-                                const kmp_ranges *required)
-{
-    x->target = KMP_ARENA_NEW(&x->arena, kmp_exchange_target, fixed->count + required->count);
-    KMP_TRY(kmp_made(model->context, x->target));
-    KMP_TRY(add_fixed(x, model, fixed));
-    return add_required(x, required);
 }
 
 static kempe_status read_targets(kmp_exchange *x, const kempe_model *model, const char *fix, const char *require)

@@ -188,20 +188,6 @@ static int find_no_number(const kmp_linear *l)
     return -1;
 }
 
-/* Explains a state that cannot be taken. */
-static kempe_status explain(const kmp_linear *l, kempe_status status)
-{
-    kempe_context *context = l->system->context;
-    int k = status == KEMPE_OK ? find_no_number(l) : -1;
-    if (k >= 0)
-        return kmp_fail(
-            context, KEMPE_E_FAILED,
-            "the forces along '%s' or their derivatives are not finite at the state: possible causes are a spring of "
-            "zero length, a bushing rotated by half a turn, or an expression outside its domain; use another state",
-            l->system->model->motions[k].name);
-    return say_why(context, status);
-}
-
 /* Names friction that sticks, once. */
 static void tell_stuck(kmp_operating *o, const kmp_friction_state *friction)
 {
@@ -291,6 +277,16 @@ kempe_status kmp_operating_take(kmp_operating *operating, kmp_linear *linear, co
         kmp_eval_set_charts(linear->eval, operating->chart);
     KMP_TRY(take_friction(operating, linear));
     KMP_TRY(kmp_linear_choose(linear, operating->t, operating->inner_q, wish, wish_count));
-    return explain(linear, kmp_linear_at_rates(linear, operating->t, operating->inner_q, operating->inner_qd,
-                                               !operating->equilibrium));
+    /* Explains a state that cannot be taken. */
+    kempe_status status =
+        kmp_linear_at_rates(linear, operating->t, operating->inner_q, operating->inner_qd, !operating->equilibrium);
+    kempe_context *context = linear->system->context;
+    int k = status == KEMPE_OK ? find_no_number(linear) : -1;
+    if (k >= 0)
+        return kmp_fail(
+            context, KEMPE_E_FAILED,
+            "the forces along '%s' or their derivatives are not finite at the state: possible causes are a spring of "
+            "zero length, a bushing rotated by half a turn, or an expression outside its domain; use another state",
+            linear->system->model->motions[k].name);
+    return say_why(context, status);
 }

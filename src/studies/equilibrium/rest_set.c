@@ -139,23 +139,6 @@ static kempe_status choose_coordinate(walk *w, const double *q, int count, int *
     return kmp_linear_prefer(l, w->t, q, count + 1, others);
 }
 
-/* Both ends of the set of element i; `others`: coordinates that are independent while it stays, too. */
-static kempe_status find_set(walk *w, int i, const double *q, int count, int *others, kmp_rest_set *set)
-{
-    w->which[i] = false;
-    KMP_TRY(kmp_friction_state_lock(w->friction, w->t, q, w->which, w->place));
-    KMP_TRY(choose_coordinate(w, q, count, others, &set->coordinate));
-    w->coordinate = set->coordinate;
-    set->element = w->friction->view[i].element;
-    for (int k = 0; w->coordinate >= 0 && k < 2; k++) {
-        memcpy(w->q, q, (size_t)w->n * sizeof *q);
-        set->end[k].word = march(w, k ? 1 : -1);
-        memcpy(set->end[k].q, w->q, (size_t)w->n * sizeof *q);
-    }
-    w->which[i] = true;
-    return w->status;
-}
-
 static kempe_status find_sets(walk *w, const double *q, kmp_arena *arena, int *others, int *count, kmp_rest_set *sets)
 {
     KMP_TRY(kmp_friction_state_lock(w->friction, w->t, q, NULL, NULL));
@@ -172,7 +155,19 @@ static kempe_status find_sets(walk *w, const double *q, kmp_arena *arena, int *o
         if (!w->which[i])
             continue;
         KMP_TRY(kmp_made(w->l->system->context, KMP_ARENA_EACH(arena, double, w->n, &set->end[0].q, &set->end[1].q)));
-        KMP_TRY(find_set(w, i, q, p, others, set));
+        /* Both ends of the set of element i; `others`: coordinates that are independent while it stays, too. */
+        w->which[i] = false;
+        KMP_TRY(kmp_friction_state_lock(w->friction, w->t, q, w->which, w->place));
+        KMP_TRY(choose_coordinate(w, q, p, others, &set->coordinate));
+        w->coordinate = set->coordinate;
+        set->element = w->friction->view[i].element;
+        for (int k = 0; w->coordinate >= 0 && k < 2; k++) {
+            memcpy(w->q, q, (size_t)w->n * sizeof *q);
+            set->end[k].word = march(w, k ? 1 : -1);
+            memcpy(set->end[k].q, w->q, (size_t)w->n * sizeof *q);
+        }
+        w->which[i] = true;
+        KMP_TRY(w->status);
         *count += set->coordinate >= 0;
     }
     return KEMPE_OK;

@@ -247,26 +247,21 @@ static kempe_status run_once(kmp_linear *l, double t, double *q, const double *q
     return status == KEMPE_E_FAILED ? KEMPE_OK : status;
 }
 
-/* The coordinate along which a vehicle on rails moves fastest at the start, among `rates`: its entry; -1: none. */
-static int find_travel(const kempe_model *model, const kmp_search *search, const double *qd)
-{
-    int fastest = -1;
-    for (int i = 0; model->wheel_count > 0 && i < search->rate_count; i++) {
-        int c = search->rates[i].coordinate;
-        if (!model->motions[c].rotation && qd[c] != 0 &&
-            (fastest < 0 || fabs(qd[c]) > fabs(qd[search->rates[fastest].coordinate])))
-            fastest = i;
-    }
-    return fastest;
-}
-
 /* Searches a steady motion from a start that moves. A vehicle that resistances would stop has its speed held. */
 static kempe_status run_on(kmp_linear *l, double t, double *q, const double *qd, kmp_search *search, kmp_arena *arena,
                            bool *found)
 {
     size_t count = (size_t)search->rate_count;
     kmp_steady *given = KMP_ARENA_NEW(arena, kmp_steady, count);
-    int travel = find_travel(l->system->model, search, qd);
+    /* The coordinate along which a vehicle on rails moves fastest at the start, among `rates`: its entry; -1: none. */
+    const kempe_model *model = l->system->model;
+    int travel = -1;
+    for (int i = 0; model->wheel_count > 0 && i < search->rate_count; i++) {
+        int c = search->rates[i].coordinate;
+        if (!model->motions[c].rotation && qd[c] != 0 &&
+            (travel < 0 || fabs(qd[c]) > fabs(qd[search->rates[travel].coordinate])))
+            travel = i;
+    }
     KMP_TRY(kmp_made(l->system->context, given));
     memcpy(given, search->rates, count * sizeof *given);
     KMP_TRY(run_once(l, t, q, qd, search, arena, found));
@@ -279,20 +274,16 @@ static kempe_status run_on(kmp_linear *l, double t, double *q, const double *qd,
 
 /* -- from a start at rest ------------------------------------------------------------------------------ */
 
-static void report_names(const kempe_model *model, const kmp_search *search, kmp_text *text)
-{
-    for (int k = 0; k < search->rate_count && k < MOST_TOLD; k++)
-        kmp_text_printf(text, "%s%s", k ? ", " : "", model->motions[search->rates[k].coordinate].name);
-    if (search->rate_count > MOST_TOLD)
-        kmp_text_printf(text, " and %d more", search->rate_count - MOST_TOLD);
-}
-
 /* Searches a steady motion where no rest was found, for the reason `why`. */
 static kempe_status go_on(kmp_linear *l, double t, double *q, kmp_search *steady, const char *why)
 {
     kempe_context *context = l->system->context;
     kmp_text names = {0};
-    report_names(l->system->model, steady, &names);
+    const kempe_model *model = l->system->model;
+    for (int k = 0; k < steady->rate_count && k < MOST_TOLD; k++)
+        kmp_text_printf(&names, "%s%s", k ? ", " : "", model->motions[steady->rates[k].coordinate].name);
+    if (steady->rate_count > MOST_TOLD)
+        kmp_text_printf(&names, " and %d more", steady->rate_count - MOST_TOLD);
     kempe_status status = kmp_equilibrium_find(l, t, q, steady);
     if (status == KEMPE_OK)
         kmp_log(context, KEMPE_LOG_INFO,

@@ -35,15 +35,6 @@ static int known_in(const kempe_fit *f, int run)
     return count;
 }
 
-static void put_data(kmp_text *text, const kempe_fit *f, int run)
-{
-    const kmp_fit_run *r = &f->run[run];
-    const kmp_measured *m = &r->measured;
-    kmp_text_printf(text, "%-9s %s: %d rows, %d column%s, %d measurements", run ? "" : "data", r->file, m->rows,
-                    m->columns, m->columns == 1 ? "" : "s", known_in(f, run));
-    kmp_text_put(text, r->own ? ", values of its own\n" : "\n");
-}
-
 /* The end of the longest run. */
 static double last_time(const kempe_fit *f)
 {
@@ -72,8 +63,13 @@ static void put_head(kmp_text *text, const kempe_fit *f)
     kmp_text_printf(text, "fit of %d parameter%s\n\n", f->count, f->count == 1 ? "" : "s");
     if (f->reason[0])
         kmp_text_printf(text, "reason    %s\n", f->reason);
-    for (int k = 0; k < f->run_count; k++)
-        put_data(text, f, k);
+    for (int k = 0; k < f->run_count; k++) {
+        const kmp_fit_run *r = &f->run[k];
+        const kmp_measured *m = &r->measured;
+        kmp_text_printf(text, "%-9s %s: %d rows, %d column%s, %d measurements", k ? "" : "data", r->file, m->rows,
+                        m->columns, m->columns == 1 ? "" : "s", known_in(f, k));
+        kmp_text_put(text, r->own ? ", values of its own\n" : "\n");
+    }
     kmp_text_printf(text, "search    %s: %d iterations, %d runs of the model, %d steps shortened", outcomes[f->outcome],
                     f->iterations, f->evaluations, f->refused);
     kmp_text_printf(text, ", weights %s\n", f->given ? "given" : "from the residuals");
@@ -92,27 +88,6 @@ static void put_head(kmp_text *text, const kempe_fit *f)
                         "slopes    differences of runs, as friction sticks: at twice the step they differ by %.2g\n",
                         kmp_fit_slope_error(f));
     kmp_text_printf(text, "rank      %d of %d, condition number %.3g\n", f->rank, f->free, f->condition);
-}
-
-static void put_estimates(kmp_text *text, const kempe_fit *f)
-{
-    int width = width_of(f->count, f->name, 9);
-    kmp_text_printf(text, "\n  %-*s  %14s  %14s  %14s  %14s  %14s\n", width, "parameter", "estimate", "standard error",
-                    "interval from", "to", "start");
-    for (int k = 0; k < f->count; k++) {
-        const double numbers[] = {f->value[k], f->error[k], f->low[k], f->high[k], f->start[k]};
-        kmp_text_printf(text, "  %-*s", width, f->name[k]);
-        for (int i = 0; i < 5; i++)
-            put_number(text, numbers[i]);
-        if (f->state[k] != KMP_FIT_INSIDE)
-            kmp_text_printf(text, "  %s",
-                            f->state[k] == KMP_FIT_OPEN    ? "not determined by the data"
-                            : f->state[k] == KMP_FIT_LOWER ? "at its lower bound"
-                                                           : "at its upper bound");
-        kmp_text_put(text, "\n");
-    }
-    kmp_text_printf(text, "  values in SI, intervals of confidence %g, %d degrees of freedom\n", f->confidence,
-                    f->freedoms);
 }
 
 static void put_columns(kmp_text *text, const kempe_fit *f)
@@ -164,30 +139,28 @@ static void put_text(kmp_text *text, const void *result)
     if (open.s)
         kmp_text_printf(text, "note      %s\n", open.s);
     kmp_text_free(&open);
-    put_estimates(text, f);
+    int width = width_of(f->count, f->name, 9);
+    kmp_text_printf(text, "\n  %-*s  %14s  %14s  %14s  %14s  %14s\n", width, "parameter", "estimate", "standard error",
+                    "interval from", "to", "start");
+    for (int k = 0; k < f->count; k++) {
+        const double numbers[] = {f->value[k], f->error[k], f->low[k], f->high[k], f->start[k]};
+        kmp_text_printf(text, "  %-*s", width, f->name[k]);
+        for (int i = 0; i < 5; i++)
+            put_number(text, numbers[i]);
+        if (f->state[k] != KMP_FIT_INSIDE)
+            kmp_text_printf(text, "  %s",
+                            f->state[k] == KMP_FIT_OPEN    ? "not determined by the data"
+                            : f->state[k] == KMP_FIT_LOWER ? "at its lower bound"
+                                                           : "at its upper bound");
+        kmp_text_put(text, "\n");
+    }
+    kmp_text_printf(text, "  values in SI, intervals of confidence %g, %d degrees of freedom\n", f->confidence,
+                    f->freedoms);
     put_columns(text, f);
     put_correlation(text, f);
 }
 
 /* -- JSON -------------------------------------------------------------------------------------------- */
-
-static void put_parameters(kmp_json *json, const kempe_fit *f)
-{
-    kmp_json_object(json, "parameters");
-    for (int k = 0; k < f->count; k++)
-        kmp_json_put(json, "%s { value %g error %g low %g high %g start %g lower %g upper %g state %s }", f->name[k],
-                     f->value[k], f->error[k], f->low[k], f->high[k], f->start[k], f->lower[k], f->upper[k],
-                     states[f->state[k]]);
-    kmp_json_end(json);
-    kmp_json_object(json, "correlation");
-    for (int k = 0; k < f->count; k++) {
-        kmp_json_object(json, f->name[k]);
-        for (int i = 0; i < f->count; i++)
-            kmp_json_number(json, f->name[i], f->correlation[k + i * f->count]);
-        kmp_json_end(json);
-    }
-    kmp_json_end(json);
-}
 
 static void put_json(kmp_text *text, const void *result)
 {
@@ -216,7 +189,20 @@ static void put_json(kmp_text *text, const void *result)
         kmp_json_put(&json, "{ file %s rows %d measurements %d }", f->run[k].file, f->run[k].measured.rows,
                      known_in(f, k));
     kmp_json_end(&json);
-    put_parameters(&json, f);
+    kmp_json_object(&json, "parameters");
+    for (int k = 0; k < f->count; k++)
+        kmp_json_put(&json, "%s { value %g error %g low %g high %g start %g lower %g upper %g state %s }", f->name[k],
+                     f->value[k], f->error[k], f->low[k], f->high[k], f->start[k], f->lower[k], f->upper[k],
+                     states[f->state[k]]);
+    kmp_json_end(&json);
+    kmp_json_object(&json, "correlation");
+    for (int k = 0; k < f->count; k++) {
+        kmp_json_object(&json, f->name[k]);
+        for (int i = 0; i < f->count; i++)
+            kmp_json_number(&json, f->name[i], f->correlation[k + i * f->count]);
+        kmp_json_end(&json);
+    }
+    kmp_json_end(&json);
     kmp_json_object(&json, "columns");
     for (int c = 0; c < f->columns; c++)
         kmp_json_put(&json, "%s { measurements %d rms %g deviation %g unit %s }", f->column_name[c], f->number[c],

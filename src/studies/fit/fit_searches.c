@@ -34,21 +34,6 @@ typedef struct searcher {
 
 /* -- runs -------------------------------------------------------------------------------------------- */
 
-static double sum_of_squares(int count, const double *x)
-{
-    double sum = 0;
-    for (int k = 0; k < count; k++)
-        sum += x[k] * x[k];
-    return sum;
-}
-
-/* The first trial that runs bounds the others, unless there is a bound. */
-static void bound(const kempe_fit *f, kmp_slope_runs *const *runs)
-{
-    for (int k = 0; k < f->run_count; k++)
-        kmp_slope_runs_bound(runs[k], MOST_TIMES, SHORT_RUN);
-}
-
 static kmp_squares_said try(void *user, const double *x, double *residual, double *slope)
 {
     searcher *w = user;
@@ -65,9 +50,15 @@ static kmp_squares_said try(void *user, const double *x, double *residual, doubl
     }
     if (w->status != KEMPE_OK)
         return KMP_SQUARES_END;
-    bound(f, w->runs);
+    /* The first trial that runs bounds the others, unless there is a bound. */
+    kmp_slope_runs *const *runs = w->runs;
+    for (int k = 0; k < f->run_count; k++)
+        kmp_slope_runs_bound(runs[k], MOST_TIMES, SHORT_RUN);
     kmp_fit_weigh(f, w->runs, residual, slope);
-    double size = sum_of_squares(f->residuals, residual);
+    int count = f->residuals;
+    double size = 0;
+    for (int k = 0; k < count; k++)
+        size += residual[k] * residual[k];
     if (!(size >= s->size)) {
         s->size = size;
         memcpy(s->best, x, (size_t)f->count * sizeof *x);
@@ -178,25 +169,6 @@ static void take_search(kempe_fit *f, kmp_fit_search *s)
         f->run[k].most_steps = s->most_steps[k];
 }
 
-/* The first start is that of the fit, the others are places of a Sobol sequence between the bounds. */
-static kempe_status begin_searches(kempe_fit *f, kmp_arena *arena, int count)
-{
-    f->search = KMP_ARENA_NEW(arena, kmp_fit_search, count);
-    for (int k = 0; f->search && k < count; k++) {
-        kmp_fit_search *s = &f->search[k];
-        s->value = KMP_ARENA_NEW(arena, double, f->count);
-        s->best = KMP_ARENA_NEW(arena, double, f->count);
-        s->most_steps = KMP_ARENA_NEW(arena, long, f->run_count);
-        s->size = INFINITY;
-        s->outcome = KMP_SQUARES_NO_START;
-        for (int p = 0; s->value && p < f->count; p++) {
-            double part = k > 0 ? kmp_design_point(KMP_DESIGN_SOBOL, 1, (uint64_t)k - 1, 0, p, f->count) : 0;
-            s->value[p] = k > 0 ? f->lower[p] + part * (f->upper[p] - f->lower[p]) : f->value[p];
-        }
-    }
-    return kmp_made(f->context, !arena->failed);
-}
-
 /* Of several searches the trial at the first start bounds the steps of all. */
 static kempe_status bound_all(kempe_fit *f)
 {
@@ -239,7 +211,21 @@ static kempe_status search_all(kempe_fit *f, int count)
 kempe_status kmp_fit_searches(kempe_fit *fit, int count)
 {
     kmp_arena arena = {0};
-    kempe_status status = begin_searches(fit, &arena, count);
+    /* The first start is that of the fit, the others are places of a Sobol sequence between the bounds. */
+    fit->search = KMP_ARENA_NEW(&arena, kmp_fit_search, count);
+    for (int k = 0; fit->search && k < count; k++) {
+        kmp_fit_search *s = &fit->search[k];
+        s->value = KMP_ARENA_NEW(&arena, double, fit->count);
+        s->best = KMP_ARENA_NEW(&arena, double, fit->count);
+        s->most_steps = KMP_ARENA_NEW(&arena, long, fit->run_count);
+        s->size = INFINITY;
+        s->outcome = KMP_SQUARES_NO_START;
+        for (int p = 0; s->value && p < fit->count; p++) {
+            double part = k > 0 ? kmp_design_point(KMP_DESIGN_SOBOL, 1, (uint64_t)k - 1, 0, p, fit->count) : 0;
+            s->value[p] = k > 0 ? fit->lower[p] + part * (fit->upper[p] - fit->lower[p]) : fit->value[p];
+        }
+    }
+    kempe_status status = kmp_made(fit->context, !arena.failed);
     if (status == KEMPE_OK)
         status = search_all(fit, count);
     for (int k = 0; fit->search && k < count; k++)

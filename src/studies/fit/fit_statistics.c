@@ -26,18 +26,6 @@ typedef struct judge {
     kmp_singular svd;
 } judge;
 
-/* A bound is reached within the part of the range that the search resolves. */
-static void find_bounds(kempe_fit *f)
-{
-    for (int k = 0; k < f->count; k++) {
-        double range = f->upper[k] - f->lower[k];
-        range = isfinite(range) ? range : fmax(fabs(f->start[k]), fabs(f->value[k]));
-        f->state[k] = f->value[k] - f->lower[k] <= KMP_FIT_BOUND * range   ? KMP_FIT_LOWER
-                      : f->upper[k] - f->value[k] <= KMP_FIT_BOUND * range ? KMP_FIT_UPPER
-                                                                           : KMP_FIT_INSIDE;
-    }
-}
-
 static void scale_columns(judge *j)
 {
     const kempe_fit *f = j->f;
@@ -73,18 +61,6 @@ static void find_open(judge *j)
         for (int k = 0; k < j->free; k++)
             if (fabs(j->svd.vt[r + k * j->svd.k]) > KMP_FIT_MEMBER)
                 f->state[j->which[k]] = KMP_FIT_OPEN;
-}
-
-/* (J'J)^-1 of the scaled columns, on the directions that the data determines. */
-static void find_covariance(judge *j)
-{
-    for (int a = 0; a < j->free; a++)
-        for (int b = 0; b < j->free; b++) {
-            double sum = 0;
-            for (int r = 0; r < j->f->rank; r++)
-                sum += j->svd.vt[r + a * j->svd.k] * j->svd.vt[r + b * j->svd.k] / (j->svd.s[r] * j->svd.s[r]);
-            j->covariance[a + b * j->free] = sum;
-        }
 }
 
 /* Each column's measurements less the part of the parameters that these determine. */
@@ -154,7 +130,14 @@ static kempe_status judge_free(judge *j)
     if (!kmp_singular_decompose(&j->svd, j->scaled))
         return kmp_fail(f->context, KEMPE_E_FAILED, "the singular values of the Jacobian could not be found");
     find_open(j);
-    find_covariance(j);
+    /* (J'J)^-1 of the scaled columns, on the directions that the data determines. */
+    for (int a = 0; a < j->free; a++)
+        for (int b = 0; b < j->free; b++) {
+            double sum = 0;
+            for (int r = 0; r < j->f->rank; r++)
+                sum += j->svd.vt[r + a * j->svd.k] * j->svd.vt[r + b * j->svd.k] / (j->svd.s[r] * j->svd.s[r]);
+            j->covariance[a + b * j->free] = sum;
+        }
     find_freedoms(j);
     give_errors(j);
     return KEMPE_OK;
@@ -164,7 +147,14 @@ kempe_status kmp_fit_judge(kempe_fit *fit)
 {
     judge j = {.f = fit, .which = KMP_NEW(int, fit->count)};
     KMP_TRY(kmp_made(fit->context, j.which));
-    find_bounds(fit);
+    /* A bound is reached within the part of the range that the search resolves. */
+    for (int k = 0; k < fit->count; k++) {
+        double range = fit->upper[k] - fit->lower[k];
+        range = isfinite(range) ? range : fmax(fabs(fit->start[k]), fabs(fit->value[k]));
+        fit->state[k] = fit->value[k] - fit->lower[k] <= KMP_FIT_BOUND * range   ? KMP_FIT_LOWER
+                        : fit->upper[k] - fit->value[k] <= KMP_FIT_BOUND * range ? KMP_FIT_UPPER
+                                                                                 : KMP_FIT_INSIDE;
+    }
     for (int k = 0; k < fit->count; k++) {
         fit->error[k] = fit->low[k] = fit->high[k] = fit->factor[k] = NAN;
         for (int i = 0; i < fit->count; i++)

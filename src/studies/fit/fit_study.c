@@ -17,20 +17,6 @@ enum { MOST_RUNS = 200, MOST_ROUNDS = 10, USUAL_STARTS = 8, LEAST_FOR_NOISE = 20
 
 /* -- options ----------------------------------------------------------------------------------------- */
 
-static kempe_status read_parameters(kempe_fit *f, const char *list)
-{
-    KMP_TRY(kmp_bounded_read(f->context, list, &f->arena, &f->bounded));
-    f->count = f->bounded.count;
-    f->name = f->bounded.name;
-    f->lower = f->bounded.lower;
-    f->upper = f->bounded.upper;
-    return kmp_made(f->context, KMP_ARENA_MAKE(&f->arena,
-                                               KMP_ROOM(double, f->count, &f->start, &f->value, &f->error, &f->low,
-                                                        &f->high, &f->factor, &f->best, &f->room),
-                                               KMP_ROOM(double, (ptrdiff_t)f->count * f->count, &f->correlation),
-                                               KMP_ROOM(kmp_fit_state, f->count, &f->state)));
-}
-
 static int data_column(const kempe_fit *f, const char *name, size_t length)
 {
     int c = 0;
@@ -130,37 +116,6 @@ kempe_status kmp_fit_run_all(const kempe_fit *fit, kmp_slope_runs *const *runs, 
 
 /* -- weights ----------------------------------------------------------------------------------------- */
 
-/* The scatter of each column about its mean: the first weights, and the size of rounding. */
-static kempe_status find_scatter(kempe_fit *f, double *scatter)
-{
-    double *mean = KMP_ARENA_NEW(&f->arena, double, 3 * f->columns), *sum = mean + f->columns, *most = sum + f->columns;
-    KMP_TRY(kmp_made(f->context, mean));
-    for (kmp_fit_cell at = KMP_FIT_BEGIN; kmp_fit_next(f, &at);) {
-        int c = column_of(f, &at);
-        mean[c] += kmp_fit_measured(f, &at) / f->number[c];
-    }
-    for (kmp_fit_cell at = KMP_FIT_BEGIN; kmp_fit_next(f, &at);) {
-        int c = column_of(f, &at);
-        double away = kmp_fit_measured(f, &at) - mean[c];
-        sum[c] += away * away;
-        most[c] = fmax(most[c], fabs(kmp_fit_measured(f, &at)));
-    }
-    for (int c = 0; c < f->columns; c++)
-        scatter[c] = sum[c] > 0 ? sqrt(sum[c] / f->number[c]) : most[c] > 0 ? most[c] : 1;
-    return KEMPE_OK;
-}
-
-static void find_rms(kempe_fit *f)
-{
-    memset(f->rms, 0, (size_t)f->columns * sizeof *f->rms);
-    for (kmp_fit_cell at = KMP_FIT_BEGIN; kmp_fit_next(f, &at);) {
-        double away = kmp_fit_measured(f, &at) - value_at(f, &at);
-        f->rms[column_of(f, &at)] += away * away;
-    }
-    for (int c = 0; c < f->columns; c++)
-        f->rms[c] = sqrt(f->rms[c] / f->number[c]);
-}
-
 bool kmp_fit_has_few(const kempe_fit *fit, int column)
 {
     return !fit->given && fit->columns > 1 && fit->number[column] - fit->free < KMP_FIT_FEW;
@@ -197,7 +152,14 @@ static kempe_status stand_at_estimates(kempe_fit *f)
 {
     KMP_TRY(kmp_fit_run_all(f, NULL, 1, f->value, f->room));
     kmp_fit_weigh(f, NULL, f->residual, f->slope);
-    find_rms(f);
+    /* The root mean square of what remains, of each column. */
+    memset(f->rms, 0, (size_t)f->columns * sizeof *f->rms);
+    for (kmp_fit_cell at = KMP_FIT_BEGIN; kmp_fit_next(f, &at);) {
+        double away = kmp_fit_measured(f, &at) - value_at(f, &at);
+        f->rms[column_of(f, &at)] += away * away;
+    }
+    for (int c = 0; c < f->columns; c++)
+        f->rms[c] = sqrt(f->rms[c] / f->number[c]);
     for (int k = 0; k < f->run_count; k++) {
         const kmp_fit_run *r = &f->run[k];
         for (int row = 0; row < r->measured.rows; row++)
@@ -212,7 +174,21 @@ static kempe_status stand_at_estimates(kempe_fit *f)
 static kempe_status search(kempe_fit *f)
 {
     double *scatter = f->own_scatter;
-    KMP_TRY(find_scatter(f, scatter));
+    /* The scatter of each column about its mean: the first weights, and the size of rounding. */
+    double *mean = KMP_ARENA_NEW(&f->arena, double, 3 * f->columns), *sum = mean + f->columns, *most = sum + f->columns;
+    KMP_TRY(kmp_made(f->context, mean));
+    for (kmp_fit_cell at = KMP_FIT_BEGIN; kmp_fit_next(f, &at);) {
+        int c = column_of(f, &at);
+        mean[c] += kmp_fit_measured(f, &at) / f->number[c];
+    }
+    for (kmp_fit_cell at = KMP_FIT_BEGIN; kmp_fit_next(f, &at);) {
+        int c = column_of(f, &at);
+        double away = kmp_fit_measured(f, &at) - mean[c];
+        sum[c] += away * away;
+        most[c] = fmax(most[c], fabs(kmp_fit_measured(f, &at)));
+    }
+    for (int c = 0; c < f->columns; c++)
+        scatter[c] = sum[c] > 0 ? sqrt(sum[c] / f->number[c]) : most[c] > 0 ? most[c] : 1;
     if (!f->given)
         memcpy(f->deviation, scatter, (size_t)f->columns * sizeof *scatter);
     f->unsettled = true;
@@ -438,26 +414,6 @@ static kempe_status derive(kempe_fit *f, const kempe_fit_options *options)
     return count_measurements(f);
 }
 
-/* The data files: `data`, then the others. */
-static kempe_status read_data(kempe_fit *f, const kempe_fit_options *options)
-{
-    if (options->file_count > 0)
-        KMP_WANTED(f->context, options->files, "files");
-    int count = 1 + (options->file_count > 0 ? options->file_count : 0);
-    f->run = KMP_ARENA_NEW(&f->arena, kmp_fit_run, count);
-    KMP_TRY(kmp_made(f->context, f->run));
-    f->run_count = count;
-    for (int k = 0; k < count; k++) {
-        kmp_fit_run *r = &f->run[k];
-        const char *file = k > 0 ? options->files[k - 1] : options->data;
-        KMP_WANTED(f->context, file, "files");
-        r->file = kmp_arena_strdup(&f->arena, file);
-        KMP_TRY(kmp_made(f->context, r->file));
-        KMP_TRY(kmp_measured_begin(f->model, r->file, options->columns, &r->measured));
-    }
-    return KEMPE_OK;
-}
-
 static kempe_status prepare(kempe_fit *f, const kempe_fit_options *options)
 {
     f->confidence = options->confidence > 0 ? options->confidence : 0.95;
@@ -474,9 +430,33 @@ static kempe_status prepare(kempe_fit *f, const kempe_fit_options *options)
     if (!(f->confidence < 1) || options->confidence < 0)
         return kmp_fail(f->context, KEMPE_E_ARGUMENT, "the confidence %g is not between 0 and 1", options->confidence);
     KMP_WANTED(f->context, options->data, "data");
-    KMP_TRY(read_parameters(f, options->parameters));
+    const char *list = options->parameters;
+    KMP_TRY(kmp_bounded_read(f->context, list, &f->arena, &f->bounded));
+    f->count = f->bounded.count;
+    f->name = f->bounded.name;
+    f->lower = f->bounded.lower;
+    f->upper = f->bounded.upper;
+    KMP_TRY(kmp_made(f->context, KMP_ARENA_MAKE(&f->arena,
+                                                KMP_ROOM(double, f->count, &f->start, &f->value, &f->error, &f->low,
+                                                         &f->high, &f->factor, &f->best, &f->room),
+                                                KMP_ROOM(double, (ptrdiff_t)f->count * f->count, &f->correlation),
+                                                KMP_ROOM(kmp_fit_state, f->count, &f->state))));
     KMP_TRY(choose_starts(f, options->starts));
-    KMP_TRY(read_data(f, options));
+    /* The data files: `data`, then the others. */
+    if (options->file_count > 0)
+        KMP_WANTED(f->context, options->files, "files");
+    int count = 1 + (options->file_count > 0 ? options->file_count : 0);
+    f->run = KMP_ARENA_NEW(&f->arena, kmp_fit_run, count);
+    KMP_TRY(kmp_made(f->context, f->run));
+    f->run_count = count;
+    for (int k = 0; k < count; k++) {
+        kmp_fit_run *r = &f->run[k];
+        const char *file = k > 0 ? options->files[k - 1] : options->data;
+        KMP_WANTED(f->context, file, "files");
+        r->file = kmp_arena_strdup(&f->arena, file);
+        KMP_TRY(kmp_made(f->context, r->file));
+        KMP_TRY(kmp_measured_begin(f->model, r->file, options->columns, &r->measured));
+    }
     return derive(f, options);
 }
 
@@ -496,10 +476,10 @@ static double neighbours(const kempe_fit *f, int column)
     return f->number[column] >= LEAST_FOR_NOISE && squares > 0 ? products / squares : 0;
 }
 
-/* A minimum at which the motion is not that of the data has narrow intervals, too. Large residuals that are independent
- * are noise. */
-static void judge_residuals(kempe_fit *f)
+static void warn(kempe_fit *f)
 {
+    /* A minimum at which the motion is not that of the data has narrow intervals, too. Large residuals that are
+     * independent are noise. */
     for (int c = 0; c < f->columns; c++) {
         double alike = f->exact[c] ? 0 : neighbours(f, c);
         if (!(alike > KMP_FIT_ALIKE))
@@ -516,11 +496,6 @@ static void judge_residuals(kempe_fit *f)
                     "intervals are too narrow; the minimum may be a local one (--starts), or the model lacks an effect",
                     f->column_name[c], alike);
     }
-}
-
-static void warn(kempe_fit *f)
-{
-    judge_residuals(f);
     kmp_text open = {0};
     kmp_fit_put_open(f, &open);
     if (open.s)

@@ -154,13 +154,6 @@ static bool take_time(kmp_csv *csv, reader *r, int field, kmp_csv_field f)
     return true;
 }
 
-static void take_value(kmp_csv *csv, reader *r, int field, kmp_csv_field f)
-{
-    double *value = &r->m->value[(ptrdiff_t)r->row * r->m->columns + r->meaning[field]];
-    if (f.length > 0 && !kmp_csv_number(csv, field, f, value))
-        kmp_csv_complain(csv, f.s, "this is not a number; write a number, or leave the field empty");
-}
-
 static bool read_row(kmp_csv *csv, const char *line)
 {
     reader *r = csv->user;
@@ -169,8 +162,11 @@ static bool read_row(kmp_csv *csv, const char *line)
         kmp_csv_field f = kmp_csv_next(&s);
         if (!r->rows && r->meaning[k] == TIME && !take_time(csv, r, k, f))
             return false;
-        if (r->rows && r->meaning[k] >= 0)
-            take_value(csv, r, k, f);
+        if (r->rows && r->meaning[k] >= 0) {
+            double *value = &r->m->value[(ptrdiff_t)r->row * r->m->columns + r->meaning[k]];
+            if (f.length > 0 && !kmp_csv_number(csv, k, f, value))
+                kmp_csv_complain(csv, f.s, "this is not a number; write a number, or leave the field empty");
+        }
     }
     r->row++;
     kmp_csv_check_row(csv, line);

@@ -55,21 +55,6 @@ void kmp_inverse_free(kmp_inverse *inverse)
 
 /* -- the choice of independent coordinates ----------------------------------------------------------- */
 
-/* Chooses coordinates at the evaluator's last closure. */
-static kempe_status choose(kmp_inverse *v)
-{
-    forget_choice(v);
-    kmp_eval_mask(v->eval, v->left_out, v->masked);
-    KMP_TRY(kmp_partition_init(&v->part, v->system, v->masked, NULL, 0));
-    int p = v->p = v->part.p;
-    v->freedoms = p - v->system->model->state_count;
-    if (!KMP_ARENA_MAKE(&v->choices, KMP_ROOM(double, p *p, &v->gram, &v->inner),
-                        KMP_ROOM(double, p * v->a, &v->matrix), KMP_ROOM(double, p, &v->reach, &v->choice, &v->left)) ||
-        !kmp_singular_init(&v->svd, &v->choices, p, v->a))
-        return kmp_fail_memory(v->system->context);
-    return kmp_reduction_init(&v->red, v->eval, &v->part);
-}
-
 /* True if the rows dropped from a loop are satisfied along all motions that the others permit. */
 static bool rows_are_redundant(const kmp_inverse *v)
 {
@@ -94,7 +79,17 @@ static kempe_status make_tangent(kmp_inverse *v, double t)
 {
     if (tangent_is_good(v))
         return KEMPE_OK;
-    KMP_TRY(choose(v));
+    /* Chooses coordinates at the evaluator's last closure. */
+    forget_choice(v);
+    kmp_eval_mask(v->eval, v->left_out, v->masked);
+    KMP_TRY(kmp_partition_init(&v->part, v->system, v->masked, NULL, 0));
+    int p = v->p = v->part.p;
+    v->freedoms = p - v->system->model->state_count;
+    if (!KMP_ARENA_MAKE(&v->choices, KMP_ROOM(double, p *p, &v->gram, &v->inner),
+                        KMP_ROOM(double, p * v->a, &v->matrix), KMP_ROOM(double, p, &v->reach, &v->choice, &v->left)) ||
+        !kmp_singular_init(&v->svd, &v->choices, p, v->a))
+        return kmp_fail_memory(v->system->context);
+    KMP_TRY(kmp_reduction_init(&v->red, v->eval, &v->part));
     if (kmp_reduction_factor(&v->red))
         return kmp_fail(v->system->context, KEMPE_E_FAILED, "the loops are singular at t = %.9g s", t);
     kmp_reduction_tangent(&v->red);
@@ -140,43 +135,6 @@ static bool make_equations(kmp_inverse *v)
     return true;
 }
 
-static void find_rank(kmp_inverse *v)
-{
-    const kmp_singular *svd = &v->svd;
-    v->rank = 0;
-    while (v->rank < svd->k && svd->s[v->rank] > KMP_RANK_ACTUATORS)
-        v->rank++;
-    const int p = v->freedoms;
-    v->hold = p > 0 && p <= svd->k ? svd->s[p - 1] : p == 0 ? 1 : 0;
-}
-
-/* tau of least weighted norm with V' tau = g, g = S^-1 U' f over the rank: W^-1 V (V' W^-1 V)^-1 g. */
-static bool least_norm(kmp_inverse *v)
-{
-    const kmp_singular *svd = &v->svd;
-    int r = v->rank, p = v->p, k = svd->k;
-    double *g = v->choice;
-    for (int i = 0; i < r; i++) {
-        g[i] = kmp_dot(p, svd->u + i * p, v->reach) / svd->s[i];
-        for (int l = 0; l <= i; l++) {
-            double sum = 0;
-            for (int j = 0; j < v->a; j++)
-                sum += svd->vt[i + j * k] * svd->vt[l + j * k] / v->weight[j];
-            v->inner[i + l * r] = sum;
-        }
-    }
-    if (kmp_cholesky_factor(r, v->inner))
-        return false;
-    kmp_cholesky_solve(r, v->inner, g);
-    for (int j = 0; j < v->a; j++) {
-        double sum = 0;
-        for (int i = 0; i < r; i++)
-            sum += svd->vt[i + j * k] * g[i];
-        v->tau[j] = sum / v->weight[j] / v->system->scale[v->actuator[j]];
-    }
-    return true;
-}
-
 /* N' x by u, without the equations of states. */
 static void project(const kmp_inverse *v, const double *x, double *out)
 {
@@ -207,24 +165,6 @@ static void find_residual(kmp_inverse *v)
     v->residual = size > 0 ? worst / size : 0;
 }
 
-/* The reduced equations: sizes of C and M qdd, the remainder without tau; then lambda. */
-static void judge(kmp_inverse *v)
-{
-    project(v, v->eval->bias, v->left);
-    double bias = norm_of(v, v->left);
-    for (int i = 0; i < v->n; i++)
-        v->rest[i] = v->red.force[i] - v->eval->bias[i];
-    project(v, v->rest, v->left);
-    v->size = bias + norm_of(v, v->left);
-    memcpy(v->rest, v->red.force, (size_t)v->n * sizeof *v->rest);
-    for (int j = 0; j < v->a; j++)
-        v->rest[v->actuator[j]] -= v->tau[j];
-    project(v, v->rest, v->left);
-    v->unmet = norm_of(v, v->left);
-    kmp_reduction_pull(&v->red, v->rest, v->lambda); /* of M qdd + C - S tau */
-    find_residual(v);
-}
-
 /* tau for the reduced M qdd + C, in v->red.force. false: it is not finite. */
 static bool find_efforts(kmp_inverse *v)
 {
@@ -232,7 +172,29 @@ static bool find_efforts(kmp_inverse *v)
     for (int k = 0; k < v->p; k++)
         v->reach[k] *= v->system->scale[v->part.u[k]];
     kmp_cholesky_forward(v->p, v->gram, v->reach);
-    return least_norm(v);
+    /* tau of least weighted norm with V' tau = g, g = S^-1 U' f over the rank: W^-1 V (V' W^-1 V)^-1 g. */
+    const kmp_singular *svd = &v->svd;
+    int r = v->rank, p = v->p, k = svd->k;
+    double *g = v->choice;
+    for (int i = 0; i < r; i++) {
+        g[i] = kmp_dot(p, svd->u + i * p, v->reach) / svd->s[i];
+        for (int l = 0; l <= i; l++) {
+            double sum = 0;
+            for (int j = 0; j < v->a; j++)
+                sum += svd->vt[i + j * k] * svd->vt[l + j * k] / v->weight[j];
+            v->inner[i + l * r] = sum;
+        }
+    }
+    if (kmp_cholesky_factor(r, v->inner))
+        return false;
+    kmp_cholesky_solve(r, v->inner, g);
+    for (int j = 0; j < v->a; j++) {
+        double sum = 0;
+        for (int i = 0; i < r; i++)
+            sum += svd->vt[i + j * k] * g[i];
+        v->tau[j] = sum / v->weight[j] / v->system->scale[v->actuator[j]];
+    }
+    return true;
 }
 
 /* For forces that depend on multipliers: the multipliers that belong to the actuators' generalized forces. */
@@ -282,11 +244,30 @@ kempe_status kmp_inverse_at(kmp_inverse *inverse, double t, const double *q, con
         return kmp_fail_unsettled(v->eval);
     if (!make_equations(v) || !kmp_singular_decompose(&v->svd, v->matrix))
         return fail_at(v, t);
-    find_rank(v);
+    /* The rank, and the smallest singular value of all degrees of freedom. */
+    const kmp_singular *svd = &v->svd;
+    v->rank = 0;
+    while (v->rank < svd->k && svd->s[v->rank] > KMP_RANK_ACTUATORS)
+        v->rank++;
+    const int p = v->freedoms;
+    v->hold = p > 0 && p <= svd->k ? svd->s[p - 1] : p == 0 ? 1 : 0;
     if (!press(v))
         return kmp_fail_unsettled(v->eval);
     if (!find_efforts(v))
         return fail_at(v, t);
-    judge(v);
+    /* The reduced equations: sizes of C and M qdd, the remainder without tau; then lambda. */
+    project(v, v->eval->bias, v->left);
+    double bias = norm_of(v, v->left);
+    for (int i = 0; i < v->n; i++)
+        v->rest[i] = v->red.force[i] - v->eval->bias[i];
+    project(v, v->rest, v->left);
+    v->size = bias + norm_of(v, v->left);
+    memcpy(v->rest, v->red.force, (size_t)v->n * sizeof *v->rest);
+    for (int j = 0; j < v->a; j++)
+        v->rest[v->actuator[j]] -= v->tau[j];
+    project(v, v->rest, v->left);
+    v->unmet = norm_of(v, v->left);
+    kmp_reduction_pull(&v->red, v->rest, v->lambda); /* of M qdd + C - S tau */
+    find_residual(v);
     return isfinite(v->unmet) && isfinite(v->residual) ? KEMPE_OK : fail_at(v, t);
 }

@@ -4,8 +4,9 @@
 #include "studies/inverse/inverse_study.h"
 #include <kempe/inverse.h>
 
-static void put_columns(kempe_table *table, const kempe_inverse *r)
+static void fill_rows(kempe_table *table, const void *result)
 {
+    const kempe_inverse *r = result;
     const kempe_model *model = r->system->model;
     kmp_tabulate_columns(table, "t[s]");
     for (int k = 0; k < r->a; k++)
@@ -23,12 +24,6 @@ static void put_columns(kempe_table *table, const kempe_inverse *r)
         for (int k = 0; k < 3 * (r->loops + r->joints); k++)
             kmp_tabulate_column(table, moment ? "N m" : "N", "%s.%s.%c", moment ? "moment" : "reaction",
                                 kmp_inverse_load_name(r, k / 3), "xyz"[k % 3]);
-}
-
-static void fill_rows(kempe_table *table, const void *result)
-{
-    const kempe_inverse *r = result;
-    put_columns(table, r);
     for (int row = 0; row < r->rows; row++) {
         kmp_tabulate_row(table);
         kmp_tabulate_number(table, r->t[row]);

@@ -34,15 +34,6 @@ static bool make_room(kmp_prescribed_motion *g)
                           KMP_ROOM(double, entries, &g->masked));
 }
 
-/* Drives of coordinates in the table are ignored. */
-static void leave_out(kmp_prescribed_motion *g)
-{
-    for (int r = 0; r < g->m; r++) {
-        const kmp_closure *closure = &g->system->model->closures[g->system->rows[r].closure];
-        g->left_out[r] = kmp_closure_is_drive(closure) && g->given[closure->motion];
-    }
-}
-
 kempe_status kmp_prescribed_motion_init(kmp_prescribed_motion *prescribed, const kempe_system *system,
                                         const char *backend, const kmp_prescribed *motion, bool at_rest,
                                         const int *wish, int wish_count)
@@ -68,7 +59,11 @@ kempe_status kmp_prescribed_motion_init(kmp_prescribed_motion *prescribed, const
         g->given[motion->coordinate[k]] = true;
     for (int k = kmp_model_coordinates(system->model); k < g->n; k++)
         g->given[k] = true;
-    leave_out(g);
+    /* Drives of coordinates in the table are ignored. */
+    for (int r = 0; r < g->m; r++) {
+        const kmp_closure *closure = &g->system->model->closures[g->system->rows[r].closure];
+        g->left_out[r] = kmp_closure_is_drive(closure) && g->given[closure->motion];
+    }
     g->eval->left_out = g->left_out;
     return KEMPE_OK;
 }
@@ -327,20 +322,6 @@ kempe_status kmp_prescribed_motion_advance(kmp_prescribed_motion *prescribed, do
 
 /* -- start ------------------------------------------------------------------------------------------- */
 
-/* The assembled start, at t = 0. */
-static kempe_status take_start(kmp_prescribed_motion *g)
-{
-    kempe_assembly *a = NULL;
-    kempe_status status = kempe_assembly_new(g->system, &a);
-    if (status == KEMPE_OK) {
-        memcpy(g->q, a->q, (size_t)g->n * sizeof *g->q);
-        memcpy(g->qd, a->qd, (size_t)g->n * sizeof *g->qd);
-    }
-    kempe_assembly_free(a);
-    g->t = 0;
-    return status;
-}
-
 /* Moves from the start to the beginning of the motion: u along a straight line while time advances to t, v along the
  * tangent. */
 static kempe_status approach(kmp_prescribed_motion *g, double t)
@@ -381,7 +362,16 @@ static kempe_status find_beginning(kmp_prescribed_motion *g, double t)
         memcpy(g->q, g->tq, (size_t)g->n * sizeof *g->q);
         return KEMPE_OK;
     }
-    KMP_TRY(take_start(g));
+    /* The assembled start, at t = 0. */
+    kempe_assembly *a = NULL;
+    kempe_status status = kempe_assembly_new(g->system, &a);
+    if (status == KEMPE_OK) {
+        memcpy(g->q, a->q, (size_t)g->n * sizeof *g->q);
+        memcpy(g->qd, a->qd, (size_t)g->n * sizeof *g->qd);
+    }
+    kempe_assembly_free(a);
+    g->t = 0;
+    KMP_TRY(status);
     if (g->at_rest)
         return KEMPE_OK;
     KMP_TRY(choose(g, 0, g->q));

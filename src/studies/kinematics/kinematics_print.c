@@ -47,30 +47,6 @@ static double largest(span r)
 
 /* -- text -------------------------------------------------------------------------------------------- */
 
-static void say_leads(kmp_text *text, const kempe_kinematics *k)
-{
-    for (int i = 0; i < k->lead_count; i++) {
-        const kmp_lead *lead = &k->lead[i];
-        kmp_shown as = shown_as(k, lead);
-        if (kmp_state_of(k->system->model, lead->coordinate))
-            continue;
-        if (lead->from != lead->to)
-            kmp_text_printf(text, "  %s swept from %.9g to %.9g %s", kmp_kinematics_name(k, lead),
-                            as.factor * lead->from, as.factor * lead->to, as.unit);
-        else
-            kmp_text_printf(text, "  %s held at %.9g %s", kmp_kinematics_name(k, lead), as.factor * lead->from,
-                            as.unit);
-        if (i == k->first && isfinite(k->speed))
-            kmp_text_printf(text, ", at %.6g %s/s", as.factor * k->speed, as.unit);
-        kmp_text_put(text, "\n");
-    }
-    if (k->system->model->state_count > 0)
-        kmp_text_put(text, "  states keep their start values\n");
-    for (int c = 0; c < k->system->model->closure_count; c++)
-        if (k->released[c])
-            kmp_text_printf(text, "  '%s' of the model is deactivated\n", k->system->model->closures[c].name);
-}
-
 static void show_table(kmp_text *text, const kempe_kinematics *k)
 {
     int n = k->system->n, width = kmp_print_width(k->system, KMP_QUANTITY_Q);
@@ -112,17 +88,6 @@ static void show_dead(kmp_text *text, const kempe_kinematics *k)
     }
 }
 
-static void show_changes(kmp_text *text, const kempe_kinematics *k)
-{
-    kmp_shown as = shown_as(k, &k->lead[k->first]);
-    for (int c = 0; c < k->change_count; c++)
-        kmp_text_printf(text,
-                        "\nchange point at %s = %.8g %s: a bifurcation, branches meet there (margin of the closures "
-                        "below %.1e); the sweep goes straight on\n",
-                        kmp_kinematics_name(k, &k->lead[k->first]), as.factor * value_at(k, k->change[c].s), as.unit,
-                        k->change[c].margin);
-}
-
 static void show_left_out(kmp_text *text, const kempe_kinematics *k)
 {
     const kempe_model *model = k->system->model;
@@ -140,13 +105,38 @@ static void show_all(kmp_text *text, const void *result)
     const kempe_kinematics *k = result;
     kmp_text_printf(text, "%s: %s, %d of %d rows\n", k->system->model->name, kmp_status_word(k->status), k->count,
                     k->requested);
-    say_leads(text, k);
+    for (int i = 0; i < k->lead_count; i++) {
+        const kmp_lead *lead = &k->lead[i];
+        kmp_shown as = shown_as(k, lead);
+        if (kmp_state_of(k->system->model, lead->coordinate))
+            continue;
+        if (lead->from != lead->to)
+            kmp_text_printf(text, "  %s swept from %.9g to %.9g %s", kmp_kinematics_name(k, lead),
+                            as.factor * lead->from, as.factor * lead->to, as.unit);
+        else
+            kmp_text_printf(text, "  %s held at %.9g %s", kmp_kinematics_name(k, lead), as.factor * lead->from,
+                            as.unit);
+        if (i == k->first && isfinite(k->speed))
+            kmp_text_printf(text, ", at %.6g %s/s", as.factor * k->speed, as.unit);
+        kmp_text_put(text, "\n");
+    }
+    if (k->system->model->state_count > 0)
+        kmp_text_put(text, "  states keep their start values\n");
+    for (int c = 0; c < k->system->model->closure_count; c++)
+        if (k->released[c])
+            kmp_text_printf(text, "  '%s' of the model is deactivated\n", k->system->model->closures[c].name);
     if (k->reason)
         kmp_text_printf(text, "  %s\n", k->reason);
     if (k->count > 0)
         show_table(text, k);
     show_dead(text, k);
-    show_changes(text, k);
+    kmp_shown as = shown_as(k, &k->lead[k->first]);
+    for (int c = 0; c < k->change_count; c++)
+        kmp_text_printf(text,
+                        "\nchange point at %s = %.8g %s: a bifurcation, branches meet there (margin of the closures "
+                        "below %.1e); the sweep goes straight on\n",
+                        kmp_kinematics_name(k, &k->lead[k->first]), as.factor * value_at(k, k->change[c].s), as.unit,
+                        k->change[c].margin);
     show_left_out(text, k);
     kmp_text_printf(text,
                     "\n%ld steps, %ld repeated, %ld corrections, independent coordinates changed %ld times, %.2g s\n",
@@ -154,40 +144,6 @@ static void show_all(kmp_text *text, const void *result)
 }
 
 /* -- JSON -------------------------------------------------------------------------------------------- */
-
-static void json_leads(kmp_json *j, const kempe_kinematics *k)
-{
-    kmp_json_array(j, "driven");
-    for (int i = 0; i < k->lead_count; i++) {
-        const kmp_lead *lead = &k->lead[i];
-        if (kmp_state_of(k->system->model, lead->coordinate))
-            continue;
-        kmp_json_put(j, "{ name %s unit %s from %g to %g held %d }", kmp_kinematics_name(k, lead),
-                     kmp_kinematics_unit(k, lead), lead->from, lead->to, i >= k->driven);
-    }
-    kmp_json_put(j, "] speed %g released [", k->speed);
-    for (int c = 0; c < k->system->model->closure_count; c++)
-        if (k->released[c])
-            kmp_json_string(j, NULL, k->system->model->closures[c].name);
-    kmp_json_end(j);
-}
-
-static void json_ranges(kmp_json *j, const kempe_kinematics *k)
-{
-    int n = k->system->n;
-    kmp_json_object(j, "coordinates");
-    for (int i = 0; i < kmp_model_coordinates(k->system->model); i++) {
-        span q = span_of(k, k->q, n, i);
-        kmp_json_put(j, "%s { least %g greatest %g qd_max %g qdd_max %g }", k->system->model->motions[i].name, q.least,
-                     q.most, largest(span_of(k, k->qd, n, i)), largest(span_of(k, k->qdd, n, i)));
-    }
-    kmp_json_put(j, "} outputs {");
-    for (int c = 0; c < k->width; c++) {
-        span x = span_of(k, k->shown, k->width, c);
-        kmp_json_put(j, "%s { least %g greatest %g }", k->column[c].name, x.least, x.most);
-    }
-    kmp_json_end(j);
-}
 
 static void json_dead(kmp_json *j, const kempe_kinematics *k)
 {
@@ -209,29 +165,49 @@ static void json_dead(kmp_json *j, const kempe_kinematics *k)
     kmp_json_end(j);
 }
 
-static void json_left_out(kmp_json *j, const kempe_model *model)
-{
-    kmp_json_array(j, "left_out");
-    for (int o = 0; o < model->output_count; o++) {
-        kmp_text name = {0};
-        if (!is_left_out(model, o))
-            continue;
-        kmp_output_print(&name, model, &model->outputs[o]);
-        kmp_json_text(j, NULL, &name);
-    }
-    kmp_json_end(j);
-}
-
 static void json_all(kmp_text *text, const void *result)
 {
     const kempe_kinematics *k = result;
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, k->system, kmp_status_word(k->status), k->reason, k->system->build_s, k->warnings);
-    json_leads(&j, k);
+    kmp_json_array(&j, "driven");
+    for (int i = 0; i < k->lead_count; i++) {
+        const kmp_lead *lead = &k->lead[i];
+        if (kmp_state_of(k->system->model, lead->coordinate))
+            continue;
+        kmp_json_put(&j, "{ name %s unit %s from %g to %g held %d }", kmp_kinematics_name(k, lead),
+                     kmp_kinematics_unit(k, lead), lead->from, lead->to, i >= k->driven);
+    }
+    kmp_json_put(&j, "] speed %g released [", k->speed);
+    for (int c = 0; c < k->system->model->closure_count; c++)
+        if (k->released[c])
+            kmp_json_string(&j, NULL, k->system->model->closures[c].name);
+    kmp_json_end(&j);
     kmp_json_put(&j, "rows %d rows_asked %d", k->count, k->requested);
-    json_ranges(&j, k);
+    int n = k->system->n;
+    kmp_json_object(&j, "coordinates");
+    for (int i = 0; i < kmp_model_coordinates(k->system->model); i++) {
+        span q = span_of(k, k->q, n, i);
+        kmp_json_put(&j, "%s { least %g greatest %g qd_max %g qdd_max %g }", k->system->model->motions[i].name, q.least,
+                     q.most, largest(span_of(k, k->qd, n, i)), largest(span_of(k, k->qdd, n, i)));
+    }
+    kmp_json_put(&j, "} outputs {");
+    for (int c = 0; c < k->width; c++) {
+        span x = span_of(k, k->shown, k->width, c);
+        kmp_json_put(&j, "%s { least %g greatest %g }", k->column[c].name, x.least, x.most);
+    }
+    kmp_json_end(&j);
     json_dead(&j, k);
-    json_left_out(&j, k->system->model);
+    const kempe_model *model = k->system->model;
+    kmp_json_array(&j, "left_out");
+    for (int o = 0; o < model->output_count; o++) {
+        kmp_text name = {0};
+        if (!is_left_out(model, o))
+            continue;
+        kmp_output_print(&name, model, &model->outputs[o]);
+        kmp_json_text(&j, NULL, &name);
+    }
+    kmp_json_end(&j);
     kmp_json_put(&j, "work { steps %ld rejected %ld newton %ld exchanges %ld cpu_s %g } }", k->effort.steps,
                  k->effort.rejected, k->effort.newton, k->effort.exchanges, k->cpu_s);
 }

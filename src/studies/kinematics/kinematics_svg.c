@@ -28,34 +28,9 @@ static const double *place(const kempe_kinematics *k, int i, int column)
     return row == k->count && k->dead_count > before ? k->dead[k->dead_count - 1].shown + column : NULL;
 }
 
-/* Extends the range of each ground axis to all paths. */
-static void measure(const kempe_kinematics *k, kmp_axis *axis)
-{
-    const double *x;
-    for (int a = 0; a < 3; a++)
-        axis[a] = (kmp_axis){.name = (const char *[]){"x, m", "y, m", "z, m"}[a], .low = INFINITY, .high = -INFINITY};
-    for (int c = 0; c < k->width; c++)
-        for (int i = 0; begins_path(k, c) && (x = place(k, i, c)) != NULL; i++)
-            for (int a = 0; a < 3; a++) {
-                axis[a].low = fmin(axis[a].low, x[a]);
-                axis[a].high = fmax(axis[a].high, x[a]);
-            }
-}
-
 static double extent(const kmp_axis *axis)
 {
     return axis->high - axis->low;
-}
-
-/* The view is along the axis of the least extent; the others are in right-handed order. */
-static void choose_plane(const kmp_axis *axis, int *plane)
-{
-    int away = 2;
-    for (int a = 1; a >= 0; a--)
-        if (extent(&axis[a]) < extent(&axis[away]))
-            away = a;
-    plane[0] = away == 0 ? 1 : 0;
-    plane[1] = away == 2 ? 1 : 2;
 }
 
 static void draw_path(kmp_plot *p, const kempe_kinematics *k, int column, const int *plane, const char *colour)
@@ -86,8 +61,23 @@ static void draw(const kempe_kinematics *k, kmp_text *text, int paths)
     kmp_axis axis[3];
     int plane[2], line = 0;
     double side[2], top = LINE * (paths + 1);
-    measure(k, axis);
-    choose_plane(axis, plane);
+    /* Extends the range of each ground axis to all paths. */
+    const double *x;
+    for (int a = 0; a < 3; a++)
+        axis[a] = (kmp_axis){.name = (const char *[]){"x, m", "y, m", "z, m"}[a], .low = INFINITY, .high = -INFINITY};
+    for (int c = 0; c < k->width; c++)
+        for (int i = 0; begins_path(k, c) && (x = place(k, i, c)) != NULL; i++)
+            for (int a = 0; a < 3; a++) {
+                axis[a].low = fmin(axis[a].low, x[a]);
+                axis[a].high = fmax(axis[a].high, x[a]);
+            }
+    /* The view is along the axis of the least extent; the others are in right-handed order. */
+    int away = 2;
+    for (int a = 1; a >= 0; a--)
+        if (extent(&axis[a]) < extent(&axis[away]))
+            away = a;
+    plane[0] = away == 0 ? 1 : 0;
+    plane[1] = away == 2 ? 1 : 2;
     double longest = fmax(extent(&axis[plane[0]]), extent(&axis[plane[1]]));
     for (int i = 0; i < 2; i++)
         side[i] = AROUND + fmax(LEAST, longest > 0 ? SIDE * extent(&axis[plane[i]]) / longest : SIDE);

@@ -30,8 +30,9 @@ static bool is_shown(const kempe_model *model, int output)
     return true;
 }
 
-static void take_columns(kempe_kinematics *k)
+static kempe_status make_room(kempe_kinematics *k)
 {
+    /* The columns of all outputs of positions. */
     const kempe_model *model = k->system->model;
     k->column = KMP_ARENA_NEW(&k->arena, kmp_shown_column, kmp_outputs_width(model));
     for (int o = 0, at = 0; o < model->output_count; o++) {
@@ -43,11 +44,6 @@ static void take_columns(kempe_kinematics *k)
         }
         at += width;
     }
-}
-
-static kempe_status make_room(kempe_kinematics *k)
-{
-    take_columns(k);
     ptrdiff_t rows = k->requested, size = rows * k->system->n;
     KMP_TRY(kmp_made(k->system->context, KMP_ARENA_MAKE(&k->arena, KMP_ROOM(double, size, &k->q, &k->qd, &k->qdd),
                                                         KMP_ROOM(double, rows, &k->requested_s, &k->s),
@@ -206,24 +202,19 @@ static void say_dead(job *j, int d)
         kmp_text_printf(&j->reason, "; alternative driving coordinates: %s", dead->instead);
 }
 
-static void say_lost(job *j)
-{
-    const kempe_kinematics *k = j->k;
-    const kmp_lead *lead = &k->lead[k->first];
-    const kmp_sweep_pose *here = &j->sweep.here;
-    kmp_shown as = kmp_shown_as(k->system->context, kmp_kinematics_unit(k, lead));
-    kmp_text_printf(&j->reason, "the step size became too small at %s = %.9g %s (margin of the closures %.1e)",
-                    kmp_kinematics_name(k, lead), as.factor * value_here(j, lead), as.unit,
-                    kmp_sweep_margin(&j->sweep, here));
-    kmp_angles_explain(k->system->model, here->x, &j->reason);
-}
-
 static kempe_status end_of(job *j, kmp_sweep_end end)
 {
     if (end == KMP_SWEEP_NO_MEMORY || j->k->arena.failed)
         return kmp_fail_memory(j->k->system->context);
     if (end == KMP_SWEEP_LOST) {
-        say_lost(j);
+        const kempe_kinematics *k = j->k;
+        const kmp_lead *lead = &k->lead[k->first];
+        const kmp_sweep_pose *here = &j->sweep.here;
+        kmp_shown as = kmp_shown_as(k->system->context, kmp_kinematics_unit(k, lead));
+        kmp_text_printf(&j->reason, "the step size became too small at %s = %.9g %s (margin of the closures %.1e)",
+                        kmp_kinematics_name(k, lead), as.factor * value_here(j, lead), as.unit,
+                        kmp_sweep_margin(&j->sweep, here));
+        kmp_angles_explain(k->system->model, here->x, &j->reason);
         return KEMPE_E_FAILED;
     }
     if (end != KMP_SWEEP_INTERRUPTED)
@@ -312,8 +303,14 @@ static kempe_status approach_along(job *j, double s)
     return reached ? KEMPE_OK : KEMPE_E_FAILED;
 }
 
-static kempe_status go_through(job *j)
+static kempe_status follow(job *j)
 {
+    double s;
+    if (!on_line(j, &s)) {
+        KMP_TRY(approach_aside(j));
+        s = 0;
+    }
+    KMP_TRY(s != 0 ? approach_along(j, s) : lead(j, j->k->lead, 0));
     kempe_kinematics *k = j->k;
     int rows = k->requested - k->begin;
     kmp_sweep_end end;
@@ -324,17 +321,6 @@ static kempe_status go_through(job *j)
             say_dead(j, k->dead_count - 1);
     }
     return k->count < k->requested ? KEMPE_STOPPED : KEMPE_OK;
-}
-
-static kempe_status follow(job *j)
-{
-    double s;
-    if (!on_line(j, &s)) {
-        KMP_TRY(approach_aside(j));
-        s = 0;
-    }
-    KMP_TRY(s != 0 ? approach_along(j, s) : lead(j, j->k->lead, 0));
-    return go_through(j);
 }
 
 /* -- the study --------------------------------------------------------------------------------------- */

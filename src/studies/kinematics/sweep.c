@@ -153,9 +153,10 @@ kempe_status kmp_sweep_stand(kmp_sweep *w, double t, const double *q)
     return KEMPE_OK;
 }
 
-/* Rows with nonzero h_t at some time on the path, which is zero in all others; they are dropped here. */
-static void find_moving(kmp_sweep *w, const kmp_lead *time, const double *q)
+kempe_status kmp_sweep_let_move(kmp_sweep *w, const kmp_lead *time, double t, const double *q)
 {
+    int p = w->p;
+    /* Rows with nonzero h_t at some time on the path, which is zero in all others; they are dropped here. */
     w->moving_count = 0;
     for (int k = 0; k <= SAMPLES; k++) {
         kmp_eval_closure(w->eval, kmp_lead_value(time, (double)k / SAMPLES), q);
@@ -165,12 +166,6 @@ static void find_moving(kmp_sweep *w, const kmp_lead *time, const double *q)
                 w->moving[w->moving_count++] = r;
             }
     }
-}
-
-kempe_status kmp_sweep_let_move(kmp_sweep *w, const kmp_lead *time, double t, const double *q)
-{
-    int p = w->p;
-    find_moving(w, time, q);
     if (w->moving_count == 0)
         return KEMPE_OK;
     kempe_status status = kmp_sweep_stand(w, t, q);

@@ -72,16 +72,6 @@ const char *kmp_kinematics_unit(const kempe_kinematics *k, const kmp_lead *lead)
     return lead->coordinate < 0 ? "s" : kmp_quantity_unit(k->system, KMP_QUANTITY_Q, lead->coordinate);
 }
 
-/* Bare numbers of an angle are in rad: many turns are rather degrees. */
-static void warn_of_turns(const kempe_kinematics *k, const kmp_range *range)
-{
-    double most = fmax(fabs(range->from), fabs(range->to));
-    if (range->dimension.kind == KMP_DIMENSION_BARE && !range->angle[1] && most >= MANY_TURNS)
-        kmp_log(k->system->context, KEMPE_LOG_WARNING,
-                "the sweep of '%s' from %g to %g is in rad, up to %.3g turns: for degrees write '%g deg'", range->name,
-                range->from, range->to, most / TURN, range->to);
-}
-
 static kempe_status add_lead(kempe_kinematics *k, const kmp_range *range)
 {
     kempe_context *context = k->system->context;
@@ -92,35 +82,20 @@ static kempe_status add_lead(kempe_kinematics *k, const kmp_range *range)
         KMP_TRY(kmp_range_fits(context, "sweep", range, KMP_DIM_TIME));
     else
         KMP_TRY(kmp_range_fits_motion(context, "sweep", range, k->system->model->motions[lead.coordinate].rotation, 0));
-    if (lead.coordinate >= 0 && k->system->model->motions[lead.coordinate].rotation)
-        warn_of_turns(k, range);
+    if (lead.coordinate >= 0 && k->system->model->motions[lead.coordinate].rotation) {
+        /* Bare numbers of an angle are in rad: many turns are rather degrees. */
+        double most = fmax(fabs(range->from), fabs(range->to));
+        if (range->dimension.kind == KMP_DIMENSION_BARE && !range->angle[1] && most >= MANY_TURNS)
+            kmp_log(k->system->context, KEMPE_LOG_WARNING,
+                    "the sweep of '%s' from %g to %g is in rad, up to %.3g turns: for degrees write '%g deg'",
+                    range->name, range->from, range->to, most / TURN, range->to);
+    }
     for (int i = 0; i < k->lead_count; i++)
         if (k->lead[i].coordinate == lead.coordinate)
             return kmp_fail(context, KEMPE_E_ARGUMENT, "'%s' is swept or held twice", name);
     if (lead.coordinate < 0)
         k->time = k->lead_count;
     k->lead[k->lead_count++] = lead;
-    return KEMPE_OK;
-}
-
-/* One count for all ranges, from whichever gives it. */
-static kempe_status count_rows(kempe_kinematics *k, const kmp_ranges *ranges, int points)
-{
-    int count = points;
-    for (int i = 0; i < ranges->count; i++) {
-        int here = ranges->range[i].count;
-        if (here < 2)
-            continue;
-        if (count > 0 && count != here)
-            return kmp_fail(k->system->context, KEMPE_E_ARGUMENT,
-                            "all ranges are swept together and need the same number of rows, not %d and %d", count,
-                            here);
-        count = here;
-    }
-    k->requested = count > 0 ? count : DEFAULT_ROWS;
-    if (k->requested < 2 || k->requested > MOST_ROWS)
-        return kmp_fail(k->system->context, KEMPE_E_ARGUMENT, "%d rows are not possible: 2 to %d", k->requested,
-                        MOST_ROWS);
     return KEMPE_OK;
 }
 
@@ -136,22 +111,6 @@ static kempe_status add_ranges(kempe_kinematics *k, const kmp_ranges *ranges)
         return KEMPE_OK;
     return kmp_fail(k->system->context, KEMPE_E_ARGUMENT,
                     "nothing is swept: give at least one range between different values, NAME=A:B");
-}
-
-static kempe_status add_held(kempe_kinematics *k, char *name)
-{
-    KMP_TRY(add_lead(k, &(kmp_range){.name = name}));
-    if (k->time == k->lead_count - 1)
-        return kmp_fail(k->system->context, KEMPE_E_ARGUMENT, "the time cannot be held: without a sweep it is 0");
-    return KEMPE_OK;
-}
-
-/* States keep their values: the integrals that stand for them move nothing, and rest. */
-static void hold_states(kempe_kinematics *k)
-{
-    const kempe_model *model = k->system->model;
-    for (int i = 0; i < model->state_count; i++)
-        k->lead[k->lead_count++] = (kmp_lead){.coordinate = kmp_model_coordinates(model) + i};
 }
 
 /* Deactivates drives and locks of coordinates that the user drives, and those named. */
@@ -193,19 +152,6 @@ static kempe_status read_speed(const kempe_kinematics *k, const char *speed, dou
     return status;
 }
 
-static kempe_status take_speed(kempe_kinematics *k, const char *speed)
-{
-    const kmp_lead *lead = &k->lead[k->first];
-    bool timed = k->time >= 0 && k->lead[k->time].from != k->lead[k->time].to;
-    if (timed && speed)
-        return kmp_fail(k->system->context, KEMPE_E_ARGUMENT,
-                        "a speed and a range of t exclude each other: the rate of the time is 1");
-    k->speed = timed ? NAN : 1;
-    KMP_TRY(speed ? read_speed(k, speed, &k->speed) : KEMPE_OK);
-    k->rate = timed ? 1 / (k->lead[k->time].to - k->lead[k->time].from) : k->speed / fabs(lead->to - lead->from);
-    return KEMPE_OK;
-}
-
 static kempe_status take_all(kempe_kinematics *k, const kempe_kinematics_options *options, const kmp_ranges *ranges)
 {
     char **held, **released;
@@ -215,11 +161,42 @@ static kempe_status take_all(kempe_kinematics *k, const kempe_kinematics_options
     k->released = KMP_ARENA_NEW(&k->arena, bool, k->system->model->closure_count);
     KMP_TRY(kmp_made(k->system->context, !k->arena.failed));
     KMP_TRY(add_ranges(k, ranges));
-    for (int i = 0; i < hold_count; i++)
-        KMP_TRY(add_held(k, held[i]));
-    hold_states(k);
-    KMP_TRY(count_rows(k, ranges, options->points));
-    KMP_TRY(take_speed(k, options->speed));
+    for (int i = 0; i < hold_count; i++) {
+        char *name = held[i];
+        KMP_TRY(add_lead(k, &(kmp_range){.name = name}));
+        if (k->time == k->lead_count - 1)
+            return kmp_fail(k->system->context, KEMPE_E_ARGUMENT, "the time cannot be held: without a sweep it is 0");
+    }
+    /* States keep their values: the integrals that stand for them move nothing, and rest. */
+    const kempe_model *model = k->system->model;
+    for (int i = 0; i < model->state_count; i++)
+        k->lead[k->lead_count++] = (kmp_lead){.coordinate = kmp_model_coordinates(model) + i};
+    /* One count for all ranges, from whichever gives it. */
+    int points = options->points;
+    int count = points;
+    for (int i = 0; i < ranges->count; i++) {
+        int here = ranges->range[i].count;
+        if (here < 2)
+            continue;
+        if (count > 0 && count != here)
+            return kmp_fail(k->system->context, KEMPE_E_ARGUMENT,
+                            "all ranges are swept together and need the same number of rows, not %d and %d", count,
+                            here);
+        count = here;
+    }
+    k->requested = count > 0 ? count : DEFAULT_ROWS;
+    if (k->requested < 2 || k->requested > MOST_ROWS)
+        return kmp_fail(k->system->context, KEMPE_E_ARGUMENT, "%d rows are not possible: 2 to %d", k->requested,
+                        MOST_ROWS);
+    const char *speed = options->speed;
+    const kmp_lead *lead = &k->lead[k->first];
+    bool timed = k->time >= 0 && k->lead[k->time].from != k->lead[k->time].to;
+    if (timed && speed)
+        return kmp_fail(k->system->context, KEMPE_E_ARGUMENT,
+                        "a speed and a range of t exclude each other: the rate of the time is 1");
+    k->speed = timed ? NAN : 1;
+    KMP_TRY(speed ? read_speed(k, speed, &k->speed) : KEMPE_OK);
+    k->rate = timed ? 1 / (k->lead[k->time].to - k->lead[k->time].from) : k->speed / fabs(lead->to - lead->from);
     return release(k, release_count, released);
 }
 
@@ -244,18 +221,6 @@ static kempe_status too_few(const kempe_model *model, int p, int have, const cha
                     "more, for instance %s ('--hold %s' keeps %s as assembled)",
                     p, p == 1 ? "" : "s", have, have == 1 ? " is" : "s are", p - have, names, names,
                     p - have == 1 ? "it" : "them");
-}
-
-static kempe_status too_many(const kempe_model *model, int p, int have)
-{
-    if (p == 0)
-        return kmp_fail(model->context, KEMPE_E_FAILED,
-                        "the mechanism has no degree of freedom apart from its own drives and locks: sweep one of them "
-                        "by its name, deactivate one ('--release NAME'), or sweep the time, t=A:B");
-    return kmp_fail(model->context, KEMPE_E_FAILED,
-                    "the mechanism has %d degree%s of freedom, but %d coordinates are swept or held: %d too many, "
-                    "which would contradict the closures",
-                    p, p == 1 ? "" : "s", have, have - p);
 }
 
 static kempe_status contradiction(const kempe_model *model, int follows, int p, const char *names)
@@ -295,8 +260,17 @@ kempe_status kmp_kinematics_check_leads(kempe_kinematics *k, kmp_sweep *sweep)
         kmp_text_printf(&names, "%s%s", i > rank ? "," : "", model->motions[order[i]].name);
     const char *would = rank < sweep->p ? kmp_text_keep(&names, &k->arena) : "nothing";
     KMP_TRY(kmp_made(model->context, !k->arena.failed));
-    if (have > p)
-        return too_many(model, p, have);
+    if (have > p) {
+        if (p == 0)
+            return kmp_fail(
+                model->context, KEMPE_E_FAILED,
+                "the mechanism has no degree of freedom apart from its own drives and locks: sweep one of them "
+                "by its name, deactivate one ('--release NAME'), or sweep the time, t=A:B");
+        return kmp_fail(model->context, KEMPE_E_FAILED,
+                        "the mechanism has %d degree%s of freedom, but %d coordinates are swept or held: %d too many, "
+                        "which would contradict the closures",
+                        p, p == 1 ? "" : "s", have, have - p);
+    }
     if (follows >= 0)
         return contradiction(model, follows, p, would);
     return have < p ? too_few(model, p, have, would) : KEMPE_OK;

@@ -121,12 +121,6 @@ static kempe_status advance(follower *f, const kmp_cycle *c, kmp_cycle **next)
     }
 }
 
-static void choose_step(follower *f, const kmp_cycle *next)
-{
-    bool easy = f->s->iterations <= FEW_CORRECTIONS && angle_to(f, next) < KMP_CYCLE_ANGLE / 2;
-    f->step = fmin(easy ? 1.5 * f->step : f->step, KMP_CYCLE_LONGEST);
-}
-
 /* -- special cycles ------------------------------------------------------------------------------------- */
 
 static double climb(const kmp_shooting *s, const kmp_cycle *c)
@@ -199,12 +193,6 @@ static kempe_status find_change(follower *f, const kmp_cycle *a, double whole, k
 
 /* -- requested values ----------------------------------------------------------------------------------- */
 
-static double value_at(const follower *f, int k)
-{
-    const kmp_range range = {.from = f->options->from, .to = f->options->to};
-    return kmp_range_value(&range, k, f->options->count);
-}
-
 /* The cycle at a value of the parameter between those of a and b. */
 static kempe_status find_value(follower *f, const kmp_cycle *a, const kmp_cycle *b, double value, kmp_cycle **found)
 {
@@ -229,7 +217,9 @@ static kempe_status add_values(follower *f, const kmp_cycle *a, const kmp_cycle 
 {
     bool along = (b->value > a->value) == (f->options->to > f->options->from);
     for (int i = 0; i < f->options->count; i++) {
-        double value = value_at(f, along ? i : f->options->count - 1 - i);
+        int k = along ? i : f->options->count - 1 - i;
+        const kmp_range range = {.from = f->options->from, .to = f->options->to};
+        double value = kmp_range_value(&range, k, f->options->count);
         kmp_cycle *found;
         if (!((value - a->value) * (value - b->value) < 0))
             continue;
@@ -317,7 +307,8 @@ static kempe_status follow(follower *f, kmp_cycle *first)
         }
         KMP_TRY(status);
         double whole = f->step;
-        choose_step(f, next);
+        bool easy = f->s->iterations <= FEW_CORRECTIONS && angle_to(f, next) < KMP_CYCLE_ANGLE / 2;
+        f->step = fmin(easy ? 1.5 * f->step : f->step, KMP_CYCLE_LONGEST);
         KMP_TRY(add_step(f, at, next, whole));
         kmp_progress(context_of(f), KMP_PROGRESS_STUDY, f->branch->count, f->options->most, "cycles");
         if (ends(f, at, next))

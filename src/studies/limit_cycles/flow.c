@@ -139,10 +139,13 @@ kempe_status kmp_flow_run(kmp_flow *flow, const double *x, double time, double v
 
 /* -- extremes ------------------------------------------------------------------------------------------ */
 
-/* The extreme value near the middle of five values at distances of 1, by Newton's method on the derivative of their
- * polynomial; the middle one where that leads away. */
-static double extreme_of(const double y[5])
+static double extreme_at(int count, const double *values, ptrdiff_t stride, int at)
 {
+    double y[5];
+    for (int k = 0; k < 5; k++)
+        y[k] = values[stride * ((at + k - 2 + count) % count)];
+    /* The extreme value near the middle of five values at distances of 1, by Newton's method on the derivative of their
+     * polynomial; the middle one where that leads away. */
     double d1 = (y[0] - 8 * y[1] + 8 * y[3] - y[4]) / 12, d2 = (-y[0] + 16 * y[1] - 30 * y[2] + 16 * y[3] - y[4]) / 12;
     double d3 = (-y[0] + 2 * y[1] - 2 * y[3] + y[4]) / 2, d4 = y[0] - 4 * y[1] + 6 * y[2] - 4 * y[3] + y[4];
     double s = 0;
@@ -153,14 +156,6 @@ static double extreme_of(const double y[5])
         s -= (d1 + s * (d2 + s * (d3 / 2 + s * d4 / 6))) / bend;
     }
     return fabs(s) <= 1 ? y[2] + s * (d1 + s * (d2 / 2 + s * (d3 / 6 + s * d4 / 24))) : y[2];
-}
-
-static double extreme_at(int count, const double *values, ptrdiff_t stride, int at)
-{
-    double y[5];
-    for (int k = 0; k < 5; k++)
-        y[k] = values[stride * ((at + k - 2 + count) % count)];
-    return extreme_of(y);
 }
 
 void kmp_flow_extremes(int count, const double *values, ptrdiff_t stride, double *high, double *low)

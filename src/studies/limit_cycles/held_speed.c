@@ -7,27 +7,6 @@
 #include "studies/limit_cycles/limit_cycles_study.h"
 #include <string.h>
 
-/* Coordinates whose rates no force decides, or a load holds, at the state of the family. */
-static kempe_status find_held(kempe_limit_cycles *c)
-{
-    const kmp_operating_family *f = c->family;
-    const kempe_model *model = c->system->model;
-    c->held_motion = KMP_ARENA_NEW(&c->arena, int, f->rate_count);
-    KMP_TRY(kmp_made(c->system->context, c->held_motion));
-    for (int k = 0; k < f->rate_count; k++) {
-        int motion = f->rates[k].coordinate;
-        if (f->rates[k].how != KMP_RATE_KEPT && f->rates[k].how != KMP_RATE_HELD)
-            continue;
-        if (!model->start.qd_given[motion])
-            return kmp_fail(c->system->context, KEMPE_E_FAILED,
-                            "the rate of '%s' is that of the start, which no force decides, and the start does not "
-                            "give it: add it (start: {qd: {%s: ..}}), or drive it at a constant rate (drives:)",
-                            model->motions[motion].name, model->motions[motion].name);
-        c->held_motion[c->held++] = motion;
-    }
-    return KEMPE_OK;
-}
-
 static bool is_held(const kempe_limit_cycles *c, int motion)
 {
     for (int k = 0; k < c->held; k++)
@@ -79,7 +58,22 @@ static kempe_status hold_speed(kempe_limit_cycles *c, bool as_given)
     KMP_TRY(kmp_operating_family_new(c->system, &options, &c->family));
     KMP_TRY(kmp_operating_family_go(c->family, c->from, &modes));
     kmp_modes_free(&modes);
-    KMP_TRY(find_held(c));
+    /* Coordinates whose rates no force decides, or a load holds, at the state of the family. */
+    const kmp_operating_family *f = c->family;
+    const kempe_model *model = c->system->model;
+    c->held_motion = KMP_ARENA_NEW(&c->arena, int, f->rate_count);
+    KMP_TRY(kmp_made(c->system->context, c->held_motion));
+    for (int k = 0; k < f->rate_count; k++) {
+        int motion = f->rates[k].coordinate;
+        if (f->rates[k].how != KMP_RATE_KEPT && f->rates[k].how != KMP_RATE_HELD)
+            continue;
+        if (!model->start.qd_given[motion])
+            return kmp_fail(c->system->context, KEMPE_E_FAILED,
+                            "the rate of '%s' is that of the start, which no force decides, and the start does not "
+                            "give it: add it (start: {qd: {%s: ..}}), or drive it at a constant rate (drives:)",
+                            model->motions[motion].name, model->motions[motion].name);
+        c->held_motion[c->held++] = motion;
+    }
     KMP_TRY(check_tracks(c));
     return c->held > 0 || (c->system->m > 0 && !as_given) ? make_copy(c, as_given) : KEMPE_OK;
 }

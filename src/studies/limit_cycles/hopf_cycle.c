@@ -38,21 +38,6 @@ kempe_status kmp_moving_entries(kmp_linear *linear, int keeps, int *count, kmp_f
 
 /* -- the mode -------------------------------------------------------------------------------------------- */
 
-/* The eigenvalue above the real axis that is nearest to i w. */
-static int find_mode(const kmp_modes *modes, double w)
-{
-    int best = -1;
-    double least = INFINITY;
-    for (int k = 0; k < modes->count; k++) {
-        double away = hypot(modes->spectrum.re[k], modes->spectrum.im[k] - w);
-        if (away < least) {
-            least = away;
-            best = k;
-        }
-    }
-    return best;
-}
-
 /* The part of a start value in the mode at its phase 0, and its change per time. */
 static void take_mode(const kempe_limit_cycles *cycles, const kmp_modes *modes, int mode, double *x, double *rate)
 {
@@ -63,18 +48,6 @@ static void take_mode(const kempe_limit_cycles *cycles, const kmp_modes *modes, 
         double re = KMP_CYCLE_FIRST * modes->shown_re[at], im = KMP_CYCLE_FIRST * modes->shown_im[at];
         x[i] = f->entry[i].kind == KMP_FLOW_RATE ? -w * im : re;
         rate[i] = f->entry[i].kind == KMP_FLOW_RATE ? -w * w * re : -w * im;
-    }
-}
-
-/* Half the range of each start value in the mode. */
-static void take_reach(const kempe_limit_cycles *cycles, const kmp_modes *modes, int mode, double *reach)
-{
-    const kmp_flow *f = cycles->flow;
-    double w = modes->spectrum.im[mode];
-    for (int i = 0; i < f->size; i++) {
-        ptrdiff_t at = f->entry[i].motion + (ptrdiff_t)mode * modes->n;
-        reach[i] = KMP_CYCLE_FIRST * hypot(modes->shown_re[at], modes->shown_im[at]) *
-                   (f->entry[i].kind == KMP_FLOW_RATE ? w : 1);
     }
 }
 
@@ -93,7 +66,15 @@ static kmp_cycle *make_hopf(kempe_limit_cycles *cycles, const kmp_critical *crit
     c->value = critical->value;
     c->period = 2 * acos(-1) / critical->im;
     take_mode(cycles, modes, mode, c->tangent, c->rate);
-    take_reach(cycles, modes, mode, c->reach);
+    /* Half the range of each start value in the mode. */
+    double *reach = c->reach;
+    const kmp_flow *f = cycles->flow;
+    double w = modes->spectrum.im[mode];
+    for (int i = 0; i < f->size; i++) {
+        ptrdiff_t at = f->entry[i].motion + (ptrdiff_t)mode * modes->n;
+        reach[i] = KMP_CYCLE_FIRST * hypot(modes->shown_re[at], modes->shown_im[at]) *
+                   (f->entry[i].kind == KMP_FLOW_RATE ? w : 1);
+    }
     for (int i = 0; i < s->size; i++) {
         const kmp_flow_entry *e = &s->flow->entry[i];
         c->x[i] = (e->kind != KMP_FLOW_POSITION ? state->qd : state->q)[e->motion];
@@ -159,7 +140,17 @@ kempe_status kmp_hopf_cycles(kempe_limit_cycles *cycles, const kmp_critical *cri
     kempe_context *context = cycles->system->context;
     kmp_modes modes;
     KMP_TRY(kmp_operating_family_go(cycles->family, critical->value, &modes));
-    int mode = find_mode(&modes, critical->im);
+    /* The eigenvalue above the real axis that is nearest to i w. */
+    double w = critical->im;
+    int mode = -1;
+    double least = INFINITY;
+    for (int k = 0; k < modes.count; k++) {
+        double away = hypot(modes.spectrum.re[k], modes.spectrum.im[k] - w);
+        if (away < least) {
+            least = away;
+            mode = k;
+        }
+    }
     *hopf = mode >= 0 ? make_hopf(cycles, critical, &modes, mode) : NULL;
     kmp_modes_free(&modes);
     KMP_TRY(kmp_made(context, *hopf));

@@ -40,35 +40,10 @@ static const char *held_name(const kempe_limit_cycles *c, int k)
     return c->system->model->motions[c->held_motion[k]].name;
 }
 
-static void show_held(kmp_text *text, const kempe_limit_cycles *c)
-{
-    for (int k = 0; k < c->held; k++)
-        kmp_text_printf(text, "%s'%s'",
-                        k == 0 ? "\nheld  at the speed of the start by a load, as no other force decides it: " : ", ",
-                        held_name(c, k));
-    kmp_text_put(text, c->held > 0 ? "\n" : "");
-}
-
 static int shown_outputs(const kempe_limit_cycles *c)
 {
     int columns = c->outputs;
     return columns < MOST_OUTPUTS ? columns : MOST_OUTPUTS;
-}
-
-static void show_head(kmp_text *text, const kempe_limit_cycles *c)
-{
-    kmp_shown as = kmp_limit_cycles_shown(c);
-    kmp_text_printf(text, "  %-9s  %14s  %13s  %-9s  %11s", "", c->name, "period, s", "stability", "multiplier");
-    for (int k = 0; k < c->held; k++)
-        kmp_text_printf(text, "  %*s%s", (int)(8 - strlen(held_name(c, k))), "load.", held_name(c, k));
-    for (int k = 0; k < shown_outputs(c); k++)
-        kmp_text_printf(text, "  %13s", c->output[k]);
-    kmp_text_printf(text, "\n  %-9s  %14s  %13s  %-9s  %11s", "", as.unit, "", "", "");
-    for (int k = 0; k < c->held; k++)
-        kmp_text_printf(text, "  %13s", kmp_cycles_load_unit(c, k));
-    for (int k = 0; k < shown_outputs(c); k++)
-        kmp_text_printf(text, "  %13s", kmp_shown_as(c->system->context, c->unit[k]).unit);
-    kmp_text_put(text, "\n");
 }
 
 static void show_number(kmp_text *text, double value, int digits)
@@ -104,7 +79,18 @@ static void show_branch(kmp_text *text, const kempe_limit_cycles *c, int branch)
     const kmp_cycle_branch *b = &c->branch[branch];
     kmp_text_printf(text, c->settle > 0 ? "\nbranch %d: %d simulations; %s\n" : "\nbranch %d: %d cycles; %s\n",
                     branch + 1, b->count, b->end ? b->end : "interrupted");
-    show_head(text, c);
+    kmp_shown as = kmp_limit_cycles_shown(c);
+    kmp_text_printf(text, "  %-9s  %14s  %13s  %-9s  %11s", "", c->name, "period, s", "stability", "multiplier");
+    for (int k = 0; k < c->held; k++)
+        kmp_text_printf(text, "  %*s%s", (int)(8 - strlen(held_name(c, k))), "load.", held_name(c, k));
+    for (int k = 0; k < shown_outputs(c); k++)
+        kmp_text_printf(text, "  %13s", c->output[k]);
+    kmp_text_printf(text, "\n  %-9s  %14s  %13s  %-9s  %11s", "", as.unit, "", "", "");
+    for (int k = 0; k < c->held; k++)
+        kmp_text_printf(text, "  %13s", kmp_cycles_load_unit(c, k));
+    for (int k = 0; k < shown_outputs(c); k++)
+        kmp_text_printf(text, "  %13s", kmp_shown_as(c->system->context, c->unit[k]).unit);
+    kmp_text_put(text, "\n");
     for (int k = 0; k < b->count && k < MOST_ROWS; k++)
         show_cycle(text, c, b->cycle[k]);
     if (b->count > MOST_ROWS)
@@ -118,7 +104,11 @@ static void show(kmp_text *text, const void *result)
     kmp_print_title(text, c->system->model, kmp_status_word(c->status));
     kmp_text_printf(text, "limit cycles over %s from %.6g to %.6g%s%s\n", c->name, as.factor * c->from,
                     as.factor * c->to, as.unit[0] ? " " : "", as.unit);
-    show_held(text, c);
+    for (int k = 0; k < c->held; k++)
+        kmp_text_printf(text, "%s'%s'",
+                        k == 0 ? "\nheld  at the speed of the start by a load, as no other force decides it: " : ", ",
+                        held_name(c, k));
+    kmp_text_put(text, c->held > 0 ? "\n" : "");
     show_critical(text, c);
     for (int b = 0; b < c->branches; b++)
         show_branch(text, c, b);
@@ -137,27 +127,6 @@ static void show(kmp_text *text, const void *result)
 }
 
 /* -- JSON ---------------------------------------------------------------------------------------------------- */
-
-static void json_critical(kmp_json *j, const kempe_limit_cycles *c)
-{
-    kmp_json_array(j, "hopf");
-    for (int k = 0; k < c->locus.critical_count; k++) {
-        const kmp_critical *at = &c->locus.critical[k];
-        if (at->im > 0)
-            kmp_json_put(j, "{ value %g frequency %g grows %s branch %d }", at->value, at->im / two_pi,
-                         at->grows_above ? "above" : "below", c->branch_of[k]);
-    }
-    kmp_json_end(j);
-}
-
-static void json_outputs(kmp_json *j, const kempe_limit_cycles *c, const kmp_cycle *x)
-{
-    kmp_json_object(j, "outputs");
-    for (int k = 0; k < c->outputs; k++)
-        kmp_json_put(j, "%s { amplitude %g max %g min %g }", c->output[k], kmp_cycle_amplitude(x, k), x->high[k],
-                     x->low[k]);
-    kmp_json_end(j);
-}
 
 static void json_loads(kmp_json *j, const kempe_limit_cycles *c, const kmp_cycle *x)
 {
@@ -181,7 +150,11 @@ static void json_cycle(kmp_json *j, const kempe_limit_cycles *c, const kmp_cycle
         for (int k = 0; k < x->multipliers; k++)
             kmp_json_numbers(j, NULL, 2, (double[]){x->re[k], x->im[k]});
         kmp_json_end(j);
-        json_outputs(j, c, x);
+        kmp_json_object(j, "outputs");
+        for (int k = 0; k < c->outputs; k++)
+            kmp_json_put(j, "%s { amplitude %g max %g min %g }", c->output[k], kmp_cycle_amplitude(x, k), x->high[k],
+                         x->low[k]);
+        kmp_json_end(j);
     }
     kmp_json_end(j);
 }
@@ -192,7 +165,14 @@ static void json(kmp_text *text, const void *result)
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, c->system, kmp_status_word(c->status), c->reason ? c->reason : "", 0, c->warnings);
     kmp_json_put(&j, "parameter %s from %g to %g cpu_s %g", c->name, c->from, c->to, c->cpu_s);
-    json_critical(&j, c);
+    kmp_json_array(&j, "hopf");
+    for (int k = 0; k < c->locus.critical_count; k++) {
+        const kmp_critical *at = &c->locus.critical[k];
+        if (at->im > 0)
+            kmp_json_put(&j, "{ value %g frequency %g grows %s branch %d }", at->value, at->im / two_pi,
+                         at->grows_above ? "above" : "below", c->branch_of[k]);
+    }
+    kmp_json_end(&j);
     kmp_json_array(&j, "branches");
     for (int b = 0; b < c->branches; b++) {
         kmp_json_put(&j, "{ end %s cycles [", c->branch[b].end);

@@ -37,28 +37,6 @@ static kempe_status take_range(kempe_limit_cycles *c, const kmp_range *range)
     return KEMPE_OK;
 }
 
-static kempe_status read_sweep(kempe_limit_cycles *c, const char *text)
-{
-    kempe_context *context = c->system->context;
-    kmp_ranges ranges;
-    if (!text)
-        return kmp_fail(context, KEMPE_E_ARGUMENT,
-                        "limit cycles need a parameter and its range, as in --sweep NAME=A:B:N");
-    KMP_TRY(kmp_ranges_read(context, text, &ranges));
-    kempe_status status = ranges.count == 1
-                              ? take_range(c, &ranges.range[0])
-                              : kmp_fail(context, KEMPE_E_ARGUMENT,
-                                         "only one parameter can be swept, as in '%s=1:2:31'", ranges.range[0].name);
-    kmp_ranges_free(&ranges);
-    return status;
-}
-
-static kempe_status check_model(const kempe_model *model)
-{
-    KMP_TRY(kmp_refuse_samples(model, "limit cycles", true));
-    return kmp_refuse_delays(model, "limit cycles", "simulate it, and read the amplitudes of its last periods");
-}
-
 /* -- equilibria -------------------------------------------------------------------------------------------- */
 
 static kempe_status find_equilibria(kempe_limit_cycles *c)
@@ -155,8 +133,30 @@ static kempe_status follow_from(kempe_limit_cycles *c, int critical, const kmp_b
     return kmp_branch_follow(&c->shooting, ask, first, branch);
 }
 
-static kempe_status follow_all(kempe_limit_cycles *c, const kempe_limit_cycles_options *options)
+/* -- construction -------------------------------------------------------------------------------------------- */
+
+static kempe_status make(kempe_limit_cycles *c, const kempe_limit_cycles_options *options)
 {
+    const char *text = options->sweep;
+    kempe_context *context = c->system->context;
+    kmp_ranges ranges;
+    if (!text)
+        return kmp_fail(context, KEMPE_E_ARGUMENT,
+                        "limit cycles need a parameter and its range, as in --sweep NAME=A:B:N");
+    KMP_TRY(kmp_ranges_read(context, text, &ranges));
+    kempe_status status = ranges.count == 1
+                              ? take_range(c, &ranges.range[0])
+                              : kmp_fail(context, KEMPE_E_ARGUMENT,
+                                         "only one parameter can be swept, as in '%s=1:2:31'", ranges.range[0].name);
+    kmp_ranges_free(&ranges);
+    KMP_TRY(status);
+    c->settle = options->settle;
+    if (c->settle > 0)
+        return kmp_settled_cycles(c, options->outputs ? options->outputs : usual_outputs(c), options->run);
+    const kempe_model *model = c->system->model;
+    KMP_TRY(kmp_refuse_samples(model, "limit cycles", true));
+    KMP_TRY(kmp_refuse_delays(model, "limit cycles", "simulate it, and read the amplitudes of its last periods"));
+    KMP_TRY(find_equilibria(c));
     const kmp_branch_options ask = {c->from, c->to, c->values, options->most > 0 ? options->most : USUAL_CYCLES};
     int count = c->locus.critical_count;
     c->branch = KMP_ARENA_NEW(&c->arena, kmp_cycle_branch, count);
@@ -175,19 +175,6 @@ static kempe_status follow_all(kempe_limit_cycles *c, const kempe_limit_cycles_o
         KMP_TRY(follow_from(c, k, &ask));
     }
     return KEMPE_OK;
-}
-
-/* -- construction -------------------------------------------------------------------------------------------- */
-
-static kempe_status make(kempe_limit_cycles *c, const kempe_limit_cycles_options *options)
-{
-    KMP_TRY(read_sweep(c, options->sweep));
-    c->settle = options->settle;
-    if (c->settle > 0)
-        return kmp_settled_cycles(c, options->outputs ? options->outputs : usual_outputs(c), options->run);
-    KMP_TRY(check_model(c->system->model));
-    KMP_TRY(find_equilibria(c));
-    return follow_all(c, options);
 }
 
 kempe_status kempe_limit_cycles_new(const kempe_system *system, const kempe_limit_cycles_options *options,

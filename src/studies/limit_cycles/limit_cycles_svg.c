@@ -62,21 +62,6 @@ static double change_between(const kempe_limit_cycles *c, double a, double b)
     return (a + b) / 2;
 }
 
-static void put_equilibria(drawing *d)
-{
-    const kmp_locus *l = &d->c->locus;
-    for (int k = 0; k + 1 < l->reached; k++) {
-        bool grows[] = {kmp_limit_cycles_growth(d->c, k) > 0, kmp_limit_cycles_growth(d->c, k + 1) > 0};
-        double ends[] = {l->value[k], change_between(d->c, l->value[k], l->value[k + 1]), l->value[k + 1]};
-        for (int half = 0; half < 2; half++) {
-            kmp_curve_begin(&d->plot, grows[half] ? "dashed" : "curve", "#4a545a");
-            kmp_curve_to(&d->plot, d->factor * ends[half], 0);
-            kmp_curve_to(&d->plot, d->factor * ends[half + 1], 0);
-            kmp_curve_end(&d->plot);
-        }
-    }
-}
-
 static void put_plot(kmp_text *text, const kempe_limit_cycles *c, int output, int place)
 {
     kmp_shown by = kmp_limit_cycles_shown(c),
@@ -92,7 +77,18 @@ static void put_plot(kmp_text *text, const kempe_limit_cycles *c, int output, in
     d.plot.axis[1].name = output < c->outputs ? c->output[output] : "amplitude";
     d.plot.axis[1].unit = as.unit;
     kmp_plot_begin(&d.plot, "Amplitude of limit cycles: solid stable, dashed unstable");
-    put_equilibria(&d);
+    /* The equilibria, dashed where they are unstable. */
+    const kmp_locus *l = &d.c->locus;
+    for (int k = 0; k + 1 < l->reached; k++) {
+        bool grows[] = {kmp_limit_cycles_growth(d.c, k) > 0, kmp_limit_cycles_growth(d.c, k + 1) > 0};
+        double ends[] = {l->value[k], change_between(d.c, l->value[k], l->value[k + 1]), l->value[k + 1]};
+        for (int half = 0; half < 2; half++) {
+            kmp_curve_begin(&d.plot, grows[half] ? "dashed" : "curve", "#4a545a");
+            kmp_curve_to(&d.plot, d.factor * ends[half], 0);
+            kmp_curve_to(&d.plot, d.factor * ends[half + 1], 0);
+            kmp_curve_end(&d.plot);
+        }
+    }
     for (int b = 0; b < c->branches; b++)
         put_branch(&d, &c->branch[b], kmp_plot_colour(b));
     kmp_plot_end(&d.plot);

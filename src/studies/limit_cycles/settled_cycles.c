@@ -34,17 +34,6 @@ typedef struct stepped {
 
 /* -- start values ----------------------------------------------------------------------------------------- */
 
-/* The coordinate along which a vehicle on rails moves fastest at the start: its speed stays that of the start. */
-static int find_travel(const kempe_model *model)
-{
-    int fastest = -1;
-    for (int i = 0; model->wheel_count > 0 && i < kmp_model_coordinates(model); i++)
-        if (!model->motions[i].rotation && model->start.qd[i].value != 0 &&
-            (fastest < 0 || fabs(model->start.qd[i].value) > fabs(model->start.qd[fastest].value)))
-            fastest = i;
-    return fastest;
-}
-
 /* Records the model's start, and the coordinates that starts of simulations give: the independent ones that move, and
  * that of the travel if no closure decides it. */
 static bool note_start(stepped *s, const kmp_operating *start, const kmp_linear *linear, int travel)
@@ -82,7 +71,14 @@ static kempe_status find_entries(stepped *s)
     KMP_TRY(kmp_operating_new(system, "start", NULL, &start));
     kempe_status status = kmp_linear_init(&linear, system, kmp_backend_default());
     if (status == KEMPE_OK) {
-        const int travel = find_travel(system->model);
+        /* The coordinate along which a vehicle on rails moves fastest at the start: its speed stays that of the start.
+         */
+        const kempe_model *model = system->model;
+        int travel = -1;
+        for (int i = 0; model->wheel_count > 0 && i < kmp_model_coordinates(model); i++)
+            if (!model->motions[i].rotation && model->start.qd[i].value != 0 &&
+                (travel < 0 || fabs(model->start.qd[i].value) > fabs(model->start.qd[travel].value)))
+                travel = i;
         status = take_start(start, &linear, travel);
         if (status == KEMPE_OK) {
             kmp_linear_matrices(&linear);
@@ -224,15 +220,6 @@ static kempe_status name_outputs(stepped *s, const kempe_table *rows)
     return kmp_limit_cycles_name(s->c, shown, list, list + count);
 }
 
-/* The start of the next simulation. */
-static void go_on_from(stepped *s, const kempe_trajectory *motion)
-{
-    int last = kempe_trajectory_row_count(motion) - 1;
-    const double *q = kempe_trajectory_q(motion, last), *qd = kempe_trajectory_qd(motion, last);
-    for (int k = 0; k < s->count; k++)
-        s->values[k + 1] = (s->entry[k].kind == KMP_FLOW_POSITION ? q : qd)[s->entry[k].motion];
-}
-
 static kempe_status simulate(stepped *s, double value, kmp_cycle **cycle)
 {
     kempe_context *context = s->c->system->context;
@@ -249,32 +236,19 @@ static kempe_status simulate(stepped *s, double value, kmp_cycle **cycle)
     if (status == KEMPE_OK)
         status = take_cycle(s, rows, value, cycle);
     (void)kmp_context_use_degrees(context, degrees);
-    if (status == KEMPE_OK)
-        go_on_from(s, motion);
+    if (status == KEMPE_OK) {
+        /* The start of the next simulation. */
+        int last = kempe_trajectory_row_count(motion) - 1;
+        const double *q = kempe_trajectory_q(motion, last), *qd = kempe_trajectory_qd(motion, last);
+        for (int k = 0; k < s->count; k++)
+            s->values[k + 1] = (s->entry[k].kind == KMP_FLOW_POSITION ? q : qd)[s->entry[k].motion];
+    }
     kempe_table_free(rows);
     kempe_trajectory_free(motion);
     return status;
 }
 
 /* -- up and down --------------------------------------------------------------------------------------------- */
-
-/* Motions that have decayed to a small part of the largest one, or still decay from there, are at rest. */
-static void name_rests(kempe_limit_cycles *c)
-{
-    double most = 0;
-    for (int b = 0; b < c->branches; b++)
-        for (int k = 0; k < c->branch[b].count; k++)
-            most = fmax(most, c->branch[b].cycle[k]->amplitude);
-    for (int b = 0; b < c->branches; b++)
-        for (int k = 0; k < c->branch[b].count; k++) {
-            kmp_cycle *x = c->branch[b].cycle[k];
-            bool small = x->amplitude <= KMP_CYCLE_RESTS * most;
-            if (small || (!x->growing && x->amplitude <= KMP_CYCLE_DECAYED * most)) {
-                x->word = KMP_CYCLE_REST;
-                x->stability = KMP_CYCLE_STABLE;
-            }
-        }
-}
 
 static kempe_status step(stepped *s, int direction, kmp_cycle_branch *branch)
 {
@@ -298,24 +272,19 @@ static kempe_status step(stepped *s, int direction, kmp_cycle_branch *branch)
     return KEMPE_OK;
 }
 
-/* The equations, with start values that vary. */
-static kempe_status make_variant(stepped *s)
+static kempe_status step_up_and_down(stepped *s)
 {
+    kempe_limit_cycles *c = s->c;
+    KMP_TRY(find_entries(s));
+    KMP_TRY(kmp_made(c->system->context, name_entries(s)));
+    /* The equations, with start values that vary. */
     const kempe_model *model = kmp_cycles_equations(s->c)->model;
     const kmp_driven start = {.hold = s->keeps, .q = s->q};
     if (s->keeps) {
         KMP_TRY(kmp_variant_driven(model, &start, &s->model));
         model = s->model;
     }
-    return kmp_variant_new(model, s->count + 1, (const char *const *)s->name, &s->variant);
-}
-
-static kempe_status step_up_and_down(stepped *s)
-{
-    kempe_limit_cycles *c = s->c;
-    KMP_TRY(find_entries(s));
-    KMP_TRY(kmp_made(c->system->context, name_entries(s)));
-    KMP_TRY(make_variant(s));
+    KMP_TRY(kmp_variant_new(model, s->count + 1, (const char *const *)s->name, &s->variant));
     KMP_TRY(kmp_system_of_variant(s->variant, &s->system));
     s->system->kept_length = c->system->length;
     c->branch = KMP_ARENA_NEW(&c->arena, kmp_cycle_branch, 2);
@@ -326,7 +295,20 @@ static kempe_status step_up_and_down(stepped *s)
         c->branch[b].end =
             kmp_arena_printf(&c->arena, "from %.9g to %.9g", b == 0 ? c->from : c->to, b == 0 ? c->to : c->from);
     }
-    name_rests(c);
+    /* Motions that have decayed to a small part of the largest one, or still decay from there, are at rest. */
+    double most = 0;
+    for (int b = 0; b < c->branches; b++)
+        for (int k = 0; k < c->branch[b].count; k++)
+            most = fmax(most, c->branch[b].cycle[k]->amplitude);
+    for (int b = 0; b < c->branches; b++)
+        for (int k = 0; k < c->branch[b].count; k++) {
+            kmp_cycle *x = c->branch[b].cycle[k];
+            bool small = x->amplitude <= KMP_CYCLE_RESTS * most;
+            if (small || (!x->growing && x->amplitude <= KMP_CYCLE_DECAYED * most)) {
+                x->word = KMP_CYCLE_REST;
+                x->stability = KMP_CYCLE_STABLE;
+            }
+        }
     return KEMPE_OK;
 }
 

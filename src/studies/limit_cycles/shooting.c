@@ -90,21 +90,6 @@ static void fill_matrix(kmp_shooting *s, const double *border)
     }
 }
 
-static void fill_right(kmp_shooting *s, const double *guess, const double *border)
-{
-    const kmp_flow *f = s->flow;
-    int n = s->size;
-    double phase = 0, beside = 0;
-    for (int i = 0; i < n; i++) {
-        s->right[i] = (f->begin[i] - f->end[i]) / s->scale[i];
-        phase += s->direction[i] * s->scale[n] / s->scale[i] * (s->reference[i] - s->z[i]) / s->scale[i];
-    }
-    for (int j = 0; j < s->width; j++)
-        beside += border[j] * (guess[j] - s->z[j]) / s->span[j];
-    s->right[n] = phase;
-    s->right[n + 1] = beside;
-}
-
 static kempe_status fail_newton(const kmp_shooting *s, const char *why)
 {
     return kmp_fail(s->flow->context, KEMPE_E_FAILED, "Newton's method finds no limit cycle near %.9g: %s",
@@ -116,7 +101,17 @@ static kempe_status correct_once(kmp_shooting *s, const double *guess, const dou
 {
     KMP_TRY(kmp_flow_run(s->flow, s->z, s->z[s->size], s->z[s->size + 1], 1));
     fill_matrix(s, border);
-    fill_right(s, guess, border);
+    const kmp_flow *f = s->flow;
+    int n = s->size;
+    double phase = 0, beside = 0;
+    for (int i = 0; i < n; i++) {
+        s->right[i] = (f->begin[i] - f->end[i]) / s->scale[i];
+        phase += s->direction[i] * s->scale[n] / s->scale[i] * (s->reference[i] - s->z[i]) / s->scale[i];
+    }
+    for (int j = 0; j < s->width; j++)
+        beside += border[j] * (guess[j] - s->z[j]) / s->span[j];
+    s->right[n] = phase;
+    s->right[n + 1] = beside;
     if (kmp_lu_factor(s->width, s->matrix, s->pivot) != 0)
         return fail_newton(s, "its equations are singular");
     kmp_lu_solve(s->width, s->matrix, s->pivot, 1, s->right);
@@ -160,27 +155,6 @@ kmp_cycle *kmp_shooting_room(kmp_shooting *shooting)
                : NULL;
 }
 
-static void take_state(kmp_shooting *s, kmp_cycle *c)
-{
-    const kmp_flow *f = s->flow;
-    int n = s->size;
-    c->period = s->z[n];
-    c->value = s->z[n + 1];
-    for (int i = 0; i < n; i++) {
-        double high = -INFINITY, low = INFINITY;
-        for (int k = 0; k < f->pieces; k++) {
-            high = fmax(high, f->history[i + (ptrdiff_t)k * n]);
-            low = fmin(low, f->history[i + (ptrdiff_t)k * n]);
-        }
-        c->x[i] = f->begin[i];
-        c->rate[i] = f->begin_rate[i];
-        c->reach[i] = (high - low) / 2;
-        c->residual = fmax(c->residual, fabs(f->end[i] - f->begin[i]) / s->scale[i]);
-    }
-    c->amplitude =
-        fmax(kmp_flow_largest(f, c->reach, KMP_FLOW_POSITION), kmp_flow_largest(f, c->reach, KMP_FLOW_STATE));
-}
-
 /* Means over the period; NaN where every other value has another mean, as with a motion faster than the values. */
 static void take_loads(const kmp_shooting *s, kmp_cycle *c)
 {
@@ -196,19 +170,6 @@ static void take_loads(const kmp_shooting *s, kmp_cycle *c)
         if (fabs(even - odd) > KMP_CYCLE_MEAN * (fabs(even) + fabs(odd)) + s->flow->rtol * c->high[s->load[k]])
             c->load[k] = NAN;
     }
-}
-
-static void take_outputs(const kmp_shooting *s, kmp_cycle *c)
-{
-    const kempe_sensitivity *rows = s->flow->rows;
-    int pieces = s->flow->pieces;
-    for (int k = 0; k < rows->columns; k++) {
-        kmp_flow_extremes(pieces, rows->cell + k, (ptrdiff_t)kmp_sensitivity_width(rows), &c->high[k], &c->low[k]);
-        double change = kmp_sensitivity_value(rows, pieces, k) - kmp_sensitivity_value(rows, 0, k);
-        if (fabs(change) > KMP_CYCLE_ADVANCES * (c->high[k] - c->low[k]))
-            c->high[k] = c->low[k] = NAN;
-    }
-    take_loads(s, c);
 }
 
 /* Multipliers by their size, without the one nearest to 1; of a pair the one above the axis comes first. */
@@ -240,19 +201,6 @@ static kempe_status take_multipliers(kmp_shooting *s, kmp_cycle *c)
     return KEMPE_OK;
 }
 
-static void judge(kmp_cycle *c)
-{
-    double noise = fmax(KMP_CYCLE_ON_CIRCLE, KMP_CYCLE_ERRORS * c->along);
-    bool on_circle = false;
-    for (int k = 0; k < c->multipliers; k++) {
-        double size = hypot(c->re[k], c->im[k]);
-        c->growing += size > 1;
-        on_circle = on_circle || fabs(size - 1) <= noise;
-    }
-    bool grows = c->multipliers > 0 && hypot(c->re[0], c->im[0]) > 1 + noise;
-    c->stability = grows ? KMP_CYCLE_UNSTABLE : on_circle ? KMP_CYCLE_UNDECIDED : KMP_CYCLE_STABLE;
-}
-
 /* The direction of the branch: along the conditions of a cycle, with `border` . tangent = 1 over the spans. */
 static kempe_status take_tangent(kmp_shooting *s, const double *border, kmp_cycle *c)
 {
@@ -273,10 +221,44 @@ kempe_status kmp_shooting_finish(kmp_shooting *shooting, const double *border, k
     kmp_cycle *c = kmp_shooting_room(s);
     KMP_TRY(kmp_made(s->flow->context, c));
     KMP_TRY(kmp_flow_run(s->flow, s->z, s->z[s->size], s->z[s->size + 1], KMP_FLOW_PIECES));
-    take_state(s, c);
-    take_outputs(s, c);
+    const kmp_flow *f = s->flow;
+    int n = s->size;
+    c->period = s->z[n];
+    c->value = s->z[n + 1];
+    for (int i = 0; i < n; i++) {
+        double high = -INFINITY, low = INFINITY;
+        for (int k = 0; k < f->pieces; k++) {
+            high = fmax(high, f->history[i + (ptrdiff_t)k * n]);
+            low = fmin(low, f->history[i + (ptrdiff_t)k * n]);
+        }
+        c->x[i] = f->begin[i];
+        c->rate[i] = f->begin_rate[i];
+        c->reach[i] = (high - low) / 2;
+        c->residual = fmax(c->residual, fabs(f->end[i] - f->begin[i]) / s->scale[i]);
+    }
+    c->amplitude =
+        fmax(kmp_flow_largest(f, c->reach, KMP_FLOW_POSITION), kmp_flow_largest(f, c->reach, KMP_FLOW_STATE));
+    /* Extremes of the outputs; one that advances from period to period has none. */
+    const kempe_sensitivity *rows = s->flow->rows;
+    int pieces = s->flow->pieces;
+    for (int k = 0; k < rows->columns; k++) {
+        kmp_flow_extremes(pieces, rows->cell + k, (ptrdiff_t)kmp_sensitivity_width(rows), &c->high[k], &c->low[k]);
+        double change = kmp_sensitivity_value(rows, pieces, k) - kmp_sensitivity_value(rows, 0, k);
+        if (fabs(change) > KMP_CYCLE_ADVANCES * (c->high[k] - c->low[k]))
+            c->high[k] = c->low[k] = NAN;
+    }
+    take_loads(s, c);
     KMP_TRY(take_multipliers(s, c));
-    judge(c);
+    /* Multipliers on the circle, as far as they are known, decide nothing. */
+    double noise = fmax(KMP_CYCLE_ON_CIRCLE, KMP_CYCLE_ERRORS * c->along);
+    bool on_circle = false;
+    for (int k = 0; k < c->multipliers; k++) {
+        double size = hypot(c->re[k], c->im[k]);
+        c->growing += size > 1;
+        on_circle = on_circle || fabs(size - 1) <= noise;
+    }
+    bool grows = c->multipliers > 0 && hypot(c->re[0], c->im[0]) > 1 + noise;
+    c->stability = grows ? KMP_CYCLE_UNSTABLE : on_circle ? KMP_CYCLE_UNDECIDED : KMP_CYCLE_STABLE;
     KMP_TRY(take_tangent(s, border, c));
     *cycle = c;
     return KEMPE_OK;

@@ -135,9 +135,12 @@ static int shown_before(const kempe_model *model, int output)
     return first;
 }
 
-/* The outputs of the copy: the requested ones, and the positions of points with input forces. */
-static kempe_status choose_outputs(kmp_channels *c, const kmp_channels_options *options, unsigned **parts, int *place)
+static kempe_status make_system(kmp_channels *c, const kmp_channels_options *options, int count,
+                                const char *const *names, unsigned **parts, int *place)
 {
+    const kempe_system *given = c->given;
+    KMP_TRY(kmp_variant_new(given->model, count, names, &c->variant));
+    /* The outputs of the copy: the requested ones, and the positions of points with input forces. */
     kempe_model *copy = kmp_variant_model(c->variant);
     if (options->outputs)
         KMP_TRY(kmp_requested_outputs(copy, options->outputs, parts));
@@ -148,15 +151,6 @@ static kempe_status choose_outputs(kmp_channels *c, const kmp_channels_options *
         KMP_TRY(kmp_made(copy->context, output >= 0));
         place[k] = shown_before(copy, output);
     }
-    return KEMPE_OK;
-}
-
-static kempe_status make_system(kmp_channels *c, const kmp_channels_options *options, int count,
-                                const char *const *names, unsigned **parts, int *place)
-{
-    const kempe_system *given = c->given;
-    KMP_TRY(kmp_variant_new(given->model, count, names, &c->variant));
-    KMP_TRY(choose_outputs(c, options, parts, place));
     KMP_TRY(kmp_system_of_variant(c->variant, &c->own));
     kempe_system_set_force(c->own, given->force, given->force_user);
     c->system = c->own;

@@ -19,19 +19,6 @@ static bool has_slopes(const kmp_requested_input *input)
     return input->kind == KMP_REQUESTED_PARAMETER || input->kind == KMP_REQUESTED_INPUT;
 }
 
-static void list_loads(kmp_transfer *t, const int *place)
-{
-    int at = 0;
-    for (int i = 0; i < t->inputs->count; i++) {
-        const kmp_requested_input *input = &t->inputs->input[i];
-        for (int order = 0; order < kmp_transfer_orders(t->linear->system->model, input); order++)
-            t->load[at++] = (kmp_load){.input = i,
-                                       .order = order,
-                                       .parameter = has_slopes(input) ? place[i] + order : -1,
-                                       .place = input->kind == KMP_REQUESTED_FORCE ? place[i] : -1};
-    }
-}
-
 kempe_status kmp_transfer_init(kmp_transfer *transfer, kmp_linear *linear, kmp_slopes *slopes,
                                const kmp_requested_inputs *inputs, const int *place, int outputs, const kmp_seen *seen)
 {
@@ -58,7 +45,15 @@ kempe_status kmp_transfer_init(kmp_transfer *transfer, kmp_linear *linear, kmp_s
                                 KMP_ROOM(double, 3 * m + n, &t->side), KMP_ROOM(double, 3 * n + m, &t->moved),
                                 KMP_ROOM(double, p, &t->unit), KMP_ROOM(double, slopes->shown, &t->shown))));
     memcpy(t->seen, seen, (size_t)outputs * sizeof *seen);
-    list_loads(t, place);
+    int at = 0;
+    for (int i = 0; i < t->inputs->count; i++) {
+        const kmp_requested_input *input = &t->inputs->input[i];
+        for (int order = 0; order < kmp_transfer_orders(t->linear->system->model, input); order++)
+            t->load[at++] = (kmp_load){.input = i,
+                                       .order = order,
+                                       .parameter = has_slopes(input) ? place[i] + order : -1,
+                                       .place = input->kind == KMP_REQUESTED_FORCE ? place[i] : -1};
+    }
     return KEMPE_OK;
 }
 
@@ -127,14 +122,6 @@ static void follow_load(kmp_transfer *t, const kmp_load *load, double *residual,
     follow(t, &(kmp_change){.h = h, .rate = h + m, .curve = h + 2 * m, .force = force}, load->parameter, residual, out);
 }
 
-static void take_values(kmp_transfer *t)
-{
-    const kmp_linear *l = t->linear;
-    kmp_instant at = kmp_linear_instant(l);
-    kmp_slopes_at(t->slopes, &at);
-    see(t, l->q, l->qd, l->qdd, l->lambda, kmp_slopes_values(&t->slopes->outputs, &at), t->value);
-}
-
 /* A held state y follows a parameter of its start value at once: from its row g y + l w = 0 into the other rows. */
 static void follow_held(const kmp_transfer *t, double *load, double *direct)
 {
@@ -158,7 +145,10 @@ void kmp_transfer_eval(kmp_transfer *transfer)
     kmp_transfer *t = transfer;
     int n = t->n, p = t->p, outputs = t->outputs;
     double *unit = t->unit;
-    take_values(t);
+    const kmp_linear *l = t->linear;
+    kmp_instant at = kmp_linear_instant(l);
+    kmp_slopes_at(t->slopes, &at);
+    see(t, l->q, l->qd, l->qdd, l->lambda, kmp_slopes_values(&t->slopes->outputs, &at), t->value);
     for (int k = 0; k < p; k++) {
         unit[k] = 1;
         follow(t, &(kmp_change){.u = unit}, -1, t->linear->stiffness + k * p, t->by_u + k * outputs);

@@ -31,18 +31,6 @@ void kmp_modes_free(kmp_modes *modes)
 
 /* -- shapes ------------------------------------------------------------------------------------------ */
 
-/* The value of a state in place of its integral. */
-static void show_states(const kmp_modes *s, int c)
-{
-    double *re = s->re + (ptrdiff_t)c * s->n, *im = s->im + (ptrdiff_t)c * s->n;
-    double a = s->spectrum.re[c], b = s->spectrum.im[c];
-    for (int i = kmp_model_coordinates(s->system->model); i < s->n; i++) {
-        double x = re[i];
-        re[i] = x * a - im[i] * b;
-        im[i] = x * b + im[i] * a;
-    }
-}
-
 /* Adds a motion of u_k to shape c. */
 static void add_motion(kmp_modes *s, const kmp_linear *l, int c, int k, double x_re, double x_im)
 {
@@ -58,7 +46,14 @@ static void take_shape(kmp_modes *s, const kmp_linear *l, const kmp_spectrum *of
 {
     for (int k = 0; k < s->p; k++)
         add_motion(s, l, c, k, of->x_re[k + from * s->p], of->x_im[k + from * s->p]);
-    show_states(s, c);
+    /* The value of a state in place of its integral. */
+    double *re = s->re + (ptrdiff_t)c * s->n, *im = s->im + (ptrdiff_t)c * s->n;
+    double a = s->spectrum.re[c], b = s->spectrum.im[c];
+    for (int i = kmp_model_coordinates(s->system->model); i < s->n; i++) {
+        double x = re[i];
+        re[i] = x * a - im[i] * b;
+        im[i] = x * b + im[i] * a;
+    }
 }
 
 /* The first of the largest entries made real and one size of its coordinate. */
@@ -100,27 +95,6 @@ static void shares(int n, const double *re, const double *im, const double *a_re
         out[i] = some ? out[i] / sum : 0;
 }
 
-/* The energies of each eigenvalue; its conjugate has the same. */
-static void energies(kmp_modes *s, const kmp_linear *l, const double *mass, double *work)
-{
-    int n = s->n, bodies = kmp_model_coordinates(s->system->model); /* states have no energy */
-    double *m_re = work, *m_im = work + n, *k_re = work + 2 * (ptrdiff_t)n, *k_im = work + 3 * (ptrdiff_t)n;
-    for (int c = 0; c < s->count; c++) {
-        const double *re = s->re + (ptrdiff_t)c * n, *im = s->im + (ptrdiff_t)c * n;
-        memset(work, 0, 4 * (size_t)n * sizeof *work);
-        for (int j = 0; j < n; j++)
-            for (int i = 0; i < n; i++) {
-                m_re[i] += mass[i + j * n] * re[j];
-                m_im[i] += mass[i + j * n] * im[j];
-            }
-        kmp_tangents_add(&l->tangents, KMP_R_Q, l->d, 1, re, k_re);
-        kmp_tangents_add(&l->tangents, KMP_R_Q, l->d, 1, im, k_im);
-        shares(bodies, re, im, m_re, m_im, s->kinetic + (ptrdiff_t)c * n);
-        if (c >= s->spectrum.zeros)
-            shares(bodies, re, im, k_re, k_im, s->potential + (ptrdiff_t)c * n);
-    }
-}
-
 /* Converts shapes: rates of a chart are linear in those of another. */
 static void show(kmp_modes *s, const kmp_linear *l, double *q)
 {
@@ -142,7 +116,23 @@ static void measure(kmp_modes *s, kmp_linear *l, double *mass, double *work)
     kmp_eval_dense_mass(l->eval, mass);
     for (int c = 0; c < s->count; c++)
         normalise(s, c);
-    energies(s, l, mass, work);
+    /* The energies of each eigenvalue; its conjugate has the same. */
+    int n = s->n, bodies = kmp_model_coordinates(s->system->model); /* states have no energy */
+    double *m_re = work, *m_im = work + n, *k_re = work + 2 * (ptrdiff_t)n, *k_im = work + 3 * (ptrdiff_t)n;
+    for (int c = 0; c < s->count; c++) {
+        const double *re = s->re + (ptrdiff_t)c * n, *im = s->im + (ptrdiff_t)c * n;
+        memset(work, 0, 4 * (size_t)n * sizeof *work);
+        for (int j = 0; j < n; j++)
+            for (int i = 0; i < n; i++) {
+                m_re[i] += mass[i + j * n] * re[j];
+                m_im[i] += mass[i + j * n] * im[j];
+            }
+        kmp_tangents_add(&l->tangents, KMP_R_Q, l->d, 1, re, k_re);
+        kmp_tangents_add(&l->tangents, KMP_R_Q, l->d, 1, im, k_im);
+        shares(bodies, re, im, m_re, m_im, s->kinetic + (ptrdiff_t)c * n);
+        if (c >= s->spectrum.zeros)
+            shares(bodies, re, im, k_re, k_im, s->potential + (ptrdiff_t)c * n);
+    }
     show(s, l, work);
 }
 
@@ -255,20 +245,13 @@ static kempe_status solve_sampled(kmp_modes *s, const kmp_linear *l)
 
 /* -- delays ------------------------------------------------------------------------------------------ */
 
-static void put_delayed(kmp_modes *s, const kmp_linear *l, const kmp_delayed_spectrum *roots)
+static kempe_status solve_delayed(kmp_modes *s, const kmp_linear *l, bool brief)
 {
-    kmp_spectrum *out = &s->spectrum;
-    out->zeros = roots->zeros;
-    out->still = roots->still;
-    memcpy(out->re, roots->re, (size_t)s->count * sizeof *out->re);
-    memcpy(out->im, roots->im, (size_t)s->count * sizeof *out->im);
-    for (int c = 0; c < s->count; c++)
-        for (int k = 0; k < s->p; k++)
-            add_motion(s, l, c, k, roots->x_re[k + (ptrdiff_t)c * s->p], roots->x_im[k + (ptrdiff_t)c * s->p]);
-}
-
-static kempe_status take_delayed(kmp_modes *s, const kmp_linear *l, int zeros, bool brief)
-{
+    kmp_spectrum averaged;
+    s->endless = true;
+    KMP_TRY(kmp_linear_spectrum(l, &averaged));
+    const int zeros = averaged.zeros;
+    kmp_spectrum_free(&averaged);
     kmp_delayed_spectrum roots;
     kempe_status status = kmp_delayed_spectrum_init(&roots, l, zeros, brief);
     s->count = s->spectrum.count = roots.count;
@@ -279,20 +262,18 @@ static kempe_status take_delayed(kmp_modes *s, const kmp_linear *l, int zeros, b
         status = kmp_made(s->system->context,
                           make_room(s) && KMP_ARENA_MAKE(&s->spectrum.arena,
                                                          KMP_ROOM(double, s->count, &s->spectrum.re, &s->spectrum.im)));
-    if (status == KEMPE_OK)
-        put_delayed(s, l, &roots);
+    if (status == KEMPE_OK) {
+        kmp_spectrum *out = &s->spectrum;
+        out->zeros = roots.zeros;
+        out->still = roots.still;
+        memcpy(out->re, roots.re, (size_t)s->count * sizeof *out->re);
+        memcpy(out->im, roots.im, (size_t)s->count * sizeof *out->im);
+        for (int c = 0; c < s->count; c++)
+            for (int k = 0; k < s->p; k++)
+                add_motion(s, l, c, k, roots.x_re[k + (ptrdiff_t)c * s->p], roots.x_im[k + (ptrdiff_t)c * s->p]);
+    }
     kmp_delayed_spectrum_free(&roots);
     return status;
-}
-
-static kempe_status solve_delayed(kmp_modes *s, const kmp_linear *l, bool brief)
-{
-    kmp_spectrum averaged;
-    s->endless = true;
-    KMP_TRY(kmp_linear_spectrum(l, &averaged));
-    const int zeros = averaged.zeros;
-    kmp_spectrum_free(&averaged);
-    return take_delayed(s, l, zeros, brief);
 }
 
 /* -- all --------------------------------------------------------------------------------------------- */

@@ -148,17 +148,6 @@ static void show_z(kmp_text *text, const kempe_modes *m, int c)
         show_pair(text, m->modes.z_re[c], m->modes.z_im[c]);
 }
 
-static void show_zeros(kmp_text *text, const kempe_modes *m)
-{
-    for (int c = 0; c < m->modes.spectrum.still; c++) {
-        kmp_text_printf(text, "  %3d", c + 1);
-        show_z(text, m, c);
-        kmp_text_printf(text, "  %13s%18s  %13s  %9s  %11s  ", "0", "", "-", "-", "-");
-        kmp_modes_put_along(text, m, c);
-        kmp_text_put(text, "\n");
-    }
-}
-
 static void show_mode(kmp_text *text, const kempe_modes *m, int c)
 {
     double re = m->modes.spectrum.re[c], im = m->modes.spectrum.im[c];
@@ -185,7 +174,13 @@ static void show_modes(kmp_text *text, const kempe_modes *m)
         kmp_text_printf(text, "  %-31s", "z from sample to sample");
     kmp_text_printf(text, "  %-31s  %12s  %9s  %11s  %s\n", m->modes.z_re ? "s = ln(z)/T, 1/s" : "eigenvalue, 1/s",
                     "frequency, Hz", "damping", "decay, s", "participation: share of the kinetic energy");
-    show_zeros(text, m);
+    for (int c = 0; c < m->modes.spectrum.still; c++) {
+        kmp_text_printf(text, "  %3d", c + 1);
+        show_z(text, m, c);
+        kmp_text_printf(text, "  %13s%18s  %13s  %9s  %11s  ", "0", "", "-", "-", "-");
+        kmp_modes_put_along(text, m, c);
+        kmp_text_put(text, "\n");
+    }
     for (int c = s->zeros; c < s->count; c++)
         if (s->im[c] >= 0) {
             kmp_text_printf(text, "  %3d", ++number);
@@ -279,8 +274,9 @@ static void list_coordinates(kmp_text *text, const kempe_modes *m, bool states)
     }
 }
 
-static void show_state(kmp_text *text, const kempe_modes *m)
+static void show_all(kmp_text *text, const void *result)
 {
+    const kempe_modes *m = result;
     int freedoms = 0, states = 0;
     for (int k = 0; k < m->modes.moving; k++)
         *(kmp_state_of(m->system->model, m->modes.u[k]) ? &states : &freedoms) += 1;
@@ -301,12 +297,6 @@ static void show_state(kmp_text *text, const kempe_modes *m)
     }
     kmp_print_held(text, "held      ", m->system, m->qd);
     kmp_text_put(text, "\n");
-}
-
-static void show_all(kmp_text *text, const void *result)
-{
-    const kempe_modes *m = result;
-    show_state(text, m);
     if (m->modes.count > 0)
         show_modes(text, m);
     kmp_text_put(text, m->modes.count > 0 ? "\nstability  " : "stability  ");
@@ -354,14 +344,6 @@ static void json_mode(kmp_json *j, const kempe_modes *m, int c)
     kmp_json_end(j);
 }
 
-static void json_critical(kmp_json *j, const kmp_critical *c)
-{
-    kmp_json_put(j, "{ value %g", c->value);
-    json_pair(j, "eigenvalue", c->re, c->im);
-    kmp_json_put(j, "frequency %g branch %d grows %s }", kmp_mode_frequency(c->re, c->im), c->branch,
-                 c->grows_above ? "above" : "below");
-}
-
 static void json_locus(kmp_json *j, const kempe_modes *m)
 {
     const kmp_locus *l = &m->locus;
@@ -386,8 +368,13 @@ static void json_locus(kmp_json *j, const kempe_modes *m)
     for (int first, k = 0; next_uncertain(l, &first, &k);)
         json_pair(j, NULL, l->value[first], l->value[k]);
     kmp_json_put(j, "] critical [");
-    for (int k = 0; k < l->critical_count; k++)
-        json_critical(j, &l->critical[k]);
+    for (int k = 0; k < l->critical_count; k++) {
+        const kmp_critical *c = &l->critical[k];
+        kmp_json_put(j, "{ value %g", c->value);
+        json_pair(j, "eigenvalue", c->re, c->im);
+        kmp_json_put(j, "frequency %g branch %d grows %s }", kmp_mode_frequency(c->re, c->im), c->branch,
+                     c->grows_above ? "above" : "below");
+    }
     kmp_json_put(j, "] }");
 }
 

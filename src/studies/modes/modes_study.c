@@ -30,27 +30,6 @@ static kempe_status read_orders(kempe_modes *m, const char *text)
     return KEMPE_OK;
 }
 
-static kempe_status read_highest(kempe_modes *m, double frequency)
-{
-    m->highest = frequency > 0 ? 2 * acos(-1) * frequency : INFINITY;
-    return frequency >= 0 ? KEMPE_OK
-                          : kmp_fail(m->system->context, KEMPE_E_ARGUMENT,
-                                     "the highest frequency of pictures must be positive, not %g Hz", frequency);
-}
-
-static kempe_status here(kempe_modes *m, const kmp_operating_family_options *options)
-{
-    size_t n = (size_t)m->system->n;
-    KMP_TRY(kmp_operating_family_new(m->system, options, &m->family));
-    KMP_TRY(kmp_operating_family_go(m->family, 0, &m->modes));
-    m->q = KMP_ARENA_NEW(&m->arena, double, n);
-    m->qd = KMP_ARENA_NEW(&m->arena, double, n);
-    KMP_TRY(kmp_made(m->system->context, !m->arena.failed));
-    memcpy(m->q, m->family->state->q, n * sizeof *m->q);
-    memcpy(m->qd, m->family->state->qd, n * sizeof *m->qd);
-    return KEMPE_OK;
-}
-
 /* Keeps a locus that is not complete, with its reason. */
 static kempe_status give_reason(kempe_modes *m)
 {
@@ -161,7 +140,14 @@ static kempe_status make_of(kempe_modes *m, const kempe_modes_options *options, 
     if (at->rate_count > 0 && at->word && strcmp(at->word, "equilibrium") != 0)
         return kmp_fail(context, KEMPE_E_ARGUMENT,
                         "rates belong to an equilibrium, not to '%s': a start has those of the model", at->word);
-    KMP_TRY(here(m, at));
+    size_t n = (size_t)m->system->n;
+    KMP_TRY(kmp_operating_family_new(m->system, at, &m->family));
+    KMP_TRY(kmp_operating_family_go(m->family, 0, &m->modes));
+    m->q = KMP_ARENA_NEW(&m->arena, double, n);
+    m->qd = KMP_ARENA_NEW(&m->arena, double, n);
+    KMP_TRY(kmp_made(m->system->context, !m->arena.failed));
+    memcpy(m->q, m->family->state->q, n * sizeof *m->q);
+    memcpy(m->qd, m->family->state->qd, n * sizeof *m->qd);
     if (options->sweep)
         return vary(m, options->sweep, at);
     if (!rate)
@@ -190,7 +176,11 @@ static kempe_status make(kempe_modes *m, const kempe_modes_options *options)
     KMP_TRY(kmp_made(m->system->context, wish));
     KMP_TRY(kmp_coordinates_read(m->system->model, "--independent", options->independent, wish, &at.wish_count));
     KMP_TRY(read_orders(m, options->orders));
-    KMP_TRY(read_highest(m, options->highest));
+    double frequency = options->highest;
+    m->highest = frequency > 0 ? 2 * acos(-1) * frequency : INFINITY;
+    KMP_TRY(frequency >= 0 ? KEMPE_OK
+                           : kmp_fail(m->system->context, KEMPE_E_ARGUMENT,
+                                      "the highest frequency of pictures must be positive, not %g Hz", frequency));
     KMP_TRY(rates ? kmp_ranges_read(m->system->context, rates, &ranges) : KEMPE_OK);
     kmp_steady *list;
     kempe_status status = kmp_steady_take(m->system->model, &ranges, &m->arena, &varies, &list);

@@ -76,37 +76,6 @@ static void put_line(kmp_plot *p, const char *class, double x0, double y0, doubl
     kmp_curve_end(p);
 }
 
-/* Distant real eigenvalues are cut off, with a note, so that the others remain visible. */
-static void put_plane(kmp_text *text, const kempe_modes *m)
-{
-    const kmp_locus *l = &m->locus;
-    kmp_plot p = kmp_plot_inside(text, 0, 0, WIDTH, HEIGHT);
-    kmp_axis *re = &p.axis[0], *im = &p.axis[1];
-    double left = 0;
-    kmp_plot_reach(&p, 0, 0);
-    reach_branches(&p, m, in_plane);
-    for (int k = 0; k < l->reached; k++)
-        for (int b = 0; b < l->count; b++)
-            left = in_plane(m, k, b).y > 0 ? fmin(left, in_plane(m, k, b).x) : left;
-    double least = re->low, bound = fmin(left, -FAR * im->high);
-    bool cut = im->high > 0 && least < bound;
-    if (cut)
-        re->low = bound;
-    re->name = "real part, 1/s";
-    im->name = "imaginary part, rad/s";
-    kmp_shown as = kmp_modes_shown(m);
-    kmp_plot_begin(&p, "Eigenvalues, %s from %.6g (dots) to %.6g%s%s", m->name, swept(m, 0), swept(m, l->reached - 1),
-                   as.unit[0] ? " " : "", as.unit);
-    if (re->low < 0 && re->high > 0)
-        put_line(&p, "axis", 0, im->low, 0, im->high);
-    put_branches(&p, m, in_plane);
-    if (cut)
-        kmp_picture_words(text, 8, 18, "", "\xe2\x86\x90 real ones as far as %.4g", least);
-    for (int k = 0; k < l->critical_count; k++)
-        kmp_plot_cross(&p, l->critical[k].re, l->critical[k].im);
-    kmp_plot_end(&p);
-}
-
 /* Frequency = order * value / (2 pi), with the order at its end in the frame. */
 static void put_orders(kmp_plot *p, const kempe_modes *m)
 {
@@ -148,7 +117,33 @@ static void draw(kmp_text *text, const kempe_modes *m)
     kmp_picture_begin(text, 2 * WIDTH, HEIGHT,
                       ".axis{stroke:#4a545a;fill:none}.critical{stroke:#111;stroke-dasharray:2 3;fill:none}"
                       ".order{stroke:#8a949a;stroke-dasharray:7 4;fill:none}.order-name{fill:#6a747a}");
-    put_plane(text, m);
+    /* Distant real eigenvalues are cut off, with a note, so that the others remain visible. */
+    const kmp_locus *l = &m->locus;
+    kmp_plot p = kmp_plot_inside(text, 0, 0, WIDTH, HEIGHT);
+    kmp_axis *re = &p.axis[0], *im = &p.axis[1];
+    double left = 0;
+    kmp_plot_reach(&p, 0, 0);
+    reach_branches(&p, m, in_plane);
+    for (int k = 0; k < l->reached; k++)
+        for (int b = 0; b < l->count; b++)
+            left = in_plane(m, k, b).y > 0 ? fmin(left, in_plane(m, k, b).x) : left;
+    double least = re->low, bound = fmin(left, -FAR * im->high);
+    bool cut = im->high > 0 && least < bound;
+    if (cut)
+        re->low = bound;
+    re->name = "real part, 1/s";
+    im->name = "imaginary part, rad/s";
+    kmp_shown as = kmp_modes_shown(m);
+    kmp_plot_begin(&p, "Eigenvalues, %s from %.6g (dots) to %.6g%s%s", m->name, swept(m, 0), swept(m, l->reached - 1),
+                   as.unit[0] ? " " : "", as.unit);
+    if (re->low < 0 && re->high > 0)
+        put_line(&p, "axis", 0, im->low, 0, im->high);
+    put_branches(&p, m, in_plane);
+    if (cut)
+        kmp_picture_words(text, 8, 18, "", "\xe2\x86\x90 real ones as far as %.4g", least);
+    for (int k = 0; k < l->critical_count; k++)
+        kmp_plot_cross(&p, l->critical[k].re, l->critical[k].im);
+    kmp_plot_end(&p);
     put_campbell(text, m);
     kmp_picture_end(text);
 }

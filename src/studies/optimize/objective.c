@@ -89,17 +89,6 @@ static kempe_status derive_slopes(kmp_objective *o, const char *const *names, do
     return status;
 }
 
-/* The time of each quantity, by its kind; extremes at the times that a run found. */
-static void find_times(kmp_objective *o, double t_end)
-{
-    const kmp_run_quantities *run = &o->list->run;
-    for (int q = 0; q < run->count; q++) {
-        const kmp_run_quantity *of = &run->of[q];
-        double at = of->kind == KMP_TAKE_AT ? of->time : of->kind == KMP_TAKE_END ? t_end : o->row[of->first_value + 1];
-        o->time[q] = fmin(fmax(at, 0), t_end);
-    }
-}
-
 /* The distinct ones in order, with the end; their number. */
 static int order_times(kmp_objective *o, double t_end)
 {
@@ -150,7 +139,14 @@ kempe_status kmp_objective_slopes(kmp_objective *objective, const double *x, dou
     memcpy(values, o->row, (size_t)o->list->run.values * sizeof *values);
     if (isnan(values[0]))
         return KEMPE_OK;
-    find_times(o, rows->t_end);
+    /* The time of each quantity, by its kind; extremes at the times that a run found. */
+    double t_end = rows->t_end;
+    const kmp_run_quantities *run = &o->list->run;
+    for (int q = 0; q < run->count; q++) {
+        const kmp_run_quantity *of = &run->of[q];
+        double at = of->kind == KMP_TAKE_AT ? of->time : of->kind == KMP_TAKE_END ? t_end : o->row[of->first_value + 1];
+        o->time[q] = fmin(fmax(at, 0), t_end);
+    }
     kmp_slope_runs_set_times(o->runs, order_times(o, rows->t_end), o->times);
     kempe_status status = kmp_slope_runs_at(o->runs, x);
     o->simulations++;

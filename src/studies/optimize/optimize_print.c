@@ -49,8 +49,11 @@ static const char *last_refusal(const kempe_optimum *o)
     return k >= 0 ? o->search[k].refusal : NULL;
 }
 
-static void put_head(kmp_text *text, const kempe_optimum *o)
+static void put_text(kmp_text *text, const void *result)
 {
+    const kempe_optimum *o = result;
+    const kmp_quantity_list *list = o->objective.list;
+    int width = widest(o->count, o->bounded.name, 9);
     const kmp_searched *best = &o->search[o->best];
     const char *unit = o->objective.list->unit[0];
     kmp_print_title(text, o->model, kmp_status_word(o->status));
@@ -73,14 +76,6 @@ static void put_head(kmp_text *text, const kempe_optimum *o)
     if (last_refusal(o))
         kmp_text_printf(text, "shortened the last trial failed because: %s\n", last_refusal(o));
     kmp_text_printf(text, "cpu       %.3f s\n", o->seconds);
-}
-
-static void put_text(kmp_text *text, const void *result)
-{
-    const kempe_optimum *o = result;
-    const kmp_quantity_list *list = o->objective.list;
-    int width = widest(o->count, o->bounded.name, 9);
-    put_head(text, o);
     kmp_text_printf(text, "\n  %-*s  %16s  %14s  %14s  %14s\n", width, "parameter", "value", "start", "lower", "upper");
     for (int k = 0; k < o->count; k++)
         kmp_text_printf(text, "  %-*s  %16.10g  %14.8g  %14.8g  %14.8g%s%s\n", width, o->bounded.name[k], o->value[k],

@@ -123,28 +123,6 @@ static kempe_status search_all(kempe_optimum *o)
 
 /* -- options ----------------------------------------------------------------------------------------- */
 
-static kempe_status choose_method(kempe_optimum *o, const char *method)
-{
-    bool slopes = method ? strcmp(method, "slopes") == 0 : o->objective.runs != NULL;
-    if (method && !slopes && strcmp(method, "values") != 0)
-        return kmp_fail(o->context, KEMPE_E_ARGUMENT, "unknown method '%s'; available: slopes, values", method);
-    if (slopes && !o->objective.runs)
-        return kmp_fail(o->context, KEMPE_E_ARGUMENT, "there are no slopes: %s", o->objective.obstacle);
-    o->method = slopes ? "slopes" : "values";
-    return KEMPE_OK;
-}
-
-static kempe_status check_bounds(const kempe_optimum *o)
-{
-    for (int k = 0; k < o->count; k++)
-        if (!isfinite(o->bounded.upper[k] - o->bounded.lower[k]))
-            return kmp_fail(o->context, KEMPE_E_ARGUMENT, "parameter '%s' needs two bounds, NAME:LOW:HIGH",
-                            o->bounded.name[k]);
-    return o->count <= KMP_SOBOL_MOST
-               ? KEMPE_OK
-               : kmp_fail(o->context, KEMPE_E_ARGUMENT, "at most %d parameters are possible", (int)KMP_SOBOL_MOST);
-}
-
 static kempe_status find_start(kempe_optimum *o, const char *file)
 {
     kmp_variant *given = NULL;
@@ -177,7 +155,13 @@ static kempe_status prepare(kempe_optimum *o, const kempe_optimum_options *optio
     o->tolerance = options->tolerance > 0 ? options->tolerance : KMP_OPTIMUM_ENOUGH;
     KMP_TRY(kmp_bounded_read(o->context, options->parameters, &o->arena, &o->bounded));
     o->count = o->bounded.count;
-    KMP_TRY(check_bounds(o));
+    for (int k = 0; k < o->count; k++)
+        if (!isfinite(o->bounded.upper[k] - o->bounded.lower[k]))
+            return kmp_fail(o->context, KEMPE_E_ARGUMENT, "parameter '%s' needs two bounds, NAME:LOW:HIGH",
+                            o->bounded.name[k]);
+    KMP_TRY(o->count <= KMP_SOBOL_MOST
+                ? KEMPE_OK
+                : kmp_fail(o->context, KEMPE_E_ARGUMENT, "at most %d parameters are possible", (int)KMP_SOBOL_MOST));
     KMP_TRY(kmp_objective_init(&o->objective, o->model, o->count, (const char *const *)o->bounded.name, quantity,
                                options->limits, options->run));
     o->threads = o->objective.threads > 0 ? o->objective.threads : kmp_processors();
@@ -188,23 +172,17 @@ static kempe_status prepare(kempe_optimum *o, const kempe_optimum_options *optio
     KMP_TRY(kmp_made(o->context, KMP_ARENA_MAKE(&o->arena, KMP_ROOM(double, o->count, &o->start, &o->value),
                                                 KMP_ROOM(double, width, &o->values, &o->at_best))));
     KMP_TRY(find_start(o, options->start));
-    return choose_method(o, options->method);
+    const char *method = options->method;
+    bool slopes = method ? strcmp(method, "slopes") == 0 : o->objective.runs != NULL;
+    if (method && !slopes && strcmp(method, "values") != 0)
+        return kmp_fail(o->context, KEMPE_E_ARGUMENT, "unknown method '%s'; available: slopes, values", method);
+    if (slopes && !o->objective.runs)
+        return kmp_fail(o->context, KEMPE_E_ARGUMENT, "there are no slopes: %s", o->objective.obstacle);
+    o->method = slopes ? "slopes" : "values";
+    return KEMPE_OK;
 }
 
 /* -- the object -------------------------------------------------------------------------------------- */
-
-static void warn(const kempe_optimum *o)
-{
-    const kmp_searched *s = &o->search[o->best];
-    if (s->broken > KMP_OPTIMUM_KEPT)
-        kmp_doubt(o->context,
-                  "no place keeps all limits: the result is the one that breaks them least, by %.3g of a bound",
-                  s->broken);
-    if (s->outcome == KMP_SQUARES_MOST)
-        kmp_doubt(o->context,
-                  "the best search has not converged after %d evaluations: continue from its result, or allow more",
-                  s->evaluations);
-}
 
 kempe_status kempe_optimum_new(const kempe_model *model, const kempe_optimum_options *options, kempe_optimum **optimum)
 {
@@ -225,7 +203,15 @@ kempe_status kempe_optimum_new(const kempe_model *model, const kempe_optimum_opt
     }
     bool given = status == KEMPE_OK || (status == KEMPE_STOPPED && o->variant);
     if (given) {
-        warn(o);
+        const kmp_searched *s = &o->search[o->best];
+        if (s->broken > KMP_OPTIMUM_KEPT)
+            kmp_doubt(o->context,
+                      "no place keeps all limits: the result is the one that breaks them least, by %.3g of a bound",
+                      s->broken);
+        if (s->outcome == KMP_SQUARES_MOST)
+            kmp_doubt(o->context,
+                      "the best search has not converged after %d evaluations: continue from its result, or allow more",
+                      s->evaluations);
         status = kmp_context_verdict(o->context, status);
         o->seconds += kmp_cpu_now() - begin + o->objective.helped_s;
         o->warnings = kmp_context_warnings(o->context);

@@ -177,9 +177,12 @@ static bool is_better(const kmp_searched *a, const kmp_searched *b)
     return kept && other ? a->value < b->value : a->broken < b->broken;
 }
 
-/* Keeps the searches that have begun, in the order of their starts. */
-static void gather(kempe_optimum *o, int count)
+kempe_status kmp_searches_run(kempe_optimum *optimum, int count)
 {
+    static const kmp_searcher_kind kind = {sizeof(searcher), begin_searcher, search_from, end_searcher};
+    kempe_optimum *o = optimum;
+    kempe_status status = kmp_share_searches(o->context, &kind, o, o->threads, count, &o->seconds);
+    /* Keeps the searches that have begun, in the order of their starts. */
     for (int k = 0; k < count; k++) {
         if (!o->search[k].begun)
             continue;
@@ -191,13 +194,5 @@ static void gather(kempe_optimum *o, int count)
             o->best = o->searches;
         o->searches++;
     }
-}
-
-kempe_status kmp_searches_run(kempe_optimum *optimum, int count)
-{
-    static const kmp_searcher_kind kind = {sizeof(searcher), begin_searcher, search_from, end_searcher};
-    kempe_optimum *o = optimum;
-    kempe_status status = kmp_share_searches(o->context, &kind, o, o->threads, count, &o->seconds);
-    gather(o, count);
     return status;
 }

@@ -358,15 +358,6 @@ static const double as_near = 1e-9;
 /* A maximum counts that rises and falls by more than rounding. */
 static const double risen = 1e-9;
 
-static bool add_maximum(kmp_frequency *f, const double *place, int k, int input, int output)
-{
-    int e = output + input * f->outputs;
-    pair x = {f, e};
-    double hz = kmp_bracket_least(less_at, &x, place[k - 1], place[k + 1], as_near * place[k + 1]);
-    (void)evaluate(f, hz);
-    return add_peak(f, (kmp_peak){input, output, hz, amplitude(f, e), atan2(f->h_im[e], f->h_re[e]), 0});
-}
-
 /* values: amplitudes of all pairs at all places, none of them on a pole. */
 static bool find_maxima(kmp_frequency *f, int count, const double *place, const double *values, int input, int output)
 {
@@ -386,7 +377,11 @@ static bool find_maxima(kmp_frequency *f, int count, const double *place, const 
         } else if (now > most) {
             best = k;
         } else if (now < most * (1 - risen)) {
-            ok = add_maximum(f, place, best, input, output);
+            int e = output + input * f->outputs;
+            pair x = {f, e};
+            double hz = kmp_bracket_least(less_at, &x, place[best - 1], place[best + 1], as_near * place[best + 1]);
+            (void)evaluate(f, hz);
+            ok = add_peak(f, (kmp_peak){input, output, hz, amplitude(f, e), atan2(f->h_im[e], f->h_re[e]), 0});
             best = -1;
             low = now;
         }
@@ -442,32 +437,6 @@ static kempe_status look_for_peaks(kmp_frequency *f)
 
 /* -- all frequencies --------------------------------------------------------------------------------- */
 
-static void take(kmp_frequency *f, int k)
-{
-    size_t block = (size_t)f->inputs * (size_t)f->outputs, first = (size_t)k * block;
-    f->pole[k] = !evaluate(f, f->at[k]);
-    if (!f->pole[k] && f->rounding > f->worst) {
-        f->worst = f->rounding;
-        f->worst_at = f->at[k];
-    }
-    for (size_t e = 0; e < block; e++) {
-        f->re[first + e] = f->pole[k] ? NAN : f->h_re[e];
-        f->im[first + e] = f->pole[k] ? NAN : f->h_im[e];
-    }
-}
-
-static void take_still(kmp_frequency *f)
-{
-    bool rests = evaluate(f, 0);
-    size_t block = (size_t)f->inputs * (size_t)f->outputs, all = block * (size_t)f->count;
-    for (size_t e = 0; e < block; e++) {
-        double most = 0, still = rests ? amplitude(f, (int)e) : NAN;
-        for (size_t k = e; k < all; k += block)
-            most = fmax(most, hypot(f->re[k], f->im[k])); /* of a pole: NaN, which fmax ignores */
-        f->still[e] = still <= no_answer * most ? 0 : still;
-    }
-}
-
 /* Poles as ln(z)/T of the map. */
 static kempe_status find_sampled_poles(kmp_frequency *f)
 {
@@ -500,7 +469,16 @@ kempe_status kmp_frequency_run(kmp_frequency *frequency)
     const kmp_linear *l = f->transfer->linear;
     kempe_context *context = l->system->context;
     for (int k = 0; k < f->count; k++) {
-        take(f, k);
+        size_t block = (size_t)f->inputs * (size_t)f->outputs, first = (size_t)k * block;
+        f->pole[k] = !evaluate(f, f->at[k]);
+        if (!f->pole[k] && f->rounding > f->worst) {
+            f->worst = f->rounding;
+            f->worst_at = f->at[k];
+        }
+        for (size_t e = 0; e < block; e++) {
+            f->re[first + e] = f->pole[k] ? NAN : f->h_re[e];
+            f->im[first + e] = f->pole[k] ? NAN : f->h_im[e];
+        }
         kmp_progress(context, KMP_PROGRESS_STUDY, k + 1, f->count, "frequencies");
         if (kmp_interrupted(context))
             return KEMPE_STOPPED;
@@ -513,6 +491,14 @@ kempe_status kmp_frequency_run(kmp_frequency *frequency)
     kmp_context_clear(context);
     if (endless)
         KMP_TRY(judge_delays(f));
-    take_still(f);
+    /* The response at rest, zero where it is rounding of the largest one. */
+    bool rests = evaluate(f, 0);
+    size_t block = (size_t)f->inputs * (size_t)f->outputs, all = block * (size_t)f->count;
+    for (size_t e = 0; e < block; e++) {
+        double most = 0, still = rests ? amplitude(f, (int)e) : NAN;
+        for (size_t k = e; k < all; k += block)
+            most = fmax(most, hypot(f->re[k], f->im[k])); /* of a pole: NaN, which fmax ignores */
+        f->still[e] = still <= no_answer * most ? 0 : still;
+    }
     return look_for_peaks(f);
 }

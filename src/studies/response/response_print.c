@@ -13,17 +13,6 @@ static const double two_pi = 6.283185307179586476925286766559;
 
 /* -- text -------------------------------------------------------------------------------------------- */
 
-static int name_width(const kempe_response *r)
-{
-    int width = 0;
-    for (int i = 0; i < r->frequency.inputs; i++)
-        for (int o = 0; o < r->frequency.outputs; o++) {
-            int length = snprintf(NULL, 0, "%s / %s", kmp_response_output(r, o), kmp_response_input(r, i));
-            width = length > width ? length : width;
-        }
-    return width;
-}
-
 static void put_pair(kmp_text *text, const kempe_response *r, int input, int output, int width)
 {
     int length = snprintf(NULL, 0, "%s / %s", kmp_response_output(r, output), kmp_response_input(r, input));
@@ -99,7 +88,12 @@ static void show(kmp_text *text, const void *result)
 {
     const kempe_response *r = result;
     const kmp_frequency *f = &r->frequency;
-    int width = name_width(r);
+    int width = 0;
+    for (int i = 0; i < r->frequency.inputs; i++)
+        for (int o = 0; o < r->frequency.outputs; o++) {
+            int length = snprintf(NULL, 0, "%s / %s", kmp_response_output(r, o), kmp_response_input(r, i));
+            width = length > width ? length : width;
+        }
     kmp_print_title(text, r->channels.system->model, kmp_status_word(r->channels.status));
     kmp_text_printf(text, "%d frequencies from %.6g to %.6g Hz, about %s%s\n", f->count, f->at[0], f->at[f->count - 1],
                     r->channels.at->equilibrium ? (r->channels.goes_on ? "the steady motion" : "the equilibrium")
@@ -128,40 +122,6 @@ static void show(kmp_text *text, const void *result)
 
 /* -- JSON -------------------------------------------------------------------------------------------- */
 
-static void json_channels(kmp_json *j, const kempe_response *r)
-{
-    kmp_json_array(j, "inputs");
-    for (int i = 0; i < r->frequency.inputs; i++) {
-        kmp_json_put(j, "{ name %s unit %s }", kmp_response_input(r, i), kmp_response_input_unit(r, i));
-    }
-    kmp_json_put(j, "] outputs [");
-    for (int o = 0; o < r->frequency.outputs; o++) {
-        kmp_json_put(j, "{ name %s unit %s }", kmp_response_output(r, o), r->channels.outputs.unit[o]);
-    }
-    kmp_json_end(j);
-}
-
-static void json_poles(kmp_json *j, const kempe_response *r)
-{
-    const kmp_frequency *f = &r->frequency;
-    kmp_json_array(j, "eigenvalues");
-    for (int k = 0; f->has_spectrum && k < f->poles.count; k++)
-        kmp_json_numbers(j, NULL, 2, (double[]){f->poles.re[k], f->poles.im[k]});
-    kmp_json_end(j);
-}
-
-static void json_peaks(kmp_json *j, const kempe_response *r)
-{
-    kmp_json_array(j, "peaks");
-    for (int k = 0; k < r->frequency.peak_count; k++) {
-        const kmp_peak *p = &r->frequency.peak[k];
-        kmp_json_put(j, "{ input %s output %s frequency %g amplitude %g phase_deg %g gain %g }",
-                     kmp_response_input(r, p->input), kmp_response_output(r, p->output), p->frequency, p->amplitude,
-                     p->phase * (360 / two_pi), p->gain);
-    }
-    kmp_json_end(j);
-}
-
 /* Amplitude and phase of one pair over all frequencies; null on poles. */
 static void json_pair(kmp_json *j, const kempe_response *r, int input, int output, double *amplitude, double *phase)
 {
@@ -188,11 +148,30 @@ static void json(kmp_text *text, const void *result)
     kmp_print_names(&j, "u", c->system, kmp_name_of_coordinate, c->linear.p, c->linear.part.u);
     kmp_print_entries(&j, "q", c->system, KMP_QUANTITY_Q, c->at->q);
     kmp_print_held_json(&j, r->channels.system, r->channels.at->qd);
-    json_channels(&j, r);
+    kmp_json_array(&j, "inputs");
+    for (int i = 0; i < r->frequency.inputs; i++) {
+        kmp_json_put(&j, "{ name %s unit %s }", kmp_response_input(r, i), kmp_response_input_unit(r, i));
+    }
+    kmp_json_put(&j, "] outputs [");
+    for (int o = 0; o < r->frequency.outputs; o++) {
+        kmp_json_put(&j, "{ name %s unit %s }", kmp_response_output(r, o), r->channels.outputs.unit[o]);
+    }
+    kmp_json_end(&j);
     if (r->frequency.phi)
         kmp_json_put(&j, "sample_time %g", r->frequency.period);
-    json_poles(&j, r);
-    json_peaks(&j, r);
+    const kmp_frequency *f = &r->frequency;
+    kmp_json_array(&j, "eigenvalues");
+    for (int k = 0; f->has_spectrum && k < f->poles.count; k++)
+        kmp_json_numbers(&j, NULL, 2, (double[]){f->poles.re[k], f->poles.im[k]});
+    kmp_json_end(&j);
+    kmp_json_array(&j, "peaks");
+    for (int k = 0; k < r->frequency.peak_count; k++) {
+        const kmp_peak *p = &r->frequency.peak[k];
+        kmp_json_put(&j, "{ input %s output %s frequency %g amplitude %g phase_deg %g gain %g }",
+                     kmp_response_input(r, p->input), kmp_response_output(r, p->output), p->frequency, p->amplitude,
+                     p->phase * (360 / two_pi), p->gain);
+    }
+    kmp_json_end(&j);
     kmp_json_put(&j, "rounding { difference %g limit %g frequency %g result %s }", r->frequency.worst,
                  KMP_RESPONSE_HOLDS, r->frequency.worst_at,
                  r->frequency.worst > KMP_RESPONSE_HOLDS ? "not converged" : "converged");

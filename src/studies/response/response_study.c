@@ -132,24 +132,6 @@ static kempe_status check_state(const kmp_channels *c)
                     c->system->model->name, c->residual);
 }
 
-/* Rejects varying dimensions: their rates would act, which equations of rigid parts do not contain. */
-static kempe_status check_inputs(const kmp_channels *c)
-{
-    for (int k = 0; k < c->inputs.count; k++)
-        if (kmp_transfer_moves_closures(&c->transfer, k))
-            return kmp_fail(c->system->context, KEMPE_E_ARGUMENT,
-                            "inputs: parameter '%s' moves closures, and its rates are undefined; use a drive in the "
-                            "model and the input drive(NAME)",
-                            c->inputs.input[k].name);
-    for (int k = 0; kmp_samples_in(c->system->model) && k < c->transfer.columns; k++)
-        if (c->transfer.load[k].order > 0)
-            return kmp_fail(c->system->context, KEMPE_E_ARGUMENT,
-                            "inputs: '%s' moves closures, and an input that is held between samples has no rates; use "
-                            "a force, an effort or a parameter",
-                            c->inputs.input[c->transfer.load[k].input].name);
-    return KEMPE_OK;
-}
-
 static kempe_status make(kempe_response *r, const kempe_system *system, const kempe_response_options *options)
 {
     const kmp_channels_options requested = {options->at, options->inputs, options->outputs, options->independent,
@@ -164,7 +146,20 @@ static kempe_status make(kempe_response *r, const kempe_system *system, const ke
         KMP_TRY(kmp_refuse_delays(system->model, "frequency responses of models with samples", KMP_INSTEAD_OF_DELAY));
     KMP_TRY(kmp_channels_init(&r->channels, system, &requested));
     KMP_TRY(check_state(&r->channels));
-    KMP_TRY(check_inputs(&r->channels));
+    /* Rejects varying dimensions: their rates would act, which equations of rigid parts do not contain. */
+    const kmp_channels *c = &r->channels;
+    for (int k = 0; k < c->inputs.count; k++)
+        if (kmp_transfer_moves_closures(&c->transfer, k))
+            return kmp_fail(c->system->context, KEMPE_E_ARGUMENT,
+                            "inputs: parameter '%s' moves closures, and its rates are undefined; use a drive in the "
+                            "model and the input drive(NAME)",
+                            c->inputs.input[k].name);
+    for (int k = 0; kmp_samples_in(c->system->model) && k < c->transfer.columns; k++)
+        if (c->transfer.load[k].order > 0)
+            return kmp_fail(c->system->context, KEMPE_E_ARGUMENT,
+                            "inputs: '%s' moves closures, and an input that is held between samples has no rates; use "
+                            "a force, an effort or a parameter",
+                            c->inputs.input[c->transfer.load[k].input].name);
     KMP_TRY(read_range(&r->channels, options, &range));
     KMP_TRY(kmp_frequency_init(&r->frequency, &r->channels.transfer, samples, range.count));
     KMP_TRY(check_samples(r, options, &range));

@@ -85,37 +85,32 @@ static void draw_name(kmp_text *text, const kempe_response *r, int pair, double 
 
 /* -- the picture ------------------------------------------------------------------------------------- */
 
-/* The ranges of the axes; amplitudes not more than ten decades below the highest. */
-static void measure(const kempe_response *r, kmp_plot *amplitude, kmp_plot *phase)
-{
-    const kmp_frequency *f = &r->frequency;
-    kmp_axis *a = &amplitude->axis[1];
-    a->logarithmic = true;
-    amplitude->axis[0].logarithmic = !r->linear;
-    for (int k = 0; k < f->count; k++)
-        for (int pair = 0; pair < f->inputs * f->outputs; pair++)
-            kmp_plot_reach(amplitude, f->at[k],
-                           kmp_response_shown(r, pair % f->outputs).factor * kmp_response_at(r, k, pair).amplitude);
-    for (int k = 0; k < f->peak_count; k++)
-        kmp_plot_reach(amplitude, f->peak[k].frequency,
-                       kmp_response_shown(r, f->peak[k].output).factor * f->peak[k].amplitude);
-    a->low = fmax(a->low, a->high * 1e-10);
-    amplitude->axis[0] =
-        (kmp_axis){.name = "", .low = f->at[0], .high = f->at[f->count - 1], .logarithmic = !r->linear, .exact = true};
-    a->name = kmp_shown_as(r->channels.system->context, "rad").factor == 1 ? "amplitude, SI units"
-                                                                           : "amplitude, degrees and SI units";
-    phase->axis[0] = amplitude->axis[0];
-    phase->axis[0].name = "frequency, Hz";
-    phase->axis[1] = (kmp_axis){.name = "phase, degrees", .low = -180, .high = 180, .exact = true, .tick = 90};
-}
-
 static void draw(kmp_text *text, const kempe_response *r, spot *room)
 {
     int all = r->frequency.inputs * r->frequency.outputs, drawn = all < MOST_CURVES ? all : MOST_CURVES, line = 0;
     double below = AMPLITUDE + PHASE + LINE;
     kmp_plot amplitude = kmp_plot_inside(text, 0, 0, WIDTH, AMPLITUDE);
     kmp_plot phase = kmp_plot_inside(text, 0, AMPLITUDE - LINE, WIDTH, PHASE);
-    measure(r, &amplitude, &phase);
+    /* The ranges of the axes; amplitudes not more than ten decades below the highest. */
+    const kmp_frequency *f = &r->frequency;
+    kmp_axis *a = &amplitude.axis[1];
+    a->logarithmic = true;
+    amplitude.axis[0].logarithmic = !r->linear;
+    for (int k = 0; k < f->count; k++)
+        for (int pair = 0; pair < f->inputs * f->outputs; pair++)
+            kmp_plot_reach(&amplitude, f->at[k],
+                           kmp_response_shown(r, pair % f->outputs).factor * kmp_response_at(r, k, pair).amplitude);
+    for (int k = 0; k < f->peak_count; k++)
+        kmp_plot_reach(&amplitude, f->peak[k].frequency,
+                       kmp_response_shown(r, f->peak[k].output).factor * f->peak[k].amplitude);
+    a->low = fmax(a->low, a->high * 1e-10);
+    amplitude.axis[0] =
+        (kmp_axis){.name = "", .low = f->at[0], .high = f->at[f->count - 1], .logarithmic = !r->linear, .exact = true};
+    a->name = kmp_shown_as(r->channels.system->context, "rad").factor == 1 ? "amplitude, SI units"
+                                                                           : "amplitude, degrees and SI units";
+    phase.axis[0] = amplitude.axis[0];
+    phase.axis[0].name = "frequency, Hz";
+    phase.axis[1] = (kmp_axis){.name = "phase, degrees", .low = -180, .high = 180, .exact = true, .tick = 90};
     kmp_picture_begin(text, WIDTH, below + LINE * (drawn + (all > drawn)), "");
     kmp_plot_begin(&amplitude, "%s", r->channels.system->model->name);
     draw_curves(&amplitude, r, drawn, false, room);

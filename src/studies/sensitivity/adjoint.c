@@ -362,24 +362,6 @@ static kmp_instant before_pass(const adjoint *a, int k)
     return kmp_instant_of(l->eval, l->t, l->q, a->rates + (ptrdiff_t)k * a->n, l->qdd, l->lambda);
 }
 
-/* The rates before each pass of a reset. */
-static void follow_reset(adjoint *a, const kmp_varied_reset *reset)
-{
-    kmp_varied *v = a->v;
-    const kempe_model *model = v->system->model;
-    const int first = kmp_model_coordinates(model), samples = samples_of(a);
-    memcpy(a->rates, v->linear.qd, (size_t)a->n * sizeof *a->rates);
-    for (int k = 0; k + 1 < reset->times; k++) {
-        const kmp_instant at = before_pass(a, k);
-        const double *value = kmp_slopes_values(&v->slopes->samples, &at);
-        double *next = a->rates + (ptrdiff_t)(k + 1) * a->n;
-        memcpy(next, a->rates + (ptrdiff_t)k * a->n, (size_t)a->n * sizeof *next);
-        for (int i = 0; i < samples; i++)
-            if (reset->taken[k * samples + i])
-                next[first + kmp_state_of_sample(model, i)] = value[i];
-    }
-}
-
 /* Converts weights of the states after pass k to weights before it, and adds to that of the time. */
 static void take_back(adjoint *a, const kmp_varied_reset *reset, int k, double *time)
 {
@@ -418,7 +400,20 @@ static kempe_status pass_reset(adjoint *a, const kmp_varied_mark *mark, const in
         after = weight_of_time(a);
     }
     KMP_TRY(stand_before(a, mark));
-    follow_reset(a, reset);
+    /* The rates before each pass of a reset. */
+    kmp_varied *v = a->v;
+    const kempe_model *model = v->system->model;
+    const int first = kmp_model_coordinates(model), samples = samples_of(a);
+    memcpy(a->rates, v->linear.qd, (size_t)a->n * sizeof *a->rates);
+    for (int k = 0; k + 1 < reset->times; k++) {
+        const kmp_instant at = before_pass(a, k);
+        const double *value = kmp_slopes_values(&v->slopes->samples, &at);
+        double *next = a->rates + (ptrdiff_t)(k + 1) * a->n;
+        memcpy(next, a->rates + (ptrdiff_t)k * a->n, (size_t)a->n * sizeof *next);
+        for (int i = 0; i < samples; i++)
+            if (reset->taken[k * samples + i])
+                next[first + kmp_state_of_sample(model, i)] = value[i];
+    }
     for (int k = reset->times - 1; k >= 0; k--)
         take_back(a, reset, k, &time);
     if (reset->cause >= 0)

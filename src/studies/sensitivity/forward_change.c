@@ -382,17 +382,6 @@ static void take_all_next(kmp_forward_formulation *f, double t)
     f->resets = 0;
 }
 
-/* Adds the rates of the last state times dt_e/dp to the place. */
-static void go_along(kmp_forward_formulation *f)
-{
-    const kmp_linear *l = &f->v->linear;
-    for (int k = 0; k < f->count; k++)
-        for (int i = 0; i < f->n && f->swing[k] != 0; i++) {
-            f->dq[k * f->n + i] += l->qd[i] * f->swing[k];
-            f->dqd[k * f->n + i] += l->qdd[i] * f->swing[k];
-        }
-}
-
 /* Takes the rates of the last state times dt_e/dp from the unknowns. */
 static void come_back(kmp_forward_formulation *f, double integrand, double *y)
 {
@@ -450,7 +439,13 @@ static int pass_resets(kmp_forward_formulation *f, double t, const double *jump,
     double integrand = integrand_here(f);
     const int times = f->resets;
     kmp_forward_keep_old(f);
-    go_along(f);
+    /* Adds the rates of the last state times dt_e/dp to the place. */
+    const kmp_linear *l = &f->v->linear;
+    for (int k = 0; k < f->count; k++)
+        for (int i = 0; i < f->n && f->swing[k] != 0; i++) {
+            f->dq[k * f->n + i] += l->qd[i] * f->swing[k];
+            f->dqd[k * f->n + i] += l->qdd[i] * f->swing[k];
+        }
     kmp_forward_delays_pass(f, t, qd);
     take_all_next(f, t);
     kmp_forward_delays_note(f, t, f->swing);

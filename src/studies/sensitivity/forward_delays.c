@@ -177,9 +177,20 @@ static double tolerance(void *user, int signal, double size)
     return KMP_PAST_PART * (f->options->spec->rtol * size + least) + KMP_PAST_ROUNDING * size;
 }
 
-/* Forgets what no later step needs. */
-static void forget(kmp_forward_delays *x)
+bool kmp_forward_delays_record(kmp_forward_formulation *f, kmp_runner *runner, double to)
 {
+    kmp_forward_delays *x = f->delays;
+    if (!x || !(to > x->past->known))
+        return true;
+    const kmp_past_source source = {x->past, 0, x->past->count - 1, x->room, f, sample, tolerance};
+    x->runner = runner;
+    x->begins = true;
+    int fast;
+    if (kmp_past_record(&source, x->past->known, to, &fast) != KEMPE_OK)
+        return false;
+    memcpy(x->last, x->value, (size_t)x->count * sizeof *x->last);
+    x->past->known = to;
+    /* Forgets what no later step needs. */
     signal_jump **jump = &x->jump;
     double longest = 0;
     for (int k = 0; k < x->count; k++)
@@ -200,22 +211,6 @@ static void forget(kmp_forward_delays *x)
         *jump = gone->before;
         kmp_free(gone);
     }
-}
-
-bool kmp_forward_delays_record(kmp_forward_formulation *f, kmp_runner *runner, double to)
-{
-    kmp_forward_delays *x = f->delays;
-    if (!x || !(to > x->past->known))
-        return true;
-    const kmp_past_source source = {x->past, 0, x->past->count - 1, x->room, f, sample, tolerance};
-    x->runner = runner;
-    x->begins = true;
-    int fast;
-    if (kmp_past_record(&source, x->past->known, to, &fast) != KEMPE_OK)
-        return false;
-    memcpy(x->last, x->value, (size_t)x->count * sizeof *x->last);
-    x->past->known = to;
-    forget(x);
     return true;
 }
 

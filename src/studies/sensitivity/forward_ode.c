@@ -143,21 +143,6 @@ void kmp_forward_pack(kmp_forward_formulation *f, double *y)
     }
 }
 
-static void set_weights(kmp_forward_formulation *f)
-{
-    int half = kmp_forward_blocks(f), w = f->width;
-    double *atol = f->formulation.atol;
-    for (int b = 0; b <= f->count; b++)
-        for (int i = 0; i < w; i++) {
-            int k = kmp_forward_unknowns(f)[i];
-            double of = f->start.atol * f->system->scale[k] / (b ? f->sizes[b - 1] : 1);
-            kmp_formulation_tolerances(f->system, k, of, f->start.rate_scale, &atol[b * w + i],
-                                       &atol[half + b * w + i]);
-        }
-    for (int b = 0; b < f->integrals; b++)
-        atol[2 * half + b] = f->start.atol * f->options->spec->t_end / (b ? f->sizes[b - 1] : 1);
-}
-
 void kmp_forward_settle(kmp_forward_formulation *f)
 {
     kmp_linear *l = &f->v->linear;
@@ -175,7 +160,17 @@ void kmp_forward_settle(kmp_forward_formulation *f)
 int kmp_forward_take_up(kmp_forward_formulation *f, double t, double *y)
 {
     kmp_forward_pack(f, y);
-    set_weights(f);
+    int half = kmp_forward_blocks(f), w = f->width;
+    double *atol = f->formulation.atol;
+    for (int b = 0; b <= f->count; b++)
+        for (int i = 0; i < w; i++) {
+            int k = kmp_forward_unknowns(f)[i];
+            double of = f->start.atol * f->system->scale[k] / (b ? f->sizes[b - 1] : 1);
+            kmp_formulation_tolerances(f->system, k, of, f->start.rate_scale, &atol[b * w + i],
+                                       &atol[half + b * w + i]);
+        }
+    for (int b = 0; b < f->integrals; b++)
+        atol[2 * half + b] = f->start.atol * f->options->spec->t_end / (b ? f->sizes[b - 1] : 1);
     if (kmp_forward_stand_at(f, t, y, false) != KMP_GO)
         return KMP_HALT;
     kmp_forward_settle(f);

@@ -148,30 +148,6 @@ static double lead(kempe_gradient *g)
     return parts.done;
 }
 
-/* Restores the earlier state itself, without a path. */
-static void go_back(kempe_gradient *g, const double *q)
-{
-    memcpy(g->value, g->from, (size_t)(g->driven + g->count) * sizeof *g->value);
-    memcpy(g->q, q, (size_t)g->n * sizeof *g->q);
-    (void)set_parameters(g, g->value + g->driven);
-    if (close_loops(g, g->q))
-        find_slopes(g);
-}
-
-static kempe_status report_end(kempe_gradient *g, double done)
-{
-    kmp_text sentence = {0};
-    kmp_text_printf(&sentence,
-                    "the loops can be closed for only %.4g %% of the change to the requested coordinates:", 100 * done);
-    for (int k = 0; k < g->driven; k++)
-        kmp_text_printf(&sentence, "%s %s from %.6g to %.6g ends at %.6g", k ? "," : "",
-                        g->system->model->motions[g->linear.part.u[k]].name, g->from[k], g->to[k], g->value[k]);
-    kmp_text_put(&sentence, g->count ? ", parameters likewise; there the driven coordinates no longer determine the "
-                                       "others: use other lengths, or drive another coordinate"
-                                     : "; there the driven coordinates no longer determine the others");
-    return kmp_fail_text(g->context, KEMPE_E_FAILED, &sentence);
-}
-
 /* -- values ------------------------------------------------------------------------------------------ */
 
 /* A column of a table that has `columns` a row. */
@@ -275,8 +251,22 @@ kempe_status kempe_gradient_at(kempe_gradient *gradient, const double *driven, c
     double done = lead(g);
     if (done == 1)
         return evaluate(g);
-    kempe_status status = report_end(g, done);
-    go_back(g, q);
+    kmp_text sentence = {0};
+    kmp_text_printf(&sentence,
+                    "the loops can be closed for only %.4g %% of the change to the requested coordinates:", 100 * done);
+    for (int k = 0; k < g->driven; k++)
+        kmp_text_printf(&sentence, "%s %s from %.6g to %.6g ends at %.6g", k ? "," : "",
+                        g->system->model->motions[g->linear.part.u[k]].name, g->from[k], g->to[k], g->value[k]);
+    kmp_text_put(&sentence, g->count ? ", parameters likewise; there the driven coordinates no longer determine the "
+                                       "others: use other lengths, or drive another coordinate"
+                                     : "; there the driven coordinates no longer determine the others");
+    kempe_status status = kmp_fail_text(g->context, KEMPE_E_FAILED, &sentence);
+    /* Restores the earlier state itself, without a path. */
+    memcpy(g->value, g->from, (size_t)(g->driven + g->count) * sizeof *g->value);
+    memcpy(g->q, q, (size_t)g->n * sizeof *g->q);
+    (void)set_parameters(g, g->value + g->driven);
+    if (close_loops(g, g->q))
+        find_slopes(g);
     return status;
 }
 

@@ -86,17 +86,6 @@ static bool write_note(work *w)
     return !note.failed && !w->s->arena.failed;
 }
 
-static kempe_status report(work *w)
-{
-    const kmp_spectrum *sp = w->spectrum;
-    w->chosen = KMP_ARENA_NEW(&w->s->arena, int, sp->count);
-    for (int i = sp->zeros; w->chosen && i < sp->count; i++)
-        if (sp->im[i] >= 0)
-            w->chosen[w->count++] = i;
-    bool ok = w->chosen && add_columns(w) && add_row(w) && write_note(w);
-    return ok ? KEMPE_OK : kmp_fail_memory(w->s->context);
-}
-
 /* Derivatives of the modes at the state x; the caller frees the intermediate results. */
 static kempe_status find_modes(kmp_sensitivity_state *x, kempe_sensitivity *s, kmp_second_derivatives *second,
                                kmp_spectrum *spectrum, kmp_mode_slopes *slopes)
@@ -106,7 +95,14 @@ static kempe_status find_modes(kmp_sensitivity_state *x, kempe_sensitivity *s, k
                                         (const char *const *)s->name));
     KMP_TRY(kmp_linear_spectrum(&x->varied.linear, spectrum));
     KMP_TRY(kmp_mode_slopes_init(slopes, &x->varied.linear, second, &x->sensitivity_of_state, spectrum));
-    return report(&(work){.s = s, .spectrum = spectrum, .slopes = slopes});
+    work *w = &(work){.s = s, .spectrum = spectrum, .slopes = slopes};
+    const kmp_spectrum *sp = w->spectrum;
+    w->chosen = KMP_ARENA_NEW(&w->s->arena, int, sp->count);
+    for (int i = sp->zeros; w->chosen && i < sp->count; i++)
+        if (sp->im[i] >= 0)
+            w->chosen[w->count++] = i;
+    bool ok = w->chosen && add_columns(w) && add_row(w) && write_note(w);
+    return ok ? KEMPE_OK : kmp_fail_memory(w->s->context);
 }
 
 static kempe_status find(kempe_sensitivity *s)

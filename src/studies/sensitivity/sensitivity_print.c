@@ -90,14 +90,6 @@ static void put_text(kmp_text *text, const void *result)
 
 /* -- JSON -------------------------------------------------------------------------------------------- */
 
-static void put_parameters(kmp_json *json, const kempe_sensitivity *s)
-{
-    kmp_json_object(json, "parameters");
-    for (int k = 0; k < s->count; k++)
-        kmp_json_number(json, s->name[k], s->parameter[k]);
-    kmp_json_end(json);
-}
-
 static void put_row(kmp_json *json, const kempe_sensitivity *s, int row)
 {
     kmp_json_object(json, "end");
@@ -116,26 +108,25 @@ static void put_row(kmp_json *json, const kempe_sensitivity *s, int row)
     kmp_json_put(json, "} }");
 }
 
-static void put_work(kmp_json *json, const kempe_sensitivity *s)
-{
-    kmp_json_put(json, "method %s integrator %s t_end %g rtol %g atol %g", s->method, s->integrator, s->t_end, s->rtol,
-                 s->atol);
-    kmp_convergence_json(json, &s->again, s->again_name);
-    kmp_json_put(json, "work { steps %ld rejected %ld refused %ld rhs %ld exchanges %ld backwards %g kept_bytes %g }",
-                 s->work.steps, s->work.rejected, s->work.refused, s->work.rhs, s->work.exchanges, s->backwards,
-                 s->kept);
-}
-
 static void put_json(kmp_text *text, const void *result)
 {
     const kempe_sensitivity *s = result;
     kmp_json json = kmp_json_begin(text);
     kmp_print_head(&json, s->system, kmp_checked_word(s->status, !s->unchecked), s->reason, s->build_s, s->warnings);
     kmp_json_string(&json, "of", s->kind->name);
-    if (s->t_end > 0)
-        put_work(&json, s);
+    if (s->t_end > 0) {
+        kmp_json_put(&json, "method %s integrator %s t_end %g rtol %g atol %g", s->method, s->integrator, s->t_end,
+                     s->rtol, s->atol);
+        kmp_convergence_json(&json, &s->again, s->again_name);
+        kmp_json_put(
+            &json, "work { steps %ld rejected %ld refused %ld rhs %ld exchanges %ld backwards %g kept_bytes %g }",
+            s->work.steps, s->work.rejected, s->work.refused, s->work.rhs, s->work.exchanges, s->backwards, s->kept);
+    }
     kmp_json_number(&json, "cpu_s", s->cpu_s);
-    put_parameters(&json, s);
+    kmp_json_object(&json, "parameters");
+    for (int k = 0; k < s->count; k++)
+        kmp_json_number(&json, s->name[k], s->parameter[k]);
+    kmp_json_end(&json);
     if (s->note)
         kmp_json_string(&json, "note", s->note);
     kmp_json_whole(&json, "rows", s->rows);

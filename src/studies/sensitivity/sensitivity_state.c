@@ -25,9 +25,15 @@ static kempe_status take_start(kmp_sensitivity_state *x)
     return kmp_state_sensitivity_at(&x->sensitivity_of_state, l, x->slopes, KMP_KEEP_RATES, x->dq, x->dqd);
 }
 
-/* Rates that are those of the start are constants here: they must not change with a parameter. */
-static kempe_status check_kept(kmp_sensitivity_state *x)
+static kempe_status take_equilibrium(kmp_sensitivity_state *x)
 {
+    kmp_linear *l = &x->varied.linear;
+    KMP_TRY(kmp_operating_new(x->s->system, x->s->options->at, l, &x->at));
+    if (x->at->held)
+        return kmp_fail(x->s->context, KEMPE_E_FAILED,
+                        "the speed of the steady motion is held by a load, whose derivatives are not supported; drive "
+                        "the vehicle in the model (drives:), or vary a parameter by 'modes --sweep'");
+    /* Rates that are those of the start are constants here: they must not change with a parameter. */
     int n = x->s->system->n;
     KMP_TRY(x->at->kept_count > 0 ? kmp_varied_start(&x->varied, x->q, x->qd, x->dq, x->dqd) : KEMPE_OK);
     for (int i = 0; i < x->at->kept_count; i++)
@@ -38,18 +44,6 @@ static kempe_status check_kept(kmp_sensitivity_state *x)
                                 "derivatives of such a rate are not supported; omit the parameter, or vary it by "
                                 "'modes --sweep'",
                                 x->s->system->model->motions[x->at->kept[i]].name, x->s->name[k]);
-    return KEMPE_OK;
-}
-
-static kempe_status take_equilibrium(kmp_sensitivity_state *x)
-{
-    kmp_linear *l = &x->varied.linear;
-    KMP_TRY(kmp_operating_new(x->s->system, x->s->options->at, l, &x->at));
-    if (x->at->held)
-        return kmp_fail(x->s->context, KEMPE_E_FAILED,
-                        "the speed of the steady motion is held by a load, whose derivatives are not supported; drive "
-                        "the vehicle in the model (drives:), or vary a parameter by 'modes --sweep'");
-    KMP_TRY(check_kept(x));
     KMP_TRY(kmp_operating_take(x->at, l, NULL, 0));
     KMP_TRY(kmp_averaged_judge(x->s->averaged, l));
     memcpy(x->q, x->at->q, (size_t)l->n * sizeof *x->q);
@@ -80,23 +74,6 @@ void kmp_sensitivity_state_free(kmp_sensitivity_state *x)
 
 /* -- the row ----------------------------------------------------------------------------------------- */
 
-/* All additional outputs, with their derivatives: shown values per parameter. */
-static void look(kmp_sensitivity_state *x)
-{
-    kmp_instant at = kmp_linear_instant(&x->varied.linear);
-    const kmp_state_sensitivity *sh = &x->sensitivity_of_state;
-    const double *shown = kmp_slopes_values(&x->slopes->outputs, &at);
-    if (x->slopes->shown)
-        memcpy(x->shown, shown, (size_t)x->slopes->shown * sizeof *shown);
-    for (int k = 0; k < x->s->count; k++) {
-        kmp_direction along = {.q = sh->q + k * sh->n,
-                               .qd = sh->qd + k * sh->n,
-                               .qdd = sh->qdd + k * sh->n,
-                               .lambda = sh->lambda + k * sh->m};
-        kmp_slopes_along(x->slopes, &x->slopes->outputs, &along, k, x->by + (size_t)k * (size_t)x->slopes->shown);
-    }
-}
-
 static bool add_row(kmp_sensitivity_state *x)
 {
     const kmp_linear *l = &x->varied.linear;
@@ -118,7 +95,19 @@ static kempe_status find_row(kempe_sensitivity *s)
     if (status == KEMPE_OK && !kmp_sensitivity_choose(s))
         status = kmp_fail_memory(s->context);
     if (status == KEMPE_OK) {
-        look(&x);
+        /* All additional outputs, with their derivatives: shown values per parameter. */
+        kmp_instant at = kmp_linear_instant(&x.varied.linear);
+        const kmp_state_sensitivity *sh = &x.sensitivity_of_state;
+        const double *shown = kmp_slopes_values(&x.slopes->outputs, &at);
+        if (x.slopes->shown)
+            memcpy(x.shown, shown, (size_t)x.slopes->shown * sizeof *shown);
+        for (int k = 0; k < x.s->count; k++) {
+            kmp_direction along = {.q = sh->q + k * sh->n,
+                                   .qd = sh->qd + k * sh->n,
+                                   .qdd = sh->qdd + k * sh->n,
+                                   .lambda = sh->lambda + k * sh->m};
+            kmp_slopes_along(x.slopes, &x.slopes->outputs, &along, k, x.by + (size_t)k * (size_t)x.slopes->shown);
+        }
         status = add_row(&x) ? KEMPE_OK : kmp_fail_memory(s->context);
     }
     kmp_sensitivity_state_free(&x);

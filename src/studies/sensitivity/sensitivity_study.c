@@ -91,29 +91,16 @@ static void take_listed(kempe_sensitivity *s, const char *list)
     }
 }
 
-static kempe_status take_names(kempe_sensitivity *s)
-{
-    if (s->options->parameters)
-        take_listed(s, s->options->parameters);
-    else
-        take_all(s);
-    KMP_TRY(kmp_made(s->context, !s->arena.failed));
-    if (s->count == 0)
-        return kmp_fail(s->context, KEMPE_E_ARGUMENT,
-                        "there is no parameter to differentiate with respect to: define some in the model "
-                        "(parameters:), or name start values as q.NAME and qd.NAME");
-    return KEMPE_OK;
-}
-
 static double value_of(const kempe_model *m, const char *name)
 {
     int k = kmp_parameter_find(m, name);
     return k < 0 ? 0 : m->parameters[k].number.value;
 }
 
-/* The requested outputs, or the usual ones of the kind. */
-static kempe_status take_outputs(kempe_sensitivity *s)
+static kempe_status derive(kempe_sensitivity *s)
 {
+    KMP_TRY(kmp_variant_new(s->model, s->count, (const char *const *)s->name, &s->variant));
+    /* The requested outputs, or the usual ones of the kind. */
     kmp_text words = {0};
     if (s->options->outputs)
         kmp_text_put(&words, s->options->outputs);
@@ -123,13 +110,7 @@ static kempe_status take_outputs(kempe_sensitivity *s)
     if (status == KEMPE_OK && words.s)
         status = kmp_requested_outputs(kmp_variant_model(s->variant), words.s, &s->parts);
     kmp_text_free(&words);
-    return status;
-}
-
-static kempe_status derive(kempe_sensitivity *s)
-{
-    KMP_TRY(kmp_variant_new(s->model, s->count, (const char *const *)s->name, &s->variant));
-    KMP_TRY(take_outputs(s));
+    KMP_TRY(status);
     KMP_TRY(kmp_system_of_variant(s->variant, &s->system));
     KMP_TRY(kmp_made(s->context, KMP_ARENA_EACH(&s->arena, double, s->count, &s->parameter, &s->size)));
     for (int k = 0; k < s->count; k++) {
@@ -163,7 +144,15 @@ static kempe_status prepare(kempe_sensitivity *s)
     KMP_TRY(find_kind(s));
     KMP_TRY(take_samples(s));
     KMP_TRY(check_method(s));
-    KMP_TRY(take_names(s));
+    if (s->options->parameters)
+        take_listed(s, s->options->parameters);
+    else
+        take_all(s);
+    KMP_TRY(kmp_made(s->context, !s->arena.failed));
+    if (s->count == 0)
+        return kmp_fail(s->context, KEMPE_E_ARGUMENT,
+                        "there is no parameter to differentiate with respect to: define some in the model "
+                        "(parameters:), or name start values as q.NAME and qd.NAME");
     return derive(s);
 }
 

@@ -66,18 +66,6 @@ static kempe_status choose_integrator(work *w, kempe_run_options *run)
     return kmp_fail_text(s->context, KEMPE_E_ARGUMENT, &sentence);
 }
 
-static kempe_status choose_run(work *w)
-{
-    kempe_run_options run = *w->s->run;
-    double every;
-    run.formulation = "reduced";
-    run.form = "newton";
-    KMP_TRY(choose_integrator(w, &run));
-    KMP_TRY(kmp_spec_of(w->s->system, &run, &w->arena, &w->spec));
-    KMP_TRY(kmp_times_spacing(w->s->system, run.output_step, w->spec.t_end, &every));
-    return kmp_times_init(&w->times, every, w->spec.t_end, NULL) ? KEMPE_OK : kmp_fail_memory(w->s->context);
-}
-
 static const kmp_column *source_of(const work *w, int column)
 {
     return &w->s->outputs.of[w->s->chosen[column]];
@@ -106,7 +94,14 @@ static bool make_room(work *w)
 static kempe_status prepare(work *w)
 {
     kempe_sensitivity *s = w->s;
-    KMP_TRY(choose_run(w));
+    kempe_run_options run = *w->s->run;
+    double every;
+    run.formulation = "reduced";
+    run.form = "newton";
+    KMP_TRY(choose_integrator(w, &run));
+    KMP_TRY(kmp_spec_of(w->s->system, &run, &w->arena, &w->spec));
+    KMP_TRY(kmp_times_spacing(w->s->system, run.output_step, w->spec.t_end, &every));
+    KMP_TRY(kmp_times_init(&w->times, every, w->spec.t_end, NULL) ? KEMPE_OK : kmp_fail_memory(w->s->context));
     KMP_TRY(kmp_made(s->context, kmp_sensitivity_choose(s)));
     s->integrator = kmp_solver_find(w->spec.integrator)->name;
     s->rtol = w->spec.rtol;
@@ -173,18 +168,6 @@ static kempe_status find_rows(work *w, int count, const double *t)
 
 /* -- one row ----------------------------------------------------------------------------------------- */
 
-/* The weights of column c alone. */
-static kmp_forward_target target_of(work *w, int c)
-{
-    const kmp_column *of = source_of(w, c);
-    const int size[] = {w->varied.n, w->varied.n, w->varied.n, w->varied.m, w->slopes->shown};
-    const double *part[KMP_QUANTITIES + 1] = {NULL};
-    memset(w->w[of->quantity], 0, (size_t)size[of->quantity] * sizeof(double));
-    w->w[of->quantity][of->index] = 1;
-    part[of->quantity] = w->w[of->quantity];
-    return (kmp_forward_target){part[0], part[1], part[2], part[3], part[4]};
-}
-
 static kempe_status find_adjoint(work *w, const kmp_forward_target *target, double *value)
 {
     kempe_sensitivity *s = w->s;
@@ -228,7 +211,14 @@ static kempe_status find_scalars(work *w)
     kempe_status status = KEMPE_OK;
     double *slopes = w->other + s->columns;
     for (int c = 0; status == KEMPE_OK && c < s->columns; c++) {
-        kmp_forward_target target = target_of(w, c);
+        /* The weights of column c alone. */
+        const kmp_column *of = source_of(w, c);
+        const int size[] = {w->varied.n, w->varied.n, w->varied.n, w->varied.m, w->slopes->shown};
+        const double *part[KMP_QUANTITIES + 1] = {NULL};
+        memset(w->w[of->quantity], 0, (size_t)size[of->quantity] * sizeof(double));
+        w->w[of->quantity][of->index] = 1;
+        part[of->quantity] = w->w[of->quantity];
+        kmp_forward_target target = (kmp_forward_target){part[0], part[1], part[2], part[3], part[4]};
         status = w->adjoint ? find_adjoint(w, &target, &w->other[c]) : find_integral(w, &target, &w->other[c]);
         memcpy(slopes + c * s->count, w->gradient, (size_t)s->count * sizeof *slopes);
         if (c + 1 < s->columns && status == KEMPE_OK)

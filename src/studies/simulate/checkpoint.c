@@ -44,21 +44,6 @@ kempe_status kmp_checkpoint_head(const kempe_system *system, kmp_text *text)
     return KEMPE_OK;
 }
 
-static void print_row(const kempe_system *system, const kmp_samples *samples, int row, kmp_text *text)
-{
-    kmp_text_number(text, kmp_samples_time(samples, row));
-    kmp_text_put(text, ",");
-    kmp_text_number(text, kmp_samples_work(samples, row));
-    for (kmp_quantity k = KMP_QUANTITY_Q; k < KMP_QUANTITIES; k++) {
-        const double *value = kmp_samples_get(samples, k, row);
-        for (int i = 0; i < width_of(system, k); i++) {
-            kmp_text_put(text, ",");
-            kmp_text_number(text, value[i]);
-        }
-    }
-    kmp_text_put(text, "\n");
-}
-
 /* Each delayed signal: its delay and the number of its polynomials; then these: from, to, the order of the derivative
  * that jumps at its beginning, coefficients. Those that ended before the delay before t are not needed. */
 static void print_past(const kmp_past_signal *signal, double t, kmp_text *text)
@@ -90,7 +75,17 @@ kempe_status kmp_checkpoint_write(const kempe_system *system, const kmp_samples 
         double at = kmp_samples_time(samples, row);
         if (past && at > past->known && !kmp_same_time(at, past->known))
             break;
-        print_row(system, samples, row, &text);
+        kmp_text_number(&text, kmp_samples_time(samples, row));
+        kmp_text_put(&text, ",");
+        kmp_text_number(&text, kmp_samples_work(samples, row));
+        for (kmp_quantity k = KMP_QUANTITY_Q; k < KMP_QUANTITIES; k++) {
+            const double *value = kmp_samples_get(samples, k, row);
+            for (int i = 0; i < width_of(system, k); i++) {
+                kmp_text_put(&text, ",");
+                kmp_text_number(&text, value[i]);
+            }
+        }
+        kmp_text_put(&text, "\n");
         t = at;
     }
     for (int k = 0; past && k < past->count; k++)

@@ -14,25 +14,6 @@ double kmp_contact_time_depth(const kempe_trajectory *t, int k)
     return kmp_compliant_depth(model, &model->forces[contact->force], contact->most);
 }
 
-/* The driven rotation with the largest angle between the first and the last row. */
-static void find_turns(const kempe_trajectory *t, kmp_contact_times *times)
-{
-    const kempe_model *model = t->system->model;
-    const kmp_samples *rows = &t->table;
-    for (int k = 0; rows->rows > 1 && k < model->closure_count; k++) {
-        const kmp_closure *closure = &model->closures[k];
-        if (!kmp_closure_is_drive(closure) || !model->motions[closure->motion].rotation)
-            continue;
-        double turns = fabs(kmp_samples_get(rows, KMP_QUANTITY_Q, rows->rows - 1)[closure->motion] -
-                            kmp_samples_get(rows, KMP_QUANTITY_Q, 0)[closure->motion]) /
-                       TURN;
-        if (turns >= 1 && turns > times->turns) {
-            times->turns = turns;
-            times->turning = model->motions[closure->motion].name;
-        }
-    }
-}
-
 kempe_status kmp_contact_times_find(const kempe_trajectory *t, int force, kmp_contact_times *times)
 {
     const kmp_run_log *log = &t->log;
@@ -53,7 +34,21 @@ kempe_status kmp_contact_times_find(const kempe_trajectory *t, int force, kmp_co
     for (int k = 0; k < KMP_DEPTHS; k++)
         times->depth[k] = kmp_ordered_quantile(times->ended, depth, 0.25 * k);
     times->touching = touching > 0 ? touching / (t->report.t - t->spec.t_start) : 0;
-    find_turns(t, times);
+    /* The driven rotation with the largest angle between the first and the last row. */
+    const kempe_model *model = t->system->model;
+    const kmp_samples *rows = &t->table;
+    for (int k = 0; rows->rows > 1 && k < model->closure_count; k++) {
+        const kmp_closure *closure = &model->closures[k];
+        if (!kmp_closure_is_drive(closure) || !model->motions[closure->motion].rotation)
+            continue;
+        double turns = fabs(kmp_samples_get(rows, KMP_QUANTITY_Q, rows->rows - 1)[closure->motion] -
+                            kmp_samples_get(rows, KMP_QUANTITY_Q, 0)[closure->motion]) /
+                       TURN;
+        if (turns >= 1 && turns > times->turns) {
+            times->turns = turns;
+            times->turning = model->motions[closure->motion].name;
+        }
+    }
     kmp_free(depth);
     return KEMPE_OK;
 }

@@ -22,15 +22,11 @@ static bool is_listed(const listing *l, const kmp_output *output)
     return false;
 }
 
-static int width_of(const kempe_model *model, const kmp_output *output)
-{
-    int width = kmp_output_width(model, output);
-    return width > 0 ? width : output->index < 0 ? model->motion_count : 1;
-}
-
 static void add(listing *l, kmp_output output, bool wanted)
 {
-    int columns = width_of(l->model, &output);
+    const kempe_model *model = l->model;
+    int width = kmp_output_width(model, &output);
+    int columns = width > 0 ? width : output.index < 0 ? model->motion_count : 1;
     if (is_listed(l, &output))
         return;
     if (!wanted && l->columns + columns > l->most) {
@@ -137,33 +133,6 @@ static kmp_ref *values_of(const kmp_observed *o, const kmp_equations *eq)
     return value;
 }
 
-static kempe_status make_program(kmp_observed *o, const kmp_equations *eq, const kmp_observed_stages *more)
-{
-    int count = o->columns.count - 1, counts[1 + KMP_OBSERVED_ADDED] = {count};
-    const unsigned late = 1u << KMP_IN_QDD | 1u << KMP_IN_LAMBDA;
-    const kmp_ref *value = values_of(o, eq), *groups[1 + KMP_OBSERVED_ADDED] = {value};
-    for (int i = 0; value && i < count; i++)
-        o->late = o->late || kmp_graph_node(eq->graph, kmp_id(value[i]))->depends & late;
-    if (value && more)
-        more->make(more->user, eq, count, value, counts + 1, groups + 1);
-    if (!kmp_graph_failed(eq->graph))
-        o->program = kmp_program_new(eq->graph, more ? 1 + KMP_OBSERVED_ADDED : 1, counts, groups);
-    o->machine = o->program ? kmp_machine_new(o->program, kmp_backend_find(kmp_backend_default())) : NULL;
-    return o->machine ? KEMPE_OK : KEMPE_E_MEMORY;
-}
-
-/* Rows h are derived too: their multipliers may be part of outputs. */
-static kempe_status derive(kmp_observed *o, const kmp_observed_stages *more)
-{
-    const kmp_scene scene = {
-        .sets = KMP_SET_OUTPUT | KMP_SET_CLOSURE | (more ? KMP_SET_JDQD : 0), .plain = true, .keep_modes = true};
-    kmp_equations eq;
-    KMP_TRY(kmp_equations_derive_once(&eq, kmp_variant_model(o->variant), &scene));
-    kempe_status status = make_program(o, &eq, more);
-    kmp_equations_free(&eq);
-    return status;
-}
-
 /* -- observing --------------------------------------------------------------------------------------- */
 
 static kempe_status make(kmp_observed *o, const char *words, int most, const kmp_observed_stages *more)
@@ -174,7 +143,24 @@ static kempe_status make(kmp_observed *o, const char *words, int most, const kmp
     KMP_TRY(words ? kmp_requested_outputs(copy, words, &parts) : list_all(o, most));
     if (!kmp_columns_init(&o->columns, o->system, copy, parts))
         return KEMPE_E_MEMORY;
-    KMP_TRY(derive(o, more));
+    /* Rows h are derived too: their multipliers may be part of outputs. */
+    const kmp_scene scene = {
+        .sets = KMP_SET_OUTPUT | KMP_SET_CLOSURE | (more ? KMP_SET_JDQD : 0), .plain = true, .keep_modes = true};
+    kmp_equations eq;
+    KMP_TRY(kmp_equations_derive_once(&eq, kmp_variant_model(o->variant), &scene));
+    int count = o->columns.count - 1, counts[1 + KMP_OBSERVED_ADDED] = {count};
+    const unsigned late = 1u << KMP_IN_QDD | 1u << KMP_IN_LAMBDA;
+    const kmp_ref *value = values_of(o, &eq), *groups[1 + KMP_OBSERVED_ADDED] = {value};
+    for (int i = 0; value && i < count; i++)
+        o->late = o->late || kmp_graph_node(eq.graph, kmp_id(value[i]))->depends & late;
+    if (value && more)
+        more->make(more->user, &eq, count, value, counts + 1, groups + 1);
+    if (!kmp_graph_failed(eq.graph))
+        o->program = kmp_program_new(eq.graph, more ? 1 + KMP_OBSERVED_ADDED : 1, counts, groups);
+    o->machine = o->program ? kmp_machine_new(o->program, kmp_backend_find(kmp_backend_default())) : NULL;
+    kempe_status status = o->machine ? KEMPE_OK : KEMPE_E_MEMORY;
+    kmp_equations_free(&eq);
+    KMP_TRY(status);
     o->zero = KMP_ARENA_NEW(&o->arena, double, o->system->n + o->system->m);
     if (!kmp_present_inputs_init(&o->inputs, &o->arena, o->system->model) || o->arena.failed)
         return KEMPE_E_MEMORY;

@@ -90,21 +90,6 @@ static kempe_status choose(kempe_outputs *o, kmp_partition *part)
     return KEMPE_OK;
 }
 
-/* The choice at the start; none where it cannot be assembled: closed-chain Jacobians are then refused. */
-static kempe_status choose_at_start(kempe_outputs *o)
-{
-    kempe_assembly *a = NULL;
-    kempe_status status = kempe_assembly_new(o->system, &a);
-    if (status == KEMPE_OK) {
-        kmp_eval_closure(o->eval, 0, kempe_assembly_q(a));
-        status = kmp_partition_init(&o->start, o->system, o->eval->jacobian, NULL, 0);
-    }
-    if (status == KEMPE_OK)
-        status = choose(o, &o->start);
-    kempe_assembly_free(a);
-    return status == KEMPE_E_MEMORY ? status : KEMPE_OK;
-}
-
 static kempe_status make(kempe_outputs *o, const char *words)
 {
     const kmp_observed_stages slopes = {o, make_slopes};
@@ -114,7 +99,17 @@ static kempe_status make(kempe_outputs *o, const char *words)
     o->slope = KMP_ARENA_NEW(&o->arena, double, o->count *(o->n + 1));
     if (!o->eval || o->arena.failed)
         return KEMPE_E_MEMORY;
-    KMP_TRY(choose_at_start(o));
+    /* The choice at the start; none where it cannot be assembled: closed-chain Jacobians are then refused. */
+    kempe_assembly *a = NULL;
+    kempe_status status = kempe_assembly_new(o->system, &a);
+    if (status == KEMPE_OK) {
+        kmp_eval_closure(o->eval, 0, kempe_assembly_q(a));
+        status = kmp_partition_init(&o->start, o->system, o->eval->jacobian, NULL, 0);
+    }
+    if (status == KEMPE_OK)
+        status = choose(o, &o->start);
+    kempe_assembly_free(a);
+    KMP_TRY(status == KEMPE_E_MEMORY ? status : KEMPE_OK);
     kmp_context_clear(o->system->context);
     return KEMPE_OK;
 }
@@ -222,21 +217,16 @@ kempe_status kempe_outputs_at_row(kempe_outputs *o, const kempe_trajectory *t, i
 
 /* -- Jacobians --------------------------------------------------------------------------------------- */
 
-/* J and jdqd at a state, owned by the machine. */
-static const double *slopes_at(kempe_outputs *o, double t, const double *q, const double *qd)
-{
-    kmp_observed_place(&o->observed, t, q, qd, NULL, NULL);
-    (void)kmp_machine_run(o->observed.machine, KMP_OBSERVED_VALUES);
-    return kmp_machine_run(o->observed.machine, SLOPES);
-}
-
 kempe_status kempe_outputs_jacobian(kempe_outputs *o, double t, const double *q, const double *qd, double *jacobian,
                                     double *jdqd)
 {
     KMP_WANTED(NULL, o, "outputs");
     KMP_WANTED(o->system->context, q, "q");
     KMP_WANTED(o->system->context, jacobian, "jacobian");
-    const double *slope = slopes_at(o, t, q, qd);
+    /* J and jdqd at a state, owned by the machine. */
+    kmp_observed_place(&o->observed, t, q, qd, NULL, NULL);
+    (void)kmp_machine_run(o->observed.machine, KMP_OBSERVED_VALUES);
+    const double *slope = kmp_machine_run(o->observed.machine, SLOPES);
     for (int k = 0; k < o->n * o->count; k++)
         jacobian[k] = o->moves[k % o->count] ? slope[k] : NAN;
     for (int i = 0; jdqd && i < o->count; i++)

@@ -114,15 +114,6 @@ static kempe_status observe(judging *j)
     return kmp_made(model->context, made);
 }
 
-static kempe_status look(judging *j, double t)
-{
-    int n = j->observed.system->n;
-    KMP_TRY(j->observed.late ? kmp_recording_row(j->recording, t, j->row)
-                             : kmp_recording_motion(j->recording, t, j->row));
-    kmp_observed_at(&j->observed, t, j->row, j->row + n, j->row + 2 * n, j->row + 3 * n, j->value);
-    return KEMPE_OK;
-}
-
 static double speed_of(const judging *j, int wheel)
 {
     const double *v = j->value + j->motion_at[2 * wheel];
@@ -185,7 +176,10 @@ static int sample_size(const judging *j)
 /* A sample at t; `before`: one nearby, NULL: there is none. */
 static kempe_status take_sample(judging *j, double t, const double *before, double *sample)
 {
-    KMP_TRY(look(j, t));
+    int n = j->observed.system->n;
+    KMP_TRY(j->observed.late ? kmp_recording_row(j->recording, t, j->row)
+                             : kmp_recording_motion(j->recording, t, j->row));
+    kmp_observed_at(&j->observed, t, j->row, j->row + n, j->row + 2 * n, j->row + 3 * n, j->value);
     sample[0] = t;
     for (int w = 0; w < j->model->wheel_count; w++) {
         double *of = sample + 1 + OF_WHEEL * w;

@@ -117,14 +117,6 @@ static bool recall(const kempe_system *s, kmp_kept_name name, double *loads)
     return good;
 }
 
-static void keep(const kempe_system *s, kmp_kept_name name, const double *loads)
-{
-    kmp_bytes bytes = {0};
-    KMP_BYTES_PUT(&bytes, loads, s->model->wheel_count);
-    kmp_kept_write(s, name, &bytes);
-    kmp_bytes_free(&bytes);
-}
-
 kempe_status kmp_static_loads(const kempe_system *system, double *loads)
 {
     bool kept = system->has_key && !system->force; /* nothing is known of the force of a user's function */
@@ -132,7 +124,11 @@ kempe_status kmp_static_loads(const kempe_system *system, double *loads)
     if (kept && recall(system, name, loads))
         return KEMPE_OK;
     kempe_status status = find(system, loads);
-    if (kept && status == KEMPE_OK)
-        keep(system, name, loads);
+    if (kept && status == KEMPE_OK) {
+        kmp_bytes bytes = {0};
+        KMP_BYTES_PUT(&bytes, loads, system->model->wheel_count);
+        kmp_kept_write(system, name, &bytes);
+        kmp_bytes_free(&bytes);
+    }
     return status;
 }

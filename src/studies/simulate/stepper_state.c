@@ -24,22 +24,6 @@ struct kempe_stepper_state {
 
 /* -- inputs ------------------------------------------------------------------------------------------ */
 
-/* A closure follows an input only where value and rate are continuous. */
-static kempe_status check_closure(const kempe_stepper *s, int input, const double values[3])
-{
-    const kmp_closure *closure = kmp_model_moved_by(s->system->model, input);
-    double now[3];
-    kmp_signal_values(&kmp_runner_inputs(s->runner)->piece[input], s->t, now);
-    for (int d = 0; closure && d < 2; d++)
-        if (!(fabs(values[d] - now[d]) <= KMP_INPUT_CONTINUOUS * fmax(fabs(now[d]), s->system->length)))
-            return kmp_fail(s->system->context, KEMPE_E_ARGUMENT,
-                            "input '%s' moves closure '%s', and its %s would jump from %.9g to %.9g: give it values "
-                            "that continue (kempe_stepper_set_input_rates)",
-                            kempe_model_input_name(s->system->model, input), closure->name, d ? "rate" : "value",
-                            now[d], values[d]);
-    return KEMPE_OK;
-}
-
 kempe_status kempe_stepper_set_input_rates(kempe_stepper *s, int input, double value, double rate, double acceleration)
 {
     KMP_WANTED(NULL, s, "stepper");
@@ -50,7 +34,17 @@ kempe_status kempe_stepper_set_input_rates(kempe_stepper *s, int input, double v
     if (!isfinite(value) || !isfinite(rate) || !isfinite(acceleration))
         return kmp_fail(s->system->context, KEMPE_E_ARGUMENT, "input '%s' is not finite",
                         kempe_model_input_name(s->system->model, input));
-    KMP_TRY(check_closure(s, input, values));
+    /* A closure follows an input only where value and rate are continuous. */
+    const kmp_closure *closure = kmp_model_moved_by(s->system->model, input);
+    double now[3];
+    kmp_signal_values(&kmp_runner_inputs(s->runner)->piece[input], s->t, now);
+    for (int d = 0; closure && d < 2; d++)
+        if (!(fabs(values[d] - now[d]) <= KMP_INPUT_CONTINUOUS * fmax(fabs(now[d]), s->system->length)))
+            return kmp_fail(s->system->context, KEMPE_E_ARGUMENT,
+                            "input '%s' moves closure '%s', and its %s would jump from %.9g to %.9g: give it values "
+                            "that continue (kempe_stepper_set_input_rates)",
+                            kempe_model_input_name(s->system->model, input), closure->name, d ? "rate" : "value",
+                            now[d], values[d]);
     kmp_present_inputs_give(kmp_runner_inputs(s->runner), input, kmp_stepper_here(s), values);
     s->samples = s->given = true;
     return KEMPE_OK;

@@ -37,22 +37,6 @@ const char *kmp_trajectory_word(const kempe_trajectory *t)
     return kmp_checked_word(t->status, t->again.known);
 }
 
-static void show_head(kmp_text *text, const kempe_trajectory *t)
-{
-    kmp_print_title(text, t->system->model, kmp_trajectory_word(t));
-    if (*t->reason)
-        kmp_text_printf(text, "t = %.9g s: %s\n", t->report.t, t->reason);
-    else
-        kmp_text_printf(text, "%.9g to %.9g s\n", t->spec.t_start, t->t_end);
-    kmp_text_printf(text, "formulation %s", t->formulation);
-    if (t->form)
-        kmp_text_printf(text, ", form %s", t->form);
-    kmp_text_printf(text, ", integrator %s, rtol %g, atol %g%s%s\n", t->integrator, t->rtol, t->atol,
-                    t->report.by_bodies ? ", articulated-body algorithm" : "",
-                    ignores_change_points(t) ? ", change points ignored" : "");
-    kmp_text_put(text, "\n");
-}
-
 static void show_state(kmp_text *text, const kempe_trajectory *t)
 {
     const double *q = at_end(t, KMP_QUANTITY_Q), *qd = at_end(t, KMP_QUANTITY_QD), *qdd = at_end(t, KMP_QUANTITY_QDD);
@@ -88,36 +72,6 @@ static void show_multipliers(kmp_text *text, const kempe_trajectory *t)
     kmp_text_put(text, "\n");
 }
 
-/* Each unit after the values that have it. */
-static void put_values(kmp_text *text, const kempe_model *model, const kmp_output *output, int width, const double *x)
-{
-    for (int k = 0; k < width; k++) {
-        const char *unit = kmp_output_unit(model, output, k);
-        kmp_shown as = kmp_shown_as(model->context, unit);
-        bool last = k + 1 == width || strcmp(unit, kmp_output_unit(model, output, k + 1)) != 0;
-        kmp_text_printf(text, "  %.12g%s%s", as.factor * x[k], last && *unit ? " " : "", last ? as.unit : "");
-    }
-    kmp_text_put(text, "\n");
-}
-
-static void show_outputs(kmp_text *text, const kempe_trajectory *t)
-{
-    const kempe_model *model = t->system->model;
-    const double *x = t->shown;
-    bool any = false;
-    for (int o = 0; t->table.rows > 0 && o < model->output_count; o++) {
-        int width = kmp_output_width(model, &model->outputs[o]);
-        if (width == 0)
-            continue;
-        kmp_text_put(text, "  ");
-        kmp_output_print(text, model, &model->outputs[o]);
-        put_values(text, model, &model->outputs[o], width, x);
-        x += width;
-        any = true;
-    }
-    kmp_text_put(text, any ? "\n" : "");
-}
-
 static void show_error(kmp_text *text, const kempe_trajectory *t)
 {
     if (!t->source)
@@ -127,15 +81,6 @@ static void show_error(kmp_text *text, const kempe_trajectory *t)
         if (isfinite(t->verdict.error[k]))
             kmp_text_printf(text, "%s %.2e  ", kmp_quantity_prefix((kmp_quantity)k), t->verdict.error[k]);
     kmp_text_printf(text, "against %s\n", t->source);
-}
-
-static void show_unused(kmp_text *text, const kempe_model *model)
-{
-    kmp_text names = {0};
-    kmp_print_unused(&names, model);
-    if (names.length > 0)
-        kmp_text_printf(text, "unused    parameters without any effect on the model: %s\n", names.s);
-    kmp_text_free_part(text, &names);
 }
 
 static const char *again_name(const kempe_trajectory *t)
@@ -176,7 +121,12 @@ static void show_verdict(kmp_text *text, const kempe_trajectory *t)
     kmp_text_put(text, " (relative)\n");
     show_error(text, t);
     show_choice(text, t);
-    show_unused(text, t->system->model);
+    const kempe_model *model = t->system->model;
+    kmp_text names = {0};
+    kmp_print_unused(&names, model);
+    if (names.length > 0)
+        kmp_text_printf(text, "unused    parameters without any effect on the model: %s\n", names.s);
+    kmp_text_free_part(text, &names);
     kmp_convergence_show(text, t->system->context, &t->again, "the state", again_name(t), kmp_trajectory_unit(t));
     kmp_text_printf(text, "work      steps %ld, rejected %ld, failed %ld, right-hand sides %ld, Newton %ld,\n",
                     r->steps, r->rejected, r->refused, r->rhs, r->newton);
@@ -195,19 +145,6 @@ static void show_verdict(kmp_text *text, const kempe_trajectory *t)
     kmp_text_printf(text, ", %.4g ms preparation\n", 1e3 * (r->build_s + t->system->build_s));
 }
 
-/* Of several contacts. */
-static void show_depths(kmp_text *text, const kmp_contact_times *times, const char *unit)
-{
-    const double *depth = times->depth;
-    kmp_text_printf(
-        text, "          largest depths of the %d that ended: from %.4g, quartiles %.4g, %.4g, %.4g, to %.4g %s\n",
-        times->ended, depth[0], depth[1], depth[2], depth[3], depth[4], unit);
-    kmp_text_printf(text, "          touching for %.1f %% of the time", 100 * times->touching);
-    if (times->turning)
-        kmp_text_printf(text, ", %.1f contacts for each turn of '%s'", times->begun / times->turns, times->turning);
-    kmp_text_put(text, "\n");
-}
-
 /* Compliant contacts. */
 static void show_contacts(kmp_text *text, const kempe_trajectory *t)
 {
@@ -223,20 +160,20 @@ static void show_contacts(kmp_text *text, const kempe_trajectory *t)
         if (times.ended > 0)
             kmp_text_printf(text, ", largest depth %.4g %s", times.depth[KMP_DEPTHS - 1], unit);
         kmp_text_put(text, "\n");
-        if (times.ended > 1)
-            show_depths(text, &times, unit);
-    }
-}
-
-/* The coordinates that the start holds, "'A', 'B'". */
-static void put_held(kmp_text *text, const kempe_model *model)
-{
-    const char *before = "";
-    for (int k = 0; k < model->motion_count; k++)
-        if (model->start.hold[k]) {
-            kmp_text_printf(text, "%s'%s'", before, model->motions[k].name);
-            before = ", ";
+        if (times.ended > 1) {
+            /* Of several contacts. */
+            const double *depth = times.depth;
+            kmp_text_printf(
+                text,
+                "          largest depths of the %d that ended: from %.4g, quartiles %.4g, %.4g, %.4g, to %.4g %s\n",
+                times.ended, depth[0], depth[1], depth[2], depth[3], depth[4], unit);
+            kmp_text_printf(text, "          touching for %.1f %% of the time", 100 * times.touching);
+            if (times.turning)
+                kmp_text_printf(text, ", %.1f contacts for each turn of '%s'", times.begun / times.turns,
+                                times.turning);
+            kmp_text_put(text, "\n");
         }
+    }
 }
 
 static void show_mode(kmp_text *text, const kempe_trajectory *t)
@@ -245,7 +182,14 @@ static void show_mode(kmp_text *text, const kempe_trajectory *t)
         return;
     kmp_text_printf(text, "mode      '%s' passes to another assembly mode for the same ",
                     t->system->model->motions[t->mode_coordinate].name);
-    put_held(text, t->system->model);
+    /* The coordinates that the start holds, "'A', 'B'". */
+    const kempe_model *model = t->system->model;
+    const char *before = "";
+    for (int k = 0; k < model->motion_count; k++)
+        if (model->start.hold[k]) {
+            kmp_text_printf(text, "%s'%s'", before, model->motions[k].name);
+            before = ", ";
+        }
     kmp_text_printf(text, " between t = %.6g and %.6g s", t->mode_t[0], t->mode_t[1]);
     if (t->mode_changes > 1)
         kmp_text_printf(text, ", the first of %d changes", t->mode_changes);
@@ -266,10 +210,42 @@ static void show_log(kmp_text *text, const kempe_trajectory *t)
 static void show(kmp_text *text, const void *result)
 {
     const kempe_trajectory *t = result;
-    show_head(text, t);
+    kmp_print_title(text, t->system->model, kmp_trajectory_word(t));
+    if (*t->reason)
+        kmp_text_printf(text, "t = %.9g s: %s\n", t->report.t, t->reason);
+    else
+        kmp_text_printf(text, "%.9g to %.9g s\n", t->spec.t_start, t->t_end);
+    kmp_text_printf(text, "formulation %s", t->formulation);
+    if (t->form)
+        kmp_text_printf(text, ", form %s", t->form);
+    kmp_text_printf(text, ", integrator %s, rtol %g, atol %g%s%s\n", t->integrator, t->rtol, t->atol,
+                    t->report.by_bodies ? ", articulated-body algorithm" : "",
+                    ignores_change_points(t) ? ", change points ignored" : "");
+    kmp_text_put(text, "\n");
     show_state(text, t);
     show_multipliers(text, t);
-    show_outputs(text, t);
+    const kempe_model *model = t->system->model;
+    const double *x = t->shown;
+    bool any = false;
+    for (int o = 0; t->table.rows > 0 && o < model->output_count; o++) {
+        int width = kmp_output_width(model, &model->outputs[o]);
+        if (width == 0)
+            continue;
+        kmp_text_put(text, "  ");
+        kmp_output_print(text, model, &model->outputs[o]);
+        /* Each unit after the values that have it. */
+        const kmp_output *output = &model->outputs[o];
+        for (int k = 0; k < width; k++) {
+            const char *unit = kmp_output_unit(model, output, k);
+            kmp_shown as = kmp_shown_as(model->context, unit);
+            bool last = k + 1 == width || strcmp(unit, kmp_output_unit(model, output, k + 1)) != 0;
+            kmp_text_printf(text, "  %.12g%s%s", as.factor * x[k], last && *unit ? " " : "", last ? as.unit : "");
+        }
+        kmp_text_put(text, "\n");
+        x += width;
+        any = true;
+    }
+    kmp_text_put(text, any ? "\n" : "");
     show_verdict(text, t);
     show_mode(text, t);
     show_contacts(text, t);
@@ -286,41 +262,6 @@ static const char *dynamics_of(const kempe_trajectory *t)
     kmp_dynamics by_mass =
         requested == KMP_DYNAMICS_NER || requested == KMP_DYNAMICS_PLAIN ? requested : KMP_DYNAMICS_COMPOSITE;
     return kmp_dynamics_word(t->report.by_bodies ? KMP_DYNAMICS_ARTICULATED : by_mass);
-}
-
-static void json_settings(kmp_json *json, const kempe_trajectory *t)
-{
-    kmp_json_put(json, "formulation %s form %s integrator %s", t->formulation, t->form, t->integrator);
-    const kmp_integrator_reason *reason = &t->spec.reason;
-    if (t->report.chosen_ratio > 0)
-        kmp_json_put(json, "integrator_choice { radau_over_dop853 %g }", t->report.chosen_ratio);
-    if (reason->integrator && !reason->obstacle)
-        kmp_json_put(json, "integrator_choice { because %s }", reason->because);
-    if (reason->integrator && reason->obstacle)
-        kmp_json_put(json, "integrator_choice { because %s obstacle %s }", reason->because, reason->obstacle);
-    kmp_json_put(json, "algorithm %s change_points %s rtol %g atol %g length %g rate_scale %g tolerances %s",
-                 dynamics_of(t), t->change_points, t->rtol, t->atol, t->system->length, t->report.rate_scale,
-                 "absolute tolerance of an angle: atol; of a translation: atol * length; of their rates: that times "
-                 "rate_scale");
-}
-
-/* The kept rows of each closure. */
-static void json_multipliers(kmp_json *json, const kempe_trajectory *t)
-{
-    const kempe_system *s = t->system;
-    const double *lambda = at_end(t, KMP_QUANTITY_LAMBDA);
-    kmp_json_object(json, "lambda");
-    for (int c = 0; c < s->model->closure_count; c++) {
-        kmp_json_array(json, s->model->closures[c].name);
-        for (int r = 0; r < s->m; r++)
-            if (s->rows[r].closure == c)
-                kmp_json_number(json, NULL, lambda ? lambda[r] : NAN);
-        kmp_json_end(json);
-    }
-    kmp_json_put(json, "} reaction {");
-    for (int c = 0; c < s->model->closure_count; c++)
-        kmp_json_numbers(json, s->model->closures[c].name, 3, t->reaction + 3 * c);
-    kmp_json_end(json);
 }
 
 /* True when an earlier output shows the same: keys must be unique. */
@@ -370,20 +311,23 @@ static void json_state(kmp_json *json, const kempe_trajectory *t)
     for (int k = KMP_QUANTITY_Q; k <= KMP_QUANTITY_QDD; k++)
         kmp_print_entries(json, kmp_quantity_prefix((kmp_quantity)k), t->system, (kmp_quantity)k,
                           at_end(t, (kmp_quantity)k));
-    json_multipliers(json, t);
+    /* The kept rows of each closure. */
+    const kempe_system *s = t->system;
+    const double *lambda = at_end(t, KMP_QUANTITY_LAMBDA);
+    kmp_json_object(json, "lambda");
+    for (int c = 0; c < s->model->closure_count; c++) {
+        kmp_json_array(json, s->model->closures[c].name);
+        for (int r = 0; r < s->m; r++)
+            if (s->rows[r].closure == c)
+                kmp_json_number(json, NULL, lambda ? lambda[r] : NAN);
+        kmp_json_end(json);
+    }
+    kmp_json_put(json, "} reaction {");
+    for (int c = 0; c < s->model->closure_count; c++)
+        kmp_json_numbers(json, s->model->closures[c].name, 3, t->reaction + 3 * c);
+    kmp_json_end(json);
     json_outputs(json, t, true);
     json_outputs(json, t, false);
-}
-
-static void json_log(kmp_json *json, const kmp_run_log *log)
-{
-    kmp_json_put(json, "log_count %ld log [", log->count);
-    for (int k = 0; k < log->kept; k++) {
-        const kmp_log_entry *entry = &log->entries[k];
-        kmp_json_put(json, "{ t %g kind %s text %s before %g after %g }", entry->t, entry->kind, entry->text,
-                     entry->before, entry->after);
-    }
-    kmp_json_end(json);
 }
 
 /* Each contact with its beginning, its end and its largest depth. */
@@ -425,7 +369,18 @@ static void json(kmp_text *text, const void *result)
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, t->system, kmp_trajectory_word(t), t->reason, t->system->build_s + t->report.build_s,
                    t->warnings);
-    json_settings(&j, t);
+    kmp_json_put(&j, "formulation %s form %s integrator %s", t->formulation, t->form, t->integrator);
+    const kmp_integrator_reason *reason = &t->spec.reason;
+    if (t->report.chosen_ratio > 0)
+        kmp_json_put(&j, "integrator_choice { radau_over_dop853 %g }", t->report.chosen_ratio);
+    if (reason->integrator && !reason->obstacle)
+        kmp_json_put(&j, "integrator_choice { because %s }", reason->because);
+    if (reason->integrator && reason->obstacle)
+        kmp_json_put(&j, "integrator_choice { because %s obstacle %s }", reason->because, reason->obstacle);
+    kmp_json_put(&j, "algorithm %s change_points %s rtol %g atol %g length %g rate_scale %g tolerances %s",
+                 dynamics_of(t), t->change_points, t->rtol, t->atol, t->system->length, t->report.rate_scale,
+                 "absolute tolerance of an angle: atol; of a translation: atol * length; of their rates: that times "
+                 "rate_scale");
     json_state(&j, t);
     kmp_print_verdict(&j, &t->verdict);
     kmp_json_string(&j, "reference", t->source);
@@ -433,7 +388,14 @@ static void json(kmp_text *text, const void *result)
     kmp_convergence_json(&j, &t->again, again_name(t));
     kmp_print_work(&j, &t->report);
     kmp_print_unused_json(&j, t->system->model);
-    json_log(&j, &t->log);
+    const kmp_run_log *log = &t->log;
+    kmp_json_put(&j, "log_count %ld log [", log->count);
+    for (int k = 0; k < log->kept; k++) {
+        const kmp_log_entry *entry = &log->entries[k];
+        kmp_json_put(&j, "{ t %g kind %s text %s before %g after %g }", entry->t, entry->kind, entry->text,
+                     entry->before, entry->after);
+    }
+    kmp_json_end(&j);
     if (t->log.contact_count > 0)
         json_contacts(&j, t);
     kmp_running_safety_json(&j, t->system->model, &t->safety);

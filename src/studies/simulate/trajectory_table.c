@@ -61,21 +61,6 @@ KMP_TABLES(kempe_trajectory, trajectory, trajectory->system->context, {"rows", f
 
 /* -- outputs by name --------------------------------------------------------------------------------- */
 
-static void fill_outputs(kempe_table *table, const kempe_trajectory *t, kmp_observed *o)
-{
-    double *values = KMP_NEW(double, o->columns.count);
-    for (int c = 0; c < o->columns.count; c++)
-        kmp_tabulate_column(table, o->columns.unit[c], "%s", o->columns.name[c]);
-    for (int row = 0; values && row < t->table.rows; row++) {
-        kmp_observed_fill(o, &t->table, row, values);
-        kmp_tabulate_row(table);
-        kmp_tabulate_numbers(table, o->columns.count, values);
-    }
-    if (!values)
-        kmp_tabulate_fail(table);
-    kmp_free(values);
-}
-
 kempe_status kempe_trajectory_outputs(const kempe_trajectory *trajectory, const char *names, kempe_table **table)
 {
     KMP_WANTED(NULL, trajectory, "trajectory");
@@ -86,7 +71,17 @@ kempe_status kempe_trajectory_outputs(const kempe_trajectory *trajectory, const 
     kmp_context_clear(context);
     KMP_TRY(kmp_observed_init(&o, trajectory->system, names, 0, NULL));
     kempe_table *made = kmp_tabulate(context, "outputs");
-    fill_outputs(made, trajectory, &o);
+    double *values = KMP_NEW(double, o.columns.count);
+    for (int c = 0; c < o.columns.count; c++)
+        kmp_tabulate_column(made, o.columns.unit[c], "%s", o.columns.name[c]);
+    for (int row = 0; values && row < trajectory->table.rows; row++) {
+        kmp_observed_fill(&o, &trajectory->table, row, values);
+        kmp_tabulate_row(made);
+        kmp_tabulate_numbers(made, o.columns.count, values);
+    }
+    if (!values)
+        kmp_tabulate_fail(made);
+    kmp_free(values);
     kmp_observed_free(&o);
     return kmp_tabulate_finish(context, made, table);
 }

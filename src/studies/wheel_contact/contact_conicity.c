@@ -35,21 +35,6 @@ static kempe_status take_amplitudes(kempe_contacts *t, const kmp_ranges *ranges)
     return KEMPE_OK;
 }
 
-static kempe_status read_amplitudes(kempe_contacts *t, const char *words)
-{
-    kmp_text text = {0};
-    kmp_ranges ranges = {0};
-    kmp_text_printf(&text, "amplitude=%s", words);
-    kempe_status status = kmp_made(t->given->context, text.s != NULL);
-    if (status == KEMPE_OK)
-        status = kmp_ranges_read(t->given->context, text.s, &ranges);
-    if (status == KEMPE_OK)
-        status = take_amplitudes(t, &ranges);
-    kmp_text_free(&text);
-    kmp_ranges_free(&ranges);
-    return status;
-}
-
 static kempe_status find_wheel(const kempe_model *model, const char *word, size_t length, int *wheel)
 {
     kmp_text name = {0}, complaint = {0};
@@ -111,7 +96,18 @@ kempe_status kmp_contact_conicity_request(kempe_contacts *t, const kempe_contact
                    ? kmp_fail(t->given->context, KEMPE_E_ARGUMENT,
                               "--pair: the pair of wheels is for the equivalent conicity: give --conicity too")
                    : KEMPE_OK;
-    KMP_TRY(read_amplitudes(t, options->conicity));
+    const char *words = options->conicity;
+    kmp_text text = {0};
+    kmp_ranges ranges = {0};
+    kmp_text_printf(&text, "amplitude=%s", words);
+    kempe_status status = kmp_made(t->given->context, text.s != NULL);
+    if (status == KEMPE_OK)
+        status = kmp_ranges_read(t->given->context, text.s, &ranges);
+    if (status == KEMPE_OK)
+        status = take_amplitudes(t, &ranges);
+    kmp_text_free(&text);
+    kmp_ranges_free(&ranges);
+    KMP_TRY(status);
     return options->pair ? read_pair(t->given->model, options->pair, c->wheel) : find_pair(t->given->model, c->wheel);
 }
 

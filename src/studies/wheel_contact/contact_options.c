@@ -36,34 +36,6 @@ static kempe_status add_coordinate(kempe_contacts *t, const kmp_range *range, km
     return KEMPE_OK;
 }
 
-static kempe_status read_over(kempe_contacts *t)
-{
-    t->lead = KMP_ARENA_NEW(&t->arena, kmp_contact_lead, t->over.count);
-    KMP_TRY(kmp_made(context_of(t), t->lead));
-    for (int k = 0; k < t->over.count; k++)
-        if (kmp_parameter_find(t->given->model, t->over.range[k].name) >= 0)
-            t->lead[k] = (kmp_contact_lead){t->parameter_count++, -1};
-        else
-            KMP_TRY(add_coordinate(t, &t->over.range[k], &t->lead[k]));
-    return KEMPE_OK;
-}
-
-static kempe_status count_values(kempe_contacts *t, int points)
-{
-    int count = points;
-    bool varies = false;
-    for (int k = 0; k < t->over.count; k++) {
-        const kmp_range *range = &t->over.range[k];
-        count = count == 0 && range->count > 1 ? range->count : count;
-        varies = varies || range->from != range->to;
-    }
-    t->requested = count != 0 ? count : varies ? USUAL_VALUES : 1;
-    if (t->requested < 1 || t->requested > MOST_VALUES || (t->requested == 1 && varies))
-        return kmp_fail(context_of(t), KEMPE_E_ARGUMENT, "--sweep: %d values are not possible: 2 to %d", t->requested,
-                        MOST_VALUES);
-    return KEMPE_OK;
-}
-
 /* -- the rest ------------------------------------------------------------------------------------------ */
 
 static kempe_status read_hold(kempe_contacts *t, const char *words)
@@ -124,8 +96,25 @@ kempe_status kmp_contact_request(kempe_contacts *t, const kempe_contact_options 
     KMP_TRY(kmp_ranges_read(context, options->sweep, &t->over));
     if (t->over.count > t->given->n + t->given->model->parameter_count)
         return kmp_fail(context, KEMPE_E_ARGUMENT, "--sweep: there are more ranges than coordinates and parameters");
-    KMP_TRY(read_over(t));
-    KMP_TRY(count_values(t, options->points));
+    t->lead = KMP_ARENA_NEW(&t->arena, kmp_contact_lead, t->over.count);
+    KMP_TRY(kmp_made(context_of(t), t->lead));
+    for (int k = 0; k < t->over.count; k++)
+        if (kmp_parameter_find(t->given->model, t->over.range[k].name) >= 0)
+            t->lead[k] = (kmp_contact_lead){t->parameter_count++, -1};
+        else
+            KMP_TRY(add_coordinate(t, &t->over.range[k], &t->lead[k]));
+    int points = options->points;
+    int count = points;
+    bool varies = false;
+    for (int k = 0; k < t->over.count; k++) {
+        const kmp_range *range = &t->over.range[k];
+        count = count == 0 && range->count > 1 ? range->count : count;
+        varies = varies || range->from != range->to;
+    }
+    t->requested = count != 0 ? count : varies ? USUAL_VALUES : 1;
+    if (t->requested < 1 || t->requested > MOST_VALUES || (t->requested == 1 && varies))
+        return kmp_fail(context_of(t), KEMPE_E_ARGUMENT, "--sweep: %d values are not possible: 2 to %d", t->requested,
+                        MOST_VALUES);
     KMP_TRY(read_hold(t, options->hold));
     KMP_TRY(read_law(t, options->law));
     KMP_TRY(kmp_contact_pressure_request(t, options->pressure ? options->pressure : t->rolls ? "half-space" : NULL));

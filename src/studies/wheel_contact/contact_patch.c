@@ -11,22 +11,6 @@
  * for patches that are one ellipse, 9 % at least for others (examples/manchester). */
 #define ROUND_ABOUT 0.05
 
-static void take_law(const kempe_contacts *t, const kmp_wheel *wheel, kempe_contact_patch *p)
-{
-    kempe_creep creep = {.a = p->a,
-                         .b = p->b,
-                         .shear_modulus = wheel->shear_modulus.value,
-                         .poisson = wheel->poisson,
-                         .normal = p->normal,
-                         .friction = wheel->friction.value,
-                         .slip = {p->slip[0], p->slip[1]},
-                         .spin = p->spin};
-    kempe_creep_force force = {{0, 0}, 0, 0};
-    bool known = !p->touches || t->rolls || kempe_contact_creep(t->law, &creep, &force) == KEMPE_OK;
-    for (int k = 0; k < 2; k++)
-        p->by_law[k] = t->has_law && known && !t->rolls ? force.force[k] : NAN;
-}
-
 void kmp_contact_patch(const kempe_contacts *t, int wheel, const double *shown, kempe_contact_patch *p)
 {
     const kempe_model *model = t->system->model;
@@ -50,5 +34,16 @@ void kmp_contact_patch(const kempe_contacts *t, int wheel, const double *shown, 
                                .area = NAN,
                                .approach = NAN};
     p->radius = w->radius.value - kmp_table_value(w->profile->height, 0, p->s);
-    take_law(t, w, p);
+    kempe_creep creep = {.a = p->a,
+                         .b = p->b,
+                         .shear_modulus = w->shear_modulus.value,
+                         .poisson = w->poisson,
+                         .normal = p->normal,
+                         .friction = w->friction.value,
+                         .slip = {p->slip[0], p->slip[1]},
+                         .spin = p->spin};
+    kempe_creep_force force = {{0, 0}, 0, 0};
+    bool known = !p->touches || t->rolls || kempe_contact_creep(t->law, &creep, &force) == KEMPE_OK;
+    for (int k = 0; k < 2; k++)
+        p->by_law[k] = t->has_law && known && !t->rolls ? force.force[k] : NAN;
 }

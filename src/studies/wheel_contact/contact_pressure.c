@@ -95,19 +95,6 @@ static answer press(zone *z)
     return z->arena.failed ? NO_MEMORY : known ? KNOWN : UNKNOWN;
 }
 
-/* The range of places whose gap is below REACH times the approach. */
-static void narrow(zone *z)
-{
-    double most = REACH * z->pressed.approach, low = INFINITY, high = -INFINITY;
-    for (int k = 0; k < z->gap.count; k++)
-        if (z->gap.gap[k] < most) {
-            low = fmin(low, z->gap.first + (k - 1) * z->gap.step);
-            high = fmax(high, z->gap.first + (k + 1) * z->gap.step);
-        }
-    z->low = fmax(low, z->low);
-    z->high = fmin(high, z->high);
-}
-
 /* The width of the narrowest lobe. */
 static double narrowest(const zone *z)
 {
@@ -130,7 +117,15 @@ static answer by_strips(zone *z, double step)
         found = press(z);
     if (found != KNOWN)
         return found;
-    narrow(z);
+    /* The range of places whose gap is below REACH times the approach. */
+    double most = REACH * z->pressed.approach, low = INFINITY, high = -INFINITY;
+    for (int k = 0; k < z->gap.count; k++)
+        if (z->gap.gap[k] < most) {
+            low = fmin(low, z->gap.first + (k - 1) * z->gap.step);
+            high = fmax(high, z->gap.first + (k + 1) * z->gap.step);
+        }
+    z->low = fmax(low, z->low);
+    z->high = fmin(high, z->high);
     found = sample(z, z->low, (z->high - z->low) / (FINE - 1), FINE);
     if (found == KNOWN)
         found = press(z);

@@ -27,35 +27,6 @@ static const char *wheel_name(const kempe_contacts *t, int wheel)
 
 /* -- text -------------------------------------------------------------------------------------------- */
 
-static void say_leads(kmp_text *text, const kempe_contacts *t)
-{
-    for (int k = 0; k < t->over.count; k++) {
-        const kmp_range *r = &t->over.range[k];
-        kmp_shown as = kmp_contact_shown(t, kmp_contact_unit(t, k));
-        if (r->from != r->to)
-            kmp_text_printf(text, "  %s swept from %.9g to %.9g %s\n", r->name, as.factor * r->from, as.factor * r->to,
-                            as.unit);
-        else
-            kmp_text_printf(text, "  %s is %.9g %s\n", r->name, as.factor * r->from, as.unit);
-    }
-}
-
-/* Other fixed coordinates, and steady rates. */
-static void say_holds(kmp_text *text, const kempe_contacts *t)
-{
-    const kempe_model *model = t->system->model;
-    for (int k = 0; k < t->hold_count; k++) {
-        int c = t->hold[k].coordinate;
-        const char *unit = kmp_print_unit(t->system, c);
-        if (t->hold[k].how == KMP_RATE_FREED)
-            kmp_text_printf(text, "  %s turns at the rate without driving torque, at first %.6g %s/s\n",
-                            model->motions[c].name, t->count ? kmp_print_value(t->system, c, t->qd[c]) : NAN, unit);
-        else if (t->hold[k].rate != 0)
-            kmp_text_printf(text, "  %s turns at the prescribed rate %.6g %s/s\n", model->motions[c].name,
-                            kmp_print_value(t->system, c, t->hold[k].rate), unit);
-    }
-}
-
 static void put(kmp_text *text, double x)
 {
     if (isfinite(x))
@@ -208,8 +179,27 @@ static void show_all(kmp_text *text, const void *result)
     const kempe_contacts *t = result;
     kmp_text_printf(text, "%s: %s, %d of %d values\n", t->system->model->name, kmp_status_word(t->status), t->count,
                     t->requested);
-    say_leads(text, t);
-    say_holds(text, t);
+    for (int k = 0; k < t->over.count; k++) {
+        const kmp_range *r = &t->over.range[k];
+        kmp_shown as = kmp_contact_shown(t, kmp_contact_unit(t, k));
+        if (r->from != r->to)
+            kmp_text_printf(text, "  %s swept from %.9g to %.9g %s\n", r->name, as.factor * r->from, as.factor * r->to,
+                            as.unit);
+        else
+            kmp_text_printf(text, "  %s is %.9g %s\n", r->name, as.factor * r->from, as.unit);
+    }
+    /* Other fixed coordinates, and steady rates. */
+    const kempe_model *model = t->system->model;
+    for (int k = 0; k < t->hold_count; k++) {
+        int c = t->hold[k].coordinate;
+        const char *unit = kmp_print_unit(t->system, c);
+        if (t->hold[k].how == KMP_RATE_FREED)
+            kmp_text_printf(text, "  %s turns at the rate without driving torque, at first %.6g %s/s\n",
+                            model->motions[c].name, t->count ? kmp_print_value(t->system, c, t->qd[c]) : NAN, unit);
+        else if (t->hold[k].rate != 0)
+            kmp_text_printf(text, "  %s turns at the prescribed rate %.6g %s/s\n", model->motions[c].name,
+                            kmp_print_value(t->system, c, t->hold[k].rate), unit);
+    }
     if (t->reason)
         kmp_text_printf(text, "  %s\n", t->reason);
     kmp_text_printf(text, "  the other coordinates are balanced to %.1e, %d iterations\n", t->residual, t->iterations);
@@ -231,19 +221,6 @@ static const kmp_outline *outline_of(const kempe_contacts *t, const kempe_contac
     return &t->outline[p - t->patch];
 }
 
-/* The numbers of a patch for the method of the options, and its outline. */
-static void put_pressures(kmp_json *json, const kempe_contacts *t, const kempe_contact_patch *p)
-{
-    const kmp_outline *of = outline_of(t, p);
-    kmp_json_put(json, "pressure %g area %g approach %g lobes %d", p->pressure, p->area, p->approach, p->lobes);
-    kmp_json_array(json, "outline");
-    for (int k = 0; k < of->count; k++) {
-        const kmp_outline_strip *s = &of->strip[k];
-        kmp_json_put(json, "{ lobe %d y %g from %g to %g pressure %g }", s->lobe, s->y, s->from, s->to, s->pressure);
-    }
-    kmp_json_end(json);
-}
-
 static void put_patch(kmp_json *json, const kempe_contacts *t, const kempe_contact_patch *p)
 {
     kmp_json_put(json, "{ touches %i s %g y %g angle %g radius %g normal %g", p->touches, p->s, p->y, p->angle,
@@ -258,8 +235,18 @@ static void put_patch(kmp_json *json, const kempe_contacts *t, const kempe_conta
         kmp_json_boolean(json, "one_ellipse", p->one_ellipse);
     if (t->has_law)
         kmp_json_numbers(json, "by_law", 2, p->by_law);
-    if (t->pressure != KMP_PRESSURE_NONE)
-        put_pressures(json, t, p);
+    if (t->pressure != KMP_PRESSURE_NONE) {
+        /* The numbers of a patch for the method of the options, and its outline. */
+        const kmp_outline *of = outline_of(t, p);
+        kmp_json_put(json, "pressure %g area %g approach %g lobes %d", p->pressure, p->area, p->approach, p->lobes);
+        kmp_json_array(json, "outline");
+        for (int k = 0; k < of->count; k++) {
+            const kmp_outline_strip *s = &of->strip[k];
+            kmp_json_put(json, "{ lobe %d y %g from %g to %g pressure %g }", s->lobe, s->y, s->from, s->to,
+                         s->pressure);
+        }
+        kmp_json_end(json);
+    }
     kmp_json_end(json);
 }
 

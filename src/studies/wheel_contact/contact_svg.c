@@ -55,20 +55,6 @@ static void put_profile(section *s, bool rail)
     kmp_curve_end(&s->plot);
 }
 
-static void put_joins(section *s, const kempe_contacts *t, int wheel)
-{
-    for (int row = 0; row < t->count; row++)
-        for (int z = 0; z < kempe_contacts_zone_count(t, wheel); z++) {
-            const kempe_contact_patch *p = kempe_contacts_patch(t, row, wheel, z);
-            if (!p->touches)
-                continue;
-            kmp_curve_begin(&s->plot, "join", shade_of(t, row).words);
-            go_to(s, true, p->y);
-            go_to(s, false, p->s);
-            kmp_curve_end(&s->plot);
-        }
-}
-
 /* The lateral distance of the wheel from its rail where it touches first. */
 static double find_shift(const kempe_contacts *t, int wheel)
 {
@@ -96,7 +82,17 @@ static void put_section(kmp_text *text, const kempe_contacts *t, int wheel, doub
     kmp_plot_begin(&s.plot, "%s (%s)", w->name, kmp_track_side_words[w->side]);
     put_profile(&s, true);
     put_profile(&s, false);
-    put_joins(&s, t, wheel);
+    /* Lines between the points that touch. */
+    for (int row = 0; row < t->count; row++)
+        for (int z = 0; z < kempe_contacts_zone_count(t, wheel); z++) {
+            const kempe_contact_patch *p = kempe_contacts_patch(t, row, wheel, z);
+            if (!p->touches)
+                continue;
+            kmp_curve_begin(&s.plot, "join", shade_of(t, row).words);
+            go_to(&s, true, p->y);
+            go_to(&s, false, p->s);
+            kmp_curve_end(&s.plot);
+        }
     kmp_plot_end(&s.plot);
 }
 

@@ -310,21 +310,6 @@ typedef struct place_within {
     kmp_displaced at;
 } place_within;
 
-/* Finds the state at a part of the step; the difference is NaN where there is none. */
-static kempe_status find_within(job *j, place_within *place)
-{
-    kempe_contacts *t = j->t;
-    for (int k = 0; k < t->over.count; k++) {
-        double from = kmp_range_value(&t->over.range[k], t->count - 2, t->requested);
-        j->there[k] = from + place->part * (kmp_range_value(&t->over.range[k], t->count - 1, t->requested) - from);
-    }
-    place->at.difference = NAN;
-    kempe_status status = go(j, j->there);
-    if (status == KEMPE_OK)
-        place->at = kmp_contact_displaced(t, j->patch, take_patches(j, j->patch));
-    return status == KEMPE_E_FAILED ? KEMPE_OK : status;
-}
-
 static bool is_on_line(const kmp_displaced *a, const kmp_displaced *b, const kmp_displaced *between)
 {
     double part = (between->aside - a->aside) / (b->aside - a->aside);
@@ -336,7 +321,17 @@ static kempe_status halve(job *j, const place_within *a, const place_within *b, 
 {
     kmp_between *found = &j->t->conicities.between[j->t->count - 2];
     place_within middle = {.part = (a->part + b->part) / 2};
-    KMP_TRY(find_within(j, &middle));
+    /* Finds the state at a part of the step; the difference is NaN where there is none. */
+    kempe_contacts *t = j->t;
+    for (int k = 0; k < t->over.count; k++) {
+        double from = kmp_range_value(&t->over.range[k], t->count - 2, t->requested);
+        j->there[k] = from + middle.part * (kmp_range_value(&t->over.range[k], t->count - 1, t->requested) - from);
+    }
+    middle.at.difference = NAN;
+    kempe_status status = go(j, j->there);
+    if (status == KEMPE_OK)
+        middle.at = kmp_contact_displaced(t, j->patch, take_patches(j, j->patch));
+    KMP_TRY(status == KEMPE_E_FAILED ? KEMPE_OK : status);
     if (isnan(middle.at.difference) || (halvings >= LEAST_HALVINGS && is_on_line(&a->at, &b->at, &middle.at)))
         return KEMPE_OK;
     if (halvings < MOST_HALVINGS)

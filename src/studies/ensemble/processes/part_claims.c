@@ -49,23 +49,6 @@ static unsigned long long start_of(long process)
     return s ? strtoull(s + 1, NULL, 10) : 0;
 }
 
-/* Appends a word that processes share whose numbers have one meaning: host, start of its system, space of numbers. */
-static void put_host(kmp_text *text)
-{
-    char name[HOST_NAME_MAX + 1] = "", boot[40] = "", space[64] = "";
-    (void)gethostname(name, sizeof name - 1);
-    FILE *file = fopen("/proc/sys/kernel/random/boot_id", "r");
-    if (file) {
-        boot[strcspn(fgets(boot, sizeof boot, file) ? boot : "", "\n")] = '\0';
-        fclose(file);
-    }
-    ssize_t length = readlink("/proc/self/ns/pid", space, sizeof space - 1);
-    space[length > 0 ? length : 0] = '\0';
-    for (char *s = name; *s; s++)
-        *s = (unsigned char)*s <= ' ' ? '_' : *s;
-    kmp_text_printf(text, "%s/%s/%s", name, boot, space);
-}
-
 /* -- claims of others -------------------------------------------------------------------------------- */
 
 /* Seconds since the last touch of a file by the clock of its file system; negative: unknown. */
@@ -155,7 +138,21 @@ kempe_status kmp_claims_new(kempe_context *context, const char *folder, kmp_clai
     pthread_mutex_init(&c->lock, NULL);
     pthread_cond_init(&c->wake, NULL);
     kmp_text_printf(&c->folder, "%s/%s", folder, subfolder);
-    put_host(&c->owner);
+    /* Appends a word that processes share whose numbers have one meaning: host, start of its system, space of numbers.
+     */
+    kmp_text *text = &c->owner;
+    char name[HOST_NAME_MAX + 1] = "", boot[40] = "", space[64] = "";
+    (void)gethostname(name, sizeof name - 1);
+    FILE *file = fopen("/proc/sys/kernel/random/boot_id", "r");
+    if (file) {
+        boot[strcspn(fgets(boot, sizeof boot, file) ? boot : "", "\n")] = '\0';
+        fclose(file);
+    }
+    ssize_t length = readlink("/proc/self/ns/pid", space, sizeof space - 1);
+    space[length > 0 ? length : 0] = '\0';
+    for (char *s = name; *s; s++)
+        *s = (unsigned char)*s <= ' ' ? '_' : *s;
+    kmp_text_printf(text, "%s/%s/%s", name, boot, space);
     kmp_text_printf(&c->owner, " %ld %llu\n", (long)getpid(), start_of((long)getpid()));
     kempe_status status = kmp_made(context, !c->folder.failed && !c->owner.failed);
     if (status == KEMPE_OK)

@@ -85,19 +85,15 @@ uint32_t kmp_sobol(uint64_t k, int column)
     return x;
 }
 
-/* The two points of a group have places of their own in the stream. */
-static double saltelli(uint64_t seed, uint64_t k, int column, int columns)
-{
-    uint64_t size = (uint64_t)kmp_saltelli_group(columns), group = k / size;
-    int member = (int)(k % size);
-    bool second = member == 1 || member == 2 + column;
-    return kmp_chance(seed, STREAM_POINTS, group, (uint64_t)(second ? columns + column : column));
-}
-
 double kmp_design_point(kmp_design design, uint64_t seed, uint64_t k, uint64_t count, int column, int columns)
 {
-    if (design == KMP_DESIGN_SALTELLI)
-        return saltelli(seed, k, column, columns);
+    if (design == KMP_DESIGN_SALTELLI) {
+        /* The two points of a group have places of their own in the stream. */
+        uint64_t size = (uint64_t)kmp_saltelli_group(columns), group = k / size;
+        int member = (int)(k % size);
+        bool second = member == 1 || member == 2 + column;
+        return kmp_chance(seed, STREAM_POINTS, group, (uint64_t)(second ? columns + column : column));
+    }
     double chance = design == KMP_DESIGN_SOBOL ? 0.5 : kmp_chance(seed, STREAM_POINTS, k, (uint64_t)column);
     if (design == KMP_DESIGN_LATIN)
         return ((double)permuted(seed, k, count, column) + chance) / (double)count;

@@ -178,15 +178,6 @@ static kempe_status read_column(const reader *r, column *c)
 
 /* -- all of them ------------------------------------------------------------------------------------- */
 
-/* The length of an entry: up to a comma outside parentheses. */
-static size_t entry_length(const char *s)
-{
-    size_t length = 0;
-    for (int depth = 0; s[length] && (s[length] != ',' || depth > 0); length++)
-        depth += (s[length] == '(') - (s[length] == ')');
-    return length;
-}
-
 static kempe_status read_columns(kmp_sampling *s, const char *text)
 {
     kempe_context *context = s->model->context;
@@ -198,7 +189,10 @@ static kempe_status read_columns(kmp_sampling *s, const char *text)
     KMP_TRY(kmp_made(context, !s->arena.failed));
     for (const char *c = text;; c++) {
         c += strspn(c, " ");
-        size_t length = entry_length(c);
+        /* The length of an entry: up to a comma outside parentheses. */
+        size_t length = 0;
+        for (int depth = 0; c[length] && (c[length] != ',' || depth > 0); length++)
+            depth += (c[length] == '(') - (c[length] == ')');
         kmp_text entry = {0};
         kmp_text_printf(&entry, "%.*s", (int)length, c);
         KMP_TRY(kmp_made(context, !entry.failed));
@@ -238,9 +232,15 @@ static int column_of(const kmp_sampling *s, const char *name, size_t length)
     return -1;
 }
 
-/* "a:b=0.8,a:c=-0.2": the correlations of normal scores. */
-static kempe_status read_correlations(kmp_sampling *s, const char *text, double *a)
+/* Factors the correlations. */
+static kempe_status correlate(kmp_sampling *s, const char *text)
 {
+    int n = s->columns;
+    double *a = s->factor = KMP_ARENA_NEW(&s->arena, double, (size_t)n *(size_t)n);
+    KMP_TRY(kmp_made(s->model->context, a));
+    for (int k = 0; k < n; k++)
+        a[k * n + k] = 1;
+    /* "a:b=0.8,a:c=-0.2": the correlations of normal scores. */
     for (const char *c = text; *c; c += *c == ',') {
         c += strspn(c, " ");
         size_t length = strcspn(c, ","), first = strcspn(c, ":=,"),
@@ -258,18 +258,6 @@ static kempe_status read_correlations(kmp_sampling *s, const char *text, double 
         a[i * s->columns + j] = a[j * s->columns + i] = value[1] == '-' ? -x : x;
         c += length;
     }
-    return KEMPE_OK;
-}
-
-/* Factors the correlations. */
-static kempe_status correlate(kmp_sampling *s, const char *text)
-{
-    int n = s->columns;
-    double *a = s->factor = KMP_ARENA_NEW(&s->arena, double, (size_t)n *(size_t)n);
-    KMP_TRY(kmp_made(s->model->context, a));
-    for (int k = 0; k < n; k++)
-        a[k * n + k] = 1;
-    KMP_TRY(read_correlations(s, text, a));
     for (int i = 0; i < n; i++)
         for (int j = 0; j <= i; j++) {
             double sum = a[i * n + j];
