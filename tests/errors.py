@@ -106,6 +106,7 @@ CALLS = [
     ("optimize model.yaml --minimize max(qd(D)) --parameter l", 3),
     ("optimize model.yaml --minimize rms(qd(D)) --parameter l:0.7:0.9 --method slopes", 3),
     ("ensemble model.yaml --values values.csv", 2),
+    ("ensemble model.yaml --values numbers.csv", 2),
     ("ensemble model.yaml --sample l=1", 3),
     ("ensemble model.yaml --sample l", 3),
     ("ensemble model.yaml --sample l=0.75:0.85 --instances 8 --t-end 0.01 --rtol 1e-8 --out RUN.kempe", 0),
@@ -186,7 +187,8 @@ def everything_said(kempe, folder):
         model.write_text(MODEL.replace(old, new))
         lines += said(kempe, folder, "simulate model.yaml", code)
     model.write_text(MODEL)
-    (pathlib.Path(folder) / "values.csv").write_text("l,rr\n0.8,x\n")
+    (pathlib.Path(folder) / "values.csv").write_text("l,rr\n0.8,0.3\n")
+    (pathlib.Path(folder) / "numbers.csv").write_text("l,r\n0.8,x\n")
     (pathlib.Path(folder) / "turn.csv").write_text("t,q.A [m]\n0,1\n0.1,2\n")
     (pathlib.Path(folder) / "angles.csv").write_text("t,q.A\n0,1\n0.1,\n")
     for words, code in CALLS:

@@ -200,15 +200,12 @@ static kempe_status leave_out_forces(kempe_check *c, const kempe_model *model)
 kempe_status kempe_check_new(const kempe_system *system, kempe_check **check)
 {
     KMP_WANTED_BOTH(system, check);
-    kmp_model_begin(system->model);
+    kmp_model_begin_forces(system->model);
     KMP_MAKE(system->context, kempe_check, c);
     c->given = c->system = system;
     c->body_count = system->model->body_count - 1;
     c->loop_count = system->model->closure_count - kmp_model_friction_count(system->model);
     unsigned long failures = kmp_memory_failures();
-    kmp_warn_of_directions(system->model);
-    kmp_warn_of_couplers(system->model);
-    kmp_warn_of_planes(system->model);
     kmp_warn_of_implicit_kinks(system->model);
     bool leaves_out = system->model->state_count > 0 || kmp_model_friction_count(system->model) > 0;
     kempe_status status = leaves_out ? leave_out_forces(c, system->model) : KEMPE_OK;

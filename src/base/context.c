@@ -504,11 +504,6 @@ void kmp_context_recall(kempe_context *context, const char *line, bool doubts)
     (void)keep_warning(context, line);
 }
 
-bool kmp_context_doubted(const kempe_context *context)
-{
-    return context->doubted;
-}
-
 kempe_status kmp_context_verdict(const kempe_context *context, kempe_status status)
 {
     return status == KEMPE_OK && context->doubted && !context->quiet ? KEMPE_UNTRUSTED : status;

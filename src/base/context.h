@@ -154,15 +154,13 @@ void kmp_log(kempe_context *context, kempe_level level, const char *format, ...)
 
 /** Logs a warning that says why the result of the current computation cannot be trusted: a check of it failed, a bound
  * on work ended before the asked accuracy, a part of the model is not in the equations. The computation then ends with
- * the status "not trustworthy". A warning that leaves the result right is kmp_log. */
+ * the status "not trustworthy". A warning that leaves the result right is kmp_log. The reader of a model keeps
+ * its doubts as notes (model/files/files.c), which each computation with the model takes up. */
 void kmp_doubt(kempe_context *context, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 /** The end of each public study: the status that the caller gets, KEMPE_UNTRUSTED in place of KEMPE_OK where kmp_doubt
  * was called since the computation began. While quiet the computation is a part of another one, which judges itself. */
 kempe_status kmp_context_verdict(const kempe_context *context, kempe_status status);
-
-/** True if kmp_doubt was called since the computation began. */
-bool kmp_context_doubted(const kempe_context *context);
 
 /** True if the whole result is there, also where it cannot be trusted. Functions inside the library return KEMPE_OK
  * alone for that; the status of a result, and that of a public study, may be either. */

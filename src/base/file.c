@@ -14,19 +14,45 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { MOST_BYTES = 1 << 30 };
+/* The most MiB of a file, whether it may be a pipe that a user names, its words in sentences. The bounds are beyond
+ * what the readers take: a million bodies are 300 MiB of YAML, two million triangles 500 MiB of STL, 200000 points 20
+ * MiB. */
+static const struct {
+    int mib;
+    bool pipes;
+    const char *words;
+} kinds[] = {
+    [KMP_FILE_MODEL] = {1024, true, "a model"},
+    [KMP_FILE_INCLUDED] = {1024, false, "a file of a model"},
+    [KMP_FILE_MESH] = {512, false, "a mesh"},
+    [KMP_FILE_POINTS] = {64, false, "a table of points"},
+    [KMP_FILE_TABLE] = {1024, true, "a table in CSV"},
+    [KMP_FILE_PARQUET] = {1024, false, "a Parquet file"},
+    [KMP_FILE_CHECKPOINT] = {1024, false, "a checkpoint"},
+    [KMP_FILE_RECORD] = {64, false, "a file that Kempe keeps"},
+    [KMP_FILE_SCRIPT] = {64, false, "a script library"},
+    [KMP_FILE_BINARY] = {1024, false, "a binary of a unit"},
+};
 
-static kempe_status read_stream(kempe_context *context, FILE *stream, const char *path, char **text, size_t *length)
+static kempe_status refuse_length(kempe_context *context, kmp_file_kind kind, const char *path)
 {
-    size_t capacity = 4096, n = 0;
+    return kmp_fail(context, KEMPE_E_IO, "cannot read '%s': it is longer than %d MiB, the most of %s", path,
+                    kinds[kind].mib, kinds[kind].words);
+}
+
+/* `capacity`: of the first buffer, one more than the file is expected to fill. */
+static kempe_status read_stream(kempe_context *context, kmp_file_kind kind, FILE *stream, const char *path,
+                                size_t capacity, char **text, size_t *length)
+{
+    size_t n = 0;
     char *s = kmp_calloc(capacity, 1);
     while (s) {
         n += fread(s + n, 1, capacity - 1 - n, stream);
         if (n < capacity - 1)
             break;
-        if (n >= MOST_BYTES) { /* probably a device without end */
+        if (n >> 20 >= (size_t)kinds[kind].mib) {
             kmp_free(s);
-            return kmp_fail(context, KEMPE_E_IO, "cannot read '%s': it is longer than %d MiB", path, MOST_BYTES >> 20);
+            return refuse_length(context, kind, path);
         }
         capacity *= 2;
         char *grown = kmp_realloc(s, capacity, 1);
@@ -46,24 +72,17 @@ static kempe_status read_stream(kempe_context *context, FILE *stream, const char
     return KEMPE_OK;
 }
 
-kempe_status kmp_file_read(kempe_context *context, const char *path, char **text, size_t *length)
+kempe_status kmp_file_read(kempe_context *context, kmp_file_kind kind, const char *path, char **text, size_t *length)
 {
-    FILE *stream = fopen(path, "rb");
-    if (!stream)
-        return kmp_fail(context, KEMPE_E_IO, "cannot read '%s': %s", path, strerror(errno));
-    kempe_status status = read_stream(context, stream, path, text, length);
-    fclose(stream);
-    return status;
-}
-
-kempe_status kmp_file_read_named(kempe_context *context, const char *path, char **text, size_t *length)
-{
+    enum { LEAST = 4096 };
     struct stat about;
-    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK); /* which does not wait for a writer */
-    const char *why = fd < 0 || fstat(fd, &about) != 0 ? strerror(errno)
-                      : S_ISDIR(about.st_mode)         ? strerror(EISDIR)
-                      : !S_ISREG(about.st_mode)        ? "it is no regular file"
-                                                       : NULL;
+    /* a pipe waits for its writer, as in every program; nothing else is waited for */
+    bool pipes = kinds[kind].pipes && stat(path, &about) == 0 && S_ISFIFO(about.st_mode);
+    int fd = open(path, O_RDONLY | O_CLOEXEC | (pipes ? 0 : O_NONBLOCK));
+    const char *why = fd < 0 || fstat(fd, &about) != 0    ? strerror(errno)
+                      : S_ISDIR(about.st_mode)            ? strerror(EISDIR)
+                      : !S_ISREG(about.st_mode) && !pipes ? "it is no regular file"
+                                                          : NULL;
     FILE *stream = why ? NULL : fdopen(fd, "rb");
     if (!stream) {
         kempe_status status = kmp_fail(context, KEMPE_E_IO, "cannot read '%s': %s", path, why ? why : strerror(errno));
@@ -71,7 +90,10 @@ kempe_status kmp_file_read_named(kempe_context *context, const char *path, char 
             close(fd);
         return status;
     }
-    kempe_status status = read_stream(context, stream, path, text, length);
+    size_t size = S_ISREG(about.st_mode) ? (size_t)about.st_size : 0;
+    kempe_status status = size >> 20 >= (size_t)kinds[kind].mib
+                              ? refuse_length(context, kind, path)
+                              : read_stream(context, kind, stream, path, size < LEAST ? LEAST : size + 2, text, length);
     fclose(stream);
     return status;
 }

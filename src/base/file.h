@@ -5,12 +5,23 @@
 #include "base/context.h"
 #include "base/text.h"
 
-/** Reads a file; `*text` ends with a zero that `*length` does not count (free with kmp_free).
- *  KEMPE_E_IO with the system's reason. */
-kempe_status kmp_file_read(kempe_context *context, const char *path, char **text, size_t *length);
+typedef enum kmp_file_kind {
+    KMP_FILE_MODEL,
+    KMP_FILE_INCLUDED,
+    KMP_FILE_MESH,
+    KMP_FILE_POINTS,
+    KMP_FILE_TABLE,
+    KMP_FILE_PARQUET,
+    KMP_FILE_CHECKPOINT,
+    KMP_FILE_RECORD,
+    KMP_FILE_SCRIPT,
+    KMP_FILE_BINARY
+} kmp_file_kind;
 
-/** The same of a file that a model names: a regular one, no pipe, terminal or device, which have no end or wait. */
-kempe_status kmp_file_read_named(kempe_context *context, const char *path, char **text, size_t *length);
+/** Reads a file of a kind, which has its bound: a regular one, no device or terminal, which have no end or wait;
+ *  some may be pipes. `*text` ends with a zero that `*length` does not count (free with kmp_free). KEMPE_E_IO with the
+ *  reason. */
+kempe_status kmp_file_read(kempe_context *context, kmp_file_kind kind, const char *path, char **text, size_t *length);
 
 /** Writes files into a folder: all of them, or none where one cannot be written. Errors as kempe_write_file. */
 kempe_status kmp_files_write(kempe_context *context, const char *folder, int count, const char *const *names,

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Forces that depend on the multipliers of closures, and forces and closures that depend on time. */
 #include "model/model.h"
+#include "model/variables/law_warnings.h"
 #include <string.h>
 
 const kmp_expr *kmp_force_lambda(const kmp_force *force)
@@ -109,6 +110,14 @@ void kmp_model_begin(const kempe_model *model)
     kmp_context_begin(model->context);
     for (int k = 0; k < model->note_count; k++)
         kmp_context_recall(model->context, model->notes[k], model->altered);
+}
+
+void kmp_model_begin_forces(const kempe_model *model)
+{
+    kmp_model_begin(model);
+    kmp_warn_of_directions(model);
+    kmp_warn_of_couplers(model);
+    kmp_warn_of_planes(model);
 }
 
 bool kmp_model_has_time(const kempe_model *model)

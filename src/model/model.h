@@ -449,6 +449,8 @@ int kmp_spherical_find(const kempe_model *model, int *first);
 
 /** kmp_context_begin for a computation with a model, whose notes become its warnings. */
 void kmp_model_begin(const kempe_model *model);
+/** The same of a computation to which forces matter: laws that mean less than they seem to say are warnings. */
+void kmp_model_begin_forces(const kempe_model *model);
 
 /** KEMPE_E_ARGUMENT with its sentence when the model is still under construction. */
 kempe_status kmp_model_check_finished(const kempe_model *model);

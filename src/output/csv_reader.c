@@ -217,7 +217,7 @@ kempe_status kmp_csv_read(kmp_csv *csv)
 {
     char *text;
     size_t length;
-    KMP_TRY(kmp_file_read(csv->context, csv->path, &text, &length));
+    KMP_TRY(kmp_file_read(csv->context, KMP_FILE_TABLE, csv->path, &text, &length));
     bool ok = read_lines(csv, text, length);
     kmp_free(text);
     kmp_arena_free(&csv->arena);

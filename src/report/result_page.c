@@ -267,7 +267,7 @@ static void put_files(kmp_json *json, const kempe_model *model)
         char *text = NULL;
         size_t length = 0;
         if (is_first_of_name(model, k) &&
-            kmp_file_read_named(model->context, model->files[k], &text, &length) == KEMPE_OK && ++count)
+            kmp_file_read(model->context, KMP_FILE_INCLUDED, model->files[k], &text, &length) == KEMPE_OK && ++count)
             put_file(json, model->files[k], text, length, &room);
         kmp_free(text);
     }

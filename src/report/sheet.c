@@ -29,7 +29,8 @@ static kempe_status read_library(kempe_context *context, const struct library *l
     for (int k = 0; k < 2; k++) {
         kmp_text path = {0};
         kmp_text_printf(&path, "%s/%s", folder, l->files[k]);
-        kempe_status status = path.failed ? KEMPE_E_MEMORY : kmp_file_read(context, path.s, text, &length);
+        kempe_status status =
+            path.failed ? KEMPE_E_MEMORY : kmp_file_read(context, KMP_FILE_SCRIPT, path.s, text, &length);
         kmp_text_free(&path);
         kmp_context_clear(context);
         if (status != KEMPE_E_IO)

@@ -80,7 +80,7 @@ static kempe_status read_resources(kmp_library_unit *unit, const char *resources
     const char *folder = folder_of(&unit->arena, resources);
     const char *list = folder ? kmp_arena_printf(&unit->arena, "%s/%s", folder, KMP_UNIT_LIST) : NULL;
     KMP_TRY(kmp_made(unit->context, list));
-    KMP_TRY(kmp_file_read(unit->context, list, &text, &length));
+    KMP_TRY(kmp_file_read(unit->context, KMP_FILE_RECORD, list, &text, &length));
     kempe_status status = read_list(unit, folder, text);
     kmp_free(text);
     return status;

@@ -2957,6 +2957,47 @@ class Generate(Case):
         self.assertIn("algebraic unknowns 'touch_L', 'touch_R'; request sets", refused)
         self.assertIn("or omit --keep-parameters", refused)
 
+    def test_sections_of_includes(self):
+        """A section of an included file that is no mapping, or no list, is an error, and not left out."""
+        leg, outer = self.folder / "leg.yaml", self.folder / "outer.yaml"
+        body = "{joint: {revolute: z, at: ground}, mass: 1, inertia: {zz: 1}}"
+        outer.write_text(f"kempe: 1\ninclude: [{{file: leg.yaml, prefix: a_}}]\nbodies: {{c: {body}}}\nforces: {{f: {{joint: c, torque: 1}}}}\nstart: {{q: {{c: 1}}, hold: [c]}}\n")
+        for section, told in (("forces: [{joint: b, torque: 1}]", "forces must be a mapping"), ("start: {hold: b}", "start hold must be a list"),
+                              ("start: {q: [1]}", "start q must be a mapping")):
+            leg.write_text(f"kempe: 1\nbodies: {{b: {body}}}\n{section}\n")
+            self.assertIn(told, self.expect(2, "check", outer).stderr)
+        leg.write_text(f"kempe: 1\nbodies: {{b: {body}}}\nforces:\nstart:\n")
+        self.expect(0, "check", outer)
+
+    def test_a_doubt_of_the_model(self):
+        """The friction of a slide lacks what presses it across the plane: every computation with forces says so, and instances in a folder."""
+        model = self.folder / "flat.yaml"
+        model.write_text("""kempe: 1
+gravity: [0, 0, -9.81]
+parameters: {m: 5}
+inputs: {push: {unit: N}}
+ground: {points: {O: [0, 0, 0]}}
+bodies:
+  crank: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.01}, points: {B: [0.1, 0, 0]}}
+  rod: {joint: {name: B, revolute: z, at: crank.B}, mass: 1, inertia: {zz: 0.01}, points: {C: [0.3, 0, 0]}}
+  slider: {mass: m, inertia: {zz: 0.1}, points: {C: [0, 0, 0]}}
+joints: {C: {revolute: [rod.C, slider.C], cut: no}, S: {prismatic: [ground.O, slider.C], axis: x, cut: yes}}
+forces:
+  rub: {sliding: position(slider.C).x, friction: {mu: 0.3, reaction: S, speed: 1 mm/s}}
+  push: {at: slider.C, force: [push, 0, 0]}
+start: {q: {A: 60 deg, B: -80 deg}, hold: [A]}
+run: {t_end: 0.05, outputs: [q]}
+""")
+        sampled = ("--sample", "m=4:5", "--instances", 2)
+        for command, *more in (("simulate",), ("check",), ("compare",), ("inverse", "--actuators", "A"), ("equilibrium",), ("modes",), ("linearize",),
+                               ("response", "--inputs", "push", "--outputs", "q(A)"), ("sensitivity", "--parameters", "m"), ("ensemble", *sampled),
+                               ("ensemble", *sampled, "--out", "flat.kempe"), ("ensemble", *sampled, "--out", "flat.kempe", "--resume")):
+            found = json.loads(self.expect(5, command, model, *more, "--json", "-").stdout)
+            self.assertEqual(found["status"], "not trustworthy", command)
+            self.assertTrue("warnings" not in found or "across the plane" in found["warnings"][0], command)
+        self.expect(5, "gather", "flat.kempe", "-o", "flat.csv")
+        self.assertEqual((self.folder / "flat.csv").read_text().count("not trustworthy"), 2)
+
     def test_unread_mechanics(self):
         """A spring of a vendor's own in a URDF file: an error, or allowed by name and then in the verdict."""
         path = self.folder / "r.urdf"
@@ -2989,6 +3030,48 @@ class Generate(Case):
         data.unlink()
         os.mkfifo(data)
         self.assertIn("it is no regular file", self.expect(2, "check", model).stderr)
+
+    def test_files_without_an_end(self):
+        """Pipes, terminals, devices and folders in place of files of every kind: an error at once."""
+        model = self.folder / "table.yaml"
+        model.write_text("kempe: 1\ninclude: [{file: part.yaml, prefix: p_}]\ntables: {f: {csv: f.csv, x: t, y: y}}\n"
+                         "bodies: {a: {joint: {prismatic: x, at: ground}, shape: [{mesh: a.stl}], mass: 1}}\nforces: {f: {joint: a, force: f(t)}}\n")
+        plain = self.folder / "plain.yaml"
+        plain.write_text("kempe: 1\nparameters: {m: 1}\ninputs: {u: {unit: N}}\nbodies: {a: {joint: {name: A, prismatic: x, at: ground}, mass: m}}\n"
+                         "forces: {u: {joint: A, force: u}}\nrun: {t_end: 0.1}\n")
+        data = self.folder / "data.csv"
+        data.write_text("t,q.A\n0,0\n0.1,0\n")
+        leader, follower = os.openpty()
+        self.addCleanup(os.close, leader)
+        self.addCleanup(os.close, follower)
+        pipe = self.folder / "pipe"
+        os.mkfifo(pipe)
+        odd = [("/dev/zero", "it is no regular file"), ("/dev/full", "it is no regular file"), ("/dev/null", "it is no regular file"),
+               (os.ttyname(follower), "it is no regular file"), (self.folder, "directory")]
+        named = {"part.yaml": ("check", model), "f.csv": ("check", model), "a.stl": ("check", model), "u.csv": ("simulate", plain, "--input", "u=u.csv:y:hold")}
+        given = {"model.yaml": ("check", "model.yaml"), "values.csv": ("ensemble", plain, "--values", "values.csv"),
+                 "values.parquet": ("ensemble", plain, "--values", "values.parquet"), "run.ckpt": ("simulate", plain, "--resume", "run.ckpt"),
+                 "reference.csv": ("simulate", plain, "--reference", "reference.csv"),
+                 "measured.csv": ("fit", plain, "measured.csv", "--parameter", "m"), "estimates.csv": ("fit", plain, data, "--parameter", "m", "--start", "estimates.csv"),
+                 "run.kempe/manifest.json": ("gather", "run.kempe")}
+        (self.folder / "run.kempe").mkdir()
+        for place, words in {**named, **given}.items():
+            waits = place.endswith((".yaml", ".csv")) and place in given
+            for what, told in odd + ([] if waits else [(pipe, "it is no regular file")]):
+                for other in named:
+                    (self.folder / other).unlink(missing_ok=True)
+                    (self.folder / other).write_text({"part.yaml": "kempe: 1\n", "f.csv": "t,y\n0,1\n10,1\n", "u.csv": "t,y\n0,1\n10,1\n"}.get(other, "solid\nendsolid\n"))
+                (self.folder / place).unlink(missing_ok=True)
+                (self.folder / place).symlink_to(what)
+                done = kempe(*words, cwd=self.folder)
+                self.assertIn(done.returncode, (2, 4), (place, what, done.stderr))
+                self.assertIn(told, done.stderr, (place, what))
+                (self.folder / place).unlink()
+        with open(self.folder / "long.stl", "wb") as file:
+            file.truncate(600 << 20)
+        (self.folder / "a.stl").unlink(missing_ok=True)
+        (self.folder / "a.stl").symlink_to("long.stl")
+        self.assertIn("it is longer than 512 MiB, the most of a mesh", self.expect(2, "check", model).stderr)
 
     def test_moments_left_out(self):
         """The wrong axis: 2.07 rad for 1.66 rad; a warning of reading and of the result."""

@@ -80,20 +80,16 @@ static kempe_status read_memory(kempe_context *context, const char *path, char *
     return kmp_made(context, *text);
 }
 
-kempe_status __real_kmp_file_read(kempe_context *context, const char *path, char **text, size_t *length);
-kempe_status __wrap_kmp_file_read(kempe_context *context, const char *path, char **text, size_t *length);
+kempe_status __real_kmp_file_read(kempe_context *context, kmp_file_kind kind, const char *path, char **text,
+                                  size_t *length);
+kempe_status __wrap_kmp_file_read(kempe_context *context, kmp_file_kind kind, const char *path, char **text,
+                                  size_t *length);
 
-kempe_status __wrap_kmp_file_read(kempe_context *context, const char *path, char **text, size_t *length)
+kempe_status __wrap_kmp_file_read(kempe_context *context, kmp_file_kind kind, const char *path, char **text,
+                                  size_t *length)
 {
-    return (count == 0 ? __real_kmp_file_read : read_memory)(context, path, text, length);
-}
-
-kempe_status __real_kmp_file_read_named(kempe_context *context, const char *path, char **text, size_t *length);
-kempe_status __wrap_kmp_file_read_named(kempe_context *context, const char *path, char **text, size_t *length);
-
-kempe_status __wrap_kmp_file_read_named(kempe_context *context, const char *path, char **text, size_t *length)
-{
-    return (count == 0 ? __real_kmp_file_read_named : read_memory)(context, path, text, length);
+    return count == 0 ? __real_kmp_file_read(context, kind, path, text, length)
+                      : read_memory(context, path, text, length);
 }
 
 int __real_stat(const char *path, struct stat *about);

@@ -105,7 +105,7 @@ static inline void foreign_changed(kempe_context *context, const char *label, co
     static const char others[] = "<>/&;!\"'=-0x. \n_?";
     size_t length = 0;
     char *text = NULL;
-    CHECK(kmp_file_read(context, path, &text, &length) == KEMPE_OK);
+    CHECK(kmp_file_read(context, KMP_FILE_MODEL, path, &text, &length) == KEMPE_OK);
     for (size_t i = 0; text && i < length; i++) {
         char old = text[i];
         text[i] = others[i % (sizeof others - 1)];

@@ -19,7 +19,7 @@ static char *make(const loaded *l, size_t *length)
     char *text = NULL;
     CHECK(kempe_simulate(l->system, &run, &t) == KEMPE_OK);
     kempe_trajectory_free(t);
-    CHECK(kmp_file_read(l->context, path, &text, length) == KEMPE_OK);
+    CHECK(kmp_file_read(l->context, KMP_FILE_CHECKPOINT, path, &text, length) == KEMPE_OK);
     return text;
 }
 

@@ -69,7 +69,8 @@ static void test_cuts_of_the_six_bar(void)
                                          "E: {revolute: [lever.E, ground.E]"};
     char *model = NULL;
     size_t length;
-    CHECK(kmp_file_read(context, KEMPE_ROOT "/examples/stephenson/stephenson.yaml", &model, &length) == KEMPE_OK);
+    CHECK(kmp_file_read(context, KMP_FILE_MODEL, KEMPE_ROOT "/examples/stephenson/stephenson.yaml", &model, &length) ==
+          KEMPE_OK);
     char *joints = model ? strstr(model, "\njoints:") : NULL;
     CHECK(joints != NULL);
     for (size_t k = 0; joints && k < sizeof cuts / sizeof *cuts; k++) {

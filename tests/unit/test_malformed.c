@@ -80,7 +80,7 @@ static void check_file(const char *path)
     char *text = NULL;
     size_t length;
     kempe_model *model = NULL;
-    CHECK(kmp_file_read(context, path, &text, &length) == KEMPE_OK);
+    CHECK(kmp_file_read(context, KMP_FILE_MODEL, path, &text, &length) == KEMPE_OK);
     CHECK(kempe_model_read(context, path, &model) == KEMPE_E_INPUT);
     CHECK(model == NULL);
     if (text)

@@ -434,7 +434,7 @@ static char *written(const kempe_comparison *c)
     kempe_context *context = kempe_context_new();
     snprintf(path, sizeof path, "%s/page.html", folder);
     CHECK(kempe_comparison_write_report(c, path) == KEMPE_OK);
-    CHECK(kmp_file_read(context, path, &text, &length) == KEMPE_OK);
+    CHECK(kmp_file_read(context, KMP_FILE_RECORD, path, &text, &length) == KEMPE_OK);
     unlink(path);
     kempe_context_free(context);
     return text;

@@ -46,7 +46,7 @@ static char *read_back(const char *path)
 {
     char *text = NULL;
     size_t length;
-    CHECK(kmp_file_read(context, path, &text, &length) == KEMPE_OK);
+    CHECK(kmp_file_read(context, KMP_FILE_TABLE, path, &text, &length) == KEMPE_OK);
     return text;
 }
 
@@ -111,7 +111,7 @@ static void zipped(void)
     CHECK(make(&t) == KEMPE_OK);
     close(mkstemps(path, 4));
     CHECK(kempe_table_write(t, path) == KEMPE_OK);
-    CHECK(kmp_file_read(context, path, &bytes, &length) == KEMPE_OK && length > 40 * 2 * 8);
+    CHECK(kmp_file_read(context, KMP_FILE_TABLE, path, &bytes, &length) == KEMPE_OK && length > 40 * 2 * 8);
     kmp_free(bytes);
     unlink(path);
     kempe_table_free(t);

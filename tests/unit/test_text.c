@@ -33,16 +33,16 @@ static void test_written(void)
         close(file);
     kmp_text_put(&text, "two\nlines\n");
     CHECK(kmp_file_write(context, path, &text) == KEMPE_OK && !text.s && text.length == 0);
-    CHECK(kmp_file_read(context, path, &back, &length) == KEMPE_OK);
+    CHECK(kmp_file_read(context, KMP_FILE_RECORD, path, &back, &length) == KEMPE_OK);
     CHECK_TEXT(back ? back : "", "two\nlines\n");
     kmp_free(back);
     CHECK(kmp_file_write(context, path, &text) == KEMPE_OK); /* nothing */
-    CHECK(kmp_file_read(context, path, &back, &length) == KEMPE_OK && length == 0);
+    CHECK(kmp_file_read(context, KMP_FILE_RECORD, path, &back, &length) == KEMPE_OK && length == 0);
     kmp_free(back);
     kmp_text_put(&text, "kept?");
     text.failed = true;
     CHECK(kmp_file_write(context, path, &text) == KEMPE_E_MEMORY && !text.s);
-    CHECK(kmp_file_read(context, path, &back, &length) == KEMPE_OK && length == 0);
+    CHECK(kmp_file_read(context, KMP_FILE_RECORD, path, &back, &length) == KEMPE_OK && length == 0);
     kmp_free(back);
     unlink(path);
     kmp_text_put(&text, "nowhere");

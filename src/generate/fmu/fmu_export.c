@@ -216,7 +216,7 @@ static kempe_status make_on_library(kempe_fmu_export *made, const kempe_model *m
     kmp_unit_token(plan->token, plan);
     KMP_TRY(kmp_made(made->context, add_texts(made)));
     KMP_TRY(kmp_unit_add_resources(&made->files, &made->arena, model));
-    KMP_TRY(kmp_file_read(made->context, o->unit_file, &bytes, &length));
+    KMP_TRY(kmp_file_read(made->context, KMP_FILE_BINARY, o->unit_file, &bytes, &length));
     char *name = kmp_arena_printf(&made->arena, "binaries/%s/%s.so", folder, plan->source->name);
     kmp_text *binary = name ? add_file(&made->files, "", name) : NULL;
     if (binary)

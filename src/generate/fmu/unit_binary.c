@@ -76,7 +76,7 @@ static kempe_status tell_failure(kempe_context *context, const char *compiler, i
             "the C compiler '%s' does not run: install one, name another with --compiler, or write the unit "
             "without a binary with --no-binary",
             compiler);
-    if (kmp_file_read(context, said, &text, &length) != KEMPE_OK)
+    if (kmp_file_read(context, KMP_FILE_RECORD, said, &text, &length) != KEMPE_OK)
         text = NULL;
     const char *line = text ? strstr(text, "error") : NULL;
     while (line && line > text && line[-1] != '\n')
@@ -111,7 +111,7 @@ static kempe_status build(kempe_context *context, kmp_arena *arena, const char *
     int code = run_words(words, said);
     if (code != 0)
         return tell_failure(context, compiler, code, said);
-    KMP_TRY(kmp_file_read(context, out, &text, &length));
+    KMP_TRY(kmp_file_read(context, KMP_FILE_BINARY, out, &text, &length));
     kmp_text_append(bytes, text, length);
     kmp_free(text);
     return kmp_made(context, !bytes->failed);

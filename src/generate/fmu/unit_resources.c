@@ -52,7 +52,7 @@ static kempe_status add_files(kmp_code_files *files, kmp_arena *arena, const kem
         char *text = NULL;
         const char *name = kmp_arena_printf(arena, "model/%s", whole[k] + common);
         KMP_TRY(kmp_made(model->context, name));
-        KMP_TRY(kmp_file_read_named(model->context, whole[k], &text, &length));
+        KMP_TRY(kmp_file_read(model->context, KMP_FILE_INCLUDED, whole[k], &text, &length));
         kempe_status status = add_bytes(model->context, files, name, text, length);
         kmp_free(text);
         KMP_TRY(status);

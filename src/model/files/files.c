@@ -24,7 +24,8 @@ static char *read_beside(void *user, kmp_place place, int from, const char *name
     kmp_reader *r = user;
     const char *path = kmp_path_beside(r, from, name);
     *number = path ? kmp_reader_add_file(r, path) : -1;
-    return *number < 0 ? NULL : kmp_read_file(r, &(kmp_yaml){.place = place}, "include", path, length);
+    return *number < 0 ? NULL
+                       : kmp_read_file(r, KMP_FILE_INCLUDED, &(kmp_yaml){.place = place}, "include", path, length);
 }
 
 static const char *name_of(void *user, int number)

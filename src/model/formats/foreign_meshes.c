@@ -48,7 +48,7 @@ bool kmp_import_read_mesh(kmp_import *im, const char *uri, kmp_mesh *mesh, kmp_t
     bool good = false;
     if (!found)
         kmp_text_printf(why, "the file '%s' is not found", uri);
-    else if (!aside || kmp_file_read_named(aside, path, &text, &length) != KEMPE_OK)
+    else if (!aside || kmp_file_read(aside, KMP_FILE_MESH, path, &text, &length) != KEMPE_OK)
         kmp_text_printf(why, "the file '%s' cannot be read", uri);
     else
         good = kmp_mesh_read(im->arena, path, text, length, mesh, why);

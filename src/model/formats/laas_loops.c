@@ -57,9 +57,9 @@ static bool read_robot(pairs *p)
     size_t length;
     p->file = robot_file(p->im);
     p->path = p->file ? beside(p->im, p->file) : NULL;
-    bool read = aside && p->path && kmp_file_read_named(aside, p->path, &text, &length) == KEMPE_OK;
+    bool read = aside && p->path && kmp_file_read(aside, KMP_FILE_INCLUDED, p->path, &text, &length) == KEMPE_OK;
     if (!read && aside && p->path && other_robot(p)) {
-        read = kmp_file_read_named(aside, p->path, &text, &length) == KEMPE_OK;
+        read = kmp_file_read(aside, KMP_FILE_INCLUDED, p->path, &text, &length) == KEMPE_OK;
         if (!read)
             kmp_import_complain(p->im, p->im->root->place, "the robot", p->path, "of these loops cannot be read");
     }

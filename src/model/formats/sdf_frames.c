@@ -79,7 +79,7 @@ static const kmp_element *load(kmp_sdf *s, const kmp_element *include, const cha
     kempe_context *aside = kempe_context_new(); /* its message becomes part of ours */
     char *text = NULL;
     size_t length = 0;
-    kempe_status status = aside ? kmp_file_read_named(aside, path, &text, &length) : KEMPE_E_MEMORY;
+    kempe_status status = aside ? kmp_file_read(aside, KMP_FILE_INCLUDED, path, &text, &length) : KEMPE_E_MEMORY;
     inner.file = path;
     inner.model = NULL;
     if (status == KEMPE_E_MEMORY)

@@ -346,7 +346,7 @@ bool kmp_read_profile_file(kmp_points *p, const kmp_yaml *node)
         return false;
     const char *path = kmp_path_beside(p->r, node->place.file, node->text);
     s.file = kmp_reader_add_file(p->r, path);
-    char *text = s.file < 0 ? NULL : kmp_read_file(p->r, node, p->what, path, &length);
+    char *text = s.file < 0 ? NULL : kmp_read_file(p->r, KMP_FILE_POINTS, node, p->what, path, &length);
     bool good = text && read_text(&s, text);
     kmp_free(text);
     return good;

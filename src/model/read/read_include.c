@@ -110,7 +110,7 @@ static void load(kmp_reader *r, const kmp_yaml *node, const kmp_yaml *file, cons
             return;
         }
     }
-    char *text = kmp_read_file(r, file, "include", path, &length);
+    char *text = kmp_read_file(r, KMP_FILE_INCLUDED, file, "include", path, &length);
     bool before = kmp_context_use_limits(r->context, x->limits), altered = r->model->altered;
     const char *left_out = kmp_context_use_left_out(r->context, NULL);
     (void)kmp_context_use_left_out(r->context, names ? names_of(r, names, left_out) : left_out);
@@ -144,9 +144,18 @@ static kmp_include_instance *add_instance(kmp_reader *r)
 
 /* -- joining ------------------------------------------------------------------------------------- */
 
+/* Of two sections to be joined the one that stands for both: the other is missing or empty, or this one is not of the
+ * kind, which the reader of the section reports; NULL: they can be joined. */
+static const kmp_yaml *only_one(const kmp_yaml *one, const kmp_yaml *other, kmp_yaml_kind kind)
+{
+    if (!one || !other || one->empty || other->empty)
+        return one && !one->empty ? one : other ? other : one;
+    return one->kind != kind ? one : other->kind != kind ? other : NULL;
+}
+
 static const kmp_yaml *find_key(const kmp_yaml *map, const char *text)
 {
-    int found = map ? kmp_yaml_find(map, text) : -1;
+    int found = map && map->kind == KMP_YAML_MAP ? kmp_yaml_find(map, text) : -1;
     return found < 0 ? NULL : map->keys[found];
 }
 
@@ -163,10 +172,13 @@ static const kmp_yaml *rename_key(kmp_reader *r, const kmp_yaml *key, int file)
 /* Merges two maps; either may be NULL. `file`: of `more`, whose keys are new names; -1: they are references. */
 static const kmp_yaml *join_maps(kmp_reader *r, const kmp_yaml *map, const kmp_yaml *more, int file)
 {
-    if (!more || more->kind != KMP_YAML_MAP || (map && map->kind != KMP_YAML_MAP && !map->empty))
-        return map ? map : more;
-    kmp_yaml *joined = map && !map->empty ? kmp_yaml_copy(&r->scratch, map)
-                                          : kmp_yaml_new(&r->scratch, KMP_YAML_MAP, (map ? map : more)->place);
+    const kmp_yaml *one = only_one(map, more, KMP_YAML_MAP);
+    if (!more)
+        return map;
+    if (one && (one != more || more->kind != KMP_YAML_MAP))
+        return one;
+    kmp_yaml *joined =
+        one ? kmp_yaml_new(&r->scratch, KMP_YAML_MAP, (map ? map : more)->place) : kmp_yaml_copy(&r->scratch, map);
     for (int i = 0; i < more->count; i++) {
         const kmp_yaml *key = file < 0 ? more->keys[i] : rename_key(r, more->keys[i], file);
         const kmp_yaml *there = file < 0 ? NULL : find_key(map, key->text);
@@ -181,8 +193,9 @@ static const kmp_yaml *join_maps(kmp_reader *r, const kmp_yaml *map, const kmp_y
 
 static const kmp_yaml *join_lists(kmp_reader *r, const kmp_yaml *list, const kmp_yaml *more)
 {
-    if (!list || !more || list->kind != KMP_YAML_LIST || more->kind != KMP_YAML_LIST)
-        return list ? list : more;
+    const kmp_yaml *one = only_one(list, more, KMP_YAML_LIST);
+    if (one || !more)
+        return one;
     kmp_yaml *joined = kmp_yaml_copy(&r->scratch, list);
     for (int i = 0; i < more->count; i++)
         kmp_yaml_append(&r->scratch, joined, NULL, more->items[i]);
@@ -202,10 +215,17 @@ static const kmp_yaml *with_item(kmp_reader *r, const kmp_yaml *map, const char 
     return changed ? changed : map;
 }
 
+/* A section of a file; NULL: it has none, or what is no mapping, which is reported where it is read. */
+static const kmp_yaml *map_of(const kmp_yaml *root, const char *section)
+{
+    const kmp_yaml *found = kmp_yaml_get(root, section);
+    return found && found->kind == KMP_YAML_MAP ? found : NULL;
+}
+
 /* The parameters of an included file, some of them set by the including file. */
 static const kmp_yaml *set_parameters(kmp_reader *r, const kmp_yaml *root, const kmp_yaml *set)
 {
-    const kmp_yaml *parameters = kmp_yaml_get(root, "parameters");
+    const kmp_yaml *parameters = map_of(root, "parameters");
     if (!set || !kmp_read_map(r, set, "include set", NULL))
         return root;
     for (int i = 0; i < set->count; i++) {
@@ -242,7 +262,7 @@ static const char *joint_name(const kmp_yaml *bodies, int i)
 /* The bodies of an included file, some joints of which the including file makes joints of another kind. */
 static const kmp_yaml *set_joints(kmp_reader *r, const kmp_yaml *root, const kmp_yaml *set)
 {
-    const kmp_yaml *bodies = kmp_yaml_get(root, "bodies");
+    const kmp_yaml *bodies = map_of(root, "bodies");
     if (!set || !kmp_read_map(r, set, "include joints", NULL))
         return root;
     for (int k = 0; k < set->count; k++) {
@@ -269,8 +289,9 @@ static const kmp_yaml *set_joints(kmp_reader *r, const kmp_yaml *root, const kmp
 static const kmp_yaml *join_start(kmp_reader *r, const kmp_yaml *start, const kmp_yaml *more)
 {
     static const char *const maps[] = {"q", "qd", "goals"};
-    if (!start || !more || start->kind != KMP_YAML_MAP || more->kind != KMP_YAML_MAP)
-        return start ? start : more;
+    const kmp_yaml *one = only_one(start, more, KMP_YAML_MAP);
+    if (one || !more)
+        return one;
     for (int k = 0; k < 3; k++)
         start =
             with_item(r, start, maps[k], join_maps(r, kmp_yaml_get(start, maps[k]), kmp_yaml_get(more, maps[k]), -1));

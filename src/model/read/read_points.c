@@ -176,11 +176,12 @@ const char *kmp_path_beside(kmp_reader *r, int file, const char *name)
     return name[0] == '/' || !slash ? name : kmp_reader_say(r, "%.*s%s", (int)(slash - from) + 1, from, name);
 }
 
-char *kmp_read_file(kmp_reader *r, const kmp_yaml *node, const char *what, const char *path, size_t *length)
+char *kmp_read_file(kmp_reader *r, kmp_file_kind kind, const kmp_yaml *node, const char *what, const char *path,
+                    size_t *length)
 {
     kempe_context *aside = kempe_context_new(); /* its message becomes part of the reader's */
     char *text = NULL;
-    kempe_status status = aside ? kmp_file_read_named(aside, path, &text, length) : KEMPE_E_MEMORY;
+    kempe_status status = aside ? kmp_file_read(aside, kind, path, &text, length) : KEMPE_E_MEMORY;
     if (status == KEMPE_E_MEMORY)
         r->scratch.failed = true;
     else if (status != KEMPE_OK)
@@ -206,7 +207,7 @@ static bool read_csv(points *p)
         return false;
     const char *path = kmp_path_beside(p->r, csv->place.file, csv->text);
     s.file = kmp_reader_add_file(p->r, path);
-    char *text = s.file < 0 ? NULL : kmp_read_file(p->r, csv, p->what, path, &length);
+    char *text = s.file < 0 ? NULL : kmp_read_file(p->r, KMP_FILE_POINTS, csv, p->what, path, &length);
     good = text && read_sheet(&s, text);
     kmp_free(text);
     return good;

@@ -225,7 +225,7 @@ kempe_status kmp_model_read_file(kempe_context *context, const char *path, const
 {
     char *text;
     size_t length;
-    KMP_TRY(kmp_file_read(context, path, &text, &length));
+    KMP_TRY(kmp_file_read(context, KMP_FILE_MODEL, path, &text, &length));
     kempe_status status = read_model(context, text, length, path, list, count, model);
     if (status == KEMPE_OK)
         (*model)->from_file = true;

@@ -4,6 +4,7 @@
  * untouched when it has no result. The reader continues, so that all errors are reported at once. */
 #pragma once
 
+#include "base/file.h"
 #include "model/files/yaml.h"
 #include "model/model.h"
 #include "model/tables/force_table.h"
@@ -342,7 +343,8 @@ void kmp_points_reverse(kmp_points *p);
 const char *kmp_path_beside(kmp_reader *r, int file, const char *name);
 
 /** Reads a file for the reader, to be freed; NULL after an error: "WHAT: reason". */
-char *kmp_read_file(kmp_reader *r, const kmp_yaml *node, const char *what, const char *path, size_t *length);
+char *kmp_read_file(kmp_reader *r, kmp_file_kind kind, const kmp_yaml *node, const char *what, const char *path,
+                    size_t *length);
 
 /** A table of the model by its name; NULL after an error. */
 const kmp_named_table *kmp_read_table_name(kmp_reader *r, const kmp_yaml *node, const char *what);

@@ -223,7 +223,7 @@ static const kmp_mesh *load_mesh(const reading *s, const kmp_yaml *node, const c
     kmp_mesh *mesh = KMP_ARENA_NEW(arena, kmp_mesh, 1);
     const char *own = kmp_arena_strdup(arena, path);
     size_t length;
-    char *text = mesh && own ? kmp_read_file(r, node, s->what, path, &length) : NULL;
+    char *text = mesh && own ? kmp_read_file(r, KMP_FILE_MESH, node, s->what, path, &length) : NULL;
     kmp_text why = {0};
     bool good = text && kmp_mesh_read(arena, own, text, length, mesh, &why);
     if (text && !good && why.length > 0)

@@ -740,7 +740,7 @@ kempe_status kmp_parquet_read(kempe_context *context, const char *path, kmp_parq
 {
     reader r = {.context = context, .path = path, .file = file};
     char *text;
-    KMP_TRY(kmp_file_read(context, path, &text, &r.size));
+    KMP_TRY(kmp_file_read(context, KMP_FILE_PARQUET, path, &text, &r.size));
     r.bytes = (const unsigned char *)text;
     kempe_status status = read_bytes(&r);
     kmp_free(text);

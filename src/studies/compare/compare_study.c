@@ -223,7 +223,7 @@ kempe_status kempe_comparison_new(const kempe_system *system, const kempe_compar
     KMP_OPTIONS(system->context, kempe_compare_options, options);
     kempe_comparison *c = KMP_NEW(kempe_comparison, 1);
     kmp_compare_job j = {.comparison = c, .context = system->context};
-    kmp_model_begin(system->model);
+    kmp_model_begin_forces(system->model);
     KMP_TRY(kmp_made(j.context, c));
     *c = (kempe_comparison){
         .system = system, .source = "none", .amplification = NAN, .advice = {.run = -1, .level = NAN}};

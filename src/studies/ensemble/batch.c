@@ -20,6 +20,7 @@ struct kempe_ensemble {
     kmp_mechanisms *inner;
     const kempe_model *model;
     kmp_quantity_list quantities;
+    bool doubted; /* of the current run: the model itself is doubted, and so is each instance */
 };
 
 struct kempe_batch {
@@ -361,13 +362,19 @@ kempe_status kempe_ensemble_run(kempe_ensemble *e, const kempe_run_options *run,
     return kempe_ensemble_run_range(e, run, lanes, 0, e ? e->values->count : 0, batch);
 }
 
+void kmp_ensemble_begin(kempe_ensemble *e)
+{
+    kmp_model_begin_forces(e->model);
+    e->doubted = kmp_context_verdict(e->model->context, KEMPE_OK) != KEMPE_OK;
+}
+
 kempe_status kempe_ensemble_run_range(kempe_ensemble *e, const kempe_run_options *run, int lanes, int first, int count,
                                       kempe_batch **batch)
 {
     KMP_WANTED(NULL, e, "ensemble");
     KMP_WANTED(e->model->context, batch, "batch");
     KMP_OPTIONS(e->model->context, kempe_run_options, run);
-    kmp_model_begin(e->model);
+    kmp_ensemble_begin(e);
     if (first < 0 || count < 0 || first > e->values->count - count)
         return kmp_fail(e->model->context, KEMPE_E_ARGUMENT, "there are no %d instances from %d: there are %d", count,
                         first, e->values->count);
@@ -380,7 +387,7 @@ kempe_status kempe_ensemble_run_rows(kempe_ensemble *e, const kempe_run_options 
     KMP_WANTED(NULL, e, "ensemble");
     KMP_WANTED(e->model->context, batch, "batch");
     KMP_OPTIONS(e->model->context, kempe_run_options, run);
-    kmp_model_begin(e->model);
+    kmp_ensemble_begin(e);
     if (count < 0)
         return kmp_fail(e->model->context, KEMPE_E_ARGUMENT, "the number of rows is %d; it cannot be negative", count);
     KMP_WANTED(e->model->context, rows || count == 0 || e->values->columns == 0, "rows");
@@ -390,11 +397,12 @@ kempe_status kempe_ensemble_run_rows(kempe_ensemble *e, const kempe_run_options 
 /* -- queries ----------------------------------------------------------------------------------------- */
 
 KMP_GETTER(int kempe_batch_count(const kempe_batch *b), b, b->count, 0)
-/* The word of an instance, which its own repeat may contradict. */
+/* The word of an instance, which its own repeat, or a doubt of its model, may contradict. */
 static const char *word_of(const kempe_batch *b, int k)
 {
     kempe_status status = b->results[k].status;
-    return kmp_status_word(status == KEMPE_OK && !kmp_convergence_holds(&b->again[k]) ? KEMPE_UNTRUSTED : status);
+    bool doubted = b->ensemble->doubted || !kmp_convergence_holds(&b->again[k]);
+    return kmp_status_word(status == KEMPE_OK && doubted ? KEMPE_UNTRUSTED : status);
 }
 
 KMP_GETTER_AT(const char *kempe_batch_status(const kempe_batch *b, int k), b, k, b->count, word_of(b, k), "")

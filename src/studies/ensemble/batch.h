@@ -45,6 +45,9 @@ void kmp_batch_add(const kempe_batch *batch, const kempe_table *instances, kmp_b
 /** The table "instances" without rows: its columns are those of all batches of the ensemble. */
 kempe_status kmp_ensemble_columns(kempe_ensemble *ensemble, kempe_table **table);
 
+/** kmp_model_begin_forces for a run of the ensemble, whose instances are doubted where the model is. */
+void kmp_ensemble_begin(kempe_ensemble *ensemble);
+
 const kempe_model *kmp_ensemble_model(const kempe_ensemble *ensemble);
 const kempe_values *kmp_ensemble_values(const kempe_ensemble *ensemble);
 const kmp_quantity_list *kmp_ensemble_quantities(const kempe_ensemble *ensemble);

@@ -242,7 +242,7 @@ kempe_status kmp_folder_judge(const kempe_folder *f, kempe_status status)
 {
     if (status == KEMPE_OK && f->stopped + f->failed + f->distrusted > 0)
         kmp_doubt(f->context,
-                  "instances that did not reach their end: %ld, that differ at another rtol: %ld; their rows have the "
+                  "instances that did not reach their end: %ld, that are not trustworthy: %ld; their rows have the "
                   "reasons",
                   f->stopped + f->failed, f->distrusted);
     return kmp_context_verdict(f->context, status);

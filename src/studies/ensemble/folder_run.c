@@ -202,7 +202,7 @@ static kempe_status run_part(folder_run *r, int part)
                                    .before = r->before,
                                    .total = r->total};
     kempe_status status = kmp_batch_new(r->ensemble, r->run, r->lanes, &range, &batch);
-    if (status == KEMPE_OK)
+    if (kmp_is_complete(status))
         status = keep_part(r, batch, part);
     kempe_batch_free(batch);
     return status;
@@ -287,7 +287,7 @@ kempe_status kempe_ensemble_run_folder(kempe_ensemble *ensemble, const kempe_run
     KMP_OPTIONS(context, kempe_folder_options, options);
     folder_run r = {.ensemble = ensemble, .context = context, .run = run, .lanes = lanes};
     kmp_shard shard;
-    kmp_model_begin(kmp_ensemble_model(ensemble));
+    kmp_ensemble_begin(ensemble);
     KMP_TRY(kmp_batch_check_lanes(ensemble, lanes));
     if (options->chunk < 0)
         return kmp_fail(context, KEMPE_E_ARGUMENT, "a part has at least one instance, not %d", options->chunk);
@@ -303,6 +303,7 @@ kempe_status kempe_ensemble_run_folder(kempe_ensemble *ensemble, const kempe_run
     kempe_status status = run_folder(&r);
     kmp_free(r.done);
     status = kmp_context_verdict(context, status);
+    r.folder->doubted = status == KEMPE_UNTRUSTED;
     if (status >= 0 || status == KEMPE_E_FAILED)
         *folder = r.folder;
     else

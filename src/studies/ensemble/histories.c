@@ -183,7 +183,7 @@ kempe_status kempe_ensemble_history(kempe_ensemble *ensemble, const kempe_run_op
     kmp_arena arena = {0};
     kmp_instance_ranges ranges;
     int count = kmp_ensemble_values(ensemble)->count;
-    kmp_model_begin(kmp_ensemble_model(ensemble));
+    kmp_model_begin_forces(kmp_ensemble_model(ensemble));
     kempe_status status = kmp_instance_ranges_read(context, &arena, instances, count, &ranges);
     if (status == KEMPE_OK)
         status = kmp_histories(ensemble, run, &ranges, 0, count, table);

@@ -60,6 +60,7 @@ kmp_instance_sums kmp_instances_sum(const kempe_table *t, long first)
     kmp_instance_sums s = {.count = kempe_table_row_count(t),
                            .ok = count_words(t, "status", kmp_status_word(KEMPE_OK)) +
                                  count_words(t, "status", kmp_status_word(KEMPE_UNTRUSTED)),
+                           .distrusted = count_words(t, "status", kmp_status_word(KEMPE_UNTRUSTED)),
                            .stopped = count_words(t, "status", "stopped"),
                            .failed = count_words(t, "status", "failed"),
                            .steps = add_up(t, "steps"),
@@ -100,6 +101,7 @@ void kmp_instances_add(kmp_instance_sums *s, const kmp_instance_sums *part)
     }
     s->count += part->count;
     s->ok += part->ok;
+    s->distrusted += part->distrusted;
     s->stopped += part->stopped;
     s->failed += part->failed;
     s->steps += part->steps;
@@ -167,7 +169,7 @@ kempe_status kmp_instances_warn(kempe_context *context, const kmp_instance_sums 
 
 const char *kmp_instances_word(const kmp_instance_sums *s)
 {
-    bool doubted = s->ok < s->count || s->not_converged > 0;
+    bool doubted = s->ok < s->count || s->not_converged > 0 || s->distrusted > 0;
     return s->count > 0 && s->ok == 0 ? kmp_status_word(s->failed > 0 ? KEMPE_E_FAILED : KEMPE_STOPPED)
                                       : kmp_checked_word(doubted ? KEMPE_UNTRUSTED : KEMPE_OK, s->repeated > 0);
 }

@@ -7,7 +7,7 @@
 
 /** Counts, sums and worst values of all rows. */
 typedef struct kmp_instance_sums {
-    long count, ok, stopped, failed;
+    long count, ok, stopped, failed, distrusted; /* distrusted: of those that are ok */
     long steps, rejected, refused, rhs, exchanges;
     double h, hdot, drift;
     long rates_changed, first_changed; /* starts whose velocities were adjusted; the number of the first, from 0 on */

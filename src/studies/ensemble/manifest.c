@@ -267,7 +267,7 @@ kempe_status kmp_manifest_read(kempe_context *context, const char *folder, char 
     kmp_folder_put_manifest(&path, folder);
     kempe_status status = kmp_made(context, !path.failed);
     if (status == KEMPE_OK && (access(path.s, F_OK) == 0 || errno != ENOENT))
-        status = kmp_file_read(context, path.s, text, &length);
+        status = kmp_file_read(context, KMP_FILE_RECORD, path.s, text, &length);
     kmp_text_free(&path);
     return status;
 }

@@ -243,7 +243,8 @@ static const char *word_of(const kempe_folder *f)
         return kmp_checked_word(f->stopped + f->failed + f->distrusted > 0 ? KEMPE_UNTRUSTED : KEMPE_OK,
                                 f->repeated > 0);
     bool right = sums->ok == sums->count && sums->not_converged == 0;
-    return right ? kmp_checked_word(KEMPE_OK, sums->repeated > 0 && f->ran_parts == f->whole)
+    return right ? kmp_checked_word(f->doubted ? KEMPE_UNTRUSTED : KEMPE_OK,
+                                    sums->repeated > 0 && f->ran_parts == f->whole)
                  : kmp_instances_word(sums);
 }
 

@@ -19,7 +19,7 @@ struct kempe_folder {
     const char *history;
     int whole; /* parts that were there when the folder was opened, or when its run ended */
     /* The run that made it, where there was one: */
-    bool ran, interrupted;
+    bool ran, interrupted, doubted;
     int first, step;                   /* its parts: first, first + step, .. */
     int ran_parts, missing, elsewhere; /* of its own: run, not whole; of these, those in work elsewhere */
     kmp_batch_totals totals;

@@ -386,7 +386,7 @@ kempe_status kempe_equilibrium_new(const kempe_system *system, const kempe_equil
 {
     KMP_WANTED_BOTH(system, equilibrium);
     KMP_OPTIONS(system->context, kempe_equilibrium_options, options);
-    kmp_model_begin(system->model);
+    kmp_model_begin_forces(system->model);
     KMP_MAKE(system->context, kempe_equilibrium, e);
     kempe_status status = kmp_averaged_new(system, &e->averaged);
     e->given = system;

@@ -531,7 +531,7 @@ static kempe_status keep_best(kempe_fit *f)
         return KEMPE_STOPPED;
     memcpy(f->value, f->best, (size_t)f->count * sizeof *f->best);
     f->outcome = KMP_SQUARES_ENDED;
-    kmp_model_begin(f->model);
+    kmp_model_begin_forces(f->model);
     KMP_TRY(stand_at_estimates(f));
     KMP_TRY(kmp_fit_judge(f));
     (void)kmp_fail(f->context, KEMPE_STOPPED, "interrupted after %d runs: the best values so far are given",
@@ -553,7 +553,7 @@ kempe_status kempe_fit_new(const kempe_model *model, const kempe_fit_options *op
 {
     KMP_WANTED_BOTH(model, fit);
     KMP_OPTIONS(model->context, kempe_fit_options, options);
-    kmp_model_begin(model);
+    kmp_model_begin_forces(model);
     KMP_TRY(kmp_model_check_finished(model));
     KMP_MAKE(model->context, kempe_fit, f);
     f->context = model->context;

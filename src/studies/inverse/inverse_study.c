@@ -706,7 +706,7 @@ kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_o
     KMP_WANTED_BOTH(system, inverse);
     KMP_OPTIONS(system->context, kempe_inverse_options, options);
     double begin = kmp_cpu_now();
-    kmp_model_begin(system->model);
+    kmp_model_begin_forces(system->model);
     KMP_TRY(kmp_refuse_contacts(system->model, "inverse dynamics"));
     job j = {.system = system, .context = system->context, .options = options, .r = result_new(system)};
     KMP_TRY(kmp_made(system->context, j.r));

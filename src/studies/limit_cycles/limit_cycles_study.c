@@ -183,7 +183,7 @@ kempe_status kempe_limit_cycles_new(const kempe_system *system, const kempe_limi
     KMP_WANTED_BOTH(system, cycles);
     KMP_OPTIONS(system->context, kempe_limit_cycles_options, options);
     double begin = kmp_cpu_now();
-    kmp_model_begin(system->model);
+    kmp_model_begin_forces(system->model);
     KMP_MAKE(system->context, kempe_limit_cycles, c);
     c->system = system;
     kempe_status status = make(c, options);

@@ -106,7 +106,7 @@ kempe_status kempe_linearization_new(const kempe_system *system, const kempe_lin
 {
     KMP_WANTED_BOTH(system, linearization);
     KMP_OPTIONS(system->context, kempe_linearize_options, options);
-    kmp_model_begin(system->model);
+    kmp_model_begin_forces(system->model);
     KMP_MAKE(system->context, kempe_linearization, l);
     const kmp_channels_options requested = {options->at, options->inputs, options->outputs, options->independent,
                                             options->backend};

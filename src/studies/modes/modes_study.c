@@ -211,7 +211,7 @@ kempe_status kempe_modes_new(const kempe_system *system, const kempe_modes_optio
     KMP_WANTED_BOTH(system, modes);
     KMP_OPTIONS(system->context, kempe_modes_options, options);
     double begin = kmp_cpu_now();
-    kmp_model_begin(system->model);
+    kmp_model_begin_forces(system->model);
     KMP_MAKE(system->context, kempe_modes, m);
     kempe_status status = check_delays(system, options);
     if (status == KEMPE_OK)

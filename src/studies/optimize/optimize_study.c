@@ -115,7 +115,7 @@ static kempe_status search_all(kempe_optimum *o)
         return settle(o);
     if (status != KEMPE_STOPPED || o->best < 0)
         return status;
-    kmp_context_begin(o->context);
+    kmp_model_begin_forces(o->model);
     KMP_TRY(settle(o));
     return kmp_fail(o->context, KEMPE_STOPPED, "interrupted after %d of %d searches: the best place so far is given",
                     o->searches, found);
@@ -189,7 +189,7 @@ kempe_status kempe_optimum_new(const kempe_model *model, const kempe_optimum_opt
     KMP_WANTED_BOTH(model, optimum);
     KMP_OPTIONS(model->context, kempe_optimum_options, options);
     double begin = kmp_cpu_now();
-    kmp_model_begin(model);
+    kmp_model_begin_forces(model);
     KMP_TRY(kmp_model_check_finished(model));
     KMP_MAKE(model->context, kempe_optimum, o);
     o->context = model->context;

@@ -179,7 +179,7 @@ kempe_status kempe_response_new(const kempe_system *system, const kempe_response
 {
     KMP_WANTED_BOTH(system, response);
     KMP_OPTIONS(system->context, kempe_response_options, options);
-    kmp_model_begin(system->model);
+    kmp_model_begin_forces(system->model);
     KMP_MAKE(system->context, kempe_response, r);
     kempe_status status = make(r, system, options);
     r->channels.warnings = kmp_context_warnings(system->context);

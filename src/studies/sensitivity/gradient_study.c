@@ -236,7 +236,7 @@ kempe_status kempe_gradient_at(kempe_gradient *gradient, const double *driven, c
     KMP_WANTED(NULL, gradient, "gradient");
     kempe_gradient *g = gradient;
     KMP_WANTED(g->context, driven || g->driven == 0, "driven");
-    kmp_context_begin(g->context);
+    kmp_model_begin(g->system->model);
     for (int d = 0; d < g->driven; d++) {
         g->to[g->order[d]] = driven[d];
         g->rates[g->order[d]] = rates ? rates[d] : 0;
@@ -368,7 +368,7 @@ kempe_status kempe_gradient_new(const kempe_model *model, const kempe_gradient_o
     KMP_WANTED_BOTH(model, gradient);
     KMP_OPTIONS(model->context, kempe_gradient_options, options);
     KMP_WANTED(model->context, options->parameters || options->parameter_count <= 0, "parameters");
-    kmp_model_begin(model);
+    kmp_model_begin_forces(model);
     KMP_TRY(kmp_refuse_contacts(model, "gradients at a position"));
     KMP_MAKE(model->context, kempe_gradient, g);
     g->context = model->context;

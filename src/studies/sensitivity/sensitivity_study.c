@@ -191,7 +191,7 @@ kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensiti
     const kempe_run_options *run = options->run;
     KMP_OPTIONS(model->context, kempe_run_options, run);
     double started = kmp_cpu_now();
-    kmp_model_begin(model);
+    kmp_model_begin_forces(model);
     KMP_TRY(kmp_model_check_finished(model));
     kempe_sensitivity *s = NULL;
     kempe_status status = begin(model, options, run, false, &s);

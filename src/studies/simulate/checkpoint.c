@@ -265,7 +265,7 @@ kempe_status kmp_checkpoint_read(const kempe_system *system, const char *path, k
     char *text;
     size_t length;
     kmp_samples read;
-    KMP_TRY(kmp_file_read(system->context, path, &text, &length));
+    KMP_TRY(kmp_file_read(system->context, KMP_FILE_CHECKPOINT, path, &text, &length));
     kmp_samples_init(&read, system->n, system->m);
     kempe_status status = version_of(text) == VERSION ? check_end(system, path, text, length) : KEMPE_OK;
     if (status == KEMPE_OK)

@@ -74,7 +74,7 @@ kempe_status kempe_stepper_new(const kempe_system *system, const kempe_run_optio
 {
     KMP_WANTED_BOTH(system, stepper);
     KMP_OPTIONS(system->context, kempe_run_options, run);
-    kmp_model_begin(system->model);
+    kmp_model_begin_forces(system->model);
     KMP_MAKE(system->context, kempe_stepper, s);
     s->system = system;
     kempe_status status = kmp_spec_of(system, run, &s->arena, &s->spec);

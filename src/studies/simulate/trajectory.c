@@ -9,7 +9,6 @@
 #include "integrators/steppers/solver.h"
 #include "model/tables/coordinates.h"
 #include "model/tables/output_table.h"
-#include "model/variables/law_warnings.h"
 #include "output/print.h"
 #include "output/times.h"
 #include "studies/simulate/checkpoint.h"
@@ -607,9 +606,6 @@ kempe_status kmp_simulate(const kempe_system *system, const kempe_run_options *o
     kempe_status status = find_static_loads(&j);
     if (status == KEMPE_OK) {
         kmp_context_clear(j.context); /* the messages of that search */
-        kmp_warn_of_directions(system->model);
-        kmp_warn_of_couplers(system->model);
-        kmp_warn_of_planes(system->model);
         status = prepare(&j);
     }
     if (status == KEMPE_OK)
@@ -621,7 +617,7 @@ kempe_status kmp_simulate(const kempe_system *system, const kempe_run_options *o
 kempe_status kempe_simulate(const kempe_system *system, const kempe_run_options *run, kempe_trajectory **trajectory)
 {
     KMP_WANTED_BOTH(system, trajectory);
-    kmp_model_begin(system->model);
+    kmp_model_begin_forces(system->model);
     kempe_status status = kmp_context_verdict(system->context, kmp_simulate(system, run, trajectory));
     if (status == KEMPE_UNTRUSTED)
         (*trajectory)->status = status;

@@ -88,7 +88,7 @@ static bool remove_stale(kmp_claims *c, const char *path)
     size_t length;
     kmp_text name = {0};
     bool removed = false;
-    if (kmp_file_read(c->context, path, &content, &length) != KEMPE_OK) {
+    if (kmp_file_read(c->context, KMP_FILE_RECORD, path, &content, &length) != KEMPE_OK) {
         kmp_context_clear(c->context);
         return access(path, F_OK) != 0; /* its owner has released it */
     }
