@@ -32,29 +32,6 @@ static int operands(const kmp_instruction *in)
     return in->op == KMP_OP_IMPLICIT ? 0 : kmp_op_arity((kmp_op)in->op);
 }
 
-static void find_known(const kmp_bounds *b, knowledge *value)
-{
-    const kmp_program *p = b->program;
-    const int first = p->constant_count + p->input_count;
-    for (int i = 0; i < first; i++)
-        value[i].known = true;
-    for (int k = 0; k < p->outputs[p->stages]; k++)
-        if (kmp_bounds_is_solved(b, k))
-            value[p->output[k] >> 1] = (knowledge){.known = true, .given = true};
-    for (int i = 0; i < p->code[p->stages]; i++) {
-        const kmp_instruction *in = &p->instruction[i];
-        knowledge *now = &value[first + i];
-        if (in->op == KMP_OP_IMPLICIT)
-            continue;
-        now->known = in->op != KMP_OP_LIST;
-        for (int k = 0; k < operands(in); k++) {
-            const knowledge *operand = &value[kmp_instruction_operand(in, k) >> 1];
-            now->known = now->known && operand->known;
-            now->given = now->given || operand->given;
-        }
-    }
-}
-
 static void mark_needed(kmp_bounds *b, knowledge *value)
 {
     const kmp_program *p = b->program;
@@ -130,7 +107,26 @@ kmp_bounds *kmp_bounds_new(const kmp_program *program, kmp_arena *arena)
     if (!KMP_ARENA_MAKE(arena, KMP_ROOM(uint32_t, outputs, &r->output), KMP_ROOM(bool, outputs, &r->known, &r->given),
                         KMP_ROOM(kmp_bound, values, &r->value)))
         return NULL;
-    find_known(r, marks);
+    /* Values whose bounds follow from operands, and values that are given. */
+    const kmp_program *p = r->program;
+    const int first = p->constant_count + p->input_count;
+    for (int i = 0; i < first; i++)
+        marks[i].known = true;
+    for (int k = 0; k < p->outputs[p->stages]; k++)
+        if (kmp_bounds_is_solved(r, k))
+            marks[p->output[k] >> 1] = (knowledge){.known = true, .given = true};
+    for (int i = 0; i < p->code[p->stages]; i++) {
+        const kmp_instruction *in = &p->instruction[i];
+        knowledge *now = &marks[first + i];
+        if (in->op == KMP_OP_IMPLICIT)
+            continue;
+        now->known = in->op != KMP_OP_LIST;
+        for (int k = 0; k < operands(in); k++) {
+            const knowledge *operand = &marks[kmp_instruction_operand(in, k) >> 1];
+            now->known = now->known && operand->known;
+            now->given = now->given || operand->given;
+        }
+    }
     mark_needed(r, marks);
     put_code(r, step, marks);
     return r;

@@ -90,27 +90,6 @@ typedef struct piece {
     const kmp_straight *operations;
 } piece;
 
-static uint32_t list_pieces(const kmp_code *code, uint32_t segments, piece *pieces)
-{
-    uint32_t longest = 0;
-    for (uint32_t g = 0; g < segments; g++) {
-        pieces[g] = (piece){code->start[g + 1] - code->start[g], code->operations + code->start[g]};
-        longest = pieces[g].count > longest ? pieces[g].count : longest;
-    }
-    return longest;
-}
-
-/* Puts equal operations side by side. */
-static bool pack(kmp_layout *l, kmp_packs *packs, uint32_t segments, piece *pieces)
-{
-    const kmp_frame *f = l->frame;
-    uint32_t constants = KMP_FIRST_SLOT + (uint32_t)l->program->constant_count;
-    bool ok = kmp_packs_init(packs, &l->arena, f->slots, f->v, KMP_FIRST_SLOT, constants);
-    for (uint32_t g = 0; ok && g < segments; g++)
-        ok = kmp_packs_make(packs, &pieces[g].count, &pieces[g].operations);
-    return ok;
-}
-
 /* Makes room for pairs and for values that leave registers. */
 static bool extend(kmp_frame *f, const kmp_packs *packs, uint32_t places)
 {
@@ -133,10 +112,22 @@ static bool write_segments(const kmp_code *code, kmp_layout *l, kmp_x86 *x86, ui
     piece *pieces = KMP_ARENA_NEW(&l->arena, piece, segments);
     if (!pieces)
         return false;
-    uint32_t longest = list_pieces(code, segments, pieces);
+    uint32_t longest = 0;
+    for (uint32_t g = 0; g < segments; g++) {
+        pieces[g] = (piece){code->start[g + 1] - code->start[g], code->operations + code->start[g]};
+        longest = pieces[g].count > longest ? pieces[g].count : longest;
+    }
     bool packs_pay = x86->form == KMP_X86_ONE && l->frame->threads == 0 && code->start[segments] <= MOST_PACKED;
-    if (packs_pay && !pack(l, &packs, segments, pieces))
-        return false;
+    if (packs_pay) {
+        /* Puts equal operations side by side. */
+        const kmp_frame *f = l->frame;
+        uint32_t constants = KMP_FIRST_SLOT + (uint32_t)l->program->constant_count;
+        bool ok = kmp_packs_init(&packs, &l->arena, f->slots, f->v, KMP_FIRST_SLOT, constants);
+        for (uint32_t g = 0; ok && g < segments; g++)
+            ok = kmp_packs_make(&packs, &pieces[g].count, &pieces[g].operations);
+        if (!ok)
+            return false;
+    }
     for (uint32_t g = 0; g < segments; g++)
         longest = pieces[g].count > longest ? pieces[g].count : longest;
     if (!kmp_registers_init(&registers, &l->arena, packs.slots, packs.next, longest, l->frame->threads > 0))

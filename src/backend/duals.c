@@ -164,21 +164,6 @@ double kmp_duals_value(const kmp_duals *duals, int k)
 
 /* -- derivatives ------------------------------------------------------------------------------------- */
 
-static void seed(kmp_duals *d, kmp_input_kind kind, uint32_t first)
-{
-    const kmp_program *p = d->program;
-    memset(d->moves, 0, (size_t)d->first * sizeof *d->moves);
-    for (int k = 0; k < p->input_count; k++) {
-        uint32_t index = p->input[k].index;
-        if (p->input[k].kind != kind || index < first || index >= first + KMP_DUALS_WIDTH)
-            continue;
-        double *slope = d->slopes + (size_t)(d->inputs + k) * KMP_DUALS_WIDTH;
-        memset(slope, 0, KMP_DUALS_WIDTH * sizeof *slope);
-        slope[index - first] = 1;
-        d->moves[d->inputs + k] = true;
-    }
-}
-
 static void one(const double *restrict a, double by, double *restrict out)
 {
     for (int j = 0; j < KMP_DUALS_WIDTH; j++)
@@ -195,7 +180,18 @@ void kmp_duals_along(kmp_duals *duals, kmp_input_kind kind, uint32_t first)
 {
     const bool *moves = duals->moves;
     double *slopes = duals->slopes;
-    seed(duals, kind, first);
+    /* The inputs that move, each with its own direction. */
+    const kmp_program *p = duals->program;
+    memset(duals->moves, 0, (size_t)duals->first * sizeof *duals->moves);
+    for (int k = 0; k < p->input_count; k++) {
+        uint32_t index = p->input[k].index;
+        if (p->input[k].kind != kind || index < first || index >= first + KMP_DUALS_WIDTH)
+            continue;
+        double *slope = duals->slopes + (size_t)(duals->inputs + k) * KMP_DUALS_WIDTH;
+        memset(slope, 0, KMP_DUALS_WIDTH * sizeof *slope);
+        slope[index - first] = 1;
+        duals->moves[duals->inputs + k] = true;
+    }
     for (int i = 0; i < duals->count - duals->first; i++) {
         const step *s = &duals->steps[i];
         bool a = s->from[0] != NOTHING && moves[s->from[0]], b = s->from[1] != NOTHING && moves[s->from[1]];

@@ -6,11 +6,6 @@
 /* Operations of a program whose code is kept: smaller ones are written in less time than a file is read. */
 enum { LEAST_KEPT = 3000 };
 
-static int operations_of(const kmp_program *p)
-{
-    return p->code[p->stages];
-}
-
 static void release(kmp_program_form *form)
 {
     kmp_prepared *prepared = (kmp_prepared *)form;
@@ -90,7 +85,7 @@ static kmp_prepared *new_prepared(int kind)
 /* The folder and the key of a program's code; NULL: it is not kept. */
 static const char *folder_of(const kmp_program *program, int kind, kmp_cache_key *key)
 {
-    return operations_of(program) < LEAST_KEPT ? NULL : kmp_program_folder(program, kind, key);
+    return program->code[program->stages] < LEAST_KEPT ? NULL : kmp_program_folder(program, kind, key);
 }
 
 static kmp_prepared *make(const kmp_program *program, kmp_x86_form form, int threads)

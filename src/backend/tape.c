@@ -57,26 +57,22 @@ static void put_record(records *t, uint32_t d, uint32_t a, uint32_t b, uint32_t 
     t->count++;
 }
 
-/* Slot of the negative of a constant, among the tape's own slots. */
-static uint32_t negative_slot(builder *b, uint32_t operand)
-{
-    uint32_t k = operand >> 1;
-    kmp_frame *f = &b->t->prepared.frame;
-    if (!b->negative[k]) {
-        b->negative[k] = f->slots++;
-        f->v[b->negative[k]] = -f->program->constant[k];
-    }
-    return b->negative[k];
-}
-
 /* Slot of an operand with its sign; the negative of a value is computed in `room`. */
 static uint32_t signed_slot(builder *b, uint32_t operand, uint32_t room)
 {
     uint32_t slot = kmp_layout_slot(&b->layout, operand);
     if (!(operand & 1))
         return slot;
-    if ((int)(operand >> 1) < b->layout.program->constant_count)
-        return negative_slot(b, operand);
+    if ((int)(operand >> 1) < b->layout.program->constant_count) {
+        /* Slot of the negative of a constant, among the tape's own slots. */
+        uint32_t k = operand >> 1;
+        kmp_frame *f = &b->t->prepared.frame;
+        if (!b->negative[k]) {
+            b->negative[k] = f->slots++;
+            f->v[b->negative[k]] = -f->program->constant[k];
+        }
+        return b->negative[k];
+    }
     put_record(b->t, room, slot, KMP_SLOT_MINUS_ONE, KMP_SLOT_MINUS_ZERO);
     return room;
 }

@@ -85,19 +85,16 @@ double *kmp_arena_aligned(kmp_arena *arena, size_t n)
     return past ? p + (LINE - past) : p;
 }
 
-static void make_each(kmp_arena *arena, const kmp_arena_arrays *room)
-{
-    for (size_t k = 0; k < room->count; k++) {
-        void *place, *made = kmp_arena_alloc(arena, room->n, room->size);
-        memcpy(&place, (const char *)room->pointers + k * sizeof place, sizeof place); /* pointers of any type */
-        memcpy(place, &made, sizeof made);
-    }
-}
-
 bool kmp_arena_make(kmp_arena *arena, size_t count, kmp_arena_arrays *arrays)
 {
-    for (size_t k = 0; k < count; k++)
-        make_each(arena, &arrays[k]);
+    for (size_t k = 0; k < count; k++) {
+        const kmp_arena_arrays *room = &arrays[k];
+        for (size_t i = 0; i < room->count; i++) {
+            void *place, *made = kmp_arena_alloc(arena, room->n, room->size);
+            memcpy(&place, (const char *)room->pointers + i * sizeof place, sizeof place); /* pointers of any type */
+            memcpy(place, &made, sizeof made);
+        }
+    }
     return !arena->failed;
 }
 

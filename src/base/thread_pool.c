@@ -94,16 +94,6 @@ static bool do_one(kmp_team *team, bool helps)
     return false;
 }
 
-static void sleep_until_called(kmp_team *team)
-{
-    (void)pthread_mutex_lock(&team->lock);
-    atomic_fetch_add(&team->sleepers, 1);
-    while (!has_more(atomic_load(&team->ticket)) && !atomic_load(&team->ends))
-        (void)pthread_cond_wait(&team->called, &team->lock);
-    atomic_fetch_sub(&team->sleepers, 1);
-    (void)pthread_mutex_unlock(&team->lock);
-}
-
 static void *help(void *self)
 {
     own = *(const helper *)self;
@@ -114,7 +104,12 @@ static void *help(void *self)
         else if (looks < AWAKE)
             pause_a_moment();
         else {
-            sleep_until_called(team);
+            (void)pthread_mutex_lock(&team->lock);
+            atomic_fetch_add(&team->sleepers, 1);
+            while (!has_more(atomic_load(&team->ticket)) && !atomic_load(&team->ends))
+                (void)pthread_cond_wait(&team->called, &team->lock);
+            atomic_fetch_sub(&team->sleepers, 1);
+            (void)pthread_mutex_unlock(&team->lock);
             looks = 0;
         }
     }
@@ -168,18 +163,6 @@ void kmp_team_free(kmp_team *team)
     kmp_free(team);
 }
 
-/* A processor that was taken away in the middle of a piece keeps the caller waiting for milliseconds. If other
- * processes need the processors, this recurs: then the caller alone is quicker. */
-static void judge(kmp_team *team, double waited)
-{
-    if (waited > LATE && atomic_load_explicit(&team->stolen, memory_order_relaxed)) {
-        int rest = 2 * team->longest > FIRST_REST ? 2 * team->longest : FIRST_REST;
-        team->rest = team->longest = rest < LONGEST_REST ? rest : LONGEST_REST;
-    } else {
-        team->longest -= (team->longest + 15) / 16;
-    }
-}
-
 /* A sleeper reads the ticket after it has counted itself; the caller reads the count after it has set the ticket. So
  * one of them sees the other. */
 void kmp_team_run(kmp_team *team, int count, kmp_team_work *work, void *self)
@@ -212,7 +195,15 @@ void kmp_team_run(kmp_team *team, int count, kmp_team_work *work, void *self)
             (void)nanosleep(&(struct timespec){.tv_nsec = NAP}, NULL);
     if (team->takes)
         team->brought = NULL;
-    judge(team, kmp_wall_now() - from);
+    /* A processor that was taken away in the middle of a piece keeps the caller waiting for milliseconds. If other
+     * processes need the processors, this recurs: then the caller alone is quicker. */
+    double waited = kmp_wall_now() - from;
+    if (waited > LATE && atomic_load_explicit(&team->stolen, memory_order_relaxed)) {
+        int rest = 2 * team->longest > FIRST_REST ? 2 * team->longest : FIRST_REST;
+        team->rest = team->longest = rest < LONGEST_REST ? rest : LONGEST_REST;
+    } else {
+        team->longest -= (team->longest + 15) / 16;
+    }
 }
 
 void kmp_team_bring(kmp_team *team, kmp_team_work *work, void *self)

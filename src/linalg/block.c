@@ -51,68 +51,6 @@ static bool allocate(kmp_block *b, int n, int nz)
         KMP_ROOM(int, n, &b->p, &b->q, &b->order, &b->pivot, &b->signs, &b->place, &b->row_place, &b->block_of));
 }
 
-/* Compressed columns of the pattern; `ap` has n + 1 places, `ai` nz. */
-static void compress(int n, int nz, const int *row, const int *col, int *ap, int *ai)
-{
-    for (int k = 0; k < nz; k++)
-        ap[col[k] + 1]++;
-    for (int j = 0; j < n; j++)
-        ap[j + 1] += ap[j];
-    for (int k = 0; k < nz; k++)
-        ai[ap[col[k]]++] = row[k];
-    for (int j = n; j > 0; j--)
-        ap[j] = ap[j - 1];
-    ap[0] = 0;
-}
-
-static bool permute(kmp_block *b, const int *row, const int *col)
-{
-    int n = b->n, matched = 0;
-    double work;
-    kmp_arena room = {0};
-    int *ap = KMP_ARENA_NEW(&room, int, n + 1), *ai = KMP_ARENA_NEW(&room, int, b->nz),
-        *scratch = KMP_ARENA_NEW(&room, int, 5 * n);
-    bool ok = !room.failed;
-    if (ok && n > 0) {
-        compress(n, b->nz, row, col, ap, ai);
-        b->count = btf_order(n, ap, ai, 0.0, &work, b->p, b->q, b->start, &matched, scratch);
-    }
-    kmp_arena_free(&room);
-    return ok && matched == n;
-}
-
-/* The position of each block, row and column of A in C. */
-static void place_blocks(kmp_block *b)
-{
-    for (int k = 0; k < b->count; k++) {
-        int size = b->start[k + 1] - b->start[k];
-        b->lu_start[k + 1] = b->lu_start[k] + size * size;
-        for (int i = b->start[k]; i < b->start[k + 1]; i++) {
-            b->row_place[b->p[i]] = i;
-            b->place[b->q[i]] = i;
-            b->block_of[i] = k;
-        }
-    }
-    b->lu_size = b->lu_start[b->count];
-    b->pairs = b->n == 2 * b->count;
-    for (int k = 0; k < b->count; k++)
-        b->pairs = b->pairs && b->start[k] == 2 * k;
-}
-
-/* Each entry's position in its diagonal block; -1 for an entry outside the blocks, counted in off_start[row + 1]. */
-static void place_inside(kmp_block *b, const int *row, const int *col)
-{
-    for (int e = 0; e < b->nz; e++) {
-        int i = b->row_place[row[e]], j = b->place[col[e]], k = b->block_of[i], first = b->start[k];
-        if (k == b->block_of[j]) {
-            b->target[e] = b->lu_start[k] + (i - first) + (j - first) * (b->start[k + 1] - first);
-        } else {
-            b->target[e] = -1;
-            b->off_start[i + 1]++;
-        }
-    }
-}
-
 /* The positions of entries outside the blocks, by rows. */
 static void place_outside(kmp_block *b, const int *row, const int *col)
 {
@@ -131,10 +69,53 @@ static void place_outside(kmp_block *b, const int *row, const int *col)
 
 static bool analyse(kmp_block *b, const int *row, const int *col)
 {
-    if (!permute(b, row, col))
+    int n = b->n, matched = 0;
+    double work;
+    kmp_arena room = {0};
+    int *ap = KMP_ARENA_NEW(&room, int, n + 1), *ai = KMP_ARENA_NEW(&room, int, b->nz),
+        *scratch = KMP_ARENA_NEW(&room, int, 5 * n);
+    bool ok = !room.failed;
+    if (ok && n > 0) {
+        /* Compressed columns of the pattern; `ap` has n + 1 places, `ai` nz. */
+        for (int k = 0; k < b->nz; k++)
+            ap[col[k] + 1]++;
+        for (int j = 0; j < n; j++)
+            ap[j + 1] += ap[j];
+        for (int k = 0; k < b->nz; k++)
+            ai[ap[col[k]]++] = row[k];
+        for (int j = n; j > 0; j--)
+            ap[j] = ap[j - 1];
+        ap[0] = 0;
+        b->count = btf_order(n, ap, ai, 0.0, &work, b->p, b->q, b->start, &matched, scratch);
+    }
+    kmp_arena_free(&room);
+    if (!ok || matched != n)
         return false;
-    place_blocks(b);
-    place_inside(b, row, col);
+    /* The position of each block, row and column of A in C. */
+    for (int k = 0; k < b->count; k++) {
+        int size = b->start[k + 1] - b->start[k];
+        b->lu_start[k + 1] = b->lu_start[k] + size * size;
+        for (int i = b->start[k]; i < b->start[k + 1]; i++) {
+            b->row_place[b->p[i]] = i;
+            b->place[b->q[i]] = i;
+            b->block_of[i] = k;
+        }
+    }
+    b->lu_size = b->lu_start[b->count];
+    b->pairs = b->n == 2 * b->count;
+    for (int k = 0; k < b->count; k++)
+        b->pairs = b->pairs && b->start[k] == 2 * k;
+    /* Each entry's position in its diagonal block; -1 for an entry outside the blocks, counted in off_start[row +
+     * 1]. */
+    for (int e = 0; e < b->nz; e++) {
+        int i = b->row_place[row[e]], j = b->place[col[e]], k = b->block_of[i], first = b->start[k];
+        if (k == b->block_of[j]) {
+            b->target[e] = b->lu_start[k] + (i - first) + (j - first) * (b->start[k + 1] - first);
+        } else {
+            b->target[e] = -1;
+            b->off_start[i + 1]++;
+        }
+    }
     place_outside(b, row, col);
     b->lu = KMP_ARENA_NEW(&b->arena, double, b->lu_size);
     return b->lu;
@@ -208,7 +189,7 @@ static int factor_pair(kmp_block *b, int k)
     return !is_reciprocal(inverse[0]) ? 1 : !is_reciprocal(inverse[1]) ? 2 : 0;
 }
 
-static void scatter(kmp_block *b, const double *values)
+int kmp_block_factor(kmp_block *b, const double *values)
 {
     memset(b->lu, 0, (size_t)b->lu_size * sizeof *b->lu);
     for (int e = 0; e < b->nz; e++) {
@@ -218,11 +199,6 @@ static void scatter(kmp_block *b, const double *values)
         else
             b->off[-1 - t] = values[e];
     }
-}
-
-int kmp_block_factor(kmp_block *b, const double *values)
-{
-    scatter(b, values);
     b->factored = false;
     for (int k = 0; k < b->count; k++) {
         b->signs[k] = 1;

@@ -32,21 +32,6 @@ struct kmp_sparse {
     bool good;     /* the factors are those of the last values */
 };
 
-static void compress(kmp_sparse *s, const int *row, const int *col)
-{
-    for (int k = 0; k < s->nz; k++)
-        s->start[col[k] + 1]++;
-    for (int j = 0; j < s->n; j++)
-        s->start[j + 1] += s->start[j];
-    for (int k = 0; k < s->nz; k++) {
-        s->place[k] = (int)s->start[col[k]]++;
-        s->row[s->place[k]] = row[k];
-    }
-    for (int j = s->n; j > 0; j--)
-        s->start[j] = s->start[j - 1];
-    s->start[0] = 0;
-}
-
 /* A matrix without entries; freed and NULL when there is no memory. */
 static kmp_sparse *make(int n, int nz)
 {
@@ -72,8 +57,20 @@ kmp_sparse *kmp_sparse_new(int n, int nz, const int *row, const int *col, bool s
     s->common.tol = DIAGONAL_KEPT;
     s->common.btf = !symmetric;
     s->place = KMP_ARENA_NEW(&s->arena, int, nz);
-    if (s->place)
-        compress(s, row, col);
+    if (s->place) {
+        /* Compressed columns; `place` maps each given entry to its own. */
+        for (int k = 0; k < s->nz; k++)
+            s->start[col[k] + 1]++;
+        for (int j = 0; j < s->n; j++)
+            s->start[j + 1] += s->start[j];
+        for (int k = 0; k < s->nz; k++) {
+            s->place[k] = (int)s->start[col[k]]++;
+            s->row[s->place[k]] = row[k];
+        }
+        for (int j = s->n; j > 0; j--)
+            s->start[j] = s->start[j - 1];
+        s->start[0] = 0;
+    }
     s->symbolic = s->place && n > 0 ? klu_l_analyze(n, s->start, s->row, &s->common) : NULL;
     if (s->symbolic && (symmetric || s->symbolic->structural_rank == n))
         return s;

@@ -47,25 +47,6 @@ static kmp_x86_op whole(const kmp_registers *r, kmp_x86_op op, uint32_t slot)
     return is_pair(r, slot) ? op | KMP_X86_PAIR : op;
 }
 
-/* -- next uses --------------------------------------------------------------------------------------- */
-
-/* Finds next uses from the end backwards; `next` is left with the first use of each slot. */
-static void find_uses(kmp_registers *r, uint32_t count, const kmp_straight *operations)
-{
-    for (uint32_t k = count; k-- > 0;) {
-        const kmp_straight *s = &operations[k];
-        bool unary = kmp_x86_is_unary(s->op), three = kmp_x86_has_three(s->op);
-        r->after[3 * k] = unary ? NEVER : r->next[s->x];
-        r->after[3 * k + 1] = r->next[s->y];
-        r->after[3 * k + 2] = three ? r->next[s->z] : NEVER;
-        if (!unary)
-            r->next[s->x] = k;
-        r->next[s->y] = k;
-        if (three)
-            r->next[s->z] = k;
-    }
-}
-
 /* -- memory ------------------------------------------------------------------------------------------ */
 
 /* The first free place from `from` on, or the first of two; r->places if there is none. */
@@ -109,13 +90,6 @@ static void free_place_if_done(kmp_registers *r, uint32_t slot)
 static int32_t bytes(const writer *w, uint32_t slots)
 {
     return (int32_t)(8 * (uint32_t)kmp_x86_lanes(w->c->form) * slots);
-}
-
-/* Bases are in the middle of the places that they reach. */
-static void set_bases(const writer *w)
-{
-    for (uint32_t base = 1; w->near > 0 && base < KMP_X86_BASES; base++)
-        kmp_x86_set_base(w->c, (int)base, bytes(w, w->r->slots + (base - 1) * w->reach + w->reach / 2));
 }
 
 /* The place of a value, or of its lane. */
@@ -333,18 +307,6 @@ static int count_in_memory(const kmp_registers *r, const source *from)
     return count;
 }
 
-/* At most one source stays in memory; one that appears twice does not. */
-static void fetch_three(writer *w, source *from)
-{
-    kmp_registers *r = w->r;
-    for (int k = 0; k < 3; k++)
-        fetch(w, from[k].slot, from[k].after, -1);
-    for (int k = 0; k < 3 && count_in_memory(r, from) > 1; k++)
-        (void)first_source(w, from[k].slot, -1);
-    for (int k = 0; k < 3; k++)
-        from[k].reg = r->in[from[k].slot];
-}
-
 /* The number of the source whose register receives the result: one that is not used again; one whose register is given
  * up, or that is in memory; otherwise the last one, which is copied. */
 static int result_of(writer *w, source *from)
@@ -368,9 +330,25 @@ static int result_of(writer *w, source *from)
     return result;
 }
 
-/* Writes the operation with the result in place of a source. */
-static void apply_three(const writer *w, kmp_x86_op op, const source *from, int result)
+static void write_three(writer *w, const kmp_straight *s)
 {
+    kmp_registers *r = w->r;
+    const uint32_t *after = &r->after[3 * w->at];
+    source from[3] = {{s->x, after[0], -1}, {s->y, after[1], -1}, {s->z, after[2], -1}};
+    /* At most one source stays in memory; one that appears twice does not. */
+    for (int k = 0; k < 3; k++)
+        fetch(w, from[k].slot, from[k].after, -1);
+    for (int k = 0; k < 3 && count_in_memory(r, from) > 1; k++)
+        (void)first_source(w, from[k].slot, -1);
+    for (int k = 0; k < 3; k++)
+        from[k].reg = r->in[from[k].slot];
+    for (int k = 0; k < 3; k++)
+        set_next(r, from[k].slot, from[k].after);
+    for (int k = 0; k < 3; k++)
+        free_if_done(r, from[k].slot);
+    int result = result_of(w, from);
+    /* Writes the operation with the result in place of a source. */
+    kmp_x86_op op = s->op;
     int third = result == 2 ? (from[0].reg < 0 ? 0 : 1) : from[2].reg < 0 ? 2 : 1 - result, other = 3 - result - third;
     kmp_x86_order order = result == 2  ? KMP_X86_INTO_Z_WITH_Y
                           : third == 2 ? KMP_X86_INTO_X_WITH_Z
@@ -381,20 +359,6 @@ static void apply_three(const writer *w, kmp_x86_op op, const source *from, int 
         kmp_x86_address at = address_of(w, from[third].slot, 0);
         kmp_x86_three_memory(w->c, op, order, from[result].reg, from[other].reg, at.base, at.distance);
     }
-}
-
-static void write_three(writer *w, const kmp_straight *s)
-{
-    kmp_registers *r = w->r;
-    const uint32_t *after = &r->after[3 * w->at];
-    source from[3] = {{s->x, after[0], -1}, {s->y, after[1], -1}, {s->z, after[2], -1}};
-    fetch_three(w, from);
-    for (int k = 0; k < 3; k++)
-        set_next(r, from[k].slot, from[k].after);
-    for (int k = 0; k < 3; k++)
-        free_if_done(r, from[k].slot);
-    int result = result_of(w, from);
-    apply_three(w, s->op, from, result);
     for (int k = 0; k < 3; k++)
         free_place_if_done(r, from[k].slot);
     finish(w, s, from[result].reg);
@@ -405,8 +369,22 @@ void kmp_registers_write(kmp_registers *r, kmp_x86 *c, uint32_t count, const kmp
     writer w = {
         .r = r, .c = c, .reach = (uint32_t)kmp_x86_reach(c->form), .registers = kmp_x86_register_count(c->form)};
     w.near = count < BASED || r->places == 0 ? 0 : (KMP_X86_BASES - 1) * w.reach;
-    set_bases(&w);
-    find_uses(r, count, operations);
+    /* Bases are in the middle of the places that they reach. */
+    for (uint32_t base = 1; w.near > 0 && base < KMP_X86_BASES; base++)
+        kmp_x86_set_base(w.c, (int)base, bytes(&w, w.r->slots + (base - 1) * w.reach + w.reach / 2));
+    /* Finds next uses from the end backwards; `next` is left with the first use of each slot. */
+    for (uint32_t k = count; k-- > 0;) {
+        const kmp_straight *s = &operations[k];
+        bool unary = kmp_x86_is_unary(s->op), three = kmp_x86_has_three(s->op);
+        r->after[3 * k] = unary ? NEVER : r->next[s->x];
+        r->after[3 * k + 1] = r->next[s->y];
+        r->after[3 * k + 2] = three ? r->next[s->z] : NEVER;
+        if (!unary)
+            r->next[s->x] = k;
+        r->next[s->y] = k;
+        if (three)
+            r->next[s->z] = k;
+    }
     r->is_free = (uint32_t)((UINT64_C(1) << w.registers) - 1);
     for (; w.at < count; w.at++) {
         const kmp_straight *s = &operations[w.at];

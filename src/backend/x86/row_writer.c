@@ -71,28 +71,6 @@ static void close_piece(writing *w, int end, int operations)
     w->count++;
 }
 
-/* Cuts the stages into pieces at functions. Instructions that depend on places alone belong to no piece, and end none.
- */
-static void find_pieces(writing *w)
-{
-    for (int stage = KMP_ROW_FIRST; stage <= KMP_ROW_LAST; stage++) {
-        int operations = 0;
-        for (int i = w->p->code[stage]; i <= w->p->code[stage + 1]; i++) {
-            const bool at_end = i == w->p->code[stage + 1];
-            if (!at_end && !is_by_slot(w, i))
-                continue;
-            if (!at_end && is_straight(w->p, &w->p->instruction[i])) {
-                if (operations++ == 0)
-                    w->piece[w->count].first = i;
-                w->piece_of[i] = w->count + 1;
-            } else if (operations > 0) {
-                close_piece(w, i, operations);
-                operations = 0;
-            }
-        }
-    }
-}
-
 static int end_of(const kmp_program *p)
 {
     return p->code[KMP_ROW_LAST + 1];
@@ -103,16 +81,6 @@ static void keep(writing *w, uint32_t operand, int piece)
     const int i = (int)(operand >> 1) - w->leaves;
     if (i >= 0 && w->piece_of[i] != piece)
         w->kept[i] = true;
-}
-
-static void find_kept(writing *w)
-{
-    const kmp_program *p = w->p;
-    for (int i = p->code[KMP_ROW_FIRST]; i < end_of(p); i++)
-        for (int k = 0; k < kmp_op_arity((kmp_op)p->instruction[i].op); k++)
-            keep(w, kmp_instruction_operand(&p->instruction[i], k), w->piece_of[i]);
-    for (int k = p->outputs[KMP_ROW_FIRST]; k < p->outputs[KMP_ROW_LAST + 1]; k++)
-        keep(w, p->output[k], 0);
 }
 
 static uint32_t list_operations(const writing *w, int piece)
@@ -146,18 +114,6 @@ static bool write(writing *w, kmp_x86 *x86)
     return !x86->failed;
 }
 
-/* False where rows are too far from their base for an instruction. */
-static bool place_values(writing *w, int values)
-{
-    const int32_t most = INT32_MAX / (int32_t)sizeof(double);
-    for (int k = 0; k < values; k++) {
-        if (w->address[k].at > most)
-            return false;
-        w->place[k] = (kmp_x86_address){(int)w->address[k].base, (int32_t)sizeof(double) * w->address[k].at};
-    }
-    return true;
-}
-
 static bool begin(writing *w)
 {
     const int code = end_of(w->p), values = w->leaves + code;
@@ -165,10 +121,37 @@ static bool begin(writing *w)
                         KMP_ROOM(kmp_row_piece, code, &w->piece), KMP_ROOM(kmp_straight, code, &w->operations),
                         KMP_ROOM(kmp_x86_address, values, &w->place), KMP_ROOM(uint32_t, code, &w->offset)))
         return false;
-    if (!place_values(w, values))
-        return false;
-    find_pieces(w);
-    find_kept(w);
+    /* False where rows are too far from their base for an instruction. */
+    const int32_t most = INT32_MAX / (int32_t)sizeof(double);
+    for (int k = 0; k < values; k++) {
+        if (w->address[k].at > most)
+            return false;
+        w->place[k] = (kmp_x86_address){(int)w->address[k].base, (int32_t)sizeof(double) * w->address[k].at};
+    }
+    /* Cuts the stages into pieces at functions. Instructions that depend on places alone belong to no piece, and end
+     * none. */
+    for (int stage = KMP_ROW_FIRST; stage <= KMP_ROW_LAST; stage++) {
+        int operations = 0;
+        for (int i = w->p->code[stage]; i <= w->p->code[stage + 1]; i++) {
+            const bool at_end = i == w->p->code[stage + 1];
+            if (!at_end && !is_by_slot(w, i))
+                continue;
+            if (!at_end && is_straight(w->p, &w->p->instruction[i])) {
+                if (operations++ == 0)
+                    w->piece[w->count].first = i;
+                w->piece_of[i] = w->count + 1;
+            } else if (operations > 0) {
+                close_piece(w, i, operations);
+                operations = 0;
+            }
+        }
+    }
+    const kmp_program *p = w->p;
+    for (int i = p->code[KMP_ROW_FIRST]; i < end_of(p); i++)
+        for (int k = 0; k < kmp_op_arity((kmp_op)p->instruction[i].op); k++)
+            keep(w, kmp_instruction_operand(&p->instruction[i], k), w->piece_of[i]);
+    for (int k = p->outputs[KMP_ROW_FIRST]; k < p->outputs[KMP_ROW_LAST + 1]; k++)
+        keep(w, p->output[k], 0);
     return true;
 }
 

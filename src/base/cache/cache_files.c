@@ -129,23 +129,6 @@ static void add_entry(entries *all, const char *name, const struct stat *about)
     all->bytes += e->size;
 }
 
-/* Lists the results; removes temporary files without an owner. */
-static void look_through(DIR *folder, entries *all)
-{
-    time_t now = time(NULL);
-    struct stat about;
-    for (const struct dirent *d = readdir(folder); d; d = readdir(folder)) {
-        bool new = strncmp(d->d_name, temporary, sizeof temporary - 1) == 0;
-        if ((!new && !is_result(d->d_name)) || fstatat(dirfd(folder), d->d_name, &about, AT_SYMLINK_NOFOLLOW) != 0 ||
-            !S_ISREG(about.st_mode))
-            continue;
-        if (!new)
-            add_entry(all, d->d_name, &about);
-        else if (now - about.st_mtime > STALE)
-            (void)unlinkat(dirfd(folder), d->d_name, 0);
-    }
-}
-
 static int by_use(const void *a, const void *b)
 {
     const entry *x = a, *y = b;
@@ -163,7 +146,19 @@ static void shrink(const char *path, uint64_t most)
     DIR *folder = opendir(path);
     if (!folder)
         return;
-    look_through(folder, &all);
+    /* Lists the results; removes temporary files without an owner. */
+    time_t now = time(NULL);
+    struct stat about;
+    for (const struct dirent *d = readdir(folder); d; d = readdir(folder)) {
+        bool new = strncmp(d->d_name, temporary, sizeof temporary - 1) == 0;
+        if ((!new && !is_result(d->d_name)) || fstatat(dirfd(folder), d->d_name, &about, AT_SYMLINK_NOFOLLOW) != 0 ||
+            !S_ISREG(about.st_mode))
+            continue;
+        if (!new)
+            add_entry(&all, d->d_name, &about);
+        else if (now - about.st_mtime > STALE)
+            (void)unlinkat(dirfd(folder), d->d_name, 0);
+    }
     bool full = all.bytes > most;
     if (full)
         qsort(all.list, all.count, sizeof *all.list, by_use);

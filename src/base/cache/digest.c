@@ -23,8 +23,9 @@ static uint32_t turned(uint32_t x, int by)
     return x >> by | x << (32 - by);
 }
 
-static void expand(const unsigned char *block, uint32_t w[ROUNDS])
+static void add_block(kmp_digest *d, const unsigned char *block)
 {
+    uint32_t w[ROUNDS], s[8];
     for (int i = 0; i < 16; i++)
         w[i] = (uint32_t)block[4 * i] << 24 | (uint32_t)block[4 * i + 1] << 16 | (uint32_t)block[4 * i + 2] << 8 |
                block[4 * i + 3];
@@ -33,12 +34,6 @@ static void expand(const unsigned char *block, uint32_t w[ROUNDS])
         w[i] =
             w[i - 16] + (turned(a, 7) ^ turned(a, 18) ^ a >> 3) + w[i - 7] + (turned(b, 17) ^ turned(b, 19) ^ b >> 10);
     }
-}
-
-static void add_block(kmp_digest *d, const unsigned char *block)
-{
-    uint32_t w[ROUNDS], s[8];
-    expand(block, w);
     memcpy(s, d->state, sizeof s);
     for (int i = 0; i < ROUNDS; i++) {
         uint32_t choice = (s[4] & s[5]) ^ (~s[4] & s[6]), majority = (s[0] & s[1]) ^ (s[0] & s[2]) ^ (s[1] & s[2]);
@@ -103,15 +98,6 @@ void kmp_digest_end(kmp_digest *d, unsigned char out[KMP_DIGEST_SIZE])
 
 /* -- checksum ---------------------------------------------------------------------------------------- */
 
-static uint64_t mixed(uint64_t x)
-{
-    x ^= x >> 32;
-    x *= 0xd6e8feb86659fd93u;
-    x ^= x >> 32;
-    x *= 0xd6e8feb86659fd93u;
-    return x ^ x >> 32;
-}
-
 uint64_t kmp_checksum(const void *bytes, size_t size)
 {
     enum { LANES = 4, STEP = LANES * sizeof(uint64_t) };
@@ -124,7 +110,13 @@ uint64_t kmp_checksum(const void *bytes, size_t size)
         for (int i = 0; i < LANES; i++)
             lane[i] = (lane[i] ^ word[i] ^ (word[i] >> 29)) * factor;
     }
-    for (int i = 0; i < LANES; i++)
-        sum = mixed(sum ^ lane[i]);
+    for (int i = 0; i < LANES; i++) {
+        uint64_t x = sum ^ lane[i];
+        x ^= x >> 32;
+        x *= 0xd6e8feb86659fd93u;
+        x ^= x >> 32;
+        x *= 0xd6e8feb86659fd93u;
+        sum = x ^ x >> 32;
+    }
     return sum;
 }

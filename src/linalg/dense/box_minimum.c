@@ -36,27 +36,6 @@ static double slope_in_box(const kmp_box *box, const double *x, int i)
     return sum;
 }
 
-static void put_inside(const kmp_box *box, double *x, int *side)
-{
-    for (int i = 0; i < box->n; i++) {
-        x[i] = fmin(fmax(x[i], box->lower[i]), box->upper[i]);
-        side[i] = x[i] <= box->lower[i] ? -1 : x[i] >= box->upper[i] ? 1 : 0;
-    }
-}
-
-/* Copies the scaled D, and the scaled -y of entries inside as a right-hand side. */
-static void begin(search *s)
-{
-    int n = s->box->n;
-    for (int i = 0; i < n; i++) {
-        s->y[i] = slope_in_box(s->box, s->x, i);
-        s->rest[i] = s->side[i] == 0 ? -s->y[i] / s->scale[i] : 0;
-        s->part[i] = s->step[i] = 0;
-        for (int j = 0; j < n; j++)
-            s->work[i + j * n] = s->box->d[i + j * n] / (s->scale[i] * s->scale[j]);
-    }
-}
-
 /* The largest remaining diagonal element of an entry inside; -1: none that is not zero. */
 static int find_pivot(const search *s)
 {
@@ -95,28 +74,30 @@ static void substitute_back(search *s, int count, bool whole)
     }
 }
 
-/* The entry with the largest slope that remains where D is singular; -1: none. */
-static int find_fall(const search *s)
-{
-    int best = -1;
-    for (int i = 0; i < s->box->n; i++)
-        if (s->side[i] == 0 && s->part[i] == 0 && fabs(s->rest[i]) > s->flat &&
-            (best < 0 || fabs(s->rest[i]) > fabs(s->rest[best])))
-            best = i;
-    return best;
-}
-
 /* The step to the minimum over the entries inside; true: the function falls along it without end. */
 static bool find_step(search *s)
 {
     int count = 0, p;
-    begin(s);
+    /* Copies the scaled D, and the scaled -y of entries inside as a right-hand side. */
+    int n = s->box->n;
+    for (int i = 0; i < n; i++) {
+        s->y[i] = slope_in_box(s->box, s->x, i);
+        s->rest[i] = s->side[i] == 0 ? -s->y[i] / s->scale[i] : 0;
+        s->part[i] = s->step[i] = 0;
+        for (int j = 0; j < n; j++)
+            s->work[i + j * n] = s->box->d[i + j * n] / (s->scale[i] * s->scale[j]);
+    }
     while ((p = find_pivot(s)) >= 0) {
         s->pivots[count] = p;
         s->part[p] = ++count;
         eliminate(s, p);
     }
-    int fall = find_fall(s);
+    /* The entry with the largest slope that remains where D is singular; -1: none. */
+    int fall = -1;
+    for (int i = 0; i < s->box->n; i++)
+        if (s->side[i] == 0 && s->part[i] == 0 && fabs(s->rest[i]) > s->flat &&
+            (fall < 0 || fabs(s->rest[i]) > fabs(s->rest[fall])))
+            fall = i;
     if (fall >= 0)
         s->step[fall] = s->rest[fall];
     substitute_back(s, count, fall < 0);
@@ -147,23 +128,6 @@ static int advance(search *s, bool endless, bool *done)
         s->x[stop] = s->side[stop] < 0 ? box->lower[stop] : box->upper[stop];
     }
     return stop;
-}
-
-/* The entry that leaves its bound: that with the largest violation of the sign of y, or the first one; -1: none. */
-static int find_leaving(search *s, bool largest)
-{
-    const kmp_box *box = s->box;
-    int best = -1;
-    double most = s->flat;
-    for (int i = 0; i < box->n && (best < 0 || largest); i++) {
-        s->y[i] = slope_in_box(box, s->x, i);
-        double off = s->side[i] * s->y[i] / s->scale[i];
-        if (box->lower[i] < box->upper[i] && off > most) {
-            best = i;
-            most = off;
-        }
-    }
-    return best;
 }
 
 /* Largest term of y at the guess: where D x cancels, its rounding remains. */
@@ -198,7 +162,20 @@ static kmp_box_outcome visit_faces(search *s)
             return KMP_BOX_UNBOUNDED;
         if (stop >= 0)
             continue;
-        int leaving = find_leaving(s, round < LARGEST_FIRST * (n + 1));
+        /* The entry that leaves its bound: that with the largest violation of the sign of y, or the first one; -1:
+         * none. */
+        bool largest = round < LARGEST_FIRST * (n + 1);
+        const kmp_box *box = s->box;
+        int leaving = -1;
+        double most = s->flat;
+        for (int i = 0; i < box->n && (leaving < 0 || largest); i++) {
+            s->y[i] = slope_in_box(box, s->x, i);
+            double off = s->side[i] * s->y[i] / s->scale[i];
+            if (box->lower[i] < box->upper[i] && off > most) {
+                leaving = i;
+                most = off;
+            }
+        }
         if (leaving < 0)
             return KMP_BOX_FOUND;
         s->side[leaving] = 0;
@@ -219,7 +196,10 @@ KMP_LOCAL kmp_box_outcome kmp_box_minimum(const kmp_box *box, double *x, double 
                 .rest = room + n * n + 2 * n,
                 .step = room + n * n + 3 * n,
                 .pivots = room + n * n + 4 * n};
-    put_inside(box, x, side);
+    for (int i = 0; i < box->n; i++) {
+        x[i] = fmin(fmax(x[i], box->lower[i]), box->upper[i]);
+        side[i] = x[i] <= box->lower[i] ? -1 : x[i] >= box->upper[i] ? 1 : 0;
+    }
     set_scales(&s);
     kmp_box_outcome outcome = visit_faces(&s);
     for (int i = 0; i < n; i++)

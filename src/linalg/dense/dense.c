@@ -104,8 +104,6 @@ kmp_flops kmp_cholesky_solve_flops(int n)
     return (kmp_flops){.add = products, .mul = products, .div = 2L * n};
 }
 
-/* -- null vector ------------------------------------------------------------------------------------ */
-
 /* -- pivots alone ------------------------------------------------------------------------------------- */
 
 /* Replaces row i of a column by row `first`, for elimination without row i. Returns the replaced entry. */
@@ -127,16 +125,6 @@ static double subtract(int m, int first, double x, const double *restrict l, dou
     return largest;
 }
 
-/* The pivot's column, by its position in c. */
-static int largest_column(int n, int k, const double *largest, const int *c)
-{
-    int best = k;
-    for (int j = k + 1; j < n; j++)
-        if (largest[j] > largest[best] || (!(largest[j] < largest[best]) && c[j] < c[best]))
-            best = j;
-    return best;
-}
-
 /* Columns keep their places, finished rows make room; `largest` is by position in c. A column without entry in the
  * pivot's row is unchanged. */
 void kmp_pivots_complete(int m, int n, double *a, double *largest, int *r, int *c, double *pivots)
@@ -148,7 +136,11 @@ void kmp_pivots_complete(int m, int n, double *a, double *largest, int *r, int *
         largest[j] = kmp_largest_size(m, 0, a + (ptrdiff_t)j * m);
     }
     for (int k = 0; k < m && k < n; k++) {
-        int at = largest_column(n, k, largest, c);
+        /* The pivot's column, by its position in c. */
+        int at = k;
+        for (int j = k + 1; j < n; j++)
+            if (largest[j] > largest[at] || (!(largest[j] < largest[at]) && c[j] < c[at]))
+                at = j;
         double *l = a + (ptrdiff_t)c[at] * m;
         int row = kmp_row_of_size(m, k, largest[at], l, r);
         double pivot = leave_out(l, k, row);

@@ -91,19 +91,14 @@ static void find_multiplier(discs *w, int i, double low, double guess)
     }
 }
 
-/* Begins inside the disc: where D is singular the minimum that is found depends on the guess. */
-static void go_inside(discs *w, int i)
-{
-    double far = 1 + beyond_disc(w, i);
-    for (int k = 0; k < 2 && far > 1; k++)
-        w->x[k ? w->partner[i] : i] /= far;
-}
-
 /* Settles one pair with the others as they are. */
 static void settle_disc(discs *w, int i)
 {
     double last = w->s[i], radius = w->box->upper[i];
-    go_inside(w, i);
+    /* Begins inside the disc: where D is singular the minimum that is found depends on the guess. */
+    double far = 1 + beyond_disc(w, i);
+    for (int k = 0; k < 2 && far > 1; k++)
+        w->x[k ? w->partner[i] : i] /= far;
     if (solve_with(w, i, 0) >= -ROUND)
         return;
     double guess = hypot(slope_of_disc(w, i), slope_of_disc(w, w->partner[i])) / radius;
@@ -117,19 +112,6 @@ static bool agree(const discs *w)
         if (is_disc(w, i))
             all = all && (w->s[i] > 0 ? fabs(beyond_disc(w, i)) : beyond_disc(w, i)) <= 4 * ROUND;
     return all;
-}
-
-/* y with D alone, and the sides of pairs. */
-static void finish(discs *w)
-{
-    for (int i = 0; i < w->box->n; i++)
-        if (is_disc(w, i)) {
-            int j = w->partner[i];
-            bool on = w->s[i] > 0 || beyond_disc(w, i) >= -ROUND;
-            w->side[i] = w->side[j] = on ? 1 : 0;
-            w->y[i] = on ? slope_of_disc(w, i) : 0;
-            w->y[j] = on ? slope_of_disc(w, j) : 0;
-        }
 }
 
 /* Settles all pairs. */
@@ -196,7 +178,16 @@ KMP_LOCAL kmp_box_outcome kmp_disc_minimum(const kmp_box *box, const int *partne
     sweep(&w, SWEEPS);
     if (w.outcome == KMP_BOX_UNSETTLED)
         approach(&w);
-    if (w.outcome == KMP_BOX_FOUND)
-        finish(&w);
+    if (w.outcome == KMP_BOX_FOUND) {
+        /* y with D alone, and the sides of pairs. */
+        for (int i = 0; i < w.box->n; i++)
+            if (is_disc(&w, i)) {
+                int j = w.partner[i];
+                bool on = w.s[i] > 0 || beyond_disc(&w, i) >= -ROUND;
+                w.side[i] = w.side[j] = on ? 1 : 0;
+                w.y[i] = on ? slope_of_disc(&w, i) : 0;
+                w.y[j] = on ? slope_of_disc(&w, j) : 0;
+            }
+    }
     return w.outcome;
 }

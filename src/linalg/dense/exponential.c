@@ -30,15 +30,6 @@ static void sums_of(int n, const double *a, int i, double *row, double *column)
     }
 }
 
-/* Divides row i by a factor and multiplies column i by it. */
-static void scale_one(int n, double *a, int i, double factor)
-{
-    for (ptrdiff_t k = 0; k < n; k++)
-        a[i + k * n] /= factor;
-    for (ptrdiff_t k = 0; k < n; k++)
-        a[k + (ptrdiff_t)i * n] *= factor;
-}
-
 /* By what a row is divided and its column multiplied: both become equal, or where one of them is zero the other as
  * small as the diagonal. */
 static double factor_of(double row, double column, double size)
@@ -66,21 +57,13 @@ static void balance(int n, double *a, double *factors)
             double factor = factor_of(row, column, size);
             changed = changed || factor != 1;
             factors[i] *= factor;
-            scale_one(n, a, i, factor);
+            /* Divides row i by a factor and multiplies column i by it. */
+            for (ptrdiff_t k = 0; k < n; k++)
+                a[i + k * n] /= factor;
+            for (ptrdiff_t k = 0; k < n; k++)
+                a[k + (ptrdiff_t)i * n] *= factor;
         }
     }
-}
-
-static double norm_of(int n, const double *a)
-{
-    double norm = 0;
-    for (ptrdiff_t j = 0; j < n; j++) {
-        double sum = 0;
-        for (ptrdiff_t i = 0; i < n; i++)
-            sum += fabs(a[i + j * n]);
-        norm = fmax(norm, isfinite(sum) ? sum : INFINITY);
-    }
-    return norm;
 }
 
 /* e = 1 + a (1 + a/2 (1 + ..)). */
@@ -110,7 +93,13 @@ int kmp_exponential(int n, const double *a, double h, double *e)
     for (size_t i = 0; i < size; i++)
         scaled[i] = a[i] * h;
     balance(n, scaled, factors);
-    double norm = norm_of(n, scaled);
+    double norm = 0;
+    for (ptrdiff_t j = 0; j < n; j++) {
+        double sum = 0;
+        for (ptrdiff_t i = 0; i < n; i++)
+            sum += fabs(scaled[i + j * n]);
+        norm = fmax(norm, isfinite(sum) ? sum : INFINITY);
+    }
     if (!isfinite(norm)) {
         kmp_free(scaled);
         return -1;

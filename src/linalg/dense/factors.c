@@ -107,14 +107,6 @@ KMP_LOCAL int kmp_lu_factor(int n, double *a, int *pivot)
     }
 }
 
-static void solve_2(const double *lu, const int *pivot, double *b)
-{
-    int p = pivot[0];
-    double b0 = b[p], b1 = b[1 - p] - lu[1] * b0;
-    b[1] = b1 / lu[3];
-    b[0] = (b0 - lu[2] * b[1]) / lu[0];
-}
-
 static void solve_n(int n, const double *lu, const int *pivot, double *b)
 {
     for (int k = 0; k < n; k++)
@@ -142,9 +134,12 @@ KMP_LOCAL void kmp_lu_solve(int n, const double *lu, const int *pivot, int m, do
     for (int j = 0; j < m; j++, b += n) {
         if (n == 1)
             b[0] /= lu[0];
-        else if (n == 2)
-            solve_2(lu, pivot, b);
-        else
+        else if (n == 2) {
+            int p = pivot[0];
+            double b0 = b[p], b1 = b[1 - p] - lu[1] * b0;
+            b[1] = b1 / lu[3];
+            b[0] = (b0 - lu[2] * b[1]) / lu[0];
+        } else
             solve_n(n, lu, pivot, b);
     }
 }
@@ -242,15 +237,6 @@ static void consider(candidate *best, int column, double size, const int *fixed,
 /* The sizes of so many columns are kept between pivots. A column without entry in the pivot's row is unchanged. */
 enum { KEPT = 256 };
 
-static candidate largest_entry(int m, int n, int k, const double *a, const double *largest, const int *fixed,
-                               const int *c)
-{
-    candidate best = {.column = -1};
-    for (int j = k; j < n; j++)
-        consider(&best, j, n <= KEPT ? largest[j] : kmp_largest_size(m, k, a + (ptrdiff_t)j * m), fixed, c);
-    return best;
-}
-
 /* Eliminates column k, if its pivot is usable, and finds the sizes of the columns that have changed. */
 static void eliminate_sparse(int m, int n, int k, bool pivots, double *a, double *largest)
 {
@@ -268,16 +254,6 @@ static void eliminate_sparse(int m, int n, int k, bool pivots, double *a, double
     }
 }
 
-static void exchange(int m, int n, int k, int row, int column, double *a, int *r, int *c)
-{
-    for (int j = 0; row != k && j < n; j++)
-        kmp_swap(&a[k + j * m], &a[row + j * m]);
-    for (int i = 0; column != k && i < m; i++)
-        kmp_swap(&a[i + k * m], &a[i + column * m]);
-    kmp_swap_int(&r[k], &r[row]);
-    kmp_swap_int(&c[k], &c[column]);
-}
-
 KMP_LOCAL void kmp_lu_complete(int m, int n, double *a, const int *fixed, int *r, int *c, double *pivots)
 {
     double largest[KEPT];
@@ -289,8 +265,17 @@ KMP_LOCAL void kmp_lu_complete(int m, int n, double *a, const int *fixed, int *r
             largest[j] = kmp_largest_size(m, 0, a + (ptrdiff_t)j * m);
     }
     for (int k = 0; k < m && k < n; k++) {
-        candidate best = largest_entry(m, n, k, a, largest, fixed, c);
-        exchange(m, n, k, kmp_row_of_size(m, k, best.size, a + (ptrdiff_t)best.column * m, r), best.column, a, r, c);
+        candidate best = {.column = -1};
+        for (int j = k; j < n; j++)
+            consider(&best, j, n <= KEPT ? largest[j] : kmp_largest_size(m, k, a + (ptrdiff_t)j * m), fixed, c);
+        int row = kmp_row_of_size(m, k, best.size, a + (ptrdiff_t)best.column * m, r);
+        int column = best.column;
+        for (int j = 0; row != k && j < n; j++)
+            kmp_swap(&a[k + j * m], &a[row + j * m]);
+        for (int i = 0; column != k && i < m; i++)
+            kmp_swap(&a[i + k * m], &a[i + column * m]);
+        kmp_swap_int(&r[k], &r[row]);
+        kmp_swap_int(&c[k], &c[column]);
         if (n <= KEPT)
             largest[best.column] = largest[k];
         pivots[k] = fabs(a[k + k * m]);

@@ -105,29 +105,6 @@ static int longest_row(int p, int n, const double *rows, double *row, double *le
     return best;
 }
 
-/* Chooses as many rows (p x n, lost) as there are columns, ascending: each is the longest after projection on the
- * complement of those before it (Gram, Schmidt). Rotations of the columns change neither lengths and products of rows
- * nor the choice. */
-static void choose_rows(int p, int n, double *rows, double *row, int *chosen)
-{
-    for (int k = 0; k < n; k++) {
-        double length;
-        int best = longest_row(p, n, rows, row, &length), at = k;
-        for (int j = 0; j < n; j++)
-            row[j] = rows[best + j * p] / length;
-        for (int i = 0; i < p; i++) {
-            double along = 0;
-            for (int j = 0; j < n; j++)
-                along += rows[i + j * p] * row[j];
-            for (int j = 0; j < n; j++)
-                rows[i + j * p] = i == best ? 0 : rows[i + j * p] - along * row[j];
-        }
-        for (; at > 0 && chosen[at - 1] > best; at--)
-            chosen[at] = chosen[at - 1];
-        chosen[at] = best;
-    }
-}
-
 /* Eigenvectors of zeros as columns of `basis` (p x still): the identity in as many coordinates, those that move most.
  * The basis is one of many with x' M x = 1. Its rows, each times the root of its mass, have singular values of at least
  * 1/sqrt(p), so that no chosen row is small. 0; -1: no memory. */
@@ -140,7 +117,26 @@ static int put_still(pencil *w, kmp_spectrum *s, double *basis)
     for (int j = 0; j < still; j++)
         for (int i = 0; i < p; i++)
             scaled[i + j * p] = basis[i + j * p] * sqrt(w->mass[i + i * p]);
-    choose_rows(p, still, scaled, w->row, chosen);
+    /* Chooses as many rows (p x n, lost) as there are columns, ascending: each is the longest after projection on the
+     * complement of those before it (Gram, Schmidt). Rotations of the columns change neither lengths and products of
+     * rows nor the choice. */
+    double *row = w->row;
+    for (int k = 0; k < still; k++) {
+        double length;
+        int best = longest_row(p, still, scaled, row, &length), at = k;
+        for (int j = 0; j < still; j++)
+            row[j] = scaled[best + j * p] / length;
+        for (int i = 0; i < p; i++) {
+            double along = 0;
+            for (int j = 0; j < still; j++)
+                along += scaled[i + j * p] * row[j];
+            for (int j = 0; j < still; j++)
+                scaled[i + j * p] = i == best ? 0 : scaled[i + j * p] - along * row[j];
+        }
+        for (; at > 0 && chosen[at - 1] > best; at--)
+            chosen[at] = chosen[at - 1];
+        chosen[at] = best;
+    }
     for (int j = 0; j < still; j++) /* a = chosen rows transposed */
         for (int i = 0; i < still; i++)
             a[j + i * still] = basis[chosen[i] + j * p];
@@ -191,18 +187,6 @@ static void turn_rows(pencil *w, int first, int count, const double *b, int lead
     }
 }
 
-/* Noise of the rows of the trailing block, of `rest`, as w->a turns them. */
-static void turn_noise(pencil *w, int rest)
-{
-    double *noise = w->noise + w->n - rest;
-    for (int i = 0; i < rest; i++) {
-        for (int k = 0; k < rest; k++)
-            w->s[k] = w->a[k + i * rest] * noise[k];
-        w->row[i] = norm_of(rest, w->s);
-    }
-    memcpy(noise, w->row, bytes(rest));
-}
-
 /* The number of zero singular values of the trailing block, whose vectors are rotated so that they come first. -1:
  * failed. A singular value is zero relative to each row's own noise: the friction of a light part is no measure of
  * other rows. */
@@ -225,7 +209,14 @@ static int separate(pencil *w, int done)
     times(n, rest, w->t + done * n, w->a, w->row);
     times(n, rest, w->h + done * n, w->a, w->row);
     turn_rows(w, done, rest, w->a, rest);
-    turn_noise(w, rest);
+    /* Noise of the rows of the trailing block, of `rest`, as w->a turns them. */
+    double *noise = w->noise + w->n - rest;
+    for (int i = 0; i < rest; i++) {
+        for (int k = 0; k < rest; k++)
+            w->s[k] = w->a[k + i * rest] * noise[k];
+        w->row[i] = norm_of(rest, w->s);
+    }
+    memcpy(noise, w->row, bytes(rest));
     for (int j = done; j < done + zeros; j++)
         memset(w->h + done + j * n, 0, bytes(rest));
     return zeros;
@@ -312,27 +303,21 @@ static void divide(int n, double *re, double *im, double d_re, double d_im)
     }
 }
 
-/* The first component whose modulus is largest. */
-static int largest_part(const pencil *w, const double *re, const double *im)
-{
-    int best = 0;
-    double most = 0;
-    for (int i = 0; i < w->p; i++) {
-        double size = hypot(re[i], im[i]) * sqrt(w->mass[i + i * w->p]);
-        if (size > most * (1 + 1e-6)) {
-            best = i;
-            most = size;
-        }
-    }
-    return best;
-}
-
 static void normalise(const pencil *w, kmp_spectrum *s, int c)
 {
     int p = s->p;
     double *x_re = s->x_re + c * p, *x_im = s->x_im + c * p, *y_re = s->y_re + c * p, *y_im = s->y_im + c * p, f[2];
     form(w, x_re, x_im, 1, 0, false, x_re, x_im, f);
-    int i = largest_part(w, x_re, x_im);
+    /* The first component whose modulus is largest. */
+    int i = 0;
+    double most = 0;
+    for (int j = 0; j < w->p; j++) {
+        double size = hypot(x_re[j], x_im[j]) * sqrt(w->mass[j + j * w->p]);
+        if (size > most * (1 + 1e-6)) {
+            i = j;
+            most = size;
+        }
+    }
     double size = sqrt(fmax(f[0], DBL_MIN)), turn = hypot(x_re[i], x_im[i]);
     divide(p, x_re, x_im, size * x_re[i] / turn, size * x_im[i] / turn);
     x_im[i] = 0;
@@ -341,19 +326,6 @@ static void normalise(const pencil *w, kmp_spectrum *s, int c)
     form(w, y_re, y_im, 2 * s->re[c], 2 * s->im[c], true, x_re, x_im, f);
     if (hypot(f[0], f[1]) > rounding(w->n) * w->rate)
         divide(p, y_re, y_im, f[0], -f[1]);
-}
-
-static void conjugate(kmp_spectrum *s, int from, int to)
-{
-    int p = s->p;
-    s->re[to] = s->re[from];
-    s->im[to] = -s->im[from];
-    for (int i = 0; i < p; i++) {
-        s->x_re[i + to * p] = s->x_re[i + from * p];
-        s->x_im[i + to * p] = -s->x_im[i + from * p];
-        s->y_re[i + to * p] = s->y_re[i + from * p];
-        s->y_im[i + to * p] = -s->y_im[i + from * p];
-    }
 }
 
 /* -- order ------------------------------------------------------------------------------------------- */
@@ -378,8 +350,18 @@ static int compare(const void *a, const void *b)
 static int complete(const pencil *w, kmp_spectrum *s, int at, bool upper)
 {
     normalise(w, s, at);
-    if (upper)
-        conjugate(s, at, at + 1);
+    if (upper) {
+        int to = at + 1;
+        int p = s->p;
+        s->re[to] = s->re[at];
+        s->im[to] = -s->im[at];
+        for (int i = 0; i < p; i++) {
+            s->x_re[i + to * p] = s->x_re[i + at * p];
+            s->x_im[i + to * p] = -s->x_im[i + at * p];
+            s->y_re[i + to * p] = s->y_re[i + at * p];
+            s->y_im[i + to * p] = -s->y_im[i + at * p];
+        }
+    }
     return at + 1 + upper;
 }
 
@@ -490,24 +472,6 @@ static double across(const pencil *w, const kmp_spectrum *s, int a, int b)
     return sqrt(fmax(f[0], 0));
 }
 
-/* Rounding of size e splits a multiple eigenvalue with one eigenvector into several at distances of the root of e,
- * whose eigenvectors differ as much; those of a multiple eigenvalue with as many eigenvectors point anywhere. */
-static void find_secular(const pencil *w, kmp_spectrum *s)
-{
-    double size = 0;
-    for (int k = s->zeros; k < s->count; k++)
-        size = fmax(size, hypot(s->re[k], s->im[k]));
-    for (int a = s->zeros; a < s->count && !s->secular; a++)
-        for (int b = a + 1; b < s->count && !s->secular; b++) {
-            bool equal = hypot(s->re[a] - s->re[b], s->im[a] - s->im[b]) <= KMP_SPECTRUM_EQUAL * size;
-            bool lasting = fmax(fabs(s->re[a]), fabs(s->re[b])) <= KMP_SPECTRUM_EQUAL * size;
-            if (s->im[a] >= 0 && equal && lasting && across(w, s, a, b) <= ONE_SHAPE) {
-                s->secular = true;
-                s->secular_at = a;
-            }
-        }
-}
-
 static int by_companion(pencil *w, kmp_spectrum *s)
 {
     int p = s->p, n = w->n, done = deflate(w, s);
@@ -527,7 +491,20 @@ static int by_companion(pencil *w, kmp_spectrum *s)
         lift(w, s, done, places[k].from, places[k].re, places[k].im, at);
         at = complete(w, s, at, places[k].im > 0);
     }
-    find_secular(w, s);
+    /* Rounding of size e splits a multiple eigenvalue with one eigenvector into several at distances of the root of e,
+     * whose eigenvectors differ as much; those of a multiple eigenvalue with as many eigenvectors point anywhere. */
+    double size = 0;
+    for (int k = s->zeros; k < s->count; k++)
+        size = fmax(size, hypot(s->re[k], s->im[k]));
+    for (int a = s->zeros; a < s->count && !s->secular; a++)
+        for (int b = a + 1; b < s->count && !s->secular; b++) {
+            bool equal = hypot(s->re[a] - s->re[b], s->im[a] - s->im[b]) <= KMP_SPECTRUM_EQUAL * size;
+            bool lasting = fmax(fabs(s->re[a]), fabs(s->re[b])) <= KMP_SPECTRUM_EQUAL * size;
+            if (s->im[a] >= 0 && equal && lasting && across(w, s, a, b) <= ONE_SHAPE) {
+                s->secular = true;
+                s->secular_at = a;
+            }
+        }
     for (int j = 0; j < s->still; j++) {
         memcpy(w->h + j * p, w->t + j * n, bytes(p)); /* h is no longer needed */
         kmp_cholesky_backward(p, w->l, w->h + j * p);

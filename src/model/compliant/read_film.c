@@ -55,20 +55,6 @@ static const kmp_expr *read_number(kmp_reader *r, const kmp_yaml *map, const cha
     return kmp_read_as_expr(r, &number);
 }
 
-/* The steps of a law, of which the last two are its force. */
-static void take_steps(kmp_reader *r, int law, kmp_film *film)
-{
-    kmp_expr_locals locals = {0};
-    for (int k = 0; k < 4; k++)
-        kmp_add_local(&locals, place_names[k], &places[k]);
-    for (int k = law + 1; k < ROWS && !rows[k].law; k++) {
-        const kmp_expr *step = kmp_read_formula(r, rows[k].formula, &locals);
-        kmp_add_local(&locals, rows[k].name, step);
-        film->force[0] = film->force[1];
-        film->force[1] = step;
-    }
-}
-
 const kmp_film *kmp_read_film(kmp_reader *r, const kmp_yaml *map, const char *of, const kmp_expr *clearance,
                               const kmp_expr *radius)
 {
@@ -90,7 +76,16 @@ const kmp_film *kmp_read_film(kmp_reader *r, const kmp_yaml *map, const char *of
     film->scale = kmp_read_formula(r, rows[law].formula, &numbers);
     film->drag = kmp_read_formula(r, "2*pi*viscosity*radius^3*length/clearance", &numbers);
     film->most = kmp_read_formula(r, "1 - least/clearance", &numbers);
-    take_steps(r, law, film);
+    /* The steps of a law, of which the last two are its force. */
+    kmp_expr_locals locals = {0};
+    for (int k = 0; k < 4; k++)
+        kmp_add_local(&locals, place_names[k], &places[k]);
+    for (int k = law + 1; k < ROWS && !rows[k].law; k++) {
+        const kmp_expr *step = kmp_read_formula(r, rows[k].formula, &locals);
+        kmp_add_local(&locals, rows[k].name, step);
+        film->force[0] = film->force[1];
+        film->force[1] = step;
+    }
     if (film->most && kmp_expr_value(film->most, r->parameter_values) <= 0)
         kmp_reader_complain(r, map->place, "%s: the least thickness of the film is not below the clearance", what);
     return film;

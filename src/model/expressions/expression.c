@@ -97,14 +97,6 @@ const kmp_expr *kmp_parse_unknown_name(const kmp_parser *p, const char *where, c
     return kmp_parse_say(p, where, &sentence);
 }
 
-static const kmp_expr *complain_unit(const kmp_parser *p, const char *where, const char *name)
-{
-    kmp_text sentence = {0};
-    kmp_text_printf(&sentence, "an operator or a unit is expected here, not '%s'; units are ", name);
-    kmp_name_list_print(&sentence, kmp_unit_names, ", ", ", ");
-    return kmp_parse_say(p, where, &sentence);
-}
-
 /* Bytes of the character at s, so that a message never cuts one. */
 static int character_size(const char *s)
 {
@@ -162,24 +154,6 @@ const kmp_expr *kmp_parse_comparison(kmp_parser *p)
     bool equal = sign[1] == '=';
     p->at += equal ? 2 : 1;
     return make_binary(p, sign, kinds[*sign == '>'][equal], left, kmp_parse_sum(p));
-}
-
-static const kmp_expr *parse_time(kmp_parser *p, const char *where)
-{
-    if (!p->scope->time)
-        return kmp_parse_complain(p, where, "t is not allowed here: a constant is expected");
-    return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_TIME});
-}
-
-/* An input, which is a function of time. */
-static const kmp_expr *parse_input(kmp_parser *p, const char *where, const char *name, kmp_expr made)
-{
-    if (*p->at == '(')
-        return kmp_parse_complain(p, where, "'%s' is an input, not a function", name);
-    if (!p->scope->time)
-        return kmp_parse_complain(p, where, "input '%s' is not allowed here: a constant is expected", name);
-    made.kind = KMP_EXPR_INPUT;
-    return kmp_parse_make(p, where, made);
 }
 
 /* A state, where coordinates are allowed. */
@@ -277,8 +251,11 @@ static const kmp_expr *parse_word(kmp_parser *p)
         return kmp_parse_coordinate(p, where, KMP_EXPR_Q);
     if (strcmp(name, "qd") == 0)
         return kmp_parse_coordinate(p, where, KMP_EXPR_QD);
-    if (strcmp(name, "t") == 0)
-        return parse_time(p, where);
+    if (strcmp(name, "t") == 0) {
+        if (!p->scope->time)
+            return kmp_parse_complain(p, where, "t is not allowed here: a constant is expected");
+        return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_TIME});
+    }
     if (strcmp(name, "pi") == 0)
         return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = 3.14159265358979323846});
     if (p->scope->place > 0 && name[0] >= 'x' && name[0] <= 'z' && !name[1])
@@ -298,8 +275,15 @@ static const kmp_expr *parse_word(kmp_parser *p)
     if (index >= 0)
         return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_PARAMETER, .index = index});
     kmp_expr input = {0};
-    if (p->scope->input && p->scope->input(p->scope->user, name, &input))
-        return parse_input(p, where, name, input);
+    if (p->scope->input && p->scope->input(p->scope->user, name, &input)) {
+        /* An input, which is a function of time. */
+        if (*p->at == '(')
+            return kmp_parse_complain(p, where, "'%s' is an input, not a function", name);
+        if (!p->scope->time)
+            return kmp_parse_complain(p, where, "input '%s' is not allowed here: a constant is expected", name);
+        input.kind = KMP_EXPR_INPUT;
+        return kmp_parse_make(p, where, input);
+    }
     index = p->scope->state ? p->scope->state(p->scope->user, name) : -1;
     if (index >= 0)
         return parse_state(p, where, name, index);
@@ -381,8 +365,12 @@ static const kmp_expr *parse_unit(kmp_parser *p, const char *number, double valu
     const char *where = p->at, *name = kmp_parse_copy(p, length);
     if (!name)
         return NULL;
-    if (!kmp_unit_find(name, length, &first))
-        return complain_unit(p, where, name);
+    if (!kmp_unit_find(name, length, &first)) {
+        kmp_text sentence = {0};
+        kmp_text_printf(&sentence, "an operator or a unit is expected here, not '%s'; units are ", name);
+        kmp_name_list_print(&sentence, kmp_unit_names, ", ", ", ");
+        return kmp_parse_say(p, where, &sentence);
+    }
     if (!parse_unit_power(p, &power))
         return NULL;
     kmp_unit_multiply(&unit, &first, power);

@@ -60,14 +60,6 @@ void kmp_model_json_point(kmp_json *json, const char *key, const kempe_model *mo
     kmp_json_text(json, key, &text);
 }
 
-static void put_two_points(kmp_json *json, const kempe_model *model, const int point[2])
-{
-    kmp_json_array(json, "points");
-    kmp_model_json_point(json, NULL, model, point[0]);
-    kmp_model_json_point(json, NULL, model, point[1]);
-    kmp_json_end(json);
-}
-
 static void put_axes(kmp_json *json, const char *key, double m[3][3])
 {
     kmp_json_object(json, key);
@@ -77,31 +69,6 @@ static void put_axes(kmp_json *json, const char *key, double m[3][3])
 }
 
 /* -- names and their values ---------------------------------------------------------------------- */
-
-static void put_parameters(kmp_json *json, const kempe_model *model)
-{
-    kmp_model_json_begin(json, "parameters");
-    for (int i = 0; i < model->parameter_count; i++)
-        kmp_json_number(json, model->parameters[i].name, model->parameters[i].number.value);
-    kmp_json_end(json);
-}
-
-/* Values and samples in SI, without a unit. */
-static void put_inputs(kmp_json *json, const kempe_model *model)
-{
-    kmp_model_json_begin(json, "inputs");
-    for (int i = 0; i < kmp_model_given_inputs(model); i++) {
-        const kmp_signal *s = &model->inputs[i].signal;
-        kmp_json_put(json, "%s { default %g", model->inputs[i].name, model->inputs[i].value);
-        if (s->count > 1) {
-            kmp_json_string(json, "method", kmp_name_at(kmp_signal_words, (int)s->method));
-            kmp_json_numbers(json, "t", s->count, s->t);
-            kmp_json_numbers(json, "value", s->count, s->u);
-        }
-        kmp_json_end(json);
-    }
-    kmp_json_end(json);
-}
 
 static void put_states(kmp_json *json, const kempe_model *model)
 {
@@ -130,24 +97,21 @@ static void put_states(kmp_json *json, const kempe_model *model)
     kmp_json_end(json);
 }
 
-static void put_surface(kmp_json *json, const char *name, const kmp_surface *s)
-{
-    kmp_json_put(json, "%s { method %s", name, kmp_table_method_word(s->one[0]->method));
-    kmp_json_numbers(json, "x", s->count[0], s->knot[0]);
-    kmp_json_numbers(json, "y", s->count[1], s->knot[1]);
-    kmp_json_array(json, "z");
-    for (int k = 0; k < s->count[0]; k++)
-        kmp_json_numbers(json, NULL, s->count[1], s->z + (ptrdiff_t)k * s->count[1]);
-    kmp_json_put(json, "] }");
-}
-
 static void put_tables(kmp_json *json, const kempe_model *model)
 {
     kmp_model_json_begin(json, "tables");
     for (int i = 0; i < model->table_count; i++) {
         const kmp_table *table = model->tables[i].table;
         if (model->tables[i].surface) {
-            put_surface(json, model->tables[i].name, model->tables[i].surface);
+            const char *name = model->tables[i].name;
+            const kmp_surface *s = model->tables[i].surface;
+            kmp_json_put(json, "%s { method %s", name, kmp_table_method_word(s->one[0]->method));
+            kmp_json_numbers(json, "x", s->count[0], s->knot[0]);
+            kmp_json_numbers(json, "y", s->count[1], s->knot[1]);
+            kmp_json_array(json, "z");
+            for (int k = 0; k < s->count[0]; k++)
+                kmp_json_numbers(json, NULL, s->count[1], s->z + (ptrdiff_t)k * s->count[1]);
+            kmp_json_put(json, "] }");
             continue;
         }
         kmp_json_put(json, "%s { method %s", model->tables[i].name, kmp_table_method_word(table->method));
@@ -202,18 +166,6 @@ static void put_points(kmp_json *json, const kempe_model *model, int body)
     kmp_json_end(json);
 }
 
-static void put_motions(kmp_json *json, const kempe_model *model, const kmp_body *body)
-{
-    kmp_json_array(json, "motions");
-    for (int k = 0; k < body->motion_count; k++) {
-        const kmp_motion *motion = &model->motions[body->first_motion + k];
-        kmp_json_put(json, "{ coordinate %s kind %s", motion->name, motion->rotation ? "R" : "T");
-        kmp_json_numbers(json, "axis", 3, motion->axis);
-        kmp_json_end(json);
-    }
-    kmp_json_end(json);
-}
-
 static void put_body(kmp_json *json, const kempe_model *model, int i)
 {
     kmp_body *body = &model->bodies[i];
@@ -225,7 +177,14 @@ static void put_body(kmp_json *json, const kempe_model *model, int i)
     kmp_json_string(json, "joint", body->joint);
     if (body->reversed)
         kmp_json_whole(json, "reversed", 1);
-    put_motions(json, model, body);
+    kmp_json_array(json, "motions");
+    for (int k = 0; k < body->motion_count; k++) {
+        const kmp_motion *motion = &model->motions[body->first_motion + k];
+        kmp_json_put(json, "{ coordinate %s kind %s", motion->name, motion->rotation ? "R" : "T");
+        kmp_json_numbers(json, "axis", 3, motion->axis);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
     if (body->turned)
         put_axes(json, "frame", body->frame);
     if (body->coupling)
@@ -237,30 +196,7 @@ static void put_body(kmp_json *json, const kempe_model *model, int i)
     kmp_json_end(json);
 }
 
-static void put_bodies(kmp_json *json, const kempe_model *model)
-{
-    kmp_model_json_begin(json, "ground");
-    put_points(json, model, 0);
-    kmp_json_end(json);
-    begin_list(json, "bodies");
-    for (int i = 1; i < model->body_count; i++)
-        put_body(json, model, i);
-    kmp_json_end(json);
-    begin_list(json, "coordinates");
-    for (int i = 0; i < kmp_model_coordinates(model); i++)
-        kmp_json_string(json, NULL, model->motions[i].name);
-    kmp_json_end(json);
-}
-
 /* -- closures ------------------------------------------------------------------------------------ */
-
-static void put_terms(kmp_json *json, const kempe_model *model, const kmp_closure *closure)
-{
-    kmp_json_object(json, "terms");
-    for (int k = 0; k < closure->term_count; k++)
-        kmp_json_number(json, model->motions[closure->terms[k].motion].name, closure->terms[k].factor.value);
-    kmp_json_end(json);
-}
 
 static void put_curve(kmp_json *json, const kempe_model *model, const kmp_closure *closure)
 {
@@ -279,10 +215,18 @@ static void put_closure(kmp_json *json, const kempe_model *model, const kmp_clos
     kmp_json_put(json, "name %s kind %s", closure->name, closure->kind);
     if (closure->motion >= 0)
         kmp_json_string(json, "coordinate", model->motions[closure->motion].name);
-    else if (closure->point[0] >= 0)
-        put_two_points(json, model, closure->point);
-    if (closure->term_count > 0)
-        put_terms(json, model, closure);
+    else if (closure->point[0] >= 0) {
+        kmp_json_array(json, "points");
+        kmp_model_json_point(json, NULL, model, closure->point[0]);
+        kmp_model_json_point(json, NULL, model, closure->point[1]);
+        kmp_json_end(json);
+    }
+    if (closure->term_count > 0) {
+        kmp_json_object(json, "terms");
+        for (int k = 0; k < closure->term_count; k++)
+            kmp_json_number(json, model->motions[closure->terms[k].motion].name, closure->terms[k].factor.value);
+        kmp_json_end(json);
+    }
     if (closure->constant)
         kmp_json_number(json, "equals", closure->constant->value);
     if (kmp_closure_has_axes(closure)) {
@@ -337,36 +281,23 @@ void kmp_model_json_fields(kmp_json *json, const kempe_model *model, const kmp_f
     }
 }
 
-static void put_contact(kmp_json *json, const kempe_model *model, const kmp_force *force)
-{
-    const struct kmp_compliant *contact = force->compliant;
-    const char *const keys[] = {"gap", "normal", "coefficient", "clearance", "radius", "speed"};
-    const kmp_expr *const exprs[] = {force->touch.gap,   force->effort,   force->holding_effort,
-                                     contact->clearance, contact->radius, contact->speed};
-    if (contact->law)
-        kmp_json_string(json, "law", contact->law);
-    if (contact->film)
-        kmp_json_string(json, "film", contact->film->law);
-    for (int k = 0; k < 6; k++)
-        if (exprs[k])
-            put_expr(json, keys[k], model, exprs[k]);
-}
-
-static void put_rope(kmp_json *json, const kempe_model *model, const kmp_force *force)
-{
-    kmp_json_array(json, "points");
-    for (int k = 0; k < force->through_count + 2; k++)
-        kmp_model_json_point(json, NULL, model, kmp_force_point(force, k));
-    kmp_json_end(json);
-}
-
 static void put_force(kmp_json *json, const kempe_model *model, const kmp_force *force)
 {
     const kmp_force_row *row = &kmp_force_rows[force->kind];
     bool place = !row->word || kmp_force_is_between(force->kind);
     kmp_json_put(json, "name %s kind %s", force->name, place ? row->place : kmp_force_key(model, force, row->word));
     if (force->kind == KMP_FORCE_COMPLIANT) {
-        put_contact(json, model, force);
+        const struct kmp_compliant *contact = force->compliant;
+        const char *const keys[] = {"gap", "normal", "coefficient", "clearance", "radius", "speed"};
+        const kmp_expr *const exprs[] = {force->touch.gap,   force->effort,   force->holding_effort,
+                                         contact->clearance, contact->radius, contact->speed};
+        if (contact->law)
+            kmp_json_string(json, "law", contact->law);
+        if (contact->film)
+            kmp_json_string(json, "film", contact->film->law);
+        for (int k = 0; k < 6; k++)
+            if (exprs[k])
+                put_expr(json, keys[k], model, exprs[k]);
         return;
     }
     if (force->kind == KMP_FORCE_TOUCH)
@@ -381,9 +312,12 @@ static void put_force(kmp_json *json, const kempe_model *model, const kmp_force 
         put_expr(json, "sliding", model, force->sliding);
     else if (force->kind == KMP_FORCE_BODY)
         kmp_json_string(json, "body", model->bodies[force->body].name);
-    else if (kmp_force_is_between(force->kind))
-        put_rope(json, model, force);
-    else
+    else if (kmp_force_is_between(force->kind)) {
+        kmp_json_array(json, "points");
+        for (int k = 0; k < force->through_count + 2; k++)
+            kmp_model_json_point(json, NULL, model, kmp_force_point(force, k));
+        kmp_json_end(json);
+    } else
         kmp_model_json_point(json, "point", model, force->point[0]);
     kmp_model_json_fields(json, model, force);
     if (force->effort)
@@ -397,21 +331,6 @@ static void put_force(kmp_json *json, const kempe_model *model, const kmp_force 
                   force->kind == KMP_FORCE_CYLINDER ? 1 + (force->vector[1] != NULL) : 3, force->vector);
 }
 
-static void put_forces(kmp_json *json, const kempe_model *model)
-{
-    begin_list(json, "forces");
-    for (int i = 0; i < model->force_count - model->state_count; i++) {
-        kmp_model_json_item(json, NULL);
-        put_force(json, model, &model->forces[i]);
-        kmp_json_end(json);
-    }
-    kmp_json_end(json);
-    kmp_model_json_begin(json, "sensors");
-    for (int i = 0; i < model->sensor_count; i++)
-        put_expr(json, model->sensors[i].name, model, model->sensors[i].expr);
-    kmp_json_end(json);
-}
-
 /* -- start and run ------------------------------------------------------------------------------- */
 
 static void put_values(kmp_json *json, const kempe_model *model, const char *key, const kmp_number *values)
@@ -419,21 +338,6 @@ static void put_values(kmp_json *json, const kempe_model *model, const char *key
     kmp_json_object(json, key);
     for (int i = 0; i < kmp_model_coordinates(model); i++)
         kmp_json_number(json, model->motions[i].name, values[i].value);
-    kmp_json_end(json);
-}
-
-static void put_goal(kmp_json *json, const kempe_model *model, const kmp_goal *goal)
-{
-    kmp_text name = {0};
-    kmp_model_put_goal(&name, model, goal);
-    kmp_json_object(json, name.s);
-    kmp_text_free_part(json->text, &name);
-    if (goal->width == 3) {
-        put_vector(json, "value", goal->value);
-        put_vector(json, "weight", goal->weight);
-    } else {
-        kmp_json_put(json, "value %g weight %g", goal->value[0].value, goal->weight[0].value);
-    }
     kmp_json_end(json);
 }
 
@@ -447,34 +351,21 @@ static void put_start(kmp_json *json, const kempe_model *model)
         if (model->start.hold[i])
             kmp_json_string(json, NULL, model->motions[i].name);
     kmp_json_put(json, "] goals {");
-    for (int i = 0; i < model->start.goal_count; i++)
-        put_goal(json, model, &model->start.goals[i]);
-    kmp_json_put(json, "} }");
-}
-
-static void put_run(kmp_json *json, const kempe_model *model)
-{
-    const kmp_run_settings *run = &model->run;
-    kmp_shown_setting list[KMP_SETTINGS];
-    kmp_model_settings(run, list);
-    kmp_model_json_begin(json, "run");
-    for (int k = 0; k < KMP_SETTINGS; k++)
-        if (list[k].is_word)
-            kmp_json_string(json, list[k].key, list[k].word);
-        else
-            kmp_json_number(json, list[k].key, list[k].number > 0 ? list[k].number : NAN);
-    kmp_json_array(json, "independent");
-    for (int i = 0; i < run->independent_count; i++)
-        kmp_json_string(json, NULL, model->motions[run->independent[i]].name);
-    kmp_json_end(json);
-    put_exprs(json, "until", model, run->until_count, run->until);
-    kmp_json_array(json, "outputs");
-    for (int i = 0; i < model->output_count; i++) {
+    for (int i = 0; i < model->start.goal_count; i++) {
+        const kmp_goal *goal = &model->start.goals[i];
         kmp_text name = {0};
-        kmp_output_print(&name, model, &model->outputs[i]);
-        kmp_json_text(json, NULL, &name);
+        kmp_model_put_goal(&name, model, goal);
+        kmp_json_object(json, name.s);
+        kmp_text_free_part(json->text, &name);
+        if (goal->width == 3) {
+            put_vector(json, "value", goal->value);
+            put_vector(json, "weight", goal->weight);
+        } else {
+            kmp_json_put(json, "value %g weight %g", goal->value[0].value, goal->weight[0].value);
+        }
+        kmp_json_end(json);
     }
-    kmp_json_put(json, "] }");
+    kmp_json_put(json, "} }");
 }
 
 /* -- the whole ----------------------------------------------------------------------------------- */
@@ -484,19 +375,55 @@ static kmp_json put_mechanism(kmp_text *text, const kempe_model *model)
     kmp_json json = kmp_json_begin_as(text, KMP_JSON_DENSE);
     kmp_json_put(&json, "{ name %s", model->name);
     put_vector(&json, "gravity", model->gravity);
-    put_parameters(&json, model);
-    if (kmp_model_given_inputs(model) > 0)
-        put_inputs(&json, model);
+    kmp_model_json_begin(&json, "parameters");
+    for (int i = 0; i < model->parameter_count; i++)
+        kmp_json_number(&json, model->parameters[i].name, model->parameters[i].number.value);
+    kmp_json_end(&json);
+    if (kmp_model_given_inputs(model) > 0) {
+        /* Values and samples in SI, without a unit. */
+        kmp_model_json_begin(&json, "inputs");
+        for (int i = 0; i < kmp_model_given_inputs(model); i++) {
+            const kmp_signal *s = &model->inputs[i].signal;
+            kmp_json_put(&json, "%s { default %g", model->inputs[i].name, model->inputs[i].value);
+            if (s->count > 1) {
+                kmp_json_string(&json, "method", kmp_name_at(kmp_signal_words, (int)s->method));
+                kmp_json_numbers(&json, "t", s->count, s->t);
+                kmp_json_numbers(&json, "value", s->count, s->u);
+            }
+            kmp_json_end(&json);
+        }
+        kmp_json_end(&json);
+    }
     if (model->state_count > 0)
         put_states(&json, model);
     put_tables(&json, model);
     kmp_model_json_tracks(&json, model);
     if (model->unknowns_count > 0)
         put_unknowns(&json, model);
-    put_bodies(&json, model);
+    kmp_model_json_begin(&json, "ground");
+    put_points(&json, model, 0);
+    kmp_json_end(&json);
+    begin_list(&json, "bodies");
+    for (int i = 1; i < model->body_count; i++)
+        put_body(&json, model, i);
+    kmp_json_end(&json);
+    begin_list(&json, "coordinates");
+    for (int i = 0; i < kmp_model_coordinates(model); i++)
+        kmp_json_string(&json, NULL, model->motions[i].name);
+    kmp_json_end(&json);
     kmp_model_json_wheels(&json, model);
     put_closures(&json, model);
-    put_forces(&json, model);
+    begin_list(&json, "forces");
+    for (int i = 0; i < model->force_count - model->state_count; i++) {
+        kmp_model_json_item(&json, NULL);
+        put_force(&json, model, &model->forces[i]);
+        kmp_json_end(&json);
+    }
+    kmp_json_end(&json);
+    kmp_model_json_begin(&json, "sensors");
+    for (int i = 0; i < model->sensor_count; i++)
+        put_expr(&json, model->sensors[i].name, model, model->sensors[i].expr);
+    kmp_json_end(&json);
     put_start(&json, model);
     return json;
 }
@@ -510,6 +437,26 @@ void kmp_model_json(kmp_text *text, const kempe_model *model)
 {
     kmp_json json = put_mechanism(text, model);
     kmp_model_json_shapes(&json, model);
-    put_run(&json, model);
+    const kmp_run_settings *run = &model->run;
+    kmp_shown_setting list[KMP_SETTINGS];
+    kmp_model_settings(run, list);
+    kmp_model_json_begin(&json, "run");
+    for (int k = 0; k < KMP_SETTINGS; k++)
+        if (list[k].is_word)
+            kmp_json_string(&json, list[k].key, list[k].word);
+        else
+            kmp_json_number(&json, list[k].key, list[k].number > 0 ? list[k].number : NAN);
+    kmp_json_array(&json, "independent");
+    for (int i = 0; i < run->independent_count; i++)
+        kmp_json_string(&json, NULL, model->motions[run->independent[i]].name);
+    kmp_json_end(&json);
+    put_exprs(&json, "until", model, run->until_count, run->until);
+    kmp_json_array(&json, "outputs");
+    for (int i = 0; i < model->output_count; i++) {
+        kmp_text name = {0};
+        kmp_output_print(&name, model, &model->outputs[i]);
+        kmp_json_text(&json, NULL, &name);
+    }
+    kmp_json_put(&json, "] }");
     kmp_json_end(&json);
 }

@@ -18,31 +18,6 @@ static void put_axes(kmp_json *json, double (*const m)[3])
     kmp_json_end(json);
 }
 
-static void put_round(kmp_json *json, const kmp_shape *s)
-{
-    kmp_json_number(json, "length", s->length.value);
-    put_vector(json, "along", 3, s->along);
-}
-
-static void put_through(kmp_json *json, const kmp_shape *s)
-{
-    kmp_json_array(json, "through");
-    for (int k = 0; k < s->through_count; k++)
-        put_vector(json, NULL, 3, s->through[k]);
-    kmp_json_end(json);
-}
-
-static void put_looks(kmp_json *json, const kmp_shape *s)
-{
-    kmp_text colour = {0};
-    kmp_text_printf(&colour, "#%06x", (unsigned)s->colour & 0xffffff);
-    if (s->colour >= 0)
-        kmp_json_string(json, "colour", colour.s);
-    kmp_text_free_part(json->text, &colour);
-    if (s->opacity < 1)
-        kmp_json_number(json, "opacity", s->opacity);
-}
-
 void kmp_model_json_shape(kmp_json *json, const kmp_shape *s)
 {
     double axes[3][3];
@@ -55,11 +30,16 @@ void kmp_model_json_shape(kmp_json *json, const kmp_shape *s)
     }
     if (s->radius.value > 0)
         kmp_json_number(json, "radius", s->radius.value);
-    if (s->kind == KMP_SHAPE_CYLINDER || s->kind == KMP_SHAPE_CAPSULE)
-        put_round(json, s);
-    if (s->kind == KMP_SHAPE_LINE)
-        put_through(json, s);
-    else
+    if (s->kind == KMP_SHAPE_CYLINDER || s->kind == KMP_SHAPE_CAPSULE) {
+        kmp_json_number(json, "length", s->length.value);
+        put_vector(json, "along", 3, s->along);
+    }
+    if (s->kind == KMP_SHAPE_LINE) {
+        kmp_json_array(json, "through");
+        for (int k = 0; k < s->through_count; k++)
+            put_vector(json, NULL, 3, s->through[k]);
+        kmp_json_end(json);
+    } else
         put_vector(json, "at", 3, s->at);
     if (s->turned && (s->kind == KMP_SHAPE_BOX || s->kind == KMP_SHAPE_ELLIPSOID || s->kind == KMP_SHAPE_MESH))
         put_axes(json, axes);
@@ -67,7 +47,13 @@ void kmp_model_json_shape(kmp_json *json, const kmp_shape *s)
         kmp_json_number(json, s->by_density ? "density" : "mass", s->matter.value);
     if (s->hole)
         kmp_json_whole(json, "hole", 1);
-    put_looks(json, s);
+    kmp_text colour = {0};
+    kmp_text_printf(&colour, "#%06x", (unsigned)s->colour & 0xffffff);
+    if (s->colour >= 0)
+        kmp_json_string(json, "colour", colour.s);
+    kmp_text_free_part(json->text, &colour);
+    if (s->opacity < 1)
+        kmp_json_number(json, "opacity", s->opacity);
 }
 
 void kmp_model_json_shapes(kmp_json *json, const kempe_model *model)

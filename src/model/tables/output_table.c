@@ -181,29 +181,21 @@ void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_outpu
         kmp_text_printf(text, ".%s", components[k]);
 }
 
-/* A bushing and a wheel have three forces, then three moments; an element at a joint acts along its coordinate. */
-static const char *unit_of_force(const kempe_model *model, const kmp_force *force, int k)
-{
-    if (force->kind == KMP_FORCE_COMPLIANT)
-        return pressing_number(force, k)->unit;
-    if (force->kind == KMP_FORCE_TOUCH)
-        return k > 0 ? "m" : force->turns ? "N m" : "N";
-    bool torque = kmp_force_rows[force->kind].width > 1 ? k >= 3
-                  : force->motion >= 0                  ? model->motions[force->motion].rotation
-                                       : force->kind == KMP_FORCE_BODY || force->kind == KMP_FORCE_TORSION;
-    return torque ? "N m" : "N";
-}
-
-static const char *unit_of_cut(const kempe_model *model, const kmp_output *output)
-{
-    static const char *const units[2][3] = {{"m", "m/s", "m/s^2"}, {"rad", "rad/s", "rad/s^2"}};
-    return units[model->cut_coordinates[output->index].rotation][output->kind - KMP_OUTPUT_CUT_Q];
-}
-
 const char *kmp_output_unit(const kempe_model *model, const kmp_output *output, int k)
 {
-    if (output->kind == KMP_OUTPUT_FORCE)
-        return unit_of_force(model, &model->forces[output->index], k);
+    if (output->kind == KMP_OUTPUT_FORCE) {
+        /* A bushing and a wheel have three forces, then three moments; an element at a joint acts along its
+         * coordinate. */
+        const kmp_force *force = &model->forces[output->index];
+        if (force->kind == KMP_FORCE_COMPLIANT)
+            return pressing_number(force, k)->unit;
+        if (force->kind == KMP_FORCE_TOUCH)
+            return k > 0 ? "m" : force->turns ? "N m" : "N";
+        bool torque = kmp_force_rows[force->kind].width > 1 ? k >= 3
+                      : force->motion >= 0                  ? model->motions[force->motion].rotation
+                                           : force->kind == KMP_FORCE_BODY || force->kind == KMP_FORCE_TORSION;
+        return torque ? "N m" : "N";
+    }
     if (output->kind == KMP_OUTPUT_GAP)
         return model->forces[output->index].turns ? "rad" : "m";
     if (output->kind == KMP_OUTPUT_CONTACT)
@@ -212,7 +204,9 @@ const char *kmp_output_unit(const kempe_model *model, const kmp_output *output, 
         return guidance_units[k];
     if (output->kind == KMP_OUTPUT_POSE)
         return k < 2 ? "m" : "";
-    if (kmp_output_rows[output->kind].argument == KMP_OUTPUT_OF_CUT)
-        return unit_of_cut(model, output);
+    if (kmp_output_rows[output->kind].argument == KMP_OUTPUT_OF_CUT) {
+        static const char *const units[2][3] = {{"m", "m/s", "m/s^2"}, {"rad", "rad/s", "rad/s^2"}};
+        return units[model->cut_coordinates[output->index].rotation][output->kind - KMP_OUTPUT_CUT_Q];
+    }
     return kmp_output_rows[output->kind].unit;
 }

@@ -110,15 +110,6 @@ static int component_named(asking *a, const kmp_output *output, const char *whol
     return found < width ? found : -1;
 }
 
-static void check_components(asking *a, int *component)
-{
-    for (int k = 0; k < a->count && !a->r.wrong; k++) {
-        const kmp_output *output = &a->model.outputs[k];
-        if (component[k] == NAMED)
-            component[k] = component_named(a, output, a->word[k], strrchr(a->word[k], '.') + 1);
-    }
-}
-
 /* Lists each output once, in the order of the request, with all requested components. */
 static bool gather(kempe_model *model, const int *component, unsigned **parts)
 {
@@ -158,8 +149,13 @@ kempe_status kmp_requested_outputs_at(kempe_model *copy, const char *label, kmp_
     a.model.arena = copy->arena;
     if (component && list_words(&a, &list, component))
         kmp_read_outputs(&a.r, &list);
-    if (a.model.output_count == a.count)
-        check_components(&a, component);
+    if (a.model.output_count == a.count) {
+        for (int k = 0; k < a.count && !a.r.wrong; k++) {
+            const kmp_output *output = &a.model.outputs[k];
+            if (component[k] == NAMED)
+                component[k] = component_named(&a, output, a.word[k], strrchr(a.word[k], '.') + 1);
+        }
+    }
     copy->arena = a.model.arena;
     a.model.arena = (kmp_arena){.failed = copy->arena.failed};
     if (a.r.wrong || a.r.scratch.failed || copy->arena.failed)

@@ -7,23 +7,6 @@
 static const char *const words[] = {"hold", "linear", "cubic"};
 const kmp_name_list kmp_signal_words = {words, sizeof words[0], sizeof words / sizeof *words};
 
-static void make_cubics(kmp_signal *s, double *slope)
-{
-    kmp_spline_slopes(s->count, s->t, s->u, slope, slope + s->count);
-    for (int k = 0; k < s->count - 1; k++)
-        kmp_spline_piece(s->t[k + 1] - s->t[k], s->u[k], s->u[k + 1], slope[k], slope[k + 1], s->piece[k]);
-}
-
-static void make_pieces(kmp_signal *s, double *slope)
-{
-    for (int k = 0; k < s->count; k++)
-        s->piece[k][0] = s->u[k];
-    for (int k = 0; k < s->count - 1 && s->method != KMP_SIGNAL_HOLD; k++)
-        s->piece[k][1] = (s->u[k + 1] - s->u[k]) / (s->t[k + 1] - s->t[k]);
-    if (s->method == KMP_SIGNAL_CUBIC && s->count > 2)
-        make_cubics(s, slope);
-}
-
 bool kmp_signal_init(kmp_signal *signal, kmp_arena *arena, kmp_signal_method method, int count, const double *t,
                      const double *u)
 {
@@ -37,7 +20,16 @@ bool kmp_signal_init(kmp_signal *signal, kmp_arena *arena, kmp_signal_method met
     memcpy(signal->t, t, (size_t)count * sizeof *t);
     memcpy(signal->u, u, (size_t)count * sizeof *u);
     memset(signal->piece, 0, (size_t)count * sizeof *signal->piece);
-    make_pieces(signal, slope);
+    for (int k = 0; k < signal->count; k++)
+        signal->piece[k][0] = signal->u[k];
+    for (int k = 0; k < signal->count - 1 && signal->method != KMP_SIGNAL_HOLD; k++)
+        signal->piece[k][1] = (signal->u[k + 1] - signal->u[k]) / (signal->t[k + 1] - signal->t[k]);
+    if (signal->method == KMP_SIGNAL_CUBIC && signal->count > 2) {
+        kmp_spline_slopes(signal->count, signal->t, signal->u, slope, slope + signal->count);
+        for (int k = 0; k < signal->count - 1; k++)
+            kmp_spline_piece(signal->t[k + 1] - signal->t[k], signal->u[k], signal->u[k + 1], slope[k], slope[k + 1],
+                             signal->piece[k]);
+    }
     return true;
 }
 
@@ -53,16 +45,6 @@ static int sample_before(const kmp_signal *s, double t)
             high = middle;
     }
     return low;
-}
-
-/* The coefficients from sample k on; those before the first sample are its value. */
-static void coefficients(const kmp_signal *s, int k, double c[4])
-{
-    memset(c, 0, 4 * sizeof *c);
-    if (k < 0)
-        c[0] = s->u[0];
-    else
-        memcpy(c, s->piece[k], 4 * sizeof *c);
 }
 
 static bool is_constant(const double c[4])
@@ -82,7 +64,13 @@ static kmp_signal_piece piece_from(const kmp_signal *signal, int k)
 {
     kmp_signal_piece piece = {.from = signal->t[k < 0 ? 0 : k]};
     bool inside = k > 0 && k < signal->count - 1;
-    coefficients(signal, k, piece.c);
+    /* The coefficients from sample k on; those before the first sample are its value. */
+    double *c = piece.c;
+    memset(c, 0, 4 * sizeof *c);
+    if (k < 0)
+        c[0] = signal->u[0];
+    else
+        memcpy(c, signal->piece[k], 4 * sizeof *c);
     k = last_of_piece(signal, k, piece.c);
     piece.until = k + 1 < signal->count ? signal->t[k + 1] : INFINITY;
     piece.jump = signal->method == KMP_SIGNAL_HOLD ? 0 : signal->method == KMP_SIGNAL_CUBIC && inside ? 3 : 1;

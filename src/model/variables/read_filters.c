@@ -92,14 +92,6 @@ static const kmp_expr *output_of(kmp_reader *r, const filter *f, const kmp_expr 
     return b ? kmp_block_formula(r, "first + b*u/lead", &locals) : first;
 }
 
-static void set_scale(kmp_reader *r, const kmp_function_block *block, const filter *f, int i)
-{
-    double size = fabs(f->a[i].value / f->a[0].value);
-    kmp_state *states = r->model->states + block->first;
-    if (i < f->order)
-        states[i].scale = states[0].scale * (size > 0 ? size : 1);
-}
-
 static void read_transfer(kmp_reader *r, kmp_function_block *b)
 {
     int poles;
@@ -119,8 +111,12 @@ static void read_transfer(kmp_reader *r, kmp_function_block *b)
     }
     for (int i = 1; i <= f.order; i++) {
         kmp_block_law(r, b, held + i - 1, law_of(r, &f, i, i < f.order ? kmp_block_state(r, b, held + i) : NULL));
-        if (!held)
-            set_scale(r, b, &f, i);
+        if (!held) {
+            double size = fabs(f.a[i].value / f.a[0].value);
+            kmp_state *states = r->model->states + b->first;
+            if (i < f.order)
+                states[i].scale = states[0].scale * (size > 0 ? size : 1);
+        }
     }
 }
 

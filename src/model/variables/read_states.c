@@ -176,38 +176,6 @@ static const kmp_block_kind *const kinds[] = {
 
 /* -- entries ----------------------------------------------------------------------------------------- */
 
-/* The kind of an entry; NULL after an error. */
-static const kmp_block_kind *kind_of(kmp_reader *r, const kmp_function_block *b)
-{
-    static const char *const words[] = {"rate", "next", "transfer", "pid", "hysteresis", "delay"};
-    int first = -1, count = kmp_count_keys(b->map, KMP_NAMES_OF(words), &first);
-    bool discrete = kmp_yaml_get(b->map, "sample") || kmp_yaml_get(b->map, "when");
-    if (count > 1)
-        kmp_complain_keys(r, b->map->place, b->what, KMP_NAMES_OF(words), count);
-    else if (count == 0)
-        (void)kmp_read_required(r, b->map, b->what, discrete ? "next" : "rate");
-    return count == 1 ? kinds[first] : NULL;
-}
-
-static void check_keys(kmp_reader *r, const kmp_function_block *b)
-{
-    for (int k = 0; b->kind && k < b->map->count; k++) {
-        const char *key = b->map->keys[k]->text;
-        bool own = strcmp(key, b->kind->key) == 0 || strcmp(key, "start") == 0 || strcmp(key, "scale") == 0;
-        if (!own && !strstr(b->kind->keys, kmp_reader_say(r, " %s ", key)))
-            kmp_reader_complain(r, b->map->keys[k]->place, "%s: '%s' is no key of a state with '%s'", b->what, key,
-                                b->kind->key);
-    }
-}
-
-static void check_name(kmp_reader *r, kmp_place place, const char *name)
-{
-    if (kmp_name_means_something(r, name))
-        kmp_reader_complain(r, place, "a state cannot have the name '%s', which is already defined", name);
-    else if (kmp_name_find(KMP_COORDINATES(r->model), name) >= 0)
-        kmp_reader_complain(r, place, "a state cannot have the name '%s', which is that of a coordinate", name);
-}
-
 static void add_motion(kmp_reader *r, const kmp_state *state)
 {
     kempe_model *model = r->model;
@@ -239,24 +207,6 @@ static void add_state(kmp_reader *r, const char *name, kmp_place place)
     model->state_count++;
 }
 
-static void add_states(kmp_reader *r, kmp_function_block *b)
-{
-    b->first = r->model->state_count;
-    for (int i = 0; i < b->count && !r->model->arena.failed; i++)
-        add_state(r, name_of(r, b, i), b->place);
-}
-
-/* Each contact whose law depends on the rate at its beginning has a state. These are the last states. */
-static void add_contact_states(kmp_reader *r)
-{
-    const kmp_yaml *contacts = kmp_yaml_get(r->root, "contacts");
-    r->first_contact_state = r->model->state_count;
-    for (int k = 0; contacts && contacts->kind == KMP_YAML_MAP && k < contacts->count; k++)
-        if (kmp_contact_keeps_rate(contacts->items[k]))
-            add_state(r, kmp_arena_printf(&r->model->arena, "%s.impact", contacts->keys[k]->text),
-                      contacts->keys[k]->place);
-}
-
 /* The first state, or the first one of the block, begins at `start`. */
 static void read_common(kmp_reader *r, const kmp_function_block *b)
 {
@@ -277,48 +227,68 @@ static void read_common(kmp_reader *r, const kmp_function_block *b)
         r->model->states[b->first + i].period = period;
 }
 
-/* The value of a block is a variable of the model, before the algebraic ones. */
-static void add_output(kmp_reader *r, kmp_function_block *b)
-{
-    b->output = r->model->unknowns_count;
-    r->model->unknowns[r->model->unknowns_count++] = (kmp_unknowns){.name = b->name, .block = true};
-}
-
 static void add_block(kmp_reader *r, const kmp_section *s)
 {
     kmp_function_block *b = &r->blocks[r->block_count++];
     *b = (kmp_function_block){
         .map = s->node, .name = s->name ? s->name : "", .what = s->what, .place = s->key->place, .output = -1};
-    if (kmp_read_map(r, b->map, b->what, keys))
-        b->kind = kind_of(r, b);
-    check_keys(r, b);
+    if (kmp_read_map(r, b->map, b->what, keys)) {
+        /* The kind of an entry; NULL after an error. */
+        static const char *const words[] = {"rate", "next", "transfer", "pid", "hysteresis", "delay"};
+        int first = -1, count = kmp_count_keys(b->map, KMP_NAMES_OF(words), &first);
+        bool discrete = kmp_yaml_get(b->map, "sample") || kmp_yaml_get(b->map, "when");
+        if (count > 1)
+            kmp_complain_keys(r, b->map->place, b->what, KMP_NAMES_OF(words), count);
+        else if (count == 0)
+            (void)kmp_read_required(r, b->map, b->what, discrete ? "next" : "rate");
+        b->kind = count == 1 ? kinds[first] : NULL;
+    }
+    for (int k = 0; b->kind && k < b->map->count; k++) {
+        const char *key = b->map->keys[k]->text;
+        bool own = strcmp(key, b->kind->key) == 0 || strcmp(key, "start") == 0 || strcmp(key, "scale") == 0;
+        if (!own && !strstr(b->kind->keys, kmp_reader_say(r, " %s ", key)))
+            kmp_reader_complain(r, b->map->keys[k]->place, "%s: '%s' is no key of a state with '%s'", b->what, key,
+                                b->kind->key);
+    }
     b->sampled = b->kind && kmp_yaml_get(b->map, "sample");
     b->count = b->kind ? b->kind->count(r, b) : 1;
     b->rate = KMP_ARENA_NEW(&r->scratch, const kmp_expr *, b->count);
-    add_states(r, b);
-    if (b->direct)
-        add_output(r, b);
+    b->first = r->model->state_count;
+    for (int i = 0; i < b->count && !r->model->arena.failed; i++)
+        add_state(r, name_of(r, b, i), b->place);
+    if (b->direct) {
+        /* The value of a block is a variable of the model, before the algebraic ones. */
+        b->output = r->model->unknowns_count;
+        r->model->unknowns[r->model->unknowns_count++] = (kmp_unknowns){.name = b->name, .block = true};
+    }
     if (b->kind && !r->model->arena.failed && b->count > 0)
         read_common(r, b);
-}
-
-static int entry_count(const kmp_yaml *map)
-{
-    return map && map->kind == KMP_YAML_MAP ? map->count : 0;
 }
 
 void kmp_read_states(kmp_reader *r)
 {
     kempe_model *model = r->model;
     kmp_section s = kmp_read_section(r, "states", "state");
-    int algebraic = entry_count(kmp_yaml_get(r->root, "algebraic"));
+    const kmp_yaml *map = kmp_yaml_get(r->root, "algebraic");
+    int algebraic = map && map->kind == KMP_YAML_MAP ? map->count : 0;
     model->unknowns = KMP_ARENA_NEW(&model->arena, kmp_unknowns, s.count + algebraic);
     r->blocks = KMP_ARENA_NEW(&r->scratch, kmp_function_block, s.count);
     while (model->unknowns && r->blocks && kmp_section_next(&s)) {
-        check_name(r, s.key->place, s.name);
+        kmp_place place = s.key->place;
+        const char *name = s.name;
+        if (kmp_name_means_something(r, name))
+            kmp_reader_complain(r, place, "a state cannot have the name '%s', which is already defined", name);
+        else if (kmp_name_find(KMP_COORDINATES(r->model), name) >= 0)
+            kmp_reader_complain(r, place, "a state cannot have the name '%s', which is that of a coordinate", name);
         add_block(r, &s);
     }
-    add_contact_states(r);
+    /* Each contact whose law depends on the rate at its beginning has a state. These are the last states. */
+    const kmp_yaml *contacts = kmp_yaml_get(r->root, "contacts");
+    r->first_contact_state = r->model->state_count;
+    for (int k = 0; contacts && contacts->kind == KMP_YAML_MAP && k < contacts->count; k++)
+        if (kmp_contact_keeps_rate(contacts->items[k]))
+            add_state(r, kmp_arena_printf(&r->model->arena, "%s.impact", contacts->keys[k]->text),
+                      contacts->keys[k]->place);
     r->first_algebraic = model->unknowns_count;
 }
 
