@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Motions with events of small machines, written again from the laws: Dormand and Prince's formula of order 5 with short equal
 steps, which end at kinks, samples, impacts and changes between sticking and slipping. Nothing is shared with Kempe."""
+import bisect
 import math
-
-import numpy as np
 
 A = ((1 / 5,), (3 / 40, 9 / 40), (44 / 45, -56 / 15, 32 / 9), (19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729),
      (9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656))
@@ -13,6 +12,7 @@ SAME = 1e-12  # s: times that are one
 JUST_BEFORE = 1e-11  # s
 GRAZES = 1e-5  # an event this near to its limit without passing it may be on either side
 MOST_IMPACTS = 12
+SHORTER = 4  # times, steps while a stiff contact touches
 
 
 class Border(Exception):
@@ -20,17 +20,21 @@ class Border(Exception):
 
 
 class Held:
-    """A coordinate with friction, a stop, or both: held between bounds of its force while it does not move."""
+    """A coordinate with friction, stops, or both: held between bounds of its force while it does not move. `ratio(x)`: the rate that
+    rubs over that of the coordinate; `press`: coefficients while it slips and sticks, and the size of what presses as a function of
+    (t, x, v, z, accelerations, friction)."""
 
     def __init__(self, k, level=None, static=None, upper=None, restitution=0.0):
-        self.k, self.upper, self.restitution = k, upper, restitution
+        self.k, self.upper, self.lower, self.restitution = k, upper, None, restitution
         self.level, self.static = level, static or level  # functions of t; None: no friction
-        self.sign, self.rests, self.touches = 0, False, False
+        self.press, self.ratio = None, None
+        self.sign, self.rests, self.touches = 0, False, 0
 
-    def bounds(self, t):
-        """The force that may hold it, least and largest."""
-        s = self.static(t) if self.static else 0.0
-        return (-math.inf if self.touches else -s), s
+    def rubs(self):
+        return bool(self.level or self.press)
+
+    def limit(self, side):
+        return self.upper if side > 0 else self.lower
 
 
 class Motion:
@@ -41,12 +45,16 @@ class Motion:
 
     def __init__(self, machine, x, v, step):
         self.m, self.t, self.step = machine, 0.0, step
-        self.x, self.v, self.z = np.array(x, float), np.array(v, float), np.array(machine.start, float)
+        self.x, self.v, self.z = [float(a) for a in x], [float(a) for a in v], [float(a) for a in machine.start]
         self.impacts, self.next = 0, [0] * len(machine.samples)
         machine.track = [[] for _ in machine.delays]
         self.breaks = sorted(set(machine.breaks))
         for h in machine.held:
-            h.sign, h.rests, h.touches = 0, False, h.upper is not None and abs(self.x[h.k] - h.upper) < SAME
+            h.sign, h.rests, h.touches = 0, False, 0
+            for side in (1, -1):
+                if h.limit(side) is not None and abs(self.x[h.k] - h.limit(side)) < SAME:
+                    h.touches = side
+        self.trace, self.rows = [], {}
         self.sides = machine.sides = {}
         for kink in machine.kinks:
             value = kink(0.0, self.x, self.v, self.z)
@@ -62,25 +70,57 @@ class Motion:
     # -- accelerations
 
     def solve(self, t, x, v, z):
+        """Accelerations, and what holds the held ones. Levels that grow with the load are found by iteration."""
         m, held = self.m, [h for h in self.m.held if h.rests]
         mass, force = m.mass(x), m.force(t, x, v, z)
-        for h in m.held:
-            if not h.rests and h.level:
-                force[h.k] -= h.sign * h.level(t)
+        slips = [h for h in m.held if not h.rests and h.rubs() and h.sign]
         free = [k for k in range(m.n) if all(h.k != k for h in held)]
-        a = np.zeros(m.n)
-        if free:
-            a[free] = np.linalg.solve(mass[np.ix_(free, free)], force[free])
-        return a, mass @ a - force  # what holds the held ones
+        pressed, level = [h for h in slips if h.press], {}
+        for h in slips:
+            if h.level:
+                force[h.k] -= h.sign * h.level(t) * self.size_of_ratio(h, x)
+        for _ in range(200):
+            whole = list(force)
+            for h in pressed:
+                whole[h.k] -= h.sign * level.get(h, 0.0) * self.size_of_ratio(h, x)
+            a = [0.0] * m.n
+            if len(free) == 1:
+                a[free[0]] = whole[free[0]] / mass[free[0]][free[0]]
+            elif free:
+                (p, q), (_, r) = mass
+                a = [(r * whole[0] - q * whole[1]) / (p * r - q * q), (p * whole[1] - q * whole[0]) / (p * r - q * q)]
+            needed, change = [sum(row[k] * a[k] for k in range(m.n)) - w for row, w in zip(mass, whole)], 0.0
+            if not pressed:
+                return a, needed
+            for h in pressed:
+                sign = h.sign if h.ratio is None else h.sign * math.copysign(1, h.ratio(x))
+                new = h.press[0] * h.press[2](t, x, v, z, a, -sign * level.get(h, 0.0), needed)
+                change = max(change, abs(new - level.get(h, 0.0)) / (1 + new))
+                level[h] = new
+            if change < 1e-14:
+                return a, needed
+        raise Border("friction grows with itself")
+
+    @staticmethod
+    def size_of_ratio(h, x):
+        return 1.0 if h.ratio is None else abs(h.ratio(x))
+
+    def bounds(self, h, t, x, v, z, a, needed):
+        """The force that may hold a coordinate, least and largest."""
+        s, ratio = 0.0, 1.0 if h.ratio is None else h.ratio(x)
+        if h.press:
+            s = h.press[1] * h.press[2](t, x, v, z, a, needed[h.k] / ratio, needed) * abs(ratio)
+        elif h.static:
+            s = h.static(t) * abs(ratio)
+        return (-math.inf if h.touches > 0 else -s), (math.inf if h.touches < 0 else s)
 
     def slope(self, t, y):
         n, m = self.m.n, self.m
         x, v, z = y[:n], y[n:2 * n], y[2 * n:]
-        v = v.copy()
         for h in m.held:
             if h.rests:
                 v[h.k] = 0.0
-        return np.concatenate((v, self.solve(t, x, v, z)[0], m.rates(t, x, v, z)))
+        return v + self.solve(t, x, v, z)[0] + m.rates(t, x, v, z)
 
     # -- modes
 
@@ -88,19 +128,19 @@ class Motion:
         """Chooses modes where rates are zero."""
         for h in self.m.held:
             if abs(self.v[h.k]) > 1e-9:
-                h.sign, h.rests = math.copysign(1, self.v[h.k]), False
-                h.touches = h.touches and False
+                h.sign, h.rests, h.touches = math.copysign(1, self.v[h.k]), False, 0
                 continue
-            if not h.level and not h.touches:
+            if not h.rubs() and not h.touches:
                 continue
             self.v[h.k], h.rests, h.sign = 0.0, True, 0
-            needed = self.solve(self.t, self.x, self.v, self.z)[1][h.k]
-            low, high = h.bounds(self.t)
+            a, needed = self.solve(self.t, self.x, self.v, self.z)
+            low, high = self.bounds(h, self.t, self.x, self.v, self.z, a, needed)
+            needed = needed[h.k]
             for bound in (low, high):
                 if math.isfinite(bound) and abs(needed - bound) < GRAZES * (1 + abs(needed)):
                     raise Border("the holding force is at its limit")
             if not low <= needed <= high:
-                h.rests, h.touches = False, False
+                h.rests, h.touches = False, 0
                 h.sign = -math.copysign(1, needed)
 
     def watched(self):
@@ -113,68 +153,89 @@ class Motion:
         for h in m.held:
             if h.rests:
                 def margin(t, y, h=h, which=0):
-                    x, v, z = y[:n], y[n:2 * n].copy(), y[2 * n:]
+                    x, v, z = y[:n], y[n:2 * n], y[2 * n:]
                     v[h.k] = 0.0
-                    needed, bounds = self.solve(t, x, v, z)[1][h.k], h.bounds(t)
-                    return needed - bounds[0] if which == 0 else bounds[1] - needed
+                    a, needed = self.solve(t, x, v, z)
+                    bounds = self.bounds(h, t, x, v, z, a, needed)
+                    return needed[h.k] - bounds[0] if which == 0 else bounds[1] - needed[h.k]
                 for which in (0, 1):
-                    if math.isfinite(h.bounds(self.t)[which]):
+                    if h.touches != (1, -1)[which]:
                         out.append((("slips", h), lambda t, y, f=margin, w=which: f(t, y, which=w), 1))
             else:
-                if h.level:
+                if h.rubs():
                     out.append((("stops", h), lambda t, y, h=h: h.sign * y[n + h.k], 1))
-                if h.upper is not None:
-                    out.append((("strikes", h), lambda t, y, h=h: h.upper - y[h.k], 1))
+                for side in (1, -1):
+                    if h.limit(side) is not None:
+                        out.append((("strikes", (h, side)), lambda t, y, h=h, s=side: s * (h.limit(s) - y[h.k]), 1))
         return out
 
     # -- steps
 
-    def advance(self, y, h):
-        k = [self.slope(self.t, y)]
+    def advance(self, y, h, first=None):
+        k, numbers = [first or self.slope(self.t, y)], range(len(y))
         for c, row in zip(C[1:], A):
             before = JUST_BEFORE if c == 1 else 0.0  # a jump at the end of the step belongs to the next one
-            k.append(self.slope(self.t + c * h - before, y + h * sum(a * s for a, s in zip(row, k))))
-        return y + h * sum(b * s for b, s in zip(B, k))
+            parts = [(h * a, s) for a, s in zip(row, k)]
+            k.append(self.slope(self.t + c * h - before, [y[i] + sum(a * s[i] for a, s in parts) for i in numbers]))
+        parts = [(h * b, s) for b, s in zip(B, k) if b]
+        return [y[i] + sum(b * s[i] for b, s in parts) for i in numbers]
 
-    def run(self, end):
+    def run(self, end, times=()):
+        """To the end; `rows` gets the state before the events of each of `times`."""
+        times = sorted(times)
+        if times and times[0] < SAME:
+            self.row(times.pop(0))
         while self.t < end - SAME:
-            h = min(self.step, end - self.t)
+            h = min(self.step / (SHORTER if any(self.sides.get(kink, 1) > 0 for kink in self.m.stiff) else 1), end - self.t)
+            if times:
+                h = min(h, times[0] - self.t)
             for (period, _), count in zip(self.m.samples, self.next):
                 h = min(h, count * period - self.t)
             while self.breaks and self.breaks[0] < self.t + SAME:
                 self.breaks.pop(0)
             if self.breaks:
                 h = min(h, self.breaks[0] - self.t)
-            self.one(h)
+            self.one(h, times[0] if times else None)
+            while times and times[0] < self.t + SAME:
+                times.pop(0)
         return self
 
-    def one(self, h):
-        y, found = np.concatenate((self.x, self.v, self.z)), None
-        watched = self.watched()
-        new = self.advance(y, h)
+    def row(self, t):
+        a, needed = self.solve(self.t, self.x, self.v, self.z)
+        self.rows[t] = (list(self.x), list(self.v), a, list(self.z),
+                        {name: value(self.t, self.x, self.v, self.z, a) for name, value in self.m.reactions.items()})
+
+    def one(self, h, time=None):
+        y, found = self.x + self.v + self.z, []
+        watched, first = self.watched(), self.slope(self.t, y)
+        new = self.advance(y, h, first)
         for what, f, side in watched:
             a, b = f(self.t, y), f(self.t + h, new)
             if side == 0:
                 continue
             if b < 0 and (a > 1e-11 or what[0] in ("stops", "slips", "strikes")):
-                at = self.locate(y, f, h)
-                if not found or at < found[0]:
-                    found = at, f, what
+                found.append((self.locate(y, f, h, first), what))
             elif 0 < b < GRAZES and what[0] != "kink" and f(self.t + h / 2, self.advance(y, h / 2)) < 0:
                 raise Border("a limit is grazed")
         if found:
-            h = found[0]
-            new = self.advance(y, h)
+            h = min(at for at, _ in found)
+            found = [what for at, what in found if at < h + SAME]
+            new = self.advance(y, h, first)
         n = self.m.n
+        before, after = first[n:2 * n], self.slope(self.t + h - JUST_BEFORE, new)[n:2 * n]
+        self.trace.append((self.t, y[:n], y[n:2 * n], before, self.t + h, new[:n], new[n:2 * n], after))
         self.t += h
         self.x, self.v, self.z = new[:n], new[n:2 * n], new[2 * n:]
-        for kind_kink in [w for w in watched if w[0][0] == "kink"]:
-            value = kind_kink[0][1](self.t, self.x, self.v, self.z)
-            if abs(value) > 1e-10:
-                self.sides[kind_kink[0][1]] = math.copysign(1, value)
+        if time is not None and abs(self.t - time) < SAME:
+            self.row(time)
+        for (kind, kink), _, _ in watched:
+            if kind == "kink" and ("kink", kink) not in found:
+                value = kink(self.t, self.x, self.v, self.z)
+                if abs(value) > 1e-10:
+                    self.sides[kink] = math.copysign(1, value)
         self.remember()
-        if found:
-            self.happen(found[2][0], found[2][1])
+        for kind, what in found:
+            self.happen(kind, what)
         self.sample()
         for at, kick in self.m.impulses:
             if abs(at - self.t) < SAME:
@@ -186,11 +247,11 @@ class Motion:
                 self.v[h.k] = 0.0
         self.remember()
 
-    def locate(self, y, f, h):
+    def locate(self, y, f, h, first):
         low, high = 0.0, h
         for _ in range(60):
             middle = (low + high) / 2
-            if f(self.t + middle, self.advance(y, middle)) < 0:
+            if f(self.t + middle, self.advance(y, middle, first)) < 0:
                 high = middle
             else:
                 low = middle
@@ -211,16 +272,22 @@ class Motion:
             self.impacts += 1
             if self.impacts > MOST_IMPACTS:
                 raise Border("impacts accumulate")
-            h, before = what, self.v[what.k]
-            if before < 1e-4:
+            (h, side), before = what, self.v[what[0].k]
+            if side * before < 1e-4:
                 raise Border("an impact is soft")
-            unit = np.zeros(m.n)
-            unit[h.k] = 1
-            push = np.linalg.solve(m.mass(self.x), unit)
-            self.v = self.v + push * (-(1 + h.restitution) * before / push[h.k])
-            self.x[h.k] = h.upper
-            h.touches = h.restitution == 0
+            mass = m.mass(self.x)
+            if m.n == 1:
+                push = [1 / mass[0][0]]
+            else:
+                (p, q), (_, r) = mass
+                push = [w / (p * r - q * q) for w in ((r, -q) if h.k == 0 else (-q, p))]
+            impulse = -(1 + h.restitution) * before / push[h.k]
+            self.v = [v + p * impulse for v, p in zip(self.v, push)]
+            self.x[h.k] = h.limit(side)
+            h.touches = side if h.restitution == 0 else 0
             self.v[h.k] = 0.0 if h.touches else self.v[h.k]
+            if m.struck:
+                m.struck(self, abs(impulse))
             self.mark()
             self.begin()
         else:  # stops, slips
@@ -230,7 +297,9 @@ class Motion:
                 self.begin()
             else:
                 needed = self.solve(self.t, self.x, self.v, self.z)[1][h.k]
-                h.rests, h.touches, h.sign = False, False, -math.copysign(1, needed)
+                h.rests, h.touches, h.sign = False, 0, -math.copysign(1, needed)
+                if len(m.held) > 1:
+                    self.begin()
             self.mark()
 
     def begin_again(self):
@@ -266,18 +335,20 @@ class Machine:
     def __init__(self, n, mass):
         self.n, self.mass, self.start, self.terms, self.state_rates, self.sides = n, mass, [], [], [], {}
         self.kinks, self.changes, self.samples, self.breaks, self.delays, self.impulses, self.held = [], {}, [], [], [], [], []
+        self.stiff = []  # kinks above which motions are fast
+        self.reactions, self.struck = {}, None  # functions of (t, x, v, z, accelerations); what else an impact does
 
     def force(self, t, x, v, z):
-        out = np.zeros(self.n)
+        out = [0.0] * self.n
         for k, term in self.terms:
             if k is None:
-                out += term(t, x, v, z)
+                out = [a + b for a, b in zip(out, term(t, x, v, z))]
             else:
                 out[k] += term(t, x, v, z)
         return out
 
     def rates(self, t, x, v, z):
-        out = np.zeros(len(self.start))
+        out = [0.0] * len(self.start)
         for i, rate in self.state_rates:
             out[i] = rate(t, x, v, z)
         return out
@@ -291,13 +362,8 @@ class Machine:
         at, track = t - time, self.track[i]
         if at <= SAME or not track:
             return before
-        low, high = 0, len(track) - 1
-        while high - low > 1:
-            middle = (low + high) // 2
-            if track[middle][0] <= at:
-                low = middle
-            else:
-                high = middle
+        low = max(0, min(bisect.bisect_right(track, (at, math.inf)), len(track) - 1) - 1)
+        high = min(low + 1, len(track) - 1)
         (t0, q0, v0), (t1, q1, v1) = track[low], track[high]
         h = t1 - t0
         if h <= 0:

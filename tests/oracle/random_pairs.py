@@ -5,31 +5,59 @@ import math
 
 import numpy as np
 
-from event_motion import Held, Machine
+from event_motion import Held
+from pair_machines import Machines
 
-FEATURES = """slide pendulum cart yoke gear driven harmonic pulse kink-position kink-rate kink-time jump table input-linear
-input-hold state sampled counter relay delay friction friction-by-load stop spring""".split()
+KINDS = "slide pendulum cart yoke gear driven rod rocker four_bar puck journal".split()
+FEATURES = [*KINDS, *"""harmonic pulse kink-position kink-rate kink-time jump table table-hold table-left table-periodic table-spline input-linear
+input-hold state sampled counter relay delay friction friction-by-load friction-dependent stop play gap compliant measure
+spring""".split()]
+ROWS = 4
 MOST_EXTRA = 4  # features of a model beside its spring
 MUTATIONS = """gravity-across friction-without-load friction-static friction-sign stop-restitution stop-ignored delay-time
 delay-before sample-late sample-start state-start counter-both relay-limits input-method table-outside drive-impulse pulse-missed
-ramp-late kink-side dead-zone push-ignored start-rate yoke-mass gear-sign harmonic-phase jump-size""".split()
+ramp-late kink-side dead-zone push-ignored sway-ignored start-rate yoke-mass gear-sign harmonic-phase jump-size load-static
+measure-sign rod-mass rocker-bends bar-bends contact-friction contact-impulse contact-damping stop-below table-period""".split()
 
 
-class Pair:
+def curve(at, value):
+    """The periodic cubic spline through points, of which the last one is the first one again."""
+    h, n = np.diff(at), len(at) - 1
+    matrix, right = np.zeros((n, n)), np.zeros(n)
+    for k in range(n):  # the second derivatives at the points
+        before, after = h[k - 1], h[k]
+        matrix[k, k - 1] += before
+        matrix[k, k] += 2 * (before + after)
+        matrix[k, (k + 1) % n] += after
+        right[k] = 6 * ((value[k + 1] - value[k]) / after - (value[k] - value[k - 1 if k else n - 1]) / before)
+    bend = np.linalg.solve(matrix, right)
+    bend = np.append(bend, bend[0])
+
+    def law(x):
+        k = min(max(int(np.searchsorted(at, x, "right")) - 1, 0), n - 1)
+        a, b = at[k + 1] - x, x - at[k]
+        return float((bend[k] * a ** 3 + bend[k + 1] * b ** 3) / (6 * h[k]) + (value[k] / h[k] - bend[k] * h[k] / 6) * a
+                     + (value[k + 1] / h[k] - bend[k + 1] * h[k] / 6) * b)
+    return law
+
+
+class Pair(Machines):
     """A machine with its features: `text` and `machine`, made from the same numbers."""
 
-    def __init__(self, seed, number, broken=None):
+    def __init__(self, seed, number, broken=None, shift=None):
         self.broken = broken  # a mutation of the machine alone: the text stays right
+        self.shift = shift or {}  # changes of parameters of the machine alone
         self.r = np.random.default_rng([seed, number])
         self.number, self.features, self.forces, self.states, self.other = number, [], [], [], {}
         self.end = round(float(self.r.uniform(0.6, 1.8)), 2)
-        self.held = None
-        kind = self.r.choice(["slide", "pendulum", "cart", "yoke", "gear", "driven"])
+        self.held, self.presses, self.measures, self.state_names, self.resting = None, {}, [], [], []
+        kind = self.r.choice(KINDS)
         self.features.append(str(kind))
+        self.points, self.rubbing, self.free_of_holds, self.contacts = "", None, True, []
         getattr(self, kind)()
         self.spring()
         extra = ["harmonic", "pulse", "kink_position", "kink_rate", "kink_time", "jump", "table", "inputs", "state", "sampled",
-                 "counter", "relay", "delay", "friction", "stop"]
+                 "counter", "relay", "delay", "friction", "stop", "compliant", "measure"]
         for name in self.r.choice(extra, size=int(self.r.integers(1, MOST_EXTRA + 1)), replace=False):
             getattr(self, str(name))()
         self.write()
@@ -43,100 +71,9 @@ class Pair:
     def chance(self, p):
         return self.r.random() < p
 
-    # -- machines: coordinates are those that are independent, forces act on `joint`, coordinate k
-
-    def slide(self):
-        m = self.between(0.5, 2)
-        axis = self.r.standard_normal(3).round(2)
-        axis = axis if np.abs(axis).max() > 0.3 else np.array([1.0, 0.2, 0.1])
-        g, p = self.r.uniform(-6, 6, 3).round(2), self.r.uniform(-8, 8, 3).round(2)
-        d = axis / np.linalg.norm(axis)
-        self.gravity = g
-        self.bodies = f"  a: {{joint: {{name: A, prismatic: {list(map(float, axis))}, at: ground}}, mass: {m}, inertia: {{xx: 0.1, yy: 0.1, zz: 0.1}}, points: {{O: [0, 0, 0]}}}}\n"
-        self.machine = Machine(1, lambda x: np.array([[m]]))
-        along = self.mutated("gravity-across", float(m * g @ d), 0.0)
-        self.machine.terms.append((0, lambda t, x, v, z: along))
-        self.force_word, self.joint, self.k = "force", "A", 0
-        self.across = float(np.linalg.norm(m * g - (m * g @ d) * d))
-        if self.chance(0.5):
-            self.forces.append(f"  push: {{at: a.O, force: {list(map(float, p))}}}")
-            pushed = self.mutated("push-ignored", float(p @ d), 0.0)
-            self.machine.terms.append((0, lambda t, x, v, z: pushed))
-            whole = m * g + p
-            self.across = float(np.linalg.norm(whole - (whole @ d) * d))
-        self.begin_at([self.between(-0.3, 0.3)], [self.between(-1, 1)], ["A"])
-
-    def pendulum(self):
-        m, l, i = self.between(0.5, 2), self.between(0.3, 0.8), self.between(0.02, 0.1)
-        self.gravity = [0, -9.81, 0]
-        self.bodies = f"  a: {{joint: {{name: A, revolute: z, at: ground}}, mass: {m}, com: [0, {-l}, 0], inertia: {{zz: {i}}}}}\n"
-        self.machine = Machine(1, lambda x: np.array([[i + m * l * l]]))
-        self.machine.terms.append((0, lambda t, x, v, z: -m * 9.81 * l * math.sin(x[0])))
-        self.force_word, self.joint, self.k = "torque", "A", 0
-        self.begin_at([self.between(-1, 1)], [self.between(-2, 2)], ["A"])
-
-    def cart(self):
-        big, m, l, i = self.between(1, 3), self.between(0.3, 1), self.between(0.3, 0.7), self.between(0.01, 0.05)
-        self.gravity = [0, -9.81, 0]
-        self.bodies = (f"  c: {{joint: {{name: X, prismatic: x, at: ground}}, mass: {big}, points: {{P: [0, 0, 0]}}}}\n"
-                       f"  a: {{joint: {{name: A, revolute: z, at: c.P}}, mass: {m}, com: [0, {-l}, 0], inertia: {{zz: {i}}}}}\n")
-        self.machine = Machine(2, lambda x: np.array([[big + m, m * l * math.cos(x[1])], [m * l * math.cos(x[1]), i + m * l * l]]))
-        self.machine.terms.append((None, lambda t, x, v, z: np.array([m * l * math.sin(x[1]) * v[1] ** 2, -m * 9.81 * l * math.sin(x[1])])))
-        self.k = int(self.r.integers(2))
-        self.force_word, self.joint = ("force", "X") if self.k == 0 else ("torque", "A")
-        self.begin_at([self.between(-0.2, 0.2), self.between(-0.8, 0.8)], [self.between(-0.5, 0.5), self.between(-1.5, 1.5)], ["X", "A"])
-
-    def yoke(self):
-        """A Scotch yoke: the slider stands at r sin(A)."""
-        r, i, m = self.between(0.2, 0.5), self.between(0.1, 0.5), self.between(0.5, 2)
-        self.gravity = [self.between(-3, 3), 0, 0]
-        g = self.gravity[0]
-        self.bodies = (f"  a: {{joint: {{name: A, revolute: z, at: ground}}, mass: 1, inertia: {{zz: {i}}}}}\n"
-                       f"  s: {{joint: {{name: S, prismatic: x, at: ground}}, mass: {m}}}\n")
-        self.loops = f"loops: {{yoke: {{constraint: \"q(S) - {r}*sin(q(A))\"}}}}\n"
-        carried = self.mutated("yoke-mass", m, 0.0)
-        self.machine = Machine(1, lambda x: np.array([[i + carried * (r * math.cos(x[0])) ** 2]]))
-        self.machine.terms.append((0, lambda t, x, v, z: m * r * r * math.sin(x[0]) * math.cos(x[0]) * v[0] ** 2 + m * g * r * math.cos(x[0])))
-        self.force_word, self.joint, self.k = "torque", "A", 0
-        x, v = self.between(-1, 1), self.between(-2, 2)
-        self.begin_at([x], [v], ["A"])
-        self.start_text = f"start: {{q: {{A: {x}, S: {r * math.sin(x)!r}}}, qd: {{A: {v}}}, hold: [A]}}\n"
-
-    def gear(self):
-        n, ia, ib = self.between(-3, 3, 1) or 1.5, self.between(0.1, 0.5), self.between(0.02, 0.1)
-        self.gravity = [0, 0, -9.81]
-        self.bodies = (f"  a: {{joint: {{name: A, revolute: z, at: ground}}, mass: 1, inertia: {{zz: {ia}}}}}\n"
-                       f"  b: {{joint: {{name: B, revolute: z, at: ground}}, mass: 1, inertia: {{zz: {ib}}}}}\n")
-        self.loops = f"loops: {{wheels: {{constraint: \"q(B) - ({n})*q(A)\"}}}}\n"
-        ratio = self.mutated("gear-sign", n, 0.0)
-        self.machine = Machine(1, lambda x: np.array([[ia + ratio * ratio * ib]]))
-        self.force_word, self.joint, self.k = "torque", "A", 0
-        x, v = self.between(-1, 1), self.between(-2, 2)
-        self.begin_at([x], [v], ["A"])
-        self.start_text = f"start: {{q: {{A: {x}, B: {n * x!r}}}, qd: {{A: {v}}}, hold: [A]}}\n"
-
-    def driven(self):
-        """A pendulum on a cart that is driven by a function of time with a kink: the rate of the pendulum jumps there."""
-        m, l, i = self.between(0.5, 2), self.between(0.3, 0.8), self.between(0.02, 0.1)
-        at, before, after = self.between(0.1, 0.5), self.between(-1, 1), self.between(-1, 1)
-        word = str(self.r.choice(["if", "max", "abs"]))
-        low = {"if": f"if(t < {at}, {before}*t, {before}*{at} + {after}*(t - {at}))",
-               "max": f"{before}*t + ({round(after - before, 6)})*max(t - {at}, 0)",
-               "abs": f"{round((before + after) / 2, 6)}*t + ({round((after - before) / 2, 6)})*abs(t - {at})"}[word]
-        self.gravity = [0, -9.81, 0]
-        self.bodies = (f"  c: {{joint: {{name: X, prismatic: x, at: ground}}, mass: 1, points: {{P: [0, 0, 0]}}}}\n"
-                       f"  a: {{joint: {{name: A, revolute: z, at: c.P}}, mass: {m}, com: [0, {-l}, 0], inertia: {{zz: {i}}}}}\n")
-        self.loops = f"drives: {{d: {{joint: X, displacement: \"{low}\"}}}}\n"
-        self.machine = Machine(1, lambda x: np.array([[i + m * l * l]]))
-        self.machine.terms.append((0, lambda t, x, v, z: -m * 9.81 * l * math.sin(x[0])))
-        jump = self.mutated("drive-impulse", after - before, 0.0)
-        self.machine.impulses.append((at, lambda x, v: v - m * l * math.cos(x[0]) * jump / (i + m * l * l)))
-        self.machine.breaks.append(at)
-        self.force_word, self.joint, self.k = "torque", "A", 0
-        self.begin_at([self.between(-1, 1)], [self.between(-2, 2)], ["A"])
-
     def begin_at(self, x, v, names):
         self.x, self.v, self.names = x, self.mutated("start-rate", v, [0.0] * len(v)), names
+        self.v = [a + (self.shift.get("rate", 0.0) if n == self.joint else 0.0) for n, a in zip(names, self.v)]
         q = ", ".join(f"{n}: {a}" for n, a in zip(names, x))
         qd = ", ".join(f"{n}: {a}" for n, a in zip(names, v))
         self.start_text = f"start: {{q: {{{q}}}, qd: {{{qd}}}}}\n"
@@ -151,7 +88,8 @@ class Pair:
     def spring(self):
         k, c, n = self.between(5, 30), self.between(0, 0.5), self.k
         self.features.append("spring")
-        self.add(f"-{k}*q({self.joint}) - {c}*qd({self.joint})", lambda t, x, v, z: -k * x[n] - c * v[n])
+        self.stiff, stiff, load = k, k + self.shift.get("stiff", 0.0), self.shift.get("load", 0.0)
+        self.add(f"load - stiff*q({self.joint}) - {c}*qd({self.joint})", lambda t, x, v, z: load - stiff * x[n] - c * v[n])
 
     def harmonic(self):
         a, w, p = self.between(1, 6), self.between(3, 12), self.between(0, 6)
@@ -163,7 +101,7 @@ class Pair:
         at = self.between(0.2, 0.9) * self.end
         at = round(at, 4)
         self.features.append("pulse")
-        self.other["step"] = s / 8
+        self.other["step"] = min(s / 8, self.other.get("step", 1.0))
         self.add(f"{a}*exp(-((t - {at})/{s})^2)", lambda t, x, v, z: self.mutated("pulse-missed", a, 0.0) * math.exp(-((t - at) / s) ** 2))
 
     def kink_position(self):
@@ -197,14 +135,34 @@ class Pair:
         self.add(f"if(q({j}) > {x0}, {-a}, {a / 2})", lambda t, x, v, z: -a if self.machine.is_above(kink, t, x, v, z) else self.mutated("jump-size", a / 2, 0.0))
 
     def table(self):
+        """A law given by points, inside them and beyond."""
         n, j = self.k, self.joint
-        at = np.array([-40.0, -0.5, -0.1, 0.2, 0.6, 40.0])
-        value = self.r.uniform(-4, 4, 6).round(2)
-        value[0], value[-1] = value[1], value[-2]
-        self.features.append("table")
-        self.machine.kinks += [lambda t, x, v, z, a=a: x[n] - a for a in at[1:-1]]
-        self.other["tables"] = f"tables: {{law: {{x: {at.tolist()}, y: {value.tolist()}, method: linear}}}}\n"
-        self.add(f"law(q({j}))", lambda t, x, v, z: float(np.interp(self.mutated("table-outside", x[n], min(x[n], 0.2)), at, value)))
+        kind = str(self.r.choice(["", "-hold", "-left", "-periodic", "-spline"]))
+        at = np.array([-0.5, -0.1, 0.2, 0.6]) if kind in ("-hold", "-left") else np.array([-40.0, -0.5, -0.1, 0.2, 0.6, 40.0])
+        if kind in ("-periodic", "-spline"):
+            at = np.array([-0.4, -0.15, 0.1, 0.2, 0.45])
+        value = self.r.uniform(-4, 4, len(at)).round(2)
+        self.features.append("table" + kind)
+        keys = {"": "", "-hold": ", outside: hold", "-left": "", "-periodic": ", periodic: yes", "-spline": ", periodic: yes"}[kind]
+        if kind in ("-periodic", "-spline"):
+            value[-1] = value[0]
+        elif not kind:
+            value[0], value[-1] = value[1], value[-2]
+        whole, least = at[-1] - at[0], at[0]
+        law = curve(at, value) if kind == "-spline" else lambda x: float(np.interp(x, at, value))
+        if kind in ("-periodic", "-spline"):
+            around = self.mutated("table-period", whole, 1.1 * whole)
+            if kind == "-periodic":
+                for a in at[:-1]:
+                    self.machine.kinks.append(lambda t, x, v, z, a=a: math.sin(math.pi * (x[n] - a) / whole))
+            self.add(f"law(q({j}))", lambda t, x, v, z: law(least + (x[n] - least) % around))
+        else:
+            self.machine.kinks += [lambda t, x, v, z, a=a: x[n] - a for a in (at if kind else at[1:-1])]
+            if kind == "-left":
+                self.left = n, at[0], at[-1]  # straight on, which is not to be trusted
+            self.add(f"law(q({j}))", lambda t, x, v, z: law(self.mutated("table-outside", x[n], min(x[n], 0.2))))
+        method = "spline" if kind == "-spline" else "linear"
+        self.other["tables"] = f"tables: {{law: {{x: {at.tolist()}, y: {value.tolist()}, method: {method}{keys}}}}}\n"
 
     def inputs(self):
         at = [0.0, self.between(0.1, 0.4), self.between(0.5, 0.9), 4.0]
@@ -222,6 +180,7 @@ class Pair:
 
     def add_state(self, text, start):
         name = f"z{len(self.machine.start)}"
+        self.state_names.append(name)
         self.states.append(f"  {name}: {text}")
         self.machine.start.append(self.mutated("sample-start" if "sample:" in text else "state-start", start, 0.0 if "when" not in text else start))
         return name, len(self.machine.start) - 1
@@ -230,6 +189,7 @@ class Pair:
         time, k, s, n, j = self.between(0.05, 0.4), self.between(2, 10), self.between(-0.5, 0.5), self.k, self.joint
         self.features.append("state")
         name, i = self.add_state(f"{{rate: \"(q({j}) - z{len(self.machine.start)})/{time}\", start: {s}}}", s)
+        self.resting.append(lambda x: x[n])
         self.machine.state_rates.append((i, lambda t, x, v, z: (x[n] - z[i]) / time))
         self.add(f"-{k}*{name}", lambda t, x, v, z: -k * z[i])
 
@@ -242,6 +202,7 @@ class Pair:
             z = z.copy()
             z[i] = a * z[i] + b * x[n]
             return z
+        self.resting.append(lambda x: b * x[n] / (1 - a))
         self.machine.samples.append((self.mutated("sample-late", period, 1.1 * period), change))
         self.add(f"-{k}*{name}", lambda t, x, v, z: -k * z[i])
 
@@ -294,6 +255,14 @@ class Pair:
         self.states.append(f"  y{index}: {{delay: q({j}), time: {time}}}")
         self.add(f"-{k}*y{index}", lambda t, x, v, z: -k * self.machine.past(index, t))
 
+    def measure(self):
+        if not self.measures:
+            return
+        self.features.append("measure")
+        text, value = self.measures[int(self.r.integers(len(self.measures)))]
+        k = self.between(-5, 5)
+        self.add(f"{k}*{text}", lambda t, x, v, z: self.mutated("measure-sign", k, -k) * value(t, x, v))
+
     def hold(self):
         if self.held is None:
             self.held = Held(self.k)
@@ -301,35 +270,71 @@ class Pair:
         return self.held
 
     def friction(self):
+        """Friction of a level, or by the load of the joint; in loops on a coordinate that depends on the other one."""
+        if not self.free_of_holds or (self.rubbing and self.held):
+            return
+        joint, word, ratio = self.rubbing or (self.joint, self.force_word, None)
         held = self.hold()
+        held.ratio = ratio
+        if ratio:
+            self.features.append("friction-dependent")
         level = self.between(0.3, 3)
         static = round(level * self.between(1, 1.5), 4) if self.chance(0.5) else None
-        if "slide" in self.features and self.chance(0.6):
-            mu = self.between(0.05, 0.5)
+        if joint in self.presses and self.chance(0.6):
+            mu, radius = self.between(0.05, 0.4), self.between(0.05, 0.3) if word == "torque" else 1.0
+            holds = round(mu * self.between(1, 1.5), 4) if self.chance(0.5) else None
             self.features.append("friction-by-load")
-            self.forces.append(f"  rub: {{joint: {self.joint}, friction: {{mu: {mu}}}}}")
-            held.level = held.static = lambda t: mu * self.mutated("friction-without-load", self.across, 0.5 * self.across)
+            keys = f"mu: {mu}" + (f", mu_static: {holds}" if holds else "") + (f", radius: {radius}" if word == "torque" else "")
+            self.forces.append(f"  rub: {{joint: {joint}, friction: {{{keys}}}}}")
+            held.press = mu * radius, self.mutated("load-static", (holds or mu) * radius, 3 * mu * radius), self.presses[joint]
             return
         self.features.append("friction")
-        self.forces.append(f"  rub: {{joint: {self.joint}, friction: {{{self.force_word}: {level}{f', static: {static}' if static else ''}}}}}")
+        self.forces.append(f"  rub: {{joint: {joint}, friction: {{{word}: {level}{f', static: {static}' if static else ''}}}}}")
         held.level = lambda t: self.mutated("friction-sign", level, 0.5 * level)
         held.static = lambda t: self.mutated("friction-static", static or level, 4 * (static or level))
 
     def stop(self):
-        held = self.hold()
+        """A rigid limit of a coordinate, or one on each side."""
+        if not self.free_of_holds or (self.held and self.held.ratio):
+            return
+        held, joint = self.hold(), self.joint
         self.features.append("stop")
         held.upper = round(self.x[self.k] + self.between(0.02, 0.3), 3)
         restitution = float(self.r.choice([0.0, 0.4, 0.6, 0.8]))
         held.restitution = self.mutated("stop-restitution", restitution, 0.9)
-        self.other["contacts"] = f"contacts: {{end: {{joint: {self.joint}, upper: {held.upper}, restitution: {restitution}}}}}\n"
+        if self.chance(0.3):
+            self.features.append("gap")
+            self.contacts.append(f"end: {{gap: \"{held.upper} - q({joint})\", restitution: {restitution}}}")
+        else:
+            self.contacts.append(f"end: {{joint: {joint}, upper: {held.upper}, restitution: {restitution}}}")
+        if self.chance(0.4):
+            self.features.append("play")
+            held.lower = round(self.x[self.k] - self.between(0.02, 0.3), 3)
+            self.contacts.append(f"begin: {{joint: {joint}, lower: {held.lower}, restitution: {restitution}}}")
+            held.lower = self.mutated("stop-below", held.lower, None)
         held.upper = self.mutated("stop-ignored", held.upper, None)
+
+    def compliant(self):
+        """A limit with a law of its depth."""
+        if not self.free_of_holds or self.held and self.held.upper is not None:
+            return
+        self.features.append("compliant")
+        side, n = (1, -1)[int(self.r.integers(2))], self.k
+        limit = round(self.x[n] + side * self.between(0.02, 0.3), 3)
+        text, force = self.law()
+        _, push = self.law_kinks(lambda t, x, v: side * (x[n] - limit), lambda t, x, v: side * v[n], force)
+        self.machine.terms.append((n, lambda t, x, v, z: -side * push(t, x, v, z)))
+        self.contacts.append(f"soft: {{joint: {self.joint}, {'upper' if side > 0 else 'lower'}: {limit}, {text}}}")
 
     # -- text
 
     def write(self):
+        if self.contacts:
+            self.other["contacts"] = "contacts:\n" + "".join(f"  {text}\n" for text in self.contacts)
         states = "states:\n" + "\n".join(self.states) + "\n" if self.states else ""
         self.rtol = str(self.r.choice(["1e-8", "1e-9", "1e-10"]))
-        self.text = (f"kempe: 1\nname: pair {self.number}\ngravity: {list(map(float, self.gravity))}\n" + self.other.get("inputs", "")
+        self.text = (f"kempe: 1\nname: pair {self.number}\ngravity: {list(map(float, self.gravity))}\nparameters: {{stiff: {self.stiff}, load: 0}}\n"
+                     f"ground: {{points: {{N: [1.5, 0.5, 0]{self.points}}}}}\n" + self.other.get("inputs", "")
                      + self.other.get("tables", "") + "bodies:\n" + self.bodies + getattr(self, "loops", "") + states
                      + "forces:\n" + "\n".join(self.forces) + "\n" + self.other.get("contacts", "") + self.start_text
-                     + f"run: {{t_end: {self.end}, output_step: {self.end / 4!r}, rtol: {self.rtol}, atol: {self.rtol}, outputs: [q, qd]}}\n")
+                     + f"run: {{t_end: {self.end}, output_step: {self.end / ROWS!r}, rtol: {self.rtol}, atol: {self.rtol}, outputs: [q, qd]}}\n")

@@ -1,0 +1,341 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Ways to have Kempe compute a motion of random_pairs.py, each beside what event_motion.py gives for it."""
+import csv
+import ctypes
+import io
+import json
+import pathlib
+import re
+import subprocess
+import sys
+import zipfile
+
+import numpy as np
+
+import pair_quantities
+import simulated_models
+from event_motion import Border, Motion
+from random_pairs import ROWS, Pair
+
+STEP = 4e-3  # s: of the reference, whose error is then below 1e-8
+ALLOWED = 1e-6  # of the size of a value
+NUDGE = 1e-7  # of the start: how far it moves values shows how far errors grow
+MOST_GROWTH = 1e3
+METHODS = [("reduced", "dop853"), ("reduced", "dopri5"), ("reduced", "radau5"), ("reduced", "radau9"), ("reduced", "bdf"),
+           ("reduced", "adams"), ("projected", "dop853"), ("dae", "radau"), (None, None)]
+MULTISTEP = 20  # times what is allowed: errors of adams and bdf add up over their restarts
+CHANGE = 3e-5  # of a parameter, for differences of the reference
+ALLOWED_SLOPE = 3e-4
+
+
+class Reference:
+    """The motion and one from a start near to it: values by the names of Kempe's columns at each time, and what they may differ by."""
+
+    def __init__(self, seed, number, broken=None):
+        self.make = lambda shift=None: Pair(seed, number, broken, shift)
+        pair = self.make()
+        r = np.random.default_rng([seed, number, 7])
+        self.rows = [pair.end * k / ROWS for k in range(ROWS + 1)]
+        self.awkward = sorted(float(t) for t in r.uniform(0.05, 0.95, 2) * pair.end)
+        self.left = None  # whether the motion leaves a table; None: hardly
+        self.base, self.other = self.motion(pair), self.motion(self.make(), NUDGE)
+        self.values, self.allowed, self.growth = {}, {}, 1.0
+        if hasattr(pair, "left"):
+            k, low, high = pair.left
+            beyond = max(max(low - x[k], x[k] - high) for s in self.base.trace for x in (s[1], s[5]))
+            self.left = None if abs(beyond) < 1e-3 else beyond > 0
+            if self.left is None:
+                raise Border("the end of a table is hardly passed")
+        both = [self.named(pair, motion) for motion in (self.base, self.other)]
+        for name, right in both[0].items():
+            growth = np.abs(both[1][name] - right).max() / NUDGE
+            if name.startswith("q"):
+                if not growth < MOST_GROWTH and not name.startswith("qdd"):
+                    raise Border("errors grow")
+                self.growth = max(self.growth, growth) if not name.startswith("qdd") else self.growth
+            self.values[name] = right
+            self.allowed[name] = ALLOWED * np.maximum(max(1.0, growth), np.abs(right))
+        for name, right in self.values.items():
+            self.allowed[name] = np.maximum(self.allowed[name], ALLOWED * self.growth * np.maximum(1, np.abs(right)))
+
+    def motion(self, pair, nudge=0.0):
+        motion = Motion(pair.machine, [x + nudge for x in pair.x], pair.v, min(STEP, pair.other.get("step", STEP)))
+        return motion.run(pair.end, {*self.rows, *self.awkward})
+
+    @staticmethod
+    def named(pair, motion):
+        times = sorted(motion.rows)
+        rows = [motion.rows[t] for t in times]
+        out = {"t": np.array(times)}
+        for k, name in enumerate(pair.names):
+            for word, part in (("q", 0), ("qd", 1), ("qdd", 2)):
+                out[f"{word}.{name}"] = np.array([row[part][k] for row in rows])
+        for k, name in enumerate(pair.state_names):
+            out[f"state.{name}"] = np.array([row[3][k] for row in rows])
+        for word in motion.m.reactions:
+            name = word[:-1].replace("(", ".")
+            for k in range(len(rows[0][4][word])):
+                last = "." + ("xyz"[k] if word.startswith("reaction") else str(k + 1)) if word[0] in "rl" else ""
+                out[f"{name}{last}"] = np.array([row[4][word][k] for row in rows])
+        return out
+
+    def at(self, names, times):
+        """Values and what they may differ by, at some of the times."""
+        where = [int(np.argmin(np.abs(self.values["t"] - t))) for t in times]
+        return np.array([self.values[n][where] for n in names]), np.array([self.allowed[n][where] for n in names])
+
+
+class Unit:
+    """A functional mock-up unit of version 3.0 in co-simulation."""
+
+    def __init__(self, file, folder):
+        with zipfile.ZipFile(file) as archive:
+            archive.extractall(folder)
+        text = (folder / "modelDescription.xml").read_text()
+        self.numbers = {n: int(k) for n, k in re.findall(r'<Float64 name="([^"]+)" valueReference="(\d+)"', text)}
+        self.library = ctypes.CDLL(str(next(folder.glob("binaries/*/*.so"))))
+        self.library.fmi3InstantiateCoSimulation.restype = ctypes.c_void_p
+        log = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
+        self.said, self.state = [], ctypes.c_void_p()
+        self.log = log(lambda where, status, kind, message: self.said.append(message.decode(errors="replace")))
+        token = re.search(r'instantiationToken="([^"]+)"', text)[1]
+        self.unit = ctypes.c_void_p(self.library.fmi3InstantiateCoSimulation(
+            b"unit", token.encode(), str(folder / "resources").encode() + b"/", False, True, False, False, None, 0, None, self.log, None))
+        self.call("EnterInitializationMode", True, ctypes.c_double(1e-9), ctypes.c_double(0), False, ctypes.c_double(0))
+        self.call("ExitInitializationMode")
+
+    def call(self, name, *words):
+        if getattr(self.library, "fmi3" + name)(self.unit, *words) > 1:
+            raise RuntimeError((self.said or ["no reason"])[-1])
+
+    def advance(self, t, end):
+        words = [ctypes.byref(ctypes.c_bool()) for _ in range(3)]
+        self.call("DoStep", ctypes.c_double(t), ctypes.c_double(end - t), False, *words, ctypes.byref(ctypes.c_double()))
+
+    def get(self, names):
+        out = (ctypes.c_double * len(names))()
+        self.call("GetFloat64", (ctypes.c_uint32 * len(names))(*(self.numbers[n] for n in names)), ctypes.c_size_t(len(names)), out,
+                  ctypes.c_size_t(len(names)))
+        return np.array(out)
+
+    def end(self):
+        self.library.fmi3FreeInstance.restype = None
+        self.library.fmi3FreeInstance(self.unit)
+
+
+class Way:
+    """One way to run a machine: comparisons as (what, values, right ones, allowed differences), or the sentence that refuses it."""
+
+    NAMES = "run lanes outputs resumed quantities stepper unit unit-sources sensitivity equilibrium simulator".split()
+    SHARES = dict(zip(NAMES, (1, 0.4, 0.6, 0.3, 0.5, 0.5, 0.12, 0.02, 0.25, 0.3, 0.06)))  # of the machines
+
+    def __init__(self, options, folder, pair, number, reference):
+        self.options, self.folder, self.pair, self.number, self.reference = options, folder, pair, number, reference
+        self.state = [f"{word}.{n}" for word in ("q", "qd") for n in pair.names]
+
+    def kempe(self, *words):
+        return subprocess.run([self.options.kempe, *map(str, words)], cwd=self.folder, capture_output=True, text=True, errors="replace",
+                              check=False, timeout=300)
+
+    @staticmethod
+    def reason(done):
+        return (done.stderr.strip() or f"exit code {done.returncode}").splitlines()[0]
+
+    def table(self, name):
+        lines = (self.folder / name).read_text().splitlines()
+        rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+        return {key: np.array([float(row[key] or "nan") if re.fullmatch(r"[-+.0-9einfa]*", row[key] or "") else np.nan for row in rows]) for key in rows[0]}
+
+    def compared(self, what, table, names, times):
+        right, allowed = self.reference.at(names, times)
+        return what, np.array([table[n] for n in names]), right, allowed
+
+    def ends(self, what, values):
+        right, allowed = self.reference.at(self.state, [self.pair.end])
+        return [(what, np.asarray(values), right[:, 0], allowed[:, 0])], ""
+
+    def simulate(self, model, *more, table="end.csv"):
+        done = self.kempe("simulate", model, "-o", table, *more)
+        return (None, self.reason(done)) if done.returncode else (self.table(table), "")
+
+    # -- ways
+
+    def run(self):
+        formulation, integrator = METHODS[self.number % len(METHODS)]
+        if self.reference.left:
+            done = self.kempe("simulate", "pair.yaml")
+            return [("trusted, exit code", np.array([done.returncode]), np.array([5]), np.array([0.5]))], ""
+        table, why = self.simulate("pair.yaml", *(["--formulation", formulation, "--integrator", integrator] if formulation else []))
+        if table is None:
+            return None, why
+        what, got, right, allowed = self.compared("rows", table, self.state, self.reference.rows)
+        return [(what, got, right, allowed * (MULTISTEP if integrator in ("bdf", "adams") else 1))], ""
+
+    def lanes(self):
+        """The first and the last one of three instances; another one between them has another motion."""
+        name = self.pair.names[0]
+        x = self.pair.x[0]
+        (self.folder / "values.csv").write_text(f"q.{name}\n{x}\n{x - 0.04}\n{x}\n")
+        done = self.kempe("ensemble", "pair.yaml", "--values", "values.csv", "-o", "ends.csv")
+        if done.returncode not in (0, 1, 5):
+            return None, self.reason(done)
+        table = self.table("ends.csv")
+        with open(self.folder / "ends.csv") as file:
+            status = [row["status"] for row in csv.DictReader(file)]
+        if status[0] != "complete" or status[2] != "complete":
+            return None, f"{status[0]}: {self.reason(done)}"
+        return [self.ends(f"instance {k + 1}", [table[n][k] for n in self.state])[0][0] for k in (0, 2)], ""
+
+    def outputs(self):
+        """Other outputs are asked for: the motion has the same bits, and they are right."""
+        words = [f"state({n})" for n in self.pair.state_names] + list(self.pair.machine.reactions)
+        text = (self.folder / "pair.yaml").read_text()
+        (self.folder / "more.yaml").write_text(text.replace("outputs: [q, qd]", f"outputs: [{', '.join(['q, qd, qdd, energy', *words])}]"))
+        few, why = self.simulate("pair.yaml", "--no-convergence-check", table="few.csv")
+        many, other = self.simulate("more.yaml", "--no-convergence-check", table="many.csv")
+        if few is None or many is None:
+            return None, why or other
+        names = [n for n in self.reference.values if n != "t" and n in many]
+        absent = [n for n in self.reference.values if n not in many]
+        assert not absent, absent
+        same = np.array([few[n] for n in self.state])
+        return [("bits", np.array([many[n] for n in self.state]), same, 0 * same)] + [
+            self.compared(n, many, [n], self.reference.rows) for n in names], ""
+
+    def resumed(self):
+        half = self.pair.end * float(np.random.default_rng([self.number, 5]).choice([0.5, 0.37, 0.81]))
+        first = self.kempe("simulate", "pair.yaml", "--t-end", repr(half), "--checkpoint", "half.kempe")
+        if first.returncode:
+            return None, self.reason(first)
+        table, why = self.simulate("pair.yaml", "--resume", "half.kempe")
+        return (None, why) if table is None else self.ends("end", [table[n][-1] for n in self.state])
+
+    def quantities(self):
+        """Extremes, times and integrals of an ensemble's instance."""
+        words = pair_quantities.Quantities(self.pair, self.reference, self.number)
+        (self.folder / "one.csv").write_text(f"q.{self.pair.names[0]}\n{self.pair.x[0]}\n")
+        done = self.kempe("ensemble", "pair.yaml", "--values", "one.csv", "--quantity", ", ".join(f"w{k} = {w}" for k, w in enumerate(words.texts)),
+                          "-o", "words.csv")
+        if done.returncode:
+            return None, self.reason(done)
+        table = self.table("words.csv")
+        return [(text, np.array([table[f"w{k}"][0]]), np.array([right]), np.array([allowed]))
+                for k, (text, right, allowed) in enumerate(zip(words.texts, words.right, words.allowed))], ""
+
+    def stepper(self):
+        """A stepper in Python that goes on, is brought back, and goes on again."""
+        import kempe
+        formulation, integrator = METHODS[(self.number // 3) % len(METHODS)]
+        try:
+            stepper = kempe.Model(str(self.folder / "pair.yaml")).system().stepper(
+                t_end=self.pair.end, **({"formulation": formulation, "integrator": integrator} if formulation else {}))
+            first, second = self.reference.awkward
+            stepper.advance(first)
+            at_first = np.concatenate((stepper.q, stepper.qd))
+            state = stepper.save()
+            stepper.advance(second)
+            stepper.restore(state)
+            stepper.advance(self.pair.end)
+        except kempe.Error as error:
+            return None, str(error).splitlines()[0]
+        names = [f"{word}.{c}" for word in ("q", "qd") for c in stepper.model.coordinates] if hasattr(stepper, "model") else None
+        if names is None:
+            names = [f"{word}.{c}" for word in ("q", "qd") for c in kempe.Model(str(self.folder / "pair.yaml")).coordinates]
+        several = MULTISTEP if integrator in ("bdf", "adams") else 1
+        out = []
+        for what, values, t in (("awkward", at_first, first), ("end", np.concatenate((stepper.q, stepper.qd)), self.pair.end)):
+            right, allowed = self.reference.at(self.state, [t])
+            out.append((what, np.array([values[names.index(n)] for n in self.state]), right[:, 0], allowed[:, 0] * several))
+        return out, ""
+
+    def unit(self, *more):
+        """A functional mock-up unit, of the library or of sources, with steps of other lengths, and back to a state."""
+        if "inputs" in self.pair.other:  # set by the importer
+            return None, None
+        done = self.kempe("fmu", "pair.yaml", "-o", "pair.fmu", "--kind", "cs", *(more or ["--binary"]))
+        if done.returncode:
+            return None, self.reason(done)
+        unit = Unit(self.folder / "pair.fmu", self.folder / "unit")
+        try:
+            first, second = self.reference.awkward
+            unit.advance(0.0, first)
+            if "delay" not in self.pair.features:
+                unit.call("GetFMUState", ctypes.byref(unit.state))
+                unit.advance(first, second)
+                unit.call("SetFMUState", unit.state)
+            unit.advance(first, self.pair.end)
+            return self.ends("end", unit.get(self.state))
+        except RuntimeError as error:
+            return None, str(error).splitlines()[0]
+        finally:
+            unit.end()
+
+    def unit_sources(self):
+        return self.unit("--fmi", "3")
+
+    def sensitivity(self):
+        """Derivatives of the end by a parameter, beside differences of the reference."""
+        if {"friction", "friction-by-load", "stop", "puck", "journal", "compliant"} & set(self.pair.features) or self.pair.other.get("impacts"):
+            return None, None  # refused: modes change with the parameter
+        joint = self.pair.joint
+        name = ("stiff", "load", "rate")[self.number % 3]
+        names, allowed = [f"{word}.{joint}" for word in ("q", "qd")], self.reference.growth * ALLOWED_SLOPE
+        slopes = []
+        for change in (CHANGE, 2 * CHANGE):
+            ends = []
+            for sign in (1, -1):
+                pair = self.reference.make({name: sign * change})
+                motion = self.reference.motion(pair)
+                ends.append(np.array([part[pair.k] for part in (motion.x, motion.v)]))
+            slopes.append((ends[0] - ends[1]) / (2 * change))
+        right = slopes[0]
+        if np.abs(slopes[1] - right).max() > allowed / 3:
+            return None, None  # no derivative, or one that changes fast
+        done = self.kempe("sensitivity", "pair.yaml", "--parameters", {"rate": f"qd.{joint}"}.get(name, name), "--outputs",
+                          f"q({joint}),qd({joint})", "-o", "slopes.csv", *(["--method", "adjoint"] if self.number % 5 == 0 else []))
+        if done.returncode:
+            return None, self.reason(done)
+        table = self.table("slopes.csv")
+        got = [table[next(key for key in table if key.startswith(f"{n}/"))][-1] for n in names]
+        return [(f"slope by {name}", np.array(got), right, allowed * np.maximum(1, np.abs(right)))], ""
+
+    def equilibrium(self):
+        """The load that holds the machine at a place."""
+        pair = self.reference.make()
+        machine, x = pair.machine, np.array(pair.x) - 0.1
+        if machine.n > 1 or {"counter", "relay"} & set(pair.features):
+            return None, None
+        machine.delays = [(k, time, x[k]) for k, time, _ in machine.delays]
+        machine.track = [[] for _ in machine.delays]
+        machine.sides = {}
+        z = np.array([at_rest(x) for at_rest in pair.resting])
+        right = -machine.force(0.0, list(x), [0.0], list(z))[0]
+        done = self.kempe("equilibrium", "pair.yaml", "--hold", f"{pair.joint}={x[0]!r}", "--solve-for", "load", "--json", "held.json")
+        if done.returncode:
+            return None, self.reason(done)
+        got = json.loads((self.folder / "held.json").read_text())["free"]["load"]
+        return [("load", np.array([got]), np.array([right]), np.array([1e-8 * (1 + abs(right))]))], ""
+
+    def simulator(self):
+        if "inputs" in self.pair.other:  # a simulator's inputs are set by its caller
+            return None, None
+        table, why, _ = simulated_models.table_of(self.options.kempe, self.folder / "pair.yaml", self.folder, self.pair.end, 1e-9, ROWS,
+                                                  lambda words: subprocess.run(words, capture_output=True, text=True, check=False, timeout=100))
+        if not table:
+            return None, why
+        last = list(csv.DictReader(line for line in io.StringIO(table) if not line.startswith("#")))[-1]
+        return self.ends("end", [float(last[n]) for n in self.state])
+
+
+def ways_of(seed, number, wanted, every=False):
+    r = np.random.default_rng([seed, number, 3])
+    drawn = r.random(len(Way.NAMES))
+    return [name for name, u in zip(Way.NAMES, drawn) if name in wanted and (every or u < Way.SHARES[name])]
+
+
+def has_python(folder):
+    """True if the package is built there; from now on it is imported from there."""
+    if not list(pathlib.Path(folder).glob("kempe/_native*.so")):
+        return False
+    sys.path.insert(0, str(folder))
+    return True
