@@ -248,7 +248,7 @@ const char *kmp_lane_find_event(kmp_engine *e, double *t, bool *found, double *s
         return KMP_LANE_NO_STATES;
     if (c->search.pieces.undecided > 0)
         return "a condition that is not decided within a step";
-    *shorter = *found ? kmp_crossing_shortens(c, room->t[l], *t, room->t_new[l]) : 0;
+    *shorter = *found ? kmp_crossing_shortens(c, room->t[l], *t, room->t_new[l], KMP_REPEATED_CONTACTS) : 0;
     if (!*found && !x->again && kmp_crossing_hold_passed(c)) {
         *found = true;
         *shorter = room->t_new[l] - room->t[l];

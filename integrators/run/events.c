@@ -15,6 +15,8 @@ enum { MOST_REPEATS = 20 }; /* changes of one condition without time between the
 #define LAGS 100
 /* Part of a step up to an event by which the step that is made again is longer: its end is surely beyond the event. */
 #define BEYOND 1e-3
+/* Part of a step at whose beginning its polynomial is right in any case. */
+#define AT_ONCE 1e-6
 /* A kink is fixed beyond this many tolerances of its largest value: within them the errors of steps exceed its
  * effect. */
 #define KINK 100
@@ -59,19 +61,19 @@ int kmp_crossing_first_end(const kmp_crossing *c)
     return -1;
 }
 
-/* True where the event is the end of a compliant contact. */
-static bool meets_kink(const kmp_crossing *c)
-{
-    for (int k = 0; k < c->s->events.count; k++)
-        if (c->s->events.condition[k].measured && c->mode[k] > 0 && kmp_crossing_changed(c, k))
-            return true;
-    return false;
-}
-
-double kmp_crossing_shortens(const kmp_crossing *c, double from, double event, double to)
+double kmp_crossing_shortens(const kmp_crossing *c, double from, double event, double to, kmp_repeated repeats)
 {
     double h = (1 + BEYOND) * (event - from);
-    return h > 0 && h < to - from && meets_kink(c) ? h : 0;
+    const bool shorter =
+        h * (1 + BEYOND) < to - from && h > fmax(AT_ONCE * (to - from), 64 * kmp_solver_least_step(from));
+    bool meets = false;
+    for (int k = 0; k < c->s->events.count; k++) {
+        const kmp_condition *condition = &c->s->events.condition[k];
+        const bool ends = condition->measured && c->mode[k] > 0;
+        const bool counts = shorter && (condition->rough || (repeats == KMP_REPEATED_ALL && !condition->ends));
+        meets = meets || ((counts || (ends && repeats != KMP_REPEATED_ROUGH)) && kmp_crossing_changed(c, k));
+    }
+    return h > 0 && h < to - from && meets ? h : 0;
 }
 
 /* True if condition k has changed and switches the equations. */
@@ -223,7 +225,7 @@ static void note_event(kmp_crossing *c, int k, double t, bool holds)
     const kmp_expr *e = condition->expr;
     bool stated = !e || (e->kind != KMP_EXPR_AT_MOST && e->kind != KMP_EXPR_AT_LEAST);
     double most = condition->measured && !holds ? fmax(c->past[k].peak, c->past[k].most) : NAN;
-    if (condition->bend)
+    if (condition->bend || condition->rough)
         return;
     if (condition->measured)
         note_contact(c, k, t, holds, most);

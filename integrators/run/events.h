@@ -8,6 +8,7 @@
 #include "constraints/evaluation/evaluator.h"
 #include "integrators/events/event_pieces.h"
 #include "integrators/run/run_log.h"
+#include "integrators/steppers/solver.h"
 
 /** Workspace of the search for events. */
 typedef struct kmp_event_search {
@@ -109,7 +110,7 @@ bool kmp_crossing_hold_passed(kmp_crossing *crossing);
 /** The length with which a step between two times is made again up to the event that kmp_crossing_find has found; 0: it
  * is not. At the end of a compliant contact the law is continued beyond by the modulus of the depth, with a kink: the
  * polynomial of a step that meets it is wrong before it too. */
-double kmp_crossing_shortens(const kmp_crossing *crossing, double from, double event, double to);
+double kmp_crossing_shortens(const kmp_crossing *crossing, double from, double event, double to, kmp_repeated repeats);
 
 /** Watches the motion of another instance of the mechanism: its conditions, parameters, inputs and pasts. To
  * find and pass events, the evaluator must have the same. */

@@ -282,8 +282,8 @@ static kempe_status find_event(kmp_runner *run)
     double h = 0;
     if (!run->kind->undo)
         return KEMPE_OK;
-    if (run->at_event && run->kind->shortens)
-        h = kmp_crossing_shortens(run->crossing, solver->t_old, run->event_t, solver->t);
+    if (run->at_event)
+        h = kmp_crossing_shortens(run->crossing, solver->t_old, run->event_t, solver->t, run->kind->repeats);
     else if (!run->at_event && kmp_crossing_hold_passed(run->crossing))
         h = solver->t - solver->t_old;
     if (!(h > 0))

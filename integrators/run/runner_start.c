@@ -254,7 +254,7 @@ static kmp_crossing *make_crossing(kmp_runner *run)
                                     .eval = run->eval,
                                     .span = run->spec.t_end - run->spec.t_start,
                                     .rtol = run->spec.rtol,
-                                    .kinks = run->kind->corrects && (!run->spec.kind || past),
+                                    .kinks = run->kind->undo && (!run->spec.kind || past),
                                     .closely = run->spec.closely,
                                     .log = run->log,
                                     .state = state_within,
@@ -292,7 +292,7 @@ kempe_status kmp_runner_start(kmp_runner *run, double t, const double *y, const 
     if (h <
         BRIEF * kmp_solver_least_step(t)) /* the last step was cut short between two breaks: its length says nothing */
         h = 0;
-    double first = run->kind->corrects ? fmin(h, end - t) : first_step_of(run);
+    double first = run->kind->corrects || (run->kind->undo && h > 0) ? fmin(h, end - t) : first_step_of(run);
     return run->kind->start(run->solver, t, y, yp, end, first);
 }
 

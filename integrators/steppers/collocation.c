@@ -356,7 +356,7 @@ static void transfer(void *solver, kmp_number_stream *stream)
 
 #define KMP_COLLOCATION_FUNCTIONS                                                                                      \
     .corrects = true, .create = create, .release = kmp_solver_free, .start = start, .step = step, .undo = undo,        \
-    .shortens = true, .dense = dense, .transfer = transfer
+    .repeats = KMP_REPEATED_CONTACTS, .dense = dense, .transfer = transfer
 
 /* Powers, and the remainder of an iteration over rtol: for radau found on the mechanisms of bench/collocation, where
  * errors anywhere in a run are about those of dop853; for the others the powers of Hairer's codes, and for radau5 the

@@ -58,6 +58,11 @@ static inline void kmp_stream_numbers(kmp_number_stream *stream, int n, double *
     stream->count += (size_t)n;
 }
 
+/** Steps with an event that are made again up to it: those whose equations do not go on smoothly beyond; also at ends
+ * of compliant contacts; all that do not end the run, where the polynomial of a step is of lower order than the step.
+ */
+typedef enum kmp_repeated { KMP_REPEATED_ROUGH, KMP_REPEATED_CONTACTS, KMP_REPEATED_ALL } kmp_repeated;
+
 typedef struct kmp_solver_kind {
     const char *name;
     const char *family; /* of integrators with the same formulas for y' = f and F = 0; NULL: its name */
@@ -89,7 +94,7 @@ typedef struct kmp_solver_kind {
 
     /** Takes the last step back; the next one begins where it began, with the length h. NULL: it cannot. */
     void (*undo)(void *solver, double h);
-    bool shortens; /* a step that meets the end of a compliant contact is made again up to it */
+    kmp_repeated repeats; /* the steps that are made again up to an event within them */
 
     /** y (and y' if yp is not NULL, of a DAE) at a time t in [t_old, t] of the solver. */
     kempe_status (*dense)(void *solver, double t, double *y, double *yp);

@@ -78,5 +78,9 @@ static const kmp_sun_package package = {.name = "ARKODE",
 
 const kmp_solver_kind kmp_solver_erk = {
     .name = "erk", .corrects = true, .method = &package, .undo = kmp_sun_undo, KMP_SUN_FUNCTIONS};
-const kmp_solver_kind kmp_solver_dirk = {
-    .name = "dirk", .implicit = true, .method = &package, .undo = kmp_sun_undo, KMP_SUN_FUNCTIONS};
+const kmp_solver_kind kmp_solver_dirk = {.name = "dirk",
+                                         .implicit = true,
+                                         .method = &package,
+                                         .undo = kmp_sun_undo,
+                                         .repeats = KMP_REPEATED_ALL,
+                                         KMP_SUN_FUNCTIONS};

@@ -198,8 +198,10 @@ char *kmp_system_event_text(kempe_system *s, const kmp_condition *condition)
             /* " < KNOT"; of an end of a variable " beyond the points FIRST .. LAST". */
             const kmp_named_table *table = e->table;
             int k = abs(condition->number), end = k - kmp_table_end_number(table, 0);
-            if (end < 0 || end > 3)
+            if (end < 0 || end == 4 || end == 5)
                 kmp_text_printf(&text, " < %.6g", end < 0 ? table->table->x[k] : kmp_table_end(table, end - 4));
+            else if (end > 5)
+                kmp_text_put(&text, " at a point of the table");
             else
                 kmp_text_printf(&text, " beyond the points %.6g .. %.6g", kmp_table_end(table, end - end % 2),
                                 kmp_table_end(table, end - end % 2 + 1));

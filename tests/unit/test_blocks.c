@@ -3,6 +3,7 @@
  * difference equations written out here, and the same laws written by hand. */
 #include "integrators/run/run.h"
 #include "loaded.h"
+#include <float.h>
 #include <kempe/table.h>
 
 #define MASS "bodies: {m: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
@@ -226,8 +227,8 @@ static void hysteresis(void)
         const double *q = kempe_trajectory_q(t, 10), *qd = kempe_trajectory_qd(t, 10);
         CHECK_NEAR(q ? q[0] : NAN, -1 - sqrt(6) * s + s * s / 2, 1e-6);
         CHECK(qd && qd[1] == 1 && qd[2] == 0 && qd[3] == 0);
-        CHECK(kempe_trajectory_qd(t, 0)[2] == 1 && kempe_trajectory_qd(t, 1)[2] == 1 &&
-              kempe_trajectory_qd(t, 2)[2] == 0);
+        for (int row = 0; row < 3; row++) /* a package may round values that do not change, between its steps */
+            CHECK_NEAR(kempe_trajectory_qd(t, row)[2], row < 2, 4 * DBL_EPSILON);
         CHECK(kempe_trajectory_qd(t, 0)[3] == 0);
         kempe_trajectory_free(t);
     }

@@ -3,6 +3,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "derived.h"
+#include "loaded.h"
 #include "model/model.h"
 #include "symbolic/table_function.h"
 #include "testing.h"
@@ -97,6 +98,50 @@ static void beyond_the_points(void)
 
 /* A ramp of slope 1/2 between two masses of 1 kg that holds at both ends. The plastic impact at its beginning leaves
  * 1/(1 + 1/4) of the rate, the follower stops at its end: 1 s, 1/0.8 s, and 0.75 s at 0.8 m/s. */
+/* Cubes that begin at points of a table from the third to the last but two: a spline through their values has them. */
+static double cubes(double x, int power)
+{
+    static const double begins[] = {2, 3, 4, 5, 6, 7, 8, 9}, factor[] = {0.3, -1.1, 1.7, -1.9, 2.1, -2.6, 3.3, -4.1};
+    double sum = 0;
+    for (int k = 0; k < 8; k++)
+        sum += factor[k] * pow(fmax(x - begins[k], 0), power) / (power > 3 ? 4 : 1);
+    return sum;
+}
+
+/* Steps of high order end at the points of a table, also of one with a period: the impulse of a table of time is the
+ * integral, work of one of a coordinate the change of energy. */
+static void points_of_curves(void)
+{
+    static const char *const integrators[] = {"dop853", "dopri5", "radau", "radau5", "radau9", "erk", "dirk"};
+    char text[2000];
+    size_t length = (size_t)snprintf(text, sizeof text,
+                                     "kempe: 1\ntables:\n  zigzag: {x: [0, 0.31, 0.42, 1.1], y: [0, 1, -0.5, 0], "
+                                     "method: linear, periodic: yes}\n  cubes: {x: [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, "
+                                     "10, 11], y: [");
+    for (int k = 0; k < 12; k++)
+        length += (size_t)snprintf(text + length, sizeof text - length, "%s%.17g", k > 0 ? ", " : "", cubes(k, 3));
+    (void)snprintf(text + length, sizeof text - length,
+                   "]}\nbodies:\n  a: {joint: {name: a, prismatic: x, at: ground}, mass: 1}\n"
+                   "  b: {joint: {name: b, prismatic: x, at: ground}, mass: 1}\n"
+                   "  c: {joint: {name: c, prismatic: x, at: ground}, mass: 1}\n"
+                   "forces:\n  a: {joint: a, force: zigzag(t)}\n  b: {joint: b, force: cubes(t)}\n"
+                   "  c: {joint: c, force: cubes(q(c))}\nstart: {qd: {c: 2}}\n");
+    loaded l = load_text(text);
+    for (size_t k = 0; l.system && k < sizeof integrators / sizeof *integrators; k++) {
+        kempe_trajectory *run = NULL;
+        kempe_run_options options = {
+            .t_end = 5.5, .rtol = 1e-9, .integrator = integrators[k], .no_convergence_check = 1};
+        CHECK(kempe_simulate(l.system, &options, &run) == KEMPE_OK);
+        int last = run ? kempe_trajectory_row_count(run) - 1 : -1;
+        const double *q = kempe_trajectory_q(run, last), *qd = kempe_trajectory_qd(run, last);
+        CHECK_NEAR(qd ? qd[0] : NAN, 5 * (0.31 / 2 + 0.5 * 0.11 * 0.5 - 0.5 * 0.68 / 2), 2e-8);
+        CHECK_NEAR(qd ? qd[1] : NAN, cubes(5.5, 4), 1e-9);
+        CHECK_NEAR(qd ? qd[2] * qd[2] / 2 : NAN, 2 + cubes(q ? q[2] : NAN, 4), 2e-7);
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
+}
+
 static void ramp_that_holds(void)
 {
     static const char text[] = "kempe: 1\ntables: {lift: {x: [0, 1], y: [0, 0.5], outside: hold, method: linear}}\n"
@@ -178,6 +223,7 @@ int main(void)
     TEST(constants);
     TEST(equations);
     TEST(beyond_the_points);
+    TEST(points_of_curves);
     TEST(ramp_that_holds);
     TEST(constants_beyond_the_points);
     TEST(bad_sheets);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Pulses in functions of time, much shorter than the steps of a calm motion: the impulse is that of the integral, on
- * every formulation and integrator. Functions without short intervals have none. */
+/* Pulses in functions of time and of the motion, much shorter than the steps of a calm motion: the impulse is that of
+ * the integral, on every formulation and integrator. Functions without short intervals have none. */
 #include "backend/time_scales.h"
 #include "base/memory.h"
 #include "integrators/run/run.h"
@@ -35,6 +35,22 @@ static const struct {
             {"reduced", "radau9"}, {"reduced", "bdf"},    {"reduced", "adams"}, {"reduced", "erk"},
             {"reduced", "dirk"},   {"projected", NULL},   {"dae", "ida"},       {"dae", "radau"}};
 
+/* The rate of the slider at the end of a run in one of the ways. */
+static double rate_of(const loaded *l, size_t way, double end)
+{
+    kmp_run_report report = {0};
+    kmp_run_spec spec = {.formulation = ways[way].formulation,
+                         .integrator = ways[way].integrator,
+                         .rtol = 1e-9,
+                         .t_end = end,
+                         .time_count = 1,
+                         .times = &end};
+    CHECK(kmp_run_resolve(l->system, &spec) == KEMPE_OK);
+    CHECK(kmp_run(l->system, &spec, NULL, take_last, NULL, &report) == KEMPE_OK);
+    kmp_free(report.reason);
+    return last_rate;
+}
+
 static void impulses(void)
 {
     const double root = sqrt(acos(-1));
@@ -49,20 +65,37 @@ static void impulses(void)
                   {"f(t)", 1}};
     for (size_t k = 0; k < sizeof pulses / sizeof *pulses; k++) {
         loaded l = pulsed(pulses[k].force);
-        for (size_t i = 0; l.system && i < sizeof ways / sizeof *ways; i++) {
-            double end = 10;
-            kmp_run_report report = {0};
-            kmp_run_spec spec = {.formulation = ways[i].formulation,
-                                 .integrator = ways[i].integrator,
-                                 .rtol = 1e-9,
-                                 .t_end = end,
-                                 .time_count = 1,
-                                 .times = &end};
-            CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);
-            CHECK(kmp_run(l.system, &spec, NULL, take_last, NULL, &report) == KEMPE_OK);
-            CHECK_NEAR(last_rate, pulses[k].impulse, 2e-6);
-            kmp_free(report.reason);
-        }
+        for (size_t i = 0; l.system && i < sizeof ways / sizeof *ways; i++)
+            CHECK_NEAR(rate_of(&l, i, 10), pulses[k].impulse, 2e-6);
+        unload(&l);
+    }
+}
+
+/* Narrow hills of force at a place, at a place that moves, and at a rate: the square of the rate follows from the area,
+ * the impulse from the integral over the rate. */
+static void hills(void)
+{
+    const double root = sqrt(acos(-1));
+    const struct {
+        const char *law;
+        double start, end, rate;
+    } cases[] = {
+        {"exp(-((q(x) - c)/w)^2)/w", 1, 12, sqrt(1 + 2 * root)},
+        {"exp(-((q(x) - c)/1e-5)^2)/1e-5", 1, 12, sqrt(1 + 2 * root)},
+        {"-0.2*(exp(-((q(x) - c)/w)^2) + exp(-((q(x) - 5.1)/w)^2))/w", 1, 12, -1}, /* thrown back by the second */
+        {"exp(-((q(x) - 3*t + 2)/w)^2)/w", 1, 3, 3 - sqrt(4 - 2 * root)},
+        {"(1 - tanh((q(x) - c)/w)^2)/w", 1, 12, sqrt(1 + 4)},
+        {"1/cosh((q(x) - c)/0.2)^2/0.2", 1, 12, sqrt(1 + 4)}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        char text[512];
+        (void)snprintf(text, sizeof text,
+                       "kempe: 1\nparameters: {c: 4.3217, w: 0.004}\n"
+                       "bodies: {a: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
+                       "forces: {f: {joint: x, force: \"%s\"}}\nstart: {qd: {x: %.17g}}\nrun: {t_end: 10}\n",
+                       cases[k].law, cases[k].start);
+        loaded l = load_text(text);
+        for (size_t i = 0; l.system && i < sizeof ways / sizeof *ways; i++)
+            CHECK_NEAR(rate_of(&l, i, cases[k].end), cases[k].rate, 4e-6);
         unload(&l);
     }
 }
@@ -116,6 +149,7 @@ static void many_functions(void)
 int main(void)
 {
     TEST(impulses);
+    TEST(hills);
     TEST(no_pulses);
     TEST(ends);
     TEST(many_functions);

@@ -154,10 +154,35 @@ kmp_ref kmp_tree_kink(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_re
     return kmp_select(g, side, branch, whole);
 }
 
+/* Arguments of exp, and less the size of others, at which a function that falls as an exponential begins to count, and
+ * at which a step sees that it does. */
+static const double levels[] = {-14, -7, -2};
+
+static kmp_ref beyond_level(kmp_graph *g, const kmp_expr *e, int number, kmp_ref a)
+{
+    kmp_ref above = e->function == KMP_FUNCTION_exp ? a : kmp_neg(kmp_unary(g, KMP_OP_ABS, a));
+    return kmp_sub(g, above, kmp_const(g, levels[number - 1]));
+}
+
+void kmp_tree_watch_pulse(const kmp_tree *tree, const kmp_expr *e, kmp_ref a)
+{
+    kmp_graph *g = tree->graph;
+    const unsigned state = 1u << KMP_IN_Q | 1u << KMP_IN_QD;
+    const bool falls = e->function == KMP_FUNCTION_exp || e->function == KMP_FUNCTION_cosh ||
+                       e->function == KMP_FUNCTION_sinh || e->function == KMP_FUNCTION_tanh;
+    if (!tree->watches || !falls || !(kmp_graph_node(g, kmp_id(a))->depends & state))
+        return;
+    for (int k = 1; k <= (int)(sizeof levels / sizeof *levels); k++) {
+        kmp_ref beyond = beyond_level(g, e, k, a);
+        if (can_stand(tree, e, k, kmp_less(g, beyond, KMP_ZERO)))
+            (void)stand_in(tree, (kmp_condition){.expr = e, .number = k, .rough = true}, beyond, KMP_ZERO);
+    }
+}
+
 /* -- of tables --------------------------------------------------------------------------------------- */
 
 /* Conditions of a table by their numbers: its knots, as bends negative ones; both ends of each variable; where a table
- * holds its values, its ends as knots are. */
+ * holds its values, its ends as knots are; all knots of a variable in one. */
 int kmp_table_end_number(const kmp_named_table *table, int end)
 {
     return (table->table ? table->table->count : 0) + 1 + end;
@@ -166,6 +191,11 @@ int kmp_table_end_number(const kmp_named_table *table, int end)
 static int hold_number(const kmp_named_table *table, int side)
 {
     return kmp_table_end_number(table, 4 + side);
+}
+
+static int knots_number(const kmp_named_table *table, int variable)
+{
+    return hold_number(table, 2 + variable);
 }
 
 /* max(beyond, 0) at knot k of the table of expression e. */
@@ -179,9 +209,9 @@ static kmp_ref hinge(const kmp_tree *tree, const kmp_expr *e, int k, kmp_ref bey
                       kmp_binary(g, KMP_OP_MAX, beyond, KMP_ZERO));
 }
 
-/* Tables of many knots have small kinks, which cost more to locate than to pass; straight lines in a closure, where
- * rates jump at each knot, are located all. */
-enum { MOST_KNOTS = 34 };
+/* Inputs that select pieces are so many at most, except of straight lines in a closure, where rates jump at each knot.
+ * Tables of more knots than are watched have small kinks, which cost more to locate than to pass. */
+enum { MOST_KNOTS = 34, MOST_WATCHED = 1000 };
 
 static bool can_stand_at(const kmp_tree *tree, const kmp_expr *e, int first, int last, kmp_ref x)
 {
@@ -275,13 +305,68 @@ static kmp_ref held(const kmp_tree *tree, const kmp_expr *e, kmp_ref x)
     return kmp_sub(g, kmp_add(g, kmp_const(g, kmp_table_end(table, 0)), part[0]), part[1]);
 }
 
-/* The argument of a periodic table less *turns whole periods. Knots are no conditions there: the argument jumps within
- * a step, and the value alone is continuous. */
-static kmp_ref wrapped(kmp_graph *g, const kmp_named_table *table, kmp_ref x, kmp_ref *turns)
+/* The argument of a periodic table less *turns times so many periods. */
+static kmp_ref wrapped(kmp_graph *g, const kmp_named_table *table, int periods, kmp_ref x, kmp_ref *turns)
 {
-    const double first = kmp_table_end(table, 0), period = kmp_table_end(table, 1) - first;
+    const double first = kmp_table_end(table, 0), period = periods * (kmp_table_end(table, 1) - first);
     *turns = kmp_unary(g, KMP_OP_FLOOR, kmp_div(g, kmp_sub(g, x, kmp_const(g, first)), kmp_const(g, period)));
     return kmp_sub(g, x, kmp_mul(g, kmp_const(g, period), *turns));
+}
+
+static int knot_count(const kmp_named_table *table, int variable)
+{
+    return table->of_two ? table->surface->count[variable] : table->table->count;
+}
+
+/* Straight lines with a zero at each knot of a table where a derivative jumps, and another sign behind it. One period
+ * may have an odd number of them, and two have not. NULL: no memory. */
+static kmp_table *signs_of(const kmp_named_table *named, int variable)
+{
+    const kmp_table *t = named->table;
+    const double *knots = t ? t->x : named->surface->knot[variable];
+    const int all = knot_count(named, variable);
+    const double period = knots[all - 1] - knots[0];
+    const bool spline = t && (t->method == KMP_TABLE_CUBIC || t->method == KMP_TABLE_PERIODIC);
+    int count = 0;
+    double *x = kmp_calloc((size_t)(4 * all), sizeof *x), *y = kmp_calloc((size_t)(4 * all), sizeof *y);
+    for (int turn = 0; x && y && turn <= named->periodic; turn++)
+        for (int k = turn > 0; k < all; k++) {
+            const double knot = knots[k] + turn * period;
+            if (spline && is_one_cubic(t, k))
+                continue;
+            if (count > 0) {
+                x[count] = x[count - 1] + (knot - x[count - 1]) / 2;
+                y[count] = count % 4 == 1 ? 1 : -1;
+                count++;
+            }
+            x[count++] = knot;
+        }
+    kmp_table *signs = x && y ? kmp_table_new(KMP_TABLE_LINEAR, count, x, y) : NULL;
+    kmp_free(x);
+    kmp_free(y);
+    return signs;
+}
+
+/* The value of the condition of all knots of a variable, x. */
+static kmp_ref sign_between_knots(kmp_graph *g, const kmp_named_table *table, int variable, kmp_ref x)
+{
+    kmp_table *signs = signs_of(table, variable);
+    const int number = kmp_graph_add_table(g, signs);
+    kmp_ref turns, sign = kmp_table_at(g, number, table->periodic ? wrapped(g, table, 2, x, &turns) : x);
+    if (signs)
+        kmp_table_free(signs);
+    return sign;
+}
+
+/* Between the knots of a table the equations are smooth: there a step of high order ends. */
+static void watch_knots(const kmp_tree *tree, const kmp_expr *e, int variable, kmp_ref x)
+{
+    const int number = knots_number(e->table, variable);
+    if (!tree->watches || knot_count(e->table, variable) > MOST_WATCHED || !moves(tree->graph, x))
+        return;
+    kmp_ref sign = sign_between_knots(tree->graph, e->table, variable, x);
+    if (can_stand(tree, e, number, kmp_less(tree->graph, sign, KMP_ZERO)))
+        (void)stand_in(tree, (kmp_condition){.expr = e, .number = number, .kink = true, .rough = true}, sign, KMP_ZERO);
 }
 
 /* Watches both ends of a variable of a table, x: its run ends there, or it is reported that they are passed. */
@@ -306,13 +391,15 @@ kmp_ref kmp_tree_surface(const kmp_tree *tree, const kmp_expr *e, kmp_ref x, kmp
     kmp_graph *g = tree->graph;
     const kmp_ref given[2] = {x, y};
     kmp_ref at[2] = {x, y};
-    for (int k = 0; k < 2; k++)
+    for (int k = 0; k < 2; k++) {
+        watch_knots(tree, e, k, given[k]);
         if (e->table->outside == KMP_OUTSIDE_HOLD)
             at[k] = kmp_binary(g, KMP_OP_MIN,
                                kmp_binary(g, KMP_OP_MAX, given[k], kmp_const(g, kmp_table_end(e->table, 2 * k))),
                                kmp_const(g, kmp_table_end(e->table, 2 * k + 1)));
         else
             watch_ends(tree, e, k, given[k]);
+    }
     return kmp_surface_at(g, e->table->surface, at[0], at[1]);
 }
 
@@ -325,7 +412,8 @@ kmp_ref kmp_tree_table(const kmp_tree *tree, const kmp_expr *e, kmp_ref x)
                holds = table->outside == KMP_OUTSIDE_HOLD;
     const int number = kmp_graph_add_table(g, table->table);
     if (table->periodic) {
-        kmp_ref turns, inside = wrapped(g, table, x, &turns);
+        kmp_ref turns, inside = wrapped(g, table, 1, x, &turns);
+        watch_knots(tree, e, 0, x);
         return kmp_add(g, kmp_table_at(g, number, inside), kmp_mul(g, kmp_const(g, table->rise), turns));
     }
     if (holds)
@@ -337,6 +425,7 @@ kmp_ref kmp_tree_table(const kmp_tree *tree, const kmp_expr *e, kmp_ref x)
         return can_stand_at(tree, e, 1, t->count - 2, x) ? lines(tree, e, x) : whole;
     if (!straight && !holds && tree->bends && few)
         return can_stand_at(tree, e, 0, t->count - 1, x) ? cubics(tree, e, x, whole) : whole;
+    watch_knots(tree, e, 0, x);
     return whole;
 }
 
@@ -347,7 +436,10 @@ static kmp_ref table_event(const kmp_tree *tree, const kmp_condition *condition)
     const kmp_expr *e = condition->expr;
     const kmp_named_table *table = e->table;
     const int k = abs(condition->number), end = k - kmp_table_end_number(table, 0), hold = k - hold_number(table, 0);
-    kmp_ref x = kmp_tree_expression(tree, end >= 2 && hold < 0 ? e->b : e->a);
+    kmp_ref x = kmp_tree_expression(tree, hold == 3 || (end >= 2 && hold < 0) ? e->b : e->a);
+    if (hold >= 2)
+        return sign_between_knots(g, table, hold - 2,
+                                  table->outside == KMP_OUTSIDE_HOLD && !table->of_two ? held(tree, e, x) : x);
     if (hold >= 0)
         return kmp_sub(g, x, kmp_const(g, kmp_table_end(table, hold)));
     if (end >= 0) {
@@ -427,6 +519,10 @@ bool kmp_tree_event(const kmp_tree *tree, int k, kmp_ref *difference)
         return true;
     }
     kmp_ref a = kmp_tree_expression(tree, e->a), b = e->b ? kmp_tree_expression(tree, e->b) : KMP_ZERO;
+    if (tree->events->condition[k].rough) {
+        *difference = beyond_level(tree->graph, e, tree->events->condition[k].number, a);
+        return true;
+    }
     bool turned = e->kind == KMP_EXPR_GREATER || e->kind == KMP_EXPR_AT_MOST;
     *difference = turned ? kmp_sub(tree->graph, b, a) : kmp_sub(tree->graph, a, b);
     return true;

@@ -181,6 +181,8 @@ static kmp_ref power(const kmp_tree *tree, const kmp_expr *e)
     within.kinks = tree->kinks && whole;
     within.bends = tree->bends && (whole || !is_kept_in(e->a, 0));
     kmp_ref base = kmp_tree_expression(&within, e->a);
+    if (is_function(e->a, KMP_FUNCTION_tanh))
+        kmp_tree_watch_pulse(tree, e->a, kmp_tree_expression(&within, e->a->a));
     return isnan(exponent) ? kmp_binary(g, KMP_OP_POW, base, kmp_tree_expression(&within, e->b))
                            : kmp_power(g, base, exponent);
 }
@@ -213,6 +215,8 @@ static kmp_ref operation(const kmp_tree *tree, const kmp_expr *e)
             return kmp_select(g, kmp_tree_stated(tree, e, a, KMP_ZERO), kmp_neg(KMP_ONE), KMP_ONE);
         if (is_kink(e))
             return kmp_tree_kink(tree, e, a, b);
+        if (e->function != KMP_FUNCTION_tanh) /* of a step of the function both ends of a step of the run tell */
+            kmp_tree_watch_pulse(tree, e, a);
         return call(g, e->function, a, b, e->c ? kmp_tree_expression(tree, e->c) : KMP_ZERO);
     default:
         return kmp_div(g, a, b);
@@ -273,7 +277,7 @@ kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *e)
 kmp_ref kmp_tree_bent(const kmp_tree *tree, const kmp_expr *e)
 {
     kmp_tree bent = *tree;
-    bent.bends = true;
+    bent.bends = bent.watches = true;
     return kmp_tree_expression(&bent, e);
 }
 

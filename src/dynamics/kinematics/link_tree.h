@@ -56,6 +56,7 @@ typedef struct kmp_condition {
     bool ends;            /* runs end where its value becomes negative; it has no input */
     bool kink;            /* of abs, min or max: the active branch; both branches are equal where it changes */
     bool bend;            /* of abs, min, max or straight lines in a closure: J may jump with it */
+    bool rough;           /* its change is not noted; a step that meets it is made again up to it */
     bool told;            /* an end of a table: that it is left is reported; no event, and no input */
     bool late;            /* a kink whose value depends on accelerations or multipliers */
     bool measured;        /* the log has the largest value that it had while it was true */
@@ -116,6 +117,7 @@ typedef struct kmp_tree {
     int solving;          /* whose equations are being written, from 1; 0: none */
     kmp_events *events;   /* NULL: conditions are evaluated in place */
     bool kinks;           /* abs, min and max are conditions: in laws of forces */
+    bool watches;         /* places where functions begin to count are conditions: in laws and in rows of closures */
     bool bends;           /* they are conditions as comparisons are: in rows of closures, whose J jumps with them */
     bool settled;         /* no further condition becomes an event: a new one is evaluated in place */
     bool given_delays;    /* states of continuous delays have no rate */
@@ -177,8 +179,13 @@ kmp_ref kmp_tree_stated(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_
  * 0. */
 kmp_ref kmp_tree_kink(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b);
 
+/** Notes where exp, cosh, sinh or 1 - tanh^2 of a begins to count, for expression e of that function: a narrow pulse
+ * between the places at which a step is evaluated would otherwise pass unseen. */
+void kmp_tree_watch_pulse(const kmp_tree *tree, const kmp_expr *e, kmp_ref a);
+
 /** A table of expression e at x. The knots of straight lines are kinks or bends, and so are the ends of a table that
- * holds its values there. The ends of others are conditions that end the run, or are reported. */
+ * holds its values there. One condition finds the knots of others, at which steps end. The ends of others are
+ * conditions that end the run, or are reported. */
 kmp_ref kmp_tree_table(const kmp_tree *tree, const kmp_expr *e, kmp_ref x);
 
 /** 1 where `difference` is negative and 0 elsewhere; during a step an input KMP_IN_MODE in its place: for the laws of
