@@ -155,23 +155,36 @@ static bool is_straight(const study *s, const double *x, const double *middle, c
     return true;
 }
 
-static void halve(study *s, const double *parameters, int depth, double a, double b, const double *x, const double *y)
+/* Sources of what is known of an interval: bounds of the functions, their values alone, or its parts. */
+typedef enum knowledge { BY_BOUNDS, BY_VALUES, BY_PARTS } knowledge;
+
+/* Bounds do not know a function around a place where it is continuous by jumps that cancel, as a periodic table where a
+ * period ends: intervals there are joined with those beside them while the values show nothing. */
+static knowledge halve(study *s, const double *parameters, int depth, double a, double b, const double *x,
+                       const double *y)
 {
     double m = a + (b - a) / 2, middle[MOST] = {0};
     if (s->ends >= MOST_INTERVALS || s->aside->failed)
-        return;
+        return BY_PARTS;
     values_at(s, parameters, m, middle);
-    if (depth == DEEPEST || (is_straight(s, x, middle, y) && is_known(s, parameters, a, m, x, middle) &&
-                             is_known(s, parameters, m, b, middle, y))) {
-        s->longest = fmax(s->longest, b - a);
-        s->shortest = depth < DEEPEST ? fmin(s->shortest, b - a) : s->shortest;
-        s->end = kmp_arena_room(s->aside, s->end, s->ends, sizeof *s->end);
-        if (s->end)
-            s->end[s->ends++] = b;
-        return;
+    const bool even = is_straight(s, x, middle, y);
+    const bool known = even && is_known(s, parameters, a, m, x, middle) && is_known(s, parameters, m, b, middle, y);
+    const int before = s->ends;
+    const double longest = s->longest, shortest = s->shortest;
+    knowledge parts[2] = {BY_BOUNDS, BY_VALUES};
+    if (depth < DEEPEST && !known) {
+        parts[0] = halve(s, parameters, depth + 1, a, m, x, middle);
+        parts[1] = halve(s, parameters, depth + 1, m, b, middle, y);
+        if (!even || parts[0] == BY_PARTS || parts[1] == BY_PARTS || (parts[0] == BY_BOUNDS && parts[1] == BY_BOUNDS))
+            return BY_PARTS;
+        s->ends = before;
     }
-    halve(s, parameters, depth + 1, a, m, x, middle);
-    halve(s, parameters, depth + 1, m, b, middle, y);
+    s->longest = fmax(longest, b - a);
+    s->shortest = known ? fmin(shortest, b - a) : shortest;
+    s->end = kmp_arena_room(s->aside, s->end, s->ends, sizeof *s->end);
+    if (s->end)
+        s->end[s->ends++] = b;
+    return known ? BY_BOUNDS : even ? BY_VALUES : BY_PARTS;
 }
 
 static void divide(study *s, const double *parameters, double from, double to)
@@ -183,7 +196,7 @@ static void divide(study *s, const double *parameters, double from, double to)
     s->shortest = INFINITY;
     values_at(s, parameters, from, x);
     values_at(s, parameters, to, y);
-    halve(s, parameters, 0, from, to, x, y);
+    (void)halve(s, parameters, 0, from, to, x, y);
 }
 
 /* Twice where the first division has found values that are much larger than those before it. */

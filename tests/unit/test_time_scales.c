@@ -22,7 +22,8 @@ static loaded pulsed(const char *force)
     char text[512];
     (void)snprintf(text, sizeof text,
                    "kempe: 1\nparameters: {c: 5.0123, w: 0.01}\ntables: {f: {x: [0, 2, 7, 7.001, 7.002, 7.003, 7.004, "
-                   "8, 9, 10], y: [0, 0, 0, 0, 1000, 0, 0, 0, 0, 0], method: linear}}\n"
+                   "8, 9, 10], y: [0, 0, 0, 0, 1000, 0, 0, 0, 0, 0], method: linear}, "
+                   "p: {x: [0, 0.31, 0.72, 1.1], y: [0, 1, -0.5, 0], periodic: yes}}\n"
                    "bodies: {a: {joint: {name: x, prismatic: x, at: ground}, mass: 1}}\n"
                    "forces: {f: {joint: x, force: \"%s\"}}\nrun: {t_end: 10}\n",
                    force);
@@ -103,8 +104,8 @@ static void hills(void)
 /* Functions that change everywhere alike, or slowly, need no limit of steps. */
 static void no_pulses(void)
 {
-    static const char *const forces[] = {"sin(300*t)", "exp(sin(3*t))", "exp(-0.3*t)",
-                                         "t^4 - 3*t",  "1/(1 + t)",     "sqrt(1 + t^2)"};
+    static const char *const forces[] = {"sin(300*t)", "exp(sin(3*t))", "exp(-0.3*t)", "t^4 - 3*t",
+                                         "1/(1 + t)",  "sqrt(1 + t^2)", "p(t)"};
     for (size_t k = 0; k < sizeof forces / sizeof *forces; k++) {
         loaded l = pulsed(forces[k]);
         CHECK(l.model && !(kmp_time_scales_shortest(l.model) > 0));
