@@ -160,6 +160,19 @@ void kmp_workspace_copy(kempe_workspace *ws)
     memcpy(ws->jdqd, eval->jdqd, (size_t)ws->m * sizeof *ws->jdqd);
 }
 
+/* The message of a table that the state leaves, unless one is there. */
+static void note_left(kempe_workspace *ws)
+{
+    int from = 0, end;
+    double x;
+    const kmp_named_table *table = NULL;
+    if (ws->message[0] == '\0' && kmp_eval_leaves(ws->eval, ws->t, ws->q, ws->qd, NULL, NULL))
+        table = kmp_eval_next_left(ws->eval, &from, &end, &x);
+    if (table)
+        (void)fail(ws, KMP_TABLE_LEFT, table->name, x, kmp_table_end(table, end & ~1), kmp_table_end(table, end | 1),
+                   ws->t);
+}
+
 /* Modes of friction with the generalized forces Q. */
 static kempe_status decide(kempe_workspace *ws, const double *Q)
 {
@@ -173,7 +186,7 @@ static kempe_status evaluate(kempe_workspace *ws, double t, const double *q, con
 {
     kmp_evaluator *eval = ws->eval;
     const kempe_system *s = ws->system;
-    ws->message[0] = '\0';
+    ws->message[0] = ws->visits ? ws->message[0] : '\0';
     kmp_workspace_keep_state(ws, t, q, qd);
     ws->stale = false;
     if (ws->friction.self)
@@ -182,6 +195,7 @@ static kempe_status evaluate(kempe_workspace *ws, double t, const double *q, con
     kmp_eval_mass(eval);
     kmp_load_forget(eval);
     kmp_eval_bias(eval, ws->qd);
+    note_left(ws);
     kmp_workspace_copy(ws);
     if (kmp_all_finite(s->mass.count, eval->mass) && kmp_all_finite(ws->n, eval->bias) &&
         kmp_all_finite(ws->m, eval->h) && kmp_all_finite(s->jacobian.count, eval->jacobian) &&
@@ -329,7 +343,7 @@ static kempe_status by_saddle(kempe_workspace *ws)
 static bool by_bodies(kempe_workspace *ws, double t, const double *q, const double *qd, const double *Q)
 {
     kmp_evaluator *eval = ws->eval;
-    ws->message[0] = '\0';
+    ws->message[0] = ws->visits ? ws->message[0] : '\0';
     kmp_workspace_keep_state(ws, t, q, qd);
     ws->stale = true;
     kmp_eval_take(eval, true);
@@ -337,6 +351,7 @@ static bool by_bodies(kempe_workspace *ws, double t, const double *q, const doub
     kmp_eval_mass(eval);
     kmp_eval_give(eval, Q);
     kmp_eval_bias(eval, ws->qd);
+    note_left(ws);
     bool good = kmp_saddle_factor(&ws->bodies) == 0 && kmp_saddle_spread(&ws->bodies) >= KMP_ARTICULATED_PIVOT;
     if (good)
         kmp_saddle_accelerations(&ws->bodies, ws->answer, ws->answer + ws->n);

@@ -47,6 +47,7 @@ struct kempe_workspace {
     int *closure_rows, closure_count;          /* m; those that are of no friction and no contact */
     kmp_workspace_friction friction;
     kmp_state_lanes many;
+    bool visits; /* states of one call: the message of an earlier one stays */
     char message[400];
 };
 

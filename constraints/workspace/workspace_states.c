@@ -173,6 +173,8 @@ static kempe_status visit(kempe_workspace *ws, const state_rows *in, bool lanes,
     if (count < 0)
         return kmp_fail(ws->system->context, KEMPE_E_ARGUMENT, "the number of states is %d: at least 0 is expected",
                         count);
+    ws->message[0] = '\0';
+    ws->visits = true;
     while (status == KEMPE_OK && done < count) {
         int group = lanes && count - done >= W && run(ws, in, (size_t)done) ? W : 0;
         for (int l = 0; l < group && status == KEMPE_OK; l++, done++)
@@ -180,6 +182,7 @@ static kempe_status visit(kempe_workspace *ws, const state_rows *in, bool lanes,
         if (group == 0)
             status = single(ws, in, (size_t)done++);
     }
+    ws->visits = false;
     if (failed)
         *failed = status == KEMPE_OK ? -1 : done - 1;
     return status;

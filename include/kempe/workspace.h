@@ -45,7 +45,8 @@ KEMPE_API kempe_status kempe_workspace_new_with_friction(const kempe_system *sys
                                                          kempe_workspace **workspace);
 KEMPE_API void kempe_workspace_free(kempe_workspace *workspace);
 
-/** Message of the last failing call on this workspace: one sentence, never NULL. */
+/** Message of the last call on this workspace: one sentence, never NULL. It is why the call failed, or, after one that
+ * succeeded, a table that the state leaves (the first state of many): values are not to be trusted there. "": none. */
 KEMPE_API const char *kempe_workspace_message(const kempe_workspace *workspace);
 
 /** Evaluates everything below at t (s), q and qd (n values each; qd NULL: at rest). q need not close the loops.

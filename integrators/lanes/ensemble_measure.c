@@ -127,6 +127,12 @@ static void channels_at(kmp_engine *e, double t, const double *row, double *valu
     const kmp_run_quantities *q = e->measuring->q;
     int n = e->n;
     const double *shown = q->computed ? kmp_eval_shown(e->eval, t, row, row + n, row + 2 * n, row + 3 * n) : NULL;
+    for (int k = 0; shown && k < e->s->use_count; k++) {
+        double x;
+        const int end = kmp_eval_left(e->s, shown, k, &x);
+        if (end >= 0)
+            atomic_store_explicit(&e->s->left[e->s->events.count + 2 * k + end % 2], true, memory_order_relaxed);
+    }
     for (int c = 0; c < q->channels; c++)
         values[c] = shown && q->shown[c] >= 0 ? shown[q->shown[c]] : row[-1 - q->shown[c]];
 }

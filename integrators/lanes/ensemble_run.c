@@ -226,12 +226,14 @@ static bool take_mark(kmp_ensemble *e, int k)
 static void tell_tables(kmp_ensemble *e, bool tells)
 {
     const kempe_system *s = e->engine[0]->s;
-    for (int k = 0; k < s->events.count; k++) {
-        const kmp_condition *condition = &s->events.condition[k];
-        if (!condition->told || !take_mark(e, k) || !tells)
+    for (int k = 0; k < s->events.count + 2 * s->use_count; k++) {
+        const kmp_condition *condition = k < s->events.count ? &s->events.condition[k] : NULL;
+        if ((condition && !condition->told) || !take_mark(e, k) || !tells)
             continue;
-        const kmp_named_table *table = condition->expr->table;
-        const int end = condition->number - kmp_table_end_number(table, 0);
+        const int of_use = k - s->events.count;
+        const kmp_table_use *use = condition ? NULL : &s->use[of_use / 2];
+        const kmp_named_table *table = condition ? condition->expr->table : &s->model->tables[use->table];
+        const int end = condition ? condition->number - kmp_table_end_number(table, 0) : 2 * use->variable + of_use % 2;
         kmp_doubt(e->model->context,
                   "instances use table '%s' %s %.6g: it goes straight on there; give it more points, or say outside: "
                   "linear, hold or error",

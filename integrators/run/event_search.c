@@ -8,6 +8,9 @@
 #include <math.h>
 #include <string.h>
 
+/* Of the range of a table: a motion that passes its end by less does not leave it. */
+#define AT_END 1e-6
+
 enum { CLOSELY = 2 }; /* least number of halvings in a run that checks another one */
 
 /* -- room -------------------------------------------------------------------------------------------- */
@@ -55,12 +58,21 @@ static void keep_look(const kmp_crossing *c, double t, kmp_look *look)
             memcpy(look->solved + at, c->eval->solved[i], (size_t)c->search.solved[i] * sizeof(double));
 }
 
+/* Notes that a table is left at one of the places that have been evaluated, or forgets it: it need not be found. */
+static void note_outside(kmp_crossing *c, const double *change)
+{
+    for (int k = 0; k < c->s->events.count; k++)
+        c->past[k].outside = change && c->s->events.condition[k].told && (c->past[k].outside || change[k] < 0);
+}
+
 static kempe_status look_at(kmp_crossing *c, double t, kmp_look *look)
 {
     kempe_status status = kmp_crossing_look(c, t);
-    if (status == KEMPE_OK)
-        keep_look(c, t, look);
-    return status;
+    if (status != KEMPE_OK)
+        return status;
+    keep_look(c, t, look);
+    note_outside(c, look->change);
+    return KEMPE_OK;
 }
 
 static bool any_differs(const kmp_crossing *c, const kmp_look *look)
@@ -165,7 +177,16 @@ static void bind(void *self, const kmp_step_piece *p)
 static kmp_bound bound_of(const void *self, int k)
 {
     const kmp_crossing *c = self;
-    return kmp_bounds_get(c->search.bounds, c->search.output[k]);
+    const kmp_condition *condition = &c->s->events.condition[k];
+    kmp_bound bound = kmp_bounds_get(c->search.bounds, c->search.output[k]);
+    if (!condition->told)
+        return bound;
+    const int end = condition->number - kmp_table_end_number(condition->expr->table, 0);
+    const double slack =
+        AT_END * (kmp_table_end(condition->expr->table, end | 1) - kmp_table_end(condition->expr->table, end & ~1));
+    bound.low += slack;
+    bound.high += slack;
+    return c->past[k].told || c->past[k].outside ? kmp_bound_still(1) : bound;
 }
 
 static bool holds(const void *self, int k)
@@ -182,7 +203,7 @@ static bool may_change(const void *self, int k)
     const kmp_crossing *c = self;
     switch (c->s->events.condition[k].role) {
     case KMP_ROLE_NONE:
-        return !kmp_crossing_is_free(c, k) && !c->s->events.condition[k].told;
+        return !kmp_crossing_is_free(c, k);
     case KMP_ROLE_SENSE:
         return c->mode[k] != 0 && c->mode[k + KMP_ROLE_HELD - KMP_ROLE_SENSE] == 0;
     case KMP_ROLE_HELD:
@@ -325,6 +346,10 @@ bool kmp_event_search_init(kmp_event_search *s, const kempe_system *system, bool
 bool kmp_crossing_is_clear(kmp_crossing *c, const kmp_look *a, const kmp_look *m, const kmp_look *b)
 {
     c->search.pieces.self = c;
+    note_outside(c, NULL);
+    note_outside(c, b->change);
+    if (m)
+        note_outside(c, m->change);
     if (kmp_crossing_would_hold(c, b->change) || any_differs(c, b) || (m && any_differs(c, m)) ||
         !kmp_pieces_are_clear(&c->search.pieces, &(kmp_step_piece){a, m, b}))
         return false;
@@ -395,6 +420,7 @@ kempe_status kmp_crossing_find(kmp_crossing *c, double from, double to, double *
     c->end = -1;
     if (!(to > from))
         return KEMPE_OK;
+    note_outside(c, NULL);
     bool ready = s->ready && s->pieces.look[0].t == from && s->charts == c->eval->chart_version;
     s->ready = false;
     if (!ready)

@@ -166,10 +166,7 @@ void kmp_crossing_tell(kmp_crossing *c, double t, const double *change)
         c->past[k].told = true;
         kmp_run_log_add(c->plan.log, "table", t, x, NAN, "table '%s' is used at %.6g, beyond its points %.6g .. %.6g",
                         table->name, x, first, last);
-        kmp_doubt(c->s->context,
-                  "table '%s' is used at %.6g, beyond its points %.6g .. %.6g, at t = %.6g s: it goes straight on "
-                  "there; give it more points, or say outside: linear, hold or error",
-                  table->name, x, first, last, t);
+        kmp_doubt_table(c->s->context, table, end, x, t);
     }
 }
 

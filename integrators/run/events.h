@@ -37,7 +37,7 @@ typedef struct kmp_condition_past {
     double largest;         /* its largest value so far, at ends of steps */
     double peak;            /* of a measured condition: the largest value, by parabolas, since the last change */
     kmp_last_values latest; /* used of measured ones */
-    bool told;              /* of the end of a table: it has been reported */
+    bool told, outside;     /* of the end of a table: it has been reported; it is passed in the present step */
     int repeats;            /* changes without time between them */
 } kmp_condition_past;
 

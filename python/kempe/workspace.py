@@ -75,6 +75,11 @@ class Workspace(Owned):
             view(lib.kempe_workspace_jdqd(w), (m,), w),
         )
 
+    @property
+    def message(self) -> str:
+        """After a call that succeeded: a table that the state leaves, where values are not to be trusted; "": none."""
+        return string(lib.kempe_workspace_message(self._pointer))
+
     def _fail(self, status: int) -> None:
         if status == _BUSY:
             raise ArgumentError(_ANOTHER)

@@ -170,6 +170,14 @@ void kmp_linear_derive(kmp_linear *linear)
     linear->tangents = derived;
 }
 
+void kmp_linear_tell_tables(const kmp_linear *linear)
+{
+    const kmp_linear *l = linear;
+    kmp_eval_tell_tables(l->eval, l->t, l->q, l->qd, l->qdd, l->lambda, true,
+                         l->system->use_count > 0 ? kmp_eval_shown(l->eval, l->t, l->q, l->qd, l->qdd, l->lambda)
+                                                  : NULL);
+}
+
 kmp_instant kmp_linear_instant(const kmp_linear *linear)
 {
     const kmp_linear *l = linear;

@@ -118,6 +118,7 @@ typedef struct kmp_equations {
     kmp_ref *drift;      /* m: J free_qdd + jdqd = - mobility lambda */
     kmp_ref *shown;      /* all outputs in addition to the table, in order */
     int shown_count;
+    kmp_table_uses uses; /* tables in them */
     /* of each friction element that sticks, in the order of the forces: rate, sizes in slip and in stick, friction */
     kmp_ref *slip, *level, *holding, *friction;
     int friction_count;

@@ -132,6 +132,7 @@ kempe_status kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces)
     KMP_TRY(kmp_joint_loads_begin(eq, false));
     KMP_TRY(kmp_made(eq->context, settled || derive_until(&eq->tree)));
     eq->tree.settled = true;
+    eq->tree.uses = &eq->uses;
     /* In the order of the model. */
     for (int o = 0; !kmp_graph_failed(eq->graph) && o < eq->model->output_count; o++)
         if (eq->model->outputs[o].kind == KMP_OUTPUT_CONTACT) {
@@ -172,6 +173,7 @@ kempe_status kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces)
                 eq->position[3 * eq->position_count + k] = x.x[k];
             eq->position_count += output->kind == KMP_OUTPUT_POSITION;
         }
+    eq->tree.uses = NULL;
     eq->tree.settled = settled;
     KMP_TRY(kmp_joint_loads_end(eq));
     return kmp_made(eq->context, !kmp_graph_failed(eq->graph));

@@ -164,8 +164,19 @@ bool kmp_system_rescale(kempe_system *s)
 
 static bool make_judge(kempe_system *s, kmp_equations *eq)
 {
-    int count[5] = {1, 1, 3 * s->model->closure_count, 3 * eq->position_count, eq->shown_count};
-    const kmp_ref *groups[5] = {&eq->potential, &eq->power, eq->reaction, eq->position, eq->shown};
+    const int uses = s->use_count = eq->uses.count;
+    const int count[5] = {1, 1, 3 * s->model->closure_count, 3 * eq->position_count, eq->shown_count + uses};
+    kmp_ref *shown = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->shown_count + uses + 1);
+    const kmp_ref *groups[5] = {&eq->potential, &eq->power, eq->reaction, eq->position, shown};
+    s->use = KMP_ARENA_NEW(&s->arena, kmp_table_use, uses + 1);
+    if (!shown || !s->use)
+        return false;
+    for (int k = 0; k < eq->shown_count; k++)
+        shown[k] = eq->shown[k];
+    for (int k = 0; k < uses; k++) {
+        s->use[k] = eq->uses.use[k];
+        shown[eq->shown_count + k] = s->use[k].at;
+    }
     s->has_power = eq->power != KMP_ZERO || s->rheonomic || s->switches;
     s->dissipative = s->has_power;
     s->judge = kmp_program_new(eq->graph, 5, count, groups);
@@ -221,11 +232,11 @@ static bool is_by_rates(const kmp_graph *g, kmp_ref value)
 static kempe_status make_changes(kempe_system *s, kmp_equations *eq)
 {
     int count = s->events.count, counts[2] = {count, 0};
+    s->left = KMP_ARENA_NEW(&s->arena, atomic_bool, count + 2 * s->use_count + 1);
     if (count == 0)
-        return KEMPE_OK;
+        return kmp_made(s->context, s->left);
     kmp_ref *out = KMP_GRAPH_NEW(eq->graph, kmp_ref, 2 * count);
     s->event_text = KMP_ARENA_NEW(&s->arena, char *, count);
-    s->left = KMP_ARENA_NEW(&s->arena, atomic_bool, count);
     for (int k = 0; out && s->event_text && k < count; k++) {
         kmp_condition *condition = &s->events.condition[k];
         if (!kmp_tree_event(&eq->tree, k, &out[k]))

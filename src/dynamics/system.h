@@ -116,7 +116,10 @@ struct kempe_system {
     kmp_program *goals;    /* of points with goals (dynamics/goal_equations.h); NULL without them */
     bool changes_by_rates; /* the conditions depend on qd, or on more */
     char **event_text;     /* events.count: "'motor': q(A) < 0.2" */
-    atomic_bool *left;  /* events.count: the table of a condition that is told was left in some run; runs in parallel */
+    int use_count;
+    kmp_table_use *use; /* of tables in outputs: the arguments follow the outputs in their stage */
+    atomic_bool *left;  /* the table of a condition that is told, then of both ends of a use, was left in some run; runs
+                         * in  parallel */
     int chart_count;    /* joints with inputs KMP_IN_CHART, nine each */
     int *chart_first;   /* their first rotations */
     bool *chart_before; /* the chart comes before them, otherwise after */

@@ -88,11 +88,17 @@ static void take_condition(kmp_byte_source *b, kempe_system *s, int k)
 static void take_events(kmp_byte_source *b, kempe_system *s)
 {
     int count = kmp_bytes_take_count(b, 1);
+    s->use_count = kmp_bytes_take_count(b, 1);
+    s->use = KMP_ARENA_NEW(&s->arena, kmp_table_use, s->use_count + 1);
+    s->left = KMP_ARENA_NEW(&s->arena, atomic_bool, count + 2 * s->use_count + 1);
+    for (int k = 0; s->use && k < s->use_count; k++) {
+        s->use[k].table = kmp_bytes_take_int(b, 0, s->model->table_count - 1);
+        s->use[k].variable = kmp_bytes_take_int(b, 0, 1);
+    }
     if (count == 0)
         return;
     s->events.condition = KMP_NEW(kmp_condition, count);
     s->event_text = KMP_ARENA_NEW(&s->arena, char *, count);
-    s->left = KMP_ARENA_NEW(&s->arena, atomic_bool, count);
     b->failed = b->failed || !s->events.condition || !s->event_text || !s->left;
     for (int k = 0; !b->failed && k < count; k++) {
         s->events.count = k + 1;
@@ -226,6 +232,11 @@ void kmp_system_keep(kempe_system *s)
     KMP_BYTES_PUT(&b, s->load_rows, s->load_row_count);
     /* Events; their expressions by place in the model, their texts for comparison. */
     kmp_bytes_put_int(&b, s->events.count);
+    kmp_bytes_put_int(&b, s->use_count);
+    for (int k = 0; k < s->use_count; k++) {
+        kmp_bytes_put_int(&b, s->use[k].table);
+        kmp_bytes_put_int(&b, s->use[k].variable);
+    }
     for (int k = 0; k < s->events.count; k++) {
         const kmp_condition *c = &s->events.condition[k];
         put_part(&b, s->model, c->of);

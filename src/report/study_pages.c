@@ -281,7 +281,8 @@ static kempe_status fill_instances(study_page *s, const void *result)
     KMP_TRY(add_quantities(s));
     /* Text and warnings are those of the table: a gathered run has no others. */
     kmp_text text = {0}, warnings = {0};
-    kmp_instances_put(&text, s->page.system->model->name, s->table, 0, "", s->statistics);
+    kmp_instances_put(&text, s->page.system->model->name, s->table, 0, "", s->statistics,
+                      s->page.status == KEMPE_UNTRUSTED);
     kmp_instances_put_warnings(&warnings, &sums);
     s->page.warnings = warnings.s ? kmp_arena_strdup(&s->arena, warnings.s) : "";
     bool failed = warnings.failed;

@@ -369,11 +369,33 @@ static void watch_knots(const kmp_tree *tree, const kmp_expr *e, int variable, k
         (void)stand_in(tree, (kmp_condition){.expr = e, .number = number, .kink = true, .rough = true}, sign, KMP_ZERO);
 }
 
+/* Notes an argument of a table that an output uses. */
+static void note_use(const kmp_tree *tree, const kmp_expr *e, int variable, kmp_ref x)
+{
+    kmp_table_uses *uses = tree->uses;
+    const kmp_table_use use = {(int)(e->table - tree->model->tables), variable, x};
+    for (int k = 0; k < uses->count; k++)
+        if (uses->use[k].table == use.table && uses->use[k].variable == variable && uses->use[k].at == x)
+            return;
+    if (uses->count == uses->most) {
+        kmp_table_use *more = KMP_GRAPH_NEW(tree->graph, kmp_table_use, 2 * uses->most + 4);
+        if (!more)
+            return;
+        for (int k = 0; k < uses->count; k++)
+            more[k] = uses->use[k];
+        uses->use = more;
+        uses->most = 2 * uses->most + 4;
+    }
+    uses->use[uses->count++] = use;
+}
+
 /* Watches both ends of a variable of a table, x: its run ends there, or it is reported that they are passed. */
 static void watch_ends(const kmp_tree *tree, const kmp_expr *e, int variable, kmp_ref x)
 {
     static const char *const advice = "give it more points, or say outside: linear or hold";
     bool ends = e->table->outside == KMP_OUTSIDE_ERROR;
+    if (tree->uses && e->table->outside != KMP_OUTSIDE_LINEAR)
+        note_use(tree, e, variable, x);
     if (e->table->outside == KMP_OUTSIDE_LINEAR || !tree->events || tree->settled || !moves(tree->graph, x) ||
         (tree->place && has_place(e)))
         return;

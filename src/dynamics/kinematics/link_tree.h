@@ -91,6 +91,17 @@ int kmp_events_find(const kmp_events *events, const void *of, int number);
 int kmp_events_add(kmp_events *events, kmp_condition condition);
 void kmp_noted_free(kmp_noted *noted);
 
+/** Arguments of tables whose points may be left, in outputs: the number of the table, the variable, its value. */
+typedef struct kmp_table_use {
+    int table, variable;
+    kmp_ref at;
+} kmp_table_use;
+
+typedef struct kmp_table_uses {
+    int count, most;
+    kmp_table_use *use;
+} kmp_table_uses;
+
 /** Numbers that stay symbols, inputs KMP_IN_PARAMETER: none, the model's parameters, or with them (numbered after them)
  * every number of the model. The last is the convention by which generators are compared. Zeros of the data are zeros
  * of the equations in any case. */
@@ -122,6 +133,7 @@ typedef struct kmp_tree {
     bool settled;         /* no further condition becomes an event: a new one is evaluated in place */
     bool given_delays;    /* states of continuous delays have no rate */
     kmp_noted *noted;     /* of the graph; present with `events` */
+    kmp_table_uses *uses; /* of outputs; NULL: they are not noted */
     /* The force or the moment of a closure by its multipliers; NULL: there are none. */
     kmp_vec (*reaction)(const struct kmp_tree *tree, int closure, bool moment);
     struct kmp_joint_loads *loads; /* of its joints (dynamics/formalisms/joint_loads.h); NULL: they are not known */

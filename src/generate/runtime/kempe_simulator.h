@@ -29,11 +29,12 @@ enum {
     KEMPE_CONDITION_ENDS,     /* the motion ends where it holds */
     KEMPE_CONDITION_KINK,     /* of min, max, abs: where its mode is 0 the equations follow it by themselves */
     KEMPE_CONDITION_PASSES,   /* of friction and contacts: that it holds is an event, at which modes are decided anew */
-    KEMPE_CONDITION_NUMBER    /* of these: a number for the decisions; its mode is an input of them */
+    KEMPE_CONDITION_NUMBER,   /* of these: a number for the decisions; its mode is an input of them */
+    KEMPE_CONDITION_TOLD      /* a table is used beyond its points: the message says so, the motion goes on */
 };
 
 /** True for a kind whose change of sign is an event for an integrator of the caller. */
-#define KEMPE_CONDITION_IS_EVENT(kind) ((kind) != KEMPE_CONDITION_KINK && (kind) != KEMPE_CONDITION_NUMBER)
+#define KEMPE_CONDITION_IS_EVENT(kind) ((kind) != KEMPE_CONDITION_KINK && (kind) < KEMPE_CONDITION_NUMBER)
 
 /** Parts of its given start that a coordinate keeps when loops are closed. */
 enum { KEMPE_START_KEEPS_PLACE = 1, KEMPE_START_KEEPS_RATE = 2 };
@@ -292,7 +293,7 @@ typedef struct kempe_simulator {
     double *p;                         /* parameters, and inputs, three each: the next call that advances takes */
     double *u;                         /* changes; kempe_simulator_set_inputs shows their effect at once */
     double *q, *qd, *qdd, *lambda, *y; /* at t */
-    char message[320];                 /* the last failure or end as a sentence; "" */
+    char message[320];                 /* the last failure or end as a sentence, or that a table was left; "" */
     kempe_simulator_work work;
     double *memory;                /* all numbers of the simulator */
     int numbers;                   /* of it */

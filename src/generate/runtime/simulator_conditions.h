@@ -7,7 +7,7 @@
 
 static bool is_of_friction(const kempe_equations *e, int k)
 {
-    return e->condition_kind[k] == KEMPE_CONDITION_PASSES || e->condition_kind[k] == KEMPE_CONDITION_NUMBER;
+    return e->condition_kind[k] == KEMPE_CONDITION_PASSES || e->condition_kind[k] >= KEMPE_CONDITION_NUMBER;
 }
 
 /* The distance of condition k beyond its change: above 0 it has changed. */
@@ -16,7 +16,7 @@ static double beyond(const kempe_simulator *s, int k, double value)
     const kempe_equations *e = s->equations;
     if (e->condition_kind[k] == KEMPE_CONDITION_KINK && s->part.modes[k] == 0)
         return -INFINITY;
-    if (e->condition_kind[k] == KEMPE_CONDITION_NUMBER)
+    if (e->condition_kind[k] >= KEMPE_CONDITION_NUMBER)
         return -INFINITY;
     if (e->condition_kind[k] == KEMPE_CONDITION_PASSES)
         return -value;

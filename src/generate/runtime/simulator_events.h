@@ -127,7 +127,7 @@ static bool may_change(const void *self, int k)
     const double *mode = s->part.modes + k;
     const int kind = s->equations->condition_kind[k];
     if (kind != KEMPE_CONDITION_PASSES)
-        return kind == KEMPE_CONDITION_KINK ? *mode != 0 : kind != KEMPE_CONDITION_NUMBER;
+        return kind == KEMPE_CONDITION_KINK ? *mode != 0 : kind < KEMPE_CONDITION_NUMBER;
     for (int i = 0; i < friction->elements; i++)
         if (friction->slot[i] == k)
             return *mode != 0 && mode[KMP_ROLE_HELD - KMP_ROLE_SENSE] == 0;
@@ -169,10 +169,15 @@ static outcome find_between(kempe_simulator *s, double near, double far, bool *f
 static int end_piece(void *self, double from, double to, const double *change, bool *found)
 {
     event_watcher *w = self;
+    const kempe_equations *e = w->s->equations;
     if (most_beyond(w->s, change) > 0)
         w->said = find_between(w->s, from, to, found);
     if (w->said == GOOD && !*found)
         note_sizes(w->s, change);
+    for (int k = 0; w->said == GOOD && !*found && k < e->conditions; k++)
+        if (e->condition_kind[k] == KEMPE_CONDITION_TOLD && change[k] < 0)
+            snprintf(w->s->message, sizeof w->s->message, "%s: %s at t = %.9g: the table goes straight on there",
+                     e->name, e->condition_names[k], to);
     return w->said != GOOD;
 }
 

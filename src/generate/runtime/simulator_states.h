@@ -25,7 +25,7 @@ void kempe_simulator_get_changes(const kempe_simulator *s, double *value)
 {
     const kempe_equations *e = s->equations;
     for (int k = 0; k < e->conditions; k++) {
-        bool numbers = e->condition_kind[k] == KEMPE_CONDITION_KINK || e->condition_kind[k] == KEMPE_CONDITION_NUMBER;
+        bool numbers = e->condition_kind[k] == KEMPE_CONDITION_KINK || e->condition_kind[k] >= KEMPE_CONDITION_NUMBER;
         value[k] = numbers ? 1 : s->part.value[k];
     }
 }

@@ -159,7 +159,7 @@ static int kind_of(const kmp_condition *c)
     if (c->role != KMP_ROLE_NONE)
         return c->role == KMP_ROLE_SENSE || c->role == KMP_ROLE_HELD ? KEMPE_CONDITION_PASSES : KEMPE_CONDITION_NUMBER;
     if (c->told)
-        return KEMPE_CONDITION_NUMBER;
+        return KEMPE_CONDITION_TOLD;
     return c->ends ? KEMPE_CONDITION_ENDS : c->kink ? KEMPE_CONDITION_KINK : KEMPE_CONDITION_SWITCHES;
 }
 

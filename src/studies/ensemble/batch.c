@@ -564,7 +564,8 @@ static void put_text(kmp_text *text, const void *result)
     bool good = summarise(b, &s);
     put_run(b, &run);
     if (good && !run.failed)
-        kmp_instances_put(text, b->ensemble->model->name, s.table, b->first, run.s, s.statistics);
+        kmp_instances_put(text, b->ensemble->model->name, s.table, b->first, run.s, s.statistics,
+                          b->status == KEMPE_UNTRUSTED);
     text->failed = text->failed || !good || run.failed;
     kmp_text_free(&run);
     free_summary(&s);
@@ -598,7 +599,8 @@ static void put_json(kmp_text *text, const void *result)
     kmp_json json = kmp_json_begin(text);
     summary made;
     bool good = summarise(b, &made);
-    const kmp_instance_sums s = good ? kmp_instances_sum(made.table, b->first) : (kmp_instance_sums){0};
+    kmp_instance_sums s = good ? kmp_instances_sum(made.table, b->first) : (kmp_instance_sums){0};
+    s.doubted = b->status == KEMPE_UNTRUSTED;
     kmp_print_head(&json, system, b->status == KEMPE_STOPPED ? kmp_status_word(b->status) : kmp_instances_word(&s),
                    kmp_is_complete(b->status) ? "" : "not every instance reached its end", system->build_s,
                    b->warnings);

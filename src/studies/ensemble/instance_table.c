@@ -169,15 +169,16 @@ kempe_status kmp_instances_warn(kempe_context *context, const kmp_instance_sums 
 
 const char *kmp_instances_word(const kmp_instance_sums *s)
 {
-    bool doubted = s->ok < s->count || s->not_converged > 0 || s->distrusted > 0;
+    bool doubted = s->doubted || s->ok < s->count || s->not_converged > 0 || s->distrusted > 0;
     return s->count > 0 && s->ok == 0 ? kmp_status_word(s->failed > 0 ? KEMPE_E_FAILED : KEMPE_STOPPED)
                                       : kmp_checked_word(doubted ? KEMPE_UNTRUSTED : KEMPE_OK, s->repeated > 0);
 }
 
 void kmp_instances_put(kmp_text *text, const char *model, const kempe_table *instances, long first, const char *run,
-                       const kempe_statistics *statistics)
+                       const kempe_statistics *statistics, bool doubted)
 {
     kmp_instance_sums s = kmp_instances_sum(instances, first);
+    s.doubted = doubted;
     char *said = NULL;
     kmp_text_printf(text, "%s: %s, %ld instances, %ld complete, %ld stopped, %ld failed\n\n%s", model,
                     kmp_instances_word(&s), s.count, s.ok, s.stopped, s.failed, run);

@@ -14,6 +14,7 @@ typedef struct kmp_instance_sums {
     long repeated, not_converged;      /* with a verdict of the convergence check */
     long worst;                        /* number of the one that differs most of those that have not converged */
     double difference;                 /* of that one; infinite: its other run did not reach its end */
+    bool doubted;                      /* set by the caller: the whole is not trustworthy for another reason */
 } kmp_instance_sums;
 
 /** Sums of a table whose first row is instance number `first`, from 0 on. */
@@ -33,6 +34,6 @@ void kmp_instances_put_warnings(kmp_text *text, const kmp_instance_sums *sums);
 kempe_status kmp_instances_warn(kempe_context *context, const kmp_instance_sums *sums);
 
 /** Appends the description of a table whose first row is instance number `first`. `run`: lines about the run that made
- * it, "" for none. `statistics`: printed at the end, NULL for none. */
+ * it, "" for none. `statistics`: printed at the end, NULL for none. `doubted`: as in the sums. */
 void kmp_instances_put(kmp_text *text, const char *model, const kempe_table *instances, long first, const char *run,
-                       const kempe_statistics *statistics);
+                       const kempe_statistics *statistics, bool doubted);

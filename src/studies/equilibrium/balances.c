@@ -65,16 +65,23 @@ kempe_status kmp_balance_add_loads(kempe_equilibrium *e, const kmp_linear *linea
     return kmp_made(s->context, b->reaction);
 }
 
-/* Names the loads of each equilibrium that redundant constraints share, and shares them as requested. */
-static kempe_status share_loads(kempe_equilibrium *e)
+/* Names tables that each equilibrium leaves and loads that redundant constraints share, and shares them as requested.
+ */
+static kempe_status look_again(kempe_equilibrium *e)
 {
-    kmp_evaluator *eval = e->system->model->closure_count > 0 ? kmp_eval_new(e->system, "tape") : NULL;
-    kempe_status status = eval || e->system->model->closure_count == 0 ? KEMPE_OK : KEMPE_E_MEMORY;
+    const kempe_model *model = e->system->model;
+    const bool needed = model->closure_count > 0 || model->table_count > 0;
+    kmp_evaluator *eval = needed ? kmp_eval_new(e->system, "tape") : NULL;
+    kempe_status status = eval || !needed ? KEMPE_OK : KEMPE_E_MEMORY;
+    const double *zero = KMP_ARENA_NEW(&e->arena, double, e->system->n);
     for (int k = 0; eval && status == KEMPE_OK && k < e->count; k++) {
         kmp_balance *b = &e->balance[k];
         const double t[2] = {0};
         const double *const q[2] = {b->q, b->q};
         const char *text = NULL;
+        if (zero)
+            kmp_eval_tell_tables(eval, 0, b->q, b->qd, zero, b->lambda, true,
+                                 kmp_eval_shown(eval, 0, b->q, b->qd, zero, b->lambda));
         if (e->least_norm)
             status = kmp_least_norm_loads(eval, 0, b->q, e->loads.joints, e->loads.joint, b->reaction);
         if (status == KEMPE_OK)
@@ -396,7 +403,7 @@ kempe_status kempe_equilibrium_new(const kempe_system *system, const kempe_equil
     if (status == KEMPE_OK)
         status = find(e, options);
     if (status == KEMPE_OK)
-        status = share_loads(e);
+        status = look_again(e);
     e->warnings = kmp_context_warnings(system->context);
     e->status = status = kmp_context_verdict(system->context, status);
     return KMP_GIVE_OR_FREE(status, equilibrium, e, kempe_equilibrium_free);

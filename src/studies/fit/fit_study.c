@@ -150,7 +150,10 @@ static bool weigh_again(kempe_fit *f, const double *scatter)
 /* Rows, residuals and derivatives at the estimates. */
 static kempe_status stand_at_estimates(kempe_fit *f)
 {
-    KMP_TRY(kmp_fit_run_all(f, NULL, 1, f->value, f->room));
+    const bool quiet = kmp_context_quiet(f->context, false); /* what these runs are doubted for */
+    kempe_status run = kmp_fit_run_all(f, NULL, 1, f->value, f->room);
+    (void)kmp_context_quiet(f->context, quiet);
+    KMP_TRY(run);
     kmp_fit_weigh(f, NULL, f->residual, f->slope);
     /* The root mean square of what remains, of each column. */
     memset(f->rms, 0, (size_t)f->columns * sizeof *f->rms);

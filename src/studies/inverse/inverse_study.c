@@ -481,6 +481,7 @@ static kempe_status keep_row(job *j)
         memcpy(row + r->at.force + 3 * l, j->load + KMP_LOAD_VALUES * place, vector);
         memcpy(row + r->at.moment + 3 * l, j->load + KMP_LOAD_VALUES * place + 3, vector);
     }
+    kmp_eval_tell_tables(g->eval, g->t, g->q, g->qd, g->qdd, v->lambda, true, NULL);
     note_row(j, g->t);
     r->rows++;
     return KEMPE_OK;

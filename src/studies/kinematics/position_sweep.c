@@ -68,9 +68,8 @@ static void show(job *j, double s, const double *q, const double *qd, const doub
 {
     const kempe_kinematics *k = j->k;
     double t = k->time < 0 ? 0 : kmp_lead_value(&k->lead[k->time], s);
-    if (k->width == 0)
-        return;
-    const double *all = kmp_eval_shown(j->sweep.eval, t, q, qd, qdd, j->zero);
+    const double *all = k->width > 0 ? kmp_eval_shown(j->sweep.eval, t, q, qd, qdd, j->zero) : NULL;
+    kmp_eval_tell_tables(j->sweep.eval, t, q, qd, qdd, j->zero, false, all);
     for (int c = 0; c < k->width; c++)
         out[c] = all[k->column[c].at];
 }

@@ -225,6 +225,7 @@ static kempe_status take_state(kmp_channels *c, const kmp_channels_options *opti
     KMP_TRY(kmp_linear_init(&c->linear, c->system, backend));
     KMP_TRY(kmp_operating_new(c->system, options->at, &c->linear, &c->at));
     KMP_TRY(report_singular(c, judge_rest(c, wish, wish_count)));
+    kmp_linear_tell_tables(&c->linear);
     return kmp_averaged_judge(c->averaged, &c->linear);
 }
 

@@ -89,7 +89,10 @@ static kempe_status settle(kempe_optimum *o)
                         o->search[0].refusal ? o->search[0].refusal : "");
     memcpy(o->value, o->search[o->best].x, (size_t)o->count * sizeof *o->value);
     KMP_TRY(kmp_objective_coarser(&o->objective, COARSER, o->value, o->values));
-    KMP_TRY(kmp_objective_values(&o->objective, 1, o->value, o->at_best));
+    const bool quiet = kmp_context_quiet(o->context, false); /* what its run is doubted for */
+    kempe_status run = kmp_objective_values(&o->objective, 1, o->value, o->at_best);
+    (void)kmp_context_quiet(o->context, quiet);
+    KMP_TRY(run);
     o->coarser = fabs(o->values[0] - o->at_best[0]);
     const char *const *names = (const char *const *)o->bounded.name;
     kmp_text why = {0};

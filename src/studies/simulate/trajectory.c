@@ -436,6 +436,8 @@ static kempe_status judge(kempe_trajectory *t, job *j)
     watch_modes(t);
     if (status == KEMPE_OK && j->least_norm && shows_loads(t->system->model) && t->table.rows > 0)
         status = share_loads(t, j, eval);
+    for (int row = 0; t->system->use_count > 0 && row < t->table.rows; row++)
+        kmp_eval_tell_shown(eval, kmp_samples_time(&t->table, row), kmp_samples_shown(&t->table, eval, row));
     judge_last_row(t, eval);
     if (status == KEMPE_OK && (shows_loads(t->system->model) || kmp_model_has_loads(t->system->model)) &&
         t->table.rows > 0)

@@ -81,10 +81,10 @@ kempe_fmu_status kempe_fmu_do_step(kempe_fmu *fmu, double from, double step, kem
                             s->t, s->work.events - events, s->work.exchanges - exchanges);
     if (status == KEMPE_SIMULATOR_FAILED)
         return DISCARD("%s", s->message);
-    if (status == KEMPE_SIMULATOR_ENDED) {
+    if (status == KEMPE_SIMULATOR_ENDED)
         stride->ended = fmu->now.ended = 1;
+    if (s->message[0]) /* the end, or a table that was left */
         (void)kempe_fmu_say(fmu, KEMPE_FMU_WARNING, KEMPE_FMU_LOG_WARNING, "%s", s->message);
-    }
     return KEMPE_FMU_OK;
 }
 
