@@ -195,7 +195,10 @@ class Motion:
                 self.breaks.pop(0)
             if self.breaks:
                 h = min(h, self.breaks[0] - self.t)
-            self.one(h, times[0] if times else None)
+            try:
+                self.one(h, times[0] if times else None)
+            except OverflowError as error:
+                raise Border("the motion runs away") from error
             while times and times[0] < self.t + SAME:
                 times.pop(0)
         return self

@@ -9,7 +9,7 @@ from event_motion import Held
 from pair_machines import Machines
 
 KINDS = "slide pendulum cart yoke gear driven rod rocker four_bar puck journal".split()
-FEATURES = [*KINDS, *"""harmonic pulse kink-position kink-rate kink-time jump table table-hold table-left table-periodic table-spline input-linear
+FEATURES = [*KINDS, *"""harmonic pulse kink-position kink-rate kink-time jump table table-hold table-straight table-left table-periodic table-spline input-linear
 input-hold state sampled counter relay delay friction friction-by-load friction-dependent stop play gap compliant measure
 spring""".split()]
 ROWS = 4
@@ -17,7 +17,7 @@ MOST_EXTRA = 4  # features of a model beside its spring
 MUTATIONS = """gravity-across friction-without-load friction-static friction-sign stop-restitution stop-ignored delay-time
 delay-before sample-late sample-start state-start counter-both relay-limits input-method table-outside drive-impulse pulse-missed
 ramp-late kink-side dead-zone push-ignored sway-ignored start-rate yoke-mass gear-sign harmonic-phase jump-size load-static
-measure-sign rod-mass rocker-bends bar-bends contact-friction contact-impulse contact-damping stop-below table-period""".split()
+measure-sign rod-mass rocker-bends bar-bends contact-friction contact-impulse contact-damping stop-below table-period table-ends""".split()
 
 
 def curve(at, value):
@@ -137,19 +137,24 @@ class Pair(Machines):
     def table(self):
         """A law given by points, inside them and beyond."""
         n, j = self.k, self.joint
-        kind = str(self.r.choice(["", "-hold", "-left", "-periodic", "-spline"]))
-        at = np.array([-0.5, -0.1, 0.2, 0.6]) if kind in ("-hold", "-left") else np.array([-40.0, -0.5, -0.1, 0.2, 0.6, 40.0])
+        kind = str(self.r.choice(["", "-hold", "-straight", "-left", "-periodic", "-spline"]))
+        at = np.array([-0.5, -0.1, 0.2, 0.6]) if kind in ("-hold", "-straight", "-left") else np.array([-40.0, -0.5, -0.1, 0.2, 0.6, 40.0])
         if kind in ("-periodic", "-spline"):
             at = np.array([-0.4, -0.15, 0.1, 0.2, 0.45])
         value = self.r.uniform(-4, 4, len(at)).round(2)
         self.features.append("table" + kind)
-        keys = {"": "", "-hold": ", outside: hold", "-left": "", "-periodic": ", periodic: yes", "-spline": ", periodic: yes"}[kind]
+        keys = {"": "", "-hold": ", outside: hold", "-straight": ", outside: linear", "-left": "", "-periodic": ", periodic: yes", "-spline": ", periodic: yes"}[kind]
         if kind in ("-periodic", "-spline"):
             value[-1] = value[0]
         elif not kind:
             value[0], value[-1] = value[1], value[-2]
         whole, least = at[-1] - at[0], at[0]
-        law = curve(at, value) if kind == "-spline" else lambda x: float(np.interp(x, at, value))
+        slopes = [(value[k + 1] - value[k]) / (at[k + 1] - at[k]) for k in (0, -2)]
+
+        def straight(x):
+            beyond = slopes[0] * min(x - at[0], 0.0) + slopes[1] * max(x - at[-1], 0.0) if kind == "-straight" else 0.0
+            return float(np.interp(x, at, value)) + self.mutated("table-ends", beyond, 0.0)
+        law = curve(at, value) if kind == "-spline" else straight
         if kind in ("-periodic", "-spline"):
             around = self.mutated("table-period", whole, 1.1 * whole)
             if kind == "-periodic":
@@ -306,13 +311,20 @@ class Pair(Machines):
             self.features.append("gap")
             self.contacts.append(f"end: {{gap: \"{held.upper} - q({joint})\", restitution: {restitution}}}")
         else:
-            self.contacts.append(f"end: {{joint: {joint}, upper: {held.upper}, restitution: {restitution}}}")
+            text, held.upper = self.with_unit(held.upper)
+            self.contacts.append(f"end: {{joint: {joint}, upper: {text}, restitution: {restitution}}}")
         if self.chance(0.4):
             self.features.append("play")
             held.lower = round(self.x[self.k] - self.between(0.02, 0.3), 3)
             self.contacts.append(f"begin: {{joint: {joint}, lower: {held.lower}, restitution: {restitution}}}")
             held.lower = self.mutated("stop-below", held.lower, None)
         held.upper = self.mutated("stop-ignored", held.upper, None)
+
+    def with_unit(self, value):
+        """A length or an angle in another unit than that of SI: its text, its value."""
+        unit, size = ("deg", math.pi / 180) if self.force_word == "torque" else ("mm", 1e-3)
+        number = round(value / size, 2)
+        return f"{number} {unit}", number * size
 
     def compliant(self):
         """A limit with a law of its depth."""
