@@ -78,13 +78,13 @@ class Machines:
         self.machine.terms.append((0, lambda t, x, v, z: along))
         self.force_word, self.joint, self.k = "force", "A", 0
         whole = m * g
-        if self.chance(0.5):
+        if not self.plain and self.chance(0.5):
             self.forces.append(f"  push: {{at: a.O, force: {list(map(float, p))}}}")
             pushed = self.mutated("push-ignored", float(p @ d), 0.0)
             self.machine.terms.append((0, lambda t, x, v, z: pushed))
             whole = m * g + p
         across = whole - (whole @ d) * d
-        swings = self.chance(0.5)  # a force across the axis that changes with time
+        swings = not self.plain and self.chance(0.5)  # a force across the axis that changes with time
         w, s = self.between(2, 9), (self.r.uniform(-4, 4, 3) * swings).round(2)
         if swings:
             self.forces.append(f"  sway: {{at: a.O, force: [{', '.join(f'{c}*sin({w}*t)' for c in s)}]}}")
@@ -351,7 +351,6 @@ class Machines:
         r = [self.between(0.2, 0.8) * length for length in (a, b, c)]
         turn = math.copysign(1, math.sin(t0 - y0))
 
-        @last_kept
         def angles(x):
             """Angles of coupler and rocker with two derivatives by that of the crank."""
             e, e1, e2 = bar(a, x)
@@ -378,6 +377,7 @@ class Machines:
         side = 1
         if abs(math.remainder(angles(x0)[0][0] - y0, 2 * math.pi)) > 1e-6:
             side = -1
+        angles = last_kept(angles)
 
         @last_kept
         def places(x):

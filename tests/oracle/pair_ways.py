@@ -15,7 +15,7 @@ import numpy as np
 import pair_quantities
 import simulated_models
 from event_motion import Border, Motion
-from random_pairs import ROWS, Pair
+from random_pairs import ROWS, Foreign, Pair
 
 STEP = 4e-3  # s: of the reference, whose error is then below 1e-8
 ALLOWED = 1e-6  # of the size of a value
@@ -31,8 +31,8 @@ ALLOWED_SLOPE = 3e-4
 class Reference:
     """The motion and one from a start near to it: values by the names of Kempe's columns at each time, and what they may differ by."""
 
-    def __init__(self, seed, number, broken=None):
-        self.make = lambda shift=None: Pair(seed, number, broken, shift)
+    def __init__(self, seed, number, broken=None, kind=Pair):
+        self.make = lambda shift=None: kind(seed, number, broken, shift)
         pair = self.make()
         r = np.random.default_rng([seed, number, 7])
         self.rows = [pair.end * k / ROWS for k in range(ROWS + 1)]
@@ -126,10 +126,11 @@ class Unit:
 class Way:
     """One way to run a machine: comparisons as (what, values, right ones, allowed differences), or the sentence that refuses it."""
 
-    NAMES = "run lanes outputs resumed quantities stepper unit unit-sources sensitivity equilibrium simulator".split()
-    SHARES = dict(zip(NAMES, (1, 0.4, 0.6, 0.3, 0.5, 0.5, 0.12, 0.02, 0.25, 0.3, 0.06)))  # of the machines
+    NAMES = "run lanes outputs resumed quantities stepper unit unit-sources sensitivity equilibrium foreign simulator".split()
+    SHARES = dict(zip(NAMES, (1, 0.4, 0.6, 0.3, 0.5, 0.5, 0.12, 0.02, 0.25, 0.3, 0.15, 0.06)))  # of the machines
 
-    def __init__(self, options, folder, pair, number, reference):
+    def __init__(self, options, folder, pair, number, reference, seed=1):
+        self.seed = seed
         self.options, self.folder, self.pair, self.number, self.reference = options, folder, pair, number, reference
         self.state = [f"{word}.{n}" for word in ("q", "qd") for n in pair.names]
 
@@ -315,6 +316,24 @@ class Way:
             return None, self.reason(done)
         got = json.loads((self.folder / "held.json").read_text())["free"]["load"]
         return [("load", np.array([got]), np.array([right]), np.array([1e-8 * (1 + abs(right))]))], ""
+
+    def foreign(self):
+        """Another machine, written in the format of another program and read again; its start is given as values."""
+        reference = Reference(self.seed, self.number, kind=Foreign)
+        pair, name = reference.make(), ("mjcf", "sdf")[self.number % 2]
+        (self.folder / "own.yaml").write_text(pair.text)
+        done = self.kempe("show", "own.yaml", "--as", name)
+        if done.returncode:
+            return None, self.reason(done)
+        (self.folder / f"other.{name}").write_text(done.stdout)
+        columns = [f"{word}.{n}" for word in ("q", "qd") for n in pair.names]
+        (self.folder / "start.csv").write_text(",".join(columns) + "\n" + ",".join(map(str, pair.x + pair.v)) + "\n")
+        done = self.kempe("ensemble", f"other.{name}", "--values", "start.csv", "--t-end", pair.end, "--rtol", "1e-9", "-o", "foreign.csv")
+        if done.returncode:
+            return None, self.reason(done)
+        table = self.table("foreign.csv")
+        right, allowed = reference.at(columns, [pair.end])
+        return [(f"end by {name}", np.array([table[n][0] for n in columns]), right[:, 0], allowed[:, 0])], ""
 
     def simulator(self):
         if "inputs" in self.pair.other:  # a simulator's inputs are set by its caller

@@ -44,6 +44,8 @@ def curve(at, value):
 class Pair(Machines):
     """A machine with its features: `text` and `machine`, made from the same numbers."""
 
+    plain = False  # without forces that other formats lack
+
     def __init__(self, seed, number, broken=None, shift=None):
         self.broken = broken  # a mutation of the machine alone: the text stays right
         self.shift = shift or {}  # changes of parameters of the machine alone
@@ -51,16 +53,19 @@ class Pair(Machines):
         self.number, self.features, self.forces, self.states, self.other = number, [], [], [], {}
         self.end = round(float(self.r.uniform(0.6, 1.8)), 2)
         self.held, self.presses, self.measures, self.state_names, self.resting = None, {}, [], [], []
+        self.points, self.rubbing, self.free_of_holds, self.contacts = "", None, True, []
+        self.choose()
+        self.write()
+
+    def choose(self):
         kind = self.r.choice(KINDS)
         self.features.append(str(kind))
-        self.points, self.rubbing, self.free_of_holds, self.contacts = "", None, True, []
         getattr(self, kind)()
         self.spring()
         extra = ["harmonic", "pulse", "kink_position", "kink_rate", "kink_time", "jump", "table", "inputs", "state", "sampled",
                  "counter", "relay", "delay", "friction", "stop", "compliant", "measure"]
         for name in self.r.choice(extra, size=int(self.r.integers(1, MOST_EXTRA + 1)), replace=False):
             getattr(self, str(name))()
-        self.write()
 
     def between(self, low, high, digits=3):
         return round(float(self.r.uniform(low, high)), digits)
@@ -350,3 +355,22 @@ class Pair(Machines):
                      + self.other.get("tables", "") + "bodies:\n" + self.bodies + getattr(self, "loops", "") + states
                      + "forces:\n" + "\n".join(self.forces) + "\n" + self.other.get("contacts", "") + self.start_text
                      + f"run: {{t_end: {self.end}, output_step: {self.end / ROWS!r}, rtol: {self.rtol}, atol: {self.rtol}, outputs: [q, qd]}}\n")
+
+
+class Foreign(Pair):
+    """A machine that other formats can say: springs, dampers and friction of its joints."""
+
+    plain = True
+
+    def choose(self):
+        kind = str(self.r.choice(["slide", "pendulum", "cart"]))
+        self.features.append(kind)
+        getattr(self, kind)()
+        self.stiff, rest, c, n = self.between(5, 30), self.between(-0.3, 0.3), self.between(0.1, 0.6), self.k
+        self.forces.append(f"  f0: {{joint: {self.joint}, spring: {{stiffness: {self.stiff}, rest: {rest}, damping: {c}}}}}")
+        self.machine.terms.append((n, lambda t, x, v, z: -self.stiff * (x[n] - rest) - c * v[n]))
+        if self.chance(0.5):
+            level = self.between(0.2, 2)
+            self.features.append("friction")
+            self.forces.append(f"  rub: {{joint: {self.joint}, friction: {{{self.force_word}: {level}}}}}")
+            self.hold().level = self.held.static = lambda t: level
