@@ -42,9 +42,18 @@ static bool is_of_contact(const kmp_condition *condition)
     return ((const kmp_force *)condition->of)->kind == KMP_FORCE_TOUCH;
 }
 
-/* Updates the conditions to the state. Conditions may depend on conditions: each pass settles one level. */
-static void follow(kmp_evaluator *eval)
+/* Takes new inputs of an evaluation; inputs that are NULL keep their last values. */
+static void visit(kmp_evaluator *eval, const double *t, const double *q, const double *qd)
 {
+    if (!eval->changes || eval->frozen)
+        return;
+    if (t)
+        kmp_machine_set(eval->changes, KMP_IN_TIME, kmp_present_inputs_at(&eval->inputs, *t));
+    if (q)
+        kmp_machine_set(eval->changes, KMP_IN_Q, q);
+    if (qd)
+        kmp_machine_set(eval->changes, KMP_IN_QD, qd);
+    /* Updates the conditions to the state. Conditions may depend on conditions: each pass settles one level. */
     int count = eval->system->events.count;
     for (int pass = 0; pass <= count; pass++) {
         bool same = true;
@@ -60,20 +69,6 @@ static void follow(kmp_evaluator *eval)
             return;
         set_modes(eval);
     }
-}
-
-/* Takes new inputs of an evaluation; inputs that are NULL keep their last values. */
-static void visit(kmp_evaluator *eval, const double *t, const double *q, const double *qd)
-{
-    if (!eval->changes || eval->frozen)
-        return;
-    if (t)
-        kmp_machine_set(eval->changes, KMP_IN_TIME, kmp_present_inputs_at(&eval->inputs, *t));
-    if (q)
-        kmp_machine_set(eval->changes, KMP_IN_Q, q);
-    if (qd)
-        kmp_machine_set(eval->changes, KMP_IN_QD, qd);
-    follow(eval);
 }
 
 const double *kmp_eval_changes(kmp_evaluator *eval, double t, const double *q, const double *qd)
@@ -169,9 +164,9 @@ static const kmp_program *program_of(const kmp_evaluator *eval)
     return eval->closes_only ? s->closing : eval->weighs_only ? s->late->weighing : s->motion;
 }
 
-/* Makes the machines. Programs that are rarely evaluated use the tape, which needs no compilation. False: no memory. */
-static bool make_machines(kmp_evaluator *eval, purpose use)
+static bool prepare(kmp_evaluator *eval, purpose use)
 {
+    /* Makes the machines. Programs that are rarely evaluated use the tape, which needs no compilation. */
     const kempe_system *s = eval->system;
     const kmp_backend *seldom = kmp_backend_find("tape"), *waiting = kmp_backend_waiting(eval->backend);
     bool follows = s->changes && (!eval->closes_only || s->switches);
@@ -180,12 +175,7 @@ static bool make_machines(kmp_evaluator *eval, purpose use)
         eval->judge = kmp_machine_new(s->judge, s->dissipative ? waiting : seldom);
     if (follows)
         eval->changes = kmp_machine_new(s->changes, seldom);
-    return eval->motion && (eval->closes_only || eval->judge) && (eval->changes || !follows);
-}
-
-static bool prepare(kmp_evaluator *eval, purpose use)
-{
-    bool made = make_machines(eval, use);
+    bool made = eval->motion && (eval->closes_only || eval->judge) && (eval->changes || !follows);
     KMP_ARENA_MAKE(&eval->arena, KMP_ROOM(bool, eval->m, &eval->dropped),
                    KMP_ROOM(double, eval->system->events.count, &eval->mode, &eval->change),
                    KMP_ROOM(bool, eval->system->model->table_count, &eval->told),
@@ -359,19 +349,6 @@ void kmp_eval_mass(kmp_evaluator *eval)
     }
 }
 
-/* Accelerations without closure forces, by the recursion; adds efforts outside the program. `effort` is zero, or that
- * of the user-defined force. */
-static void accelerate_bodies(kmp_evaluator *eval)
-{
-    for (int i = 0; eval->given && i < eval->n; i++)
-        eval->with_force[i] = eval->effort[i] + eval->given[i];
-    if (eval->given || eval->gave || eval->system->force)
-        kmp_machine_set(eval->motion, KMP_IN_EFFORT, eval->given ? eval->with_force : eval->effort);
-    eval->gave = eval->given;
-    eval->free_qdd = kmp_machine_run(eval->motion, KMP_STAGE_BIAS);
-    eval->drift = eval->free_qdd + eval->n;
-}
-
 /* Adds generalized forces outside the program to C. */
 static void add_efforts(kmp_evaluator *eval)
 {
@@ -436,16 +413,6 @@ static void find_bias(kmp_evaluator *eval, const double *qd)
     add_efforts(eval);
 }
 
-/* Evaluates bias and jdqd of the machine by M and C. */
-static void run_bias(kmp_evaluator *eval)
-{
-    eval->own_bias = kmp_machine_run(eval->motion, KMP_STAGE_BIAS);
-    eval->jdqd = eval->nu ? eval->own_bias : eval->own_bias + eval->n;
-    if (eval->nu)
-        run_load_dependent(eval);
-    add_efforts(eval);
-}
-
 void kmp_eval_bias_with(kmp_evaluator *eval, const double *nu)
 {
     memmove(eval->nu, nu, (size_t)eval->m * sizeof *nu);
@@ -458,12 +425,26 @@ void kmp_eval_bias(kmp_evaluator *eval, const double *qd)
     visit(eval, NULL, NULL, qd);
     kmp_machine_set(eval->motion, KMP_IN_QD, qd);
     (void)kmp_eval_effort(eval, eval->t, eval->q, qd);
-    if (eval->by_bodies)
-        accelerate_bodies(eval);
-    else if (eval->weighs_only)
+    if (eval->by_bodies) {
+        /* Accelerations without closure forces, by the recursion; adds efforts outside the program. `effort` is zero,
+         * or that of the user-defined force. */
+        for (int i = 0; eval->given && i < eval->n; i++)
+            eval->with_force[i] = eval->effort[i] + eval->given[i];
+        if (eval->given || eval->gave || eval->system->force)
+            kmp_machine_set(eval->motion, KMP_IN_EFFORT, eval->given ? eval->with_force : eval->effort);
+        eval->gave = eval->given;
+        eval->free_qdd = kmp_machine_run(eval->motion, KMP_STAGE_BIAS);
+        eval->drift = eval->free_qdd + eval->n;
+    } else if (eval->weighs_only)
         find_bias(eval, qd);
-    else
-        run_bias(eval);
+    else {
+        /* Evaluates bias and jdqd of the machine by M and C. */
+        eval->own_bias = kmp_machine_run(eval->motion, KMP_STAGE_BIAS);
+        eval->jdqd = eval->nu ? eval->own_bias : eval->own_bias + eval->n;
+        if (eval->nu)
+            run_load_dependent(eval);
+        add_efforts(eval);
+    }
 }
 
 const double *kmp_eval_effort(kmp_evaluator *eval, double t, const double *q, const double *qd)

@@ -72,12 +72,14 @@ static distance look(const kmp_evaluator *eval, const kmp_answer *answer)
     return (distance){worst, worst > 0 ? worst / size : 0};
 }
 
-/* dLambda/dnu - 1. */
-static void fill_matrix(const kmp_evaluator *eval, const kmp_answer *answer)
+bool kmp_load_factor(kmp_evaluator *eval, const kmp_answer *answer)
 {
+    kmp_load_work *w = eval->load;
+    if (!w)
+        return true;
+    /* dLambda/dnu - 1. */
     const kempe_system *s = eval->system;
     const kmp_pattern *load = &s->load_jacobian;
-    kmp_load_work *w = eval->load;
     for (int k = 0; k < w->count; k++) {
         memset(w->column, 0, (size_t)s->n * sizeof *w->column);
         for (int e = 0; e < load->count; e++)
@@ -87,14 +89,6 @@ static void fill_matrix(const kmp_evaluator *eval, const kmp_answer *answer)
         for (int i = 0; i < w->count; i++)
             w->matrix[i + k * w->count] = w->changed[s->load_rows[i]] - (i == k);
     }
-}
-
-bool kmp_load_factor(kmp_evaluator *eval, const kmp_answer *answer)
-{
-    kmp_load_work *w = eval->load;
-    if (!w)
-        return true;
-    fill_matrix(eval, answer);
     return kmp_lu_factor(w->count, w->matrix, w->pivot) == 0;
 }
 

@@ -27,15 +27,6 @@ static const kmp_past_signal *past_of(const kmp_present_inputs *inputs, int inpu
     return inputs->past && k >= 0 ? &inputs->past->signal[k] : NULL;
 }
 
-/* The rate u + T u' of the state of the delay, and two derivatives. */
-static void delayed_values(const kmp_past_signal *signal, const kmp_signal_piece *piece, double t, double values[3])
-{
-    double u[4];
-    kmp_past_values(signal, piece->c[FIRST], piece->c[LAST], t, u);
-    for (int k = 0; k < 3; k++)
-        values[k] = u[k] + signal->delay * u[k + 1];
-}
-
 static void renew(const kmp_past_signal *signal, kmp_signal_piece *piece)
 {
     piece->c[LAST] = kmp_past_last(signal, piece->c[LAST]);
@@ -50,17 +41,6 @@ static bool has_ended(const kmp_signal_piece *piece, double t)
 static bool is_due(const kmp_past_signal *signal, const kmp_signal_piece *piece, double t)
 {
     return has_ended(piece, t) && kmp_past_has(signal, piece->c[LAST] + 1);
-}
-
-/* Takes the part that begins at t, or before where several have ended. */
-static void enter_part(const kmp_past_signal *signal, kmp_signal_piece *piece, double t)
-{
-    double first = piece->c[LAST] + 1, from = kmp_past_piece_of(signal, first)->from + signal->delay;
-    int order = kmp_past_piece_of(signal, first)->jump;
-    *piece = (kmp_signal_piece){.from = from < t && !kmp_same_time(from, t) ? from : t,
-                                .c = {first, first, order},
-                                .jump = order > 0 ? order - 1 : 0};
-    renew(signal, piece);
 }
 
 void kmp_present_inputs_recall(kmp_present_inputs *inputs, const kmp_past *past)
@@ -150,7 +130,13 @@ const double *kmp_present_inputs_at(const kmp_present_inputs *inputs, double t)
     for (int k = 0; k < inputs->count; k++) {
         const kmp_past_signal *signal = past_of(inputs, k);
         if (signal) {
-            delayed_values(signal, &inputs->piece[k], t, inputs->vector + kmp_time_index(k, 0));
+            /* The rate u + T u' of the state of the delay, and two derivatives. */
+            const kmp_signal_piece *piece = &inputs->piece[k];
+            double *values = inputs->vector + kmp_time_index(k, 0);
+            double u[4];
+            kmp_past_values(signal, piece->c[FIRST], piece->c[LAST], t, u);
+            for (int i = 0; i < 3; i++)
+                values[i] = u[i] + signal->delay * u[i + 1];
             continue;
         }
         if (!inputs->held)
@@ -240,7 +226,14 @@ int kmp_present_inputs_enter(kmp_present_inputs *inputs, double t, int *input)
     for (int k = 0; k < inputs->count; k++) {
         const kmp_past_signal *signal = past_of(inputs, k);
         if (signal && is_due(signal, &inputs->piece[k], t)) {
-            enter_part(signal, &inputs->piece[k], t);
+            /* Takes the part that begins at t, or before where several have ended. */
+            kmp_signal_piece *piece = &inputs->piece[k];
+            double first = piece->c[LAST] + 1, from = kmp_past_piece_of(signal, first)->from + signal->delay;
+            int order = kmp_past_piece_of(signal, first)->jump;
+            *piece = (kmp_signal_piece){.from = from < t && !kmp_same_time(from, t) ? from : t,
+                                        .c = {first, first, order},
+                                        .jump = order > 0 ? order - 1 : 0};
+            renew(signal, piece);
             if (inputs->piece[k].jump < least) {
                 least = inputs->piece[k].jump;
                 *input = k;

@@ -54,7 +54,8 @@ void kmp_stage_lanes_free(kmp_stage_lanes *stages)
     *stages = (kmp_stage_lanes){0};
 }
 
-static void renew(kmp_stage_lanes *stages)
+const double *kmp_stage_lanes_run(kmp_stage_lanes *stages, int stage, const double *t, const double *q,
+                                  const double *qd)
 {
     const kmp_evaluator *eval = stages->eval;
     if (stages->mode &&
@@ -62,12 +63,6 @@ static void renew(kmp_stage_lanes *stages)
         take_mode(stages);
     if (stages->chart_version != eval->chart_version)
         take_charts(stages);
-}
-
-const double *kmp_stage_lanes_run(kmp_stage_lanes *stages, int stage, const double *t, const double *q,
-                                  const double *qd)
-{
-    renew(stages);
     kmp_present_inputs_lanes(&stages->eval->inputs, KMP_STAGE_LANES, t, stages->times);
     kmp_lanes_set(stages->lanes, KMP_IN_TIME, stages->times);
     kmp_lanes_set(stages->lanes, KMP_IN_Q, q);

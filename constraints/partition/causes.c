@@ -57,23 +57,6 @@ static int first_bad(int count, const double *x)
     return -1;
 }
 
-/* Names the forces on the joint itself; if there are none, all expressions that may reach it. */
-static void put_forces(const kempe_model *model, int motion, kmp_text *text)
-{
-    int named = 0;
-    for (int own = 1; own >= 0 && named == 0; own--)
-        for (int k = 0; k < model->force_count; k++) {
-            const kmp_force *f = &model->forces[k];
-            bool may = own ? f->motion == motion : f->effort || f->vector[0];
-            if (may && named++ < MOST_NAMED)
-                kmp_text_printf(text, "%s'%s'",
-                                named > 1 ? ", "
-                                : own     ? "; forces on it: "
-                                          : "; possible causes: ",
-                                f->name);
-        }
-}
-
 /* Names the force function of the user, which gives no numbers at all where it fails. */
 static bool put_effort(kmp_evaluator *eval, double t, const double *q, const double *qd, kmp_text *text)
 {
@@ -114,7 +97,19 @@ static bool put_not_finite(kmp_evaluator *eval, double t, const double *q, const
         return false;
     kmp_text_printf(text, "the forces on '%s' are not a finite number (%s) at t = %.9g", s->model->motions[bad].name,
                     isnan(eval->bias[bad]) ? "not a number" : "infinite", t);
-    put_forces(s->model, bad, text);
+    /* Names the forces on the joint itself; if there are none, all expressions that may reach it. */
+    int named = 0;
+    for (int own = 1; own >= 0 && named == 0; own--)
+        for (int k = 0; k < s->model->force_count; k++) {
+            const kmp_force *f = &s->model->forces[k];
+            bool may = own ? f->motion == bad : f->effort || f->vector[0];
+            if (may && named++ < MOST_NAMED)
+                kmp_text_printf(text, "%s'%s'",
+                                named > 1 ? ", "
+                                : own     ? "; forces on it: "
+                                          : "; possible causes: ",
+                                f->name);
+        }
     return true;
 }
 

@@ -86,20 +86,6 @@ bool kmp_margin_choose(kmp_margin *margin, const kmp_partition *part)
 
 /* -- u, w and T --------------------------------------------------------------------------------------- */
 
-/* out = G x, G = 1 + T'T: the product of a combination of the kept rows with all rows. */
-static void add_dropped(const kmp_margin *margin, const double *x, double *out)
-{
-    const kmp_margin_view *need = &margin->now;
-    memcpy(out, x, (size_t)margin->r * sizeof *out);
-    for (int d = 0; d < margin->part.m - margin->r; d++) {
-        double part = 0;
-        for (int e = need->start[d]; e < need->start[d + 1]; e++)
-            part += need->t[e] * x[need->kept[e]];
-        for (int e = need->start[d]; e < need->start[d + 1]; e++)
-            out[need->kept[e]] += part * need->t[e];
-    }
-}
-
 /* x = G^-1 b by conjugate gradients. Few iterations suffice: G differs from 1 only where T is large. */
 static void without_dropped(const kmp_margin *margin, const double *b, double *x)
 {
@@ -109,7 +95,16 @@ static void without_dropped(const kmp_margin *margin, const double *b, double *x
     memcpy(gap, b, (size_t)r * sizeof *gap);
     memcpy(p, b, (size_t)r * sizeof *p);
     for (int pass = 0; pass < r && size > KMP_MARGIN_GAP * KMP_MARGIN_GAP * first; pass++) {
-        add_dropped(margin, p, g);
+        /* out = G x, G = 1 + T'T: the product of a combination of the kept rows with all rows. */
+        const kmp_margin_view *need = &margin->now;
+        memcpy(g, p, (size_t)margin->r * sizeof *g);
+        for (int d = 0; d < margin->part.m - margin->r; d++) {
+            double part = 0;
+            for (int e = need->start[d]; e < need->start[d + 1]; e++)
+                part += need->t[e] * p[need->kept[e]];
+            for (int e = need->start[d]; e < need->start[d + 1]; e++)
+                g[need->kept[e]] += part * need->t[e];
+        }
         double step = size / kmp_dot(r, p, g), before = size;
         for (int k = 0; k < r; k++) {
             x[k] += step * p[k];

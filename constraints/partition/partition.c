@@ -116,16 +116,6 @@ static bool allocate(kmp_partition *part, int n, int m)
     return true;
 }
 
-static void keep(const kmp_pick *c, kmp_partition *part)
-{
-    int r = part->r;
-    memcpy(part->v, c->col, (size_t)r * sizeof(int));
-    memcpy(part->u, c->col + r, (size_t)part->p * sizeof(int));
-    memcpy(part->rows, c->row, (size_t)r * sizeof(int));
-    memcpy(part->redundant, c->row + r, (size_t)(part->m - r) * sizeof(int));
-    kmp_partition_sort(part);
-}
-
 /* Improves the first r rows and columns. KEMPE_E_FAILED without message: singular, part is untouched. */
 static kempe_status improve(kmp_pick *c, kmp_partition *part, const kempe_system *s, bool fixed)
 {
@@ -136,7 +126,12 @@ static kempe_status improve(kmp_pick *c, kmp_partition *part, const kempe_system
         return outcome == KMP_PICK_SINGULAR ? KEMPE_E_FAILED : kmp_fail_memory(s->context);
     part->exchanges += exchanges;
     part->max_b = max_b;
-    keep(c, part);
+    int r = part->r;
+    memcpy(part->v, c->col, (size_t)r * sizeof(int));
+    memcpy(part->u, c->col + r, (size_t)part->p * sizeof(int));
+    memcpy(part->rows, c->row, (size_t)r * sizeof(int));
+    memcpy(part->redundant, c->row + r, (size_t)(part->m - r) * sizeof(int));
+    kmp_partition_sort(part);
     return KEMPE_OK;
 }
 

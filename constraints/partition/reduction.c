@@ -14,20 +14,30 @@ enum { WORTH_SHARING = 5000 }; /* products: some 2 us, as long as another thread
 
 /* -- setting up -------------------------------------------------------------------------------------- */
 
-static bool allocate(kmp_reduction *red, int entries, int m)
+/* Places rows and coordinates, and analyses their matrices. false: no memory, or Jv is structurally singular. */
+static bool prepare(kmp_reduction *red)
 {
+    const kmp_partition *part = red->part;
     size_t n = (size_t)red->n, p = (size_t)red->p, r = (size_t)red->r;
-    return KMP_ARENA_MAKE(
-        &red->arena, KMP_ROOM(int, m, &red->row_of), KMP_ROOM(int, n, &red->place), KMP_ROOM(double, entries, &red->jv),
-        KMP_ROOM(double, r *p, &red->bvu), KMP_ROOM(double, n *p, &red->x), KMP_ROOM(double, r, &red->dv),
-        KMP_ROOM(double, 2 * r, &red->room), KMP_ROOM(double, p, &red->answer),
-        KMP_ROOM(double, n, &red->x_t, &red->a0, &red->force),
-        KMP_ROOM(int, entries, &red->jv_entry, &red->jv_row, &red->jv_col, &red->ju_entry, &red->ju_row, &red->ju_col));
-}
-
-/* Splits the Jacobian's entries into Jv and Ju. */
-static void split(kmp_reduction *red)
-{
+    if (!KMP_ARENA_MAKE(&red->arena, KMP_ROOM(int, part->m, &red->row_of), KMP_ROOM(int, n, &red->place),
+                        KMP_ROOM(double, red->eval->system->jacobian.count, &red->jv),
+                        KMP_ROOM(double, r *p, &red->bvu), KMP_ROOM(double, n *p, &red->x),
+                        KMP_ROOM(double, r, &red->dv), KMP_ROOM(double, 2 * r, &red->room),
+                        KMP_ROOM(double, p, &red->answer), KMP_ROOM(double, n, &red->x_t, &red->a0, &red->force),
+                        KMP_ROOM(int, red->eval->system->jacobian.count, &red->jv_entry, &red->jv_row, &red->jv_col,
+                                 &red->ju_entry, &red->ju_row, &red->ju_col)))
+        return false;
+    for (int i = 0; i < part->m; i++)
+        red->row_of[i] = -1;
+    for (int k = 0; k < part->r; k++) {
+        red->row_of[part->rows[k]] = k;
+        red->place[part->v[k]] = k;
+    }
+    for (int k = 0; k < red->p; k++) {
+        red->x[part->u[k] + k * red->n] = 1;
+        red->place[part->u[k]] = -1 - k;
+    }
+    /* Splits the Jacobian's entries into Jv and Ju. */
     const kmp_pattern *pattern = &red->eval->system->jacobian;
     for (int k = 0; k < pattern->count; k++) {
         int i = red->row_of[pattern->row[k]], place = red->place[pattern->col[k]];
@@ -43,11 +53,7 @@ static void split(kmp_reduction *red)
             red->ju_entry[red->ju_count++] = k;
         }
     }
-}
-
-/* Analyses Jv, then the zeros of X. false: no memory, or Jv is structurally singular. */
-static bool analyse(kmp_reduction *red)
-{
+    /* Analyses Jv, then the zeros of X. */
     unsigned long failures = kmp_memory_failures();
     red->block = red->r > 0 ? kmp_block_new(red->r, red->jv_count, red->jv_row, red->jv_col) : NULL;
     if (red->r > 0 && !red->block)
@@ -57,26 +63,6 @@ static bool analyse(kmp_reduction *red)
     red->mr = kmp_arena_aligned(&red->arena, order * order);
     red->mx = KMP_ARENA_NEW(&red->arena, double, (size_t)red->n *(size_t)(red->zeros || red->p == 0 ? 1 : red->p));
     return red->mr && red->mx && kmp_memory_failures() == failures; /* mx also holds one qdd */
-}
-
-/* Places rows and coordinates, and analyses their matrices. false: as analyse. */
-static bool prepare(kmp_reduction *red)
-{
-    const kmp_partition *part = red->part;
-    if (!allocate(red, red->eval->system->jacobian.count, part->m))
-        return false;
-    for (int i = 0; i < part->m; i++)
-        red->row_of[i] = -1;
-    for (int k = 0; k < part->r; k++) {
-        red->row_of[part->rows[k]] = k;
-        red->place[part->v[k]] = k;
-    }
-    for (int k = 0; k < red->p; k++) {
-        red->x[part->u[k] + k * red->n] = 1;
-        red->place[part->u[k]] = -1 - k;
-    }
-    split(red);
-    return analyse(red);
 }
 
 kempe_status kmp_reduction_init(kmp_reduction *red, kmp_evaluator *eval, const kmp_partition *part)
@@ -128,27 +114,23 @@ static void put_dependent(const kmp_reduction *red, double *out)
         out[red->part->v[i]] = red->dv[i];
 }
 
-/* Bvu, with all its zeros, and the rows of v in X. */
-static void solve_dense_tangent(kmp_reduction *red)
-{
-    int n = red->n, p = red->p, r = red->r;
-    memset(red->bvu, 0, (size_t)(r * p) * sizeof *red->bvu);
-    for (int k = 0; k < red->ju_count; k++)
-        red->bvu[red->ju_row[k] + red->ju_col[k] * r] = -red->eval->jacobian[red->ju_entry[k]];
-    kmp_block_solve(red->block, p, red->bvu);
-    for (int k = 0; k < p; k++)
-        for (int i = 0; i < r; i++)
-            red->x[red->part->v[i] + k * n] = red->bvu[i + k * r];
-}
-
 void kmp_reduction_tangent(kmp_reduction *red)
 {
     if (red->r == 0)
         return;
     if (red->zeros)
         kmp_zeros_tangent(red->zeros, red, red->eval->jacobian);
-    else
-        solve_dense_tangent(red);
+    else {
+        /* Bvu, with all its zeros, and the rows of v in X. */
+        int n = red->n, p = red->p, r = red->r;
+        memset(red->bvu, 0, (size_t)(r * p) * sizeof *red->bvu);
+        for (int k = 0; k < red->ju_count; k++)
+            red->bvu[red->ju_row[k] + red->ju_col[k] * r] = -red->eval->jacobian[red->ju_entry[k]];
+        kmp_block_solve(red->block, p, red->bvu);
+        for (int k = 0; k < p; k++)
+            for (int i = 0; i < r; i++)
+                red->x[red->part->v[i] + k * n] = red->bvu[i + k * r];
+    }
     if (!red->eval->h_t)
         return;
     solve_rows(red, -1, red->eval->h_t);
@@ -217,17 +199,6 @@ INLINE bool is_tree(const kmp_reduction *red)
     return red->r == 0 && !red->zeros;
 }
 
-static void take_mass(kmp_reduction *red)
-{
-    const kmp_pattern *m = &red->eval->system->mass;
-    int p = red->p;
-    memset(red->mr, 0, (size_t)(p * p) * sizeof *red->mr);
-    for (int k = 0; k < m->count; k++) {
-        int i = -1 - red->place[m->row[k]], j = -1 - red->place[m->col[k]];
-        red->mr[(i > j ? i : j) + (i > j ? j : i) * p] = red->eval->mass[k];
-    }
-}
-
 /* Mr = X' M X with a dense X. */
 INLINE void reduce_dense(kmp_reduction *red)
 {
@@ -243,9 +214,16 @@ INLINE void reduce_dense(kmp_reduction *red)
 /* The reduced mass and its factor, from M and X alone. */
 INLINE void factor_mass(kmp_reduction *red)
 {
-    if (is_tree(red))
-        take_mass(red);
-    else if (red->zeros)
+    if (is_tree(red)) {
+        /* M itself: no coordinate depends on others. */
+        const kmp_pattern *m = &red->eval->system->mass;
+        int p = red->p;
+        memset(red->mr, 0, (size_t)(p * p) * sizeof *red->mr);
+        for (int k = 0; k < m->count; k++) {
+            int i = -1 - red->place[m->row[k]], j = -1 - red->place[m->col[k]];
+            red->mr[(i > j ? i : j) + (i > j ? j : i) * p] = red->eval->mass[k];
+        }
+    } else if (red->zeros)
         kmp_zeros_reduce(red->zeros, red->eval->mass, red->mr);
     else
         reduce_dense(red);

@@ -96,18 +96,6 @@ static void add_point(listing *x, int point)
     add_frame(x, p->turned, p->axes);
 }
 
-static void add_chain(listing *x, int body)
-{
-    for (; body != 0; body = x->model->bodies[body].parent) {
-        kmp_body *b = &x->model->bodies[body];
-        add_point(x, b->at);
-        add_point(x, b->to);
-        add_frame(x, b->turned, b->frame);
-        for (int k = b->first_motion; k < b->first_motion + b->motion_count; k++)
-            add_axis(x, x->model->motions[k].axis);
-    }
-}
-
 /* Lists the numbers around the loops of a variant's model that are not zero, at most `most`. Returns their number; -1:
  * no memory. */
 static int list_numbers(kempe_model *model, int most, quantity *list)
@@ -118,7 +106,16 @@ static int list_numbers(kempe_model *model, int most, quantity *list)
         for (int k = 0; k < 2 && closure->point[0] >= 0 && closure->point[1] >= 0; k++) {
             add_point(&x, closure->point[k]);
             add_axis(&x, closure->axis[k]);
-            add_chain(&x, model->points[closure->point[k]].body);
+            /* The joints between the point's body and the ground. */
+            int body = model->points[closure->point[k]].body;
+            for (; body != 0; body = x.model->bodies[body].parent) {
+                kmp_body *b = &x.model->bodies[body];
+                add_point(&x, b->at);
+                add_point(&x, b->to);
+                add_frame(&x, b->turned, b->frame);
+                for (int i = b->first_motion; i < b->first_motion + b->motion_count; i++)
+                    add_axis(&x, x.model->motions[i].axis);
+            }
         }
         if (!closure->function)
             add_scalar(&x, &closure->number);
@@ -163,14 +160,6 @@ static double find_rounding(quantity *list, int count, double length)
 
 /* -- shifts ------------------------------------------------------------------------------------------ */
 
-static void put_back(quantity *n)
-{
-    if (n->scalar)
-        *n->scalar = n->scalar_drawn;
-    else
-        memcpy(n->axes, n->axes_drawn, axes_size(n));
-}
-
 /* Shifts a scalar. If it has an expression, it is computed from that expression plus the shift when parameters vary. */
 static void move_scalar(quantity *n, double by)
 {
@@ -194,29 +183,32 @@ static void turn(double *r, int k, double by)
     }
 }
 
-static void move_axes(const quantity *n, double by)
-{
-    double *a = n->axes;
-    if (n->frame) {
-        turn(a, n->k, by);
-        return;
-    }
-    a[n->k] += by;
-    double size = hypot(hypot(a[0], a[1]), a[2]);
-    for (int k = 0; k < 3; k++)
-        a[k] /= size;
-}
-
 /* Writes each number as drawn plus its shift into the model, whatever its parameters; shift NULL: as drawn. */
 static void place_numbers(quantity *list, int count, const double *shift, double length)
 {
-    for (int i = 0; i < count; i++)
-        put_back(&list[i]);
+    for (int i = 0; i < count; i++) {
+        quantity *n = &list[i];
+        if (n->scalar)
+            *n->scalar = n->scalar_drawn;
+        else
+            memcpy(n->axes, n->axes_drawn, axes_size(n));
+    }
     for (int i = 0; shift && i < count; i++)
         if (fabs(shift[i]) > KMP_MEND_NO_SHIFT && list[i].scalar)
             move_scalar(&list[i], shift[i] * length);
-        else if (fabs(shift[i]) > KMP_MEND_NO_SHIFT)
-            move_axes(&list[i], shift[i]);
+        else if (fabs(shift[i]) > KMP_MEND_NO_SHIFT) {
+            const quantity *n = &list[i];
+            double by = shift[i];
+            double *a = n->axes;
+            if (n->frame) {
+                turn(a, n->k, by);
+                continue;
+            }
+            a[n->k] += by;
+            double size = hypot(hypot(a[0], a[1]), a[2]);
+            for (int k = 0; k < 3; k++)
+                a[k] /= size;
+        }
 }
 
 /* -- the state of a search ----------------------------------------------------------------------------- */
@@ -303,25 +295,6 @@ static kempe_status add_closures(search *x, double times)
     kmp_free(value);
     kmp_free(start);
     kmp_equations_free(&eq);
-    return status;
-}
-
-/* Computes derivatives of the conditions by the shift of each number in units of its rounding: a step of least norm
- * then weights all numbers equally. */
-static kempe_status find_slopes(search *x)
-{
-    kempe_status status = KEMPE_OK;
-    for (int i = 0; status == KEMPE_OK && i < x->count; i++) {
-        double drawn = x->total[i];
-        memset(x->h, 0, (size_t)(all_places(x) * x->s->m) * sizeof *x->h);
-        for (int side = 1; status == KEMPE_OK && side >= -1; side -= 2) {
-            x->total[i] = drawn + side * KMP_MEND_DIFFERENCE;
-            place_numbers(x->number, x->count, x->total, x->s->length);
-            status = add_closures(x, side / (2 * KMP_MEND_DIFFERENCE) * x->number[i].rounding);
-        }
-        x->total[i] = drawn;
-        contract(x, x->matrix + (size_t)i * (size_t)x->conditions);
-    }
     return status;
 }
 
@@ -452,7 +425,20 @@ static kempe_status try_goal(search *x, bool *reduced)
 static kempe_status step(search *x, bool *reduced)
 {
     double widest = x->at.widest;
-    kempe_status status = find_slopes(x);
+    /* Computes derivatives of the conditions by the shift of each number in units of its rounding: a step of least norm
+     * then weights all numbers equally. */
+    kempe_status status = KEMPE_OK;
+    for (int i = 0; status == KEMPE_OK && i < x->count; i++) {
+        double drawn = x->total[i];
+        memset(x->h, 0, (size_t)(all_places(x) * x->s->m) * sizeof *x->h);
+        for (int side = 1; status == KEMPE_OK && side >= -1; side -= 2) {
+            x->total[i] = drawn + side * KMP_MEND_DIFFERENCE;
+            place_numbers(x->number, x->count, x->total, x->s->length);
+            status = add_closures(x, side / (2 * KMP_MEND_DIFFERENCE) * x->number[i].rounding);
+        }
+        x->total[i] = drawn;
+        contract(x, x->matrix + (size_t)i * (size_t)x->conditions);
+    }
     *reduced = false;
     double rank = fmin(fmax(KMP_MEND_RANK, KMP_MEND_OFF * widest), KMP_MEND_MOST_RANK);
     while (rank <= KMP_MEND_MOST_RANK && !*reduced && status == KEMPE_OK) {
@@ -481,24 +467,6 @@ static bool is_whole(const kempe_system *s, int rank)
 
 /* -- the search -------------------------------------------------------------------------------------- */
 
-static void find_places(search *x)
-{
-    kmp_waypoint place[MOST_PLACES];
-    const kempe_system *s = x->s;
-    int wanted = LEAST_PLACES + PER_NUMBER * x->count / x->left;
-    memcpy(x->at.q, x->a->inner_q ? x->a->inner_q : x->a->q, (size_t)s->n * sizeof *x->at.q);
-    x->places =
-        kmp_rounding_waypoints(x->walk, NULL, wanted < MOST_PLACES ? wanted : MOST_PLACES, INFINITY, x->at.q, place);
-    double *start = x->at.q + (size_t)x->places * (size_t)s->n;
-    for (int i = 0; i < s->n; i++)
-        start[i] = s->model->start.q[i].value;
-    kmp_walk_evaluate(x->walk, start);
-    x->closed = !x->a->chart && kmp_rounding_opening(x->walk, NULL) * s->length <= s->closure_tolerance;
-    x->conditions = x->places * x->left + (x->closed ? s->m : 0);
-    for (int r = 0; r < s->m; r++)
-        x->w[(x->places * x->left + r) * s->m + r] = 1;
-}
-
 static bool begin(search *x, kmp_arena *arena)
 {
     const kempe_system *s = x->s;
@@ -518,7 +486,20 @@ static bool begin(search *x, kmp_arena *arena)
                    KMP_ROOM(double, conditions, &x->at.rest, &x->trial.rest));
     if (!KMP_ARENA_EACH(arena, double, x->count, &x->total, &x->goal, &x->shift))
         return false;
-    find_places(x);
+    /* Places of the loops' motion, the last one at the model's start. */
+    kmp_waypoint place[MOST_PLACES];
+    int wanted = LEAST_PLACES + PER_NUMBER * x->count / x->left;
+    memcpy(x->at.q, x->a->inner_q ? x->a->inner_q : x->a->q, (size_t)s->n * sizeof *x->at.q);
+    x->places =
+        kmp_rounding_waypoints(x->walk, NULL, wanted < MOST_PLACES ? wanted : MOST_PLACES, INFINITY, x->at.q, place);
+    double *start = x->at.q + (size_t)x->places * (size_t)s->n;
+    for (int i = 0; i < s->n; i++)
+        start[i] = s->model->start.q[i].value;
+    kmp_walk_evaluate(x->walk, start);
+    x->closed = !x->a->chart && kmp_rounding_opening(x->walk, NULL) * s->length <= s->closure_tolerance;
+    x->conditions = x->places * x->left + (x->closed ? s->m : 0);
+    for (int r = 0; r < s->m; r++)
+        x->w[(x->places * x->left + r) * s->m + r] = 1;
     return look(x, s, &x->at);
 }
 

@@ -77,18 +77,6 @@ static void note_misfits(const kempe_system *rounded, const kempe_assembly *a, k
     }
 }
 
-/* Reports the gaps as drawn, and that a mended system closes them. */
-static void report(const kempe_system *s)
-{
-    for (int c = 0; c < s->model->closure_count; c++) {
-        kmp_text text = {0};
-        kmp_put_misfit(&text, s, c);
-        if (text.s && text.length > 0)
-            kmp_log(s->context, KEMPE_LOG_WARNING, "%s", text.s);
-        kmp_text_free(&text);
-    }
-}
-
 void kmp_put_misfit(kmp_text *text, const kempe_system *s, int closure)
 {
     if (!(s->misfit[closure] > 0))
@@ -130,12 +118,6 @@ static kempe_status settle(kempe_system **system, kmp_variant *given, const char
     return status;
 }
 
-static void keep(kempe_system *s, const char *word)
-{
-    kmp_kept_set_key(s, word);
-    kmp_system_keep(s);
-}
-
 /* Derives a system. `given`: the variant that owns the model, if its parameters vary. */
 static kempe_status derive(const kempe_model *model, kmp_variant *given, const char *word, kempe_system **system)
 {
@@ -148,8 +130,10 @@ static kempe_status derive(const kempe_model *model, kmp_variant *given, const c
     kempe_assembly_free(a);
     if (status == KEMPE_OK && rounded)
         status = settle(&s, given, word);
-    else if (status == KEMPE_OK && !given && !kmp_rounding_of(s))
-        keep(s, word);
+    else if (status == KEMPE_OK && !given && !kmp_rounding_of(s)) {
+        kmp_kept_set_key(s, word);
+        kmp_system_keep(s);
+    }
     return KMP_GIVE_OR_FREE(status, system, s, kempe_system_free);
 }
 
@@ -161,7 +145,14 @@ static kempe_status new_system(const kempe_model *model, kmp_variant *given, con
         kmp_context_clear(model->context);
     else
         KMP_TRY(derive(model, given, word, &s));
-    report(s);
+    /* Reports the gaps as drawn, and that a mended system closes them. */
+    for (int c = 0; c < s->model->closure_count; c++) {
+        kmp_text text = {0};
+        kmp_put_misfit(&text, s, c);
+        if (text.s && text.length > 0)
+            kmp_log(s->context, KEMPE_LOG_WARNING, "%s", text.s);
+        kmp_text_free(&text);
+    }
     *system = s;
     return KEMPE_OK;
 }

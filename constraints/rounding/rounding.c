@@ -71,15 +71,6 @@ int kmp_rounding_drives(const kempe_system *s, const bool *dropped, bool *driven
     return kept;
 }
 
-/* The tolerance of each row, relative: positions in a loop smaller than the mechanism have less. */
-static void set_parts(const kempe_system *s, double *part)
-{
-    for (int r = 0; r < s->m; r++) {
-        double size = s->rows[r].length_power > 0 ? kmp_loop_longest_side(s->model, s->rows[r].closure) : 0;
-        part[r] = size > 0 ? fmin(1, size / s->length) : 1;
-    }
-}
-
 double kmp_rounding_opening(const kmp_walk *w, const double *part)
 {
     double widest = 0;
@@ -165,7 +156,12 @@ bool kmp_rounding_try(kmp_rounding_trial *t, const kempe_system *system, const d
         walk->excluded = driven;
         if (chart)
             kmp_eval_set_charts(walk->eval, chart);
-        set_parts(system, part);
+        /* The tolerance of each row, relative: positions in a loop smaller than the mechanism have less. */
+        for (int r = 0; r < system->m; r++) {
+            double size =
+                system->rows[r].length_power > 0 ? kmp_loop_longest_side(system->model, system->rows[r].closure) : 0;
+            part[r] = size > 0 ? fmin(1, size / system->length) : 1;
+        }
         memcpy(q, from, (size_t)n * sizeof *q);
         judge(t, walk, place, kmp_rounding_waypoints(walk, part, PLACES, t->tolerance, q, place));
     }

@@ -57,14 +57,6 @@ static kempe_status choose(kempe_workspace *ws, const kempe_assembly *a)
 
 static kempe_status choose_bodies(kempe_workspace *ws, const kempe_assembly *a);
 
-static void list_closure_rows(kempe_workspace *ws)
-{
-    const kempe_system *s = ws->system;
-    for (int r = 0; r < s->m; r++)
-        if (!kmp_closure_is_of_modes(&s->model->closures[s->rows[r].closure]))
-            ws->closure_rows[ws->closure_count++] = r;
-}
-
 kempe_status kmp_workspace_new(const kempe_system *system, kempe_workspace **workspace)
 {
     KMP_MAKE(system->context, kempe_workspace, ws);
@@ -82,7 +74,10 @@ kempe_status kmp_workspace_new(const kempe_system *system, kempe_workspace **wor
     kempe_assembly_free(a);
     kmp_context_clear(system->context);
     if (made) {
-        list_closure_rows(ws);
+        const kempe_system *s = ws->system;
+        for (int r = 0; r < s->m; r++)
+            if (!kmp_closure_is_of_modes(&s->model->closures[s->rows[r].closure]))
+                ws->closure_rows[ws->closure_count++] = r;
         *workspace = ws;
         return KEMPE_OK;
     }
@@ -256,18 +251,6 @@ kempe_status kempe_workspace_inverse_dynamics(kempe_workspace *ws, double t, con
     return KEMPE_OK;
 }
 
-/* Shares of the kept rows in dropped row r, as multipliers: M x - J' a = -J_r', J x = 0. */
-static const double *find_shares(kempe_workspace *ws, int r)
-{
-    const kmp_pattern *jac = &ws->system->jacobian;
-    memset(ws->row, 0, (size_t)ws->n * sizeof *ws->row);
-    for (int e = 0; e < jac->count; e++)
-        if (jac->row[e] == r)
-            ws->row[jac->col[e]] = ws->eval->jacobian[e];
-    kmp_saddle_solve(&ws->saddle, ws->row, NULL, NULL, ws->answer);
-    return ws->answer;
-}
-
 /* Finds a row whose multiplier a force depends on and which determines dropped rows, or is dropped itself; -1: none. */
 static int find_shared(kempe_workspace *ws)
 {
@@ -275,7 +258,14 @@ static int find_shared(kempe_workspace *ws)
     for (int r = 0; s->load_row_count > 0 && r < ws->m; r++) {
         if (kmp_saddle_has_row(&ws->saddle, r))
             continue;
-        const double *share = find_shares(ws, r);
+        /* Shares of the kept rows in dropped row r, as multipliers: M x - J' a = -J_r', J x = 0. */
+        const kmp_pattern *jac = &ws->system->jacobian;
+        memset(ws->row, 0, (size_t)ws->n * sizeof *ws->row);
+        for (int e = 0; e < jac->count; e++)
+            if (jac->row[e] == r)
+                ws->row[jac->col[e]] = ws->eval->jacobian[e];
+        kmp_saddle_solve(&ws->saddle, ws->row, NULL, NULL, ws->answer);
+        const double *share = ws->answer;
         for (int k = 0; k < s->load_row_count; k++) {
             int row = s->load_rows[k];
             if (row == r || fabs(share[row]) * s->row_scale[row] > KMP_RANK_SHARED * s->row_scale[r])
@@ -283,15 +273,6 @@ static int find_shared(kempe_workspace *ws)
         }
     }
     return -1;
-}
-
-static kempe_status fail_unsettled(kempe_workspace *ws)
-{
-    kmp_text text = {0};
-    kmp_put_unsettled(ws->eval, &text);
-    kempe_status status = fail(ws, "%s", text.s ? text.s : "");
-    kmp_text_free(&text);
-    return status;
 }
 
 /* True if each dropped row is compatible with the motions that the others allow, up to the gap of open loops. */
@@ -334,8 +315,13 @@ static kempe_status by_saddle(kempe_workspace *ws)
             "a force depends on the multiplier of closure row '%s', which is undetermined because of redundant rows",
             ws->system->row_names[shared]);
     kmp_saddle_accelerations(&ws->saddle, a, a + ws->n);
-    if (kmp_is_unsettled(ws->eval))
-        return fail_unsettled(ws);
+    if (kmp_is_unsettled(ws->eval)) {
+        kmp_text text = {0};
+        kmp_put_unsettled(ws->eval, &text);
+        kempe_status status = fail(ws, "%s", text.s ? text.s : "");
+        kmp_text_free(&text);
+        return status;
+    }
     return kmp_all_finite(ws->n + ws->m, a) ? KEMPE_OK : fail(ws, "the accelerations are not finite at t = %.9g", t);
 }
 

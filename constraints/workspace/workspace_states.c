@@ -26,9 +26,17 @@ static bool allocate(kempe_workspace *ws, kmp_state_lanes *many)
                           KMP_ROOM(double, W * many->size, &many->values));
 }
 
-/* Makes the lanes. false: no memory, and states are evaluated one at a time. */
-static bool prepare(kempe_workspace *ws)
+/* Decides whether groups of states run in lanes, which are made once enough states have been seen. */
+static bool by_lanes(kempe_workspace *ws, int count)
 {
+    if (ws->eval->changes || ws->eval->nu || ws->system->force || count < W)
+        return false;
+    if (ws->many.stages.lanes)
+        return true;
+    ws->many.seen += (size_t)count;
+    if (ws->many.seen < PAYS)
+        return false;
+    /* Makes the lanes. */
     kmp_state_lanes *many = &ws->many;
     const kmp_program *motion = ws->system->motion;
     many->size = 0;
@@ -40,17 +48,6 @@ static bool prepare(kempe_workspace *ws)
            kmp_stage_lanes_init(&many->stages, motion, ws->eval);
 }
 
-/* Decides whether groups of states run in lanes, which are made once enough states have been seen. */
-static bool by_lanes(kempe_workspace *ws, int count)
-{
-    if (ws->eval->changes || ws->eval->nu || ws->system->force || count < W)
-        return false;
-    if (ws->many.stages.lanes)
-        return true;
-    ws->many.seen += (size_t)count;
-    return ws->many.seen >= PAYS && prepare(ws);
-}
-
 /* -- groups ------------------------------------------------------------------------------------------ */
 
 /* Rows of W states as lanes: value k of state l at k W + l. */
@@ -59,14 +56,6 @@ static void to_lanes(int count, const double *rows, double *lanes)
     for (int k = 0; k < count; k++)
         for (int l = 0; l < W; l++)
             lanes[k * W + l] = rows[l * count + k];
-}
-
-/* The inverse; rows are `stride` apart. */
-static void to_rows(int count, const double *lanes, int stride, double *rows)
-{
-    for (int k = 0; k < count; k++)
-        for (int l = 0; l < W; l++)
-            rows[l * stride + k] = lanes[k * W + l];
 }
 
 /* Evaluates W states into `values`. false: some value may not be finite. */
@@ -87,40 +76,21 @@ static bool run(kempe_workspace *ws, const state_rows *in, size_t first)
                                    : kmp_lanes_run(many->stages.lanes, KMP_STAGE_CLOSURE + k);
         if (!kmp_stage_lanes_finite(many->count[k], out))
             return false;
-        to_rows(many->count[k], out, many->size, many->values + done);
+        /* The inverse; rows are `stride` apart. */
+        int count = many->count[k];
+        double *rows = many->values + done;
+        for (int i = 0; i < count; i++)
+            for (int l = 0; l < W; l++)
+                rows[l * many->size + i] = out[i * W + l];
         done += many->count[k];
     }
     return true;
-}
-
-/* Gives the evaluator the values of a lane. */
-static void lend(kempe_workspace *ws, int lane, double t, const double *q)
-{
-    kmp_evaluator *eval = ws->eval;
-    const int *count = ws->many.count;
-    const double *h = ws->many.values + (size_t)lane * (size_t)ws->many.size, *J = h + ws->m;
-    kmp_eval_lend_closure(eval, t, q, h, J, ws->system->rheonomic ? J + ws->system->jacobian.count : NULL);
-    kmp_eval_lend_motion(eval, h + count[0], h + count[0] + count[1]);
 }
 
 static void put(double *rows, int width, size_t state, const double *values)
 {
     if (rows && width > 0)
         memcpy(rows + state * (size_t)width, values, (size_t)width * sizeof *rows);
-}
-
-/* Writes the rows of a state from the evaluator. */
-static void put_values(kempe_workspace *ws, const kempe_workspace_rows *out, size_t state)
-{
-    const kmp_evaluator *eval = ws->eval;
-    size_t n = (size_t)ws->n, m = (size_t)ws->m;
-    if (out->mass)
-        kmp_eval_dense_mass(eval, out->mass + state * n * n);
-    if (out->jacobian)
-        kmp_eval_dense_jacobian(eval, out->jacobian + state * m * n);
-    put(out->bias, ws->n, state, eval->bias);
-    put(out->h, ws->m, state, eval->h);
-    put(out->jdqd, ws->m, state, eval->jdqd);
 }
 
 static double *row_of(const double *rows, int width, size_t state)
@@ -134,7 +104,17 @@ static kempe_status finish(kempe_workspace *ws, const state_rows *in, size_t sta
     if (!in->out)
         return kmp_workspace_accelerate(ws, row_of(in->Q, ws->n, state), row_of(in->qdd, ws->n, state),
                                         row_of(in->lambda, ws->m, state));
-    put_values(ws, in->out, state);
+    /* Writes the rows of a state from the evaluator. */
+    const kempe_workspace_rows *out = in->out;
+    const kmp_evaluator *eval = ws->eval;
+    size_t n = (size_t)ws->n, m = (size_t)ws->m;
+    if (out->mass)
+        kmp_eval_dense_mass(eval, out->mass + state * n * n);
+    if (out->jacobian)
+        kmp_eval_dense_jacobian(eval, out->jacobian + state * m * n);
+    put(out->bias, ws->n, state, eval->bias);
+    put(out->h, ws->m, state, eval->h);
+    put(out->jdqd, ws->m, state, eval->jdqd);
     return KEMPE_OK;
 }
 
@@ -143,7 +123,12 @@ static kempe_status finish_lane(kempe_workspace *ws, const state_rows *in, size_
 {
     const double *q = row_of(in->q, ws->n, state);
     double t = ws->many.t[lane];
-    lend(ws, lane, t, q);
+    /* Gives the evaluator the values of a lane. */
+    kmp_evaluator *eval = ws->eval;
+    const int *count = ws->many.count;
+    const double *h = ws->many.values + (size_t)lane * (size_t)ws->many.size, *J = h + ws->m;
+    kmp_eval_lend_closure(eval, t, q, h, J, ws->system->rheonomic ? J + ws->system->jacobian.count : NULL);
+    kmp_eval_lend_motion(eval, h + count[0], h + count[0] + count[1]);
     ws->message[0] = '\0';
     if (last || !in->out)
         kmp_workspace_keep_state(ws, t, q, row_of(in->qd, ws->n, state));

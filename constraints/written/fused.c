@@ -25,13 +25,6 @@ struct kmp_fused {
     const double *power; /* of the last run */
 };
 
-/* True if all numbers come from the program, and the linear algebra is small. */
-static bool can_be(const kmp_reduction *red)
-{
-    return red->p <= KMP_FUSED_FREEDOMS && kmp_motion_known(red->eval->system)->block_count == 0 &&
-           kmp_written_blocks_fit(red);
-}
-
 /* Computes the product of the pivots' signs in each block; pivots are written from the last block to the first. false:
  * a pivot is zero or NaN. */
 static bool find_signs(const kmp_fused *f, const double *pivot, int *signs)
@@ -101,7 +94,9 @@ static kmp_program *write_program(kmp_fused *f)
 kempe_status kmp_fused_new(kmp_fused **out, const kmp_reduction *red, bool closes)
 {
     *out = NULL;
-    if (!can_be(red))
+    /* The program must have all numbers, and the linear algebra be small. */
+    if (red->p > KMP_FUSED_FREEDOMS || kmp_motion_known(red->eval->system)->block_count > 0 ||
+        !kmp_written_blocks_fit(red))
         return KEMPE_OK;
     kmp_fused *f = KMP_NEW(kmp_fused, 1);
     if (f)

@@ -32,8 +32,13 @@ struct kmp_solved {
 /* -- making -------------------------------------------------------------------------------------------- */
 
 /* False: no memory. */
-static bool write_program(kmp_solved *solved, const kmp_partition *part)
+static bool make(kmp_solved *solved, const kmp_partition *part)
 {
+    const kempe_system *s = solved->eval->system;
+    solved->effort = s->force ? KMP_ARENA_NEW(&solved->arena, double, s->n) : NULL;
+    solved->state = KMP_ARENA_NEW(&solved->arena, double, 2 * s->n);
+    if (!KMP_ARENA_EACH(&solved->arena, double, s->n, &solved->q, &solved->qd))
+        return false;
     kmp_solved_plan plan = {.part = part, .red = solved->red, .closes = solved->closes};
     kmp_solved_written written;
     if (plan.red) {
@@ -48,15 +53,6 @@ static bool write_program(kmp_solved *solved, const kmp_partition *part)
     solved->layout = written.layout;
     solved->row = written.row;
     return !written.program || kmp_written_machine_init(&solved->made, solved->eval, written.program);
-}
-
-/* False: no memory. */
-static bool make(kmp_solved *solved, const kmp_partition *part)
-{
-    const kempe_system *s = solved->eval->system;
-    solved->effort = s->force ? KMP_ARENA_NEW(&solved->arena, double, s->n) : NULL;
-    solved->state = KMP_ARENA_NEW(&solved->arena, double, 2 * s->n);
-    return KMP_ARENA_EACH(&solved->arena, double, s->n, &solved->q, &solved->qd) && write_program(solved, part);
 }
 
 /* Sets the state of q at zero rates. */

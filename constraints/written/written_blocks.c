@@ -26,21 +26,6 @@ bool kmp_written_order_is_good(int count, const kmp_eliminated *rows, const doub
     return true;
 }
 
-/* Rows of a block in the order of elimination. */
-static void take_block(const kmp_written_blocks *k, int number, struct kmp_written_block *b)
-{
-    const int *col = kmp_block_columns(k->red->block, number, &b->size), *order = k->order;
-    for (int before = 0, size; before < number; before++, order += size)
-        (void)kmp_block_columns(k->red->block, before, &size);
-    for (int i = 0; i < b->size; i++) {
-        b->col[i] = col[i];
-        b->row[i] = order[i];
-    }
-    for (int i = 0; i < b->size; i++)
-        for (int j = 0; j < b->size; j++)
-            b->a[i][j] = k->jv[b->row[i] * k->red->r + b->col[j]];
-}
-
 static double value_at(const kmp_reduction *red, int row, int col)
 {
     for (int e = 0; e < red->jv_count; e++)
@@ -95,17 +80,12 @@ static void factor_block(kmp_written_blocks *k, struct kmp_written_block *b)
     }
 }
 
-static void solve_two(kmp_graph *g, const struct kmp_written_block *b, kmp_ref *x)
-{
-    kmp_ref y = x[0], z = x[1], w = b->inverse[0];
-    x[0] = kmp_sub(g, kmp_mul(g, kmp_mul(g, b->a[1][1], w), y), kmp_mul(g, kmp_mul(g, b->a[0][1], w), z));
-    x[1] = kmp_sub(g, kmp_mul(g, kmp_mul(g, b->a[0][0], w), z), kmp_mul(g, kmp_mul(g, b->a[1][0], w), y));
-}
-
 static void solve_block(kmp_graph *g, const struct kmp_written_block *b, kmp_ref *x)
 {
     if (b->size == 2) {
-        solve_two(g, b, x);
+        kmp_ref y = x[0], z = x[1], w = b->inverse[0];
+        x[0] = kmp_sub(g, kmp_mul(g, kmp_mul(g, b->a[1][1], w), y), kmp_mul(g, kmp_mul(g, b->a[0][1], w), z));
+        x[1] = kmp_sub(g, kmp_mul(g, kmp_mul(g, b->a[0][0], w), z), kmp_mul(g, kmp_mul(g, b->a[1][0], w), y));
         return;
     }
     for (int i = 1; i < b->size; i++)
@@ -140,9 +120,17 @@ void kmp_written_blocks_solve(const kmp_written_blocks *k, int number, int colum
     }
 }
 
-/* Sorts the entries of J into Jv and Ju. */
-static void sort_jacobian(kmp_written_blocks *k, const kmp_ref *jacobian)
+bool kmp_written_blocks_init(kmp_written_blocks *k, kmp_arena *arena, kmp_graph *g, const kmp_ref *jacobian)
 {
+    int r = k->red->r;
+    k->g = g;
+    KMP_ARENA_MAKE(arena, KMP_ROOM(struct kmp_written_block, kmp_block_count(k->red->block), &k->block),
+                   KMP_ROOM(int, r, &k->block_of), KMP_ROOM(kmp_eliminated, r * KMP_WRITTEN_BLOCK, &k->row),
+                   KMP_ROOM(kmp_ref, r * k->red->p, &k->ju), KMP_ROOM(kmp_ref, r * KMP_WRITTEN_BLOCK, &k->multiplier),
+                   KMP_ROOM(kmp_ref, r, &k->pivot));
+    if (!KMP_ARENA_EACH(arena, kmp_ref, r * r, &k->jv))
+        return false;
+    /* Sorts the entries of J into Jv and Ju. */
     const kmp_reduction *red = k->red;
     for (int e = 0; e < red->jv_count; e++)
         k->jv[red->jv_row[e] * red->r + red->jv_col[e]] = jacobian[red->jv_entry[e]];
@@ -154,26 +142,24 @@ static void sort_jacobian(kmp_written_blocks *k, const kmp_ref *jacobian)
         for (int i = 0; i < size; i++)
             k->block_of[col[i]] = number;
     }
-}
-
-bool kmp_written_blocks_init(kmp_written_blocks *k, kmp_arena *arena, kmp_graph *g, const kmp_ref *jacobian)
-{
-    int r = k->red->r;
-    k->g = g;
-    KMP_ARENA_MAKE(arena, KMP_ROOM(struct kmp_written_block, kmp_block_count(k->red->block), &k->block),
-                   KMP_ROOM(int, r, &k->block_of), KMP_ROOM(kmp_eliminated, r * KMP_WRITTEN_BLOCK, &k->row),
-                   KMP_ROOM(kmp_ref, r * k->red->p, &k->ju), KMP_ROOM(kmp_ref, r * KMP_WRITTEN_BLOCK, &k->multiplier),
-                   KMP_ROOM(kmp_ref, r, &k->pivot));
-    if (!KMP_ARENA_EACH(arena, kmp_ref, r * r, &k->jv))
-        return false;
-    sort_jacobian(k, jacobian);
     return true;
 }
 
 void kmp_written_blocks_factor(kmp_written_blocks *k, int number)
 {
-    take_block(k, number, &k->block[number]);
-    factor_block(k, &k->block[number]);
+    /* Rows of a block in the order of elimination. */
+    struct kmp_written_block *b = &k->block[number];
+    const int *col = kmp_block_columns(k->red->block, number, &b->size), *order = k->order;
+    for (int before = 0, size; before < number; before++, order += size)
+        (void)kmp_block_columns(k->red->block, before, &size);
+    for (int i = 0; i < b->size; i++) {
+        b->col[i] = col[i];
+        b->row[i] = order[i];
+    }
+    for (int i = 0; i < b->size; i++)
+        for (int j = 0; j < b->size; j++)
+            b->a[i][j] = k->jv[b->row[i] * k->red->r + b->col[j]];
+    factor_block(k, b);
 }
 
 void kmp_written_blocks_correct(const kmp_written_blocks *k, const kmp_ref *h, kmp_ref *room, kmp_ref *x)

@@ -78,19 +78,6 @@ static void keep(const kempe_system *s, kmp_kept_name name, const kmp_written_re
 
 /* -- cache --------------------------------------------------------------------------------------------- */
 
-static void write(const kempe_system *s, kmp_kept_name name, const kmp_written_record *record)
-{
-    kmp_bytes b = {0};
-    kmp_table_pool pool = {0};
-    kmp_bytes_put_int(&b, record->multipliers);
-    KMP_BYTES_PUT(&b, record->row, record->multipliers);
-    KMP_BYTES_PUT(&b, record->layout, record->count);
-    kmp_program_put(&b, &pool, record->program);
-    kmp_table_pool_free(&pool);
-    kmp_kept_write(s, name, &b);
-    kmp_bytes_free(&b);
-}
-
 /* True if the numbers are those of this program. */
 static bool is_sound(const kempe_system *s, const kmp_written_record *record)
 {
@@ -143,8 +130,18 @@ void kmp_written_keep(const kempe_system *s, kmp_kept_name name, const kmp_writt
 {
     if (!kmp_kept_has_room(s)) /* a motion of many choices fills no folder */
         return;
-    if (s->has_key)
-        write(s, name, record);
+    if (s->has_key) {
+        /* Into the cache. */
+        kmp_bytes b = {0};
+        kmp_table_pool pool = {0};
+        kmp_bytes_put_int(&b, record->multipliers);
+        KMP_BYTES_PUT(&b, record->row, record->multipliers);
+        KMP_BYTES_PUT(&b, record->layout, record->count);
+        kmp_program_put(&b, &pool, record->program);
+        kmp_table_pool_free(&pool);
+        kmp_kept_write(s, name, &b);
+        kmp_bytes_free(&b);
+    }
     kmp_kept_name_program(s, name, record->program);
     keep(s, name, record);
 }

@@ -17,17 +17,6 @@ static const unsigned char *row_of(const search *s, int i)
     return s->pattern + (size_t)i * (size_t)s->ldl->size;
 }
 
-/* Lists the neighbours of an unknown that are not eliminated. Returns their number. */
-static int neighbours(const search *s, int i, int *list)
-{
-    const unsigned char *row = row_of(s, i);
-    int count = 0;
-    for (int j = 0; j < s->ldl->size; j++)
-        if (row[j] && j != i && s->ldl->step[j] < 0)
-            list[count++] = j;
-    return count;
-}
-
 static void count_neighbours(const search *s, int i)
 {
     const kmp_written_ldl *ldl = s->ldl;
@@ -53,7 +42,12 @@ static int choose(const search *s)
 /* Eliminates an unknown, which couples its neighbours with each other. Returns their number. */
 static long eliminate(const search *s, int i, int step)
 {
-    int count = neighbours(s, i, s->list);
+    /* Lists the neighbours of an unknown that are not eliminated. */
+    const unsigned char *row = row_of(s, i);
+    int count = 0;
+    for (int j = 0; j < s->ldl->size; j++)
+        if (row[j] && j != i && s->ldl->step[j] < 0)
+            s->list[count++] = j;
     size_t size = (size_t)s->ldl->size;
     s->ldl->order[step] = i;
     s->ldl->step[i] = step;
@@ -98,21 +92,6 @@ static void list_columns(kmp_written_ldl *ldl, const unsigned char *pattern)
     }
 }
 
-/* Lists them by rows. `next`: room for `size`. */
-static void list_rows(kmp_written_ldl *ldl, int *next)
-{
-    for (int i = 0; i < ldl->size; i++) {
-        ldl->row_start[i + 1] += ldl->row_start[i];
-        next[i] = ldl->row_start[i];
-    }
-    for (int k = 0; k < ldl->size; k++)
-        for (int e = ldl->start[k]; e < ldl->start[k + 1]; e++) {
-            int to = next[ldl->row[e]]++;
-            ldl->col[to] = k;
-            ldl->at[to] = e;
-        }
-}
-
 bool kmp_written_ldl_analyse(kmp_written_ldl *ldl, kmp_arena *arena, int size, int leading, unsigned char *pattern)
 {
     *ldl = (kmp_written_ldl){.size = size, .leading = leading};
@@ -124,7 +103,17 @@ bool kmp_written_ldl_analyse(kmp_written_ldl *ldl, kmp_arena *arena, int size, i
     if (!KMP_ARENA_EACH(arena, int, entries, &ldl->row, &ldl->col, &ldl->at))
         return false;
     list_columns(ldl, pattern);
-    list_rows(ldl, s.list);
+    /* Lists them by rows. `next`: room for `size`. */
+    for (int i = 0; i < ldl->size; i++) {
+        ldl->row_start[i + 1] += ldl->row_start[i];
+        s.list[i] = ldl->row_start[i];
+    }
+    for (int k = 0; k < ldl->size; k++)
+        for (int e = ldl->start[k]; e < ldl->start[k + 1]; e++) {
+            int to = s.list[ldl->row[e]]++;
+            ldl->col[to] = k;
+            ldl->at[to] = e;
+        }
     return true;
 }
 
@@ -153,32 +142,26 @@ static kmp_ref reduce_diagonal(const kmp_written_ldl *ldl, kmp_graph *g, int i, 
     return x;
 }
 
-/* Column k of L, from the columns before it. A trailing unknown's diagonal is that of the Schur complement. */
-static bool factor_column(kmp_written_ldl *ldl, kmp_graph *g, int k, const kmp_ref *matrix)
-{
-    int i = ldl->order[k], size = ldl->size;
-    kmp_ref diagonal = matrix[i * size + i], reduced = reduce_diagonal(ldl, g, i, true, diagonal);
-    ldl->diagonal[i] = i < ldl->leading ? diagonal : reduced;
-    ldl->pivot[i] = reduce_diagonal(ldl, g, i, false, reduced);
-    if (ldl->pivot[i] == KMP_ZERO)
-        return false;
-    ldl->inverse[i] = kmp_div(g, KMP_ONE, ldl->pivot[i]);
-    for (int e = ldl->start[k]; e < ldl->start[k + 1]; e++) {
-        ldl->scaled[e] = reduce(ldl, g, ldl->row[e], i, matrix[ldl->row[e] * size + i]);
-        ldl->l[e] = kmp_mul(g, ldl->scaled[e], ldl->inverse[i]);
-    }
-    return true;
-}
-
 bool kmp_written_ldl_factor(kmp_written_ldl *ldl, kmp_arena *arena, kmp_graph *g, const kmp_ref *matrix)
 {
     int entries = ldl->start[ldl->size];
     KMP_ARENA_EACH(arena, kmp_ref, entries, &ldl->l, &ldl->scaled);
     if (!KMP_ARENA_EACH(arena, kmp_ref, ldl->size, &ldl->diagonal, &ldl->pivot, &ldl->inverse))
         return false;
-    for (int k = 0; k < ldl->size; k++)
-        if (!factor_column(ldl, g, k, matrix))
+    for (int k = 0; k < ldl->size; k++) {
+        /* Column k of L, from the columns before it. A trailing unknown's diagonal is that of the Schur complement. */
+        int i = ldl->order[k], size = ldl->size;
+        kmp_ref diagonal = matrix[i * size + i], reduced = reduce_diagonal(ldl, g, i, true, diagonal);
+        ldl->diagonal[i] = i < ldl->leading ? diagonal : reduced;
+        ldl->pivot[i] = reduce_diagonal(ldl, g, i, false, reduced);
+        if (ldl->pivot[i] == KMP_ZERO)
             return false;
+        ldl->inverse[i] = kmp_div(g, KMP_ONE, ldl->pivot[i]);
+        for (int e = ldl->start[k]; e < ldl->start[k + 1]; e++) {
+            ldl->scaled[e] = reduce(ldl, g, ldl->row[e], i, matrix[ldl->row[e] * size + i]);
+            ldl->l[e] = kmp_mul(g, ldl->scaled[e], ldl->inverse[i]);
+        }
+    }
     return true;
 }
 

@@ -345,8 +345,20 @@ static bool allocate(dae *d, int size)
     return !a->failed && kmp_saddle_init(&d->saddle, d->eval, d->part);
 }
 
-static void choose_form(dae *d, const form *chosen, double rate_scale)
+static unsigned values_of(const form *f)
 {
+    unsigned values = 1u << KMP_VALUE_R | (f->mu ? 1u << KMP_VALUE_JTMU : 0);
+    for (int g = 0; g < f->groups; g++)
+        for (int order = 0; order < 3; order++)
+            values |= f->weight[g][order] != 0 ? 1u << closure_value[order] : 0;
+    return values;
+}
+
+static kempe_status prepare(dae *d, const form *chosen, const kmp_formulation_start *start)
+{
+    KMP_TRY(kmp_made(d->s->context, allocate(d, 2 * d->n + chosen->groups * d->r)));
+    /* Weights of the form's groups, scaled for Baumgarte's method. */
+    double rate_scale = start->rate_scale;
     double gain = chosen->baumgarte ? BAUMGARTE_GAIN * rate_scale : 1;
     d->form = *chosen;
     for (int g = 0; g < 2; g++) {
@@ -357,19 +369,16 @@ static void choose_form(dae *d, const form *chosen, double rate_scale)
         d->position[i] = -1;
     for (int i = 0; i < d->r; i++)
         d->position[d->part->rows[i]] = i;
-}
-
-static unsigned values_of(const form *f)
-{
-    unsigned values = 1u << KMP_VALUE_R | (f->mu ? 1u << KMP_VALUE_JTMU : 0);
-    for (int g = 0; g < f->groups; g++)
-        for (int order = 0; order < 3; order++)
-            values |= f->weight[g][order] != 0 ? 1u << closure_value[order] : 0;
-    return values;
-}
-
-static void begin(dae *d, const kmp_formulation_start *start)
-{
+    const char *row = chosen->rates_free ? kmp_formulation_row_of_rates(d->s) : NULL;
+    if (row)
+        return kmp_fail(d->s->context, KEMPE_E_INPUT,
+                        "the form index3 has positions of closures alone, and '%s' holds rates of no function of "
+                        "coordinates; use another form, as stabilized1",
+                        row);
+    KMP_TRY(kmp_tangents_init(&d->tangents, d->s, d->eval->backend, values_of(chosen) | KMP_TANGENTS_WITH_VALUES));
+    KMP_TRY(kmp_tangents_add_values(&d->tangents, d->s, d->eval->backend));
+    KMP_TRY(kmp_made(d->s->context, compress(d)));
+    /* The state at the start, and its tolerances. */
     int n = d->n;
     kmp_formulation_begin_with_state(&d->formulation, start);
     memcpy(d->formulation.yp, start->qd, (size_t)n * sizeof *d->formulation.yp);
@@ -383,22 +392,6 @@ static void begin(dae *d, const kmp_formulation_start *start)
         if (!coordinate && !rate)
             d->formulation.atol[i] = start->atol;
     }
-}
-
-static kempe_status prepare(dae *d, const form *chosen, const kmp_formulation_start *start)
-{
-    KMP_TRY(kmp_made(d->s->context, allocate(d, 2 * d->n + chosen->groups * d->r)));
-    choose_form(d, chosen, start->rate_scale);
-    const char *row = chosen->rates_free ? kmp_formulation_row_of_rates(d->s) : NULL;
-    if (row)
-        return kmp_fail(d->s->context, KEMPE_E_INPUT,
-                        "the form index3 has positions of closures alone, and '%s' holds rates of no function of "
-                        "coordinates; use another form, as stabilized1",
-                        row);
-    KMP_TRY(kmp_tangents_init(&d->tangents, d->s, d->eval->backend, values_of(chosen) | KMP_TANGENTS_WITH_VALUES));
-    KMP_TRY(kmp_tangents_add_values(&d->tangents, d->s, d->eval->backend));
-    KMP_TRY(kmp_made(d->s->context, compress(d)));
-    begin(d, start);
     return KEMPE_OK;
 }
 

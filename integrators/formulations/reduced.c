@@ -81,17 +81,6 @@ int kmp_reduced_place(kmp_reduced *d, double t, const double *y)
     return KMP_GO;
 }
 
-/* Computes qdd, lambda and udd without a reduced mass. */
-static int accelerate_at_once(kmp_reduced *d)
-{
-    if (kmp_saddle_factor(&d->saddle))
-        return KMP_RETRY;
-    kmp_saddle_accelerations(&d->saddle, d->qdd, d->lambda);
-    for (int k = 0; k < d->p; k++)
-        d->udd[k] = d->qdd[d->part.u[k]];
-    return KMP_GO;
-}
-
 /* udd at the present q and qd. */
 static int accelerate_closed(kmp_reduced *d)
 {
@@ -99,7 +88,13 @@ static int accelerate_closed(kmp_reduced *d)
     if (!d->by_saddle)
         return kmp_reduction_move(&d->red, d->qd, d->udd) ? KMP_RETRY : KMP_GO;
     kmp_eval_bias(d->eval, d->qd);
-    return accelerate_at_once(d);
+    /* Computes qdd, lambda and udd without a reduced mass. */
+    if (kmp_saddle_factor(&d->saddle))
+        return KMP_RETRY;
+    kmp_saddle_accelerations(&d->saddle, d->qdd, d->lambda);
+    for (int k = 0; k < d->p; k++)
+        d->udd[k] = d->qdd[d->part.u[k]];
+    return KMP_GO;
 }
 
 int kmp_reduced_evaluate(kmp_reduced *d, double t, const double *y)

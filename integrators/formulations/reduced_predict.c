@@ -17,20 +17,6 @@ static double progress_of(const kmp_reduced *d, double t, const double *u)
     return along;
 }
 
-/* The weights of u in the progress: rates over their square, in scales. */
-static void set_progress(kmp_reduced *d, const double *ud)
-{
-    double speed = 0;
-    for (int k = 0; k < d->p; k++) {
-        double scale = d->s->scale[d->part.u[k]];
-        d->anchor_w[k] = ud[k] / (scale * scale);
-        speed += d->anchor_w[k] * ud[k];
-    }
-    d->by_time = d->s->rheonomic || !(speed > DBL_MIN);
-    for (int k = 0; k < d->p; k++)
-        d->anchor_w[k] /= speed;
-}
-
 /* B du + x_t tau + c s^2 / 2. */
 void kmp_reduced_predict(kmp_reduced *d, double t, const double *u)
 {
@@ -52,17 +38,11 @@ void kmp_reduced_predict(kmp_reduced *d, double t, const double *u)
     }
 }
 
-/* The i-th component of vdd without the part of udd. */
-static double vdd_alone(const kmp_reduced *d, int i)
+void kmp_reduced_remember_place(kmp_reduced *d, double t, const double *y)
 {
-    double vdd = d->by_saddle ? d->qdd[d->part.v[i]] : d->red.a0[d->part.v[i]];
-    for (int k = 0; d->by_saddle && k < d->p; k++)
-        vdd -= d->red.bvu[i + k * d->r] * d->qdd[d->part.u[k]];
-    return vdd;
-}
-
-static void weigh(kmp_reduced *d)
-{
+    d->t = t;
+    if (d->integrated)
+        return;
     for (int i = 0; i < d->n; i++)
         d->weight[i] = d->start.atol * d->s->scale[i] + d->start.rtol * fabs(d->q[i]);
     for (int i = 0; i < d->r; i++) {
@@ -70,18 +50,20 @@ static void weigh(kmp_reduced *d)
         d->by_weight[i] = 1 / d->weight[d->part.v[i]];
     }
     d->noise = kmp_close_noise(d->n, d->s->scale, d->q);
-}
-
-void kmp_reduced_remember_place(kmp_reduced *d, double t, const double *y)
-{
-    d->t = t;
-    if (d->integrated)
-        return;
-    weigh(d);
     if (d->has_v)
         return;
     memcpy(d->anchor_u, y, (size_t)d->p * sizeof *d->anchor_u);
-    set_progress(d, y + d->p);
+    /* The weights of u in the progress: rates over their square, in scales. */
+    const double *ud = y + d->p;
+    double speed = 0;
+    for (int k = 0; k < d->p; k++) {
+        double scale = d->s->scale[d->part.u[k]];
+        d->anchor_w[k] = ud[k] / (scale * scale);
+        speed += d->anchor_w[k] * ud[k];
+    }
+    d->by_time = d->s->rheonomic || !(speed > DBL_MIN);
+    for (int k = 0; k < d->p; k++)
+        d->anchor_w[k] /= speed;
     memcpy(d->anchor_b, d->red.bvu, (size_t)(d->r * d->p) * sizeof *d->anchor_b);
     for (int i = 0; i < d->r; i++) {
         d->anchor_v[i] = d->q[d->part.v[i]];
@@ -92,6 +74,11 @@ void kmp_reduced_remember_place(kmp_reduced *d, double t, const double *y)
 void kmp_reduced_remember(kmp_reduced *d, double t, const double *y)
 {
     kmp_reduced_remember_place(d, t, y);
-    for (int i = 0; !d->has_v && i < d->r; i++)
-        d->anchor_c[i] = vdd_alone(d, i);
+    for (int i = 0; !d->has_v && i < d->r; i++) {
+        /* The i-th component of vdd without the part of udd. */
+        double vdd = d->by_saddle ? d->qdd[d->part.v[i]] : d->red.a0[d->part.v[i]];
+        for (int k = 0; d->by_saddle && k < d->p; k++)
+            vdd -= d->red.bvu[i + k * d->r] * d->qdd[d->part.u[k]];
+        d->anchor_c[i] = vdd;
+    }
 }

@@ -74,30 +74,6 @@ static double entry(const double *v, int k)
     return v ? v[k] : 1;
 }
 
-static void add_mass(const pass *p)
-{
-    const kmp_pattern *mass = &p->numbers->system->mass;
-    const double *qdd = p->at ? p->at->qdd : NULL;
-    for (int e = 0; e < mass->count; e++) {
-        int row = mass->row[e], col = mass->col[e];
-        add(p, KMP_R_Q, row, p->out.mass + e, entry(qdd, col));
-        if (row != col)
-            add(p, KMP_R_Q, col, p->out.mass + e, entry(qdd, row));
-    }
-}
-
-static void add_jacobian(const pass *p)
-{
-    const kmp_pattern *jacobian = &p->numbers->system->jacobian;
-    const kmp_instant *at = p->at;
-    for (int e = 0; e < jacobian->count; e++) {
-        int row = jacobian->row[e], col = jacobian->col[e], output = p->out.jacobian + e;
-        add(p, KMP_R_Q, col, output, -entry(at ? at->lambda : NULL, row));
-        add(p, KMP_RATE_Q, row, output, entry(at ? at->qd : NULL, col));
-        add(p, KMP_CURVE_Q, row, output, entry(at ? at->qdd : NULL, col));
-    }
-}
-
 static void add_rows(const pass *p, kmp_tangent_block block, int output, int rows)
 {
     for (int k = 0; k < rows; k++)
@@ -116,8 +92,22 @@ static void add_columns(const pass *p)
 {
     const kmp_tangent_numbers *x = p->numbers;
     along(p, KMP_IN_Q);
-    add_mass(p);
-    add_jacobian(p);
+    const kmp_pattern *mass = &p->numbers->system->mass;
+    const double *qdd = p->at ? p->at->qdd : NULL;
+    for (int e = 0; e < mass->count; e++) {
+        int row = mass->row[e], col = mass->col[e];
+        add(p, KMP_R_Q, row, p->out.mass + e, entry(qdd, col));
+        if (row != col)
+            add(p, KMP_R_Q, col, p->out.mass + e, entry(qdd, row));
+    }
+    const kmp_pattern *jacobian = &p->numbers->system->jacobian;
+    const kmp_instant *at = p->at;
+    for (int e = 0; e < jacobian->count; e++) {
+        int row = jacobian->row[e], col = jacobian->col[e], output = p->out.jacobian + e;
+        add(p, KMP_R_Q, col, output, -entry(at ? at->lambda : NULL, row));
+        add(p, KMP_RATE_Q, row, output, entry(at ? at->qd : NULL, col));
+        add(p, KMP_CURVE_Q, row, output, entry(at ? at->qdd : NULL, col));
+    }
     add_rows(p, KMP_R_Q, p->out.bias, x->n);
     add_rows(p, KMP_CURVE_Q, p->out.jdqd, x->m);
     if (p->out.h_t >= 0)
@@ -145,17 +135,6 @@ static int rows_of(const kmp_tangent_numbers *x, int block)
     return block == KMP_R_Q || block == KMP_R_QD ? x->n : x->m;
 }
 
-static void place_blocks(kmp_tangent_numbers *x)
-{
-    for (int k = 0; k < COMPUTED; k++) {
-        x->at[computed[k]] = x->size;
-        x->size += rows_of(x, computed[k]) * x->n;
-    }
-    x->at[KMP_M] = x->size;
-    x->at[KMP_J] = x->at[KMP_M] + x->system->mass.count;
-    x->size = x->at[KMP_J] + x->system->jacobian.count;
-}
-
 /* Lists the entries of M with both triangles. */
 static void list_pattern(const kmp_tangent_numbers *x, int block, const kmp_pattern *pattern, kmp_listing *list)
 {
@@ -179,7 +158,13 @@ kmp_tangent_numbers *kmp_tangent_numbers_new(const kempe_system *system, kmp_lis
     if (!x)
         return NULL;
     *x = (kmp_tangent_numbers){.system = system, .n = system->n, .m = system->m};
-    place_blocks(x);
+    for (int k = 0; k < COMPUTED; k++) {
+        x->at[computed[k]] = x->size;
+        x->size += rows_of(x, computed[k]) * x->n;
+    }
+    x->at[KMP_M] = x->size;
+    x->at[KMP_J] = x->at[KMP_M] + x->system->mass.count;
+    x->size = x->at[KMP_J] + x->system->jacobian.count;
     bool *mark = KMP_ARENA_NEW(arena, bool, x->size);
     x->duals = kmp_duals_new(system->motion, arena);
     x->value = KMP_ARENA_NEW(arena, double, x->size);

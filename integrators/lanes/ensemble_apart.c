@@ -72,17 +72,13 @@ static kempe_status fail_alone(kmp_engine *e, int i, kempe_status status)
     return e->results[i].reason ? KEMPE_OK : kmp_fail_memory(e->context);
 }
 
-static void forget_work(kmp_ensemble_result *result)
-{
-    result->steps = result->rejected = result->refused = result->rhs = result->exchanges = 0;
-    result->parts = 0;
-}
-
 kempe_status kmp_instance_alone(kmp_engine *e, int i)
 {
     kempe_assembly *a = NULL;
     kmp_runner *run = NULL;
-    forget_work(&e->results[i]);
+    kmp_ensemble_result *result = &e->results[i];
+    result->steps = result->rejected = result->refused = result->rhs = result->exchanges = 0;
+    result->parts = 0;
     kempe_status status = kmp_instance_assemble(e, i, &a);
     if (status == KEMPE_E_INPUT)
         return KEMPE_OK;
@@ -108,15 +104,6 @@ typedef struct part_state {
     double margin;       /* the last pivot of J over its usual size at the last look; -1: none yet */
 } part_state;
 
-/* True if the user's angles of all spherical joints are far from their singular positions. */
-static bool has_regular_angles(const kmp_engine *e, const double *q)
-{
-    for (int c = 0; c < kmp_charts_count(e->s) && !e->spec.own_angles; c++)
-        if (kmp_chart_regular(e->s, c, q) < KMP_AXES_RESUMED)
-            return false;
-    return true;
-}
-
 /* True if lanes can take the instance back at the end of the last step: the usual formulation runs, the user's own
  * coordinates are good, and the closures recede from a change point. Sets the row and the partition there. */
 static kempe_status look(kmp_engine *e, int i, kmp_runner *run, int rank, part_state *part, bool *returns)
@@ -129,8 +116,10 @@ static kempe_status look(kmp_engine *e, int i, kmp_runner *run, int rank, part_s
         return KEMPE_OK;
     rank = e->s->switches ? run->margin.r : rank;
     KMP_TRY(kmp_runner_row(run, t, part->row, &part->work));
-    if (!has_regular_angles(e, part->row))
-        return KEMPE_OK;
+    /* True if the user's angles of all spherical joints are far from their singular positions. */
+    for (int c = 0; c < kmp_charts_count(e->s) && !e->spec.own_angles; c++)
+        if (kmp_chart_regular(e->s, c, part->row) < KMP_AXES_RESUMED)
+            return KEMPE_OK;
     if (e->conditions)
         kmp_eval_set_modes(e->eval, kmp_runner_modes(run));
     kmp_eval_closure(e->eval, t, part->row);

@@ -125,27 +125,6 @@ void kmp_engine_count(kmp_engine *e)
 
 /* -- a chunk ----------------------------------------------------------------------------------------- */
 
-static kempe_status prepare(kmp_engine *e)
-{
-    kmp_arena *a = &e->arena;
-    int size = kmp_lane_most(e), events = e->s->events.count;
-    size_t memory = e->site ? kmp_runner_memory_size(e->s) : 0;
-    e->instances = KMP_ARENA_NEW(a, kmp_instance, e->count);
-    for (int i = 0; i < e->count && !a->failed; i++) {
-        kmp_instance *x = &e->instances[i];
-        (void)KMP_ARENA_MAKE(a, KMP_ROOM(double, size, &x->y, &x->dy), KMP_ROOM(double, events, &x->mode),
-                             KMP_ROOM(kmp_condition_past, events, &x->past),
-                             KMP_ROOM(double, e->s->changes_by_rates ? e->n + e->m : 0, &x->vdd),
-                             KMP_ROOM(double, e->s->load_row_count > 0 ? e->m : 0, &x->nu),
-                             KMP_ROOM(double, e->parameters + e->n + e->m, &x->constants.numbers));
-        (void)kmp_present_inputs_init(&x->inputs, a, e->s->model);
-        x->inputs.held = true;
-        x->memory = KMP_ARENA_NEW(a, double, (memory + sizeof(double) - 1) / sizeof(double) + 1);
-        x->next_sample = INFINITY;
-    }
-    return kmp_made(e->context, !a->failed && kmp_measuring_chunk(e));
-}
-
 static kmp_pool *fullest(const kmp_engine *e)
 {
     kmp_pool *pool = NULL;
@@ -192,7 +171,24 @@ kempe_status kmp_engine_run(kmp_engine *e, int count, const double *values, kmp_
     e->results = results;
     e->q = q;
     e->qd = qd;
-    kempe_status status = prepare(e);
+    /* Room of all instances. */
+    kmp_arena *a = &e->arena;
+    int size = kmp_lane_most(e), events = e->s->events.count;
+    size_t memory = e->site ? kmp_runner_memory_size(e->s) : 0;
+    e->instances = KMP_ARENA_NEW(a, kmp_instance, e->count);
+    for (int i = 0; i < e->count && !a->failed; i++) {
+        kmp_instance *x = &e->instances[i];
+        (void)KMP_ARENA_MAKE(a, KMP_ROOM(double, size, &x->y, &x->dy), KMP_ROOM(double, events, &x->mode),
+                             KMP_ROOM(kmp_condition_past, events, &x->past),
+                             KMP_ROOM(double, e->s->changes_by_rates ? e->n + e->m : 0, &x->vdd),
+                             KMP_ROOM(double, e->s->load_row_count > 0 ? e->m : 0, &x->nu),
+                             KMP_ROOM(double, e->parameters + e->n + e->m, &x->constants.numbers));
+        (void)kmp_present_inputs_init(&x->inputs, a, e->s->model);
+        x->inputs.held = true;
+        x->memory = KMP_ARENA_NEW(a, double, (memory + sizeof(double) - 1) / sizeof(double) + 1);
+        x->next_sample = INFINITY;
+    }
+    kempe_status status = kmp_made(e->context, !a->failed && kmp_measuring_chunk(e));
     for (int i = 0; status == KEMPE_OK && why && i < count; i++)
         kmp_instance_leave(e, i, why);
     if (status == KEMPE_OK && !why)

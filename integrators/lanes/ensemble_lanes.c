@@ -10,22 +10,6 @@
 
 enum { MOST_TRIES = 1000 };
 
-/* -- one attempt ------------------------------------------------------------------------------------- */
-
-/* Chooses the steps to try; an instance with too small a step is left to a separate run. */
-static void choose_tries(kmp_engine *e)
-{
-    kmp_lane_room *room = &e->room;
-    double longest = e->spec.max_step > 0 ? e->spec.max_step : INFINITY;
-    int64_t none;
-    const kmp_lanes_tries tries = {room->who, longest, room->t, room->limit, room->h, room->step, room->t_new, &none};
-    kmp_lanes_choose_tries(room->w, &tries);
-    memset(room->bad, 0, room->w * sizeof *room->bad);
-    for (size_t l = 0; none && l < room->w; l++)
-        if (room->step[l] == 0 && room->who[l] >= 0)
-            kmp_room_expel(e, l, "a step size that becomes too small");
-}
-
 /* -- control ----------------------------------------------------------------------------------------- */
 
 static void refuse(kmp_engine *e, size_t l, kmp_lane_outcome what)
@@ -244,11 +228,13 @@ static void solve(kmp_engine *e, double *failed)
     memset(room->bad, 0, room->w * sizeof *room->bad);
 }
 
-/* Decides on the attempts of the lanes that do not go on by themselves. */
-static void decide(kmp_engine *e, kmp_pool *pool, kmp_lane_watched *seen, const kmp_lanes_passing *ends,
-                   kmp_lane_outcome *what)
+/* Decides on the attempts of lanes that do not go on by themselves, and takes those that are accepted. */
+static kempe_status end_attempts(kmp_engine *e, kmp_pool *pool, kmp_lane_watched *seen, const kmp_lanes_passing *ends)
 {
     kmp_lane_room *room = &e->room;
+    kmp_lane_outcome what[KMP_LANES_MOST] = {KMP_LANE_EMPTY};
+    kempe_status status = KEMPE_OK;
+    /* Decides on the attempts of the lanes that do not go on by themselves. */
     for (size_t l = 0; l < room->w; l++) {
         what[l] = room->who[l] < 0       ? KMP_LANE_EMPTY
                   : ends->failed[l] != 0 ? KMP_LANE_BAD_STAGE
@@ -263,15 +249,6 @@ static void decide(kmp_engine *e, kmp_pool *pool, kmp_lane_watched *seen, const 
                       : kmp_lane_consents(e, pool, seen, l) ? KMP_LANE_TAKEN
                                                             : KMP_LANE_BAD_STEP;
     }
-}
-
-/* Decides on the attempts of lanes that do not go on by themselves, and takes those that are accepted. */
-static kempe_status end_attempts(kmp_engine *e, kmp_pool *pool, kmp_lane_watched *seen, const kmp_lanes_passing *ends)
-{
-    kmp_lane_room *room = &e->room;
-    kmp_lane_outcome what[KMP_LANES_MOST] = {KMP_LANE_EMPTY};
-    kempe_status status = KEMPE_OK;
-    decide(e, pool, seen, ends, what);
     memset(room->bad, 0, room->w * sizeof *room->bad);
     bool searched[KMP_LANES_MOST] = {false};
     bool dense = e->conditions && kmp_taken_watch(e, pool, seen, what, searched);
@@ -303,7 +280,15 @@ static kempe_status step(kmp_engine *e, kmp_pool *pool)
     double failed[KMP_LANES_MOST];
     int64_t on[KMP_LANES_MOST], stays[KMP_LANES_MOST], all[KMP_LANES_MOST];
     kmp_lane_watched seen;
-    choose_tries(e);
+    /* Chooses the steps to try; an instance with too small a step is left to a separate run. */
+    double longest = e->spec.max_step > 0 ? e->spec.max_step : INFINITY;
+    int64_t none;
+    const kmp_lanes_tries tries = {room->who, longest, room->t, room->limit, room->h, room->step, room->t_new, &none};
+    kmp_lanes_choose_tries(room->w, &tries);
+    memset(room->bad, 0, room->w * sizeof *room->bad);
+    for (size_t l = 0; none && l < room->w; l++)
+        if (room->step[l] == 0 && room->who[l] >= 0)
+            kmp_room_expel(e, l, "a step size that becomes too small");
     for (size_t l = 0; l < room->w; l++) {
         all[l] = true;
         e->work.lane_steps += room->who[l] >= 0;
@@ -389,19 +374,6 @@ static bool keep_base(kmp_engine *e, const kmp_pool *pool, size_t l)
     return x->base || size == 0;
 }
 
-static bool park(kmp_engine *e, kmp_pool *pool)
-{
-    bool kept = true;
-    for (size_t l = 0; l < e->room.w; l++)
-        if (e->room.who[l] >= 0) {
-            kept = keep_base(e, pool, l) && kept;
-            kmp_room_store(e, l);
-            kmp_pool_put(e, pool, e->room.who[l]);
-            kmp_room_empty(&e->room, l);
-        }
-    return kept;
-}
-
 kempe_status kmp_pool_run(kmp_engine *e, kmp_pool *pool)
 {
     kempe_status status = KEMPE_OK;
@@ -422,7 +394,15 @@ kempe_status kmp_pool_run(kmp_engine *e, kmp_pool *pool)
         if (status == KEMPE_OK)
             status = kmp_room_run_expelled(e, pool);
     }
-    bool kept = park(e, pool);
+    /* Instances that go on later leave their lanes. */
+    bool kept = true;
+    for (size_t l = 0; l < e->room.w; l++)
+        if (e->room.who[l] >= 0) {
+            kept = keep_base(e, pool, l) && kept;
+            kmp_room_store(e, l);
+            kmp_pool_put(e, pool, e->room.who[l]);
+            kmp_room_empty(&e->room, l);
+        }
     e->running = NULL;
     return kept ? status : kmp_fail_memory(e->context);
 }

@@ -52,19 +52,6 @@ static bool same_choice(const kmp_pool *pool, const kmp_partition *part)
            memcmp(pool->part.rows, part->rows, (size_t)part->r * sizeof *part->rows) == 0;
 }
 
-/* The block of each pivot; pivots are written from the last block to the first. NULL: no memory. */
-static unsigned char *blocks_of_pivots(const kmp_pool *pool)
-{
-    unsigned char *block = KMP_NEW(unsigned char, pool->layout.pivots + 1);
-    int count = 0, size;
-    for (int b = pool->part.r > 0 ? kmp_block_count(pool->red.block) : 0; block && b-- > 0;) {
-        (void)kmp_block_columns(pool->red.block, b, &size);
-        for (int k = size == 2 ? 1 : size; k-- > 0;)
-            block[count++] = (unsigned char)b;
-    }
-    return block;
-}
-
 /* The load rows of the partition, in their order (take_loads of fused_write.c). NULL: no memory. */
 static int *load_rows_of(const kmp_engine *e, const kmp_pool *pool)
 {
@@ -115,7 +102,15 @@ static kempe_status make(kmp_engine *e, const kmp_partition *part, kmp_pool *poo
     pool->program = written.program;
     pool->layout = written.layout;
     pool->row = written.row;
-    pool->pivot_block = blocks_of_pivots(pool);
+    /* The block of each pivot; pivots are written from the last block to the first. */
+    unsigned char *block = KMP_NEW(unsigned char, pool->layout.pivots + 1);
+    int count = 0, size;
+    for (int b = pool->part.r > 0 ? kmp_block_count(pool->red.block) : 0; block && b-- > 0;) {
+        (void)kmp_block_columns(pool->red.block, b, &size);
+        for (int k = size == 2 ? 1 : size; k-- > 0;)
+            block[count++] = (unsigned char)b;
+    }
+    pool->pivot_block = block;
     pool->load_row = load_rows_of(e, pool);
     bool made = pool->program && pool->pivot_block && pool->load_row && prepare(e, pool);
     if (made && kmp_pool_complete(e, pool))

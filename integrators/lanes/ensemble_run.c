@@ -148,9 +148,24 @@ static int width_of(const kmp_ensemble *e, const kmp_ensemble_execution *executi
     return best > ONE_REGISTER && (large || few) ? ONE_REGISTER : best;
 }
 
-/* Ends the engines, and adds up their work. */
-static void end_engines(shared_run *r)
+static kempe_status run_all(shared_run *r)
 {
+    kempe_context *context = r->e->model->context;
+    double wall = kmp_wall_now(), cpu = kmp_cpu_now();
+    for (int i = 0; i < r->count; i++)
+        r->results[i] = (kmp_ensemble_result){.status = KEMPE_STOPPED, .h = NAN, .hdot = NAN, .drift = NAN};
+    for (size_t k = 0; k < (size_t)r->count * (size_t)r->e->n; k++)
+        r->q[k] = r->qd[k] = NAN;
+    const kmp_run_quantities *quantities = r->execution->quantities;
+    for (size_t k = 0; quantities && k < (size_t)r->count * (size_t)quantities->values; k++)
+        r->execution->taken[k] = NAN;
+    int most = (r->count + r->least - 1) / r->least;
+    r->threads = most < 1 ? 1 : most < r->threads ? most : r->threads;
+    kmp_team *team = kmp_team_new(r->threads);
+    KMP_TRY(kmp_made(context, team));
+    r->e->work = (kmp_ensemble_work){0};
+    kmp_team_run(team, r->threads, run_chunks, r);
+    /* Ends the engines, and adds up their work. */
     kmp_ensemble *e = r->e;
     e->work.threads = r->threads;
     for (int k = 0; k < r->threads; k++) {
@@ -172,44 +187,20 @@ static void end_engines(shared_run *r)
     for (int k = 0; k < r->threads; k++)
         if (r->begun[k])
             kmp_engine_end(e->engine[k]);
-}
-
-/* Instances still marked as stopped, but not by their own conditions, were interrupted. */
-static kempe_status say_interrupted(const shared_run *r)
-{
-    bool ok = true;
-    for (int i = 0; i < r->count && ok; i++) {
-        kmp_ensemble_result *result = &r->results[i];
-        if (result->status == KEMPE_STOPPED && !result->reason)
-            ok = (result->reason = kmp_strdup("interrupted"));
-    }
-    return kmp_made(r->e->model->context, ok);
-}
-
-static kempe_status run_all(shared_run *r)
-{
-    kempe_context *context = r->e->model->context;
-    double wall = kmp_wall_now(), cpu = kmp_cpu_now();
-    for (int i = 0; i < r->count; i++)
-        r->results[i] = (kmp_ensemble_result){.status = KEMPE_STOPPED, .h = NAN, .hdot = NAN, .drift = NAN};
-    for (size_t k = 0; k < (size_t)r->count * (size_t)r->e->n; k++)
-        r->q[k] = r->qd[k] = NAN;
-    const kmp_run_quantities *quantities = r->execution->quantities;
-    for (size_t k = 0; quantities && k < (size_t)r->count * (size_t)quantities->values; k++)
-        r->execution->taken[k] = NAN;
-    int most = (r->count + r->least - 1) / r->least;
-    r->threads = most < 1 ? 1 : most < r->threads ? most : r->threads;
-    kmp_team *team = kmp_team_new(r->threads);
-    KMP_TRY(kmp_made(context, team));
-    r->e->work = (kmp_ensemble_work){0};
-    kmp_team_run(team, r->threads, run_chunks, r);
-    end_engines(r);
     r->e->work.cpu_s = kmp_cpu_now() - cpu + kmp_team_cpu(team);
     r->e->work.wall_s = kmp_wall_now() - wall;
     kmp_team_free(team);
     kempe_status status = (kempe_status)atomic_load(&r->status);
-    if (status == KEMPE_OK)
-        return say_interrupted(r);
+    if (status == KEMPE_OK) {
+        /* Instances still marked as stopped, but not by their own conditions, were interrupted. */
+        bool ok = true;
+        for (int i = 0; i < r->count && ok; i++) {
+            kmp_ensemble_result *result = &r->results[i];
+            if (result->status == KEMPE_STOPPED && !result->reason)
+                ok = (result->reason = kmp_strdup("interrupted"));
+        }
+        return kmp_made(r->e->model->context, ok);
+    }
     return *kempe_context_message(context) ? status : kmp_fail_memory(context); /* another thread's message is lost */
 }
 

@@ -128,16 +128,6 @@ static const char *detour_at(const kmp_engine *e, const kmp_partition *part, con
     return e->site && kmp_friction_is_smooth(e->site->friction) ? KMP_LANE_SMOOTH : NULL;
 }
 
-/* Sets the numbers of an instance at its start. */
-static void begin_numbers(const kmp_engine *e, kmp_instance *x, const kmp_partition *part)
-{
-    x->bound = (kmp_work_bound){.most = e->spec.max_steps};
-    x->usual = part->r > 0 ? part->pivots[part->r - 1] : 1;
-    x->limit = part->user ? KMP_EXCHANGE_WISH : KMP_EXCHANGE_GROWTH;
-    x->error_old = KMP_RK_ERROR_FLOOR;
-    x->seen_t = x->corrected_t = -1;
-}
-
 /* True if the angles of all spherical joints may stay. */
 static bool has_good_angles(const kmp_engine *e, const kempe_assembly *a)
 {
@@ -180,7 +170,12 @@ static kempe_status enter(kmp_engine *e, int i, const kempe_assembly *a)
         return status;
     const char *why = a->inner_q ? KMP_LANE_SINGULAR_ANGLES : obstacle_at(e, &part, qd);
     const char *detour = detour_at(e, &part, q);
-    begin_numbers(e, x, &part);
+    /* Sets the numbers of an instance at its start. */
+    x->bound = (kmp_work_bound){.most = e->spec.max_steps};
+    x->usual = part.r > 0 ? part.pivots[part.r - 1] : 1;
+    x->limit = part.user ? KMP_EXCHANGE_WISH : KMP_EXCHANGE_GROWTH;
+    x->error_old = KMP_RK_ERROR_FLOOR;
+    x->seen_t = x->corrected_t = -1;
     if (!why && !kmp_instance_begin_conditions(e, x, q, qd))
         why = "a condition that ends the run at its start";
     if (!why && !detour)
@@ -306,9 +301,13 @@ kempe_status kmp_instance_exchange(kmp_engine *e, kmp_pool *from, int i)
     return kmp_instance_go_on(e, i, status, &part, e->state, e->state + e->n);
 }
 
-/* Writes the partition of a pool with u and v[k] exchanged, for one degree of freedom. */
-static void swap_one(const kmp_pool *from, int k, kmp_partition *part)
+/* Scaled |Bvu| of the new choice are at most 1, since the exchanged one is the largest. */
+kempe_status kmp_instance_swap(kmp_engine *e, kmp_pool *from, int i, int k)
 {
+    const kmp_instance *x = &e->instances[i];
+    kmp_partition *part = &e->swapped;
+    double *q = e->state, *qd = q + e->n;
+    /* Writes the partition of a pool with u and v[k] exchanged, for one degree of freedom. */
     const kmp_partition *old = &from->part;
     part->p = 1;
     part->r = old->r;
@@ -317,15 +316,6 @@ static void swap_one(const kmp_pool *from, int k, kmp_partition *part)
     part->v[k] = old->u[0];
     kmp_partition_take_rows(part, old);
     kmp_partition_sort(part);
-}
-
-/* Scaled |Bvu| of the new choice are at most 1, since the exchanged one is the largest. */
-kempe_status kmp_instance_swap(kmp_engine *e, kmp_pool *from, int i, int k)
-{
-    const kmp_instance *x = &e->instances[i];
-    kmp_partition *part = &e->swapped;
-    double *q = e->state, *qd = q + e->n;
-    swap_one(from, k, part);
     kmp_pool *pool = kmp_pool_of_choice(e, part);
     if (!pool) { /* J at the state is needed to write one */
         if (!unpack_or_leave(e, from, i, false))
@@ -388,14 +378,6 @@ kempe_status kmp_instance_reorder(kmp_engine *e, kmp_pool *from, int i)
 
 /* -- end --------------------------------------------------------------------------------------------- */
 
-/* Drift of the energy without the work done, relative to its size. */
-static double drift_of(const kmp_instance *x, double kinetic, double potential, double work)
-{
-    double size = fmax(fmax(x->kinetic, kinetic), fabs(potential - x->potential));
-    double drift = fabs(kinetic + potential - x->kinetic - x->potential - work);
-    return size > 0 ? drift / size : drift;
-}
-
 void kmp_instance_judge(kmp_engine *e, int i, double t, const double *q, const double *qd, double work)
 {
     kmp_ensemble_result *result = &e->results[i];
@@ -403,7 +385,13 @@ void kmp_instance_judge(kmp_engine *e, int i, double t, const double *q, const d
     result->t = t;
     result->h = kmp_eval_residual(e->eval);
     result->hdot = kmp_eval_rate_residual(e->eval, qd);
-    result->drift = drift_of(&e->instances[i], kmp_eval_kinetic(e->eval, qd), kmp_eval_potential(e->eval, t, q), work);
+    /* Drift of the energy without the work done, relative to its size. */
+    const kmp_instance *x = &e->instances[i];
+    double kinetic = kmp_eval_kinetic(e->eval, qd);
+    double potential = kmp_eval_potential(e->eval, t, q);
+    double size = fmax(fmax(x->kinetic, kinetic), fabs(potential - x->potential));
+    double drift = fabs(kinetic + potential - x->kinetic - x->potential - work);
+    result->drift = size > 0 ? drift / size : drift;
     memcpy(e->q + (size_t)i * (size_t)e->n, q, (size_t)e->n * sizeof(double));
     memcpy(e->qd + (size_t)i * (size_t)e->n, qd, (size_t)e->n * sizeof(double));
 }

@@ -11,13 +11,6 @@ void kmp_lanes_evaluate_within(kmp_engine *e, kmp_pool *pool, double place)
     kmp_room_evaluate(e, pool, room->stage, room->k[2]);
 }
 
-/* Samples the quantities at a point of the interpolants. */
-static void sample(kmp_engine *e, kmp_pool *pool, int point)
-{
-    kmp_lanes_evaluate_within(e, pool, kmp_lanes_place(point));
-    kmp_lanes_sample(e, pool, point, e->room.stage, e->room.k[2]);
-}
-
 static void sample_end(kmp_engine *e, kmp_pool *pool, int point, const double *y, const double *slope)
 {
     kmp_room_set_times(&e->room, point > 0);
@@ -33,8 +26,11 @@ static void sample_every(kmp_engine *e, kmp_pool *pool, int every)
     if (last < 0)
         return;
     sample_end(e, pool, 0, room->y, room->k[1]);
-    for (int point = every; point < last; point += every)
-        sample(e, pool, point);
+    for (int point = every; point < last; point += every) {
+        /* Samples the quantities at a point of the interpolants. */
+        kmp_lanes_evaluate_within(e, pool, kmp_lanes_place(point));
+        kmp_lanes_sample(e, pool, point, e->room.stage, e->room.k[2]);
+    }
     sample_end(e, pool, last, room->y_new, room->k[13]);
 }
 
@@ -55,21 +51,6 @@ static int find_measured(kmp_engine *e, kmp_pool *pool, const kmp_lane_outcome *
         room->bad[l] = 0;
     }
     return count;
-}
-
-/* The conditions in the middle of the steps, for lanes that both ends do not decide. */
-static void look_at_middle(kmp_engine *e, kmp_pool *pool)
-{
-    kmp_lane_room *room = &e->room;
-    kmp_lanes_middle(e, room->stage);
-    kmp_room_set_times(room, 0.5);
-    kmp_room_evaluate(e, pool, room->stage, room->k[2]);
-    for (size_t l = 0; l < room->w; l++) {
-        room->dense_bad[l] = room->dense_bad[l] || room->bad[l] != 0;
-        room->bad[l] = 0;
-    }
-    kmp_room_find_accelerations(e, pool, kmp_lanes_run(pool->lanes, KMP_FUSED_END), room->k[2], room->vdd_middle);
-    kmp_lanes_conditions(e, pool, 2, room->stage, room->k[2], room->vdd_middle);
 }
 
 /* Searches the step of a lane for an event. It is made again, with half its length, where the dense output is less
@@ -123,8 +104,18 @@ bool kmp_taken_watch(kmp_engine *e, kmp_pool *pool, const kmp_lane_watched *seen
         return false;
     kmp_room_run_dense_stages(e, pool);
     bool middle = kmp_lanes_have_middle(e);
-    if (middle)
-        look_at_middle(e, pool);
+    if (middle) {
+        /* The conditions in the middle of the steps, for lanes that both ends do not decide. */
+        kmp_lanes_middle(e, room->stage);
+        kmp_room_set_times(room, 0.5);
+        kmp_room_evaluate(e, pool, room->stage, room->k[2]);
+        for (size_t l = 0; l < room->w; l++) {
+            room->dense_bad[l] = room->dense_bad[l] || room->bad[l] != 0;
+            room->bad[l] = 0;
+        }
+        kmp_room_find_accelerations(e, pool, kmp_lanes_run(pool->lanes, KMP_FUSED_END), room->k[2], room->vdd_middle);
+        kmp_lanes_conditions(e, pool, 2, room->stage, room->k[2], room->vdd_middle);
+    }
     for (size_t l = 0; l < room->w; l++) {
         if (!searched[l])
             continue;

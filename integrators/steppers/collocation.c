@@ -21,42 +21,6 @@ static const double OLD_ERROR_FLOOR = 1e-4;
 
 /* -- creation ------------------------------------------------------------------------------------------ */
 
-static void allocate(kmp_collocation *s)
-{
-    int inner = s->inner + s->q;
-    kmp_arena *a = &s->base.arena;
-    (void)KMP_ARENA_MAKE(a,
-                         KMP_ROOM(double, s->n, &s->y, &s->y_old, &s->dy, &s->dy_new, &s->trial, &s->slope, &s->scale,
-                                  &s->per_scale, &s->w_accept, &s->error, &s->fix, &s->slip),
-                         KMP_ROOM(double, inner, &s->weight, &s->g_start, &s->g_start_old, &s->lead, &s->lead_old));
-    struct {
-        double **to;
-        int size;
-    } lanes[] = {{&s->g, inner},
-                 {&s->g_old, inner},
-                 {&s->stage, s->n},
-                 {&s->f, s->n},
-                 {&s->change, s->inner},
-                 {&s->g_before, s->inner},
-                 {&s->ends, s->inner},
-                 {&s->at, 1},
-                 {&s->once, s->s},
-                 {&s->twice, s->s},
-                 {&s->end, s->s},
-                 {&s->one, 1},
-                 {&s->zero, 1},
-                 {&s->ahead, s->s + 1},
-                 {&s->c, 1},
-                 {&s->a, s->s},
-                 {&s->aa, s->s},
-                 {&s->hc, 1},
-                 {&s->filter, 1},
-                 {&s->decay, s->s},
-                 {&s->decay_start, 1}};
-    for (size_t k = 0; k < sizeof lanes / sizeof *lanes; k++)
-        *lanes[k].to = kmp_arena_aligned(a, (size_t)lanes[k].size * (size_t)s->w);
-}
-
 /* Lanes beyond the stages repeat the last one. */
 static void set_constants(kmp_collocation *s)
 {
@@ -107,7 +71,38 @@ static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
     s->table = kmp_collocation_table_of(s->s);
     kmp_collocation_begin_with(s, s->method->cheapest);
     choose_limits(s);
-    allocate(s);
+    int inner = s->inner + s->q;
+    kmp_arena *a = &s->base.arena;
+    (void)KMP_ARENA_MAKE(a,
+                         KMP_ROOM(double, s->n, &s->y, &s->y_old, &s->dy, &s->dy_new, &s->trial, &s->slope, &s->scale,
+                                  &s->per_scale, &s->w_accept, &s->error, &s->fix, &s->slip),
+                         KMP_ROOM(double, inner, &s->weight, &s->g_start, &s->g_start_old, &s->lead, &s->lead_old));
+    struct {
+        double **to;
+        int size;
+    } lanes[] = {{&s->g, inner},
+                 {&s->g_old, inner},
+                 {&s->stage, s->n},
+                 {&s->f, s->n},
+                 {&s->change, s->inner},
+                 {&s->g_before, s->inner},
+                 {&s->ends, s->inner},
+                 {&s->at, 1},
+                 {&s->once, s->s},
+                 {&s->twice, s->s},
+                 {&s->end, s->s},
+                 {&s->one, 1},
+                 {&s->zero, 1},
+                 {&s->ahead, s->s + 1},
+                 {&s->c, 1},
+                 {&s->a, s->s},
+                 {&s->aa, s->s},
+                 {&s->hc, 1},
+                 {&s->filter, 1},
+                 {&s->decay, s->s},
+                 {&s->decay_start, 1}};
+    for (size_t k = 0; k < sizeof lanes / sizeof *lanes; k++)
+        *lanes[k].to = kmp_arena_aligned(a, (size_t)lanes[k].size * (size_t)s->w);
     (void)(kmp_collocation_allocate_newton(s) && kmp_collocation_allocate_coupled(s) &&
            kmp_collocation_allocate_mixing(s));
     if (!s->base.arena.failed)
@@ -193,10 +188,16 @@ static double foresee(const kmp_collocation *s, double h, double error)
 
 /* -- end of a step ------------------------------------------------------------------------------------- */
 
-/* The derivatives at the start of the step: those of f; without the stiff part of their difference from the stages'
- * polynomial where Newton's method has solved for these. */
-static void find_start(kmp_collocation *s, double h, bool newton)
+static void take(kmp_collocation *s, double h, double t_new, double error)
 {
+    double by = permitted(s, error), next = after_error(h, by);
+    if (!s->first)
+        next = fmin(next, foresee(s, h, error));
+    kmp_iteration iteration = s->iteration;
+    double most = kmp_collocation_longest(s, h), by_error = h * by;
+    /* The derivatives at the start of the step: those of f; without the stiff part of their difference from the stages'
+     * polynomial where Newton's method has solved for these. */
+    bool newton = iteration != KMP_ITERATION_PICARD;
     memcpy(s->g_start, s->dy + s->p, (size_t)(s->inner + s->q) * sizeof *s->dy);
     for (int k = 0; newton && k < s->inner; k++) {
         double sum = s->error[s->p + k] / (h * s->table->filter);
@@ -206,16 +207,6 @@ static void find_start(kmp_collocation *s, double h, bool newton)
     }
     if (s->method->by_rates)
         memcpy(s->slip, s->error + s->p, (size_t)s->p * sizeof *s->slip);
-}
-
-static void take(kmp_collocation *s, double h, double t_new, double error)
-{
-    double by = permitted(s, error), next = after_error(h, by);
-    if (!s->first)
-        next = fmin(next, foresee(s, h, error));
-    kmp_iteration iteration = s->iteration;
-    double most = kmp_collocation_longest(s, h), by_error = h * by;
-    find_start(s, h, iteration != KMP_ITERATION_PICARD);
     kmp_collocation_choose(s, h, by_error, most);
     next = s->iteration > iteration ? next : fmin(next, most);
     if (s->rejected)
@@ -306,17 +297,6 @@ static double between(const kmp_collocation *s, int k, const double *weight)
     return sum;
 }
 
-/* Weights of positions: the integral of the polynomial through the rates of the stages, which are h A g. */
-static void integrate_rates(const kmp_collocation *s, const double *once, double *weight)
-{
-    weight[0] = 0;
-    for (int j = 0; j < s->s; j++) {
-        weight[j + 1] = 0;
-        for (int i = 0; i < s->s; i++)
-            weight[j + 1] += once[i + 1] * s->table->a[i][j];
-    }
-}
-
 /* The polynomial through the derivatives at the start and the stages, integrated once or twice; the formulation's
  * correction belongs to its end. */
 static kempe_status dense(void *solver, double t, double *y, double *yp)
@@ -330,8 +310,15 @@ static kempe_status dense(void *solver, double t, double *y, double *yp)
         return KEMPE_OK;
     double x = (t - s->base.t_old) / h;
     kmp_collocation_integrals(s->table, x, once, twice);
-    if (s->method->by_rates)
-        integrate_rates(s, once, twice);
+    if (s->method->by_rates) {
+        /* Weights of positions: the integral of the polynomial through the rates of the stages, which are h A g. */
+        twice[0] = 0;
+        for (int j = 0; j < s->s; j++) {
+            twice[j + 1] = 0;
+            for (int i = 0; i < s->s; i++)
+                twice[j + 1] += once[i + 1] * s->table->a[i][j];
+        }
+    }
     for (int k = 0; k < s->p; k++)
         y[k] += h * (x * s->y_old[s->p + k] + once[0] * s->slip[k] + h * between(s, k, twice)) + x * s->fix[k];
     for (int k = s->p; k < s->n; k++)

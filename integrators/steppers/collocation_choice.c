@@ -110,26 +110,6 @@ static void try_iteration(kmp_collocation *s, kmp_iteration to)
     s->trial_steps = TRIAL;
 }
 
-/* Returns to the iteration before, whose next trial is later. */
-static void end_trial(kmp_collocation *s)
-{
-    int *patience = &s->patience[s->iteration];
-    *patience = *patience < MOST_PATIENCE ? 2 * *patience : MOST_PATIENCE;
-    change_iteration(s, s->before);
-    s->trust = *patience * TRUST / SEVERAL;
-}
-
-/* Adds a step to the time simulated and the cycles spent of its iteration; those of steps before fade. */
-static void measure_pace(kmp_collocation *s, double h)
-{
-    double *simulated = &s->simulated[s->iteration], *spent = &s->spent[s->iteration];
-    s->base.cycles += KMP_STEP_CYCLES;
-    double fades = h > GROWS * s->h_old ? 0 : FADES;
-    *simulated = fades * *simulated + h;
-    *spent = fades * *spent + s->base.cycles - s->cycles_before;
-    s->cycles_before = s->base.cycles;
-}
-
 /* True if the iteration simulates less time in a cycle than the other one did recently. */
 static bool is_slower(const kmp_collocation *s, kmp_iteration other)
 {
@@ -160,16 +140,26 @@ static bool is_worth(const kmp_collocation *s, double by_error, double by_iterat
 
 void kmp_collocation_choose(kmp_collocation *s, double h, double by_error, double by_iteration)
 {
-    measure_pace(s, h);
+    /* Adds a step to the time simulated and the cycles spent of its iteration; those of steps before fade. */
+    double *simulated = &s->simulated[s->iteration], *spent = &s->spent[s->iteration];
+    s->base.cycles += KMP_STEP_CYCLES;
+    double fades = h > GROWS * s->h_old ? 0 : FADES;
+    *simulated = fades * *simulated + h;
+    *spent = fades * *spent + s->base.cycles - s->cycles_before;
+    s->cycles_before = s->base.cycles;
     s->far -= s->far > 0;
     if (s->mixing.on)
         by_iteration = fmin(by_iteration, length_of(s, h, s->unmixed));
     bool held = by_iteration < HELD * h && is_worth(s, by_error, by_iteration);
     s->limited = held ? s->limited + 1 : 0;
     s->free = s->iteration > s->method->cheapest && !s->whole && s->picard < EASY ? s->free + 1 : 0;
-    if (s->trial_steps > 0 && --s->trial_steps == 0 && is_slower(s, s->before))
-        end_trial(s);
-    else if (s->trial_steps > 0)
+    if (s->trial_steps > 0 && --s->trial_steps == 0 && is_slower(s, s->before)) {
+        /* Returns to the iteration before, whose next trial is later. */
+        int *patience = &s->patience[s->iteration];
+        *patience = *patience < MOST_PATIENCE ? 2 * *patience : MOST_PATIENCE;
+        change_iteration(s, s->before);
+        s->trust = *patience * TRUST / SEVERAL;
+    } else if (s->trial_steps > 0)
         return;
     else if (s->free >= SEVERAL)
         kmp_collocation_begin_with(s, s->method->cheapest);

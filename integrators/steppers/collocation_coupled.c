@@ -88,16 +88,6 @@ static int take_exact_all(kmp_collocation *s)
     return said;
 }
 
-static int renew_all(kmp_collocation *s)
-{
-    s->base.work.matrices += s->s;
-    s->factored = false;
-    int said = s->whole ? take_exact_all(s) : differentiate_all(s);
-    for (int k = 0; k < (s->p + s->inner) * s->inner; k++) /* for the filter of the estimate */
-        s->jacobian[k] = s->all[k * s->w];
-    return said;
-}
-
 /* -- the system of all stages -------------------------------------------------------------------------- */
 
 /* column[k] = -once of_v[k] - twice of_q[k], for n unknowns of w lanes; of_q NULL: without. */
@@ -126,27 +116,6 @@ static void fill(kmp_collocation *s)
         }
 }
 
-/* The open row with the largest magnitude, the first of such rows; -1: none is usable. */
-static KMP_INTO_CLONES int find_pivot(int rows, const double *column, const double *open)
-{
-    eight most = {0};
-    eight_mask at = {0}, here = {0, 1, 2, 3, 4, 5, 6, 7};
-    double best = 0;
-    int row = -1;
-    for (int i = 0; i < rows; i += V, here += V) {
-        eight x = *(const eight *)(column + i) * *(const eight *)(open + i), size = (eight)((eight_mask)x & INT64_MAX);
-        eight_mask more = size > most;
-        most = (eight)((more & (eight_mask)size) | (~more & (eight_mask)most));
-        at = (more & here) | (~more & at);
-    }
-    for (int l = 0; l < V; l++)
-        if (most[l] > best || (row >= 0 && most[l] == best && at[l] < row)) {
-            best = most[l];
-            row = (int)at[l];
-        }
-    return best <= DBL_MAX ? row : -1;
-}
-
 /* A row of the elimination, the inverse of its pivot, and the column of that, zero in that row. */
 typedef struct pivoted {
     int row;
@@ -156,7 +125,23 @@ typedef struct pivoted {
 /* Takes the pivot of a column, which becomes that of the inverse. false: none is usable. */
 static KMP_INTO_CLONES bool take_pivot(int rows, double *own, double *open, pivoted *p)
 {
-    p->row = find_pivot(rows, own, open);
+    /* The open row with the largest magnitude, the first of such rows; -1: none is usable. */
+    eight most = {0};
+    eight_mask at = {0}, here = {0, 1, 2, 3, 4, 5, 6, 7};
+    double best = 0;
+    int row = -1;
+    for (int i = 0; i < rows; i += V, here += V) {
+        eight x = *(const eight *)(own + i) * *(const eight *)(open + i), size = (eight)((eight_mask)x & INT64_MAX);
+        eight_mask more = size > most;
+        most = (eight)((more & (eight_mask)size) | (~more & (eight_mask)most));
+        at = (more & here) | (~more & at);
+    }
+    for (int l = 0; l < V; l++)
+        if (most[l] > best || (row >= 0 && most[l] == best && at[l] < row)) {
+            best = most[l];
+            row = (int)at[l];
+        }
+    p->row = best <= DBL_MAX ? row : -1;
     if (p->row < 0)
         return false;
     p->inverse = 1 / own[p->row];
@@ -259,7 +244,11 @@ static bool factor_all(kmp_collocation *s)
 
 kmp_collocation_outcome kmp_collocation_prepare_coupled(kmp_collocation *s, double h)
 {
-    int said = renew_all(s);
+    s->base.work.matrices += s->s;
+    s->factored = false;
+    int said = s->whole ? take_exact_all(s) : differentiate_all(s);
+    for (int k = 0; k < (s->p + s->inner) * s->inner; k++) /* for the filter of the estimate */
+        s->jacobian[k] = s->all[k * s->w];
     if (said != KMP_GO)
         return said == KMP_RETRY ? KMP_COLLOCATION_BAD_STAGE : KMP_COLLOCATION_HALTED;
     return kmp_collocation_factor(s, h) && factor_all(s) ? KMP_COLLOCATION_TAKEN : KMP_COLLOCATION_BAD_ITERATION;

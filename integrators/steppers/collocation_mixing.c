@@ -92,36 +92,25 @@ static void add_difference(kmp_collocation *s)
     m->count++;
 }
 
-static void remember(kmp_collocation *s)
-{
-    kmp_mixing *m = &s->mixing;
-    memcpy(m->change, s->change, size_of(s) * sizeof *s->change);
-    for (size_t k = 0; k < size_of(s); k++)
-        m->place[k] = s->g[k] + s->change[k];
-}
-
-static void combine(kmp_collocation *s)
-{
-    kmp_mixing *m = &s->mixing;
-    memcpy(m->open, s->change, size_of(s) * sizeof *s->change);
-    for (int j = 0; j < m->count; j++) {
-        double part = product(s, m->by[j], m->open);
-        subtract(s, part, m->by[j], m->open);
-        subtract(s, part, m->to[j], s->change);
-    }
-}
-
 double kmp_collocation_mix(kmp_collocation *s, bool first)
 {
     kmp_mixing *m = &s->mixing;
     double size = kmp_collocation_square(s, s->change);
     if (!first)
         add_difference(s);
-    remember(s);
+    memcpy(m->change, s->change, size_of(s) * sizeof *s->change);
+    for (size_t k = 0; k < size_of(s); k++)
+        m->place[k] = s->g[k] + s->change[k];
     m->on = m->on || (!first && size > SLOWLY * SLOWLY * m->size);
     m->size = size;
     if (!m->on)
         return size;
-    combine(s);
+    /* The change that is left after the best combination of changes before. */
+    memcpy(m->open, s->change, size_of(s) * sizeof *s->change);
+    for (int j = 0; j < m->count; j++) {
+        double part = product(s, m->by[j], m->open);
+        subtract(s, part, m->by[j], m->open);
+        subtract(s, part, m->to[j], s->change);
+    }
     return fmax(size, kmp_collocation_square(s, s->change));
 }

@@ -82,21 +82,6 @@ static void place(kmp_collocation *s)
                   s->stage + s->p * s->w);
 }
 
-/* Predicts the derivatives of the stages by the last step's polynomial, or as constant. */
-static void predict(kmp_collocation *s, double h)
-{
-    int stages = s->has_step ? s->s : 0;
-    if (s->has_step) {
-        double x[KMP_COLLOCATION_LANES];
-        for (int l = 0; l < s->w; l++)
-            x[l] = 1 + s->c[l] * h / s->taken;
-        kmp_collocation_weights(s->table, s->w, x, s->ahead);
-    }
-    const double *base = s->has_step ? s->g_start_old : s->dy + s->p, *lanes = s->has_step ? s->ahead : s->one;
-    kmp_lanes_sum(s->w, s->inner, stages, s->g_old, s->ahead + s->w, &(kmp_lane_terms){base, lanes, base, s->zero},
-                  s->g);
-}
-
 /* -- end ----------------------------------------------------------------------------------------------- */
 
 static void find_lead(kmp_collocation *s)
@@ -122,10 +107,15 @@ static double misfit(kmp_collocation *s, double h)
     return sqrt(sum / fmax(s->inner, 1));
 }
 
-/* Weighted sizes of the derivatives' Legendre coefficients of degrees s, s - 1, s - 2, s - 3, by the start and the
- * stages. */
-static void find_coefficients(kmp_collocation *s, double size[KMP_COLLOCATION_DECAYS])
+/* The error at the end of a step, weighted as the tolerance, if the coefficients decay by a power of their degree, as
+ * fast as the last two do after the two before them; a symmetric solution has every second one. The estimate is
+ * 2 filter h times the last one, of degree s, unless that is zero by chance; the end is wrong by those from degree
+ * 2 s - 1 on. */
+static double of_slow_decay(kmp_collocation *s, double h)
 {
+    double size[KMP_COLLOCATION_DECAYS];
+    /* Weighted sizes of the derivatives' Legendre coefficients of degrees s, s - 1, s - 2, s - 3, by the start and the
+     * stages. */
     const double *start = s->dy + s->p;
     double sum[KMP_COLLOCATION_DECAYS] = {0};
     kmp_lanes_sum(s->w, s->inner, s->s, s->g, s->decay, &(kmp_lane_terms){start, s->decay_start, start, s->zero},
@@ -137,16 +127,6 @@ static void find_coefficients(kmp_collocation *s, double size[KMP_COLLOCATION_DE
         }
     for (int d = 0; d < KMP_COLLOCATION_DECAYS; d++)
         size[d] = sqrt(sum[d]);
-}
-
-/* The error at the end of a step, weighted as the tolerance, if the coefficients decay by a power of their degree, as
- * fast as the last two do after the two before them; a symmetric solution has every second one. The estimate is
- * 2 filter h times the last one, of degree s, unless that is zero by chance; the end is wrong by those from degree
- * 2 s - 1 on. */
-static double of_slow_decay(kmp_collocation *s, double h)
-{
-    double size[KMP_COLLOCATION_DECAYS];
-    find_coefficients(s, size);
     double last = size[0], next = size[1], high = fmax(last, next), low = fmax(fmax(size[2], size[3]), high);
     if (!(high > 0))
         return 0;
@@ -300,7 +280,17 @@ static void begin(kmp_collocation *s, double h)
     s->evaluated = s->near = false;
     kmp_collocation_begin_mixing(s);
     set_columns(s, h);
-    predict(s, h);
+    /* Predicts the derivatives of the stages by the last step's polynomial, or as constant. */
+    int stages = s->has_step ? s->s : 0;
+    if (s->has_step) {
+        double x[KMP_COLLOCATION_LANES];
+        for (int l = 0; l < s->w; l++)
+            x[l] = 1 + s->c[l] * h / s->taken;
+        kmp_collocation_weights(s->table, s->w, x, s->ahead);
+    }
+    const double *base = s->has_step ? s->g_start_old : s->dy + s->p, *lanes = s->has_step ? s->ahead : s->one;
+    kmp_lanes_sum(s->w, s->inner, stages, s->g_old, s->ahead + s->w, &(kmp_lane_terms){base, lanes, base, s->zero},
+                  s->g);
 }
 
 /* After sweeps at places nearby have not converged, and the length of the step does not explain that: from the

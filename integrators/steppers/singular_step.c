@@ -63,20 +63,6 @@ static const double WEIGHT[NODES] = {0.047175336386511835, 0.10693932599531818, 
                                      0.24914704581340288,  0.23349253653835478, 0.20316742672306584,
                                      0.16007832854334633,  0.10693932599531818, 0.047175336386511835};
 
-/* Tabulates the polynomials at the nodes. */
-static void prepare_nodes(singular_step *s)
-{
-    for (int j = 0; j < NODES; j++) {
-        double p[NODES], i[NODES];
-        legendre(NODES, X[j], p);
-        integrals(X[j], i);
-        for (int k = 0; k < NODES; k++) {
-            s->p[k][j] = p[k];
-            s->integral[k][j] = i[k];
-        }
-    }
-}
-
 /* Computes the coefficients from the slopes. */
 static void fit(singular_step *s)
 {
@@ -373,7 +359,16 @@ static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
     int n = s->base.ode.n;
     (void)KMP_ARENA_MAKE(&s->base.arena, KMP_ROOM(double, n, &s->y, &s->y0, &s->dy0, &s->trial),
                          KMP_ROOM(double, NODES *n, &s->node, &s->slope, &s->a));
-    prepare_nodes(s);
+    /* Tabulates the polynomials at the nodes. */
+    for (int j = 0; j < NODES; j++) {
+        double p[NODES], i[NODES];
+        legendre(NODES, X[j], p);
+        integrals(X[j], i);
+        for (int k = 0; k < NODES; k++) {
+            s->p[k][j] = p[k];
+            s->integral[k][j] = i[k];
+        }
+    }
     return kmp_solver_made(s);
 }
 
