@@ -3,7 +3,6 @@
 #include "backend/bound_code.h"
 #include "symbolic/graph.h"
 #include <math.h>
-#include <stdbool.h>
 
 static const kmp_bound anything = {-INFINITY, INFINITY, -INFINITY, INFINITY};
 static const double half_turn = 3.14159265358979323846;
@@ -357,13 +356,33 @@ KMP_LOCAL int kmp_bound_values(const kmp_bound_code *code)
     return code->constants + code->inputs + code->steps;
 }
 
+KMP_LOCAL void kmp_bound_mark(const kmp_bound_code *code, const kmp_bound *value, bool *needed)
+{
+    const int first = code->constants + code->inputs;
+    for (int k = code->steps; k-- > 0;) {
+        const kmp_bound_step *in = &code->step[k];
+        if (!needed[first + k] || in->op == KMP_OP_IMPLICIT)
+            continue;
+        const kmp_bound x = value[in->a >> 1];
+        const bool chosen = in->op == KMP_OP_SELECT && (int)(in->a >> 1) < first + code->fixed && is_constant(x);
+        needed[in->a >> 1] = true;
+        if (in->op != KMP_OP_TABLE && !(chosen && x.low == 0))
+            needed[in->b >> 1] = true;
+        if (in->op == KMP_OP_SELECT && !(chosen && x.low != 0))
+            needed[in->c >> 1] = true;
+    }
+}
+
 KMP_LOCAL void kmp_bound_run(const kmp_bound_code *code, int from, kmp_bound *value)
 {
     kmp_bound *result = value + code->constants + code->inputs;
     for (int k = 0; from == 0 && k < code->constants; k++)
         value[k] = (kmp_bound){code->constant[k], code->constant[k], 0, 0};
+    const bool *needed = code->needed ? code->needed + code->constants + code->inputs : NULL;
     for (int k = from; k < code->steps; k++)
-        if (code->step[k].op == KMP_OP_ADD)
+        if (needed && !needed[k])
+            continue;
+        else if (code->step[k].op == KMP_OP_ADD)
             result[k] = added(kmp_bound_of(value, code->step[k].a), kmp_bound_of(value, code->step[k].b));
         else if (code->step[k].op != KMP_OP_IMPLICIT)
             result[k] = evaluated(code, &code->step[k], value);

@@ -6,6 +6,8 @@
 #ifndef KMP_BOUND_CODE_H
 #define KMP_BOUND_CODE_H
 
+#include <stdbool.h>
+
 /* Linkage; static where one file contains all of a generated simulator. */
 #ifndef KMP_LOCAL
 #define KMP_LOCAL
@@ -29,6 +31,7 @@ typedef struct kmp_bound_code {
     int fixed; /* the first operations depend on parameters alone */
     const double *constant;
     const kmp_bound_step *step;
+    const bool *needed; /* of each value: operations that others, or outputs, need; NULL: all */
     const void *tables;
     /** Bounds of a table, or of a derivative of it: kmp_table_bounds; its highest derivative that is continuous, + 1.
      */
@@ -41,6 +44,10 @@ KMP_LOCAL int kmp_bound_values(const kmp_bound_code *code);
 
 /** Bounds from operation `from` on: 0, or `fixed` where parameters are as before. The inputs have theirs. */
 KMP_LOCAL void kmp_bound_run(const kmp_bound_code *code, int from, kmp_bound *value);
+
+/** Marks the values that marked ones need. Of a choice by a fixed value it is the branch that is taken: inputs that are
+ * not fixed have infinite bounds here, and the operations that depend on parameters alone have theirs. */
+KMP_LOCAL void kmp_bound_mark(const kmp_bound_code *code, const kmp_bound *value, bool *needed);
 
 /** An operand, with its sign. */
 KMP_LOCAL kmp_bound kmp_bound_of(const kmp_bound *value, unsigned operand);

@@ -351,7 +351,7 @@ typedef struct kempe_simulator {
 
 /** Numbers that bounds of conditions add to it. `values`: constants, inputs and operations. */
 #define KEMPE_SIMULATOR_WATCH(conditions, values, inputs, solved)                                                      \
-    (4 * (values) + 33 * ((conditions) + 2 * (inputs) + (solved)) + 5 * (conditions) + (solved) + 2)
+    (4 * (values) + (values) / 8 + 33 * ((conditions) + 2 * (inputs) + (solved)) + 5 * (conditions) + (solved) + 3)
 
 /** The same of equations: the number of doubles in the memory of a simulator. */
 int kempe_simulator_memory(const kempe_equations *equations);

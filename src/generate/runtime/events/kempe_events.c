@@ -84,6 +84,11 @@ static kmp_bound input_over(const watcher *w, int k, const kmp_step_piece *p)
 {
     const kmp_watch_site *at = w->site;
     const int what = w->watch->input[2 * (ptrdiff_t)k], i = w->watch->input[2 * (ptrdiff_t)k + 1];
+    if (what >= KEMPE_WATCH_STILL)
+        return kmp_bound_still(what == KEMPE_WATCH_STILL       ? at->modes[i]
+                               : what == KEMPE_WATCH_CHART     ? at->chart[i]
+                               : what == KEMPE_WATCH_PARAMETER ? at->p[i]
+                                                               : at->u[i]);
     const double *x = p->a->state + 2 * (ptrdiff_t)k, *y = p->b->state + 2 * (ptrdiff_t)k, h = p->b->t - p->a->t;
     const kmp_bound time = {p->a->t, p->b->t, 1, 1};
     switch (what) {
@@ -92,14 +97,8 @@ static kmp_bound input_over(const watcher *w, int k, const kmp_step_piece *p)
     case KEMPE_WATCH_Q:
     case KEMPE_WATCH_QD:
         return kmp_bound_over(h, x[0], x[1], y[0], y[1]);
-    case KEMPE_WATCH_QDD:
-    case KEMPE_WATCH_LAMBDA:
+    default: /* accelerations and multipliers */
         return p->m ? kmp_bound_through(h, x[0], p->m->state[2 * (ptrdiff_t)k], y[0]) : kmp_bound_still(x[0]);
-    default:
-        return kmp_bound_still(what == KEMPE_WATCH_STILL       ? at->modes[i]
-                               : what == KEMPE_WATCH_CHART     ? at->chart[i]
-                               : what == KEMPE_WATCH_PARAMETER ? at->p[i]
-                                                               : at->u[i]);
     }
 }
 
@@ -108,7 +107,8 @@ static void bind(void *self, const kmp_step_piece *p)
     const watcher *w = self;
     const unsigned *unknown = w->watch->output + w->site->conditions;
     for (int k = 0; k < w->watch->inputs; k++)
-        w->value[w->watch->constants + k] = input_over(w, k, p);
+        if (w->watch->input[2 * (ptrdiff_t)k] < KEMPE_WATCH_STILL)
+            w->value[w->watch->constants + k] = input_over(w, k, p);
     for (int k = 0; p->m && k < w->watch->solved; k++)
         kmp_bound_give(w->value, unknown[k],
                        kmp_bound_through(p->b->t - p->a->t, p->a->solved[k], p->m->solved[k], p->b->solved[k]));
@@ -139,16 +139,23 @@ static int end_piece(void *self, const kmp_look *a, const kmp_look *b, bool *fou
     return w->site->end(w->site->self, a->t, b->t, b->change, found);
 }
 
-/* Evaluates what depends on parameters alone. */
-static void begin(watcher *w)
+/* Evaluates what depends on parameters alone, and marks what conditions need in the present modes. */
+static void begin(watcher *w, bool *needed)
 {
+    const kmp_bound open = {-INFINITY, INFINITY, -INFINITY, INFINITY};
     const int steps = w->code.steps;
     for (int k = 0; k < w->watch->inputs; k++)
-        if (w->watch->input[2 * (ptrdiff_t)k] == KEMPE_WATCH_PARAMETER)
-            w->value[w->watch->constants + k] = kmp_bound_still(w->site->p[w->watch->input[2 * (ptrdiff_t)k + 1]]);
+        w->value[w->watch->constants + k] =
+            w->watch->input[2 * (ptrdiff_t)k] < KEMPE_WATCH_STILL ? open : input_over(w, k, NULL);
     w->code.steps = w->code.fixed;
     kmp_bound_run(&w->code, 0, w->value);
     w->code.steps = steps;
+    memset(needed, 0, (size_t)kmp_bound_values(&w->code) * sizeof *needed);
+    for (int k = 0; k < w->site->conditions; k++)
+        if (may_change(w, k))
+            needed[w->watch->output[k] >> 1] = true;
+    kmp_bound_mark(&w->code, w->value, needed);
+    w->code.needed = needed;
 }
 
 /* -- the search ---------------------------------------------------------------------------------------- */
@@ -193,7 +200,7 @@ int kempe_watch_search(const kempe_watch *watch, double *room, const kmp_watch_s
     w.pieces.third = third;
     for (int k = 0; k < conditions; k++)
         third[k] = (watch->traits[k] & KEMPE_WATCH_MIDDLE) != 0;
-    begin(&w);
+    begin(&w, third + conditions * (KMP_SEARCH_DEPTH + 2));
     int status = look(&w, from, &w.pieces.look[0]);
     if (status == 0)
         status = look(&w, to, &w.pieces.look[1]);
