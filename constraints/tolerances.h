@@ -283,6 +283,41 @@
 #define KMP_AXES_DEPENDENT 1e-14
 #define KMP_AXES_NO_ANGLE  1e-15
 #define KMP_AXES_TOUCH     1e-8
+/** Joints below ALONG are centred together with a due one, which restarts an integrator less often. NEAR_BY: angles
+ * that change by less are continuous, rad. */
+#define KMP_AXES_ALONG   0.8
+#define KMP_AXES_NEAR_BY 1.0
+
+/* -- events -------------------------------------------------------------------------------------------- */
+
+/** Part of a run, in simulators of the time of the motion: changes of one condition within it are simultaneous. So many
+ * of them follow each other without time between them. */
+#define KMP_EVENT_INSTANT 1e-11
+#define KMP_EVENT_REPEATS 20
+/** A kink is fixed beyond this many tolerances of its largest value: within them the errors of steps exceed its effect.
+ */
+#define KMP_KINK_TOLERANCES 100
+/** Part of a step up to an event by which the step that is made again is longer: its end is surely beyond the event.
+ * NEAR: part of a step, near its start, at which the value of a kink that is zero at the start, as at rest, has its
+ * sign. AT_ONCE: part of a step at whose beginning its polynomial is right in any case. */
+#define KMP_STEP_BEYOND  1e-3
+#define KMP_STEP_NEAR    (1.0 / 1024)
+#define KMP_STEP_AT_ONCE 1e-6
+
+/* -- generated simulators alone: they have no program that carries lambda, and callers that set states ---- */
+
+/** Relative change of multipliers at which forces that depend on them are at them, and where rounding stops it. */
+#define KMP_LOADS_SETTLED 1e-14
+#define KMP_LOADS_ROUNDED 1e-9
+/** Pivot of the reduced mass over its diagonal: no mass. */
+#define KMP_NO_MASS 1e-13
+/** Change of rates where modes change the closures, over the fastest one: less is rounding of J qd. */
+#define KMP_RATES_JUMP 1e-9
+/** A longer correction comes from a distant guess of a caller, which is approached in parts; rad or characteristic
+ * lengths. */
+#define KMP_TRUSTED_CORRECTION 0.1
+/** Growth at which an integrator of a caller, which restarts then, is told to exchange coordinates. */
+#define KMP_EXCHANGE_CALLERS 3.0
 
 /* -- margins: the least singular value of the independent rows of the scaled J, over its usual size --- */
 

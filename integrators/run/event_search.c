@@ -3,6 +3,7 @@
  * through their values and rates at both ends of the piece. Accelerations, multipliers and solutions of implicit
  * blocks, with unknown rates, are parabolas through the values at both ends and in the middle. */
 #include "base/bracket.h"
+#include "constraints/tolerances.h"
 #include "integrators/run/events.h"
 #include <float.h>
 #include <math.h>
@@ -371,9 +372,6 @@ void kmp_crossing_take(kmp_crossing *c, const double *mode, const double *parame
     c->search.pieces.undecided = 0;
 }
 
-/* Part of a step, near its start, at which the value of a kink that is zero at the start, as at rest, has its sign. */
-#define NEAR (1.0 / 1024)
-
 static kmp_look *near_start(kmp_crossing *c)
 {
     return &c->search.pieces.look[2];
@@ -386,7 +384,7 @@ static kempe_status hold_free(kmp_crossing *c, double from, double to)
     c->passed = false;
     if (!kmp_crossing_would_hold(c, end))
         return KEMPE_OK;
-    KMP_TRY(look_at(c, from + NEAR * (to - from), near_start(c)));
+    KMP_TRY(look_at(c, from + KMP_STEP_NEAR * (to - from), near_start(c)));
     kmp_crossing_hold_free(c, near_start(c)->change, end);
     return KEMPE_OK;
 }

@@ -2,24 +2,14 @@
 /* Evaluation of conditions, and their changes at the events that event_search.c has found. */
 #include "integrators/run/events.h"
 #include "base/memory.h"
+#include "constraints/tolerances.h"
 #include "dynamics/kinematics/link_tree.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-enum { MOST_REPEATS = 20 }; /* changes of one condition without time between them */
-
-/* Part of a run: changes of one condition within it count as simultaneous. */
-#define INSTANT 1e-11
 /* Changes of a condition with a lag count as simultaneous within this multiple of its lag. */
 #define LAGS 100
-/* Part of a step up to an event by which the step that is made again is longer: its end is surely beyond the event. */
-#define BEYOND 1e-3
-/* Part of a step at whose beginning its polynomial is right in any case. */
-#define AT_ONCE 1e-6
-/* A kink is fixed beyond this many tolerances of its largest value: within them the errors of steps exceed its
- * effect. */
-#define KINK 100
 
 void kmp_crossing_begin_past(const kempe_system *system, kmp_condition_past *past)
 {
@@ -37,8 +27,8 @@ kmp_crossing *kmp_crossing_new(const kmp_crossing_plan *plan, kmp_arena *a)
     *c = (kmp_crossing){.plan = *plan,
                         .s = system,
                         .eval = plan->eval,
-                        .instant = INSTANT * plan->span,
-                        .kink = plan->kinks ? KINK * plan->rtol : 0,
+                        .instant = KMP_EVENT_INSTANT * plan->span,
+                        .kink = plan->kinks ? KMP_KINK_TOLERANCES * plan->rtol : 0,
                         .end = -1};
     c->stays = KMP_ARENA_NEW(a, bool, count);
     c->past = KMP_ARENA_NEW(a, kmp_condition_past, count);
@@ -63,9 +53,9 @@ int kmp_crossing_first_end(const kmp_crossing *c)
 
 double kmp_crossing_shortens(const kmp_crossing *c, double from, double event, double to, kmp_repeated repeats)
 {
-    double h = (1 + BEYOND) * (event - from);
-    const bool shorter =
-        h * (1 + BEYOND) < to - from && h > fmax(AT_ONCE * (to - from), 64 * kmp_solver_least_step(from));
+    double h = (1 + KMP_STEP_BEYOND) * (event - from);
+    const bool shorter = h * (1 + KMP_STEP_BEYOND) < to - from &&
+                         h > fmax(KMP_STEP_AT_ONCE * (to - from), 64 * kmp_solver_least_step(from));
     bool meets = false;
     for (int k = 0; k < c->s->events.count; k++) {
         const kmp_condition *condition = &c->s->events.condition[k];
@@ -201,7 +191,7 @@ static bool just_changed(const kmp_crossing *c, int k, double t)
 static void change_branch(kmp_crossing *c, int k, double t)
 {
     c->past[k].repeats = just_changed(c, k, t) ? c->past[k].repeats + 1 : 0;
-    bool idle = c->past[k].most <= c->kink * c->past[k].largest || c->past[k].repeats >= MOST_REPEATS;
+    bool idle = c->past[k].most <= c->kink * c->past[k].largest || c->past[k].repeats >= KMP_EVENT_REPEATS;
     c->past[k].last = t;
     c->past[k].most = 0;
     kmp_eval_set_kink(c->eval, k, idle ? 0 : c->mode[k] > 0 ? -1 : 1);
@@ -245,7 +235,7 @@ static kempe_status change_condition(kmp_crossing *c, int k, double t)
     c->past[k].repeats = just_changed(c, k, t) ? c->past[k].repeats + 1 : 0;
     c->past[k].last = t;
     c->past[k].most = 0;
-    if (c->past[k].repeats < MOST_REPEATS)
+    if (c->past[k].repeats < KMP_EVENT_REPEATS)
         return KEMPE_OK;
     c->stuck = true;
     return kmp_fail(
@@ -257,7 +247,7 @@ static kempe_status change_condition(kmp_crossing *c, int k, double t)
 /* Changes conditions. Conditions may depend on others, so that one change causes the next. */
 static kempe_status change_conditions(kmp_crossing *c, double t)
 {
-    for (int pass = 0; pass < MOST_REPEATS && first_switched(c) >= 0; pass++) {
+    for (int pass = 0; pass < KMP_EVENT_REPEATS && first_switched(c) >= 0; pass++) {
         for (int k = 0; k < c->s->events.count; k++)
             if (has_switched(c, k))
                 KMP_TRY(change_condition(c, k, t));
@@ -273,7 +263,7 @@ kempe_status kmp_crossing_foresee(kmp_crossing *c, double t)
 {
     KMP_TRY(kmp_crossing_look(c, t));
     memcpy(c->before, c->mode, (size_t)c->s->events.count * sizeof *c->mode);
-    for (int pass = 0; pass < MOST_REPEATS && first_switched(c) >= 0; pass++) {
+    for (int pass = 0; pass < KMP_EVENT_REPEATS && first_switched(c) >= 0; pass++) {
         for (int k = 0; k < c->s->events.count; k++)
             if (has_switched(c, k))
                 kmp_eval_set_mode(c->eval, k, !(c->mode[k] > 0));

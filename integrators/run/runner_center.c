@@ -8,12 +8,8 @@
 #include <math.h>
 #include <string.h>
 
-/* Regularity below which joints are centred together with a due one, which restarts the integrator less often. */
-#define ALONG 0.8
 /* Over the largest rate: rounding of an equal state. */
 #define SAME 1e-7
-/* rad: angles that change by less are continuous. */
-#define NEAR_BY 1.0
 /* Number of halvings of the path to a row to follow the angles. Angles that are still discontinuous passed their
  * singular position. */
 enum { MOST_HALVINGS = 24 };
@@ -36,7 +32,8 @@ static bool look(kmp_runner *run, const double *q, bool anyhow)
     for (int c = 0; c < kmp_charts_count(s); c++) {
         int first = s->chart_first[c];
         if (!kmp_chart_is_own(run->eval->chart, c) &&
-            kmp_chart_follow(s, c, run->eval->chart, seen + first, !anyhow, q, next + first) > NEAR_BY && !anyhow)
+            kmp_chart_follow(s, c, run->eval->chart, seen + first, !anyhow, q, next + first) > KMP_AXES_NEAR_BY &&
+            !anyhow)
             return false;
     }
     memcpy(seen, next, (size_t)s->n * sizeof *seen);
@@ -138,7 +135,7 @@ static void center(kmp_runner *run, double t, double *q, double *qd, double *qdd
 {
     for (int c = 0; c < kmp_charts_count(run->s); c++) {
         double regular = kmp_chart_regular(run->s, c, q);
-        if (!may_center(run, c) || regular > ALONG)
+        if (!may_center(run, c) || regular > KMP_AXES_ALONG)
             continue;
         kmp_chart_center(run->s, c, run->eval->chart, q, qd, qdd);
         run->centrings++;

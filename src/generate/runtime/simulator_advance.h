@@ -59,7 +59,7 @@ static kempe_simulator_status continue_here(kempe_simulator *s)
     kempe_simulator_status status = pass_instant(s, t, part->y_new, (occasion){event, 0}, &changed);
     if (status != KEMPE_SIMULATOR_GOES)
         return status;
-    part->state[AT_EXCHANGE] = is_choice_bad(s, GROWTH);
+    part->state[AT_EXCHANGE] = is_choice_bad(s, KMP_EXCHANGE_GROWTH);
     show_place(s, t);
     return part->state[AT_ENDED] > 0 ? end_motion(s) : KEMPE_SIMULATOR_GOES;
 }

@@ -14,7 +14,7 @@ static void set_weights(kempe_simulator *s)
         int c = part->column[r + k];
         bool state = e->coordinate_kind[c] == KEMPE_COORDINATE_STATE;
         double tolerance = s->settings.atol * e->scale[c];
-        part->atol[k] = state ? UNCONTROLLED : tolerance;
+        part->atol[k] = state ? KMP_UNCONTROLLED : tolerance;
         part->atol[f + k] = state ? tolerance : tolerance * part->state[AT_RATE];
     }
     for (int i = 0; i < r; i++)
@@ -53,8 +53,8 @@ static void choose(kempe_simulator *s, const int *fixed)
     take_order(s);
 }
 
-/* Exchanges dependent and independent coordinates, largest entry of the scaled B first, until none exceeds GROWTH. J is
- * that of the present place. */
+/* Exchanges dependent and independent coordinates, largest entry of the scaled B first, until none exceeds
+ * KMP_EXCHANGE_GROWTH. J is that of the present place. */
 static outcome improve_choice(kempe_simulator *s, double t)
 {
     const kempe_equations *e = s->equations;
@@ -72,7 +72,7 @@ static outcome improve_choice(kempe_simulator *s, double t)
         for (int at = 1; at < f * r; at++)
             if (fabs(b[at]) > fabs(b[worst]))
                 worst = at;
-        if (f * r == 0 || !(fabs(b[worst]) > GROWTH))
+        if (f * r == 0 || !(fabs(b[worst]) > KMP_EXCHANGE_GROWTH))
             break;
         int i = worst % r, k = worst / r;
         for (int j = 0; j < f; j++)
@@ -106,7 +106,7 @@ static void center_charts(kempe_simulator *s, double t)
     if (!charts_are_due(s))
         return;
     for (int c = 0; c < charts->joints; c++) {
-        if (charts->regular(charts, c, part->q) > ALONG_WITH)
+        if (charts->regular(charts, c, part->q) > KMP_AXES_ALONG)
             continue;
         if (is_own(chart_of(s, c)))
             copy(3, part->q + charts->first[c], part->seen + 3 * (ptrdiff_t)c);
@@ -121,7 +121,7 @@ static void center_charts(kempe_simulator *s, double t)
 static outcome exchange_choice(kempe_simulator *s, double t)
 {
     center_charts(s, t);
-    if (evaluate_loops(s, t) != GOOD || share_of_rows(s) > ROWS_OUT)
+    if (evaluate_loops(s, t) != GOOD || share_of_rows(s) > KMP_ROWS_OUT)
         choose(s, NULL);
     outcome said = improve_choice(s, t);
     if (said == GOOD)
@@ -135,7 +135,7 @@ static outcome exchange_choice(kempe_simulator *s, double t)
 /* True where the choice at the place of the last evaluation is bad. */
 static bool is_choice_bad(const kempe_simulator *s, double limit)
 {
-    return growth(s) > limit || share_of_rows(s) > ROWS_OUT || charts_are_due(s);
+    return growth(s) > limit || share_of_rows(s) > KMP_ROWS_OUT || charts_are_due(s);
 }
 
 /* Rows of friction that are not held: they are zero. */
@@ -151,8 +151,8 @@ static int rows_let_go(const kempe_simulator *s)
 /* The first redundant row that does not close with the others; -1: none. */
 static int open_row(const kempe_simulator *s)
 {
-    double allowed =
-        fmax(DROPPED_WEIGHTS * (s->settings.atol + s->settings.rtol), DROPPED_OVER * s->part.state[AT_LOOSE]);
+    double allowed = fmax(KMP_DROPPED_WEIGHTS * (s->settings.atol + s->settings.rtol),
+                          KMP_DROPPED_TOLERANCES * s->part.state[AT_LOOSE]);
     for (int i = rank_of(s); i < s->equations->rows; i++)
         if (!(opening(s, s->part.row[i]) <= allowed))
             return s->part.row[i];

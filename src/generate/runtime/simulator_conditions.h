@@ -46,7 +46,7 @@ static double branch_of(kempe_simulator *s, int k, double value)
     if (s->equations->condition_kind[k] != KEMPE_CONDITION_KINK)
         return 0;
     part->largest[k] = fmax(part->largest[k], fabs(value));
-    bool away = part->modes[k] == 0 && fabs(value) > 2 * KINK * s->settings.rtol * part->largest[k];
+    bool away = part->modes[k] == 0 && fabs(value) > 2 * KMP_KINK_TOLERANCES * s->settings.rtol * part->largest[k];
     return !away ? 0 : value < 0 ? 1 : -1;
 }
 
@@ -87,7 +87,8 @@ static void note_sizes(kempe_simulator *s, const double *value)
 static void change_branch(kempe_simulator *s, int k)
 {
     struct kempe_simulator_parts *part = &s->part;
-    bool idle = part->most[k] <= KINK * s->settings.rtol * part->largest[k] || part->repeats[k] >= MOST_PASSES;
+    bool idle = part->most[k] <= KMP_KINK_TOLERANCES * s->settings.rtol * part->largest[k] ||
+                part->repeats[k] >= KMP_EVENT_REPEATS;
     part->modes[k] = idle ? 0 : part->modes[k] > 0 ? -1 : 1;
     part->most[k] = 0;
 }
@@ -133,7 +134,7 @@ static bool change_mode(kempe_simulator *s, int k, double t)
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    double instant = fmax(64 * DBL_EPSILON * fabs(t), INSTANT / part->state[AT_RATE]);
+    double instant = fmax(64 * DBL_EPSILON * fabs(t), KMP_EVENT_INSTANT / part->state[AT_RATE]);
     part->repeats[k] = t - part->last[k] <= instant ? part->repeats[k] + 1 : 0;
     part->last[k] = t;
     if (e->condition_kind[k] == KEMPE_CONDITION_KINK) {
@@ -142,7 +143,7 @@ static bool change_mode(kempe_simulator *s, int k, double t)
     }
     part->modes[k] = part->modes[k] > 0 ? 0 : 1;
     s->work.events++;
-    if (part->repeats[k] < MOST_PASSES)
+    if (part->repeats[k] < KMP_EVENT_REPEATS)
         return true;
     const char *advice = e->advice ? e->advice[k] : NULL;
     snprintf(s->message, sizeof s->message, "%s: %s changes back and forth at t = %.9g: %s", e->name,
@@ -165,7 +166,7 @@ static outcome jump(kempe_simulator *s, double t, const double *before, double *
         worst = fmax(worst, fabs(part->qd[j] - before[j]) / e->scale[j]);
         fastest = fmax(fastest, fabs(before[j]) / e->scale[j]);
     }
-    if (!(worst > JUMP * fastest))
+    if (!(worst > KMP_RATES_JUMP * fastest))
         return GOOD;
     for (int k = 0; k < f; k++)
         part->qd[part->column[r + k]] = 0;
@@ -209,7 +210,7 @@ static kempe_simulator_status settle_modes(kempe_simulator *s, double t, double 
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
     int last = -1;
-    for (int pass = 0; pass < MOST_PASSES; pass++) {
+    for (int pass = 0; pass < KMP_EVENT_REPEATS; pass++) {
         if (pass > 0)
             copy(e->coordinates, part->qd, part->dqd);
         outcome said = slopes_closed(s, t, y, NULL);

@@ -120,7 +120,7 @@ static outcome factor_mass(kempe_simulator *s)
         part->diagonal[k] = part->reduced[k + k * f];
     int bad = kmp_cholesky_factor(f, part->reduced);
     for (int k = 0; k < f && !bad; k++)
-        bad = part->reduced[k + k * f] * part->reduced[k + k * f] > NO_MASS * part->diagonal[k] ? 0 : k + 1;
+        bad = part->reduced[k + k * f] * part->reduced[k + k * f] > KMP_NO_MASS * part->diagonal[k] ? 0 : k + 1;
     if (bad)
         part->diagonal[0] = bad;
     return bad ? SINGULAR_MASS : GOOD;
@@ -205,7 +205,7 @@ static outcome accelerate_loaded(kempe_simulator *s, double t)
         double change = take_multipliers(s, part->correction);
         if (!(change <= DBL_MAX))
             return UNSETTLED;
-        if (change <= LOADS_SETTLED || (change <= LOADS_ROUNDED && change >= before / 2))
+        if (change <= KMP_LOADS_SETTLED || (change <= KMP_LOADS_ROUNDED && change >= before / 2))
             return GOOD;
         before = change;
     }

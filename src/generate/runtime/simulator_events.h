@@ -79,7 +79,7 @@ static void cut_step(kempe_simulator *s, double t, const double *value)
     pack_y(s, part->q, part->qd, part->y_new);
     part->state[AT_END] = t;
     part->state[AT_EVENT] = part->state[AT_FRESH] = 1;
-    part->state[AT_EXCHANGE] = is_choice_bad(s, GROWTH);
+    part->state[AT_EXCHANGE] = is_choice_bad(s, KMP_EXCHANGE_GROWTH);
 }
 
 /* -- the site of kempe_events.c ------------------------------------------------------------------------------ */
@@ -181,9 +181,6 @@ static int end_piece(void *self, double from, double to, const double *change, b
     return w->said != GOOD;
 }
 
-/* Part of a step, near its start, at which the value of a kink that is zero at the start, as at rest, has its sign. */
-#define NEAR_START (1.0 / 1024)
-
 /* Notes the branches of free kinks at the end of the last step. *again: the step has passed one, which now has the
  * branch of the start of the step. */
 static void hold_branches(kempe_simulator *s, const double *end, bool *again)
@@ -198,8 +195,8 @@ static void hold_branches(kempe_simulator *s, const double *end, bool *again)
     *again = false;
     if (!any)
         return;
-    estimate(s, NEAR_START);
-    evaluate_changes(s, part->state[AT_BEGIN] + NEAR_START * part->state[AT_TAKEN], near);
+    estimate(s, KMP_STEP_NEAR);
+    evaluate_changes(s, part->state[AT_BEGIN] + KMP_STEP_NEAR * part->state[AT_TAKEN], near);
     for (int k = 0; k < count; k++)
         *again = *again || (fabs(part->flip[k]) > 1 && (near[k] < 0) != (end[k] < 0) && branch_of(s, k, near[k]) != 0);
     if (*again) {
@@ -208,16 +205,13 @@ static void hold_branches(kempe_simulator *s, const double *end, bool *again)
     }
 }
 
-/* Part of a step up to an event by which the step that is made again is longer: its end is surely beyond the event. */
-#define BEYOND 1e-3
-
 /* The length with which a step is made again up to the event found; 0: it is not. At the end of a compliant contact the
  * law is continued beyond by the modulus of the depth, with a kink: the polynomial of a step that meets it is wrong
  * before it too. */
 static double shortened(const kempe_simulator *s)
 {
     const struct kempe_simulator_parts *part = &s->part;
-    double h = (1 + BEYOND) * (part->state[AT_END] - part->state[AT_BEGIN]);
+    double h = (1 + KMP_STEP_BEYOND) * (part->state[AT_END] - part->state[AT_BEGIN]);
     bool meets = false;
     for (int k = 0; k < s->equations->conditions; k++)
         meets = meets || (part->flip[k] > 0 && part->modes[k] > 0 &&

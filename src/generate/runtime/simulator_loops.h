@@ -124,7 +124,7 @@ static outcome close_loops(kempe_simulator *s, double t, double *first)
         if (evaluate_loops(s, t) != GOOD)
             return SINGULAR_LOOPS;
         solve_rows(s, s->part.h, s->part.correction);
-        double size = correction_size(s), cut = size > LONGEST_CORRECTION ? LONGEST_CORRECTION / size : 1;
+        double size = correction_size(s), cut = size > KMP_LONGEST_CORRECTION ? KMP_LONGEST_CORRECTION / size : 1;
         if (pass == 0 && first)
             *first = size;
         if (!(size <= DBL_MAX))
@@ -132,7 +132,7 @@ static outcome close_loops(kempe_simulator *s, double t, double *first)
         if (size <= rounding || size > 0.9 * last) {
             if (size <= rounding)
                 correct(s, 1);
-            return size <= rounding || residual(s) <= CLOSED_ENOUGH ? GOOD : OPEN;
+            return size <= rounding || residual(s) <= KMP_CLOSED_ENOUGH ? GOOD : OPEN;
         }
         correct(s, cut);
         last = cut < 1 ? INFINITY : size;

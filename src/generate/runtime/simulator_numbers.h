@@ -16,34 +16,10 @@ enum {
     MOST_CLOSINGS = 12,
     MOST_LOADS = 50,
     MOST_ATTEMPTS = 1000,
-    MOST_PASSES = 20,
     MOST_PARTS = 256,
     MOST_FINER = 100,
     MOST_HALVINGS = 24
 };
-
-/* Scaled numbers; each means the same as in the library. */
-#define CLOSED_ENOUGH        1e-11 /* largest h where rounding stops the corrections */
-#define LONGEST_CORRECTION   0.5   /* of a coordinate, rad or characteristic lengths */
-#define TRUSTED_CORRECTION   0.1   /* a longer one comes from a distant guess: it is approached in parts */
-#define CORRECTION_LIMIT     1.0   /* of v at the end of a step, in error weights; with redundant rows REDUNDANT */
-#define CORRECTION_REDUNDANT 3e-3
-#define CORRECTION_ROUNDING  1e-13
-#define GROWTH               1.5 /* of dependent coordinates over independent ones: above it both are exchanged */
-#define GROWTH_OF_CALLERS    3.0 /* the same where each exchange restarts an integrator of the caller */
-#define ROWS_OUT             2.0 /* share of a row in a redundant one above which rows are chosen anew */
-#define DROPPED_WEIGHTS      1e3 /* tolerances by which a redundant row may open; or OVER times its opening at the start */
-#define DROPPED_START        1e-4
-#define DROPPED_OVER         30.0
-#define UNCONTROLLED         1e300
-#define LOADS_SETTLED        1e-14 /* relative change of multipliers at which C is at them; where rounding stops it */
-#define LOADS_ROUNDED        1e-9
-#define NO_MASS              1e-13 /* pivot of the reduced mass over its diagonal */
-#define JUMP                 1e-9  /* of rates where modes change, over the fastest one */
-#define KINK                 100.0 /* tolerances of its largest value beyond which a kink is fixed */
-#define NEAR_BY              1.0   /* rad: angles that change by less are continuous */
-#define ALONG_WITH           0.8   /* regularity below which joints get new angles together with a due one */
-#define INSTANT              1e-11 /* of the time of the motion: events within it are at one time */
 
 /* Places in the header of the state. */
 enum {

@@ -20,7 +20,7 @@ static void show_place(kempe_simulator *s, double t)
         e->show(&at, s->y);
     take_states(s);
     s->t = t;
-    part->state[AT_BAD] = is_choice_bad(s, GROWTH_OF_CALLERS);
+    part->state[AT_BAD] = is_choice_bad(s, KMP_EXCHANGE_CALLERS);
     *factors_are_present(s) = 1;
 }
 
@@ -176,7 +176,7 @@ static kempe_simulator_status start_here(kempe_simulator *s, double t, bool of_m
         return explain(s, said, t);
     for (int i = rank_of(s); i < e->rows; i++)
         state[AT_LOOSE] = fmax(state[AT_LOOSE], opening(s, part->row[i]));
-    if (state[AT_LOOSE] > DROPPED_START)
+    if (state[AT_LOOSE] > KMP_CLOSED_NEAR)
         return explain(s, OPEN, t);
     kempe_simulator_status status = pass_start(s, t, part->y_new);
     if (status != KEMPE_SIMULATOR_GOES)

@@ -90,7 +90,7 @@ kempe_simulator_status kempe_simulator_set_states(kempe_simulator *s, double t, 
     release_branches(s);
     outcome said = OPEN;
     double first = INFINITY;
-    for (int parts = 1; parts <= MOST_PARTS && (said != GOOD || first > TRUSTED_CORRECTION); parts *= 4) {
+    for (int parts = 1; parts <= MOST_PARTS && (said != GOOD || first > KMP_TRUSTED_CORRECTION); parts *= 4) {
         first = 0;
         copy(n, part->inner_q, part->q);
         said = follow(s, s->t, t, x, parts, &first);
@@ -106,7 +106,7 @@ kempe_simulator_status kempe_simulator_set_states(kempe_simulator *s, double t, 
     }
     complete(s);
     restart(s, t);
-    part->state[AT_EXCHANGE] = is_choice_bad(s, GROWTH);
+    part->state[AT_EXCHANGE] = is_choice_bad(s, KMP_EXCHANGE_GROWTH);
     show_place(s, t);
     return KEMPE_SIMULATOR_GOES;
 }
@@ -175,7 +175,7 @@ kempe_simulator_status kempe_simulator_update(kempe_simulator *s, int *changed)
     copy(s->equations->coordinates, part->inner_qd, part->qd);
     restart(s, s->t);
     kempe_simulator_status status = pass_instant(s, s->t, part->y_new, passed_by_caller(s), &any);
-    if (status == KEMPE_SIMULATOR_GOES && is_choice_bad(s, GROWTH_OF_CALLERS)) {
+    if (status == KEMPE_SIMULATOR_GOES && is_choice_bad(s, KMP_EXCHANGE_CALLERS)) {
         outcome said = exchange_choice(s, s->t);
         if (said == GOOD)
             said = slopes_here(s, s->t, NULL);

@@ -40,7 +40,7 @@ static double closing_of(const kempe_simulator *s)
     for (int i = 0; i < rank_of(s); i++) {
         int at = 2 * freedom_of(s) + i, c = part->column[i];
         double dv = fabs(part->q[c] - part->candidate[at]);
-        if (!(dv <= fmin(part->weight[at], CORRECTION_ROUNDING * e->scale[c])))
+        if (!(dv <= fmin(part->weight[at], KMP_CORRECTION_ROUNDING * e->scale[c])))
             worst = fmax(worst, dv / part->weight[at]);
     }
     return worst;
@@ -65,7 +65,7 @@ static attempt_result attempt(kempe_simulator *s, double h, double t_new, double
     *said = close_loops(s, t_new, NULL);
     if (*said != GOOD)
         return BAD_STAGE;
-    double limit = e->rows > rank_of(s) + rows_let_go(s) ? CORRECTION_REDUNDANT : CORRECTION_LIMIT;
+    double limit = e->rows > rank_of(s) + rows_let_go(s) ? KMP_CORRECTION_REDUNDANT : KMP_CORRECTION_LIMIT;
     if (signs_of_loops(s) != part->state[AT_SIGN] || (!fixed && closing_of(s) > limit))
         return BAD_STEP;
     for (int i = 0; i < rank_of(s); i++)
@@ -242,7 +242,7 @@ static kempe_simulator_status take_step(kempe_simulator *s, double h, double t_n
     int row = open_row(s);
     if (row >= 0)
         return report_open_row(s, row, t_new);
-    state[AT_EXCHANGE] = is_choice_bad(s, GROWTH);
+    state[AT_EXCHANGE] = is_choice_bad(s, KMP_EXCHANGE_GROWTH);
     if (!has_changes(s))
         return KEMPE_SIMULATOR_GOES;
     complete(s);

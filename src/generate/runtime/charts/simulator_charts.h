@@ -18,7 +18,8 @@ static bool see_angles(kempe_simulator *s, bool anyhow)
         double *next = part->next_seen + 3 * (ptrdiff_t)c;
         if (is_own(chart))
             copy(3, part->q + charts->first[c], next);
-        else if (charts->follow(charts, c, chart, part->seen + 3 * (ptrdiff_t)c, !anyhow, part->q, next) > NEAR_BY &&
+        else if (charts->follow(charts, c, chart, part->seen + 3 * (ptrdiff_t)c, !anyhow, part->q, next) >
+                     KMP_AXES_NEAR_BY &&
                  !anyhow)
             return false;
     }
