@@ -33,6 +33,7 @@ typedef struct kmp_friction_element {
                         * its mode; 0: none */
     double lift;       /* contact: an overlap that is none while it is open; 0: it is closed */
     bool struck;       /* contact: an impact at this instant has acted on it */
+    double stopped;    /* rounding of its rate, which an impact at this instant has made zero; 0: none has */
     double last;       /* contact: time of its last impact; -INFINITY: none yet */
     bool pinned;       /* contact: closed by a study that decides on contacts itself */
     double still;      /* an acceleration of its place that is none, in this decision */

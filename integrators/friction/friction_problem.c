@@ -19,7 +19,8 @@ static bool is_open(const kmp_friction_run *x, const kmp_friction_element *e, do
     if (x->pins)
         return !e->pinned;
     double size = e->size, gap = kmp_friction_at(x, e, KMP_ROLE_PLACE);
-    return gap > KMP_TOUCH_NEAR * size || kmp_friction_at(x, e, KMP_ROLE_RATE) > KMP_FRICTION_STILL * size * rate;
+    return gap > KMP_TOUCH_NEAR * size ||
+           kmp_friction_at(x, e, KMP_ROLE_RATE) > fmax(KMP_FRICTION_STILL * size * rate, e->stopped);
 }
 
 static void list(kmp_friction_run *x, int i)
@@ -47,7 +48,7 @@ static void list_friction(kmp_friction_run *x, int i, double rate)
 {
     kmp_friction_element *e = &x->element[i], *base = e->base < 0 ? NULL : &x->element[e->base];
     double v = kmp_friction_at(x, e, KMP_ROLE_RATE);
-    double still = kmp_friction_still(x) * e->size * rate;
+    double still = fmax(kmp_friction_still(x) * e->size * rate, e->stopped);
     if (e->was == KMP_FRICTION_SLIPS && e->sense != 0) /* at the event its rate is this one against its sense */
         still = fmax(still, (1 + KMP_FRICTION_TIE) * e->back);
     if (base && is_open(x, base, rate)) {
@@ -68,7 +69,7 @@ static void list_friction(kmp_friction_run *x, int i, double rate)
 static void list_across(kmp_friction_run *x, int i, double rate)
 {
     kmp_friction_element *pair[] = {&x->element[i], &x->element[x->element[i].twin]};
-    double still = kmp_friction_halt(x, pair[0], rate), v[2];
+    double still = fmax(kmp_friction_halt(x, pair[0], rate), fmax(pair[0]->stopped, pair[1]->stopped)), v[2];
     for (int k = 0; k < 2; k++)
         v[k] = kmp_friction_at(x, pair[k], KMP_ROLE_RATE);
     if (pair[0]->was == KMP_FRICTION_SLIPS && pair[0]->sense != 0) /* at the event it has this rate */

@@ -192,6 +192,7 @@ KMP_LOCAL int kmp_friction_settle_modes(kmp_friction_run *x, double t, double *q
             kmp_friction_tell(x, KMP_FRICTION_TELLS_CHANGE, i, t, e->sense);
         e->known = true;
         e->struck = false;
+        e->stopped = 0;
         e->fired = false;
     }
     return status;

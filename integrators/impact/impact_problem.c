@@ -123,9 +123,11 @@ static void bound_impulses(kmp_impact_run *p, double part)
     for (int k = 0; k < p->count; k++) {
         const kmp_friction_element *e = kmp_impact_element(p, k);
         bool rubs = e->base >= 0;
-        if (rubs) { /* a contact that is held may pull */
-            double ratio = kmp_friction_at(p->friction, &p->friction->element[e->base], KMP_ROLE_STATIC);
-            p->most_friction[k] += part * (ratio * fmax(p->f[under(p, k)], 0) - p->most_friction[k]);
+        if (rubs) { /* a contact that is held may pull: it stands for impacts to come, with their friction */
+            const int base = under(p, k);
+            const double ratio = kmp_friction_at(p->friction, &p->friction->element[e->base], KMP_ROLE_STATIC);
+            const double pressed = p->held[base] ? fabs(p->f[base]) : fmax(p->f[base], 0);
+            p->most_friction[k] += part * (ratio * pressed - p->most_friction[k]);
         }
         double most = rubs ? p->most_friction[k] : INFINITY;
         p->a[k] = p->v[k] + p->e[k] * p->v[k];
@@ -138,34 +140,6 @@ static kmp_box_outcome find_minimum(kmp_impact_run *p)
 {
     const kmp_box box = {p->count, p->d, p->a, p->lower, p->upper};
     return kmp_disc_minimum(&box, p->partner, p->f, p->y, p->side, p->room);
-}
-
-/* One minimum; *changed: by how much impulses differ from the last ones, relative to the largest. */
-static int solve_once(kmp_impact_run *p, double t, double part, double *changed)
-{
-    double most = 0, size = 0;
-    bound_impulses(p, part);
-    memcpy(p->tried, p->f, (size_t)p->count * sizeof *p->f);
-    kmp_box_outcome outcome = find_minimum(p);
-    for (int k = 0; k < p->count; k++) {
-        most = fmax(most, fabs(p->f[k] - p->tried[k]));
-        size = fmax(size, fmax(fabs(p->f[k]), fabs(p->tried[k])));
-    }
-    *changed = size > 0 ? most / size / part : 0;
-    if (outcome == KMP_BOX_FOUND)
-        return 0;
-    return p->site->fail(self_of(p), outcome == KMP_BOX_UNBOUNDED ? KMP_IMPACT_FORCED : KMP_IMPACT_UNDECIDED, t,
-                         p->count, p->which);
-}
-
-/* True if no impulse has become smaller in the last pass. A leg without inertia carries what friction holds: both grow
- * together from rounding, by the same factor in each pass. */
-static bool only_grows(const kmp_impact_run *p)
-{
-    bool grows = true;
-    for (int k = 0; k < p->count; k++)
-        grows = grows && (p->tried[k] == 0 || p->f[k] / p->tried[k] >= 1);
-    return grows;
 }
 
 /* Rounding of the impulses, relative: that of their rates over what is left of these. It is large where a body has
@@ -181,6 +155,35 @@ static double rounding(const kmp_impact_run *p)
         left = fmax(left, fabs(p->a[i]));
     }
     return left > 0 ? KMP_IMPACT_ROUNDING * most / left : 0;
+}
+
+/* One minimum; *changed: by how much impulses differ from the last ones, relative to the largest. */
+static int solve_once(kmp_impact_run *p, double t, double part, double *changed)
+{
+    double most = 0, size = 0;
+    bound_impulses(p, part);
+    memcpy(p->tried, p->f, (size_t)p->count * sizeof *p->f);
+    kmp_box_outcome outcome = find_minimum(p);
+    for (int k = 0; k < p->count; k++) {
+        most = fmax(most, fabs(p->f[k] - p->tried[k]));
+        size = fmax(size, fmax(fabs(p->f[k]), fabs(p->tried[k])));
+    }
+    *changed = size > 0 ? most / size : 0;
+    *changed /= *changed > rounding(p) ? part : 1; /* a part of the way is not rounding */
+    if (outcome == KMP_BOX_FOUND)
+        return 0;
+    return p->site->fail(self_of(p), outcome == KMP_BOX_UNBOUNDED ? KMP_IMPACT_FORCED : KMP_IMPACT_UNDECIDED, t,
+                         p->count, p->which);
+}
+
+/* True if no impulse has become smaller in the last pass. A leg without inertia carries what friction holds: both grow
+ * together from rounding, by the same factor in each pass. */
+static bool only_grows(const kmp_impact_run *p)
+{
+    bool grows = true;
+    for (int k = 0; k < p->count; k++)
+        grows = grows && (p->tried[k] == 0 || p->f[k] / p->tried[k] >= 1);
+    return grows;
 }
 
 static int solve_impulses(kmp_impact_run *p, double t)
@@ -271,6 +274,10 @@ static void note_impacts(kmp_impact_run *p, double t, double gain)
         p->site->tell_impact(self_of(p), p, t, p->site->kinetic(self_of(p), p->before), gain);
     for (int k = 0; k < p->count; k++) {
         kmp_friction_element *e = kmp_impact_element(p, k);
+        double sum = 0;
+        for (int i = 0; i < p->count; i++)
+            sum += fabs(p->d[k + i * p->count] * p->f[i]);
+        e->stopped = p->f[k] != 0 && p->side[k] == 0 && p->e[k] == 0 ? KMP_IMPACT_ROUNDING * sum : 0;
         if (p->f[k] == 0 || !e->contact)
             continue;
         p->since = fmin(p->since, t - e->last);

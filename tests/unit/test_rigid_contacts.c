@@ -284,30 +284,70 @@ static void rough_ground(void)
 static void rimless_wheel(void)
 {
     static const struct {
-        double inertia, th, rate;
-    } cases[] = {{1e-3, -2.9852506410477675, -0.694263386672768}, {1e-6, -2.9838094701260673, -0.6944446386229643}};
-    for (int k = 0; k < 2; k++) {
+        int spokes;
+        double inertia, friction, rate, end, th, last;
+    } cases[] = {{8, 1e-3, 2, 1, 3, -2.9852506410477675, -0.694263386672768},
+                 {8, 1e-6, 2, 1, 3, -2.9838094701260673, -0.6944446386229643},
+                 {8, 1e-9, 2, 1, 3, -2.983808025532637, -0.6944448380007737},
+                 {8, 1e-9, 0.8, 1, 3, -2.983808025532637, -0.6944448380007737},
+                 {6, 1e-3, 0.8, 2, 1, -0.942927537774315, -0.19413509548246377},
+                 {6, 1e-9, 0.8, 2, 1, -0.9399818813671841, -0.18454530071379857},
+                 {6, 1e-9, 2, 2, 1, -0.9399818813671841, -0.18454530071379857}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         const double pi = 3.14159265358979323846, slope = pi / 36;
+        const int n = cases[k].spokes;
         kmp_text text = {0};
         kmp_text_printf(&text,
                         "kempe: 1\ngravity: [%.17g, %.17g, 0]\nground: {points: {O: [0, 0, 0]}}\nbodies:\n"
                         "  hub: {joint: {name: P, planar: z, at: ground, coordinates: [x, y, th]}, mass: 1, "
                         "inertia: {zz: %g}, points: {",
                         9.81 * sin(slope), -9.81 * cos(slope), cases[k].inertia);
-        for (int i = 0; i < 8; i++)
-            kmp_text_printf(&text, "%sP%d: [%.17g, %.17g, 0]", i ? ", " : "", i, sin(i * pi / 4), -cos(i * pi / 4));
+        for (int i = 0; i < n; i++)
+            kmp_text_printf(&text, "%sP%d: [%.17g, %.17g, 0]", i ? ", " : "", i, sin(2 * i * pi / n),
+                            -cos(2 * i * pi / n));
         kmp_text_put(&text, "}}\ncontacts:\n");
-        for (int i = 0; i < 8; i++)
+        for (int i = 0; i < n; i++)
             kmp_text_printf(&text,
-                            "  c%d: {point: hub.P%d, on: {plane: ground.O, normal: y}, restitution: 0, friction: 2}\n",
-                            i, i);
-        kmp_text_put(&text, "start: {q: {y: 1}, qd: {x: 1, th: -1}}\nrun: {rtol: 1e-10}\n");
+                            "  c%d: {point: hub.P%d, on: {plane: ground.O, normal: y}, restitution: 0, friction: %g}\n",
+                            i, i, cases[k].friction);
+        kmp_text_printf(&text, "start: {q: {y: 1}, qd: {x: %g, th: %g}}\nrun: {rtol: 1e-10}\n", cases[k].rate,
+                        -cases[k].rate);
         loaded l = load_text(text.s);
-        kempe_trajectory *run = simulate(&l, &ways[0], 3);
+        kempe_trajectory *run = simulate(&l, &ways[0], cases[k].end);
         if (run) {
             CHECK_NEAR(last_q(run)[2], cases[k].th, 1e-7);
-            CHECK_NEAR(last_qd(run)[2], cases[k].rate, 1e-7);
+            CHECK_NEAR(last_qd(run)[2], cases[k].last, 1e-7);
         }
+        kempe_trajectory_free(run);
+        unload(&l);
+        kmp_text_free(&text);
+    }
+}
+
+/* The wheel of six spokes rocks between two feet, ever shorter, and comes to rest on both, with little inertia too. */
+static void rimless_wheel_rests(void)
+{
+    for (int k = 0; k < 2; k++) {
+        kmp_text text = {0};
+        kmp_text_printf(&text,
+                        "kempe: 1\ngravity: [0, -9.81, 0]\nground: {points: {O: [0, 0, 0]}}\nbodies:\n"
+                        "  hub: {joint: {name: P, planar: z, at: ground, coordinates: [x, y, th]}, mass: 1, "
+                        "inertia: {zz: %g}, points: {",
+                        k ? 1e-3 : 1e-6);
+        for (int i = 0; i < 6; i++)
+            kmp_text_printf(&text, "%sP%d: [%.17g, %.17g, 0]", i ? ", " : "", i, sin(i * acos(0.5)),
+                            -cos(i * acos(0.5)));
+        kmp_text_put(&text, "}}\ncontacts:\n");
+        for (int i = 0; i < 6; i++)
+            kmp_text_printf(
+                &text, "  c%d: {point: hub.P%d, on: {plane: ground.O, normal: y}, restitution: 0, friction: 0.8}\n", i,
+                i);
+        kmp_text_put(&text, "start: {q: {y: 1}, qd: {x: 2, th: -2}}\n");
+        loaded l = load_text(text.s);
+        kempe_trajectory *run = simulate(&l, &ways[0], 2);
+        CHECK(run && fabs(last_qd(run)[2]) < 1e-9);
+        if (run) /* on two feet: the hub has the height of an equilateral triangle */
+            CHECK_NEAR(last_q(run)[1], sqrt(0.75), 1e-7);
         kempe_trajectory_free(run);
         unload(&l);
         kmp_text_free(&text);
@@ -417,6 +457,7 @@ int main(void)
     TEST(modes_at_any_tolerance);
     TEST(point_on_plane);
     TEST(rimless_wheel);
+    TEST(rimless_wheel_rests);
     TEST(rolling);
     TEST(stopped_slider_crank);
     TEST(two_corners);
