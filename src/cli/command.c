@@ -22,19 +22,6 @@ static void on_interrupt(int number)
         kempe_context_interrupt(interrupted_context);
 }
 
-/* The first Ctrl-C or SIGTERM ends the run with its results so far, the second one ends the process. A file that
- * exceeds a limit is an error of its writing. */
-static void watch_interrupt(kempe_context *context)
-{
-    struct sigaction action = {.sa_flags = (int)SA_RESETHAND};
-    action.sa_handler = on_interrupt;
-    sigemptyset(&action.sa_mask);
-    interrupted_context = context;
-    sigaction(SIGINT, &action, NULL);
-    sigaction(SIGTERM, &action, NULL);
-    signal(SIGXFSZ, SIG_IGN);
-}
-
 /* -- reporting ------------------------------------------------------------------------------------- */
 
 static void complain(kempe_status status, const char *message)
@@ -224,18 +211,6 @@ static void take_run_options(kempe_run_options *run, const kempe_folder *folder)
     run->no_convergence_check = run->no_convergence_check || there.no_convergence_check;
 }
 
-/* The model becomes an instance of the folder of --from. */
-static kempe_status take_instance(cli_job *j)
-{
-    const cli_settings *s = j->settings;
-    j->base = j->model;
-    j->model = NULL;
-    j->own = *s;
-    j->settings = &j->own;
-    take_run_options(&j->own.run, j->folder);
-    return kempe_folder_model(j->folder, j->base, s->instance - 1, &j->model);
-}
-
 static kempe_status prepare(cli_job *j, const cli_command *command)
 {
     if (command->without_model || (command->opens_pages && cli_is_page(j->settings->file)))
@@ -262,20 +237,19 @@ static kempe_status prepare(cli_job *j, const cli_command *command)
                                       j->settings->set_count, &j->model);
     if (status == KEMPE_OK && reads && j->settings->closure_tolerance >= 0)
         status = kempe_model_set_closure_tolerance(j->model, j->settings->closure_tolerance);
-    if (status == KEMPE_OK && j->settings->from)
-        status = take_instance(j);
+    if (status == KEMPE_OK && j->settings->from) {
+        /* The model becomes an instance of the folder of --from. */
+        const cli_settings *s = j->settings;
+        j->base = j->model;
+        j->model = NULL;
+        j->own = *s;
+        j->settings = &j->own;
+        take_run_options(&j->own.run, j->folder);
+        status = kempe_folder_model(j->folder, j->base, s->instance - 1, &j->model);
+    }
     if (status == KEMPE_OK && equations)
         status = kempe_system_new_with_algorithm(j->model, dynamics, &j->system);
     cli_report_failure(j, status, false);
-    return status;
-}
-
-/* Lets the context use the user's folder of cached equations, unless --no-cache. */
-static kempe_status use_cache(const cli_job *j)
-{
-    char *folder = j->settings->no_cache ? NULL : kempe_cache_folder();
-    kempe_status status = kempe_context_set_cache(j->context, folder);
-    kempe_text_free(folder);
     return status;
 }
 
@@ -327,8 +301,20 @@ int cli_run(const cli_command *command, const cli_settings *settings)
     kempe_context_set_log(j.context, cli_terminal_log, NULL);
     if (cli_terminal_shows_progress())
         kempe_context_set_progress(j.context, 1, cli_terminal_progress, NULL);
-    watch_interrupt(j.context);
-    kempe_status status = use_cache(&j);
+    /* The first Ctrl-C or SIGTERM ends the run with its results so far, the second one ends the process. A file that
+     * exceeds a limit is an error of its writing. */
+    kempe_context *context = j.context;
+    struct sigaction action = {.sa_flags = (int)SA_RESETHAND};
+    action.sa_handler = on_interrupt;
+    sigemptyset(&action.sa_mask);
+    interrupted_context = context;
+    sigaction(SIGINT, &action, NULL);
+    sigaction(SIGTERM, &action, NULL);
+    signal(SIGXFSZ, SIG_IGN);
+    /* Lets the context use the user's folder of cached equations, unless --no-cache. */
+    char *folder = j.settings->no_cache ? NULL : kempe_cache_folder();
+    kempe_status status = kempe_context_set_cache(j.context, folder);
+    kempe_text_free(folder);
     if (status == KEMPE_OK)
         status = prepare(&j, command);
     if (status == KEMPE_OK)

@@ -11,17 +11,6 @@
 #include <string.h>
 #include <unistd.h>
 
-/* Pages and examples of an installed command are in a folder relative to it, so that its prefix may be moved. In a
- * build folder there is none: their names are relative to the sources. */
-static void print_folder(FILE *out)
-{
-    char *path = cli_from_command(CLI_TO_PAGES "/docs/.."), *folder = path ? realpath(path, NULL) : NULL;
-    if (folder)
-        fprintf(out, "Pages and examples are in %s.\n", folder);
-    free(folder);
-    free(path);
-}
-
 static void print_cache(FILE *out)
 {
     char *folder = kempe_cache_folder();
@@ -44,7 +33,13 @@ static void print_help(FILE *out)
           "ROBOTRAN model, .mbs "
           "(docs/robotran.md).\n",
           out);
-    print_folder(out);
+    /* Pages and examples of an installed command are in a folder relative to it, so that its prefix may be moved. In a
+     * build folder there is none: their names are relative to the sources. */
+    char *path = cli_from_command(CLI_TO_PAGES "/docs/.."), *folder = path ? realpath(path, NULL) : NULL;
+    if (folder)
+        fprintf(out, "Pages and examples are in %s.\n", folder);
+    free(folder);
+    free(path);
     print_cache(out);
     fputs("\nexamples:\n  "
           "kempe new four_bar\n  "
@@ -52,14 +47,6 @@ static void print_help(FILE *out)
           "examples/andrews/reference.csv\n\nexit codes: 0 complete, 1 failed or stopped early, 2 error in the input, "
           "3 wrong usage, 4 internal error of Kempe, 5 complete but not trustworthy\n",
           out);
-}
-
-static void print_command_help(const cli_command *c)
-{
-    printf("kempe %s: %s\n\nusage: kempe %s %s\n", c->name, c->summary, c->name,
-           c->usage ? c->usage : "FILE [options]");
-    cli_options_print(c->bit, stdout);
-    printf("\nexamples:\n%s", c->examples);
 }
 
 static int complain_unknown(const char *word)
@@ -82,7 +69,10 @@ static int run_command(const cli_command *c, int count, char **words)
     if (!cli_options_read(c->bit, c->name, count, words, &settings))
         return cli_refuse(cli_json_word(count, words));
     if (settings.help) {
-        print_command_help(c);
+        printf("kempe %s: %s\n\nusage: kempe %s %s\n", c->name, c->summary, c->name,
+               c->usage ? c->usage : "FILE [options]");
+        cli_options_print(c->bit, stdout);
+        printf("\nexamples:\n%s", c->examples);
         return CLI_DONE;
     }
     const char *lacking = c->lacks ? c->lacks(&settings) : NULL;

@@ -564,19 +564,6 @@ static bool has_ending(const option *o, const char *path)
     return !dot || !kinds[o->kind].ending;
 }
 
-/* Splits NAME=VALUE at the sign, in place. */
-static bool store_setting(const option *o, char *text, cli_settings *settings)
-{
-    size_t length = strcspn(text, "=");
-    if (length == 0 || !text[length] || !text[length + 1])
-        return cli_complain("--%s needs NAME=VALUE, not '%s'", o->name, text);
-    if (settings->set_count == CLI_MOST_SETS)
-        return cli_complain("--%s: at most %d values can be set", o->name, CLI_MOST_SETS);
-    text[length] = '\0';
-    settings->sets[settings->set_count++] = (kempe_setting){text, text + length + 1};
-    return true;
-}
-
 /* Appends to a list of CLI_LIST_SIZE. */
 static bool store_list(const option *o, const char *text, char *list)
 {
@@ -596,8 +583,17 @@ static bool store(const option *o, char *text, cli_settings *settings)
         return store_number(o, text, place);
     if (kinds[o->kind].unit)
         return store_quantity(o, text, place);
-    if (o->kind == OPTION_SETTING)
-        return store_setting(o, text, settings);
+    if (o->kind == OPTION_SETTING) {
+        /* Splits NAME=VALUE at the sign, in place. */
+        size_t length = strcspn(text, "=");
+        if (length == 0 || !text[length] || !text[length + 1])
+            return cli_complain("--%s needs NAME=VALUE, not '%s'", o->name, text);
+        if (settings->set_count == CLI_MOST_SETS)
+            return cli_complain("--%s: at most %d values can be set", o->name, CLI_MOST_SETS);
+        text[length] = '\0';
+        settings->sets[settings->set_count++] = (kempe_setting){text, text + length + 1};
+        return true;
+    }
     if (o->kind == OPTION_LIST)
         return store_list(o, text, place);
     if (!has_ending(o, text))
@@ -676,16 +672,6 @@ bool cli_options_read(unsigned command, const char *command_name, int count, cha
     return true;
 }
 
-static void print_option(const option *o, FILE *out)
-{
-    char left[40];
-    snprintf(left, sizeof left, "--%s%s%s", o->name, o->value ? " " : "", o->value ? o->value : "");
-    if (letter_of(o))
-        fprintf(out, "  -%c, %-25s%s\n", letter_of(o), left, o->help);
-    else
-        fprintf(out, "      %-25s%s\n", left, o->help);
-}
-
 static void print_group(unsigned command, option_group group, FILE *out)
 {
     bool any = false;
@@ -695,7 +681,12 @@ static void print_group(unsigned command, option_group group, FILE *out)
         if (!any)
             fprintf(out, "\n%s:\n", groups[group]);
         any = true;
-        print_option(o, out);
+        char left[40];
+        snprintf(left, sizeof left, "--%s%s%s", o->name, o->value ? " " : "", o->value ? o->value : "");
+        if (letter_of(o))
+            fprintf(out, "  -%c, %-25s%s\n", letter_of(o), left, o->help);
+        else
+            fprintf(out, "      %-25s%s\n", left, o->help);
     }
 }
 

@@ -11,24 +11,6 @@
 #include <sys/mman.h>
 #endif
 
-/* OpenBLAS begins a thread for each further processor, and these spin for some 0.1 s before they sleep. The matrices
- * here are too small for more than one thread. C converts an object's address to a function pointer only by copying. */
-static void end_waiting_threads(void)
-{
-    void (*set_threads)(int) = NULL;
-    int (*end_threads)(void) = NULL;
-    void *all = dlopen(NULL, RTLD_LAZY), *set = all ? dlsym(all, "openblas_set_num_threads") : NULL,
-         *end = all ? dlsym(all, "blas_thread_shutdown_") : NULL;
-    memcpy(&set_threads, &set, sizeof set);
-    memcpy(&end_threads, &end, sizeof end);
-    if (set_threads && end_threads) {
-        set_threads(1);
-        (void)end_threads();
-    }
-    if (all)
-        (void)dlclose(all);
-}
-
 #ifdef __GLIBC__
 
 /* Makes room in the heap, most of it in large pages: each takes one fault instead of 512. Small models need less than
@@ -66,6 +48,20 @@ static void keep_memory(void)
 
 void cli_own_process(void)
 {
-    end_waiting_threads();
+    /* OpenBLAS begins a thread for each further processor, and these spin for some 0.1 s before they sleep. The
+     * matrices here are too small for more than one thread. C converts an object's address to a function pointer only
+     * by copying. */
+    void (*set_threads)(int) = NULL;
+    int (*end_threads)(void) = NULL;
+    void *all = dlopen(NULL, RTLD_LAZY), *set = all ? dlsym(all, "openblas_set_num_threads") : NULL,
+         *end = all ? dlsym(all, "blas_thread_shutdown_") : NULL;
+    memcpy(&set_threads, &set, sizeof set);
+    memcpy(&end_threads, &end, sizeof end);
+    if (set_threads && end_threads) {
+        set_threads(1);
+        (void)end_threads();
+    }
+    if (all)
+        (void)dlclose(all);
     keep_memory();
 }

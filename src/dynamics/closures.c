@@ -334,28 +334,6 @@ kmp_vec kmp_closure_load(const kmp_tree *tree, int c, bool moment)
     return kmp_link_direction(tree, tree->mounts[common].link, kmp_body_vector(tree, common, load), 0);
 }
 
-/* -- rows between rates ------------------------------------------------------------------------------- */
-
-/* v = J qd + h_t. */
-static void derive_rates(kmp_equations *eq)
-{
-    kmp_graph *g = eq->graph;
-    kmp_ref *qd = KMP_GRAPH_NEW(g, kmp_ref, eq->n), *none = KMP_GRAPH_NEW(g, kmp_ref, eq->n);
-    uint16_t through;
-    for (int k = 0; qd && none && k < eq->n; k++) {
-        qd[k] = kmp_input(g, KMP_IN_QD, (uint32_t)k);
-        none[k] = KMP_ZERO;
-    }
-    for (int r = 0; r < eq->m; r++) {
-        if (!eq->rows[r].of_rates)
-            continue;
-        kmp_partials_all(g, 1, &eq->rate[r], KMP_IN_QD, eq->n, eq->jacobian + r * eq->n);
-        eq->h_t[r] = eq->rate[r];
-        if (!qd || !none || !kmp_substitute(g, eq->n, qd, none, 1, &eq->h_t[r], &through))
-            kmp_graph_fail(g);
-    }
-}
-
 /* -- the whole --------------------------------------------------------------------------------------- */
 
 /* (J' x)_k for the multipliers of one kind. */
@@ -392,7 +370,22 @@ kempe_status kmp_closures_derive(kmp_equations *eq, const kmp_scene *scene)
         for (int r = 0; r < eq->m; r++)
             eq->h_t[r] = kmp_derivative_of(d, eq->h[r]);
         kmp_derivative_free(d);
-        derive_rates(eq);
+        /* v = J qd + h_t. */
+        kmp_graph *g = eq->graph;
+        kmp_ref *qd = KMP_GRAPH_NEW(g, kmp_ref, eq->n), *none = KMP_GRAPH_NEW(g, kmp_ref, eq->n);
+        uint16_t through;
+        for (int k = 0; qd && none && k < eq->n; k++) {
+            qd[k] = kmp_input(g, KMP_IN_QD, (uint32_t)k);
+            none[k] = KMP_ZERO;
+        }
+        for (int r = 0; r < eq->m; r++) {
+            if (!eq->rows[r].of_rates)
+                continue;
+            kmp_partials_all(g, 1, &eq->rate[r], KMP_IN_QD, eq->n, eq->jacobian + r * eq->n);
+            eq->h_t[r] = eq->rate[r];
+            if (!qd || !none || !kmp_substitute(g, eq->n, qd, none, 1, &eq->h_t[r], &through))
+                kmp_graph_fail(g);
+        }
     }
     if (sets & (KMP_SET_JDQD | KMP_SET_RESIDUAL)) { /* hdot = J qd + h_t */
         differentiate(eq, eq->h, eq->hdot);

@@ -102,26 +102,6 @@ static double cost_of_multipliers(const kempe_system *s, double entries)
     return cholesky(s->m) + 2 * entries;
 }
 
-/* Entries of M^-1 J': all coordinates coupled by M to those of a row. Each part of the tree that is attached to the
- * ground separately is identified by the first coordinate that M couples. `of`, `size`: n. */
-static double count_entries(const kempe_system *s, int *of, int *size)
-{
-    const kmp_pattern *mass = &s->mass, *jacobian = &s->jacobian;
-    double entries = 0;
-    for (int k = 0; k < mass->count; k++) /* row by row */
-        if (k == 0 || mass->row[k] != mass->row[k - 1]) {
-            of[mass->row[k]] = mass->col[k] < mass->row[k] ? of[mass->col[k]] : mass->row[k];
-            size[of[mass->row[k]]]++;
-        }
-    for (int k = 0; k < jacobian->count; k++) {
-        bool again = false;
-        for (int j = k - 1; j >= 0 && jacobian->row[j] == jacobian->row[k] && !again; j--)
-            again = of[jacobian->col[j]] == of[jacobian->col[k]];
-        entries += again ? 0 : size[of[jacobian->col[k]]];
-    }
-    return entries;
-}
-
 /* Finds whether articulated bodies may cost less, as far as this is visible before they are derived. */
 static kempe_status look_ahead(const kempe_system *s, bool *may_pay)
 {
@@ -130,7 +110,22 @@ static kempe_status look_ahead(const kempe_system *s, bool *may_pay)
         return KEMPE_OK;
     int *room = KMP_NEW(int, 2 * s->n);
     KMP_TRY(kmp_made(s->context, room));
-    double entries = count_entries(s, room, room + s->n);
+    /* Entries of M^-1 J': all coordinates coupled by M to those of a row. Each part of the tree that is attached to the
+     * ground separately is identified by the first coordinate that M couples. `of`, `size`: n. */
+    int *size = room + s->n;
+    const kmp_pattern *mass = &s->mass, *jacobian = &s->jacobian;
+    double entries = 0;
+    for (int k = 0; k < mass->count; k++) /* row by row */
+        if (k == 0 || mass->row[k] != mass->row[k - 1]) {
+            room[mass->row[k]] = mass->col[k] < mass->row[k] ? room[mass->col[k]] : mass->row[k];
+            size[room[mass->row[k]]]++;
+        }
+    for (int k = 0; k < jacobian->count; k++) {
+        bool again = false;
+        for (int j = k - 1; j >= 0 && jacobian->row[j] == jacobian->row[k] && !again; j--)
+            again = room[jacobian->col[j]] == room[jacobian->col[k]];
+        entries += again ? 0 : size[room[jacobian->col[k]]];
+    }
     kmp_free(room);
     double least = LEAST_OF_COORDINATE * (double)s->n + LEAST_OF_ENTRY * entries + cost_of_multipliers(s, entries);
     if (s->late && least < cost_of_solves(s)) {

@@ -32,22 +32,6 @@ void kmp_print_title(kmp_text *text, const kempe_model *model, const char *statu
     kmp_text_printf(text, "%s: %s, ", model->name, status);
 }
 
-/* Closures that stay open as drawn, where there are any. */
-static void json_rounding(kmp_json *json, const kempe_system *system)
-{
-    bool some = false;
-    for (int c = 0; c < system->model->closure_count; c++)
-        some = some || system->misfit[c] > 0;
-    if (!some)
-        return;
-    kmp_json_put(json, "rounding { misfit {");
-    for (int c = 0; c < system->model->closure_count; c++)
-        if (system->misfit[c] > 0)
-            kmp_json_number(json, system->model->closures[c].name, system->misfit[c] * system->length);
-    kmp_json_put(json, "} closure_tolerance %g corrected %i moved %g length %g }", system->closure_tolerance,
-                 system->mended, system->mended_by * system->length, system->length);
-}
-
 void kmp_print_rounding(kmp_text *text, const kempe_system *system, const char *label, const char *more)
 {
     for (int c = 0, reported = 0; c < system->model->closure_count; c++) {
@@ -75,7 +59,18 @@ void kmp_print_head(kmp_json *json, const kempe_system *system, const char *stat
 {
     kmp_json_put(json, "{ model %s status %s reason %s build_s %g", system->model->name, status, reason ? reason : "",
                  build_s);
-    json_rounding(json, system);
+    /* Closures that stay open as drawn, where there are any. */
+    bool some = false;
+    for (int c = 0; c < system->model->closure_count; c++)
+        some = some || system->misfit[c] > 0;
+    if (some) {
+        kmp_json_put(json, "rounding { misfit {");
+        for (int c = 0; c < system->model->closure_count; c++)
+            if (system->misfit[c] > 0)
+                kmp_json_number(json, system->model->closures[c].name, system->misfit[c] * system->length);
+        kmp_json_put(json, "} closure_tolerance %g corrected %i moved %g length %g }", system->closure_tolerance,
+                     system->mended, system->mended_by * system->length, system->length);
+    }
     if (warnings)
         print_lines(json, "warnings", warnings);
 }

@@ -63,21 +63,6 @@ static kempe_status fail_unknown(const drawing *d, const char *word)
     return kmp_fail_text(d->context, KEMPE_E_ARGUMENT, &sentence);
 }
 
-static kempe_status add_curves(drawing *d, const char *word)
-{
-    const char *name = column_name(&d->arena, word);
-    bool found = false;
-    for (int whole = 1; whole >= 0 && !found; whole--)
-        for (int c = 0; name && c < kempe_table_column_count(d->table); c++) {
-            bool meant = is_meant(d, c, name, whole);
-            if (meant && !is_drawn(d, c) && d->count < MOST_CURVES)
-                d->curve[d->count++] = c;
-            found = found || meant;
-        }
-    KMP_TRY(kmp_made(d->context, name));
-    return found ? KEMPE_OK : fail_unknown(d, word);
-}
-
 static kempe_status choose_x(drawing *d, const char *word)
 {
     const char *name = word ? column_name(&d->arena, word) : NULL;
@@ -93,8 +78,20 @@ static kempe_status choose(drawing *d, const char *x, const char *y)
     int count = kmp_text_words(&d->arena, y, &words);
     KMP_TRY(choose_x(d, x));
     d->along = d->x == 0;
-    for (int k = 0; k < count; k++)
-        KMP_TRY(add_curves(d, words[k]));
+    for (int k = 0; k < count; k++) {
+        const char *word = words[k];
+        const char *name = column_name(&d->arena, word);
+        bool found = false;
+        for (int whole = 1; whole >= 0 && !found; whole--)
+            for (int c = 0; name && c < kempe_table_column_count(d->table); c++) {
+                bool meant = is_meant(d, c, name, whole);
+                if (meant && !is_drawn(d, c) && d->count < MOST_CURVES)
+                    d->curve[d->count++] = c;
+                found = found || meant;
+            }
+        KMP_TRY(kmp_made(d->context, name));
+        KMP_TRY(found ? KEMPE_OK : fail_unknown(d, word));
+    }
     for (int c = 0; count == 0 && c < kempe_table_column_count(d->table) && d->count < MOST_CURVES; c++)
         if (c != d->x && kempe_table_values(d->table, c))
             d->curve[d->count++] = c;
@@ -190,26 +187,6 @@ static void draw_plot(const drawing *d, kmp_text *text, int plot, double top)
     kmp_plot_end(&p);
 }
 
-static void draw(drawing *d, kmp_text *text)
-{
-    /* A plot for each unit. */
-    for (int k = 0; k < d->count; k++) {
-        int plot = 0;
-        while (plot < d->plots && !has_unit(d, k, plot))
-            plot++;
-        if (plot == d->plots)
-            d->unit[d->plots++] = d->curve[k];
-    }
-    double height = HEIGHT * d->plots;
-    kmp_picture_begin(text, WIDTH, height + LINE * (d->count + 1), "");
-    for (int plot = 0; plot < d->plots; plot++)
-        draw_plot(d, text, plot, HEIGHT * plot);
-    for (int k = 0; k < d->count; k++)
-        kmp_picture_entry(text, LEFT, height + LINE * (k + 0.5), has_points(d, k) ? NULL : "curve", colour_of(d, k),
-                          "%s", kempe_table_column_name(d->table, d->curve[k]));
-    kmp_picture_end(text);
-}
-
 kempe_status kempe_table_write_picture(const kempe_table *table, const char *x, const char *y, const char *path)
 {
     KMP_WANTED(NULL, table, "table");
@@ -219,7 +196,22 @@ kempe_status kempe_table_write_picture(const kempe_table *table, const char *x, 
     kmp_context_clear(d.context);
     kempe_status status = choose(&d, x, y);
     if (status == KEMPE_OK) {
-        draw(&d, &text);
+        /* A plot for each unit. */
+        for (int k = 0; k < d.count; k++) {
+            int plot = 0;
+            while (plot < d.plots && !has_unit(&d, k, plot))
+                plot++;
+            if (plot == d.plots)
+                d.unit[d.plots++] = d.curve[k];
+        }
+        double height = HEIGHT * d.plots;
+        kmp_picture_begin(&text, WIDTH, height + LINE * (d.count + 1), "");
+        for (int plot = 0; plot < d.plots; plot++)
+            draw_plot(&d, &text, plot, HEIGHT * plot);
+        for (int k = 0; k < d.count; k++)
+            kmp_picture_entry(&text, LEFT, height + LINE * (k + 0.5), has_points(&d, k) ? NULL : "curve",
+                              colour_of(&d, k), "%s", kempe_table_column_name(d.table, d.curve[k]));
+        kmp_picture_end(&text);
         status = kmp_picture_write(d.context, path, &text);
     }
     kmp_arena_free(&d.arena);

@@ -57,19 +57,6 @@ static void judge_misfit(kmp_verdict *verdict, double t, kmp_evaluator *eval)
     verdict->misfit_t = t;
 }
 
-static void judge_row(kmp_verdict *verdict, balance *b, const kmp_samples *table, int row, kmp_evaluator *eval)
-{
-    double t = kmp_samples_time(table, row);
-    const double *q = kmp_samples_get(table, KMP_QUANTITY_Q, row), *qd = kmp_samples_get(table, KMP_QUANTITY_QD, row);
-    kmp_eval_closure(eval, t, q);
-    kmp_eval_mass(eval);
-    judge_misfit(verdict, t, eval);
-    verdict->h_max = larger(verdict->h_max, kmp_eval_residual(eval));
-    verdict->hdot_max = larger(verdict->hdot_max, kmp_eval_rate_residual(eval, qd));
-    double kinetic = kmp_eval_kinetic(eval, qd), potential = kmp_eval_potential(eval, t, q);
-    add_energy(b, kinetic, potential, kmp_samples_work(table, row), row == 0);
-}
-
 /* The largest range of a coordinate or state over the rows, relative to its size. */
 static double find_moved(const kmp_samples *table, const kempe_system *system)
 {
@@ -212,8 +199,18 @@ kmp_verdict kmp_verdict_of(const kmp_samples *table, kmp_evaluator *eval, const 
     if (table->rows == 0)
         return verdict;
     verdict.h_max = verdict.hdot_max = 0;
-    for (int row = 0; row < table->rows; row++)
-        judge_row(&verdict, &b, table, row, eval);
+    for (int row = 0; row < table->rows; row++) {
+        double t = kmp_samples_time(table, row);
+        const double *q = kmp_samples_get(table, KMP_QUANTITY_Q, row),
+                     *qd = kmp_samples_get(table, KMP_QUANTITY_QD, row);
+        kmp_eval_closure(eval, t, q);
+        kmp_eval_mass(eval);
+        judge_misfit(&verdict, t, eval);
+        verdict.h_max = larger(verdict.h_max, kmp_eval_residual(eval));
+        verdict.hdot_max = larger(verdict.hdot_max, kmp_eval_rate_residual(eval, qd));
+        double kinetic = kmp_eval_kinetic(eval, qd), potential = kmp_eval_potential(eval, t, q);
+        add_energy(&b, kinetic, potential, kmp_samples_work(table, row), row == 0);
+    }
     verdict.moved = find_moved(table, eval->system);
     double size = fmax(fmax(b.kinetic, b.highest - b.lowest), AT_REST * b.value);
     verdict.drift_rel = size > 0 ? b.drift / size : 0;

@@ -57,19 +57,6 @@ static void put_string(kmp_json *json, const char *key, const char *s)
     kmp_json_string(json, key, s ? s : "");
 }
 
-static void put_method(kmp_json *json, const kmp_method *method)
-{
-    kmp_text name = {0};
-    kmp_compare_name(&name, method);
-    kmp_json_object(json, NULL);
-    put_string(json, "name", name.s);
-    put_string(json, "formulation", method->formulation);
-    put_string(json, "form", method->form);
-    put_string(json, "integrator", method->integrator);
-    kmp_json_end(json);
-    kmp_text_free_part(json->text, &name);
-}
-
 static void put_run(kmp_json *json, const kempe_comparison *c, const kmp_compared *run)
 {
     double error[KMP_COMPARE_SHOWN];
@@ -178,8 +165,18 @@ void kmp_page_data(kmp_text *text, const kempe_comparison *c, int count, const k
     kmp_json_rounded_numbers(&json, "uncertainty", KMP_COMPARE_SHOWN, uncertainty, 3);
     kmp_json_end(&json);
     kmp_json_array(&json, "methods");
-    for (int k = 0; k < c->method_count; k++)
-        put_method(&json, &c->methods[k]);
+    for (int k = 0; k < c->method_count; k++) {
+        const kmp_method *method = &c->methods[k];
+        kmp_text name = {0};
+        kmp_compare_name(&name, method);
+        kmp_json_object(&json, NULL);
+        put_string(&json, "name", name.s);
+        put_string(&json, "formulation", method->formulation);
+        put_string(&json, "form", method->form);
+        put_string(&json, "integrator", method->integrator);
+        kmp_json_end(&json);
+        kmp_text_free_part(json.text, &name);
+    }
     kmp_json_put(&json, "] runs [");
     for (int k = 0; k < c->count; k++)
         put_run(&json, c, &c->runs[k]);

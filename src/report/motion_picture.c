@@ -186,22 +186,6 @@ static void put_marks(kmp_json *json, const picture *p, int body)
     }
 }
 
-static void put_lines(kmp_json *json, const picture *p)
-{
-    kmp_json_array(json, "lines");
-    for (int k = 0; k < p->drawing.line_count; k++) {
-        const kmp_line *line = &p->drawing.lines[k];
-        kmp_json_put(json, "{ name %s rod %i body [", line->name ? line->name : "", p->drawing.is_rod[k]);
-        for (int i = 0; i < 2; i++)
-            kmp_json_whole(json, NULL, line->body[i]);
-        kmp_json_put(json, "] at [");
-        for (int i = 0; i < 2; i++)
-            kmp_json_rounded_numbers(json, NULL, 3, line->at[i], 7);
-        kmp_json_put(json, "] }");
-    }
-    kmp_json_end(json);
-}
-
 /* A guide has the length of its slider's motion. */
 static void put_slides(kmp_json *json, const picture *p)
 {
@@ -247,7 +231,18 @@ void kmp_motion_picture(kmp_json *json, const char *key, const kempe_model *mode
         }
         kmp_json_end(json);
         kmp_drawn_shapes_meshes(json, model);
-        put_lines(json, &p);
+        kmp_json_array(json, "lines");
+        for (int k = 0; k < p.drawing.line_count; k++) {
+            const kmp_line *line = &p.drawing.lines[k];
+            kmp_json_put(json, "{ name %s rod %i body [", line->name ? line->name : "", p.drawing.is_rod[k]);
+            for (int i = 0; i < 2; i++)
+                kmp_json_whole(json, NULL, line->body[i]);
+            kmp_json_put(json, "] at [");
+            for (int i = 0; i < 2; i++)
+                kmp_json_rounded_numbers(json, NULL, 3, line->at[i], 7);
+            kmp_json_put(json, "] }");
+        }
+        kmp_json_end(json);
         put_slides(json, &p);
         kmp_railway_put(json, model, &(kmp_travel){p.frames, p.drawing.body_count - 1, p.position});
         size_t count = 4 * (size_t)p.frames * (size_t)(p.drawing.body_count - 1);

@@ -205,23 +205,6 @@ static int put_named(kmp_json *json, const kempe_model *model, const char *sente
     return count;
 }
 
-/* The joint with the largest acceleration for its size, at the last frame. */
-static void put_fastest(kmp_json *json, const kmp_result_page *page)
-{
-    const kmp_samples *rows = page->frames;
-    int best = -1;
-    double most = 0;
-    for (int k = 0; rows && rows->rows > 0 && k < rows->n; k++) {
-        double size = fabs(kmp_samples_get(rows, KMP_QUANTITY_QDD, rows->rows - 1)[k]) / page->system->scale[k];
-        if (size > most) {
-            most = size;
-            best = k;
-        }
-    }
-    if (best >= 0)
-        kmp_json_string(json, NULL, page->system->model->bodies[page->system->model->motions[best].body].joint);
-}
-
 /* -- the model --------------------------------------------------------------------------------------- */
 
 /* Each with the value of its default in its own unit. */
@@ -314,8 +297,21 @@ static void put_data(kmp_text *text, const kmp_result_page *page)
     bool stopped = page->reason && !kmp_is_complete(page->status);
     kmp_json_array(&json, "stopped_at");
     if (stopped && put_named(&json, page->system->model, page->reason) == 0 && page->status != KEMPE_STOPPED &&
-        page->record)
-        put_fastest(&json, page);
+        page->record) {
+        /* The joint with the largest acceleration for its size, at the last frame. */
+        const kmp_samples *rows = page->frames;
+        int best = -1;
+        double most = 0;
+        for (int k = 0; rows && rows->rows > 0 && k < rows->n; k++) {
+            double size = fabs(kmp_samples_get(rows, KMP_QUANTITY_QDD, rows->rows - 1)[k]) / page->system->scale[k];
+            if (size > most) {
+                most = size;
+                best = k;
+            }
+        }
+        if (best >= 0)
+            kmp_json_string(&json, NULL, page->system->model->bodies[page->system->model->motions[best].body].joint);
+    }
     kmp_json_end(&json);
     kmp_contact_drawing(&json, page->contacts, page->record ? &page->record->row : NULL);
     kmp_vehicle_drawing(&json, page->contacts, page->comfort);

@@ -112,20 +112,6 @@ static kempe_status run_rows(const kempe_system *system, const kempe_assembly *s
 
 /* -- residuals and energy ---------------------------------------------------------------------------- */
 
-static void judge_row(kmp_record *record, int row, kmp_evaluator *eval)
-{
-    double t = kmp_samples_time(&record->row, row);
-    const double *q = kmp_samples_get(&record->row, KMP_QUANTITY_Q, row);
-    const double *qd = kmp_samples_get(&record->row, KMP_QUANTITY_QD, row);
-    kmp_eval_closure(eval, t, q);
-    kmp_eval_mass(eval);
-    record->h[row] = kmp_eval_residual(eval);
-    record->hdot[row] = kmp_eval_rate_residual(eval, qd);
-    record->kinetic[row] = kmp_eval_kinetic(eval, qd);
-    record->potential[row] = kmp_eval_potential(eval, t, q);
-    record->energy[row] = record->kinetic[row] + record->potential[row] - kmp_samples_work(&record->row, row);
-}
-
 /* Kinetic energy below this part of the potential's value counts as rounding, as in verdicts. */
 #define AT_REST 1e-9
 
@@ -134,8 +120,18 @@ static kempe_status judge(const kempe_system *system, const char *backend, kmp_r
     kmp_evaluator *eval = record->row.rows > 0 ? kmp_eval_new(system, backend) : NULL;
     if (!eval)
         return record->row.rows > 0 ? KEMPE_E_MEMORY : KEMPE_OK;
-    for (int row = 0; row < record->row.rows; row++)
-        judge_row(record, row, eval);
+    for (int row = 0; row < record->row.rows; row++) {
+        double t = kmp_samples_time(&record->row, row);
+        const double *q = kmp_samples_get(&record->row, KMP_QUANTITY_Q, row);
+        const double *qd = kmp_samples_get(&record->row, KMP_QUANTITY_QD, row);
+        kmp_eval_closure(eval, t, q);
+        kmp_eval_mass(eval);
+        record->h[row] = kmp_eval_residual(eval);
+        record->hdot[row] = kmp_eval_rate_residual(eval, qd);
+        record->kinetic[row] = kmp_eval_kinetic(eval, qd);
+        record->potential[row] = kmp_eval_potential(eval, t, q);
+        record->energy[row] = record->kinetic[row] + record->potential[row] - kmp_samples_work(&record->row, row);
+    }
     kmp_eval_free(eval);
     /* The change of the energy, relative to the kinetic energy or the range of the potential one. */
     double kinetic = 0, lowest = INFINITY, highest = -INFINITY, value = 0, first = record->energy[0];

@@ -57,26 +57,6 @@ static void put_axle_name(kmp_json *json, const kempe_model *model, const kmp_sa
     kmp_text_free(&both);
 }
 
-/* Lateral positions are those of the middle between the wheels. */
-static void put_axles(kmp_json *json, const kempe_model *model, const kmp_running_safety *s, double *room)
-{
-    kmp_json_array(json, "axles");
-    for (int a = 0; a < s->axles; a++) {
-        const kmp_safety_axle *axle = &s->axle[a];
-        const double *left = s->aside + (ptrdiff_t)axle->left * s->samples;
-        const double *right = s->aside + (ptrdiff_t)axle->right * s->samples;
-        for (int k = 0; k < s->samples; k++)
-            room[k] = (left[k] + right[k]) / 2;
-        kmp_json_object(json, NULL);
-        put_axle_name(json, model, axle);
-        kmp_json_put(json, "limit %g mean %g mean_t %g", axle->limit, axle->mean.value, axle->mean.t);
-        put_samples(json, "sums", s, s->sum + (ptrdiff_t)a * s->samples);
-        put_samples(json, "aside", s, room);
-        kmp_json_end(json);
-    }
-    kmp_json_end(json);
-}
-
 /* -- the track ---------------------------------------------------------------------------------------- */
 
 static const kmp_table *irregularity(const kmp_track *track, int k)
@@ -201,7 +181,22 @@ void kmp_vehicle_drawing(kmp_json *json, const kempe_trajectory *run, const kemp
     if (room) {
         put_samples(json, "t", s, s->t);
         put_wheels(json, model, s);
-        put_axles(json, model, s, room);
+        /* Lateral positions are those of the middle between the wheels. */
+        kmp_json_array(json, "axles");
+        for (int a = 0; a < s->axles; a++) {
+            const kmp_safety_axle *axle = &s->axle[a];
+            const double *left = s->aside + (ptrdiff_t)axle->left * s->samples;
+            const double *right = s->aside + (ptrdiff_t)axle->right * s->samples;
+            for (int k = 0; k < s->samples; k++)
+                room[k] = (left[k] + right[k]) / 2;
+            kmp_json_object(json, NULL);
+            put_axle_name(json, model, axle);
+            kmp_json_put(json, "limit %g mean %g mean_t %g", axle->limit, axle->mean.value, axle->mean.t);
+            put_samples(json, "sums", s, s->sum + (ptrdiff_t)a * s->samples);
+            put_samples(json, "aside", s, room);
+            kmp_json_end(json);
+        }
+        kmp_json_end(json);
         put_tracks(json, model, s);
         put_comfort(json, comfort);
     }

@@ -94,19 +94,6 @@ static kempe_status show_outputs(kempe_simulator *s)
     return unit->outputs ? kempe_outputs_at_stepper(unit->outputs, unit->stepper, s->y) : KEMPE_OK;
 }
 
-static void count_work(kempe_simulator *s)
-{
-    const kmp_library_unit *unit = kmp_library_unit_of(s);
-    const kempe_simulator_work *before = &unit->before;
-    kmp_run_report r;
-    kmp_runner_count(unit->stepper->runner, &r);
-    s->work = (kempe_simulator_work){.steps = before->steps + (double)r.steps,
-                                     .rejected = before->rejected + (double)r.rejected,
-                                     .evaluations = before->evaluations + (double)r.rhs,
-                                     .exchanges = before->exchanges + (double)r.exchanges,
-                                     .events = before->events + (double)r.events};
-}
-
 /* The state of the stepper as that of the simulator. */
 static kempe_simulator_status show(kempe_simulator *s, kempe_status status)
 {
@@ -121,27 +108,19 @@ static kempe_simulator_status show(kempe_simulator *s, kempe_status status)
     memcpy(s->qdd, kempe_stepper_qdd(stepper), n);
     if (e->rows)
         memcpy(s->lambda, kempe_stepper_lambda(stepper), (size_t)e->rows * sizeof(double));
-    count_work(s);
+    const kmp_library_unit *unit = kmp_library_unit_of(s);
+    const kempe_simulator_work *before = &unit->before;
+    kmp_run_report r;
+    kmp_runner_count(unit->stepper->runner, &r);
+    s->work = (kempe_simulator_work){.steps = before->steps + (double)r.steps,
+                                     .rejected = before->rejected + (double)r.rejected,
+                                     .evaluations = before->evaluations + (double)r.rhs,
+                                     .exchanges = before->exchanges + (double)r.exchanges,
+                                     .events = before->events + (double)r.events};
     if (show_outputs(s) != KEMPE_OK)
         return tell(s);
     (void)snprintf(s->message, sizeof s->message, "%s", kempe_stepper_reason(stepper));
     return status == KEMPE_OK ? KEMPE_SIMULATOR_GOES : KEMPE_SIMULATOR_ENDED;
-}
-
-static kempe_status make_outputs(kmp_library_unit *unit, const kempe_system *system)
-{
-    const kempe_model *model = unit->model;
-    kmp_text words = {0};
-    for (int o = 0; o < model->output_count; o++)
-        if (kmp_output_width(model, &model->outputs[o]) > 0) {
-            kmp_text_put(&words, words.length > 0 ? ", " : "");
-            kmp_output_print(&words, model, &model->outputs[o]);
-        }
-    kempe_status status = kmp_made(unit->context, !words.failed);
-    if (status == KEMPE_OK && words.length > 0)
-        status = kempe_outputs_new(system, words.s, &unit->outputs);
-    kmp_text_free(&words);
-    return status;
 }
 
 static kempe_status set_inputs(kempe_simulator *s)
@@ -175,7 +154,19 @@ static kempe_status begin(kempe_simulator *s)
     if (kmp_stepper_packed_size(unit->set_up) != kmp_stepper_packed_size(unit->system))
         return kmp_fail(unit->context, KEMPE_E_FAILED,
                         "these values of parameters change the number of conditions of the model: export it with them");
-    KMP_TRY(make_outputs(unit, unit->set_up));
+    const kempe_system *system = unit->set_up;
+    const kempe_model *model = unit->model;
+    kmp_text words = {0};
+    for (int o = 0; o < model->output_count; o++)
+        if (kmp_output_width(model, &model->outputs[o]) > 0) {
+            kmp_text_put(&words, words.length > 0 ? ", " : "");
+            kmp_output_print(&words, model, &model->outputs[o]);
+        }
+    kempe_status status = kmp_made(unit->context, !words.failed);
+    if (status == KEMPE_OK && words.length > 0)
+        status = kempe_outputs_new(system, words.s, &unit->outputs);
+    kmp_text_free(&words);
+    KMP_TRY(status);
     return kempe_stepper_new(unit->set_up, &run, &unit->stepper);
 }
 

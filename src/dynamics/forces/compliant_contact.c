@@ -86,19 +86,6 @@ static void end_outside(const kmp_tree *tree, const kmp_force *force, const kmp_
                  "the journal of '%s' is not in its bearing", force->name);
 }
 
-/* Beyond 4/e^2 clearances Johnson's force would fall with the depth. */
-static void end_deep(const kmp_tree *tree, const kmp_force *force, const kmp_pressing *at, kmp_ref holds)
-{
-    kmp_graph *g = tree->graph;
-    if (!force->compliant->limited)
-        return;
-    kmp_ref most =
-        kmp_mul(g, kmp_const(g, 0.95 * 0.54134113294645081), kmp_tree_expression(tree, force->compliant->clearance));
-    kmp_tree_end(tree, force, KMP_PRESSING_DEEP, kmp_select(g, holds, kmp_sub(g, most, at->depth), KMP_ONE),
-                 "beyond it the force of this law would fall with the depth",
-                 "the depth of '%s' reaches 0.51 clearances, the limit of the law johnson", force->name);
-}
-
 void kmp_law_compliant(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,
                        kmp_ref *value)
 {
@@ -138,7 +125,15 @@ void kmp_law_compliant(kmp_forces *forces, const kmp_tree *tree, const kmp_force
     }
     show(tree, &at, holds, size, force->compliant->film ? &film : NULL, value);
     end_outside(tree, force, &at);
-    end_deep(tree, force, &at, holds);
+    /* Beyond 4/e^2 clearances Johnson's force would fall with the depth. */
+    kmp_graph *g = tree->graph;
+    if (force->compliant->limited) {
+        kmp_ref most = kmp_mul(g, kmp_const(g, 0.95 * 0.54134113294645081),
+                               kmp_tree_expression(tree, force->compliant->clearance));
+        kmp_tree_end(tree, force, KMP_PRESSING_DEEP, kmp_select(g, holds, kmp_sub(g, most, at.depth), KMP_ONE),
+                     "beyond it the force of this law would fall with the depth",
+                     "the depth of '%s' reaches 0.51 clearances, the limit of the law johnson", force->name);
+    }
     if (energy)
         add_energy(forces, tree, force, &at, count, against, size, energy);
 }

@@ -211,22 +211,6 @@ static uint8_t *variants_of(kmp_gaps *s, const kmp_gap *p)
     return s->eq->savings.point + 4 * p->closure;
 }
 
-static void recall(kmp_gaps *s)
-{
-    for (int i = 0; i < 4 * s->count; i++) {
-        kmp_gap *p = &s->list[i / 4];
-        p->chosen[i % 4 / 2][i % 2] = (kmp_gap_variant)variants_of(s, p)[i % 4];
-    }
-}
-
-static void note(kmp_gaps *s)
-{
-    for (int i = 0; i < 4 * s->count; i++) {
-        const kmp_gap *p = &s->list[i / 4];
-        variants_of(s, p)[i % 4] = (uint8_t)p->chosen[i % 4 / 2][i % 2];
-    }
-}
-
 bool kmp_gaps_shorten(kmp_equations *eq, unsigned sets, bool search)
 {
     kmp_gaps s = {.eq = eq, .sets = sets, .view = -1};
@@ -243,10 +227,17 @@ bool kmp_gaps_shorten(kmp_equations *eq, unsigned sets, bool search)
     bool ok = !kmp_graph_failed(eq->graph);
     if (ok && search) {
         ok = s.count == 0 || (choose(&s) && keep_derived(&s));
-        note(&s);
+        for (int i = 0; i < 4 * s.count; i++) {
+            const kmp_gap *p = &s.list[i / 4];
+            variants_of(&s, p)[i % 4] = (uint8_t)p->chosen[i % 4 / 2][i % 2];
+        }
     }
-    if (ok)
-        recall(&s);
+    if (ok) {
+        for (int i = 0; i < 4 * s.count; i++) {
+            kmp_gap *p = &s.list[i / 4];
+            p->chosen[i % 4 / 2][i % 2] = (kmp_gap_variant)variants_of(&s, p)[i % 4];
+        }
+    }
     for (int i = 0; ok && i < s.count; i++)
         ok = take(&s, &s.list[i]);
     kmp_derivative_free(s.derivative);

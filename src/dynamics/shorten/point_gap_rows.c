@@ -40,21 +40,6 @@ bool kmp_gap_is_seen_through(kmp_gaps *s, const kmp_gap *p, const kmp_ref *h)
     return count > 0 && !(through & (1u << KMP_IN_Q));
 }
 
-/* dh/dd of each row. */
-static void gradients(kmp_gaps *s, const kmp_gap *p, const kmp_ref *h, kmp_vec *gradient)
-{
-    for (int r = 0; r < p->count; r++)
-        gradient[r] = kmp_vec_zero();
-    for (int k = 0; k < 3; k++) {
-        kmp_ref leaf = p->d.x[k] & ~(kmp_ref)1, one = kmp_is_negative(p->d.x[k]) ? kmp_neg(KMP_ONE) : KMP_ONE;
-        if (!p->moves[k])
-            continue;
-        kmp_derivative *d = kmp_gap_along(s, 1, &leaf, &one);
-        for (int r = 0; r < p->count; r++)
-            gradient[r].x[k] = kmp_derivative_of(d, h[r]);
-    }
-}
-
 /* hdot and jdqd of rows h from the rates of d. */
 static void rates(kmp_gaps *s, const kmp_gap *p, const kmp_ref *h, kmp_vec v, kmp_vec a, kmp_ref *rate)
 {
@@ -130,7 +115,17 @@ static void derive_part(kmp_gaps *s, const kmp_gap *p, kmp_gap_part what, const 
         rates(s, &placed, h, kmp_vec_sub(g, second->v, first->v), a, v->rate);
         return;
     }
-    gradients(s, &placed, h, gradient);
+    /* dh/dd of each row. */
+    for (int r = 0; r < placed.count; r++)
+        gradient[r] = kmp_vec_zero();
+    for (int k = 0; k < 3; k++) {
+        kmp_ref leaf = placed.d.x[k] & ~(kmp_ref)1, one = kmp_is_negative(placed.d.x[k]) ? kmp_neg(KMP_ONE) : KMP_ONE;
+        if (!placed.moves[k])
+            continue;
+        kmp_derivative *d = kmp_gap_along(s, 1, &leaf, &one);
+        for (int r = 0; r < placed.count; r++)
+            gradient[r].x[k] = kmp_derivative_of(d, h[r]);
+    }
     memcpy(v->place, h, (size_t)p->count * sizeof *h);
     put_rows(s, p, by, gradient, v->place + p->count);
 }

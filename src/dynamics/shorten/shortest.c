@@ -117,11 +117,6 @@ static kempe_status derive_work(search *s)
     return kmp_equations_derive_once(s->work, s->model, &s->scene);
 }
 
-static kempe_status write_tried(search *s)
-{
-    return s->shares ? kmp_equations_derive_again(s->work, &s->scene) : derive_work(s);
-}
-
 static void begin(search *s)
 {
     kmp_savings_copy(&s->tried, &s->best, s->model);
@@ -149,7 +144,7 @@ static kempe_status try_it(search *s, bool *better)
 {
     if (kmp_savings_same(&s->tried, &s->best, s->model))
         return KEMPE_OK;
-    KMP_TRY(write_tried(s));
+    KMP_TRY(s->shares ? kmp_equations_derive_again(s->work, &s->scene) : derive_work(s));
     return judge(s, better);
 }
 
@@ -208,26 +203,6 @@ static kempe_status try_patterns(search *s, bool *better)
 static const uint8_t gifts[] = {0, KMP_GIVE_MASS, KMP_GIVE_INERTIA, KMP_GIVE_MASS | KMP_GIVE_INERTIA, KMP_GIVE_ALL};
 enum { GIFTS = sizeof gifts / sizeof *gifts };
 
-static kempe_status try_flags(search *s, int k, bool *better)
-{
-    if (s->model->motions[k].rotation) {
-        begin(s);
-        s->tried.stay[k] = !s->tried.stay[k];
-        KMP_TRY(try_it(s, better));
-    }
-    if (s->work->tree.links[k + 1].mass != KMP_ZERO) {
-        begin(s);
-        s->tried.about[k] = !s->tried.about[k];
-        KMP_TRY(try_it(s, better));
-    }
-    for (int o = 0; o < KMP_ORIGINS; o++) {
-        begin(s);
-        s->tried.origin[k] = (uint8_t)o;
-        KMP_TRY(try_it(s, better));
-    }
-    return KEMPE_OK;
-}
-
 /* Tries the same gift of `count` motions, to wrenches and to composite bodies. */
 static kempe_status try_gifts(search *s, int first, int count, bool *better)
 {
@@ -244,7 +219,21 @@ static kempe_status try_gifts(search *s, int first, int count, bool *better)
 static kempe_status try_joints(search *s, bool *better)
 {
     for (int k = 0; k < s->model->motion_count; k++) {
-        KMP_TRY(try_flags(s, k, better));
+        if (s->model->motions[k].rotation) {
+            begin(s);
+            s->tried.stay[k] = !s->tried.stay[k];
+            KMP_TRY(try_it(s, better));
+        }
+        if (s->work->tree.links[k + 1].mass != KMP_ZERO) {
+            begin(s);
+            s->tried.about[k] = !s->tried.about[k];
+            KMP_TRY(try_it(s, better));
+        }
+        for (int o = 0; o < KMP_ORIGINS; o++) {
+            begin(s);
+            s->tried.origin[k] = (uint8_t)o;
+            KMP_TRY(try_it(s, better));
+        }
         if (s->work->tree.links[k + 1].parent > 0)
             KMP_TRY(try_gifts(s, k, 1, better));
     }
@@ -314,20 +303,16 @@ static kempe_status find(search *s)
     return status;
 }
 
-/* Derives the sets that follow the search, without variants. */
-static void begin_then(search *s)
-{
-    kmp_savings_clear(&s->tried, s->model);
-    s->scene.sets = s->scene.then;
-    s->scene.savings = &s->tried;
-}
-
 /* Derives the best variant. Runs take it in the graph of the trials, whose closures it shares; all others in a graph of
  * its own, which has nothing of the search. */
 static kempe_status derive_best(search *s, kmp_equations *eq)
 {
-    if (s->scene.then)
-        begin_then(s);
+    if (s->scene.then) {
+        /* Derives the sets that follow the search, without variants. */
+        kmp_savings_clear(&s->tried, s->model);
+        s->scene.sets = s->scene.then;
+        s->scene.savings = &s->tried;
+    }
     if (!s->shares || !s->scene.quick)
         return kmp_equations_derive_once(eq, s->model, &s->scene);
     KMP_TRY(kmp_equations_derive_again(s->work, &s->scene));

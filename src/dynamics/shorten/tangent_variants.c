@@ -4,15 +4,6 @@
 #include "dynamics/formalisms/tangents.h"
 #include "symbolic/program/cost.h"
 
-/* An entry that is zero has a twin that is. */
-static void pair_zeros(int n, kmp_ref *m)
-{
-    for (int i = 0; i < n; i++)
-        for (int k = 0; k < i; k++)
-            if (m[i * n + k] == KMP_ZERO || m[k * n + i] == KMP_ZERO)
-                m[i * n + k] = m[k * n + i] = KMP_ZERO;
-}
-
 static void mirror(int n, const kmp_ref *from, bool upper, kmp_ref *to)
 {
     for (int i = 0; i < n; i++)
@@ -47,7 +38,11 @@ bool kmp_tangents_mirror(const kmp_graph *g, int n, kmp_ref *matrix)
     bool ok = lower && upper;
     if (ok) {
         int best = 0;
-        pair_zeros(n, matrix);
+        /* An entry that is zero has a twin that is. */
+        for (int i = 0; i < n; i++)
+            for (int k = 0; k < i; k++)
+                if (matrix[i * n + k] == KMP_ZERO || matrix[k * n + i] == KMP_ZERO)
+                    matrix[i * n + k] = matrix[k * n + i] = KMP_ZERO;
         mirror(n, matrix, false, lower);
         mirror(n, matrix, true, upper);
         ok = find_shortest(g, n * n, savings, 3, &best);
@@ -77,23 +72,6 @@ static void turn_to(kmp_cost *cost, int count, kmp_ref *const list[2], int to, i
     *now = to;
 }
 
-/* Operations of the present outputs with each pair of lists; -1: there is no such pair. From one pair to the next, one
- * list changes. */
-static void count_pairs(kmp_cost *cost, int count, kmp_ref *const by_q[2], kmp_ref *const by_qd[2], long sum[4])
-{
-    static const int order[] = {0, 1, 3, 2};
-    int now[2] = {-1, -1};
-    for (int k = 0; k < 4; k++) {
-        int q = order[k] & 1, qd = order[k] >> 1;
-        bool absent = (q && !by_q[1]) || (qd && !by_qd[1]);
-        if (!absent) {
-            turn_to(cost, count, by_q, q, &now[0]);
-            turn_to(cost, count, by_qd, qd, &now[1]);
-        }
-        sum[order[k]] = absent ? -1 : cost->operations;
-    }
-}
-
 bool kmp_tangents_choose(const kmp_graph *g, int others, const kmp_ref *other, int count, kmp_ref *const by_q[2],
                          kmp_ref *const by_qd[2], kmp_tangent_choice *choice)
 {
@@ -105,8 +83,21 @@ bool kmp_tangents_choose(const kmp_graph *g, int others, const kmp_ref *other, i
     if (ok)
         kmp_cost_add(&cost, others, other);
     long sum[4] = {-1, -1, -1, -1};
-    if (ok)
-        count_pairs(&cost, count, by_q, by_qd, sum);
+    if (ok) {
+        /* Operations of the present outputs with each pair of lists; -1: there is no such pair. From one pair to the
+         * next, one list changes. */
+        static const int order[] = {0, 1, 3, 2};
+        int now[2] = {-1, -1};
+        for (int k = 0; k < 4; k++) {
+            int q = order[k] & 1, qd = order[k] >> 1;
+            bool absent = (q && !by_q[1]) || (qd && !by_qd[1]);
+            if (!absent) {
+                turn_to(&cost, count, by_q, q, &now[0]);
+                turn_to(&cost, count, by_qd, qd, &now[1]);
+            }
+            sum[order[k]] = absent ? -1 : cost.operations;
+        }
+    }
     ok = ok && !cost.failed;
     for (int pair = 0; ok && pair < 4; pair++) {
         if (sum[pair] < 0)

@@ -388,20 +388,6 @@ static bool find_kinks(scan *s, const kmp_track *track, const kmp_wheel *wheel, 
     return true;
 }
 
-/* The spacing that resolves the least spread at each point, growing slowly from there. */
-static void find_spacing(const scan *s, double radius, const double *curvature, double *spacing)
-{
-    for (int k = 0; k < s->count; k++) {
-        double widest = WIDEST * s->scale,
-               wanted = curvature[k] > 0 ? RESOLVED * sqrt(LEAST * radius / curvature[k]) : widest;
-        spacing[k] = fmin(fmax(wanted, NARROWEST * s->scale), widest);
-    }
-    for (int k = 1; k < s->count; k++)
-        spacing[k] = fmin(spacing[k], spacing[k - 1] + GROWING * s->step);
-    for (int k = s->count - 1; k-- > 0;)
-        spacing[k] = fmin(spacing[k], spacing[k + 1] + GROWING * s->step);
-}
-
 static int point_near(const scan *s, double at)
 {
     return (int)fmin(fmax(round((at - s->first) / s->step), 0), s->count - 1);
@@ -447,8 +433,19 @@ bool kmp_zones_space(const kmp_track *track, kmp_wheel *wheel)
     bool ok = begin(&s, track, wheel);
     double *curvature = KMP_ARENA_NEW(&s.arena, double, s.count), *spacing = KMP_ARENA_NEW(&s.arena, double, s.count);
     ok = ok && curvature && spacing && find_kinks(&s, track, wheel, curvature);
-    if (ok)
-        find_spacing(&s, wheel->radius.value, curvature, spacing);
+    if (ok) {
+        /* The spacing that resolves the least spread at each point, growing slowly from there. */
+        double radius = wheel->radius.value;
+        for (int k = 0; k < s.count; k++) {
+            double widest = WIDEST * s.scale,
+                   wanted = curvature[k] > 0 ? RESOLVED * sqrt(LEAST * radius / curvature[k]) : widest;
+            spacing[k] = fmin(fmax(wanted, NARROWEST * s.scale), widest);
+        }
+        for (int k = 1; k < s.count; k++)
+            spacing[k] = fmin(spacing[k], spacing[k - 1] + GROWING * s.step);
+        for (int k = s.count - 1; k-- > 0;)
+            spacing[k] = fmin(spacing[k], spacing[k + 1] + GROWING * s.step);
+    }
     int zone = 0;
     for (double wider = 1; ok && zone < wheel->zone_count; wider *= 1.25)
         for (zone = 0; zone < wheel->zone_count && put_places(&s, wheel, zone, wider, spacing);)

@@ -96,21 +96,6 @@ void kmp_zip_add(kmp_zip *zip, const char *name, const char *bytes, size_t size)
     kmp_zip_end_member(zip);
 }
 
-static void put_central_header(kmp_zip *zip, const kmp_zip_member *m)
-{
-    kmp_put_integer(&zip->text, 0x02014b50, 4);
-    kmp_put_integer(&zip->text, (uint64_t)version(zip), 2);
-    put_facts(zip, m);
-    kmp_put_integer(&zip->text, zip->wide ? 28 : 0, 2);
-    kmp_put_integer(&zip->text, 0, 8); /* no comment, the first disk, no attributes of a text */
-    kmp_put_integer(&zip->text, 0, 2);
-    kmp_put_integer(&zip->text, zip->wide ? ELSEWHERE : m->at, 4);
-    kmp_text_put(&zip->text, m->name);
-    put_sizes(zip, m, 8);
-    if (zip->wide)
-        kmp_put_integer(&zip->text, m->at, 8);
-}
-
 static void put_wide_end(kmp_text *text, size_t directory, size_t end, int count)
 {
     kmp_put_integer(text, 0x06064b50, 4);
@@ -146,8 +131,21 @@ static void put_end(kmp_zip *zip, size_t directory)
 kmp_text kmp_zip_end(kmp_zip *zip)
 {
     size_t directory = zip->text.length;
-    for (int k = 0; k < zip->count; k++)
-        put_central_header(zip, &zip->member[k]);
+    for (int k = 0; k < zip->count; k++) {
+        /* The central header. */
+        const kmp_zip_member *m = &zip->member[k];
+        kmp_put_integer(&zip->text, 0x02014b50, 4);
+        kmp_put_integer(&zip->text, (uint64_t)version(zip), 2);
+        put_facts(zip, m);
+        kmp_put_integer(&zip->text, zip->wide ? 28 : 0, 2);
+        kmp_put_integer(&zip->text, 0, 8); /* no comment, the first disk, no attributes of a text */
+        kmp_put_integer(&zip->text, 0, 2);
+        kmp_put_integer(&zip->text, zip->wide ? ELSEWHERE : m->at, 4);
+        kmp_text_put(&zip->text, m->name);
+        put_sizes(zip, m, 8);
+        if (zip->wide)
+            kmp_put_integer(&zip->text, m->at, 8);
+    }
     put_end(zip, directory);
     for (int k = 0; k < zip->count; k++)
         kmp_free(zip->member[k].name);

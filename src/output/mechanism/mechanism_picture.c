@@ -263,26 +263,6 @@ static void put_connection(const picture *p, const kmp_line *line, bool is_rod)
     put_line(p, points, count, LINE, "#5d6d7e");
 }
 
-static void put_parts(const picture *p)
-{
-    const kmp_drawing *d = &p->drawing;
-    for (int k = 0; k < d->slide_count; k++)
-        put_guide(p, &d->slides[k]);
-    for (int k = 0; k < d->mark_count; k++)
-        if (d->marks[k].body == 0 && d->marks[k].marks & (KMP_MARK_JOINT | KMP_MARK_CLOSURE))
-            put_pin(p, p->at[k]);
-    for (int b = 1; b < d->body_count; b++)
-        put_body(p, b);
-    for (int k = 0; k < d->line_count; k++)
-        put_connection(p, &d->lines[k], d->is_rod[k]);
-    for (int k = 0; k < d->mark_count; k++)
-        if (d->marks[k].marks & (KMP_MARK_JOINT | KMP_MARK_CLOSURE))
-            kmp_text_printf(p->svg,
-                            "<circle cx=\"%.2f\" cy=\"%.2f\" r=\"%.2f\" fill=\"#fff\" stroke=\"#222\" "
-                            "stroke-width=\"%.2f\"/>\n",
-                            p->at[k].x, p->at[k].y, JOINT * p->size, LINE / 2 * p->size);
-}
-
 bool kmp_mechanism_picture(kmp_text *svg, const kempe_model *model, const double *q, double size)
 {
     kmp_arena arena = {0};
@@ -296,7 +276,22 @@ bool kmp_mechanism_picture(kmp_text *svg, const kempe_model *model, const double
         place_viewer(&p, model->gravity);
         fit(&p);
         kmp_picture_begin(svg, size, size, "");
-        put_parts(&p);
+        const kmp_drawing *d = &p.drawing;
+        for (int k = 0; k < d->slide_count; k++)
+            put_guide(&p, &d->slides[k]);
+        for (int k = 0; k < d->mark_count; k++)
+            if (d->marks[k].body == 0 && d->marks[k].marks & (KMP_MARK_JOINT | KMP_MARK_CLOSURE))
+                put_pin(&p, p.at[k]);
+        for (int b = 1; b < d->body_count; b++)
+            put_body(&p, b);
+        for (int k = 0; k < d->line_count; k++)
+            put_connection(&p, &d->lines[k], d->is_rod[k]);
+        for (int k = 0; k < d->mark_count; k++)
+            if (d->marks[k].marks & (KMP_MARK_JOINT | KMP_MARK_CLOSURE))
+                kmp_text_printf(p.svg,
+                                "<circle cx=\"%.2f\" cy=\"%.2f\" r=\"%.2f\" fill=\"#fff\" stroke=\"#222\" "
+                                "stroke-width=\"%.2f\"/>\n",
+                                p.at[k].x, p.at[k].y, JOINT * p.size, LINE / 2 * p.size);
         kmp_picture_end(svg);
     }
     kmp_drawing_free(&p.drawing);

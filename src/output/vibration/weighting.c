@@ -63,27 +63,6 @@ double kmp_weighting_gain(kmp_weighting weighting, double frequency)
 
 /* -- filtering ---------------------------------------------------------------------------------------- */
 
-/* derivative (POINTS x POINTS, row-major): derivatives 0, 1, .. at 0 of the polynomial through samples at -before,
- * 1 - before, .., as sums of these samples. */
-static void differentiate(int before, double derivative[POINTS][POINTS])
-{
-    for (int j = 0; j < POINTS; j++) {
-        double c[POINTS] = {1}, factorial = 1; /* Lagrange's polynomial of sample j */
-        int degree = 0;
-        for (int m = 0; m < POINTS; m++) {
-            if (m == j)
-                continue;
-            const double at = m - before, span = j - m;
-            for (int k = ++degree; k >= 0; k--)
-                c[k] = ((k > 0 ? c[k - 1] : 0) - at * (k < degree ? c[k] : 0)) / span;
-        }
-        for (int k = 0; k < POINTS; k++) {
-            derivative[k][j] = factorial * c[k];
-            factorial *= k + 1;
-        }
-    }
-}
-
 /* x of the next sample = state x + input (the four samples), the input by the number of samples before the present
  * one. */
 typedef struct stepping {
@@ -107,7 +86,23 @@ static bool make_stepping(const section *s, double h, stepping *out)
         for (int j = 0; j < ORDER; j++)
             out->state[i][j] = e[i + j * SIZE];
     for (int before = 0; before < POINTS - 1; before++) {
-        differentiate(before, derivative);
+        /* derivative (POINTS x POINTS, row-major): derivatives 0, 1, .. at 0 of the polynomial through samples at
+         * -before, 1 - before, .., as sums of these samples. */
+        for (int j = 0; j < POINTS; j++) {
+            double c[POINTS] = {1}, factorial = 1; /* Lagrange's polynomial of sample j */
+            int degree = 0;
+            for (int m = 0; m < POINTS; m++) {
+                if (m == j)
+                    continue;
+                const double at = m - before, span = j - m;
+                for (int k = ++degree; k >= 0; k--)
+                    c[k] = ((k > 0 ? c[k - 1] : 0) - at * (k < degree ? c[k] : 0)) / span;
+            }
+            for (int k = 0; k < POINTS; k++) {
+                derivative[k][j] = factorial * c[k];
+                factorial *= k + 1;
+            }
+        }
         for (int i = 0; i < ORDER; i++)
             for (int j = 0; j < POINTS; j++)
                 for (int k = 0; k < POINTS; k++)

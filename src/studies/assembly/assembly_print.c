@@ -68,21 +68,6 @@ static void show_coordinates(kmp_text *text, const kempe_assembly *a)
     kmp_print_states(text, a->system, a->qd);
 }
 
-/* Joints with clearance. */
-static void show_loose(kmp_text *text, const kempe_assembly *a)
-{
-    static const char *const ways[] = {[KMP_LOOSE_OWN] = "with a rate of its own", [KMP_LOOSE_REST] = "as without it"};
-    const kmp_loose_start starts[] = {KMP_LOOSE_REST, KMP_LOOSE_OWN};
-    for (int k = 0; k < 2; k++) {
-        kmp_text names = {0};
-        int count = kmp_assembly_put_loose(&names, a, starts[k]);
-        if (count > 0)
-            kmp_text_printf(text, "clearance %s start%s %s%s\n", names.s, count == 1 ? "s" : "", ways[starts[k]],
-                            a->centred ? ", centred because a guess was outside its bearing" : "");
-        kmp_text_free_part(text, &names);
-    }
-}
-
 static void show_assembly(kmp_text *text, const void *result)
 {
     const kempe_assembly *a = result;
@@ -113,7 +98,17 @@ static void show_assembly(kmp_text *text, const void *result)
         kmp_print_cell(text, 0, 2, a->goals.slope);
         kmp_text_put(text, "\n");
     }
-    show_loose(text, a);
+    /* Joints with clearance. */
+    static const char *const ways[] = {[KMP_LOOSE_OWN] = "with a rate of its own", [KMP_LOOSE_REST] = "as without it"};
+    const kmp_loose_start starts[] = {KMP_LOOSE_REST, KMP_LOOSE_OWN};
+    for (int k = 0; k < 2; k++) {
+        kmp_text names = {0};
+        int count = kmp_assembly_put_loose(&names, a, starts[k]);
+        if (count > 0)
+            kmp_text_printf(text, "clearance %s start%s %s%s\n", names.s, count == 1 ? "s" : "", ways[starts[k]],
+                            a->centred ? ", centred because a guess was outside its bearing" : "");
+        kmp_text_free_part(text, &names);
+    }
     kmp_print_rounding(text, a->system, "rounding  ", "          ");
     kmp_text changed = {0};
     kmp_assembly_put_rates(&changed, a);

@@ -30,21 +30,6 @@ static void show_start(kmp_text *text, const kempe_branches *b, const kmp_branch
     kmp_text_put(text, "}\n");
 }
 
-static void show_branch(kmp_text *text, const kempe_branches *b, int k)
-{
-    const kmp_branch *branch = &b->branch[k];
-    int width = kmp_print_width(b->system, KMP_QUANTITY_Q);
-    kmp_text_printf(text, "\nbranch %d%s", k + 1, k ? "" : " (of the model)");
-    if (branch->sign[0])
-        kmp_text_printf(text, "  sign %s", branch->sign);
-    kmp_text_printf(text, "  |h| %.2e\n", branch->residual);
-    for (int c = 0; c < b->system->n; c++)
-        kmp_text_printf(text, "  %-*s  %-4s  %22.15g%s\n", width, b->system->model->motions[c].name,
-                        kmp_print_unit(b->system, c), kmp_print_value(b->system, c, branch->q[c]),
-                        b->kept[c] ? "  kept" : "");
-    show_start(text, b, branch);
-}
-
 static void show_branches(kmp_text *text, const void *result)
 {
     const kempe_branches *b = result;
@@ -54,8 +39,19 @@ static void show_branches(kmp_text *text, const void *result)
     list_kept(text, b);
     kmp_text_printf(text, "\n%d random starts, %d of them assembled; sampling may miss some modes\n", b->starts,
                     b->closed);
-    for (int k = 0; k < b->count; k++)
-        show_branch(text, b, k);
+    for (int k = 0; k < b->count; k++) {
+        const kmp_branch *branch = &b->branch[k];
+        int width = kmp_print_width(b->system, KMP_QUANTITY_Q);
+        kmp_text_printf(text, "\nbranch %d%s", k + 1, k ? "" : " (of the model)");
+        if (branch->sign[0])
+            kmp_text_printf(text, "  sign %s", branch->sign);
+        kmp_text_printf(text, "  |h| %.2e\n", branch->residual);
+        for (int c = 0; c < b->system->n; c++)
+            kmp_text_printf(text, "  %-*s  %-4s  %22.15g%s\n", width, b->system->model->motions[c].name,
+                            kmp_print_unit(b->system, c), kmp_print_value(b->system, c, branch->q[c]),
+                            b->kept[c] ? "  kept" : "");
+        show_start(text, b, branch);
+    }
     if (b->many)
         kmp_text_put(text,
                      "\nnote  such a large number suggests that the held coordinates leave a degree of freedom\n");

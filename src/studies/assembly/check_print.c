@@ -321,19 +321,6 @@ static void put_release(kmp_text *text, const kempe_check *check, int k)
     kmp_check_release(text, check, &check->obstacle.releases[k]);
 }
 
-static void show_obstacle(kmp_text *text, const kempe_check *check)
-{
-    if (check->assembly->turned)
-        line(text, "does not assemble", "axes that should be parallel are turned by more than a right angle");
-    else if (check->assembly->gap > 0)
-        line(text, "does not assemble", "the smallest gap found is %.6g m", check->assembly->gap);
-    else
-        line(text, "does not assemble", "the smallest angle found is %.4g deg", check->assembly->turn * 180 / acos(-1));
-    list(text, check, "open loops", "", check->assembly->culprit_count, put_culprit);
-    list(text, check, "lengths", "", check->obstacle.reach_count, put_reach);
-    list(text, check, "held coordinates", "", check->obstacle.release_count, put_release);
-}
-
 /* The parts that both forms begin with. False: there is no more to say. */
 static bool show_begin(kmp_text *text, const kempe_check *check)
 {
@@ -351,8 +338,18 @@ static bool show_begin(kmp_text *text, const kempe_check *check)
     list(text, check, "mass by shapes", "", count, put_shaped);
     show_bare(text, check, "without inertia", true);
     show_bare(text, check, "without mass", false);
-    if (!check->assembled)
-        show_obstacle(text, check);
+    if (!check->assembled) {
+        if (check->assembly->turned)
+            line(text, "does not assemble", "axes that should be parallel are turned by more than a right angle");
+        else if (check->assembly->gap > 0)
+            line(text, "does not assemble", "the smallest gap found is %.6g m", check->assembly->gap);
+        else
+            line(text, "does not assemble", "the smallest angle found is %.4g deg",
+                 check->assembly->turn * 180 / acos(-1));
+        list(text, check, "open loops", "", check->assembly->culprit_count, put_culprit);
+        list(text, check, "lengths", "", check->obstacle.reach_count, put_reach);
+        list(text, check, "held coordinates", "", check->obstacle.release_count, put_release);
+    }
     return check->assembled;
 }
 

@@ -42,20 +42,6 @@ static bool is_known(const char *s, size_t length, part p)
     return false;
 }
 
-/* Each name of the table once. */
-static void list_known(kmp_text *text, part p)
-{
-    kmp_method method, before;
-    for (int k = 0, said = 0; kmp_method_get(k, &method); k++) {
-        const char *name = part_of(&method, p);
-        bool again = !*name;
-        for (int i = 0; i < k && kmp_method_get(i, &before); i++)
-            again = again || strcmp(part_of(&before, p), name) == 0;
-        if (!again)
-            kmp_text_printf(text, "%s%s", said++ ? ", " : "", name);
-    }
-}
-
 static kempe_status check_names(kempe_context *context, const char *list, part p)
 {
     for (const char *s = list; s;) {
@@ -63,7 +49,16 @@ static kempe_status check_names(kempe_context *context, const char *list, part p
         if (!is_known(s, length, p)) {
             kmp_text sentence = {0};
             kmp_text_printf(&sentence, "unknown %s '%.*s'; available: ", part_name[p], (int)length, s);
-            list_known(&sentence, p);
+            /* Each name of the table once. */
+            kmp_method method, before;
+            for (int k = 0, said = 0; kmp_method_get(k, &method); k++) {
+                const char *name = part_of(&method, p);
+                bool again = !*name;
+                for (int i = 0; i < k && kmp_method_get(i, &before); i++)
+                    again = again || strcmp(part_of(&before, p), name) == 0;
+                if (!again)
+                    kmp_text_printf(&sentence, "%s%s", said++ ? ", " : "", name);
+            }
             return kmp_fail_text(context, KEMPE_E_ARGUMENT, &sentence);
         }
         s = s[length] ? s + length + 1 : NULL;

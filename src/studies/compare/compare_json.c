@@ -84,18 +84,6 @@ static void json_split_all(kmp_json *json, const kempe_comparison *c, int method
     kmp_json_put(json, "] }");
 }
 
-/* Writes both tables: (a) the members of each family, one after another; (b) the best method of each formulation. */
-static void json_tables(kmp_json *json, const kempe_comparison *c)
-{
-    kmp_json_array(json, "same_integrator");
-    for (int k = 0; k < c->tables.same_count; k++)
-        json_split_all(json, c, c->tables.same[k], true);
-    kmp_json_put(json, "] best_of_formulation [");
-    for (int k = 0; k < c->tables.best_count; k++)
-        json_split_all(json, c, c->tables.best[k], false);
-    kmp_json_end(json);
-}
-
 static double steps_of(const kempe_comparison *c, int run)
 {
     return run >= 0 ? (double)c->runs[run].report.steps : NAN;
@@ -162,7 +150,15 @@ void kmp_compare_json(kmp_text *text, const void *result)
         kmp_json_put(&j, "] }");
     }
     kmp_json_end(&j);
-    json_tables(&j, c);
+    /* Writes both tables: (a) the members of each family, one after another; (b) the best method of each formulation.
+     */
+    kmp_json_array(&j, "same_integrator");
+    for (int k = 0; k < c->tables.same_count; k++)
+        json_split_all(&j, c, c->tables.same[k], true);
+    kmp_json_put(&j, "] best_of_formulation [");
+    for (int k = 0; k < c->tables.best_count; k++)
+        json_split_all(&j, c, c->tables.best[k], false);
+    kmp_json_end(&j);
     json_stiffness(&j, c);
     json_advice(&j, c);
     kmp_sentences_json(&j, "failures", &c->failures);

@@ -55,20 +55,6 @@ static void show_uncertainty(kmp_text *text, const kempe_comparison *c)
     kmp_text_put(text, ": errors below ten times that are blank\n");
 }
 
-/* The sizes that errors are relative to. */
-static void show_instants(kmp_text *text, const kempe_comparison *c)
-{
-    const kmp_scales *s = &c->scales;
-    kmp_text sentence = {0};
-    kmp_text_printf(&sentence,
-                    "the largest at %d instants, relative to the value or to 1 rad, %.3g m; %.3g rad/s, %.3g m/s",
-                    c->instants, s->length, s->rate, s->rate * s->length);
-    if (c->system->m > 0)
-        kmp_text_printf(&sentence, "; of lambda to the largest load, %.3g", s->load);
-    show_wrapped(text, "errors: ", sentence.s ? sentence.s : "");
-    kmp_text_free_part(text, &sentence);
-}
-
 /* -- runs -------------------------------------------------------------------------------------------- */
 
 /* The first line of a reason, as far as the table is wide. */
@@ -176,22 +162,6 @@ static void show_levels(kmp_text *text, const kempe_comparison *c)
 
 /* -- summary ----------------------------------------------------------------------------------------- */
 
-static void show_advice(kmp_text *text, const kempe_comparison *c)
-{
-    kmp_text_put(text, "\n");
-    if (c->advice.run < 0) {
-        kmp_text_put(text, "no recommendation\n");
-    } else {
-        const kmp_compared *run = &c->runs[c->advice.run];
-        kmp_text_put(text, "use ");
-        kmp_compare_name(text, run->method);
-        kmp_text_printf(text, " at rtol %g for this model: error q at most %g in %.3g ms\n", run->rtol, c->advice.level,
-                        1e3 * run->cpu_s);
-    }
-    for (int k = 0; k < c->advice.because.count; k++)
-        show_wrapped(text, "  - ", c->advice.because.s[k]);
-}
-
 static void show(kmp_text *text, const void *result)
 {
     const kempe_comparison *c = result;
@@ -200,15 +170,37 @@ static void show(kmp_text *text, const void *result)
     show_wrapped(text, "reference: ", c->source);
     if (c->has_reference)
         show_uncertainty(text, c);
-    if (c->has_reference)
-        show_instants(text, c);
+    if (c->has_reference) {
+        /* The sizes that errors are relative to. */
+        const kmp_scales *s = &c->scales;
+        kmp_text sentence = {0};
+        kmp_text_printf(&sentence,
+                        "the largest at %d instants, relative to the value or to 1 rad, %.3g m; %.3g rad/s, %.3g m/s",
+                        c->instants, s->length, s->rate, s->rate * s->length);
+        if (c->system->m > 0)
+            kmp_text_printf(&sentence, "; of lambda to the largest load, %.3g", s->load);
+        show_wrapped(text, "errors: ", sentence.s ? sentence.s : "");
+        kmp_text_free_part(text, &sentence);
+    }
     show_runs(text, c);
     kmp_compare_print_tables(text, c);
     show_levels(text, c);
     show_list(text, "not run", &c->failures);
     show_list(text, "warnings", &c->warnings);
-    if (kmp_is_complete(c->status) || c->advice.run >= 0)
-        show_advice(text, c);
+    if (kmp_is_complete(c->status) || c->advice.run >= 0) {
+        kmp_text_put(text, "\n");
+        if (c->advice.run < 0) {
+            kmp_text_put(text, "no recommendation\n");
+        } else {
+            const kmp_compared *run = &c->runs[c->advice.run];
+            kmp_text_put(text, "use ");
+            kmp_compare_name(text, run->method);
+            kmp_text_printf(text, " at rtol %g for this model: error q at most %g in %.3g ms\n", run->rtol,
+                            c->advice.level, 1e3 * run->cpu_s);
+        }
+        for (int k = 0; k < c->advice.because.count; k++)
+            show_wrapped(text, "  - ", c->advice.because.s[k]);
+    }
     if (!kmp_is_complete(c->status))
         kmp_text_printf(text, "reason: %s\n", c->reason);
 }

@@ -47,23 +47,6 @@ static const char *base_name(const char *path)
     return slash ? slash + 1 : path;
 }
 
-/* Values of a given table replace those of the own reference at the same times. */
-static void put_given(kmp_reference *own, const kmp_reference *given)
-{
-    for (int row = 0, r = 0; row < own->rows && r < given->rows; row++) {
-        if (own->t[row] < given->t[r])
-            continue;
-        for (int k = 0; k < KMP_QUANTITIES; k++) {
-            size_t width = (size_t)(k == KMP_QUANTITY_LAMBDA ? own->m : own->n);
-            for (size_t i = 0; i < width; i++) {
-                double x = given->value[k][(size_t)r * width + i], *place = &own->value[k][(size_t)row * width + i];
-                *place = isnan(x) ? *place : x;
-            }
-        }
-        r++;
-    }
-}
-
 /* Takes the given table alone: errors are judged at its rows only. */
 static void take_given(kmp_compare_job *j, kmp_reference *given, const char *name)
 {
@@ -91,7 +74,20 @@ static kempe_status extend_given(kmp_compare_job *j, kmp_reference *given, const
     if (c->has_reference && c->until >= c->t_end && off[KMP_QUANTITY_Q] <= AGREED) {
         c->source = kmp_arena_printf(&c->arena, "%s, which agrees to %.0e in q with the one between its rows, %s", name,
                                      off[KMP_QUANTITY_Q], c->source);
-        put_given(&j->reference, given);
+        /* Values of a given table replace those of the own reference at the same times. */
+        kmp_reference *own = &j->reference;
+        for (int row = 0, r = 0; row < own->rows && r < given->rows; row++) {
+            if (own->t[row] < given->t[r])
+                continue;
+            for (int k = 0; k < KMP_QUANTITIES; k++) {
+                size_t width = (size_t)(k == KMP_QUANTITY_LAMBDA ? own->m : own->n);
+                for (size_t i = 0; i < width; i++) {
+                    double x = given->value[k][(size_t)r * width + i], *place = &own->value[k][(size_t)row * width + i];
+                    *place = isnan(x) ? *place : x;
+                }
+            }
+            r++;
+        }
         return KEMPE_OK;
     }
     c->warnings.count = reported;
@@ -120,16 +116,6 @@ static kempe_status use_reference(kmp_compare_job *j, const char *path)
     kmp_samples_free(&given);
     j->reference.shared = c->shared;
     return status == KEMPE_OK && !c->source ? kmp_fail_memory(j->context) : status;
-}
-
-/* A stiff model is also run with implicit integrators, unless the user chose others. */
-static kempe_status widen(kmp_compare_job *j, const kempe_compare_options *options)
-{
-    bool stiff = false;
-    if (options->integrators)
-        return KEMPE_OK;
-    KMP_TRY(kmp_compare_probe(j, &stiff));
-    return stiff ? kmp_compare_add_implicit(j->comparison, options) : KEMPE_OK;
 }
 
 /* Finds multipliers that redundant rows leave undetermined: their errors are undefined, which the report states. */
@@ -174,7 +160,12 @@ static kempe_status prepare(kmp_compare_job *j, const kempe_compare_options *opt
     j->eval = kmp_eval_new(j->comparison->system, spec.backend);
     KMP_TRY(j->eval ? KEMPE_OK : KEMPE_E_MEMORY);
     KMP_TRY(kempe_assembly_new(c->system, &j->start));
-    KMP_TRY(widen(j, options));
+    /* A stiff model is also run with implicit integrators, unless the user chose others. */
+    bool stiff = false;
+    if (!options->integrators) {
+        KMP_TRY(kmp_compare_probe(j, &stiff));
+        KMP_TRY(stiff ? kmp_compare_add_implicit(j->comparison, options) : KEMPE_OK);
+    }
     KMP_TRY(find_shared(j));
     KMP_TRY(use_reference(j, options->reference));
     kmp_context_clear(j->context);

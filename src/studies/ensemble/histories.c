@@ -79,21 +79,6 @@ typedef struct history {
     kempe_table *table;
 } history;
 
-/* Columns come with the first rows. */
-static void add_rows(history *h, int instance, const kempe_table *rows)
-{
-    int columns = kempe_table_column_count(rows);
-    for (int c = 0; c < columns && !h->has_columns; c++)
-        kmp_tabulate_column(h->table, kempe_table_unit(rows, c), "%s", kempe_table_column_name(rows, c));
-    h->has_columns = true;
-    for (int row = 0; row < kempe_table_row_count(rows); row++) {
-        kmp_tabulate_row(h->table);
-        kmp_tabulate_number(h->table, instance + 1);
-        for (int c = 0; c < columns; c++)
-            kmp_tabulate_number(h->table, kempe_table_number(rows, row, c));
-    }
-}
-
 /* A run that fails gives the rows up to there; one that cannot start gives none. */
 static kempe_status run_model(history *h, int instance, const kempe_model *model)
 {
@@ -106,8 +91,19 @@ static kempe_status run_model(history *h, int instance, const kempe_model *model
         kempe_status made = kempe_trajectory_table(trajectory, "rows", &rows);
         status = made == KEMPE_OK ? status : made;
     }
-    if (rows)
-        add_rows(h, instance, rows);
+    if (rows) {
+        /* Columns come with the first rows. */
+        int columns = kempe_table_column_count(rows);
+        for (int c = 0; c < columns && !h->has_columns; c++)
+            kmp_tabulate_column(h->table, kempe_table_unit(rows, c), "%s", kempe_table_column_name(rows, c));
+        h->has_columns = true;
+        for (int row = 0; row < kempe_table_row_count(rows); row++) {
+            kmp_tabulate_row(h->table);
+            kmp_tabulate_number(h->table, instance + 1);
+            for (int c = 0; c < columns; c++)
+                kmp_tabulate_number(h->table, kempe_table_number(rows, row, c));
+        }
+    }
     kempe_table_free(rows);
     kempe_trajectory_free(trajectory);
     kempe_system_free(system);

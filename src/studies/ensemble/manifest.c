@@ -101,31 +101,6 @@ static kempe_status hash_columns(kempe_ensemble *ensemble, hash out)
 
 /* -- writing ----------------------------------------------------------------------------------------- */
 
-static void put_values(kmp_json *json, const kempe_values *values)
-{
-    kmp_text names = {0};
-    kmp_text_put(&names, "");
-    for (int k = 0; k < values->columns; k++)
-        kmp_text_printf(&names, "%s%s", k ? "," : "", values->name[k]);
-    kmp_json_text(json, "columns", &names);
-    if (values->sampling)
-        kmp_json_put(json, "values %s sample %s correlations %s design %s seed %d", "sample", values->ranges,
-                     values->correlations, values->design, values->seed);
-    else
-        kmp_json_put(json, "values %s values_file %s", "table", values->file);
-}
-
-static void put_run(kmp_json *json, const kmp_run_spec *spec, const kempe_run_options *run, int lanes,
-                    const char *history)
-{
-    kmp_json_put(json, "formulation %s integrator %s independent %s rtol %g atol %g t_end %g max_step %g max_steps %ld",
-                 run->formulation ? run->formulation : "", spec->integrator, run->independent ? run->independent : "",
-                 spec->rtol, spec->atol, spec->t_end, spec->max_step, spec->max_steps);
-    kmp_json_put(json, "convergence_check %i separate_runs %i", !run->no_convergence_check, lanes < 0);
-    if (history && *history)
-        kmp_json_put(json, "history %s output_step %g", history, run->output_step);
-}
-
 void kmp_manifest_hash_text(const char *manifest, char out[KMP_HASH_SIZE + 1])
 {
     kmp_digest digest;
@@ -153,8 +128,23 @@ static void put_members(kmp_text *text, kempe_ensemble *ensemble, const kmp_run_
     kmp_json_put(&json, "{ format %d kempe %s model %s file %s", KMP_FOLDER_FORMAT, kempe_version(), model->name,
                  model->file);
     kmp_json_put(&json, "instances %d chunk %d parts %d", values->count, chunk, values->count > 0 ? parts : 0);
-    put_values(&json, values);
-    put_run(&json, spec, run, lanes, history);
+    kmp_text names = {0};
+    kmp_text_put(&names, "");
+    for (int k = 0; k < values->columns; k++)
+        kmp_text_printf(&names, "%s%s", k ? "," : "", values->name[k]);
+    kmp_json_text(&json, "columns", &names);
+    if (values->sampling)
+        kmp_json_put(&json, "values %s sample %s correlations %s design %s seed %d", "sample", values->ranges,
+                     values->correlations, values->design, values->seed);
+    else
+        kmp_json_put(&json, "values %s values_file %s", "table", values->file);
+    kmp_json_put(&json,
+                 "formulation %s integrator %s independent %s rtol %g atol %g t_end %g max_step %g max_steps %ld",
+                 run->formulation ? run->formulation : "", spec->integrator, run->independent ? run->independent : "",
+                 spec->rtol, spec->atol, spec->t_end, spec->max_step, spec->max_steps);
+    kmp_json_put(&json, "convergence_check %i separate_runs %i", !run->no_convergence_check, lanes < 0);
+    if (history && *history)
+        kmp_json_put(&json, "history %s output_step %g", history, run->output_step);
     kmp_json_put(&json, "quantities %s limits %s", kmp_ensemble_quantities(ensemble)->words,
                  kmp_ensemble_quantities(ensemble)->limit_words);
     kmp_json_put(&json, "hash_model %s hash_values %s hash_columns %s hash_equations %s", hashes[0], hashes[1],

@@ -64,47 +64,11 @@ static void show_reactions(kmp_text *text, const kempe_equilibrium *e, const kmp
                         e->least_norm ? "least norm" : "one solution", b->not_unique);
 }
 
-static void show_friction(kmp_text *text, const kmp_balance *b)
-{
-    if (b->friction_count > 0)
-        kmp_text_printf(text, "\nfriction   %-16s  %16s  %16s  %8s  N or N m\n", "", "force", "largest", "part");
-    for (int i = 0; i < b->friction_count; i++) {
-        const kmp_friction_view *view = &b->friction[i];
-        kmp_text_printf(text, "           %-16s  %16.9g  %16.9g  %8.3g%s\n", view->element->name, view->force,
-                        view->largest, view->largest > 0 ? view->needs / view->largest : 0,
-                        view->word == KMP_FRICTION_WORD_OPEN ? "  not determined: other closures keep its place" : "");
-    }
-}
-
-static void show_contacts(kmp_text *text, const kmp_balance *b)
-{
-    if (b->contact_count > 0)
-        kmp_text_printf(text, "\ncontacts   %-16s  %16s  %16s  m, N or rad, N m\n", "", "distance", "force");
-    for (int i = 0; i < b->contact_count; i++) {
-        const kmp_balance_contact *c = &b->contact[i];
-        kmp_text_printf(text, "           %-16s  %16.9g  %16.9g  %s\n", c->element->name, c->gap, c->force,
-                        kmp_contact_text(c->word));
-    }
-}
-
 static void show_end(kmp_text *text, const kempe_equilibrium *e, int coordinate, const kmp_rest_end *end)
 {
     kmp_text_printf(text, "%.15g", kmp_print_value(e->system, coordinate, end->q[coordinate]));
     if (end->word != KMP_REST_SLIPS)
         kmp_text_put(text, end->word == KMP_REST_LIMIT ? " (limit of the motion)" : " (and beyond)");
-}
-
-static void show_rest(kmp_text *text, const kempe_equilibrium *e, const kmp_balance *b)
-{
-    for (int i = 0; i < b->set_count; i++) {
-        const kmp_rest_set *set = &b->set[i];
-        kmp_text_printf(text, "%s'%s' holds %s from ", i ? "           " : "\nrest       ", set->element->name,
-                        e->system->model->motions[set->coordinate].name);
-        show_end(text, e, set->coordinate, &set->end[0]);
-        kmp_text_put(text, " to ");
-        show_end(text, e, set->coordinate, &set->end[1]);
-        kmp_text_printf(text, " %s\n", kmp_print_unit(e->system, set->coordinate));
-    }
 }
 
 static void show_stability(kmp_text *text, const kempe_equilibrium *e, const kmp_balance *b)
@@ -212,9 +176,30 @@ static void show_balance(kmp_text *text, const kempe_equilibrium *e, int k)
     }
     show_cyclic(text, e, b);
     show_reactions(text, e, b);
-    show_contacts(text, b);
-    show_friction(text, b);
-    show_rest(text, e, b);
+    if (b->contact_count > 0)
+        kmp_text_printf(text, "\ncontacts   %-16s  %16s  %16s  m, N or rad, N m\n", "", "distance", "force");
+    for (int i = 0; i < b->contact_count; i++) {
+        const kmp_balance_contact *c = &b->contact[i];
+        kmp_text_printf(text, "           %-16s  %16.9g  %16.9g  %s\n", c->element->name, c->gap, c->force,
+                        kmp_contact_text(c->word));
+    }
+    if (b->friction_count > 0)
+        kmp_text_printf(text, "\nfriction   %-16s  %16s  %16s  %8s  N or N m\n", "", "force", "largest", "part");
+    for (int i = 0; i < b->friction_count; i++) {
+        const kmp_friction_view *view = &b->friction[i];
+        kmp_text_printf(text, "           %-16s  %16.9g  %16.9g  %8.3g%s\n", view->element->name, view->force,
+                        view->largest, view->largest > 0 ? view->needs / view->largest : 0,
+                        view->word == KMP_FRICTION_WORD_OPEN ? "  not determined: other closures keep its place" : "");
+    }
+    for (int i = 0; i < b->set_count; i++) {
+        const kmp_rest_set *set = &b->set[i];
+        kmp_text_printf(text, "%s'%s' holds %s from ", i ? "           " : "\nrest       ", set->element->name,
+                        e->system->model->motions[set->coordinate].name);
+        show_end(text, e, set->coordinate, &set->end[0]);
+        kmp_text_put(text, " to ");
+        show_end(text, e, set->coordinate, &set->end[1]);
+        kmp_text_printf(text, " %s\n", kmp_print_unit(e->system, set->coordinate));
+    }
     show_stability(text, e, b);
     kmp_text_put(text, "residual   ");
     kmp_print_cell(text, 0, 2, b->residual);
@@ -271,32 +256,6 @@ static void json_friction(kmp_json *j, const kempe_equilibrium *e, const kmp_bal
     kmp_json_end(j);
 }
 
-static void json_contacts(kmp_json *j, const kmp_balance *b)
-{
-    kmp_json_array(j, "contacts");
-    for (int i = 0; i < b->contact_count; i++) {
-        const kmp_balance_contact *c = &b->contact[i];
-        kmp_json_put(j, "{ name %s gap %g force %g word %s }", c->element->name, c->gap, c->force,
-                     kmp_contact_text(c->word));
-    }
-    kmp_json_end(j);
-}
-
-static void json_cyclic(kmp_json *j, const kempe_equilibrium *e, const kmp_balance *b)
-{
-    kmp_json_object(j, "cyclic");
-    for (int i = 0; i < e->rate_count; i++)
-        for (int k = 0; k < b->idle_count; k++)
-            if (b->idle[k] == e->rates[i].coordinate && b->qd[b->idle[k]] != 0)
-                kmp_json_number(j, e->system->model->motions[b->idle[k]].name, b->qd[b->idle[k]]);
-    kmp_json_end(j);
-    kmp_json_object(j, "loads");
-    for (int i = 0; i < e->rate_count; i++)
-        if (e->rates[i].how == KMP_RATE_HELD)
-            kmp_json_number(j, e->system->model->motions[e->rates[i].coordinate].name, e->rates[i].load);
-    kmp_json_end(j);
-}
-
 static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_balance *b)
 {
     const kempe_model *model = e->system->model;
@@ -311,7 +270,17 @@ static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_bala
     kmp_json_put(j, "stability %s growing %d", kmp_stability_text(b->stability.word), b->stability.growing);
     kmp_print_names(j, "neutral", e->system, kmp_name_of_coordinate, b->stability.still, b->stability.along);
     kmp_print_names(j, "left_out", e->system, kmp_name_of_coordinate, b->idle_count, b->idle);
-    json_cyclic(j, e, b);
+    kmp_json_object(j, "cyclic");
+    for (int i = 0; i < e->rate_count; i++)
+        for (int k = 0; k < b->idle_count; k++)
+            if (b->idle[k] == e->rates[i].coordinate && b->qd[b->idle[k]] != 0)
+                kmp_json_number(j, e->system->model->motions[b->idle[k]].name, b->qd[b->idle[k]]);
+    kmp_json_end(j);
+    kmp_json_object(j, "loads");
+    for (int i = 0; i < e->rate_count; i++)
+        if (e->rates[i].how == KMP_RATE_HELD)
+            kmp_json_number(j, e->system->model->motions[e->rates[i].coordinate].name, e->rates[i].load);
+    kmp_json_end(j);
     kmp_json_object(j, "free");
     for (int i = 0; i < e->freed_count; i++)
         kmp_json_number(j, e->freed_name[i], b->freed[i]);
@@ -329,8 +298,15 @@ static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_bala
     kmp_json_whole(j, "hits", b->hits);
     if (kmp_model_friction_count(model) > 0)
         json_friction(j, e, b);
-    if (b->contact_count > 0)
-        json_contacts(j, b);
+    if (b->contact_count > 0) {
+        kmp_json_array(j, "contacts");
+        for (int i = 0; i < b->contact_count; i++) {
+            const kmp_balance_contact *c = &b->contact[i];
+            kmp_json_put(j, "{ name %s gap %g force %g word %s }", c->element->name, c->gap, c->force,
+                         kmp_contact_text(c->word));
+        }
+        kmp_json_end(j);
+    }
 }
 
 static void json_equilibrium(kmp_text *text, const void *result)

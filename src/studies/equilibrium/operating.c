@@ -188,22 +188,6 @@ static int find_no_number(const kmp_linear *l)
     return -1;
 }
 
-/* Names friction that sticks, once. */
-static void tell_stuck(kmp_operating *o, const kmp_friction_state *friction)
-{
-    kmp_text names = {0};
-    for (int i = 0; i < friction->count && !o->told; i++)
-        if (!friction->view[i].contact && friction->view[i].word != KMP_FRICTION_WORD_SLIPS)
-            kmp_text_printf(&names, "%s'%s'", names.s ? ", " : "", friction->view[i].element->name);
-    if (names.s)
-        kmp_log(
-            o->system->context, KEMPE_LOG_WARNING,
-            "friction %s sticks at the state: small motions leave its place where it is; without a level it is free",
-            names.s);
-    o->told = true;
-    kmp_text_free(&names);
-}
-
 /* Names contacts that press, once. A contact that may open or press is an error. */
 static kempe_status tell_contacts(const kmp_operating *o, const kmp_friction_state *friction)
 {
@@ -265,8 +249,20 @@ static kempe_status take_friction(kmp_operating *o, kmp_linear *l)
         status = check_rolling(o, friction);
     if (status == KEMPE_OK)
         status = tell_contacts(o, friction);
-    if (status == KEMPE_OK)
-        tell_stuck(o, friction);
+    if (status == KEMPE_OK) {
+        /* Names friction that sticks, once. */
+        kmp_text names = {0};
+        for (int i = 0; i < friction->count && !o->told; i++)
+            if (!friction->view[i].contact && friction->view[i].word != KMP_FRICTION_WORD_SLIPS)
+                kmp_text_printf(&names, "%s'%s'", names.s ? ", " : "", friction->view[i].element->name);
+        if (names.s)
+            kmp_log(o->system->context, KEMPE_LOG_WARNING,
+                    "friction %s sticks at the state: small motions leave its place where it is; without a level it is "
+                    "free",
+                    names.s);
+        o->told = true;
+        kmp_text_free(&names);
+    }
     kmp_friction_state_free(friction);
     return status;
 }

@@ -92,20 +92,6 @@ static kempe_status judge_samples(const kmp_linear *l, kmp_stability *out)
     return status == KEMPE_E_FAILED ? KEMPE_OK : status;
 }
 
-/* A model with delays has roots without end, of which few are on the right: these are counted. */
-static kempe_status judge_delays(const kmp_linear *l, kmp_stability *out)
-{
-    int zeros;
-    if (kmp_model_has_samples(l->system->model) || kmp_samples_in(l->system->model))
-        return KEMPE_OK;
-    kempe_status status = kmp_delayed_growing(l, &out->growing, &zeros);
-    if (status == KEMPE_OK)
-        out->word = out->growing > 0 ? KMP_UNSTABLE : zeros > 0 ? KMP_NEUTRAL : KMP_STABLE;
-    else
-        out->growing = 0;
-    return status == KEMPE_E_FAILED ? KEMPE_OK : status;
-}
-
 kempe_status kmp_stability_judge(const kmp_linear *linear, kmp_stability *stability)
 {
     kmp_spectrum s;
@@ -114,8 +100,18 @@ kempe_status kmp_stability_judge(const kmp_linear *linear, kmp_stability *stabil
         stability->word = KMP_STABLE;
         return KEMPE_OK;
     }
-    if (linear->system->model->delay_count > 0)
-        return judge_delays(linear, stability);
+    if (linear->system->model->delay_count > 0) {
+        /* A model with delays has roots without end, of which few are on the right: these are counted. */
+        int zeros;
+        if (kmp_model_has_samples(linear->system->model) || kmp_samples_in(linear->system->model))
+            return KEMPE_OK;
+        kempe_status status = kmp_delayed_growing(linear, &stability->growing, &zeros);
+        if (status == KEMPE_OK)
+            stability->word = stability->growing > 0 ? KMP_UNSTABLE : zeros > 0 ? KMP_NEUTRAL : KMP_STABLE;
+        else
+            stability->growing = 0;
+        return status == KEMPE_E_FAILED ? KEMPE_OK : status;
+    }
     if (kmp_samples_in(linear->system->model))
         return judge_samples(linear, stability);
     kempe_status status = kmp_linear_spectrum(linear, &s);

@@ -52,33 +52,6 @@ static double largest(const kempe_inverse *r, int loop, int at, double *t)
 
 /* -- text -------------------------------------------------------------------------------------------- */
 
-static void show_head(kmp_text *text, const kempe_inverse *r)
-{
-    kmp_print_title(text, r->system->model, kmp_checked_word(r->status, !r->unchecked));
-    kmp_text_put(text, "inverse dynamics ");
-    if (r->motion == KMP_INVERSE_TABLE)
-        kmp_text_printf(text, "along %s", r->source);
-    else
-        kmp_text_put(text, r->motion == KMP_INVERSE_DRIVES ? "along the drives" : "at the start");
-    if (r->rows > 1)
-        kmp_text_printf(text, ", t = %.9g .. %.9g s, %d rows", r->t[0], r->t[r->rows - 1], r->rows);
-    kmp_text_printf(text, "%s%s\n\n", *r->reason ? "\n" : "", r->reason);
-}
-
-static void show_kind(kmp_text *text, const kempe_inverse *r)
-{
-    kmp_text_printf(text, "%d actuator%s, %d degree%s of freedom", r->a, r->a == 1 ? "" : "s", r->freedoms,
-                    r->freedoms == 1 ? "" : "s");
-    if (r->rank < r->freedoms)
-        kmp_text_printf(text, ", %d of them actuated: the actuator forces are the least-squares solution\n", r->rank);
-    else if (r->a > r->freedoms)
-        kmp_text_printf(
-            text, ": redundant actuation; the actuator forces minimise the sum of %stau^2 (a force times %.6g m)\n",
-            r->weighted ? "weight*" : "", r->system->length);
-    else
-        kmp_text_put(text, ": the actuator forces are uniquely determined\n");
-}
-
 /* The next force of the model from `from` on that acts along an actuated coordinate; the number of forces: none. */
 static int next_force(const kempe_inverse *r, int from)
 {
@@ -90,50 +63,14 @@ static int next_force(const kempe_inverse *r, int from)
     return model->force_count;
 }
 
-/* Forces of the model at the actuators, which remain active. */
-static void show_model_forces(kmp_text *text, const kempe_inverse *r)
-{
-    const kempe_model *model = r->system->model;
-    int reported = 0;
-    for (int f = next_force(r, 0); f < model->force_count; f = next_force(r, f + 1))
-        if (reported++ < MOST_TOLD)
-            kmp_text_printf(text, "%s'%s' along %s",
-                            reported > 1
-                                ? ", "
-                                : "the actuator forces are in addition to the model's forces along these coordinates: ",
-                            model->forces[f].name, name_of(r, model->forces[f].motion));
-    if (reported > MOST_TOLD)
-        kmp_text_printf(text, " and %d more", reported - MOST_TOLD);
-    kmp_text_put(text, reported > 0 ? "\n" : "");
-}
-
-static int name_width(const kempe_inverse *r)
-{
-    int width = 4;
-    for (int k = 0; k < r->a; k++) {
-        int length = (int)strlen(name_of(r, r->actuator[k]));
-        width = length > width ? length : width;
-    }
-    for (int l = 0; l < r->loops + r->joints; l++) {
-        int length = (int)strlen(kmp_inverse_load_name(r, l));
-        width = length > width ? length : width;
-    }
-    return width;
-}
-
-static void show_one_row(kmp_text *text, const kempe_inverse *r, int width)
-{
-    kmp_text_printf(text, "  %-*s  unit  %22s  %22s\n", width, "", "effort", "power, W");
-    for (int k = 0; k < r->a; k++)
-        kmp_text_printf(text, "  %-*s  %-4s  %22.15g  %22.15g\n", width, name_of(r, r->actuator[k]),
-                        unit_of(r, r->actuator[k]), *kmp_inverse_part(r, 0, r->at.tau + k),
-                        *kmp_inverse_part(r, 0, r->at.power + k));
-}
-
 static void show_actuators(kmp_text *text, const kempe_inverse *r, int width)
 {
     if (r->rows == 1) {
-        show_one_row(text, r, width);
+        kmp_text_printf(text, "  %-*s  unit  %22s  %22s\n", width, "", "effort", "power, W");
+        for (int k = 0; k < r->a; k++)
+            kmp_text_printf(text, "  %-*s  %-4s  %22.15g  %22.15g\n", width, name_of(r, r->actuator[k]),
+                            unit_of(r, r->actuator[k]), *kmp_inverse_part(r, 0, r->at.tau + k),
+                            *kmp_inverse_part(r, 0, r->at.power + k));
         return;
     }
     kmp_text_printf(text, "  %-*s  unit  %13s  %9s  %13s  %13s  %9s  %13s\n", width, "", "largest", "at t", "rms",
@@ -163,29 +100,6 @@ static void show_loads(kmp_text *text, const kempe_inverse *r, int width)
     }
 }
 
-static void show_redundant(kmp_text *text, const kempe_inverse *r)
-{
-    int reported = 0;
-    if (!is_redundant(r))
-        return;
-    kmp_text_put(text, "closures  redundant: multipliers are those of the independent rows, zero in");
-    for (int k = 0; k < r->m; k++)
-        if (r->redundant[k] && reported++ < MOST_TOLD)
-            kmp_text_printf(text, " %s", r->system->row_names[k]);
-    if (reported > MOST_TOLD)
-        kmp_text_printf(text, " and %d more", reported - MOST_TOLD);
-    kmp_text_put(text, "\n");
-}
-
-static void show_singular(kmp_text *text, const kempe_inverse *r)
-{
-    if (r->singular > 0)
-        kmp_text_printf(text,
-                        "singular  %d row%s, the first at t = %.6g s: the loops have additional degrees of freedom "
-                        "there, the actuator forces are the least-squares solution\n",
-                        r->singular, r->singular == 1 ? "" : "s", r->singular_t);
-}
-
 static void show_verdict(kmp_text *text, const kempe_inverse *r)
 {
     kmp_text_printf(text, "\nresidual  %.2e of the terms of M qdd + C - J' lambda - S tau\n", r->residual);
@@ -193,11 +107,24 @@ static void show_verdict(kmp_text *text, const kempe_inverse *r)
                     r->hold, r->hold_t);
     if (r->rank < r->freedoms)
         kmp_text_printf(text, "unbalanced  %.2e of the required generalized forces\n", kmp_inverse_unmet(r));
-    show_redundant(text, r);
+    int reported = 0;
+    if (is_redundant(r)) {
+        kmp_text_put(text, "closures  redundant: multipliers are those of the independent rows, zero in");
+        for (int k = 0; k < r->m; k++)
+            if (r->redundant[k] && reported++ < MOST_TOLD)
+                kmp_text_printf(text, " %s", r->system->row_names[k]);
+        if (reported > MOST_TOLD)
+            kmp_text_printf(text, " and %d more", reported - MOST_TOLD);
+        kmp_text_put(text, "\n");
+    }
     if (*r->not_unique)
         kmp_text_printf(text, "loads     not unique, those of %s: %s\n", r->least_norm ? "least norm" : "one solution",
                         r->not_unique);
-    show_singular(text, r);
+    if (r->singular > 0)
+        kmp_text_printf(text,
+                        "singular  %d row%s, the first at t = %.6g s: the loops have additional degrees of freedom "
+                        "there, the actuator forces are the least-squares solution\n",
+                        r->singular, r->singular == 1 ? "" : "s", r->singular_t);
     if (r->off_coordinate >= 0)
         kmp_text_printf(text, "table     violates the closures by at most %.2e (%s, t = %.6g s)\n", r->off,
                         name_of(r, r->off_coordinate), r->off_t);
@@ -219,67 +146,55 @@ static void show_verdict(kmp_text *text, const kempe_inverse *r)
 static void show(kmp_text *text, const void *result)
 {
     const kempe_inverse *r = result;
-    int width = name_width(r);
-    show_head(text, r);
+    int width = 4;
+    for (int k = 0; k < r->a; k++) {
+        int length = (int)strlen(name_of(r, r->actuator[k]));
+        width = length > width ? length : width;
+    }
+    for (int l = 0; l < r->loops + r->joints; l++) {
+        int length = (int)strlen(kmp_inverse_load_name(r, l));
+        width = length > width ? length : width;
+    }
+    kmp_print_title(text, r->system->model, kmp_checked_word(r->status, !r->unchecked));
+    kmp_text_put(text, "inverse dynamics ");
+    if (r->motion == KMP_INVERSE_TABLE)
+        kmp_text_printf(text, "along %s", r->source);
+    else
+        kmp_text_put(text, r->motion == KMP_INVERSE_DRIVES ? "along the drives" : "at the start");
+    if (r->rows > 1)
+        kmp_text_printf(text, ", t = %.9g .. %.9g s, %d rows", r->t[0], r->t[r->rows - 1], r->rows);
+    kmp_text_printf(text, "%s%s\n\n", *r->reason ? "\n" : "", r->reason);
     if (r->rows == 0)
         return;
-    show_kind(text, r);
-    show_model_forces(text, r);
+    kmp_text_printf(text, "%d actuator%s, %d degree%s of freedom", r->a, r->a == 1 ? "" : "s", r->freedoms,
+                    r->freedoms == 1 ? "" : "s");
+    if (r->rank < r->freedoms)
+        kmp_text_printf(text, ", %d of them actuated: the actuator forces are the least-squares solution\n", r->rank);
+    else if (r->a > r->freedoms)
+        kmp_text_printf(
+            text, ": redundant actuation; the actuator forces minimise the sum of %stau^2 (a force times %.6g m)\n",
+            r->weighted ? "weight*" : "", r->system->length);
+    else
+        kmp_text_put(text, ": the actuator forces are uniquely determined\n");
+    /* Forces of the model at the actuators, which remain active. */
+    const kempe_model *model = r->system->model;
+    int reported = 0;
+    for (int f = next_force(r, 0); f < model->force_count; f = next_force(r, f + 1))
+        if (reported++ < MOST_TOLD)
+            kmp_text_printf(text, "%s'%s' along %s",
+                            reported > 1
+                                ? ", "
+                                : "the actuator forces are in addition to the model's forces along these coordinates: ",
+                            model->forces[f].name, name_of(r, model->forces[f].motion));
+    if (reported > MOST_TOLD)
+        kmp_text_printf(text, " and %d more", reported - MOST_TOLD);
+    kmp_text_put(text, reported > 0 ? "\n" : "");
     show_actuators(text, r, width);
     show_loads(text, r, width);
     show_verdict(text, r);
 }
 
 /* -- JSON -------------------------------------------------------------------------------------------- */
-
-static void json_motion(kmp_json *json, const kempe_inverse *r)
-{
-    static const char *const words[] = {"drives", "table", "start"};
-    kmp_json_put(json, "motion %s source %s rows %d", words[r->motion], r->source, r->rows);
-    if (r->off_coordinate >= 0)
-        kmp_json_put(json, "off { largest %g coordinate %s t %g }", r->off, name_of(r, r->off_coordinate), r->off_t);
-    if (r->motion == KMP_INVERSE_START)
-        kmp_print_names(json, "u", r->system, kmp_name_of_coordinate, r->start_u_count, r->start_u);
-}
-
-static void json_model_forces(kmp_json *json, const kempe_inverse *r)
-{
-    const kempe_model *model = r->system->model;
-    kmp_json_array(json, "model_forces");
-    for (int f = next_force(r, 0); f < model->force_count; f = next_force(r, f + 1))
-        kmp_json_string(json, NULL, model->forces[f].name);
-    kmp_json_end(json);
-}
-
-static void json_actuators(kmp_json *json, const kempe_inverse *r)
-{
-    kmp_json_object(json, "actuators");
-    for (int k = 0; k < r->a; k++) {
-        kmp_inverse_summary s = kmp_inverse_summarise(r, k);
-        kmp_json_put(json, "%s { unit %s weight %g largest %g largest_t %g", name_of(r, r->actuator[k]),
-                     unit_of(r, r->actuator[k]), r->weight[k], r->rows ? s.peak : NAN, r->rows ? s.peak_t : NAN);
-        kmp_json_put(json, "rms %g power %g power_t %g work %g }", r->rows ? s.rms : NAN, r->rows ? s.power : NAN,
-                     r->rows ? s.power_t : NAN, r->rows ? s.work : NAN);
-    }
-    kmp_json_end(json);
-}
-
-static void json_kind(kmp_json *json, const kempe_inverse *r)
-{
-    kmp_json_put(json, "dof %d rank %d efforts %s norm %s length %g transmission %g", r->freedoms, r->rank,
-                 r->rows ? kind_of(r) : NULL, "sum of weight*tau^2, a force times length", r->system->length,
-                 r->rows ? r->hold : NAN);
-    kmp_json_put(json, "transmission_t %g residual %g residual_t %g singular %d left { largest %g t %g efforts {",
-                 r->rows ? r->hold_t : NAN, r->rows ? r->residual : NAN, r->rows ? r->residual_t : NAN, r->singular,
-                 r->rows ? kmp_inverse_unmet(r) : NAN, r->rows ? r->unmet_t : NAN);
-    for (int k = 0; k < r->left_count; k++)
-        kmp_json_number(json, name_of(r, r->left_u[k]), r->left[k]);
-    kmp_json_put(json, "} } redundant [");
-    for (int k = 0; k < r->m; k++)
-        if (r->redundant[k])
-            kmp_json_string(json, NULL, r->system->row_names[k]);
-    kmp_json_end(json);
-}
 
 /* The values at a place of each row, `count` of them as an array each. */
 static void json_column(kmp_json *json, const char *key, const kempe_inverse *r, int at, int count)
@@ -310,8 +225,11 @@ static void json_vectors(kmp_json *json, const char *key, const kempe_inverse *r
     kmp_json_end(json);
 }
 
-static void json_multipliers(kmp_json *json, const kempe_inverse *r)
+static void json_rows(kmp_json *json, const kempe_inverse *r)
 {
+    kmp_json_numbers(json, "t", r->rows, r->t);
+    json_actuated(json, "tau", r, r->at.tau);
+    json_actuated(json, "power", r, r->at.power);
     const kempe_system *s = r->system;
     kmp_json_object(json, "lambda");
     for (int l = 0, at = r->at.lambda; l < r->loops; l++) {
@@ -322,14 +240,6 @@ static void json_multipliers(kmp_json *json, const kempe_inverse *r)
         at += count;
     }
     kmp_json_end(json);
-}
-
-static void json_rows(kmp_json *json, const kempe_inverse *r)
-{
-    kmp_json_numbers(json, "t", r->rows, r->t);
-    json_actuated(json, "tau", r, r->at.tau);
-    json_actuated(json, "power", r, r->at.power);
-    json_multipliers(json, r);
     json_vectors(json, "reaction", r, r->at.force);
     json_vectors(json, "moment", r, r->at.moment);
     kmp_json_put(json, "loads_not_unique %s load_share %s", r->not_unique, r->least_norm ? "least-norm" : NULL);
@@ -340,10 +250,39 @@ static void json(kmp_text *text, const void *result)
     const kempe_inverse *r = result;
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, r->system, kmp_checked_word(r->status, !r->unchecked), r->reason, r->build_s, r->warnings);
-    json_motion(&j, r);
-    json_kind(&j, r);
-    json_actuators(&j, r);
-    json_model_forces(&j, r);
+    static const char *const words[] = {"drives", "table", "start"};
+    kmp_json_put(&j, "motion %s source %s rows %d", words[r->motion], r->source, r->rows);
+    if (r->off_coordinate >= 0)
+        kmp_json_put(&j, "off { largest %g coordinate %s t %g }", r->off, name_of(r, r->off_coordinate), r->off_t);
+    if (r->motion == KMP_INVERSE_START)
+        kmp_print_names(&j, "u", r->system, kmp_name_of_coordinate, r->start_u_count, r->start_u);
+    kmp_json_put(&j, "dof %d rank %d efforts %s norm %s length %g transmission %g", r->freedoms, r->rank,
+                 r->rows ? kind_of(r) : NULL, "sum of weight*tau^2, a force times length", r->system->length,
+                 r->rows ? r->hold : NAN);
+    kmp_json_put(&j, "transmission_t %g residual %g residual_t %g singular %d left { largest %g t %g efforts {",
+                 r->rows ? r->hold_t : NAN, r->rows ? r->residual : NAN, r->rows ? r->residual_t : NAN, r->singular,
+                 r->rows ? kmp_inverse_unmet(r) : NAN, r->rows ? r->unmet_t : NAN);
+    for (int k = 0; k < r->left_count; k++)
+        kmp_json_number(&j, name_of(r, r->left_u[k]), r->left[k]);
+    kmp_json_put(&j, "} } redundant [");
+    for (int k = 0; k < r->m; k++)
+        if (r->redundant[k])
+            kmp_json_string(&j, NULL, r->system->row_names[k]);
+    kmp_json_end(&j);
+    kmp_json_object(&j, "actuators");
+    for (int k = 0; k < r->a; k++) {
+        kmp_inverse_summary s = kmp_inverse_summarise(r, k);
+        kmp_json_put(&j, "%s { unit %s weight %g largest %g largest_t %g", name_of(r, r->actuator[k]),
+                     unit_of(r, r->actuator[k]), r->weight[k], r->rows ? s.peak : NAN, r->rows ? s.peak_t : NAN);
+        kmp_json_put(&j, "rms %g power %g power_t %g work %g }", r->rows ? s.rms : NAN, r->rows ? s.power : NAN,
+                     r->rows ? s.power_t : NAN, r->rows ? s.work : NAN);
+    }
+    kmp_json_end(&j);
+    const kempe_model *model = r->system->model;
+    kmp_json_array(&j, "model_forces");
+    for (int f = next_force(r, 0); f < model->force_count; f = next_force(r, f + 1))
+        kmp_json_string(&j, NULL, model->forces[f].name);
+    kmp_json_end(&j);
     json_rows(&j, r);
     kmp_convergence_json(&j, &r->again, r->a > 0 ? name_of(r, r->actuator[r->again.index]) : NULL);
     kmp_json_put(&j, "cpu_s %g }", r->cpu_s);

@@ -47,22 +47,6 @@ static double largest(span r)
 
 /* -- text -------------------------------------------------------------------------------------------- */
 
-static void show_table(kmp_text *text, const kempe_kinematics *k)
-{
-    int n = k->system->n, width = kmp_print_width(k->system, KMP_QUANTITY_Q);
-    width = width > 10 ? width : 10;
-    kmp_text_printf(text, "\n%-*s  %-4s  %13s  %13s  %13s  %13s\n", width, "coordinate", "unit", "least", "greatest",
-                    "max |qd|", "max |qdd|");
-    for (int i = 0; i < kmp_model_coordinates(k->system->model); i++) {
-        span q = span_of(k, k->q, n, i);
-        kmp_text_printf(text, "%-*s  %-4s", width, k->system->model->motions[i].name, kmp_print_unit(k->system, i));
-        const double cells[] = {q.least, q.most, largest(span_of(k, k->qd, n, i)), largest(span_of(k, k->qdd, n, i))};
-        for (int c = 0; c < 4; c++)
-            kmp_text_printf(text, "  %13.6g", kmp_print_value(k->system, i, cells[c]));
-        kmp_text_put(text, "\n");
-    }
-}
-
 static void show_dead(kmp_text *text, const kempe_kinematics *k)
 {
     for (int d = 0; d < k->dead_count; d++) {
@@ -127,8 +111,21 @@ static void show_all(kmp_text *text, const void *result)
             kmp_text_printf(text, "  '%s' of the model is deactivated\n", k->system->model->closures[c].name);
     if (k->reason)
         kmp_text_printf(text, "  %s\n", k->reason);
-    if (k->count > 0)
-        show_table(text, k);
+    if (k->count > 0) {
+        int n = k->system->n, width = kmp_print_width(k->system, KMP_QUANTITY_Q);
+        width = width > 10 ? width : 10;
+        kmp_text_printf(text, "\n%-*s  %-4s  %13s  %13s  %13s  %13s\n", width, "coordinate", "unit", "least",
+                        "greatest", "max |qd|", "max |qdd|");
+        for (int i = 0; i < kmp_model_coordinates(k->system->model); i++) {
+            span q = span_of(k, k->q, n, i);
+            kmp_text_printf(text, "%-*s  %-4s", width, k->system->model->motions[i].name, kmp_print_unit(k->system, i));
+            const double cells[] = {q.least, q.most, largest(span_of(k, k->qd, n, i)),
+                                    largest(span_of(k, k->qdd, n, i))};
+            for (int c = 0; c < 4; c++)
+                kmp_text_printf(text, "  %13.6g", kmp_print_value(k->system, i, cells[c]));
+            kmp_text_put(text, "\n");
+        }
+    }
     show_dead(text, k);
     kmp_shown as = shown_as(k, &k->lead[k->first]);
     for (int c = 0; c < k->change_count; c++)

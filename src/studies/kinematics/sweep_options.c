@@ -223,20 +223,6 @@ static kempe_status too_few(const kempe_model *model, int p, int have, const cha
                     p - have == 1 ? "it" : "them");
 }
 
-static kempe_status contradiction(const kempe_model *model, int follows, int p, const char *names)
-{
-    const char *name = model->motions[follows].name;
-    if (p == 1)
-        return kmp_fail(model->context, KEMPE_E_FAILED,
-                        "'%s' cannot be swept from the assembled position: it is at a dead centre, or it cannot move; "
-                        "use another start ('start:'), or sweep %s",
-                        name, names);
-    return kmp_fail(model->context, KEMPE_E_FAILED,
-                    "'%s' is determined by the other swept or held coordinates, or is at a dead centre in the "
-                    "assembled position; sweep or hold %s instead",
-                    name, names);
-}
-
 kempe_status kmp_kinematics_check_leads(kempe_kinematics *k, kmp_sweep *sweep)
 {
     const kempe_model *model = k->system->model;
@@ -271,7 +257,18 @@ kempe_status kmp_kinematics_check_leads(kempe_kinematics *k, kmp_sweep *sweep)
                         "which would contradict the closures",
                         p, p == 1 ? "" : "s", have, have - p);
     }
-    if (follows >= 0)
-        return contradiction(model, follows, p, would);
+    if (follows >= 0) {
+        const char *name = model->motions[follows].name;
+        if (p == 1)
+            return kmp_fail(
+                model->context, KEMPE_E_FAILED,
+                "'%s' cannot be swept from the assembled position: it is at a dead centre, or it cannot move; "
+                "use another start ('start:'), or sweep %s",
+                name, would);
+        return kmp_fail(model->context, KEMPE_E_FAILED,
+                        "'%s' is determined by the other swept or held coordinates, or is at a dead centre in the "
+                        "assembled position; sweep or hold %s instead",
+                        name, would);
+    }
     return have < p ? too_few(model, p, have, would) : KEMPE_OK;
 }

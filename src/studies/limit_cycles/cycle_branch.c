@@ -246,24 +246,6 @@ static bool is_fold(const follower *f, const kmp_cycle *a, const kmp_cycle *fold
     return fold && fabs(a->value - fold->value) > least && fabs(b->value - fold->value) > least;
 }
 
-/* All that lies between a and the next cycle b, and b itself, unless the range ends before it. */
-static kempe_status add_step(follower *f, const kmp_cycle *a, kmp_cycle *b, double whole)
-{
-    kmp_cycle *special = NULL;
-    bool folds = climb(f->s, a) * climb(f->s, b) < 0;
-    if (folds)
-        KMP_TRY(find_fold(f, a, b, whole, &special));
-    else if (changes(a, b))
-        KMP_TRY(find_change(f, a, whole, &special));
-    special = folds && !is_fold(f, a, special, b) ? NULL : special;
-    KMP_TRY(add_values(f, a, special && folds ? special : b));
-    if (special)
-        KMP_TRY(kmp_branch_add(f->s, f->branch, special));
-    if (special && folds)
-        KMP_TRY(add_values(f, special, b));
-    return is_outside(f, b->value) ? KEMPE_OK : kmp_branch_add(f->s, f->branch, b);
-}
-
 /* -- the branch ------------------------------------------------------------------------------------------ */
 
 /* True where the branch ends at b, after a. */
@@ -309,7 +291,20 @@ static kempe_status follow(follower *f, kmp_cycle *first)
         double whole = f->step;
         bool easy = f->s->iterations <= FEW_CORRECTIONS && angle_to(f, next) < KMP_CYCLE_ANGLE / 2;
         f->step = fmin(easy ? 1.5 * f->step : f->step, KMP_CYCLE_LONGEST);
-        KMP_TRY(add_step(f, at, next, whole));
+        /* All that lies between a and the next cycle b, and b itself, unless the range ends before it. */
+        kmp_cycle *special = NULL;
+        bool folds = climb(f->s, at) * climb(f->s, next) < 0;
+        if (folds)
+            KMP_TRY(find_fold(f, at, next, whole, &special));
+        else if (changes(at, next))
+            KMP_TRY(find_change(f, at, whole, &special));
+        special = folds && !is_fold(f, at, special, next) ? NULL : special;
+        KMP_TRY(add_values(f, at, special && folds ? special : next));
+        if (special)
+            KMP_TRY(kmp_branch_add(f->s, f->branch, special));
+        if (special && folds)
+            KMP_TRY(add_values(f, special, next));
+        KMP_TRY(is_outside(f, next->value) ? KEMPE_OK : kmp_branch_add(f->s, f->branch, next));
         kmp_progress(context_of(f), KMP_PROGRESS_STUDY, f->branch->count, f->options->most, "cycles");
         if (ends(f, at, next))
             return KEMPE_OK;

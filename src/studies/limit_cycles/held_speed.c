@@ -24,17 +24,6 @@ static const kmp_track *find_curved(const kempe_model *model)
     return NULL;
 }
 
-static kempe_status check_tracks(const kempe_limit_cycles *c)
-{
-    const kmp_track *curved = c->held > 0 ? find_curved(c->system->model) : NULL;
-    if (!curved)
-        return KEMPE_OK;
-    return kmp_fail(c->system->context, KEMPE_E_FAILED,
-                    "track '%s' is curved, inclined or irregular, so that motions along it are not periodic; take a "
-                    "straight one, or find the motions that simulations reach (--settle T)",
-                    curved->name);
-}
-
 /* The copy of the model: with drives, and unless `as_given` a start at which all independent coordinates keep their
  * values. */
 static kempe_status make_copy(kempe_limit_cycles *c, bool as_given)
@@ -74,7 +63,13 @@ static kempe_status hold_speed(kempe_limit_cycles *c, bool as_given)
                             model->motions[motion].name, model->motions[motion].name);
         c->held_motion[c->held++] = motion;
     }
-    KMP_TRY(check_tracks(c));
+    const kmp_track *curved = c->held > 0 ? find_curved(c->system->model) : NULL;
+    if (curved)
+        KMP_TRY(
+            kmp_fail(c->system->context, KEMPE_E_FAILED,
+                     "track '%s' is curved, inclined or irregular, so that motions along it are not periodic; take a "
+                     "straight one, or find the motions that simulations reach (--settle T)",
+                     curved->name));
     return c->held > 0 || (c->system->m > 0 && !as_given) ? make_copy(c, as_given) : KEMPE_OK;
 }
 

@@ -378,17 +378,6 @@ static void json_locus(kmp_json *j, const kempe_modes *m)
     kmp_json_put(j, "] }");
 }
 
-/* All z in the order of the eigenvalues, which are ln(z)/T. */
-static void json_samples(kmp_json *j, const kempe_modes *m)
-{
-    if (!m->modes.z_re)
-        return;
-    kmp_json_put(j, "sample_time %g z [", m->modes.period);
-    for (int c = 0; c < m->modes.spectrum.count; c++)
-        json_pair(j, NULL, m->modes.z_re[c], m->modes.z_im[c]);
-    kmp_json_put(j, "]");
-}
-
 static void json_all(kmp_text *text, const void *result)
 {
     const kempe_modes *m = result;
@@ -413,7 +402,13 @@ static void json_all(kmp_text *text, const void *result)
     for (int c = 0; c < s->count; c++)
         json_pair(&j, NULL, s->re[c], s->im[c]);
     kmp_json_put(&j, "]");
-    json_samples(&j, m);
+    /* All z in the order of the eigenvalues, which are ln(z)/T. */
+    if (m->modes.z_re) {
+        kmp_json_put(&j, "sample_time %g z [", m->modes.period);
+        for (int c = 0; c < m->modes.spectrum.count; c++)
+            json_pair(&j, NULL, m->modes.z_re[c], m->modes.z_im[c]);
+        kmp_json_put(&j, "]");
+    }
     kmp_print_held_json(&j, m->system, m->qd);
     if (m->modes.endless)
         kmp_json_put(&j, "endless { shown %d bound %g }", m->modes.shown, m->modes.bound);

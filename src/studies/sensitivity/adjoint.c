@@ -535,9 +535,14 @@ static bool make_room(adjoint *a)
         KMP_ROOM(double, samples_of(a), &a->wnext), KMP_ROOM(double, a->v->system->events.count, &a->unit));
 }
 
-/* The weights at the end, in y, and their sizes, for the tolerances. */
-static kempe_status set_end(adjoint *a, double rate_scale)
+static kempe_status run_back(adjoint *a, kmp_adjoint_report *report)
 {
+    kempe_context *context = a->v->system->context;
+    double rate_scale = report->forward.run.rate_scale;
+    if (a->steps == 0)
+        return fail(a, a->options->spec->t_end);
+    KMP_TRY(kmp_made(context, make_room(a)));
+    /* The weights at the end, in y, and their sizes, for the tolerances. */
     kmp_varied *v = a->v;
     int p = a->p;
     double size = 0;
@@ -562,17 +567,6 @@ static kempe_status set_end(adjoint *a, double rate_scale)
     }
     for (int k = 0; k < a->count; k++)
         a->atol[2 * p + k] = a->options->spec->atol * size / a->sizes[k];
-    return KEMPE_OK;
-}
-
-static kempe_status run_back(adjoint *a, kmp_adjoint_report *report)
-{
-    kempe_context *context = a->v->system->context;
-    double rate_scale = report->forward.run.rate_scale;
-    if (a->steps == 0)
-        return fail(a, a->options->spec->t_end);
-    KMP_TRY(kmp_made(context, make_room(a)));
-    KMP_TRY(set_end(a, rate_scale));
     report->value = a->integral ? report->forward.integral : a->value;
     a->kind = kmp_solver_find(a->options->spec->integrator);
     a->solver = a->kind->create(a->kind, &(kmp_solver_setup){.context = context,

@@ -195,24 +195,6 @@ static void differentiate(kempe_gradient *g, int k)
     }
 }
 
-/* Evaluates at the last state, whose dq are known. */
-static kempe_status evaluate(kempe_gradient *g)
-{
-    for (int k = g->driven; k < g->driven + g->states; k++)
-        g->rates[k] = g->system->model->start.qd[g->linear.part.u[k]].value;
-    if (g->deep && kmp_linear_at(&g->linear, 0, g->q, g->rates, g->accelerations) != KEMPE_OK)
-        return kmp_fail(g->context, KEMPE_E_FAILED, "the closures are singular at the requested coordinates");
-    kmp_instant at = instant(g);
-    if (g->deep)
-        kmp_slopes_at(g->slopes, &at);
-    const double *shown = kmp_slopes_values(&g->slopes->outputs, &at);
-    if (g->shown)
-        memcpy(g->out, shown, (size_t)g->shown * sizeof *shown);
-    for (int k = 0; k < g->driven + g->count; k++)
-        differentiate(g, k);
-    return KEMPE_OK;
-}
-
 kempe_status kempe_gradient_set(kempe_gradient *gradient, const double *values)
 {
     KMP_WANTED(NULL, gradient, "gradient");
@@ -249,8 +231,22 @@ kempe_status kempe_gradient_at(kempe_gradient *gradient, const double *driven, c
     double *q = g->to + g->driven + g->count;
     memcpy(q, g->q, (size_t)g->n * sizeof *q);
     double done = lead(g);
-    if (done == 1)
-        return evaluate(g);
+    if (done == 1) {
+        /* Evaluates at the last state, whose dq are known. */
+        for (int k = g->driven; k < g->driven + g->states; k++)
+            g->rates[k] = g->system->model->start.qd[g->linear.part.u[k]].value;
+        if (g->deep && kmp_linear_at(&g->linear, 0, g->q, g->rates, g->accelerations) != KEMPE_OK)
+            return kmp_fail(g->context, KEMPE_E_FAILED, "the closures are singular at the requested coordinates");
+        kmp_instant at = instant(g);
+        if (g->deep)
+            kmp_slopes_at(g->slopes, &at);
+        const double *shown = kmp_slopes_values(&g->slopes->outputs, &at);
+        if (g->shown)
+            memcpy(g->out, shown, (size_t)g->shown * sizeof *shown);
+        for (int k = 0; k < g->driven + g->count; k++)
+            differentiate(g, k);
+        return KEMPE_OK;
+    }
     kmp_text sentence = {0};
     kmp_text_printf(&sentence,
                     "the loops can be closed for only %.4g %% of the change to the requested coordinates:", 100 * done);
@@ -300,27 +296,23 @@ static bool name_values(kempe_gradient *g)
     return !g->arena.failed;
 }
 
-static kempe_status report_freedoms(const kempe_gradient *g)
-{
-    const kmp_partition *part = &g->linear.part;
-    const int freedoms = part->p - g->states;
-    kmp_text sentence = {0};
-    kmp_text_printf(&sentence, "the mechanism has %d degree%s of freedom, and %d coordinate%s driven: %s", freedoms,
-                    freedoms == 1 ? "" : "s", g->driven, g->driven == 1 ? " is" : "s are", freedoms ? "" : "none");
-    for (int k = 0; k < freedoms; k++)
-        kmp_text_printf(&sentence, "%s'%s'", k ? ", " : "", g->system->model->motions[part->u[k]].name);
-    kmp_text_put(&sentence, " would do");
-    return kmp_fail_text(g->context, KEMPE_E_FAILED, &sentence);
-}
-
 /* Takes the model as read: assembled, with the driven coordinates as u. */
 static kempe_status stand_at(kempe_gradient *g, const int *driven, const kmp_operating *start)
 {
     if (start->chart)
         kmp_eval_set_charts(g->linear.eval, start->chart);
     KMP_TRY(kmp_linear_choose(&g->linear, 0, start->inner_q, driven, g->driven));
-    if (g->linear.p != g->driven + g->states)
-        return report_freedoms(g);
+    if (g->linear.p != g->driven + g->states) {
+        const kmp_partition *part = &g->linear.part;
+        const int freedoms = part->p - g->states;
+        kmp_text sentence = {0};
+        kmp_text_printf(&sentence, "the mechanism has %d degree%s of freedom, and %d coordinate%s driven: %s", freedoms,
+                        freedoms == 1 ? "" : "s", g->driven, g->driven == 1 ? " is" : "s are", freedoms ? "" : "none");
+        for (int k = 0; k < freedoms; k++)
+            kmp_text_printf(&sentence, "%s'%s'", k ? ", " : "", g->system->model->motions[part->u[k]].name);
+        kmp_text_put(&sentence, " would do");
+        return kmp_fail_text(g->context, KEMPE_E_FAILED, &sentence);
+    }
     KMP_TRY(kmp_made(g->context, make_room(g) && name_values(g)));
     memcpy(g->q, start->inner_q, (size_t)g->n * sizeof *g->q);
     for (int k = 0; k < g->driven; k++) {

@@ -57,19 +57,6 @@ static void put_block(const kempe_sensitivity *s, kmp_text *text, int first, int
     }
 }
 
-static void put_run(const kempe_sensitivity *s, kmp_text *text)
-{
-    if (!(s->t_end > 0))
-        return;
-    kmp_text_printf(text, "run       %s, %s to t = %g s, rtol %g, atol %g\n", s->method, s->integrator, s->t_end,
-                    s->rtol, s->atol);
-    kmp_convergence_show(text, s->context, &s->again, "a number", s->again_name, NULL);
-    kmp_text_printf(text, "work      steps %ld, rejected %ld, failed %ld, right-hand sides %ld, exchanges %ld\n",
-                    s->work.steps, s->work.rejected, s->work.refused, s->work.rhs, s->work.exchanges);
-    if (s->backwards > 0)
-        kmp_text_printf(text, "adjoint   steps %.0f, %.3g MB of the motion stored\n", s->backwards, s->kept * 1e-6);
-}
-
 static void put_text(kmp_text *text, const void *result)
 {
     const kempe_sensitivity *s = result;
@@ -78,7 +65,15 @@ static void put_text(kmp_text *text, const void *result)
     kmp_text_printf(text, "%s with respect to %d parameter%s\n\n", s->kind->name, s->count, s->count == 1 ? "" : "s");
     if (s->reason[0])
         kmp_text_printf(text, "reason    %s\n", s->reason);
-    put_run(s, text);
+    if (s->t_end > 0) {
+        kmp_text_printf(text, "run       %s, %s to t = %g s, rtol %g, atol %g\n", s->method, s->integrator, s->t_end,
+                        s->rtol, s->atol);
+        kmp_convergence_show(text, s->context, &s->again, "a number", s->again_name, NULL);
+        kmp_text_printf(text, "work      steps %ld, rejected %ld, failed %ld, right-hand sides %ld, exchanges %ld\n",
+                        s->work.steps, s->work.rejected, s->work.refused, s->work.rhs, s->work.exchanges);
+        if (s->backwards > 0)
+            kmp_text_printf(text, "adjoint   steps %.0f, %.3g MB of the motion stored\n", s->backwards, s->kept * 1e-6);
+    }
     kmp_text_printf(text, "cpu       %.3f s, and %.3f s to derive the equations\n", s->cpu_s, s->build_s);
     if (s->rows > 0 && s->kind->row)
         kmp_text_printf(text, "rows      %d, the last one at %s = %.9g:\n", s->rows, s->kind->row, s->at[s->rows - 1]);
@@ -139,29 +134,25 @@ KMP_PRINT(kempe_sensitivity, sensitivity, sensitivity->context, put_json, put_te
 
 /* -- tables ------------------------------------------------------------------------------------------ */
 
-/* A column and its derivatives: [NAME] is the SI unit of a parameter. */
-static void add_columns(kempe_table *table, const kempe_sensitivity *s, int c)
-{
-    kmp_text unit = {0};
-    kmp_text_put(&unit, "");
-    put_unit(&unit, s, c);
-    kmp_tabulate_column(table, unit.s ? unit.s : "", "%s", s->column[c]);
-    for (int k = 0; k < s->count; k++) {
-        kmp_text by = {0};
-        kmp_text_printf(&by, "%s/[%s]", unit.s && *unit.s ? unit.s : "1", s->name[k]);
-        kmp_tabulate_column(table, by.s ? by.s : "", "%s/%s", s->column[c], s->name[k]);
-        kmp_text_free(&by);
-    }
-    kmp_text_free(&unit);
-}
-
 static void fill_rows(kempe_table *table, const void *result)
 {
     const kempe_sensitivity *s = result;
     bool times = s->kind->row && strcmp(s->kind->row, "t") == 0;
     kmp_tabulate_column(table, times ? "s" : "", "%s", s->kind->row ? s->kind->row : "row");
-    for (int c = 0; c < s->columns; c++)
-        add_columns(table, s, c);
+    for (int c = 0; c < s->columns; c++) {
+        /* A column and its derivatives: [NAME] is the SI unit of a parameter. */
+        kmp_text unit = {0};
+        kmp_text_put(&unit, "");
+        put_unit(&unit, s, c);
+        kmp_tabulate_column(table, unit.s ? unit.s : "", "%s", s->column[c]);
+        for (int k = 0; k < s->count; k++) {
+            kmp_text by = {0};
+            kmp_text_printf(&by, "%s/[%s]", unit.s && *unit.s ? unit.s : "1", s->name[k]);
+            kmp_tabulate_column(table, by.s ? by.s : "", "%s/%s", s->column[c], s->name[k]);
+            kmp_text_free(&by);
+        }
+        kmp_text_free(&unit);
+    }
     for (int row = 0; row < s->rows; row++) {
         kmp_tabulate_row(table);
         kmp_tabulate_number(table, s->at[row]);

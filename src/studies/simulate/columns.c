@@ -97,30 +97,26 @@ static int most_columns(const kempe_system *system, const kempe_model *model)
     return most;
 }
 
-static void put_all(kmp_columns *columns, const kempe_system *system, const kempe_model *model, const unsigned *parts)
-{
-    kmp_text time = {0};
-    int shown = 0;
-    kmp_text_put(&time, "t");
-    add(columns, &time, "s", (kmp_column){KMP_QUANTITIES, -1, -1, 0});
-    for (int o = 0; o < model->output_count; o++) {
-        int width = kmp_output_width(model, &model->outputs[o]);
-        if (!is_repeated(model, o) && width > 0)
-            add_computed(columns, model, parts, o, shown);
-        else if (!is_repeated(model, o))
-            add_from_table(columns, system, model, o);
-        shown += width;
-    }
-}
-
 bool kmp_columns_init(kmp_columns *columns, const kempe_system *system, const kempe_model *model, const unsigned *parts)
 {
     int most = most_columns(system, model);
     *columns = (kmp_columns){0};
     KMP_ARENA_MAKE(&columns->arena, KMP_ROOM(char *, most, &columns->name),
                    KMP_ROOM(const char *, most, &columns->unit), KMP_ROOM(kmp_column, most, &columns->of));
-    if (!columns->arena.failed)
-        put_all(columns, system, model, parts);
+    if (!columns->arena.failed) {
+        kmp_text time = {0};
+        int shown = 0;
+        kmp_text_put(&time, "t");
+        add(columns, &time, "s", (kmp_column){KMP_QUANTITIES, -1, -1, 0});
+        for (int o = 0; o < model->output_count; o++) {
+            int width = kmp_output_width(model, &model->outputs[o]);
+            if (!is_repeated(model, o) && width > 0)
+                add_computed(columns, model, parts, o, shown);
+            else if (!is_repeated(model, o))
+                add_from_table(columns, system, model, o);
+            shown += width;
+        }
+    }
     bool ok = !columns->arena.failed;
     if (!ok)
         kmp_columns_free(columns);

@@ -304,27 +304,6 @@ static kempe_status sample_step(judging *j, double to, double finer)
     return KEMPE_OK;
 }
 
-/* An odd number of samples, so that every other one ends where all do. */
-static kempe_status take_samples(judging *j, bool rough)
-{
-    const int steps = kmp_recording_steps(j->recording);
-    double finer = rough ? 1 << ROUGH_HALVINGS : 1;
-    j->halvings = rough ? HALVINGS - ROUGH_HALVINGS : HALVINGS;
-    j->pairs = !rough;
-    KMP_TRY(kmp_made(j->model->context,
-                     KMP_ARENA_MAKE(&j->room, KMP_ROOM(double, sample_size(j), &j->last, &j->waiting, &j->next),
-                                    KMP_ROOM(double, (HALVINGS + 1) * sample_size(j), &j->scratch))));
-    KMP_TRY(take_sample(j, j->from, NULL, j->last));
-    KMP_TRY(keep(j, j->last));
-    finer = fmin(finer, MOST_SAMPLES / (4 * parts_of(j, j->until - j->from, j->last)));
-    for (int k = 0; k < steps; k++) {
-        double to = kmp_recording_step_end(j->recording, k);
-        if (k + 1 == steps || to - last_sample(j)[0] > SHORT * SAMPLE_TIME)
-            KMP_TRY(sample_step(j, to, finer));
-    }
-    return j->waits ? refine_interval(j, j->last, j->waiting) : KEMPE_OK;
-}
-
 /* By wheels, with the way, which is the integral of the speed. */
 static void sort_samples(judging *j, double *time)
 {
@@ -548,7 +527,24 @@ static kempe_status judge(judging *j, kmp_arena *arena)
     KMP_TRY(observe(j));
     j->row = KMP_ARENA_NEW(&j->room, double, 3 * j->observed.system->n + j->observed.system->m);
     KMP_TRY(kmp_made(j->model->context, j->row));
-    KMP_TRY(take_samples(j, kmp_has_irregularities(j->model)));
+    /* An odd number of samples, so that every other one ends where all do. */
+    bool rough = kmp_has_irregularities(j->model);
+    const int steps = kmp_recording_steps(j->recording);
+    double finer = rough ? 1 << ROUGH_HALVINGS : 1;
+    j->halvings = rough ? HALVINGS - ROUGH_HALVINGS : HALVINGS;
+    j->pairs = !rough;
+    KMP_TRY(kmp_made(j->model->context,
+                     KMP_ARENA_MAKE(&j->room, KMP_ROOM(double, sample_size(j), &j->last, &j->waiting, &j->next),
+                                    KMP_ROOM(double, (HALVINGS + 1) * sample_size(j), &j->scratch))));
+    KMP_TRY(take_sample(j, j->from, NULL, j->last));
+    KMP_TRY(keep(j, j->last));
+    finer = fmin(finer, MOST_SAMPLES / (4 * parts_of(j, j->until - j->from, j->last)));
+    for (int k = 0; k < steps; k++) {
+        double to = kmp_recording_step_end(j->recording, k);
+        if (k + 1 == steps || to - last_sample(j)[0] > SHORT * SAMPLE_TIME)
+            KMP_TRY(sample_step(j, to, finer));
+    }
+    KMP_TRY(j->waits ? refine_interval(j, j->last, j->waiting) : KEMPE_OK);
     s->samples = j->count;
     bool made =
         KMP_ARENA_MAKE(&j->room, KMP_ROOM(double, wheels * s->samples, &j->way, &j->of, &j->smooth, &j->smooth_across),

@@ -101,18 +101,6 @@ void kempe_stepper_state_free(kempe_stepper_state *state)
     kmp_free(state);
 }
 
-/* Passes an event here, so that the run from the state begins behind it. */
-static kempe_status pass_event(kempe_stepper *s, kempe_stepper_state *state)
-{
-    bool passed;
-    KMP_TRY(kmp_runner_pass(s->runner, state->t, &passed));
-    if (!passed)
-        return KEMPE_OK;
-    KMP_TRY(kmp_runner_row(s->runner, state->t, s->next, &state->work));
-    memcpy(state->row, s->next, 2 * (size_t)s->system->n * sizeof *state->row);
-    return KEMPE_OK;
-}
-
 /* Records the current row. Samples and given inputs that are still to come here are still to come from the state. */
 static kempe_status record(kempe_stepper *s, kempe_stepper_state *state, bool passes)
 {
@@ -123,8 +111,15 @@ static kempe_status record(kempe_stepper *s, kempe_stepper_state *state, bool pa
     state->work = s->work;
     memcpy(state->row, s->row, size);
     memcpy(state->shown, s->row, size);
-    if (passes)
-        KMP_TRY(pass_event(s, state));
+    if (passes) {
+        /* Passes an event here, so that the run from the state begins behind it. */
+        bool passed;
+        KMP_TRY(kmp_runner_pass(s->runner, state->t, &passed));
+        if (passed) {
+            KMP_TRY(kmp_runner_row(s->runner, state->t, s->next, &state->work));
+            memcpy(state->row, s->next, 2 * (size_t)s->system->n * sizeof *state->row);
+        }
+    }
     state->step = kmp_runner_step_size(s->runner);
     state->rate_scale = kmp_runner_rate_scale(s->runner);
     state->stand_in = kmp_runner_stand_in(s->runner);

@@ -72,17 +72,6 @@ static void show_multipliers(kmp_text *text, const kempe_trajectory *t)
     kmp_text_put(text, "\n");
 }
 
-static void show_error(kmp_text *text, const kempe_trajectory *t)
-{
-    if (!t->source)
-        return;
-    kmp_text_put(text, "error     ");
-    for (int k = 0; k < KMP_QUANTITIES; k++)
-        if (isfinite(t->verdict.error[k]))
-            kmp_text_printf(text, "%s %.2e  ", kmp_quantity_prefix((kmp_quantity)k), t->verdict.error[k]);
-    kmp_text_printf(text, "against %s\n", t->source);
-}
-
 static const char *again_name(const kempe_trajectory *t)
 {
     return t->system->n > 0 ? t->system->model->motions[t->again.index].name : NULL;
@@ -119,7 +108,13 @@ static void show_verdict(kmp_text *text, const kempe_trajectory *t)
     kmp_text_put(text, "energy    drift ");
     kmp_print_cell(text, 0, 2, t->verdict.drift_rel);
     kmp_text_put(text, " (relative)\n");
-    show_error(text, t);
+    if (t->source) {
+        kmp_text_put(text, "error     ");
+        for (int k = 0; k < KMP_QUANTITIES; k++)
+            if (isfinite(t->verdict.error[k]))
+                kmp_text_printf(text, "%s %.2e  ", kmp_quantity_prefix((kmp_quantity)k), t->verdict.error[k]);
+        kmp_text_printf(text, "against %s\n", t->source);
+    }
     show_choice(text, t);
     const kempe_model *model = t->system->model;
     kmp_text names = {0};
@@ -196,17 +191,6 @@ static void show_mode(kmp_text *text, const kempe_trajectory *t)
     kmp_text_put(text, "\n");
 }
 
-static void show_log(kmp_text *text, const kempe_trajectory *t)
-{
-    const kmp_run_log *log = &t->log;
-    int shown = log->kept < MOST_SHOWN ? log->kept : MOST_SHOWN;
-    for (int k = 0; k < shown; k++)
-        kmp_text_printf(text, "%s t = %-12.9g %s\n", k ? "         " : "log      ", log->entries[k].t,
-                        log->entries[k].text);
-    if (log->count > shown)
-        kmp_text_printf(text, "           and %ld more (--json)\n", log->count - shown);
-}
-
 static void show(kmp_text *text, const void *result)
 {
     const kempe_trajectory *t = result;
@@ -250,7 +234,13 @@ static void show(kmp_text *text, const void *result)
     show_mode(text, t);
     show_contacts(text, t);
     kmp_running_safety_show(text, t->system->model, &t->safety);
-    show_log(text, t);
+    const kmp_run_log *log = &t->log;
+    int shown = log->kept < MOST_SHOWN ? log->kept : MOST_SHOWN;
+    for (int k = 0; k < shown; k++)
+        kmp_text_printf(text, "%s t = %-12.9g %s\n", k ? "         " : "log      ", log->entries[k].t,
+                        log->entries[k].text);
+    if (log->count > shown)
+        kmp_text_printf(text, "           and %ld more (--json)\n", log->count - shown);
 }
 
 /* -- JSON -------------------------------------------------------------------------------------------- */

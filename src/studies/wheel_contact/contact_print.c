@@ -250,21 +250,6 @@ static void put_patch(kmp_json *json, const kempe_contacts *t, const kempe_conta
     kmp_json_end(json);
 }
 
-static void put_row(kmp_json *json, const kempe_contacts *t, int row)
-{
-    kmp_json_put(json, "{ value %g", t->value[row]);
-    kmp_print_entries(json, "q", t->system, KMP_QUANTITY_Q, t->q + (ptrdiff_t)row * t->system->n);
-    kmp_print_entries(json, "qd", t->system, KMP_QUANTITY_QD, t->qd + (ptrdiff_t)row * t->system->n);
-    kmp_json_object(json, "wheels");
-    for (int w = 0; w < t->wheel_count; w++) {
-        kmp_json_array(json, wheel_name(t, w));
-        for (int z = 0; z < kempe_contacts_zone_count(t, w); z++)
-            put_patch(json, t, kempe_contacts_patch(t, row, w, z));
-        kmp_json_end(json);
-    }
-    kmp_json_put(json, "} }");
-}
-
 static void put_conicities(kmp_json *json, const kempe_contacts *t)
 {
     const kmp_conicities *c = &t->conicities;
@@ -289,8 +274,19 @@ static void show_json(kmp_text *text, const void *result)
     kmp_json_put(&json, "over %s unit %s law %s pressure %s residual %g iterations %d cpu_s %g rows [",
                  t->over.range[0].name, kmp_contact_unit(t, 0), kmp_contact_law_word(t), kmp_pressure_word(t->pressure),
                  t->residual, t->iterations, t->cpu_s);
-    for (int row = 0; row < t->count; row++)
-        put_row(&json, t, row);
+    for (int row = 0; row < t->count; row++) {
+        kmp_json_put(&json, "{ value %g", t->value[row]);
+        kmp_print_entries(&json, "q", t->system, KMP_QUANTITY_Q, t->q + (ptrdiff_t)row * t->system->n);
+        kmp_print_entries(&json, "qd", t->system, KMP_QUANTITY_QD, t->qd + (ptrdiff_t)row * t->system->n);
+        kmp_json_object(&json, "wheels");
+        for (int w = 0; w < t->wheel_count; w++) {
+            kmp_json_array(&json, wheel_name(t, w));
+            for (int z = 0; z < kempe_contacts_zone_count(t, w); z++)
+                put_patch(&json, t, kempe_contacts_patch(t, row, w, z));
+            kmp_json_end(&json);
+        }
+        kmp_json_put(&json, "} }");
+    }
     kmp_json_put(&json, "]");
     put_conicities(&json, t);
     kmp_json_put(&json, "}");

@@ -30,14 +30,6 @@ static bool has(const term *t, kmp_ref factor)
     return false;
 }
 
-static void drop(term *t, kmp_ref factor)
-{
-    int k = 0;
-    while (t->factor[k] != factor)
-        k++;
-    t->factor[k] = t->factor[--t->count];
-}
-
 static kmp_ref value_of(kmp_graph *g, const term *t)
 {
     if (!t->reduced)
@@ -131,7 +123,11 @@ static kmp_ref sum_of(kmp_graph *g, tally *y, term *terms, int count, kmp_ref f)
             if (!terms[i].taken && has(&terms[i], f)) {
                 terms[i].taken = true;
                 count_term(y, &terms[i], -1);
-                drop(&terms[i], f);
+                term *t = &terms[i];
+                int k = 0;
+                while (t->factor[k] != f)
+                    k++;
+                t->factor[k] = t->factor[--t->count];
                 terms[i].reduced = true;
                 inner = kmp_add(g, inner, value_of(g, &terms[i]));
             }

@@ -207,23 +207,6 @@ static kempe_status read_columns(kmp_sampling *s, const char *text)
     }
 }
 
-/* The number of samples of a full factorial grid. */
-static kempe_status count_grid(kmp_sampling *s)
-{
-    long count = 1;
-    for (int k = 0; k < s->columns; k++) {
-        const column *c = &s->column[k];
-        if (c->d.kind != KMP_UNIFORM || c->levels < 2)
-            return kmp_fail(s->model->context, KEMPE_E_ARGUMENT,
-                            "'%s': a grid needs a range with a number of values, NAME=A:B:N", c->name);
-        count *= c->levels;
-        if (count > INT_MAX)
-            return kmp_fail(s->model->context, KEMPE_E_ARGUMENT, "the grid has more than %d instances", INT_MAX);
-    }
-    s->count = (int)count;
-    return KEMPE_OK;
-}
-
 static int column_of(const kmp_sampling *s, const char *name, size_t length)
 {
     for (int k = 0; k < s->columns; k++)
@@ -294,8 +277,21 @@ static kempe_status make(kmp_sampling *s, const kempe_sample_options *options)
                             "correlations");
         KMP_TRY(correlate(s, options->correlations));
     }
-    if (s->design == KMP_DESIGN_GRID)
-        return count_grid(s);
+    if (s->design == KMP_DESIGN_GRID) {
+        /* The number of samples of a full factorial grid. */
+        long count = 1;
+        for (int k = 0; k < s->columns; k++) {
+            const column *c = &s->column[k];
+            if (c->d.kind != KMP_UNIFORM || c->levels < 2)
+                return kmp_fail(s->model->context, KEMPE_E_ARGUMENT,
+                                "'%s': a grid needs a range with a number of values, NAME=A:B:N", c->name);
+            count *= c->levels;
+            if (count > INT_MAX)
+                return kmp_fail(s->model->context, KEMPE_E_ARGUMENT, "the grid has more than %d instances", INT_MAX);
+        }
+        s->count = (int)count;
+        return KEMPE_OK;
+    }
     s->count = options->count ? options->count : 1000;
     if (s->design == KMP_DESIGN_SALTELLI) { /* whole groups */
         int group = kmp_saltelli_group(s->columns);
