@@ -8,6 +8,9 @@ A = ((1 / 5,), (3 / 40, 9 / 40), (44 / 45, -56 / 15, 32 / 9), (19372 / 6561, -25
      (9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656))
 B = (35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84)
 C = (0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1)
+E = (71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40)  # the difference from a formula of order 4
+FINE = 2e-8  # a step with a larger difference is halved
+SHORTEST = 2e-5  # s
 SAME = 1e-12  # s: times that are one
 JUST_BEFORE = 1e-11  # s
 GRAZES = 1e-5  # an event this near to its limit without passing it may be on either side
@@ -178,7 +181,13 @@ class Motion:
             parts = [(h * a, s) for a, s in zip(row, k)]
             k.append(self.slope(self.t + c * h - before, [y[i] + sum(a * s[i] for a, s in parts) for i in numbers]))
         parts = [(h * b, s) for b, s in zip(B, k) if b]
+        self.stages = k
         return [y[i] + sum(b * s[i] for b, s in parts) for i in numbers]
+
+    def lacks(self, y, h, after):
+        """The error of the last step by the formula of order 4, relative."""
+        parts = [(h * e, s) for e, s in zip(E, [*self.stages, after])]
+        return max(abs(sum(e * s[i] for e, s in parts)) / (1 + abs(y[i])) for i in range(len(y)))
 
     def run(self, end, times=()):
         """To the end; `rows` gets the state before the events of each of `times`."""
@@ -189,6 +198,8 @@ class Motion:
             h = min(self.step / (SHORTER if any(self.sides.get(kink, 1) > 0 for kink in self.m.stiff) else 1), end - self.t)
             if times:
                 h = min(h, times[0] - self.t)
+            for begin, last, step in self.m.spells:
+                h = min(h, step) if begin - SAME < self.t < last - SAME else h
             for (period, _), count in zip(self.m.samples, self.next):
                 h = min(h, count * period - self.t)
             while self.breaks and self.breaks[0] < self.t + SAME:
@@ -209,24 +220,27 @@ class Motion:
                         {name: value(self.t, self.x, self.v, self.z, a) for name, value in self.m.reactions.items()})
 
     def one(self, h, time=None):
-        y, found = self.x + self.v + self.z, []
+        y, n = self.x + self.v + self.z, self.m.n
         watched, first = self.watched(), self.slope(self.t, y)
-        new = self.advance(y, h, first)
-        for what, f, side in watched:
-            a, b = f(self.t, y), f(self.t + h, new)
-            if side == 0:
-                continue
-            if b < 0 and (a > 1e-11 or what[0] in ("stops", "slips", "strikes")):
-                found.append((self.locate(y, f, h, first), what))
-            elif 0 < b < GRAZES and what[0] != "kink" and f(self.t + h / 2, self.advance(y, h / 2)) < 0:
-                raise Border("a limit is grazed")
-        if found:
-            h = min(at for at, _ in found)
-            found = [what for at, what in found if at < h + SAME]
-            new = self.advance(y, h, first)
-        n = self.m.n
-        before, after = first[n:2 * n], self.slope(self.t + h - JUST_BEFORE, new)[n:2 * n]
-        self.trace.append((self.t, y[:n], y[n:2 * n], before, self.t + h, new[:n], new[n:2 * n], after))
+        while True:
+            found, new = [], self.advance(y, h, first)
+            for what, f, side in watched:
+                a, b = f(self.t, y), f(self.t + h, new)
+                if side == 0:
+                    continue
+                if b < 0 and (a > 1e-11 or what[0] in ("stops", "slips", "strikes")):
+                    found.append((self.locate(y, f, h, first), what))
+                elif 0 < b < GRAZES and what[0] != "kink" and f(self.t + h / 2, self.advance(y, h / 2)) < 0:
+                    raise Border("a limit is grazed")
+            if found:
+                h = min(at for at, _ in found)
+                found = [what for at, what in found if at < h + SAME]
+                new = self.advance(y, h, first)
+            after = self.slope(self.t + h - JUST_BEFORE, new)
+            if h <= SHORTEST or self.lacks(y, h, after) < FINE:
+                break
+            h /= 2
+        self.trace.append((self.t, y[:n], y[n:2 * n], first[n:2 * n], self.t + h, new[:n], new[n:2 * n], after[n:2 * n]))
         self.t += h
         self.x, self.v, self.z = new[:n], new[n:2 * n], new[2 * n:]
         if time is not None and abs(self.t - time) < SAME:
@@ -338,6 +352,7 @@ class Machine:
     def __init__(self, n, mass):
         self.n, self.mass, self.start, self.terms, self.state_rates, self.sides = n, mass, [], [], [], {}
         self.kinks, self.changes, self.samples, self.breaks, self.delays, self.impulses, self.held = [], {}, [], [], [], [], []
+        self.spells = []  # (from, to, longest step)
         self.stiff = []  # kinks above which motions are fast
         self.reactions, self.struck = {}, None  # functions of (t, x, v, z, accelerations); what else an impact does
 

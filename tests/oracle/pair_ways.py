@@ -59,7 +59,7 @@ class Reference:
             self.allowed[name] = np.maximum(self.allowed[name], ALLOWED * self.growth * np.maximum(1, np.abs(right)))
 
     def motion(self, pair, nudge=0.0):
-        motion = Motion(pair.machine, [x + nudge for x in pair.x], pair.v, min(STEP, pair.other.get("step", STEP)))
+        motion = Motion(pair.machine, [x + nudge for x in pair.x], pair.v, STEP)
         return motion.run(pair.end, {*self.rows, *self.awkward})
 
     @staticmethod
@@ -127,7 +127,7 @@ class Way:
     """One way to run a machine: comparisons as (what, values, right ones, allowed differences), or the sentence that refuses it."""
 
     NAMES = "run lanes outputs resumed quantities stepper unit unit-sources sensitivity equilibrium foreign simulator".split()
-    SHARES = dict(zip(NAMES, (1, 0.4, 0.6, 0.3, 0.5, 0.5, 0.12, 0.02, 0.25, 0.3, 0.15, 0.06)))  # of the machines
+    SHARES = dict(zip(NAMES, (1, 0.3, 0.4, 0.25, 0.35, 0.35, 0.06, 0.002, 0.12, 0.2, 0.1, 0.006)))  # of the machines
 
     def __init__(self, options, folder, pair, number, reference, seed=1):
         self.seed = seed

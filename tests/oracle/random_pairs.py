@@ -51,7 +51,7 @@ class Pair(Machines):
         self.shift = shift or {}  # changes of parameters of the machine alone
         self.r = np.random.default_rng([seed, number])
         self.number, self.features, self.forces, self.states, self.other = number, [], [], [], {}
-        self.end = round(float(self.r.uniform(0.6, 1.8)), 2)
+        self.end = round(float(self.r.uniform(0.5, 1.4)), 2)
         self.held, self.presses, self.measures, self.state_names, self.resting = None, {}, [], [], []
         self.points, self.rubbing, self.free_of_holds, self.contacts = "", None, True, []
         self.choose()
@@ -106,7 +106,8 @@ class Pair(Machines):
         at = self.between(0.2, 0.9) * self.end
         at = round(at, 4)
         self.features.append("pulse")
-        self.other["step"] = min(s / 8, self.other.get("step", 1.0))
+        self.machine.spells.append((at - 7 * s, at + 7 * s, s / 8))
+        self.machine.breaks += [at - 7 * s, at + 7 * s]
         self.add(f"{a}*exp(-((t - {at})/{s})^2)", lambda t, x, v, z: self.mutated("pulse-missed", a, 0.0) * math.exp(-((t - at) / s) ** 2))
 
     def kink_position(self):
