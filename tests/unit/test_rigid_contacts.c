@@ -354,6 +354,44 @@ static void rimless_wheel_rests(void)
     }
 }
 
+/* A four-bar with stops on all joints, of which one is cut, falls against that of C, where the angle between coupler
+ * and rocker is 1: the law of cosines gives the crank. */
+static void stops_of_a_loop(void)
+{
+    const double square = 0.64 + 0.49 - 1.12 * cos(1), crank = acos((0.09 + 0.81 - square) / 0.54);
+    static const char *const stops[] = {"{joint: C, lower: 1.0, restitution: 0}",
+                                        "{gap: \"q(C) - 1\", restitution: 0}"};
+    for (int k = 0; k < 10; k++) {
+        const char *cut[5] = {"", "", "", "", ""};
+        char text[2048];
+        cut[k / 2] = ", cut: yes"; /* the last one: by choice */
+        (void)snprintf(
+            text, sizeof text,
+            "kempe: 1\ngravity: [0, -9.81, 0]\nground: {points: {A: [0, 0, 0], D: [0.9, 0, 0]}}\nbodies:\n"
+            "  crank: {mass: 0.6, com: [0.15, 0, 0], inertia: {zz: 0.0045}, points: {A: [0, 0, 0], B: [0.3, 0, 0]}}\n"
+            "  coupler: {mass: 1.6, com: [0.4, 0, 0], inertia: {zz: 0.085}, points: {B: [0, 0, 0], C: [0.8, 0, 0]}}\n"
+            "  rocker: {mass: 1.4, com: [0.35, 0, 0], inertia: {zz: 0.057}, points: {D: [0, 0, 0], C: [0.7, 0, 0]}}\n"
+            "joints:\n  A: {revolute: [ground.A, crank.A]%s}\n  B: {revolute: [crank.B, coupler.B]%s}\n"
+            "  C: {revolute: [coupler.C, rocker.C]%s}\n  D: {revolute: [ground.D, rocker.D]%s}\n"
+            "contacts:\n  a: {joint: A, upper: 170 deg, restitution: 0}\n  b: {joint: B, lower: -3, restitution: 0}\n"
+            "  c: %s\n  d: {joint: D, upper: 3, restitution: 0}\n"
+            "start: {q: {A: 60 deg, B: -40 deg, D: 100 deg}}\nrun: {outputs: [q, q(A)]}\n",
+            cut[0], cut[1], cut[2], cut[3], stops[k % 2]);
+        loaded l = load_text(text);
+        kempe_trajectory *run = simulate(&l, &ways[0], 1);
+        kempe_table *rows = NULL;
+        CHECK(run && kempe_trajectory_table(run, "rows", &rows) == KEMPE_OK);
+        const int last = rows ? kempe_table_row_count(rows) - 1 : -1,
+                  column = rows ? kempe_table_find(rows, "q.A") : -1;
+        CHECK(column >= 0);
+        if (column >= 0)
+            CHECK_NEAR(kempe_table_number(rows, last, column), crank, 1e-7);
+        kempe_table_free(rows);
+        kempe_trajectory_free(run);
+        unload(&l);
+    }
+}
+
 static void stop(void)
 {
     bouncing(load("tests/models/contact_bounce.yaml"), 0);
@@ -458,6 +496,7 @@ int main(void)
     TEST(point_on_plane);
     TEST(rimless_wheel);
     TEST(rimless_wheel_rests);
+    TEST(stops_of_a_loop);
     TEST(rolling);
     TEST(stopped_slider_crank);
     TEST(two_corners);

@@ -6,10 +6,12 @@
 #include "model/compliant/compliant.h"
 #include "model/contacts/parallel_curve.h"
 #include "model/contacts/touch_plane.h"
+#include "model/cut_coordinates.h"
 #include <math.h>
 
 /* Sine of the angle between parallel axes, up to rounding. */
-#define PARALLEL 1e-12
+#define PARALLEL  1e-12
+#define HALF_TURN 3.14159265358979323846
 
 static const kmp_key contact_keys[] = {
 #include "model/contacts/contact_keys.def"
@@ -31,12 +33,40 @@ typedef struct reading {
 
 /* -- limits ------------------------------------------------------------------------------------------------ */
 
+/* A joint that is cut has its coordinate as a function of the others: the gap to its limit. */
+static void read_stop_of_cut(const reading *c, const kmp_cut_coordinate *cut, const char *key, bool upper)
+{
+    const char *of = kmp_reader_say(c->r, "the %s limit of %s", key, c->what);
+    const kmp_yaml *node = kmp_yaml_get(c->map, key);
+    const kmp_dimension unit = cut->rotation ? KMP_DIM_NUMBER : KMP_DIM_LENGTH;
+    kmp_expr *gap = KMP_ARENA_NEW(&c->r->model->arena, kmp_expr, 2);
+    kmp_number limit = {0};
+    if (!gap || !kmp_read_number(c->r, node, of, unit, &limit))
+        return;
+    if (cut->rotation && !(fabs(limit.value) < HALF_TURN))
+        kmp_reader_complain(c->r, node->place,
+                            "%s: joint '%s' is cut, and its angle lies between -180 and 180 deg: let another joint of "
+                            "its loop be cut, 'cut: yes'",
+                            of, cut->joint);
+    gap[0] = (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = limit.value, .unit = unit};
+    const kmp_expr *end = limit.expr ? limit.expr : &gap[0];
+    gap[1] = (kmp_expr){.kind = KMP_EXPR_SUB, .a = upper ? end : cut->value, .b = upper ? cut->value : end};
+    c->touch->gap = &gap[1];
+    c->touch->turns = cut->rotation;
+}
+
 static void read_stop(const reading *c)
 {
     static const char *const ends[] = {"lower", "upper"};
     kmp_contact_pair *touch = c->touch;
-    int motion = kmp_read_motion(c->r, kmp_yaml_get(c->map, "joint"), c->what);
+    const kmp_yaml *joint = kmp_yaml_get(c->map, "joint");
+    const bool named = joint && joint->kind == KMP_YAML_SCALAR;
+    const int cut =
+        named ? kmp_cut_coordinate_find(c->r->model, kmp_reader_name(c->r, joint->place.file, joint->text)) : -1;
+    int motion = cut < 0 ? kmp_read_motion(c->r, joint, c->what) : -1;
     int end = kmp_read_one_key(c->r, c->map, c->what, KMP_NAMES_OF(ends));
+    if (cut >= 0 && end >= 0)
+        read_stop_of_cut(c, &c->r->model->cut_coordinates[cut], ends[end], end == 1);
     if (motion < 0 || end < 0)
         return;
     const char *of = kmp_reader_say(c->r, "the %s limit of %s", ends[end], c->what);

@@ -7,7 +7,7 @@
 
 static bool must_stay(const kmp_edge *edge)
 {
-    return edge->own || edge->wish == KMP_CUT_NO || !edge->cut || edge->need;
+    return edge->own || edge->wish == KMP_CUT_NO || !edge->cut || (edge->need && !edge->stopped);
 }
 
 /* -- paths --------------------------------------------------------------------------------------- */
@@ -137,6 +137,11 @@ static void join_staying(kmp_reader *r, kmp_linkage *g)
             else
                 complain_loop(r, g, edge);
         }
+    for (int e = 0; e < g->edge_count; e++) { /* stops; that of a cut joint acts on a function of the others */
+        kmp_edge *edge = &g->edges[e];
+        if (!edge->faulty && edge->stopped && !must_stay(edge) && edge->wish != KMP_CUT_YES)
+            edge->stays = join(g, edge);
+    }
 }
 
 /* -- the tree ------------------------------------------------------------------------------------ */

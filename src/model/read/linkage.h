@@ -18,6 +18,7 @@ typedef struct kmp_edge {
     int freedoms;
     kmp_cut_wish wish;
     const char *need;      /* why it must have a coordinate, NULL: it need not */
+    bool stopped;          /* for contacts alone: it stays where another joint of its loop can be cut */
     const char *requested; /* the expression of the machine that has its multipliers; NULL: none */
     const kmp_yaml *start; /* one of its start values */
     bool stays;            /* in the tree in any case (while choosing: joined to its group) */

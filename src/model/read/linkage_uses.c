@@ -10,6 +10,7 @@ typedef struct search {
     kmp_reader *r;
     kmp_linkage *g;
     const char *reason; /* of the use found */
+    bool stops;         /* it is one of contacts */
 } search;
 
 /* The joint that a coordinate `JOINT` or `JOINT.k` of a file belongs to; NULL: none of `joints`. */
@@ -27,8 +28,10 @@ static kmp_edge *find_edge(const search *s, int file, const char *text, size_t l
 static void need(const search *s, int file, const char *text, size_t length)
 {
     kmp_edge *edge = find_edge(s, file, text, length);
-    if (edge && !edge->need)
+    if (edge && (!edge->need || (edge->stopped && !s->stops))) {
         edge->need = s->reason;
+        edge->stopped = s->stops;
+    }
 }
 
 static void need_node(const search *s, const kmp_yaml *node)
@@ -143,14 +146,16 @@ static void find_start(const search *s, const char *key)
 
 void kmp_linkage_find_uses(kmp_reader *r, kmp_linkage *g)
 {
-    search s = {r, g, ""};
+    search s = {r, g, "", false};
     search_list(&s, "start", "hold", "the start holds it");
     search_keys(&s, "start", "goals", "the start has a goal for it");
     search_list(&s, "run", "independent", "it is given as independent");
     search_entries(&s, "drives", "drive '%s' moves it", "drive '%s' depends on it");
     search_entries(&s, "forces", "force '%s' acts on it", "force '%s' depends on it");
     search_entries(&s, "loops", "loop '%s' depends on it", "loop '%s' depends on it");
+    s.stops = true;
     search_entries(&s, "contacts", "contact '%s' acts on it", "contact '%s' depends on it");
+    s.stops = false;
     search_entries(&s, "states", "state '%s' depends on it", "state '%s' depends on it");
     search_entries(&s, "algebraic", "variable '%s' depends on it", "variable '%s' depends on it");
     find_start(&s, "q");
