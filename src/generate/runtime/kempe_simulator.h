@@ -84,7 +84,7 @@ enum {
 };
 
 /** Bounds of a condition need the middle of a piece too; it ends a compliant contact, whose law has a kink there. */
-enum { KEMPE_WATCH_MIDDLE = 1, KEMPE_WATCH_PRESSES = 2 };
+enum { KEMPE_WATCH_MIDDLE = 1, KEMPE_WATCH_PRESSES = 2, KEMPE_WATCH_ROUGH = 4 };
 
 /** A function given by points. */
 typedef struct kempe_watch_table {
@@ -105,7 +105,7 @@ typedef struct kempe_watch {
     const int *input;       /* what each is, and its place */
     const unsigned *step;   /* operation and three operands each: a value << 1 | its sign */
     const unsigned *output; /* operands: of the conditions, then of the unknowns */
-    const int *traits;      /* conditions: KEMPE_WATCH_MIDDLE | KEMPE_WATCH_PRESSES */
+    const int *traits;      /* conditions: KEMPE_WATCH_MIDDLE | .. */
     const kempe_watch_table *table;
     /** Values of the conditions, then of the unknowns; NULL without unknowns. */
     void (*values)(const kempe_arguments *at, double *value);

@@ -207,16 +207,20 @@ static void hold_branches(kempe_simulator *s, const double *end, bool *again)
 
 /* The length with which a step is made again up to the event found; 0: it is not. At the end of a compliant contact the
  * law is continued beyond by the modulus of the depth, with a kink: the polynomial of a step that meets it is wrong
- * before it too. */
+ * before it too. So is that of a step over a point of a table, or into a narrow hill. */
 static double shortened(const kempe_simulator *s)
 {
     const struct kempe_simulator_parts *part = &s->part;
-    double h = (1 + KMP_STEP_BEYOND) * (part->state[AT_END] - part->state[AT_BEGIN]);
+    const double taken = part->state[AT_TAKEN];
+    const double h = (1 + KMP_STEP_BEYOND) * (part->state[AT_END] - part->state[AT_BEGIN]);
+    const bool shorter = h * (1 + KMP_STEP_BEYOND) < taken && h > KMP_STEP_AT_ONCE * taken;
     bool meets = false;
-    for (int k = 0; k < s->equations->conditions; k++)
-        meets = meets || (part->flip[k] > 0 && part->modes[k] > 0 &&
-                          (s->equations->watch->traits[k] & KEMPE_WATCH_PRESSES) != 0);
-    return meets && h < part->state[AT_TAKEN] && !(s->settings.fixed_step > 0) ? h : 0;
+    for (int k = 0; k < s->equations->conditions; k++) {
+        const int traits = s->equations->watch->traits[k];
+        const bool ends = (traits & KEMPE_WATCH_PRESSES) != 0 && part->modes[k] > 0;
+        meets = meets || (part->flip[k] > 0 && (ends || ((traits & KEMPE_WATCH_ROUGH) != 0 && shorter)));
+    }
+    return meets && h < taken && !(s->settings.fixed_step > 0) ? h : 0;
 }
 
 /* Finds the first change of a condition within the last step, whose ends are complete. Conditions of multipliers and of

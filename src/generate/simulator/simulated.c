@@ -186,7 +186,7 @@ static kempe_status take_conditions(kmp_code_source *source, kempe_system *syste
         x->condition_name[k] = kmp_arena_printf(&source->arena, "%s%s", text ? text : "", event_of(c));
         x->advice[k] = kmp_arena_strdup(&source->arena, c->advice ? c->advice : "");
         x->condition_kind[k] = kind_of(c);
-        x->watch_traits[k] = c->measured ? KEMPE_WATCH_PRESSES : 0;
+        x->watch_traits[k] = (c->measured ? KEMPE_WATCH_PRESSES : 0) | (c->rough ? KEMPE_WATCH_ROUGH : 0);
     }
     return kmp_made(source->context, !source->arena.failed);
 }
