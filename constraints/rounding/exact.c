@@ -298,25 +298,6 @@ static kempe_status add_closures(search *x, double times)
     return status;
 }
 
-/* Excludes places with rows much wider open than at most others (strict: and about as wide as in the drawing). They are
- * near a change point, or on another branch. */
-static void sift(search *x, const double *open, survey *at)
-{
-    at->widest = 0;
-    at->lags = false;
-    int places = all_places(x);
-    for (int k = 0; k < places; k++) {
-        int narrower = 0;
-        double followed = x->strict ? KMP_MEND_FOLLOWED * x->drawn[k] : 0;
-        for (int i = 0; i < places; i++)
-            narrower += !(open[k] <= fmax(KMP_MEND_WIDE * open[i], fmax(followed, KMP_MEND_STALLED)));
-        x->counts[k] = narrower <= places / 2;
-        at->widest = x->counts[k] ? fmax(at->widest, open[k]) : at->widest;
-        at->lags = at->lags || (!x->counts[k] && open[k] <= KMP_MEND_FOLLOWED * x->drawn[k]);
-    }
-    x->counts[x->places] = true;
-}
-
 static kmp_walk *walk_of(const search *x, const kempe_system *s)
 {
     kmp_walk *w = kmp_walk_new(s);
@@ -348,7 +329,21 @@ static bool look(search *x, const kempe_system *s, survey *at)
         open[k] = closed ? kmp_rounding_opening(w, NULL) : INFINITY;
     }
     if (w) {
-        sift(x, open, at);
+        /* Excludes places with rows much wider open than at most others (strict: and about as wide as in the drawing).
+         * They are near a change point, or on another branch. */
+        at->widest = 0;
+        at->lags = false;
+        int places = all_places(x);
+        for (int k = 0; k < places; k++) {
+            int narrower = 0;
+            double followed = x->strict ? KMP_MEND_FOLLOWED * x->drawn[k] : 0;
+            for (int i = 0; i < places; i++)
+                narrower += !(open[k] <= fmax(KMP_MEND_WIDE * open[i], fmax(followed, KMP_MEND_STALLED)));
+            x->counts[k] = narrower <= places / 2;
+            at->widest = x->counts[k] ? fmax(at->widest, open[k]) : at->widest;
+            at->lags = at->lags || (!x->counts[k] && open[k] <= KMP_MEND_FOLLOWED * x->drawn[k]);
+        }
+        x->counts[x->places] = true;
         if (s == x->s)
             for (int k = 0; k < all_places(x); k++)
                 x->drawn[k] = isfinite(open[k]) ? open[k] : 0;

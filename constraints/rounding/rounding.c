@@ -122,26 +122,6 @@ int kmp_rounding_waypoints(kmp_walk *w, const double *part, int wanted, double t
     return count;
 }
 
-/* Most of the places that are far from the state must stay closed: some are on other branches. */
-static void judge(kmp_rounding_trial *t, const kmp_walk *walk, const kmp_waypoint *place, int count)
-{
-    double weak = place[0].weak;
-    int far = 0, closed = 0;
-    t->here = t->most = place[0].open;
-    for (int k = 1; k < count; k++) {
-        bool holds = place[k].open <= t->tolerance;
-        far += place[k].distance >= KMP_ROUNDING_FAR;
-        closed += place[k].distance >= KMP_ROUNDING_FAR && holds;
-        t->most = holds ? fmax(t->most, place[k].open) : t->most;
-        weak = holds ? fmax(weak, place[k].weak) : weak;
-    }
-    t->refuted =
-        t->here <= t->tolerance && closed == 0 && PLACES - count < KMP_ROUNDING_MOST_OF * (far + PLACES - count);
-    t->holds = t->here <= t->tolerance &&
-               ((far >= LEAST_FAR && closed >= KMP_ROUNDING_MOST_OF * far) || walk->n == walk->rank);
-    t->zero = sqrt(fmax(fmax(weak, t->most), KMP_RANK) * place[0].strong);
-}
-
 bool kmp_rounding_try(kmp_rounding_trial *t, const kempe_system *system, const double *from, const double *chart)
 {
     kmp_waypoint place[PLACES];
@@ -163,7 +143,23 @@ bool kmp_rounding_try(kmp_rounding_trial *t, const kempe_system *system, const d
             part[r] = size > 0 ? fmin(1, size / system->length) : 1;
         }
         memcpy(q, from, (size_t)n * sizeof *q);
-        judge(t, walk, place, kmp_rounding_waypoints(walk, part, PLACES, t->tolerance, q, place));
+        /* Most of the places that are far from the state must stay closed: some are on other branches. */
+        int count = kmp_rounding_waypoints(walk, part, PLACES, t->tolerance, q, place);
+        double weak = place[0].weak;
+        int far = 0, closed = 0;
+        t->here = t->most = place[0].open;
+        for (int k = 1; k < count; k++) {
+            bool holds = place[k].open <= t->tolerance;
+            far += place[k].distance >= KMP_ROUNDING_FAR;
+            closed += place[k].distance >= KMP_ROUNDING_FAR && holds;
+            t->most = holds ? fmax(t->most, place[k].open) : t->most;
+            weak = holds ? fmax(weak, place[k].weak) : weak;
+        }
+        t->refuted =
+            t->here <= t->tolerance && closed == 0 && PLACES - count < KMP_ROUNDING_MOST_OF * (far + PLACES - count);
+        t->holds = t->here <= t->tolerance &&
+                   ((far >= LEAST_FAR && closed >= KMP_ROUNDING_MOST_OF * far) || walk->n == walk->rank);
+        t->zero = sqrt(fmax(fmax(weak, t->most), KMP_RANK) * place[0].strong);
     }
     kmp_walk_free(walk);
     kmp_arena_free(&arena);

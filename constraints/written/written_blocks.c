@@ -53,33 +53,6 @@ void kmp_written_order(const kmp_reduction *red, int *order)
     }
 }
 
-/* Factors a block. One row: its inverse. Two rows: the inverse of the determinant. More: L below the diagonal, U on and
- * above it. */
-static void factor_block(kmp_written_blocks *k, struct kmp_written_block *b)
-{
-    kmp_graph *g = k->g;
-    if (b->size == 2) {
-        kmp_ref det = kmp_sub(g, kmp_mul(g, b->a[0][0], b->a[1][1]), kmp_mul(g, b->a[0][1], b->a[1][0]));
-        b->inverse[0] = kmp_div(g, KMP_ONE, det);
-        k->pivot[k->pivots++] = det;
-        return;
-    }
-    for (int c = 0; c < b->size; c++) {
-        k->pivot[k->pivots++] = b->a[c][c];
-        b->inverse[c] = kmp_div(g, KMP_ONE, b->a[c][c]);
-        for (int i = c + 1; i < b->size; i++) {
-            if (b->a[i][c] == KMP_ZERO)
-                continue;
-            b->a[i][c] = kmp_mul(g, b->a[i][c], b->inverse[c]);
-            k->multiplier[k->multipliers] = b->a[i][c];
-            k->row[k->multipliers++] =
-                (kmp_eliminated){.row = k->red->part->rows[b->row[i]], .by = k->red->part->rows[b->row[c]]};
-            for (int j = c + 1; j < b->size; j++)
-                b->a[i][j] = kmp_sub(g, b->a[i][j], kmp_mul(g, b->a[i][c], b->a[c][j]));
-        }
-    }
-}
-
 static void solve_block(kmp_graph *g, const struct kmp_written_block *b, kmp_ref *x)
 {
     if (b->size == 2) {
@@ -159,7 +132,29 @@ void kmp_written_blocks_factor(kmp_written_blocks *k, int number)
     for (int i = 0; i < b->size; i++)
         for (int j = 0; j < b->size; j++)
             b->a[i][j] = k->jv[b->row[i] * k->red->r + b->col[j]];
-    factor_block(k, b);
+    /* Factors a block. One row: its inverse. Two rows: the inverse of the determinant. More: L below the diagonal, U on
+     * and above it. */
+    kmp_graph *g = k->g;
+    if (b->size == 2) {
+        kmp_ref det = kmp_sub(g, kmp_mul(g, b->a[0][0], b->a[1][1]), kmp_mul(g, b->a[0][1], b->a[1][0]));
+        b->inverse[0] = kmp_div(g, KMP_ONE, det);
+        k->pivot[k->pivots++] = det;
+        return;
+    }
+    for (int c = 0; c < b->size; c++) {
+        k->pivot[k->pivots++] = b->a[c][c];
+        b->inverse[c] = kmp_div(g, KMP_ONE, b->a[c][c]);
+        for (int i = c + 1; i < b->size; i++) {
+            if (b->a[i][c] == KMP_ZERO)
+                continue;
+            b->a[i][c] = kmp_mul(g, b->a[i][c], b->inverse[c]);
+            k->multiplier[k->multipliers] = b->a[i][c];
+            k->row[k->multipliers++] =
+                (kmp_eliminated){.row = k->red->part->rows[b->row[i]], .by = k->red->part->rows[b->row[c]]};
+            for (int j = c + 1; j < b->size; j++)
+                b->a[i][j] = kmp_sub(g, b->a[i][j], kmp_mul(g, b->a[i][c], b->a[c][j]));
+        }
+    }
 }
 
 void kmp_written_blocks_correct(const kmp_written_blocks *k, const kmp_ref *h, kmp_ref *room, kmp_ref *x)

@@ -81,19 +81,14 @@ static bool complain(const kempe_model *model, const kmp_body *body, const branc
     return true;
 }
 
-static void mark_closures(const kempe_model *model, branch *at)
-{
-    for (int c = 0; c < model->closure_count; c++)
-        for (int k = 0; k < 2; k++)
-            if (model->closures[c].point[k] >= 0)
-                at[model->points[model->closures[c].point[k]].body].closed = true;
-}
-
 kempe_status kmp_check_masses(const kempe_model *model)
 {
     branch *at = KMP_NEW(branch, model->body_count);
     KMP_TRY(kmp_made(model->context, at));
-    mark_closures(model, at);
+    for (int c = 0; c < model->closure_count; c++)
+        for (int k = 0; k < 2; k++)
+            if (model->closures[c].point[k] >= 0)
+                at[model->points[model->closures[c].point[k]].body].closed = true;
     for (int b = model->body_count - 1; b > 0; b--) { /* parents precede their children */
         branch *own = &at[b], *parent = &at[model->bodies[b].parent];
         own->heavy = own->heavy || is_heavy(&model->bodies[b]);

@@ -474,22 +474,6 @@ kempe_status kempe_model_set_qd(kempe_model *model, const char *coordinate, kemp
 
 /* -- finishing ----------------------------------------------------------------------------------- */
 
-/* Later messages about a built object contain its name: they begin with the model's label instead of the calls.
- */
-static void forget_places(kempe_model *model)
-{
-    model->files = &model->file;
-    model->file_count = 1;
-    for (int i = 0; i < model->body_count; i++)
-        model->bodies[i].place = (kmp_place){0};
-    for (int i = 0; i < model->closure_count; i++)
-        model->closures[i].place = (kmp_place){0};
-    for (int i = 0; i < model->force_count; i++)
-        model->forces[i].place = (kmp_place){0};
-    for (int i = 0; i < model->wheel_count; i++)
-        model->wheels[i].place = (kmp_place){0};
-}
-
 kempe_status kempe_model_finish(kempe_model *model)
 {
     KMP_WANTED(NULL, model, "model");
@@ -505,7 +489,18 @@ kempe_status kempe_model_finish(kempe_model *model)
     kmp_arena_free(&model->arena);
     *model = *read;
     kmp_free(read);
-    forget_places(model);
+    /* Later messages about a built object contain its name: they begin with the model's label instead of the calls.
+     */
+    model->files = &model->file;
+    model->file_count = 1;
+    for (int i = 0; i < model->body_count; i++)
+        model->bodies[i].place = (kmp_place){0};
+    for (int i = 0; i < model->closure_count; i++)
+        model->closures[i].place = (kmp_place){0};
+    for (int i = 0; i < model->force_count; i++)
+        model->forces[i].place = (kmp_place){0};
+    for (int i = 0; i < model->wheel_count; i++)
+        model->wheels[i].place = (kmp_place){0};
     return KEMPE_OK;
 }
 

@@ -25,17 +25,6 @@ static void visit(walk *w, const char *owner, const char *key, int count, const 
     }
 }
 
-static void visit_body(walk *w, const kmp_body *body)
-{
-    visit(w, body->name, "mass", 1, &body->mass);
-    visit(w, body->name, "com", 3, body->com);
-    if (body->coupling)
-        visit(w, body->name, kmp_joint_key(body->coupling), 1, &body->number);
-    if (kmp_body_has_armature(body))
-        visit(w, body->name, "armature", 1, &body->armature);
-    visit(w, body->name, "inertia", 6, body->inertia);
-}
-
 static void visit_closure(walk *w, const kempe_model *model, const kmp_closure *closure)
 {
     const kmp_closure_number *own = kmp_closure_number_of(closure->kind);
@@ -54,28 +43,20 @@ static void visit_force(walk *w, const kmp_force *force)
             visit(w, force->name, kmp_force_fields[k].key, kmp_force_fields[k].size, kmp_force_get(force, k));
 }
 
-static void visit_start(walk *w, const kempe_model *model)
-{
-    for (int k = 0; k < model->motion_count; k++) {
-        visit(w, "start.q", model->motions[k].name, 1, &model->start.q[k]);
-        visit(w, "start.qd", model->motions[k].name, 1, &model->start.qd[k]);
-    }
-    for (int k = 0; k < model->cut_coordinate_count; k++) {
-        visit(w, "start.q", model->cut_coordinates[k].name, 1, &model->cut_coordinates[k].q);
-        visit(w, "start.qd", model->cut_coordinates[k].name, 1, &model->cut_coordinates[k].qd);
-    }
-    for (int k = 0; k < model->start.goal_count; k++) {
-        visit(w, "start.goals", "value", 3, model->start.goals[k].value);
-        visit(w, "start.goals", "weight", 3, model->start.goals[k].weight);
-    }
-}
-
 bool kmp_numbers_visit(const kempe_model *model, kmp_number_visit *each, void *user)
 {
     walk w = {each, user, true};
     visit(&w, "gravity", "", 3, model->gravity);
-    for (int k = 1; k < model->body_count; k++)
-        visit_body(&w, &model->bodies[k]);
+    for (int k = 1; k < model->body_count; k++) {
+        const kmp_body *body = &model->bodies[k];
+        visit(&w, body->name, "mass", 1, &body->mass);
+        visit(&w, body->name, "com", 3, body->com);
+        if (body->coupling)
+            visit(&w, body->name, kmp_joint_key(body->coupling), 1, &body->number);
+        if (kmp_body_has_armature(body))
+            visit(&w, body->name, "armature", 1, &body->armature);
+        visit(&w, body->name, "inertia", 6, body->inertia);
+    }
     for (int k = 0; k < model->point_count; k++)
         visit(&w, model->bodies[model->points[k].body].name, model->points[k].name, 3, model->points[k].at);
     for (int k = 0; k < model->closure_count; k++)
@@ -89,6 +70,17 @@ bool kmp_numbers_visit(const kempe_model *model, kmp_number_visit *each, void *u
     for (int k = 0; k < model->state_count; k++)
         if (model->states[k].delay.value > 0)
             visit(&w, model->states[k].name, "time", 1, &model->states[k].delay);
-    visit_start(&w, model);
+    for (int k = 0; k < model->motion_count; k++) {
+        visit(&w, "start.q", model->motions[k].name, 1, &model->start.q[k]);
+        visit(&w, "start.qd", model->motions[k].name, 1, &model->start.qd[k]);
+    }
+    for (int k = 0; k < model->cut_coordinate_count; k++) {
+        visit(&w, "start.q", model->cut_coordinates[k].name, 1, &model->cut_coordinates[k].q);
+        visit(&w, "start.qd", model->cut_coordinates[k].name, 1, &model->cut_coordinates[k].qd);
+    }
+    for (int k = 0; k < model->start.goal_count; k++) {
+        visit(&w, "start.goals", "value", 3, model->start.goals[k].value);
+        visit(&w, "start.goals", "weight", 3, model->start.goals[k].weight);
+    }
     return w.on;
 }

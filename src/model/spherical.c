@@ -21,17 +21,6 @@ static void mark_expression(const kmp_expr *e, bool *used)
     mark_expression(e->c, used);
 }
 
-static void mark_closure(const kmp_closure *closure, bool *used)
-{
-    if (closure->motion >= 0)
-        used[closure->motion] = true;
-    for (int k = 0; k < closure->term_count; k++)
-        used[closure->terms[k].motion] = true;
-    mark_expression(closure->function, used);
-    for (int k = 0; k < closure->curve_count; k++)
-        mark_expression(closure->curve[k], used);
-}
-
 static void mark_force(const kmp_force *force, bool *used)
 {
     if (force->motion >= 0)
@@ -50,8 +39,16 @@ static void mark_force(const kmp_force *force, bool *used)
 
 static void mark_used(const kempe_model *model, bool *used)
 {
-    for (int c = 0; c < model->closure_count; c++)
-        mark_closure(&model->closures[c], used);
+    for (int c = 0; c < model->closure_count; c++) {
+        const kmp_closure *closure = &model->closures[c];
+        if (closure->motion >= 0)
+            used[closure->motion] = true;
+        for (int k = 0; k < closure->term_count; k++)
+            used[closure->terms[k].motion] = true;
+        mark_expression(closure->function, used);
+        for (int k = 0; k < closure->curve_count; k++)
+            mark_expression(closure->curve[k], used);
+    }
     for (int b = 0; b < model->body_count; b++)
         if (model->bodies[b].coupling)
             used[model->bodies[b].first_motion + 1] = true; /* the closure has the first one */

@@ -61,31 +61,6 @@ static void copy_closures(kmp_variant *v)
     }
 }
 
-/* Shares all parts of the model without numbers. */
-static void copy_model(kmp_variant *v, const kempe_model *base, int more)
-{
-    kempe_model *m = &v->model;
-    *m = *base;
-    m->arena = (kmp_arena){0};
-    m->has_digest = false; /* its numbers are its own */
-    m->variant = NULL;
-    int n = m->motion_count;
-    m->parameters = COPY(v, m->parameters, m->parameter_count, more);
-    m->motions = COPY(v, m->motions, n, 0);
-    m->bodies = COPY(v, m->bodies, m->body_count, 0);
-    m->points = COPY(v, m->points, m->point_count, 0);
-    m->forces = COPY(v, m->forces, m->force_count, 0);
-    m->wheels = COPY(v, m->wheels, m->wheel_count, 0);
-    m->states = COPY(v, m->states, m->state_count, 0);
-    copy_closures(v);
-    m->start.q = COPY(v, m->start.q, n, 0);
-    m->start.qd = COPY(v, m->start.qd, n, 0);
-    m->start.q_given = COPY(v, m->start.q_given, n, 0);
-    m->start.qd_given = COPY(v, m->start.qd_given, n, 0);
-    m->cut_coordinates = COPY(v, m->cut_coordinates, m->cut_coordinate_count, 0);
-    m->start.goals = COPY(v, m->start.goals, m->start.goal_count, 0);
-}
-
 /* -- variable parameters ----------------------------------------------------------------------------- */
 
 int kmp_parameter_find(const kempe_model *model, const char *name)
@@ -260,7 +235,27 @@ kempe_status kmp_variant_new_in(kempe_context *context, const kempe_model *model
 {
     KMP_TRY(kmp_model_check_finished(model));
     KMP_MAKE(context, kmp_variant, v);
-    copy_model(v, model, count);
+    /* Shares all parts of the model without numbers. */
+    kempe_model *m = &v->model;
+    *m = *model;
+    m->arena = (kmp_arena){0};
+    m->has_digest = false; /* its numbers are its own */
+    m->variant = NULL;
+    int n = m->motion_count;
+    m->parameters = COPY(v, m->parameters, m->parameter_count, count);
+    m->motions = COPY(v, m->motions, n, 0);
+    m->bodies = COPY(v, m->bodies, m->body_count, 0);
+    m->points = COPY(v, m->points, m->point_count, 0);
+    m->forces = COPY(v, m->forces, m->force_count, 0);
+    m->wheels = COPY(v, m->wheels, m->wheel_count, 0);
+    m->states = COPY(v, m->states, m->state_count, 0);
+    copy_closures(v);
+    m->start.q = COPY(v, m->start.q, n, 0);
+    m->start.qd = COPY(v, m->start.qd, n, 0);
+    m->start.q_given = COPY(v, m->start.q_given, n, 0);
+    m->start.qd_given = COPY(v, m->start.qd_given, n, 0);
+    m->cut_coordinates = COPY(v, m->cut_coordinates, m->cut_coordinate_count, 0);
+    m->start.goals = COPY(v, m->start.goals, m->start.goal_count, 0);
     v->model.context = context;
     v->base = model;
     v->count = count;
@@ -291,21 +286,6 @@ kempe_model *kmp_variant_model(kmp_variant *variant)
 
 /* -- values ------------------------------------------------------------------------------------------ */
 
-static void check_bodies(const kempe_model *m, const kempe_model *base, kmp_text *why)
-{
-    for (int k = 1; k < m->body_count; k++) {
-        const kmp_body *b = &m->bodies[k];
-        if (b->mass.value < 0 && !why->length)
-            kmp_text_printf(why, "the mass of body '%s' is negative: %.6g", b->name, b->mass.value);
-        if (b->armature.value < 0 && !why->length)
-            kmp_text_printf(why, "the armature of joint '%s' is negative: %.6g", b->joint, b->armature.value);
-        for (int i = 0; i < 3; i++)
-            if (b->inertia[i].value < 0 && !(base->bodies[k].inertia[i].value < 0) && !why->length) /* as given, then */
-                kmp_text_printf(why, "the inertia of body '%s' is impossible: %s = %.6g is negative", b->name,
-                                kmp_inertia_names[i], b->inertia[i].value);
-    }
-}
-
 static void check_force(const kmp_force *force, kmp_text *why)
 {
     for (int f = 0; f < kmp_force_field_count; f++) {
@@ -325,25 +305,6 @@ static void check_force(const kmp_force *force, kmp_text *why)
                         force->lower.value, force->upper.value);
 }
 
-static void check_closure(const kempe_model *m, const kmp_closure *c, kmp_text *why)
-{
-    const kmp_closure_number *own = kmp_closure_number_of(c->kind);
-    if (own && !kmp_field_fits(own->rule, c->number.value) && !why->length)
-        kmp_text_printf(why, "the %s of closure '%s' is %.6g: it must %s", own->key, c->name, c->number.value,
-                        kmp_field_rule_words(own->rule));
-    for (int i = 0; i < c->term_count; i++)
-        if (c->terms[i].factor.value == 0 && !why->length)
-            kmp_text_printf(why, "closure '%s': the factor of '%s' is zero", c->name,
-                            m->motions[c->terms[i].motion].name);
-}
-
-static void check_goal(const kmp_goal *goal, kmp_text *why)
-{
-    for (int i = 0; i < goal->width; i++)
-        if (goal->weight[i].value < 0 && !why->length)
-            kmp_text_printf(why, "the weight of a goal is %.6g: it must not be negative", goal->weight[i].value);
-}
-
 /* `base` has a positive delay where it is one. */
 static void check_state(const kmp_state *state, const kmp_state *base, kmp_text *why)
 {
@@ -355,18 +316,41 @@ static void check_state(const kmp_state *state, const kmp_state *base, kmp_text 
 /* The first rule for single numbers that the values break. */
 static void check_values(const kempe_model *m, const kempe_model *base, kmp_text *why)
 {
-    check_bodies(m, base, why);
+    for (int k = 1; k < m->body_count; k++) {
+        const kmp_body *b = &m->bodies[k];
+        if (b->mass.value < 0 && !why->length)
+            kmp_text_printf(why, "the mass of body '%s' is negative: %.6g", b->name, b->mass.value);
+        if (b->armature.value < 0 && !why->length)
+            kmp_text_printf(why, "the armature of joint '%s' is negative: %.6g", b->joint, b->armature.value);
+        for (int i = 0; i < 3; i++)
+            if (b->inertia[i].value < 0 && !(base->bodies[k].inertia[i].value < 0) && !why->length) /* as given, then */
+                kmp_text_printf(why, "the inertia of body '%s' is impossible: %s = %.6g is negative", b->name,
+                                kmp_inertia_names[i], b->inertia[i].value);
+    }
     for (int k = 0; k < m->force_count; k++)
         check_force(&m->forces[k], why);
-    for (int k = 0; k < m->closure_count; k++)
-        check_closure(m, &m->closures[k], why);
+    for (int k = 0; k < m->closure_count; k++) {
+        const kmp_closure *c = &m->closures[k];
+        const kmp_closure_number *own = kmp_closure_number_of(c->kind);
+        if (own && !kmp_field_fits(own->rule, c->number.value) && !why->length)
+            kmp_text_printf(why, "the %s of closure '%s' is %.6g: it must %s", own->key, c->name, c->number.value,
+                            kmp_field_rule_words(own->rule));
+        for (int i = 0; i < c->term_count; i++)
+            if (c->terms[i].factor.value == 0 && !why->length)
+                kmp_text_printf(why, "closure '%s': the factor of '%s' is zero", c->name,
+                                m->motions[c->terms[i].motion].name);
+    }
     for (int k = 0; k < m->state_count; k++)
         check_state(&m->states[k], &base->states[k], why);
-    for (int k = 0; k < m->start.goal_count; k++)
-        check_goal(&m->start.goals[k], why);
+    for (int k = 0; k < m->start.goal_count; k++) {
+        const kmp_goal *goal = &m->start.goals[k];
+        for (int i = 0; i < goal->width; i++)
+            if (goal->weight[i].value < 0 && !why->length)
+                kmp_text_printf(why, "the weight of a goal is %.6g: it must not be negative", goal->weight[i].value);
+    }
 }
 
-static void set_values(kmp_variant *v, const double *values, kmp_text *why)
+kempe_status kmp_variant_set(kmp_variant *v, const double *values, kmp_text *why)
 {
     kempe_model *m = &v->model;
     for (int k = 0; k < v->count; k++)
@@ -386,11 +370,6 @@ static void set_values(kmp_variant *v, const double *values, kmp_text *why)
         if (!isfinite(x) && !why->length)
             kmp_text_put(why, "a number of the model is not finite with these parameters");
     }
-}
-
-kempe_status kmp_variant_set(kmp_variant *v, const double *values, kmp_text *why)
-{
-    set_values(v, values, why);
     check_values(&v->model, v->base, why);
     return why->failed ? kmp_fail_memory(v->model.context) : why->length == 0 ? KEMPE_OK : KEMPE_E_INPUT;
 }
@@ -431,54 +410,42 @@ static const kmp_expr *expr_of(kmp_arena *arena, const kmp_number *number)
     return number->expr ? number->expr : node(arena, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = number->value});
 }
 
-/* Drives a coordinate from its start value at the rate of the start: q = q_0 + qd_0 t. */
-static void add_drive(kempe_model *m, int motion)
-{
-    kmp_arena *a = &m->arena;
-    const kmp_expr *time = node(a, (kmp_expr){.kind = KMP_EXPR_TIME});
-    const kmp_expr *from = expr_of(a, &m->start.q[motion]), *rate = expr_of(a, &m->start.qd[motion]);
-    const kmp_expr *way = node(a, (kmp_expr){.kind = KMP_EXPR_MUL, .a = rate, .b = time});
-    m->closures[m->closure_count++] = (kmp_closure){
-        .name = kmp_arena_printf(a, "load.%s", m->motions[motion].name),
-        .kind = "drive",
-        .point = {-1, -1},
-        .motion = motion,
-        .function = node(a, (kmp_expr){.kind = KMP_EXPR_ADD, .a = from, .b = way}),
-    };
-    m->start.qd_given[motion] = false; /* the drive has it */
-}
-
-static void add_drives(kempe_model *m, const kmp_driven *driven)
-{
-    kmp_closure *closures = KMP_ARENA_NEW(&m->arena, kmp_closure, m->closure_count + driven->count);
-    if (!closures)
-        return;
-    if (m->closure_count > 0)
-        memcpy(closures, m->closures, (size_t)m->closure_count * sizeof *closures);
-    m->closures = closures;
-    for (int k = 0; k < driven->count; k++)
-        add_drive(m, driven->motion[k]);
-}
-
-/* The start is q, and keeps the chosen coordinates. */
-static void set_start(kempe_model *m, const kmp_driven *driven)
-{
-    int n = kmp_model_coordinates(m);
-    bool *hold = KMP_ARENA_NEW(&m->arena, bool, m->motion_count);
-    for (int i = 0; hold && i < n; i++) {
-        hold[i] = driven->hold[i];
-        m->start.qd_given[i] = m->start.qd_given[i] && hold[i];
-        m->start.q[i] = (kmp_number){.value = driven->q[i]};
-    }
-    m->start.hold = hold;
-}
-
 kempe_status kmp_variant_driven(const kempe_model *model, const kmp_driven *driven, kempe_model **instance)
 {
     kempe_model *m = NULL;
     KMP_TRY(kmp_variant_instance(model, 0, NULL, NULL, &m));
-    add_drives(m, driven);
-    if (driven->hold)
-        set_start(m, driven);
+    kmp_closure *closures = KMP_ARENA_NEW(&m->arena, kmp_closure, m->closure_count + driven->count);
+    if (closures) {
+        if (m->closure_count > 0)
+            memcpy(closures, m->closures, (size_t)m->closure_count * sizeof *closures);
+        m->closures = closures;
+        for (int k = 0; k < driven->count; k++) {
+            /* Drives a coordinate from its start value at the rate of the start: q = q_0 + qd_0 t. */
+            int motion = driven->motion[k];
+            kmp_arena *a = &m->arena;
+            const kmp_expr *time = node(a, (kmp_expr){.kind = KMP_EXPR_TIME});
+            const kmp_expr *from = expr_of(a, &m->start.q[motion]), *rate = expr_of(a, &m->start.qd[motion]);
+            const kmp_expr *way = node(a, (kmp_expr){.kind = KMP_EXPR_MUL, .a = rate, .b = time});
+            m->closures[m->closure_count++] = (kmp_closure){
+                .name = kmp_arena_printf(a, "load.%s", m->motions[motion].name),
+                .kind = "drive",
+                .point = {-1, -1},
+                .motion = motion,
+                .function = node(a, (kmp_expr){.kind = KMP_EXPR_ADD, .a = from, .b = way}),
+            };
+            m->start.qd_given[motion] = false; /* the drive has it */
+        }
+    }
+    if (driven->hold) {
+        /* The start is q, and keeps the chosen coordinates. */
+        int n = kmp_model_coordinates(m);
+        bool *hold = KMP_ARENA_NEW(&m->arena, bool, m->motion_count);
+        for (int i = 0; hold && i < n; i++) {
+            hold[i] = driven->hold[i];
+            m->start.qd_given[i] = m->start.qd_given[i] && hold[i];
+            m->start.q[i] = (kmp_number){.value = driven->q[i]};
+        }
+        m->start.hold = hold;
+    }
     return KMP_GIVE_OR_FREE(kmp_made(model->context, !m->arena.failed), instance, m, kempe_model_free);
 }

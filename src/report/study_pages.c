@@ -248,24 +248,6 @@ typedef struct instances {
     kempe_status status;
 } instances;
 
-/* Quantities are drawn in place of the states, with their statistics. */
-static kempe_status add_quantities(study_page *s)
-{
-    double part, low, high;
-    if (!kmp_statistics_has_quantities(s->table) || !kmp_is_complete(s->page.status))
-        return KEMPE_OK;
-    KMP_TRY(kempe_statistics_new(s->table, 0, &s->statistics));
-    s->page.statistics = s->statistics;
-    for (int c = 0; c < kempe_table_column_count(s->table) && s->page.first_count < KMP_PAGE_FIRST / 2; c++)
-        if (kmp_statistics_is_quantity(s->table, c))
-            s->first[s->page.first_count++] = kempe_table_column_name(s->table, c);
-    if (kmp_statistics_yield(s->statistics, &part, &low, &high))
-        s->page.fact[s->page.fact_count++] =
-            (kmp_page_fact){"within the limits", kmp_arena_printf(&s->arena, "%.4g %% (%.4g to %.4g %%)", 100 * part,
-                                                                  100 * low, 100 * high)};
-    return KEMPE_OK;
-}
-
 static kempe_status fill_instances(study_page *s, const void *result)
 {
     const instances *i = result;
@@ -278,7 +260,19 @@ static kempe_status fill_instances(study_page *s, const void *result)
     s->page.answer = kmp_arena_printf(&s->arena, "%ld of %ld instances reached the end", sums.ok, sums.count);
     s->page.x = kempe_table_find(s->table, "status") > 0 ? kempe_table_column_name(s->table, 0) : "";
     s->page.scattered = true;
-    KMP_TRY(add_quantities(s));
+    /* Quantities are drawn in place of the states, with their statistics. */
+    double part, low, high;
+    if (kmp_statistics_has_quantities(s->table) && kmp_is_complete(s->page.status)) {
+        KMP_TRY(kempe_statistics_new(s->table, 0, &s->statistics));
+        s->page.statistics = s->statistics;
+        for (int c = 0; c < kempe_table_column_count(s->table) && s->page.first_count < KMP_PAGE_FIRST / 2; c++)
+            if (kmp_statistics_is_quantity(s->table, c))
+                s->first[s->page.first_count++] = kempe_table_column_name(s->table, c);
+        if (kmp_statistics_yield(s->statistics, &part, &low, &high))
+            s->page.fact[s->page.fact_count++] =
+                (kmp_page_fact){"within the limits", kmp_arena_printf(&s->arena, "%.4g %% (%.4g to %.4g %%)",
+                                                                      100 * part, 100 * low, 100 * high)};
+    }
     /* Text and warnings are those of the table: a gathered run has no others. */
     kmp_text text = {0}, warnings = {0};
     kmp_instances_put(&text, s->page.system->model->name, s->table, 0, "", s->statistics,

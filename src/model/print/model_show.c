@@ -271,23 +271,6 @@ static void show_cuts(kmp_text *text, const kempe_model *model)
 
 /* -- forces and sensors ---------------------------------------------------------------------------- */
 
-static void show_contact(kmp_text *text, const kempe_model *model, const kmp_force *force)
-{
-    const struct kmp_compliant *contact = force->compliant;
-    if (contact->form == KMP_COMPLIANT_GAP)
-        kmp_text_put(text, "contact");
-    else
-        put_expr(text, "contact of a journal, clearance ", model, contact->clearance);
-    kmp_text_printf(text, ", %s", contact->law ? contact->law : "force");
-    if (!contact->limited)
-        put_expr(text, " = ", model, force->effort);
-    if (force->holding_effort)
-        put_expr(text, ", friction ", model, force->holding_effort);
-    if (contact->film)
-        kmp_text_printf(text, ", film %s", contact->film->law);
-    kmp_text_put(text, "\n");
-}
-
 static void show_force(kmp_text *text, const kempe_model *model, const kmp_force *force)
 {
     const kmp_force_row *row = &kmp_force_rows[force->kind];
@@ -300,7 +283,19 @@ static void show_force(kmp_text *text, const kempe_model *model, const kmp_force
     } else if (force->contact > 0) {
         kmp_text_printf(text, "friction of contact '%s'", model->forces[force->contact - 1].name);
     } else if (force->kind == KMP_FORCE_COMPLIANT) {
-        show_contact(text, model, force);
+        const struct kmp_compliant *contact = force->compliant;
+        if (contact->form == KMP_COMPLIANT_GAP)
+            kmp_text_put(text, "contact");
+        else
+            put_expr(text, "contact of a journal, clearance ", model, contact->clearance);
+        kmp_text_printf(text, ", %s", contact->law ? contact->law : "force");
+        if (!contact->limited)
+            put_expr(text, " = ", model, force->effort);
+        if (force->holding_effort)
+            put_expr(text, ", friction ", model, force->holding_effort);
+        if (contact->film)
+            kmp_text_printf(text, ", film %s", contact->film->law);
+        kmp_text_put(text, "\n");
         return;
     } else if (kmp_force_is_between(force->kind)) {
         kmp_text_put(text, row->place);

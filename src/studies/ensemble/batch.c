@@ -204,25 +204,6 @@ static void compare_quantities(const kempe_batch *b, int instance, const double 
                                                              : fabs(first[v] - other[v]);
 }
 
-/* Compares the results of repeated instances with those of the first run. */
-static void compare_ends(const repeat *r, int count, const int *which, const kmp_ensemble_result *results,
-                         const double *q, const double *qd, const double *taken, kmp_convergence *found)
-{
-    const kempe_batch *b = r->b;
-    const kempe_system *system = kmp_mechanisms_system(b->ensemble->inner);
-    for (int k = 0; k < count; k++) {
-        int first = r->instance[which[k]];
-        ptrdiff_t at = (ptrdiff_t)k * b->n;
-        if (results[k].status == KEMPE_OK)
-            kmp_convergence_state(&found[k], results[k].t, system, kempe_batch_q(b, first), kempe_batch_qd(b, first),
-                                  q + at, qd + at);
-        else
-            found[k].stopped = results[k].t;
-        if (results[k].status == KEMPE_OK)
-            compare_quantities(b, first, taken + (ptrdiff_t)k * b->ensemble->quantities.run.values);
-    }
-}
-
 static kempe_status run_again(void *user, double rtol, int count, const int *which, kmp_convergence *found)
 {
     const repeat *r = user;
@@ -246,8 +227,22 @@ static kempe_status run_again(void *user, double rtol, int count, const int *whi
         status = kmp_mechanisms_run(r->b->ensemble->inner, &other, &execution, count, rows, results, q, qd);
     if (status == KEMPE_OK && kmp_interrupted(context))
         status = KEMPE_STOPPED;
-    if (status == KEMPE_OK)
-        compare_ends(r, count, which, results, q, qd, taken, found);
+    if (status == KEMPE_OK) {
+        /* Compares the results of repeated instances with those of the first run. */
+        const kempe_batch *b = r->b;
+        const kempe_system *system = kmp_mechanisms_system(b->ensemble->inner);
+        for (int k = 0; k < count; k++) {
+            int first = r->instance[which[k]];
+            ptrdiff_t at = (ptrdiff_t)k * b->n;
+            if (results[k].status == KEMPE_OK)
+                kmp_convergence_state(&found[k], results[k].t, system, kempe_batch_q(b, first),
+                                      kempe_batch_qd(b, first), q + at, qd + at);
+            else
+                found[k].stopped = results[k].t;
+            if (results[k].status == KEMPE_OK)
+                compare_quantities(b, first, taken + (ptrdiff_t)k * b->ensemble->quantities.run.values);
+        }
+    }
     for (int k = 0; results && k < count; k++)
         kmp_free(results[k].reason);
     kmp_arena_free(&arena);

@@ -167,17 +167,6 @@ static kempe_status read_options(kempe_equilibrium *e, const kempe_equilibrium_o
                     "--global cannot be combined with --hold, --target and --solve-for: omit them, or omit --global");
 }
 
-static void name_exchanged(kempe_equilibrium *e)
-{
-    const kmp_exchange *x = e->exchange;
-    e->freed_count = x->free_count;
-    e->freed_name = x->name;
-    for (int k = 0; k < x->free_count; k++) {
-        int rate = k < x->parameter_count ? -1 : e->rates[x->rate[k - x->parameter_count]].coordinate;
-        e->freed_unit[k] = rate < 0 ? "" : kmp_quantity_unit(e->system, KMP_QUANTITY_QD, rate);
-    }
-}
-
 /* Names and units of values that are solved for in addition to the state. */
 static kempe_status name_freed(kempe_equilibrium *e)
 {
@@ -186,7 +175,13 @@ static kempe_status name_freed(kempe_equilibrium *e)
     e->freed_unit = KMP_ARENA_NEW(&e->arena, const char *, most);
     KMP_TRY(kmp_made(e->system->context, !e->arena.failed));
     if (e->exchange) {
-        name_exchanged(e);
+        const kmp_exchange *x = e->exchange;
+        e->freed_count = x->free_count;
+        e->freed_name = x->name;
+        for (int k = 0; k < x->free_count; k++) {
+            int rate = k < x->parameter_count ? -1 : e->rates[x->rate[k - x->parameter_count]].coordinate;
+            e->freed_unit[k] = rate < 0 ? "" : kmp_quantity_unit(e->system, KMP_QUANTITY_QD, rate);
+        }
         return KEMPE_OK;
     }
     for (int k = 0; k < e->rate_count; k++) {
@@ -201,15 +196,6 @@ static kempe_status name_freed(kempe_equilibrium *e)
 
 /* -- finding ----------------------------------------------------------------------------------------- */
 
-/* Closes the contacts that touch at the start, where their friction has its place. */
-static kempe_status close_contacts(kempe_equilibrium *e, kmp_linear *linear, const double *q)
-{
-    kmp_contact_set *contacts;
-    kempe_status status = kmp_contact_set_begin(linear, 0, q, false, &e->arena, &contacts);
-    kmp_contact_set_end(contacts);
-    return status;
-}
-
 static kempe_status search_from(kempe_equilibrium *e, kmp_linear *linear, const kempe_assembly *start, double *q,
                                 kmp_search *search)
 {
@@ -217,7 +203,11 @@ static kempe_status search_from(kempe_equilibrium *e, kmp_linear *linear, const 
     if (start->chart)
         kmp_eval_set_charts(linear->eval, start->chart);
     if (e->friction && e->stick) {
-        KMP_TRY(close_contacts(e, linear, q));
+        /* Closes the contacts that touch at the start, where their friction has its place. */
+        kmp_contact_set *contacts;
+        kempe_status status = kmp_contact_set_begin(linear, 0, q, false, &e->arena, &contacts);
+        kmp_contact_set_end(contacts);
+        KMP_TRY(status);
         KMP_TRY(kmp_friction_state_lock(e->friction, 0, q, NULL, NULL));
     }
     KMP_TRY(kmp_equilibrium_or_steady(linear, 0, q, start->inner_q ? start->inner_qd : start->qd, search));
@@ -288,15 +278,6 @@ static kempe_status find_first(kempe_equilibrium *e, kmp_linear *linear, const k
 
 /* -- from random starts ------------------------------------------------------------------------------- */
 
-/* Coordinates that nothing depends on, at the current equilibrium, and those that move steadily. */
-static void find_still(const kempe_equilibrium *e, bool *still)
-{
-    for (int k = 0; e->count > 0 && k < e->balance[0].idle_count; k++)
-        still[e->balance[0].idle[k]] = true;
-    for (int k = 0; k < e->rate_count; k++)
-        still[e->rates[k].coordinate] = true;
-}
-
 /* Searches from the closed state of a random start. Every second search uses Newton's method alone, which also finds
  * unstable equilibria.
  */
@@ -321,18 +302,6 @@ static kempe_status try_start(kempe_equilibrium *e, kmp_linear *l, const kempe_a
     return KEMPE_OK;
 }
 
-static void sort(kempe_equilibrium *e)
-{
-    int first = e->from_start ? 1 : 0;
-    for (int i = first + 1; i < e->count; i++) {
-        kmp_balance moved = e->balance[i];
-        int k = i;
-        for (; k > first && kmp_state_before(e->system, KMP_SAME_STATE, moved.q, e->balance[k - 1].q); k--)
-            e->balance[k] = e->balance[k - 1];
-        e->balance[k] = moved;
-    }
-}
-
 /* Searches from random starts; coordinates that nothing depends on, and those that move steadily, have their start
  * values. */
 static kempe_status sample(kempe_equilibrium *e, kmp_linear *linear, const kempe_assembly *start, int seed)
@@ -341,7 +310,11 @@ static kempe_status sample(kempe_equilibrium *e, kmp_linear *linear, const kempe
     double *guess = KMP_ARENA_NEW(&e->arena, double, n);
     bool *still = KMP_ARENA_NEW(&e->arena, bool, n);
     KMP_TRY(kmp_made(e->system->context, guess && still));
-    find_still(e, still);
+    /* Coordinates that nothing depends on, at the current equilibrium, and those that move steadily. */
+    for (int k = 0; e->count > 0 && k < e->balance[0].idle_count; k++)
+        still[e->balance[0].idle[k]] = true;
+    for (int k = 0; k < e->rate_count; k++)
+        still[e->rates[k].coordinate] = true;
     kmp_scatter scatter = {e->system, start->q, still, FAR, guess, (unsigned)seed, 0, 0};
     while (e->starts < starts && !e->many && !kmp_interrupted(e->system->context)) {
         kempe_assembly *a = NULL;
@@ -355,7 +328,15 @@ static kempe_status sample(kempe_equilibrium *e, kmp_linear *linear, const kempe
         if (status != KEMPE_OK)
             return status;
     }
-    sort(e);
+    /* In the order of the states; one from the start stays first. */
+    int first = e->from_start ? 1 : 0;
+    for (int i = first + 1; i < e->count; i++) {
+        kmp_balance moved = e->balance[i];
+        int k = i;
+        for (; k > first && kmp_state_before(e->system, KMP_SAME_STATE, moved.q, e->balance[k - 1].q); k--)
+            e->balance[k] = e->balance[k - 1];
+        e->balance[k] = moved;
+    }
     return KEMPE_OK;
 }
 

@@ -359,24 +359,6 @@ static kempe_status count_run(kempe_fit *f, const kmp_fit_run *r)
     return KEMPE_OK;
 }
 
-static kempe_status count_measurements(kempe_fit *f)
-{
-    for (int k = 0; k < f->run_count; k++) {
-        kmp_fit_run *r = &f->run[k];
-        KMP_TRY(count_run(f, r));
-        r->motion = KMP_ARENA_NEW(&f->arena, double, (ptrdiff_t)r->measured.rows * r->measured.columns);
-        KMP_TRY(kmp_made(f->context, r->motion));
-    }
-    if (f->residuals <= f->count)
-        return kmp_fail(f->context, KEMPE_E_FAILED,
-                        "more measurements than parameters are needed, for their errors too: measurements %d, "
-                        "parameters %d",
-                        f->residuals, f->count);
-    ptrdiff_t slopes = (ptrdiff_t)f->residuals * f->count;
-    return kmp_made(f->context, KMP_ARENA_MAKE(&f->arena, KMP_ROOM(double, f->residuals, &f->residual),
-                                               KMP_ROOM(double, slopes, &f->slope)));
-}
-
 /* Several starts need places between bounds; they are usual where all parameters have both. */
 static kempe_status choose_starts(kempe_fit *f, int asked)
 {
@@ -414,7 +396,20 @@ static kempe_status derive(kempe_fit *f, const kempe_fit_options *options)
         KMP_TRY(kmp_bounded_read_start(f->context, options->start, &f->bounded, f->start));
     KMP_TRY(kmp_bounded_check(f->context, &f->bounded, f->start));
     memcpy(f->value, f->start, (size_t)f->count * sizeof *f->start);
-    return count_measurements(f);
+    for (int k = 0; k < f->run_count; k++) {
+        kmp_fit_run *r = &f->run[k];
+        KMP_TRY(count_run(f, r));
+        r->motion = KMP_ARENA_NEW(&f->arena, double, (ptrdiff_t)r->measured.rows * r->measured.columns);
+        KMP_TRY(kmp_made(f->context, r->motion));
+    }
+    if (f->residuals <= f->count)
+        return kmp_fail(f->context, KEMPE_E_FAILED,
+                        "more measurements than parameters are needed, for their errors too: measurements %d, "
+                        "parameters %d",
+                        f->residuals, f->count);
+    ptrdiff_t slopes = (ptrdiff_t)f->residuals * f->count;
+    return kmp_made(f->context, KMP_ARENA_MAKE(&f->arena, KMP_ROOM(double, f->residuals, &f->residual),
+                                               KMP_ROOM(double, slopes, &f->slope)));
 }
 
 static kempe_status prepare(kempe_fit *f, const kempe_fit_options *options)

@@ -105,25 +105,6 @@ static bool make_rows(kempe_inverse *r, ptrdiff_t rows)
 
 /* -- options ----------------------------------------------------------------------------------------- */
 
-static kempe_status check_numbers(const job *j)
-{
-    const double numbers[] = {j->options->t_end, j->options->output_step};
-    static const char *const names[] = {"t_end", "output_step"};
-    for (int k = 0; k < 2; k++)
-        if (!(numbers[k] >= 0 && isfinite(numbers[k])))
-            return kmp_fail(j->context, KEMPE_E_ARGUMENT, "%s = %g: a positive number is expected", names[k],
-                            numbers[k]);
-    return KEMPE_OK;
-}
-
-static void take_drives(kempe_inverse *r)
-{
-    const kempe_model *model = r->system->model;
-    for (int c = 0; c < model->closure_count; c++)
-        if (kmp_closure_is_drive(&model->closures[c]))
-            r->actuator[r->a++] = model->closures[c].motion;
-}
-
 /* Suitable coordinates as "a,b", and their number; -1 where the loops do not close. False: no memory. */
 static bool print_candidates(const job *j, int *freedoms, kmp_text *text)
 {
@@ -206,8 +187,12 @@ static kempe_status read_actuators(job *j)
 {
     kempe_inverse *r = j->r;
     KMP_TRY(kmp_coordinates_read(j->system->model, "actuators", j->options->actuators, r->actuator, &r->a));
-    if (r->a == 0)
-        take_drives(r);
+    if (r->a == 0) {
+        const kempe_model *model = r->system->model;
+        for (int c = 0; c < model->closure_count; c++)
+            if (kmp_closure_is_drive(&model->closures[c]))
+                r->actuator[r->a++] = model->closures[c].motion;
+    }
     return r->a == 0 ? fail_without_actuators(j) : read_weights(j);
 }
 
@@ -235,15 +220,6 @@ static kempe_status choose_motion(job *j)
 
 /* -- the motion -------------------------------------------------------------------------------------- */
 
-static kempe_status fail_gap(const job *j, const kmp_gap_in_table *gap)
-{
-    KMP_TRY(kmp_made(j->context, gap->coordinate >= 0));
-    return kmp_complain(j->context, j->options->motion, 0, 0,
-                        "column %s.%s has no value at t = %.9g s: fill the column, or omit it",
-                        kmp_quantity_prefix((kmp_quantity)gap->order), j->system->model->motions[gap->coordinate].name,
-                        j->reference.t[gap->row]);
-}
-
 static kempe_status read_table(job *j)
 {
     kmp_gap_in_table gap;
@@ -254,47 +230,43 @@ static kempe_status read_table(job *j)
     if (x->rows == 0)
         return kmp_complain(j->context, j->options->motion, 0, 0, "there are no rows");
     if (!kmp_prescribed_init(&j->table, x->rows, x->t, j->system->n, x->value[KMP_QUANTITY_Q],
-                             x->value[KMP_QUANTITY_QD], x->value[KMP_QUANTITY_QDD], &gap))
-        return fail_gap(j, &gap);
+                             x->value[KMP_QUANTITY_QD], x->value[KMP_QUANTITY_QDD], &gap)) {
+        KMP_TRY(kmp_made(j->context, gap.coordinate >= 0));
+        return kmp_complain(j->context, j->options->motion, 0, 0,
+                            "column %s.%s has no value at t = %.9g s: fill the column, or omit it",
+                            kmp_quantity_prefix((kmp_quantity)gap.order),
+                            j->system->model->motions[gap.coordinate].name, j->reference.t[gap.row]);
+    }
     if (j->table.count == 0)
         return kmp_complain(j->context, j->options->motion, 0, 0, "column q.NAME is missing: positions are required");
     return KEMPE_OK;
-}
-
-/* Rows of the table, or evenly from its first to its last. */
-static kempe_status table_times(job *j)
-{
-    const kmp_reference *x = &j->reference;
-    double every = 0, span = x->t[x->rows - 1] - x->t[0];
-    j->t_first = x->t[0];
-    if (j->options->output_step > 0 && span > 0) {
-        KMP_TRY(kmp_times_spacing(j->system, j->options->output_step, span, &every));
-        return kmp_times_init(&j->times, every, span, NULL) ? KEMPE_OK : kmp_fail_memory(j->context);
-    }
-    j->times = (kmp_times){.count = x->rows, .t = KMP_NEW(double, x->rows)};
-    KMP_TRY(kmp_made(j->context, j->times.t));
-    memcpy(j->times.t, x->t, (size_t)x->rows * sizeof *x->t);
-    j->t_first = 0;
-    return KEMPE_OK;
-}
-
-static kempe_status drive_times(job *j)
-{
-    double every, t_end = j->options->t_end > 0 ? j->options->t_end : j->system->model->run.t_end;
-    if (!(t_end > 0))
-        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end is missing: give it in the model or as an option");
-    KMP_TRY(kmp_times_spacing(j->system, j->options->output_step, t_end, &every));
-    return kmp_times_init(&j->times, every, t_end, NULL) ? KEMPE_OK : kmp_fail_memory(j->context);
 }
 
 static kempe_status prepare_motion(job *j)
 {
     if (j->options->motion) {
         KMP_TRY(read_table(j));
-        return table_times(j);
+        /* Rows of the table, or evenly from its first to its last. */
+        const kmp_reference *x = &j->reference;
+        double every = 0, span = x->t[x->rows - 1] - x->t[0];
+        j->t_first = x->t[0];
+        if (j->options->output_step > 0 && span > 0) {
+            KMP_TRY(kmp_times_spacing(j->system, j->options->output_step, span, &every));
+            return kmp_times_init(&j->times, every, span, NULL) ? KEMPE_OK : kmp_fail_memory(j->context);
+        }
+        j->times = (kmp_times){.count = x->rows, .t = KMP_NEW(double, x->rows)};
+        KMP_TRY(kmp_made(j->context, j->times.t));
+        memcpy(j->times.t, x->t, (size_t)x->rows * sizeof *x->t);
+        j->t_first = 0;
+        return KEMPE_OK;
     }
-    if (j->r->motion == KMP_INVERSE_DRIVES)
-        return drive_times(j);
+    if (j->r->motion == KMP_INVERSE_DRIVES) {
+        double every, t_end = j->options->t_end > 0 ? j->options->t_end : j->system->model->run.t_end;
+        if (!(t_end > 0))
+            return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end is missing: give it in the model or as an option");
+        KMP_TRY(kmp_times_spacing(j->system, j->options->output_step, t_end, &every));
+        return kmp_times_init(&j->times, every, t_end, NULL) ? KEMPE_OK : kmp_fail_memory(j->context);
+    }
     j->times = (kmp_times){.count = 1, .t = KMP_NEW(double, 1)};
     return j->times.t ? KEMPE_OK : kmp_fail_memory(j->context);
 }
@@ -377,7 +349,12 @@ static kempe_status prepare_numbers(job *j, const kmp_prescribed *table, bool at
 static kempe_status prepare(job *j)
 {
     kempe_inverse *r = j->r;
-    KMP_TRY(check_numbers(j));
+    const double numbers[] = {j->options->t_end, j->options->output_step};
+    static const char *const names[] = {"t_end", "output_step"};
+    for (int k = 0; k < 2; k++)
+        if (!(numbers[k] >= 0 && isfinite(numbers[k])))
+            return kmp_fail(j->context, KEMPE_E_ARGUMENT, "%s = %g: a positive number is expected", names[k],
+                            numbers[k]);
     KMP_TRY(choose_motion(j));
     KMP_TRY(read_actuators(j));
     KMP_TRY(prepare_motion(j));
@@ -585,16 +562,6 @@ static kempe_status tell_shared_loads(const job *j)
                                  &r->not_unique);
 }
 
-static void warn_again(const kempe_inverse *r)
-{
-    if (!kmp_convergence_holds(&r->again))
-        kmp_doubt(
-            r->system->context,
-            "do not trust these actuator forces: with half the rows of the table that of '%s' differs by %.2g of "
-            "its maximum at t = %.6g s; add rates and accelerations to the table, or use a finer or smoother table",
-            r->system->model->motions[r->actuator[r->again.index]].name, r->again.difference, r->again.t);
-}
-
 /* Repeats the study with every other row, where rates or accelerations are derivatives of splines through the rows. */
 static kempe_status repeat(const job *j, job *again)
 {
@@ -638,7 +605,13 @@ static kempe_status check_again(job *j)
     release(&again);
     if (status == KEMPE_OK) {
         kmp_context_clear(j->context);
-        warn_again(j->r);
+        const kempe_inverse *r = j->r;
+        if (!kmp_convergence_holds(&r->again))
+            kmp_doubt(
+                r->system->context,
+                "do not trust these actuator forces: with half the rows of the table that of '%s' differs by %.2g of "
+                "its maximum at t = %.6g s; add rates and accelerations to the table, or use a finer or smoother table",
+                r->system->model->motions[r->actuator[r->again.index]].name, r->again.difference, r->again.t);
     }
     return status;
 }
@@ -668,12 +641,6 @@ static kempe_status judge(const kempe_inverse *r)
                     kmp_inverse_unmet(r), r->rank, r->freedoms);
 }
 
-static kempe_status settle_reason(kempe_inverse *r)
-{
-    r->reason = kmp_arena_strdup(&r->arena, r->status == KEMPE_OK ? "" : kempe_context_message(r->system->context));
-    return r->reason ? r->status : kmp_fail_memory(r->system->context);
-}
-
 static kempe_status run(job *j)
 {
     kempe_inverse *r = j->r;
@@ -693,7 +660,8 @@ static kempe_status run(job *j)
             if (j->prescribed.part.u[k] < kmp_model_coordinates(j->system->model))
                 r->start_u[r->start_u_count++] = j->prescribed.part.u[k];
     }
-    KMP_TRY(settle_reason(r));
+    r->reason = kmp_arena_strdup(&r->arena, r->status == KEMPE_OK ? "" : kempe_context_message(r->system->context));
+    KMP_TRY(r->reason ? r->status : kmp_fail_memory(r->system->context));
     warn_of_guides(j);
     KMP_TRY(tell_shared_loads(j));
     bool differentiated = is_differentiated(&j->table);

@@ -126,20 +126,6 @@ static kempe_status search_all(kempe_optimum *o)
 
 /* -- options ----------------------------------------------------------------------------------------- */
 
-static kempe_status find_start(kempe_optimum *o, const char *file)
-{
-    kmp_variant *given = NULL;
-    KMP_TRY(kmp_variant_new(o->model, o->count, (const char *const *)o->bounded.name, &given));
-    for (int k = 0; k < o->count; k++) {
-        const kempe_model *m = kmp_variant_model(given);
-        o->start[k] = m->parameters[kmp_parameter_find(m, o->bounded.name[k])].number.value;
-    }
-    kmp_variant_free(given);
-    if (file)
-        KMP_TRY(kmp_bounded_read_start(o->context, file, &o->bounded, o->start));
-    return kmp_bounded_check(o->context, &o->bounded, o->start);
-}
-
 static kempe_status prepare(kempe_optimum *o, const kempe_optimum_options *options)
 {
     const char *quantity = options->minimize ? options->minimize : options->maximize;
@@ -174,7 +160,17 @@ static kempe_status prepare(kempe_optimum *o, const kempe_optimum_options *optio
     o->limit_words = options->limits;
     KMP_TRY(kmp_made(o->context, KMP_ARENA_MAKE(&o->arena, KMP_ROOM(double, o->count, &o->start, &o->value),
                                                 KMP_ROOM(double, width, &o->values, &o->at_best))));
-    KMP_TRY(find_start(o, options->start));
+    const char *file = options->start;
+    kmp_variant *given = NULL;
+    KMP_TRY(kmp_variant_new(o->model, o->count, (const char *const *)o->bounded.name, &given));
+    for (int k = 0; k < o->count; k++) {
+        const kempe_model *m = kmp_variant_model(given);
+        o->start[k] = m->parameters[kmp_parameter_find(m, o->bounded.name[k])].number.value;
+    }
+    kmp_variant_free(given);
+    if (file)
+        KMP_TRY(kmp_bounded_read_start(o->context, file, &o->bounded, o->start));
+    KMP_TRY(kmp_bounded_check(o->context, &o->bounded, o->start));
     const char *method = options->method;
     bool slopes = method ? strcmp(method, "slopes") == 0 : o->objective.runs != NULL;
     if (method && !slopes && strcmp(method, "values") != 0)
