@@ -349,6 +349,19 @@ void kmp_eval_mass(kmp_evaluator *eval)
     }
 }
 
+/* Accelerations without closure forces, by the recursion; adds efforts outside the program. `effort` is zero, or that
+ * of the user-defined force. */
+static void accelerate_bodies(kmp_evaluator *eval)
+{
+    for (int i = 0; eval->given && i < eval->n; i++)
+        eval->with_force[i] = eval->effort[i] + eval->given[i];
+    if (eval->given || eval->gave || eval->system->force)
+        kmp_machine_set(eval->motion, KMP_IN_EFFORT, eval->given ? eval->with_force : eval->effort);
+    eval->gave = eval->given;
+    eval->free_qdd = kmp_machine_run(eval->motion, KMP_STAGE_BIAS);
+    eval->drift = eval->free_qdd + eval->n;
+}
+
 /* Adds generalized forces outside the program to C. */
 static void add_efforts(kmp_evaluator *eval)
 {
@@ -413,6 +426,16 @@ static void find_bias(kmp_evaluator *eval, const double *qd)
     add_efforts(eval);
 }
 
+/* Evaluates bias and jdqd of the machine by M and C. */
+static void run_bias(kmp_evaluator *eval)
+{
+    eval->own_bias = kmp_machine_run(eval->motion, KMP_STAGE_BIAS);
+    eval->jdqd = eval->nu ? eval->own_bias : eval->own_bias + eval->n;
+    if (eval->nu)
+        run_load_dependent(eval);
+    add_efforts(eval);
+}
+
 void kmp_eval_bias_with(kmp_evaluator *eval, const double *nu)
 {
     memmove(eval->nu, nu, (size_t)eval->m * sizeof *nu);
@@ -425,26 +448,12 @@ void kmp_eval_bias(kmp_evaluator *eval, const double *qd)
     visit(eval, NULL, NULL, qd);
     kmp_machine_set(eval->motion, KMP_IN_QD, qd);
     (void)kmp_eval_effort(eval, eval->t, eval->q, qd);
-    if (eval->by_bodies) {
-        /* Accelerations without closure forces, by the recursion; adds efforts outside the program. `effort` is zero,
-         * or that of the user-defined force. */
-        for (int i = 0; eval->given && i < eval->n; i++)
-            eval->with_force[i] = eval->effort[i] + eval->given[i];
-        if (eval->given || eval->gave || eval->system->force)
-            kmp_machine_set(eval->motion, KMP_IN_EFFORT, eval->given ? eval->with_force : eval->effort);
-        eval->gave = eval->given;
-        eval->free_qdd = kmp_machine_run(eval->motion, KMP_STAGE_BIAS);
-        eval->drift = eval->free_qdd + eval->n;
-    } else if (eval->weighs_only)
+    if (eval->by_bodies)
+        accelerate_bodies(eval);
+    else if (eval->weighs_only)
         find_bias(eval, qd);
-    else {
-        /* Evaluates bias and jdqd of the machine by M and C. */
-        eval->own_bias = kmp_machine_run(eval->motion, KMP_STAGE_BIAS);
-        eval->jdqd = eval->nu ? eval->own_bias : eval->own_bias + eval->n;
-        if (eval->nu)
-            run_load_dependent(eval);
-        add_efforts(eval);
-    }
+    else
+        run_bias(eval);
 }
 
 const double *kmp_eval_effort(kmp_evaluator *eval, double t, const double *q, const double *qd)

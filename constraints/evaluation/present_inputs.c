@@ -43,6 +43,17 @@ static bool is_due(const kmp_past_signal *signal, const kmp_signal_piece *piece,
     return has_ended(piece, t) && kmp_past_has(signal, piece->c[LAST] + 1);
 }
 
+/* Takes the part that begins at t, or before where several have ended. */
+static void enter_part(const kmp_past_signal *signal, kmp_signal_piece *piece, double t)
+{
+    double first = piece->c[LAST] + 1, from = kmp_past_piece_of(signal, first)->from + signal->delay;
+    int order = kmp_past_piece_of(signal, first)->jump;
+    *piece = (kmp_signal_piece){.from = from < t && !kmp_same_time(from, t) ? from : t,
+                                .c = {first, first, order},
+                                .jump = order > 0 ? order - 1 : 0};
+    renew(signal, piece);
+}
+
 void kmp_present_inputs_recall(kmp_present_inputs *inputs, const kmp_past *past)
 {
     inputs->past = past;
@@ -226,14 +237,7 @@ int kmp_present_inputs_enter(kmp_present_inputs *inputs, double t, int *input)
     for (int k = 0; k < inputs->count; k++) {
         const kmp_past_signal *signal = past_of(inputs, k);
         if (signal && is_due(signal, &inputs->piece[k], t)) {
-            /* Takes the part that begins at t, or before where several have ended. */
-            kmp_signal_piece *piece = &inputs->piece[k];
-            double first = piece->c[LAST] + 1, from = kmp_past_piece_of(signal, first)->from + signal->delay;
-            int order = kmp_past_piece_of(signal, first)->jump;
-            *piece = (kmp_signal_piece){.from = from < t && !kmp_same_time(from, t) ? from : t,
-                                        .c = {first, first, order},
-                                        .jump = order > 0 ? order - 1 : 0};
-            renew(signal, piece);
+            enter_part(signal, &inputs->piece[k], t);
             if (inputs->piece[k].jump < least) {
                 least = inputs->piece[k].jump;
                 *input = k;

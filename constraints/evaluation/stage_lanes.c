@@ -57,6 +57,7 @@ void kmp_stage_lanes_free(kmp_stage_lanes *stages)
 const double *kmp_stage_lanes_run(kmp_stage_lanes *stages, int stage, const double *t, const double *q,
                                   const double *qd)
 {
+    /* Parameters and charts that the evaluator has now. */
     const kmp_evaluator *eval = stages->eval;
     if (stages->mode &&
         memcmp(stages->mode, eval->mode, (size_t)eval->system->events.count * sizeof *stages->mode) != 0)

@@ -231,29 +231,10 @@ static bool find_coupled(finder *f)
 
 /* -- order and factor ------------------------------------------------------------------------------------ */
 
-static void count_factor(finder *f)
+/* Eliminates the u of `graph` one after another, the one with the fewest neighbours first; `fill`: the columns of the
+ * factor as sets of u. */
+static bool eliminate(kmp_zeros *z, sets graph, sets fill)
 {
-    kmp_zeros *z = f->z;
-    z->factor_products = z->l_entries = 0;
-    for (int c = 0; c < z->p; c++) {
-        long below = size_of(f->factor, c, z->p);
-        z->factor_products += below * (below + 1) / 2;
-        z->l_entries += below;
-    }
-}
-
-/* The columns of the factor, by an order of little fill or, if that saves little, in the order of u and full. */
-static bool order_factor(finder *f)
-{
-    kmp_zeros *z = f->z;
-    sets graph = sets_new(z, z->p, z->p), fill = sets_new(z, z->p, z->p);
-    f->factor = sets_new(z, z->p, z->p);
-    z->order = KMP_ARENA_NEW(z->arena, int, z->p);
-    if (z->scratch.failed || !z->order)
-        return false;
-    memcpy(graph.bits, f->coupled.bits, (size_t)z->p * (size_t)graph.words * sizeof *graph.bits);
-    /* Eliminates the u of `graph` one after another, the one with the fewest neighbours first; `fill`: the columns of
-     * the factor as sets of u. */
     int *degree = KMP_ARENA_NEW(&z->scratch, int, z->p);
     if (!degree)
         return false;
@@ -275,6 +256,41 @@ static bool order_factor(finder *f)
                 degree[k] = size_of(graph, k, z->p);
             }
     }
+    return true;
+}
+
+static void count_factor(finder *f)
+{
+    kmp_zeros *z = f->z;
+    z->factor_products = z->l_entries = 0;
+    for (int c = 0; c < z->p; c++) {
+        long below = size_of(f->factor, c, z->p);
+        z->factor_products += below * (below + 1) / 2;
+        z->l_entries += below;
+    }
+}
+
+static void count_x(finder *f)
+{
+    kmp_zeros *z = f->z;
+    for (int c = 0; c < z->p; c++)
+        for (int i = c; i < z->p; i++)
+            if (has(f->coupled, z->order[c], z->order[i]))
+                z->x_products += z->x_start[z->order[i] + 1] - z->x_start[z->order[i]];
+}
+
+/* The columns of the factor, by an order of little fill or, if that saves little, in the order of u and full. */
+static bool order_factor(finder *f)
+{
+    kmp_zeros *z = f->z;
+    sets graph = sets_new(z, z->p, z->p), fill = sets_new(z, z->p, z->p);
+    f->factor = sets_new(z, z->p, z->p);
+    z->order = KMP_ARENA_NEW(z->arena, int, z->p);
+    if (z->scratch.failed || !z->order)
+        return false;
+    memcpy(graph.bits, f->coupled.bits, (size_t)z->p * (size_t)graph.words * sizeof *graph.bits);
+    if (!eliminate(z, graph, fill))
+        return false;
     for (int c = 0; c < z->p; c++)
         for (int i = c + 1; i < z->p; i++)
             if (has(fill, c, z->order[i]))
@@ -287,10 +303,7 @@ static bool order_factor(finder *f)
             put(f->factor, c, i);
     }
     count_factor(f);
-    for (int c = 0; c < z->p; c++)
-        for (int i = c; i < z->p; i++)
-            if (has(f->coupled, z->order[c], z->order[i]))
-                z->x_products += z->x_start[z->order[i] + 1] - z->x_start[z->order[i]];
+    count_x(f);
     return list_all(z, f->factor, z->p, z->p, &z->l);
 }
 
@@ -299,6 +312,49 @@ static bool order_factor(finder *f)
 static int fours_of(const kmp_zeros *z)
 {
     return z->stride / KMP_FOUR;
+}
+
+static void place_coordinates(kmp_zeros *z)
+{
+    for (int c = 0; c < z->p; c++)
+        z->place[z->part->u[z->order[c]]] = c;
+    for (int i = 0; i < z->part->r; i++)
+        z->place[z->part->v[i]] = -1 - i;
+    for (int e = 0; e < z->m_start[z->n]; e++)
+        z->m_place[e] = z->place[z->m_place[e]];
+}
+
+static bool list_reach(finder *f, sets fours)
+{
+    kmp_zeros *z = f->z;
+    sets positions = sets_new(z, z->blocks + 1, z->p);
+    if (z->scratch.failed)
+        return false;
+    for (int b = 0; b < z->blocks; b++)
+        for (int c = 0; c < z->p; c++)
+            if (has(f->reach, b, z->order[c])) {
+                put(positions, b, c);
+                put(fours, b, c / KMP_FOUR);
+            }
+    return list_all(z, positions, z->blocks, z->p, &z->reach) &&
+           list_runs(z, fours, z->blocks, fours_of(z), &z->reach_runs);
+}
+
+/* Places of Ju's entries in `right`, and of the nonzeros of Bvu wherever they are kept. */
+static void place_tangent(finder *f)
+{
+    kmp_zeros *z = f->z;
+    const kmp_reduction *red = f->red;
+    int at = 0;
+    for (int k = 0; k < red->ju_count; k++)
+        z->ju_place[k] = red->ju_row[k] * z->stride + z->place[z->part->u[red->ju_col[k]]];
+    for (int i = 0; i < red->r; i++)
+        for (int e = z->reach.start[z->block_of[i]]; e < z->reach.start[z->block_of[i] + 1]; e++, at++) {
+            int c = z->reach.at[e], k = z->order[c];
+            z->in_b[at] = i * z->stride + c;
+            z->in_bvu[at] = i + k * red->r;
+            z->in_x[at] = z->part->v[i] + k * z->n;
+        }
 }
 
 static bool list_mass_times_x(kmp_zeros *z, sets reach_fours)
@@ -352,39 +408,10 @@ static bool place_fours(finder *f)
     z->b = kmp_arena_aligned(z->arena, room + 1);
     z->row = kmp_arena_aligned(z->arena, (size_t)z->stride);
     z->packed = kmp_arena_aligned(z->arena, (size_t)z->stride);
-    for (int c = 0; c < z->p; c++)
-        z->place[z->part->u[z->order[c]]] = c;
-    for (int i = 0; i < z->part->r; i++)
-        z->place[z->part->v[i]] = -1 - i;
-    for (int e = 0; e < z->m_start[z->n]; e++)
-        z->m_place[e] = z->place[z->m_place[e]];
-    if (z->arena->failed)
+    place_coordinates(z);
+    if (z->arena->failed || !list_reach(f, reach_fours))
         return false;
-    /* The columns, and fours of columns, that each block of rows reaches. */
-    sets positions = sets_new(z, z->blocks + 1, z->p);
-    if (z->scratch.failed)
-        return false;
-    for (int b = 0; b < z->blocks; b++)
-        for (int c = 0; c < z->p; c++)
-            if (has(f->reach, b, z->order[c])) {
-                put(positions, b, c);
-                put(reach_fours, b, c / KMP_FOUR);
-            }
-    if (!(list_all(z, positions, z->blocks, z->p, &z->reach) &&
-          list_runs(z, reach_fours, z->blocks, fours_of(z), &z->reach_runs)))
-        return false;
-    /* Places of Ju's entries in `right`, and of the nonzeros of Bvu wherever they are kept. */
-    const kmp_reduction *red = f->red;
-    int at = 0;
-    for (int k = 0; k < red->ju_count; k++)
-        z->ju_place[k] = red->ju_row[k] * z->stride + z->place[z->part->u[red->ju_col[k]]];
-    for (int i = 0; i < red->r; i++)
-        for (int e = z->reach.start[z->block_of[i]]; e < z->reach.start[z->block_of[i] + 1]; e++, at++) {
-            int c = z->reach.at[e], k = z->order[c];
-            z->in_b[at] = i * z->stride + c;
-            z->in_bvu[at] = i + k * red->r;
-            z->in_x[at] = z->part->v[i] + k * z->n;
-        }
+    place_tangent(f);
     return list_mass_times_x(z, reach_fours) && list_tiles(f);
 }
 

@@ -126,6 +126,7 @@ static kempe_status improve(kmp_pick *c, kmp_partition *part, const kempe_system
         return outcome == KMP_PICK_SINGULAR ? KEMPE_E_FAILED : kmp_fail_memory(s->context);
     part->exchanges += exchanges;
     part->max_b = max_b;
+    /* The improved choice, in the order of coordinates. */
     int r = part->r;
     memcpy(part->v, c->col, (size_t)r * sizeof(int));
     memcpy(part->u, c->col + r, (size_t)part->p * sizeof(int));

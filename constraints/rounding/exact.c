@@ -183,6 +183,19 @@ static void turn(double *r, int k, double by)
     }
 }
 
+static void move_axes(const quantity *n, double by)
+{
+    double *a = n->axes;
+    if (n->frame) {
+        turn(a, n->k, by);
+        return;
+    }
+    a[n->k] += by;
+    double size = hypot(hypot(a[0], a[1]), a[2]);
+    for (int k = 0; k < 3; k++)
+        a[k] /= size;
+}
+
 /* Writes each number as drawn plus its shift into the model, whatever its parameters; shift NULL: as drawn. */
 static void place_numbers(quantity *list, int count, const double *shift, double length)
 {
@@ -196,19 +209,8 @@ static void place_numbers(quantity *list, int count, const double *shift, double
     for (int i = 0; shift && i < count; i++)
         if (fabs(shift[i]) > KMP_MEND_NO_SHIFT && list[i].scalar)
             move_scalar(&list[i], shift[i] * length);
-        else if (fabs(shift[i]) > KMP_MEND_NO_SHIFT) {
-            const quantity *n = &list[i];
-            double by = shift[i];
-            double *a = n->axes;
-            if (n->frame) {
-                turn(a, n->k, by);
-                continue;
-            }
-            a[n->k] += by;
-            double size = hypot(hypot(a[0], a[1]), a[2]);
-            for (int k = 0; k < 3; k++)
-                a[k] /= size;
-        }
+        else if (fabs(shift[i]) > KMP_MEND_NO_SHIFT)
+            move_axes(&list[i], shift[i]);
 }
 
 /* -- the state of a search ----------------------------------------------------------------------------- */

@@ -275,6 +275,15 @@ static int find_shared(kempe_workspace *ws)
     return -1;
 }
 
+static kempe_status fail_unsettled(kempe_workspace *ws)
+{
+    kmp_text text = {0};
+    kmp_put_unsettled(ws->eval, &text);
+    kempe_status status = fail(ws, "%s", text.s ? text.s : "");
+    kmp_text_free(&text);
+    return status;
+}
+
 /* True if each dropped row is compatible with the motions that the others allow, up to the gap of open loops. */
 static bool drops_rightly(const kempe_workspace *ws)
 {
@@ -315,13 +324,8 @@ static kempe_status by_saddle(kempe_workspace *ws)
             "a force depends on the multiplier of closure row '%s', which is undetermined because of redundant rows",
             ws->system->row_names[shared]);
     kmp_saddle_accelerations(&ws->saddle, a, a + ws->n);
-    if (kmp_is_unsettled(ws->eval)) {
-        kmp_text text = {0};
-        kmp_put_unsettled(ws->eval, &text);
-        kempe_status status = fail(ws, "%s", text.s ? text.s : "");
-        kmp_text_free(&text);
-        return status;
-    }
+    if (kmp_is_unsettled(ws->eval))
+        return fail_unsettled(ws);
     return kmp_all_finite(ws->n + ws->m, a) ? KEMPE_OK : fail(ws, "the accelerations are not finite at t = %.9g", t);
 }
 

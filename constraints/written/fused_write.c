@@ -49,6 +49,29 @@ static void select_rows(const maker *k, const kmp_ref *all, kmp_ref *into)
         into[i] = all[k->red->part->rows[i]];
 }
 
+/* Bvu, x_t and the correction: -Jv^-1 of Ju, h_t and h. */
+static void make_tangent(maker *k)
+{
+    for (int number = kmp_block_count(k->red->block); number-- > 0;) {
+        kmp_written_blocks_factor(&k->jv, number);
+        kmp_written_blocks_solve(&k->jv, number, k->p, k->jv.ju, k->b);
+        if (k->h_t)
+            kmp_written_blocks_solve(&k->jv, number, 1, k->h_t, k->x_t);
+        kmp_written_blocks_solve(&k->jv, number, 1, k->h, k->dv);
+    }
+    negate(k->r * k->p, k->b);
+    negate(k->r, k->x_t);
+    negate(k->r, k->dv);
+}
+
+/* a0 = -Jv^-1 jdqd. */
+static void make_curvature(maker *k)
+{
+    for (int number = kmp_block_count(k->red->block); number-- > 0;)
+        kmp_written_blocks_solve(&k->jv, number, 1, k->jdqd, k->a0);
+    negate(k->r, k->a0);
+}
+
 /* Entry of X = (1; Bvu) in the row of a coordinate. */
 static kmp_ref x_entry(const maker *k, int coordinate, int column)
 {
@@ -56,6 +79,19 @@ static kmp_ref x_entry(const maker *k, int coordinate, int column)
     if (place >= 0)
         return k->b[place * k->p + column];
     return -1 - place == column ? KMP_ONE : KMP_ZERO;
+}
+
+/* M X. */
+static void make_mx(maker *k)
+{
+    const kmp_pattern *m = &k->w.s->mass;
+    for (int e = 0; e < m->count; e++)
+        for (int c = 0; c < k->p; c++) {
+            int i = m->row[e], j = m->col[e];
+            kmp_written_add_product(k->g, &k->mx[i * k->p + c], k->w.mass[e], x_entry(k, j, c));
+            if (i != j)
+                kmp_written_add_product(k->g, &k->mx[j * k->p + c], k->w.mass[e], x_entry(k, i, c));
+        }
 }
 
 /* Mr = X' M X, lower triangle, and -Fr = -X' C - (M X)' a0. */
@@ -108,6 +144,17 @@ static void solve_reduced(const maker *k, const reduced *mr, kmp_ref *x)
     }
 }
 
+/* qd of v. */
+static void make_rates(const maker *k)
+{
+    for (int i = 0; i < k->r; i++) {
+        k->rate[i] = k->x_t[i];
+        for (int c = 0; c < k->p; c++)
+            kmp_written_add_product(k->g, &k->rate[i], k->b[i * k->p + c],
+                                    kmp_written_rate(&k->w, k->red->part, k->red->part->u[c]));
+    }
+}
+
 /* Adds to a force of coordinate i that of the accelerations a0. */
 static void add_curvature(const maker *k, int i, kmp_ref *force)
 {
@@ -127,6 +174,17 @@ static kmp_ref force_of(const maker *k, int i, const kmp_ref *udd)
         kmp_written_add_product(k->g, &force, k->mx[i * k->p + c], udd[c]);
     add_curvature(k, i, &force);
     return force;
+}
+
+/* Adds the power of closures that move in time, -lambda' h_t. The multipliers are Jv'^-1 f with the forces f of v that
+ * M qdd + C leaves to the closures, so that the power is f' x_t. */
+static void add_drives(maker *k, const kmp_ref *udd)
+{
+    for (int i = 0; k->plan->drives && k->h_t && i < k->n; i++) {
+        int place = k->red->place[i];
+        if (place >= 0 && k->x_t[place] != KMP_ZERO)
+            kmp_written_add_product(k->g, &k->w.power, force_of(k, i, udd), k->x_t[place]);
+    }
 }
 
 /* -- multipliers -------------------------------------------------------------------------------------- */
@@ -171,6 +229,26 @@ static kmp_ref find_influence(maker *k, const reduced *mr, int j, kmp_ref *influ
     return constant;
 }
 
+/* Solves a x = b in place, in the order of the rows: the diagonal of dLambda/dnu - 1 is far from zero wherever the
+ * multipliers are determined. */
+static void eliminate(kmp_graph *g, int count, kmp_ref *a, kmp_ref *b)
+{
+    for (int j = 0; j < count; j++) {
+        kmp_ref inverse = kmp_div(g, KMP_ONE, a[j * count + j]);
+        for (int i = j + 1; i < count; i++) {
+            kmp_ref l = kmp_neg(kmp_mul(g, a[i * count + j], inverse));
+            for (int c = j + 1; c < count; c++)
+                kmp_written_add_product(g, &a[i * count + c], l, a[j * count + c]);
+            kmp_written_add_product(g, &b[i], l, b[j]);
+        }
+    }
+    for (int i = count; i-- > 0;) {
+        for (int c = i + 1; c < count; c++)
+            b[i] = kmp_sub(g, b[i], kmp_mul(g, a[i * count + c], b[c]));
+        b[i] = kmp_div(g, b[i], a[i * count + i]);
+    }
+}
+
 /* The residual of the multipliers in C, and Newton's step. False: no memory. */
 static bool make_loads(maker *k, const reduced *mr)
 {
@@ -192,25 +270,7 @@ static bool make_loads(maker *k, const reduced *mr)
                     kmp_written_add_product(k->g, &a[j * k->loads + l], influence[load->row[e]], k->w.load[e]);
         }
     }
-    /* Solves a x = b in place, in the order of the rows: the diagonal of dLambda/dnu - 1 is far from zero wherever the
-     * multipliers are determined. */
-    kmp_graph *g = k->g;
-    int count = k->loads;
-    kmp_ref *b = k->newton;
-    for (int j = 0; j < count; j++) {
-        kmp_ref inverse = kmp_div(g, KMP_ONE, a[j * count + j]);
-        for (int i = j + 1; i < count; i++) {
-            kmp_ref l = kmp_neg(kmp_mul(g, a[i * count + j], inverse));
-            for (int c = j + 1; c < count; c++)
-                kmp_written_add_product(g, &a[i * count + c], l, a[j * count + c]);
-            kmp_written_add_product(g, &b[i], l, b[j]);
-        }
-    }
-    for (int i = count; i-- > 0;) {
-        for (int c = i + 1; c < count; c++)
-            b[i] = kmp_sub(g, b[i], kmp_mul(g, a[i * count + c], b[c]));
-        b[i] = kmp_div(g, b[i], a[i * count + i]);
-    }
+    eliminate(k->g, k->loads, a, k->newton);
     return true;
 }
 
@@ -385,51 +445,18 @@ static kmp_program *write_program(maker *k)
         select_rows(k, k->w.h_t, k->h_t);
     if (!kmp_written_blocks_init(&k->jv, &k->w.arena, k->g, k->w.jacobian))
         return NULL;
-    /* Bvu, x_t and the correction: -Jv^-1 of Ju, h_t and h. */
-    for (int number = kmp_block_count(k->red->block); number-- > 0;) {
-        kmp_written_blocks_factor(&k->jv, number);
-        kmp_written_blocks_solve(&k->jv, number, k->p, k->jv.ju, k->b);
-        if (k->h_t)
-            kmp_written_blocks_solve(&k->jv, number, 1, k->h_t, k->x_t);
-        kmp_written_blocks_solve(&k->jv, number, 1, k->h, k->dv);
-    }
-    negate(k->r * k->p, k->b);
-    negate(k->r, k->x_t);
-    negate(k->r, k->dv);
-    /* qd of v. */
-    for (int i = 0; i < k->r; i++) {
-        k->rate[i] = k->x_t[i];
-        for (int c = 0; c < k->p; c++)
-            kmp_written_add_product(k->g, &k->rate[i], k->b[i * k->p + c],
-                                    kmp_written_rate(&k->w, k->red->part, k->red->part->u[c]));
-    }
+    make_tangent(k);
+    make_rates(k);
     if (!take_motion(k))
         return NULL;
-    /* a0 = -Jv^-1 jdqd. */
-    for (int number = kmp_block_count(k->red->block); number-- > 0;)
-        kmp_written_blocks_solve(&k->jv, number, 1, k->jdqd, k->a0);
-    negate(k->r, k->a0);
-    /* M X. */
-    const kmp_pattern *m = &k->w.s->mass;
-    for (int e = 0; e < m->count; e++)
-        for (int c = 0; c < k->p; c++) {
-            int i = m->row[e], j = m->col[e];
-            kmp_written_add_product(k->g, &k->mx[i * k->p + c], k->w.mass[e], x_entry(k, j, c));
-            if (i != j)
-                kmp_written_add_product(k->g, &k->mx[j * k->p + c], k->w.mass[e], x_entry(k, i, c));
-        }
+    make_curvature(k);
+    make_mx(k);
     make_reduced(k, mr.m, end);
     factor_reduced(k, &mr, end + k->p);
     solve_reduced(k, &mr, end);
     if (k->w.by_coordinate)
         return schedule_slopes(k, end);
-    /* Adds the power of closures that move in time, -lambda' h_t. The multipliers are Jv'^-1 f with the forces f of v
-     * that M qdd + C leaves to the closures, so that the power is f' x_t. */
-    for (int i = 0; k->plan->drives && k->h_t && i < k->n; i++) {
-        int place = k->red->place[i];
-        if (place >= 0 && k->x_t[place] != KMP_ZERO)
-            kmp_written_add_product(k->g, &k->w.power, force_of(k, i, end), k->x_t[place]);
-    }
+    add_drives(k, end);
     if ((k->w.load && !make_loads(k, &mr)) || (k->plan->forces && !make_multipliers(k, end)))
         return NULL;
     return schedule(k, end);

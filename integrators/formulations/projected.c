@@ -214,6 +214,22 @@ static double size_of(const projected *d, const double *x)
     return size;
 }
 
+/* True if a correction of rates is due to rounding: within KMP_RATE_ROUNDING of the fastest rate. A light body between
+ * heavy ones that passes its dead centre quickly makes J qd round off that much. Near a loss of rank, h that is `open`
+ * by rounding alone moves q by dx = h / sigma, and J along the lost row by as much. Rates that are right at q then have
+ * a relative error of dx / sigma = dx^2 / h at q + dx. */
+static bool is_rounding(projected *d, double t, double open, const double *dqd, const double *qd)
+{
+    double most = size_of(d, dqd), fastest = size_of(d, qd), h = t - d->t, moved = size_of(d, d->dx);
+    double lost = open <= KMP_CLOSED ? KMP_RATE_MARGIN * moved * moved / fmax(open, DBL_EPSILON) : 0;
+    bool stays = d->refused_h > 0 && h <= 0.6 * d->refused_h && most > 0.5 * d->refused_size;
+    d->refused_h = h;
+    d->refused_size = most;
+    if (stays && most <= KMP_RATE_NOISE * fastest)
+        d->noise = fmax(d->noise, 4 * most / fastest);
+    return most <= fmax(KMP_RATE_ROUNDING, fmin(fmax(d->noise, lost), KMP_RATE_NOISE)) * fastest;
+}
+
 /* The mass-orthogonal correction with the factors of the last evaluation. */
 static void correct(projected *d, const double *violation, double *dx)
 {
@@ -246,22 +262,8 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     kmp_eval_closure(d->eval, t, d->q);
     kmp_eval_rates(d->eval, y + n, d->violation);
     correct(d, d->violation, d->qd);
-    if (!is_small(n, d->qd, w + n)) {
-        /* True if a correction of rates is due to rounding: within KMP_RATE_ROUNDING of the fastest rate. A light body
-         * between heavy ones that passes its dead centre quickly makes J qd round off that much. Near a loss of rank, h
-         * that is `open` by rounding alone moves q by dx = h / sigma, and J along the lost row by as much. Rates that
-         * are right at q then have a relative error of dx / sigma = dx^2 / h at q + dx. */
-        const double *qd = y + n;
-        double most = size_of(d, d->qd), fastest = size_of(d, qd), h = t - d->t, moved = size_of(d, d->dx);
-        double lost = open <= KMP_CLOSED ? KMP_RATE_MARGIN * moved * moved / fmax(open, DBL_EPSILON) : 0;
-        bool stays = d->refused_h > 0 && h <= 0.6 * d->refused_h && most > 0.5 * d->refused_size;
-        d->refused_h = h;
-        d->refused_size = most;
-        if (stays && most <= KMP_RATE_NOISE * fastest)
-            d->noise = fmax(d->noise, 4 * most / fastest);
-        if (!(most <= fmax(KMP_RATE_ROUNDING, fmin(fmax(d->noise, lost), KMP_RATE_NOISE)) * fastest))
-            return KMP_RETRY;
-    }
+    if (!is_small(n, d->qd, w + n) && !is_rounding(d, t, open, d->qd, y + n))
+        return KMP_RETRY;
     if (kmp_margin_refuses(d->margin, d->eval, t))
         return KMP_RETRY;
     for (int i = 0; i < n; i++) {

@@ -123,6 +123,22 @@ static bool is_among(const int *list, int count, int k)
     return false;
 }
 
+static void log_exchange(const kmp_reduced *d, double t, const kmp_partition *before)
+{
+    kmp_text out = {0}, in = {0};
+    for (int k = 0; k < d->p; k++) {
+        if (!is_among(d->part.u, d->p, before->u[k]))
+            kmp_text_printf(&out, "%s'%s'", out.length ? ", " : "", name_of(d, before->u[k]));
+        if (!is_among(before->u, d->p, d->part.u[k]))
+            kmp_text_printf(&in, "%s'%s'", in.length ? ", " : "", name_of(d, d->part.u[k]));
+    }
+    kmp_run_log_add(d->start.log, "exchange", t, d->growth, d->part.max_b,
+                    "%s instead of %s as independent coordinate: |dv/du| %.3g -> %.3g", in.s ? in.s : "",
+                    out.s ? out.s : "", d->growth, d->part.max_b);
+    kmp_text_free(&out);
+    kmp_text_free(&in);
+}
+
 /* Makes the workspace of the new partition, and the state in its unknowns. */
 static int take_over(kmp_reduced *d, double t, double *y)
 {
@@ -152,21 +168,8 @@ int kmp_reduced_exchange(kmp_reduced *d, double t, double *y)
     int said = kmp_partition_exchange(&d->part, d->s, d->eval->jacobian, exchange_growth(d)) == KEMPE_OK
                    ? take_over(d, t, y)
                    : KMP_HALT;
-    if (said == KMP_GO) {
-        /* Notes coordinates that were exchanged. */
-        kmp_text out = {0}, in = {0};
-        for (int k = 0; k < d->p; k++) {
-            if (!is_among(d->part.u, d->p, before.u[k]))
-                kmp_text_printf(&out, "%s'%s'", out.length ? ", " : "", name_of(d, before.u[k]));
-            if (!is_among(before.u, d->p, d->part.u[k]))
-                kmp_text_printf(&in, "%s'%s'", in.length ? ", " : "", name_of(d, d->part.u[k]));
-        }
-        kmp_run_log_add(d->start.log, "exchange", t, d->growth, d->part.max_b,
-                        "%s instead of %s as independent coordinate: |dv/du| %.3g -> %.3g", in.s ? in.s : "",
-                        out.s ? out.s : "", d->growth, d->part.max_b);
-        kmp_text_free(&out);
-        kmp_text_free(&in);
-    }
+    if (said == KMP_GO)
+        log_exchange(d, t, &before);
     kmp_partition_free(&before);
     return said;
 }

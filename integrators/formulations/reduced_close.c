@@ -38,6 +38,15 @@ static void add(kmp_reduced *d, const double *dv)
         d->v[i] += dv[i];
 }
 
+/* True if the next correction is expected to be small: it is about the square of this one, times a factor that the last
+ * corrections had. */
+static bool will_be_closed(const kmp_reduced *d, kmp_written_correction c, extent e)
+{
+    extent next = {d->contraction * e.scaled * e.scaled, INFINITY};
+    next.weighted = e.scaled > 0 ? next.scaled * e.weighted / e.scaled : 0;
+    return c.turn <= KMP_TURN_SMALL && is_small(d, next);
+}
+
 /* The rest of the program at the corrected v; *left: the correction that is left. false: its pivots are bad. */
 static bool finish(kmp_reduced *d, bool solved, double t, double *dy, const double **left)
 {
@@ -67,11 +76,7 @@ static bool close_and_finish(kmp_reduced *d, bool solved, double t, double *dy)
             return false;
         add(d, c.dv);
         last = e.scaled;
-        /* True if the next correction is expected to be small: it is about the square of this one, times a factor that
-         * the last corrections had. */
-        extent next = {d->contraction * e.scaled * e.scaled, INFINITY};
-        next.weighted = e.scaled > 0 ? next.scaled * e.weighted / e.scaled : 0;
-        if (!(c.turn <= KMP_TURN_SMALL) || !is_small(d, next))
+        if (!will_be_closed(d, c, e))
             continue;
         bool regular = finish(d, solved, t, dy, &open);
         left = measure(d, open);

@@ -43,6 +43,7 @@ void kmp_reduced_remember_place(kmp_reduced *d, double t, const double *y)
     d->t = t;
     if (d->integrated)
         return;
+    /* Weights of errors of v, and the noise of closing. */
     for (int i = 0; i < d->n; i++)
         d->weight[i] = d->start.atol * d->s->scale[i] + d->start.rtol * fabs(d->q[i]);
     for (int i = 0; i < d->r; i++) {

@@ -38,16 +38,18 @@ void kmp_reduced_free_programs(kmp_reduced *d)
     release(&d->programs);
 }
 
+static bool is_of(const struct kmp_reduced_kept *kept, const kmp_partition *part)
+{
+    return kept->u && memcmp(kept->u, part->u, (size_t)part->p * sizeof *part->u) == 0 &&
+           memcmp(kept->rows, part->rows, (size_t)part->r * sizeof *part->rows) == 0;
+}
+
 /* The record of the present choice; NULL: it has not been left before. */
 static struct kmp_reduced_kept *find_kept(const kmp_reduced *d)
 {
-    for (int k = 0; k < KMP_REDUCED_KEPT && d->kept; k++) {
-        const struct kmp_reduced_kept *kept = &d->kept[k];
-        const kmp_partition *part = &d->part;
-        if (kept->u && memcmp(kept->u, part->u, (size_t)part->p * sizeof *part->u) == 0 &&
-            memcmp(kept->rows, part->rows, (size_t)part->r * sizeof *part->rows) == 0)
+    for (int k = 0; k < KMP_REDUCED_KEPT && d->kept; k++)
+        if (is_of(&d->kept[k], &d->part))
             return &d->kept[k];
-    }
     return NULL;
 }
 
@@ -169,24 +171,34 @@ int kmp_reduced_make_lanes(kmp_reduced *d, double t)
     return wait_for_solved(d, at_once) == KMP_GO ? kmp_reduced_solve(d, t) : KMP_HALT;
 }
 
+static void count_fused(kmp_reduced *d)
+{
+    kmp_counts count = kmp_program_count(kmp_fused_program(d->programs.fused), KMP_FUSED_RATES, KMP_FUSED_RATES);
+    d->formulation.ode.cycles = kmp_cycles_of_one(count);
+    d->formulation.ode.cycles_of_lanes = kmp_cycles_of_lanes(count, false);
+}
+
+/* The solved program is counted before it is written. Explicit methods wait for it, some runs to their end. */
+static void count_solved(kmp_reduced *d, double operations)
+{
+    kmp_ode *ode = &d->formulation.ode;
+    kmp_counts count = kmp_program_count(kmp_motion_known(d->s), KMP_STAGE_CLOSURE, KMP_STAGE_BIAS);
+    count.paper = (long)operations;
+    if (d->due_solved <= d->evaluations || d->programs.solved)
+        ode->cycles = kmp_cycles_of_one(count);
+    ode->cycles_of_lanes = kmp_cycles_of_lanes(count, d->eval->by_bodies);
+}
+
 int kmp_reduced_count(kmp_reduced *d)
 {
     bool lanes = d->integrated && !d->s->force;
     double operations = lanes && !d->programs.fused ? kmp_solved_operations(d->eval, &d->part) : INFINITY;
     d->formulation.ode.cycles = kmp_cycles_by_parts(kmp_reduced_operations(d), d->eval->by_bodies);
-    if (lanes && d->programs.fused) {
-        kmp_counts count = kmp_program_count(kmp_fused_program(d->programs.fused), KMP_FUSED_RATES, KMP_FUSED_RATES);
-        d->formulation.ode.cycles = kmp_cycles_of_one(count);
-        d->formulation.ode.cycles_of_lanes = kmp_cycles_of_lanes(count, false);
-    } else if (operations >= 0 && isfinite(operations)) {
-        /* The solved program is counted before it is written. Explicit methods wait for it, some runs to their end. */
-        kmp_ode *ode = &d->formulation.ode;
-        kmp_counts count = kmp_program_count(kmp_motion_known(d->s), KMP_STAGE_CLOSURE, KMP_STAGE_BIAS);
-        count.paper = (long)operations;
-        if (d->due_solved <= d->evaluations || d->programs.solved)
-            ode->cycles = kmp_cycles_of_one(count);
-        ode->cycles_of_lanes = kmp_cycles_of_lanes(count, d->eval->by_bodies);
-    } else
+    if (lanes && d->programs.fused)
+        count_fused(d);
+    else if (operations >= 0 && isfinite(operations))
+        count_solved(d, operations);
+    else
         d->formulation.ode.make_lanes = NULL;
     return operations < 0 ? KMP_HALT : KMP_GO;
 }

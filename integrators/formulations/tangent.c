@@ -80,6 +80,23 @@ static bool add_column(gather *g, kmp_partials *partials, kmp_input_kind kind, i
     return count >= 0;
 }
 
+static void add_mass_and_jacobian(gather *g)
+{
+    int n = g->eq.n;
+    for (int i = 0; i < n; i++)
+        for (int k = 0; k <= i; k++) {
+            if (g->eq.mass[i * n + k] == KMP_ZERO)
+                continue;
+            int source = kmp_listing_add(&g->list, g->eq.mass[i * n + k]);
+            kmp_listing_place(&g->list, KMP_M, i, k, source);
+            if (i != k)
+                kmp_listing_place(&g->list, KMP_M, k, i, source);
+        }
+    for (int r = 0; r < g->eq.m; r++)
+        for (int k = 0; k < n; k++)
+            kmp_listing_put(&g->list, KMP_J, r, k, g->eq.jacobian[r * n + k]);
+}
+
 /* Derivatives by multipliers of forces that depend on them. */
 static bool add_loads(gather *g, const kempe_system *system)
 {
@@ -148,6 +165,31 @@ static void add_residual(gather *g)
     add_matrix(g, KMP_R_QD, of_qd[choice->by_qd]);
 }
 
+/* Adds the matrices with a choice after those without. */
+static void add_matrices(gather *g)
+{
+    static const int plain[] = {KMP_RATE_Q, KMP_CURVE_Q, KMP_POWER_Q, KMP_POWER_QD};
+    for (size_t k = 0; k < sizeof plain / sizeof *plain; k++)
+        add_matrix(g, plain[k], g->matrix[plain[k]]);
+    /* J' mu is the gradient of mu' h. */
+    if (g->matrix[KMP_JTMU_Q])
+        g->list.failed = g->list.failed || !kmp_tangents_mirror(g->eq.graph, g->eq.n, g->matrix[KMP_JTMU_Q]);
+    add_matrix(g, KMP_JTMU_Q, g->matrix[KMP_JTMU_Q]);
+    /* The derivative of the second time derivative of h(q, t) by qd is twice that of the first one by q. */
+    int count = rows_of(g, KMP_CURVE_QD) * g->eq.n;
+    const kmp_ref *rate = g->matrix[KMP_RATE_Q];
+    kmp_ref *curve = g->matrix[KMP_CURVE_QD], *twice = rate && curve ? KMP_ARENA_NEW(&g->arena, kmp_ref, count) : NULL;
+    kmp_ref *const none[2] = {NULL, NULL}, *const methods[2] = {twice, curve};
+    kmp_tangent_choice choice = {.by_qd = 1};
+    g->list.failed = g->list.failed || (rate && curve && !twice);
+    for (int k = 0; twice && k < count; k++)
+        twice[k] = kmp_mul(g->eq.graph, kmp_const(g->eq.graph, 2), rate[k]);
+    if (twice && !kmp_tangents_choose(g->eq.graph, g->list.output_count, g->list.output, count, none, methods, &choice))
+        g->list.failed = true;
+    add_matrix(g, KMP_CURVE_QD, methods[choice.by_qd]);
+    add_residual(g);
+}
+
 /* Adds tangents of the user-defined force after the outputs of the program: of R by q and qd, then of the power. */
 static void add_effort(gather *g)
 {
@@ -180,42 +222,9 @@ static kempe_status collect_tangents(gather *g, const kempe_system *system)
     for (int k = 0; k < g->eq.n && ok; k++)
         ok = add_column(g, partials, KMP_IN_Q, k) && add_column(g, partials, KMP_IN_QD, k);
     kmp_partials_free(partials);
-    /* Entries of M, both triangles, and of J. */
-    int n = g->eq.n;
-    for (int i = 0; i < n; i++)
-        for (int k = 0; k <= i; k++) {
-            if (g->eq.mass[i * n + k] == KMP_ZERO)
-                continue;
-            int source = kmp_listing_add(&g->list, g->eq.mass[i * n + k]);
-            kmp_listing_place(&g->list, KMP_M, i, k, source);
-            if (i != k)
-                kmp_listing_place(&g->list, KMP_M, k, i, source);
-        }
-    for (int r = 0; r < g->eq.m; r++)
-        for (int k = 0; k < n; k++)
-            kmp_listing_put(&g->list, KMP_J, r, k, g->eq.jacobian[r * n + k]);
+    add_mass_and_jacobian(g);
     ok = ok && add_loads(g, system);
-    /* Adds the matrices with a choice after those without. */
-    static const int plain[] = {KMP_RATE_Q, KMP_CURVE_Q, KMP_POWER_Q, KMP_POWER_QD};
-    for (size_t k = 0; k < sizeof plain / sizeof *plain; k++)
-        add_matrix(g, plain[k], g->matrix[plain[k]]);
-    /* J' mu is the gradient of mu' h. */
-    if (g->matrix[KMP_JTMU_Q])
-        g->list.failed = g->list.failed || !kmp_tangents_mirror(g->eq.graph, g->eq.n, g->matrix[KMP_JTMU_Q]);
-    add_matrix(g, KMP_JTMU_Q, g->matrix[KMP_JTMU_Q]);
-    /* The derivative of the second time derivative of h(q, t) by qd is twice that of the first one by q. */
-    int count = rows_of(g, KMP_CURVE_QD) * g->eq.n;
-    const kmp_ref *rate = g->matrix[KMP_RATE_Q];
-    kmp_ref *curve = g->matrix[KMP_CURVE_QD], *twice = rate && curve ? KMP_ARENA_NEW(&g->arena, kmp_ref, count) : NULL;
-    kmp_ref *const none[2] = {NULL, NULL}, *const methods[2] = {twice, curve};
-    kmp_tangent_choice choice = {.by_qd = 1};
-    g->list.failed = g->list.failed || (rate && curve && !twice);
-    for (int k = 0; twice && k < count; k++)
-        twice[k] = kmp_mul(g->eq.graph, kmp_const(g->eq.graph, 2), rate[k]);
-    if (twice && !kmp_tangents_choose(g->eq.graph, g->list.output_count, g->list.output, count, none, methods, &choice))
-        g->list.failed = true;
-    add_matrix(g, KMP_CURVE_QD, methods[choice.by_qd]);
-    add_residual(g);
+    add_matrices(g);
     add_effort(g);
     return g->list.failed || !ok ? kmp_fail_memory(g->eq.context) : KEMPE_OK;
 }

@@ -74,6 +74,30 @@ static double entry(const double *v, int k)
     return v ? v[k] : 1;
 }
 
+static void add_mass(const pass *p)
+{
+    const kmp_pattern *mass = &p->numbers->system->mass;
+    const double *qdd = p->at ? p->at->qdd : NULL;
+    for (int e = 0; e < mass->count; e++) {
+        int row = mass->row[e], col = mass->col[e];
+        add(p, KMP_R_Q, row, p->out.mass + e, entry(qdd, col));
+        if (row != col)
+            add(p, KMP_R_Q, col, p->out.mass + e, entry(qdd, row));
+    }
+}
+
+static void add_jacobian(const pass *p)
+{
+    const kmp_pattern *jacobian = &p->numbers->system->jacobian;
+    const kmp_instant *at = p->at;
+    for (int e = 0; e < jacobian->count; e++) {
+        int row = jacobian->row[e], col = jacobian->col[e], output = p->out.jacobian + e;
+        add(p, KMP_R_Q, col, output, -entry(at ? at->lambda : NULL, row));
+        add(p, KMP_RATE_Q, row, output, entry(at ? at->qd : NULL, col));
+        add(p, KMP_CURVE_Q, row, output, entry(at ? at->qdd : NULL, col));
+    }
+}
+
 static void add_rows(const pass *p, kmp_tangent_block block, int output, int rows)
 {
     for (int k = 0; k < rows; k++)
@@ -92,22 +116,8 @@ static void add_columns(const pass *p)
 {
     const kmp_tangent_numbers *x = p->numbers;
     along(p, KMP_IN_Q);
-    const kmp_pattern *mass = &p->numbers->system->mass;
-    const double *qdd = p->at ? p->at->qdd : NULL;
-    for (int e = 0; e < mass->count; e++) {
-        int row = mass->row[e], col = mass->col[e];
-        add(p, KMP_R_Q, row, p->out.mass + e, entry(qdd, col));
-        if (row != col)
-            add(p, KMP_R_Q, col, p->out.mass + e, entry(qdd, row));
-    }
-    const kmp_pattern *jacobian = &p->numbers->system->jacobian;
-    const kmp_instant *at = p->at;
-    for (int e = 0; e < jacobian->count; e++) {
-        int row = jacobian->row[e], col = jacobian->col[e], output = p->out.jacobian + e;
-        add(p, KMP_R_Q, col, output, -entry(at ? at->lambda : NULL, row));
-        add(p, KMP_RATE_Q, row, output, entry(at ? at->qd : NULL, col));
-        add(p, KMP_CURVE_Q, row, output, entry(at ? at->qdd : NULL, col));
-    }
+    add_mass(p);
+    add_jacobian(p);
     add_rows(p, KMP_R_Q, p->out.bias, x->n);
     add_rows(p, KMP_CURVE_Q, p->out.jdqd, x->m);
     if (p->out.h_t >= 0)
@@ -158,6 +168,7 @@ kmp_tangent_numbers *kmp_tangent_numbers_new(const kempe_system *system, kmp_lis
     if (!x)
         return NULL;
     *x = (kmp_tangent_numbers){.system = system, .n = system->n, .m = system->m};
+    /* Places of the blocks' numbers. */
     for (int k = 0; k < COMPUTED; k++) {
         x->at[computed[k]] = x->size;
         x->size += rows_of(x, computed[k]) * x->n;

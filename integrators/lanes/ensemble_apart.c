@@ -104,6 +104,15 @@ typedef struct part_state {
     double margin;       /* the last pivot of J over its usual size at the last look; -1: none yet */
 } part_state;
 
+/* True if the user's angles of all spherical joints are far from their singular positions. */
+static bool has_regular_angles(const kmp_engine *e, const double *q)
+{
+    for (int c = 0; c < kmp_charts_count(e->s) && !e->spec.own_angles; c++)
+        if (kmp_chart_regular(e->s, c, q) < KMP_AXES_RESUMED)
+            return false;
+    return true;
+}
+
 /* True if lanes can take the instance back at the end of the last step: the usual formulation runs, the user's own
  * coordinates are good, and the closures recede from a change point. Sets the row and the partition there. */
 static kempe_status look(kmp_engine *e, int i, kmp_runner *run, int rank, part_state *part, bool *returns)
@@ -116,10 +125,8 @@ static kempe_status look(kmp_engine *e, int i, kmp_runner *run, int rank, part_s
         return KEMPE_OK;
     rank = e->s->switches ? run->margin.r : rank;
     KMP_TRY(kmp_runner_row(run, t, part->row, &part->work));
-    /* True if the user's angles of all spherical joints are far from their singular positions. */
-    for (int c = 0; c < kmp_charts_count(e->s) && !e->spec.own_angles; c++)
-        if (kmp_chart_regular(e->s, c, part->row) < KMP_AXES_RESUMED)
-            return KEMPE_OK;
+    if (!has_regular_angles(e, part->row))
+        return KEMPE_OK;
     if (e->conditions)
         kmp_eval_set_modes(e->eval, kmp_runner_modes(run));
     kmp_eval_closure(e->eval, t, part->row);

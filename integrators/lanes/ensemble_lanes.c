@@ -10,6 +10,22 @@
 
 enum { MOST_TRIES = 1000 };
 
+/* -- one attempt ------------------------------------------------------------------------------------- */
+
+/* Chooses the steps to try; an instance with too small a step is left to a separate run. */
+static void choose_tries(kmp_engine *e)
+{
+    kmp_lane_room *room = &e->room;
+    double longest = e->spec.max_step > 0 ? e->spec.max_step : INFINITY;
+    int64_t none;
+    const kmp_lanes_tries tries = {room->who, longest, room->t, room->limit, room->h, room->step, room->t_new, &none};
+    kmp_lanes_choose_tries(room->w, &tries);
+    memset(room->bad, 0, room->w * sizeof *room->bad);
+    for (size_t l = 0; none && l < room->w; l++)
+        if (room->step[l] == 0 && room->who[l] >= 0)
+            kmp_room_expel(e, l, "a step size that becomes too small");
+}
+
 /* -- control ----------------------------------------------------------------------------------------- */
 
 static void refuse(kmp_engine *e, size_t l, kmp_lane_outcome what)
@@ -280,15 +296,7 @@ static kempe_status step(kmp_engine *e, kmp_pool *pool)
     double failed[KMP_LANES_MOST];
     int64_t on[KMP_LANES_MOST], stays[KMP_LANES_MOST], all[KMP_LANES_MOST];
     kmp_lane_watched seen;
-    /* Chooses the steps to try; an instance with too small a step is left to a separate run. */
-    double longest = e->spec.max_step > 0 ? e->spec.max_step : INFINITY;
-    int64_t none;
-    const kmp_lanes_tries tries = {room->who, longest, room->t, room->limit, room->h, room->step, room->t_new, &none};
-    kmp_lanes_choose_tries(room->w, &tries);
-    memset(room->bad, 0, room->w * sizeof *room->bad);
-    for (size_t l = 0; none && l < room->w; l++)
-        if (room->step[l] == 0 && room->who[l] >= 0)
-            kmp_room_expel(e, l, "a step size that becomes too small");
+    choose_tries(e);
     for (size_t l = 0; l < room->w; l++) {
         all[l] = true;
         e->work.lane_steps += room->who[l] >= 0;

@@ -8,13 +8,17 @@
 #include <math.h>
 #include <string.h>
 
-kempe_status kmp_site_init(kmp_engine *e)
+static bool needs_site(const kempe_system *s)
 {
-    const kempe_system *s = e->s;
     bool any = s->switches || s->load_row_count > 0 || kmp_model_has_samples(s->model) || kmp_has_late_conditions(s);
     for (int k = 0; k < s->events.count; k++)
         any = any || s->events.condition[k].role != KMP_ROLE_NONE;
-    if (!any)
+    return any;
+}
+
+kempe_status kmp_site_init(kmp_engine *e)
+{
+    if (!needs_site(e->s))
         return KEMPE_OK;
     KMP_TRY(kmp_runner_site_new(e->eval, &e->spec, &e->site));
     e->fresh = KMP_ARENA_NEW(&e->run_arena, char, kmp_runner_memory_size(e->s) + 1);
@@ -68,6 +72,14 @@ static kempe_status take_rows(kmp_engine *e, const kmp_pool *from, double t)
     return kmp_runner_look_at_margin(site, t, site->state);
 }
 
+/* The step size after an event of closures at a time `since` the step began (pass_switch of runner_change.c). */
+static void choose_step(const kmp_engine *e, kmp_instance *x, double since)
+{
+    bool apart = since > KMP_FRICTION_INSTANT * e->spec.t_end;
+    x->h = fmin(apart ? x->h : 0, KMP_IMPACT_STEP * kmp_impact_since(e->site->impacts));
+    x->has_step = x->h > 0;
+}
+
 /* Goes on in lanes, or in a separate run, from the site. */
 static kempe_status go_on(kmp_engine *e, const kmp_pool *from, int i, double work)
 {
@@ -107,13 +119,8 @@ kempe_status kmp_instance_pass(kmp_engine *e, kmp_pool *from, int i, bool event,
         status = kmp_runner_pass_here(site, x->t, event, &work);
     if (status == KEMPE_OK)
         depart(e, x);
-    if (event && e->s->switches) {
-        /* The step size after an event of closures at a time `since` the step began (pass_switch of
-         * runner_change.c). */
-        bool apart = since > KMP_FRICTION_INSTANT * e->spec.t_end;
-        x->h = fmin(apart ? x->h : 0, KMP_IMPACT_STEP * kmp_impact_since(e->site->impacts));
-        x->has_step = x->h > 0;
-    }
+    if (event && e->s->switches)
+        choose_step(e, x, since);
     kmp_engine_hold_inputs(e, NULL);
     if (status == KEMPE_OK)
         return go_on(e, from, i, before + work);

@@ -301,13 +301,9 @@ kempe_status kmp_instance_exchange(kmp_engine *e, kmp_pool *from, int i)
     return kmp_instance_go_on(e, i, status, &part, e->state, e->state + e->n);
 }
 
-/* Scaled |Bvu| of the new choice are at most 1, since the exchanged one is the largest. */
-kempe_status kmp_instance_swap(kmp_engine *e, kmp_pool *from, int i, int k)
+/* Writes the partition of a pool with u and v[k] exchanged, for one degree of freedom. */
+static void swap_one(const kmp_pool *from, int k, kmp_partition *part)
 {
-    const kmp_instance *x = &e->instances[i];
-    kmp_partition *part = &e->swapped;
-    double *q = e->state, *qd = q + e->n;
-    /* Writes the partition of a pool with u and v[k] exchanged, for one degree of freedom. */
     const kmp_partition *old = &from->part;
     part->p = 1;
     part->r = old->r;
@@ -316,6 +312,15 @@ kempe_status kmp_instance_swap(kmp_engine *e, kmp_pool *from, int i, int k)
     part->v[k] = old->u[0];
     kmp_partition_take_rows(part, old);
     kmp_partition_sort(part);
+}
+
+/* Scaled |Bvu| of the new choice are at most 1, since the exchanged one is the largest. */
+kempe_status kmp_instance_swap(kmp_engine *e, kmp_pool *from, int i, int k)
+{
+    const kmp_instance *x = &e->instances[i];
+    kmp_partition *part = &e->swapped;
+    double *q = e->state, *qd = q + e->n;
+    swap_one(from, k, part);
     kmp_pool *pool = kmp_pool_of_choice(e, part);
     if (!pool) { /* J at the state is needed to write one */
         if (!unpack_or_leave(e, from, i, false))

@@ -53,6 +53,21 @@ static int find_measured(kmp_engine *e, kmp_pool *pool, const kmp_lane_outcome *
     return count;
 }
 
+/* The conditions in the middle of the steps, for lanes that both ends do not decide. */
+static void look_at_middle(kmp_engine *e, kmp_pool *pool)
+{
+    kmp_lane_room *room = &e->room;
+    kmp_lanes_middle(e, room->stage);
+    kmp_room_set_times(room, 0.5);
+    kmp_room_evaluate(e, pool, room->stage, room->k[2]);
+    for (size_t l = 0; l < room->w; l++) {
+        room->dense_bad[l] = room->dense_bad[l] || room->bad[l] != 0;
+        room->bad[l] = 0;
+    }
+    kmp_room_find_accelerations(e, pool, kmp_lanes_run(pool->lanes, KMP_FUSED_END), room->k[2], room->vdd_middle);
+    kmp_lanes_conditions(e, pool, 2, room->stage, room->k[2], room->vdd_middle);
+}
+
 /* Searches the step of a lane for an event. It is made again, with half its length, where the dense output is less
  * exact. */
 static kmp_lane_outcome find_event(kmp_engine *e, kmp_pool *pool, size_t l)
@@ -104,18 +119,8 @@ bool kmp_taken_watch(kmp_engine *e, kmp_pool *pool, const kmp_lane_watched *seen
         return false;
     kmp_room_run_dense_stages(e, pool);
     bool middle = kmp_lanes_have_middle(e);
-    if (middle) {
-        /* The conditions in the middle of the steps, for lanes that both ends do not decide. */
-        kmp_lanes_middle(e, room->stage);
-        kmp_room_set_times(room, 0.5);
-        kmp_room_evaluate(e, pool, room->stage, room->k[2]);
-        for (size_t l = 0; l < room->w; l++) {
-            room->dense_bad[l] = room->dense_bad[l] || room->bad[l] != 0;
-            room->bad[l] = 0;
-        }
-        kmp_room_find_accelerations(e, pool, kmp_lanes_run(pool->lanes, KMP_FUSED_END), room->k[2], room->vdd_middle);
-        kmp_lanes_conditions(e, pool, 2, room->stage, room->k[2], room->vdd_middle);
-    }
+    if (middle)
+        look_at_middle(e, pool);
     for (size_t l = 0; l < room->w; l++) {
         if (!searched[l])
             continue;

@@ -10,6 +10,14 @@
 
 enum { MOST_COLUMNS = KMP_LANE_ROWS + KMP_LANE_FREEDOMS };
 
+static bool keeps_signs(const kmp_lane_room *room, const uint64_t *negative, size_t l)
+{
+    bool same = true;
+    for (size_t k = l; same && k < KMP_SIGN_WORDS * room->w; k += room->w)
+        same = negative[k] == room->negative[k];
+    return same;
+}
+
 const double *kmp_lanes_pivots(const kmp_engine *e, const kmp_pool *pool, const double *end)
 {
     return end + (size_t)pool->layout.multipliers * e->room.w;
@@ -72,6 +80,14 @@ void kmp_lanes_watch(kmp_engine *e, kmp_pool *pool, kmp_lane_watched *x)
                                   .v = room->y_new + (size_t)(2 * e->p) * w,
                                   .quiet = x->quiet};
     kmp_lanes_find_quiet(w, &ends);
+}
+
+/* Test as in looks_well of constraints/partition/margin.c: true if the least pivot of Jv has not fallen far. */
+static bool looks_well(kmp_engine *e, const kmp_lane_watched *x, size_t l)
+{
+    double least = x->least[l], before = e->room.pivot[l];
+    e->room.pivot[l] = least > before ? least : before;
+    return before > 0 && least > KMP_MARGIN_CALLS * e->room.pivot[l];
 }
 
 /* J is gathered where a lane needs it. */
@@ -154,6 +170,18 @@ bool kmp_lane_dropped_close(const kmp_engine *e, const kmp_pool *pool, const kmp
     return true;
 }
 
+/* True if the correction of v is small enough (correct of reduced.c). */
+static bool corrects_little(const kmp_engine *e, const kmp_pool *pool, const kmp_lane_watched *x, size_t l)
+{
+    kmp_instance *y = &e->instances[e->room.who[l]];
+    double worst = x->correction[l],
+           limit = pool->part.m > pool->part.r ? KMP_CORRECTION_REDUNDANT : KMP_CORRECTION_LIMIT;
+    bool rounding = y->corrected_t == e->room.t[l] && worst > 0.5 * y->corrected && worst <= KMP_CORRECTION_LIMIT;
+    y->corrected = worst;
+    y->corrected_t = e->room.t[l];
+    return worst <= limit || rounding;
+}
+
 bool kmp_lane_consents(kmp_engine *e, const kmp_pool *pool, kmp_lane_watched *x, size_t l)
 {
     kmp_lane_room *room = &e->room;
@@ -163,27 +191,14 @@ bool kmp_lane_consents(kmp_engine *e, const kmp_pool *pool, kmp_lane_watched *x,
     if (e->r == 0 || x->quiet[l])
         return true;
     if (!(x->residual[l] < KMP_CLOSED)) {
-        /* True if the correction of v is small enough (correct of reduced.c). */
-        kmp_instance *y = &e->instances[e->room.who[l]];
-        double worst = x->correction[l],
-               limit = pool->part.m > pool->part.r ? KMP_CORRECTION_REDUNDANT : KMP_CORRECTION_LIMIT;
-        bool rounding = y->corrected_t == e->room.t[l] && worst > 0.5 * y->corrected && worst <= KMP_CORRECTION_LIMIT;
-        y->corrected = worst;
-        y->corrected_t = e->room.t[l];
-        if (!(worst <= limit) && !rounding)
+        if (!corrects_little(e, pool, x, l))
             return false;
         for (int i = 0; i < e->r; i++)
             room->y_new[(size_t)(2 * e->p + i) * w + l] += x->dv[(size_t)i * w + l];
     }
-    bool same = true;
-    for (size_t k = l; same && k < KMP_SIGN_WORDS * room->w; k += room->w)
-        same = x->negative[k] == room->negative[k];
-    if (!same)
+    if (!keeps_signs(room, x->negative, l))
         return false;
-    /* Test as in looks_well of constraints/partition/margin.c: true if the least pivot of Jv has not fallen far. */
-    double least = x->least[l], before = e->room.pivot[l];
-    e->room.pivot[l] = least > before ? least : before;
-    bool well = before > 0 && least > KMP_MARGIN_CALLS * e->room.pivot[l];
+    bool well = looks_well(e, x, l);
     if (!well)
         need_jacobian(e, pool, x);
     x->margin[l] = well ? INFINITY : margin_of(e, x, l);

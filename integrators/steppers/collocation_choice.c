@@ -110,6 +110,15 @@ static void try_iteration(kmp_collocation *s, kmp_iteration to)
     s->trial_steps = TRIAL;
 }
 
+/* Returns to the iteration before, whose next trial is later. */
+static void end_trial(kmp_collocation *s)
+{
+    int *patience = &s->patience[s->iteration];
+    *patience = *patience < MOST_PATIENCE ? 2 * *patience : MOST_PATIENCE;
+    change_iteration(s, s->before);
+    s->trust = *patience * TRUST / SEVERAL;
+}
+
 /* True if the iteration simulates less time in a cycle than the other one did recently. */
 static bool is_slower(const kmp_collocation *s, kmp_iteration other)
 {
@@ -153,13 +162,9 @@ void kmp_collocation_choose(kmp_collocation *s, double h, double by_error, doubl
     bool held = by_iteration < HELD * h && is_worth(s, by_error, by_iteration);
     s->limited = held ? s->limited + 1 : 0;
     s->free = s->iteration > s->method->cheapest && !s->whole && s->picard < EASY ? s->free + 1 : 0;
-    if (s->trial_steps > 0 && --s->trial_steps == 0 && is_slower(s, s->before)) {
-        /* Returns to the iteration before, whose next trial is later. */
-        int *patience = &s->patience[s->iteration];
-        *patience = *patience < MOST_PATIENCE ? 2 * *patience : MOST_PATIENCE;
-        change_iteration(s, s->before);
-        s->trust = *patience * TRUST / SEVERAL;
-    } else if (s->trial_steps > 0)
+    if (s->trial_steps > 0 && --s->trial_steps == 0 && is_slower(s, s->before))
+        end_trial(s);
+    else if (s->trial_steps > 0)
         return;
     else if (s->free >= SEVERAL)
         kmp_collocation_begin_with(s, s->method->cheapest);

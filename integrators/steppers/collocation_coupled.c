@@ -116,22 +116,15 @@ static void fill(kmp_collocation *s)
         }
 }
 
-/* A row of the elimination, the inverse of its pivot, and the column of that, zero in that row. */
-typedef struct pivoted {
-    int row;
-    double inverse, *column;
-} pivoted;
-
-/* Takes the pivot of a column, which becomes that of the inverse. false: none is usable. */
-static KMP_INTO_CLONES bool take_pivot(int rows, double *own, double *open, pivoted *p)
+/* The open row with the largest magnitude, the first of such rows; -1: none is usable. */
+static KMP_INTO_CLONES int find_pivot(int rows, const double *column, const double *open)
 {
-    /* The open row with the largest magnitude, the first of such rows; -1: none is usable. */
     eight most = {0};
     eight_mask at = {0}, here = {0, 1, 2, 3, 4, 5, 6, 7};
     double best = 0;
     int row = -1;
     for (int i = 0; i < rows; i += V, here += V) {
-        eight x = *(const eight *)(own + i) * *(const eight *)(open + i), size = (eight)((eight_mask)x & INT64_MAX);
+        eight x = *(const eight *)(column + i) * *(const eight *)(open + i), size = (eight)((eight_mask)x & INT64_MAX);
         eight_mask more = size > most;
         most = (eight)((more & (eight_mask)size) | (~more & (eight_mask)most));
         at = (more & here) | (~more & at);
@@ -141,7 +134,19 @@ static KMP_INTO_CLONES bool take_pivot(int rows, double *own, double *open, pivo
             best = most[l];
             row = (int)at[l];
         }
-    p->row = best <= DBL_MAX ? row : -1;
+    return best <= DBL_MAX ? row : -1;
+}
+
+/* A row of the elimination, the inverse of its pivot, and the column of that, zero in that row. */
+typedef struct pivoted {
+    int row;
+    double inverse, *column;
+} pivoted;
+
+/* Takes the pivot of a column, which becomes that of the inverse. false: none is usable. */
+static KMP_INTO_CLONES bool take_pivot(int rows, double *own, double *open, pivoted *p)
+{
+    p->row = find_pivot(rows, own, open);
     if (p->row < 0)
         return false;
     p->inverse = 1 / own[p->row];
@@ -244,6 +249,7 @@ static bool factor_all(kmp_collocation *s)
 
 kmp_collocation_outcome kmp_collocation_prepare_coupled(kmp_collocation *s, double h)
 {
+    /* Matrices of all stages. */
     s->base.work.matrices += s->s;
     s->factored = false;
     int said = s->whole ? take_exact_all(s) : differentiate_all(s);

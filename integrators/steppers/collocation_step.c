@@ -82,6 +82,21 @@ static void place(kmp_collocation *s)
                   s->stage + s->p * s->w);
 }
 
+/* Predicts the derivatives of the stages by the last step's polynomial, or as constant. */
+static void predict(kmp_collocation *s, double h)
+{
+    int stages = s->has_step ? s->s : 0;
+    if (s->has_step) {
+        double x[KMP_COLLOCATION_LANES];
+        for (int l = 0; l < s->w; l++)
+            x[l] = 1 + s->c[l] * h / s->taken;
+        kmp_collocation_weights(s->table, s->w, x, s->ahead);
+    }
+    const double *base = s->has_step ? s->g_start_old : s->dy + s->p, *lanes = s->has_step ? s->ahead : s->one;
+    kmp_lanes_sum(s->w, s->inner, stages, s->g_old, s->ahead + s->w, &(kmp_lane_terms){base, lanes, base, s->zero},
+                  s->g);
+}
+
 /* -- end ----------------------------------------------------------------------------------------------- */
 
 static void find_lead(kmp_collocation *s)
@@ -280,17 +295,7 @@ static void begin(kmp_collocation *s, double h)
     s->evaluated = s->near = false;
     kmp_collocation_begin_mixing(s);
     set_columns(s, h);
-    /* Predicts the derivatives of the stages by the last step's polynomial, or as constant. */
-    int stages = s->has_step ? s->s : 0;
-    if (s->has_step) {
-        double x[KMP_COLLOCATION_LANES];
-        for (int l = 0; l < s->w; l++)
-            x[l] = 1 + s->c[l] * h / s->taken;
-        kmp_collocation_weights(s->table, s->w, x, s->ahead);
-    }
-    const double *base = s->has_step ? s->g_start_old : s->dy + s->p, *lanes = s->has_step ? s->ahead : s->one;
-    kmp_lanes_sum(s->w, s->inner, stages, s->g_old, s->ahead + s->w, &(kmp_lane_terms){base, lanes, base, s->zero},
-                  s->g);
+    predict(s, h);
 }
 
 /* After sweeps at places nearby have not converged, and the length of the step does not explain that: from the

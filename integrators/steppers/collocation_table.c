@@ -74,6 +74,25 @@ static void find_barycentric(int count, const double *node, double *barycentric)
 
 /* -- coefficients --------------------------------------------------------------------------------------- */
 
+/* Zeros of the difference of two Legendre polynomials, by Newton's method from Chebyshev's nodes; the last one is 1. */
+static void find_nodes(kmp_collocation_table *table)
+{
+    int s = table->stages;
+    table->node[0] = 0;
+    table->node[s] = 1;
+    for (int i = 1; i < s; i++) {
+        double x = 0.5 + 0.5 * cos(2 * acos(-1.0) * (s - i) / (2 * s - 1));
+        for (int pass = 0; pass < 8; pass++) {
+            double p[S + 1] = {0}, slope[2]; /* (1 - z^2) P_k' = k (P_k-1 - z P_k), z = 2 x - 1 */
+            legendre(s, x, p);
+            for (int k = 0; k < 2; k++)
+                slope[k] = (s - k) * (p[s - k - 1] - (2 * x - 1) * p[s - k]) / (2 * x * (1 - x));
+            x -= (p[s] - p[s - 1]) / (slope[0] - slope[1]);
+        }
+        table->node[i] = x;
+    }
+}
+
 /* a[i][j] is the integral of the j-th Lagrange polynomial of c from 0 to c[i]. */
 static void integrate(kmp_collocation_table *table)
 {
@@ -131,28 +150,25 @@ static void find_characteristic(int s, const double *m, double *a)
     }
 }
 
-void kmp_collocation_make(kmp_collocation_table *table, int stages)
+/* The geometric mean of the eigenvalues of A; for odd s from there to the real one, by Newton's method. */
+static double find_filter(int s, const double *m)
 {
-    double m[S + 1] = {0};
-    *table = (kmp_collocation_table){.stages = stages};
-    /* Zeros of the difference of two Legendre polynomials, by Newton's method from Chebyshev's nodes; the last one is
-     * 1. */
-    int s = table->stages;
-    table->node[0] = 0;
-    table->node[s] = 1;
-    for (int i = 1; i < s; i++) {
-        double x = 0.5 + 0.5 * cos(2 * acos(-1.0) * (s - i) / (2 * s - 1));
-        for (int pass = 0; pass < 8; pass++) {
-            double p[S + 1] = {0}, slope[2]; /* (1 - z^2) P_k' = k (P_k-1 - z P_k), z = 2 x - 1 */
-            legendre(s, x, p);
-            for (int k = 0; k < 2; k++)
-                slope[k] = (s - k) * (p[s - k - 1] - (2 * x - 1) * p[s - k]) / (2 * x * (1 - x));
-            x -= (p[s] - p[s - 1]) / (slope[0] - slope[1]);
+    double a[S + 1] = {0};
+    find_characteristic(s, m, a);
+    double z = pow(fabs(a[0]), 1.0 / s);
+    for (int pass = 0; s % 2 == 1 && pass < 12; pass++) {
+        double value = 1, slope = 0;
+        for (int k = s; k-- > 0;) {
+            slope = slope * z + value;
+            value = value * z + a[k];
         }
-        table->node[i] = x;
+        z -= value / slope;
     }
-    integrate(table);
-    expand(table);
+    return 1 / z;
+}
+
+static void find_gap(kmp_collocation_table *table)
+{
     enum { PLACES = 400 };
     for (int k = 1; k < PLACES; k++) {
         double product = 1;
@@ -162,20 +178,18 @@ void kmp_collocation_make(kmp_collocation_table *table, int stages)
     }
     for (int i = 0; i <= table->stages; i++)
         table->centre += table->node[i] / (table->stages + 1);
+}
+
+void kmp_collocation_make(kmp_collocation_table *table, int stages)
+{
+    double m[S + 1] = {0};
+    *table = (kmp_collocation_table){.stages = stages};
+    find_nodes(table);
+    integrate(table);
+    expand(table);
+    find_gap(table);
     find_product(table, m);
-    /* The geometric mean of the eigenvalues of A; for odd s from there to the real one, by Newton's method. */
-    double a[S + 1] = {0};
-    find_characteristic(stages, m, a);
-    double z = pow(fabs(a[0]), 1.0 / stages);
-    for (int pass = 0; stages % 2 == 1 && pass < 12; pass++) {
-        double value = 1, slope = 0;
-        for (int k = stages; k-- > 0;) {
-            slope = slope * z + value;
-            value = value * z + a[k];
-        }
-        z -= value / slope;
-    }
-    table->filter = 1 / z;
+    table->filter = find_filter(stages, m);
     for (int j = 0; j < stages; j++) {
         double *end = table->end[j];
         end[KMP_END_ONCE] = table->a[stages - 1][j];
@@ -203,33 +217,26 @@ static number over(number x, number y)
     return times(x, (number){y.re / square, -y.im / square});
 }
 
-/* A polynomial p with p(0) = 0 and p = lambda p' at all c is sum lambda^k M^(k) with M = prod (x - c[i]); p(0) = 0 is
- * the characteristic equation, and p(c[i]) are the components of the eigenvector. */
-static void find_eigenvalues(kmp_collocation_table *table, const double *m)
+/* Zeros of sum a[k] z^k, a[count] = 1, all at once (Durand, Kerner), from places around a circle. A change below ENOUGH
+ * of the radius leaves an error of its square. */
+static void find_zeros(int count, const double *a, double radius, number *z)
 {
-    double a[S + 1] = {0};
-    number z[S];
-    int s = table->stages;
-    find_characteristic(s, m, a);
-    /* Zeros of sum a[k] z^k, a[count] = 1, all at once (Durand, Kerner), from places around a circle. A change below
-     * ENOUGH of the radius leaves an error of its square. */
-    double radius = 1 / table->filter;
     enum { MOST = 200 };
     const double ENOUGH = 1e-8;
     double change = 1;
-    for (int i = 0; i < s; i++) {
-        double angle = 0.4 + 2 * acos(-1.0) * i / s;
+    for (int i = 0; i < count; i++) {
+        double angle = 0.4 + 2 * acos(-1.0) * i / count;
         z[i] = (number){radius * cos(angle), radius * sin(angle)};
     }
     for (int pass = 0; pass < MOST && change > ENOUGH; pass++) {
         change = 0;
-        for (int i = 0; i < s; i++) {
+        for (int i = 0; i < count; i++) {
             number value = {1, 0}, product = {1, 0};
-            for (int k = s; k-- > 0;) {
+            for (int k = count; k-- > 0;) {
                 value = times(value, z[i]);
                 value.re += a[k];
             }
-            for (int j = 0; j < s; j++)
+            for (int j = 0; j < count; j++)
                 if (j != i)
                     product = times(product, (number){z[i].re - z[j].re, z[i].im - z[j].im});
             number step = over(value, product);
@@ -238,6 +245,17 @@ static void find_eigenvalues(kmp_collocation_table *table, const double *m)
             change = fmax(change, (fabs(step.re) + fabs(step.im)) / radius);
         }
     }
+}
+
+/* A polynomial p with p(0) = 0 and p = lambda p' at all c is sum lambda^k M^(k) with M = prod (x - c[i]); p(0) = 0 is
+ * the characteristic equation, and p(c[i]) are the components of the eigenvector. */
+static void find_eigenvalues(kmp_collocation_table *table, const double *m)
+{
+    double a[S + 1] = {0};
+    number z[S];
+    int s = table->stages;
+    find_characteristic(s, m, a);
+    find_zeros(s, a, 1 / table->filter, z);
     table->eigenvalues = 1;
     for (int i = 0; i < s; i++) {
         number root = over((number){1, 0}, z[i]);

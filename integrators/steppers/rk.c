@@ -105,6 +105,30 @@ static outcome attempt(kmp_rk *s, double h, double t_new, double *error)
 
 /* -- step-size control ------------------------------------------------------------------------------ */
 
+static void take(kmp_rk *s, double h, double t_new, double error)
+{
+    s->base.work.steps++;
+    s->base.h = kmp_rk_after_accepted(&s->method->numbers, h, error, s->error_old, s->rejected);
+    s->error_old = fmax(error, KMP_RK_ERROR_FLOOR);
+    s->rejected = false;
+    s->taken = h;
+    s->base.t = t_new;
+    s->dy = s->k[s->method->numbers.end];
+    kmp_solver_swap(&s->y, &s->y_old);
+}
+
+static void refuse(kmp_rk *s, outcome what, double h, double error)
+{
+    if (what == BAD_ERROR)
+        s->base.work.rejected++;
+    else
+        s->base.work.refused++;
+    s->base.h = what == BAD_ERROR   ? kmp_rk_after_rejected(&s->method->numbers, h, error)
+                : what == BAD_STAGE ? h / 4
+                                    : h / 2;
+    s->rejected = true;
+}
+
 /* The end of the next step and its length, 0 when it has become too short. A step of constant length is tried once. */
 static double next_step(const kmp_rk *s, int tries, double *t_new)
 {
@@ -134,24 +158,10 @@ kempe_status kmp_rk_step(void *solver)
             break;
         if (what == TAKEN) {
             s->collapsed = kmp_solver_collapsed(&s->base.hopeless, h, t_new);
-            s->base.work.steps++;
-            s->base.h = kmp_rk_after_accepted(&s->method->numbers, h, error, s->error_old, s->rejected);
-            s->error_old = fmax(error, KMP_RK_ERROR_FLOOR);
-            s->rejected = false;
-            s->taken = h;
-            s->base.t = t_new;
-            s->dy = s->k[s->method->numbers.end];
-            kmp_solver_swap(&s->y, &s->y_old);
+            take(s, h, t_new, error);
             return KEMPE_OK;
         }
-        if (what == BAD_ERROR)
-            s->base.work.rejected++;
-        else
-            s->base.work.refused++;
-        s->base.h = what == BAD_ERROR   ? kmp_rk_after_rejected(&s->method->numbers, h, error)
-                    : what == BAD_STAGE ? h / 4
-                                        : h / 2;
-        s->rejected = true;
+        refuse(s, what, h, error);
     }
     return KEMPE_E_FAILED;
 }

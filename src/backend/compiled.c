@@ -112,6 +112,7 @@ static bool write_segments(const kmp_code *code, kmp_layout *l, kmp_x86 *x86, ui
     piece *pieces = KMP_ARENA_NEW(&l->arena, piece, segments);
     if (!pieces)
         return false;
+    /* The pieces of all segments, and the longest one. */
     uint32_t longest = 0;
     for (uint32_t g = 0; g < segments; g++) {
         pieces[g] = (piece){code->start[g + 1] - code->start[g], code->operations + code->start[g]};

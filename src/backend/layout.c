@@ -19,6 +19,34 @@ static bool is_special(const kmp_layout *l, int i)
     return !l->is_straight[i] && l->program->instruction[i].op != KMP_OP_LIST;
 }
 
+static uint32_t depth_of(const kmp_layout *l, int i)
+{
+    const kmp_instruction *in = &l->program->instruction[i];
+    uint32_t d = 0;
+    for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
+        uint32_t e = known(l, i, kmp_instruction_operand(in, k));
+        d = d > e ? d : e;
+    }
+    return d + is_special(l, i);
+}
+
+/* Puts the parts of a stage one after another, each with segments of its own: depths within parts become depths within
+ * the stage. */
+static void line_up(kmp_layout *l, int stage)
+{
+    const int *code = l->program->code;
+    uint32_t *first = l->frame->part_first + l->frame->part_start[stage];
+    int parts = kmp_frame_parts(l->frame, stage);
+    for (int i = code[stage]; i < code[stage + 1]; i++) {
+        uint32_t *segments = &first[l->part[i] + 1];
+        *segments = l->depth[i] + 1 > *segments ? l->depth[i] + 1 : *segments;
+    }
+    for (int k = 0; k < parts + 2; k++)
+        first[k + 1] += first[k];
+    for (int i = code[stage]; i < code[stage + 1]; i++)
+        l->depth[i] += first[l->part[i]];
+}
+
 static bool analyse(kmp_layout *l, bool (*straight)(const kmp_instruction *in))
 {
     const kmp_program *p = l->program;
@@ -37,31 +65,10 @@ static bool analyse(kmp_layout *l, bool (*straight)(const kmp_instruction *in))
             if (parts < 0)
                 return false;
         }
-        for (int i = p->code[s]; i < p->code[s + 1]; i++) {
-            /* Depth: special functions on the longest way from the leaves. */
-            const kmp_instruction *in = &l->program->instruction[i];
-            uint32_t d = 0;
-            for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
-                uint32_t e = known(l, i, kmp_instruction_operand(in, k));
-                d = d > e ? d : e;
-            }
-            l->depth[i] = d + is_special(l, i);
-        }
-        if (kmp_frame_parts(l->frame, s) > 0) {
-            /* Puts the parts of a stage one after another, each with segments of its own: depths within parts become
-             * depths within the stage. */
-            const int *code = l->program->code;
-            uint32_t *first = l->frame->part_first + l->frame->part_start[s];
-            int parts = kmp_frame_parts(l->frame, s);
-            for (int i = code[s]; i < code[s + 1]; i++) {
-                uint32_t *segments = &first[l->part[i] + 1];
-                *segments = l->depth[i] + 1 > *segments ? l->depth[i] + 1 : *segments;
-            }
-            for (int k = 0; k < parts + 2; k++)
-                first[k + 1] += first[k];
-            for (int i = code[s]; i < code[s + 1]; i++)
-                l->depth[i] += first[l->part[i]];
-        }
+        for (int i = p->code[s]; i < p->code[s + 1]; i++)
+            l->depth[i] = depth_of(l, i);
+        if (kmp_frame_parts(l->frame, s) > 0)
+            line_up(l, s);
     }
     return true;
 }
@@ -81,33 +88,44 @@ static void add_angle(kmp_layout *l, uint32_t x)
     f->cosine[k] = f->sine[k] + KMP_LANES;
 }
 
+/* Sine and cosine of one angle in one segment share an entry. */
+static void write_angle(kmp_layout *l, int i, uint32_t first)
+{
+    kmp_frame *f = l->frame;
+    const kmp_instruction *in = &l->program->instruction[i];
+    uint32_t x = kmp_layout_slot(l, in->a), k = l->angle_of[x];
+    if (k < first || k >= f->angles || f->angle[k] != x) { /* not yet in this segment */
+        k = f->angles;
+        l->angle_of[x] = k;
+        add_angle(l, x);
+    }
+    l->slot[l->leaves + i] = in->op == KMP_OP_SIN ? f->sine[k] : f->cosine[k];
+}
+
+/* The items of the list that an implicit instruction reads. */
+static void write_arguments(kmp_layout *l, kmp_special *s, const kmp_instruction *in)
+{
+    kmp_frame *f = l->frame;
+    uint32_t list = in->a;
+    s->operand[0] = f->item_count;
+    for (int k = 0; k < l->program->block[in->b].arguments; k++) {
+        const kmp_instruction *item = &l->program->instruction[kmp_layout_instruction(l, list)];
+        f->items[f->item_count++] = (kmp_list_item){kmp_layout_slot(l, item->a), item->a & 1 ? -1 : 1};
+        list = item->b;
+    }
+}
+
 static void write_special(kmp_layout *l, int i, uint32_t first_angle)
 {
     const kmp_instruction *in = &l->program->instruction[i];
     if (is_angle(l, i)) {
-        /* Sine and cosine of one angle in one segment share an entry. */
-        kmp_frame *f = l->frame;
-        uint32_t x = kmp_layout_slot(l, in->a), k = l->angle_of[x];
-        if (k < first_angle || k >= f->angles || f->angle[k] != x) { /* not yet in this segment */
-            k = f->angles;
-            l->angle_of[x] = k;
-            add_angle(l, x);
-        }
-        l->slot[l->leaves + i] = in->op == KMP_OP_SIN ? f->sine[k] : f->cosine[k];
+        write_angle(l, i, first_angle);
         return;
     }
     kmp_special *s = &l->frame->specials[l->frame->special_count++];
     *s = (kmp_special){.op = in->op, .instruction = (uint32_t)i, .d = kmp_layout_target(l, i)};
     if (in->op == KMP_OP_IMPLICIT) {
-        /* The items of the list that an implicit instruction reads. */
-        kmp_frame *f = l->frame;
-        uint32_t list = in->a;
-        s->operand[0] = f->item_count;
-        for (int k = 0; k < l->program->block[in->b].arguments; k++) {
-            const kmp_instruction *item = &l->program->instruction[kmp_layout_instruction(l, list)];
-            f->items[f->item_count++] = (kmp_list_item){kmp_layout_slot(l, item->a), item->a & 1 ? -1 : 1};
-            list = item->b;
-        }
+        write_arguments(l, s, in);
         s->operand[1] = l->solving_of[i];
         return;
     }
@@ -146,6 +164,39 @@ static void write_segment(kmp_layout *l, uint32_t begin, uint32_t end)
         add_angle(l, KMP_SLOT_ONE);
 }
 
+/* Writes the segments, and the special functions of each. */
+static bool write_segments(kmp_layout *l)
+{
+    kmp_frame *f = l->frame;
+    const kmp_program *p = l->program;
+    uint32_t most = 0;
+    for (int s = 0; s < p->stages; s++)
+        most = deepest(l, s) > most ? deepest(l, s) : most;
+    uint32_t *first = KMP_ARENA_NEW(&l->arena, uint32_t, most + 2);
+    for (int s = 0; first && s < p->stages; s++) {
+        uint32_t segments = deepest(l, s) + 1, begin = (uint32_t)p->code[s];
+        f->stage[s] = f->segment_count;
+        /* The instructions of a stage by segment, each segment's in the program's order; `first` is where each
+         * begins. */
+        const int *code = l->program->code;
+        memset(first, 0, (segments + 1) * sizeof *first);
+        for (int i = code[s]; i < code[s + 1]; i++)
+            first[segment_of(l, i) + 1]++;
+        for (uint32_t g = 0; g < segments; g++)
+            first[g + 1] += first[g];
+        for (int i = code[s]; i < code[s + 1]; i++)
+            l->order[(uint32_t)code[s] + first[segment_of(l, i)]++] = i;
+        for (uint32_t k = 0; k < segments; k++) { /* first has moved on to where each ends */
+            write_segment(l, begin, (uint32_t)p->code[s] + first[k]);
+            begin = (uint32_t)p->code[s] + first[k];
+        }
+    }
+    f->stage[p->stages] = f->segment_count;
+    f->segments[f->segment_count] = (kmp_segment){.angle = f->angles, .special = f->special_count};
+    l->segment_start[f->segment_count] = (uint32_t)p->code[p->stages];
+    return first;
+}
+
 void kmp_layout_visit(const kmp_layout *l, kmp_layout_write *write, void *self, const uint32_t *count, uint32_t *start)
 {
     uint32_t segments = l->frame->segment_count;
@@ -175,6 +226,21 @@ static uint32_t most_angles(const kmp_layout *l, uint32_t segments)
     return count + (KMP_LANES - 1) * (segments < count ? segments : count);
 }
 
+/* Unknowns of one block for one list of arguments are solved together. */
+static void place_block(kmp_layout *l, int i, const kmp_instruction **first)
+{
+    kmp_frame *f = l->frame;
+    const kmp_instruction *in = &l->program->instruction[i];
+    uint32_t k = 0;
+    while (k < f->solving_count && (first[k]->a != in->a || first[k]->b != in->b))
+        k++;
+    l->solving_of[i] = k;
+    if (k < f->solving_count)
+        return;
+    f->block_of[k] = in->b;
+    first[f->solving_count++] = in;
+}
+
 static bool list_blocks(kmp_layout *l)
 {
     kmp_frame *f = l->frame;
@@ -191,18 +257,8 @@ static bool list_blocks(kmp_layout *l)
     const kmp_instruction **first = KMP_ARENA_NEW(&l->arena, const kmp_instruction *, count); /* of each solving */
     bool ok = !f->arena.failed && !l->arena.failed;
     for (int i = 0; ok && i < p->code[p->stages]; i++)
-        if (p->instruction[i].op == KMP_OP_IMPLICIT) {
-            /* Unknowns of one block for one list of arguments are solved together. */
-            const kmp_instruction *in = &l->program->instruction[i];
-            uint32_t k = 0;
-            while (k < f->solving_count && (first[k]->a != in->a || first[k]->b != in->b))
-                k++;
-            l->solving_of[i] = k;
-            if (k < f->solving_count)
-                continue;
-            f->block_of[k] = in->b;
-            first[f->solving_count++] = in;
-        }
+        if (p->instruction[i].op == KMP_OP_IMPLICIT)
+            place_block(l, i, first);
     return ok;
 }
 
@@ -312,37 +368,10 @@ bool kmp_layout_init(kmp_layout *l, kmp_frame *frame, const kmp_program *program
     frame->v[KMP_SLOT_MINUS_ZERO] = -0.0;
     if (program->constant_count > 0)
         memcpy(frame->v + KMP_FIRST_SLOT, program->constant, (size_t)program->constant_count * sizeof(double));
-    /* Writes the segments, and the special functions of each. */
-    kmp_frame *f = l->frame;
-    const kmp_program *p = l->program;
-    uint32_t most = 0;
-    for (int s = 0; s < p->stages; s++)
-        most = deepest(l, s) > most ? deepest(l, s) : most;
-    uint32_t *first = KMP_ARENA_NEW(&l->arena, uint32_t, most + 2);
-    for (int s = 0; first && s < p->stages; s++) {
-        uint32_t segments = deepest(l, s) + 1, begin = (uint32_t)p->code[s];
-        f->stage[s] = f->segment_count;
-        /* The instructions of a stage by segment, each segment's in the program's order; `first` is where each
-         * begins. */
-        const int *code = l->program->code;
-        memset(first, 0, (segments + 1) * sizeof *first);
-        for (int i = code[s]; i < code[s + 1]; i++)
-            first[segment_of(l, i) + 1]++;
-        for (uint32_t g = 0; g < segments; g++)
-            first[g + 1] += first[g];
-        for (int i = code[s]; i < code[s + 1]; i++)
-            l->order[(uint32_t)code[s] + first[segment_of(l, i)]++] = i;
-        for (uint32_t k = 0; k < segments; k++) { /* first has moved on to where each ends */
-            write_segment(l, begin, (uint32_t)p->code[s] + first[k]);
-            begin = (uint32_t)p->code[s] + first[k];
-        }
-    }
-    f->stage[p->stages] = f->segment_count;
-    f->segments[f->segment_count] = (kmp_segment){.angle = f->angles, .special = f->special_count};
-    l->segment_start[f->segment_count] = (uint32_t)p->code[p->stages];
-    if (!first)
+    if (!write_segments(l))
         return false;
     /* Once all values have their slots. */
+    kmp_frame *f = l->frame;
     for (uint32_t k = 0; k < f->copy_start[l->program->stages]; k++)
         f->copies[k].from = l->slot[f->copies[k].from];
     return true;

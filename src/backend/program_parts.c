@@ -85,6 +85,22 @@ static bool is_solved(const kmp_instruction *all, int i, int *first, int *count)
     return false;
 }
 
+static bool find_prices(finder *f)
+{
+    const kmp_instruction *all = f->l->program->instruction;
+    int end = f->from + f->count, most = 0, count = 0;
+    for (int i = 0; i < end; i++)
+        most += all[i].op == KMP_OP_IMPLICIT;
+    int *first = KMP_ARENA_NEW(f->arena, int, most);
+    f->price = KMP_ARENA_NEW(f->arena, double, f->count);
+    for (int i = 0; !f->arena->failed && i < end; i++) {
+        bool solves = all[i].op == KMP_OP_IMPLICIT && !is_solved(all, i, first, &count);
+        if (i >= f->from)
+            f->price[i - f->from] = solves ? SOLVING : price_of((kmp_op)all[i].op);
+    }
+    return !f->arena->failed;
+}
+
 /* -- seeds ------------------------------------------------------------------------------------------- */
 
 /* Numbers the seeds in their order; blocks with one list of arguments are one seed. Beyond the limit neighbours share a
@@ -108,6 +124,22 @@ static bool number_seeds(finder *f)
         if (instruction(f, i)->op == KMP_OP_IMPLICIT)
             f->reads[i] = f->feeds[i] = (seeds)1 << (count > SEEDS ? (long)f->root[i] * SEEDS / count : f->root[i]);
     return list;
+}
+
+static void spread_seeds(finder *f)
+{
+    for (int i = 0; i < f->count; i++)
+        for (int k = 0; k < operands(f, i); k++)
+            if (operand(f, i, k) >= 0)
+                f->reads[i] |= f->reads[operand(f, i, k)];
+    for (int i = f->count; i-- > 0;)
+        for (int k = 0; k < operands(f, i); k++) {
+            int j = kmp_layout_instruction(f->l, kmp_instruction_operand(instruction(f, i), k));
+            if (j >= f->from)
+                f->feeds[j - f->from] |= f->feeds[i];
+            else if (j >= 0)
+                f->earlier[j] |= f->feeds[i];
+        }
 }
 
 /* The least member of a set that is not empty. */
@@ -136,6 +168,18 @@ static void add_share(finder *f, seeds s, double cost)
             f->share[member[a]][member[b]] += share;
 }
 
+/* Finds affinities. Instructions that feed blocks count more than those that add up the results of blocks. */
+static void find_shares(finder *f)
+{
+    for (int i = 0; i < f->from; i++)
+        add_share(f, f->earlier[i], 1);
+    for (int i = 0; i < f->count; i++)
+        add_share(f, f->feeds[i] | f->reads[i], (f->feeds[i] ? 1 : 0.05) * f->price[i]);
+    for (int a = 0; a < f->seed_count; a++)
+        for (int b = 0; b < a; b++)
+            f->share[a][b] = f->share[b][a];
+}
+
 /* The two groups that share most, for their size. */
 static bool join_nearest(finder *f)
 {
@@ -159,7 +203,43 @@ static bool join_nearest(finder *f)
     return most > NONE;
 }
 
+static void join_seeds(finder *f, int parts)
+{
+    int groups = 0;
+    /* Blocks of which one reads another. */
+    for (int k = 0; k < f->seed_count; k++)
+        f->up[k] = k;
+    for (int i = 0; i < f->count; i++)
+        if (f->reads[i] && f->feeds[i])
+            for (seeds s = f->reads[i] | f->feeds[i], a = s; a; a &= a - 1)
+                f->up[kmp_root_of(f->up, first_of(a))] = kmp_root_of(f->up, first_of(s));
+    for (int k = 0; k < f->seed_count; k++)
+        groups += kmp_root_of(f->up, k) == k;
+    while (groups > parts && join_nearest(f))
+        groups--;
+    f->parts = f->seed_count > 0 ? 0 : parts;
+    for (int k = 0; k < f->seed_count; k++)
+        if (kmp_root_of(f->up, k) == k)
+            f->part_of[k] = ++f->parts;
+    for (int k = 0; k < f->seed_count; k++)
+        f->part_of[k] = f->part_of[kmp_root_of(f->up, k)];
+}
+
 /* -- parts ------------------------------------------------------------------------------------------- */
+
+/* Places instructions by the blocks that they feed or read. */
+static void place_by_seeds(finder *f)
+{
+    seeds of[KMP_PARTS_MOST + 2] = {0}; /* each part's */
+    for (int k = 0; k < f->seed_count; k++)
+        of[f->part_of[k]] |= (seeds)1 << k;
+    for (int i = 0; i < f->count; i++) {
+        seeds s = f->reads[i] | f->feeds[i];
+        int part = s ? f->part_of[first_of(s)] : FREE;
+        bool several = s && (s & ~of[part]);
+        f->part[i] = (uint8_t)(!several ? part : f->reads[i] ? f->parts + 1 : BEFORE);
+    }
+}
 
 /* Gives a free instruction to the only part that reads it, or puts it before all parts. */
 static void place_by_readers(finder *f)
@@ -253,34 +333,8 @@ static double duration(const finder *f, int threads)
 
 static double try_parts(finder *f, int parts, int threads)
 {
-    int groups = 0;
-    /* Blocks of which one reads another. */
-    for (int k = 0; k < f->seed_count; k++)
-        f->up[k] = k;
-    for (int i = 0; i < f->count; i++)
-        if (f->reads[i] && f->feeds[i])
-            for (seeds s = f->reads[i] | f->feeds[i], a = s; a; a &= a - 1)
-                f->up[kmp_root_of(f->up, first_of(a))] = kmp_root_of(f->up, first_of(s));
-    for (int k = 0; k < f->seed_count; k++)
-        groups += kmp_root_of(f->up, k) == k;
-    while (groups > parts && join_nearest(f))
-        groups--;
-    f->parts = f->seed_count > 0 ? 0 : parts;
-    for (int k = 0; k < f->seed_count; k++)
-        if (kmp_root_of(f->up, k) == k)
-            f->part_of[k] = ++f->parts;
-    for (int k = 0; k < f->seed_count; k++)
-        f->part_of[k] = f->part_of[kmp_root_of(f->up, k)];
-    /* Places instructions by the blocks that they feed or read. */
-    seeds of[KMP_PARTS_MOST + 2] = {0}; /* each part's */
-    for (int k = 0; k < f->seed_count; k++)
-        of[f->part_of[k]] |= (seeds)1 << k;
-    for (int i = 0; i < f->count; i++) {
-        seeds s = f->reads[i] | f->feeds[i];
-        int part = s ? f->part_of[first_of(s)] : FREE;
-        bool several = s && (s & ~of[part]);
-        f->part[i] = (uint8_t)(!several ? part : f->reads[i] ? f->parts + 1 : BEFORE);
-    }
+    join_seeds(f, parts);
+    place_by_seeds(f);
     place_by_readers(f);
     place_by_operands(f);
     place_by_readers(f);
@@ -352,18 +406,7 @@ int kmp_parts_find(kmp_layout *layout, int stage, int threads)
     f->arena = &layout->arena;
     f->from = code[stage];
     f->count = code[stage + 1] - code[stage];
-    const kmp_instruction *all = f->l->program->instruction;
-    int end = f->from + f->count, most = 0, count = 0;
-    for (int i = 0; i < end; i++)
-        most += all[i].op == KMP_OP_IMPLICIT;
-    int *first = KMP_ARENA_NEW(f->arena, int, most);
-    f->price = KMP_ARENA_NEW(f->arena, double, f->count);
-    for (int i = 0; !f->arena->failed && i < end; i++) {
-        bool solves = all[i].op == KMP_OP_IMPLICIT && !is_solved(all, i, first, &count);
-        if (i >= f->from)
-            f->price[i - f->from] = solves ? SOLVING : price_of((kmp_op)all[i].op);
-    }
-    if (f->arena->failed)
+    if (!find_prices(f))
         return -1;
     for (int i = 0; i < f->count; i++)
         f->alone += f->price[i];
@@ -372,27 +415,8 @@ int kmp_parts_find(kmp_layout *layout, int stage, int threads)
         return 0;
     if (!begin(f))
         return -1;
-    /* The seeds that each instruction reads, then those that it feeds. */
-    for (int i = 0; i < f->count; i++)
-        for (int k = 0; k < operands(f, i); k++)
-            if (operand(f, i, k) >= 0)
-                f->reads[i] |= f->reads[operand(f, i, k)];
-    for (int i = f->count; i-- > 0;)
-        for (int k = 0; k < operands(f, i); k++) {
-            int j = kmp_layout_instruction(f->l, kmp_instruction_operand(instruction(f, i), k));
-            if (j >= f->from)
-                f->feeds[j - f->from] |= f->feeds[i];
-            else if (j >= 0)
-                f->earlier[j] |= f->feeds[i];
-        }
-    /* Finds affinities. Instructions that feed blocks count more than those that add up the results of blocks. */
-    for (int i = 0; i < f->from; i++)
-        add_share(f, f->earlier[i], 1);
-    for (int i = 0; i < f->count; i++)
-        add_share(f, f->feeds[i] | f->reads[i], (f->feeds[i] ? 1 : 0.05) * f->price[i]);
-    for (int a = 0; a < f->seed_count; a++)
-        for (int b = 0; b < a; b++)
-            f->share[a][b] = f->share[b][a];
+    spread_seeds(f);
+    find_shares(f);
     int parts = choose_parts(f, threads);
     if (parts > 0) {
         put_costliest_first(f, parts);

@@ -145,6 +145,12 @@ static int write_and_close(int fd, const char *text, size_t left, bool lasting)
     return error ? error : closed;
 }
 
+static int write_in_place(const char *path, const char *text, size_t length)
+{
+    int fd = open(path, O_WRONLY | O_CLOEXEC);
+    return fd < 0 ? errno : write_and_close(fd, text, length, false);
+}
+
 /* A new file in the folder of `path`, with its name in `temporary`; -1 and errno when there is none. */
 static int open_temporary(const char *path, kmp_text *temporary)
 {
@@ -161,6 +167,21 @@ static int open_temporary(const char *path, kmp_text *temporary)
             return fd;
     }
     return -1;
+}
+
+/* Makes the names in the folder of `path` last through a loss of power. Some file systems cannot; they lose nothing
+ * that the file itself has. */
+static void keep_folder(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    kmp_text folder = {0};
+    kmp_text_append(&folder, slash ? path : ".", slash ? (size_t)(slash - path) + 1 : 1);
+    int fd = folder.failed ? -1 : open(folder.s, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (fd >= 0) {
+        (void)fsync(fd);
+        close(fd);
+    }
+    kmp_text_free(&folder);
 }
 
 /* The way in which a whole file gets its name. */
@@ -208,19 +229,8 @@ static int write_by_name(const char *path, const placing *place, const char *tex
         error = give_name(temporary.s, path, place->exclusive);
         if (error)
             unlink(temporary.s);
-        else if (place->lasting) {
-            /* Makes the names in the folder of `path` last through a loss of power. Some file systems cannot; they lose
-             * nothing that the file itself has. */
-            const char *slash = strrchr(path, '/');
-            kmp_text folder = {0};
-            kmp_text_append(&folder, slash ? path : ".", slash ? (size_t)(slash - path) + 1 : 1);
-            int fd = folder.failed ? -1 : open(folder.s, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-            if (fd >= 0) {
-                (void)fsync(fd);
-                close(fd);
-            }
-            kmp_text_free(&folder);
-        }
+        else if (place->lasting)
+            keep_folder(path);
     }
     kmp_text_free(&temporary);
     return error;
@@ -246,10 +256,9 @@ static kempe_status write_bytes(kempe_context *context, const char *path, const 
     const char *real = exists && S_ISREG(old.st_mode) ? realpath(path, target) : NULL;
     if (exists && S_ISDIR(old.st_mode))
         error = EISDIR;
-    else if (exists && !S_ISREG(old.st_mode)) {
-        int fd = open(path, O_WRONLY | O_CLOEXEC);
-        error = fd < 0 ? errno : write_and_close(fd, text, length, false);
-    } else
+    else if (exists && !S_ISREG(old.st_mode))
+        error = write_in_place(path, text, length);
+    else
         error = write_by_name(real ? real : path, &(placing){.old = exists ? &old : NULL}, text, length);
     return report_written(context, path, error);
 }

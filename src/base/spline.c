@@ -45,18 +45,23 @@ static void spline_slopes(int n, const double *x, const double *y, double *slope
         slope[k] = (slope[k] - upper[k] * slope[k + 1]) / pivot[k];
 }
 
+/* The parabola through three points. */
+static void parabola_slopes(const double *x, const double *y, double *slope)
+{
+    double h = x[1] - x[0], g = x[2] - x[1], m = secant(x, y, 0), n = secant(x, y, 1);
+    double curvature = (n - m) / (h + g);
+    slope[0] = m - h * curvature;
+    slope[1] = m + h * curvature;
+    slope[2] = n + g * curvature;
+}
+
 void kmp_spline_slopes(int count, const double *x, const double *y, double *slope, double *work)
 {
     if (count == 2)
         slope[0] = slope[1] = secant(x, y, 0);
-    else if (count == 3) {
-        /* The parabola through three points. */
-        double h = x[1] - x[0], g = x[2] - x[1], m = secant(x, y, 0), n = secant(x, y, 1);
-        double curvature = (n - m) / (h + g);
-        slope[0] = m - h * curvature;
-        slope[1] = m + h * curvature;
-        slope[2] = n + g * curvature;
-    } else
+    else if (count == 3)
+        parabola_slopes(x, y, slope);
+    else
         spline_slopes(count, x, y, slope, work, work + count);
 }
 

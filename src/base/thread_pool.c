@@ -94,6 +94,16 @@ static bool do_one(kmp_team *team, bool helps)
     return false;
 }
 
+static void sleep_until_called(kmp_team *team)
+{
+    (void)pthread_mutex_lock(&team->lock);
+    atomic_fetch_add(&team->sleepers, 1);
+    while (!has_more(atomic_load(&team->ticket)) && !atomic_load(&team->ends))
+        (void)pthread_cond_wait(&team->called, &team->lock);
+    atomic_fetch_sub(&team->sleepers, 1);
+    (void)pthread_mutex_unlock(&team->lock);
+}
+
 static void *help(void *self)
 {
     own = *(const helper *)self;
@@ -104,12 +114,7 @@ static void *help(void *self)
         else if (looks < AWAKE)
             pause_a_moment();
         else {
-            (void)pthread_mutex_lock(&team->lock);
-            atomic_fetch_add(&team->sleepers, 1);
-            while (!has_more(atomic_load(&team->ticket)) && !atomic_load(&team->ends))
-                (void)pthread_cond_wait(&team->called, &team->lock);
-            atomic_fetch_sub(&team->sleepers, 1);
-            (void)pthread_mutex_unlock(&team->lock);
+            sleep_until_called(team);
             looks = 0;
         }
     }

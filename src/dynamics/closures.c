@@ -397,6 +397,7 @@ kempe_status kmp_closures_derive(kmp_equations *eq, const kmp_scene *scene)
     if (kmp_graph_failed(eq->graph) || (!scene->plain && !kmp_gaps_shorten(eq, sets, !scene->savings)))
         return kmp_fail_memory(eq->context);
     if (sets & KMP_SET_REACTION) {
+        /* Forces of closures on their second bodies. */
         for (int c = 0; c < eq->model->closure_count; c++) {
             kmp_vec f = kmp_closure_load(&eq->tree, c, false);
             for (int k = 0; k < 3; k++)

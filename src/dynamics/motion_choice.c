@@ -160,6 +160,15 @@ static int count_rows(const kempe_model *model)
     return rows;
 }
 
+/* True if the equations have some that are solved by iteration: of wheels on rails, and of points on curves. */
+static bool iterates(const kempe_model *model)
+{
+    bool curves = false;
+    for (int c = 0; c < model->closure_count; c++)
+        curves = curves || model->closures[c].curve_count > 0;
+    return curves || model->wheel_count > 0;
+}
+
 /* Without iteration runs may write out the solution by M and C, which they would need soon. */
 bool kmp_motion_may_wait(const kempe_system *s)
 {
@@ -169,13 +178,7 @@ bool kmp_motion_may_wait(const kempe_system *s)
     bool pressed = kmp_model_has_loads(model);
     for (int k = 0; k < model->force_count; k++)
         pressed = pressed || kmp_force_has_load(&model->forces[k]);
-    if (!bodies || pressed)
-        return false;
-    /* True if the equations have some that are solved by iteration: of wheels on rails, and of points on curves. */
-    bool curves = false;
-    for (int c = 0; c < model->closure_count; c++)
-        curves = curves || model->closures[c].curve_count > 0;
-    return (curves || model->wheel_count > 0) && kmp_equations_are_large(model) && n - rows >= FEW &&
+    return bodies && !pressed && iterates(model) && kmp_equations_are_large(model) && n - rows >= FEW &&
            (double)rows * n <= MOST_ENTRIES;
 }
 

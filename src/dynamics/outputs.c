@@ -105,6 +105,20 @@ static bool derive_until(const kmp_tree *tree)
     return ok;
 }
 
+/* The values of each contact of a wheel. */
+static void show_contacts(kmp_equations *eq, int number)
+{
+    const kmp_wheel *wheel = &eq->model->wheels[number];
+    kmp_wheel_pose pose;
+    kmp_wheel_find(&eq->tree, wheel, &pose);
+    for (int k = 0; k < kmp_wheel_contacts(wheel); k++) {
+        kmp_contact contact;
+        kmp_wheel_contact(&eq->tree, wheel, &pose, k, &contact);
+        kmp_contact_values(&eq->tree, wheel, &pose, &contact, eq->shown + eq->shown_count);
+        eq->shown_count += KMP_CONTACT_SHOWN;
+    }
+}
+
 /* Y/Q is zero where no load is. */
 static void show_guidance(kmp_equations *eq, int number)
 {
@@ -125,6 +139,35 @@ static void show_guidance(kmp_equations *eq, int number)
         eq->shown[eq->shown_count++] = shown[k];
 }
 
+static void show_pose(kmp_equations *eq, int number)
+{
+    kmp_wheel_pose pose;
+    kmp_wheel_find(&eq->tree, &eq->model->wheels[number], &pose);
+    const kmp_ref shown[KMP_POSE_SHOWN] = {pose.out, pose.up, pose.axle[0], pose.axle[1], pose.axle[2]};
+    for (int k = 0; k < KMP_POSE_SHOWN; k++)
+        eq->shown[eq->shown_count++] = shown[k];
+}
+
+static void show_axes(kmp_equations *eq, int point)
+{
+    kmp_vec axes[3];
+    kmp_point_axes(&eq->tree, point, 0, axes);
+    for (int k = 0; k < 9; k++)
+        eq->shown[eq->shown_count++] = axes[k / 3].x[k % 3];
+}
+
+static void show(kmp_equations *eq, const kmp_forces *forces, const kmp_output *output)
+{
+    kmp_vec x = derive_one(eq, forces, output);
+    const kmp_ref *values =
+        output->kind == KMP_OUTPUT_FORCE ? forces->value + (ptrdiff_t)KMP_FORCE_WIDTH * output->index : x.x;
+    for (int k = 0; k < kmp_output_width(eq->model, output); k++)
+        eq->shown[eq->shown_count++] = values[k];
+    for (int k = 0; output->kind == KMP_OUTPUT_POSITION && k < 3; k++)
+        eq->position[3 * eq->position_count + k] = x.x[k];
+    eq->position_count += output->kind == KMP_OUTPUT_POSITION;
+}
+
 /* Conditions of outputs alone are no events: they are evaluated at the state of each row. */
 kempe_status kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces)
 {
@@ -135,44 +178,16 @@ kempe_status kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces)
     eq->tree.uses = &eq->uses;
     /* In the order of the model. */
     for (int o = 0; !kmp_graph_failed(eq->graph) && o < eq->model->output_count; o++)
-        if (eq->model->outputs[o].kind == KMP_OUTPUT_CONTACT) {
-            /* The values of each contact of a wheel. */
-            int number = eq->model->outputs[o].index;
-            const kmp_wheel *wheel = &eq->model->wheels[number];
-            kmp_wheel_pose pose;
-            kmp_wheel_find(&eq->tree, wheel, &pose);
-            for (int k = 0; k < kmp_wheel_contacts(wheel); k++) {
-                kmp_contact contact;
-                kmp_wheel_contact(&eq->tree, wheel, &pose, k, &contact);
-                kmp_contact_values(&eq->tree, wheel, &pose, &contact, eq->shown + eq->shown_count);
-                eq->shown_count += KMP_CONTACT_SHOWN;
-            }
-        } else if (eq->model->outputs[o].kind == KMP_OUTPUT_GUIDANCE)
+        if (eq->model->outputs[o].kind == KMP_OUTPUT_CONTACT)
+            show_contacts(eq, eq->model->outputs[o].index);
+        else if (eq->model->outputs[o].kind == KMP_OUTPUT_GUIDANCE)
             show_guidance(eq, eq->model->outputs[o].index);
-        else if (eq->model->outputs[o].kind == KMP_OUTPUT_POSE) {
-            int number = eq->model->outputs[o].index;
-            kmp_wheel_pose pose;
-            kmp_wheel_find(&eq->tree, &eq->model->wheels[number], &pose);
-            const kmp_ref shown[KMP_POSE_SHOWN] = {pose.out, pose.up, pose.axle[0], pose.axle[1], pose.axle[2]};
-            for (int k = 0; k < KMP_POSE_SHOWN; k++)
-                eq->shown[eq->shown_count++] = shown[k];
-        } else if (eq->model->outputs[o].kind == KMP_OUTPUT_AXES) {
-            int point = eq->model->outputs[o].index;
-            kmp_vec axes[3];
-            kmp_point_axes(&eq->tree, point, 0, axes);
-            for (int k = 0; k < 9; k++)
-                eq->shown[eq->shown_count++] = axes[k / 3].x[k % 3];
-        } else {
-            const kmp_output *output = &eq->model->outputs[o];
-            kmp_vec x = derive_one(eq, forces, output);
-            const kmp_ref *values =
-                output->kind == KMP_OUTPUT_FORCE ? forces->value + (ptrdiff_t)KMP_FORCE_WIDTH * output->index : x.x;
-            for (int k = 0; k < kmp_output_width(eq->model, output); k++)
-                eq->shown[eq->shown_count++] = values[k];
-            for (int k = 0; output->kind == KMP_OUTPUT_POSITION && k < 3; k++)
-                eq->position[3 * eq->position_count + k] = x.x[k];
-            eq->position_count += output->kind == KMP_OUTPUT_POSITION;
-        }
+        else if (eq->model->outputs[o].kind == KMP_OUTPUT_POSE)
+            show_pose(eq, eq->model->outputs[o].index);
+        else if (eq->model->outputs[o].kind == KMP_OUTPUT_AXES)
+            show_axes(eq, eq->model->outputs[o].index);
+        else
+            show(eq, forces, &eq->model->outputs[o]);
     eq->tree.uses = NULL;
     eq->tree.settled = settled;
     KMP_TRY(kmp_joint_loads_end(eq));

@@ -122,25 +122,10 @@ double kmp_closure_tolerance(const kempe_model *model)
                                           : KMP_CLOSURE_TOLERANCE * kmp_system_length(model);
 }
 
-bool kmp_system_rescale(kempe_system *s)
+/* Along the chain of bodies to each closed point: offsets of the joints and start values of translations. false: no
+ * memory. */
+static bool set_reach(kempe_system *s)
 {
-    s->length = s->kept_length > 0 ? s->kept_length : kmp_system_length(s->model);
-    for (int k = 0; k < s->n; k++) {
-        /* Scale of a coordinate: 1 for an angle, the length of the model for a displacement. The scale of a state is
-         * the size of its values, as rates of one second. */
-        const kmp_state *state = kmp_state_of(s->model, k);
-        s->scale[k] = state ? state->scale : s->model->motions[k].rotation ? 1 : s->length;
-    }
-    for (int r = 0; r < s->m; r++)
-        s->row_scale[r] = pow(s->length, s->rows[r].length_power);
-    for (int k = 0; k < s->model->parameter_count; k++)
-        s->parameters[k] = s->model->parameters[k].number.value;
-    s->closure_tolerance = kmp_closure_tolerance(s->model);
-    kmp_kept_clear(s->kept);
-    if (s->rounding)
-        atomic_store(&s->rounding->state, KMP_ROUNDING_UNKNOWN); /* the numbers have changed */
-    /* Along the chain of bodies to each closed point: offsets of the joints and start values of translations. false: no
-     * memory. */
     const kempe_model *model = s->model;
     double *reach = KMP_NEW(double, model->body_count);
     s->reach = 0;
@@ -158,6 +143,26 @@ bool kmp_system_rescale(kempe_system *s)
             }
     kmp_free(reach);
     return reach;
+}
+
+bool kmp_system_rescale(kempe_system *s)
+{
+    s->length = s->kept_length > 0 ? s->kept_length : kmp_system_length(s->model);
+    for (int k = 0; k < s->n; k++) {
+        /* Scale of a coordinate: 1 for an angle, the length of the model for a displacement. The scale of a state is
+         * the size of its values, as rates of one second. */
+        const kmp_state *state = kmp_state_of(s->model, k);
+        s->scale[k] = state ? state->scale : s->model->motions[k].rotation ? 1 : s->length;
+    }
+    for (int r = 0; r < s->m; r++)
+        s->row_scale[r] = pow(s->length, s->rows[r].length_power);
+    for (int k = 0; k < s->model->parameter_count; k++)
+        s->parameters[k] = s->model->parameters[k].number.value;
+    s->closure_tolerance = kmp_closure_tolerance(s->model);
+    kmp_kept_clear(s->kept);
+    if (s->rounding)
+        atomic_store(&s->rounding->state, KMP_ROUNDING_UNKNOWN); /* the numbers have changed */
+    return set_reach(s);
 }
 
 /* -- programs ---------------------------------------------------------------------------------------- */
@@ -191,6 +196,19 @@ static bool is_within(const kmp_expr *part, const kmp_expr *whole)
            (part == whole || is_within(part, whole->a) || is_within(part, whole->b) || is_within(part, whole->c));
 }
 
+/* " < KNOT"; of an end of a variable " beyond the points FIRST .. LAST". */
+static void put_table_event(kmp_text *text, const kmp_named_table *table, int number)
+{
+    int k = abs(number), end = k - kmp_table_end_number(table, 0);
+    if (end < 0 || end == 4 || end == 5)
+        kmp_text_printf(text, " < %.6g", end < 0 ? table->table->x[k] : kmp_table_end(table, end - 4));
+    else if (end > 5)
+        kmp_text_put(text, " at a point of the table");
+    else
+        kmp_text_printf(text, " beyond the points %.6g .. %.6g", kmp_table_end(table, end - end % 2),
+                        kmp_table_end(table, end - end % 2 + 1));
+}
+
 char *kmp_system_event_text(kempe_system *s, const kmp_condition *condition)
 {
     const kempe_model *model = s->model;
@@ -205,18 +223,9 @@ char *kmp_system_event_text(kempe_system *s, const kmp_condition *condition)
         }
     if (e) {
         kmp_model_put_expr(&text, model, e->b || condition->ends ? e : e->a);
-        if (e->kind == KMP_EXPR_TABLE) {
-            /* " < KNOT"; of an end of a variable " beyond the points FIRST .. LAST". */
-            const kmp_named_table *table = e->table;
-            int k = abs(condition->number), end = k - kmp_table_end_number(table, 0);
-            if (end < 0 || end == 4 || end == 5)
-                kmp_text_printf(&text, " < %.6g", end < 0 ? table->table->x[k] : kmp_table_end(table, end - 4));
-            else if (end > 5)
-                kmp_text_put(&text, " at a point of the table");
-            else
-                kmp_text_printf(&text, " beyond the points %.6g .. %.6g", kmp_table_end(table, end - end % 2),
-                                kmp_table_end(table, end - end % 2 + 1));
-        } else if (!e->b)
+        if (e->kind == KMP_EXPR_TABLE)
+            put_table_event(&text, e->table, condition->number);
+        else if (!e->b)
             kmp_text_put(&text, " < 0");
     }
     return kmp_text_keep(&text, &s->arena);

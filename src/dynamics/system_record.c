@@ -57,6 +57,20 @@ static void *take_part(kmp_byte_source *s, const kempe_model *model, size_t size
     return part;
 }
 
+static void put_condition(kmp_bytes *b, const kempe_system *s, int k)
+{
+    const kmp_condition *c = &s->events.condition[k];
+    put_part(b, s->model, c->of);
+    put_part(b, s->model, c->expr);
+    kmp_bytes_put_int(b, c->number);
+    kmp_bytes_put_text(b, c->text);
+    kmp_bytes_put_text(b, c->advice);
+    kmp_bytes_put_text(b, s->event_text[k]);
+    kmp_bytes_put_int(b, c->ends | c->kink << 1 | c->late << 2 | c->measured << 3 | c->bend << 4 | c->told << 5 |
+                             c->rough << 6 | (int)c->role << 7);
+    kmp_bytes_put(b, &c->lag, sizeof c->lag);
+}
+
 /* The text of an event is made again, and compared: the expression is the same one. */
 static void take_condition(kmp_byte_source *b, kempe_system *s, int k)
 {
@@ -83,6 +97,18 @@ static void take_condition(kmp_byte_source *b, kempe_system *s, int k)
     s->event_text[k] = b->failed ? NULL : kmp_system_event_text(s, c);
     b->failed = b->failed || !shown || !s->event_text[k] || strcmp(shown, s->event_text[k]) != 0;
     kmp_arena_free(&aside);
+}
+
+static void put_events(kmp_bytes *b, const kempe_system *s)
+{
+    kmp_bytes_put_int(b, s->events.count);
+    kmp_bytes_put_int(b, s->use_count);
+    for (int k = 0; k < s->use_count; k++) {
+        kmp_bytes_put_int(b, s->use[k].table);
+        kmp_bytes_put_int(b, s->use[k].variable);
+    }
+    for (int k = 0; k < s->events.count; k++)
+        put_condition(b, s, k);
 }
 
 static void take_events(kmp_byte_source *b, kempe_system *s)
@@ -147,6 +173,27 @@ bool kmp_bodies_recall(const kempe_system *s)
     }
     kmp_bodies_forget(bodies);
     return false;
+}
+
+/* -- the whole --------------------------------------------------------------------------------------- */
+
+static void put_flags(kmp_bytes *b, const kempe_system *s)
+{
+    const int flags[] = {s->rheonomic, s->switches,         s->dissipative,
+                         s->has_power, s->changes_by_rates, atomic_load(&s->rounding->state) == KMP_ROUNDING_NONE};
+    for (size_t k = 0; k < sizeof flags / sizeof *flags; k++)
+        kmp_bytes_put_int(b, flags[k]);
+    kmp_bytes_put_int(b, s->dynamics);
+}
+
+static void take_flags(kmp_byte_source *b, kempe_system *s)
+{
+    bool none = false, *const flags[] = {&s->rheonomic, &s->switches,         &s->dissipative,
+                                         &s->has_power, &s->changes_by_rates, &none};
+    for (size_t k = 0; k < sizeof flags / sizeof *flags; k++)
+        *flags[k] = kmp_bytes_take_int(b, 0, 1);
+    s->dynamics = (kmp_dynamics)kmp_bytes_take_int(b, 0, KMP_DYNAMICS_COUNT - 1);
+    atomic_store(&s->rounding->state, none ? KMP_ROUNDING_NONE : KMP_ROUNDING_UNKNOWN);
 }
 
 /* -- M and C that waited ------------------------------------------------------------------------------ */
@@ -220,35 +267,13 @@ void kmp_system_keep(kempe_system *s)
     kmp_bytes_put_int(&b, s->m);
     KMP_BYTES_PUT(&b, s->rows, s->m);
     KMP_BYTES_PUT(&b, s->misfit, s->model->closure_count);
-    const int flags[] = {s->rheonomic, s->switches,         s->dissipative,
-                         s->has_power, s->changes_by_rates, atomic_load(&s->rounding->state) == KMP_ROUNDING_NONE};
-    for (size_t k = 0; k < sizeof flags / sizeof *flags; k++)
-        kmp_bytes_put_int(&b, flags[k]);
-    kmp_bytes_put_int(&b, s->dynamics);
+    put_flags(&b, s);
     put_pattern(&b, &s->jacobian);
     put_pattern(&b, &s->mass);
     put_pattern(&b, &s->load_jacobian);
     kmp_bytes_put_int(&b, s->load_row_count);
     KMP_BYTES_PUT(&b, s->load_rows, s->load_row_count);
-    /* Events; their expressions by place in the model, their texts for comparison. */
-    kmp_bytes_put_int(&b, s->events.count);
-    kmp_bytes_put_int(&b, s->use_count);
-    for (int k = 0; k < s->use_count; k++) {
-        kmp_bytes_put_int(&b, s->use[k].table);
-        kmp_bytes_put_int(&b, s->use[k].variable);
-    }
-    for (int k = 0; k < s->events.count; k++) {
-        const kmp_condition *c = &s->events.condition[k];
-        put_part(&b, s->model, c->of);
-        put_part(&b, s->model, c->expr);
-        kmp_bytes_put_int(&b, c->number);
-        kmp_bytes_put_text(&b, c->text);
-        kmp_bytes_put_text(&b, c->advice);
-        kmp_bytes_put_text(&b, s->event_text[k]);
-        kmp_bytes_put_int(&b, c->ends | c->kink << 1 | c->late << 2 | c->measured << 3 | c->bend << 4 | c->told << 5 |
-                                  c->rough << 6 | (int)c->role << 7);
-        kmp_bytes_put(&b, &c->lag, sizeof c->lag);
-    }
+    put_events(&b, s);
     kmp_bytes_put_int(&b, s->late != NULL);
     if (s->late)
         kmp_savings_put(&b, &s->late->chosen, s->model);
@@ -264,9 +289,8 @@ void kmp_system_keep(kempe_system *s)
         kmp_motion_keep(s);
 }
 
-static bool fill(kmp_byte_source *b, kempe_system *s)
+static bool take_rows(kmp_byte_source *b, kempe_system *s)
 {
-    /* Rows of closures and their misfit. */
     kmp_arena room = {0};
     int n = kmp_bytes_take_int(b, 0, s->model->motion_count), m = kmp_bytes_take_count(b, sizeof(kmp_row));
     kmp_row *rows = KMP_ARENA_NEW(&room, kmp_row, m);
@@ -280,14 +304,28 @@ static bool fill(kmp_byte_source *b, kempe_system *s)
         b->failed = b->failed || rows[r].closure < 0 || rows[r].closure >= s->model->closure_count;
     good = good && !b->failed && kmp_system_set_rows(s, n, m, rows, misfit);
     kmp_arena_free(&room);
-    if (!good)
+    return good;
+}
+
+static void take_programs(kmp_byte_source *b, kempe_system *s)
+{
+    kmp_table_pool pool = {0};
+    kmp_program **list[PROGRAMS];
+    list_programs(s, list);
+    for (int k = 0; k < PROGRAMS; k++)
+        *list[k] = kmp_program_get(b, &pool);
+    kmp_table_pool_free(&pool);
+    name_programs(s);
+    const kmp_program *first = s->late ? s->late->weighing : s->motion;
+    if (!b->failed && first && s->judge && first->stages > (s->late ? KMP_STAGE_MASS : KMP_STAGE_BIAS))
+        s->closing = kmp_program_first(first, KMP_STAGE_MASS);
+}
+
+static bool fill(kmp_byte_source *b, kempe_system *s)
+{
+    if (!take_rows(b, s))
         return false;
-    bool none = false, *const flags[] = {&s->rheonomic, &s->switches,         &s->dissipative,
-                                         &s->has_power, &s->changes_by_rates, &none};
-    for (size_t k = 0; k < sizeof flags / sizeof *flags; k++)
-        *flags[k] = kmp_bytes_take_int(b, 0, 1);
-    s->dynamics = (kmp_dynamics)kmp_bytes_take_int(b, 0, KMP_DYNAMICS_COUNT - 1);
-    atomic_store(&s->rounding->state, none ? KMP_ROUNDING_NONE : KMP_ROUNDING_UNKNOWN);
+    take_flags(b, s);
     take_pattern(b, &s->arena, s->m, s->n, &s->jacobian);
     take_pattern(b, &s->arena, s->n, s->n, &s->mass);
     take_pattern(b, &s->arena, s->n, s->m, &s->load_jacobian);
@@ -304,16 +342,7 @@ static bool fill(kmp_byte_source *b, kempe_system *s)
         kmp_savings_take(b, &s->late->chosen, s->model);
     }
     kmp_savings_take(b, &s->bodies->first, s->model);
-    kmp_table_pool pool = {0};
-    kmp_program **list[PROGRAMS];
-    list_programs(s, list);
-    for (int k = 0; k < PROGRAMS; k++)
-        *list[k] = kmp_program_get(b, &pool);
-    kmp_table_pool_free(&pool);
-    name_programs(s);
-    const kmp_program *first = s->late ? s->late->weighing : s->motion;
-    if (!b->failed && first && s->judge && first->stages > (s->late ? KMP_STAGE_MASS : KMP_STAGE_BIAS))
-        s->closing = kmp_program_first(first, KMP_STAGE_MASS);
+    take_programs(b, s);
     return !b->failed && b->at == b->end && s->closing && !s->arena.failed;
 }
 

@@ -51,23 +51,7 @@ static bool allocate(kmp_block *b, int n, int nz)
         KMP_ROOM(int, n, &b->p, &b->q, &b->order, &b->pivot, &b->signs, &b->place, &b->row_place, &b->block_of));
 }
 
-/* The positions of entries outside the blocks, by rows. */
-static void place_outside(kmp_block *b, const int *row, const int *col)
-{
-    for (int i = 0; i < b->n; i++)
-        b->off_start[i + 1] += b->off_start[i];
-    for (int e = 0; e < b->nz; e++)
-        if (b->target[e] == -1) {
-            int place = b->off_start[b->row_place[row[e]]]++;
-            b->off_column[place] = b->place[col[e]];
-            b->target[e] = -1 - place;
-        }
-    for (int i = b->n; i > 0; i--)
-        b->off_start[i] = b->off_start[i - 1];
-    b->off_start[0] = 0;
-}
-
-static bool analyse(kmp_block *b, const int *row, const int *col)
+static bool permute(kmp_block *b, const int *row, const int *col)
 {
     int n = b->n, matched = 0;
     double work;
@@ -89,9 +73,12 @@ static bool analyse(kmp_block *b, const int *row, const int *col)
         b->count = btf_order(n, ap, ai, 0.0, &work, b->p, b->q, b->start, &matched, scratch);
     }
     kmp_arena_free(&room);
-    if (!ok || matched != n)
-        return false;
-    /* The position of each block, row and column of A in C. */
+    return ok && matched == n;
+}
+
+/* The position of each block, row and column of A in C. */
+static void place_blocks(kmp_block *b)
+{
     for (int k = 0; k < b->count; k++) {
         int size = b->start[k + 1] - b->start[k];
         b->lu_start[k + 1] = b->lu_start[k] + size * size;
@@ -105,8 +92,11 @@ static bool analyse(kmp_block *b, const int *row, const int *col)
     b->pairs = b->n == 2 * b->count;
     for (int k = 0; k < b->count; k++)
         b->pairs = b->pairs && b->start[k] == 2 * k;
-    /* Each entry's position in its diagonal block; -1 for an entry outside the blocks, counted in off_start[row +
-     * 1]. */
+}
+
+/* Each entry's position in its diagonal block; -1 for an entry outside the blocks, counted in off_start[row + 1]. */
+static void place_inside(kmp_block *b, const int *row, const int *col)
+{
     for (int e = 0; e < b->nz; e++) {
         int i = b->row_place[row[e]], j = b->place[col[e]], k = b->block_of[i], first = b->start[k];
         if (k == b->block_of[j]) {
@@ -116,6 +106,30 @@ static bool analyse(kmp_block *b, const int *row, const int *col)
             b->off_start[i + 1]++;
         }
     }
+}
+
+/* The positions of entries outside the blocks, by rows. */
+static void place_outside(kmp_block *b, const int *row, const int *col)
+{
+    for (int i = 0; i < b->n; i++)
+        b->off_start[i + 1] += b->off_start[i];
+    for (int e = 0; e < b->nz; e++)
+        if (b->target[e] == -1) {
+            int place = b->off_start[b->row_place[row[e]]]++;
+            b->off_column[place] = b->place[col[e]];
+            b->target[e] = -1 - place;
+        }
+    for (int i = b->n; i > 0; i--)
+        b->off_start[i] = b->off_start[i - 1];
+    b->off_start[0] = 0;
+}
+
+static bool analyse(kmp_block *b, const int *row, const int *col)
+{
+    if (!permute(b, row, col))
+        return false;
+    place_blocks(b);
+    place_inside(b, row, col);
     place_outside(b, row, col);
     b->lu = KMP_ARENA_NEW(&b->arena, double, b->lu_size);
     return b->lu;
@@ -191,6 +205,7 @@ static int factor_pair(kmp_block *b, int k)
 
 int kmp_block_factor(kmp_block *b, const double *values)
 {
+    /* Entries of A, in the blocks and outside. */
     memset(b->lu, 0, (size_t)b->lu_size * sizeof *b->lu);
     for (int e = 0; e < b->nz; e++) {
         int t = b->target[e];

@@ -46,6 +46,38 @@ static double free_of(const search *s, int k, double x)
     return range * sqrt(above * above - 1);
 }
 
+static void bound(search *s, const double *y)
+{
+    for (int k = 0; k < s->squares->count; k++) {
+        double low = s->squares->lower[k], high = s->squares->upper[k], range = s->range[k];
+        double root = sqrt(1 + y[k] / range * (y[k] / range));
+        if (isfinite(low) && isfinite(high)) {
+            s->x[k] = take_in(low + 0.5 * range * (1 + sin(y[k])), low, high);
+            s->slope[k] = 0.5 * range * cos(y[k]);
+        } else if (isfinite(low) || isfinite(high)) {
+            double way = isfinite(low) ? 1 : -1;
+            s->x[k] = (way > 0 ? low : high) + way * range * (root - 1);
+            s->slope[k] = way * y[k] / range / root;
+        } else {
+            s->x[k] = y[k];
+            s->slope[k] = 1;
+        }
+    }
+}
+
+/* A variable with one bound turns into a line beyond this distance from it. */
+static void find_ranges(search *s, const double *x)
+{
+    for (int k = 0; k < s->squares->count; k++) {
+        double low = s->squares->lower[k], high = s->squares->upper[k];
+        double away = isfinite(low) ? x[k] - low : high - x[k];
+        if (isfinite(low) && isfinite(high))
+            s->range[k] = high - low;
+        else
+            s->range[k] = away > 0 && isfinite(away) ? away : fmax(fabs(x[k]), 1);
+    }
+}
+
 /* -- evaluations ------------------------------------------------------------------------------------- */
 
 static bool all_finite(size_t count, const double *x)
@@ -126,21 +158,7 @@ static int answer(void *user, int rows, int count, const double *y, double *resi
     (void)rows, (void)count;
     if (what == 0)
         return 0;
-    for (int k = 0; k < s->squares->count; k++) {
-        double low = s->squares->lower[k], high = s->squares->upper[k], range = s->range[k];
-        double root = sqrt(1 + y[k] / range * (y[k] / range));
-        if (isfinite(low) && isfinite(high)) {
-            s->x[k] = take_in(low + 0.5 * range * (1 + sin(y[k])), low, high);
-            s->slope[k] = 0.5 * range * cos(y[k]);
-        } else if (isfinite(low) || isfinite(high)) {
-            double way = isfinite(low) ? 1 : -1;
-            s->x[k] = (way > 0 ? low : high) + way * range * (root - 1);
-            s->slope[k] = way * y[k] / range / root;
-        } else {
-            s->x[k] = y[k];
-            s->slope[k] = 1;
-        }
-    }
+    bound(s, y);
     return what == 1 ? give_residuals(s, residual) : give_slopes(s, jacobian, stride);
 }
 
@@ -165,15 +183,7 @@ bool kmp_squares_minimise(const kmp_squares *squares, double *x, kmp_squares_rep
                              KMP_ROOM(double, table, &jacobian, &s.jacobian), KMP_ROOM(int, count, &pivot));
     int info = 0;
     if (ok) {
-        /* A variable with one bound turns into a line beyond this distance from it. */
-        for (int k = 0; k < s.squares->count; k++) {
-            double low = s.squares->lower[k], high = s.squares->upper[k];
-            double away = isfinite(low) ? x[k] - low : high - x[k];
-            if (isfinite(low) && isfinite(high))
-                s.range[k] = high - low;
-            else
-                s.range[k] = away > 0 && isfinite(away) ? away : fmax(fabs(x[k]), 1);
-        }
+        find_ranges(&s, x);
         for (int k = 0; k < count; k++)
             y[k] = free_of(&s, k, x[k]);
         info = lmder(answer, &s, rows, count, y, residual, jacobian, rows, squares->tolerance, squares->tolerance, 0,

@@ -185,6 +185,7 @@ static void take_out(work *w, int i)
 /* After the row's entries have changed. It must be out of the heap. */
 static void put_back(work *w, int i)
 {
+    /* The best entry of the row. */
     w->best[i] = -1;
     for (int k = 0; k < w->row[i].count; k++) {
         entry e = w->entries[i][k];
@@ -335,6 +336,28 @@ static int first_left(const bool *gone, int count, const int *fixed, bool want_f
     return *from < count ? *from : -1;
 }
 
+static bool pivot_all(work *w, double *pivots)
+{
+    int next_row = 0, next_free = 0, next_fixed = 0;
+    for (int k = 0; k < w->m && k < w->n; k++) {
+        int free_left = first_left(w->column_gone, w->n, w->fixed, false, &next_free);
+        int i;
+        entry pivot;
+        pivots[k] = 0;
+        if (choose(w, &i, &pivot) && (free_left < 0 || !is_fixed(w, pivot.col))) {
+            pivots[k] = fabs(pivot.value);
+            retire(w, k, i, pivot.col);
+            if (pivots[k] <= DBL_MAX && !eliminate(w, i, pivot.col))
+                return false;
+            continue;
+        }
+        /* Nothing but zeros is left, of free columns if there are any. */
+        int j = free_left >= 0 ? free_left : first_left(w->column_gone, w->n, w->fixed, true, &next_fixed);
+        retire(w, k, first_left(w->row_gone, w->m, NULL, false, &next_row), j);
+    }
+    return true;
+}
+
 /* -- by size ----------------------------------------------------------------------------------------- */
 
 static int by_size(const void *a, const void *b)
@@ -345,6 +368,20 @@ static int by_size(const void *a, const void *b)
     if (x->pivot < y->pivot || x->pivot > y->pivot)
         return x->pivot > y->pivot ? -1 : 1;
     return (x->c > y->c) - (x->c < y->c);
+}
+
+static void sort_by_size(const work *w, double *pivots)
+{
+    int count = w->m < w->n ? w->m : w->n;
+    for (int k = 0; k < count; k++)
+        w->ranks[k] = (rank){pivots[k], w->r[k], w->c[k], is_fixed(w, w->c[k])};
+    if (count > 0)
+        qsort(w->ranks, (size_t)count, sizeof *w->ranks, by_size);
+    for (int k = 0; k < count; k++) {
+        pivots[k] = w->ranks[k].pivot;
+        w->r[k] = w->ranks[k].r;
+        w->c[k] = w->ranks[k].c;
+    }
 }
 
 /* -- the whole --------------------------------------------------------------------------------------- */
@@ -369,10 +406,8 @@ static void reset(work *w)
     w->threshold = INFINITY; /* until the first is set */
 }
 
-static bool run(work *w, const kmp_entries *a, bool relaxed, double *pivots)
+static bool load(work *w, const kmp_entries *a)
 {
-    w->relaxed = relaxed;
-    w->exhausted = false;
     bool ok = true;
     reset(w);
     for (int k = 0; ok && k < a->nz; k++)
@@ -380,27 +415,14 @@ static bool run(work *w, const kmp_entries *a, bool relaxed, double *pivots)
             ok = add_entry(w, a->row[k], a->col[k], a->value[k]);
     for (int i = 0; ok && i < w->m; i++)
         put_back(w, i);
-    if (!ok)
-        return false;
-    /* Pivots one after another. */
-    int next_row = 0, next_free = 0, next_fixed = 0;
-    for (int k = 0; k < w->m && k < w->n; k++) {
-        int free_left = first_left(w->column_gone, w->n, w->fixed, false, &next_free);
-        int i;
-        entry pivot;
-        pivots[k] = 0;
-        if (choose(w, &i, &pivot) && (free_left < 0 || !is_fixed(w, pivot.col))) {
-            pivots[k] = fabs(pivot.value);
-            retire(w, k, i, pivot.col);
-            if (pivots[k] <= DBL_MAX && !eliminate(w, i, pivot.col))
-                return false;
-            continue;
-        }
-        /* Nothing but zeros is left, of free columns if there are any. */
-        int j = free_left >= 0 ? free_left : first_left(w->column_gone, w->n, w->fixed, true, &next_fixed);
-        retire(w, k, first_left(w->row_gone, w->m, NULL, false, &next_row), j);
-    }
-    return true;
+    return ok;
+}
+
+static bool run(work *w, const kmp_entries *a, bool relaxed, double *pivots)
+{
+    w->relaxed = relaxed;
+    w->exhausted = false;
+    return load(w, a) && pivot_all(w, pivots);
 }
 
 /* All pivots are NaN when an entry is not finite. false: no memory. */
@@ -416,16 +438,7 @@ static bool find_pivots(work *w, const kmp_entries *a, double *pivots)
         return true;
     if (!w->exhausted || !run(w, a, true, pivots))
         return false;
-    int count = w->m < w->n ? w->m : w->n;
-    for (int k = 0; k < count; k++)
-        w->ranks[k] = (rank){pivots[k], w->r[k], w->c[k], is_fixed(w, w->c[k])};
-    if (count > 0)
-        qsort(w->ranks, (size_t)count, sizeof *w->ranks, by_size);
-    for (int k = 0; k < count; k++) {
-        pivots[k] = w->ranks[k].pivot;
-        w->r[k] = w->ranks[k].r;
-        w->c[k] = w->ranks[k].c;
-    }
+    sort_by_size(w, pivots);
     return true;
 }
 

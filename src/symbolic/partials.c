@@ -40,21 +40,9 @@ static void begin_again(uint32_t *first, uint32_t count)
     first[0] = 0;
 }
 
-static uint32_t number_of(const kmp_partials *p, uint32_t id)
+/* Numbers the nodes that derivatives of the expressions need: their operands, and the sources of rotated pairs. */
+static void number_needed(kmp_partials *p)
 {
-    return p->rank[id] - 1;
-}
-
-/* False: no memory. */
-static bool init(kmp_partials *p)
-{
-    for (int k = 0; k < p->roots; k++)
-        p->count = kmp_id(p->of[k]) < p->count ? p->count : kmp_id(p->of[k]) + 1;
-    p->derivative = kmp_derivative_of_few(p->g);
-    p->rank = KMP_ARENA_NEW(&p->room, uint32_t, p->count);
-    if (!p->rank || !p->derivative)
-        return false;
-    /* Numbers the nodes that derivatives of the expressions need: their operands, and the sources of rotated pairs. */
     uint32_t *rank = p->rank;
     kmp_pair pair;
     for (int k = 0; k < p->roots; k++)
@@ -71,12 +59,16 @@ static bool init(kmp_partials *p)
     for (uint32_t id = 0; id < p->count; id++)
         if (rank[id])
             rank[id] = ++p->needed;
-    KMP_ARENA_MAKE(&p->room, KMP_ROOM(uint32_t, p->needed + 1, &p->first, &p->first_root),
-                   KMP_ROOM(int, p->roots, &p->root, &p->which), KMP_ROOM(bool, p->needed, &p->met),
-                   KMP_ROOM(uint32_t, p->needed, &p->found), KMP_ROOM(kmp_ref, p->roots, &p->value));
-    if (p->room.failed)
-        return false;
-    /* The users among the needed nodes. */
+}
+
+static uint32_t number_of(const kmp_partials *p, uint32_t id)
+{
+    return p->rank[id] - 1;
+}
+
+/* The users among the needed nodes. */
+static void list_users(kmp_partials *p)
+{
     for (uint32_t id = 0; id < p->count; id++) {
         const kmp_node *n = kmp_graph_node(p->g, id);
         for (int k = 0; p->rank[id] && k < kmp_op_arity((kmp_op)n->op); k++)
@@ -90,13 +82,35 @@ static bool init(kmp_partials *p)
             p->user[p->first[number_of(p, kmp_id(kmp_operand(n, k)))]++] = id;
     }
     begin_again(p->first, p->needed);
-    /* Lists of the expressions at each node. */
+}
+
+static void list_roots(kmp_partials *p)
+{
     for (int k = 0; k < p->roots; k++)
         p->first_root[number_of(p, kmp_id(p->of[k])) + 1]++;
     add_up(p->first_root, p->needed);
     for (int k = 0; k < p->roots; k++)
         p->root[p->first_root[number_of(p, kmp_id(p->of[k]))]++] = k;
     begin_again(p->first_root, p->needed);
+}
+
+/* False: no memory. */
+static bool init(kmp_partials *p)
+{
+    for (int k = 0; k < p->roots; k++)
+        p->count = kmp_id(p->of[k]) < p->count ? p->count : kmp_id(p->of[k]) + 1;
+    p->derivative = kmp_derivative_of_few(p->g);
+    p->rank = KMP_ARENA_NEW(&p->room, uint32_t, p->count);
+    if (!p->rank || !p->derivative)
+        return false;
+    number_needed(p);
+    KMP_ARENA_MAKE(&p->room, KMP_ROOM(uint32_t, p->needed + 1, &p->first, &p->first_root),
+                   KMP_ROOM(int, p->roots, &p->root, &p->which), KMP_ROOM(bool, p->needed, &p->met),
+                   KMP_ROOM(uint32_t, p->needed, &p->found), KMP_ROOM(kmp_ref, p->roots, &p->value));
+    if (p->room.failed)
+        return false;
+    list_users(p);
+    list_roots(p);
     return !p->room.failed;
 }
 

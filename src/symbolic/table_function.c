@@ -113,6 +113,7 @@ kmp_table *kmp_table_new(kmp_table_method method, int count, const double *x, co
         return NULL;
     }
     t->last_slope = kempe_piece_(t->piece[count - 2], 1, x[count - 1] - x[count - 2]);
+    /* The last knot of each part. */
     t->knot[0] = 0;
     for (int part = 0, knot = 0; part <= t->last_part; part++) {
         while (knot < t->count - 2 && part_of(t, t->x[knot + 1]) <= part)

@@ -135,6 +135,16 @@ static uint32_t read_both(writer *w, uint32_t low, uint32_t high)
 
 /* -- operations ---------------------------------------------------------------------------------------- */
 
+static void write_alone(writer *w, const kmp_straight *s)
+{
+    bool unary = kmp_x86_is_unary(s->op);
+    uint32_t x = unary ? 0 : read_alone(w, s->x), y = read_alone(w, s->y);
+    uint32_t z = kmp_x86_has_three(s->op) ? read_alone(w, s->z) : 0;
+    kmp_straight *out = append(w, s->op, s->d, x, y);
+    out->z = z;
+    out->kept = s->kept;
+}
+
 /* The negative of one lane of a pack. */
 static uint32_t negate(writer *w, uint32_t slot, bool high)
 {
@@ -225,15 +235,8 @@ static void write_with_operands(writer *w, uint32_t k)
         w->state[k] = WRITTEN;
         if (is_packed(w, k))
             write_pair(w, k);
-        else {
-            const kmp_straight *s = &w->c.operations[k];
-            bool unary = kmp_x86_is_unary(s->op);
-            uint32_t x = unary ? 0 : read_alone(w, s->x), y = read_alone(w, s->y);
-            uint32_t z = kmp_x86_has_three(s->op) ? read_alone(w, s->z) : 0;
-            kmp_straight *out = append(w, s->op, s->d, x, y);
-            out->z = z;
-            out->kept = s->kept;
-        }
+        else
+            write_alone(w, &w->c.operations[k]);
     }
 }
 

@@ -92,6 +92,20 @@ static void add_to_shape(kmp_pack_choice *c, shapes *all, uint32_t k)
     c->shape[k] = *number;
 }
 
+static bool find_shapes(kmp_pack_choice *c, kmp_arena *arena, shapes *all)
+{
+    uint32_t size = 64;
+    while (size < 2 * c->count)
+        size *= 2;
+    all->mask = size - 1;
+    if (!KMP_ARENA_MAKE(arena, KMP_ROOM(uint32_t, size, &all->table), KMP_ROOM(shape, c->count + 1, &all->shape),
+                        KMP_ROOM(uint32_t, c->count + 1, &all->highest)))
+        return false;
+    for (uint32_t k = 0; k < c->count; k++)
+        add_to_shape(c, all, k);
+    return true;
+}
+
 /* -- trials -------------------------------------------------------------------------------------------- */
 
 static uint32_t mate_of(const kmp_pack_choice *c, uint32_t k)
@@ -231,17 +245,8 @@ bool kmp_pack_choose(kmp_pack_choice *c, kmp_arena *arena, uint32_t count, const
     KMP_ARENA_EACH(arena, uint8_t, count, &c->lane, &c->side);
     KMP_ARENA_EACH(arena, uint32_t, count, &c->mate, &c->shape, &c->next, &c->trial, &c->stamp, &c->paired,
                    &c->pending);
-    if (arena->failed)
+    if (arena->failed || !find_shapes(c, arena, &all))
         return false;
-    uint32_t size = 64;
-    while (size < 2 * c->count)
-        size *= 2;
-    all.mask = size - 1;
-    if (!KMP_ARENA_MAKE(arena, KMP_ROOM(uint32_t, size, &all.table), KMP_ROOM(shape, c->count + 1, &all.shape),
-                        KMP_ROOM(uint32_t, c->count + 1, &all.highest)))
-        return false;
-    for (uint32_t k = 0; k < c->count; k++)
-        add_to_shape(c, &all, k);
     for (uint32_t k = 0; k < count; k++)
         c->mate[k] = KMP_NO_OPERATION;
     for (uint32_t height = all.height; height > 0; height--)

@@ -121,7 +121,7 @@ static bool begin(writing *w)
                         KMP_ROOM(kmp_row_piece, code, &w->piece), KMP_ROOM(kmp_straight, code, &w->operations),
                         KMP_ROOM(kmp_x86_address, values, &w->place), KMP_ROOM(uint32_t, code, &w->offset)))
         return false;
-    /* False where rows are too far from their base for an instruction. */
+    /* Addresses of rows; those too far from their base have none. */
     const int32_t most = INT32_MAX / (int32_t)sizeof(double);
     for (int k = 0; k < values; k++) {
         if (w->address[k].at > most)
@@ -146,6 +146,7 @@ static bool begin(writing *w)
             }
         }
     }
+    /* Values that other pieces read, or outputs. */
     const kmp_program *p = w->p;
     for (int i = p->code[KMP_ROW_FIRST]; i < end_of(p); i++)
         for (int k = 0; k < kmp_op_arity((kmp_op)p->instruction[i].op); k++)

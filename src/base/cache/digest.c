@@ -26,6 +26,7 @@ static uint32_t turned(uint32_t x, int by)
 static void add_block(kmp_digest *d, const unsigned char *block)
 {
     uint32_t w[ROUNDS], s[8];
+    /* The words of all rounds. */
     for (int i = 0; i < 16; i++)
         w[i] = (uint32_t)block[4 * i] << 24 | (uint32_t)block[4 * i + 1] << 16 | (uint32_t)block[4 * i + 2] << 8 |
                block[4 * i + 3];
@@ -111,6 +112,7 @@ uint64_t kmp_checksum(const void *bytes, size_t size)
             lane[i] = (lane[i] ^ word[i] ^ (word[i] >> 29)) * factor;
     }
     for (int i = 0; i < LANES; i++) {
+        /* Mixes a lane into the sum. */
         uint64_t x = sum ^ lane[i];
         x ^= x >> 32;
         x *= 0xd6e8feb86659fd93u;

@@ -13,6 +13,23 @@
 
 enum { WORKS = 4, FILM = 3 }; /* rate of depth, slips */
 
+/* The forces along the slip. */
+static void find_friction(const kmp_tree *tree, const kmp_force *force, const kmp_pressing *at, kmp_ref normal,
+                          kmp_ref *friction)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_expr *speed = force->compliant->speed;
+    kmp_ref square = KMP_ZERO, factor = normal;
+    for (int i = 0; i < at->slips; i++)
+        square = kmp_add(g, square, kmp_mul(g, at->slip[i], at->slip[i]));
+    if (speed) {
+        kmp_ref s = kmp_tree_expression(tree, speed), root = kmp_sqrt(g, kmp_add(g, square, kmp_mul(g, s, s)));
+        factor = kmp_div(g, kmp_mul(g, normal, kmp_pressing_coefficient(tree, force, at->slip[0])), root);
+    }
+    for (int i = 0; i < at->slips; i++)
+        friction[i] = kmp_mul(g, factor, speed ? at->slip[i] : kmp_pressing_coefficient(tree, force, at->slip[i]));
+}
+
 /* The generalized forces of `count` forces against rates, zero where the bodies do not touch. */
 static void apply(kmp_forces *forces, const kmp_tree *tree, kmp_ref holds, int count, const kmp_ref *against,
                   const kmp_ref *size)
@@ -96,22 +113,8 @@ void kmp_law_compliant(kmp_forces *forces, const kmp_tree *tree, const kmp_force
     kmp_ref against[WORKS] = {at.rate, at.slip[0], at.slip[1], at.slip[2]};
     kmp_ref size[WORKS] = {kmp_pressing_normal(tree, force, &at), KMP_ZERO, KMP_ZERO, KMP_ZERO};
     int count = force->holding_effort ? 1 + at.slips : 1;
-    if (count > 1) {
-        /* The forces along the slip. */
-        kmp_ref normal = size[0];
-        kmp_ref *friction = size + 1;
-        kmp_graph *g = tree->graph;
-        const kmp_expr *speed = force->compliant->speed;
-        kmp_ref square = KMP_ZERO, factor = normal;
-        for (int i = 0; i < at.slips; i++)
-            square = kmp_add(g, square, kmp_mul(g, at.slip[i], at.slip[i]));
-        if (speed) {
-            kmp_ref s = kmp_tree_expression(tree, speed), root = kmp_sqrt(g, kmp_add(g, square, kmp_mul(g, s, s)));
-            factor = kmp_div(g, kmp_mul(g, normal, kmp_pressing_coefficient(tree, force, at.slip[0])), root);
-        }
-        for (int i = 0; i < at.slips; i++)
-            friction[i] = kmp_mul(g, factor, speed ? at.slip[i] : kmp_pressing_coefficient(tree, force, at.slip[i]));
-    }
+    if (count > 1)
+        find_friction(tree, force, &at, size[0], size + 1);
     apply(forces, tree, holds, count, against, size);
     if (force->compliant->film) {
         kmp_film_find(tree, force, &at, &film);

@@ -10,6 +10,7 @@ void kmp_law_point_force(kmp_forces *forces, const kmp_tree *tree, const kmp_for
     for (int i = 0; i < 3; i++)
         f.x[i] = kmp_tree_expression(tree, force->vector[i]);
     kmp_apply_at(tree, force->point[0], 0, f, forces->applied);
+    /* Potential of a constant force, power of any other. */
     kmp_graph *g = tree->graph;
     bool constant = true;
     for (int i = 0; i < 3; i++)

@@ -24,6 +24,37 @@ static bool choose_methods(kmp_equations *eq, unsigned sets, const both_methods 
     return ok;
 }
 
+static bool derive_by_both(kmp_equations *eq, const kmp_tree *tree, const kmp_forces *forces, unsigned sets,
+                           const both_methods *b, kmp_ref *qdd)
+{
+    kmp_savings *savings = &eq->savings;
+    const bool open = savings->by_q == KMP_TANGENT_SHORTER || savings->by_qd == KMP_TANGENT_SHORTER;
+    if (open)
+        savings->by_q = savings->by_qd = KMP_TANGENT_SHORTER;
+    for (int k = 0; k < eq->n; k++)
+        qdd[k] = kmp_input(eq->graph, KMP_IN_QDD, (uint32_t)k);
+    if (savings->by_q != KMP_TANGENT_FORWARD || savings->by_qd != KMP_TANGENT_FORWARD) {
+        if (sets & KMP_SET_POWER_SLOPES) {
+            eq->power_q = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n);
+            eq->power_qd = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n);
+            if (!eq->power_q || !eq->power_qd)
+                return false;
+        }
+        kmp_tangents_composite(tree, qdd, forces, b->by_q[0], b->by_qd[0], eq->power_q, eq->power_qd);
+    }
+    if (savings->by_q != KMP_TANGENT_COMPOSITE)
+        kmp_partials_all(eq->graph, eq->n, eq->inverse, KMP_IN_Q, eq->n, b->by_q[1]);
+    if (savings->by_qd != KMP_TANGENT_COMPOSITE)
+        kmp_partials_all(eq->graph, eq->n, eq->inverse, KMP_IN_QD, eq->n, b->by_qd[1]);
+    if (kmp_graph_failed(eq->graph) || (open && !choose_methods(eq, sets, b)))
+        return false;
+    for (int k = 0; k < eq->n * eq->n; k++) {
+        eq->inverse_q[k] = b->by_q[savings->by_q == KMP_TANGENT_FORWARD][k];
+        eq->inverse_qd[k] = b->by_qd[savings->by_qd == KMP_TANGENT_FORWARD][k];
+    }
+    return true;
+}
+
 /* J' lambda has symmetric derivatives: they are the second ones of lambda' h. `room`: n x n. */
 static bool derive_closed(kmp_equations *eq, const kmp_ref *jt_lambda, kmp_ref *room)
 {
@@ -47,30 +78,6 @@ bool kmp_tangent_sets_derive(kmp_equations *eq, const kmp_tree *tree, const kmp_
     eq->inverse_q = room + 4 * size;
     eq->inverse_qd = room + 5 * size;
     eq->closed_q = room + 6 * size;
-    kmp_savings *savings = &eq->savings;
-    const bool open = savings->by_q == KMP_TANGENT_SHORTER || savings->by_qd == KMP_TANGENT_SHORTER;
-    if (open)
-        savings->by_q = savings->by_qd = KMP_TANGENT_SHORTER;
-    for (int k = 0; k < eq->n; k++)
-        qdd[k] = kmp_input(eq->graph, KMP_IN_QDD, (uint32_t)k);
-    if (savings->by_q != KMP_TANGENT_FORWARD || savings->by_qd != KMP_TANGENT_FORWARD) {
-        if (sets & KMP_SET_POWER_SLOPES) {
-            eq->power_q = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n);
-            eq->power_qd = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n);
-            if (!eq->power_q || !eq->power_qd)
-                return false;
-        }
-        kmp_tangents_composite(tree, qdd, forces, b.by_q[0], b.by_qd[0], eq->power_q, eq->power_qd);
-    }
-    if (savings->by_q != KMP_TANGENT_COMPOSITE)
-        kmp_partials_all(eq->graph, eq->n, eq->inverse, KMP_IN_Q, eq->n, b.by_q[1]);
-    if (savings->by_qd != KMP_TANGENT_COMPOSITE)
-        kmp_partials_all(eq->graph, eq->n, eq->inverse, KMP_IN_QD, eq->n, b.by_qd[1]);
-    if (kmp_graph_failed(eq->graph) || (open && !choose_methods(eq, sets, &b)))
-        return false;
-    for (int k = 0; k < eq->n * eq->n; k++) {
-        eq->inverse_q[k] = b.by_q[savings->by_q == KMP_TANGENT_FORWARD][k];
-        eq->inverse_qd[k] = b.by_qd[savings->by_qd == KMP_TANGENT_FORWARD][k];
-    }
-    return !(sets & KMP_SET_CLOSED_Q) || derive_closed(eq, jt_lambda, room);
+    return derive_by_both(eq, tree, forces, sets, &b, qdd) &&
+           (!(sets & KMP_SET_CLOSED_Q) || derive_closed(eq, jt_lambda, room));
 }

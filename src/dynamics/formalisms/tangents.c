@@ -62,6 +62,19 @@ typedef struct scheme {
 
 /* -- links --------------------------------------------------------------------------------------------- */
 
+static void set_change(scheme *s, int i)
+{
+    const kmp_link *link = &s->tree->links[i];
+    const kmp_movement *m = &s->m[i];
+    kmp_vec e = kmp_vec_axis(KMP_ONE, link->axis), p;
+    change *c = &s->change[i];
+    c->first = kmp_vec_cross(s->g, m->w, e);
+    c->twice = kmp_vec_cross(s->g, s->twice_w[i], e);
+    p = kmp_vec_of_column(&m->beta, link->axis);
+    c->angular = link->rotation ? p : kmp_vec_zero();
+    c->linear = link->rotation ? kmp_vec_cross(s->g, m->alpha, e) : p;
+}
+
 static void set_rates(scheme *s, int i)
 {
     const kmp_link *link = &s->tree->links[i];
@@ -184,6 +197,18 @@ static kmp_wrench moved(const kmp_tree *tree, int k, kmp_wrench w)
     return out;
 }
 
+/* Passes the data from link k to its parent. */
+static void go_on(const scheme *s, int k, pass *p)
+{
+    kmp_graph *g = s->g;
+    p->rate = kmp_vec_add(g, p->rate, kmp_vec_cross(g, s->slide_rate[k], p->inertia.force));
+    p->rate = kmp_link_to_parent(s->tree, k, p->rate);
+    p->inertia = moved(s->tree, k, p->inertia);
+    p->rate = kmp_vec_add(g, p->rate, kmp_vec_cross(g, s->base_rate[k], p->inertia.force));
+    p->by_q = moved(s->tree, k, p->by_q);
+    p->by_qd = moved(s->tree, k, p->by_qd);
+}
+
 /* Signed like q_i and q_k. */
 static void put(scheme *s, kmp_ref *to, int i, int k, kmp_ref x)
 {
@@ -219,14 +244,7 @@ static void all_passes(scheme *s)
         put(s, s->by_q, i, i, *kmp_wrench_along(&links[i], &p.by_q));
         put(s, s->by_qd, i, i, *kmp_wrench_along(&links[i], &p.by_qd));
         for (int k = i; links[k].parent > 0; k = links[k].parent) {
-            /* Passes the data from link k to its parent. */
-            kmp_graph *g = s->g;
-            p.rate = kmp_vec_add(g, p.rate, kmp_vec_cross(g, s->slide_rate[k], p.inertia.force));
-            p.rate = kmp_link_to_parent(s->tree, k, p.rate);
-            p.inertia = moved(s->tree, k, p.inertia);
-            p.rate = kmp_vec_add(g, p.rate, kmp_vec_cross(g, s->base_rate[k], p.inertia.force));
-            p.by_q = moved(s->tree, k, p.by_q);
-            p.by_qd = moved(s->tree, k, p.by_qd);
+            go_on(s, k, &p);
             cross_at(s, i, links[k].parent, &p);
         }
         if (links[i].parent > 0)
@@ -313,6 +331,19 @@ static void force_columns(scheme *s, const kmp_forces *forces, kmp_partials *par
     }
 }
 
+static void add_forces(scheme *s, const kmp_forces *forces)
+{
+    int links = s->tree->count;
+    kmp_ref *value = KMP_GRAPH_NEW(s->g, kmp_ref, (COMPONENTS + 1) * links);
+    kmp_wrench *w = KMP_GRAPH_NEW(s->g, kmp_wrench, links);
+    if (!value || !w)
+        return;
+    collect_forces(s, forces, value);
+    kmp_partials *partials = kmp_partials_new(s->g, (COMPONENTS + 1) * links, value);
+    force_columns(s, forces, partials, w);
+    kmp_partials_free(partials);
+}
+
 /* -- the whole ----------------------------------------------------------------------------------------- */
 
 void kmp_tangents_composite(const kmp_tree *tree, const kmp_ref *qdd, const kmp_forces *forces, kmp_ref *by_q,
@@ -339,26 +370,10 @@ void kmp_tangents_composite(const kmp_tree *tree, const kmp_ref *qdd, const kmp_
     kmp_newton_euler_whole(tree, qdd, forces->applied, s.m, s.w, effort);
     for (int i = 1; i < tree->count; i++) {
         set_rates(&s, i);
-        const kmp_link *link = &s.tree->links[i];
-        const kmp_movement *m = &s.m[i];
-        kmp_vec e = kmp_vec_axis(KMP_ONE, link->axis), p;
-        change *c = &s.change[i];
-        c->first = kmp_vec_cross(s.g, m->w, e);
-        c->twice = kmp_vec_cross(s.g, s.twice_w[i], e);
-        p = kmp_vec_of_column(&m->beta, link->axis);
-        c->angular = link->rotation ? p : kmp_vec_zero();
-        c->linear = link->rotation ? kmp_vec_cross(s.g, m->alpha, e) : p;
+        set_change(&s, i);
         s.body[i] = tree->links[i].own;
         s.flow[i] = own_flow(&s, i);
     }
     all_passes(&s);
-    int links = s.tree->count;
-    kmp_ref *value = KMP_GRAPH_NEW(s.g, kmp_ref, (COMPONENTS + 1) * links);
-    kmp_wrench *w = KMP_GRAPH_NEW(s.g, kmp_wrench, links);
-    if (!value || !w)
-        return;
-    collect_forces(&s, forces, value);
-    kmp_partials *partials = kmp_partials_new(s.g, (COMPONENTS + 1) * links, value);
-    force_columns(&s, forces, partials, w);
-    kmp_partials_free(partials);
+    add_forces(&s, forces);
 }

@@ -265,9 +265,11 @@ KMP_LOCAL void kmp_lu_complete(int m, int n, double *a, const int *fixed, int *r
             largest[j] = kmp_largest_size(m, 0, a + (ptrdiff_t)j * m);
     }
     for (int k = 0; k < m && k < n; k++) {
+        /* The largest entry that is left. */
         candidate best = {.column = -1};
         for (int j = k; j < n; j++)
             consider(&best, j, n <= KEPT ? largest[j] : kmp_largest_size(m, k, a + (ptrdiff_t)j * m), fixed, c);
+        /* Exchanges the pivot's row and column with those of place k. */
         int row = kmp_row_of_size(m, k, best.size, a + (ptrdiff_t)best.column * m, r);
         int column = best.column;
         for (int j = 0; row != k && j < n; j++)

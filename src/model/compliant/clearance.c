@@ -235,18 +235,23 @@ static void rewrite_section(rewriting *w, const char *section, const char *kind)
         replace(w->root, section, kept);
 }
 
+static bool any_clearance(const kmp_yaml *root)
+{
+    static const char *const sections[] = {"bodies", "joints", "loops"};
+    bool any = false;
+    for (int s = 0; s < 3; s++) {
+        const kmp_yaml *map = kmp_yaml_get(root, sections[s]);
+        for (int k = 0; map && map->kind == KMP_YAML_MAP && k < map->count; k++)
+            any = any || has_clearance(s ? map->items[k] : kmp_yaml_get(map->items[k], "joint"));
+    }
+    return any;
+}
+
 void kmp_read_clearances(kmp_reader *r)
 {
     rewriting w = {.r = r};
     const kmp_yaml *contacts = kmp_yaml_get(r->root, "contacts");
-    static const char *const sections[] = {"bodies", "joints", "loops"};
-    bool any = false;
-    for (int s = 0; s < 3; s++) {
-        const kmp_yaml *map = kmp_yaml_get(r->root, sections[s]);
-        for (int k = 0; map && map->kind == KMP_YAML_MAP && k < map->count; k++)
-            any = any || has_clearance(s ? map->items[k] : kmp_yaml_get(map->items[k], "joint"));
-    }
-    if (!any)
+    if (!any_clearance(r->root))
         return;
     w.root = kmp_yaml_copy(arena_of(&w), r->root);
     w.contacts = contacts && contacts->kind == KMP_YAML_MAP ? kmp_yaml_copy(arena_of(&w), contacts)

@@ -273,6 +273,33 @@ const char *kmp_guide_corner(int k)
     return k < 4 ? corners[k].word : NULL;
 }
 
+/* A corner at (l, h) in the slider's axes is at (a + c l - s h, b + s l + c h) in those of the guide, of which the
+ * first is along the guide where `first`. */
+static bool find_corner(const geometry *c, const plane_motion *motion, int corner, bool first, kmp_contact_pair *pair,
+                        const kmp_expr **slip)
+{
+    static const char *const keys[] = {"clearance", "length", "height"}, *const names[] = {"g", "l", "h"};
+    const char *l = corners[corner].along > 0 ? "l/2" : "(-l/2)", *h = corners[corner].across > 0 ? "h/2" : "(-h/2)";
+    kmp_expr_locals locals = {0};
+    for (int k = 0; k < 3; k++)
+        kmp_add_local(&locals, names[k], read_length(c, keys[k], true));
+    kmp_add_local(&locals, "a", motion->place[0]);
+    kmp_add_local(&locals, "b", motion->place[1]);
+    kmp_add_local(&locals, "c", motion->cosine);
+    kmp_add_local(&locals, "s", motion->sine);
+    if (locals.count < 7)
+        return false;
+    const char *one = kmp_reader_say(c->r, "(a + c*%s - s*%s)", first ? l : h, first ? h : l);
+    const char *other = kmp_reader_say(c->r, "(b + s*%s + c*%s)", first ? l : h, first ? h : l);
+    pair->gap = kmp_read_formula(
+        c->r, kmp_reader_say(c->r, "h/2 + g %s %s", corners[corner].across > 0 ? "-" : "+", first ? other : one),
+        &locals);
+    c->force->centred[0] = over_clearance(c, "(x - c)/c", pair->gap, locals.local[0].expr);
+    pair->way = kmp_read_formula(c->r, first ? one : other, &locals);
+    *slip = rate_of(c->r, pair->way);
+    return pair->gap && *slip;
+}
+
 bool kmp_read_guide(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_force *force, kmp_contact_pair *pair)
 {
     const geometry c = {r, map, what, force};
@@ -286,28 +313,5 @@ bool kmp_read_guide(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_fo
         return false;
     if (along == motion.normal)
         return kmp_reader_complain(r, axis->place, "%s: the guide is along the normal of the plane of motion", what);
-    /* A corner at (l, h) in the slider's axes is at (a + c l - s h, b + s l + c h) in those of the guide, of which the
-     * first is along the guide where `first`. */
-    bool first = along == (motion.normal + 1) % 3;
-    const kmp_expr **slip = &force->vector[0];
-    static const char *const keys[] = {"clearance", "length", "height"}, *const names[] = {"g", "l", "h"};
-    const char *l = corners[corner].along > 0 ? "l/2" : "(-l/2)", *h = corners[corner].across > 0 ? "h/2" : "(-h/2)";
-    kmp_expr_locals locals = {0};
-    for (int k = 0; k < 3; k++)
-        kmp_add_local(&locals, names[k], read_length(&c, keys[k], true));
-    kmp_add_local(&locals, "a", motion.place[0]);
-    kmp_add_local(&locals, "b", motion.place[1]);
-    kmp_add_local(&locals, "c", motion.cosine);
-    kmp_add_local(&locals, "s", motion.sine);
-    if (locals.count < 7)
-        return false;
-    const char *one = kmp_reader_say(c.r, "(a + c*%s - s*%s)", first ? l : h, first ? h : l);
-    const char *other = kmp_reader_say(c.r, "(b + s*%s + c*%s)", first ? l : h, first ? h : l);
-    pair->gap = kmp_read_formula(
-        c.r, kmp_reader_say(c.r, "h/2 + g %s %s", corners[corner].across > 0 ? "-" : "+", first ? other : one),
-        &locals);
-    c.force->centred[0] = over_clearance(&c, "(x - c)/c", pair->gap, locals.local[0].expr);
-    pair->way = kmp_read_formula(c.r, first ? one : other, &locals);
-    *slip = rate_of(c.r, pair->way);
-    return pair->gap && *slip;
+    return find_corner(&c, &motion, corner, along == (motion.normal + 1) % 3, pair, &force->vector[0]);
 }

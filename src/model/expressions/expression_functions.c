@@ -53,6 +53,19 @@ bool kmp_parse_is_function(const char *name)
     return find_function(name) >= 0 || kmp_name_find(KMP_NAMES_OF(composites), name) >= 0;
 }
 
+/* -- errors ------------------------------------------------------------------------------------------ */
+
+static const kmp_expr *complain_function(const kmp_parser *p, const char *where, const char *name)
+{
+    kmp_text sentence = {0};
+    kmp_nearest nearest = kmp_nearest_of(name, KMP_NAMES_OF(functions));
+    kmp_nearest_offer_all(&nearest, KMP_NAMES_OF(composites));
+    kmp_nearest_offer_all(&nearest, kmp_measure_words);
+    kmp_text_printf(&sentence, "unknown function '%s'", name);
+    kmp_nearest_suggest(&nearest, &sentence);
+    return kmp_parse_say(p, where, &sentence);
+}
+
 /* -- calls ------------------------------------------------------------------------------------------- */
 
 /* The arguments of a function, from the opening parenthesis on: how many, -1 after an error. Those beyond the most are
@@ -118,15 +131,8 @@ const kmp_expr *kmp_parse_call(kmp_parser *p, const char *where, const char *nam
     int function = find_function(name), composite = kmp_name_find(KMP_NAMES_OF(composites), name);
     if (composite >= 0)
         return parse_composite(p, where, composite);
-    if (function < 0) {
-        kmp_text sentence = {0};
-        kmp_nearest nearest = kmp_nearest_of(name, KMP_NAMES_OF(functions));
-        kmp_nearest_offer_all(&nearest, KMP_NAMES_OF(composites));
-        kmp_nearest_offer_all(&nearest, kmp_measure_words);
-        kmp_text_printf(&sentence, "unknown function '%s'", name);
-        kmp_nearest_suggest(&nearest, &sentence);
-        return kmp_parse_say(p, where, &sentence);
-    }
+    if (function < 0)
+        return complain_function(p, where, name);
     int count = parse_arguments(p, where, name, function == KMP_FUNCTION_if, arguments);
     if (count >= 0 && count != functions[function].arity)
         return complain_count(p, where, name, functions[function].arity, count);

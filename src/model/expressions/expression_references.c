@@ -146,23 +146,30 @@ static bool parse_contact(kmp_parser *p, const char *word, kmp_spot *spot)
     return found;
 }
 
+static bool parse_loop(kmp_parser *p, kmp_spot *spot)
+{
+    *spot = (kmp_spot){.point = -1, .axis = -1};
+    spot->closure = parse_closure(p, &spot->name);
+    return spot->closure >= 0;
+}
+
+static bool parse_joint(kmp_parser *p, const char *word, kmp_spot *spot)
+{
+    kmp_parse_skip_space(p);
+    const char *start = p->at, *name = kmp_parse_copy(p, kmp_parse_word_length(start)), *obstacle = NULL;
+    int body = name ? p->scope->joint(p->scope->user, &name, &obstacle) : -1;
+    *spot = (kmp_spot){.point = -1, .axis = -1, .closure = body, .name = name};
+    if (obstacle)
+        kmp_parse_complain(p, start, "%s: the load of joint '%s' is not known: %s", word, name, obstacle);
+    return body >= 0 && !obstacle;
+}
+
 static bool parse_argument(kmp_parser *p, kmp_measure_kind kind, kmp_spot *spot)
 {
-    if (rows[kind].of == OF_LOOP) {
-        *spot = (kmp_spot){.point = -1, .axis = -1};
-        spot->closure = parse_closure(p, &spot->name);
-        return spot->closure >= 0;
-    }
-    if (rows[kind].of == OF_JOINT) {
-        const char *word = rows[kind].word;
-        kmp_parse_skip_space(p);
-        const char *start = p->at, *name = kmp_parse_copy(p, kmp_parse_word_length(start)), *obstacle = NULL;
-        int body = name ? p->scope->joint(p->scope->user, &name, &obstacle) : -1;
-        *spot = (kmp_spot){.point = -1, .axis = -1, .closure = body, .name = name};
-        if (obstacle)
-            kmp_parse_complain(p, start, "%s: the load of joint '%s' is not known: %s", word, name, obstacle);
-        return body >= 0 && !obstacle;
-    }
+    if (rows[kind].of == OF_LOOP)
+        return parse_loop(p, spot);
+    if (rows[kind].of == OF_JOINT)
+        return parse_joint(p, rows[kind].word, spot);
     return rows[kind].of == OF_CONTACT ? parse_contact(p, rows[kind].word, spot)
                                        : parse_spot(p, rows[kind].word, rows[kind].of == OF_AXIS, spot);
 }

@@ -70,6 +70,31 @@ static void put_axes(kmp_json *json, const char *key, double m[3][3])
 
 /* -- names and their values ---------------------------------------------------------------------- */
 
+static void put_parameters(kmp_json *json, const kempe_model *model)
+{
+    kmp_model_json_begin(json, "parameters");
+    for (int i = 0; i < model->parameter_count; i++)
+        kmp_json_number(json, model->parameters[i].name, model->parameters[i].number.value);
+    kmp_json_end(json);
+}
+
+/* Values and samples in SI, without a unit. */
+static void put_inputs(kmp_json *json, const kempe_model *model)
+{
+    kmp_model_json_begin(json, "inputs");
+    for (int i = 0; i < kmp_model_given_inputs(model); i++) {
+        const kmp_signal *s = &model->inputs[i].signal;
+        kmp_json_put(json, "%s { default %g", model->inputs[i].name, model->inputs[i].value);
+        if (s->count > 1) {
+            kmp_json_string(json, "method", kmp_name_at(kmp_signal_words, (int)s->method));
+            kmp_json_numbers(json, "t", s->count, s->t);
+            kmp_json_numbers(json, "value", s->count, s->u);
+        }
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
 static void put_states(kmp_json *json, const kempe_model *model)
 {
     kmp_model_json_begin(json, "states");
@@ -97,21 +122,24 @@ static void put_states(kmp_json *json, const kempe_model *model)
     kmp_json_end(json);
 }
 
+static void put_surface(kmp_json *json, const char *name, const kmp_surface *s)
+{
+    kmp_json_put(json, "%s { method %s", name, kmp_table_method_word(s->one[0]->method));
+    kmp_json_numbers(json, "x", s->count[0], s->knot[0]);
+    kmp_json_numbers(json, "y", s->count[1], s->knot[1]);
+    kmp_json_array(json, "z");
+    for (int k = 0; k < s->count[0]; k++)
+        kmp_json_numbers(json, NULL, s->count[1], s->z + (ptrdiff_t)k * s->count[1]);
+    kmp_json_put(json, "] }");
+}
+
 static void put_tables(kmp_json *json, const kempe_model *model)
 {
     kmp_model_json_begin(json, "tables");
     for (int i = 0; i < model->table_count; i++) {
         const kmp_table *table = model->tables[i].table;
         if (model->tables[i].surface) {
-            const char *name = model->tables[i].name;
-            const kmp_surface *s = model->tables[i].surface;
-            kmp_json_put(json, "%s { method %s", name, kmp_table_method_word(s->one[0]->method));
-            kmp_json_numbers(json, "x", s->count[0], s->knot[0]);
-            kmp_json_numbers(json, "y", s->count[1], s->knot[1]);
-            kmp_json_array(json, "z");
-            for (int k = 0; k < s->count[0]; k++)
-                kmp_json_numbers(json, NULL, s->count[1], s->z + (ptrdiff_t)k * s->count[1]);
-            kmp_json_put(json, "] }");
+            put_surface(json, model->tables[i].name, model->tables[i].surface);
             continue;
         }
         kmp_json_put(json, "%s { method %s", model->tables[i].name, kmp_table_method_word(table->method));
@@ -166,6 +194,18 @@ static void put_points(kmp_json *json, const kempe_model *model, int body)
     kmp_json_end(json);
 }
 
+static void put_motions(kmp_json *json, const kempe_model *model, const kmp_body *body)
+{
+    kmp_json_array(json, "motions");
+    for (int k = 0; k < body->motion_count; k++) {
+        const kmp_motion *motion = &model->motions[body->first_motion + k];
+        kmp_json_put(json, "{ coordinate %s kind %s", motion->name, motion->rotation ? "R" : "T");
+        kmp_json_numbers(json, "axis", 3, motion->axis);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
 static void put_body(kmp_json *json, const kempe_model *model, int i)
 {
     kmp_body *body = &model->bodies[i];
@@ -177,14 +217,7 @@ static void put_body(kmp_json *json, const kempe_model *model, int i)
     kmp_json_string(json, "joint", body->joint);
     if (body->reversed)
         kmp_json_whole(json, "reversed", 1);
-    kmp_json_array(json, "motions");
-    for (int k = 0; k < body->motion_count; k++) {
-        const kmp_motion *motion = &model->motions[body->first_motion + k];
-        kmp_json_put(json, "{ coordinate %s kind %s", motion->name, motion->rotation ? "R" : "T");
-        kmp_json_numbers(json, "axis", 3, motion->axis);
-        kmp_json_end(json);
-    }
-    kmp_json_end(json);
+    put_motions(json, model, body);
     if (body->turned)
         put_axes(json, "frame", body->frame);
     if (body->coupling)
@@ -193,6 +226,21 @@ static void put_body(kmp_json *json, const kempe_model *model, int i)
         kmp_json_number(json, "armature", body->armature.value);
     kmp_model_json_mass(json, body);
     put_points(json, model, i);
+    kmp_json_end(json);
+}
+
+static void put_bodies(kmp_json *json, const kempe_model *model)
+{
+    kmp_model_json_begin(json, "ground");
+    put_points(json, model, 0);
+    kmp_json_end(json);
+    begin_list(json, "bodies");
+    for (int i = 1; i < model->body_count; i++)
+        put_body(json, model, i);
+    kmp_json_end(json);
+    begin_list(json, "coordinates");
+    for (int i = 0; i < kmp_model_coordinates(model); i++)
+        kmp_json_string(json, NULL, model->motions[i].name);
     kmp_json_end(json);
 }
 
@@ -281,23 +329,28 @@ void kmp_model_json_fields(kmp_json *json, const kempe_model *model, const kmp_f
     }
 }
 
+static void put_contact(kmp_json *json, const kempe_model *model, const kmp_force *force)
+{
+    const struct kmp_compliant *contact = force->compliant;
+    const char *const keys[] = {"gap", "normal", "coefficient", "clearance", "radius", "speed"};
+    const kmp_expr *const exprs[] = {force->touch.gap,   force->effort,   force->holding_effort,
+                                     contact->clearance, contact->radius, contact->speed};
+    if (contact->law)
+        kmp_json_string(json, "law", contact->law);
+    if (contact->film)
+        kmp_json_string(json, "film", contact->film->law);
+    for (int k = 0; k < 6; k++)
+        if (exprs[k])
+            put_expr(json, keys[k], model, exprs[k]);
+}
+
 static void put_force(kmp_json *json, const kempe_model *model, const kmp_force *force)
 {
     const kmp_force_row *row = &kmp_force_rows[force->kind];
     bool place = !row->word || kmp_force_is_between(force->kind);
     kmp_json_put(json, "name %s kind %s", force->name, place ? row->place : kmp_force_key(model, force, row->word));
     if (force->kind == KMP_FORCE_COMPLIANT) {
-        const struct kmp_compliant *contact = force->compliant;
-        const char *const keys[] = {"gap", "normal", "coefficient", "clearance", "radius", "speed"};
-        const kmp_expr *const exprs[] = {force->touch.gap,   force->effort,   force->holding_effort,
-                                         contact->clearance, contact->radius, contact->speed};
-        if (contact->law)
-            kmp_json_string(json, "law", contact->law);
-        if (contact->film)
-            kmp_json_string(json, "film", contact->film->law);
-        for (int k = 0; k < 6; k++)
-            if (exprs[k])
-                put_expr(json, keys[k], model, exprs[k]);
+        put_contact(json, model, force);
         return;
     }
     if (force->kind == KMP_FORCE_TOUCH)
@@ -331,6 +384,21 @@ static void put_force(kmp_json *json, const kempe_model *model, const kmp_force 
                   force->kind == KMP_FORCE_CYLINDER ? 1 + (force->vector[1] != NULL) : 3, force->vector);
 }
 
+static void put_forces(kmp_json *json, const kempe_model *model)
+{
+    begin_list(json, "forces");
+    for (int i = 0; i < model->force_count - model->state_count; i++) {
+        kmp_model_json_item(json, NULL);
+        put_force(json, model, &model->forces[i]);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+    kmp_model_json_begin(json, "sensors");
+    for (int i = 0; i < model->sensor_count; i++)
+        put_expr(json, model->sensors[i].name, model, model->sensors[i].expr);
+    kmp_json_end(json);
+}
+
 /* -- start and run ------------------------------------------------------------------------------- */
 
 static void put_values(kmp_json *json, const kempe_model *model, const char *key, const kmp_number *values)
@@ -338,6 +406,21 @@ static void put_values(kmp_json *json, const kempe_model *model, const char *key
     kmp_json_object(json, key);
     for (int i = 0; i < kmp_model_coordinates(model); i++)
         kmp_json_number(json, model->motions[i].name, values[i].value);
+    kmp_json_end(json);
+}
+
+static void put_goal(kmp_json *json, const kempe_model *model, const kmp_goal *goal)
+{
+    kmp_text name = {0};
+    kmp_model_put_goal(&name, model, goal);
+    kmp_json_object(json, name.s);
+    kmp_text_free_part(json->text, &name);
+    if (goal->width == 3) {
+        put_vector(json, "value", goal->value);
+        put_vector(json, "weight", goal->weight);
+    } else {
+        kmp_json_put(json, "value %g weight %g", goal->value[0].value, goal->weight[0].value);
+    }
     kmp_json_end(json);
 }
 
@@ -351,21 +434,34 @@ static void put_start(kmp_json *json, const kempe_model *model)
         if (model->start.hold[i])
             kmp_json_string(json, NULL, model->motions[i].name);
     kmp_json_put(json, "] goals {");
-    for (int i = 0; i < model->start.goal_count; i++) {
-        const kmp_goal *goal = &model->start.goals[i];
-        kmp_text name = {0};
-        kmp_model_put_goal(&name, model, goal);
-        kmp_json_object(json, name.s);
-        kmp_text_free_part(json->text, &name);
-        if (goal->width == 3) {
-            put_vector(json, "value", goal->value);
-            put_vector(json, "weight", goal->weight);
-        } else {
-            kmp_json_put(json, "value %g weight %g", goal->value[0].value, goal->weight[0].value);
-        }
-        kmp_json_end(json);
-    }
+    for (int i = 0; i < model->start.goal_count; i++)
+        put_goal(json, model, &model->start.goals[i]);
     kmp_json_put(json, "} }");
+}
+
+static void put_run(kmp_json *json, const kempe_model *model)
+{
+    const kmp_run_settings *run = &model->run;
+    kmp_shown_setting list[KMP_SETTINGS];
+    kmp_model_settings(run, list);
+    kmp_model_json_begin(json, "run");
+    for (int k = 0; k < KMP_SETTINGS; k++)
+        if (list[k].is_word)
+            kmp_json_string(json, list[k].key, list[k].word);
+        else
+            kmp_json_number(json, list[k].key, list[k].number > 0 ? list[k].number : NAN);
+    kmp_json_array(json, "independent");
+    for (int i = 0; i < run->independent_count; i++)
+        kmp_json_string(json, NULL, model->motions[run->independent[i]].name);
+    kmp_json_end(json);
+    put_exprs(json, "until", model, run->until_count, run->until);
+    kmp_json_array(json, "outputs");
+    for (int i = 0; i < model->output_count; i++) {
+        kmp_text name = {0};
+        kmp_output_print(&name, model, &model->outputs[i]);
+        kmp_json_text(json, NULL, &name);
+    }
+    kmp_json_put(json, "] }");
 }
 
 /* -- the whole ----------------------------------------------------------------------------------- */
@@ -375,55 +471,19 @@ static kmp_json put_mechanism(kmp_text *text, const kempe_model *model)
     kmp_json json = kmp_json_begin_as(text, KMP_JSON_DENSE);
     kmp_json_put(&json, "{ name %s", model->name);
     put_vector(&json, "gravity", model->gravity);
-    kmp_model_json_begin(&json, "parameters");
-    for (int i = 0; i < model->parameter_count; i++)
-        kmp_json_number(&json, model->parameters[i].name, model->parameters[i].number.value);
-    kmp_json_end(&json);
-    if (kmp_model_given_inputs(model) > 0) {
-        /* Values and samples in SI, without a unit. */
-        kmp_model_json_begin(&json, "inputs");
-        for (int i = 0; i < kmp_model_given_inputs(model); i++) {
-            const kmp_signal *s = &model->inputs[i].signal;
-            kmp_json_put(&json, "%s { default %g", model->inputs[i].name, model->inputs[i].value);
-            if (s->count > 1) {
-                kmp_json_string(&json, "method", kmp_name_at(kmp_signal_words, (int)s->method));
-                kmp_json_numbers(&json, "t", s->count, s->t);
-                kmp_json_numbers(&json, "value", s->count, s->u);
-            }
-            kmp_json_end(&json);
-        }
-        kmp_json_end(&json);
-    }
+    put_parameters(&json, model);
+    if (kmp_model_given_inputs(model) > 0)
+        put_inputs(&json, model);
     if (model->state_count > 0)
         put_states(&json, model);
     put_tables(&json, model);
     kmp_model_json_tracks(&json, model);
     if (model->unknowns_count > 0)
         put_unknowns(&json, model);
-    kmp_model_json_begin(&json, "ground");
-    put_points(&json, model, 0);
-    kmp_json_end(&json);
-    begin_list(&json, "bodies");
-    for (int i = 1; i < model->body_count; i++)
-        put_body(&json, model, i);
-    kmp_json_end(&json);
-    begin_list(&json, "coordinates");
-    for (int i = 0; i < kmp_model_coordinates(model); i++)
-        kmp_json_string(&json, NULL, model->motions[i].name);
-    kmp_json_end(&json);
+    put_bodies(&json, model);
     kmp_model_json_wheels(&json, model);
     put_closures(&json, model);
-    begin_list(&json, "forces");
-    for (int i = 0; i < model->force_count - model->state_count; i++) {
-        kmp_model_json_item(&json, NULL);
-        put_force(&json, model, &model->forces[i]);
-        kmp_json_end(&json);
-    }
-    kmp_json_end(&json);
-    kmp_model_json_begin(&json, "sensors");
-    for (int i = 0; i < model->sensor_count; i++)
-        put_expr(&json, model->sensors[i].name, model, model->sensors[i].expr);
-    kmp_json_end(&json);
+    put_forces(&json, model);
     put_start(&json, model);
     return json;
 }
@@ -437,26 +497,6 @@ void kmp_model_json(kmp_text *text, const kempe_model *model)
 {
     kmp_json json = put_mechanism(text, model);
     kmp_model_json_shapes(&json, model);
-    const kmp_run_settings *run = &model->run;
-    kmp_shown_setting list[KMP_SETTINGS];
-    kmp_model_settings(run, list);
-    kmp_model_json_begin(&json, "run");
-    for (int k = 0; k < KMP_SETTINGS; k++)
-        if (list[k].is_word)
-            kmp_json_string(&json, list[k].key, list[k].word);
-        else
-            kmp_json_number(&json, list[k].key, list[k].number > 0 ? list[k].number : NAN);
-    kmp_json_array(&json, "independent");
-    for (int i = 0; i < run->independent_count; i++)
-        kmp_json_string(&json, NULL, model->motions[run->independent[i]].name);
-    kmp_json_end(&json);
-    put_exprs(&json, "until", model, run->until_count, run->until);
-    kmp_json_array(&json, "outputs");
-    for (int i = 0; i < model->output_count; i++) {
-        kmp_text name = {0};
-        kmp_output_print(&name, model, &model->outputs[i]);
-        kmp_json_text(&json, NULL, &name);
-    }
-    kmp_json_put(&json, "] }");
+    put_run(&json, model);
     kmp_json_end(&json);
 }

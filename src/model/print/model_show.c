@@ -58,6 +58,58 @@ static void begin(kmp_text *text, const char *title, int count)
 
 /* -- names and their values ------------------------------------------------------------------------ */
 
+static void show_parameters(kmp_text *text, const kempe_model *model)
+{
+    begin(text, "parameters", model->parameter_count);
+    for (int i = 0; i < model->parameter_count; i++) {
+        const kmp_number *number = &model->parameters[i].number;
+        kmp_text_printf(text, "  %s", model->parameters[i].name);
+        put_number(text, " = ", number->value);
+        if (number->expr)
+            put_expr(text, "  (", model, number->expr);
+        kmp_text_put(text, number->expr ? ")\n" : "\n");
+    }
+}
+
+static void show_inputs(kmp_text *text, const kempe_model *model)
+{
+    begin(text, "inputs", kmp_model_given_inputs(model));
+    for (int i = 0; i < kmp_model_given_inputs(model); i++) {
+        const kmp_model_input *input = &model->inputs[i];
+        const kmp_signal *s = &input->signal;
+        kmp_text_printf(text, "  %s", input->name);
+        if (s->count == 1)
+            put_number(text, " = ", s->u[0]);
+        else
+            kmp_text_printf(text, ": %s, %d samples, t from %.9g to %.9g s",
+                            kmp_name_at(kmp_signal_words, (int)s->method), s->count, s->t[0], s->t[s->count - 1]);
+        kmp_text_put(text, "\n");
+    }
+}
+
+static void show_states(kmp_text *text, const kempe_model *model)
+{
+    begin(text, "states", model->state_count);
+    for (int i = 0; i < model->state_count; i++) {
+        const kmp_state *state = &model->states[i];
+        kmp_text_printf(text, "  %s", state->name);
+        put_number(text, ": start ", model->start.qd[kmp_model_coordinates(model) + i].value);
+        put_number(text, ", scale ", state->scale);
+        const kmp_expr *rate = kmp_state_rate(model, i);
+        if (state->next && rate->a)
+            put_expr(text, ", when ", model, rate->a);
+        else if (state->next)
+            put_number(text, ", sampled at multiples of ", state->period);
+        if (state->delayed) {
+            put_number(text, ", by ", state->delay.value);
+            put_expr(text, " after ", model, state->delayed);
+        } else {
+            put_expr(text, state->next ? ", next " : ", rate ", model, state->next ? state->next : rate);
+        }
+        kmp_text_put(text, "\n");
+    }
+}
+
 static void show_tables(kmp_text *text, const kempe_model *model)
 {
     begin(text, "tables", model->table_count);
@@ -145,6 +197,19 @@ static void show_points(kmp_text *text, const kempe_model *model, const by_body 
     }
 }
 
+static void show_inertia(kmp_text *text, const kmp_body *body)
+{
+    put_number(text, "    mass ", body->mass.value);
+    put_vector(text, ", com ", body->com);
+    kmp_text_put(text, ", inertia");
+    for (int i = 0; i < 6; i++)
+        if (i < 3 || body->inertia[i].value != 0) {
+            kmp_text_printf(text, " %s", kmp_inertia_names[i]);
+            put_number(text, " ", body->inertia[i].value);
+        }
+    kmp_text_put(text, "\n");
+}
+
 static void show_body(kmp_text *text, const kempe_model *model, int i)
 {
     kmp_body *body = &model->bodies[i];
@@ -170,15 +235,7 @@ static void show_body(kmp_text *text, const kempe_model *model, int i)
     if (body->turned)
         put_axes(text, ", frame ", body->frame);
     kmp_text_put(text, "\n");
-    put_number(text, "    mass ", body->mass.value);
-    put_vector(text, ", com ", body->com);
-    kmp_text_put(text, ", inertia");
-    for (int j = 0; j < 6; j++)
-        if (j < 3 || body->inertia[j].value != 0) {
-            kmp_text_printf(text, " %s", kmp_inertia_names[j]);
-            put_number(text, " ", body->inertia[j].value);
-        }
-    kmp_text_put(text, "\n");
+    show_inertia(text, body);
 }
 
 static void show_bodies(kmp_text *text, const kempe_model *model)
@@ -340,6 +397,20 @@ static void show_forces(kmp_text *text, const kempe_model *model)
 
 /* -- start and run --------------------------------------------------------------------------------- */
 
+static void show_goal(kmp_text *text, const kempe_model *model, const kmp_goal *goal)
+{
+    kmp_text_put(text, "  ");
+    kmp_model_put_goal(text, model, goal);
+    if (goal->width == 3) {
+        put_vector(text, ": ", goal->value);
+        put_vector(text, ", ", goal->weight);
+    } else {
+        put_number(text, ": ", goal->value[0].value);
+        put_number(text, ", ", goal->weight[0].value);
+    }
+    kmp_text_put(text, "\n");
+}
+
 static void show_start(kmp_text *text, const kempe_model *model)
 {
     const kmp_start *start = &model->start;
@@ -351,19 +422,8 @@ static void show_start(kmp_text *text, const kempe_model *model)
         kmp_text_put(text, start->hold[i] ? ", held\n" : "\n");
     }
     begin(text, "goals: value, weight", start->goal_count);
-    for (int i = 0; i < start->goal_count; i++) {
-        const kmp_goal *goal = &start->goals[i];
-        kmp_text_put(text, "  ");
-        kmp_model_put_goal(text, model, goal);
-        if (goal->width == 3) {
-            put_vector(text, ": ", goal->value);
-            put_vector(text, ", ", goal->weight);
-        } else {
-            put_number(text, ": ", goal->value[0].value);
-            put_number(text, ", ", goal->weight[0].value);
-        }
-        kmp_text_put(text, "\n");
-    }
+    for (int i = 0; i < start->goal_count; i++)
+        show_goal(text, model, &start->goals[i]);
 }
 
 static void show_run(kmp_text *text, const kempe_model *model)
@@ -398,46 +458,9 @@ void kmp_model_show(kmp_text *text, const kempe_model *model)
     kmp_text_put(text, model->name);
     put_vector(text, "\ngravity ", model->gravity);
     kmp_text_put(text, "\n");
-    begin(text, "parameters", model->parameter_count);
-    for (int i = 0; i < model->parameter_count; i++) {
-        const kmp_number *number = &model->parameters[i].number;
-        kmp_text_printf(text, "  %s", model->parameters[i].name);
-        put_number(text, " = ", number->value);
-        if (number->expr)
-            put_expr(text, "  (", model, number->expr);
-        kmp_text_put(text, number->expr ? ")\n" : "\n");
-    }
-    begin(text, "inputs", kmp_model_given_inputs(model));
-    for (int i = 0; i < kmp_model_given_inputs(model); i++) {
-        const kmp_model_input *input = &model->inputs[i];
-        const kmp_signal *s = &input->signal;
-        kmp_text_printf(text, "  %s", input->name);
-        if (s->count == 1)
-            put_number(text, " = ", s->u[0]);
-        else
-            kmp_text_printf(text, ": %s, %d samples, t from %.9g to %.9g s",
-                            kmp_name_at(kmp_signal_words, (int)s->method), s->count, s->t[0], s->t[s->count - 1]);
-        kmp_text_put(text, "\n");
-    }
-    begin(text, "states", model->state_count);
-    for (int i = 0; i < model->state_count; i++) {
-        const kmp_state *state = &model->states[i];
-        kmp_text_printf(text, "  %s", state->name);
-        put_number(text, ": start ", model->start.qd[kmp_model_coordinates(model) + i].value);
-        put_number(text, ", scale ", state->scale);
-        const kmp_expr *rate = kmp_state_rate(model, i);
-        if (state->next && rate->a)
-            put_expr(text, ", when ", model, rate->a);
-        else if (state->next)
-            put_number(text, ", sampled at multiples of ", state->period);
-        if (state->delayed) {
-            put_number(text, ", by ", state->delay.value);
-            put_expr(text, " after ", model, state->delayed);
-        } else {
-            put_expr(text, state->next ? ", next " : ", rate ", model, state->next ? state->next : rate);
-        }
-        kmp_text_put(text, "\n");
-    }
+    show_parameters(text, model);
+    show_inputs(text, model);
+    show_states(text, model);
     show_tables(text, model);
     kmp_model_show_tracks(text, model);
     show_unknowns(text, model);

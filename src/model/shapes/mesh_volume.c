@@ -70,6 +70,19 @@ static void check_edges(const kmp_mesh *mesh, edge *table, uint32_t slots, kmp_t
         say_edge(mesh, first[1], count[1] / 2, false, why);
 }
 
+static bool is_closed(const kmp_mesh *mesh, kmp_text *why)
+{
+    uint32_t slots = 16;
+    while (slots < 4 * (uint32_t)mesh->triangle_count)
+        slots *= 2;
+    edge *table = KMP_NEW(edge, slots);
+    why->failed = why->failed || !table;
+    if (table)
+        check_edges(mesh, table, slots, why);
+    kmp_free(table);
+    return table && why->length == 0;
+}
+
 /* -- integrals --------------------------------------------------------------------------------------- */
 
 typedef struct moments {
@@ -156,15 +169,7 @@ bool kmp_mesh_weigh(const kmp_mesh *mesh, kmp_mesh_matter matter, kmp_mesh_volum
 bool kmp_mesh_enclose(const kmp_mesh *mesh, kmp_mesh_volume *volume, kmp_text *why)
 {
     double low[3], high[3], origin[3], d[3], central[6];
-    uint32_t slots = 16;
-    while (slots < 4 * (uint32_t)mesh->triangle_count)
-        slots *= 2;
-    edge *table = KMP_NEW(edge, slots);
-    why->failed = why->failed || !table;
-    if (table)
-        check_edges(mesh, table, slots, why);
-    kmp_free(table);
-    if (!table || why->length != 0)
+    if (!is_closed(mesh, why))
         return false;
     kmp_mesh_box(mesh, low, high);
     for (int i = 0; i < 3; i++) /* near the mesh, so that a distant origin costs no digits */

@@ -150,6 +150,7 @@ kempe_status kmp_requested_outputs_at(kempe_model *copy, const char *label, kmp_
     if (component && list_words(&a, &list, component))
         kmp_read_outputs(&a.r, &list);
     if (a.model.output_count == a.count) {
+        /* Components that are asked for by name. */
         for (int k = 0; k < a.count && !a.r.wrong; k++) {
             const kmp_output *output = &a.model.outputs[k];
             if (component[k] == NAMED)

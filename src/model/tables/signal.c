@@ -20,6 +20,7 @@ bool kmp_signal_init(kmp_signal *signal, kmp_arena *arena, kmp_signal_method met
     memcpy(signal->t, t, (size_t)count * sizeof *t);
     memcpy(signal->u, u, (size_t)count * sizeof *u);
     memset(signal->piece, 0, (size_t)count * sizeof *signal->piece);
+    /* Polynomials from each sample on. */
     for (int k = 0; k < signal->count; k++)
         signal->piece[k][0] = signal->u[k];
     for (int k = 0; k < signal->count - 1 && signal->method != KMP_SIGNAL_HOLD; k++)

@@ -265,6 +265,20 @@ void kmp_past_cut(kmp_past *past, double t)
     past->known = t;
 }
 
+/* The last of the pieces that begins at `at` or before, or else the first one. */
+static const kmp_past_piece *piece_at(const kmp_past_signal *signal, double first, double last, double at)
+{
+    int low = (int)(first - signal->dropped), high = (int)(last - signal->dropped);
+    while (low < high) {
+        int middle = high - (high - low) / 2;
+        if (signal->piece[middle].from <= at)
+            low = middle;
+        else
+            high = middle - 1;
+    }
+    return &signal->piece[low];
+}
+
 /* A step of Clenshaw's recurrence for the sum of coefficients times T_k(x). */
 typedef struct clenshaw {
     double b, before;
@@ -281,17 +295,7 @@ static inline void step(clenshaw *sum, double x, double c)
  * c'[k+1] + 2 k c[k], and half of that for k = 1. */
 void kmp_past_values(const kmp_past_signal *signal, double first, double last, double t, double values[4])
 {
-    /* The last of the pieces that begins at `at` or before, or else the first one. */
-    double at = t - signal->delay;
-    int low = (int)(first - signal->dropped), high = (int)(last - signal->dropped);
-    while (low < high) {
-        int middle = high - (high - low) / 2;
-        if (signal->piece[middle].from <= at)
-            low = middle;
-        else
-            high = middle - 1;
-    }
-    const kmp_past_piece *piece = &signal->piece[low];
+    const kmp_past_piece *piece = piece_at(signal, first, last, t - signal->delay);
     const double half = 0.5 * (piece->to - piece->from);
     double x = (t - signal->delay - piece->from) / half - 1;
     x = fmin(fmax(x, -1), 1); /* beyond its ends by rounding, or where a first step is estimated */

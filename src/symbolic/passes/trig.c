@@ -50,29 +50,9 @@ static sincos_of expand(kmp_graph *g, const uint8_t *angle_live, kmp_ref angle)
     return r;
 }
 
-static bool write_out(kmp_graph *g, uint32_t nodes, const uint8_t *live, const kmp_stack *trig, kmp_arena *room,
-                      int count, kmp_ref *outputs, bool *changed)
+static void rebuild(kmp_graph *g, uint32_t count, const uint8_t *live, const uint8_t *angle_live, kmp_ref *map)
 {
-    uint8_t *angle_live = KMP_ARENA_NEW(room, uint8_t, nodes);
-    for (uint32_t k = 0; angle_live && k < trig->top; k++)
-        angle_live[kmp_id(kmp_graph_node(g, trig->id[k])->a)] = 1;
-    if (!angle_live)
-        return false;
-    /* Makes both functions of each angle; true if one of them is of a sum to be expanded. */
-    bool any = false;
-    for (uint32_t k = trig->top; k-- > 0 && !any;) {
-        kmp_node n = *kmp_graph_node(g, trig->id[k]);
-        const kmp_node *angle = kmp_graph_node(g, kmp_id(n.a));
-        any = angle->op == KMP_OP_ADD && at_hand(g, angle_live, angle->a) && at_hand(g, angle_live, angle->b);
-        if (!any)
-            (void)expand(g, angle_live, n.a);
-    }
-    if (!any)
-        return true;
-    kmp_ref *map = KMP_ARENA_NEW(room, kmp_ref, nodes);
-    if (!map)
-        return false;
-    for (uint32_t id = 0; id < nodes; id++) {
+    for (uint32_t id = 0; id < count; id++) {
         if (!live[id])
             continue;
         kmp_node n = *kmp_graph_node(g, id);
@@ -86,6 +66,31 @@ static bool write_out(kmp_graph *g, uint32_t nodes, const uint8_t *live, const k
         if (label)
             kmp_graph_label(g, map[id], *label);
     }
+}
+
+static bool write_out(kmp_graph *g, uint32_t nodes, const uint8_t *live, const kmp_stack *trig, kmp_arena *room,
+                      int count, kmp_ref *outputs, bool *changed)
+{
+    uint8_t *angle_live = KMP_ARENA_NEW(room, uint8_t, nodes);
+    for (uint32_t k = 0; angle_live && k < trig->top; k++)
+        angle_live[kmp_id(kmp_graph_node(g, trig->id[k])->a)] = 1;
+    if (!angle_live)
+        return false;
+    /* Makes both functions of each angle, up to one of a sum to be expanded. */
+    bool any = false;
+    for (uint32_t k = trig->top; k-- > 0 && !any;) {
+        kmp_node n = *kmp_graph_node(g, trig->id[k]);
+        const kmp_node *angle = kmp_graph_node(g, kmp_id(n.a));
+        any = angle->op == KMP_OP_ADD && at_hand(g, angle_live, angle->a) && at_hand(g, angle_live, angle->b);
+        if (!any)
+            (void)expand(g, angle_live, n.a);
+    }
+    if (!any)
+        return true;
+    kmp_ref *map = KMP_ARENA_NEW(room, kmp_ref, nodes);
+    if (!map)
+        return false;
+    rebuild(g, nodes, live, angle_live, map);
     for (int k = 0; k < count; k++)
         outputs[k] = kmp_mapped(map, outputs[k]);
     *changed = true;

@@ -41,6 +41,25 @@ static bool list_needed(needed *n, uint32_t nodes)
     return true;
 }
 
+/* Numbers values: constants, inputs, then instructions stage by stage in the order of the graph. `code`: of stages. */
+static void number_nodes(const needed *n, int constants, int inputs, const int *code, int *next, kmp_program *p)
+{
+    memcpy(next, code, (size_t)p->stages * sizeof *next);
+    for (uint32_t k = 0; k < n->count; k++) {
+        uint32_t id = n->id[k];
+        const kmp_node *node = kmp_graph_node(n->graph, id);
+        if (kmp_op_arity((kmp_op)node->op) > 0) {
+            n->number[id] = (uint32_t)(constants + inputs + ++next[n->mark[id] - 1]);
+        } else if (node->op == KMP_OP_CONST) {
+            p->constant[p->constant_count++] = kmp_graph_value(n->graph, id);
+            n->number[id] = (uint32_t)p->constant_count;
+        } else {
+            p->input[p->input_count++] = (kmp_program_input){(kmp_input_kind)node->a, node->b};
+            n->number[id] = (uint32_t)(constants + p->input_count);
+        }
+    }
+}
+
 static uint32_t operand(const uint32_t *number, kmp_ref r)
 {
     return (number[kmp_id(r)] - 1) << 1 | (r & 1);
@@ -157,22 +176,7 @@ static kmp_program *schedule(kmp_graph *g, needed *n, int groups, const int *cou
     p->stages = stages;
     p->graph_nodes = kmp_graph_count(g);
     memcpy(p->code, code, ((size_t)stages + 1) * sizeof *code);
-    /* Numbers values: constants, inputs, then instructions stage by stage in the order of the graph. `code`: of
-     * stages. */
-    memcpy(next, code, (size_t)p->stages * sizeof *next);
-    for (uint32_t k = 0; k < n->count; k++) {
-        uint32_t id = n->id[k];
-        const kmp_node *node = kmp_graph_node(n->graph, id);
-        if (kmp_op_arity((kmp_op)node->op) > 0) {
-            n->number[id] = (uint32_t)(constants + inputs + ++next[n->mark[id] - 1]);
-        } else if (node->op == KMP_OP_CONST) {
-            p->constant[p->constant_count++] = kmp_graph_value(n->graph, id);
-            n->number[id] = (uint32_t)p->constant_count;
-        } else {
-            p->input[p->input_count++] = (kmp_program_input){(kmp_input_kind)node->a, node->b};
-            n->number[id] = (uint32_t)(constants + p->input_count);
-        }
-    }
+    number_nodes(n, constants, inputs, code, next, p);
     write_code(n, p);
     for (int k = 0; k < groups; k++)
         p->outputs[k + 2] = p->outputs[k + 1] + count[k];
@@ -305,24 +309,8 @@ static bool same(const void *a, const void *b, int count, size_t size)
     return count == 0 || memcmp(a, b, (size_t)count * size) == 0;
 }
 
-bool kmp_program_equal(const kmp_program *a, const kmp_program *b)
+static bool same_code(const kmp_program *a, const kmp_program *b)
 {
-    int stages = a->stages;
-    if (stages != b->stages || a->block_count != 0 || b->block_count != 0 ||
-        !same(a->code, b->code, stages + 1, sizeof *a->code) ||
-        !same(a->outputs, b->outputs, stages + 1, sizeof *a->outputs) ||
-        !same(a->output, b->output, a->outputs[stages], sizeof *a->output))
-        return false;
-    if (a->constant_count != b->constant_count || a->input_count != b->input_count || a->table_count != b->table_count)
-        return false;
-    for (int k = 0; k < a->input_count; k++)
-        if (a->input[k].kind != b->input[k].kind || a->input[k].index != b->input[k].index)
-            return false;
-    for (int k = 0; k < a->table_count; k++)
-        if (!kmp_table_equal(a->table[k], b->table[k]))
-            return false;
-    if (!same(a->constant, b->constant, a->constant_count, sizeof *a->constant))
-        return false;
     if (!a->contraction != !b->contraction ||
         (a->contraction && !same(a->contraction, b->contraction, a->code[a->stages], sizeof *a->contraction)))
         return false;
@@ -332,6 +320,28 @@ bool kmp_program_equal(const kmp_program *a, const kmp_program *b)
             return false;
     }
     return true;
+}
+
+static bool same_leaves(const kmp_program *a, const kmp_program *b)
+{
+    if (a->constant_count != b->constant_count || a->input_count != b->input_count || a->table_count != b->table_count)
+        return false;
+    for (int k = 0; k < a->input_count; k++)
+        if (a->input[k].kind != b->input[k].kind || a->input[k].index != b->input[k].index)
+            return false;
+    for (int k = 0; k < a->table_count; k++)
+        if (!kmp_table_equal(a->table[k], b->table[k]))
+            return false;
+    return same(a->constant, b->constant, a->constant_count, sizeof *a->constant);
+}
+
+bool kmp_program_equal(const kmp_program *a, const kmp_program *b)
+{
+    int stages = a->stages;
+    return stages == b->stages && a->block_count == 0 && b->block_count == 0 &&
+           same(a->code, b->code, stages + 1, sizeof *a->code) &&
+           same(a->outputs, b->outputs, stages + 1, sizeof *a->outputs) &&
+           same(a->output, b->output, a->outputs[stages], sizeof *a->output) && same_leaves(a, b) && same_code(a, b);
 }
 
 int kmp_program_add_block(kmp_program *p, const kmp_program_block *block)

@@ -28,6 +28,18 @@ static void print_operand(const kmp_program *p, uint32_t operand_, kmp_text *tex
     }
 }
 
+static void print_function(const kmp_program *p, const kmp_instruction *in, kmp_text *text)
+{
+    kmp_text_put(text, kmp_op_text((kmp_op)in->op));
+    if (kmp_op_form_of((kmp_op)in->op) == KMP_FORM_APPLIED)
+        kmp_text_printf(text, "[%u, %u]", in->b, in->c);
+    for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
+        kmp_text_put(text, k ? ", " : "(");
+        print_operand(p, kmp_instruction_operand(in, k), text);
+    }
+    kmp_text_put(text, ")");
+}
+
 static void print_instruction(const kmp_program *p, int i, kmp_text *text)
 {
     const kmp_instruction *in = &p->instruction[i];
@@ -37,40 +49,35 @@ static void print_instruction(const kmp_program *p, int i, kmp_text *text)
         bool minus = in->op == KMP_OP_ADD && (in->b & 1);
         kmp_text_printf(text, " %s ", minus ? "-" : kmp_op_text((kmp_op)in->op));
         print_operand(p, minus ? in->b ^ 1 : in->b, text);
-    } else {
-        kmp_text_put(text, kmp_op_text((kmp_op)in->op));
-        if (kmp_op_form_of((kmp_op)in->op) == KMP_FORM_APPLIED)
-            kmp_text_printf(text, "[%u, %u]", in->b, in->c);
-        for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
-            kmp_text_put(text, k ? ", " : "(");
-            print_operand(p, kmp_instruction_operand(in, k), text);
-        }
-        kmp_text_put(text, ")");
-    }
+    } else
+        print_function(p, in, text);
     kmp_text_put(text, "\n");
+}
+
+static void print_table(const kmp_table *table, int number, kmp_text *text)
+{
+    kmp_text_printf(text, "table %d %s\n", number, kmp_table_method_name(table->method));
+    for (int k = 0; k < table->count; k++) {
+        kmp_text_put(text, "    ");
+        kmp_text_number(text, table->x[k]);
+        kmp_text_put(text, " ");
+        kmp_text_number(text, table->y[k]);
+        kmp_text_put(text, "\n");
+    }
 }
 
 void kmp_program_print(const kmp_program *p, const char *const *stage_name, kmp_text *text)
 {
     kmp_text_put(text, "program 1\n");
-    for (int k = 0; k < p->table_count; k++) {
-        const kmp_table *table = p->table[k];
-        kmp_text_printf(text, "table %d %s\n", k, kmp_table_method_name(table->method));
-        for (int j = 0; j < table->count; j++) {
-            kmp_text_put(text, "    ");
-            kmp_text_number(text, table->x[j]);
-            kmp_text_put(text, " ");
-            kmp_text_number(text, table->y[j]);
-            kmp_text_put(text, "\n");
-        }
-    }
+    for (int k = 0; k < p->table_count; k++)
+        print_table(p->table[k], k, text);
     for (int k = 0; k < p->block_count; k++) {
         kmp_text_printf(text, "implicit %d %s %d arguments %d\n", k, p->block[k].averages ? "averages" : "unknowns",
                         p->block[k].unknowns, p->block[k].arguments);
         const kmp_program_block *block = &p->block[k];
-        for (int l = 0; l < block->candidates; l++) {
+        for (int j = 0; j < block->candidates; j++) {
             kmp_text_put(text, "    ");
-            kmp_text_number(text, block->candidate[l]);
+            kmp_text_number(text, block->candidate[j]);
             kmp_text_put(text, "\n");
         }
         kmp_program_print(p->block[k].program, NULL, text);
