@@ -61,6 +61,11 @@ static void mark_used(const kempe_model *model, bool *used)
         mark_expression(model->states[k].next ? model->states[k].next : model->states[k].delayed, used);
     for (int k = 0; k < model->sensor_count; k++)
         mark_expression(model->sensors[k].expr, used);
+    for (int k = 0; k < model->run.until_count; k++)
+        mark_expression(model->run.until[k], used);
+    for (int k = 0; k < model->unknowns_count; k++) /* names, and variables that are solved for */
+        for (int i = 0; i < KMP_UNKNOWNS_MOST && (i == 0 || i < model->unknowns[k].count); i++)
+            mark_expression(model->unknowns[k].zero[i], used);
 }
 
 /* -- joints ------------------------------------------------------------------------------------------ */

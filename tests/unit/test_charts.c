@@ -819,6 +819,26 @@ static void test_rows_of_charts_alone(void)
     }
 }
 
+/* The end of a run is one of the user's angles, although a run without it counts them from another orientation. */
+static void test_end_by_an_angle(void)
+{
+    loaded l = load_text("kempe: 1\ngravity: [0, 0, -9.81]\nbodies:\n"
+                         "  rod: {joint: {name: S, spherical: x, at: ground}, mass: 1, com: [0.5, 0, 0.1], "
+                         "inertia: {xx: 0.1, yy: 0.2, zz: 0.25}}\n"
+                         "start: {q: {S.1: 0.3, S.2: 1.2, S.3: 0.1}, qd: {S.1: 0.4, S.2: 1.5, S.3: 0.5}}\n"
+                         "run: {t_end: 2, until: \"q(S.1) > 1\"}\n");
+    kempe_trajectory *t = NULL;
+    CHECK(kempe_simulate(l.system, NULL, &t) == KEMPE_OK);
+    if (t) {
+        const int last = kempe_trajectory_row_count(t) - 1;
+        CHECK_NEAR(kempe_trajectory_q(t, last)[0], 1, 1e-9);
+        for (int row = 0; row < last; row++)
+            CHECK(kempe_trajectory_q(t, row)[0] < 1);
+    }
+    kempe_trajectory_free(t);
+    unload(&l);
+}
+
 int main(void)
 {
     TEST(test_maps);
@@ -836,5 +856,6 @@ int main(void)
     TEST(test_singular_loop);
     TEST(test_compared_words);
     TEST(test_users_force);
+    TEST(test_end_by_an_angle);
     return check_report();
 }
