@@ -300,6 +300,31 @@ static void a_smooth_step_has_derivatives(void)
     unload(&l);
 }
 
+/* y = max(x, 0)^1.5 with masses 1: the energy gives dx/dt = (1 + 2.25 x)^-1/2 for x > 0. The derivatives of a power
+ * that is not whole are infinite at 0, those of this one zero before it. */
+static void a_power_begins(void)
+{
+    static const double from[] = {0, -0.5};
+    for (int k = 0; k < 2; k++)
+        for (int w = 0; w < WAYS; w++) {
+            char text[512];
+            if (strcmp(ways[w].formulation, "reduced") != 0 || strcmp(ways[w].form, "integrated") != 0)
+                continue;
+            (void)snprintf(text, sizeof text,
+                           "kempe: 1\nbodies:\n  a: {joint: {name: x, prismatic: x, at: ground}, mass: 1}\n"
+                           "  b: {joint: {name: y, prismatic: y, at: ground}, mass: 1}\n"
+                           "loops: {c: {constraint: \"q(y) - max(q(x), 0)^1.5\"}}\n"
+                           "start: {q: {x: %g}, qd: {x: 1}}\n",
+                           from[k]);
+            loaded l = load_text(text);
+            run(&l, &ways[w], 1, 2);
+            const double x = (pow(1 + 3.375 * (1 + from[k]), 2.0 / 3) - 1) / 2.25;
+            CHECK_NEAR(last[0], x, 1e-7);
+            CHECK_NEAR(last[2], 1 / sqrt(1 + 2.25 * x), 1e-7);
+            unload(&l);
+        }
+}
+
 int main(void)
 {
     TEST(a_constraint_bends);
@@ -310,5 +335,6 @@ int main(void)
     TEST(two_variables_are_refused);
     TEST(a_drive_bends);
     TEST(a_smooth_step_has_derivatives);
+    TEST(a_power_begins);
     return check_report();
 }
