@@ -240,6 +240,9 @@ static void begin_check(kempe_folder *f)
 
 kempe_status kmp_folder_judge(const kempe_folder *f, kempe_status status)
 {
+    if (status == KEMPE_OK && f->failed > 0 && f->ok + f->distrusted == 0)
+        status = kmp_fail(f->context, KEMPE_E_FAILED, "no instance reached its end: %ld; their rows have the reasons",
+                          f->stopped + f->failed);
     if (status == KEMPE_OK && f->stopped + f->failed + f->distrusted > 0)
         kmp_doubt(f->context,
                   "instances that did not reach their end: %ld, that are not trustworthy: %ld; their rows have the "

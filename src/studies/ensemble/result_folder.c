@@ -239,6 +239,8 @@ static const char *word_of(const kempe_folder *f)
     const kmp_instance_sums *sums = &f->totals.sums;
     if (f->interrupted || (f->checked && (f->whole < f->parts || f->damaged > 0)))
         return kmp_status_word(f->interrupted ? KEMPE_STOPPED : KEMPE_E_FAILED);
+    if (!f->ran && f->failed > 0 && f->ok + f->distrusted == 0)
+        return kmp_status_word(KEMPE_E_FAILED);
     if (!f->ran)
         return kmp_checked_word(f->stopped + f->failed + f->distrusted > 0 ? KEMPE_UNTRUSTED : KEMPE_OK,
                                 f->repeated > 0);
