@@ -148,15 +148,20 @@ static void close_group(work *w, groups *g, int group)
     evaluate(w);
     double best = residual(w);
     copy(w, w->best, w->a->q);
-    int attempts = w->guess->pushes + (w->guess->pushes > 0 ? WIDE_STARTS : 0);
+    int attempts = w->guess->pushes + (w->guess->pushes > 0 ? WIDE_STARTS : 0), by = 0, first = -1;
     for (int k = g->count > 1 ? 0 : 1; k <= attempts && !(best <= w->near); k++) {
         push_aside(w, g->hold, k == 0 ? 0 : k <= w->guess->pushes ? PUSH : WIDE, &state);
         w->a->iterations += kmp_close_from_afar(&w->closer, w->near, 0, 0, w->a->q, w->trial);
         if (residual(w) < best * (1 - 1e-6)) {
             best = residual(w);
             copy(w, w->best, w->a->q);
+            by = k;
         }
     }
+    for (int k = w->n; k-- > 0 && by > w->guess->pushes;)
+        first = g->motion[k] == group ? (w->s->model->start.q_given[k] ? w->n : first < w->n ? k : first) : first;
+    if (first >= 0 && first < w->n && best <= w->near)
+        w->a->searched = first + 1;
     copy(w, w->a->q, w->best);
     evaluate(w);
     if (w->apart && best <= w->near)

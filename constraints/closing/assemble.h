@@ -49,7 +49,9 @@ struct kempe_assembly {
                     * a length */
     int *culprits; /* closures that remain open, the largest extent first */
     int culprit_count;
-    double *moved;                      /* n: displacement of each coordinate from the guess */
+    double *moved; /* n: displacement of each coordinate from the guess */
+    int searched;  /* a coordinate, from 1, of loops without a start value that wide random starts have closed; 0: none
+                    */
     double *inner_q, *inner_qd, *chart; /* the state in the charts in which it was found; NULL: in the user's own */
     kmp_goals_verdict goals;
 };

@@ -148,6 +148,9 @@ static kempe_status complain_goals(const kempe_assembly *a)
     return KEMPE_E_FAILED;
 }
 
+/* Least difference of an entry of a rotation by a quarter turn about any axis. */
+#define QUARTER_TURN 0.91
+
 kempe_assembly *kmp_assembly_new(const kempe_system *s)
 {
     int closures = s->model->closure_count;
@@ -320,26 +323,53 @@ static kempe_status warn_of_rates(const kempe_assembly *a)
     return status;
 }
 
-/* Warns of the given angle that is farthest from its guess, where that is more than a quarter turn: the loops may be
- * closed in another assembly mode than the one that was meant. */
+/* By how much a coordinate with a given start has moved: of an angle in quarter turns, of a translation in
+ * characteristic lengths, of the first angle of a spherical joint of its rotation, as its matrix shows it. */
+static double given_move(const kempe_assembly *a, int k, const double *given)
+{
+    const kempe_system *s = a->system;
+    const bool *is_given = s->model->start.q_given;
+    const int chart = kmp_chart_of(s, k);
+    if (chart >= 0 && s->chart_first[chart] == k && (is_given[k] || is_given[k + 1] || is_given[k + 2]))
+        return kmp_chart_apart(s, chart, given, a->q) / QUARTER_TURN;
+    if (chart >= 0 || !is_given[k])
+        return 0;
+    return s->model->motions[k].rotation ? fabs(remainder(a->moved[k], 4 * acos(0))) / acos(0)
+                                         : fabs(a->moved[k]) / s->length;
+}
+
+/* Warns of the given start value that is farthest from its guess: the loops may be closed in another assembly mode than
+ * the one that was meant; and of loops that a search has closed without any start value. */
 static void warn_of_moves(const kempe_assembly *a)
 {
     const kempe_model *model = a->system->model;
-    double most = acos(0);
+    double most = 1, *given = KMP_NEW(double, a->system->n);
     int worst = -1;
-    for (int k = 0; k < a->system->n; k++) {
-        double moved = fabs(remainder(a->moved[k], 4 * acos(0)));
-        if (model->start.q_given[k] && model->motions[k].rotation && kmp_chart_of(a->system, k) < 0 && moved > most) {
-            most = moved;
-            worst = k;
-        }
+    for (int k = 0; given && k < a->system->n; k++)
+        given[k] = model->start.q[k].value;
+    for (int k = 0; given && k < kmp_model_coordinates(model); k++) {
+        const double moved = given_move(a, k, given);
+        worst = moved > most ? k : worst;
+        most = fmax(most, moved);
     }
-    if (worst >= 0)
-        kmp_log(
-            a->system->context, KEMPE_LOG_WARNING,
-            "start: closing the loops moves '%s' by %.4g deg from its guess: check that this is the assembly mode that "
-            "you want, or give a better guess",
-            model->motions[worst].name, most * 90 / acos(0));
+    kmp_free(given);
+    if (a->searched > 0)
+        kmp_log(a->system->context, KEMPE_LOG_WARNING,
+                "start: the loop of '%s' has no start value, and is closed by search: give start values if another "
+                "assembly mode is meant",
+                model->motions[a->searched - 1].name);
+    if (worst < 0)
+        return;
+    const bool ball = kmp_chart_of(a->system, worst) >= 0, turns = model->motions[worst].rotation;
+    kmp_log(
+        a->system->context, KEMPE_LOG_WARNING,
+        "start: closing the loops moves '%s' by %s%.4g %s from its guess: check that this is the assembly mode that "
+        "you want, or give a better guess",
+        model->motions[worst].name, ball ? "more than " : "",
+        ball    ? 90
+        : turns ? 90 * most
+                : most * a->system->length,
+        turns ? "deg" : "m");
 }
 
 /* Warns where a start value of a cut joint is far from what closed loops allow. */

@@ -1809,6 +1809,28 @@ run: {t_end: 1}
         far = self.expect(0, "assemble", self.model(bars.replace("B: -60 deg, D: 110 deg", "B: 160 deg, D: 110 deg"))).stderr
         self.assertRegex(far, r"closing the loops moves '[BD]' by \d+(\.\d+)? deg from its guess")
 
+    def test_other_far_guesses_are_told(self):
+        """Slides in lengths of the mechanism, balls by their rotation; loops without a start that a search has closed."""
+        slide = self.model("kempe: 1\nground: {points: {A: [0, 0, 0]}}\nbodies:\n"
+                           "  crank: {joint: {name: A, revolute: z, at: ground.A}, mass: 1, inertia: {zz: 1}, points: {B: [0.3, 0, 0]}}\n"
+                           "  slider: {joint: {name: P, prismatic: x, at: ground.A}, mass: 1, points: {C: [0, 0, 0]}}\n"
+                           "loops: {rod: {rod: [crank.B, slider.C], length: 0.8}}\n"
+                           "start: {q: {A: 0, P: START}, hold: [A]}\n")
+        text = slide.read_text()
+        for start, told in (("1.05", False), ("1.6", False), ("3.1", True)): # closed at 1.1
+            slide.write_text(text.replace("START", start))
+            self.assertEqual("closing the loops moves 'P' by 2 m from its guess" in self.expect(0, "assemble", slide).stderr, told)
+        ball = self.model("kempe: 1\nground: {points: {W: [-0.8, 0.6, 0]}}\nbodies:\n"
+                          "  rod: {joint: {name: S, spherical: x, at: ground}, mass: 1, inertia: {xx: 1, yy: 1, zz: 1}, points: {T: [1, 0, 0]}}\n"
+                          "loops: {b: {ball: [ground.W, rod.T]}}\nstart: {q: {S.3: ANGLE deg}}\n")
+        text = ball.read_text()
+        for angle, told in ((140, False), (5, True)):
+            ball.write_text(text.replace("ANGLE", str(angle)))
+            self.assertEqual("moves 'S.1' by more than 90 deg from its guess" in self.expect(0, "assemble", ball).stderr, told)
+        legs = self.model(self.legs(12, "{q: {crank: 0}, hold: [crank]}"))
+        self.assertRegex(self.expect(0, "assemble", legs).stderr,
+                         r"start: the loop of '\w+' has no start value, and is closed by search: give start values if another")
+
     def test_growth_in_proportion_to_time(self):
         """Masses with forces F_i of the others. The motion is t sin(w t) if a pair of eigenvalues on the axis has one shape, and
         a power of t if zeros form a chain; equal eigenvalues with shapes of their own give neither."""
@@ -2684,6 +2706,12 @@ class Trust(Case):
         self.judged(5, "not trustworthy", *words)
         self.expect(5, *words, "--out", "bars.kempe")
         self.judged(5, "not trustworthy", "gather", "bars.kempe")
+        (self.folder / "values.csv").write_text("crank\n40\n50\n")
+        self.expect(1, *words, "--out", "none.kempe")
+        done = self.judged(1, "failed", "gather", "none.kempe")
+        self.assertIn("no instance reached its end: 2", done.stderr)
+        self.expect(1, "gather", "none.kempe", "-o", "none.csv")
+        self.assertEqual((self.folder / "none.csv").read_text().count("failed"), 2)
 
     def test_every_distrust_is_a_doubt(self):
         """A sentence of the sources that distrusts a result is said by kmp_doubt, or by a function of doubts."""
