@@ -177,6 +177,11 @@ class Stepper(Owned):
         return members_of(lib.kempe_stepper_work(self._pointer))
 
     @property
+    def status(self) -> str:
+        """ "complete, not checked" so far; "not trustworthy" by a warning since the start; "stopped" or "failed"."""
+        return string(lib.kempe_stepper_status(self._pointer))
+
+    @property
     def reason(self) -> str:
         """Reason of the last failure or stop; "" if there is none."""
         return string(lib.kempe_stepper_reason(self._pointer))

@@ -11,6 +11,7 @@
 #include <kempe/modes.h>
 #include <kempe/response.h>
 #include <kempe/sensitivity.h>
+#include <kempe/stepper.h>
 #include <kempe/workspace.h>
 #include <string.h>
 
@@ -168,6 +169,37 @@ static void in_workspaces(void)
     unload(&l);
 }
 
+/* A mass at 1 m/s leaves the table at 1 s. A state of before is trusted again; a doubt goes with one of afterwards. */
+static void in_steppers(void)
+{
+    loaded l = load_text("kempe: 1\ntables: {f: {x: [-1, 1], y: [0, 0.1], method: linear}}\n"
+                         "bodies: {m: {joint: {name: S, prismatic: z, at: ground}, mass: 1}}\n"
+                         "forces: {k: {joint: S, force: 1e-9*f(q(S))}}\nstart: {qd: {S: 1}}\n");
+    const kempe_run_options run = {.t_end = 10, .max_step = 0.1}; /* a longer one ends beyond */
+    kempe_stepper *s = NULL, *copy = NULL;
+    kempe_stepper_state *before = NULL, *after = NULL;
+    CHECK(kempe_stepper_new(l.system, &run, &s) == KEMPE_OK && kempe_stepper_advance(s, 0.5) == KEMPE_OK);
+    CHECK(kempe_stepper_save(s, &before) == KEMPE_OK);
+    CHECK_TEXT(kempe_stepper_status(s), "complete, not checked");
+    CHECK(kempe_stepper_advance(s, 2) == KEMPE_OK);
+    CHECK_TEXT(kempe_stepper_status(s), "not trustworthy");
+    CHECK(kempe_stepper_advance(s, 3) == KEMPE_OK);
+    CHECK_TEXT(kempe_stepper_status(s), "not trustworthy");
+    CHECK(kempe_stepper_save(s, &after) == KEMPE_OK && kempe_stepper_copy(s, &copy) == KEMPE_OK);
+    CHECK_TEXT(kempe_stepper_status(copy), "not trustworthy");
+    CHECK(kempe_stepper_restore(s, before) == KEMPE_OK);
+    CHECK_TEXT(kempe_stepper_status(s), "complete, not checked");
+    CHECK(kempe_stepper_restore(s, after) == KEMPE_OK);
+    CHECK_TEXT(kempe_stepper_status(s), "not trustworthy");
+    CHECK(kempe_stepper_reset(s) == KEMPE_OK);
+    CHECK_TEXT(kempe_stepper_status(s), "complete, not checked");
+    kempe_stepper_state_free(before);
+    kempe_stepper_state_free(after);
+    kempe_stepper_free(copy);
+    kempe_stepper_free(s);
+    unload(&l);
+}
+
 int main(void)
 {
     TEST(within_a_step);
@@ -176,5 +208,6 @@ int main(void)
     TEST(in_kinematics);
     TEST(in_sensors);
     TEST(in_workspaces);
+    TEST(in_steppers);
     return check_report();
 }

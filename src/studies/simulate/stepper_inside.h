@@ -20,6 +20,8 @@ struct kempe_stepper {
     double *row, *next; /* q, qd, qdd, lambda; the one being made */
     double work;        /* of non-conservative forces, at the row */
     char *reason;
+    kempe_status status;                       /* of the last call that moved it */
+    bool doubted;                              /* by a call since its start */
     struct kmp_stepper_parameters *parameters; /* of kempe_stepper_set_parameters: owns `system`; NULL: none set */
     kempe_workspace *closer;                   /* of kempe_stepper_set_state; NULL: not made yet */
 };

@@ -2,6 +2,7 @@
 /* The public stepper: a runner, and its current row. */
 #include "base/memory.h"
 #include "integrators/steppers/sample_times.h"
+#include "output/print.h"
 #include "studies/simulate/stepper_inside.h"
 #include <math.h>
 #include <string.h>
@@ -29,6 +30,8 @@ kempe_status kmp_stepper_settle(kempe_stepper *s, kempe_status status)
         return status;
     kmp_free(s->reason);
     s->reason = NULL;
+    s->status = status;
+    s->doubted = s->doubted || kmp_context_verdict(s->system->context, KEMPE_OK) != KEMPE_OK;
     if (status == KEMPE_OK)
         return status;
     kmp_runner_report(s->runner, &report);
@@ -213,5 +216,8 @@ kempe_work kempe_stepper_work(const kempe_stepper *stepper)
                         .centrings = r.centrings};
 }
 
+KMP_GETTER(const char *kempe_stepper_status(const kempe_stepper *stepper), stepper,
+           kmp_checked_word(stepper->status == KEMPE_OK && stepper->doubted ? KEMPE_UNTRUSTED : stepper->status, false),
+           "")
 KMP_GETTER(const char *kempe_stepper_reason(const kempe_stepper *stepper), stepper,
            stepper->reason ? stepper->reason : "", "")

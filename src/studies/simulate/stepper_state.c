@@ -13,7 +13,7 @@ struct kempe_stepper_state {
     kmp_arena arena;
     const kempe_system *system;
     double t, shown_t, own_stop, work, step, rate_scale;
-    bool samples, elsewhere; /* `elsewhere`: the row is not that of the memory */
+    bool samples, doubted, elsewhere; /* `elsewhere`: the row is not that of the memory */
     kmp_stand_in stand_in;
     double *row, *shown;   /* q, qd where the run goes on: after an event at t; as they are shown: before it */
     double *given, *mode;  /* q before closing; a value for each condition */
@@ -124,6 +124,7 @@ static kempe_status record(kempe_stepper *s, kempe_stepper_state *state, bool pa
     state->rate_scale = kmp_runner_rate_scale(s->runner);
     state->stand_in = kmp_runner_stand_in(s->runner);
     state->samples = s->samples;
+    state->doubted = s->doubted;
     memcpy(state->mode, kmp_runner_modes(s->runner), (size_t)s->system->events.count * sizeof *state->mode);
     kmp_runner_keep_memory(s->runner, state->memory);
     KMP_TRY(kmp_runner_recall(s->runner, state->t));
@@ -156,6 +157,7 @@ static kempe_status run_from(kempe_stepper *s, const kempe_stepper_state *state)
     s->t = state->shown_t;
     s->own_stop = state->own_stop;
     s->samples = state->samples;
+    s->doubted = state->doubted || kmp_context_verdict(s->system->context, KEMPE_OK) != KEMPE_OK;
     return KEMPE_OK;
 }
 
@@ -184,7 +186,11 @@ kempe_status kempe_stepper_reset(kempe_stepper *s)
 {
     KMP_WANTED(NULL, s, "stepper");
     KMP_TRY(kmp_stepper_enter(s));
-    KMP_TRY(kmp_stepper_run_from(s, &s->spec, NULL));
+    const bool doubted = s->doubted;
+    s->doubted = false;
+    kempe_status status = kmp_stepper_run_from(s, &s->spec, NULL);
+    s->doubted = s->doubted || (status != KEMPE_OK && doubted);
+    KMP_TRY(status);
     s->samples = false;
     return KEMPE_OK;
 }
@@ -236,6 +242,7 @@ static int list_pieces(kempe_stepper_state *state, kmp_memory_piece *piece)
         {&state->step, sizeof state->step},
         {&state->rate_scale, sizeof state->rate_scale},
         {&state->samples, sizeof state->samples},
+        {&state->doubted, sizeof state->doubted},
         {&state->stand_in.active, sizeof state->stand_in.active},
         {&state->stand_in.returns, sizeof state->stand_in.returns},
         {state->row, 2 * n * sizeof *state->row},
