@@ -270,15 +270,6 @@ static void count_factor(finder *f)
     }
 }
 
-static void count_x(finder *f)
-{
-    kmp_zeros *z = f->z;
-    for (int c = 0; c < z->p; c++)
-        for (int i = c; i < z->p; i++)
-            if (has(f->coupled, z->order[c], z->order[i]))
-                z->x_products += z->x_start[z->order[i] + 1] - z->x_start[z->order[i]];
-}
-
 /* The columns of the factor, by an order of little fill or, if that saves little, in the order of u and full. */
 static bool order_factor(finder *f)
 {
@@ -303,7 +294,10 @@ static bool order_factor(finder *f)
             put(f->factor, c, i);
     }
     count_factor(f);
-    count_x(f);
+    for (int c = 0; c < z->p; c++)
+        for (int i = c; i < z->p; i++)
+            if (has(f->coupled, z->order[c], z->order[i]))
+                z->x_products += z->x_start[z->order[i] + 1] - z->x_start[z->order[i]];
     return list_all(z, f->factor, z->p, z->p, &z->l);
 }
 
@@ -312,16 +306,6 @@ static bool order_factor(finder *f)
 static int fours_of(const kmp_zeros *z)
 {
     return z->stride / KMP_FOUR;
-}
-
-static void place_coordinates(kmp_zeros *z)
-{
-    for (int c = 0; c < z->p; c++)
-        z->place[z->part->u[z->order[c]]] = c;
-    for (int i = 0; i < z->part->r; i++)
-        z->place[z->part->v[i]] = -1 - i;
-    for (int e = 0; e < z->m_start[z->n]; e++)
-        z->m_place[e] = z->place[z->m_place[e]];
 }
 
 static bool list_reach(finder *f, sets fours)
@@ -338,23 +322,6 @@ static bool list_reach(finder *f, sets fours)
             }
     return list_all(z, positions, z->blocks, z->p, &z->reach) &&
            list_runs(z, fours, z->blocks, fours_of(z), &z->reach_runs);
-}
-
-/* Places of Ju's entries in `right`, and of the nonzeros of Bvu wherever they are kept. */
-static void place_tangent(finder *f)
-{
-    kmp_zeros *z = f->z;
-    const kmp_reduction *red = f->red;
-    int at = 0;
-    for (int k = 0; k < red->ju_count; k++)
-        z->ju_place[k] = red->ju_row[k] * z->stride + z->place[z->part->u[red->ju_col[k]]];
-    for (int i = 0; i < red->r; i++)
-        for (int e = z->reach.start[z->block_of[i]]; e < z->reach.start[z->block_of[i] + 1]; e++, at++) {
-            int c = z->reach.at[e], k = z->order[c];
-            z->in_b[at] = i * z->stride + c;
-            z->in_bvu[at] = i + k * red->r;
-            z->in_x[at] = z->part->v[i] + k * z->n;
-        }
 }
 
 static bool list_mass_times_x(kmp_zeros *z, sets reach_fours)
@@ -408,10 +375,26 @@ static bool place_fours(finder *f)
     z->b = kmp_arena_aligned(z->arena, room + 1);
     z->row = kmp_arena_aligned(z->arena, (size_t)z->stride);
     z->packed = kmp_arena_aligned(z->arena, (size_t)z->stride);
-    place_coordinates(z);
+    for (int c = 0; c < z->p; c++)
+        z->place[z->part->u[z->order[c]]] = c;
+    for (int i = 0; i < z->part->r; i++)
+        z->place[z->part->v[i]] = -1 - i;
+    for (int e = 0; e < z->m_start[z->n]; e++)
+        z->m_place[e] = z->place[z->m_place[e]];
     if (z->arena->failed || !list_reach(f, reach_fours))
         return false;
-    place_tangent(f);
+    /* Places of Ju's entries in `right`, and of the nonzeros of Bvu wherever they are kept. */
+    const kmp_reduction *red = f->red;
+    int at = 0;
+    for (int k = 0; k < red->ju_count; k++)
+        z->ju_place[k] = red->ju_row[k] * z->stride + z->place[z->part->u[red->ju_col[k]]];
+    for (int i = 0; i < red->r; i++)
+        for (int e = z->reach.start[z->block_of[i]]; e < z->reach.start[z->block_of[i] + 1]; e++, at++) {
+            int c = z->reach.at[e], k = z->order[c];
+            z->in_b[at] = i * z->stride + c;
+            z->in_bvu[at] = i + k * red->r;
+            z->in_x[at] = z->part->v[i] + k * z->n;
+        }
     return list_mass_times_x(z, reach_fours) && list_tiles(f);
 }
 

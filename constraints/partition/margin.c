@@ -506,35 +506,29 @@ void kmp_margin_stand_anew(kmp_margin *margin, const kmp_evaluator *eval)
 
 /* -- rows --------------------------------------------------------------------------------------------- */
 
-/* Exchanges each dropped row that depends on a kept one by more than KMP_ROWS_OUT with that row, as many at once as
- * have different kept rows. Each exchange multiplies |det Jv| by that entry, so the loop ends. */
-static void exchange_apart(kmp_margin *margin)
-{
-    kmp_partition *part = &margin->part;
-    int *taken = margin->taken;
-    memset(taken, 0, (size_t)part->r * sizeof *taken);
-    const kmp_margin_view *need = &margin->now;
-    for (int d = 0; d < part->m - part->r; d++) {
-        int most = -1;
-        bool apart = true;
-        for (int e = need->start[d]; e < need->start[d + 1]; e++) {
-            apart = apart && !taken[need->kept[e]];
-            most = fabs(need->t[e]) > (most < 0 ? KMP_ROWS_OUT : fabs(need->t[most])) ? e : most;
-        }
-        if (!apart || most < 0)
-            continue;
-        for (int e = need->start[d]; e < need->start[d + 1]; e++)
-            taken[need->kept[e]] = 1;
-        kmp_swap_int(&part->rows[need->kept[most]], &part->redundant[d]);
-    }
-}
-
 bool kmp_margin_exchange_rows(kmp_margin *margin, const kmp_evaluator *eval)
 {
     kmp_partition *part = &margin->part;
     (void)kmp_margin_at(margin, eval);
     for (int k = 0; margin->rows > KMP_ROWS_OUT && k < 4 * part->m; k++) {
-        exchange_apart(margin);
+        /* Exchanges each dropped row that depends on a kept one by more than KMP_ROWS_OUT with that row, as many at
+         * once as have different kept rows. Each exchange multiplies |det Jv| by that entry, so the loop ends. */
+        int *taken = margin->taken;
+        memset(taken, 0, (size_t)part->r * sizeof *taken);
+        const kmp_margin_view *need = &margin->now;
+        for (int d = 0; d < part->m - part->r; d++) {
+            int most = -1;
+            bool apart = true;
+            for (int e = need->start[d]; e < need->start[d + 1]; e++) {
+                apart = apart && !taken[need->kept[e]];
+                most = fabs(need->t[e]) > (most < 0 ? KMP_ROWS_OUT : fabs(need->t[most])) ? e : most;
+            }
+            if (!apart || most < 0)
+                continue;
+            for (int e = need->start[d]; e < need->start[d + 1]; e++)
+                taken[need->kept[e]] = 1;
+            kmp_swap_int(&part->rows[need->kept[most]], &part->redundant[d]);
+        }
         kmp_partition_sort(part);
         if (!renew_block(margin))
             return false;

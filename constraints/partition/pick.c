@@ -105,20 +105,6 @@ static int worst_column(const tableau *t)
     return worst;
 }
 
-/* Exchanges v_i and u_k: v = B u solved for u_k and inserted into the other rows. */
-static void exchange(tableau *t, kmp_pick *c, int i, int k)
-{
-    double *b = column_of(t, k);
-    for (int j = 0; j < t->p; j++)
-        if (j != k && kmp_exchange_column(t->r, i, b, column_of(t, j)))
-            look_through(t, j);
-    kmp_exchange_pivot(t->r, i, b);
-    look_through(t, k);
-    int moved = c->col[i];
-    c->col[i] = c->col[t->r + k];
-    c->col[t->r + k] = moved;
-}
-
 static kmp_pick_outcome factor_sparse(tableau *t, int count)
 {
     unsigned long failures = kmp_memory_failures();
@@ -158,16 +144,6 @@ static kmp_pick_outcome factor(tableau *t, const kmp_pick *c)
     return !c->dense ? factor_sparse(t, count) : kmp_lu_factor(r, t->jv, t->pivot) ? KMP_PICK_SINGULAR : KMP_PICK_MADE;
 }
 
-static void compute_b(tableau *t)
-{
-    if (t->sparse)
-        kmp_sparse_solve(t->sparse, t->p, t->b);
-    else
-        kmp_lu_solve(t->r, t->jv, t->pivot, t->p, t->b);
-    for (int k = 0; k < t->p; k++)
-        look_through(t, k);
-}
-
 /* Returns ||Jv||_1 ||Jv^-1||_1. */
 static double condition(tableau *t, const kmp_pick *c)
 {
@@ -200,14 +176,29 @@ static kmp_pick_outcome exchange_all(tableau *t, kmp_pick *c, int most, int *exc
         kmp_pick_outcome outcome = factor(t, c);
         if (outcome != KMP_PICK_MADE)
             return outcome;
-        compute_b(t);
+        if (t->sparse)
+            kmp_sparse_solve(t->sparse, t->p, t->b);
+        else
+            kmp_lu_solve(t->r, t->jv, t->pivot, t->p, t->b);
+        for (int k = 0; k < t->p; k++)
+            look_through(t, k);
         *max_b = t->p > 0 ? t->most[worst_column(t)] : 0;
         if (*max_b <= c->growth || *exchanges >= most)
             return KMP_PICK_MADE;
         double size = 0;
         for (int k; *exchanges < most && size < LONG_DUE && t->most[k = worst_column(t)] > c->growth; ++*exchanges) {
             size = t->most[k];
-            exchange(t, c, t->at[k], k);
+            /* Exchanges v_i and u_k: v = B u solved for u_k and inserted into the other rows. */
+            int i = t->at[k];
+            double *b = column_of(t, k);
+            for (int j = 0; j < t->p; j++)
+                if (j != k && kmp_exchange_column(t->r, i, b, column_of(t, j)))
+                    look_through(t, j);
+            kmp_exchange_pivot(t->r, i, b);
+            look_through(t, k);
+            int moved = c->col[i];
+            c->col[i] = c->col[t->r + k];
+            c->col[t->r + k] = moved;
         }
     }
 }

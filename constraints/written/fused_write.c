@@ -49,29 +49,6 @@ static void select_rows(const maker *k, const kmp_ref *all, kmp_ref *into)
         into[i] = all[k->red->part->rows[i]];
 }
 
-/* Bvu, x_t and the correction: -Jv^-1 of Ju, h_t and h. */
-static void make_tangent(maker *k)
-{
-    for (int number = kmp_block_count(k->red->block); number-- > 0;) {
-        kmp_written_blocks_factor(&k->jv, number);
-        kmp_written_blocks_solve(&k->jv, number, k->p, k->jv.ju, k->b);
-        if (k->h_t)
-            kmp_written_blocks_solve(&k->jv, number, 1, k->h_t, k->x_t);
-        kmp_written_blocks_solve(&k->jv, number, 1, k->h, k->dv);
-    }
-    negate(k->r * k->p, k->b);
-    negate(k->r, k->x_t);
-    negate(k->r, k->dv);
-}
-
-/* a0 = -Jv^-1 jdqd. */
-static void make_curvature(maker *k)
-{
-    for (int number = kmp_block_count(k->red->block); number-- > 0;)
-        kmp_written_blocks_solve(&k->jv, number, 1, k->jdqd, k->a0);
-    negate(k->r, k->a0);
-}
-
 /* Entry of X = (1; Bvu) in the row of a coordinate. */
 static kmp_ref x_entry(const maker *k, int coordinate, int column)
 {
@@ -79,19 +56,6 @@ static kmp_ref x_entry(const maker *k, int coordinate, int column)
     if (place >= 0)
         return k->b[place * k->p + column];
     return -1 - place == column ? KMP_ONE : KMP_ZERO;
-}
-
-/* M X. */
-static void make_mx(maker *k)
-{
-    const kmp_pattern *m = &k->w.s->mass;
-    for (int e = 0; e < m->count; e++)
-        for (int c = 0; c < k->p; c++) {
-            int i = m->row[e], j = m->col[e];
-            kmp_written_add_product(k->g, &k->mx[i * k->p + c], k->w.mass[e], x_entry(k, j, c));
-            if (i != j)
-                kmp_written_add_product(k->g, &k->mx[j * k->p + c], k->w.mass[e], x_entry(k, i, c));
-        }
 }
 
 /* Mr = X' M X, lower triangle, and -Fr = -X' C - (M X)' a0. */
@@ -141,17 +105,6 @@ static void solve_reduced(const maker *k, const reduced *mr, kmp_ref *x)
         x[i] = kmp_mul(g, x[i], mr->inverse[i]);
         for (int j = i + 1; j < k->p; j++)
             x[i] = kmp_sub(g, x[i], kmp_mul(g, mr->m[j][i], x[j]));
-    }
-}
-
-/* qd of v. */
-static void make_rates(const maker *k)
-{
-    for (int i = 0; i < k->r; i++) {
-        k->rate[i] = k->x_t[i];
-        for (int c = 0; c < k->p; c++)
-            kmp_written_add_product(k->g, &k->rate[i], k->b[i * k->p + c],
-                                    kmp_written_rate(&k->w, k->red->part, k->red->part->u[c]));
     }
 }
 
@@ -445,12 +398,39 @@ static kmp_program *write_program(maker *k)
         select_rows(k, k->w.h_t, k->h_t);
     if (!kmp_written_blocks_init(&k->jv, &k->w.arena, k->g, k->w.jacobian))
         return NULL;
-    make_tangent(k);
-    make_rates(k);
+    /* Bvu, x_t and the correction: -Jv^-1 of Ju, h_t and h. */
+    for (int number = kmp_block_count(k->red->block); number-- > 0;) {
+        kmp_written_blocks_factor(&k->jv, number);
+        kmp_written_blocks_solve(&k->jv, number, k->p, k->jv.ju, k->b);
+        if (k->h_t)
+            kmp_written_blocks_solve(&k->jv, number, 1, k->h_t, k->x_t);
+        kmp_written_blocks_solve(&k->jv, number, 1, k->h, k->dv);
+    }
+    negate(k->r * k->p, k->b);
+    negate(k->r, k->x_t);
+    negate(k->r, k->dv);
+    /* qd of v. */
+    for (int i = 0; i < k->r; i++) {
+        k->rate[i] = k->x_t[i];
+        for (int c = 0; c < k->p; c++)
+            kmp_written_add_product(k->g, &k->rate[i], k->b[i * k->p + c],
+                                    kmp_written_rate(&k->w, k->red->part, k->red->part->u[c]));
+    }
     if (!take_motion(k))
         return NULL;
-    make_curvature(k);
-    make_mx(k);
+    /* a0 = -Jv^-1 jdqd. */
+    for (int number = kmp_block_count(k->red->block); number-- > 0;)
+        kmp_written_blocks_solve(&k->jv, number, 1, k->jdqd, k->a0);
+    negate(k->r, k->a0);
+    /* M X. */
+    const kmp_pattern *m = &k->w.s->mass;
+    for (int e = 0; e < m->count; e++)
+        for (int c = 0; c < k->p; c++) {
+            int i = m->row[e], j = m->col[e];
+            kmp_written_add_product(k->g, &k->mx[i * k->p + c], k->w.mass[e], x_entry(k, j, c));
+            if (i != j)
+                kmp_written_add_product(k->g, &k->mx[j * k->p + c], k->w.mass[e], x_entry(k, i, c));
+        }
     make_reduced(k, mr.m, end);
     factor_reduced(k, &mr, end + k->p);
     solve_reduced(k, &mr, end);

@@ -103,18 +103,6 @@ static void put_entry(maker *k, int i, int j, kmp_ref value)
         k->matrix[i * k->size + j] = k->matrix[j * k->size + i] = value;
 }
 
-static void fill_matrix(maker *k)
-{
-    const kmp_pattern *mobility = &k->s->bodies->mobility, *mass = &k->s->mass, *jacobian = &k->s->jacobian;
-    for (int e = 0; k->w.mobility && e < mobility->count; e++)
-        put_entry(k, k->position[mobility->row[e]], k->position[mobility->col[e]], k->w.mobility[e]);
-    for (int e = 0; k->w.mass && e < mass->count; e++)
-        put_entry(k, mass->row[e], mass->col[e], k->w.mass[e]);
-    for (int e = 0; k->w.mass && e < jacobian->count; e++)
-        if (k->position[jacobian->row[e]] >= 0)
-            put_entry(k, k->n + k->position[jacobian->row[e]], jacobian->col[e], k->w.jacobian[e]);
-}
-
 /* Solves x, which has minus the right-hand side of J; and of M, -C. `alone` (NULL: zero): accelerations without closure
  * forces by articulated bodies. Results: coordinates (n) and multipliers (r, NULL: not wanted). */
 static void solve(maker *k, const kmp_ref *alone, kmp_ref *coordinates, kmp_ref *multipliers)
@@ -132,26 +120,6 @@ static void solve(maker *k, const kmp_ref *alone, kmp_ref *coordinates, kmp_ref 
         multipliers[i] = k->plan.by_bodies ? k->x[i] : kmp_neg(k->x[rows + i]);
 }
 
-static void accelerate(maker *k)
-{
-    int rows = k->plan.coordinates;
-    for (int i = 0; i < rows; i++)
-        k->x[i] = kmp_neg(k->w.bias[i]);
-    for (int i = 0; i < k->r; i++)
-        k->x[rows + i] = kmp_neg(k->w.jdqd[k->part->rows[i]]);
-    solve(k, k->w.bias, k->qdd, k->lambda);
-}
-
-/* Accelerations with the loops open. */
-static void open_loops(maker *k)
-{
-    for (int i = 0; i < k->plan.coordinates; i++)
-        k->x[i] = kmp_neg(k->w.bias[i]);
-    kmp_written_ldl_solve_leading(&k->plan.ldl, k->g, k->x);
-    for (int i = 0; i < k->n; i++)
-        k->open[i] = k->plan.by_bodies ? k->w.bias[i] : k->x[i];
-}
-
 static void correct(maker *k)
 {
     int rows = k->plan.coordinates;
@@ -160,29 +128,6 @@ static void correct(maker *k)
     for (int i = 0; i < k->r; i++)
         k->x[rows + i] = kmp_neg(kmp_input(k->g, KMP_IN_MU, (uint32_t)k->part->rows[i]));
     solve(k, NULL, k->dx, NULL);
-}
-
-/* Pivots of M and S, which are positive. */
-static void take_pivots(maker *k)
-{
-    const kmp_written_ldl *ldl = &k->plan.ldl;
-    for (int i = 0; i < k->size; i++) {
-        bool negative = i >= k->plan.coordinates && !k->plan.by_bodies;
-        k->pivot[i] = negative ? kmp_neg(ldl->pivot[i]) : ldl->pivot[i];
-        k->diagonal[i] = negative ? kmp_neg(ldl->diagonal[i]) : ldl->diagonal[i];
-    }
-}
-
-/* Power of all that does work besides the potential: -lambda' h_t is that of moving closures. */
-static void sum_power(maker *k)
-{
-    k->power = k->w.power;
-    for (int i = 0; k->s->force && i < k->n; i++) {
-        kmp_ref rate = kmp_written_rate(&k->w, k->red ? k->part : NULL, i);
-        kmp_written_add_product(k->g, &k->power, kmp_input(k->g, KMP_IN_EFFORT, (uint32_t)i), rate);
-    }
-    for (int i = 0; k->w.h_t && i < k->r; i++)
-        kmp_written_add_product(k->g, &k->power, kmp_neg(k->lambda[i]), k->w.h_t[k->part->rows[i]]);
 }
 
 /* -- program ------------------------------------------------------------------------------------------- */
@@ -300,14 +245,46 @@ static kmp_program *write_program(maker *k)
 {
     if (k->red && !make_rates(k))
         return NULL;
-    fill_matrix(k);
+    /* The matrix of the saddle system. */
+    const kmp_pattern *mobility = &k->s->bodies->mobility, *mass = &k->s->mass, *jacobian = &k->s->jacobian;
+    for (int e = 0; k->w.mobility && e < mobility->count; e++)
+        put_entry(k, k->position[mobility->row[e]], k->position[mobility->col[e]], k->w.mobility[e]);
+    for (int e = 0; k->w.mass && e < mass->count; e++)
+        put_entry(k, mass->row[e], mass->col[e], k->w.mass[e]);
+    for (int e = 0; k->w.mass && e < jacobian->count; e++)
+        if (k->position[jacobian->row[e]] >= 0)
+            put_entry(k, k->n + k->position[jacobian->row[e]], jacobian->col[e], k->w.jacobian[e]);
     kmp_written_add_efforts(&k->w);
     if (!kmp_written_ldl_factor(&k->plan.ldl, &k->arena, k->g, k->matrix))
         return NULL;
-    accelerate(k);
-    take_pivots(k);
-    sum_power(k);
-    open_loops(k);
+    /* Its right side, and the accelerations and multipliers. */
+    int rows = k->plan.coordinates;
+    for (int i = 0; i < rows; i++)
+        k->x[i] = kmp_neg(k->w.bias[i]);
+    for (int i = 0; i < k->r; i++)
+        k->x[rows + i] = kmp_neg(k->w.jdqd[k->part->rows[i]]);
+    solve(k, k->w.bias, k->qdd, k->lambda);
+    /* Pivots of M and S, which are positive. */
+    const kmp_written_ldl *ldl = &k->plan.ldl;
+    for (int i = 0; i < k->size; i++) {
+        bool negative = i >= k->plan.coordinates && !k->plan.by_bodies;
+        k->pivot[i] = negative ? kmp_neg(ldl->pivot[i]) : ldl->pivot[i];
+        k->diagonal[i] = negative ? kmp_neg(ldl->diagonal[i]) : ldl->diagonal[i];
+    }
+    /* Power of all that does work besides the potential: -lambda' h_t is that of moving closures. */
+    k->power = k->w.power;
+    for (int i = 0; k->s->force && i < k->n; i++) {
+        kmp_ref rate = kmp_written_rate(&k->w, k->red ? k->part : NULL, i);
+        kmp_written_add_product(k->g, &k->power, kmp_input(k->g, KMP_IN_EFFORT, (uint32_t)i), rate);
+    }
+    for (int i = 0; k->w.h_t && i < k->r; i++)
+        kmp_written_add_product(k->g, &k->power, kmp_neg(k->lambda[i]), k->w.h_t[k->part->rows[i]]);
+    /* Accelerations with the loops open. */
+    for (int i = 0; i < k->plan.coordinates; i++)
+        k->x[i] = kmp_neg(k->w.bias[i]);
+    kmp_written_ldl_solve_leading(&k->plan.ldl, k->g, k->x);
+    for (int i = 0; i < k->n; i++)
+        k->open[i] = k->plan.by_bodies ? k->w.bias[i] : k->x[i];
     correct(k);
     return schedule(k);
 }

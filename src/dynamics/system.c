@@ -122,29 +122,6 @@ double kmp_closure_tolerance(const kempe_model *model)
                                           : KMP_CLOSURE_TOLERANCE * kmp_system_length(model);
 }
 
-/* Along the chain of bodies to each closed point: offsets of the joints and start values of translations. false: no
- * memory. */
-static bool set_reach(kempe_system *s)
-{
-    const kempe_model *model = s->model;
-    double *reach = KMP_NEW(double, model->body_count);
-    s->reach = 0;
-    for (int b = 1; reach && b < model->body_count; b++) {
-        const kmp_body *body = &model->bodies[b];
-        reach[b] = reach[body->parent] + (body->at >= 0 ? norm3(model->points[body->at].at) : 0);
-        for (int k = body->first_motion; k < body->first_motion + body->motion_count; k++)
-            reach[b] += model->motions[k].rotation ? 0 : fabs(model->start.q[k].value);
-    }
-    for (int c = 0; reach && c < model->closure_count; c++)
-        for (int k = 0; k < 2; k++)
-            if (model->closures[c].point[k] >= 0) {
-                const kmp_point *point = &model->points[model->closures[c].point[k]];
-                s->reach = fmax(s->reach, reach[point->body] + norm3(point->at));
-            }
-    kmp_free(reach);
-    return reach;
-}
-
 bool kmp_system_rescale(kempe_system *s)
 {
     s->length = s->kept_length > 0 ? s->kept_length : kmp_system_length(s->model);
@@ -162,7 +139,25 @@ bool kmp_system_rescale(kempe_system *s)
     kmp_kept_clear(s->kept);
     if (s->rounding)
         atomic_store(&s->rounding->state, KMP_ROUNDING_UNKNOWN); /* the numbers have changed */
-    return set_reach(s);
+    /* Along the chain of bodies to each closed point: offsets of the joints and start values of translations. false: no
+     * memory. */
+    const kempe_model *model = s->model;
+    double *reach = KMP_NEW(double, model->body_count);
+    s->reach = 0;
+    for (int b = 1; reach && b < model->body_count; b++) {
+        const kmp_body *body = &model->bodies[b];
+        reach[b] = reach[body->parent] + (body->at >= 0 ? norm3(model->points[body->at].at) : 0);
+        for (int k = body->first_motion; k < body->first_motion + body->motion_count; k++)
+            reach[b] += model->motions[k].rotation ? 0 : fabs(model->start.q[k].value);
+    }
+    for (int c = 0; reach && c < model->closure_count; c++)
+        for (int k = 0; k < 2; k++)
+            if (model->closures[c].point[k] >= 0) {
+                const kmp_point *point = &model->points[model->closures[c].point[k]];
+                s->reach = fmax(s->reach, reach[point->body] + norm3(point->at));
+            }
+    kmp_free(reach);
+    return reach;
 }
 
 /* -- programs ---------------------------------------------------------------------------------------- */

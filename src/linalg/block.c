@@ -76,9 +76,11 @@ static bool permute(kmp_block *b, const int *row, const int *col)
     return ok && matched == n;
 }
 
-/* The position of each block, row and column of A in C. */
-static void place_blocks(kmp_block *b)
+static bool analyse(kmp_block *b, const int *row, const int *col)
 {
+    if (!permute(b, row, col))
+        return false;
+    /* The position of each block, row and column of A in C. */
     for (int k = 0; k < b->count; k++) {
         int size = b->start[k + 1] - b->start[k];
         b->lu_start[k + 1] = b->lu_start[k] + size * size;
@@ -92,11 +94,8 @@ static void place_blocks(kmp_block *b)
     b->pairs = b->n == 2 * b->count;
     for (int k = 0; k < b->count; k++)
         b->pairs = b->pairs && b->start[k] == 2 * k;
-}
-
-/* Each entry's position in its diagonal block; -1 for an entry outside the blocks, counted in off_start[row + 1]. */
-static void place_inside(kmp_block *b, const int *row, const int *col)
-{
+    /* Each entry's position in its diagonal block; -1 for an entry outside the blocks, counted in off_start[row + 1].
+     */
     for (int e = 0; e < b->nz; e++) {
         int i = b->row_place[row[e]], j = b->place[col[e]], k = b->block_of[i], first = b->start[k];
         if (k == b->block_of[j]) {
@@ -106,11 +105,7 @@ static void place_inside(kmp_block *b, const int *row, const int *col)
             b->off_start[i + 1]++;
         }
     }
-}
-
-/* The positions of entries outside the blocks, by rows. */
-static void place_outside(kmp_block *b, const int *row, const int *col)
-{
+    /* The positions of entries outside the blocks, by rows. */
     for (int i = 0; i < b->n; i++)
         b->off_start[i + 1] += b->off_start[i];
     for (int e = 0; e < b->nz; e++)
@@ -122,15 +117,6 @@ static void place_outside(kmp_block *b, const int *row, const int *col)
     for (int i = b->n; i > 0; i--)
         b->off_start[i] = b->off_start[i - 1];
     b->off_start[0] = 0;
-}
-
-static bool analyse(kmp_block *b, const int *row, const int *col)
-{
-    if (!permute(b, row, col))
-        return false;
-    place_blocks(b);
-    place_inside(b, row, col);
-    place_outside(b, row, col);
     b->lu = KMP_ARENA_NEW(&b->arena, double, b->lu_size);
     return b->lu;
 }

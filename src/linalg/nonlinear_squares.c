@@ -65,19 +65,6 @@ static void bound(search *s, const double *y)
     }
 }
 
-/* A variable with one bound turns into a line beyond this distance from it. */
-static void find_ranges(search *s, const double *x)
-{
-    for (int k = 0; k < s->squares->count; k++) {
-        double low = s->squares->lower[k], high = s->squares->upper[k];
-        double away = isfinite(low) ? x[k] - low : high - x[k];
-        if (isfinite(low) && isfinite(high))
-            s->range[k] = high - low;
-        else
-            s->range[k] = away > 0 && isfinite(away) ? away : fmax(fabs(x[k]), 1);
-    }
-}
-
 /* -- evaluations ------------------------------------------------------------------------------------- */
 
 static bool all_finite(size_t count, const double *x)
@@ -183,7 +170,15 @@ bool kmp_squares_minimise(const kmp_squares *squares, double *x, kmp_squares_rep
                              KMP_ROOM(double, table, &jacobian, &s.jacobian), KMP_ROOM(int, count, &pivot));
     int info = 0;
     if (ok) {
-        find_ranges(&s, x);
+        /* A variable with one bound turns into a line beyond this distance from it. */
+        for (int k = 0; k < s.squares->count; k++) {
+            double low = s.squares->lower[k], high = s.squares->upper[k];
+            double away = isfinite(low) ? x[k] - low : high - x[k];
+            if (isfinite(low) && isfinite(high))
+                s.range[k] = high - low;
+            else
+                s.range[k] = away > 0 && isfinite(away) ? away : fmax(fabs(x[k]), 1);
+        }
         for (int k = 0; k < count; k++)
             y[k] = free_of(&s, k, x[k]);
         info = lmder(answer, &s, rows, count, y, residual, jacobian, rows, squares->tolerance, squares->tolerance, 0,

@@ -144,35 +144,6 @@ static bool is_waited_for(const kmp_expr *e, const void *waits)
     return e->kind == KMP_EXPR_PARAMETER && ((const bool *)waits)[e->index];
 }
 
-/* Parameters that depend on variable ones vary too; finds their order, which has no cycle. */
-static kempe_status find_order(kmp_variant *v, int count)
-{
-    kempe_model *m = &v->model;
-    bool *requested = KMP_NEW(bool, m->parameter_count), grew = true;
-    KMP_TRY(kmp_made(m->context, requested));
-    for (int k = 0; k < count; k++)
-        requested[v->parameter[k]] = true;
-    while (grew) {
-        grew = false;
-        for (int k = 0; k < m->parameter_count; k++)
-            if (!m->parameters[k].varies && kmp_expr_varies(m, m->parameters[k].number.expr))
-                grew = m->parameters[k].varies = true;
-    }
-    for (int k = 0; k < m->parameter_count; k++)
-        requested[k] = m->parameters[k].varies && !requested[k]; /* now: waits for others */
-    for (grew = true; grew;) {
-        grew = false;
-        for (int k = 0; k < m->parameter_count; k++)
-            if (requested[k] && !kmp_expr_find(m->parameters[k].number.expr, is_waited_for, requested)) {
-                requested[k] = false;
-                m->led[m->led_count++] = k;
-                grew = true;
-            }
-    }
-    kmp_free(requested);
-    return KEMPE_OK;
-}
-
 /* -- dependent numbers ------------------------------------------------------------------------------- */
 
 static bool follow(void *user, const kmp_number *number, const char *owner, const char *key, const char *part)
@@ -217,7 +188,29 @@ static kempe_status make(kmp_variant *v, int count, const char *const *names)
     KMP_TRY(kmp_made(m->context, !m->arena.failed));
     for (int k = 0; k < m->parameter_count; k++)
         v->values[k] = m->parameters[k].number.value;
-    KMP_TRY(find_order(v, count));
+    /* Parameters that depend on variable ones vary too; finds their order, which has no cycle. */
+    bool *requested = KMP_NEW(bool, m->parameter_count), grew = true;
+    KMP_TRY(kmp_made(m->context, requested));
+    for (int k = 0; k < count; k++)
+        requested[v->parameter[k]] = true;
+    while (grew) {
+        grew = false;
+        for (int k = 0; k < m->parameter_count; k++)
+            if (!m->parameters[k].varies && kmp_expr_varies(m, m->parameters[k].number.expr))
+                grew = m->parameters[k].varies = true;
+    }
+    for (int k = 0; k < m->parameter_count; k++)
+        requested[k] = m->parameters[k].varies && !requested[k]; /* now: waits for others */
+    for (grew = true; grew;) {
+        grew = false;
+        for (int k = 0; k < m->parameter_count; k++)
+            if (requested[k] && !kmp_expr_find(m->parameters[k].number.expr, is_waited_for, requested)) {
+                requested[k] = false;
+                m->led[m->led_count++] = k;
+                grew = true;
+            }
+    }
+    kmp_free(requested);
     find_followers(v);
     v->followers = KMP_ARENA_NEW(&m->arena, follower, v->follower_count);
     KMP_TRY(kmp_made(m->context, v->followers));

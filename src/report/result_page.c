@@ -207,18 +207,6 @@ static int put_named(kmp_json *json, const kempe_model *model, const char *sente
 
 /* -- the model --------------------------------------------------------------------------------------- */
 
-/* Each with the value of its default in its own unit. */
-static void put_inputs(kmp_json *json, const kempe_model *model)
-{
-    kmp_json_array(json, "inputs");
-    for (int k = 0; k < kmp_model_given_inputs(model); k++) {
-        const kmp_model_input *input = &model->inputs[k];
-        kmp_json_put(json, "{ name %s unit %s value %.9g samples %d }", input->name, input->unit,
-                     input->value / input->si, input->signal.count);
-    }
-    kmp_json_end(json);
-}
-
 /* Takes its length, if there is so much room, from what may follow. */
 static void put_file(kmp_json *json, const char *name, char *text, size_t length, size_t *room)
 {
@@ -329,7 +317,14 @@ static void put_data(kmp_text *text, const kmp_result_page *page)
         kmp_json_end(&json);
     }
     kmp_json_end(&json);
-    put_inputs(&json, page->system->model);
+    /* Each with the value of its default in its own unit. */
+    kmp_json_array(&json, "inputs");
+    for (int k = 0; k < kmp_model_given_inputs(model); k++) {
+        const kmp_model_input *input = &model->inputs[k];
+        kmp_json_put(&json, "{ name %s unit %s value %.9g samples %d }", input->name, input->unit,
+                     input->value / input->si, input->signal.count);
+    }
+    kmp_json_end(&json);
     put_files(&json, page->system->model);
     kmp_motion_picture(&json, "picture", page->system->model, page->frames, page->frame_x);
     kmp_json_end(&json);

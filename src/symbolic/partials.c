@@ -40,48 +40,9 @@ static void begin_again(uint32_t *first, uint32_t count)
     first[0] = 0;
 }
 
-/* Numbers the nodes that derivatives of the expressions need: their operands, and the sources of rotated pairs. */
-static void number_needed(kmp_partials *p)
-{
-    uint32_t *rank = p->rank;
-    kmp_pair pair;
-    for (int k = 0; k < p->roots; k++)
-        rank[kmp_id(p->of[k])] = 1;
-    for (uint32_t id = p->count; id-- > 0;) {
-        if (!rank[id])
-            continue;
-        const kmp_node *n = kmp_graph_node(p->g, id);
-        for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
-            rank[kmp_id(kmp_operand(n, k))] = 1;
-        if (kmp_rotated_pair(p->g, id, &pair))
-            rank[kmp_id(pair.y)] = rank[kmp_id(pair.z)] = rank[kmp_id(pair.angle)] = 1;
-    }
-    for (uint32_t id = 0; id < p->count; id++)
-        if (rank[id])
-            rank[id] = ++p->needed;
-}
-
 static uint32_t number_of(const kmp_partials *p, uint32_t id)
 {
     return p->rank[id] - 1;
-}
-
-/* The users among the needed nodes. */
-static void list_users(kmp_partials *p)
-{
-    for (uint32_t id = 0; id < p->count; id++) {
-        const kmp_node *n = kmp_graph_node(p->g, id);
-        for (int k = 0; p->rank[id] && k < kmp_op_arity((kmp_op)n->op); k++)
-            p->first[number_of(p, kmp_id(kmp_operand(n, k))) + 1]++;
-    }
-    add_up(p->first, p->needed);
-    p->user = KMP_ARENA_NEW(&p->room, uint32_t, p->first[p->needed]);
-    for (uint32_t id = 0; p->user && id < p->count; id++) {
-        const kmp_node *n = kmp_graph_node(p->g, id);
-        for (int k = 0; p->rank[id] && k < kmp_op_arity((kmp_op)n->op); k++)
-            p->user[p->first[number_of(p, kmp_id(kmp_operand(n, k)))]++] = id;
-    }
-    begin_again(p->first, p->needed);
 }
 
 static void list_roots(kmp_partials *p)
@@ -103,13 +64,42 @@ static bool init(kmp_partials *p)
     p->rank = KMP_ARENA_NEW(&p->room, uint32_t, p->count);
     if (!p->rank || !p->derivative)
         return false;
-    number_needed(p);
+    /* Numbers the nodes that derivatives of the expressions need: their operands, and the sources of rotated pairs. */
+    uint32_t *rank = p->rank;
+    kmp_pair pair;
+    for (int k = 0; k < p->roots; k++)
+        rank[kmp_id(p->of[k])] = 1;
+    for (uint32_t id = p->count; id-- > 0;) {
+        if (!rank[id])
+            continue;
+        const kmp_node *n = kmp_graph_node(p->g, id);
+        for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
+            rank[kmp_id(kmp_operand(n, k))] = 1;
+        if (kmp_rotated_pair(p->g, id, &pair))
+            rank[kmp_id(pair.y)] = rank[kmp_id(pair.z)] = rank[kmp_id(pair.angle)] = 1;
+    }
+    for (uint32_t id = 0; id < p->count; id++)
+        if (rank[id])
+            rank[id] = ++p->needed;
     KMP_ARENA_MAKE(&p->room, KMP_ROOM(uint32_t, p->needed + 1, &p->first, &p->first_root),
                    KMP_ROOM(int, p->roots, &p->root, &p->which), KMP_ROOM(bool, p->needed, &p->met),
                    KMP_ROOM(uint32_t, p->needed, &p->found), KMP_ROOM(kmp_ref, p->roots, &p->value));
     if (p->room.failed)
         return false;
-    list_users(p);
+    /* The users among the needed nodes. */
+    for (uint32_t id = 0; id < p->count; id++) {
+        const kmp_node *n = kmp_graph_node(p->g, id);
+        for (int k = 0; p->rank[id] && k < kmp_op_arity((kmp_op)n->op); k++)
+            p->first[number_of(p, kmp_id(kmp_operand(n, k))) + 1]++;
+    }
+    add_up(p->first, p->needed);
+    p->user = KMP_ARENA_NEW(&p->room, uint32_t, p->first[p->needed]);
+    for (uint32_t id = 0; p->user && id < p->count; id++) {
+        const kmp_node *n = kmp_graph_node(p->g, id);
+        for (int k = 0; p->rank[id] && k < kmp_op_arity((kmp_op)n->op); k++)
+            p->user[p->first[number_of(p, kmp_id(kmp_operand(n, k)))]++] = id;
+    }
+    begin_again(p->first, p->needed);
     list_roots(p);
     return !p->room.failed;
 }

@@ -86,17 +86,6 @@ static void spread_by(const kmp_wheel_pair *p, const kmp_wheel *wheel, int zone,
     all->slope = value[3];
 }
 
-/* e of the current penetration, and at least the spread that the zone's places resolve. */
-static kmp_ref loaded_spread(const kmp_wheel_pair *p, const kmp_wheel *wheel, int zone, kmp_ref up)
-{
-    kmp_graph *g = p->g;
-    averages first;
-    spread_by(p, wheel, zone, 2, kmp_const(g, WIDER * wheel->least_spread[zone]), up, &first);
-    kmp_ref deep = kmp_binary(g, KMP_OP_MAX, kmp_sub(g, first.height, up), KMP_ZERO);
-    kmp_ref loaded = kmp_mul(g, kmp_const(g, LOADED), deep), least = kmp_const(g, wheel->least_spread[zone]);
-    return kmp_sqrt(g, kmp_sqrt(g, kmp_add(g, kmp_power(g, loaded, 4), kmp_power(g, least, 4))));
-}
-
 /* At constant s: dy/ds, and the rate of D without that of the centre's height. */
 typedef struct held {
     kmp_ref slope, rate;
@@ -152,7 +141,13 @@ kmp_spread kmp_spread_find(const kmp_tree *tree, const kmp_wheel_pair *p, const 
     kmp_graph *g = p->g;
     averages all;
     kmp_derivative *dt = kmp_time_derivative(tree);
-    kmp_ref e = loaded_spread(p, wheel, zone, pose->up);
+    /* e of the current penetration, and at least the spread that the zone's places resolve. */
+    kmp_ref up = pose->up;
+    averages first;
+    spread_by(p, wheel, zone, 2, kmp_const(g, WIDER * wheel->least_spread[zone]), up, &first);
+    kmp_ref deep = kmp_binary(g, KMP_OP_MAX, kmp_sub(g, first.height, up), KMP_ZERO);
+    kmp_ref loaded = kmp_mul(g, kmp_const(g, LOADED), deep), least = kmp_const(g, wheel->least_spread[zone]);
+    kmp_ref e = kmp_sqrt(g, kmp_sqrt(g, kmp_add(g, kmp_power(g, loaded, 4), kmp_power(g, least, 4))));
     spread_by(p, wheel, zone, 1, e, pose->up, &all);
     const held h = held_at(p, dt, all.s);
     kmp_ref cosine = kmp_cosine_of(g, all.slope);

@@ -69,10 +69,18 @@ static void cant(const kmp_tree *tree, const kmp_track *track, kmp_track_place *
     place->axis[2] = kmp_vec_sub(g, kmp_vec_scale(g, c, up), kmp_vec_scale(g, s, left));
 }
 
-/* The cross-section at place->along. */
-static void cross_section(const kmp_tree *tree, const kmp_track *track, const ground *at, kmp_track_place *place)
+static void curved(const kmp_tree *tree, const kmp_track *track, const ground *at, kmp_vec point,
+                   kmp_track_place *place)
 {
     kmp_graph *g = tree->graph;
+    kmp_vec off = kmp_vec_sub(g, point, at->begin);
+    kmp_ref plane[PLANE] = {kmp_vec_dot(g, off, at->axis[0]), kmp_vec_dot(g, off, at->axis[1])};
+    int block = find_block(g, track);
+    if (block < 0)
+        block = add_block(g, track);
+    place->along = KMP_ZERO;
+    kmp_implicit_at(g, block, plane, &place->along);
+    /* The cross-section at place->along. */
     int x = kmp_graph_add_table(g, track->x), y = kmp_graph_add_table(g, track->y);
     kmp_ref dx = kmp_table_derivative_at(g, x, 1, place->along), dy = kmp_table_derivative_at(g, y, 1, place->along);
     kmp_ref length = kmp_sqrt(g, kmp_add(g, kmp_mul(g, dx, dx), kmp_mul(g, dy, dy)));
@@ -85,20 +93,6 @@ static void cross_section(const kmp_tree *tree, const kmp_track *track, const gr
     place->axis[2] = at->axis[2];
     if (track->cant)
         cant(tree, track, place);
-}
-
-static void curved(const kmp_tree *tree, const kmp_track *track, const ground *at, kmp_vec point,
-                   kmp_track_place *place)
-{
-    kmp_graph *g = tree->graph;
-    kmp_vec off = kmp_vec_sub(g, point, at->begin);
-    kmp_ref plane[PLANE] = {kmp_vec_dot(g, off, at->axis[0]), kmp_vec_dot(g, off, at->axis[1])};
-    int block = find_block(g, track);
-    if (block < 0)
-        block = add_block(g, track);
-    place->along = KMP_ZERO;
-    kmp_implicit_at(g, block, plane, &place->along);
-    cross_section(tree, track, at, place);
 }
 
 /* -- irregularities -------------------------------------------------------------------------------- */

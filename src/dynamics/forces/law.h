@@ -26,10 +26,6 @@ void kmp_apply_between(kmp_forces *forces, const kmp_tree *tree, const int point
 /** A moment on the link of a point, likewise. */
 void kmp_apply_moment(kmp_forces *forces, const kmp_tree *tree, int point, int frame, kmp_vec moment);
 
-/** A force in the axes of t->frame on the first side's body at the place of contact, the opposite one on the second. */
-void kmp_apply_touching(kmp_forces *forces, const kmp_tree *tree, const kmp_contact_pair *touch, const kmp_touching *t,
-                        kmp_vec force);
-
 /** A tension along the line d from the first of two points to the second, whose length is given: law of an expression.
  * A constant one has a potential, any other counts its power. */
 void kmp_pull_along(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, kmp_ref tension, bool constant,

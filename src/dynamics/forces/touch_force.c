@@ -5,16 +5,6 @@
 #include "dynamics/kinematics/touch_modes.h"
 #include "dynamics/kinematics/touching.h"
 
-void kmp_apply_touching(kmp_forces *forces, const kmp_tree *tree, const kmp_contact_pair *touch, const kmp_touching *t,
-                        kmp_vec force)
-{
-    kmp_graph *g = tree->graph;
-    const int points[2] = {touch->side[0].point, touch->side[1].point};
-    kmp_apply_between(forces, tree, points, t->frame, force);
-    kmp_apply_moment(forces, tree, points[0], t->frame, kmp_vec_cross(g, t->arm[0], force));
-    kmp_apply_moment(forces, tree, points[1], t->frame, kmp_vec_cross(g, force, t->arm[1]));
-}
-
 void kmp_law_touch(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
 {
     kmp_graph *g = tree->graph;

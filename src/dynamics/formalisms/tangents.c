@@ -197,18 +197,6 @@ static kmp_wrench moved(const kmp_tree *tree, int k, kmp_wrench w)
     return out;
 }
 
-/* Passes the data from link k to its parent. */
-static void go_on(const scheme *s, int k, pass *p)
-{
-    kmp_graph *g = s->g;
-    p->rate = kmp_vec_add(g, p->rate, kmp_vec_cross(g, s->slide_rate[k], p->inertia.force));
-    p->rate = kmp_link_to_parent(s->tree, k, p->rate);
-    p->inertia = moved(s->tree, k, p->inertia);
-    p->rate = kmp_vec_add(g, p->rate, kmp_vec_cross(g, s->base_rate[k], p->inertia.force));
-    p->by_q = moved(s->tree, k, p->by_q);
-    p->by_qd = moved(s->tree, k, p->by_qd);
-}
-
 /* Signed like q_i and q_k. */
 static void put(scheme *s, kmp_ref *to, int i, int k, kmp_ref x)
 {
@@ -244,7 +232,14 @@ static void all_passes(scheme *s)
         put(s, s->by_q, i, i, *kmp_wrench_along(&links[i], &p.by_q));
         put(s, s->by_qd, i, i, *kmp_wrench_along(&links[i], &p.by_qd));
         for (int k = i; links[k].parent > 0; k = links[k].parent) {
-            go_on(s, k, &p);
+            /* Passes the data from link k to its parent. */
+            kmp_graph *g = s->g;
+            p.rate = kmp_vec_add(g, p.rate, kmp_vec_cross(g, s->slide_rate[k], p.inertia.force));
+            p.rate = kmp_link_to_parent(s->tree, k, p.rate);
+            p.inertia = moved(s->tree, k, p.inertia);
+            p.rate = kmp_vec_add(g, p.rate, kmp_vec_cross(g, s->base_rate[k], p.inertia.force));
+            p.by_q = moved(s->tree, k, p.by_q);
+            p.by_qd = moved(s->tree, k, p.by_qd);
             cross_at(s, i, links[k].parent, &p);
         }
         if (links[i].parent > 0)

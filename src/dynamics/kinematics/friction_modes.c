@@ -232,31 +232,26 @@ static kmp_ref acceleration(const kmp_tree *tree, const kmp_force *force)
     return kmp_vec_acceleration(tree, (kmp_vec){{kmp_friction_rate(tree, force), KMP_ZERO, KMP_ZERO}}).x[0];
 }
 
-/* Slip in two directions: the rest of the level beyond the size of both components, in the first one. */
-static kmp_ref reserve_across(const kmp_tree *tree, const kmp_force *force)
-{
-    static const kmp_role at_rest[] = {KMP_ROLE_HELD, KMP_ROLE_GIVEN};
-    kmp_graph *g = tree->graph;
-    const kmp_force *twin = kmp_friction_twin(force);
-    kmp_ref left = KMP_ONE, most = kmp_friction_level(tree, force);
-    kmp_ref own = kmp_friction_force(tree, force), other = kmp_friction_force(tree, twin);
-    kmp_ref size = size_of(g, own, other);
-    kmp_ref reserve = kmp_sub(g, most, size);
-    kmp_ref keeps = kmp_sub(g, kmp_mul(g, kmp_const(g, 1 + KMP_FRICTION_SLACK), most), size);
-    for (int k = 1; k >= 0 && force->across == 1; k--) {
-        left = kmp_select(g, kmp_friction_input(tree, force, at_rest[k]), k ? keeps : reserve, left);
-        left = kmp_select(g, kmp_friction_input(tree, twin, at_rest[k]), k ? keeps : reserve, left);
-    }
-    return left;
-}
-
 /* Rest of the static level of an element that is held, or keeps a given force, which a level may fall below.
  * If the given force is the level itself, rounding shall not decide. */
 static kmp_ref reserve(const kmp_tree *tree, const kmp_force *force)
 {
     kmp_graph *g = tree->graph;
-    if (force->across > 0)
-        return reserve_across(tree, force);
+    if (force->across > 0) {
+        /* Slip in two directions: the rest of the level beyond the size of both components, in the first one. */
+        static const kmp_role at_rest[] = {KMP_ROLE_HELD, KMP_ROLE_GIVEN};
+        const kmp_force *twin = kmp_friction_twin(force);
+        kmp_ref left = KMP_ONE, most = kmp_friction_level(tree, force);
+        kmp_ref own = kmp_friction_force(tree, force), other = kmp_friction_force(tree, twin);
+        kmp_ref size = size_of(g, own, other);
+        kmp_ref reserve = kmp_sub(g, most, size);
+        kmp_ref keeps = kmp_sub(g, kmp_mul(g, kmp_const(g, 1 + KMP_FRICTION_SLACK), most), size);
+        for (int k = 1; k >= 0 && force->across == 1; k--) {
+            left = kmp_select(g, kmp_friction_input(tree, force, at_rest[k]), k ? keeps : reserve, left);
+            left = kmp_select(g, kmp_friction_input(tree, twin, at_rest[k]), k ? keeps : reserve, left);
+        }
+        return left;
+    }
     kmp_ref most = static_level(tree, force), given = kmp_friction_input(tree, force, KMP_ROLE_GIVEN);
     kmp_ref size = kmp_unary(g, KMP_OP_ABS, kmp_tree_multiplier(tree, force->closure, 0));
     kmp_ref slack = kmp_const(g, 1 + KMP_FRICTION_SLACK);

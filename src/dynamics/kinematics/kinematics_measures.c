@@ -61,17 +61,6 @@ static kmp_vec axis_of(const kmp_tree *tree, const kmp_spot *spot, int axis, int
     return kmp_point_direction(tree, spot->point, spot->along ? spot->along : e, frame);
 }
 
-/* Component `number` of the three axes of a point. */
-static kmp_ref axes_component(const kmp_tree *tree, const kmp_measure *measure, int number)
-{
-    const kmp_spot *of = measure->spot;
-    if (measure->count == 1)
-        return axis_of(tree, of, number / 3, 0).x[number % 3];
-    int frame = kmp_tree_common(tree, kmp_point_link(tree, of[0].point), kmp_point_link(tree, of[1].point));
-    kmp_vec u = axis_of(tree, &of[0], number / 3, frame), v = axis_of(tree, &of[1], number % 3, frame);
-    return kmp_vec_dot(tree->graph, u, v);
-}
-
 /* -- numbers ------------------------------------------------------------------------------------------- */
 
 kmp_ref kmp_point_distance(const kmp_tree *tree, int a, int b)
@@ -128,7 +117,12 @@ kmp_ref kmp_tree_measure(const kmp_tree *tree, const kmp_measure *measure, int n
     case KMP_MEASURE_ANGLE:
         return angle(tree, measure);
     case KMP_MEASURE_AXES:
-        return axes_component(tree, measure, number);
+        /* Component `number` of the three axes of a point. */
+        if (measure->count == 1)
+            return axis_of(tree, of, number / 3, 0).x[number % 3];
+        int frame = kmp_tree_common(tree, kmp_point_link(tree, of[0].point), kmp_point_link(tree, of[1].point));
+        kmp_vec u = axis_of(tree, &of[0], number / 3, frame), v = axis_of(tree, &of[1], number % 3, frame);
+        return kmp_vec_dot(tree->graph, u, v);
     case KMP_MEASURE_DEPTH:
     case KMP_MEASURE_APPROACH:
     case KMP_MEASURE_NORMAL:

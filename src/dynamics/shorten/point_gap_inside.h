@@ -84,8 +84,5 @@ int kmp_gap_place_count(const kmp_gaps *s, const kmp_gap *p);
 /** True if rows h depend on coordinates through d alone, whose components are different nodes. */
 bool kmp_gap_is_seen_through(kmp_gaps *s, const kmp_gap *p, const kmp_ref *h);
 
-/** Variable components of d, as leaves without sign, with the values that replace them; returns their number. */
-int kmp_gap_leaves(const kmp_gap *p, const kmp_vec *values, kmp_ref leaf[3], kmp_ref to[3]);
-
 /** The closure's rows with its sides by two variants, derived when first used; NULL: no memory. */
 const kmp_gap_version *kmp_gap_version_of(kmp_gaps *s, kmp_gap *p, kmp_gap_part what, const kmp_gap_variant by[2]);

@@ -94,23 +94,6 @@ static void set_beta(kmp_graph *g, kmp_gap_seen *m)
     }
 }
 
-/* The link's axes in the ancestor's from its parent's: the constant rotation, then the joint's. */
-static void turn_axes(const kmp_tree *tree, int i, const kmp_gap_seen *h, kmp_gap_seen *m)
-{
-    kmp_graph *g = tree->graph;
-    const kmp_link *link = &tree->links[i];
-    int p = (link->axis + 1) % 3, q = (link->axis + 2) % 3;
-    memcpy(m->axes, h->axes, sizeof m->axes);
-    for (int k = 0; link->turned && k < 3; k++) {
-        kmp_vec column;
-        for (int j = 0; j < 3; j++)
-            column.x[j] = kmp_link_axes(tree, i, j, k);
-        m->axes[k] = combine(g, h->axes, column);
-    }
-    for (int n = 0; link->rotation && n < 3; n++)
-        kmp_rotate(g, kmp_neg(link->q), &m->axes[p].x[n], &m->axes[q].x[n]);
-}
-
 static void see(kmp_gaps *s, int i)
 {
     const kmp_tree *tree = &s->eq->tree;
@@ -122,7 +105,17 @@ static void see(kmp_gaps *s, int i)
     const kmp_gap_seen *h = &s->seen[link->parent];
     kmp_gap_seen *m = &s->seen[i];
     m->known = true;
-    turn_axes(tree, i, h, m);
+    /* The link's axes in the ancestor's from its parent's: the constant rotation, then the joint's. */
+    int p = (link->axis + 1) % 3, q = (link->axis + 2) % 3;
+    memcpy(m->axes, h->axes, sizeof m->axes);
+    for (int k = 0; link->turned && k < 3; k++) {
+        kmp_vec column;
+        for (int j = 0; j < 3; j++)
+            column.x[j] = kmp_link_axes(tree, i, j, k);
+        m->axes[k] = combine(g, h->axes, column);
+    }
+    for (int n = 0; link->rotation && n < 3; n++)
+        kmp_rotate(g, kmp_neg(link->q), &m->axes[p].x[n], &m->axes[q].x[n]);
     kmp_vec axis = m->axes[link->axis], r = combine(g, h->axes, link->p), rate = kmp_vec_scale(g, link->qd, axis);
     if (!link->rotation)
         r = kmp_vec_add(g, r, kmp_vec_scale(g, link->q, axis));

@@ -12,7 +12,8 @@ int kmp_gap_place_count(const kmp_gaps *s, const kmp_gap *p)
     return p->count * (s->eq->n + 1);
 }
 
-int kmp_gap_leaves(const kmp_gap *p, const kmp_vec *values, kmp_ref leaf[3], kmp_ref to[3])
+/* Variable components of d, as leaves without sign, with the values that replace them; returns their number. */
+static int gap_leaves(const kmp_gap *p, const kmp_vec *values, kmp_ref leaf[3], kmp_ref to[3])
 {
     int count = 0;
     for (int k = 0; k < 3; k++)
@@ -27,7 +28,7 @@ bool kmp_gap_is_seen_through(kmp_gaps *s, const kmp_gap *p, const kmp_ref *h)
 {
     kmp_ref leaf[3] = {0}, to[3] = {0}, rows[KMP_KIND_MAX_ROWS];
     uint16_t through;
-    int count = kmp_gap_leaves(p, &p->d, leaf, to);
+    int count = gap_leaves(p, &p->d, leaf, to);
     for (int k = 0; k < count; k++)
         for (int j = 0; j < k; j++)
             if (leaf[k] == leaf[j])
@@ -50,7 +51,7 @@ static void rates(kmp_gaps *s, const kmp_gap *p, const kmp_ref *h, kmp_vec v, km
         return;
     kmp_ref *to = leaf + room;
     int times = kmp_tree_time_leaves(&s->eq->tree, leaf, to);
-    int first = times + kmp_gap_leaves(p, &v, leaf + times, to + times), count = first;
+    int first = times + gap_leaves(p, &v, leaf + times, to + times), count = first;
     kmp_derivative *d = kmp_gap_along(s, first, leaf, to);
     for (int r = 0; r < p->count; r++)
         rate[r] = kmp_derivative_of(d, h[r]);
@@ -64,18 +65,6 @@ static void rates(kmp_gaps *s, const kmp_gap *p, const kmp_ref *h, kmp_vec v, km
         rate[p->count + r] = kmp_derivative_of(d, rate[r]);
 }
 
-static void put_rows(kmp_gaps *s, const kmp_gap *p, const kmp_gap_variant by[2], const kmp_vec *gradient, kmp_ref *rows)
-{
-    void (*const row_of[KMP_GAP_VARIANTS])(kmp_gaps *, const kmp_gap_side *, kmp_vec,
-                                           kmp_ref *) = {kmp_gap_row_derived, kmp_gap_row_inward, kmp_gap_row_outward};
-    kmp_graph *g = s->eq->graph;
-    for (int r = 0; r < p->count; r++)
-        for (int k = 0; k < 2; k++) { /* d = second point - first */
-            kmp_vec f = k == 1 ? gradient[r] : kmp_vec_sub(g, kmp_vec_zero(), gradient[r]);
-            row_of[by[k]](s, &p->side[k], f, rows + r * s->eq->n);
-        }
-}
-
 /* Both points by their variants: d, and h of it. They are unchanged where constants of d and of h have merged, so that
  * h is no function of d any more. */
 static void place_points(kmp_gaps *s, const kmp_gap *p, const kmp_gap_variant by[2], kmp_gap *placed, kmp_ref *h)
@@ -85,7 +74,7 @@ static void place_points(kmp_gaps *s, const kmp_gap *p, const kmp_gap_variant by
     uint16_t through;
     *placed = *p;
     placed->d = kmp_vec_sub(g, p->side[1].by[by[1]].x, p->side[0].by[by[0]].x);
-    int count = kmp_gap_leaves(p, &placed->d, leaf, to);
+    int count = gap_leaves(p, &placed->d, leaf, to);
     memcpy(h, s->eq->h + p->row, (size_t)p->count * sizeof *h);
     for (int k = 0; k < 3; k++)
         placed->moves[k] = p->moves[k] && kmp_graph_node(g, kmp_id(placed->d.x[k]))->op != KMP_OP_CONST;
@@ -127,7 +116,14 @@ static void derive_part(kmp_gaps *s, const kmp_gap *p, kmp_gap_part what, const 
             gradient[r].x[k] = kmp_derivative_of(d, h[r]);
     }
     memcpy(v->place, h, (size_t)p->count * sizeof *h);
-    put_rows(s, p, by, gradient, v->place + p->count);
+    kmp_ref *rows = v->place + p->count;
+    void (*const row_of[KMP_GAP_VARIANTS])(kmp_gaps *, const kmp_gap_side *, kmp_vec,
+                                           kmp_ref *) = {kmp_gap_row_derived, kmp_gap_row_inward, kmp_gap_row_outward};
+    for (int r = 0; r < p->count; r++)
+        for (int k = 0; k < 2; k++) { /* d = second point - first */
+            kmp_vec f = k == 1 ? gradient[r] : kmp_vec_sub(g, kmp_vec_zero(), gradient[r]);
+            row_of[by[k]](s, &p->side[k], f, rows + r * s->eq->n);
+        }
 }
 
 const kmp_gap_version *kmp_gap_version_of(kmp_gaps *s, kmp_gap *p, kmp_gap_part what, const kmp_gap_variant by[2])

@@ -130,23 +130,6 @@ static int advance(search *s, bool endless, bool *done)
     return stop;
 }
 
-/* The entry that leaves its bound: that with the largest violation of the sign of y, or the first one; -1: none. */
-static int find_leaving(search *s, bool largest)
-{
-    const kmp_box *box = s->box;
-    int best = -1;
-    double most = s->flat;
-    for (int i = 0; i < box->n && (best < 0 || largest); i++) {
-        s->y[i] = slope_in_box(box, s->x, i);
-        double off = s->side[i] * s->y[i] / s->scale[i];
-        if (box->lower[i] < box->upper[i] && off > most) {
-            best = i;
-            most = off;
-        }
-    }
-    return best;
-}
-
 /* Largest term of y at the guess: where D x cancels, its rounding remains. */
 static double largest_term(const search *s, int i)
 {
@@ -179,7 +162,20 @@ static kmp_box_outcome visit_faces(search *s)
             return KMP_BOX_UNBOUNDED;
         if (stop >= 0)
             continue;
-        int leaving = find_leaving(s, round < LARGEST_FIRST * (n + 1));
+        /* The entry that leaves its bound: that with the largest violation of the sign of y, or the first one; -1:
+         * none. */
+        bool largest = round < LARGEST_FIRST * (n + 1);
+        const kmp_box *box = s->box;
+        int leaving = -1;
+        double most = s->flat;
+        for (int i = 0; i < box->n && (leaving < 0 || largest); i++) {
+            s->y[i] = slope_in_box(box, s->x, i);
+            double off = s->side[i] * s->y[i] / s->scale[i];
+            if (box->lower[i] < box->upper[i] && off > most) {
+                leaving = i;
+                most = off;
+            }
+        }
         if (leaving < 0)
             return KMP_BOX_FOUND;
         s->side[leaving] = 0;

@@ -105,29 +105,6 @@ static int longest_row(int p, int n, const double *rows, double *row, double *le
     return best;
 }
 
-/* Chooses as many rows (p x n, lost) as there are columns, ascending: each is the longest after projection on the
- * complement of those before it (Gram, Schmidt). Rotations of the columns change neither lengths and products of rows
- * nor the choice. */
-static void choose_rows(int p, int n, double *rows, double *row, int *chosen)
-{
-    for (int k = 0; k < n; k++) {
-        double length;
-        int best = longest_row(p, n, rows, row, &length), at = k;
-        for (int j = 0; j < n; j++)
-            row[j] = rows[best + j * p] / length;
-        for (int i = 0; i < p; i++) {
-            double along = 0;
-            for (int j = 0; j < n; j++)
-                along += rows[i + j * p] * row[j];
-            for (int j = 0; j < n; j++)
-                rows[i + j * p] = i == best ? 0 : rows[i + j * p] - along * row[j];
-        }
-        for (; at > 0 && chosen[at - 1] > best; at--)
-            chosen[at] = chosen[at - 1];
-        chosen[at] = best;
-    }
-}
-
 /* Eigenvectors of zeros as columns of `basis` (p x still): the identity in as many coordinates, those that move most.
  * The basis is one of many with x' M x = 1. Its rows, each times the root of its mass, have singular values of at least
  * 1/sqrt(p), so that no chosen row is small. 0; -1: no memory. */
@@ -140,7 +117,26 @@ static int put_still(pencil *w, kmp_spectrum *s, double *basis)
     for (int j = 0; j < still; j++)
         for (int i = 0; i < p; i++)
             scaled[i + j * p] = basis[i + j * p] * sqrt(w->mass[i + i * p]);
-    choose_rows(p, still, scaled, w->row, chosen);
+    /* Chooses as many rows (p x n, lost) as there are columns, ascending: each is the longest after projection on the
+     * complement of those before it (Gram, Schmidt). Rotations of the columns change neither lengths and products of
+     * rows nor the choice. */
+    double *row = w->row;
+    for (int k = 0; k < still; k++) {
+        double length;
+        int best = longest_row(p, still, scaled, row, &length), at = k;
+        for (int j = 0; j < still; j++)
+            row[j] = scaled[best + j * p] / length;
+        for (int i = 0; i < p; i++) {
+            double along = 0;
+            for (int j = 0; j < still; j++)
+                along += scaled[i + j * p] * row[j];
+            for (int j = 0; j < still; j++)
+                scaled[i + j * p] = i == best ? 0 : scaled[i + j * p] - along * row[j];
+        }
+        for (; at > 0 && chosen[at - 1] > best; at--)
+            chosen[at] = chosen[at - 1];
+        chosen[at] = best;
+    }
     for (int j = 0; j < still; j++) /* a = chosen rows transposed */
         for (int i = 0; i < still; i++)
             a[j + i * still] = basis[chosen[i] + j * p];
@@ -477,24 +473,6 @@ static double across(const pencil *w, const kmp_spectrum *s, int a, int b)
     return sqrt(fmax(f[0], 0));
 }
 
-/* Rounding of size e splits a multiple eigenvalue with one eigenvector into several at distances of the root of e,
- * whose eigenvectors differ as much; those of a multiple eigenvalue with as many eigenvectors point anywhere. */
-static void find_secular(const pencil *w, kmp_spectrum *s)
-{
-    double size = 0;
-    for (int k = s->zeros; k < s->count; k++)
-        size = fmax(size, hypot(s->re[k], s->im[k]));
-    for (int a = s->zeros; a < s->count && !s->secular; a++)
-        for (int b = a + 1; b < s->count && !s->secular; b++) {
-            bool equal = hypot(s->re[a] - s->re[b], s->im[a] - s->im[b]) <= KMP_SPECTRUM_EQUAL * size;
-            bool lasting = fmax(fabs(s->re[a]), fabs(s->re[b])) <= KMP_SPECTRUM_EQUAL * size;
-            if (s->im[a] >= 0 && equal && lasting && across(w, s, a, b) <= ONE_SHAPE) {
-                s->secular = true;
-                s->secular_at = a;
-            }
-        }
-}
-
 static int by_companion(pencil *w, kmp_spectrum *s)
 {
     int p = s->p, n = w->n, done = deflate(w, s);
@@ -514,7 +492,20 @@ static int by_companion(pencil *w, kmp_spectrum *s)
         lift(w, s, done, places[k].from, places[k].re, places[k].im, at);
         at = complete(w, s, at, places[k].im > 0);
     }
-    find_secular(w, s);
+    /* Rounding of size e splits a multiple eigenvalue with one eigenvector into several at distances of the root of e,
+     * whose eigenvectors differ as much; those of a multiple eigenvalue with as many eigenvectors point anywhere. */
+    double size = 0;
+    for (int k = s->zeros; k < s->count; k++)
+        size = fmax(size, hypot(s->re[k], s->im[k]));
+    for (int a = s->zeros; a < s->count && !s->secular; a++)
+        for (int b = a + 1; b < s->count && !s->secular; b++) {
+            bool equal = hypot(s->re[a] - s->re[b], s->im[a] - s->im[b]) <= KMP_SPECTRUM_EQUAL * size;
+            bool lasting = fmax(fabs(s->re[a]), fabs(s->re[b])) <= KMP_SPECTRUM_EQUAL * size;
+            if (s->im[a] >= 0 && equal && lasting && across(w, s, a, b) <= ONE_SHAPE) {
+                s->secular = true;
+                s->secular_at = a;
+            }
+        }
     for (int j = 0; j < s->still; j++) {
         memcpy(w->h + j * p, w->t + j * n, bytes(p)); /* h is no longer needed */
         kmp_cholesky_backward(p, w->l, w->h + j * p);

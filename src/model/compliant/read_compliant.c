@@ -166,9 +166,22 @@ static const kmp_expr *reduced_radius(const contact *c)
     return locals.count == 2 ? kmp_read_formula(c->r, "a*b/(a + b)", &locals) : NULL;
 }
 
-/* Hertz's stiffness of two spheres: F = 4/3 E* sqrt(R) d^1.5, 1/E* = sum (1 - nu^2)/E (Johnson 1985, eq. 4.23). */
-static const kmp_expr *stiffness_by_hertz(const contact *c)
+static const kmp_expr *read_stiffness(const contact *c, double exponent)
 {
+    const kmp_yaml *given = kmp_yaml_get(c->map, "stiffness"), *young = kmp_yaml_get(c->map, "young");
+    bool turns = c->force->turns;
+    kmp_dimension depth = kmp_dimension_power(turns ? KMP_DIM_NUMBER : KMP_DIM_LENGTH, exponent);
+    kmp_dimension wanted = kmp_dimension_times(turns ? KMP_DIM_TORQUE : KMP_DIM_FORCE, depth, -1);
+    if (given && young)
+        kmp_reader_complain(c->r, young->place, "%s: 'stiffness' and 'young' exclude each other", c->what);
+    if (given || !young) {
+        (void)kmp_read_required(c->r, c->map, c->what, "stiffness");
+        return read_given(c, "stiffness", wanted, KMP_FIELD_POSITIVE);
+    }
+    if (exponent != 1.5)
+        kmp_reader_complain(c->r, young->place, "%s: the stiffness by 'young' is that of the exponent 1.5, not %g",
+                            c->what, exponent);
+    /* Hertz's stiffness of two spheres: F = 4/3 E* sqrt(R) d^1.5, 1/E* = sum (1 - nu^2)/E (Johnson 1985, eq. 4.23). */
     kmp_expr_locals locals = {0};
     kmp_add_local(&locals, "reduced", reduced_radius(c));
     kmp_add_local(&locals, "young", read_of_two(c, "young", 0, KMP_FIELD_POSITIVE));
@@ -187,24 +200,6 @@ static const kmp_expr *stiffness_by_hertz(const contact *c)
                             &locals);
 }
 
-static const kmp_expr *read_stiffness(const contact *c, double exponent)
-{
-    const kmp_yaml *given = kmp_yaml_get(c->map, "stiffness"), *young = kmp_yaml_get(c->map, "young");
-    bool turns = c->force->turns;
-    kmp_dimension depth = kmp_dimension_power(turns ? KMP_DIM_NUMBER : KMP_DIM_LENGTH, exponent);
-    kmp_dimension wanted = kmp_dimension_times(turns ? KMP_DIM_TORQUE : KMP_DIM_FORCE, depth, -1);
-    if (given && young)
-        kmp_reader_complain(c->r, young->place, "%s: 'stiffness' and 'young' exclude each other", c->what);
-    if (given || !young) {
-        (void)kmp_read_required(c->r, c->map, c->what, "stiffness");
-        return read_given(c, "stiffness", wanted, KMP_FIELD_POSITIVE);
-    }
-    if (exponent != 1.5)
-        kmp_reader_complain(c->r, young->place, "%s: the stiffness by 'young' is that of the exponent 1.5, not %g",
-                            c->what, exponent);
-    return stiffness_by_hertz(c);
-}
-
 static const kmp_expr *read_exponent(const contact *c, bool has)
 {
     kmp_number absent = {.value = has ? 1.5 : 1};
@@ -214,14 +209,6 @@ static const kmp_expr *read_exponent(const contact *c, bool has)
         kmp_reader_complain(c->r, node->place, "the exponent of %s is %g: it must be at least 1", c->what,
                             value_of(c, e));
     return e ? e : kmp_read_as_expr(c->r, &absent);
-}
-
-static void check_restitution(const contact *c, const kmp_expr *e)
-{
-    double value = value_of(c, e);
-    if (e && (value <= 0 || value > 1))
-        kmp_reader_complain(c->r, kmp_yaml_get(c->map, "restitution")->place,
-                            "the restitution of %s is %g: it must be above 0 and at most 1", c->what, value);
 }
 
 /* Numbers that the law does not have. */
@@ -291,8 +278,13 @@ static void read_row(contact *c, const law_row *row)
             const kmp_expr *e =
                 read_given(c, own[k], k == 1 && !c->force->turns ? kmp_dimension_of(row->unit) : KMP_DIM_NUMBER,
                            KMP_FIELD_NOT_NEGATIVE);
-            if (k == 2)
-                check_restitution(c, e);
+            if (k == 2) {
+                double value = value_of(c, e);
+                if (e && (value <= 0 || value > 1))
+                    kmp_reader_complain(c->r, kmp_yaml_get(c->map, "restitution")->place,
+                                        "the restitution of %s is %g: it must be above 0 and at most 1", c->what,
+                                        value);
+            }
             kmp_add_local(numbers, own[k], e);
         }
     kmp_add_local(numbers, "exponent", exponent);
@@ -418,30 +410,6 @@ static void refuse_keys(const contact *c)
 
 /* -- the state of the impact ------------------------------------------------------------------------- */
 
-/* The rate where contact begins, at least the smallest one. */
-static void read_impact(const contact *c)
-{
-    kempe_model *model = c->r->model;
-    kmp_number least = {0};
-    const char *name = kmp_reader_say(c->r, "%s.impact", c->force->name);
-    const kmp_yaml *node = kmp_yaml_get(c->map, "least_rate");
-    c->made->state = kmp_name_find(KMP_NAMED(model, state), name);
-    (void)kmp_key_default(contact_keys, "least_rate", 1, &least.value);
-    const kmp_expr *given =
-        node ? read_given(c, "least_rate", kmp_key_dimension(contact_keys, "least_rate"), KMP_FIELD_POSITIVE)
-             : kmp_read_as_expr(c->r, &least);
-    if (c->made->state < 0 || !given)
-        return;
-    const kmp_spot spot = {.point = -1, .axis = -1, .name = c->force->name};
-    kmp_expr_locals locals = {0};
-    kmp_add_local(&locals, "least", given);
-    kmp_add_local(&locals, "rate", kmp_expr_measure(&model->arena, KMP_MEASURE_APPROACH, 1, &spot));
-    kmp_state *state = &model->states[c->made->state];
-    state->next = kmp_read_formula(c->r, "max(rate, least)", &locals);
-    state->start = kmp_number_of(given, value_of(c, given));
-    state->contact = 1 + (int)(c->force - model->forces);
-}
-
 static void read_film(const contact *c)
 {
     const kmp_yaml *map = kmp_yaml_get(c->map, "film");
@@ -470,7 +438,26 @@ void kmp_read_compliant(kmp_reader *r, const kmp_yaml *map, const char *what, km
     read_law(&c);
     read_friction(&c);
     read_film(&c);
-    read_impact(&c);
+    /* The rate where contact begins, at least the smallest one. */
+    kempe_model *model = c.r->model;
+    kmp_number least = {0};
+    const char *name = kmp_reader_say(c.r, "%s.impact", c.force->name);
+    const kmp_yaml *node = kmp_yaml_get(c.map, "least_rate");
+    c.made->state = kmp_name_find(KMP_NAMED(model, state), name);
+    (void)kmp_key_default(contact_keys, "least_rate", 1, &least.value);
+    const kmp_expr *given =
+        node ? read_given(&c, "least_rate", kmp_key_dimension(contact_keys, "least_rate"), KMP_FIELD_POSITIVE)
+             : kmp_read_as_expr(c.r, &least);
+    if (c.made->state < 0 || !given)
+        return;
+    const kmp_spot spot = {.point = -1, .axis = -1, .name = c.force->name};
+    kmp_expr_locals locals = {0};
+    kmp_add_local(&locals, "least", given);
+    kmp_add_local(&locals, "rate", kmp_expr_measure(&model->arena, KMP_MEASURE_APPROACH, 1, &spot));
+    kmp_state *state = &model->states[c.made->state];
+    state->next = kmp_read_formula(c.r, "max(rate, least)", &locals);
+    state->start = kmp_number_of(given, value_of(&c, given));
+    state->contact = 1 + (int)(c.force - model->forces);
 }
 
 double kmp_force_clearance(const kempe_model *model, const kmp_force *force)

@@ -356,17 +356,6 @@ static void read_friction(kmp_reader *r, const kmp_yaml *map, const char *what, 
                      k);
 }
 
-/* Keys of a contact with a law. */
-static void refuse_laws(kmp_reader *r, const kmp_yaml *map, const char *what, bool of_joint)
-{
-    static const char *const keys[] = {"slip",       "stiffness", "exponent",  "damping", "young",  "poisson", "radii",
-                                       "least_rate", "film",      "clearance", "length",  "corner", "height"};
-    int first = -1, count = of_joint ? 9 : 13;
-    if (kmp_count_keys(map, KMP_NAMES(keys, count), &first) > 0)
-        kmp_reader_complain(r, kmp_yaml_get(map, keys[first])->place,
-                            "%s: the key '%s' belongs to a contact with a 'law', or with a 'force'", what, keys[first]);
-}
-
 /* Surfaces, a stop, or the parts of a joint with clearance. */
 static bool read_geometry(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_force *force)
 {
@@ -389,7 +378,14 @@ static void read_contact(kmp_reader *r, const kmp_yaml *map, const char *what, k
             kmp_read_compliant(r, map, what, force);
         return;
     }
-    refuse_laws(r, map, what, is_of_joint(map));
+    /* Keys of a contact with a law. */
+    bool of_joint = is_of_joint(map);
+    static const char *const keys[] = {"slip",       "stiffness", "exponent",  "damping", "young",  "poisson", "radii",
+                                       "least_rate", "film",      "clearance", "length",  "corner", "height"};
+    int first = -1, count = of_joint ? 9 : 13;
+    if (kmp_count_keys(map, KMP_NAMES(keys, count), &first) > 0)
+        kmp_reader_complain(r, kmp_yaml_get(map, keys[first])->place,
+                            "%s: the key '%s' belongs to a contact with a 'law', or with a 'force'", what, keys[first]);
     if (!kmp_read_map(r, map, what, contact_keys) || !read_geometry(r, map, what, force) ||
         !read_restitution(r, map, what, &force->restitution))
         return;

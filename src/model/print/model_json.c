@@ -70,31 +70,6 @@ static void put_axes(kmp_json *json, const char *key, double m[3][3])
 
 /* -- names and their values ---------------------------------------------------------------------- */
 
-static void put_parameters(kmp_json *json, const kempe_model *model)
-{
-    kmp_model_json_begin(json, "parameters");
-    for (int i = 0; i < model->parameter_count; i++)
-        kmp_json_number(json, model->parameters[i].name, model->parameters[i].number.value);
-    kmp_json_end(json);
-}
-
-/* Values and samples in SI, without a unit. */
-static void put_inputs(kmp_json *json, const kempe_model *model)
-{
-    kmp_model_json_begin(json, "inputs");
-    for (int i = 0; i < kmp_model_given_inputs(model); i++) {
-        const kmp_signal *s = &model->inputs[i].signal;
-        kmp_json_put(json, "%s { default %g", model->inputs[i].name, model->inputs[i].value);
-        if (s->count > 1) {
-            kmp_json_string(json, "method", kmp_name_at(kmp_signal_words, (int)s->method));
-            kmp_json_numbers(json, "t", s->count, s->t);
-            kmp_json_numbers(json, "value", s->count, s->u);
-        }
-        kmp_json_end(json);
-    }
-    kmp_json_end(json);
-}
-
 static void put_states(kmp_json *json, const kempe_model *model)
 {
     kmp_model_json_begin(json, "states");
@@ -471,9 +446,25 @@ static kmp_json put_mechanism(kmp_text *text, const kempe_model *model)
     kmp_json json = kmp_json_begin_as(text, KMP_JSON_DENSE);
     kmp_json_put(&json, "{ name %s", model->name);
     put_vector(&json, "gravity", model->gravity);
-    put_parameters(&json, model);
-    if (kmp_model_given_inputs(model) > 0)
-        put_inputs(&json, model);
+    kmp_model_json_begin(&json, "parameters");
+    for (int i = 0; i < model->parameter_count; i++)
+        kmp_json_number(&json, model->parameters[i].name, model->parameters[i].number.value);
+    kmp_json_end(&json);
+    if (kmp_model_given_inputs(model) > 0) {
+        /* Values and samples in SI, without a unit. */
+        kmp_model_json_begin(&json, "inputs");
+        for (int i = 0; i < kmp_model_given_inputs(model); i++) {
+            const kmp_signal *s = &model->inputs[i].signal;
+            kmp_json_put(&json, "%s { default %g", model->inputs[i].name, model->inputs[i].value);
+            if (s->count > 1) {
+                kmp_json_string(&json, "method", kmp_name_at(kmp_signal_words, (int)s->method));
+                kmp_json_numbers(&json, "t", s->count, s->t);
+                kmp_json_numbers(&json, "value", s->count, s->u);
+            }
+            kmp_json_end(&json);
+        }
+        kmp_json_end(&json);
+    }
     if (model->state_count > 0)
         put_states(&json, model);
     put_tables(&json, model);

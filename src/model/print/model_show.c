@@ -296,18 +296,6 @@ static void show_between(kmp_text *text, const kempe_model *model, const kmp_clo
     }
 }
 
-static void show_closures(kmp_text *text, const kempe_model *model)
-{
-    int count = model->closure_count - kmp_model_friction_count(model); /* without the rows of forces */
-    begin(text, "loops", count);
-    for (int i = 0; i < count; i++) {
-        const kmp_closure *closure = &model->closures[i];
-        kmp_text_printf(text, "  %s: %s ", closure->name, closure->kind);
-        (closure->point[0] < 0 ? show_relation : show_between)(text, model, closure);
-        kmp_text_put(text, "\n");
-    }
-}
-
 void kmp_cut_print(kmp_text *text, const kmp_cut *cut)
 {
     kmp_text_printf(text, "joint %s (%s) is cut: closure %s, %d rows, loop %s; %s", cut->joint, cut->kind, cut->closure,
@@ -466,7 +454,14 @@ void kmp_model_show(kmp_text *text, const kempe_model *model)
     show_unknowns(text, model);
     show_bodies(text, model);
     kmp_model_show_wheels(text, model);
-    show_closures(text, model);
+    int count = model->closure_count - kmp_model_friction_count(model); /* without the rows of forces */
+    begin(text, "loops", count);
+    for (int i = 0; i < count; i++) {
+        const kmp_closure *closure = &model->closures[i];
+        kmp_text_printf(text, "  %s: %s ", closure->name, closure->kind);
+        (closure->point[0] < 0 ? show_relation : show_between)(text, model, closure);
+        kmp_text_put(text, "\n");
+    }
     show_cuts(text, model);
     show_forces(text, model);
     show_start(text, model);

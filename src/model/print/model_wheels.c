@@ -15,9 +15,15 @@ _Static_assert(KMP_WORDS(kmp_track_side_words) == KMP_TRACK_SIDES, "a rail witho
 _Static_assert(KMP_WORDS(kmp_irregularity_words) == KMP_IRREGULARITIES, "an irregularity without a word");
 _Static_assert(KMP_WORDS(kmp_course_words) == KMP_COURSE_KINDS, "a kind of piece without a word");
 
-/* The numbers of a wheel, in addition to its radius, that its form uses. */
-static void put_numbers(kmp_json *json, const kmp_wheel *wheel)
+static void put_wheel(kmp_json *json, const kempe_model *model, const kmp_wheel *wheel)
 {
+    kmp_text rail = {0};
+    kmp_text_printf(&rail, "%s.%s", model->tracks[wheel->track].name, kmp_track_side_words[wheel->side]);
+    kmp_json_text(json, "on", &rail);
+    kmp_model_json_point(json, "at", model, wheel->point);
+    kmp_json_put(json, "profile %s radius %g contact %s creep %s", wheel->profile->name, wheel->radius.value,
+                 kmp_contact_form_words[wheel->form], kmp_creep_law_words[wheel->law]);
+    /* The numbers of a wheel, in addition to its radius, that its form uses. */
     bool creeps = wheel->law != KMP_CREEP_NONE, elastic = wheel->form == KMP_CONTACT_ELASTIC;
     if (creeps)
         kmp_json_number(json, "friction", wheel->friction.value);
@@ -29,17 +35,6 @@ static void put_numbers(kmp_json *json, const kmp_wheel *wheel)
     if (elastic)
         kmp_json_number(json, "damping", wheel->damping.value);
     kmp_json_number(json, "speed", wheel->speed.value);
-}
-
-static void put_wheel(kmp_json *json, const kempe_model *model, const kmp_wheel *wheel)
-{
-    kmp_text rail = {0};
-    kmp_text_printf(&rail, "%s.%s", model->tracks[wheel->track].name, kmp_track_side_words[wheel->side]);
-    kmp_json_text(json, "on", &rail);
-    kmp_model_json_point(json, "at", model, wheel->point);
-    kmp_json_put(json, "profile %s radius %g contact %s creep %s", wheel->profile->name, wheel->radius.value,
-                 kmp_contact_form_words[wheel->form], kmp_creep_law_words[wheel->law]);
-    put_numbers(json, wheel);
     kmp_json_array(json, "zones");
     for (int k = 0; k < wheel->zone_count; k++)
         kmp_json_numbers(json, NULL, 2, wheel->zone[k]);

@@ -150,17 +150,6 @@ static bool has_same_shape(const kmp_wheel *a, const kmp_wheel *b)
     return a->track == b->track && a->profile == b->profile && a->radius.value == b->radius.value;
 }
 
-/* Sets the neutral position: that of an earlier wheel of the same shape, or finds it. */
-static void find_stand(const reading *w)
-{
-    const kempe_model *model = w->r->model;
-    kmp_wheel *wheel = w->wheel;
-    const kmp_wheel *other = model->wheels;
-    while (other < wheel && !(other->scale > 0 && has_same_shape(other, wheel)))
-        other++;
-    wheel->stands = other < wheel ? other->stands : kmp_zones_stand(&model->tracks[wheel->track], wheel);
-}
-
 /* Copies the zones of an equal earlier wheel, or finds them. */
 static void find_zones(const reading *w)
 {
@@ -230,7 +219,12 @@ static void read_wheel(const reading *w)
     if (!good || !r->model->tracks[wheel->track].rail)
         return;
     wheel->scale = kmp_zones_scale(wheel);
-    find_stand(w);
+    /* Sets the neutral position: that of an earlier wheel of the same shape, or finds it. */
+    const kempe_model *model = w->r->model;
+    const kmp_wheel *other = model->wheels;
+    while (other < wheel && !(other->scale > 0 && has_same_shape(other, wheel)))
+        other++;
+    wheel->stands = other < wheel ? other->stands : kmp_zones_stand(&model->tracks[wheel->track], wheel);
     if (!wheel->zones_given)
         find_zones(w);
     if (wheel->form == KMP_CONTACT_ELASTIC)

@@ -249,23 +249,6 @@ static bool read_mesh(const reading *s, const kmp_yaml *node)
     return s->shape->mesh;
 }
 
-/* Computes the volume of a mesh that has a mass; a mesh that is drawn only may be open. */
-static void enclose(const reading *s)
-{
-    kmp_text why = {0};
-    const kmp_yaml *node = kmp_yaml_get(s->map, "mesh");
-    bool good = kmp_mesh_enclose(s->shape->mesh, &s->shape->enclosed, &why);
-    if (!good && why.length > 0)
-        kmp_reader_complain(s->r, node->place, "%s: '%s' gives no mass: %s", s->what, s->shape->mesh->path, why.s);
-    if (good && s->shape->enclosed.inward)
-        kmp_log(s->r->context, KEMPE_LOG_WARNING, "%s:%d:%d: %s: the triangles of '%s' face inwards; they are turned",
-                s->r->model->files[node->place.file], node->place.line, node->place.column, s->what,
-                s->shape->mesh->path);
-    s->r->scratch.failed = s->r->scratch.failed || why.failed;
-    s->shape->heavy = good;
-    kmp_text_free(&why);
-}
-
 static bool read_kind(const reading *s)
 {
     static bool (*const read[])(const reading *, const kmp_yaml *) = {
@@ -331,8 +314,22 @@ static void read_matter(const reading *s)
     else if (given && read_positive(s, given, density ? "density" : "mass", &s->shape->matter))
         s->shape->heavy = true;
     s->shape->by_density = density;
-    if (s->shape->heavy && s->shape->kind == KMP_SHAPE_MESH)
-        enclose(s);
+    if (s->shape->heavy && s->shape->kind == KMP_SHAPE_MESH) {
+        /* Computes the volume of a mesh that has a mass; a mesh that is drawn only may be open. */
+        kmp_text why = {0};
+        const kmp_yaml *node = kmp_yaml_get(s->map, "mesh");
+        bool good = kmp_mesh_enclose(s->shape->mesh, &s->shape->enclosed, &why);
+        if (!good && why.length > 0)
+            kmp_reader_complain(s->r, node->place, "%s: '%s' gives no mass: %s", s->what, s->shape->mesh->path, why.s);
+        if (good && s->shape->enclosed.inward)
+            kmp_log(s->r->context, KEMPE_LOG_WARNING,
+                    "%s:%d:%d: %s: the triangles of '%s' face inwards; they are turned",
+                    s->r->model->files[node->place.file], node->place.line, node->place.column, s->what,
+                    s->shape->mesh->path);
+        s->r->scratch.failed = s->r->scratch.failed || why.failed;
+        s->shape->heavy = good;
+        kmp_text_free(&why);
+    }
 }
 
 static void read_looks(const reading *s)

@@ -181,23 +181,21 @@ void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_outpu
         kmp_text_printf(text, ".%s", components[k]);
 }
 
-/* A bushing and a wheel have three forces, then three moments; an element at a joint acts along its coordinate. */
-static const char *unit_of_force(const kempe_model *model, const kmp_force *force, int k)
-{
-    if (force->kind == KMP_FORCE_COMPLIANT)
-        return pressing_number(force, k)->unit;
-    if (force->kind == KMP_FORCE_TOUCH)
-        return k > 0 ? "m" : force->turns ? "N m" : "N";
-    bool torque = kmp_force_rows[force->kind].width > 1 ? k >= 3
-                  : force->motion >= 0                  ? model->motions[force->motion].rotation
-                                       : force->kind == KMP_FORCE_BODY || force->kind == KMP_FORCE_TORSION;
-    return torque ? "N m" : "N";
-}
-
 const char *kmp_output_unit(const kempe_model *model, const kmp_output *output, int k)
 {
-    if (output->kind == KMP_OUTPUT_FORCE)
-        return unit_of_force(model, &model->forces[output->index], k);
+    if (output->kind == KMP_OUTPUT_FORCE) {
+        /* A bushing and a wheel have three forces, then three moments; an element at a joint acts along its coordinate.
+         */
+        const kmp_force *force = &model->forces[output->index];
+        if (force->kind == KMP_FORCE_COMPLIANT)
+            return pressing_number(force, k)->unit;
+        if (force->kind == KMP_FORCE_TOUCH)
+            return k > 0 ? "m" : force->turns ? "N m" : "N";
+        bool torque = kmp_force_rows[force->kind].width > 1 ? k >= 3
+                      : force->motion >= 0                  ? model->motions[force->motion].rotation
+                                           : force->kind == KMP_FORCE_BODY || force->kind == KMP_FORCE_TORSION;
+        return torque ? "N m" : "N";
+    }
     if (output->kind == KMP_OUTPUT_GAP)
         return model->forces[output->index].turns ? "rad" : "m";
     if (output->kind == KMP_OUTPUT_CONTACT)

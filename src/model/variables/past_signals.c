@@ -63,7 +63,8 @@ kmp_past *kmp_past_copy(const kmp_past *past)
 
 /* -- polynomials ------------------------------------------------------------------------------------- */
 
-double kmp_past_node(double from, double to, int k)
+/* Node k of [from, to], ascending, the first and the last one at the ends. */
+static double past_node(double from, double to, int k)
 {
     static const double pi = 3.14159265358979323846;
     if (k == 0 || k == KMP_PAST_DEGREE)
@@ -83,7 +84,8 @@ static double coefficient(const double *values, int i)
     return (i == 0 || i == KMP_PAST_DEGREE ? 1.0 : 2.0) * sum / KMP_PAST_DEGREE;
 }
 
-double kmp_past_tail(const double *values)
+/* The part of a polynomial by given values that one of lower degree does not have. */
+static double past_tail(const double *values)
 {
     return fmax(fabs(coefficient(values, KMP_PAST_DEGREE)), 0.1 * fabs(coefficient(values, KMP_PAST_DEGREE - 1)));
 }
@@ -130,7 +132,7 @@ static double excess(const kmp_past_source *x, int k, const double *values)
     double size = 0;
     for (int i = 0; i < NODES; i++)
         size = fmax(size, fabs(values[i]));
-    return kmp_past_tail(values) / fmax(x->tolerance(x->user, k, size), x->past->signal[k].rounding);
+    return past_tail(values) / fmax(x->tolerance(x->user, k, size), x->past->signal[k].rounding);
 }
 
 /* The largest excess of all signals over a part of the step. */
@@ -140,7 +142,7 @@ static kempe_status sample_part(recording *r, double from, double to, int depth,
     const double *now;
     *most = 0;
     for (int i = 0; i < NODES; i++) {
-        KMP_TRY(x->sample(x->user, kmp_past_node(from, to, i), &now));
+        KMP_TRY(x->sample(x->user, past_node(from, to, i), &now));
         for (int k = x->first; k <= x->last; k++)
             values_of(x, depth, k)[i] = now[k];
     }
@@ -169,7 +171,7 @@ static kempe_status find_rounding(recording *r, double from, double to, int dept
         KMP_TRY(sample_part(r, from, to, depth + 1, &most));
     }
     for (int k = x->first; most > 1 && k <= x->last; k++) {
-        double lacks = kmp_past_tail(values_of(x, depth, k));
+        double lacks = past_tail(values_of(x, depth, k));
         if (excess(x, k, values_of(x, depth, k)) > 1)
             x->past->signal[k].rounding = 4 * lacks;
     }
@@ -256,27 +258,13 @@ void kmp_past_cut(kmp_past *past, double t)
         kmp_past_piece *last = &signal->piece[signal->count - 1];
         double number = signal->dropped + signal->count - 1, values[NODES], u[4];
         for (int i = 0; i < NODES; i++) {
-            kmp_past_values(signal, number, number, kmp_past_node(last->from, t, i) + signal->delay, u);
+            kmp_past_values(signal, number, number, past_node(last->from, t, i) + signal->delay, u);
             values[i] = u[0];
         }
         if (last->to > t)
             set_piece(last, last->from, t, last->jump, values);
     }
     past->known = t;
-}
-
-/* The last of the pieces that begins at `at` or before, or else the first one. */
-static const kmp_past_piece *piece_at(const kmp_past_signal *signal, double first, double last, double at)
-{
-    int low = (int)(first - signal->dropped), high = (int)(last - signal->dropped);
-    while (low < high) {
-        int middle = high - (high - low) / 2;
-        if (signal->piece[middle].from <= at)
-            low = middle;
-        else
-            high = middle - 1;
-    }
-    return &signal->piece[low];
 }
 
 /* A step of Clenshaw's recurrence for the sum of coefficients times T_k(x). */
@@ -295,7 +283,17 @@ static inline void step(clenshaw *sum, double x, double c)
  * c'[k+1] + 2 k c[k], and half of that for k = 1. */
 void kmp_past_values(const kmp_past_signal *signal, double first, double last, double t, double values[4])
 {
-    const kmp_past_piece *piece = piece_at(signal, first, last, t - signal->delay);
+    /* The last of the pieces that begins at `at` or before, or else the first one. */
+    double at = t - signal->delay;
+    int low = (int)(first - signal->dropped), high = (int)(last - signal->dropped);
+    while (low < high) {
+        int middle = high - (high - low) / 2;
+        if (signal->piece[middle].from <= at)
+            low = middle;
+        else
+            high = middle - 1;
+    }
+    const kmp_past_piece *piece = &signal->piece[low];
     const double half = 0.5 * (piece->to - piece->from);
     double x = (t - signal->delay - piece->from) / half - 1;
     x = fmin(fmax(x, -1), 1); /* beyond its ends by rounding, or where a first step is estimated */

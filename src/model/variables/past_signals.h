@@ -39,9 +39,6 @@ void kmp_past_free(kmp_past *past);
 /** Adds the polynomial with given values at kmp_past_node of all nodes to a signal; false: no memory. */
 bool kmp_past_add(kmp_past_signal *signal, double from, double to, const double *values);
 
-/** Node k of [from, to], ascending, the first and the last one at the ends. */
-double kmp_past_node(double from, double to, int k);
-
 /** The source of records of the past: polynomials are halved while their last coefficients exceed a tolerance and are
  * more than rounding. `room`: kmp_past_room numbers. */
 typedef struct kmp_past_source {
@@ -62,9 +59,6 @@ kempe_status kmp_past_record(const kmp_past_source *source, double from, double 
 
 /** The numbers of the first and the last piece that lie between two times, which are ends of pieces. */
 void kmp_past_between(const kmp_past_signal *signal, double from, double to, double *first, double *last);
-
-/** The part of a polynomial by given values that one of lower degree does not have. */
-double kmp_past_tail(const double *values);
 
 /** Forgets what is after t, at which the past then ends; no memory is taken. */
 void kmp_past_cut(kmp_past *past, double t);

@@ -50,17 +50,6 @@ static int sections_of(kmp_weighting weighting, section out[MOST_SECTIONS])
     return 4;
 }
 
-double kmp_weighting_gain(kmp_weighting weighting, double frequency)
-{
-    section chain[MOST_SECTIONS];
-    int count = sections_of(weighting, chain);
-    double w = two_pi * frequency, gain = 1;
-    for (int k = 0; k < count; k++)
-        gain *= hypot(chain[k].p[0] - w * w * chain[k].p[2], w * chain[k].p[1]) /
-                hypot(chain[k].d[0] - w * w, w * chain[k].d[1]);
-    return gain;
-}
-
 /* -- filtering ---------------------------------------------------------------------------------------- */
 
 /* x of the next sample = state x + input (the four samples), the input by the number of samples before the present
@@ -176,7 +165,9 @@ double kmp_ordered_quantile(int count, const double *x, double part)
     return count < 1 ? NAN : k + 1 < count ? x[k] + (place - k) * (x[k + 1] - x[k]) : x[count - 1];
 }
 
-double kmp_sperling_factor(bool vertical, double f)
+/* Sperling's factor at a frequency, Hz: B = c sqrt((1.911 f^2 + (.25 f^2)^2) / ((1 - .277 f^2)^2 + (1.563 f - .0368
+ * f^3)^2)), c = .588 of vertical, .737 of lateral accelerations. */
+static double sperling_factor(bool vertical, double f)
 {
     double f2 = f * f, quarter = 0.25 * f2, real = 1 - 0.277 * f2, imaginary = f * (1.563 - 0.0368 * f2);
     return (vertical ? 0.588 : 0.737) * sqrt((1.911 * f2 + quarter * quarter) / (real * real + imaginary * imaginary));
@@ -202,7 +193,7 @@ double kmp_sperling(bool vertical, double rate, int count, const double *x)
     double sum = 0, span = section_size / rate;
     for (int turns = (int)ceil(0.5 * span - 1e-9); turns <= (int)(30 * span + 1e-9) && 2 * turns < section_size;
          turns++) {
-        double factor = 100 * kmp_sperling_factor(vertical, turns / span);
+        double factor = 100 * sperling_factor(vertical, turns / span);
         for (int s = 0; s < sections; s++)
             sum += factor * factor * component(section_size, x + (long)s * section_size, turns) / sections;
     }

@@ -15,9 +15,6 @@ typedef enum kmp_weighting {
 /** "Wb", .. */
 const char *kmp_weighting_name(kmp_weighting weighting);
 
-/** The modulus at a frequency, Hz. */
-double kmp_weighting_gain(kmp_weighting weighting, double frequency);
-
 /** Weights samples of `rate` per second, beginning at rest: the exact response of the filter to the cubic polynomials
  * through four neighbouring samples. `out` may be `in`; at least four samples. false: no memory. */
 bool kmp_weight(kmp_weighting weighting, double rate, int count, const double *in, double *out);
@@ -29,10 +26,6 @@ double kmp_root_mean_square(int steps, const double *x);
  * the last part 1. NaN: there are none. */
 void kmp_order(int count, double *x);
 double kmp_ordered_quantile(int count, const double *x, double part);
-
-/** Sperling's factor at a frequency, Hz: B = c sqrt((1.911 f^2 + (.25 f^2)^2) / ((1 - .277 f^2)^2 + (1.563 f - .0368
- * f^3)^2)), c = .588 of vertical, .737 of lateral accelerations. */
-double kmp_sperling_factor(bool vertical, double frequency);
 
 /** Sperling's Wz of samples in m/s^2: (sum of (100 a B)^2)^(1/6.67), a being the root mean square at a frequency, over
  * Fourier's components from 0.5 to 30 Hz of sections of 10 s, of the whole where it is shorter; the sum is the mean of

@@ -55,9 +55,13 @@ static void show_goals(kmp_text *text, const kempe_assembly *a)
     }
 }
 
-static void show_coordinates(kmp_text *text, const kempe_assembly *a)
+static void show_assembly(kmp_text *text, const void *result)
 {
+    const kempe_assembly *a = result;
     const kempe_model *model = a->system->model;
+    kmp_shown turn = kmp_shown_as(a->system->context, "rad");
+    kmp_text_printf(text, "%s: %s after %d iteration%s\n\n", model->name, is_done(a) ? "assembled" : "not assembled",
+                    a->iterations, a->iterations == 1 ? "" : "s");
     int width = kmp_print_width(a->system, KMP_QUANTITY_Q);
     kmp_text_printf(text, "  %-*s  unit  %22s  %22s  %22s\n", width, "", "guess", "q", "qd");
     for (int k = 0; k < kmp_model_coordinates(model); k++)
@@ -66,16 +70,6 @@ static void show_coordinates(kmp_text *text, const kempe_assembly *a)
                         kmp_print_value(a->system, k, a->q[k]), kmp_print_value(a->system, k, a->qd[k]),
                         model->start.hold && model->start.hold[k] ? "  held" : "");
     kmp_print_states(text, a->system, a->qd);
-}
-
-static void show_assembly(kmp_text *text, const void *result)
-{
-    const kempe_assembly *a = result;
-    const kempe_model *model = a->system->model;
-    kmp_shown turn = kmp_shown_as(a->system->context, "rad");
-    kmp_text_printf(text, "%s: %s after %d iteration%s\n\n", model->name, is_done(a) ? "assembled" : "not assembled",
-                    a->iterations, a->iterations == 1 ? "" : "s");
-    show_coordinates(text, a);
     show_goals(text, a);
     kmp_text_put(text, "\nresidual  |h| ");
     kmp_print_cell(text, 0, 2, a->residual);
@@ -143,17 +137,6 @@ static void json_goals(kmp_json *j, const kempe_assembly *a)
     kmp_json_put(j, "} }");
 }
 
-/* Rates that were given and could not be kept. */
-static void json_rates(kmp_json *j, const kempe_assembly *a)
-{
-    const kempe_model *model = a->system->model;
-    kmp_json_object(j, "rates_changed");
-    for (int k = 0; k < a->system->n; k++)
-        if (kmp_assembly_changed_rate(a, k))
-            kmp_json_put(j, "%s { given %g taken %g }", model->motions[k].name, model->start.qd[k].value, a->qd[k]);
-    kmp_json_put(j, "} rates_left %g", a->rates_left);
-}
-
 static void json_loose(kmp_json *j, const kempe_assembly *a)
 {
     const kempe_model *model = a->system->model;
@@ -196,7 +179,12 @@ static void json_assembly(kmp_text *text, const void *result)
     kmp_text_free_part(text, &reason);
     kmp_print_entries(&j, "q", a->system, KMP_QUANTITY_Q, a->q);
     kmp_print_entries(&j, "qd", a->system, KMP_QUANTITY_QD, a->qd);
-    json_rates(&j, a);
+    /* Rates that were given and could not be kept. */
+    kmp_json_object(&j, "rates_changed");
+    for (int k = 0; k < a->system->n; k++)
+        if (kmp_assembly_changed_rate(a, k))
+            kmp_json_put(&j, "%s { given %g taken %g }", model->motions[k].name, model->start.qd[k].value, a->qd[k]);
+    kmp_json_put(&j, "} rates_left %g", a->rates_left);
     json_loose(&j, a);
     kmp_json_put(&j, "residual %g gap %g turn %g", a->residual, a->gap, a->turn);
     kmp_print_names(&j, "culprits", a->system, kmp_name_of_closure, a->culprit_count, a->culprits);

@@ -26,19 +26,6 @@ static void json_sentence(kmp_json *json, const char *key, const kempe_check *ch
     kmp_text_free_part(json->text, &line);
 }
 
-static void json_mobility(kmp_json *json, const kempe_check *check)
-{
-    static const char *const words[] = {NULL, "real", "branches", "shaky", "conditions"};
-    const kmp_diagnosis *d = &check->diagnosis;
-    kmp_json_put(json, "mobility { dof %d driven %d counted %d generic_dof %g declared_rows %d margin %g",
-                 check->part.p, check->driven, check->part.n - check->part.m,
-                 d->moved || check->part.p == 0 ? (double)(check->part.n - d->generic_rank) : (double)NAN, d->declared,
-                 d->margin);
-    json_sentence(json, "explanation", check, kmp_check_mobility);
-    kmp_json_put(json, "second_order %s branches %g }", words[d->second],
-                 d->second == KMP_SECOND_BRANCHES ? (double)d->branches : (double)NAN);
-}
-
 static void json_redundancy(kmp_json *json, const kempe_check *check)
 {
     const kmp_diagnosis *d = &check->diagnosis;
@@ -66,21 +53,6 @@ static void json_redundancy(kmp_json *json, const kempe_check *check)
     kmp_json_end(json);
 }
 
-static void json_landmarks(kmp_json *json, const kempe_check *check)
-{
-    const kmp_limits *l = &check->diagnosis.limits;
-    kmp_json_array(json, "met");
-    for (int i = 0; i < l->landmark_count; i++) {
-        const kmp_landmark *mark = &l->landmark[i];
-        kmp_json_put(json, "{ what %s", mark->coordinate >= 0 ? "dead centre" : "change point");
-        kmp_json_string(json, "coordinate", motion_name(check, mark->coordinate));
-        kmp_json_put(json, "margin %g", mark->margin);
-        kmp_print_entries(json, "q", check->system, KMP_QUANTITY_Q, mark->q);
-        kmp_json_end(json);
-    }
-    kmp_json_end(json);
-}
-
 static void json_assembled(kmp_json *json, const kempe_check *check)
 {
     kmp_json_put(json, "nbody %d nq %d nh %d", check->body_count, check->part.n, check->part.m);
@@ -102,7 +74,14 @@ static void json_assembled(kmp_json *json, const kempe_check *check)
                         d->blocks[b].closures);
     kmp_json_end(json);
     kmp_json_whole(json, "loops", check->loop_count);
-    json_mobility(json, check);
+    static const char *const words[] = {NULL, "real", "branches", "shaky", "conditions"};
+    kmp_json_put(json, "mobility { dof %d driven %d counted %d generic_dof %g declared_rows %d margin %g",
+                 check->part.p, check->driven, check->part.n - check->part.m,
+                 d->moved || check->part.p == 0 ? (double)(check->part.n - d->generic_rank) : (double)NAN, d->declared,
+                 d->margin);
+    json_sentence(json, "explanation", check, kmp_check_mobility);
+    kmp_json_put(json, "second_order %s branches %g }", words[d->second],
+                 d->second == KMP_SECOND_BRANCHES ? (double)d->branches : (double)NAN);
     json_redundancy(json, check);
     kmp_json_array(json, "alternatives");
     for (int k = 0; k < check->diagnosis.alternative_count; k++) {
@@ -122,7 +101,16 @@ static void json_assembled(kmp_json *json, const kempe_check *check)
                      motion_name(check, k), swing->low, swing->high, swing->turns, swing->low_dead, swing->high_dead);
     }
     kmp_json_end(json);
-    json_landmarks(json, check);
+    kmp_json_array(json, "met");
+    for (int i = 0; i < l->landmark_count; i++) {
+        const kmp_landmark *mark = &l->landmark[i];
+        kmp_json_put(json, "{ what %s", mark->coordinate >= 0 ? "dead centre" : "change point");
+        kmp_json_string(json, "coordinate", motion_name(check, mark->coordinate));
+        kmp_json_put(json, "margin %g", mark->margin);
+        kmp_print_entries(json, "q", check->system, KMP_QUANTITY_Q, mark->q);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
     kmp_json_end(json);
 }
 
@@ -154,23 +142,6 @@ static void json_obstacle(kmp_json *json, const kempe_check *check)
     kmp_json_end(json);
 }
 
-/* Bodies whose mass follows from their shapes, where there are any. */
-static void json_shaped(kmp_json *json, const kempe_model *model)
-{
-    int count = 0;
-    for (int b = 1; b < model->body_count; b++) {
-        if (!model->bodies[b].by_shape)
-            continue;
-        if (count++ == 0)
-            kmp_json_array(json, "mass_by_shapes");
-        kmp_json_put(json, "{ body %s", model->bodies[b].name);
-        kmp_model_json_mass(json, &model->bodies[b]);
-        kmp_json_end(json);
-    }
-    if (count > 0)
-        kmp_json_end(json);
-}
-
 void kmp_check_json(kmp_text *text, const void *result)
 {
     const kempe_check *check = result;
@@ -191,7 +162,19 @@ void kmp_check_json(kmp_text *text, const void *result)
         kmp_json_end(&j);
     }
     kmp_json_end(&j);
-    json_shaped(&j, check->system->model);
+    /* Bodies whose mass follows from their shapes, where there are any. */
+    int count = 0;
+    for (int b = 1; b < model->body_count; b++) {
+        if (!model->bodies[b].by_shape)
+            continue;
+        if (count++ == 0)
+            kmp_json_array(&j, "mass_by_shapes");
+        kmp_json_put(&j, "{ body %s", model->bodies[b].name);
+        kmp_model_json_mass(&j, &model->bodies[b]);
+        kmp_json_end(&j);
+    }
+    if (count > 0)
+        kmp_json_end(&j);
     kmp_print_unused_json(&j, check->system->model);
     kmp_json_end(&j);
 }

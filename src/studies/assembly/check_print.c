@@ -250,39 +250,7 @@ static void show_choice(kmp_text *text, const kempe_check *check)
     show_alternatives(text, check, false, "cannot be u here");
 }
 
-static void show_blocks(kmp_text *text, const kempe_check *check)
-{
-    const kmp_diagnosis *d = &check->diagnosis;
-    label(text, "blocks of Jv");
-    for (int b = 0; b < d->block_count; b++) {
-        const kmp_loop_block *block = &d->blocks[b];
-        kmp_text_put(text, b ? " -> {" : "{");
-        kmp_list_names(text, check->system, kmp_name_of_coordinate, block->size, block->columns);
-        kmp_text_put(text, "} by ");
-        kmp_list_names(text, check->system, kmp_name_of_closure, block->closure_count, block->closures);
-    }
-    kmp_text_put(text, d->block_count > 0 ? "\n" : "none\n");
-}
-
 /* -- limits of motion -------------------------------------------------------------------------------- */
-
-static void show_landmarks(kmp_text *text, const kempe_check *check)
-{
-    const kmp_limits *l = &check->diagnosis.limits;
-    int u = check->part.u[0];
-    for (int i = 0; i < l->landmark_count; i++) {
-        const kmp_landmark *mark = &l->landmark[i];
-        if (mark->coordinate >= 0)
-            continue;
-        const char *name = name_of(check, u), *unit = kmp_print_unit(check->system, u);
-        double at = kmp_print_value(check->system, u, mark->q[u]);
-        if (mark->margin > 0)
-            line(text, "near change point", "at %s = %.6g %s: the last pivot falls to %.2g of its usual size", name, at,
-                 unit, mark->margin);
-        else
-            line(text, "change point", "at %s = %.6g %s: a bifurcation, branches meet there", name, at, unit);
-    }
-}
 
 /* The ranges of at most so many coordinates, or none. */
 static void show_limits(kmp_text *text, const kempe_check *check, int most)
@@ -301,7 +269,19 @@ static void show_limits(kmp_text *text, const kempe_check *check, int most)
         kmp_check_swing(text, check, k);
         kmp_text_put(text, "\n");
     }
-    show_landmarks(text, check);
+    int u = check->part.u[0];
+    for (int i = 0; i < l->landmark_count; i++) {
+        const kmp_landmark *mark = &l->landmark[i];
+        if (mark->coordinate >= 0)
+            continue;
+        const char *name = name_of(check, u), *unit = kmp_print_unit(check->system, u);
+        double at = kmp_print_value(check->system, u, mark->q[u]);
+        if (mark->margin > 0)
+            line(text, "near change point", "at %s = %.6g %s: the last pivot falls to %.2g of its usual size", name, at,
+                 unit, mark->margin);
+        else
+            line(text, "change point", "at %s = %.6g %s: a bifurcation, branches meet there", name, at, unit);
+    }
 }
 
 /* -- failed assembly --------------------------------------------------------------------------------- */
@@ -379,7 +359,15 @@ static void show_all(kmp_text *text, const void *result)
         line(text, "removable closures", "not examined: too many rows");
     list(text, check, "removable closures", "or", d->repair_count, put_repair);
     show_choice(text, check);
-    show_blocks(text, check);
+    label(text, "blocks of Jv");
+    for (int b = 0; b < d->block_count; b++) {
+        const kmp_loop_block *block = &d->blocks[b];
+        kmp_text_put(text, b ? " -> {" : "{");
+        kmp_list_names(text, check->system, kmp_name_of_coordinate, block->size, block->columns);
+        kmp_text_put(text, "} by ");
+        kmp_list_names(text, check->system, kmp_name_of_closure, block->closure_count, block->closures);
+    }
+    kmp_text_put(text, d->block_count > 0 ? "\n" : "none\n");
     kmp_text_put(text, "\n");
     show_limits(text, check, check->system->n);
 }

@@ -251,7 +251,9 @@ static kempe_status judge(study *s)
 
 /* -- the study ---------------------------------------------------------------------------------------- */
 
-kempe_status kmp_comfort_judge(kempe_comfort *comfort, kempe_trajectory *run, const kempe_comfort_options *options)
+/* Judges the accelerations of a run with keep_dense, into an empty `comfort`, which the caller frees by its arena.
+ * `run` of the options is not read. Statuses as kempe_comfort_new. */
+static kempe_status comfort_judge(kempe_comfort *comfort, kempe_trajectory *run, const kempe_comfort_options *options)
 {
     study s = {.c = comfort, .context = run->system->context, .run = run, .options = options};
     comfort->system = run->system;
@@ -277,7 +279,7 @@ kempe_status kempe_comfort_new(const kempe_system *system, const kempe_comfort_o
     dense.keep_dense = 1;
     kempe_status status = kmp_simulate(c->system, &dense, &trajectory);
     if (status == KEMPE_OK)
-        status = kmp_comfort_judge(c, trajectory, options);
+        status = comfort_judge(c, trajectory, options);
     kempe_trajectory_free(trajectory);
     c->warnings = kmp_context_warnings(system->context);
     c->status = status = kmp_context_verdict(system->context, status);

@@ -47,7 +47,3 @@ enum { KMP_COMFORT_WINDOWS = 60 };
 
 /** The k-th signal of a direction; NULL: there are fewer. */
 const kmp_comfort_signal *kmp_comfort_signal_of(const kempe_comfort *comfort, kmp_comfort_direction direction, int k);
-
-/** Judges the accelerations of a run with keep_dense, into an empty `comfort`, which the caller frees by its arena.
- * `run` of the options is not read. Statuses as kempe_comfort_new. */
-kempe_status kmp_comfort_judge(kempe_comfort *comfort, kempe_trajectory *run, const kempe_comfort_options *options);

@@ -118,25 +118,6 @@ static kempe_status use_reference(kmp_compare_job *j, const char *path)
     return status == KEMPE_OK && !c->source ? kmp_fail_memory(j->context) : status;
 }
 
-/* Finds multipliers that redundant rows leave undetermined: their errors are undefined, which the report states. */
-static kempe_status find_shared(kmp_compare_job *j)
-{
-    kempe_comparison *c = j->comparison;
-    const double *q = j->start->inner_q ? j->start->inner_q : j->start->q;
-    int count = 0;
-    c->shared = KMP_ARENA_NEW(&c->arena, bool, c->system->m);
-    KMP_TRY(kmp_made(j->context, c->shared));
-    if (j->start->chart)
-        kmp_eval_set_charts(j->eval, j->start->chart);
-    KMP_TRY(kmp_find_shared(j->eval, 0, q, c->shared, &count));
-    if (count > 0)
-        kmp_sentences_add(&c->arena, &c->warnings,
-                          "%d of %d multipliers are not unique because of redundant rows: their errors are omitted "
-                          "('kempe check' lists them)",
-                          count, c->system->m);
-    return KEMPE_OK;
-}
-
 /* The options are judged before anything is computed. */
 static kempe_status prepare(kmp_compare_job *j, const kempe_compare_options *options)
 {
@@ -166,7 +147,19 @@ static kempe_status prepare(kmp_compare_job *j, const kempe_compare_options *opt
         KMP_TRY(kmp_compare_probe(j, &stiff));
         KMP_TRY(stiff ? kmp_compare_add_implicit(j->comparison, options) : KEMPE_OK);
     }
-    KMP_TRY(find_shared(j));
+    /* Finds multipliers that redundant rows leave undetermined: their errors are undefined, which the report states. */
+    const double *q = j->start->inner_q ? j->start->inner_q : j->start->q;
+    int count = 0;
+    c->shared = KMP_ARENA_NEW(&c->arena, bool, c->system->m);
+    KMP_TRY(kmp_made(j->context, c->shared));
+    if (j->start->chart)
+        kmp_eval_set_charts(j->eval, j->start->chart);
+    KMP_TRY(kmp_find_shared(j->eval, 0, q, c->shared, &count));
+    if (count > 0)
+        kmp_sentences_add(&c->arena, &c->warnings,
+                          "%d of %d multipliers are not unique because of redundant rows: their errors are omitted "
+                          "('kempe check' lists them)",
+                          count, c->system->m);
     KMP_TRY(use_reference(j, options->reference));
     kmp_context_clear(j->context);
     if (!kmp_times_init(&j->times, c->t_end, c->t_end, c->has_reference ? &j->reference : NULL) ||
@@ -181,22 +174,16 @@ static kempe_status prepare(kmp_compare_job *j, const kempe_compare_options *opt
 
 /* -- the comparison ---------------------------------------------------------------------------------- */
 
-/* Repeats the warnings of the start. */
-static kempe_status repeat_warnings(kmp_compare_job *j)
-{
-    kempe_comparison *c = j->comparison;
-    char *lines = kmp_context_warnings(j->context);
-    for (const char *at = lines; at && *at; at += strcspn(at, "\n") + 1)
-        kmp_sentences_add(&c->arena, &c->warnings, "%.*s", (int)strcspn(at, "\n"), at);
-    kmp_free(lines);
-    return lines ? KEMPE_OK : kmp_fail_memory(j->context);
-}
-
 static kempe_status compare(kmp_compare_job *j, const kempe_compare_options *options)
 {
     kempe_comparison *c = j->comparison;
     KMP_TRY(prepare(j, options));
-    KMP_TRY(repeat_warnings(j));
+    /* Repeats the warnings of the start. */
+    char *lines = kmp_context_warnings(j->context);
+    for (const char *at = lines; at && *at; at += strcspn(at, "\n") + 1)
+        kmp_sentences_add(&c->arena, &c->warnings, "%.*s", (int)strcspn(at, "\n"), at);
+    kmp_free(lines);
+    KMP_TRY(lines ? KEMPE_OK : kmp_fail_memory(j->context));
     KMP_TRY(kmp_compare_run_all(j));
     kmp_compare_levels(c);
     if (!c->arena.failed) {

@@ -118,20 +118,6 @@ static bool is_better(const kempe_comparison *c, int method, int than)
     return false;
 }
 
-static void list_best(kempe_comparison *c)
-{
-    kmp_tables *t = &c->tables;
-    for (int w = 0; w < c->method_count; w++) {
-        int k = 0;
-        while (k < t->best_count && !same_formulation(c, t->best[k], w))
-            k++;
-        if (k == t->best_count)
-            t->best[t->best_count++] = w;
-        else if (is_better(c, w, t->best[k]))
-            t->best[k] = w;
-    }
-}
-
 void kmp_compare_tables(kempe_comparison *c)
 {
     c->tables = (kmp_tables){.aims = choose_aims(c),
@@ -145,7 +131,16 @@ void kmp_compare_tables(kempe_comparison *c)
         for (int w = first; w < c->method_count && is_first_of_family(c, first) && spans_formulations(c, first); w++)
             if (same_family(c, w, first))
                 t->same[t->same_count++] = w;
-    list_best(c);
+    /* The best method of each formulation. */
+    for (int w = 0; w < c->method_count; w++) {
+        int k = 0;
+        while (k < t->best_count && !same_formulation(c, t->best[k], w))
+            k++;
+        if (k == t->best_count)
+            t->best[t->best_count++] = w;
+        else if (is_better(c, w, t->best[k]))
+            t->best[k] = w;
+    }
     /* Best of all first. */
     int *best = c->tables.best;
     for (int i = 1; i < c->tables.best_count; i++)

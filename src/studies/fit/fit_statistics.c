@@ -48,34 +48,6 @@ double kmp_fit_slope_error(const kempe_fit *fit)
     return error;
 }
 
-/* Right vectors of zero singular values have components of these parameters. */
-static void find_open(judge *j)
-{
-    kempe_fit *f = j->f;
-    const double least = kmp_fit_slope_error(f);
-    f->rank = 0;
-    while (f->rank < j->free && j->svd.s[f->rank] > least * j->svd.s[0])
-        f->rank++;
-    f->condition = j->free > 0 ? j->svd.s[0] / j->svd.s[j->free - 1] : 1;
-    for (int r = f->rank; r < j->free; r++)
-        for (int k = 0; k < j->free; k++)
-            if (fabs(j->svd.vt[r + k * j->svd.k]) > KMP_FIT_MEMBER)
-                f->state[j->which[k]] = KMP_FIT_OPEN;
-}
-
-/* Each column's measurements less the part of the parameters that these determine. */
-static void find_freedoms(judge *j)
-{
-    kempe_fit *f = j->f;
-    int i = 0;
-    for (kmp_fit_cell at = KMP_FIT_BEGIN; kmp_fit_next(f, &at); i++)
-        for (int r = 0; r < f->rank; r++)
-            f->freedom[f->run[at.run].among[at.column]] -=
-                j->svd.u[i + (ptrdiff_t)r * f->residuals] * j->svd.u[i + (ptrdiff_t)r * f->residuals];
-    for (int c = 0; c < f->columns; c++)
-        f->freedom[c] = fmax(f->freedom[c], 0);
-}
-
 /* Degrees of freedom of the standard error of free parameter k. */
 static double freedom_of(judge *j, int k)
 {
@@ -129,7 +101,16 @@ static kempe_status judge_free(judge *j)
     scale_columns(j);
     if (!kmp_singular_decompose(&j->svd, j->scaled))
         return kmp_fail(f->context, KEMPE_E_FAILED, "the singular values of the Jacobian could not be found");
-    find_open(j);
+    /* Right vectors of zero singular values have components of these parameters. */
+    const double least = kmp_fit_slope_error(f);
+    f->rank = 0;
+    while (f->rank < j->free && j->svd.s[f->rank] > least * j->svd.s[0])
+        f->rank++;
+    f->condition = j->free > 0 ? j->svd.s[0] / j->svd.s[j->free - 1] : 1;
+    for (int r = f->rank; r < j->free; r++)
+        for (int k = 0; k < j->free; k++)
+            if (fabs(j->svd.vt[r + k * j->svd.k]) > KMP_FIT_MEMBER)
+                f->state[j->which[k]] = KMP_FIT_OPEN;
     /* (J'J)^-1 of the scaled columns, on the directions that the data determines. */
     for (int a = 0; a < j->free; a++)
         for (int b = 0; b < j->free; b++) {
@@ -138,7 +119,14 @@ static kempe_status judge_free(judge *j)
                 sum += j->svd.vt[r + a * j->svd.k] * j->svd.vt[r + b * j->svd.k] / (j->svd.s[r] * j->svd.s[r]);
             j->covariance[a + b * j->free] = sum;
         }
-    find_freedoms(j);
+    /* Each column's measurements less the part of the parameters that these determine. */
+    int i = 0;
+    for (kmp_fit_cell at = KMP_FIT_BEGIN; kmp_fit_next(f, &at); i++)
+        for (int r = 0; r < f->rank; r++)
+            f->freedom[f->run[at.run].among[at.column]] -=
+                j->svd.u[i + (ptrdiff_t)r * f->residuals] * j->svd.u[i + (ptrdiff_t)r * f->residuals];
+    for (int c = 0; c < f->columns; c++)
+        f->freedom[c] = fmax(f->freedom[c], 0);
     give_errors(j);
     return KEMPE_OK;
 }

@@ -51,7 +51,7 @@ static kempe_status read_deviations(kempe_fit *f, const char *list)
 
 /* -- trials ------------------------------------------------------------------------------------------ */
 
-double kmp_fit_measured(const kempe_fit *fit, const kmp_fit_cell *at)
+static double fit_measured(const kempe_fit *fit, const kmp_fit_cell *at)
 {
     const kmp_measured *m = &fit->run[at->run].measured;
     return m->value[(ptrdiff_t)at->row * m->columns + at->column];
@@ -67,7 +67,7 @@ bool kmp_fit_next(const kempe_fit *fit, kmp_fit_cell *at)
         }
         if (at->row >= m->rows)
             *at = (kmp_fit_cell){at->run + 1, 0, -1};
-        else if (!isnan(kmp_fit_measured(fit, at)))
+        else if (!isnan(fit_measured(fit, at)))
             return true;
     }
     return false;
@@ -92,7 +92,7 @@ void kmp_fit_weigh(const kempe_fit *fit, kmp_slope_runs *const *runs, double *re
         const kempe_sensitivity *rows = runs ? kmp_slope_runs_rows(runs[at.run]) : kmp_fit_rows(fit, at.run);
         const int column = r->column[at.column];
         double weight = 1 / fit->deviation[column_of(fit, &at)];
-        residual[i] = weight * (kmp_sensitivity_value(rows, at.row, column) - kmp_fit_measured(fit, &at));
+        residual[i] = weight * (kmp_sensitivity_value(rows, at.row, column) - fit_measured(fit, &at));
         for (int k = 0; k < fit->count; k++)
             slope[i + (ptrdiff_t)k * fit->residuals] = 0;
         for (int k = 0; k < r->count; k++)
@@ -116,7 +116,8 @@ kempe_status kmp_fit_run_all(const kempe_fit *fit, kmp_slope_runs *const *runs, 
 
 /* -- weights ----------------------------------------------------------------------------------------- */
 
-bool kmp_fit_has_few(const kempe_fit *fit, int column)
+/* True for a column whose deviation its few measurements cannot show. */
+static bool fit_has_few(const kempe_fit *fit, int column)
 {
     return !fit->given && fit->columns > 1 && fit->number[column] - fit->free < KMP_FIT_FEW;
 }
@@ -135,7 +136,7 @@ static bool weigh_again(kempe_fit *f, const double *scatter)
     }
     mean /= fmax(freedoms, 1);
     for (int c = 0; c < f->columns; c++) {
-        double one = kmp_fit_has_few(f, c), sum = f->number[c] * f->rms[c] * f->rms[c];
+        double one = fit_has_few(f, c), sum = f->number[c] * f->rms[c] * f->rms[c];
         double variance = (sum + one * mean * scatter[c] * scatter[c]) / fmax(f->freedom[c] + one, DBL_EPSILON);
         double next = fmax(sqrt(variance), least * scatter[c]);
         f->exact[c] = sqrt(variance) < next;
@@ -158,7 +159,7 @@ static kempe_status stand_at_estimates(kempe_fit *f)
     /* The root mean square of what remains, of each column. */
     memset(f->rms, 0, (size_t)f->columns * sizeof *f->rms);
     for (kmp_fit_cell at = KMP_FIT_BEGIN; kmp_fit_next(f, &at);) {
-        double away = kmp_fit_measured(f, &at) - value_at(f, &at);
+        double away = fit_measured(f, &at) - value_at(f, &at);
         f->rms[column_of(f, &at)] += away * away;
     }
     for (int c = 0; c < f->columns; c++)
@@ -182,13 +183,13 @@ static kempe_status search(kempe_fit *f)
     KMP_TRY(kmp_made(f->context, mean));
     for (kmp_fit_cell at = KMP_FIT_BEGIN; kmp_fit_next(f, &at);) {
         int c = column_of(f, &at);
-        mean[c] += kmp_fit_measured(f, &at) / f->number[c];
+        mean[c] += fit_measured(f, &at) / f->number[c];
     }
     for (kmp_fit_cell at = KMP_FIT_BEGIN; kmp_fit_next(f, &at);) {
         int c = column_of(f, &at);
-        double away = kmp_fit_measured(f, &at) - mean[c];
+        double away = fit_measured(f, &at) - mean[c];
         sum[c] += away * away;
-        most[c] = fmax(most[c], fabs(kmp_fit_measured(f, &at)));
+        most[c] = fmax(most[c], fabs(fit_measured(f, &at)));
     }
     for (int c = 0; c < f->columns; c++)
         scatter[c] = sum[c] > 0 ? sqrt(sum[c] / f->number[c]) : most[c] > 0 ? most[c] : 1;
@@ -499,7 +500,7 @@ static void warn(kempe_fit *f)
     if (open.s)
         kmp_log(f->context, KEMPE_LOG_WARNING, "%s", open.s);
     for (int c = 0; c < f->columns; c++)
-        if (kmp_fit_has_few(f, c))
+        if (fit_has_few(f, c))
             kmp_log(
                 f->context, KEMPE_LOG_WARNING,
                 "the column '%s' has %d measurements for %d parameters, too few to estimate its deviation: %.3g %s is "

@@ -92,7 +92,6 @@ typedef struct kmp_fit_cell {
 } kmp_fit_cell;
 
 #define KMP_FIT_BEGIN ((kmp_fit_cell){0, 0, -1})
-double kmp_fit_measured(const kempe_fit *fit, const kmp_fit_cell *at);
 bool kmp_fit_next(const kempe_fit *fit, kmp_fit_cell *at);
 
 /** Weighted residuals and their derivatives at the last rows of runs, one for each data file; NULL: those of the fit.
@@ -115,9 +114,6 @@ double kmp_fit_slope_error(const kempe_fit *fit);
 /** Standard errors, intervals, correlation and rank from the residuals and their derivatives, and the degrees of
  * freedom of each column. KEMPE_E_MEMORY. */
 kempe_status kmp_fit_judge(kempe_fit *fit);
-
-/** True for a column whose deviation its few measurements cannot show. */
-bool kmp_fit_has_few(const kempe_fit *fit, int column);
 
 /** A sentence about each set of parameters that the data does not determine. */
 void kmp_fit_put_open(const kempe_fit *fit, kmp_text *text);

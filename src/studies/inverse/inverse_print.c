@@ -225,26 +225,6 @@ static void json_vectors(kmp_json *json, const char *key, const kempe_inverse *r
     kmp_json_end(json);
 }
 
-static void json_rows(kmp_json *json, const kempe_inverse *r)
-{
-    kmp_json_numbers(json, "t", r->rows, r->t);
-    json_actuated(json, "tau", r, r->at.tau);
-    json_actuated(json, "power", r, r->at.power);
-    const kempe_system *s = r->system;
-    kmp_json_object(json, "lambda");
-    for (int l = 0, at = r->at.lambda; l < r->loops; l++) {
-        int count = 0;
-        for (int k = 0; k < s->m; k++)
-            count += s->rows[k].closure == r->loop[l];
-        json_column(json, s->model->closures[r->loop[l]].name, r, at, count);
-        at += count;
-    }
-    kmp_json_end(json);
-    json_vectors(json, "reaction", r, r->at.force);
-    json_vectors(json, "moment", r, r->at.moment);
-    kmp_json_put(json, "loads_not_unique %s load_share %s", r->not_unique, r->least_norm ? "least-norm" : NULL);
-}
-
 static void json(kmp_text *text, const void *result)
 {
     const kempe_inverse *r = result;
@@ -283,7 +263,22 @@ static void json(kmp_text *text, const void *result)
     for (int f = next_force(r, 0); f < model->force_count; f = next_force(r, f + 1))
         kmp_json_string(&j, NULL, model->forces[f].name);
     kmp_json_end(&j);
-    json_rows(&j, r);
+    kmp_json_numbers(&j, "t", r->rows, r->t);
+    json_actuated(&j, "tau", r, r->at.tau);
+    json_actuated(&j, "power", r, r->at.power);
+    const kempe_system *s = r->system;
+    kmp_json_object(&j, "lambda");
+    for (int l = 0, at = r->at.lambda; l < r->loops; l++) {
+        int count = 0;
+        for (int k = 0; k < s->m; k++)
+            count += s->rows[k].closure == r->loop[l];
+        json_column(&j, s->model->closures[r->loop[l]].name, r, at, count);
+        at += count;
+    }
+    kmp_json_end(&j);
+    json_vectors(&j, "reaction", r, r->at.force);
+    json_vectors(&j, "moment", r, r->at.moment);
+    kmp_json_put(&j, "loads_not_unique %s load_share %s", r->not_unique, r->least_norm ? "least-norm" : NULL);
     kmp_convergence_json(&j, &r->again, r->a > 0 ? name_of(r, r->actuator[r->again.index]) : NULL);
     kmp_json_put(&j, "cpu_s %g }", r->cpu_s);
 }

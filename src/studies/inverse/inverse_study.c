@@ -183,19 +183,6 @@ static kempe_status read_weights(job *j)
     return status;
 }
 
-static kempe_status read_actuators(job *j)
-{
-    kempe_inverse *r = j->r;
-    KMP_TRY(kmp_coordinates_read(j->system->model, "actuators", j->options->actuators, r->actuator, &r->a));
-    if (r->a == 0) {
-        const kempe_model *model = r->system->model;
-        for (int c = 0; c < model->closure_count; c++)
-            if (kmp_closure_is_drive(&model->closures[c]))
-                r->actuator[r->a++] = model->closures[c].motion;
-    }
-    return r->a == 0 ? fail_without_actuators(j) : read_weights(j);
-}
-
 static kempe_status choose_motion(job *j)
 {
     kempe_inverse *r = j->r;
@@ -356,7 +343,14 @@ static kempe_status prepare(job *j)
             return kmp_fail(j->context, KEMPE_E_ARGUMENT, "%s = %g: a positive number is expected", names[k],
                             numbers[k]);
     KMP_TRY(choose_motion(j));
-    KMP_TRY(read_actuators(j));
+    KMP_TRY(kmp_coordinates_read(j->system->model, "actuators", j->options->actuators, r->actuator, &r->a));
+    if (r->a == 0) {
+        const kempe_model *model = r->system->model;
+        for (int c = 0; c < model->closure_count; c++)
+            if (kmp_closure_is_drive(&model->closures[c]))
+                r->actuator[r->a++] = model->closures[c].motion;
+    }
+    KMP_TRY(r->a == 0 ? fail_without_actuators(j) : read_weights(j));
     KMP_TRY(prepare_motion(j));
     KMP_TRY(prepare_states(j));
     KMP_TRY(prepare_numbers(j, j->options->motion ? &j->table : NULL, r->motion == KMP_INVERSE_START));

@@ -72,18 +72,6 @@ static void show_dead(kmp_text *text, const kempe_kinematics *k)
     }
 }
 
-static void show_left_out(kmp_text *text, const kempe_kinematics *k)
-{
-    const kempe_model *model = k->system->model;
-    int listed = 0;
-    for (int o = 0; o < model->output_count; o++)
-        if (is_left_out(model, o)) {
-            kmp_text_put(text, listed++ ? ", " : "\nomitted, because they need forces: ");
-            kmp_output_print(text, model, &model->outputs[o]);
-        }
-    kmp_text_put(text, listed ? "\n" : "");
-}
-
 static void show_all(kmp_text *text, const void *result)
 {
     const kempe_kinematics *k = result;
@@ -134,33 +122,20 @@ static void show_all(kmp_text *text, const void *result)
                         "below %.1e); the sweep goes straight on\n",
                         kmp_kinematics_name(k, &k->lead[k->first]), as.factor * value_at(k, k->change[c].s), as.unit,
                         k->change[c].margin);
-    show_left_out(text, k);
+    const kempe_model *model = k->system->model;
+    int listed = 0;
+    for (int o = 0; o < model->output_count; o++)
+        if (is_left_out(model, o)) {
+            kmp_text_put(text, listed++ ? ", " : "\nomitted, because they need forces: ");
+            kmp_output_print(text, model, &model->outputs[o]);
+        }
+    kmp_text_put(text, listed ? "\n" : "");
     kmp_text_printf(text,
                     "\n%ld steps, %ld repeated, %ld corrections, independent coordinates changed %ld times, %.2g s\n",
                     k->effort.steps, k->effort.rejected, k->effort.newton, k->effort.exchanges, k->cpu_s);
 }
 
 /* -- JSON -------------------------------------------------------------------------------------------- */
-
-static void json_dead(kmp_json *j, const kempe_kinematics *k)
-{
-    kmp_json_array(j, "dead_centres");
-    for (int d = 0; d < k->dead_count; d++) {
-        const kmp_dead_centre *c = &k->dead[d];
-        kmp_json_put(j, "{ s %g coordinate %s value %g extreme %s determined %g margin %g instead %s", c->s,
-                     kmp_kinematics_name(k, &k->lead[k->first]), c->value, c->largest ? "greatest" : "least",
-                     c->determined, c->margin, c->instead);
-        kmp_print_entries(j, "q", k->system, KMP_QUANTITY_Q, c->q);
-        kmp_json_end(j);
-    }
-    kmp_json_put(j, "] change_points [");
-    for (int c = 0; c < k->change_count; c++) {
-        kmp_json_put(j, "{ s %g value %g margin %g", k->change[c].s, value_at(k, k->change[c].s), k->change[c].margin);
-        kmp_print_entries(j, "q", k->system, KMP_QUANTITY_Q, k->change[c].q);
-        kmp_json_end(j);
-    }
-    kmp_json_end(j);
-}
 
 static void json_all(kmp_text *text, const void *result)
 {
@@ -194,7 +169,22 @@ static void json_all(kmp_text *text, const void *result)
         kmp_json_put(&j, "%s { least %g greatest %g }", k->column[c].name, x.least, x.most);
     }
     kmp_json_end(&j);
-    json_dead(&j, k);
+    kmp_json_array(&j, "dead_centres");
+    for (int d = 0; d < k->dead_count; d++) {
+        const kmp_dead_centre *c = &k->dead[d];
+        kmp_json_put(&j, "{ s %g coordinate %s value %g extreme %s determined %g margin %g instead %s", c->s,
+                     kmp_kinematics_name(k, &k->lead[k->first]), c->value, c->largest ? "greatest" : "least",
+                     c->determined, c->margin, c->instead);
+        kmp_print_entries(&j, "q", k->system, KMP_QUANTITY_Q, c->q);
+        kmp_json_end(&j);
+    }
+    kmp_json_put(&j, "] change_points [");
+    for (int c = 0; c < k->change_count; c++) {
+        kmp_json_put(&j, "{ s %g value %g margin %g", k->change[c].s, value_at(k, k->change[c].s), k->change[c].margin);
+        kmp_print_entries(&j, "q", k->system, KMP_QUANTITY_Q, k->change[c].q);
+        kmp_json_end(&j);
+    }
+    kmp_json_end(&j);
     const kempe_model *model = k->system->model;
     kmp_json_array(&j, "left_out");
     for (int o = 0; o < model->output_count; o++) {

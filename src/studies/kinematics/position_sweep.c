@@ -324,25 +324,6 @@ static kempe_status follow(job *j)
 
 /* -- the study --------------------------------------------------------------------------------------- */
 
-/* Sweeps from the assembled state q. */
-static kempe_status sweep_from(job *j, const double *q)
-{
-    kempe_kinematics *k = j->k;
-    for (int i = 0; i < k->lead_count; i++) {
-        int c = k->lead[i].coordinate;
-        j->start[i] = c < 0 ? 0 : q[c];
-        if (i >= k->driven)
-            k->lead[i].from = k->lead[i].to = q[c];
-    }
-    bool timed = k->time >= 0 && k->lead[k->time].from != k->lead[k->time].to;
-    const kmp_lead from_zero = {-1, 0, timed ? k->lead[k->time].to : 0};
-    KMP_TRY(kmp_sweep_stand(&j->sweep, 0, q));
-    KMP_TRY(kmp_kinematics_check_leads(k, &j->sweep));
-    if (timed)
-        KMP_TRY(kmp_sweep_let_move(&j->sweep, &from_zero, 0, q));
-    return follow(j);
-}
-
 static kempe_status run(job *j, const kempe_kinematics_options *options)
 {
     kempe_kinematics *k = j->k;
@@ -356,7 +337,21 @@ static kempe_status run(job *j, const kempe_kinematics_options *options)
     j->start = KMP_ARENA_NEW(&k->arena, double, k->lead_count);
     KMP_TRY(kmp_made(s->context, !k->arena.failed));
     KMP_TRY(kmp_sweep_init(&j->sweep, s, backend, k->released));
-    return sweep_from(j, j->assembly->q);
+    /* Sweeps from the assembled state q. */
+    const double *q = j->assembly->q;
+    for (int i = 0; i < k->lead_count; i++) {
+        int c = k->lead[i].coordinate;
+        j->start[i] = c < 0 ? 0 : q[c];
+        if (i >= k->driven)
+            k->lead[i].from = k->lead[i].to = q[c];
+    }
+    bool timed = k->time >= 0 && k->lead[k->time].from != k->lead[k->time].to;
+    const kmp_lead from_zero = {-1, 0, timed ? k->lead[k->time].to : 0};
+    KMP_TRY(kmp_sweep_stand(&j->sweep, 0, q));
+    KMP_TRY(kmp_kinematics_check_leads(k, &j->sweep));
+    if (timed)
+        KMP_TRY(kmp_sweep_let_move(&j->sweep, &from_zero, 0, q));
+    return follow(j);
 }
 
 static kempe_status finish(job *j, kempe_status status)

@@ -481,26 +481,6 @@ static kmp_sweep_end arrive(trace *y, const stretch *e)
     return KMP_SWEEP_ARRIVED;
 }
 
-/* s turns between here and next: up to there, or to s_end before it. Rows nearer to it than rounding are it. */
-static kmp_sweep_end stop_dead(trace *y)
-{
-    kmp_sweep *w = y->w;
-    stretch e = between(w, &w->here, &w->next);
-    if (!enclose(w, &e, true, 0))
-        return KMP_SWEEP_LOST;
-    pose_copy(w, &w->between, &w->next);
-    e = between(w, &w->here, &w->next);
-    double limit = w->next.x[w->n] - y->up * y->slack;
-    if (!give_rows(y, &e, limit, false))
-        return KMP_SWEEP_LOST;
-    if (reaches(y, limit, y->task->s_end))
-        return arrive(y, &e);
-    pose_copy(w, &w->next, &w->here);
-    w->here.dx[w->n] = 0;
-    give_dead(y);
-    return KMP_SWEEP_DEAD;
-}
-
 static bool goes_on(const trace *y)
 {
     return (y->w->next.dx[y->w->n] > 0) == (y->up > 0);
@@ -550,8 +530,23 @@ static kmp_sweep_end go_on(trace *y)
         return margin < KMP_MARGIN_ENTRY ? cross(y, margin) : KMP_SWEEP_LOST;
     w->effort.steps++;
     w->last_margin = margin;
-    if (!goes_on(y))
-        return stop_dead(y);
+    if (!goes_on(y)) {
+        /* s turns between here and next: up to there, or to s_end before it. Rows nearer to it than rounding are it. */
+        stretch e = between(w, &w->here, &w->next);
+        if (!enclose(w, &e, true, 0))
+            return KMP_SWEEP_LOST;
+        pose_copy(w, &w->between, &w->next);
+        e = between(w, &w->here, &w->next);
+        double limit = w->next.x[w->n] - y->up * y->slack;
+        if (!give_rows(y, &e, limit, false))
+            return KMP_SWEEP_LOST;
+        if (reaches(y, limit, y->task->s_end))
+            return arrive(y, &e);
+        pose_copy(w, &w->next, &w->here);
+        w->here.dx[w->n] = 0;
+        give_dead(y);
+        return KMP_SWEEP_DEAD;
+    }
     stretch e = between(w, &w->here, &w->next);
     double s = w->next.x[w->n];
     if (!give_rows(y, &e, s, false))

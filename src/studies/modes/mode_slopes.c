@@ -122,21 +122,6 @@ static number product(const work *w, int i, int j, number s)
 
 /* -- equal ones -------------------------------------------------------------------------------------- */
 
-/* Collects in `group` eigenvalue i and those equal to it up to the rounding of the solver. */
-static int gather(work *w, int i)
-{
-    const kmp_spectrum *sp = w->spectrum;
-    double largest = 0;
-    int count = 0;
-    for (int k = 0; k < sp->count; k++)
-        largest = fmax(largest, cabs(value_of(sp, k)));
-    double near = NEAR * cabs(value_of(sp, i)) + 64 * sp->count * DBL_EPSILON * largest;
-    for (int k = sp->zeros; k < sp->count; k++)
-        if (cabs(value_of(sp, k) - value_of(sp, i)) <= near)
-            w->group[count++] = k;
-    return count;
-}
-
 static void set(kmp_mode_slopes *out, int i, int k, number x)
 {
     out->re[i * out->count + k] = creal(x);
@@ -225,7 +210,15 @@ static kempe_status follow_all(work *w)
     for (int i = sp->zeros; i < sp->count; i++) {
         if (w->done[i] || sp->im[i] < 0)
             continue;
-        int g = gather(w, i);
+        /* Collects in `group` eigenvalue i and those equal to it up to the rounding of the solver. */
+        double largest = 0;
+        int g = 0;
+        for (int k = 0; k < sp->count; k++)
+            largest = fmax(largest, cabs(value_of(sp, k)));
+        double near = NEAR * cabs(value_of(sp, i)) + 64 * sp->count * DBL_EPSILON * largest;
+        for (int k = sp->zeros; k < sp->count; k++)
+            if (cabs(value_of(sp, k) - value_of(sp, i)) <= near)
+                w->group[g++] = k;
         number mean = 0;
         for (int j = 0; j < g; j++) {
             mean += value_of(sp, w->group[j]) / g;

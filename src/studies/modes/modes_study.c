@@ -30,17 +30,6 @@ static kempe_status read_orders(kempe_modes *m, const char *text)
     return KEMPE_OK;
 }
 
-/* Keeps a locus that is not complete, with its reason. */
-static kempe_status give_reason(kempe_modes *m)
-{
-    kempe_context *context = m->system->context;
-    const kmp_locus *l = &m->locus;
-    m->reason = kmp_arena_printf(&m->arena, "'%s' was swept from %g to %g: %s", m->name, l->value[0],
-                                 l->value[l->reached > 0 ? l->reached - 1 : 0],
-                                 kmp_interrupted(context) ? "interrupted" : kempe_context_message(context));
-    return m->reason ? KEMPE_STOPPED : kmp_fail_memory(context);
-}
-
 /* Largest difference of two states, angles modulo a turn and lengths over the characteristic length; `at`: its
  * coordinate. */
 static double apart(const kempe_system *system, const double *a, const double *b, int *at)
@@ -104,8 +93,14 @@ static kempe_status sweep(kempe_modes *m, const kmp_operating_family_options *op
     own.spare = own.told = true;
     KMP_TRY(kmp_operating_family_new(m->system, &own, &family));
     kempe_status status = kmp_locus_make(family, count, values, &m->locus);
-    if (status == KEMPE_STOPPED)
-        status = give_reason(m);
+    if (status == KEMPE_STOPPED) {
+        /* Keeps a locus that is not complete, with its reason. */
+        const kmp_locus *l = &m->locus;
+        m->reason = kmp_arena_printf(&m->arena, "'%s' was swept from %g to %g: %s", m->name, l->value[0],
+                                     l->value[l->reached > 0 ? l->reached - 1 : 0],
+                                     kmp_interrupted(context) ? "interrupted" : kempe_context_message(context));
+        status = m->reason ? KEMPE_STOPPED : kmp_fail_memory(context);
+    }
     int parameter = own.name ? kmp_parameter_find(m->system->model, own.name) : -1;
     if (status >= 0 && parameter >= 0 && m->family->state->equilibrium)
         compare_with_own(m, m->system->model->parameters[parameter].number.value);

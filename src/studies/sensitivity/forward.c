@@ -71,23 +71,6 @@ static int row(kmp_formulation *formulation, double t, const double *y, double *
     return KMP_GO;
 }
 
-/* The derivatives of the last whole row by parameter k: outputs in the current charts, and the user's coordinates. */
-static void follow(kmp_forward_formulation *f, int k, const kmp_chart_motion *user)
-{
-    kmp_varied *v = f->v;
-    const kmp_linear *l = &v->linear;
-    const kmp_chart_motion inner = {l->eval->chart, l->q, l->qd, l->qdd};
-    double *dq = f->dq + k * f->n, *dqd = f->dqd + k * f->n, *dqdd = f->dqdd + k * f->n;
-    double *dlambda = f->dlambda + k * f->m;
-    kmp_forward_follow(f, f->row_y, k, dq, dqd, dqdd, dlambda);
-    if (v->slopes->shown > 0)
-        kmp_slopes_along(v->slopes, &v->slopes->outputs, &(kmp_direction){NULL, dq, dqd, dqdd, dlambda, NULL}, k,
-                         f->dshown + k * v->slopes->shown);
-    for (int c = 0; c < f->system->chart_count; c++)
-        if (!kmp_chart_is_own(inner.chart, c))
-            kmp_chart_carry(f->system, c, &inner, user, dq, dqd, dqdd);
-}
-
 static int take_row(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
                     double work)
 {
@@ -100,8 +83,21 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
     const kmp_instant at = kmp_linear_instant(&v->linear);
     const double *shown = kmp_slopes_values(&v->slopes->outputs, &at);
     kmp_charts_reset(f->system, f->new_chart);
-    for (int k = 0; k < f->count; k++)
-        follow(f, k, &own);
+    for (int k = 0; k < f->count; k++) {
+        /* The derivatives of the last whole row by parameter k: outputs in the current charts, and the user's
+         * coordinates. */
+        const kmp_linear *l = &v->linear;
+        const kmp_chart_motion inner = {l->eval->chart, l->q, l->qd, l->qdd};
+        double *dq = f->dq + k * f->n, *dqd = f->dqd + k * f->n, *dqdd = f->dqdd + k * f->n;
+        double *dlambda = f->dlambda + k * f->m;
+        kmp_forward_follow(f, f->row_y, k, dq, dqd, dqdd, dlambda);
+        if (v->slopes->shown > 0)
+            kmp_slopes_along(v->slopes, &v->slopes->outputs, &(kmp_direction){NULL, dq, dqd, dqdd, dlambda, NULL}, k,
+                             f->dshown + k * v->slopes->shown);
+        for (int c = 0; c < f->system->chart_count; c++)
+            if (!kmp_chart_is_own(inner.chart, c))
+                kmp_chart_carry(f->system, c, &inner, &own, dq, dqd, dqdd);
+    }
     const kmp_varied_row row_of = {t, q, qd, qdd, lambda, shown, f->dq, f->dqd, f->dqdd, f->dlambda, f->dshown};
     return f->options->watch.row(f->options->watch.user, &row_of);
 }

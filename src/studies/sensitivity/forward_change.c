@@ -121,18 +121,6 @@ static void set_modes(const kmp_forward_formulation *f, const double *mode)
         kmp_eval_set_modes(kmp_forward_eval(f), mode);
 }
 
-/* The derivatives of t_e by q, qd and parameters. */
-static void find_swing_alone(kmp_forward_formulation *f, int k, double rate)
-{
-    kmp_varied *v = f->v;
-    double *q = f->swing, *qd = q + f->n;
-    memset(f->along, 0, (size_t)f->system->events.count * sizeof *f->along);
-    memset(f->swing, 0, (size_t)f->swing_size * sizeof *f->swing);
-    f->along[k] = -1 / rate;
-    kmp_slopes_gradient(v->slopes, &v->slopes->events, f->along,
-                        &(kmp_direction){.q = q, .qd = qd, .parameters = qd + f->n});
-}
-
 /* dt_e/dp of condition k at the place, which is the last state. False: the condition is touched, not passed. */
 static bool find_swing(kmp_forward_formulation *f, int k)
 {
@@ -150,8 +138,15 @@ static bool find_swing(kmp_forward_formulation *f, int k)
                          &(kmp_direction){.q = f->dq + i * f->n, .qd = f->dqd + i * f->n}, i, along);
         f->swing[i] = -along[k] / rate;
     }
-    if (f->options->alone)
-        find_swing_alone(f, k, rate);
+    if (f->options->alone) {
+        /* The derivatives of t_e by q, qd and parameters. */
+        double *q = f->swing, *qd = q + f->n;
+        memset(f->along, 0, (size_t)f->system->events.count * sizeof *f->along);
+        memset(f->swing, 0, (size_t)f->swing_size * sizeof *f->swing);
+        f->along[k] = -1 / rate;
+        kmp_slopes_gradient(v->slopes, &v->slopes->events, f->along,
+                            &(kmp_direction){.q = q, .qd = qd, .parameters = qd + f->n});
+    }
     return fabs(rate) > GRAZING * faster;
 }
 
@@ -382,21 +377,6 @@ static void take_all_next(kmp_forward_formulation *f, double t)
     f->resets = 0;
 }
 
-/* Takes the rates of the last state times dt_e/dp from the unknowns. */
-static void come_back(kmp_forward_formulation *f, double integrand, double *y)
-{
-    const kmp_linear *l = &f->v->linear;
-    int half = kmp_forward_blocks(f), w = f->width;
-    for (int k = 0; k < f->count; k++)
-        for (int i = 0; i < w && f->swing[k] != 0; i++) {
-            y[(k + 1) * w + i] -= l->qd[kmp_forward_unknowns(f)[i]] * f->swing[k];
-            y[half + (k + 1) * w + i] -= l->qdd[kmp_forward_unknowns(f)[i]] * f->swing[k];
-        }
-    for (int k = 0; f->integrals && k < f->count; k++)
-        if (f->swing[k] != 0)
-            y[2 * half + 1 + k] += (integrand - integrand_here(f)) * f->swing[k];
-}
-
 static int too_many(kmp_forward_formulation *f, double t)
 {
     kmp_text_printf(&f->formulation.reason, "states change too often at t = %.9g: derivatives end there", t);
@@ -456,7 +436,16 @@ static int pass_resets(kmp_forward_formulation *f, double t, const double *jump,
     memcpy(f->mode, f->new_mode, kmp_forward_mode_bytes(f));
     if (kmp_forward_stand_at(f, t, y, true) != KMP_GO)
         return KMP_HALT;
-    come_back(f, integrand, y);
+    /* Takes the rates of the last state times dt_e/dp from the unknowns. */
+    int half = kmp_forward_blocks(f), w = f->width;
+    for (int k = 0; k < f->count; k++)
+        for (int i = 0; i < w && f->swing[k] != 0; i++) {
+            y[(k + 1) * w + i] -= l->qd[kmp_forward_unknowns(f)[i]] * f->swing[k];
+            y[half + (k + 1) * w + i] -= l->qdd[kmp_forward_unknowns(f)[i]] * f->swing[k];
+        }
+    for (int k = 0; f->integrals && k < f->count; k++)
+        if (f->swing[k] != 0)
+            y[2 * half + 1 + k] += (integrand - integrand_here(f)) * f->swing[k];
     f->t = NAN; /* the place is the one before the change */
     return KMP_GO;
 }

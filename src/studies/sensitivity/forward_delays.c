@@ -123,18 +123,6 @@ static kempe_status add_jump(kmp_forward_formulation *f, int signal)
     return KEMPE_OK;
 }
 
-/* The first values after the end of the past, beside those before it. */
-static kempe_status note_jumps(kmp_forward_formulation *f)
-{
-    kmp_forward_delays *x = f->delays;
-    for (int k = 0; k < x->count; k++) {
-        double size = fmax(fmax(fabs(x->value[k]), fabs(x->last[k])), state_of(f, k)->scale);
-        if (fabs(x->value[k] - x->last[k]) > NO_JUMP * size)
-            KMP_TRY(add_jump(f, k));
-    }
-    return KEMPE_OK;
-}
-
 /* U of all signals by all parameters from u', du/dp and dT/dp of rows `first` on. */
 static void take_by(kmp_forward_formulation *f, int first, int p)
 {
@@ -156,8 +144,14 @@ static kempe_status sample(void *user, double t, const double **values)
         return KEMPE_E_FAILED;
     const kmp_instant at = kmp_linear_instant(l);
     memcpy(x->value, kmp_slopes_values(of, &at), (size_t)x->count * sizeof *x->value);
-    if (x->begins)
-        KMP_TRY(note_jumps(f));
+    if (x->begins) {
+        /* The first values after the end of the past, beside those before it. */
+        for (int k = 0; k < x->count; k++) {
+            double size = fmax(fmax(fabs(x->value[k]), fabs(x->last[k])), state_of(f, k)->scale);
+            if (fabs(x->value[k] - x->last[k]) > NO_JUMP * size)
+                KMP_TRY(add_jump(f, k));
+        }
+    }
     x->begins = false;
     kmp_slopes_along(v->slopes, of, &(kmp_direction){.t = &one, .q = l->qd, .qd = l->qdd}, -1, x->rate);
     for (int p = 0; p < x->parameters; p++) {

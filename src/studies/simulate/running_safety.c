@@ -56,7 +56,8 @@ typedef struct judging {
 
 /* -- limits ------------------------------------------------------------------------------------------- */
 
-double kmp_flange_angle(const kmp_wheel *wheel)
+/* The steepest angle of a wheel's flange, rad. */
+static double steepest_flange(const kmp_wheel *wheel)
 {
     const kmp_table *height = wheel->profile->height;
     double steepest = 0;
@@ -70,7 +71,7 @@ double kmp_flange_angle(const kmp_wheel *wheel)
 }
 
 /* Nadal, Annales des Mines 9 (1896) 413. */
-double kmp_nadal_limit(double flange, double friction)
+static double nadal_limit(double flange, double friction)
 {
     double slope = tan(flange);
     return slope > friction ? (slope - friction) / (1 + friction * slope) : NAN;
@@ -504,8 +505,8 @@ static void take_loads(judging *j)
     for (int w = 0; w < s->wheels; w++) {
         kmp_safety_wheel *wheel = &s->wheel[w];
         wheel->load = s->at_rest ? j->static_loads[w] : j->load[(ptrdiff_t)w * s->samples];
-        wheel->flange = kmp_flange_angle(&model->wheels[w]);
-        wheel->nadal = kmp_nadal_limit(wheel->flange, model->wheels[w].friction.value);
+        wheel->flange = steepest_flange(&model->wheels[w]);
+        wheel->nadal = nadal_limit(wheel->flange, model->wheels[w].friction.value);
         loads += wheel->load;
         least = fmin(least, wheel->load);
     }

@@ -64,12 +64,6 @@ kempe_status kmp_static_loads(const kempe_system *system, double *loads);
 kempe_status kmp_running_safety_of(const kempe_system *system, kmp_recording *recording, const double *static_loads,
                                    kmp_arena *arena, kmp_running_safety *safety);
 
-/** The steepest angle of a wheel's flange, rad. */
-double kmp_flange_angle(const kmp_wheel *wheel);
-
-/** Nadal's limit of Y/Q; NaN where the flange is not steeper than the cone of friction. */
-double kmp_nadal_limit(double flange, double friction);
-
 /** The state that Q0 is from, in words. */
 const char *kmp_safety_loads_from(const kmp_running_safety *safety);
 

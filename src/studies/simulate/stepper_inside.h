@@ -29,17 +29,11 @@ struct kempe_stepper {
 /** The current time, where the runner has it: the end of its last step, up to rounding. */
 double kmp_stepper_here(const kempe_stepper *stepper);
 
-/** Takes the row at t, within the last step or at its end up to rounding; after a failure the old one is unchanged. */
-kempe_status kmp_stepper_stand_at(kempe_stepper *stepper, double t);
-
 /** Takes the row here again, with inputs that were set since. */
 kempe_status kmp_stepper_stand_with_inputs(kempe_stepper *stepper);
 
 /** Begins a call that moves the stepper. KEMPE_E_ARGUMENT from inside its own force function. */
 kempe_status kmp_stepper_enter(kempe_stepper *stepper);
-
-/** Keeps the sentence of a failure, and gives it to the context too; forgets an earlier one. */
-kempe_status kmp_stepper_settle(kempe_stepper *stepper, kempe_status status);
 
 /** Makes the runner of `spec` from a start (NULL: the model is assembled) in place of the present one, and stands at
  * its first time. After a failure the stepper is unchanged. */

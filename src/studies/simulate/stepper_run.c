@@ -13,7 +13,8 @@ double kmp_stepper_here(const kempe_stepper *s)
     return kmp_same_time(s->t, end) ? end : s->t;
 }
 
-kempe_status kmp_stepper_stand_at(kempe_stepper *s, double t)
+/* Takes the row at t, within the last step or at its end up to rounding; after a failure the old one is unchanged. */
+static kempe_status stepper_stand_at(kempe_stepper *s, double t)
 {
     double *row = s->next;
     KMP_TRY(kmp_runner_row(s->runner, fmin(t, kmp_runner_t(s->runner)), row, &s->work));
@@ -23,7 +24,8 @@ kempe_status kmp_stepper_stand_at(kempe_stepper *s, double t)
     return KEMPE_OK;
 }
 
-kempe_status kmp_stepper_settle(kempe_stepper *s, kempe_status status)
+/* Keeps the sentence of a failure, and gives it to the context too; forgets an earlier one. */
+static kempe_status stepper_settle(kempe_stepper *s, kempe_status status)
 {
     kmp_run_report report;
     if (status == KEMPE_E_ARGUMENT)
@@ -49,16 +51,16 @@ kempe_status kmp_stepper_run_from(kempe_stepper *s, const kmp_run_spec *spec, co
         return status;
     s->runner = runner;
     if (status == KEMPE_OK)
-        status = kmp_stepper_stand_at(s, spec->t_start);
+        status = stepper_stand_at(s, spec->t_start);
     if (status != KEMPE_OK && before) {
-        (void)kmp_stepper_settle(s, status);
+        (void)stepper_settle(s, status);
         s->runner = before;
         kmp_runner_free(runner);
         return status;
     }
     kmp_runner_free(before);
     if (before)
-        status = kmp_stepper_settle(s, status);
+        status = stepper_settle(s, status);
     s->stop = s->spec.t_end;
     s->own_stop = INFINITY;
     s->given = false;
@@ -70,7 +72,7 @@ static kempe_status begin(kempe_stepper *s)
     KMP_TRY(kmp_made(s->system->context,
                      KMP_ARENA_EACH(&s->arena, double, 3 * s->system->n + s->system->m, &s->row, &s->next)));
     kempe_status status = kmp_stepper_run_from(s, &s->spec, NULL);
-    return s->runner ? kmp_stepper_settle(s, status) : status;
+    return s->runner ? stepper_settle(s, status) : status;
 }
 
 kempe_status kempe_stepper_new(const kempe_system *system, const kempe_run_options *run, kempe_stepper **stepper)
@@ -129,7 +131,7 @@ kempe_status kmp_stepper_stand_with_inputs(kempe_stepper *s)
         return KEMPE_OK;
     s->given = false;
     KMP_TRY(kmp_runner_cut(s->runner, kmp_stepper_here(s), s->stop));
-    return kmp_stepper_stand_at(s, s->t);
+    return stepper_stand_at(s, s->t);
 }
 
 kempe_status kmp_stepper_enter(kempe_stepper *s)
@@ -150,8 +152,8 @@ static kempe_status step(kempe_stepper *s)
     if (status == KEMPE_OK && kmp_last_equal(s->t) >= kmp_runner_t(s->runner))
         status = kmp_runner_step(s->runner);
     kempe_status stood =
-        status == KEMPE_OK || status == KEMPE_STOPPED ? kmp_stepper_stand_at(s, kmp_runner_t(s->runner)) : status;
-    return kmp_stepper_settle(s, stood == KEMPE_OK ? status : stood);
+        status == KEMPE_OK || status == KEMPE_STOPPED ? stepper_stand_at(s, kmp_runner_t(s->runner)) : status;
+    return stepper_settle(s, stood == KEMPE_OK ? status : stood);
 }
 
 kempe_status kempe_stepper_step(kempe_stepper *s)
@@ -174,10 +176,10 @@ static kempe_status advance(kempe_stepper *s, double t)
         status = follow_inputs(s, t);
     while (status == KEMPE_OK && kmp_last_equal(kmp_runner_t(s->runner)) < t)
         status = kmp_runner_step(s->runner);
-    kempe_status stood = status == KEMPE_OK            ? kmp_stepper_stand_at(s, t)
-                         : kmp_runner_ended(s->runner) ? kmp_stepper_stand_at(s, kmp_runner_t(s->runner))
+    kempe_status stood = status == KEMPE_OK            ? stepper_stand_at(s, t)
+                         : kmp_runner_ended(s->runner) ? stepper_stand_at(s, kmp_runner_t(s->runner))
                                                        : status;
-    return kmp_stepper_settle(s, status == KEMPE_OK || stood != KEMPE_OK ? stood : status);
+    return stepper_settle(s, status == KEMPE_OK || stood != KEMPE_OK ? stood : status);
 }
 
 kempe_status kempe_stepper_advance(kempe_stepper *s, double t)

@@ -77,21 +77,6 @@ static const char *again_name(const kempe_trajectory *t)
     return t->system->n > 0 ? t->system->model->motions[t->again.index].name : NULL;
 }
 
-/* The integrator, where the user chose none. */
-static void show_choice(kmp_text *text, const kempe_trajectory *t)
-{
-    double ratio = t->report.chosen_ratio;
-    const kmp_integrator_reason *reason = &t->spec.reason;
-    if (reason->integrator)
-        kmp_text_printf(text, "chosen    integrator %s: %s%s%s\n", reason->integrator, reason->because,
-                        reason->obstacle ? ": " : "", reason->obstacle ? reason->obstacle : "");
-    if (ratio > 0)
-        kmp_text_printf(text,
-                        "chosen    integrator %s at the start: by counted operations, radau in lanes takes %.2f times "
-                        "as long as dop853\n",
-                        ratio < KMP_RATIO_WORTH ? "radau" : "dop853", ratio);
-}
-
 static void show_verdict(kmp_text *text, const kempe_trajectory *t)
 {
     const kmp_run_report *r = &t->report;
@@ -115,7 +100,17 @@ static void show_verdict(kmp_text *text, const kempe_trajectory *t)
                 kmp_text_printf(text, "%s %.2e  ", kmp_quantity_prefix((kmp_quantity)k), t->verdict.error[k]);
         kmp_text_printf(text, "against %s\n", t->source);
     }
-    show_choice(text, t);
+    /* The integrator, where the user chose none. */
+    double ratio = t->report.chosen_ratio;
+    const kmp_integrator_reason *reason = &t->spec.reason;
+    if (reason->integrator)
+        kmp_text_printf(text, "chosen    integrator %s: %s%s%s\n", reason->integrator, reason->because,
+                        reason->obstacle ? ": " : "", reason->obstacle ? reason->obstacle : "");
+    if (ratio > 0)
+        kmp_text_printf(text,
+                        "chosen    integrator %s at the start: by counted operations, radau in lanes takes %.2f times "
+                        "as long as dop853\n",
+                        ratio < KMP_RATIO_WORTH ? "radau" : "dop853", ratio);
     const kempe_model *model = t->system->model;
     kmp_text names = {0};
     kmp_print_unused(&names, model);

@@ -244,21 +244,6 @@ static kempe_status find_course(kempe_contacts *t, course *rows)
     return KEMPE_OK;
 }
 
-/* The distance of the contacts where the wheels are nearest to the middle of the track, and the mean radius. */
-static void take_sizes(kempe_contacts *t)
-{
-    kmp_conicities *c = &t->conicities;
-    const kmp_wheel *wheels = t->system->model->wheels;
-    const kempe_contact_patch *pair[2];
-    double least = INFINITY;
-    for (int row = 0; row < t->count; row++)
-        if (pair_of(t, patches_of(t, row), pair) && fabs(c->row[row].aside) < least) {
-            least = fabs(c->row[row].aside);
-            c->base = pair[0]->y + pair[1]->y;
-        }
-    c->radius = (wheels[c->wheel[0]].radius.value + wheels[c->wheel[1]].radius.value) / 2;
-}
-
 /* -- conicities ------------------------------------------------------------------------------------------- */
 
 static kempe_conicity conicity_of(const curve *c, double amplitude)
@@ -275,7 +260,16 @@ kempe_status kmp_contact_conicity(kempe_contacts *t)
     course rows = {0};
     curve whole = {0}, half = {0};
     KMP_TRY(find_course(t, &rows));
-    take_sizes(t);
+    /* The distance of the contacts where the wheels are nearest to the middle of the track, and the mean radius. */
+    const kmp_wheel *wheels = t->system->model->wheels;
+    const kempe_contact_patch *pair[2];
+    double least = INFINITY;
+    for (int row = 0; row < t->count; row++)
+        if (pair_of(t, patches_of(t, row), pair) && fabs(c->row[row].aside) < least) {
+            least = fabs(c->row[row].aside);
+            c->base = pair[0]->y + pair[1]->y;
+        }
+    c->radius = (wheels[c->wheel[0]].radius.value + wheels[c->wheel[1]].radius.value) / 2;
     int most = rows.count;
     for (int row = 0; row < t->count; row++)
         most += c->between[row].count;

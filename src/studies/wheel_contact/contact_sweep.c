@@ -108,23 +108,6 @@ static kempe_status set_parameters(job *j, const double *point)
     return kmp_linear_vary(&j->linear, t->system, t->variant, j->parameters);
 }
 
-/* Coordinates that move and are not determined by closures keep their rates; rates of rotating ones are found. */
-static kempe_status hold_what_moves(job *j)
-{
-    kempe_contacts *t = j->t;
-    KMP_TRY(kmp_linear_choose(&j->linear, 0, j->q, NULL, 0));
-    for (int k = 0; k < j->linear.p; k++) {
-        int c = j->linear.part.u[k];
-        bool turns = t->system->model->motions[c].rotation;
-        bool state = kmp_state_of(t->system->model, c); /* balanced as at an equilibrium */
-        if (!state && j->start->inner_qd[c] != 0 && kmp_contact_hold_of(t, c) < 0)
-            t->hold[t->hold_count++] = (kmp_steady){.coordinate = c, .how = turns ? KMP_RATE_FREED : KMP_RATE_HELD};
-    }
-    for (int k = 0; k < t->hold_count; k++)
-        t->hold[k].rate = j->start->inner_qd[t->hold[k].coordinate];
-    return KEMPE_OK;
-}
-
 static kempe_status read_freed(job *j, const char *words)
 {
     kempe_contacts *t = j->t;
@@ -168,7 +151,17 @@ static kempe_status begin(job *j, const kempe_contact_options *options)
     if (j->start->chart)
         kmp_eval_set_charts(j->linear.eval, j->start->chart);
     memcpy(j->q, j->start->inner_q, (size_t)t->system->n * sizeof *j->q);
-    KMP_TRY(hold_what_moves(j));
+    /* Coordinates that move and are not determined by closures keep their rates; rates of rotating ones are found. */
+    KMP_TRY(kmp_linear_choose(&j->linear, 0, j->q, NULL, 0));
+    for (int k = 0; k < j->linear.p; k++) {
+        int c = j->linear.part.u[k];
+        bool turns = t->system->model->motions[c].rotation;
+        bool state = kmp_state_of(t->system->model, c); /* balanced as at an equilibrium */
+        if (!state && j->start->inner_qd[c] != 0 && kmp_contact_hold_of(t, c) < 0)
+            t->hold[t->hold_count++] = (kmp_steady){.coordinate = c, .how = turns ? KMP_RATE_FREED : KMP_RATE_HELD};
+    }
+    for (int k = 0; k < t->hold_count; k++)
+        t->hold[k].rate = j->start->inner_qd[t->hold[k].coordinate];
     for (int k = 0; k < t->over.count; k++)
         if (t->lead[k].hold >= 0)
             j->here[k] = j->q[t->hold[t->lead[k].hold].coordinate];
@@ -370,18 +363,6 @@ static kempe_status find_between(job *j)
     return status;
 }
 
-/* Keeps a table that is not complete, with its reason. */
-static kempe_status give_reason(job *j, kempe_status status)
-{
-    kempe_contacts *t = j->t;
-    if (t->count == 0 || (status != KEMPE_E_FAILED && status != KEMPE_STOPPED))
-        return status;
-    t->reason = kmp_arena_printf(&t->arena, "'%s' was swept from %g to %g: %s", t->over.range[0].name, t->value[0],
-                                 t->value[t->count - 1],
-                                 status == KEMPE_STOPPED ? "interrupted" : kempe_context_message(context_of(j)));
-    return t->reason ? KEMPE_STOPPED : kmp_fail_memory(context_of(j));
-}
-
 static kempe_status run(job *j, const kempe_contact_options *options)
 {
     kempe_contacts *t = j->t;
@@ -396,7 +377,13 @@ static kempe_status run(job *j, const kempe_contact_options *options)
             status = find_between(j);
         kmp_progress(context_of(j), KMP_PROGRESS_STUDY, row + 1, t->requested, "rows");
     }
-    return give_reason(j, status);
+    /* Keeps a table that is not complete, with its reason. */
+    if (t->count == 0 || (status != KEMPE_E_FAILED && status != KEMPE_STOPPED))
+        return status;
+    t->reason = kmp_arena_printf(&t->arena, "'%s' was swept from %g to %g: %s", t->over.range[0].name, t->value[0],
+                                 t->value[t->count - 1],
+                                 status == KEMPE_STOPPED ? "interrupted" : kempe_context_message(context_of(j)));
+    return t->reason ? KEMPE_STOPPED : kmp_fail_memory(context_of(j));
 }
 
 kempe_status kempe_contacts_new(const kempe_system *system, const kempe_contact_options *options,

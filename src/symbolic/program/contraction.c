@@ -72,21 +72,6 @@ static int product_of(const choice *c, int first, uint32_t operand)
     return k >= first && c->program->instruction[k].op == KMP_OP_MUL && c->readers[k] == 1 ? k : -1;
 }
 
-/* Marks what outputs need. */
-static void find_exact(choice *c, int first, int end)
-{
-    const kmp_program *p = c->program;
-    for (int k = first; k < end; k++)
-        if (behind(c, p->output[k]) >= 0)
-            c->exact[behind(c, p->output[k])] = true;
-    for (int i = p->code[p->stages]; i-- > 0;)
-        for (int k = 0; c->exact[i] && k < kmp_op_arity((kmp_op)p->instruction[i].op); k++) {
-            int read = behind(c, kmp_instruction_operand(&p->instruction[i], k));
-            if (read >= 0)
-                c->exact[read] = true;
-        }
-}
-
 static void choose(choice *c, int first, uint32_t longest, int sum)
 {
     const kmp_instruction *in = &c->program->instruction[sum];
@@ -120,7 +105,16 @@ uint8_t *kmp_program_contraction(const kmp_program *program, int first, int end,
     for (int k = 0; k < p->outputs[p->stages]; k++)
         if (behind(&c, p->output[k]) >= 0)
             c.readers[behind(&c, p->output[k])]++;
-    find_exact(&c, first, end);
+    /* Marks what outputs need. */
+    for (int k = first; k < end; k++)
+        if (behind(&c, p->output[k]) >= 0)
+            c.exact[behind(&c, p->output[k])] = true;
+    for (int i = p->code[p->stages]; i-- > 0;)
+        for (int k = 0; c.exact[i] && k < kmp_op_arity((kmp_op)p->instruction[i].op); k++) {
+            int read = behind(&c, kmp_instruction_operand(&p->instruction[i], k));
+            if (read >= 0)
+                c.exact[read] = true;
+        }
     for (int s = 0; s < program->stages; s++) {
         uint32_t longest = find_paths(&c, program->code[s], program->code[s + 1]);
         for (int i = program->code[s]; i < program->code[s + 1]; i++)

@@ -109,9 +109,3 @@ bool kmp_cost_total(kmp_cost *cost, int count, const kmp_ref *outputs)
     kmp_free(live);
     return true;
 }
-
-long kmp_cost_of(const kmp_graph *g, int sum_price, int count, const kmp_ref *outputs)
-{
-    kmp_cost cost = {.graph = g, .sum_price = sum_price};
-    return kmp_cost_total(&cost, count, outputs) ? cost.operations : -1;
-}

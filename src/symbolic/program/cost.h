@@ -29,7 +29,5 @@ void kmp_cost_remove(kmp_cost *cost, int count, const kmp_ref *outputs);
 /** The common cost of fixed outputs, into a cost whose other members but graph and sum_price are zero, in less time
  * than kmp_cost_add takes. False: no memory. */
 bool kmp_cost_total(kmp_cost *cost, int count, const kmp_ref *outputs);
-/** Its operations; -1: no memory. */
-long kmp_cost_of(const kmp_graph *g, int sum_price, int count, const kmp_ref *outputs);
 /** The cost of these nodes themselves. */
 long kmp_cost_of_nodes(const kmp_graph *g, int sum_price, uint32_t count, const uint32_t *ids);

@@ -41,25 +41,6 @@ static bool list_needed(needed *n, uint32_t nodes)
     return true;
 }
 
-/* Numbers values: constants, inputs, then instructions stage by stage in the order of the graph. `code`: of stages. */
-static void number_nodes(const needed *n, int constants, int inputs, const int *code, int *next, kmp_program *p)
-{
-    memcpy(next, code, (size_t)p->stages * sizeof *next);
-    for (uint32_t k = 0; k < n->count; k++) {
-        uint32_t id = n->id[k];
-        const kmp_node *node = kmp_graph_node(n->graph, id);
-        if (kmp_op_arity((kmp_op)node->op) > 0) {
-            n->number[id] = (uint32_t)(constants + inputs + ++next[n->mark[id] - 1]);
-        } else if (node->op == KMP_OP_CONST) {
-            p->constant[p->constant_count++] = kmp_graph_value(n->graph, id);
-            n->number[id] = (uint32_t)p->constant_count;
-        } else {
-            p->input[p->input_count++] = (kmp_program_input){(kmp_input_kind)node->a, node->b};
-            n->number[id] = (uint32_t)(constants + p->input_count);
-        }
-    }
-}
-
 static uint32_t operand(const uint32_t *number, kmp_ref r)
 {
     return (number[kmp_id(r)] - 1) << 1 | (r & 1);
@@ -176,7 +157,22 @@ static kmp_program *schedule(kmp_graph *g, needed *n, int groups, const int *cou
     p->stages = stages;
     p->graph_nodes = kmp_graph_count(g);
     memcpy(p->code, code, ((size_t)stages + 1) * sizeof *code);
-    number_nodes(n, constants, inputs, code, next, p);
+    /* Numbers values: constants, inputs, then instructions stage by stage in the order of the graph. `code`: of stages.
+     */
+    memcpy(next, code, (size_t)p->stages * sizeof *next);
+    for (uint32_t k = 0; k < n->count; k++) {
+        uint32_t id = n->id[k];
+        const kmp_node *node = kmp_graph_node(n->graph, id);
+        if (kmp_op_arity((kmp_op)node->op) > 0) {
+            n->number[id] = (uint32_t)(constants + inputs + ++next[n->mark[id] - 1]);
+        } else if (node->op == KMP_OP_CONST) {
+            p->constant[p->constant_count++] = kmp_graph_value(n->graph, id);
+            n->number[id] = (uint32_t)p->constant_count;
+        } else {
+            p->input[p->input_count++] = (kmp_program_input){(kmp_input_kind)node->a, node->b};
+            n->number[id] = (uint32_t)(constants + p->input_count);
+        }
+    }
     write_code(n, p);
     for (int k = 0; k < groups; k++)
         p->outputs[k + 2] = p->outputs[k + 1] + count[k];

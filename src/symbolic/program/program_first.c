@@ -22,30 +22,6 @@ static void need(uint32_t *number, uint32_t operand)
     number[operand >> 1] = 1;
 }
 
-/* Copies the constants and inputs in use; marks become numbers + 1. */
-static uint32_t take_leaves(selection *s, uint32_t *number, kmp_program *to)
-{
-    const kmp_program *p = s->p;
-    uint32_t next = 0;
-    for (int k = 0; k < p->constant_count; k++)
-        if (number[k]) {
-            to->constant[to->constant_count++] = p->constant[k];
-            number[k] = ++next;
-        }
-    for (int k = 0; k < p->input_count; k++)
-        if (number[p->constant_count + k]) {
-            to->input[to->input_count++] = p->input[k];
-            number[p->constant_count + k] = ++next;
-        }
-    for (int i = 0; s->given && i < p->code[s->stages]; i++)
-        if (s->given[i] && number[leaves(p) + i]) {
-            to->input[to->input_count++] = (kmp_program_input){KMP_IN_Q, (uint32_t)(s->first + s->count)};
-            s->list[s->count++] = i;
-            number[leaves(p) + i] = ++next;
-        }
-    return next;
-}
-
 static uint32_t renumbered(const uint32_t *number, uint32_t operand)
 {
     return (number[operand >> 1] - 1) << 1 | (operand & 1);
@@ -112,7 +88,24 @@ static bool fill(selection *s, uint32_t *number, int *block, kmp_program *to)
         for (int k = 0;
              number[leaves(p) + i] && !(s->given && s->given[i]) && k < kmp_op_arity((kmp_op)p->instruction[i].op); k++)
             need(number, kmp_instruction_operand(&p->instruction[i], k));
-    uint32_t next = take_leaves(s, number, to);
+    /* Copies the constants and inputs in use; marks become numbers + 1. */
+    uint32_t next = 0;
+    for (int k = 0; k < p->constant_count; k++)
+        if (number[k]) {
+            to->constant[to->constant_count++] = p->constant[k];
+            number[k] = ++next;
+        }
+    for (int k = 0; k < p->input_count; k++)
+        if (number[p->constant_count + k]) {
+            to->input[to->input_count++] = p->input[k];
+            number[p->constant_count + k] = ++next;
+        }
+    for (int i = 0; s->given && i < p->code[s->stages]; i++)
+        if (s->given[i] && number[leaves(p) + i]) {
+            to->input[to->input_count++] = (kmp_program_input){KMP_IN_Q, (uint32_t)(s->first + s->count)};
+            s->list[s->count++] = i;
+            number[leaves(p) + i] = ++next;
+        }
     if (!take_code(s, number, next, block, to))
         return false;
     memcpy(to->outputs, p->outputs, (size_t)(s->stages + 1) * sizeof *to->outputs);

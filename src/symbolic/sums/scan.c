@@ -415,28 +415,6 @@ static step step_of(const kmp_scan *s, int i)
     return made;
 }
 
-/* Sets numbers and places, and computes the values that depend on them alone. */
-static void put_standing(kmp_scan *s, int places, const double *place)
-{
-    const kmp_program *p = s->p;
-    const groups all = {s->width / LANES, s->every, 0};
-    for (int k = 0; k < p->constant_count; k++)
-        fill(s->row[k], LANES, p->constant[k]);
-    for (int k = 0; k < p->input_count; k++)
-        if (s->need[p->constant_count + k] == STANDING) {
-            fill(s->row[p->constant_count + k], s->width, place[0]);
-            memcpy(s->row[p->constant_count + k], place, (size_t)places * sizeof *place);
-        }
-    for (int i = p->code[FIRST]; i < p->code[LAST + 1]; i++)
-        if (s->need[leaves(p) + i] == STANDING) {
-            const step made = step_of(s, i);
-            if (p->instruction[i].op == KMP_OP_TABLE)
-                other(p, &made, &all);
-            else
-                run_steps(p, &made, &made + 1, &all);
-        }
-}
-
 /* Lets a step that looks up a table use the pieces that an earlier step found, or its own. A slope comes with the value
  * that was looked up there. */
 static void share_pieces(kmp_scan *s, step *made, int tables)
@@ -543,7 +521,23 @@ static bool init(kmp_scan *s, int places, const double *place, kmp_row_writer *r
             s->common[s->common_count++] = value;
     if (!place_rows(s))
         return false;
-    put_standing(s, places, place);
+    /* Sets numbers and places, and computes the values that depend on them alone. */
+    const groups all = {s->width / LANES, s->every, 0};
+    for (int k = 0; k < p->constant_count; k++)
+        fill(s->row[k], LANES, p->constant[k]);
+    for (int k = 0; k < p->input_count; k++)
+        if (s->need[p->constant_count + k] == STANDING) {
+            fill(s->row[p->constant_count + k], s->width, place[0]);
+            memcpy(s->row[p->constant_count + k], place, (size_t)places * sizeof *place);
+        }
+    for (int i = p->code[FIRST]; i < p->code[LAST + 1]; i++)
+        if (s->need[leaves(p) + i] == STANDING) {
+            const step made = step_of(s, i);
+            if (p->instruction[i].op == KMP_OP_TABLE)
+                other(p, &made, &all);
+            else
+                run_steps(p, &made, &made + 1, &all);
+        }
     s->code = rows ? rows(s->p, s->width, s->address) : NULL;
     list_steps(s);
     return true;

@@ -12,7 +12,8 @@ static uint64_t product(uint64_t a, uint64_t b, uint64_t *low)
     return (uint64_t)(p >> 64);
 }
 
-void kmp_philox(const uint64_t key[2], const uint64_t counter[4], uint64_t x[4])
+/* The four numbers of a counter under a key. */
+static void philox(const uint64_t key[2], const uint64_t counter[4], uint64_t x[4])
 {
     uint64_t k0 = key[0], k1 = key[1];
     for (int i = 0; i < 4; i++)
@@ -32,7 +33,7 @@ void kmp_philox(const uint64_t key[2], const uint64_t counter[4], uint64_t x[4])
 uint64_t kmp_chance_bits(uint64_t seed, uint64_t stream, uint64_t i, uint64_t j)
 {
     uint64_t numbers[4];
-    kmp_philox((const uint64_t[]){seed, stream}, (const uint64_t[]){i, j, 0, 0}, numbers);
+    philox((const uint64_t[]){seed, stream}, (const uint64_t[]){i, j, 0, 0}, numbers);
     return numbers[0];
 }
 

@@ -5,9 +5,6 @@
 
 #include <stdint.h>
 
-/** The four numbers of a counter under a key. */
-void kmp_philox(const uint64_t key[2], const uint64_t counter[4], uint64_t numbers[4]);
-
 /** A number in (0, 1), in the middle of one of 2^52 equal intervals: that of place (i, j) of the stream of a seed. */
 double kmp_chance(uint64_t seed, uint64_t stream, uint64_t i, uint64_t j);
 

@@ -75,7 +75,7 @@ static uint32_t direction(const sobol_row *row, int i, uint32_t *v)
 }
 
 /* Point k is the sum of the direction numbers of the bits of its Gray code (Antonov, Saleev, 1979). */
-uint32_t kmp_sobol(uint64_t k, int column)
+static uint32_t sobol_point(uint64_t k, int column)
 {
     uint32_t x = 0, v[32], gray = (uint32_t)(k ^ (k >> 1));
     for (int i = 0; i < 32 && gray >> i; i++) {
@@ -98,6 +98,6 @@ double kmp_design_point(kmp_design design, uint64_t seed, uint64_t k, uint64_t c
     if (design == KMP_DESIGN_LATIN)
         return ((double)permuted(seed, k, count, column) + chance) / (double)count;
     if (design == KMP_DESIGN_SOBOL)
-        return (kmp_sobol(k, column) + 0.5) * 0x1p-32;
+        return (sobol_point(k, column) + 0.5) * 0x1p-32;
     return chance;
 }

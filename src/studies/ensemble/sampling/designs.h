@@ -26,6 +26,3 @@ static inline int kmp_saltelli_group(int columns)
 {
     return columns + 2;
 }
-
-/** The Sobol number of 32 bits at a column below KMP_SOBOL_MOST; k below 2^32. */
-uint32_t kmp_sobol(uint64_t k, int column);
