@@ -153,7 +153,7 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
     run->stop = spec->t_end;
     run->own.context = system->context;
     run->log = spec->log ? spec->log : &run->own;
-    run->work = spec->work_start;
+    run->work = run->before.least = run->before.most = spec->work_start;
     run->work_t = spec->t_start;
     run->bound.most = spec->max_steps;
     run->choice.open = spec->open_integrator;
@@ -245,12 +245,15 @@ static double power_at(kmp_runner *run, double t)
 {
     int n = run->s->n;
     double *row = run->moved, *lambda = row + 3 * n, work;
-    bool requested = run->s->rheonomic || run->s->load_row_count > 0;
+    bool requested = !run->method->dae || run->s->rheonomic || run->s->load_row_count > 0;
     requested = requested && kmp_formulation_row(run->formulation, t, run->y, row, &work) == KMP_GO;
-    double power = kmp_eval_power(run->eval, t, run->y, run->y + n);
+    if (!run->method->dae && !requested)
+        return NAN;
+    const double *q = run->method->dae ? run->y : row;
+    double power = kmp_eval_power(run->eval, t, q, q + n);
     if (!requested || !run->s->rheonomic)
         return power;
-    kmp_eval_closure(run->eval, t, run->y);
+    kmp_eval_closure(run->eval, t, q);
     return power + kmp_eval_drive_power(run->eval, lambda);
 }
 
@@ -260,7 +263,7 @@ static kempe_status integrate_work(kmp_runner *run, double t)
     static const double node[3] = {-0.7745966692414834, 0, 0.7745966692414834};
     static const double weight[3] = {5.0 / 9, 8.0 / 9, 5.0 / 9};
     double a = run->work_t, h = t - a;
-    if (!run->yp || !run->method->dae || !run->s->dissipative || !(h > 0))
+    if (!run->yp || !run->s->dissipative || !(h > 0))
         return KEMPE_OK;
     for (int k = 0; k < 3; k++) {
         double at = a + 0.5 * h * (1 + node[k]);
@@ -268,6 +271,22 @@ static kempe_status integrate_work(kmp_runner *run, double t)
         run->work += 0.5 * h * weight[k] * power_at(run, at);
     }
     run->work_t = t;
+    return KEMPE_OK;
+}
+
+/* Notes the work up to the last step; rows may be far apart. */
+static kempe_status note_work(kmp_runner *run)
+{
+    const kmp_ode *ode = &run->solver->ode;
+    double work = run->work;
+    if (!run->s->dissipative || (!run->yp && ode->quadratures == 0))
+        return KEMPE_OK;
+    if (!run->yp) {
+        KMP_TRY(run->kind->dense(run->solver, run->solver->t, run->y, NULL));
+        work = run->y[ode->n - 1];
+    }
+    run->before.least = fmin(run->before.least, work);
+    run->before.most = fmax(run->before.most, work);
     return KEMPE_OK;
 }
 
@@ -309,6 +328,8 @@ kempe_status kmp_runner_step(kmp_runner *run)
         run->pace = 0;
     if (status == KEMPE_OK && run->crossing)
         status = find_event(run);
+    if (status == KEMPE_OK)
+        status = note_work(run);
     if (status != KEMPE_OK)
         return kmp_runner_give_up(
             run, status, "the step size became too small: the motion is singular, or too fast for double precision", t);
@@ -342,7 +363,7 @@ static kempe_status inner_row(kmp_runner *run, double t, bool whole, double *row
                                whole ? row + 3 * n : NULL, work) != KMP_GO) &&
         !kmp_runner_bridge(run, t, row, work))
         return kmp_runner_give_up(run, KEMPE_E_FAILED, "the state cannot be completed", t);
-    if (run->yp && run->method->dae)
+    if (run->yp)
         *work = run->work;
     return KEMPE_OK;
 }

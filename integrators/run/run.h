@@ -101,6 +101,7 @@ typedef struct kmp_run_report {
     bool cut;               /* given up for limit_s */
     bool prescribed;        /* no degree of freedom: all motion follows from the closures */
     bool ended, requested;  /* ended by a condition; by one of the model's `until`, so that the run is complete */
+    double least, most;     /* work of non-conservative forces at ends of steps: the energy that is exchanged, J */
     bool by_bodies;         /* used articulated bodies, if the formulation does not require M and C */
     double cpu_s, build_s;  /* integration alone; preparation of this run (derivation for the dae formulation
                              * included) */

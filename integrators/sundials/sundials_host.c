@@ -11,6 +11,13 @@
 /* Largest number of attempts at one step with smaller sizes. */
 enum { MAX_TRIES = 100 };
 
+/* Steps whose integral is computed closely, and one of so many further ones: the work of forces is a check of a run,
+ * and costs little. */
+enum { SPENT = 32 };
+
+/* Parts of an integral: by which two rules for one step may differ, and those that a bend of the integrand may have. */
+static const double INTEGRAL = 1e-4, BEND = 3e-4;
+
 static void put(const kmp_sun *s, N_Vector to, const double *from)
 {
     memcpy(kmp_sun_data(to), from, (size_t)s->n * sizeof *from);
@@ -106,6 +113,10 @@ int kmp_sun_rhs(sunrealtype t, N_Vector y, N_Vector dy, void *user)
     kmp_sun *s = user;
     s->base.work.rhs = ++s->more.rhs; /* includes evaluations of an interpolant between two steps */
     int said = s->base.ode.rhs(s->base.ode.self, t, kmp_sun_data(y), kmp_sun_data(dy));
+    s->integral.t = t;
+    s->integral.rate = kmp_sun_data(dy)[s->n - 1];
+    if (isnan(s->integral.node[4]) && t == s->base.t)
+        s->integral.node[4] = s->integral.rate;
     s->halted = s->halted || said == KMP_HALT;
     return said;
 }
@@ -195,6 +206,9 @@ kempe_status kmp_sun_start(void *solver, double t, const double *y, const double
     kmp_sun *s = solver;
     kmp_solver_begin(&s->base, t, t_end, 0);
     s->halted = s->moved = false;
+    s->integral.node[4] = s->integral.t = NAN;
+    s->integral.h = 0;
+    s->integral.given = y[s->n - 1];
     int bad = restart(s, true, y, yp, h0);
     s->base.work = count(s);
     return bad ? complain(s, bad) : KEMPE_OK;
@@ -229,6 +243,65 @@ static int consent(kmp_sun *s, double t)
     return said;
 }
 
+/* True if the last of y is an integral on which nothing depends, and whose error the package does not control: steps
+ * are chosen by the motion alone, and Newton's method leaves its value as soon as the motion has converged. */
+static bool integrates(const kmp_sun *s)
+{
+    return !s->kind->dae && !s->kind->corrects && s->base.ode.quadratures == 1;
+}
+
+/* The integrand at t, where s->out has y; the last evaluation if it was there. */
+static double integrand(kmp_sun *s, double t)
+{
+    if (fabs(s->integral.t - t) <= 4 * kmp_solver_least_step(t))
+        return s->integral.rate;
+    s->more.rhs++;
+    return s->base.ode.rhs(s->base.ode.self, t, kmp_sun_data(s->out), s->dy) == KMP_GO ? s->dy[s->n - 1] : NAN;
+}
+
+/* Nodes of the integrand in a step: the ends, and Gauss's three points between them with their weights. */
+static const double nodes[] = {0, 0.1127016653792583, 0.5, 0.8872983346207417, 1},
+                    weights[] = {5. / 18, 8. / 18, 5. / 18};
+
+/* Completes the integral of the step up to t. The package's value stands where the integrand is nearly straight, and
+ * the parabola through its values at the ends of the last two steps gives the same; otherwise the package's polynomial
+ * is integrated. */
+static void integrate(kmp_sun *s, double t)
+{
+    const double from = s->base.t, h = t - from, k = s->integral.h;
+    double *y = kmp_sun_data(s->y), *node = s->integral.node, part = y[s->n - 1] - s->integral.given, bend = 0;
+    s->integral.given = y[s->n - 1];
+    s->integral.before = node[0];
+    get(s, s->y, kmp_sun_data(s->out));
+    const double last = integrand(s, t);
+    put(s, s->out, s->y_old);
+    s->integral.t = NAN;
+    node[0] = isnan(node[4]) ? integrand(s, from) : node[4];
+    node[4] = last;
+    if (k > 0.1 * h)
+        bend = h * h * h / 6 * ((node[4] - node[0]) / h - (node[0] - s->integral.before) / k) / (h + k);
+    const double rule = h * (node[0] + node[4]) / 2 - bend;
+    s->integral.h = h;
+    s->integral.size += fabs(rule);
+    double off = fabs(part - rule);
+    if (s->linear && k > 0.1 * h) /* Newton's method has not converged for the package's value */
+        part = rule, off = 0;
+    const double size = s->integral.size + 0.01 * fmax(fabs(node[0]), fabs(node[4])) * (s->base.t_end - from);
+    s->integral.close = !(off <= INTEGRAL * size && fabs(bend) <= BEND * size) &&
+                        (s->package->reset || s->integral.spent <= SPENT + ++s->integral.steps / SPENT);
+    s->integral.spent += s->integral.close;
+    for (int i = 0; s->integral.close && i < 3; i++) {
+        const double at = from + h * nodes[i + 1];
+        part = i > 0 ? part : 0;
+        s->integral.t = NAN;
+        node[i + 1] = s->package->derivative(s->memory, at, 0, s->out) ? NAN : integrand(s, at);
+        part += h * weights[i] * node[i + 1];
+    }
+    s->integral.t = NAN;
+    s->integral.close = s->integral.close && !isnan(part);
+    y[s->n - 1] = s->y_old[s->n - 1] + (isnan(part) ? rule : part);
+}
+
 /* Takes the step. The formulation's corrections are delayed until the next step: they discard the interpolant. */
 static void take(kmp_sun *s, double t)
 {
@@ -236,6 +309,8 @@ static void take(kmp_sun *s, double t)
     s->moved = s->kind->corrects && memcmp(kmp_sun_data(s->y), kmp_sun_data(s->out), size) != 0;
     if (s->moved)
         memcpy(kmp_sun_data(s->y), kmp_sun_data(s->out), size);
+    if (integrates(s))
+        integrate(s, t);
     s->base.t_old = s->base.t;
     s->base.t = t;
 }
@@ -307,6 +382,9 @@ void kmp_sun_undo(void *solver, double h)
     s->more.steps--;
     s->more.refused++;
     s->moved = false;
+    s->integral.node[4] = s->integral.t = NAN;
+    s->integral.h = 0;
+    s->integral.given = s->y_old[s->n - 1];
     s->halted = restart(s, false, s->y_old, NULL, h) != 0; /* the next step then fails */
 }
 
@@ -326,6 +404,34 @@ static int place_nodes(const kmp_sun *s, double *at)
     for (int j = 0; j < count; j++)
         at[j] = s->base.t_old + (s->base.t - s->base.t_old) * 0.5 * (1 - cos((j + 0.5) * acos(-1.0) / count));
     return count;
+}
+
+/* The integrand at part x of the last step, by the polynomial through its values at all nodes. */
+static double integrand_within(const kmp_sun *s, double x)
+{
+    double sum = 0;
+    for (int i = 0; i < 5; i++) {
+        double weight = 1;
+        for (int j = 0; j < 5; j++)
+            weight *= i == j ? 1 : (x - nodes[j]) / (nodes[i] - nodes[j]);
+        sum += weight * s->integral.node[i];
+    }
+    return sum;
+}
+
+/* Puts the integral at t within the last step into y: of that polynomial, or a cubic through its values and integrands
+ * at both ends. */
+static void place_integral(const kmp_sun *s, double t, double *y)
+{
+    const double h = s->base.t - s->base.t_old, x = (t - s->base.t_old) / h, *node = s->integral.node;
+    const double old = s->y_old[s->n - 1], all = kmp_sun_data(s->y)[s->n - 1] - old;
+    if (!integrates(s))
+        return;
+    double part =
+        x * (h * node[0] + x * (3 * all - h * (2 * node[0] + node[4]) + x * (h * (node[0] + node[4]) - 2 * all)));
+    for (int i = 0; s->integral.close && i < 3; i++)
+        part = (i > 0 ? part : 0) + x * h * weights[i] * integrand_within(s, x * nodes[i + 1]);
+    y[s->n - 1] = old + part;
 }
 
 /* Component k (y or yp) of a received step by Lagrange's polynomials of its nodes. */
@@ -359,6 +465,8 @@ kempe_status kmp_sun_dense(void *solver, double t, double *y, double *yp)
             return kmp_fail(s->base.context, KEMPE_E_BUG, "%s has no value at t = %.9g: its last step is %.9g to %.9g",
                             s->package->name, t, s->base.t_old, s->base.t);
         get(s, at_end ? end[k] : s->out, to[k]);
+        if (!at_end)
+            place_integral(s, t, to[k]);
     }
     return KEMPE_OK;
 }
@@ -382,6 +490,8 @@ void kmp_sun_transfer(void *solver, kmp_number_stream *stream)
             double *node = s->node + (size_t)(k * count + j) * (size_t)s->n;
             if (stream->at && !stream->back && s->package->derivative(s->memory, at[j], k, s->out) == 0)
                 get(s, s->out, node);
+            if (stream->at && !stream->back)
+                place_integral(s, at[j], node);
             kmp_stream_numbers(stream, s->n, node);
         }
     }

@@ -96,7 +96,14 @@ struct kmp_sun {
     bool received;                /* the last step is another solver's */
     bool halted;                  /* the formulation gave up in a callback */
     bool moved;                   /* the formulation has corrected y: reset before the next step */
-    kmp_solver_work more;         /* work not counted by the package: earlier starts, evaluations, rejected steps */
+    struct {
+        double before, node[5]; /* integrands where the last step but one began, and at the nodes of the last */
+        bool close;             /* at all nodes, otherwise at the ends */
+        double h, given, size;  /* length of the last step; the package's value; sum of sizes of all parts */
+        double t, rate;         /* the last evaluation */
+        long steps, spent;      /* since creation; those of them that were integrated closely */
+    } integral;                 /* the last of y, where the package does not control its error */
+    kmp_solver_work more;       /* work not counted by the package: earlier starts, evaluations, rejected steps */
 };
 
 /* Callbacks; user is the kmp_sun. KMP_RETRY becomes a recoverable failure, KMP_HALT a fatal one. */

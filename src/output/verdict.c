@@ -214,7 +214,7 @@ kmp_verdict kmp_verdict_of(const kmp_samples *table, kmp_evaluator *eval, const 
     verdict.moved = find_moved(table, eval->system);
     double size = fmax(fmax(b.kinetic, b.highest - b.lowest), AT_REST * b.value);
     verdict.drift_rel = size > 0 ? b.drift / size : 0;
-    verdict.works = b.most > b.least;
+    verdict.drift = b.drift;
     size = fmax(size, b.most - b.least);
     verdict.left = size > 0 ? b.drift / size : 0;
     if (reference)

@@ -22,7 +22,7 @@ typedef struct kmp_verdict {
     double drift_rel;             /* max |E - E0 - work| / max(kinetic energy, range of potential energy), or
                                      1e-9 of the potential's value when that is more: rounding of a state at rest */
     double left;                  /* this energy over all that is exchanged, the work included */
-    bool works;                   /* work is done */
+    double drift;                 /* this energy, J */
     double moved;                 /* largest range of a coordinate or state over its size */
     double error[KMP_QUANTITIES]; /* max |x - ref| / max(|ref|, its scale), of multipliers over the largest load; NaN
                                      where the reference has no values */

@@ -3,6 +3,7 @@
  * integrator; drives and conditions follow them; what cannot be followed is refused. */
 #include "integrators/run/run.h"
 #include "loaded.h"
+#include "studies/simulate/trajectory.h"
 #include <kempe/table.h>
 
 /* Values after t = 0, 0.7, 1.3, 2.1 s: times that are no multiples of each other. */
@@ -116,6 +117,30 @@ static void linear(void)
 static void cubic(void)
 {
     check_wheel("cubic", "u", splined);
+}
+
+/* The work of a torque is the kinetic energy: the motion follows the input exactly in large steps, which integrate the
+ * power nevertheless. */
+static void work_of_inputs(void)
+{
+    char text[1024];
+    kmp_method method;
+    (void)snprintf(text, sizeof text, WHEEL RUN, "linear", "u");
+    loaded l = load_text(text);
+    for (int k = 0; l.system && kmp_method_get(k, &method); k++) {
+        kempe_trajectory *run = NULL;
+        kempe_run_options options = {.formulation = method.formulation,
+                                     .form = method.form,
+                                     .integrator = method.integrator,
+                                     .no_convergence_check = 1};
+        CHECK(kempe_simulate(l.system, &options, &run) == KEMPE_OK);
+        CHECK(run && run->verdict.drift_rel < 1e-3);
+        if (run && !(run->verdict.drift_rel < 1e-3))
+            printf("  %s %s %s: energy %.2g\n", method.formulation, method.form ? method.form : "", method.integrator,
+                   run->verdict.drift_rel);
+        kempe_trajectory_free(run);
+    }
+    unload(&l);
 }
 
 /* The integral of sin(7 t) in straight lines between times of 10 ms. */
@@ -341,6 +366,7 @@ int main(void)
     TEST(hold);
     TEST(linear);
     TEST(cubic);
+    TEST(work_of_inputs);
     TEST(exchange_at_samples);
     TEST(condition_on_a_held_input);
     TEST(drive_by_a_spline);

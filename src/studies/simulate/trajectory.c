@@ -24,7 +24,8 @@ enum { MANY_ROWS = 200 };
 /* Bytes of the dense output from which running safety is judged: that of some minutes of a vehicle. */
 #define DENSE_OF_WHEELS 5e8
 
-/* Fewer rows do not show what energy is exchanged between them: the error may then be more of what they show. */
+/* Fewer rows do not show what energy is exchanged between them, unless it is by work: the error may then be more of
+ * what they show. */
 #define FEW_ROWS    20
 #define OF_FEW_ROWS 0.05
 /* Times the tolerances; forms that let positions drift keep it. */
@@ -294,19 +295,15 @@ static void warn_of_verdict(const kempe_trajectory *t)
             "closure_tolerance of %.2g m: it is not redundant there; check the lengths",
             t->system->row_names[t->verdict.misfit_row], t->verdict.misfit * t->system->length, t->verdict.misfit_t,
             t->system->closure_tolerance);
-    if (!(t->verdict.left > (t->table.rows < FEW_ROWS ? OF_FEW_ROWS : KMP_VISIBLE)) ||
-        t->verdict.moved <= KMP_AT_REST * t->atol)
+    const double exchanged = t->report.most - t->report.least;
+    const double limit = t->table.rows < FEW_ROWS && !(exchanged > 0) ? OF_FEW_ROWS : KMP_VISIBLE;
+    if (!(t->verdict.left > limit && t->verdict.drift > limit * exchanged) || t->verdict.moved <= KMP_AT_REST * t->atol)
         return;
     if (t->report.prescribed)
         kmp_log(t->system->context, KEMPE_LOG_WARNING,
                 "the work of the drives is not resolved: the relative energy error is %.2g; the motion, which the "
                 "drives prescribe, does not depend on it; use a max_step",
                 t->verdict.drift_rel);
-    else if (t->verdict.works && !kmp_solver_find(t->integrator)->corrects)
-        kmp_log(t->system->context, KEMPE_LOG_WARNING,
-                "the relative energy error is %.2g: integrator '%s' does not control the error of the work of forces; "
-                "compare with dop853",
-                t->verdict.drift_rel, t->integrator);
     else
         kmp_doubt(
             t->system->context,
