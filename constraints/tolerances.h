@@ -299,7 +299,8 @@
 #define KMP_KINK_TOLERANCES 100
 /** Part of a step up to an event by which the step that is made again is longer: its end is surely beyond the event.
  * NEAR: part of a step, near its start, at which the value of a kink that is zero at the start, as at rest, has its
- * sign. AT_ONCE: part of a step at whose beginning its polynomial is right in any case. */
+ * sign. AT_ONCE: part of a step at whose beginning its polynomial is right in any case; a step that
+ * is made again where equations are not smooth is longer by it, as they are then wrong in its square. */
 #define KMP_STEP_BEYOND  1e-3
 #define KMP_STEP_NEAR    (1.0 / 1024)
 #define KMP_STEP_AT_ONCE 1e-6

@@ -53,17 +53,19 @@ int kmp_crossing_first_end(const kmp_crossing *c)
 
 double kmp_crossing_shortens(const kmp_crossing *c, double from, double event, double to, kmp_repeated repeats)
 {
-    double h = (1 + KMP_STEP_BEYOND) * (event - from);
-    const bool shorter = h * (1 + KMP_STEP_BEYOND) < to - from &&
-                         h > fmax(KMP_STEP_AT_ONCE * (to - from), 64 * kmp_solver_least_step(from));
-    bool meets = false;
+    double h = (1 + KMP_STEP_BEYOND) * (event - from), closely = (1 + KMP_STEP_AT_ONCE) * (event - from);
+    const bool shorter = closely * (1 + KMP_STEP_AT_ONCE) < to - from &&
+                         closely > fmax(KMP_STEP_AT_ONCE * (to - from), 64 * kmp_solver_least_step(from));
+    bool meets = false, ends = false;
     for (int k = 0; k < c->s->events.count; k++) {
         const kmp_condition *condition = &c->s->events.condition[k];
-        const bool ends = condition->measured && c->mode[k] > 0;
-        const bool counts = shorter && (condition->rough || (repeats == KMP_REPEATED_ALL && !condition->ends));
-        meets = meets || ((counts || (ends && repeats != KMP_REPEATED_ROUGH)) && kmp_crossing_changed(c, k));
+        const bool changed = kmp_crossing_changed(c, k);
+        meets = meets || (changed && (condition->rough || (repeats == KMP_REPEATED_ALL && !condition->ends)));
+        ends = ends || (changed && condition->measured && c->mode[k] > 0);
     }
-    return h > 0 && h < to - from && meets ? h : 0;
+    if (ends && repeats != KMP_REPEATED_ROUGH && h > 0 && h < to - from)
+        return h;
+    return meets && shorter ? closely : 0;
 }
 
 /* True if condition k has changed and switches the equations. */
