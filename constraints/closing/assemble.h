@@ -85,6 +85,11 @@ bool kmp_assembly_changed_rate(const kempe_assembly *assembly, int k);
 /** Appends a sentence for each changed rate, one per line. */
 void kmp_assembly_put_rates(kmp_text *text, const kempe_assembly *assembly);
 
+/** Appends a sentence, with its line end, of the given start value that closing moves farthest from its guess, if it is
+ * far: the loops may be closed in another assembly mode than the one that was meant; and of loops that a search has
+ * closed without any start value. */
+void kmp_assembly_put_moves(kmp_text *text, const kempe_assembly *assembly);
+
 /** "'pin', 'B'": joints with clearance that start in this way, and their number. */
 int kmp_assembly_put_loose(kmp_text *text, const kempe_assembly *assembly, kmp_loose_start start);
 

@@ -311,18 +311,6 @@ int kmp_assembly_put_loose(kmp_text *text, const kempe_assembly *a, kmp_loose_st
     return count;
 }
 
-/* Warns of changed rates, in every computation from this start. */
-static kempe_status warn_of_rates(const kempe_assembly *a)
-{
-    kmp_text lines = {0};
-    kmp_assembly_put_rates(&lines, a);
-    for (const char *at = lines.s ? lines.s : ""; *at; at += strcspn(at, "\n") + 1)
-        kmp_log(a->system->context, KEMPE_LOG_WARNING, "%.*s", (int)strcspn(at, "\n"), at);
-    kempe_status status = lines.failed ? kmp_fail_memory(a->system->context) : KEMPE_OK;
-    kmp_text_free(&lines);
-    return status;
-}
-
 /* By how much a coordinate with a given start has moved: of an angle in quarter turns, of a translation in
  * characteristic lengths, of the first angle of a spherical joint of its rotation, as its matrix shows it. */
 static double given_move(const kempe_assembly *a, int k, const double *given)
@@ -338,9 +326,7 @@ static double given_move(const kempe_assembly *a, int k, const double *given)
                                          : fabs(a->moved[k]) / s->length;
 }
 
-/* Warns of the given start value that is farthest from its guess: the loops may be closed in another assembly mode than
- * the one that was meant; and of loops that a search has closed without any start value. */
-static void warn_of_moves(const kempe_assembly *a)
+void kmp_assembly_put_moves(kmp_text *text, const kempe_assembly *a)
 {
     const kempe_model *model = a->system->model;
     double most = 1, *given = KMP_NEW(double, a->system->n);
@@ -353,23 +339,39 @@ static void warn_of_moves(const kempe_assembly *a)
         most = fmax(most, moved);
     }
     kmp_free(given);
+    if (!a->closed || a->goals.end != KMP_GOALS_NONE)
+        return;
     if (a->searched > 0)
-        kmp_log(a->system->context, KEMPE_LOG_WARNING,
-                "start: the loop of '%s' has no start value, and is closed by search: give start values if another "
-                "assembly mode is meant",
-                model->motions[a->searched - 1].name);
+        kmp_text_printf(
+            text,
+            "start: the loop of '%s' has no start value, and is closed by search: give start values if another "
+            "assembly mode is meant\n",
+            model->motions[a->searched - 1].name);
     if (worst < 0)
         return;
     const bool ball = kmp_chart_of(a->system, worst) >= 0, turns = model->motions[worst].rotation;
-    kmp_log(
-        a->system->context, KEMPE_LOG_WARNING,
+    kmp_text_printf(
+        text,
         "start: closing the loops moves '%s' by %s%.4g %s from its guess: check that this is the assembly mode that "
-        "you want, or give a better guess",
+        "you want, or give a better guess\n",
         model->motions[worst].name, ball ? "more than " : "",
         ball    ? 90
         : turns ? 90 * most
                 : most * a->system->length,
         turns ? "deg" : "m");
+}
+
+/* Warns of changed rates and far moves, in every computation from this start. */
+static kempe_status warn_of_changes(const kempe_assembly *a)
+{
+    kmp_text lines = {0};
+    kmp_assembly_put_moves(&lines, a);
+    kmp_assembly_put_rates(&lines, a);
+    for (const char *at = lines.s ? lines.s : ""; *at; at += strcspn(at, "\n") + 1)
+        kmp_log(a->system->context, KEMPE_LOG_WARNING, "%.*s", (int)strcspn(at, "\n"), at);
+    kempe_status status = lines.failed ? kmp_fail_memory(a->system->context) : KEMPE_OK;
+    kmp_text_free(&lines);
+    return status;
 }
 
 /* Warns where a start value of a cut joint is far from what closed loops allow. */
@@ -431,9 +433,7 @@ kempe_status kempe_assembly_new(const kempe_system *system, kempe_assembly **ass
         return a->drives > a->freedoms && a->freedoms > 0 ? complain_drives(a) : complain_open(a);
     if (!known)
         report_misfit(a);
-    if (a->goals.end == KMP_GOALS_NONE)
-        warn_of_moves(a);
-    KMP_TRY(warn_of_rates(a));
+    KMP_TRY(warn_of_changes(a));
     KMP_TRY(warn_of_cut(a));
     return a->goals.end == KMP_GOALS_SINGULAR ? complain_goals(a) : KEMPE_OK;
 }

@@ -1820,6 +1820,7 @@ run: {t_end: 1}
         for start, told in (("1.05", False), ("1.6", False), ("3.1", True)): # closed at 1.1
             slide.write_text(text.replace("START", start))
             self.assertEqual("closing the loops moves 'P' by 2 m from its guess" in self.expect(0, "assemble", slide).stderr, told)
+            self.assertEqual(len(self.object(0, "assemble", slide)["warnings"]), told)
         ball = self.model("kempe: 1\nground: {points: {W: [-0.8, 0.6, 0]}}\nbodies:\n"
                           "  rod: {joint: {name: S, spherical: x, at: ground}, mass: 1, inertia: {xx: 1, yy: 1, zz: 1}, points: {T: [1, 0, 0]}}\n"
                           "loops: {b: {ball: [ground.W, rod.T]}}\nstart: {q: {S.3: ANGLE deg}}\n")

@@ -172,6 +172,7 @@ static void json_assembly(kmp_text *text, const void *result)
                         "no nearest position was found",
                         a->goals.steps, a->goals.slope);
     kmp_text_put(&warnings, "");
+    kmp_assembly_put_moves(&warnings, a);
     kmp_assembly_put_rates(&warnings, a);
     kmp_print_head(&j, a->system, kmp_status_word(is_done(a) ? KEMPE_OK : KEMPE_E_FAILED), reason.s, a->system->build_s,
                    warnings.s);

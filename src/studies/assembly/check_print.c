@@ -304,7 +304,8 @@ static void put_release(kmp_text *text, const kempe_check *check, int k)
 /* The parts that both forms begin with. False: there is no more to say. */
 static bool show_begin(kmp_text *text, const kempe_check *check)
 {
-    kmp_text_printf(text, "%s\n", check->system->model->name);
+    kmp_text_printf(text, "%s%s%s\n", check->system->model->name, check->status == KEMPE_UNTRUSTED ? ": " : "",
+                    check->status == KEMPE_UNTRUSTED ? kmp_status_word(check->status) : "");
     label(text, "verdict");
     kmp_check_verdict(text, check);
     kmp_text_put(text, "\n");
