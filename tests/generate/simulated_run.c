@@ -120,6 +120,8 @@ int main(int argc, char **argv)
     const int parts = atoi(argv[3]), exchange = argc > 4 && strcmp(argv[4], "exchange") == 0;
     const int table = argc > 4 && strcmp(argv[4], "table") == 0;
     kempe_simulator s[2];
+    if (kempe_simulator_memory(e) != IN(MODEL, _memory))
+        return 2;
     for (int k = 0; k < 2; k++) {
         kempe_simulator_init(&s[k], e, memory[k]);
         s[k].settings.rtol = s[k].settings.atol = tolerance;

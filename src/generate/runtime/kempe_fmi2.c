@@ -82,25 +82,18 @@ FMI2(const char *, fmi2GetVersion, void)
 FMI2(fmi2Component, fmi2Instantiate, fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
      const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logs)
 {
-    char opened[KEMPE_FMU_SENTENCE];
+    char sentence[KEMPE_FMU_SENTENCE];
     const int kind = type == fmi2ModelExchange ? KEMPE_FMU_MODEL_EXCHANGE : KEMPE_FMU_CO_SIMULATION;
     (void)visible;
     if (!functions)
         return NULL;
-    if (!name || !name[0])
-        return refuse(functions, name, "The name of the instance is missing.");
-    const kempe_fmu_model *model = kempe_fmu_open(resources, opened);
-    const char *sentence = !model ? opened
-                           : !guid || strcmp(guid, model->token) != 0
-                               ? "The guid is not that of this unit: it differs from modelDescription.xml."
-                           : !(model->kinds & (unsigned)kind) ? "The unit was exported without this kind of simulation."
-                                                              : NULL;
-    const size_t numbers = sentence ? 0 : (size_t)kempe_fmu_memory(model), letters = strlen(name) + 1;
+    const kempe_fmu_model *model = kempe_fmu_open(name, guid, kind, resources, sentence);
+    const size_t numbers = model ? (size_t)kempe_fmu_memory(model) : 0, letters = model ? strlen(name) + 1 : 0;
     kempe_fmi2_instance *instance =
-        sentence ? NULL : take(functions, sizeof *instance + numbers * sizeof(double) + letters);
+        model ? take(functions, sizeof *instance + numbers * sizeof(double) + letters) : NULL;
     if (!instance) {
         kempe_fmu_close(model);
-        return refuse(functions, name, sentence ? sentence : "There is no memory for the instance.");
+        return refuse(functions, name, model ? "There is no memory for the instance." : sentence);
     }
     memset(instance, 0, sizeof *instance);
     double *memory = (double *)(void *)(instance + 1);
@@ -386,12 +379,16 @@ static fmi2Status no_status(kempe_fmu *fmu)
                          "The unit has no such status: communication steps are made at once."));
 }
 
-FMI2(fmi2Status, fmi2GetStatus, fmi2Component c, const fmi2StatusKind kind, fmi2Status *value)
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    (void)kind, (void)value;
-    return no_status(fmu);
-}
+#define NO_STATUS(name, type)                                                                                          \
+    FMI2(fmi2Status, name, fmi2Component c, const fmi2StatusKind kind, type *value)                                    \
+    {                                                                                                                  \
+        ALLOWED(KEMPE_FMU_ANY);                                                                                        \
+        (void)kind, (void)value;                                                                                       \
+        return no_status(fmu);                                                                                         \
+    }
+NO_STATUS(fmi2GetStatus, fmi2Status)
+NO_STATUS(fmi2GetIntegerStatus, fmi2Integer)
+NO_STATUS(fmi2GetStringStatus, fmi2String)
 
 FMI2(fmi2Status, fmi2GetRealStatus, fmi2Component c, const fmi2StatusKind kind, fmi2Real *value)
 {
@@ -402,13 +399,6 @@ FMI2(fmi2Status, fmi2GetRealStatus, fmi2Component c, const fmi2StatusKind kind, 
     return fmi2OK;
 }
 
-FMI2(fmi2Status, fmi2GetIntegerStatus, fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value)
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    (void)kind, (void)value;
-    return no_status(fmu);
-}
-
 FMI2(fmi2Status, fmi2GetBooleanStatus, fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value)
 {
     ALLOWED(KEMPE_FMU_ANY);
@@ -416,11 +406,4 @@ FMI2(fmi2Status, fmi2GetBooleanStatus, fmi2Component c, const fmi2StatusKind kin
         return no_status(fmu);
     *value = fmu->now.ended;
     return fmi2OK;
-}
-
-FMI2(fmi2Status, fmi2GetStringStatus, fmi2Component c, const fmi2StatusKind kind, fmi2String *value)
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    (void)kind, (void)value;
-    return no_status(fmu);
 }

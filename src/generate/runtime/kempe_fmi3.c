@@ -53,21 +53,13 @@ static kempe_fmi3_instance *instantiate(int kind, fmi3String name, fmi3String to
                                         fmi3String resources, fmi3InstanceEnvironment environment,
                                         fmi3LogMessageCallback log)
 {
-    char opened[KEMPE_FMU_SENTENCE];
-    if (!name || !name[0])
-        return refuse(log, environment, "The name of the instance is missing.");
-    const kempe_fmu_model *model = kempe_fmu_open(resources, opened);
-    const char *sentence =
-        !model ? opened
-        : !token || strcmp(token, model->token) != 0
-            ? "The instantiation token is not that of this unit: it differs from modelDescription.xml."
-        : !(model->kinds & (unsigned)kind) ? "The unit was exported without this kind of simulation."
-                                           : NULL;
+    char sentence[KEMPE_FMU_SENTENCE];
+    const kempe_fmu_model *model = kempe_fmu_open(name, token, kind, resources, sentence);
     kempe_fmi3_instance *instance =
-        sentence ? NULL : malloc(sizeof *instance + (size_t)kempe_fmu_memory(model) * sizeof(double));
+        model ? malloc(sizeof *instance + (size_t)kempe_fmu_memory(model) * sizeof(double)) : NULL;
     if (!instance) {
         kempe_fmu_close(model);
-        return refuse(log, environment, sentence ? sentence : "There is no memory for the instance.");
+        return refuse(log, environment, model ? "There is no memory for the instance." : sentence);
     }
     memset(instance, 0, sizeof *instance);
     instance->environment = environment;

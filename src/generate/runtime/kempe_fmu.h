@@ -144,8 +144,9 @@ struct kempe_fmu {
 
 enum { KEMPE_FMU_SENTENCE = 640 };
 
-/** The mechanism of an instance; NULL: there is none, for the reason in `sentence`. */
-const kempe_fmu_model *kempe_fmu_open(const char *resources, char sentence[KEMPE_FMU_SENTENCE]);
+/** The mechanism of an instance with this name, token and kind; NULL: there is none, for the reason in `sentence`. */
+const kempe_fmu_model *kempe_fmu_open(const char *name, const char *token, int kind, const char *resources,
+                                      char sentence[KEMPE_FMU_SENTENCE]);
 /** After the last call for an instance. */
 void kempe_fmu_close(const kempe_fmu_model *model);
 

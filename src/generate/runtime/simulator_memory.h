@@ -18,6 +18,22 @@ static int *take_indices(double **at, int count)
     return (int *)(void *)take(at, count);
 }
 
+static void take_each(double **at, int count, double **const *arrays)
+{
+    for (; *arrays; arrays++)
+        **arrays = take(at, count);
+}
+
+static void take_each_of_indices(double **at, int count, int **const *arrays)
+{
+    for (; *arrays; arrays++)
+        **arrays = take_indices(at, count);
+}
+
+/* Places arrays of one size. */
+#define TAKE(count, ...)         take_each(at, count, (double **const[]){__VA_ARGS__, NULL})
+#define TAKE_INDICES(count, ...) take_each_of_indices(at, count, (int **const[]){__VA_ARGS__, NULL})
+
 /* Rows that are kept, and coordinates that are free. */
 static int rank_of(const kempe_simulator *s)
 {
@@ -75,9 +91,7 @@ static void place_charts(kempe_simulator *s, double **at)
     part->chart = take(at, 9 * e->charts->joints);
     part->seen = take(at, 3 * e->charts->joints);
     part->seen_t = take(at, 1);
-    part->inner_q = take(at, e->coordinates);
-    part->inner_qd = take(at, e->coordinates);
-    part->inner_qdd = take(at, e->coordinates);
+    TAKE(e->coordinates, &part->inner_q, &part->inner_qd, &part->inner_qdd);
 }
 
 static void place_state(kempe_simulator *s, double **at)
@@ -87,31 +101,17 @@ static void place_state(kempe_simulator *s, double **at)
     int n = e->coordinates, m = e->rows, size = most_of_y(e);
     part->state = take(at, HEADER);
     s->p = take(at, e->parameters);
-    s->u = take(at, 3 * e->inputs);
-    part->held = take(at, 3 * e->inputs);
+    TAKE(3 * e->inputs, &s->u, &part->held);
     part->held_p = take(at, e->parameters);
     part->k = take(at, e->kept);
-    s->q = take(at, n);
-    s->qd = take(at, n);
-    s->qdd = take(at, n);
+    TAKE(n, &s->q, &s->qd, &s->qdd);
     s->lambda = take(at, m);
     s->y = take(at, e->outputs);
-    part->modes = take(at, e->conditions);
-    part->value = take(at, e->conditions);
-    part->flip = take(at, e->conditions);
-    part->last = take(at, e->conditions);
-    part->repeats = take(at, e->conditions);
-    part->largest = take(at, e->conditions);
-    part->most = take(at, e->conditions);
-    part->number = take(at, e->discrete);
-    part->was = take(at, e->discrete);
-    part->due = take(at, e->discrete);
-    part->begin = take(at, 3 * n + m);
-    part->end = take(at, 3 * n + m);
-    part->y_old = take(at, size);
-    part->y_new = take(at, size);
-    part->weight = take(at, size);
-    part->atol = take(at, size);
+    TAKE(e->conditions, &part->modes, &part->value, &part->flip, &part->last, &part->repeats, &part->largest,
+         &part->most);
+    TAKE(e->discrete, &part->number, &part->was, &part->due);
+    TAKE(3 * n + m, &part->begin, &part->end);
+    TAKE(size, &part->y_old, &part->y_new, &part->weight, &part->atol);
     part->stages = take(at, KMP_RK_MAX_STAGES * size);
     part->vectors = take(at, KMP_RK_MAX_INTERPOLANTS * size);
     part->row = take_indices(at, m);
@@ -131,45 +131,25 @@ static void place_equations(kempe_simulator *s, double **at)
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
     int n = e->coordinates, m = e->rows, f = e->freedom, r = most_rank(e);
-    part->q = take(at, n);
-    part->qd = take(at, n);
-    part->qdd = take(at, n);
-    part->lambda = take(at, m);
+    TAKE(n, &part->q, &part->qd, &part->qdd, &part->bias, &part->load, &part->right);
+    TAKE(m, &part->lambda, &part->h, &part->h_t, &part->jdqd, &part->pivots, &part->inverse_row);
     part->changes = take(at, 2 * e->conditions);
     part->next = take(at, e->discrete);
-    part->h = take(at, m);
-    part->h_t = take(at, m);
-    part->jdqd = take(at, m);
-    part->jacobian = take(at, m * n);
-    part->mass = take(at, n * n);
-    part->bias = take(at, n);
+    TAKE(m * n, &part->jacobian, &part->pick);
+    TAKE(n * n, &part->mass, &part->joint);
     part->loop = take(at, r * r);
     part->tangent = take(at, r * (f + 1));
-    part->constant = take(at, r);
-    part->correction = take(at, r);
+    TAKE(r, &part->constant, &part->correction);
     part->moved = take(at, n * f);
     part->reduced = take(at, f * f);
-    part->diagonal = take(at, f);
-    part->udd = take(at, f);
-    part->load = take(at, n);
-    part->pick = take(at, m * n);
-    part->pivots = take(at, m);
+    TAKE(f, &part->diagonal, &part->udd);
     part->loads = take(at, n * r);
-    part->joint = take(at, n * n);
-    part->right = take(at, n);
-    part->inverse_row = take(at, m);
-    part->pivot = take_indices(at, n);
-    part->joint_pivot = take_indices(at, n);
-    part->new_row = take_indices(at, m);
-    part->new_column = take_indices(at, n);
-    part->fixed = take_indices(at, n);
-    part->block = take_indices(at, n + 1);
+    TAKE_INDICES(n, &part->pivot, &part->joint_pivot, &part->new_column, &part->fixed, &part->column_mark);
+    TAKE_INDICES(m, &part->new_row, &part->row_mark);
+    TAKE_INDICES(n + 1, &part->block, &part->mass_begin);
     part->touch_begin = take_indices(at, f + 1);
     part->touch = take_indices(at, f * r);
-    part->mass_begin = take_indices(at, n + 1);
     part->mass_at = take_indices(at, n * n);
-    part->row_mark = take_indices(at, m);
-    part->column_mark = take_indices(at, n);
 }
 
 static void place_directions(kempe_simulator *s, double **at)
@@ -177,14 +157,8 @@ static void place_directions(kempe_simulator *s, double **at)
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
     int n = e->coordinates, m = e->rows;
-    part->dq = take(at, n);
-    part->dqd = take(at, n);
-    part->dqdd = take(at, n);
-    part->dlambda = take(at, m);
-    part->dynamics = take(at, n);
-    part->dh = take(at, m);
-    part->drates = take(at, m);
-    part->daccelerations = take(at, m);
+    TAKE(n, &part->dq, &part->dqd, &part->dqdd, &part->dynamics);
+    TAKE(m, &part->dlambda, &part->dh, &part->drates, &part->daccelerations);
     part->dy = take(at, e->outputs);
     part->dvalue = take(at, e->conditions);
     part->zero = take(at, e->parameters + 3 * e->inputs);
@@ -203,8 +177,7 @@ static void place_friction(kempe_simulator *s, double **at)
     struct kempe_simulator_parts *part = &s->part;
     if (!e->friction)
         return;
-    part->site_q = take(at, e->coordinates);
-    part->site_qd = take(at, e->coordinates);
+    TAKE(e->coordinates, &part->site_q, &part->site_qd);
     part->site_room =
         take(at, KEMPE_SIMULATOR_FRICTION_ROOM(e->conditions, e->friction->elements) + numbers_of_contacts(e));
     part->last_pivot = take(at, 1);
@@ -221,11 +194,12 @@ int kempe_simulator_memory(const kempe_equations *e)
     int numbers = KEMPE_SIMULATOR_MEMORY(e->coordinates, e->rows, e->freedom, e->inputs, e->parameters, e->kept,
                                          e->conditions, e->outputs, e->discrete) +
                   numbers_of_watch(e);
-    return !e->friction ? numbers
-                        : numbers +
-                              KEMPE_SIMULATOR_FRICTION(e->coordinates, e->rows, e->freedom, e->conditions,
-                                                       e->friction->elements) +
-                              numbers_of_contacts(e);
+    if (e->charts)
+        numbers += KEMPE_SIMULATOR_CHARTS(e->coordinates, e->charts->joints);
+    if (e->friction)
+        numbers += numbers_of_contacts(e) +
+                   KEMPE_SIMULATOR_FRICTION(e->coordinates, e->rows, e->freedom, e->conditions, e->friction->elements);
+    return numbers;
 }
 
 int kempe_simulator_saved_numbers(const kempe_simulator *s)

@@ -42,17 +42,34 @@ static int place(kempe_fmu *fmu, const kempe_equations *e, double *memory)
     return used;
 }
 
-const kempe_fmu_model *kempe_fmu_open(const char *resources, char sentence[KEMPE_FMU_SENTENCE])
-{
-    const kempe_fmu_model *model = &kempe_fmu_exported;
-    sentence[0] = 0;
-    return model->open ? model->open(resources, sentence, KEMPE_FMU_SENTENCE) : model;
-}
-
 void kempe_fmu_close(const kempe_fmu_model *model)
 {
     if (model && kempe_fmu_exported.close)
         kempe_fmu_exported.close(model);
+}
+
+const kempe_fmu_model *kempe_fmu_open(const char *name, const char *token, int kind, const char *resources,
+                                      char sentence[KEMPE_FMU_SENTENCE])
+{
+    const kempe_fmu_model *model = &kempe_fmu_exported;
+    const char *missing = NULL;
+    sentence[0] = 0;
+    if (!name || !name[0])
+        missing = "The name of the instance is missing.";
+    else if (model->open)
+        model = model->open(resources, sentence, KEMPE_FMU_SENTENCE);
+    if (!model)
+        return NULL;
+    if (!missing && (!token || strcmp(token, model->token) != 0))
+        missing = "The guid or instantiation token is not that of this unit: it differs from modelDescription.xml.";
+    else if (!missing && !(model->kinds & (unsigned)kind))
+        missing = "The unit was exported without this kind of simulation.";
+    if (!missing)
+        return model;
+    if (model != &kempe_fmu_exported)
+        kempe_fmu_close(model);
+    snprintf(sentence, KEMPE_FMU_SENTENCE, "%s", missing);
+    return NULL;
 }
 
 int kempe_fmu_memory(const kempe_fmu_model *model)
