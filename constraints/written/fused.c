@@ -17,9 +17,7 @@ struct kmp_fused {
     kmp_eliminated *row; /* of multipliers */
     int *turn, *signs;   /* of each block of Jv: the factor from its pivots' signs to the block's sign; the block's
                           * sign */
-    double *effort;      /* n; NULL: there are none */
-    double *q, *qd;      /* n, for the efforts */
-    double *state;       /* 2 n: y, and the rates of v */
+    kmp_written_efforts given;
     const double *dv;    /* r: the last correction, where it closes */
     const double *left;  /* r: the one that is left after it */
     const double *power; /* of the last run */
@@ -53,10 +51,10 @@ static void find_turns(kmp_fused *f)
 {
     const kmp_reduction *red = f->red;
     for (int c = 0; c < red->p; c++)
-        f->state[c] = red->eval->q[red->part->u[c]];
+        f->given.state[c] = red->eval->q[red->part->u[c]];
     for (int i = 0; i < red->r; i++)
-        f->state[2 * red->p + i] = red->eval->q[red->part->v[i]];
-    kmp_written_machine_place(&f->made, red->eval->t, f->state);
+        f->given.state[2 * red->p + i] = red->eval->q[red->part->v[i]];
+    kmp_written_machine_place(&f->made, red->eval->t, f->given.state);
     (void)run_rates(f);
     const double *end = kmp_machine_run(f->made.machine, KMP_FUSED_END);
     (void)find_signs(f, end + f->layout.multipliers, f->signs);
@@ -71,9 +69,9 @@ static void find_turns(kmp_fused *f)
 static bool allocate(kmp_fused *f)
 {
     int n = f->red->n, efforts = f->red->eval->system->force ? n : 0;
-    KMP_ARENA_MAKE(&f->arena, KMP_ROOM(double, 2 * n, &f->state), KMP_ROOM(int, f->red->r, &f->turn, &f->signs),
-                   KMP_ROOM(double, efforts, &f->q, &f->qd));
-    f->effort = efforts ? KMP_ARENA_NEW(&f->arena, double, efforts) : NULL;
+    KMP_ARENA_MAKE(&f->arena, KMP_ROOM(double, 2 * n, &f->given.state), KMP_ROOM(int, f->red->r, &f->turn, &f->signs),
+                   KMP_ROOM(double, efforts, &f->given.q, &f->given.qd));
+    f->given.effort = efforts ? KMP_ARENA_NEW(&f->arena, double, efforts) : NULL;
     return !f->arena.failed;
 }
 
@@ -125,20 +123,7 @@ void kmp_fused_free(kmp_fused *f)
 /* udd and pivots with the user-defined forces. */
 static const double *with_efforts(kmp_fused *f, double t, const double *y, const double *rate)
 {
-    const kmp_partition *part = f->red->part;
-    int p = part->p, r = part->r;
-    double *state = f->state;
-    for (int c = 0; c < p; c++) {
-        f->q[part->u[c]] = y[c];
-        f->qd[part->u[c]] = y[p + c];
-    }
-    for (int i = 0; i < r; i++) {
-        f->q[part->v[i]] = y[2 * p + i] + (f->closes ? f->dv[i] : 0);
-        f->qd[part->v[i]] = state[2 * p + r + i] = rate[i];
-    }
-    kmp_machine_set(f->made.machine, KMP_IN_QD, state);
-    kmp_system_effort(f->red->eval->system, t, f->q, f->qd, f->effort);
-    kmp_machine_set(f->made.machine, KMP_IN_EFFORT, f->effort);
+    kmp_written_put_efforts(&f->made, &f->given, f->red->part, t, y, f->closes ? f->dv : NULL, rate);
     return kmp_machine_run(f->made.machine, KMP_FUSED_ACCELERATIONS);
 }
 
@@ -168,8 +153,8 @@ bool kmp_fused_finish(kmp_fused *f, double t, const double *y, double *dy)
     int p = f->red->p, r = f->red->r;
     bool positive = true;
     const double *out = kmp_machine_run(f->made.machine, KMP_FUSED_RATES), *pivot = out + p + r;
-    f->left = f->effort ? out + r : pivot + p + f->red->eval->system->dissipative;
-    if (f->effort) {
+    f->left = f->given.effort ? out + r : pivot + p + f->red->eval->system->dissipative;
+    if (f->given.effort) {
         memcpy(dy + 2 * p, out, (size_t)r * sizeof *dy);
         out = with_efforts(f, t, y, out);
         memcpy(dy + p, out, (size_t)p * sizeof *dy);
@@ -188,8 +173,8 @@ bool kmp_fused_finish(kmp_fused *f, double t, const double *y, double *dy)
 double kmp_fused_power(const kmp_fused *f)
 {
     double power = *f->power;
-    for (int i = 0; f->effort && i < f->red->n; i++)
-        power += f->effort[i] * f->qd[i];
+    for (int i = 0; f->given.effort && i < f->red->n; i++)
+        power += f->given.effort[i] * f->given.qd[i];
     return power;
 }
 
@@ -236,7 +221,7 @@ bool kmp_fused_is_good(kmp_fused *f, double t, const double *y)
 
 const kmp_program *kmp_fused_program(const kmp_fused *f)
 {
-    return f->effort ? NULL : f->made.program;
+    return f->given.effort ? NULL : f->made.program;
 }
 
 kmp_counts kmp_fused_count(const kmp_fused *f)

@@ -19,14 +19,12 @@ struct kmp_solved {
     kmp_arena arena;
     kmp_written_machine made;
     kmp_solved_layout layout;
-    const kmp_reduction *red; /* of a state; NULL: of q and qd */
-    bool closes;              /* with the stage KMP_SOLVED_CLOSE */
-    const double *dv, *left;  /* r: the last correction; the one that is left after it */
-    double *effort;           /* n; NULL: there are none */
-    double *state;            /* 2 n: a state and the rates of v; or zero rates */
-    double *q, *qd;           /* n: of a state, for the efforts */
-    const double *end;        /* outputs of the last END */
-    kmp_eliminated *row;      /* of multipliers */
+    const kmp_reduction *red;  /* of a state; NULL: of q and qd */
+    bool closes;               /* with the stage KMP_SOLVED_CLOSE */
+    const double *dv, *left;   /* r: the last correction; the one that is left after it */
+    kmp_written_efforts given; /* also without a state: then `state` has zero rates */
+    const double *end;         /* outputs of the last END */
+    kmp_eliminated *row;       /* of multipliers */
 };
 
 /* -- making -------------------------------------------------------------------------------------------- */
@@ -35,9 +33,9 @@ struct kmp_solved {
 static bool make(kmp_solved *solved, const kmp_partition *part)
 {
     const kempe_system *s = solved->eval->system;
-    solved->effort = s->force ? KMP_ARENA_NEW(&solved->arena, double, s->n) : NULL;
-    solved->state = KMP_ARENA_NEW(&solved->arena, double, 2 * s->n);
-    if (!KMP_ARENA_EACH(&solved->arena, double, s->n, &solved->q, &solved->qd))
+    solved->given.effort = s->force ? KMP_ARENA_NEW(&solved->arena, double, s->n) : NULL;
+    solved->given.state = KMP_ARENA_NEW(&solved->arena, double, 2 * s->n);
+    if (!KMP_ARENA_EACH(&solved->arena, double, s->n, &solved->given.q, &solved->given.qd))
         return false;
     kmp_solved_plan plan = {.part = part, .red = solved->red, .closes = solved->closes};
     kmp_solved_written written;
@@ -59,10 +57,10 @@ static bool make(kmp_solved *solved, const kmp_partition *part)
 static const double *put_still(kmp_solved *solved, const kmp_partition *part, const double *q)
 {
     for (int c = 0; c < part->p; c++)
-        solved->state[c] = q[part->u[c]];
+        solved->given.state[c] = q[part->u[c]];
     for (int i = 0; i < part->r; i++)
-        solved->state[2 * part->p + i] = q[part->v[i]];
-    return solved->state;
+        solved->given.state[2 * part->p + i] = q[part->v[i]];
+    return solved->given.state;
 }
 
 static void run(kmp_solved *solved, double t, const double *q, bool *good)
@@ -80,7 +78,7 @@ static bool is_good_here(kmp_solved *solved, const kmp_partition *part)
     bool good = false;
     if (!solved->made.program)
         return false;
-    kmp_machine_set(solved->made.machine, KMP_IN_QD, solved->state);
+    kmp_machine_set(solved->made.machine, KMP_IN_QD, solved->given.state);
     run(solved, eval->t, solved->red ? put_still(solved, part, eval->q) : eval->q, &good);
     return good;
 }
@@ -172,31 +170,13 @@ const double *kmp_solved_run(kmp_solved *solved, double t, const double *q, cons
 {
     kmp_written_machine_place(&solved->made, t, q);
     kmp_machine_set(solved->made.machine, KMP_IN_QD, qd);
-    if (solved->effort) {
-        kmp_system_effort(solved->eval->system, t, q, qd, solved->effort);
-        kmp_machine_set(solved->made.machine, KMP_IN_EFFORT, solved->effort);
+    if (solved->given.effort) {
+        kmp_system_effort(solved->eval->system, t, q, qd, solved->given.effort);
+        kmp_machine_set(solved->made.machine, KMP_IN_EFFORT, solved->given.effort);
     }
     const double *out = kmp_machine_run(solved->made.machine, KMP_SOLVED_RUN);
     *good = kmp_solved_is_good(&solved->layout, out, 1);
     return out;
-}
-
-/* Forces of the user at a state, whose rates of v are known. */
-static void put_efforts(kmp_solved *solved, double t, const double *y, const double *rate)
-{
-    const kmp_partition *part = solved->red->part;
-    int p = part->p, r = part->r;
-    for (int c = 0; c < p; c++) {
-        solved->q[part->u[c]] = y[c];
-        solved->qd[part->u[c]] = y[p + c];
-    }
-    for (int i = 0; i < r; i++) {
-        solved->q[part->v[i]] = y[2 * p + i] + (solved->closes ? solved->dv[i] : 0);
-        solved->qd[part->v[i]] = solved->state[2 * p + r + i] = rate[i];
-    }
-    kmp_machine_set(solved->made.machine, KMP_IN_QD, solved->state);
-    kmp_system_effort(solved->eval->system, t, solved->q, solved->qd, solved->effort);
-    kmp_machine_set(solved->made.machine, KMP_IN_EFFORT, solved->effort);
 }
 
 kmp_written_correction kmp_solved_close(kmp_solved *solved, double t, const double *y)
@@ -219,9 +199,10 @@ void kmp_solved_run_state(kmp_solved *solved, double t, const double *y, double 
     kmp_machine *machine = solved->made.machine;
     if (!solved->closes)
         kmp_written_machine_place(&solved->made, t, y);
-    const double *rates = solved->effort ? kmp_machine_run(machine, KMP_SOLVED_RATES) : NULL;
+    const double *rates = solved->given.effort ? kmp_machine_run(machine, KMP_SOLVED_RATES) : NULL;
     if (rates)
-        put_efforts(solved, t, y, rates);
+        kmp_written_put_efforts(&solved->made, &solved->given, solved->red->part, t, y,
+                                solved->closes ? solved->dv : NULL, rates);
     const double *out = kmp_machine_run(machine, KMP_SOLVED_RUN);
     rates = rates ? rates : out + l->rates;
     solved->left = out + l->left;
@@ -308,13 +289,13 @@ kmp_closer kmp_solved_closer(kmp_solved_closing *closing, double *dx)
 
 const kmp_program *kmp_solved_program(const kmp_solved *solved)
 {
-    return solved->effort ? NULL : solved->made.program;
+    return solved->given.effort ? NULL : solved->made.program;
 }
 
 kempe_status kmp_solved_write_nearby(const kmp_solved *solved, const kmp_partition *part, kmp_program **program)
 {
     *program = NULL;
-    if (solved->effort || solved->layout.factors == 0)
+    if (solved->given.effort || solved->layout.factors == 0)
         return KEMPE_OK;
     double run = (double)kmp_solved_count(solved).paper;
     return kmp_solved_write_near(solved->eval, part, run, program) ? KEMPE_OK

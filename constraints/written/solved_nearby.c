@@ -95,7 +95,7 @@ static kmp_program *improve(writer *w)
         return NULL;
     for (int i = 0; i < n + r; i++)
         w->x[i] = kmp_neg(w->value[i]);
-    kmp_written_ldl_solve(&w->ldl, g, w->x);
+    kmp_written_ldl_solve(&w->ldl, g, w->ldl.size, w->x);
     for (int i = 0; i < n; i++)
         w->out[i] = kmp_add(g, kmp_input(g, KMP_IN_QDD, (uint32_t)i), w->x[i]);
     for (int i = 0; i < r; i++)

@@ -109,7 +109,7 @@ static void solve(maker *k, const kmp_ref *alone, kmp_ref *coordinates, kmp_ref 
 {
     const kmp_pattern *compliance = &k->s->bodies->compliance;
     int rows = k->plan.coordinates;
-    kmp_written_ldl_solve(&k->plan.ldl, k->g, k->x);
+    kmp_written_ldl_solve(&k->plan.ldl, k->g, k->plan.ldl.size, k->x);
     for (int i = 0; i < k->n; i++)
         coordinates[i] = rows ? k->x[i] : alone ? alone[i] : KMP_ZERO;
     for (int e = 0; k->plan.by_bodies && e < compliance->count; e++)
@@ -282,7 +282,7 @@ static kmp_program *write_program(maker *k)
     /* Accelerations with the loops open. */
     for (int i = 0; i < k->plan.coordinates; i++)
         k->x[i] = kmp_neg(k->w.bias[i]);
-    kmp_written_ldl_solve_leading(&k->plan.ldl, k->g, k->x);
+    kmp_written_ldl_solve(&k->plan.ldl, k->g, k->plan.ldl.leading, k->x);
     for (int i = 0; i < k->n; i++)
         k->open[i] = k->plan.by_bodies ? k->w.bias[i] : k->x[i];
     correct(k);

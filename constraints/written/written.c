@@ -285,6 +285,23 @@ kmp_written_correction kmp_written_machine_close(kmp_written_machine *w, int sta
     return (kmp_written_correction){dv, turn};
 }
 
+void kmp_written_put_efforts(kmp_written_machine *w, const kmp_written_efforts *room, const kmp_partition *part,
+                             double t, const double *y, const double *dv, const double *rate)
+{
+    int p = part->p, r = part->r;
+    for (int c = 0; c < p; c++) {
+        room->q[part->u[c]] = y[c];
+        room->qd[part->u[c]] = y[p + c];
+    }
+    for (int i = 0; i < r; i++) {
+        room->q[part->v[i]] = y[2 * p + i] + (dv ? dv[i] : 0);
+        room->qd[part->v[i]] = room->state[2 * p + r + i] = rate[i];
+    }
+    kmp_machine_set(w->machine, KMP_IN_QD, room->state);
+    kmp_system_effort(w->eval->system, t, room->q, room->qd, room->effort);
+    kmp_machine_set(w->machine, KMP_IN_EFFORT, room->effort);
+}
+
 bool kmp_written_machine_is_stale(kmp_written_machine *w)
 {
     if (w->chart_version != w->eval->chart_version)

@@ -116,6 +116,17 @@ typedef struct kmp_written_correction {
 kmp_written_correction kmp_written_machine_close(kmp_written_machine *w, int stage, int r, int turns, double t,
                                                  const double *y);
 
+/** Room for the user-defined forces at states (u, ud, v). */
+typedef struct kmp_written_efforts {
+    double *effort; /* n; NULL: there are none */
+    double *q, *qd; /* n */
+    double *state;  /* 2 n: a state and the rates of v */
+} kmp_written_efforts;
+
+/** Takes the forces at y as inputs of the program, with the correction of v (NULL: none) and the rates of v. */
+void kmp_written_put_efforts(kmp_written_machine *w, const kmp_written_efforts *room, const kmp_partition *part,
+                             double t, const double *y, const double *dv, const double *rate);
+
 /** True if the program must be written again: a chart has changed that is a number in it. Otherwise it takes charts
  * that have changed. */
 bool kmp_written_machine_is_stale(kmp_written_machine *w);

@@ -171,7 +171,7 @@ bool kmp_written_ldl_factor(kmp_written_ldl *ldl, kmp_arena *arena, kmp_graph *g
     return true;
 }
 
-static void solve(const kmp_written_ldl *ldl, kmp_graph *g, int unknowns, kmp_ref *x)
+void kmp_written_ldl_solve(const kmp_written_ldl *ldl, kmp_graph *g, int unknowns, kmp_ref *x)
 {
     for (int k = 0; k < ldl->size; k++) {
         int i = ldl->order[k];
@@ -187,14 +187,4 @@ static void solve(const kmp_written_ldl *ldl, kmp_graph *g, int unknowns, kmp_re
             if (ldl->row[e] < unknowns)
                 x[i] = kmp_sub(g, x[i], kmp_mul(g, ldl->l[e], x[ldl->row[e]]));
     }
-}
-
-void kmp_written_ldl_solve(const kmp_written_ldl *ldl, kmp_graph *g, kmp_ref *x)
-{
-    solve(ldl, g, ldl->size, x);
-}
-
-void kmp_written_ldl_solve_leading(const kmp_written_ldl *ldl, kmp_graph *g, kmp_ref *x)
-{
-    solve(ldl, g, ldl->leading, x);
 }

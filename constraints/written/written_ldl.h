@@ -27,6 +27,5 @@ bool kmp_written_ldl_analyse(kmp_written_ldl *ldl, kmp_arena *arena, int size, i
 /** Writes the factors of a matrix (size x size, symmetric) of that pattern. False: no memory, or a pivot is zero. */
 bool kmp_written_ldl_factor(kmp_written_ldl *ldl, kmp_arena *arena, kmp_graph *g, const kmp_ref *matrix);
 
-/** x <- A^-1 x; the same with the leading part of A, which no trailing unknown changes. */
-void kmp_written_ldl_solve(const kmp_written_ldl *ldl, kmp_graph *g, kmp_ref *x);
-void kmp_written_ldl_solve_leading(const kmp_written_ldl *ldl, kmp_graph *g, kmp_ref *x);
+/** x <- A^-1 x, with all unknowns; or with the leading part of A, which no trailing unknown changes. */
+void kmp_written_ldl_solve(const kmp_written_ldl *ldl, kmp_graph *g, int unknowns, kmp_ref *x);

@@ -144,9 +144,6 @@ bool kmp_reduced_try_saddle(kmp_reduced *d);
 /** Keeps the programs of the present choice of u, which is about to change, for its return. false: no memory. */
 bool kmp_reduced_keep(kmp_reduced *d);
 
-/** Operations of a right-hand side by parts: of the program, and of the linear algebra. */
-double kmp_reduced_operations(kmp_reduced *d);
-
 /** Makes the fused program for the present choice of u with its factors, if it is `worth` while or the choice
  * returns; or takes the one that was kept. The solved program,
  * where there is none, is made when it pays. */

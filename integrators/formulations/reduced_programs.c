@@ -113,7 +113,8 @@ static bool can_fuse(const kmp_reduced *d)
            d->s->load_row_count == 0;
 }
 
-double kmp_reduced_operations(kmp_reduced *d)
+/* Operations of a right-hand side by parts: of the program, and of the linear algebra. */
+static double operations_of(kmp_reduced *d)
 {
     const kmp_program *program = d->eval->by_bodies ? d->s->bodies->program : d->s->motion;
     if (!(d->of_program > 0))
@@ -127,7 +128,7 @@ double kmp_reduced_operations(kmp_reduced *d)
  * evaluations on, or `at_once`. */
 static int wait_for_solved(kmp_reduced *d, bool at_once)
 {
-    long wait = d->has_v ? kmp_solved_wait(d->eval, &d->part, kmp_reduced_operations(d), d->start.lanes) : LONG_MAX;
+    long wait = d->has_v ? kmp_solved_wait(d->eval, &d->part, operations_of(d), d->start.lanes) : LONG_MAX;
     if (wait >= 0)
         d->due_solved = wait < LONG_MAX - d->evaluations ? d->evaluations + (at_once ? 0 : wait) : LONG_MAX;
     return wait < 0 ? KMP_HALT : KMP_GO;
@@ -193,7 +194,7 @@ int kmp_reduced_count(kmp_reduced *d)
 {
     bool lanes = d->integrated && !d->s->force;
     double operations = lanes && !d->programs.fused ? kmp_solved_operations(d->eval, &d->part) : INFINITY;
-    d->formulation.ode.cycles = kmp_cycles_by_parts(kmp_reduced_operations(d), d->eval->by_bodies);
+    d->formulation.ode.cycles = kmp_cycles_by_parts(operations_of(d), d->eval->by_bodies);
     if (lanes && d->programs.fused)
         count_fused(d);
     else if (operations >= 0 && isfinite(operations))

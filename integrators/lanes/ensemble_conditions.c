@@ -261,8 +261,7 @@ const char *kmp_lane_find_event(kmp_engine *e, double *t, bool *found, double *s
                                                         : NULL;
 }
 
-/* Passes the event, or looks at it alone. */
-static bool visit_event(kmp_engine *e, double t, bool pass)
+bool kmp_lane_visit_event(kmp_engine *e, double t, bool pass)
 {
     kmp_instance *x = &e->instances[e->room.who[e->within.lane]];
     const kmp_partition *part = &e->within.pool->part;
@@ -277,14 +276,4 @@ static bool visit_event(kmp_engine *e, double t, bool pass)
     if (e->s->dissipative)
         x->y[e->n + part->p] = e->within.y[e->n + part->p];
     return true;
-}
-
-bool kmp_lane_pass_event(kmp_engine *e, double t)
-{
-    return visit_event(e, t, true);
-}
-
-bool kmp_lane_look_at_event(kmp_engine *e, double t)
-{
-    return visit_event(e, t, false);
 }

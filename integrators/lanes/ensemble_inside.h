@@ -331,13 +331,10 @@ bool kmp_lane_is_clear(kmp_engine *e, size_t lane, bool middle);
  * 0: it is not. Returns the reason why lanes do not pass the event, or cannot search; NULL: they can. */
 const char *kmp_lane_find_event(kmp_engine *e, double *t, bool *found, double *shorter);
 
-/** Changes the conditions of that lane at its event: the instance then has the time, the conditions and the work
- * there, e->state the closed state. false: conditions change without end. */
-bool kmp_lane_pass_event(kmp_engine *e, double t);
-
-/** Looks at the event of that lane: the instance has the time and the work there, e->state the closed state before the
- * conditions change. false: it is not available. */
-bool kmp_lane_look_at_event(kmp_engine *e, double t);
+/** Takes that lane to its event: the instance then has the time and the work there, e->state the closed state. `pass`:
+ * the conditions change, and the instance has them; false: they change without end. Otherwise the state is that before
+ * they change; false: it is not available. */
+bool kmp_lane_visit_event(kmp_engine *e, double t, bool pass);
 
 /* ensemble_taken.c */
 

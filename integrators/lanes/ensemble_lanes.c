@@ -191,7 +191,7 @@ static kempe_status pass_event(kmp_engine *e, kmp_pool *pool, size_t l)
     x->error_old = room->error_old[l];
     x->pace = 0;
     kmp_within_begin(e, pool, l);
-    bool known = e->site ? kmp_lane_look_at_event(e, room->event[l]) : kmp_lane_pass_event(e, room->event[l]);
+    bool known = kmp_lane_visit_event(e, room->event[l], !e->site);
     bool slow = known && kmp_work_bound_passed(&x->bound, result->steps + result->rejected + result->refused, x->t,
                                                e->spec.t_end, NULL);
     kempe_status status = KEMPE_OK;

@@ -7,6 +7,7 @@
  * A one-step method: the formulation corrects y between steps. */
 #include "integrators/steppers/collocation.h"
 
+#include "integrators/steppers/explicit_methods.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -256,14 +257,14 @@ static kempe_status step(void *solver)
         return KEMPE_OK;
     weigh(s);
     for (int tries = 0; tries < MAX_REJECT; tries++) {
-        double t_new, error = 0, shorter = 0.5, h = kmp_solver_next_step(s->base.t, s->base.t_end, s->base.h, &t_new);
+        double t_new, error = 0, shorter = 0.5, h = kmp_step_next(s->base.t, s->base.t_end, s->base.h, &t_new);
         if (!(h > 0) || s->collapsed)
             return KEMPE_E_FAILED;
         kmp_collocation_outcome what = attempt(s, h, t_new, &error, &shorter);
         if (what == KMP_COLLOCATION_HALTED)
             return KEMPE_E_FAILED;
         if (what == KMP_COLLOCATION_TAKEN) {
-            s->collapsed = kmp_solver_collapsed(&s->base.hopeless, h, t_new);
+            s->collapsed = kmp_step_collapsed(&s->base.hopeless, h, t_new);
             s->base.t_old = s->base.t;
             take(s, h, t_new, error);
             return KEMPE_OK;

@@ -133,9 +133,6 @@ double kmp_collocation_square(const kmp_collocation *s, const double *x);
 /** Evaluates f of s->stage at s->at in `count` lanes at least. */
 int kmp_collocation_evaluate(kmp_collocation *s, int count);
 
-/** Improves f for s->stage, at places near those of the last kmp_collocation_evaluate, or evaluates it. */
-int kmp_collocation_improve(kmp_collocation *s);
-
 /** Derivatives of the stages of a step h, in g, and the error's estimate with its weighted size. KMP_..._BAD_ITERATION:
  * *shorter is the part of h to try next. */
 kmp_collocation_outcome kmp_collocation_find_stages(kmp_collocation *s, double h, double *error, double *shorter);

@@ -50,7 +50,8 @@ int kmp_collocation_evaluate(kmp_collocation *s, int count)
     return evaluate_each(s, count);
 }
 
-int kmp_collocation_improve(kmp_collocation *s)
+/* Improves f for s->stage, at places near those of the last kmp_collocation_evaluate, or evaluates it. */
+static int improve(kmp_collocation *s)
 {
     const kmp_ode *ode = &s->base.ode;
     int said = ode->improve(ode->self, s->at, s->stage, s->f);
@@ -216,7 +217,7 @@ static kmp_collocation_outcome sweep(kmp_collocation *s, bool first, double *siz
     int said = KMP_GO;
     if (!s->evaluated) {
         place(s);
-        said = s->near ? kmp_collocation_improve(s) : kmp_collocation_evaluate(s, s->s);
+        said = s->near ? improve(s) : kmp_collocation_evaluate(s, s->s);
     }
     s->evaluated = false;
     if (said != KMP_GO)

@@ -157,7 +157,7 @@ kempe_status kmp_rk_step(void *solver)
         if (what == HALTED)
             break;
         if (what == TAKEN) {
-            s->collapsed = kmp_solver_collapsed(&s->base.hopeless, h, t_new);
+            s->collapsed = kmp_step_collapsed(&s->base.hopeless, h, t_new);
             take(s, h, t_new, error);
             return KEMPE_OK;
         }

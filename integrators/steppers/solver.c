@@ -139,13 +139,3 @@ double kmp_solver_least_step(double t)
 {
     return KMP_STEP_LEAST * DBL_EPSILON * fabs(t);
 }
-
-double kmp_solver_next_step(double t, double t_end, double next, double *t_new)
-{
-    return kmp_step_next(t, t_end, next, t_new);
-}
-
-bool kmp_solver_collapsed(int *hopeless, double h, double t)
-{
-    return kmp_step_collapsed(hopeless, h, t);
-}

@@ -153,15 +153,7 @@ const char *kmp_solver_family(const char *name);
 /** Least length of a step at t, by the resolution of double precision; the end of the run does not affect it. */
 double kmp_solver_least_step(double t);
 
-/** The next step for the desired length `next`, 0 when it has become too short, and its end: exactly t_end if it would
- * come near, half-way if little more than one step is left. */
-double kmp_solver_next_step(double t, double t_end, double next, double *t_new);
-
-/** After a step of length h that ended at t: true when more than 100 successive ones (counted in *hopeless, 0 at a
- * start) were hardly longer than the least. The integrator then fails with KMP_SOLVER_COLLAPSED. The bound on work
- * (work_bound.h) ends runs with too many other steps. */
-bool kmp_solver_collapsed(int *hopeless, double h, double t);
-
+/* Of a step size that has collapsed (kmp_step_collapsed). */
 #define KMP_SOLVER_COLLAPSED                                                                                           \
     "the step size is close to the resolution of double precision at this time: the motion is singular "               \
     "there, or too fast"

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/sundials/sundials_host.h"
+#include "integrators/steppers/explicit_methods.h"
 #include "integrators/sundials/linear.h"
 
 #include <math.h>
@@ -349,7 +350,7 @@ static kempe_status make_step(kmp_sun *s)
     double h = planned(s), most = h;
     for (int tries = 0; bad == 0 && tries < MAX_TRIES; tries++) {
         bad = attempt(s, &t, &shorter);
-        if (bad == 0 && !kmp_solver_collapsed(&s->base.hopeless, s->base.t - s->base.t_old, s->base.t))
+        if (bad == 0 && !kmp_step_collapsed(&s->base.hopeless, s->base.t - s->base.t_old, s->base.t))
             return KEMPE_OK;
         if (bad == 0)
             return kmp_fail(s->base.context, KEMPE_E_FAILED, "%s stopped at t = %.9g: " KMP_SOLVER_COLLAPSED,

@@ -50,7 +50,8 @@ static void quote(kmp_json *json, const char *s)
     kmp_text_free_part(json->text, &quoted);
 }
 
-void kmp_json_key(kmp_json *json, const char *key)
+/* What precedes a value. */
+static void put_key(kmp_json *json, const char *key)
 {
     static const char *const after[] = {": ", ":", ": ", " "};
     bool on_line = json->layout == KMP_JSON_DENSE || json->layout == KMP_JSON_WORDS;
@@ -70,7 +71,7 @@ void kmp_json_key(kmp_json *json, const char *key)
 
 static void begin_level(kmp_json *json, const char *key, const char *bracket, char close)
 {
-    kmp_json_key(json, key);
+    put_key(json, key);
     kmp_text_put(json->text, json->layout == KMP_JSON_WORDS ? "" : bracket);
     if (json->depth < KMP_JSON_DEPTH)
         json->close[json->depth] = close;
@@ -113,7 +114,7 @@ static void put_number(kmp_json *json, double x, int digits)
 
 void kmp_json_rounded(kmp_json *json, const char *key, double x, int digits)
 {
-    kmp_json_key(json, key);
+    put_key(json, key);
     put_number(json, x, digits);
 }
 
@@ -124,13 +125,13 @@ void kmp_json_number(kmp_json *json, const char *key, double x)
 
 void kmp_json_whole(kmp_json *json, const char *key, long x)
 {
-    kmp_json_key(json, key);
+    put_key(json, key);
     kmp_text_printf(json->text, "%ld", x);
 }
 
 void kmp_json_string(kmp_json *json, const char *key, const char *s)
 {
-    kmp_json_key(json, key);
+    put_key(json, key);
     if (s)
         quote(json, s);
     else
@@ -145,7 +146,7 @@ void kmp_json_text(kmp_json *json, const char *key, kmp_text *s)
 
 void kmp_json_boolean(kmp_json *json, const char *key, bool x)
 {
-    kmp_json_key(json, key);
+    put_key(json, key);
     kmp_text_put(json->text, x ? "true" : "false");
 }
 
@@ -208,7 +209,7 @@ void kmp_json_put(kmp_json *json, const char *format, ...)
 
 void kmp_json_rounded_numbers(kmp_json *json, const char *key, int count, const double *x, int digits)
 {
-    kmp_json_key(json, key);
+    put_key(json, key);
     kmp_text_put(json->text, "[");
     for (int k = 0; k < count; k++) {
         kmp_text_put(json->text, k == 0 ? "" : json->layout == KMP_JSON_COMPACT ? "," : ", ");
@@ -255,7 +256,7 @@ static void put_bytes(bytes *b, uint32_t value, int count)
 
 static bytes begin_bytes(kmp_json *json, const char *key)
 {
-    kmp_json_key(json, key);
+    put_key(json, key);
     kmp_text_put(json->text, "\"");
     return (bytes){.text = json->text};
 }

@@ -54,8 +54,5 @@ void kmp_json_rounded_numbers(kmp_json *json, const char *key, int count, const 
 void kmp_json_shorts(kmp_json *json, const char *key, size_t count, const int16_t *x);
 void kmp_json_floats(kmp_json *json, const char *key, size_t count, const double *x);
 
-/** Writes what precedes a value that the caller appends to the text. */
-void kmp_json_key(kmp_json *json, const char *key);
-
 /** Closes the innermost object or array; the outermost one with a newline. */
 void kmp_json_end(kmp_json *json);

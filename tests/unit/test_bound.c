@@ -2,6 +2,7 @@
 /* The bound on work: hopeless runs end soon and say why, long ones that get on do not, and none is called singular for
  * its length. */
 #include "integrators/run/work_bound.h"
+#include "integrators/steppers/explicit_methods.h"
 #include "integrators/steppers/solver.h"
 #include "loaded.h"
 #include "testing.h"
@@ -53,10 +54,10 @@ static void collapse_goes_by_rounding(void)
     int hopeless = 0;
     bool collapsed = false;
     for (int k = 0; k < 1000; k++)
-        collapsed = collapsed || kmp_solver_collapsed(&hopeless, 1e-11, 10);
+        collapsed = collapsed || kmp_step_collapsed(&hopeless, 1e-11, 10);
     CHECK(!collapsed);
     for (int k = 0; k < 1000; k++)
-        collapsed = collapsed || kmp_solver_collapsed(&hopeless, 20 * DBL_EPSILON * 10, 10);
+        collapsed = collapsed || kmp_step_collapsed(&hopeless, 20 * DBL_EPSILON * 10, 10);
     CHECK(collapsed);
     CHECK(kmp_solver_least_step(0) == 0 && kmp_solver_least_step(1) > 1e-15 && kmp_solver_least_step(-1) < 1e-14);
 }

@@ -63,7 +63,7 @@ static kmp_vec axis_of(const kmp_tree *tree, const kmp_spot *spot, int axis, int
 
 /* -- numbers ------------------------------------------------------------------------------------------- */
 
-kmp_ref kmp_point_distance(const kmp_tree *tree, int a, int b)
+static kmp_ref distance(const kmp_tree *tree, int a, int b)
 {
     int frame;
     kmp_vec d = kmp_point_difference(tree, a, b, &frame);
@@ -113,7 +113,7 @@ kmp_ref kmp_tree_measure(const kmp_tree *tree, const kmp_measure *measure, int n
     const kmp_spot *of = measure->spot;
     switch (measure->kind) {
     case KMP_MEASURE_DISTANCE:
-        return kmp_point_distance(tree, of[0].point, of[1].point);
+        return distance(tree, of[0].point, of[1].point);
     case KMP_MEASURE_ANGLE:
         return angle(tree, measure);
     case KMP_MEASURE_AXES:

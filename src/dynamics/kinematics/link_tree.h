@@ -329,8 +329,7 @@ kmp_vec kmp_point_difference(const kmp_tree *tree, int a, int b, int *frame);
  * that point, relative to its body, in its axes. */
 kmp_vec kmp_point_measure(const kmp_tree *tree, kmp_measure_kind kind, int point, int from);
 
-/** The distance of two points, and its rate. */
-kmp_ref kmp_point_distance(const kmp_tree *tree, int a, int b);
+/** The rate of the distance of two points. */
 kmp_ref kmp_point_approach(const kmp_tree *tree, int a, int b);
 
 /** A measure of expressions, component `number` of it. */
