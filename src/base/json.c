@@ -50,7 +50,7 @@ static void quote(kmp_json *json, const char *s)
     kmp_text_free_part(json->text, &quoted);
 }
 
-/* What precedes a value. */
+/* The comma, the line and the key before a value. */
 static void put_key(kmp_json *json, const char *key)
 {
     static const char *const after[] = {": ", ":", ": ", " "};
