@@ -129,17 +129,6 @@ static kmp_ref force_of(const maker *k, int i, const kmp_ref *udd)
     return force;
 }
 
-/* Adds the power of closures that move in time, -lambda' h_t. The multipliers are Jv'^-1 f with the forces f of v that
- * M qdd + C leaves to the closures, so that the power is f' x_t. */
-static void add_drives(maker *k, const kmp_ref *udd)
-{
-    for (int i = 0; k->plan->drives && k->h_t && i < k->n; i++) {
-        int place = k->red->place[i];
-        if (place >= 0 && k->x_t[place] != KMP_ZERO)
-            kmp_written_add_product(k->g, &k->w.power, force_of(k, i, udd), k->x_t[place]);
-    }
-}
-
 /* -- multipliers -------------------------------------------------------------------------------------- */
 
 /* The column of Jv^-1 of an independent row: the multiplier of this row is its product with the forces of v. */
@@ -436,7 +425,13 @@ static kmp_program *write_program(maker *k)
     solve_reduced(k, &mr, end);
     if (k->w.by_coordinate)
         return schedule_slopes(k, end);
-    add_drives(k, end);
+    /* Adds the power of closures that move in time, -lambda' h_t. The multipliers are Jv'^-1 f with the forces f of v
+     * that M qdd + C leaves to the closures, so that the power is f' x_t. */
+    for (int i = 0; k->plan->drives && k->h_t && i < k->n; i++) {
+        int place = k->red->place[i];
+        if (place >= 0 && k->x_t[place] != KMP_ZERO)
+            kmp_written_add_product(k->g, &k->w.power, force_of(k, i, end), k->x_t[place]);
+    }
     if ((k->w.load && !make_loads(k, &mr)) || (k->plan->forces && !make_multipliers(k, end)))
         return NULL;
     return schedule(k, end);

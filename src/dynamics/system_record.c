@@ -57,20 +57,6 @@ static void *take_part(kmp_byte_source *s, const kempe_model *model, size_t size
     return part;
 }
 
-static void put_condition(kmp_bytes *b, const kempe_system *s, int k)
-{
-    const kmp_condition *c = &s->events.condition[k];
-    put_part(b, s->model, c->of);
-    put_part(b, s->model, c->expr);
-    kmp_bytes_put_int(b, c->number);
-    kmp_bytes_put_text(b, c->text);
-    kmp_bytes_put_text(b, c->advice);
-    kmp_bytes_put_text(b, s->event_text[k]);
-    kmp_bytes_put_int(b, c->ends | c->kink << 1 | c->late << 2 | c->measured << 3 | c->bend << 4 | c->told << 5 |
-                             c->rough << 6 | (int)c->role << 7);
-    kmp_bytes_put(b, &c->lag, sizeof c->lag);
-}
-
 /* The text of an event is made again, and compared: the expression is the same one. */
 static void take_condition(kmp_byte_source *b, kempe_system *s, int k)
 {
@@ -107,8 +93,18 @@ static void put_events(kmp_bytes *b, const kempe_system *s)
         kmp_bytes_put_int(b, s->use[k].table);
         kmp_bytes_put_int(b, s->use[k].variable);
     }
-    for (int k = 0; k < s->events.count; k++)
-        put_condition(b, s, k);
+    for (int k = 0; k < s->events.count; k++) {
+        const kmp_condition *c = &s->events.condition[k];
+        put_part(b, s->model, c->of);
+        put_part(b, s->model, c->expr);
+        kmp_bytes_put_int(b, c->number);
+        kmp_bytes_put_text(b, c->text);
+        kmp_bytes_put_text(b, c->advice);
+        kmp_bytes_put_text(b, s->event_text[k]);
+        kmp_bytes_put_int(b, c->ends | c->kink << 1 | c->late << 2 | c->measured << 3 | c->bend << 4 | c->told << 5 |
+                                 c->rough << 6 | (int)c->role << 7);
+        kmp_bytes_put(b, &c->lag, sizeof c->lag);
+    }
 }
 
 static void take_events(kmp_byte_source *b, kempe_system *s)

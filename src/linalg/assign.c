@@ -42,21 +42,6 @@ static int step(market *m, int at)
     return next;
 }
 
-static void place(market *m, int i)
-{
-    int at = m->n;
-    m->owner[at] = i;
-    for (int j = 0; j <= m->n; j++) {
-        m->least[j] = INFINITY;
-        m->seen[j] = false;
-    }
-    do
-        at = step(m, at);
-    while (m->owner[at] >= 0);
-    for (; at != m->n; at = m->before[at])
-        m->owner[at] = m->owner[m->before[at]];
-}
-
 int kmp_assign(int n, const double *cost, int *column)
 {
     market m = {.n = n, .cost = cost};
@@ -66,8 +51,19 @@ int kmp_assign(int n, const double *cost, int *column)
               KMP_ARENA_EACH(&arena, int, n + 1, &m.owner, &m.before);
     for (int j = 0; ok && j < n; j++)
         m.owner[j] = -1;
-    for (int i = 0; ok && i < n; i++)
-        place(&m, i);
+    for (int i = 0; ok && i < n; i++) {
+        int at = m.n;
+        m.owner[at] = i;
+        for (int j = 0; j <= m.n; j++) {
+            m.least[j] = INFINITY;
+            m.seen[j] = false;
+        }
+        do
+            at = step(&m, at);
+        while (m.owner[at] >= 0);
+        for (; at != m.n; at = m.before[at])
+            m.owner[at] = m.owner[m.before[at]];
+    }
     for (int j = 0; ok && j < n; j++)
         column[m.owner[j]] = j;
     kmp_arena_free(&arena);

@@ -370,20 +370,6 @@ static int by_size(const void *a, const void *b)
     return (x->c > y->c) - (x->c < y->c);
 }
 
-static void sort_by_size(const work *w, double *pivots)
-{
-    int count = w->m < w->n ? w->m : w->n;
-    for (int k = 0; k < count; k++)
-        w->ranks[k] = (rank){pivots[k], w->r[k], w->c[k], is_fixed(w, w->c[k])};
-    if (count > 0)
-        qsort(w->ranks, (size_t)count, sizeof *w->ranks, by_size);
-    for (int k = 0; k < count; k++) {
-        pivots[k] = w->ranks[k].pivot;
-        w->r[k] = w->ranks[k].r;
-        w->c[k] = w->ranks[k].c;
-    }
-}
-
 /* -- the whole --------------------------------------------------------------------------------------- */
 
 static void reset(work *w)
@@ -438,7 +424,16 @@ static bool find_pivots(work *w, const kmp_entries *a, double *pivots)
         return true;
     if (!w->exhausted || !run(w, a, true, pivots))
         return false;
-    sort_by_size(w, pivots);
+    int count = w->m < w->n ? w->m : w->n;
+    for (int k = 0; k < count; k++)
+        w->ranks[k] = (rank){pivots[k], w->r[k], w->c[k], is_fixed(w, w->c[k])};
+    if (count > 0)
+        qsort(w->ranks, (size_t)count, sizeof *w->ranks, by_size);
+    for (int k = 0; k < count; k++) {
+        pivots[k] = w->ranks[k].pivot;
+        w->r[k] = w->ranks[k].r;
+        w->c[k] = w->ranks[k].c;
+    }
     return true;
 }
 

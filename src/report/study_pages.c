@@ -104,6 +104,15 @@ static kempe_status write_page(const kempe_system *system, const char *command, 
     return status;
 }
 
+/* The public function that writes the page of a result. */
+#define PAGE(type, result, context, system, command, subject, fill)                                                    \
+    kempe_status type##_write_report(type *result, const char *path)                                                   \
+    {                                                                                                                  \
+        KMP_WANTED(NULL, result, #result);                                                                             \
+        KMP_WANTED(context, path, "path");                                                                             \
+        return write_page(system, command, subject, fill, result, path);                                               \
+    }
+
 /* -- position analysis ------------------------------------------------------------------------------- */
 
 static kempe_status fill_kinematics(study_page *s, const void *result)
@@ -132,12 +141,8 @@ static kempe_status fill_kinematics(study_page *s, const void *result)
     return add_frames(s, k->count, k->q, k->system->n, NULL);
 }
 
-kempe_status kempe_kinematics_write_report(kempe_kinematics *kinematics, const char *path)
-{
-    KMP_WANTED(NULL, kinematics, "kinematics");
-    KMP_WANTED(kinematics->system->context, path, "path");
-    return write_page(kinematics->system, "kinematics", "position analysis", fill_kinematics, kinematics, path);
-}
+PAGE(kempe_kinematics, kinematics, kinematics->system->context, kinematics->system, "kinematics", "position analysis",
+     fill_kinematics)
 
 /* -- inverse dynamics -------------------------------------------------------------------------------- */
 
@@ -183,12 +188,7 @@ static kempe_status fill_inverse(study_page *s, const void *result)
     return r->rows > 0 ? add_frames(s, r->rows, kmp_inverse_part(r, 0, r->at.q), r->width, r->t) : KEMPE_OK;
 }
 
-kempe_status kempe_inverse_write_report(kempe_inverse *inverse, const char *path)
-{
-    KMP_WANTED(NULL, inverse, "inverse");
-    KMP_WANTED(inverse->system->context, path, "path");
-    return write_page(inverse->system, "inverse", "inverse dynamics", fill_inverse, inverse, path);
-}
+PAGE(kempe_inverse, inverse, inverse->system->context, inverse->system, "inverse", "inverse dynamics", fill_inverse)
 
 /* -- frequency response ------------------------------------------------------------------------------ */
 
@@ -208,12 +208,8 @@ static kempe_status fill_response(study_page *s, const void *result)
     return add_frames(s, 1, r->channels.at->q, 0, NULL);
 }
 
-kempe_status kempe_response_write_report(kempe_response *response, const char *path)
-{
-    KMP_WANTED(NULL, response, "response");
-    KMP_WANTED(response->channels.given->context, path, "path");
-    return write_page(response->channels.given, "response", "frequency response", fill_response, response, path);
-}
+PAGE(kempe_response, response, response->channels.given->context, response->channels.given, "response",
+     "frequency response", fill_response)
 
 /* -- equilibria -------------------------------------------------------------------------------------- */
 
@@ -233,12 +229,8 @@ static kempe_status fill_equilibria(study_page *s, const void *result)
     return KEMPE_OK;
 }
 
-kempe_status kempe_equilibrium_write_report(kempe_equilibrium *equilibrium, const char *path)
-{
-    KMP_WANTED(NULL, equilibrium, "equilibrium");
-    KMP_WANTED(equilibrium->requested->context, path, "path");
-    return write_page(equilibrium->system, "equilibrium", "equilibrium", fill_equilibria, equilibrium, path);
-}
+PAGE(kempe_equilibrium, equilibrium, equilibrium->requested->context, equilibrium->system, "equilibrium", "equilibrium",
+     fill_equilibria)
 
 /* -- ensembles --------------------------------------------------------------------------------------- */
 
@@ -429,12 +421,7 @@ static kempe_status fill_fit(study_page *s, const void *result)
     return KEMPE_OK;
 }
 
-kempe_status kempe_fit_write_report(kempe_fit *fit, const char *path)
-{
-    KMP_WANTED(NULL, fit, "fit");
-    KMP_WANTED(fit->context, path, "path");
-    return write_page(kmp_fit_rows(fit, 0)->system, "fit", "fit", fill_fit, fit, path);
-}
+PAGE(kempe_fit, fit, fit->context, kmp_fit_rows(fit, 0)->system, "fit", "fit", fill_fit)
 
 /* -- optima ------------------------------------------------------------------------------------------ */
 
@@ -518,12 +505,7 @@ static kempe_status fill_limit_cycles(study_page *s, const void *result)
     return c->locus.reached > 0 ? add_frames(s, 1, c->locus.q, 0, NULL) : KEMPE_OK;
 }
 
-kempe_status kempe_limit_cycles_write_report(kempe_limit_cycles *cycles, const char *path)
-{
-    KMP_WANTED(NULL, cycles, "cycles");
-    KMP_WANTED(cycles->system->context, path, "path");
-    return write_page(cycles->system, "cycles", "limit cycles", fill_limit_cycles, cycles, path);
-}
+PAGE(kempe_limit_cycles, cycles, cycles->system->context, cycles->system, "cycles", "limit cycles", fill_limit_cycles)
 
 /* -- the assembled start ----------------------------------------------------------------------------- */
 
@@ -543,9 +525,4 @@ static kempe_status fill_assembly(study_page *s, const void *result)
     return add_frames(s, 1, a->q, 0, NULL);
 }
 
-kempe_status kempe_assembly_write_report(kempe_assembly *assembly, const char *path)
-{
-    KMP_WANTED(NULL, assembly, "assembly");
-    KMP_WANTED(assembly->system->context, path, "path");
-    return write_page(assembly->system, "assemble", "assembly", fill_assembly, assembly, path);
-}
+PAGE(kempe_assembly, assembly, assembly->system->context, assembly->system, "assemble", "assembly", fill_assembly)

@@ -265,8 +265,22 @@ void kmp_graph_mark_free(kmp_graph_mark *mark)
     *mark = (kmp_graph_mark){0};
 }
 
-static void return_implicits(kmp_graph *g, int count)
+void kmp_graph_return(kmp_graph *g, const kmp_graph_mark *mark)
 {
+    if (g->spare)
+        kmp_derivative_forget(g->spare);
+    /* Forgets the nodes from this number on. No search for an older node passes the slot of a younger one: nodes are
+     * entered in their order, also into a wider table. */
+    uint32_t first = mark->nodes;
+    uint32_t size = g->table_size;
+    uint32_t *table = g->table;
+    for (uint32_t k = 0; k < size; k++)
+        table[k] = table[k] > first ? 0 : table[k];
+    g->seen.count = first;
+    g->value_count = mark->values;
+    while (g->table_count > mark->tables)
+        kmp_table_free(g->tables[--g->table_count]);
+    int count = mark->implicits;
     while (g->implicit_count > count) {
         /* Averages are kept: they take the most time to make, and the next derivation mostly needs them again. */
         kmp_implicit *block = g->implicits[--g->implicit_count];
@@ -285,24 +299,6 @@ static void return_implicits(kmp_graph *g, int count)
         if (block->derived && *block->derived >= (k < count ? count : 0))
             *block->derived = -1;
     }
-}
-
-void kmp_graph_return(kmp_graph *g, const kmp_graph_mark *mark)
-{
-    if (g->spare)
-        kmp_derivative_forget(g->spare);
-    /* Forgets the nodes from this number on. No search for an older node passes the slot of a younger one: nodes are
-     * entered in their order, also into a wider table. */
-    uint32_t first = mark->nodes;
-    uint32_t size = g->table_size;
-    uint32_t *table = g->table;
-    for (uint32_t k = 0; k < size; k++)
-        table[k] = table[k] > first ? 0 : table[k];
-    g->seen.count = first;
-    g->value_count = mark->values;
-    while (g->table_count > mark->tables)
-        kmp_table_free(g->tables[--g->table_count]);
-    return_implicits(g, mark->implicits);
     for (uint32_t k = mark->nodes; k < g->label_count; k++)
         g->labels[k] = (kmp_label){0};
     kmp_rotations_assign(g->rotations, mark->rotations);

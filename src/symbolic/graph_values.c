@@ -59,27 +59,23 @@ static double operand(const double *value, kmp_ref r)
     return kmp_is_negative(r) ? -value[kmp_id(r)] : value[kmp_id(r)];
 }
 
-static double implicit_value(const kmp_graph *g, const kmp_node *n, const double *value)
-{
-    const kmp_program_block *block = kmp_implicit_block(kmp_graph_implicit(g, (int)n->b));
-    kmp_solving *solving = kmp_solving_new(block, NULL);
-    double y = NAN;
-    kmp_ref list = n->a;
-    for (int l = 0; solving && l < block->arguments; l++, list = kmp_graph_node(g, kmp_id(list))->b)
-        kmp_solving_arguments(solving)[l] = operand(value, kmp_graph_node(g, kmp_id(list))->a);
-    if (solving)
-        y = kmp_solving_value(solving, (int)n->c);
-    kmp_solving_free(solving);
-    return y;
-}
-
 static double value_of(const kmp_graph *g, const kmp_node *n, const double *value)
 {
     double x[3] = {0};
     for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
         x[k] = operand(value, kmp_operand(n, k));
-    if (n->op == KMP_OP_IMPLICIT)
-        return implicit_value(g, n, value);
+    if (n->op == KMP_OP_IMPLICIT) {
+        const kmp_program_block *block = kmp_implicit_block(kmp_graph_implicit(g, (int)n->b));
+        kmp_solving *solving = kmp_solving_new(block, NULL);
+        double y = NAN;
+        kmp_ref list = n->a;
+        for (int l = 0; solving && l < block->arguments; l++, list = kmp_graph_node(g, kmp_id(list))->b)
+            kmp_solving_arguments(solving)[l] = operand(value, kmp_graph_node(g, kmp_id(list))->a);
+        if (solving)
+            y = kmp_solving_value(solving, (int)n->c);
+        kmp_solving_free(solving);
+        return y;
+    }
     if (n->op == KMP_OP_TABLE)
         return kmp_table_value(kmp_graph_table(g, (int)n->b), (int)n->c, x[0]);
     return kmp_op_value((kmp_op)n->op, x[0], x[1], x[2]);

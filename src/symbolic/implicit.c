@@ -14,31 +14,6 @@ enum { MOST = KMP_IMPLICIT_MOST };
 
 /* -- construction ------------------------------------------------------------------------------------ */
 
-static void derive_slopes(kmp_implicit *b, const kmp_ref *residual)
-{
-    int n = b->block.unknowns;
-    kmp_ref column[MOST];
-    for (int j = 0; j < n; j++) {
-        kmp_derivatives_by(b->local, kmp_input(b->local, KMP_IN_Q, (uint32_t)j), n, residual, column);
-        for (int i = 0; i < n; i++)
-            b->slope[i * n + j] = column[i];
-    }
-}
-
-static void derive_changes(kmp_implicit *b, const kmp_ref *residual)
-{
-    int count = b->block.arguments;
-    kmp_ref *p = KMP_GRAPH_NEW(b->local, kmp_ref, 2 * count);
-    for (int l = 0; p && l < count; l++) {
-        p[l] = kmp_input(b->local, KMP_IN_PARAMETER, (uint32_t)l);
-        p[count + l] = kmp_input(b->local, KMP_IN_LAMBDA, (uint32_t)l);
-    }
-    kmp_derivative *d = p ? kmp_derivative_new(b->local, count, p, p + count) : NULL;
-    for (int i = 0; i < b->block.unknowns; i++)
-        b->change[i] = kmp_derivative_of(d, residual[i]);
-    kmp_derivative_free(d);
-}
-
 /* Stages: 1 the guess, then the merit of candidates, then residuals and derivatives. */
 static bool make_program(kmp_implicit *b, const kmp_ref *residual, const kmp_ref *first, kmp_ref merit)
 {
@@ -100,8 +75,23 @@ kmp_implicit *kmp_implicit_new_among(kmp_graph *local, int unknowns, int argumen
     b->block.arguments = arguments;
     bool plain = unknowns >= 1 && unknowns <= MOST && !kmp_graph_implicit(local, 0);
     if (plain && kmp_block_candidates(b, candidates, candidate)) {
-        derive_slopes(b, residual);
-        derive_changes(b, residual);
+        int n = b->block.unknowns;
+        kmp_ref column[MOST];
+        for (int j = 0; j < n; j++) {
+            kmp_derivatives_by(b->local, kmp_input(b->local, KMP_IN_Q, (uint32_t)j), n, residual, column);
+            for (int i = 0; i < n; i++)
+                b->slope[i * n + j] = column[i];
+        }
+        int count = b->block.arguments;
+        kmp_ref *p = KMP_GRAPH_NEW(b->local, kmp_ref, 2 * count);
+        for (int l = 0; p && l < count; l++) {
+            p[l] = kmp_input(b->local, KMP_IN_PARAMETER, (uint32_t)l);
+            p[count + l] = kmp_input(b->local, KMP_IN_LAMBDA, (uint32_t)l);
+        }
+        kmp_derivative *d = p ? kmp_derivative_new(b->local, count, p, p + count) : NULL;
+        for (int i = 0; i < b->block.unknowns; i++)
+            b->change[i] = kmp_derivative_of(d, residual[i]);
+        kmp_derivative_free(d);
         if (make_program(b, residual, guess, merit))
             return b;
     }

@@ -45,16 +45,6 @@ static uint32_t number_of(const kmp_partials *p, uint32_t id)
     return p->rank[id] - 1;
 }
 
-static void list_roots(kmp_partials *p)
-{
-    for (int k = 0; k < p->roots; k++)
-        p->first_root[number_of(p, kmp_id(p->of[k])) + 1]++;
-    add_up(p->first_root, p->needed);
-    for (int k = 0; k < p->roots; k++)
-        p->root[p->first_root[number_of(p, kmp_id(p->of[k]))]++] = k;
-    begin_again(p->first_root, p->needed);
-}
-
 /* False: no memory. */
 static bool init(kmp_partials *p)
 {
@@ -100,7 +90,12 @@ static bool init(kmp_partials *p)
             p->user[p->first[number_of(p, kmp_id(kmp_operand(n, k)))]++] = id;
     }
     begin_again(p->first, p->needed);
-    list_roots(p);
+    for (int k = 0; k < p->roots; k++)
+        p->first_root[number_of(p, kmp_id(p->of[k])) + 1]++;
+    add_up(p->first_root, p->needed);
+    for (int k = 0; k < p->roots; k++)
+        p->root[p->first_root[number_of(p, kmp_id(p->of[k]))]++] = k;
+    begin_again(p->first_root, p->needed);
     return !p->room.failed;
 }
 

@@ -62,19 +62,6 @@ typedef struct scheme {
 
 /* -- links --------------------------------------------------------------------------------------------- */
 
-static void set_change(scheme *s, int i)
-{
-    const kmp_link *link = &s->tree->links[i];
-    const kmp_movement *m = &s->m[i];
-    kmp_vec e = kmp_vec_axis(KMP_ONE, link->axis), p;
-    change *c = &s->change[i];
-    c->first = kmp_vec_cross(s->g, m->w, e);
-    c->twice = kmp_vec_cross(s->g, s->twice_w[i], e);
-    p = kmp_vec_of_column(&m->beta, link->axis);
-    c->angular = link->rotation ? p : kmp_vec_zero();
-    c->linear = link->rotation ? kmp_vec_cross(s->g, m->alpha, e) : p;
-}
-
 static void set_rates(scheme *s, int i)
 {
     const kmp_link *link = &s->tree->links[i];
@@ -365,7 +352,15 @@ void kmp_tangents_composite(const kmp_tree *tree, const kmp_ref *qdd, const kmp_
     kmp_newton_euler_whole(tree, qdd, forces->applied, s.m, s.w, effort);
     for (int i = 1; i < tree->count; i++) {
         set_rates(&s, i);
-        set_change(&s, i);
+        const kmp_link *link = &s.tree->links[i];
+        const kmp_movement *m = &s.m[i];
+        kmp_vec e = kmp_vec_axis(KMP_ONE, link->axis), p;
+        change *c = &s.change[i];
+        c->first = kmp_vec_cross(s.g, m->w, e);
+        c->twice = kmp_vec_cross(s.g, s.twice_w[i], e);
+        p = kmp_vec_of_column(&m->beta, link->axis);
+        c->angular = link->rotation ? p : kmp_vec_zero();
+        c->linear = link->rotation ? kmp_vec_cross(s.g, m->alpha, e) : p;
         s.body[i] = tree->links[i].own;
         s.flow[i] = own_flow(&s, i);
     }

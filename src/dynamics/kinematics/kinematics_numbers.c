@@ -172,17 +172,6 @@ static bool keeps_in(const kmp_expr *e)
     return (by_zero && is_kept_in(e->a, 0)) || (by_one && is_kept_in(e->a, 1));
 }
 
-/* max(x, 0)^p of a closure: zero with all its derivatives where x is not positive, where those of x^p are infinite. */
-static kmp_ref one_sided_power(kmp_graph *g, kmp_ref base, double exponent)
-{
-    const kmp_node *n = kmp_graph_node(g, kmp_id(base));
-    const kmp_ref x = n->a == KMP_ZERO ? n->b : n->a;
-    if (n->op != KMP_OP_MAX || kmp_is_negative(base) || (n->a != KMP_ZERO && n->b != KMP_ZERO))
-        return kmp_power(g, base, exponent);
-    const kmp_ref positive = kmp_less(g, KMP_ZERO, x);
-    return kmp_select(g, positive, kmp_power(g, kmp_select(g, positive, x, KMP_ONE), exponent), KMP_ZERO);
-}
-
 static kmp_ref power(const kmp_tree *tree, const kmp_expr *e)
 {
     kmp_graph *g = tree->graph;
@@ -194,8 +183,16 @@ static kmp_ref power(const kmp_tree *tree, const kmp_expr *e)
     kmp_ref base = kmp_tree_expression(&within, e->a);
     if (is_function(e->a, KMP_FUNCTION_tanh))
         kmp_tree_watch_pulse(tree, e->a, kmp_tree_expression(&within, e->a->a));
-    if (tree->bends && exponent > 0 && !whole)
-        return one_sided_power(g, base, exponent);
+    if (tree->bends && exponent > 0 && !whole) {
+        /* max(x, 0)^p of a closure: zero with all its derivatives where x is not positive, where those of x^p are
+         * infinite. */
+        const kmp_node *n = kmp_graph_node(g, kmp_id(base));
+        const kmp_ref x = n->a == KMP_ZERO ? n->b : n->a;
+        if (n->op != KMP_OP_MAX || kmp_is_negative(base) || (n->a != KMP_ZERO && n->b != KMP_ZERO))
+            return kmp_power(g, base, exponent);
+        const kmp_ref positive = kmp_less(g, KMP_ZERO, x);
+        return kmp_select(g, positive, kmp_power(g, kmp_select(g, positive, x, KMP_ONE), exponent), KMP_ZERO);
+    }
     return isnan(exponent) ? kmp_binary(g, KMP_OP_POW, base, kmp_tree_expression(&within, e->b))
                            : kmp_power(g, base, exponent);
 }

@@ -66,18 +66,6 @@ static void balance(int n, double *a, double *factors)
     }
 }
 
-static double norm_of(int n, const double *a)
-{
-    double norm = 0;
-    for (ptrdiff_t j = 0; j < n; j++) {
-        double sum = 0;
-        for (ptrdiff_t i = 0; i < n; i++)
-            sum += fabs(a[i + j * n]);
-        norm = fmax(norm, isfinite(sum) ? sum : INFINITY);
-    }
-    return norm;
-}
-
 /* e = 1 + a (1 + a/2 (1 + ..)). */
 static void taylor(int n, const double *a, double *e, double *work)
 {
@@ -105,7 +93,13 @@ int kmp_exponential(int n, const double *a, double h, double *e)
     for (size_t i = 0; i < size; i++)
         scaled[i] = a[i] * h;
     balance(n, scaled, factors);
-    double norm = norm_of(n, scaled);
+    double norm = 0;
+    for (ptrdiff_t j = 0; j < n; j++) {
+        double sum = 0;
+        for (ptrdiff_t i = 0; i < n; i++)
+            sum += fabs(scaled[i + j * n]);
+        norm = fmax(norm, isfinite(sum) ? sum : INFINITY);
+    }
     if (!isfinite(norm)) {
         kmp_free(scaled);
         return -1;

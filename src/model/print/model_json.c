@@ -108,27 +108,6 @@ static void put_surface(kmp_json *json, const char *name, const kmp_surface *s)
     kmp_json_put(json, "] }");
 }
 
-static void put_tables(kmp_json *json, const kempe_model *model)
-{
-    kmp_model_json_begin(json, "tables");
-    for (int i = 0; i < model->table_count; i++) {
-        const kmp_table *table = model->tables[i].table;
-        if (model->tables[i].surface) {
-            put_surface(json, model->tables[i].name, model->tables[i].surface);
-            continue;
-        }
-        kmp_json_put(json, "%s { method %s", model->tables[i].name, kmp_table_method_word(table->method));
-        kmp_json_numbers(json, "x", table->count, table->x);
-        kmp_json_numbers(json, "y", table->count, table->y);
-        if (model->tables[i].periodic)
-            kmp_json_number(json, "rise", model->tables[i].rise);
-        if (model->tables[i].outside != KMP_OUTSIDE_NOT_SAID)
-            kmp_json_put(json, "outside %s", kmp_outside_word(model->tables[i].outside));
-        kmp_json_end(json);
-    }
-    kmp_json_end(json);
-}
-
 static void put_unknowns(kmp_json *json, const kempe_model *model)
 {
     kmp_model_json_begin(json, "unknowns");
@@ -169,18 +148,6 @@ static void put_points(kmp_json *json, const kempe_model *model, int body)
     kmp_json_end(json);
 }
 
-static void put_motions(kmp_json *json, const kempe_model *model, const kmp_body *body)
-{
-    kmp_json_array(json, "motions");
-    for (int k = 0; k < body->motion_count; k++) {
-        const kmp_motion *motion = &model->motions[body->first_motion + k];
-        kmp_json_put(json, "{ coordinate %s kind %s", motion->name, motion->rotation ? "R" : "T");
-        kmp_json_numbers(json, "axis", 3, motion->axis);
-        kmp_json_end(json);
-    }
-    kmp_json_end(json);
-}
-
 static void put_body(kmp_json *json, const kempe_model *model, int i)
 {
     kmp_body *body = &model->bodies[i];
@@ -192,7 +159,14 @@ static void put_body(kmp_json *json, const kempe_model *model, int i)
     kmp_json_string(json, "joint", body->joint);
     if (body->reversed)
         kmp_json_whole(json, "reversed", 1);
-    put_motions(json, model, body);
+    kmp_json_array(json, "motions");
+    for (int k = 0; k < body->motion_count; k++) {
+        const kmp_motion *motion = &model->motions[body->first_motion + k];
+        kmp_json_put(json, "{ coordinate %s kind %s", motion->name, motion->rotation ? "R" : "T");
+        kmp_json_numbers(json, "axis", 3, motion->axis);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
     if (body->turned)
         put_axes(json, "frame", body->frame);
     if (body->coupling)
@@ -304,28 +278,23 @@ void kmp_model_json_fields(kmp_json *json, const kempe_model *model, const kmp_f
     }
 }
 
-static void put_contact(kmp_json *json, const kempe_model *model, const kmp_force *force)
-{
-    const struct kmp_compliant *contact = force->compliant;
-    const char *const keys[] = {"gap", "normal", "coefficient", "clearance", "radius", "speed"};
-    const kmp_expr *const exprs[] = {force->touch.gap,   force->effort,   force->holding_effort,
-                                     contact->clearance, contact->radius, contact->speed};
-    if (contact->law)
-        kmp_json_string(json, "law", contact->law);
-    if (contact->film)
-        kmp_json_string(json, "film", contact->film->law);
-    for (int k = 0; k < 6; k++)
-        if (exprs[k])
-            put_expr(json, keys[k], model, exprs[k]);
-}
-
 static void put_force(kmp_json *json, const kempe_model *model, const kmp_force *force)
 {
     const kmp_force_row *row = &kmp_force_rows[force->kind];
     bool place = !row->word || kmp_force_is_between(force->kind);
     kmp_json_put(json, "name %s kind %s", force->name, place ? row->place : kmp_force_key(model, force, row->word));
     if (force->kind == KMP_FORCE_COMPLIANT) {
-        put_contact(json, model, force);
+        const struct kmp_compliant *contact = force->compliant;
+        const char *const keys[] = {"gap", "normal", "coefficient", "clearance", "radius", "speed"};
+        const kmp_expr *const exprs[] = {force->touch.gap,   force->effort,   force->holding_effort,
+                                         contact->clearance, contact->radius, contact->speed};
+        if (contact->law)
+            kmp_json_string(json, "law", contact->law);
+        if (contact->film)
+            kmp_json_string(json, "film", contact->film->law);
+        for (int k = 0; k < 6; k++)
+            if (exprs[k])
+                put_expr(json, keys[k], model, exprs[k]);
         return;
     }
     if (force->kind == KMP_FORCE_TOUCH)
@@ -384,21 +353,6 @@ static void put_values(kmp_json *json, const kempe_model *model, const char *key
     kmp_json_end(json);
 }
 
-static void put_goal(kmp_json *json, const kempe_model *model, const kmp_goal *goal)
-{
-    kmp_text name = {0};
-    kmp_model_put_goal(&name, model, goal);
-    kmp_json_object(json, name.s);
-    kmp_text_free_part(json->text, &name);
-    if (goal->width == 3) {
-        put_vector(json, "value", goal->value);
-        put_vector(json, "weight", goal->weight);
-    } else {
-        kmp_json_put(json, "value %g weight %g", goal->value[0].value, goal->weight[0].value);
-    }
-    kmp_json_end(json);
-}
-
 static void put_start(kmp_json *json, const kempe_model *model)
 {
     kmp_model_json_begin(json, "start");
@@ -409,34 +363,21 @@ static void put_start(kmp_json *json, const kempe_model *model)
         if (model->start.hold[i])
             kmp_json_string(json, NULL, model->motions[i].name);
     kmp_json_put(json, "] goals {");
-    for (int i = 0; i < model->start.goal_count; i++)
-        put_goal(json, model, &model->start.goals[i]);
-    kmp_json_put(json, "} }");
-}
-
-static void put_run(kmp_json *json, const kempe_model *model)
-{
-    const kmp_run_settings *run = &model->run;
-    kmp_shown_setting list[KMP_SETTINGS];
-    kmp_model_settings(run, list);
-    kmp_model_json_begin(json, "run");
-    for (int k = 0; k < KMP_SETTINGS; k++)
-        if (list[k].is_word)
-            kmp_json_string(json, list[k].key, list[k].word);
-        else
-            kmp_json_number(json, list[k].key, list[k].number > 0 ? list[k].number : NAN);
-    kmp_json_array(json, "independent");
-    for (int i = 0; i < run->independent_count; i++)
-        kmp_json_string(json, NULL, model->motions[run->independent[i]].name);
-    kmp_json_end(json);
-    put_exprs(json, "until", model, run->until_count, run->until);
-    kmp_json_array(json, "outputs");
-    for (int i = 0; i < model->output_count; i++) {
+    for (int i = 0; i < model->start.goal_count; i++) {
+        const kmp_goal *goal = &model->start.goals[i];
         kmp_text name = {0};
-        kmp_output_print(&name, model, &model->outputs[i]);
-        kmp_json_text(json, NULL, &name);
+        kmp_model_put_goal(&name, model, goal);
+        kmp_json_object(json, name.s);
+        kmp_text_free_part(json->text, &name);
+        if (goal->width == 3) {
+            put_vector(json, "value", goal->value);
+            put_vector(json, "weight", goal->weight);
+        } else {
+            kmp_json_put(json, "value %g weight %g", goal->value[0].value, goal->weight[0].value);
+        }
+        kmp_json_end(json);
     }
-    kmp_json_put(json, "] }");
+    kmp_json_put(json, "} }");
 }
 
 /* -- the whole ----------------------------------------------------------------------------------- */
@@ -467,7 +408,23 @@ static kmp_json put_mechanism(kmp_text *text, const kempe_model *model)
     }
     if (model->state_count > 0)
         put_states(&json, model);
-    put_tables(&json, model);
+    kmp_model_json_begin(&json, "tables");
+    for (int i = 0; i < model->table_count; i++) {
+        const kmp_table *table = model->tables[i].table;
+        if (model->tables[i].surface) {
+            put_surface(&json, model->tables[i].name, model->tables[i].surface);
+            continue;
+        }
+        kmp_json_put(&json, "%s { method %s", model->tables[i].name, kmp_table_method_word(table->method));
+        kmp_json_numbers(&json, "x", table->count, table->x);
+        kmp_json_numbers(&json, "y", table->count, table->y);
+        if (model->tables[i].periodic)
+            kmp_json_number(&json, "rise", model->tables[i].rise);
+        if (model->tables[i].outside != KMP_OUTSIDE_NOT_SAID)
+            kmp_json_put(&json, "outside %s", kmp_outside_word(model->tables[i].outside));
+        kmp_json_end(&json);
+    }
+    kmp_json_end(&json);
     kmp_model_json_tracks(&json, model);
     if (model->unknowns_count > 0)
         put_unknowns(&json, model);
@@ -488,6 +445,26 @@ void kmp_model_json(kmp_text *text, const kempe_model *model)
 {
     kmp_json json = put_mechanism(text, model);
     kmp_model_json_shapes(&json, model);
-    put_run(&json, model);
+    const kmp_run_settings *run = &model->run;
+    kmp_shown_setting list[KMP_SETTINGS];
+    kmp_model_settings(run, list);
+    kmp_model_json_begin(&json, "run");
+    for (int k = 0; k < KMP_SETTINGS; k++)
+        if (list[k].is_word)
+            kmp_json_string(&json, list[k].key, list[k].word);
+        else
+            kmp_json_number(&json, list[k].key, list[k].number > 0 ? list[k].number : NAN);
+    kmp_json_array(&json, "independent");
+    for (int i = 0; i < run->independent_count; i++)
+        kmp_json_string(&json, NULL, model->motions[run->independent[i]].name);
+    kmp_json_end(&json);
+    put_exprs(&json, "until", model, run->until_count, run->until);
+    kmp_json_array(&json, "outputs");
+    for (int i = 0; i < model->output_count; i++) {
+        kmp_text name = {0};
+        kmp_output_print(&name, model, &model->outputs[i]);
+        kmp_json_text(&json, NULL, &name);
+    }
+    kmp_json_put(&json, "] }");
     kmp_json_end(&json);
 }

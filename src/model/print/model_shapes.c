@@ -18,17 +18,6 @@ static void put_axes(kmp_json *json, double (*const m)[3])
     kmp_json_end(json);
 }
 
-static void put_looks(kmp_json *json, const kmp_shape *s)
-{
-    kmp_text colour = {0};
-    kmp_text_printf(&colour, "#%06x", (unsigned)s->colour & 0xffffff);
-    if (s->colour >= 0)
-        kmp_json_string(json, "colour", colour.s);
-    kmp_text_free_part(json->text, &colour);
-    if (s->opacity < 1)
-        kmp_json_number(json, "opacity", s->opacity);
-}
-
 void kmp_model_json_shape(kmp_json *json, const kmp_shape *s)
 {
     double axes[3][3];
@@ -58,7 +47,13 @@ void kmp_model_json_shape(kmp_json *json, const kmp_shape *s)
         kmp_json_number(json, s->by_density ? "density" : "mass", s->matter.value);
     if (s->hole)
         kmp_json_whole(json, "hole", 1);
-    put_looks(json, s);
+    kmp_text colour = {0};
+    kmp_text_printf(&colour, "#%06x", (unsigned)s->colour & 0xffffff);
+    if (s->colour >= 0)
+        kmp_json_string(json, "colour", colour.s);
+    kmp_text_free_part(json->text, &colour);
+    if (s->opacity < 1)
+        kmp_json_number(json, "opacity", s->opacity);
 }
 
 void kmp_model_json_shapes(kmp_json *json, const kempe_model *model)

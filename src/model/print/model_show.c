@@ -58,35 +58,6 @@ static void begin(kmp_text *text, const char *title, int count)
 
 /* -- names and their values ------------------------------------------------------------------------ */
 
-static void show_parameters(kmp_text *text, const kempe_model *model)
-{
-    begin(text, "parameters", model->parameter_count);
-    for (int i = 0; i < model->parameter_count; i++) {
-        const kmp_number *number = &model->parameters[i].number;
-        kmp_text_printf(text, "  %s", model->parameters[i].name);
-        put_number(text, " = ", number->value);
-        if (number->expr)
-            put_expr(text, "  (", model, number->expr);
-        kmp_text_put(text, number->expr ? ")\n" : "\n");
-    }
-}
-
-static void show_inputs(kmp_text *text, const kempe_model *model)
-{
-    begin(text, "inputs", kmp_model_given_inputs(model));
-    for (int i = 0; i < kmp_model_given_inputs(model); i++) {
-        const kmp_model_input *input = &model->inputs[i];
-        const kmp_signal *s = &input->signal;
-        kmp_text_printf(text, "  %s", input->name);
-        if (s->count == 1)
-            put_number(text, " = ", s->u[0]);
-        else
-            kmp_text_printf(text, ": %s, %d samples, t from %.9g to %.9g s",
-                            kmp_name_at(kmp_signal_words, (int)s->method), s->count, s->t[0], s->t[s->count - 1]);
-        kmp_text_put(text, "\n");
-    }
-}
-
 static void show_states(kmp_text *text, const kempe_model *model)
 {
     begin(text, "states", model->state_count);
@@ -128,20 +99,6 @@ static void show_tables(kmp_text *text, const kempe_model *model)
             kmp_text_printf(text, ", periodic, rise %.9g", model->tables[i].rise);
         if (model->tables[i].outside != KMP_OUTSIDE_NOT_SAID)
             kmp_text_printf(text, ", outside %s", kmp_outside_word(model->tables[i].outside));
-        kmp_text_put(text, "\n");
-    }
-}
-
-static void show_unknowns(kmp_text *text, const kempe_model *model)
-{
-    begin(text, "unknowns", model->unknowns_count);
-    for (int i = 0; i < model->unknowns_count; i++) {
-        const kmp_unknowns *u = &model->unknowns[i];
-        kmp_text_printf(text, "  %s%s", u->name, u->count ? ":" : "");
-        for (int k = 0; k < u->count; k++)
-            kmp_text_printf(text, "%s %s from %.9g", k ? "," : "", u->unknown[k], u->guess[k].value);
-        for (int k = 0; k < (u->count ? u->count : 1); k++)
-            put_expr(text, u->count ? "\n    0 = " : " = ", model, u->zero[k]);
         kmp_text_put(text, "\n");
     }
 }
@@ -304,16 +261,6 @@ void kmp_cut_print(kmp_text *text, const kmp_cut *cut)
         kmp_text_put(text, "; its start value is part of the guess");
 }
 
-static void show_cuts(kmp_text *text, const kempe_model *model)
-{
-    begin(text, "cuts", model->cut_count);
-    for (int i = 0; i < model->cut_count; i++) {
-        kmp_text_put(text, "  ");
-        kmp_cut_print(text, &model->cuts[i]);
-        kmp_text_put(text, "\n");
-    }
-}
-
 /* -- forces and sensors ---------------------------------------------------------------------------- */
 
 static void show_force(kmp_text *text, const kempe_model *model, const kmp_force *force)
@@ -385,20 +332,6 @@ static void show_forces(kmp_text *text, const kempe_model *model)
 
 /* -- start and run --------------------------------------------------------------------------------- */
 
-static void show_goal(kmp_text *text, const kempe_model *model, const kmp_goal *goal)
-{
-    kmp_text_put(text, "  ");
-    kmp_model_put_goal(text, model, goal);
-    if (goal->width == 3) {
-        put_vector(text, ": ", goal->value);
-        put_vector(text, ", ", goal->weight);
-    } else {
-        put_number(text, ": ", goal->value[0].value);
-        put_number(text, ", ", goal->weight[0].value);
-    }
-    kmp_text_put(text, "\n");
-}
-
 static void show_start(kmp_text *text, const kempe_model *model)
 {
     const kmp_start *start = &model->start;
@@ -410,8 +343,19 @@ static void show_start(kmp_text *text, const kempe_model *model)
         kmp_text_put(text, start->hold[i] ? ", held\n" : "\n");
     }
     begin(text, "goals: value, weight", start->goal_count);
-    for (int i = 0; i < start->goal_count; i++)
-        show_goal(text, model, &start->goals[i]);
+    for (int i = 0; i < start->goal_count; i++) {
+        const kmp_goal *goal = &start->goals[i];
+        kmp_text_put(text, "  ");
+        kmp_model_put_goal(text, model, goal);
+        if (goal->width == 3) {
+            put_vector(text, ": ", goal->value);
+            put_vector(text, ", ", goal->weight);
+        } else {
+            put_number(text, ": ", goal->value[0].value);
+            put_number(text, ", ", goal->weight[0].value);
+        }
+        kmp_text_put(text, "\n");
+    }
 }
 
 static void show_run(kmp_text *text, const kempe_model *model)
@@ -446,12 +390,40 @@ void kmp_model_show(kmp_text *text, const kempe_model *model)
     kmp_text_put(text, model->name);
     put_vector(text, "\ngravity ", model->gravity);
     kmp_text_put(text, "\n");
-    show_parameters(text, model);
-    show_inputs(text, model);
+    begin(text, "parameters", model->parameter_count);
+    for (int i = 0; i < model->parameter_count; i++) {
+        const kmp_number *number = &model->parameters[i].number;
+        kmp_text_printf(text, "  %s", model->parameters[i].name);
+        put_number(text, " = ", number->value);
+        if (number->expr)
+            put_expr(text, "  (", model, number->expr);
+        kmp_text_put(text, number->expr ? ")\n" : "\n");
+    }
+    begin(text, "inputs", kmp_model_given_inputs(model));
+    for (int i = 0; i < kmp_model_given_inputs(model); i++) {
+        const kmp_model_input *input = &model->inputs[i];
+        const kmp_signal *s = &input->signal;
+        kmp_text_printf(text, "  %s", input->name);
+        if (s->count == 1)
+            put_number(text, " = ", s->u[0]);
+        else
+            kmp_text_printf(text, ": %s, %d samples, t from %.9g to %.9g s",
+                            kmp_name_at(kmp_signal_words, (int)s->method), s->count, s->t[0], s->t[s->count - 1]);
+        kmp_text_put(text, "\n");
+    }
     show_states(text, model);
     show_tables(text, model);
     kmp_model_show_tracks(text, model);
-    show_unknowns(text, model);
+    begin(text, "unknowns", model->unknowns_count);
+    for (int i = 0; i < model->unknowns_count; i++) {
+        const kmp_unknowns *u = &model->unknowns[i];
+        kmp_text_printf(text, "  %s%s", u->name, u->count ? ":" : "");
+        for (int k = 0; k < u->count; k++)
+            kmp_text_printf(text, "%s %s from %.9g", k ? "," : "", u->unknown[k], u->guess[k].value);
+        for (int k = 0; k < (u->count ? u->count : 1); k++)
+            put_expr(text, u->count ? "\n    0 = " : " = ", model, u->zero[k]);
+        kmp_text_put(text, "\n");
+    }
     show_bodies(text, model);
     kmp_model_show_wheels(text, model);
     int count = model->closure_count - kmp_model_friction_count(model); /* without the rows of forces */
@@ -462,7 +434,12 @@ void kmp_model_show(kmp_text *text, const kempe_model *model)
         (closure->point[0] < 0 ? show_relation : show_between)(text, model, closure);
         kmp_text_put(text, "\n");
     }
-    show_cuts(text, model);
+    begin(text, "cuts", model->cut_count);
+    for (int i = 0; i < model->cut_count; i++) {
+        kmp_text_put(text, "  ");
+        kmp_cut_print(text, &model->cuts[i]);
+        kmp_text_put(text, "\n");
+    }
     show_forces(text, model);
     show_start(text, model);
     show_run(text, model);

@@ -6,18 +6,6 @@
 
 /* -- the summary --------------------------------------------------------------------------------- */
 
-static void show_irregularities(kmp_text *text, const kmp_irregularities *all)
-{
-    const kmp_wave_spectrum *s = &all->spectrum;
-    for (int k = 0; k < KMP_IRREGULARITIES; k++)
-        if (all->named[k])
-            kmp_text_printf(text, "    %s by table %s\n", kmp_irregularity_words[k], all->named[k]->name);
-    if (s->kind >= 0)
-        kmp_text_printf(text, "    spectrum %s, seed %.9g, from %.9g to %.9g, wavelengths %.9g to %.9g, scale %.9g\n",
-                        kmp_name_at(kmp_wave_spectrum_words, s->kind), s->seed, s->from, s->to, s->shortest, s->longest,
-                        s->scale);
-}
-
 static void show_track(kmp_text *text, const kempe_model *model, const kmp_track *track)
 {
     kmp_text_printf(text, "  %s: at ", track->name);
@@ -33,7 +21,15 @@ static void show_track(kmp_text *text, const kempe_model *model, const kmp_track
             kmp_text_printf(text, ", cant %.9g", piece->cant);
         kmp_text_put(text, "\n");
     }
-    show_irregularities(text, &track->irregularities);
+    const kmp_irregularities *all = &track->irregularities;
+    const kmp_wave_spectrum *s = &all->spectrum;
+    for (int k = 0; k < KMP_IRREGULARITIES; k++)
+        if (all->named[k])
+            kmp_text_printf(text, "    %s by table %s\n", kmp_irregularity_words[k], all->named[k]->name);
+    if (s->kind >= 0)
+        kmp_text_printf(text, "    spectrum %s, seed %.9g, from %.9g to %.9g, wavelengths %.9g to %.9g, scale %.9g\n",
+                        kmp_name_at(kmp_wave_spectrum_words, s->kind), s->seed, s->from, s->to, s->shortest, s->longest,
+                        s->scale);
 }
 
 void kmp_model_show_tracks(kmp_text *text, const kempe_model *model)
@@ -51,8 +47,25 @@ void kmp_model_show_tracks(kmp_text *text, const kempe_model *model)
 
 /* -- JSON ---------------------------------------------------------------------------------------- */
 
-static void put_irregularities(kmp_json *json, const kmp_irregularities *all)
+static void put_track(kmp_json *json, const kempe_model *model, const kmp_track *track)
 {
+    kmp_model_json_point(json, "at", model, track->point);
+    kmp_json_put(json, "rail %s gauge %g gauge_depth %g inclination %g", track->profile->name, track->gauge,
+                 track->gauge_depth, track->inclination);
+    if (track->course_count > 0) {
+        kmp_json_array(json, "course");
+        for (int k = 0; k < track->course_count; k++) {
+            const kmp_course_piece *piece = &track->course[k];
+            kmp_json_put(json, "{ %s %g", kmp_course_words[piece->kind], piece->length);
+            if (piece->radius > 0)
+                kmp_json_number(json, "radius", piece->radius);
+            if (piece->cant != 0)
+                kmp_json_number(json, "cant", piece->cant);
+            kmp_json_end(json);
+        }
+        kmp_json_end(json);
+    }
+    const kmp_irregularities *all = &track->irregularities;
     const kmp_wave_spectrum *s = &all->spectrum;
     bool any = s->kind >= 0;
     for (int k = 0; k < KMP_IRREGULARITIES; k++)
@@ -70,31 +83,6 @@ static void put_irregularities(kmp_json *json, const kmp_irregularities *all)
         kmp_json_number(json, "scale", s->scale);
     }
     kmp_json_end(json);
-}
-
-static void put_course(kmp_json *json, const kmp_track *track)
-{
-    kmp_json_array(json, "course");
-    for (int k = 0; k < track->course_count; k++) {
-        const kmp_course_piece *piece = &track->course[k];
-        kmp_json_put(json, "{ %s %g", kmp_course_words[piece->kind], piece->length);
-        if (piece->radius > 0)
-            kmp_json_number(json, "radius", piece->radius);
-        if (piece->cant != 0)
-            kmp_json_number(json, "cant", piece->cant);
-        kmp_json_end(json);
-    }
-    kmp_json_end(json);
-}
-
-static void put_track(kmp_json *json, const kempe_model *model, const kmp_track *track)
-{
-    kmp_model_json_point(json, "at", model, track->point);
-    kmp_json_put(json, "rail %s gauge %g gauge_depth %g inclination %g", track->profile->name, track->gauge,
-                 track->gauge_depth, track->inclination);
-    if (track->course_count > 0)
-        put_course(json, track);
-    put_irregularities(json, &track->irregularities);
 }
 
 void kmp_model_json_tracks(kmp_json *json, const kempe_model *model)

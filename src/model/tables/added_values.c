@@ -241,18 +241,6 @@ static kempe_status place_value(making *m, const char *label, int k, kmp_added_v
     return KEMPE_OK;
 }
 
-static void place_arguments(making *m, int count, const kmp_added_value *values, kmp_added_arguments *arguments)
-{
-    int own = m->outputs;
-    for (int k = 0; k < count; k++)
-        for (const kmp_expr_argument *a = m->list[k]; a; a = a->next) {
-            int shown = place_expression(m, values[k].text, a->of);
-            arguments->of[arguments->count++] = (kmp_added_argument){a->kind, k, shown};
-        }
-    arguments->outputs = m->outputs - own;
-    arguments->turns = m->turns;
-}
-
 kempe_status kmp_add_values(kempe_model *copy, const char *label, int count, kmp_added_value *values,
                             kmp_added_arguments *arguments)
 {
@@ -272,7 +260,14 @@ kempe_status kmp_add_values(kempe_model *copy, const char *label, int count, kmp
         memcpy(m.sensor, copy->sensors, (size_t)m.sensors * sizeof *m.sensor);
     for (int k = 0; k < count; k++)
         KMP_TRY(place_value(&m, label, k, &values[k]));
-    place_arguments(&m, count, values, arguments);
+    int own = m.outputs;
+    for (int k = 0; k < count; k++)
+        for (const kmp_expr_argument *a = m.list[k]; a; a = a->next) {
+            int shown = place_expression(&m, values[k].text, a->of);
+            arguments->of[arguments->count++] = (kmp_added_argument){a->kind, k, shown};
+        }
+    arguments->outputs = m.outputs - own;
+    arguments->turns = m.turns;
     copy->sensors = m.sensor;
     copy->sensor_count = m.sensors;
     copy->outputs = m.output;

@@ -68,26 +68,6 @@ static void read_time(kmp_reader *r, const kmp_function_block *b, const char *ke
         (void)kmp_check_rule(r, node, kmp_reader_say(r, "%s of %s", key, b->what), KMP_FIELD_POSITIVE, value, "");
 }
 
-static void read_gains(kmp_reader *r, const kmp_function_block *b, kmp_expr_locals *locals)
-{
-    kmp_block_local(locals, "e", kmp_block_input(r, b));
-    kmp_block_local(locals, "kp", kmp_block_key(r, b, "proportional", NULL));
-    kmp_block_local(locals, "ki", kmp_block_key(r, b, "integral", NULL));
-    kmp_block_local(locals, "kd", kmp_block_key(r, b, "derivative", NULL));
-    read_time(r, b, "filter", locals);
-    read_time(r, b, "tracking", locals);
-    if (has(b, "slope"))
-        kmp_block_local(locals, "slope",
-                        kmp_read_expr(r, kmp_yaml_get(b->map, "slope"), kmp_reader_say(r, "slope of %s", b->what),
-                                      KMP_DIM_ANY, KMP_OF_STATE));
-    if (b->sampled)
-        kmp_block_local(locals, "T", kmp_block_period(r, b));
-    if (has(b, "integral"))
-        kmp_block_local(locals, "i", kmp_block_state(r, b, integral_of(b)));
-    if (has(b, "filter"))
-        kmp_block_local(locals, "f", kmp_block_state(r, b, filtered_of(b)));
-}
-
 /* The sum of its parts. */
 static const kmp_expr *sum_of(kmp_reader *r, const kmp_function_block *b, const kmp_expr_locals *locals)
 {
@@ -117,7 +97,22 @@ static void read_pid(kmp_reader *r, kmp_function_block *b)
     kmp_number limit[2];
     kmp_expr_locals locals = {0}, ends = {0};
     bool good = check_pid(r, b), limited = kmp_block_two(r, b, "limits", limit);
-    read_gains(r, b, &locals);
+    kmp_block_local(&locals, "e", kmp_block_input(r, b));
+    kmp_block_local(&locals, "kp", kmp_block_key(r, b, "proportional", NULL));
+    kmp_block_local(&locals, "ki", kmp_block_key(r, b, "integral", NULL));
+    kmp_block_local(&locals, "kd", kmp_block_key(r, b, "derivative", NULL));
+    read_time(r, b, "filter", &locals);
+    read_time(r, b, "tracking", &locals);
+    if (has(b, "slope"))
+        kmp_block_local(&locals, "slope",
+                        kmp_read_expr(r, kmp_yaml_get(b->map, "slope"), kmp_reader_say(r, "slope of %s", b->what),
+                                      KMP_DIM_ANY, KMP_OF_STATE));
+    if (b->sampled)
+        kmp_block_local(&locals, "T", kmp_block_period(r, b));
+    if (has(b, "integral"))
+        kmp_block_local(&locals, "i", kmp_block_state(r, b, integral_of(b)));
+    if (has(b, "filter"))
+        kmp_block_local(&locals, "f", kmp_block_state(r, b, filtered_of(b)));
     if (!good || r->wrong)
         return;
     const kmp_expr *v = sum_of(r, b, &locals), *u = v;

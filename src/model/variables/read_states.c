@@ -189,17 +189,6 @@ static const kmp_block_kind *kind_of(kmp_reader *r, const kmp_function_block *b)
     return count == 1 ? kinds[first] : NULL;
 }
 
-static void check_keys(kmp_reader *r, const kmp_function_block *b)
-{
-    for (int k = 0; b->kind && k < b->map->count; k++) {
-        const char *key = b->map->keys[k]->text;
-        bool own = strcmp(key, b->kind->key) == 0 || strcmp(key, "start") == 0 || strcmp(key, "scale") == 0;
-        if (!own && !strstr(b->kind->keys, kmp_reader_say(r, " %s ", key)))
-            kmp_reader_complain(r, b->map->keys[k]->place, "%s: '%s' is no key of a state with '%s'", b->what, key,
-                                b->kind->key);
-    }
-}
-
 static void add_motion(kmp_reader *r, const kmp_state *state)
 {
     kempe_model *model = r->model;
@@ -258,7 +247,13 @@ static void add_block(kmp_reader *r, const kmp_section *s)
         .map = s->node, .name = s->name ? s->name : "", .what = s->what, .place = s->key->place, .output = -1};
     if (kmp_read_map(r, b->map, b->what, keys))
         b->kind = kind_of(r, b);
-    check_keys(r, b);
+    for (int k = 0; b->kind && k < b->map->count; k++) {
+        const char *key = b->map->keys[k]->text;
+        bool own = strcmp(key, b->kind->key) == 0 || strcmp(key, "start") == 0 || strcmp(key, "scale") == 0;
+        if (!own && !strstr(b->kind->keys, kmp_reader_say(r, " %s ", key)))
+            kmp_reader_complain(r, b->map->keys[k]->place, "%s: '%s' is no key of a state with '%s'", b->what, key,
+                                b->kind->key);
+    }
     b->sampled = b->kind && kmp_yaml_get(b->map, "sample");
     b->count = b->kind ? b->kind->count(r, b) : 1;
     b->rate = KMP_ARENA_NEW(&r->scratch, const kmp_expr *, b->count);

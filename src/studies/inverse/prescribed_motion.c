@@ -322,10 +322,28 @@ kempe_status kmp_prescribed_motion_advance(kmp_prescribed_motion *prescribed, do
 
 /* -- start ------------------------------------------------------------------------------------------- */
 
-/* Moves from the start to the beginning of the motion: u along a straight line while time advances to t, v along the
- * tangent. */
-static kempe_status approach(kmp_prescribed_motion *g, double t)
+/* q at the beginning of the motion, as far as it is known before the loops are closed there. */
+static kempe_status find_beginning(kmp_prescribed_motion *g, double t)
 {
+    if (is_all_given(g)) {
+        memcpy(g->q, g->tq, (size_t)g->n * sizeof *g->q);
+        return KEMPE_OK;
+    }
+    /* The assembled start, at t = 0. */
+    kempe_assembly *a = NULL;
+    kempe_status status = kempe_assembly_new(g->system, &a);
+    if (status == KEMPE_OK) {
+        memcpy(g->q, a->q, (size_t)g->n * sizeof *g->q);
+        memcpy(g->qd, a->qd, (size_t)g->n * sizeof *g->qd);
+    }
+    kempe_assembly_free(a);
+    g->t = 0;
+    KMP_TRY(status);
+    if (g->at_rest)
+        return KEMPE_OK;
+    KMP_TRY(choose(g, 0, g->q));
+    /* Moves from the start to the beginning of the motion: u along a straight line while time advances to t, v along
+     * the tangent. */
     kmp_parts parts = KMP_PARTS;
     memcpy(g->from, g->q, (size_t)g->n * sizeof *g->q);
     while (kmp_parts_next(&parts, SHORTEST)) {
@@ -353,29 +371,6 @@ static kempe_status approach(kmp_prescribed_motion *g, double t)
         "the loops cannot be closed at the beginning of the motion, t = %.9g s: from the model's start only the "
         "fraction %.3g of the change is possible; use a nearer start, or a motion with all coordinates",
         t, parts.done);
-}
-
-/* q at the beginning of the motion, as far as it is known before the loops are closed there. */
-static kempe_status find_beginning(kmp_prescribed_motion *g, double t)
-{
-    if (is_all_given(g)) {
-        memcpy(g->q, g->tq, (size_t)g->n * sizeof *g->q);
-        return KEMPE_OK;
-    }
-    /* The assembled start, at t = 0. */
-    kempe_assembly *a = NULL;
-    kempe_status status = kempe_assembly_new(g->system, &a);
-    if (status == KEMPE_OK) {
-        memcpy(g->q, a->q, (size_t)g->n * sizeof *g->q);
-        memcpy(g->qd, a->qd, (size_t)g->n * sizeof *g->qd);
-    }
-    kempe_assembly_free(a);
-    g->t = 0;
-    KMP_TRY(status);
-    if (g->at_rest)
-        return KEMPE_OK;
-    KMP_TRY(choose(g, 0, g->q));
-    return approach(g, t);
 }
 
 kempe_status kmp_prescribed_motion_start(kmp_prescribed_motion *prescribed, double t)

@@ -44,23 +44,6 @@ static void show_peaks(kmp_text *text, const kempe_response *r, int width)
         kmp_text_printf(text, "  and %d more, in --json\n", f->peak_count - MOST_PEAKS);
 }
 
-static void show_still(kmp_text *text, const kempe_response *r, int width)
-{
-    const kmp_frequency *f = &r->frequency;
-    kmp_text_put(text, "\nstatic (0 Hz)\n");
-    for (int i = 0; i < f->inputs; i++)
-        for (int o = 0; o < f->outputs; o++) {
-            double still = kmp_response_shown(r, o).factor * f->still[o + i * f->outputs];
-            put_pair(text, r, i, o, width);
-            if (isfinite(still))
-                kmp_text_printf(text, "  %13.6g", still);
-            else
-                kmp_text_printf(text, "  %13s", "unbounded");
-            kmp_response_put_unit(text, r, i, kmp_response_shown(r, o).unit, "  ", " / ");
-            kmp_text_put(text, "\n");
-        }
-}
-
 static void list_poles(kmp_text *text, const kempe_response *r, bool unstable)
 {
     const kmp_frequency *f = &r->frequency;
@@ -116,7 +99,18 @@ static void show(kmp_text *text, const void *result)
     }
     kmp_text_printf(text, "\nrounding  changes the response by at most %.1e (relative), at %.6g Hz\n", f->worst,
                     f->worst_at);
-    show_still(text, r, width);
+    kmp_text_put(text, "\nstatic (0 Hz)\n");
+    for (int i = 0; i < f->inputs; i++)
+        for (int o = 0; o < f->outputs; o++) {
+            double still = kmp_response_shown(r, o).factor * f->still[o + i * f->outputs];
+            put_pair(text, r, i, o, width);
+            if (isfinite(still))
+                kmp_text_printf(text, "  %13.6g", still);
+            else
+                kmp_text_printf(text, "  %13s", "unbounded");
+            kmp_response_put_unit(text, r, i, kmp_response_shown(r, o).unit, "  ", " / ");
+            kmp_text_put(text, "\n");
+        }
     show_peaks(text, r, width);
 }
 

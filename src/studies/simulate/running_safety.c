@@ -483,19 +483,6 @@ static int opposite(const judging *j, int wheel)
     return found;
 }
 
-/* A wheelset, or two independent wheels. */
-static void find_axles(judging *j)
-{
-    kmp_running_safety *s = j->safety;
-    for (int w = 0; w < s->wheels; w++) {
-        int right = j->model->wheels[w].side == KMP_TRACK_LEFT ? opposite(j, w) : -1;
-        if (right < 0 || opposite(j, right) != w)
-            continue;
-        double load = s->wheel[w].load + s->wheel[right].load;
-        s->axle[s->axles++] = (kmp_safety_axle){.left = w, .right = right, .limit = prudhomme_limit(load)};
-    }
-}
-
 static void take_loads(judging *j)
 {
     kmp_running_safety *s = j->safety;
@@ -567,7 +554,14 @@ static kempe_status judge(judging *j, kmp_arena *arena)
     sort_samples(j, time);
     s->wheels = (int)wheels;
     take_loads(j);
-    find_axles(j);
+    /* A wheelset, or two independent wheels. */
+    for (int w = 0; w < s->wheels; w++) {
+        int right = j->model->wheels[w].side == KMP_TRACK_LEFT ? opposite(j, w) : -1;
+        if (right < 0 || opposite(j, right) != w)
+            continue;
+        double load = s->wheel[w].load + s->wheel[right].load;
+        s->axle[s->axles++] = (kmp_safety_axle){.left = w, .right = right, .limit = prudhomme_limit(load)};
+    }
     return judge_all(j);
 }
 

@@ -106,8 +106,10 @@ kempe_status kmp_spec_of(const kempe_system *system, const kempe_run_options *ru
     return kmp_run_resolve(system, spec);
 }
 
-static kempe_status prepare_times(job *j)
+static kempe_status prepare(job *j)
 {
+    KMP_TRY(kmp_spec_of(j->system, j->run, &j->arena, &j->spec));
+    KMP_TRY(kmp_load_share_read(j->context, j->run->loads, &j->least_norm));
     double every;
     if (!(j->spec.t_end > 0))
         return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end is missing: give it in the model or as an option");
@@ -120,12 +122,7 @@ static kempe_status prepare_times(job *j)
         kmp_made(j->context, kmp_times_init(&j->times, every, j->spec.t_end, j->has_reference ? &j->reference : NULL)));
     j->spec.time_count = j->times.count;
     j->spec.times = j->times.t;
-    return KEMPE_OK;
-}
-
-/* Continues after the last row of a checkpoint. */
-static kempe_status prepare_resume(job *j)
-{
+    /* Continues after the last row of a checkpoint. */
     if (!j->run->resume)
         return KEMPE_OK;
     KMP_TRY(kmp_checkpoint_read(j->system, j->run->resume, &j->before, &j->past));
@@ -146,24 +143,6 @@ static kempe_status prepare_resume(job *j)
         j->spec.time_count--;
     }
     return KEMPE_OK;
-}
-
-static kempe_status prepare(job *j)
-{
-    KMP_TRY(kmp_spec_of(j->system, j->run, &j->arena, &j->spec));
-    KMP_TRY(kmp_load_share_read(j->context, j->run->loads, &j->least_norm));
-    KMP_TRY(prepare_times(j));
-    return prepare_resume(j);
-}
-
-static void release(job *j)
-{
-    kmp_arena_free(&j->arena);
-    kmp_samples_free(&j->reference);
-    kmp_times_free(&j->times);
-    kmp_samples_free(&j->before);
-    kmp_past_free(j->past);
-    kmp_past_free(j->kept.past);
 }
 
 /* -- the trajectory ---------------------------------------------------------------------------------- */
@@ -324,24 +303,6 @@ static kempe_status leave_out_shared(const kempe_trajectory *t, job *j, kmp_eval
                            &count);
 }
 
-/* Counts the changes of the assembly mode from row to row. */
-static void watch_modes(kempe_trajectory *t)
-{
-    bool complete = t->status == KEMPE_OK && t->table.rows > 1;
-    kmp_mode_watch *watch = complete ? kmp_mode_watch_new(t->system, t->system->model->start.hold,
-                                                          kmp_samples_get(&t->table, KMP_QUANTITY_Q, 0))
-                                     : NULL;
-    for (int row = 0; watch && row < t->table.rows; row++) {
-        const kmp_loop_block *block = kmp_mode_watch_next(watch, kmp_samples_get(&t->table, KMP_QUANTITY_Q, row));
-        if (block && t->mode_changes++ == 0) {
-            t->mode_t[0] = kmp_samples_time(&t->table, row - 1);
-            t->mode_t[1] = kmp_samples_time(&t->table, row);
-            t->mode_coordinate = block->columns[0];
-        }
-    }
-    kmp_mode_watch_free(watch);
-}
-
 static bool shows_loads(const kempe_model *model)
 {
     bool any = false;
@@ -351,15 +312,6 @@ static bool shows_loads(const kempe_model *model)
               kind == KMP_OUTPUT_JOINT_REACTION || kind == KMP_OUTPUT_JOINT_MOMENT;
     }
     return any && model->closure_count > kmp_model_friction_count(model);
-}
-
-static kempe_status warn_of_loads(const kempe_trajectory *t, kmp_evaluator *eval)
-{
-    const int last = t->table.rows - 1;
-    const double at[2] = {kmp_samples_time(&t->table, 0), kmp_samples_time(&t->table, last)};
-    const double *const q[2] = {kmp_samples_get(&t->table, KMP_QUANTITY_Q, 0),
-                                kmp_samples_get(&t->table, KMP_QUANTITY_Q, last)};
-    return kmp_warn_of_shared_loads(eval, at, q, t->shown, t->table.shown);
 }
 
 /* Puts loads, KMP_LOAD_VALUES of each closure and joint, in place of those that outputs show. False: one of these is
@@ -430,15 +382,33 @@ static kempe_status judge(kempe_trajectory *t, job *j)
     if (status == KEMPE_OK)
         t->verdict = kmp_verdict_of(&t->table, eval, j->has_reference ? &j->reference : NULL);
     warn_of_verdict(t);
-    watch_modes(t);
+    /* Counts the changes of the assembly mode from row to row. */
+    bool complete = t->status == KEMPE_OK && t->table.rows > 1;
+    kmp_mode_watch *watch = complete ? kmp_mode_watch_new(t->system, t->system->model->start.hold,
+                                                          kmp_samples_get(&t->table, KMP_QUANTITY_Q, 0))
+                                     : NULL;
+    for (int row = 0; watch && row < t->table.rows; row++) {
+        const kmp_loop_block *block = kmp_mode_watch_next(watch, kmp_samples_get(&t->table, KMP_QUANTITY_Q, row));
+        if (block && t->mode_changes++ == 0) {
+            t->mode_t[0] = kmp_samples_time(&t->table, row - 1);
+            t->mode_t[1] = kmp_samples_time(&t->table, row);
+            t->mode_coordinate = block->columns[0];
+        }
+    }
+    kmp_mode_watch_free(watch);
     if (status == KEMPE_OK && j->least_norm && shows_loads(t->system->model) && t->table.rows > 0)
         status = share_loads(t, j, eval);
     for (int row = 0; t->system->use_count > 0 && row < t->table.rows; row++)
         kmp_eval_tell_shown(eval, kmp_samples_time(&t->table, row), kmp_samples_shown(&t->table, eval, row));
     judge_last_row(t, eval);
     if (status == KEMPE_OK && (shows_loads(t->system->model) || kmp_model_has_loads(t->system->model)) &&
-        t->table.rows > 0)
-        status = warn_of_loads(t, eval);
+        t->table.rows > 0) {
+        const int last = t->table.rows - 1;
+        const double at[2] = {kmp_samples_time(&t->table, 0), kmp_samples_time(&t->table, last)};
+        const double *const q[2] = {kmp_samples_get(&t->table, KMP_QUANTITY_Q, 0),
+                                    kmp_samples_get(&t->table, KMP_QUANTITY_Q, last)};
+        status = kmp_warn_of_shared_loads(eval, at, q, t->shown, t->table.shown);
+    }
     kmp_eval_free(eval);
     return status;
 }
@@ -609,7 +579,12 @@ kempe_status kmp_simulate(const kempe_system *system, const kempe_run_options *o
     }
     if (status == KEMPE_OK)
         status = run(&j, trajectory);
-    release(&j);
+    kmp_arena_free(&j.arena);
+    kmp_samples_free(&j.reference);
+    kmp_times_free(&j.times);
+    kmp_samples_free(&j.before);
+    kmp_past_free(j.past);
+    kmp_past_free(j.kept.past);
     return status;
 }
 

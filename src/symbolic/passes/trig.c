@@ -50,24 +50,6 @@ static sincos_of expand(kmp_graph *g, const uint8_t *angle_live, kmp_ref angle)
     return r;
 }
 
-static void rebuild(kmp_graph *g, uint32_t count, const uint8_t *live, const uint8_t *angle_live, kmp_ref *map)
-{
-    for (uint32_t id = 0; id < count; id++) {
-        if (!live[id])
-            continue;
-        kmp_node n = *kmp_graph_node(g, id);
-        if (n.op == KMP_OP_SIN)
-            map[id] = expand(g, angle_live, n.a).s;
-        else if (n.op == KMP_OP_COS)
-            map[id] = expand(g, angle_live, n.a).c;
-        else
-            map[id] = kmp_graph_rebuild_by(g, g, id, map);
-        const kmp_label *label = kmp_graph_label_of(g, id);
-        if (label)
-            kmp_graph_label(g, map[id], *label);
-    }
-}
-
 static bool write_out(kmp_graph *g, uint32_t nodes, const uint8_t *live, const kmp_stack *trig, kmp_arena *room,
                       int count, kmp_ref *outputs, bool *changed)
 {
@@ -90,7 +72,20 @@ static bool write_out(kmp_graph *g, uint32_t nodes, const uint8_t *live, const k
     kmp_ref *map = KMP_ARENA_NEW(room, kmp_ref, nodes);
     if (!map)
         return false;
-    rebuild(g, nodes, live, angle_live, map);
+    for (uint32_t id = 0; id < nodes; id++) {
+        if (!live[id])
+            continue;
+        kmp_node n = *kmp_graph_node(g, id);
+        if (n.op == KMP_OP_SIN)
+            map[id] = expand(g, angle_live, n.a).s;
+        else if (n.op == KMP_OP_COS)
+            map[id] = expand(g, angle_live, n.a).c;
+        else
+            map[id] = kmp_graph_rebuild_by(g, g, id, map);
+        const kmp_label *label = kmp_graph_label_of(g, id);
+        if (label)
+            kmp_graph_label(g, map[id], *label);
+    }
     for (int k = 0; k < count; k++)
         outputs[k] = kmp_mapped(map, outputs[k]);
     *changed = true;

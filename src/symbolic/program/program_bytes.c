@@ -88,40 +88,6 @@ static int part_of(int count, int done)
     return count - done < AT_ONCE ? count - done : AT_ONCE;
 }
 
-static void put_code(kmp_bytes *b, const kmp_program *p, int count)
-{
-    const kmp_instruction *in = p->instruction;
-    words w[AT_ONCE];
-    for (int i = 0; i < count; i += AT_ONCE) {
-        int part = part_of(count, i);
-        for (int k = 0; k < part; k++) {
-            uint32_t with = p->contraction ? p->contraction[i + k] : KMP_ALONE;
-            w[k] = (words){in[i + k].op | with << UPPER, in[i + k].a, in[i + k].b, in[i + k].c};
-        }
-        KMP_BYTES_PUT(b, w, part);
-    }
-}
-
-static void get_code(kmp_byte_source *s, kmp_program *p, int count)
-{
-    enum { LOWER = (1 << UPPER) - 1 };
-    words w[AT_ONCE];
-    uint32_t most = 0, with = KMP_ALONE;
-    for (int i = 0; i < count; i += AT_ONCE) {
-        int part = part_of(count, i);
-        KMP_BYTES_TAKE(s, w, part);
-        for (int k = 0; k < part; k++) {
-            uint32_t op = w[k].op & LOWER;
-            most = op > most ? op : most;
-            p->instruction[i + k] = (kmp_instruction){(uint8_t)op, w[k].a, w[k].b, w[k].c};
-            with |= w[k].op >> UPPER;
-            if (p->contraction)
-                p->contraction[i + k] = (uint8_t)(w[k].op >> UPPER);
-        }
-    }
-    s->failed = s->failed || most >= KMP_OP_COUNT || (with != KMP_ALONE && !p->contraction);
-}
-
 /* -- writing ----------------------------------------------------------------------------------------- */
 
 void kmp_program_put(kmp_bytes *b, kmp_table_pool *pool, const kmp_program *p)
@@ -139,7 +105,17 @@ void kmp_program_put(kmp_bytes *b, kmp_table_pool *pool, const kmp_program *p)
     KMP_BYTES_PUT(b, p->output, p->outputs[stages]);
     KMP_BYTES_PUT(b, p->constant, p->constant_count);
     KMP_BYTES_PUT(b, p->input, p->input_count);
-    put_code(b, p, p->code[stages]);
+    int count = p->code[stages];
+    const kmp_instruction *in = p->instruction;
+    words w[AT_ONCE];
+    for (int i = 0; i < count; i += AT_ONCE) {
+        int part = part_of(count, i);
+        for (int k = 0; k < part; k++) {
+            uint32_t with = p->contraction ? p->contraction[i + k] : KMP_ALONE;
+            w[k] = (words){in[i + k].op | with << UPPER, in[i + k].a, in[i + k].b, in[i + k].c};
+        }
+        KMP_BYTES_PUT(b, w, part);
+    }
     for (int k = 0; k < p->table_count; k++)
         put_table(b, pool, p->table[k]);
     for (int k = 0; k < p->block_count; k++) {
@@ -298,7 +274,23 @@ static bool fill(kmp_byte_source *s, kmp_table_pool *pool, int depth, const int 
     KMP_BYTES_TAKE(s, p->output, size[2]);
     KMP_BYTES_TAKE(s, p->constant, p->constant_count);
     KMP_BYTES_TAKE(s, p->input, p->input_count);
-    get_code(s, p, size[1]);
+    int count = size[1];
+    enum { LOWER = (1 << UPPER) - 1 };
+    words w[AT_ONCE];
+    uint32_t most = 0, with = KMP_ALONE;
+    for (int i = 0; i < count; i += AT_ONCE) {
+        int part = part_of(count, i);
+        KMP_BYTES_TAKE(s, w, part);
+        for (int k = 0; k < part; k++) {
+            uint32_t op = w[k].op & LOWER;
+            most = op > most ? op : most;
+            p->instruction[i + k] = (kmp_instruction){(uint8_t)op, w[k].a, w[k].b, w[k].c};
+            with |= w[k].op >> UPPER;
+            if (p->contraction)
+                p->contraction[i + k] = (uint8_t)(w[k].op >> UPPER);
+        }
+    }
+    s->failed = s->failed || most >= KMP_OP_COUNT || (with != KMP_ALONE && !p->contraction);
     if (s->failed || !is_partition(p->code, p->stages, size[1]) || !is_partition(p->outputs, p->stages, size[2]))
         return false;
     bool good = true;
