@@ -455,7 +455,8 @@ static bool find_sets(search *x, kmp_arena *room)
     for (int k = rank; ok && !room->failed && k < x->count; k++) {
         find_set(x, sparse, rank, k, right);
         for (int j = 0; j < x->count; j++)
-            moving = moving || (!x->columns[j].empty && fabs(x->z[j]) > PART);
+            if (!x->columns[j].empty && fabs(x->z[j]) > PART)
+                moving = x->found->of_rows[x->columns[j].closure] = true;
         mark_set(x, x->z);
     }
     kmp_sparse_free(sparse);
@@ -495,7 +496,8 @@ static kempe_status look(kmp_evaluator *eval, double t, const double *q, kmp_are
     found->of_body = (bool(*)[KMP_LOAD_SIZE])(void *)KMP_ARENA_NEW(arena, bool, KMP_LOAD_SIZE * model->body_count);
     found->of_closure =
         (bool(*)[KMP_LOAD_SIZE])(void *)KMP_ARENA_NEW(arena, bool, KMP_LOAD_SIZE *(model->closure_count + 1));
-    KMP_TRY(kmp_made(s->context, found->of_body && found->of_closure));
+    found->of_rows = KMP_ARENA_NEW(arena, bool, model->closure_count + 1);
+    KMP_TRY(kmp_made(s->context, found->of_body && found->of_closure && found->of_rows));
     if (s->m == 0 && model->closure_count == kmp_model_friction_count(model))
         return KEMPE_OK;
     KMP_ARENA_MAKE(&room, KMP_ROOM(double, most + 1, &x.z), KMP_ROOM(int, most + 1, &x.start, &x.c),
@@ -560,6 +562,8 @@ kempe_status kmp_shared_loads_between(kmp_evaluator *eval, const double t[2], co
         found->of_body[0][k] = found->of_body[0][k] && first.of_body[0][k];
     for (int k = 0; k < KMP_LOAD_SIZE * model->closure_count; k++)
         found->of_closure[0][k] = found->of_closure[0][k] && first.of_closure[0][k];
+    for (int c = 0; c < model->closure_count; c++)
+        found->of_rows[c] = found->of_rows[c] && first.of_rows[c];
     return KEMPE_OK;
 }
 
@@ -608,8 +612,7 @@ static bool is_shared_size(const kmp_expr *e, const void *user)
     const kmp_shared_loads *found = user;
     bool shared = false;
     for (int c = e->index; e->kind == KMP_EXPR_LAMBDA && !e->measure && c < e->index - e->number; c++)
-        for (int i = 0; i < 3; i++)
-            shared = shared || found->of_closure[c][i];
+        shared = shared || found->of_rows[c];
     return shared;
 }
 

@@ -12,6 +12,7 @@ enum { KMP_LOAD_SIZE = 6 }; /* a force, then a moment about the point of the sec
 typedef struct kmp_shared_loads {
     bool (*of_body)[KMP_LOAD_SIZE];    /* body_count: of the joint that carries a body */
     bool (*of_closure)[KMP_LOAD_SIZE]; /* closure_count */
+    bool *of_rows;                     /* closure_count: a multiplier of a row that coordinates move is shared */
     bool loaded; /* masses that move or gravity load such components: they are not zero in all joints */
 } kmp_shared_loads;
 
