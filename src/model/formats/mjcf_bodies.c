@@ -360,23 +360,15 @@ static void put_contents(kmp_mjcf *m, const kmp_mjcf_body *body, const parts *in
         add_site(m, body, p);
 }
 
-static void add_body(kmp_mjcf *m, const kmp_mjcf_body *parent, const kmp_mjcf_part *p);
-
-static void add_children(kmp_mjcf *m, const kmp_mjcf_body *body, const parts *in)
-{
-    for (const kmp_mjcf_part *p = in->bodies; p; p = p->next)
-        add_body(m, body, p);
-}
-
-static void add_body(kmp_mjcf *m, const kmp_mjcf_body *parent, const kmp_mjcf_part *p)
+/* A body with its joints and contents; `in`: all its parts. NULL: there is none to carry others. */
+static const kmp_mjcf_body *add_body(kmp_mjcf *m, const kmp_mjcf_body *parent, const kmp_mjcf_part *p, parts *in)
 {
     kmp_import *im = m->im;
     kmp_mjcf_body *body = KMP_ARENA_NEW(im->arena, kmp_mjcf_body, 1);
     kmp_mjcf_item item = kmp_mjcf_plain(p->element);
     const kmp_pose own = kmp_mjcf_pose(m, &item), at = kmp_frame_in(&p->frame, &own), none = kmp_frame_none();
-    parts in = {.joints = NULL};
     if (!body)
-        return;
+        return NULL;
     m->body_count++;
     body->name = kmp_element_text(p->element, "name");
     body->own = body->name
@@ -385,13 +377,42 @@ static void add_body(kmp_mjcf *m, const kmp_mjcf_body *parent, const kmp_mjcf_pa
     body->world = kmp_frame_in(&parent->world, &at);
     *(m->last_body ? &m->last_body->next : &m->bodies) = body;
     m->last_body = body;
-    collect(m, p->element, &none, class_inside(m, p->element, p->around), &in);
-    body->fixed = parent->fixed && !in.joints;
-    add_joints(m, parent, body, p->element, in.joints, at);
+    collect(m, p->element, &none, class_inside(m, p->element, p->around), in);
+    body->fixed = parent->fixed && !in->joints;
+    add_joints(m, parent, body, p->element, in->joints, at);
     if (!body->map || im->arena->failed)
-        return;
-    put_contents(m, body, &in);
-    add_children(m, body, &in);
+        return NULL;
+    put_contents(m, body, in);
+    return body;
+}
+
+/* Bodies on one parent that wait for those inside of earlier ones. */
+typedef struct waiting {
+    const kmp_mjcf_body *parent;
+    const kmp_mjcf_part *next;
+    struct waiting *below;
+} waiting;
+
+static waiting *wait_for(kmp_mjcf *m, const kmp_mjcf_body *parent, const parts *in, waiting *below)
+{
+    waiting *w = in->bodies ? KMP_ARENA_NEW(m->im->arena, waiting, 1) : NULL;
+    if (!w)
+        return below;
+    *w = (waiting){parent, in->bodies, below};
+    return w;
+}
+
+/* All bodies inside of one, each before those that it carries. */
+static void add_children(kmp_mjcf *m, const kmp_mjcf_body *body, const parts *in)
+{
+    for (waiting *w = wait_for(m, body, in, NULL); w;) {
+        parts inside = {.joints = NULL};
+        const kmp_mjcf_part *p = w->next;
+        waiting *rest = p->next ? w : w->below;
+        w->next = p->next;
+        const kmp_mjcf_body *made = add_body(m, w->parent, p, &inside);
+        w = made ? wait_for(m, made, &inside, rest) : rest;
+    }
 }
 
 void kmp_mjcf_add_bodies(kmp_mjcf *m)
