@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Models of many bodies in every format that Kempe reads: a chain of pendulums, and a star of bodies on the ground. What their
-reading costs, as `show --model` to /dev/null: seconds, kB of memory a body, and the exponent of the time from one size to the next.
+"""Models of many bodies in every format that Kempe reads: a chain of pendulums, and a star of bodies on the ground. Each is read
+and printed by `show --model`. A row has processor seconds, kB of memory a body, and the exponent of the time from one size to the next.
 
     bench/long_models.py build/release/kempe [BODIES ..]
 """

@@ -25,6 +25,7 @@ typedef struct kmp_parameter {
     bool used;               /* something other than parameters depends on it */
     bool unused;             /* nothing of the model depends on it, and the user was warned */
     bool varies;             /* of a variant (model/variant.h): an input of its equations */
+    int marked_next;         /* while flags are set: the next one to be followed, from 1 */
 } kmp_parameter;
 
 /** A function of time that is given to a run: a constant, or samples. Expressions use it by its name. */

@@ -132,8 +132,8 @@ const kmp_expr *kmp_parse_make(kmp_parser *p, const char *where, kmp_expr expr)
     return node;
 }
 
-static const kmp_expr *make_binary(kmp_parser *p, const char *where, kmp_expr_kind kind, const kmp_expr *a,
-                                   const kmp_expr *b)
+KMP_APART static const kmp_expr *make_binary(kmp_parser *p, const char *where, kmp_expr_kind kind, const kmp_expr *a,
+                                             const kmp_expr *b)
 {
     return a && b ? kmp_parse_make(p, where, (kmp_expr){.kind = kind, .a = a, .b = b}) : NULL;
 }
@@ -156,8 +156,15 @@ const kmp_expr *kmp_parse_comparison(kmp_parser *p)
     return make_binary(p, sign, kinds[*sign == '>'][equal], left, kmp_parse_sum(p));
 }
 
+KMP_APART static const kmp_expr *parse_time(kmp_parser *p, const char *where)
+{
+    if (!p->scope->time)
+        return kmp_parse_complain(p, where, "t is not allowed here: a constant is expected");
+    return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_TIME});
+}
+
 /* A state, where coordinates are allowed. */
-static const kmp_expr *parse_state(kmp_parser *p, const char *where, const char *name, int motion)
+KMP_APART static const kmp_expr *parse_state(kmp_parser *p, const char *where, const char *name, int motion)
 {
     if (*p->at == '(')
         return kmp_parse_complain(p, where, "'%s' is a state, not a function", name);
@@ -165,6 +172,12 @@ static const kmp_expr *parse_state(kmp_parser *p, const char *where, const char 
         return kmp_parse_complain(p, where, "state '%s' is not allowed here: %s is expected", name,
                                   kmp_parse_allowed(p->scope));
     return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_QD, .index = motion});
+}
+
+KMP_APART static const kmp_expr *make_table(kmp_parser *p, const char *where, const kmp_named_table *table,
+                                            const kmp_expr *x, const kmp_expr *y)
+{
+    return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_TABLE, .table = table, .a = x, .b = y});
 }
 
 static const kmp_expr *parse_table(kmp_parser *p, const char *where, const kmp_named_table *table)
@@ -181,11 +194,11 @@ static const kmp_expr *parse_table(kmp_parser *p, const char *where, const kmp_n
         return NULL;
     if (!kmp_parse_take(p, ')'))
         return kmp_parse_wanted(p, "an operator or ')'");
-    return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_TABLE, .table = table, .a = x, .b = y});
+    return make_table(p, where, table, x, y);
 }
 
 /* An algebraic variable of the model, where coordinates are allowed. */
-static const kmp_expr *parse_unknown(kmp_parser *p, const char *where, kmp_expr made)
+KMP_APART static const kmp_expr *parse_unknown(kmp_parser *p, const char *where, kmp_expr made)
 {
     const kmp_unknowns *u = made.unknowns;
     const char *name = u->count ? u->unknown[made.number] : u->name;
@@ -202,7 +215,7 @@ static const kmp_expr *parse_unknown(kmp_parser *p, const char *where, kmp_expr 
 }
 
 /* x, y or z. */
-static const kmp_expr *parse_place(kmp_parser *p, const char *where, int index)
+KMP_APART static const kmp_expr *parse_place(kmp_parser *p, const char *where, int index)
 {
     if (index >= p->scope->place)
         return kmp_parse_complain(p, where, "%c is not allowed here: a function of x%s is expected", "xyz"[index],
@@ -231,7 +244,7 @@ static bool is_defined(const kmp_expr_scope *scope, const char *name)
            (scope->unknown && scope->unknown(scope->user, name, &unknowns, &number) >= 0);
 }
 
-static const kmp_expr *parse_local(kmp_parser *p, const char *where, const kmp_expr_local *local)
+KMP_APART static const kmp_expr *parse_local(kmp_parser *p, const char *where, const kmp_expr_local *local)
 {
     if (!local->yields && is_defined(p->scope, local->name))
         return kmp_parse_complain(p, where,
@@ -241,34 +254,17 @@ static const kmp_expr *parse_local(kmp_parser *p, const char *where, const kmp_e
     return kmp_parse_make(p, where, *local->expr);
 }
 
-static const kmp_expr *parse_word(kmp_parser *p)
+KMP_APART static const kmp_expr *make_number(kmp_parser *p, const char *where, double value, kmp_dimension unit)
 {
-    const char *where = p->at;
-    const char *name = kmp_parse_copy(p, kmp_parse_word_length(p->at));
-    if (!name)
-        return NULL;
-    if (strcmp(name, "q") == 0)
-        return kmp_parse_coordinate(p, where, KMP_EXPR_Q);
-    if (strcmp(name, "qd") == 0)
-        return kmp_parse_coordinate(p, where, KMP_EXPR_QD);
-    if (strcmp(name, "t") == 0) {
-        if (!p->scope->time)
-            return kmp_parse_complain(p, where, "t is not allowed here: a constant is expected");
-        return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_TIME});
-    }
-    if (strcmp(name, "pi") == 0)
-        return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = 3.14159265358979323846});
-    if (p->scope->place > 0 && name[0] >= 'x' && name[0] <= 'z' && !name[1])
-        return parse_place(p, where, name[0] - 'x');
-    kmp_parse_skip_space(p);
-    const kmp_named_table *table = p->scope->table ? p->scope->table(p->scope->user, name) : NULL;
-    if (table)
-        return parse_table(p, where, table);
-    if (*p->at == '(' && kmp_parse_refers(name))
-        return kmp_parse_reference(p, where, name);
-    const kmp_expr_local *local = find_local(p, name);
-    if (local && !(local->yields && is_defined(p->scope, name)))
-        return parse_local(p, where, local);
+    if (!isfinite(value))
+        return kmp_parse_complain(p, where, "this number is too large: the largest is about 1.8e308 in SI units");
+    return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = value, .unit = unit});
+}
+
+/* A name of the model that is no function, where it has one. */
+KMP_APART static const kmp_expr *parse_variable(kmp_parser *p, const char *where, const char *name, bool *found)
+{
+    *found = true;
     int index = p->scope->parameter ? p->scope->parameter(p->scope->user, name) : -1;
     if (index >= 0 && *p->at == '(')
         return kmp_parse_complain(p, where, "'%s' is a parameter, not a function", name);
@@ -292,6 +288,39 @@ static const kmp_expr *parse_word(kmp_parser *p)
     index = p->scope->unknown ? p->scope->unknown(p->scope->user, name, &unknowns, &number) : -1;
     if (index >= 0)
         return parse_unknown(p, where, (kmp_expr){.index = index, .number = number, .unknowns = unknowns});
+    *found = false;
+    return NULL;
+}
+
+static const kmp_expr *parse_word(kmp_parser *p)
+{
+    const char *where = p->at;
+    const char *name = kmp_parse_copy(p, kmp_parse_word_length(p->at));
+    if (!name)
+        return NULL;
+    if (strcmp(name, "q") == 0)
+        return kmp_parse_coordinate(p, where, KMP_EXPR_Q);
+    if (strcmp(name, "qd") == 0)
+        return kmp_parse_coordinate(p, where, KMP_EXPR_QD);
+    if (strcmp(name, "t") == 0)
+        return parse_time(p, where);
+    if (strcmp(name, "pi") == 0)
+        return make_number(p, where, 3.14159265358979323846, (kmp_dimension){0});
+    if (p->scope->place > 0 && name[0] >= 'x' && name[0] <= 'z' && !name[1])
+        return parse_place(p, where, name[0] - 'x');
+    kmp_parse_skip_space(p);
+    const kmp_named_table *table = p->scope->table ? p->scope->table(p->scope->user, name) : NULL;
+    if (table)
+        return parse_table(p, where, table);
+    if (*p->at == '(' && kmp_parse_refers(name))
+        return kmp_parse_reference(p, where, name);
+    const kmp_expr_local *local = find_local(p, name);
+    if (local && !(local->yields && is_defined(p->scope, name)))
+        return parse_local(p, where, local);
+    bool found;
+    const kmp_expr *variable = parse_variable(p, where, name, &found);
+    if (found)
+        return variable;
     if (*p->at == '(' || kmp_parse_is_function(name))
         return kmp_parse_call(p, where, name);
     return kmp_parse_unknown_name(p, where, name, KMP_SYMBOL_PARAMETER);
@@ -346,15 +375,8 @@ static int parse_next_unit(kmp_parser *p, kmp_unit *unit)
     return 1;
 }
 
-static const kmp_expr *make_number(kmp_parser *p, const char *where, double value, kmp_dimension unit)
-{
-    if (!isfinite(value))
-        return kmp_parse_complain(p, where, "this number is too large: the largest is about 1.8e308 in SI units");
-    return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = value, .unit = unit});
-}
-
 /* A number with the unit that may follow it: one literal. */
-static const kmp_expr *parse_unit(kmp_parser *p, const char *number, double value)
+KMP_APART static const kmp_expr *parse_unit(kmp_parser *p, const char *number, double value)
 {
     kmp_unit first, unit = {1, 1, KMP_DIM_NUMBER, 0};
     int power, more;
@@ -413,6 +435,11 @@ static const kmp_expr *parse_power(kmp_parser *p)
     return make_binary(p, sign, KMP_EXPR_POW, base, exponent);
 }
 
+KMP_APART static const kmp_expr *make_negative(kmp_parser *p, const char *where, const kmp_expr *a)
+{
+    return a ? kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_NEG, .a = a}) : NULL;
+}
+
 /* Every nested rule passes through this function, which limits the depth. */
 static const kmp_expr *parse_factor(kmp_parser *p)
 {
@@ -424,8 +451,7 @@ static const kmp_expr *parse_factor(kmp_parser *p)
     p->depth++;
     const char *where = p->at;
     if (kmp_parse_take(p, '-')) {
-        const kmp_expr *a = parse_factor(p);
-        factor = a ? kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_NEG, .a = a}) : NULL;
+        factor = make_negative(p, where, parse_factor(p));
     } else {
         factor = parse_power(p);
     }

@@ -55,7 +55,7 @@ bool kmp_parse_is_function(const char *name)
 
 /* -- errors ------------------------------------------------------------------------------------------ */
 
-static const kmp_expr *complain_function(const kmp_parser *p, const char *where, const char *name)
+KMP_APART static const kmp_expr *complain_function(const kmp_parser *p, const char *where, const char *name)
 {
     kmp_text sentence = {0};
     kmp_nearest nearest = kmp_nearest_of(name, KMP_NAMES_OF(functions));
@@ -111,38 +111,41 @@ static int size_up_to(const kmp_expr *e, int limit)
     return size + size_up_to(e->c, limit - size);
 }
 
-static const kmp_expr *parse_composite(kmp_parser *p, const char *where, int index)
+KMP_APART static const kmp_expr *make_composite(kmp_parser *p, const char *where, int index,
+                                                const kmp_expr *const *arguments)
 {
-    const kmp_expr *arguments[MOST_ARGUMENTS] = {NULL};
     kmp_expr_locals locals = {.count = composites[index].arity};
-    int count = parse_arguments(p, where, composites[index].name, false, arguments);
-    if (count >= 0 && count != locals.count)
-        return complain_count(p, where, composites[index].name, locals.count, count);
-    for (int k = 0; k < count; k++)
+    for (int k = 0; k < locals.count; k++)
         locals.local[k] = (kmp_expr_local){composites[index].argument[k], arguments[k], false};
-    const kmp_expr *made = count < 0 ? NULL : kmp_expr_formula(p->scope->arena, composites[index].formula, &locals);
+    const kmp_expr *made = kmp_expr_formula(p->scope->arena, composites[index].formula, &locals);
     p->nodes += size_up_to(made, KMP_MOST_EXPRESSION_NODES);
     return made ? kmp_parse_make(p, where, *made) : NULL;
+}
+
+KMP_APART static const kmp_expr *make_call(kmp_parser *p, const char *where, int function,
+                                           const kmp_expr *const *arguments)
+{
+    return kmp_parse_make(p, where,
+                          (kmp_expr){.kind = KMP_EXPR_CALL,
+                                     .function = (kmp_function)function,
+                                     .a = arguments[0],
+                                     .b = arguments[1],
+                                     .c = arguments[2]});
 }
 
 const kmp_expr *kmp_parse_call(kmp_parser *p, const char *where, const char *name)
 {
     const kmp_expr *arguments[MOST_ARGUMENTS] = {NULL};
     int function = find_function(name), composite = kmp_name_find(KMP_NAMES_OF(composites), name);
-    if (composite >= 0)
-        return parse_composite(p, where, composite);
-    if (function < 0)
+    if (composite < 0 && function < 0)
         return complain_function(p, where, name);
-    int count = parse_arguments(p, where, name, function == KMP_FUNCTION_if, arguments);
-    if (count >= 0 && count != functions[function].arity)
-        return complain_count(p, where, name, functions[function].arity, count);
-    return count < 0 ? NULL
-                     : kmp_parse_make(p, where,
-                                      (kmp_expr){.kind = KMP_EXPR_CALL,
-                                                 .function = (kmp_function)function,
-                                                 .a = arguments[0],
-                                                 .b = arguments[1],
-                                                 .c = arguments[2]});
+    int count = parse_arguments(p, where, name, composite < 0 && function == KMP_FUNCTION_if, arguments);
+    int arity = composite < 0 ? functions[function].arity : composites[composite].arity;
+    if (count >= 0 && count != arity)
+        return complain_count(p, where, name, arity, count);
+    return count < 0       ? NULL
+           : composite < 0 ? make_call(p, where, function, arguments)
+                           : make_composite(p, where, composite, arguments);
 }
 
 const kmp_expr *kmp_expr_formula(kmp_arena *arena, const char *text, const kmp_expr_locals *locals)

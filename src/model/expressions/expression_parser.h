@@ -5,6 +5,9 @@
 
 #include "model/expressions/expression.h"
 
+/** Of functions that make nodes: their temporaries do not count in the stack of the rules, which call each other. */
+#define KMP_APART __attribute__((noinline))
+
 typedef struct kmp_parser {
     const kmp_expr_scope *scope;
     const char *text, *at;

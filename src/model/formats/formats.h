@@ -14,15 +14,17 @@ typedef struct kmp_import {
     kmp_arena *arena; /* of the document */
     const char *file;
     kmp_base base;
-    const kmp_beside *beside; /* for files that it includes */
-    const kmp_element *model; /* the outermost element; NULL: the file is in YAML */
-    const kmp_yaml *source;   /* then its outermost mapping */
-    kmp_yaml *root;           /* the document */
-    kempe_status status;      /* of the first complaint */
-    const char *format;       /* of the rows of grammar.def */
-    bool refused;             /* something is not used that must be: an error at the end */
-    int limited;              /* joints whose limits are not used */
-    kmp_place first_limit;    /* of the first one */
+    const kmp_beside *beside;   /* for files that it includes */
+    const kmp_element *model;   /* the outermost element; NULL: the file is in YAML */
+    const kmp_yaml *source;     /* then its outermost mapping */
+    kmp_yaml *root;             /* the document */
+    kempe_status status;        /* of the first complaint */
+    const char *format;         /* of the rows of grammar.def */
+    bool refused;               /* something is not used that must be: an error at the end */
+    int limited;                /* joints whose limits are not used */
+    kmp_place first_limit;      /* of the first one */
+    struct kmp_mbs_name *names; /* of a model of ROBOTRAN */
+    int name_count;
 } kmp_import;
 
 /** True if a file is foreign, by the ending of its name or by its first sign. */

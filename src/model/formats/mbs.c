@@ -54,6 +54,74 @@ static const char *name_of(kmp_import *im, const kmp_element *e, const char *key
     return name ? kmp_import_clean(im, name) : NULL;
 }
 
+/* A name of a body, of a joint on it, or of a cut: without a body. */
+typedef struct kmp_mbs_name {
+    const char *text;
+    const kmp_element *body, *joint;
+    int number; /* in the order of the file, from 1; 0: of a cut */
+} kmp_mbs_name;
+
+/* Compares names without the characters that Kempe's names do not have. */
+static int compare_texts(const char *a, const char *b)
+{
+    for (;; a++, b++) {
+        char x = !*a || kmp_import_is_letter(*a) ? *a : '_', y = !*b || kmp_import_is_letter(*b) ? *b : '_';
+        if (x != y || !x)
+            return x < y ? -1 : x > y;
+    }
+}
+
+static int compare_names(const void *a, const void *b)
+{
+    const kmp_mbs_name *x = a, *y = b;
+    int order = compare_texts(x->text, y->text);
+    return order != 0 ? order : x->number < y->number ? -1 : x->number > y->number;
+}
+
+static void add_name(kmp_import *im, const char *text, const kmp_element *body, const kmp_element *joint)
+{
+    kmp_mbs_name *list = text ? kmp_arena_room(im->arena, im->names, im->name_count, sizeof *list) : NULL;
+    if (!list)
+        return;
+    im->names = list;
+    list[im->name_count] = (kmp_mbs_name){text, body, joint, body ? im->name_count + 1 : 0};
+    im->name_count++;
+}
+
+/* All names that bodies, joints and cuts have, sorted. */
+static void collect_names(kmp_import *im)
+{
+    for (const kmp_element *body = first_body(im); body; body = kmp_element_again(body)) {
+        add_name(im, kmp_element_text(body, "bodyname"), body, NULL);
+        for (const kmp_element *j = kmp_element_find(body, "joint"); j; j = kmp_element_again(j))
+            add_name(im, kmp_element_text(j, "jointname"), body, j);
+    }
+    for (const kmp_element *cut = first_cut(im); cut; cut = cut->next)
+        add_name(im, kmp_element_text(cut, "name"), NULL, NULL);
+    if (im->name_count > 0)
+        qsort(im->names, (size_t)im->name_count, sizeof *im->names, compare_names);
+}
+
+/* Those that are one name in Kempe, one after the other: cuts, then the others in the order of the file. */
+static const kmp_mbs_name *first_like(const kmp_import *im, const char *text)
+{
+    int low = 0, high = im->name_count;
+    while (low < high) {
+        int middle = low + (high - low) / 2;
+        if (compare_texts(im->names[middle].text, text) < 0)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low < im->name_count && compare_texts(im->names[low].text, text) == 0 ? im->names + low : NULL;
+}
+
+static const kmp_mbs_name *next_like(const kmp_import *im, const kmp_mbs_name *n)
+{
+    bool more = n + 1 < im->names + im->name_count && compare_texts(n->text, n[1].text) == 0;
+    return more ? n + 1 : NULL;
+}
+
 /* -- points ---------------------------------------------------------------------------------------- */
 
 static bool is_ground(const char *body)
@@ -65,13 +133,10 @@ static const kmp_element *find_body(const kmp_import *im, const char *name)
 {
     if (is_ground(name))
         return kmp_element_find(im->model, "base");
-    const kmp_element *body = first_body(im);
-    for (; body; body = kmp_element_again(body)) {
-        const char *own = kmp_element_text(body, "bodyname");
-        if (own && strcmp(own, name) == 0)
-            break;
-    }
-    return body;
+    for (const kmp_mbs_name *n = first_like(im, name); n; n = next_like(im, n))
+        if (n->body && !n->joint && strcmp(n->text, name) == 0)
+            return n->body;
+    return NULL;
 }
 
 static bool has_point(const kmp_element *body, const char *name)
@@ -122,30 +187,14 @@ static const kmp_yaml *place_on(kmp_import *im, const kmp_element *e, bool point
 
 /* -- joints ---------------------------------------------------------------------------------------- */
 
-/* Compares names without the characters that Kempe's names do not have. */
-static bool is_same(const char *a, const char *b)
-{
-    for (; *a && *b; a++, b++)
-        if (*a != *b && (kmp_import_is_letter(*a) || kmp_import_is_letter(*b)))
-            return false;
-    return !*a && !*b;
-}
-
 /* The name of a joint of ROBOTRAN where nothing else that names a joint has it; otherwise NULL. `single`: no other is
  * on its body, whose name it may have. */
 static const char *own_name(const kmp_import *im, const kmp_element *body, const kmp_element *joint, bool single)
 {
     const char *name = kmp_element_text(joint, "jointname");
-    for (const kmp_element *b = first_body(im); name && b; b = kmp_element_again(b)) {
-        const char *other = kmp_element_text(b, "bodyname");
-        if (other && is_same(other, name) && !(b == body && single))
+    for (const kmp_mbs_name *n = name ? first_like(im, name) : NULL; n; n = next_like(im, n))
+        if (n->joint ? n->joint != joint : n->body && !(n->body == body && single))
             return NULL;
-        for (const kmp_element *j = kmp_element_find(b, "joint"); j; j = kmp_element_again(j)) {
-            other = kmp_element_text(j, "jointname");
-            if (j != joint && other && is_same(other, name))
-                return NULL;
-        }
-    }
     return name;
 }
 
@@ -160,12 +209,8 @@ static const char *joint_name(kmp_import *im, const kmp_element *body, const cha
 
 static bool is_cut(const kmp_import *im, const char *name)
 {
-    for (const kmp_element *cut = first_cut(im); cut; cut = cut->next) {
-        const char *other = kmp_element_text(cut, "name");
-        if (other && is_same(other, name))
-            return true;
-    }
-    return false;
+    const kmp_mbs_name *first = first_like(im, name);
+    return first && !first->body;
 }
 
 /* The constraint of a driven joint: its start value, or the motion that begins with its start values. */
@@ -428,6 +473,7 @@ void kmp_mbs_convert(kmp_import *im)
     if (im->base == KMP_BASE_FREE)
         kmp_import_complain(im, im->model->place, "base", "free",
                             "is for robots: a ROBOTRAN model has the joints of its first body instead");
+    collect_names(im);
     add_parameters(im);
     add_base(im);
     for (const kmp_element *body = first_body(im); body; body = kmp_element_again(body))

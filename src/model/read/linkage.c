@@ -10,6 +10,13 @@ static bool must_stay(const kmp_edge *edge)
     return edge->own || edge->wish == KMP_CUT_NO || !edge->cut || (edge->need && !edge->stopped);
 }
 
+kmp_edge *kmp_linkage_joint_named(kmp_reader *r, kmp_linkage *g, const char *name)
+{
+    const kmp_name_list names = KMP_NAMES(g->edges + g->own_count, g->edge_count - g->own_count);
+    int found = kmp_index_find(&g->joint_index, &r->scratch, names, -1, 0, name);
+    return found < 0 ? NULL : &g->edges[g->own_count + found];
+}
+
 /* -- paths --------------------------------------------------------------------------------------- */
 
 int kmp_edge_far_end(const kmp_edge *edge, int body)
@@ -71,7 +78,7 @@ int kmp_linkage_path(kmp_linkage *g, int from, int to)
 static int root_of(const kmp_linkage *g, int body)
 {
     while (g->group[body] != body)
-        body = g->group[body];
+        body = g->group[body] = g->group[g->group[body]];
     return body;
 }
 
@@ -173,34 +180,59 @@ static int depth_beyond(const kmp_linkage *g, const kmp_edge *edge)
     return g->depth[from] + edge->freedoms;
 }
 
-/* The edge by which the tree grows, -1: none does. */
-static int next_edge(const kmp_linkage *g)
+/* True if the tree takes edge a before edge b. */
+static bool goes_before(const kmp_linkage *g, int a, int b)
 {
-    int best = -1, best_rank = -1, best_depth = 0;
-    for (int e = 0; e < g->edge_count; e++) {
-        int rank = rank_of(&g->edges[e]);
-        if (rank < 0 || rank < best_rank || !leads_on(g, &g->edges[e]))
-            continue;
-        int depth = depth_beyond(g, &g->edges[e]);
-        if (rank == best_rank && depth >= best_depth)
-            continue;
-        best = e;
-        best_rank = rank;
-        best_depth = depth;
+    int rank = rank_of(&g->edges[a]) - rank_of(&g->edges[b]), depth = g->reach[a] - g->reach[b];
+    return rank != 0 ? rank > 0 : depth != 0 ? depth < 0 : a < b;
+}
+
+static void let_wait(kmp_linkage *g, int e)
+{
+    int k = g->waiting_count++;
+    g->reach[e] = depth_beyond(g, &g->edges[e]);
+    for (; k > 0 && goes_before(g, e, g->waiting[(k - 1) / 2]); k = (k - 1) / 2)
+        g->waiting[k] = g->waiting[(k - 1) / 2];
+    g->waiting[k] = e;
+}
+
+/* The edge by which the tree grows, -1: none does. */
+static int next_edge(kmp_linkage *g)
+{
+    int best = -1;
+    while (g->waiting_count > 0 && (best < 0 || !leads_on(g, &g->edges[best]))) {
+        int last = g->waiting[--g->waiting_count], k = 0;
+        best = g->waiting[0];
+        for (int below = 1; below < g->waiting_count; below = 2 * k + 1) {
+            below += below + 1 < g->waiting_count && goes_before(g, g->waiting[below + 1], g->waiting[below]);
+            if (!goes_before(g, g->waiting[below], last))
+                break;
+            g->waiting[k] = g->waiting[below];
+            k = below;
+        }
+        g->waiting[k] = last;
     }
-    return best;
+    return best >= 0 && leads_on(g, &g->edges[best]) ? best : -1;
+}
+
+/* Counts a body as reached; the edges that lead on from it wait. */
+static void arrive(kmp_linkage *g, int body, int depth, int *reached)
+{
+    g->depth[body] = depth;
+    g->order[(*reached)++] = body;
+    for (int end = g->first[body]; end >= 0; end = g->next[end])
+        if (rank_of(&g->edges[end / 2]) >= 0 && leads_on(g, &g->edges[end / 2]))
+            let_wait(g, end / 2);
 }
 
 static void hang_by(kmp_linkage *g, int e, int *reached)
 {
     kmp_edge *edge = &g->edges[e];
-    int depth = depth_beyond(g, edge);
     edge->tree = true;
     edge->reversed = is_reached(g, edge->body[1]);
     int body = edge->body[edge->reversed ? 0 : 1];
-    g->depth[body] = depth;
     g->by[body] = e;
-    g->order[(*reached)++] = body;
+    arrive(g, body, depth_beyond(g, edge), reached);
 }
 
 /* A joint that is to be cut although it alone connects further bodies, -1: none. */
@@ -225,8 +257,7 @@ static const char *lost_with(kmp_reader *r, kmp_linkage *g, int body, int *reach
 {
     int first = *reached;
     const char *names = g->body_names[body];
-    g->depth[body] = 0;
-    g->order[(*reached)++] = body;
+    arrive(g, body, 0, reached);
     for (int e = next_edge(g); e >= 0; e = next_edge(g)) {
         hang_by(g, e, reached);
         names = kmp_reader_say(r, "%s, %s", names, g->body_names[g->order[*reached - 1]]);
@@ -236,9 +267,7 @@ static const char *lost_with(kmp_reader *r, kmp_linkage *g, int body, int *reach
 
 static void complain_lost(kmp_reader *r, kmp_linkage *g, int body, int *reached)
 {
-    bool named = false;
-    for (int e = 0; e < g->edge_count; e++)
-        named = named || g->edges[e].body[0] == body || g->edges[e].body[1] == body;
+    bool named = g->first[body] >= 0;
     const char *names = lost_with(r, g, body, reached);
     if (g->broken)
         return;
@@ -253,12 +282,19 @@ static void complain_lost(kmp_reader *r, kmp_linkage *g, int body, int *reached)
 
 static void grow(kmp_reader *r, kmp_linkage *g)
 {
-    int reached = 1;
+    int reached = 0;
     for (int b = 0; b < g->body_count; b++) {
-        g->depth[b] = g->by[b] = -1;
+        g->depth[b] = g->by[b] = g->first[b] = -1;
         g->group[b] = b;
     }
-    g->depth[0] = g->order[0] = 0;
+    for (int end = 2 * g->edge_count - 1; end >= 0; end--) {
+        int body = g->edges[end / 2].body[end % 2];
+        if (body >= 0) {
+            g->next[end] = g->first[body];
+            g->first[body] = end;
+        }
+    }
+    arrive(g, 0, 0, &reached);
     for (int e = next_edge(g); e >= 0 || (e = bridge(g)) >= 0; e = next_edge(g)) {
         if (g->edges[e].wish == KMP_CUT_YES)
             complain_bridge(r, g, &g->edges[e]);

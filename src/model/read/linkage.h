@@ -31,19 +31,27 @@ struct kmp_linkage {
     int body_count; /* ground included */
     const char **body_names;
     const kmp_yaml **body_keys, **body_maps; /* NULL for the ground */
-    kmp_edge *edges;
-    int edge_count;
-    bool broken;   /* an edge could not be read: bodies without connection are not reported */
-    int *by;       /* edge by which a body is attached, -1 */
-    int *depth;    /* coordinates between the ground and a body */
-    int *order;    /* bodies in the order in which they were reached */
-    int *group;    /* bodies that staying joints connect */
-    int *path;     /* edges of the last path found */
-    kmp_yaml cuts; /* the cut joints as a mapping of closures */
+    kmp_edge *edges;                         /* those declared in bodies first */
+    int edge_count, own_count;
+    kmp_name_index body_index, own_index, joint_index; /* of the bodies, of edges in bodies, of the others */
+    const kmp_edge **made;                             /* edges with `made`, by its address */
+    int made_count;
+    int *first, *next;                   /* ends of edges at a body, 2 * edge + end; -1: no more */
+    int *waiting, *reach, waiting_count; /* heap of edges that may be taken next, with the depth beyond them */
+    bool broken;                         /* an edge could not be read: bodies without connection are not reported */
+    int *by;                             /* edge by which a body is attached, -1 */
+    int *depth;                          /* coordinates between the ground and a body */
+    int *order;                          /* bodies in the order in which they were reached */
+    int *group;                          /* bodies that staying joints connect */
+    int *path;                           /* edges of the last path found */
+    kmp_yaml cuts;                       /* the cut joints as a mapping of closures */
 };
 
 /** Its name and the reason: "A (force 'motor' acts on it)". */
 const char *kmp_edge_name_reason(kmp_reader *r, const kmp_edge *edge);
+
+/** The joint of `joints` with a name; NULL: there is none. */
+kmp_edge *kmp_linkage_joint_named(kmp_reader *r, kmp_linkage *g, const char *name);
 
 /** Its other body. */
 int kmp_edge_far_end(const kmp_edge *edge, int body);

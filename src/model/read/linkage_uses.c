@@ -18,11 +18,7 @@ static kmp_edge *find_edge(const search *s, int file, const char *text, size_t l
 {
     const char *dot = memchr(text, '.', length);
     const char *said = kmp_reader_say(s->r, "%.*s", (int)(dot ? dot - text : (ptrdiff_t)length), text);
-    const char *name = kmp_reader_name(s->r, file, said);
-    for (int e = 0; e < s->g->edge_count; e++)
-        if (!s->g->edges[e].own && strcmp(s->g->edges[e].name, name) == 0)
-            return &s->g->edges[e];
-    return NULL;
+    return kmp_linkage_joint_named(s->r, s->g, kmp_reader_name(s->r, file, said));
 }
 
 static void need(const search *s, int file, const char *text, size_t length)

@@ -111,7 +111,8 @@ bool kmp_read_axes(kmp_reader *r, const kmp_yaml *node, const char *what, double
         return false;
     for (int k = 0; k < node->count; k++) {
         number[k] = node->keys[k]->text[0] - 'x';
-        if (number[k] < 0 || number[k] > 2 || !kmp_read_axis(r, node->items[k], what, axis[k]))
+        if (number[k] < 0 || number[k] > 2 || node->keys[k]->text[1] ||
+            !kmp_read_axis(r, node->items[k], what, axis[k]))
             return false;
     }
     if (node->count == 1) {

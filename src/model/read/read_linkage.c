@@ -5,6 +5,8 @@
 #include "model/cut_coordinates.h"
 #include "model/files/nodes.h"
 #include "model/read/linkage.h"
+#include <stdint.h>
+#include <stdlib.h>
 #include <string.h>
 
 static const kmp_key edge_keys[] = {
@@ -42,16 +44,21 @@ static const kmp_yaml *direction(kmp_reader *r, const double axis[3], const kmp_
 
 /* -- bodies -------------------------------------------------------------------------------------- */
 
+static int body_named(kmp_reader *r, kmp_linkage *g, const char *name)
+{
+    return kmp_index_find(&g->body_index, &r->scratch, KMP_NAMES(g->body_names, g->body_count), -1, 0, name);
+}
+
 /* Body of a point BODY.POINT, or of a body's name; -1 after an error. */
-static int find_body(kmp_reader *r, const kmp_linkage *g, const kmp_yaml *node, const char *what)
+static int find_body(kmp_reader *r, kmp_linkage *g, const kmp_yaml *node, const char *what)
 {
     const char *said = kmp_reader_say(r, "%.*s", (int)strcspn(node->text, "."), node->text);
     const char *name = kmp_reader_body_name(r, node->place.file, said);
-    kmp_name_list names = KMP_NAMES(g->body_names, g->body_count);
-    kmp_nearest nearest = kmp_nearest_of(name, names);
-    int found = kmp_name_find(names, name);
-    if (found < 0 && strcmp(said, "ground") != 0)
+    int found = body_named(r, g, name);
+    if (found < 0 && strcmp(said, "ground") != 0) {
+        kmp_nearest nearest = kmp_nearest_of(name, KMP_NAMES(g->body_names, g->body_count));
         kmp_reader_complain_near(r, node->place, &nearest, "%s: unknown body '%s'", what, said);
+    }
     return found;
 }
 
@@ -79,7 +86,7 @@ static void take_own_joint(kmp_reader *r, kmp_linkage *g, int body)
         edge->name = kmp_reader_name(r, name->place.file, name->text);
     const char *said = at && at->kind == KMP_YAML_SCALAR ? at->text : "ground";
     said = kmp_reader_body_name(r, joint->place.file, kmp_reader_say(r, "%.*s", (int)strcspn(said, "."), said));
-    int parent = kmp_name_find(KMP_NAMES(g->body_names, g->body_count), said), kind;
+    int parent = body_named(r, g, said), kind;
     edge->body[0] = parent < 0 ? 0 : parent;
     edge->faulty = edge->body[0] == body;
     const kmp_yaml *motions = kmp_yaml_get(joint, "motions");
@@ -143,7 +150,7 @@ static void read_wish(kmp_reader *r, kmp_edge *edge, const char *what)
         kmp_reader_complain(r, cut->place, "%s: cut is 'yes', 'no' or absent", what);
 }
 
-static bool read_ends(kmp_reader *r, const kmp_linkage *g, kmp_edge *edge, const char *what)
+static bool read_ends(kmp_reader *r, kmp_linkage *g, kmp_edge *edge, const char *what)
 {
     const kmp_yaml *points = kmp_yaml_get(edge->map, edge->kind->name);
     bool good = kmp_read_list(r, points, what, 2);
@@ -163,7 +170,7 @@ static bool read_ends(kmp_reader *r, const kmp_linkage *g, kmp_edge *edge, const
 }
 
 /* Checks that no loop, drive or other joint has the name of a joint, which may be cut. */
-static void check_name(kmp_reader *r, const kmp_linkage *g, const kmp_edge *edge)
+static void check_name(kmp_reader *r, kmp_linkage *g, const kmp_edge *edge)
 {
     static const char *const sections[][2] = {{"loops", "loop"}, {"drives", "drive"}};
     kmp_read_name(r, edge->key, "a joint");
@@ -173,10 +180,10 @@ static void check_name(kmp_reader *r, const kmp_linkage *g, const kmp_edge *edge
                 r, edge->key->place,
                 "a joint cannot have the name '%s' of a %s: if it is cut, lambda(%s) would be ambiguous", edge->name,
                 sections[k][1], edge->name);
-    for (const kmp_edge *other = g->edges; other < edge; other++)
-        if (other->own && strcmp(other->name, edge->name) == 0)
-            kmp_reader_complain(r, edge->key->place, "duplicate joint '%s': it is also the joint of body '%s'",
-                                edge->name, other->key->text);
+    int other = kmp_index_find(&g->own_index, &r->scratch, KMP_NAMES(g->edges, g->own_count), -1, 0, edge->name);
+    if (other >= 0)
+        kmp_reader_complain(r, edge->key->place, "duplicate joint '%s': it is also the joint of body '%s'", edge->name,
+                            g->edges[other].key->text);
 }
 
 static void take_edge(kmp_reader *r, kmp_linkage *g, const kmp_yaml *key, const kmp_yaml *map)
@@ -302,6 +309,12 @@ static void add_cut(kmp_reader *r, kmp_linkage *g, kmp_edge *edge)
     kmp_yaml_append(&r->scratch, &g->cuts, edge->key, edge->made);
 }
 
+static int by_address(const void *a, const void *b)
+{
+    uintptr_t x = (uintptr_t)(*(const kmp_edge *const *)a)->made, y = (uintptr_t)(*(const kmp_edge *const *)b)->made;
+    return x < y ? -1 : x > y;
+}
+
 static void make_all(kmp_reader *r, kmp_linkage *g)
 {
     r->model->cuts = KMP_ARENA_NEW(&r->model->arena, kmp_cut, g->edge_count);
@@ -316,7 +329,10 @@ static void make_all(kmp_reader *r, kmp_linkage *g)
             edge->made = make_joint(r, edge);
         else if (!edge->faulty && !edge->own)
             add_cut(r, g, edge);
+        if (edge->made)
+            g->made[g->made_count++] = edge;
     }
+    qsort(g->made, (size_t)g->made_count, sizeof *g->made, by_address);
 }
 
 /* -- the whole ----------------------------------------------------------------------------------- */
@@ -324,13 +340,14 @@ static void make_all(kmp_reader *r, kmp_linkage *g)
 static kmp_linkage *new_linkage(kmp_reader *r, int bodies, int joints)
 {
     kmp_linkage *g = KMP_ARENA_NEW(&r->scratch, kmp_linkage, 1);
-    int n = bodies + 1;
+    int n = bodies + 1, edges = bodies + joints;
     if (!g)
         return NULL;
-    KMP_ARENA_MAKE(&r->scratch, KMP_ROOM(kmp_edge, bodies + joints, &g->edges), KMP_ROOM(int, 2 * n, &g->path),
-                   KMP_ROOM(const char *, n, &g->body_names),
+    KMP_ARENA_MAKE(&r->scratch, KMP_ROOM(kmp_edge, edges, &g->edges), KMP_ROOM(int, 2 * n, &g->path),
+                   KMP_ROOM(const kmp_edge *, edges, &g->made), KMP_ROOM(int, 2 * edges, &g->next),
+                   KMP_ROOM(int, edges, &g->waiting, &g->reach), KMP_ROOM(const char *, n, &g->body_names),
                    KMP_ROOM(const kmp_yaml *, n, &g->body_keys, &g->body_maps),
-                   KMP_ROOM(int, n, &g->by, &g->depth, &g->order, &g->group));
+                   KMP_ROOM(int, n, &g->by, &g->depth, &g->order, &g->group, &g->first));
     return r->scratch.failed ? NULL : g;
 }
 
@@ -351,6 +368,7 @@ void kmp_read_linkage(kmp_reader *r, const kmp_yaml *bodies)
     }
     for (int b = 1; b < g->body_count; b++)
         take_own_joint(r, g, b);
+    g->own_count = g->edge_count;
     for (int k = 0; k < map->count; k++)
         take_edge(r, g, map->keys[k], map->items[k]);
     kmp_linkage_find_uses(r, g);
@@ -371,10 +389,11 @@ const kmp_yaml *kmp_linkage_cuts(const kmp_reader *r)
 
 static const kmp_edge *edge_of(const kmp_reader *r, const kmp_yaml *made)
 {
-    for (int e = 0; r->linkage && made && e < r->linkage->edge_count; e++)
-        if (r->linkage->edges[e].made == made)
-            return &r->linkage->edges[e];
-    return NULL;
+    const kmp_linkage *g = r->linkage;
+    const kmp_edge key = {.made = made}, *sought = &key;
+    const kmp_edge *const *found =
+        g && made ? bsearch(&sought, g->made, (size_t)g->made_count, sizeof *g->made, by_address) : NULL;
+    return found ? *found : NULL;
 }
 
 /* The name of coordinate k of a cut joint, as it would have it in the tree. */
@@ -433,13 +452,13 @@ const char *kmp_linkage_what(kmp_reader *r, const kmp_yaml *made)
     return edge ? kmp_edge_what(r, edge) : NULL;
 }
 
-kmp_linked kmp_linkage_find(const kmp_reader *r, const char *coordinate)
+kmp_linked kmp_linkage_find(kmp_reader *r, const char *coordinate)
 {
-    size_t length = strcspn(coordinate, ".");
-    for (int e = 0; r->linkage && e < r->linkage->edge_count; e++) {
-        const kmp_edge *edge = &r->linkage->edges[e];
-        if (!edge->own && strlen(edge->name) == length && strncmp(edge->name, coordinate, length) == 0)
-            return edge->tree ? KMP_LINKED_TREE : KMP_LINKED_CUT;
-    }
-    return KMP_LINKED_NOT;
+    const char *dot = strchr(coordinate, '.');
+    if (!r->linkage)
+        return KMP_LINKED_NOT;
+    if (dot)
+        coordinate = kmp_reader_say(r, "%.*s", (int)(dot - coordinate), coordinate);
+    const kmp_edge *edge = kmp_linkage_joint_named(r, r->linkage, coordinate);
+    return !edge ? KMP_LINKED_NOT : edge->tree ? KMP_LINKED_TREE : KMP_LINKED_CUT;
 }

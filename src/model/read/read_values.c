@@ -158,7 +158,7 @@ static int find_carried(void *user, const char **name, const char **obstacle)
     return body;
 }
 
-static void suggest_closure(const kmp_reader *r, const char *name, kmp_text *sentence)
+static void suggest_closure(kmp_reader *r, const char *name, kmp_text *sentence)
 {
     if (kmp_linkage_find(r, name) == KMP_LINKED_TREE || find_joint(r->model, name)) {
         kmp_text_printf(sentence,
@@ -399,24 +399,34 @@ bool kmp_check_rule(kmp_reader *r, const kmp_yaml *node, const char *what, kmp_f
                                hint);
 }
 
-/* Sets a flag of the parameters in an expression, and of those that they depend on; `flag`: its place in them. */
-static void mark(kempe_model *model, const kmp_expr *expr, size_t flag)
+/* Sets a flag of the parameters in an expression, `flag` is its place in them; those that had it not are put in front
+ * of the list `first`, by numbers from 1. */
+static int mark_own(kempe_model *model, const kmp_expr *expr, size_t flag, int first)
 {
     if (!expr)
-        return;
+        return first;
     if (expr->kind == KMP_EXPR_INPUT)
         model->inputs[expr->index].used = true;
     if (expr->kind != KMP_EXPR_PARAMETER) {
-        mark(model, expr->a, flag);
-        mark(model, expr->b, flag);
-        mark(model, expr->c, flag);
-        return;
+        first = mark_own(model, expr->a, flag, first);
+        first = mark_own(model, expr->b, flag, first);
+        return mark_own(model, expr->c, flag, first);
     }
     bool *set = (bool *)((char *)&model->parameters[expr->index] + flag);
     if (*set)
-        return;
+        return first;
     *set = true;
-    mark(model, model->parameters[expr->index].number.expr, flag);
+    model->parameters[expr->index].marked_next = first;
+    return expr->index + 1;
+}
+
+/* The same of those that they depend on, however long the chain is. */
+static void mark(kempe_model *model, const kmp_expr *expr, size_t flag)
+{
+    for (int first = mark_own(model, expr, flag, 0); first > 0;) {
+        const kmp_parameter *parameter = &model->parameters[first - 1];
+        first = mark_own(model, parameter->number.expr, flag, parameter->marked_next);
+    }
 }
 
 void kmp_reader_use(kmp_reader *r, const kmp_expr *expr)

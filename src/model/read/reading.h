@@ -134,7 +134,7 @@ bool kmp_linkage_loads_parent(const kmp_reader *r, const kmp_yaml *made);
 typedef enum kmp_linked { KMP_LINKED_NOT, KMP_LINKED_TREE, KMP_LINKED_CUT } kmp_linked;
 
 /** Finds the joint of `JOINT` or `JOINT.k` among those between bodies: in the tree, or not (also when it is faulty). */
-kmp_linked kmp_linkage_find(const kmp_reader *r, const char *coordinate);
+kmp_linked kmp_linkage_find(kmp_reader *r, const char *coordinate);
 
 /** Words of expressions whose argument is a closure with its multipliers; NULL ends the list. */
 extern const char *const kmp_words_of_loads[];
