@@ -12,12 +12,12 @@
 /* Largest number of attempts at one step with smaller sizes. */
 enum { MAX_TRIES = 100 };
 
-/* Steps whose integral is computed closely, and one of so many further ones: the work of forces is a check of a run,
- * and costs little. */
-enum { SPENT = 32 };
+/* Steps of a multistep method whose integral is computed closely, and one in 32 further ones: the work of
+ * forces is a check of a run. Steps of one-step methods cost several times as much. */
+enum { SPENT = 128 };
 
 /* Parts of an integral: by which two rules for one step may differ, and those that a bend of the integrand may have. */
-static const double INTEGRAL = 1e-4, BEND = 3e-4;
+static const double INTEGRAL = 1e-5, BEND = 1e-4;
 
 static void put(const kmp_sun *s, N_Vector to, const double *from)
 {
@@ -284,12 +284,11 @@ static void integrate(kmp_sun *s, double t)
     const double rule = h * (node[0] + node[4]) / 2 - bend;
     s->integral.h = h;
     s->integral.size += fabs(rule);
-    double off = fabs(part - rule);
-    if (s->linear && k > 0.1 * h) /* Newton's method has not converged for the package's value */
-        part = rule, off = 0;
     const double size = s->integral.size + 0.01 * fmax(fabs(node[0]), fabs(node[4])) * (s->base.t_end - from);
-    s->integral.close = !(off <= INTEGRAL * size && fabs(bend) <= BEND * size) &&
-                        (s->package->reset || s->integral.spent <= SPENT + ++s->integral.steps / SPENT);
+    const bool agree = fabs(part - rule) <= INTEGRAL * size && fabs(bend) <= BEND * size;
+    s->integral.close = !agree && (s->package->reset || s->integral.spent <= SPENT + ++s->integral.steps / 32);
+    if (!agree && (s->linear || !(k > 0.1 * h))) /* Newton's method has not converged for it, or its order is one */
+        part = rule;
     s->integral.spent += s->integral.close;
     for (int i = 0; s->integral.close && i < 3; i++) {
         const double at = from + h * nodes[i + 1];
