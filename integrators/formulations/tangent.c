@@ -318,6 +318,14 @@ static bool is_worth_two_derivations(const kempe_system *system)
            operations >= (long)LEAST_A_MOTION * system->n;
 }
 
+static kempe_status fill(gather *g, const kempe_system *system, unsigned values)
+{
+    KMP_TRY(kmp_made(system->context, collect_values(g, values)));
+    KMP_TRY(collect_tangents(g, system));
+    sort_entries(g->t, &g->list);
+    return make_programs(g, values & KMP_TANGENTS_WITH_VALUES) ? KEMPE_OK : kmp_fail_memory(system->context);
+}
+
 /* Derives the programs and lists their entries. */
 static kempe_status derive(kmp_tangents *tangents, const kempe_system *system, unsigned values)
 {
@@ -340,11 +348,7 @@ static kempe_status derive(kmp_tangents *tangents, const kempe_system *system, u
                              .charted = true,
                              .tangents = KMP_TANGENT_COMPOSITE};
     KMP_TRY(kmp_equations_derive(&g.eq, system->model, &scene));
-    KMP_TRY(kmp_made(system->context, collect_values(&g, values)));
-    KMP_TRY(collect_tangents(&g, system));
-    sort_entries(g.t, &g.list);
-    kempe_status status =
-        make_programs(&g, values & KMP_TANGENTS_WITH_VALUES) ? KEMPE_OK : kmp_fail_memory(system->context);
+    kempe_status status = fill(&g, system, values);
     kmp_free(g.list.output);
     kmp_free(g.list.entry);
     kmp_arena_free(&g.arena);

@@ -508,9 +508,8 @@ kempe_status kmp_equations_derive_again(kmp_equations *eq, const kmp_scene *scen
     return set_frames(eq, scene) ? derive_dynamics(eq, scene) : kmp_fail_memory(eq->context);
 }
 
-kempe_status kmp_equations_derive_once(kmp_equations *eq, const kempe_model *model, const kmp_scene *scene)
+static kempe_status derive_sets(kmp_equations *eq, const kmp_scene *scene)
 {
-    *eq = (kmp_equations){.context = model->context, .model = model, .n = model->motion_count};
     eq->graph = kmp_graph_new_for(scene->nodes);
     KMP_TRY(kmp_made(eq->context, eq->graph));
     if (scene->labels)
@@ -521,7 +520,13 @@ kempe_status kmp_equations_derive_once(kmp_equations *eq, const kempe_model *mod
     KMP_TRY(kmp_closures_derive(eq, scene));
     if (scene->returns)
         KMP_TRY(kmp_made(eq->context, kmp_graph_mark_init(&eq->mark, eq->graph)));
-    kempe_status status = derive_dynamics(eq, scene);
+    return derive_dynamics(eq, scene);
+}
+
+kempe_status kmp_equations_derive_once(kmp_equations *eq, const kempe_model *model, const kmp_scene *scene)
+{
+    *eq = (kmp_equations){.context = model->context, .model = model, .n = model->motion_count};
+    kempe_status status = derive_sets(eq, scene);
     if (status != KEMPE_OK)
         kmp_equations_free(eq);
     return status;

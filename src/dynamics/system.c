@@ -331,6 +331,14 @@ static kempe_status derive_late(kempe_system *s)
     return status;
 }
 
+static kempe_status derive_motion(kempe_system *s, kmp_equations *eq, bool closures)
+{
+    bool made = kmp_system_set_rows(s, eq->n, eq->m, eq->rows, eq->misfit) && kmp_motion_make(s, eq);
+    s->closing = made ? kmp_program_first(s->motion, KMP_STAGE_MASS) : NULL;
+    KMP_TRY(kmp_made(s->context, s->closing));
+    return closures ? derive_rest(s, eq) : KEMPE_OK;
+}
+
 static kempe_status derive(kempe_system *s, bool closures)
 {
     kmp_equations eq;
@@ -342,10 +350,7 @@ static kempe_status derive(kempe_system *s, bool closures)
     }
     kempe_status status = derive_sets(s, closures ? KMP_SET_CLOSURE : KMP_MOTION_SETS, &s->bodies->first, &eq);
     if (status == KEMPE_OK) {
-        bool made = kmp_system_set_rows(s, eq.n, eq.m, eq.rows, eq.misfit) && kmp_motion_make(s, &eq);
-        s->closing = made ? kmp_program_first(s->motion, KMP_STAGE_MASS) : NULL;
-        KMP_TRY(kmp_made(s->context, s->closing));
-        status = closures ? derive_rest(s, &eq) : KEMPE_OK;
+        status = derive_motion(s, &eq, closures);
         kmp_equations_free(&eq);
     }
     if (status == KEMPE_OK && s->dynamics == KMP_DYNAMICS_ARTICULATED)
