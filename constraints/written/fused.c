@@ -120,13 +120,6 @@ void kmp_fused_free(kmp_fused *f)
 
 /* -- running ----------------------------------------------------------------------------------------- */
 
-/* udd and pivots with the user-defined forces. */
-static const double *with_efforts(kmp_fused *f, double t, const double *y, const double *rate)
-{
-    kmp_written_put_efforts(&f->made, &f->given, f->red->part, t, y, f->closes ? f->dv : NULL, rate);
-    return kmp_machine_run(f->made.machine, KMP_FUSED_ACCELERATIONS);
-}
-
 kmp_written_correction kmp_fused_close(kmp_fused *f, double t, const double *y)
 {
     kmp_written_correction c = kmp_written_machine_close(&f->made, KMP_FUSED_CLOSE, f->red->r, f->layout.turns, t, y);
@@ -156,7 +149,9 @@ bool kmp_fused_finish(kmp_fused *f, double t, const double *y, double *dy)
     f->left = f->given.effort ? out + r : pivot + p + f->red->eval->system->dissipative;
     if (f->given.effort) {
         memcpy(dy + 2 * p, out, (size_t)r * sizeof *dy);
-        out = with_efforts(f, t, y, out);
+        /* udd and pivots with the user-defined forces. */
+        kmp_written_put_efforts(&f->made, &f->given, f->red->part, t, y, f->closes ? f->dv : NULL, out);
+        out = kmp_machine_run(f->made.machine, KMP_FUSED_ACCELERATIONS);
         memcpy(dy + p, out, (size_t)p * sizeof *dy);
         pivot = out + p;
     } else {

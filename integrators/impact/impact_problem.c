@@ -21,11 +21,6 @@ static void *self_of(const kmp_impact_run *p)
 
 /* -- who takes part -------------------------------------------------------------------------------------- */
 
-static bool touches(const kmp_impact_run *p, const kmp_friction_element *e)
-{
-    return e->contact && kmp_friction_at(p->friction, e, KMP_ROLE_PLACE) <= KMP_TOUCH_NEAR * e->size;
-}
-
 /* The places of both components of friction in two directions. */
 static void find_pairs(kmp_impact_run *p)
 {
@@ -46,7 +41,7 @@ static bool list_touching(kmp_impact_run *p, double rate)
     for (int i = 0; i < x->count; i++) {
         const kmp_friction_element *e = &x->element[i], *base = e->base >= 0 ? &x->element[e->base] : e;
         double v = kmp_friction_at(x, e, KMP_ROLE_RATE), still = KMP_FRICTION_STILL * e->size * rate;
-        if (!touches(p, base))
+        if (!base->contact || !(kmp_friction_at(p->friction, base, KMP_ROLE_PLACE) <= KMP_TOUCH_NEAR * base->size))
             continue;
         bool hits = e->contact && v < -still;
         p->v[p->count] = v;

@@ -58,14 +58,6 @@ static double derivative(int n, int j, int i)
     return c * ((i + j) % 2 ? -1 : 1) / apart;
 }
 
-static void place_entries(search *m)
-{
-    int next = 0, signal = 0;
-    for (int i = 0; i < m->width; i++)
-        m->at[i] = delay_of(m, i) > 0 ? m->plain + ++signal * m->points - 1 : next++;
-    m->size = m->plain + m->delays * m->points;
-}
-
 static void put(search *m, int row, int column, double x)
 {
     m->generator[row + (ptrdiff_t)column * m->size] += x;
@@ -95,7 +87,10 @@ static kempe_status discretise(search *m, int points)
         KMP_ARENA_MAKE(&m->arena, KMP_ROOM(double, most *most, &m->generator, &m->v_re, &m->v_im, &m->left),
                        KMP_ROOM(double, most, &m->re, &m->im), KMP_ROOM(double, (n + 1) * (n + 1), &differences)) &&
             m->generator && differences));
-    place_entries(m);
+    int next = 0, signal = 0;
+    for (int i = 0; i < m->width; i++)
+        m->at[i] = delay_of(m, i) > 0 ? m->plain + ++signal * m->points - 1 : next++;
+    m->size = m->plain + m->delays * m->points;
     for (int j = 0; j <= points; j++)
         for (int k = 0; k <= points; k++)
             differences[j * (n + 1) + k] = derivative(points, j, k);
@@ -344,14 +339,6 @@ static int multiplicity(const root *r)
     return cimag(r->s) > 0 ? 2 : 1;
 }
 
-/* The line between the first `kept` roots from the right and the next one; NAN: they are too close. */
-static double line_behind(const search *m, int kept)
-{
-    const double last = creal(m->root[kept - 1].s), unit = fabs(last) + 1 / m->equation.longest;
-    const double next = kept < m->count ? creal(m->root[kept].s) : last - 0.2 * unit;
-    return last - next > 1e-3 * unit ? 0.5 * (last + next) : NAN;
-}
-
 /* Finds a line to the right of which the known roots are all; returns the number of those (above the axis). */
 static int find_line(search *m, double *bound)
 {
@@ -360,7 +347,10 @@ static int find_line(search *m, double *bound)
         roots += multiplicity(&m->root[kept++]);
     const int most = kept;
     for (; kept > 0 && tried < LINES; roots -= multiplicity(&m->root[--kept])) {
-        const double line = line_behind(m, kept);
+        /* The line between the first `kept` roots from the right and the next one; NAN: they are too close. */
+        const double last = creal(m->root[kept - 1].s), unit = fabs(last) + 1 / m->equation.longest;
+        const double next = kept < m->count ? creal(m->root[kept].s) : last - 0.2 * unit;
+        const double line = last - next > 1e-3 * unit ? 0.5 * (last + next) : NAN;
         int right;
         if (!isfinite(line) || (m->zeros > 0 && line >= 0))
             continue;

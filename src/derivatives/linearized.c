@@ -368,16 +368,6 @@ static void remove_column(kmp_spectrum *s, int c)
         s->still = 1; /* a repeated one takes its place */
 }
 
-/* Each state has one zero for its integral, which is no state of the motion. */
-static void remove_integrals(const kmp_linear *l, kmp_spectrum *s)
-{
-    for (int k = 0; k < l->p; k++) {
-        int c = kmp_state_of(l->system->model, l->part.u[k]) ? find_integral(s, k) : -1;
-        if (c >= 0)
-            remove_column(s, c);
-    }
-}
-
 int kmp_linear_moving(const kmp_linear *linear, int *place)
 {
     int count = 0;
@@ -481,7 +471,12 @@ kempe_status kmp_linear_spectrum(const kmp_linear *linear, kmp_spectrum *spectru
     int info = place ? find_spectrum(l, &scratch, spectrum, place) : -1;
     kmp_arena_free(&scratch);
     if (info == 0) {
-        remove_integrals(l, spectrum);
+        /* Each state has one zero for its integral, which is no state of the motion. */
+        for (int k = 0; k < l->p; k++) {
+            int c = kmp_state_of(l->system->model, l->part.u[k]) ? find_integral(spectrum, k) : -1;
+            if (c >= 0)
+                remove_column(spectrum, c);
+        }
         return KEMPE_OK;
     }
     if (kmp_memory_failures() != failures)

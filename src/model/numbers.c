@@ -36,13 +36,6 @@ static void visit_closure(walk *w, const kempe_model *model, const kmp_closure *
         visit(w, closure->name, model->motions[closure->terms[k].motion].name, 1, &closure->terms[k].factor);
 }
 
-static void visit_force(walk *w, const kmp_force *force)
-{
-    for (int k = 0; k < kmp_force_field_count; k++)
-        if (kmp_force_fields[k].kind == force->kind)
-            visit(w, force->name, kmp_force_fields[k].key, kmp_force_fields[k].size, kmp_force_get(force, k));
-}
-
 bool kmp_numbers_visit(const kempe_model *model, kmp_number_visit *each, void *user)
 {
     walk w = {each, user, true};
@@ -61,8 +54,12 @@ bool kmp_numbers_visit(const kempe_model *model, kmp_number_visit *each, void *u
         visit(&w, model->bodies[model->points[k].body].name, model->points[k].name, 3, model->points[k].at);
     for (int k = 0; k < model->closure_count; k++)
         visit_closure(&w, model, &model->closures[k]);
-    for (int k = 0; k < model->force_count; k++)
-        visit_force(&w, &model->forces[k]);
+    for (int k = 0; k < model->force_count; k++) {
+        const kmp_force *force = &model->forces[k];
+        for (int i = 0; i < kmp_force_field_count; i++)
+            if (kmp_force_fields[i].kind == force->kind)
+                visit(&w, force->name, kmp_force_fields[i].key, kmp_force_fields[i].size, kmp_force_get(force, i));
+    }
     for (int k = 0; k < model->wheel_count; k++)
         for (int f = 0; f < KMP_WHEEL_FIELDS; f++)
             visit(&w, model->wheels[k].name, kmp_wheel_fields[f].key, 1,

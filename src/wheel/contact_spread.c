@@ -37,15 +37,6 @@ typedef struct averages {
     kmp_ref s, variance, slope, height;
 } averages;
 
-/* The zone's places; every other one for the first, wider spread. */
-static int places_of(const kmp_wheel *wheel, int zone, int step, double *place)
-{
-    int first = zone > 0 ? wheel->nodes_end[zone - 1] : 0, count = 0;
-    for (int k = first; k < wheel->nodes_end[zone]; k += step)
-        place[count++] = wheel->node[k];
-    return count;
-}
-
 /* The number of the block of averages with e = 1 / sharp, which may be an argument. If the centre is higher than D can
  * compensate there is no contact. -1: no memory. */
 static int block_of(const kmp_wheel_pair *p, const kmp_wheel *wheel, int zone, int step, kmp_ref sharp, kmp_ref up,
@@ -63,7 +54,10 @@ static int block_of(const kmp_wheel_pair *p, const kmp_wheel *wheel, int zone, i
     kmp_ref needed = kmp_mul(local, kmp_pair_argument(p->g, local, up, list, count), by);
     kmp_ref slope = kmp_table_derivative_at(local, in.rail, 1, kmp_add(local, in.out, t.y));
     const kmp_ref averaged[] = {from, kmp_mul(local, from, from), slope};
-    int places = places_of(wheel, zone, step, place);
+    /* The zone's places; every other one for the first, wider spread. */
+    int first = zone > 0 ? wheel->nodes_end[zone - 1] : 0, places = 0;
+    for (int k = first; k < wheel->nodes_end[zone]; k += step)
+        place[places++] = wheel->node[k];
     return kmp_average_in(p->g, local, *count, exponent, needed, 3, averaged, places, place);
 }
 
@@ -128,13 +122,6 @@ static held held_at(const kmp_wheel_pair *p, kmp_derivative *dt, kmp_ref s)
     return (held){both[0], both[1]};
 }
 
-/* D'' from averages: e over the variance, along the slope. */
-static kmp_ref average_across(kmp_graph *g, const averages *all, kmp_ref slope, kmp_ref e)
-{
-    kmp_ref steep = kmp_power(g, kmp_add(g, KMP_ONE, kmp_mul(g, all->slope, all->slope)), 1.5);
-    return kmp_div(g, e, kmp_mul(g, kmp_mul(g, all->variance, kmp_mul(g, slope, slope)), steep));
-}
-
 kmp_spread kmp_spread_find(const kmp_tree *tree, const kmp_wheel_pair *p, const kmp_wheel *wheel, int zone,
                            const kmp_wheel_pose *pose)
 {
@@ -153,7 +140,10 @@ kmp_spread kmp_spread_find(const kmp_tree *tree, const kmp_wheel_pair *p, const 
     kmp_ref cosine = kmp_cosine_of(g, all.slope);
     kmp_spread spread = {.s = all.s, .slope = all.slope};
     spread.depth = kmp_mul(g, cosine, kmp_sub(g, all.height, pose->up));
-    spread.across = average_across(g, &all, h.slope, e);
+    /* D'' from averages: e over the variance, along the slope. */
+    kmp_ref slope = h.slope;
+    kmp_ref steep = kmp_power(g, kmp_add(g, KMP_ONE, kmp_mul(g, all.slope, all.slope)), 1.5);
+    spread.across = kmp_div(g, e, kmp_mul(g, kmp_mul(g, all.variance, kmp_mul(g, slope, slope)), steep));
     spread.closing = kmp_mul(g, cosine, kmp_add(g, kmp_derivative_of(dt, pose->up), h.rate));
     kmp_derivative_free(dt);
     return spread;

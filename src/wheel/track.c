@@ -11,14 +11,6 @@ typedef struct ground {
     kmp_vec begin, axis[3];
 } ground;
 
-static void straight(const kmp_tree *tree, const ground *at, kmp_vec point, kmp_track_place *place)
-{
-    kmp_graph *g = tree->graph;
-    memcpy(place->axis, at->axis, sizeof at->axis);
-    place->along = kmp_vec_dot(g, kmp_vec_sub(g, point, at->begin), at->axis[0]);
-    place->origin = kmp_vec_add(g, at->begin, kmp_vec_scale(g, place->along, at->axis[0]));
-}
-
 /* -- curved ---------------------------------------------------------------------------------------- */
 
 enum { PLANE = 2 };
@@ -128,7 +120,11 @@ void kmp_track_at(const kmp_tree *tree, const kmp_track *track, kmp_vec point, k
     kmp_point_axes(tree, track->point, 0, at.axis);
     if (track->curved)
         curved(tree, track, &at, point, place);
-    else
-        straight(tree, &at, point, place);
+    else {
+        kmp_graph *g = tree->graph;
+        memcpy(place->axis, at.axis, sizeof at.axis);
+        place->along = kmp_vec_dot(g, kmp_vec_sub(g, point, at.begin), at.axis[0]);
+        place->origin = kmp_vec_add(g, at.begin, kmp_vec_scale(g, place->along, at.axis[0]));
+    }
     shift_rails(tree, track, place);
 }

@@ -193,11 +193,6 @@ static int hold_number(const kmp_named_table *table, int side)
     return kmp_table_end_number(table, 4 + side);
 }
 
-static int knots_number(const kmp_named_table *table, int variable)
-{
-    return hold_number(table, 2 + variable);
-}
-
 /* max(beyond, 0) at knot k of the table of expression e. */
 static kmp_ref hinge(const kmp_tree *tree, const kmp_expr *e, int k, kmp_ref beyond)
 {
@@ -361,7 +356,7 @@ static kmp_ref sign_between_knots(kmp_graph *g, const kmp_named_table *table, in
 /* Between the knots of a table the equations are smooth: there a step of high order ends. */
 static void watch_knots(const kmp_tree *tree, const kmp_expr *e, int variable, kmp_ref x)
 {
-    const int number = knots_number(e->table, variable);
+    const int number = hold_number(e->table, 2 + variable);
     if (!tree->watches || knot_count(e->table, variable) > MOST_WATCHED || !moves(tree->graph, x))
         return;
     kmp_ref sign = sign_between_knots(tree->graph, e->table, variable, x);

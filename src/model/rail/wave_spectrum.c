@@ -54,11 +54,6 @@ static uint64_t next_random(uint64_t *state)
     return z ^ (z >> 31);
 }
 
-static double next_phase(uint64_t *state)
-{
-    return 2 * pi * (double)(next_random(state) >> 11) / 9007199254740992.0;
-}
-
 /* -- harmonics ----------------------------------------------------------------------------------- */
 
 typedef struct waves {
@@ -123,7 +118,7 @@ kmp_table *kmp_wave_spectrum_make(const kmp_wave_spectrum *s, kmp_irregularity w
     for (int k = 0; k < w.count; k++) {
         w.frequency[k] = low + (k + 0.5) * step;
         w.size[k] = s->scale * sqrt(2 * step * kmp_wave_spectrum_density(s->kind, what, w.frequency[k]));
-        w.phase[k] = next_phase(&state);
+        w.phase[k] = 2 * pi * (double)(next_random(&state) >> 11) / 9007199254740992.0;
     }
     kmp_table *table = sample(s, &w, knots, w.phase + w.count, w.phase + w.count + all);
     kmp_free(room);
