@@ -52,11 +52,6 @@ typedef struct search {
     int unknown; /* a closure of a set whose loads on bodies are not known; -1: none */
 } search;
 
-static void cross(const double a[3], const double b[3], double out[3])
-{
-    kmp_cross3(a, b, out);
-}
-
 static void point_place(const search *x, int point, double out[3])
 {
     const kmp_point *p = &x->model->points[point];
@@ -88,8 +83,8 @@ static void add_across(search *x, int closure, bool moment, const double e[3])
 {
     int least = fabs(e[0]) <= fabs(e[1]) && fabs(e[0]) <= fabs(e[2]) ? 0 : fabs(e[1]) <= fabs(e[2]) ? 1 : 2;
     double unit[3] = {least == 0, least == 1, least == 2}, a[3], b[3];
-    cross(e, unit, a);
-    cross(e, a, b);
+    kmp_cross3(e, unit, a);
+    kmp_cross3(e, a, b);
     add(x, closure, moment, a);
     add(x, closure, moment, b);
 }
@@ -130,7 +125,7 @@ static bool add_loads(search *x, int c)
     else if (moment == &kmp_part_parallel)
         add_across(x, c, true, e[1]);
     else if (moment == &kmp_part_perpendicular) {
-        cross(e[0], e[1], both);
+        kmp_cross3(e[0], e[1], both);
         add(x, c, true, both);
     }
     return true;
@@ -193,7 +188,7 @@ static void add_work(const search *x, int body, const double place[3], const dou
             double arm[3], moved[3];
             for (int j = 0; j < 3; j++)
                 arm[j] = (place[j] - x->place[k][j]) / x->s->length;
-            cross(x->axis[k], arm, moved);
+            kmp_cross3(x->axis[k], arm, moved);
             work[k] +=
                 sign * (x->model->motions[k].rotation ? kmp_dot(3, load, moved) + kmp_dot(3, load + 3, x->axis[k])
                                                       : kmp_dot(3, load, x->axis[k]));
@@ -221,7 +216,7 @@ static void put_on(search *x, int body, const double place[3], const double *loa
     double arm[3], moment[3];
     for (int i = 0; i < 3; i++)
         arm[i] = place[i] / x->s->length;
-    cross(arm, load, moment);
+    kmp_cross3(arm, load, moment);
     for (int i = 0; i < 3; i++) {
         x->on_body[body][i] += factor * load[i];
         x->on_body[body][3 + i] += factor * (load[3 + i] + moment[i]);
@@ -243,7 +238,7 @@ static void carry(search *x)
             point_place(x, point, place);
         for (int i = 0; i < 3; i++)
             place[i] /= x->s->length;
-        cross(place, sum, moment);
+        kmp_cross3(place, sum, moment);
         for (int i = 0; i < 3; i++)
             sum[3 + i] -= moment[i];
     }
@@ -321,7 +316,7 @@ static void load_masses(search *x)
                 bool rotation = model->motions[k].rotation;
                 for (int j = 0; j < 3; j++)
                     arm[j] = (com[j] - x->place[k][j]) / x->s->length;
-                cross(x->axis[k], arm, moved);
+                kmp_cross3(x->axis[k], arm, moved);
                 for (int j = 0; j < 3; j++) {
                     spin[j] += rotation ? x->axis[k][j] * x->work[k] : 0;
                     load[j] += (rotation ? moved[j] : x->axis[k][j]) * x->work[k];

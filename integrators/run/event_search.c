@@ -62,7 +62,7 @@ static void keep_look(const kmp_crossing *c, double t, kmp_look *look)
 /* Notes that a table is left at one of the places that have been evaluated, or forgets it: it need not be found. */
 static void note_outside(kmp_crossing *c, const double *change)
 {
-    for (int k = 0; k < c->s->events.count; k++)
+    for (int k = 0; c->tells && k < c->s->events.count; k++)
         c->past[k].outside = change && c->s->events.condition[k].told && (c->past[k].outside || change[k] < 0);
 }
 

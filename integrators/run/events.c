@@ -30,6 +30,8 @@ kmp_crossing *kmp_crossing_new(const kmp_crossing_plan *plan, kmp_arena *a)
                         .instant = KMP_EVENT_INSTANT * plan->span,
                         .kink = plan->kinks ? KMP_KINK_TOLERANCES * plan->rtol : 0,
                         .end = -1};
+    for (int k = 0; k < count; k++)
+        c->tells = c->tells || system->events.condition[k].told;
     c->stays = KMP_ARENA_NEW(a, bool, count);
     c->past = KMP_ARENA_NEW(a, kmp_condition_past, count);
     if (!KMP_ARENA_MAKE(a, KMP_ROOM(double, n, &c->q, &c->qd, &c->qdd), KMP_ROOM(double, system->m, &c->lambda),

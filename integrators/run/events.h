@@ -70,6 +70,7 @@ typedef struct kmp_crossing {
     kmp_condition_past *past;      /* of each condition */
     double kink;                   /* part of the largest value of a kink beyond which it is fixed; 0: none is */
     bool stuck;                    /* a condition changed back and forth without end */
+    bool tells;                    /* ends of tables are among the conditions */
     bool *stays;                   /* of each condition: it is not evaluated until the next event */
     double instant;                /* least time of any motion of the run */
     double *before;                /* values of the conditions before states take next values */

@@ -24,7 +24,7 @@ static char unknown_word[] = "";
 struct kempe_table {
     kempe_context *context;
     kmp_arena arena; /* names and words */
-    const char *name;
+    const char *name, *status;
     int columns, rows, row_room, next; /* next: cell of the last row */
     bool failed, units_named, apart;
     table_column *column;
@@ -192,6 +192,17 @@ void kmp_tabulate_cells(kempe_table *table, const char *format, ...)
         else if (*s == 'd')
             kmp_tabulate_number(table, s[-1] == 'l' ? (double)va_arg(cells, long) : va_arg(cells, int));
     va_end(cells);
+}
+
+void kmp_tabulate_status(kempe_table *table, const char *word)
+{
+    if (table)
+        table->status = word;
+}
+
+const char *kmp_table_status(const kempe_table *table)
+{
+    return table->status ? table->status : "";
 }
 
 void kmp_tabulate_fail(kempe_table *table)

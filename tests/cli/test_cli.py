@@ -2693,6 +2693,17 @@ class Trust(Case):
         self.assertAlmostEqual(self.object(0, *words, "--rtol", "1e-6")["q"]["A"], 1109.540, delta=2e-3)
         self.judged(0, "complete, not checked", *words, "--rtol", "1e-6", "--no-convergence-check")
 
+    def test_status_in_parquet(self):
+        """Tables of results carry their status as a note, which readers of Parquet show as metadata."""
+        table = "kempe: 1\ntables: {f: {x: [0, END], y: [0, 1], method: linear}}\nbodies: {a: {joint: {name: S, prismatic: x, at: ground}, mass: 1}}\n" \
+                "forces: {f: {joint: S, force: f(t)}}\nrun: {t_end: 1}\n"
+        for end, code, word in ((2, 0, b"complete"), (0.5, 5, b"not trustworthy")):
+            self.expect(code, "simulate", self.model(table.replace("END", str(end))), "-o", "run.parquet")
+            foot = (self.folder / "run.parquet").read_bytes()
+            self.assertIn(b"status", foot)
+            self.assertIn(word, foot)
+            self.assertEqual(word == b"complete", b"not trustworthy" not in foot)
+
     def test_an_end_that_the_model_requests_is_complete(self):
         """Thrown up at 5 m/s: 1 m at 5 t - 9.81/2 t^2 = 1, which the repeat finds at the same time."""
         path = self.model("kempe: 1\ngravity: [0, 0, -9.81]\nbodies: {ball: {joint: {name: z, prismatic: z, at: ground}, mass: 1}}\n"

@@ -208,13 +208,15 @@ static void put_sum(kmp_text *text)
     end_struct(text);
 }
 
-/* Units of the columns, the caller's notes, and the sum where there are notes. */
+/* Units of the columns, the status of the result, the caller's notes, and the sum where there are notes. */
 static void put_notes(kmp_text *text, int *last, const kempe_table *t, int note_count, const kmp_parquet_note *notes)
 {
     int columns = kempe_table_column_count(t), count = note_count > 0 ? note_count + 1 : 0;
     for (int c = 0; c < columns; c++)
         count += *kempe_table_unit(t, c) != '\0';
-    put_list(text, last, 5, STRUCT, count);
+    put_list(text, last, 5, STRUCT, count + (*kmp_table_status(t) != '\0'));
+    if (*kmp_table_status(t))
+        put_note(text, "status", kmp_table_status(t));
     for (int c = 0; c < columns; c++) {
         kmp_text key = {0};
         if (!*kempe_table_unit(t, c))

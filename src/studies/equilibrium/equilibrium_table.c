@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Equilibria as tables. */
+#include "output/print.h"
 #include "output/result_table.h"
 #include "studies/equilibrium/balances.h"
 #include <kempe/equilibrium.h>
@@ -9,6 +10,7 @@ static void fill_equilibria(kempe_table *table, const void *result)
 {
     const kempe_equilibrium *e = result;
     const kempe_system *s = e->system;
+    kmp_tabulate_status(table, kmp_status_word(e->status));
     kmp_tabulate_columns(table, "stability[words] residual potential[J] hits");
     for (int k = 0; k < e->freed_count; k++)
         kmp_tabulate_column(table, e->freed_unit[k], "%s", e->freed_name[k]);

@@ -8,6 +8,7 @@ static void fill_rows(kempe_table *table, const void *result)
 {
     const kempe_inverse *r = result;
     const kempe_model *model = r->system->model;
+    kmp_tabulate_status(table, kempe_inverse_status(r));
     kmp_tabulate_columns(table, "t[s]");
     for (int k = 0; k < r->a; k++)
         kmp_tabulate_column(table, model->motions[r->actuator[k]].rotation ? "N m" : "N", "tau.%s",

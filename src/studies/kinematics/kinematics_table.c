@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A sweep as tables. */
 #include "model/tables/output_table.h"
+#include "output/print.h"
 #include "output/result_table.h"
 #include "studies/kinematics/position_sweep.h"
 #include <kempe/kinematics.h>
@@ -9,6 +10,7 @@ static void fill_rows(kempe_table *table, const void *result)
 {
     const kempe_kinematics *k = result;
     const kempe_system *s = k->system;
+    kmp_tabulate_status(table, kmp_status_word(k->status));
     kmp_tabulate_columns(table, "s t[s]");
     for (kmp_quantity quantity = KMP_QUANTITY_Q; quantity <= KMP_QUANTITY_QDD; quantity++)
         kmp_tabulate_quantity(table, s, quantity);

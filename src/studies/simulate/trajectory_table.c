@@ -8,6 +8,7 @@
 static void put_rows(kempe_table *table, const kempe_trajectory *t, const kmp_columns *columns, kmp_evaluator *eval,
                      double *values)
 {
+    kmp_tabulate_status(table, kmp_trajectory_word(t));
     for (int k = 0; k < columns->count; k++)
         kmp_tabulate_column(table, columns->unit[k], "%s", columns->name[k]);
     for (int row = 0; row < t->table.rows; row++) {
