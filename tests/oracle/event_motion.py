@@ -219,6 +219,25 @@ class Motion:
         self.rows[t] = (list(self.x), list(self.v), a, list(self.z),
                         {name: value(self.t, self.x, self.v, self.z, a) for name, value in self.m.reactions.items()})
 
+    def dips(self, watched, y, h, first, new, after):
+        """True if a kink or a stop is passed and passed back within a step, by the cubic between its ends."""
+        def inside(s):
+            w = s * s * (3 - 2 * s)
+            return [a + w * (b - a) + h * s * (1 - s) * ((1 - s) * c - s * d) for a, b, c, d in zip(y, new, first, after)]
+        middle = inside(0.5)
+        for (kind, _), f, side in watched:
+            if kind not in ("kink", "strikes") or side == 0:
+                continue
+            a, m, b = f(self.t, y), f(self.t + h / 2, middle), f(self.t + h, new)
+            if a <= 1e-11 and kind == "kink":  # it has been passed at the begin of the step
+                if b < 0:
+                    return True
+                continue
+            bend, slope = 2 * (a - 2 * m + b), 4 * m - 3 * a - b
+            if m < 0 or (bend > 0 and 0 < -slope < 2 * bend and f(self.t - h * slope / (2 * bend), inside(-slope / (2 * bend))) < 0):
+                return True
+        return False
+
     def one(self, h, time=None):
         y, n = self.x + self.v + self.z, self.m.n
         watched, first = self.watched(), self.slope(self.t, y)
@@ -237,7 +256,7 @@ class Motion:
                 found = [what for at, what in found if at < h + SAME]
                 new = self.advance(y, h, first)
             after = self.slope(self.t + h - JUST_BEFORE, new)
-            if h <= SHORTEST or self.lacks(y, h, after) < FINE:
+            if h <= SHORTEST or (self.lacks(y, h, after) < FINE and not (not found and self.dips(watched, y, h, first, new, after))):
                 break
             h /= 2
         self.trace.append((self.t, y[:n], y[n:2 * n], first[n:2 * n], self.t + h, new[:n], new[n:2 * n], after[n:2 * n]))
