@@ -2,7 +2,37 @@
 /* All quantities of link i are in its own axes. p_z^{hi} is the joint's offset p plus, for a translation, its slide.
  * Applied forces enter with their moment about the link's origin instead of the centre of mass. */
 #include "dynamics/formalisms/newton_euler.h"
-#include "dynamics/naming.h"
+#include "symbolic/label.h"
+
+/* -- names ------------------------------------------------------------------------------------------- */
+
+/* Names of quantities in printed equations: those of ROBOTRAN where it has them, an entry's number and then the link's.
+ * Numbers in parentheses are equations of Fisette and Samin 1996. */
+static const kmp_notion name_rate = {"OM", "angular velocity, (11)"};
+static const kmp_notion name_acceleration = {"OMp", "angular acceleration, (12)"};
+static const kmp_notion name_beta = {"BS", "angular acceleration and centripetal terms as a matrix, (13)"};
+static const kmp_notion name_linear = {"AlF", "acceleration of the origin less gravity, (14)"};
+static const kmp_notion name_force = {"FF", "force of the joint, (25)"};
+static const kmp_notion name_moment = {"CF", "moment of the joint, (27)"};
+static const kmp_notion name_column_rate = {"OpM", "angular acceleration per qdd, (22)"};
+static const kmp_notion name_column_linear = {"AlM", "acceleration of the origin per qdd, (23)"};
+static const kmp_notion name_column_force = {"FM", "force of the joint per qdd, (35)"};
+static const kmp_notion name_column_moment = {"CM", "moment of the joint per qdd, (36)"};
+static const kmp_notion name_mass = {"mC", "mass of what the joint carries"};
+static const kmp_notion name_first = {"lC", "first moment of what the joint carries"};
+static const kmp_notion name_second = {"IC", "inertia of what the joint carries about its origin"};
+
+/* column 0: none. */
+static void name_entry(kmp_graph *g, const kmp_notion *quantity, kmp_ref r, int entry, int link, int column)
+{
+    kmp_graph_label(g, r, (kmp_label){.quantity = quantity, .entry = entry, .link = link, .column = column});
+}
+
+static void name_vector(kmp_graph *g, const kmp_notion *quantity, kmp_vec v, int link, int column)
+{
+    for (int k = 0; k < 3 && kmp_graph_has_labels(g); k++)
+        name_entry(g, quantity, v.x[k], k + 1, link, column);
+}
 
 /* (13) */
 static void set_beta(kmp_graph *g, kmp_movement *m)
@@ -50,11 +80,11 @@ static void forward(const kmp_tree *tree, int i, kmp_ref qdd, kmp_movement *m)
 
 static void name_motion(kmp_graph *g, int i, const kmp_movement *m)
 {
-    kmp_name_vector(g, &kmp_name_rate, m->w, i, 0);
-    kmp_name_vector(g, &kmp_name_acceleration, m->wd, i, 0);
-    kmp_name_vector(g, &kmp_name_linear, m->alpha, i, 0);
+    name_vector(g, &name_rate, m->w, i, 0);
+    name_vector(g, &name_acceleration, m->wd, i, 0);
+    name_vector(g, &name_linear, m->alpha, i, 0);
     for (int k = 0; k < 9; k++)
-        kmp_name_entry(g, &kmp_name_beta, m->beta.x[k / 3][k % 3], k + 1, i, 0);
+        name_entry(g, &name_beta, m->beta.x[k / 3][k % 3], k + 1, i, 0);
 }
 
 /* I wd + w x (I w), written with beta, whose products of rates exist already:
@@ -151,8 +181,8 @@ void kmp_newton_euler_whole(const kmp_tree *tree, const kmp_ref *qdd, const kmp_
         body_wrench(tree, i, &m[i], &applied[i], &w[i]);
     for (int i = tree->count - 1; i > 0; i--) {
         effort[i - 1] = with_armature(tree, i, project(&tree->links[i], &w[i]), qdd[i - 1]);
-        kmp_name_vector(tree->graph, &kmp_name_force, w[i].force, i, 0);
-        kmp_name_vector(tree->graph, &kmp_name_moment, w[i].moment, i, 0);
+        name_vector(tree->graph, &name_force, w[i].force, i, 0);
+        name_vector(tree->graph, &name_moment, w[i].moment, i, 0);
         kmp_wrench_to_parent(tree, i, w[i], &w[tree->links[i].parent]);
     }
 }
@@ -223,10 +253,10 @@ static void mass_column(const kmp_tree *tree, int k, column *c, kmp_wrench *w, k
         w[i].force = kmp_vec_add(tree->graph, w[i].force, own.force);
         w[i].moment = kmp_vec_add(tree->graph, w[i].moment, own.moment);
         m[(i - 1) * n + k - 1] = project(&tree->links[i], &w[i]); /* (38) */
-        kmp_name_vector(tree->graph, &kmp_name_column_rate, c[i].o, i, k);
-        kmp_name_vector(tree->graph, &kmp_name_column_linear, c[i].a, i, k);
-        kmp_name_vector(tree->graph, &kmp_name_column_force, w[i].force, i, k);
-        kmp_name_vector(tree->graph, &kmp_name_column_moment, w[i].moment, i, k);
+        name_vector(tree->graph, &name_column_rate, c[i].o, i, k);
+        name_vector(tree->graph, &name_column_linear, c[i].a, i, k);
+        name_vector(tree->graph, &name_column_force, w[i].force, i, k);
+        name_vector(tree->graph, &name_column_moment, w[i].moment, i, k);
         if (i > k)
             kmp_wrench_to_parent(tree, i, w[i], &w[tree->links[i].parent]);
     }
@@ -301,10 +331,10 @@ void kmp_mass_composite(const kmp_tree *tree, kmp_ref *m)
     for (int i = tree->count - 1; c && i > 0; i--) {
         kmp_graph *g = tree->graph;
         static const int entry[6] = {1, 5, 9, 2, 3, 6};
-        kmp_name_entry(g, &kmp_name_mass, c[i].mass, 0, i, 0);
-        kmp_name_vector(g, &kmp_name_first, c[i].moment, i, 0);
+        name_entry(g, &name_mass, c[i].mass, 0, i, 0);
+        name_vector(g, &name_first, c[i].moment, i, 0);
         for (int k = 0; k < 6; k++)
-            kmp_name_entry(g, &kmp_name_second, c[i].inertia.x[k], entry[k], i, 0);
+            name_entry(g, &name_second, c[i].inertia.x[k], entry[k], i, 0);
         kmp_wrench w = unit_wrench(tree, i, &c[i]);
         m[(i - 1) * n + i - 1] = with_armature(tree, i, project(&tree->links[i], &w), KMP_ONE);
         for (int k = i; tree->links[k].parent > 0; k = tree->links[k].parent) {
@@ -313,8 +343,8 @@ void kmp_mass_composite(const kmp_tree *tree, kmp_ref *m)
             kmp_wrench_to_parent(tree, k, w, &below);
             w = below;
             m[(i - 1) * n + h - 1] = project(&tree->links[h], &w);
-            kmp_name_vector(tree->graph, &kmp_name_column_force, w.force, h, i);
-            kmp_name_vector(tree->graph, &kmp_name_column_moment, w.moment, h, i);
+            name_vector(tree->graph, &name_column_force, w.force, h, i);
+            name_vector(tree->graph, &name_column_moment, w.moment, h, i);
         }
         int h = tree->links[i].parent;
         if (h > 0)
