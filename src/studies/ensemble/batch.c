@@ -512,8 +512,8 @@ static void put_run(const kempe_batch *b, kmp_text *text)
     kmp_text_printf(text, "cpu       %.3f s of %d thread%s, %.2f us per instance; %.3f s wall-clock time\n",
                     b->work.cpu_s, b->work.threads, b->work.threads == 1 ? "" : "s",
                     b->count > 0 ? 1e6 * b->work.cpu_s / b->count : 0.0, b->work.wall_s);
-    /* The instance with the largest difference, and its coordinate. */
-    /* The instance with the largest difference relative to its limit, or with an incomplete repeat run. */
+    /* The instance with the largest difference relative to its limit, or with an incomplete repeat run, and its
+     * coordinate. */
     int worst = -1;
     double most = 0;
     for (int k = 0; k < b->count; k++) {
