@@ -134,7 +134,8 @@ kempe_status kmp_convergence_in_parts(const kempe_system *system, const kmp_run_
         return status;
     all.total = sum * (double)steps / (double)made;
     all.until = spec->t_end;
-    *decided = all.total <= CLEARLY * all.limit && seen * (double)steps / (double)made <= CLEARLY;
+    /* The sum of the differences of all steps, without signs, is a bound of what is seen. */
+    *decided = all.total <= CLEARLY * all.limit && seen * (double)steps / (double)made <= 1;
     if (*decided)
         *convergence = all;
     return KEMPE_OK;
