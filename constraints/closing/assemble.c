@@ -134,6 +134,20 @@ static bool find_groups(work *w, groups *g)
     return true;
 }
 
+/* The first coordinate of a group, from 1, of which the file gives no start value; 0: it gives one. */
+static int first_without_start(const work *w, const groups *g, int group)
+{
+    int first = 0;
+    for (int k = w->n; k-- > 0;) {
+        if (g->motion[k] != group)
+            continue;
+        if (w->s->model->start.q_given[k])
+            return 0;
+        first = k + 1;
+    }
+    return first;
+}
+
 /* Closes the rows of one group by its own coordinates; the others stay. */
 static void close_group(work *w, groups *g, int group)
 {
@@ -148,20 +162,19 @@ static void close_group(work *w, groups *g, int group)
     evaluate(w);
     double best = residual(w);
     copy(w, w->best, w->a->q);
-    int attempts = w->guess->pushes + (w->guess->pushes > 0 ? WIDE_STARTS : 0), by = 0, first = -1;
+    int attempts = w->guess->pushes + (w->guess->pushes > 0 ? WIDE_STARTS : 0);
+    bool searched = false;
     for (int k = g->count > 1 ? 0 : 1; k <= attempts && !(best <= w->near); k++) {
         push_aside(w, g->hold, k == 0 ? 0 : k <= w->guess->pushes ? PUSH : WIDE, &state);
         w->a->iterations += kmp_close_from_afar(&w->closer, w->near, 0, 0, w->a->q, w->trial);
         if (residual(w) < best * (1 - 1e-6)) {
             best = residual(w);
             copy(w, w->best, w->a->q);
-            by = k;
+            searched = k > w->guess->pushes;
         }
     }
-    for (int k = w->n; k-- > 0 && by > w->guess->pushes;)
-        first = g->motion[k] == group ? (w->s->model->start.q_given[k] ? w->n : first < w->n ? k : first) : first;
-    if (first >= 0 && first < w->n && best <= w->near)
-        w->a->searched = first + 1;
+    if (searched && best <= w->near && w->a->searched == 0)
+        w->a->searched = first_without_start(w, g, group);
     copy(w, w->a->q, w->best);
     evaluate(w);
     if (w->apart && best <= w->near)

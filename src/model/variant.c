@@ -430,15 +430,18 @@ kempe_status kmp_variant_driven(const kempe_model *model, const kmp_driven *driv
         }
     }
     if (driven->hold) {
-        /* The start is q, and keeps the chosen coordinates. */
+        /* The start is q, and keeps the chosen coordinates: values of the file are no guesses any more. */
         int n = kmp_model_coordinates(m);
         bool *hold = KMP_ARENA_NEW(&m->arena, bool, m->motion_count);
         for (int i = 0; hold && i < n; i++) {
             hold[i] = driven->hold[i];
+            m->start.q_given[i] = m->start.q_given[i] && hold[i];
             m->start.qd_given[i] = m->start.qd_given[i] && hold[i];
             m->start.q[i] = (kmp_number){.value = driven->q[i]};
         }
         m->start.hold = hold;
+        for (int i = 0; i < m->cut_coordinate_count; i++)
+            m->cut_coordinates[i].q_given = m->cut_coordinates[i].qd_given = false;
     }
     return KMP_GIVE_OR_FREE(kmp_made(model->context, !m->arena.failed), instance, m, kempe_model_free);
 }
