@@ -147,6 +147,40 @@ def tell_apart(kempe, folder):
     expect(run(kempe, folder, words) == run(kempe, None, words), "an edited model takes the old file")
 
 
+def move(kempe, folder):
+    """A model with conditions in folders whose names have different lengths: one after the other, and back."""
+    text = """kempe: 1
+name: two wheels and a stop
+gravity: [0.0, 0.0, -9.81]
+parameters: {stiff: 24.828, load: 0}
+ground: {points: {N: [1.5, 0.5, 0]}}
+bodies:
+  a: {joint: {name: A, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.113}}
+  b: {joint: {name: B, revolute: z, at: ground}, mass: 1, inertia: {zz: 0.074}}
+loops: {wheels: {constraint: "q(B) - (0.3)*q(A)"}}
+states:
+  z0: {next: "z0 + 1", when: "q(A) > 0.059", start: 0}
+forces:
+  f0: {joint: A, torque: "load - stiff*q(A) - 0.232*qd(A)"}
+  f1: {joint: A, torque: "0.205*z0"}
+  f2: {joint: A, torque: "if(q(A) > 0.037, -2.866, 1.433)"}
+contacts:
+  soft: {joint: A, upper: -0.622, law: hunt_crossley, stiffness: 36830.0, exponent: 1.0, damping: 0.333}
+start: {q: {A: -0.793, B: -0.2379}, qd: {A: 1.643}, hold: [A]}
+run: {t_end: 1.21, output_step: 0.3025, rtol: 1e-8, atol: 1e-8, outputs: [q, qd]}
+"""
+    models = [folder.parent / ("m" * length) / "model.yaml" for length in (1, 17, 33, 49, 65, 97)]
+    for model in models:
+        model.parent.mkdir()
+        model.write_text(text)
+    for first in models:
+        for model in (first, *models):
+            words = ["simulate", model, "--no-convergence-check", "--json", "-"]
+            expect(run(kempe, folder, words) == run(kempe, None, words), "a model in another folder has another result")
+        for file in folder.glob("*"):
+            file.unlink()
+
+
 def share(kempe, folder):
     """Processes at the same time, some of which fill the cache."""
     words = simulation(DAMAGED)
@@ -216,7 +250,7 @@ def main():
     kempe = str(pathlib.Path(sys.argv[1]).resolve())
     names = sorted(f.parent.name for f in ROOT.glob("examples/*/*.yaml") if f.stem == f.parent.name)
     names = sys.argv[2:] or (names if "KEMPE_FULL" in os.environ else names[::3])
-    steps = (lambda k, f: compare_examples(k, names, f), damage_files, damage_code, tell_apart, share, spoil_folder,
+    steps = (lambda k, f: compare_examples(k, names, f), damage_files, damage_code, tell_apart, move, share, spoil_folder,
              switch_off, keep_bound)
     for step in steps:
         with tempfile.TemporaryDirectory() as parent:

@@ -135,6 +135,14 @@ bool kmp_arena_find(const kmp_arena *arena, const void *address, kmp_arena_spot 
     return false;
 }
 
+size_t kmp_arena_shape(const kmp_arena *arena)
+{
+    size_t shape = 0;
+    for (const struct kmp_arena_block *b = arena->last; b; b = b->before)
+        shape = 31 * shape + b->used;
+    return shape;
+}
+
 void *kmp_arena_at(const kmp_arena *arena, kmp_arena_spot spot, size_t size)
 {
     for (struct kmp_arena_block *b = arena->last; b; b = b->before)

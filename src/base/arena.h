@@ -40,6 +40,9 @@ typedef struct kmp_arena_spot {
 bool kmp_arena_find(const kmp_arena *arena, const void *address, kmp_arena_spot *spot);
 void *kmp_arena_at(const kmp_arena *arena, kmp_arena_spot spot, size_t size);
 
+/** A digest of the sizes of the blocks in use: equal where all objects have the same places. */
+size_t kmp_arena_shape(const kmp_arena *arena);
+
 /** Room for one more item in a list of `count`, all of which were added so: the list itself or, where that is full, a
  * copy of twice the size. NULL without memory. */
 void *kmp_arena_room(kmp_arena *arena, void *list, int count, size_t size);

@@ -76,6 +76,8 @@ void kmp_kept_set_key(kempe_system *s, const char *algorithm)
     kmp_digest_add_text(&digest, format);
     kmp_digest_add_text(&digest, kempe_version());
     kmp_digest_add_part(&digest, model->digest, sizeof model->digest);
+    const size_t shape = kmp_arena_shape(&model->arena); /* conditions are kept by their places: paths are in between */
+    kmp_digest_add_part(&digest, &shape, sizeof shape);
     kmp_digest_add_part(&digest, &model->closure_tolerance.value, sizeof(double));
     kmp_digest_add_part(&digest, &model->closure_tolerance_given, sizeof(bool));
     kmp_digest_add_text(&digest, algorithm);
