@@ -9,7 +9,7 @@ A = ((1 / 5,), (3 / 40, 9 / 40), (44 / 45, -56 / 15, 32 / 9), (19372 / 6561, -25
 B = (35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84)
 C = (0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1)
 E = (71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40)  # the difference from a formula of order 4
-FINE = 2e-8  # a step with a larger difference is halved
+FINE = 1e-9  # a step with a larger difference is halved
 SHORTEST = 2e-5  # s
 SAME = 1e-12  # s: times that are one
 JUST_BEFORE = 1e-11  # s
@@ -215,9 +215,10 @@ class Motion:
         return self
 
     def row(self, t):
-        a, needed = self.solve(self.t, self.x, self.v, self.z)
+        now = self.t - JUST_BEFORE if t else 0.0  # a jump of an input comes after its row
+        a, _ = self.solve(now, self.x, self.v, self.z)
         self.rows[t] = (list(self.x), list(self.v), a, list(self.z),
-                        {name: value(self.t, self.x, self.v, self.z, a) for name, value in self.m.reactions.items()})
+                        {name: value(now, self.x, self.v, self.z, a) for name, value in self.m.reactions.items()})
 
     def dips(self, watched, y, h, first, new, after):
         """True if a kink or a stop is passed and passed back within a step, by the cubic between its ends."""

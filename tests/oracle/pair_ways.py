@@ -54,9 +54,19 @@ class Reference:
                     raise Border("errors grow")
                 self.growth = max(self.growth, growth) if not name.startswith("qdd") else self.growth
             self.values[name] = right
-            self.allowed[name] = ALLOWED * np.maximum(max(1.0, growth), np.abs(right))
+            self.allowed[name] = ALLOWED * np.maximum(growth, self.largest(pair, name, right))
         for name, right in self.values.items():
-            self.allowed[name] = np.maximum(self.allowed[name], ALLOWED * self.growth * np.maximum(1, np.abs(right)))
+            largest = self.largest(pair, name, right)
+            self.allowed[name] = np.maximum(self.allowed[name], ALLOWED * self.growth * largest)
+
+    def largest(self, pair, name, right):
+        """The largest value so far at each time, also between rows, as Kempe's own check has it; 1 if it is less."""
+        word, _, joint = name.partition(".")
+        if word not in ("q", "qd") or joint not in pair.names:
+            return np.maximum(1, np.maximum.accumulate(np.abs(right)))
+        k, part = pair.names.index(joint), 1 if word == "q" else 2
+        times, sizes = [s[4] for s in self.base.trace], np.maximum.accumulate([max(abs(s[part][k]), abs(s[part + 4][k])) for s in self.base.trace])
+        return np.array([max(1.0, sizes[max(0, int(np.searchsorted(times, t + 1e-9)) - 1)]) for t in self.values["t"]])
 
     def motion(self, pair, nudge=0.0):
         motion = Motion(pair.machine, [x + nudge for x in pair.x], pair.v, STEP)
