@@ -60,12 +60,20 @@ class Reference:
             self.allowed[name] = np.maximum(self.allowed[name], ALLOWED * self.growth * largest)
 
     def largest(self, pair, name, right):
-        """The largest value so far at each time, also between rows, as Kempe's own check has it; 1 if it is less."""
+        """The largest value so far at each time, also between rows, as Kempe's own check has it; 1 if it is less. Reactions grow between
+        rows as accelerations do."""
         word, _, joint = name.partition(".")
-        if word not in ("q", "qd") or joint not in pair.names:
-            return np.maximum(1, np.maximum.accumulate(np.abs(right)))
-        k, part = pair.names.index(joint), 1 if word == "q" else 2
-        times, sizes = [s[4] for s in self.base.trace], np.maximum.accumulate([max(abs(s[part][k]), abs(s[part + 4][k])) for s in self.base.trace])
+        rows = np.maximum(1, np.maximum.accumulate(np.abs(right)))
+        if word == "t" or word == "state":
+            return rows
+        if joint in pair.names:
+            return np.maximum(1, self.between_rows(pair.names.index(joint), ("q", "qd", "qdd").index(word) + 1))
+        return rows * max(float(np.max(self.between_rows(k, 3) / np.maximum.accumulate(np.maximum(1, np.abs(self.values[f"qdd.{n}"])))))
+                          for k, n in enumerate(pair.names))
+
+    def between_rows(self, k, part):
+        sizes = np.maximum.accumulate([max(abs(s[part][k]), abs(s[part + 4][k])) for s in self.base.trace])
+        times = [s[4] for s in self.base.trace]
         return np.array([max(1.0, sizes[max(0, int(np.searchsorted(times, t + 1e-9)) - 1)]) for t in self.values["t"]])
 
     def motion(self, pair, nudge=0.0):
