@@ -3,6 +3,7 @@
  * of short steps has no effect unless it fills a window. */
 #include "integrators/run/work_bound.h"
 #include <limits.h>
+#include <math.h>
 #include <string.h>
 
 /* Steps of a window: about half a second for a small mechanism. Short phases, as oscillations of microseconds, take a
@@ -34,6 +35,8 @@ bool kmp_growth_is_endless(kmp_growth *growth, long tried, double t, double size
     growth->next = tried + BETWEEN_LOOKS;
     if (!(growth->beyond > 0))
         growth->beyond = USUAL;
+    if (!isfinite(size))
+        return false; /* the next step finds it */
     bool jumps = size >= 10 * growth->beyond;
     for (; size >= growth->beyond; growth->beyond *= 10) {
         memmove(end + 1, end, 3 * sizeof *end);

@@ -319,6 +319,7 @@ def test_views_outlive_all_else(name):
 def test_children_outlive_parents():
     workspace = pendulum().system().workspace()
     stepper = pendulum().system().stepper()
+    assert stepper.status == "complete, not checked"
     gc.collect()
     workspace.evaluate(0.0, [0.5], [0.0])
     stepper.advance(0.5)

@@ -429,6 +429,7 @@ def test_equilibrium():
 def test_inverse():
     found = kempe.Model(EXAMPLES / "driven_slider_crank/driven_slider_crank.yaml").system().inverse()
     assert found.status == "complete" and found.dof == found.rank and found.residual < 1e-9 and found.rows.row_count > 2
+    assert found.loads_not_unique == ""
 
 
 def test_delays_of_a_state_space(tmp_path):

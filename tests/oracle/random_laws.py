@@ -59,7 +59,7 @@ class Laws(Choices):
                 self.files[f"table{self.number}.csv"] = "# a table\n" + text
                 (self.folder / f"table{self.number}.csv").write_text(self.files[f"table{self.number}.csv"])
                 keys = {"csv": f"table{self.number}.csv", "x": "time", "y": "value"}
-            tables[name] = {**keys, **({"method": "linear"} if kind == "linear" else {})}
+            tables[name] = {**keys, **({"method": "linear"} if kind == "linear" else {}), **({"outside": "linear"} if kind != "csv" else {})}
         return name
 
     def add_forces(self):

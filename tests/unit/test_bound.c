@@ -116,6 +116,11 @@ static bool grows(double (*size)(double))
     return endless;
 }
 
+static double overflows(double t)
+{
+    return t < 15 ? exp(40 * t) : (double)INFINITY;
+}
+
 static double exponential(double t)
 {
     return exp(t);
@@ -151,6 +156,7 @@ static void growth_without_end(void)
     CHECK(grows(exponential) && grows(faster));
     CHECK(!grows(power) && !grows(late) && !grows(jump));
     CHECK(!grows(saturated));
+    CHECK(grows(overflows)); /* and looks end */
 }
 
 int main(void)
