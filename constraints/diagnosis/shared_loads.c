@@ -553,10 +553,12 @@ kempe_status kmp_shared_loads_between(kmp_evaluator *eval, const double t[2], co
     kmp_shared_loads first;
     KMP_TRY(kmp_find_shared_loads(eval, t[0], q[0], arena, &first));
     KMP_TRY(kmp_find_shared_loads(eval, t[1], q[1], arena, found));
-    for (int k = 0; k < KMP_LOAD_SIZE * model->body_count; k++)
-        found->of_body[0][k] = found->of_body[0][k] && first.of_body[0][k];
-    for (int k = 0; k < KMP_LOAD_SIZE * model->closure_count; k++)
-        found->of_closure[0][k] = found->of_closure[0][k] && first.of_closure[0][k];
+    for (int i = 0; i < KMP_LOAD_SIZE; i++) {
+        for (int b = 0; b < model->body_count; b++)
+            found->of_body[b][i] = found->of_body[b][i] && first.of_body[b][i];
+        for (int c = 0; c < model->closure_count; c++)
+            found->of_closure[c][i] = found->of_closure[c][i] && first.of_closure[c][i];
+    }
     for (int c = 0; c < model->closure_count; c++)
         found->of_rows[c] = found->of_rows[c] && first.of_rows[c];
     return KEMPE_OK;
