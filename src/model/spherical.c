@@ -10,62 +10,64 @@
 
 /* -- coordinates in use ------------------------------------------------------------------------------ */
 
-static void mark_expression(const kmp_expr *e, bool *used)
+/* Coordinates from `count` on are those of forces that a mechanism alone does not have. */
+static void mark_expression(const kmp_expr *e, bool *used, int count)
 {
     if (!e)
         return;
-    if (e->kind == KMP_EXPR_Q || e->kind == KMP_EXPR_QD)
+    if ((e->kind == KMP_EXPR_Q || e->kind == KMP_EXPR_QD) && e->index < count)
         used[e->index] = true;
-    mark_expression(e->a, used);
-    mark_expression(e->b, used);
-    mark_expression(e->c, used);
+    mark_expression(e->a, used, count);
+    mark_expression(e->b, used, count);
+    mark_expression(e->c, used, count);
 }
 
-static void mark_force(const kmp_force *force, bool *used)
+static void mark_force(const kmp_force *force, bool *used, int count)
 {
     if (force->motion >= 0)
         used[force->motion] = true;
-    mark_expression(force->effort, used);
-    mark_expression(force->holding_effort, used);
-    mark_expression(force->sliding, used);
-    mark_expression(force->touch.gap, used);
-    mark_expression(force->touch.way, used);
-    mark_expression(force->touch.slip, used);
+    mark_expression(force->effort, used, count);
+    mark_expression(force->holding_effort, used, count);
+    mark_expression(force->sliding, used, count);
+    mark_expression(force->touch.gap, used, count);
+    mark_expression(force->touch.way, used, count);
+    mark_expression(force->touch.slip, used, count);
     if (force->kind == KMP_FORCE_TOUCH && force->touch.motion >= 0)
         used[force->touch.motion] = true;
     for (int k = 0; k < 3; k++)
-        mark_expression(force->vector[k], used);
+        mark_expression(force->vector[k], used, count);
 }
 
 static void mark_used(const kempe_model *model, bool *used)
 {
+    const int count = model->motion_count;
     for (int c = 0; c < model->closure_count; c++) {
         const kmp_closure *closure = &model->closures[c];
         if (closure->motion >= 0)
             used[closure->motion] = true;
         for (int k = 0; k < closure->term_count; k++)
             used[closure->terms[k].motion] = true;
-        mark_expression(closure->function, used);
+        mark_expression(closure->function, used, count);
         for (int k = 0; k < closure->curve_count; k++)
-            mark_expression(closure->curve[k], used);
+            mark_expression(closure->curve[k], used, count);
     }
     for (int b = 0; b < model->body_count; b++)
         if (model->bodies[b].coupling)
             used[model->bodies[b].first_motion + 1] = true; /* the closure has the first one */
     for (int k = 0; k < model->force_count; k++)
-        mark_force(&model->forces[k], used);
+        mark_force(&model->forces[k], used, count);
     for (int k = 0; k < model->start.goal_count; k++)
         if (model->start.goals[k].motion >= 0)
             used[model->start.goals[k].motion] = true;
     for (int k = 0; k < model->state_count; k++)
-        mark_expression(model->states[k].next ? model->states[k].next : model->states[k].delayed, used);
+        mark_expression(model->states[k].next ? model->states[k].next : model->states[k].delayed, used, count);
     for (int k = 0; k < model->sensor_count; k++)
-        mark_expression(model->sensors[k].expr, used);
+        mark_expression(model->sensors[k].expr, used, count);
     for (int k = 0; k < model->run.until_count; k++)
-        mark_expression(model->run.until[k], used);
+        mark_expression(model->run.until[k], used, count);
     for (int k = 0; k < model->unknowns_count; k++) /* names, and variables that are solved for */
         for (int i = 0; i < KMP_UNKNOWNS_MOST && (i == 0 || i < model->unknowns[k].count); i++)
-            mark_expression(model->unknowns[k].zero[i], used);
+            mark_expression(model->unknowns[k].zero[i], used, count);
 }
 
 /* -- joints ------------------------------------------------------------------------------------------ */

@@ -86,7 +86,7 @@ bool kmp_square_axes(int k, const double first[3], int l, const double second[3]
     for (int i = 0; i < 3; i++)
         v[i] = second[i] - along * first[i];
     double length = sqrt(kmp_dot3(v, v));
-    if (!(length > 1e-6))
+    if (k == l || !(length > 1e-6))
         return false;
     for (int i = 0; i < 3; i++)
         v[i] /= length;

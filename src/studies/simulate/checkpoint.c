@@ -180,7 +180,8 @@ static kempe_status read_past(reading *r, double t, kmp_past_signal *signal)
         kmp_past_piece *room = kmp_list_room(signal->piece, (size_t)signal->count, sizeof *room);
         KMP_TRY(kmp_made(r->system->context, room));
         signal->piece = room;
-        room[signal->count] = (kmp_past_piece){.from = number[0], .to = number[1], .jump = (int)number[2]};
+        room[signal->count] =
+            (kmp_past_piece){.from = number[0], .to = number[1], .jump = follows ? (int)number[2] : 0};
         memcpy(room[signal->count++].c, number + PIECE_HEAD, sizeof room->c);
     }
     double end = follows && signal->count > 0 ? signal->piece[signal->count - 1].to : -INFINITY;
