@@ -257,7 +257,7 @@ class Motion:
                 found = [what for at, what in found if at < h + SAME]
                 new = self.advance(y, h, first)
             after = self.slope(self.t + h - JUST_BEFORE, new)
-            if h <= SHORTEST or (self.lacks(y, h, after) < FINE and not (not found and self.dips(watched, y, h, first, new, after))):
+            if h <= SHORTEST or (self.lacks(y, h, after) < FINE and not self.dips([w for w in watched if w[0] not in found], y, h, first, new, after)):
                 break
             h /= 2
         self.trace.append((self.t, y[:n], y[n:2 * n], first[n:2 * n], self.t + h, new[:n], new[n:2 * n], after[n:2 * n]))
