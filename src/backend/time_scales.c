@@ -251,6 +251,7 @@ static bool find_together(study *s, const double *parameters, const double span[
     bool made = s->bounds && !aside.failed;
     if (made && s->longest >= CONTRAST * s->shortest)
         made = add_ends(s, arena, found);
+    s->aside = NULL;
     kmp_arena_free(&aside);
     kmp_program_free(program);
     return made;

@@ -75,7 +75,7 @@ static kempe_status read_stream(kempe_context *context, kmp_file_kind kind, FILE
 kempe_status kmp_file_read(kempe_context *context, kmp_file_kind kind, const char *path, char **text, size_t *length)
 {
     enum { LEAST = 4096 };
-    struct stat about;
+    struct stat about = {0};
     /* a pipe waits for its writer, as in every program; nothing else is waited for */
     bool pipes = kinds[kind].pipes && stat(path, &about) == 0 && S_ISFIFO(about.st_mode);
     int fd = open(path, O_RDONLY | O_CLOEXEC | (pipes ? 0 : O_NONBLOCK));

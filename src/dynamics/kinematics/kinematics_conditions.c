@@ -323,7 +323,7 @@ static kmp_table *signs_of(const kmp_named_table *named, int variable)
     const double period = knots[all - 1] - knots[0];
     const bool spline = t && (t->method == KMP_TABLE_CUBIC || t->method == KMP_TABLE_PERIODIC);
     int count = 0;
-    double *x = kmp_calloc((size_t)(4 * all), sizeof *x), *y = kmp_calloc((size_t)(4 * all), sizeof *y);
+    double *x = kmp_calloc(4 * (size_t)all, sizeof *x), *y = kmp_calloc(4 * (size_t)all, sizeof *y);
     for (int turn = 0; x && y && turn <= named->periodic; turn++)
         for (int k = turn > 0; k < all; k++) {
             const double knot = knots[k] + turn * period;

@@ -306,14 +306,15 @@ static void collect(kmp_mjcf *m, const kmp_element *in, const kmp_pose *frame, c
 {
     static const char *const refused[] = {"replicate", "attach", "composite", "flexcomp"};
     for (const kmp_element *e = in->first; e; e = e->next) {
-        kmp_mjcf_part **list = strcmp(e->name, "joint") == 0 || strcmp(e->name, "freejoint") == 0 ? &to->joints
-                               : strcmp(e->name, "geom") == 0                                     ? &to->geoms
-                               : strcmp(e->name, "site") == 0                                     ? &to->sites
-                               : strcmp(e->name, "body") == 0                                     ? &to->bodies
-                                                                                                  : NULL;
-        if (list)
-            append(m, list, e, frame, around);
-        if (strcmp(e->name, "inertial") == 0)
+        if (strcmp(e->name, "joint") == 0 || strcmp(e->name, "freejoint") == 0)
+            append(m, &to->joints, e, frame, around);
+        else if (strcmp(e->name, "geom") == 0)
+            append(m, &to->geoms, e, frame, around);
+        else if (strcmp(e->name, "site") == 0)
+            append(m, &to->sites, e, frame, around);
+        else if (strcmp(e->name, "body") == 0)
+            append(m, &to->bodies, e, frame, around);
+        else if (strcmp(e->name, "inertial") == 0)
             to->inertial = e;
         if (strcmp(e->name, "frame") == 0) {
             kmp_mjcf_item item = kmp_mjcf_plain(e);

@@ -577,7 +577,7 @@ static void warn_of_guides(const job *j)
 {
     const kempe_system *s = j->system;
     const kempe_inverse *r = j->r;
-    const double *h_t = j->prescribed.eval->h_t;
+    const double *h_t = j->prescribed.eval ? j->prescribed.eval->h_t : NULL;
     for (int k = 0; h_t && r->freedoms == 0 && r->a > 0 && k < s->m; k++)
         if (h_t[k] != 0 && has_multiplier(r, k)) {
             kmp_doubt(
