@@ -6,7 +6,6 @@
  *
  * A one-step method: the formulation corrects y between steps. */
 #include "integrators/steppers/collocation.h"
-
 #include "integrators/steppers/explicit_methods.h"
 #include <float.h>
 #include <math.h>
@@ -25,35 +24,32 @@ static const double OLD_ERROR_FLOOR = 1e-4;
 /* Lanes beyond the stages repeat the last one. */
 static void set_constants(kmp_collocation *s)
 {
+    enum { E = KMP_COLLOCATION_EIGENVALUES };
+    const kmp_collocation_table *t = s->table;
     static const double none[KMP_COLLOCATION_STAGES + 1] = {0};
     s->decay_power = log((2.0 * s->s - 1) / s->s) / log((s->s - 0.5) / (s->s - 2.5));
     for (int l = 0; l < s->w; l++) {
         int i = l < s->s ? l : s->s - 1;
-        s->c[l] = s->table->node[i + 1];
+        s->c[l] = t->node[i + 1];
         s->one[l] = 1;
         s->zero[l] = 0;
-        s->filter[l] = l == KMP_END_SLOPE ? s->table->filter : 0;
-        const double *legendre = l < KMP_COLLOCATION_DECAYS && l <= s->s ? s->table->legendre[s->s - l] : none;
+        s->filter[l] = l == KMP_END_SLOPE ? t->filter : 0;
+        const double *legendre = l < KMP_COLLOCATION_DECAYS && l <= s->s ? t->legendre[s->s - l] : none;
         s->decay_start[l] = legendre[0];
         for (int j = 0; j < s->s; j++) {
             s->decay[j * s->w + l] = legendre[j + 1];
-            s->a[j * s->w + l] = s->table->a[i][j];
-            s->aa[j * s->w + l] = s->table->aa[i][j];
-            s->end[j * s->w + l] = l < KMP_COLLOCATION_ENDS ? s->table->end[j][l] : 0;
+            s->a[j * s->w + l] = t->a[i][j];
+            s->aa[j * s->w + l] = t->aa[i][j];
+            s->end[j * s->w + l] = l < KMP_COLLOCATION_ENDS ? t->end[j][l] : 0;
         }
     }
-}
-
-/* The estimate is of order s, dense output of order s + 1, and the ends of steps of order 2 s - 1: for errors in
- * proportion to rtol the estimate is compared with a power of rtol of the values. Iterations continue to `rest` of
- * rtol.
- */
-static void choose_limits(kmp_collocation *s)
-{
-    double rtol = s->method->part * pow(s->base.tolerance.rtol, s->method->power);
-    s->widen = rtol / s->base.tolerance.rtol;
-    s->limit = fmax(10 * DBL_EPSILON / rtol, fmin(0.03, s->method->rest / s->widen));
-    s->most_sweeps = MOST_SWEEPS;
+    for (int j = 0; j < s->s; j++)
+        for (int e = 0; e < E; e++) {
+            s->into[2 * E * j + e] = t->into_re[e][j];
+            s->into[2 * E * j + E + e] = t->into_im[e][j];
+            s->outof[2 * e * s->w + j] = t->outof_re[j][e];
+            s->outof[(2 * e + 1) * s->w + j] = t->outof_im[j][e];
+        }
 }
 
 static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
@@ -71,13 +67,22 @@ static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
     s->inner = s->n - s->p - s->q;
     s->table = kmp_collocation_table_of(s->s);
     kmp_collocation_begin_with(s, s->method->cheapest);
-    choose_limits(s);
+    /* The estimate is of order s, dense output of order s + 1, and the ends of steps of order 2 s - 1: for errors in
+     * proportion to rtol the estimate is compared with a power of rtol of the values. Iterations continue to `rest` of
+     * rtol. */
+    double rtol = s->method->part * pow(s->base.tolerance.rtol, s->method->power);
+    s->widen = rtol / s->base.tolerance.rtol;
+    s->limit = fmax(10 * DBL_EPSILON / rtol, fmin(0.03, s->method->rest / s->widen));
+    s->most_sweeps = MOST_SWEEPS;
     int inner = s->inner + s->q;
     kmp_arena *a = &s->base.arena;
     (void)KMP_ARENA_MAKE(a,
                          KMP_ROOM(double, s->n, &s->y, &s->y_old, &s->dy, &s->dy_new, &s->trial, &s->slope, &s->scale,
                                   &s->per_scale, &s->w_accept, &s->error, &s->fix, &s->slip),
-                         KMP_ROOM(double, inner, &s->weight, &s->g_start, &s->g_start_old, &s->lead, &s->lead_old));
+                         KMP_ROOM(double, inner, &s->weight, &s->g_start, &s->g_start_old, &s->lead, &s->lead_old),
+                         KMP_ROOM(double, (s->p + s->inner) * s->inner, &s->jacobian),
+                         KMP_ROOM(double, s->n, &s->place), KMP_ROOM(int, s->inner, &s->pivot));
+    s->whole = ode->jacobian ? KMP_ARENA_NEW(a, double, s->n * s->n) : NULL;
     struct {
         double **to;
         int size;
@@ -101,12 +106,22 @@ static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
                  {&s->hc, 1},
                  {&s->filter, 1},
                  {&s->decay, s->s},
-                 {&s->decay_start, 1}};
+                 {&s->decay_start, 1},
+                 {&s->outof, 2 * KMP_COLLOCATION_EIGENVALUES},
+                 {&s->mixing.change, s->inner},
+                 {&s->mixing.place, s->inner},
+                 {&s->mixing.open, s->inner}};
     for (size_t k = 0; k < sizeof lanes / sizeof *lanes; k++)
         *lanes[k].to = kmp_arena_aligned(a, (size_t)lanes[k].size * (size_t)s->w);
-    (void)(kmp_collocation_allocate_newton(s) && kmp_collocation_allocate_coupled(s) &&
-           kmp_collocation_allocate_mixing(s));
-    if (!s->base.arena.failed)
+    for (int k = 0; k < KMP_COLLOCATION_MIXED; k++) {
+        s->mixing.by[k] = kmp_arena_aligned(a, (size_t)s->inner * (size_t)s->w);
+        s->mixing.to[k] = kmp_arena_aligned(a, (size_t)s->inner * (size_t)s->w);
+    }
+    const size_t complex = 2 * KMP_COLLOCATION_EIGENVALUES; /* numbers of all eigenvalues */
+    s->lu = kmp_arena_aligned(a, complex * (size_t)s->inner * (size_t)s->inner);
+    s->z = kmp_arena_aligned(a, complex * (size_t)s->inner);
+    s->into = kmp_arena_aligned(a, complex * (size_t)s->s);
+    if (kmp_collocation_allocate_coupled(s) && !a->failed)
         set_constants(s);
     return kmp_solver_made(s);
 }
@@ -162,12 +177,6 @@ static kmp_collocation_outcome finish(kmp_collocation *s, double h, double t_new
                                : KMP_COLLOCATION_HALTED;
 }
 
-static kmp_collocation_outcome attempt(kmp_collocation *s, double h, double t_new, double *error, double *shorter)
-{
-    kmp_collocation_outcome what = kmp_collocation_find_stages(s, h, error, shorter);
-    return what == KMP_COLLOCATION_TAKEN ? finish(s, h, t_new) : what;
-}
-
 /* -- control ------------------------------------------------------------------------------------------- */
 
 static double permitted(const kmp_collocation *s, double error)
@@ -180,20 +189,15 @@ static double after_error(double h, double permitted)
     return h * fmax(SHRINK, fmin(GROW, permitted));
 }
 
-/* Gustafsson's prediction, ACM TOMS 20 (1994) 496. */
-static double foresee(const kmp_collocation *s, double h, double error)
-{
-    double quotient = SAFETY * h / s->h_old * pow(s->error_old / (error * error), 1.0 / (s->s + 1));
-    return h * fmax(SHRINK, fmin(GROW, quotient));
-}
-
 /* -- end of a step ------------------------------------------------------------------------------------- */
 
 static void take(kmp_collocation *s, double h, double t_new, double error)
 {
     double by = permitted(s, error), next = after_error(h, by);
+    /* Gustafsson's prediction, ACM TOMS 20 (1994) 496. */
     if (!s->first)
-        next = fmin(next, foresee(s, h, error));
+        next =
+            fmin(next, after_error(h, SAFETY * h / s->h_old * pow(s->error_old / (error * error), 1.0 / (s->s + 1))));
     kmp_iteration iteration = s->iteration;
     double most = kmp_collocation_longest(s, h), by_error = h * by;
     /* The derivatives at the start of the step: those of f; without the stiff part of their difference from the stages'
@@ -260,7 +264,9 @@ static kempe_status step(void *solver)
         double t_new, error = 0, shorter = 0.5, h = kmp_step_next(s->base.t, s->base.t_end, s->base.h, &t_new);
         if (!(h > 0) || s->collapsed)
             return KEMPE_E_FAILED;
-        kmp_collocation_outcome what = attempt(s, h, t_new, &error, &shorter);
+        kmp_collocation_outcome what = kmp_collocation_find_stages(s, h, &error, &shorter);
+        if (what == KMP_COLLOCATION_TAKEN)
+            what = finish(s, h, t_new);
         if (what == KMP_COLLOCATION_HALTED)
             return KEMPE_E_FAILED;
         if (what == KMP_COLLOCATION_TAKEN) {

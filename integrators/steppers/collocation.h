@@ -11,7 +11,6 @@
 #include "integrators/steppers/collocation_table.h"
 #include "integrators/steppers/solver.h"
 
-/* Iterations for the stages, by growing cost. */
 /* Corrections that are combined, at most, less one. */
 enum { KMP_COLLOCATION_MIXED = 6 };
 
@@ -25,6 +24,7 @@ typedef struct kmp_mixing {
     bool on;
 } kmp_mixing;
 
+/* Iterations for the stages, by growing cost. */
 typedef enum kmp_iteration {
     KMP_ITERATION_PICARD,
     KMP_ITERATION_NEWTON,  /* with one Jacobian for all stages */
@@ -117,12 +117,6 @@ typedef enum kmp_collocation_outcome {
     KMP_COLLOCATION_HALTED
 } kmp_collocation_outcome;
 
-/** Room for mixing; false: no memory. */
-bool kmp_collocation_allocate_mixing(kmp_collocation *s);
-
-/** Begins an iteration, whose corrections are not combined at first. */
-void kmp_collocation_begin_mixing(kmp_collocation *s);
-
 /** Takes a correction s->change of g in a sweep, and combines it with those before where they fall slowly. Returns the
  * larger weighted square of the correction and of the combination. */
 double kmp_collocation_mix(kmp_collocation *s, bool first);
@@ -141,9 +135,6 @@ kmp_collocation_outcome kmp_collocation_find_stages(kmp_collocation *s, double h
 void kmp_collocation_end(kmp_collocation *s, double h);
 
 /* collocation_newton.c */
-
-/** Allocates the arrays of Newton's method, with the eigenvectors. */
-bool kmp_collocation_allocate_newton(kmp_collocation *s);
 
 /** Evaluates the Jacobian where the middle stage is predicted (s->stage, s->at), if there is none to be kept, and
  * factors the matrices of a step h. s->at, s->stage, s->f and s->change are lost. KMP_COLLOCATION_BAD_ITERATION: they
@@ -213,24 +204,3 @@ double kmp_collocation_improve_cost(const kmp_collocation *s);
 double kmp_collocation_correction_cost(const kmp_collocation *s, kmp_iteration iteration);
 double kmp_collocation_matrix_cost(const kmp_collocation *s, kmp_iteration iteration);
 double kmp_collocation_jacobian_cost(const kmp_collocation *s);
-
-/* collocation_kernels.c: sums over the stages of a step, with the stages in the lanes of vector registers: value k of
- * lane l is at k width + l. The same bits on every machine. */
-
-/* Numbers times lanes: a[k] a_lanes + b[k] b_lanes. */
-typedef struct kmp_lane_terms {
-    const double *a, *a_lanes, *b, *b_lanes;
-} kmp_lane_terms;
-
-/** out[k] = a[k] a_lanes + b[k] b_lanes + sum over the stages j of x[k][j] column[j], for k < count; width 4 or 8. */
-void kmp_lanes_sum(int width, int count, int stages, const double *x, const double *column, const kmp_lane_terms *terms,
-                   double *out);
-
-/** out = by x, for count values, a multiple of four. */
-void kmp_lanes_scale(int count, double by, const double *x, double *out);
-
-/** out = f - x, in all lanes. */
-void kmp_lanes_subtract(int width, int count, const double *f, const double *x, double *out);
-
-/** x += change in all lanes; returns the sum over k < count and the stages of (weight[k] change[k])^2. */
-double kmp_lanes_advance(int width, int count, int stages, const double *weight, const double *change, double *x);

@@ -76,18 +76,6 @@ static int differentiate_all(kmp_collocation *s)
     return said;
 }
 
-static int take_exact_all(kmp_collocation *s)
-{
-    int said = KMP_GO;
-    for (int i = 0; i < s->s && said == KMP_GO; i++) {
-        double t = kmp_collocation_copy_stage(s, i, s->place);
-        said = kmp_collocation_take_exact(s, t, s->place, s->jacobian);
-        for (int k = 0; k < (s->p + s->inner) * s->inner; k++)
-            s->all[k * s->w + i] = s->jacobian[k];
-    }
-    return said;
-}
-
 /* -- the system of all stages -------------------------------------------------------------------------- */
 
 /* column[k] = -once of_v[k] - twice of_q[k], for n unknowns of w lanes; of_q NULL: without. */
@@ -239,25 +227,29 @@ static KMP_CLONES void multiply(int rows, int count, const double *a, const int 
     }
 }
 
-static bool factor_all(kmp_collocation *s)
-{
-    int rows = row_count(s), count = s->inner * s->s;
-    fill(s);
-    s->base.cycles += kmp_collocation_matrix_cost(s, KMP_ITERATION_COUPLED);
-    return invert(rows, count, s->coupled, s->joint, s->open, s->coupled_pivot);
-}
-
 kmp_collocation_outcome kmp_collocation_prepare_coupled(kmp_collocation *s, double h)
 {
     /* Matrices of all stages. */
     s->base.work.matrices += s->s;
     s->factored = false;
-    int said = s->whole ? take_exact_all(s) : differentiate_all(s);
+    int said = s->whole ? KMP_GO : differentiate_all(s);
+    for (int i = 0; s->whole && i < s->s && said == KMP_GO; i++) {
+        double t = kmp_collocation_copy_stage(s, i, s->place);
+        said = kmp_collocation_take_exact(s, t, s->place, s->jacobian);
+        for (int k = 0; k < (s->p + s->inner) * s->inner; k++)
+            s->all[k * s->w + i] = s->jacobian[k];
+    }
     for (int k = 0; k < (s->p + s->inner) * s->inner; k++) /* for the filter of the estimate */
         s->jacobian[k] = s->all[k * s->w];
     if (said != KMP_GO)
         return said == KMP_RETRY ? KMP_COLLOCATION_BAD_STAGE : KMP_COLLOCATION_HALTED;
-    return kmp_collocation_factor(s, h) && factor_all(s) ? KMP_COLLOCATION_TAKEN : KMP_COLLOCATION_BAD_ITERATION;
+    if (!kmp_collocation_factor(s, h))
+        return KMP_COLLOCATION_BAD_ITERATION;
+    fill(s);
+    s->base.cycles += kmp_collocation_matrix_cost(s, KMP_ITERATION_COUPLED);
+    return invert(row_count(s), s->inner * s->s, s->coupled, s->joint, s->open, s->coupled_pivot)
+               ? KMP_COLLOCATION_TAKEN
+               : KMP_COLLOCATION_BAD_ITERATION;
 }
 
 void kmp_collocation_correct_coupled(kmp_collocation *s)

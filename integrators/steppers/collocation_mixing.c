@@ -19,26 +19,6 @@ static size_t size_of(const kmp_collocation *s)
     return (size_t)s->inner * (size_t)s->w;
 }
 
-bool kmp_collocation_allocate_mixing(kmp_collocation *s)
-{
-    kmp_arena *a = &s->base.arena;
-    kmp_mixing *m = &s->mixing;
-    for (int k = 0; k < KMP_COLLOCATION_MIXED; k++) {
-        m->by[k] = kmp_arena_aligned(a, size_of(s));
-        m->to[k] = kmp_arena_aligned(a, size_of(s));
-    }
-    m->change = kmp_arena_aligned(a, size_of(s));
-    m->place = kmp_arena_aligned(a, size_of(s));
-    m->open = kmp_arena_aligned(a, size_of(s));
-    return !a->failed;
-}
-
-void kmp_collocation_begin_mixing(kmp_collocation *s)
-{
-    s->mixing.count = 0;
-    s->mixing.on = false;
-}
-
 static double product(const kmp_collocation *s, const double *x, const double *y)
 {
     double sum = 0;

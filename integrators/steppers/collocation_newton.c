@@ -18,36 +18,6 @@ enum { E = KMP_COLLOCATION_EIGENVALUES };
 /* Size of the differences that make the Jacobian, over that of the unknown: near the root of rounding. */
 static const double DIFFERENCE = 1e-7;
 
-/* Eigenvectors by lanes. */
-static void set_eigenvectors(kmp_collocation *s)
-{
-    const kmp_collocation_table *t = s->table;
-    for (int j = 0; j < s->s; j++)
-        for (int e = 0; e < E; e++) {
-            s->into[2 * E * j + e] = t->into_re[e][j];
-            s->into[2 * E * j + E + e] = t->into_im[e][j];
-            s->outof[2 * e * s->w + j] = t->outof_re[j][e];
-            s->outof[(2 * e + 1) * s->w + j] = t->outof_im[j][e];
-        }
-}
-
-bool kmp_collocation_allocate_newton(kmp_collocation *s)
-{
-    kmp_arena *a = &s->base.arena;
-    size_t inner = (size_t)s->inner;
-    s->jacobian = KMP_ARENA_NEW(a, double, (s->p + s->inner) * s->inner);
-    s->pivot = KMP_ARENA_NEW(a, int, s->inner);
-    s->lu = kmp_arena_aligned(a, 2 * E * inner * inner);
-    s->z = kmp_arena_aligned(a, 2 * E * inner);
-    s->into = kmp_arena_aligned(a, 2 * E * (size_t)s->s);
-    s->outof = kmp_arena_aligned(a, 2 * E * (size_t)s->w);
-    s->place = KMP_ARENA_NEW(a, double, s->n);
-    s->whole = s->base.ode.jacobian ? KMP_ARENA_NEW(a, double, s->n * s->n) : NULL;
-    if (!a->failed)
-        set_eigenvectors(s);
-    return !a->failed;
-}
-
 /* -- the Jacobian -------------------------------------------------------------------------------------- */
 
 int kmp_collocation_take_exact(kmp_collocation *s, double t, const double *y, double *jacobian)

@@ -2,8 +2,8 @@
 /* The stages of a step. Picard's iteration evaluates f at all stages and takes the result: it needs no matrix, and
  * contracts with the step size times the rate of the fastest forces. Newton's method solves for the change
  * (collocation_newton.c, collocation_coupled.c). */
+#include "base/clones.h"
 #include "integrators/steppers/collocation.h"
-
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -19,6 +19,115 @@ static const double ERROR_FLOOR = 1e-10;
  * times the first one: in the second sweep, and later. */
 enum { TURNS = 3 };
 static const double GROWS_AT_ONCE = 100, GROWS = 2;
+
+/* -- sums over the stages, which are lanes ------------------------------------------------------------- */
+
+/* Value k of lane l is at k width + l. The same bits on every machine. */
+
+typedef double four __attribute__((vector_size(32), aligned(8), may_alias));
+typedef double eight __attribute__((vector_size(64), aligned(8), may_alias));
+
+/* Numbers times lanes: a[k] a_lanes + b[k] b_lanes. */
+typedef struct lane_terms {
+    const double *a, *a_lanes, *b, *b_lanes;
+} lane_terms;
+
+/* The functions for lanes in V registers, 1 or 2, of one type: compilers keep eight doubles in memory where registers
+ * have four. The loop over the stages is unrolled for their usual number. */
+#define KERNELS(lanes, type, number, usual)                                                                            \
+    static KMP_INTO_CLONES void sum_of_##lanes(int count, int stages, const double *x, const double *column,           \
+                                               const lane_terms *terms, double *restrict out)                          \
+    {                                                                                                                  \
+        enum { V = number, LAST = V - 1, W = V * (int)(sizeof(type) / sizeof(double)) };                               \
+        const type *c = (const type *)column, *a = (const type *)terms->a_lanes, *b = (const type *)terms->b_lanes;    \
+        for (int k = 0; k < count; k++) {                                                                              \
+            type sum = terms->a[k] * a[0] + terms->b[k] * b[0], more = sum;                                            \
+            if (V == 2)                                                                                                \
+                more = terms->a[k] * a[LAST] + terms->b[k] * b[LAST];                                                  \
+            for (int j = 0; j < stages; j++) {                                                                         \
+                sum += x[k * W + j] * c[j * V];                                                                        \
+                if (V == 2)                                                                                            \
+                    more += x[k * W + j] * c[j * V + LAST];                                                            \
+            }                                                                                                          \
+            ((type *)out)[k * V] = sum;                                                                                \
+            if (V == 2)                                                                                                \
+                ((type *)out)[k * V + LAST] = more;                                                                    \
+        }                                                                                                              \
+    }                                                                                                                  \
+    static KMP_CLONES void sum_##lanes(int count, int stages, const double *x, const double *column,                   \
+                                       const lane_terms *terms, double *out)                                           \
+    {                                                                                                                  \
+        if (stages == (usual))                                                                                         \
+            sum_of_##lanes(count, (usual), x, column, terms, out);                                                     \
+        else                                                                                                           \
+            sum_of_##lanes(count, stages, x, column, terms, out);                                                      \
+    }                                                                                                                  \
+    static KMP_INTO_CLONES void add_##lanes(double weight, const type *change, type *x, type *square)                  \
+    {                                                                                                                  \
+        type by = *change, e = weight * by;                                                                            \
+        *x += by;                                                                                                      \
+        *square += e * e;                                                                                              \
+    }                                                                                                                  \
+    static KMP_CLONES void advance_##lanes(int count, const double *weight, const double *change, double *x,           \
+                                           double *square)                                                             \
+    {                                                                                                                  \
+        enum { V = number, LAST = V - 1 };                                                                             \
+        const type *by = (const type *)change;                                                                         \
+        type *to = (type *)x, sum = {0}, more = {0};                                                                   \
+        for (int k = 0; k < count; k++) {                                                                              \
+            add_##lanes(weight[k], &by[k * V], &to[k * V], &sum);                                                      \
+            if (V == 2)                                                                                                \
+                add_##lanes(weight[k], &by[k * V + LAST], &to[k * V + LAST], &more);                                   \
+        }                                                                                                              \
+        ((type *)square)[0] = sum;                                                                                     \
+        if (V == 2)                                                                                                    \
+            ((type *)square)[LAST] = more;                                                                             \
+    }
+
+KERNELS(four, four, 1, 4)
+KERNELS(two_fours, four, 2, 7)
+KERNELS(eight, eight, 1, 7)
+
+/* out = f - x, for count values, a multiple of four. */
+static KMP_CLONES void subtract(int count, const double *f, const double *x, double *out)
+{
+    for (int k = 0; k < count; k += 4)
+        *(four *)(out + k) = *(const four *)(f + k) - *(const four *)(x + k);
+}
+
+/* out = by x, for as many. */
+static KMP_CLONES void scale(int count, double by, const double *x, double *restrict out)
+{
+    for (int k = 0; k < count; k += 4)
+        *(four *)(out + k) = by * *(const four *)(x + k);
+}
+
+/* out[k] = a[k] a_lanes + b[k] b_lanes + sum over the stages j of x[k][j] column[j], for k < count; width 4 or 8. */
+static void sum_lanes(int width, int count, int stages, const double *x, const double *column, const lane_terms *terms,
+                      double *out)
+{
+    if (width == 4)
+        sum_four(count, stages, x, column, terms, out);
+    else if (!kmp_has_eight())
+        sum_two_fours(count, stages, x, column, terms, out);
+    else
+        sum_eight(count, stages, x, column, terms, out);
+}
+
+/* x += change in all lanes; returns the sum over k < count and the stages of (weight[k] change[k])^2. */
+static double advance(int width, int count, int stages, const double *weight, const double *change, double *x)
+{
+    double square[8], sum = 0;
+    if (width == 4)
+        advance_four(count, weight, change, x, square);
+    else if (!kmp_has_eight())
+        advance_two_fours(count, weight, change, x, square);
+    else
+        advance_eight(count, weight, change, x, square);
+    for (int l = 0; l < stages; l++)
+        sum += square[l];
+    return sum;
+}
 
 /* -- evaluation ---------------------------------------------------------------------------------------- */
 
@@ -71,16 +180,15 @@ static void set_columns(kmp_collocation *s, double h)
         s->hc[l] = h * s->c[l];
         s->at[l] = s->base.t + s->hc[l];
     }
-    kmp_lanes_scale(s->s * s->w, h, s->a, s->once);
-    kmp_lanes_scale(s->s * s->w, h * h, s->aa, s->twice);
+    scale(s->s * s->w, h, s->a, s->once);
+    scale(s->s * s->w, h * h, s->aa, s->twice);
 }
 
 static void place(kmp_collocation *s)
 {
     const double *v = s->y + s->p;
-    kmp_lanes_sum(s->w, s->p, s->s, s->g, s->twice, &(kmp_lane_terms){s->y, s->one, v, s->hc}, s->stage);
-    kmp_lanes_sum(s->w, s->inner, s->s, s->g, s->once, &(kmp_lane_terms){v, s->one, v, s->zero},
-                  s->stage + s->p * s->w);
+    sum_lanes(s->w, s->p, s->s, s->g, s->twice, &(lane_terms){s->y, s->one, v, s->hc}, s->stage);
+    sum_lanes(s->w, s->inner, s->s, s->g, s->once, &(lane_terms){v, s->one, v, s->zero}, s->stage + s->p * s->w);
 }
 
 /* Predicts the derivatives of the stages by the last step's polynomial, or as constant. */
@@ -94,8 +202,7 @@ static void predict(kmp_collocation *s, double h)
         kmp_collocation_weights(s->table, s->w, x, s->ahead);
     }
     const double *base = s->has_step ? s->g_start_old : s->dy + s->p, *lanes = s->has_step ? s->ahead : s->one;
-    kmp_lanes_sum(s->w, s->inner, stages, s->g_old, s->ahead + s->w, &(kmp_lane_terms){base, lanes, base, s->zero},
-                  s->g);
+    sum_lanes(s->w, s->inner, stages, s->g_old, s->ahead + s->w, &(lane_terms){base, lanes, base, s->zero}, s->g);
 }
 
 /* -- end ----------------------------------------------------------------------------------------------- */
@@ -134,8 +241,7 @@ static double of_slow_decay(kmp_collocation *s, double h)
      * stages. */
     const double *start = s->dy + s->p;
     double sum[KMP_COLLOCATION_DECAYS] = {0};
-    kmp_lanes_sum(s->w, s->inner, s->s, s->g, s->decay, &(kmp_lane_terms){start, s->decay_start, start, s->zero},
-                  s->g_before);
+    sum_lanes(s->w, s->inner, s->s, s->g, s->decay, &(lane_terms){start, s->decay_start, start, s->zero}, s->g_before);
     for (int k = 0; k < s->inner; k++)
         for (int d = 0; d < KMP_COLLOCATION_DECAYS; d++) {
             double c = s->g_before[k * s->w + d] * s->per_scale[s->p + k];
@@ -155,7 +261,7 @@ static double estimate(kmp_collocation *s, double h)
 {
     double sum = 0;
     const double *v = s->dy + s->p;
-    kmp_lanes_sum(s->w, s->inner, s->s, s->g, s->end, &(kmp_lane_terms){v, s->filter, v, s->zero}, s->ends);
+    sum_lanes(s->w, s->inner, s->s, s->g, s->end, &(lane_terms){v, s->filter, v, s->zero}, s->ends);
     for (int k = 0; k < s->p; k++)
         s->error[k] = h * h * s->ends[k * s->w + KMP_END_SLOPE_TWICE];
     for (int k = 0; k < s->inner; k++)
@@ -207,7 +313,7 @@ static void correct(kmp_collocation *s, bool first)
         kmp_collocation_correct_newton(s);
     if (!first)
         return;
-    kmp_lanes_subtract(s->w, s->inner, s->change, s->g_before, s->g_before);
+    subtract(s->w * s->inner, s->change, s->g_before, s->g_before);
     s->picard = sqrt(kmp_collocation_square(s, s->g_before) / fmax(residual, DBL_MIN));
 }
 
@@ -222,13 +328,13 @@ static kmp_collocation_outcome sweep(kmp_collocation *s, bool first, double *siz
     s->evaluated = false;
     if (said != KMP_GO)
         return said == KMP_RETRY ? KMP_COLLOCATION_BAD_STAGE : KMP_COLLOCATION_HALTED;
-    kmp_lanes_subtract(s->w, s->inner, s->f + s->p * s->w, s->g, s->change);
+    subtract(s->w * s->inner, s->f + s->p * s->w, s->g, s->change);
     double mixed = 0;
     if (s->iteration != KMP_ITERATION_PICARD)
         correct(s, first);
     if (s->iteration != KMP_ITERATION_PICARD && !s->near)
         mixed = kmp_collocation_mix(s, first);
-    double sum = kmp_lanes_advance(s->w, s->inner, s->s, s->weight, s->change, s->g);
+    double sum = advance(s->w, s->inner, s->s, s->weight, s->change, s->g);
     sum = s->mixing.on ? fmax(sum, mixed) : sum;
     *size = sqrt(sum / fmax(s->inner * s->s, 1));
     s->near = first ? kmp_collocation_is_near(s, *size) : s->near;
@@ -249,13 +355,6 @@ static bool is_hopeful(kmp_collocation *s, int k, double size, double *shorter)
     return k < 4 || last < s->limit;
 }
 
-/* True where mixing may still make an iteration converge that does not by itself, after sweep k; `grown`: the last
- * correction over the first one. */
-static bool may_turn(const kmp_collocation *s, int k, double grown)
-{
-    return s->mixing.on && !(s->contraction < SLOW) && k <= TURNS && grown < (k == 2 ? GROWS_AT_ONCE : GROWS);
-}
-
 static kmp_collocation_outcome iterate(kmp_collocation *s, double h, double *error, double *shorter)
 {
     *shorter = 0.5;
@@ -270,7 +369,10 @@ static kmp_collocation_outcome iterate(kmp_collocation *s, double h, double *err
             s->contraction = k == 2 ? rate : sqrt(rate * rate_before);
             rate_before = rate;
             s->unmixed = k == 2 ? rate : s->unmixed;
-            if (!may_turn(s, k, size / began) && !is_hopeful(s, k, size, shorter))
+            /* Mixing may still make an iteration converge that does not by itself. */
+            bool turns = s->mixing.on && !(s->contraction < SLOW) && k <= TURNS &&
+                         size / began < (k == 2 ? GROWS_AT_ONCE : GROWS);
+            if (!turns && !is_hopeful(s, k, size, shorter))
                 return KMP_COLLOCATION_BAD_ITERATION;
         }
         before = fmax(size, DBL_MIN);
@@ -294,34 +396,10 @@ static void begin(kmp_collocation *s, double h)
     s->ready = 1;
     s->contraction = 0;
     s->evaluated = s->near = false;
-    kmp_collocation_begin_mixing(s);
+    s->mixing.count = 0;
+    s->mixing.on = false;
     set_columns(s, h);
     predict(s, h);
-}
-
-/* After sweeps at places nearby have not converged, and the length of the step does not explain that: from the
- * prediction on by f alone. */
-static kmp_collocation_outcome iterate_by_f(kmp_collocation *s, double h, double *error, double *shorter)
-{
-    begin(s, h);
-    s->far++;
-    kmp_collocation_outcome what = iterate(s, h, error, shorter);
-    s->far--;
-    if (what == KMP_COLLOCATION_TAKEN)
-        kmp_collocation_go_far(s);
-    return what;
-}
-
-/* Makes matrices for Newton's method where the stages are predicted. */
-static kmp_collocation_outcome prepare(kmp_collocation *s, double h)
-{
-    if (s->iteration == KMP_ITERATION_PICARD)
-        return KMP_COLLOCATION_TAKEN;
-    place(s);
-    kmp_collocation_outcome what = s->iteration == KMP_ITERATION_COUPLED ? kmp_collocation_prepare_coupled(s, h)
-                                                                         : kmp_collocation_prepare_newton(s, h);
-    set_columns(s, h); /* times */
-    return what;
 }
 
 kmp_collocation_outcome kmp_collocation_find_stages(kmp_collocation *s, double h, double *error, double *shorter)
@@ -330,12 +408,27 @@ kmp_collocation_outcome kmp_collocation_find_stages(kmp_collocation *s, double h
     for (int k = 0; k < s->inner; k++)
         s->weight[k] = h * s->per_scale[s->p + k];
     begin(s, h);
-    kmp_collocation_outcome what = prepare(s, h);
+    kmp_collocation_outcome what = KMP_COLLOCATION_TAKEN;
+    if (s->iteration != KMP_ITERATION_PICARD) {
+        /* Makes matrices for Newton's method where the stages are predicted. */
+        place(s);
+        what = s->iteration == KMP_ITERATION_COUPLED ? kmp_collocation_prepare_coupled(s, h)
+                                                     : kmp_collocation_prepare_newton(s, h);
+        set_columns(s, h); /* times */
+    }
     if (what == KMP_COLLOCATION_TAKEN)
         what = iterate(s, h, error, shorter);
     bool failed = what == KMP_COLLOCATION_BAD_ITERATION || what == KMP_COLLOCATION_BAD_STAGE;
-    if (failed && s->near && s->expected < CONTRACTS)
-        what = iterate_by_f(s, h, error, shorter);
+    if (failed && s->near && s->expected < CONTRACTS) {
+        /* Sweeps at places nearby have not converged, and the length of the step does not explain that: from the
+         * prediction on by f alone. */
+        begin(s, h);
+        s->far++;
+        what = iterate(s, h, error, shorter);
+        s->far--;
+        if (what == KMP_COLLOCATION_TAKEN)
+            kmp_collocation_go_far(s);
+    }
     if (what != KMP_COLLOCATION_TAKEN)
         return what;
     if (s->iteration == KMP_ITERATION_PICARD)

@@ -23,27 +23,17 @@ static double solution_and_error(kmp_rk *s, double h)
     return error;
 }
 
-/* -- dense output ---------------------------------------------------------------------------------- */
-
-static int extra_stages(kmp_rk *s)
+/* II.6: the values and slopes at both ends, and four more coefficients. */
+static int prepare_dense(kmp_rk *s)
 {
     int n = s->base.ode.n;
     double t = s->base.t_old, h = s->taken, *y = s->y_old, **k = s->k;
     const double *const C = kmp_dop853_c;
     KMP_DOP853_DENSE_STAGES(KMP_STAGE, k);
-    return KMP_GO;
-}
-
-/* II.6: the values and slopes at both ends, and four more coefficients. */
-static int prepare_dense(kmp_rk *s)
-{
-    int n = s->base.ode.n, said = extra_stages(s);
-    if (said != KMP_GO)
-        return said;
     kmp_rk_begin_dense(s);
     for (int i = 0; i < n; i++)
         for (int j = 0; j < 4; j++)
-            s->interpolant[4 + j][i] = kmp_dop853_dense(s->taken, s->k, (size_t)i, j);
+            s->interpolant[4 + j][i] = kmp_dop853_dense(h, k, (size_t)i, j);
     return KMP_GO;
 }
 

@@ -22,27 +22,21 @@ static void make_room(kmp_rk *s, const kmp_rk_method *method, kmp_arena *a)
     s->dy = s->k[method->numbers.end];
 }
 
-/* A solver of the same problem, whose steps the formulation neither corrects nor rejects. */
-static kmp_rk *make_finer(kmp_rk *s)
-{
-    kmp_rk *finer = KMP_ARENA_NEW(&s->base.arena, kmp_rk, 1);
-    if (!finer)
-        return NULL;
-    finer->base.context = s->base.context;
-    finer->base.tolerance = s->base.tolerance;
-    finer->base.ode = s->base.ode;
-    finer->base.ode.accept = NULL;
-    make_room(finer, s->method, &s->base.arena);
-    return finer;
-}
-
 void *kmp_rk_create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
 {
     kmp_rk *s = kmp_solver_new(kind, setup, sizeof *s);
     if (!s)
         return NULL;
     make_room(s, kind->method, &s->base.arena);
-    s->finer = make_finer(s);
+    /* A solver of the same problem, whose steps the formulation neither corrects nor rejects. */
+    kmp_rk *finer = s->finer = KMP_ARENA_NEW(&s->base.arena, kmp_rk, 1);
+    if (finer) {
+        finer->base.context = s->base.context;
+        finer->base.tolerance = s->base.tolerance;
+        finer->base.ode = s->base.ode;
+        finer->base.ode.accept = NULL;
+        make_room(finer, s->method, &s->base.arena);
+    }
     return kmp_solver_made(s);
 }
 
@@ -129,15 +123,6 @@ static void refuse(kmp_rk *s, outcome what, double h, double error)
     s->rejected = true;
 }
 
-/* The end of the next step and its length, 0 when it has become too short. A step of constant length is tried once. */
-static double next_step(const kmp_rk *s, int tries, double *t_new)
-{
-    double t = s->base.t, end = s->base.t_end;
-    if (!(s->base.fixed > 0))
-        return kmp_step_next(t, end, s->base.h, t_new);
-    return tries == 0 ? kmp_step_constant(t, end, s->base.fixed, t_new) : 0;
-}
-
 kempe_status kmp_rk_step(void *solver)
 {
     kmp_rk *s = solver;
@@ -150,7 +135,11 @@ kempe_status kmp_rk_step(void *solver)
         s->dy = s->k[1];
     }
     for (int tries = 0; tries < MAX_REJECT; tries++) {
-        double t_new = s->base.t, error = 0.0, h = next_step(s, tries, &t_new);
+        double t = s->base.t, end = s->base.t_end, t_new = t, error = 0.0, h = 0;
+        if (!(s->base.fixed > 0))
+            h = kmp_step_next(t, end, s->base.h, &t_new);
+        else if (tries == 0) /* a step of constant length is tried once */
+            h = kmp_step_constant(t, end, s->base.fixed, &t_new);
         if (!(h > 0) || s->collapsed)
             break;
         outcome what = attempt(s, h, t_new, &error);
