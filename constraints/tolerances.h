@@ -305,6 +305,17 @@
 #define KMP_STEP_NEAR    (1.0 / 1024)
 #define KMP_STEP_AT_ONCE 1e-6
 
+/* -- motions that grow without end --------------------------------------------------------------------- */
+
+/** Unknowns over their usual size, and scaled rates over that of the motion, below which none explodes. */
+#define KMP_GROWTH_USUAL 10
+#define KMP_GROWTH_RATES 1000
+/** Each decade of an exponential function takes as long as the last one; of t^10, 1.26 times as long. */
+#define KMP_GROWTH_STEADY 1.25
+/** Attempted steps between looks, and those of a motion that is never ended: it costs little. */
+#define KMP_GROWTH_LOOKS 16
+#define KMP_GROWTH_STEPS 20000
+
 /* -- generated simulators alone: they have no program that carries lambda, and callers that set states ---- */
 
 /** Relative change of multipliers at which forces that depend on them are at them, and where rounding stops it. */

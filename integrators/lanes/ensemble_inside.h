@@ -10,6 +10,7 @@
 #include "constraints/tolerances.h"
 #include "constraints/written/fused_inside.h"
 #include "constraints/written/solved.h"
+#include "integrators/decide/endless_growth.h"
 #include "integrators/lanes/ensemble_run.h"
 #include "integrators/run/events.h"
 #include "integrators/run/runner.h"
@@ -56,6 +57,7 @@ typedef struct kmp_instance {
     double *base;         /* of its sines (kmp_lanes_get_base), of `base_size` numbers; both as the signs */
     size_t base_size;
     kmp_work_bound bound;
+    kmp_growth growth;
     double limit;               /* |Bvu| at which an exchange is due */
     double pivot, usual;        /* largest values so far of the least pivots of Jv and of the last pivots of J */
     double seen_margin, seen_t; /* of the last step's end; seen_t -1: none */

@@ -119,6 +119,35 @@ static int largest_growth(const kmp_engine *e, const kmp_pool *pool, const kmp_l
     return largest;
 }
 
+/* True for a motion that grows without end, as in a run (check_growth of run.c), which then says so by name. Before
+ * half of the steps that such a motion needs, its size is not looked at. */
+static bool grows_without_end(const kmp_engine *e, const kmp_pool *pool, kmp_instance *x, size_t l, double tried)
+{
+    const kmp_lane_room *room = &e->room;
+    double most = 0;
+    bool explodes = false;
+    if (x->bound.most != 0 || tried < fmax(x->growth.next, KMP_GROWTH_STEPS / 2))
+        return false;
+    const double size = kmp_growth_size(e->size, (int)room->w, room->y + l, room->atol + l, e->spec.atol);
+    if (!kmp_growth_is_endless(&x->growth, tried, room->t[l], size))
+        return false;
+    for (int k = 0; k < e->p; k++) {
+        const int u = pool->part.u[k];
+        explodes = explodes || (u < kmp_model_coordinates(e->s->model) &&
+                                kmp_growth_explodes(room->y[(size_t)(e->p + k) * room->w + l],
+                                                    room->scale[(size_t)u * room->w + l], x->rate_scale, &most));
+    }
+    return explodes;
+}
+
+/* The number of further attempts before a bound of work or the growth must be looked at. */
+static long spare_steps(const kmp_instance *x, long tried)
+{
+    const long spare = kmp_work_bound_spare(&x->bound, tried);
+    const long look = (long)fmax(x->growth.next, KMP_GROWTH_STEPS / 2) - tried - 1;
+    return x->bound.most == 0 && look < spare ? look : spare;
+}
+
 /* Continues a lane, finishes its instance, or leaves it to another pool or a separate run. */
 static kempe_status take(kmp_engine *e, kmp_pool *pool, const kmp_lane_watched *seen, size_t l)
 {
@@ -136,13 +165,14 @@ static kempe_status take(kmp_engine *e, kmp_pool *pool, const kmp_lane_watched *
     room->t[l] = room->t_new[l];
     bool through = !(room->t[l] < e->spec.t_end), meets = false;
     long tried = result->steps + result->rejected + result->refused;
-    bool slow = kmp_work_bound_passed(&x->bound, tried, room->t[l], e->spec.t_end, NULL);
+    bool slow = kmp_work_bound_passed(&x->bound, tried, room->t[l], e->spec.t_end, NULL) ||
+                grows_without_end(e, pool, x, l, (double)tried);
     bool reorders = !through && pool->layout.multipliers > 0 && kmp_lane_order_is_bad(e, pool, seen, l);
     if (seen->quiet[l] && !collapsed && !slow && !reorders) {
         x->pace = 0;
         x->seen_margin = INFINITY;
         x->seen_t = -1;
-        room->spare[l] = x->hopeless > 0 || !passes_quiet_steps(e, pool) ? 0 : kmp_work_bound_spare(&x->bound, tried);
+        room->spare[l] = x->hopeless > 0 || !passes_quiet_steps(e, pool) ? 0 : spare_steps(x, tried);
         return KEMPE_OK;
     }
     const char *jump = through ? NULL : pass_sample(e, l, &meets);

@@ -26,45 +26,21 @@ static kempe_status check_bound(kmp_runner *run, double t)
     return run->reason ? KEMPE_E_FAILED : kmp_fail_memory(run->s->context);
 }
 
-/* The largest unknown at the end of the last step over its usual size, which the absolute tolerances have. */
-static double size_of_unknowns(kmp_runner *run, double t)
-{
-    const double *y = kmp_runner_unknowns(run, t), *atol = run->solver->tolerance.atol;
-    double most = 0;
-    for (int i = 0; y && i < run->formulation->size; i++)
-        most = fmax(most, fabs(y[i]) / atol[i]);
-    return most * run->spec.atol;
-}
-
-/* Usual rates of a coordinate: below it does not explode. */
-static const double USUAL_RATES = 1000;
-
-/* The coordinate that moves fastest, far beyond its usual rate; -1: there is none. States may have any size. */
-static int find_exploding(kmp_runner *run, double t, double *rate)
-{
-    double *row = run->moved, most = USUAL_RATES * run->rate_scale;
-    int which = -1;
-    if (kmp_runner_motion(run, t, row) != KEMPE_OK)
-        return -1;
-    for (int i = 0; i < kmp_model_coordinates(run->s->model); i++)
-        if (fabs(row[run->s->n + i]) / run->s->scale[i] > most) {
-            *rate = row[run->s->n + i];
-            most = fabs(*rate) / run->s->scale[i];
-            which = i;
-        }
-    return which;
-}
-
-/* Ends a run whose motion explodes; a given bound on steps is that of the user. */
+/* Ends a run whose motion explodes; a given bound on steps is that of the user. States may have any size. */
 static kempe_status check_growth(kmp_runner *run, double t)
 {
-    kmp_growth *growth = &run->growth;
-    long tried = kmp_runner_tried(run);
-    double rate = 0;
-    if (run->bound.most != 0 || !kmp_growth_is_due(growth, tried) ||
-        !kmp_growth_is_endless(growth, tried, t, size_of_unknowns(run, t)))
+    const double tried = (double)kmp_runner_tried(run), *y;
+    double *row = run->moved, most = 0;
+    int k = -1;
+    if (run->bound.most != 0 || tried < run->growth.next)
         return KEMPE_OK;
-    int k = find_exploding(run, t, &rate);
+    y = kmp_runner_unknowns(run, t);
+    double size = y ? kmp_growth_size(run->formulation->size, 1, y, run->solver->tolerance.atol, run->spec.atol) : 0;
+    if (!kmp_growth_is_endless(&run->growth, tried, t, size) || kmp_runner_motion(run, t, row) != KEMPE_OK)
+        return KEMPE_OK;
+    for (int i = 0; i < kmp_model_coordinates(run->s->model); i++)
+        if (kmp_growth_explodes(row[run->s->n + i], run->s->scale[i], run->rate_scale, &most))
+            k = i;
     if (k < 0)
         return KEMPE_OK;
     kmp_text why = {0};
@@ -72,8 +48,8 @@ static kempe_status check_growth(kmp_runner *run, double t)
         &why,
         "the motion grows without end: at t = %.6g s '%s' has a rate of %.3g %s, and the state is ten times as "
         "large as %.3g s before, for the third time",
-        t, run->s->model->motions[k].name, rate, run->s->model->motions[k].rotation ? "rad/s" : "m/s",
-        growth->t[0] - growth->t[1]);
+        t, run->s->model->motions[k].name, row[run->s->n + k], run->s->model->motions[k].rotation ? "rad/s" : "m/s",
+        run->growth.t[0] - run->growth.t[1]);
     size_t said = why.length;
     kmp_runner_explain_angles(run, &why);
     if (why.length == said)

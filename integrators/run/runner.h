@@ -6,6 +6,7 @@
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/margin.h"
 #include "constraints/partition/partition.h"
+#include "integrators/decide/endless_growth.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/friction/friction_run.h"
 #include "integrators/impact/impact.h"

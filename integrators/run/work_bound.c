@@ -3,8 +3,6 @@
  * of short steps has no effect unless it fills a window. */
 #include "integrators/run/work_bound.h"
 #include <limits.h>
-#include <math.h>
-#include <string.h>
 
 /* Steps of a window: about half a second for a small mechanism. Short phases, as oscillations of microseconds, take a
  * tenth of it even at the finest tolerances (bench/results/light_carriage.txt). */
@@ -21,32 +19,6 @@ static bool has_reached(const kmp_work_bound *bound, long tried, double t, doubl
         kmp_text_printf(why, "the limit of %ld steps (max_steps) is reached at t = %.9g s of %.9g s", bound->most, t,
                         t_end);
     return true;
-}
-
-/* Steps between looks, and those of a run that is never ended: it costs little. */
-enum { BETWEEN_LOOKS = 16, FEW = 20000 };
-static const double USUAL = 10; /* sizes of usual motions are below */
-static const double STEADY =
-    1.25; /* each decade of an exponential function takes as long as the last one; of t^10, 1.26 times as long */
-
-bool kmp_growth_is_endless(kmp_growth *growth, long tried, double t, double size)
-{
-    double *end = growth->t;
-    growth->next = tried + BETWEEN_LOOKS;
-    if (!(growth->beyond > 0))
-        growth->beyond = USUAL;
-    if (!isfinite(size))
-        return false; /* the next step finds it */
-    bool jumps = size >= 10 * growth->beyond;
-    for (; size >= growth->beyond; growth->beyond *= 10) {
-        memmove(end + 1, end, 3 * sizeof *end);
-        end[0] = t;
-        growth->ended++;
-    }
-    growth->ended = jumps ? 1 : growth->ended;
-    double last = end[0] - end[1], before = end[1] - end[2], first = end[2] - end[3];
-    return growth->ended >= 4 && tried >= FEW && last <= STEADY * before && before <= STEADY * first &&
-           t - end[0] <= STEADY * last;
 }
 
 long kmp_work_bound_spare(const kmp_work_bound *bound, long tried)

@@ -12,24 +12,6 @@ typedef struct kmp_work_bound {
     bool has_looked; /* a look was taken */
 } kmp_work_bound;
 
-/** Growth of the state by decades. */
-typedef struct kmp_growth {
-    long next;     /* attempted steps at the next look */
-    double beyond; /* size at the end of the last decade; 0: the first one has not ended */
-    double t[4];   /* ends of the last decades, the latest one first */
-    int ended;     /* their number */
-} kmp_growth;
-
-/** True if a look is due after `tried` attempts. */
-static inline bool kmp_growth_is_due(const kmp_growth *growth, long tried)
-{
-    return tried >= growth->next;
-}
-
-/** A look: the largest unknown at t is `size` times its usual size. True for growth without end: over the last three
- * decades, far beyond usual sizes, at least as fast as an exponential function, and after many steps. */
-bool kmp_growth_is_endless(kmp_growth *growth, long tried, double t, double size);
-
 /** After a step: `tried` attempts so far, the run is at t and ends at t_end. True when it must stop, with the sentence
  * in `why` (NULL: not wanted). A default bound judges steps in long windows; it ends a run whose last window would have
  * to be repeated hundreds of times. */

@@ -326,6 +326,30 @@ static const kempe_equations spring = {.name = "spring",
                                        .changes = spring_changes,
                                        .watch = &watch_limit};
 
+/* -- a mass that runs away: x = exp(40 t) ------------------------------------------------------------------------ */
+
+#define RUNAWAY 40.0
+static const double runaway_rate[] = {RUNAWAY};
+
+static void runaway_motion(const kempe_arguments *at, double *M, double *C, double *jdqd)
+{
+    (void)jdqd;
+    M[0] = 1;
+    C[0] = -RUNAWAY * RUNAWAY * at->q[0];
+}
+
+static const kempe_equations runaway = {.name = "runaway",
+                                        .hash = "",
+                                        .coordinates = 1,
+                                        .freedom = 1,
+                                        .coordinate_names = spring_coordinates,
+                                        .coordinate_kind = translations,
+                                        .scale = ones,
+                                        .rank_tolerance = 1e-10,
+                                        .start_q = ones,
+                                        .start_qd = runaway_rate,
+                                        .motion = runaway_motion};
+
 /* -- the same spring as a kink of |x| ------------------------------------------------------------------------------ */
 
 static void kinked_motion(const kempe_arguments *at, double *M, double *C, double *jdqd)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The bound on work: hopeless runs end soon and say why, long ones that get on do not, and none is called singular for
  * its length. */
+#include "integrators/decide/endless_growth.h"
 #include "integrators/run/work_bound.h"
 #include "integrators/steppers/explicit_methods.h"
 #include "integrators/steppers/solver.h"
@@ -111,8 +112,8 @@ static bool grows(double (*size)(double))
     kmp_growth growth = {0};
     bool endless = false;
     for (long k = 1; k <= 100000; k++)
-        if (kmp_growth_is_due(&growth, k))
-            endless = kmp_growth_is_endless(&growth, k, 20e-5 * (double)k, size(20e-5 * (double)k)) || endless;
+        if ((double)k >= growth.next)
+            endless = kmp_growth_is_endless(&growth, (double)k, 20e-5 * (double)k, size(20e-5 * (double)k)) || endless;
     return endless;
 }
 

@@ -403,6 +403,25 @@ static void test_bad_instances(void)
     scatter(&x);
 }
 
+/* A motion that grows without end is found in its lane, and told as by a run. */
+static void test_runaways(void)
+{
+    static const char text[] = "kempe: 1\ngravity: [0, 0, 0]\nparameters: {c: 40}\nbodies:\n"
+                               "  cart: {joint: {name: x, prismatic: x, at: ground}, mass: 1}\n"
+                               "forces: {f: {joint: x, force: 'c*c*q(x)'}}\nstart: {q: {x: 0.1}, qd: {x: 4}}\n";
+    static outcome out;
+    many x = gather_text(text, (const char *const[]){"c", NULL}, 0.02);
+    run(&x, &(kmp_run_spec){.rtol = 1e-8, .t_end = 20, .max_step = 1e-4}, (kmp_ensemble_execution){0}, &out);
+    for (int i = 0; i < COUNT; i++) {
+        CHECK(out.result[i].status == KEMPE_E_FAILED && out.result[i].alone);
+        CHECK_TEXT(out.result[i].why, "too much work");
+        CHECK(out.result[i].reason && strstr(out.result[i].reason, "the motion grows without end: at t = 2"));
+    }
+    CHECK(out.work.lane_steps >= 20000);
+    drop(&out);
+    scatter(&x);
+}
+
 /* Loops that cannot be closed are told as an assembly tells them. */
 static void test_open_loops(void)
 {
@@ -523,6 +542,7 @@ int main(void)
     TEST(test_what_lanes_cannot);
     TEST(test_parts);
     TEST(test_bad_instances);
+    TEST(test_runaways);
     TEST(test_open_loops);
     TEST(test_interrupt);
     TEST(test_interrupt_between);

@@ -673,6 +673,26 @@ static void failures_say_why(void)
     CHECK(strstr(s->message, "row 'rod' has the residual nan"));
 }
 
+/* In steps that are so short that it does not overflow before; a number of steps is the bound of the caller. */
+static void runaway_motions_end_by_name(void)
+{
+    kempe_simulator simulator, *s = &simulator;
+    for (int bounded = 0; bounded < 2; bounded++) {
+        begin_at(s, &runaway, 0);
+        s->settings.longest = 1e-4;
+        s->settings.most_steps = bounded ? 1e5 : 0;
+        GOES(kempe_simulator_start(s, 0));
+        GOES(kempe_simulator_advance(s, 1));
+        CHECK_STATUS(s, kempe_simulator_advance(s, 4), bounded ? KEMPE_SIMULATOR_GOES : KEMPE_SIMULATOR_FAILED);
+        CHECK(bounded || strstr(s->message, "the motion grows without end: at t = 2"));
+        CHECK(bounded || strstr(s->message, "'x' has a rate of 2.2"));
+        CHECK(s->t == (bounded ? 4 : 1));
+    }
+    GOES(kempe_simulator_start(s, 0));
+    s->settings.longest = 0;
+    GOES(kempe_simulator_advance(s, 4));
+}
+
 static void memory_is_counted(void)
 {
     for (int k = 0; k < ALL; k++) {
@@ -714,6 +734,7 @@ int main(void)
     TEST(caller_stops_at_samples);
     TEST(derivatives_are_exact);
     TEST(failures_say_why);
+    TEST(runaway_motions_end_by_name);
     TEST(memory_is_counted);
     return check_report();
 }

@@ -5,6 +5,7 @@
 
 #include "base/bracket.h"
 #include "generate/runtime/kempe_simulator.h"
+#include "integrators/decide/endless_growth.h"
 #include "integrators/steppers/explicit_methods.h"
 #include "integrators/steppers/sample_times.h"
 #include "linalg/dense/factors.h"
@@ -57,11 +58,15 @@ enum {
     AT_EXCHANGES,
     AT_EVENTS,
     AT_RANK,
+    AT_TRIED,  /* attempted steps since the start */
+    AT_GROWTH, /* numbers of kmp_growth */
     HEADER = 48
 };
 
 /* Results of an evaluation. */
 typedef enum outcome { GOOD, OPEN, SINGULAR_LOOPS, SINGULAR_MASS, NOT_FINITE, UNSETTLED, MOVED_ANGLES, TOLD } outcome;
+
+typedef char growth_fits[AT_GROWTH + sizeof(kmp_growth) / sizeof(double) <= HEADER ? 1 : -1];
 
 static const kmp_rk_numbers methods[] = {KMP_DOP853_NUMBERS, KMP_DOPRI5_NUMBERS};
 

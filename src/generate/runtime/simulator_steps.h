@@ -222,6 +222,36 @@ static void take_back(kempe_simulator *s, double h)
     s->work.rejected++;
 }
 
+/* False after a message: the motion, whose step has ended at the placed state, grows without end. A number of steps
+ * that is set is the bound of the caller. */
+static bool stays_bounded(kempe_simulator *s)
+{
+    const kempe_equations *e = s->equations;
+    const struct kempe_simulator_parts *part = &s->part;
+    double *state = part->state, t = state[AT_END], most = 0;
+    int which = -1;
+    kmp_growth growth;
+    memcpy(&growth, state + AT_GROWTH, sizeof growth);
+    if (s->settings.most_steps > 0 || state[AT_TRIED] < growth.next)
+        return true;
+    const bool endless = kmp_growth_is_endless(
+        &growth, state[AT_TRIED], t, kmp_growth_size(size_of_y(s), 1, part->y_new, part->atol, s->settings.atol));
+    memcpy(state + AT_GROWTH, &growth, sizeof growth);
+    for (int j = 0; endless && j < e->coordinates; j++)
+        if (e->coordinate_kind[j] != KEMPE_COORDINATE_STATE &&
+            kmp_growth_explodes(part->qd[j], e->scale[j], state[AT_RATE], &most))
+            which = j;
+    if (which < 0)
+        return true;
+    snprintf(s->message, sizeof s->message,
+             "%s: the motion grows without end: at t = %.6g '%s' has a rate of %.3g %s, and the state is ten times as "
+             "large as %.3g s before, for the third time: check the signs of forces, dampings and gains, or set "
+             "most_steps",
+             e->name, t, e->coordinate_names[which], part->qd[which],
+             e->coordinate_kind[which] == KEMPE_COORDINATE_ROTATION ? "rad/s" : "m/s", growth.t[0] - growth.t[1]);
+    return false;
+}
+
 /* Takes an attempt: the state at its end and what is to be done there. One that is made again is not once more. */
 static kempe_simulator_status take_step(kempe_simulator *s, double h, double t_new, double error, bool again)
 {
@@ -242,6 +272,8 @@ static kempe_simulator_status take_step(kempe_simulator *s, double h, double t_n
     int row = open_row(s);
     if (row >= 0)
         return report_open_row(s, row, t_new);
+    if (!stays_bounded(s))
+        return KEMPE_SIMULATOR_FAILED;
     state[AT_EXCHANGE] = is_choice_bad(s, KMP_EXCHANGE_GROWTH);
     if (!has_changes(s))
         return KEMPE_SIMULATOR_GOES;
@@ -296,6 +328,7 @@ static kempe_simulator_status attempt_step(kempe_simulator *s, bool again)
         if (!(h > 0))
             break;
         what = attempt(s, h, t_new, &error, &said);
+        state[AT_TRIED]++;
         if (what == TAKEN) {
             bool collapsed = kmp_step_collapsed(&hopeless, h, t_new);
             state[AT_HOPELESS] = hopeless;
