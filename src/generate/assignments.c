@@ -35,11 +35,6 @@ static void count_uses(printer *p, int count, const kmp_assignment *a)
         p->uses[kmp_id(a[k].value)]++;
 }
 
-static uint32_t length_of(const printer *p, kmp_ref r)
-{
-    return p->variable[kmp_id(r)] ? 5 : p->length[kmp_id(r)];
-}
-
 /* Chooses variables. Operands precede their users, so that one pass decides. */
 static void choose_variables(printer *p)
 {
@@ -51,7 +46,7 @@ static void choose_variables(printer *p)
             continue;
         p->length[id] = 5;
         for (int k = 0; k < arity; k++)
-            p->length[id] += length_of(p, kmp_operand(n, k));
+            p->length[id] += p->variable[kmp_id(kmp_operand(n, k))] ? 5 : p->length[kmp_id(kmp_operand(n, k))];
         if (p->uses[id] > 1 || p->length[id] > LONGEST)
             p->variable[id] = 1;
     }

@@ -8,15 +8,6 @@
 
 static const char *const schemes[] = {[KMP_SCHEME_COMPOSITE] = "composite", [KMP_SCHEME_NER] = "ner"};
 
-static kempe_status refuse_set(kempe_context *context, const char *name, size_t length)
-{
-    kmp_text sentence = {0};
-    kmp_text_printf(&sentence, "unknown set '%.*s'; sets are ", (int)length, name);
-    kmp_sets_list(&sentence);
-    kmp_text_put(&sentence, ", and several of them joined by +");
-    return kmp_fail_text(context, KEMPE_E_ARGUMENT, &sentence);
-}
-
 /* The sets of a name, or of several with + between. */
 static kempe_status read_sum(kempe_context *context, const char *name, size_t length, unsigned *sets)
 {
@@ -25,8 +16,13 @@ static kempe_status read_sum(kempe_context *context, const char *name, size_t le
         size_t part = strcspn(name + at, "+,");
         part = at + part > length ? length - at : part;
         unsigned found = kmp_sets_find(name + at, part);
-        if (!found)
-            return refuse_set(context, name + at, part);
+        if (!found) {
+            kmp_text sentence = {0};
+            kmp_text_printf(&sentence, "unknown set '%.*s'; sets are ", (int)part, name + at);
+            kmp_sets_list(&sentence);
+            kmp_text_put(&sentence, ", and several of them joined by +");
+            return kmp_fail_text(context, KEMPE_E_ARGUMENT, &sentence);
+        }
         *sets |= found;
         at += part + 1;
     }

@@ -30,23 +30,19 @@ enum { LANGUAGES = sizeof languages / sizeof *languages };
 
 /* -- request ----------------------------------------------------------------------------------------- */
 
-static kempe_status refuse_language(kempe_context *context, const char *name)
-{
-    kmp_text sentence = {0};
-    kmp_text_printf(&sentence, "unknown language '%s'; languages are ", name);
-    for (int k = 0; k < LANGUAGES; k++)
-        kmp_text_printf(&sentence, "%s%s", k ? ", " : "", languages[k]->name);
-    return kmp_fail_text(context, KEMPE_E_ARGUMENT, &sentence);
-}
-
 static kempe_status read_language(kempe_code *code, const kempe_generate_options *g)
 {
     const char *name = g->language ? g->language : "c";
     for (int k = 0; k < LANGUAGES; k++)
         if (strcmp(languages[k]->name, name) == 0)
             code->language = languages[k];
-    if (!code->language)
-        return refuse_language(code->context, name);
+    if (!code->language) {
+        kmp_text sentence = {0};
+        kmp_text_printf(&sentence, "unknown language '%s'; languages are ", name);
+        for (int k = 0; k < LANGUAGES; k++)
+            kmp_text_printf(&sentence, "%s%s", k ? ", " : "", languages[k]->name);
+        return kmp_fail_text(code->context, KEMPE_E_ARGUMENT, &sentence);
+    }
     if (g->simulator && strcmp(name, "c") != 0)
         return kmp_fail(code->context, KEMPE_E_ARGUMENT, "simulators are written in C: use --lang c");
     if (g->vectorised && !code->language->arrays.function)

@@ -148,14 +148,6 @@ kmp_tally kmp_tally_program(const kmp_program *p, int first, int last)
                        .operations = p->code[last + 1] - p->code[first]};
 }
 
-static long count_operations(const kmp_graph *g)
-{
-    long count = 0;
-    for (uint32_t id = 0; id < kmp_graph_count(g); id++)
-        count += kmp_op_arity((kmp_op)kmp_graph_node(g, id)->op) > 0;
-    return count;
-}
-
 kempe_status kmp_tally_sets(const kempe_model *model, const kmp_scene *scene, unsigned wanted, kmp_tally *tally)
 {
     kmp_equations eq;
@@ -169,7 +161,10 @@ kempe_status kmp_tally_sets(const kempe_model *model, const kmp_scene *scene, un
     bool ok = steps.vector >= 0;
     if (ok) {
         *tally = kmp_tally_program(program, 0, 1);
-        tally->useless = count_operations(eq.graph) - tally->operations;
+        long count = 0;
+        for (uint32_t id = 0; id < kmp_graph_count(eq.graph); id++)
+            count += kmp_op_arity((kmp_op)kmp_graph_node(eq.graph, id)->op) > 0;
+        tally->useless = count - tally->operations;
         tally->steps = steps;
     }
     kmp_program_free(program);

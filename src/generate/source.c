@@ -126,36 +126,30 @@ static void name_elements(kmp_code_source *source)
         }
 }
 
-/* States with samples or events. */
-static void name_discrete(kmp_code_source *source)
+/* States with samples or events, and continuous delays. */
+static void name_states(kmp_code_source *source)
 {
     const kempe_model *model = source->model;
-    const int room = kmp_model_has_samples(model) ? model->state_count : 0;
-    if (!KMP_ARENA_MAKE(&source->arena, KMP_ROOM(char *, room, &source->discrete_names),
-                        KMP_ROOM(int, room, &source->discrete_place), KMP_ROOM(double, room, &source->discrete_time)))
+    const int samples = kmp_model_has_samples(model) ? model->state_count : 0, delays = model->delay_count;
+    if (!KMP_ARENA_MAKE(&source->arena, KMP_ROOM(char *, samples, &source->discrete_names),
+                        KMP_ROOM(int, samples, &source->discrete_place),
+                        KMP_ROOM(double, samples, &source->discrete_time),
+                        KMP_ROOM(char *, delays, &source->delay_names),
+                        KMP_ROOM(int, delays, &source->delay_place, &source->delay_given)))
         return;
-    for (int k = 0; k < room; k++)
-        if (model->states[k].next) {
-            source->discrete_names[source->discrete_count] = kmp_arena_strdup(&source->arena, model->states[k].name);
-            source->discrete_place[source->discrete_count] = kmp_model_coordinates(model) + k;
-            source->discrete_time[source->discrete_count++] = model->states[k].period;
-        }
-}
-
-static void name_delays(kmp_code_source *source)
-{
-    const kempe_model *model = source->model;
-    const int room = model->delay_count;
-    if (!KMP_ARENA_MAKE(&source->arena, KMP_ROOM(char *, room, &source->delay_names),
-                        KMP_ROOM(int, room, &source->delay_place), KMP_ROOM(int, room, &source->delay_given)))
-        return;
-    for (int k = 0; room > 0 && k < model->state_count; k++) {
+    for (int k = 0; k < model->state_count; k++) {
         const kmp_state *state = &model->states[k];
-        if (!state->delayed)
-            continue;
-        source->delay_names[source->delay_count] = kmp_arena_strdup(&source->arena, state->name);
-        source->delay_given[source->delay_count] = state->before || state->began;
-        source->delay_place[source->delay_count++] = kmp_model_coordinates(model) + k;
+        const int place = kmp_model_coordinates(model) + k;
+        if (samples > 0 && state->next) {
+            source->discrete_names[source->discrete_count] = kmp_arena_strdup(&source->arena, state->name);
+            source->discrete_place[source->discrete_count] = place;
+            source->discrete_time[source->discrete_count++] = state->period;
+        }
+        if (delays > 0 && state->delayed) {
+            source->delay_names[source->delay_count] = kmp_arena_strdup(&source->arena, state->name);
+            source->delay_given[source->delay_count] = state->before || state->began;
+            source->delay_place[source->delay_count++] = place;
+        }
     }
 }
 
@@ -230,13 +224,6 @@ bool kmp_code_find_kept(kmp_arena *arena, kmp_code_routine *r)
     return true;
 }
 
-static void mark_symbols(kmp_code_source *source, const kmp_program *p)
-{
-    for (int k = 0; k < p->input_count; k++)
-        if (p->input[k].kind == KMP_IN_PARAMETER)
-            source->place[p->input[k].index] = 0;
-}
-
 static bool take_symbols(kmp_code_source *source, const kmp_tree *tree)
 {
     if (source->place)
@@ -265,10 +252,13 @@ static void take_values(kmp_code_source *source, const kmp_tree *tree)
 
 bool kmp_code_take_program(kmp_code_source *source, kmp_code_routine *r)
 {
-    for (int k = 0; k < r->program->input_count; k++) /* also of contacts of wheels */
-        r->arguments |= r->program->input[k].kind == KMP_IN_LAMBDA ? 1u << KMP_IN_LAMBDA : 0;
+    for (int k = 0; k < r->program->input_count; k++) {
+        const kmp_program_input *in = &r->program->input[k];
+        r->arguments |= in->kind == KMP_IN_LAMBDA ? 1u << KMP_IN_LAMBDA : 0; /* also of contacts of wheels */
+        if (in->kind == KMP_IN_PARAMETER)
+            source->place[in->index] = 0;
+    }
     r->tally = kmp_tally_program(r->program, 0, 1);
-    mark_symbols(source, r->program);
     return kmp_code_find_kept(&source->arena, r) && kmp_code_blocks_make(source, r) == KEMPE_OK &&
            !source->arena.failed;
 }
@@ -337,22 +327,6 @@ static bool place_symbols(kmp_code_source *source)
     return !source->arena.failed;
 }
 
-static kempe_status read_form(kmp_code_source *source, const char *form)
-{
-    source->legible = !form || strcmp(form, "legible") == 0;
-    if (source->legible || strcmp(form, "compact") == 0)
-        return KEMPE_OK;
-    return kmp_fail(source->context, KEMPE_E_ARGUMENT, "unknown form '%s'; forms are legible, compact", form);
-}
-
-/* For a rounded drawing the exact mechanism is written, which all computations use (constraints/rounding/mend.h). */
-static kempe_status find_meant(kmp_code_source *source)
-{
-    kempe_status status = source->model->closure_count > 0 ? kmp_meant(source->model, &source->meant) : KEMPE_OK;
-    source->model = source->meant ? kmp_variant_model(source->meant) : source->model;
-    return status;
-}
-
 static kempe_status derive_all(kmp_code_source *source, const kmp_set_choice *choice)
 {
     for (int k = 0; k < choice->count; k++)
@@ -379,15 +353,6 @@ static void name_all(kmp_code_source *source, const kempe_model *model)
     name_outputs(source);
 }
 
-static void name_system(kmp_code_source *source, const kempe_system *system)
-{
-    kmp_arena *arena = &source->arena;
-    source->m = system->m;
-    source->row_names = KMP_ARENA_NEW(arena, char *, system->m);
-    for (int r = 0; source->row_names && r < system->m; r++)
-        source->row_names[r] = kmp_arena_strdup(arena, system->row_names[r]);
-}
-
 /* Parameters of which something depends; their place is that in the model. */
 static void take_set_parameters(kmp_code_source *source, const kempe_model *model)
 {
@@ -410,7 +375,10 @@ kempe_status kmp_source_describe(kmp_code_source *source, const kempe_model *mod
     *source = (kmp_code_source){.context = model->context, .model = model, .n = model->motion_count};
     kmp_arena *arena = &source->arena;
     name_all(source, model);
-    name_system(source, system);
+    source->m = system->m;
+    source->row_names = KMP_ARENA_NEW(arena, char *, system->m);
+    for (int r = 0; source->row_names && r < system->m; r++)
+        source->row_names[r] = kmp_arena_strdup(arena, system->row_names[r]);
     struct kmp_simulated *x = source->simulated = KMP_ARENA_NEW(arena, struct kmp_simulated, 1);
     if (x && KMP_ARENA_MAKE(arena, KMP_ROOM(int, model->parameter_count, &x->symbol, &x->fixed),
                             KMP_ROOM(int, source->n, &x->coordinate_kind)))
@@ -427,11 +395,17 @@ static kempe_status make(kmp_code_source *source, const kempe_model *model, cons
                          kmp_set_choice *choice)
 {
     kmp_arena *arena = &source->arena;
-    KMP_TRY(read_form(source, g->form));
+    source->legible = !g->form || strcmp(g->form, "legible") == 0;
+    if (!source->legible && strcmp(g->form, "compact") != 0)
+        return kmp_fail(source->context, KEMPE_E_ARGUMENT, "unknown form '%s'; forms are legible, compact", g->form);
     KMP_TRY(kmp_choice_read(model, g, choice));
     if (choice->all & (1u << KMP_EQ_R_Q))
         KMP_TRY(kmp_refuse_load_dependent_model(model, "set 'R_q'"));
-    KMP_TRY(find_meant(source));
+    /* For a rounded drawing the exact mechanism is written, which all computations use (constraints/rounding/mend.h).
+     */
+    if (model->closure_count > 0)
+        KMP_TRY(kmp_meant(model, &source->meant));
+    source->model = source->meant ? kmp_variant_model(source->meant) : model;
     source->vectorised = g->vectorised;
     source->parameters = g->keep_parameters || g->simulator;
     source->simulator = g->simulator;
@@ -441,8 +415,7 @@ static kempe_status make(kmp_code_source *source, const kempe_model *model, cons
     source->routines = KMP_ARENA_NEW(arena, kmp_code_routine, choice->count + (g->simulator ? KMP_SLOPES_MOST : 0));
     name_all(source, model);
     name_elements(source);
-    name_discrete(source);
-    name_delays(source);
+    name_states(source);
     KMP_TRY(kmp_made(model->context, !arena->failed && hash_model(model, source->hash)));
     return derive_all(source, choice);
 }

@@ -16,11 +16,15 @@ static const char *const stage_names[2][6] = {
     {"parameters", "closure: h, J, h_t", "mass: M", "bias: C, jdqd", "bias under loads: C", "power"},
     {"parameters", "closure: h, J, h_t", "bodies: X, J X", "accelerations: a, d", "loads: none", "power"}};
 
-/* The program of the formulations that can use articulated bodies. */
-static const kmp_program *program_of(const kempe_system *system, const char *const **names)
+/* The program of the formulations that can use articulated bodies, which is derived where it was not needed yet. */
+static kempe_status find_program(const kempe_system *system, const kmp_program **p, const char *const **names)
 {
+    KMP_TRY(kmp_motion_need_bodies(system));
+    if (!system->bodies->program)
+        KMP_TRY(kmp_motion_need(system));
     *names = stage_names[system->bodies->program != NULL];
-    return system->bodies->program ? system->bodies->program : system->motion;
+    *p = system->bodies->program ? system->bodies->program : system->motion;
+    return KEMPE_OK;
 }
 
 /* -- equations --------------------------------------------------------------------------------------- */
@@ -86,29 +90,7 @@ static kempe_status show_equations(kmp_text *text, const kempe_system *system, b
     return ok ? KEMPE_OK : kmp_fail_memory(system->context);
 }
 
-/* -- program ----------------------------------------------------------------------------------------- */
-
-static kempe_status show_program(kmp_text *text, const kempe_system *system)
-{
-    const char *const *names;
-    KMP_TRY(kmp_motion_need_bodies(system));
-    if (!system->bodies->program)
-        KMP_TRY(kmp_motion_need(system));
-    const kmp_program *p = program_of(system, &names);
-    kmp_program_print(p, names, text);
-    return KEMPE_OK;
-}
-
 /* -- counts ------------------------------------------------------------------------------------------ */
-
-static kempe_status tally_sets(const kempe_system *system, kmp_tally t[KMP_EQ_SETS])
-{
-    const kmp_scene scene = {.scheme = KMP_SCHEME_COMPOSITE};
-    for (int k = 0; k < KMP_EQ_SETS; k++)
-        if (shown & 1u << k)
-            KMP_TRY(kmp_tally_sets(system->model, &scene, 1u << k, &t[k]));
-    return KEMPE_OK;
-}
 
 static void show_counts(kmp_text *text, const char *name, const kmp_counts *c)
 {
@@ -154,11 +136,9 @@ static void show_blocks(kmp_text *text, const kmp_program *p, const kmp_block_co
     kmp_text_put(text, "\n");
 }
 
-static void show_stats(kmp_text *text, const kempe_system *system, const kmp_tally t[KMP_EQ_SETS],
+static void show_stats(kmp_text *text, const kmp_program *p, const char *const *names, const kmp_tally t[KMP_EQ_SETS],
                        const kmp_block_counts *blocks)
 {
-    const char *const *names;
-    const kmp_program *p = program_of(system, &names);
     int last = p->stages > KMP_STAGE_WORKING ? KMP_STAGE_LOAD : p->stages - 1; /* of variable stages */
     kmp_tally whole = kmp_tally_program(p, 0, last);
     show_header(text, "stage of the program", false);
@@ -179,7 +159,7 @@ static void show_stats(kmp_text *text, const kempe_system *system, const kmp_tal
         }
     show_counts(text, "all in one program", &whole.counts);
     kmp_text_printf(text, " | %8ld %8ld\n\n", whole.created, whole.kept);
-    if (system->bodies->program)
+    if (names == stage_names[1])
         kmp_text_put(text,
                      "by articulated bodies: qdd = a + X' lambda, J X lambda = -d, X = M^-1 J', d = J a + jdqd\n");
     kmp_text_put(text, "paper: + - * /   robotran: those and functions   created: nodes of the graph   kept: what the "
@@ -205,11 +185,6 @@ static void show_amount(kmp_text *text, long before, long after)
         kmp_text_printf(text, " %10ld %8.1f %%", after, gain_of(before, after));
 }
 
-static double useless_share(const kmp_gains *gains)
-{
-    return gains->made ? 100.0 * (double)(gains->made - gains->needed) / (double)gains->made : 0;
-}
-
 static void show_gains(kmp_text *text, const kmp_gains *gains)
 {
     kmp_text_printf(text, "\n%-26s %12s %10s %10s %10s\n", "simplification", "+ - * /", "gain", "run time", "gain");
@@ -231,7 +206,8 @@ static void show_gains(kmp_text *text, const kmp_gains *gains)
     kmp_text_printf(text, "  %-25s %10ld %10s %10ld\n\n", gains->all.name, gains->all.operations, "",
                     gains->all.runtime);
     kmp_text_printf(text, "unused operations: %ld of the %ld generated operations are not needed, %.0f %%\n",
-                    gains->made - gains->needed, gains->made, useless_share(gains));
+                    gains->made - gains->needed, gains->made,
+                    gains->made ? 100.0 * (double)(gains->made - gains->needed) / (double)gains->made : 0);
     kmp_text_put(text, "M, C, h, J, jdqd as one program, numbers kept as symbols; each row includes the rows before "
                        "it, with the chosen variants\nrun time: without constant subexpressions\n");
 }
@@ -277,11 +253,9 @@ static void json_blocks(kmp_json *json, const kmp_program *p, const kmp_block_co
     kmp_json_put(json, "} }");
 }
 
-static void json_stats(kmp_json *json, const kempe_system *system, const kmp_tally t[KMP_EQ_SETS],
+static void json_stats(kmp_json *json, const kmp_program *p, const char *const *names, const kmp_tally t[KMP_EQ_SETS],
                        const kmp_block_counts *blocks)
 {
-    const char *const *names;
-    const kmp_program *p = program_of(system, &names);
     kmp_tally whole = kmp_tally_program(p, 0, p->stages - 1);
     kmp_json_object(json, "stages");
     for (int s = 0; s < p->stages; s++) {
@@ -320,21 +294,24 @@ static kempe_status write_stats(kmp_text *out, const kempe_system *system, kempe
     kmp_tally t[KMP_EQ_SETS];
     kmp_gains gains;
     kmp_block_counts blocks;
-    KMP_TRY(tally_sets(system, t));
-    KMP_TRY(kmp_motion_need_bodies(system));
-    if (!system->bodies->program)
-        KMP_TRY(kmp_motion_need(system));
+    const kmp_scene scene = {.scheme = KMP_SCHEME_COMPOSITE};
+    const kmp_program *p;
+    const char *const *names;
+    for (int k = 0; k < KMP_EQ_SETS; k++)
+        if (shown & 1u << k)
+            KMP_TRY(kmp_tally_sets(system->model, &scene, 1u << k, &t[k]));
+    KMP_TRY(find_program(system, &p, &names));
     KMP_TRY(kmp_gains_find(system->model, &gains));
     KMP_TRY(kmp_block_counts_at_start(system, &blocks));
     if (format == KEMPE_TEXT) {
-        show_stats(out, system, t, &blocks);
+        show_stats(out, p, names, t, &blocks);
         show_gains(out, &gains);
         return KEMPE_OK;
     }
     kmp_json json = kmp_json_begin(out);
     kmp_print_head(&json, system, kmp_status_word(KEMPE_OK), "", system->build_s, NULL);
     kmp_json_string(&json, "view", "stats");
-    json_stats(&json, system, t, &blocks);
+    json_stats(&json, p, names, t, &blocks);
     json_gains(&json, &gains);
     kmp_json_end(&json);
     return KEMPE_OK;
@@ -348,8 +325,12 @@ static const char *const view_names[] = {[KEMPE_VIEW_EQUATIONS] = "equations",
 static kempe_status write_lines(kmp_text *out, const kempe_system *system, kempe_view view, kempe_format format)
 {
     kmp_text lines = {0};
-    kempe_status status = view == KEMPE_VIEW_PROGRAM ? show_program(&lines, system)
+    const kmp_program *p;
+    const char *const *names;
+    kempe_status status = view == KEMPE_VIEW_PROGRAM ? find_program(system, &p, &names)
                                                      : show_equations(&lines, system, view == KEMPE_VIEW_PASSES);
+    if (status == KEMPE_OK && view == KEMPE_VIEW_PROGRAM)
+        kmp_program_print(p, names, &lines);
     if (status == KEMPE_OK && format == KEMPE_TEXT) {
         kmp_text_put(out, lines.s ? lines.s : "");
     } else if (status == KEMPE_OK) {

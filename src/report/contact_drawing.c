@@ -101,8 +101,7 @@ static void put_depths(kmp_json *json, const kempe_trajectory *t, int force)
     kmp_json_array(json, "bars");
     for (int k = 0; k < BARS && times.ended > 0; k++)
         kmp_json_whole(json, NULL, count[k]);
-    kmp_json_end(json);
-    kmp_json_end(json);
+    kmp_json_put(json, "] }");
 }
 
 void kmp_contact_drawing(kmp_json *json, const kempe_trajectory *t, const kmp_samples *rows)

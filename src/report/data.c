@@ -87,8 +87,7 @@ static void put_level(kmp_json *json, const kempe_comparison *c, int l)
         kmp_method_cost cost = kmp_compare_cost(c, w, l);
         kmp_json_rounded_numbers(json, NULL, 3, (const double[]){cost.cpu_s, cost.steps, cost.rhs}, 4);
     }
-    kmp_json_end(json);
-    kmp_json_end(json);
+    kmp_json_put(json, "] }");
 }
 
 /* The two tables: methods by their place in the list, with the place of the method that each is compared with. */
@@ -143,8 +142,7 @@ void kmp_page_record(kmp_json *json, const kmp_record *record)
         put_string(json, "text", log->entries[k].text);
         kmp_json_end(json);
     }
-    kmp_json_end(json);
-    kmp_json_end(json);
+    kmp_json_put(json, "] }");
 }
 
 void kmp_page_data(kmp_text *text, const kempe_comparison *c, int count, const kmp_record *records,
@@ -163,8 +161,7 @@ void kmp_page_data(kmp_text *text, const kempe_comparison *c, int count, const k
     kmp_json_put(&json, "reference { there %i", c->has_reference);
     put_string(&json, "source", c->source);
     kmp_json_rounded_numbers(&json, "uncertainty", KMP_COMPARE_SHOWN, uncertainty, 3);
-    kmp_json_end(&json);
-    kmp_json_array(&json, "methods");
+    kmp_json_put(&json, "} methods [");
     for (int k = 0; k < c->method_count; k++) {
         const kmp_method *method = &c->methods[k];
         kmp_text name = {0};

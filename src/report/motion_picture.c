@@ -252,8 +252,7 @@ void kmp_motion_picture(kmp_json *json, const char *key, const kempe_model *mode
         for (size_t k = 0; k < count; k++)
             p.room[k] = (int16_t)lround(INT16_MAX * p.rotation[k]);
         kmp_json_shorts(json, "rotation", count, p.room);
-        kmp_json_end(json);
-        kmp_json_end(json);
+        kmp_json_put(json, "} }");
     } else {
         json->text->failed = true;
     }

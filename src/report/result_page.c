@@ -263,9 +263,8 @@ static void put_words(kmp_json *json, const kmp_result_page *page)
     kmp_text answer = {0};
     kmp_text_printf(&answer, "%c%s: %s", word[0] - 'a' + 'A', word + 1, page->answer);
     kmp_json_text(json, "answer", &answer);
-    kmp_json_put(json, "status %s reason %s warnings %s sentences %s", word, page->reason ? page->reason : "",
+    kmp_json_put(json, "status %s reason %s warnings %s sentences %s facts [", word, page->reason ? page->reason : "",
                  page->warnings ? page->warnings : "", page->sentences ? page->sentences : "");
-    kmp_json_put(json, "facts [");
     for (int k = 0; k < page->fact_count; k++)
         kmp_json_put(json, "[ %s %s ]", page->fact[k].name, page->fact[k].value);
     kmp_json_put(json, "] text %s n %d m %d", page->text ? page->text : "", s->n, s->m);

@@ -90,6 +90,16 @@ void kmp_code_blocks_free(kmp_code_routine *routine)
             kmp_program_free(routine->blocks[k].part[part].program);
 }
 
+const kmp_program *kmp_code_next_program(const kmp_code_routine *routine, int *i)
+{
+    const int parts = routine->blocks ? routine->program->block_count * KMP_BLOCK_PARTS : 0;
+    const kmp_program *found = NULL;
+    for (; !found && *i <= parts; ++*i)
+        found = *i == 0 ? routine->program
+                        : routine->blocks[(*i - 1) / KMP_BLOCK_PARTS].part[(*i - 1) % KMP_BLOCK_PARTS].program;
+    return found;
+}
+
 bool kmp_code_block_source(const kmp_code_source *of, kmp_arena *arena, kmp_code_source *source)
 {
     int most = 1;

@@ -28,6 +28,10 @@ extern const char *const kmp_block_part_names[KMP_BLOCK_PARTS];
 kempe_status kmp_code_blocks_make(kmp_code_source *source, kmp_code_routine *routine);
 void kmp_code_blocks_free(kmp_code_routine *routine);
 
+/** The programs of a routine from number *i on, which moves: its own, then those of the parts of its blocks. NULL:
+ * there are no more. */
+const kmp_program *kmp_code_next_program(const kmp_code_routine *routine, int *i);
+
 /** The source of the routines of blocks: their parameters are arguments of a block. */
 bool kmp_code_block_source(const kmp_code_source *of, kmp_arena *arena, kmp_code_source *source);
 

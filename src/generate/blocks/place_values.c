@@ -16,15 +16,6 @@ static bool stands(const kmp_program *p, const bool *standing, uint32_t operand)
     return in->kind == KMP_IN_Q && in->index == 0;
 }
 
-static void find_standing(const kmp_program *p, bool *standing)
-{
-    for (int i = 0; i < p->code[p->stages]; i++) {
-        standing[i] = i >= p->code[1];
-        for (int k = 0; k < kmp_op_arity((kmp_op)p->instruction[i].op); k++)
-            standing[i] = standing[i] && stands(p, standing, kmp_instruction_operand(&p->instruction[i], k));
-    }
-}
-
 /* q has room for the unknowns, of which those after the first are zero: no value depends on them. */
 static bool evaluate(const kmp_program *p, double *q, int places, const double *place, const int *list,
                      kmp_place_values *values)
@@ -54,7 +45,11 @@ kmp_program *kmp_place_values_take(const kmp_program *p, int unknowns, kmp_arena
     double *q = KMP_NEW(double, unknowns);
     kmp_program *found = NULL;
     if (standing && list && q) {
-        find_standing(p, standing);
+        for (int i = 0; i < p->code[p->stages]; i++) {
+            standing[i] = i >= p->code[1];
+            for (int k = 0; k < kmp_op_arity((kmp_op)p->instruction[i].op); k++)
+                standing[i] = standing[i] && stands(p, standing, kmp_instruction_operand(&p->instruction[i], k));
+        }
         found = kmp_program_given(p, standing, unknowns, list, &count);
     }
     values->width = 1 + count;

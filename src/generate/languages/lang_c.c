@@ -69,17 +69,6 @@ static void put_preparation(kmp_text *text, const struct kmp_code_block *b, cons
                             kmp_block_part_names[k]);
 }
 
-static int larger(int a, int b)
-{
-    return a > b ? a : b;
-}
-
-/* "NAME_ROUTINE_block0" */
-static void put_block_name(kmp_text *text, const kmp_writer *w, int number)
-{
-    kmp_text_printf(text, "%s_%s_block%d", w->source->name, w->routine->name, number);
-}
-
 /* The numbers of an array. */
 static void put_numbers(kmp_text *text, int count, const double *x)
 {
@@ -88,14 +77,6 @@ static void put_numbers(kmp_text *text, int count, const double *x)
         kmp_language_number(text, &kmp_language_c, x[k]);
     }
     kmp_text_put(text, "};\n\n");
-}
-
-static void put_candidates(kmp_text *text, const kmp_program_block *block, const char *name)
-{
-    if (block->candidates == 0)
-        return;
-    kmp_text_printf(text, "static const double %s_candidates[] = ", name);
-    put_numbers(text, block->candidates, block->candidate);
 }
 
 /* Values by place of a part that has some. */
@@ -192,7 +173,7 @@ static void put_solver(kmp_text *text, const struct kmp_code_block *b, const cha
     const int n = block->unknowns, among = block->candidates > 0, f = b->part[KMP_PART_EQUATIONS].arrays[0].count;
     kmp_text_printf(text, "typedef struct %s_room {\n", name);
     put_kept(text, b);
-    kmp_text_printf(text, ", f[%d];\n", larger(f, n));
+    kmp_text_printf(text, ", f[%d];\n", f > n ? f : n);
     if (among)
         kmp_text_printf(text, "    double merits[%d];\n", block->candidates);
     kmp_text_printf(text, "} %s_room;\n\n", name);
@@ -216,12 +197,15 @@ static void put_solver(kmp_text *text, const struct kmp_code_block *b, const cha
 static void put_block(const kmp_writer *w, const struct kmp_code_block *b, int number)
 {
     kmp_text name = {0};
-    put_block_name(&name, w, number);
+    kmp_text_printf(&name, "%s_%s_block%d", w->source->name, w->routine->name, number);
     if (name.failed || !name.s) {
         w->text->failed = true;
         return;
     }
-    put_candidates(w->text, b->block, name.s);
+    if (b->block->candidates > 0) {
+        kmp_text_printf(w->text, "static const double %s_candidates[] = ", name.s);
+        put_numbers(w->text, b->block->candidates, b->block->candidate);
+    }
     (b->block->averages ? put_average : put_solver)(w->text, b, name.s);
     kmp_text_free(&name);
 }

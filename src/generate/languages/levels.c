@@ -170,11 +170,6 @@ static void place_leaves(builder *b)
     }
 }
 
-static int place_of(const builder *b, uint32_t operand)
-{
-    return operand == number_zero ? ZERO : operand == number_one ? ONE : b->place[operand >> 1];
-}
-
 static void put_item(builder *b, int k, kmp_group *group)
 {
     kmp_nesting_levels *l = b->l;
@@ -182,7 +177,9 @@ static void put_item(builder *b, int k, kmp_group *group)
     b->place[b->leaves + it->instruction] = l->size++;
     for (int j = 0; j < kmp_group_operands(it->op); j++) {
         bool minus = it->op == KMP_OP_MUL ? j == 0 && it->minus : it->operand[j] < number_one && it->operand[j] & 1;
-        l->operand[j][k] = place_of(b, it->operand[j]);
+        l->operand[j][k] = it->operand[j] == number_zero  ? ZERO
+                           : it->operand[j] == number_one ? ONE
+                                                          : b->place[it->operand[j] >> 1];
         l->minus[j][k] = minus;
         group->minus[j] = group->minus[j] || minus;
     }

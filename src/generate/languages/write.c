@@ -44,6 +44,15 @@ static void put_numbers(const kmp_writer *w, const kmp_list_spelling *list, int 
     kmp_list_end(w->text, list, count);
 }
 
+static void put_integers(const kmp_writer *w, int count, const int *list, int base)
+{
+    for (int k = 0; k < count; k++) {
+        kmp_list_item(w->text, &w->language->numbers, k);
+        kmp_text_printf(w->text, "%d", list[k] + base);
+    }
+    kmp_list_end(w->text, &w->language->numbers, count);
+}
+
 void kmp_language_string(kmp_text *text, const kmp_language *language, const char *s)
 {
     char quote = language->quote;
@@ -93,29 +102,19 @@ bool kmp_language_has(const kmp_language *language, kmp_op op)
     return !language->functions || kmp_op_form_of(op) != KMP_FORM_FUNCTION || language->functions[op].call;
 }
 
-static bool has(const kmp_program *p, kmp_op op)
-{
-    for (int i = 0; p && i < p->code[p->stages]; i++)
-        if (p->instruction[i].op == op)
-            return true;
-    return false;
-}
-
 static bool is_used(const kmp_writer *w, kmp_op op)
 {
+    const kmp_program *p;
+    bool used = false;
     for (int k = 0; k < w->source->count; k++) {
         const kmp_code_routine *r = &w->source->routines[k];
-        const int blocks = r->blocks ? r->program->block_count : 0;
         if (w->routine && w->routine->program != r->program)
             continue;
-        if (has(r->program, op))
-            return true;
-        for (int b = 0; b < blocks; b++)
-            for (int part = 0; part < KMP_BLOCK_PARTS; part++)
-                if (has(r->blocks[b].part[part].program, op))
-                    return true;
+        for (int i = 0; (p = kmp_code_next_program(r, &i));)
+            for (int at = 0; at < p->code[p->stages] && !used; at++)
+                used = p->instruction[at].op == op;
     }
-    return false;
+    return used;
 }
 
 /* Definitions of the functions that the routine needs, or all routines. */
@@ -228,11 +227,6 @@ static void put_function(const kmp_writer *w)
     }
 }
 
-static void put_statements(const kmp_writer *w)
-{
-    kmp_text_put(w->text, w->statements->s ? w->statements->s : "");
-}
-
 /* -- comments ---------------------------------------------------------------------------------------- */
 
 /* A name in a comment: characters that would end the comment are removed. */
@@ -274,58 +268,6 @@ static bool has_outputs(const kmp_writer *w)
             if (strcmp(w->source->routines[k].arrays[a].name, name) == 0)
                 return true;
     return false;
-}
-
-static void put_integers(const kmp_writer *w, int count, const int *list, int base)
-{
-    for (int k = 0; k < count; k++) {
-        kmp_list_item(w->text, &w->language->numbers, k);
-        kmp_text_printf(w->text, "%d", list[k] + base);
-    }
-    kmp_list_end(w->text, &w->language->numbers, count);
-}
-
-static void put_indices(const kmp_writer *w, int count, const int *index)
-{
-    put_integers(w, count, index, w->language->base);
-}
-
-/* The rows of h of elements, and where they begin in modes. */
-static void put_friction_rows(const kmp_writer *w)
-{
-    put_indices(w, w->source->frictions.count, w->source->frictions.row);
-}
-
-static void put_friction_modes(const kmp_writer *w)
-{
-    put_indices(w, w->source->frictions.count, w->source->frictions.mode);
-}
-
-static void put_contact_rows(const kmp_writer *w)
-{
-    put_indices(w, w->source->contacts.count, w->source->contacts.row);
-}
-
-static void put_contact_modes(const kmp_writer *w)
-{
-    put_indices(w, w->source->contacts.count, w->source->contacts.mode);
-}
-
-/* The places in qd of states with samples or events. */
-static void put_discrete_places(const kmp_writer *w)
-{
-    put_indices(w, w->source->discrete_count, w->source->discrete_place);
-}
-
-/* The places in qd of continuous delays, and whether `before` has their signals. */
-static void put_delay_places(const kmp_writer *w)
-{
-    put_indices(w, w->source->delay_count, w->source->delay_place);
-}
-
-static void put_delay_given(const kmp_writer *w)
-{
-    put_integers(w, w->source->delay_count, w->source->delay_given, 0);
 }
 
 static void put_legends(const kmp_writer *w)
@@ -404,13 +346,6 @@ static const struct {
              {"about", put_about},   /* comment on the routine */
              {"title", put_title},
              {"legends", put_legends},
-             {"friction rows", put_friction_rows},
-             {"friction modes", put_friction_modes},
-             {"contact rows", put_contact_rows},
-             {"contact modes", put_contact_modes},
-             {"discrete places", put_discrete_places},
-             {"delay places", put_delay_places},
-             {"delay given", put_delay_given},
              {"runtime", put_runtime},     /* kempe/runtime.h */
              {"newton", put_newton},       /* solution of implicit blocks */
              {"functions", put_functions}, /* definitions */
@@ -418,7 +353,6 @@ static const struct {
              {"blocks", put_blocks},       /* that its program solves */
              {"prepare", put_prepare},     /* functions of the routine */
              {"function", put_function},
-             {"statements", put_statements},
              {"comma", put_comma},
              {"lists", kmp_vectorised_lists},   /* of the vectorised form: named lists of places and signs */
              {"groups", kmp_vectorised_groups}, /* all operations */
@@ -445,6 +379,7 @@ static bool put_name(const kmp_writer *w, const char *word, size_t length)
                  {"_prepare", w->scalar && w->scalar->stage == 0 ? "_prepare" : NULL},
                  {"array", w->array ? w->array->name : NULL},
                  {"meaning", w->array ? w->array->meaning : NULL},
+                 {"statements", w->statements ? w->statements->s : NULL},
                  {"mark", w->mark}, /* of comments */
                  {"argument", w->argument},
                  {"angle", w->angle},
@@ -461,6 +396,7 @@ static bool put_name(const kmp_writer *w, const char *word, size_t length)
 
 static bool put_list(const kmp_writer *w, const char *word, size_t length)
 {
+    const int base = w->language->base;
     const kmp_code_source *source = w->source;
     const kmp_nesting_levels *l = w->levels ? w->levels : &no_levels;
     const kmp_table *table = table_of(w);
@@ -469,25 +405,39 @@ static bool put_list(const kmp_writer *w, const char *word, size_t length)
         int count;
         char *const *names;
         const double *numbers;
-    } lists[] = {{"coordinate names", source->n, source->coordinate_names, NULL},
-                 {"row names", source->m, source->row_names, NULL},
-                 {"input names", source->input_count, source->input_names, NULL},
-                 {"output names", source->output_count, source->output_names, NULL},
-                 {"friction names", source->frictions.count, source->frictions.names, NULL},
-                 {"contact names", source->contacts.count, source->contacts.names, NULL},
-                 {"discrete names", source->discrete_count, source->discrete_names, NULL},
-                 {"delay names", source->delay_count, source->delay_names, NULL},
-                 {"discrete times", source->discrete_count, NULL, source->discrete_time},
-                 {"parameter names", source->parameter_count, source->parameter_name, NULL},
-                 {"values", source->parameter_count, NULL, source->value},
-                 {"x", table->count, NULL, table->x}, /* of a table */
-                 {"y", table->count, NULL, table->y},
-                 {"constants", l->number_count, NULL, l->numbers}}; /* at v's beginning */
+        const int *integers;
+        int base; /* what integers are counted from */
+    } lists[] = {{"coordinate names", source->n, .names = source->coordinate_names},
+                 {"row names", source->m, .names = source->row_names},
+                 {"input names", source->input_count, .names = source->input_names},
+                 {"output names", source->output_count, .names = source->output_names},
+                 {"friction names", source->frictions.count, .names = source->frictions.names},
+                 {"contact names", source->contacts.count, .names = source->contacts.names},
+                 {"discrete names", source->discrete_count, .names = source->discrete_names},
+                 {"delay names", source->delay_count, .names = source->delay_names},
+                 {"discrete times", source->discrete_count, .numbers = source->discrete_time},
+                 {"parameter names", source->parameter_count, .names = source->parameter_name},
+                 {"values", source->parameter_count, .numbers = source->value},
+                 {"x", table->count, .numbers = table->x}, /* of a table */
+                 {"y", table->count, .numbers = table->y},
+                 {"constants", l->number_count, .numbers = l->numbers}, /* at v's beginning */
+                 /* The rows of h of elements, and where they begin in modes. */
+                 {"friction rows", source->frictions.count, .integers = source->frictions.row, .base = base},
+                 {"friction modes", source->frictions.count, .integers = source->frictions.mode, .base = base},
+                 {"contact rows", source->contacts.count, .integers = source->contacts.row, .base = base},
+                 {"contact modes", source->contacts.count, .integers = source->contacts.mode, .base = base},
+                 /* The places in qd of states with samples or events, and of continuous delays; whether `before` has
+                  * the signals of these. */
+                 {"discrete places", source->discrete_count, .integers = source->discrete_place, .base = base},
+                 {"delay places", source->delay_count, .integers = source->delay_place, .base = base},
+                 {"delay given", source->delay_count, .integers = source->delay_given}};
     for (size_t k = 0; k < sizeof lists / sizeof *lists; k++) {
         if (!is(word, length, lists[k].word))
             continue;
         if (lists[k].numbers)
             put_numbers(w, &w->language->numbers, lists[k].count, lists[k].numbers);
+        else if (lists[k].integers)
+            put_integers(w, lists[k].count, lists[k].integers, lists[k].base);
         else
             put_names(w, lists[k].count, lists[k].names);
         return true;
@@ -584,12 +534,6 @@ static bool take_array(kmp_writer *w, int k)
     return true;
 }
 
-/* By a part of a split function. */
-static bool take_written_array(kmp_writer *w, int k)
-{
-    return take_array(w, k) && w->arrays >> k & 1;
-}
-
 static bool take_empty_array(kmp_writer *w, int k)
 {
     return take_array(w, k) && w->array->count == 0;
@@ -621,17 +565,6 @@ static bool take_input(kmp_writer *w, int kind)
     return w->routine->arguments >> kind & 1 || (kind == KMP_IN_PARAMETER && w->source->parameters);
 }
 
-/* An argument that a function reads. */
-static bool take_read_input(kmp_writer *w, int kind)
-{
-    return take_input(w, kind) && w->used >> kind & 1;
-}
-
-static bool take_unread_input(kmp_writer *w, int kind)
-{
-    return take_input(w, kind) && !(w->used >> kind & 1);
-}
-
 /* The arguments of a function of the parameters that has no statements. */
 static bool take_unread_parameter(kmp_writer *w, int k)
 {
@@ -642,24 +575,27 @@ static bool take_unread_parameter(kmp_writer *w, int k)
 static void repeat(const kmp_writer *w, const char *word, size_t length, const char *pattern)
 {
     const kmp_code_routine *r = w->routine;
+    const int arrays = r ? r->array_count : 0;
+    const unsigned all = ~0u;
     const struct {
         const char *word;
         int count;
         bool (*take)(kmp_writer *w, int k); /* false: the item is left out */
-    } loops[] = {{"each routine", w->source->count, take_routine},
-                 {"each array", r ? r->array_count : 0, take_array},
-                 {"each written array", r ? r->array_count : 0, take_written_array},
-                 {"each empty array", r ? r->array_count : 0, take_empty_array},
-                 {"each shared table", w->source->table_count, take_shared_table},
-                 {"each own table", r ? w->source->table_count : 0, take_own_table},
-                 {"each input", KMP_ARGUMENTS, take_input},
-                 {"each read input", KMP_ARGUMENTS, take_read_input},
-                 {"each unread input", KMP_ARGUMENTS, take_unread_input},
-                 {"each unread parameter", 2, take_unread_parameter}};
+        unsigned among;                     /* items as bits: all, or those that a function reads or a part writes */
+    } loops[] = {{"each routine", w->source->count, take_routine, all},
+                 {"each array", arrays, take_array, all},
+                 {"each written array", arrays, take_array, w->arrays},
+                 {"each empty array", arrays, take_empty_array, all},
+                 {"each shared table", w->source->table_count, take_shared_table, all},
+                 {"each own table", r ? w->source->table_count : 0, take_own_table, all},
+                 {"each input", KMP_ARGUMENTS, take_input, all},
+                 {"each read input", KMP_ARGUMENTS, take_input, w->used},
+                 {"each unread input", KMP_ARGUMENTS, take_input, ~w->used},
+                 {"each unread parameter", 2, take_unread_parameter, all}};
     for (size_t n = 0; n < sizeof loops / sizeof *loops; n++)
         for (int k = 0; is(word, length, loops[n].word) && k < loops[n].count; k++) {
             kmp_writer one = *w;
-            if (loops[n].take(&one, k))
+            if (loops[n].take(&one, k) && (loops[n].among == all || loops[n].among >> k & 1))
                 kmp_fill(&one, pattern);
         }
 }

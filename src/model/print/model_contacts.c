@@ -53,8 +53,7 @@ void kmp_pair_json(kmp_json *json, const kempe_model *model, const kmp_contact_p
         kmp_model_put_expr(&text, model, pair->gap);
         kmp_json_text(json, "gap", &text);
     } else if (pair->motion >= 0) {
-        kmp_json_string(json, "coordinate", model->motions[pair->motion].name);
-        kmp_json_string(json, "end", pair->upper ? "upper" : "lower");
+        kmp_json_put(json, "coordinate %s end %s", model->motions[pair->motion].name, pair->upper ? "upper" : "lower");
     } else {
         json_side(json, model, pair, 0);
         json_side(json, model, pair, 1);

@@ -91,8 +91,7 @@ static void put_states(kmp_json *json, const kempe_model *model)
         } else {
             put_expr(json, "rate", model, kmp_state_rate(model, i));
         }
-        kmp_json_number(json, "scale", model->states[i].scale);
-        kmp_json_end(json);
+        kmp_json_put(json, "scale %g }", model->states[i].scale);
     }
     kmp_json_end(json);
 }
@@ -465,6 +464,5 @@ void kmp_model_json(kmp_text *text, const kempe_model *model)
         kmp_output_print(&name, model, &model->outputs[i]);
         kmp_json_text(&json, NULL, &name);
     }
-    kmp_json_put(&json, "] }");
-    kmp_json_end(&json);
+    kmp_json_put(&json, "] } }");
 }

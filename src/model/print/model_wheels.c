@@ -34,8 +34,7 @@ static void put_wheel(kmp_json *json, const kempe_model *model, const kmp_wheel 
         kmp_json_number(json, "stiffness", wheel->stiffness.value);
     if (elastic)
         kmp_json_number(json, "damping", wheel->damping.value);
-    kmp_json_number(json, "speed", wheel->speed.value);
-    kmp_json_array(json, "zones");
+    kmp_json_put(json, "speed %g zones [", wheel->speed.value);
     for (int k = 0; k < wheel->zone_count; k++)
         kmp_json_numbers(json, NULL, 2, wheel->zone[k]);
     kmp_json_end(json);

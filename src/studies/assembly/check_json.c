@@ -86,10 +86,8 @@ static void json_assembled(kmp_json *json, const kempe_check *check)
     kmp_json_array(json, "alternatives");
     for (int k = 0; k < check->diagnosis.alternative_count; k++) {
         const kmp_alternative *a = &check->diagnosis.alternatives[k];
-        kmp_json_put(json, "{");
-        kmp_json_string(json, "coordinate", motion_name(check, a->coordinate));
-        kmp_json_string(json, "instead_of", motion_name(check, a->instead));
-        kmp_json_put(json, "max_B %g }", a->max_b);
+        kmp_json_put(json, "{ coordinate %s instead_of %s max_B %g }", motion_name(check, a->coordinate),
+                     motion_name(check, a->instead), a->max_b);
     }
     kmp_json_end(json);
     const kmp_limits *l = &check->diagnosis.limits;
@@ -100,18 +98,15 @@ static void json_assembled(kmp_json *json, const kempe_check *check)
         kmp_json_put(json, "%s { low %g high %g turns %d low_dead_centre %d high_dead_centre %d }",
                      motion_name(check, k), swing->low, swing->high, swing->turns, swing->low_dead, swing->high_dead);
     }
-    kmp_json_end(json);
-    kmp_json_array(json, "met");
+    kmp_json_put(json, "} met [");
     for (int i = 0; i < l->landmark_count; i++) {
         const kmp_landmark *mark = &l->landmark[i];
-        kmp_json_put(json, "{ what %s", mark->coordinate >= 0 ? "dead centre" : "change point");
-        kmp_json_string(json, "coordinate", motion_name(check, mark->coordinate));
-        kmp_json_put(json, "margin %g", mark->margin);
+        kmp_json_put(json, "{ what %s coordinate %s margin %g", mark->coordinate >= 0 ? "dead centre" : "change point",
+                     motion_name(check, mark->coordinate), mark->margin);
         kmp_print_entries(json, "q", check->system, KMP_QUANTITY_Q, mark->q);
         kmp_json_end(json);
     }
-    kmp_json_end(json);
-    kmp_json_end(json);
+    kmp_json_put(json, "] }");
 }
 
 /* -- failed assembly --------------------------------------------------------------------------------- */
@@ -128,12 +123,10 @@ static void json_obstacle(kmp_json *json, const kempe_check *check)
     kmp_json_array(json, "releases");
     for (int k = 0; k < o->release_count; k++) {
         const kmp_release *release = &o->releases[k];
-        kmp_json_put(json, "{");
-        kmp_json_string(json, "coordinate", motion_name(check, release->coordinate));
-        kmp_json_put(json, "closes %d to %g }", release->closes, release->closes ? release->to : NAN);
+        kmp_json_put(json, "{ coordinate %s closes %d to %g }", motion_name(check, release->coordinate),
+                     release->closes, release->closes ? release->to : NAN);
     }
-    kmp_json_end(json);
-    kmp_json_array(json, "too_short");
+    kmp_json_put(json, "] too_short [");
     for (int k = 0; k < check->obstacle.reach_count; k++) {
         const kmp_reach *reach = &check->obstacle.reaches[k];
         kmp_json_put(json, "{ closure %s longest %g others %g }", kmp_name_of_closure(check->system, reach->closure),

@@ -580,9 +580,8 @@ static void put_instance(const kempe_batch *b, kmp_json *json, int k)
     }
     if (list_of(b)->limit_count > 0)
         kmp_json_put(json, "limits %s", kempe_batch_limits(b, k));
-    kmp_json_put(json, "steps %ld rejected %ld refused %ld rhs %ld exchanges %ld", r->steps, r->rejected, r->refused,
-                 r->rhs, r->exchanges);
-    kmp_json_put(json, "h %g hdot %g drift %g single_run %s", r->h, r->hdot, r->drift, alone_of(r));
+    kmp_json_put(json, "steps %ld rejected %ld refused %ld rhs %ld exchanges %ld h %g hdot %g drift %g single_run %s",
+                 r->steps, r->rejected, r->refused, r->rhs, r->exchanges, r->h, r->hdot, r->drift, alone_of(r));
     kmp_convergence_json(json, &b->again[k], again_name(b, k));
     kmp_json_end(json);
 }

@@ -182,28 +182,24 @@ static void put_json(kmp_text *text, const void *result)
                  f->coarser);
     kmp_json_put(&json, "confidence %g degrees_of_freedom %d rank %d free %d condition %g", f->confidence, f->freedoms,
                  f->rank, f->free, f->condition);
-    kmp_json_put(&json, "slopes %s slope_error %g", rows->differences ? "differences" : "exact",
+    kmp_json_put(&json, "slopes %s slope_error %g files [", rows->differences ? "differences" : "exact",
                  kmp_fit_slope_error(f));
-    kmp_json_array(&json, "files");
     for (int k = 0; k < f->run_count; k++)
         kmp_json_put(&json, "{ file %s rows %d measurements %d }", f->run[k].file, f->run[k].measured.rows,
                      known_in(f, k));
-    kmp_json_end(&json);
-    kmp_json_object(&json, "parameters");
+    kmp_json_put(&json, "] parameters {");
     for (int k = 0; k < f->count; k++)
         kmp_json_put(&json, "%s { value %g error %g low %g high %g start %g lower %g upper %g state %s }", f->name[k],
                      f->value[k], f->error[k], f->low[k], f->high[k], f->start[k], f->lower[k], f->upper[k],
                      states[f->state[k]]);
-    kmp_json_end(&json);
-    kmp_json_object(&json, "correlation");
+    kmp_json_put(&json, "} correlation {");
     for (int k = 0; k < f->count; k++) {
         kmp_json_object(&json, f->name[k]);
         for (int i = 0; i < f->count; i++)
             kmp_json_number(&json, f->name[i], f->correlation[k + i * f->count]);
         kmp_json_end(&json);
     }
-    kmp_json_end(&json);
-    kmp_json_object(&json, "columns");
+    kmp_json_put(&json, "} columns {");
     for (int c = 0; c < f->columns; c++)
         kmp_json_put(&json, "%s { measurements %d rms %g deviation %g unit %s }", f->column_name[c], f->number[c],
                      f->rms[c], f->deviation[c], f->column_unit[c]);

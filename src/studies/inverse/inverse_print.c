@@ -248,8 +248,7 @@ static void json(kmp_text *text, const void *result)
     for (int k = 0; k < r->m; k++)
         if (r->redundant[k])
             kmp_json_string(&j, NULL, r->system->row_names[k]);
-    kmp_json_end(&j);
-    kmp_json_object(&j, "actuators");
+    kmp_json_put(&j, "] actuators {");
     for (int k = 0; k < r->a; k++) {
         kmp_inverse_summary s = kmp_inverse_summarise(r, k);
         kmp_json_put(&j, "%s { unit %s weight %g largest %g largest_t %g", name_of(r, r->actuator[k]),

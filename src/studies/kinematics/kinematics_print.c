@@ -154,8 +154,7 @@ static void json_all(kmp_text *text, const void *result)
     for (int c = 0; c < k->system->model->closure_count; c++)
         if (k->released[c])
             kmp_json_string(&j, NULL, k->system->model->closures[c].name);
-    kmp_json_end(&j);
-    kmp_json_put(&j, "rows %d rows_asked %d", k->count, k->requested);
+    kmp_json_put(&j, "] rows %d rows_asked %d", k->count, k->requested);
     int n = k->system->n;
     kmp_json_object(&j, "coordinates");
     for (int i = 0; i < kmp_model_coordinates(k->system->model); i++) {
@@ -168,8 +167,7 @@ static void json_all(kmp_text *text, const void *result)
         span x = span_of(k, k->shown, k->width, c);
         kmp_json_put(&j, "%s { least %g greatest %g }", k->column[c].name, x.least, x.most);
     }
-    kmp_json_end(&j);
-    kmp_json_array(&j, "dead_centres");
+    kmp_json_put(&j, "} dead_centres [");
     for (int d = 0; d < k->dead_count; d++) {
         const kmp_dead_centre *c = &k->dead[d];
         kmp_json_put(&j, "{ s %g coordinate %s value %g extreme %s determined %g margin %g instead %s", c->s,
@@ -194,8 +192,7 @@ static void json_all(kmp_text *text, const void *result)
         kmp_output_print(&name, model, &model->outputs[o]);
         kmp_json_text(&j, NULL, &name);
     }
-    kmp_json_end(&j);
-    kmp_json_put(&j, "work { steps %ld rejected %ld newton %ld exchanges %ld cpu_s %g } }", k->effort.steps,
+    kmp_json_put(&j, "] work { steps %ld rejected %ld newton %ld exchanges %ld cpu_s %g } }", k->effort.steps,
                  k->effort.rejected, k->effort.newton, k->effort.exchanges, k->cpu_s);
 }
 

@@ -108,9 +108,8 @@ static void put_json(kmp_text *text, const void *result)
     kmp_json_put(&json, "goal %s quantity %s value %g unit %s method %s obstacle %s search %s",
                  o->most_wanted ? "maximize" : "minimize", o->quantity, o->at_best[0], list->unit[0], o->method,
                  o->objective.obstacle, outcomes[o->search[o->best].outcome]);
-    kmp_json_put(&json, "difference %g ", o->coarser);
-    kmp_json_put(&json, "evaluations %d runs %ld shortened %d refusal %s cpu_s %g parameters {", o->evaluations,
-                 o->objective.simulations, o->refused, last_refusal(o), o->seconds);
+    kmp_json_put(&json, "difference %g evaluations %d runs %ld shortened %d refusal %s cpu_s %g parameters {",
+                 o->coarser, o->evaluations, o->objective.simulations, o->refused, last_refusal(o), o->seconds);
     for (int k = 0; k < o->count; k++)
         kmp_json_put(&json, "%s { value %g start %g lower %g upper %g state %s }", o->bounded.name[k], o->value[k],
                      o->start[k], o->bounded.lower[k], o->bounded.upper[k], state_of(o, k));

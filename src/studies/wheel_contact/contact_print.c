@@ -238,8 +238,8 @@ static void put_patch(kmp_json *json, const kempe_contacts *t, const kempe_conta
     if (t->pressure != KMP_PRESSURE_NONE) {
         /* The numbers of a patch for the method of the options, and its outline. */
         const kmp_outline *of = outline_of(t, p);
-        kmp_json_put(json, "pressure %g area %g approach %g lobes %d", p->pressure, p->area, p->approach, p->lobes);
-        kmp_json_array(json, "outline");
+        kmp_json_put(json, "pressure %g area %g approach %g lobes %d outline [", p->pressure, p->area, p->approach,
+                     p->lobes);
         for (int k = 0; k < of->count; k++) {
             const kmp_outline_strip *s = &of->strip[k];
             kmp_json_put(json, "{ lobe %d y %g from %g to %g pressure %g }", s->lobe, s->y, s->from, s->to,

@@ -461,8 +461,7 @@ static void put_estimate(kmp_json *json, const char *key, const estimate *e)
 
 static void put_quantity_json(kmp_json *json, const kempe_statistics *s, const quantity *q)
 {
-    kmp_json_object(json, NULL);
-    kmp_json_put(json, "name %s unit %s count %d", q->name, q->unit, q->count);
+    kmp_json_put(json, "{ name %s unit %s count %d", q->name, q->unit, q->count);
     put_estimate(json, "mean", &q->mean);
     put_estimate(json, "deviation", &q->deviation);
     kmp_json_put(json, "least { value %g instance %d } largest { value %g instance %d } quantiles [", q->least,
