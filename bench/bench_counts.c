@@ -4,6 +4,7 @@
 #include "bench.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/written/fused.h"
+#include "constraints/written/fused_inside.h"
 #include <kempe/check.h>
 
 static void put(const char *name, kmp_counts c)
@@ -42,7 +43,7 @@ static void right_hand_side(const bench *b, const char *name)
     if (kmp_reduction_factor(&red) || kmp_fused_new(&fused, &red, false))
         exit(1);
     if (fused)
-        put("as one program", kmp_fused_count(fused));
+        put("as one program", kmp_program_count(kmp_fused_program(fused), KMP_FUSED_RATES, KMP_FUSED_ACCELERATIONS));
     kmp_fused_free(fused);
     kmp_reduction_free(&red);
     kmp_partition_free(&part);

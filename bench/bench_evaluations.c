@@ -4,6 +4,7 @@
 #include "constraints/written/solved.h"
 #include "followed_motion.h"
 #include "integrators/formulations/formulation.h"
+#include "tests/solved_lanes.h"
 
 enum { MANY = 5000 };
 
@@ -120,9 +121,9 @@ static void run_lanes_once(void *self, int k)
 }
 
 /* Returns ns of a run of the solved program in lanes. */
-static double time_of_lanes(const kmp_solved *solved, const motion *m, int width)
+static double time_of_lanes(const kmp_solved *solved, const kmp_evaluator *eval, const motion *m, int width)
 {
-    kmp_lanes *lanes = kmp_solved_lanes(solved, width);
+    kmp_lanes *lanes = solved_lanes(solved, eval, width);
     for (int lane = 0; lane < width; lane++) {
         kmp_lanes_set_one(lanes, KMP_IN_TIME, lane, &m->t[lane]);
         kmp_lanes_set_one(lanes, KMP_IN_Q, lane, m->q + lane * m->n);
@@ -142,8 +143,9 @@ static void measure_lanes(const bench *b, const motion *m)
         bench_fail(b, "solved");
     if (solved)
         printf("  solved program%s: %ld operations; all lanes of 1 %.0f, of 4 %.0f, of 8 %.0f ns\n",
-               kmp_solved_by_bodies(solved) ? " by articulated bodies" : "", kmp_solved_count(solved).paper,
-               time_of_lanes(solved, m, 1), time_of_lanes(solved, m, 4), time_of_lanes(solved, m, 8));
+               kmp_solved_layout_of(solved)->by_bodies ? " by articulated bodies" : "", kmp_solved_count(solved).paper,
+               time_of_lanes(solved, w.eval, m, 1), time_of_lanes(solved, w.eval, m, 4),
+               time_of_lanes(solved, w.eval, m, 8));
     kmp_solved_free(solved);
     drop(&w);
 }

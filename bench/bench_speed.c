@@ -6,6 +6,7 @@
 #include "backend/sincos.h"
 #include "bench.h"
 #include "constraints/written/fused.h"
+#include "constraints/written/fused_inside.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/run/run.h"
 #include "integrators/steppers/solver.h"
@@ -265,7 +266,8 @@ static void one_right_hand_side(const bench *b, const kempe_assembly *start, con
     printf("  %-46s %6.0f\n", "the integrator beside it, by call", integrator);
     printf("%s: %ld operations, %.2f ns each (sines and cosines apart)\n\n", backend, c.paper + c.other,
            (program - trig) / (double)(c.paper + c.other));
-    kmp_counts all = kmp_fused_count(s.fused), algebra_count = kmp_reduction_count(&s.red);
+    kmp_counts all = kmp_program_count(kmp_fused_program(s.fused), KMP_FUSED_RATES, KMP_FUSED_ACCELERATIONS),
+               algebra_count = kmp_reduction_count(&s.red);
     printf("operations: program %ld, linear algebra %ld; as one program %ld (%ld +, %ld *, %ld /, %ld sincos)\n\n",
            c.paper, algebra_count.paper, all.paper, all.add, all.mul, all.div, all.trig);
     if (!isfinite(s.sink))

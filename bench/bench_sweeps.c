@@ -15,6 +15,7 @@
 #include "integrators/run/runner.h"
 #include "integrators/steppers/collocation.h"
 #include "output/samples.h"
+#include "tests/solved_lanes.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>
@@ -59,9 +60,9 @@ static void make(programs *p, kmp_runner *run, const bench *b, way how)
         fail(b);
     p->near = kmp_lanes_new(p->nearby, W, false);
     p->made = bench_now() - from;
-    p->all = kmp_solved_lanes(p->solved, p->width);
-    p->one = kmp_solved_lanes(p->solved, 1);
-    kmp_solved_renew_lanes(p->solved, W, p->near);
+    p->all = solved_lanes(p->solved, p->eval, p->width);
+    p->one = solved_lanes(p->solved, p->eval, 1);
+    renew_solved_lanes(p->eval, W, p->near);
     p->wide = aligned_alloc(64, (size_t)p->layout->factors * W * sizeof *p->wide);
     p->times = calloc((size_t)kmp_present_inputs_size(&run->eval->inputs) * W, sizeof *p->times);
 }
@@ -245,7 +246,7 @@ static void print_costs(const problem *p)
     if (kmp_run_resolve(p->b.system, &spec) || kmp_runner_new(p->b.system, &spec, p->start, &runner))
         fail(&p->b);
     make(&made, runner, &p->b, WHOLE);
-    kmp_lanes *four = kmp_solved_lanes(made.solved, 4);
+    kmp_lanes *four = solved_lanes(made.solved, made.eval, 4);
     double in_four = time_of(four, KMP_SOLVED_RUN), all = time_of(made.all, KMP_SOLVED_RUN),
            near = time_of(made.near, 1), one = time_of(made.one, KMP_SOLVED_RUN);
     printf("  operations %ld, nearby %ld; ns in four lanes %.0f, in eight %.0f, nearby %.0f, of one state %.0f; %.2f "

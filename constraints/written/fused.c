@@ -3,17 +3,23 @@
 #include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/written/fused_inside.h"
+#include "constraints/written/solved_inside.h"
 #include "dynamics/motion.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
+_Static_assert((int)KMP_FUSED_CLOSE == KMP_SOLVED_CLOSE && (int)KMP_FUSED_RATES == KMP_SOLVED_RATES &&
+                   (int)KMP_FUSED_END == KMP_SOLVED_END,
+               "programs by the reduced mass and by the saddle system have their stages in the same order");
+
 struct kmp_fused {
     const kmp_reduction *red;
     bool closes; /* with the stage KMP_FUSED_CLOSE */
+    bool by_saddle;
     kmp_arena arena;
     kmp_written_machine made;
-    kmp_fused_layout layout;
+    kmp_solved_layout layout;
     kmp_eliminated *row; /* of multipliers */
     int *turn, *signs;   /* of each block of Jv: the factor from its pivots' signs to the block's sign; the block's
                           * sign */
@@ -40,72 +46,111 @@ static bool find_signs(const kmp_fused *f, const double *pivot, int *signs)
     return regular;
 }
 
-static const double *run_rates(kmp_fused *f)
+/* Runs the stages before END at a state, with the efforts of the last run. Returns the last outputs. */
+static const double *run_stages(kmp_fused *f, double t, const double *y)
 {
+    kmp_written_machine_place(&f->made, t, y);
     if (f->closes)
         (void)kmp_machine_run(f->made.machine, KMP_FUSED_CLOSE);
-    return kmp_machine_run(f->made.machine, KMP_FUSED_RATES);
+    const double *out = kmp_machine_run(f->made.machine, KMP_FUSED_RATES);
+    return f->by_saddle ? kmp_machine_run(f->made.machine, f->layout.stage) : out;
 }
 
-static void find_turns(kmp_fused *f)
+/* -- making ------------------------------------------------------------------------------------------ */
+
+/* *program: NULL if there is none by the saddle system. False: no memory. */
+static bool write_program(kmp_fused *f, kmp_program **program)
 {
-    const kmp_reduction *red = f->red;
+    const kempe_system *s = f->red->eval->system;
+    int *order = KMP_ARENA_NEW(&f->arena, int, f->red->r), p = f->red->p, r = f->red->r;
+    if (!order)
+        return false;
+    kmp_written_order(f->red, order);
+    if (f->by_saddle) {
+        const kmp_solved_plan plan = {.part = f->red->part, .red = f->red, .order = order, .closes = f->closes};
+        kmp_solved_written written;
+        bool made = kmp_solved_write(f->red->eval, &plan, &written);
+        f->layout = written.layout;
+        f->row = written.row;
+        *program = written.program;
+        return made;
+    }
+    const kmp_fused_plan plan = {.order = order, .power = s->dissipative, .closes = f->closes};
+    kmp_fused_written written = kmp_fused_write(f->red, &plan);
+    kmp_solved_layout *l = &f->layout;
+    *l = (kmp_solved_layout){.stage = s->force ? KMP_FUSED_ACCELERATIONS : KMP_FUSED_RATES,
+                             .pivots = p,
+                             .multipliers = written.layout.multipliers,
+                             .rates = p,
+                             .pivot = s->force ? p : p + r,
+                             .turns = written.layout.turns,
+                             .h = written.layout.multipliers + written.layout.pivots};
+    l->power = l->pivot + p;
+    l->left = l->power + s->dissipative;
+    l->jacobian = l->h + s->m;
+    l->h_t = s->rheonomic ? l->jacobian + s->jacobian.count : -1;
+    f->row = written.row;
+    *program = written.program;
+    return written.program;
+}
+
+static kempe_status make(kmp_fused **out, const kmp_reduction *red, bool closes, bool by_saddle)
+{
+    int n = red->n, efforts = red->eval->system->force ? n : 0;
+    kmp_fused *f = KMP_NEW(kmp_fused, 1);
+    if (f)
+        *f = (kmp_fused){.red = red, .closes = closes, .by_saddle = by_saddle};
+    kmp_program *program = NULL;
+    bool made =
+        f && write_program(f, &program) && (!program || kmp_written_machine_init(&f->made, red->eval, program)) &&
+        KMP_ARENA_MAKE(&f->arena, KMP_ROOM(double, 2 * n, &f->given.state), KMP_ROOM(int, red->r, &f->turn, &f->signs),
+                       KMP_ROOM(double, efforts, &f->given.q, &f->given.qd));
+    if (made && efforts > 0)
+        f->given.effort = KMP_ARENA_NEW(&f->arena, double, efforts);
+    if (!made || f->arena.failed) {
+        kmp_fused_free(f);
+        return kmp_fail_memory(red->eval->system->context);
+    }
+    /* The state at rest. */
     for (int c = 0; c < red->p; c++)
         f->given.state[c] = red->eval->q[red->part->u[c]];
     for (int i = 0; i < red->r; i++)
         f->given.state[2 * red->p + i] = red->eval->q[red->part->v[i]];
-    kmp_written_machine_place(&f->made, red->eval->t, f->given.state);
-    (void)run_rates(f);
+    const double *there = NULL;
+    if (program) {
+        kmp_machine_set(f->made.machine, KMP_IN_QD, f->given.state);
+        there = run_stages(f, red->eval->t, f->given.state);
+    }
+    if (by_saddle && (!there || !kmp_solved_is_good(&f->layout, there, 1))) {
+        kmp_fused_free(f);
+        return KEMPE_OK;
+    }
+    *out = f;
+    if (by_saddle)
+        return KEMPE_OK;
+    /* The signs of blocks by those of their pivots. */
     const double *end = kmp_machine_run(f->made.machine, KMP_FUSED_END);
     (void)find_signs(f, end + f->layout.multipliers, f->signs);
     if (red->r > 0)
         kmp_block_take_signs(red->block, f->turn);
     for (int block = kmp_block_count(red->block); block-- > 0;)
         f->turn[block] *= f->signs[block];
-}
-
-/* -- making ------------------------------------------------------------------------------------------ */
-
-static bool allocate(kmp_fused *f)
-{
-    int n = f->red->n, efforts = f->red->eval->system->force ? n : 0;
-    KMP_ARENA_MAKE(&f->arena, KMP_ROOM(double, 2 * n, &f->given.state), KMP_ROOM(int, f->red->r, &f->turn, &f->signs),
-                   KMP_ROOM(double, efforts, &f->given.q, &f->given.qd));
-    f->given.effort = efforts ? KMP_ARENA_NEW(&f->arena, double, efforts) : NULL;
-    return !f->arena.failed;
-}
-
-static kmp_program *write_program(kmp_fused *f)
-{
-    const kempe_system *s = f->red->eval->system;
-    int *order = KMP_ARENA_NEW(&f->arena, int, f->red->r);
-    if (!order)
-        return NULL;
-    kmp_written_order(f->red, order);
-    const kmp_fused_plan plan = {.order = order, .power = s->dissipative, .closes = f->closes};
-    kmp_fused_written written = kmp_fused_write(f->red, &plan);
-    f->layout = written.layout;
-    f->row = written.row;
-    return written.program;
+    return KEMPE_OK;
 }
 
 kempe_status kmp_fused_new(kmp_fused **out, const kmp_reduction *red, bool closes)
 {
     *out = NULL;
     /* The program must have all numbers, and the linear algebra be small. */
-    if (red->p > KMP_FUSED_FREEDOMS || kmp_motion_known(red->eval->system)->block_count > 0 ||
-        !kmp_written_blocks_fit(red))
-        return KEMPE_OK;
-    kmp_fused *f = KMP_NEW(kmp_fused, 1);
-    if (f)
-        *f = (kmp_fused){.red = red, .closes = closes};
-    if (!f || !kmp_written_machine_init(&f->made, red->eval, write_program(f)) || !allocate(f)) {
-        kmp_fused_free(f);
-        return kmp_fail_memory(red->eval->system->context);
-    }
-    find_turns(f);
-    *out = f;
-    return KEMPE_OK;
+    bool fits = red->p <= KMP_FUSED_FREEDOMS && kmp_motion_known(red->eval->system)->block_count == 0 &&
+                kmp_written_blocks_fit(red);
+    return fits ? make(out, red, closes, false) : KEMPE_OK;
+}
+
+kempe_status kmp_fused_new_by_saddle(kmp_fused **out, const kmp_reduction *red, bool closes)
+{
+    *out = NULL;
+    return make(out, red, closes, true);
 }
 
 void kmp_fused_free(kmp_fused *f)
@@ -116,6 +161,11 @@ void kmp_fused_free(kmp_fused *f)
     kmp_arena_free(&f->arena);
     kmp_free(f->row);
     kmp_free(f);
+}
+
+bool kmp_fused_is_by_saddle(const kmp_fused *f)
+{
+    return f->by_saddle;
 }
 
 /* -- running ----------------------------------------------------------------------------------------- */
@@ -143,39 +193,36 @@ bool kmp_fused_run(kmp_fused *f, double t, const double *y, double *dy)
 
 bool kmp_fused_finish(kmp_fused *f, double t, const double *y, double *dy)
 {
-    int p = f->red->p, r = f->red->r;
+    const kmp_solved_layout *l = &f->layout;
+    size_t p = (size_t)f->red->p, r = (size_t)f->red->r;
+    const double *rates = f->given.effort ? kmp_machine_run(f->made.machine, KMP_FUSED_RATES) : NULL;
+    if (rates)
+        kmp_written_put_efforts(&f->made, &f->given, f->red->part, t, y, f->closes ? f->dv : NULL, rates);
+    const double *out = kmp_machine_run(f->made.machine, l->stage);
+    f->left = rates && !f->by_saddle ? rates + r : out + l->left;
+    f->power = out + l->power;
+    memcpy(dy, y + p, p * sizeof *dy);
+    memcpy(dy + p, out, p * sizeof *dy);
+    memcpy(dy + 2 * p, rates ? rates : out + l->rates, r * sizeof *dy);
+    if (f->by_saddle)
+        return kmp_solved_is_good(l, out, 1);
     bool positive = true;
-    const double *out = kmp_machine_run(f->made.machine, KMP_FUSED_RATES), *pivot = out + p + r;
-    f->left = f->given.effort ? out + r : pivot + p + f->red->eval->system->dissipative;
-    if (f->given.effort) {
-        memcpy(dy + 2 * p, out, (size_t)r * sizeof *dy);
-        /* udd and pivots with the user-defined forces. */
-        kmp_written_put_efforts(&f->made, &f->given, f->red->part, t, y, f->closes ? f->dv : NULL, out);
-        out = kmp_machine_run(f->made.machine, KMP_FUSED_ACCELERATIONS);
-        memcpy(dy + p, out, (size_t)p * sizeof *dy);
-        pivot = out + p;
-    } else {
-        memcpy(dy + p, out, (size_t)(p + r) * sizeof *dy);
-    }
-    for (int c = 0; c < p; c++) {
-        dy[c] = y[p + c];
-        positive = positive && pivot[c] > 0;
-    }
-    f->power = pivot + p;
+    for (size_t c = 0; c < p; c++)
+        positive = positive && out[(size_t)l->pivot + c] > 0;
     return positive;
 }
 
 double kmp_fused_power(const kmp_fused *f)
 {
     double power = *f->power;
-    for (int i = 0; f->given.effort && i < f->red->n; i++)
+    for (int i = 0; f->given.effort && !f->by_saddle && i < f->red->n; i++)
         power += f->given.effort[i] * f->given.qd[i];
     return power;
 }
 
 bool kmp_fused_applies(kmp_fused *f)
 {
-    return kmp_written_machine_applies(&f->made);
+    return kmp_written_machine_applies(&f->made) && !f->red->eval->given;
 }
 
 bool kmp_fused_is_stale(kmp_fused *f)
@@ -183,35 +230,42 @@ bool kmp_fused_is_stale(kmp_fused *f)
     return kmp_written_machine_is_stale(&f->made);
 }
 
-static bool is_good(const kmp_fused *f, const double *multiplier)
+static bool is_good(const kmp_fused *f, const double *end)
 {
-    return kmp_written_order_is_good(f->layout.multipliers, f->row, multiplier, f->red->eval->system->row_scale, 1);
+    return kmp_written_order_is_good(f->layout.multipliers, f->row, end + f->layout.multiplier,
+                                     f->red->eval->system->row_scale, 1);
 }
 
 kmp_fused_end kmp_fused_at_end(kmp_fused *f)
 {
-    const kempe_system *s = f->red->eval->system;
-    const double *out = kmp_machine_run(f->made.machine, KMP_FUSED_END), *pivot = out + f->layout.multipliers;
-    kmp_fused_end end = {.good = is_good(f, out), .regular = find_signs(f, pivot, f->signs), .signs = f->signs};
+    const kmp_solved_layout *l = &f->layout;
+    const double *out = kmp_machine_run(f->made.machine, KMP_FUSED_END);
+    kmp_fused_end end = {.good = is_good(f, out), .signs = f->signs, .h = out + l->h, .jacobian = out + l->jacobian};
+    end.regular = find_signs(f, out + l->multipliers, f->signs);
     for (int block = kmp_block_count(f->red->block); block-- > 0;)
         f->signs[block] *= f->turn[block];
-    end.h = pivot + f->layout.pivots;
-    end.jacobian = end.h + s->m;
-    end.h_t = s->rheonomic ? end.jacobian + s->jacobian.count : NULL;
-    end.bvu = end.jacobian + s->jacobian.count + (s->rheonomic ? s->m : 0);
+    end.h_t = l->h_t >= 0 ? out + l->h_t : NULL;
+    end.bvu = end.h + kmp_written_closure_count(f->red->eval->system);
     end.dv = end.bvu + f->red->r * f->red->p;
     end.x_t = f->closes ? end.dv + f->red->r : NULL;
     end.a0 = f->closes ? end.x_t + f->red->r : NULL;
     return end;
 }
 
+bool kmp_fused_lend(kmp_fused *f, double t, const double *q, double rtol, double rate_scale, bool *cancelled)
+{
+    const double *end = kmp_solved_end(&f->made, &f->layout, f->red->eval, t, q);
+    *cancelled = kmp_solved_cancels(&f->layout, f->red->eval->system, end, rtol, rate_scale);
+    return is_good(f, end);
+}
+
 bool kmp_fused_is_good(kmp_fused *f, double t, const double *y)
 {
-    if (f->layout.multipliers == 0)
+    if (f->layout.multipliers == 0 && !f->by_saddle)
         return true;
-    kmp_written_machine_place(&f->made, t, y);
-    (void)run_rates(f);
-    return is_good(f, kmp_machine_run(f->made.machine, KMP_FUSED_END));
+    const double *out = run_stages(f, t, y);
+    return (!f->by_saddle || kmp_solved_is_good(&f->layout, out, 1)) &&
+           is_good(f, kmp_machine_run(f->made.machine, KMP_FUSED_END));
 }
 
 const kmp_program *kmp_fused_program(const kmp_fused *f)
@@ -219,7 +273,7 @@ const kmp_program *kmp_fused_program(const kmp_fused *f)
     return f->given.effort ? NULL : f->made.program;
 }
 
-kmp_counts kmp_fused_count(const kmp_fused *f)
+const kmp_solved_layout *kmp_fused_layout_of(const kmp_fused *f)
 {
-    return kmp_program_count(f->made.program, KMP_FUSED_RATES, KMP_FUSED_ACCELERATIONS);
+    return &f->layout;
 }

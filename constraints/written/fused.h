@@ -1,22 +1,28 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The reduced right-hand side as one program for one choice of u: from t, q and ud to qd and udd. The linear algebra of
- * eqs. (43)-(46) of Fisette and Samin 1996 is written out with the equations, so that zeros and unused values are left
- * out. The numbers equal those of reduction.h but for rounding. */
+/* The reduced right-hand side as one program for one choice of u: from t, q and ud to qd and udd, with zeros and unused
+ * values left out. By the reduced mass, the linear algebra of eqs. (43)-(46) of Fisette and Samin 1996 is written out
+ * with the equations; with many degrees of freedom that of the saddle system (solved.h). The numbers equal those of
+ * reduction.h but for rounding. */
 #pragma once
 
 #include "constraints/partition/reduction.h"
-#include "constraints/written/written.h"
+#include "constraints/written/solved.h"
 
 typedef struct kmp_fused kmp_fused;
 
 /** Makes the program from a reduction with its factors at the evaluator's last closure, whose values determine the
- * order of elimination. *fused is NULL if there is none: large blocks, many degrees of freedom, implicit blocks.
- * `closes`: it corrects v before (kmp_fused_close). KEMPE_E_MEMORY. */
+ * order of elimination. *fused is NULL if there is none. By the reduced mass: large blocks, many degrees of freedom,
+ * implicit blocks; by the saddle system as kmp_solved_new. `closes`: it corrects v before (kmp_fused_close).
+ * KEMPE_E_MEMORY. */
 kempe_status kmp_fused_new(kmp_fused **fused, const kmp_reduction *red, bool closes);
+kempe_status kmp_fused_new_by_saddle(kmp_fused **fused, const kmp_reduction *red, bool closes);
 void kmp_fused_free(kmp_fused *fused);
 
+/** True for a program by the saddle system. */
+bool kmp_fused_is_by_saddle(const kmp_fused *fused);
+
 /** Evaluates at (t, y), y = (u, ud, v), with the evaluator's charts and frozen conditions: dy = (ud, udd, vd), which
- * may be NaN. false: the reduced mass is not positive. No allocation. */
+ * may be NaN. false: the reduced mass is not positive, or as kmp_solved_run. No allocation. */
 bool kmp_fused_run(kmp_fused *fused, double t, const double *y, double *dy);
 
 /** Correction of v, -Jv^-1 h, at (t, y): dv (r), owned by the program, and the largest angle by which it turns a sine
@@ -26,14 +32,16 @@ kmp_written_correction kmp_fused_close(kmp_fused *fused, double t, const double 
 bool kmp_fused_finish(kmp_fused *fused, double t, const double *y, double *dy);
 const double *kmp_fused_left(const kmp_fused *fused);
 
-/** The power of non-conservative forces, user-defined ones included, at the last run. */
+/** The power of non-conservative forces, user-defined ones included, at the last run; by the saddle system also that of
+ * moving closures. */
 double kmp_fused_power(const kmp_fused *fused);
 
 /** True if the program may be used now; true if it must be made again (kmp_written_machine_applies, _is_stale). */
 bool kmp_fused_applies(kmp_fused *fused);
 bool kmp_fused_is_stale(kmp_fused *fused);
 
-/** Values needed at the end of a step, at the place of the last kmp_fused_run; valid until the next run. */
+/** Values needed at the end of a step, at the place of the last kmp_fused_run; valid until the next run. Not by the
+ * saddle system. */
 typedef struct kmp_fused_end {
     bool good;                        /* the order of elimination is good; otherwise results may have lost digits */
     bool regular;                     /* Jv is regular */
@@ -45,12 +53,14 @@ typedef struct kmp_fused_end {
 
 kmp_fused_end kmp_fused_at_end(kmp_fused *fused);
 
-/** True if the order of elimination is good at (t, y). */
+/** By the saddle system, at the end of a step: lends h, J and h_t at the place of the last run, (t, q), to the
+ * evaluator, until the next run; *cancelled: as kmp_solved_is_cancelled. True: the order of elimination is good. */
+bool kmp_fused_lend(kmp_fused *fused, double t, const double *q, double rtol, double rate_scale, bool *cancelled);
+
+/** True if the order of elimination is good at (t, y); by the saddle system, also its pivots. */
 bool kmp_fused_is_good(kmp_fused *fused, double t, const double *y);
 
-/** The program for kmp_lanes, whose inputs and outputs are those of fused_inside.h; NULL: with user-defined forces it
- * does not have all of the right-hand side. */
+/** The program for kmp_lanes, whose inputs and outputs are those of fused_inside.h or solved.h; NULL: with user-defined
+ * forces it does not have all of the right-hand side. Positions of its outputs: of its stage of slopes, and of END. */
 const kmp_program *kmp_fused_program(const kmp_fused *fused);
-
-/** Operation count of a run. */
-kmp_counts kmp_fused_count(const kmp_fused *fused);
+const kmp_solved_layout *kmp_fused_layout_of(const kmp_fused *fused);

@@ -5,14 +5,12 @@
  *     M = L D L'      S = J M^-1 J'      S lambda = J M^-1 C - jdqd      M qdd = J' lambda - C
  *
  * or, by articulated bodies, S and M^-1 J' from their recursion. It runs as scalar machine code, or in the lanes of
- * vector registers (kmp_solved_lanes). Needs M positive definite and J of full rank; digits are lost where a pivot is
+ * vector registers. Needs M positive definite and J of full rank; digits are lost where a pivot is
  * small, which each run reports. */
 #pragma once
 
-#include "backend/lanes.h"
 #include "constraints/closing/close.h"
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/partition/reduction.h"
 #include "constraints/written/written.h"
 
 /* Stages. CLOSE is that of a program which closes the loops of a state: the correction dv of v, and the angles by which
@@ -28,6 +26,7 @@ enum { KMP_SOLVED_CLOSE = 1, KMP_SOLVED_RATES, KMP_SOLVED_RUN, KMP_SOLVED_END, K
 /** Positions of the outputs in their stages. */
 typedef struct kmp_solved_layout {
     int n, r, pivots, multipliers; /* coordinates, independent rows, pivots, multipliers of the elimination */
+    int stage;                     /* RUN */
     int qdd, lambda;      /* RUN: n; r, by independent rows in the order of the partition. Of a state: p, udd; none */
     int rates;            /* of a state: r, qd of v, in RUN or in RATES */
     int power;            /* RUN: of non-conservative forces, user-defined forces and moving closures; -1: none */
@@ -50,21 +49,17 @@ const char *kmp_solved_obstacle(const kempe_system *system, int unknowns);
 /** Makes the program for the partition's independent rows. *solved is NULL if there is none: implicit blocks, forces
  * that depend on multipliers, too many operations, or bad pivots at the evaluator's last closure. KEMPE_E_MEMORY. */
 kempe_status kmp_solved_new(kmp_solved **solved, kmp_evaluator *eval, const kmp_partition *part);
+void kmp_solved_free(kmp_solved *solved);
+
 /** The number of evaluations of so many operations after which the program pays: as many as it saves in its making. A
  * run that ends before does without. 0: so few that it is made at once, or it is needed for several stages in `lanes`;
  * LONG_MAX: it never does; -1: no memory. */
 long kmp_solved_wait(const kmp_evaluator *eval, const kmp_partition *part, double operations, bool lanes);
 
-/** Makes the program for states (u, ud, v) of a reduction with its factors at the evaluator's last closure, whose
- * values determine the order of elimination of v. `closes`: it corrects v before. Results as kmp_solved_new. */
-kempe_status kmp_solved_new_reduced(kmp_solved **solved, const kmp_reduction *red, bool closes);
-void kmp_solved_free(kmp_solved *solved);
-
 const kmp_solved_layout *kmp_solved_layout_of(const kmp_solved *solved);
 
-/** Operation count of RUN; whether the dynamics are those of articulated bodies. */
+/** Operation count of RUN. */
 kmp_counts kmp_solved_count(const kmp_solved *solved);
-bool kmp_solved_by_bodies(const kmp_solved *solved);
 
 /** True if the program may be used now: conditions are frozen (kmp_eval_freeze), no further forces are given
  * (kmp_eval_give), and it is not stale. True if it must be made again, because of other charts. */
@@ -74,19 +69,6 @@ bool kmp_solved_is_stale(kmp_solved *solved);
 /** Runs at (t, q, qd), with the evaluator's charts and frozen conditions. Returns the outputs of RUN, valid until the
  * next run, which may be NaN. *good: pivots are positive and have not lost many digits. No allocation. */
 const double *kmp_solved_run(kmp_solved *solved, double t, const double *q, const double *qd, bool *good);
-
-/** Correction of v at (t, y), of a program that closes: as kmp_fused_close. After it kmp_solved_run_state evaluates at
- * the corrected v, where kmp_solved_left (r) is left. */
-kmp_written_correction kmp_solved_close(kmp_solved *solved, double t, const double *y);
-const double *kmp_solved_left(const kmp_solved *solved);
-
-/** Evaluates at a state y = (u, ud, v): dy = (ud, udd, vd), and the power (NULL: not wanted). Otherwise as
- * kmp_solved_run. */
-void kmp_solved_run_state(kmp_solved *solved, double t, const double *y, double *dy, double *power, bool *good);
-
-/** True if the order of elimination of v is good at the place of the last kmp_solved_lend, or at (t, y). */
-bool kmp_solved_order_is_good(const kmp_solved *solved);
-bool kmp_solved_order_is_good_at(kmp_solved *solved, double t, const double *y);
 
 /** True if the pivots of a run are good: outputs of RUN, of which value k is at k stride. */
 bool kmp_solved_is_good(const kmp_solved_layout *layout, const double *out, int stride);
@@ -110,8 +92,7 @@ typedef struct kmp_solved_closing {
 } kmp_solved_closing;
 kmp_closer kmp_solved_closer(kmp_solved_closing *closing, double *dx);
 
-/** The program, whose inputs and outputs are those above; NULL: with user-defined forces it does not have all of them.
- */
+/** The program, whose inputs and outputs are those above; with user-defined forces these are inputs. */
 const kmp_program *kmp_solved_program(const kmp_solved *solved);
 
 /** A program of one stage that improves accelerations and multipliers at a place near that of a RUN, with its factors,
@@ -124,8 +105,3 @@ const kmp_program *kmp_solved_program(const kmp_solved *solved);
  * than KMP_SOLVED_NEARBY of the operations of RUN. The caller frees it. KEMPE_E_MEMORY. */
 kempe_status kmp_solved_write_nearby(const kmp_solved *solved, const kmp_partition *part, kmp_program **program);
 #define KMP_SOLVED_NEARBY 0.7
-
-/** The program in lanes, of width 1, 4 or 8, with the parameters, charts and conditions of the evaluator, which
- * kmp_solved_renew_lanes takes again after their change. It must not outlive `solved`. NULL: no memory. */
-kmp_lanes *kmp_solved_lanes(const kmp_solved *solved, int width);
-void kmp_solved_renew_lanes(const kmp_solved *solved, int width, kmp_lanes *lanes);

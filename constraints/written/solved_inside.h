@@ -33,6 +33,14 @@ bool kmp_solved_write_near(const kmp_evaluator *eval, const kmp_partition *part,
 /** Operations of a run, before it is written; infinite if there is none, -1: no memory. */
 double kmp_solved_operations(const kmp_evaluator *eval, const kmp_partition *part);
 
+/** Runs END, and lends h, J and h_t at the place of the last run, (t, q), to the evaluator. Returns the outputs. */
+const double *kmp_solved_end(kmp_written_machine *made, const kmp_solved_layout *layout, kmp_evaluator *eval, double t,
+                             const double *q);
+
+/** kmp_solved_is_cancelled by these outputs. */
+bool kmp_solved_cancels(const kmp_solved_layout *layout, const kempe_system *system, const double *end, double rtol,
+                        double rate_scale);
+
 /** Writes the program of the cheaper dynamics, of those that the evaluator has, or takes the one that the system keeps
  * for this choice. False: no memory. */
 bool kmp_solved_write(const kmp_evaluator *eval, const kmp_solved_plan *plan, kmp_solved_written *written);

@@ -140,7 +140,8 @@ static bool has_factors(const maker *k)
 static kmp_solved_layout lay_out(const maker *k)
 {
     const kempe_system *s = k->s;
-    kmp_solved_layout l = {.n = k->n, .r = k->r, .pivots = k->size, .multipliers = k->jv.multipliers};
+    kmp_solved_layout l = {
+        .n = k->n, .r = k->r, .pivots = k->size, .multipliers = k->jv.multipliers, .stage = KMP_SOLVED_RUN};
     l.lambda = k->red ? k->part->p : k->n;
     l.rates = s->force ? 0 : l.lambda;
     l.power = l.lambda + (k->red && s->force ? 0 : k->r);

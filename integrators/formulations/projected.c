@@ -378,12 +378,12 @@ static int make_solved(projected *d, double t, const double *q)
     kmp_eval_closure(d->eval, t, q);
     if (kmp_solved_new(&d->solved, d->eval, d->part) != KEMPE_OK)
         return KMP_HALT;
-    const kmp_program *program = d->lanes && d->solved ? kmp_solved_program(d->solved) : NULL;
+    const kmp_program *program = d->lanes && d->solved && !d->s->force ? kmp_solved_program(d->solved) : NULL;
     if (d->solved)
         d->formulation.ode.cycles = kmp_cycles_of_one(kmp_solved_count(d->solved));
     if (program)
         d->formulation.ode.cycles_of_lanes =
-            kmp_cycles_of_lanes(kmp_solved_count(d->solved), kmp_solved_by_bodies(d->solved));
+            kmp_cycles_of_lanes(kmp_solved_count(d->solved), kmp_solved_layout_of(d->solved)->by_bodies);
     return kmp_stage_lanes_init(&d->stages, program, d->eval) ? KMP_GO : KMP_HALT;
 }
 

@@ -119,12 +119,14 @@ double kmp_reduced_drive_power(kmp_reduced *d)
     return kmp_eval_drive_power(d->eval, d->lambda);
 }
 
-static bool is_fused(const kmp_reduced *d)
+/* True if the program of the present choice may be used now. */
+static bool applies(const kmp_reduced *d)
 {
-    return d->programs.fused && !d->apart && !d->by_saddle && kmp_fused_applies(d->programs.fused);
+    return d->programs.fused && !d->apart && !(d->cancelled && kmp_reduced_is_solved(d)) &&
+           kmp_fused_applies(d->programs.fused);
 }
 
-/* Evaluates q, qd and udd at (t, y), and dy. The fused program gives dy alone. */
+/* Evaluates q, qd and udd at (t, y), and dy. The program gives dy alone. */
 static int evaluate_apart(kmp_reduced *d, double t, const double *y, double *dy)
 {
     d->evaluations++;
@@ -139,76 +141,42 @@ static int evaluate_apart(kmp_reduced *d, double t, const double *y, double *dy)
     return KMP_GO;
 }
 
-static bool applies_solved(const kmp_reduced *d)
-{
-    return d->programs.solved && !d->apart && !d->cancelled && kmp_solved_applies(d->programs.solved);
-}
-
-/* Evaluates by the solved program; false: it does not apply, or its pivots are bad. */
-static bool evaluate_solved(kmp_reduced *d, double t, const double *y, double *dy)
-{
-    d->by_solved = false;
-    if (applies_solved(d) && !d->integrated)
-        d->by_solved = kmp_reduced_evaluate_closing(d, true, t, y, dy);
-    else if (applies_solved(d))
-        kmp_solved_run_state(d->programs.solved, t, y, dy, d->has_work ? &dy[kmp_reduced_work(d)] : NULL,
-                             &d->by_solved);
-    return d->by_solved;
-}
-
 int kmp_reduced_rhs(void *self, double t, const double *y, double *dy)
 {
     kmp_reduced *d = self;
-    bool fused = is_fused(d), solved = !fused && evaluate_solved(d, t, y, dy);
-    if (fused && !d->integrated)
-        fused = kmp_reduced_evaluate_closing(d, false, t, y, dy);
-    int said = solved                    ? KMP_GO
-               : fused && !d->integrated ? KMP_GO
-               : fused                   ? (kmp_fused_run(d->programs.fused, t, y, dy) ? KMP_GO : KMP_RETRY)
-                                         : evaluate_apart(d, t, y, dy);
+    bool runs = applies(d), solved = runs && kmp_reduced_is_solved(d), made = false;
+    if (runs)
+        made = d->integrated ? kmp_fused_run(d->programs.fused, t, y, dy) : kmp_reduced_evaluate_closing(d, t, y, dy);
+    d->by_solved = made && solved;
+    int said = made ? KMP_GO : runs && d->integrated && !solved ? KMP_RETRY : evaluate_apart(d, t, y, dy);
     for (int k = 0; said == KMP_GO && k < d->p; k++)
         if (!isfinite(dy[d->p + k]))
             return KMP_RETRY;
-    if (said == KMP_GO && d->has_work && !solved)
-        dy[kmp_reduced_work(d)] = fused ? kmp_fused_power(d->programs.fused)
-                                        : kmp_eval_power_here(d->eval, d->qd) + kmp_reduced_drive_power(d);
+    if (said == KMP_GO && d->has_work)
+        dy[kmp_reduced_work(d)] = made ? kmp_fused_power(d->programs.fused)
+                                       : kmp_eval_power_here(d->eval, d->qd) + kmp_reduced_drive_power(d);
     return said;
 }
 
-/* The fused program gives the slopes of u's rates and of v, the pivots of the reduced mass, and the power. */
-static int fused_stages(kmp_reduced *d, const double *t, const double *y, double *dy)
-{
-    int w = KMP_STAGE_LANES, slopes = d->p + d->r;
-    const double *out = kmp_stage_lanes_run(&d->programs.stages, KMP_FUSED_RATES, t, y, NULL),
-                 *pivot = out + slopes * w;
-    memcpy(dy + d->p * w, out, (size_t)(slopes * w) * sizeof *dy);
-    if (d->has_work)
-        memcpy(dy + kmp_reduced_work(d) * w, pivot + d->p * w, (size_t)w * sizeof *dy);
-    bool good = kmp_stage_lanes_exceed(d->p, pivot, 0, NULL) && kmp_stage_lanes_finite(slopes, out);
-    return good ? KMP_GO : KMP_RETRY;
-}
-
-static int solved_stages(kmp_reduced *d, const double *t, const double *y, double *dy)
-{
-    const kmp_solved_layout *l = kmp_solved_layout_of(d->programs.solved);
-    size_t w = KMP_STAGE_LANES, p = (size_t)d->p, r = (size_t)d->r;
-    const double *out = kmp_stage_lanes_run(&d->programs.stages, KMP_SOLVED_RUN, t, y, NULL);
-    memcpy(dy + p * w, out + (size_t)l->qdd * w, p * w * sizeof *dy);
-    memcpy(dy + 2 * p * w, out + (size_t)l->rates * w, r * w * sizeof *dy);
-    if (d->has_work)
-        memcpy(dy + (size_t)kmp_reduced_work(d) * w, out + (size_t)l->power * w, w * sizeof *dy);
-    if (!kmp_stage_lanes_exceed(l->pivots, out + (size_t)l->pivot * w, KMP_SOLVED_PIVOT, out + (size_t)l->diagonal * w))
-        return KMP_APART;
-    return kmp_stage_lanes_finite(d->p + d->r, dy + p * w) ? KMP_GO : KMP_RETRY;
-}
-
-/* Callback of an integrator that evaluates several stages at once. */
+/* Callback of an integrator that evaluates several stages at once. The program gives the slopes of u's rates and of v,
+ * pivots, and the power. */
 static int rhs_of_stages(void *self, const double *t, const double *y, double *dy)
 {
     kmp_reduced *d = self;
-    if (!d->programs.stages.lanes)
+    if (!d->programs.stages.lanes || !applies(d))
         return KMP_APART;
-    return is_fused(d) ? fused_stages(d, t, y, dy) : applies_solved(d) ? solved_stages(d, t, y, dy) : KMP_APART;
+    const kmp_solved_layout *l = kmp_fused_layout_of(d->programs.fused);
+    size_t w = KMP_STAGE_LANES, p = (size_t)d->p, r = (size_t)d->r;
+    bool solved = kmp_reduced_is_solved(d);
+    const double *out = kmp_stage_lanes_run(&d->programs.stages, l->stage, t, y, NULL);
+    memcpy(dy + p * w, out, p * w * sizeof *dy);
+    memcpy(dy + 2 * p * w, out + (size_t)l->rates * w, r * w * sizeof *dy);
+    if (d->has_work)
+        memcpy(dy + (size_t)kmp_reduced_work(d) * w, out + (size_t)l->power * w, w * sizeof *dy);
+    if (!kmp_stage_lanes_exceed(l->pivots, out + (size_t)l->pivot * w, KMP_SOLVED_PIVOT,
+                                solved ? out + (size_t)l->diagonal * w : NULL))
+        return solved ? KMP_APART : KMP_RETRY;
+    return kmp_stage_lanes_finite(d->p + d->r, dy + p * w) ? KMP_GO : KMP_RETRY;
 }
 
 static int make_lanes(void *self, double t)
@@ -230,42 +198,36 @@ static int jacobian(void *self, double t, const double *y, double *j)
 
 /* -- end of a step ------------------------------------------------------------------------------------- */
 
-/* h and the factors of the solved program's last evaluation. */
-static int come_from_solved(kmp_reduced *d, double t, const double *y)
-{
-    place_q(d, y, d->integrated ? y + 2 * d->p : d->v);
-    kmp_solved_lend(d->programs.solved, t, d->q);
-    d->cancelled = kmp_solved_is_cancelled(d->programs.solved, d->start.rtol, d->start.rate_scale);
-    return kmp_reduction_factor(&d->red) ? KMP_RETRY : KMP_GO;
-}
-
-/* True if the program that the last step did without, or made its last evaluation, may make the next ones. */
+/* True if the program that the last step did without may make the next ones. */
 static bool is_good_again(kmp_reduced *d, double t, const double *y)
 {
-    if (d->by_solved)
-        return kmp_solved_order_is_good(d->programs.solved);
-    if (d->programs.solved)
-        return d->apart ? kmp_solved_order_is_good_at(d->programs.solved, t, y) : true;
-    if (d->programs.fused && !d->integrated) {
+    if (!d->programs.fused || (kmp_reduced_is_solved(d) && !d->apart))
+        return d->programs.fused;
+    if (!d->integrated) {
         memcpy(d->state, y, (size_t)(2 * d->p) * sizeof *y);
         for (int i = 0; i < d->r; i++)
             d->state[2 * d->p + i] = d->q[d->part.v[i]];
     }
-    return d->programs.fused && kmp_fused_is_good(d->programs.fused, t, d->integrated ? y : d->state);
+    return kmp_fused_is_good(d->programs.fused, t, d->integrated ? y : d->state);
 }
 
 int kmp_reduced_come_to_end(kmp_reduced *d, double t, const double *y, kmp_fused_end *end)
 {
-    if (!is_fused(d) || (!d->integrated && !d->closed_fused)) { /* h and the factors are available */
-        if (d->by_solved && come_from_solved(d, t, y) != KMP_GO)
-            return KMP_RETRY;
+    bool solved = kmp_reduced_is_solved(d), good = false;
+    if (solved || !applies(d) || (!d->integrated && !d->closed_fused)) { /* h and the factors are available */
+        if (d->by_solved) {
+            place_q(d, y, d->integrated ? y + 2 * d->p : d->v);
+            good = kmp_fused_lend(d->programs.fused, t, d->q, d->start.rtol, d->start.rate_scale, &d->cancelled);
+            if (kmp_reduction_factor(&d->red))
+                return KMP_RETRY;
+        }
         if (d->by_saddle || d->by_solved)
             kmp_reduction_tangent(&d->red);
         if (d->integrated)
             kmp_reduction_correction(&d->red);
         if (d->r > 0)
             kmp_block_take_signs(d->red.block, d->signs_now);
-        *end = (kmp_fused_end){.good = is_good_again(d, t, y), .signs = d->signs_now};
+        *end = (kmp_fused_end){.good = d->by_solved ? good : is_good_again(d, t, y), .signs = d->signs_now};
         return KMP_GO;
     }
     *end = kmp_fused_at_end(d->programs.fused);
@@ -317,7 +279,7 @@ int kmp_reduced_may_end(kmp_reduced *d, double t, const double *y, const kmp_fus
     d->formulation.newton = d->red.newton;
     d->formulation.factorizations = d->red.factorizations + d->saddle.factorizations;
     d->steps++;
-    d->apart = (d->programs.fused || d->programs.solved) && !end->good;
+    d->apart = d->programs.fused && !end->good;
     return KMP_GO;
 }
 
@@ -445,7 +407,7 @@ static int resume(kmp_formulation *formulation, double t, const double *q, const
     kmp_reduced_judge(d);
     if (d->due && kmp_reduced_exchange(d, t, y) != KMP_GO)
         return KMP_HALT;
-    if (kmp_reduced_is_stale(d) && kmp_reduced_fuse(d, true) != KMP_GO)
+    if (d->programs.fused && kmp_fused_is_stale(d->programs.fused) && kmp_reduced_fuse(d, true) != KMP_GO)
         return KMP_HALT;
     return put_slope(d, t, y, yp);
 }

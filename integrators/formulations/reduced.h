@@ -6,18 +6,16 @@
 
 #include "constraints/evaluation/stage_lanes.h"
 #include "constraints/written/fused.h"
-#include "constraints/written/solved.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/formulations/reduced_jacobian.h"
 
 /* Earlier choices of u whose programs are kept. */
 enum { KMP_REDUCED_KEPT = 8 };
 
-/* Programs of one choice of u. */
+/* The program of one choice of u: by the reduced mass it is the fused one, by the saddle system the solved one. */
 typedef struct kmp_reduced_programs {
-    kmp_fused *fused;       /* NULL: there is none */
-    kmp_solved *solved;     /* with many degrees of freedom; NULL: there is none */
-    kmp_stage_lanes stages; /* either of them for several stages at once */
+    kmp_fused *fused;       /* by the saddle system with many degrees of freedom; NULL: there is none */
+    kmp_stage_lanes stages; /* it for several stages at once */
 } kmp_reduced_programs;
 
 typedef struct kmp_reduced {
@@ -107,9 +105,9 @@ int kmp_reduced_may_end(kmp_reduced *d, double t, const double *y, const kmp_fus
 
 /* reduced_close.c */
 
-/** Evaluates the newton form by the fused program, or the solved one: d->v is then closed, and dy its derivative.
- * false: the program fails here. */
-bool kmp_reduced_evaluate_closing(kmp_reduced *d, bool solved, double t, const double *y, double *dy);
+/** Evaluates the newton form by the program: d->v is then closed, and dy its derivative. false: the program fails here.
+ */
+bool kmp_reduced_evaluate_closing(kmp_reduced *d, double t, const double *y, double *dy);
 
 /* reduced_predict.c */
 
@@ -158,8 +156,11 @@ int kmp_reduced_make_lanes(kmp_reduced *d, double t);
 /** Counts the cycles of evaluations by the present programs, or by the solved program that may be made. */
 int kmp_reduced_count(kmp_reduced *d);
 
-/** True if that program must be made again, for other charts. */
-bool kmp_reduced_is_stale(kmp_reduced *d);
+/** True if there is a solved program. */
+static inline bool kmp_reduced_is_solved(const kmp_reduced *d)
+{
+    return d->programs.fused && kmp_fused_is_by_saddle(d->programs.fused);
+}
 
 void kmp_reduced_free_programs(kmp_reduced *d);
 

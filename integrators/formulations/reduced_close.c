@@ -38,53 +38,32 @@ static void add(kmp_reduced *d, const double *dv)
         d->v[i] += dv[i];
 }
 
-/* True if the next correction is expected to be small: it is about the square of this one, times a factor that the last
- * corrections had. */
-static bool will_be_closed(const kmp_reduced *d, kmp_written_correction c, extent e)
-{
-    extent next = {d->contraction * e.scaled * e.scaled, INFINITY};
-    next.weighted = e.scaled > 0 ? next.scaled * e.weighted / e.scaled : 0;
-    return c.turn <= KMP_TURN_SMALL && is_small(d, next);
-}
-
-/* The rest of the program at the corrected v; *left: the correction that is left. false: its pivots are bad. */
-static bool finish(kmp_reduced *d, bool solved, double t, double *dy, const double **left)
-{
-    bool good;
-    if (!solved) {
-        good = kmp_fused_finish(d->programs.fused, t, d->state, dy);
-        *left = kmp_fused_left(d->programs.fused);
-        return good;
-    }
-    kmp_solved_run_state(d->programs.solved, t, d->state, dy, d->has_work ? &dy[kmp_reduced_work(d)] : NULL, &good);
-    *left = kmp_solved_left(d->programs.solved);
-    return good;
-}
-
 /* Closes d->v and evaluates there. false: corrections do not contract, or pivots are bad. */
-static bool close_and_finish(kmp_reduced *d, bool solved, double t, double *dy)
+static bool close_and_finish(kmp_reduced *d, double t, double *dy)
 {
-    const double *open;
+    kmp_fused *program = d->programs.fused;
     double last = INFINITY, *v = d->state + 2 * d->p;
     for (int k = 0; k < MOST_CORRECTIONS; k++) {
         memcpy(v, d->v, (size_t)d->r * sizeof *v);
-        kmp_written_correction c = solved ? kmp_solved_close(d->programs.solved, t, d->state)
-                                          : kmp_fused_close(d->programs.fused, t, d->state);
-        extent e = measure(d, c.dv), left;
+        kmp_written_correction c = kmp_fused_close(program, t, d->state);
+        extent e = measure(d, c.dv), next = {d->contraction * e.scaled * e.scaled, INFINITY};
         d->red.newton++;
         if (!is_small(d, e) && !(e.scaled <= 0.9 * last))
             return false;
         add(d, c.dv);
         last = e.scaled;
-        if (!will_be_closed(d, c, e))
+        /* The next correction is about the square of this one, times a factor that the last corrections had: the rest
+         * of the program follows once that is small. */
+        next.weighted = e.scaled > 0 ? next.scaled * e.weighted / e.scaled : 0;
+        if (c.turn > KMP_TURN_SMALL || !is_small(d, next))
             continue;
-        bool regular = finish(d, solved, t, dy, &open);
-        left = measure(d, open);
+        bool regular = kmp_fused_finish(program, t, d->state, dy);
+        extent left = measure(d, kmp_fused_left(program));
         if (left.scaled > d->noise)
             d->contraction = left.scaled / (e.scaled * e.scaled);
         if (!is_small(d, left) && !(left.scaled <= 0.9 * last))
             return false;
-        add(d, open);
+        add(d, kmp_fused_left(program));
         last = left.scaled;
         if (is_small(d, left))
             return regular;
@@ -92,7 +71,7 @@ static bool close_and_finish(kmp_reduced *d, bool solved, double t, double *dy)
     return false;
 }
 
-bool kmp_reduced_evaluate_closing(kmp_reduced *d, bool solved, double t, const double *y, double *dy)
+bool kmp_reduced_evaluate_closing(kmp_reduced *d, double t, const double *y, double *dy)
 {
     size_t p = (size_t)d->p, r = (size_t)d->r;
     double *slope = d->has_v ? dy : d->slope;
@@ -101,9 +80,9 @@ bool kmp_reduced_evaluate_closing(kmp_reduced *d, bool solved, double t, const d
     else
         kmp_reduced_predict(d, t, y);
     memcpy(d->state, y, 2 * p * sizeof *y);
-    bool closed = close_and_finish(d, solved, t, slope);
+    bool closed = close_and_finish(d, t, slope);
     if (!d->has_v)
         memcpy(dy, slope, 2 * p * sizeof *dy);
-    d->closed_fused = closed && !solved;
+    d->closed_fused = closed && !kmp_reduced_is_solved(d);
     return closed;
 }

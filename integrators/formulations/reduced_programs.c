@@ -24,7 +24,6 @@ static void release(kmp_reduced_programs *programs)
 {
     kmp_stage_lanes_free(&programs->stages);
     kmp_fused_free(programs->fused);
-    kmp_solved_free(programs->solved);
     *programs = (kmp_reduced_programs){0};
 }
 
@@ -82,7 +81,7 @@ bool kmp_reduced_keep(kmp_reduced *d)
         return kmp_fail_memory(d->s->context) == KEMPE_OK;
     release(&kept->programs);
     kept->programs = d->programs;
-    d->had_solved = d->programs.solved;
+    d->had_solved = kmp_reduced_is_solved(d);
     d->programs = (kmp_reduced_programs){0};
     return true;
 }
@@ -91,10 +90,7 @@ bool kmp_reduced_keep(kmp_reduced *d)
 static void take_kept(kmp_reduced *d, kmp_reduced_programs *kept)
 {
     kmp_reduced_pack(&d->part, true, d->q, d->qd, d->state);
-    bool good = kept->fused ? !kmp_fused_is_stale(kept->fused) && kmp_fused_is_good(kept->fused, d->t, d->state)
-                            : kept->solved && !kmp_solved_is_stale(kept->solved) &&
-                                  kmp_solved_order_is_good_at(kept->solved, d->t, d->state);
-    if (!good) {
+    if (!kept->fused || kmp_fused_is_stale(kept->fused) || !kmp_fused_is_good(kept->fused, d->t, d->state)) {
         release(kept);
         return;
     }
@@ -135,8 +131,9 @@ static int wait_for_solved(kmp_reduced *d, bool at_once)
 }
 
 /* Lanes of a program of states, if the integrator uses them. */
-static int prepare_stages(kmp_reduced *d, const kmp_program *program)
+static int prepare_stages(kmp_reduced *d)
 {
+    const kmp_program *program = d->programs.fused ? kmp_fused_program(d->programs.fused) : NULL;
     if (!d->start.lanes || !d->integrated || kmp_stage_lanes_init(&d->programs.stages, program, d->eval))
         return KMP_GO;
     (void)kmp_fail_memory(d->s->context);
@@ -155,9 +152,9 @@ int kmp_reduced_solve(kmp_reduced *d, double t)
     d->due_solved = LONG_MAX;
     if (!regular)
         return KMP_GO;
-    if (kmp_solved_new_reduced(&d->programs.solved, &d->red, !d->integrated) != KEMPE_OK)
+    if (kmp_fused_new_by_saddle(&d->programs.fused, &d->red, !d->integrated) != KEMPE_OK)
         return KMP_HALT;
-    return prepare_stages(d, d->programs.solved ? kmp_solved_program(d->programs.solved) : NULL);
+    return prepare_stages(d);
 }
 
 int kmp_reduced_make_lanes(kmp_reduced *d, double t)
@@ -165,48 +162,38 @@ int kmp_reduced_make_lanes(kmp_reduced *d, double t)
     if (d->start.lanes)
         return KMP_GO;
     d->start.lanes = true;
-    if (d->programs.fused || d->programs.solved)
-        return prepare_stages(d, d->programs.fused ? kmp_fused_program(d->programs.fused)
-                                                   : kmp_solved_program(d->programs.solved));
+    if (d->programs.fused)
+        return prepare_stages(d);
     bool at_once = !d->fuses_late;
     return wait_for_solved(d, at_once) == KMP_GO ? kmp_reduced_solve(d, t) : KMP_HALT;
 }
 
-static void count_fused(kmp_reduced *d)
-{
-    kmp_counts count = kmp_program_count(kmp_fused_program(d->programs.fused), KMP_FUSED_RATES, KMP_FUSED_RATES);
-    d->formulation.ode.cycles = kmp_cycles_of_one(count);
-    d->formulation.ode.cycles_of_lanes = kmp_cycles_of_lanes(count, false);
-}
-
-/* The solved program is counted before it is written. Explicit methods wait for it, some runs to their end. */
-static void count_solved(kmp_reduced *d, double operations)
-{
-    kmp_ode *ode = &d->formulation.ode;
-    kmp_counts count = kmp_program_count(kmp_motion_known(d->s), KMP_STAGE_CLOSURE, KMP_STAGE_BIAS);
-    count.paper = (long)operations;
-    if (d->due_solved <= d->evaluations || d->programs.solved)
-        ode->cycles = kmp_cycles_of_one(count);
-    ode->cycles_of_lanes = kmp_cycles_of_lanes(count, d->eval->by_bodies);
-}
-
 int kmp_reduced_count(kmp_reduced *d)
 {
-    bool lanes = d->integrated && !d->s->force;
-    double operations = lanes && !d->programs.fused ? kmp_solved_operations(d->eval, &d->part) : INFINITY;
-    d->formulation.ode.cycles = kmp_cycles_by_parts(operations_of(d), d->eval->by_bodies);
-    if (lanes && d->programs.fused)
-        count_fused(d);
-    else if (operations >= 0 && isfinite(operations))
-        count_solved(d, operations);
-    else
-        d->formulation.ode.make_lanes = NULL;
+    kmp_ode *ode = &d->formulation.ode;
+    bool lanes = d->integrated && !d->s->force, fused = d->programs.fused && !kmp_reduced_is_solved(d);
+    double operations = lanes && !fused ? kmp_solved_operations(d->eval, &d->part) : INFINITY;
+    ode->cycles = kmp_cycles_by_parts(operations_of(d), d->eval->by_bodies);
+    if (lanes && fused) {
+        kmp_counts count = kmp_program_count(kmp_fused_program(d->programs.fused), KMP_FUSED_RATES, KMP_FUSED_RATES);
+        ode->cycles = kmp_cycles_of_one(count);
+        ode->cycles_of_lanes = kmp_cycles_of_lanes(count, false);
+    } else if (operations >= 0 && isfinite(operations)) {
+        /* The solved program is counted before it is written. Explicit methods wait for it, some runs to their end. */
+        kmp_counts count = kmp_program_count(kmp_motion_known(d->s), KMP_STAGE_CLOSURE, KMP_STAGE_BIAS);
+        count.paper = (long)operations;
+        if (d->due_solved <= d->evaluations || d->programs.fused)
+            ode->cycles = kmp_cycles_of_one(count);
+        ode->cycles_of_lanes = kmp_cycles_of_lanes(count, d->eval->by_bodies);
+    } else {
+        ode->make_lanes = NULL;
+    }
     return operations < 0 ? KMP_HALT : KMP_GO;
 }
 
 int kmp_reduced_fuse(kmp_reduced *d, bool worth)
 {
-    bool at_once = worth && (d->programs.solved || d->had_solved || d->start.lanes);
+    bool at_once = worth && (kmp_reduced_is_solved(d) || d->had_solved || d->start.lanes);
     release(&d->programs);
     d->by_solved = false;
     d->apart = false;
@@ -215,7 +202,7 @@ int kmp_reduced_fuse(kmp_reduced *d, bool worth)
     d->fuses_late = !worth && !kept && can_fuse(d);
     if (kept)
         take_kept(d, &kept->programs);
-    if (d->programs.fused || d->programs.solved) {
+    if (d->programs.fused) {
         d->due_solved = LONG_MAX;
         return KMP_GO;
     }
@@ -225,11 +212,5 @@ int kmp_reduced_fuse(kmp_reduced *d, bool worth)
     if (!d->programs.fused)
         return wait_for_solved(d, at_once);
     d->due_solved = LONG_MAX;
-    return prepare_stages(d, kmp_fused_program(d->programs.fused));
-}
-
-bool kmp_reduced_is_stale(kmp_reduced *d)
-{
-    return (d->programs.fused && kmp_fused_is_stale(d->programs.fused)) ||
-           (d->programs.solved && kmp_solved_is_stale(d->programs.solved));
+    return prepare_stages(d);
 }

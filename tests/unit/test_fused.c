@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "constraints/written/fused.h"
+#include "constraints/written/fused_inside.h"
 #include "random.h"
 #include "states.h"
 #include "testing.h"
@@ -201,7 +202,7 @@ static void along_the_motion(const kempe_system *system, const states *at, const
     CHECK(fused && worst < 1e-13 && bad == 0);
     if (fused) {
         kmp_counts parts = kmp_program_count(system->motion, 1, system->motion->stages - 1),
-                   one = kmp_fused_count(fused);
+                   one = kmp_program_count(kmp_fused_program(fused), KMP_FUSED_RATES, KMP_FUSED_ACCELERATIONS);
         kmp_counts algebra = kmp_reduction_count(&red);
         printf("  %-36s p %d r %d: %.1e, %ld + %ld operations, as one %ld, worn out at %d states\n", name, part.p,
                part.r, worst, parts.paper, algebra.paper, one.paper, bad);

@@ -3,10 +3,12 @@
  * examples; its lanes against its scalar code, to the last bit. */
 #include "constraints/closing/saddle.h"
 #include "constraints/tolerances.h"
+#include "constraints/written/fused.h"
 #include "constraints/written/solved_inside.h"
 #include "random.h"
 #include "states.h"
 #include "testing.h"
+#include "tests/solved_lanes.h"
 
 enum { STATES = 4 };
 
@@ -54,7 +56,7 @@ typedef struct bench {
     kmp_saddle saddle;
     kmp_solved *solved;
     kmp_reduction red;
-    kmp_solved *reduced; /* of a state (u, ud, v) */
+    kmp_fused *reduced; /* of a state (u, ud, v) */
     const kmp_solved_layout *layout;
     double *violation, *lambda;  /* m */
     double *qdd, *dx, *expected; /* n */
@@ -76,11 +78,11 @@ static bool prepare(bench *b, const kempe_system *s, const states *at, bool by_b
     CHECK(kmp_solved_new(&b->solved, b->eval, &b->part) == KEMPE_OK && b->solved);
     kmp_eval_closure(b->eval, at->t[0], at->q);
     CHECK(kmp_reduction_init(&b->red, b->eval, &b->part) == KEMPE_OK && kmp_reduction_factor(&b->red) == 0);
-    CHECK(kmp_solved_new_reduced(&b->reduced, &b->red, false) == KEMPE_OK && b->reduced);
+    CHECK(kmp_fused_new_by_saddle(&b->reduced, &b->red, false) == KEMPE_OK && b->reduced);
     if (!b->solved || !b->reduced)
         return false;
-    CHECK(kmp_solved_by_bodies(b->solved) == by_bodies);
     b->layout = kmp_solved_layout_of(b->solved);
+    CHECK(b->layout->by_bodies == by_bodies);
     b->violation = KMP_NEW(double, 2 * s->m + 3 * s->n);
     b->lambda = b->violation + s->m;
     b->qdd = b->lambda + s->m;
@@ -92,7 +94,7 @@ static bool prepare(bench *b, const kempe_system *s, const states *at, bool by_b
 static void finish(bench *b)
 {
     kmp_solved_free(b->solved);
-    kmp_solved_free(b->reduced);
+    kmp_fused_free(b->reduced);
     kmp_reduction_free(&b->red);
     kmp_saddle_free(&b->saddle);
     kmp_partition_free(&b->part);
@@ -177,15 +179,15 @@ static double difference_of_state(bench *b, double t, const double *q, const dou
     int p = b->part.p, r = b->part.r;
     double *y = KMP_NEW(double, 4 * p + 2 * r), *dy = y + 2 * p + r, own = 0, rates = 0, fastest = 1e-300;
     double *qdd = KMP_NEW(double, p + r);
-    bool good;
+    bool cancelled;
     for (int k = 0; k < p; k++) {
         y[k] = q[b->part.u[k]];
         y[p + k] = qd[b->part.u[k]];
     }
     for (int i = 0; i < r; i++)
         y[2 * p + i] = q[b->part.v[i]];
-    kmp_solved_run_state(b->reduced, t, y, dy, b->layout->power >= 0 ? &own : NULL, &good);
-    CHECK(good);
+    CHECK(kmp_fused_run(b->reduced, t, y, dy));
+    own = b->layout->power >= 0 ? kmp_fused_power(b->reduced) : 0;
     memcpy(qdd, b->qdd, (size_t)(p + r) * sizeof *qdd);
     for (int k = 0; k < p; k++) {
         CHECK(dy[k] == y[p + k]);
@@ -197,8 +199,7 @@ static double difference_of_state(bench *b, double t, const double *q, const dou
     }
     double off = check_max(apart_of_accelerations(b, qdd, qd), rates / fastest);
     CHECK(fabs(own - power) <= 1e-9 * size);
-    kmp_solved_lend(b->reduced, t, q);
-    CHECK(kmp_solved_order_is_good(b->reduced));
+    CHECK(kmp_fused_lend(b->reduced, t, q, 1e-8, 1, &cancelled));
     off = check_max(off, apart(b->eval->system->jacobian.count, b->eval->jacobian, b->by_mass->jacobian));
     kmp_free(y);
     kmp_free(qdd);
@@ -254,7 +255,7 @@ static void compare_lanes(bench *b, int width, double t, const double *q, const 
     int end = m + s->jacobian.count + (s->rheonomic ? m : 0);
     double times[KMP_LANES_MOST];
     double *x = KMP_NEW(double, KMP_LANES_MOST *(2 * n + m)), *xd = x + width * n, *mu = xd + width * n;
-    kmp_lanes *lanes = kmp_solved_lanes(b->solved, width);
+    kmp_lanes *lanes = solved_lanes(b->solved, b->eval, width);
     CHECK(lanes != NULL);
     for (int l = 0; l < width; l++) {
         times[l] = t + 1e-3 * l;
@@ -309,11 +310,11 @@ static void improve_nearby(const bench *b, double t, const double *q, const doub
     double *x = KMP_NEW(double, W *(2 * n + count)), *xd = x + W * n, *got = xd + W * n;
     kmp_program *program = NULL;
     CHECK(kmp_solved_write_near(b->eval, &b->part, 1e9, &program) && program);
-    kmp_lanes *lanes = kmp_solved_lanes(b->solved, W), *near = program ? kmp_lanes_new(program, W, false) : NULL;
+    kmp_lanes *lanes = solved_lanes(b->solved, b->eval, W), *near = program ? kmp_lanes_new(program, W, false) : NULL;
     CHECK(lanes && near);
     if (!near)
         return;
-    kmp_solved_renew_lanes(b->solved, W, near);
+    renew_solved_lanes(b->eval, W, near);
     for (int k = 0; k < W * n; k++) {
         times[k / n] = t;
         x[k] = q[k % n];
@@ -362,7 +363,7 @@ static void along_the_motion(const kempe_system *s, const states *at, const exam
         CHECK(worst < 1e-11);
         long parts = kmp_program_count(s->motion, 1, s->motion->stages - 1).paper;
         printf("  %-40s n %d r %d%s: %.1e, %ld operations, solved as one %ld\n", of->name, s->n, b.part.r,
-               kmp_solved_by_bodies(b.solved) ? ", by bodies" : "", worst, parts, kmp_solved_count(b.solved).paper);
+               b.layout->by_bodies ? ", by bodies" : "", worst, parts, kmp_solved_count(b.solved).paper);
         compare_lanes(&b, 4, at->t[1], at->q + at->n, at->qd + at->n);
         compare_lanes(&b, 8, at->t[1], at->q + at->n, at->qd + at->n);
         CHECK((b.layout->factors > 0) == !of->by_bodies);

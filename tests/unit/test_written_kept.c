@@ -44,8 +44,8 @@ static void leave(chosen *c)
 
 /* The programs of a choice; their caller's. */
 typedef struct written {
-    kmp_fused *fused;
-    kmp_solved *solved, *reduced;
+    kmp_fused *fused, *reduced;
+    kmp_solved *solved;
     kmp_program *nearby;
 } written;
 
@@ -54,7 +54,7 @@ static written write_all(const chosen *c)
     written w = {0};
     CHECK(kmp_fused_new(&w.fused, &c->red, false) == KEMPE_OK && w.fused);
     CHECK(kmp_solved_new(&w.solved, c->eval, &c->part) == KEMPE_OK && w.solved);
-    CHECK(kmp_solved_new_reduced(&w.reduced, &c->red, false) == KEMPE_OK && w.reduced);
+    CHECK(kmp_fused_new_by_saddle(&w.reduced, &c->red, false) == KEMPE_OK && w.reduced);
     CHECK(kmp_solved_write_near(c->eval, &c->part, 1e9, &w.nearby) && w.nearby);
     return w;
 }
@@ -63,7 +63,7 @@ static void free_all(written *w)
 {
     kmp_fused_free(w->fused);
     kmp_solved_free(w->solved);
-    kmp_solved_free(w->reduced);
+    kmp_fused_free(w->reduced);
     kmp_program_free(w->nearby);
 }
 
@@ -72,17 +72,17 @@ static bool share(const written *a, const written *b)
 {
     return kmp_fused_program(a->fused) == kmp_fused_program(b->fused) &&
            kmp_solved_program(a->solved) == kmp_solved_program(b->solved) &&
-           kmp_solved_program(a->reduced) == kmp_solved_program(b->reduced) && a->nearby == b->nearby;
+           kmp_fused_program(a->reduced) == kmp_fused_program(b->reduced) && a->nearby == b->nearby;
 }
 
 static bool are_equal(const written *a, const written *b)
 {
     return kmp_program_equal(kmp_fused_program(a->fused), kmp_fused_program(b->fused)) &&
            kmp_program_equal(kmp_solved_program(a->solved), kmp_solved_program(b->solved)) &&
-           kmp_program_equal(kmp_solved_program(a->reduced), kmp_solved_program(b->reduced)) &&
+           kmp_program_equal(kmp_fused_program(a->reduced), kmp_fused_program(b->reduced)) &&
            kmp_program_equal(a->nearby, b->nearby) &&
            memcmp(kmp_solved_layout_of(a->solved), kmp_solved_layout_of(b->solved), sizeof(kmp_solved_layout)) == 0 &&
-           memcmp(kmp_solved_layout_of(a->reduced), kmp_solved_layout_of(b->reduced), sizeof(kmp_solved_layout)) == 0;
+           memcmp(kmp_fused_layout_of(a->reduced), kmp_fused_layout_of(b->reduced), sizeof(kmp_solved_layout)) == 0;
 }
 
 /* A later run has the program of the first one. */
