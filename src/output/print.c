@@ -2,6 +2,8 @@
 #include "output/print.h"
 #include "constraints/rounding/mend.h"
 #include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 bool kmp_has_result(kempe_status status)
@@ -94,6 +96,14 @@ void kmp_print_unused_json(kmp_json *json, const kempe_model *model)
     kmp_json_end(json);
 }
 
+void kmp_print_pairs(kmp_json *json, const char *key, int count, const double *re, const double *im)
+{
+    kmp_json_array(json, key);
+    for (int k = 0; k < count; k++)
+        kmp_json_numbers(json, NULL, 2, (double[]){re[k], im[k]});
+    kmp_json_end(json);
+}
+
 void kmp_print_entries(kmp_json *json, const char *key, const kempe_system *system, kmp_quantity quantity,
                        const double *values)
 {
@@ -171,12 +181,36 @@ void kmp_print_work(kmp_json *json, const kmp_run_report *report)
     kmp_json_put(json, "}");
 }
 
-void kmp_print_cell(kmp_text *text, int width, int digits, double x)
+void kmp_print_cells(kmp_text *text, const char *format, ...)
 {
-    if (isfinite(x))
-        kmp_text_printf(text, "%*.*e", width, digits, x);
-    else
-        kmp_text_printf(text, "%*s", width, "-");
+    va_list list;
+    va_start(list, format);
+    while (*format) {
+        size_t plain = strcspn(format, "%");
+        kmp_text_printf(text, "%.*s", (int)plain, format);
+        format += plain;
+        /* A conversion by itself, with numbers in place of stars. */
+        char one[32] = "";
+        int length = 0;
+        for (bool ends = !*format; !ends && length < (int)sizeof one - 12; format++) {
+            ends = strchr("defgs", *format);
+            length += *format == '*' ? snprintf(one + length, 12, "%d", va_arg(list, int))
+                                     : snprintf(one + length, 2, "%c", *format);
+        }
+        char kind = length > 0 ? one[length - 1] : '\0';
+        double x = kind && strchr("efg", kind) ? va_arg(list, double) : 0;
+        if (kind == 's')
+            kmp_text_printf(text, one, va_arg(list, const char *));
+        else if (kind == 'd' && one[length - 2] == 'l')
+            kmp_text_printf(text, one, va_arg(list, long));
+        else if (kind == 'd')
+            kmp_text_printf(text, one, va_arg(list, int));
+        else if (kind && isfinite(x))
+            kmp_text_printf(text, one, x);
+        else if (kind)
+            kmp_text_printf(text, "%*s", atoi(one + 1), "-");
+    }
+    va_end(list);
 }
 
 int kmp_print_width(const kempe_system *system, kmp_quantity quantity)

@@ -29,6 +29,9 @@ void kmp_print_head(kmp_json *json, const kempe_system *system, const char *stat
 void kmp_print_unused(kmp_text *text, const kempe_model *model);
 void kmp_print_unused_json(kmp_json *json, const kempe_model *model);
 
+/** An array of pairs [re, im]. */
+void kmp_print_pairs(kmp_json *json, const char *key, int count, const double *re, const double *im);
+
 /** An object of named numbers: entries of `quantity`. */
 void kmp_print_entries(kmp_json *json, const char *key, const kempe_system *system, kmp_quantity quantity,
                        const double *values);
@@ -52,8 +55,8 @@ void kmp_print_errors(kmp_json *json, const kmp_verdict *verdict);
 void kmp_print_counts(kmp_json *json, const kmp_run_report *report);
 void kmp_print_work(kmp_json *json, const kmp_run_report *report);
 
-/** Right-aligned in `width` with `digits` after the point, "-" where not finite. */
-void kmp_print_cell(kmp_text *text, int width, int digits, double x);
+/** Like kmp_text_printf (%e, %f, %g, %d, %ld, %s), but with "-" in the width of a number that is not finite. */
+void kmp_print_cells(kmp_text *text, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 /** The longest name of `count` coordinates or of a quantity's entries, for columns. */
 int kmp_print_width(const kempe_system *system, kmp_quantity quantity);

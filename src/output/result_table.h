@@ -60,6 +60,9 @@ void kmp_tabulate_row(kempe_table *table);
 /** Fills the next cells of the last row by a template: %g, %d and %ld are numbers, %s words. A number that is not
  * finite is unknown. */
 void kmp_tabulate_cells(kempe_table *table, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+/** A row more with its first cells: KMP_TABULATE(table, "%g %s", x, name). */
+#define KMP_TABULATE(table, ...) (kmp_tabulate_row(table), kmp_tabulate_cells((table), __VA_ARGS__))
 void kmp_tabulate_number(kempe_table *table, double x);
 void kmp_tabulate_numbers(kempe_table *table, int count, const double *x);
 

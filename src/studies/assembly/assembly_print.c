@@ -71,26 +71,17 @@ static void show_assembly(kmp_text *text, const void *result)
                         model->start.hold && model->start.hold[k] ? "  held" : "");
     kmp_print_states(text, a->system, a->qd);
     show_goals(text, a);
-    kmp_text_put(text, "\nresidual  |h| ");
-    kmp_print_cell(text, 0, 2, a->residual);
-    kmp_text_put(text, " scaled, largest gap ");
-    kmp_print_cell(text, 0, 2, a->gap);
-    kmp_text_put(text, " m, largest angle ");
-    kmp_print_cell(text, 0, 2, a->turn * turn.factor);
-    kmp_text_printf(text, " %s\n", turn.unit);
+    kmp_print_cells(text, "\nresidual  |h| %.2e scaled, largest gap %.2e m, largest angle %.2e %s\n", a->residual,
+                    a->gap, a->turn * turn.factor, turn.unit);
     for (int k = 0; !a->closed && k < a->culprit_count; k++) {
         kmp_text_put(text, "open      loop ");
         kmp_assembly_put_open(text, a, a->culprits[k]);
         kmp_text_put(text, "\n");
     }
     if (a->goals.end != KMP_GOALS_NONE) {
-        kmp_text_put(text, "goals     distance ");
-        kmp_print_cell(text, 0, 6, a->goals.distance);
-        kmp_text_printf(text, ", %s after %d step%s, slope ",
+        kmp_print_cells(text, "goals     distance %.6e, %s after %d step%s, slope %.2e\n", a->goals.distance,
                         a->goals.end == KMP_GOALS_MINIMUM ? "a minimum" : "no minimum", a->goals.steps,
-                        a->goals.steps == 1 ? "" : "s");
-        kmp_print_cell(text, 0, 2, a->goals.slope);
-        kmp_text_put(text, "\n");
+                        a->goals.steps == 1 ? "" : "s", a->goals.slope);
     }
     /* Joints with clearance. */
     static const char *const ways[] = {[KMP_LOOSE_OWN] = "with a rate of its own", [KMP_LOOSE_REST] = "as without it"};

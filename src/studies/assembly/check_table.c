@@ -11,8 +11,7 @@ static void fill_mobility(kempe_table *table, const void *result)
     const kmp_diagnosis *d = &check->diagnosis;
     bool generic = d->moved || part->p == 0;
     kmp_tabulate_columns(table, "bodies coordinates closures rows rank dof driven generic_dof cond_Jv max_B margin");
-    kmp_tabulate_row(table);
-    kmp_tabulate_cells(table, "%d %d %d %d", check->body_count, check->system->n, check->loop_count, check->system->m);
+    KMP_TABULATE(table, "%d %d %d %d", check->body_count, check->system->n, check->loop_count, check->system->m);
     if (check->assembled)
         kmp_tabulate_cells(table, "%d %d %d %g %g %g %g", part->r, part->p, check->driven,
                            generic ? (double)(part->n - d->generic_rank) : (double)NAN, check->condition, part->max_b,
@@ -43,11 +42,9 @@ static void fill_coordinates(kempe_table *table, const void *result)
                                 "low_dead_centre high_dead_centre");
     for (int k = 0; k < check->system->n; k++) {
         const kmp_alternative *a = alternative_of(check, k);
-        kmp_tabulate_row(table);
-        kmp_tabulate_cells(table, "%s %s %s %s %g", kmp_name_of_coordinate(check->system, k),
-                           kmp_print_unit(check->system, k), check->assembled ? role_of(&check->part, k) : "",
-                           a && a->instead >= 0 ? kmp_name_of_coordinate(check->system, a->instead) : "",
-                           a ? a->max_b : NAN);
+        KMP_TABULATE(table, "%s %s %s %s %g", kmp_name_of_coordinate(check->system, k),
+                     kmp_print_unit(check->system, k), check->assembled ? role_of(&check->part, k) : "",
+                     a && a->instead >= 0 ? kmp_name_of_coordinate(check->system, a->instead) : "", a ? a->max_b : NAN);
         if (!check->assembled || !l->walked)
             continue;
         const kmp_swing *s = &l->swing[k];
@@ -75,12 +72,11 @@ static void fill_closures(kempe_table *table, const void *result)
         int may_lose = 0;
         for (int k = 0; check->assembled && k < d->repair_count; k++)
             may_lose = d->repairs[k].closure == c ? d->repairs[k].count : may_lose;
-        kmp_tabulate_row(table);
-        kmp_tabulate_cells(table, "%s %s %d %g %g %g %g", kmp_name_of_closure(check->system, c),
-                           check->system->model->closures[c].kind, count_rows(check, c, false),
-                           check->assembled ? (double)count_rows(check, c, true) : (double)NAN,
-                           check->assembled ? (double)may_lose : (double)NAN, check->assembly->gaps[c],
-                           check->assembly->turns[c]);
+        KMP_TABULATE(table, "%s %s %d %g %g %g %g", kmp_name_of_closure(check->system, c),
+                     check->system->model->closures[c].kind, count_rows(check, c, false),
+                     check->assembled ? (double)count_rows(check, c, true) : (double)NAN,
+                     check->assembled ? (double)may_lose : (double)NAN, check->assembly->gaps[c],
+                     check->assembly->turns[c]);
     }
 }
 

@@ -321,10 +321,8 @@ static void fill_signals(kempe_table *table, const void *result)
     for (int k = 0; k < c->count; k++) {
         const kmp_comfort_signal *s = &c->signal[k];
         const kmp_comfort_row *row = &kmp_comfort_rows[s->direction];
-        kmp_tabulate_row(table);
-        kmp_tabulate_cells(table, "%s %s %s %g %g %g %g %g %g %g", row->name, s->name,
-                           kmp_weighting_name(row->weighting), s->raw, s->weighted, s->median, s->percentile,
-                           s->largest, s->sperling, s->difference);
+        KMP_TABULATE(table, "%s %s %s %g %g %g %g %g %g %g", row->name, s->name, kmp_weighting_name(row->weighting),
+                     s->raw, s->weighted, s->median, s->percentile, s->largest, s->sperling, s->difference);
     }
 }
 

@@ -1,9 +1,162 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The recommended method, by the rules in docs/compare.md, and the measurements that support it. */
+/* What is said of the runs, a line for each method and kind: incomplete runs, and anomalies of complete ones. Then the
+ * recommended method, by the rules in docs/compare.md, and the measurements that support it. */
 #include "studies/compare/compare_study.h"
 #include <kempe/compare.h>
 #include <math.h>
 #include <string.h>
+
+/* LOST: larger differences, in units of the tolerance, are no errors of steps. ANYWAY: an absolute limit of
+ * differences; between two tolerances it is used only without a reference. */
+#define LOST   1e4
+#define ANYWAY 0.1
+/* Closures open by more than this many tolerances drift. */
+#define OPEN 1e2
+
+/* -- sentences --------------------------------------------------------------------------------------- */
+
+void kmp_sentences_take(kmp_arena *arena, kmp_sentences *list, kmp_text *text)
+{
+    const char *sentence = text->length > 0 || text->failed ? kmp_text_keep(text, arena) : NULL;
+    const char **grown = sentence ? kmp_arena_room(arena, list->s, list->count, sizeof *grown) : NULL;
+    if (!grown)
+        return;
+    list->s = grown;
+    list->s[list->count++] = sentence;
+}
+
+void kmp_sentences_add(kmp_arena *arena, kmp_sentences *list, const char *format, ...)
+{
+    kmp_text text = {0};
+    KMP_TEXT_ARGUMENTS(&text, format);
+    kmp_sentences_take(arena, list, &text);
+}
+
+void kmp_compare_name(kmp_text *text, const kmp_method *method)
+{
+    bool formless = !method->form || strcmp(method->form, "none") == 0;
+    kmp_text_printf(text, "%s %s%s%s%s%s", method->formulation, formless ? "" : method->form, formless ? "" : " ",
+                    method->integrator, method->linear ? " " : "", method->linear ? method->linear : "");
+}
+
+/* -- groups ------------------------------------------------------------------------------------------ */
+
+/* Incomplete runs, and anomalies of complete ones. */
+typedef enum trouble { HAS_FAILED, HAS_STOPPED, IS_LEFT_OUT, IS_APART, IS_ELSEWHERE, IS_OPEN, IS_UNBALANCED } trouble;
+
+/* True if the run has the trouble; *how: the size of an anomaly. */
+static bool has(const kempe_comparison *c, const kmp_compared *run, trouble kind, double *how)
+{
+    const bool done = run->status == KEMPE_OK;
+    switch (kind) {
+    case HAS_FAILED:
+        return run->status == KEMPE_E_FAILED;
+    case HAS_STOPPED:
+        return run->status == KEMPE_STOPPED && !run->left_out;
+    case IS_LEFT_OUT:
+        return run->left_out;
+    case IS_APART:
+        *how = run->apart;
+        return done && *how > fmin(LOST * run->rtol, c->has_reference ? INFINITY : ANYWAY);
+    case IS_ELSEWHERE: /* its own tolerances agree, but on a different result */
+        *how = run->verdict.error[KMP_QUANTITY_Q];
+        return done && *how > fmin(LOST * run->rtol, ANYWAY) && *how > 10 * run->apart &&
+               !kmp_compared_is_below(c, run, KMP_QUANTITY_Q);
+    case IS_OPEN:
+        *how = run->verdict.h_max;
+        return done && *how > OPEN * run->rtol;
+    case IS_UNBALANCED:
+        *how = run->verdict.drift_rel;
+        return done && *how > LOST * run->rtol;
+    }
+    return false;
+}
+
+/* The runs of one method with a trouble. */
+typedef struct group {
+    int count;
+    const kmp_compared *first, *last; /* by tolerance, coarse first */
+    const kmp_compared *worst;
+    double how;
+} group;
+
+static group find(const kempe_comparison *c, int method, trouble kind)
+{
+    group g = {0};
+    for (int k = 0; k < c->rtol_count; k++) {
+        const kmp_compared *run = &c->runs[method * c->rtol_count + k];
+        double how = 0;
+        if (!has(c, run, kind, &how))
+            continue;
+        g.count++;
+        g.first = !g.first || run->rtol > g.first->rtol ? run : g.first;
+        g.last = !g.last || run->rtol < g.last->rtol ? run : g.last;
+        if (!g.worst || how > g.how) {
+            g.worst = run;
+            g.how = how;
+        }
+    }
+    return g;
+}
+
+static void begin(kmp_text *text, const kempe_comparison *c, const group *g)
+{
+    kmp_compare_name(text, g->first->method);
+    if (g->count == c->rtol_count && g->count > 1)
+        kmp_text_put(text, " at every rtol");
+    else if (g->count == 1)
+        kmp_text_printf(text, " at rtol %g", g->first->rtol);
+    else
+        kmp_text_printf(text, " %s rtol %g %s %g", g->count == 2 ? "at" : "from", g->first->rtol,
+                        g->count == 2 ? "and" : "to", g->last->rtol);
+}
+
+/* True if all runs end alike with any method and tolerance: the model is the cause. */
+static bool all_end_alike(const kempe_comparison *c)
+{
+    for (int k = 0; k < c->count; k++)
+        if (c->runs[k].status == KEMPE_OK || c->runs[k].status != c->runs[0].status || c->runs[k].left_out)
+            return false;
+    return true;
+}
+
+void kmp_compare_remark(kempe_comparison *c)
+{
+    /* Texts around the size of an anomaly and the tolerance. */
+    static const struct {
+        const char *before, *between, *after;
+    } anomaly[] = {
+        [IS_APART] = {": q differs by ", " at the tolerance after rtol ",
+                      ": the motion amplifies errors or follows another branch"},
+        [IS_ELSEWHERE] = {": its tolerances agree with each other, but differ from the reference by ", " at rtol ",
+                          ": it follows another branch"},
+        [IS_OPEN] = {": the closure residual grows to ", ", at rtol ", ""},
+        [IS_UNBALANCED] = {": the energy error grows to ", " (relative), at rtol ", ""},
+    };
+    if (c->count > 1 && all_end_alike(c)) {
+        kmp_sentences_add(&c->arena, &c->failures, "every run %s: %s",
+                          c->runs[0].status == KEMPE_E_FAILED ? "failed" : "stopped", c->runs[0].reason);
+        return;
+    }
+    for (int w = 0; w < c->method_count; w++)
+        for (trouble kind = HAS_FAILED; kind <= IS_UNBALANCED; kind++) {
+            group g = find(c, w, kind);
+            if (g.count == 0 || (kind == IS_LEFT_OUT && kmp_interrupted(c->system->context)))
+                continue;
+            kmp_text text = {0};
+            begin(&text, c, &g);
+            if (kind >= IS_APART)
+                kmp_text_printf(&text, "%s%.1e%s%g%s", anomaly[kind].before, g.how, anomaly[kind].between,
+                                g.worst->rtol, anomaly[kind].after);
+            else
+                kmp_text_printf(&text, "%s: %.*s",
+                                kind == HAS_FAILED    ? " failed"
+                                : kind == HAS_STOPPED ? " stopped"
+                                                      : "",
+                                (int)strcspn(g.first->reason, "\n"), g.first->reason);
+            kmp_sentences_take(&c->arena, kind >= IS_APART ? &c->warnings : &c->failures, &text);
+        }
+}
 
 /* Without a reference: a difference of q between tolerances that users accept. */
 #define USUAL 1e-6

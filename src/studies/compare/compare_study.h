@@ -200,17 +200,3 @@ double kmp_compare_error(const kempe_comparison *comparison, const kmp_compared 
 
 /** An array of sentences. */
 void kmp_sentences_json(kmp_json *json, const char *key, const kmp_sentences *list);
-
-kmp_put_fn kmp_compare_json;
-
-/** A blank and a number of three digits, without an exponent below a million. */
-void kmp_compare_put_number(kmp_text *text, int width, double x);
-
-/** Ends a line without blanks before its end. */
-void kmp_compare_end_line(kmp_text *text);
-
-/** The width of the column of methods' names. */
-int kmp_compare_name_width(const kempe_comparison *comparison);
-
-/** The two tables as text. */
-void kmp_compare_print_tables(kmp_text *text, const kempe_comparison *comparison);

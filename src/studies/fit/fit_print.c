@@ -19,14 +19,6 @@ static int width_of(int count, char *const *names, int least)
     return width;
 }
 
-static void put_number(kmp_text *text, double x)
-{
-    if (isfinite(x))
-        kmp_text_printf(text, "  %14.8g", x);
-    else
-        kmp_text_printf(text, "  %14s", "-");
-}
-
 static int known_in(const kempe_fit *f, int run)
 {
     int count = 0;
@@ -97,18 +89,9 @@ static void put_columns(kmp_text *text, const kempe_fit *f)
     for (int c = 0; c < f->columns; c++) {
         const kmp_shown shown = kmp_shown_as(f->context, f->column_unit[c]);
         kmp_text_printf(text, "  %-*s  %14d", width, f->column_name[c], f->number[c]);
-        put_number(text, shown.factor * f->rms[c]);
-        put_number(text, shown.factor * f->deviation[c]);
-        kmp_text_printf(text, "  %s\n", shown.unit);
+        kmp_print_cells(text, "  %14.8g  %14.8g  %s\n", shown.factor * f->rms[c], shown.factor * f->deviation[c],
+                        shown.unit);
     }
-}
-
-static void put_correlated(kmp_text *text, int width, double x)
-{
-    if (isfinite(x))
-        kmp_text_printf(text, "  %*.4f", width, x);
-    else
-        kmp_text_printf(text, "  %*s", width, "-");
 }
 
 static void put_correlation(kmp_text *text, const kempe_fit *f)
@@ -124,7 +107,7 @@ static void put_correlation(kmp_text *text, const kempe_fit *f)
         for (int k = 0; k < f->count; k++) {
             kmp_text_printf(text, "  %-*s", width, f->name[k]);
             for (int i = first; i < end; i++)
-                put_correlated(text, width_of(1, &f->name[i], 7), f->correlation[k + i * f->count]);
+                kmp_print_cells(text, "  %*.4f", width_of(1, &f->name[i], 7), f->correlation[k + i * f->count]);
             kmp_text_put(text, "\n");
         }
     }
@@ -146,7 +129,7 @@ static void put_text(kmp_text *text, const void *result)
         const double numbers[] = {f->value[k], f->error[k], f->low[k], f->high[k], f->start[k]};
         kmp_text_printf(text, "  %-*s", width, f->name[k]);
         for (int i = 0; i < 5; i++)
-            put_number(text, numbers[i]);
+            kmp_print_cells(text, "  %14.8g", numbers[i]);
         if (f->state[k] != KMP_FIT_INSIDE)
             kmp_text_printf(text, "  %s",
                             f->state[k] == KMP_FIT_OPEN    ? "not determined by the data"
@@ -214,11 +197,9 @@ static void fill_parameters(kempe_table *table, const void *result)
 {
     const kempe_fit *f = result;
     kmp_tabulate_columns(table, "parameter[words] value error low high start lower upper state[words]");
-    for (int k = 0; k < f->count; k++) {
-        kmp_tabulate_row(table);
-        kmp_tabulate_cells(table, "%s %g %g %g %g %g %g %g %s", f->name[k], f->value[k], f->error[k], f->low[k],
-                           f->high[k], f->start[k], f->lower[k], f->upper[k], states[f->state[k]]);
-    }
+    for (int k = 0; k < f->count; k++)
+        KMP_TABULATE(table, "%s %g %g %g %g %g %g %g %s", f->name[k], f->value[k], f->error[k], f->low[k], f->high[k],
+                     f->start[k], f->lower[k], f->upper[k], states[f->state[k]]);
 }
 
 static void fill_correlation(kempe_table *table, const void *result)
@@ -228,8 +209,7 @@ static void fill_correlation(kempe_table *table, const void *result)
     for (int k = 0; k < f->count; k++)
         kmp_tabulate_column(table, "", "%s", f->name[k]);
     for (int k = 0; k < f->count; k++) {
-        kmp_tabulate_row(table);
-        kmp_tabulate_cells(table, "%s", f->name[k]);
+        KMP_TABULATE(table, "%s", f->name[k]);
         for (int i = 0; i < f->count; i++)
             kmp_tabulate_number(table, f->correlation[k + i * f->count]);
     }
@@ -239,11 +219,9 @@ static void fill_columns(kempe_table *table, const void *result)
 {
     const kempe_fit *f = result;
     kmp_tabulate_columns(table, "column[words] count rms deviation unit[words]");
-    for (int c = 0; c < f->columns; c++) {
-        kmp_tabulate_row(table);
-        kmp_tabulate_cells(table, "%s %d %g %g %s", f->column_name[c], f->number[c], f->rms[c], f->deviation[c],
-                           f->column_unit[c]);
-    }
+    for (int c = 0; c < f->columns; c++)
+        KMP_TABULATE(table, "%s %d %g %g %s", f->column_name[c], f->number[c], f->rms[c], f->deviation[c],
+                     f->column_unit[c]);
 }
 
 /* Fitted motion, measurement and difference of each column of the fit; NaN where a file lacks it. */

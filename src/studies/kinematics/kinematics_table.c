@@ -20,9 +20,8 @@ static void fill_rows(kempe_table *table, const void *result)
                             "%s", k->column[c].name);
     for (int row = 0; row < k->count; row++) {
         ptrdiff_t at = (ptrdiff_t)row * s->n;
-        kmp_tabulate_row(table);
-        kmp_tabulate_cells(table, "%g %g", k->s[row],
-                           k->time < 0 ? k->s[row] / k->rate : kmp_lead_value(&k->lead[k->time], k->s[row]));
+        KMP_TABULATE(table, "%g %g", k->s[row],
+                     k->time < 0 ? k->s[row] / k->rate : kmp_lead_value(&k->lead[k->time], k->s[row]));
         kmp_tabulate_values(table, s, KMP_QUANTITY_Q, k->q + at);
         kmp_tabulate_values(table, s, KMP_QUANTITY_QD, k->qd + at);
         kmp_tabulate_values(table, s, KMP_QUANTITY_QDD, k->qdd + at);
@@ -39,9 +38,8 @@ static void fill_dead_centres(kempe_table *table, const void *result)
     kmp_tabulate_columns(table, "extreme[words] determined margin instead[words]");
     kmp_tabulate_quantity(table, k->system, KMP_QUANTITY_Q);
     for (const kmp_dead_centre *dead = k->dead; dead < k->dead + k->dead_count; dead++) {
-        kmp_tabulate_row(table);
-        kmp_tabulate_cells(table, "%g %s %g %s %g %g %s", dead->s, kmp_kinematics_name(k, lead), dead->value,
-                           dead->largest ? "greatest" : "least", dead->determined, dead->margin, dead->instead);
+        KMP_TABULATE(table, "%g %s %g %s %g %g %s", dead->s, kmp_kinematics_name(k, lead), dead->value,
+                     dead->largest ? "greatest" : "least", dead->determined, dead->margin, dead->instead);
         kmp_tabulate_values(table, k->system, KMP_QUANTITY_Q, dead->q);
     }
 }
@@ -55,8 +53,7 @@ static void fill_change_points(kempe_table *table, const void *result)
     kmp_tabulate_columns(table, "margin");
     kmp_tabulate_quantity(table, k->system, KMP_QUANTITY_Q);
     for (const kmp_change_point *change = k->change; change < k->change + k->change_count; change++) {
-        kmp_tabulate_row(table);
-        kmp_tabulate_cells(table, "%g %g %g", change->s, kmp_lead_value(lead, change->s), change->margin);
+        KMP_TABULATE(table, "%g %g %g", change->s, kmp_lead_value(lead, change->s), change->margin);
         kmp_tabulate_values(table, k->system, KMP_QUANTITY_Q, change->q);
     }
 }

@@ -25,4 +25,4 @@ kempe_status kmp_branch_follow(kmp_shooting *shooting, const kmp_branch_options 
                                kmp_cycle_branch *branch);
 
 /** Adds a cycle. KEMPE_E_MEMORY. */
-kempe_status kmp_branch_add(kmp_shooting *shooting, kmp_cycle_branch *branch, kmp_cycle *cycle);
+kempe_status kmp_branch_add(kempe_context *context, kmp_cycle_branch *branch, kmp_cycle *cycle);

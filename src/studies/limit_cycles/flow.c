@@ -7,13 +7,12 @@
 
 /* -- construction ------------------------------------------------------------------------------------ */
 
-/* "q.NAME", "qd.NAME" or "state.NAME", followed by a comma. */
-static void put_entry(kmp_text *text, const kempe_model *model, const kmp_flow_entry *e)
+const char *const kmp_flow_kinds[] = {"q", "qd", "state"};
+
+const char *kmp_flow_name(const kempe_model *model, const kmp_flow_entry *entry)
 {
-    static const char *const prefix[] = {"q", "qd", "state"};
-    const char *name =
-        e->kind == KMP_FLOW_STATE ? kmp_state_of(model, e->motion)->name : model->motions[e->motion].name;
-    kmp_text_printf(text, "%s.%s,", prefix[e->kind], name);
+    return entry->kind == KMP_FLOW_STATE ? kmp_state_of(model, entry->motion)->name
+                                         : model->motions[entry->motion].name;
 }
 
 static bool make_room(kmp_flow *f)
@@ -62,7 +61,8 @@ static kempe_status make_runs(kmp_flow *f, const char *name, const char *outputs
 {
     kmp_text names = {0};
     for (int i = 0; i < f->size; i++)
-        put_entry(&names, f->system->model, &f->entry[i]);
+        kmp_text_printf(&names, "%s.%s,", kmp_flow_kinds[f->entry[i].kind],
+                        kmp_flow_name(f->system->model, &f->entry[i]));
     kmp_text_put(&names, name);
     for (int k = 0; k <= KMP_FLOW_PIECES; k++)
         f->times[k] = (double)k / KMP_FLOW_PIECES;

@@ -14,6 +14,10 @@ typedef struct kmp_flow_entry {
     kmp_flow_kind kind;
 } kmp_flow_entry;
 
+/** "q", "qd", "state": with a point and the name, that of the start value among the parameters of a run. */
+extern const char *const kmp_flow_kinds[];
+const char *kmp_flow_name(const kempe_model *model, const kmp_flow_entry *entry);
+
 typedef struct kmp_flow {
     kempe_context *context;
     const kempe_system *system;

@@ -99,15 +99,27 @@ bool kmp_cycles_words(const kempe_limit_cycles *cycles, const char *outputs, kmp
     return !words->failed;
 }
 
-int kmp_cycles_load_column(const kempe_limit_cycles *cycles, int load, int count, char *const *columns)
+kempe_status kmp_cycles_name(kempe_limit_cycles *cycles, int count, char *const *columns, char *const *units,
+                             int **load)
 {
-    kmp_text name = {0};
-    int found = -1;
-    kmp_text_printf(&name, "lambda.load.%s.1", cycles->system->model->motions[cycles->held_motion[load]].name);
-    for (int k = 0; !name.failed && k < count; k++)
-        found = strcmp(columns[k], name.s) == 0 ? k : found;
-    kmp_text_free(&name);
-    return found;
+    kempe_limit_cycles *c = cycles;
+    int *column = *load = KMP_ARENA_NEW(&c->arena, int, c->held), outputs = count;
+    for (int k = c->held - 1; column && k >= 0; k--) {
+        const char *name =
+            kmp_arena_printf(&c->arena, "lambda.load.%s.1", c->system->model->motions[c->held_motion[k]].name);
+        column[k] = -1;
+        for (int i = 0; name && i < count; i++)
+            column[k] = strcmp(columns[i], name) == 0 ? i : column[k];
+        outputs -= column[k] == outputs - 1; /* a caller who asks for all multipliers has them among them */
+    }
+    c->output = KMP_ARENA_NEW(&c->arena, char *, outputs);
+    c->unit = KMP_ARENA_NEW(&c->arena, char *, outputs);
+    for (int k = 0; !c->arena.failed && k < outputs; k++) {
+        c->output[k] = kmp_arena_strdup(&c->arena, columns[k]);
+        c->unit[k] = kmp_arena_strdup(&c->arena, units[k]);
+    }
+    c->outputs = c->arena.failed ? 0 : outputs;
+    return kmp_made(c->system->context, !c->arena.failed);
 }
 
 kempe_status kmp_cycles_flow(kempe_limit_cycles *cycles, const char *outputs, const kempe_run_options *run, int count,
@@ -121,13 +133,8 @@ kempe_status kmp_cycles_flow(kempe_limit_cycles *cycles, const char *outputs, co
     kmp_text_free(&words);
     KMP_TRY(status);
     const kempe_sensitivity *rows = c->flow->rows;
-    int *load = KMP_ARENA_NEW(&c->arena, int, c->held), shown = rows->columns;
-    KMP_TRY(kmp_made(c->system->context, load));
-    for (int k = c->held - 1; k >= 0; k--) {
-        load[k] = kmp_cycles_load_column(c, k, rows->columns, rows->column);
-        shown -= load[k] == shown - 1; /* a caller who asks for all multipliers has them among them */
-    }
-    KMP_TRY(kmp_limit_cycles_name(c, shown, rows->column, rows->unit));
+    int *load;
+    KMP_TRY(kmp_cycles_name(c, rows->columns, rows->column, rows->unit, &load));
     return kmp_shooting_init(&c->shooting, c->flow, c->held, load, &c->arena);
 }
 

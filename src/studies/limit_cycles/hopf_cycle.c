@@ -36,21 +36,6 @@ kempe_status kmp_moving_entries(kmp_linear *linear, int keeps, int *count, kmp_f
     return kmp_made(model->context, idles >= 0);
 }
 
-/* -- the mode -------------------------------------------------------------------------------------------- */
-
-/* The part of a start value in the mode at its phase 0, and its change per time. */
-static void take_mode(const kempe_limit_cycles *cycles, const kmp_modes *modes, int mode, double *x, double *rate)
-{
-    const kmp_flow *f = cycles->flow;
-    double w = modes->spectrum.im[mode];
-    for (int i = 0; i < f->size; i++) {
-        ptrdiff_t at = f->entry[i].motion + (ptrdiff_t)mode * modes->n;
-        double re = KMP_CYCLE_FIRST * modes->shown_re[at], im = KMP_CYCLE_FIRST * modes->shown_im[at];
-        x[i] = f->entry[i].kind == KMP_FLOW_RATE ? -w * im : re;
-        rate[i] = f->entry[i].kind == KMP_FLOW_RATE ? -w * w * re : -w * im;
-    }
-}
-
 /* -- the cycles ------------------------------------------------------------------------------------------ */
 
 /* The Hopf point, with the mode as its tangent. */
@@ -65,11 +50,17 @@ static kmp_cycle *make_hopf(kempe_limit_cycles *cycles, const kmp_critical *crit
     c->stability = KMP_CYCLE_UNDECIDED;
     c->value = critical->value;
     c->period = 2 * acos(-1) / critical->im;
-    take_mode(cycles, modes, mode, c->tangent, c->rate);
-    /* Half the range of each start value in the mode. */
-    double *reach = c->reach;
+    /* The part of a start value in the mode at its phase 0, and its change per time. */
     const kmp_flow *f = cycles->flow;
     double w = modes->spectrum.im[mode];
+    for (int i = 0; i < f->size; i++) {
+        ptrdiff_t at = f->entry[i].motion + (ptrdiff_t)mode * modes->n;
+        double re = KMP_CYCLE_FIRST * modes->shown_re[at], im = KMP_CYCLE_FIRST * modes->shown_im[at];
+        c->tangent[i] = f->entry[i].kind == KMP_FLOW_RATE ? -w * im : re;
+        c->rate[i] = f->entry[i].kind == KMP_FLOW_RATE ? -w * w * re : -w * im;
+    }
+    /* Half the range of each start value in the mode. */
+    double *reach = c->reach;
     for (int i = 0; i < f->size; i++) {
         ptrdiff_t at = f->entry[i].motion + (ptrdiff_t)mode * modes->n;
         reach[i] = KMP_CYCLE_FIRST * hypot(modes->shown_re[at], modes->shown_im[at]) *

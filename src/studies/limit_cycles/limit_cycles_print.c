@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Output of `cycles`: Hopf points, and the cycles of each branch. */
+/* Output of cycles: Hopf points, and the cycles of each branch, as text, JSON and tables. */
 #include "constraints/tolerances.h"
 #include "output/print.h"
+#include "output/result_table.h"
 #include "studies/limit_cycles/limit_cycles_study.h"
 #include <math.h>
 #include <string.h>
@@ -46,14 +47,6 @@ static int shown_outputs(const kempe_limit_cycles *c)
     return columns < MOST_OUTPUTS ? columns : MOST_OUTPUTS;
 }
 
-static void show_number(kmp_text *text, double value, int digits)
-{
-    if (isfinite(value))
-        kmp_text_printf(text, "  %13.*g", digits, value);
-    else
-        kmp_text_printf(text, "  %13s", "-");
-}
-
 static void show_cycle(kmp_text *text, const kempe_limit_cycles *c, const kmp_cycle *x)
 {
     bool hopf = x->word == KMP_CYCLE_HOPF;
@@ -61,16 +54,13 @@ static void show_cycle(kmp_text *text, const kempe_limit_cycles *c, const kmp_cy
                     kmp_limit_cycles_shown(c).factor * x->value, x->period, hopf ? "" : kmp_cycle_stability_text(x));
     if (hopf)
         kmp_text_printf(text, "%11s", "");
-    else if (x->multipliers > 0)
-        kmp_text_printf(text, "%11.7f", hypot(x->re[0], x->im[0]));
     else
-        kmp_text_printf(text, "%11s", "-");
+        kmp_print_cells(text, "%11.7f", x->multipliers > 0 ? hypot(x->re[0], x->im[0]) : NAN);
     for (int k = 0; k < c->held; k++)
-        show_number(text, x->load[k], 7);
-    for (int k = 0; k < shown_outputs(c); k++) {
-        double amplitude = kmp_shown_as(c->system->context, c->unit[k]).factor * kmp_cycle_amplitude(x, k);
-        show_number(text, amplitude, 8);
-    }
+        kmp_print_cells(text, "  %13.7g", x->load[k]);
+    for (int k = 0; k < shown_outputs(c); k++)
+        kmp_print_cells(text, "  %13.8g",
+                        kmp_shown_as(c->system->context, c->unit[k]).factor * kmp_cycle_amplitude(x, k));
     kmp_text_put(text, "\n");
 }
 
@@ -146,10 +136,7 @@ static void json_cycle(kmp_json *j, const kempe_limit_cycles *c, const kmp_cycle
     json_loads(j, c, x);
     if (!hopf) {
         kmp_json_put(j, "stability %s along %g residual %g", kmp_cycle_stability_text(x), x->along, x->residual);
-        kmp_json_array(j, "multipliers");
-        for (int k = 0; k < x->multipliers; k++)
-            kmp_json_numbers(j, NULL, 2, (double[]){x->re[k], x->im[k]});
-        kmp_json_end(j);
+        kmp_print_pairs(j, "multipliers", x->multipliers, x->re, x->im);
         kmp_json_object(j, "outputs");
         for (int k = 0; k < c->outputs; k++)
             kmp_json_put(j, "%s { amplitude %g max %g min %g }", c->output[k], kmp_cycle_amplitude(x, k), x->high[k],
@@ -184,3 +171,111 @@ static void json(kmp_text *text, const void *result)
 }
 
 KMP_PRINT(kempe_limit_cycles, cycles, cycles->system->context, json, show)
+
+static void add_parameter(kempe_table *table, const kempe_limit_cycles *c)
+{
+    kmp_tabulate_column(table, kmp_quantity_unit_of(c->system, c->name), "%s", c->name);
+}
+
+/* Calls `put` for each cycle, branch by branch. */
+static void each_cycle(kempe_table *table, const kempe_limit_cycles *c,
+                       void (*put)(kempe_table *table, const kempe_limit_cycles *c, int branch, int row,
+                                   const kmp_cycle *cycle))
+{
+    int row = 0;
+    for (int b = 0; b < c->branches; b++)
+        for (int k = 0; k < c->branch[b].count; k++)
+            put(table, c, b + 1, ++row, c->branch[b].cycle[k]);
+}
+
+static void put_row(kempe_table *table, const kempe_limit_cycles *c, int branch, int row, const kmp_cycle *x)
+{
+    bool hopf = x->word == KMP_CYCLE_HOPF;
+    (void)row;
+    KMP_TABULATE(table, "%d %g %g %s %s %g %g %g", branch, x->value, x->period, kmp_cycle_text(x),
+                 hopf ? "" : kmp_cycle_stability_text(x), x->multipliers > 0 ? hypot(x->re[0], x->im[0]) : NAN,
+                 hopf ? NAN : x->along, hopf ? NAN : x->residual);
+    if (c->held > 0)
+        kmp_tabulate_numbers(table, c->held, x->load);
+    for (int k = 0; k < c->outputs; k++)
+        kmp_tabulate_cells(table, "%g %g %g", kmp_cycle_amplitude(x, k), hopf ? NAN : x->high[k],
+                           hopf ? NAN : x->low[k]);
+}
+
+static void fill_rows(kempe_table *table, const void *result)
+{
+    const kempe_limit_cycles *c = result;
+    kmp_tabulate_columns(table, "branch");
+    add_parameter(table, c);
+    kmp_tabulate_columns(table, "period[s] point[words] stability[words] multiplier along residual");
+    for (int k = 0; k < c->held; k++)
+        kmp_tabulate_column(table, kmp_cycles_load_unit(c, k), "load.%s",
+                            c->system->model->motions[c->held_motion[k]].name);
+    for (int k = 0; k < c->outputs; k++) {
+        kmp_tabulate_column(table, c->unit[k], "%s.amplitude", c->output[k]);
+        kmp_tabulate_column(table, c->unit[k], "%s.max", c->output[k]);
+        kmp_tabulate_column(table, c->unit[k], "%s.min", c->output[k]);
+    }
+    each_cycle(table, c, put_row);
+}
+
+static void put_multipliers(kempe_table *table, const kempe_limit_cycles *c, int branch, int row, const kmp_cycle *x)
+{
+    (void)c, (void)branch;
+    for (int k = 0; k < x->multipliers; k++)
+        KMP_TABULATE(table, "%d %g %g", row, x->re[k], x->im[k]);
+}
+
+static void fill_multipliers(kempe_table *table, const void *result)
+{
+    kmp_tabulate_columns(table, "cycle re im");
+    kmp_tabulate_apart(table);
+    each_cycle(table, result, put_multipliers);
+}
+
+static void put_state(kempe_table *table, const kempe_limit_cycles *c, int branch, int row, const kmp_cycle *x)
+{
+    (void)branch, (void)row;
+    KMP_TABULATE(table, "%g %g", x->value, x->period);
+    if (c->flow) /* there are no cycles without it */
+        kmp_tabulate_numbers(table, c->flow->size, x->x);
+}
+
+static void fill_states(kempe_table *table, const void *result)
+{
+    const kempe_limit_cycles *c = result;
+    add_parameter(table, c);
+    kmp_tabulate_columns(table, "period[s]");
+    for (int i = 0; c->flow && i < c->flow->size; i++) {
+        const kmp_flow_entry *e = &c->flow->entry[i];
+        kmp_quantity quantity = e->kind == KMP_FLOW_RATE ? KMP_QUANTITY_QD : KMP_QUANTITY_Q;
+        kmp_tabulate_column(table, e->kind == KMP_FLOW_STATE ? "" : kmp_quantity_unit(c->system, quantity, e->motion),
+                            "%s.%s", kmp_flow_kinds[e->kind], kmp_flow_name(c->system->model, e));
+    }
+    each_cycle(table, c, put_state);
+}
+
+static void fill_equilibria(kempe_table *table, const void *result)
+{
+    const kempe_limit_cycles *c = result;
+    add_parameter(table, c);
+    kmp_tabulate_columns(table, "growth[1/s]");
+    for (int k = 0; k < c->locus.reached; k++)
+        KMP_TABULATE(table, "%g %g", c->locus.value[k], kmp_limit_cycles_growth(c, k));
+}
+
+static void fill_critical(kempe_table *table, const void *result)
+{
+    const kempe_limit_cycles *c = result;
+    add_parameter(table, c);
+    kmp_tabulate_columns(table, "frequency[Hz] branch");
+    for (int k = 0; k < c->locus.critical_count; k++) {
+        const kmp_critical *at = &c->locus.critical[k];
+        if (!(at->im > 0))
+            continue;
+        KMP_TABULATE(table, "%g %g %d", at->value, at->im / (2 * acos(-1)), c->branch_of[k]);
+    }
+}
+
+KMP_TABLES(kempe_limit_cycles, cycles, cycles->system->context, {"rows", fill_rows}, {"multipliers", fill_multipliers},
+           {"states", fill_states}, {"equilibria", fill_equilibria}, {"critical", fill_critical})

@@ -69,36 +69,7 @@ double kmp_limit_cycles_growth(const kempe_limit_cycles *cycles, int k)
     return most;
 }
 
-kempe_status kmp_limit_cycles_name(kempe_limit_cycles *cycles, int count, char *const *names, char *const *units)
-{
-    kempe_limit_cycles *c = cycles;
-    c->output = KMP_ARENA_NEW(&c->arena, char *, count);
-    c->unit = KMP_ARENA_NEW(&c->arena, char *, count);
-    for (int k = 0; !c->arena.failed && k < count; k++) {
-        c->output[k] = kmp_arena_strdup(&c->arena, names[k]);
-        c->unit[k] = kmp_arena_strdup(&c->arena, units[k]);
-    }
-    c->outputs = c->arena.failed ? 0 : count;
-    return kmp_made(c->system->context, !c->arena.failed);
-}
-
 /* -- branches ----------------------------------------------------------------------------------------------- */
-
-static const char *usual_outputs(const kempe_limit_cycles *c)
-{
-    return c->system->model->state_count > 0 ? "q,state" : "q";
-}
-
-/* The equations of the cycles, at the state of the family. */
-static kempe_status make_flow(kempe_limit_cycles *c, const kempe_limit_cycles_options *options)
-{
-    kmp_flow_entry *entry = KMP_ARENA_NEW(&c->arena, kmp_flow_entry, 2 * c->system->n);
-    const kempe_run_options none = {0}, *run = options->run ? options->run : &none;
-    int count;
-    KMP_TRY(kmp_made(c->system->context, entry));
-    KMP_TRY(kmp_moving_entries(&c->family->linear, -1, &count, entry));
-    return kmp_cycles_flow(c, options->outputs ? options->outputs : usual_outputs(c), run, count, entry);
-}
 
 /* True if a branch that was followed before ends there. */
 static bool is_reached(const kempe_limit_cycles *c, const kmp_critical *at, int *branch)
@@ -129,7 +100,7 @@ static kempe_status follow_from(kempe_limit_cycles *c, int critical, const kmp_b
     KMP_TRY(status);
     kmp_cycle_branch *branch = &c->branch[c->branches++];
     c->branch_of[critical] = c->branches;
-    KMP_TRY(kmp_branch_add(&c->shooting, branch, hopf));
+    KMP_TRY(kmp_branch_add(context, branch, hopf));
     return kmp_branch_follow(&c->shooting, ask, first, branch);
 }
 
@@ -137,13 +108,14 @@ static kempe_status follow_from(kempe_limit_cycles *c, int critical, const kmp_b
 
 static kempe_status make(kempe_limit_cycles *c, const kempe_limit_cycles_options *options)
 {
-    const char *text = options->sweep;
     kempe_context *context = c->system->context;
+    const kempe_model *model = c->system->model;
+    const char *outputs = options->outputs ? options->outputs : model->state_count > 0 ? "q,state" : "q";
     kmp_ranges ranges;
-    if (!text)
+    if (!options->sweep)
         return kmp_fail(context, KEMPE_E_ARGUMENT,
                         "limit cycles need a parameter and its range, as in --sweep NAME=A:B:N");
-    KMP_TRY(kmp_ranges_read(context, text, &ranges));
+    KMP_TRY(kmp_ranges_read(context, options->sweep, &ranges));
     kempe_status status = ranges.count == 1
                               ? take_range(c, &ranges.range[0])
                               : kmp_fail(context, KEMPE_E_ARGUMENT,
@@ -152,11 +124,11 @@ static kempe_status make(kempe_limit_cycles *c, const kempe_limit_cycles_options
     KMP_TRY(status);
     c->settle = options->settle;
     if (c->settle > 0)
-        return kmp_settled_cycles(c, options->outputs ? options->outputs : usual_outputs(c), options->run);
-    const kempe_model *model = c->system->model;
+        return kmp_settled_cycles(c, outputs, options->run);
     KMP_TRY(kmp_refuse_samples(model, "limit cycles", true));
     KMP_TRY(kmp_refuse_delays(model, "limit cycles", "simulate it, and read the amplitudes of its last periods"));
     KMP_TRY(find_equilibria(c));
+    /* A branch from each Hopf point that no other branch reaches. */
     const kmp_branch_options ask = {c->from, c->to, c->values, options->most > 0 ? options->most : USUAL_CYCLES};
     int count = c->locus.critical_count;
     c->branch = KMP_ARENA_NEW(&c->arena, kmp_cycle_branch, count);
@@ -170,7 +142,13 @@ static kempe_status make(kempe_limit_cycles *c, const kempe_limit_cycles_options
             kmp_modes modes;
             KMP_TRY(kmp_operating_family_go(c->family, at->value, &modes));
             kmp_modes_free(&modes);
-            KMP_TRY(make_flow(c, options));
+            /* The equations of the cycles, at the state of the family. */
+            kmp_flow_entry *entry = KMP_ARENA_NEW(&c->arena, kmp_flow_entry, 2 * c->system->n);
+            const kempe_run_options none = {0};
+            int entries;
+            KMP_TRY(kmp_made(context, entry));
+            KMP_TRY(kmp_moving_entries(&c->family->linear, -1, &entries, entry));
+            KMP_TRY(kmp_cycles_flow(c, outputs, options->run ? options->run : &none, entries, entry));
         }
         KMP_TRY(follow_from(c, k, &ask));
     }

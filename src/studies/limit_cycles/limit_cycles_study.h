@@ -64,9 +64,11 @@ static inline const char *kmp_cycles_load_unit(const kempe_limit_cycles *c, int 
  * straight one. With `settle` these are no errors: the speed is then free. */
 kempe_status kmp_cycles_hold_speed(kempe_limit_cycles *cycles);
 
-/** Appends `outputs` and the loads; false: no memory. The column of a load; -1: there is none. */
+/** Appends `outputs` and the loads; false: no memory. Takes the names and units of the columns of such a run: those
+ * of the outputs are kept, and *load (held) are those of the loads; -1: there is none. KEMPE_E_MEMORY. */
 bool kmp_cycles_words(const kempe_limit_cycles *cycles, const char *outputs, kmp_text *words);
-int kmp_cycles_load_column(const kempe_limit_cycles *cycles, int load, int count, char *const *columns);
+kempe_status kmp_cycles_name(kempe_limit_cycles *cycles, int count, char *const *columns, char *const *units,
+                             int **load);
 
 /** Makes the equations of cycles with these entries, and their columns: `outputs`, and the loads. Errors as
  * kmp_flow_new. */
@@ -79,9 +81,6 @@ void kmp_cycles_loads_at_rest(const kempe_limit_cycles *cycles, kmp_cycle *hopf)
 /** Puts a start on the cycle near a Hopf point into the shooting, and finds it. (hopf_cycle.c) */
 kempe_status kmp_hopf_cycles(kempe_limit_cycles *cycles, const kmp_critical *critical, kmp_cycle **hopf,
                              kmp_cycle **first);
-
-/** The names of the outputs of the cycles. KEMPE_E_MEMORY. */
-kempe_status kmp_limit_cycles_name(kempe_limit_cycles *cycles, int count, char *const *names, char *const *units);
 
 /** A piece between two cycles is stable where both are, or one and a fold or a Hopf point at its end. */
 bool kmp_cycles_stable_between(const kmp_cycle *a, const kmp_cycle *b);

@@ -21,15 +21,6 @@ static double height(const drawing *d, const kmp_cycle *x)
     return d->output_factor * kmp_cycle_amplitude(x, d->output);
 }
 
-/* A curve through points from..to of a branch. */
-static void put_piece(drawing *d, const kmp_cycle_branch *b, int from, int to, bool stable, const char *colour)
-{
-    kmp_curve_begin(&d->plot, stable ? "curve" : "dashed", colour);
-    for (int k = from; k <= to; k++)
-        kmp_curve_to(&d->plot, d->factor * b->cycle[k]->value, height(d, b->cycle[k]));
-    kmp_curve_end(&d->plot);
-}
-
 bool kmp_cycles_stable_between(const kmp_cycle *a, const kmp_cycle *b)
 {
     bool one = a->stability == KMP_CYCLE_STABLE || b->stability == KMP_CYCLE_STABLE;
@@ -44,7 +35,10 @@ static void put_branch(drawing *d, const kmp_cycle_branch *b, const char *colour
         bool stable = kmp_cycles_stable_between(b->cycle[k - 1], b->cycle[k]);
         if (k + 1 < b->count && kmp_cycles_stable_between(b->cycle[k], b->cycle[k + 1]) == stable)
             continue;
-        put_piece(d, b, from, k, stable, colour);
+        kmp_curve_begin(&d->plot, stable ? "curve" : "dashed", colour);
+        for (int i = from; i <= k; i++)
+            kmp_curve_to(&d->plot, d->factor * b->cycle[i]->value, height(d, b->cycle[i]));
+        kmp_curve_end(&d->plot);
         from = k;
     }
     for (int k = 0; k < b->count; k++)

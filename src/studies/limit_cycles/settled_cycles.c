@@ -94,7 +94,6 @@ static kempe_status find_entries(stepped *s)
 
 static bool name_entries(stepped *s)
 {
-    static const char *const prefix[] = {"q", "qd", "state"};
     const kempe_model *model = s->c->system->model;
     s->name = KMP_ARENA_NEW(&s->arena, char *, s->count + 1);
     KMP_ARENA_EACH(&s->arena, double, s->count + 1, &s->start, &s->values);
@@ -103,9 +102,7 @@ static bool name_entries(stepped *s)
     s->name[0] = s->c->name;
     for (int k = 0; k < s->count; k++) {
         const kmp_flow_entry *e = &s->entry[k];
-        const char *name =
-            e->kind == KMP_FLOW_STATE ? kmp_state_of(model, e->motion)->name : model->motions[e->motion].name;
-        s->name[k + 1] = kmp_arena_printf(&s->arena, "%s.%s", prefix[e->kind], name);
+        s->name[k + 1] = kmp_arena_printf(&s->arena, "%s.%s", kmp_flow_kinds[e->kind], kmp_flow_name(model, e));
         s->start[k + 1] = e->kind == KMP_FLOW_STATE      ? model->start.qd[e->motion].value
                           : e->kind == KMP_FLOW_POSITION ? s->q[e->motion]
                                                          : s->qd[e->motion];
@@ -141,12 +138,11 @@ static double period_of(const double *t, const double *x, int first, int count, 
 }
 
 /* An output in the last window, and the window before it. */
-static void take_output(stepped *s, const kempe_table *rows, int k, kmp_cycle *x, double *before)
+static void take_output(const kempe_table *rows, int k, kmp_cycle *x, double *before)
 {
     int count = kempe_table_row_count(rows), window = count / 4;
     const double *t = kempe_table_values(rows, 0), *y = kempe_table_values(rows, k + 1);
     double high, low;
-    (void)s;
     find_range(y, count - window, window, &x->high[k], &x->low[k]);
     find_range(y, count - 2 * window, window, &high, &low);
     double size = x->high[k] - x->low[k], shift = fabs(x->high[k] + x->low[k] - high - low) / 2;
@@ -173,14 +169,6 @@ static double mean_of(const kempe_table *rows, int column)
     return sum / window;
 }
 
-static double largest(const stepped *s, const kmp_cycle *x)
-{
-    double most = 0;
-    for (int k = 0; k < s->c->outputs; k++)
-        most = fmax(most, kmp_cycle_amplitude(x, k));
-    return most;
-}
-
 /* The cycle in the last window of rows; it has settled if the window before has the same ranges. */
 static kempe_status take_cycle(stepped *s, const kempe_table *rows, double value, kmp_cycle **cycle)
 {
@@ -193,8 +181,9 @@ static kempe_status take_cycle(stepped *s, const kempe_table *rows, double value
     for (int k = 0; load && s->load && k < c->held; k++)
         load[k] = mean_of(rows, s->load[k]);
     for (int k = 0; k < c->outputs; k++)
-        take_output(s, rows, k, x, &before);
-    x->amplitude = largest(s, x);
+        take_output(rows, k, x, &before);
+    for (int k = 0; k < c->outputs; k++)
+        x->amplitude = fmax(x->amplitude, kmp_cycle_amplitude(x, k));
     x->growing = x->amplitude > before;
     x->stability = x->residual <= KMP_CYCLE_SETTLED ? KMP_CYCLE_STABLE : KMP_CYCLE_UNDECIDED;
     *cycle = x;
@@ -210,14 +199,8 @@ static kempe_status name_outputs(stepped *s, const kempe_table *rows)
         list[k] = kmp_arena_strdup(&s->arena, kempe_table_column_name(rows, k + 1));
         list[count + k] = kmp_arena_strdup(&s->arena, kempe_table_unit(rows, k + 1));
     }
-    s->load = KMP_ARENA_NEW(&s->arena, int, s->c->held);
     KMP_TRY(kmp_made(s->c->system->context, !s->arena.failed));
-    int shown = count;
-    for (int k = s->c->held - 1; k >= 0; k--) {
-        s->load[k] = kmp_cycles_load_column(s->c, k, count, list);
-        shown -= s->load[k] == shown - 1;
-    }
-    return kmp_limit_cycles_name(s->c, shown, list, list + count);
+    return kmp_cycles_name(s->c, count, list, list + count, &s->load);
 }
 
 static kempe_status simulate(stepped *s, double value, kmp_cycle **cycle)
@@ -259,10 +242,7 @@ static kempe_status step(stepped *s, int direction, kmp_cycle_branch *branch)
         kmp_cycle *x;
         double value = kmp_range_value(&range, direction > 0 ? k : c->values - 1 - k, c->values);
         KMP_TRY(simulate(s, value, &x));
-        kmp_cycle **list = kmp_list_room(branch->cycle, (size_t)branch->count, sizeof(kmp_cycle *));
-        KMP_TRY(kmp_made(c->system->context, list));
-        branch->cycle = list;
-        branch->cycle[branch->count++] = x;
+        KMP_TRY(kmp_branch_add(c->system->context, branch, x));
         most = fmax(most, x->amplitude);
         if (!x->growing && x->amplitude <= KMP_CYCLE_DECAYED * most)
             memcpy(s->values + 1, s->start + 1, (size_t)s->count * sizeof *s->values);

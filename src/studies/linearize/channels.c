@@ -23,13 +23,6 @@ static bool names_init(kmp_channels *c, kmp_names *names, int count)
     return !c->arena.failed;
 }
 
-/* Takes the text of the name. */
-static void set_name(kmp_channels *c, kmp_names *names, int k, kmp_text *name, const char *unit)
-{
-    names->name[k] = kmp_text_keep(name, &c->arena);
-    names->unit[k] = kmp_arena_strdup(&c->arena, unit);
-}
-
 static bool name_states(kmp_channels *c)
 {
     static const char *const turns[] = {"rad", "rad/s"}, *const slides[] = {"m", "m/s"};
@@ -41,7 +34,9 @@ static bool name_states(kmp_channels *c)
         bool state = kmp_state_of(c->system->model, coordinate);
         kmp_text name = {0};
         kmp_text_printf(&name, "%s.%s", state ? "state" : k < p ? "q" : "qd", motion->name);
-        set_name(c, &c->states, i, &name, state ? "" : (motion->rotation ? turns : slides)[k / p]);
+        const char *unit = state ? "" : (motion->rotation ? turns : slides)[k / p];
+        c->states.name[i] = kmp_text_keep(&name, &c->arena);
+        c->states.unit[i] = kmp_arena_strdup(&c->arena, unit);
     }
     return !c->arena.failed;
 }
@@ -217,18 +212,6 @@ static kempe_status judge_rest(kmp_channels *c, const int *wish, int wish_count)
     return KEMPE_OK;
 }
 
-static kempe_status take_state(kmp_channels *c, const kmp_channels_options *options, const char *backend)
-{
-    int *wish = KMP_ARENA_NEW(&c->arena, int, c->system->n), wish_count = 0;
-    KMP_TRY(kmp_made(c->system->context, wish));
-    KMP_TRY(kmp_coordinates_read(c->system->model, "independent", options->independent, wish, &wish_count));
-    KMP_TRY(kmp_linear_init(&c->linear, c->system, backend));
-    KMP_TRY(kmp_operating_new(c->system, options->at, &c->linear, &c->at));
-    KMP_TRY(report_singular(c, judge_rest(c, wish, wish_count)));
-    kmp_linear_tell_tables(&c->linear);
-    return kmp_averaged_judge(c->averaged, &c->linear);
-}
-
 /* -- the whole --------------------------------------------------------------------------------------- */
 
 /* The names of what derivatives are taken by: parameters of a variant, and after them the numbers of inputs of the
@@ -269,7 +252,15 @@ static kempe_status build(kmp_channels *c, const kmp_channels_options *options)
     if (parameters > 0 || options->outputs || count_kind(&c->inputs, KMP_REQUESTED_FORCE) > 0)
         KMP_TRY(make_system(c, options, parameters, names, &parts, place));
     KMP_TRY(take_columns(c, parts, none, &seen));
-    KMP_TRY(take_state(c, options, backend));
+    /* The state, in whose charts and coordinates the equations are linear. */
+    int *wish = KMP_ARENA_NEW(&c->arena, int, c->system->n), wish_count = 0;
+    KMP_TRY(kmp_made(c->system->context, wish));
+    KMP_TRY(kmp_coordinates_read(c->system->model, "independent", options->independent, wish, &wish_count));
+    KMP_TRY(kmp_linear_init(&c->linear, c->system, backend));
+    KMP_TRY(kmp_operating_new(c->system, options->at, &c->linear, &c->at));
+    KMP_TRY(report_singular(c, judge_rest(c, wish, wish_count)));
+    kmp_linear_tell_tables(&c->linear);
+    KMP_TRY(kmp_averaged_judge(c->averaged, &c->linear));
     KMP_TRY(kmp_slopes_new(c->system, backend, count, names, true, &c->slopes));
     KMP_TRY(kmp_transfer_init(&c->transfer, &c->linear, c->slopes, &c->inputs, place, c->outputs.count, seen));
     KMP_TRY(kmp_made(c->system->context, name_states(c) && name_loads(c)));

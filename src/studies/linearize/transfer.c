@@ -14,11 +14,6 @@ int kmp_transfer_orders(const kempe_model *model, const kmp_requested_input *inp
     return moves || input->kind == KMP_REQUESTED_DRIVE ? 3 : 1;
 }
 
-static bool has_slopes(const kmp_requested_input *input)
-{
-    return input->kind == KMP_REQUESTED_PARAMETER || input->kind == KMP_REQUESTED_INPUT;
-}
-
 kempe_status kmp_transfer_init(kmp_transfer *transfer, kmp_linear *linear, kmp_slopes *slopes,
                                const kmp_requested_inputs *inputs, const int *place, int outputs, const kmp_seen *seen)
 {
@@ -49,10 +44,13 @@ kempe_status kmp_transfer_init(kmp_transfer *transfer, kmp_linear *linear, kmp_s
     for (int i = 0; i < t->inputs->count; i++) {
         const kmp_requested_input *input = &t->inputs->input[i];
         for (int order = 0; order < kmp_transfer_orders(t->linear->system->model, input); order++)
-            t->load[at++] = (kmp_load){.input = i,
-                                       .order = order,
-                                       .parameter = has_slopes(input) ? place[i] + order : -1,
-                                       .place = input->kind == KMP_REQUESTED_FORCE ? place[i] : -1};
+            t->load[at++] =
+                (kmp_load){.input = i,
+                           .order = order,
+                           .parameter = (input->kind == KMP_REQUESTED_PARAMETER || input->kind == KMP_REQUESTED_INPUT)
+                                            ? place[i] + order
+                                            : -1,
+                           .place = input->kind == KMP_REQUESTED_FORCE ? place[i] : -1};
     }
     return KEMPE_OK;
 }

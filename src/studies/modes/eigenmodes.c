@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "studies/modes/eigenmodes.h"
+#include "base/memory.h"
 #include "constraints/closing/charts.h"
 #include "constraints/tolerances.h"
 #include "derivatives/delayed_spectrum.h"
@@ -20,6 +21,14 @@ static bool make_room(kmp_modes *s)
     if (kmp_samples_in(s->system->model))
         (void)KMP_ARENA_MAKE(a, KMP_ROOM(double, s->count, &s->z_re, &s->z_im));
     return !a->failed;
+}
+
+/* Eigenvalues without vectors, which others than the solver find. */
+static bool make_values(kmp_modes *s, int count)
+{
+    s->count = s->spectrum.count = count;
+    s->spectrum.p = s->p;
+    return KMP_ARENA_MAKE(&s->spectrum.arena, KMP_ROOM(double, count, &s->spectrum.re, &s->spectrum.im));
 }
 
 void kmp_modes_free(kmp_modes *modes)
@@ -95,22 +104,6 @@ static void shares(int n, const double *re, const double *im, const double *a_re
         out[i] = some ? out[i] / sum : 0;
 }
 
-/* Converts shapes: rates of a chart are linear in those of another. */
-static void show(kmp_modes *s, const kmp_linear *l, double *q)
-{
-    size_t n = (size_t)s->n * sizeof(double);
-    if (s->shown_re == s->re)
-        return;
-    for (int c = 0; c < s->count; c++)
-        for (int part = 0; part < 2; part++) {
-            const double *from = (part ? s->im : s->re) + (ptrdiff_t)c * s->n;
-            double *to = (part ? s->shown_im : s->shown_re) + (ptrdiff_t)c * s->n;
-            memcpy(q, l->q, n);
-            memcpy(to, from, n);
-            kmp_charts_show(s->system, l->eval->chart, q, q, to);
-        }
-}
-
 static void measure(kmp_modes *s, kmp_linear *l, double *mass, double *work)
 {
     kmp_eval_dense_mass(l->eval, mass);
@@ -133,19 +126,18 @@ static void measure(kmp_modes *s, kmp_linear *l, double *mass, double *work)
         if (c >= s->spectrum.zeros)
             shares(bodies, re, im, k_re, k_im, s->potential + (ptrdiff_t)c * n);
     }
-    show(s, l, work);
+    /* Converts shapes: rates of a chart are linear in those of another. */
+    for (int c = 0; s->shown_re != s->re && c < s->count; c++)
+        for (int part = 0; part < 2; part++) {
+            const double *from = (part ? s->im : s->re) + (ptrdiff_t)c * n;
+            double *to = (part ? s->shown_im : s->shown_re) + (ptrdiff_t)c * n;
+            memcpy(work, l->q, (size_t)n * sizeof *work);
+            memcpy(to, from, (size_t)n * sizeof *to);
+            kmp_charts_show(s->system, l->eval->chart, work, work, to);
+        }
 }
 
 /* -- spectra ----------------------------------------------------------------------------------------- */
-
-static kempe_status solve(kmp_modes *s, const kmp_linear *l)
-{
-    KMP_TRY(kmp_linear_spectrum(l, &s->spectrum));
-    s->count = s->spectrum.count;
-    for (int c = 0; c < s->count; c++)
-        take_shape(s, l, &s->spectrum, c, c);
-    return KEMPE_OK;
-}
 
 /* An eigenvalue of the map, with s for the order. */
 typedef struct sampled_mode {
@@ -167,18 +159,6 @@ static int by_modulus(const void *a, const void *b)
     return first != second ? (first < second ? -1 : 1) : x->k - y->k;
 }
 
-/* Free motions of the averaged equations are free from sample to sample, too: as many z are 1, the nearest ones. Puts
- * them first, exactly; 0: the others are all that there is. */
-static int find_zeros(const kmp_spectrum *averaged, sampled_mode *mode, int count)
-{
-    int zeros = averaged->zeros < count ? averaged->zeros : 0;
-    qsort(mode, (size_t)count, sizeof *mode, by_nearness);
-    if (zeros > 0 && !(mode[zeros - 1].from_one <= KMP_SAMPLED_ONE))
-        zeros = 0;
-    qsort(mode + zeros, (size_t)(count - zeros), sizeof *mode, by_modulus);
-    return zeros;
-}
-
 /* The eigenvector of the map as shape c: positions, and values of states, before the samples. */
 static void take_sampled_shape(kmp_modes *s, const kmp_linear *l, const kmp_sampled_spectrum *of, int from, int c)
 {
@@ -189,9 +169,21 @@ static void take_sampled_shape(kmp_modes *s, const kmp_linear *l, const kmp_samp
     }
 }
 
+/* The eigenvalues of the map in `mode` (count), sorted, and their shapes. */
 static void put_sampled(kmp_modes *s, const kmp_linear *l, const kmp_spectrum *averaged,
-                        const kmp_sampled_spectrum *map, const sampled_mode *mode, int zeros)
+                        const kmp_sampled_spectrum *map, sampled_mode *mode)
 {
+    for (int k = 0; k < map->count; k++) {
+        mode[k] = (sampled_mode){.from_one = hypot(map->re[k] - 1, map->im[k]), .k = k};
+        kmp_sampled_rate(map, k, &mode[k].s_re, &mode[k].s_im);
+    }
+    /* Free motions of the averaged equations are free from sample to sample, too: as many z are 1, the nearest ones.
+     * They come first, exactly; 0: the others are all that there is. */
+    int zeros = averaged->zeros < map->count ? averaged->zeros : 0;
+    qsort(mode, (size_t)map->count, sizeof *mode, by_nearness);
+    if (zeros > 0 && !(mode[zeros - 1].from_one <= KMP_SAMPLED_ONE))
+        zeros = 0;
+    qsort(mode + zeros, (size_t)(map->count - zeros), sizeof *mode, by_modulus);
     kmp_spectrum *out = &s->spectrum;
     out->zeros = zeros;
     out->still = zeros > 0 ? averaged->still : 0;
@@ -209,35 +201,21 @@ static void put_sampled(kmp_modes *s, const kmp_linear *l, const kmp_spectrum *a
     }
 }
 
-static kempe_status sort_sampled(kmp_modes *s, const kmp_linear *l, const kmp_spectrum *averaged,
-                                 const kmp_sampled_spectrum *map)
-{
-    kmp_arena scratch = {0};
-    sampled_mode *mode = KMP_ARENA_NEW(&scratch, sampled_mode, map->count);
-    kempe_status status = kmp_made(
-        s->system->context,
-        mode && KMP_ARENA_MAKE(&s->spectrum.arena, KMP_ROOM(double, map->count, &s->spectrum.re, &s->spectrum.im)));
-    s->period = map->period;
-    s->count = s->spectrum.count = map->count;
-    s->spectrum.p = s->p;
-    for (int k = 0; status == KEMPE_OK && k < map->count; k++) {
-        mode[k] = (sampled_mode){.from_one = hypot(map->re[k] - 1, map->im[k]), .k = k};
-        kmp_sampled_rate(map, k, &mode[k].s_re, &mode[k].s_im);
-    }
-    if (status == KEMPE_OK)
-        put_sampled(s, l, averaged, map, mode, find_zeros(averaged, mode, map->count));
-    kmp_arena_free(&scratch);
-    return status;
-}
-
 static kempe_status solve_sampled(kmp_modes *s, const kmp_linear *l)
 {
     kmp_sampled_spectrum map = {0};
     kmp_spectrum averaged;
+    sampled_mode *mode = NULL;
     KMP_TRY(kmp_linear_spectrum(l, &averaged));
     kempe_status status = kmp_sampled_spectrum_init(&map, l);
+    if (status == KEMPE_OK) {
+        mode = KMP_NEW(sampled_mode, map.count);
+        status = kmp_made(s->system->context, mode && make_values(s, map.count));
+        s->period = map.period;
+    }
     if (status == KEMPE_OK)
-        status = sort_sampled(s, l, &averaged, &map);
+        put_sampled(s, l, &averaged, &map, mode);
+    kmp_free(mode);
     kmp_sampled_spectrum_free(&map);
     kmp_spectrum_free(&averaged);
     return status;
@@ -254,14 +232,10 @@ static kempe_status solve_delayed(kmp_modes *s, const kmp_linear *l, bool brief)
     kmp_spectrum_free(&averaged);
     kmp_delayed_spectrum roots;
     kempe_status status = kmp_delayed_spectrum_init(&roots, l, zeros, brief);
-    s->count = s->spectrum.count = roots.count;
     s->shown = roots.shown;
     s->bound = roots.bound;
-    s->spectrum.p = s->p;
     if (status == KEMPE_OK)
-        status = kmp_made(s->system->context,
-                          make_room(s) && KMP_ARENA_MAKE(&s->spectrum.arena,
-                                                         KMP_ROOM(double, s->count, &s->spectrum.re, &s->spectrum.im)));
+        status = kmp_made(s->system->context, make_values(s, roots.count) && make_room(s));
     if (status == KEMPE_OK) {
         kmp_spectrum *out = &s->spectrum;
         out->zeros = roots.zeros;
@@ -283,7 +257,14 @@ static kempe_status solve_all(kmp_modes *s, const kmp_linear *l, bool brief)
     if (l->system->model->delay_count > 0)
         return solve_delayed(s, l, brief);
     KMP_TRY(kmp_made(s->system->context, make_room(s)));
-    KMP_TRY(s->z_re ? solve_sampled(s, l) : solve(s, l));
+    if (s->z_re) {
+        KMP_TRY(solve_sampled(s, l));
+    } else {
+        KMP_TRY(kmp_linear_spectrum(l, &s->spectrum));
+        s->count = s->spectrum.count;
+        for (int c = 0; c < s->count; c++)
+            take_shape(s, l, &s->spectrum, c, c);
+    }
     s->shown = s->count;
     return KEMPE_OK;
 }

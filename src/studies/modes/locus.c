@@ -41,15 +41,6 @@ static void leave(family *s)
     kmp_modes_free(&s->modes);
 }
 
-static void take_loads(const kmp_operating_family *f, double *load)
-{
-    for (int i = 0; i < f->base->n; i++)
-        load[i] = NAN;
-    for (int k = 0; k < f->rate_count; k++)
-        if (f->rates[k].how == KMP_RATE_HELD)
-            load[f->rates[k].coordinate] = f->rates[k].load;
-}
-
 static kempe_status arrive(maker *m, double value, family *s)
 {
     *s = (family){.value = value};
@@ -60,7 +51,11 @@ static kempe_status arrive(maker *m, double value, family *s)
     s->load = KMP_ARENA_NEW(&s->modes.arena, double, n);
     if (s->at && s->q && s->load) {
         memcpy(s->q, m->visited->state->q, n * sizeof *s->q);
-        take_loads(m->visited, s->load);
+        for (int i = 0; i < m->visited->base->n; i++)
+            s->load[i] = NAN;
+        for (int k = 0; k < m->visited->rate_count; k++)
+            if (m->visited->rates[k].how == KMP_RATE_HELD)
+                s->load[m->visited->rates[k].coordinate] = m->visited->rates[k].load;
         return KEMPE_OK;
     }
     leave(s);

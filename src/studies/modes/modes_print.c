@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Modes as text and JSON. */
+/* Modes as text, JSON and tables. */
 #include "output/print.h"
 #include "output/quantity.h"
+#include "output/result_table.h"
 #include "studies/modes/modes_study.h"
 #include <kempe/modes.h>
 #include <math.h>
@@ -124,14 +125,6 @@ void kmp_modes_put_verdict(kmp_text *text, const kempe_modes *m)
 
 /* -- text -------------------------------------------------------------------------------------------- */
 
-static void put_number(kmp_text *text, int width, double x)
-{
-    if (isfinite(x))
-        kmp_text_printf(text, "  %*.6g", width, x);
-    else
-        kmp_text_printf(text, "  %*s", width, "-");
-}
-
 static void show_pair(kmp_text *text, double re, double im)
 {
     kmp_text_printf(text, "  %13.8g", re);
@@ -157,10 +150,8 @@ static void show_mode(kmp_text *text, const kempe_modes *m, int c)
         kmp_text_printf(text, "  %31s", "over within a sample");
     else
         show_pair(text, re, im);
-    put_number(text, 13, im > 0 ? kmp_mode_frequency(re, im) : NAN);
-    put_number(text, 9, im > 0 ? kmp_mode_damping(re, im) : NAN);
-    put_number(text, 11, over ? NAN : kmp_mode_time(re));
-    kmp_text_put(text, "  ");
+    kmp_print_cells(text, "  %13.6g  %9.6g  %11.6g  ", im > 0 ? kmp_mode_frequency(re, im) : NAN,
+                    im > 0 ? kmp_mode_damping(re, im) : NAN, over ? NAN : kmp_mode_time(re));
     kmp_modes_put_movers(text, m, c);
     kmp_text_put(text, "\n");
 }
@@ -222,22 +213,6 @@ static bool next_uncertain(const kmp_locus *l, int *first, int *k)
     return *first < *k;
 }
 
-static void show_uncertain(kmp_text *text, const kempe_modes *m)
-{
-    const kmp_locus *l = &m->locus;
-    kmp_shown as = kmp_modes_shown(m);
-    int reported = 0;
-    for (int first, k = 0; next_uncertain(l, &first, &k); reported++)
-        if (reported < MOST_RANGES)
-            kmp_text_printf(text, "%s%.6g to %.6g",
-                            reported ? ", " : "note      the modes could not be tracked with certainty over ",
-                            as.factor * l->value[first], as.factor * l->value[k]);
-    if (reported > MOST_RANGES)
-        kmp_text_printf(text, " and %d more ranges", reported - MOST_RANGES);
-    if (reported > 0)
-        kmp_text_printf(text, " of %s: two modes are too close, or more values are needed\n", m->name);
-}
-
 static void show_locus(kmp_text *text, const kempe_modes *m)
 {
     const kmp_locus *l = &m->locus;
@@ -258,7 +233,16 @@ static void show_locus(kmp_text *text, const kempe_modes *m)
     }
     if (l->critical_count == 0)
         kmp_text_put(text, "critical  none: no mode changes its stability\n");
-    show_uncertain(text, m);
+    int reported = 0;
+    for (int first, k = 0; next_uncertain(l, &first, &k); reported++)
+        if (reported < MOST_RANGES)
+            kmp_text_printf(text, "%s%.6g to %.6g",
+                            reported ? ", " : "note      the modes could not be tracked with certainty over ",
+                            as.factor * l->value[first], as.factor * l->value[k]);
+    if (reported > MOST_RANGES)
+        kmp_text_printf(text, " and %d more ranges", reported - MOST_RANGES);
+    if (reported > 0)
+        kmp_text_printf(text, " of %s: two modes are too close, or more values are needed\n", m->name);
 }
 
 /* The independent coordinates, or the states among them. */
@@ -350,12 +334,8 @@ static void json_locus(kmp_json *j, const kempe_modes *m)
     kmp_json_put(j, "locus { name %s", m->name);
     kmp_json_numbers(j, "values", l->reached, l->value);
     kmp_json_array(j, "eigenvalues");
-    for (int k = 0; k < l->reached; k++) {
-        kmp_json_array(j, NULL);
-        for (int b = 0; b < l->count; b++)
-            json_pair(j, NULL, l->re[b + (ptrdiff_t)k * l->count], l->im[b + (ptrdiff_t)k * l->count]);
-        kmp_json_end(j);
-    }
+    for (int k = 0; k < l->reached; k++)
+        kmp_print_pairs(j, NULL, l->count, l->re + (ptrdiff_t)k * l->count, l->im + (ptrdiff_t)k * l->count);
     kmp_json_put(j, "] loads {");
     for (int i = 0; i < m->modes.n; i++)
         if (kmp_locus_has_load(l, m->modes.n, i)) {
@@ -398,16 +378,11 @@ static void json_all(kmp_text *text, const void *result)
     kmp_print_entries(&j, "q", m->system, KMP_QUANTITY_Q, m->q);
     kmp_print_entries(&j, "qd", m->system, KMP_QUANTITY_QD, m->qd);
     kmp_print_names(&j, "u", m->system, kmp_name_of_coordinate, m->modes.moving, m->modes.u);
-    kmp_json_array(&j, "eigenvalues");
-    for (int c = 0; c < s->count; c++)
-        json_pair(&j, NULL, s->re[c], s->im[c]);
-    kmp_json_put(&j, "]");
+    kmp_print_pairs(&j, "eigenvalues", s->count, s->re, s->im);
     /* All z in the order of the eigenvalues, which are ln(z)/T. */
     if (m->modes.z_re) {
-        kmp_json_put(&j, "sample_time %g z [", m->modes.period);
-        for (int c = 0; c < m->modes.spectrum.count; c++)
-            json_pair(&j, NULL, m->modes.z_re[c], m->modes.z_im[c]);
-        kmp_json_put(&j, "]");
+        kmp_json_number(&j, "sample_time", m->modes.period);
+        kmp_print_pairs(&j, "z", s->count, m->modes.z_re, m->modes.z_im);
     }
     kmp_print_held_json(&j, m->system, m->qd);
     if (m->modes.endless)
@@ -426,3 +401,82 @@ static void json_all(kmp_text *text, const void *result)
 }
 
 KMP_PRINT(kempe_modes, modes, modes->system->context, json_all, show_all)
+
+static void fill_modes(kempe_table *table, const void *result)
+{
+    const kempe_modes *m = result;
+    const kmp_spectrum *s = &m->modes.spectrum;
+    kmp_tabulate_columns(table, "index re[1/s] im[1/s] frequency[Hz] damping decay[s]");
+    if (m->modes.z_re)
+        kmp_tabulate_columns(table, "z.re z.im");
+    kmp_tabulate_apart(table);
+    for (int k = 0; k < 2 * m->modes.n; k++)
+        kmp_tabulate_column(table, "", "%s.%s", k % 2 ? "im" : "re", m->system->model->motions[k / 2].name);
+    for (int c = 0; c < s->count; c++) {
+        double re = s->re[c], im = s->im[c];
+        ptrdiff_t at = (ptrdiff_t)c * m->modes.n;
+        KMP_TABULATE(table, "%d %g %g %g %g %g", c, re, im, kmp_mode_frequency(re, im), kmp_mode_damping(re, im),
+                     kmp_mode_time(re));
+        if (m->modes.z_re)
+            kmp_tabulate_cells(table, "%g %g", m->modes.z_re[c], m->modes.z_im[c]);
+        for (int k = 0; k < m->modes.n; k++)
+            kmp_tabulate_cells(table, "%g %g", m->modes.shown_re[k + at], m->modes.shown_im[k + at]);
+    }
+}
+
+static void fill_sweep(kempe_table *table, const kempe_modes *m)
+{
+    const kmp_locus *l = &m->locus;
+    const kmp_motion *motions = m->system->model->motions;
+    const int n = m->modes.n;
+    kmp_tabulate_column(table, kmp_quantity_unit_of(m->system, m->name), "%s", m->name);
+    for (int k = 0; k < 2 * l->count; k++)
+        kmp_tabulate_column(table, "1/s", "%s.%d", k % 2 ? "im" : "re", k / 2 + 1);
+    for (int i = 0; i < n; i++)
+        if (kmp_locus_has_load(l, n, i))
+            kmp_tabulate_column(table, motions[i].rotation ? "N m" : "N", "load.%s", motions[i].name);
+    for (int k = 0; k < l->reached; k++) {
+        ptrdiff_t at = (ptrdiff_t)k * l->count;
+        kmp_tabulate_row(table);
+        kmp_tabulate_number(table, l->value[k]);
+        for (int b = 0; b < l->count; b++)
+            kmp_tabulate_cells(table, "%g %g", l->re[b + at], l->im[b + at]);
+        for (int i = 0; i < n; i++)
+            if (kmp_locus_has_load(l, n, i))
+                kmp_tabulate_number(table, l->load[i + (ptrdiff_t)k * n]);
+    }
+}
+
+static void fill_rows(kempe_table *table, const void *result)
+{
+    const kempe_modes *m = result;
+    if (m->name)
+        fill_sweep(table, m);
+    else
+        fill_modes(table, m);
+}
+
+static void fill_critical(kempe_table *table, const void *result)
+{
+    const kempe_modes *m = result;
+    kmp_tabulate_column(table, m->name ? kmp_quantity_unit_of(m->system, m->name) : "", "value");
+    kmp_tabulate_columns(table, "re[1/s] im[1/s] frequency[Hz] branch grows[words]");
+    for (int k = 0; k < m->locus.critical_count; k++) {
+        const kmp_critical *c = &m->locus.critical[k];
+        KMP_TABULATE(table, "%g %g %g %g %d %s", c->value, c->re, c->im, kmp_mode_frequency(c->re, c->im),
+                     c->branch + 1, c->grows_above ? "above" : "below");
+    }
+}
+
+static void fill_state(kempe_table *table, const void *result)
+{
+    const kempe_modes *m = result;
+    kmp_tabulate_quantity(table, m->system, KMP_QUANTITY_Q);
+    kmp_tabulate_quantity(table, m->system, KMP_QUANTITY_QD);
+    kmp_tabulate_row(table);
+    kmp_tabulate_values(table, m->system, KMP_QUANTITY_Q, m->q);
+    kmp_tabulate_values(table, m->system, KMP_QUANTITY_QD, m->qd);
+}
+
+KMP_TABLES(kempe_modes, modes, modes->system->context, {"rows", fill_rows}, {"modes", fill_modes},
+           {"critical", fill_critical}, {"state", fill_state})

@@ -76,20 +76,6 @@ static void put_line(kmp_plot *p, const char *class, double x0, double y0, doubl
     kmp_curve_end(p);
 }
 
-/* Frequency = order * value / (2 pi), with the order at its end in the frame. */
-static void put_orders(kmp_plot *p, const kempe_modes *m)
-{
-    for (int k = 0; k < m->order_count; k++) {
-        const kmp_axis *value = &p->axis[0];
-        double slope = m->order[k] / (2 * acos(-1) * kmp_modes_shown(m).factor),
-               end = fmin(value->high, p->axis[1].high / slope);
-        put_line(p, "order", value->low, slope * value->low, value->high, slope * value->high);
-        if (end > value->low)
-            kmp_picture_words(p->text, kmp_plot_x(p, end) - 5, kmp_plot_y(p, slope * end) + 13,
-                              "class=\"order-name\" text-anchor=\"end\"", "%.4g", m->order[k]);
-    }
-}
-
 static void put_campbell(kmp_text *text, const kempe_modes *m)
 {
     kmp_plot p = kmp_plot_inside(text, WIDTH, 0, WIDTH, HEIGHT);
@@ -101,7 +87,15 @@ static void put_campbell(kmp_text *text, const kempe_modes *m)
     value->unit = kmp_modes_shown(m).unit;
     frequency->name = "frequency, Hz";
     kmp_plot_begin(&p, m->order_count ? "Frequencies, and orders of what varies" : "Frequencies");
-    put_orders(&p, m);
+    /* Frequency = order * value / (2 pi), with the order at its end in the frame. */
+    for (int k = 0; k < m->order_count; k++) {
+        double slope = m->order[k] / (2 * acos(-1) * kmp_modes_shown(m).factor),
+               end = fmin(value->high, p.axis[1].high / slope);
+        put_line(&p, "order", value->low, slope * value->low, value->high, slope * value->high);
+        if (end > value->low)
+            kmp_picture_words(p.text, kmp_plot_x(&p, end) - 5, kmp_plot_y(&p, slope * end) + 13,
+                              "class=\"order-name\" text-anchor=\"end\"", "%.4g", m->order[k]);
+    }
     put_branches(&p, m, over_value);
     for (int k = 0; k < m->locus.critical_count; k++) {
         const kmp_critical *c = &m->locus.critical[k];

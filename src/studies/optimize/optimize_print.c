@@ -134,11 +134,9 @@ static void fill_parameters(kempe_table *table, const void *result)
 {
     const kempe_optimum *o = result;
     kmp_tabulate_columns(table, "parameter[words] value start lower upper state[words]");
-    for (int k = 0; k < o->count; k++) {
-        kmp_tabulate_row(table);
-        kmp_tabulate_cells(table, "%s %g %g %g %g %s", o->bounded.name[k], o->value[k], o->start[k],
-                           o->bounded.lower[k], o->bounded.upper[k], state_of(o, k));
-    }
+    for (int k = 0; k < o->count; k++)
+        KMP_TABULATE(table, "%s %g %g %g %g %s", o->bounded.name[k], o->value[k], o->start[k], o->bounded.lower[k],
+                     o->bounded.upper[k], state_of(o, k));
 }
 
 static void fill_limits(kempe_table *table, const void *result)
@@ -147,9 +145,7 @@ static void fill_limits(kempe_table *table, const void *result)
     kmp_tabulate_columns(table, "limit[words] value bound state[words]");
     for (int k = 0; k < o->limits; k++) {
         const kmp_quantity_limit *limit = &o->objective.list->limit[k];
-        kmp_tabulate_row(table);
-        kmp_tabulate_cells(table, "%s %g %g %s", limit->text, limit_value(o, k), limit->bound,
-                           is_kept(o, k) ? "" : "broken");
+        KMP_TABULATE(table, "%s %g %g %s", limit->text, limit_value(o, k), limit->bound, is_kept(o, k) ? "" : "broken");
     }
 }
 
@@ -164,12 +160,11 @@ static void fill_starts(kempe_table *table, const void *result)
     for (int row = 0; row < o->searches; row++) {
         const kmp_searched *s = &o->search[row];
         bool ran = s->outcome != KMP_SQUARES_NO_START;
-        kmp_tabulate_row(table);
-        kmp_tabulate_cells(table, "%d %g %g %d %d %s", s->number + 1,
-                           ran && o->most_wanted ? -s->value
-                           : ran                 ? s->value
-                                                 : NAN,
-                           ran ? s->broken : NAN, s->evaluations, s->refused, outcomes[s->outcome]);
+        KMP_TABULATE(table, "%d %g %g %d %d %s", s->number + 1,
+                     ran && o->most_wanted ? -s->value
+                     : ran                 ? s->value
+                                           : NAN,
+                     ran ? s->broken : NAN, s->evaluations, s->refused, outcomes[s->outcome]);
         kmp_tabulate_numbers(table, o->count, s->x);
     }
 }
@@ -189,9 +184,8 @@ static void fill_history(kempe_table *table, const void *result)
             const kmp_trial *tried = &o->search[k].tried[i];
             bool counts = tried->broken <= KMP_OPTIMUM_KEPT && !isnan(tried->value);
             best = counts && !(sign * best <= sign * tried->value) ? tried->value : best;
-            kmp_tabulate_row(table);
-            kmp_tabulate_cells(table, "%d %d %g %g %g", ++evaluation, o->search[k].number + 1, tried->value,
-                               tried->broken, best);
+            KMP_TABULATE(table, "%d %d %g %g %g", ++evaluation, o->search[k].number + 1, tried->value, tried->broken,
+                         best);
         }
 }
 

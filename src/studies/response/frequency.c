@@ -157,25 +157,11 @@ static double largest(int count, const double *re, const double *im)
     return most;
 }
 
-/* The effect of rounding in the equations' terms on du. */
-static void note_rounding(kmp_frequency *f)
+static void solve(kmp_frequency *f, double w, int input)
 {
     int p = f->size;
-    memset(f->off_re, 0, (size_t)p * sizeof *f->off_re);
-    memset(f->off_im, 0, (size_t)p * sizeof *f->off_im);
-    for (int k = 0; k < p; k++)
-        for (int i = 0; i < p; i++)
-            f->off_re[i] += DBL_EPSILON * f->terms[i + k * p] * hypot(f->du_re[k], f->du_im[k]);
-    kmp_lu_complex_solve(p, f->a_re, f->a_im, f->pivot, f->off_re, f->off_im);
-    double size = largest(p, f->du_re, f->du_im), off = largest(p, f->off_re, f->off_im);
-    f->rounding = size > 0 ? fmax(f->rounding, off / size) : f->rounding;
-}
-
-/* The loads of an input on the right side: -L, or gamma. */
-static void put_loads(kmp_frequency *f, double w, int input)
-{
+    /* The loads of an input on the right side: -L, or gamma. */
     const kmp_transfer *t = f->transfer;
-    int p = f->size;
     memset(f->du_re, 0, (size_t)p * sizeof *f->du_re);
     memset(f->du_im, 0, (size_t)p * sizeof *f->du_im);
     for (int c = 0; c < t->columns; c++) {
@@ -186,14 +172,16 @@ static void put_loads(kmp_frequency *f, double w, int input)
             f->du_im[i] -= f->scale[i] * cimag(swing) * load[i];
         }
     }
-}
-
-static void solve(kmp_frequency *f, double w, int input)
-{
-    int p = f->size;
-    put_loads(f, w, input);
     kmp_lu_complex_solve(p, f->a_re, f->a_im, f->pivot, f->du_re, f->du_im);
-    note_rounding(f);
+    /* The effect of rounding in the equations' terms on du. */
+    memset(f->off_re, 0, (size_t)p * sizeof *f->off_re);
+    memset(f->off_im, 0, (size_t)p * sizeof *f->off_im);
+    for (int k = 0; k < p; k++)
+        for (int i = 0; i < p; i++)
+            f->off_re[i] += DBL_EPSILON * f->terms[i + k * p] * hypot(f->du_re[k], f->du_im[k]);
+    kmp_lu_complex_solve(p, f->a_re, f->a_im, f->pivot, f->off_re, f->off_im);
+    double size = largest(p, f->du_re, f->du_im), off = largest(p, f->off_re, f->off_im);
+    f->rounding = size > 0 ? fmax(f->rounding, off / size) : f->rounding;
     for (int i = 0; i < p; i++) {
         f->du_re[i] *= f->scale[i];
         f->du_im[i] *= f->scale[i];
@@ -453,16 +441,6 @@ static kempe_status find_sampled_poles(kmp_frequency *f)
     return status;
 }
 
-/* A root too close to the axis counts as growing: the response is then not attained in a time that matters. */
-static kempe_status judge_delays(kmp_frequency *f)
-{
-    int zeros;
-    kempe_status status = kmp_delayed_growing(f->transfer->linear, &f->growing, &zeros);
-    if (status == KEMPE_E_FAILED)
-        f->growing = -1;
-    return status == KEMPE_E_FAILED ? KEMPE_OK : status;
-}
-
 kempe_status kmp_frequency_run(kmp_frequency *frequency)
 {
     kmp_frequency *f = frequency;
@@ -489,8 +467,15 @@ kempe_status kmp_frequency_run(kmp_frequency *frequency)
     if (status == KEMPE_E_MEMORY)
         return status;
     kmp_context_clear(context);
-    if (endless)
-        KMP_TRY(judge_delays(f));
+    /* A root too close to the axis counts as growing: the response is then not attained in a time that matters. */
+    if (endless) {
+        int zeros;
+        status = kmp_delayed_growing(l, &f->growing, &zeros);
+        if (status == KEMPE_E_FAILED)
+            f->growing = -1;
+        else
+            KMP_TRY(status);
+    }
     /* The response at rest, zero where it is rounding of the largest one. */
     bool rests = evaluate(f, 0);
     size_t block = (size_t)f->inputs * (size_t)f->outputs, all = block * (size_t)f->count;

@@ -20,6 +20,14 @@ static void put_pair(kmp_text *text, const kempe_response *r, int input, int out
                     "");
 }
 
+static void put_amplitude(kmp_text *text, double x)
+{
+    if (isfinite(x))
+        kmp_text_printf(text, "  %13.6g", x);
+    else
+        kmp_text_printf(text, "  %13s", "unbounded");
+}
+
 static void show_peaks(kmp_text *text, const kempe_response *r, int width)
 {
     const kmp_frequency *f = &r->frequency;
@@ -30,15 +38,8 @@ static void show_peaks(kmp_text *text, const kempe_response *r, int width)
         const kmp_peak *p = &f->peak[k];
         put_pair(text, r, p->input, p->output, width);
         kmp_text_printf(text, "  %13.8g", p->frequency);
-        if (isfinite(p->amplitude))
-            kmp_text_printf(text, "  %13.6g  %11.2f", kmp_response_shown(r, p->output).factor * p->amplitude,
-                            p->phase * (360 / two_pi));
-        else
-            kmp_text_printf(text, "  %13s  %11s", "unbounded", "-");
-        if (isfinite(p->gain))
-            kmp_text_printf(text, "  %10.4g\n", p->gain);
-        else
-            kmp_text_printf(text, "  %10s\n", "-");
+        put_amplitude(text, kmp_response_shown(r, p->output).factor * p->amplitude);
+        kmp_print_cells(text, "  %11.2f  %10.4g\n", isfinite(p->amplitude) ? p->phase * (360 / two_pi) : NAN, p->gain);
     }
     if (f->peak_count > MOST_PEAKS)
         kmp_text_printf(text, "  and %d more, in --json\n", f->peak_count - MOST_PEAKS);
@@ -104,10 +105,7 @@ static void show(kmp_text *text, const void *result)
         for (int o = 0; o < f->outputs; o++) {
             double still = kmp_response_shown(r, o).factor * f->still[o + i * f->outputs];
             put_pair(text, r, i, o, width);
-            if (isfinite(still))
-                kmp_text_printf(text, "  %13.6g", still);
-            else
-                kmp_text_printf(text, "  %13s", "unbounded");
+            put_amplitude(text, still);
             kmp_response_put_unit(text, r, i, kmp_response_shown(r, o).unit, "  ", " / ");
             kmp_text_put(text, "\n");
         }
@@ -154,10 +152,7 @@ static void json(kmp_text *text, const void *result)
     if (r->frequency.phi)
         kmp_json_put(&j, "sample_time %g", r->frequency.period);
     const kmp_frequency *f = &r->frequency;
-    kmp_json_array(&j, "eigenvalues");
-    for (int k = 0; f->has_spectrum && k < f->poles.count; k++)
-        kmp_json_numbers(&j, NULL, 2, (double[]){f->poles.re[k], f->poles.im[k]});
-    kmp_json_end(&j);
+    kmp_print_pairs(&j, "eigenvalues", f->has_spectrum ? f->poles.count : 0, f->poles.re, f->poles.im);
     kmp_json_array(&j, "peaks");
     for (int k = 0; k < r->frequency.peak_count; k++) {
         const kmp_peak *p = &r->frequency.peak[k];

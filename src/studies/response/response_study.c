@@ -15,12 +15,6 @@ static const double two_pi = 6.283185307179586476925286766559;
 
 /* -- frequencies ------------------------------------------------------------------------------------- */
 
-/* Half the frequency of the samples, Hz; infinite where nothing is sampled. */
-static double highest(const kmp_frequency *f)
-{
-    return f->phi ? 0.5 / f->period : INFINITY;
-}
-
 /* Whole decades around the natural frequencies; 0.1 to 100 Hz where there are none. */
 static kempe_status usual_range(const kmp_channels *c, kmp_range *range)
 {
@@ -70,7 +64,7 @@ static kempe_status check_range(kempe_context *context, const kmp_range *range, 
 /* The end of the usual range is at most half the frequency of the samples; a requested one must be. */
 static kempe_status check_samples(const kempe_response *r, const kempe_response_options *options, kmp_range *range)
 {
-    double most = highest(&r->frequency);
+    double most = r->frequency.phi ? 0.5 / r->frequency.period : INFINITY;
     if (range->to <= most * (1 + KMP_SAME_SAMPLE))
         return KEMPE_OK;
     if (options->frequencies)
@@ -107,16 +101,6 @@ static kempe_status read_range(const kmp_channels *c, const kempe_response_optio
         status = check_range(context, range, options->frequencies, options->linear);
     range->count = range->count > 1 ? range->count : DEFAULT_COUNT;
     return status;
-}
-
-static void fill_range(const kmp_range *range, bool linear, double *hz)
-{
-    kmp_range logarithms = {.from = log(range->from), .to = log(range->to), .count = range->count};
-    for (int k = 0; k < range->count; k++)
-        hz[k] = linear                  ? kmp_range_value(range, k, range->count)
-                : k == 0                ? range->from
-                : k == range->count - 1 ? range->to
-                                        : exp(kmp_range_value(&logarithms, k, range->count));
 }
 
 /* -- construction ------------------------------------------------------------------------------------ */
@@ -164,7 +148,12 @@ static kempe_status make(kempe_response *r, const kempe_system *system, const ke
     KMP_TRY(kmp_frequency_init(&r->frequency, &r->channels.transfer, samples, range.count));
     KMP_TRY(check_samples(r, options, &range));
     r->linear = options->linear;
-    fill_range(&range, r->linear, r->frequency.at);
+    kmp_range logarithms = {.from = log(range.from), .to = log(range.to), .count = range.count};
+    for (int k = 0; k < range.count; k++)
+        r->frequency.at[k] = r->linear              ? kmp_range_value(&range, k, range.count)
+                             : k == 0               ? range.from
+                             : k == range.count - 1 ? range.to
+                                                    : exp(kmp_range_value(&logarithms, k, range.count));
     KMP_TRY(kmp_frequency_run(&r->frequency));
     if (r->frequency.worst > KMP_RESPONSE_HOLDS)
         kmp_doubt(system->context,
@@ -239,12 +228,10 @@ static void fill_peaks(kempe_table *table, const void *result)
 {
     const kempe_response *r = result;
     kmp_tabulate_columns(table, "input[words] output[words] frequency[Hz] amplitude phase[deg] gain");
-    for (const kmp_peak *p = r->frequency.peak; p < r->frequency.peak + r->frequency.peak_count; p++) {
-        kmp_tabulate_row(table);
-        kmp_tabulate_cells(table, "%s %s %g %g %g %g", kmp_response_input(r, p->input),
-                           kmp_response_output(r, p->output), p->frequency,
-                           kmp_response_shown(r, p->output).factor * p->amplitude, p->phase * (360 / two_pi), p->gain);
-    }
+    for (const kmp_peak *p = r->frequency.peak; p < r->frequency.peak + r->frequency.peak_count; p++)
+        KMP_TABULATE(table, "%s %s %g %g %g %g", kmp_response_input(r, p->input), kmp_response_output(r, p->output),
+                     p->frequency, kmp_response_shown(r, p->output).factor * p->amplitude, p->phase * (360 / two_pi),
+                     p->gain);
 }
 
 KMP_TABLES(kempe_response, response, response->channels.system->context, {"rows", fill_rows}, {"peaks", fill_peaks})

@@ -73,16 +73,6 @@ static bool is_zero(int count, const spot *list)
     return true;
 }
 
-static void draw_name(kmp_text *text, const kempe_response *r, int pair, double y, bool zero)
-{
-    int input = pair / r->frequency.outputs, output = pair % r->frequency.outputs;
-    kmp_text unit = {0};
-    kmp_response_put_unit(&unit, r, input, kmp_response_shown(r, output).unit, ", ", " / ");
-    kmp_picture_entry(text, LEFT, y, "curve", kmp_plot_colour(pair), "%s / %s%s%s", kmp_response_output(r, output),
-                      kmp_response_input(r, input), unit.s ? unit.s : "", zero ? ": zero" : "");
-    kmp_text_free_part(text, &unit);
-}
-
 /* -- the picture ------------------------------------------------------------------------------------- */
 
 static void draw(kmp_text *text, const kempe_response *r, spot *room)
@@ -118,8 +108,16 @@ static void draw(kmp_text *text, const kempe_response *r, spot *room)
     kmp_plot_begin(&phase, "%s", "");
     draw_curves(&phase, r, drawn, true, room);
     kmp_plot_end(&phase);
-    for (; line < drawn; line++)
-        draw_name(text, r, line, below + LINE * line, is_zero(collect(r, line, room), room));
+    for (; line < drawn; line++) {
+        double y = below + LINE * line;
+        bool zero = is_zero(collect(r, line, room), room);
+        int input = line / r->frequency.outputs, output = line % r->frequency.outputs;
+        kmp_text unit = {0};
+        kmp_response_put_unit(&unit, r, input, kmp_response_shown(r, output).unit, ", ", " / ");
+        kmp_picture_entry(text, LEFT, y, "curve", kmp_plot_colour(line), "%s / %s%s%s", kmp_response_output(r, output),
+                          kmp_response_input(r, input), unit.s ? unit.s : "", zero ? ": zero" : "");
+        kmp_text_free_part(text, &unit);
+    }
     if (all > drawn)
         kmp_picture_words(text, LEFT, below + LINE * line, "", "%d more are not drawn", all - drawn);
     kmp_picture_end(text);

@@ -6,6 +6,7 @@
 #include "base/json.h"
 #include "constraints/tolerances.h"
 #include "model/tables/output_table.h"
+#include "output/print.h"
 #include "output/vibration/low_pass.h"
 #include "studies/simulate/observed.h"
 #include "symbolic/table_function.h"
@@ -590,14 +591,6 @@ kempe_status kmp_running_safety_of(const kempe_system *system, kmp_recording *re
 
 static const double degrees = 57.295779513082320876798154814105;
 
-static void put_cell(kmp_text *text, int width, int digits, double x)
-{
-    if (isfinite(x))
-        kmp_text_printf(text, "  %*.*f", width, digits, x);
-    else
-        kmp_text_printf(text, "  %*s", width, "-");
-}
-
 const char *kmp_safety_loads_from(const kmp_running_safety *s)
 {
     return s->at_rest  ? "at the equilibrium"
@@ -621,17 +614,11 @@ void kmp_running_safety_show(kmp_text *text, const kempe_model *model, const kmp
         width, "", KMP_SAFETY_CUTOFF);
     for (int w = 0; w < s->wheels; w++) {
         const kmp_safety_wheel *wheel = &s->wheel[w];
-        kmp_text_printf(text, "          %-*s", width, model->wheels[w].name);
-        put_cell(text, 6, 2, wheel->load / 1e3);
-        put_cell(text, 9, 3, wheel->unloading.value);
-        put_cell(text, 8, 3, wheel->unloading.t);
-        put_cell(text, 8, 3, wheel->smooth_unloading.value);
-        put_cell(text, 11, 3, wheel->ratio.value);
-        put_cell(text, 8, 3, wheel->mean.value);
-        put_cell(text, 8, 3, wheel->mean.t);
-        put_cell(text, 5, 3, wheel->nadal);
-        put_cell(text, 11, 2, degrees * wheel->flange);
-        kmp_text_put(text, wheel->mean.value > wheel->nadal ? "  above the limit\n" : "\n");
+        kmp_print_cells(text, "          %-*s  %6.2f  %9.3f  %8.3f  %8.3f  %11.3f  %8.3f  %8.3f  %5.3f  %11.2f%s\n",
+                        width, model->wheels[w].name, wheel->load / 1e3, wheel->unloading.value, wheel->unloading.t,
+                        wheel->smooth_unloading.value, wheel->ratio.value, wheel->mean.value, wheel->mean.t,
+                        wheel->nadal, degrees * wheel->flange,
+                        wheel->mean.value > wheel->nadal ? "  above the limit" : "");
     }
     for (int k = 0; k < s->axles; k++) {
         const kmp_safety_axle *axle = &s->axle[k];
@@ -649,11 +636,8 @@ void kmp_running_safety_show(kmp_text *text, const kempe_model *model, const kmp
     kmp_text_printf(text, "          %-*s  T gamma, J/m: mean   largest      t, s\n", width, "");
     for (int w = 0; w < s->wheels; w++) {
         const kmp_safety_wheel *wheel = &s->wheel[w];
-        kmp_text_printf(text, "          %-*s", width, model->wheels[w].name);
-        put_cell(text, 17, 2, wheel->wear);
-        put_cell(text, 8, 1, wheel->most_wear.value);
-        put_cell(text, 8, 3, wheel->most_wear.t);
-        kmp_text_put(text, "\n");
+        kmp_print_cells(text, "          %-*s  %17.2f  %8.1f  %8.3f\n", width, model->wheels[w].name, wheel->wear,
+                        wheel->most_wear.value, wheel->most_wear.t);
     }
     kmp_text_printf(text, "          %.6g m of way; Q0 %s", s->way, kmp_safety_loads_from(s));
     if (isfinite(s->carried) && s->loaded)

@@ -1,9 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A trajectory as a report and as one JSON object. */
+#include "base/memory.h"
 #include "integrators/formulations/cycles.h"
 #include "model/tables/output_table.h"
 #include "output/print.h"
+#include "output/result_table.h"
 #include "studies/simulate/contact_times.h"
+#include "studies/simulate/observed.h"
 #include <math.h>
 #include <string.h>
 
@@ -80,19 +83,14 @@ static const char *again_name(const kempe_trajectory *t)
 static void show_verdict(kmp_text *text, const kempe_trajectory *t)
 {
     const kmp_run_report *r = &t->report;
-    kmp_text_put(text, "closure   |h| ");
-    kmp_print_cell(text, 0, 2, t->verdict.h_max);
-    kmp_text_put(text, "  |hdot| ");
-    kmp_print_cell(text, 0, 2, t->verdict.hdot_max);
-    kmp_text_printf(text, "  (scaled by the characteristic length, %.6g m)\n", t->system->length);
+    kmp_print_cells(text, "closure   |h| %.2e  |hdot| %.2e  (scaled by the characteristic length, %.6g m)\n",
+                    t->verdict.h_max, t->verdict.hdot_max, t->system->length);
     kmp_print_rounding(text, t->system, "rounding  ", "          ");
     if (t->verdict.misfit_row >= 0)
         kmp_text_printf(text, "rounding  rows omitted as redundant have gaps of at most %.2e m ('%s' at t = %.6g)\n",
                         t->verdict.misfit * t->system->length, t->system->row_names[t->verdict.misfit_row],
                         t->verdict.misfit_t);
-    kmp_text_put(text, "energy    drift ");
-    kmp_print_cell(text, 0, 2, t->verdict.drift_rel);
-    kmp_text_put(text, " (relative)\n");
+    kmp_print_cells(text, "energy    drift %.2e (relative)\n", t->verdict.drift_rel);
     if (t->source) {
         kmp_text_put(text, "error     ");
         for (int k = 0; k < KMP_QUANTITIES; k++)
@@ -391,3 +389,83 @@ static void json(kmp_text *text, const void *result)
 }
 
 KMP_PRINT(kempe_trajectory, trajectory, trajectory->system->context, json, show)
+
+static void put_rows(kempe_table *table, const kempe_trajectory *t, const kmp_columns *columns, kmp_evaluator *eval,
+                     double *values)
+{
+    kmp_tabulate_status(table, kmp_trajectory_word(t));
+    for (int k = 0; k < columns->count; k++)
+        kmp_tabulate_column(table, columns->unit[k], "%s", columns->name[k]);
+    for (int row = 0; row < t->table.rows; row++) {
+        kmp_columns_fill(&t->table, columns, eval, row, values);
+        kmp_tabulate_row(table);
+        kmp_tabulate_numbers(table, columns->count, values);
+    }
+}
+
+static void fill_rows(kempe_table *table, const void *result)
+{
+    const kempe_trajectory *t = result;
+    kmp_evaluator *eval = kmp_eval_new(t->system, t->backend);
+    kmp_columns columns = {0};
+    double *values =
+        eval && kmp_columns_init(&columns, t->system, t->system->model, NULL) ? KMP_NEW(double, columns.count) : NULL;
+    if (values)
+        put_rows(table, t, &columns, eval, values);
+    else
+        kmp_tabulate_fail(table);
+    kmp_columns_free(&columns);
+    kmp_eval_free(eval);
+    kmp_free(values);
+}
+
+static void fill_log(kempe_table *table, const void *result)
+{
+    const kmp_run_log *log = &((const kempe_trajectory *)result)->log;
+    kmp_tabulate_columns(table, "t[s] kind[words] text[words] before after");
+    for (int k = 0; k < log->kept; k++) {
+        const kmp_log_entry *entry = &log->entries[k];
+        KMP_TABULATE(table, "%g %s %s %g %g", entry->t, entry->kind, entry->text, entry->before, entry->after);
+    }
+}
+
+static void fill_contacts(kempe_table *table, const void *result)
+{
+    const kempe_trajectory *t = result;
+    kmp_tabulate_columns(table, "contact[words] from[s] until[s] depth");
+    for (int k = 0; k < t->log.contact_count; k++) {
+        const kmp_contact_time *contact = &t->log.contacts[k];
+        KMP_TABULATE(table, "%s %g %g %g", t->system->model->forces[contact->force].name, contact->from, contact->until,
+                     kmp_contact_time_depth(t, k));
+    }
+}
+
+KMP_TABLES(kempe_trajectory, trajectory, trajectory->system->context, {"rows", fill_rows}, {"log", fill_log},
+           {"contacts", fill_contacts})
+
+/* -- outputs by name --------------------------------------------------------------------------------- */
+
+kempe_status kempe_trajectory_outputs(const kempe_trajectory *trajectory, const char *names, kempe_table **table)
+{
+    KMP_WANTED(NULL, trajectory, "trajectory");
+    kempe_context *context = trajectory->system->context;
+    KMP_WANTED(context, names, "names");
+    KMP_WANTED(context, table, "table");
+    kmp_observed o;
+    kmp_context_clear(context);
+    KMP_TRY(kmp_observed_init(&o, trajectory->system, names, 0, NULL));
+    kempe_table *made = kmp_tabulate(context, "outputs");
+    double *values = KMP_NEW(double, o.columns.count);
+    for (int c = 0; c < o.columns.count; c++)
+        kmp_tabulate_column(made, o.columns.unit[c], "%s", o.columns.name[c]);
+    for (int row = 0; values && row < trajectory->table.rows; row++) {
+        kmp_observed_fill(&o, &trajectory->table, row, values);
+        kmp_tabulate_row(made);
+        kmp_tabulate_numbers(made, o.columns.count, values);
+    }
+    if (!values)
+        kmp_tabulate_fail(made);
+    kmp_free(values);
+    kmp_observed_free(&o);
+    return kmp_tabulate_finish(context, made, table);
+}

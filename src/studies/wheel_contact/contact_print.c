@@ -27,29 +27,18 @@ static const char *wheel_name(const kempe_contacts *t, int wheel)
 
 /* -- text -------------------------------------------------------------------------------------------- */
 
-static void put(kmp_text *text, double x)
-{
-    if (isfinite(x))
-        kmp_text_printf(text, "  %10.5g", x);
-    else
-        kmp_text_printf(text, "  %10s", "-");
-}
-
 static void show_patch(kmp_text *text, const kempe_contacts *t, const kempe_contact_patch *p)
 {
     double angle = kmp_contact_shown(t, "rad").factor * p->angle;
     const double shown[] = {p->s * 1e3, p->y * 1e3, angle,       p->radius * 1e3, p->normal, p->slip[0],
                             p->slip[1], p->spin,    p->force[0], p->force[1],     p->moment};
     for (size_t k = 0; k < sizeof shown / sizeof *shown; k++)
-        put(text, shown[k]);
-    for (int k = 0; t->has_law && k < 2; k++)
-        put(text, p->by_law[k]);
-    if (t->pressure != KMP_PRESSURE_NONE) {
-        put(text, p->pressure * 1e-6);
-        put(text, p->area * 1e6);
-        put(text, p->approach * 1e6);
-        kmp_text_printf(text, "  %5d", p->lobes);
-    }
+        kmp_print_cells(text, "  %10.5g", shown[k]);
+    if (t->has_law)
+        kmp_print_cells(text, "  %10.5g  %10.5g", p->by_law[0], p->by_law[1]);
+    if (t->pressure != KMP_PRESSURE_NONE)
+        kmp_print_cells(text, "  %10.5g  %10.5g  %10.5g  %5d", p->pressure * 1e-6, p->area * 1e6, p->approach * 1e6,
+                        p->lobes);
     kmp_text_put(text, p->one_ellipse ? "\n" : "  no ellipse\n");
 }
 
@@ -128,14 +117,8 @@ static void show_conicities(kmp_text *text, const kempe_contacts *t)
                     "from, mm", "to, mm");
     for (int k = 0; k < c->count; k++) {
         const kmp_conicity *at = &c->at[k];
-        kmp_text_printf(text, "%13.6g", at->amplitude * 1e3);
-        put(text, at->conicity);
-        put(text, at->error);
-        kmp_text_put(text, "   ");
-        put(text, at->wavelength);
-        put(text, at->low * 1e3);
-        put(text, at->high * 1e3);
-        kmp_text_put(text, "\n");
+        kmp_print_cells(text, "%13.6g  %10.5g  %10.5g     %10.5g  %10.5g  %10.5g\n", at->amplitude * 1e3, at->conicity,
+                        at->error, at->wavelength, at->low * 1e3, at->high * 1e3);
     }
     if (!isnan(c->nonlinearity))
         kmp_text_printf(text, "nonlinearity parameter (conicity at 4 mm less that at 2 mm, over 2 mm): %.4g 1/mm\n",
@@ -299,9 +282,8 @@ KMP_PRINT(kempe_contacts, contacts, contacts->given->context, show_json, show_al
 static void fill_row(kempe_table *to, const kempe_contacts *t, int row, int wheel, int zone)
 {
     const kempe_contact_patch *p = kempe_contacts_patch(t, row, wheel, zone);
-    kmp_tabulate_row(to);
-    kmp_tabulate_cells(to, "%g %s %d %d %g %g %g %g %g", t->value[row], wheel_name(t, wheel), zone + 1, p->touches,
-                       p->s, p->y, p->angle, p->radius, p->normal);
+    KMP_TABULATE(to, "%g %s %d %d %g %g %g %g %g", t->value[row], wheel_name(t, wheel), zone + 1, p->touches, p->s,
+                 p->y, p->angle, p->radius, p->normal);
     kmp_tabulate_cells(to, "%g %g %g %g %g %g %g %g", p->slip[0], p->slip[1], p->spin, p->force[0], p->force[1],
                        p->moment, p->a, p->b);
     kmp_tabulate_numbers(to, t->has_law ? 2 : 0, p->by_law);
@@ -338,9 +320,8 @@ static void fill_outline(kempe_table *to, const void *result)
                 const kmp_outline *of = outline_of(t, kempe_contacts_patch(t, row, w, z - t->first[w]));
                 for (int k = 0; k < of->count; k++) {
                     const kmp_outline_strip *s = &of->strip[k];
-                    kmp_tabulate_row(to);
-                    kmp_tabulate_cells(to, "%g %s %d %d %g %g %g %g", t->value[row], wheel_name(t, w),
-                                       z - t->first[w] + 1, s->lobe, s->y, s->from, s->to, s->pressure);
+                    KMP_TABULATE(to, "%g %s %d %d %g %g %g %g", t->value[row], wheel_name(t, w), z - t->first[w] + 1,
+                                 s->lobe, s->y, s->from, s->to, s->pressure);
                 }
             }
 }
@@ -366,9 +347,8 @@ static void fill_conicities(kempe_table *to, const void *result)
     kmp_tabulate_columns(to, "amplitude[m] conicity error wavelength[m] low[m] high[m]");
     for (int k = 0; k < t->conicities.count; k++) {
         const kmp_conicity *at = &t->conicities.at[k];
-        kmp_tabulate_row(to);
-        kmp_tabulate_cells(to, "%g %g %g %g %g %g", at->amplitude, at->conicity, at->error, at->wavelength, at->low,
-                           at->high);
+        KMP_TABULATE(to, "%g %g %g %g %g %g", at->amplitude, at->conicity, at->error, at->wavelength, at->low,
+                     at->high);
     }
 }
 
@@ -376,10 +356,8 @@ static void fill_radii(kempe_table *to, const void *result)
 {
     const kmp_conicities *c = &((const kempe_contacts *)result)->conicities;
     kmp_tabulate_columns(to, "y[m] difference[m]");
-    for (int k = 0; k < c->points; k++) {
-        kmp_tabulate_row(to);
-        kmp_tabulate_cells(to, "%g %g", c->y[k], c->difference[k]);
-    }
+    for (int k = 0; k < c->points; k++)
+        KMP_TABULATE(to, "%g %g", c->y[k], c->difference[k]);
 }
 
 KMP_TABLES(kempe_contacts, contacts, contacts->given->context, {"rows", fill_rows}, {"states", fill_states},

@@ -298,11 +298,9 @@ static void fill_moments(kempe_table *t, const void *result)
     const kempe_statistics *s = result;
     kmp_tabulate_columns(t, "quantity[words] unit[words] count mean mean_low mean_high deviation deviation_low "
                             "deviation_high");
-    for (const quantity *q = s->quantity; q < s->quantity + s->quantities; q++) {
-        kmp_tabulate_row(t);
-        kmp_tabulate_cells(t, "%s %s %d %g %g %g %g %g %g", q->name, q->unit, q->count, q->mean.value, q->mean.low,
-                           q->mean.high, q->deviation.value, q->deviation.low, q->deviation.high);
-    }
+    for (const quantity *q = s->quantity; q < s->quantity + s->quantities; q++)
+        KMP_TABULATE(t, "%s %s %d %g %g %g %g %g %g", q->name, q->unit, q->count, q->mean.value, q->mean.low,
+                     q->mean.high, q->deviation.value, q->deviation.low, q->deviation.high);
 }
 
 static void fill_quantiles(kempe_table *t, const void *result)
@@ -310,11 +308,9 @@ static void fill_quantiles(kempe_table *t, const void *result)
     const kempe_statistics *s = result;
     kmp_tabulate_columns(t, "quantity[words] unit[words] part value low high");
     for (const quantity *q = s->quantity; q < s->quantity + s->quantities; q++)
-        for (int k = 0; k < PARTS; k++) {
-            kmp_tabulate_row(t);
-            kmp_tabulate_cells(t, "%s %s %g %g %g %g", q->name, q->unit, parts[k], q->quantile[k].value,
-                               q->quantile[k].low, q->quantile[k].high);
-        }
+        for (int k = 0; k < PARTS; k++)
+            KMP_TABULATE(t, "%s %s %g %g %g %g", q->name, q->unit, parts[k], q->quantile[k].value, q->quantile[k].low,
+                         q->quantile[k].high);
 }
 
 static void fill_within(kempe_table *t, const void *result)
@@ -323,8 +319,7 @@ static void fill_within(kempe_table *t, const void *result)
     kmp_tabulate_columns(t, "judged passed yield low high");
     if (!s->limited)
         return;
-    kmp_tabulate_row(t);
-    kmp_tabulate_cells(t, "%d %d %g %g %g", s->judged, s->passed, s->yield.value, s->yield.low, s->yield.high);
+    KMP_TABULATE(t, "%d %d %g %g %g", s->judged, s->passed, s->yield.value, s->yield.low, s->yield.high);
 }
 
 static void fill_contributions(kempe_table *t, const void *result)
@@ -334,9 +329,8 @@ static void fill_contributions(kempe_table *t, const void *result)
     for (const quantity *q = s->quantity; q < s->quantity + s->quantities; q++)
         for (int i = 0; i < s->inputs; i++) {
             const contribution *of = &q->of[i];
-            kmp_tabulate_row(t);
-            kmp_tabulate_cells(t, "%s %s %g %g %g %g %g %g", q->name, s->input[i], of->regression, q->explained,
-                               of->sobol.first, of->sobol.first_error, of->sobol.total, of->sobol.total_error);
+            KMP_TABULATE(t, "%s %s %g %g %g %g %g %g", q->name, s->input[i], of->regression, q->explained,
+                         of->sobol.first, of->sobol.first_error, of->sobol.total, of->sobol.total_error);
         }
 }
 
@@ -364,9 +358,8 @@ static void put_extreme(kempe_table *t, const kempe_statistics *s, const quantit
 {
     int at = largest ? q->largest_at : q->least_at;
     char *settings = settings_of(s, at);
-    kmp_tabulate_row(t);
-    kmp_tabulate_cells(t, "%s %s %s %g %g %s", q->name, q->unit, largest ? "largest" : "least",
-                       largest ? q->largest : q->least, at >= 0 ? at + 1.0 : NAN, settings ? settings : "");
+    KMP_TABULATE(t, "%s %s %s %g %g %s", q->name, q->unit, largest ? "largest" : "least",
+                 largest ? q->largest : q->least, at >= 0 ? at + 1.0 : NAN, settings ? settings : "");
     if (!settings)
         kmp_tabulate_fail(t);
     kmp_free(settings);
