@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What is said of the runs, a line for each method and kind: incomplete runs, and anomalies of complete ones. Then the
+/* Remarks on the runs, a line for each method and kind: incomplete runs, and anomalies of complete ones. Then the
  * recommended method, by the rules in docs/compare.md, and the measurements that support it. */
 #include "studies/compare/compare_study.h"
 #include <kempe/compare.h>

@@ -362,24 +362,6 @@ static kmp_instant before_pass(const adjoint *a, int k)
     return kmp_instant_of(l->eval, l->t, l->q, a->rates + (ptrdiff_t)k * a->n, l->qdd, l->lambda);
 }
 
-/* Converts weights of the states after pass k to weights before it, and adds to that of the time. */
-static void take_back(adjoint *a, const kmp_varied_reset *reset, int k, double *time)
-{
-    kmp_varied *v = a->v;
-    const kempe_model *model = v->system->model;
-    const int samples = samples_of(a);
-    const kmp_instant at = before_pass(a, k);
-    (void)kmp_slopes_values(&v->slopes->samples, &at);
-    for (int i = 0; i < samples; i++) {
-        double *weight = &a->wqd[kmp_model_coordinates(model) + kmp_state_of_sample(model, i)];
-        bool taken = reset->taken[k * samples + i];
-        a->wnext[i] = taken ? *weight : 0;
-        *weight = taken ? 0 : *weight;
-    }
-    kmp_slopes_gradient(v->slopes, &v->slopes->samples, a->wnext,
-                        &(kmp_direction){time, a->wq, a->wqd, NULL, NULL, a->y + 2 * a->p});
-}
-
 /* The weights of the rates at the last state, and of the integrand: how the whole depends on the time of a reset. */
 static double weight_of_time(adjoint *a)
 {
@@ -414,8 +396,19 @@ static kempe_status pass_reset(adjoint *a, const kmp_varied_mark *mark, const in
             if (reset->taken[k * samples + i])
                 next[first + kmp_state_of_sample(model, i)] = value[i];
     }
-    for (int k = reset->times - 1; k >= 0; k--)
-        take_back(a, reset, k, &time);
+    /* Converts weights of the states after pass k to weights before it, and adds to that of the time. */
+    for (int k = reset->times - 1; k >= 0; k--) {
+        const kmp_instant at = before_pass(a, k);
+        (void)kmp_slopes_values(&v->slopes->samples, &at);
+        for (int i = 0; i < samples; i++) {
+            double *weight = &a->wqd[kmp_model_coordinates(model) + kmp_state_of_sample(model, i)];
+            bool taken = reset->taken[k * samples + i];
+            a->wnext[i] = taken ? *weight : 0;
+            *weight = taken ? 0 : *weight;
+        }
+        kmp_slopes_gradient(v->slopes, &v->slopes->samples, a->wnext,
+                            &(kmp_direction){&time, a->wq, a->wqd, NULL, NULL, a->y + 2 * a->p});
+    }
     if (reset->cause >= 0)
         a->swing += time + weight_of_time(a) - after;
     a->swung = reset->cause >= 0 ? reset->cause : a->swung;
@@ -477,25 +470,18 @@ static kempe_status pass_segment(adjoint *a, double *h)
     return status == KEMPE_OK ? a->kind->dense(a->solver, end, a->y, NULL) : status;
 }
 
-/* The first step up to `last` and after `before` in which each input is one polynomial, which is taken: steps end at
- * samples. */
-static kept_step *segment_of(adjoint *a, const kept_step *before, kept_step *last)
-{
-    kmp_present_inputs *inputs = &a->v->linear.eval->inputs;
-    kept_step *first = last;
-    kmp_present_inputs_stand(inputs, last->from);
-    double from = kmp_present_inputs_from(inputs, last->from);
-    while (first->before != before && first->before->from >= from)
-        first = first->before;
-    return first;
-}
-
 /* Integrates backwards from the end of the step `last` to that of the step `before` (NULL: the start). */
 static kempe_status come_back(adjoint *a, const kept_step *before, kept_step *last, double *h)
 {
     for (; last != before; last = a->first->before) {
-        a->first = segment_of(a, before, last);
-        a->last = a->at = last;
+        /* A segment: steps up to `last` and after `before` in which each input is one polynomial, which is taken: steps
+         * end at samples. */
+        kmp_present_inputs *inputs = &a->v->linear.eval->inputs;
+        a->first = a->last = a->at = last;
+        kmp_present_inputs_stand(inputs, last->from);
+        double from = kmp_present_inputs_from(inputs, last->from);
+        while (a->first->before != before && a->first->before->from >= from)
+            a->first = a->first->before;
         KMP_TRY(pass_segment(a, h));
     }
     return KEMPE_OK;

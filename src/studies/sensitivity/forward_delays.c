@@ -233,27 +233,24 @@ static kempe_status sample_before(void *user, double t, const double **values)
     return KEMPE_OK;
 }
 
-/* True if the signal before the start is the start value of its state, by the model or as a parameter. */
-static bool begins_given(const kmp_forward_formulation *f, int k)
-{
-    return state_of(f, k)->began || f->system->model->start.qd[motion_of(f, k)].expr != state_of(f, k)->start.expr;
-}
-
-/* Derivatives of the states of delays at the start. One that begins with its own input may contain others. */
+/* Derivatives of the states of delays at the start. One that begins with its own input may contain others; another one
+ * begins with the start value of its state, by the model or as a parameter. */
 static void begin_states(kmp_forward_formulation *f, double t)
 {
     kmp_forward_delays *x = f->delays;
-    kmp_varied *v = f->v;
+    kmp_slope_matrix *of = &f->v->slopes->delayed;
     for (int pass = 0; pass < x->count; pass++) {
         const kmp_instant at = instant_at(f, t);
-        (void)kmp_slopes_values(&v->slopes->delayed, &at);
+        (void)kmp_slopes_values(of, &at);
         for (int p = 0; p < x->parameters; p++) {
             double *dqd = f->dqd + p * f->n;
-            kmp_slopes_along(v->slopes, &v->slopes->delayed, &(kmp_direction){.q = f->dq + p * f->n, .qd = dqd}, p,
-                             x->row);
-            for (int k = 0; k < x->count; k++)
-                if (!state_of(f, k)->before && !begins_given(f, k))
-                    dqd[motion_of(f, k)] = x->row[k];
+            kmp_slopes_along(f->v->slopes, of, &(kmp_direction){.q = f->dq + p * f->n, .qd = dqd}, p, x->row);
+            for (int k = 0; k < x->count; k++) {
+                const kmp_state *state = state_of(f, k);
+                const int motion = motion_of(f, k);
+                bool given = state->began || f->system->model->start.qd[motion].expr != state->start.expr;
+                dqd[motion] = state->before || given ? dqd[motion] : x->row[k];
+            }
         }
     }
 }

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Common definitions of the parts of a motion with sensitivities. forward.c makes the formulation, gives its rows and
- * runs it, forward_ode.c has its unknowns and their ODE, forward_change.c changes unknowns, conditions and charts.
+/* The formulation of a motion with sensitivities, for forward.c and forward_delays.c.
  *
  * Unknowns: u and its sensitivities, p each, then ud and its, then the integral and its. The place is a state with all
  * of its sensitivities, stored before the unknowns change their meaning. */
@@ -57,55 +56,10 @@ static inline int kmp_forward_blocks(const kmp_forward_formulation *f)
     return f->width * (1 + f->count);
 }
 
-/* A run takes next values once more than it has states at a time, and twice at its start. */
-static inline int kmp_forward_most_resets(const kmp_forward_formulation *f)
-{
-    return f->samples + 4;
-}
-
-/* The coordinates that are unknowns. */
-static inline const int *kmp_forward_unknowns(const kmp_forward_formulation *f)
-{
-    return f->zone ? f->every : f->v->linear.part.u;
-}
-
 static inline kmp_evaluator *kmp_forward_eval(const kmp_forward_formulation *f)
 {
     return f->v->linear.eval;
 }
-
-static inline size_t kmp_forward_chart_bytes(const kmp_forward_formulation *f)
-{
-    return (size_t)(KMP_CHART_SIZE * f->system->chart_count) * sizeof(double);
-}
-
-static inline size_t kmp_forward_mode_bytes(const kmp_forward_formulation *f)
-{
-    return (size_t)f->system->events.count * sizeof(double);
-}
-
-/** True if condition k differs there. The branch of a kink is none: nothing jumps with it. */
-static inline bool kmp_forward_mode_differs(const kmp_forward_formulation *f, int k, const double *mode)
-{
-    return !f->system->events.condition[k].kink && (f->mode[k] != 0) != (mode[k] != 0);
-}
-
-/** The first condition that differs there; -1: none. */
-static inline int kmp_forward_first_other(const kmp_forward_formulation *f, const double *mode)
-{
-    for (int k = 0; k < f->system->events.count; k++)
-        if (kmp_forward_mode_differs(f, k, mode))
-            return k;
-    return -1;
-}
-
-/* -- unknowns (forward_ode.c) ------------------------------------------------------------------------ */
-
-/** Makes y, weights and the ODE of the formulation for the current p or n unknowns. False: no memory. */
-bool kmp_forward_make_unknowns(kmp_forward_formulation *f);
-
-/** Takes the state at (t, y), with the data of small changes unless linear.plain. KMP_GO or KMP_RETRY. */
-int kmp_forward_come_to(kmp_forward_formulation *f, double t, const double *y);
 
 /** Takes the state at (t, y), `whole` with the data of small changes. KMP_HALT: the reason is reported. */
 int kmp_forward_stand_at(kmp_forward_formulation *f, double t, const double *y, bool whole);
@@ -113,40 +67,6 @@ int kmp_forward_stand_at(kmp_forward_formulation *f, double t, const double *y, 
 /** The response at the last state to parameter k, with sensitivities from unknowns y: kmp_varied_follow. */
 void kmp_forward_follow(kmp_forward_formulation *f, const double *y, int k, double *dq, double *dqd, double *dqdd,
                         double *dlambda);
-
-/** y, except integrals, from the place. */
-void kmp_forward_pack(kmp_forward_formulation *f, double *y);
-
-/** Stores signs of Jv's blocks, predictions and conditions of the last state; checks that u is still well conditioned.
- */
-void kmp_forward_settle(kmp_forward_formulation *f);
-
-/** Continues from the place at t with other unknowns: y, weights and the state. */
-int kmp_forward_take_up(kmp_forward_formulation *f, double t, double *y);
-
-void kmp_forward_explain(kmp_formulation *formulation);
-
-/* -- changes (forward_change.c) ---------------------------------------------------------------------- */
-
-/** Puts the whole mechanism at (t, y) into the place. */
-int kmp_forward_spread(kmp_forward_formulation *f, double t, const double *y);
-
-/** Converts the place to the evaluator's charts, in which it is (q, qd). */
-void kmp_forward_enter_charts(kmp_forward_formulation *f, const double *q, const double *qd);
-
-bool kmp_forward_charts_differ(const kmp_forward_formulation *f, const double *chart);
-
-/** The place is that before a mark; the other function: that after it. */
-void kmp_forward_keep_old(kmp_forward_formulation *f);
-int kmp_forward_report_mark(kmp_forward_formulation *f, double t, int condition);
-
-/** Derivatives across next values of states that the run has noted (kmp_sample_fn): of the place, at a time that
- * depends on no parameter. */
-int kmp_forward_reset_place(kmp_forward_formulation *f, double t);
-
-int kmp_forward_renew(kmp_formulation *formulation, double t, double *y, double *yp);
-int kmp_forward_resume(kmp_formulation *formulation, double t, const double *q, const double *qd, double *y,
-                       double *yp);
 
 /** True if derivatives of two times are equal up to rounding. */
 bool kmp_forward_same_swing(int count, const double *a, const double *b);

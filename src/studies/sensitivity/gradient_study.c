@@ -326,12 +326,6 @@ static kempe_status stand_at(kempe_gradient *g, const int *driven, const kmp_ope
     return kmp_fail(g->context, KEMPE_E_FAILED, "the closures are singular at the model's start");
 }
 
-static bool is_deep(const kempe_gradient *g)
-{
-    const kmp_slope_matrix *x = &g->slopes->outputs;
-    return x->start && x->start[1 + g->n] < x->start[1 + 3 * g->n + g->m];
-}
-
 static kempe_status make(kempe_gradient *g, const kempe_model *model, const kempe_gradient_options *options)
 {
     const char *backend = options->backend ? options->backend : kmp_backend_default();
@@ -347,7 +341,8 @@ static kempe_status make(kempe_gradient *g, const kempe_model *model, const kemp
     KMP_TRY(kmp_linear_init(&g->linear, g->system, backend));
     KMP_TRY(kmp_slopes_new(g->system, backend, g->count, options->parameters, true, &g->slopes));
     g->shown = g->slopes->shown;
-    g->deep = is_deep(g);
+    const kmp_slope_matrix *x = &g->slopes->outputs;
+    g->deep = x->start && x->start[1 + g->n] < x->start[1 + 3 * g->n + g->m];
     KMP_TRY(kmp_operating_new(g->system, "start", NULL, &start));
     kempe_status status = stand_at(g, driven, start);
     kmp_operating_free(start);

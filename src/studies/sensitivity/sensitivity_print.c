@@ -18,14 +18,6 @@ static int longest(int count, char *const *names, int least)
     return width;
 }
 
-static void put_number(kmp_text *text, int width, double x)
-{
-    if (isfinite(x))
-        kmp_text_printf(text, "  %*.8g", width, x);
-    else
-        kmp_text_printf(text, "  %*s", width, "-");
-}
-
 /* The factor of a column and its derivatives from SI to the shown unit; that unit, of the time integral too. */
 static double factor_of(const kempe_sensitivity *s, int column)
 {
@@ -48,9 +40,10 @@ static void put_block(const kempe_sensitivity *s, kmp_text *text, int first, int
     kmp_text_put(text, "\n");
     for (int c = 0; c < s->columns; c++) {
         kmp_text_printf(text, "  %-*s", name_width, s->column[c]);
-        put_number(text, 15, factor_of(s, c) * kmp_sensitivity_value(s, row, c));
+        kmp_print_cells(text, "  %15.8g", factor_of(s, c) * kmp_sensitivity_value(s, row, c));
         for (int k = first; k < end; k++)
-            put_number(text, longest(1, &s->name[k], 11) + 4, factor_of(s, c) * kmp_sensitivity_slope(s, row, c, k));
+            kmp_print_cells(text, "  %*.8g", longest(1, &s->name[k], 11) + 4,
+                            factor_of(s, c) * kmp_sensitivity_slope(s, row, c, k));
         kmp_text_put(text, "  ");
         put_unit(text, s, c);
         kmp_text_put(text, "\n");
@@ -85,24 +78,6 @@ static void put_text(kmp_text *text, const void *result)
 
 /* -- JSON -------------------------------------------------------------------------------------------- */
 
-static void put_row(kmp_json *json, const kempe_sensitivity *s, int row)
-{
-    kmp_json_object(json, "end");
-    if (s->kind->row)
-        kmp_json_number(json, s->kind->row, s->at[row]);
-    kmp_json_object(json, "values");
-    for (int c = 0; c < s->columns; c++)
-        kmp_json_number(json, s->column[c], kmp_sensitivity_value(s, row, c));
-    kmp_json_put(json, "} derivatives {");
-    for (int c = 0; c < s->columns; c++) {
-        kmp_json_object(json, s->column[c]);
-        for (int k = 0; k < s->count; k++)
-            kmp_json_number(json, s->name[k], kmp_sensitivity_slope(s, row, c, k));
-        kmp_json_end(json);
-    }
-    kmp_json_put(json, "} }");
-}
-
 static void put_json(kmp_text *text, const void *result)
 {
     const kempe_sensitivity *s = result;
@@ -125,8 +100,23 @@ static void put_json(kmp_text *text, const void *result)
     if (s->note)
         kmp_json_string(&json, "note", s->note);
     kmp_json_whole(&json, "rows", s->rows);
-    if (s->rows > 0)
-        put_row(&json, s, s->rows - 1);
+    if (s->rows > 0) {
+        int row = s->rows - 1;
+        kmp_json_object(&json, "end");
+        if (s->kind->row)
+            kmp_json_number(&json, s->kind->row, s->at[row]);
+        kmp_json_object(&json, "values");
+        for (int c = 0; c < s->columns; c++)
+            kmp_json_number(&json, s->column[c], kmp_sensitivity_value(s, row, c));
+        kmp_json_put(&json, "} derivatives {");
+        for (int c = 0; c < s->columns; c++) {
+            kmp_json_object(&json, s->column[c]);
+            for (int k = 0; k < s->count; k++)
+                kmp_json_number(&json, s->name[k], kmp_sensitivity_slope(s, row, c, k));
+            kmp_json_end(&json);
+        }
+        kmp_json_put(&json, "} }");
+    }
     kmp_json_end(&json);
 }
 
@@ -168,10 +158,8 @@ static void fill_parameters(kempe_table *table, const void *result)
 {
     const kempe_sensitivity *s = result;
     kmp_tabulate_columns(table, "parameter[words] value");
-    for (int k = 0; k < s->count; k++) {
-        kmp_tabulate_row(table);
-        kmp_tabulate_cells(table, "%s %g", s->name[k], s->parameter[k]);
-    }
+    for (int k = 0; k < s->count; k++)
+        KMP_TABULATE(table, "%s %g", s->name[k], s->parameter[k]);
 }
 
 KMP_TABLES(kempe_sensitivity, sensitivity, sensitivity->context, {"rows", fill_rows}, {"parameters", fill_parameters})

@@ -1,20 +1,34 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Sensitivities of equilibria, and of reactions there or at the start: one row. */
-#include "studies/sensitivity/sensitivity_state.h"
+/* Sensitivities at one state, a row each: of an equilibrium, of reactions there or at the start, and of modes, with
+ * real and imaginary part, frequency and damping of each. */
+#include "derivatives/state_sensitivity.h"
+#include "derivatives/varied.h"
+#include "dynamics/load_dependent.h"
 #include "model/tables/output_table.h"
+#include "studies/equilibrium/operating.h"
+#include "studies/modes/mode_slopes.h"
+#include "studies/sensitivity/sensitivity_study.h"
+#include <kempe/sensitivity.h>
+#include <math.h>
 #include <string.h>
+
+/* Derivatives at one state: the equilibrium or the start, and its sensitivities to the parameters. */
+typedef struct state {
+    kempe_sensitivity *s;
+    const char *backend;
+    kmp_operating *at; /* NULL: the start */
+    kmp_slopes *slopes;
+    kmp_varied varied; /* its linear equations are at the state, their matrices made */
+    kmp_state_sensitivity sensitivity_of_state;
+    kmp_arena arena;           /* of the arrays */
+    double *q, *qd, *dq, *dqd; /* of the start: n, n, n x count */
+    double *shown, *by;        /* values, and count derivatives per parameter */
+} state;
 
 /* -- the state --------------------------------------------------------------------------------------- */
 
-static bool make_room(kmp_sensitivity_state *x)
-{
-    int n = x->s->system->n, count = x->s->count, shown = x->slopes->shown;
-    return KMP_ARENA_MAKE(&x->arena, KMP_ROOM(double, n, &x->q, &x->qd), KMP_ROOM(double, n *count, &x->dq, &x->dqd),
-                          KMP_ROOM(double, shown, &x->shown), KMP_ROOM(double, shown *count, &x->by));
-}
-
 /* The start with the accelerations that the equations give. */
-static kempe_status take_start(kmp_sensitivity_state *x)
+static kempe_status take_start(state *x)
 {
     kmp_linear *l = &x->varied.linear;
     KMP_TRY(kmp_varied_start(&x->varied, x->q, x->qd, x->dq, x->dqd));
@@ -25,7 +39,7 @@ static kempe_status take_start(kmp_sensitivity_state *x)
     return kmp_state_sensitivity_at(&x->sensitivity_of_state, l, x->slopes, KMP_KEEP_RATES, x->dq, x->dqd);
 }
 
-static kempe_status take_equilibrium(kmp_sensitivity_state *x)
+static kempe_status take_equilibrium(state *x)
 {
     kmp_linear *l = &x->varied.linear;
     KMP_TRY(kmp_operating_new(x->s->system, x->s->options->at, l, &x->at));
@@ -51,47 +65,39 @@ static kempe_status take_equilibrium(kmp_sensitivity_state *x)
     return kmp_state_sensitivity_at(&x->sensitivity_of_state, l, x->slopes, KMP_KEEP_EQUILIBRIUM, NULL, NULL);
 }
 
-kempe_status kmp_sensitivity_state_init(kmp_sensitivity_state *x, kempe_sensitivity *s, bool with_outputs)
+/* Finds the requested state. KEMPE_E_ARGUMENT: there is no such word. KEMPE_E_FAILED, with the reason: there is no
+ * such state, or it has no derivative. */
+static kempe_status state_init(state *x, kempe_sensitivity *s, bool with_outputs)
 {
     bool start = s->options->at && strcmp(s->options->at, "start") == 0;
-    *x = (kmp_sensitivity_state){.s = s, .backend = s->run->backend ? s->run->backend : kmp_backend_default()};
+    *x = (state){.s = s, .backend = s->run->backend ? s->run->backend : kmp_backend_default()};
     KMP_TRY(kmp_slopes_new(s->system, x->backend, s->count, (const char *const *)s->name, with_outputs, &x->slopes));
-    KMP_TRY(kmp_made(s->context, make_room(x)));
+    int n = s->system->n, count = s->count, shown = x->slopes->shown;
+    KMP_TRY(kmp_made(s->context,
+                     KMP_ARENA_MAKE(&x->arena, KMP_ROOM(double, n, &x->q, &x->qd),
+                                    KMP_ROOM(double, n *count, &x->dq, &x->dqd), KMP_ROOM(double, shown, &x->shown),
+                                    KMP_ROOM(double, shown *count, &x->by))));
     KMP_TRY(kmp_state_sensitivity_init(&x->sensitivity_of_state, s->system, s->count, (const char *const *)s->name));
     KMP_TRY(kmp_varied_init(&x->varied, s->system, x->backend, x->slopes));
     return start ? take_start(x) : take_equilibrium(x);
 }
 
-void kmp_sensitivity_state_free(kmp_sensitivity_state *x)
+static void state_free(state *x)
 {
     kmp_varied_free(&x->varied);
     kmp_state_sensitivity_free(&x->sensitivity_of_state);
     kmp_slopes_free(x->slopes);
     kmp_operating_free(x->at);
     kmp_arena_free(&x->arena);
-    *x = (kmp_sensitivity_state){0};
+    *x = (state){0};
 }
 
 /* -- the row ----------------------------------------------------------------------------------------- */
 
-static bool add_row(kmp_sensitivity_state *x)
-{
-    const kmp_linear *l = &x->varied.linear;
-    const kmp_state_sensitivity *sh = &x->sensitivity_of_state;
-    double *row = kmp_sensitivity_add_row(x->s, 0);
-    if (row)
-        kmp_sensitivity_fill(x->s,
-                             &(kmp_sensitivity_source){{x->q, x->qd, l->qdd, l->lambda, x->shown},
-                                                       {sh->q, sh->qd, sh->qdd, sh->lambda, x->by},
-                                                       x->slopes->shown},
-                             row);
-    return row;
-}
-
 static kempe_status find_row(kempe_sensitivity *s)
 {
-    kmp_sensitivity_state x;
-    kempe_status status = kmp_sensitivity_state_init(&x, s, true);
+    state x;
+    kempe_status status = state_init(&x, s, true);
     if (status == KEMPE_OK && !kmp_sensitivity_choose(s))
         status = kmp_fail_memory(s->context);
     if (status == KEMPE_OK) {
@@ -108,9 +114,17 @@ static kempe_status find_row(kempe_sensitivity *s)
                                    .lambda = sh->lambda + k * sh->m};
             kmp_slopes_along(x.slopes, &x.slopes->outputs, &along, k, x.by + (size_t)k * (size_t)x.slopes->shown);
         }
-        status = add_row(&x) ? KEMPE_OK : kmp_fail_memory(s->context);
+        const kmp_linear *l = &x.varied.linear;
+        double *row = kmp_sensitivity_add_row(s, 0);
+        if (row)
+            kmp_sensitivity_fill(s,
+                                 &(kmp_sensitivity_source){{x.q, x.qd, l->qdd, l->lambda, x.shown},
+                                                           {sh->q, sh->qd, sh->qdd, sh->lambda, x.by},
+                                                           x.slopes->shown},
+                                 row);
+        status = row ? KEMPE_OK : kmp_fail_memory(s->context);
     }
-    kmp_sensitivity_state_free(&x);
+    state_free(&x);
     return status;
 }
 
@@ -156,3 +170,121 @@ const kmp_sensitivity_kind kmp_sensitivity_equilibrium = {
 
 const kmp_sensitivity_kind kmp_sensitivity_reactions = {
     .name = "reactions", .find = find_reactions, .outputs = reaction_outputs, .rests = true};
+
+typedef struct work {
+    kempe_sensitivity *s;
+    const kmp_spectrum *spectrum;
+    const kmp_mode_slopes *slopes;
+    int *chosen, count; /* eigenvalues of the table: not exactly zero, of a pair the upper one */
+} work;
+
+enum { WORDS = 4 };
+
+static int words_of(const work *w, int i)
+{
+    return w->spectrum->im[i] > 0 ? WORDS : 1;
+}
+
+static bool add_columns(work *w)
+{
+    static const char *const words[WORDS] = {"re", "im", "frequency", "damping"}, *const units[] = {"1/s", "1/s", "Hz",
+                                                                                                    ""};
+    bool ok = true;
+    for (int k = 0; ok && k < w->count; k++)
+        for (int c = 0; ok && c < words_of(w, w->chosen[k]); c++) {
+            kmp_text name = {0};
+            kmp_text_printf(&name, "mode.%d.%s", k + 1, words[c]);
+            ok = !name.failed && kmp_sensitivity_add_column(w->s, name.s, units[c]);
+            kmp_text_free(&name);
+        }
+    return ok;
+}
+
+/* frequency = im/(2 pi), damping = -re/|s|. */
+static bool put_modes(work *w)
+{
+    const double turn = 2 * acos(-1.0);
+    int count = w->s->count;
+    double *value = kmp_sensitivity_add_row(w->s, 0), *slope = value ? value + w->s->columns : NULL;
+    if (!value)
+        return false;
+    for (int k = 0; k < w->count; k++) {
+        int i = w->chosen[k], words = words_of(w, i);
+        double re = w->spectrum->re[i], im = w->spectrum->im[i], size = hypot(re, im);
+        const double values[WORDS] = {re, im, im / turn, -re / size + 0};
+        for (int p = 0; p < count; p++) {
+            double dre = w->slopes->re[i * count + p], dim = w->slopes->im[i * count + p];
+            double turned = re / size * (dim / size) - im / size * (dre / size); /* of the angle of s */
+            const double d[WORDS] = {dre, dim, dim / turn, im / size * turned + 0};
+            for (int c = 0; c < words; c++)
+                slope[c * count + p] = d[c];
+        }
+        memcpy(value, values, (size_t)words * sizeof *value);
+        value += words;
+        slope += words * count;
+    }
+    return true;
+}
+
+/* "of modes 2, 3 .." */
+static void list(const work *w, kmp_mode_kind kind, const char *what, kmp_text *note)
+{
+    int listed = 0;
+    for (int k = 0; k < w->count; k++)
+        if (w->slopes->kind[w->chosen[k]] == kind)
+            kmp_text_printf(note, "%s%d", listed++ ? ", " : note->length ? "; of modes " : "of modes ", k + 1);
+    if (listed)
+        kmp_text_put(note, what);
+}
+
+static bool write_note(work *w)
+{
+    kmp_text note = {0};
+    int zeros = w->spectrum->zeros;
+    if (zeros)
+        kmp_text_printf(&note, "%d eigenvalue%s exactly zero and omitted", zeros, zeros == 1 ? " is" : "s are");
+    list(w, KMP_MODE_REPEATED, ", equal to others, the derivatives are those of all of them, sorted by size", &note);
+    list(w, KMP_MODE_DEFECTIVE, ", equal to others with fewer vectors, there are no derivatives", &note);
+    if (note.length)
+        w->s->note = kmp_text_keep(&note, &w->s->arena);
+    return !note.failed && !w->s->arena.failed;
+}
+
+/* Derivatives of the modes at the state x; the caller frees the intermediate results. */
+static kempe_status find_modes(state *x, kempe_sensitivity *s, kmp_second_derivatives *second, kmp_spectrum *spectrum,
+                               kmp_mode_slopes *slopes)
+{
+    KMP_TRY(state_init(x, s, false));
+    KMP_TRY(kmp_second_derivatives_init(second, s->system, kmp_backend_find(x->backend), s->count,
+                                        (const char *const *)s->name));
+    KMP_TRY(kmp_linear_spectrum(&x->varied.linear, spectrum));
+    KMP_TRY(kmp_mode_slopes_init(slopes, &x->varied.linear, second, &x->sensitivity_of_state, spectrum));
+    work *w = &(work){.s = s, .spectrum = spectrum, .slopes = slopes};
+    const kmp_spectrum *sp = w->spectrum;
+    w->chosen = KMP_ARENA_NEW(&w->s->arena, int, sp->count);
+    for (int i = sp->zeros; w->chosen && i < sp->count; i++)
+        if (sp->im[i] >= 0)
+            w->chosen[w->count++] = i;
+    bool ok = w->chosen && add_columns(w) && put_modes(w) && write_note(w);
+    return ok ? KEMPE_OK : kmp_fail_memory(w->s->context);
+}
+
+static kempe_status find_all_modes(kempe_sensitivity *s)
+{
+    state x = {0};
+    kmp_second_derivatives second = {0};
+    kmp_spectrum spectrum = {0};
+    kmp_mode_slopes slopes = {0};
+    if (s->options->outputs)
+        return kmp_fail(s->context, KEMPE_E_ARGUMENT,
+                        "sensitivities of modes are those of their eigenvalues: outputs cannot be chosen");
+    KMP_TRY(kmp_refuse_load_dependent(s->system, "sensitivities of modes"));
+    kempe_status status = find_modes(&x, s, &second, &spectrum, &slopes);
+    kmp_mode_slopes_free(&slopes);
+    kmp_spectrum_free(&spectrum);
+    kmp_second_derivatives_free(&second);
+    state_free(&x);
+    return status;
+}
+
+const kmp_sensitivity_kind kmp_sensitivity_modes = {.name = "modes", .find = find_all_modes, .holds = true};

@@ -64,37 +64,24 @@ static void add_name(kempe_sensitivity *s, const char *name, size_t length)
     s->name[s->count++] = kmp_arena_printf(&s->arena, "%.*s", (int)length, name);
 }
 
-/* All plain numbers among the parameters of the given model that may vary. */
-static void take_all(kempe_sensitivity *s)
+/* The listed parameters; without a list all plain numbers among those of the given model that may vary. */
+static void name_parameters(kempe_sensitivity *s, const char *list)
 {
     const kempe_model *model = s->given ? s->given->model : s->model;
-    s->name = KMP_ARENA_NEW(&s->arena, char *, model->parameter_count);
-    for (int k = 0; s->name && k < model->parameter_count; k++) {
-        const kmp_parameter *p = &model->parameters[k];
-        if (!p->fixed && !p->number.expr)
-            add_name(s, p->name, strlen(p->name));
-    }
-}
-
-static void take_listed(kempe_sensitivity *s, const char *list)
-{
-    int most = 1;
-    for (const char *c = list; *c; c++)
+    int most = 1 + model->parameter_count;
+    for (const char *c = list; c && *c; c++)
         most += *c == ',' || *c == ' ';
     s->name = KMP_ARENA_NEW(&s->arena, char *, most);
-    while (s->name && *list) {
+    for (int k = 0; s->name && !list && k < model->parameter_count; k++)
+        if (!model->parameters[k].fixed && !model->parameters[k].number.expr)
+            add_name(s, model->parameters[k].name, strlen(model->parameters[k].name));
+    while (s->name && list && *list) {
         list += strspn(list, ", ");
         size_t length = strcspn(list, ", ");
         if (length > 0)
             add_name(s, list, length);
         list += length;
     }
-}
-
-static double value_of(const kempe_model *m, const char *name)
-{
-    int k = kmp_parameter_find(m, name);
-    return k < 0 ? 0 : m->parameters[k].number.value;
 }
 
 static kempe_status derive(kempe_sensitivity *s)
@@ -114,7 +101,9 @@ static kempe_status derive(kempe_sensitivity *s)
     KMP_TRY(kmp_system_of_variant(s->variant, &s->system));
     KMP_TRY(kmp_made(s->context, KMP_ARENA_EACH(&s->arena, double, s->count, &s->parameter, &s->size)));
     for (int k = 0; k < s->count; k++) {
-        s->parameter[k] = value_of(kmp_variant_model(s->variant), s->name[k]);
+        const kempe_model *copy = kmp_variant_model(s->variant);
+        int of = kmp_parameter_find(copy, s->name[k]);
+        s->parameter[k] = of < 0 ? 0 : copy->parameters[of].number.value;
         s->size[k] = s->parameter[k] != 0 ? fabs(s->parameter[k]) : 1;
     }
     return KEMPE_OK;
@@ -139,23 +128,6 @@ static kempe_status take_samples(kempe_sensitivity *s)
     return KEMPE_OK;
 }
 
-static kempe_status prepare(kempe_sensitivity *s)
-{
-    KMP_TRY(find_kind(s));
-    KMP_TRY(take_samples(s));
-    KMP_TRY(check_method(s));
-    if (s->options->parameters)
-        take_listed(s, s->options->parameters);
-    else
-        take_all(s);
-    KMP_TRY(kmp_made(s->context, !s->arena.failed));
-    if (s->count == 0)
-        return kmp_fail(s->context, KEMPE_E_ARGUMENT,
-                        "there is no parameter to differentiate with respect to: define some in the model "
-                        "(parameters:), or name start values as q.NAME and qd.NAME");
-    return derive(s);
-}
-
 /* -- the object -------------------------------------------------------------------------------------- */
 
 static kempe_status begin(const kempe_model *model, const kempe_sensitivity_options *options,
@@ -172,7 +144,16 @@ static kempe_status begin(const kempe_model *model, const kempe_sensitivity_opti
                              .method = "",
                              .integrator = ""};
     *sensitivity = s;
-    return prepare(s);
+    KMP_TRY(find_kind(s));
+    KMP_TRY(take_samples(s));
+    KMP_TRY(check_method(s));
+    name_parameters(s, s->options->parameters);
+    KMP_TRY(kmp_made(s->context, !s->arena.failed));
+    if (s->count == 0)
+        return kmp_fail(s->context, KEMPE_E_ARGUMENT,
+                        "there is no parameter to differentiate with respect to: define some in the model "
+                        "(parameters:), or name start values as q.NAME and qd.NAME");
+    return derive(s);
 }
 
 kempe_status kmp_sensitivity_begin(const kempe_model *model, const kempe_sensitivity_options *options,

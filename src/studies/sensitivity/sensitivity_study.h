@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Objects of differentiation by parameters: rows of sensitivities.def, a file each, and the table of their results.
- */
+/* Objects of differentiation by parameters: rows of sensitivities.def, and the table of their results. */
 #pragma once
 
 #include "derivatives/averaged.h"
@@ -25,7 +24,7 @@ struct kempe_sensitivity {
     kempe_system *system; /* of the variant */
     bool integral;        /* the columns are time integrals */
     bool differences;     /* derivatives are differences of runs */
-    double slope_error;   /* of these: kmp_run_differences; otherwise 0 */
+    double slope_error;   /* of these: the largest change of one at twice the step; otherwise 0 */
     unsigned *parts;      /* the requested ones of its outputs; NULL: all */
     kmp_arena arena;      /* of names, note and parameters */
     int count;            /* parameters */
@@ -104,7 +103,7 @@ kempe_status kmp_sensitivity_begin(const kempe_model *model, const kempe_sensiti
 typedef struct kmp_slope_runs kmp_slope_runs;
 
 /** `t`: times of the rows, ascending from 0 or later; they are copied. Of the options parameters, outputs and run
- * count. `differences`: of runs (run_differences.h) of a model with friction that sticks; the options' texts must stay
+ * count. `differences`: of runs, for a model with friction that sticks; the options' texts must stay
  * then as long as there are runs. Errors of kempe_sensitivity_new. */
 kempe_status kmp_slope_runs_new(const kempe_model *model, const kempe_sensitivity_options *options, int count,
                                 const double *t, bool differences, kmp_slope_runs **runs);

@@ -3,13 +3,15 @@
  * method. */
 #include "base/clock.h"
 #include "base/memory.h"
+#include "constraints/tolerances.h"
+#include "derivatives/linearized.h"
 #include "dynamics/load_dependent.h"
 #include "integrators/steppers/solver.h"
 #include "output/times.h"
 #include "studies/sensitivity/adjoint.h"
-#include "studies/sensitivity/run_differences.h"
 #include "studies/sensitivity/sensitivity_study.h"
 #include "studies/simulate/trajectory.h"
+#include <kempe/output_handles.h>
 #include <kempe/sensitivity.h>
 #include <math.h>
 #include <string.h>
@@ -71,26 +73,6 @@ static const kmp_column *source_of(const work *w, int column)
     return &w->s->outputs.of[w->s->chosen[column]];
 }
 
-static bool has_shown(const work *w)
-{
-    bool has = false;
-    for (int c = 0; c < w->s->columns; c++)
-        has = has || source_of(w, c)->quantity == KMP_QUANTITIES;
-    return has;
-}
-
-static bool make_room(work *w)
-{
-    const kempe_sensitivity *s = w->s;
-    int n = s->system->n;
-    ptrdiff_t width = (ptrdiff_t)kmp_sensitivity_width(s);
-    return KMP_ARENA_MAKE(&w->arena,
-                          KMP_ROOM(double, n, &w->w[KMP_QUANTITY_Q], &w->w[KMP_QUANTITY_QD], &w->w[KMP_QUANTITY_QDD]),
-                          KMP_ROOM(double, s->system->m, &w->w[KMP_QUANTITY_LAMBDA]),
-                          KMP_ROOM(double, w->slopes->shown, &w->w[KMP_QUANTITIES]),
-                          KMP_ROOM(double, s->count, &w->gradient), KMP_ROOM(double, width, &w->other, &w->size));
-}
-
 static kempe_status prepare(work *w)
 {
     kempe_sensitivity *s = w->s;
@@ -109,12 +91,20 @@ static kempe_status prepare(work *w)
     s->t_end = w->spec.t_end;
     if (s->differences)
         return KEMPE_OK;
-    KMP_TRY(
-        kmp_slopes_new(s->system, w->spec.backend, s->count, (const char *const *)s->name, has_shown(w), &w->slopes));
+    bool shown = false;
+    for (int c = 0; c < s->columns; c++)
+        shown = shown || source_of(w, c)->quantity == KMP_QUANTITIES;
+    KMP_TRY(kmp_slopes_new(s->system, w->spec.backend, s->count, (const char *const *)s->name, shown, &w->slopes));
     KMP_TRY(kmp_varied_init(&w->varied, s->system, w->spec.backend, w->slopes));
     kmp_linear_derive(&w->varied.linear);
     w->options = (kmp_forward){.spec = &w->spec};
-    return make_room(w) ? KEMPE_OK : kmp_fail_memory(s->context);
+    return kmp_made(s->context, KMP_ARENA_MAKE(&w->arena,
+                                               KMP_ROOM(double, s->system->n, &w->w[KMP_QUANTITY_Q],
+                                                        &w->w[KMP_QUANTITY_QD], &w->w[KMP_QUANTITY_QDD]),
+                                               KMP_ROOM(double, s->system->m, &w->w[KMP_QUANTITY_LAMBDA]),
+                                               KMP_ROOM(double, w->slopes->shown, &w->w[KMP_QUANTITIES]),
+                                               KMP_ROOM(double, s->count, &w->gradient),
+                                               KMP_ROOM(double, kmp_sensitivity_width(s), &w->other, &w->size)));
 }
 
 /* -- rows, kept or compared -------------------------------------------------------------------------- */
@@ -287,39 +277,26 @@ static double size_of_unit(const work *w, int column)
     return most > 0 ? most : 1;
 }
 
-/* The size of a small derivative is a value's size over the parameter's, as in its error control. */
-static void set_sizes(work *w)
+static kempe_status check_again(work *w)
 {
-    const kempe_sensitivity *s = w->s;
+    kempe_sensitivity *s = w->s;
+    double begin = kmp_cpu_now();
+    /* The size of a small derivative is a value's size over the parameter's, as in its error control. */
     double integrated = s->options->integral ? s->t_end : 1;
     for (int c = 0; c < s->columns; c++) {
         w->size[c] = is_ambiguous(w, c) ? INFINITY : integrated * size_of_unit(w, c);
         for (int k = 0; k < s->count; k++)
             w->size[s->columns + c * s->count + k] = w->size[c] / s->size[k];
     }
-}
-
-/* "q.rocker", or "q.rocker/crank" as in the table. */
-static bool name_again(kempe_sensitivity *s)
-{
-    kmp_text text = {0};
-    int index = s->again.index, slope = index - s->columns;
-    kmp_text_put(&text, s->column[slope < 0 ? index : slope / s->count]);
-    if (slope >= 0)
-        kmp_text_printf(&text, "/%s", s->name[slope % s->count]);
-    s->again_name = kmp_text_keep(&text, &s->arena);
-    return s->again_name;
-}
-
-static kempe_status check_again(work *w)
-{
-    kempe_sensitivity *s = w->s;
-    double begin = kmp_cpu_now();
-    set_sizes(w);
     const kmp_repeat repeat = {s->context, w->spec.rtol, 0, PROMISED, false, NULL, w, find_again};
     kempe_status status = kmp_convergence_of(&repeat, 1, &s->again);
-    if (status == KEMPE_OK && !name_again(s))
-        status = kmp_fail_memory(s->context);
+    if (status == KEMPE_OK) {
+        /* "q.rocker", or "q.rocker/crank" as in the table. */
+        int index = s->again.index, slope = index - s->columns;
+        s->again_name = kmp_arena_printf(&s->arena, "%s%s%s", s->column[slope < 0 ? index : slope / s->count],
+                                         slope < 0 ? "" : "/", slope < 0 ? "" : s->name[slope % s->count]);
+        status = kmp_made(s->context, s->again_name);
+    }
     if (status == KEMPE_OK)
         kmp_convergence_warn(s->context, &s->again, s->again_name, NULL, "use a smaller rtol");
     s->again_s = kmp_cpu_now() - begin;
@@ -472,9 +449,183 @@ const kempe_sensitivity *kmp_slope_runs_rows(const kmp_slope_runs *runs)
     return runs->s;
 }
 
-/* The last time is missing where a condition of the model, or a lock, ends the run; an interrupt is no failure. */
-static kempe_status judge_run(kmp_slope_runs *r, kempe_status status)
+/* -- derivatives by differences of whole runs -------------------------------------------------------- */
+
+/* Of models whose motion has no exact ones here: friction that sticks. The motion is continuous in the parameters, with
+ * derivatives between the changes of modes. */
+
+/* Places of a parameter: two on each side. */
+enum { PLACES = 4 };
+
+static const double place[PLACES] = {-2, -1, 1, 2};
+
+typedef struct differences {
+    kempe_sensitivity *s;
+    kempe_run_options run;
+    const char *words;
+    int count;
+    const double *t;
+    double *values, *row;         /* of a run; of all outputs */
+    double *cells, *cell[PLACES]; /* count x columns: at the values, and beside them */
+    bool known[PLACES];
+    kmp_run_report report; /* of the run at the values */
+    kmp_arena arena;
+} differences;
+
+static kempe_status fill_cells(differences *d, kempe_trajectory *motion, double *cells)
 {
+    const kempe_sensitivity *s = d->s;
+    kempe_outputs *outputs = NULL;
+    const bool quiet = kmp_context_quiet(s->context, true); /* outputs have no warnings of their own */
+    kempe_status status = kempe_outputs_new(s->system, d->words, &outputs);
+    for (int row = 0; row < d->count && status == KEMPE_OK; row++) {
+        status = kempe_outputs_at_time(outputs, motion, d->t[row], d->row);
+        for (int c = 0; c < s->columns && status == KEMPE_OK; c++)
+            cells[(ptrdiff_t)row * s->columns + c] = d->row[kempe_outputs_find(outputs, s->column[c])];
+    }
+    kempe_outputs_free(outputs);
+    (void)kmp_context_quiet(s->context, quiet);
+    return status;
+}
+
+/* The columns at all times. KEMPE_E_FAILED: the motion does not reach the last one. */
+static kempe_status run_beside(differences *d, const double *values, double *cells)
+{
+    kempe_sensitivity *s = d->s;
+    kmp_linear none = {0};
+    kempe_trajectory *motion = NULL;
+    KMP_TRY(kmp_linear_vary(&none, s->system, s->variant, values));
+    kempe_status status = kmp_simulate(s->system, &d->run, &motion);
+    if (motion && (motion->report.requested || (status == KEMPE_STOPPED && !motion->interrupted)))
+        status = kmp_fail(s->context, KEMPE_E_FAILED, "%s", motion->reason);
+    if (status == KEMPE_OK)
+        status = fill_cells(d, motion, cells);
+    if (motion)
+        d->report = motion->report;
+    d->report.reason = NULL;
+    kempe_trajectory_free(motion);
+    return status;
+}
+
+/* The derivative from values at the places, and that at twice the step. Of one side alone: from two places there, and
+ * from the farther one. */
+static void slope_of(const differences *d, ptrdiff_t i, double step, double *slope, double *rough)
+{
+    const double x = d->cells[i];
+    if (d->known[0] && d->known[1] && d->known[2] && d->known[3]) {
+        double far = (d->cell[3][i] - d->cell[0][i]) / (4 * step), near = (d->cell[2][i] - d->cell[1][i]) / (2 * step);
+        *slope = (4 * near - far) / 3;
+        *rough = far;
+        return;
+    }
+    const bool after = d->known[2] && d->known[3];
+    const double near = after ? (d->cell[2][i] - x) / step : (x - d->cell[1][i]) / step,
+                 far = (after ? d->cell[3][i] - x : x - d->cell[0][i]) / (2 * step);
+    *slope = 2 * near - far;
+    *rough = near;
+}
+
+static kempe_status differ_by(differences *d, const double *values, int k)
+{
+    const double step = KMP_RUN_STEP * d->s->size[k];
+    kempe_status status = KEMPE_OK;
+    for (int i = 0; i < PLACES; i++) {
+        memcpy(d->values, values, (size_t)d->s->count * sizeof *values);
+        d->values[k] += place[i] * step;
+        status = run_beside(d, d->values, d->cell[i]);
+        if (status != KEMPE_OK && status != KEMPE_E_FAILED)
+            return status;
+        d->known[i] = status == KEMPE_OK;
+    }
+    if ((d->known[0] && d->known[1]) || (d->known[2] && d->known[3])) {
+        kmp_context_clear(d->s->context);
+        return KEMPE_OK;
+    }
+    return status == KEMPE_E_FAILED ? status
+                                    : kmp_fail(d->s->context, KEMPE_E_FAILED,
+                                               "the model does not run beside the value of '%s'", d->s->name[k]);
+}
+
+/* Derivatives by parameter k in the rows; the largest change of one over the largest derivative of its column. */
+static double take_slopes(const differences *d, int k)
+{
+    const kempe_sensitivity *s = d->s;
+    const double step = KMP_RUN_STEP * s->size[k];
+    double error = 0;
+    for (int c = 0; c < s->columns; c++) {
+        double change = 0, most = 0;
+        for (int row = 0; row < d->count; row++) {
+            double rough, *slope = s->cell + (size_t)row * kmp_sensitivity_width(s) + s->columns + c * s->count + k;
+            slope_of(d, (ptrdiff_t)row * s->columns + c, step, slope, &rough);
+            change = fmax(change, fabs(*slope - rough));
+            most = fmax(most, fabs(*slope));
+        }
+        error = most > 0 ? fmax(error, change / most) : error;
+    }
+    return error;
+}
+
+static kempe_status differ_all(differences *d, const double *values, double *error)
+{
+    kempe_sensitivity *s = d->s;
+    KMP_TRY(run_beside(d, values, d->cells));
+    const kmp_run_report first = d->report;
+    for (int row = 0; row < d->count; row++) {
+        double *to = kmp_sensitivity_add_row(s, d->t[row]);
+        KMP_TRY(kmp_made(s->context, to));
+        memcpy(to, d->cells + (ptrdiff_t)row * s->columns, (size_t)s->columns * sizeof *to);
+    }
+    *error = 0;
+    for (int k = 0; k < s->count; k++) {
+        KMP_TRY(differ_by(d, values, k));
+        *error = fmax(*error, take_slopes(d, k));
+    }
+    d->report = first;
+    kmp_linear none = {0};
+    return kmp_linear_vary(&none, s->system, s->variant, values);
+}
+
+/* Makes the rows, values and derivatives, and their slope_error: the largest change of a derivative at twice the step,
+ * over the largest derivative of its column. */
+static kempe_status differ(kmp_slope_runs *r, const double *values)
+{
+    kempe_sensitivity *s = r->s;
+    const kmp_run_spec *spec = &r->w.spec;
+    differences d = {.s = s, .words = r->words, .count = r->count, .t = r->t};
+    size_t cells = (size_t)d.count * (size_t)s->columns;
+    d.run = (kempe_run_options){.size = sizeof d.run,
+                                .formulation = spec->formulation,
+                                .form = spec->form,
+                                .integrator = spec->integrator,
+                                .backend = spec->backend,
+                                .independent = r->independent,
+                                .rtol = spec->rtol,
+                                .atol = spec->atol,
+                                .t_end = spec->t_end,
+                                .output_step = spec->t_end,
+                                .max_steps = spec->max_steps,
+                                .no_convergence_check = 1,
+                                .keep_dense = 1};
+    bool made =
+        KMP_ARENA_MAKE(&d.arena, KMP_ROOM(double, cells, &d.cells, &d.cell[0], &d.cell[1], &d.cell[2], &d.cell[3]),
+                       KMP_ROOM(double, s->count, &d.values), KMP_ROOM(double, s->outputs.count, &d.row));
+    kempe_status status = kmp_made(s->context, made);
+    if (status == KEMPE_OK)
+        status = differ_all(&d, values, &s->slope_error);
+    r->w.report.run = d.report;
+    add_work(&r->w);
+    kmp_arena_free(&d.arena);
+    return status;
+}
+
+/* -- at given values --------------------------------------------------------------------------------- */
+
+static kempe_status run_once(kmp_slope_runs *r)
+{
+    kmp_slopes_renew_parameters(r->w.slopes);
+    kempe_status status = find_rows(&r->w, r->count, r->t);
+    add_work(&r->w);
+    /* The last time is missing where a condition of the model, or a lock, ends the run; an interrupt is no failure. */
     kmp_run_report *report = &r->w.report.run;
     bool ended = status == KEMPE_STOPPED && !kmp_interrupted(r->s->context);
     if (status == KEMPE_E_FAILED || ended || (status == KEMPE_OK && r->s->rows < r->count)) {
@@ -485,22 +636,6 @@ static kempe_status judge_run(kmp_slope_runs *r, kempe_status status)
     }
     kmp_free(report->reason);
     report->reason = NULL;
-    return status;
-}
-
-static kempe_status run_once(kmp_slope_runs *r)
-{
-    kmp_slopes_renew_parameters(r->w.slopes);
-    kempe_status status = find_rows(&r->w, r->count, r->t);
-    add_work(&r->w);
-    return judge_run(r, status);
-}
-
-static kempe_status differ(kmp_slope_runs *r, const double *values)
-{
-    kempe_status status = kmp_run_differences(
-        r->s, &(kmp_differing){&r->w.spec, r->words, r->independent, r->count, r->t}, values, &r->w.report.run);
-    add_work(&r->w);
     return status;
 }
 
