@@ -12,15 +12,7 @@ enum { MOST_DIVISIONS = 60, MOST_HALVINGS = 60 };
 #define FAR_OFF    1e6  /* forces beyond this multiple of the largest one that a single element may need: none hold */
 #define JUST_BELOW 1e-3 /* a part below the least one by this */
 #define CLOSE      1e-8 /* to a bracket that rounding has ended */
-#define UNIQUE     1e-6 /* a part smaller by this suffices only where forces are not unique */
-
-static double largest_of(const kmp_friction_run *x, int i)
-{
-    const kmp_friction_element *e = &x->element[x->which[i]];
-    return fmax(kmp_friction_level_at(x, e, KMP_ROLE_STATIC), fmax(kmp_friction_level_at(x, e, KMP_ROLE_LEVEL), 0));
-}
-
-/* A bound on forces that are not bounded by levels. */
+#define UNIQUE     1e-6 /* A bound on forces that are not bounded by levels. */
 static double far_away(const kmp_friction_run *x)
 {
     double far = 0;
@@ -66,15 +58,6 @@ static bool suffices(kmp_friction_run *x, double part)
     return holds;
 }
 
-static double part_taken(const kmp_friction_run *x)
-{
-    double part = 0;
-    for (int i = 0; i < x->rest; i++)
-        if (x->f[i] != 0 && !x->element[x->which[i]].broken)
-            part = fmax(part, kmp_friction_size(x, i) / x->upper[i]);
-    return part;
-}
-
 /* Below the least part the largest acceleration falls linearly with the part, as long as the same forces are at their
  * bounds: its zero is more exact than a bracket, where tolerances of rounding decide. */
 static double refine(kmp_friction_run *x, double part)
@@ -96,7 +79,10 @@ static double least_part(kmp_friction_run *x)
 {
     if (!suffices(x, INFINITY))
         return INFINITY;
-    double high = part_taken(x), low = 0;
+    double high = 0, low = 0;
+    for (int i = 0; i < x->rest; i++)
+        if (x->f[i] != 0 && !x->element[x->which[i]].broken)
+            high = fmax(high, kmp_friction_size(x, i) / x->upper[i]);
     bool unique = high == 0 || !suffices(x, high * (1 - UNIQUE));
     for (int k = 0; !unique && k < MOST_HALVINGS; k++) {
         double part = (low + high) / 2;
@@ -112,17 +98,6 @@ static double least_part(kmp_friction_run *x)
     double part = refine(x, high);
     memcpy(x->f, x->aside, (size_t)x->rest * sizeof *x->f);
     return part;
-}
-
-/* Forces by element in place of by number among those at rest. */
-static void spread(kmp_friction_run *x)
-{
-    for (int i = x->count - 1, k = x->rest - 1; i >= 0; i--) {
-        bool rests = k >= 0 && x->which[k] == i;
-        x->f[i] = rests ? x->f[k] : 0;
-        x->upper[i] = rests ? x->upper[k] : fmax(kmp_friction_level_at(x, &x->element[i], KMP_ROLE_STATIC), 0);
-        k -= rests;
-    }
 }
 
 KMP_LOCAL void kmp_friction_share(kmp_friction_run *x)
@@ -145,8 +120,11 @@ KMP_LOCAL int kmp_friction_load(kmp_friction_run *x, double t, const double *q, 
         for (int i = 0; i < x->rest; i++)
             kmp_friction_put(x, &x->element[x->which[i]], KMP_ROLE_GIVEN, x->f[i]);
         KMP_FRICTION_TRY(kmp_friction_measure(x, t, q, qd));
-        for (int i = 0; i < x->rest; i++)
-            x->upper[i] = largest_of(x, i);
+        for (int i = 0; i < x->rest; i++) {
+            const kmp_friction_element *e = &x->element[x->which[i]];
+            double level = fmax(kmp_friction_level_at(x, e, KMP_ROLE_LEVEL), 0);
+            x->upper[i] = fmax(kmp_friction_level_at(x, e, KMP_ROLE_STATIC), level);
+        }
         double before = *part;
         *part = least_part(x);
         change = pass == 0 && x->loads ? INFINITY : fabs(*part - before) / *part;
@@ -156,6 +134,12 @@ KMP_LOCAL int kmp_friction_load(kmp_friction_run *x, double t, const double *q, 
     for (int i = 0; i < x->rest; i++)
         kmp_friction_put(x, &x->element[x->which[i]], KMP_ROLE_GIVEN, x->f[i]);
     KMP_FRICTION_TRY(kmp_friction_measure(x, t, q, qd));
-    spread(x);
+    /* Forces by element in place of by number among those at rest. */
+    for (int i = x->count - 1, k = x->rest - 1; i >= 0; i--) {
+        bool rests = k >= 0 && x->which[k] == i;
+        x->f[i] = rests ? x->f[k] : 0;
+        x->upper[i] = rests ? x->upper[k] : fmax(kmp_friction_level_at(x, &x->element[i], KMP_ROLE_STATIC), 0);
+        k -= rests;
+    }
     return 0;
 }

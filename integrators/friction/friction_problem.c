@@ -86,17 +86,6 @@ static void list_across(kmp_friction_run *x, int i, double rate)
     }
 }
 
-/* The places of components of slip among the elements at rest. */
-static void find_partners(kmp_friction_run *x)
-{
-    for (int k = 0; k < x->rest; k++) {
-        x->partner[k] = -1;
-        for (int i = 0; i < x->rest; i++)
-            if (x->element[x->which[k]].twin == x->which[i])
-                x->partner[k] = i;
-    }
-}
-
 /* Lists the elements at rest; the others slip on. */
 static void list_resting(kmp_friction_run *x, double rate)
 {
@@ -116,7 +105,13 @@ static void list_resting(kmp_friction_run *x, double rate)
         else if (e->twin > i)
             list_across(x, i, rate);
     }
-    find_partners(x);
+    /* The places of components of slip among the elements at rest. */
+    for (int k = 0; k < x->rest; k++) {
+        x->partner[k] = -1;
+        for (int i = 0; i < x->rest; i++)
+            if (x->element[x->which[k]].twin == x->which[i])
+                x->partner[k] = i;
+    }
 }
 
 static int find_implied(kmp_friction_run *x, double t, const double *q)
@@ -133,22 +128,15 @@ static int find_implied(kmp_friction_run *x, double t, const double *q)
     return 0;
 }
 
-/* A force of a size that occurs, by which D is found. Elements that slip with levels that depend on multipliers make
- * accelerations nonlinear in the forces: then it is a small one. */
-static double unit_of(const kmp_friction_run *x, double level)
-{
-    int decided = 0;
-    for (int i = 0; i < x->count; i++)
-        decided += !(x->pins && x->element[i].contact);
-    bool nonlinear = x->loads && x->rest < decided;
-    return (nonlinear ? KMP_FRICTION_UNIT : 1) * (level > 0 ? level : 1);
-}
-
-/* a0 and D, column by column; rounding of what closures imply is removed. */
+/* a0 and D, column by column, by forces of a size that occurs; rounding of what closures imply is removed. Elements
+ * that slip with levels that depend on multipliers make accelerations nonlinear in the forces: then these are small. */
 static int find_matrix(kmp_friction_run *x, double t, const double *q, const double *qd, double rate)
 {
-    int n = x->rest;
+    int n = x->rest, decided = 0;
     KMP_FRICTION_TRY(kmp_friction_measure(x, t, q, qd));
+    for (int i = 0; i < x->count; i++)
+        decided += !(x->pins && x->element[i].contact);
+    bool nonlinear = x->loads && n < decided;
     for (int i = 0; i < n; i++) {
         const kmp_friction_element *e = &x->element[x->which[i]];
         bool none = e->implied &&
@@ -158,7 +146,7 @@ static int find_matrix(kmp_friction_run *x, double t, const double *q, const dou
     }
     for (int j = 0; j < n; j++) {
         kmp_friction_element *by = &x->element[x->which[j]];
-        double unit = unit_of(x, x->upper[j]);
+        double unit = (nonlinear ? KMP_FRICTION_UNIT : 1) * (x->upper[j] > 0 ? x->upper[j] : 1);
         kmp_friction_set_given(x, by, unit, 0);
         KMP_FRICTION_TRY(kmp_friction_measure(x, t, q, qd));
         for (int i = 0; i < n; i++) {
@@ -174,36 +162,27 @@ static int find_matrix(kmp_friction_run *x, double t, const double *q, const dou
     return 0;
 }
 
-/* True if the reserve of an element is used up by a load, which others may take. That of a contact is used up where it
- * has no load: the sign of its force is then that of rounding. */
-static bool hands_over(const kmp_friction_element *e)
-{
-    return e->fired && !e->contact;
-}
-
 /* The guess: the friction before. Elements that were at rest with a given force take all they can of the load of one
- * whose reserve is used up. */
+ * whose reserve is used up. That of a contact is used up where it has no load, with none to take: the sign of its force
+ * is then that of rounding. */
 static void guess(kmp_friction_run *x)
 {
     int n = x->rest;
     for (int i = 0; i < n; i++)
         x->f[i] = x->element[x->which[i]].fired ? 0 : x->element[x->which[i]].before;
-    for (int j = 0; j < n; j++)
-        for (int i = 0; i < n && hands_over(&x->element[x->which[j]]); i++) {
+    for (int j = 0; j < n; j++) {
+        const kmp_friction_element *of = &x->element[x->which[j]];
+        for (int i = 0; i < n && of->fired && !of->contact; i++) {
             const kmp_friction_element *e = &x->element[x->which[i]];
-            double along = x->d[i + j * n] * x->element[x->which[j]].before;
+            double along = x->d[i + j * n] * of->before;
             if (!e->contact && e->was == KMP_FRICTION_CARRIED && along != 0)
                 x->f[i] = along > 0 ? INFINITY : -INFINITY;
         }
+    }
 }
 
-/* True for a component of slip that begins: its direction follows from the accelerations. */
-static bool turns(const kmp_friction_element *e)
-{
-    return e->twin >= 0 && !e->rubs;
-}
-
-/* The bounds at the levels of the last measurement. */
+/* The bounds at the levels of the last measurement. The direction of a component of slip that begins follows from the
+ * accelerations. */
 static void set_bounds(kmp_friction_run *x)
 {
     for (int i = 0; i < x->rest; i++) {
@@ -212,7 +191,7 @@ static void set_bounds(kmp_friction_run *x)
                most = fmax(kmp_friction_level_at(x, e, KMP_ROLE_STATIC), slip);
         if (e->contact)
             most = e->broken ? 0 : INFINITY;
-        bool slips = e->broken && !turns(e);
+        bool slips = e->broken && !(e->twin >= 0 && !e->rubs);
         x->lower[i] = e->contact ? 0 : slips ? -e->sense * slip : -most;
         x->upper[i] = slips && !e->contact ? -e->sense * slip : most;
     }
@@ -309,16 +288,9 @@ static bool is_exhausted(const kmp_friction_run *x, int i)
     return with && is_at_bound(x, i);
 }
 
-/* True if friction at rest has a part of its level left. */
-static bool can_hold(const kmp_friction_run *x, int k)
-{
-    const kmp_friction_element *e = &x->element[x->which[k]];
-    return !e->broken && !e->contact && !is_at_bound(x, k) && x->upper[k] * x->d[k + k * x->rest] > e->still;
-}
-
-/* True if another element, which stays at rest, has the place of element i or a multiple of it. An acceleration of the
- * one alone, as of two feet with straight bars between them, tells that the places differ. A contact whose load is used
- * up stays closed there: it opens with the friction, at one instant. */
+/* True if another element, friction at rest that has a part of its level left, has the place of element i or a multiple
+ * of it. An acceleration of the one alone, as of two feet with straight bars between them, tells that the places
+ * differ. A contact whose load is used up stays closed there: it opens with the friction, at one instant. */
 static bool is_kept(const kmp_friction_run *x, int i)
 {
     int n = x->rest;
@@ -327,18 +299,11 @@ static bool is_kept(const kmp_friction_run *x, int i)
     for (int k = 0; k < n && own->twin < 0 && fabs(x->y[i]) <= own->still; k++) {
         double product = x->d[i + i * n] * x->d[k + k * n], cross = x->d[i + k * n];
         bool one = cross * cross >= (1 - KMP_FRICTION_ONE_PLACE) * product && product > 0;
-        kept = kept || (k != i && one && can_hold(x, k));
+        const kmp_friction_element *e = &x->element[x->which[k]];
+        kept = kept || (k != i && one && !e->broken && !e->contact && !is_at_bound(x, k) &&
+                        x->upper[k] * x->d[k + k * n] > e->still);
     }
     return kept;
-}
-
-/* The direction in which components of slip begin: of their acceleration, or against their force. */
-static void aim(kmp_friction_run *x, int i)
-{
-    int j = x->partner[i];
-    double size = hypot(x->f[i], x->f[j]);
-    for (int k = 0; k < 2; k++)
-        x->element[x->which[k ? j : i]].sense = size > 0 ? -x->f[k ? j : i] / size : k == 0;
 }
 
 /* Lets both components slip where the solution accelerates them, or their reserve is used up. True: they are new. */
@@ -350,7 +315,10 @@ static bool break_across(kmp_friction_run *x, int i)
     bool moves = x->side[i] != 0 && hypot(x->y[i], x->y[j]) > none, before = e->broken;
     if (e->rubs || !(before || moves || is_exhausted(x, i)))
         return false;
-    aim(x, i);
+    /* The direction in which slip begins: of its acceleration, or against its force. */
+    double size = hypot(x->f[i], x->f[j]);
+    e->sense = size > 0 ? -x->f[i] / size : 1;
+    other->sense = size > 0 ? -x->f[j] / size : 0;
     e->broken = other->broken = true;
     return !before;
 }
@@ -436,16 +404,6 @@ static bool is_consistent(kmp_friction_run *x, int code, double rate)
     return true;
 }
 
-/* Takes the modes of the combination: those that slip break away. */
-static void take_modes(kmp_friction_run *x, int code)
-{
-    for (int k = 0; k < x->rest; k++) {
-        kmp_friction_element *e = &x->element[x->which[k]];
-        e->broken = direction(e, code, k) != 0;
-        e->sense = direction(e, code, k);
-    }
-}
-
 static bool may_be_smooth(const kmp_friction_element *e)
 {
     return e->regularise > 0 && e->loaded && !e->smooth;
@@ -510,7 +468,11 @@ static int enumerate(kmp_friction_run *x, double t, const double *q, const doubl
         kmp_friction_tell(x, KMP_FRICTION_TELLS_SEVERAL, -1, t, found);
     KMP_FRICTION_TRY(try_modes(x, first, t, q, qd));
     (void)is_consistent(x, first, rate);
-    take_modes(x, first);
+    for (int k = 0; k < x->rest; k++) { /* those that slip break away */
+        kmp_friction_element *e = &x->element[x->which[k]];
+        e->sense = direction(e, first, k);
+        e->broken = e->sense != 0;
+    }
     return 0;
 }
 
@@ -534,16 +496,6 @@ static int solve_modes(kmp_friction_run *x, double t, const double *q, const dou
     while (!x->open && break_away(x))
         KMP_FRICTION_TRY(solve_levels(x, t, q, qd));
     return x->open || turns_back(x) ? enumerate(x, t, q, qd, rate) : 0;
-}
-
-/* Friction that slips keeps its direction. */
-static void keep_slips(const kmp_friction_run *x)
-{
-    for (int k = 0; k < x->rest; k++) {
-        kmp_friction_element *e = &x->element[x->which[k]];
-        e->broken = e->rubs != 0;
-        e->sense = e->twin >= 0 && e->rubs ? e->along : e->rubs;
-    }
 }
 
 KMP_LOCAL int kmp_friction_pose(kmp_friction_run *x, double t, const double *q, const double *qd, double rate)
@@ -581,7 +533,11 @@ KMP_LOCAL int kmp_friction_decide(kmp_friction_run *x, double t, const double *q
             return 0;
         KMP_FRICTION_TRY(may_be_several(x, t, q, qd, rate, &several));
         guess(x);
-        keep_slips(x);
+        for (int k = 0; k < x->rest; k++) { /* friction that slips keeps its direction */
+            kmp_friction_element *e = &x->element[x->which[k]];
+            e->broken = e->rubs != 0;
+            e->sense = e->twin >= 0 && e->rubs ? e->along : e->rubs;
+        }
         KMP_FRICTION_TRY((several ? enumerate : solve_modes)(x, t, q, qd, rate));
     } while (x->again);
     return 0;

@@ -117,15 +117,6 @@ static const char *name_of(const kmp_runner *run, const kmp_friction_element *e)
     return force_of(run, e)->name;
 }
 
-static void put_names(const kmp_runner *run, kmp_text *text)
-{
-    const kmp_friction_run *x = run->friction;
-    int count = 0;
-    for (int i = 0; i < x->count; i++)
-        if (!x->element[i].contact && (x->rest == 0 || x->element[i].tries))
-            kmp_text_printf(text, "%s'%s'", count++ ? ", " : "", name_of(run, &x->element[i]));
-}
-
 /* The largest ratio of inertias between directions of two rows of D; 0 where they are dependent. */
 static double spread_of(int n, const double *d)
 {
@@ -153,7 +144,9 @@ static kempe_status fail_impossible(const kmp_runner *run, double t)
 {
     const kmp_friction_run *x = run->friction;
     kmp_text text = {0};
-    put_names(run, &text);
+    for (int i = 0; i < x->count; i++)
+        if (!x->element[i].contact && (x->rest == 0 || x->element[i].tries))
+            kmp_text_printf(&text, "%s'%s'", text.length ? ", " : "", name_of(run, &x->element[i]));
     kmp_text_printf(&text, " can neither slip nor stick at t = %.9g", t);
     if (x->growth >= 1)
         kmp_text_printf(
@@ -220,43 +213,28 @@ static const char *words_of(const kmp_friction_element *e)
     }
 }
 
-static void tell_change(const kmp_runner *run, const kmp_friction_element *e, double t)
+static void tell(void *self, kmp_friction_fact fact, int element, double t, double number)
 {
-    const kmp_friction_element *named = e->twin < 0 ? e : &run->friction->element[e->base];
-    kmp_run_log_add(run->log, e->contact ? "contact" : "friction", t, e->before_sense, e->sense, "'%s%s' %s",
-                    name_of(run, named), e->twin < 0 ? "" : "_friction", words_of(e));
-}
-
-static void tell_several(const kmp_runner *run, double t, double number)
-{
-    kmp_run_log_add(run->log, "solutions", t, number, NAN,
-                    "%d combinations of modes of friction are possible; the run goes on with that nearest to the "
-                    "modes before",
-                    (int)number);
-}
-
-static void tell_of_element(const kmp_runner *run, kmp_friction_fact fact, const kmp_friction_element *e, double t,
-                            double number)
-{
-    if (fact == KMP_FRICTION_TELLS_CHANGE)
-        tell_change(run, e, t);
-    else if (fact == KMP_FRICTION_TELLS_LEFT)
+    const kmp_runner *run = self;
+    const kmp_friction_element *e = element < 0 ? NULL : &run->friction->element[element];
+    if (!e) {
+        kmp_run_log_add(run->log, "solutions", t, number, NAN,
+                        "%d combinations of modes of friction are possible; the run goes on with that nearest to the "
+                        "modes before",
+                        (int)number);
+    } else if (fact == KMP_FRICTION_TELLS_CHANGE) {
+        const kmp_friction_element *named = e->twin < 0 ? e : &run->friction->element[e->base];
+        kmp_run_log_add(run->log, e->contact ? "contact" : "friction", t, e->before_sense, e->sense, "'%s%s' %s",
+                        name_of(run, named), e->twin < 0 ? "" : "_friction", words_of(e));
+    } else if (fact == KMP_FRICTION_TELLS_LEFT) {
         kmp_run_log_add(run->log, "regularised", t, e->smooth_t, number, "'%s' was regularised from t = %.9g to %.9g",
                         name_of(run, e), e->smooth_t, t);
-    else
+    } else {
         kmp_run_log_add(run->log, "growth", t, NAN, number,
                         "the level of '%s' grows by %.4g for each unit of friction: from 1 on there may be several "
                         "solutions, or none",
                         name_of(run, e), number);
-}
-
-static void tell(void *self, kmp_friction_fact fact, int element, double t, double number)
-{
-    const kmp_runner *run = self;
-    if (element < 0)
-        tell_several(run, t, number);
-    else
-        tell_of_element(run, fact, &run->friction->element[element], t, number);
+    }
 }
 
 /* -- making ---------------------------------------------------------------------------------------------- */
@@ -284,31 +262,16 @@ static int element_with(const kmp_events *events, int count, const kmp_friction_
     return -1;
 }
 
-static int row_of(const kempe_system *s, const kmp_force *force)
-{
-    for (int r = 0; r < s->m; r++)
-        if (s->rows[r].closure == force->closure)
-            return r;
-    return -1;
-}
-
-static kmp_friction_element element_of(const kmp_events *events, int slot)
-{
-    const kmp_force *force = events->condition[slot].of;
-    return (kmp_friction_element){.slot = slot,
-                                  .contact = force->kind == KMP_FORCE_TOUCH,
-                                  .across = force->across,
-                                  .loaded = kmp_force_lambda(force)};
-}
-
 static void take_numbers(const kempe_system *s, const kmp_events *events, int count, kmp_friction_element *element)
 {
     for (int i = 0; i < count; i++) {
         kmp_friction_element *e = &element[i];
         const kmp_force *force = force_at(events, e);
-        int row = row_of(s, force);
-        e->row = row < 0 ? 0 : row;
-        e->size = row < 0 ? 1 : s->row_scale[row];
+        int row = 0;
+        while (row < s->m && s->rows[row].closure != force->closure)
+            row++;
+        e->row = row < s->m ? row : 0;
+        e->size = row < s->m ? s->row_scale[row] : 1;
         e->regularise = force->has_regularise ? force->regularise.value : 0;
     }
 }
@@ -316,9 +279,14 @@ static void take_numbers(const kempe_system *s, const kmp_events *events, int co
 void kmp_friction_list(const kempe_system *s, const kmp_events *events, kmp_friction_element *element)
 {
     int count = 0;
-    for (int k = 0; k < events->count; k++)
+    for (int k = 0; k < events->count; k++) {
+        const kmp_force *force = events->condition[k].of;
         if (events->condition[k].role == KMP_ROLE_SENSE)
-            element[count++] = element_of(events, k);
+            element[count++] = (kmp_friction_element){.slot = k,
+                                                      .contact = force->kind == KMP_FORCE_TOUCH,
+                                                      .across = force->across,
+                                                      .loaded = kmp_force_lambda(force)};
+    }
     for (int i = 0; i < count; i++) {
         const kmp_force *force = force_at(events, &element[i]);
         const kmp_force *contact = force->contact > 0 ? &s->model->forces[force->contact - 1] : NULL;
@@ -332,25 +300,6 @@ void kmp_friction_renew(kmp_runner *run)
 {
     if (run->friction)
         take_numbers(run->s, &run->s->events, run->friction->count, run->friction->element);
-}
-
-static kmp_friction_site site_of(kmp_runner *run)
-{
-    return (kmp_friction_site){.self = run,
-                               .failed = KEMPE_E_FAILED,
-                               .numbers = numbers,
-                               .pace = pace,
-                               .put = put,
-                               .choose = choose,
-                               .adds = adds_row,
-                               .measure = measure,
-                               .look = look,
-                               .finish = finish,
-                               .is_unsettled = is_unsettled,
-                               .forget = forget,
-                               .forget_loads = forget_loads,
-                               .fail = fail,
-                               .tell = tell};
 }
 
 kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
@@ -369,7 +318,21 @@ kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
             KMP_ROOM(double, count *count, &x->d), KMP_ROOM(double, kmp_disc_room(count), &x->room),
             KMP_ROOM(double, count, &x->a, &x->lower, &x->upper, &x->f, &x->y, &x->tried, &x->aside, &x->found)))
         return NULL;
-    *site = site_of(run);
+    *site = (kmp_friction_site){.self = run,
+                                .failed = KEMPE_E_FAILED,
+                                .numbers = numbers,
+                                .pace = pace,
+                                .put = put,
+                                .choose = choose,
+                                .adds = adds_row,
+                                .measure = measure,
+                                .look = look,
+                                .finish = finish,
+                                .is_unsettled = is_unsettled,
+                                .forget = forget,
+                                .forget_loads = forget_loads,
+                                .fail = fail,
+                                .tell = tell};
     x->site = site;
     x->loads = kmp_friction_is_loaded(run->s->model);
     x->count = count;
@@ -408,24 +371,6 @@ bool kmp_friction_is_smooth(const kmp_friction_run *x)
     for (int i = 0; x && i < x->count; i++)
         any = any || x->element[i].smooth;
     return any;
-}
-
-long kmp_friction_count(const kmp_friction_run *x)
-{
-    return x->past.total;
-}
-
-/* -- in a run ---------------------------------------------------------------------------------------------- */
-
-void kmp_friction_note(kmp_runner *run)
-{
-    memcpy(run->friction->change, run->crossing->change, (size_t)run->s->events.count * sizeof(double));
-    kmp_friction_note_values(run->friction);
-}
-
-void kmp_friction_release(kmp_runner *run)
-{
-    kmp_friction_let_go(run->friction);
 }
 
 kempe_status kmp_friction_settle(kmp_runner *run, double t, double *q, double *qd)

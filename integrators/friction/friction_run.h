@@ -39,12 +39,6 @@ bool kmp_friction_is_loaded(const kempe_model *model);
 /** True while an element is regularised for a time; also without elements (NULL). */
 bool kmp_friction_is_smooth(const kmp_friction_run *x);
 
-/** Notes the elements whose events are passed at the last evaluated conditions, and the present friction. */
-void kmp_friction_note(kmp_runner *run);
-
-/** Lets go of all rows of friction: before rates are made consistent with closures that switch. */
-void kmp_friction_release(kmp_runner *run);
-
 /** Decides on modes at t and the state (q, qd), whose rates are made consistent with the rows that are held. Chooses
  * rows and coordinates, and computes run->qdd and run->lambda. KEMPE_E_FAILED with a message where no modes are
  * possible. */
@@ -57,9 +51,6 @@ size_t kmp_friction_memory_size(const kmp_events *events);
 /** Takes the numbers of the elements from the model and the system: after the memory of a motion with other parameters.
  * Also without elements. */
 void kmp_friction_renew(kmp_runner *run);
-
-/** The number of changes of modes so far. */
-long kmp_friction_count(const kmp_friction_run *x);
 
 /** Puts the friction of all elements in place of the multipliers of their rows, in a row at t. */
 void kmp_friction_show(kmp_runner *run, double t, double *row);

@@ -39,24 +39,6 @@ static int with_reserve(const kmp_friction_run *x, int k)
     return 0;
 }
 
-/* Friction of contacts that open in this decision. */
-static void set_off(kmp_friction_run *x)
-{
-    for (int i = 0; i < x->count; i++) {
-        kmp_friction_element *e = &x->element[i];
-        if (e->base >= 0 && x->element[e->base].broken)
-            kmp_friction_set_off(x, e);
-    }
-}
-
-/* The force that element i keeps: rounding of all accelerations would exceed a level that is rounding as well. */
-static double kept_force(const kmp_friction_run *x, int i)
-{
-    const kmp_friction_element *e = &x->element[x->which[i]];
-    bool none = e->implied || fabs(x->d[i + i * x->rest] * x->f[i]) <= kmp_friction_rounding(x, i);
-    return none ? 0 : x->f[i];
-}
-
 /* Sets the modes of the elements at rest. Rows that others imply are not added: those of the elements with the largest
  * reserve come first. */
 static int set_modes(kmp_friction_run *x, double t, const double *q, double rate)
@@ -70,7 +52,9 @@ static int set_modes(kmp_friction_run *x, double t, const double *q, double rate
         else
             kmp_friction_set_given(x, e, 0, 0);
     }
-    set_off(x);
+    for (int i = 0; i < x->count; i++) /* friction of contacts that open in this decision */
+        if (x->element[i].base >= 0 && x->element[x->element[i].base].broken)
+            kmp_friction_set_off(x, &x->element[i]);
     KMP_FRICTION_TRY(kmp_friction_choose(x, t, q));
     for (int k = 0; k < x->rest; k++) {
         int i = with_reserve(x, k);
@@ -82,7 +66,10 @@ static int set_modes(kmp_friction_run *x, double t, const double *q, double rate
             KMP_FRICTION_TRY(kmp_friction_adds_row(x, e, t, q, &adds));
         if (adds)
             continue;
-        kmp_friction_set_given(x, e, kept_force(x, i), kmp_friction_still(x) * e->size * rate);
+        /* It keeps its force, unless that is rounding: that of all accelerations would exceed a level that is rounding
+         * as well. */
+        bool none = e->implied || fabs(x->d[i + i * x->rest] * x->f[i]) <= kmp_friction_rounding(x, i);
+        kmp_friction_set_given(x, e, none ? 0 : x->f[i], kmp_friction_still(x) * e->size * rate);
         e->stance = e->implied ? KMP_FRICTION_IDLE : KMP_FRICTION_CARRIED;
         KMP_FRICTION_TRY(kmp_friction_choose(x, t, q));
     }
@@ -101,26 +88,6 @@ static bool is_as_before(const kmp_friction_element *e)
     return off || (e->known && (rests ? rested : e->stance == e->was && e->sense == e->before_sense));
 }
 
-/* Tells that an element is no longer regularised. */
-static void leave_smooth(kmp_friction_run *x, int i, double t)
-{
-    kmp_friction_element *e = &x->element[i];
-    if (!e->smooth || e->stance == KMP_FRICTION_SMOOTH)
-        return;
-    e->smooth = false;
-    kmp_friction_tell(x, KMP_FRICTION_TELLS_LEFT, i, t, e->regularise);
-}
-
-static int settle_at(kmp_friction_run *x, double t, double *q, double *qd)
-{
-    double rate = x->site->pace(x->site->self, qd);
-    x->site->look(x->site->self, t, q, qd, x->change);
-    KMP_FRICTION_TRY(kmp_friction_decide(x, t, q, qd, rate));
-    if (x->rest > 0)
-        KMP_FRICTION_TRY(set_modes(x, t, q, rate));
-    return x->site->finish(x->site->self, t, q, qd);
-}
-
 /* Notes which elements change in this decision, or have used up their reserve. True: any does. */
 static bool count_changes(kmp_friction_run *x)
 {
@@ -134,22 +101,17 @@ static bool count_changes(kmp_friction_run *x)
     return any;
 }
 
-static void begin_count(kmp_friction_run *x, double t)
-{
-    x->past.since = t;
-    x->past.changes = 0;
-    for (int i = 0; i < x->count; i++)
-        x->element[i].changes = 0;
-}
-
 /* Fails where modes change without progress of time: at one instant, or too often within a short part of the motion. */
 static int watch(kmp_friction_run *x, double t, double rate)
 {
     double span = x->site->numbers(x->site->self).span;
     x->past.repeats = t - x->past.t <= KMP_FRICTION_INSTANT * span ? x->past.repeats + 1 : 0;
     x->past.t = t;
-    if (!((t - x->past.since) * rate <= KMP_FRICTION_CROWD))
-        begin_count(x, t);
+    bool begins = !((t - x->past.since) * rate <= KMP_FRICTION_CROWD); /* another count */
+    x->past.since = begins ? t : x->past.since;
+    x->past.changes = begins ? 0 : x->past.changes;
+    for (int i = 0; begins && i < x->count; i++)
+        x->element[i].changes = 0;
     x->past.changes += count_changes(x);
     bool goes_on = x->past.repeats < KMP_FRICTION_REPEATS && x->past.changes < KMP_FRICTION_CROWDED;
     return goes_on ? 0 : x->site->fail(x->site->self, KMP_FRICTION_ALTERNATES, t);
@@ -177,7 +139,13 @@ KMP_LOCAL int kmp_friction_settle_modes(kmp_friction_run *x, double t, double *q
         x->element[i].before_sense = x->element[i].sense;
     }
     KMP_FRICTION_TRY(x->past.known || !x->loads ? 0 : tell_growth(x, t, q, qd));
-    int status = settle_at(x, t, q, qd);
+    double rate = x->site->pace(x->site->self, qd);
+    x->site->look(x->site->self, t, q, qd, x->change);
+    int status = kmp_friction_decide(x, t, q, qd, rate);
+    if (status == 0 && x->rest > 0)
+        status = set_modes(x, t, q, rate);
+    if (status == 0)
+        status = x->site->finish(x->site->self, t, q, qd);
     if (status == x->site->failed && x->site->is_unsettled(x->site->self))
         return kmp_friction_complain(x, t, q, qd);
     KMP_FRICTION_TRY(status);
@@ -187,7 +155,10 @@ KMP_LOCAL int kmp_friction_settle_modes(kmp_friction_run *x, double t, double *q
         kmp_friction_element *e = &x->element[i];
         bool changes = !is_as_before(e);
         x->past.total += changes;
-        leave_smooth(x, i, t);
+        bool leaves = e->smooth && e->stance != KMP_FRICTION_SMOOTH; /* it is no longer regularised */
+        e->smooth = e->smooth && !leaves;
+        if (leaves)
+            kmp_friction_tell(x, KMP_FRICTION_TELLS_LEFT, i, t, e->regularise);
         if (changes)
             kmp_friction_tell(x, KMP_FRICTION_TELLS_CHANGE, i, t, e->sense);
         e->known = true;

@@ -104,34 +104,13 @@ static void tell_plastic(void *self, double t, double gain)
                     "with its restitution an impact would gain %.4g J: it is taken without", gain);
 }
 
-/* -- making ---------------------------------------------------------------------------------------------- */
-
-static int count_contacts(const kmp_friction_run *x)
-{
-    int contacts = 0;
-    for (int i = 0; x && i < x->count; i++)
-        contacts += x->element[i].contact;
-    return contacts;
-}
-
-static kmp_impact_site site_of(const kmp_runner *run)
-{
-    return (kmp_impact_site){.driven = run->s->rheonomic,
-                             .rows = rows,
-                             .ways = ways,
-                             .weigh = weigh,
-                             .kinetic = kinetic,
-                             .fail = fail,
-                             .tell_sequence = tell_sequence,
-                             .tell_impact = tell_impact,
-                             .tell_plastic = tell_plastic};
-}
-
 kmp_impacts *kmp_impact_new(kmp_runner *run, bool *none)
 {
     kmp_arena *a = &run->arena;
     const int n = run->s->n, most = run->friction ? run->friction->count : 0;
-    *none = count_contacts(run->friction) == 0;
+    *none = true;
+    for (int i = 0; i < most; i++)
+        *none = *none && !run->friction->element[i].contact;
     kmp_impacts *x = *none ? NULL : KMP_ARENA_NEW(a, kmp_impacts, 1);
     kmp_impact_run *p = x ? &x->run : NULL;
     if (!p || !KMP_ARENA_MAKE(a, KMP_ROOM(int, most, &p->which, &p->side, &p->partner, &p->rows),
@@ -142,7 +121,15 @@ kmp_impacts *kmp_impact_new(kmp_runner *run, bool *none)
                                        &p->most_friction, &p->deep),
                               KMP_ROOM(double, n, &p->before)))
         return NULL;
-    x->site = site_of(run);
+    x->site = (kmp_impact_site){.driven = run->s->rheonomic,
+                                .rows = rows,
+                                .ways = ways,
+                                .weigh = weigh,
+                                .kinetic = kinetic,
+                                .fail = fail,
+                                .tell_sequence = tell_sequence,
+                                .tell_impact = tell_impact,
+                                .tell_plastic = tell_plastic};
     p->site = &x->site;
     p->friction = run->friction;
     p->n = n;
@@ -170,18 +157,6 @@ int kmp_impact_memory(kmp_impacts *impacts, kmp_memory_piece *piece)
 double kmp_impact_since(const kmp_impacts *impacts)
 {
     return impacts && impacts->run.since > 0 ? impacts->run.since : INFINITY;
-}
-
-long kmp_impact_count(const kmp_impacts *impacts)
-{
-    return impacts->run.total;
-}
-
-/* -- in a run ---------------------------------------------------------------------------------------------- */
-
-kempe_status kmp_impact_pass(kmp_runner *run, double t, double *q, double *qd, double *gain)
-{
-    return (kempe_status)kmp_impact_decide(&run->impacts->run, t, q, qd, gain);
 }
 
 kempe_status kmp_impact_check_start(kmp_runner *run, double t, const double *q, const double *qd)

@@ -18,10 +18,6 @@ kmp_impacts *kmp_impact_new(kmp_runner *run, bool *none);
 /** KEMPE_E_FAILED by name where surfaces overlap at the start. */
 kempe_status kmp_impact_check_start(kmp_runner *run, double t, const double *q, const double *qd);
 
-/** Changes rates at t where open contacts strike, and parts surfaces that overlap by rounding, with the rows of the
- * closures alone and articulated bodies off. *gain: change of the kinetic energy, J. */
-kempe_status kmp_impact_pass(kmp_runner *run, double t, double *q, double *qd, double *gain);
-
 /** Of the last decision at an event: the time since the impact before, of a contact that strikes twice; INFINITY if
  * none does. */
 double kmp_impact_since(const kmp_impacts *impacts);
@@ -29,6 +25,3 @@ double kmp_impact_since(const kmp_impacts *impacts);
 /** Lists what impacts know of their past; returns the number of pieces. Their size in all. */
 int kmp_impact_memory(kmp_impacts *impacts, kmp_memory_piece *piece);
 size_t kmp_impact_memory_size(const kmp_events *events);
-
-/** The number of impacts so far. */
-long kmp_impact_count(const kmp_impacts *impacts);

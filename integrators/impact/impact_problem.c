@@ -21,17 +21,6 @@ static void *self_of(const kmp_impact_run *p)
 
 /* -- who takes part -------------------------------------------------------------------------------------- */
 
-/* The places of both components of friction in two directions. */
-static void find_pairs(kmp_impact_run *p)
-{
-    for (int k = 0; k < p->count; k++) {
-        p->partner[k] = -1;
-        for (int i = 0; i < p->count; i++)
-            if (kmp_impact_element(p, k)->twin == p->which[i])
-                p->partner[k] = i;
-    }
-}
-
 /* Contacts whose surfaces touch, and their friction. True: one of them strikes. */
 static bool list_touching(kmp_impact_run *p, double rate)
 {
@@ -49,7 +38,12 @@ static bool list_touching(kmp_impact_run *p, double rate)
         p->which[p->count++] = i;
         strikes = strikes || hits;
     }
-    find_pairs(p);
+    for (int k = 0; k < p->count; k++) { /* the places of both components of friction in two directions */
+        p->partner[k] = -1;
+        for (int i = 0; i < p->count; i++)
+            if (kmp_impact_element(p, k)->twin == p->which[i])
+                p->partner[k] = i;
+    }
     return strikes;
 }
 
@@ -103,23 +97,16 @@ static int find_inverse_inertia(kmp_impact_run *p, double t, const double *q)
     return 0;
 }
 
-/* The number among those that take part of the contact under element k of friction. */
-static int under(const kmp_impact_run *p, int k)
-{
-    int i = 0;
-    while (p->which[i] != kmp_impact_element(p, k)->base)
-        i++;
-    return i;
-}
-
 /* Bounds by the impulses of the last pass, which those of friction follow by a part. */
 static void bound_impulses(kmp_impact_run *p, double part)
 {
     for (int k = 0; k < p->count; k++) {
         const kmp_friction_element *e = kmp_impact_element(p, k);
         bool rubs = e->base >= 0;
-        if (rubs) { /* a contact that is held may pull: it stands for impacts to come, with their friction */
-            const int base = under(p, k);
+        if (rubs) {       /* a contact that is held may pull: it stands for impacts to come, with their friction */
+            int base = 0; /* its number among those that take part */
+            while (p->which[base] != e->base)
+                base++;
             const double ratio = kmp_friction_at(p->friction, &p->friction->element[e->base], KMP_ROLE_STATIC);
             const double pressed = p->held[base] ? fabs(p->f[base]) : fmax(p->f[base], 0);
             p->most_friction[k] += part * (ratio * pressed - p->most_friction[k]);

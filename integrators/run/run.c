@@ -397,8 +397,8 @@ void kmp_runner_count(const kmp_runner *run, kmp_run_report *report)
     report->integrator = kmp_runner_integrator(run)->name;
     report->chosen_ratio = run->choice.ratio;
     report->events = run->crossing ? run->crossing->count : 0;
-    report->impacts = run->impacts ? kmp_impact_count(run->impacts) : -1;
-    report->changes = run->friction ? kmp_friction_count(run->friction) : -1;
+    report->impacts = run->impacts ? run->impacts->run.total : -1;
+    report->changes = run->friction ? run->friction->past.total : -1;
 }
 
 /* -- a whole run ------------------------------------------------------------------------------------- */

@@ -243,10 +243,11 @@ static kempe_status settle_friction(kmp_runner *run, double t, double *q, double
  * from the integration would make them strike or part. */
 static kempe_status let_go(kmp_runner *run, double t, double *q, double *qd)
 {
-    kmp_friction_note(run);
+    memcpy(run->friction->change, run->crossing->change, (size_t)run->s->events.count * sizeof(double));
+    kmp_friction_note_values(run->friction);
     if (run->impacts)
         KMP_TRY(kmp_runner_project(run, t, q, qd));
-    kmp_friction_release(run);
+    kmp_friction_let_go(run->friction);
     kmp_partition_free(&run->part);
     KMP_TRY(kmp_runner_choose(run, t, q, -1, NULL, 0));
     kmp_margin_free(&run->margin);
@@ -279,7 +280,7 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy, dou
     }
     *gain = 0;
     if (run->impacts)
-        KMP_TRY(kmp_impact_pass(run, t, q, qd, gain));
+        KMP_TRY((kempe_status)kmp_impact_decide(&run->impacts->run, t, q, qd, gain));
     if (run->friction)
         KMP_TRY(settle_friction(run, t, q, qd));
     else

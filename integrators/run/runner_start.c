@@ -369,7 +369,7 @@ static kempe_status begin_modes(kmp_runner *run, double t, double *q, double *qd
         return kmp_runner_accelerate(run, t, q, qd);
     if (run->impacts) {
         KMP_TRY(kmp_impact_check_start(run, t, q, qd));
-        KMP_TRY(kmp_impact_pass(run, t, q, qd, &gain));
+        KMP_TRY((kempe_status)kmp_impact_decide(&run->impacts->run, t, q, qd, &gain));
     }
     return kmp_friction_settle(run, t, q, qd);
 }
