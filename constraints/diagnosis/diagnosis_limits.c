@@ -233,14 +233,6 @@ static const char *end_of_search(const trace *w)
                : "the motion continues: the search was ended there";
 }
 
-static void go_on(trace *w)
-{
-    place old = w->before;
-    w->before = w->here;
-    w->here = w->next;
-    w->next = old;
-}
-
 /* Follows the motion from the start along its tangent. Returns the reason of its end; NULL: it returned to the
  * start. */
 static const char *trace_one_side(trace *w)
@@ -263,37 +255,12 @@ static const char *trace_one_side(trace *w)
         h = fmin(fmin(1.3 * h, LONGEST), fmax(APPROACH * w->next.pivot / w->usual, CROSSING));
         if ((k & (k + 1)) == 0 && w->sample_count < MOST_SAMPLES)
             memcpy(w->sample + w->n * w->sample_count++, w->next.q, (size_t)w->n * sizeof *w->next.q);
-        go_on(w);
+        place old = w->before;
+        w->before = w->here;
+        w->here = w->next;
+        w->next = old;
     }
     return end_of_search(w);
-}
-
-static void begin(trace *w)
-{
-    const kmp_examination *x = w->x;
-    memcpy(w->start.q, x->q, (size_t)w->n * sizeof *w->start.q);
-    kmp_walk_evaluate(x->walk, x->q);
-    tangent_at(w, &w->start, w->start.tangent);
-    if (w->start.tangent[x->part->u[0]] < 0) /* the independent coordinate increases first */
-        for (int k = 0; k < w->n; k++)
-            w->start.tangent[k] = -w->start.tangent[k];
-    w->usual = fmax(w->start.pivot, x->diagnosis->margin > 0 ? w->start.pivot / x->diagnosis->margin : 0);
-    for (int k = 0; k < w->n; k++)
-        w->limits->swing[k] = (kmp_swing){.low = x->q[k], .high = x->q[k]};
-}
-
-static void finish(trace *w)
-{
-    for (int k = 0; k < w->n; k++) {
-        kmp_swing *s = &w->limits->swing[k];
-        s->moves = s->high - s->low > STANDS * w->x->system->scale[k];
-        if (w->limits->cycle)
-            s->turns = (int)lround((w->next.q[k] - w->start.q[k]) / TWO_PI);
-        if (w->limits->cycle && !w->x->system->model->motions[k].rotation)
-            s->turns = 0;
-        if (is_unseen(w, k))
-            *s = (kmp_swing){.low = NAN, .high = NAN, .moves = s->moves, .unseen = true};
-    }
 }
 
 static const char *why_not(const kmp_examination *x)
@@ -327,7 +294,16 @@ void kmp_diagnosis_limits(kmp_examination *x)
     if (!KMP_ARENA_EACH(x->arena, double, w.n, &w.start.tangent, &w.before.tangent, &w.here.tangent, &w.next.tangent,
                         &w.trial.tangent, &w.least.tangent))
         return;
-    begin(&w);
+    /* The start: the independent coordinate increases first. */
+    memcpy(w.start.q, x->q, (size_t)w.n * sizeof *w.start.q);
+    kmp_walk_evaluate(x->walk, x->q);
+    tangent_at(&w, &w.start, w.start.tangent);
+    if (w.start.tangent[x->part->u[0]] < 0)
+        for (int k = 0; k < w.n; k++)
+            w.start.tangent[k] = -w.start.tangent[k];
+    w.usual = fmax(w.start.pivot, x->diagnosis->margin > 0 ? w.start.pivot / x->diagnosis->margin : 0);
+    for (int k = 0; k < w.n; k++)
+        l->swing[k] = (kmp_swing){.low = x->q[k], .high = x->q[k]};
     l->walked = true;
     l->ended = trace_one_side(&w);
     l->cycle = !l->ended;
@@ -336,5 +312,15 @@ void kmp_diagnosis_limits(kmp_examination *x)
             w.start.tangent[k] = -w.start.tangent[k];
         (void)trace_one_side(&w);
     }
-    finish(&w);
+    /* What moves, and the full turns of a cycle. */
+    for (int k = 0; k < w.n; k++) {
+        kmp_swing *s = &l->swing[k];
+        s->moves = s->high - s->low > STANDS * x->system->scale[k];
+        if (l->cycle)
+            s->turns = (int)lround((w.next.q[k] - w.start.q[k]) / TWO_PI);
+        if (l->cycle && !x->system->model->motions[k].rotation)
+            s->turns = 0;
+        if (is_unseen(&w, k))
+            *s = (kmp_swing){.low = NAN, .high = NAN, .moves = s->moves, .unseen = true};
+    }
 }

@@ -308,37 +308,6 @@ static int common_zeros(const quadratic *f, int first)
     return found;
 }
 
-static void judge(kmp_diagnosis *diagnosis, const quadratic *f)
-{
-    int first = -1;
-    for (int l = f->l - 1; l >= 0; l--)
-        if (binds(f, l)) {
-            first = l;
-            diagnosis->conditions++;
-        }
-    if (first < 0)
-        diagnosis->second = KMP_SECOND_REAL;
-    else if (f->d == 1)
-        diagnosis->second = KMP_SECOND_NONE;
-    else if (f->d > 2)
-        diagnosis->second = KMP_SECOND_CONDITIONS;
-    else {
-        diagnosis->branches = common_zeros(f, first);
-        diagnosis->second = diagnosis->branches ? KMP_SECOND_BRANCHES : KMP_SECOND_NONE;
-    }
-}
-
-/* Rank of J here. For a mechanism that does not move, pivots due to rounding alone do not count: closing an
- * infinitesimally mobile one reaches only the root of rounding. */
-static int rank_here(const kmp_examination *x)
-{
-    const kmp_partition *part = x->part;
-    int r = part->r;
-    while (!x->diagnosis->moved && r > 0 && part->pivots[r - 1] < KMP_RANK_SHAKY * part->pivots[0])
-        r--;
-    return r;
-}
-
 static bool prepare(kmp_examination *x, int rank, quadratic *f)
 {
     kmp_walk *w = x->walk;
@@ -361,8 +330,12 @@ static bool prepare(kmp_examination *x, int rank, quadratic *f)
 void kmp_diagnosis_second_order(kmp_examination *x)
 {
     quadratic f = {0};
-    const kmp_diagnosis *d = x->diagnosis;
-    int rank = rank_here(x);
+    kmp_diagnosis *d = x->diagnosis;
+    /* Rank of J here. For a mechanism that does not move, pivots due to rounding alone do not count: closing an
+     * infinitesimally mobile one reaches only the root of rounding. */
+    int rank = x->part->r;
+    while (!d->moved && rank > 0 && x->part->pivots[rank - 1] < KMP_RANK_SHAKY * x->part->pivots[0])
+        rank--;
     bool extra = rank < d->generic_rank, stuck = !d->moved && rank < x->part->n;
     if (x->part->m == rank || !(extra || stuck) || !prepare(x, rank, &f))
         return;
@@ -370,5 +343,20 @@ void kmp_diagnosis_second_order(kmp_examination *x)
     gamma_of(x, f.qd, NULL, &f, f.gamma0); /* d and gamma0 are both zero here */
     polarise(x, &f);
     contract(x, &f);
-    judge(x->diagnosis, &f);
+    int first = -1; /* of the conditions that bind */
+    for (int l = f.l - 1; l >= 0; l--)
+        if (binds(&f, l)) {
+            first = l;
+            d->conditions++;
+        }
+    if (first < 0)
+        d->second = KMP_SECOND_REAL;
+    else if (f.d == 1)
+        d->second = KMP_SECOND_NONE;
+    else if (f.d > 2)
+        d->second = KMP_SECOND_CONDITIONS;
+    else {
+        d->branches = common_zeros(&f, first);
+        d->second = d->branches ? KMP_SECOND_BRANCHES : KMP_SECOND_NONE;
+    }
 }

@@ -2,7 +2,7 @@
 /* The row of a rigid contact: while it is held its distance stays as it was then. Otherwise the row is zero, so that it
  * is redundant. Its multiplier is the force along the normal. */
 #include "constraints/kinds/kind.h"
-#include "dynamics/kinematics/touch_modes.h"
+#include "dynamics/kinematics/friction_modes.h"
 #include "dynamics/kinematics/touching.h"
 
 static void touch(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)

@@ -199,21 +199,6 @@ static void divide(study *s, const double *parameters, double from, double to)
     (void)halve(s, parameters, 0, from, to, x, y);
 }
 
-/* Twice where the first division has found values that are much larger than those before it. */
-static void find(study *s, const double *parameters, double from, double to)
-{
-    double value[MOST], before[MOST];
-    bool grown = false;
-    for (int k = 0; k <= FIRST; k++)
-        values_at(s, parameters, from + k * (to - from) / FIRST, value);
-    memcpy(before, s->size, sizeof before);
-    divide(s, parameters, from, to);
-    for (int k = 0; k < s->count; k++)
-        grown = grown || s->size[k] > 2 * before[k];
-    if (grown)
-        divide(s, parameters, from, to);
-}
-
 static int ascending(const void *a, const void *b)
 {
     const double x = *(const double *)a, y = *(const double *)b;
@@ -246,8 +231,19 @@ static bool find_together(study *s, const double *parameters, const double span[
     s->program = program;
     s->bounds = program ? kmp_bounds_new(program, &aside) : NULL;
     s->aside = &aside;
-    if (s->bounds)
-        find(s, parameters, span[0], span[1]);
+    if (s->bounds) {
+        /* Twice where the first division has found values that are much larger than those before it. */
+        double value[MOST], before[MOST];
+        bool grown = false;
+        for (int k = 0; k <= FIRST; k++)
+            values_at(s, parameters, span[0] + k * (span[1] - span[0]) / FIRST, value);
+        memcpy(before, s->size, sizeof before);
+        divide(s, parameters, span[0], span[1]);
+        for (int k = 0; k < s->count; k++)
+            grown = grown || s->size[k] > 2 * before[k];
+        if (grown)
+            divide(s, parameters, span[0], span[1]);
+    }
     bool made = s->bounds && !aside.failed;
     if (made && s->longest >= CONTRAST * s->shortest)
         made = add_ends(s, arena, found);

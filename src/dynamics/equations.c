@@ -6,13 +6,14 @@
 #include "dynamics/closures.h"
 #include "dynamics/forces.h"
 #include "dynamics/formalisms/articulated.h"
-#include "dynamics/formalisms/tangent_sets.h"
+#include "dynamics/formalisms/tangents.h"
 #include "dynamics/kinematics/friction_modes.h"
 #include "dynamics/kinematics/pressing.h"
 #include "dynamics/outputs.h"
 #include "model/tables/output_table.h"
 #include "symbolic/derivative.h"
 #include "symbolic/label.h"
+#include "symbolic/partials.h"
 #include "symbolic/passes/shorten.h"
 #include "symbolic/program/live.h"
 
@@ -38,9 +39,78 @@ static void derive_efforts(kmp_equations *eq, const kmp_forces *forces, bool acc
 
 /* -- tangents ---------------------------------------------------------------------------------------- */
 
-/* After the inverse dynamics. */
+enum { TANGENT_SETS = KMP_SET_INVERSE_Q | KMP_SET_INVERSE_QD | KMP_SET_CLOSED_Q };
+
+/* Both derivations of both matrices: by composite bodies, by differentiation. */
+typedef struct both_methods {
+    kmp_ref *by_q[2], *by_qd[2];
+} both_methods;
+
+/* Chooses the requested variant, or the one in which all requested sets have the fewest operations. */
+static bool choose_methods(kmp_equations *eq, unsigned sets, const both_methods *b)
+{
+    kmp_ref *other = KMP_GRAPH_NEW(eq->graph, kmp_ref, kmp_equations_most_outputs(eq));
+    const bool q = sets & (KMP_SET_INVERSE_Q | KMP_SET_CLOSED_Q), qd = sets & KMP_SET_INVERSE_QD;
+    kmp_ref *const by_q[2] = {q ? b->by_q[0] : NULL, q ? b->by_q[1] : NULL};
+    kmp_ref *const by_qd[2] = {qd ? b->by_qd[0] : NULL, qd ? b->by_qd[1] : NULL};
+    kmp_tangent_choice choice = {0};
+    int others = 0;
+    if (other)
+        others = kmp_equations_outputs(eq, sets & ~(unsigned)(TANGENT_SETS | KMP_SET_CLOSED), other);
+    bool ok = other && kmp_tangents_choose(eq->graph, others, other, eq->n * eq->n, by_q, by_qd, &choice);
+    eq->savings.by_q = choice.by_q ? KMP_TANGENT_FORWARD : KMP_TANGENT_COMPOSITE;
+    eq->savings.by_qd = choice.by_qd ? KMP_TANGENT_FORWARD : KMP_TANGENT_COMPOSITE;
+    return ok;
+}
+
+static bool derive_by_both(kmp_equations *eq, const kmp_tree *tree, const kmp_forces *forces, unsigned sets,
+                           const both_methods *b, kmp_ref *qdd)
+{
+    kmp_savings *savings = &eq->savings;
+    const bool open = savings->by_q == KMP_TANGENT_SHORTER || savings->by_qd == KMP_TANGENT_SHORTER;
+    if (open)
+        savings->by_q = savings->by_qd = KMP_TANGENT_SHORTER;
+    for (int k = 0; k < eq->n; k++)
+        qdd[k] = kmp_input(eq->graph, KMP_IN_QDD, (uint32_t)k);
+    if (savings->by_q != KMP_TANGENT_FORWARD || savings->by_qd != KMP_TANGENT_FORWARD) {
+        if (sets & KMP_SET_POWER_SLOPES) {
+            eq->power_q = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n);
+            eq->power_qd = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n);
+            if (!eq->power_q || !eq->power_qd)
+                return false;
+        }
+        kmp_tangents_composite(tree, qdd, forces, b->by_q[0], b->by_qd[0], eq->power_q, eq->power_qd);
+    }
+    if (savings->by_q != KMP_TANGENT_COMPOSITE)
+        kmp_partials_all(eq->graph, eq->n, eq->inverse, KMP_IN_Q, eq->n, b->by_q[1]);
+    if (savings->by_qd != KMP_TANGENT_COMPOSITE)
+        kmp_partials_all(eq->graph, eq->n, eq->inverse, KMP_IN_QD, eq->n, b->by_qd[1]);
+    if (kmp_graph_failed(eq->graph) || (open && !choose_methods(eq, sets, b)))
+        return false;
+    for (int k = 0; k < eq->n * eq->n; k++) {
+        eq->inverse_q[k] = b->by_q[savings->by_q == KMP_TANGENT_FORWARD][k];
+        eq->inverse_qd[k] = b->by_qd[savings->by_qd == KMP_TANGENT_FORWARD][k];
+    }
+    return true;
+}
+
+/* J' lambda has symmetric derivatives: they are the second ones of lambda' h. `room`: n x n. */
+static bool derive_closed(kmp_equations *eq, const kmp_ref *jt_lambda, kmp_ref *room)
+{
+    int n = eq->n;
+    kmp_partials_all(eq->graph, n, jt_lambda, KMP_IN_Q, n, room);
+    if (kmp_graph_failed(eq->graph) || !kmp_tangents_mirror(eq->graph, n, room))
+        return false;
+    for (int k = 0; k < n * n; k++)
+        eq->closed_q[k] = kmp_sub(eq->graph, eq->inverse_q[k], room[k]);
+    return true;
+}
+
+/* After the inverse dynamics; eq->inverse_q and the others by the variants of eq, or by those with the fewest
+ * operations, which it then keeps. */
 static void derive_tangents(kmp_equations *eq, const kmp_forces *forces, unsigned sets)
 {
+    const size_t size = (size_t)eq->n * (size_t)eq->n;
     kmp_ref *jt_lambda = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n);
     if (!jt_lambda)
         return;
@@ -49,7 +119,17 @@ static void derive_tangents(kmp_equations *eq, const kmp_forces *forces, unsigne
         for (int k = 0; k < eq->n; k++)
             eq->closed[k] = kmp_sub(eq->graph, eq->inverse[k], jt_lambda[k]);
     }
-    if (sets & KMP_TANGENT_SETS && !kmp_tangent_sets_derive(eq, frames(eq), forces, sets, jt_lambda))
+    if (!(sets & TANGENT_SETS))
+        return;
+    kmp_ref *room = KMP_GRAPH_NEW(eq->graph, kmp_ref, 7 * size), *qdd = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n);
+    if (!room || !qdd)
+        return;
+    const both_methods b = {{room, room + size}, {room + 2 * size, room + 3 * size}};
+    eq->inverse_q = room + 4 * size;
+    eq->inverse_qd = room + 5 * size;
+    eq->closed_q = room + 6 * size;
+    if (!derive_by_both(eq, frames(eq), forces, sets, &b, qdd) ||
+        (sets & KMP_SET_CLOSED_Q && !derive_closed(eq, jt_lambda, room)))
         kmp_graph_fail(eq->graph);
 }
 
@@ -158,7 +238,7 @@ static unsigned requested_energy(const kmp_equations *eq, unsigned sets)
 static kempe_status derive_loaded(kmp_equations *eq, const kmp_scene *scene, unsigned energy)
 {
     static const kmp_force none;
-    const unsigned sets = scene->sets, tangents = KMP_TANGENT_SETS | KMP_SET_CLOSED;
+    const unsigned sets = scene->sets, tangents = TANGENT_SETS | KMP_SET_CLOSED;
     kmp_forces forces;
     kmp_forces_init(&forces, frames(eq), energy, scene->unloaded ? &none : scene->alone);
     if (kmp_graph_failed(eq->graph))
@@ -361,7 +441,7 @@ static kempe_status derive_dynamics(kmp_equations *eq, const kmp_scene *scene)
     const unsigned sets = scene->sets, energy = requested_energy(eq, sets);
     set_rules(eq, scene, *eq->savings.apart);
     const unsigned loaded =
-        KMP_SET_BIAS | KMP_SET_RESIDUAL | KMP_SET_INVERSE | KMP_SET_ACCELERATION | KMP_TANGENT_SETS | KMP_SET_CLOSED;
+        KMP_SET_BIAS | KMP_SET_RESIDUAL | KMP_SET_INVERSE | KMP_SET_ACCELERATION | TANGENT_SETS | KMP_SET_CLOSED;
     if (sets & KMP_SET_MASS)
         (scene->scheme == KMP_SCHEME_NER ? kmp_mass_ner : kmp_mass_composite)(frames(eq), eq->mass);
     if (sets & loaded || energy)

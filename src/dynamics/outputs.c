@@ -3,7 +3,6 @@
 #include "dynamics/closures.h"
 #include "dynamics/formalisms/joint_loads.h"
 #include "dynamics/formalisms/newton_euler.h"
-#include "dynamics/kinematics/momenta.h"
 #include "dynamics/kinematics/touching.h"
 #include "model/print/model_print.h"
 #include "model/tables/output_table.h"
@@ -35,6 +34,82 @@ static kmp_vec energies(kmp_equations *eq, const kmp_forces *forces)
     return (kmp_vec){{kinetic, forces->potential, kmp_add(g, kinetic, forces->potential)}};
 }
 
+/* -- momenta, in ground axes --------------------------------------------------------------------------- */
+
+/* A rigid part in motion: its mass, and in ground axes its centre, its momentum, and its angular momentum about its
+ * centre, I w. */
+typedef struct part {
+    kmp_ref mass;
+    kmp_vec centre, momentum, spin;
+} part;
+
+static part in_motion(const kmp_tree *tree, int link, const kmp_inertia *of)
+{
+    kmp_graph *g = tree->graph;
+    part p = {.mass = of->mass, .centre = kmp_link_position(tree, link, of->com, 0)};
+    kmp_vec w = kmp_from_ancestor(tree, link, 0, kmp_link_spin(tree, link, 0));
+    p.momentum = kmp_vec_scale(g, of->mass, kmp_vec_rate(tree, p.centre));
+    p.spin = kmp_link_direction(tree, link, kmp_tensor_apply(g, of->about_com, w), 0);
+    return p;
+}
+
+/* The parts of a body or of all links: the next one from *at on; false: there are no more. */
+static bool next_part(const kmp_tree *tree, int body, int *at, part *p)
+{
+    int link = body < 0 ? *at + 1 : tree->mounts[body].link;
+    if (link > kmp_model_coordinates(tree->model) || (body >= 0 && *at > 0))
+        return false;
+    *at = link;
+    const kmp_link *l = &tree->links[link];
+    const kmp_inertia of = body < 0 ? (kmp_inertia){l->mass, l->com, l->inertia} : kmp_body_inertia(tree, body);
+    *p = in_motion(tree, link, &of);
+    return true;
+}
+
+/* sum m v of a body, of all bodies for -1. */
+static kmp_vec momentum(const kmp_tree *tree, int body)
+{
+    kmp_vec sum = kmp_vec_zero();
+    part p;
+    for (int at = 0; next_part(tree, body, &at, &p);)
+        sum = kmp_vec_add(tree->graph, sum, p.momentum);
+    return sum;
+}
+
+/* The common centre of mass; the origin of the ground where nothing has a mass. */
+static kmp_vec find_centre(const kmp_tree *tree, int body)
+{
+    kmp_graph *g = tree->graph;
+    kmp_ref mass = KMP_ZERO;
+    kmp_vec moment = kmp_vec_zero();
+    part p;
+    for (int at = 0; next_part(tree, body, &at, &p);) {
+        mass = kmp_add(g, mass, p.mass);
+        moment = kmp_vec_add(g, moment, kmp_vec_scale(g, p.mass, p.centre));
+    }
+    return mass == KMP_ZERO ? moment : kmp_vec_scale(g, kmp_div(g, KMP_ONE, mass), moment);
+}
+
+/* sum x × m v + I w of a body, of all bodies for -1, with x from a point of the model, or for -1 from their common
+ * centre of mass; velocities are relative to the ground in both cases. */
+static kmp_vec angular_momentum(const kmp_tree *tree, int body, int point)
+{
+    kmp_graph *g = tree->graph;
+    bool own = body >= 0 && point < 0; /* about the centre of its only part */
+    kmp_vec sum = kmp_vec_zero(), about = own         ? sum
+                                          : point < 0 ? find_centre(tree, body)
+                                                      : kmp_point_position(tree, point, 0);
+    part p;
+    for (int at = 0; next_part(tree, body, &at, &p);) {
+        sum = kmp_vec_add(g, sum, p.spin);
+        if (!own)
+            sum = kmp_vec_add(g, sum, kmp_vec_cross(g, kmp_vec_sub(g, p.centre, about), p.momentum));
+    }
+    return sum;
+}
+
+/* -- outputs ------------------------------------------------------------------------------------------- */
+
 /* A coordinate of a cut joint, its rate or its acceleration. */
 static kmp_vec cut_coordinate(const kmp_tree *tree, const kmp_output *output)
 {
@@ -64,9 +139,9 @@ static kmp_vec derive_one(kmp_equations *eq, const kmp_forces *forces, const kmp
     case KMP_OUTPUT_ENERGY:
         return energies(eq, forces);
     case KMP_OUTPUT_MOMENTUM:
-        return kmp_momentum(&eq->tree, output->index);
+        return momentum(&eq->tree, output->index);
     case KMP_OUTPUT_ANGULAR_MOMENTUM:
-        return kmp_angular_momentum(&eq->tree, output->index, output->about - 1);
+        return angular_momentum(&eq->tree, output->index, output->about - 1);
     case KMP_OUTPUT_GAP:
         return kmp_vec_axis(kmp_touching_gap(&eq->tree, &eq->model->forces[output->index].touch), 0);
     case KMP_OUTPUT_CUT_Q:

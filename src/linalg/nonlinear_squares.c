@@ -46,25 +46,6 @@ static double free_of(const search *s, int k, double x)
     return range * sqrt(above * above - 1);
 }
 
-static void bound(search *s, const double *y)
-{
-    for (int k = 0; k < s->squares->count; k++) {
-        double low = s->squares->lower[k], high = s->squares->upper[k], range = s->range[k];
-        double root = sqrt(1 + y[k] / range * (y[k] / range));
-        if (isfinite(low) && isfinite(high)) {
-            s->x[k] = take_in(low + 0.5 * range * (1 + sin(y[k])), low, high);
-            s->slope[k] = 0.5 * range * cos(y[k]);
-        } else if (isfinite(low) || isfinite(high)) {
-            double way = isfinite(low) ? 1 : -1;
-            s->x[k] = (way > 0 ? low : high) + way * range * (root - 1);
-            s->slope[k] = way * y[k] / range / root;
-        } else {
-            s->x[k] = y[k];
-            s->slope[k] = 1;
-        }
-    }
-}
-
 /* -- evaluations ------------------------------------------------------------------------------------- */
 
 static bool all_finite(size_t count, const double *x)
@@ -145,7 +126,22 @@ static int answer(void *user, int rows, int count, const double *y, double *resi
     (void)rows, (void)count;
     if (what == 0)
         return 0;
-    bound(s, y);
+    /* The bounded variables, and their slopes. */
+    for (int k = 0; k < s->squares->count; k++) {
+        double low = s->squares->lower[k], high = s->squares->upper[k], range = s->range[k];
+        double root = sqrt(1 + y[k] / range * (y[k] / range));
+        if (isfinite(low) && isfinite(high)) {
+            s->x[k] = take_in(low + 0.5 * range * (1 + sin(y[k])), low, high);
+            s->slope[k] = 0.5 * range * cos(y[k]);
+        } else if (isfinite(low) || isfinite(high)) {
+            double way = isfinite(low) ? 1 : -1;
+            s->x[k] = (way > 0 ? low : high) + way * range * (root - 1);
+            s->slope[k] = way * y[k] / range / root;
+        } else {
+            s->x[k] = y[k];
+            s->slope[k] = 1;
+        }
+    }
     return what == 1 ? give_residuals(s, residual) : give_slopes(s, jacobian, stride);
 }
 

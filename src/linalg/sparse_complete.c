@@ -392,8 +392,10 @@ static void reset(work *w)
     w->threshold = INFINITY; /* until the first is set */
 }
 
-static bool load(work *w, const kmp_entries *a)
+static bool run(work *w, const kmp_entries *a, bool relaxed, double *pivots)
 {
+    w->relaxed = relaxed;
+    w->exhausted = false;
     bool ok = true;
     reset(w);
     for (int k = 0; ok && k < a->nz; k++)
@@ -401,14 +403,7 @@ static bool load(work *w, const kmp_entries *a)
             ok = add_entry(w, a->row[k], a->col[k], a->value[k]);
     for (int i = 0; ok && i < w->m; i++)
         put_back(w, i);
-    return ok;
-}
-
-static bool run(work *w, const kmp_entries *a, bool relaxed, double *pivots)
-{
-    w->relaxed = relaxed;
-    w->exhausted = false;
-    return load(w, a) && pivot_all(w, pivots);
+    return ok && pivot_all(w, pivots);
 }
 
 /* All pivots are NaN when an entry is not finite. false: no memory. */
@@ -437,22 +432,18 @@ static bool find_pivots(work *w, const kmp_entries *a, double *pivots)
     return true;
 }
 
-static bool allocate(work *w)
-{
-    int m = w->m, n = w->n;
-    return KMP_ARENA_MAKE(&w->arena, KMP_ROOM(entry *, m, &w->entries), KMP_ROOM(list, m, &w->row),
-                          KMP_ROOM(int *, n, &w->rows), KMP_ROOM(list, n, &w->column),
-                          KMP_ROOM(rank, m < n ? m : n, &w->ranks), KMP_ROOM(bool, n, &w->column_gone),
-                          KMP_ROOM(bool, m, &w->row_gone, &w->in_bucket),
-                          KMP_ROOM(int, m, &w->best, &w->heap, &w->heap_at, &w->r_at, &w->next, &w->before),
-                          KMP_ROOM(int, n + 1, &w->place, &w->c_at, &w->users, &w->bucket));
-}
-
 bool kmp_sparse_complete(const kmp_entries *a, const int *fixed, int *r, int *c, double *pivots, long *products)
 {
     work w = {.m = a->m, .n = a->n, .fixed = fixed, .r = r, .c = c};
     w.most_products = PRODUCTS_EACH * ((long)a->nz + a->m + a->n);
-    bool ok = allocate(&w) && find_pivots(&w, a, pivots);
+    const int m = a->m, n = a->n;
+    bool ok = KMP_ARENA_MAKE(&w.arena, KMP_ROOM(entry *, m, &w.entries), KMP_ROOM(list, m, &w.row),
+                             KMP_ROOM(int *, n, &w.rows), KMP_ROOM(list, n, &w.column),
+                             KMP_ROOM(rank, m < n ? m : n, &w.ranks), KMP_ROOM(bool, n, &w.column_gone),
+                             KMP_ROOM(bool, m, &w.row_gone, &w.in_bucket),
+                             KMP_ROOM(int, m, &w.best, &w.heap, &w.heap_at, &w.r_at, &w.next, &w.before),
+                             KMP_ROOM(int, n + 1, &w.place, &w.c_at, &w.users, &w.bucket)) &&
+              find_pivots(&w, a, pivots);
     if (products)
         *products = w.products;
     kmp_arena_free(&w.arena);

@@ -5,7 +5,12 @@
  * other rows imply that row, a given force. A run decides on modes (integrators/friction/friction_run.h).
  *
  * Friction of a contact whose slip has two directions is two elements that slip and stick together: in slip each has
- * its share of the level, opposite to the direction of the slip, and the size of both forces is within the level. */
+ * its share of the level, opposite to the direction of the slip, and the size of both forces is within the level.
+ *
+ * Rigid contacts: open or closed, by inputs of the roles of kmp_role, as friction that sticks. Open
+ * (SENSE = 1) a contact is an event where its distance plus PLACE becomes negative. Closed by its row (HELD = 1) its
+ * distance stays at PLACE, and a negative multiplier is the event. Closed by the rows of others it has a given force
+ * (GIVEN). The force is not negative: friction between zero and infinity, against the distance. */
 #pragma once
 
 #include "dynamics/kinematics/friction_roles.h"
@@ -54,5 +59,8 @@ kmp_ref kmp_friction_sense(const kmp_tree *tree, const kmp_force *force);
 /** The friction in every mode: of slip by its level, of stick by its multiplier, or as given. */
 kmp_ref kmp_friction_force(const kmp_tree *tree, const kmp_force *force);
 
-/** The value of an element's condition. */
+/** The force of a rigid contact in any mode, along the normal. */
+kmp_ref kmp_touch_push(const kmp_tree *tree, const kmp_force *contact);
+
+/** The value of a condition of friction or of a rigid contact. */
 kmp_ref kmp_friction_value(const kmp_tree *tree, const kmp_condition *condition);

@@ -6,8 +6,8 @@
  * rotation. Link 0 is the ground. */
 #pragma once
 
-#include "dynamics/kinematics/composite.h"
 #include "dynamics/kinematics/friction_roles.h"
+#include "dynamics/kinematics/vector.h"
 #include "model/model.h"
 
 typedef struct kmp_link {

@@ -10,10 +10,10 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "dynamics/equations.h"
-#include "dynamics/shorten/patterns.h"
 #include "symbolic/passes/shorten.h"
 #include "symbolic/program/cost.h"
 #include <limits.h>
+#include <stddef.h>
 #include <string.h>
 
 /* Larger mechanisms are derived as they are; above LARGE motions fewer patterns are tried; the passes run in trials of
@@ -31,6 +31,133 @@ typedef struct search {
     uint64_t seen[MOST_SEEN]; /* digests of trials that were counted */
     int seen_count;
 } search;
+
+/* -- patterns ------------------------------------------------------------------------------------------ */
+
+/* A value for each motion: of links whose parent has a mass, and of others. */
+typedef struct pattern_set {
+    size_t member; /* the array's offset in kmp_savings; 0: no more */
+    uint8_t to_masses, to_others;
+} pattern_set;
+
+/* It changes variants in addition to those already chosen. */
+typedef struct cost_pattern {
+    enum { FOR_ALL, FOR_SMALL, ON_DEMAND } when; /* of any model; of small ones; on demand */
+    bool instead;                                /* of the first pattern, whose members it sets otherwise */
+    void (*apply)(const kmp_tree *tree, kmp_savings *savings);
+    pattern_set set[4];
+} cost_pattern;
+
+static bool is_parallel(const kmp_tree *tree, int i)
+{
+    const kmp_link *link = &tree->links[i], *parent = &tree->links[link->parent];
+    return link->parent > 0 && link->rotation && parent->rotation && link->axis == parent->axis && !link->turned;
+}
+
+/* Non-rotating axes for joints that follow one about the same axis. */
+static void following(const kmp_tree *tree, kmp_savings *savings)
+{
+    for (int i = 1; i < tree->count; i++)
+        if (is_parallel(tree, i))
+            savings->stay[i - 1] = true;
+}
+
+/* Non-rotating axes for whole runs: such joints and the ones that they follow. */
+static void runs(const kmp_tree *tree, kmp_savings *savings)
+{
+    following(tree, savings);
+    for (int i = 1; i < tree->count; i++)
+        if (is_parallel(tree, i))
+            savings->stay[tree->links[i].parent - 1] = true;
+}
+
+static bool carries(const kmp_tree *tree, int i)
+{
+    for (int k = i + 1; k < tree->count; k++)
+        if (tree->links[k].parent == i)
+            return true;
+    return false;
+}
+
+/* Joints that carry no other joint, and are carried by one. */
+static void leaves(const kmp_tree *tree, kmp_savings *savings)
+{
+    for (int i = 1; i < tree->count; i++)
+        if (tree->links[i].rotation && tree->links[i].parent > 0 && !carries(tree, i))
+            savings->stay[i - 1] = true;
+}
+
+/* Bodies whose joint has no acceleration but that of gravity. */
+static void on_the_ground(const kmp_tree *tree, kmp_savings *savings)
+{
+    for (int i = 1; i < tree->count; i++)
+        if (tree->links[i].rotation && tree->links[i].parent == 0)
+            savings->about[i - 1] = true;
+}
+
+static void all_about(const kmp_tree *tree, kmp_savings *savings)
+{
+    for (int i = 1; i < tree->count; i++)
+        savings->about[i - 1] = tree->links[i].mass != KMP_ZERO;
+}
+
+/* Rotations apart, where there is a sum of angles to replace. */
+static void rotations_apart(const kmp_tree *tree, kmp_savings *savings)
+{
+    for (int i = 1; i < tree->count; i++)
+        if (is_parallel(tree, i)) {
+            *savings->apart = !*savings->apart;
+            return;
+        }
+}
+
+/* Masses on the axes, and inertia: what a composite body can always pass on. */
+enum { MASS_AND_INERTIA = KMP_GIVE_MASS | KMP_GIVE_INERTIA };
+
+#define ORIGINS offsetof(kmp_savings, origin)
+#define GIVE    offsetof(kmp_savings, give)
+#define LUMP    offsetof(kmp_savings, lump)
+
+/* In the order in which they are tried. */
+static const cost_pattern patterns[] = {
+    /* The usual best choice: base parameters, and for the wrenches the gifts that join a mass. */
+    {FOR_ALL, .set = {{ORIGINS, KMP_ORIGIN_PARENT, KMP_ORIGIN_PARENT},
+                      {LUMP, MASS_AND_INERTIA, MASS_AND_INERTIA},
+                      {GIVE, KMP_GIVE_ALL, 0}}},
+    {FOR_ALL, .apply = leaves},
+    {FOR_SMALL, .apply = following},
+    {FOR_SMALL, .apply = runs},
+    /* Masses are given through massless links, too, to the next link that has a mass. */
+    {FOR_ALL, .set = {{GIVE, KMP_GIVE_ALL, KMP_GIVE_MASS}}},
+    /* Wrenches about centres of mass, which suits forces that act there. */
+    {FOR_ALL, .instead = true,
+     .set = {{ORIGINS, KMP_ORIGIN_PARENT, KMP_ORIGIN_PARENT},
+             {LUMP, MASS_AND_INERTIA, MASS_AND_INERTIA},
+             {GIVE, KMP_GIVE_INERTIA, KMP_GIVE_INERTIA}}},
+    {FOR_ALL, .apply = on_the_ground},
+    {FOR_ALL, .apply = rotations_apart},
+    {FOR_SMALL, .set = {{ORIGINS, KMP_ORIGIN_MASS, KMP_ORIGIN_MASS}}},
+    {FOR_SMALL, .apply = all_about},
+    {ON_DEMAND, .set = {{ORIGINS, KMP_ORIGIN_CHILD, KMP_ORIGIN_CHILD}}},
+    {ON_DEMAND, .set = {{LUMP, KMP_GIVE_ALL, KMP_GIVE_ALL}}},
+    {ON_DEMAND, .set = {{LUMP, 0, 0}}},
+    {ON_DEMAND, .set = {{GIVE, 0, 0}}},
+    {ON_DEMAND, .set = {{ORIGINS, KMP_ORIGIN_PARENT, KMP_ORIGIN_PARENT}}},
+};
+
+enum { PATTERNS = sizeof patterns / sizeof *patterns };
+
+static void pattern_apply(const cost_pattern *pattern, const kmp_tree *tree, kmp_savings *savings)
+{
+    if (pattern->apply)
+        pattern->apply(tree, savings);
+    for (const pattern_set *set = pattern->set; set->member; set++)
+        for (int i = 1; i < tree->count; i++) {
+            uint8_t *member = *(uint8_t **)((char *)savings + set->member);
+            bool joins = tree->links[tree->links[i].parent].mass != KMP_ZERO;
+            member[i - 1] = joins ? set->to_masses : set->to_others;
+        }
+}
 
 /* -- counting ---------------------------------------------------------------------------------------- */
 
@@ -172,26 +299,23 @@ bool kmp_equations_are_large(const kempe_model *model)
 }
 
 /* Of large mechanisms few patterns are worth their time: none in place of the first one, where that has been taken. */
-static bool is_worthwhile(const search *s, const kmp_cost_pattern *patterns, int k)
+static bool is_worthwhile(const search *s, int k)
 {
-    const kmp_cost_pattern *pattern = &patterns[k];
+    const cost_pattern *pattern = &patterns[k];
     if (s->scene.optimize)
         return true;
     if (!kmp_equations_are_large(s->model))
-        return pattern->when == KMP_PATTERN_EVER || pattern->when == KMP_PATTERN_SMALL;
-    return pattern->when == KMP_PATTERN_EVER && !(s->scene.first && k > 0) &&
-           !(pattern->instead && has_first(&s->best));
+        return pattern->when == FOR_ALL || pattern->when == FOR_SMALL;
+    return pattern->when == FOR_ALL && !(s->scene.first && k > 0) && !(pattern->instead && has_first(&s->best));
 }
 
 static kempe_status try_patterns(search *s, bool *better)
 {
-    int count;
-    const kmp_cost_pattern *patterns = kmp_patterns(&count);
-    for (int k = 0; k < count; k++) {
-        if (!is_worthwhile(s, patterns, k))
+    for (int k = 0; k < PATTERNS; k++) {
+        if (!is_worthwhile(s, k))
             continue;
         begin(s);
-        kmp_pattern_apply(&patterns[k], &s->work->tree, &s->tried);
+        pattern_apply(&patterns[k], &s->work->tree, &s->tried);
         s->tried.patterns |= 1u << k;
         KMP_TRY(try_it(s, better));
     }

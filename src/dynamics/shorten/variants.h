@@ -38,7 +38,7 @@ typedef struct kmp_savings {
     uint8_t *point; /* four a closure: the variants of its two points, for h and J, and for their rates (point_gap.h) */
     uint8_t *apart; /* one: consecutive rotations about parallel axes are not merged, except back to the source */
     kmp_tangent_method by_q, by_qd; /* SHORTER: both are chosen together */
-    unsigned patterns;              /* bits of those that a search has taken (patterns.h) */
+    unsigned patterns;              /* bits of those that a search has taken (shortest.c) */
 } kmp_savings;
 
 /** None taken anywhere. false: no memory. To be freed in any case. */

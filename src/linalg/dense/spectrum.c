@@ -54,14 +54,6 @@ static double rounding(int n)
     return 64 * n * DBL_EPSILON;
 }
 
-static bool make_rooms(pencil *w)
-{
-    double **part = w->part;
-    return KMP_ARENA_MAKE(&w->arena, KMP_ROOM(int, w->n, &w->pivot), KMP_ROOM(double, w->n, &w->s, &w->row, &w->noise),
-                          KMP_ROOM(double, w->n * w->n, &w->l, &w->g, &w->k, &w->t, &w->h, &w->a, &w->vector, &w->apart,
-                                   &part[0], &part[1], &part[2], &part[3], &part[4], &part[5]));
-}
-
 /* out = L^-1 a L^-T; `row` has room for n. */
 static void congruence(int n, const double *l, const double *a, double *out, double *row)
 {
@@ -75,15 +67,6 @@ static void congruence(int n, const double *l, const double *a, double *out, dou
         for (int j = 0; j < n; j++)
             out[i + j * n] = row[j];
     }
-}
-
-static bool is_symmetric(int n, const double *a, double size)
-{
-    double difference = 0;
-    for (int j = 0; j < n; j++)
-        for (int i = 0; i < j; i++)
-            difference = fmax(difference, fabs(a[i + j * n] - a[j + i * n]));
-    return difference <= rounding(n) * size;
 }
 
 /* -- still shapes ------------------------------------------------------------------------------------ */
@@ -549,7 +532,11 @@ static int solve(pencil *w, kmp_spectrum *s, bool companion)
         return info;
     double k_norm = norm_of(p * p, w->k), g_norm = norm_of(p * p, w->g);
     w->rate = k_norm > 0 ? sqrt(k_norm) : g_norm > 0 ? g_norm : 1;
-    s->conservative = !w->led && g_norm <= rounding(p) * w->rate && is_symmetric(p, w->k, k_norm);
+    double difference = 0; /* from a symmetric K */
+    for (int j = 0; j < p; j++)
+        for (int i = 0; i < j; i++)
+            difference = fmax(difference, fabs(w->k[i + j * p] - w->k[j + i * p]));
+    s->conservative = !w->led && g_norm <= rounding(p) * w->rate && difference <= rounding(p) * k_norm;
     return s->conservative && !companion ? by_symmetry(w, s) : by_companion(w, s);
 }
 
@@ -559,7 +546,11 @@ int kmp_spectrum_init(kmp_spectrum *spectrum, int p, const double *mass, const d
     pencil w = {.p = p, .n = 2 * p, .mass = mass, .led = led, .damping = damping, .stiffness = stiffness};
     kmp_spectrum s = {.p = p, .count = 2 * p};
     KMP_ARENA_EACH(&s.arena, double, s.count, &s.re, &s.im);
-    bool made = KMP_ARENA_EACH(&s.arena, double, p *s.count, &s.x_re, &s.x_im, &s.y_re, &s.y_im) && make_rooms(&w);
+    double **part = w.part;
+    bool made = KMP_ARENA_EACH(&s.arena, double, p *s.count, &s.x_re, &s.x_im, &s.y_re, &s.y_im) &&
+                KMP_ARENA_MAKE(&w.arena, KMP_ROOM(int, w.n, &w.pivot), KMP_ROOM(double, w.n, &w.s, &w.row, &w.noise),
+                               KMP_ROOM(double, w.n *w.n, &w.l, &w.g, &w.k, &w.t, &w.h, &w.a, &w.vector, &w.apart,
+                                        &part[0], &part[1], &part[2], &part[3], &part[4], &part[5]));
     int info = !made ? -1 : p > 0 ? solve(&w, &s, companion) : 0;
     kmp_arena_free(&w.arena);
     if (info)
