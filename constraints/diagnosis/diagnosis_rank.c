@@ -96,20 +96,6 @@ static void keep_set(kmp_examination *x, const double *member, kmp_dependent *se
             set->rows[set->count++] = r;
 }
 
-static void collect_shared(kmp_examination *x)
-{
-    kmp_diagnosis *d = x->diagnosis;
-    d->shared_rows = KMP_ARENA_NEW(x->arena, int, x->system->m);
-    for (int r = 0; d->shared_rows && r < x->system->m; r++) {
-        bool shared = false;
-        for (int k = 0; k < d->set_count; k++)
-            for (int i = 0; i < d->sets[k].count; i++)
-                shared = shared || d->sets[k].rows[i] == r;
-        if (shared)
-            d->shared_rows[d->shared_count++] = r;
-    }
-}
-
 /* Adds up to `most` dependent sets of Jacobian k, from an echelon basis. */
 static void add_sets(kmp_examination *x, int k, int most, double tolerance)
 {
@@ -153,7 +139,16 @@ void kmp_diagnosis_dependents(kmp_examination *x)
     if (x->arena->failed)
         return;
     sort_sets(d->sets, d->set_count);
-    collect_shared(x);
+    /* The rows of all sets. */
+    d->shared_rows = KMP_ARENA_NEW(x->arena, int, x->system->m);
+    for (int r = 0; d->shared_rows && r < x->system->m; r++) {
+        bool shared = false;
+        for (int k = 0; k < d->set_count; k++)
+            for (int i = 0; i < d->sets[k].count; i++)
+                shared = shared || d->sets[k].rows[i] == r;
+        if (shared)
+            d->shared_rows[d->shared_count++] = r;
+    }
 }
 
 /* -- repairs ----------------------------------------------------------------------------------------- */

@@ -32,21 +32,6 @@ static int operands(const kmp_instruction *in)
     return in->op == KMP_OP_IMPLICIT ? 0 : kmp_op_arity((kmp_op)in->op);
 }
 
-static void mark_needed(kmp_bounds *b, knowledge *value)
-{
-    const kmp_program *p = b->program;
-    const int first = p->constant_count + p->input_count;
-    for (int k = 0; k < p->outputs[p->stages]; k++) {
-        knowledge *out = &value[p->output[k] >> 1];
-        b->known[k] = out->known;
-        b->given[k] = out->given;
-        out->needed = out->needed || out->known;
-    }
-    for (int i = p->code[p->stages]; i-- > 0;)
-        for (int k = 0; value[first + i].needed && k < operands(&p->instruction[i]); k++)
-            value[kmp_instruction_operand(&p->instruction[i], k) >> 1].needed = true;
-}
-
 static uint32_t renumbered(const knowledge *value, uint32_t operand)
 {
     return value[operand >> 1].number << 1 | (operand & 1);
@@ -127,7 +112,16 @@ kmp_bounds *kmp_bounds_new(const kmp_program *program, kmp_arena *arena)
             now->given = now->given || operand->given;
         }
     }
-    mark_needed(r, marks);
+    /* The values that known outputs need. */
+    for (int k = 0; k < p->outputs[p->stages]; k++) {
+        knowledge *out = &marks[p->output[k] >> 1];
+        r->known[k] = out->known;
+        r->given[k] = out->given;
+        out->needed = out->needed || out->known;
+    }
+    for (int i = p->code[p->stages]; i-- > 0;)
+        for (int k = 0; marks[first + i].needed && k < operands(&p->instruction[i]); k++)
+            marks[kmp_instruction_operand(&p->instruction[i], k) >> 1].needed = true;
     put_code(r, step, marks);
     return r;
 }

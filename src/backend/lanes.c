@@ -132,21 +132,16 @@ bool kmp_lanes_native(const kmp_lanes *lanes)
     return lanes->segment;
 }
 
-/* Whole registers: machine code that loads one would wait for the stores of its parts. */
-static KMP_CLONES void feed_eights(size_t w, const kmp_feed *feed, int count, const double *values, double *v)
-{
-    for (int k = 0; k < count; k++)
-        for (size_t l = 0; l < w; l += 8)
-            KMP_EIGHT_AT(v + w * feed[k].slot + l) = KMP_EIGHT_CONST(values + w * (size_t)feed[k].index + l);
-}
-
 void kmp_lanes_set(kmp_lanes *lanes, kmp_input_kind kind, const double *values)
 {
     const kmp_frame *f = &lanes->frame;
     size_t w = (size_t)lanes->width;
     int first = f->feed_start[kind], end = f->feed_start[kind + 1];
-    if (w % 8 == 0 && end > first)
-        feed_eights(w, f->feeds + first, end - first, values, lanes->v);
+    if (w % 8 == 0 && end > first) {
+        for (const kmp_feed *feed = f->feeds + first; feed < f->feeds + end; feed++)
+            for (size_t l = 0; l < w; l += 8)
+                KMP_EIGHT_AT(lanes->v + w * feed->slot + l) = KMP_EIGHT_CONST(values + w * (size_t)feed->index + l);
+    }
     for (int k = first; k < end && w % 8 != 0; k++)
         kmp_lanes_copy(w, lanes->v + f->feeds[k].slot * w, values + f->feeds[k].index * w);
 }
@@ -241,14 +236,6 @@ static void run_arithmetic(kmp_lanes *lanes, uint32_t segment)
         operations + code->start[segment], operations + code->start[segment + 1], (size_t)lanes->width, lanes->v);
 }
 
-static KMP_CLONES void copy_eights(size_t w, const kmp_frame *f, uint32_t first, uint32_t end, double *v)
-{
-    for (uint32_t k = first; k < end; k++)
-        for (size_t l = 0; l < w; l += 8)
-            KMP_EIGHT_AT(v + w * f->copies[k].to + l) =
-                KMP_EIGHT_CONST(v + w * f->copies[k].from + l) * f->copies[k].factor;
-}
-
 /* The slot of the first output of a stage. */
 static size_t first_output(const kmp_frame *f, int stage)
 {
@@ -264,8 +251,12 @@ void kmp_lanes_gather(kmp_lanes *lanes, int stage, int first, int end)
         begin++;
     while (past > begin && f->copies[past - 1].to >= to)
         past--;
-    if (w % 8 == 0 && begin < past)
-        copy_eights(w, f, begin, past, lanes->v);
+    if (w % 8 == 0 && begin < past) {
+        for (uint32_t k = begin; k < past; k++)
+            for (size_t l = 0; l < w; l += 8)
+                KMP_EIGHT_AT(lanes->v + w * f->copies[k].to + l) =
+                    KMP_EIGHT_CONST(lanes->v + w * f->copies[k].from + l) * f->copies[k].factor;
+    }
     for (uint32_t k = begin; k < past && w % 8 != 0; k++)
         for (size_t l = 0; l < w; l++)
             lanes->v[f->copies[k].to * w + l] = lanes->v[f->copies[k].from * w + l] * f->copies[k].factor;

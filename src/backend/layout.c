@@ -309,19 +309,6 @@ static void place_values(kmp_layout *l)
     f->copy_start[p->stages] = copies;
 }
 
-static void place_inputs(kmp_layout *l)
-{
-    const kmp_program *p = l->program;
-    int count = 0;
-    for (int kind = 0; kind < KMP_IN_COUNT; kind++) {
-        l->frame->feed_start[kind] = count;
-        for (int k = 0; k < p->input_count; k++)
-            if ((int)p->input[k].kind == kind)
-                l->frame->feeds[count++] = (kmp_feed){l->slot[p->constant_count + k], p->input[k].index};
-    }
-    l->frame->feed_start[KMP_IN_COUNT] = count;
-}
-
 void kmp_layout_free(kmp_layout *l)
 {
     kmp_arena_free(&l->arena);
@@ -362,7 +349,15 @@ bool kmp_layout_init(kmp_layout *l, kmp_frame *frame, const kmp_program *program
     if (!begin(l) || !analyse(l, straight) || !allocate(l, extra) || !list_blocks(l))
         return false;
     place_values(l);
-    place_inputs(l);
+    /* Inputs by kind. */
+    int count = 0;
+    for (int kind = 0; kind < KMP_IN_COUNT; kind++) {
+        frame->feed_start[kind] = count;
+        for (int k = 0; k < program->input_count; k++)
+            if ((int)program->input[k].kind == kind)
+                frame->feeds[count++] = (kmp_feed){l->slot[program->constant_count + k], program->input[k].index};
+    }
+    frame->feed_start[KMP_IN_COUNT] = count;
     frame->v[KMP_SLOT_ONE] = 1;
     frame->v[KMP_SLOT_MINUS_ONE] = -1;
     frame->v[KMP_SLOT_MINUS_ZERO] = -0.0;

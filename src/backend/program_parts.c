@@ -168,18 +168,6 @@ static void add_share(finder *f, seeds s, double cost)
             f->share[member[a]][member[b]] += share;
 }
 
-/* Finds affinities. Instructions that feed blocks count more than those that add up the results of blocks. */
-static void find_shares(finder *f)
-{
-    for (int i = 0; i < f->from; i++)
-        add_share(f, f->earlier[i], 1);
-    for (int i = 0; i < f->count; i++)
-        add_share(f, f->feeds[i] | f->reads[i], (f->feeds[i] ? 1 : 0.05) * f->price[i]);
-    for (int a = 0; a < f->seed_count; a++)
-        for (int b = 0; b < a; b++)
-            f->share[a][b] = f->share[b][a];
-}
-
 /* The two groups that share most, for their size. */
 static bool join_nearest(finder *f)
 {
@@ -273,14 +261,6 @@ static void place_by_operands(finder *f)
         }
 }
 
-static int lightest(const finder *f)
-{
-    int part = 1;
-    for (int k = 2; k <= f->parts; k++)
-        part = f->cost[k] < f->cost[part] ? k : part;
-    return part;
-}
-
 /* Distributes connected sets that touch no block: each goes to the part with the least work. */
 static void place_the_rest(finder *f)
 {
@@ -303,7 +283,10 @@ static void place_the_rest(finder *f)
     }
     for (int i = 0; i < f->count; i++)
         if (f->part[i] == FREE && f->root[i] == i) {
-            f->wish[i] = (uint8_t)lightest(f);
+            int part = 1;
+            for (int k = 2; k <= f->parts; k++)
+                part = f->cost[k] < f->cost[part] ? k : part;
+            f->wish[i] = (uint8_t)part;
             f->cost[f->wish[i]] += f->weight[i];
         }
     for (int i = 0; i < f->count; i++)
@@ -416,7 +399,14 @@ int kmp_parts_find(kmp_layout *layout, int stage, int threads)
     if (!begin(f))
         return -1;
     spread_seeds(f);
-    find_shares(f);
+    /* What each part would cost, and what two seeds share. */
+    for (int i = 0; i < f->from; i++)
+        add_share(f, f->earlier[i], 1);
+    for (int i = 0; i < f->count; i++)
+        add_share(f, f->feeds[i] | f->reads[i], (f->feeds[i] ? 1 : 0.05) * f->price[i]);
+    for (int a = 0; a < f->seed_count; a++)
+        for (int b = 0; b < a; b++)
+            f->share[a][b] = f->share[b][a];
     int parts = choose_parts(f, threads);
     if (parts > 0) {
         put_costliest_first(f, parts);

@@ -16,11 +16,6 @@ typedef struct waiting {
     int64_t left;           /* operations to run on the tape; 0: no change will follow */
 } waiting;
 
-static int operations(const kmp_program *p, int stage)
-{
-    return p->code[stage + 1] - p->code[stage];
-}
-
 static void release(void *self)
 {
     waiting *w = self;
@@ -54,13 +49,6 @@ static void *prepare(const kmp_program *p)
     return NULL;
 }
 
-/* Both frames were laid out from one program: their inputs are in the same order. */
-static void copy_inputs(const kmp_frame *from, kmp_frame *to)
-{
-    for (int k = 0; k < from->feed_start[KMP_IN_COUNT]; k++)
-        to->v[to->feeds[k].slot] = from->v[from->feeds[k].slot];
-}
-
 /* Goes over to machine code, with the inputs and the values of all earlier stages. Without memory the tape stays. */
 static void change(waiting *w, int stage)
 {
@@ -68,7 +56,9 @@ static void change(waiting *w, int stage)
     w->left = 0;
     if (!code)
         return;
-    copy_inputs(w->code, code); /* a frame is the first member of either */
+    const kmp_frame *from = w->code, *to = code; /* a frame is the first member of either */
+    for (int k = 0; k < from->feed_start[KMP_IN_COUNT]; k++)
+        to->v[to->feeds[k].slot] = from->v[from->feeds[k].slot];
     for (int s = 0; s < stage; s++)
         kmp_backend_native.run(code, s);
     w->taped = w->code;
@@ -86,7 +76,7 @@ static void run(void *self, int stage)
 {
     waiting *w = self;
     if (w->left > 0) {
-        w->left -= operations(w->program, stage);
+        w->left -= w->program->code[stage + 1] - w->program->code[stage];
         if (w->left <= 0)
             change(w, stage);
     }

@@ -4,13 +4,6 @@
 #include "dynamics/formalisms/joint_loads.h"
 #include "model/reactions/carried.h"
 
-/* A screw's load belongs to its closure, which has its name. */
-static bool has_load(const kempe_model *model, int body)
-{
-    return !kmp_joint_obstacle(model, body) && !model->bodies[body].coupling &&
-           kmp_name_find(KMP_NAMED(model, closure), model->bodies[body].joint) < 0;
-}
-
 static kempe_status derive(kmp_all_loads *loads, kmp_equations *eq, const kempe_system *system)
 {
     const kempe_model *model = system->model;
@@ -39,7 +32,8 @@ kempe_status kmp_all_loads_init(kmp_all_loads *loads, const kempe_system *system
     *loads = (kmp_all_loads){0};
     loads->joint = KMP_ARENA_NEW(&loads->arena, int, model->body_count);
     for (int b = 1; loads->joint && b < model->body_count; b++)
-        if (has_load(model, b))
+        if (!kmp_joint_obstacle(model, b) && !model->bodies[b].coupling &&
+            kmp_name_find(KMP_NAMED(model, closure), model->bodies[b].joint) < 0)
             loads->joint[loads->joints++] = b;
     KMP_TRY(kmp_equations_init(&eq, model, KMP_SET_REACTION, KMP_SCHEME_COMPOSITE, false));
     kempe_status status = derive(loads, &eq, system);

@@ -277,18 +277,6 @@ static int from_the_right(const void *a, const void *b)
     return creal(x->s) != creal(y->s) ? (creal(x->s) > creal(y->s) ? -1 : 1) : by_modulus(a, b);
 }
 
-/* Room for the roots that the discretised system and the one without delays may give. */
-static bool make_roots(search *m)
-{
-    m->count = 0;
-    m->root = KMP_ARENA_NEW(&m->arena, root, 2 * m->size + m->plain + 2);
-    double complex *x =
-        KMP_ARENA_NEW(&m->arena, double complex, (ptrdiff_t)(2 * m->size + m->plain + 3) * m->equation.count);
-    for (int k = 0; x && m->root && k < 2 * m->size + m->plain + 2; k++)
-        m->root[k].x = x + (ptrdiff_t)(k + 1) * m->equation.count;
-    return !m->arena.failed;
-}
-
 /* All eigenvalues but the zeros, which are those nearest to the origin. */
 static bool take_eigenvalues(search *m, double complex *next)
 {
@@ -371,7 +359,14 @@ static kempe_status find(search *m, bool brief, int *kept, double *bound)
         if (level > 0 && m->plain + m->delays * points > MOST_SIZE)
             return KEMPE_OK;
         KMP_TRY(discretise(m, points));
-        KMP_TRY(kmp_made(context, make_roots(m)));
+        /* Rooms of the roots, each with its vector. */
+        m->count = 0;
+        m->root = KMP_ARENA_NEW(&m->arena, root, 2 * m->size + m->plain + 2);
+        double complex *x =
+            KMP_ARENA_NEW(&m->arena, double complex, (ptrdiff_t)(2 * m->size + m->plain + 3) * m->equation.count);
+        for (int k = 0; x && m->root && k < 2 * m->size + m->plain + 2; k++)
+            m->root[k].x = x + (ptrdiff_t)(k + 1) * m->equation.count;
+        KMP_TRY(kmp_made(context, !m->arena.failed));
         double complex *next = m->root[0].x - m->equation.count;
         KMP_TRY(kmp_made(context, take_eigenvalues(m, next) && take_undelayed(m, next)));
         qsort(m->root, (size_t)m->count, sizeof *m->root, from_the_right);

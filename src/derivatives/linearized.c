@@ -280,18 +280,6 @@ static void gather(kmp_linear *l, const double *w, double *du, double *rows)
         rows[r] = -rows[r];
 }
 
-/* On the force M qdd + C - J' lambda, from those on R = X' force and on lambda = Jv'^-1 force_v. */
-static void weigh_force(kmp_linear *l, const kmp_weights *w, double *force)
-{
-    kmp_reduction *red = &l->red;
-    memset(force, 0, (size_t)l->n * sizeof *force);
-    for (int k = 0; w->residual && k < l->p; k++)
-        for (int i = 0; i < l->n; i++)
-            force[i] += red->x[i + k * l->n] * w->residual[k];
-    if (w->lambda)
-        kmp_reduction_push(red, 1, w->lambda, force);
-}
-
 void kmp_linear_back(kmp_linear *linear, const kmp_weights *weights, const kmp_changes_weight *back)
 {
     int n = linear->n;
@@ -301,7 +289,14 @@ void kmp_linear_back(kmp_linear *linear, const kmp_weights *weights, const kmp_c
     kmp_copy_or_zero(n, weights->q, q);
     kmp_copy_or_zero(n, weights->qd, qd);
     kmp_copy_or_zero(n, weights->qdd, qdd);
-    weigh_force(linear, weights, back->force);
+    /* On the force M qdd + C - J' lambda, from those on R = X' force and on lambda = Jv'^-1 force_v. */
+    kmp_reduction *red = &linear->red;
+    memset(back->force, 0, (size_t)linear->n * sizeof *back->force);
+    for (int k = 0; weights->residual && k < linear->p; k++)
+        for (int i = 0; i < linear->n; i++)
+            back->force[i] += red->x[i + k * linear->n] * weights->residual[k];
+    if (weights->lambda)
+        kmp_reduction_push(red, 1, weights->lambda, back->force);
     kmp_tangents_add_transposed(t, KMP_M, d, 1, back->force, qdd);
     kmp_tangents_add_transposed(t, KMP_R_QD, d, 1, back->force, qd);
     kmp_tangents_add_transposed(t, KMP_R_Q, d, 1, back->force, q);

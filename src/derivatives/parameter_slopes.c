@@ -48,19 +48,14 @@ int kmp_slopes_lead(const kmp_tree *tree, int count, kmp_ref *leaf, kmp_ref *dir
     return ok ? count : -1;
 }
 
-/* Numbers of the vector KMP_IN_TIME are negative: -1 - index. */
-static kmp_ref named_leaf(kmp_graph *graph, int named)
-{
-    return named >= 0 ? kmp_input(graph, KMP_IN_PARAMETER, (uint32_t)named)
-                      : kmp_input(graph, KMP_IN_TIME, (uint32_t)(-1 - named));
-}
-
 /* A column for each parameter. */
 static bool add_parameters(gather *g)
 {
     bool ok = true;
     for (int p = 0; ok && p < g->s->count; p++) {
-        g->leaf[0] = named_leaf(g->eq.graph, g->named[p]);
+        int named = g->named[p];
+        g->leaf[0] = named >= 0 ? kmp_input(g->eq.graph, KMP_IN_PARAMETER, (uint32_t)named)
+                                : kmp_input(g->eq.graph, KMP_IN_TIME, (uint32_t)(-1 - named));
         g->direction[0] = KMP_ONE;
         int leaves = kmp_slopes_lead(&g->eq.tree, 1, g->leaf, g->direction);
         ok = leaves > 0 && kmp_derivative_restart(g->along, leaves, g->leaf, g->direction);
@@ -272,16 +267,6 @@ static bool make_machine(gather *g, const kmp_backend *backend)
                                                         backend, g->s->system->parameters);
 }
 
-static bool make_room(gather *g)
-{
-    int parameters = g->eq.model->parameter_count, width = 1 + 3 * g->s->n + g->s->m + g->s->count;
-    g->x->start = KMP_NEW(int, width + 1);
-    g->leaf = KMP_ARENA_NEW(&g->arena, kmp_ref, parameters + 1);
-    g->direction = KMP_ARENA_NEW(&g->arena, kmp_ref, parameters + 1);
-    g->along = g->arena.failed ? NULL : kmp_derivative_new(g->eq.graph, 0, g->leaf, g->direction);
-    return g->along && g->x->start;
-}
-
 kempe_status kmp_slopes_equations(kmp_equations *eq, const kempe_system *system, kmp_events *events, unsigned sets)
 {
     *events = system->events;
@@ -297,7 +282,12 @@ static kempe_status derive(kmp_slopes *s, unsigned sets, bool (*add)(gather *g),
     kmp_events events;
     KMP_TRY(x == &s->samples ? kmp_equations_derive(&g.eq, s->system->model, &in_place)
                              : kmp_slopes_equations(&g.eq, s->system, &events, sets));
-    bool ok = make_room(&g) && add(&g) && make_machine(&g, backend);
+    int parameters = g.eq.model->parameter_count, width = 1 + 3 * g.s->n + g.s->m + g.s->count;
+    g.x->start = KMP_NEW(int, width + 1);
+    g.leaf = KMP_ARENA_NEW(&g.arena, kmp_ref, parameters + 1);
+    g.direction = KMP_ARENA_NEW(&g.arena, kmp_ref, parameters + 1);
+    g.along = g.arena.failed ? NULL : kmp_derivative_new(g.eq.graph, 0, g.leaf, g.direction);
+    bool ok = g.along && g.x->start && add(&g) && make_machine(&g, backend);
     kmp_derivative_free(g.along);
     kmp_arena_free(&g.arena);
     kmp_free(g.list.output);

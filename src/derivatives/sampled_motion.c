@@ -54,19 +54,6 @@ typedef struct map {
     double h; /* of the step in `step` */
 } map;
 
-static void take_samples(map *m, const double *every, double t)
-{
-    memcpy(m->next, m->now, (size_t)m->size * (size_t)m->size * sizeof *m->next);
-    for (int i = 0; i < m->width; i++)
-        if (isfinite(every[i]) && is_whole(t / every[i]))
-            for (int j = 0; j < m->size; j++)
-                for (int k = 0; k < m->size; k++)
-                    m->next[i + j * m->size] += every[i] * m->averaged[i + k * m->size] * m->now[k + j * m->size];
-    double *now = m->now;
-    m->now = m->next;
-    m->next = now;
-}
-
 static double next_sample(const map *m, const double *every, double t, double end)
 {
     double next = end;
@@ -94,18 +81,6 @@ static int move(map *m, double h)
     return 0;
 }
 
-static void fill(map *m, int inputs, const double *a, const double *b, const double *every)
-{
-    for (int j = 0; j < m->width + inputs; j++) {
-        const double *column = j < m->width ? a + (ptrdiff_t)j * m->width : b + (ptrdiff_t)(j - m->width) * m->width;
-        for (int i = 0; i < m->width; i++) {
-            m->averaged[i + j * m->size] = column[i];
-            m->held[i + j * m->size] = isfinite(every[i]) ? 0 : column[i];
-        }
-        m->now[j + j * m->size] = 1;
-    }
-}
-
 int kmp_sampled_map(int width, int inputs, const double *a, const double *b, const double *every, double *period,
                     double *phi, double *gamma)
 {
@@ -115,11 +90,28 @@ int kmp_sampled_map(int width, int inputs, const double *a, const double *b, con
     int failed = !room ? -1 : end > 0 ? 0 : -2;
     m.averaged = room, m.held = room + size, m.step = room + 2 * size, m.now = room + 3 * size,
     m.next = room + 4 * size;
-    if (failed == 0)
-        fill(&m, inputs, a, b, every);
+    if (failed == 0) {
+        /* The map of the start: nothing has moved. */
+        for (int j = 0; j < m.width + inputs; j++) {
+            const double *column = j < m.width ? a + (ptrdiff_t)j * m.width : b + (ptrdiff_t)(j - m.width) * m.width;
+            for (int i = 0; i < m.width; i++) {
+                m.averaged[i + j * m.size] = column[i];
+                m.held[i + j * m.size] = isfinite(every[i]) ? 0 : column[i];
+            }
+            m.now[j + j * m.size] = 1;
+        }
+    }
     for (double t = 0; failed == 0 && t < end * (1 - KMP_SAME_SAMPLE);) {
         double next = next_sample(&m, every, t, end);
-        take_samples(&m, every, t);
+        memcpy(m.next, m.now, (size_t)m.size * (size_t)m.size * sizeof *m.next);
+        for (int i = 0; i < m.width; i++)
+            if (isfinite(every[i]) && is_whole(t / every[i]))
+                for (int j = 0; j < m.size; j++)
+                    for (int k = 0; k < m.size; k++)
+                        m.next[i + j * m.size] += every[i] * m.averaged[i + k * m.size] * m.now[k + j * m.size];
+        double *now = m.now;
+        m.now = m.next;
+        m.next = now;
         failed = move(&m, next - t);
         t = next;
     }

@@ -33,16 +33,6 @@ typedef struct beginning {
     double *pulled;            /* n */
 } beginning;
 
-static bool make_room(beginning *b)
-{
-    kmp_arena *a = &b->arena;
-    int n = b->n, m = b->m;
-    return KMP_ARENA_MAKE(a, KMP_ROOM(int, n, &b->hold), KMP_ROOM(bool, n, &b->free),
-                          KMP_ROOM(double, n, &b->x, &b->pulled), KMP_ROOM(double, m, &b->mu),
-                          KMP_ROOM(double, n + m, &b->zero), KMP_ROOM(double, 3 * m + n, &b->without),
-                          KMP_ROOM(double, m *n, &b->jacobian, &b->scaled), KMP_ROOM(double, b->v->count *n, &b->with));
-}
-
 /* -- positions --------------------------------------------------------------------------------------- */
 
 static bool is_nearly_closed(beginning *b)
@@ -104,15 +94,6 @@ static double row_scale(const beginning *b, int r)
     return b->v->system->row_scale[r];
 }
 
-/* J over the row scales times the scales of the free columns, others zero. */
-static void scale_jacobian(beginning *b)
-{
-    for (int i = 0; i < b->n; i++)
-        for (int r = 0; r < b->m; r++)
-            b->scaled[r + i * b->m] =
-                b->free[i] ? b->jacobian[r + i * b->m] * b->v->system->scale[i] / row_scale(b, r) : 0;
-}
-
 /* Finds the kept rates, and mu / row scales of the correction of the others by assembly: scale Jf' mu, of least norm.
  * False: no memory. */
 static bool find_correction(beginning *b)
@@ -124,7 +105,10 @@ static bool find_correction(beginning *b)
         b->free[i] = b->a->rates_changed || !start->qd_given[i];
         b->x[i] = b->free[i] ? (b->a->qd[i] - start->qd[i].value) / b->v->system->scale[i] : 0;
     }
-    scale_jacobian(b);
+    for (int i = 0; i < b->n; i++)
+        for (int r = 0; r < b->m; r++)
+            b->scaled[r + i * b->m] =
+                b->free[i] ? b->jacobian[r + i * b->m] * b->v->system->scale[i] / row_scale(b, r) : 0;
     for (int i = 0; transposed && i < b->n; i++)
         for (int r = 0; r < b->m; r++)
             transposed[i + r * b->n] = b->scaled[r + i * b->m];
@@ -135,20 +119,6 @@ static bool find_correction(beginning *b)
     return ok;
 }
 
-/* M qdd + C - J' lambda and its derivatives depend on lambda by J' lambda alone: (J' mu)_p and (J' mu)_q are the
- * differences due to mu. First the parameter derivatives with mu, into b->with. */
-static void look_with_mu(beginning *b, const double *lambda)
-{
-    kmp_varied *v = b->v;
-    const kmp_linear *l = &v->linear;
-    kmp_instant at = kmp_linear_instant(&v->linear);
-    at.qdd = b->zero;
-    at.lambda = lambda;
-    at.qd = l->qd;
-    kmp_slopes_at(v->slopes, &at);
-    v->linear.d = kmp_tangents_derivatives(&v->linear.tangents, &at);
-}
-
 /* (J' mu)_q dq + (J' mu)_p of all parameters into b->with. */
 static void pull_all(beginning *b, const double *dq)
 {
@@ -156,7 +126,15 @@ static void pull_all(beginning *b, const double *dq)
     int n = b->n, m = b->m;
     memset(b->with, 0, (size_t)(v->count * n) * sizeof(double));
     for (int side = 0; side < 2; side++) {
-        look_with_mu(b, side == 0 ? b->mu : b->zero);
+        /* M qdd + C - J' lambda and its derivatives depend on lambda by J' lambda alone: (J' mu)_p and (J' mu)_q are
+         * the differences due to mu. First the parameter derivatives with mu, into b->with. */
+        const kmp_linear *l = &v->linear;
+        kmp_instant at = kmp_linear_instant(&v->linear);
+        at.qdd = b->zero;
+        at.lambda = side == 0 ? b->mu : b->zero;
+        at.qd = l->qd;
+        kmp_slopes_at(v->slopes, &at);
+        v->linear.d = kmp_tangents_derivatives(&v->linear.tangents, &at);
         for (int k = 0; k < v->count; k++) {
             double *force = b->without + 3 * m;
             (void)kmp_slopes_change(v->slopes, k, b->without);
@@ -228,9 +206,18 @@ static kempe_status check(const kempe_system *s, const kempe_assembly *a)
     return KEMPE_OK;
 }
 
-/* Puts the linear state at the start, tangents and parameter derivatives with its rates. */
-static kempe_status stand(beginning *b)
+static kempe_status differentiate(beginning *b, double *dq, double *dqd)
 {
+    kmp_arena *a = &b->arena;
+    int n = b->n, m = b->m;
+    KMP_TRY(kmp_made(b->v->system->context,
+                     KMP_ARENA_MAKE(a, KMP_ROOM(int, n, &b->hold), KMP_ROOM(bool, n, &b->free),
+                                    KMP_ROOM(double, n, &b->x, &b->pulled), KMP_ROOM(double, m, &b->mu),
+                                    KMP_ROOM(double, n + m, &b->zero), KMP_ROOM(double, 3 * m + n, &b->without),
+                                    KMP_ROOM(double, m *n, &b->jacobian, &b->scaled),
+                                    KMP_ROOM(double, b->v->count *n, &b->with))));
+    KMP_TRY(choose_as_assembled(b));
+    /* Puts the linear state at the start, tangents and parameter derivatives with its rates. */
     kmp_varied *v = b->v;
     kmp_linear *l = &v->linear;
     if (kmp_linear_at_rates(l, 0, b->a->q, b->a->qd, true) != KEMPE_OK)
@@ -239,14 +226,6 @@ static kempe_status stand(beginning *b)
                         "coordinate moves no mass");
     kmp_instant at = kmp_linear_instant(&v->linear);
     kmp_slopes_at(v->slopes, &at);
-    return KEMPE_OK;
-}
-
-static kempe_status differentiate(beginning *b, double *dq, double *dqd)
-{
-    KMP_TRY(kmp_made(b->v->system->context, make_room(b)));
-    KMP_TRY(choose_as_assembled(b));
-    KMP_TRY(stand(b));
     move_positions(b, dq);
     return move_rates(b, dq, dqd) ? KEMPE_OK : kmp_fail_memory(b->v->system->context);
 }

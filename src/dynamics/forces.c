@@ -36,24 +36,6 @@ void kmp_apply_moment(kmp_forces *forces, const kmp_tree *tree, int point, int f
         *sum = kmp_vec_add(tree->graph, *sum, kmp_from_ancestor(tree, link, frame, moment));
 }
 
-/* - m g.x of every body, x in ground axes. */
-static kmp_ref gravity_potential(const kmp_tree *tree)
-{
-    kmp_graph *g = tree->graph;
-    kmp_ref v = KMP_ZERO;
-    for (int i = 1; i < tree->count; i++) {
-        if (tree->links[i].mass == KMP_ZERO)
-            continue;
-        kmp_vec x = tree->links[i].com;
-        for (int k = i; k > 0; k = tree->links[k].parent) {
-            x = kmp_link_to_parent(tree, k, kmp_vec_add(g, x, kmp_link_slide(tree, k)));
-            x = kmp_vec_add(g, x, tree->links[k].p);
-        }
-        v = kmp_sub(g, v, kmp_mul(g, tree->links[i].mass, kmp_vec_dot(g, tree->gravity, x)));
-    }
-    return v;
-}
-
 void kmp_apply_effort(kmp_forces *forces, const kmp_tree *tree, int motion, kmp_ref effort)
 {
     forces->effort[motion] = kmp_add(tree->graph, forces->effort[motion], effort);
@@ -77,6 +59,20 @@ void kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, unsigned energy, 
         if (!alone || alone == &model->forces[k])
             laws[model->forces[k].kind](forces, &kinked, &model->forces[k], energy,
                                         forces->value + (ptrdiff_t)KMP_FORCE_WIDTH * k);
-    if (energy & KMP_ENERGY_POTENTIAL)
-        forces->potential = kmp_add(tree->graph, forces->potential, gravity_potential(tree));
+    if (energy & KMP_ENERGY_POTENTIAL) {
+        /* - m g.x of every body, x in ground axes. */
+        kmp_graph *g = tree->graph;
+        kmp_ref v = KMP_ZERO;
+        for (int i = 1; i < tree->count; i++) {
+            if (tree->links[i].mass == KMP_ZERO)
+                continue;
+            kmp_vec x = tree->links[i].com;
+            for (int k = i; k > 0; k = tree->links[k].parent) {
+                x = kmp_link_to_parent(tree, k, kmp_vec_add(g, x, kmp_link_slide(tree, k)));
+                x = kmp_vec_add(g, x, tree->links[k].p);
+            }
+            v = kmp_sub(g, v, kmp_mul(g, tree->links[i].mass, kmp_vec_dot(g, tree->gravity, x)));
+        }
+        forces->potential = kmp_add(tree->graph, forces->potential, v);
+    }
 }

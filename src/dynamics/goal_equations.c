@@ -34,19 +34,13 @@ static void cut_coordinates(const kmp_equations *eq, kmp_ref *x)
         x[k] = kmp_tree_expression(&eq->tree, eq->model->cut_coordinates[k].value);
 }
 
-/* Start values of coordinates of cut joints need these. */
-static int count_cut(const kempe_model *model)
-{
-    bool given = false;
-    for (int k = 0; k < model->cut_coordinate_count; k++)
-        given = given || model->cut_coordinates[k].q_given || model->cut_coordinates[k].qd_given;
-    return given ? model->cut_coordinate_count : 0;
-}
-
 bool kmp_goals_program(kmp_equations *eq, kmp_program **program)
 {
     int count = kmp_goals_place_count(eq->model), loose = kmp_goals_centred_count(eq->model);
-    int cut = count_cut(eq->model), own = count * (1 + eq->n), both = own + loose * (1 + eq->n);
+    bool given = false;
+    for (int k = 0; k < eq->model->cut_coordinate_count; k++)
+        given = given || eq->model->cut_coordinates[k].q_given || eq->model->cut_coordinates[k].qd_given;
+    int cut = given ? eq->model->cut_coordinate_count : 0, own = count * (1 + eq->n), both = own + loose * (1 + eq->n);
     int counts[2] = {both + cut * (1 + eq->n), count};
     if (count + loose + cut == 0)
         return true;

@@ -226,11 +226,6 @@ char *kmp_system_event_text(kempe_system *s, const kmp_condition *condition)
     return kmp_text_keep(&text, &s->arena);
 }
 
-static bool is_by_rates(const kmp_graph *g, kmp_ref value)
-{
-    return kmp_graph_node(g, kmp_id(value))->depends & 1u << KMP_IN_QD;
-}
-
 /* Makes the program of conditions. All are known once the other programs have been derived; these equations have all
  * laws and rows. */
 static kempe_status make_changes(kempe_system *s, kmp_equations *eq)
@@ -248,7 +243,8 @@ static kempe_status make_changes(kempe_system *s, kmp_equations *eq)
         condition->late =
             (condition->ends || condition->told || condition->role != KMP_ROLE_NONE) && kmp_is_late(eq->graph, out[k]);
         s->changes_by_rates =
-            s->changes_by_rates || condition->late || (!condition->told && is_by_rates(eq->graph, out[k]));
+            s->changes_by_rates || condition->late ||
+            (!condition->told && (kmp_graph_node(eq->graph, kmp_id(out[k]))->depends & 1u << KMP_IN_QD));
         if (condition->late) {
             out[count + counts[1]++] = out[k];
             out[k] = KMP_ZERO;
@@ -363,16 +359,6 @@ static kempe_status derive(kempe_system *s, bool closures)
     return status;
 }
 
-/* The algorithm requested by the call or the model. */
-static kempe_status read_dynamics(const kempe_model *model, const char *word, kmp_dynamics *dynamics)
-{
-    kmp_text complaint = {0};
-    *dynamics = word ? kmp_dynamics_find(word, &complaint) : model->run.dynamics;
-    if (*dynamics == KMP_DYNAMICS_COUNT)
-        return kmp_fail_text(model->context, KEMPE_E_ARGUMENT, &complaint);
-    return KEMPE_OK;
-}
-
 kempe_system *kmp_system_start(const kempe_model *model)
 {
     kempe_system *s = KMP_NEW(kempe_system, 1);
@@ -402,10 +388,13 @@ static kempe_status new_system(const kempe_model *model, kmp_dynamics dynamics, 
 
 kempe_status kmp_system_new_by(const kempe_model *model, const char *word, kempe_system **system)
 {
-    kmp_dynamics dynamics = KMP_DYNAMICS_AUTO;
     kmp_context_clear(model->context);
     KMP_TRY(kmp_model_check_finished(model));
-    KMP_TRY(read_dynamics(model, word, &dynamics));
+    /* The algorithm requested by the call or the model. */
+    kmp_text complaint = {0};
+    const kmp_dynamics dynamics = word ? kmp_dynamics_find(word, &complaint) : model->run.dynamics;
+    if (dynamics == KMP_DYNAMICS_COUNT)
+        return kmp_fail_text(model->context, KEMPE_E_ARGUMENT, &complaint);
     KMP_TRY(kmp_check_masses(model));
     return new_system(model, dynamics, false, system);
 }

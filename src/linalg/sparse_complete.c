@@ -205,18 +205,6 @@ static entry best_of(const work *w, int i)
     return w->entries[i][w->best[i]];
 }
 
-static void set_threshold(work *w)
-{
-    entry largest = best_of(w, w->heap[0]);
-    w->began_at = fabs(largest.value);
-    w->threshold = THRESHOLD * w->began_at;
-    w->of_fixed = is_fixed(w, largest.col);
-    for (int k = 0; k < w->heap_count; k++) {
-        take_from_bucket(w, w->heap[k]);
-        put_in_bucket(w, w->heap[k]);
-    }
-}
-
 /* A row with the fewest entries among those within the threshold; at least one exists. */
 static int shortest_row(work *w)
 {
@@ -226,7 +214,14 @@ static int shortest_row(work *w)
     bool grown = fabs(largest.value) * THRESHOLD > w->began_at || is_fixed(w, largest.col) != w->of_fixed;
     if (w->lowest <= w->n && !grown)
         return w->bucket[w->lowest];
-    set_threshold(w);
+    /* The next threshold, and the rows within it. */
+    w->began_at = fabs(largest.value);
+    w->threshold = THRESHOLD * w->began_at;
+    w->of_fixed = is_fixed(w, largest.col);
+    for (int k = 0; k < w->heap_count; k++) {
+        take_from_bucket(w, w->heap[k]);
+        put_in_bucket(w, w->heap[k]);
+    }
     while (w->bucket[w->lowest] < 0)
         w->lowest++;
     return w->bucket[w->lowest];

@@ -204,19 +204,6 @@ static bool solve(kmp_solving *s, double *y)
     return solved;
 }
 
-/* Solves for the current arguments; NaN where there is no solution. */
-static void solve_anew(kmp_solving *s, double *component)
-{
-    int n = s->block->unknowns;
-    if (s->average) {
-        kmp_average_run(s->average, s->p);
-        memcpy(component, kmp_average_values(s->average), (size_t)n * sizeof(double));
-    } else if (!solve(s, component)) {
-        for (int i = 0; i < n; i++)
-            component[i] = NAN;
-    }
-}
-
 /* True if the current arguments are those of a kept solution, to the bit; mostly the first of them tells. */
 static inline bool is_of(const kmp_solving *s, size_t k)
 {
@@ -240,7 +227,16 @@ double kmp_solving_value(kmp_solving *s, int component)
         k++;
     if (k == known) {
         k = (size_t)s->next;
-        solve_anew(s, s->component + k * unknowns);
+        /* Solves for the current arguments; NaN where there is no solution. */
+        double *y = s->component + k * unknowns;
+        int n = s->block->unknowns;
+        if (s->average) {
+            kmp_average_run(s->average, s->p);
+            memcpy(y, kmp_average_values(s->average), (size_t)n * sizeof(double));
+        } else if (!solve(s, y)) {
+            for (int i = 0; i < n; i++)
+                y[i] = NAN;
+        }
         memcpy(s->solved + k * arguments, s->p, arguments * sizeof *s->p);
         s->known = s->known < KEPT ? s->known + 1 : KEPT;
         s->next = (s->next + 1) % KEPT;

@@ -264,19 +264,6 @@ KMP_FUSED_EIGHTS static void find_in_eights(const kmp_table *t, int n, double si
 #pragma GCC diagnostic pop
 #endif
 
-/* The coefficients of four pieces, by power: a transposition. */
-static KMP_INTO_CLONES void take_pieces(const kmp_table *t, const int *p, kmp_four *c)
-{
-    const kmp_four x0 = KMP_FOUR_CONST(t->piece[p[0]]), x1 = KMP_FOUR_CONST(t->piece[p[1]]);
-    const kmp_four x2 = KMP_FOUR_CONST(t->piece[p[2]]), x3 = KMP_FOUR_CONST(t->piece[p[3]]);
-    const kmp_four even01 = KMP_FOUR_OF(x0, x1, 0, 4, 2, 6), odd01 = KMP_FOUR_OF(x0, x1, 1, 5, 3, 7);
-    const kmp_four even23 = KMP_FOUR_OF(x2, x3, 0, 4, 2, 6), odd23 = KMP_FOUR_OF(x2, x3, 1, 5, 3, 7);
-    c[0] = KMP_FOUR_OF(even01, even23, 0, 1, 4, 5);
-    c[1] = KMP_FOUR_OF(odd01, odd23, 0, 1, 4, 5);
-    c[2] = KMP_FOUR_OF(even01, even23, 2, 3, 6, 7);
-    c[3] = KMP_FOUR_OF(odd01, odd23, 2, 3, 6, 7);
-}
-
 /* Values in four pieces at a distance s from their left knots; `derivative` is a compile-time constant, here and
  * below. */
 static KMP_INTO_CLONES void within(int derivative, const kmp_four *c, const kmp_four *s, kmp_four *y)
@@ -325,7 +312,15 @@ static KMP_INTO_CLONES void look_up(const kmp_table *t, int derivative, int n, d
         const kmp_four at = sign * KMP_FOUR_CONST(x + k);
         const kmp_four s = at - (kmp_four){t->x[p[0]], t->x[p[1]], t->x[p[2]], t->x[p[3]]};
         kmp_four c[4];
-        take_pieces(t, p, c);
+        /* The coefficients of four pieces, by power: a transposition. */
+        const kmp_four x0 = KMP_FOUR_CONST(t->piece[p[0]]), x1 = KMP_FOUR_CONST(t->piece[p[1]]);
+        const kmp_four x2 = KMP_FOUR_CONST(t->piece[p[2]]), x3 = KMP_FOUR_CONST(t->piece[p[3]]);
+        const kmp_four even01 = KMP_FOUR_OF(x0, x1, 0, 4, 2, 6), odd01 = KMP_FOUR_OF(x0, x1, 1, 5, 3, 7);
+        const kmp_four even23 = KMP_FOUR_OF(x2, x3, 0, 4, 2, 6), odd23 = KMP_FOUR_OF(x2, x3, 1, 5, 3, 7);
+        c[0] = KMP_FOUR_OF(even01, even23, 0, 1, 4, 5);
+        c[1] = KMP_FOUR_OF(odd01, odd23, 0, 1, 4, 5);
+        c[2] = KMP_FOUR_OF(even01, even23, 2, 3, 6, 7);
+        c[3] = KMP_FOUR_OF(odd01, odd23, 2, 3, 6, 7);
         value_of(t, derivative, &at, c, &s, y + k);
         if (slope)
             value_of(t, derivative + 1, &at, c, &s, slope + k);

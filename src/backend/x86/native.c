@@ -72,16 +72,6 @@ static void run_part(void *self, int part)
     run_segments(p->n, p->stage + p->first[part], p->stage + p->first[part + 1]);
 }
 
-/* Runs the segments before the parts; the parts, shared with the thread pool; the segments after them. */
-static void run_parts(native *n, int stage, int parts)
-{
-    const kmp_frame *f = &n->frame;
-    piece p = {n, f->part_first + f->part_start[stage] + 1, f->stage[stage]};
-    run_part(&p, -1);
-    kmp_team_run(f->team, parts, run_part, &p);
-    run_part(&p, parts);
-}
-
 static void run(void *code, int stage)
 {
     native *n = code;
@@ -91,10 +81,15 @@ static void run(void *code, int stage)
         return;
     }
     const int parts = kmp_frame_parts(f, stage);
-    if (parts > 0)
-        run_parts(n, stage, parts);
-    else
+    if (parts > 0) {
+        /* The segments before the parts; the parts, shared with the thread pool; the segments after them. */
+        piece p = {n, f->part_first + f->part_start[stage] + 1, f->stage[stage]};
+        run_part(&p, -1);
+        kmp_team_run(f->team, parts, run_part, &p);
+        run_part(&p, parts);
+    } else {
         run_segments(n, f->stage[stage], f->stage[stage + 1]);
+    }
     kmp_frame_copies(f, stage);
 }
 

@@ -258,12 +258,6 @@ static void write_unary(writer *w, const kmp_straight *s)
     finish(w, s, d);
 }
 
-/* These read both sources in registers. */
-static bool takes_high(kmp_x86_op op)
-{
-    return op == KMP_X86_HIGH_LOW || op == KMP_X86_HIGH_HIGH;
-}
-
 static void write_binary(writer *w, const kmp_straight *s)
 {
     kmp_registers *r = w->r;
@@ -278,7 +272,7 @@ static void write_binary(writer *w, const kmp_straight *s)
     int first = first_source(w, x, r->in[y]);
     if (y != x)
         fetch(w, y, after_y, first);
-    if (takes_high(s->op) && r->in[y] < 0)
+    if ((s->op == KMP_X86_HIGH_LOW || s->op == KMP_X86_HIGH_HIGH) && r->in[y] < 0)
         (void)first_source(w, y, first);
     int second = r->in[y];
     set_next(r, x, after_x);

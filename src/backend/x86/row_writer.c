@@ -83,23 +83,6 @@ static void keep(writing *w, uint32_t operand, int piece)
         w->kept[i] = true;
 }
 
-static uint32_t list_operations(const writing *w, int piece)
-{
-    uint32_t count = 0;
-    for (int i = w->piece[piece].first; i < w->piece[piece].end; i++) {
-        const kmp_instruction *in = &w->p->instruction[i];
-        if (!is_by_slot(w, i))
-            continue;
-        const bool one = in->op == KMP_OP_SQRT, floor = in->op == KMP_OP_MAX;
-        w->operations[count++] = (kmp_straight){.op = (uint16_t)(floor ? KMP_X86_MAX : kmp_code_op(in)),
-                                                .d = (uint32_t)(w->leaves + i),
-                                                .x = one ? 0 : (floor ? in->b : in->a) >> 1,
-                                                .y = (one || floor ? in->a : in->b) >> 1,
-                                                .kept = w->kept[i]};
-    }
-    return count;
-}
-
 static bool write(writing *w, kmp_x86 *x86)
 {
     const uint32_t values = (uint32_t)(w->leaves + end_of(w->p));
@@ -109,7 +92,19 @@ static bool write(writing *w, kmp_x86 *x86)
     registers.address = w->place;
     for (int k = 0; k < w->count; k++) {
         w->offset[k] = (uint32_t)x86->size;
-        kmp_registers_write(&registers, x86, list_operations(w, k), w->operations);
+        uint32_t count = 0;
+        for (int i = w->piece[k].first; i < w->piece[k].end; i++) {
+            const kmp_instruction *in = &w->p->instruction[i];
+            if (!is_by_slot(w, i))
+                continue;
+            const bool one = in->op == KMP_OP_SQRT, floor = in->op == KMP_OP_MAX;
+            w->operations[count++] = (kmp_straight){.op = (uint16_t)(floor ? KMP_X86_MAX : kmp_code_op(in)),
+                                                    .d = (uint32_t)(w->leaves + i),
+                                                    .x = one ? 0 : (floor ? in->b : in->a) >> 1,
+                                                    .y = (one || floor ? in->a : in->b) >> 1,
+                                                    .kept = w->kept[i]};
+        }
+        kmp_registers_write(&registers, x86, count, w->operations);
     }
     return !x86->failed;
 }

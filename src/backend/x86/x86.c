@@ -16,11 +16,6 @@ static int second_register(kmp_x86_form form)
 {
     return kmp_x86_has_eights(form) ? 16 : 8;
 }
-static int32_t second_place(kmp_x86_form form)
-{
-    return kmp_x86_lanes(form) / 2 * (int32_t)sizeof(double);
-}
-
 /* Room for one more instruction. */
 static uint8_t *room(kmp_x86 *c)
 {
@@ -171,7 +166,8 @@ void kmp_x86_memory(kmp_x86 *c, kmp_x86_op op, int d, int x, int base, int32_t y
     put_memory(c, c->form, op, d, x, base, y);
     int second = second_register(c->form);
     if (c->form & KMP_X86_TWO)
-        put_memory(c, c->form, op, d + second, x + second, base, y + second_place(c->form));
+        put_memory(c, c->form, op, d + second, x + second, base,
+                   y + kmp_x86_lanes(c->form) / 2 * (int32_t)sizeof(double));
 }
 
 void kmp_x86_set_base(kmp_x86 *c, int base, int32_t distance)

@@ -116,26 +116,19 @@ static kmp_vec moment(kmp_forces *forces, const bushing *b, const kmp_force *for
     return kmp_vec_add(g, turn_back(forces, b, k.x, energy), drag);
 }
 
-/* Places, axes and rates in the axes of the common ancestor. */
-static void init(bushing *b, const kmp_tree *tree, const int point[2])
-{
-    kmp_graph *g = tree->graph;
-    int link[2] = {kmp_point_link(tree, point[0]), kmp_point_link(tree, point[1])};
-    *b = (bushing){.tree = tree};
-    b->elongation = kmp_point_difference(tree, point[0], point[1], &b->frame);
-    kmp_point_axes(tree, point[0], b->frame, b->p);
-    kmp_point_axes(tree, point[1], b->frame, b->q);
-    kmp_vec first = kmp_link_spin(tree, link[0], b->frame);
-    b->spin = kmp_vec_sub(g, kmp_link_spin(tree, link[1], b->frame), first);
-    b->rate = kmp_vec_sub(g, kmp_vec_rate(tree, b->elongation), kmp_vec_cross(g, first, b->elongation));
-}
-
 void kmp_law_bushing(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
 {
     kmp_graph *g = tree->graph;
     const int *point = force->point;
-    bushing b;
-    init(&b, tree, point);
+    /* Places, axes and rates in the axes of the common ancestor. */
+    bushing b = {.tree = tree};
+    int link[2] = {kmp_point_link(tree, point[0]), kmp_point_link(tree, point[1])};
+    b.elongation = kmp_point_difference(tree, point[0], point[1], &b.frame);
+    kmp_point_axes(tree, point[0], b.frame, b.p);
+    kmp_point_axes(tree, point[1], b.frame, b.q);
+    kmp_vec first = kmp_link_spin(tree, link[0], b.frame);
+    b.spin = kmp_vec_sub(g, kmp_link_spin(tree, link[1], b.frame), first);
+    b.rate = kmp_vec_sub(g, kmp_vec_rate(tree, b.elongation), kmp_vec_cross(g, first, b.elongation));
     kmp_vec f = pull(forces, &b, force, energy), m = moment(forces, &b, force, energy);
     kmp_apply_between(forces, tree, point, b.frame, f);
     kmp_apply_moment(forces, tree, point[0], b.frame, kmp_vec_add(g, m, kmp_vec_cross(g, b.elongation, f)));

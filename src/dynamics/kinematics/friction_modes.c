@@ -143,12 +143,6 @@ static kmp_ref judged_rate(const kmp_tree *tree, const kmp_force *force)
     return kmp_add(g, kmp_friction_rate(tree, force), added);
 }
 
-static kmp_ref size_of_slip(const kmp_tree *tree, const kmp_force *force)
-{
-    kmp_ref own = judged_rate(tree, force), other = judged_rate(tree, kmp_friction_twin(force));
-    return size_of(tree->graph, own, other);
-}
-
 /* The amount of slip that is left: its rate, beyond a rate that counts as zero. For slip that begins: the distance to
  * the rate at which the beginning is over, or back from it. */
 static kmp_ref slip_left(const kmp_tree *tree, const kmp_force *force)
@@ -171,7 +165,8 @@ static kmp_ref slip_left(const kmp_tree *tree, const kmp_force *force)
 static kmp_ref sense_across(const kmp_tree *tree, const kmp_force *force, kmp_ref slips)
 {
     kmp_graph *g = tree->graph;
-    kmp_ref size = kmp_select(g, slips, size_of_slip(tree, force), KMP_ONE);
+    kmp_ref own = judged_rate(tree, force), other = judged_rate(tree, kmp_friction_twin(force));
+    kmp_ref size = kmp_select(g, slips, size_of(tree->graph, own, other), KMP_ONE);
     return kmp_select(g, slips, kmp_div(g, judged_rate(tree, force), size), KMP_ZERO);
 }
 

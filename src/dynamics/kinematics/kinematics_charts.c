@@ -41,14 +41,6 @@ static int requested_points(const kempe_model *model, int b)
     return count;
 }
 
-static int bodies_carried(const kempe_model *model, int b)
-{
-    int count = 0;
-    for (int c = b + 1; c < model->body_count; c++)
-        count += model->bodies[c].motion_count > 0 && moves_with(model, model->bodies[c].parent, b);
-    return count;
-}
-
 bool kmp_tree_chart_before(const kempe_model *model, int first)
 {
     enum { POINT = 80, TURNING_BASE = 150, OWN_DATA = 90, CARRIED = 70 }; /* operations added, about, as counted */
@@ -56,7 +48,10 @@ bool kmp_tree_chart_before(const kempe_model *model, int first)
     if (first + 3 < model->bodies[b].first_motion + model->bodies[b].motion_count)
         return true; /* motions follow them */
     int before = POINT * requested_points(model, b) + (is_upright(model, first) ? 0 : TURNING_BASE);
-    return before <= OWN_DATA + CARRIED * bodies_carried(model, b);
+    int count = 0;
+    for (int c = b + 1; c < model->body_count; c++)
+        count += model->bodies[c].motion_count > 0 && moves_with(model, model->bodies[c].parent, b);
+    return before <= OWN_DATA + CARRIED * count;
 }
 
 bool kmp_tree_place_charts(kmp_tree *tree)

@@ -21,11 +21,6 @@ static kmp_ref call(kmp_graph *g, kmp_function f, kmp_ref a, kmp_ref b, kmp_ref 
     return KMP_ZERO;
 }
 
-static double parameter_value(const kmp_tree *tree, int index)
-{
-    return tree->model->parameters[index].number.value;
-}
-
 /* True if an expression depends on parameters that can be kept as symbols. An exact zero stays a zero: the zero pattern
  * of the data is part of a program's identity. Numbers that shape the equations have the value read in all of them. */
 static bool follows(const kempe_model *model, const kmp_expr *e)
@@ -116,13 +111,6 @@ static kmp_ref size_of_force(const kmp_tree *tree, const kmp_expr *e)
     return count == 1 ? kmp_unary(g, KMP_OP_ABS, only) : kmp_sqrt(g, sum);
 }
 
-/* True if the exponent varies: powers with an exponent that is a number for all parameters are cheaper. */
-static bool has_variable_exponent(const kmp_tree *tree, const kmp_expr *e)
-{
-    bool kept = tree->keep != KMP_KEEP_NOTHING && follows(tree->model, e->b);
-    return kept || kmp_expr_varies(tree->model, e->b);
-}
-
 static bool is_function(const kmp_expr *e, kmp_function function)
 {
     return e->kind == KMP_EXPR_CALL && e->function == function;
@@ -176,7 +164,8 @@ static kmp_ref power(const kmp_tree *tree, const kmp_expr *e)
 {
     kmp_graph *g = tree->graph;
     kmp_tree within = *tree;
-    double exponent = has_variable_exponent(tree, e) ? NAN : constant_value(tree, e->b);
+    bool kept = tree->keep != KMP_KEEP_NOTHING && follows(tree->model, e->b);
+    double exponent = kept || kmp_expr_varies(tree->model, e->b) ? NAN : constant_value(tree, e->b);
     bool whole = exponent >= 0 && exponent == floor(exponent);
     within.kinks = tree->kinks && whole;
     within.bends = tree->bends && (whole || !is_kept_in(e->a, 0));
@@ -322,7 +311,7 @@ int kmp_tree_symbol_count(const kmp_tree *tree)
 void kmp_tree_symbol_values(const kmp_tree *tree, double *value)
 {
     for (int k = 0; k < kmp_tree_symbol_count(tree); k++)
-        value[k] = k < tree->model->parameter_count ? parameter_value(tree, k) : tree->symbols[k];
+        value[k] = k < tree->model->parameter_count ? tree->model->parameters[k].number.value : tree->symbols[k];
 }
 
 kmp_vec kmp_tree_vector(const kmp_tree *tree, const kmp_number number[3])

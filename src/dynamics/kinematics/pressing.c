@@ -19,19 +19,6 @@ static void find_sides(const kmp_tree *tree, const kmp_force *force, kmp_pressin
     pressing->slips = 3;
 }
 
-static void find_gap(const kmp_tree *tree, const kmp_force *force, kmp_pressing *pressing)
-{
-    pressing->open = kmp_touching_gap(tree, &force->touch);
-    pressing->depth = kmp_neg(pressing->open);
-    pressing->rate = kmp_neg(kmp_touching_rate(tree, &force->touch));
-    /* The expressions of the user, or the slip of two sides. */
-    while (pressing->slips < 3 && force->vector[pressing->slips]) {
-        pressing->slip[pressing->slips] = kmp_tree_expression(tree, force->vector[pressing->slips]);
-        pressing->slips++;
-    }
-    find_sides(tree, force, pressing);
-}
-
 /* A journal with its centre at (x, y), of a ball (x, y, z), in a bearing of radius R with the radial clearance c: e =
  * |(x, y)|, depth e - c, rate (x x' + y y')/e. Its surface slips with (x y' - y x')/e + (R - c) w along the bearing,
  * which is the velocity of the journal's point of contact. The bodies touch where c^2 - e^2 < 0, which is smooth at the
@@ -70,24 +57,26 @@ void kmp_pressing_find(const kmp_tree *tree, const kmp_force *force, kmp_pressin
         .x = KMP_ZERO, .y = KMP_ZERO, .z = KMP_ZERO, .eccentricity = KMP_ZERO, .slip = {KMP_ZERO, KMP_ZERO, KMP_ZERO}};
     if (force->compliant->form == KMP_COMPLIANT_JOURNAL)
         find_journal(tree, force, pressing);
-    else
-        find_gap(tree, force, pressing);
-}
-
-/* The lag of a contact, for lengths up to a metre or the farthest point of the model: ten roundings of a place. Without
- * it rounding would open a contact again at its beginning. */
-static double lag_of(const kempe_model *model)
-{
-    double reach = 1;
-    for (int k = 0; k < model->point_count; k++)
-        for (int i = 0; i < 3; i++)
-            reach = fmax(reach, fabs(model->points[k].at[i].value));
-    return KMP_CONTACT_LAG * reach;
+    else {
+        pressing->open = kmp_touching_gap(tree, &force->touch);
+        pressing->depth = kmp_neg(pressing->open);
+        pressing->rate = kmp_neg(kmp_touching_rate(tree, &force->touch));
+        /* The expressions of the user, or the slip of two sides. */
+        while (pressing->slips < 3 && force->vector[pressing->slips]) {
+            pressing->slip[pressing->slips] = kmp_tree_expression(tree, force->vector[pressing->slips]);
+            pressing->slips++;
+        }
+        find_sides(tree, force, pressing);
+    }
 }
 
 kmp_ref kmp_pressing_holds(const kmp_tree *tree, const kmp_force *force, const kmp_pressing *pressing)
 {
-    kmp_ref holds = kmp_tree_condition(tree, force, KMP_PRESSING, pressing->open, lag_of(tree->model), NULL,
+    double reach = 1;
+    for (int k = 0; k < tree->model->point_count; k++)
+        for (int i = 0; i < 3; i++)
+            reach = fmax(reach, fabs(tree->model->points[k].at[i].value));
+    kmp_ref holds = kmp_tree_condition(tree, force, KMP_PRESSING, pressing->open, KMP_CONTACT_LAG * reach, NULL,
                                        "contact of '%s'", force->name);
     int k = tree->events ? kmp_events_find(tree->events, force, KMP_PRESSING) : -1;
     if (k >= 0)

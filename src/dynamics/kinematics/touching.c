@@ -36,11 +36,6 @@ static pair pair_of(const kmp_tree *tree, const kmp_contact_pair *touch)
     return p;
 }
 
-static kmp_vec opposite(kmp_graph *g, kmp_vec a)
-{
-    return kmp_vec_sub(g, kmp_vec_zero(), a);
-}
-
 /* -- shapes of the second side --------------------------------------------------------------------------- */
 
 static void on_plane(const pair *p, kmp_touching *out)
@@ -74,7 +69,7 @@ static void on_round(const pair *p, kmp_touching *out)
                                        : kmp_sqrt(g, kmp_vec_dot(g, from, from));
     kmp_vec out_of = kmp_vec_scale(g, kmp_div(g, KMP_ONE, size), from);
     kmp_ref both = second->hollow ? kmp_sub(g, p->radius[1], p->radius[0]) : kmp_add(g, p->radius[1], p->radius[0]);
-    out->normal = second->hollow ? opposite(g, out_of) : out_of;
+    out->normal = second->hollow ? kmp_vec_sub(g, kmp_vec_zero(), out_of) : out_of;
     out->gap = second->hollow ? kmp_sub(g, both, size) : kmp_sub(g, size, both);
     out->arm[0] = kmp_vec_scale(g, kmp_neg(p->radius[0]), out->normal);
 }

@@ -202,16 +202,6 @@ static void look_from_ancestor(gaps *s, const gap_side *p)
     see(s, p->link);
 }
 
-static gap_motion move_outward(gaps *s, const gap_side *p)
-{
-    kmp_graph *g = s->eq->graph;
-    look_from_ancestor(s, p);
-    const gap_seen *m = &s->seen[p->link];
-    kmp_vec r = combine(g, m->axes, p->local);
-    return (gap_motion){kmp_vec_add(g, m->origin, r), kmp_vec_add(g, m->v, kmp_vec_cross(g, m->w, r)),
-                        kmp_vec_add(g, m->a, kmp_matrix_apply(g, &m->beta, false, r))};
-}
-
 static bool is_axis(kmp_vec f)
 {
     int numbers = 0;
@@ -456,7 +446,12 @@ static void add_gap(gaps *s, int row, int count)
                             .local = kmp_point_local(&eq->tree, closure->point[k])};
         point->by[DERIVED].x = kmp_point_position(&eq->tree, closure->point[k], ancestor);
         point->by[INWARD] = move_inward(s, point, true);
-        point->by[OUTWARD] = move_outward(s, point);
+        kmp_graph *g = s->eq->graph;
+        look_from_ancestor(s, point);
+        const gap_seen *m = &s->seen[point->link];
+        kmp_vec r = combine(g, m->axes, point->local);
+        point->by[OUTWARD] = (gap_motion){kmp_vec_add(g, m->origin, r), kmp_vec_add(g, m->v, kmp_vec_cross(g, m->w, r)),
+                                          kmp_vec_add(g, m->a, kmp_matrix_apply(g, &m->beta, false, r))};
         point->column = KMP_GRAPH_NEW(eq->graph, kmp_vec, eq->n);
     }
     s->list[s->count++] = p;

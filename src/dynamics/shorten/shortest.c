@@ -147,18 +147,6 @@ static const cost_pattern patterns[] = {
 
 enum { PATTERNS = sizeof patterns / sizeof *patterns };
 
-static void pattern_apply(const cost_pattern *pattern, const kmp_tree *tree, kmp_savings *savings)
-{
-    if (pattern->apply)
-        pattern->apply(tree, savings);
-    for (const pattern_set *set = pattern->set; set->member; set++)
-        for (int i = 1; i < tree->count; i++) {
-            uint8_t *member = *(uint8_t **)((char *)savings + set->member);
-            bool joins = tree->links[tree->links[i].parent].mass != KMP_ZERO;
-            member[i - 1] = joins ? set->to_masses : set->to_others;
-        }
-}
-
 /* -- counting ---------------------------------------------------------------------------------------- */
 
 int kmp_equations_most_outputs(const kmp_equations *eq)
@@ -198,13 +186,6 @@ int kmp_equations_outputs(const kmp_equations *eq, unsigned sets, kmp_ref *out)
     return total;
 }
 
-/* The price of a count. Operations of parameters alone run once, and count less; with `optimize` not at all. */
-static long price(const search *s, const kmp_cost *cost)
-{
-    enum { EACH = 4, ONCE = 3 };
-    return EACH * (cost->operations - cost->once) + (s->scene.optimize ? 0 : ONCE * cost->once);
-}
-
 /* True if the same equations have been counted before: variants often differ where a model has nothing to vary. */
 static bool is_seen(search *s, const kmp_equations *eq, int total, const kmp_ref *out)
 {
@@ -229,8 +210,10 @@ static long price_of(search *s, const kmp_equations *eq)
     if (s->passes && is_seen(s, eq, total, out))
         found = LONG_MAX;
     else if ((!s->passes || (kmp_equations_shorten(eq, total, out) && kmp_trig_sums(eq->graph, total, out))) &&
-             kmp_cost_total(&cost, total, out))
-        found = price(s, &cost);
+             kmp_cost_total(&cost, total, out)) {
+        enum { EACH = 4, ONCE = 3 };
+        found = EACH * (cost.operations - cost.once) + (s->scene.optimize ? 0 : ONCE * cost.once);
+    }
     kmp_free(out);
     return found;
 }
@@ -315,7 +298,15 @@ static kempe_status try_patterns(search *s, bool *better)
         if (!is_worthwhile(s, k))
             continue;
         begin(s);
-        pattern_apply(&patterns[k], &s->work->tree, &s->tried);
+        const cost_pattern *pattern = &patterns[k];
+        if (pattern->apply)
+            pattern->apply(&s->work->tree, &s->tried);
+        for (const pattern_set *set = pattern->set; set->member; set++)
+            for (int i = 1; i < s->work->tree.count; i++) {
+                uint8_t *member = *(uint8_t **)((char *)&s->tried + set->member);
+                bool joins = s->work->tree.links[s->work->tree.links[i].parent].mass != KMP_ZERO;
+                member[i - 1] = joins ? set->to_masses : set->to_others;
+            }
         s->tried.patterns |= 1u << k;
         KMP_TRY(try_it(s, better));
     }
@@ -445,13 +436,6 @@ static kempe_status derive_best(search *s, kmp_equations *eq)
     return KEMPE_OK;
 }
 
-/* The variants to begin with, if any: those of other sets, in a large mechanism. */
-static const kmp_savings *first_of(const kempe_model *model, const kmp_scene *scene)
-{
-    return kmp_equations_are_large(model) && !scene->optimize && scene->first && scene->first->stay ? scene->first
-                                                                                                    : NULL;
-}
-
 kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, const kmp_scene *scene)
 {
     const unsigned dynamic = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_INVERSE | KMP_SET_ACCELERATION | KMP_SET_INVERSE_Q |
@@ -459,7 +443,8 @@ kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, c
     bool searches = !scene->plain && !scene->savings && scene->sets & dynamic && !(scene->sets & KMP_SET_RESIDUAL) &&
                     model->motion_count <= MOST_MOTIONS;
     kmp_scene first = *scene;
-    first.first = searches ? first_of(model, scene) : NULL;
+    const bool begun = kmp_equations_are_large(model) && !scene->optimize && scene->first && scene->first->stay;
+    first.first = searches && begun ? scene->first : NULL; /* of other sets, in a large mechanism */
     first.savings = first.first ? first.first : scene->savings;
     searches = searches && !(first.first && has_first(first.first));
     first.returns = scene->returns || (searches && can_share(scene));

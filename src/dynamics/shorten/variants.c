@@ -134,27 +134,23 @@ static kmp_vec target(const kmp_tree *tree, int i, kmp_origin to)
     return child ? tree->links[child].p : kmp_vec_zero();
 }
 
-static void move(kmp_tree *tree, int i, kmp_vec d)
-{
-    kmp_graph *g = tree->graph;
-    kmp_link *link = &tree->links[i];
-    link->p = kmp_vec_add(g, link->p, kmp_link_to_parent(tree, i, d));
-    if (link->body >= 0 || link->mass != KMP_ZERO)
-        link->com = kmp_vec_sub(g, link->com, d);
-    for (int k = i + 1; k < tree->count; k++)
-        if (tree->links[k].parent == i)
-            tree->links[k].p = kmp_vec_sub(g, tree->links[k].p, d);
-    for (int b = 1; b < tree->model->body_count; b++)
-        if (tree->mounts[b].link == i)
-            tree->mounts[b].p = kmp_vec_sub(g, tree->mounts[b].p, d);
-}
-
 void kmp_move_origins(kmp_tree *tree, const uint8_t *origin)
 {
     for (int i = 1; i < tree->count; i++) {
         kmp_vec d = origin[i - 1] ? along(tree, i, target(tree, i, (kmp_origin)origin[i - 1])) : kmp_vec_zero();
-        if (!kmp_vec_is_zero(d))
-            move(tree, i, d);
+        if (!kmp_vec_is_zero(d)) {
+            kmp_graph *g = tree->graph;
+            kmp_link *link = &tree->links[i];
+            link->p = kmp_vec_add(g, link->p, kmp_link_to_parent(tree, i, d));
+            if (link->body >= 0 || link->mass != KMP_ZERO)
+                link->com = kmp_vec_sub(g, link->com, d);
+            for (int k = i + 1; k < tree->count; k++)
+                if (tree->links[k].parent == i)
+                    tree->links[k].p = kmp_vec_sub(g, tree->links[k].p, d);
+            for (int b = 1; b < tree->model->body_count; b++)
+                if (tree->mounts[b].link == i)
+                    tree->mounts[b].p = kmp_vec_sub(g, tree->mounts[b].p, d);
+        }
     }
 }
 

@@ -47,20 +47,6 @@ static int find_pivot(const search *s)
     return best;
 }
 
-/* Eliminates entry p from those inside without a pivot. */
-static void eliminate(search *s, int p)
-{
-    int n = s->box->n;
-    for (int i = 0; i < n; i++) {
-        if (s->side[i] != 0 || s->part[i] != 0)
-            continue;
-        double by = s->work[i + p * n] / s->work[p + p * n];
-        for (int j = 0; j < n; j++)
-            s->work[i + j * n] -= s->side[j] == 0 && s->part[j] == 0 ? by * s->work[p + j * n] : 0;
-        s->rest[i] -= by * s->rest[p];
-    }
-}
-
 /* Sets the step of pivots from that of the last ones. */
 static void substitute_back(search *s, int count, bool whole)
 {
@@ -90,7 +76,15 @@ static bool find_step(search *s)
     while ((p = find_pivot(s)) >= 0) {
         s->pivots[count] = p;
         s->part[p] = ++count;
-        eliminate(s, p);
+        /* Eliminates entry p from those inside without a pivot. */
+        for (int i = 0; i < n; i++) {
+            if (s->side[i] != 0 || s->part[i] != 0)
+                continue;
+            double by = s->work[i + p * n] / s->work[p + p * n];
+            for (int j = 0; j < n; j++)
+                s->work[i + j * n] -= s->side[j] == 0 && s->part[j] == 0 ? by * s->work[p + j * n] : 0;
+            s->rest[i] -= by * s->rest[p];
+        }
     }
     /* The entry with the largest slope that remains where D is singular; -1: none. */
     int fall = -1;
@@ -130,17 +124,6 @@ static int advance(search *s, bool endless, bool *done)
     return stop;
 }
 
-/* Largest term of y at the guess: where D x cancels, its rounding remains. */
-static double largest_term(const search *s, int i)
-{
-    int n = s->box->n;
-    double most = fabs(s->box->a[i]);
-    for (int j = 0; j < n; j++)
-        if (isfinite(s->x[j]))
-            most = fmax(most, fabs(s->box->d[i + j * n] * s->x[j]));
-    return most;
-}
-
 static void set_scales(search *s)
 {
     int n = s->box->n;
@@ -148,7 +131,11 @@ static void set_scales(search *s)
     for (int i = 0; i < n; i++) {
         double own = s->box->d[i + i * n];
         s->scale[i] = own > 0 ? sqrt(own) : 1;
-        s->flat = fmax(s->flat, FLAT * largest_term(s, i) / s->scale[i]);
+        double most = fabs(s->box->a[i]);
+        for (int j = 0; j < n; j++)
+            if (isfinite(s->x[j]))
+                most = fmax(most, fabs(s->box->d[i + j * n] * s->x[j]));
+        s->flat = fmax(s->flat, FLAT * most / s->scale[i]);
     }
 }
 

@@ -20,16 +20,6 @@ static void multiply(int n, const double *a, const double *b, double *out)
                 out[i + j * n] += a[i + k * n] * b[k + j * n];
 }
 
-/* Sums of moduli of row and column i, without the diagonal. */
-static void sums_of(int n, const double *a, int i, double *row, double *column)
-{
-    *row = *column = 0;
-    for (ptrdiff_t k = 0; k < n; k++) {
-        *row += k == i ? 0 : fabs(a[i + k * n]);
-        *column += k == i ? 0 : fabs(a[k + (ptrdiff_t)i * n]);
-    }
-}
-
 /* By what a row is divided and its column multiplied: both become equal, or where one of them is zero the other as
  * small as the diagonal. */
 static double factor_of(double row, double column, double size)
@@ -52,8 +42,11 @@ static void balance(int n, double *a, double *factors)
     for (int sweep = 0; sweep < SWEEPS && changed; sweep++) {
         changed = false;
         for (int i = 0; i < n; i++) {
-            double row, column;
-            sums_of(n, a, i, &row, &column);
+            double row = 0, column = 0; /* sums of moduli without the diagonal */
+            for (ptrdiff_t k = 0; k < n; k++) {
+                row += k == i ? 0 : fabs(a[i + k * n]);
+                column += k == i ? 0 : fabs(a[k + (ptrdiff_t)i * n]);
+            }
             double factor = factor_of(row, column, size);
             changed = changed || factor != 1;
             factors[i] *= factor;
@@ -63,22 +56,6 @@ static void balance(int n, double *a, double *factors)
             for (ptrdiff_t k = 0; k < n; k++)
                 a[k + (ptrdiff_t)i * n] *= factor;
         }
-    }
-}
-
-/* e = 1 + a (1 + a/2 (1 + ..)). */
-static void taylor(int n, const double *a, double *e, double *work)
-{
-    size_t size = (size_t)n * (size_t)n;
-    memset(e, 0, size * sizeof *e);
-    for (ptrdiff_t i = 0; i < n; i++)
-        e[i + i * n] = 1;
-    for (int k = DEGREE; k > 0; k--) {
-        multiply(n, a, e, work);
-        for (size_t i = 0; i < size; i++)
-            e[i] = work[i] / k;
-        for (ptrdiff_t i = 0; i < n; i++)
-            e[i + i * n] += 1;
     }
 }
 
@@ -108,7 +85,17 @@ int kmp_exponential(int n, const double *a, double h, double *e)
         squarings++;
     for (size_t i = 0; i < size; i++)
         scaled[i] = ldexp(scaled[i], -squarings);
-    taylor(n, scaled, e, work);
+    /* e = 1 + a (1 + a/2 (1 + ..)). */
+    memset(e, 0, size * sizeof *e);
+    for (ptrdiff_t i = 0; i < n; i++)
+        e[i + i * n] = 1;
+    for (int k = DEGREE; k > 0; k--) {
+        multiply(n, scaled, e, work);
+        for (size_t i = 0; i < size; i++)
+            e[i] = work[i] / k;
+        for (ptrdiff_t i = 0; i < n; i++)
+            e[i + i * n] += 1;
+    }
     for (int k = 0; k < squarings; k++) {
         multiply(n, e, e, work);
         memcpy(e, work, size * sizeof *e);

@@ -62,22 +62,6 @@ static int largest_below(int n, const double *column, int k)
     return p;
 }
 
-/* Eliminates column k below its pivot. */
-static void eliminate(int m, int n, int k, double *a)
-{
-    double *ak = a + (ptrdiff_t)k * m;
-    for (int i = k + 1; i < m; i++)
-        ak[i] /= ak[k];
-    for (int j = k + 1; j < n; j++) {
-        double *restrict aj = a + (ptrdiff_t)j * m;
-        double f = aj[k];
-        if (f == 0) /* loops that are apart */
-            continue;
-        for (int i = k + 1; i < m; i++)
-            aj[i] -= ak[i] * f;
-    }
-}
-
 static int factor_n(int n, double *a, int *pivot)
 {
     for (int k = 0; k < n; k++) {
@@ -87,7 +71,17 @@ static int factor_n(int n, double *a, int *pivot)
             swap_rows(n, a, k, p);
         if (!kmp_is_usable(ak[k]))
             return k + 1;
-        eliminate(n, n, k, a);
+        /* Eliminates the column below its pivot. */
+        for (int i = k + 1; i < n; i++)
+            ak[i] /= ak[k];
+        for (int j = k + 1; j < n; j++) {
+            double *restrict aj = a + (ptrdiff_t)j * n;
+            double f = aj[k];
+            if (f == 0) /* loops that are apart */
+                continue;
+            for (int i = k + 1; i < n; i++)
+                aj[i] -= ak[i] * f;
+        }
     }
     return 0;
 }

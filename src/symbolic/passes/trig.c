@@ -13,17 +13,12 @@ static bool at_hand(const kmp_graph *g, const uint8_t *angle_live, kmp_ref r)
     return angle_live[kmp_id(r)] || kmp_graph_node(g, kmp_id(r))->op == KMP_OP_CONST;
 }
 
-static bool is_trig(const kmp_graph *g, uint32_t id)
-{
-    return kmp_graph_node(g, id)->op == KMP_OP_SIN || kmp_graph_node(g, id)->op == KMP_OP_COS;
-}
-
 /* The needed sines and cosines, the last one first. false: no memory. */
 static bool list_trig(const kmp_graph *g, uint32_t nodes, const uint8_t *live, kmp_stack *trig)
 {
     bool ok = true;
     for (uint32_t id = nodes; ok && (id = kmp_live_before(live, id)) != UINT32_MAX;)
-        if (is_trig(g, id))
+        if (kmp_graph_node(g, id)->op == KMP_OP_SIN || kmp_graph_node(g, id)->op == KMP_OP_COS)
             ok = kmp_push(trig, id);
     return ok;
 }

@@ -90,21 +90,6 @@ static kmp_ref turn(kmp_graph *g, kmp_op op, kmp_ref a, kmp_ref b, kmp_turns *tu
 
 /* -- import -------------------------------------------------------------------------------------------- */
 
-/* Values of all instructions. With `at`, values at the first place, sines and cosines come from there. */
-static void import_code(const kmp_program *p, kmp_graph *g, int stages, kmp_ref *value, kmp_ref *at, const bool *needed,
-                        kmp_turns *turns)
-{
-    int leaves = p->constant_count + p->input_count;
-    for (int i = 0; i < p->code[stages]; i++) {
-        const kmp_instruction *in = &p->instruction[i];
-        bool turned = at && (in->op == KMP_OP_SIN || in->op == KMP_OP_COS);
-        if (at && needed[i])
-            at[leaves + i] = import(p, g, in, at);
-        value[leaves + i] = turned ? turn(g, (kmp_op)in->op, operand(at, in->a), operand(value, in->a), turns)
-                                   : import(p, g, in, value);
-    }
-}
-
 bool kmp_program_import(const kmp_program *p, kmp_graph *g, const kmp_importing *how, kmp_ref *outputs)
 {
     int leaves = p->constant_count + p->input_count, code = p->code[p->stages], stages = how->stages;
@@ -115,8 +100,17 @@ bool kmp_program_import(const kmp_program *p, kmp_graph *g, const kmp_importing 
                 (!at || import_leaves(p, g, how->count, how->input, how->at, at));
     if (made && needed)
         mark_needed(p, needed);
-    if (made)
-        import_code(p, g, stages, value, at, needed, how->turns);
+    if (made) {
+        /* Values of all instructions. With `at`, values at the first place, sines and cosines come from there. */
+        for (int i = 0; i < p->code[stages]; i++) {
+            const kmp_instruction *in = &p->instruction[i];
+            bool turned = at && (in->op == KMP_OP_SIN || in->op == KMP_OP_COS);
+            if (at && needed[i])
+                at[leaves + i] = import(p, g, in, at);
+            value[leaves + i] = turned ? turn(g, (kmp_op)in->op, operand(at, in->a), operand(value, in->a), how->turns)
+                                       : import(p, g, in, value);
+        }
+    }
     for (int k = 0; made && k < p->outputs[stages]; k++)
         outputs[k] = operand(value, p->output[k]);
     kmp_free(value);

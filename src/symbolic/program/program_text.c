@@ -28,18 +28,6 @@ static void print_operand(const kmp_program *p, uint32_t operand_, kmp_text *tex
     }
 }
 
-static void print_function(const kmp_program *p, const kmp_instruction *in, kmp_text *text)
-{
-    kmp_text_put(text, kmp_op_text((kmp_op)in->op));
-    if (kmp_op_form_of((kmp_op)in->op) == KMP_FORM_APPLIED)
-        kmp_text_printf(text, "[%u, %u]", in->b, in->c);
-    for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
-        kmp_text_put(text, k ? ", " : "(");
-        print_operand(p, kmp_instruction_operand(in, k), text);
-    }
-    kmp_text_put(text, ")");
-}
-
 static void print_instruction(const kmp_program *p, int i, kmp_text *text)
 {
     const kmp_instruction *in = &p->instruction[i];
@@ -49,8 +37,16 @@ static void print_instruction(const kmp_program *p, int i, kmp_text *text)
         bool minus = in->op == KMP_OP_ADD && (in->b & 1);
         kmp_text_printf(text, " %s ", minus ? "-" : kmp_op_text((kmp_op)in->op));
         print_operand(p, minus ? in->b ^ 1 : in->b, text);
-    } else
-        print_function(p, in, text);
+    } else {
+        kmp_text_put(text, kmp_op_text((kmp_op)in->op));
+        if (kmp_op_form_of((kmp_op)in->op) == KMP_FORM_APPLIED)
+            kmp_text_printf(text, "[%u, %u]", in->b, in->c);
+        for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
+            kmp_text_put(text, k ? ", " : "(");
+            print_operand(p, kmp_instruction_operand(in, k), text);
+        }
+        kmp_text_put(text, ")");
+    }
     kmp_text_put(text, "\n");
 }
 

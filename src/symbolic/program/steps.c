@@ -9,16 +9,6 @@ typedef struct work {
     bool *angle; /* a sum of inputs */
 } work;
 
-static bool is_sum_of_inputs(const work *w, const kmp_instruction *in)
-{
-    bool sum = in->op == KMP_OP_ADD || in->op == KMP_OP_MUL;
-    for (int k = 0; sum && k < kmp_op_arity((kmp_op)in->op); k++) {
-        int value = (int)(kmp_instruction_operand(in, k) >> 1);
-        sum = value < w->leaves || w->angle[value - w->leaves];
-    }
-    return sum;
-}
-
 static void count_uses(work *w, int count)
 {
     const kmp_program *p = w->p;
@@ -74,7 +64,13 @@ kmp_steps kmp_program_steps(const kmp_program *p)
         count_uses(&w, count);
     }
     for (int i = 0; !arena.failed && i < count; i++) {
-        w.angle[i] = is_sum_of_inputs(&w, &p->instruction[i]);
+        const kmp_instruction *in = &p->instruction[i];
+        bool sum = in->op == KMP_OP_ADD || in->op == KMP_OP_MUL;
+        for (int k = 0; sum && k < kmp_op_arity((kmp_op)in->op); k++) {
+            int value = (int)(kmp_instruction_operand(in, k) >> 1);
+            sum = value < w.leaves || w.angle[value - w.leaves];
+        }
+        w.angle[i] = sum;
         w.index[i] = index_of(&w, i);
         steps.serial += w.uses[i] > 1 && !is_known(&w, i);
         if (w.index[i] > steps.vector)

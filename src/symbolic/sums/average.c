@@ -268,9 +268,10 @@ static KMP_INTO_CLONES double sum_of(const kmp_four *x)
     for (size_t group = 0, at, slot; group < (a)->count && (at = (a)->first[group], slot = group * LANES, true);       \
          group++)
 
-/* Weights. */
-static KMP_INTO_CLONES void find_weights(const kmp_average *a, const kmp_scan_row *exponent, double most)
+/* Weights, and their sum. */
+KMP_CLONES static double weigh(const kmp_average *a, const kmp_scan_row *exponent, double most)
 {
+    kmp_four sum = {0};
     kmp_eight power;
     EACH(a, at, slot)
     {
@@ -278,13 +279,6 @@ static KMP_INTO_CLONES void find_weights(const kmp_average *a, const kmp_scan_ro
         power_of_e(&x, &power);
         KMP_EIGHT_AT(a->weight + slot) = power * KMP_EIGHT_CONST(a->spacing + at);
     }
-}
-
-/* Weights, and their sum. */
-KMP_CLONES static double weigh(const kmp_average *a, const kmp_scan_row *exponent, double most)
-{
-    kmp_four sum = {0};
-    find_weights(a, exponent, most);
     for (size_t slot = 0; slot < a->count * LANES; slot += KMP_FOUR)
         sum += KMP_FOUR_CONST(a->weight + slot);
     return sum_of(&sum);

@@ -58,11 +58,6 @@ static int leaves(const kmp_program *p)
     return p->constant_count + p->input_count;
 }
 
-static double sign_of(uint32_t operand)
-{
-    return operand & 1 ? -1 : 1;
-}
-
 /* True if a value is eight doubles long: numbers and functions of arguments alone. */
 static bool is_short(const kmp_scan *s, uint32_t value)
 {
@@ -74,7 +69,7 @@ static kmp_scan_row row_of(const kmp_scan *s, uint32_t operand)
     uint32_t value = operand >> 1;
     bool whole = !is_short(s, value), moving = s->need[value] == MOVING;
     return (kmp_scan_row){s->row[value], whole && !moving ? SIZE_MAX : 0, whole && moving ? SIZE_MAX : 0,
-                          sign_of(operand)};
+                          operand & 1 ? -1 : 1};
 }
 
 /* -- running instructions ---------------------------------------------------------------------------- */
@@ -296,11 +291,6 @@ static need join(need a, need b)
     return a == b ? a : MOVING;
 }
 
-static bool is_number(const kmp_program *p, uint32_t operand)
-{
-    return (int)(operand >> 1) < p->constant_count;
-}
-
 /* Numbers suit both kinds. Common values are in stage 0, except in programs from files. */
 static need need_of_instruction(const kmp_scan *s, int i)
 {
@@ -309,7 +299,7 @@ static need need_of_instruction(const kmp_scan *s, int i)
     bool first = true;
     for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
         uint32_t operand = kmp_instruction_operand(in, k);
-        if (is_number(s->p, operand))
+        if ((int)(operand >> 1) < s->p->constant_count)
             continue;
         n = first ? (need)s->need[operand >> 1] : join(n, (need)s->need[operand >> 1]);
         first = false;
@@ -322,11 +312,6 @@ static bool leaves_row(const kmp_scan *s, uint32_t value)
 {
     const int i = (int)value - leaves(s->p);
     return i >= s->p->code[FIRST] && s->need[value] == MOVING && s->p->instruction[i].op != KMP_OP_TABLE;
-}
-
-static kmp_row_base base_of(const kmp_scan *s, uint32_t value)
-{
-    return is_short(s, value) ? KMP_ROW_EQUAL : s->need[value] == MOVING ? KMP_ROW_BY_SLOT : KMP_ROW_BY_PLACE;
 }
 
 /* Rows of values that depend on arguments and places: as few as are needed at once, so that they stay in the nearest
@@ -357,7 +342,7 @@ static void number_rows(kmp_scan *s, int *last, int32_t *unused, int32_t rows[KM
     const uint32_t values = (uint32_t)(leaves(s->p) + s->p->code[LAST + 1]);
     rows[KMP_ROW_BY_SLOT] = share_rows(s, last, unused);
     for (uint32_t k = 0; k < values; k++) {
-        s->address[k].base = base_of(s, k);
+        s->address[k].base = is_short(s, k) ? KMP_ROW_EQUAL : s->need[k] == MOVING ? KMP_ROW_BY_SLOT : KMP_ROW_BY_PLACE;
         if (!leaves_row(s, k))
             s->address[k].at = rows[s->address[k].base]++;
     }
@@ -443,17 +428,6 @@ static const kmp_row_piece *piece_after(const kmp_scan *s, const kmp_row_piece *
     return piece < end ? piece : NULL;
 }
 
-static step step_of_code(const kmp_scan *s, const kmp_row_piece *piece)
-{
-    return (step){.kernel = CODE,
-                  .instruction = piece->first,
-                  .to = s->base[KMP_ROW_BY_SLOT],
-                  .x = {.row = s->base[KMP_ROW_BY_PLACE]},
-                  .y = {.row = s->base[KMP_ROW_EQUAL]},
-                  .routine = piece->run,
-                  .lanes = (size_t)s->code->lanes};
-}
-
 static void list_steps(kmp_scan *s)
 {
     const kmp_program *p = s->p;
@@ -469,7 +443,13 @@ static void list_steps(kmp_scan *s)
             if (piece && i > piece->first)
                 continue;
             if (piece && i == piece->first) {
-                s->steps[count++] = step_of_code(s, piece);
+                s->steps[count++] = (step){.kernel = CODE,
+                                           .instruction = piece->first,
+                                           .to = s->base[KMP_ROW_BY_SLOT],
+                                           .x = {.row = s->base[KMP_ROW_BY_PLACE]},
+                                           .y = {.row = s->base[KMP_ROW_EQUAL]},
+                                           .routine = piece->run,
+                                           .lanes = (size_t)s->code->lanes};
                 continue;
             }
             s->steps[count] = step_of(s, i);
