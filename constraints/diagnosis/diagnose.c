@@ -10,16 +10,6 @@
 
 enum { MOST_COORDINATES = 100, MOST_ROWS = 200 };
 
-static int declared_rows(const kempe_model *model)
-{
-    int rows = 0;
-    for (int c = 0; c < model->closure_count; c++) {
-        const kmp_closure_kind *kind = kmp_closure_kind_find(model->closures[c].kind);
-        rows += kind ? kmp_closure_rows(kind, &model->closures[c]) : 0;
-    }
-    return rows;
-}
-
 /* Runs all parts of the examination. */
 static kempe_status run_parts(kmp_examination *x, const kmp_evaluator *eval)
 {
@@ -42,7 +32,7 @@ static kempe_status examine_closures(kempe_check *check, kmp_evaluator *eval, co
     kmp_diagnosis *diagnosis = &check->diagnosis;
     kmp_examination x = {.system = s, .q = q, .part = &check->part, .arena = &check->arena, .diagnosis = diagnosis};
     kempe_status status = KEMPE_OK;
-    diagnosis->declared = declared_rows(s->model);
+    diagnosis->declared = kmp_closure_all_rows(s->model);
     diagnosis->generic_rank = check->part.r;
     diagnosis->margin = 1;
     diagnosis->block_count = kmp_loop_blocks(eval, &check->part, &check->arena, &diagnosis->blocks);

@@ -45,3 +45,13 @@ kmp_vec kmp_part_effort(const kmp_tree *tree, const kmp_closure *closure, const 
     (void)tree, (void)closure;
     return (kmp_vec){{lambda[0], KMP_ZERO, KMP_ZERO}};
 }
+
+int kmp_closure_all_rows(const kempe_model *model)
+{
+    int rows = 0;
+    for (int c = 0; c < model->closure_count; c++) {
+        const kmp_closure_kind *kind = kmp_closure_kind_find(model->closures[c].kind);
+        rows += kind ? kmp_closure_rows(kind, &model->closures[c]) : 0;
+    }
+    return rows;
+}

@@ -51,3 +51,6 @@ kmp_vec kmp_part_effort(const kmp_tree *tree, const kmp_closure *closure, const 
 #define KMP_KIND(name, force, moment) extern const kmp_part kmp_part_##force, kmp_part_##moment;
 #include "constraints/kinds/kinds.def"
 #undef KMP_KIND
+
+/** Declared rows of all closures. */
+int kmp_closure_all_rows(const kempe_model *model);

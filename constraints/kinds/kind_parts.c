@@ -66,6 +66,27 @@ static kmp_vec ball_force(const kmp_tree *tree, const kmp_closure *closure, cons
 
 const kmp_part kmp_part_ball = {3, 1, ball, ball_force, NULL};
 
+/* -- rod: the distance of two points is constant or a function of time ------------------------------------- */
+
+/* h = (d.d - L^2) / 2 with d = Q - P, smooth for every d; lambda d is the force on Q's body. */
+static void rod(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
+{
+    kmp_graph *g = tree->graph;
+    kmp_vec d = kmp_part_gap(tree, closure);
+    kmp_ref half = kmp_const(g, 0.5);
+    kmp_ref length =
+        closure->function ? kmp_tree_bent(tree, closure->function) : kmp_tree_number(tree, &closure->number);
+    h[0] = kmp_mul(g, half, kmp_sub(g, kmp_vec_dot(g, d, d), kmp_mul(g, length, length)));
+}
+
+static kmp_vec rod_force(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda)
+{
+    kmp_vec d = kmp_part_gap(tree, closure);
+    return kmp_part_own(tree, closure, kmp_vec_scale(tree->graph, lambda[0], d));
+}
+
+const kmp_part kmp_part_rod = {1, 2, rod, rod_force, NULL};
+
 /* -- products of axes of the first body with d, whose force is along them; or with e2, which have a moment -- */
 
 static void products(const kmp_tree *tree, const kmp_closure *closure, int from, int rows, bool moment, kmp_ref *h)

@@ -149,17 +149,6 @@ static kempe_status compare(const kempe_system *s, const kmp_bodies *bodies, boo
     return KEMPE_OK;
 }
 
-/* Declared rows of all closures. */
-static int count_rows(const kempe_model *model)
-{
-    int rows = 0;
-    for (int c = 0; c < model->closure_count; c++) {
-        const kmp_closure_kind *kind = kmp_closure_kind_find(model->closures[c].kind);
-        rows += kind ? kmp_closure_rows(kind, &model->closures[c]) : 0;
-    }
-    return rows;
-}
-
 /* True if the equations have some that are solved by iteration: of wheels on rails, and of points on curves. */
 static bool iterates(const kempe_model *model)
 {
@@ -173,7 +162,7 @@ static bool iterates(const kempe_model *model)
 bool kmp_motion_may_wait(const kempe_system *s)
 {
     const kempe_model *model = s->model;
-    int rows = count_rows(model), n = model->motion_count;
+    int rows = kmp_closure_all_rows(model), n = model->motion_count;
     bool bodies = s->dynamics == KMP_DYNAMICS_AUTO || s->dynamics == KMP_DYNAMICS_ARTICULATED;
     bool pressed = kmp_model_has_loads(model);
     for (int k = 0; k < model->force_count; k++)

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Vectors, tensors and matrices from the axes of one link in those of another, and the path between links. */
+/* Vectors, tensors and matrices from the axes of one link in those of another, the path between links, points and
+ * rates. */
 #include "dynamics/kinematics/link_tree.h"
+#include "symbolic/derivative.h"
 #include "symbolic/rotation.h"
 
 kmp_ref kmp_link_axes(const kmp_tree *tree, int i, int row, int column)
@@ -118,4 +120,187 @@ bool kmp_tree_is_above(const kmp_tree *tree, int a, int i)
     while (i > a)
         i = tree->links[i].parent;
     return i == a;
+}
+
+/* -- positions and axes of points, and of vectors of links -------------------------------------------- */
+
+/* Positions are summed from the point inwards. Along a run of rotations about one common axis each constant vector is
+ * rotated by the sum of the angles, and the run's vectors are added at its end only. A planar mechanism is then a sum
+ * of vectors rotated by absolute angles. */
+int kmp_point_link(const kmp_tree *tree, int point)
+{
+    return tree->mounts[tree->model->points[point].body].link;
+}
+
+kmp_vec kmp_point_local(const kmp_tree *tree, int point)
+{
+    const kmp_point *p = &tree->model->points[point];
+    kmp_vec at = kmp_body_vector(tree, p->body, kmp_tree_vector(tree, p->at));
+    return kmp_vec_add(tree->graph, tree->mounts[p->body].p, at);
+}
+
+enum { MAX_RUN = 32 };
+
+/* Vectors of one run of parallel axes, waiting to be added. */
+typedef struct run {
+    kmp_vec v[MAX_RUN];
+    int count;
+} run;
+
+static void gather(kmp_graph *g, run *r)
+{
+    for (int k = 1; k < r->count; k++)
+        r->v[0] = kmp_vec_add(g, r->v[0], r->v[k]);
+    r->count = 1;
+}
+
+/* True if link i turns about the direction of the link before it, with nothing between. */
+static bool same_run(const kmp_tree *tree, int i, int before)
+{
+    const kmp_link *a = &tree->links[i], *b = &tree->links[before];
+    return a->rotation && b->rotation && a->axis == b->axis && !b->turned;
+}
+
+kmp_vec kmp_link_position(const kmp_tree *tree, int link, kmp_vec local, int ancestor)
+{
+    kmp_graph *g = tree->graph;
+    run r = {.count = 1};
+    r.v[0] = local;
+    for (int i = link, before = -1; i != ancestor; before = i, i = tree->links[i].parent) {
+        if (before < 0 || !same_run(tree, i, before) || r.count == MAX_RUN)
+            gather(g, &r);
+        kmp_vec slide = kmp_link_slide(tree, i);
+        for (int k = 0; k < r.count; k++)
+            r.v[k] = kmp_link_to_parent(tree, i, k == 0 ? kmp_vec_add(g, r.v[0], slide) : r.v[k]);
+        if (!kmp_vec_is_zero(tree->links[i].p))
+            r.v[r.count++] = tree->links[i].p;
+    }
+    gather(g, &r);
+    return r.v[0];
+}
+
+kmp_vec kmp_point_position(const kmp_tree *tree, int point, int ancestor)
+{
+    return kmp_link_position(tree, kmp_point_link(tree, point), kmp_point_local(tree, point), ancestor);
+}
+
+kmp_vec kmp_point_difference(const kmp_tree *tree, int a, int b, int *frame)
+{
+    *frame = kmp_tree_common(tree, kmp_point_link(tree, a), kmp_point_link(tree, b));
+    return kmp_vec_sub(tree->graph, kmp_point_position(tree, b, *frame), kmp_point_position(tree, a, *frame));
+}
+
+kmp_vec kmp_link_direction(const kmp_tree *tree, int link, kmp_vec v, int ancestor)
+{
+    for (int i = link; i != ancestor; i = tree->links[i].parent)
+        v = kmp_link_to_parent(tree, i, v);
+    return v;
+}
+
+kmp_vec kmp_point_direction(const kmp_tree *tree, int point, const double v[3], int ancestor)
+{
+    const kmp_point *p = &tree->model->points[point];
+    kmp_vec d;
+    for (int i = 0; i < 3; i++) {
+        double x = p->turned ? p->axes[i][0] * v[0] + p->axes[i][1] * v[1] + p->axes[i][2] * v[2] : v[i];
+        d.x[i] = kmp_const(tree->graph, x);
+    }
+    return kmp_link_direction(tree, kmp_point_link(tree, point), kmp_body_vector(tree, p->body, d), ancestor);
+}
+
+void kmp_point_axes(const kmp_tree *tree, int point, int ancestor, kmp_vec axes[3])
+{
+    static const double unit[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    for (int k = 0; k < 3; k++)
+        axes[k] = kmp_point_direction(tree, point, unit[k], ancestor);
+}
+
+/* -- rates: total derivatives by time, and angular velocities of links --------------------------------- */
+
+int kmp_tree_time_leaves(const kmp_tree *tree, kmp_ref *leaf, kmp_ref *direction)
+{
+    kmp_graph *g = tree->graph;
+    int count = 0;
+    leaf[count] = kmp_input(g, KMP_IN_TIME, 0);
+    direction[count++] = KMP_ONE;
+    for (int k = 0; k < tree->model->input_count; k++)
+        for (int d = 0; d + 1 < KMP_TIME_NUMBERS; d++) {
+            leaf[count] = kmp_input(g, KMP_IN_TIME, kmp_time_index(k, d));
+            direction[count++] = kmp_input(g, KMP_IN_TIME, kmp_time_index(k, d + 1));
+        }
+    return count;
+}
+
+kmp_derivative *kmp_partial_time_derivative(const kmp_tree *tree)
+{
+    int count = kmp_tree_time_leaf_count(tree);
+    kmp_ref *leaf = KMP_GRAPH_NEW(tree->graph, kmp_ref, 2 * count);
+    if (!leaf)
+        return NULL;
+    return kmp_derivative_new(tree->graph, kmp_tree_time_leaves(tree, leaf, leaf + count), leaf, leaf + count);
+}
+
+static kmp_derivative *along_time(const kmp_tree *tree, bool rates)
+{
+    kmp_graph *g = tree->graph;
+    int n = tree->count - 1, last = rates ? 2 * n : n;
+    int room = last + kmp_tree_time_leaf_count(tree);
+    kmp_ref *leaf = KMP_GRAPH_NEW(g, kmp_ref, 2 * room);
+    if (!leaf)
+        return NULL;
+    kmp_ref *direction = leaf + room;
+    for (int k = 0; k < n; k++) { /* the inputs themselves, whatever the sign of both in the joint */
+        leaf[k] = tree->links[k + 1].q & ~(kmp_ref)1;
+        direction[k] = tree->links[k + 1].qd & ~(kmp_ref)1;
+        if (rates) {
+            leaf[n + k] = direction[k];
+            direction[n + k] = kmp_input(g, KMP_IN_QDD, (uint32_t)k);
+        }
+    }
+    last += kmp_tree_time_leaves(tree, leaf + last, direction + last);
+    return kmp_derivative_new(g, last, leaf, direction);
+}
+
+kmp_derivative *kmp_time_derivative(const kmp_tree *tree)
+{
+    return along_time(tree, false);
+}
+
+static kmp_vec differentiate(kmp_derivative *d, kmp_vec x)
+{
+    for (int k = 0; k < 3; k++)
+        x.x[k] = kmp_derivative_of(d, x.x[k]);
+    kmp_derivative_free(d);
+    return x;
+}
+
+kmp_vec kmp_vec_rate(const kmp_tree *tree, kmp_vec x)
+{
+    return differentiate(along_time(tree, false), x);
+}
+
+kmp_vec kmp_vec_acceleration(const kmp_tree *tree, kmp_vec rate)
+{
+    return differentiate(along_time(tree, true), rate);
+}
+
+kmp_vec kmp_from_ancestor(const kmp_tree *tree, int link, int ancestor, kmp_vec v)
+{
+    if (link == ancestor)
+        return v;
+    return kmp_link_to_child(tree, link, kmp_from_ancestor(tree, tree->links[link].parent, ancestor, v));
+}
+
+kmp_vec kmp_link_spin(const kmp_tree *tree, int link, int ancestor)
+{
+    kmp_vec w = kmp_vec_zero();
+    for (; link != ancestor; link = tree->links[link].parent) {
+        const kmp_link *l = &tree->links[link];
+        if (l->rotation)
+            w = kmp_vec_add(tree->graph, w, kmp_vec_axis(l->qd, l->axis));
+        w = kmp_link_to_parent(tree, link, w);
+    }
+    for (; link > 0 && tree->links[link].stays; link = tree->links[link].follows ? tree->links[link].parent : 0)
+        w = kmp_vec_add(tree->graph, w, kmp_vec_axis(tree->links[link].qd, tree->links[link].axis));
+    return w;
 }

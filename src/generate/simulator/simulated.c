@@ -229,7 +229,7 @@ static kempe_status take_friction(kmp_code_source *source, const kempe_system *s
     }
     f->loads = kmp_friction_is_loaded(source->model);
     f->driven = system->rheonomic;
-    for (int r = 0; r < system->m; r++) /* those of friction alone: constraints/kinds/friction_row.c */
+    for (int r = 0; r < system->m; r++) /* those of friction alone: constraints/kinds/mode_rows.c */
         f->rolls += system->rows[r].of_rates;
     return check_speeds(source->model);
 }

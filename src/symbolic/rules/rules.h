@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Simplifications made when a node is created, one file per rule (Fisette and Samin 1996, section 3.1). Each returns
+/* Simplifications made when a node is created (Fisette and Samin 1996, section 3.1). Each returns
  * true if it has a shorter form, in *result. The graph calls the active rules (kmp_graph_set_rules). */
 #pragma once
 
