@@ -312,7 +312,7 @@ void kmp_diagnosis_limits(kmp_examination *x)
             w.start.tangent[k] = -w.start.tangent[k];
         (void)trace_one_side(&w);
     }
-    /* What moves, and the full turns of a cycle. */
+    /* The coordinates that move, and the full turns of a cycle. */
     for (int k = 0; k < w.n; k++) {
         kmp_swing *s = &l->swing[k];
         s->moves = s->high - s->low > STANDS * x->system->scale[k];

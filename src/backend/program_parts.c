@@ -399,7 +399,7 @@ int kmp_parts_find(kmp_layout *layout, int stage, int threads)
     if (!begin(f))
         return -1;
     spread_seeds(f);
-    /* What each part would cost, and what two seeds share. */
+    /* The cost of each part, and of what two seeds share. */
     for (int i = 0; i < f->from; i++)
         add_share(f, f->earlier[i], 1);
     for (int i = 0; i < f->count; i++)
