@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The layers of functional mock-up units on a pendulum written by hand: modes, misuse, states, derivatives. */
-#include "generate/runtime/kempe_fmi2.h"
-#include "generate/runtime/kempe_fmi3.h"
+#include "generate/unit_functions.h"
 #include "testing.h"
 #include "unit/simulated_mechanisms.h"
 

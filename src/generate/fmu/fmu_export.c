@@ -104,19 +104,21 @@ static bool is_source(const char *name)
 /* The C files: those of the simulator, the layers of this version, the table of the unit. */
 static bool add_sources(kempe_fmu_export *made)
 {
+    static const struct {
+        int fmi; /* 0: of both versions */
+        const char *name, *const *lines;
+    } layers[] = {{0, "kempe_fmu.h", kmp_kempe_fmu_h},   {0, "kempe_fmu.c", kmp_kempe_fmu_c},
+                  {0, "kempe_fmi.h", kmp_kempe_fmi_h},   {2, "kempe_fmi2.h", kmp_kempe_fmi2_h},
+                  {2, "kempe_fmi2.c", kmp_kempe_fmi2_c}, {3, "kempe_fmi3.h", kmp_kempe_fmi3_h},
+                  {3, "kempe_fmi3.c", kmp_kempe_fmi3_c}};
     kmp_unit_plan *plan = &made->plan;
     kmp_code_files *files = &made->sources;
     bool ok = true;
     for (int k = 0; ok && k < kempe_code_file_count(made->code); k++)
         ok = add_copy(files, "", kempe_code_file_name(made->code, k), kempe_code_file_text(made->code, k));
-    ok = ok && add_lines(files, "", "kempe_fmu.h", kmp_kempe_fmu_h) &&
-         add_lines(files, "", "kempe_fmu.c", kmp_kempe_fmu_c);
-    if (plan->fmi == 2)
-        ok = ok && add_lines(files, "", "kempe_fmi2.h", kmp_kempe_fmi2_h) &&
-             add_lines(files, "", "kempe_fmi2.c", kmp_kempe_fmi2_c);
-    else
-        ok = ok && add_lines(files, "", "kempe_fmi3.h", kmp_kempe_fmi3_h) &&
-             add_lines(files, "", "kempe_fmi3.c", kmp_kempe_fmi3_c);
+    for (size_t k = 0; ok && k < sizeof layers / sizeof *layers; k++)
+        if (layers[k].fmi == 0 || layers[k].fmi == plan->fmi)
+            ok = add_lines(files, "", layers[k].name, layers[k].lines);
     char *table = ok ? kmp_arena_printf(&made->arena, "%s_fmu.c", plan->source->name) : NULL;
     kmp_text *text = table ? add_file(files, "", table) : NULL;
     if (text)

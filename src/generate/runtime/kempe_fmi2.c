@@ -4,7 +4,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* An instance; its numbers, then its name follow in the same memory. */
 typedef struct kempe_fmi2_instance {
@@ -14,32 +13,38 @@ typedef struct kempe_fmi2_instance {
     kempe_fmu_stride last; /* communication step */
 } kempe_fmi2_instance;
 
-#define ALLOWED(modes)                                                                                                 \
-    kempe_fmu *fmu = c;                                                                                                \
-    if (!kempe_fmu_allows(fmu, modes, __func__))                                                                       \
-    return fmi2Error
-#define ANSWER(call) return (fmi2Status)(call)
-#define FAIL(...)    ANSWER(kempe_fmu_say(fmu, KEMPE_FMU_ERROR, KEMPE_FMU_LOG_ERROR, __VA_ARGS__))
-#define SAME_KIND(wanted)                                                                                              \
-    if (fmu->kind != (wanted))                                                                                         \
-    FAIL("%s belongs to the other kind of unit than this instance.", __func__)
-
-enum { BEFORE_RUN = KEMPE_FMU_INSTANTIATED | KEMPE_FMU_INITIALIZATION };
-
-/* -- instances --------------------------------------------------------------------------------------- */
-
 static void *take(const fmi2CallbackFunctions *functions, size_t bytes)
 {
     return functions->allocateMemory ? functions->allocateMemory(1, bytes) : malloc(bytes);
 }
 
-static void give_back(const fmi2CallbackFunctions *functions, void *memory)
+static void *take_memory(kempe_fmu *fmu, size_t bytes)
 {
-    if (functions->freeMemory)
-        functions->freeMemory(memory);
+    return take(&((const kempe_fmi2_instance *)(const void *)fmu)->functions, bytes);
+}
+
+static void give_back(kempe_fmu *fmu, void *memory)
+{
+    void (*release)(void *) = ((const kempe_fmi2_instance *)(const void *)fmu)->functions.freeMemory;
+    if (release)
+        release(memory);
     else
         free(memory);
 }
+
+#define FMI(name)               fmi2##name
+#define FMI_OF_STATE(verb, end) fmi2##verb##FMUstate##end
+#define FMI_DESERIALIZE         fmi2DeSerializeFMUstate
+#define FMI_DERIVATIVES         fmi2GetDerivatives
+typedef fmi2Status fmi_status;
+typedef fmi2Component fmi_instance;
+typedef fmi2FMUstate fmi_state;
+typedef fmi2Boolean fmi_boolean;
+typedef fmi2String fmi_string;
+typedef fmi2Byte fmi_byte;
+#include "kempe_fmi.h"
+
+/* -- instances --------------------------------------------------------------------------------------- */
 
 /* The sentence as the format, because some importers show that alone. */
 static void tell(const fmi2CallbackFunctions *functions, const char *name, fmi2Status status, const char *category,
@@ -109,16 +114,9 @@ FMI2(void, fmi2FreeInstance, fmi2Component c)
 {
     kempe_fmi2_instance *instance = c;
     if (instance) {
-        const fmi2CallbackFunctions functions = instance->functions;
         kempe_fmu_close(instance->fmu.model);
-        give_back(&functions, instance);
+        give_back(&instance->fmu, instance);
     }
-}
-
-FMI2(fmi2Status, fmi2SetDebugLogging, fmi2Component c, fmi2Boolean on, size_t count, const fmi2String categories[])
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    ANSWER(kempe_fmu_choose_categories(fmu, on, count, categories));
 }
 
 FMI2(fmi2Status, fmi2SetupExperiment, fmi2Component c, fmi2Boolean tolerance_given, fmi2Real tolerance, fmi2Real start,
@@ -139,20 +137,6 @@ FMI2(fmi2Status, fmi2ExitInitializationMode, fmi2Component c)
     ALLOWED(KEMPE_FMU_INITIALIZATION);
     ANSWER(
         kempe_fmu_exit_initialization(fmu, fmu->kind == KEMPE_FMU_MODEL_EXCHANGE ? KEMPE_FMU_EVENT : KEMPE_FMU_STEP));
-}
-
-FMI2(fmi2Status, fmi2Terminate, fmi2Component c)
-{
-    ALLOWED(KEMPE_FMU_RUNS);
-    fmu->now.mode = KEMPE_FMU_TERMINATED;
-    return fmi2OK;
-}
-
-FMI2(fmi2Status, fmi2Reset, fmi2Component c)
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    kempe_fmu_reset(fmu);
-    return fmi2OK;
 }
 
 /* -- variables --------------------------------------------------------------------------------------- */
@@ -188,73 +172,6 @@ NONE(fmi2GetString, fmi2String, "String")
 NONE(fmi2SetInteger, const fmi2Integer, "Integer that can be set")
 NONE(fmi2SetBoolean, const fmi2Boolean, "Boolean")
 NONE(fmi2SetString, const fmi2String, "String")
-
-/* -- states of the unit ------------------------------------------------------------------------------ */
-
-static int make_room(kempe_fmu *fmu, fmi2FMUstate *state)
-{
-    const kempe_fmi2_instance *instance = (const kempe_fmi2_instance *)(const void *)fmu;
-    if (state && !*state)
-        *state = take(&instance->functions, kempe_fmu_state_bytes(fmu));
-    return state && *state;
-}
-
-FMI2(fmi2Status, fmi2GetFMUstate, fmi2Component c, fmi2FMUstate *state)
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    if (!make_room(fmu, state))
-        FAIL("There is no memory for the state.");
-    kempe_fmu_save(fmu, *state);
-    return fmi2OK;
-}
-
-FMI2(fmi2Status, fmi2SetFMUstate, fmi2Component c, fmi2FMUstate state)
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    if (!state)
-        FAIL("The state is NULL.");
-    ANSWER(kempe_fmu_restore(fmu, state));
-}
-
-FMI2(fmi2Status, fmi2FreeFMUstate, fmi2Component c, fmi2FMUstate *state)
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    if (state && *state) {
-        give_back(&((kempe_fmi2_instance *)c)->functions, *state);
-        *state = NULL;
-    }
-    return fmi2OK;
-}
-
-FMI2(fmi2Status, fmi2SerializedFMUstateSize, fmi2Component c, fmi2FMUstate state, size_t *size)
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    if (!state || !size)
-        FAIL("The state is NULL.");
-    *size = kempe_fmu_state_bytes(fmu);
-    return fmi2OK;
-}
-
-FMI2(fmi2Status, fmi2SerializeFMUstate, fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    if (!state || !bytes || size < kempe_fmu_state_bytes(fmu))
-        FAIL("The room for the bytes of the state is too small: fmi2SerializedFMUstateSize gives their number.");
-    memcpy(bytes, state, kempe_fmu_state_bytes(fmu));
-    return fmi2OK;
-}
-
-FMI2(fmi2Status, fmi2DeSerializeFMUstate, fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    kempe_fmu_status status = kempe_fmu_check_state(fmu, (const unsigned char *)bytes, size);
-    if (status != KEMPE_FMU_OK)
-        ANSWER(status);
-    if (!make_room(fmu, state))
-        FAIL("There is no memory for the state.");
-    memcpy(*state, bytes, size);
-    return fmi2OK;
-}
 
 /* -- derivatives ------------------------------------------------------------------------------------- */
 
@@ -312,48 +229,6 @@ FMI2(fmi2Status, fmi2NewDiscreteStates, fmi2Component c, fmi2EventInfo *info)
     info->nextEventTime = next < INFINITY ? next : 0;
     ANSWER(status);
 }
-
-FMI2(fmi2Status, fmi2EnterContinuousTimeMode, fmi2Component c)
-{
-    ALLOWED(KEMPE_FMU_EVENT);
-    fmu->now.mode = KEMPE_FMU_CONTINUOUS;
-    return fmi2OK;
-}
-
-FMI2(fmi2Status, fmi2CompletedIntegratorStep, fmi2Component c, fmi2Boolean no_return, fmi2Boolean *event,
-     fmi2Boolean *terminate)
-{
-    ALLOWED(KEMPE_FMU_CONTINUOUS);
-    (void)no_return;
-    if (!event || !terminate)
-        FAIL("A place for the results of the step is NULL.");
-    ANSWER(kempe_fmu_completed_step(fmu, event, terminate));
-}
-
-FMI2(fmi2Status, fmi2SetTime, fmi2Component c, fmi2Real t)
-{
-    ALLOWED(KEMPE_FMU_EVENT | KEMPE_FMU_CONTINUOUS);
-    ANSWER(kempe_fmu_set_time(fmu, t));
-}
-
-FMI2(fmi2Status, fmi2SetContinuousStates, fmi2Component c, const fmi2Real x[], size_t count)
-{
-    ALLOWED(KEMPE_FMU_CONTINUOUS | KEMPE_FMU_EVENT);
-    ANSWER(kempe_fmu_set_states(fmu, x, count));
-}
-
-/* Arrays of the model that are read; of model exchange. */
-#define ARRAY(name, call)                                                                                              \
-    FMI2(fmi2Status, name, fmi2Component c, fmi2Real values[], size_t count)                                           \
-    {                                                                                                                  \
-        ALLOWED(KEMPE_FMU_INITIALIZATION | KEMPE_FMU_EVENT | KEMPE_FMU_CONTINUOUS | KEMPE_FMU_TERMINATED);             \
-        SAME_KIND(KEMPE_FMU_MODEL_EXCHANGE);                                                                           \
-        ANSWER(call(fmu, values, count));                                                                              \
-    }
-ARRAY(fmi2GetDerivatives, kempe_fmu_get_rates)
-ARRAY(fmi2GetEventIndicators, kempe_fmu_get_indicators)
-ARRAY(fmi2GetContinuousStates, kempe_fmu_get_states)
-ARRAY(fmi2GetNominalsOfContinuousStates, kempe_fmu_get_nominals)
 
 /* -- co-simulation ----------------------------------------------------------------------------------- */
 

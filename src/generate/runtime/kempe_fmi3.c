@@ -5,7 +5,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* An instance; its numbers follow in the same memory. */
 typedef struct kempe_fmi3_instance {
@@ -16,22 +15,34 @@ typedef struct kempe_fmi3_instance {
     int has_events, returns_early;
 } kempe_fmi3_instance;
 
-#define ALLOWED(modes)                                                                                                 \
-    kempe_fmu *fmu = c;                                                                                                \
-    if (!kempe_fmu_allows(fmu, modes, __func__))                                                                       \
-    return fmi3Error
-#define ANSWER(call) return (fmi3Status)(call)
-#define FAIL(...)    ANSWER(kempe_fmu_say(fmu, KEMPE_FMU_ERROR, KEMPE_FMU_LOG_ERROR, __VA_ARGS__))
+static void *take_memory(kempe_fmu *fmu, size_t bytes)
+{
+    (void)fmu;
+    return malloc(bytes);
+}
+
+static void give_back(kempe_fmu *fmu, void *memory)
+{
+    (void)fmu;
+    free(memory);
+}
+
+#define FMI(name)               fmi3##name
+#define FMI_OF_STATE(verb, end) fmi3##verb##FMUState##end
+#define FMI_DESERIALIZE         fmi3DeserializeFMUState
+#define FMI_DERIVATIVES         fmi3GetContinuousStateDerivatives
+typedef fmi3Status fmi_status;
+typedef fmi3Instance fmi_instance;
+typedef fmi3FMUState fmi_state;
+typedef fmi3Boolean fmi_boolean;
+typedef fmi3String fmi_string;
+typedef fmi3Byte fmi_byte;
+#include "kempe_fmi.h"
+
 #define COUNTS(given, expected)                                                                                        \
     if ((given) != (expected))                                                                                         \
     FAIL("%s needs as many values as value references: all variables are scalars. Given are %lu and %lu.", __func__,   \
          (unsigned long)(given), (unsigned long)(expected))
-#define SAME_KIND(wanted)                                                                                              \
-    if (fmu->kind != (wanted))                                                                                         \
-    FAIL("%s belongs to the other kind of unit than this instance.", __func__)
-
-enum { BEFORE_RUN = KEMPE_FMU_INSTANTIATED | KEMPE_FMU_INITIALIZATION };
-
 /* -- instances --------------------------------------------------------------------------------------- */
 
 static void send(kempe_fmu *fmu, kempe_fmu_status status, const char *category, const char *sentence)
@@ -113,12 +124,6 @@ FMI3_RESULT(void, fmi3FreeInstance, fmi3Instance c)
     free(c);
 }
 
-FMI3(fmi3SetDebugLogging, fmi3Boolean on, size_t count, const fmi3String categories[])
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    ANSWER(kempe_fmu_choose_categories(fmu, on, count, categories));
-}
-
 FMI3(fmi3EnterInitializationMode, fmi3Boolean tolerance_given, fmi3Float64 tolerance, fmi3Float64 start,
      fmi3Boolean stop_given, fmi3Float64 stop)
 {
@@ -132,20 +137,6 @@ FMI3_ALONE(fmi3ExitInitializationMode)
     ALLOWED(KEMPE_FMU_INITIALIZATION);
     const int events = fmu->kind == KEMPE_FMU_MODEL_EXCHANGE || ((kempe_fmi3_instance *)c)->has_events;
     ANSWER(kempe_fmu_exit_initialization(fmu, events ? KEMPE_FMU_EVENT : KEMPE_FMU_STEP));
-}
-
-FMI3_ALONE(fmi3Terminate)
-{
-    ALLOWED(KEMPE_FMU_RUNS);
-    fmu->now.mode = KEMPE_FMU_TERMINATED;
-    return fmi3OK;
-}
-
-FMI3_ALONE(fmi3Reset)
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    kempe_fmu_reset(fmu);
-    return fmi3OK;
 }
 
 /* -- variables --------------------------------------------------------------------------------------- */
@@ -220,72 +211,6 @@ FMI3(fmi3SetClock, FMI3_SOME, const fmi3Clock values[])
     ALLOWED(KEMPE_FMU_ANY);
     (void)values;
     ANSWER(kempe_fmu_no_variables(fmu, count, references, "Clock"));
-}
-
-/* -- states of the unit ------------------------------------------------------------------------------ */
-
-static int make_room(kempe_fmu *fmu, fmi3FMUState *state)
-{
-    if (state && !*state)
-        *state = malloc(kempe_fmu_state_bytes(fmu));
-    return state && *state;
-}
-
-FMI3(fmi3GetFMUState, fmi3FMUState *state)
-{
-    ALLOWED(KEMPE_FMU_ANY & ~KEMPE_FMU_INTERMEDIATE);
-    if (!make_room(fmu, state))
-        FAIL("There is no memory for the state.");
-    kempe_fmu_save(fmu, *state);
-    return fmi3OK;
-}
-
-FMI3(fmi3SetFMUState, fmi3FMUState state)
-{
-    ALLOWED(KEMPE_FMU_ANY & ~KEMPE_FMU_INTERMEDIATE);
-    if (!state)
-        FAIL("The state is NULL.");
-    ANSWER(kempe_fmu_restore(fmu, state));
-}
-
-FMI3(fmi3FreeFMUState, fmi3FMUState *state)
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    if (state) {
-        free(*state);
-        *state = NULL;
-    }
-    return fmi3OK;
-}
-
-FMI3(fmi3SerializedFMUStateSize, fmi3FMUState state, size_t *size)
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    if (!state || !size)
-        FAIL("The state is NULL.");
-    *size = kempe_fmu_state_bytes(fmu);
-    return fmi3OK;
-}
-
-FMI3(fmi3SerializeFMUState, fmi3FMUState state, fmi3Byte bytes[], size_t size)
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    if (!state || !bytes || size < kempe_fmu_state_bytes(fmu))
-        FAIL("The room for the bytes of the state is too small: fmi3SerializedFMUStateSize gives their number.");
-    memcpy(bytes, state, kempe_fmu_state_bytes(fmu));
-    return fmi3OK;
-}
-
-FMI3(fmi3DeserializeFMUState, const fmi3Byte bytes[], size_t size, fmi3FMUState *state)
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    kempe_fmu_status status = kempe_fmu_check_state(fmu, bytes, size);
-    if (status != KEMPE_FMU_OK)
-        ANSWER(status);
-    if (!make_room(fmu, state))
-        FAIL("There is no memory for the state.");
-    memcpy(*state, bytes, size);
-    return fmi3OK;
 }
 
 /* -- derivatives ------------------------------------------------------------------------------------- */
@@ -403,54 +328,6 @@ FMI3(fmi3UpdateDiscreteStates, fmi3Boolean *again, fmi3Boolean *terminate, fmi3B
 }
 
 /* -- model exchange ---------------------------------------------------------------------------------- */
-
-FMI3_ALONE(fmi3EnterContinuousTimeMode)
-{
-    ALLOWED(KEMPE_FMU_EVENT);
-    SAME_KIND(KEMPE_FMU_MODEL_EXCHANGE);
-    fmu->now.mode = KEMPE_FMU_CONTINUOUS;
-    return fmi3OK;
-}
-
-FMI3(fmi3CompletedIntegratorStep, fmi3Boolean no_return, fmi3Boolean *event, fmi3Boolean *terminate)
-{
-    ALLOWED(KEMPE_FMU_CONTINUOUS);
-    int wants_event = 0, ended = 0;
-    (void)no_return;
-    if (!event || !terminate)
-        FAIL("A place for the results of the step is NULL.");
-    kempe_fmu_status status = kempe_fmu_completed_step(fmu, &wants_event, &ended);
-    *event = wants_event;
-    *terminate = ended;
-    ANSWER(status);
-}
-
-FMI3(fmi3SetTime, fmi3Float64 t)
-{
-    ALLOWED(KEMPE_FMU_EVENT | KEMPE_FMU_CONTINUOUS);
-    SAME_KIND(KEMPE_FMU_MODEL_EXCHANGE);
-    ANSWER(kempe_fmu_set_time(fmu, t));
-}
-
-FMI3(fmi3SetContinuousStates, const fmi3Float64 x[], size_t count)
-{
-    ALLOWED(KEMPE_FMU_CONTINUOUS | KEMPE_FMU_EVENT);
-    SAME_KIND(KEMPE_FMU_MODEL_EXCHANGE);
-    ANSWER(kempe_fmu_set_states(fmu, x, count));
-}
-
-/* Arrays of the model that are read; of model exchange. */
-#define ARRAY(name, call)                                                                                              \
-    FMI3(name, fmi3Float64 values[], size_t count)                                                                     \
-    {                                                                                                                  \
-        ALLOWED(KEMPE_FMU_INITIALIZATION | KEMPE_FMU_EVENT | KEMPE_FMU_CONTINUOUS | KEMPE_FMU_TERMINATED);             \
-        SAME_KIND(KEMPE_FMU_MODEL_EXCHANGE);                                                                           \
-        ANSWER(call(fmu, values, count));                                                                              \
-    }
-ARRAY(fmi3GetContinuousStateDerivatives, kempe_fmu_get_rates)
-ARRAY(fmi3GetEventIndicators, kempe_fmu_get_indicators)
-ARRAY(fmi3GetContinuousStates, kempe_fmu_get_states)
-ARRAY(fmi3GetNominalsOfContinuousStates, kempe_fmu_get_nominals)
 
 FMI3(fmi3GetNumberOfEventIndicators, size_t *count)
 {
