@@ -518,87 +518,38 @@ void kmp_lanes_interpolant(size_t width, size_t size, const struct kmp_dop853_st
 void kmp_lanes_interpolate(size_t width, size_t size, int vectors, double *const *vector, double x, double *y);
 
 /** The next steps after accepted ones, without regard to rejections before (kmp_rk_after_accepted). */
-typedef struct kmp_lanes_control {
-    const double *h, *error, *error_old;
-    double shrink, grow; /* of the method */
-    double *next;
-} kmp_lanes_control;
+void kmp_lanes_next_steps(size_t width, kmp_lane_room *room);
 
-void kmp_lanes_next_steps(size_t width, double exponent, const kmp_lanes_control *control);
+/** Slopes from the outputs of a program; `bad` of the room grows where they are not finite or a pivot is not positive.
+ */
+void kmp_lanes_publish(size_t width, kmp_engine *e, const kmp_pool *pool, const double *y, double *k);
 
-/** Slopes from the outputs of a program, by lanes. */
-typedef struct kmp_lanes_slopes {
-    size_t p, r;
-    bool power;
-    const double *y;
-    const kmp_lanes_output *end; /* p + r slopes, p pivots, the power */
-    double *k, *bad;             /* bad grows where the slopes are not finite or a pivot is not positive */
-} kmp_lanes_slopes;
+/** Measures the ends of steps: max |h| and max |Bvu|, scaled; max |dv| in weights, of those beyond rounding; the least
+ * |pivot| of Jv. */
+void kmp_lanes_measure(size_t width, const kmp_engine *e, const kmp_pool *pool, kmp_lane_watched *x);
 
-void kmp_lanes_publish(size_t width, const kmp_lanes_slopes *slopes);
+/** Finds the ends of steps that need no decision, and corrects v there. */
+void kmp_lanes_find_quiet(size_t width, kmp_engine *e, const kmp_pool *pool, kmp_lane_watched *x);
 
-/** Measurements at the end of a step, by lanes. */
-typedef struct kmp_lanes_end {
-    int p, r, m;
-    const int *u, *v;                                /* of the choice of u */
-    const double *h, *dv, *b;                        /* m; r; r x p, column-major */
-    const double *weight;                            /* r: of the dependent coordinates */
-    const double *scale, *per_scale, *per_row_scale; /* the last two: reciprocal */
-    double *residual;                                /* max |h|, scaled */
-    double *correction;                              /* max |dv| in weights, of those beyond rounding */
-    double *growth;                                  /* max |Bvu|, scaled */
-    int pivots;                                      /* of Jv */
-    const double *pivot;
-    double *least; /* min |pivot| */
-} kmp_lanes_end;
+enum { KMP_LANE_TRIES = 1000 }; /* attempts of one step */
 
-void kmp_lanes_measure(size_t width, const kmp_lanes_end *end);
-
-/** Tests of the ends of steps, one number for each lane. */
-typedef struct kmp_lanes_tests {
-    const double *error, *bad, *t_new, *limit;
-    const double *residual, *correction, *least, *growth; /* as measured */
-    const double *exchange;
-    const uint64_t *negative, *before; /* signs: now, at the start */
-    int sign_words;
-    double *pivot;
-    double most; /* correction of v in weights */
-    size_t r;
-    const double *dv; /* r */
-    double *v;        /* r: corrected in quiet lanes */
-    int64_t *quiet;
-} kmp_lanes_tests;
-
-void kmp_lanes_find_quiet(size_t width, const kmp_lanes_tests *ends);
-
-/** Ends of attempts that need no decision: accepted ones give the times, step sizes and errors of the next step,
- * rejected ones the next size. */
-typedef struct kmp_lanes_passing {
-    const int64_t *quiet, *spare;
-    int64_t most_tries;
-    const double *failed, *step, *t_new, *next, *error;
-    double *t, *h, *error_old;
-    int64_t *made, *repeated, *rejected, *tries;
-    int64_t *on, *stays; /* in which lanes; in which of them the step is made again */
-    bool all;            /* in all lanes */
+/** Attempts of steps in all lanes. Accepted ones that need no decision give the times, step sizes and errors of the
+ * next step, rejected ones the next size. */
+typedef struct kmp_lane_attempts {
+    double failed[KMP_LANES_MOST];                     /* not 0: a stage */
+    int64_t on[KMP_LANES_MOST], stays[KMP_LANES_MOST]; /* in which lanes; in which of them the step is made again */
+    bool all;                                          /* in all lanes */
     bool none_stays;
-} kmp_lanes_passing;
+} kmp_lane_attempts;
 
-void kmp_lanes_pass_on(size_t width, kmp_lanes_passing *ends);
+void kmp_lanes_pass_on(size_t width, kmp_lane_room *room, const int64_t *quiet, kmp_lane_attempts *attempts);
 
 /** Exchanges the numbers of some lanes of two vectors of `size` components. */
 void kmp_lanes_exchange(size_t width, size_t size, const int64_t *lanes, double *a, double *b);
 
-/** The steps to try, up to limit at most (kmp_step_next); 0: it is too short, or the lane has no instance. */
-typedef struct kmp_lanes_tries {
-    const int *who;
-    double longest;
-    const double *t, *limit, *h;
-    double *step, *t_new;
-    int64_t *none; /* true if a lane with an instance has no step */
-} kmp_lanes_tries;
-
-void kmp_lanes_choose_tries(size_t width, const kmp_lanes_tries *tries);
+/** The steps to try, up to limits and `longest` at most (kmp_step_next); 0: it is too short, which is not 0 in *none,
+ * or the lane has no instance. */
+void kmp_lanes_choose_tries(size_t width, kmp_lane_room *room, double longest, int64_t *none);
 
 /** Finds the signs of blocks from those of their pivots: in each lane KMP_SIGN_WORDS words, word k of lane l at k width
  * + l. block: that of each pivot. */

@@ -166,29 +166,30 @@ KMP_INLINE double exp2_of(double y)
 }
 
 /* kmp_rk_after_accepted and kmp_rk_after_rejected, but for rounding of their powers. */
-KMP_INLINE void next_steps(size_t w, double exponent, const kmp_lanes_control *c)
+KMP_INLINE void next_steps(size_t w, kmp_lane_room *room)
 {
+    const kmp_rk_numbers *method = &kmp_dop853.numbers;
     double factor[KMP_LANES_MOST], next[KMP_LANES_MOST];
     EACH_LANE(l, w)
     {
-        double error = c->error[l] > 1e-300 ? c->error[l] : 1e-300;
-        double before = KMP_RK_BETA * log2_of(c->error_old[l]);
+        double error = room->error[l] > 1e-300 ? room->error[l] : 1e-300;
+        double before = KMP_RK_BETA * log2_of(room->error_old[l]);
         error = error < 1e300 ? error : 1e300;
-        factor[l] = exp2_of(exponent * log2_of(error) - (c->error[l] <= 1 ? before : 0)) * (1 / KMP_RK_SAFETY);
+        factor[l] =
+            exp2_of(method->exponent * log2_of(error) - (room->error[l] <= 1 ? before : 0)) * (1 / KMP_RK_SAFETY);
     }
     EACH_LANE(l, w)
     {
-        double longest = c->error[l] <= 1 ? 1.0 / c->grow : 0;
-        double shortest = c->error[l] <= 1 || !(c->error[l] <= DBL_MAX) ? c->shrink : KMP_RK_SHORTEST;
+        double longest = room->error[l] <= 1 ? 1.0 / method->grow : 0;
+        double shortest = room->error[l] <= 1 || !(room->error[l] <= DBL_MAX) ? method->shrink : KMP_RK_SHORTEST;
         double most = factor[l] < shortest ? factor[l] : shortest;
-        next[l] = c->h[l] / (most > longest ? most : longest);
+        next[l] = room->step[l] / (most > longest ? most : longest);
     }
     EACH_LANE(l, w)
-    c->next[l] = next[l];
+    room->next[l] = next[l];
 }
 
-KMP_LANES_KERNEL(kmp_lanes_next_steps, next_steps, (size_t width, double exponent, const kmp_lanes_control *control),
-                 (width, exponent, control), exponent, control)
+KMP_LANES_KERNEL(kmp_lanes_next_steps, next_steps, (size_t width, kmp_lane_room *room), (width, room), room)
 
 /* -- the right-hand side ----------------------------------------------------------------------------- */
 
@@ -199,21 +200,21 @@ KMP_INLINE void copy_times(size_t w, const double *restrict from, double factor,
 }
 
 /* 0 times a number that is not finite is NaN, and stays so in a sum. */
-KMP_INLINE void publish(size_t w, const kmp_lanes_slopes *s)
+KMP_INLINE void publish(size_t w, kmp_engine *e, const kmp_pool *pool, const double *y, double *k)
 {
-    size_t p = s->p, slopes = p + s->r;
-    const kmp_lanes_output *end = s->end;
+    const size_t p = (size_t)e->p, slopes = p + (size_t)e->r;
+    const kmp_lanes_output *end = pool->output;
     double bad[KMP_LANES_MOST];
     int64_t good[KMP_LANES_MOST];
     for (size_t i = 0; i < p; i++)
-        copy_times(w, s->y + (p + i) * w, 1, s->k + i * w);
+        copy_times(w, y + (p + i) * w, 1, k + i * w);
     for (size_t i = 0; i < slopes; i++)
-        copy_times(w, end[i].value, end[i].factor, s->k + (p + i) * w);
-    if (s->power)
-        copy_times(w, end[slopes + p].value, end[slopes + p].factor, s->k + (p + slopes) * w);
+        copy_times(w, end[i].value, end[i].factor, k + (p + i) * w);
+    if (e->s->dissipative)
+        copy_times(w, end[slopes + p].value, end[slopes + p].factor, k + (p + slopes) * w);
     EACH_LANE(l, w)
     {
-        bad[l] = s->bad[l];
+        bad[l] = e->room.bad[l];
         good[l] = 1;
     }
     for (size_t i = 0; i < p; i++) {
@@ -225,10 +226,12 @@ KMP_INLINE void publish(size_t w, const kmp_lanes_slopes *s)
         good[l] &= pivot[l] * factor > 0;
     }
     EACH_LANE(l, w)
-    s->bad[l] = good[l] ? bad[l] : NAN;
+    e->room.bad[l] = good[l] ? bad[l] : NAN;
 }
 
-KMP_LANES_KERNEL(kmp_lanes_publish, publish, (size_t width, const kmp_lanes_slopes *slopes), (width, slopes), slopes)
+KMP_LANES_KERNEL(kmp_lanes_publish, publish,
+                 (size_t width, kmp_engine *e, const kmp_pool *pool, const double *y, double *k),
+                 (width, e, pool, y, k), e, pool, y, k)
 
 /* -- the end of a step ------------------------------------------------------------------------------- */
 
@@ -243,24 +246,26 @@ KMP_INLINE double or_infinite(double x)
     return x <= DBL_MAX ? x : INFINITY;
 }
 
-KMP_INLINE void measure_closures(size_t w, const kmp_lanes_end *e)
+KMP_INLINE void measure_closures(size_t w, const kmp_engine *e, const kmp_pool *pool, kmp_lane_watched *x)
 {
+    const kmp_lane_room *room = &e->room;
+    const double *weights = room->weight + (size_t)(2 * e->p) * w; /* of v */
     double residual[KMP_LANES_MOST] = {0}, correction[KMP_LANES_MOST] = {0}, growth[KMP_LANES_MOST] = {0};
     double least[KMP_LANES_MOST];
     for (size_t i = 0; i < (size_t)e->m * w; i += w)
         EACH_LANE(l, w)
-    residual[l] = larger_of(residual[l], or_infinite(fabs(e->h[i + l]) * e->per_row_scale[i + l]));
+    residual[l] = larger_of(residual[l], or_infinite(fabs(x->h[i + l]) * room->per_row_scale[i + l]));
     EACH_LANE(l, w)
     least[l] = INFINITY;
-    for (size_t i = 0; i < (size_t)e->pivots * w; i += w)
+    for (size_t i = 0; i < (size_t)pool->layout.pivots * w; i += w)
         EACH_LANE(l, w)
         {
-            double size = fabs(e->pivot[i + l]);
+            double size = fabs(x->pivot[i + l]);
             least[l] = size < least[l] ? size : least[l];
         }
     for (int i = 0; i < e->r; i++) {
-        const double *dv = e->dv + (size_t)i * w, *weight = e->weight + (size_t)i * w,
-                     *scale = e->scale + (size_t)e->v[i] * w;
+        const double *dv = x->dv + (size_t)i * w, *weight = weights + (size_t)i * w,
+                     *scale = room->scale + (size_t)pool->part.v[i] * w;
         EACH_LANE(l, w)
         {
             double size = fabs(dv[l]), rounded = KMP_CORRECTION_ROUNDING * scale[l], limit = weight[l];
@@ -270,91 +275,96 @@ KMP_INLINE void measure_closures(size_t w, const kmp_lanes_end *e)
     }
     for (int i = 0; i < e->r; i++)
         for (int c = 0; c < e->p; c++) {
-            const double *b = e->b + (size_t)(c * e->r + i) * w, *u = e->scale + (size_t)e->u[c] * w,
-                         *per_v = e->per_scale + (size_t)e->v[i] * w;
+            const double *b = x->b + (size_t)(c * e->r + i) * w, *u = room->scale + (size_t)pool->part.u[c] * w,
+                         *per_v = room->per_scale + (size_t)pool->part.v[i] * w;
             EACH_LANE(l, w)
             growth[l] = larger_of(growth[l], or_infinite(fabs(b[l]) * u[l] * per_v[l]));
         }
     EACH_LANE(l, w)
     {
-        e->residual[l] = residual[l];
-        e->correction[l] = correction[l];
-        e->growth[l] = growth[l];
-        e->least[l] = least[l];
+        x->residual[l] = residual[l];
+        x->correction[l] = correction[l];
+        x->growth[l] = growth[l];
+        x->least[l] = least[l];
     }
 }
 
-KMP_LANES_KERNEL(kmp_lanes_measure, measure_closures, (size_t width, const kmp_lanes_end *end), (width, end), end)
+KMP_LANES_KERNEL(kmp_lanes_measure, measure_closures,
+                 (size_t width, const kmp_engine *e, const kmp_pool *pool, kmp_lane_watched *x), (width, e, pool, x), e,
+                 pool, x)
 
-KMP_INLINE void find_quiet(size_t w, const kmp_lanes_tests *e)
+KMP_INLINE void find_quiet(size_t w, kmp_engine *e, const kmp_pool *pool, kmp_lane_watched *x)
 {
+    kmp_lane_room *room = &e->room;
     uint64_t turned[KMP_LANES_MOST] = {0};
     double largest[KMP_LANES_MOST];
     int64_t quiet[KMP_LANES_MOST];
-    for (int k = 0; k < e->sign_words; k++)
+    for (int k = 0; k < (pool->layout.pivots + 63) / 64; k++)
         EACH_LANE(l, w)
-    turned[l] |= e->negative[(size_t)k * w + l] ^ e->before[(size_t)k * w + l];
+    turned[l] |= x->negative[(size_t)k * w + l] ^ room->negative[(size_t)k * w + l];
     EACH_LANE(l, w)
-    largest[l] = larger_of(e->pivot[l], e->least[l]);
+    largest[l] = larger_of(room->pivot[l], x->least[l]);
     EACH_LANE(l, w)
     {
-        int64_t closed = (e->residual[l] < KMP_CLOSED) | (e->correction[l] <= e->most);
-        int64_t regular = (e->pivot[l] > 0) & (e->least[l] > KMP_MARGIN_CALLS * largest[l]) & (turned[l] == 0);
-        int64_t good = (e->error[l] <= 1) & (e->bad[l] == 0);
-        quiet[l] = closed & regular & good & (e->t_new[l] < e->limit[l]) & (e->growth[l] <= e->exchange[l]);
+        int64_t closed = (x->residual[l] < KMP_CLOSED) | (x->correction[l] <= KMP_CORRECTION_LIMIT);
+        int64_t regular = (room->pivot[l] > 0) & (x->least[l] > KMP_MARGIN_CALLS * largest[l]) & (turned[l] == 0);
+        int64_t good = (room->error[l] <= 1) & (room->bad[l] == 0);
+        quiet[l] = closed & regular & good & (room->t_new[l] < room->limit[l]) & (x->growth[l] <= room->exchange[l]);
     }
     EACH_LANE(l, w)
-    e->pivot[l] = quiet[l] ? largest[l] : e->pivot[l];
+    room->pivot[l] = quiet[l] ? largest[l] : room->pivot[l];
     EACH_LANE(l, w)
-    e->quiet[l] = quiet[l];
-    for (size_t i = 0; i < e->r; i++) {
-        double *v = e->v + i * w;
-        const double *dv = e->dv + i * w;
+    x->quiet[l] = quiet[l];
+    for (size_t i = 0; i < (size_t)e->r; i++) {
+        double *v = room->y_new + ((size_t)(2 * e->p) + i) * w;
+        const double *dv = x->dv + i * w;
         EACH_LANE(l, w)
-        v[l] = quiet[l] && !(e->residual[l] < KMP_CLOSED) ? v[l] + dv[l] : v[l];
+        v[l] = quiet[l] && !(x->residual[l] < KMP_CLOSED) ? v[l] + dv[l] : v[l];
     }
 }
 
-KMP_LANES_KERNEL(kmp_lanes_find_quiet, find_quiet, (size_t width, const kmp_lanes_tests *ends), (width, ends), ends)
+KMP_LANES_KERNEL(kmp_lanes_find_quiet, find_quiet,
+                 (size_t width, kmp_engine *e, const kmp_pool *pool, kmp_lane_watched *x), (width, e, pool, x), e, pool,
+                 x)
 
 /* All numbers are read before any is stored. */
-KMP_INLINE void pass_on(size_t w, kmp_lanes_passing *e)
+KMP_INLINE void pass_on(size_t w, kmp_lane_room *room, const int64_t *quiet, kmp_lane_attempts *e)
 {
     int64_t on[KMP_LANES_MOST], stays[KMP_LANES_MOST], made[KMP_LANES_MOST], repeated[KMP_LANES_MOST];
     int64_t rejected[KMP_LANES_MOST], tries[KMP_LANES_MOST], all = 1, any = 0;
     double t[KMP_LANES_MOST], h[KMP_LANES_MOST], error[KMP_LANES_MOST];
     EACH_LANE(l, w)
     {
-        int64_t spare = e->made[l] + e->repeated[l] < e->spare[l];
-        int64_t lasts = e->step[l] >= KMP_STEP_COLLAPSED * DBL_EPSILON * fabs(e->t_new[l]);
-        int64_t again = !(e->error[l] <= 1) & (e->failed[l] == 0) & (e->tries[l] < e->most_tries);
+        int64_t spare = room->made[l] + room->repeated[l] < room->spare[l];
+        int64_t lasts = room->step[l] >= KMP_STEP_COLLAPSED * DBL_EPSILON * fabs(room->t_new[l]);
+        int64_t again = !(room->error[l] <= 1) & (e->failed[l] == 0) & (room->tries[l] < KMP_LANE_TRIES - 1);
         stays[l] = again & spare;
-        on[l] = (e->quiet[l] & lasts & spare) | stays[l];
+        on[l] = (quiet[l] & lasts & spare) | stays[l];
     }
     EACH_LANE(l, w)
     {
         int64_t through = on[l] & ~stays[l];
-        double shorter = e->next[l] < e->step[l] ? e->next[l] : e->step[l];
-        t[l] = through ? e->t_new[l] : e->t[l];
-        h[l] = through & e->rejected[l] ? shorter : on[l] ? e->next[l] : e->h[l];
-        error[l] = through ? larger_of(e->error[l], KMP_RK_ERROR_FLOOR) : e->error_old[l];
-        made[l] = e->made[l] + through;
-        repeated[l] = e->repeated[l] + stays[l];
-        tries[l] = through ? 0 : e->tries[l] + stays[l];
-        rejected[l] = through ? 0 : e->rejected[l] | stays[l];
+        double shorter = room->next[l] < room->step[l] ? room->next[l] : room->step[l];
+        t[l] = through ? room->t_new[l] : room->t[l];
+        h[l] = through & room->rejected[l] ? shorter : on[l] ? room->next[l] : room->h[l];
+        error[l] = through ? larger_of(room->error[l], KMP_RK_ERROR_FLOOR) : room->error_old[l];
+        made[l] = room->made[l] + through;
+        repeated[l] = room->repeated[l] + stays[l];
+        tries[l] = through ? 0 : room->tries[l] + stays[l];
+        rejected[l] = through ? 0 : room->rejected[l] | stays[l];
     }
     EACH_LANE(l, w)
     {
-        e->t[l] = t[l];
-        e->h[l] = h[l];
-        e->error_old[l] = error[l];
+        room->t[l] = t[l];
+        room->h[l] = h[l];
+        room->error_old[l] = error[l];
     }
     EACH_LANE(l, w)
     {
-        e->made[l] = made[l];
-        e->repeated[l] = repeated[l];
-        e->tries[l] = tries[l];
-        e->rejected[l] = rejected[l];
+        room->made[l] = made[l];
+        room->repeated[l] = repeated[l];
+        room->tries[l] = tries[l];
+        room->rejected[l] = rejected[l];
         e->on[l] = on[l];
         e->stays[l] = stays[l];
     }
@@ -367,7 +377,9 @@ KMP_INLINE void pass_on(size_t w, kmp_lanes_passing *e)
     e->none_stays = !any;
 }
 
-KMP_LANES_KERNEL(kmp_lanes_pass_on, pass_on, (size_t width, kmp_lanes_passing *ends), (width, ends), ends)
+KMP_LANES_KERNEL(kmp_lanes_pass_on, pass_on,
+                 (size_t width, kmp_lane_room *room, const int64_t *quiet, kmp_lane_attempts *ends),
+                 (width, room, quiet, ends), room, quiet, ends)
 
 KMP_INLINE void exchange(size_t w, size_t size, const int64_t *lanes, double *a, double *b)
 {
@@ -388,24 +400,24 @@ KMP_INLINE void exchange(size_t w, size_t size, const int64_t *lanes, double *a,
 KMP_LANES_KERNEL(kmp_lanes_exchange, exchange, (size_t width, size_t size, const int64_t *lanes, double *a, double *b),
                  (width, size, lanes, a, b), size, lanes, a, b)
 
-KMP_INLINE void choose_tries(size_t w, const kmp_lanes_tries *s)
+KMP_INLINE void choose_tries(size_t w, kmp_lane_room *room, double longest, int64_t *none)
 {
     double step[KMP_LANES_MOST], t_new[KMP_LANES_MOST];
     EACH_LANE(l, w)
-    step[l] = kmp_step_next(s->t[l], s->limit[l], s->h[l] < s->longest ? s->h[l] : s->longest, &t_new[l]);
+    step[l] = kmp_step_next(room->t[l], room->limit[l], room->h[l] < longest ? room->h[l] : longest, &t_new[l]);
     EACH_LANE(l, w)
-    s->t_new[l] = t_new[l];
-    int64_t none = 0;
+    room->t_new[l] = t_new[l];
+    *none = 0;
     EACH_LANE(l, w)
     {
-        none |= (s->who[l] >= 0) & (step[l] == 0);
-        s->step[l] = s->who[l] < 0 ? 0 : step[l];
+        *none |= (room->who[l] >= 0) & (step[l] == 0);
+        room->step[l] = room->who[l] < 0 ? 0 : step[l];
     }
-    *s->none = none;
 }
 
-KMP_LANES_KERNEL(kmp_lanes_choose_tries, choose_tries, (size_t width, const kmp_lanes_tries *tries), (width, tries),
-                 tries)
+KMP_LANES_KERNEL(kmp_lanes_choose_tries, choose_tries,
+                 (size_t width, kmp_lane_room *room, double longest, int64_t *none), (width, room, longest, none), room,
+                 longest, none)
 
 /* -- signs of pivots --------------------------------------------------------------------------------- */
 

@@ -8,8 +8,6 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_TRIES = 1000 };
-
 /* -- one attempt ------------------------------------------------------------------------------------- */
 
 /* Chooses the steps to try; an instance with too small a step is left to a separate run. */
@@ -18,8 +16,7 @@ static void choose_tries(kmp_engine *e)
     kmp_lane_room *room = &e->room;
     double longest = e->spec.max_step > 0 ? e->spec.max_step : INFINITY;
     int64_t none;
-    const kmp_lanes_tries tries = {room->who, longest, room->t, room->limit, room->h, room->step, room->t_new, &none};
-    kmp_lanes_choose_tries(room->w, &tries);
+    kmp_lanes_choose_tries(room->w, room, longest, &none);
     memset(room->bad, 0, room->w * sizeof *room->bad);
     for (size_t l = 0; none && l < room->w; l++)
         if (room->step[l] == 0 && room->who[l] >= 0)
@@ -39,7 +36,7 @@ static void refuse(kmp_engine *e, size_t l, kmp_lane_outcome what)
         result->refused++;
     room->h[l] = what == KMP_LANE_BAD_ERROR ? room->next[l] : what == KMP_LANE_BAD_STAGE ? h / 4 : h / 2;
     room->rejected[l] = true;
-    if (++room->tries[l] >= MOST_TRIES)
+    if (++room->tries[l] >= KMP_LANE_TRIES)
         kmp_room_expel(e, l, "a step size that becomes too small");
 }
 
@@ -264,10 +261,8 @@ static void solve(kmp_engine *e, double *failed)
     kmp_lane_room *room = &e->room;
     const kmp_dop853_step solution = {room->y,      room->step,  room->atol,   room->k,
                                       e->spec.rtol, room->y_new, room->weight, room->error};
-    const kmp_lanes_control control = {
-        room->step, room->error, room->error_old, kmp_dop853.numbers.shrink, kmp_dop853.numbers.grow, room->next};
     kmp_lanes_solution(room->w, (size_t)e->size, &solution);
-    kmp_lanes_next_steps(room->w, kmp_dop853.numbers.exponent, &control);
+    kmp_lanes_next_steps(room->w, room);
     memcpy(failed, room->bad, room->w * sizeof *failed);
     for (size_t l = 0; l < room->w; l++)
         room->error[l] = failed[l] != 0 ? INFINITY : room->error[l];
@@ -275,7 +270,7 @@ static void solve(kmp_engine *e, double *failed)
 }
 
 /* Decides on the attempts of lanes that do not go on by themselves, and takes those that are accepted. */
-static kempe_status end_attempts(kmp_engine *e, kmp_pool *pool, kmp_lane_watched *seen, const kmp_lanes_passing *ends)
+static kempe_status end_attempts(kmp_engine *e, kmp_pool *pool, kmp_lane_watched *seen, kmp_lane_attempts *ends)
 {
     kmp_lane_room *room = &e->room;
     kmp_lane_outcome what[KMP_LANES_MOST] = {KMP_LANE_EMPTY};
@@ -323,8 +318,8 @@ static kempe_status end_attempts(kmp_engine *e, kmp_pool *pool, kmp_lane_watched
 static kempe_status step(kmp_engine *e, kmp_pool *pool)
 {
     kmp_lane_room *room = &e->room;
-    double failed[KMP_LANES_MOST];
-    int64_t on[KMP_LANES_MOST], stays[KMP_LANES_MOST], all[KMP_LANES_MOST];
+    int64_t all[KMP_LANES_MOST];
+    kmp_lane_attempts ends;
     kmp_lane_watched seen;
     choose_tries(e);
     for (size_t l = 0; l < room->w; l++) {
@@ -333,7 +328,7 @@ static kempe_status step(kmp_engine *e, kmp_pool *pool)
     }
     e->work.sweeps++;
     kmp_room_run_stages(e, pool);
-    solve(e, failed);
+    solve(e, ends.failed);
     memcpy(room->at, room->t_new, room->w * sizeof *room->at);
     kmp_lanes_take_sines(pool->lanes, KMP_SINES_RENEW, all);
     kmp_room_evaluate(e, pool, room->y_new, room->k[13]);
@@ -341,27 +336,10 @@ static kempe_status step(kmp_engine *e, kmp_pool *pool)
     if (room->nu)
         memcpy(room->nu_end, room->nu_now, room->w * (size_t)e->m * sizeof *room->nu);
     kmp_lanes_watch(e, pool, &seen);
-    kmp_lanes_passing ends = {.quiet = seen.quiet,
-                              .spare = room->spare,
-                              .most_tries = MOST_TRIES - 1,
-                              .failed = failed,
-                              .step = room->step,
-                              .t_new = room->t_new,
-                              .next = room->next,
-                              .error = room->error,
-                              .t = room->t,
-                              .h = room->h,
-                              .error_old = room->error_old,
-                              .made = room->made,
-                              .repeated = room->repeated,
-                              .rejected = room->rejected,
-                              .tries = room->tries,
-                              .on = on,
-                              .stays = stays};
-    kmp_lanes_pass_on(room->w, &ends);
+    kmp_lanes_pass_on(room->w, room, seen.quiet, &ends);
     if (!ends.all)
         return end_attempts(e, pool, &seen, &ends);
-    pass_on(e, ends.none_stays ? NULL : stays);
+    pass_on(e, ends.none_stays ? NULL : ends.stays);
     return KEMPE_OK;
 }
 

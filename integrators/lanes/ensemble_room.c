@@ -123,8 +123,7 @@ static void evaluate_placed(kmp_engine *e, kmp_pool *pool, const double *y, doub
     if (room->nu)
         settle_loads(e, pool);
     kmp_lanes_run_in_place(pool->lanes, pool->slopes);
-    const kmp_lanes_slopes slopes = {(size_t)e->p, (size_t)e->r, e->s->dissipative, y, pool->output, k, room->bad};
-    kmp_lanes_publish(room->w, &slopes);
+    kmp_lanes_publish(room->w, e, pool, y, k);
 }
 
 void kmp_room_evaluate(kmp_engine *e, kmp_pool *pool, const double *y, double *k)

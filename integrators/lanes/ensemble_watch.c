@@ -38,48 +38,11 @@ void kmp_lanes_watch(kmp_engine *e, kmp_pool *pool, kmp_lane_watched *x)
     kmp_lanes_gather(pool->lanes, KMP_FUSED_END, 0, (int)((x->jacobian - x->multiplier) / (ptrdiff_t)w));
     kmp_lanes_gather(pool->lanes, KMP_FUSED_END, (int)((x->b - x->multiplier) / (ptrdiff_t)w),
                      pool->program->outputs[KMP_FUSED_END + 1] - pool->program->outputs[KMP_FUSED_END]);
-    const kmp_lanes_end end = {.p = e->p,
-                               .r = e->r,
-                               .m = e->m,
-                               .u = pool->part.u,
-                               .v = pool->part.v,
-                               .h = x->h,
-                               .dv = x->dv,
-                               .b = x->b,
-                               .weight = room->weight + (size_t)(2 * e->p) * w,
-                               .scale = room->scale,
-                               .per_scale = room->per_scale,
-                               .per_row_scale = room->per_row_scale,
-                               .residual = x->residual,
-                               .correction = x->correction,
-                               .growth = x->growth,
-                               .pivots = pool->layout.pivots,
-                               .pivot = x->pivot,
-                               .least = x->least};
-    kmp_lanes_measure(w, &end);
+    kmp_lanes_measure(w, e, pool, x);
     kmp_lanes_signs(w, pool->layout.pivots, pool->pivot_block, x->pivot, x->negative);
     memset(x->quiet, 0, sizeof x->quiet);
-    if (e->r == 0 || e->m > e->r || kmp_charts_count(e->s) > 0)
-        return;
-    const kmp_lanes_tests ends = {.error = room->error,
-                                  .bad = room->bad,
-                                  .t_new = room->t_new,
-                                  .limit = room->limit,
-                                  .residual = x->residual,
-                                  .correction = x->correction,
-                                  .least = x->least,
-                                  .growth = x->growth,
-                                  .exchange = room->exchange,
-                                  .negative = x->negative,
-                                  .before = room->negative,
-                                  .sign_words = (pool->layout.pivots + 63) / 64,
-                                  .pivot = room->pivot,
-                                  .most = KMP_CORRECTION_LIMIT,
-                                  .r = (size_t)e->r,
-                                  .dv = x->dv,
-                                  .v = room->y_new + (size_t)(2 * e->p) * w,
-                                  .quiet = x->quiet};
-    kmp_lanes_find_quiet(w, &ends);
+    if (e->r > 0 && e->m == e->r && kmp_charts_count(e->s) == 0)
+        kmp_lanes_find_quiet(w, e, pool, x);
 }
 
 /* Test as in looks_well of constraints/partition/margin.c: true if the least pivot of Jv has not fallen far. */

@@ -170,30 +170,20 @@ static void test_large_mechanisms(void)
 static void test_measures(void)
 {
     enum { R = 3, P = 2, N = R + P, W = 16 };
-    static const int u[] = {1, 3}, v[] = {0, 2, 4};
-    double h[R * W], dv[R * W], b[R * P * W], weight[R * W], scale[N * W], per_scale[N * W], per_row_scale[R * W];
+    int u[] = {1, 3}, v[] = {0, 2, 4};
+    double h[R * W], dv[R * W], b[R * P * W], weights[(2 * P + R) * W], scale[N * W], per_scale[N * W];
+    double per_row_scale[R * W];
+    const kmp_pool pool = {.part = {.p = P, .r = R, .m = R, .n = N, .u = u, .v = v}, .layout = {.pivots = R}};
     random_seed(9);
     for (size_t width = 1; width <= W; width++) {
-        double residual[W], correction[W], growth[W];
-        double least[W];
-        const kmp_lanes_end end = {.p = P,
-                                   .r = R,
-                                   .m = R,
-                                   .u = u,
-                                   .v = v,
-                                   .h = h,
-                                   .dv = dv,
-                                   .b = b,
-                                   .weight = weight,
-                                   .scale = scale,
-                                   .per_scale = per_scale,
-                                   .per_row_scale = per_row_scale,
-                                   .residual = residual,
-                                   .correction = correction,
-                                   .growth = growth,
-                                   .pivots = R,
-                                   .pivot = h,
-                                   .least = least};
+        const kmp_engine e = {
+            .p = P,
+            .r = R,
+            .m = R,
+            .n = N,
+            .room = {.weight = weights, .scale = scale, .per_scale = per_scale, .per_row_scale = per_row_scale}};
+        kmp_lane_watched x = {.h = h, .pivot = h, .dv = dv, .b = b};
+        double *weight = weights + 2 * P * width;
         double *const vectors[] = {h, dv, weight, per_row_scale, b, scale};
         const size_t sizes[] = {R, R, R, R, R * P, N};
         for (int k = 0; k < 6; k++)
@@ -201,7 +191,7 @@ static void test_measures(void)
                 vectors[k][i] = k < 2 || k == 4 ? between(-1, 1) : between(0.5, 2);
         for (size_t i = 0; i < N * width; i++)
             per_scale[i] = 1 / scale[i];
-        kmp_lanes_measure(width, &end);
+        kmp_lanes_measure(width, &e, &pool, &x);
         for (size_t l = 0; l < width; l++) {
             double most_h = 0, most_dv = 0, most_b = 0, least_h = INFINITY;
             for (size_t i = 0; i < R; i++) {
@@ -212,7 +202,8 @@ static void test_measures(void)
                     most_b = check_max(most_b, fabs(b[(c * R + i) * width + l]) * scale[(size_t)u[c] * width + l] *
                                                    per_scale[(size_t)v[i] * width + l]);
             }
-            CHECK(residual[l] == most_h && correction[l] == most_dv && growth[l] == most_b && least[l] == least_h);
+            CHECK(x.residual[l] == most_h && x.correction[l] == most_dv && x.growth[l] == most_b &&
+                  x.least[l] == least_h);
         }
     }
 }
