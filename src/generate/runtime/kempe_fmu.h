@@ -137,7 +137,7 @@ struct kempe_fmu {
         double *x, *start;                   /* 2 f; 2 n */
         double *held, *value, *kept;         /* conditions that held, their values; a saved state */
         double *along_x, *along_p, *along_u; /* a direction */
-        double *dx, *states, *q, *qd, *qdd, *lambda, *y, *dvalue, *row; /* changes along it; 2 f */
+        double *dx, *states, *q, *qd, *qdd, *lambda, *y, *dvalue; /* changes along it; 2 f */
         int *choice;
     } part;
 };

@@ -15,7 +15,7 @@ static kempe_simulator_status step_to(kempe_simulator *s, double t)
                      s->equations->name, most, state[AT_END], t);
             return KEMPE_SIMULATOR_FAILED;
         }
-        kempe_simulator_status status = make_step(s);
+        kempe_simulator_status status = make_step(s, false);
         if (status != KEMPE_SIMULATOR_GOES)
             return status;
     }
@@ -143,7 +143,7 @@ kempe_simulator_status kempe_simulator_step(kempe_simulator *s)
         return stop_here(s);
     s->message[0] = 0;
     kempe_simulator_save(s, s->part.backup);
-    status = make_step(s);
+    status = make_step(s, false);
     if (status == KEMPE_SIMULATOR_GOES)
         status = step_to(s, state[AT_END]);
     if (status == KEMPE_SIMULATOR_FAILED)

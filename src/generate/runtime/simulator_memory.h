@@ -56,42 +56,10 @@ static int least_rank(const kempe_equations *e)
     return e->coordinates - e->freedom;
 }
 
-static int most_rank(const kempe_equations *e)
-{
-    return least_rank(e) + (e->friction ? e->friction->elements : 0);
-}
-
 /* At the least rank. */
 static int most_of_y(const kempe_equations *e)
 {
     return e->coordinates + e->freedom;
-}
-
-/* Numbers of the state. */
-static int numbers_of_friction(const kempe_equations *e)
-{
-    return e->friction ? KEMPE_SIMULATOR_FRICTION_STATE(e->friction->elements) : 0;
-}
-
-static int numbers_of_charts(const kempe_equations *e)
-{
-    return e->charts ? 12 * e->charts->joints + 1 + 3 * e->coordinates : 0;
-}
-
-/* Without charts the coordinates of the motion are those of the caller. */
-static void place_charts(kempe_simulator *s, double **at)
-{
-    const kempe_equations *e = s->equations;
-    struct kempe_simulator_parts *part = &s->part;
-    part->inner_q = s->q;
-    part->inner_qd = s->qd;
-    part->inner_qdd = s->qdd;
-    if (!e->charts)
-        return;
-    part->chart = take(at, 9 * e->charts->joints);
-    part->seen = take(at, 3 * e->charts->joints);
-    part->seen_t = take(at, 1);
-    TAKE(e->coordinates, &part->inner_q, &part->inner_qd, &part->inner_qdd);
 }
 
 static void place_state(kempe_simulator *s, double **at)
@@ -116,8 +84,16 @@ static void place_state(kempe_simulator *s, double **at)
     part->vectors = take(at, KMP_RK_MAX_INTERPOLANTS * size);
     part->row = take_indices(at, m);
     part->column = take_indices(at, n);
-    part->decisions = take(at, numbers_of_friction(e));
-    place_charts(s, at);
+    part->decisions = take(at, e->friction ? KEMPE_SIMULATOR_FRICTION_STATE(e->friction->elements) : 0);
+    part->inner_q = s->q; /* without charts the coordinates of the motion are those of the caller */
+    part->inner_qd = s->qd;
+    part->inner_qdd = s->qdd;
+    if (!e->charts)
+        return;
+    part->chart = take(at, 9 * e->charts->joints);
+    part->seen = take(at, 3 * e->charts->joints);
+    part->seen_t = take(at, 1);
+    TAKE(n, &part->inner_q, &part->inner_qd, &part->inner_qdd);
 }
 
 /* The arrays of a step from y_old to the stages. */
@@ -126,11 +102,28 @@ static int numbers_of_step(const kempe_equations *e)
     return (4 + KMP_RK_MAX_STAGES) * most_of_y(e);
 }
 
-static void place_equations(kempe_simulator *s, double **at)
+/* Numbers of decisions on impacts, which lie in the room of those on friction. */
+static int numbers_of_contacts(const kempe_equations *e)
+{
+    return e->friction && e->friction->contacts > 0 ? KEMPE_SIMULATOR_CONTACTS(e->coordinates, e->friction->elements)
+                                                    : 0;
+}
+
+static int numbers_of_watch(const kempe_equations *e)
+{
+    const kempe_watch *w = e->watch;
+    return w ? KEMPE_SIMULATOR_WATCH(e->conditions, w->constants + w->inputs + w->steps, w->inputs, w->solved) : 0;
+}
+
+static void place_scratch(kempe_simulator *s, double **at)
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    int n = e->coordinates, m = e->rows, f = e->freedom, r = most_rank(e);
+    int n = e->coordinates, m = e->rows, f = e->freedom, r = least_rank(e) + (e->friction ? e->friction->elements : 0);
+    part->scratch = take(at, 1);
+    TAKE(2 * f, &part->x, &part->rates);
+    TAKE(most_of_y(e), &part->stage, &part->candidate, &part->probe);
+    part->aside = take(at, HEADER + numbers_of_step(e));
     TAKE(n, &part->q, &part->qd, &part->qdd, &part->bias, &part->load, &part->right);
     TAKE(m, &part->lambda, &part->h, &part->h_t, &part->jdqd, &part->pivots, &part->inverse_row);
     part->changes = take(at, 2 * e->conditions);
@@ -150,43 +143,20 @@ static void place_equations(kempe_simulator *s, double **at)
     part->touch_begin = take_indices(at, f + 1);
     part->touch = take_indices(at, f * r);
     part->mass_at = take_indices(at, n * n);
-}
-
-static void place_directions(kempe_simulator *s, double **at)
-{
-    const kempe_equations *e = s->equations;
-    struct kempe_simulator_parts *part = &s->part;
-    int n = e->coordinates, m = e->rows;
     TAKE(n, &part->dq, &part->dqd, &part->dqdd, &part->dynamics);
     TAKE(m, &part->dlambda, &part->dh, &part->drates, &part->daccelerations);
     part->dy = take(at, e->outputs);
     part->dvalue = take(at, e->conditions);
     part->zero = take(at, e->parameters + 3 * e->inputs);
-}
-
-/* Numbers of decisions on impacts, which lie in the room of those on friction. */
-static int numbers_of_contacts(const kempe_equations *e)
-{
-    return e->friction && e->friction->contacts > 0 ? KEMPE_SIMULATOR_CONTACTS(e->coordinates, e->friction->elements)
-                                                    : 0;
-}
-
-static void place_friction(kempe_simulator *s, double **at)
-{
-    const kempe_equations *e = s->equations;
-    struct kempe_simulator_parts *part = &s->part;
-    if (!e->friction)
-        return;
-    TAKE(e->coordinates, &part->site_q, &part->site_qd);
-    part->site_room =
-        take(at, KEMPE_SIMULATOR_FRICTION_ROOM(e->conditions, e->friction->elements) + numbers_of_contacts(e));
-    part->last_pivot = take(at, 1);
-}
-
-static int numbers_of_watch(const kempe_equations *e)
-{
-    const kempe_watch *w = e->watch;
-    return w ? KEMPE_SIMULATOR_WATCH(e->conditions, w->constants + w->inputs + w->steps, w->inputs, w->solved) : 0;
+    if (e->friction) {
+        TAKE(n, &part->site_q, &part->site_qd);
+        part->site_room =
+            take(at, KEMPE_SIMULATOR_FRICTION_ROOM(e->conditions, e->friction->elements) + numbers_of_contacts(e));
+        part->last_pivot = take(at, 1);
+    }
+    part->watched = take(at, numbers_of_watch(e));
+    part->next_seen = take(at, e->charts ? 3 * e->charts->joints : 0);
+    part->end_of_memory = *at;
 }
 
 int kempe_simulator_memory(const kempe_equations *e)
@@ -204,10 +174,7 @@ int kempe_simulator_memory(const kempe_equations *e)
 
 int kempe_simulator_saved_numbers(const kempe_simulator *s)
 {
-    const kempe_equations *e = s->equations;
-    return KEMPE_SIMULATOR_STATE(e->coordinates, e->rows, e->freedom, e->inputs, e->parameters, e->kept, e->conditions,
-                                 e->outputs, e->discrete) +
-           numbers_of_friction(e) + numbers_of_charts(e);
+    return (int)(s->part.backup - s->part.state);
 }
 
 static void copy(int count, const double *from, double *to)
@@ -272,20 +239,8 @@ void kempe_simulator_init(kempe_simulator *s, const kempe_equations *e, double *
     memset(memory, 0, (size_t)s->numbers * sizeof *memory);
     double *at = memory;
     place_state(s, &at);
-    s->part.backup = take(&at, kempe_simulator_saved_numbers(s));
-    s->part.scratch = take(&at, 1);
-    s->part.x = take(&at, 2 * e->freedom);
-    s->part.rates = take(&at, 2 * e->freedom);
-    s->part.stage = take(&at, most_of_y(e));
-    s->part.candidate = take(&at, most_of_y(e));
-    s->part.probe = take(&at, most_of_y(e));
-    s->part.aside = take(&at, HEADER + numbers_of_step(e));
-    place_equations(s, &at);
-    place_directions(s, &at);
-    place_friction(s, &at);
-    s->part.watched = take(&at, numbers_of_watch(e));
-    s->part.next_seen = take(&at, e->charts ? 3 * e->charts->joints : 0);
-    s->part.end_of_memory = at;
+    s->part.backup = take(&at, (int)(at - memory));
+    place_scratch(s, &at);
     s->settings.method = KEMPE_METHOD_DOP853;
     s->settings.rtol = s->settings.atol = 1e-8;
     s->settings.longest = e->longest;
@@ -304,45 +259,6 @@ void kempe_simulator_init(kempe_simulator *s, const kempe_equations *e, double *
     find_structure(s);
 }
 
-/* Settings, time and work, which are members, as numbers of the state. */
-static void pack(const kempe_simulator *s, double *state)
-{
-    state[AT_T] = s->t;
-    state[AT_METHOD] = (double)s->settings.method;
-    state[AT_RTOL] = s->settings.rtol;
-    state[AT_ATOL] = s->settings.atol;
-    state[AT_FIXED] = s->settings.fixed_step;
-    state[AT_LONGEST] = s->settings.longest;
-    state[AT_LAST] = s->settings.end;
-    state[AT_MOST] = s->settings.most_steps;
-    state[AT_STEPS] = s->work.steps;
-    state[AT_REFUSED] = s->work.rejected;
-    state[AT_EVALUATIONS] = s->work.evaluations;
-    state[AT_CLOSINGS] = s->work.closings;
-    state[AT_EXCHANGES] = s->work.exchanges;
-    state[AT_EVENTS] = s->work.events;
-    state[AT_RANK] = s->part.rank;
-}
-
-static void unpack(kempe_simulator *s, const double *state)
-{
-    s->t = state[AT_T];
-    s->settings.method = (kempe_simulator_method)(int)state[AT_METHOD];
-    s->settings.rtol = state[AT_RTOL];
-    s->settings.atol = state[AT_ATOL];
-    s->settings.fixed_step = state[AT_FIXED];
-    s->settings.longest = state[AT_LONGEST];
-    s->settings.end = state[AT_LAST];
-    s->settings.most_steps = state[AT_MOST];
-    s->work.steps = state[AT_STEPS];
-    s->work.rejected = state[AT_REFUSED];
-    s->work.evaluations = state[AT_EVALUATIONS];
-    s->work.closings = state[AT_CLOSINGS];
-    s->work.exchanges = state[AT_EXCHANGES];
-    s->work.events = state[AT_EVENTS];
-    s->part.rank = (int)state[AT_RANK];
-}
-
 /* The factors in the scratch are those of the present state. */
 static double *factors_are_present(kempe_simulator *s)
 {
@@ -352,14 +268,20 @@ static double *factors_are_present(kempe_simulator *s)
 void kempe_simulator_save(const kempe_simulator *s, double *to)
 {
     copy(kempe_simulator_saved_numbers(s), s->part.state, to);
-    pack(s, to);
+    to[AT_T] = s->t;
+    memcpy(to + AT_SETTINGS, &s->settings, sizeof s->settings);
+    memcpy(to + AT_WORK, &s->work, sizeof s->work);
+    to[AT_RANK] = s->part.rank;
 }
 
 /* Except for the message. */
 static void put_back(kempe_simulator *s, const double *from)
 {
     copy(kempe_simulator_saved_numbers(s), from, s->part.state);
-    unpack(s, s->part.state);
+    s->t = from[AT_T];
+    memcpy(&s->settings, from + AT_SETTINGS, sizeof s->settings);
+    memcpy(&s->work, from + AT_WORK, sizeof s->work);
+    s->part.rank = (int)from[AT_RANK];
     *factors_are_present(s) = 0;
     find_structure(s);
 }

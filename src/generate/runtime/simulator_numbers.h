@@ -22,6 +22,9 @@ enum {
     MOST_HALVINGS = 24
 };
 
+/* Numbers that a structure fills. */
+#define KEMPE_NUMBERS_OF(type) ((sizeof(type) + sizeof(double) - 1) / sizeof(double))
+
 /* Places in the header of the state. */
 enum {
     AT_T,
@@ -44,20 +47,9 @@ enum {
     AT_LOOSE,    /* largest h of a redundant row at the start */
     AT_STARTED,
     AT_BAD, /* the choice is bad at the present state for an integrator of the caller */
-    AT_METHOD,
-    AT_RTOL,
-    AT_ATOL,
-    AT_FIXED,
-    AT_LONGEST,
-    AT_LAST,
-    AT_MOST,
-    AT_STEPS,
-    AT_REFUSED,
-    AT_EVALUATIONS,
-    AT_CLOSINGS,
-    AT_EXCHANGES,
-    AT_EVENTS,
-    AT_RANK,
+    AT_SETTINGS,
+    AT_WORK = AT_SETTINGS + KEMPE_NUMBERS_OF(kempe_simulator_settings),
+    AT_RANK = AT_WORK + KEMPE_NUMBERS_OF(kempe_simulator_work),
     AT_TRIED,  /* attempted steps since the start */
     AT_GROWTH, /* numbers of kmp_growth */
     HEADER = 48
@@ -66,7 +58,7 @@ enum {
 /* Results of an evaluation. */
 typedef enum outcome { GOOD, OPEN, SINGULAR_LOOPS, SINGULAR_MASS, NOT_FINITE, UNSETTLED, MOVED_ANGLES, TOLD } outcome;
 
-typedef char growth_fits[AT_GROWTH + sizeof(kmp_growth) / sizeof(double) <= HEADER ? 1 : -1];
+typedef char growth_fits[AT_GROWTH + KEMPE_NUMBERS_OF(kmp_growth) <= HEADER ? 1 : -1];
 
 static const kmp_rk_numbers methods[] = {KMP_DOP853_NUMBERS, KMP_DOPRI5_NUMBERS};
 

@@ -307,7 +307,8 @@ static kempe_simulator_status give_up(kempe_simulator *s, outcome said, attempt_
     return KEMPE_SIMULATOR_FAILED;
 }
 
-static kempe_simulator_status attempt_step(kempe_simulator *s, bool again)
+/* Makes a step; `again`: up to an event that it has passed. */
+static kempe_simulator_status make_step(kempe_simulator *s, bool again)
 {
     double *state = s->part.state;
     kempe_simulator_status status = begin_step(s);
@@ -334,7 +335,7 @@ static kempe_simulator_status attempt_step(kempe_simulator *s, bool again)
             state[AT_HOPELESS] = hopeless;
             status = collapsed ? give_up(s, GOOD, BAD_ERROR) : take_step(s, h, t_new, error, again);
             if (status == KEMPE_SIMULATOR_GOES && state[AT_END] == t)
-                return attempt_step(s, true);
+                return make_step(s, true);
             if (end < s->settings.end)
                 state[AT_NEXT] = fmax(state[AT_NEXT], next); /* h may be cut by a sample */
             return status;
@@ -344,11 +345,6 @@ static kempe_simulator_status attempt_step(kempe_simulator *s, bool again)
         state[AT_REJECTED] = 1;
     }
     return give_up(s, said, what);
-}
-
-static kempe_simulator_status make_step(kempe_simulator *s)
-{
-    return attempt_step(s, false);
 }
 
 #endif

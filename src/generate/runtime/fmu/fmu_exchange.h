@@ -38,7 +38,7 @@ kempe_fmu_status kempe_fmu_set_states(kempe_fmu *fmu, const double *x, size_t co
 /* Copies an array of the present state. */
 static kempe_fmu_status give(kempe_fmu *fmu, int block, double *to, size_t count, const char *what)
 {
-    kempe_fmu_status status = check_count(fmu, to, count, block_size(fmu, block), what);
+    kempe_fmu_status status = check_count(fmu, to, count, variables_of(fmu, block).size, what);
     if (status == KEMPE_FMU_OK)
         status = kempe_fmu_refresh(fmu);
     if (status == KEMPE_FMU_OK && count)

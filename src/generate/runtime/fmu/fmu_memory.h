@@ -30,7 +30,6 @@ static int place(kempe_fmu *fmu, const kempe_equations *e, double *memory)
                   {&part->lambda, e->rows},
                   {&part->y, e->outputs},
                   {&part->dvalue, c},
-                  {&part->row, 2 * f},
                   {&choice, f}};
     int used = 0;
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) {

@@ -13,38 +13,39 @@ typedef struct kempe_fmu_head {
     int kind;
 } kempe_fmu_head;
 
-typedef struct kempe_fmu_piece {
-    void *at;
-    size_t bytes;
-} kempe_fmu_piece;
-
-enum { KEMPE_FMU_PIECES = 6 };
-
-static void list_pieces(kempe_fmu *fmu, kempe_fmu_piece *piece)
+/* The bytes of a state. `to`: saves it there; `from`: restores it, the simulator before what it is to take; NULL: does
+ * not. */
+static size_t transfer(kempe_fmu *fmu, unsigned char *to, const unsigned char *from)
 {
     const kempe_equations *e = fmu->model->equations;
-    const kempe_fmu_piece all[KEMPE_FMU_PIECES] = {{&fmu->now, sizeof fmu->now},
-                                                   {&fmu->simulator.settings, sizeof fmu->simulator.settings},
-                                                   {fmu->part.x, 2 * (size_t)e->freedom * sizeof(double)},
-                                                   {fmu->part.start, 2 * (size_t)e->coordinates * sizeof(double)},
-                                                   {fmu->simulator.p, (size_t)e->parameters * sizeof(double)},
-                                                   {fmu->simulator.u, 3 * (size_t)e->inputs * sizeof(double)}};
-    memcpy(piece, all, sizeof all);
-}
-
-static size_t simulator_bytes(const kempe_fmu *fmu)
-{
-    return (size_t)kempe_simulator_saved_numbers(&fmu->simulator) * sizeof(double);
+    kempe_simulator *s = &fmu->simulator;
+    const struct {
+        void *at;
+        size_t bytes;
+    } piece[] = {{fmu->part.kept, (size_t)kempe_simulator_saved_numbers(s) * sizeof(double)},
+                 {&fmu->now, sizeof fmu->now},
+                 {&s->settings, sizeof s->settings},
+                 {fmu->part.x, 2 * (size_t)e->freedom * sizeof(double)},
+                 {fmu->part.start, 2 * (size_t)e->coordinates * sizeof(double)},
+                 {s->p, (size_t)e->parameters * sizeof(double)},
+                 {s->u, 3 * (size_t)e->inputs * sizeof(double)}};
+    size_t used = sizeof(kempe_fmu_head);
+    if (to)
+        kempe_simulator_save(s, fmu->part.kept);
+    for (size_t i = 0; i < sizeof piece / sizeof *piece; used += piece[i++].bytes) {
+        if (to && piece[i].bytes)
+            memcpy(to + used, piece[i].at, piece[i].bytes);
+        else if (from && piece[i].bytes)
+            memcpy(piece[i].at, from + used, piece[i].bytes);
+        if (from && i == 0)
+            kempe_simulator_restore(s, fmu->part.kept);
+    }
+    return used;
 }
 
 size_t kempe_fmu_state_bytes(kempe_fmu *fmu)
 {
-    kempe_fmu_piece piece[KEMPE_FMU_PIECES];
-    size_t bytes = sizeof(kempe_fmu_head) + simulator_bytes(fmu);
-    list_pieces(fmu, piece);
-    for (int i = 0; i < KEMPE_FMU_PIECES; i++)
-        bytes += piece[i].bytes;
-    return bytes;
+    return transfer(fmu, NULL, NULL);
 }
 
 /* Adler's sum of the bytes after the head. */
@@ -77,18 +78,9 @@ static kempe_fmu_head head_of(kempe_fmu *fmu, const unsigned char *state)
 
 void kempe_fmu_save(kempe_fmu *fmu, unsigned char *to)
 {
-    kempe_fmu_piece piece[KEMPE_FMU_PIECES];
-    unsigned char *state = to;
-    list_pieces(fmu, piece);
-    to += sizeof(kempe_fmu_head);
-    kempe_simulator_save(&fmu->simulator, fmu->part.kept);
-    memcpy(to, fmu->part.kept, simulator_bytes(fmu));
-    to += simulator_bytes(fmu);
-    for (int i = 0; i < KEMPE_FMU_PIECES; to += piece[i++].bytes)
-        if (piece[i].bytes)
-            memcpy(to, piece[i].at, piece[i].bytes);
-    const kempe_fmu_head head = head_of(fmu, state);
-    memcpy(state, &head, sizeof head);
+    (void)transfer(fmu, to, NULL);
+    const kempe_fmu_head head = head_of(fmu, to);
+    memcpy(to, &head, sizeof head);
 }
 
 kempe_fmu_status kempe_fmu_check_state(kempe_fmu *fmu, const unsigned char *bytes, size_t size)
@@ -106,18 +98,10 @@ kempe_fmu_status kempe_fmu_check_state(kempe_fmu *fmu, const unsigned char *byte
 
 kempe_fmu_status kempe_fmu_restore(kempe_fmu *fmu, const unsigned char *from)
 {
-    kempe_fmu_piece piece[KEMPE_FMU_PIECES];
     const kempe_fmu_status status = kempe_fmu_check_state(fmu, from, kempe_fmu_state_bytes(fmu));
     if (!from || status != KEMPE_FMU_OK)
         return KEMPE_FMU_ERROR;
-    list_pieces(fmu, piece);
-    from += sizeof(kempe_fmu_head);
-    memcpy(fmu->part.kept, from, simulator_bytes(fmu));
-    kempe_simulator_restore(&fmu->simulator, fmu->part.kept);
-    from += simulator_bytes(fmu);
-    for (int i = 0; i < KEMPE_FMU_PIECES; from += piece[i++].bytes)
-        if (piece[i].bytes)
-            memcpy(piece[i].at, from, piece[i].bytes);
+    (void)transfer(fmu, NULL, from);
     return KEMPE_FMU_OK;
 }
 

@@ -5,46 +5,45 @@
 
 #include "generate/runtime/fmu/fmu_start.h"
 
-static int block_size(const kempe_fmu *fmu, int block)
+/* Variables of one block: their numbers at the present state, and their names as a person reads them. */
+typedef struct kempe_fmu_variables {
+    int size;
+    const double *values;
+    const char *const *names;
+} kempe_fmu_variables;
+
+static kempe_fmu_variables variables_of(kempe_fmu *fmu, int block)
 {
+    static const char *const settings[KEMPE_FMU_SETTINGS_COUNT] = {"solver.rtol", "solver.atol", "solver.fixed_step",
+                                                                   "solver.longest_step"};
+    static const char *const time[] = {"time"};
     const kempe_equations *e = fmu->model->equations;
-    switch (block) {
-    case KEMPE_FMU_TIME:
-        return 1;
-    case KEMPE_FMU_STATES:
-    case KEMPE_FMU_RATES:
-        return 2 * e->freedom;
-    case KEMPE_FMU_Q:
-    case KEMPE_FMU_QD:
-    case KEMPE_FMU_QDD:
-        return e->coordinates;
-    case KEMPE_FMU_LAMBDA:
-        return e->rows;
-    case KEMPE_FMU_OUTPUTS:
-        return e->outputs;
-    case KEMPE_FMU_INPUTS:
-        return 3 * e->inputs;
-    case KEMPE_FMU_PARAMETERS:
-        return e->parameters;
-    case KEMPE_FMU_CONDITIONS:
-        return e->conditions;
-    case KEMPE_FMU_SETTINGS:
-        return KEMPE_FMU_SETTINGS_COUNT;
-    case KEMPE_FMU_CHOICE:
-        return e->freedom;
-    case KEMPE_FMU_WORK:
-        return KEMPE_FMU_WORK_COUNT;
-    default:
-        return 0;
-    }
+    const kempe_simulator *s = &fmu->simulator;
+    const int n = e->coordinates, f = e->freedom;
+    const kempe_fmu_variables blocks[KEMPE_FMU_BLOCKS] = {
+        [KEMPE_FMU_TIME] = {1, fmu->kind == KEMPE_FMU_CO_SIMULATION && fmu->now.started ? &s->t : &fmu->now.t, time},
+        [KEMPE_FMU_STATES] = {2 * f, s->part.x, NULL},
+        [KEMPE_FMU_RATES] = {2 * f, s->part.rates, NULL},
+        [KEMPE_FMU_Q] = {n, s->q, e->coordinate_names},
+        [KEMPE_FMU_QD] = {n, s->qd, e->coordinate_names},
+        [KEMPE_FMU_QDD] = {n, s->qdd, e->coordinate_names},
+        [KEMPE_FMU_LAMBDA] = {e->rows, s->lambda, e->row_names},
+        [KEMPE_FMU_OUTPUTS] = {e->outputs, s->y, e->output_names},
+        [KEMPE_FMU_INPUTS] = {3 * e->inputs, s->u, e->input_names},
+        [KEMPE_FMU_PARAMETERS] = {e->parameters, s->p, e->parameter_names},
+        [KEMPE_FMU_CONDITIONS] = {e->conditions, fmu->part.value, e->condition_names},
+        [KEMPE_FMU_SETTINGS] = {KEMPE_FMU_SETTINGS_COUNT, NULL, settings},
+        [KEMPE_FMU_CHOICE] = {f, NULL, NULL},
+        [KEMPE_FMU_WORK] = {KEMPE_FMU_WORK_COUNT, NULL, NULL}};
+    return blocks[block];
 }
 
 /* The block of a value reference and the place in it; -1: none. */
-static int block_of(const kempe_fmu *fmu, unsigned reference, int *at)
+static int block_of(kempe_fmu *fmu, unsigned reference, int *at)
 {
     const unsigned block = reference / KEMPE_FMU_BLOCK;
     *at = (int)(reference % KEMPE_FMU_BLOCK);
-    return block < KEMPE_FMU_BLOCKS && *at < block_size(fmu, (int)block) ? (int)block : -1;
+    return block < KEMPE_FMU_BLOCKS && *at < variables_of(fmu, (int)block).size ? (int)block : -1;
 }
 
 static kempe_fmu_status unknown(kempe_fmu *fmu, unsigned reference, const char *type)
@@ -61,67 +60,18 @@ static double *setting(kempe_fmu *fmu, int at)
     return all[at];
 }
 
-/* The variable as a person reads it. */
-static const char *name_of(const kempe_fmu *fmu, int block, int at)
+static const char *name_of(kempe_fmu *fmu, int block, int at)
 {
-    static const char *const settings[KEMPE_FMU_SETTINGS_COUNT] = {"solver.rtol", "solver.atol", "solver.fixed_step",
-                                                                   "solver.longest_step"};
-    const kempe_equations *e = fmu->model->equations;
-    switch (block) {
-    case KEMPE_FMU_TIME:
-        return "time";
-    case KEMPE_FMU_Q:
-    case KEMPE_FMU_QD:
-    case KEMPE_FMU_QDD:
-        return e->coordinate_names[at];
-    case KEMPE_FMU_LAMBDA:
-        return e->row_names[at];
-    case KEMPE_FMU_OUTPUTS:
-        return e->output_names[at];
-    case KEMPE_FMU_INPUTS:
-        return e->input_names[at / 3];
-    case KEMPE_FMU_PARAMETERS:
-        return e->parameter_names[at];
-    case KEMPE_FMU_CONDITIONS:
-        return e->condition_names[at];
-    case KEMPE_FMU_SETTINGS:
-        return settings[at];
-    default:
-        return "x";
-    }
+    const char *const *names = variables_of(fmu, block).names;
+    return names ? names[block == KEMPE_FMU_INPUTS ? at / 3 : at] : "x";
 }
 
 /* The block as numbers at the present state. */
 static const double *values_of(kempe_fmu *fmu, int block)
 {
-    kempe_simulator *s = &fmu->simulator;
-    switch (block) {
-    case KEMPE_FMU_TIME:
-        return fmu->kind == KEMPE_FMU_CO_SIMULATION && fmu->now.started ? &s->t : &fmu->now.t;
-    case KEMPE_FMU_STATES:
-        kempe_simulator_get_states(s, fmu->part.row);
-        return fmu->part.row;
-    case KEMPE_FMU_RATES:
-        kempe_simulator_get_rates(s, fmu->part.row);
-        return fmu->part.row;
-    case KEMPE_FMU_Q:
-        return s->q;
-    case KEMPE_FMU_QD:
-        return s->qd;
-    case KEMPE_FMU_QDD:
-        return s->qdd;
-    case KEMPE_FMU_LAMBDA:
-        return s->lambda;
-    case KEMPE_FMU_OUTPUTS:
-        return s->y;
-    case KEMPE_FMU_INPUTS:
-        return s->u;
-    case KEMPE_FMU_PARAMETERS:
-        return s->p;
-    default:
-        kempe_simulator_get_changes(s, fmu->part.value);
-        return fmu->part.value;
-    }
+    if (block == KEMPE_FMU_CONDITIONS)
+        kempe_simulator_get_changes(&fmu->simulator, fmu->part.value);
+    return variables_of(fmu, block).values;
 }
 
 kempe_fmu_status kempe_fmu_get(kempe_fmu *fmu, const unsigned *references, size_t count, double *values)

@@ -11,11 +11,6 @@ enum { NUMBERS_OF_ELEMENT = 24, NUMBERS_OF_PAST = 8 };
 typedef char element_fits[sizeof(kmp_friction_element) <= NUMBERS_OF_ELEMENT * sizeof(double) ? 1 : -1];
 typedef char past_fits[sizeof(kmp_friction_past) <= NUMBERS_OF_PAST * sizeof(double) ? 1 : -1];
 
-static kmp_friction_element *elements_in(double *kept)
-{
-    return (kmp_friction_element *)(void *)(kept + NUMBERS_OF_PAST);
-}
-
 /* The decision that the state keeps, without room for a new one. */
 static kmp_friction_run run_in(const kempe_friction *friction, double *kept, const kmp_friction_site *site)
 {
@@ -24,7 +19,7 @@ static kmp_friction_run run_in(const kempe_friction *friction, double *kept, con
     x.site = site;
     x.count = friction->elements;
     x.loads = friction->loads != 0;
-    x.element = elements_in(kept);
+    x.element = (kmp_friction_element *)(void *)(kept + NUMBERS_OF_PAST);
     memcpy(&x.past, kept, sizeof x.past);
     return x;
 }
