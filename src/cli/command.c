@@ -211,46 +211,42 @@ static void take_run_options(kempe_run_options *run, const kempe_folder *folder)
     run->no_convergence_check = run->no_convergence_check || there.no_convergence_check;
 }
 
+#define TRY(call)                                                                                                      \
+    do {                                                                                                               \
+        kempe_status tried = (call);                                                                                   \
+        if (tried != KEMPE_OK)                                                                                         \
+            return tried;                                                                                              \
+    } while (0)
+
 static kempe_status prepare(cli_job *j, const cli_command *command)
 {
-    if (command->without_model || (command->opens_pages && cli_is_page(j->settings->file)))
-        return KEMPE_OK;
-    bool equations = !command->model_alone && !j->settings->show_model && !j->settings->show_as;
-    const char *dynamics = j->settings->algorithm ? j->settings->algorithm : command->dynamics;
-    const char *angles = j->settings->angle_unit ? j->settings->angle_unit : "rad";
-    const char *folder = command->gathers ? j->settings->file : j->settings->from;
-    const char *file = command->gathers ? j->settings->model : j->settings->file;
-    bool reads = !command->gathers || j->settings->report;
-    kempe_status status = kempe_context_set_angle_unit(j->context, angles);
-    if (status == KEMPE_OK)
-        status = kempe_context_set_base(j->context, j->settings->base);
-    if (status == KEMPE_OK)
-        status = kempe_context_set_joint_limits(j->context, j->settings->joint_limits);
-    if (status == KEMPE_OK)
-        status = kempe_context_set_strict(j->context, j->settings->strict);
-    if (status == KEMPE_OK)
-        status = kempe_context_set_left_out(j->context, j->settings->left_out);
-    if (status == KEMPE_OK && folder)
-        status = kempe_folder_open(j->context, folder, &j->folder);
-    if (status == KEMPE_OK && reads)
-        status = kempe_model_read_set(j->context, file ? file : kempe_folder_model_file(j->folder), j->settings->sets,
-                                      j->settings->set_count, &j->model);
-    if (status == KEMPE_OK && reads && j->settings->closure_tolerance >= 0)
-        status = kempe_model_set_closure_tolerance(j->model, j->settings->closure_tolerance);
-    if (status == KEMPE_OK && j->settings->from) {
+    const cli_settings *s = j->settings;
+    bool equations = !command->model_alone && !s->show_model && !s->show_as;
+    const char *folder = command->gathers ? s->file : s->from, *file = command->gathers ? s->model : s->file;
+    TRY(kempe_context_set_angle_unit(j->context, s->angle_unit ? s->angle_unit : "rad"));
+    TRY(kempe_context_set_base(j->context, s->base));
+    TRY(kempe_context_set_joint_limits(j->context, s->joint_limits));
+    TRY(kempe_context_set_strict(j->context, s->strict));
+    TRY(kempe_context_set_left_out(j->context, s->left_out));
+    if (folder)
+        TRY(kempe_folder_open(j->context, folder, &j->folder));
+    if (!command->gathers || s->report)
+        TRY(kempe_model_read_set(j->context, file ? file : kempe_folder_model_file(j->folder), s->sets, s->set_count,
+                                 &j->model));
+    if (j->model && s->closure_tolerance >= 0)
+        TRY(kempe_model_set_closure_tolerance(j->model, s->closure_tolerance));
+    if (s->from) {
         /* The model becomes an instance of the folder of --from. */
-        const cli_settings *s = j->settings;
         j->base = j->model;
         j->model = NULL;
         j->own = *s;
         j->settings = &j->own;
         take_run_options(&j->own.run, j->folder);
-        status = kempe_folder_model(j->folder, j->base, s->instance - 1, &j->model);
+        TRY(kempe_folder_model(j->folder, j->base, s->instance - 1, &j->model));
     }
-    if (status == KEMPE_OK && equations)
-        status = kempe_system_new_with_algorithm(j->model, dynamics, &j->system);
-    cli_report_failure(j, status, false);
-    return status;
+    if (equations)
+        TRY(kempe_system_new_with_algorithm(j->model, s->algorithm ? s->algorithm : command->dynamics, &j->system));
+    return KEMPE_OK;
 }
 
 static int exit_code(kempe_status status)
@@ -315,8 +311,11 @@ int cli_run(const cli_command *command, const cli_settings *settings)
     char *folder = j.settings->no_cache ? NULL : kempe_cache_folder();
     kempe_status status = kempe_context_set_cache(j.context, folder);
     kempe_text_free(folder);
-    if (status == KEMPE_OK)
+    const bool reads = !command->without_model && !(command->opens_pages && cli_is_page(settings->file));
+    if (status == KEMPE_OK && reads) {
         status = prepare(&j, command);
+        cli_report_failure(&j, status, false);
+    }
     if (status == KEMPE_OK)
         status = command->study ? cli_run_study(&j, command->study) : command->run(&j);
     interrupted_context = NULL;

@@ -49,19 +49,21 @@ typedef struct cli_study {
 typedef struct cli_command {
     unsigned bit; /* of options.h */
     const char *name, *summary, *examples;
-    const char *usage;                                  /* NULL: FILE [options] */
-    const char *(*lacks)(const cli_settings *settings); /* error message about missing options; NULL: none */
-    bool without_model;                                 /* FILE is not a model */
-    bool gathers;                                       /* FILE is a result folder, whose page needs its model */
-    bool opens_pages;                                   /* FILE may be a page instead of a model */
-    bool model_alone;                                   /* needs no equations */
-    const char *dynamics;                               /* the default algorithm of the equations; NULL: the model's */
+    const char *usage;    /* NULL: FILE [options] */
+    bool without_model;   /* FILE is not a model */
+    bool gathers;         /* FILE is a result folder, whose page needs its model */
+    bool opens_pages;     /* FILE may be a page instead of a model */
+    bool model_alone;     /* needs no equations */
+    const char *dynamics; /* the default algorithm of the equations; NULL: the model's */
     const cli_study *study;
     kempe_status (*run)(const cli_job *j); /* instead of a study */
 } cli_command;
 
 /** All commands, in the order of the help, up to one without a name. */
 extern const cli_command cli_commands[];
+
+/** A sentence about options that are missing, or that contradict each other; NULL: there is none. */
+const char *cli_lacking(unsigned command, const cli_settings *settings);
 
 /** `kempe new` (new.c), `kempe view` (view.c). */
 kempe_status cli_new(const cli_job *j);

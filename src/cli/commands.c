@@ -114,11 +114,6 @@ WRITER(kempe_fit_write_report)
 WRITER(kempe_optimum_write_report)
 WRITER(kempe_fmu_export_write)
 
-static int seed_of(const cli_settings *s)
-{
-    return s->seed > 0 && s->seed < 1000000000 ? s->seed : 1;
-}
-
 /* With the running safety of vehicles. */
 static kempe_status simulate_judged(const kempe_system *system, const kempe_run_options *run, kempe_trajectory **result)
 {
@@ -130,7 +125,7 @@ static kempe_status simulate_judged(const kempe_system *system, const kempe_run_
 STUDY(check, kempe_check, kempe_check_new(j->system, result), .table = NULL)
 STUDY(assembly, kempe_assembly, kempe_assembly_new(j->system, result), .table = NULL,
       .files = {{AT(report), any_kempe_assembly_write_report}})
-STUDY(branches, kempe_branches, kempe_branches_new(j->system, seed_of(s), result), .table = NULL)
+STUDY(branches, kempe_branches, kempe_branches_new(j->system, s->seed, result), .table = NULL)
 STUDY(kinematics, kempe_kinematics, kempe_kinematics_new(j->system, &s->kinematics, result),
       .table = kempe_kinematics_rows,
       .files = {{AT(svg), any_kempe_kinematics_write_picture}, {AT(report), any_kempe_kinematics_write_report}})
@@ -151,13 +146,6 @@ STUDY(code, kempe_code, kempe_code_new(j->model, &s->generation, result), .table
 
 /* -- studies with options of several structs --------------------------------------------------------- */
 
-static kempe_status find_equilibrium(const cli_job *j, kempe_equilibrium **result)
-{
-    kempe_equilibrium_options options = j->settings->equilibrium;
-    options.seed = seed_of(j->settings);
-    return kempe_equilibrium_new(j->system, &options, result);
-}
-
 /* Options of state spaces are those that the response has, too. */
 static kempe_status linearize_about(const cli_job *j, kempe_linearization **result)
 {
@@ -167,46 +155,16 @@ static kempe_status linearize_about(const cli_job *j, kempe_linearization **resu
     return kempe_linearization_new(j->system, &options, result);
 }
 
-static kempe_status judge_comfort(const cli_job *j, kempe_comfort **result)
-{
-    kempe_comfort_options options = j->settings->comfort;
-    options.run = &j->settings->run;
-    return kempe_comfort_new(j->system, &options, result);
-}
-
-static kempe_status differentiate(const cli_job *j, kempe_sensitivity **result)
-{
-    kempe_sensitivity_options options = j->settings->sensitivity;
-    options.run = &j->settings->run;
-    return kempe_sensitivity_new(j->model, &options, result);
-}
-
-static kempe_status follow_cycles(const cli_job *j, kempe_limit_cycles **result)
-{
-    kempe_limit_cycles_options options = j->settings->cycles;
-    options.size = sizeof options;
-    options.run = &j->settings->run;
-    return kempe_limit_cycles_new(j->system, &options, result);
-}
-
-STUDY(cycles, kempe_limit_cycles, follow_cycles(j, result), .table = kempe_limit_cycles_rows,
+STUDY(cycles, kempe_limit_cycles, kempe_limit_cycles_new(j->system, &s->cycles, result),
+      .table = kempe_limit_cycles_rows,
       .files = {{AT(svg), any_kempe_limit_cycles_write_picture}, {AT(report), any_kempe_limit_cycles_write_report}})
-STUDY(equilibrium, kempe_equilibrium, find_equilibrium(j, result), .table = NULL,
+STUDY(equilibrium, kempe_equilibrium, kempe_equilibrium_new(j->system, &s->equilibrium, result), .table = NULL,
       .files = {{AT(report), any_kempe_equilibrium_write_report}})
 STUDY(linearize, kempe_linearization, linearize_about(j, result), .table = NULL,
       .files = {{AT(output), any_kempe_linearization_write}})
-STUDY(comfort, kempe_comfort, judge_comfort(j, result), .table = kempe_comfort_rows)
-STUDY(sensitivity, kempe_sensitivity, differentiate(j, result), .table = kempe_sensitivity_rows)
-
-static kempe_status fit_parameters(const cli_job *j, kempe_fit **result)
-{
-    kempe_fit_options options = j->settings->fit;
-    options.parameters = j->settings->fitted;
-    options.own = j->settings->own;
-    options.files = j->settings->data_files;
-    options.run = &j->settings->run;
-    return kempe_fit_new(j->model, &options, result);
-}
+STUDY(comfort, kempe_comfort, kempe_comfort_new(j->system, &s->comfort, result), .table = kempe_comfort_rows)
+STUDY(sensitivity, kempe_sensitivity, kempe_sensitivity_new(j->model, &s->sensitivity, result),
+      .table = kempe_sensitivity_rows)
 
 /* The estimates; a picture has the fitted motion and the data. */
 static kempe_status kempe_fit_rows(const cli_job *j, const void *fit, bool drawn, kempe_table **table)
@@ -215,17 +173,8 @@ static kempe_status kempe_fit_rows(const cli_job *j, const void *fit, bool drawn
     return kempe_fit_table(fit, drawn ? "first" : "parameters", table);
 }
 
-STUDY(fit, kempe_fit, fit_parameters(j, result), .table = kempe_fit_rows,
+STUDY(fit, kempe_fit, kempe_fit_new(j->model, &s->fit, result), .table = kempe_fit_rows,
       .files = {{AT(report), any_kempe_fit_write_report}})
-
-static kempe_status optimize(const cli_job *j, kempe_optimum **result)
-{
-    kempe_optimum_options options = j->settings->optimize;
-    options.parameters = j->settings->fitted;
-    options.limits = j->settings->limits;
-    options.run = &j->settings->run;
-    return kempe_optimum_new(j->model, &options, result);
-}
 
 /* The parameters; a picture has the course of the search. */
 static kempe_status kempe_optimum_rows(const cli_job *j, const void *optimum, bool drawn, kempe_table **table)
@@ -234,14 +183,15 @@ static kempe_status kempe_optimum_rows(const cli_job *j, const void *optimum, bo
     return kempe_optimum_table(optimum, drawn ? "history" : "parameters", table);
 }
 
-STUDY(optimize, kempe_optimum, optimize(j, result), .table = kempe_optimum_rows,
+STUDY(optimize, kempe_optimum, kempe_optimum_new(j->model, &s->optimize, result), .table = kempe_optimum_rows,
       .files = {{AT(report), any_kempe_optimum_write_report}})
 
-/* An ensemble, with what its batch refers to. */
+/* An ensemble, with the batch of its instances, or the folder into which it runs. */
 typedef struct instances {
     kempe_values *values;
     kempe_ensemble *ensemble;
     kempe_batch *batch;
+    kempe_folder *folder;
 } instances;
 
 static void instances_free(void *object)
@@ -249,39 +199,31 @@ static void instances_free(void *object)
     instances *i = object;
     if (!i)
         return;
+    kempe_folder_free(i->folder);
     kempe_batch_free(i->batch);
     kempe_ensemble_free(i->ensemble);
     kempe_values_free(i->values);
     free(i);
 }
 
-static kempe_status take_values(const cli_job *j, kempe_values **values)
-{
-    const cli_settings *s = j->settings;
-    kempe_sample_options sample = s->sample;
-    if (s->values)
-        return kempe_values_read(j->model, s->values, values);
-    sample.seed = seed_of(s);
-    return kempe_values_sample(j->model, &sample, values);
-}
-
-static kempe_status derive_ensemble(const cli_job *j, const kempe_values *values, kempe_ensemble **ensemble)
-{
-    const kempe_ensemble_options measured = {
-        .size = sizeof measured, .quantities = j->settings->quantities, .limits = j->settings->limits};
-    return kempe_ensemble_new_with(j->model, values, &measured, ensemble);
-}
-
 static kempe_status instances_compute(const cli_job *j, void **object)
 {
     const cli_settings *s = j->settings;
+    const kempe_ensemble_options measured = {.size = sizeof measured, .quantities = s->quantities, .limits = s->limits};
+    const int lanes = s->alone ? -1 : s->lanes;
     instances *i = calloc(1, sizeof *i);
-    kempe_status status = i ? take_values(j, &i->values) : KEMPE_E_MEMORY;
+    kempe_status status = !i          ? KEMPE_E_MEMORY
+                          : s->values ? kempe_values_read(j->model, s->values, &i->values)
+                                      : kempe_values_sample(j->model, &s->sample, &i->values);
     if (status == KEMPE_OK)
-        status = derive_ensemble(j, i->values, &i->ensemble);
-    if (status == KEMPE_OK)
-        status = kempe_ensemble_run(i->ensemble, &s->run, s->alone ? -1 : s->lanes, &i->batch);
-    if (i && i->batch)
+        status = kempe_ensemble_new_with(j->model, i->values, &measured, &i->ensemble);
+    if (status == KEMPE_OK && s->out) {
+        status = kempe_ensemble_run_folder(i->ensemble, &s->run, lanes, s->out, &s->folder, &i->folder);
+        status = status == KEMPE_E_IO ? KEMPE_E_FAILED : status; /* an output that cannot be written */
+    } else if (status == KEMPE_OK) {
+        status = kempe_ensemble_run(i->ensemble, &s->run, lanes, &i->batch);
+    }
+    if (i && (i->batch || i->folder))
         *object = i;
     else
         instances_free(i);
@@ -292,7 +234,7 @@ static kempe_status instances_print(const cli_job *j, const void *object, kempe_
 {
     const instances *i = object;
     (void)j;
-    return kempe_batch_print(i->batch, format, text);
+    return i->folder ? kempe_folder_print(i->folder, format, text) : kempe_batch_print(i->batch, format, text);
 }
 
 static kempe_status instances_table(const cli_job *j, const void *object, bool drawn, kempe_table **table)
@@ -308,22 +250,17 @@ static kempe_status instances_report(const cli_job *j, void *object, const char 
     return kempe_batch_write_report(i->batch, path);
 }
 
-/* Writes a table, with units in the names of its columns where they are requested, and frees it. */
-static kempe_status write_history(const cli_job *j, kempe_table *table, const char *path)
-{
-    if (j->settings->units)
-        kempe_table_name_units(table);
-    kempe_status status = kempe_table_write(table, path);
-    kempe_table_free(table);
-    return status;
-}
-
 static kempe_status instances_history(const cli_job *j, void *object, const char *path)
 {
     const instances *i = object;
     kempe_table *table = NULL;
     kempe_status status = kempe_ensemble_history(i->ensemble, &j->settings->run, j->settings->folder.history, &table);
-    return status == KEMPE_OK ? write_history(j, table, path) : status;
+    if (status == KEMPE_OK && j->settings->units)
+        kempe_table_name_units(table);
+    if (status == KEMPE_OK)
+        status = kempe_table_write(table, path);
+    kempe_table_free(table);
+    return status;
 }
 
 static const cli_study ensemble_study = {
@@ -332,53 +269,6 @@ static const cli_study ensemble_study = {
     .free = instances_free,
     .table = instances_table,
     .files = {{AT(report), instances_report}, {AT(history_output), instances_history}}};
-
-/* An ensemble that runs into a folder. */
-typedef struct folder_run {
-    kempe_values *values;
-    kempe_ensemble *ensemble;
-    kempe_folder *folder;
-} folder_run;
-
-static void folder_run_free(void *object)
-{
-    folder_run *r = object;
-    if (!r)
-        return;
-    kempe_folder_free(r->folder);
-    kempe_ensemble_free(r->ensemble);
-    kempe_values_free(r->values);
-    free(r);
-}
-
-static kempe_status folder_run_compute(const cli_job *j, void **object)
-{
-    const cli_settings *s = j->settings;
-    folder_run *r = calloc(1, sizeof *r);
-    kempe_status status = r ? take_values(j, &r->values) : KEMPE_E_MEMORY;
-    if (status == KEMPE_OK)
-        status = derive_ensemble(j, r->values, &r->ensemble);
-    if (status == KEMPE_OK) {
-        status =
-            kempe_ensemble_run_folder(r->ensemble, &s->run, s->alone ? -1 : s->lanes, s->out, &s->folder, &r->folder);
-        status = status == KEMPE_E_IO ? KEMPE_E_FAILED : status; /* an output that cannot be written */
-    }
-    if (r && r->folder)
-        *object = r;
-    else
-        folder_run_free(r);
-    return status;
-}
-
-static kempe_status folder_run_print(const cli_job *j, const void *object, kempe_format format, char **text)
-{
-    const folder_run *r = object;
-    (void)j;
-    return kempe_folder_print(r->folder, format, text);
-}
-
-static const cli_study folder_study = {
-    .compute = folder_run_compute, .print = folder_run_print, .free = folder_run_free};
 
 static kempe_status print_folder(const cli_job *j, const void *object, kempe_format format, char **text)
 {
@@ -415,11 +305,6 @@ static kempe_status run_gather(const cli_job *j)
     bool ended = status != KEMPE_STOPPED && !wrong;
     cli_report_failure(j, status, ended);
     return ended ? cli_worse(status, cli_report(j, print_folder, j->folder)) : status;
-}
-
-static kempe_status run_ensemble(const cli_job *j)
-{
-    return cli_run_study(j, j->settings->out ? &folder_study : &ensemble_study);
 }
 
 /* -- commands with steps of their own ---------------------------------------------------------------- */
@@ -491,90 +376,51 @@ STUDY(fmu, kempe_fmu_export, export_unit(j->model, s, result), .files = {{AT(out
 
 /* -- missing and contradicting options --------------------------------------------------------------- */
 
-static const char *kinematics_lacks(const cli_settings *s)
+const char *cli_lacking(unsigned command, const cli_settings *s)
 {
-    return s->kinematics.sweep ? NULL : "the swept coordinate is missing: give --sweep NAME=A:B";
-}
-
-static const char *contact_lacks(const cli_settings *s)
-{
-    return s->contact.sweep
-               ? NULL
-               : "the sweep is missing: --sweep NAME=A:B:N of a coordinate or parameter, for example the lateral "
-                 "position of the wheels, --sweep 'y=0:-6 mm:13'; 'kempe check FILE' lists the coordinates";
-}
-
-static const char *modes_lack(const cli_settings *s)
-{
-    bool sweeps = s->modes.sweep || (s->modes.rates && strchr(s->modes.rates, ':'));
-    return sweeps || !s->svg ? NULL : "--svg draws a sweep: give --sweep NAME=A:B:N or --rates NAME=A:B:N";
-}
-
-static const char *cycles_lack(const cli_settings *s)
-{
-    return s->cycles.sweep ? NULL : "the parameter and its range are missing: give --sweep NAME=A:B:N";
-}
-
-static const char *ensemble_lacks(const cli_settings *s)
-{
-    if (!s->values == !s->sample.ranges)
-        return "ensemble needs either --values FILE or --sample NAME=A:B,..";
-    if (!s->out && (s->folder.resume || s->folder.shard || s->folder.chunk))
-        return "--resume, --shard and --chunk belong to a folder: give --out RUN.kempe";
-    if (s->out && (s->output || s->plot || s->report))
-        return "--out writes parts, not one table: 'kempe gather FOLDER' writes one with --output, a page with "
-               "--report";
-    if (s->out && s->history_output)
-        return "--out has the histories in its folder: 'kempe gather FOLDER --history-output FILE' writes one table";
-    if (s->folder.history && !s->out && !s->history_output)
-        return "--history needs a place for the rows: --history-output FILE, or a folder, --out RUN.kempe";
-    if (!s->folder.history && (s->history_output || s->run.output_step > 0))
-        return "--history-output and --output-step belong to chosen instances: give --history K,A:B,..";
+    const bool swept = s->modes.sweep || (s->modes.rates && strchr(s->modes.rates, ':'));
+    /* `show` prints one view at a time; equations and stats together are the passes. */
+    const int views = s->show_model + s->show_equations + s->show_program + s->show_stats + !!s->show_as;
+    const bool passes = s->show_equations && s->show_stats && views == 2;
+    const struct {
+        unsigned command;
+        bool lacks;
+        const char *sentence;
+    } rows[] = {
+        {CLI_ALL, !s->plot && (s->x || s->y), "--x and --y choose what --plot draws: give --plot FILE.svg"},
+        {CLI_KINEMATICS, !s->kinematics.sweep, "the swept coordinate is missing: give --sweep NAME=A:B"},
+        {CLI_CONTACT, !s->contact.sweep,
+         "the sweep is missing: --sweep NAME=A:B:N of a coordinate or parameter, for example the lateral position of "
+         "the wheels, --sweep 'y=0:-6 mm:13'; 'kempe check FILE' lists the coordinates"},
+        {CLI_MODES, s->svg && !swept, "--svg draws a sweep: give --sweep NAME=A:B:N or --rates NAME=A:B:N"},
+        {CLI_CYCLES, !s->cycles.sweep, "the parameter and its range are missing: give --sweep NAME=A:B:N"},
+        {CLI_ENSEMBLE, !s->values == !s->sample.ranges, "ensemble needs either --values FILE or --sample NAME=A:B,.."},
+        {CLI_ENSEMBLE, !s->out && (s->folder.resume || s->folder.shard || s->folder.chunk),
+         "--resume, --shard and --chunk belong to a folder: give --out RUN.kempe"},
+        {CLI_ENSEMBLE, s->out && (s->output || s->plot || s->report),
+         "--out writes parts, not one table: 'kempe gather FOLDER' writes one with --output, a page with --report"},
+        {CLI_ENSEMBLE, s->out && s->history_output,
+         "--out has the histories in its folder: 'kempe gather FOLDER --history-output FILE' writes one table"},
+        {CLI_ENSEMBLE, s->folder.history && !s->out && !s->history_output,
+         "--history needs a place for the rows: --history-output FILE, or a folder, --out RUN.kempe"},
+        {CLI_ENSEMBLE, !s->folder.history && (s->history_output || s->run.output_step > 0),
+         "--history-output and --output-step belong to chosen instances: give --history K,A:B,.."},
+        {CLI_GATHER, !s->report && (s->model || s->set_count > 0),
+         "--model, --set and --input belong to a page: give --report FILE.html"},
+        {CLI_FIT, !s->fit.data, "the data is missing: kempe fit MODEL DATA.csv --parameter NAME"},
+        {CLI_FIT, !s->fitted[0], "fit needs --parameter NAME[:LOW:HIGH]; 'kempe show --model FILE' lists parameters"},
+        {CLI_OPTIMIZE, !s->optimize.minimize == !s->optimize.maximize,
+         "optimize needs either --minimize QUANTITY or --maximize QUANTITY"},
+        {CLI_OPTIMIZE, !s->fitted[0], "optimize needs --parameter NAME:LOW:HIGH"},
+        {CLI_SIMULATE, !s->from != !s->instance, "--from FOLDER and --instance K belong together"},
+        {CLI_GENERATE, !s->count && !s->generation.language, "generate needs --lang NAME, or --count"},
+        {CLI_FMU, !s->output, "the file of the unit is missing: --output NAME.fmu"},
+        {CLI_SHOW, views != 1 && !passes, "show needs one of --model, --as, --equations, --program, --stats"},
+    };
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
+        if (rows[k].command & command && rows[k].lacks)
+            return rows[k].sentence;
     return NULL;
-}
-
-static const char *gather_lacks(const cli_settings *s)
-{
-    return s->report || (!s->model && s->set_count == 0)
-               ? NULL
-               : "--model, --set and --input belong to a page: give --report FILE.html";
-}
-
-static const char *fit_lacks(const cli_settings *s)
-{
-    if (!s->fit.data)
-        return "the data is missing: kempe fit MODEL DATA.csv --parameter NAME";
-    return s->fitted[0] ? NULL : "fit needs --parameter NAME[:LOW:HIGH]; 'kempe show --model FILE' lists parameters";
-}
-
-static const char *optimize_lacks(const cli_settings *s)
-{
-    if (!s->optimize.minimize == !s->optimize.maximize)
-        return "optimize needs either --minimize QUANTITY or --maximize QUANTITY";
-    return s->fitted[0] ? NULL : "optimize needs --parameter NAME:LOW:HIGH";
-}
-
-static const char *simulate_lacks(const cli_settings *s)
-{
-    return !s->from == !s->instance ? NULL : "--from FOLDER and --instance K belong together";
-}
-
-static const char *generate_lacks(const cli_settings *s)
-{
-    return s->count || s->generation.language ? NULL : "generate needs --lang NAME, or --count";
-}
-
-static const char *fmu_lacks(const cli_settings *s)
-{
-    return s->output ? NULL : "the file of the unit is missing: --output NAME.fmu";
-}
-
-/* `show` prints one view at a time; equations and stats together are the passes. */
-static const char *show_lacks(const cli_settings *s)
-{
-    bool passes = s->show_equations && s->show_stats && !s->show_model && !s->show_program && !s->show_as;
-    bool one = passes || s->show_model + s->show_equations + s->show_program + s->show_stats + !!s->show_as == 1;
-    return one ? NULL : "show needs one of --model, --as, --equations, --program, --stats";
 }
 
 /* -- the commands ------------------------------------------------------------------------------------ */
@@ -599,8 +445,7 @@ const cli_command cli_commands[] = {
      "  kempe kinematics examples/four_bar/four_bar.yaml --sweep \"A=0 deg:360 deg\" -o turn.csv\n"
      "  kempe kinematics examples/driven_slider_crank/driven_slider_crank.yaml --sweep t=0:1:101\n"
      "  kempe kinematics examples/chebyshev/chebyshev.yaml --sweep \"crank=0 deg:360 deg\" --svg paths.svg\n",
-     .usage = "FILE --sweep NAME=A:B[,NAME=A:B..] [options]", .lacks = kinematics_lacks, .dynamics = "plain",
-     .study = &kinematics_study},
+     .usage = "FILE --sweep NAME=A:B[,NAME=A:B..] [options]", .dynamics = "plain", .study = &kinematics_study},
     {CLI_EQUILIBRIUM, "equilibrium", "static or steady-state equilibrium and its stability",
      "  kempe equilibrium examples/four_bar/four_bar.yaml --global\n"
      "  kempe equilibrium examples/governor/governor.yaml --rates shaft=5.5\n"
@@ -612,8 +457,7 @@ const cli_command cli_commands[] = {
      "  kempe contact examples/manchester/manchester.yaml --sweep \"shift=0:10 mm:21\" --law fastsim --svg "
      "contact.svg\n"
      "  kempe contact examples/conicity/conicity.yaml --sweep \"shift=-9 mm:9 mm:181\" --conicity \"1 mm:7 mm:13\"\n",
-     .usage = "FILE --sweep NAME=A:B:N[,NAME=A:B..] [options]", .lacks = contact_lacks, .dynamics = "plain",
-     .study = &contact_study},
+     .usage = "FILE --sweep NAME=A:B:N[,NAME=A:B..] [options]", .dynamics = "plain", .study = &contact_study},
     {CLI_SIMULATE, "simulate", "simulate with one formulation; accuracy checks of the result",
      "  kempe simulate examples/andrews/andrews.yaml -o andrews.csv\n"
      "  kempe simulate examples/andrews/andrews.yaml --report andrews.html\n"
@@ -621,7 +465,7 @@ const cli_command cli_commands[] = {
      "  kempe simulate examples/slider_crank/slider_crank.yaml --rtol 1e-8 --t-end 2 --output-step 0.01\n"
      "  kempe simulate examples/andrews/andrews.yaml --formulation dae --json -\n"
      "  kempe simulate --from bars.kempe --instance 17 --report bar17.html\n",
-     .lacks = simulate_lacks, .study = &simulate_study},
+     .study = &simulate_study},
     {CLI_INVERSE, "inverse", "inverse dynamics: actuator forces and torques for a prescribed motion",
      "  kempe inverse examples/driven_slider_crank/driven_slider_crank.yaml\n"
      "  kempe inverse examples/stewart/driven.yaml --actuators slide1,slide2,slide3,slide4,slide5,slide6 -o "
@@ -636,11 +480,11 @@ const cli_command cli_commands[] = {
      "  kempe modes examples/quarter_car/quarter_car.yaml\n"
      "  kempe modes examples/quarter_car/quarter_car.yaml --sweep \"damper=0:6000:61\" --svg locus.svg\n"
      "  kempe modes examples/suspension/suspension.yaml --report modes.html\n",
-     .lacks = modes_lack, .dynamics = "plain", .study = &modes_study},
+     .dynamics = "plain", .study = &modes_study},
     {CLI_CYCLES, "cycles", "limit cycles over a parameter, their stability, folds and Hopf points",
      "  kempe cycles examples/cooperrider/cooperrider.yaml --set start=0 --sweep V=60:75:16 --outputs 'q(y1)'\n"
      "  kempe cycles examples/cooperrider/cooperrider.yaml --set start=0 --sweep V=60:75 --svg diagram.svg\n",
-     .usage = "FILE --sweep NAME=A:B:N [options]", .lacks = cycles_lack, .dynamics = "plain", .study = &cycles_study},
+     .usage = "FILE --sweep NAME=A:B:N [options]", .dynamics = "plain", .study = &cycles_study},
     {CLI_RESPONSE, "response", "frequency response: amplitude and phase of outputs for harmonic inputs, resonances",
      "  kempe response examples/suspension/suspension.yaml --inputs 'force(chassis.R.z)' \\\n"
      "      --outputs 'position(chassis.R).z' --frequencies 0.2:20 --svg car.svg\n",
@@ -657,25 +501,23 @@ const cli_command cli_commands[] = {
      "  kempe fit examples/four_bar/four_bar.yaml measured.csv --parameter crank_mass:0.1:10 -o found.csv\n"
      "  kempe fit examples/four_bar/four_bar.yaml measured.csv --columns q.rocker --parameter crank_mass,q.crank \\\n"
      "      --start found.csv --report fit.html\n",
-     .usage = "FILE DATA.csv.. --parameter NAME[:LOW:HIGH].. [options]", .lacks = fit_lacks, .model_alone = true,
-     .study = &fit_study},
+     .usage = "FILE DATA.csv.. --parameter NAME[:LOW:HIGH].. [options]", .model_alone = true, .study = &fit_study},
     {CLI_OPTIMIZE, "optimize", "parameters for which a quantity of a run is least or largest, under limits",
      "  kempe optimize examples/four_bar/four_bar.yaml --minimize 'max(qd(rocker))' --parameter base:0.85:0.95 \\\n"
      "      --limit 'max(q(rocker)) > 2' --t-end 1 -o found.csv --report optimum.html\n",
-     .usage = "FILE --minimize QUANTITY --parameter NAME:LOW:HIGH.. [options]", .lacks = optimize_lacks,
-     .model_alone = true, .study = &optimize_study},
+     .usage = "FILE --minimize QUANTITY --parameter NAME:LOW:HIGH.. [options]", .model_alone = true,
+     .study = &optimize_study},
     {CLI_ENSEMBLE, "ensemble", "simulate many instances with different parameters, in parallel vector lanes",
      "  kempe ensemble examples/four_bar/four_bar.yaml --values bars.csv -o ends.csv\n"
      "  kempe ensemble examples/four_bar/four_bar.yaml --sample crank=0.28:0.32,base=0.85:0.95 --instances 10000\n"
      "  kempe ensemble examples/four_bar/four_bar.yaml --sample crank=IT7,coupler=IT7 --instances 2000 --out "
      "bars.kempe\n",
-     .usage = "FILE --values FILE | --sample RANGES [options]", .lacks = ensemble_lacks, .model_alone = true,
-     .run = run_ensemble},
+     .usage = "FILE --values FILE | --sample RANGES [options]", .model_alone = true, .study = &ensemble_study},
     {CLI_GATHER, "gather", "check the parts of a result folder of an ensemble, and write them as one table or page",
      "  kempe gather bars.kempe\n"
      "  kempe gather bars.kempe -o bars.csv --history-output bars_history.csv\n"
      "  kempe gather bars.kempe --report bars.html\n",
-     .usage = "FOLDER [options]", .lacks = gather_lacks, .gathers = true, .model_alone = true, .run = run_gather},
+     .usage = "FOLDER [options]", .gathers = true, .model_alone = true, .run = run_gather},
     {CLI_COMPARE, "compare", "compare formulations, integrators and tolerances against a reference solution",
      "  kempe compare examples/andrews/andrews.yaml --reference examples/andrews/reference.csv\n"
      "  kempe compare examples/four_bar/four_bar.yaml --rtol 1e-6,1e-9 --formulations reduced,dae --csv table.csv\n"
@@ -685,16 +527,15 @@ const cli_command cli_commands[] = {
      "  kempe show examples/andrews/andrews.yaml --stats\n"
      "  kempe show examples/four_bar/four_bar.yaml --equations\n"
      "  kempe show examples/four_bar/four_bar.yaml --equations --stats\n",
-     .usage = "FILE --model | --as NAME | --equations | --program | --stats", .lacks = show_lacks, .run = run_show},
+     .usage = "FILE --model | --as NAME | --equations | --program | --stats", .run = run_show},
     {CLI_GENERATE, "generate", "generate equations in C, Octave or Python; operation counts",
      "  kempe generate examples/andrews/andrews.yaml --lang c -o andrews\n"
      "  kempe generate examples/andrews/andrews.yaml --count\n"
      "  kempe generate examples/andrews/andrews.yaml --count --sets M_C,invdyn --keep-parameters --body-inputs\n",
-     .usage = "FILE --lang NAME | --count [options]", .lacks = generate_lacks, .model_alone = true,
-     .run = run_generate},
+     .usage = "FILE --lang NAME | --count [options]", .model_alone = true, .run = run_generate},
     {CLI_FMU, "fmu", "export as a functional mock-up unit (FMI 2.0 or 3.0) for other simulation programs",
      "  kempe fmu examples/four_bar/four_bar.yaml -o four_bar.fmu\n"
      "  kempe fmu examples/four_bar/four_bar.yaml -o four_bar.fmu --fmi 2 --kind cs\n",
-     .usage = "FILE -o NAME.fmu [options]", .lacks = fmu_lacks, .model_alone = true, .study = &fmu_study},
+     .usage = "FILE -o NAME.fmu [options]", .model_alone = true, .study = &fmu_study},
     {0},
 };

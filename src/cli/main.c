@@ -11,14 +11,6 @@
 #include <string.h>
 #include <unistd.h>
 
-static void print_cache(FILE *out)
-{
-    char *folder = kempe_cache_folder();
-    if (folder)
-        fprintf(out, "Derived equations are kept in %s.\n", folder);
-    kempe_text_free(folder);
-}
-
 static void print_help(FILE *out)
 {
     fputs("kempe " KEMPE_VERSION ": dynamics of multibody systems with closed loops, by several formulations of the "
@@ -40,7 +32,10 @@ static void print_help(FILE *out)
         fprintf(out, "Pages and examples are in %s.\n", folder);
     free(folder);
     free(path);
-    print_cache(out);
+    char *cache = kempe_cache_folder();
+    if (cache)
+        fprintf(out, "Derived equations are kept in %s.\n", cache);
+    kempe_text_free(cache);
     fputs("\nexamples:\n  "
           "kempe new four_bar\n  "
           "kempe check examples/andrews/andrews.yaml\n  kempe compare examples/andrews/andrews.yaml --reference "
@@ -75,9 +70,7 @@ static int run_command(const cli_command *c, int count, char **words)
         printf("\nexamples:\n%s", c->examples);
         return CLI_DONE;
     }
-    const char *lacking = c->lacks ? c->lacks(&settings) : NULL;
-    if (!settings.plot && (settings.x || settings.y))
-        lacking = "--x and --y choose what --plot draws: give --plot FILE.svg";
+    const char *lacking = cli_lacking(c->bit, &settings);
     if (lacking) {
         cli_complain("%s", lacking);
         return cli_refuse(settings.json);

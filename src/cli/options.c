@@ -564,14 +564,6 @@ static bool has_ending(const option *o, const char *path)
     return !dot || !kinds[o->kind].ending;
 }
 
-/* Appends to a list of CLI_LIST_SIZE. */
-static bool store_list(const option *o, const char *text, char *list)
-{
-    size_t used = strlen(list);
-    int size = snprintf(list + used, CLI_LIST_SIZE - used, "%s%s", used > 0 ? "," : "", text);
-    return (size >= 0 && (size_t)size < CLI_LIST_SIZE - used) || cli_complain("--%s: the text is too long", o->name);
-}
-
 static bool store(const option *o, char *text, cli_settings *settings)
 {
     void *place = (char *)settings + o->offset;
@@ -594,8 +586,13 @@ static bool store(const option *o, char *text, cli_settings *settings)
         settings->sets[settings->set_count++] = (kempe_setting){text, text + length + 1};
         return true;
     }
-    if (o->kind == OPTION_LIST)
-        return store_list(o, text, place);
+    if (o->kind == OPTION_LIST) {
+        char *list = place;
+        size_t used = strlen(list);
+        int size = snprintf(list + used, CLI_LIST_SIZE - used, "%s%s", used > 0 ? "," : "", text);
+        return (size >= 0 && (size_t)size < CLI_LIST_SIZE - used) ||
+               cli_complain("--%s: the text is too long", o->name);
+    }
     if (!has_ending(o, text))
         return cli_complain("--%s writes %s files; '%s' has another ending", o->name, kinds[o->kind].ending, text);
     *(const char **)place = text;
@@ -665,6 +662,16 @@ bool cli_options_read(unsigned command, const char *command_name, int count, cha
             return false;
         }
     }
+    /* Options that a study takes from others. */
+    cli_settings *s = settings;
+    s->seed = s->seed > 0 && s->seed < 1000000000 ? s->seed : 1;
+    s->equilibrium.seed = s->sample.seed = s->seed;
+    s->comfort.run = s->sensitivity.run = s->cycles.run = s->fit.run = s->optimize.run = &s->run;
+    s->cycles.size = sizeof s->cycles;
+    s->fit.parameters = s->optimize.parameters = s->fitted;
+    s->fit.own = s->own;
+    s->fit.files = s->data_files;
+    s->optimize.limits = s->limits;
     if (!settings->file && !settings->help && !settings->from)
         return cli_complain(command == CLI_GATHER ? "the folder is missing: kempe %s FOLDER"
                                                   : "the model file is missing: kempe %s FILE",

@@ -52,9 +52,9 @@ int kmp_page_choose(const kempe_comparison *c, int *chosen)
 
 /* -- the comparison ---------------------------------------------------------------------------------- */
 
-static void put_string(kmp_json *json, const char *key, const char *s)
+static const char *or_empty(const char *s)
 {
-    kmp_json_string(json, key, s ? s : "");
+    return s ? s : "";
 }
 
 static void put_run(kmp_json *json, const kempe_comparison *c, const kmp_compared *run)
@@ -62,10 +62,8 @@ static void put_run(kmp_json *json, const kempe_comparison *c, const kmp_compare
     double error[KMP_COMPARE_SHOWN];
     for (int k = 0; k < KMP_COMPARE_SHOWN; k++)
         error[k] = kmp_compare_error(c, run, kmp_compare_shown[k]);
-    kmp_json_put(json, "{ method %ld rtol %.6g", run->method - c->methods, run->rtol);
-    put_string(json, "status", kmp_status_word(run->status));
-    put_string(json, "reason", run->reason);
-    kmp_json_boolean(json, "left_out", run->left_out);
+    kmp_json_put(json, "{ method %ld rtol %.6g status %s reason %s left_out %i", run->method - c->methods, run->rtol,
+                 kmp_status_word(run->status), or_empty(run->reason), run->left_out);
     kmp_json_rounded_numbers(json, "error", KMP_COMPARE_SHOWN, error, 3);
     kmp_json_put(json, "below %i h %.3g hdot %.3g drift %.3g", kmp_compared_is_below(c, run, KMP_QUANTITY_Q),
                  run->verdict.h_max, run->verdict.hdot_max, run->verdict.drift_rel);
@@ -137,10 +135,8 @@ void kmp_page_record(kmp_json *json, const kmp_record *record)
     enum { MOST = 300 };
     kmp_json_put(json, "log_count %ld log [", log->count);
     for (int k = 0; k < log->kept && k < MOST; k++) {
-        kmp_json_put(json, "{ t %.7g", log->entries[k].t);
-        put_string(json, "kind", log->entries[k].kind);
-        put_string(json, "text", log->entries[k].text);
-        kmp_json_end(json);
+        const kmp_log_entry *entry = &log->entries[k];
+        kmp_json_put(json, "{ t %.7g kind %s text %s }", entry->t, or_empty(entry->kind), or_empty(entry->text));
     }
     kmp_json_put(json, "] }");
 }
@@ -149,29 +145,21 @@ void kmp_page_data(kmp_text *text, const kempe_comparison *c, int count, const k
                    const kmp_record *picture)
 {
     kmp_json json = kmp_json_begin_compact(text);
-    kmp_json_object(&json, NULL);
-    put_string(&json, "kempe", KEMPE_VERSION);
-    put_string(&json, "model", c->system->model->name);
-    put_string(&json, "status", kmp_status_word(c->status));
-    put_string(&json, "reason", c->reason);
-    kmp_json_put(&json, "t_end %.7g n %d m %d", c->t_end, c->system->n, c->system->m);
+    kmp_json_put(&json, "{ kempe %s model %s status %s reason %s t_end %.7g n %d m %d", KEMPE_VERSION,
+                 c->system->model->name, kmp_status_word(c->status), or_empty(c->reason), c->t_end, c->system->n,
+                 c->system->m);
     double uncertainty[KMP_COMPARE_SHOWN];
     for (int k = 0; k < KMP_COMPARE_SHOWN; k++)
         uncertainty[k] = c->has_reference ? c->uncertainty[kmp_compare_shown[k]] : NAN;
-    kmp_json_put(&json, "reference { there %i", c->has_reference);
-    put_string(&json, "source", c->source);
+    kmp_json_put(&json, "reference { there %i source %s", c->has_reference, or_empty(c->source));
     kmp_json_rounded_numbers(&json, "uncertainty", KMP_COMPARE_SHOWN, uncertainty, 3);
     kmp_json_put(&json, "} methods [");
     for (int k = 0; k < c->method_count; k++) {
         const kmp_method *method = &c->methods[k];
         kmp_text name = {0};
         kmp_compare_name(&name, method);
-        kmp_json_object(&json, NULL);
-        put_string(&json, "name", name.s);
-        put_string(&json, "formulation", method->formulation);
-        put_string(&json, "form", method->form);
-        put_string(&json, "integrator", method->integrator);
-        kmp_json_end(&json);
+        kmp_json_put(&json, "{ name %s formulation %s form %s integrator %s }", or_empty(name.s), method->formulation,
+                     or_empty(method->form), method->integrator);
         kmp_text_free_part(json.text, &name);
     }
     kmp_json_put(&json, "] runs [");

@@ -55,6 +55,27 @@ static kempe_status add_frames(study_page *s, int count, const double *q, ptrdif
     return KEMPE_OK;
 }
 
+/* How the study ended, and a line above the answer. */
+static void set_outcome(study_page *s, kempe_status status, const char *reason, const char *warnings, const char *words)
+{
+    const kempe_system *system = s->page.system;
+    s->page.status = status;
+    s->page.reason = reason;
+    s->page.warnings = warnings;
+    s->page.scene = kmp_arena_printf(&s->arena, "%s \xc2\xb7 %d coordinate%s, %d closure row%s", words, system->n,
+                                     system->n == 1 ? "" : "s", system->m, system->m == 1 ? "" : "s");
+}
+
+/* As far as there is room. */
+static void add_fact(study_page *s, const char *name, const char *format, ...)
+{
+    kmp_text value = {0};
+    KMP_TEXT_ARGUMENTS(&value, format);
+    const char *kept = kmp_text_keep(&value, &s->arena);
+    if (s->page.fact_count < KMP_PAGE_FACTS)
+        s->page.fact[s->page.fact_count++] = (kmp_page_fact){name, kept};
+}
+
 static bool is_chosen(const study_page *s, const char *name)
 {
     for (int k = 0; k < s->page.first_count; k++)
@@ -73,13 +94,6 @@ static void choose_first(study_page *s, const char *const *words, int most)
             if (fits && kempe_table_values(s->table, c) && strcmp(name, s->page.x) != 0 && !is_chosen(s, name))
                 s->first[s->page.first_count++] = name;
         }
-}
-
-static const char *scene_of(study_page *s, const char *words)
-{
-    const kempe_system *system = s->page.system;
-    return kmp_arena_printf(&s->arena, "%s \xc2\xb7 %d coordinate%s, %d closure row%s", words, system->n,
-                            system->n == 1 ? "" : "s", system->m, system->m == 1 ? "" : "s");
 }
 
 /* The page of a result, which `fill` makes. */
@@ -119,10 +133,7 @@ static kempe_status fill_kinematics(study_page *s, const void *result)
 {
     const kempe_kinematics *k = result;
     static const char *const first[] = {"q.", "position.", "sensor.", "energy.", NULL};
-    s->page.status = k->status;
-    s->page.reason = k->reason;
-    s->page.warnings = k->warnings;
-    s->page.scene = scene_of(s, "position analysis");
+    set_outcome(s, k->status, k->reason, k->warnings, "position analysis");
     s->page.answer = kmp_arena_printf(&s->arena, "%d positions, %d dead centre%s", k->count, k->dead_count,
                                       k->dead_count == 1 ? "" : "s");
     KMP_TRY(kempe_kinematics_print(k, KEMPE_TEXT, &s->text));
@@ -163,19 +174,14 @@ static void add_peak(study_page *s, const char *fact, const char *word)
     if (best < 0)
         return;
     const char *name = kempe_table_column_name(s->table, best) + length;
-    s->page.fact[s->page.fact_count++] =
-        (kmp_page_fact){kmp_arena_printf(&s->arena, "%s, %s", fact, name),
-                        kmp_arena_printf(&s->arena, "%.4g %s", most, kempe_table_unit(s->table, best))};
+    add_fact(s, kmp_arena_printf(&s->arena, "%s, %s", fact, name), "%.4g %s", most, kempe_table_unit(s->table, best));
 }
 
 static kempe_status fill_inverse(study_page *s, const void *result)
 {
     const kempe_inverse *r = result;
     static const char *const first[] = {"tau.", "power.", NULL};
-    s->page.status = r->status;
-    s->page.reason = r->reason;
-    s->page.warnings = r->warnings;
-    s->page.scene = scene_of(s, "inverse dynamics");
+    set_outcome(s, r->status, r->reason, r->warnings, "inverse dynamics");
     s->page.answer = kmp_is_complete(r->status) ? kmp_arena_printf(&s->arena, "Forces of %d actuator%s at %d instants",
                                                                    r->a, r->a == 1 ? "" : "s", r->rows)
                                                 : kmp_arena_printf(&s->arena, "Stopped after %d instants", r->rows);
@@ -196,8 +202,8 @@ static kempe_status fill_response(study_page *s, const void *result)
 {
     const kempe_response *r = result;
     static const char *const first[] = {"*.amplitude", "*.phase", NULL};
-    s->page.warnings = r->channels.warnings;
-    s->page.scene = scene_of(s, r->channels.at->equilibrium ? "at the equilibrium" : "at the start");
+    set_outcome(s, KEMPE_OK, NULL, r->channels.warnings,
+                r->channels.at->equilibrium ? "at the equilibrium" : "at the start");
     s->page.answer = kmp_arena_printf(&s->arena, "%d resonance%s among %d frequencies", r->frequency.peak_count,
                                       r->frequency.peak_count == 1 ? "" : "s", r->frequency.count);
     KMP_TRY(kempe_response_print(r, KEMPE_TEXT, &s->text));
@@ -217,8 +223,7 @@ static kempe_status fill_equilibria(study_page *s, const void *result)
 {
     const kempe_equilibrium *e = result;
     const char *stability = e->count > 0 ? kempe_equilibrium_stability(e, 0) : "none found";
-    s->page.warnings = e->warnings;
-    s->page.scene = scene_of(s, e->rate_count > 0 ? "steady motion" : "static equilibrium");
+    set_outcome(s, KEMPE_OK, NULL, e->warnings, e->rate_count > 0 ? "steady motion" : "static equilibrium");
     s->page.answer = e->count == 1 ? kmp_arena_printf(&s->arena, "One equilibrium: %s", stability)
                                    : kmp_arena_printf(&s->arena, "%d equilibria, the first %s", e->count, stability);
     KMP_TRY(kempe_equilibrium_print(e, KEMPE_TEXT, &s->text));
@@ -247,8 +252,7 @@ static kempe_status fill_instances(study_page *s, const void *result)
     s->table = *i->table;
     *i->table = NULL;
     const kmp_instance_sums sums = kmp_instances_sum(s->table, 0);
-    s->page.status = i->status;
-    s->page.scene = scene_of(s, "ensemble");
+    set_outcome(s, i->status, NULL, NULL, "ensemble");
     s->page.answer = kmp_arena_printf(&s->arena, "%ld of %ld instances reached the end", sums.ok, sums.count);
     s->page.x = kempe_table_find(s->table, "status") > 0 ? kempe_table_column_name(s->table, 0) : "";
     s->page.scattered = true;
@@ -261,9 +265,7 @@ static kempe_status fill_instances(study_page *s, const void *result)
             if (kmp_statistics_is_quantity(s->table, c))
                 s->first[s->page.first_count++] = kempe_table_column_name(s->table, c);
         if (kmp_statistics_yield(s->statistics, &part, &low, &high))
-            s->page.fact[s->page.fact_count++] =
-                (kmp_page_fact){"within the limits", kmp_arena_printf(&s->arena, "%.4g %% (%.4g to %.4g %%)",
-                                                                      100 * part, 100 * low, 100 * high)};
+            add_fact(s, "within the limits", "%.4g %% (%.4g to %.4g %%)", 100 * part, 100 * low, 100 * high);
     }
     /* Text and warnings are those of the table: a gathered run has no others. */
     kmp_text text = {0}, warnings = {0};
@@ -398,20 +400,18 @@ static kempe_status fill_fit(study_page *s, const void *result)
 {
     const kempe_fit *f = result;
     static const char *const first[] = {"q", "position", "velocity", "sensor", "", NULL};
-    s->page.status = f->status;
-    s->page.reason = f->reason;
-    s->page.warnings = f->warnings;
-    s->page.scene = scene_of(
-        s, f->run_count > 1 ? kmp_arena_printf(&s->arena, "motion of the estimates, data file 1 of %d", f->run_count)
-                            : "motion of the estimates");
+    set_outcome(s, f->status, f->reason, f->warnings,
+                f->run_count > 1
+                    ? kmp_arena_printf(&s->arena, "motion of the estimates, data file 1 of %d", f->run_count)
+                    : "motion of the estimates");
     s->page.answer = kmp_arena_printf(&s->arena, "%d parameter%s from %d measurements", f->count,
                                       f->count == 1 ? "" : "s", f->residuals);
-    for (int k = 0; k < f->count && s->page.fact_count < KMP_PAGE_FACTS; k++)
-        s->page.fact[s->page.fact_count++] =
-            (kmp_page_fact){isfinite(f->error[k]) ? kmp_arena_printf(&s->arena, "%s \xc2\xb1 %.2g", f->name[k],
-                                                                     f->factor[k] * f->error[k])
-                                                  : f->name[k],
-                            kmp_arena_printf(&s->arena, "%.4g", f->value[k])};
+    for (int k = 0; k < f->count; k++)
+        add_fact(s,
+                 isfinite(f->error[k])
+                     ? kmp_arena_printf(&s->arena, "%s \xc2\xb1 %.2g", f->name[k], f->factor[k] * f->error[k])
+                     : f->name[k],
+                 "%.4g", f->value[k]);
     KMP_TRY(kempe_fit_print(f, KEMPE_TEXT, &s->text));
     KMP_TRY(kempe_fit_table(f, "first", &s->table));
     s->page.x = "t";
@@ -430,15 +430,11 @@ static kempe_status fill_optimum(study_page *s, const void *result)
     const kempe_optimum *o = result;
     static const char *const first[] = {"q.", "position.", "state.", "sensor.", NULL};
     const kempe_run_options *run = &o->objective.run;
-    s->page.status = o->status;
-    s->page.reason = o->reason;
-    s->page.warnings = o->warnings;
-    s->page.scene = scene_of(s, "motion at the optimum");
+    set_outcome(s, o->status, o->reason, o->warnings, "motion at the optimum");
     s->page.answer = kmp_arena_printf(&s->arena, "%s of %s: %.6g %s", o->most_wanted ? "Largest value" : "Least value",
                                       o->quantity, o->at_best[0], o->objective.list->unit[0]);
-    for (int k = 0; k < o->count && s->page.fact_count < KMP_PAGE_FACTS; k++)
-        s->page.fact[s->page.fact_count++] =
-            (kmp_page_fact){o->bounded.name[k], kmp_arena_printf(&s->arena, "%.4g", o->value[k])};
+    for (int k = 0; k < o->count; k++)
+        add_fact(s, o->bounded.name[k], "%.4g", o->value[k]);
     KMP_TRY(kempe_optimum_print(o, KEMPE_TEXT, &s->text));
     s->page.x = "t";
     KMP_TRY(add_motion(s, run->rtol, run->t_end > 0 ? run->t_end : s->page.system->model->run.t_end, NULL));
@@ -482,17 +478,12 @@ static kempe_status fill_limit_cycles(study_page *s, const void *result)
         /* The first special cycles of a branch as facts. */
         const kmp_cycle_branch *branch = &c->branch[b];
         kmp_shown as = kmp_limit_cycles_shown(c);
-        for (int k = 0; k < branch->count && s->page.fact_count < KMP_PAGE_FACTS; k++)
+        for (int k = 0; k < branch->count; k++)
             if (branch->cycle[k]->word != KMP_CYCLE_REGULAR)
-                s->page.fact[s->page.fact_count++] =
-                    (kmp_page_fact){kmp_arena_printf(&s->arena, "%s at %s", kmp_cycle_text(branch->cycle[k]), c->name),
-                                    kmp_arena_printf(&s->arena, "%.6g%s%s", as.factor * branch->cycle[k]->value,
-                                                     as.unit[0] ? " " : "", as.unit)};
+                add_fact(s, kmp_arena_printf(&s->arena, "%s at %s", kmp_cycle_text(branch->cycle[k]), c->name),
+                         "%.6g%s%s", as.factor * branch->cycle[k]->value, as.unit[0] ? " " : "", as.unit);
     }
-    s->page.status = c->status;
-    s->page.reason = c->reason ? c->reason : "";
-    s->page.warnings = c->warnings;
-    s->page.scene = scene_of(s, "limit cycles");
+    set_outcome(s, c->status, c->reason, c->warnings, "limit cycles");
     s->page.answer = kmp_arena_printf(&s->arena, "%d limit cycle%s on %d branch%s", count, count == 1 ? "" : "s",
                                       c->branches, c->branches == 1 ? "" : "es");
     KMP_TRY(kempe_limit_cycles_print(c, KEMPE_TEXT, &s->text));
@@ -512,15 +503,14 @@ PAGE(kempe_limit_cycles, cycles, cycles->system->context, cycles->system, "cycle
 static kempe_status fill_assembly(study_page *s, const void *result)
 {
     const kempe_assembly *a = result;
-    s->page.status = a->closed ? KEMPE_OK : KEMPE_E_FAILED;
-    s->page.scene = scene_of(s, "start");
+    set_outcome(s, a->closed ? KEMPE_OK : KEMPE_E_FAILED, NULL, NULL, "start");
     s->page.answer = a->closed ? "Assembled" : "The loops cannot be closed";
     kmp_text open = {0};
     for (int k = 0; !a->closed && k < a->culprit_count; k++) {
         kmp_text_put(&open, k ? ", " : "loops stay open: ");
         kmp_assembly_put_open(&open, a, a->culprits[k]);
     }
-    s->page.reason = a->closed || a->culprit_count == 0 ? s->page.reason : kmp_text_keep(&open, &s->arena);
+    s->page.reason = a->closed || a->culprit_count == 0 ? NULL : kmp_text_keep(&open, &s->arena);
     KMP_TRY(kempe_assembly_print(a, KEMPE_TEXT, &s->text));
     return add_frames(s, 1, a->q, 0, NULL);
 }
