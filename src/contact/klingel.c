@@ -127,12 +127,6 @@ static interval interval_of(const curve *c, double amplitude)
     return i;
 }
 
-/* The way to the next point at either end; 0: the upper end is the last point. */
-static double next_step(const curve *c, const interval *i)
-{
-    return fmin(rest_of(c, &i->low), rest_of(c, &i->high));
-}
-
 /* Candidates in sequence: the sum rises through zero, or is zero for a while, and the middle of that is taken. */
 typedef struct search {
     const curve *c;
@@ -192,7 +186,7 @@ static bool find(const curve *c, double amplitude, kempe_conicity *best)
     search s = {.c = c, .amplitude = amplitude, .small = 2 * EQUAL_RADII * amplitude, .flat = {NAN, NAN}, .best = best};
     interval i = interval_of(c, amplitude);
     note(&s, &i);
-    for (double step; (step = next_step(c, &i)) > 0;)
+    for (double step; (step = fmin(rest_of(c, &i.low), rest_of(c, &i.high))) > 0;) /* to the next point at either end */
         advance(&s, &i, step);
     if (!isnan(s.flat[0]))
         try_at(&s, 0.5 * (s.flat[0] + s.flat[1]));

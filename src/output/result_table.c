@@ -331,14 +331,6 @@ static void csv_word(kmp_text *text, const char *word)
     kmp_text_put(text, "\"");
 }
 
-static void csv_cell(kmp_text *text, const table_column *c, int row)
-{
-    if (c->word)
-        csv_word(text, c->word[row]);
-    else if (isfinite(c->number[row]))
-        kmp_text_number(text, c->number[row]);
-}
-
 /* "q.crank [deg]" where units are wanted or the column is not in SI, else "q.crank". */
 static void csv_name(kmp_text *text, const kempe_table *t, const table_column *c)
 {
@@ -360,7 +352,10 @@ void kmp_table_put_csv(kmp_text *text, const kempe_table *t, bool head)
     for (int row = 0; row < t->rows; row++) {
         for (int c = 0; c < t->columns; c++) {
             kmp_text_put(text, c ? "," : "");
-            csv_cell(text, &t->column[c], row);
+            if (t->column[c].word)
+                csv_word(text, t->column[c].word[row]);
+            else if (isfinite(t->column[c].number[row]))
+                kmp_text_number(text, t->column[c].number[row]);
         }
         kmp_text_put(text, "\n");
     }

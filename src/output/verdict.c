@@ -125,11 +125,6 @@ static void compare_loads(double *error, const kempe_system *system, const kmp_r
     }
 }
 
-static bool same(double a, double b)
-{
-    return a <= b && a >= b;
-}
-
 /* Angles of spherical joints that differ by more are other words for some orientation. */
 #define OTHER_WORDS 1.0
 
@@ -159,7 +154,7 @@ static void compare_rows(double *error, const kmp_samples *table, const kmp_refe
         double t = kmp_samples_time(table, row);
         while (r < reference->rows && reference->t[r] < t)
             r++;
-        if (r == reference->rows || t > until || !same(reference->t[r], t))
+        if (r == reference->rows || t > until || !(reference->t[r] <= t))
             continue;
         if (room) {
             for (size_t k = 0; k < KMP_QUANTITY_LAMBDA; k++)

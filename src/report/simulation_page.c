@@ -163,13 +163,6 @@ static const char *answer_of(const kempe_trajectory *t, kmp_arena *arena)
     return kmp_arena_printf(arena, "at t = %.6g s", t->report.t);
 }
 
-static const char *method_of(const kempe_trajectory *t, kmp_arena *arena)
-{
-    return kmp_arena_printf(arena, "%s%s%s %s, rtol %g \xc2\xb7 %d coordinate%s, %d closure row%s", t->formulation,
-                            t->form ? " " : "", t->form ? t->form : "", t->integrator, t->rtol, t->system->n,
-                            t->system->n == 1 ? "" : "s", t->system->m, t->system->m == 1 ? "" : "s");
-}
-
 static void add_fact(kmp_result_page *page, kmp_arena *arena, const char *name, double x, const char *format)
 {
     const char *value = isfinite(x) ? kmp_arena_printf(arena, format, x) : "-";
@@ -195,7 +188,10 @@ static kempe_status write_page(maker *w, kmp_arena *arena, const char *path)
     kmp_result_page page = {.system = t->system,
                             .command = "simulate",
                             .subject = "simulation",
-                            .scene = method_of(t, arena),
+                            .scene = kmp_arena_printf(
+                                arena, "%s%s%s %s, rtol %g \xc2\xb7 %d coordinate%s, %d closure row%s", t->formulation,
+                                t->form ? " " : "", t->form ? t->form : "", t->integrator, t->rtol, t->system->n,
+                                t->system->n == 1 ? "" : "s", t->system->m, t->system->m == 1 ? "" : "s"),
                             .answer = answer_of(t, arena),
                             .status = t->status,
                             .word = kmp_trajectory_word(t),

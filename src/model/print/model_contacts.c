@@ -4,15 +4,11 @@
 
 static const char *const shapes[] = {"sphere", "cylinder", "plane", "profile"};
 
-static bool is_point(const kmp_contact_pair *pair, int k)
-{
-    return pair->side[k].shape == KMP_TOUCH_SPHERE && !(pair->radius[k].value > 0);
-}
-
 static void show_side(kmp_text *text, const kempe_model *model, const kmp_contact_pair *pair, int k)
 {
     const kmp_touch_side *side = &pair->side[k];
-    kmp_text_printf(text, "%s%s ", side->hollow ? "inside " : "", is_point(pair, k) ? "point" : shapes[side->shape]);
+    kmp_text_printf(text, "%s%s ", side->hollow ? "inside " : "",
+                    side->shape == KMP_TOUCH_SPHERE && !(pair->radius[k].value > 0) ? "point" : shapes[side->shape]);
     if (side->table)
         kmp_text_printf(text, "%s at ", side->table->name);
     kmp_model_put_point(text, model, side->point);

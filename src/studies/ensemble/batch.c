@@ -275,12 +275,6 @@ static kempe_status check_again(kempe_batch *b, const kmp_run_spec *spec, const 
 
 /* -- a whole run ------------------------------------------------------------------------------------- */
 
-/* Part of a longer run: its warnings are those of the whole. */
-static bool is_part(const kmp_batch_range *range)
-{
-    return range->total > 0;
-}
-
 static kempe_status run_batch(kempe_batch *b, const kmp_batch_range *range, const kmp_run_spec *spec, int lanes,
                               bool once)
 {
@@ -306,9 +300,10 @@ static kempe_status run_batch(kempe_batch *b, const kmp_batch_range *range, cons
     b->status = kmp_interrupted(e->model->context) ? KEMPE_STOPPED : KEMPE_OK;
     if (b->status == KEMPE_OK && !once)
         KMP_TRY(check_again(b, spec, &execution));
-    if (is_part(range))
+    /* Gives the warnings that each instance would have given; those of a part of a longer run are those of the whole.
+     */
+    if (range->total > 0)
         return KEMPE_OK;
-    /* Gives the warnings that each instance would have given. */
     kempe_context *context = b->ensemble->model->context;
     kempe_table *table = NULL;
     KMP_TRY(kempe_batch_table(b, "instances", &table));

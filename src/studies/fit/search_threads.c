@@ -23,31 +23,19 @@ typedef struct shared_searches {
     thread_search of[KMP_TEAM_MOST + 1];
 } shared_searches;
 
-static kempe_status begin(shared_searches *r, thread_search *t, bool caller)
-{
-    t->begun = true;
-    t->context = caller ? r->context : kmp_context_new_below(r->context);
-    t->searcher = kmp_calloc(1, r->kind->size);
-    return t->context && t->searcher ? r->kind->begin(t->searcher, r->job, t->context, caller) : KEMPE_E_MEMORY;
-}
-
-static void end(shared_searches *r, thread_search *t)
-{
-    if (t->searcher)
-        r->kind->end(t->searcher);
-    kmp_free(t->searcher);
-    if (t->context != r->context)
-        kempe_context_free(t->context);
-}
-
 /* The searcher of this thread. There are as many pieces of work as threads, and a piece takes at most one new searcher:
  * so there is room for all. */
 static thread_search *take_searcher(shared_searches *r)
 {
     bool caller = pthread_equal(pthread_self(), r->caller);
     thread_search *t = &r->of[caller ? 0 : atomic_fetch_add(&r->others, 1)];
-    if (!t->begun)
-        t->status = begin(r, t, caller);
+    if (!t->begun) {
+        t->begun = true;
+        t->context = caller ? r->context : kmp_context_new_below(r->context);
+        t->searcher = kmp_calloc(1, r->kind->size);
+        t->status =
+            t->context && t->searcher ? r->kind->begin(t->searcher, r->job, t->context, caller) : KEMPE_E_MEMORY;
+    }
     return t;
 }
 
@@ -88,8 +76,13 @@ kempe_status kmp_share_searches(kempe_context *context, const kmp_searcher_kind 
     KMP_TRY(kmp_made(context, team));
     kmp_team_run(team, kmp_team_threads(team), search_shared, &r);
     kempe_status status = status_of(&r);
-    for (int k = 0; k <= KMP_TEAM_MOST; k++)
-        end(&r, &r.of[k]);
+    for (thread_search *t = r.of; t <= r.of + KMP_TEAM_MOST; t++) {
+        if (t->searcher)
+            kind->end(t->searcher);
+        kmp_free(t->searcher);
+        if (t->context != context)
+            kempe_context_free(t->context);
+    }
     *helped_s += kmp_team_cpu(team);
     kmp_team_free(team);
     return status;

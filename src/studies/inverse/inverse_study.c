@@ -612,26 +612,20 @@ static kempe_status check_again(job *j)
 
 /* -- summary ----------------------------------------------------------------------------------------- */
 
-/* The independent coordinate with the largest unbalanced force, scaled. */
-static int most_left(const kempe_inverse *r)
-{
-    int most = 0;
-    for (int k = 1; k < r->left_count; k++)
-        if (fabs(r->left[k]) * r->system->scale[r->left_u[k]] > fabs(r->left[most]) * r->system->scale[r->left_u[most]])
-            most = k;
-    return most;
-}
-
 static kempe_status judge(const kempe_inverse *r)
 {
     const kempe_model *model = r->system->model;
     if (r->rows == 0 || kmp_inverse_unmet(r) <= LEFT_BY_ROUNDING)
         return KEMPE_OK;
-    int k = most_left(r), u = r->left_u[k];
+    int most = 0; /* the coordinate with the largest unbalanced force, scaled */
+    for (int k = 1; k < r->left_count; k++)
+        if (fabs(r->left[k]) * r->system->scale[r->left_u[k]] > fabs(r->left[most]) * r->system->scale[r->left_u[most]])
+            most = k;
+    const int u = r->left_u[most];
     return kmp_fail(r->system->context, KEMPE_E_FAILED,
                     "the actuators cannot produce this motion: at t = %.9g s %.6g %s on '%s' are not balanced, in "
                     "total %.2g of the required generalized forces; the actuators act on %d of %d degrees of freedom",
-                    r->unmet_t, r->left[k], model->motions[u].rotation ? "N m" : "N", model->motions[u].name,
+                    r->unmet_t, r->left[most], model->motions[u].rotation ? "N m" : "N", model->motions[u].name,
                     kmp_inverse_unmet(r), r->rank, r->freedoms);
 }
 

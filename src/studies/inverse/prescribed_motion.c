@@ -125,16 +125,6 @@ static kempe_status choose_among_given(kmp_prescribed_motion *g, int *count)
     return missing ? fail_undetermined(g, missing, u) : KEMPE_OK;
 }
 
-/* Motions of states are independent in any case, and not chosen. */
-static int without_states(kmp_prescribed_motion *g, int count)
-{
-    int kept = 0;
-    for (int k = 0; k < count; k++)
-        if (g->u[k] < kmp_model_coordinates(g->system->model))
-            g->u[kept++] = g->u[k];
-    return kept;
-}
-
 /* Chooses the independent coordinates at (t, q). */
 static kempe_status choose(kmp_prescribed_motion *g, double t, const double *q)
 {
@@ -147,7 +137,11 @@ static kempe_status choose(kmp_prescribed_motion *g, double t, const double *q)
     if (count > 0)
         memcpy(g->u, g->wish, (size_t)count * sizeof *g->u);
     KMP_TRY(some ? choose_among_given(g, &count) : KEMPE_OK);
-    count = without_states(g, count);
+    int kept = 0; /* motions of states are independent in any case, and not chosen */
+    for (int k = 0; k < count; k++)
+        if (g->u[k] < kmp_model_coordinates(g->system->model))
+            g->u[kept++] = g->u[k];
+    count = kept;
     KMP_TRY(kmp_partition_init(&g->part, g->system, g->masked, g->u, count));
     if (!g->motion && !g->at_rest && g->part.p > states)
         return fail_undetermined(g, g->part.p, g->part.u);

@@ -47,15 +47,6 @@ static void draw_path(kmp_plot *p, const kempe_kinematics *k, int column, const 
         kmp_plot_cross(p, k->dead[d].shown[column + plane[0]], k->dead[d].shown[column + plane[1]]);
 }
 
-/* A path as the legend has it: by its point. */
-static void name_path(const kempe_kinematics *k, kmp_text *text, int column, int line)
-{
-    const kempe_model *model = k->system->model;
-    const kmp_point *point = &model->points[model->outputs[k->column[column].output].index];
-    kmp_picture_entry(text, EDGE, LINE * (line + 1), "curve", kmp_plot_colour(line), "%s.%s",
-                      model->bodies[point->body].name, point->name);
-}
-
 static void draw(const kempe_kinematics *k, kmp_text *text, int paths)
 {
     kmp_axis axis[3];
@@ -82,9 +73,14 @@ static void draw(const kempe_kinematics *k, kmp_text *text, int paths)
     for (int i = 0; i < 2; i++)
         side[i] = AROUND + fmax(LEAST, longest > 0 ? SIDE * extent(&axis[plane[i]]) / longest : SIDE);
     kmp_picture_begin(text, side[0], top + side[1], "");
+    const kempe_model *model = k->system->model;
     for (int c = 0; c < k->width; c++)
-        if (begins_path(k, c))
-            name_path(k, text, c, line++);
+        if (begins_path(k, c)) {
+            const kmp_point *point = &model->points[model->outputs[k->column[c].output].index];
+            kmp_picture_entry(text, EDGE, LINE * (line + 1), "curve", kmp_plot_colour(line), "%s.%s",
+                              model->bodies[point->body].name, point->name);
+            line++;
+        }
     if (k->dead_count > 0)
         kmp_picture_words(text, EDGE, LINE * (line + 1) + 4, "", "\xc3\x97 dead centre of %s",
                           kmp_kinematics_name(k, &k->lead[k->first]));

@@ -174,15 +174,6 @@ static kempe_status take_dead(job *j, bool up)
 
 /* -- the path ---------------------------------------------------------------------------------------- */
 
-/* The number of rows before the first whose s is reached. */
-static int first_row_from(const kempe_kinematics *k, double s)
-{
-    int row = 0;
-    while (row < k->requested && k->requested_s[row] < s - 1e-12)
-        row++;
-    return row;
-}
-
 static void say_dead(job *j, int d)
 {
     const kempe_kinematics *k = j->k;
@@ -295,7 +286,8 @@ static kempe_status approach_along(job *j, double s)
     if (end != KMP_SWEEP_DEAD)
         return KEMPE_OK;
     KMP_TRY(take_dead(j, s < 0));
-    k->begin = first_row_from(k, s_here(j));
+    while (k->begin < k->requested && k->requested_s[k->begin] < s_here(j) - 1e-12)
+        k->begin++;
     bool reached = s > 0 && k->begin < k->requested;
     if (k->begin > 0 || !reached)
         say_dead(j, 0);

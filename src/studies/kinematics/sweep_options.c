@@ -214,15 +214,6 @@ kempe_status kmp_kinematics_request(kempe_kinematics *k, const kempe_kinematics_
 
 /* -- check of determinacy ---------------------------------------------------------------------------- */
 
-static kempe_status too_few(const kempe_model *model, int p, int have, const char *names)
-{
-    return kmp_fail(model->context, KEMPE_E_FAILED,
-                    "the mechanism has %d degree%s of freedom and %d coordinate%s swept or held: sweep or hold %d "
-                    "more, for instance %s ('--hold %s' keeps %s as assembled)",
-                    p, p == 1 ? "" : "s", have, have == 1 ? " is" : "s are", p - have, names, names,
-                    p - have == 1 ? "it" : "them");
-}
-
 kempe_status kmp_kinematics_check_leads(kempe_kinematics *k, kmp_sweep *sweep)
 {
     const kempe_model *model = k->system->model;
@@ -270,5 +261,11 @@ kempe_status kmp_kinematics_check_leads(kempe_kinematics *k, kmp_sweep *sweep)
                         "assembled position; sweep or hold %s instead",
                         name, would);
     }
-    return have < p ? too_few(model, p, have, would) : KEMPE_OK;
+    if (have >= p)
+        return KEMPE_OK;
+    return kmp_fail(model->context, KEMPE_E_FAILED,
+                    "the mechanism has %d degree%s of freedom and %d coordinate%s swept or held: sweep or hold %d "
+                    "more, for instance %s ('--hold %s' keeps %s as assembled)",
+                    p, p == 1 ? "" : "s", have, have == 1 ? " is" : "s are", p - have, would, would,
+                    p - have == 1 ? "it" : "them");
 }

@@ -113,21 +113,16 @@ kempe_status kmp_contact_conicity_request(kempe_contacts *t, const kempe_contact
 
 /* -- the difference of the rolling radii --------------------------------------------------------------------- */
 
-/* The patch of a wheel that carries the most; NULL: the wheel does not touch. */
-static const kempe_contact_patch *patch_of(const kempe_contacts *t, const kempe_contact_patch *patches, int wheel)
-{
-    const kempe_contact_patch *most = NULL;
-    for (int z = t->first[wheel]; z < t->first[wheel + 1]; z++)
-        if (patches[z].touches && (!most || patches[z].normal > most->normal))
-            most = &patches[z];
-    return most;
-}
-
-/* Those of the left and the right wheel in a row. false: one of them does not touch. */
+/* The patches of the left and the right wheel that carry the most in a row. false: one of them does not touch. */
 static bool pair_of(const kempe_contacts *t, const kempe_contact_patch *patches, const kempe_contact_patch *pair[2])
 {
-    for (int k = 0; k < 2; k++)
-        pair[k] = patch_of(t, patches, t->conicities.wheel[k]);
+    for (int k = 0; k < 2; k++) {
+        const int wheel = t->conicities.wheel[k];
+        pair[k] = NULL;
+        for (int z = t->first[wheel]; z < t->first[wheel + 1]; z++)
+            if (patches[z].touches && (!pair[k] || patches[z].normal > pair[k]->normal))
+                pair[k] = &patches[z];
+    }
     return pair[0] && pair[1];
 }
 

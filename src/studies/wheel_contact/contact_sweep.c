@@ -58,11 +58,6 @@ static kempe_status add_outputs(kempe_model *copy, bool poses)
     return KEMPE_OK;
 }
 
-static bool has_poses(const kempe_contacts *t)
-{
-    return t->pressure != KMP_PRESSURE_NONE || t->conicities.count > 0;
-}
-
 static kempe_status make_system(kempe_contacts *t)
 {
     const char **names = KMP_ARENA_NEW(&t->arena, const char *, t->over.count);
@@ -71,7 +66,7 @@ static kempe_status make_system(kempe_contacts *t)
         if (t->lead[k].parameter >= 0)
             names[t->lead[k].parameter] = t->over.range[k].name;
     KMP_TRY(kmp_variant_new(t->given->model, t->parameter_count, names, &t->variant));
-    KMP_TRY(add_outputs(kmp_variant_model(t->variant), has_poses(t)));
+    KMP_TRY(add_outputs(kmp_variant_model(t->variant), t->pressure != KMP_PRESSURE_NONE || t->conicities.count > 0));
     return kmp_system_of_variant(t->variant, &t->system);
 }
 

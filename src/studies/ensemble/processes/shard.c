@@ -21,12 +21,6 @@ static bool to_whole(const char *text, int *value)
     return true;
 }
 
-static kempe_status refuse_number(kempe_context *context, const char *engine, int index, int count)
-{
-    return kmp_fail(context, KEMPE_E_ARGUMENT, "shard auto: the variables of %s say process %d of %d", engine, index,
-                    count);
-}
-
 /* The process within its launcher; none: 0 of 1. */
 static kempe_status find_rank(kempe_context *context, int *index, int *count, bool *found)
 {
@@ -35,7 +29,10 @@ static kempe_status find_rank(kempe_context *context, int *index, int *count, bo
     for (size_t k = 0; k < sizeof launchers / sizeof *launchers; k++)
         if (to_whole(getenv(launchers[k].number), index) && to_whole(getenv(launchers[k].count), count)) {
             *found = true;
-            return *index < *count ? KEMPE_OK : refuse_number(context, launchers[k].engine, *index, *count);
+            return *index < *count
+                       ? KEMPE_OK
+                       : kmp_fail(context, KEMPE_E_ARGUMENT, "shard auto: the variables of %s say process %d of %d",
+                                  launchers[k].engine, *index, *count);
         }
     *index = 0;
     *count = 1;

@@ -335,21 +335,15 @@ int kmp_sampling_count(const kmp_sampling *s)
 
 /* -- samples ----------------------------------------------------------------------------------------- */
 
-/* The last column varies fastest. */
-static void grid_row(const kmp_sampling *s, int k, double *row)
-{
-    for (int c = s->columns; c-- > 0;) {
-        const column *x = &s->column[c];
-        row[c] = kmp_range_value(&(kmp_range){.from = x->d.least, .to = x->d.most}, k % x->levels, x->levels);
-        k /= x->levels;
-    }
-}
-
 void kmp_sampling_row(const kmp_sampling *s, int k, double *row)
 {
     int n = s->columns;
-    if (s->design == KMP_DESIGN_GRID) {
-        grid_row(s, k, row);
+    if (s->design == KMP_DESIGN_GRID) { /* the last column varies fastest */
+        for (int c = s->columns; c-- > 0;) {
+            const column *x = &s->column[c];
+            row[c] = kmp_range_value(&(kmp_range){.from = x->d.least, .to = x->d.most}, k % x->levels, x->levels);
+            k /= x->levels;
+        }
         return;
     }
     for (int c = 0; c < n; c++)

@@ -11,14 +11,6 @@
 
 /* -- regression --------------------------------------------------------------------------------------- */
 
-static double mean_of(int count, const double *x, ptrdiff_t stride)
-{
-    double sum = 0;
-    for (int k = 0; k < count; k++)
-        sum += x[k * stride];
-    return sum / count;
-}
-
 /* Correlations of the inputs, and of each with the value, from deviations in units of standard deviations. */
 static bool correlate(int count, int columns, const double *rows, const double *value, double *scaled, double *matrix,
                       double *with)
@@ -27,7 +19,10 @@ static bool correlate(int count, int columns, const double *rows, const double *
     for (int c = 0; c < all; c++) {
         const double *x = c < columns ? rows + c : value;
         ptrdiff_t stride = c < columns ? columns : 1;
-        double mean = mean_of(count, x, stride), square = 0;
+        double sum = 0;
+        for (int k = 0; k < count; k++)
+            sum += x[k * stride];
+        double mean = sum / count, square = 0;
         for (int k = 0; k < count; k++) {
             double d = scaled[(ptrdiff_t)k * all + c] = x[k * stride] - mean;
             square += d * d;
