@@ -65,6 +65,9 @@ extern const cli_command cli_commands[];
 /** A sentence about options that are missing, or that contradict each other; NULL: there is none. */
 const char *cli_lacking(unsigned command, const cli_settings *settings);
 
+/** A path that is relative to the folder of this command; NULL: unknown. The caller frees it. */
+char *cli_from_command(const char *relative);
+
 /** `kempe new` (new.c), `kempe view` (view.c). */
 kempe_status cli_new(const cli_job *j);
 kempe_status cli_view(const cli_job *j);

@@ -2,7 +2,6 @@
 /* The commands, in the order of the help. A study is the functions of its result and the files that options ask for;
  * cli_run_study runs any of them. */
 #include "command.h"
-#include "command_place.h"
 
 #include <kempe/check.h>
 #include <kempe/ensemble.h>

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The command `kempe`: help and the choice of a command. It includes the public header alone. */
 #include "command.h"
-#include "command_place.h"
 #include "own_process.h"
 #include "terminal.h"
 

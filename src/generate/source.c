@@ -7,11 +7,11 @@
 #include "constraints/rounding/mend.h"
 #include "dynamics/load_dependent.h"
 #include "generate/blocks/block_parts.h"
-#include "generate/shared_tables.h"
 #include "generate/simulator/simulated.h"
 #include "generate/simulator/slopes.h"
 #include "model/print/model_print.h"
 #include "model/tables/output_table.h"
+#include "symbolic/table_function.h"
 #include <ctype.h>
 #include <string.h>
 
@@ -297,6 +297,44 @@ static kempe_status derive(kmp_code_source *source, kmp_code_routine *r, const k
     return status;
 }
 
+/* -- tables ------------------------------------------------------------------------------------------- */
+
+/* The tables of all routines and of the parts of their blocks, each once. */
+static bool list_tables(kmp_code_source *source)
+{
+    const kmp_program *p;
+    int most = 0;
+    for (int r = 0; r < source->count; r++)
+        for (int i = 0; (p = kmp_code_next_program(&source->routines[r], &i));)
+            most += p->table_count;
+    source->tables = KMP_ARENA_NEW(&source->arena, const kmp_table *, most);
+    source->table_count = 0;
+    for (int r = 0; source->tables && r < source->count; r++)
+        for (int i = 0; (p = kmp_code_next_program(&source->routines[r], &i));)
+            for (int k = 0; k < p->table_count; k++)
+                if (kmp_code_table_number(source, p->table[k]) < 0)
+                    source->tables[source->table_count++] = p->table[k];
+    return source->tables;
+}
+
+bool kmp_code_has_table(const kmp_code_routine *routine, const kmp_table *table)
+{
+    const kmp_program *p;
+    bool found = false;
+    for (int i = 0; (p = kmp_code_next_program(routine, &i));)
+        for (int k = 0; k < p->table_count; k++)
+            found = found || kmp_table_equal(p->table[k], table);
+    return found;
+}
+
+int kmp_code_table_number(const kmp_code_source *source, const kmp_table *table)
+{
+    for (int k = 0; k < source->table_count; k++)
+        if (kmp_table_equal(source->tables[k], table))
+            return k;
+    return -1;
+}
+
 /* Parameters of which p has no entry, because more than numbers depends on them. */
 static bool warn_of_shapes(const kempe_model *model)
 {
@@ -334,7 +372,7 @@ static kempe_status derive_all(kmp_code_source *source, const kmp_set_choice *ch
     if (source->simulator)
         KMP_TRY(kmp_simulated_find(source, choice));
     KMP_TRY(kmp_made(source->context, place_symbols(source) && (!source->parameters || warn_of_shapes(source->model))));
-    KMP_TRY(kmp_made(source->context, kmp_code_tables_list(source)));
+    KMP_TRY(kmp_made(source->context, list_tables(source)));
     return source->simulator ? kmp_simulated_place(source) : KEMPE_OK;
 }
 

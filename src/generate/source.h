@@ -108,6 +108,11 @@ enum { KMP_MODE_ENTRIES = KMP_ROLE_RATE - KMP_ROLE_SENSE, KMP_MODE_ENTRIES_ACROS
 int kmp_argument_of(const kmp_program_input *input);
 int kmp_place_in_argument(const kmp_code_source *source, const kmp_program_input *input);
 
+/** True if a routine looks up the table, or a part of its blocks does; its number among those that are written, -1: it
+ * is not among them. */
+bool kmp_code_has_table(const kmp_code_routine *routine, const struct kmp_table *table);
+int kmp_code_table_number(const kmp_code_source *source, const struct kmp_table *table);
+
 /** Files as they are written: name and text. */
 typedef struct kmp_code_file {
     char *name;

@@ -1,11 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Frames are 16-bit integers: positions within the box of all of them, and unit quaternions. A large mechanism has
- * fewer frames, the largest ones are drawn in part. */
+ * fewer frames, the largest ones are drawn in part. All meshes of a page share a number of triangles, and larger ones
+ * are thinned: their vertices are 16-bit integers within the box of their mesh. Rails are drawn over the range of the
+ * wheels, and a little more. */
 #include "report/motion_picture.h"
 #include "model/pose.h"
+#include "model/print/model_print.h"
 #include "output/mechanism/drawing.h"
-#include "report/drawn_shapes.h"
-#include "report/railway.h"
+#include "report/thin_mesh.h"
+#include "symbolic/table_function.h"
 #include <math.h>
 #include <string.h>
 
@@ -167,6 +170,214 @@ static void put_times(kmp_json *json, const picture *p)
     kmp_json_end(json);
 }
 
+/* -- shapes ------------------------------------------------------------------------------------------- */
+
+enum { MOST_TRIANGLES = 16000, LEAST_TRIANGLES = 500 }; /* a page has at most some 200 kB of them */
+
+static void put_solids(kmp_json *json, const kempe_model *model, int body)
+{
+    int count = 0;
+    for (int k = 0; k < model->shape_count; k++) {
+        if (model->shapes[k].body != body)
+            continue;
+        if (count++ == 0)
+            kmp_json_array(json, "solids");
+        kmp_json_put(json, "{ kind %s", kmp_shape_words[model->shapes[k].kind]);
+        kmp_model_json_shape(json, &model->shapes[k]);
+        kmp_json_end(json);
+    }
+    if (count > 0)
+        kmp_json_end(json);
+}
+
+/* -- meshes ------------------------------------------------------------------------------------------ */
+
+/* The first shape of its mesh: several may have the same. */
+static bool is_first_of_mesh(const kempe_model *model, int shape)
+{
+    for (int k = 0; k < shape; k++)
+        if (model->shapes[k].mesh == model->shapes[shape].mesh)
+            return false;
+    return model->shapes[shape].mesh;
+}
+
+static void put_vertices(kmp_json *json, kmp_arena *arena, const kmp_mesh *mesh)
+{
+    int16_t *room = KMP_ARENA_NEW(arena, int16_t, 3 * (size_t)mesh->vertex_count);
+    double low[3], high[3], middle[3], unit = 0;
+    kmp_mesh_box(mesh, low, high);
+    for (int i = 0; i < 3; i++) {
+        middle[i] = low[i] + (high[i] - low[i]) / 2;
+        unit = fmax(unit, (high[i] - low[i]) / 2 / INT16_MAX);
+    }
+    for (int k = 0; room && k < 3 * mesh->vertex_count; k++)
+        room[k] = (int16_t)lround(unit > 0 ? (mesh->vertex[k / 3][k % 3] - middle[k % 3]) / unit : 0);
+    kmp_json_rounded_numbers(json, "middle", 3, middle, 9);
+    kmp_json_rounded(json, "unit", unit, 9);
+    if (room)
+        kmp_json_shorts(json, "points", 3 * (size_t)mesh->vertex_count, room);
+}
+
+static void put_mesh(kmp_json *json, const kmp_mesh *mesh, int most)
+{
+    kmp_arena arena = {0};
+    kmp_mesh thin;
+    bool good = kmp_mesh_thin(&arena, mesh, most, &thin);
+    kmp_json_put(json, "{ file %s triangles %d", mesh->path, mesh->triangle_count);
+    if (good) {
+        kmp_json_whole(json, "drawn", thin.triangle_count);
+        put_vertices(json, &arena, &thin);
+        /* Numbers up to 65,535, of which those above 32,767 are written as negative ones. */
+        int16_t *room = KMP_ARENA_NEW(&arena, int16_t, 3 * (size_t)thin.triangle_count);
+        for (int k = 0; room && k < 3 * thin.triangle_count; k++)
+            room[k] = (int16_t)(uint16_t)thin.triangle[k / 3][k % 3];
+        if (room)
+            kmp_json_shorts(json, "corners", 3 * (size_t)thin.triangle_count, room);
+    }
+    kmp_json_end(json);
+    json->text->failed = json->text->failed || !good || arena.failed;
+    kmp_arena_free(&arena);
+}
+
+static void put_meshes(kmp_json *json, const kempe_model *model)
+{
+    double all = 0;
+    for (int k = 0; k < model->shape_count; k++)
+        all += is_first_of_mesh(model, k) ? model->shapes[k].mesh->triangle_count : 0;
+    if (all == 0)
+        return;
+    kmp_json_array(json, "meshes");
+    for (int k = 0; k < model->shape_count; k++)
+        if (is_first_of_mesh(model, k)) {
+            const kmp_mesh *mesh = model->shapes[k].mesh;
+            put_mesh(json, mesh, (int)fmax(MOST_TRIANGLES * fmin(mesh->triangle_count / all, 1), LEAST_TRIANGLES));
+        }
+    kmp_json_end(json);
+}
+
+/* -- wheels and tracks -------------------------------------------------------------------------------- */
+
+enum { COURSE_POINTS = 400, LOOKED_AT = 200 };
+
+static double axis_at(const kmp_point *point, int i, int k)
+{
+    return point->turned ? point->axes[i][k] : i == k;
+}
+
+static void put_disc(kmp_json *json, const kempe_model *model, const kmp_wheel *wheel)
+{
+    const kmp_point *point = &model->points[wheel->point];
+    double at[3], axis[3];
+    for (int i = 0; i < 3; i++) {
+        at[i] = point->at[i].value;
+        axis[i] = axis_at(point, i, 1);
+    }
+    kmp_json_put(json, "{ body %d", point->body);
+    kmp_json_rounded_numbers(json, "at", 3, at, 7);
+    kmp_json_rounded_numbers(json, "axis", 3, axis, 7);
+    kmp_json_put(json, "radius %.7g }", wheel->radius.value);
+}
+
+/* -- rails ------------------------------------------------------------------------------------------- */
+
+/* A place of the track in ground axes: x along, y left, z up from its beginning. */
+static void on_ground(const kempe_model *model, const kmp_track *track, const double place[3], double out[3])
+{
+    const kmp_point *point = &model->points[track->point];
+    for (int i = 0; i < 3; i++) {
+        out[i] = point->at[i].value;
+        for (int k = 0; k < 3; k++)
+            out[i] += axis_at(point, i, k) * place[k];
+    }
+}
+
+static void rail_place(const kmp_track *track, double left, double s, double place[3])
+{
+    double heading = track->curved ? atan2(kmp_table_value(track->y, 1, s), kmp_table_value(track->x, 1, s)) : 0;
+    double cant = track->curved && track->cant ? kmp_table_value(track->cant, 0, s) : 0;
+    place[0] = (track->curved ? kmp_table_value(track->x, 0, s) : s) - left * cos(cant) * sin(heading);
+    place[1] = (track->curved ? kmp_table_value(track->y, 0, s) : 0) + left * cos(cant) * cos(heading);
+    place[2] = left * sin(cant);
+}
+
+static double distance(const double a[3], const double b[3])
+{
+    return sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
+}
+
+/* True if a body with a wheel on the track comes near a place of the ground. */
+static bool is_run_on(const kempe_model *model, int track, const picture *p, const double at[3])
+{
+    int stride = 1 + p->frames / LOOKED_AT;
+    for (int w = 0; w < model->wheel_count; w++) {
+        int body = model->points[model->wheels[w].point].body - 1;
+        if (model->wheels[w].track != track || body < 0 || body >= (p->drawing.body_count - 1))
+            continue;
+        for (int f = 0; f < p->frames; f += stride)
+            if (distance(p->position + 3 * ((ptrdiff_t)f * (p->drawing.body_count - 1) + body), at) <
+                2 * model->tracks[track].gauge + 4 * model->wheels[w].radius.value)
+                return true;
+    }
+    return false;
+}
+
+/* The range of bodies with a wheel on a straight track along it. */
+static void straight_range(const kempe_model *model, int track, const picture *p, double range[2])
+{
+    const kmp_point *point = &model->points[model->tracks[track].point];
+    for (int w = 0; w < model->wheel_count; w++) {
+        int body = model->points[model->wheels[w].point].body - 1;
+        double more = 3 * model->wheels[w].radius.value;
+        if (model->wheels[w].track != track || body < 0 || body >= (p->drawing.body_count - 1))
+            continue;
+        for (int f = 0; f < p->frames; f++) {
+            const double *at = p->position + 3 * ((ptrdiff_t)f * (p->drawing.body_count - 1) + body);
+            double along = 0;
+            for (int i = 0; i < 3; i++)
+                along += axis_at(point, i, 0) * (at[i] - point->at[i].value);
+            range[0] = fmin(range[0], along - more);
+            range[1] = fmax(range[1], along + more);
+        }
+    }
+}
+
+static void put_rail(kmp_json *json, const kempe_model *model, int number, const picture *p, int side)
+{
+    const kmp_track *track = &model->tracks[number];
+    double range[2] = {INFINITY, -INFINITY}, left = side == KMP_TRACK_LEFT ? track->rail_at : -track->rail_at;
+    int points = track->curved ? COURSE_POINTS : 2;
+    if (track->curved) {
+        range[0] = -track->length / COURSE_POINTS;
+        range[1] = track->length * (1 + 1.0 / COURSE_POINTS);
+    } else
+        straight_range(model, number, p, range);
+    kmp_json_array(json, NULL);
+    for (int k = 0; k < points && range[0] < range[1]; k++) {
+        double place[3], at[3];
+        rail_place(track, left, range[0] + (range[1] - range[0]) * k / (points - 1), place);
+        on_ground(model, track, place, at);
+        if (!track->curved || is_run_on(model, number, p, at))
+            kmp_json_rounded_numbers(json, NULL, 3, at, 7);
+    }
+    kmp_json_end(json);
+}
+
+static void put_railway(kmp_json *json, const picture *p)
+{
+    const kempe_model *model = p->model;
+    if (model->wheel_count == 0)
+        return;
+    kmp_json_array(json, "discs");
+    for (int w = 0; w < model->wheel_count; w++)
+        if (model->points[model->wheels[w].point].body <= (p->drawing.body_count - 1))
+            put_disc(json, model, &model->wheels[w]);
+    kmp_json_put(json, "] rails [");
+    for (int k = 0; k < model->track_count; k++)
+        for (int side = 0; side < KMP_TRACK_SIDES; side++)
+            put_rail(json, model, k, p, side);
+    kmp_json_end(json);
+}
+
 /* -- drawn parts ------------------------------------------------------------------------------------- */
 
 static void put_marks(kmp_json *json, const picture *p, int body)
@@ -226,11 +437,11 @@ void kmp_motion_picture(kmp_json *json, const char *key, const kempe_model *mode
             kmp_json_put(json, "{ name %s points [", p.model->bodies[b].name);
             put_marks(json, &p, b);
             kmp_json_end(json);
-            kmp_drawn_shapes(json, p.model, b);
+            put_solids(json, p.model, b);
             kmp_json_end(json);
         }
         kmp_json_end(json);
-        kmp_drawn_shapes_meshes(json, model);
+        put_meshes(json, model);
         kmp_json_array(json, "lines");
         for (int k = 0; k < p.drawing.line_count; k++) {
             const kmp_line *line = &p.drawing.lines[k];
@@ -244,7 +455,7 @@ void kmp_motion_picture(kmp_json *json, const char *key, const kempe_model *mode
         }
         kmp_json_end(json);
         put_slides(json, &p);
-        kmp_railway_put(json, model, &(kmp_travel){p.frames, p.drawing.body_count - 1, p.position});
+        put_railway(json, &p);
         size_t count = 4 * (size_t)p.frames * (size_t)(p.drawing.body_count - 1);
         kmp_json_put(json, "frames { count %d", p.frames);
         put_times(json, &p);

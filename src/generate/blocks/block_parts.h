@@ -2,7 +2,6 @@
 /* Implicit blocks of a routine's program, each as routines of its own: for languages that solve them. */
 #pragma once
 
-#include "generate/blocks/place_values.h"
 #include "generate/source.h"
 
 /** Programs of a block, each a routine of arguments p and unknowns q. Of averages the guess is the exponent at the
@@ -15,6 +14,13 @@ typedef enum kmp_block_part {
     KMP_PART_EQUATIONS,
     KMP_BLOCK_PARTS
 } kmp_block_part;
+
+/** Values of a block that depend on unknown 0 alone, at its candidates or places, numbers that are known when code is
+ * generated: rows of the places, `width` numbers each: the place q[0], then the values q[unknowns] and so on. */
+typedef struct kmp_place_values {
+    int width;
+    double *rows;
+} kmp_place_values;
 
 struct kmp_code_block {
     const kmp_program_block *block;

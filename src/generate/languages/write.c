@@ -4,7 +4,6 @@
 #include "generate/languages/language.h"
 #include "generate/languages/levels.h"
 #include "generate/scalar.h"
-#include "generate/shared_tables.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <string.h>

@@ -135,6 +135,3 @@ const char *kmp_pressure_word(kmp_pressure_method method);
  */
 kempe_status kmp_contact_pressure(kempe_contacts *table, int wheel, int zone, const double *pose,
                                   kempe_contact_patch *patch, kmp_outline *outline);
-
-/** A patch from the KMP_CONTACT_SHOWN values of the wheel's output in a zone; its radius from the profile. */
-void kmp_contact_patch(const kempe_contacts *table, int wheel, const double *shown, kempe_contact_patch *patch);

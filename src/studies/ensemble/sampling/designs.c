@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "studies/ensemble/sampling/designs.h"
-#include "studies/ensemble/sampling/counter_random.h"
 #include <string.h>
 
 bool kmp_design_find(const char *word, kmp_design *design)
@@ -16,6 +15,53 @@ bool kmp_design_find(const char *word, kmp_design *design)
             return true;
         }
     return false;
+}
+
+/* -- random numbers by their place -------------------------------------------------------------------- */
+
+/* Without a state: Philox 4x64 of 10 rounds (Salmon, Moraes, Dror, Shaw, Parallel random numbers: as easy as 1, 2, 3,
+ * SC11, 2011). */
+enum { ROUNDS = 10 };
+
+/* The upper half of a product; *low: the lower one. */
+static uint64_t product(uint64_t a, uint64_t b, uint64_t *low)
+{
+    __extension__ typedef unsigned __int128 wide;
+    wide p = (wide)a * b;
+    *low = (uint64_t)p;
+    return (uint64_t)(p >> 64);
+}
+
+/* The four numbers of a counter under a key. */
+static void philox(const uint64_t key[2], const uint64_t counter[4], uint64_t x[4])
+{
+    uint64_t k0 = key[0], k1 = key[1];
+    for (int i = 0; i < 4; i++)
+        x[i] = counter[i];
+    for (int round = 0; round < ROUNDS; round++) {
+        uint64_t low0, low2, high0 = product(0xD2E7470EE14C6C93u, x[0], &low0),
+                             high2 = product(0xCA5A826395121157u, x[2], &low2);
+        x[0] = high2 ^ x[1] ^ k0;
+        x[1] = low2;
+        x[2] = high0 ^ x[3] ^ k1;
+        x[3] = low0;
+        k0 += 0x9E3779B97F4A7C15u;
+        k1 += 0xBB67AE8584CAA73Bu;
+    }
+}
+
+/* A whole number of 64 bits: that of place (i, j) of the stream of a seed. */
+static uint64_t chance_bits(uint64_t seed, uint64_t stream, uint64_t i, uint64_t j)
+{
+    uint64_t numbers[4];
+    philox((const uint64_t[]){seed, stream}, (const uint64_t[]){i, j, 0, 0}, numbers);
+    return numbers[0];
+}
+
+/* A number in (0, 1), in the middle of one of 2^52 equal intervals. */
+static double chance_at(uint64_t seed, uint64_t stream, uint64_t i, uint64_t j)
+{
+    return ((double)(chance_bits(seed, stream, i, j) >> 12) + 0.5) * 0x1p-52;
 }
 
 /* Streams of random numbers of one seed. */
@@ -35,7 +81,7 @@ static uint64_t permuted(uint64_t seed, uint64_t k, uint64_t count, int column)
     do {
         uint64_t left = k >> half, right = k & mask;
         for (uint64_t round = 0; round < 4; round++) {
-            uint64_t turned = kmp_chance_bits(seed, STREAM_ORDER, right, (uint64_t)column * 4 + round) & mask;
+            uint64_t turned = chance_bits(seed, STREAM_ORDER, right, (uint64_t)column * 4 + round) & mask;
             uint64_t next = left ^ turned;
             left = right;
             right = next;
@@ -92,9 +138,9 @@ double kmp_design_point(kmp_design design, uint64_t seed, uint64_t k, uint64_t c
         uint64_t size = (uint64_t)kmp_saltelli_group(columns), group = k / size;
         int member = (int)(k % size);
         bool second = member == 1 || member == 2 + column;
-        return kmp_chance(seed, STREAM_POINTS, group, (uint64_t)(second ? columns + column : column));
+        return chance_at(seed, STREAM_POINTS, group, (uint64_t)(second ? columns + column : column));
     }
-    double chance = design == KMP_DESIGN_SOBOL ? 0.5 : kmp_chance(seed, STREAM_POINTS, k, (uint64_t)column);
+    double chance = design == KMP_DESIGN_SOBOL ? 0.5 : chance_at(seed, STREAM_POINTS, k, (uint64_t)column);
     if (design == KMP_DESIGN_LATIN)
         return ((double)permuted(seed, k, count, column) + chance) / (double)count;
     if (design == KMP_DESIGN_SOBOL)

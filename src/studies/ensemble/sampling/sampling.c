@@ -15,24 +15,6 @@
 
 enum { MOST_NUMBERS = 4 };
 
-typedef struct column {
-    const char *name;
-    kmp_distribution d;
-    int levels; /* of a grid; 0: not given */
-} column;
-
-struct kmp_sampling {
-    const kempe_model *model;
-    kmp_arena arena;
-    kmp_design design;
-    uint64_t seed;
-    int count, columns;
-    const char **name;
-    column *column;
-    double
-        *factor; /* columns x columns, row-major: the lower Cholesky factor of the correlations; NULL: there are none */
-};
-
 /* -- reading of one quantity ------------------------------------------------------------------------- */
 
 /* The words after NAME=, a function of numbers. */
@@ -130,7 +112,7 @@ static kempe_status take_grade(const reader *r, const char *name, const char *te
     return KEMPE_OK;
 }
 
-static kempe_status take_range(const reader *r, column *c)
+static kempe_status take_range(const reader *r, kmp_sampled_column *c)
 {
     kmp_ranges range = {0};
     KMP_TRY(kmp_ranges_read(r->context, r->entry, &range));
@@ -144,7 +126,7 @@ static kempe_status take_range(const reader *r, column *c)
     return KEMPE_OK;
 }
 
-static kempe_status read_column(const reader *r, column *c)
+static kempe_status read_column(const reader *r, kmp_sampled_column *c)
 {
     static const words normal = {"normal(", "NAME=normal(MEAN, DEVIATION) or NAME=normal(MEAN, DEVIATION, LEAST, MOST)",
                                  2, 4};
@@ -184,7 +166,7 @@ static kempe_status read_columns(kmp_sampling *s, const char *text)
     int most = 1;
     for (const char *c = text; *c; c++)
         most += *c == ',';
-    s->column = KMP_ARENA_NEW(&s->arena, column, most);
+    s->column = KMP_ARENA_NEW(&s->arena, kmp_sampled_column, most);
     s->name = KMP_ARENA_NEW(&s->arena, const char *, most);
     KMP_TRY(kmp_made(context, !s->arena.failed));
     for (const char *c = text;; c++) {
@@ -196,7 +178,7 @@ static kempe_status read_columns(kmp_sampling *s, const char *text)
         kmp_text entry = {0};
         kmp_text_printf(&entry, "%.*s", (int)length, c);
         KMP_TRY(kmp_made(context, !entry.failed));
-        column *made = &s->column[s->columns];
+        kmp_sampled_column *made = &s->column[s->columns];
         kempe_status status = read_column(&(reader){s, context, entry.s}, made);
         kmp_text_free(&entry);
         KMP_TRY(status);
@@ -281,7 +263,7 @@ static kempe_status make(kmp_sampling *s, const kempe_sample_options *options)
         /* The number of samples of a full factorial grid. */
         long count = 1;
         for (int k = 0; k < s->columns; k++) {
-            const column *c = &s->column[k];
+            const kmp_sampled_column *c = &s->column[k];
             if (c->d.kind != KMP_UNIFORM || c->levels < 2)
                 return kmp_fail(s->model->context, KEMPE_E_ARGUMENT,
                                 "'%s': a grid needs a range with a number of values, NAME=A:B:N", c->name);
@@ -318,21 +300,6 @@ void kmp_sampling_free(kmp_sampling *s)
     kmp_free(s);
 }
 
-int kmp_sampling_columns(const kmp_sampling *s)
-{
-    return s->columns;
-}
-
-const char *const *kmp_sampling_names(const kmp_sampling *s)
-{
-    return s->name;
-}
-
-int kmp_sampling_count(const kmp_sampling *s)
-{
-    return s->count;
-}
-
 /* -- samples ----------------------------------------------------------------------------------------- */
 
 void kmp_sampling_row(const kmp_sampling *s, int k, double *row)
@@ -340,7 +307,7 @@ void kmp_sampling_row(const kmp_sampling *s, int k, double *row)
     int n = s->columns;
     if (s->design == KMP_DESIGN_GRID) { /* the last column varies fastest */
         for (int c = s->columns; c-- > 0;) {
-            const column *x = &s->column[c];
+            const kmp_sampled_column *x = &s->column[c];
             row[c] = kmp_range_value(&(kmp_range){.from = x->d.least, .to = x->d.most}, k % x->levels, x->levels);
             k /= x->levels;
         }

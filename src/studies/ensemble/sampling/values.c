@@ -121,13 +121,13 @@ kempe_status kempe_values_new(const kempe_model *model, int columns, const char 
 static kempe_status wrap(const kempe_model *model, kmp_sampling *sampling, const kempe_sample_options *options,
                          kempe_values **values)
 {
-    kempe_values *made = kmp_values_new(kmp_sampling_columns(sampling), kmp_sampling_names(sampling));
+    kempe_values *made = kmp_values_new(sampling->columns, sampling->name);
     if (!made) {
         kmp_sampling_free(sampling);
         return kmp_fail_memory(model->context);
     }
     made->sampling = sampling;
-    made->count = kmp_sampling_count(sampling);
+    made->count = sampling->count;
     made->drawn = KMP_ARENA_NEW(&made->arena, double, made->columns);
     made->ranges = kmp_arena_strdup(&made->arena, options->ranges);
     made->correlations = kmp_arena_strdup(&made->arena, options->correlations ? options->correlations : "");
@@ -147,7 +147,7 @@ kempe_status kempe_values_sample(const kempe_model *model, const kempe_sample_op
     kmp_context_clear(model->context);
     KMP_TRY(kmp_model_check_finished(model));
     KMP_TRY(kmp_sampling_new(model, options, &sampling));
-    kempe_status status = check_names(model, kmp_sampling_columns(sampling), kmp_sampling_names(sampling));
+    kempe_status status = check_names(model, sampling->columns, sampling->name);
     if (status == KEMPE_OK)
         return wrap(model, sampling, options, values);
     kmp_sampling_free(sampling);
