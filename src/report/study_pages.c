@@ -55,7 +55,7 @@ static kempe_status add_frames(study_page *s, int count, const double *q, ptrdif
     return KEMPE_OK;
 }
 
-/* How the study ended, and a line above the answer. */
+/* The end of the study, and a line above the answer. */
 static void set_outcome(study_page *s, kempe_status status, const char *reason, const char *warnings, const char *words)
 {
     const kempe_system *system = s->page.system;
