@@ -9,7 +9,8 @@
 #include "constraints/diagnosis/shared_loads.h"
 #include "constraints/tolerances.h"
 #include "output/quantity.h"
-#include "studies/equilibrium/descent.h"
+#include "studies/equilibrium/contact_set.h"
+#include "studies/equilibrium/equilibrium_study.h"
 #include "studies/equilibrium/operating.h"
 #include <kempe/check.h>
 #include <math.h>
@@ -27,16 +28,6 @@ static double *copy(kempe_equilibrium *e, int count, const double *from)
     for (int k = 0; to && from && k < count; k++)
         to[k] = from[k];
     return to;
-}
-
-/* The state in the user's coordinates. */
-static void show(const kmp_linear *l, const double *near, double *q, double *qd)
-{
-    const kempe_system *s = l->system;
-    memcpy(q, l->q, (size_t)l->n * sizeof *q);
-    memcpy(qd, l->qd, (size_t)l->n * sizeof *qd);
-    if (s->chart_count > 0)
-        kmp_charts_show(s, l->eval->chart, near, q, qd);
 }
 
 /* Those of joints are derived for fixed parameters. */
@@ -93,6 +84,94 @@ static kempe_status look_again(kempe_equilibrium *e)
     return status;
 }
 
+/* -- rigid contacts ---------------------------------------------------------------------------------- */
+
+const char *kmp_contact_text(kmp_contact_word word)
+{
+    static const char *const words[] = {[KMP_CONTACT_OPEN] = "open",
+                                        [KMP_CONTACT_PRESSES] = "presses",
+                                        [KMP_CONTACT_TOUCHES] = "touches",
+                                        [KMP_CONTACT_SHARES] = "shares"};
+    return words[word];
+}
+
+static int row_of(const kempe_system *s, const kmp_force *contact)
+{
+    for (int r = 0; r < s->m; r++)
+        if (s->rows[r].closure == contact->closure)
+            return r;
+    return 0;
+}
+
+static kmp_contact_word word_of(const kmp_balance_contact *c, bool closed, bool shares, double least)
+{
+    if (shares)
+        return KMP_CONTACT_SHARES;
+    if (!closed)
+        return c->gap <= KMP_TOUCH_NEAR * c->size ? KMP_CONTACT_TOUCHES : KMP_CONTACT_OPEN;
+    return fabs(c->force) * c->size <= least ? KMP_CONTACT_TOUCHES : KMP_CONTACT_PRESSES;
+}
+
+/* Tells what small motions, or other forces, depend on. */
+static void tell(const kempe_equilibrium *e, const kmp_balance *b, kmp_contact_word word, const char *what)
+{
+    kmp_text names = {0};
+    int count = 0;
+    for (int i = 0; i < b->contact_count; i++)
+        if (b->contact[i].word == word)
+            kmp_text_printf(&names, "%s'%s'", count++ ? ", " : "", b->contact[i].element->name);
+    if (names.s)
+        kmp_log(e->system->context, KEMPE_LOG_WARNING, "contact%s %s: %s", count == 1 ? "" : "s", names.s, what);
+    kmp_text_free(&names);
+}
+
+/* Adds the rigid contacts at the last state of `linear`, without their forces. */
+static kempe_status look_at_contacts(kempe_equilibrium *equilibrium, kmp_linear *linear, kmp_balance *balance)
+{
+    const kmp_friction_state *f = equilibrium->friction;
+    kempe_context *context = equilibrium->system->context;
+    if (!kmp_model_has_contacts(equilibrium->system->model))
+        return KEMPE_OK;
+    double *place = KMP_ARENA_NEW(&equilibrium->arena, double, f->count);
+    balance->contact = KMP_ARENA_NEW(&equilibrium->arena, kmp_balance_contact, f->count);
+    KMP_TRY(kmp_made(context, place && balance->contact));
+    kmp_friction_state_measure(equilibrium->friction, linear->t, linear->q, place);
+    for (int i = 0; i < f->count; i++) {
+        kmp_held_contact how = kmp_friction_state_closed(f, i);
+        if (f->view[i].contact)
+            balance->contact[balance->contact_count++] = (kmp_balance_contact){.element = f->view[i].element,
+                                                                               .size = f->view[i].size,
+                                                                               .gap = place[i],
+                                                                               .closed = how != KMP_HELD_NOT,
+                                                                               .shares = how == KMP_HELD_BY_OTHERS};
+    }
+    return KEMPE_OK;
+}
+
+/* Adds their forces, which are multipliers of the balance. Warns of contacts whose force is zero, or not unique. */
+static void add_contacts(kempe_equilibrium *equilibrium, kmp_balance *balance)
+{
+    const kempe_system *s = equilibrium->system;
+    for (int i = 0; i < balance->contact_count; i++)
+        balance->contact[i].force = balance->lambda[row_of(s, balance->contact[i].element)];
+    double most = 0;
+    for (int i = 0; i < balance->contact_count; i++)
+        most = fmax(most, fabs(balance->contact[i].force) * balance->contact[i].size);
+    double least = KMP_CONTACT_NONE * fmax(most, balance->work);
+    for (int i = 0; i < balance->contact_count; i++) {
+        kmp_balance_contact *c = &balance->contact[i];
+        c->word = word_of(c, c->closed, c->shares, least);
+    }
+    if (equilibrium->count > 0)
+        return;
+    tell(equilibrium, balance, KMP_CONTACT_TOUCHES,
+         "surfaces touch here without a force; small motions open or close them");
+    tell(equilibrium, balance, KMP_CONTACT_SHARES,
+         "closed by the rows of others, so that forces are not unique; one set of them is taken");
+}
+
+/* -- a balance ---------------------------------------------------------------------------------------- */
+
 /* Stores l's state, in its charts, if it is a new one. `near` (n): angles are stored within half a turn of these. */
 static kempe_status keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_search *search, const double *near)
 {
@@ -100,7 +179,11 @@ static kempe_status keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_sea
     int n = s->n;
     double *q = KMP_ARENA_NEW(&e->arena, double, n), *qd = KMP_ARENA_NEW(&e->arena, double, n);
     KMP_TRY(kmp_made(s->context, q && qd));
-    show(linear, near, q, qd);
+    /* The state in the user's coordinates. */
+    memcpy(q, linear->q, (size_t)n * sizeof *q);
+    memcpy(qd, linear->qd, (size_t)n * sizeof *qd);
+    if (s->chart_count > 0)
+        kmp_charts_show(s, linear->eval->chart, near, q, qd);
     for (int k = 0; k < e->count; k++)
         if (kmp_state_same(s, KMP_SAME_STATE, e->balance[k].idle_count, e->balance[k].idle, e->balance[k].q, q)) {
             e->balance[k].hits++;
@@ -133,9 +216,9 @@ static kempe_status keep(kempe_equilibrium *e, kmp_linear *linear, const kmp_sea
     KMP_TRY(kmp_made(s->context, b->idle_count >= 0 && !e->arena.failed));
     KMP_TRY(kmp_averaged_judge(e->averaged, linear));
     KMP_TRY(kmp_stability_judge(linear, &b->stability));
-    KMP_TRY(kmp_balance_look_at_contacts(e, linear, b));
+    KMP_TRY(look_at_contacts(e, linear, b));
     KMP_TRY(kmp_balance_add_friction(e, linear, b));
-    kmp_balance_add_contacts(e, b);
+    add_contacts(e, b);
     e->count++;
     return KEMPE_OK;
 }

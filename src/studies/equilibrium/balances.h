@@ -4,8 +4,8 @@
 
 #include "derivatives/all_loads.h"
 #include "derivatives/averaged.h"
+#include "integrators/friction/friction_state.h"
 #include "studies/equilibrium/exchange.h"
-#include "studies/equilibrium/rest_set.h"
 #include "studies/equilibrium/stability.h"
 #include <kempe/equilibrium.h>
 
@@ -27,6 +27,29 @@ typedef struct kmp_balance_contact {
     bool closed, shares;
     kmp_contact_word word;
 } kmp_balance_contact;
+
+/* States of rest that dry friction holds: around a state at rest, an interval of one coordinate for each independent
+ * element that sticks. On it that element moves, with those that share its freedom, while the other elements stay where
+ * they are and all other motions stay in balance. */
+typedef enum kmp_rest_word {
+    KMP_REST_SLIPS, /* friction is used up there */
+    KMP_REST_LIMIT, /* the motions do not continue beyond it, or have no balance */
+    KMP_REST_BEYOND /* still held there: the search ends */
+} kmp_rest_word;
+
+typedef struct kmp_rest_end {
+    double *q; /* n: the last state that is held */
+    kmp_rest_word word;
+} kmp_rest_end;
+
+typedef struct kmp_rest_set {
+    const kmp_force *element;
+    int coordinate; /* whose interval it is */
+    kmp_rest_end end[2];
+} kmp_rest_set;
+
+/** The word of an end for people and for tables. */
+const char *kmp_rest_text(kmp_rest_word word);
 
 typedef struct kmp_balance {
     double *q, *qd;         /* n, as the user counts them */
@@ -77,12 +100,6 @@ struct kempe_equilibrium {
 /** Adds the forces of closures, and of joints of the tree at rest or at constant rates, by these multipliers. */
 kempe_status kmp_balance_add_loads(kempe_equilibrium *equilibrium, const kmp_linear *linear, const double *lambda,
                                    kmp_balance *balance);
-
-/** Adds the rigid contacts at the last state of `linear`, without their forces. */
-kempe_status kmp_balance_look_at_contacts(kempe_equilibrium *equilibrium, kmp_linear *linear, kmp_balance *balance);
-
-/** Adds their forces, which are multipliers of the balance. Warns of contacts whose force is zero, or not unique. */
-void kmp_balance_add_contacts(kempe_equilibrium *equilibrium, kmp_balance *balance);
 
 /** Adds friction at the last state of `linear` to a balance there: what its elements need where they stick, and the
  * states of rest that they hold. Warns of friction that takes no part. Changes the state of `linear`. */

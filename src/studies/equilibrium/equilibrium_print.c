@@ -14,19 +14,13 @@ static void list(kmp_text *text, const kempe_system *system, int count, const in
         kmp_text_printf(text, "%s'%s'", k ? ", " : "", system->model->motions[coordinates[k]].name);
 }
 
-static bool moves(const kempe_equilibrium *e, const kmp_balance *b)
-{
-    for (int k = 0; k < kmp_model_coordinates(e->system->model); k++)
-        if (b->qd[k] != 0)
-            return true;
-    return false;
-}
-
 static void show_coordinates(kmp_text *text, const kempe_equilibrium *e, const kmp_balance *b)
 {
     const kempe_model *model = e->system->model;
     int width = kmp_print_width(e->system, KMP_QUANTITY_Q);
-    bool rates = moves(e, b);
+    bool rates = false;
+    for (int k = 0; k < kmp_model_coordinates(model); k++)
+        rates = rates || b->qd[k] != 0;
     kmp_text_printf(text, "  %-*s  unit  %22s%s\n", width, "", "q", rates ? "                      qd" : "");
     for (int k = 0; k < kmp_model_coordinates(model); k++) {
         kmp_text_printf(text, "  %-*s  %-4s  %22.15g", width, model->motions[k].name, kmp_print_unit(e->system, k),
@@ -112,21 +106,6 @@ static void show_stability(kmp_text *text, const kempe_equilibrium *e, const kmp
     }
 }
 
-static void show_path(kmp_text *text, const kmp_balance *b)
-{
-    kmp_text_printf(text, "\n  iteration    residual       step length\n");
-    for (int k = 0; k < b->iterations; k++) {
-        if (k == 8 && b->iterations > 20) {
-            kmp_text_printf(text, "  ... %d more\n", b->iterations - 16);
-            k = b->iterations - 8;
-        }
-        kmp_text_printf(text, "  %9d  %10.2e", k, b->residuals[k]);
-        if (b->steps[k] > 0)
-            kmp_text_printf(text, "  %16.2e", b->steps[k]);
-        kmp_text_put(text, "\n");
-    }
-}
-
 /* The coordinates that nothing depends on and that move, among those that move steadily: in `found`, with room for all.
  * Their number. */
 static int find_cyclic(const kempe_equilibrium *e, const kmp_balance *b, kmp_steady *found)
@@ -158,6 +137,21 @@ static void show_cyclic(kmp_text *text, const kempe_equilibrium *e, const kmp_ba
                                "model, holds the speed of the start\n");
     }
     kmp_free(found);
+}
+
+static void show_path(kmp_text *text, const kmp_balance *b)
+{
+    kmp_text_put(text, "\n  iteration    residual       step length\n");
+    for (int k = 0; k < b->iterations; k++) {
+        if (k == 8 && b->iterations > 20) {
+            kmp_text_printf(text, "  ... %d more\n", b->iterations - 16);
+            k = b->iterations - 8;
+        }
+        kmp_text_printf(text, "  %9d  %10.2e", k, b->residuals[k]);
+        if (b->steps[k] > 0)
+            kmp_text_printf(text, "  %16.2e", b->steps[k]);
+        kmp_text_put(text, "\n");
+    }
 }
 
 static void show_balance(kmp_text *text, const kempe_equilibrium *e, int k)
@@ -207,8 +201,7 @@ static void show_balance(kmp_text *text, const kempe_equilibrium *e, int k)
     if (b->exchanges > 0)
         kmp_text_printf(text, ", independent coordinates changed %d time%s", b->exchanges,
                         b->exchanges == 1 ? "" : "s");
-    kmp_text_put(text, "\npotential  ");
-    kmp_text_printf(text, "%.9g J\n", b->potential + 0.0);
+    kmp_text_printf(text, "\npotential  %.9g J\n", b->potential + 0.0);
     if (k == 0)
         show_path(text, b);
 }
@@ -231,29 +224,6 @@ static void show_equilibrium(kmp_text *text, const void *result)
                         e->starts, e->closed, e->found, e->from_start ? "" : "; none is found from the model's start");
     for (int k = 0; k < e->count; k++)
         show_balance(text, e, k);
-}
-
-static void json_friction(kmp_json *j, const kempe_equilibrium *e, const kmp_balance *b)
-{
-    kmp_json_array(j, "friction");
-    for (int i = 0; i < b->friction_count; i++) {
-        const kmp_friction_view *view = &b->friction[i];
-        kmp_json_put(j, "{ name %s force %g largest %g", view->element->name, view->force, view->largest);
-        kmp_json_boolean(j, "determined", view->word != KMP_FRICTION_WORD_OPEN);
-        kmp_json_end(j);
-    }
-    kmp_json_put(j, "] rest [");
-    for (int i = 0; i < b->set_count; i++) {
-        const kmp_rest_set *set = &b->set[i];
-        kmp_json_put(j, "{ name %s coordinate %s", set->element->name, e->system->model->motions[set->coordinate].name);
-        for (int k = 0; k < 2; k++) {
-            kmp_json_put(j, k ? "to { word %s" : "from { word %s", kmp_rest_text(set->end[k].word));
-            kmp_print_entries(j, "q", e->system, KMP_QUANTITY_Q, set->end[k].q);
-            kmp_json_end(j);
-        }
-        kmp_json_end(j);
-    }
-    kmp_json_end(j);
 }
 
 static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_balance *b)
@@ -296,8 +266,28 @@ static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_bala
     kmp_json_put(j, "potential %g iterations %d exchanges %d", b->potential, b->iterations, b->exchanges);
     kmp_json_numbers(j, "history", b->iterations, b->residuals);
     kmp_json_whole(j, "hits", b->hits);
-    if (kmp_model_friction_count(model) > 0)
-        json_friction(j, e, b);
+    if (kmp_model_friction_count(model) > 0) {
+        kmp_json_array(j, "friction");
+        for (int i = 0; i < b->friction_count; i++) {
+            const kmp_friction_view *view = &b->friction[i];
+            kmp_json_put(j, "{ name %s force %g largest %g", view->element->name, view->force, view->largest);
+            kmp_json_boolean(j, "determined", view->word != KMP_FRICTION_WORD_OPEN);
+            kmp_json_end(j);
+        }
+        kmp_json_put(j, "] rest [");
+        for (int i = 0; i < b->set_count; i++) {
+            const kmp_rest_set *set = &b->set[i];
+            kmp_json_put(j, "{ name %s coordinate %s", set->element->name,
+                         e->system->model->motions[set->coordinate].name);
+            for (int k = 0; k < 2; k++) {
+                kmp_json_put(j, k ? "to { word %s" : "from { word %s", kmp_rest_text(set->end[k].word));
+                kmp_print_entries(j, "q", e->system, KMP_QUANTITY_Q, set->end[k].q);
+                kmp_json_end(j);
+            }
+            kmp_json_end(j);
+        }
+        kmp_json_end(j);
+    }
     if (b->contact_count > 0) {
         kmp_json_array(j, "contacts");
         for (int i = 0; i < b->contact_count; i++) {

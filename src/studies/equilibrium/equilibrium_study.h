@@ -42,3 +42,19 @@ int kmp_equilibrium_idle(kmp_linear *linear, int *idle);
 
 /** The residual of the last state, its matrices made. */
 double kmp_equilibrium_residual(const kmp_linear *linear);
+
+#define KMP_WAY_FLAT 1e-11 /* an eigenvalue of the scaled Kr below is zero */
+
+/** u_k in its characteristic size. */
+double kmp_descent_scale(const kmp_linear *l, int k);
+
+/** The residual of a state whose matrices are made, all of R; `work` (p) receives the reference of each R_k. */
+double kmp_descent_measure(const kmp_linear *l, double *work, double *most);
+
+/** True if R does not change with u_k, to first order, and u_k is not the motion of a state; `work` as from
+ * kmp_descent_measure. */
+bool kmp_descent_is_idle(const kmp_linear *l, int k, const double *work);
+
+/** Appends the forces along u[k] of the last state: "gravity -9.81 N, 'k' 2 N, together -7.81 N", the nonzero ones,
+ * largest first; nothing where there are none. KEMPE_E_MEMORY. */
+kempe_status kmp_load_path_report(kmp_text *text, const kmp_linear *linear, int k);

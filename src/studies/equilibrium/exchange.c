@@ -18,23 +18,6 @@ static bool is_rate(const char *word)
     return length > 4 && strncmp(word, "qd(", 3) == 0 && word[length - 1] == ')';
 }
 
-static kempe_status add_rate(kmp_exchange *x, const kempe_model *model, const char *word, const kmp_steady *rates,
-                             int rate_count)
-{
-    int c = -1, at = 0;
-    KMP_TRY(kmp_coordinate_find(model, "solve-for", word + 3, strlen(word) - 4, &c));
-    while (at < rate_count && rates[at].coordinate != c)
-        at++;
-    if (at == rate_count)
-        return kmp_fail(model->context, KEMPE_E_ARGUMENT,
-                        "--solve-for: the rate of '%s' needs a start value: give it (--rates %s=..)",
-                        model->motions[c].name, model->motions[c].name);
-    x->rate[x->free_count - x->parameter_count] = at;
-    x->value[x->free_count] = rates[at].rate;
-    x->name[x->free_count++] = word;
-    return KEMPE_OK;
-}
-
 static kempe_status read_release(kmp_exchange *x, const kempe_model *model, const char *list, const kmp_steady *rates,
                                  int rate_count)
 {
@@ -51,9 +34,21 @@ static kempe_status read_release(kmp_exchange *x, const kempe_model *model, cons
         }
     x->parameter_count = x->free_count;
     KMP_TRY(kmp_variant_new(model, x->parameter_count, x->name, &x->variant));
-    for (int k = 0; k < count; k++)
-        if (is_rate(word[k]))
-            KMP_TRY(add_rate(x, model, word[k], rates, rate_count));
+    for (int k = 0; k < count; k++) {
+        int c = -1, at = 0;
+        if (!is_rate(word[k]))
+            continue;
+        KMP_TRY(kmp_coordinate_find(model, "solve-for", word[k] + 3, strlen(word[k]) - 4, &c));
+        while (at < rate_count && rates[at].coordinate != c)
+            at++;
+        if (at == rate_count)
+            return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                            "--solve-for: the rate of '%s' needs a start value: give it (--rates %s=..)",
+                            model->motions[c].name, model->motions[c].name);
+        x->rate[x->free_count - x->parameter_count] = at;
+        x->value[x->free_count] = rates[at].rate;
+        x->name[x->free_count++] = word[k];
+    }
     memcpy(x->given, x->value, (size_t)x->free_count * sizeof *x->given);
     return KEMPE_OK;
 }
@@ -139,28 +134,22 @@ static kempe_status add_targets(kmp_exchange *x, const kempe_model *model, const
     return KEMPE_OK;
 }
 
-static kempe_status read_targets(kmp_exchange *x, const kempe_model *model, const char *fix, const char *require)
-{
-    kmp_ranges fixed = {0}, required = {0};
-    kempe_status status = fix ? kmp_ranges_read(model->context, fix, &fixed) : KEMPE_OK;
-    if (status == KEMPE_OK && require)
-        status = kmp_ranges_read(model->context, require, &required);
-    if (status == KEMPE_OK)
-        status = add_targets(x, model, &fixed, &required);
-    kmp_ranges_free(&fixed);
-    kmp_ranges_free(&required);
-    return status;
-}
-
 /* -- the exchange ------------------------------------------------------------------------------------ */
 
 kempe_status kmp_exchange_new(const kempe_system *system, const char *fix, const char *require, const char *release,
                               const kmp_steady *rates, int rate_count, kmp_exchange **exchange)
 {
     KMP_MAKE(system->context, kmp_exchange, x);
+    kmp_ranges fixed = {0}, required = {0};
     kempe_status status = read_release(x, system->model, release, rates, rate_count);
+    if (status == KEMPE_OK && fix)
+        status = kmp_ranges_read(system->context, fix, &fixed);
+    if (status == KEMPE_OK && require)
+        status = kmp_ranges_read(system->context, require, &required);
     if (status == KEMPE_OK)
-        status = read_targets(x, system->model, fix, require);
+        status = add_targets(x, system->model, &fixed, &required);
+    kmp_ranges_free(&fixed);
+    kmp_ranges_free(&required);
     if (status == KEMPE_OK)
         status = kmp_system_of_variant(x->variant, &x->system);
     if (status == KEMPE_OK)

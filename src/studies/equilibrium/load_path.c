@@ -4,7 +4,7 @@
  * force is evaluated from equations of its own, which have that element alone. */
 #include "base/arena.h"
 #include "linalg/dot.h"
-#include "studies/equilibrium/descent.h"
+#include "studies/equilibrium/equilibrium_study.h"
 #include <math.h>
 #include <string.h>
 
@@ -89,24 +89,6 @@ static kempe_status find(const kmp_linear *l, const double *x, load_path *path, 
     return KEMPE_OK;
 }
 
-static void report(kmp_text *text, const kempe_model *model, int coordinate, const load_path *path)
-{
-    const char *unit = model->motions[coordinate].rotation ? "N m" : "N";
-    for (int i = 0; i < path->count; i++) {
-        int force = path->pull[i].force;
-        kmp_text_put(text, i ? ", " : "");
-        if (force >= 0)
-            kmp_text_printf(text, "'%s'", model->forces[force].name);
-        else
-            kmp_text_put(text, force == GRAVITY  ? "gravity"
-                               : force == MOTION ? "its motion"
-                                                 : "the force of the caller");
-        kmp_text_printf(text, " %.6g %s", path->pull[i].effort, unit);
-    }
-    if (path->count > 1)
-        kmp_text_printf(text, ", together %.6g %s", path->sum, unit);
-}
-
 kempe_status kmp_load_path_report(kmp_text *text, const kmp_linear *linear, int k)
 {
     int n = linear->n;
@@ -117,8 +99,23 @@ kempe_status kmp_load_path_report(kmp_text *text, const kmp_linear *linear, int 
     kempe_status status = kmp_made(linear->system->context, !arena.failed);
     if (status == KEMPE_OK)
         status = find(linear, linear->red.x + k * n, &path, with, without);
-    if (status == KEMPE_OK)
-        report(text, model, linear->part.u[k], &path);
+    if (status == KEMPE_OK) {
+        int coordinate = linear->part.u[k];
+        const char *unit = model->motions[coordinate].rotation ? "N m" : "N";
+        for (int i = 0; i < path.count; i++) {
+            int force = path.pull[i].force;
+            kmp_text_put(text, i ? ", " : "");
+            if (force >= 0)
+                kmp_text_printf(text, "'%s'", model->forces[force].name);
+            else
+                kmp_text_put(text, force == GRAVITY  ? "gravity"
+                                   : force == MOTION ? "its motion"
+                                                     : "the force of the caller");
+            kmp_text_printf(text, " %.6g %s", path.pull[i].effort, unit);
+        }
+        if (path.count > 1)
+            kmp_text_printf(text, ", together %.6g %s", path.sum, unit);
+    }
     kmp_arena_free(&arena);
     return status;
 }

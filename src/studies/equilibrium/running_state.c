@@ -5,7 +5,7 @@
  * speed of a vehicle that rolls freely, is that of the start. */
 #include "base/memory.h"
 #include "linalg/dense/lapack.h"
-#include "studies/equilibrium/descent.h"
+#include "studies/equilibrium/equilibrium_study.h"
 #include <math.h>
 #include <string.h>
 
@@ -363,17 +363,6 @@ static kempe_status run_from(kmp_linear *l, double t, double *q, const double *q
     return status;
 }
 
-/* True if the start gives a rate to a coordinate that nothing depends on at the last state. */
-static bool would_move(const kmp_linear *l, const double *qd)
-{
-    bool moves = false;
-    double most;
-    (void)kmp_descent_measure(l, l->unit, &most);
-    for (int k = 0; k < l->p; k++)
-        moves = moves || (qd[l->part.u[k]] != 0 && kmp_descent_is_idle(l, k, l->unit));
-    return moves;
-}
-
 /* After a rest is found although the start moves, searches a steady motion from that rest: wheels may press only
  * there. */
 static kempe_status run_from_rest(kmp_linear *l, double t, double *q, const double *qd, kmp_search *search)
@@ -381,7 +370,12 @@ static kempe_status run_from_rest(kmp_linear *l, double t, double *q, const doub
     bool found = false;
     if (search->rate_count > 0)
         return KEMPE_OK;
-    if (!would_move(l, qd)) {
+    bool moves = false;
+    double most;
+    (void)kmp_descent_measure(l, l->unit, &most);
+    for (int k = 0; k < l->p; k++)
+        moves = moves || (qd[l->part.u[k]] != 0 && kmp_descent_is_idle(l, k, l->unit));
+    if (!moves) {
         warn_of_rest(l, qd, search);
         return KEMPE_OK;
     }

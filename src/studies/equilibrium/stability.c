@@ -35,59 +35,30 @@ static int own_place(const kmp_spectrum *s, int vector)
     return best;
 }
 
-static void judge(const kmp_linear *l, const kmp_spectrum *s, kmp_stability *out)
-{
-    double largest = 0;
-    for (int k = s->zeros; k < s->count; k++)
-        largest = fmax(largest, hypot(s->re[k], s->im[k]));
-    for (int k = s->zeros; k < s->count; k++) {
-        out->growing += s->re[k] > ROUNDING * largest;
-        if (!(s->re[k] <= out->re)) {
-            out->re = s->re[k];
-            out->im = s->im[k];
-        }
-    }
-    out->still = s->still;
-    for (int k = 0; k < s->still; k++)
-        out->along[k] = l->part.u[own_place(s, k)];
-    out->secular = s->secular;
-    if (s->secular) { /* rounding may have split it */
-        out->growing -= out->growing > 0 && out->re <= KMP_SPECTRUM_EQUAL * largest ? out->growing : 0;
-        out->re = 0;
-        out->im = s->secular_at < s->zeros ? 0 : s->im[s->secular_at];
-    }
-    out->word = out->growing > 0 || out->secular ? KMP_UNSTABLE : s->zeros > 0 ? KMP_NEUTRAL : KMP_STABLE;
-}
-
-/* A model with sampled states has the eigenvalues z of its map over one period T; of each, ln(z)/T grows as it does. */
-static void judge_rates(const kmp_sampled_spectrum *s, kmp_stability *out)
-{
-    double largest = 0, re, im;
-    bool neutral = false;
-    for (int k = 0; k < s->count; k++) {
-        kmp_sampled_rate(s, k, &re, &im);
-        largest = fmax(largest, hypot(re, im));
-    }
-    for (int k = 0; k < s->count; k++) {
-        kmp_sampled_rate(s, k, &re, &im);
-        out->growing += re > KMP_SAMPLED_STILL * largest;
-        neutral = neutral || fabs(re) <= KMP_SAMPLED_STILL * largest;
-        if (!(re <= out->re)) {
-            out->re = re;
-            out->im = im;
-        }
-    }
-    out->word = out->growing > 0 ? KMP_UNSTABLE : neutral ? KMP_NEUTRAL : KMP_STABLE;
-}
-
 static kempe_status judge_samples(const kmp_linear *l, kmp_stability *out)
 {
     kmp_sampled_spectrum s;
     kempe_status status = kmp_sampled_spectrum_init(&s, l);
     if (status == KEMPE_E_FAILED)
         kmp_context_clear(l->system->context);
-    if (status == KEMPE_OK)
-        judge_rates(&s, out);
+    if (status == KEMPE_OK) {
+        double largest = 0, re, im;
+        bool neutral = false;
+        for (int k = 0; k < s.count; k++) {
+            kmp_sampled_rate(&s, k, &re, &im);
+            largest = fmax(largest, hypot(re, im));
+        }
+        for (int k = 0; k < s.count; k++) {
+            kmp_sampled_rate(&s, k, &re, &im);
+            out->growing += re > KMP_SAMPLED_STILL * largest;
+            neutral = neutral || fabs(re) <= KMP_SAMPLED_STILL * largest;
+            if (!(re <= out->re)) {
+                out->re = re;
+                out->im = im;
+            }
+        }
+        out->word = out->growing > 0 ? KMP_UNSTABLE : neutral ? KMP_NEUTRAL : KMP_STABLE;
+    }
     kmp_sampled_spectrum_free(&s);
     return status == KEMPE_E_FAILED ? KEMPE_OK : status;
 }
@@ -119,7 +90,29 @@ kempe_status kmp_stability_judge(const kmp_linear *linear, kmp_stability *stabil
         kmp_context_clear(linear->system->context);
     if (status != KEMPE_OK)
         return status == KEMPE_E_FAILED ? KEMPE_OK : status;
-    judge(linear, &s, stability);
+    double largest = 0;
+    for (int k = s.zeros; k < s.count; k++)
+        largest = fmax(largest, hypot(s.re[k], s.im[k]));
+    for (int k = s.zeros; k < s.count; k++) {
+        stability->growing += s.re[k] > ROUNDING * largest;
+        if (!(s.re[k] <= stability->re)) {
+            stability->re = s.re[k];
+            stability->im = s.im[k];
+        }
+    }
+    stability->still = s.still;
+    for (int k = 0; k < s.still; k++)
+        stability->along[k] = linear->part.u[own_place(&s, k)];
+    stability->secular = s.secular;
+    if (s.secular) { /* rounding may have split it */
+        stability->growing -=
+            stability->growing > 0 && stability->re <= KMP_SPECTRUM_EQUAL * largest ? stability->growing : 0;
+        stability->re = 0;
+        stability->im = s.secular_at < s.zeros ? 0 : s.im[s.secular_at];
+    }
+    stability->word = stability->growing > 0 || stability->secular ? KMP_UNSTABLE
+                      : s.zeros > 0                                ? KMP_NEUTRAL
+                                                                   : KMP_STABLE;
     kmp_spectrum_free(&s);
     return KEMPE_OK;
 }

@@ -3,18 +3,6 @@
 #include "model/tables/coordinates.h"
 #include <string.h>
 
-static kempe_status take(const kempe_model *model, const kmp_range *range, int count, kmp_steady *rates)
-{
-    int c = -1;
-    KMP_TRY(kmp_coordinate_find(model, "rates", range->name, strlen(range->name), &c));
-    KMP_TRY(kmp_range_fits_motion(model->context, "rates", range, model->motions[c].rotation, 1));
-    for (int i = 0; i < count; i++)
-        if (rates[i].coordinate == c)
-            return kmp_fail(model->context, KEMPE_E_ARGUMENT, "rates: '%s' is given twice", range->name);
-    rates[count] = (kmp_steady){.coordinate = c, .rate = range->from};
-    return KEMPE_OK;
-}
-
 kempe_status kmp_steady_take(const kempe_model *model, const kmp_ranges *ranges, kmp_arena *arena, int *varies,
                              kmp_steady **rates)
 {
@@ -23,7 +11,13 @@ kempe_status kmp_steady_take(const kempe_model *model, const kmp_ranges *ranges,
     KMP_TRY(kmp_made(model->context, *rates));
     for (int k = 0; k < ranges->count; k++) {
         const kmp_range *range = &ranges->range[k];
-        KMP_TRY(take(model, range, k, *rates));
+        int c = -1;
+        KMP_TRY(kmp_coordinate_find(model, "rates", range->name, strlen(range->name), &c));
+        KMP_TRY(kmp_range_fits_motion(model->context, "rates", range, model->motions[c].rotation, 1));
+        for (int i = 0; i < k; i++)
+            if ((*rates)[i].coordinate == c)
+                return kmp_fail(model->context, KEMPE_E_ARGUMENT, "rates: '%s' is given twice", range->name);
+        (*rates)[k] = (kmp_steady){.coordinate = c, .rate = range->from};
         if (range->count == 1)
             continue;
         if (!varies)

@@ -46,30 +46,17 @@ static void add(kmp_columns *columns, kmp_text *name, const char *unit, kmp_colu
     kmp_text_free(name);
 }
 
-/* Components beyond the bits have no words of their own. */
-static bool is_part(const unsigned *parts, int o, int component)
-{
-    return !parts || component >= 32 || parts[o] >> component & 1u;
-}
-
 static void add_computed(kmp_columns *columns, const kempe_model *model, const unsigned *parts, int o, int first)
 {
     const kmp_output *output = &model->outputs[o];
     for (int k = 0; k < kmp_output_width(model, output); k++) {
         kmp_text name = {0};
-        if (!is_part(parts, o, k))
+        /* Components beyond the bits have no words of their own. */
+        if (!(!parts || k >= 32 || parts[o] >> k & 1u))
             continue;
         kmp_output_column(&name, model, output, k);
         add(columns, &name, kmp_output_unit(model, output, k), (kmp_column){KMP_QUANTITIES, first + k, o, k});
     }
-}
-
-/* A state is the rate of its motion. */
-static kmp_column from_table(const kempe_system *system, kmp_quantity quantity, int k, int output)
-{
-    bool state = quantity == KMP_QUANTITY_STATE;
-    int index = state ? kmp_model_coordinates(system->model) + k : k;
-    return (kmp_column){state ? KMP_QUANTITY_QD : quantity, index, output, 0};
 }
 
 static void add_from_table(kmp_columns *columns, const kempe_system *system, const kempe_model *model, int o)
@@ -81,7 +68,11 @@ static void add_from_table(kmp_columns *columns, const kempe_system *system, con
         if (!is_requested(system, output, k))
             continue;
         kmp_text_printf(&name, "%s.%s", kmp_quantity_prefix(quantity), kmp_quantity_name(system, quantity, k));
-        add(columns, &name, kmp_quantity_unit(system, quantity, k), from_table(system, quantity, k, o));
+        /* A state is the rate of its motion. */
+        bool state = quantity == KMP_QUANTITY_STATE;
+        int index = state ? kmp_model_coordinates(system->model) + k : k;
+        add(columns, &name, kmp_quantity_unit(system, quantity, k),
+            ((kmp_column){state ? KMP_QUANTITY_QD : quantity, index, o, 0}));
     }
 }
 

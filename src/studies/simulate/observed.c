@@ -14,21 +14,14 @@ typedef struct listing {
     int count, columns, most, left_out;
 } listing;
 
-static bool is_listed(const listing *l, const kmp_output *output)
-{
-    for (int k = 0; k < l->count; k++)
-        if (kmp_output_includes(&l->list[k], output))
-            return true;
-    return false;
-}
-
 static void add(listing *l, kmp_output output, bool wanted)
 {
     const kempe_model *model = l->model;
     int width = kmp_output_width(model, &output);
     int columns = width > 0 ? width : output.index < 0 ? model->motion_count : 1;
-    if (is_listed(l, &output))
-        return;
+    for (int k = 0; k < l->count; k++)
+        if (kmp_output_includes(&l->list[k], &output))
+            return;
     if (!wanted && l->columns + columns > l->most) {
         l->left_out++;
         return;
@@ -61,16 +54,13 @@ static void list_kind(listing *l, kmp_output_kind kind)
     if (kind == KMP_OUTPUT_STATE && model->state_count == 0)
         return;
     if (kmp_output_stands_alone(kind)) {
-        kmp_output all = {.kind = kind, .index = -1};
-        add(l, all, false);
+        add(l, (kmp_output){.kind = kind, .index = -1}, false);
         return;
     }
     int count = kmp_output_names(model, kmp_output_rows[kind].argument).count;
-    for (int k = 0; k < count; k++) {
-        kmp_output one = {.kind = kind, .index = k};
+    for (int k = 0; k < count; k++)
         if (has_output(model, kind, k))
-            add(l, one, false);
-    }
+            add(l, (kmp_output){.kind = kind, .index = k}, false);
 }
 
 static kempe_status list_all(kmp_observed *o, int most)

@@ -34,11 +34,6 @@ struct kempe_outputs {
 
 /* -- the program ------------------------------------------------------------------------------------- */
 
-static unsigned depends_on(const kmp_graph *g, kmp_ref x)
-{
-    return kmp_graph_node(g, kmp_id(x))->depends;
-}
-
 /* J by q, of outputs that depend on rates by qd; jdqd is the second, or the first, total derivative by time. */
 static void differentiate(kempe_outputs *o, const kmp_equations *eq, int count, const kmp_ref *value, kmp_ref *slope)
 {
@@ -52,7 +47,7 @@ static void differentiate(kempe_outputs *o, const kmp_equations *eq, int count, 
     kmp_partials_all(g, count, value, KMP_IN_Q, o->n, by);
     kmp_partials_all(g, count, value, KMP_IN_QD, o->n, by_rates);
     for (int i = 0; i < count; i++) {
-        unsigned depends = depends_on(g, value[i]);
+        unsigned depends = kmp_graph_node(g, kmp_id(value[i]))->depends;
         bool rates = depends & 1u << KMP_IN_QD;
         o->moves[i] = !(depends & late);
         kmp_ref rate = rates ? value[i] : kmp_derivative_of(d, value[i]);
@@ -145,20 +140,11 @@ void kempe_outputs_free(kempe_outputs *o)
 
 /* -- names ------------------------------------------------------------------------------------------- */
 
-int kempe_outputs_count(const kempe_outputs *outputs)
-{
-    return outputs ? outputs->count : 0;
-}
-
-const char *kempe_outputs_name(const kempe_outputs *outputs, int k)
-{
-    return outputs && k >= 0 && k < outputs->count ? outputs->observed.columns.name[k + 1] : NULL;
-}
-
-const char *kempe_outputs_unit(const kempe_outputs *outputs, int k)
-{
-    return outputs && k >= 0 && k < outputs->count ? outputs->observed.columns.unit[k + 1] : "";
-}
+KMP_GETTER(int kempe_outputs_count(const kempe_outputs *outputs), outputs, outputs->count, 0)
+KMP_GETTER_AT(const char *kempe_outputs_name(const kempe_outputs *outputs, int k), outputs, k, outputs->count,
+              outputs->observed.columns.name[k + 1], NULL)
+KMP_GETTER_AT(const char *kempe_outputs_unit(const kempe_outputs *outputs, int k), outputs, k, outputs->count,
+              outputs->observed.columns.unit[k + 1], "")
 
 int kempe_outputs_find(const kempe_outputs *outputs, const char *name)
 {
@@ -213,6 +199,16 @@ kempe_status kempe_outputs_at_row(kempe_outputs *o, const kempe_trajectory *t, i
                         kempe_trajectory_row_count(t));
     return kempe_outputs_at(o, kempe_trajectory_time(t, row), kempe_trajectory_q(t, row), kempe_trajectory_qd(t, row),
                             kempe_trajectory_qdd(t, row), kempe_trajectory_lambda(t, row), values);
+}
+
+kempe_status kempe_outputs_at_time(kempe_outputs *outputs, kempe_trajectory *trajectory, double t, double *values)
+{
+    KMP_WANTED(NULL, outputs, "outputs");
+    KMP_WANTED(NULL, trajectory, "trajectory");
+    const double *row = trajectory->at;
+    int n = trajectory->system->n;
+    KMP_TRY(kempe_trajectory_at(trajectory, t, NULL, NULL, NULL, NULL));
+    return kempe_outputs_at(outputs, t, row, row + n, row + 2 * n, row + 3 * n, values);
 }
 
 /* -- Jacobians --------------------------------------------------------------------------------------- */
@@ -270,15 +266,8 @@ static const kmp_partition *partition_of(const kempe_outputs *o)
     return o->own ? &o->part : &o->start;
 }
 
-int kempe_outputs_independent_count(const kempe_outputs *outputs)
-{
-    return outputs ? partition_of(outputs)->p : 0;
-}
-
-const int *kempe_outputs_independent(const kempe_outputs *outputs)
-{
-    return outputs ? partition_of(outputs)->u : NULL;
-}
+KMP_GETTER(int kempe_outputs_independent_count(const kempe_outputs *outputs), outputs, partition_of(outputs)->p, 0)
+KMP_GETTER(const int *kempe_outputs_independent(const kempe_outputs *outputs), outputs, partition_of(outputs)->u, NULL)
 
 /* X and x_t at a closed position; at a dead centre its coordinates by name. */
 static kempe_status find_tangent(kempe_outputs *o, double t, const double *q)
@@ -306,21 +295,6 @@ static kempe_status find_tangent(kempe_outputs *o, double t, const double *q)
         model->motions[u].name, t, model->motions[v].name, growth);
 }
 
-/* J a0 + jdqd with a0 = (0; -Jv^-1 jdqd of the closures): the accelerations at udd = 0. */
-static void find_drift(kempe_outputs *o, double *drift)
-{
-    int n = o->n;
-    memset(o->rate, 0, (size_t)n * sizeof *o->rate);
-    if (o->m > 0) {
-        kmp_reduction_push(&o->red, -1, kmp_machine_run(o->observed.machine, CLOSURES), o->rate);
-    }
-    for (int i = 0; i < o->count; i++) {
-        drift[i] = o->slope[n * o->count + i];
-        for (int k = 0; k < n; k++)
-            drift[i] += o->slope[k * o->count + i] * o->rate[k];
-    }
-}
-
 kempe_status kempe_outputs_closed_jacobian(kempe_outputs *o, double t, const double *q, const double *qd,
                                            double *jacobian, double *drift)
 {
@@ -338,7 +312,16 @@ kempe_status kempe_outputs_closed_jacobian(kempe_outputs *o, double t, const dou
                 sum += o->slope[j * o->count + i] * x[k * n + j];
             jacobian[k * o->count + i] = sum;
         }
-    if (drift)
-        find_drift(o, drift);
+    /* J a0 + jdqd with a0 = (0; -Jv^-1 jdqd of the closures): the accelerations at udd = 0. */
+    if (drift) {
+        memset(o->rate, 0, (size_t)n * sizeof *o->rate);
+        if (o->m > 0)
+            kmp_reduction_push(&o->red, -1, kmp_machine_run(o->observed.machine, CLOSURES), o->rate);
+        for (int i = 0; i < o->count; i++) {
+            drift[i] = o->slope[n * o->count + i];
+            for (int k = 0; k < n; k++)
+                drift[i] += o->slope[k * o->count + i] * o->rate[k];
+        }
+    }
     return KEMPE_OK;
 }

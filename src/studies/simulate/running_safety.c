@@ -3,13 +3,18 @@
  * Integrals over the way are trapezoidal; a mean is the difference of two values of the integral, 2 m apart
  * (EN 14363:2016: sliding mean of Y/Q and of the sum of Y, from forces below 20 Hz). */
 #include "studies/simulate/running_safety.h"
+#include "base/context.h"
 #include "base/json.h"
+#include "base/memory.h"
 #include "constraints/tolerances.h"
+#include "dynamics/kept.h"
 #include "model/tables/output_table.h"
 #include "output/print.h"
 #include "output/vibration/low_pass.h"
+#include "studies/equilibrium/balances.h"
 #include "studies/simulate/observed.h"
 #include "symbolic/table_function.h"
+#include <kempe/equilibrium.h>
 #include <math.h>
 #include <string.h>
 
@@ -50,9 +55,9 @@ typedef struct judging {
     bool waits, calm, pairs;       /* calm: the last interval was not refined; pairs: then two are judged together */
     bool full;                     /* MOST_SAMPLES are taken */
     int halvings;
-    double *way, *load, *across, *of, *wear; /* way, Q, Y, Y/Q, T gamma of wheel w at sample k: [w * samples + k] */
-    double *smooth, *smooth_across;          /* Q and Y at low frequencies, a wheel after the other */
-    double *mean, *sum, *integral, *along, *aside;
+    double *way, *of;               /* way and Y/Q of wheel w at sample k: [w * samples + k] */
+    double *smooth, *smooth_across; /* Q and Y at low frequencies, a wheel after the other */
+    double *integral;
 } judging;
 
 /* -- limits ------------------------------------------------------------------------------------------- */
@@ -114,12 +119,6 @@ static kempe_status observe(judging *j)
     made = made && !column.failed;
     kmp_text_free(&column);
     return kmp_made(model->context, made);
-}
-
-static double speed_of(const judging *j, int wheel)
-{
-    const double *v = j->value + j->motion_at[2 * wheel];
-    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
 /* The middle line and its direction at an arc length. */
@@ -187,7 +186,8 @@ static kempe_status take_sample(judging *j, double t, const double *before, doub
         double *of = sample + 1 + OF_WHEEL * w;
         for (int k = LOAD; k <= WEAR; k++)
             of[k] = j->value[4 * w + k];
-        of[SPEED] = speed_of(j, w);
+        const double *v = j->value + j->motion_at[2 * w];
+        of[SPEED] = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
         place_on_track(j, w, before ? before[1 + OF_WHEEL * w + ALONG] : NAN, &of[ALONG], &of[ASIDE]);
     }
     return KEMPE_OK;
@@ -307,26 +307,27 @@ static kempe_status sample_step(judging *j, double to, double finer)
 }
 
 /* By wheels, with the way, which is the integral of the speed. */
-static void sort_samples(judging *j, double *time)
+static void sort_samples(judging *j)
 {
-    const int samples = j->safety->samples;
+    kmp_running_safety *s = j->safety;
+    const int samples = s->samples;
     for (int k = 0; k < samples; k++)
-        time[k] = j->kept[(ptrdiff_t)k * sample_size(j)];
+        s->t[k] = j->kept[(ptrdiff_t)k * sample_size(j)];
     for (int w = 0; w < j->model->wheel_count; w++) {
         double *way = j->way + (ptrdiff_t)w * samples, before = 0;
         for (int k = 0; k < samples; k++) {
             const double *of = j->kept + (ptrdiff_t)k * sample_size(j) + 1 + OF_WHEEL * w;
             const ptrdiff_t at = (ptrdiff_t)w * samples + k;
-            j->load[at] = of[LOAD];
-            j->across[at] = of[ACROSS];
+            s->load[at] = of[LOAD];
+            s->across[at] = of[ACROSS];
             j->of[at] = of[RATIO];
-            j->wear[at] = of[WEAR];
-            j->along[at] = of[ALONG];
-            j->aside[at] = of[ASIDE];
-            way[k] = k > 0 ? way[k - 1] + (time[k] - time[k - 1]) * (before + of[SPEED]) / 2 : 0;
+            s->wear[at] = of[WEAR];
+            s->along[at] = of[ALONG];
+            s->aside[at] = of[ASIDE];
+            way[k] = k > 0 ? way[k - 1] + (s->t[k] - s->t[k - 1]) * (before + of[SPEED]) / 2 : 0;
             before = of[SPEED];
         }
-        j->safety->way = fmax(j->safety->way, way[samples - 1]);
+        s->way = fmax(s->way, way[samples - 1]);
     }
 }
 
@@ -378,10 +379,10 @@ static void judge_wheel(const judging *j, int w, int stride, kmp_safety_wheel *o
 {
     const int samples = j->safety->samples;
     const ptrdiff_t at = (ptrdiff_t)w * samples;
-    const double *load = j->load + at, *smooth = j->smooth + at, *of = j->of + at, *t = j->safety->t;
-    double *mean = j->mean + at, *ratio = j->integral + samples;
+    const double *load = j->safety->load + at, *smooth = j->smooth + at, *of = j->of + at, *t = j->safety->t;
+    double *mean = j->safety->mean + at, *ratio = j->integral + samples;
     out->unloading = out->smooth_unloading = out->ratio = out->mean = out->most_wear = (kmp_safety_value){NAN, NAN};
-    out->wear = mean_over(samples, stride, j->way + at, j->wear + at);
+    out->wear = mean_over(samples, stride, j->way + at, j->safety->wear + at);
     for (int k = 0; k < samples; k += stride)
         ratio[k] = smooth[k] > 0 ? j->smooth_across[at + k] / smooth[k] : 0;
     slide(j, stride, j->way + at, ratio, mean);
@@ -390,7 +391,7 @@ static void judge_wheel(const judging *j, int w, int stride, kmp_safety_wheel *o
         take_largest(&out->smooth_unloading, unloading(out, smooth[k]), t[k]);
         take_largest(&out->ratio, load[k] < LEAST_LOAD * out->load ? NAN : of[k], t[k]);
         take_largest(&out->mean, mean[k], t[k]);
-        take_largest(&out->most_wear, j->wear[at + k], t[k]);
+        take_largest(&out->most_wear, j->safety->wear[at + k], t[k]);
     }
 }
 
@@ -399,7 +400,7 @@ static void judge_axle(const judging *j, int number, int stride, kmp_safety_axle
 {
     const int samples = j->safety->samples;
     const ptrdiff_t left = (ptrdiff_t)out->left * samples, right = (ptrdiff_t)out->right * samples;
-    double *sum = j->sum + (ptrdiff_t)number * samples, *force = j->integral + samples;
+    double *sum = j->safety->sum + (ptrdiff_t)number * samples, *force = j->integral + samples;
     for (int k = 0; k < samples; k++)
         force[k] = j->smooth_across[left + k] - j->smooth_across[right + k];
     slide(j, stride, j->way + left, force, sum);
@@ -418,25 +419,13 @@ static double change(kmp_safety_value fine, kmp_safety_value coarse, double leas
 static bool judge_with(const judging *j, int stride, kmp_safety_wheel *wheel, kmp_safety_axle *axle)
 {
     const kmp_running_safety *s = j->safety;
-    bool made = kmp_low_pass(KMP_SAFETY_CUTOFF, s->samples, stride, s->t, s->wheels, j->load, j->smooth) &&
-                kmp_low_pass(KMP_SAFETY_CUTOFF, s->samples, stride, s->t, s->wheels, j->across, j->smooth_across);
+    bool made = kmp_low_pass(KMP_SAFETY_CUTOFF, s->samples, stride, s->t, s->wheels, s->load, j->smooth) &&
+                kmp_low_pass(KMP_SAFETY_CUTOFF, s->samples, stride, s->t, s->wheels, s->across, j->smooth_across);
     for (int w = 0; made && w < s->wheels; w++)
         judge_wheel(j, w, stride, &wheel[w]);
     for (int k = 0; made && k < s->axles; k++)
         judge_axle(j, k, stride, &axle[k]);
     return made;
-}
-
-/* The largest change of wear numbers over the largest of all wheels. */
-static double change_of_wear(const kmp_running_safety *s, const kmp_safety_wheel *coarse)
-{
-    double most = 0, off = 0;
-    for (int w = 0; w < s->wheels; w++) {
-        most = fmax(most, s->wheel[w].most_wear.value);
-        off = fmax(off, fmax(fabs(s->wheel[w].wear - coarse[w].wear),
-                             fabs(s->wheel[w].most_wear.value - coarse[w].most_wear.value)));
-    }
-    return most > 0 ? off / most : 0;
 }
 
 /* First with every other sample, then with all. Ratios are compared with 1, forces with the load, wear numbers with the
@@ -455,7 +444,14 @@ static kempe_status judge_all(judging *j)
         s->difference = fmax(fmax(s->difference, change(a->unloading, b->unloading, 1)),
                              fmax(change(a->ratio, b->ratio, 1), change(a->mean, b->mean, 1)));
     }
-    s->difference = fmax(s->difference, change_of_wear(s, wheel));
+    /* The largest change of wear numbers over the largest of all wheels. */
+    double most = 0, off = 0;
+    for (int w = 0; w < s->wheels; w++) {
+        most = fmax(most, s->wheel[w].most_wear.value);
+        off = fmax(off, fmax(fabs(s->wheel[w].wear - wheel[w].wear),
+                             fabs(s->wheel[w].most_wear.value - wheel[w].most_wear.value)));
+    }
+    s->difference = fmax(s->difference, (most > 0 ? off / most : 0));
     for (int k = 0; k < s->axles; k++) {
         double load = s->wheel[axle[k].left].load + s->wheel[axle[k].right].load;
         s->difference =
@@ -475,7 +471,7 @@ static int opposite(const judging *j, int wheel)
     double least = OPPOSITE * model->tracks[given->track].gauge;
     int found = -1;
     for (int w = 0; w < model->wheel_count; w++) {
-        const double far = fabs(j->along[w * samples] - j->along[wheel * samples]);
+        const double far = fabs(j->safety->along[w * samples] - j->safety->along[wheel * samples]);
         if (model->wheels[w].track == given->track && model->wheels[w].side != given->side && far < least) {
             least = far;
             found = w;
@@ -492,7 +488,7 @@ static void take_loads(judging *j)
     s->at_rest = isfinite(j->static_loads[0]);
     for (int w = 0; w < s->wheels; w++) {
         kmp_safety_wheel *wheel = &s->wheel[w];
-        wheel->load = s->at_rest ? j->static_loads[w] : j->load[(ptrdiff_t)w * s->samples];
+        wheel->load = s->at_rest ? j->static_loads[w] : j->safety->load[(ptrdiff_t)w * s->samples];
         wheel->flange = steepest_flange(&model->wheels[w]);
         wheel->nadal = nadal_limit(wheel->flange, model->wheels[w].friction.value);
         loads += wheel->load;
@@ -512,7 +508,6 @@ static kempe_status judge(judging *j, kmp_arena *arena)
 {
     kmp_running_safety *s = j->safety;
     const ptrdiff_t wheels = j->model->wheel_count;
-    double *time = NULL;
     KMP_TRY(observe(j));
     j->row = KMP_ARENA_NEW(&j->room, double, 3 * j->observed.system->n + j->observed.system->m);
     KMP_TRY(kmp_made(j->model->context, j->row));
@@ -539,20 +534,12 @@ static kempe_status judge(judging *j, kmp_arena *arena)
         KMP_ARENA_MAKE(&j->room, KMP_ROOM(double, wheels * s->samples, &j->way, &j->of, &j->smooth, &j->smooth_across),
                        KMP_ROOM(double, 2 * (ptrdiff_t)s->samples, &j->integral)) &&
         KMP_ARENA_MAKE(arena,
-                       KMP_ROOM(double, wheels * s->samples, &j->load, &j->across, &j->wear, &j->mean, &j->sum,
-                                &j->along, &j->aside),
-                       KMP_ROOM(double, s->samples, &time), KMP_ROOM(kmp_safety_wheel, wheels, &s->wheel),
+                       KMP_ROOM(double, wheels * s->samples, &s->load, &s->across, &s->wear, &s->mean, &s->sum,
+                                &s->along, &s->aside),
+                       KMP_ROOM(double, s->samples, &s->t), KMP_ROOM(kmp_safety_wheel, wheels, &s->wheel),
                        KMP_ROOM(kmp_safety_axle, wheels, &s->axle));
     KMP_TRY(kmp_made(j->model->context, made));
-    s->t = time;
-    s->mean = j->mean;
-    s->sum = j->sum;
-    s->load = j->load;
-    s->across = j->across;
-    s->wear = j->wear;
-    s->along = j->along;
-    s->aside = j->aside;
-    sort_samples(j, time);
+    sort_samples(j);
     s->wheels = (int)wheels;
     take_loads(j);
     /* A wheelset, or two independent wheels. */
@@ -701,4 +688,126 @@ void kmp_running_safety_json(kmp_json *json, const kempe_model *model, const kmp
         kmp_json_end(json);
     }
     kmp_json_put(json, "] }");
+}
+
+/* -- static loads -------------------------------------------------------------------------------------- */
+
+/* Wheel loads at rest take an equilibrium, which costs as much as some seconds of a run; they depend on the model
+ * alone, and are kept like its programs. */
+
+/* By descent, then by Newton's method. */
+static kempe_status loads_at_rest(const kempe_system *system, kmp_observed *o, kmp_arena *room, double *loads)
+{
+    kempe_equilibrium *e = NULL;
+    double *value = KMP_ARENA_NEW(room, double, o->columns.count), least = INFINITY;
+    kempe_status status = kmp_made(system->context, value);
+    for (int newton = 0; newton < 2 && !e && status != KEMPE_E_MEMORY && status != KEMPE_STOPPED; newton++) {
+        const kempe_equilibrium_options options = {.size = sizeof options, .newton = newton};
+        status = kempe_equilibrium_new(system, &options, &e);
+    }
+    if (status == KEMPE_OK && e->count > 0 && !e->averaged) {
+        const kmp_balance *b = &e->balance[0];
+        kmp_observed_at(o, 0, b->q, b->qd, NULL, b->lambda, value);
+        for (int w = 0; w < system->model->wheel_count; w++)
+            least = fmin(least, loads[w] = value[4 * w]);
+    }
+    for (int w = 0; w < system->model->wheel_count && !(isfinite(least) && least > 0); w++)
+        loads[w] = NAN;
+    kempe_equilibrium_free(e);
+    return status == KEMPE_E_MEMORY || status == KEMPE_STOPPED ? status : KEMPE_OK;
+}
+
+bool kmp_has_irregularities(const kempe_model *model)
+{
+    bool any = false;
+    for (int k = 0; k < model->track_count; k++)
+        for (int i = 0; i < KMP_IRREGULARITIES; i++)
+            any = any || model->tracks[k].irregularities.named[i] || model->tracks[k].irregularities.made[i];
+    return any;
+}
+
+static kempe_status loads_of(const kempe_system *system, kmp_arena *room, double *loads)
+{
+    kmp_observed o;
+    kmp_text words = {0};
+    for (int w = 0; w < system->model->wheel_count; w++)
+        kmp_text_printf(&words, "%sguidance(%s)", w > 0 ? "," : "", system->model->wheels[w].name);
+    kempe_status status =
+        words.failed ? kmp_fail_memory(system->context) : kmp_observed_init(&o, system, words.s, 0, NULL);
+    kmp_text_free(&words);
+    KMP_TRY(status);
+    status = loads_at_rest(system, &o, room, loads);
+    kmp_observed_free(&o);
+    return status;
+}
+
+static kempe_status find(const kempe_system *system, double *loads)
+{
+    kempe_model ideal;
+    kempe_system *level = NULL;
+    kmp_arena room = {0};
+    kempe_status status = KEMPE_OK;
+    const bool quiet = kmp_context_quiet(system->context, true);
+    if (kmp_has_irregularities(system->model)) {
+        /* A copy whose tracks are ideal, with the parts of the given one. */
+        ideal = *system->model;
+        ideal.has_digest = false; /* its equations are others */
+        ideal.tracks = KMP_ARENA_NEW(&room, kmp_track, system->model->track_count);
+        for (int k = 0; ideal.tracks && k < system->model->track_count; k++) {
+            ideal.tracks[k] = system->model->tracks[k];
+            ideal.tracks[k].irregularities = (kmp_irregularities){.spectrum = {.kind = -1}};
+        }
+        status = kmp_made(system->context, ideal.tracks);
+        if (status == KEMPE_OK)
+            status = kempe_system_new(&ideal, &level);
+        if (status == KEMPE_OK)
+            kempe_system_set_force(level, system->force, system->force_user);
+    }
+    if (status == KEMPE_OK)
+        status = loads_of(level ? level : system, &room, loads);
+    kempe_system_free(level);
+    (void)kmp_context_quiet(system->context, quiet);
+    if (status == KEMPE_OK)
+        kmp_context_clear(system->context);
+    kmp_arena_free(&room);
+    return status;
+}
+
+/* -- kept loads ---------------------------------------------------------------------------------------- */
+
+/* By the values of parameters, which may differ from those of the model's file. */
+static kmp_kept_name name_of(const kempe_system *s)
+{
+    kmp_kept_name name = {.what = "static loads"};
+    kmp_digest digest;
+    kmp_digest_begin(&digest);
+    kmp_digest_add_part(&digest, s->parameters, (size_t)s->model->parameter_count * sizeof *s->parameters);
+    kmp_digest_end(&digest, name.choice.digest);
+    return name;
+}
+
+static bool recall(const kempe_system *s, kmp_kept_name name, double *loads)
+{
+    kmp_cached file = kmp_kept_recall(s, name);
+    kmp_byte_source source = kmp_byte_source_of(file.bytes, file.size);
+    KMP_BYTES_TAKE(&source, loads, s->model->wheel_count);
+    bool good = file.whole && !source.failed && source.at == source.end;
+    kmp_free(file.whole);
+    return good;
+}
+
+kempe_status kmp_static_loads(const kempe_system *system, double *loads)
+{
+    bool kept = system->has_key && !system->force; /* nothing is known of the force of a user's function */
+    kmp_kept_name name = kept ? name_of(system) : (kmp_kept_name){0};
+    if (kept && recall(system, name, loads))
+        return KEMPE_OK;
+    kempe_status status = find(system, loads);
+    if (kept && status == KEMPE_OK) {
+        kmp_bytes bytes = {0};
+        KMP_BYTES_PUT(&bytes, loads, system->model->wheel_count);
+        kmp_kept_write(system, name, &bytes);
+        kmp_bytes_free(&bytes);
+    }
+    return status;
 }

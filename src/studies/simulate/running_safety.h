@@ -40,10 +40,9 @@ typedef struct kmp_running_safety {
     kmp_safety_wheel *wheel;
     kmp_safety_axle *axle;
     /* Samples; of wheel w, or of axle w, number k is at w * samples + k: */
-    const double *t, *load, *across, *wear; /* time; Q, Y and T gamma */
-    const double *mean, *sum; /* means over the way of Y/Q and of the sum of Y, filtered; NaN where it is too short */
-    const double *along,
-        *aside; /* place of the wheel's centre on the track: arc length, and m to the left in its plane */
+    double *t, *load, *across, *wear; /* time; Q, Y and T gamma */
+    double *mean, *sum;    /* means over the way of Y/Q and of the sum of Y, filtered; NaN where it is too short */
+    double *along, *aside; /* place of the wheel's centre on the track: arc length, and m to the left in its plane */
 } kmp_running_safety;
 
 /** The way over which forces are averaged, m (EN 14363). */

@@ -26,29 +26,11 @@ struct kempe_stepper {
     kempe_workspace *closer;                   /* of kempe_stepper_set_state; NULL: not made yet */
 };
 
-/** The current time, where the runner has it: the end of its last step, up to rounding. */
-double kmp_stepper_here(const kempe_stepper *stepper);
-
 /** Takes the row here again, with inputs that were set since. */
 kempe_status kmp_stepper_stand_with_inputs(kempe_stepper *stepper);
-
-/** Begins a call that moves the stepper. KEMPE_E_ARGUMENT from inside its own force function. */
-kempe_status kmp_stepper_enter(kempe_stepper *stepper);
-
-/** Makes the runner of `spec` from a start (NULL: the model is assembled) in place of the present one, and stands at
- * its first time. After a failure the stepper is unchanged. */
-kempe_status kmp_stepper_run_from(kempe_stepper *stepper, const kmp_run_spec *spec, const kempe_assembly *start);
-
-/** A state to return to, of the current time and row; `passes`: after an event here. */
-kempe_status kmp_stepper_record(kempe_stepper *stepper, bool passes, kempe_stepper_state **state);
-
-/** Closes a recorded state and continues from it. `*moved` (NULL: not wanted): as in the interface. */
-kempe_status kmp_stepper_continue(kempe_stepper *stepper, kempe_stepper_state *state, double *moved);
 
 /** A state as bytes, for another process with the same system: their number; 0 where delayed signals have a past, whose
  * length changes. Bytes of a state of the same system come back as it; NULL: no memory. */
 size_t kmp_stepper_packed_size(const kempe_system *system);
 void kmp_stepper_pack(kempe_stepper_state *state, unsigned char *to);
 kempe_stepper_state *kmp_stepper_unpack(const kempe_system *system, const unsigned char *from);
-
-void kmp_stepper_parameters_free(struct kmp_stepper_parameters *parameters);

@@ -6,6 +6,7 @@
 #include "constraints/diagnosis/shared_loads.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "derivatives/all_loads.h"
+#include "integrators/steppers/sample_times.h"
 #include "integrators/steppers/solver.h"
 #include "model/tables/coordinates.h"
 #include "model/tables/output_table.h"
@@ -54,13 +55,6 @@ typedef struct job {
 
 /* -- options ----------------------------------------------------------------------------------------- */
 
-static kempe_status check_number(kempe_context *context, const char *name, double x)
-{
-    if (x >= 0 && isfinite(x))
-        return KEMPE_OK;
-    return kmp_fail(context, KEMPE_E_ARGUMENT, "%s = %g: a positive number is expected", name, x);
-}
-
 static kempe_status check_numbers(kempe_context *context, const kempe_run_options *run)
 {
     const struct {
@@ -73,7 +67,9 @@ static kempe_status check_numbers(kempe_context *context, const kempe_run_option
                    {"fixed_step", run->fixed_step},
                    {"max_step", run->max_step}};
     for (size_t k = 0; k < sizeof numbers / sizeof *numbers; k++)
-        KMP_TRY(check_number(context, numbers[k].name, numbers[k].value));
+        if (!(numbers[k].value >= 0) || !isfinite(numbers[k].value))
+            return kmp_fail(context, KEMPE_E_ARGUMENT, "%s = %g: a positive number is expected", numbers[k].name,
+                            numbers[k].value);
     if (run->max_steps < 0)
         return kmp_fail(context, KEMPE_E_ARGUMENT, "max_steps = %ld: a positive number is expected", run->max_steps);
     if (run->threads < 0 || run->threads > KMP_TEAM_MOST)
@@ -155,21 +151,6 @@ static double *unknowns(kmp_arena *arena, int count)
     return x;
 }
 
-/* Without what belongs to the caller. */
-static kmp_run_spec kept_spec(const kmp_run_spec *spec, kmp_arena *arena)
-{
-    kmp_run_spec kept = *spec;
-    int *u = spec->u_count > 0 ? KMP_ARENA_NEW(arena, int, spec->u_count) : NULL;
-    if (u)
-        memcpy(u, spec->u, (size_t)spec->u_count * sizeof *u);
-    kept.u = u;
-    kept.past_start = NULL;
-    kept.times = NULL;
-    kept.time_count = 0;
-    kept.log = NULL;
-    return kept;
-}
-
 static kempe_trajectory *trajectory_new(const job *j)
 {
     const kmp_run_spec *spec = &j->spec;
@@ -193,7 +174,13 @@ static kempe_trajectory *trajectory_new(const job *j)
                             .reaction = unknowns(&arena, 3 * j->system->model->closure_count),
                             .at = unknowns(&arena, 3 * j->system->n + j->system->m),
                             .shown = unknowns(&arena, kmp_outputs_width(j->system->model))};
-    t->spec = kept_spec(spec, &arena);
+    /* Without what belongs to the caller. */
+    t->spec = *spec;
+    t->spec.u = spec->u_count > 0 ? kmp_arena_copy(&arena, spec->u, spec->u_count, sizeof *spec->u) : NULL;
+    t->spec.past_start = NULL;
+    t->spec.times = NULL;
+    t->spec.time_count = 0;
+    t->spec.log = NULL;
     t->arena = arena;
     kmp_samples_init(&t->table, j->system->n, j->system->m);
     if (!arena.failed)
@@ -242,21 +229,6 @@ const double *kmp_samples_shown(const kmp_samples *table, kmp_evaluator *eval, i
     return kmp_eval_shown(eval, kmp_samples_time(table, row), kmp_samples_get(table, KMP_QUANTITY_Q, row),
                           kmp_samples_get(table, KMP_QUANTITY_QD, row), kmp_samples_get(table, KMP_QUANTITY_QDD, row),
                           kmp_samples_get(table, KMP_QUANTITY_LAMBDA, row));
-}
-
-static void judge_last_row(kempe_trajectory *t, kmp_evaluator *eval)
-{
-    const kempe_model *model = t->system->model;
-    int last = t->table.rows - 1, shown = kmp_outputs_width(model);
-    if (last < 0)
-        return;
-    double time = kmp_samples_time(&t->table, last);
-    const double *q = kmp_samples_get(&t->table, KMP_QUANTITY_Q, last);
-    if (model->closure_count > 0)
-        memcpy(t->reaction, kmp_eval_reactions(eval, time, q, kmp_samples_get(&t->table, KMP_QUANTITY_LAMBDA, last)),
-               3 * (size_t)model->closure_count * sizeof(double));
-    if (shown > 0)
-        memcpy(t->shown, kmp_samples_shown(&t->table, eval, last), (size_t)shown * sizeof(double));
 }
 
 /* A complete run may be wrong: its closure residuals and its energy balance show that. */
@@ -375,6 +347,7 @@ static kempe_status share_loads(kempe_trajectory *t, const job *j, kmp_evaluator
 
 static kempe_status judge(kempe_trajectory *t, job *j)
 {
+    const kempe_model *model = t->system->model;
     kmp_evaluator *eval = kmp_eval_new_to_weigh(t->system, t->table.rows < MANY_ROWS ? "tape" : t->backend, NULL);
     if (!eval)
         return KEMPE_E_MEMORY;
@@ -384,9 +357,9 @@ static kempe_status judge(kempe_trajectory *t, job *j)
     warn_of_verdict(t);
     /* Counts the changes of the assembly mode from row to row. */
     bool complete = t->status == KEMPE_OK && t->table.rows > 1;
-    kmp_mode_watch *watch = complete ? kmp_mode_watch_new(t->system, t->system->model->start.hold,
-                                                          kmp_samples_get(&t->table, KMP_QUANTITY_Q, 0))
-                                     : NULL;
+    kmp_mode_watch *watch =
+        complete ? kmp_mode_watch_new(t->system, model->start.hold, kmp_samples_get(&t->table, KMP_QUANTITY_Q, 0))
+                 : NULL;
     for (int row = 0; watch && row < t->table.rows; row++) {
         const kmp_loop_block *block = kmp_mode_watch_next(watch, kmp_samples_get(&t->table, KMP_QUANTITY_Q, row));
         if (block && t->mode_changes++ == 0) {
@@ -396,18 +369,24 @@ static kempe_status judge(kempe_trajectory *t, job *j)
         }
     }
     kmp_mode_watch_free(watch);
-    if (status == KEMPE_OK && j->least_norm && shows_loads(t->system->model) && t->table.rows > 0)
+    if (status == KEMPE_OK && j->least_norm && shows_loads(model) && t->table.rows > 0)
         status = share_loads(t, j, eval);
     for (int row = 0; t->system->use_count > 0 && row < t->table.rows; row++)
         kmp_eval_tell_shown(eval, kmp_samples_time(&t->table, row), kmp_samples_shown(&t->table, eval, row));
-    judge_last_row(t, eval);
-    if (status == KEMPE_OK && (shows_loads(t->system->model) || kmp_model_has_loads(t->system->model)) &&
-        t->table.rows > 0) {
-        const int last = t->table.rows - 1;
+    /* The reactions and outputs of the last row, and whether such loads are unique. */
+    const int last = t->table.rows - 1, shown = kmp_outputs_width(model);
+    if (last >= 0) {
         const double at[2] = {kmp_samples_time(&t->table, 0), kmp_samples_time(&t->table, last)};
         const double *const q[2] = {kmp_samples_get(&t->table, KMP_QUANTITY_Q, 0),
                                     kmp_samples_get(&t->table, KMP_QUANTITY_Q, last)};
-        status = kmp_warn_of_shared_loads(eval, at, q, t->shown, t->table.shown);
+        const double *lambda = kmp_samples_get(&t->table, KMP_QUANTITY_LAMBDA, last);
+        if (model->closure_count > 0)
+            memcpy(t->reaction, kmp_eval_reactions(eval, at[1], q[1], lambda),
+                   3 * (size_t)model->closure_count * sizeof(double));
+        if (shown > 0)
+            memcpy(t->shown, kmp_samples_shown(&t->table, eval, last), (size_t)shown * sizeof(double));
+        if (status == KEMPE_OK && (shows_loads(model) || kmp_model_has_loads(model)))
+            status = kmp_warn_of_shared_loads(eval, at, q, t->shown, t->table.shown);
     }
     kmp_eval_free(eval);
     return status;
@@ -446,21 +425,17 @@ static int count_step(void *user, kmp_runner *runner, double from, double to)
     return 0;
 }
 
-/* Counts steps for a check of parts. */
-static kempe_status prepare_counts(job *j)
-{
-    if (j->run->no_convergence_check || j->run->full_convergence_check || j->spec.time_count == 0)
-        return KEMPE_OK;
-    j->counts = (kmp_step_counts){
-        .rows = j->spec.time_count, .time = j->spec.times, .steps = KMP_ARENA_NEW(&j->arena, long, j->spec.time_count)};
-    j->spec.step = count_step;
-    j->spec.user = &j->counts;
-    return kmp_made(j->context, j->counts.steps);
-}
-
 static kempe_status integrate(job *j, kempe_trajectory *t)
 {
-    KMP_TRY(prepare_counts(j));
+    /* Counts steps for a check of parts. */
+    const int rows = j->spec.time_count;
+    if (!j->run->no_convergence_check && !j->run->full_convergence_check && rows > 0) {
+        j->counts =
+            (kmp_step_counts){.rows = rows, .time = j->spec.times, .steps = KMP_ARENA_NEW(&j->arena, long, rows)};
+        j->spec.step = count_step;
+        j->spec.user = &j->counts;
+        KMP_TRY(kmp_made(j->context, j->counts.steps));
+    }
     sink s = {t, j->run->checkpoint, &j->kept, j->before.rows > 0 ? j->before.rows - 1 : 0, time(NULL)};
     if (j->before.rows > 0) {
         kmp_samples_free(&t->table);
@@ -596,6 +571,46 @@ kempe_status kempe_simulate(const kempe_system *system, const kempe_run_options 
     if (status == KEMPE_UNTRUSTED)
         (*trajectory)->status = status;
     return status;
+}
+
+/* -- states between the rows ------------------------------------------------------------------------ */
+
+/* A time that is equal to the end up to rounding, as that of a last row, is the end. */
+static kempe_status check_time(const kempe_trajectory *trajectory, double *at)
+{
+    const double t = *at;
+    kempe_context *context = trajectory->system->context;
+    double from, until;
+    if (!trajectory->recording)
+        return kmp_fail(context, KEMPE_E_ARGUMENT,
+                        "the run has rows only: set keep_dense for states at any other time");
+    if (!kmp_recording_ends(trajectory->recording, &from, &until))
+        return kmp_fail(context, KEMPE_E_ARGUMENT, "t = %.9g s: the run has no state", t);
+    if (t >= from && t <= kmp_last_equal(until)) {
+        *at = t < until ? t : until;
+        return KEMPE_OK;
+    }
+    return kmp_fail(context, KEMPE_E_ARGUMENT, "t = %.9g s is not within the run, from %.9g to %.9g s", t, from, until);
+}
+
+static double *take(double *to, double *from, int count)
+{
+    if (to)
+        memcpy(to, from, (size_t)count * sizeof *to);
+    return from + count;
+}
+
+kempe_status kempe_trajectory_at(kempe_trajectory *trajectory, double t, double *q, double *qd, double *qdd,
+                                 double *lambda)
+{
+    KMP_WANTED(NULL, trajectory, "trajectory");
+    int n = trajectory->system->n;
+    double *row = trajectory->at;
+    kmp_model_begin(trajectory->system->model);
+    KMP_TRY(check_time(trajectory, &t));
+    KMP_TRY(kmp_recording_row(trajectory->recording, t, row));
+    (void)take(lambda, take(qdd, take(qd, take(q, row, n), n), n), trajectory->system->m);
+    return KEMPE_OK;
 }
 
 /* -- getters ----------------------------------------------------------------------------------------- */

@@ -30,11 +30,6 @@ static double end_time(const kempe_trajectory *t)
 
 /* -- text -------------------------------------------------------------------------------------------- */
 
-static bool ignores_change_points(const kempe_trajectory *t)
-{
-    return strcmp(t->change_points, kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE)) == 0;
-}
-
 const char *kmp_trajectory_word(const kempe_trajectory *t)
 {
     return kmp_checked_word(t->status, t->again.known);
@@ -164,10 +159,9 @@ static void show_contacts(kmp_text *text, const kempe_trajectory *t)
     }
 }
 
+/* The first change of the assembly mode. */
 static void show_mode(kmp_text *text, const kempe_trajectory *t)
 {
-    if (t->mode_changes == 0)
-        return;
     kmp_text_printf(text, "mode      '%s' passes to another assembly mode for the same ",
                     t->system->model->motions[t->mode_coordinate].name);
     /* The coordinates that the start holds, "'A', 'B'". */
@@ -197,7 +191,9 @@ static void show(kmp_text *text, const void *result)
         kmp_text_printf(text, ", form %s", t->form);
     kmp_text_printf(text, ", integrator %s, rtol %g, atol %g%s%s\n", t->integrator, t->rtol, t->atol,
                     t->report.by_bodies ? ", articulated-body algorithm" : "",
-                    ignores_change_points(t) ? ", change points ignored" : "");
+                    strcmp(t->change_points, kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE)) == 0
+                        ? ", change points ignored"
+                        : "");
     kmp_text_put(text, "\n");
     show_state(text, t);
     show_multipliers(text, t);
@@ -224,7 +220,8 @@ static void show(kmp_text *text, const void *result)
     }
     kmp_text_put(text, any ? "\n" : "");
     show_verdict(text, t);
-    show_mode(text, t);
+    if (t->mode_changes > 0)
+        show_mode(text, t);
     show_contacts(text, t);
     kmp_running_safety_show(text, t->system->model, &t->safety);
     const kmp_run_log *log = &t->log;
@@ -256,14 +253,6 @@ static bool shown_before(const kempe_model *model, int output)
     return false;
 }
 
-static void json_output(kmp_json *json, const char *key, int width, const double *x)
-{
-    if (width == 1)
-        kmp_json_number(json, key, x[0]);
-    else
-        kmp_json_numbers(json, key, width, x);
-}
-
 /* Positions by their points, all outputs by their own words. */
 static void json_outputs(kmp_json *json, const kempe_trajectory *t, bool positions)
 {
@@ -278,11 +267,12 @@ static void json_outputs(kmp_json *json, const kempe_trajectory *t, bool positio
         size_t head = positions ? strlen("position(") : 0;
         if (positions && !name.failed)
             name.s[name.length - 1] = '\0'; /* the closing parenthesis */
-        if (name.failed)
-            json->text->failed = true;
-        else if (width > 0 && !shown_before(model, o) && (!positions || output->kind == KMP_OUTPUT_POSITION))
-            json_output(json, name.s + head, width, x);
-        kmp_text_free(&name);
+        bool shows = width > 0 && !shown_before(model, o) && (!positions || output->kind == KMP_OUTPUT_POSITION);
+        if (shows && !name.failed && width == 1)
+            kmp_json_number(json, name.s + head, x[0]);
+        else if (shows && !name.failed)
+            kmp_json_numbers(json, name.s + head, width, x);
+        kmp_text_free_part(json->text, &name);
         x += width;
     }
     kmp_json_end(json);
@@ -313,19 +303,6 @@ static void json_state(kmp_json *json, const kempe_trajectory *t)
     json_outputs(json, t, false);
 }
 
-/* Each contact with its beginning, its end and its largest depth. */
-static void json_times(kmp_json *json, const kempe_trajectory *t, int force)
-{
-    kmp_json_array(json, "contacts");
-    for (int k = 0; k < t->log.contact_count; k++) {
-        const kmp_contact_time *contact = &t->log.contacts[k];
-        const double numbers[] = {contact->from, contact->until, kmp_contact_time_depth(t, k)};
-        if (contact->force == force)
-            kmp_json_numbers(json, NULL, 3, numbers);
-    }
-    kmp_json_end(json);
-}
-
 /* Compliant contacts. */
 static void json_contacts(kmp_json *json, const kempe_trajectory *t)
 {
@@ -340,8 +317,15 @@ static void json_contacts(kmp_json *json, const kempe_trajectory *t)
         kmp_json_numbers(json, "depths", KMP_DEPTHS, times.depth);
         kmp_json_string(json, "turning", times.turning);
         kmp_json_number(json, "turns", times.turns);
-        json_times(json, t, k);
-        kmp_json_end(json);
+        /* Each contact with its beginning, its end and its largest depth. */
+        kmp_json_array(json, "contacts");
+        for (int i = 0; i < t->log.contact_count; i++) {
+            const kmp_contact_time *contact = &t->log.contacts[i];
+            const double numbers[] = {contact->from, contact->until, kmp_contact_time_depth(t, i)};
+            if (contact->force == k)
+                kmp_json_numbers(json, NULL, 3, numbers);
+        }
+        kmp_json_put(json, "] }");
     }
     kmp_json_end(json);
 }
@@ -390,19 +374,6 @@ static void json(kmp_text *text, const void *result)
 
 KMP_PRINT(kempe_trajectory, trajectory, trajectory->system->context, json, show)
 
-static void put_rows(kempe_table *table, const kempe_trajectory *t, const kmp_columns *columns, kmp_evaluator *eval,
-                     double *values)
-{
-    kmp_tabulate_status(table, kmp_trajectory_word(t));
-    for (int k = 0; k < columns->count; k++)
-        kmp_tabulate_column(table, columns->unit[k], "%s", columns->name[k]);
-    for (int row = 0; row < t->table.rows; row++) {
-        kmp_columns_fill(&t->table, columns, eval, row, values);
-        kmp_tabulate_row(table);
-        kmp_tabulate_numbers(table, columns->count, values);
-    }
-}
-
 static void fill_rows(kempe_table *table, const void *result)
 {
     const kempe_trajectory *t = result;
@@ -410,9 +381,16 @@ static void fill_rows(kempe_table *table, const void *result)
     kmp_columns columns = {0};
     double *values =
         eval && kmp_columns_init(&columns, t->system, t->system->model, NULL) ? KMP_NEW(double, columns.count) : NULL;
-    if (values)
-        put_rows(table, t, &columns, eval, values);
-    else
+    if (values) {
+        kmp_tabulate_status(table, kmp_trajectory_word(t));
+        for (int k = 0; k < columns.count; k++)
+            kmp_tabulate_column(table, columns.unit[k], "%s", columns.name[k]);
+        for (int row = 0; row < t->table.rows; row++) {
+            kmp_columns_fill(&t->table, &columns, eval, row, values);
+            kmp_tabulate_row(table);
+            kmp_tabulate_numbers(table, columns.count, values);
+        }
+    } else
         kmp_tabulate_fail(table);
     kmp_columns_free(&columns);
     kmp_eval_free(eval);
