@@ -72,29 +72,6 @@ static kmp_method_cost cost_of(const kempe_comparison *c, int run, double level)
                              between(cost.rhs, (double)coarse->report.rhs, part)};
 }
 
-static void settle(kempe_comparison *c, int l)
-{
-    double uncertainty = c->uncertainty[KMP_QUANTITY_Q];
-    c->levels.level[l] = levels[l];
-    c->levels.best[l] = -1;
-    c->levels.blank[l] = !(levels[l] >= 10 * uncertainty);
-    for (int k = 0; k < c->count && !c->levels.blank[l]; k++) {
-        int *own = &c->levels.run[(int)(c->runs[k].method - c->methods) * KMP_MOST_LEVELS + l];
-        if (counts(c, k, levels[l]) && (*own < 0 || c->runs[k].cpu_s < c->runs[*own].cpu_s))
-            *own = k;
-    }
-    /* The cheapest method at a level. */
-    double least = INFINITY;
-    for (int w = 0; w < c->method_count; w++) {
-        int place = w * KMP_MOST_LEVELS + l, run = c->levels.run[place];
-        c->levels.cost[place] = run >= 0 ? cost_of(c, run, levels[l]) : (kmp_method_cost){NAN, NAN, NAN};
-        if (c->levels.cost[place].cpu_s < least) {
-            least = c->levels.cost[place].cpu_s;
-            c->levels.best[l] = run;
-        }
-    }
-}
-
 void kmp_compare_levels(kempe_comparison *c)
 {
     c->levels.run = KMP_ARENA_NEW(&c->arena, int, KMP_MOST_LEVELS * c->method_count);
@@ -104,8 +81,27 @@ void kmp_compare_levels(kempe_comparison *c)
     for (int k = 0; k < KMP_MOST_LEVELS * c->method_count; k++)
         c->levels.run[k] = -1;
     c->levels.count = KMP_MOST_LEVELS;
-    for (int l = 0; l < KMP_MOST_LEVELS; l++)
-        settle(c, l);
+    for (int l = 0; l < KMP_MOST_LEVELS; l++) {
+        double uncertainty = c->uncertainty[KMP_QUANTITY_Q];
+        c->levels.level[l] = levels[l];
+        c->levels.best[l] = -1;
+        c->levels.blank[l] = !(levels[l] >= 10 * uncertainty);
+        for (int k = 0; k < c->count && !c->levels.blank[l]; k++) {
+            int *own = &c->levels.run[(int)(c->runs[k].method - c->methods) * KMP_MOST_LEVELS + l];
+            if (counts(c, k, levels[l]) && (*own < 0 || c->runs[k].cpu_s < c->runs[*own].cpu_s))
+                *own = k;
+        }
+        /* The cheapest method at a level. */
+        double least = INFINITY;
+        for (int w = 0; w < c->method_count; w++) {
+            int place = w * KMP_MOST_LEVELS + l, run = c->levels.run[place];
+            c->levels.cost[place] = run >= 0 ? cost_of(c, run, levels[l]) : (kmp_method_cost){NAN, NAN, NAN};
+            if (c->levels.cost[place].cpu_s < least) {
+                least = c->levels.cost[place].cpu_s;
+                c->levels.best[l] = run;
+            }
+        }
+    }
 }
 
 /* The errors of q that most users mean. */

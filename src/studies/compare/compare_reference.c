@@ -349,28 +349,6 @@ static void describe_nothing(const maker *m, double at_end, kmp_text *text)
                         m->budget_s);
 }
 
-static void warn(const maker *m, double at_end, double bound)
-{
-    kempe_comparison *c = m->comparison;
-    if (c->has_reference && c->until < c->t_end)
-        kmp_sentences_add(&c->arena, &c->warnings,
-                          "the reference runs differ by %.1g in q at the end, and by less than %.0g only up to t "
-                          "= %g s: errors are evaluated up to that time",
-                          at_end, bound, c->until);
-    for (int k = 0; k < m->count && c->has_reference; k++) {
-        const maker_source *s = &m->sources[k];
-        if (k == m->first || confirms(m, k))
-            continue;
-        kmp_text text = {0};
-        kmp_compare_name(&text, &s->said.method);
-        kmp_text_printf(&text,
-                        " at rtol %g differs by %.1g in q from the reference, although its own tolerances agree to "
-                        "%.1g: one of the two follows another branch",
-                        s->said.rtol, s->said.distance, s->said.own);
-        kmp_sentences_take(&c->arena, &c->warnings, &text);
-    }
-}
-
 static void settle(maker *m, double at_end, double bound)
 {
     kempe_comparison *c = m->comparison;
@@ -383,9 +361,25 @@ static void settle(maker *m, double at_end, double bound)
     else
         describe_nothing(m, at_end, &text);
     c->source = kmp_text_keep(&text, &c->arena);
-    warn(m, at_end, bound);
     if (!c->has_reference)
         return;
+    if (c->until < c->t_end)
+        kmp_sentences_add(&c->arena, &c->warnings,
+                          "the reference runs differ by %.1g in q at the end, and by less than %.0g only up to t "
+                          "= %g s: errors are evaluated up to that time",
+                          at_end, bound, c->until);
+    for (int k = 0; k < m->count; k++) {
+        const maker_source *s = &m->sources[k];
+        kmp_text warning = {0};
+        if (k == m->first || confirms(m, k))
+            continue;
+        kmp_compare_name(&warning, &s->said.method);
+        kmp_text_printf(&warning,
+                        " at rtol %g differs by %.1g in q from the reference, although its own tolerances agree to "
+                        "%.1g: one of the two follows another branch",
+                        s->said.rtol, s->said.distance, s->said.own);
+        kmp_sentences_take(&c->arena, &c->warnings, &warning);
+    }
     m->job->reference = m->sources[m->first].table;
     m->sources[m->first].table = (kmp_samples){0};
     m->job->reference.shared = c->shared;

@@ -118,13 +118,6 @@ static void leave_out(kmp_compared *run, const char *reason)
     run->reason = reason;
 }
 
-static void leave_out_spent(const grid *g, kmp_compared *run)
-{
-    leave_out(run, kmp_arena_printf(&g->comparison->arena,
-                                    "omitted: the processor time of %.3g s for all runs is used up; increase --budget",
-                                    g->comparison->budget_s));
-}
-
 /* A method that was abandoned is so at all tighter tolerances. */
 static void give_up(const grid *g, int method, int rtol, double limit_s, double fastest)
 {
@@ -157,12 +150,6 @@ static void compare_before(grid *g, int method, int run)
     g->before[method] = g->table;
     g->table = swap;
     g->before_run[method] = run;
-}
-
-static double limit_of(const grid *g, double fastest)
-{
-    double left = MOST_PART * g->job->left_s;
-    return isinf(fastest) ? left : fmin(fmax(FREE, HOPELESS * fastest), fmax(left, 2 * fastest));
 }
 
 /* Rows that are judged take additional time, which must not be measured. For a long run it is negligible, unless there
@@ -206,13 +193,17 @@ static kempe_status time_all(grid *g)
 static kempe_status run_cell(grid *g, int method, int rtol, double *fastest)
 {
     kmp_compared *run = run_of(g, method, rtol);
-    double limit_s = limit_of(g, *fastest);
+    double left = MOST_PART * g->job->left_s;
+    double limit_s = isinf(*fastest) ? left : fmin(fmax(FREE, HOPELESS * *fastest), fmax(left, 2 * *fastest));
     if (g->out[method])
         return KEMPE_OK;
     if (kmp_interrupted(g->job->context))
         leave_out(run, "interrupted");
     else if (!(g->job->left_s > 0))
-        leave_out_spent(g, run);
+        leave_out(run,
+                  kmp_arena_printf(&g->comparison->arena,
+                                   "omitted: the processor time of %.3g s for all runs is used up; increase --budget",
+                                   g->comparison->budget_s));
     if (run->left_out)
         return KEMPE_OK;
     KMP_TRY(run_one(g->job, run, limit_s, &g->table));
@@ -232,15 +223,14 @@ static kempe_status run_cell(grid *g, int method, int rtol, double *fastest)
     return KEMPE_OK;
 }
 
-/* Sorts the methods by their time so far, fast ones first: time is spent on them, and the others are compared with
- * them. */
-static void sort_methods(const grid *g)
+/* Sorts a list by keys of its entries, the smallest first (`sign` 1) or the largest (-1); equal ones stay in order. */
+static void sort_by(int count, int *list, double sign, const double *key)
 {
-    for (int i = 1; i < g->comparison->method_count; i++)
-        for (int k = i; k > 0 && g->cpu_s[g->methods[k]] < g->cpu_s[g->methods[k - 1]]; k--) {
-            int swap = g->methods[k];
-            g->methods[k] = g->methods[k - 1];
-            g->methods[k - 1] = swap;
+    for (int i = 1; i < count; i++)
+        for (int k = i; k > 0 && sign * key[list[k]] < sign * key[list[k - 1]]; k--) {
+            int swap = list[k];
+            list[k] = list[k - 1];
+            list[k - 1] = swap;
         }
 }
 
@@ -269,16 +259,9 @@ static bool begin(grid *g)
                                     .cpu_s = NAN,
                                     .build_s = NAN,
                                     .apart = NAN};
-    /* Tolerances from the largest to the smallest. */
-    const double *rtol = g->comparison->rtols;
-    for (int i = 0; i < g->comparison->rtol_count; i++) {
-        g->rtols[i] = i;
-        for (int k = i; k > 0 && rtol[g->rtols[k]] > rtol[g->rtols[k - 1]]; k--) {
-            int swap = g->rtols[k];
-            g->rtols[k] = g->rtols[k - 1];
-            g->rtols[k - 1] = swap;
-        }
-    }
+    for (int k = 0; k < c->rtol_count; k++)
+        g->rtols[k] = k;
+    sort_by(c->rtol_count, g->rtols, -1, c->rtols);
     return true;
 }
 
@@ -288,7 +271,8 @@ kempe_status kmp_compare_run_all(kmp_compare_job *j)
     kempe_status status = begin(&g) ? KEMPE_OK : kmp_fail_memory(j->context);
     for (int k = 0; status == KEMPE_OK && k < g.comparison->rtol_count; k++) {
         double fastest = INFINITY;
-        sort_methods(&g);
+        /* Fast methods first: time is spent on them, and the others are compared with them. */
+        sort_by(g.comparison->method_count, g.methods, 1, g.cpu_s);
         for (int w = 0; status == KEMPE_OK && w < g.comparison->method_count; w++) {
             status = run_cell(&g, g.methods[w], g.rtols[k], &fastest);
             kmp_progress(j->context, KMP_PROGRESS_STUDY, k * g.comparison->method_count + w + 1, g.comparison->count,

@@ -73,15 +73,6 @@ static bool descent_init(descent *w)
     return !w->arena.failed;
 }
 
-/* Restores rates and charts. */
-static void descent_give_up(descent *w)
-{
-    for (int k = 0; w->given && k < w->search->rate_count; k++)
-        w->search->rates[k].rate = w->given[k];
-    if (w->given_chart)
-        kmp_eval_set_charts(w->l->eval, w->given_chart);
-}
-
 /* -- the measure of R -------------------------------------------------------------------------------- */
 
 double kmp_descent_scale(const kmp_linear *l, int k)
@@ -1234,7 +1225,10 @@ static kempe_status find_balance(kmp_linear *linear, double t, double *q, kmp_se
             search->rates[i].load = search->rates[i].how == KMP_RATE_HELD && k >= 0 ? linear->residual[k] : 0;
         }
     } else {
-        descent_give_up(&w);
+        for (int k = 0; w.given && k < w.search->rate_count; k++)
+            w.search->rates[k].rate = w.given[k];
+        if (w.given_chart)
+            kmp_eval_set_charts(w.l->eval, w.given_chart);
     }
     kmp_contact_set_end(w.contacts);
     kmp_arena_free(&w.arena);

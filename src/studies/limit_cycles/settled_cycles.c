@@ -233,25 +233,6 @@ static kempe_status simulate(stepped *s, double value, kmp_cycle **cycle)
 
 /* -- up and down --------------------------------------------------------------------------------------------- */
 
-static kempe_status step(stepped *s, int direction, kmp_cycle_branch *branch)
-{
-    kempe_limit_cycles *c = s->c;
-    const kmp_range range = {.from = c->from, .to = c->to};
-    double most = 0;
-    for (int k = 0; k < c->values; k++) {
-        kmp_cycle *x;
-        double value = kmp_range_value(&range, direction > 0 ? k : c->values - 1 - k, c->values);
-        KMP_TRY(simulate(s, value, &x));
-        KMP_TRY(kmp_branch_add(c->system->context, branch, x));
-        most = fmax(most, x->amplitude);
-        if (!x->growing && x->amplitude <= KMP_CYCLE_DECAYED * most)
-            memcpy(s->values + 1, s->start + 1, (size_t)s->count * sizeof *s->values);
-        kmp_progress(c->system->context, KMP_PROGRESS_STUDY, (direction > 0 ? 0 : c->values) + k + 1, 2 * c->values,
-                     "simulations");
-    }
-    return KEMPE_OK;
-}
-
 static kempe_status step_up_and_down(stepped *s)
 {
     kempe_limit_cycles *c = s->c;
@@ -271,20 +252,31 @@ static kempe_status step_up_and_down(stepped *s)
     KMP_TRY(kmp_made(c->system->context, c->branch));
     for (int b = 0; b < 2; b++) {
         c->branches = b + 1;
-        KMP_TRY(step(s, b == 0 ? 1 : -1, &c->branch[b]));
+        /* Each simulation begins where the last one ended, or from the start where the motion has decayed. */
+        const kmp_range range = {.from = c->from, .to = c->to};
+        double most = 0;
+        for (int k = 0; k < c->values; k++) {
+            kmp_cycle *x;
+            KMP_TRY(simulate(s, kmp_range_value(&range, b == 0 ? k : c->values - 1 - k, c->values), &x));
+            KMP_TRY(kmp_branch_add(c->system->context, &c->branch[b], x));
+            most = fmax(most, x->amplitude);
+            if (!x->growing && x->amplitude <= KMP_CYCLE_DECAYED * most)
+                memcpy(s->values + 1, s->start + 1, (size_t)s->count * sizeof *s->values);
+            kmp_progress(c->system->context, KMP_PROGRESS_STUDY, b * c->values + k + 1, 2 * c->values, "simulations");
+        }
         c->branch[b].end =
             kmp_arena_printf(&c->arena, "from %.9g to %.9g", b == 0 ? c->from : c->to, b == 0 ? c->to : c->from);
     }
     /* Motions that have decayed to a small part of the largest one, or still decay from there, are at rest. */
-    double most = 0;
+    double largest = 0;
     for (int b = 0; b < c->branches; b++)
         for (int k = 0; k < c->branch[b].count; k++)
-            most = fmax(most, c->branch[b].cycle[k]->amplitude);
+            largest = fmax(largest, c->branch[b].cycle[k]->amplitude);
     for (int b = 0; b < c->branches; b++)
         for (int k = 0; k < c->branch[b].count; k++) {
             kmp_cycle *x = c->branch[b].cycle[k];
-            bool small = x->amplitude <= KMP_CYCLE_RESTS * most;
-            if (small || (!x->growing && x->amplitude <= KMP_CYCLE_DECAYED * most)) {
+            bool small = x->amplitude <= KMP_CYCLE_RESTS * largest;
+            if (small || (!x->growing && x->amplitude <= KMP_CYCLE_DECAYED * largest)) {
                 x->word = KMP_CYCLE_REST;
                 x->stability = KMP_CYCLE_STABLE;
             }

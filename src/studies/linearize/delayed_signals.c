@@ -75,76 +75,53 @@ static double signal_of(double T, double rate, bool own)
     return fabs(sum) <= 4 * DBL_EPSILON * own ? 0 : sum;
 }
 
-typedef struct parts {
-    int *kept, *delay; /* entries of x that stay, or are delays */
-    double *a, *b, *c, *d;
-} parts;
-
-/* All four with the rows of signals behind those of x, or of the outputs, and the columns of delays behind those of
- * inputs. */
-static void fill(const kempe_linearization *l, const parts *to)
-{
-    const kmp_transfer *t = &l->channels.transfer;
-    const int width = kmp_transfer_width(t), stay = l->width, outputs = t->outputs, delays = l->delays.count;
-    const int all = outputs + delays;
-    for (int j = 0; j < stay + t->columns + delays; j++) {
-        const bool input = j >= stay && j < stay + t->columns;
-        const int x = j < stay ? to->kept[j] : input ? -1 : to->delay[j - stay - t->columns], w = j - stay;
-        const double *rates = input ? l->b + (ptrdiff_t)w * width : l->a + (ptrdiff_t)x * width;
-        const double *seen = input ? l->d + (ptrdiff_t)w * outputs : l->c + (ptrdiff_t)x * outputs;
-        double *to_rates = j < stay ? to->a + (ptrdiff_t)j * stay : to->b + (ptrdiff_t)w * stay;
-        double *to_seen = j < stay ? to->c + (ptrdiff_t)j * all : to->d + (ptrdiff_t)w * all;
-        for (int i = 0; i < stay; i++)
-            to_rates[i] = rates[to->kept[i]];
-        memcpy(to_seen, seen, (size_t)outputs * sizeof *seen);
-        for (int i = 0; i < delays; i++)
-            to_seen[outputs + i] = signal_of(l->delay[i], rates[to->delay[i]], to->delay[i] == x);
-    }
-}
-
-/* The values of the outputs, and of the signals: at rest those of the delays. */
-static bool show_values(kempe_linearization *l, const int *delay)
-{
-    const kmp_transfer *t = &l->channels.transfer;
-    double *y = KMP_ARENA_NEW(&l->channels.arena, double, t->outputs + l->delays.count);
-    if (!y)
-        return false;
-    memcpy(y, t->value, (size_t)t->outputs * sizeof *y);
-    for (int k = 0; k < l->delays.count; k++)
-        y[t->outputs + k] = t->linear->qd[t->linear->part.u[kmp_transfer_state(t, delay[k]) - t->p]];
-    l->y = y;
-    return true;
-}
-
 kempe_status kmp_linearization_open_delays(kempe_linearization *l)
 {
     kempe_context *context = l->channels.system->context;
     const kmp_transfer *t = &l->channels.transfer;
     const int width = kmp_transfer_width(t);
     kmp_arena *arena = &l->channels.arena;
-    parts to;
-    int stay = 0;
+    int *kept, *delay, stay = 0; /* entries of x that stay, or are delays */
+    double *a, *b, *c, *d, *y;
     l->y = t->value;
     l->width = width;
     if (l->channels.system->model->delay_count == 0)
         return KEMPE_OK;
-    KMP_TRY(kmp_made(
-        context, KMP_ARENA_MAKE(arena, KMP_ROOM(int, width, &to.kept, &to.delay), KMP_ROOM(double, width, &l->delay))));
+    KMP_TRY(kmp_made(context,
+                     KMP_ARENA_MAKE(arena, KMP_ROOM(int, width, &kept, &delay), KMP_ROOM(double, width, &l->delay))));
     for (int i = 0; i < width; i++)
         if (delay_of(l, i) > 0)
-            to.delay[l->delays.count++] = i;
+            delay[l->delays.count++] = i;
         else
-            to.kept[stay++] = i;
+            kept[stay++] = i;
     l->width = stay;
-    const ptrdiff_t inputs = t->columns + l->delays.count, outputs = t->outputs + l->delays.count, n = stay;
-    KMP_TRY(kmp_made(context,
-                     KMP_ARENA_MAKE(arena, KMP_ROOM(double, n *n, &to.a), KMP_ROOM(double, n *inputs, &to.b),
-                                    KMP_ROOM(double, n *outputs, &to.c), KMP_ROOM(double, inputs *outputs, &to.d)) &&
-                         name_delays(l, to.delay) && show_values(l, to.delay) &&
-                         extend(l, &l->channels.states, stay, to.kept, false) &&
-                         extend(l, &l->channels.loads, t->columns, NULL, true) &&
-                         extend(l, &l->channels.outputs, t->outputs, NULL, true)));
-    fill(l, &to);
-    l->a = to.a, l->b = to.b, l->c = to.c, l->d = to.d;
+    const int outputs = t->outputs, delays = l->delays.count;
+    const ptrdiff_t inputs = t->columns + delays, all = outputs + delays, n = stay;
+    KMP_TRY(kmp_made(context, KMP_ARENA_MAKE(arena, KMP_ROOM(double, n *n, &a), KMP_ROOM(double, n *inputs, &b),
+                                             KMP_ROOM(double, n *all, &c), KMP_ROOM(double, inputs *all, &d),
+                                             KMP_ROOM(double, all, &y)) &&
+                                  name_delays(l, delay) && extend(l, &l->channels.states, stay, kept, false) &&
+                                  extend(l, &l->channels.loads, t->columns, NULL, true) &&
+                                  extend(l, &l->channels.outputs, outputs, NULL, true)));
+    /* The values of the outputs, and of the signals: at rest those of the delays. */
+    memcpy(y, t->value, (size_t)outputs * sizeof *y);
+    for (int k = 0; k < delays; k++)
+        y[outputs + k] = t->linear->qd[t->linear->part.u[kmp_transfer_state(t, delay[k]) - t->p]];
+    /* All four with the rows of signals behind those of x, or of the outputs, and the columns of delays behind those of
+     * inputs. */
+    for (int j = 0; j < stay + inputs; j++) {
+        const bool input = j >= stay && j < stay + t->columns;
+        const int x = j < stay ? kept[j] : input ? -1 : delay[j - stay - t->columns], w = j - stay;
+        const double *rates = input ? l->b + (ptrdiff_t)w * width : l->a + (ptrdiff_t)x * width;
+        const double *seen = input ? l->d + (ptrdiff_t)w * outputs : l->c + (ptrdiff_t)x * outputs;
+        double *to_rates = j < stay ? a + j * n : b + w * n, *to_seen = j < stay ? c + j * all : d + w * all;
+        for (int i = 0; i < stay; i++)
+            to_rates[i] = rates[kept[i]];
+        memcpy(to_seen, seen, (size_t)outputs * sizeof *seen);
+        for (int i = 0; i < delays; i++)
+            to_seen[outputs + i] = signal_of(l->delay[i], rates[delay[i]], delay[i] == x);
+    }
+    l->y = y;
+    l->a = a, l->b = b, l->c = c, l->d = d;
     return KEMPE_OK;
 }
