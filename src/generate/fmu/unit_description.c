@@ -77,12 +77,6 @@ static int take_unit(description *d, kmp_dimension dimension, int angle)
     return d->unit_count;
 }
 
-static int unit_of_text(description *d, const char *text)
-{
-    kmp_unit u;
-    return text && *text && kmp_unit_read(text, strlen(text), &u) ? take_unit(d, u.dimension, u.angle) : 0;
-}
-
 static const display *shown_as(const char *name)
 {
     for (size_t k = 0; k < sizeof displays / sizeof *displays; k++)
@@ -92,22 +86,6 @@ static const display *shown_as(const char *name)
 }
 
 /* -- names ------------------------------------------------------------------------------------------- */
-
-static bool is_word(const char *s, size_t length)
-{
-    bool good = length > 0 && !isdigit((unsigned char)*s);
-    for (size_t k = 0; k < length; k++)
-        good = good && (isalnum((unsigned char)s[k]) || s[k] == '_') && (unsigned char)s[k] < 128;
-    return good;
-}
-
-static bool is_number(const char *s, size_t length)
-{
-    bool good = length > 0;
-    for (size_t k = 0; k < length; k++)
-        good = good && isdigit((unsigned char)s[k]);
-    return good;
-}
 
 /* A part of a name in quotes: characters that the convention lacks are written as numbers. */
 static void put_quoted(kmp_text *text, const char *s, size_t length)
@@ -126,13 +104,15 @@ static void put_quoted(kmp_text *text, const char *s, size_t length)
 /* A name of the naming convention `structured`: parts with points between, numbers as indices. */
 static void put_structured(kmp_text *text, const char *name)
 {
+    static const char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_0123456789";
+    const char *const digits = letters + sizeof letters - 11;
     for (bool first = true;; first = false) {
-        size_t length = strcspn(name, ".");
-        if (!first && is_number(name, length)) {
+        const size_t length = strcspn(name, "."), number = strspn(name, digits);
+        if (!first && length > 0 && number == length) {
             kmp_text_printf(text, "[%.*s]", (int)length, name);
         } else {
             kmp_text_put(text, first ? "" : ".");
-            if (is_word(name, length))
+            if (length > 0 && number == 0 && strspn(name, letters) == length)
                 kmp_text_append(text, name, length);
             else
                 put_quoted(text, name, length);
@@ -143,14 +123,6 @@ static void put_structured(kmp_text *text, const char *name)
     }
 }
 
-static bool is_taken(const description *d, const char *name)
-{
-    for (int k = 0; k < d->count; k++)
-        if (strcmp(d->variable[k].name, name) == 0)
-            return true;
-    return false;
-}
-
 /* "q." and a name of the model, as a name of the convention that no other variable has. */
 static const char *name_of(description *d, const char *prefix, const char *name, const char *ending)
 {
@@ -158,8 +130,11 @@ static const char *name_of(description *d, const char *prefix, const char *name,
     kmp_text_put(&text, prefix);
     put_structured(&text, name);
     kmp_text_put(&text, ending);
-    while (text.s && !text.failed && is_taken(d, text.s))
-        kmp_text_put(&text, "_");
+    for (int k = 0; text.s && !text.failed && k < d->count; k++)
+        if (strcmp(d->variable[k].name, text.s) == 0) {
+            kmp_text_put(&text, "_");
+            k = -1; /* from the first one on */
+        }
     return kmp_text_keep(&text, &d->arena);
 }
 
@@ -226,12 +201,15 @@ static void add_inputs(description *d)
 static void add_outputs(description *d)
 {
     const kempe_model *model = d->source->model;
+    kmp_unit written;
     int place = 0;
     for (int o = 0; o < model->output_count; o++)
         for (int k = 0; k < kmp_output_width(model, &model->outputs[o]); k++, place++) {
             kmp_unit_variable v = computed(KEMPE_FMU_OUTPUTS, place, "output",
                                            name_of(d, "", d->source->output_names[place], ""), "output of the model");
-            v.unit = unit_of_text(d, kmp_output_unit(model, &model->outputs[o], k));
+            const char *in = kmp_output_unit(model, &model->outputs[o], k);
+            if (in && *in && kmp_unit_read(in, strlen(in), &written))
+                v.unit = take_unit(d, written.dimension, written.angle);
             add(d, v);
         }
 }
@@ -298,15 +276,20 @@ static void add_states(description *d)
     }
 }
 
+/* A variable of the integrator of the unit. */
+typedef struct solver_variable {
+    const char *name, *text;
+} solver_variable;
+
 static void add_work(description *d)
 {
-    static const char *const names[KEMPE_FMU_WORK_COUNT] = {"solver.exchanges", "solver.events", "solver.steps",
-                                                            "solver.evaluations"};
-    static const char *const texts[KEMPE_FMU_WORK_COUNT] = {
-        "exchanges of independent coordinates so far", "changes of conditions so far",
-        "steps of the integrator of co-simulation so far", "evaluations of the equations so far"};
+    static const solver_variable work[KEMPE_FMU_WORK_COUNT] = {
+        {"solver.exchanges", "exchanges of independent coordinates so far"},
+        {"solver.events", "changes of conditions so far"},
+        {"solver.steps", "steps of the integrator of co-simulation so far"},
+        {"solver.evaluations", "evaluations of the equations so far"}};
     for (int k = 0; k < KEMPE_FMU_WORK_COUNT; k++) {
-        kmp_unit_variable v = computed(KEMPE_FMU_WORK, k, k == 0 ? "output" : "local", names[k], texts[k]);
+        kmp_unit_variable v = computed(KEMPE_FMU_WORK, k, k == 0 ? "output" : "local", work[k].name, work[k].text);
         v.whole = true;
         v.variability = "discrete";
         add(d, v);
@@ -315,16 +298,16 @@ static void add_work(description *d)
 
 static void add_settings(description *d)
 {
-    static const char *const names[KEMPE_FMU_SETTINGS_COUNT] = {"solver.rtol", "solver.atol", "solver.fixed_step",
-                                                                "solver.longest_step"};
-    static const char *const texts[KEMPE_FMU_SETTINGS_COUNT] = {
-        "relative tolerance of co-simulation", "absolute tolerance of co-simulation, times the size of a coordinate",
-        "length of all steps; 0: by the estimated error", "length of the longest step; 0: any"};
+    static const solver_variable settings[KEMPE_FMU_SETTINGS_COUNT] = {
+        {"solver.rtol", "relative tolerance of co-simulation"},
+        {"solver.atol", "absolute tolerance of co-simulation, times the size of a coordinate"},
+        {"solver.fixed_step", "length of all steps; 0: by the estimated error"},
+        {"solver.longest_step", "length of the longest step; 0: any"}};
     const double start[KEMPE_FMU_SETTINGS_COUNT] = {kmp_unit_rtol(d->source->model), kmp_unit_atol(d->source->model), 0,
                                                     kmp_unit_longest_step(d->source->model)};
-    const int count = d->plan->simulation ? KEMPE_FMU_SETTINGS_COUNT : 0;
-    for (int k = 0; k < count; k++) {
-        kmp_unit_variable v = given(KEMPE_FMU_SETTINGS, k, "parameter", "fixed", names[k], texts[k], start[k]);
+    for (int k = 0; d->plan->simulation && k < KEMPE_FMU_SETTINGS_COUNT; k++) {
+        kmp_unit_variable v =
+            given(KEMPE_FMU_SETTINGS, k, "parameter", "fixed", settings[k].name, settings[k].text, start[k]);
         v.unit = k > 1 ? take_unit(d, KMP_DIM_TIME, 0) : 0;
         add(d, v);
     }
@@ -434,11 +417,7 @@ static void put_kind(kmp_text *xml, const kmp_unit_plan *plan, bool exchange)
         put_flags(xml, steps[plan->fmi == 3]);
         kmp_text_put(xml, "\n      maxOutputDerivativeOrder=\"1\"");
     }
-    if (plan->fmi == 3) {
-        kmp_text_put(xml, "/>\n");
-        return;
-    }
-    if (plan->on_library) {
+    if (plan->fmi == 3 || plan->on_library) {
         kmp_text_put(xml, "/>\n");
         return;
     }
@@ -561,21 +540,18 @@ static void put_variables(kmp_text *xml, const description *d)
     kmp_text_put(xml, "  </ModelVariables>\n");
 }
 
-static bool is_known(const kmp_unit_variable *v)
-{
-    const unsigned block = v->reference / KEMPE_FMU_BLOCK;
-    return block == KEMPE_FMU_STATES || block == KEMPE_FMU_INPUTS;
-}
-
 static void put_dependencies(kmp_text *xml, const description *d, unsigned reference)
 {
     const char *between = "";
     kmp_text_put(xml, " dependencies=\"");
-    for (int k = 0; k < d->count; k++)
-        if (is_known(&d->variable[k]) && kmp_unit_depends(d->structure, reference, d->variable[k].reference)) {
-            kmp_text_printf(xml, "%s%u", between, d->plan->fmi == 2 ? (unsigned)k + 1 : d->variable[k].reference);
-            between = " ";
-        }
+    for (int k = 0; k < d->count; k++) {
+        const unsigned known = d->variable[k].reference, block = known / KEMPE_FMU_BLOCK;
+        if ((block != KEMPE_FMU_STATES && block != KEMPE_FMU_INPUTS) ||
+            !kmp_unit_depends(d->structure, reference, known))
+            continue;
+        kmp_text_printf(xml, "%s%u", between, d->plan->fmi == 2 ? (unsigned)k + 1 : known);
+        between = " ";
+    }
     kmp_text_put(xml, "\"");
 }
 
@@ -595,46 +571,37 @@ static void put_entry(kmp_text *xml, const description *d, const char *element, 
     kmp_text_put(xml, "/>\n");
 }
 
-static bool is_output(const kmp_unit_variable *v)
-{
-    return strcmp(v->causality, "output") == 0;
-}
+/* The lists of the model structure, as bits, and those that have a variable. */
+enum { OUTPUTS = 1, DERIVATIVES = 2, UNKNOWNS = 4, INDICATORS = 8 };
 
-static bool is_derivative(const kmp_unit_variable *v)
+static int lists_of(const kmp_unit_variable *v)
 {
-    return v->state;
-}
-
-static bool is_unknown(const kmp_unit_variable *v)
-{
-    return is_output(v) || is_derivative(v) || v->reference / KEMPE_FMU_BLOCK == KEMPE_FMU_STATES;
-}
-
-static bool is_condition(const kmp_unit_variable *v)
-{
-    return v->reference / KEMPE_FMU_BLOCK == KEMPE_FMU_CONDITIONS;
+    const unsigned block = v->reference / KEMPE_FMU_BLOCK;
+    const int lists = (strcmp(v->causality, "output") == 0 ? OUTPUTS : 0) | (v->state ? DERIVATIVES : 0);
+    return lists | (lists || block == KEMPE_FMU_STATES ? UNKNOWNS : 0) |
+           (block == KEMPE_FMU_CONDITIONS ? INDICATORS : 0);
 }
 
 static void put_structure(kmp_text *xml, const description *d)
 {
     static const struct {
         const char *list, *element;
-        bool (*has)(const kmp_unit_variable *v);
-    } lists[] = {{"Outputs", "Output", is_output},
-                 {"Derivatives", "ContinuousStateDerivative", is_derivative},
-                 {"InitialUnknowns", "InitialUnknown", is_unknown},
-                 {NULL, "EventIndicator", is_condition}};
+        int bit;
+    } lists[] = {{"Outputs", "Output", OUTPUTS},
+                 {"Derivatives", "ContinuousStateDerivative", DERIVATIVES},
+                 {"InitialUnknowns", "InitialUnknown", UNKNOWNS},
+                 {NULL, "EventIndicator", INDICATORS}};
     const bool second = d->plan->fmi == 2;
     kmp_text_put(xml, "  <ModelStructure>\n");
     for (size_t i = 0; i < sizeof lists / sizeof *lists; i++) {
         bool open = false;
         for (int k = 0; k < d->count; k++) {
-            if (!lists[i].has(&d->variable[k]) || (second && !lists[i].list))
+            if (!(lists_of(&d->variable[k]) & lists[i].bit) || (second && !lists[i].list))
                 continue;
             if (second && !open)
                 kmp_text_printf(xml, "    <%s>\n", lists[i].list);
             open = true;
-            put_entry(xml, d, second ? "Unknown" : lists[i].element, k, lists[i].has == is_unknown);
+            put_entry(xml, d, second ? "Unknown" : lists[i].element, k, lists[i].bit == UNKNOWNS);
         }
         if (second && open)
             kmp_text_printf(xml, "    </%s>\n", lists[i].list);
@@ -642,16 +609,12 @@ static void put_structure(kmp_text *xml, const description *d)
     kmp_text_put(xml, "  </ModelStructure>\n");
 }
 
-static int indicators(const struct kmp_simulated *x)
+static void put_head(kmp_text *xml, const description *d)
 {
-    int count = 0;
-    for (int k = 0; k < x->condition_count; k++)
-        count += KEMPE_CONDITION_IS_EVENT(x->condition_kind[k]);
-    return count;
-}
-
-static void put_head(kmp_text *xml, const kmp_unit_plan *plan)
-{
+    const kmp_unit_plan *plan = d->plan;
+    int indicators = 0;
+    for (int k = 0; k < d->count; k++)
+        indicators += (lists_of(&d->variable[k]) & INDICATORS) != 0;
     kmp_text_printf(xml, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiModelDescription fmiVersion=\"%s\"",
                     plan->fmi == 2 ? "2.0" : "3.0");
     kmp_unit_attribute(xml, "modelName", plan->source->title);
@@ -661,7 +624,7 @@ static void put_head(kmp_text *xml, const kmp_unit_plan *plan)
     kmp_unit_attribute(xml, "generationTool", "Kempe " KEMPE_VERSION);
     kmp_text_put(xml, " variableNamingConvention=\"structured\"");
     if (plan->fmi == 2)
-        kmp_text_printf(xml, " numberOfEventIndicators=\"%d\"", indicators(plan->source->simulated));
+        kmp_text_printf(xml, " numberOfEventIndicators=\"%d\"", indicators);
     kmp_text_put(xml, ">\n");
 }
 
@@ -672,7 +635,7 @@ bool kmp_unit_describe(kmp_text *xml, kmp_text *terminals, const kmp_unit_plan *
     d.structure = ok && !plan->on_library ? kmp_unit_structure_new(&d.arena, plan->source) : NULL;
     ok = ok && (d.structure || plan->on_library);
     if (ok) {
-        put_head(xml, plan);
+        put_head(xml, &d);
         if (plan->exchange)
             put_kind(xml, plan, true);
         if (plan->simulation)
