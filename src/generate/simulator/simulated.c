@@ -28,20 +28,14 @@ static const kmp_chosen routines[] = {{.name = "closures", .sets = 1u << KMP_EQ_
                                       {.name = "next", .sets = 1u << KMP_EQ_NEXT, .in_place = true},
                                       {.name = "start", .sets = 1u << KMP_EQ_START}};
 
-/* True if a start value is an expression, which may depend on parameters. */
-static bool has_expressions(const kempe_model *model)
-{
-    bool any = false;
-    for (int k = 0; k < model->motion_count; k++)
-        any = any || model->start.q[k].expr || model->start.qd[k].expr;
-    return any;
-}
-
 void kmp_simulated_choose(const kempe_model *model, kmp_set_choice *choice)
 {
+    bool expressions = false; /* in start values, which may depend on parameters */
+    for (int k = 0; k < model->motion_count; k++)
+        expressions = expressions || model->start.q[k].expr || model->start.qd[k].expr;
     const unsigned empty = (kmp_outputs_width(model) > 0 ? 0 : 1u << KMP_EQ_OUTPUTS) |
                            (kmp_model_has_samples(model) ? 0 : 1u << KMP_EQ_NEXT) |
-                           (has_expressions(model) ? 0 : 1u << KMP_EQ_START);
+                           (expressions ? 0 : 1u << KMP_EQ_START);
     for (size_t k = 0; k < sizeof routines / sizeof *routines; k++)
         if (!(routines[k].sets & empty)) {
             choice->chosen[choice->count++] = routines[k];
@@ -55,16 +49,6 @@ kempe_status kmp_simulated_check(const kempe_model *model)
 {
     static const char what[] = "generated simulators";
     return kmp_refuse_delays(model, what, KMP_INSTEAD_OF_DELAY);
-}
-
-static kempe_status check_rows(const kmp_code_source *source, const kempe_system *system)
-{
-    bool equal = system->m == source->m;
-    for (int r = 0; equal && r < source->m; r++)
-        equal = strcmp(system->row_names[r], source->row_names[r]) == 0;
-    if (!equal)
-        return kmp_fail(source->context, KEMPE_E_BUG, "the rows of the closures differ from those of the system");
-    return KEMPE_OK;
 }
 
 /* -- the start ----------------------------------------------------------------------------------------- */
@@ -139,7 +123,11 @@ static kempe_status take_start(kmp_code_source *source, const kmp_set_choice *ch
 {
     struct kmp_simulated *x = source->simulated;
     kmp_arena *arena = &source->arena;
-    KMP_TRY(check_rows(source, system));
+    bool equal = system->m == source->m;
+    for (int r = 0; equal && r < source->m; r++)
+        equal = strcmp(system->row_names[r], source->row_names[r]) == 0;
+    if (!equal)
+        return kmp_fail(source->context, KEMPE_E_BUG, "the rows of the closures differ from those of the system");
     KMP_TRY(take_assembly(x, arena, system));
     x->scale = kmp_arena_copy(arena, system->scale, system->n, sizeof *x->scale);
     x->row_scale = kmp_arena_copy(arena, system->row_scale, system->m, sizeof *x->row_scale);
@@ -252,25 +240,24 @@ static kempe_status take_charts(kmp_code_source *source, const kempe_system *sys
 }
 
 /* The condition whose change is the event of a state: the comparison of its rate, or the contact that changes it. */
-static void find_event(struct kmp_simulated *x, const kempe_model *model, const kmp_events *events, int k, int place)
-{
-    const kmp_state *state = &model->states[place - kmp_model_coordinates(model)];
-    const kmp_expr *comparison = kmp_state_rate(model, place - kmp_model_coordinates(model))->a;
-    x->event[k] = state->contact > 0 ? kmp_events_find(events, &model->forces[state->contact - 1], KMP_PRESSING) : -1;
-    for (int i = 0; comparison && i < events->count; i++)
-        if (events->condition[i].expr == comparison)
-            x->event[k] = i;
-    x->sense[k] = !comparison || (comparison->kind != KMP_EXPR_AT_MOST && comparison->kind != KMP_EXPR_AT_LEAST);
-    x->settles[k] = state->settles;
-}
-
 static kempe_status take_discrete(kmp_code_source *source, const kmp_events *events)
 {
     struct kmp_simulated *x = source->simulated;
+    const kempe_model *model = source->model;
     if (!KMP_ARENA_MAKE(&source->arena, KMP_ROOM(int, source->discrete_count, &x->event, &x->sense, &x->settles)))
         return kmp_fail_memory(source->context);
-    for (int k = 0; k < source->discrete_count; k++)
-        find_event(x, source->model, events, k, source->discrete_place[k]);
+    for (int k = 0; k < source->discrete_count; k++) {
+        const int place = source->discrete_place[k] - kmp_model_coordinates(model);
+        const kmp_state *state = &model->states[place];
+        const kmp_expr *comparison = kmp_state_rate(model, place)->a;
+        x->event[k] =
+            state->contact > 0 ? kmp_events_find(events, &model->forces[state->contact - 1], KMP_PRESSING) : -1;
+        for (int i = 0; comparison && i < events->count; i++)
+            if (events->condition[i].expr == comparison)
+                x->event[k] = i;
+        x->sense[k] = !comparison || (comparison->kind != KMP_EXPR_AT_MOST && comparison->kind != KMP_EXPR_AT_LEAST);
+        x->settles[k] = state->settles;
+    }
     return KEMPE_OK;
 }
 

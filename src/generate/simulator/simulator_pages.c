@@ -12,16 +12,20 @@
 
 /* -- lists --------------------------------------------------------------------------------------------- */
 
-static void put_ints(kmp_text *text, const char *name, int count, const int *x)
+typedef void put_list(kmp_text *text, const char *name, int count, const void *list);
+
+static void put_ints(kmp_text *text, const char *name, int count, const void *list)
 {
+    const int *x = list;
     kmp_text_printf(text, "static const int %s[] = ", name);
     for (int k = 0; k < count; k++)
         kmp_text_printf(text, "%s%d", k == 0 ? "{" : k % 20 == 0 ? ",\n    " : ", ", x[k]);
     kmp_text_printf(text, "%s};\n", count ? "" : "{0");
 }
 
-static void put_doubles(kmp_text *text, const char *name, int count, const double *x)
+static void put_doubles(kmp_text *text, const char *name, int count, const void *list)
 {
+    const double *x = list;
     kmp_text_printf(text, "static const double %s[] = ", name);
     for (int k = 0; k < count; k++) {
         kmp_list_item(text, &kmp_language_c.numbers, k);
@@ -30,8 +34,9 @@ static void put_doubles(kmp_text *text, const char *name, int count, const doubl
     kmp_text_printf(text, "%s};\n", count ? "" : "{0");
 }
 
-static void put_names(kmp_text *text, const char *name, int count, char *const *names)
+static void put_names(kmp_text *text, const char *name, int count, const void *list)
 {
+    char *const *names = list;
     kmp_text_printf(text, "static const char *const %s[] = ", name);
     for (int k = 0; k < count; k++) {
         kmp_list_item(text, &kmp_language_c.names, k);
@@ -53,15 +58,6 @@ static int place_in_k(const kmp_code_source *s, const char *name)
         at += r->kept_count ? r->kept_count : 1;
     }
     return at;
-}
-
-static void put_prepare(kmp_text *text, const kmp_code_source *s)
-{
-    kmp_text_put(text, "static void prepare(const double *p, double *k)\n{\n");
-    for (int k = 0; k < s->count; k++)
-        kmp_text_printf(text, "    %s_%s_prepare(p, k + %d);\n", s->name, s->routines[k].name,
-                        place_in_k(s, s->routines[k].name));
-    kmp_text_put(text, "}\n\n");
 }
 
 /* A function that passes the arguments on; `way`: after the modes. */
@@ -132,37 +128,46 @@ static void put_along(kmp_text *text, const kmp_code_source *s)
 
 /* -- pages --------------------------------------------------------------------------------------------- */
 
-static void put_tables(kmp_text *text, const kmp_code_source *s)
+/* Lists that the table of equations refers to by their names. */
+typedef struct listed {
+    const char *name;
+    put_list *put;
+    int count;
+    const void *list;
+} listed;
+
+enum { LISTS = 26 };
+
+static void find_lists(const kmp_code_source *s, listed lists[LISTS])
 {
     const struct kmp_simulated *x = s->simulated;
-    put_names(text, "coordinate_names", s->n, s->coordinate_names);
-    put_names(text, "row_names", s->m, s->row_names);
-    put_names(text, "input_names", s->input_count, s->input_names);
-    put_names(text, "parameter_names", s->parameter_count, s->parameter_name);
-    put_names(text, "condition_names", x->condition_count, x->condition_name);
-    put_names(text, "output_names", s->output_count, s->output_names);
-    put_names(text, "advice", x->condition_count, x->advice);
-    put_ints(text, "coordinate_kind", s->n, x->coordinate_kind);
-    put_ints(text, "condition_kind", x->condition_count, x->condition_kind);
-    put_ints(text, "parameter_fixed", s->parameter_count, x->fixed);
-    put_ints(text, "symbol", s->parameter_count, x->symbol);
-    put_ints(text, "independent", x->freedom, x->independent);
-    put_ints(text, "discrete_at", s->discrete_count, s->discrete_place);
-    put_doubles(text, "discrete_period", s->discrete_count, s->discrete_time);
-    put_ints(text, "discrete_condition", s->discrete_count, x->event);
-    put_ints(text, "discrete_sense", s->discrete_count, x->sense);
-    put_ints(text, "discrete_settles", s->discrete_count, x->settles);
-    put_names(text, "jacobian_zeros", s->m, x->jacobian_zeros);
-    put_names(text, "mass_zeros", s->n, x->mass_zeros);
-    put_doubles(text, "scale", s->n, x->scale);
-    put_doubles(text, "row_scale", s->m, x->row_scale);
-    put_doubles(text, "parameter_values", s->parameter_count, s->value);
-    put_doubles(text, "input_values", KMP_TIME_NUMBERS * s->input_count, x->inputs);
-    put_doubles(text, "start_q", s->n, x->q);
-    put_doubles(text, "start_qd", s->n, x->qd);
-    put_doubles(text, "start_given", 2 * s->n, x->given);
-    put_ints(text, "start_keeps", s->n, x->keeps);
-    kmp_text_put(text, "\n");
+    const listed all[LISTS] = {{"coordinate_names", put_names, s->n, s->coordinate_names},
+                               {"row_names", put_names, s->m, s->row_names},
+                               {"input_names", put_names, s->input_count, s->input_names},
+                               {"parameter_names", put_names, s->parameter_count, s->parameter_name},
+                               {"condition_names", put_names, x->condition_count, x->condition_name},
+                               {"output_names", put_names, s->output_count, s->output_names},
+                               {"advice", put_names, x->condition_count, x->advice},
+                               {"coordinate_kind", put_ints, s->n, x->coordinate_kind},
+                               {"condition_kind", put_ints, x->condition_count, x->condition_kind},
+                               {"parameter_fixed", put_ints, s->parameter_count, x->fixed},
+                               {"independent", put_ints, x->freedom, x->independent},
+                               {"discrete_at", put_ints, s->discrete_count, s->discrete_place},
+                               {"discrete_period", put_doubles, s->discrete_count, s->discrete_time},
+                               {"discrete_condition", put_ints, s->discrete_count, x->event},
+                               {"discrete_sense", put_ints, s->discrete_count, x->sense},
+                               {"discrete_settles", put_ints, s->discrete_count, x->settles},
+                               {"jacobian_zeros", put_names, s->m, x->jacobian_zeros},
+                               {"mass_zeros", put_names, s->n, x->mass_zeros},
+                               {"scale", put_doubles, s->n, x->scale},
+                               {"row_scale", put_doubles, s->m, x->row_scale},
+                               {"parameter_values", put_doubles, s->parameter_count, s->value},
+                               {"input_values", put_doubles, KMP_TIME_NUMBERS * s->input_count, x->inputs},
+                               {"start_q", put_doubles, s->n, x->q},
+                               {"start_qd", put_doubles, s->n, x->qd},
+                               {"start_given", put_doubles, 2 * s->n, x->given},
+                               {"start_keeps", put_ints, s->n, x->keeps}};
+    memcpy(lists, all, sizeof all);
 }
 
 static void put_friction(kmp_text *text, const kmp_code_source *s)
@@ -214,39 +219,8 @@ static void put_number(kmp_text *text, const char *name, double x)
 
 static void put_equations(kmp_text *text, const kmp_code_source *s)
 {
-    static const char *const same[] = {"coordinate_names",
-                                       "row_names",
-                                       "input_names",
-                                       "parameter_names",
-                                       "condition_names",
-                                       "output_names",
-                                       "advice",
-                                       "coordinate_kind",
-                                       "condition_kind",
-                                       "scale",
-                                       "row_scale",
-                                       "parameter_values",
-                                       "parameter_fixed",
-                                       "input_values",
-                                       "start_q",
-                                       "start_qd",
-                                       "start_given",
-                                       "start_keeps",
-                                       "independent",
-                                       "prepare",
-                                       "closures",
-                                       "motion",
-                                       "changes",
-                                       "show",
-                                       "along",
-                                       "jacobian_zeros",
-                                       "mass_zeros",
-                                       "discrete_at",
-                                       "discrete_period",
-                                       "discrete_condition",
-                                       "discrete_sense",
-                                       "discrete_settles",
-                                       "next"};
+    static const char *const functions[] = {"prepare", "closures", "motion", "changes", "show", "along", "next"};
+    listed lists[LISTS];
     const struct kmp_simulated *x = s->simulated;
     kmp_text_printf(text, "const kempe_equations %s_equations = {\n    .name = ", s->name);
     kmp_language_string(text, &kmp_language_c, s->title);
@@ -273,8 +247,12 @@ static void put_equations(kmp_text *text, const kmp_code_source *s)
         kmp_text_put(text, "    .charts = &charts,\n");
     if (x->watch)
         kmp_text_put(text, "    .watch = &watch,\n");
-    for (size_t k = 0; k < sizeof same / sizeof *same; k++)
-        kmp_text_printf(text, "    .%s = %s%s\n", same[k], same[k], k + 1 < sizeof same / sizeof *same ? "," : "};");
+    find_lists(s, lists);
+    for (int k = 0; k < LISTS; k++)
+        kmp_text_printf(text, "    .%s = %s,\n", lists[k].name, lists[k].name);
+    for (size_t k = 0; k < sizeof functions / sizeof *functions; k++)
+        kmp_text_printf(text, "    .%s = %s,\n", functions[k], functions[k]);
+    kmp_text_put(text, "};\n");
 }
 
 static void put_header(kmp_text *text, const kmp_code_source *s)
@@ -340,8 +318,16 @@ static void put_source(kmp_text *text, const kmp_code_source *s)
         s->hash, s->name, s->name, s->simulated->friction_count ? " kempe_friction.c" : "",
         s->simulated->chart_count ? " kempe_charts.c" : "", s->simulated->watch ? " kempe_events.c" : "", s->name,
         s->name);
-    put_tables(text, s);
-    put_prepare(text, s);
+    listed lists[LISTS];
+    find_lists(s, lists);
+    for (int k = 0; k < LISTS; k++)
+        lists[k].put(text, lists[k].name, lists[k].count, lists[k].list);
+    put_ints(text, "symbol", s->parameter_count, s->simulated->symbol);
+    kmp_text_put(text, "\nstatic void prepare(const double *p, double *k)\n{\n");
+    for (int k = 0; k < s->count; k++)
+        kmp_text_printf(text, "    %s_%s_prepare(p, k + %d);\n", s->name, s->routines[k].name,
+                        place_in_k(s, s->routines[k].name));
+    kmp_text_put(text, "}\n\n");
     put_function(text, s, "closures", "double *h, double *J, double *h_t", "h, J, h_t");
     put_function(text, s, "motion", "double *M, double *C, double *jdqd", "M, C, jdqd");
     if (s->simulated->loaded)

@@ -50,14 +50,6 @@ static kempe_status derive_motion(kmp_code_source *source, const kmp_set_choice 
     return kmp_made(source->context, !source->arena.failed && (*motion || !same));
 }
 
-static bool reads_others(const kmp_program *p)
-{
-    for (int k = 0; k < p->input_count; k++)
-        if (p->input[k].kind == KMP_IN_LAMBDA)
-            return true;
-    return p->block_count > 0;
-}
-
 /* Adds a routine with its choice. */
 static kempe_status take(kmp_code_source *source, kmp_program *program, const kmp_partition *part)
 {
@@ -100,7 +92,10 @@ static kempe_status write(kmp_code_source *source, const kmp_program *motion, km
         program = kmp_fused_write_slopes(&red, &plan);
     }
     kmp_reduction_free(&red);
-    *written = program && !reads_others(program) && program->code[2] <= LONGER * motion->code[motion->stages];
+    bool others = program && program->block_count > 0;
+    for (int k = 0; program && k < program->input_count; k++)
+        others = others || program->input[k].kind == KMP_IN_LAMBDA;
+    *written = program && !others && program->code[2] <= LONGER * motion->code[motion->stages];
     if (*written)
         return take(source, program, part);
     kmp_program_free(program);

@@ -32,13 +32,6 @@ static int kind_of(const kmp_program_input *in)
     }
 }
 
-static int place_of(const kmp_code_source *source, const kmp_program_input *in)
-{
-    return in->kind == KMP_IN_TIME && in->index == 0 ? 0
-           : in->kind == KMP_IN_PARAMETER            ? source->place[in->index]
-                                                     : kmp_place_in_argument(source, in);
-}
-
 /* Marks values that depend on accelerations or multipliers. */
 static void mark_late(const kmp_bound_code *code, const int *input, bool *late)
 {
@@ -69,8 +62,11 @@ kempe_status kmp_watch_find(kmp_code_source *source)
     x->watch_first = p->outputs[1];
     x->watch_solved = p->outputs[p->stages] - p->outputs[1] - x->condition_count;
     for (int k = 0; k < p->input_count; k++) {
-        x->watch_input[2 * k] = kind_of(&p->input[k]);
-        x->watch_input[2 * k + 1] = place_of(source, &p->input[k]);
+        const kmp_program_input *in = &p->input[k];
+        x->watch_input[2 * k] = kind_of(in);
+        x->watch_input[2 * k + 1] = in->kind == KMP_IN_TIME && in->index == 0 ? 0
+                                    : in->kind == KMP_IN_PARAMETER            ? source->place[in->index]
+                                                                              : kmp_place_in_argument(source, in);
     }
     mark_late(kmp_bounds_code(bounds), x->watch_input, late);
     for (int k = 0; k < x->condition_count; k++) {
@@ -88,17 +84,13 @@ kempe_status kmp_watch_find(kmp_code_source *source)
 
 /* -- text ------------------------------------------------------------------------------------------------ */
 
-static void put_double(kmp_text *text, int k, double x)
-{
-    kmp_list_item(text, &kmp_language_c.numbers, k);
-    kmp_language_number(text, &kmp_language_c, x);
-}
-
 static void put_doubles(kmp_text *text, const char *name, int number, int count, const double *x)
 {
     kmp_text_printf(text, "static const double %s%d[] = ", name, number);
-    for (int k = 0; k < count; k++)
-        put_double(text, k, x[k]);
+    for (int k = 0; k < count; k++) {
+        kmp_list_item(text, &kmp_language_c.numbers, k);
+        kmp_language_number(text, &kmp_language_c, x[k]);
+    }
     kmp_text_printf(text, "%s};\n", count ? "" : "{0");
 }
 
