@@ -104,15 +104,6 @@ typedef struct part_state {
     double margin;       /* the last pivot of J over its usual size at the last look; -1: none yet */
 } part_state;
 
-/* True if the user's angles of all spherical joints are far from their singular positions. */
-static bool has_regular_angles(const kmp_engine *e, const double *q)
-{
-    for (int c = 0; c < kmp_charts_count(e->s) && !e->spec.own_angles; c++)
-        if (kmp_chart_regular(e->s, c, q) < KMP_AXES_RESUMED)
-            return false;
-    return true;
-}
-
 /* True if lanes can take the instance back at the end of the last step: the usual formulation runs, the user's own
  * coordinates are good, and the closures recede from a change point. Sets the row and the partition there. */
 static kempe_status look(kmp_engine *e, int i, kmp_runner *run, int rank, part_state *part, bool *returns)
@@ -125,7 +116,7 @@ static kempe_status look(kmp_engine *e, int i, kmp_runner *run, int rank, part_s
         return KEMPE_OK;
     rank = e->s->switches ? run->margin.r : rank;
     KMP_TRY(kmp_runner_row(run, t, part->row, &part->work));
-    if (!has_regular_angles(e, part->row))
+    if (!kmp_instance_has_angles(e, part->row, KMP_AXES_RESUMED))
         return KEMPE_OK;
     if (e->conditions)
         kmp_eval_set_modes(e->eval, kmp_runner_modes(run));
@@ -241,39 +232,25 @@ static kempe_status run_part(kmp_engine *e, int i, int rank, double margin, part
     return status;
 }
 
-static void free_part(part_state *part)
-{
-    kmp_partition_free(&part->found);
-    kmp_free(part->row);
-}
-
-kempe_status kmp_instance_apart(kmp_engine *e, kmp_pool *from, int i, double margin, const char *why)
-{
-    const kmp_instance *x = &e->instances[i];
-    part_state part = {.margin = -1, .row = KMP_NEW(double, 3 * e->n + e->m)};
-    KMP_TRY(kmp_made(e->context, part.row));
-    part.work = e->s->dissipative ? x->y[e->n + from->part.p] : 0;
-    kempe_status status = KEMPE_OK;
-    if (kmp_instance_unpack(e, from, x, part.row, part.row + e->n, true)) {
-        status = kmp_instance_take_values(e, i);
-        kmp_eval_renew_parameters(e->eval);
-        if (status == KEMPE_OK)
-            status = run_part(e, i, from->part.r, margin, &part, why);
-    } else {
-        kmp_instance_leave(e, i, "closures that are singular");
-    }
-    free_part(&part);
-    return status;
-}
-
-kempe_status kmp_instance_start_apart(kmp_engine *e, int i, int rank, const double *q, const double *qd, double work,
-                                      const char *why)
+kempe_status kmp_instance_start_apart(kmp_engine *e, int i, int rank, double margin, const double *q, const double *qd,
+                                      double work, const char *why)
 {
     part_state part = {.margin = -1, .work = work, .row = KMP_NEW(double, 3 * e->n + e->m)};
     KMP_TRY(kmp_made(e->context, part.row));
     memcpy(part.row, q, (size_t)e->n * sizeof *q);
     memcpy(part.row + e->n, qd, (size_t)e->n * sizeof *qd);
-    kempe_status status = run_part(e, i, rank, 0, &part, why);
-    free_part(&part);
+    kempe_status status = run_part(e, i, rank, margin, &part, why);
+    kmp_partition_free(&part.found);
+    kmp_free(part.row);
     return status;
+}
+
+kempe_status kmp_instance_apart(kmp_engine *e, kmp_pool *from, int i, double margin, const char *why)
+{
+    if (!kmp_instance_unpack(e, from, i, true))
+        return KEMPE_OK;
+    KMP_TRY(kmp_instance_take_values(e, i));
+    kmp_eval_renew_parameters(e->eval);
+    return kmp_instance_start_apart(e, i, from->part.r, margin, e->state, e->state + e->n,
+                                    e->s->dissipative ? e->instances[i].y[e->n + from->part.p] : 0, why);
 }

@@ -18,7 +18,6 @@ struct kmp_lane_conditions {
     kmp_lanes *lanes; /* the program of conditions */
     double *mode;     /* of all lanes */
     step_place place[PLACES];
-    bool late;                              /* some depend on accelerations or multipliers */
     double *wide[KMP_LANE_VECTORS];         /* size: the interpolants, if some are late */
     kmp_look look[PLACES];                  /* of one lane */
     kmp_crossing *watching[KMP_LANES_MOST]; /* of each lane, with the numbers of its instance */
@@ -67,8 +66,7 @@ bool kmp_conditions_init(kmp_engine *e)
         return false;
     e->conditions = c;
     c->mode = kmp_arena_aligned(a, w * count);
-    c->late = kmp_has_late_conditions(e->s);
-    for (int k = 0; c->late && k < KMP_LANE_VECTORS; k++)
+    for (int k = 0; e->room.late && k < KMP_LANE_VECTORS; k++)
         c->wide[k] = kmp_arena_aligned(a, w * (size_t)kmp_lane_most(e));
     for (int i = 0; i < PLACES; i++) {
         c->place[i].rows = kmp_arena_aligned(a, w * (3 * n + (size_t)e->m));
@@ -150,17 +148,6 @@ void kmp_conditions_constants(kmp_engine *e)
         (void)kmp_lanes_run(e->conditions->lanes, KMP_STAGE_PARAMETERS);
 }
 
-/* Accelerations of all lanes from the slopes and those of v. */
-static void spread_accelerations(const kmp_engine *e, const kmp_pool *pool, const double *slope, const double *vdd,
-                                 double *qdd)
-{
-    size_t w = e->room.w, p = (size_t)e->p;
-    for (size_t k = 0; k < p; k++)
-        memcpy(qdd + (size_t)pool->part.u[k] * w, slope + (p + k) * w, w * sizeof *qdd);
-    for (size_t k = 0; k < (size_t)e->r; k++)
-        memcpy(qdd + (size_t)pool->part.v[k] * w, vdd + k * w, w * sizeof *qdd);
-}
-
 /* The values of late conditions, after those of the others. */
 static void add_late(kmp_engine *e, step_place *at, const double *vdd)
 {
@@ -184,19 +171,17 @@ void kmp_lanes_conditions(kmp_engine *e, const kmp_pool *pool, int place, const 
     step_place *at = &c->place[place];
     size_t w = e->room.w, n = (size_t)e->n;
     kmp_lanes_spread(e, pool, y, slope, at->rows);
-    if (vdd)
-        spread_accelerations(e, pool, slope, vdd, at->rows + 2 * n * w);
+    double *qdd = at->rows + 2 * n * w;
+    for (size_t k = 0, p = (size_t)e->p; vdd && k < p; k++)
+        memcpy(qdd + (size_t)pool->part.u[k] * w, slope + (p + k) * w, w * sizeof *qdd);
+    for (size_t k = 0; vdd && k < (size_t)e->r; k++)
+        memcpy(qdd + (size_t)pool->part.v[k] * w, vdd + k * w, w * sizeof *qdd);
     kmp_lanes_set(c->lanes, KMP_IN_TIME, e->room.at);
     kmp_lanes_set(c->lanes, KMP_IN_Q, at->rows);
     kmp_lanes_set(c->lanes, KMP_IN_QD, at->rows + n * w);
     memcpy(at->change, kmp_lanes_run(c->lanes, 1), w * (size_t)e->s->events.count * sizeof(double));
-    if (vdd && c->late)
+    if (vdd && e->room.late)
         add_late(e, at, vdd);
-}
-
-bool kmp_lanes_have_middle(const kmp_engine *e)
-{
-    return e->conditions->late;
 }
 
 void kmp_lanes_middle(kmp_engine *e, double *y)
@@ -214,7 +199,7 @@ static const kmp_look *look_of(const kmp_engine *e, int place, size_t l, double 
     kmp_lane_conditions *c = e->conditions;
     kmp_look *look = &c->look[place];
     size_t w = e->room.w, n = (size_t)e->n,
-           rows = c->late ? 3 * n + (size_t)e->m : (e->s->changes_by_rates ? 3 : 2) * n;
+           rows = e->room.late ? 3 * n + (size_t)e->m : (e->s->changes_by_rates ? 3 : 2) * n;
     look->t = t;
     for (size_t k = 0; k < (size_t)e->s->events.count; k++)
         look->change[k] = c->place[place].change[k * w + l];

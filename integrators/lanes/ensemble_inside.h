@@ -248,9 +248,14 @@ kempe_status kmp_instance_take_values(kmp_engine *e, int i);
 /** Takes the values of an instance, assembles it, and measures its energies: KEMPE_E_INPUT, or the status of the
  * assembly. */
 kempe_status kmp_instance_assemble(kmp_engine *e, int i, kempe_assembly **a);
-/** Computes q and qd of an instance in the unknowns of a pool, with factors and tangent, closed on request. false: Jv
- * is singular. */
-bool kmp_instance_unpack(kmp_engine *e, kmp_pool *pool, const kmp_instance *x, double *q, double *qd, bool closed);
+
+/** Puts q and qd of an instance in the unknowns of a pool into e->state, with factors and tangent, closed on request.
+ * false: Jv is singular, and the instance is left to a separate run. */
+bool kmp_instance_unpack(kmp_engine *e, kmp_pool *pool, int i, bool closed);
+
+/** True if no joint's angles are nearer to their singular position than this, or the user keeps them. */
+bool kmp_instance_has_angles(const kmp_engine *e, const double *q, double least);
+
 /** Goes on from (q, qd) at x->t with another partition, which it frees; `status`: of its choice. */
 kempe_status kmp_instance_go_on(kmp_engine *e, int i, kempe_status status, kmp_partition *part, const double *q,
                                 const double *qd);
@@ -322,8 +327,7 @@ void kmp_lane_set_modes(kmp_engine *e, kmp_pool *pool, size_t lane);
 void kmp_lanes_conditions(kmp_engine *e, const kmp_pool *pool, int place, const double *y, const double *slope,
                           const double *vdd);
 
-/** True if some conditions may need the middle of steps. The unknowns there, after the stages of the dense output. */
-bool kmp_lanes_have_middle(const kmp_engine *e);
+/** The unknowns in the middle of steps, after the stages of the dense output. */
 void kmp_lanes_middle(kmp_engine *e, double *y);
 
 /** True if the ends of a lane's step, and its `middle`, decide that no condition changes within it. */
@@ -457,11 +461,11 @@ void kmp_instance_measured(kmp_engine *e, kmp_pool *pool, int i, double t, const
 /** Repeats an instance in a separate run from its start. */
 kempe_status kmp_instance_alone(kmp_engine *e, int i);
 /** Continues an instance from t and y in a separate run, until lanes can take it back or to its end. `margin`: that of
- * the closures over its usual size. If such a run fails, the instance is left to one from its start. The second
- * begins such a run at a state with closures of this rank. */
+ * the closures over its usual size; 0: the run finds it. If such a run fails, the instance is left to one from its
+ * start. The second begins such a run at a state with closures of this rank. */
 kempe_status kmp_instance_apart(kmp_engine *e, kmp_pool *from, int i, double margin, const char *why);
-kempe_status kmp_instance_start_apart(kmp_engine *e, int i, int rank, const double *q, const double *qd, double work,
-                                      const char *why);
+kempe_status kmp_instance_start_apart(kmp_engine *e, int i, int rank, double margin, const double *q, const double *qd,
+                                      double work, const char *why);
 
 /* ensemble_pool.c */
 

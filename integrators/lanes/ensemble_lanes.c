@@ -89,15 +89,7 @@ static bool is_uncentred(kmp_engine *e, const kmp_pool *pool, size_t l)
         e->state[pool->part.u[k]] = room->y[(size_t)k * room->w + l];
     for (int k = 0; k < e->r; k++)
         e->state[pool->part.v[k]] = room->y[(size_t)(2 * e->p + k) * room->w + l];
-    for (int c = 0; c < kmp_charts_count(e->s); c++)
-        if (kmp_chart_regular(e->s, c, e->state) < KMP_AXES_CENTRED)
-            return true;
-    return false;
-}
-
-static bool passes_quiet_steps(const kmp_engine *e, const kmp_pool *pool)
-{
-    return !e->conditions && !kmp_measures_steps(e) && pool->layout.multipliers == 0;
+    return !kmp_instance_has_angles(e, e->state, KMP_AXES_CENTRED);
 }
 
 /* The dependent coordinate with the largest scaled |Bvu|, for one degree of freedom; otherwise -1. */
@@ -169,7 +161,9 @@ static kempe_status take(kmp_engine *e, kmp_pool *pool, const kmp_lane_watched *
         x->pace = 0;
         x->seen_margin = INFINITY;
         x->seen_t = -1;
-        room->spare[l] = x->hopeless > 0 || !passes_quiet_steps(e, pool) ? 0 : spare_steps(x, tried);
+        room->spare[l] = x->hopeless > 0 || e->conditions || kmp_measures_steps(e) || pool->layout.multipliers > 0
+                             ? 0
+                             : spare_steps(x, tried);
         return KEMPE_OK;
     }
     const char *jump = through ? NULL : pass_sample(e, l, &meets);

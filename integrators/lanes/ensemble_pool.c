@@ -118,18 +118,13 @@ static kempe_status make(kmp_engine *e, const kmp_partition *part, kmp_pool *poo
     return kmp_memory_failures() != failures ? kmp_fail_memory(e->context) : KEMPE_E_FAILED;
 }
 
-/* The pool of a choice and an order; -1: there is none. */
-static int index_of(const kmp_engine *e, const kmp_partition *part, const int *order)
-{
-    for (int k = 0; k < e->pool_count; k++)
-        if (same_choice(e->pools[k], part) && memcmp(e->pools[k]->order, order, (size_t)part->r * sizeof *order) == 0)
-            return k;
-    return -1;
-}
-
 bool kmp_pool_among(const kmp_engine *e, const kmp_pool *pool)
 {
-    return index_of(e, &pool->part, pool->order) >= 0;
+    for (int k = 0; k < e->pool_count; k++)
+        if (same_choice(e->pools[k], &pool->part) &&
+            memcmp(e->pools[k]->order, pool->order, (size_t)pool->part.r * sizeof *pool->order) == 0)
+            return true;
+    return false;
 }
 
 /* Room for a pool: after the others, or where the one was that has been idle for the longest time. NULL: no memory. */

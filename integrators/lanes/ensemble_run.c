@@ -85,18 +85,6 @@ static int take_engine(shared_run *r)
             return k;
 }
 
-/* Begins the run of an engine at its first chunk. */
-static kempe_status begin_engine(shared_run *r, int k)
-{
-    kmp_ensemble *e = r->e;
-    if (r->begun[k])
-        return KEMPE_OK;
-    if (!e->engine[k])
-        KMP_TRY(kmp_engine_new(e->model, e->columns, e->names, true, &e->engine[k]));
-    r->begun[k] = true;
-    return kmp_engine_begin(e->engine[k], r->spec, r->execution, &r->done);
-}
-
 /* Takes the next chunk; returns the number of its instances, 0: all are taken. */
 static int take_chunk(shared_run *r, int *first)
 {
@@ -110,12 +98,20 @@ static int take_chunk(shared_run *r, int *first)
     return size;
 }
 
-static kempe_status run_chunk(const shared_run *r, kmp_engine *engine, size_t first, int count)
+/* Runs a chunk by engine k, which begins at its first one. */
+static kempe_status run_chunk(shared_run *r, int k, size_t first, int count)
 {
-    size_t n = (size_t)r->e->n;
+    kmp_ensemble *e = r->e;
+    const size_t n = (size_t)e->n;
     const kmp_run_quantities *quantities = r->execution->quantities;
-    engine->taken = quantities ? r->execution->taken + first * (size_t)quantities->values : NULL;
-    return kmp_engine_run(engine, count, r->values + first * (size_t)r->e->columns, r->results + first,
+    if (!r->begun[k] && !e->engine[k])
+        KMP_TRY(kmp_engine_new(e->model, e->columns, e->names, true, &e->engine[k]));
+    if (!r->begun[k]) {
+        r->begun[k] = true;
+        KMP_TRY(kmp_engine_begin(e->engine[k], r->spec, r->execution, &r->done));
+    }
+    e->engine[k]->taken = quantities ? r->execution->taken + first * (size_t)quantities->values : NULL;
+    return kmp_engine_run(e->engine[k], count, r->values + first * (size_t)e->columns, r->results + first,
                           r->q + first * n, r->qd + first * n);
 }
 
@@ -127,11 +123,8 @@ static void run_chunks(void *self, int thread)
     kempe_status status = KEMPE_OK;
     (void)thread;
     while (status == KEMPE_OK && atomic_load(&r->status) == KEMPE_OK && !kmp_interrupted(r->e->model->context) &&
-           (count = take_chunk(r, &first)) > 0) {
-        status = begin_engine(r, k);
-        if (status == KEMPE_OK)
-            status = run_chunk(r, r->e->engine[k], (size_t)first, count);
-    }
+           (count = take_chunk(r, &first)) > 0)
+        status = run_chunk(r, k, (size_t)first, count);
     if (status != KEMPE_OK)
         (void)atomic_compare_exchange_strong(&r->status, &none, (int)status);
     atomic_store(&r->busy[k], false);

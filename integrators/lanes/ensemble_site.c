@@ -8,17 +8,13 @@
 #include <math.h>
 #include <string.h>
 
-static bool needs_site(const kempe_system *s)
+kempe_status kmp_site_init(kmp_engine *e)
 {
+    const kempe_system *s = e->s;
     bool any = s->switches || s->load_row_count > 0 || kmp_model_has_samples(s->model) || kmp_has_late_conditions(s);
     for (int k = 0; k < s->events.count; k++)
         any = any || s->events.condition[k].role != KMP_ROLE_NONE;
-    return any;
-}
-
-kempe_status kmp_site_init(kmp_engine *e)
-{
-    if (!needs_site(e->s))
+    if (!any)
         return KEMPE_OK;
     KMP_TRY(kmp_runner_site_new(e->eval, &e->spec, &e->site));
     e->fresh = KMP_ARENA_NEW(&e->run_arena, char, kmp_runner_memory_size(e->s) + 1);
@@ -72,14 +68,6 @@ static kempe_status take_rows(kmp_engine *e, const kmp_pool *from, double t)
     return kmp_runner_look_at_margin(site, t, site->state);
 }
 
-/* The step size after an event of closures at a time `since` the step began (pass_switch of runner_change.c). */
-static void choose_step(const kmp_engine *e, kmp_instance *x, double since)
-{
-    bool apart = since > KMP_FRICTION_INSTANT * e->spec.t_end;
-    x->h = fmin(apart ? x->h : 0, KMP_IMPACT_STEP * kmp_impact_since(e->site->impacts));
-    x->has_step = x->h > 0;
-}
-
 /* Goes on in lanes, or in a separate run, from the site. */
 static kempe_status go_on(kmp_engine *e, const kmp_pool *from, int i, double work)
 {
@@ -89,7 +77,7 @@ static kempe_status go_on(kmp_engine *e, const kmp_pool *from, int i, double wor
     double limit = x->limit;
     memcpy(e->state, site->state, 2 * (size_t)e->n * sizeof *e->state);
     if (kmp_friction_is_smooth(site->friction))
-        return kmp_instance_start_apart(e, i, site->part.r, e->state, e->state + e->n, work, KMP_LANE_SMOOTH);
+        return kmp_instance_start_apart(e, i, site->part.r, 0, e->state, e->state + e->n, work, KMP_LANE_SMOOTH);
     KMP_TRY(kmp_made(e->context, kmp_partition_copy(&part, e->s->switches ? &site->part : &from->part)));
     if (e->s->switches)
         x->usual = part.r > 0 ? part.pivots[part.r - 1] : 1;
@@ -119,8 +107,11 @@ kempe_status kmp_instance_pass(kmp_engine *e, kmp_pool *from, int i, bool event,
         status = kmp_runner_pass_here(site, x->t, event, &work);
     if (status == KEMPE_OK)
         depart(e, x);
-    if (event && e->s->switches)
-        choose_step(e, x, since);
+    if (event && e->s->switches) { /* pass_switch of runner_change.c */
+        const bool apart = since > KMP_FRICTION_INSTANT * e->spec.t_end;
+        x->h = fmin(apart ? x->h : 0, KMP_IMPACT_STEP * kmp_impact_since(site->impacts));
+        x->has_step = x->h > 0;
+    }
     kmp_engine_hold_inputs(e, NULL);
     if (status == KEMPE_OK)
         return go_on(e, from, i, before + work);
@@ -136,11 +127,8 @@ kempe_status kmp_instance_pass(kmp_engine *e, kmp_pool *from, int i, bool event,
 
 kempe_status kmp_instance_meet(kmp_engine *e, kmp_pool *from, int i)
 {
-    const kmp_instance *x = &e->instances[i];
-    if (!kmp_instance_unpack(e, from, x, e->state, e->state + e->n, true)) {
-        kmp_instance_leave(e, i, "closures that are singular");
+    if (!kmp_instance_unpack(e, from, i, true))
         return KEMPE_OK;
-    }
-    kmp_engine_hold_inputs(e, &x->inputs);
+    kmp_engine_hold_inputs(e, &e->instances[i].inputs);
     return kmp_instance_pass(e, from, i, false, 0);
 }

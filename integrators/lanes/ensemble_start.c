@@ -117,24 +117,22 @@ static const char *obstacle_at(const kmp_engine *e, const kmp_partition *part, c
     return demands_too_much(e, qd) ? "rates that the closures do not allow" : NULL;
 }
 
+bool kmp_instance_has_angles(const kmp_engine *e, const double *q, double least)
+{
+    for (int c = 0; c < kmp_charts_count(e->s) && !e->spec.own_angles; c++)
+        if (kmp_chart_regular(e->s, c, q) < least)
+            return false;
+    return true;
+}
+
 /* Reason why a separate run begins an instance; NULL: lanes do. */
 static const char *detour_at(const kmp_engine *e, const kmp_partition *part, const double *q)
 {
     if (part->r > 0 && part->pivots[part->r - 1] < KMP_MARGIN_LOOK * part->pivots[0])
         return "a change point near the start";
-    for (int c = 0; c < kmp_charts_count(e->s) && !e->spec.own_angles; c++)
-        if (kmp_chart_regular(e->s, c, q) < KMP_AXES_CENTRED)
-            return KMP_LANE_SINGULAR_ANGLES;
+    if (!kmp_instance_has_angles(e, q, KMP_AXES_CENTRED))
+        return KMP_LANE_SINGULAR_ANGLES;
     return e->site && kmp_friction_is_smooth(e->site->friction) ? KMP_LANE_SMOOTH : NULL;
-}
-
-/* True if the angles of all spherical joints may stay. */
-static bool has_good_angles(const kmp_engine *e, const kempe_assembly *a)
-{
-    for (int c = 0; c < kmp_charts_count(e->s) && !e->spec.own_angles; c++)
-        if (kmp_chart_regular(e->s, c, a->q) < KMP_AXES_CENTRED)
-            return false;
-    return !a->inner_q;
 }
 
 /* Chooses rows and coordinates at a start, at the site if there is one; *q and *qd are then the state there. */
@@ -142,7 +140,7 @@ static kempe_status choose(kmp_engine *e, kmp_instance *x, const kempe_assembly 
                            kmp_partition *part)
 {
     kmp_present_inputs_stand(&x->inputs, 0);
-    if (e->site && has_good_angles(e, a)) {
+    if (e->site && !a->inner_q && kmp_instance_has_angles(e, a->q, KMP_AXES_CENTRED)) {
         KMP_TRY(kmp_instance_stand(e, x, a));
         *q = e->site->state;
         *qd = *q + e->n;
@@ -182,7 +180,7 @@ static kempe_status enter(kmp_engine *e, int i, const kempe_assembly *a)
         status = kmp_pool_find(e, &part, &pool);
     if (status == KEMPE_OK && !why && detour) {
         kmp_instance_begin_account(e, i);
-        status = kmp_instance_start_apart(e, i, part.r, q, qd, 0, detour);
+        status = kmp_instance_start_apart(e, i, part.r, 0, q, qd, 0, detour);
     } else if (status == KEMPE_OK && pool && set_rate_scale(e, pool, x, qd)) {
         kmp_reduced_pack(&part, true, q, qd, x->y);
         kmp_instance_begin_account(e, i);
@@ -246,10 +244,14 @@ bool kmp_instance_state(kmp_engine *e, kmp_pool *pool, double t, const double *y
     return true;
 }
 
-bool kmp_instance_unpack(kmp_engine *e, kmp_pool *pool, const kmp_instance *x, double *q, double *qd, bool closed)
+bool kmp_instance_unpack(kmp_engine *e, kmp_pool *pool, int i, bool closed)
 {
+    const kmp_instance *x = &e->instances[i];
     kmp_instance_current(e, x);
-    return kmp_instance_state(e, pool, x->t, x->y, q, qd, closed);
+    bool ok = kmp_instance_state(e, pool, x->t, x->y, e->state, e->state + e->n, closed);
+    if (!ok)
+        kmp_instance_leave(e, i, "closures that are singular");
+    return ok;
 }
 
 /* Puts an instance into a pool at (q, qd). */
@@ -280,38 +282,15 @@ kempe_status kmp_instance_go_on(kmp_engine *e, int i, kempe_status status, kmp_p
     return status == KEMPE_E_FAILED ? KEMPE_OK : status;
 }
 
-/* Unpacks the state of an instance into e->state, q then qd. false: closures are singular, and the instance has left
- * the lanes. */
-static bool unpack_or_leave(kmp_engine *e, kmp_pool *pool, int i, bool closed)
-{
-    bool ok = kmp_instance_unpack(e, pool, &e->instances[i], e->state, e->state + e->n, closed);
-    if (!ok)
-        kmp_instance_leave(e, i, "closures that are singular");
-    return ok;
-}
-
 kempe_status kmp_instance_exchange(kmp_engine *e, kmp_pool *from, int i)
 {
     kmp_partition part;
-    if (!unpack_or_leave(e, from, i, false))
+    if (!kmp_instance_unpack(e, from, i, false))
         return KEMPE_OK;
     KMP_TRY(kmp_made(e->context, kmp_partition_copy(&part, &from->part)));
     kempe_status status = kmp_partition_exchange(&part, e->s, e->eval->jacobian, KMP_EXCHANGE_GROWTH);
     e->results[i].exchanges++;
     return kmp_instance_go_on(e, i, status, &part, e->state, e->state + e->n);
-}
-
-/* Writes the partition of a pool with u and v[k] exchanged, for one degree of freedom. */
-static void swap_one(const kmp_pool *from, int k, kmp_partition *part)
-{
-    const kmp_partition *old = &from->part;
-    part->p = 1;
-    part->r = old->r;
-    part->u[0] = old->v[k];
-    memcpy(part->v, old->v, (size_t)old->r * sizeof *part->v);
-    part->v[k] = old->u[0];
-    kmp_partition_take_rows(part, old);
-    kmp_partition_sort(part);
 }
 
 /* Scaled |Bvu| of the new choice are at most 1, since the exchanged one is the largest. */
@@ -320,10 +299,16 @@ kempe_status kmp_instance_swap(kmp_engine *e, kmp_pool *from, int i, int k)
     const kmp_instance *x = &e->instances[i];
     kmp_partition *part = &e->swapped;
     double *q = e->state, *qd = q + e->n;
-    swap_one(from, k, part);
+    part->p = 1; /* that of the pool, with u and v[k] exchanged */
+    part->r = from->part.r;
+    part->u[0] = from->part.v[k];
+    memcpy(part->v, from->part.v, (size_t)part->r * sizeof *part->v);
+    part->v[k] = from->part.u[0];
+    kmp_partition_take_rows(part, &from->part);
+    kmp_partition_sort(part);
     kmp_pool *pool = kmp_pool_of_choice(e, part);
     if (!pool) { /* J at the state is needed to write one */
-        if (!unpack_or_leave(e, from, i, false))
+        if (!kmp_instance_unpack(e, from, i, false))
             return KEMPE_OK;
         KMP_TRY(kmp_pool_find(e, part, &pool));
     }
@@ -352,7 +337,7 @@ kempe_status kmp_instance_resume(kmp_engine *e, kmp_pool *from, int i)
 kempe_status kmp_instance_change_rows(kmp_engine *e, kmp_pool *from, int i)
 {
     kmp_partition part;
-    if (!unpack_or_leave(e, from, i, false))
+    if (!kmp_instance_unpack(e, from, i, false))
         return KEMPE_OK;
     kempe_status status = kmp_partition_of_rank(&part, e->s, e->eval->jacobian, from->part.r, NULL, 0);
     if (status == KEMPE_E_FAILED) {
@@ -369,7 +354,7 @@ kempe_status kmp_instance_reorder(kmp_engine *e, kmp_pool *from, int i)
     kmp_instance *x = &e->instances[i];
     kmp_pool *pool = NULL;
     kempe_status status = KEMPE_OK;
-    if (kmp_instance_unpack(e, from, x, e->state, e->state + e->n, false))
+    if (kmp_instance_unpack(e, from, i, false))
         status = kmp_pool_find(e, &from->part, &pool);
     if (status != KEMPE_OK)
         return status;
@@ -405,7 +390,7 @@ kempe_status kmp_instance_finish(kmp_engine *e, kmp_pool *pool, int i)
 {
     const kmp_instance *x = &e->instances[i];
     double *q = e->state, *qd = q + e->n;
-    if (!unpack_or_leave(e, pool, i, true))
+    if (!kmp_instance_unpack(e, pool, i, true))
         return KEMPE_OK;
     kmp_instance_judge(e, i, x->t, q, qd, e->s->dissipative ? x->y[e->n + pool->part.p] : 0);
     kmp_instance_measured(e, pool, i, x->t, NULL);

@@ -118,7 +118,7 @@ bool kmp_taken_watch(kmp_engine *e, kmp_pool *pool, const kmp_lane_watched *seen
     if (!dense)
         return false;
     kmp_room_run_dense_stages(e, pool);
-    bool middle = kmp_lanes_have_middle(e);
+    const bool middle = room->late;
     if (middle)
         look_at_middle(e, pool);
     for (size_t l = 0; l < room->w; l++) {
@@ -171,5 +171,3 @@ void kmp_taken_measure(kmp_engine *e, kmp_pool *pool, const bool *searched, kmp_
             what[l] = measure_one(e, pool, l, end, bad, what[l]);
     }
 }
-
-/* True if nothing but the tests of kmp_lanes_find_quiet concerns an instance at the end of a step. */

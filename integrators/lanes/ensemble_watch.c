@@ -53,16 +53,6 @@ static bool looks_well(kmp_engine *e, const kmp_lane_watched *x, size_t l)
     return before > 0 && least > KMP_MARGIN_CALLS * e->room.pivot[l];
 }
 
-/* J is gathered where a lane needs it. */
-static void need_jacobian(const kmp_engine *e, const kmp_pool *pool, kmp_lane_watched *x)
-{
-    ptrdiff_t w = (ptrdiff_t)e->room.w;
-    if (!x->has_jacobian)
-        kmp_lanes_gather(pool->lanes, KMP_FUSED_END, (int)((x->jacobian - x->multiplier) / w),
-                         (int)((x->b - x->multiplier) / w));
-    x->has_jacobian = true;
-}
-
 /* The last pivot of the scaled J under complete pivoting, over the largest so far. */
 static double margin_of(kmp_engine *e, const kmp_lane_watched *x, size_t l)
 {
@@ -162,8 +152,11 @@ bool kmp_lane_consents(kmp_engine *e, const kmp_pool *pool, kmp_lane_watched *x,
     if (!keeps_signs(room, x->negative, l))
         return false;
     bool well = looks_well(e, x, l);
-    if (!well)
-        need_jacobian(e, pool, x);
+    if (!well && !x->has_jacobian) {
+        kmp_lanes_gather(pool->lanes, KMP_FUSED_END, (int)((x->jacobian - x->multiplier) / (ptrdiff_t)w),
+                         (int)((x->b - x->multiplier) / (ptrdiff_t)w));
+        x->has_jacobian = true;
+    }
     x->margin[l] = well ? INFINITY : margin_of(e, x, l);
     x->rows[l] = well || e->m == e->r ? 0 : dependence_of(e, pool, x, l);
     return x->margin[l] >= KMP_MARGIN_DEEP && x->rows[l] <= KMP_ROWS_LOST;
