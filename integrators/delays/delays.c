@@ -87,18 +87,6 @@ static bool has_state(const kmp_expr *expr, const void *motion)
     return expr->kind == KMP_EXPR_UNKNOWN || (expr->kind == KMP_EXPR_QD && expr->index == *(const int *)motion);
 }
 
-static void list_delays(kmp_delays *x, const kempe_model *model)
-{
-    for (int k = 0; k < model->state_count; k++)
-        if (model->states[k].delayed)
-            x->state[x->count++] = k;
-    for (int i = 0; i < x->count; i++)
-        for (int j = 0; j < x->count; j++) {
-            int motion = kmp_model_coordinates(model) + x->state[j];
-            x->direct[i * x->count + j] = kmp_expr_find(model->states[x->state[i]].delayed, has_state, &motion);
-        }
-}
-
 static kempe_status make(kmp_runner *run)
 {
     const kempe_model *model = run->s->model;
@@ -109,7 +97,13 @@ static kempe_status make(kmp_runner *run)
         KMP_ARENA_MAKE(&run->arena, KMP_ROOM(int, room, &x->state), KMP_ROOM(bool, room *room, &x->direct),
                        KMP_ROOM(double, kmp_past_room(room), &x->values), KMP_ROOM(double, 2 * run->s->n, &x->row));
     KMP_TRY(kmp_made(model->context, made));
-    list_delays(x, model);
+    for (int k = 0; k < model->state_count; k++)
+        if (model->states[k].delayed)
+            x->state[x->count++] = k;
+    for (int i = 0; i < x->count * x->count; i++) {
+        int motion = kmp_model_coordinates(model) + x->state[i % x->count];
+        x->direct[i] = kmp_expr_find(model->states[x->state[i / x->count]].delayed, has_state, &motion);
+    }
     KMP_TRY(make_program(x, run->s));
     x->machine = kmp_machine_new(x->program, run->eval->backend);
     KMP_TRY(kmp_made(model->context, x->machine));

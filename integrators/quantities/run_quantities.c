@@ -129,34 +129,23 @@ static void take_largest(const kmp_piece *piece, double sign, double *value, dou
     }
 }
 
-static bool holds_at(const kmp_run_quantity *q, double value)
-{
-    return q->or_equal ? value <= 0 : value < 0;
-}
-
-/* The condition begins to hold at t; `start`: it holds from the start, which is no beginning. */
-static void begin_to_hold(const kmp_run_quantity *q, double t, bool start, double *x)
-{
-    if (q->kind == KMP_TAKE_COUNT)
-        x[VALUE] += !start;
-    else if (q->kind == KMP_TAKE_FIRST && isnan(x[VALUE]))
-        x[VALUE] = t;
-}
-
 /* Between two turns the condition changes at most once. OTHER: 1 where it holds, else 0; TIME: until then. */
 static void take_condition(const kmp_run_quantity *q, const kmp_piece *piece, double *x)
 {
     double turn[KMP_PIECE_POINTS];
     int count = kmp_piece_turns(piece, turn);
     for (int k = 0; k < count; k++) {
-        bool holds = holds_at(q, kmp_piece_value(piece, turn[k])), before = x[OTHER] > 0;
-        double t = kmp_piece_time(piece, turn[k]);
-        bool first = isnan(x[TIME]);
+        const double value = kmp_piece_value(piece, turn[k]), t = kmp_piece_time(piece, turn[k]);
+        const bool holds = q->or_equal ? value <= 0 : value < 0;
+        const bool before = x[OTHER] > 0;
+        const bool first = isnan(x[TIME]); /* what holds from the start is no beginning */
         double change = t;
         if (!first && k > 0 && holds != before)
             change = kmp_piece_time(piece, kmp_piece_zero(piece, turn[k - 1], turn[k]));
-        if (holds && (first || !before))
-            begin_to_hold(q, change, first, x);
+        if (holds && !first && !before && q->kind == KMP_TAKE_COUNT)
+            x[VALUE]++;
+        if (holds && (first || !before) && q->kind == KMP_TAKE_FIRST && isnan(x[VALUE]))
+            x[VALUE] = change;
         if (q->kind == KMP_TAKE_DURATION && !first)
             x[VALUE] += before ? change - x[TIME] : 0;
         if (q->kind == KMP_TAKE_DURATION && holds && !before)
@@ -325,15 +314,6 @@ static bool is_indifferent(const kmp_run_quantity *q, double low, double high, c
     }
 }
 
-/* True if a channel has a value at some point of a part. */
-static bool has_finite(const measuring *m, int channel, const part *at)
-{
-    bool any = false;
-    for (int k = 0; k < KMP_PIECE_POINTS; k++)
-        any = any || fabs(values_at(m, at, k)[channel]) < INFINITY;
-    return any;
-}
-
 /* The error of the polynomial of a quantity, over the tolerance; 0: that does not matter. Errors of integrals add up
  * over the step. `lacks`: the error itself. */
 static double excess_of_quantity(const measuring *m, int k, const part *at, double *lacks)
@@ -343,8 +323,12 @@ static double excess_of_quantity(const measuring *m, int k, const part *at, doub
     double most = sizes_of(m->q, m->account)[q->channel], rounding = rounding_of(m->q, m->account)[q->channel];
     const kmp_piece piece = piece_of(m, q->channel, square, at);
     double error = kmp_piece_error(&piece), low, high, part_of_step = 1;
-    if (!(fabs(error) < INFINITY))
-        return has_finite(m, q->channel, at) ? 2 : 0;
+    if (!(fabs(error) < INFINITY)) { /* 2: it has a value at some point */
+        for (int p = 0; p < KMP_PIECE_POINTS; p++)
+            if (fabs(values_at(m, at, p)[q->channel]) < INFINITY)
+                return 2;
+        return 0;
+    }
     double tolerance = fmax(m->step->rtol * (square ? most * most : most), square ? 2 * most * rounding : rounding);
     *lacks = square ? error / (2 * most) : error;
     if (error <= tolerance)

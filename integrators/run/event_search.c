@@ -32,20 +32,21 @@ static void find_outputs(kmp_event_search *s, const kempe_system *system)
         s->solved[i] = outputs[i + 2] - s->first_solved[i];
 }
 
-static void make_looks(kmp_event_search *s, const kempe_system *system, kmp_arena *arena)
-{
-    for (int i = 0; i < KMP_SEARCH_LOOKS; i++) {
-        KMP_ARENA_MAKE(arena, KMP_ROOM(double, system->events.count, &s->pieces.look[i].change),
-                       KMP_ROOM(double, 3 * system->n + system->m, &s->pieces.look[i].state),
-                       KMP_ROOM(double, s->solved[0] + s->solved[1], &s->pieces.look[i].solved));
-    }
-}
-
 /* -- evaluation ---------------------------------------------------------------------------------------- */
 
-static void keep_look(const kmp_crossing *c, double t, kmp_look *look)
+/* Notes that a table is left at one of the places that have been evaluated, or forgets it: it need not be found. */
+static void note_outside(kmp_crossing *c, const double *change)
 {
-    size_t n = (size_t)c->s->n, size = n * sizeof(double);
+    for (int k = 0; c->tells && k < c->s->events.count; k++)
+        c->past[k].outside = change && c->s->events.condition[k].told && (c->past[k].outside || change[k] < 0);
+}
+
+/* Completes the state at t and evaluates the conditions there, into a look. */
+static int look_at(void *self, double t, kmp_look *look)
+{
+    kmp_crossing *c = self;
+    const size_t n = (size_t)c->s->n, size = n * sizeof(double);
+    KMP_TRY(kmp_crossing_look(c, t));
     look->t = t;
     memcpy(look->change, c->change, (size_t)c->s->events.count * sizeof(double));
     memcpy(look->state, c->q, size);
@@ -57,21 +58,6 @@ static void keep_look(const kmp_crossing *c, double t, kmp_look *look)
     for (int i = 0, at = 0; i < 2; at += c->search.solved[i++])
         if (c->search.solved[i] > 0)
             memcpy(look->solved + at, c->eval->solved[i], (size_t)c->search.solved[i] * sizeof(double));
-}
-
-/* Notes that a table is left at one of the places that have been evaluated, or forgets it: it need not be found. */
-static void note_outside(kmp_crossing *c, const double *change)
-{
-    for (int k = 0; c->tells && k < c->s->events.count; k++)
-        c->past[k].outside = change && c->s->events.condition[k].told && (c->past[k].outside || change[k] < 0);
-}
-
-static kempe_status look_at(kmp_crossing *c, double t, kmp_look *look)
-{
-    kempe_status status = kmp_crossing_look(c, t);
-    if (status != KEMPE_OK)
-        return status;
-    keep_look(c, t, look);
     note_outside(c, look->change);
     return KEMPE_OK;
 }
@@ -322,12 +308,7 @@ static int end_piece(void *self, const kmp_look *a, const kmp_look *b, bool *fou
     return KEMPE_OK;
 }
 
-static int look_within(void *self, double t, kmp_look *look)
-{
-    return look_at(self, t, look);
-}
-
-static const kmp_piece_site site = {look_within, bind, bound_of, may_change, holds, end_piece};
+static const kmp_piece_site site = {look_at, bind, bound_of, may_change, holds, end_piece};
 
 bool kmp_event_search_init(kmp_event_search *s, const kempe_system *system, bool closely, kmp_arena *arena)
 {
@@ -340,7 +321,10 @@ bool kmp_event_search_init(kmp_event_search *s, const kempe_system *system, bool
     s->pieces = (kmp_piece_search){
         .site = &site, .conditions = count, .third = s->third, .open = s->open, .least = closely ? CLOSELY : 0};
     find_outputs(s, system);
-    make_looks(s, system, arena);
+    for (int i = 0; i < KMP_SEARCH_LOOKS; i++)
+        KMP_ARENA_MAKE(arena, KMP_ROOM(double, count, &s->pieces.look[i].change),
+                       KMP_ROOM(double, 3 * system->n + system->m, &s->pieces.look[i].state),
+                       KMP_ROOM(double, s->solved[0] + s->solved[1], &s->pieces.look[i].solved));
     return !arena->failed;
 }
 
@@ -377,18 +361,6 @@ static kmp_look *near_start(kmp_crossing *c)
     return &c->search.pieces.look[2];
 }
 
-/* Fixes free kinks that the step has not passed. */
-static kempe_status hold_free(kmp_crossing *c, double from, double to)
-{
-    const double *end = c->search.pieces.look[1].change;
-    c->passed = false;
-    if (!kmp_crossing_would_hold(c, end))
-        return KEMPE_OK;
-    KMP_TRY(look_at(c, from + KMP_STEP_NEAR * (to - from), near_start(c)));
-    kmp_crossing_hold_free(c, near_start(c)->change, end);
-    return KEMPE_OK;
-}
-
 bool kmp_crossing_hold_passed(kmp_crossing *c)
 {
     bool passed = c->passed;
@@ -422,8 +394,8 @@ kempe_status kmp_crossing_find(kmp_crossing *c, double from, double to, double *
     bool ready = s->ready && s->pieces.look[0].t == from && s->charts == c->eval->chart_version;
     s->ready = false;
     if (!ready)
-        KMP_TRY(look_at(c, from, &s->pieces.look[0]));
-    KMP_TRY(look_at(c, to, &s->pieces.look[1]));
+        KMP_TRY((kempe_status)look_at(c, from, &s->pieces.look[0]));
+    KMP_TRY((kempe_status)look_at(c, to, &s->pieces.look[1]));
     s->pieces.self = c;
     const long before = s->pieces.undecided;
     KMP_TRY((kempe_status)kmp_pieces_search(&s->pieces, found));
@@ -436,7 +408,12 @@ kempe_status kmp_crossing_find(kmp_crossing *c, double from, double to, double *
         c->end = kmp_crossing_first_end(c);
         return KEMPE_OK;
     }
-    KMP_TRY(hold_free(c, from, to));
+    /* Free kinks that the step has not passed are fixed. */
+    c->passed = false;
+    if (kmp_crossing_would_hold(c, s->pieces.look[1].change)) {
+        KMP_TRY((kempe_status)look_at(c, from + KMP_STEP_NEAR * (to - from), near_start(c)));
+        kmp_crossing_hold_free(c, near_start(c)->change, s->pieces.look[1].change);
+    }
     kmp_look last = s->pieces.look[1];
     s->pieces.look[1] = s->pieces.look[0];
     s->pieces.look[0] = last;

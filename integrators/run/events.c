@@ -115,20 +115,14 @@ bool kmp_crossing_would_hold(kmp_crossing *c, const double *change)
     return any;
 }
 
-/* True if a kink was away from zero on the other side. */
-static bool was_beyond(const kmp_crossing *c, int k, double before, double now)
-{
-    return (before < 0) != (now < 0) && fabs(before) > 2 * c->kink * c->past[k].largest;
-}
-
 void kmp_crossing_hold_free(kmp_crossing *c, const double *before, const double *change)
 {
     c->passed = false;
     for (int k = 0; c->kink > 0 && k < c->s->events.count; k++) {
         if (!is_away(c, k, change[k]))
             continue;
-        if (before && was_beyond(c, k, before[k], change[k]))
-            c->passed = true;
+        if (before && (before[k] < 0) != (change[k] < 0) && fabs(before[k]) > 2 * c->kink * c->past[k].largest)
+            c->passed = true; /* it was away from zero on the other side */
         else
             kmp_eval_set_kink(c->eval, k, change[k] < 0 ? 1 : -1);
     }
@@ -190,25 +184,6 @@ static bool just_changed(const kmp_crossing *c, int k, double t)
     return near || t - c->past[k].last <= fmax(64 * DBL_EPSILON * fabs(t), c->instant);
 }
 
-/* Continues with the other branch of a kink. Its branch follows the state if the kink is passed within the errors of
- * steps, as at rest, or repeatedly. */
-static void change_branch(kmp_crossing *c, int k, double t)
-{
-    c->past[k].repeats = just_changed(c, k, t) ? c->past[k].repeats + 1 : 0;
-    bool idle = c->past[k].most <= c->kink * c->past[k].largest || c->past[k].repeats >= KMP_EVENT_REPEATS;
-    c->past[k].last = t;
-    c->past[k].most = 0;
-    kmp_eval_set_kink(c->eval, k, idle ? 0 : c->mode[k] > 0 ? -1 : 1);
-}
-
-static void note_contact(kmp_crossing *c, int k, double t, bool begins, double most)
-{
-    const kmp_force *force = c->s->events.condition[k].of;
-    kmp_run_log_contact(c->plan.log, (int)(force - c->s->model->forces), t, begins, most);
-    c->past[k].peak = 0;
-    c->past[k].latest.count = 0;
-}
-
 /* Events are counted and named; bends are not. */
 static void note_event(kmp_crossing *c, int k, double t, bool holds)
 {
@@ -218,28 +193,36 @@ static void note_event(kmp_crossing *c, int k, double t, bool holds)
     double most = condition->measured && !holds ? fmax(c->past[k].peak, c->past[k].most) : NAN;
     if (condition->bend || condition->rough)
         return;
-    if (condition->measured)
-        note_contact(c, k, t, holds, most);
+    if (condition->measured) {
+        const kmp_force *force = condition->of;
+        kmp_run_log_contact(c->plan.log, (int)(force - c->s->model->forces), t, holds, most);
+        c->past[k].peak = 0;
+        c->past[k].latest.count = 0;
+    }
     kmp_run_log_add(c->plan.log, "event", t, NAN, most, "%s became %s", c->s->event_text[k],
                     holds == stated ? "true" : "false");
     c->count++;
 }
 
+/* The branch of a kink follows the state if the kink is passed within the errors of steps, as at rest, or repeatedly.
+ */
 static kempe_status change_condition(kmp_crossing *c, int k, double t)
 {
     const char *advice = c->s->events.condition[k].advice;
-    bool holds = !(c->mode[k] > 0);
+    const bool holds = !(c->mode[k] > 0), kink = c->s->events.condition[k].kink;
+    kmp_condition_past *past = &c->past[k];
     c->search.ready = false;
-    if (c->s->events.condition[k].kink) {
-        change_branch(c, k, t);
-        return KEMPE_OK;
+    past->repeats = just_changed(c, k, t) ? past->repeats + 1 : 0;
+    if (kink) {
+        const bool idle = past->most <= c->kink * past->largest || past->repeats >= KMP_EVENT_REPEATS;
+        kmp_eval_set_kink(c->eval, k, idle ? 0 : holds ? 1 : -1);
+    } else {
+        kmp_eval_set_mode(c->eval, k, holds);
+        note_event(c, k, t, holds);
     }
-    kmp_eval_set_mode(c->eval, k, holds);
-    note_event(c, k, t, holds);
-    c->past[k].repeats = just_changed(c, k, t) ? c->past[k].repeats + 1 : 0;
-    c->past[k].last = t;
-    c->past[k].most = 0;
-    if (c->past[k].repeats < KMP_EVENT_REPEATS)
+    past->last = t;
+    past->most = 0;
+    if (kink || past->repeats < KMP_EVENT_REPEATS)
         return KEMPE_OK;
     c->stuck = true;
     return kmp_fail(

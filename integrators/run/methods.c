@@ -108,15 +108,6 @@ static kempe_status resolve_change_points(const kempe_system *system, kmp_run_sp
     return KEMPE_OK;
 }
 
-/* The obstacle to computing the accelerations of several stages together by machine code. NULL: there is none. */
-static const char *obstacle_to_lanes(const kempe_system *system)
-{
-    return system->force ? "the model has user-defined forces"
-           : kmp_x86_runs(KMP_X86_FOUR) || kmp_x86_runs(KMP_X86_EIGHT)
-               ? kmp_solved_obstacle(system, system->n + system->m)
-               : "this machine has no vector registers of four or eight doubles";
-}
-
 /* The first form of a formulation whose integrator of several stages at once is its default, NULL if there is none. */
 static const kmp_formulation_kind *form_of_lanes(const char *formulation)
 {
@@ -151,7 +142,10 @@ static kmp_integrator_reason reason_against_lanes(const kempe_system *system, co
         return (kmp_integrator_reason){.because = "a step of radau cannot extend over a change point that is ignored"};
     if (spec->fixed_step > 0)
         return (kmp_integrator_reason){.because = "the steps of radau have no constant length"};
-    const char *obstacle = obstacle_to_lanes(system);
+    const char *obstacle = system->force ? "the model has user-defined forces"
+                           : kmp_x86_runs(KMP_X86_FOUR) || kmp_x86_runs(KMP_X86_EIGHT)
+                               ? kmp_solved_obstacle(system, system->n + system->m)
+                               : "this machine has no vector registers of four or eight doubles";
     return (kmp_integrator_reason){.because = obstacle ? "radau would evaluate the stages of a step one by one" : NULL,
                                    .obstacle = obstacle};
 }
@@ -236,12 +230,6 @@ static double first_positive(double a, double b, double c)
     return a > 0 ? a : b > 0 ? b : c;
 }
 
-/* Another relative tolerance changes the absolute one in proportion: both bound one error. */
-static double given_atol(const kmp_run_spec *spec, const kmp_run_settings *model, double usual)
-{
-    return first_positive(spec->atol, model->atol * (spec->rtol / first_positive(model->rtol, usual, 0)), spec->rtol);
-}
-
 static kempe_status resolve_numbers(const kempe_system *system, kmp_run_spec *spec)
 {
     const kmp_run_settings *model = &system->model->run;
@@ -251,7 +239,9 @@ static kempe_status resolve_numbers(const kempe_system *system, kmp_run_spec *sp
     spec->rtol = first_positive(spec->rtol, model->rtol, usual);
     if (spec->rtol < 1e-15 || spec->rtol > 0.1)
         return kmp_fail(system->context, KEMPE_E_ARGUMENT, "rtol = %g is outside 1e-15 .. 0.1", spec->rtol);
-    spec->atol = given_atol(spec, model, usual);
+    /* Another relative tolerance changes the absolute one in proportion: both bound one error. */
+    spec->atol =
+        first_positive(spec->atol, model->atol * (spec->rtol / first_positive(model->rtol, usual, 0)), spec->rtol);
     if (spec->fixed_step > 0 && !kmp_solver_find(spec->integrator)->constant)
         return kmp_fail(system->context, KEMPE_E_ARGUMENT,
                         "integrator '%s' cannot make steps of constant length; dop853 and dopri5 can",

@@ -16,16 +16,6 @@ long kmp_runner_tried(const kmp_runner *run)
     return all.steps + all.rejected + all.refused;
 }
 
-static kempe_status check_bound(kmp_runner *run, double t)
-{
-    kmp_text why = {0};
-    if (!kmp_work_bound_passed(&run->bound, kmp_runner_tried(run), t, run->spec.t_end, &why))
-        return KEMPE_OK;
-    kmp_runner_explain_angles(run, &why);
-    run->reason = kmp_text_take(&why);
-    return run->reason ? KEMPE_E_FAILED : kmp_fail_memory(run->s->context);
-}
-
 /* Ends a run whose motion explodes; a given bound on steps is that of the user. States may have any size. */
 static kempe_status check_growth(kmp_runner *run, double t)
 {
@@ -58,28 +48,22 @@ static kempe_status check_growth(kmp_runner *run, double t)
     return run->reason ? KEMPE_E_FAILED : kmp_fail_memory(run->s->context);
 }
 
-/* Reports progress and checks for interrupts. */
+/* Reports progress and checks for interrupts, growth and the bound of work. */
 static kempe_status attend(kmp_runner *run)
 {
     double t = kmp_runner_t(run);
     kmp_progress(run->s->context, KMP_PROGRESS_RUN, t, run->spec.t_end, "s");
-    if (!kmp_interrupted(run->s->context)) {
-        KMP_TRY(check_growth(run, t));
-        return check_bound(run, t);
+    if (kmp_interrupted(run->s->context)) {
+        run->reason = kmp_strdup("interrupted");
+        return KEMPE_STOPPED;
     }
-    run->reason = kmp_strdup("interrupted");
-    return KEMPE_STOPPED;
-}
-
-static kempe_status begin(kmp_runner *run)
-{
-    kempe_status status =
-        kmp_runner_start(run, run->spec.t_start, run->formulation->y, run->formulation->yp, run->spec.first_step);
-    if (status == KEMPE_OK && run->crossing) {
-        status = kmp_crossing_begin(run->crossing, run->spec.t_start, &run->at_event);
-        run->event_t = run->spec.t_start;
-    }
-    return kmp_runner_give_up(run, status, "the right-hand side cannot be evaluated", run->spec.t_start);
+    KMP_TRY(check_growth(run, t));
+    kmp_text why = {0};
+    if (!kmp_work_bound_passed(&run->bound, kmp_runner_tried(run), t, run->spec.t_end, &why))
+        return KEMPE_OK;
+    kmp_runner_explain_angles(run, &why);
+    run->reason = kmp_text_take(&why);
+    return run->reason ? KEMPE_E_FAILED : kmp_fail_memory(run->s->context);
 }
 
 /* Finds the short intervals of the functions of time. A given longest step is that of the user. */
@@ -146,7 +130,15 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
         log_loose(run, start);
     kempe_assembly_free(own);
     run->build_s = cpu_of(run) - begin_s;
-    status = status == KEMPE_OK ? begin(run) : kmp_runner_give_up(run, status, "the run could not be prepared", 0);
+    if (status != KEMPE_OK) {
+        status = kmp_runner_give_up(run, status, "the run could not be prepared", 0);
+    } else {
+        status = kmp_runner_start(run, spec->t_start, run->formulation->y, run->formulation->yp, run->spec.first_step);
+        run->event_t = spec->t_start;
+        if (status == KEMPE_OK && run->crossing)
+            status = kmp_crossing_begin(run->crossing, spec->t_start, &run->at_event);
+        status = kmp_runner_give_up(run, status, "the right-hand side cannot be evaluated", spec->t_start);
+    }
     if (status == KEMPE_OK || status == KEMPE_E_FAILED || status == KEMPE_STOPPED)
         *runner = run;
     else
@@ -441,14 +433,6 @@ static kempe_status watch(kmp_runner *run, double begin_s, int *steps)
     return run->reason ? KEMPE_STOPPED : kmp_fail_memory(run->s->context);
 }
 
-static kempe_status report_step(kmp_runner *run)
-{
-    double t = kmp_runner_t(run);
-    if (!run->spec.step || !run->spec.step(run->spec.user, run, kmp_runner_t_old(run), t))
-        return KEMPE_OK;
-    return kmp_runner_give_up(run, KEMPE_E_FAILED, "the state cannot be interpolated", t);
-}
-
 static kempe_status record(kmp_runner *run)
 {
     return run->spec.recording ? kmp_recording_add(run->spec.recording, run) : KEMPE_OK;
@@ -466,8 +450,9 @@ static kempe_status advance(kmp_runner *run, kmp_row_fn *take, void *user)
         kempe_status status = kmp_runner_step(run);
         if (status == KEMPE_OK || status == KEMPE_STOPPED)
             KMP_TRY(record(run));
-        if (status == KEMPE_OK)
-            status = report_step(run);
+        if (status == KEMPE_OK && run->spec.step &&
+            run->spec.step(run->spec.user, run, kmp_runner_t_old(run), kmp_runner_t(run)))
+            status = kmp_runner_give_up(run, KEMPE_E_FAILED, "the state cannot be interpolated", kmp_runner_t(run));
         if (status == KEMPE_OK)
             status = watch(run, begin_s, &steps);
         if (status == KEMPE_OK || status == KEMPE_STOPPED)

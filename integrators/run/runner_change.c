@@ -13,16 +13,6 @@ enum { PROBES = 10 };
 /* Least number of steps between two rescues of an implicit integrator. */
 enum { RESCUE_WAY = 100 };
 
-static void release_formulation(kmp_runner *run)
-{
-    kmp_runner_add_report(run, &run->before);
-    run->brief = run->solver->work.steps < KMP_FORMULATION_BRIEF;
-    kmp_runner_release_integrators(run);
-    run->formulation->release(run->formulation);
-    run->formulation = NULL;
-    run->y = run->yp = NULL;
-}
-
 /* Chooses rows and coordinates again at q, as many as at the start; a fixed u is kept. Bvu is that of any rows. */
 static kempe_status choose_again(kmp_runner *run, double t, const double *q)
 {
@@ -45,7 +35,12 @@ kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool near_singular, d
     if (run->formulation->keep && (run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK ||
                                    run->formulation->keep(run->formulation, t, run->y) != KMP_GO))
         return KEMPE_E_FAILED;
-    release_formulation(run);
+    kmp_runner_add_report(run, &run->before);
+    run->brief = run->solver->work.steps < KMP_FORMULATION_BRIEF;
+    kmp_runner_release_integrators(run);
+    run->formulation->release(run->formulation);
+    run->formulation = NULL;
+    run->y = run->yp = NULL;
     run->near_singular_t = run->near_singular ? run->near_singular_t : t;
     run->near_singular = near_singular;
     run->work = work;
@@ -131,14 +126,6 @@ static bool lies_ahead(kmp_runner *run, double t, double tau)
     return found;
 }
 
-/* Changes to the formulation across change points if the margin leads to one. */
-static kempe_status enter_near_singular(kmp_runner *run, double t, double tau)
-{
-    double work;
-    KMP_TRY(kmp_runner_inner_row(run, t, run->state, &work));
-    return lies_ahead(run, t, tau) ? kmp_runner_change_formulation(run, t, true, 0) : KEMPE_OK;
-}
-
 /* Returns to the formulation: after a single step across, or after steps when the surroundings of the change point are
  * left. A step whose end is nearest has not reached it; the next one does. */
 static kempe_status leave_near_singular(kmp_runner *run, double t)
@@ -189,7 +176,12 @@ static kempe_status watch_margin(kmp_runner *run, double t)
         return run->margin.last > KMP_NEAR_SINGULAR_OUT * run->margin.usual ? leave_near_singular(run, t) : KEMPE_OK;
     if (run->margin.rows > KMP_ROWS_OUT)
         return change_rows(run, t);
-    return enters ? enter_near_singular(run, t, when * (t - kmp_runner_t_old(run))) : KEMPE_OK;
+    if (!enters)
+        return KEMPE_OK;
+    double work;
+    KMP_TRY(kmp_runner_inner_row(run, t, run->state, &work));
+    bool ahead = lies_ahead(run, t, when * (t - kmp_runner_t_old(run)));
+    return ahead ? kmp_runner_change_formulation(run, t, true, 0) : KEMPE_OK;
 }
 
 /* By articulated bodies accelerations are the sum of those with the loops open and of the closure forces' part. If the
@@ -228,15 +220,6 @@ static kempe_status renew(kmp_runner *run, double t)
     default:
         return KEMPE_E_FAILED;
     }
-}
-
-/* Decides on the modes of friction; rows that begin or cease to be held change the rank. */
-static kempe_status settle_friction(kmp_runner *run, double t, double *q, double *qd)
-{
-    KMP_TRY(kmp_friction_settle(run, t, q, qd));
-    kmp_margin_free(&run->margin);
-    run->crossing->count++;
-    return kmp_runner_look_at_margin(run, t, q);
 }
 
 /* Removes the rows of friction and contacts, whose modes are decided anew. Small rates of closed contacts that remain
@@ -281,10 +264,14 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy, dou
     *gain = 0;
     if (run->impacts)
         KMP_TRY((kempe_status)kmp_impact_decide(&run->impacts->run, t, q, qd, gain));
-    if (run->friction)
-        KMP_TRY(settle_friction(run, t, q, qd));
-    else
+    if (run->friction) { /* rows that begin or cease to be held change the rank */
+        KMP_TRY(kmp_friction_settle(run, t, q, qd));
+        kmp_margin_free(&run->margin);
+        run->crossing->count++;
+        KMP_TRY(kmp_runner_look_at_margin(run, t, q));
+    } else {
         KMP_TRY(kmp_runner_accelerate(run, t, q, qd));
+    }
     *energy = any ? kmp_eval_kinetic(run->eval, qd) - before - *gain : 0; /* else friction alone has changed */
     return KEMPE_OK;
 }
@@ -404,14 +391,6 @@ static double step_it_had(const kmp_runner *run, double t)
     return fmax(run->solver->h > 0 ? run->solver->h : last, run->pace);
 }
 
-/* Inputs may change conditions that closures depend on. */
-static kempe_status restart_with_switches(kmp_runner *run, double t)
-{
-    run->anew = false;
-    KMP_TRY(pass_switch(run, t));
-    return kmp_runner_take_conditions(run, t);
-}
-
 double kmp_runner_step_size(const kmp_runner *run)
 {
     double t = kmp_runner_t(run);
@@ -473,8 +452,11 @@ kempe_status kmp_runner_begin_anew(kmp_runner *run, double t)
 {
     double *q = run->state, *qd = q + run->s->n, work, h = step_it_had(run, t);
     bool relieved = kmp_runner_relieve(run, t);
-    if (gives_switches(run))
-        return restart_with_switches(run, t);
+    if (gives_switches(run)) {
+        run->anew = false;
+        KMP_TRY(pass_switch(run, t));
+        return kmp_runner_take_conditions(run, t);
+    }
     KMP_TRY(kmp_runner_inner_row(run, t, run->state, &work));
     KMP_TRY(renew_here(run, t));
     if (relieved) {

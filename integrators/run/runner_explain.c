@@ -16,13 +16,6 @@ const char *kmp_runner_driven_by(const kempe_system *s, int row)
     return count == 1 ? name : NULL;
 }
 
-/* Reports exhausted memory and drops earlier messages. */
-static kempe_status fail_memory(const kmp_runner *run)
-{
-    kmp_context_clear(run->s->context);
-    return kmp_fail_memory(run->s->context);
-}
-
 void kmp_runner_explain_angles(kmp_runner *run, kmp_text *text)
 {
     if (!run->formulation || !run->solver)
@@ -132,8 +125,10 @@ kempe_status kmp_runner_give_up(kmp_runner *run, kempe_status status, const char
         return status;
     if (run->reason)
         return run->locks ? KEMPE_STOPPED : KEMPE_E_FAILED;
-    if (kmp_memory_failures() != run->memory_failures)
-        return fail_memory(run);
+    if (kmp_memory_failures() != run->memory_failures) {
+        kmp_context_clear(run->s->context); /* drops earlier messages */
+        return kmp_fail_memory(run->s->context);
+    }
     run->locks = kmp_runner_reason(run, otherwise, t, &text);
     run->reason = kmp_text_take(&text);
     KMP_TRY(kmp_made(run->s->context, run->reason));

@@ -43,14 +43,6 @@ kempe_status kmp_runner_take_conditions(kmp_runner *run, double t)
     return run->crossing->end >= 0 ? kmp_runner_end(run, t, run->crossing->end) : KEMPE_OK;
 }
 
-static kempe_status extend(kmp_runner *run, double limit)
-{
-    if (run->kind->extend)
-        return run->kind->extend(run->solver, limit);
-    run->solver->t_end = limit;
-    return KEMPE_OK;
-}
-
 kempe_status kmp_runner_pass_samples(kmp_runner *run, double t)
 {
     kmp_present_inputs *inputs = &run->eval->inputs;
@@ -67,7 +59,12 @@ kempe_status kmp_runner_pass_samples(kmp_runner *run, double t)
         kmp_delays_jump(run, 0);
     }
     double limit = kmp_runner_limit(run, t);
-    return run->anew || run->solver->t_end == limit ? KEMPE_OK : extend(run, limit);
+    if (run->anew || run->solver->t_end == limit)
+        return KEMPE_OK;
+    if (run->kind->extend)
+        return run->kind->extend(run->solver, limit);
+    run->solver->t_end = limit;
+    return KEMPE_OK;
 }
 
 void kmp_runner_stop_at(kmp_runner *run, double stop)

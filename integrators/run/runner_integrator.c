@@ -116,17 +116,12 @@ void kmp_runner_release_integrators(kmp_runner *run)
 
 /* -- trials -------------------------------------------------------------------------------------------- */
 
-static const kmp_solver_kind *rival_of(const kmp_runner *run)
-{
-    return kmp_solver_find(run->kind->lanes ? "dop853" : "radau");
-}
-
 /* Continues at t with the resting integrator, or a new one, with a step h. */
 static kempe_status exchange(kmp_runner *run, double t, double h)
 {
     kmp_integrator_choice *c = &run->choice;
     kmp_formulation *formulation = run->formulation;
-    const kmp_solver_kind *kind = rival_of(run), *before = run->kind;
+    const kmp_solver_kind *before = run->kind, *kind = kmp_solver_find(before->lanes ? "dop853" : "radau");
     kmp_solver *solver = c->other;
     KMP_TRY(run->kind->dense(run->solver, t, run->y, run->yp));
     if (!solver && kind->lanes && formulation->ode.make_lanes &&

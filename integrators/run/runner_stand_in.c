@@ -25,18 +25,14 @@ kmp_stand_in kmp_runner_stand_in(const kmp_runner *run)
     return run->stand_in;
 }
 
-/* At the start of a run, a limit of steps before its end announces the first restart. */
-static bool is_frequent(const kmp_runner *run, long steps)
-{
-    return steps > 0 ? steps < FREQUENT : kmp_runner_pause(run) < run->spec.t_end;
-}
-
 bool kmp_runner_relieve(kmp_runner *run, double t)
 {
     long tried = kmp_runner_tried(run), steps = tried - run->restarted;
     const kmp_solver_kind *own = run->kind;
     run->restarted = tried;
-    if (!own->stand_in || !is_frequent(run, steps))
+    /* At the start of a run, a limit of steps before its end announces the first restart. */
+    const bool frequent = steps > 0 ? steps < FREQUENT : kmp_runner_pause(run) < run->spec.t_end;
+    if (!own->stand_in || !frequent)
         return false;
     run->stand_in.active = true;
     run->choice.kind = own->stand_in;

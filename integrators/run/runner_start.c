@@ -183,13 +183,6 @@ static kempe_status compare_bodies(kmp_runner *run, const double *q, const doubl
     return KEMPE_OK;
 }
 
-/* True if the run has one integrator, which solves for M and C. */
-static bool is_implicit(const kmp_runner *run)
-{
-    const kmp_solver_kind *kind = kmp_solver_find(run->spec.integrator);
-    return kind->implicit && !kind->stand_in && !run->choice.open && !run->choice.kind;
-}
-
 static const kmp_formulation_kind *method_of(const kmp_runner *run)
 {
     return run->spec.kind ? run->spec.kind : kmp_formulation_find(run->spec.formulation, run->spec.form);
@@ -198,21 +191,15 @@ static const kmp_formulation_kind *method_of(const kmp_runner *run)
 /* Finds whether the run may take articulated bodies, which are then derived. */
 static kempe_status look_for_bodies(kmp_runner *run)
 {
-    bool requested = run->s->dynamics == KMP_DYNAMICS_ARTICULATED;
-    if (!method_of(run)->by_bodies || (!requested && is_implicit(run)))
+    const bool requested = run->s->dynamics == KMP_DYNAMICS_ARTICULATED;
+    const kmp_solver_kind *kind = kmp_solver_find(run->spec.integrator);
+    /* One integrator, which solves for M and C. */
+    const bool implicit = kind->implicit && !kind->stand_in && !run->choice.open && !run->choice.kind;
+    if (!method_of(run)->by_bodies || (!requested && implicit))
         return KEMPE_OK;
     KMP_TRY(kmp_motion_need_bodies(run->s));
     run->may_take_bodies = run->s->bodies->program;
     return KEMPE_OK;
-}
-
-/* The accelerations at the start by M and C, after those by M and articulated bodies. */
-static kempe_status accelerate_by_mass(kmp_runner *run, const double *q, const double *qd)
-{
-    KMP_TRY(kmp_eval_add_composite(run->eval));
-    kmp_eval_take(run->eval, false);
-    kmp_eval_closure(run->eval, run->spec.t_start, q);
-    return kmp_runner_accelerate(run, run->spec.t_start, q, qd);
 }
 
 /* Articulated bodies divide by the inertia that each joint moves with the loops open. If only the loops determine the
@@ -225,8 +212,12 @@ static kempe_status choose_dynamics(kmp_runner *run, const double *q, const doub
     KMP_TRY(kmp_eval_add_articulated(run->eval));
     KMP_TRY(compare_bodies(run, q, qd, &off));
     run->by_bodies = off <= KMP_ARTICULATED_AGREE;
-    if (!run->by_bodies && run->eval->weighs_only && run->s->dynamics == KMP_DYNAMICS_AUTO)
-        return accelerate_by_mass(run, q, qd);
+    if (!run->by_bodies && run->eval->weighs_only && run->s->dynamics == KMP_DYNAMICS_AUTO) {
+        KMP_TRY(kmp_eval_add_composite(run->eval));
+        kmp_eval_take(run->eval, false);
+        kmp_eval_closure(run->eval, run->spec.t_start, q);
+        return kmp_runner_accelerate(run, run->spec.t_start, q, qd);
+    }
     if (run->by_bodies || run->s->dynamics == KMP_DYNAMICS_AUTO)
         return KEMPE_OK;
     return kmp_fail(run->s->context, KEMPE_E_FAILED,
@@ -279,12 +270,6 @@ kempe_status kmp_runner_make(kmp_runner *run, double t, const double *q, const d
     return KEMPE_OK;
 }
 
-/* The first step of an implicit method is of order 1; its error is of the order of the tolerance for this length. */
-static double first_step_of(const kmp_runner *run)
-{
-    return fmin(0.1 * sqrt(run->spec.rtol) / run->rate_scale, 1e-3 * run->spec.t_end);
-}
-
 kempe_status kmp_runner_start(kmp_runner *run, double t, const double *y, const double *yp, double h)
 {
     double end = kmp_runner_limit(run, t);
@@ -292,7 +277,10 @@ kempe_status kmp_runner_start(kmp_runner *run, double t, const double *y, const 
     if (h <
         BRIEF * kmp_solver_least_step(t)) /* the last step was cut short between two breaks: its length says nothing */
         h = 0;
-    double first = run->kind->corrects || (run->kind->undo && h > 0) ? fmin(h, end - t) : first_step_of(run);
+    /* The first step of an implicit method is of order 1; its error is of the order of the tolerance for this length.
+     */
+    double short_one = fmin(0.1 * sqrt(run->spec.rtol) / run->rate_scale, 1e-3 * run->spec.t_end);
+    double first = run->kind->corrects || (run->kind->undo && h > 0) ? fmin(h, end - t) : short_one;
     return run->kind->start(run->solver, t, y, yp, end, first);
 }
 
@@ -339,28 +327,6 @@ static void take_modes(kmp_runner *run)
     run->spec.mode_start = NULL;
 }
 
-/* States with hysteresis begin with the value that their input has at the start; conditions may depend on them. */
-static void settle_states(kmp_runner *run, double t)
-{
-    const double *q = run->state, *qd = q + run->s->n;
-    if (!kmp_runner_settles(run))
-        return;
-    kmp_runner_take_samples(run, t);
-    kmp_eval_freeze(run->eval, t, q, qd);
-}
-
-/* Makes the workspace of friction that sticks. */
-static kempe_status make_friction(kmp_runner *run)
-{
-    bool none;
-    run->friction = kmp_friction_new(run, &none);
-    run->loaded_friction = kmp_friction_is_loaded(run->s->model);
-    if (!run->friction && !none)
-        return kmp_fail_memory(run->s->context);
-    run->impacts = kmp_impact_new(run, &none);
-    return run->impacts || none ? KEMPE_OK : kmp_fail_memory(run->s->context);
-}
-
 /* Decides on modes at the start, after impacts there. */
 static kempe_status begin_modes(kmp_runner *run, double t, double *q, double *qd)
 {
@@ -384,19 +350,12 @@ kempe_status kmp_runner_make_parts(kmp_runner *run)
     run->qdd = run->state + 2 * n;
     run->lambda = run->state + 3 * n;
     KMP_TRY(kmp_runner_make_sampler(run, run->spec.t_start));
-    return make_friction(run);
-}
-
-/* Takes the past of a run that continues, or begins one. */
-static void begin_past(kmp_runner *run, double t)
-{
-    if (run->spec.memory_start)
-        kmp_runner_take_memory(run, run->spec.memory_start, run->spec.elsewhere);
-    if (!run->spec.due)
-        kmp_runner_take_samples(run, t);
-    kmp_eval_freeze(run->eval, t, run->state, run->state + run->s->n);
-    if (!run->spec.memory_start)
-        settle_states(run, t);
+    bool none;
+    run->friction = kmp_friction_new(run, &none);
+    run->loaded_friction = kmp_friction_is_loaded(run->s->model);
+    KMP_TRY(kmp_made(run->s->context, run->friction || none));
+    run->impacts = kmp_impact_new(run, &none);
+    return kmp_made(run->s->context, run->impacts || none);
 }
 
 kempe_status kmp_runner_begin_at(kmp_runner *run, const kempe_assembly *start)
@@ -404,7 +363,17 @@ kempe_status kmp_runner_begin_at(kmp_runner *run, const kempe_assembly *start)
     double t = run->spec.t_start, *q = run->state, *qd = q + run->s->n;
     begin_inputs(run);
     kmp_runner_center_start(run, start);
-    begin_past(run, t);
+    /* The past of a run that continues, or a new one. */
+    if (run->spec.memory_start)
+        kmp_runner_take_memory(run, run->spec.memory_start, run->spec.elsewhere);
+    if (!run->spec.due)
+        kmp_runner_take_samples(run, t);
+    kmp_eval_freeze(run->eval, t, q, qd);
+    /* States with hysteresis begin with the value that their input has at the start; conditions may depend on them. */
+    if (!run->spec.memory_start && kmp_runner_settles(run)) {
+        kmp_runner_take_samples(run, t);
+        kmp_eval_freeze(run->eval, t, q, qd);
+    }
     KMP_TRY(kmp_delays_begin(run, t));
     if (run->delays)
         kmp_eval_freeze(run->eval, t, q, qd);

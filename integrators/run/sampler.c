@@ -122,22 +122,6 @@ bool kmp_runner_meets_events(kmp_runner *run)
     return any;
 }
 
-static void begin(kmp_runner *run, double t)
-{
-    kmp_sampler *x = run->sampler;
-    for (int k = 0; k < x->count; k++) {
-        bool sampled = !comparison_of(run, k) && contact_of(run, k) < 0;
-        x->number[k] = sampled ? kmp_first_sample(t, run->s->model->states[x->state[k]].period) : 1;
-    }
-}
-
-static void list_states(kmp_sampler *x, const kempe_model *model)
-{
-    for (int k = 0; k < model->state_count; k++)
-        if (model->states[k].next)
-            x->state[x->count++] = k;
-}
-
 /* Conditions in the expressions have the values of the state. */
 static kempe_status make_program(kmp_sampler *x, const kempe_model *model)
 {
@@ -164,12 +148,17 @@ kempe_status kmp_runner_make_sampler(kmp_runner *run, double t)
     bool made = KMP_ARENA_MAKE(&run->arena, KMP_ROOM(int, room, &x->state, &x->condition),
                                KMP_ROOM(double, room, &x->number), KMP_ROOM(bool, room, &x->was, &x->due, &x->taken));
     KMP_TRY(kmp_made(model->context, made));
-    list_states(x, model);
+    for (int k = 0; k < room; k++)
+        if (model->states[k].next)
+            x->state[x->count++] = k;
     find_conditions(run);
     KMP_TRY(make_program(x, model));
     x->machine = kmp_machine_new(x->program, run->eval->backend);
     KMP_TRY(kmp_made(model->context, x->machine));
-    begin(run, t);
+    for (int k = 0; k < x->count; k++) {
+        bool sampled = !comparison_of(run, k) && contact_of(run, k) < 0;
+        x->number[k] = sampled ? kmp_first_sample(t, model->states[x->state[k]].period) : 1;
+    }
     return KEMPE_OK;
 }
 
@@ -201,20 +190,15 @@ void kmp_runner_free_sampler(kmp_runner *run)
     kmp_program_free(run->sampler->program);
 }
 
-static bool is_due(const kmp_sampler *x)
-{
-    bool any = false;
-    for (int k = 0; k < x->count; k++)
-        any = any || x->due[k];
-    return any;
-}
-
 void kmp_runner_take_samples(kmp_runner *run, double t)
 {
     kmp_sampler *x = run->sampler;
     double *qd = run->state + run->s->n;
     kmp_delays_take(run, t);
-    if (!x || (!kmp_runner_sample_is_due(run, t) && !is_due(x)))
+    bool due = x && kmp_runner_sample_is_due(run, t);
+    for (int k = 0; x && k < x->count; k++)
+        due = due || x->due[k];
+    if (!due)
         return;
     kmp_machine_set(x->machine, KMP_IN_PARAMETER, run->s->parameters);
     (void)kmp_machine_run(x->machine, 0);

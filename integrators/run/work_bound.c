@@ -11,16 +11,6 @@ enum { WINDOW = 100000 };
  * longest runs of the examples and benchmarks take 1e6. */
 static const double MOST_TO_COME = 1e8;
 
-static bool has_reached(const kmp_work_bound *bound, long tried, double t, double t_end, kmp_text *why)
-{
-    if (tried < bound->most || !(t < t_end))
-        return false;
-    if (why)
-        kmp_text_printf(why, "the limit of %ld steps (max_steps) is reached at t = %.9g s of %.9g s", bound->most, t,
-                        t_end);
-    return true;
-}
-
 long kmp_work_bound_spare(const kmp_work_bound *bound, long tried)
 {
     if (bound->most != 0)
@@ -30,8 +20,13 @@ long kmp_work_bound_spare(const kmp_work_bound *bound, long tried)
 
 bool kmp_work_bound_passed(kmp_work_bound *bound, long tried, double t, double t_end, kmp_text *why)
 {
-    if (bound->most != 0)
-        return bound->most > 0 && has_reached(bound, tried, t, t_end, why);
+    if (bound->most != 0) {
+        const bool reached = bound->most > 0 && tried >= bound->most && t < t_end;
+        if (reached && why)
+            kmp_text_printf(why, "the limit of %ld steps (max_steps) is reached at t = %.9g s of %.9g s", bound->most,
+                            t, t_end);
+        return reached;
+    }
     if (bound->has_looked && tried - bound->seen < WINDOW)
         return false;
     double made = t - bound->seen_t, taken = (double)(tried - bound->seen), left = t_end - t;
