@@ -59,35 +59,18 @@ static void print_input(printer *p, const kmp_node *n)
     static const char *const vector[KMP_IN_COUNT] = {"",     "t",     "q",     "qd",    "qdd",    "lambda", "mu",
                                                      "mode", "place", "chart", "force", "torque", "effort", "along"};
     const kempe_model *model = p->eq->model;
-    switch ((kmp_input_kind)n->a) {
-    case KMP_IN_PARAMETER:
+    const bool of_motion = n->a == KMP_IN_Q || n->a == KMP_IN_QD || n->a == KMP_IN_QDD;
+    if (n->a == KMP_IN_PARAMETER)
         kmp_text_put(p->text, model->parameters[n->b].name);
-        return;
-    case KMP_IN_TIME:
-        if (n->b == 0)
-            kmp_text_put(p->text, "t");
-        else
-            kmp_text_printf(p->text, "%s%.*s", model->inputs[(n->b - 1) / KMP_TIME_NUMBERS].name,
-                            (int)((n->b - 1) % KMP_TIME_NUMBERS), "''");
-        return;
-    case KMP_IN_Q:
-    case KMP_IN_QD:
-    case KMP_IN_QDD:
+    else if (n->a == KMP_IN_TIME && n->b == 0)
+        kmp_text_put(p->text, "t");
+    else if (n->a == KMP_IN_TIME)
+        kmp_text_printf(p->text, "%s%.*s", model->inputs[(n->b - 1) / KMP_TIME_NUMBERS].name,
+                        (int)((n->b - 1) % KMP_TIME_NUMBERS), "''");
+    else if (of_motion)
         kmp_text_printf(p->text, "%s(%s)", vector[n->a], model->motions[n->b].name);
-        return;
-    case KMP_IN_LAMBDA:
-    case KMP_IN_MU:
-    case KMP_IN_MODE:
-    case KMP_IN_FORCE:
-    case KMP_IN_TORQUE:
-    case KMP_IN_EFFORT:
-    case KMP_IN_ALONG:
-    case KMP_IN_PLACE:
-    case KMP_IN_CHART:
-    case KMP_IN_COUNT:
-        break;
-    }
-    kmp_text_printf(p->text, "%s(%u)", n->a < KMP_IN_COUNT ? vector[n->a] : "?", n->b + 1);
+    else
+        kmp_text_printf(p->text, "%s(%u)", n->a < KMP_IN_COUNT ? vector[n->a] : "?", n->b + 1);
 }
 
 static void print_operand(printer *p, kmp_ref r, place at);

@@ -43,14 +43,7 @@ kempe_status kempe_count_new(const kempe_model *model, const kempe_generate_opti
     return KMP_GIVE_OR_FREE(status, out, c, kempe_count_free);
 }
 
-void kempe_count_free(kempe_count *c)
-{
-    if (!c)
-        return;
-    kmp_choice_free(&c->choice);
-    kmp_free(c->model);
-    kmp_free(c);
-}
+KMP_FREES(kempe_count, c, kmp_choice_free(&c->choice), kmp_free(c->model))
 
 /* -- printing ---------------------------------------------------------------------------------------- */
 

@@ -137,14 +137,7 @@ kempe_status kempe_code_new(const kempe_model *model, const kempe_generate_optio
     return KMP_GIVE_OR_FREE(status, out, code, kempe_code_free);
 }
 
-void kempe_code_free(kempe_code *code)
-{
-    if (!code)
-        return;
-    kmp_code_files_free(&code->files);
-    kmp_source_free(&code->source);
-    kmp_free(code);
-}
+KMP_FREES(kempe_code, code, kmp_code_files_free(&code->files), kmp_source_free(&code->source))
 
 KMP_GETTER(int kempe_code_file_count(const kempe_code *code), code, code->files.count, 0)
 KMP_GETTER_AT(const char *kempe_code_file_name(const kempe_code *code, int k), code, k, code->files.count,

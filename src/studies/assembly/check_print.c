@@ -2,6 +2,8 @@
 /* `check` for a person: a short form with the verdict, or one paragraph a question. */
 #include "studies/assembly/check_print.h"
 #include "model/print/model_print.h"
+#include "output/result_table.h"
+#include <kempe/check.h>
 #include <math.h>
 #include <stdarg.h>
 
@@ -12,6 +14,188 @@ enum { MOST_LISTED = 12, MOST_RANGES = 4 };
 static const char *name_of(const kempe_check *check, int coordinate)
 {
     return check->system->model->motions[coordinate].name;
+}
+
+/* -- sentences ---------------------------------------------------------------------------------------- */
+
+enum { MOST_NAMED = 24 };
+
+static const char *ending(int count)
+{
+    return count == 1 ? "" : "s";
+}
+
+static const char *is_or_are(int count)
+{
+    return count == 1 ? "is" : "are";
+}
+
+static void list_rows(kmp_text *text, const kempe_system *system, int count, const int *rows)
+{
+    kmp_list_names(text, system, kmp_name_of_row, count < MOST_NAMED ? count : MOST_NAMED, rows);
+    if (count > MOST_NAMED)
+        kmp_text_printf(text, " and %d more", count - MOST_NAMED);
+}
+
+void kmp_check_verdict(kmp_text *text, const kempe_check *check)
+{
+    const kmp_partition *part = &check->part;
+    const char *reason = !check->assembled     ? "does not assemble"
+                         : check->undetermined ? "no run is possible"
+                         : part->p == 0        ? (check->system->rheonomic ? "all motion is prescribed" : "cannot move")
+                                               : NULL;
+    kmp_text_put(text, reason ? reason : "can be simulated");
+    if (!check->assembled)
+        return;
+    if (check->diagnosis.second == KMP_SECOND_NONE)
+        kmp_text_put(text, ", but is infinitesimally mobile");
+    if (check->diagnosis.second == KMP_SECOND_BRANCHES || check->diagnosis.second == KMP_SECOND_CONDITIONS)
+        kmp_text_put(text, "; the start is a change point (bifurcation)");
+    if (check->diagnosis.shared_count > 0 || check->diagnosis.loads.loaded)
+        kmp_text_put(text, "; some reactions are not unique");
+}
+
+void kmp_check_mobility(kmp_text *text, const kempe_check *check)
+{
+    const kmp_partition *part = &check->part;
+    int all = part->m - part->r, always = part->m - check->diagnosis.generic_rank, here = all - always;
+    kmp_text_put(text, "");
+    if (all == 0)
+        return;
+    kmp_text_printf(text, "coordinates - rows = %d - %d = %d: ", part->n, part->m, part->n - part->m);
+    if (!check->diagnosis.moved) {
+        kmp_text_printf(text, "%d row%s %s redundant", all, ending(all), is_or_are(all));
+        return;
+    }
+    if (always > 0)
+        kmp_text_printf(text, "%d row%s %s redundant in every configuration", always, ending(always),
+                        is_or_are(always));
+    if (here > 0)
+        kmp_text_printf(text, "%s%d row%s %s%s only in this position", always > 0 ? ", and " : "", here, ending(here),
+                        always > 0 ? "" : is_or_are(here), always > 0 ? "more" : " redundant");
+}
+
+static void put_second(kmp_text *text, const kempe_check *check)
+{
+    const kmp_diagnosis *d = &check->diagnosis;
+    int p = check->part.p, general = check->part.n - d->generic_rank;
+    kmp_text_put(text, "");
+    switch (d->second) {
+    case KMP_SECOND_UNTRIED:
+        return;
+    case KMP_SECOND_REAL:
+        kmp_text_put(text, "second-order test: the motion continues in every direction");
+        break;
+    case KMP_SECOND_BRANCHES:
+        kmp_text_printf(
+            text,
+            "a change point (bifurcation): first order permits a plane of directions, second order %d branch%s in it",
+            d->branches, d->branches == 1 ? "" : "es");
+        break;
+    case KMP_SECOND_NONE:
+        kmp_text_put(text, "infinitesimally mobile: first order permits a motion, second order excludes it");
+        break;
+    case KMP_SECOND_CONDITIONS:
+        kmp_text_printf(
+            text, "a change point (bifurcation): second order imposes %d condition%s on %d first-order directions",
+            d->conditions, ending(d->conditions), p);
+        break;
+    }
+    if (d->moved && general < p)
+        kmp_text_printf(text, "; elsewhere the mechanism has %d degree%s of freedom", general, ending(general));
+}
+
+static void put_repair(kmp_text *text, const kempe_check *check, int k)
+{
+    const kmp_repair *repair = &check->diagnosis.repairs[k];
+    const char *name = kmp_name_of_closure(check->system, repair->closure),
+               *kind = check->system->model->closures[repair->closure].kind;
+    if (repair->count == repair->of) {
+        kmp_text_printf(text, "remove %s '%s': the other closures imply it", kind, name);
+        return;
+    }
+    kmp_text_printf(text, "release %s '%s' in %d of its %d directions (", kind, name, repair->count, repair->of);
+    list_rows(text, check->system, repair->count, repair->rows);
+    kmp_text_put(text, ")");
+}
+
+static void put_reach(kmp_text *text, const kempe_check *check, int k)
+{
+    const kmp_reach *reach = &check->obstacle.reaches[k];
+    const char *name = kmp_name_of_closure(check->system, reach->closure);
+    if (!reach->body)
+        kmp_text_printf(text,
+                        "loop '%s' can never close: its rod is %.6g m long, but the points are at most %.6g m apart",
+                        name, reach->longest, reach->others);
+    else
+        kmp_text_printf(text,
+                        "loop '%s' can never close: body '%s' spans %.6g m from %s to %s, the other links at most %.6g "
+                        "m: %.4g m are missing",
+                        name, reach->body, reach->longest, reach->from, reach->to, reach->others,
+                        reach->longest - reach->others);
+}
+
+static void put_release(kmp_text *text, const kempe_check *check, int k)
+{
+    const kmp_release *release = &check->obstacle.releases[k];
+    if (release->coordinate < 0) {
+        kmp_text_put(text, release->closes ? "it closes if several held coordinates are released"
+                                           : "it does not close even if all held coordinates are released");
+        return;
+    }
+    const kmp_motion *motion = &check->system->model->motions[release->coordinate];
+    if (release->closes)
+        kmp_text_printf(text, "it closes if '%s' is released; its value is then %.6g %s", motion->name,
+                        kmp_print_value(check->system, release->coordinate, release->to),
+                        kmp_print_unit(check->system, release->coordinate));
+    else
+        kmp_text_printf(text, "it does not close if only '%s' is released", motion->name);
+}
+
+/* Zero but for rounding, of lengths and angles that matter, reads as zero. */
+static double clean(double x)
+{
+    return fabs(x) < 1e-12 ? 0 : x;
+}
+
+static void put_swing(kmp_text *text, const kempe_check *check, int k)
+{
+    const kmp_limits *l = &check->diagnosis.limits;
+    const kmp_swing *s = &l->swing[k];
+    const char *unit = kmp_print_unit(check->system, k);
+    double low = kmp_print_value(check->system, k, clean(s->low)),
+           high = kmp_print_value(check->system, k, clean(s->high));
+    int dead = 0;
+    for (int i = 0; i < l->landmark_count; i++)
+        dead += l->landmark[i].coordinate == k;
+    if (!s->moves) {
+        kmp_text_put(text, "does not move");
+        return;
+    }
+    if (s->unseen) {
+        kmp_text_put(text, "moves; its range is found from a start where the angles of the joint are not singular");
+        return;
+    }
+    if (s->turns != 0) {
+        int times = s->turns < 0 ? -s->turns : s->turns;
+        kmp_text_put(text, "rotates fully");
+        if (times > 1)
+            kmp_text_printf(text, ", %d times in a cycle", times);
+        if (dead > 0)
+            kmp_text_printf(text, ", with %d reversals", dead);
+        return;
+    }
+    if (!l->cycle && !s->low_dead && !s->high_dead) {
+        kmp_text_printf(text, "followed from %.6g to %.6g %s", low, high, unit);
+        return;
+    }
+    kmp_text_printf(text, "oscillates between %.6g and %.6g %s (", low, high, unit);
+    if (s->low_dead && s->high_dead)
+        kmp_text_printf(text, "dead centres%s)", dead > 2 ? ", and others between" : "");
+    else if (s->low_dead || s->high_dead)
+        kmp_text_printf(text, "the %s a dead centre)", s->low_dead ? "first" : "second");
+    else
+        kmp_text_put(text, "no dead centre)");
 }
 
 /* "  label                " in front of a line; an empty label for the next ones. */
@@ -80,12 +264,12 @@ static void show_mobility(kmp_text *text, const kempe_check *check)
     if (check->undetermined)
         line(text, "no run is possible", "%s", check->undetermined);
     sentence(text, check, "", kmp_check_mobility);
-    sentence(text, check, "", kmp_check_second);
+    sentence(text, check, "", put_second);
     if (check->diagnosis.ran && check->diagnosis.margin > 0 && check->diagnosis.margin < 1e-4)
         line(text, "", "a change point (bifurcation) is near: the last pivot is %.2g of its usual size",
              check->diagnosis.margin);
     label(text, "redundant rows");
-    kmp_list_rows(text, check->system, part->m - part->r, part->redundant);
+    list_rows(text, check->system, part->m - part->r, part->redundant);
     kmp_text_put(text, "\n");
     kmp_print_rounding(text, check->system, "  rounded drawing      ", "                       ");
 }
@@ -138,16 +322,11 @@ static void show_bare(kmp_text *text, const kempe_check *check, const char *word
 static void put_set(kmp_text *text, const kempe_check *check, int k)
 {
     const kmp_diagnosis *d = &check->diagnosis;
-    kmp_list_rows(text, check->system, d->sets[k].count, d->sets[k].rows);
+    list_rows(text, check->system, d->sets[k].count, d->sets[k].rows);
     if (d->sets[k].count == 1)
         kmp_text_put(text, " constrains nothing");
     if (d->moved)
         kmp_text_put(text, d->sets[k].always ? ": always" : ": only in this position");
-}
-
-static void put_repair(kmp_text *text, const kempe_check *check, int k)
-{
-    kmp_check_repair(text, check, &check->diagnosis.repairs[k]);
 }
 
 static void show_shared(kmp_text *text, const kempe_check *check)
@@ -161,7 +340,7 @@ static void show_shared(kmp_text *text, const kempe_check *check)
     if (d->shared_count == 0)
         return;
     label(text, "reactions not unique");
-    kmp_list_rows(text, check->system, d->shared_count, d->shared_rows);
+    list_rows(text, check->system, d->shared_count, d->shared_rows);
     kmp_text_put(text, "\n");
 }
 
@@ -266,7 +445,7 @@ static void show_limits(kmp_text *text, const kempe_check *check, int most)
     for (int k = 0; check->system->n <= most && k < check->system->n; k++) {
         label(text, "");
         kmp_text_printf(text, "%-*s  ", width, name_of(check, k));
-        kmp_check_swing(text, check, k);
+        put_swing(text, check, k);
         kmp_text_put(text, "\n");
     }
     int u = check->part.u[0];
@@ -289,16 +468,6 @@ static void show_limits(kmp_text *text, const kempe_check *check, int most)
 static void put_culprit(kmp_text *text, const kempe_check *check, int k)
 {
     kmp_assembly_put_open(text, check->assembly, check->assembly->culprits[k]);
-}
-
-static void put_reach(kmp_text *text, const kempe_check *check, int k)
-{
-    kmp_check_reach(text, check, &check->obstacle.reaches[k]);
-}
-
-static void put_release(kmp_text *text, const kempe_check *check, int k)
-{
-    kmp_check_release(text, check, &check->obstacle.releases[k]);
 }
 
 /* The parts that both forms begin with. False: there is no more to say. */
@@ -379,3 +548,84 @@ kempe_status kempe_check_print(const kempe_check *check, kempe_format format, ch
     kmp_put_fn *put = format == KEMPE_JSON ? kmp_check_json : format == KEMPE_FULL_TEXT ? show_all : show_short;
     return kmp_print_result(check->system->context, put, check, text);
 }
+
+/* -- tables ------------------------------------------------------------------------------------------- */
+
+static void fill_mobility(kempe_table *table, const void *result)
+{
+    const kempe_check *check = result;
+    const kmp_partition *part = &check->part;
+    const kmp_diagnosis *d = &check->diagnosis;
+    bool generic = d->moved || part->p == 0;
+    kmp_tabulate_columns(table, "bodies coordinates closures rows rank dof driven generic_dof cond_Jv max_B margin");
+    KMP_TABULATE(table, "%d %d %d %d", check->body_count, check->system->n, check->loop_count, check->system->m);
+    if (check->assembled)
+        kmp_tabulate_cells(table, "%d %d %d %g %g %g %g", part->r, part->p, check->driven,
+                           generic ? (double)(part->n - d->generic_rank) : (double)NAN, check->condition, part->max_b,
+                           d->margin);
+}
+
+static const kmp_alternative *alternative_of(const kempe_check *check, int coordinate)
+{
+    for (int k = 0; k < check->diagnosis.alternative_count; k++)
+        if (check->diagnosis.alternatives[k].coordinate == coordinate)
+            return &check->diagnosis.alternatives[k];
+    return NULL;
+}
+
+static const char *role_of(const kmp_partition *part, int coordinate)
+{
+    for (int k = 0; k < part->p; k++)
+        if (part->u[k] == coordinate)
+            return "independent";
+    return "dependent";
+}
+
+static void fill_coordinates(kempe_table *table, const void *result)
+{
+    const kempe_check *check = result;
+    const kmp_limits *l = &check->diagnosis.limits;
+    kmp_tabulate_columns(table, "coordinate[words] unit[words] role[words] instead_of[words] max_B low high turns "
+                                "low_dead_centre high_dead_centre");
+    for (int k = 0; k < check->system->n; k++) {
+        const kmp_alternative *a = alternative_of(check, k);
+        KMP_TABULATE(table, "%s %s %s %s %g", kmp_name_of_coordinate(check->system, k),
+                     kmp_print_unit(check->system, k), check->assembled ? role_of(&check->part, k) : "",
+                     a && a->instead >= 0 ? kmp_name_of_coordinate(check->system, a->instead) : "", a ? a->max_b : NAN);
+        if (!check->assembled || !l->walked)
+            continue;
+        const kmp_swing *s = &l->swing[k];
+        kmp_tabulate_cells(table, "%g %g %d %d %d", kmp_print_value(check->system, k, s->low),
+                           kmp_print_value(check->system, k, s->high), s->turns, s->low_dead, s->high_dead);
+    }
+}
+
+/* The number of rows of a closure, of all or of the redundant ones. */
+static int count_rows(const kempe_check *check, int closure, bool redundant)
+{
+    const kmp_partition *part = &check->part;
+    int count = 0;
+    for (int k = 0; k < (redundant ? part->m - part->r : check->system->m); k++)
+        count += check->system->rows[redundant ? part->redundant[k] : k].closure == closure;
+    return count;
+}
+
+static void fill_closures(kempe_table *table, const void *result)
+{
+    const kempe_check *check = result;
+    kmp_tabulate_columns(table, "closure[words] kind[words] rows redundant may_lose gap turn");
+    for (int c = 0; c < check->loop_count; c++) {
+        const kmp_diagnosis *d = &check->diagnosis;
+        int may_lose = 0;
+        for (int k = 0; check->assembled && k < d->repair_count; k++)
+            may_lose = d->repairs[k].closure == c ? d->repairs[k].count : may_lose;
+        KMP_TABULATE(table, "%s %s %d %g %g %g %g", kmp_name_of_closure(check->system, c),
+                     check->system->model->closures[c].kind, count_rows(check, c, false),
+                     check->assembled ? (double)count_rows(check, c, true) : (double)NAN,
+                     check->assembled ? (double)may_lose : (double)NAN, check->assembly->gaps[c],
+                     check->assembly->turns[c]);
+    }
+}
+
+KMP_TABLES(kempe_check, check, check->system->context, {"mobility", fill_mobility}, {"coordinates", fill_coordinates},
+           {"closures", fill_closures})

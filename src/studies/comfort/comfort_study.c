@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "model/tables/output_table.h"
+#include "output/print.h"
 #include "output/result_table.h"
 #include "studies/simulate/trajectory.h"
 #include <kempe/output_handles.h>
@@ -251,18 +252,6 @@ static kempe_status judge(study *s)
 
 /* -- the study ---------------------------------------------------------------------------------------- */
 
-/* Judges the accelerations of a run with keep_dense, into an empty `comfort`, which the caller frees by its arena.
- * `run` of the options is not read. Statuses as kempe_comfort_new. */
-static kempe_status comfort_judge(kempe_comfort *comfort, kempe_trajectory *run, const kempe_comfort_options *options)
-{
-    study s = {.c = comfort, .context = run->system->context, .run = run, .options = options};
-    comfort->system = run->system;
-    kempe_status status = judge(&s);
-    for (int d = 0; d < KMP_COMFORT_DIRECTIONS; d++)
-        kempe_outputs_free(s.outputs[d]);
-    return status;
-}
-
 kempe_status kempe_comfort_new(const kempe_system *system, const kempe_comfort_options *options,
                                kempe_comfort **comfort)
 {
@@ -277,23 +266,19 @@ kempe_status kempe_comfort_new(const kempe_system *system, const kempe_comfort_o
     kempe_trajectory *trajectory = NULL;
     dense.size = sizeof dense;
     dense.keep_dense = 1;
-    kempe_status status = kmp_simulate(c->system, &dense, &trajectory);
+    kempe_status status = kmp_simulate(system, &dense, &trajectory);
+    study s = {.c = c, .context = system->context, .run = trajectory, .options = options};
     if (status == KEMPE_OK)
-        status = comfort_judge(c, trajectory, options);
+        status = judge(&s);
+    for (int d = 0; d < KMP_COMFORT_DIRECTIONS; d++)
+        kempe_outputs_free(s.outputs[d]);
     kempe_trajectory_free(trajectory);
     c->warnings = kmp_context_warnings(system->context);
     c->status = status = kmp_context_verdict(system->context, status);
     return KMP_GIVE_OR_FREE(status, comfort, c, kempe_comfort_free);
 }
 
-void kempe_comfort_free(kempe_comfort *c)
-{
-    if (!c)
-        return;
-    kmp_free(c->warnings);
-    kmp_arena_free(&c->arena);
-    kmp_free(c);
-}
+KMP_FREES(kempe_comfort, c, kmp_free(c->warnings), kmp_arena_free(&c->arena))
 
 KMP_GETTER(int kempe_comfort_place_count(const kempe_comfort *comfort), comfort, comfort->places, 0)
 

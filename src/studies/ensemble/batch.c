@@ -120,14 +120,7 @@ kempe_status kempe_ensemble_new(const kempe_model *model, const kempe_values *va
     return kempe_ensemble_new_with(model, values, NULL, ensemble);
 }
 
-void kempe_ensemble_free(kempe_ensemble *ensemble)
-{
-    if (!ensemble)
-        return;
-    kmp_mechanisms_free(ensemble->inner);
-    kmp_quantity_list_free(&ensemble->quantities);
-    kmp_free(ensemble);
-}
+KMP_FREES(kempe_ensemble, ensemble, kmp_mechanisms_free(ensemble->inner), kmp_quantity_list_free(&ensemble->quantities))
 
 void kempe_batch_free(kempe_batch *batch)
 {

@@ -74,14 +74,7 @@ static kempe_inverse *result_new(const kempe_system *s)
     return r;
 }
 
-void kempe_inverse_free(kempe_inverse *inverse)
-{
-    if (!inverse)
-        return;
-    kmp_free(inverse->warnings);
-    kmp_arena_free(&inverse->arena);
-    kmp_free(inverse);
-}
+KMP_FREES(kempe_inverse, inverse, kmp_free(inverse->warnings), kmp_arena_free(&inverse->arena))
 
 static bool has_multiplier(const kempe_inverse *r, int row)
 {

@@ -389,15 +389,7 @@ kempe_status kempe_kinematics_new(const kempe_system *system, const kempe_kinema
     return status;
 }
 
-void kempe_kinematics_free(kempe_kinematics *k)
-{
-    if (!k)
-        return;
-    kmp_free(k->warnings);
-    kmp_free(k->change);
-    kmp_arena_free(&k->arena);
-    kmp_free(k);
-}
+KMP_FREES(kempe_kinematics, k, kmp_free(k->warnings), kmp_free(k->change), kmp_arena_free(&k->arena))
 
 /* -- queries ----------------------------------------------------------------------------------------- */
 

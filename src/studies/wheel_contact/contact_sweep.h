@@ -101,9 +101,6 @@ struct kempe_contacts {
     double cpu_s;
 };
 
-/** Reads the options into a table that has its system: swept quantities, fixed ones, law, values. */
-kempe_status kmp_contact_request(kempe_contacts *table, const kempe_contact_options *options);
-
 /** The SI unit of swept quantity k; "" for a parameter. Its form in results, and the unit of an angle. */
 const char *kmp_contact_unit(const kempe_contacts *table, int k);
 kmp_shown kmp_contact_shown(const kempe_contacts *table, const char *unit);
@@ -120,9 +117,6 @@ kmp_displaced kmp_contact_displaced(const kempe_contacts *table, const kempe_con
 
 /** True if a contact of that pair moves so far between the last two rows that it may jump. */
 bool kmp_contact_may_jump(const kempe_contacts *table);
-
-/** The index of a coordinate among the fixed ones; -1: it is not fixed. */
-int kmp_contact_hold_of(const kempe_contacts *table, int coordinate);
 
 /** The word of the second law; NULL: there is none. */
 const char *kmp_contact_law_word(const kempe_contacts *table);

@@ -8,6 +8,7 @@
 #include "model/model.h"
 #include "model/model_instances.h"
 #include "model/variant.h"
+#include "output/print.h"
 #include <ctype.h>
 #include <limits.h>
 #include <math.h>
@@ -292,13 +293,7 @@ kempe_status kmp_sampling_new(const kempe_model *model, const kempe_sample_optio
     return KMP_GIVE_OR_FREE(status, sampling, s, kmp_sampling_free);
 }
 
-void kmp_sampling_free(kmp_sampling *s)
-{
-    if (!s)
-        return;
-    kmp_arena_free(&s->arena);
-    kmp_free(s);
-}
+KMP_FREES(kmp_sampling, s, kmp_arena_free(&s->arena))
 
 /* -- samples ----------------------------------------------------------------------------------------- */
 

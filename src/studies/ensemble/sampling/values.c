@@ -4,6 +4,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "model/model_instances.h"
+#include "output/print.h"
 #include "studies/ensemble/sampling/sampling.h"
 #include <limits.h>
 #include <string.h>
@@ -39,15 +40,8 @@ double *kmp_values_add(kempe_values *values)
     return values->rows + (size_t)values->count++ * (size_t)values->columns;
 }
 
-void kempe_values_free(kempe_values *values)
-{
-    if (!values)
-        return;
-    kmp_sampling_free(values->sampling);
-    kmp_arena_free(&values->arena);
-    kmp_free(values->rows);
-    kmp_free(values);
-}
+KMP_FREES(kempe_values, values, kmp_sampling_free(values->sampling), kmp_arena_free(&values->arena),
+          kmp_free(values->rows))
 
 void kmp_values_get(const kempe_values *values, int first, int count, double *rows)
 {

@@ -2,6 +2,7 @@
 #include "studies/ensemble/statistics/shares.h"
 #include <float.h>
 #include <math.h>
+#include <stdbool.h>
 
 enum { MOST_TERMS = 20000, MOST_HALVINGS = 200 };
 
@@ -81,26 +82,24 @@ void kmp_chance_interval(int k, int n, double confidence, double *low, double *h
     *high = kmp_beta_quantile(1 - tail, k + 1.0, n - k);
 }
 
+/* The largest place whose samples above it hold the quantile; `above`: the least place above it. */
+static int place_beside(int n, double part, double tail, bool above)
+{
+    int from = 0, to = n + 1;
+    while (to - from > 1) {
+        int middle = from + (to - from) / 2;
+        double share = kmp_binomial_share(middle - 1, n, part);
+        if (above ? 1 - share <= tail : share > tail)
+            to = middle;
+        else
+            from = middle;
+    }
+    return above ? to : from;
+}
+
 void kmp_quantile_places(int n, double part, double confidence, int *low, int *high)
 {
     double tail = 0.5 * (1 - confidence);
-    int from = 0, to = n + 1; /* the largest place whose samples above it hold the quantile */
-    while (to - from > 1) {
-        int middle = from + (to - from) / 2;
-        if (kmp_binomial_share(middle - 1, n, part) <= tail)
-            from = middle;
-        else
-            to = middle;
-    }
-    *low = from;
-    from = 0;
-    to = n + 1; /* the least place above it */
-    while (to - from > 1) {
-        int middle = from + (to - from) / 2;
-        if (1 - kmp_binomial_share(middle - 1, n, part) <= tail)
-            to = middle;
-        else
-            from = middle;
-    }
-    *high = to;
+    *low = place_beside(n, part, tail, false);
+    *high = place_beside(n, part, tail, true);
 }

@@ -283,13 +283,7 @@ kempe_status kmp_statistics_of_folder(const kempe_table *instances, const char *
     return kmp_made(s->context, !s->arena.failed);
 }
 
-void kempe_statistics_free(kempe_statistics *s)
-{
-    if (!s)
-        return;
-    kmp_arena_free(&s->arena);
-    kmp_free(s);
-}
+KMP_FREES(kempe_statistics, s, kmp_arena_free(&s->arena))
 
 /* -- tables -------------------------------------------------------------------------------------------- */
 
