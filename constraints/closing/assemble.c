@@ -69,15 +69,6 @@ static void copy(const work *w, double *to, const double *from)
     memcpy(to, from, (size_t)w->n * sizeof *to);
 }
 
-/* Sets each coordinate that is not held to the guess plus a random offset of at most `far`; the numbers are the same on
- * every machine. */
-static void push_aside(work *w, const bool *hold, double far, unsigned *state)
-{
-    for (int k = 0; k < w->n; k++)
-        if (!hold[k])
-            w->a->q[k] = w->from[k] + far * kmp_walk_random(state) * w->s->scale[k];
-}
-
 /* True if a closure that aligns axes has them turned by more than a right angle. */
 static bool is_turned(work *w)
 {
@@ -165,7 +156,11 @@ static void close_group(work *w, groups *g, int group)
     int attempts = w->guess->pushes + (w->guess->pushes > 0 ? WIDE_STARTS : 0);
     bool searched = false;
     for (int k = g->count > 1 ? 0 : 1; k <= attempts && !(best <= w->near); k++) {
-        push_aside(w, g->hold, k == 0 ? 0 : k <= w->guess->pushes ? PUSH : WIDE, &state);
+        /* The guess plus a random offset; the numbers are the same on every machine. */
+        double far = k == 0 ? 0 : k <= w->guess->pushes ? PUSH : WIDE;
+        for (int i = 0; i < w->n; i++)
+            if (!g->hold[i])
+                w->a->q[i] = w->from[i] + far * kmp_walk_random(&state) * w->s->scale[i];
         w->a->iterations += kmp_close_from_afar(&w->closer, w->near, 0, 0, w->a->q, w->trial);
         if (residual(w) < best * (1 - 1e-6)) {
             best = residual(w);
@@ -280,18 +275,6 @@ static void close_by_search(work *w)
     else
         copy(w, w->a->q, w->best);
     w->a->iterations += iterations;
-}
-
-/* Solves for the dependent coordinates. The independent ones keep the values of the guess: a start that is closed to
- * its digits keeps them, and with them the forces of stiff springs. */
-static void close_dependent(work *w)
-{
-    if (!choose_dependent(w))
-        return;
-    copy(w, w->best, w->a->q);
-    if (!close_by_newton(w))
-        close_by_search(w);
-    evaluate(w);
 }
 
 /* Corrects q to round-off; true if the loops are then closed, otherwise q is restored. */
@@ -444,24 +427,13 @@ static void given_rates(work *w)
     }
 }
 
+/* The fastest rate, scaled, of coordinates and of closures. */
 static double fastest(const work *w)
 {
-    double size = 0;
-    for (int k = 0; k < w->n; k++)
-        size = fmax(size, fabs(w->a->qd[k]) / w->s->scale[k]);
+    double size = kmp_eval_size(w->eval, w->a->qd);
     for (int r = 0; w->eval->h_t && r < w->m; r++)
         size = fmax(size, fabs(w->eval->h_t[r]) / w->s->row_scale[r]);
     return size;
-}
-
-/* Joints with clearance rest in their bearings, as far as the given rates let them. */
-static void rest_joints(work *w)
-{
-    w->least.hold = w->fixed;
-    w->a->rested = kmp_loosening_rest(&w->loose, w->fixed, w->a->q, w->a->qd, w->a->loose);
-    if (w->a->rested && w->m > 0)
-        (void)correct_rates(w, w->fixed);
-    w->least.hold = w->guess->hold;
 }
 
 /* Makes the rates consistent with the closures. Given rates are kept if these allow it. */
@@ -489,8 +461,14 @@ static void make_rates(work *w)
         w->arena.failed = true;
     if (w->m > 0)
         meet_closures(w);
-    if (!w->a->rates_changed)
-        rest_joints(w);
+    if (w->a->rates_changed)
+        return;
+    /* Joints with clearance rest in their bearings, as far as the given rates let them. */
+    w->least.hold = w->fixed;
+    w->a->rested = kmp_loosening_rest(&w->loose, w->fixed, w->a->q, w->a->qd, w->a->loose);
+    if (w->a->rested && w->m > 0)
+        (void)correct_rates(w, w->fixed);
+    w->least.hold = w->guess->hold;
 }
 
 /* -- result -------------------------------------------------------------------------------------------- */
@@ -597,8 +575,14 @@ static void close_near(work *w)
     }
     if (open > w->near && (finish(w) || w->apart)) /* undamped steps may still leave a stationary point of |h| */
         return;
-    if (open <= w->near && open > KMP_CLOSED_ENOUGH)
-        close_dependent(w);
+    /* Solves for the dependent coordinates. The independent ones keep the values of the guess: a start that is closed
+     * to its digits keeps them, and with them the forces of stiff springs. */
+    if (open <= w->near && open > KMP_CLOSED_ENOUGH && choose_dependent(w)) {
+        copy(w, w->best, w->a->q);
+        if (!close_by_newton(w))
+            close_by_search(w);
+        evaluate(w);
+    }
     polish(w);
 }
 

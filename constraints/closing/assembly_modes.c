@@ -80,22 +80,6 @@ typedef struct search {
     int *order;
 } search;
 
-/* Evaluates the walk at the assembled state, in the charts in which it was found, so that J has its rank. */
-static void stand_at_start(search *s)
-{
-    const kempe_assembly *a = s->b->assembly;
-    if (a->chart)
-        kmp_eval_set_charts(s->walk->eval, a->chart);
-    kmp_walk_evaluate(s->walk, a->inner_q ? a->inner_q : a->q);
-}
-
-/* True for a coordinate in the user's own chart: not of a centred joint. */
-static bool is_own(const search *s, int k)
-{
-    int c = kmp_chart_of(s->b->system, k);
-    return c < 0 || !s->b->assembly->chart || kmp_chart_is_own(s->b->assembly->chart, c);
-}
-
 /* Chooses the kept coordinates: the held ones, or else the model's independent ones; then further coordinates of a good
  * choice, up to the number of degrees of freedom. */
 static bool choose_kept(search *s)
@@ -110,13 +94,19 @@ static bool choose_kept(search *s)
         kept[model->run.independent[k]] = true;
     for (int k = count = 0; k < n; k++)
         count += kept[k];
-    stand_at_start(s);
+    /* At the assembled state, in the charts in which it was found, J has its rank. */
+    const kempe_assembly *a = s->b->assembly;
+    if (a->chart)
+        kmp_eval_set_charts(s->walk->eval, a->chart);
+    kmp_walk_evaluate(s->walk, a->inner_q ? a->inner_q : a->q);
     int free = kmp_partition_prefer(system, s->walk->eval->jacobian, kept, s->order);
-    for (int k = free - 1; k >= 0 && count < free; k--)
-        if (is_own(s, s->order[k])) {
+    for (int k = free - 1; k >= 0 && count < free; k--) {
+        int c = kmp_chart_of(system, s->order[k]);
+        if (c < 0 || !a->chart || kmp_chart_is_own(a->chart, c)) { /* in the user's own chart: not of a centred joint */
             count += !kept[s->order[k]];
             kept[s->order[k]] = true;
         }
+    }
     return free >= 0;
 }
 
@@ -204,25 +194,6 @@ static kempe_status sample(search *s, int seed)
     return KEMPE_OK;
 }
 
-/* -- order ------------------------------------------------------------------------------------------- */
-
-static bool comes_before(const kempe_system *system, const kmp_branch *a, const kmp_branch *b)
-{
-    int order = strcmp(a->sign, b->sign);
-    return order ? order < 0 : kmp_state_before(system, KMP_SAME_STATE, a->q, b->q);
-}
-
-static void sort(kempe_branches *b)
-{
-    for (int i = 2; i < b->count; i++) {
-        kmp_branch moved = b->branch[i];
-        int k = i;
-        for (; k > 1 && comes_before(b->system, &moved, &b->branch[k - 1]); k--)
-            b->branch[k] = b->branch[k - 1];
-        b->branch[k] = moved;
-    }
-}
-
 static kempe_status find(kempe_branches *b, int seed)
 {
     int n = b->system->n;
@@ -236,7 +207,19 @@ static kempe_status find(kempe_branches *b, int seed)
         kmp_charts_reset(b->system, s.walk->eval->chart);
         kmp_eval_set_charts(s.walk->eval, s.walk->eval->chart);
         status = b->arena.failed ? KEMPE_E_MEMORY : sample(&s, seed);
-        sort(b);
+        /* All but the first, by signs and then by states. */
+        for (int i = 2; i < b->count; i++) {
+            kmp_branch moved = b->branch[i];
+            int k = i;
+            for (; k > 1; k--) {
+                const kmp_branch *before = &b->branch[k - 1];
+                int order = strcmp(moved.sign, before->sign);
+                if (order ? order > 0 : !kmp_state_before(b->system, KMP_SAME_STATE, moved.q, before->q))
+                    break;
+                b->branch[k] = *before;
+            }
+            b->branch[k] = moved;
+        }
     }
     if (!made || b->arena.failed)
         status = kmp_fail_memory(b->system->context);
@@ -336,18 +319,6 @@ static int list_candidates(kmp_mode_watch *w, int b)
     return count;
 }
 
-static void swap_candidates(kmp_mode_watch *w, int count, int size, int a, int b)
-{
-    int row = w->candidate[a];
-    w->candidate[a] = w->candidate[b];
-    w->candidate[b] = row;
-    for (int k = 0; k < size; k++) {
-        double value = w->rest[a + k * count];
-        w->rest[a + k * count] = w->rest[b + k * count];
-        w->rest[b + k * count] = value;
-    }
-}
-
 /* The rows of block b with the largest pivots at the current state, in ascending order: where rows are redundant, the
  * determinant of fixed ones changes its sign also where the closures lose no rank. */
 static void choose_rows(kmp_mode_watch *w, int b, int *rows)
@@ -367,7 +338,12 @@ static void choose_rows(kmp_mode_watch *w, int b, int *rows)
                     row = i;
                     column = k;
                 }
-        swap_candidates(w, count, size, done, row);
+        kmp_swap_int(&w->candidate[done], &w->candidate[row]);
+        for (int k = 0; k < size; k++) {
+            double value = w->rest[done + k * count];
+            w->rest[done + k * count] = w->rest[row + k * count];
+            w->rest[row + k * count] = value;
+        }
         double pivot = w->rest[done + column * count];
         if (pivot == 0)
             return;

@@ -29,35 +29,17 @@ bool kmp_charts_are_own(const kempe_system *system, const double *chart);
 /** |determinant of the axes| of joint c: 1 in the middle, 0 where they are singular. */
 double kmp_chart_regular(const kempe_system *system, int c, const double *q);
 
-/** Distance of the rotations of joint c by the user's angles in a and b (n): the largest difference of an entry. */
+/** As the functions of chart_joint.h for joint c: coordinates, rates and accelerations have n entries, `chart` has all
+ * C. kmp_chart_nearest replaces the user's angles by those of the same rotation that are nearest to `near`. */
 double kmp_chart_apart(const kempe_system *system, int c, const double *a, const double *b);
-
-/** Replaces the user's angles of joint c by those of the same rotation that are nearest to `near`. */
 void kmp_chart_nearest(const kempe_system *system, int c, const double near[3], double angles[3]);
-
-/** Centres joint c: C, q and, if not NULL, qd and qdd (all n) become those of the same motion in the new chart. The
- * second angle is then in the middle of its range and, when qd is given, at rest. */
 void kmp_chart_center(const kempe_system *system, int c, double *chart, double *q, double *qd, double *qdd);
-
-/** Converts the user's rates at the user's angles, both of joint c (three each), to those of the chart at q: the same
- * motion. */
 void kmp_chart_enter(const kempe_system *system, int c, const double *chart, const double angles[3],
                      const double rates[3], const double *q, double *qd);
-
-/** Converts back to the user's coordinates: C = 1. The angles are those of the same rotation that are nearest to
- * near[3], on either side of the singular position. At the singular position rates are least squares of least norm.
- * Returns the distance of the angles from `near`. */
 double kmp_chart_show(const kempe_system *system, int c, const double *chart, const double near[3], double *q,
                       double *qd, double *qdd);
-
-/** The user's angles of q, followed from near[3] shortly before: on the same side of the singular position when
- * `sided`, unless near[3] touches it, where motions pass through. Returns their distance from near[3]. They serve to be
- * followed and are not exact at a touch. */
 double kmp_chart_follow(const kempe_system *system, int c, const double *chart, const double near[3], bool sided,
                         const double *q, double angles[3]);
-
-/** Converts small changes dq, dqd and dqdd (n each; the last may be NULL) of the coordinates of joint c from one chart
- * to those of the same motion in another. Both charts are unchanged. */
 void kmp_chart_carry(const kempe_system *system, int c, const kmp_chart_motion *from, const kmp_chart_motion *to,
                      double *dq, double *dqd, double *dqdd);
 

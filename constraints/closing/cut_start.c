@@ -176,14 +176,12 @@ int kmp_cut_start_missed(const kempe_system *system, const double *q, const doub
     const kempe_model *model = system->model;
     search x;
     int worst = -1;
-    double fastest = 0;
-    for (int k = 0; k < system->n; k++)
-        fastest = fmax(fastest, fabs(qd[k]) / system->scale[k]);
     if (count_given(model, false) + count_given(model, true) == 0)
         return -1;
     kmp_evaluator *eval = kmp_eval_new_of_closures(system);
     bool ok = eval && begin(&x, system, eval, false);
-    const double *at = ok ? coordinates_at(&x, q) : NULL, *slope = at ? at + model->cut_coordinate_count : NULL;
+    const double fastest = eval ? kmp_eval_size(eval, qd) : 0, *at = ok ? coordinates_at(&x, q) : NULL,
+                 *slope = at ? at + model->cut_coordinate_count : NULL;
     for (int i = 0; ok && i < model->cut_coordinate_count; i++) {
         const kmp_cut_coordinate *c = &model->cut_coordinates[i];
         double speed = kmp_dot(x.n, slope + i * x.n, qd);

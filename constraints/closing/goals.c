@@ -80,17 +80,6 @@ static double norm(int n, const double *x)
 
 /* -- distances --------------------------------------------------------------------------------------- */
 
-static void set_factors(search *w)
-{
-    const kmp_start *start = &w->s->model->start;
-    for (int k = 0, at = 0; k < start->goal_count; k++) {
-        const kmp_goal *goal = &start->goals[k];
-        double scale = goal->motion >= 0 ? w->s->scale[goal->motion] : w->s->length;
-        for (int i = 0; i < goal->width; i++)
-            w->factor[at++] = sqrt(goal->weight[i].value) / scale;
-    }
-}
-
 /* r and G at p->q. */
 static void evaluate_goals(search *w, place *p)
 {
@@ -279,13 +268,6 @@ static bool make_step(search *w)
     return aligned >= LEAST_ALIGNED * size;
 }
 
-static bool is_better(const search *w, double fall, double size)
-{
-    double fell = w->here.half - w->there.half;
-    return fell > 0.1 * fall ||
-           (size < NEAR && norm(w->there.d, w->there.projected) < 0.5 * norm(w->here.d, w->here.projected));
-}
-
 /* Takes a step that decreases the sum. false: none is left. */
 static bool step_down(search *w, double *bound)
 {
@@ -293,7 +275,9 @@ static bool step_down(search *w, double *bound)
         double fall = choose_step(w, &w->here, *bound), size = norm(w->here.d, w->y);
         if (!(size > SHORTEST) || *bound < SHORTEST)
             return false;
-        if (make_step(w) && is_better(w, fall, size)) {
+        bool made = make_step(w), falls = made && w->here.half - w->there.half > 0.1 * fall;
+        if (falls ||
+            (made && size < NEAR && norm(w->there.d, w->there.projected) < 0.5 * norm(w->here.d, w->here.projected))) {
             place t = w->here;
             w->here = w->there;
             w->there = t;
@@ -344,28 +328,32 @@ static void make_place(search *w, place *p)
                    KMP_ROOM(double, n *(n + 1), &p->tangent), KMP_ROOM(double, n, &p->q, &p->gradient, &p->projected));
 }
 
-/* Makes the points of a start in the user's own charts, in which an assembly with goals stays. false: no memory. */
-static bool start_points(search *w)
-{
-    double *chart = KMP_ARENA_NEW(&w->arena, double, KMP_CHART_SIZE * w->s->chart_count);
-    w->points = kmp_machine_new(w->s->goals, kmp_backend_find("tape"));
-    if (!w->points || !chart)
-        return false;
-    kmp_charts_reset(w->s, chart);
-    kmp_machine_set(w->points, KMP_IN_CHART, chart);
-    kmp_machine_set(w->points, KMP_IN_PARAMETER, w->s->parameters);
-    (void)kmp_machine_run(w->points, 0);
-    return true;
-}
-
 static bool search_init(search *w, const kempe_system *s, const bool *hold, kmp_goals_verdict *verdict)
 {
     *w = (search){.s = s, .hold = hold, .verdict = verdict, .n = s->n, .m = s->m, .count = verdict->count};
     w->factor = KMP_ARENA_NEW(&w->arena, double, w->count);
     make_place(w, &w->here);
-    if (w->arena.failed || (s->goals && !start_points(w)))
+    if (s->goals) {
+        /* The points of a start are in the user's own charts, in which an assembly with goals stays. */
+        double *chart = KMP_ARENA_NEW(&w->arena, double, KMP_CHART_SIZE * s->chart_count);
+        w->points = kmp_machine_new(s->goals, kmp_backend_find("tape"));
+        if (!w->points || !chart)
+            return false;
+        kmp_charts_reset(s, chart);
+        kmp_machine_set(w->points, KMP_IN_CHART, chart);
+        kmp_machine_set(w->points, KMP_IN_PARAMETER, s->parameters);
+        (void)kmp_machine_run(w->points, 0);
+    }
+    if (w->arena.failed)
         return false;
-    set_factors(w);
+    /* Weights of distances over their scales. */
+    const kmp_start *start = &w->s->model->start;
+    for (int k = 0, at = 0; k < start->goal_count; k++) {
+        const kmp_goal *goal = &start->goals[k];
+        double scale = goal->motion >= 0 ? w->s->scale[goal->motion] : w->s->length;
+        for (int i = 0; i < goal->width; i++)
+            w->factor[at++] = sqrt(goal->weight[i].value) / scale;
+    }
     return true;
 }
 

@@ -50,20 +50,6 @@ static void measure(kmp_loosening *l, const double *q)
     memcpy(l->slope, values + l->count, (size_t)l->count * (size_t)n * sizeof *values);
 }
 
-/* The rows of G over their scaled sizes. */
-static void scale_rows(kmp_loosening *l)
-{
-    const int n = l->s->n;
-    for (int i = 0; i < l->count; i++) {
-        double *row = l->slope + i * n, sum = 0;
-        for (int k = 0; k < n; k++)
-            sum += row[k] * l->s->scale[k] * row[k] * l->s->scale[k];
-        l->size[i] = sum > 0 ? sqrt(sum) : 1;
-        for (int k = 0; k < n; k++)
-            row[k] /= l->size[i];
-    }
-}
-
 /* Changes x so that J x = 0, by least changes. */
 static void project(kmp_loosening *l, double *x)
 {
@@ -87,7 +73,15 @@ static bool find_changes(kmp_loosening *l, const bool *fixed, const double *q)
     if (l->s->m > 0 && l->closer->place(l->closer->self, 0, q) != 0)
         return false;
     measure(l, q);
-    scale_rows(l);
+    /* The rows of G over their scaled sizes. */
+    for (int i = 0; i < l->count; i++) {
+        double *row = l->slope + i * n, sum = 0;
+        for (int k = 0; k < n; k++)
+            sum += row[k] * l->s->scale[k] * row[k] * l->s->scale[k];
+        l->size[i] = sum > 0 ? sqrt(sum) : 1;
+        for (int k = 0; k < n; k++)
+            row[k] /= l->size[i];
+    }
     for (int i = 0; i < l->count; i++) {
         double *z = l->change + i * n;
         for (int k = 0; k < n; k++)
@@ -115,29 +109,17 @@ static int add_change(kmp_loosening *l, int count, double *x)
 /* -- positions --------------------------------------------------------------------------------------------- */
 
 /* True if a contact is farther from its centre than it could be. */
-static bool is_far(const kmp_loosening *l, int force)
-{
-    double sum = 0;
-    for (int i = 0; i < l->count; i++)
-        sum += l->force[i] == force ? l->length[i] * l->length[i] : 0;
-    return sqrt(sum) >
-           (l->s->model->forces[force].kind == KMP_FORCE_COMPLIANT ? KMP_LOOSE_DEEP : 1 + KMP_LOOSE_CENTRED);
-}
-
 static bool is_outside(const kmp_loosening *l)
 {
     bool any = false;
-    for (int i = 0; i < l->count; i++)
-        any = any || is_far(l, l->force[i]);
+    for (int i = 0; i < l->count; i++) {
+        const bool compliant = l->s->model->forces[l->force[i]].kind == KMP_FORCE_COMPLIANT;
+        double sum = 0;
+        for (int k = 0; k < l->count; k++)
+            sum += l->force[k] == l->force[i] ? l->length[k] * l->length[k] : 0;
+        any = any || sqrt(sum) > (compliant ? KMP_LOOSE_DEEP : 1 + KMP_LOOSE_CENTRED);
+    }
     return any;
-}
-
-static double longest(const kmp_loosening *l, const double *dx)
-{
-    double size = 0;
-    for (int k = 0; k < l->s->n; k++)
-        size = fmax(size, fabs(dx[k]) / l->s->scale[k]);
-    return size;
 }
 
 /* Takes a Newton step towards closed loops and centred bearings, h = 0 and l = 0. Returns its scaled length; NaN: there
@@ -157,21 +139,10 @@ static double step(kmp_loosening *l, const bool *hold, double *q)
     }
     if (add_change(l, l->count, dx) < 0)
         return NAN;
-    double size = longest(l, dx), part = size > LONGEST ? LONGEST / size : 1;
+    double size = kmp_eval_size(l->closer->eval, dx), part = size > LONGEST ? LONGEST / size : 1;
     for (int k = 0; k < n; k++)
         q[k] += part * dx[k];
     return size;
-}
-
-static bool is_centred(kmp_loosening *l, const double *q)
-{
-    double most = 0;
-    measure(l, q);
-    for (int i = 0; i < l->count; i++)
-        most = fmax(most, fabs(l->length[i]));
-    if (l->s->m > 0)
-        kmp_eval_closure(l->closer->eval, 0, q);
-    return most <= KMP_LOOSE_CENTRED && (l->s->m == 0 || kmp_eval_residual(l->closer->eval) <= KMP_CLOSED_ENOUGH);
 }
 
 bool kmp_loosening_center(kmp_loosening *l, const bool *hold, double *q)
@@ -187,7 +158,14 @@ bool kmp_loosening_center(kmp_loosening *l, const bool *hold, double *q)
     double size = INFINITY;
     for (int k = 0; k < MOST_STEPS && size > KMP_CLOSED_STALLED; k++)
         size = step(l, hold, q);
-    bool centred = !isnan(size) && is_centred(l, q);
+    double most = 0;
+    measure(l, q);
+    for (int i = 0; i < l->count; i++)
+        most = fmax(most, fabs(l->length[i]));
+    if (l->s->m > 0)
+        kmp_eval_closure(l->closer->eval, 0, q);
+    bool closed = l->s->m == 0 || kmp_eval_residual(l->closer->eval) <= KMP_CLOSED_ENOUGH;
+    bool centred = !isnan(size) && most <= KMP_LOOSE_CENTRED && closed;
     if (!centred)
         memcpy(q, before, bytes);
     if (l->s->m > 0)
@@ -203,7 +181,7 @@ static double left_over(const kmp_loosening *l, int count, double size, const do
     double most = 0;
     for (int i = 0; i < count; i++)
         most = fmax(most, fabs(kmp_dot(l->s->n, l->slope + l->taken[i] * l->s->n, qd)));
-    size = fmax(size, longest(l, qd));
+    size = fmax(size, kmp_eval_size(l->closer->eval, qd));
     return size > 0 ? most / size : 0;
 }
 
@@ -221,7 +199,7 @@ static bool try_rest(kmp_loosening *l, int count, double size, const double *qd,
 bool kmp_loosening_rest(kmp_loosening *l, const bool *fixed, const double *q, double *qd, kmp_loose_start *start)
 {
     int taken = 0, rank = 0, largest = 0, own = 0;
-    const double size = longest(l, qd);
+    const double size = kmp_eval_size(l->closer->eval, qd);
     if (l->count == 0 || !find_changes(l, fixed, q))
         return false;
     for (int first = 0; first < l->count; first += own) {

@@ -4,34 +4,6 @@
 #include "linalg/dot.h"
 #include <string.h>
 
-static void find_rows(kmp_rotation_vectors *v)
-{
-    const kempe_system *s = v->system;
-    for (int r = 0; r < s->m; r++) {
-        v->at[r] = v->component[r] = -1;
-        for (int i = 0; i < v->count; i++)
-            if (v->closure[i] == s->rows[r].closure) {
-                const kmp_closure_kind *kind = kmp_closure_kind_find(s->model->closures[v->closure[i]].kind);
-                v->at[r] = i;
-                v->component[r] = s->rows[r].component - kind->force->rows;
-            }
-    }
-}
-
-/* Rotations between the ground and both points cancel. */
-static void find_sides(kmp_rotation_vectors *v)
-{
-    const kempe_model *model = v->system->model;
-    for (int i = 0; i < v->count; i++) {
-        int *side = v->side + (ptrdiff_t)i * v->system->n;
-        for (int end = 0; end < 2; end++)
-            for (int b = model->points[model->closures[v->closure[i]].point[end]].body; b > 0;
-                 b = model->bodies[b].parent)
-                for (int k = 0; k < model->bodies[b].motion_count; k++)
-                    side[model->bodies[b].first_motion + k] += end == 1 ? 1 : -1;
-    }
-}
-
 bool kmp_rotation_vectors_init(kmp_rotation_vectors *v, const kempe_system *s, kmp_arena *arena)
 {
     const kempe_model *model = s->model;
@@ -51,8 +23,24 @@ bool kmp_rotation_vectors_init(kmp_rotation_vectors *v, const kempe_system *s, k
     for (int c = 0, i = 0; c < model->closure_count; c++)
         if (kmp_closure_aligns(kmp_closure_kind_find(model->closures[c].kind)))
             v->closure[i++] = c;
-    find_rows(v);
-    find_sides(v);
+    for (int r = 0; r < s->m; r++) {
+        v->at[r] = v->component[r] = -1;
+        for (int i = 0; i < v->count; i++)
+            if (v->closure[i] == s->rows[r].closure) {
+                v->at[r] = i;
+                v->component[r] =
+                    s->rows[r].component - kmp_closure_kind_find(model->closures[v->closure[i]].kind)->force->rows;
+            }
+    }
+    /* Rotations between the ground and both points cancel. */
+    for (int i = 0; i < v->count; i++) {
+        int *side = v->side + (ptrdiff_t)i * s->n;
+        for (int end = 0; end < 2; end++)
+            for (int b = model->points[model->closures[v->closure[i]].point[end]].body; b > 0;
+                 b = model->bodies[b].parent)
+                for (int k = 0; k < model->bodies[b].motion_count; k++)
+                    side[model->bodies[b].first_motion + k] += end == 1 ? 1 : -1;
+    }
     return true;
 }
 

@@ -62,34 +62,6 @@ static double value_of(const kmp_saddle *saddle, int entry)
     return transposed ? -eval->jacobian[from - masses] : eval->jacobian[from - masses];
 }
 
-static int factor_dense(kmp_saddle *saddle)
-{
-    int size = saddle->n + saddle->r;
-    memset(saddle->matrix, 0, (size_t)(size * size) * sizeof(double));
-    for (int e = 0; e < saddle->count; e++)
-        saddle->matrix[saddle->entry_row[e] + saddle->entry_col[e] * size] = value_of(saddle, e);
-    return kmp_lu_factor(size, saddle->matrix, saddle->pivot);
-}
-
-static int factor_sparse(kmp_saddle *saddle)
-{
-    for (int e = 0; e < saddle->count; e++)
-        saddle->matrix[e] = value_of(saddle, e);
-    return !saddle->sparse || kmp_sparse_factor(saddle->sparse, saddle->matrix) != KMP_SPARSE_FACTORED;
-}
-
-/* Solves into x, which has the right-hand side of M. */
-static void solve_whole(kmp_saddle *saddle, const double *rows)
-{
-    int n = saddle->n;
-    for (int k = 0; k < saddle->r; k++)
-        saddle->x[n + k] = !rows || is_out(saddle, k) ? 0 : -rows[saddle->part->rows[k]];
-    if (saddle->kind == KMP_SADDLE_SPARSE)
-        kmp_sparse_solve(saddle->sparse, 1, saddle->x);
-    else
-        kmp_lu_solve(n + saddle->r, saddle->matrix, saddle->pivot, 1, saddle->x);
-}
-
 /* -- rows chosen at each factorisation ----------------------------------------------------------------- */
 
 /* Partitions all rows; those that are independent at the evaluator's last closure stay in. */
@@ -135,22 +107,6 @@ double kmp_saddle_spread(const kmp_saddle *saddle)
         largest = fmax(largest, pivot * pivot);
     }
     return saddle->r > 0 ? least / largest : 1;
-}
-
-/* Solves by bodies from y in x, and b + J y. */
-static void solve_by_bodies(kmp_saddle *saddle, const double *rows)
-{
-    const kmp_evaluator *eval = saddle->eval;
-    const kmp_pattern *compliance = &eval->system->bodies->compliance;
-    double *x = saddle->x, *a = x + saddle->n;
-    for (int k = 0; k < saddle->r; k++)
-        a[k] = -rows[saddle->part->rows[k]];
-    kmp_cholesky_solve(saddle->r, saddle->matrix, a);
-    for (int k = 0; k < compliance->count; k++) {
-        int at = saddle->position[compliance->row[k]];
-        if (at >= 0)
-            x[compliance->col[k]] += eval->compliance[k] * a[at];
-    }
 }
 
 /* -- all together -------------------------------------------------------------------------------------- */
@@ -228,14 +184,18 @@ int kmp_saddle_factor(kmp_saddle *saddle)
     saddle->factorizations++;
     if (saddle->out)
         choose_rows(saddle);
-    switch (saddle->kind) {
-    case KMP_SADDLE_BY_BODIES:
+    if (saddle->kind == KMP_SADDLE_BY_BODIES)
         return factor_mobility(saddle);
-    case KMP_SADDLE_SPARSE:
-        return factor_sparse(saddle);
-    default:
-        return factor_dense(saddle);
+    if (saddle->kind == KMP_SADDLE_SPARSE) {
+        for (int e = 0; e < saddle->count; e++)
+            saddle->matrix[e] = value_of(saddle, e);
+        return !saddle->sparse || kmp_sparse_factor(saddle->sparse, saddle->matrix) != KMP_SPARSE_FACTORED;
     }
+    int size = saddle->n + saddle->r;
+    memset(saddle->matrix, 0, (size_t)(size * size) * sizeof(double));
+    for (int e = 0; e < saddle->count; e++)
+        saddle->matrix[saddle->entry_row[e] + saddle->entry_col[e] * size] = value_of(saddle, e);
+    return kmp_lu_factor(size, saddle->matrix, saddle->pivot);
 }
 
 double kmp_saddle_operations(const kmp_saddle *saddle)
@@ -258,10 +218,23 @@ double kmp_saddle_cost(const kmp_saddle *saddle)
  * bodies b + J y. */
 static void solve(kmp_saddle *saddle, const double *rows)
 {
-    if (saddle->kind == KMP_SADDLE_BY_BODIES)
-        solve_by_bodies(saddle, rows);
-    else
-        solve_whole(saddle, rows);
+    const kmp_evaluator *eval = saddle->eval;
+    double *x = saddle->x, *a = x + saddle->n;
+    for (int k = 0; k < saddle->r; k++)
+        a[k] = !rows || is_out(saddle, k) ? 0 : -rows[saddle->part->rows[k]];
+    if (saddle->kind == KMP_SADDLE_SPARSE)
+        kmp_sparse_solve(saddle->sparse, 1, x);
+    else if (saddle->kind == KMP_SADDLE_DENSE)
+        kmp_lu_solve(saddle->n + saddle->r, saddle->matrix, saddle->pivot, 1, x);
+    else {
+        const kmp_pattern *compliance = &eval->system->bodies->compliance;
+        kmp_cholesky_solve(saddle->r, saddle->matrix, a);
+        for (int k = 0; k < compliance->count; k++) {
+            int at = saddle->position[compliance->row[k]];
+            if (at >= 0)
+                x[compliance->col[k]] += eval->compliance[k] * a[at];
+        }
+    }
 }
 
 static void put_force(kmp_saddle *saddle, const double *force)

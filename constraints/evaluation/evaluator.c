@@ -36,12 +36,6 @@ static double mode_at(const kmp_condition *condition, const double *change)
     return *change < 0 && !condition->ends && !condition->kink ? 1 : 0;
 }
 
-/* Of an element with modes, a rigid contact. */
-static bool is_of_contact(const kmp_condition *condition)
-{
-    return ((const kmp_force *)condition->of)->kind == KMP_FORCE_TOUCH;
-}
-
 /* Takes new inputs of an evaluation; inputs that are NULL keep their last values. */
 static void visit(kmp_evaluator *eval, const double *t, const double *q, const double *qd)
 {
@@ -60,7 +54,9 @@ static void visit(kmp_evaluator *eval, const double *t, const double *q, const d
         const double *change = kmp_machine_run(eval->changes, 1);
         for (int k = 0; k < count; k++) {
             const kmp_condition *condition = &eval->system->events.condition[k];
-            bool held = condition->role != KMP_ROLE_NONE && (eval->holds_friction || is_of_contact(condition));
+            bool held = condition->role != KMP_ROLE_NONE &&
+                        (eval->holds_friction ||
+                         ((const kmp_force *)condition->of)->kind == KMP_FORCE_TOUCH /* of a contact */);
             double mode = held ? eval->mode[k] : mode_at(condition, change + k);
             same = same && mode == eval->mode[k];
             eval->mode[k] = mode;
@@ -157,11 +153,12 @@ void kmp_eval_set_charts(kmp_evaluator *eval, const double *chart)
 /* Uses of an evaluator: closures alone; M; M and C, perhaps rarely; right-hand sides by M and C. */
 typedef enum purpose { CLOSES, WEIGHS, EVALUATES, STEPS } purpose;
 
-/* The program of closures, M and C, as far as it has been made and is needed. */
-static const kmp_program *program_of(const kmp_evaluator *eval)
+/* The inputs of machines that have been added. */
+static void set_inputs(kmp_evaluator *eval)
 {
-    const kempe_system *s = eval->system;
-    return eval->closes_only ? s->closing : eval->weighs_only ? s->late->weighing : s->motion;
+    set_all(eval, KMP_IN_PARAMETER, eval->system->parameters);
+    set_modes(eval);
+    run_constants(eval);
 }
 
 static bool prepare(kmp_evaluator *eval, purpose use)
@@ -170,7 +167,8 @@ static bool prepare(kmp_evaluator *eval, purpose use)
     const kempe_system *s = eval->system;
     const kmp_backend *seldom = kmp_backend_find("tape"), *waiting = kmp_backend_waiting(eval->backend);
     bool follows = s->changes && (!eval->closes_only || s->switches);
-    eval->motion = eval->composite = kmp_machine_new(program_of(eval), use == STEPS ? eval->backend : waiting);
+    const kmp_program *program = eval->closes_only ? s->closing : eval->weighs_only ? s->late->weighing : s->motion;
+    eval->motion = eval->composite = kmp_machine_new(program, use == STEPS ? eval->backend : waiting);
     if (!eval->closes_only)
         eval->judge = kmp_machine_new(s->judge, s->dissipative ? waiting : seldom);
     if (follows)
@@ -191,10 +189,8 @@ static bool prepare(kmp_evaluator *eval, purpose use)
         return false;
     if (eval->nu)
         set_all(eval, KMP_IN_LAMBDA, eval->nu);
-    set_all(eval, KMP_IN_PARAMETER, eval->system->parameters);
-    set_modes(eval);
     kmp_charts_reset(eval->system, eval->chart);
-    run_constants(eval);
+    set_inputs(eval);
     return true;
 }
 
@@ -247,14 +243,6 @@ kmp_evaluator *kmp_eval_new_of_closures(const kempe_system *system)
 kmp_team *kmp_eval_team(const kmp_evaluator *eval)
 {
     return eval->backend->team;
-}
-
-/* The inputs of a machine that is added later. */
-static void set_inputs(kmp_evaluator *eval)
-{
-    set_all(eval, KMP_IN_PARAMETER, eval->system->parameters);
-    set_modes(eval);
-    run_constants(eval);
 }
 
 kempe_status kmp_eval_add_articulated(kmp_evaluator *eval)
@@ -426,16 +414,6 @@ static void find_bias(kmp_evaluator *eval, const double *qd)
     add_efforts(eval);
 }
 
-/* Evaluates bias and jdqd of the machine by M and C. */
-static void run_bias(kmp_evaluator *eval)
-{
-    eval->own_bias = kmp_machine_run(eval->motion, KMP_STAGE_BIAS);
-    eval->jdqd = eval->nu ? eval->own_bias : eval->own_bias + eval->n;
-    if (eval->nu)
-        run_load_dependent(eval);
-    add_efforts(eval);
-}
-
 void kmp_eval_bias_with(kmp_evaluator *eval, const double *nu)
 {
     memmove(eval->nu, nu, (size_t)eval->m * sizeof *nu);
@@ -452,8 +430,13 @@ void kmp_eval_bias(kmp_evaluator *eval, const double *qd)
         accelerate_bodies(eval);
     else if (eval->weighs_only)
         find_bias(eval, qd);
-    else
-        run_bias(eval);
+    else {
+        eval->own_bias = kmp_machine_run(eval->motion, KMP_STAGE_BIAS);
+        eval->jdqd = eval->nu ? eval->own_bias : eval->own_bias + eval->n;
+        if (eval->nu)
+            run_load_dependent(eval);
+        add_efforts(eval);
+    }
 }
 
 const double *kmp_eval_effort(kmp_evaluator *eval, double t, const double *q, const double *qd)
@@ -694,6 +677,14 @@ void kmp_eval_drop_widest(kmp_evaluator *eval)
                 widest = r;
         eval->dropped[widest] = true;
     }
+}
+
+double kmp_eval_size(const kmp_evaluator *eval, const double *x)
+{
+    double size = 0;
+    for (int i = 0; i < eval->n; i++)
+        size = fmax(size, fabs(x[i]) / eval->system->scale[i]);
+    return size;
 }
 
 double kmp_eval_opening(const kmp_evaluator *eval, int row)

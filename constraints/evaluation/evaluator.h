@@ -194,6 +194,9 @@ double kmp_eval_drive_power(const kmp_evaluator *eval, const double *lambda);
 /** Kinetic energy qd' M qd / 2 of the last kmp_eval_mass. */
 double kmp_eval_kinetic(const kmp_evaluator *eval, const double *qd);
 
+/** The largest |x[i]| / scale (n). */
+double kmp_eval_size(const kmp_evaluator *eval, const double *x);
+
 /** |h| / row scale of a row at the last kmp_eval_closure; the largest of the dropped rows and its index, -1: none is
  * open. */
 double kmp_eval_opening(const kmp_evaluator *eval, int row);

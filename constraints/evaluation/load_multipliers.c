@@ -119,17 +119,6 @@ void kmp_load_change(const kmp_evaluator *eval, const kmp_answer *answer, double
         bias[load->row[e]] += eval->load_jacobian[e] * w->changed[load->col[e]];
 }
 
-/* Computes the Newton step; false: it is not determined. */
-static bool find_step(kmp_evaluator *eval, const kmp_answer *answer)
-{
-    kmp_load_work *w = eval->load;
-    if (!kmp_load_factor(eval, answer))
-        return false;
-    memcpy(w->step, w->residual, (size_t)w->count * sizeof *w->step);
-    solve(w);
-    return true;
-}
-
 /* Takes the step, or the part of it that reduces the residual; false: no part does. */
 static bool go(kmp_evaluator *eval, const kmp_answer *answer, distance *now)
 {
@@ -157,7 +146,11 @@ static bool settle(kmp_evaluator *eval, const kmp_answer *answer)
         if (now.part <= KMP_LOAD_ROUNDING)
             return true;
         double before = now.energy;
-        if (!(before < INFINITY) || !find_step(eval, answer) || !go(eval, answer, &now))
+        if (!(before < INFINITY) || !kmp_load_factor(eval, answer))
+            return false;
+        memcpy(eval->load->step, eval->load->residual, (size_t)eval->load->count * sizeof(double));
+        solve(eval->load);
+        if (!go(eval, answer, &now))
             return false;
         if (now.part <= KMP_LOAD_ROUNDED && !(now.energy < 0.5 * before))
             return true;
@@ -265,14 +258,6 @@ kempe_status kmp_fail_unsettled(const kmp_evaluator *eval)
 
 /* -- rows that share their load ---------------------------------------------------------------------- */
 
-static kempe_status complain_shared(const kempe_system *s, int row, int other)
-{
-    return kmp_fail(s->context, KEMPE_E_FAILED,
-                    "force '%s' depends on the multiplier of closure row '%s', which is not determined: it and row "
-                    "'%s' are redundant, so that their shares of the load are unknown; remove one of them",
-                    kmp_load_dependent_force(s, row), s->row_names[row], s->row_names[other]);
-}
-
 /* share (m): part of each kept row in the dropped one, from Jv' a = its v columns, scaled; infinite for the dropped
  * row. */
 static void shares_of(kmp_reduction *red, int dropped, double *share)
@@ -310,7 +295,12 @@ static kempe_status check_row(kmp_reduction *red, int dropped)
             most = red->part->rows[i];
     for (int k = 0; k < s->load_row_count; k++)
         if (share[s->load_rows[k]] > KMP_RANK_SHARED)
-            return complain_shared(s, s->load_rows[k], s->load_rows[k] == dropped ? most : dropped);
+            return kmp_fail(
+                s->context, KEMPE_E_FAILED,
+                "force '%s' depends on the multiplier of closure row '%s', which is not determined: it and row "
+                "'%s' are redundant, so that their shares of the load are unknown; remove one of them",
+                kmp_load_dependent_force(s, s->load_rows[k]), s->row_names[s->load_rows[k]],
+                s->row_names[(s->load_rows[k] == dropped ? most : dropped)]);
     return KEMPE_OK;
 }
 

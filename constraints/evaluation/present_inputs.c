@@ -90,25 +90,10 @@ int kmp_present_inputs_past_jump(const kmp_present_inputs *inputs, int input, do
     return past_of(inputs, input) && kmp_same_time(piece->from, t) ? (int)piece->c[ORDER] : KMP_PAST_SMOOTH;
 }
 
-/* The signal and its derivatives. */
-static void recall(const kmp_present_inputs *inputs, int input, double t, double u[4])
+void kmp_present_inputs_delayed(const kmp_present_inputs *inputs, int input, double t, double u[4])
 {
     const kmp_signal_piece *piece = &inputs->piece[input];
     kmp_past_values(past_of(inputs, input), piece->c[FIRST], piece->c[LAST], t, u);
-}
-
-double kmp_present_inputs_delayed(const kmp_present_inputs *inputs, int input, double t)
-{
-    double u[4];
-    recall(inputs, input, t, u);
-    return u[0];
-}
-
-double kmp_present_inputs_delayed_rate(const kmp_present_inputs *inputs, int input, double t)
-{
-    double u[4];
-    recall(inputs, input, t, u);
-    return u[1];
 }
 
 void kmp_present_inputs_source(const kmp_present_inputs *inputs, int input, double *from, double *to)
@@ -170,23 +155,15 @@ void kmp_present_inputs_lanes(const kmp_present_inputs *inputs, int width, const
     }
 }
 
-/* The order of the first derivative that differs between the present piece and values at a time. */
-static int jump_at(const kmp_signal_piece *piece, double t, const double values[3])
-{
-    double now[3];
-    int order = 0;
-    kmp_signal_values(piece, t, now);
-    while (order < 3 && now[order] == values[order])
-        order++;
-    return order;
-}
-
 void kmp_present_inputs_give(kmp_present_inputs *inputs, int input, double from, const double values[3])
 {
-    inputs->given[input] = (kmp_signal_piece){.from = from,
-                                              .until = INFINITY,
-                                              .c = {values[0], values[1], 0.5 * values[2], 0},
-                                              .jump = jump_at(&inputs->piece[input], from, values)};
+    double now[3];
+    int order = 0; /* of the first derivative that differs from the present piece */
+    kmp_signal_values(&inputs->piece[input], from, now);
+    while (order < 3 && now[order] == values[order])
+        order++;
+    inputs->given[input] = (kmp_signal_piece){
+        .from = from, .until = INFINITY, .c = {values[0], values[1], 0.5 * values[2], 0}, .jump = order};
     inputs->waits[input] = inputs->waiting = true;
 }
 
@@ -236,22 +213,18 @@ int kmp_present_inputs_enter(kmp_present_inputs *inputs, double t, int *input)
     inputs->waiting = false;
     for (int k = 0; k < inputs->count; k++) {
         const kmp_past_signal *signal = past_of(inputs, k);
-        if (signal && is_due(signal, &inputs->piece[k], t)) {
-            enter_part(signal, &inputs->piece[k], t);
-            if (inputs->piece[k].jump < least) {
-                least = inputs->piece[k].jump;
-                *input = k;
-            }
-        }
-        if (signal)
-            continue;
         const kmp_signal *samples = &inputs->model->inputs[k].signal;
-        if (!inputs->waits[k] && (inputs->replaced[k] || !has_ended(&inputs->piece[k], t)))
+        if (signal ? !is_due(signal, &inputs->piece[k], t)
+                   : !inputs->waits[k] && (inputs->replaced[k] || !has_ended(&inputs->piece[k], t)))
             continue;
-        inputs->piece[k] =
-            inputs->waits[k] ? inputs->given[k] : kmp_signal_at(samples, fmax(t, inputs->piece[k].until));
-        inputs->replaced[k] = inputs->replaced[k] || inputs->waits[k];
-        inputs->waits[k] = false;
+        if (signal) {
+            enter_part(signal, &inputs->piece[k], t);
+        } else {
+            inputs->piece[k] =
+                inputs->waits[k] ? inputs->given[k] : kmp_signal_at(samples, fmax(t, inputs->piece[k].until));
+            inputs->replaced[k] = inputs->replaced[k] || inputs->waits[k];
+            inputs->waits[k] = false;
+        }
         if (inputs->piece[k].jump < least) {
             least = inputs->piece[k].jump;
             *input = k;

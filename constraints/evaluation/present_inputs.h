@@ -55,10 +55,9 @@ void kmp_present_inputs_renew(kmp_present_inputs *inputs);
 bool kmp_present_inputs_are_due(const kmp_present_inputs *inputs, double t);
 
 /** The order of the derivative of a delayed signal that jumps at t, where its present part begins; KMP_PAST_SMOOTH:
- * none does. The signal itself at t, and its rate. */
+ * none does. The signal itself at t, and three derivatives. */
 int kmp_present_inputs_past_jump(const kmp_present_inputs *inputs, int input, double t);
-double kmp_present_inputs_delayed(const kmp_present_inputs *inputs, int input, double t);
-double kmp_present_inputs_delayed_rate(const kmp_present_inputs *inputs, int input, double t);
+void kmp_present_inputs_delayed(const kmp_present_inputs *inputs, int input, double t, double u[4]);
 
 /** The times of a delayed signal from which its present part comes: the ends of polynomials of its past. */
 void kmp_present_inputs_source(const kmp_present_inputs *inputs, int input, double *from, double *to);

@@ -25,26 +25,19 @@ static bool is_singular(const double a[3], const double b[3], const double c[3],
     return fabs(cosine * cos(angle) + sine * sin(angle)) < KMP_AXES_WEAK * most;
 }
 
-/* The middle one of three rotations of a joint that are singular at q, or nearly; -1: none. */
-static int find_singular(const kempe_model *model, const double *q)
-{
-    for (int k = 1; k + 1 < model->motion_count; k++) {
-        const kmp_motion *m = &model->motions[k];
-        bool three = m[-1].rotation && m->rotation && m[1].rotation;
-        if (three && m[-1].body == m->body && m->body == m[1].body && is_singular(m[-1].axis, m->axis, m[1].axis, q[k]))
-            return k;
-    }
-    return -1;
-}
-
 void kmp_angles_explain(const kempe_model *model, const double *q, kmp_text *text)
 {
-    int k = find_singular(model, q);
-    if (k >= 0)
+    for (int k = 1; k + 1 < model->motion_count; k++) {
+        const kmp_motion *m = &model->motions[k]; /* the middle one of three */
+        bool three = m[-1].rotation && m->rotation && m[1].rotation && m[-1].body == m->body && m->body == m[1].body;
+        if (!three || !is_singular(m[-1].axis, m->axis, m[1].axis, q[k]))
+            continue;
         kmp_text_printf(text,
                         "; joint '%s' reaches the singular position of its angles, %s = %.6g: choose another axis or "
                         "another order of its rotations, or use none of its angles",
-                        model->bodies[model->motions[k].body].joint, model->motions[k].name, q[k]);
+                        model->bodies[m->body].joint, m->name, q[k]);
+        return;
+    }
 }
 
 /* -- values that are not finite ------------------------------------------------------------------------ */
@@ -129,19 +122,6 @@ bool kmp_put_not_finite(kmp_evaluator *eval, double t, const double *q, const do
 /* The reduced mass Mr = X' M X in scaled coordinates, by complete pivoting. If its pivots vanish, back substitution
  * gives a motion s with Mr s = 0, and X s gives the coordinates that take part in it. */
 
-/* Mr, unfactored, in scales of u: column-major, p x p; mx: n. */
-static void reduced_mass(const kmp_reduction *red, double *mx, double *mr)
-{
-    int n = red->n, p = red->p;
-    const double *scale = red->eval->system->scale;
-    for (int k = 0; k < p; k++) {
-        memset(mx, 0, (size_t)n * sizeof *mx);
-        kmp_eval_add_mass_times(red->eval, red->x + k * n, mx);
-        for (int i = 0; i < p; i++)
-            mr[i + k * p] = kmp_dot(n, red->x + i * n, mx) * scale[red->part->u[i]] * scale[red->part->u[k]];
-    }
-}
-
 /* The scaled change of coordinate i in the motion s of u. */
 static double change_of(const kmp_reduction *red, const double *s, int i)
 {
@@ -152,22 +132,15 @@ static double change_of(const kmp_reduction *red, const double *s, int i)
     return x / scale[i];
 }
 
-/* The coordinate with the largest change. */
-static int largest(const kmp_reduction *red, const double *s)
-{
-    int most = 0;
-    for (int i = 1; i < red->n; i++)
-        if (fabs(change_of(red, s, i)) > fabs(change_of(red, s, most)) * (1 + 1e-9))
-            most = i;
-    return most;
-}
-
 /* Names the coordinates that move together: each alone may move a mass, as in a gimbal whose outer axes are parallel.
  */
 static void name(const kmp_reduction *red, const double *s, kmp_text *why)
 {
     const kempe_model *model = red->eval->system->model;
-    int first = largest(red, s), others = 0;
+    int first = 0, others = 0; /* the coordinate with the largest change */
+    for (int i = 1; i < red->n; i++)
+        if (fabs(change_of(red, s, i)) > fabs(change_of(red, s, first)) * (1 + 1e-9))
+            first = i;
     const kmp_body *body = &model->bodies[model->motions[first].body];
     kmp_text_printf(why, "the accelerations are not determined: the motion of '%s'", model->motions[first].name);
     for (int i = 0; i < red->n; i++)
@@ -185,7 +158,14 @@ static bool search(kmp_reduction *red, bool found, kmp_text *why)
     if (!KMP_ARENA_EACH(&red->arena, double, p, &pivot, &s))
         return false;
     kmp_reduction_tangent(red);
-    reduced_mass(red, mx, mr);
+    /* Mr, unfactored, in scales of u. */
+    const double *scale = red->eval->system->scale;
+    for (int k = 0; k < p; k++) {
+        memset(mx, 0, (size_t)red->n * sizeof *mx);
+        kmp_eval_add_mass_times(red->eval, red->x + k * red->n, mx);
+        for (int i = 0; i < p; i++)
+            mr[i + k * p] = kmp_dot(red->n, red->x + i * red->n, mx) * scale[red->part->u[i]] * scale[red->part->u[k]];
+    }
     kmp_lu_complete(p, p, mr, NULL, row, col, pivot);
     while (rank < p && pivot[rank] > 4 * p * DBL_EPSILON * pivot[0])
         rank++;
@@ -195,19 +175,6 @@ static bool search(kmp_reduction *red, bool found, kmp_text *why)
     if (found)
         name(red, s, why);
     return !why->failed;
-}
-
-/* Reports angles at a singular position; KEMPE_OK if that is not the cause. */
-static kempe_status blame_angles(const kmp_evaluator *eval, const double *q)
-{
-    kmp_text why = {0};
-    kmp_angles_explain(eval->system->model, q, &why);
-    kempe_status status =
-        why.failed ? kmp_fail_memory(eval->system->context)
-        : why.s    ? kmp_fail(eval->system->context, KEMPE_E_FAILED, "the accelerations are not determined%s", why.s)
-                   : KEMPE_OK;
-    kmp_text_free(&why);
-    return status;
 }
 
 static kempe_status look(kmp_evaluator *eval, const kmp_partition *part, double t, const double *q, bool found,
@@ -226,7 +193,15 @@ static kempe_status look(kmp_evaluator *eval, const kmp_partition *part, double 
 kempe_status kmp_explain_massless(kmp_evaluator *eval, const kmp_partition *part, double t, const double *q)
 {
     kmp_text why = {0};
-    if (blame_angles(eval, q) != KEMPE_OK)
+    /* Angles at a singular position may be the cause. */
+    kmp_angles_explain(eval->system->model, q, &why);
+    if (why.failed)
+        (void)kmp_fail_memory(eval->system->context);
+    else if (why.s)
+        (void)kmp_fail(eval->system->context, KEMPE_E_FAILED, "the accelerations are not determined%s", why.s);
+    bool angles = why.failed || why.s;
+    kmp_text_free(&why);
+    if (angles)
         return KEMPE_E_FAILED;
     if (part->p == 0)
         return kmp_fail(eval->system->context, KEMPE_E_FAILED, "the closures do not determine the accelerations");

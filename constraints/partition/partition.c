@@ -53,7 +53,7 @@ static const char *coordinate(const kempe_system *s, int k)
     return s->model->motions[k].name;
 }
 
-/* Reports that a choice is not possible, with p coordinates that are. */
+/* Reports that a user's choice is not possible, with p coordinates that are: Kempe's own choice. */
 static kempe_status complain_wish(const kempe_system *s, int p, int r, const int *best, const int *wish, int count,
                                   const double *pivots)
 {
@@ -76,16 +76,6 @@ static kempe_status complain_wish(const kempe_system *s, int p, int r, const int
     return KEMPE_E_FAILED;
 }
 
-/* Checks a user's choice: one coordinate per degree of freedom, and Jv regular. `best` is Kempe's own choice. */
-static kempe_status check_wish(const kempe_system *s, int p, int r, const int *best, const int *wish, int count,
-                               const double *pivots)
-{
-    p -= s->model->state_count; /* the last ones of `best` */
-    count -= s->model->state_count;
-    bool possible = count == p && (r == 0 || pivots[r - 1] * KMP_GROWTH_WISH > pivots[0]);
-    return possible ? KEMPE_OK : complain_wish(s, p, r, best, wish, count, pivots);
-}
-
 static kempe_status follow_wish(kmp_pick *c, kmp_partition *part, const kempe_system *s, const int *wish, int count)
 {
     double *pivots = KMP_ARENA_NEW(&c->arena, double, s->m + s->n);
@@ -100,8 +90,12 @@ static kempe_status follow_wish(kmp_pick *c, kmp_partition *part, const kempe_sy
         c->fixed[k] = 1;
     }
     part->user = true;
-    return kmp_pick_pivot(c, c->fixed, pivots) ? check_wish(s, part->p, part->r, best, wish, count, pivots)
-                                               : kmp_fail_memory(s->context);
+    KMP_TRY(kmp_made(s->context, kmp_pick_pivot(c, c->fixed, pivots)));
+    /* One coordinate per degree of freedom, besides the states, which are the last ones, and Jv regular. */
+    int p = part->p - s->model->state_count, r = part->r;
+    count -= s->model->state_count;
+    bool possible = count == p && (r == 0 || pivots[r - 1] * KMP_GROWTH_WISH > pivots[0]);
+    return possible ? KEMPE_OK : complain_wish(s, p, r, best, wish, count, pivots);
 }
 
 /* Allocates the lists of coordinates and rows in one block. */
@@ -136,21 +130,6 @@ static kempe_status improve(kmp_pick *c, kmp_partition *part, const kempe_system
     return KEMPE_OK;
 }
 
-/* Chooses rows and columns; rank < 0: by the pivots. */
-static kempe_status choose(kmp_pick *c, kmp_partition *part, const kempe_system *s, int rank, const int *wish,
-                           int wish_count)
-{
-    KMP_TRY(kmp_made(s->context, kmp_pick_pivot(c, NULL, part->pivots)));
-    part->r = rank >= 0 ? rank : kmp_partition_rank(s, part->pivots);
-    part->p = s->n - part->r;
-    if (wish_count > 0)
-        KMP_TRY(follow_wish(c, part, s, wish, wish_count));
-    kempe_status status = improve(c, part, s, part->user);
-    return status == KEMPE_E_FAILED
-               ? kmp_fail(s->context, KEMPE_E_FAILED, "the closures are singular for every choice of coordinates")
-               : status;
-}
-
 kempe_status kmp_partition_init(kmp_partition *part, const kempe_system *system, const double *jacobian,
                                 const int *wish, int wish_count)
 {
@@ -164,7 +143,19 @@ kempe_status kmp_partition_of_rank(kmp_partition *part, const kempe_system *syst
     kmp_arena_lent room;
     bool made = allocate(part, system->n, system->m);
     made = choice_init(&c, &room, system, jacobian) && made;
-    kempe_status status = made ? choose(&c, part, system, rank, wish, wish_count) : kmp_fail_memory(system->context);
+    made = made && kmp_pick_pivot(&c, NULL, part->pivots);
+    kempe_status status = made ? KEMPE_OK : kmp_fail_memory(system->context);
+    if (made) {
+        part->r = rank >= 0 ? rank : kmp_partition_rank(system, part->pivots);
+        part->p = system->n - part->r;
+        if (wish_count > 0)
+            status = follow_wish(&c, part, system, wish, wish_count);
+    }
+    if (status == KEMPE_OK) {
+        status = improve(&c, part, system, part->user);
+        if (status == KEMPE_E_FAILED)
+            (void)kmp_fail(system->context, status, "the closures are singular for every choice of coordinates");
+    }
     kmp_pick_free(&c);
     if (status != KEMPE_OK)
         kmp_partition_free(part);

@@ -35,26 +35,6 @@ bool kmp_workspace_given(kempe_workspace *ws, const char *name, const void *argu
 
 /* -- new and free ------------------------------------------------------------------------------------ */
 
-static bool allocate(kempe_workspace *ws)
-{
-    size_t n = (size_t)ws->n, m = (size_t)ws->m;
-    return KMP_ARENA_MAKE(&ws->arena, KMP_ROOM(bool, n, &ws->hold), KMP_ROOM(double, n *n, &ws->mass),
-                          KMP_ROOM(double, m *n, &ws->jacobian), KMP_ROOM(double, m, &ws->h, &ws->jdqd),
-                          KMP_ROOM(double, n + m, &ws->answer, &ws->row), KMP_ROOM(int, m, &ws->closure_rows),
-                          KMP_ROOM(double, n, &ws->bias, &ws->q, &ws->qd, &ws->trial));
-}
-
-/* Chooses the rows and coordinates of the start; none if it cannot be assembled. */
-static kempe_status choose(kempe_workspace *ws, const kempe_assembly *a)
-{
-    if (a->inner_q)
-        return KEMPE_OK;
-    kmp_eval_closure(ws->eval, 0, a->q);
-    kempe_status status = kmp_partition_init(&ws->part, ws->system, ws->eval->jacobian, NULL, 0);
-    ws->chosen = status == KEMPE_OK && kmp_reduction_init(&ws->red, ws->eval, &ws->part) == KEMPE_OK;
-    return status;
-}
-
 static kempe_status choose_bodies(kempe_workspace *ws, const kempe_assembly *a);
 
 kempe_status kmp_workspace_new(const kempe_system *system, kempe_workspace **workspace)
@@ -64,11 +44,21 @@ kempe_status kmp_workspace_new(const kempe_system *system, kempe_workspace **wor
     ws->n = system->n;
     ws->m = system->m;
     ws->eval = kmp_eval_new(system, kmp_backend_default());
+    const size_t n = (size_t)ws->n, m = (size_t)ws->m;
     kempe_assembly *a = NULL;
     kempe_status status = kempe_assembly_new(system, &a);
-    bool made = ws->eval && allocate(ws) && status != KEMPE_E_MEMORY;
-    if (made && status == KEMPE_OK)
-        made = choose(ws, a) != KEMPE_E_MEMORY;
+    bool made = ws->eval && status != KEMPE_E_MEMORY &&
+                KMP_ARENA_MAKE(&ws->arena, KMP_ROOM(bool, n, &ws->hold), KMP_ROOM(double, n *n, &ws->mass),
+                               KMP_ROOM(double, m *n, &ws->jacobian), KMP_ROOM(double, m, &ws->h, &ws->jdqd),
+                               KMP_ROOM(double, n + m, &ws->answer, &ws->row), KMP_ROOM(int, m, &ws->closure_rows),
+                               KMP_ROOM(double, n, &ws->bias, &ws->q, &ws->qd, &ws->trial));
+    /* The rows and coordinates of the start; none if it cannot be assembled. */
+    if (made && status == KEMPE_OK && !a->inner_q) {
+        kmp_eval_closure(ws->eval, 0, a->q);
+        kempe_status chosen = kmp_partition_init(&ws->part, system, ws->eval->jacobian, NULL, 0);
+        ws->chosen = chosen == KEMPE_OK && kmp_reduction_init(&ws->red, ws->eval, &ws->part) == KEMPE_OK;
+        made = chosen != KEMPE_E_MEMORY;
+    }
     made = made && kmp_saddle_init_anywhere(&ws->saddle, ws->eval, ws->chosen ? ws->part.r : -1) &&
            kmp_least_change_init(&ws->least, ws->eval) && choose_bodies(ws, a) == KEMPE_OK;
     kempe_assembly_free(a);
@@ -275,15 +265,6 @@ static int find_shared(kempe_workspace *ws)
     return -1;
 }
 
-static kempe_status fail_unsettled(kempe_workspace *ws)
-{
-    kmp_text text = {0};
-    kmp_put_unsettled(ws->eval, &text);
-    kempe_status status = fail(ws, "%s", text.s ? text.s : "");
-    kmp_text_free(&text);
-    return status;
-}
-
 /* True if each dropped row is compatible with the motions that the others allow, up to the gap of open loops. */
 static bool drops_rightly(const kempe_workspace *ws)
 {
@@ -324,8 +305,13 @@ static kempe_status by_saddle(kempe_workspace *ws)
             "a force depends on the multiplier of closure row '%s', which is undetermined because of redundant rows",
             ws->system->row_names[shared]);
     kmp_saddle_accelerations(&ws->saddle, a, a + ws->n);
-    if (kmp_is_unsettled(ws->eval))
-        return fail_unsettled(ws);
+    if (kmp_is_unsettled(ws->eval)) {
+        kmp_text text = {0};
+        kmp_put_unsettled(ws->eval, &text);
+        (void)fail(ws, "%s", text.s ? text.s : "");
+        kmp_text_free(&text);
+        return KEMPE_E_FAILED;
+    }
     return kmp_all_finite(ws->n + ws->m, a) ? KEMPE_OK : fail(ws, "the accelerations are not finite at t = %.9g", t);
 }
 
@@ -425,11 +411,10 @@ static int widest(const kempe_workspace *ws, const double *x)
 
 static kempe_status close_rates(kempe_workspace *ws, const kmp_closer *closer, double *qd)
 {
-    double size = 1, *rate = ws->row;
+    double *rate = ws->row;
     memcpy(ws->qd, qd, (size_t)ws->n * sizeof *qd);
     kmp_close_rates(closer, rate, ws->qd);
-    for (int i = 0; i < ws->n; i++)
-        size = fmax(size, fabs(ws->qd[i]) / ws->system->scale[i]);
+    const double size = fmax(1, kmp_eval_size(ws->eval, ws->qd));
     kmp_eval_rates(ws->eval, ws->qd, rate);
     int row = widest(ws, rate);
     double left = fabs(rate[row]) / ws->system->row_scale[row];

@@ -20,12 +20,6 @@ typedef struct state_rows {
 
 /* -- preparation ------------------------------------------------------------------------------------- */
 
-static bool allocate(kempe_workspace *ws, kmp_state_lanes *many)
-{
-    return KMP_ARENA_MAKE(&ws->arena, KMP_ROOM(double, W, &many->t), KMP_ROOM(double, W * ws->n, &many->q, &many->qd),
-                          KMP_ROOM(double, W * many->size, &many->values));
-}
-
 /* Decides whether groups of states run in lanes, which are made once enough states have been seen. */
 static bool by_lanes(kempe_workspace *ws, int count)
 {
@@ -44,7 +38,10 @@ static bool by_lanes(kempe_workspace *ws, int count)
         many->count[k] = motion->outputs[KMP_STAGE_CLOSURE + k + 1] - motion->outputs[KMP_STAGE_CLOSURE + k];
         many->size += many->count[k];
     }
-    return !ws->arena.failed && (many->values || allocate(ws, many)) &&
+    return !ws->arena.failed &&
+           (many->values ||
+            KMP_ARENA_MAKE(&ws->arena, KMP_ROOM(double, W, &many->t), KMP_ROOM(double, W * ws->n, &many->q, &many->qd),
+                           KMP_ROOM(double, W * many->size, &many->values))) &&
            kmp_stage_lanes_init(&many->stages, motion, ws->eval);
 }
 
@@ -140,17 +137,6 @@ static kempe_status finish_lane(kempe_workspace *ws, const state_rows *in, size_
     return status;
 }
 
-static kempe_status single(kempe_workspace *ws, const state_rows *in, size_t state)
-{
-    const double *q = row_of(in->q, ws->n, state), *qd = row_of(in->qd, ws->n, state);
-    double t = in->t[state * in->step];
-    if (!in->out)
-        return kempe_workspace_forward_dynamics(ws, t, q, qd, row_of(in->Q, ws->n, state),
-                                                row_of(in->qdd, ws->n, state), row_of(in->lambda, ws->m, state));
-    KMP_TRY(kempe_workspace_evaluate(ws, t, q, qd));
-    return finish(ws, in, state);
-}
-
 static kempe_status visit(kempe_workspace *ws, const state_rows *in, bool lanes, int count, int *failed)
 {
     kempe_status status = KEMPE_OK;
@@ -164,8 +150,15 @@ static kempe_status visit(kempe_workspace *ws, const state_rows *in, bool lanes,
         int group = lanes && count - done >= W && run(ws, in, (size_t)done) ? W : 0;
         for (int l = 0; l < group && status == KEMPE_OK; l++, done++)
             status = finish_lane(ws, in, (size_t)done, l, done + 1 == count);
-        if (group == 0)
-            status = single(ws, in, (size_t)done++);
+        if (group > 0)
+            continue;
+        const size_t state = (size_t)done++;
+        const double *q = row_of(in->q, ws->n, state), *qd = row_of(in->qd, ws->n, state), at = in->t[state * in->step];
+        if (!in->out)
+            status = kempe_workspace_forward_dynamics(ws, at, q, qd, row_of(in->Q, ws->n, state),
+                                                      row_of(in->qdd, ws->n, state), row_of(in->lambda, ws->m, state));
+        else if ((status = kempe_workspace_evaluate(ws, at, q, qd)) == KEMPE_OK)
+            status = finish(ws, in, state);
     }
     ws->visits = false;
     if (failed)

@@ -254,17 +254,6 @@ static void take_loads(maker *k)
 
 /* -- making ------------------------------------------------------------------------------------------ */
 
-/* Outputs of the motion program for qd. Without user-defined forces, which are functions of qd, the rates of v are
- * expressions. */
-static bool take_motion(maker *k)
-{
-    if (!k->w.s->force && !kmp_written_take_rates(&k->w, k->red->part, k->rate))
-        return false;
-    kmp_written_add_efforts(&k->w);
-    select_rows(k, k->w.jdqd, k->jdqd);
-    return true;
-}
-
 /* Writes the last stage. */
 static kmp_program *finish(maker *k)
 {
@@ -405,8 +394,11 @@ static kmp_program *write_program(maker *k)
             kmp_written_add_product(k->g, &k->rate[i], k->b[i * k->p + c],
                                     kmp_written_rate(&k->w, k->red->part, k->red->part->u[c]));
     }
-    if (!take_motion(k))
+    /* Without user-defined forces, which are functions of qd, the rates of v are expressions. */
+    if (!k->w.s->force && !kmp_written_take_rates(&k->w, k->red->part, k->rate))
         return NULL;
+    kmp_written_add_efforts(&k->w);
+    select_rows(k, k->w.jdqd, k->jdqd);
     /* a0 = -Jv^-1 jdqd. */
     for (int number = kmp_block_count(k->red->block); number-- > 0;)
         kmp_written_blocks_solve(&k->jv, number, 1, k->jdqd, k->a0);
@@ -477,19 +469,6 @@ kmp_program *kmp_fused_write_slopes(const kmp_reduction *red, const kmp_fused_pl
     return program;
 }
 
-static kmp_fused_written write_new(const kmp_reduction *red, const kmp_fused_plan *plan)
-{
-    maker k = maker_of(red, plan);
-    kmp_fused_written written = {.program = make_program(&k, false)};
-    written.row = written.program ? kmp_written_rows(&k.jv) : NULL;
-    written.layout = (kmp_fused_layout){k.jv.multipliers, k.jv.pivots, k.w.turns.count, k.loads};
-    kmp_written_free(&k.w);
-    if (written.row)
-        return written;
-    kmp_program_free(written.program);
-    return (kmp_fused_written){0};
-}
-
 kmp_fused_written kmp_fused_write(const kmp_reduction *red, const kmp_fused_plan *plan)
 {
     const kempe_system *s = red->eval->system;
@@ -499,12 +478,16 @@ kmp_fused_written kmp_fused_write(const kmp_reduction *red, const kmp_fused_plan
     kmp_written_record record = {.layout = (int *)&layout, .count = sizeof layout / sizeof(int)};
     if (kmp_written_recall(s, name, &record))
         return (kmp_fused_written){record.program, record.row, layout};
-    kmp_fused_written written = write_new(red, plan);
-    layout = written.layout;
-    record.program = written.program;
-    record.row = written.row;
+    maker k = maker_of(red, plan);
+    record.program = make_program(&k, false);
+    record.row = record.program ? kmp_written_rows(&k.jv) : NULL;
+    layout = (kmp_fused_layout){k.jv.multipliers, k.jv.pivots, k.w.turns.count, k.loads};
+    kmp_written_free(&k.w);
+    if (!record.row) {
+        kmp_program_free(record.program);
+        return (kmp_fused_written){0};
+    }
     record.multipliers = layout.multipliers;
-    if (written.program)
-        kmp_written_keep(s, name, &record);
-    return written;
+    kmp_written_keep(s, name, &record);
+    return (kmp_fused_written){record.program, record.row, layout};
 }

@@ -120,16 +120,6 @@ static void solve(maker *k, const kmp_ref *alone, kmp_ref *coordinates, kmp_ref 
         multipliers[i] = k->plan.by_bodies ? k->x[i] : kmp_neg(k->x[rows + i]);
 }
 
-static void correct(maker *k)
-{
-    int rows = k->plan.coordinates;
-    for (int i = 0; i < rows; i++)
-        k->x[i] = KMP_ZERO;
-    for (int i = 0; i < k->r; i++)
-        k->x[rows + i] = kmp_neg(kmp_input(k->g, KMP_IN_MU, (uint32_t)k->part->rows[i]));
-    solve(k, NULL, k->dx, NULL);
-}
-
 /* -- program ------------------------------------------------------------------------------------------- */
 
 static bool has_factors(const maker *k)
@@ -286,7 +276,12 @@ static kmp_program *write_program(maker *k)
     kmp_written_ldl_solve(&k->plan.ldl, k->g, k->plan.ldl.leading, k->x);
     for (int i = 0; i < k->n; i++)
         k->open[i] = k->plan.by_bodies ? k->w.bias[i] : k->x[i];
-    correct(k);
+    /* The mass-orthogonal correction. */
+    for (int i = 0; i < rows; i++)
+        k->x[i] = KMP_ZERO;
+    for (int i = 0; i < k->r; i++)
+        k->x[rows + i] = kmp_neg(kmp_input(k->g, KMP_IN_MU, (uint32_t)k->part->rows[i]));
+    solve(k, NULL, k->dx, NULL);
     return schedule(k);
 }
 
@@ -317,14 +312,6 @@ bool kmp_solved_order(const kmp_evaluator *eval, const kmp_partition *part, kmp_
     return made;
 }
 
-static double count_operations(const kmp_evaluator *eval, const kmp_partition *part)
-{
-    maker k = {.eval = eval, .s = eval->system, .part = part, .n = part->n, .r = part->r};
-    double operations = place_rows(&k) && choose(&k) ? k.plan.operations : -1;
-    kmp_arena_free(&k.arena);
-    return operations > KMP_SOLVED_OPERATIONS ? INFINITY : operations;
-}
-
 double kmp_solved_operations(const kmp_evaluator *eval, const kmp_partition *part)
 {
     if (kmp_solved_obstacle(eval->system, part->n + part->r))
@@ -333,7 +320,11 @@ double kmp_solved_operations(const kmp_evaluator *eval, const kmp_partition *par
     const double *kept = kmp_kept_find(eval->system, name);
     if (kept)
         return *kept;
-    double operations = count_operations(eval, part), *made = operations >= 0 ? KMP_NEW(double, 1) : NULL;
+    maker k = {.eval = eval, .s = eval->system, .part = part, .n = part->n, .r = part->r};
+    double operations = place_rows(&k) && choose(&k) ? k.plan.operations : -1;
+    kmp_arena_free(&k.arena);
+    operations = operations > KMP_SOLVED_OPERATIONS ? INFINITY : operations;
+    double *made = operations >= 0 ? KMP_NEW(double, 1) : NULL;
     if (made) {
         *made = operations;
         (void)kmp_kept_add(eval->system, name, made, kmp_free);

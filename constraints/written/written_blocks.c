@@ -26,14 +26,6 @@ bool kmp_written_order_is_good(int count, const kmp_eliminated *rows, const doub
     return true;
 }
 
-static double value_at(const kmp_reduction *red, int row, int col)
-{
-    for (int e = 0; e < red->jv_count; e++)
-        if (red->jv_row[e] == row && red->jv_col[e] == col)
-            return red->eval->jacobian[red->jv_entry[e]];
-    return 0;
-}
-
 void kmp_written_order(const kmp_reduction *red, int *order)
 {
     const double *scale = red->eval->system->row_scale;
@@ -45,8 +37,13 @@ void kmp_written_order(const kmp_reduction *red, int *order)
         if (size <= 2) /* by the determinant */
             continue;
         for (int i = 0; i < size; i++)
-            for (int j = 0; j < size; j++)
-                value[i + j * size] = value_at(red, row[i], col[j]) / scale[red->part->rows[row[i]]];
+            for (int j = 0; j < size; j++) {
+                int e = 0;
+                while (e < red->jv_count && (red->jv_row[e] != row[i] || red->jv_col[e] != col[j]))
+                    e++;
+                double entry = e < red->jv_count ? red->eval->jacobian[red->jv_entry[e]] : 0;
+                value[i + j * size] = entry / scale[red->part->rows[row[i]]];
+            }
         int fault = kmp_lu_factor(size, value, pivot);
         for (int i = 0; i < (fault ? fault - 1 : size); i++)
             kmp_swap_int(&order[i], &order[pivot[i]]);

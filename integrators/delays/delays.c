@@ -228,9 +228,12 @@ void kmp_delays_follow(kmp_runner *run, double t)
 void kmp_delays_take(kmp_runner *run, double t)
 {
     const kmp_present_inputs *inputs = &run->eval->inputs;
+    double u[4];
     for (int k = 0; run->delays && k < run->delays->count; k++)
-        if (kmp_present_inputs_past_jump(inputs, state_of(run, k)->signal, t) < KMP_PAST_SMOOTH)
-            *value_of(run, k) = kmp_present_inputs_delayed(inputs, state_of(run, k)->signal, t);
+        if (kmp_present_inputs_past_jump(inputs, state_of(run, k)->signal, t) < KMP_PAST_SMOOTH) {
+            kmp_present_inputs_delayed(inputs, state_of(run, k)->signal, t, u);
+            *value_of(run, k) = u[0];
+        }
 }
 
 /* -- the start --------------------------------------------------------------------------------------- */

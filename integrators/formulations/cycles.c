@@ -38,18 +38,6 @@ double kmp_cycles_by_parts(double operations, bool by_bodies)
  * rejected ones. Dependent coordinates are integrated once, not twice, and their errors contract less in a sweep. */
 static const double STAGES = 12.5, SWEEPS = 5.5, DEPENDENT = 2, MANY_DEPENDENT = 2;
 
-static double sweeps_of(double dependent)
-{
-    return SWEEPS + (dependent > 0 ? DEPENDENT : 0) + MANY_DEPENDENT * fmin(1, dependent / 20);
-}
-
-/* Steps of dop853 over those of radau at equal error, by the tolerance: the estimates are of orders 8 and 7, and
- * radau's is compared with another power of it (collocation.c). */
-static double steps_ratio(double rtol)
-{
-    return fmax(1, 0.6 - 0.235 * log10(rtol));
-}
-
 double kmp_cycles_ratio(const kmp_ode *ode, double rtol)
 {
     double n = ode->n - ode->quadratures, dependent = n - 2 * ode->positions;
@@ -57,5 +45,9 @@ double kmp_cycles_ratio(const kmp_ode *ode, double rtol)
         return INFINITY;
     double sweep = ode->cycles_of_lanes + KMP_SWEEP_CYCLES_OF_UNKNOWN * n;
     double one = ode->cycles + KMP_CYCLES_OF_STAGE + KMP_CYCLES_OF_UNKNOWN * n;
-    return (sweeps_of(dependent) * sweep + KMP_STEP_CYCLES + one) / (STAGES * one * steps_ratio(rtol));
+    double sweeps = SWEEPS + (dependent > 0 ? DEPENDENT : 0) + MANY_DEPENDENT * fmin(1, dependent / 20);
+    /* Steps of dop853 over those of radau at equal error, by the tolerance: the estimates are of orders 8 and 7, and
+     * radau's is compared with another power of it (collocation.c). */
+    double steps = fmax(1, 0.6 - 0.235 * log10(rtol));
+    return (sweeps * sweep + KMP_STEP_CYCLES + one) / (STAGES * one * steps);
 }

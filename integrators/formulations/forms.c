@@ -301,26 +301,19 @@ static void put_multipliers(const dae *d, const double *lambda, double *y, doubl
     }
 }
 
-/* Closes the integrator's q and qd along the mass-orthogonal direction, then computes accelerations and multipliers. */
-static int close_state(dae *d, double t, double *q, double *qd, double *qdd)
-{
-    const kmp_closer closer = kmp_saddle_closer(&d->saddle, qdd);
-    if (!kmp_close_state(&closer, d->mu, t, q, qd))
-        return KMP_HALT;
-    memset(d->mu, 0, (size_t)d->m * sizeof *d->mu);
-    kmp_eval_bias(d->eval, qd);
-    kmp_saddle_accelerations(&d->saddle, qdd, d->lambda);
-    return KMP_GO;
-}
-
 static int resume(kmp_formulation *formulation, double t, const double *q, const double *qd, double *y, double *yp)
 {
     dae *d = (dae *)formulation;
     int n = d->n;
     memcpy(y, q, (size_t)n * sizeof *y);
     memcpy(y + n, qd, (size_t)n * sizeof *y);
-    if (close_state(d, t, y, y + n, yp + n) != KMP_GO)
+    /* Closes them along the mass-orthogonal direction, then computes accelerations and multipliers. */
+    const kmp_closer closer = kmp_saddle_closer(&d->saddle, yp + n);
+    if (!kmp_close_state(&closer, d->mu, t, y, y + n))
         return KMP_HALT;
+    memset(d->mu, 0, (size_t)d->m * sizeof *d->mu);
+    kmp_eval_bias(d->eval, y + n);
+    kmp_saddle_accelerations(&d->saddle, yp + n, d->lambda);
     memcpy(yp, y + n, (size_t)n * sizeof *y);
     put_multipliers(d, d->lambda, y, yp);
     return KMP_GO;
@@ -336,27 +329,13 @@ static void release(kmp_formulation *formulation)
     kmp_formulation_free(formulation);
 }
 
-static bool allocate(dae *d, int size)
-{
-    kmp_arena *a = &d->formulation.arena;
-    kmp_formulation_make_unknowns(&d->formulation, size, true);
-    KMP_ARENA_MAKE(a, KMP_ROOM(double, size, &d->differential, &d->factor), KMP_ROOM(double, d->m, &d->lambda, &d->mu),
-                   KMP_ROOM(int, d->m, &d->position));
-    return !a->failed && kmp_saddle_init(&d->saddle, d->eval, d->part);
-}
-
-static unsigned values_of(const form *f)
-{
-    unsigned values = 1u << KMP_VALUE_R | (f->mu ? 1u << KMP_VALUE_JTMU : 0);
-    for (int g = 0; g < f->groups; g++)
-        for (int order = 0; order < 3; order++)
-            values |= f->weight[g][order] != 0 ? 1u << closure_value[order] : 0;
-    return values;
-}
-
 static kempe_status prepare(dae *d, const form *chosen, const kmp_formulation_start *start)
 {
-    KMP_TRY(kmp_made(d->s->context, allocate(d, 2 * d->n + chosen->groups * d->r)));
+    int size = 2 * d->n + chosen->groups * d->r;
+    kmp_formulation_make_unknowns(&d->formulation, size, true);
+    bool made = KMP_ARENA_MAKE(&d->formulation.arena, KMP_ROOM(double, size, &d->differential, &d->factor),
+                               KMP_ROOM(double, d->m, &d->lambda, &d->mu), KMP_ROOM(int, d->m, &d->position));
+    KMP_TRY(kmp_made(d->s->context, made && kmp_saddle_init(&d->saddle, d->eval, d->part)));
     /* Weights of the form's groups, scaled for Baumgarte's method. */
     double rate_scale = start->rate_scale;
     double gain = chosen->baumgarte ? BAUMGARTE_GAIN * rate_scale : 1;
@@ -375,7 +354,11 @@ static kempe_status prepare(dae *d, const form *chosen, const kmp_formulation_st
                         "the form index3 has positions of closures alone, and '%s' holds rates of no function of "
                         "coordinates; use another form, as stabilized1",
                         row);
-    KMP_TRY(kmp_tangents_init(&d->tangents, d->s, d->eval->backend, values_of(chosen) | KMP_TANGENTS_WITH_VALUES));
+    unsigned values = 1u << KMP_VALUE_R | (chosen->mu ? 1u << KMP_VALUE_JTMU : 0) | KMP_TANGENTS_WITH_VALUES;
+    for (int g = 0; g < chosen->groups; g++)
+        for (int order = 0; order < 3; order++)
+            values |= chosen->weight[g][order] != 0 ? 1u << closure_value[order] : 0;
+    KMP_TRY(kmp_tangents_init(&d->tangents, d->s, d->eval->backend, values));
     KMP_TRY(kmp_tangents_add_values(&d->tangents, d->s, d->eval->backend));
     KMP_TRY(kmp_made(d->s->context, compress(d)));
     /* The state at the start, and its tolerances. */

@@ -12,6 +12,7 @@
 #include "constraints/written/solved.h"
 #include "integrators/formulations/cycles.h"
 #include "integrators/formulations/formulation.h"
+#include "linalg/dot.h"
 #include <float.h>
 #include <limits.h>
 #include <math.h>
@@ -70,21 +71,13 @@ static int place(projected *d, double t, const double *q, const double *qd)
     return kmp_saddle_factor(&d->saddle) ? KMP_RETRY : KMP_GO;
 }
 
-static bool is_finite(int count, const double *x)
-{
-    for (int i = 0; i < count; i++)
-        if (!isfinite(x[i]))
-            return false;
-    return true;
-}
-
 /* dy at the state of the evaluator and the factors. */
 static int give(projected *d, const double *y, double *dy)
 {
     int n = d->n;
     memcpy(dy, y + n, (size_t)n * sizeof *dy);
     kmp_saddle_accelerations(&d->saddle, dy + n, d->s->rheonomic ? d->lambda : NULL);
-    if (!is_finite(n, dy + n))
+    if (!kmp_all_finite(n, dy + n))
         return KMP_RETRY;
     if (d->has_work)
         dy[2 * n] = kmp_eval_power_here(d->eval, y + n) + kmp_eval_drive_power(d->eval, d->lambda);
@@ -123,7 +116,7 @@ static int rhs(void *self, double t, const double *y, double *dy)
     memcpy(dy + n, out + layout->qdd, n * sizeof *dy);
     if (d->has_work)
         dy[2 * n] = out[layout->power];
-    return is_finite(d->n, dy + n) ? KMP_GO : KMP_RETRY;
+    return kmp_all_finite(d->n, dy + n) ? KMP_GO : KMP_RETRY;
 }
 
 /* Callback of an integrator that evaluates several stages at once. */
@@ -331,13 +324,6 @@ static int row(kmp_formulation *formulation, double t, const double *y, double *
     return KMP_GO;
 }
 
-/* Operations of an evaluation without the solved program. */
-static double operations_by_parts(const projected *d)
-{
-    const kmp_program *program = d->eval->by_bodies ? d->s->bodies->program : d->s->motion;
-    return (double)kmp_program_count(program, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS).paper + kmp_saddle_cost(&d->saddle);
-}
-
 static void drop_nearby(projected *d)
 {
     kmp_stage_lanes_free(&d->near);
@@ -461,7 +447,11 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     }
     bool made = !d->formulation.arena.failed && kmp_saddle_init(&d->saddle, d->eval, d->part);
     bool solves = made && kind != &kmp_formulation_near_singular;
-    double operations = made ? operations_by_parts(d) : 0;
+    const kmp_program *program = d->eval->by_bodies ? d->s->bodies->program : d->s->motion;
+    double operations = 0; /* of an evaluation without the solved program */
+    if (made)
+        operations =
+            (double)kmp_program_count(program, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS).paper + kmp_saddle_cost(&d->saddle);
     d->formulation.ode.cycles = kmp_cycles_by_parts(operations, d->eval->by_bodies);
     d->due = solves ? kmp_solved_wait(d->eval, d->part, operations, start->lanes) : LONG_MAX;
     if (start->early && d->due > 0 && d->due < LONG_MAX)

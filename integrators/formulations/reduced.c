@@ -437,28 +437,6 @@ static void release(kmp_formulation *formulation)
     kmp_formulation_free(formulation);
 }
 
-static bool allocate(kmp_reduced *d)
-{
-    kmp_arena *a = &d->formulation.arena;
-    kmp_formulation_make_unknowns(&d->formulation, kmp_reduced_work(d) + d->has_work, false);
-    return KMP_ARENA_MAKE(
-        a, KMP_ROOM(int, d->r, &d->signs, &d->signs_now), KMP_ROOM(double, d->n, &d->q, &d->qd, &d->qdd, &d->weight),
-        KMP_ROOM(double, d->part.m, &d->lambda), KMP_ROOM(double, d->p, &d->udd, &d->anchor_u, &d->anchor_w),
-        KMP_ROOM(double, 2 * d->p + d->r, &d->state, &d->slope), KMP_ROOM(double, d->r * d->p, &d->anchor_b),
-        KMP_ROOM(double, d->r, &d->anchor_v, &d->anchor_t, &d->anchor_c, &d->v, &d->by_scale, &d->by_weight));
-}
-
-static kempe_status begin(kmp_reduced *d, const kmp_formulation_start *start)
-{
-    memcpy(d->q, start->q, (size_t)d->n * sizeof *d->q);
-    kmp_reduced_pack(&d->part, d->has_v, start->q, start->qd, d->formulation.y);
-    if (d->has_work)
-        d->formulation.y[kmp_reduced_work(d)] = start->work;
-    return kmp_reduced_settle(d, start->t, d->formulation.y) == KMP_GO
-               ? KEMPE_OK
-               : kmp_fail(d->s->context, KEMPE_E_FAILED, "Jv is singular at t = %.9g", start->t);
-}
-
 static kempe_status prepare(kmp_reduced *d, const kmp_formulation_start *start)
 {
     bool implicit = start->implicit || start->dae;
@@ -466,7 +444,12 @@ static kempe_status prepare(kmp_reduced *d, const kmp_formulation_start *start)
     d->by_saddle = d->eval->by_bodies;
     if (!kmp_reduced_renew_saddle(d) || (!implicit && !kmp_reduced_try_saddle(d)))
         return kmp_fail_memory(d->s->context);
-    KMP_TRY(begin(d, start));
+    memcpy(d->q, start->q, (size_t)d->n * sizeof *d->q);
+    kmp_reduced_pack(&d->part, d->has_v, start->q, start->qd, d->formulation.y);
+    if (d->has_work)
+        d->formulation.y[kmp_reduced_work(d)] = start->work;
+    if (kmp_reduced_settle(d, start->t, d->formulation.y) != KMP_GO)
+        return kmp_fail(d->s->context, KEMPE_E_FAILED, "Jv is singular at t = %.9g", start->t);
     kmp_reduced_set_tolerances(d);
     if (kmp_reduced_fuse(d, !start->brief) != KMP_GO || kmp_reduced_count(d) != KMP_GO)
         return KEMPE_E_FAILED;
@@ -520,7 +503,15 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     d->formulation.stand = d->has_v ? NULL : stand;
     d->formulation.curves = d->has_v ? 0 : d->r;
     d->formulation.part = &d->part;
-    bool made = kmp_partition_copy(&d->part, part) && allocate(d);
+    kmp_formulation_make_unknowns(&d->formulation, kmp_reduced_work(d) + d->has_work, false);
+    bool made =
+        kmp_partition_copy(&d->part, part) &&
+        KMP_ARENA_MAKE(
+            &d->formulation.arena, KMP_ROOM(int, d->r, &d->signs, &d->signs_now),
+            KMP_ROOM(double, d->n, &d->q, &d->qd, &d->qdd, &d->weight), KMP_ROOM(double, part->m, &d->lambda),
+            KMP_ROOM(double, d->p, &d->udd, &d->anchor_u, &d->anchor_w), KMP_ROOM(double, d->r * d->p, &d->anchor_b),
+            KMP_ROOM(double, 2 * d->p + d->r, &d->state, &d->slope),
+            KMP_ROOM(double, d->r, &d->anchor_v, &d->anchor_t, &d->anchor_c, &d->v, &d->by_scale, &d->by_weight));
     d->formulation.curve = d->anchor_c;
     if (!made) {
         (void)kmp_fail_memory(start->system->context);

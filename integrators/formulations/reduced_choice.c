@@ -41,31 +41,23 @@ void kmp_reduced_judge(kmp_reduced *d)
     d->due = !d->start.fixed && d->growth > (d->part.user ? KMP_EXCHANGE_WISH : exchange_growth(d));
 }
 
-/* True if a block of Jv that was singular within the step is an ignored change point, and no dead centre of u, at which
- * |Bvu| grows. */
-static bool is_passed(const kmp_reduced *d)
-{
-    return d->start.margin->ignored && d->growth <= KMP_EXCHANGE_WISH;
-}
-
-static bool same_signs(const kmp_reduced *d, const int *signs)
-{
-    return memcmp(signs, d->signs, (size_t)kmp_block_count(d->red.block) * sizeof *signs) == 0;
-}
-
 int kmp_reduced_watch(kmp_reduced *d, double t, const int *signs)
 {
     if (d->r == 0)
         return KMP_GO;
     kmp_reduced_judge(d);
-    bool crossed = !same_signs(d, signs) && !is_passed(d);
+    /* A block of Jv that was singular within the step may be an ignored change point, and no dead centre of u, at which
+     * |Bvu| grows. */
+    bool passed = d->start.margin->ignored && d->growth <= KMP_EXCHANGE_WISH;
+    size_t bytes = (size_t)kmp_block_count(d->red.block) * sizeof *signs;
+    bool crossed = memcmp(signs, d->signs, bytes) != 0 && !passed;
     if (d->start.fixed && crossed)
         return dead_centre(d, t, "det Jv changed its sign, |dv/du| is largest", d->growth_v, d->growth_u);
     if (d->start.fixed && d->growth > KMP_GROWTH_LIMIT)
         return dead_centre(d, t, "|dv/du| exceeds 1000", d->growth_v, d->growth_u);
     d->crossed = crossed;
     if (!crossed)
-        memcpy(d->signs, signs, (size_t)kmp_block_count(d->red.block) * sizeof *signs);
+        memcpy(d->signs, signs, bytes);
     return crossed ? KMP_RETRY : KMP_GO;
 }
 

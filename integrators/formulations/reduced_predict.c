@@ -6,21 +6,14 @@
 #include <math.h>
 #include <string.h>
 
-/* Progress of u since the last accepted step, in its time. */
-static double progress_of(const kmp_reduced *d, double t, const double *u)
-{
-    double along = 0;
-    if (d->by_time)
-        return t - d->t;
-    for (int k = 0; k < d->p; k++)
-        along += d->anchor_w[k] * (u[k] - d->anchor_u[k]);
-    return along;
-}
-
 /* B du + x_t tau + c s^2 / 2. */
 void kmp_reduced_predict(kmp_reduced *d, double t, const double *u)
 {
-    double tau = t - d->t, s = progress_of(d, t, u), half = 0.5 * s * s;
+    double tau = t - d->t, s = 0; /* progress of u since the last accepted step, in its time */
+    for (int k = 0; k < d->p; k++)
+        s += d->anchor_w[k] * (u[k] - d->anchor_u[k]);
+    s = d->by_time ? tau : s;
+    const double half = 0.5 * s * s;
     const kmp_zeros *zeros = d->red.zeros;
     for (int i = 0; i < d->r; i++)
         d->v[i] = d->anchor_v[i] + tau * d->anchor_t[i] + half * d->anchor_c[i];

@@ -37,18 +37,16 @@ void kmp_reduced_free_programs(kmp_reduced *d)
     release(&d->programs);
 }
 
-static bool is_of(const struct kmp_reduced_kept *kept, const kmp_partition *part)
-{
-    return kept->u && memcmp(kept->u, part->u, (size_t)part->p * sizeof *part->u) == 0 &&
-           memcmp(kept->rows, part->rows, (size_t)part->r * sizeof *part->rows) == 0;
-}
-
 /* The record of the present choice; NULL: it has not been left before. */
 static struct kmp_reduced_kept *find_kept(const kmp_reduced *d)
 {
-    for (int k = 0; k < KMP_REDUCED_KEPT && d->kept; k++)
-        if (is_of(&d->kept[k], &d->part))
-            return &d->kept[k];
+    const kmp_partition *part = &d->part;
+    for (int k = 0; k < KMP_REDUCED_KEPT && d->kept; k++) {
+        struct kmp_reduced_kept *kept = &d->kept[k];
+        if (kept->u && memcmp(kept->u, part->u, (size_t)part->p * sizeof *part->u) == 0 &&
+            memcmp(kept->rows, part->rows, (size_t)part->r * sizeof *part->rows) == 0)
+            return kept;
+    }
     return NULL;
 }
 

@@ -127,20 +127,6 @@ static int rows_of(const gather *g, int block)
     return 0;
 }
 
-static bool is_given(const gather *g, int block)
-{
-    return (g->given > 0 && (block == KMP_R_Q || block == KMP_R_QD)) ||
-           (g->last > 0 && (block == KMP_POWER_Q || block == KMP_POWER_QD));
-}
-
-static bool make_room_for_matrices(gather *g)
-{
-    for (int b = 0; b < KMP_TANGENT_BLOCKS && g->eq.n <= MOST_MOTIONS; b++)
-        g->matrix[b] =
-            rows_of(g, b) && !is_given(g, b) ? KMP_ARENA_NEW(&g->arena, kmp_ref, rows_of(g, b) * g->eq.n) : NULL;
-    return !g->arena.failed;
-}
-
 static void add_matrix(gather *g, int block, const kmp_ref *matrix)
 {
     int count = matrix ? rows_of(g, block) * g->eq.n : 0;
@@ -208,7 +194,13 @@ static kempe_status collect_tangents(gather *g, const kempe_system *system)
 {
     g->given = g->eq.closed_q && g->eq.n > LARGE ? g->eq.n : 0;
     g->last = g->eq.power_q && g->size[KMP_VALUE_POWER] ? 1 : 0;
-    KMP_TRY(kmp_made(g->eq.context, make_room_for_matrices(g)));
+    /* Room for matrices of blocks that are not given. */
+    for (int b = 0; b < KMP_TANGENT_BLOCKS && g->eq.n <= MOST_MOTIONS; b++) {
+        bool given = (g->given > 0 && (b == KMP_R_Q || b == KMP_R_QD)) ||
+                     (g->last > 0 && (b == KMP_POWER_Q || b == KMP_POWER_QD));
+        g->matrix[b] = rows_of(g, b) && !given ? KMP_ARENA_NEW(&g->arena, kmp_ref, rows_of(g, b) * g->eq.n) : NULL;
+    }
+    KMP_TRY(kmp_made(g->eq.context, !g->arena.failed));
     if (g->last) {
         g->matrix[KMP_POWER_Q] = g->eq.power_q;
         g->matrix[KMP_POWER_QD] = g->eq.power_qd;
@@ -286,44 +278,10 @@ void kmp_tangents_renew_parameters(kmp_tangents *tangents, const double *paramet
     kmp_formulas_renew(&tangents->tangent, parameters);
 }
 
-static bool make_programs(gather *g, bool with_values)
-{
-    const kmp_ref *value = g->value, *tangent = g->list.output;
-    if (with_values)
-        g->t->value.program = kmp_program_new(g->eq.graph, 1, &g->value_count, &value);
-    g->t->tangent.program = kmp_program_new(g->eq.graph, 1, &g->list.output_count, &tangent);
-    return (g->t->value.program || !with_values) && g->t->tangent.program;
-}
-
 static int outputs_of(const kmp_formulas *formulas)
 {
     const kmp_program *p = formulas->program;
     return p ? p->outputs[p->stages] - p->outputs[1] : 0;
-}
-
-static bool make_room(kmp_tangents *t)
-{
-    int n = t->n;
-    if (!t->forced)
-        return true;
-    return KMP_ARENA_MAKE(&t->arena, KMP_ROOM(double, n, &t->effort, &t->moved), KMP_ROOM(double, 2 * n, &t->state),
-                          KMP_ROOM(double, outputs_of(&t->value), &t->with_effort),
-                          KMP_ROOM(double, outputs_of(&t->tangent) + 2 * n * n + 2 * n, &t->tangents_with_it));
-}
-
-static bool is_worth_two_derivations(const kempe_system *system)
-{
-    long operations = kmp_program_count(system->motion, KMP_STAGE_MASS, KMP_STAGE_BIAS).paper;
-    return system->n <= MOST_MOTIONS && operations >= LEAST_OPERATIONS &&
-           operations >= (long)LEAST_A_MOTION * system->n;
-}
-
-static kempe_status fill(gather *g, const kempe_system *system, unsigned values)
-{
-    KMP_TRY(kmp_made(system->context, collect_values(g, values)));
-    KMP_TRY(collect_tangents(g, system));
-    sort_entries(g->t, &g->list);
-    return make_programs(g, values & KMP_TANGENTS_WITH_VALUES) ? KEMPE_OK : kmp_fail_memory(system->context);
 }
 
 /* Derives the programs and lists their entries. */
@@ -331,7 +289,9 @@ static kempe_status derive(kmp_tangents *tangents, const kempe_system *system, u
 {
     unsigned sets = KMP_SET_MASS | KMP_SET_CLOSURE | KMP_SET_RESIDUAL;
     KMP_TRY(kmp_motion_need(system));
-    if (values & 1u << KMP_VALUE_R && is_worth_two_derivations(system))
+    const long counted = kmp_program_count(system->motion, KMP_STAGE_MASS, KMP_STAGE_BIAS).paper;
+    if (values & 1u << KMP_VALUE_R && system->n <= MOST_MOTIONS && counted >= LEAST_OPERATIONS &&
+        counted >= (long)LEAST_A_MOTION * system->n)
         sets |= KMP_SET_CLOSED_Q | KMP_SET_INVERSE_QD;
     sets |= values & 1u << KMP_VALUE_CURVE ? KMP_SET_JDQD : 0;
     sets |= values & 1u << KMP_VALUE_POWER ? KMP_SET_ENERGY : 0;
@@ -348,19 +308,23 @@ static kempe_status derive(kmp_tangents *tangents, const kempe_system *system, u
                              .charted = true,
                              .tangents = KMP_TANGENT_COMPOSITE};
     KMP_TRY(kmp_equations_derive(&g.eq, system->model, &scene));
-    kempe_status status = fill(&g, system, values);
+    kempe_status status = kmp_made(system->context, collect_values(&g, values));
+    if (status == KEMPE_OK)
+        status = collect_tangents(&g, system);
+    if (status == KEMPE_OK) {
+        const kmp_ref *value = g.value, *tangent = g.list.output;
+        bool with_values = values & KMP_TANGENTS_WITH_VALUES;
+        sort_entries(tangents, &g.list);
+        if (with_values)
+            tangents->value.program = kmp_program_new(g.eq.graph, 1, &g.value_count, &value);
+        tangents->tangent.program = kmp_program_new(g.eq.graph, 1, &g.list.output_count, &tangent);
+        status = kmp_made(system->context, (tangents->value.program || !with_values) && tangents->tangent.program);
+    }
     kmp_free(g.list.output);
     kmp_free(g.list.entry);
     kmp_arena_free(&g.arena);
     kmp_equations_free(&g.eq);
     return status;
-}
-
-/* Lists the columns, makes the arrays, and prepares the program of the tangents. False: no memory. */
-static bool prepare(kmp_tangents *t, const kempe_system *system, const kmp_backend *backend)
-{
-    return list_columns(t) && make_room(t) &&
-           kmp_formulas_prepare(&t->tangent, kmp_backend_waiting(backend), system->parameters);
 }
 
 kempe_status kmp_tangents_add_values(kmp_tangents *t, const kempe_system *system, const kmp_backend *backend)
@@ -378,7 +342,16 @@ kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *syste
         if (status == KEMPE_OK)
             kmp_tangents_keep(tangents, system, values);
     }
-    if (status == KEMPE_OK && !prepare(tangents, system, backend))
+    const int n = tangents->n;
+    bool made = status == KEMPE_OK && list_columns(tangents);
+    if (made && system->force)
+        made = KMP_ARENA_MAKE(
+            &tangents->arena, KMP_ROOM(double, n, &tangents->effort, &tangents->moved),
+            KMP_ROOM(double, 2 * n, &tangents->state),
+            KMP_ROOM(double, outputs_of(&tangents->value), &tangents->with_effort),
+            KMP_ROOM(double, outputs_of(&tangents->tangent) + 2 * n * n + 2 * n, &tangents->tangents_with_it));
+    if (status == KEMPE_OK &&
+        (!made || !kmp_formulas_prepare(&tangents->tangent, kmp_backend_waiting(backend), system->parameters)))
         status = kmp_fail_memory(system->context);
     if (status != KEMPE_OK)
         kmp_tangents_free(tangents);
@@ -414,9 +387,9 @@ void kmp_tangents_free(kmp_tangents *tangents)
 
 /* -- numbers ----------------------------------------------------------------------------------------- */
 
-static void copy_outputs(double *room, const double *outputs, const kmp_program *program)
+static void copy_outputs(double *room, const double *outputs, const kmp_formulas *of)
 {
-    int count = program->outputs[program->stages] - program->outputs[1];
+    int count = outputs_of(of);
     if (count > 0)
         memcpy(room, outputs, (size_t)count * sizeof *room);
 }
@@ -428,7 +401,7 @@ const double *kmp_tangents_values(kmp_tangents *tangents, const kmp_instant *at)
         return outputs;
     double *out = tangents->with_effort, *effort = tangents->effort;
     int r = tangents->at[KMP_VALUE_R], power = tangents->at[KMP_VALUE_POWER];
-    copy_outputs(out, outputs, tangents->value.program);
+    copy_outputs(out, outputs, &tangents->value);
     kmp_system_effort(tangents->forced, at->t, at->q, at->qd, effort);
     for (int i = 0; i < tangents->n; i++) {
         if (r >= 0)
@@ -467,7 +440,7 @@ const double *kmp_tangents_derivatives(kmp_tangents *tangents, const kmp_instant
     int n = tangents->n;
     if (!tangents->forced)
         return outputs;
-    copy_outputs(tangents->tangents_with_it, outputs, tangents->tangent.program);
+    copy_outputs(tangents->tangents_with_it, outputs, &tangents->tangent);
     double *force = tangents->tangents_with_it + tangents->first_effort, *power = force + 2 * n * n;
     differentiate_effort(tangents, at, force);
     for (int k = 0; k < 2 * n; k++) {

@@ -112,21 +112,6 @@ static void along(const pass *p, kmp_input_kind kind)
         kmp_duals_along(p->numbers->duals, kind, (uint32_t)p->first);
 }
 
-static void add_columns(const pass *p)
-{
-    const kmp_tangent_numbers *x = p->numbers;
-    along(p, KMP_IN_Q);
-    add_mass(p);
-    add_jacobian(p);
-    add_rows(p, KMP_R_Q, p->out.bias, x->n);
-    add_rows(p, KMP_CURVE_Q, p->out.jdqd, x->m);
-    if (p->out.h_t >= 0)
-        add_rows(p, KMP_RATE_Q, p->out.h_t, x->m);
-    along(p, KMP_IN_QD);
-    add_rows(p, KMP_R_QD, p->out.bias, x->n);
-    add_rows(p, KMP_CURVE_QD, p->out.jdqd, x->m);
-}
-
 /* All blocks but M and J. */
 static void add_all(kmp_tangent_numbers *x, const kmp_instant *at, bool *mark)
 {
@@ -134,7 +119,16 @@ static void add_all(kmp_tangent_numbers *x, const kmp_instant *at, bool *mark)
     int width = mark ? KMP_DUALS_MARKED : KMP_DUALS_WIDTH;
     for (p.first = 0; p.first < x->n; p.first += width) {
         p.count = x->n - p.first < width ? x->n - p.first : width;
-        add_columns(&p);
+        along(&p, KMP_IN_Q);
+        add_mass(&p);
+        add_jacobian(&p);
+        add_rows(&p, KMP_R_Q, p.out.bias, x->n);
+        add_rows(&p, KMP_CURVE_Q, p.out.jdqd, x->m);
+        if (p.out.h_t >= 0)
+            add_rows(&p, KMP_RATE_Q, p.out.h_t, x->m);
+        along(&p, KMP_IN_QD);
+        add_rows(&p, KMP_R_QD, p.out.bias, x->n);
+        add_rows(&p, KMP_CURVE_QD, p.out.jdqd, x->m);
     }
 }
 
@@ -153,13 +147,6 @@ static void list_pattern(const kmp_tangent_numbers *x, int block, const kmp_patt
         if (block == KMP_M && pattern->row[e] != pattern->col[e])
             kmp_listing_place(list, block, pattern->col[e], pattern->row[e], x->at[block] + e);
     }
-}
-
-static void list_marked(const kmp_tangent_numbers *x, int block, const bool *mark, kmp_listing *list)
-{
-    for (int place = x->at[block], k = 0; k < rows_of(x, block) * x->n; k++)
-        if (mark[place + k])
-            kmp_listing_place(list, block, k / x->n, k % x->n, place + k);
 }
 
 kmp_tangent_numbers *kmp_tangent_numbers_new(const kempe_system *system, kmp_listing *list, kmp_arena *arena)
@@ -182,8 +169,10 @@ kmp_tangent_numbers *kmp_tangent_numbers_new(const kempe_system *system, kmp_lis
     if (arena->failed)
         return NULL;
     add_all(x, NULL, mark);
-    for (int k = 0; k < COMPUTED; k++)
-        list_marked(x, computed[k], mark, list);
+    for (int b = 0; b < COMPUTED; b++)
+        for (int place = x->at[computed[b]], k = 0; k < rows_of(x, computed[b]) * x->n; k++)
+            if (mark[place + k])
+                kmp_listing_place(list, computed[b], k / x->n, k % x->n, place + k);
     list_pattern(x, KMP_M, &system->mass, list);
     list_pattern(x, KMP_J, &system->jacobian, list);
     return list->failed ? NULL : x;

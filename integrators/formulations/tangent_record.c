@@ -82,14 +82,6 @@ void kmp_tangents_keep(const kmp_tangents *t, const kempe_system *system, unsign
 
 /* -- reading ---------------------------------------------------------------------------------------------- */
 
-static bool is_within(const kmp_tangents *t, const kmp_tangent *e, int block)
-{
-    int most = t->n > t->m ? t->n : t->m, sources = t->tangent.program->outputs[t->tangent.program->stages];
-    int forced = t->forced ? 2 * t->n * (t->n + 1) : 0;
-    return e->block == block && e->row >= 0 && e->row < (most > 0 ? most : 1) && e->col >= 0 && e->col < most &&
-           e->source >= 0 && e->source < sources + forced;
-}
-
 /* True if the numbers are those of these programs. */
 static bool is_sound(const kmp_tangents *t)
 {
@@ -98,8 +90,13 @@ static bool is_sound(const kmp_tangents *t)
     for (int v = 0; v < KMP_VALUES; v++)
         good = good && t->at[v] >= -1 && t->at[v] <= values;
     for (int block = 0; good && block < KMP_TANGENT_BLOCKS; block++)
-        for (int k = t->start[block]; good && k < t->start[block + 1]; k++)
-            good = is_within(t, &t->entry[k], block);
+        for (int k = t->start[block]; good && k < t->start[block + 1]; k++) {
+            const kmp_tangent *e = &t->entry[k];
+            int most = t->n > t->m ? t->n : t->m, sources = t->tangent.program->outputs[t->tangent.program->stages];
+            int forced = t->forced ? 2 * t->n * (t->n + 1) : 0;
+            good = e->block == block && e->row >= 0 && e->row < (most > 0 ? most : 1) && e->col >= 0 && e->col < most &&
+                   e->source >= 0 && e->source < sources + forced;
+        }
     return good;
 }
 

@@ -373,6 +373,8 @@ bool kmp_friction_is_smooth(const kmp_friction_run *x)
     return any;
 }
 
+/* -- in a run ---------------------------------------------------------------------------------------------- */
+
 kempe_status kmp_friction_settle(kmp_runner *run, double t, double *q, double *qd)
 {
     return (kempe_status)kmp_friction_settle_modes(run->friction, t, q, qd);

@@ -104,6 +104,8 @@ static void tell_plastic(void *self, double t, double gain)
                     "with its restitution an impact would gain %.4g J: it is taken without", gain);
 }
 
+/* -- making ---------------------------------------------------------------------------------------------- */
+
 kmp_impacts *kmp_impact_new(kmp_runner *run, bool *none)
 {
     kmp_arena *a = &run->arena;
@@ -158,6 +160,8 @@ double kmp_impact_since(const kmp_impacts *impacts)
 {
     return impacts && impacts->run.since > 0 ? impacts->run.since : INFINITY;
 }
+
+/* -- in a run ---------------------------------------------------------------------------------------------- */
 
 kempe_status kmp_impact_check_start(kmp_runner *run, double t, const double *q, const double *qd)
 {

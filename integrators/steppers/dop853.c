@@ -23,6 +23,8 @@ static double solution_and_error(kmp_rk *s, double h)
     return error;
 }
 
+/* -- dense output ---------------------------------------------------------------------------------- */
+
 /* II.6: the values and slopes at both ends, and four more coefficients. */
 static int prepare_dense(kmp_rk *s)
 {

@@ -302,19 +302,6 @@ static void integrate(kmp_sun *s, double t)
     y[s->n - 1] = s->y_old[s->n - 1] + (isnan(part) ? rule : part);
 }
 
-/* Takes the step. The formulation's corrections are delayed until the next step: they discard the interpolant. */
-static void take(kmp_sun *s, double t)
-{
-    size_t size = (size_t)s->n * sizeof(double);
-    s->moved = s->kind->corrects && memcmp(kmp_sun_data(s->y), kmp_sun_data(s->out), size) != 0;
-    if (s->moved)
-        memcpy(kmp_sun_data(s->y), kmp_sun_data(s->out), size);
-    if (integrates(s))
-        integrate(s, t);
-    s->base.t_old = s->base.t;
-    s->base.t = t;
-}
-
 /* 0 with the new state at *t, 1 to try a shorter step of relative size *shorter, negative to give up. */
 static int attempt(kmp_sun *s, double *t, double *shorter)
 {
@@ -323,8 +310,17 @@ static int attempt(kmp_sun *s, double *t, double *shorter)
     if (flag < 0)
         return row_of(s, flag)->shorter && !s->halted ? KMP_RETRY : flag;
     int said = consent(s, *t);
-    if (said != KMP_RETRY)
-        take(s, *t);
+    if (said == KMP_RETRY)
+        return said;
+    /* The formulation's corrections are delayed until the next step: they discard the interpolant. */
+    size_t size = (size_t)s->n * sizeof(double);
+    s->moved = s->kind->corrects && memcmp(kmp_sun_data(s->y), kmp_sun_data(s->out), size) != 0;
+    if (s->moved)
+        memcpy(kmp_sun_data(s->y), kmp_sun_data(s->out), size);
+    if (integrates(s))
+        integrate(s, *t);
+    s->base.t_old = s->base.t;
+    s->base.t = *t;
     return said;
 }
 
@@ -390,13 +386,6 @@ void kmp_sun_undo(void *solver, double h)
 
 /* -- dense output ---------------------------------------------------------------------------------- */
 
-/* True if t is within the last step, up to rounding. */
-static bool is_within(const kmp_solver *s, double t)
-{
-    double slack = 1e-12 * (fabs(s->t) + s->t - s->t_old);
-    return t >= s->t_old - slack && t <= s->t + slack;
-}
-
 /* Chebyshev's nodes of a step; their number. */
 static int place_nodes(const kmp_sun *s, double *at)
 {
@@ -454,6 +443,7 @@ kempe_status kmp_sun_dense(void *solver, double t, double *y, double *yp)
 {
     kmp_sun *s = solver;
     bool at_end = t == s->base.t || !(s->base.t > s->base.t_old);
+    double slack = 1e-12 * (fabs(s->base.t) + s->base.t - s->base.t_old); /* rounding */
     N_Vector end[] = {s->y, s->yp};
     double *to[] = {y, yp};
     for (int k = 0; k < 2 && end[k] && to[k]; k++) {
@@ -461,7 +451,8 @@ kempe_status kmp_sun_dense(void *solver, double t, double *y, double *yp)
             interpolate(s, t, k, to[k]);
             continue;
         }
-        if (!at_end && (!is_within(&s->base, t) || s->package->derivative(s->memory, t, k, s->out)))
+        if (!at_end &&
+            (t < s->base.t_old - slack || t > s->base.t + slack || s->package->derivative(s->memory, t, k, s->out)))
             return kmp_fail(s->base.context, KEMPE_E_BUG, "%s has no value at t = %.9g: its last step is %.9g to %.9g",
                             s->package->name, t, s->base.t_old, s->base.t);
         get(s, at_end ? end[k] : s->out, to[k]);

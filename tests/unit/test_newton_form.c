@@ -109,7 +109,8 @@ static void one_form(const char *name, const kempe_system *s, const states *at, 
         for (int try = 0; try < TRIES; try++)
             worst = check_max(worst, evaluate_open(&f, formulation->y, pow(10, -2.5 - 0.5 * try), &open));
     }
-    way used = f.reduced->programs.fused ? FUSED : f.reduced->by_solved ? SOLVED : IN_PARTS;
+    bool fused = f.reduced->programs.fused && !kmp_reduced_is_solved(f.reduced);
+    way used = fused ? FUSED : f.reduced->by_solved ? SOLVED : IN_PARTS;
     printf("  %-30s %s: slopes %.1e, |h| %.1e\n", name, ways[used], worst, open);
     CHECK(formulation->exchanges > 0 || used == by);
     CHECK(worst < gain * KMP_CORRECTION_IN_STAGE * TOLERANCE);

@@ -263,6 +263,13 @@ static void a_row_by_another_way(void)
     unload(&l);
 }
 
+/* True with a program by the reduced mass. */
+static bool is_fused(const kmp_runner *runner)
+{
+    const kmp_reduced *d = (const kmp_reduced *)runner->formulation;
+    return d->programs.fused && !kmp_reduced_is_solved(d);
+}
+
 /* After a formulation of few steps the next one begins without a fused program, and makes it once it lasts. */
 static void a_formulation_that_lasts_is_fused(void)
 {
@@ -273,17 +280,17 @@ static void a_formulation_that_lasts_is_fused(void)
     double work;
     CHECK(kmp_run_resolve(l.system, &spec) == KEMPE_OK);
     CHECK(kmp_runner_new(l.system, &spec, NULL, &runner) == KEMPE_OK);
-    CHECK(((kmp_reduced *)runner->formulation)->programs.fused != NULL);
+    CHECK(is_fused(runner));
     CHECK(kmp_runner_step(runner) == KEMPE_OK);
     double t = kmp_runner_t(runner), h = runner->solver->h;
     CHECK(kmp_runner_inner_row(runner, t, runner->state, &work) == KEMPE_OK);
     CHECK(kmp_runner_take_up(runner, t, false, work, h) == KEMPE_OK);
     for (int k = 0; k <= KMP_FORMULATION_BRIEF; k++) {
-        CHECK(((kmp_reduced *)runner->formulation)->programs.fused == NULL);
+        CHECK(!is_fused(runner));
         CHECK(kmp_runner_step(runner) == KEMPE_OK);
     }
     CHECK(kmp_runner_step(runner) == KEMPE_OK);
-    CHECK(((kmp_reduced *)runner->formulation)->programs.fused != NULL && notes_of(&notes, "row") == 0);
+    CHECK(is_fused(runner) && notes_of(&notes, "row") == 0);
     kmp_runner_free(runner);
     kmp_run_log_free(&notes);
     unload(&l);

@@ -401,14 +401,14 @@ int kmp_forward_delays_jump(kmp_forward_formulation *f, double t, const double *
 void kmp_forward_delays_pass(kmp_forward_formulation *f, double t, const double *qd)
 {
     const kmp_forward_delays *x = f->delays;
-    double values[4];
+    double values[4], u[4];
     for (int k = 0; x && k < x->count; k++) {
         const int motion = motion_of(f, k);
-        const double rate = kmp_present_inputs_delayed_rate(inputs_of(f), state_of(f, k)->signal, t);
+        kmp_present_inputs_delayed(inputs_of(f), state_of(f, k)->signal, t, u);
         f->qd[motion] = qd[motion];
         for (int p = 0; p < x->parameters; p++) {
             recall(f, k, p, t, values);
-            f->dqd[p * f->n + motion] = values[0] + rate * f->swing[p];
+            f->dqd[p * f->n + motion] = values[0] + u[1] * f->swing[p];
         }
     }
 }
