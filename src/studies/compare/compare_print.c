@@ -191,20 +191,15 @@ void kmp_sentences_json(kmp_json *json, const char *key, const kmp_sentences *li
     kmp_json_end(json);
 }
 
-static double number_or_none(double x)
-{
-    return isfinite(x) ? x : NAN;
-}
-
 /* The cost of a method for a level; null where it does not attain it. */
 static void json_reached(kmp_json *json, const kempe_comparison *c, int method, int l)
 {
     int k = c->levels.run[method * c->levels.count + l];
+    double ratio = c->levels.best[l] < 0 ? NAN : kmp_compare_ratio(c, method, l);
     kmp_json_object(json, NULL);
     json_names(json, &c->methods[method]);
     kmp_json_put(json, "rtol %g cpu_s %g ratio %g }", k >= 0 ? c->runs[k].rtol : NAN,
-                 kmp_compare_cost(c, method, l).cpu_s,
-                 c->levels.best[l] < 0 ? NAN : number_or_none(kmp_compare_ratio(c, method, l)));
+                 kmp_compare_cost(c, method, l).cpu_s, isfinite(ratio) ? ratio : NAN);
 }
 
 static void json_split_all(kmp_json *json, const kempe_comparison *c, int method, bool same)
@@ -279,12 +274,10 @@ static void json_all(kmp_text *text, const void *result)
         json_names(&j, &source->method);
         kmp_json_put(&j, "rtol %g own_difference %g distance %g }", source->rtol, source->own, source->distance);
     }
-    kmp_json_put(&j, "] }");
-    kmp_json_put(&j, "t_end %g runs [", c->t_end);
+    kmp_json_put(&j, "] } t_end %g runs [", c->t_end);
     for (int k = 0; k < c->count; k++)
         json_run(&j, c, &c->runs[k]);
-    kmp_json_end(&j);
-    kmp_json_array(&j, "equal_error");
+    kmp_json_put(&j, "] equal_error [");
     for (int l = 0; l < c->levels.count; l++) {
         kmp_json_put(&j, "{ error %g", c->levels.level[l]);
         if (c->levels.blank[l])
@@ -345,17 +338,6 @@ static void show_list(kmp_text *text, const char *title, const kmp_sentences *li
 }
 
 /* -- the reference ----------------------------------------------------------------------------------- */
-
-static void show_uncertainty(kmp_text *text, const kempe_comparison *c)
-{
-    const double *u = c->uncertainty;
-    if (!(u[KMP_QUANTITY_Q] > 0))
-        return;
-    kmp_text_printf(text, "its error is about %.0e in q, %.0e in qd", u[KMP_QUANTITY_Q], u[KMP_QUANTITY_QD]);
-    if (u[KMP_QUANTITY_LAMBDA] > 0)
-        kmp_text_printf(text, ", %.0e in lambda", u[KMP_QUANTITY_LAMBDA]);
-    kmp_text_put(text, ": errors below ten times that are blank\n");
-}
 
 /* -- runs -------------------------------------------------------------------------------------------- */
 
@@ -468,8 +450,13 @@ static void show(kmp_text *text, const void *result)
     kmp_print_title(text, c->system->model, kmp_status_word(c->status));
     kmp_text_printf(text, "0 to %g s\n", c->t_end);
     show_wrapped(text, "reference: ", c->source);
-    if (c->has_reference)
-        show_uncertainty(text, c);
+    const double *u = c->uncertainty;
+    if (c->has_reference && u[KMP_QUANTITY_Q] > 0) {
+        kmp_text_printf(text, "its error is about %.0e in q, %.0e in qd", u[KMP_QUANTITY_Q], u[KMP_QUANTITY_QD]);
+        if (u[KMP_QUANTITY_LAMBDA] > 0)
+            kmp_text_printf(text, ", %.0e in lambda", u[KMP_QUANTITY_LAMBDA]);
+        kmp_text_put(text, ": errors below ten times that are blank\n");
+    }
     if (c->has_reference) {
         /* The sizes that errors are relative to. */
         const kmp_scales *s = &c->scales;

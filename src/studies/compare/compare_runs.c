@@ -178,18 +178,6 @@ static kempe_status repeat(grid *g, kmp_compared *run, bool first)
     return KEMPE_OK;
 }
 
-/* Repeats all runs in alternation, so that a change of the machine's load affects all of them equally. The first
- * repetitions were made before. */
-static kempe_status time_all(grid *g)
-{
-    kempe_status status = KEMPE_OK;
-    for (int round = 1; round < MOST_REPEATS; round++)
-        for (int k = 0; status == KEMPE_OK && k < g->comparison->count; k++)
-            if (round < g->repeats[k] && !kmp_interrupted(g->job->context))
-                status = repeat(g, &g->comparison->runs[k], false);
-    return status;
-}
-
 static kempe_status run_cell(grid *g, int method, int rtol, double *fastest)
 {
     kmp_compared *run = run_of(g, method, rtol);
@@ -279,8 +267,12 @@ kempe_status kmp_compare_run_all(kmp_compare_job *j)
                          "runs");
         }
     }
-    if (status == KEMPE_OK)
-        status = time_all(&g);
+    /* Repeats all runs in alternation, so that a change of the machine's load affects all of them equally. The first
+     * repetitions were made before. */
+    for (int round = 1; round < MOST_REPEATS; round++)
+        for (int k = 0; status == KEMPE_OK && k < g.comparison->count; k++)
+            if (round < g.repeats[k] && !kmp_interrupted(j->context))
+                status = repeat(&g, &g.comparison->runs[k], false);
     for (int w = 0; g.before && w < g.comparison->method_count; w++)
         kmp_samples_free(&g.before[w]);
     kmp_samples_free(&g.table);

@@ -106,13 +106,6 @@ struct kempe_comparison {
     kmp_sentences warnings; /* of the reference, and of complete runs */
 };
 
-/** Chooses the methods and tolerances from the lists of the options; lists of methods that are not given contain the
- * standard ones. KEMPE_E_ARGUMENT: the unknown name, and the valid ones. */
-kempe_status kmp_compare_choose(kempe_comparison *comparison, const kempe_compare_options *options);
-
-/** Adds the methods with implicit integrators, for a stiff model. */
-kempe_status kmp_compare_add_implicit(kempe_comparison *comparison, const kempe_compare_options *options);
-
 /** Working data of a comparison. */
 typedef struct kmp_compare_job {
     kempe_comparison *comparison;

@@ -103,15 +103,6 @@ static int row_of(const kempe_system *s, const kmp_force *contact)
     return 0;
 }
 
-static kmp_contact_word word_of(const kmp_balance_contact *c, bool closed, bool shares, double least)
-{
-    if (shares)
-        return KMP_CONTACT_SHARES;
-    if (!closed)
-        return c->gap <= KMP_TOUCH_NEAR * c->size ? KMP_CONTACT_TOUCHES : KMP_CONTACT_OPEN;
-    return fabs(c->force) * c->size <= least ? KMP_CONTACT_TOUCHES : KMP_CONTACT_PRESSES;
-}
-
 /* Tells what small motions, or other forces, depend on. */
 static void tell(const kempe_equilibrium *e, const kmp_balance *b, kmp_contact_word word, const char *what)
 {
@@ -160,7 +151,11 @@ static void add_contacts(kempe_equilibrium *equilibrium, kmp_balance *balance)
     double least = KMP_CONTACT_NONE * fmax(most, balance->work);
     for (int i = 0; i < balance->contact_count; i++) {
         kmp_balance_contact *c = &balance->contact[i];
-        c->word = word_of(c, c->closed, c->shares, least);
+        bool touches = c->closed ? fabs(c->force) * c->size <= least : c->gap <= KMP_TOUCH_NEAR * c->size;
+        c->word = c->shares   ? KMP_CONTACT_SHARES
+                  : touches   ? KMP_CONTACT_TOUCHES
+                  : c->closed ? KMP_CONTACT_PRESSES
+                              : KMP_CONTACT_OPEN;
     }
     if (equilibrium->count > 0)
         return;

@@ -69,18 +69,13 @@ int kmp_contact_set_overlap(const kmp_contact_set *set)
     return worst;
 }
 
-static double push_of(const kmp_contact_set *x, const kmp_linear *l, int i)
-{
-    for (int r = 0; r < l->m; r++)
-        if (l->system->rows[r].closure == x->state->view[i].element->closure)
-            return l->lambda[r];
-    return 0;
-}
-
 /* The force of a closed contact, in J of its size. */
 static double pushed_by(const kmp_contact_set *x, const kmp_linear *l, int i)
 {
-    return x->closed[i] ? push_of(x, l, i) * x->state->view[i].size : 0;
+    for (int r = 0; x->closed[i] && r < l->m; r++)
+        if (l->system->rows[r].closure == x->state->view[i].element->closure)
+            return l->lambda[r] * x->state->view[i].size;
+    return 0;
 }
 
 /* The closed contact that pulls most; -1: none. */

@@ -245,13 +245,11 @@ static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_bala
         for (int k = 0; k < b->idle_count; k++)
             if (b->idle[k] == e->rates[i].coordinate && b->qd[b->idle[k]] != 0)
                 kmp_json_number(j, e->system->model->motions[b->idle[k]].name, b->qd[b->idle[k]]);
-    kmp_json_end(j);
-    kmp_json_object(j, "loads");
+    kmp_json_put(j, "} loads {");
     for (int i = 0; i < e->rate_count; i++)
         if (e->rates[i].how == KMP_RATE_HELD)
             kmp_json_number(j, e->system->model->motions[e->rates[i].coordinate].name, e->rates[i].load);
-    kmp_json_end(j);
-    kmp_json_object(j, "free");
+    kmp_json_put(j, "} free {");
     for (int i = 0; i < e->freed_count; i++)
         kmp_json_number(j, e->freed_name[i], b->freed[i]);
     kmp_json_put(j, "} reaction {");

@@ -235,14 +235,6 @@ static void descent_take_rates(descent *w)
     }
 }
 
-/* A choice with the steady coordinates in it: those columns of J are pivoted last. */
-static kempe_status choose_with_steady(descent *w)
-{
-    for (int k = 0; k < w->search->rate_count; k++)
-        w->pivot[k] = w->search->rates[k].coordinate;
-    return kmp_linear_prefer(w->l, w->t, w->q, w->search->rate_count, w->pivot);
-}
-
 /* The first of the steady coordinates that is not independent; -1: all are. */
 static int find_dependent(const descent *w)
 {
@@ -256,7 +248,12 @@ static int find_dependent(const descent *w)
 static kempe_status descent_choose(descent *w)
 {
     KMP_TRY(kmp_linear_choose(w->l, w->t, w->q, NULL, 0));
-    KMP_TRY(find_dependent(w) >= 0 ? choose_with_steady(w) : KEMPE_OK);
+    if (find_dependent(w) >= 0) {
+        /* A choice with the steady coordinates in it: those columns of J are pivoted last. */
+        for (int k = 0; k < w->search->rate_count; k++)
+            w->pivot[k] = w->search->rates[k].coordinate;
+        KMP_TRY(kmp_linear_prefer(w->l, w->t, w->q, w->search->rate_count, w->pivot));
+    }
     int dependent = find_dependent(w);
     if (dependent >= 0)
         return kmp_fail(w->l->system->context, KEMPE_E_FAILED,
@@ -1174,16 +1171,6 @@ static kempe_status descend(descent *w)
     return far > RUNAWAY_TURNS ? complain_runaway(w, k, far) : descent_complain(w, "too many iterations");
 }
 
-/* Closes a contact that overlaps at the equilibrium, or opens one that pulls. *agrees: there is none. */
-static kempe_status exchange_contact(descent *w, bool *agrees)
-{
-    *agrees = true;
-    KMP_TRY(w->contacts ? kmp_contact_set_exchange(w->contacts, w->l, w->most, agrees) : KEMPE_OK);
-    if (*agrees || descent_press(w))
-        return KEMPE_OK;
-    return w->status != KEMPE_OK ? w->status : descent_complain(w, "a contact cannot be closed");
-}
-
 static kempe_status find(descent *w)
 {
     memcpy(w->begin, w->q, (size_t)w->n * sizeof *w->q);
@@ -1199,7 +1186,11 @@ static kempe_status find(descent *w)
     while (!agrees) {
         KMP_TRY(descends ? descend(w) : KEMPE_OK);
         KMP_TRY(descent_least(w));
-        KMP_TRY(exchange_contact(w, &agrees));
+        /* Closes a contact that overlaps at the equilibrium, or opens one that pulls. */
+        agrees = true;
+        KMP_TRY(w->contacts ? kmp_contact_set_exchange(w->contacts, w->l, w->most, &agrees) : KEMPE_OK);
+        if (!agrees && !descent_press(w))
+            return w->status != KEMPE_OK ? w->status : descent_complain(w, "a contact cannot be closed");
     }
     return KEMPE_OK;
 }

@@ -58,15 +58,6 @@ kempe_status kmp_operating_check(kmp_linear *l, const kmp_search *search)
     return status;
 }
 
-/* Closes the loops with the current parameters and rates. */
-static kempe_status close_loops(const kmp_operating *o, kmp_linear *l, double *q)
-{
-    KMP_TRY(kmp_linear_choose(l, o->t, q, NULL, 0));
-    KMP_TRY(kmp_linear_at(l, o->t, q, NULL, NULL));
-    memcpy(q, l->q, (size_t)l->n * sizeof *q);
-    return KEMPE_OK;
-}
-
 /* A failure that has no sentence yet gets one. */
 static kempe_status say_why(kempe_context *context, kempe_status status)
 {
@@ -79,7 +70,12 @@ static kempe_status say_why(kempe_context *context, kempe_status status)
 
 static kempe_status find_equilibrium(const kmp_operating *o, kmp_linear *l, double *q, kmp_search *search)
 {
-    KMP_TRY(search->newton ? close_loops(o, l, q) : KEMPE_OK);
+    if (search->newton) {
+        /* Closes the loops with the current parameters and rates. */
+        KMP_TRY(kmp_linear_choose(l, o->t, q, NULL, 0));
+        KMP_TRY(kmp_linear_at(l, o->t, q, NULL, NULL));
+        memcpy(q, l->q, (size_t)l->n * sizeof *q);
+    }
     KMP_TRY(kmp_equilibrium_or_steady(l, o->t, q, o->inner_qd, search));
     return kmp_operating_check(l, search);
 }

@@ -13,19 +13,14 @@ static const double two_pi = 6.283185307179586476925286766559;
 
 /* -- text ---------------------------------------------------------------------------------------------------- */
 
-static int hopf_points(const kempe_limit_cycles *c)
-{
-    int count = 0;
-    for (int k = 0; k < c->locus.critical_count; k++)
-        count += c->locus.critical[k].im > 0;
-    return count;
-}
-
 static void show_critical(kmp_text *text, const kempe_limit_cycles *c)
 {
     kmp_shown as = kmp_limit_cycles_shown(c);
     const char *gap = as.unit[0] ? " " : "";
-    if (hopf_points(c) == 0 && c->settle == 0)
+    int count = 0;
+    for (int k = 0; k < c->locus.critical_count; k++)
+        count += c->locus.critical[k].im > 0;
+    if (count == 0 && c->settle == 0)
         kmp_text_put(text, "\nHopf points: none in the range, so that no branch begins at an equilibrium\n");
     for (int k = 0; k < c->locus.critical_count; k++) {
         const kmp_critical *at = &c->locus.critical[k];
@@ -118,22 +113,14 @@ static void show(kmp_text *text, const void *result)
 
 /* -- JSON ---------------------------------------------------------------------------------------------------- */
 
-static void json_loads(kmp_json *j, const kempe_limit_cycles *c, const kmp_cycle *x)
-{
-    if (c->held == 0)
-        return;
-    kmp_json_object(j, "loads");
-    for (int k = 0; k < c->held; k++)
-        kmp_json_put(j, "%s %g", held_name(c, k), x->load[k]);
-    kmp_json_end(j);
-}
-
 static void json_cycle(kmp_json *j, const kempe_limit_cycles *c, const kmp_cycle *x)
 {
     bool hopf = x->word == KMP_CYCLE_HOPF;
-    kmp_json_object(j, NULL);
-    kmp_json_put(j, "value %g period %g point %s", x->value, x->period, x->word ? kmp_cycle_text(x) : NULL);
-    json_loads(j, c, x);
+    kmp_json_put(j, "{ value %g period %g point %s", x->value, x->period, x->word ? kmp_cycle_text(x) : NULL);
+    for (int k = 0; k < c->held; k++)
+        kmp_json_put(j, k == 0 ? "loads { %s %g" : "%s %g", held_name(c, k), x->load[k]);
+    if (c->held > 0)
+        kmp_json_end(j);
     if (!hopf) {
         kmp_json_put(j, "stability %s along %g residual %g", kmp_cycle_stability_text(x), x->along, x->residual);
         kmp_print_pairs(j, "multipliers", x->multipliers, x->re, x->im);
@@ -151,16 +138,14 @@ static void json(kmp_text *text, const void *result)
     const kempe_limit_cycles *c = result;
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, c->system, kmp_status_word(c->status), c->reason ? c->reason : "", 0, c->warnings);
-    kmp_json_put(&j, "parameter %s from %g to %g cpu_s %g", c->name, c->from, c->to, c->cpu_s);
-    kmp_json_array(&j, "hopf");
+    kmp_json_put(&j, "parameter %s from %g to %g cpu_s %g hopf [", c->name, c->from, c->to, c->cpu_s);
     for (int k = 0; k < c->locus.critical_count; k++) {
         const kmp_critical *at = &c->locus.critical[k];
         if (at->im > 0)
             kmp_json_put(&j, "{ value %g frequency %g grows %s branch %d }", at->value, at->im / two_pi,
                          at->grows_above ? "above" : "below", c->branch_of[k]);
     }
-    kmp_json_end(&j);
-    kmp_json_array(&j, "branches");
+    kmp_json_put(&j, "] branches [");
     for (int b = 0; b < c->branches; b++) {
         kmp_json_put(&j, "{ end %s cycles [", c->branch[b].end);
         for (int k = 0; k < c->branch[b].count; k++)
@@ -177,21 +162,9 @@ static void add_parameter(kempe_table *table, const kempe_limit_cycles *c)
     kmp_tabulate_column(table, kmp_quantity_unit_of(c->system, c->name), "%s", c->name);
 }
 
-/* Calls `put` for each cycle, branch by branch. */
-static void each_cycle(kempe_table *table, const kempe_limit_cycles *c,
-                       void (*put)(kempe_table *table, const kempe_limit_cycles *c, int branch, int row,
-                                   const kmp_cycle *cycle))
-{
-    int row = 0;
-    for (int b = 0; b < c->branches; b++)
-        for (int k = 0; k < c->branch[b].count; k++)
-            put(table, c, b + 1, ++row, c->branch[b].cycle[k]);
-}
-
-static void put_row(kempe_table *table, const kempe_limit_cycles *c, int branch, int row, const kmp_cycle *x)
+static void put_row(kempe_table *table, const kempe_limit_cycles *c, int branch, const kmp_cycle *x)
 {
     bool hopf = x->word == KMP_CYCLE_HOPF;
-    (void)row;
     KMP_TABULATE(table, "%d %g %g %s %s %g %g %g", branch, x->value, x->period, kmp_cycle_text(x),
                  hopf ? "" : kmp_cycle_stability_text(x), x->multipliers > 0 ? hypot(x->re[0], x->im[0]) : NAN,
                  hopf ? NAN : x->along, hopf ? NAN : x->residual);
@@ -216,29 +189,24 @@ static void fill_rows(kempe_table *table, const void *result)
         kmp_tabulate_column(table, c->unit[k], "%s.max", c->output[k]);
         kmp_tabulate_column(table, c->unit[k], "%s.min", c->output[k]);
     }
-    each_cycle(table, c, put_row);
-}
-
-static void put_multipliers(kempe_table *table, const kempe_limit_cycles *c, int branch, int row, const kmp_cycle *x)
-{
-    (void)c, (void)branch;
-    for (int k = 0; k < x->multipliers; k++)
-        KMP_TABULATE(table, "%d %g %g", row, x->re[k], x->im[k]);
+    for (int b = 0; b < c->branches; b++)
+        for (int k = 0; k < c->branch[b].count; k++)
+            put_row(table, c, b + 1, c->branch[b].cycle[k]);
 }
 
 static void fill_multipliers(kempe_table *table, const void *result)
 {
+    const kempe_limit_cycles *c = result;
+    int row = 0;
     kmp_tabulate_columns(table, "cycle re im");
     kmp_tabulate_apart(table);
-    each_cycle(table, result, put_multipliers);
-}
-
-static void put_state(kempe_table *table, const kempe_limit_cycles *c, int branch, int row, const kmp_cycle *x)
-{
-    (void)branch, (void)row;
-    KMP_TABULATE(table, "%g %g", x->value, x->period);
-    if (c->flow) /* there are no cycles without it */
-        kmp_tabulate_numbers(table, c->flow->size, x->x);
+    for (int b = 0; b < c->branches; b++)
+        for (int k = 0; k < c->branch[b].count; k++) {
+            const kmp_cycle *x = c->branch[b].cycle[k];
+            row++;
+            for (int i = 0; i < x->multipliers; i++)
+                KMP_TABULATE(table, "%d %g %g", row, x->re[i], x->im[i]);
+        }
 }
 
 static void fill_states(kempe_table *table, const void *result)
@@ -252,7 +220,13 @@ static void fill_states(kempe_table *table, const void *result)
         kmp_tabulate_column(table, e->kind == KMP_FLOW_STATE ? "" : kmp_quantity_unit(c->system, quantity, e->motion),
                             "%s.%s", kmp_flow_kinds[e->kind], kmp_flow_name(c->system->model, e));
     }
-    each_cycle(table, c, put_state);
+    for (int b = 0; b < c->branches; b++)
+        for (int k = 0; k < c->branch[b].count; k++) {
+            const kmp_cycle *x = c->branch[b].cycle[k];
+            KMP_TABULATE(table, "%g %g", x->value, x->period);
+            if (c->flow) /* there are no cycles without it */
+                kmp_tabulate_numbers(table, c->flow->size, x->x);
+        }
 }
 
 static void fill_equilibria(kempe_table *table, const void *result)

@@ -3,11 +3,311 @@
 #include "studies/limit_cycles/limit_cycles_study.h"
 #include "base/clock.h"
 #include "base/memory.h"
+#include "constraints/closing/charts.h"
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
 #include "model/expressions/ranges.h"
 #include <math.h>
 #include <string.h>
+
+/* -- held speeds ----------------------------------------------------------------------------------------- */
+
+/* Vehicles whose speed no force decides, or a load holds (studies/equilibrium/running_state.c): in a limit cycle they
+ * keep the speed of the start, by a load that changes over the period. The equations are those of a copy of the model,
+ * in which drives have these rates. */
+
+static bool is_held(const kempe_limit_cycles *c, int motion)
+{
+    for (int k = 0; k < c->held; k++)
+        if (c->held_motion[k] == motion)
+            return true;
+    return false;
+}
+
+/* The first track that is curved, inclined or irregular; NULL: there is none. */
+static const kmp_track *find_curved(const kempe_model *model)
+{
+    for (int k = 0; k < model->track_count; k++)
+        if (model->tracks[k].curved)
+            return &model->tracks[k];
+    return NULL;
+}
+
+/* The copy of the model: with drives, and unless `as_given` a start at which all independent coordinates keep their
+ * values. */
+static kempe_status make_copy(kempe_limit_cycles *c, bool as_given)
+{
+    const kmp_linear *l = &c->family->linear;
+    bool *hold = KMP_ARENA_NEW(&c->arena, bool, l->n);
+    KMP_TRY(kmp_made(c->system->context, hold));
+    for (int k = 0; k < l->p; k++)
+        hold[l->part.u[k]] = !is_held(c, l->part.u[k]);
+    const kmp_operating *state = c->family->state;
+    as_given = as_given || !kmp_charts_are_own(c->system, state->chart);
+    const kmp_driven driven = {c->held, c->held_motion, as_given ? NULL : hold, state->q};
+    KMP_TRY(kmp_variant_driven(c->system->model, &driven, &c->copy));
+    return kempe_system_new(c->copy, &c->driven);
+}
+
+static kempe_status hold_speed(kempe_limit_cycles *c, bool as_given)
+{
+    const kmp_operating_family_options options = {.name = c->name};
+    kmp_modes modes;
+    KMP_TRY(kmp_operating_family_new(c->system, &options, &c->family));
+    KMP_TRY(kmp_operating_family_go(c->family, c->from, &modes));
+    kmp_modes_free(&modes);
+    /* Coordinates whose rates no force decides, or a load holds, at the state of the family. */
+    const kmp_operating_family *f = c->family;
+    const kempe_model *model = c->system->model;
+    c->held_motion = KMP_ARENA_NEW(&c->arena, int, f->rate_count);
+    KMP_TRY(kmp_made(c->system->context, c->held_motion));
+    for (int k = 0; k < f->rate_count; k++) {
+        int motion = f->rates[k].coordinate;
+        if (f->rates[k].how != KMP_RATE_KEPT && f->rates[k].how != KMP_RATE_HELD)
+            continue;
+        if (!model->start.qd_given[motion])
+            return kmp_fail(c->system->context, KEMPE_E_FAILED,
+                            "the rate of '%s' is that of the start, which no force decides, and the start does not "
+                            "give it: add it (start: {qd: {%s: ..}}), or drive it at a constant rate (drives:)",
+                            model->motions[motion].name, model->motions[motion].name);
+        c->held_motion[c->held++] = motion;
+    }
+    const kmp_track *curved = c->held > 0 ? find_curved(c->system->model) : NULL;
+    if (curved)
+        KMP_TRY(
+            kmp_fail(c->system->context, KEMPE_E_FAILED,
+                     "track '%s' is curved, inclined or irregular, so that motions along it are not periodic; take a "
+                     "straight one, or find the motions that simulations reach (--settle T)",
+                     curved->name));
+    return c->held > 0 || (c->system->m > 0 && !as_given) ? make_copy(c, as_given) : KEMPE_OK;
+}
+
+kempe_status kmp_cycles_hold_speed(kempe_limit_cycles *cycles)
+{
+    kempe_limit_cycles *c = cycles;
+    bool tries = c->settle > 0;
+    if (tries && (c->system->model->wheel_count == 0 || find_curved(c->system->model)))
+        return KEMPE_OK;
+    kempe_status status = hold_speed(c, tries);
+    kmp_operating_family_free(c->family);
+    c->family = NULL;
+    if (!tries || status != KEMPE_E_FAILED)
+        return status;
+    kmp_context_clear(c->system->context);
+    c->held = 0;
+    return KEMPE_OK;
+}
+
+/* -- loads --------------------------------------------------------------------------------------------- */
+
+bool kmp_cycles_words(const kempe_limit_cycles *cycles, const char *outputs, kmp_text *words)
+{
+    kmp_text_put(words, outputs);
+    for (int k = 0; k < cycles->held; k++)
+        kmp_text_printf(words, ",lambda(load.%s)", cycles->system->model->motions[cycles->held_motion[k]].name);
+    return !words->failed;
+}
+
+kempe_status kmp_cycles_name(kempe_limit_cycles *cycles, int count, char *const *columns, char *const *units,
+                             int **load)
+{
+    kempe_limit_cycles *c = cycles;
+    int *column = *load = KMP_ARENA_NEW(&c->arena, int, c->held), outputs = count;
+    for (int k = c->held - 1; column && k >= 0; k--) {
+        const char *name =
+            kmp_arena_printf(&c->arena, "lambda.load.%s.1", c->system->model->motions[c->held_motion[k]].name);
+        column[k] = -1;
+        for (int i = 0; name && i < count; i++)
+            column[k] = strcmp(columns[i], name) == 0 ? i : column[k];
+        outputs -= column[k] == outputs - 1; /* a caller who asks for all multipliers has them among them */
+    }
+    c->output = KMP_ARENA_NEW(&c->arena, char *, outputs);
+    c->unit = KMP_ARENA_NEW(&c->arena, char *, outputs);
+    for (int k = 0; !c->arena.failed && k < outputs; k++) {
+        c->output[k] = kmp_arena_strdup(&c->arena, columns[k]);
+        c->unit[k] = kmp_arena_strdup(&c->arena, units[k]);
+    }
+    c->outputs = c->arena.failed ? 0 : outputs;
+    return kmp_made(c->system->context, !c->arena.failed);
+}
+
+/* Makes the equations of cycles with these entries, and their columns: `outputs`, and the loads. Errors as
+ * kmp_flow_new. */
+static kempe_status make_flow(kempe_limit_cycles *cycles, const char *outputs, const kempe_run_options *run, int count,
+                              const kmp_flow_entry *entry)
+{
+    kempe_limit_cycles *c = cycles;
+    kmp_text words = {0};
+    kempe_status status = !kmp_cycles_words(c, outputs, &words)
+                              ? kmp_fail_memory(c->system->context)
+                              : kmp_flow_new(kmp_cycles_equations(c), c->name, words.s, run, count, entry, &c->flow);
+    kmp_text_free(&words);
+    KMP_TRY(status);
+    const kempe_sensitivity *rows = c->flow->rows;
+    int *load;
+    KMP_TRY(kmp_cycles_name(c, rows->columns, rows->column, rows->unit, &load));
+    return kmp_shooting_init(&c->shooting, c->flow, c->held, load, &c->arena);
+}
+
+/* The loads at the equilibrium of a Hopf point, the last state of the family. */
+static void loads_at_rest(const kempe_limit_cycles *cycles, kmp_cycle *hopf)
+{
+    const kmp_linear *l = &cycles->family->linear;
+    for (int r = 0; r < l->m; r++) {
+        int k = l->system->rows[r].closure - cycles->system->model->closure_count;
+        if (k >= 0 && k < cycles->held)
+            hopf->load[k] = l->lambda[r];
+    }
+}
+
+/* -- the first cycle ------------------------------------------------------------------------------------- */
+
+/* The first cycle of a branch, by the eigenvector of the mode that begins to oscillate. */
+
+enum { SMALLER_PARTS = 2 };
+
+/* -- start values ---------------------------------------------------------------------------------------- */
+
+static bool contains(const int *list, int count, int x)
+{
+    for (int k = 0; k < count; k++)
+        if (list[k] == x)
+            return true;
+    return false;
+}
+
+kempe_status kmp_moving_entries(kmp_linear *linear, int keeps, int *count, kmp_flow_entry *entry)
+{
+    kmp_linear *l = linear;
+    const kempe_model *model = l->system->model;
+    int *idle = KMP_NEW(int, l->p), idles = idle ? kmp_equilibrium_idle(l, idle) : -1;
+    *count = 0;
+    for (int k = 0; idles >= 0 && k < 2 * l->p; k++) {
+        int motion = l->part.u[k % l->p];
+        bool rate = k >= l->p, state = kmp_state_of(model, motion);
+        if (rate ? motion != keeps : !(state || contains(idle, idles, motion)))
+            entry[(*count)++] = (kmp_flow_entry){motion, state  ? KMP_FLOW_STATE
+                                                         : rate ? KMP_FLOW_RATE
+                                                                : KMP_FLOW_POSITION};
+    }
+    kmp_free(idle);
+    return kmp_made(model->context, idles >= 0);
+}
+
+/* -- the cycles ------------------------------------------------------------------------------------------ */
+
+/* The Hopf point, with the mode as its tangent. */
+static kmp_cycle *make_hopf(kempe_limit_cycles *cycles, const kmp_critical *critical, const kmp_modes *modes, int mode)
+{
+    kmp_shooting *s = &cycles->shooting;
+    const kmp_operating *state = cycles->family->state;
+    kmp_cycle *c = kmp_shooting_room(s);
+    if (!c)
+        return NULL;
+    c->word = KMP_CYCLE_HOPF;
+    c->stability = KMP_CYCLE_UNDECIDED;
+    c->value = critical->value;
+    c->period = 2 * acos(-1) / critical->im;
+    /* The part of a start value in the mode at its phase 0, and its change per time. */
+    const kmp_flow *f = cycles->flow;
+    double w = modes->spectrum.im[mode];
+    for (int i = 0; i < f->size; i++) {
+        ptrdiff_t at = f->entry[i].motion + (ptrdiff_t)mode * modes->n;
+        double re = KMP_CYCLE_FIRST * modes->shown_re[at], im = KMP_CYCLE_FIRST * modes->shown_im[at];
+        c->tangent[i] = f->entry[i].kind == KMP_FLOW_RATE ? -w * im : re;
+        c->rate[i] = f->entry[i].kind == KMP_FLOW_RATE ? -w * w * re : -w * im;
+    }
+    /* Half the range of each start value in the mode. */
+    double *reach = c->reach;
+    for (int i = 0; i < f->size; i++) {
+        ptrdiff_t at = f->entry[i].motion + (ptrdiff_t)mode * modes->n;
+        reach[i] = KMP_CYCLE_FIRST * hypot(modes->shown_re[at], modes->shown_im[at]) *
+                   (f->entry[i].kind == KMP_FLOW_RATE ? w : 1);
+    }
+    for (int i = 0; i < s->size; i++) {
+        const kmp_flow_entry *e = &s->flow->entry[i];
+        c->x[i] = (e->kind != KMP_FLOW_POSITION ? state->qd : state->q)[e->motion];
+    }
+    loads_at_rest(cycles, c);
+    return c;
+}
+
+/* The cycle whose motion begins as `part` of the mode. */
+static kempe_status find_part(kempe_limit_cycles *cycles, const kmp_cycle *hopf, double part, kmp_cycle **first)
+{
+    kmp_shooting *s = &cycles->shooting;
+    double *border = KMP_NEW(double, s->width), *guess = KMP_NEW(double, s->width), *reach = KMP_NEW(double, s->width);
+    kempe_status status = kmp_made(cycles->system->context, border && guess && reach);
+    if (status == KEMPE_OK) {
+        for (int i = 0; i < s->size; i++)
+            reach[i] = part * hopf->reach[i];
+        kmp_shooting_weigh(s, hopf->x, reach, hopf->period, KMP_CYCLE_RANGE * fabs(cycles->to - cycles->from));
+        for (int i = 0; i < s->size; i++) {
+            guess[i] = hopf->x[i] + part * hopf->tangent[i];
+            border[i] = part * hopf->tangent[i] / s->span[i];
+        }
+        guess[s->size] = hopf->period;
+        guess[s->size + 1] = hopf->value;
+        kmp_shooting_refer(s, guess, hopf->rate);
+        status = kmp_shooting_correct(s, guess, border);
+    }
+    if (status == KEMPE_OK)
+        status = kmp_shooting_finish(s, border, first);
+    kmp_free(border);
+    kmp_free(guess);
+    kmp_free(reach);
+    return status;
+}
+
+/* The first cycle of the branch. A cycle with a smaller motion is tried if the parameter is far from the Hopf point, as
+ * with wheels whose place on the rail moves fast. */
+static kempe_status find_first(kempe_limit_cycles *cycles, const kmp_cycle *hopf, kmp_cycle **first)
+{
+    double near = KMP_CYCLE_NEAR * fabs(cycles->to - cycles->from), part = 1;
+    kempe_status status = find_part(cycles, hopf, part, first);
+    for (int k = 0; k < SMALLER_PARTS; k++) {
+        kmp_cycle *smaller;
+        if (status != KEMPE_E_FAILED && !(status == KEMPE_OK && fabs((*first)->value - hopf->value) > near))
+            return status;
+        bool found = status == KEMPE_OK;
+        part /= 10;
+        kmp_context_clear(cycles->system->context);
+        status = find_part(cycles, hopf, part, found ? &smaller : first);
+        if (found && status == KEMPE_E_FAILED) {
+            kmp_context_clear(cycles->system->context);
+            return KEMPE_OK;
+        }
+        if (found && status == KEMPE_OK)
+            *first = smaller;
+    }
+    return status;
+}
+
+/* Puts a start on the cycle near a Hopf point into the shooting, and finds it. */
+static kempe_status begin_branch(kempe_limit_cycles *cycles, const kmp_critical *critical, kmp_cycle **hopf,
+                                 kmp_cycle **first)
+{
+    kempe_context *context = cycles->system->context;
+    kmp_modes modes;
+    KMP_TRY(kmp_operating_family_go(cycles->family, critical->value, &modes));
+    /* The eigenvalue above the real axis that is nearest to i w. */
+    double w = critical->im;
+    int mode = -1;
+    double least = INFINITY;
+    for (int k = 0; k < modes.count; k++) {
+        double away = hypot(modes.spectrum.re[k], modes.spectrum.im[k] - w);
+        if (away < least) {
+            least = away;
+            mode = k;
+        }
+    }
+    *hopf = mode >= 0 ? make_hopf(cycles, critical, &modes, mode) : NULL;
+    kmp_modes_free(&modes);
+    KMP_TRY(kmp_made(context, *hopf));
+    KMP_TRY(find_first(cycles, *hopf, first));
+    /* x moves along the branch, and neither the period nor the parameter are known to change to first order */
+    return KEMPE_OK;
+}
 
 enum { USUAL_VALUES = 31, MOST_VALUES = 10000, USUAL_CYCLES = 1000 };
 
@@ -90,7 +390,7 @@ static kempe_status follow_from(kempe_limit_cycles *c, int critical, const kmp_b
     const kmp_critical *at = &c->locus.critical[critical];
     kmp_cycle *hopf, *first;
     kempe_context *context = c->system->context;
-    kempe_status status = kmp_hopf_cycles(c, at, &hopf, &first);
+    kempe_status status = begin_branch(c, at, &hopf, &first);
     if (status == KEMPE_E_FAILED) {
         kmp_doubt(context, "no limit cycle is found near the Hopf point at %s = %.9g: %s", c->name, at->value,
                   kempe_context_message(context));
@@ -148,7 +448,7 @@ static kempe_status make(kempe_limit_cycles *c, const kempe_limit_cycles_options
             int entries;
             KMP_TRY(kmp_made(context, entry));
             KMP_TRY(kmp_moving_entries(&c->family->linear, -1, &entries, entry));
-            KMP_TRY(kmp_cycles_flow(c, outputs, options->run ? options->run : &none, entries, entry));
+            KMP_TRY(make_flow(c, outputs, options->run ? options->run : &none, entries, entry));
         }
         KMP_TRY(follow_from(c, k, &ask));
     }

@@ -17,7 +17,7 @@ struct kempe_limit_cycles {
     int values;
     kmp_operating_family *family;
     kmp_locus locus; /* of the equilibria; empty from a start */
-    int held;        /* coordinates that a load keeps at the rate of the start (held_speed.c) */
+    int held;        /* coordinates that a load keeps at the rate of the start */
     int *held_motion;
     kempe_model *copy;    /* with their drives; NULL: it is the given one */
     kempe_system *driven; /* likewise */
@@ -59,7 +59,7 @@ static inline const char *kmp_cycles_load_unit(const kempe_limit_cycles *c, int 
     return c->system->model->motions[c->held_motion[k]].rotation ? "N m" : "N";
 }
 
-/** Finds the coordinates whose rates a load holds, and makes the equations with their drives. (held_speed.c)
+/** Finds the coordinates whose rates a load holds, and makes the equations with their drives.
  * KEMPE_E_FAILED: there is no equilibrium at the first value, the start does not give such a rate, or the track is no
  * straight one. With `settle` these are no errors: the speed is then free. */
 kempe_status kmp_cycles_hold_speed(kempe_limit_cycles *cycles);
@@ -69,18 +69,6 @@ kempe_status kmp_cycles_hold_speed(kempe_limit_cycles *cycles);
 bool kmp_cycles_words(const kempe_limit_cycles *cycles, const char *outputs, kmp_text *words);
 kempe_status kmp_cycles_name(kempe_limit_cycles *cycles, int count, char *const *columns, char *const *units,
                              int **load);
-
-/** Makes the equations of cycles with these entries, and their columns: `outputs`, and the loads. Errors as
- * kmp_flow_new. */
-kempe_status kmp_cycles_flow(kempe_limit_cycles *cycles, const char *outputs, const kempe_run_options *run, int count,
-                             const kmp_flow_entry *entry);
-
-/** The loads at the equilibrium of a Hopf point, the last state of the family. */
-void kmp_cycles_loads_at_rest(const kempe_limit_cycles *cycles, kmp_cycle *hopf);
-
-/** Puts a start on the cycle near a Hopf point into the shooting, and finds it. (hopf_cycle.c) */
-kempe_status kmp_hopf_cycles(kempe_limit_cycles *cycles, const kmp_critical *critical, kmp_cycle **hopf,
-                             kmp_cycle **first);
 
 /** A piece between two cycles is stable where both are, or one and a fold or a Hopf point at its end. */
 bool kmp_cycles_stable_between(const kmp_cycle *a, const kmp_cycle *b);

@@ -158,17 +158,6 @@ static void take_output(const kempe_table *rows, int k, kmp_cycle *x, double *be
         x->period = period_of(t, y, count - window, window, (x->high[k] + x->low[k]) / 2);
 }
 
-/* The mean of a column in the last window. */
-static double mean_of(const kempe_table *rows, int column)
-{
-    int count = kempe_table_row_count(rows), window = count / 4;
-    const double *y = kempe_table_values(rows, column + 1);
-    double sum = 0;
-    for (int k = count - window; k < count; k++)
-        sum += y[k];
-    return sum / window;
-}
-
 /* The cycle in the last window of rows; it has settled if the window before has the same ranges. */
 static kempe_status take_cycle(stepped *s, const kempe_table *rows, double value, kmp_cycle **cycle)
 {
@@ -178,8 +167,13 @@ static kempe_status take_cycle(stepped *s, const kempe_table *rows, double value
     KMP_TRY(kmp_made(c->system->context, x && KMP_ARENA_EACH(&c->arena, double, c->outputs, &high, &low) &&
                                              KMP_ARENA_EACH(&c->arena, double, c->held, &load)));
     *x = (kmp_cycle){.value = value, .period = NAN, .along = NAN, .high = high, .low = low, .load = load};
-    for (int k = 0; load && s->load && k < c->held; k++)
-        load[k] = mean_of(rows, s->load[k]);
+    /* Means of the loads in the last window. */
+    int count = kempe_table_row_count(rows), window = count / 4;
+    for (int k = 0; load && s->load && k < c->held; k++) {
+        for (int row = count - window; row < count; row++)
+            load[k] += kempe_table_values(rows, s->load[k] + 1)[row];
+        load[k] /= window;
+    }
     for (int k = 0; k < c->outputs; k++)
         take_output(rows, k, x, &before);
     for (int k = 0; k < c->outputs; k++)

@@ -114,22 +114,6 @@ static kempe_status take_columns(kmp_channels *c, const unsigned *parts, bool no
 
 /* -- the system -------------------------------------------------------------------------------------- */
 
-static int count_kind(const kmp_requested_inputs *inputs, kmp_requested_kind kind)
-{
-    int count = 0;
-    for (int k = 0; k < inputs->count; k++)
-        count += inputs->input[k].kind == kind;
-    return count;
-}
-
-static int shown_before(const kempe_model *model, int output)
-{
-    int first = 0;
-    for (int o = 0; o < output; o++)
-        first += kmp_output_width(model, &model->outputs[o]);
-    return first;
-}
-
 static kempe_status make_system(kmp_channels *c, const kmp_channels_options *options, int count,
                                 const char *const *names, unsigned **parts, int *place)
 {
@@ -144,7 +128,9 @@ static kempe_status make_system(kmp_channels *c, const kmp_channels_options *opt
             continue;
         int output = kmp_requested_position(copy, c->inputs.input[k].index, parts);
         KMP_TRY(kmp_made(copy->context, output >= 0));
-        place[k] = shown_before(copy, output);
+        place[k] = 0;
+        for (int o = 0; o < output; o++)
+            place[k] += kmp_output_width(copy, &copy->outputs[o]);
     }
     KMP_TRY(kmp_system_of_variant(c->variant, &c->own));
     kempe_system_set_force(c->own, given->force, given->force_user);
@@ -163,14 +149,6 @@ static kempe_status report_singular(const kmp_channels *c, kempe_status status)
                         "reduced mass are singular; 'kempe check' gives details",
                         c->system->model->name);
     return status;
-}
-
-static bool has_rates(const kmp_linear *l)
-{
-    for (int k = 0; k < kmp_model_coordinates(l->system->model); k++)
-        if (l->qd[k] != 0)
-            return true;
-    return false;
 }
 
 /* Checks that forces are constant while the independent coordinates move at the rates of the start. */
@@ -208,7 +186,8 @@ static kempe_status judge_rest(kmp_channels *c, const int *wish, int wish_count)
         KMP_TRY(judge_steady(c, &c->rests));
         KMP_TRY(kmp_operating_take(c->at, l, wish, wish_count));
     }
-    c->goes_on = c->rests && has_rates(l);
+    for (int k = 0; k < kmp_model_coordinates(l->system->model); k++)
+        c->goes_on = c->goes_on || (c->rests && l->qd[k] != 0);
     return KEMPE_OK;
 }
 
@@ -249,7 +228,10 @@ static kempe_status build(kmp_channels *c, const kmp_channels_options *options)
     KMP_TRY(kmp_made(c->system->context, !c->arena.failed));
     int count = list_slopes(c, names, place, &parameters);
     KMP_TRY(kmp_made(c->system->context, !c->arena.failed));
-    if (parameters > 0 || options->outputs || count_kind(&c->inputs, KMP_REQUESTED_FORCE) > 0)
+    bool own = parameters > 0 || options->outputs;
+    for (int k = 0; k < c->inputs.count; k++)
+        own = own || c->inputs.input[k].kind == KMP_REQUESTED_FORCE;
+    if (own)
         KMP_TRY(make_system(c, options, parameters, names, &parts, place));
     KMP_TRY(take_columns(c, parts, none, &seen));
     /* The state, in whose charts and coordinates the equations are linear. */

@@ -32,9 +32,3 @@ enum {
 };
 
 kmp_matrix_row kmp_linearization_row(const kempe_linearization *linearization, int k);
-
-/** KEMPE_E_ARGUMENT: a model with delays is at a state that is no equilibrium. */
-kempe_status kmp_linearization_check_delays(const kempe_linearization *linearization);
-
-/** Makes the delays inputs and outputs of A, B, C and D, which are those of the averaged system. KEMPE_E_MEMORY. */
-kempe_status kmp_linearization_open_delays(kempe_linearization *linearization);

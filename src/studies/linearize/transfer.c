@@ -80,37 +80,25 @@ static void follow(kmp_transfer *t, const kmp_change *change, int k, double *res
     see(t, q, qd, qdd, lambda, t->shown, out);
 }
 
-/* d(position of the point)/dq along the axis, negative: the contribution of the force to R. */
-static void push(kmp_transfer *t, const kmp_load *load, double *force)
-{
-    kmp_direction by = {.q = force};
-    memset(t->shown, 0, (size_t)t->slopes->shown * sizeof *t->shown);
-    t->shown[load->place + t->inputs->input[load->input].axis] = -1;
-    kmp_slopes_gradient(t->slopes, &t->slopes->outputs, t->shown, &by);
-}
-
-/* h = q - f(t) of a drive, f with a little more. */
-static void drive(const kmp_transfer *t, const kmp_load *load, double *rows)
-{
-    for (int r = 0; r < t->m; r++)
-        if (t->linear->system->rows[r].closure == t->inputs->input[load->input].index)
-            rows[r] = -1;
-}
-
 static void follow_load(kmp_transfer *t, const kmp_load *load, double *residual, double *out)
 {
     int m = t->m;
+    const kmp_requested_input *input = &t->inputs->input[load->input];
     double *h = t->side, *force = h + 3 * m;
     memset(h, 0, (size_t)(3 * m + t->n) * sizeof *h);
-    switch (t->inputs->input[load->input].kind) {
+    switch (input->kind) {
     case KMP_REQUESTED_EFFORT:
-        force[t->inputs->input[load->input].index] = -1;
+        force[input->index] = -1;
         break;
-    case KMP_REQUESTED_FORCE:
-        push(t, load, force);
+    case KMP_REQUESTED_FORCE: /* to R: d(position of the point)/dq along the axis, negative */
+        memset(t->shown, 0, (size_t)t->slopes->shown * sizeof *t->shown);
+        t->shown[load->place + input->axis] = -1;
+        kmp_slopes_gradient(t->slopes, &t->slopes->outputs, t->shown, &(kmp_direction){.q = force});
         break;
-    case KMP_REQUESTED_DRIVE:
-        drive(t, load, h + load->order * m);
+    case KMP_REQUESTED_DRIVE: /* h = q - f(t), f with a little more */
+        for (int r = 0; r < m; r++)
+            if (t->linear->system->rows[r].closure == input->index)
+                h[load->order * m + r] = -1;
         break;
     case KMP_REQUESTED_INPUT:
     case KMP_REQUESTED_PARAMETER:

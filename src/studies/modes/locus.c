@@ -36,11 +36,6 @@ typedef struct maker {
     int *column, room;
 } maker;
 
-static void leave(family *s)
-{
-    kmp_modes_free(&s->modes);
-}
-
 static kempe_status arrive(maker *m, double value, family *s)
 {
     *s = (family){.value = value};
@@ -58,7 +53,7 @@ static kempe_status arrive(maker *m, double value, family *s)
                 s->load[m->visited->rates[k].coordinate] = m->visited->rates[k].load;
         return KEMPE_OK;
     }
-    leave(s);
+    kmp_modes_free(&s->modes);
     return kmp_fail_memory(m->context);
 }
 
@@ -126,7 +121,7 @@ static kempe_status advance(maker *m, const family *from, family *to, int halvin
         status = reach(m, from, (from->value + to->value) / 2, halvings + 1, &middle, doubt);
     if (status == KEMPE_OK) {
         status = advance(m, &middle, to, halvings + 1, doubt);
-        leave(&middle);
+        kmp_modes_free(&middle.modes);
         return status;
     }
     *doubt = fmax(*doubt, here); /* intermediate values cannot be reached: the result is accepted */
@@ -147,7 +142,7 @@ static kempe_status reach(maker *m, const family *from, double value, int halvin
             : kmp_fail(m->context, KEMPE_E_FAILED, "there are %d degrees of freedom at %g, and %d at %g",
                        from->modes.moving, from->value, to->modes.moving, value);
     if (status != KEMPE_OK)
-        leave(to);
+        kmp_modes_free(&to->modes);
     return status;
 }
 
@@ -192,7 +187,7 @@ static end end_of(const family *at, int branch)
 
 static void replace(end *e, const family *by, int branch)
 {
-    leave(&e->own);
+    kmp_modes_free(&e->own.modes);
     *e = (end){place_at(by, branch), &e->own, *by};
 }
 
@@ -251,7 +246,7 @@ static kempe_status look_beyond(maker *m, bracket *b, const around *values)
     if (b->crosses)
         replace(still, &farther, b->branch);
     else
-        leave(&farther);
+        kmp_modes_free(&farther.modes);
     return KEMPE_OK;
 }
 
@@ -277,8 +272,8 @@ static kempe_status find_critical(maker *m, const family *from, const family *to
     const place *best = fabs(low->re) < fabs(high->re) ? low : high;
     if (status == KEMPE_OK)
         status = keep(m, (kmp_critical){best->value, best->re, fabs(best->im), branch, up});
-    leave(&b.low.own);
-    leave(&b.high.own);
+    kmp_modes_free(&b.low.own.modes);
+    kmp_modes_free(&b.high.own.modes);
     return status;
 }
 
@@ -296,13 +291,6 @@ static kempe_status look_between(maker *m, const family *from, const family *to,
 }
 
 /* -- all values -------------------------------------------------------------------------------------- */
-
-static bool make_room(maker *m, int count)
-{
-    kmp_locus *l = m->l;
-    l->count = count;
-    return KMP_ARENA_EACH(&l->arena, double, (ptrdiff_t)count * l->values, &l->re, &l->im) && make_costs(m, count);
-}
 
 static void note(maker *m, const family *s, double doubt)
 {
@@ -350,8 +338,10 @@ static kempe_status begin(maker *m, const double *values, family *first)
                                                 KMP_ROOM(double, l->values * m->visited->base->n, &l->q, &l->load))));
     memcpy(l->value, values, (size_t)l->values * sizeof *values);
     KMP_TRY(arrive(m, l->value[0], first));
-    if (!make_room(m, first->modes.shown)) {
-        leave(first);
+    l->count = first->modes.shown;
+    if (!KMP_ARENA_EACH(&l->arena, double, (ptrdiff_t)l->count * l->values, &l->re, &l->im) ||
+        !make_costs(m, l->count)) {
+        kmp_modes_free(&first->modes);
         return kmp_fail_memory(m->context);
     }
     for (int b = 0; b < m->l->count; b++)
@@ -372,14 +362,14 @@ static kempe_status go(maker *m, family *here)
         KMP_TRY(reach(m, here, l->value[k], 0, &next, &doubt));
         kempe_status status = check_others(m, &next);
         if (status != KEMPE_OK) {
-            leave(&next);
+            kmp_modes_free(&next.modes);
             return status;
         }
         note(m, &next, doubt);
         kmp_progress(m->context, KMP_PROGRESS_STUDY, k + 1, l->values, "values");
         const around values = {k > 1 ? l->value[k - 2] : NAN, k + 1 < l->values ? l->value[k + 1] : NAN};
         status = look_between(m, here, &next, &values);
-        leave(here);
+        kmp_modes_free(&here->modes);
         *here = next;
         if (status != KEMPE_OK)
             return status;
@@ -398,7 +388,7 @@ kempe_status kmp_locus_make(kmp_operating_family *visited, int count, const doub
         status = go(&m, &here);
         if (status == KEMPE_E_FAILED)
             status = KEMPE_STOPPED;
-        leave(&here);
+        kmp_modes_free(&here.modes);
     }
     kmp_arena_free(&m.arena);
     if (status == KEMPE_OK || status == KEMPE_STOPPED)

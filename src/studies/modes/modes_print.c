@@ -365,12 +365,10 @@ static void json_all(kmp_text *text, const void *result)
     kmp_text verdict = {0};
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, m->system, kmp_status_word(m->status), m->reason, m->system->build_s, m->warnings);
-    kmp_json_string(&j, "at", m->family->state->equilibrium ? "equilibrium" : "start");
-    kmp_json_object(&j, "cyclic");
+    kmp_json_put(&j, "at %s cyclic {", m->family->state->equilibrium ? "equilibrium" : "start");
     for (int i = 0; i < m->family->rate_count; i++)
         kmp_json_number(&j, name_of(m, m->family->rates[i].coordinate), m->qd[m->family->rates[i].coordinate]);
-    kmp_json_end(&j);
-    kmp_json_object(&j, "loads");
+    kmp_json_put(&j, "} loads {");
     for (int i = 0; i < m->family->rate_count; i++)
         if (m->family->rates[i].how == KMP_RATE_HELD)
             kmp_json_number(&j, name_of(m, m->family->rates[i].coordinate), m->family->rates[i].load);

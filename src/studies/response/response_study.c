@@ -105,17 +105,6 @@ static kempe_status read_range(const kmp_channels *c, const kempe_response_optio
 
 /* -- construction ------------------------------------------------------------------------------------ */
 
-static kempe_status check_state(const kmp_channels *c)
-{
-    if (c->rests)
-        return KEMPE_OK;
-    return kmp_fail(c->system->context, KEMPE_E_FAILED,
-                    "%s: the start is not an equilibrium (%.1e of the forces is not balanced, or the forces change "
-                    "with the motion), and small oscillations need one; use an equilibrium (--at equilibrium) or a "
-                    "steady motion (--at 'equilibrium NAME=RATE')",
-                    c->system->model->name, c->residual);
-}
-
 static kempe_status make(kempe_response *r, const kempe_system *system, const kempe_response_options *options)
 {
     const kmp_channels_options requested = {options->at, options->inputs, options->outputs, options->independent,
@@ -129,9 +118,14 @@ static kempe_status make(kempe_response *r, const kempe_system *system, const ke
     if (samples)
         KMP_TRY(kmp_refuse_delays(system->model, "frequency responses of models with samples", KMP_INSTEAD_OF_DELAY));
     KMP_TRY(kmp_channels_init(&r->channels, system, &requested));
-    KMP_TRY(check_state(&r->channels));
-    /* Rejects varying dimensions: their rates would act, which equations of rigid parts do not contain. */
     const kmp_channels *c = &r->channels;
+    if (!c->rests)
+        return kmp_fail(c->system->context, KEMPE_E_FAILED,
+                        "%s: the start is not an equilibrium (%.1e of the forces is not balanced, or the forces change "
+                        "with the motion), and small oscillations need one; use an equilibrium (--at equilibrium) or a "
+                        "steady motion (--at 'equilibrium NAME=RATE')",
+                        c->system->model->name, c->residual);
+    /* Rejects varying dimensions: their rates would act, which equations of rigid parts do not contain. */
     for (int k = 0; k < c->inputs.count; k++)
         if (kmp_transfer_moves_closures(&c->transfer, k))
             return kmp_fail(c->system->context, KEMPE_E_ARGUMENT,

@@ -92,8 +92,7 @@ static void put_json(kmp_text *text, const void *result)
             &json, "work { steps %ld rejected %ld refused %ld rhs %ld exchanges %ld backwards %g kept_bytes %g }",
             s->work.steps, s->work.rejected, s->work.refused, s->work.rhs, s->work.exchanges, s->backwards, s->kept);
     }
-    kmp_json_number(&json, "cpu_s", s->cpu_s);
-    kmp_json_object(&json, "parameters");
+    kmp_json_put(&json, "cpu_s %g parameters {", s->cpu_s);
     for (int k = 0; k < s->count; k++)
         kmp_json_number(&json, s->name[k], s->parameter[k]);
     kmp_json_end(&json);

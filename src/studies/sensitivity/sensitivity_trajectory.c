@@ -305,17 +305,6 @@ static kempe_status check_again(work *w)
 
 /* -- the whole --------------------------------------------------------------------------------------- */
 
-/* Takes the report's reason; the context's message is the same. */
-static kempe_status settle_reason(work *w, kempe_status status)
-{
-    kempe_sensitivity *s = w->s;
-    if (status == KEMPE_E_FAILED && w->report.run.reason)
-        (void)kmp_fail(s->context, status, "%s", w->report.run.reason);
-    s->reason = w->report.run.reason;
-    w->report.run.reason = NULL;
-    return status;
-}
-
 static void free_work(work *w)
 {
     kmp_times_free(&w->times);
@@ -337,8 +326,14 @@ static kempe_status find(kempe_sensitivity *s)
     s->method = w.adjoint ? "adjoint" : "forward";
     if (status == KEMPE_OK && w.adjoint)
         status = kmp_refuse_delays(s->model, "the adjoint method", "use the forward method");
-    if (status == KEMPE_OK)
-        status = settle_reason(&w, find_once(&w));
+    if (status == KEMPE_OK) {
+        /* Takes the report's reason; the context's message is the same. */
+        status = find_once(&w);
+        if (status == KEMPE_E_FAILED && w.report.run.reason)
+            (void)kmp_fail(s->context, status, "%s", w.report.run.reason);
+        s->reason = w.report.run.reason;
+        w.report.run.reason = NULL;
+    }
     if (status == KEMPE_OK && s->rows > 0 && s->columns > 0 && !s->run->no_convergence_check)
         status = check_again(&w);
     free_work(&w);

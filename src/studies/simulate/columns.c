@@ -12,14 +12,6 @@ static kmp_quantity quantity_of(kmp_output_kind kind)
                                       : KMP_QUANTITY_LAMBDA;
 }
 
-/* True if an output includes entry k: lambda(CLOSURE) has that closure's rows alone, q(JOINT) that coordinate. */
-static bool is_requested(const kempe_system *system, const kmp_output *output, int k)
-{
-    if (output->index < 0)
-        return true;
-    return output->kind == KMP_OUTPUT_LAMBDA ? system->rows[k].closure == output->index : k == output->index;
-}
-
 /* True for an output that occurs twice, or one of a quantity that is complete already: it gives no second column. */
 static bool is_repeated(const kempe_model *model, int output)
 {
@@ -52,7 +44,7 @@ static void add_computed(kmp_columns *columns, const kempe_model *model, const u
     for (int k = 0; k < kmp_output_width(model, output); k++) {
         kmp_text name = {0};
         /* Components beyond the bits have no words of their own. */
-        if (!(!parts || k >= 32 || parts[o] >> k & 1u))
+        if (parts && k < 32 && !(parts[o] >> k & 1u))
             continue;
         kmp_output_column(&name, model, output, k);
         add(columns, &name, kmp_output_unit(model, output, k), (kmp_column){KMP_QUANTITIES, first + k, o, k});
@@ -65,14 +57,15 @@ static void add_from_table(kmp_columns *columns, const kempe_system *system, con
     kmp_quantity quantity = quantity_of(output->kind);
     for (int k = 0; k < kmp_quantity_size(system, quantity); k++) {
         kmp_text name = {0};
-        if (!is_requested(system, output, k))
+        /* lambda(CLOSURE) has that closure's rows alone, q(JOINT) that coordinate. */
+        if (output->index >= 0 && (output->kind == KMP_OUTPUT_LAMBDA ? system->rows[k].closure : k) != output->index)
             continue;
         kmp_text_printf(&name, "%s.%s", kmp_quantity_prefix(quantity), kmp_quantity_name(system, quantity, k));
         /* A state is the rate of its motion. */
         bool state = quantity == KMP_QUANTITY_STATE;
         int index = state ? kmp_model_coordinates(system->model) + k : k;
         add(columns, &name, kmp_quantity_unit(system, quantity, k),
-            ((kmp_column){state ? KMP_QUANTITY_QD : quantity, index, o, 0}));
+            (kmp_column){state ? KMP_QUANTITY_QD : quantity, index, o, 0});
     }
 }
 

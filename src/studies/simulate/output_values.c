@@ -24,8 +24,7 @@ struct kempe_outputs {
     int n, m, count;
     bool *moves;         /* of each value: it has a Jacobian */
     kmp_evaluator *eval; /* of the closures, for the tangent */
-    kmp_partition start, part;
-    bool own; /* `part` is the caller's choice; otherwise `start` is in use */
+    kmp_partition part;
     kmp_reduction red;
     bool reduces;  /* `red` is there */
     double *rate;  /* n */
@@ -75,14 +74,27 @@ static void make_slopes(void *user, const kmp_equations *eq, int count, const km
 
 /* -- new and free ------------------------------------------------------------------------------------ */
 
-static kempe_status choose(kempe_outputs *o, kmp_partition *part)
+/* Chooses the independent coordinates at the start, `count` of them the caller's; a choice that fails changes nothing.
+ */
+static kempe_status choose(kempe_outputs *o, const int *u, int count)
 {
+    kmp_partition part = {0};
+    kempe_assembly *a = NULL;
+    KMP_TRY(kempe_assembly_new(o->system, &a));
+    kmp_eval_closure(o->eval, 0, kempe_assembly_q(a));
+    kempe_assembly_free(a);
+    kempe_status status = kmp_partition_init(&part, o->system, o->eval->jacobian, count ? u : NULL, count);
+    if (status != KEMPE_OK) {
+        kmp_partition_free(&part);
+        return status;
+    }
     if (o->reduces)
         kmp_reduction_free(&o->red);
-    o->reduces = false;
-    KMP_TRY(kmp_reduction_init(&o->red, o->eval, part));
-    o->reduces = true;
-    return KEMPE_OK;
+    kmp_partition_free(&o->part);
+    o->part = part;
+    status = kmp_reduction_init(&o->red, o->eval, &o->part);
+    o->reduces = status == KEMPE_OK;
+    return status;
 }
 
 static kempe_status make(kempe_outputs *o, const char *words)
@@ -95,15 +107,7 @@ static kempe_status make(kempe_outputs *o, const char *words)
     if (!o->eval || o->arena.failed)
         return KEMPE_E_MEMORY;
     /* The choice at the start; none where it cannot be assembled: closed-chain Jacobians are then refused. */
-    kempe_assembly *a = NULL;
-    kempe_status status = kempe_assembly_new(o->system, &a);
-    if (status == KEMPE_OK) {
-        kmp_eval_closure(o->eval, 0, kempe_assembly_q(a));
-        status = kmp_partition_init(&o->start, o->system, o->eval->jacobian, NULL, 0);
-    }
-    if (status == KEMPE_OK)
-        status = choose(o, &o->start);
-    kempe_assembly_free(a);
+    kempe_status status = choose(o, NULL, 0);
     KMP_TRY(status == KEMPE_E_MEMORY ? status : KEMPE_OK);
     kmp_context_clear(o->system->context);
     return KEMPE_OK;
@@ -130,7 +134,6 @@ void kempe_outputs_free(kempe_outputs *o)
         return;
     if (o->reduces)
         kmp_reduction_free(&o->red);
-    kmp_partition_free(&o->start);
     kmp_partition_free(&o->part);
     kmp_eval_free(o->eval);
     kmp_observed_free(&o->observed);
@@ -235,39 +238,17 @@ kempe_status kempe_outputs_choose(kempe_outputs *o, const char *independent)
     KMP_WANTED(NULL, o, "outputs");
     kempe_context *context = o->system->context;
     kmp_model_begin(o->system->model);
-    kmp_partition part = {0};
     int count = 0, *u = KMP_NEW(int, o->n);
-    kempe_assembly *a = NULL;
     kempe_status status =
         u ? kmp_coordinates_read(o->system->model, "independent", independent, u, &count) : kmp_fail_memory(context);
     if (status == KEMPE_OK)
-        status = kempe_assembly_new(o->system, &a);
-    if (status == KEMPE_OK) {
-        kmp_eval_closure(o->eval, 0, kempe_assembly_q(a));
-        status = kmp_partition_init(&part, o->system, o->eval->jacobian, count ? u : NULL, count);
-    }
-    kempe_assembly_free(a);
+        status = choose(o, u, count);
     kmp_free(u);
-    if (status != KEMPE_OK) {
-        kmp_partition_free(&part);
-        return status;
-    }
-    if (o->reduces)
-        kmp_reduction_free(&o->red);
-    o->reduces = false;
-    kmp_partition_free(&o->part);
-    o->part = part;
-    o->own = true;
-    return choose(o, &o->part);
+    return status;
 }
 
-static const kmp_partition *partition_of(const kempe_outputs *o)
-{
-    return o->own ? &o->part : &o->start;
-}
-
-KMP_GETTER(int kempe_outputs_independent_count(const kempe_outputs *outputs), outputs, partition_of(outputs)->p, 0)
-KMP_GETTER(const int *kempe_outputs_independent(const kempe_outputs *outputs), outputs, partition_of(outputs)->u, NULL)
+KMP_GETTER(int kempe_outputs_independent_count(const kempe_outputs *outputs), outputs, outputs->part.p, 0)
+KMP_GETTER(const int *kempe_outputs_independent(const kempe_outputs *outputs), outputs, outputs->part.u, NULL)
 
 /* X and x_t at a closed position; at a dead centre its coordinates by name. */
 static kempe_status find_tangent(kempe_outputs *o, double t, const double *q)
@@ -285,7 +266,7 @@ static kempe_status find_tangent(kempe_outputs *o, double t, const double *q)
                         "(a dead centre)",
                         t, model->motions[singular - 1].name);
     kmp_reduction_tangent(&o->red);
-    double growth = partition_of(o)->p > 0 ? kmp_reduction_growth(&o->red, &v, &u) : 0;
+    double growth = o->part.p > 0 ? kmp_reduction_growth(&o->red, &v, &u) : 0;
     if (growth <= KMP_TANGENT_SINGULAR)
         return KEMPE_OK;
     return kmp_fail(
@@ -302,7 +283,7 @@ kempe_status kempe_outputs_closed_jacobian(kempe_outputs *o, double t, const dou
     KMP_WANTED(o->system->context, q, "q");
     KMP_WANTED(o->system->context, jacobian, "jacobian");
     KMP_TRY(find_tangent(o, t, q));
-    int n = o->n, p = partition_of(o)->p;
+    int n = o->n, p = o->part.p;
     const double *x = o->red.x;
     KMP_TRY(kempe_outputs_jacobian(o, t, q, qd, o->slope, o->slope + n * o->count));
     for (int k = 0; k < p; k++)

@@ -636,10 +636,7 @@ void kmp_running_safety_show(kmp_text *text, const kempe_model *model, const kmp
 
 static void json_value(kmp_json *json, const char *key, kmp_safety_value x)
 {
-    kmp_json_object(json, key);
-    kmp_json_number(json, "value", x.value);
-    kmp_json_number(json, "t", x.t);
-    kmp_json_end(json);
+    kmp_json_put(json, "%s { value %g t %g }", key, x.value, x.t);
 }
 
 /* true, false, or null where one of both is unknown. */

@@ -100,14 +100,6 @@ static kempe_status make_runner(kempe_stepper *s, const kmp_run_spec *spec, cons
     return status;
 }
 
-static kempe_status begin(kempe_stepper *s)
-{
-    KMP_TRY(kmp_made(s->system->context,
-                     KMP_ARENA_EACH(&s->arena, double, 3 * s->system->n + s->system->m, &s->row, &s->next)));
-    kempe_status status = make_runner(s, &s->spec, NULL);
-    return s->runner ? settle(s, status) : status;
-}
-
 kempe_status kempe_stepper_new(const kempe_system *system, const kempe_run_options *run, kempe_stepper **stepper)
 {
     KMP_WANTED_BOTH(system, stepper);
@@ -118,7 +110,12 @@ kempe_status kempe_stepper_new(const kempe_system *system, const kempe_run_optio
     kempe_status status = kmp_spec_of(system, run, &s->arena, &s->spec);
     s->spec.max_steps = s->spec.max_steps ? s->spec.max_steps : -1; /* monitored by the caller; t_end is far */
     if (status == KEMPE_OK)
-        status = begin(s);
+        status =
+            kmp_made(system->context, KMP_ARENA_EACH(&s->arena, double, 3 * system->n + system->m, &s->row, &s->next));
+    if (status == KEMPE_OK)
+        status = make_runner(s, &s->spec, NULL);
+    if (s->runner)
+        status = settle(s, status);
     return KMP_GIVE_OR_FREE(status, stepper, s, kempe_stepper_free);
 }
 

@@ -192,9 +192,8 @@ static void show(kmp_text *text, const void *result)
     kmp_text_printf(text, ", integrator %s, rtol %g, atol %g%s%s\n", t->integrator, t->rtol, t->atol,
                     t->report.by_bodies ? ", articulated-body algorithm" : "",
                     strcmp(t->change_points, kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE)) == 0
-                        ? ", change points ignored"
-                        : "");
-    kmp_text_put(text, "\n");
+                        ? ", change points ignored\n"
+                        : "\n");
     show_state(text, t);
     show_multipliers(text, t);
     const kempe_model *model = t->system->model;
@@ -315,10 +314,8 @@ static void json_contacts(kmp_json *json, const kempe_trajectory *t)
         kmp_json_put(json, "{ name %s began %d ended %d cut %i touching %g", model->forces[k].name, times.begun,
                      times.ended, t->log.contacts_cut, times.touching);
         kmp_json_numbers(json, "depths", KMP_DEPTHS, times.depth);
-        kmp_json_string(json, "turning", times.turning);
-        kmp_json_number(json, "turns", times.turns);
         /* Each contact with its beginning, its end and its largest depth. */
-        kmp_json_array(json, "contacts");
+        kmp_json_put(json, "turning %s turns %g contacts [", times.turning, times.turns);
         for (int i = 0; i < t->log.contact_count; i++) {
             const kmp_contact_time *contact = &t->log.contacts[i];
             const double numbers[] = {contact->from, contact->until, kmp_contact_time_depth(t, i)};
