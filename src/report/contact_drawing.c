@@ -2,8 +2,8 @@
 #include "report/contact_drawing.h"
 #include "base/memory.h"
 #include "model/compliant/compliant.h"
-#include "studies/simulate/contact_times.h"
 #include "studies/simulate/observed.h"
+#include "studies/simulate/trajectory.h"
 #include <math.h>
 #include <string.h>
 

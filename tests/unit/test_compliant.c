@@ -3,7 +3,7 @@
  * contacts against their digits, stiffness by Hertz, a slider-crank with a loose pin against digits of two programs,
  * one of them examples/loose_pin/reference_loose_pin.py; its energy balance over twenty revolutions; times and depths
  * of contacts. */
-#include "studies/simulate/contact_times.h"
+#include "studies/simulate/trajectory.h"
 #include "ways.h"
 #include <kempe/table.h>
 #include <math.h>

@@ -54,7 +54,3 @@ double kmp_descent_measure(const kmp_linear *l, double *work, double *most);
 /** True if R does not change with u_k, to first order, and u_k is not the motion of a state; `work` as from
  * kmp_descent_measure. */
 bool kmp_descent_is_idle(const kmp_linear *l, int k, const double *work);
-
-/** Appends the forces along u[k] of the last state: "gravity -9.81 N, 'k' 2 N, together -7.81 N", the nonzero ones,
- * largest first; nothing where there are none. KEMPE_E_MEMORY. */
-kempe_status kmp_load_path_report(kmp_text *text, const kmp_linear *linear, int k);

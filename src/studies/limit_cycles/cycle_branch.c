@@ -1,11 +1,447 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Limit cycles: the motion over a period with its derivatives, Newton's method for a cycle, and the branch that it is
+ * on. */
 #include "studies/limit_cycles/cycle_branch.h"
 #include "base/bracket.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
+#include "linalg/dense/dense.h"
+#include "linalg/dense/lapack.h"
 #include "model/expressions/ranges.h"
 #include <math.h>
 #include <string.h>
+
+/* -- a motion over a time -------------------------------------------------------------------------------- */
+
+/* -- construction ------------------------------------------------------------------------------------ */
+
+const char *const kmp_flow_kinds[] = {"q", "qd", "state"};
+
+const char *kmp_flow_name(const kempe_model *model, const kmp_flow_entry *entry)
+{
+    return entry->kind == KMP_FLOW_STATE ? kmp_state_of(model, entry->motion)->name
+                                         : model->motions[entry->motion].name;
+}
+
+static bool make_room(kmp_flow *f)
+{
+    int n = f->size;
+    return KMP_ARENA_MAKE(
+        &f->arena, KMP_ROOM(kmp_flow_entry, n, &f->entry), KMP_ROOM(double, n + 1, &f->values, &f->sizes),
+        KMP_ROOM(double, n, &f->begin, &f->end, &f->begin_rate, &f->end_rate),
+        KMP_ROOM(double, n *(n + 1), &f->slope, &f->monodromy), KMP_ROOM(double, KMP_FLOW_PIECES + 1, &f->times),
+        KMP_ROOM(double, n *(KMP_FLOW_PIECES + 1), &f->history));
+}
+
+static double value_of(const kmp_flow_entry *e, const double *q, const double *qd)
+{
+    return (e->kind == KMP_FLOW_POSITION ? q : qd)[e->motion];
+}
+
+/* The state of a row, and at both ends also its rates and derivatives. */
+static int take_row(void *user, const kmp_varied_row *row)
+{
+    kmp_flow *f = user;
+    const int n = f->size, systems = f->rows->system->n, at = f->row++;
+    if (at > f->pieces)
+        return 0;
+    bool first = at == 0, last = at == f->pieces;
+    for (int i = 0; i < n; i++) {
+        const kmp_flow_entry *e = &f->entry[i];
+        double x = value_of(e, row->q, row->qd), rate = value_of(e, row->qd, row->qdd);
+        f->history[i + (ptrdiff_t)at * n] = x;
+        if (first)
+            f->begin[i] = x, f->begin_rate[i] = rate;
+        if (last)
+            f->end[i] = x, f->end_rate[i] = rate;
+        for (int k = 0; (first || last) && k <= n; k++) {
+            double slope = value_of(e, row->dq + (ptrdiff_t)k * systems, row->dqd + (ptrdiff_t)k * systems);
+            double *sum = &f->slope[i + (ptrdiff_t)k * n];
+            *sum = first ? -slope : *sum + slope;
+            if (last && k < n)
+                f->monodromy[i + (ptrdiff_t)k * n] = slope;
+        }
+    }
+    return 0;
+}
+
+static kempe_status make_runs(kmp_flow *f, const char *name, const char *outputs, const kempe_run_options *run)
+{
+    kmp_text names = {0};
+    for (int i = 0; i < f->size; i++)
+        kmp_text_printf(&names, "%s.%s,", kmp_flow_kinds[f->entry[i].kind],
+                        kmp_flow_name(f->system->model, &f->entry[i]));
+    kmp_text_put(&names, name);
+    for (int k = 0; k <= KMP_FLOW_PIECES; k++)
+        f->times[k] = (double)k / KMP_FLOW_PIECES;
+    kempe_run_options own = *run;
+    own.rtol = f->rtol;
+    const kempe_sensitivity_options ask = {.parameters = names.s, .outputs = outputs, .run = &own};
+    kempe_status status =
+        names.failed ? kmp_fail_memory(f->context)
+                     : kmp_slope_runs_new(f->system->model, &ask, KMP_FLOW_PIECES + 1, f->times, false, &f->runs);
+    kmp_text_free(&names);
+    return status;
+}
+
+kempe_status kmp_flow_new(const kempe_system *system, const char *name, const char *outputs,
+                          const kempe_run_options *run, int size, const kmp_flow_entry *entry, kmp_flow **flow)
+{
+    KMP_MAKE(system->context, kmp_flow, f);
+    *f = (kmp_flow){.context = system->context, .system = system, .size = size, .pieces = 1};
+    f->rtol = run->rtol > 0 ? run->rtol : KMP_CYCLE_RTOL;
+    kempe_status status = kmp_made(system->context, make_room(f));
+    if (status == KEMPE_OK) {
+        memcpy(f->entry, entry, (size_t)size * sizeof *entry);
+        status = make_runs(f, name, outputs, run);
+    }
+    if (status == KEMPE_OK) {
+        f->rows = kmp_slope_runs_rows(f->runs);
+        kmp_slope_runs_watch(f->runs, take_row, f);
+        kmp_slope_runs_keep_length(f->runs, system->length);
+    }
+    return KMP_GIVE_OR_FREE(status, flow, f, kmp_flow_free);
+}
+
+void kmp_flow_free(kmp_flow *flow)
+{
+    if (!flow)
+        return;
+    kmp_slope_runs_free(flow->runs);
+    kmp_arena_free(&flow->arena);
+    kmp_free(flow);
+}
+
+/* -- a run -------------------------------------------------------------------------------------------- */
+
+/* The largest of sizes of start values of a kind, over those of their motions. */
+static double largest_of(const kmp_flow *flow, const double *sizes, kmp_flow_kind kind)
+{
+    double most = 0;
+    for (int i = 0; i < flow->size; i++)
+        if (flow->entry[i].kind == kind)
+            most = fmax(most, sizes[i] / flow->system->scale[flow->entry[i].motion]);
+    return most;
+}
+
+/* Sets absolute tolerances by the sizes of the state (size) and of the parameter. */
+static void weigh_flow(kmp_flow *flow, const double *sizes, double parameter)
+{
+    kmp_flow *f = flow;
+    double largest = fmax(largest_of(f, sizes, KMP_FLOW_POSITION), largest_of(f, sizes, KMP_FLOW_STATE));
+    memcpy(f->sizes, sizes, (size_t)f->size * sizeof *sizes);
+    f->sizes[f->size] = parameter;
+    kmp_slope_runs_weigh(f->runs, f->rtol * (largest > 0 ? largest : 1), f->sizes);
+}
+
+/* Runs over a time from x (size) with a value of the parameter, in so many pieces, 1 to KMP_FLOW_PIECES.
+ * KEMPE_E_FAILED with its reason, KEMPE_STOPPED. */
+static kempe_status run_flow(kmp_flow *flow, const double *x, double time, double value, int pieces)
+{
+    kmp_flow *f = flow;
+    memcpy(f->values, x, (size_t)f->size * sizeof *x);
+    f->values[f->size] = value;
+    for (int k = 0; k <= pieces; k++)
+        f->times[k] = k == pieces ? time : time * k / pieces;
+    f->row = 0;
+    f->pieces = pieces;
+    kmp_slope_runs_set_times(f->runs, pieces + 1, f->times);
+    return kmp_slope_runs_at(f->runs, f->values);
+}
+
+/* -- extremes ------------------------------------------------------------------------------------------ */
+
+static double extreme_at(int count, const double *values, ptrdiff_t stride, int at)
+{
+    double y[5];
+    for (int k = 0; k < 5; k++)
+        y[k] = values[stride * ((at + k - 2 + count) % count)];
+    /* The extreme value near the middle of five values at distances of 1, by Newton's method on the derivative of their
+     * polynomial; the middle one where that leads away. */
+    double d1 = (y[0] - 8 * y[1] + 8 * y[3] - y[4]) / 12, d2 = (-y[0] + 16 * y[1] - 30 * y[2] + 16 * y[3] - y[4]) / 12;
+    double d3 = (-y[0] + 2 * y[1] - 2 * y[3] + y[4]) / 2, d4 = y[0] - 4 * y[1] + 6 * y[2] - 4 * y[3] + y[4];
+    double s = 0;
+    for (int k = 0; k < 6; k++) {
+        double bend = d2 + s * (d3 + s * d4 / 2);
+        if (bend == 0)
+            break;
+        s -= (d1 + s * (d2 + s * (d3 / 2 + s * d4 / 6))) / bend;
+    }
+    return fabs(s) <= 1 ? y[2] + s * (d1 + s * (d2 / 2 + s * (d3 / 6 + s * d4 / 24))) : y[2];
+}
+
+/* The largest and the least value of a periodic quantity with `count` values at `stride`, a period without its end:
+ * those of the polynomials of fourth degree through the extreme value and its neighbours. */
+static void find_extremes(int count, const double *values, ptrdiff_t stride, double *high, double *low)
+{
+    int most = 0, least = 0;
+    for (int k = 1; k < count; k++) {
+        most = values[stride * k] > values[stride * most] ? k : most;
+        least = values[stride * k] < values[stride * least] ? k : least;
+    }
+    *high = fmax(extreme_at(count, values, stride, most), values[stride * most]);
+    *low = fmin(extreme_at(count, values, stride, least), values[stride * least]);
+}
+
+/* -- shooting -------------------------------------------------------------------------------------------- */
+
+enum { MOST_CORRECTIONS = 10 };
+
+/* A correction of so many sizes leads to another cycle, or nowhere. */
+#define FAR 1.0
+/* Corrections that grow by more do not converge. */
+#define GROWS 2.0
+
+const char *kmp_cycle_stability_text(const kmp_cycle *cycle)
+{
+    static const char *const words[] = {"stable", "unstable", "undecided"};
+    return words[cycle->stability];
+}
+
+const char *kmp_cycle_text(const kmp_cycle *cycle)
+{
+    static const char *const words[] = {"", "Hopf", "fold", "doubling", "torus", "branching", "rest"};
+    return words[cycle->word];
+}
+
+kempe_status kmp_shooting_init(kmp_shooting *shooting, kmp_flow *flow, int loads, const int *load, kmp_arena *cycles)
+{
+    kmp_shooting *s = shooting;
+    int n = flow->size, w = n + 2;
+    *s = (kmp_shooting){.flow = flow, .cycles = cycles, .size = n, .width = w, .loads = loads, .load = load};
+    KMP_ARENA_MAKE(&s->arena, KMP_ROOM(double, w, &s->z, &s->scale, &s->span, &s->whole, &s->right),
+                   KMP_ROOM(double, n, &s->reference, &s->direction, &s->re, &s->im),
+                   KMP_ROOM(double, w *w, &s->matrix), KMP_ROOM(double, n *n, &s->copy),
+                   KMP_ROOM(double, 4 * n * n, &s->vectors), KMP_ROOM(int, w, &s->pivot, &s->order));
+    return kmp_made(flow->context, !s->arena.failed);
+}
+
+void kmp_shooting_free(kmp_shooting *shooting)
+{
+    kmp_arena_free(&shooting->arena);
+}
+
+/* -- sizes -------------------------------------------------------------------------------------------- */
+
+void kmp_shooting_weigh(kmp_shooting *shooting, const double *x, const double *reach, double period, double parameter)
+{
+    kmp_shooting *s = shooting;
+    double largest[3], motion;
+    for (kmp_flow_kind kind = KMP_FLOW_POSITION; kind <= KMP_FLOW_STATE; kind++)
+        largest[kind] = largest_of(s->flow, reach, kind);
+    motion = fmax(largest[KMP_FLOW_POSITION], largest[KMP_FLOW_STATE]);
+    for (int i = 0; i < s->size; i++) {
+        const kmp_flow_entry *e = &s->flow->entry[i];
+        double usual = e->kind == KMP_FLOW_RATE ? motion * 2 * acos(-1) / period : motion;
+        double largest_here = fmax(largest[e->kind], usual) * s->flow->system->scale[e->motion], mean = fabs(x[i]);
+        s->scale[i] = fmax(fmax(reach[i], KMP_CYCLE_STILL * largest_here), s->flow->rtol / KMP_CYCLE_CORRECTED * mean);
+        s->span[i] = fmax(s->scale[i], KMP_CYCLE_RANGE * mean);
+        s->whole[i] = fmax(s->span[i], largest_here);
+    }
+    s->scale[s->size] = s->span[s->size] = s->whole[s->size] = period;
+    s->scale[s->size + 1] = s->span[s->size + 1] = s->whole[s->size + 1] = parameter;
+    weigh_flow(s->flow, s->scale, parameter);
+}
+
+void kmp_shooting_refer(kmp_shooting *shooting, const double *x, const double *rate)
+{
+    memcpy(shooting->reference, x, (size_t)shooting->size * sizeof *x);
+    memcpy(shooting->direction, rate, (size_t)shooting->size * sizeof *rate);
+}
+
+/* -- Newton's method ------------------------------------------------------------------------------------ */
+
+/* The derivatives of all conditions, over the sizes, at the last run. */
+static void fill_matrix(kmp_shooting *s, const double *border)
+{
+    const kmp_flow *f = s->flow;
+    int n = s->size, w = s->width;
+    for (int j = 0; j < w; j++) {
+        double *column = s->matrix + (ptrdiff_t)j * w;
+        for (int i = 0; i < n; i++)
+            column[i] = (j == n  ? f->end_rate[i]
+                         : j < n ? f->slope[i + (ptrdiff_t)j * n]
+                                 : f->slope[i + (ptrdiff_t)n * n]) *
+                        s->scale[j] / s->scale[i];
+        column[n] = j < n ? s->direction[j] * s->scale[n] / s->scale[j] : 0;
+        column[n + 1] = border[j] * s->scale[j] / s->span[j];
+    }
+}
+
+static kempe_status fail_newton(const kmp_shooting *s, const char *why)
+{
+    return kmp_fail(s->flow->context, KEMPE_E_FAILED, "Newton's method finds no limit cycle near %.9g: %s",
+                    s->z[s->width - 1], why);
+}
+
+/* A correction; *size: the largest part of it, *far: over the largest motions. */
+static kempe_status correct_once(kmp_shooting *s, const double *guess, const double *border, double *size, double *far)
+{
+    KMP_TRY(run_flow(s->flow, s->z, s->z[s->size], s->z[s->size + 1], 1));
+    fill_matrix(s, border);
+    const kmp_flow *f = s->flow;
+    int n = s->size;
+    double phase = 0, beside = 0;
+    for (int i = 0; i < n; i++) {
+        s->right[i] = (f->begin[i] - f->end[i]) / s->scale[i];
+        phase += s->direction[i] * s->scale[n] / s->scale[i] * (s->reference[i] - s->z[i]) / s->scale[i];
+    }
+    for (int j = 0; j < s->width; j++)
+        beside += border[j] * (guess[j] - s->z[j]) / s->span[j];
+    s->right[n] = phase;
+    s->right[n + 1] = beside;
+    if (kmp_lu_factor(s->width, s->matrix, s->pivot) != 0)
+        return fail_newton(s, "its equations are singular");
+    kmp_lu_solve(s->width, s->matrix, s->pivot, 1, s->right);
+    *size = *far = 0;
+    for (int j = 0; j < s->width; j++) {
+        *size = fmax(*size, fabs(s->right[j]));
+        *far = fmax(*far, fabs(s->right[j]) * s->scale[j] / s->whole[j]);
+    }
+    return isfinite(*size) ? KEMPE_OK : fail_newton(s, "a correction is not finite");
+}
+
+kempe_status kmp_shooting_correct(kmp_shooting *shooting, const double *guess, const double *border)
+{
+    kmp_shooting *s = shooting;
+    double last = FAR, size = 0, far = 0;
+    memcpy(s->z, guess, (size_t)s->width * sizeof *guess);
+    for (s->iterations = 1; s->iterations <= MOST_CORRECTIONS; s->iterations++) {
+        KMP_TRY(correct_once(s, guess, border, &size, &far));
+        if (far > GROWS * last || far > FAR || s->right[s->size] < -0.5)
+            return fail_newton(s, "its corrections grow");
+        for (int j = 0; j < s->width; j++)
+            s->z[j] += s->right[j] * s->scale[j];
+        if (size <= KMP_CYCLE_CORRECTED)
+            return KEMPE_OK;
+        last = fmax(far, KMP_CYCLE_CORRECTED);
+    }
+    return fail_newton(s, "its corrections do not become small");
+}
+
+/* -- a cycle ------------------------------------------------------------------------------------------- */
+
+kmp_cycle *kmp_shooting_room(kmp_shooting *shooting)
+{
+    kmp_shooting *s = shooting;
+    int n = s->size, outputs = s->flow->rows->columns;
+    kmp_cycle *c = KMP_ARENA_NEW(s->cycles, kmp_cycle, 1);
+    return c && KMP_ARENA_MAKE(s->cycles, KMP_ROOM(double, n, &c->x, &c->rate, &c->re, &c->im, &c->reach),
+                               KMP_ROOM(double, n + 2, &c->tangent), KMP_ROOM(double, outputs, &c->high, &c->low),
+                               KMP_ROOM(double, s->loads, &c->load))
+               ? c
+               : NULL;
+}
+
+/* Means over the period; NaN where every other value has another mean, as with a motion faster than the values. */
+static void take_loads(const kmp_shooting *s, kmp_cycle *c)
+{
+    const kempe_sensitivity *rows = s->flow->rows;
+    int pieces = s->flow->pieces;
+    for (int k = 0; k < s->loads; k++) {
+        double even = 0, odd = 0;
+        for (int row = 0; row + 1 < pieces; row += 2) {
+            even += 2 * kmp_sensitivity_value(rows, row, s->load[k]) / pieces;
+            odd += 2 * kmp_sensitivity_value(rows, row + 1, s->load[k]) / pieces;
+        }
+        c->load[k] = (even + odd) / 2;
+        if (fabs(even - odd) > KMP_CYCLE_MEAN * (fabs(even) + fabs(odd)) + s->flow->rtol * c->high[s->load[k]])
+            c->load[k] = NAN;
+    }
+}
+
+/* Multipliers by their size, without the one nearest to 1; of a pair the one above the axis comes first. */
+static kempe_status take_multipliers(kmp_shooting *s, kmp_cycle *c)
+{
+    int n = s->size, nearest = 0, taken = 0;
+    double *v = s->vectors;
+    memcpy(s->copy, s->flow->monodromy, (size_t)(n * n) * sizeof *s->copy);
+    if (kmp_eigen_general(n, s->copy, s->re, s->im, v, v + n * n, v + 2 * n * n, v + 3 * n * n) != 0)
+        return kmp_fail(s->flow->context, KEMPE_E_FAILED, "the multipliers of the cycle at %.9g are not found",
+                        c->value);
+    for (int i = 0; i < n; i++)
+        if (hypot(s->re[i] - 1, s->im[i]) < hypot(s->re[nearest] - 1, s->im[nearest]))
+            nearest = i;
+    c->along = hypot(s->re[nearest] - 1, s->im[nearest]);
+    for (int i = 0; i < n; i++) {
+        int at = taken;
+        if (i == nearest)
+            continue;
+        for (; at > 0 && hypot(s->re[i], s->im[i]) > hypot(c->re[at - 1], c->im[at - 1]); at--) {
+            c->re[at] = c->re[at - 1];
+            c->im[at] = c->im[at - 1];
+        }
+        c->re[at] = s->re[i];
+        c->im[at] = s->im[i];
+        taken++;
+    }
+    c->multipliers = taken;
+    return KEMPE_OK;
+}
+
+/* The direction of the branch: along the conditions of a cycle, with `border` . tangent = 1 over the spans. */
+static kempe_status take_tangent(kmp_shooting *s, const double *border, kmp_cycle *c)
+{
+    fill_matrix(s, border);
+    if (kmp_lu_factor(s->width, s->matrix, s->pivot) != 0)
+        return fail_newton(s, "the branch has no direction there");
+    memset(s->right, 0, (size_t)s->width * sizeof *s->right);
+    s->right[s->width - 1] = 1;
+    kmp_lu_solve(s->width, s->matrix, s->pivot, 1, s->right);
+    for (int j = 0; j < s->width; j++)
+        c->tangent[j] = s->right[j] * s->scale[j];
+    return KEMPE_OK;
+}
+
+kempe_status kmp_shooting_finish(kmp_shooting *shooting, const double *border, kmp_cycle **cycle)
+{
+    kmp_shooting *s = shooting;
+    kmp_cycle *c = kmp_shooting_room(s);
+    KMP_TRY(kmp_made(s->flow->context, c));
+    KMP_TRY(run_flow(s->flow, s->z, s->z[s->size], s->z[s->size + 1], KMP_FLOW_PIECES));
+    const kmp_flow *f = s->flow;
+    int n = s->size;
+    c->period = s->z[n];
+    c->value = s->z[n + 1];
+    for (int i = 0; i < n; i++) {
+        double high = -INFINITY, low = INFINITY;
+        for (int k = 0; k < f->pieces; k++) {
+            high = fmax(high, f->history[i + (ptrdiff_t)k * n]);
+            low = fmin(low, f->history[i + (ptrdiff_t)k * n]);
+        }
+        c->x[i] = f->begin[i];
+        c->rate[i] = f->begin_rate[i];
+        c->reach[i] = (high - low) / 2;
+        c->residual = fmax(c->residual, fabs(f->end[i] - f->begin[i]) / s->scale[i]);
+    }
+    c->amplitude = fmax(largest_of(f, c->reach, KMP_FLOW_POSITION), largest_of(f, c->reach, KMP_FLOW_STATE));
+    /* Extremes of the outputs; one that advances from period to period has none. */
+    const kempe_sensitivity *rows = s->flow->rows;
+    int pieces = s->flow->pieces;
+    for (int k = 0; k < rows->columns; k++) {
+        find_extremes(pieces, rows->cell + k, (ptrdiff_t)kmp_sensitivity_width(rows), &c->high[k], &c->low[k]);
+        double change = kmp_sensitivity_value(rows, pieces, k) - kmp_sensitivity_value(rows, 0, k);
+        if (fabs(change) > KMP_CYCLE_ADVANCES * (c->high[k] - c->low[k]))
+            c->high[k] = c->low[k] = NAN;
+    }
+    take_loads(s, c);
+    KMP_TRY(take_multipliers(s, c));
+    /* Multipliers on the circle, as far as they are known, decide nothing. */
+    double noise = fmax(KMP_CYCLE_ON_CIRCLE, KMP_CYCLE_ERRORS * c->along);
+    bool on_circle = false;
+    for (int k = 0; k < c->multipliers; k++) {
+        double size = hypot(c->re[k], c->im[k]);
+        c->growing += size > 1;
+        on_circle = on_circle || fabs(size - 1) <= noise;
+    }
+    bool grows = c->multipliers > 0 && hypot(c->re[0], c->im[0]) > 1 + noise;
+    c->stability = grows ? KMP_CYCLE_UNSTABLE : on_circle ? KMP_CYCLE_UNDECIDED : KMP_CYCLE_STABLE;
+    KMP_TRY(take_tangent(s, border, c));
+    *cycle = c;
+    return KEMPE_OK;
+}
+
+/* -- branches -------------------------------------------------------------------------------------------- */
 
 enum { FEW_CORRECTIONS = 4, MOST_BISECTIONS = 40 };
 
