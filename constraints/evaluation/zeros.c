@@ -408,7 +408,7 @@ static bool count_solves(finder *f)
     for (int k = 0; used && z->blocks > 0 && k < z->p; k++) {
         for (int b = 0; b < z->blocks; b++)
             used[b] = has(f->reach, b, k);
-        kmp_flops_add(&z->solves, 1, kmp_block_solve_flops_some(f->red->block, used));
+        kmp_flops_add(&z->solves, 1, kmp_block_solve_flops(f->red->block, used));
     }
     return used;
 }

@@ -540,7 +540,7 @@ kmp_counts kmp_reduction_count(const kmp_reduction *red)
     if (red->r > 0) {
         kmp_flops_add(&f, 1, kmp_block_factor_flops(red->block));
         /* columns of Bvu, x_t, a0 */
-        kmp_flops_add(&f, (zeros ? 0 : p) + 1 + (red->eval->h_t ? 1 : 0), kmp_block_solve_flops(red->block));
+        kmp_flops_add(&f, (zeros ? 0 : p) + 1 + (red->eval->h_t ? 1 : 0), kmp_block_solve_flops(red->block, NULL));
         count_products(&f, mass);
     }
     if (zeros) {

@@ -24,7 +24,7 @@ static void find_outputs(kmp_event_search *s, const kempe_system *system)
     for (int k = 0; k < system->events.count; k++) {
         bool is_late = system->events.condition[k].late;
         s->output[k] = is_late ? late++ : outputs[1] + k;
-        s->third[k] = is_late || kmp_bounds_need(s->bounds, s->output[k]);
+        s->third[k] = is_late || s->bounds->given[s->output[k]];
     }
     s->first_solved[0] = outputs[1] + system->events.count;
     s->first_solved[1] = late;
@@ -154,8 +154,8 @@ static void bind(void *self, const kmp_step_piece *p)
     for (int i = 0, at = 0; p->m && i < 2; i++)
         for (int k = 0; k < s->solved[i]; k++, at++)
             if (kmp_bounds_is_solved(s->bounds, s->first_solved[i] + k))
-                kmp_bounds_give(
-                    s->bounds, s->first_solved[i] + k,
+                kmp_bound_give(
+                    s->bounds->value, s->bounds->output[s->first_solved[i] + k],
                     kmp_bound_through(p->b->t - p->a->t, p->a->solved[at], p->m->solved[at], p->b->solved[at]));
     kmp_bounds_run(s->bounds, s->charts != c->eval->chart_version);
     s->charts = c->eval->chart_version;

@@ -4,16 +4,6 @@
 #include "symbolic/table_function.h"
 #include <math.h>
 
-struct kmp_bounds {
-    const kmp_program *program;
-    kmp_bound_code code;
-    uint32_t *output; /* operands among the values of the code */
-    bool *known;      /* by output */
-    bool *given;      /* by output: a given value is needed for it */
-    kmp_bound *value;
-};
-
-/* True if output k is an unknown of an implicit block. */
 bool kmp_bounds_is_solved(const kmp_bounds *b, int k)
 {
     int i = (int)(b->program->output[k] >> 1) - b->program->constant_count - b->program->input_count;
@@ -126,34 +116,9 @@ kmp_bounds *kmp_bounds_new(const kmp_program *program, kmp_arena *arena)
     return r;
 }
 
-const kmp_bound_code *kmp_bounds_code(const kmp_bounds *bounds)
-{
-    return &bounds->code;
-}
-
-unsigned kmp_bounds_output(const kmp_bounds *bounds, int k)
-{
-    return bounds->output[k];
-}
-
-bool kmp_bounds_is_known(const kmp_bounds *bounds, int k)
-{
-    return bounds->known[k];
-}
-
-bool kmp_bounds_need(const kmp_bounds *bounds, int k)
-{
-    return bounds->given[k];
-}
-
 void kmp_bounds_set(kmp_bounds *bounds, int k, kmp_bound bound)
 {
     bounds->value[bounds->code.constants + k] = bound;
-}
-
-void kmp_bounds_give(kmp_bounds *bounds, int k, kmp_bound bound)
-{
-    kmp_bound_give(bounds->value, bounds->output[k], bound);
 }
 
 void kmp_bounds_run(kmp_bounds *r, bool constants)

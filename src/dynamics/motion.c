@@ -6,6 +6,7 @@
 #include "linalg/dense/dense.h"
 #include "linalg/sparse.h"
 #include "symbolic/partials.h"
+#include "symbolic/program/live.h"
 #include <math.h>
 #include <string.h>
 
@@ -77,17 +78,13 @@ static bool find_jacobian(kempe_system *s, const kmp_equations *eq)
         return false;
     /* Finds whether rows depend on conditions that switch; kinks do not. */
     uint32_t nodes = kmp_graph_count(eq->graph);
-    bool *needed = KMP_NEW(bool, nodes);
-    for (int r = 0; needed && r < s->m; r++)
-        needed[kmp_id(eq->h[r])] = true;
-    for (uint32_t id = nodes; needed && id-- > 0;) {
+    uint8_t *needed = KMP_NEW(uint8_t, nodes);
+    if (needed)
+        kmp_live_mark(eq->graph, s->m, eq->h, needed);
+    for (uint32_t id = 0; needed && id < nodes; id++) {
         const kmp_node *node = kmp_graph_node(eq->graph, id);
-        if (!needed[id] || !(node->depends & 1u << KMP_IN_MODE))
-            continue;
-        if (node->op == KMP_OP_INPUT)
+        if (needed[id] && node->op == KMP_OP_INPUT && node->depends & 1u << KMP_IN_MODE)
             s->switches = s->switches || !s->events.condition[node->b].kink;
-        for (int k = 0; k < kmp_op_arity((kmp_op)node->op); k++)
-            needed[kmp_id(kmp_operand(node, k))] = true;
     }
     kmp_free(needed);
     return needed && !s->arena.failed;

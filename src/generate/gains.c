@@ -165,8 +165,7 @@ static amount written_out(kmp_graph *g, int count, const kmp_ref *outputs)
 static kempe_status passes(kmp_equations *eq, kmp_gains *gains)
 {
     const kmp_parallel parallel = {eq->run, eq->n};
-    int count, pass_count;
-    const kmp_pass *pass = kmp_passes(&pass_count);
+    int count;
     kmp_ref *out = outputs_of(eq, &count);
     bool ok = out;
     if (ok) {
@@ -174,9 +173,9 @@ static kempe_status passes(kmp_equations *eq, kmp_gains *gains)
         gains->needed = amount_of(eq->graph, count, out, 0).operations;
         put(gains, "choice of variants", amount_of(eq->graph, count, out, KMP_COST_ADDITION));
     }
-    for (int k = 0; ok && k < pass_count; k++) {
-        ok = kmp_pass_run(&pass[k], eq->graph, &parallel, count, out);
-        put(gains, pass[k].name, written_out(eq->graph, count, out));
+    for (int k = 0; ok && k < KMP_PASSES; k++) {
+        ok = kmp_pass_run(&kmp_passes[k], eq->graph, &parallel, count, out);
+        put(gains, kmp_passes[k].name, written_out(eq->graph, count, out));
     }
     kmp_program *p = ok ? kmp_program_new(eq->graph, 1, &count, (const kmp_ref *const *)&out) : NULL;
     long needed = p ? kmp_program_count(p, 1, 1).paper : -1;

@@ -57,19 +57,17 @@ static bool put_equations(kmp_text *text, const kmp_equations *eq, int count, km
 static bool put_passes(kmp_text *text, kmp_equations *eq, int count, kmp_assignment *assignments)
 {
     const kmp_parallel parallel = {eq->run, eq->n};
-    int pass_count;
-    const kmp_pass *pass = kmp_passes(&pass_count);
     kmp_ref *now = KMP_NEW(kmp_ref, count), *before = KMP_NEW(kmp_ref, count);
     bool ok = now && before;
     for (int k = 0; ok && k < count; k++)
         now[k] = assignments[k].value;
-    for (int p = 0; ok && p < pass_count; p++) {
+    for (int p = 0; ok && p < KMP_PASSES; p++) {
         if (count)
             memcpy(before, now, (size_t)count * sizeof *now);
-        ok = kmp_pass_run(&pass[p], eq->graph, &parallel, count, now);
+        ok = kmp_pass_run(&kmp_passes[p], eq->graph, &parallel, count, now);
         if (!ok || count == 0 || memcmp(before, now, (size_t)count * sizeof *now) == 0)
             continue;
-        kmp_text_printf(text, "\n# after '%s'\n", pass[p].name);
+        kmp_text_printf(text, "\n# after '%s'\n", kmp_passes[p].name);
         ok = put_equations(text, eq, count, assignments, now);
     }
     kmp_free(now);

@@ -530,12 +530,7 @@ kmp_flops kmp_block_factor_flops(const kmp_block *b)
     return sum;
 }
 
-kmp_flops kmp_block_solve_flops(const kmp_block *b)
-{
-    return kmp_block_solve_flops_some(b, NULL);
-}
-
-kmp_flops kmp_block_solve_flops_some(const kmp_block *b, const char *used)
+kmp_flops kmp_block_solve_flops(const kmp_block *b, const char *used)
 {
     kmp_flops sum = {0};
     for (int k = 0; k < b->count; k++) {

@@ -45,10 +45,9 @@ int kmp_block_largest(const kmp_block *b);
 /** The matrix rows of a block. A row of block k has no columns of blocks before k. */
 const int *kmp_block_rows(const kmp_block *b, int k);
 
-/** Arithmetic of one factorisation, of one solve with one right-hand side. */
+/** Arithmetic of one factorisation; of one solve with one right-hand side, in the blocks that are used (NULL: all). */
 kmp_flops kmp_block_factor_flops(const kmp_block *b);
-kmp_flops kmp_block_solve_flops(const kmp_block *b);
-kmp_flops kmp_block_solve_flops_some(const kmp_block *b, const char *used);
+kmp_flops kmp_block_solve_flops(const kmp_block *b, const char *used);
 
 /** The sign of each diagonal block (kmp_block_count of them), up to one that the pattern fixes. If a factorisation has
  * other signs than an earlier one, some block has been singular in between. */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "linalg/nonlinear_squares.h"
 #include "base/arena.h"
+#include "linalg/dot.h"
 #include <float.h>
 #include <math.h>
 #include <stddef.h>
@@ -48,14 +49,6 @@ static double free_of(const search *s, int k, double x)
 
 /* -- evaluations ------------------------------------------------------------------------------------- */
 
-static bool all_finite(size_t count, const double *x)
-{
-    for (size_t k = 0; k < count; k++)
-        if (!isfinite(x[k]))
-            return false;
-    return true;
-}
-
 /* Residuals and derivatives at s->x, unless they are known. */
 static kmp_squares_said evaluate(search *s)
 {
@@ -67,7 +60,7 @@ static kmp_squares_said evaluate(search *s)
     s->report.evaluations++;
     kmp_squares_said said = q->at(q->user, s->x, s->residual, s->jacobian);
     if (said == KMP_SQUARES_GO &&
-        !(all_finite((size_t)q->rows, s->residual) && all_finite((size_t)q->rows * (size_t)q->count, s->jacobian)))
+        !(kmp_all_finite(q->rows, s->residual) && kmp_all_finite(q->rows * q->count, s->jacobian)))
         said = KMP_SQUARES_NOWHERE;
     if (said != KMP_SQUARES_GO)
         return said;

@@ -3,48 +3,39 @@
 #include "symbolic/substitute.h"
 #include "symbolic/stack.h"
 
+/* A visited node and its replacement. */
+typedef struct entry {
+    uint32_t key; /* of the node, + 1; 0: free */
+    kmp_ref now;
+} entry;
+
 typedef struct rewriting {
     kmp_graph *g;
-    uint32_t *id; /* of visited nodes, open addressing; UINT32_MAX: free */
-    kmp_ref *now; /* their replacements */
+    entry *entry; /* open addressing */
     uint32_t size, count;
     kmp_stack stack;
     bool failed;
 } rewriting;
 
-static uint32_t slot(const rewriting *w, uint32_t id)
+static entry *entry_of(const rewriting *w, uint32_t id)
 {
     uint32_t k = id * 0x9e3779b1u;
-    for (k = (k ^ k >> 15) & (w->size - 1); w->id[k] != UINT32_MAX && w->id[k] != id; k = (k + 1) & (w->size - 1))
+    for (k = (k ^ k >> 15) & (w->size - 1); w->entry[k].key && w->entry[k].key != id + 1; k = (k + 1) & (w->size - 1))
         ;
-    return k;
+    return &w->entry[k];
 }
 
 static bool grow(rewriting *w)
 {
-    rewriting old = *w;
-    uint32_t size = old.size ? 2 * old.size : 64;
-    uint32_t *ids = KMP_NEW(uint32_t, size);
-    kmp_ref *results = KMP_NEW(kmp_ref, size);
-    if (!ids || !results) {
-        kmp_free(ids);
-        kmp_free(results);
-        return false;
-    }
-    w->size = size;
-    w->id = ids;
-    w->now = results;
-    for (uint32_t k = 0; k < size; k++)
-        ids[k] = UINT32_MAX;
-    for (uint32_t k = 0; k < old.size; k++)
-        if (old.id[k] != UINT32_MAX) {
-            uint32_t s = slot(w, old.id[k]);
-            w->id[s] = old.id[k];
-            w->now[s] = old.now[k];
-        }
-    kmp_free(old.id);
-    kmp_free(old.now);
-    return true;
+    const rewriting old = *w;
+    w->size = old.size ? 2 * old.size : 64;
+    w->entry = KMP_NEW(entry, w->size);
+    for (uint32_t k = 0; w->entry && k < old.size; k++)
+        if (old.entry[k].key)
+            *entry_of(w, old.entry[k].key - 1) = old.entry[k];
+    w->size = w->entry ? w->size : 0;
+    kmp_free(old.entry);
+    return w->entry;
 }
 
 static void set(rewriting *w, uint32_t id, kmp_ref now)
@@ -53,20 +44,19 @@ static void set(rewriting *w, uint32_t id, kmp_ref now)
         w->failed = true;
         return;
     }
-    uint32_t k = slot(w, id);
-    w->count += w->id[k] == UINT32_MAX;
-    w->id[k] = id;
-    w->now[k] = now;
+    entry *e = entry_of(w, id);
+    w->count += e->key == 0;
+    *e = (entry){id + 1, now};
 }
 
 static bool known(const rewriting *w, uint32_t id)
 {
-    return w->size && w->id[slot(w, id)] == id;
+    return w->size && entry_of(w, id)->key;
 }
 
 static kmp_ref now(const rewriting *w, kmp_ref r)
 {
-    kmp_ref n = w->now[slot(w, kmp_id(r))];
+    kmp_ref n = entry_of(w, kmp_id(r))->now;
     return kmp_is_negative(r) ? kmp_neg(n) : n;
 }
 
@@ -105,8 +95,7 @@ bool kmp_substitute(kmp_graph *g, int count, const kmp_ref *from, const kmp_ref 
         set(&w, kmp_id(from[k]), kmp_is_negative(from[k]) ? kmp_neg(to[k]) : to[k]);
     for (int k = 0; k < output_count && !w.failed; k++)
         outputs[k] = rewrite(&w, outputs[k], through);
-    kmp_free(w.id);
-    kmp_free(w.now);
+    kmp_free(w.entry);
     kmp_free(w.stack.id);
     return !w.failed && !kmp_graph_failed(g);
 }

@@ -519,7 +519,7 @@ static void test_block_counts_its_arithmetic(void)
     int row[] = {0, 0, 1, 1, 0, 2}, col[] = {0, 1, 0, 1, 2, 2};
     kmp_block *b = kmp_block_new(3, 6, row, col);
     CHECK(b && kmp_block_count(b) == 2);
-    kmp_flops factor = kmp_block_factor_flops(b), solve = kmp_block_solve_flops(b);
+    kmp_flops factor = kmp_block_factor_flops(b), solve = kmp_block_solve_flops(b, NULL);
     CHECK(factor.add == 1 && factor.mul == 1 && factor.div == 1 + 3 && factor.root == 0);
     CHECK(solve.add == 2 + 1 && solve.mul == 2 + 1 + 3 && solve.div == 0 && solve.root == 0);
     kmp_block_free(b);

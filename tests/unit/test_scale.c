@@ -439,7 +439,7 @@ static void passing_is_linear(void)
         while (kmp_runner_t(runner) < end && kmp_runner_step(runner) == KEMPE_OK)
             continue;
         products[k] =
-            kmp_block_factor_flops(runner->margin.block).mul + kmp_block_solve_flops(runner->margin.block).mul;
+            kmp_block_factor_flops(runner->margin.block).mul + kmp_block_solve_flops(runner->margin.block, NULL).mul;
         kmp_runner_report(runner, &report);
         rhs[k] = report.rhs;
         printf("  N = %d: %ld evaluations, %ld products of a look\n", 100 << k, rhs[k], products[k]);

@@ -68,15 +68,15 @@ kempe_status kmp_watch_find(kmp_code_source *source)
                                     : in->kind == KMP_IN_PARAMETER            ? source->place[in->index]
                                                                               : kmp_place_in_argument(source, in);
     }
-    mark_late(kmp_bounds_code(bounds), x->watch_input, late);
+    mark_late(&bounds->code, x->watch_input, late);
     for (int k = 0; k < x->condition_count; k++) {
         const int output = x->watch_first + k;
-        if (!kmp_bounds_is_known(bounds, output))
+        if (!bounds->known[output])
             return kmp_fail(source->context, KEMPE_E_ARGUMENT,
                             "generated simulators: %s has a value that cannot be bounded within a step, so that its "
                             "change could be missed; use a unit on the library instead (fmu --binary)",
                             x->condition_name[k]);
-        const bool third = late[kmp_bounds_output(bounds, output) >> 1] || kmp_bounds_need(bounds, output);
+        const bool third = late[bounds->output[output] >> 1] || bounds->given[output];
         x->watch_traits[k] |= third ? KEMPE_WATCH_MIDDLE : 0;
     }
     return kmp_made(source->context, !source->arena.failed);
@@ -110,7 +110,7 @@ static void put_tables(kmp_text *text, const kmp_program *p)
 
 static void put_code(kmp_text *text, const struct kmp_simulated *x)
 {
-    const kmp_bound_code *code = kmp_bounds_code(x->watch);
+    const kmp_bound_code *code = &x->watch->code;
     put_doubles(text, "watch_constants", 0, code->constants, code->constant);
     kmp_text_put(text, "static const int watch_inputs[] = {");
     for (int k = 0; k < 2 * code->inputs; k++)
@@ -121,8 +121,7 @@ static void put_code(kmp_text *text, const struct kmp_simulated *x)
                         code->step[k].a, code->step[k].b, code->step[k].c);
     kmp_text_printf(text, "%s};\nstatic const unsigned watch_outputs[] = {", code->steps ? "" : "0");
     for (int k = 0; k < x->condition_count + x->watch_solved; k++)
-        kmp_text_printf(text, "%s%u", k ? k % 20 == 0 ? ",\n    " : ", " : "",
-                        kmp_bounds_output(x->watch, x->watch_first + k));
+        kmp_text_printf(text, "%s%u", k ? k % 20 == 0 ? ",\n    " : ", " : "", x->watch->output[x->watch_first + k]);
     kmp_text_put(text, "};\nstatic const int watch_traits[] = {");
     for (int k = 0; k < x->condition_count; k++)
         kmp_text_printf(text, "%s%d", k ? k % 20 == 0 ? ",\n    " : ", " : "", x->watch_traits[k]);
@@ -135,7 +134,7 @@ void kmp_watch_put(kmp_text *text, const kmp_code_source *s)
     if (!x->watch)
         return;
     const kmp_program *p = kmp_simulated_routine(s, "changes")->program;
-    const kmp_bound_code *code = kmp_bounds_code(x->watch);
+    const kmp_bound_code *code = &x->watch->code;
     put_tables(text, p);
     put_code(text, x);
     kmp_text_printf(
@@ -149,7 +148,7 @@ void kmp_watch_put(kmp_text *text, const kmp_code_source *s)
 void kmp_watch_put_size(kmp_text *text, const kmp_code_source *s)
 {
     const struct kmp_simulated *x = s->simulated;
-    const kmp_bound_code *code = kmp_bounds_code(x->watch);
+    const kmp_bound_code *code = &x->watch->code;
     kmp_text_printf(text, "%d, %d, %d, %d", x->condition_count, code->constants + code->inputs + code->steps,
                     code->inputs, x->watch_solved);
 }

@@ -4,16 +4,10 @@
 #include "symbolic/program/cost.h"
 #include <string.h>
 
-/* The needed nodes of outputs, and the uses of each; the graph may be larger. */
-typedef struct demand {
-    uint32_t *uses;
-    kmp_stack live;
-} demand;
-
-static bool find_demand(const kmp_graph *g, int count, const kmp_ref *outputs, demand *d)
+/* Finds the needed nodes of outputs, and the uses of each; the graph may be larger. */
+static bool find_demand(kmp_rewrite *r, int count, const kmp_ref *outputs)
 {
-    uint32_t top = 0, *uses = KMP_NEW(uint32_t, kmp_graph_count(g));
-    *d = (demand){.uses = uses};
+    uint32_t top = 0, *uses = r->uses = KMP_NEW(uint32_t, kmp_graph_count(r->graph));
     bool ok = uses;
     for (int k = 0; ok && k < count; k++) {
         uint32_t id = kmp_id(outputs[k]);
@@ -23,27 +17,17 @@ static bool find_demand(const kmp_graph *g, int count, const kmp_ref *outputs, d
     for (uint32_t id = ok ? top : 0; id-- > 0 && ok;) {
         if (!uses[id])
             continue;
-        const kmp_node *n = kmp_graph_node(g, id);
-        int arity = kmp_op_arity((kmp_op)n->op);
-        ok = kmp_push(&d->live, id);
-        if (arity == 0)
-            continue;
-        uses[kmp_id(n->a)]++;
-        if (arity > 1)
-            uses[kmp_id(n->b)]++;
-        if (arity > 2)
-            uses[kmp_id(n->c)]++;
+        const kmp_node *n = kmp_graph_node(r->graph, id);
+        ok = kmp_push(&r->live, id);
+        for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
+            uses[kmp_id(kmp_operand(n, k))]++;
     }
     return ok;
 }
 
-/* Takes the demand of the present outputs. false: no memory. */
-static bool take_demand(kmp_rewrite *r, const demand *d)
+/* Room for the rewritten forms of all nodes that the graph has now. */
+static bool make_room(kmp_rewrite *r)
 {
-    kmp_free(r->uses);
-    kmp_free(r->live.id);
-    r->uses = d->uses;
-    r->live = d->live;
     r->count = kmp_graph_count(r->graph);
     if (r->count <= r->room)
         return true;
@@ -55,10 +39,8 @@ static bool take_demand(kmp_rewrite *r, const demand *d)
 
 bool kmp_rewrite_init(kmp_rewrite *r, kmp_graph *g, int count, const kmp_ref *outputs)
 {
-    demand d;
     *r = (kmp_rewrite){.graph = g};
-    bool ok = find_demand(g, count, outputs, &d);
-    return take_demand(r, &d) && ok;
+    return find_demand(r, count, outputs) && make_room(r);
 }
 
 void kmp_rewrite_free(kmp_rewrite *r)
@@ -83,12 +65,12 @@ bool kmp_rewrite_finish(kmp_rewrite *r, int sum_price, int count, kmp_ref *outpu
         return false;
     if (is_same(r, count, outputs))
         return true;
-    demand d;
+    kmp_rewrite next = {.graph = r->graph};
     kmp_ref *now = KMP_NEW(kmp_ref, count);
     for (int k = 0; now && k < count; k++)
         now[k] = kmp_rewritten(r, outputs[k]);
-    bool ok = now && find_demand(r->graph, count, now, &d);
-    if (ok && kmp_cost_of_nodes(r->graph, sum_price, d.live.top, d.live.id) <
+    bool ok = now && find_demand(&next, count, now);
+    if (ok && kmp_cost_of_nodes(r->graph, sum_price, next.live.top, next.live.id) <
                   kmp_cost_of_nodes(r->graph, sum_price, r->live.top, r->live.id)) {
         /* Copies the labels of nodes to their rewritten forms. */
         for (uint32_t k = 0; kmp_graph_has_labels(r->graph) && k < r->live.top; k++) {
@@ -98,11 +80,12 @@ bool kmp_rewrite_finish(kmp_rewrite *r, int sum_price, int count, kmp_ref *outpu
                 kmp_graph_label(r->graph, r->now[id], *label);
         }
         memcpy(outputs, now, (size_t)count * sizeof *now);
-        ok = take_demand(r, &d);
-    } else if (now) {
-        kmp_free(d.uses);
-        kmp_free(d.live.id);
+        const kmp_rewrite last = *r;
+        *r = (kmp_rewrite){.graph = r->graph, .uses = next.uses, .live = next.live, .now = last.now, .room = last.room};
+        next = (kmp_rewrite){.uses = last.uses, .live = last.live};
+        ok = make_room(r);
     }
+    kmp_rewrite_free(&next);
     kmp_free(now);
     return ok;
 }

@@ -18,19 +18,11 @@ static bool write_out_sums(kmp_rewrite *r, const kmp_parallel *parallel, int cou
     return kmp_rewrite_init(r, g, count, outputs);
 }
 
-static const kmp_pass passes[] = {{"addition theorems", write_out_sums},
-                                  {"trigonometric", kmp_collapse_trig},
-                                  {"common factors", kmp_factor_sums},
-                                  {"common parts of sums", kmp_share_sums},
-                                  {"common parts of products", kmp_share_products}};
-
-enum { PASSES = sizeof passes / sizeof *passes };
-
-const kmp_pass *kmp_passes(int *count)
-{
-    *count = PASSES;
-    return passes;
-}
+const kmp_pass kmp_passes[KMP_PASSES] = {{"addition theorems", write_out_sums},
+                                         {"trigonometric", kmp_collapse_trig},
+                                         {"common factors", kmp_factor_sums},
+                                         {"common parts of sums", kmp_share_sums},
+                                         {"common parts of products", kmp_share_products}};
 
 bool kmp_pass_run(const kmp_pass *pass, kmp_graph *g, const kmp_parallel *parallel, int count, kmp_ref *outputs)
 {
@@ -40,8 +32,8 @@ bool kmp_pass_run(const kmp_pass *pass, kmp_graph *g, const kmp_parallel *parall
 static bool run_all(kmp_rewrite *r, const kmp_parallel *parallel, int count, kmp_ref *outputs)
 {
     bool ok = true;
-    for (int k = 0; ok && k < PASSES; k++)
-        ok = passes[k].run(r, parallel, count, outputs);
+    for (int k = 0; ok && k < KMP_PASSES; k++)
+        ok = kmp_passes[k].run(r, parallel, count, outputs);
     return ok;
 }
 

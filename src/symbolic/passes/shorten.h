@@ -23,8 +23,9 @@ typedef struct kmp_pass {
     kmp_pass_fn *run;
 } kmp_pass;
 
-/** The passes in order; *count of them. */
-const kmp_pass *kmp_passes(int *count);
+/** The passes in order. */
+enum { KMP_PASSES = 5 };
+extern const kmp_pass kmp_passes[KMP_PASSES];
 
 /** Runs all passes. Values are equal up to rounding. */
 bool kmp_shorten(kmp_graph *g, const kmp_parallel *parallel, int count, kmp_ref *outputs);

@@ -239,22 +239,16 @@ const double *kmp_average_values(const kmp_average *a)
 static KMP_INTO_CLONES void power_of_e(const kmp_eight *x, kmp_eight *power)
 {
     static const double shift = 0x1.8p52, high = 0x1.62e42fefa3800p-1, low = 0x1.ef35793c76730p-45;
+    static const double series[] = {
+        1.0 / 6227020800, 1.0 / 479001600, 1.0 / 39916800, 1.0 / 3628800, 1.0 / 362880, 1.0 / 40320, 1.0 / 5040,
+        1.0 / 720,        1.0 / 120,       1.0 / 24,       1.0 / 6,       0.5,          1,           1};
     const kmp_eight_mask gone = (kmp_eight_mask)(*x + 700) >> 63;
     const kmp_eight n = *x * 0x1.71547652b82fep0 + shift, whole = n - shift;
     const kmp_eight r = (*x - whole * high) - whole * low;
-    kmp_eight sum = r * (1.0 / 6227020800) + 1.0 / 479001600;
-    sum = sum * r + 1.0 / 39916800;
-    sum = sum * r + 1.0 / 3628800;
-    sum = sum * r + 1.0 / 362880;
-    sum = sum * r + 1.0 / 40320;
-    sum = sum * r + 1.0 / 5040;
-    sum = sum * r + 1.0 / 720;
-    sum = sum * r + 1.0 / 120;
-    sum = sum * r + 1.0 / 24;
-    sum = sum * r + 1.0 / 6;
-    sum = sum * r + 0.5;
-    sum = sum * r + 1;
-    sum = sum * r + 1;
+    kmp_eight sum = r * series[0] + series[1];
+#pragma GCC unroll 12
+    for (size_t k = 2; k < sizeof series / sizeof *series; k++)
+        sum = sum * r + series[k];
     *power = (kmp_eight)(((kmp_eight_mask)sum + ((kmp_eight_mask)n << 52)) & ~gone);
 }
 

@@ -280,17 +280,6 @@ KMP_CLONES static void run_steps(const kmp_program *p, const step *s, const step
 
 /* -- construction ------------------------------------------------------------------------------------ */
 
-static need need_of_input(const kmp_program_input *input)
-{
-    return input->kind == KMP_IN_PARAMETER ? COMMON : input->index == 0 ? STANDING : MOVING;
-}
-
-/* Two of which one is common and one standing make a moving one. */
-static need join(need a, need b)
-{
-    return a == b ? a : MOVING;
-}
-
 /* Numbers suit both kinds. Common values are in stage 0, except in programs from files. */
 static need need_of_instruction(const kmp_scan *s, int i)
 {
@@ -301,7 +290,8 @@ static need need_of_instruction(const kmp_scan *s, int i)
         uint32_t operand = kmp_instruction_operand(in, k);
         if ((int)(operand >> 1) < s->p->constant_count)
             continue;
-        n = first ? (need)s->need[operand >> 1] : join(n, (need)s->need[operand >> 1]);
+        const need own = (need)s->need[operand >> 1];
+        n = first || n == own ? own : MOVING; /* also of a common and a standing one */
         first = false;
     }
     return n == COMMON ? MOVING : n;
@@ -336,18 +326,6 @@ static int32_t share_rows(kmp_scan *s, int *last, int32_t *unused)
     return rows;
 }
 
-/* Numbers the rows of each base. */
-static void number_rows(kmp_scan *s, int *last, int32_t *unused, int32_t rows[KMP_ROW_BASES])
-{
-    const uint32_t values = (uint32_t)(leaves(s->p) + s->p->code[LAST + 1]);
-    rows[KMP_ROW_BY_SLOT] = share_rows(s, last, unused);
-    for (uint32_t k = 0; k < values; k++) {
-        s->address[k].base = is_short(s, k) ? KMP_ROW_EQUAL : s->need[k] == MOVING ? KMP_ROW_BY_SLOT : KMP_ROW_BY_PLACE;
-        if (!leaves_row(s, k))
-            s->address[k].at = rows[s->address[k].base]++;
-    }
-}
-
 /* Rows of all values, those of a base one after another, and of the merits. False: no memory. */
 static bool place_rows(kmp_scan *s)
 {
@@ -368,7 +346,14 @@ static bool place_rows(kmp_scan *s)
                 last[kmp_instruction_operand(&p->instruction[i], k) >> 1] = i;
         for (int k = p->outputs[FIRST]; k < p->outputs[LAST + 1]; k++)
             last[p->output[k] >> 1] = code;
-        number_rows(s, last, unused, rows);
+        rows[KMP_ROW_BY_SLOT] = share_rows(s, last, unused);
+        for (uint32_t k = 0; k < (uint32_t)values; k++) {
+            s->address[k].base = is_short(s, k)         ? KMP_ROW_EQUAL
+                                 : s->need[k] == MOVING ? KMP_ROW_BY_SLOT
+                                                        : KMP_ROW_BY_PLACE;
+            if (!leaves_row(s, k))
+                s->address[k].at = rows[s->address[k].base]++;
+        }
     }
     for (int k = 0; k < KMP_ROW_BASES; k++)
         s->base[k] = kmp_arena_aligned(&s->arena, (size_t)rows[k] * (k == KMP_ROW_EQUAL ? LANES : s->width));
@@ -419,19 +404,10 @@ static void share_pieces(kmp_scan *s, step *made, int tables)
         }
 }
 
-/* The next piece of machine code that ends after an instruction. */
-static const kmp_row_piece *piece_after(const kmp_scan *s, const kmp_row_piece *piece, int instruction)
-{
-    const kmp_row_piece *end = s->code->piece + s->code->count;
-    while (piece < end && piece->end <= instruction)
-        piece++;
-    return piece < end ? piece : NULL;
-}
-
 static void list_steps(kmp_scan *s)
 {
     const kmp_program *p = s->p;
-    const kmp_row_piece *piece = s->code ? s->code->piece : NULL;
+    const kmp_row_piece *piece = s->code && s->code->count > 0 ? s->code->piece : NULL; /* the next one */
     int count = 0, tables = 0;
     for (int stage = FIRST; stage <= LAST; stage++) {
         s->step_start[stage] = count;
@@ -439,7 +415,8 @@ static void list_steps(kmp_scan *s)
             if (s->need[leaves(p) + i] != MOVING)
                 continue;
             kmp_counts_take(&s->once[stage], &p->instruction[i], 1);
-            piece = piece ? piece_after(s, piece, i) : NULL;
+            while (piece && piece->end <= i)
+                piece = piece + 1 < s->code->piece + s->code->count ? piece + 1 : NULL;
             if (piece && i > piece->first)
                 continue;
             if (piece && i == piece->first) {
@@ -486,7 +463,9 @@ static bool init(kmp_scan *s, int places, const double *place, kmp_row_writer *r
     for (int k = 0; k < p->constant_count; k++)
         s->need[k] = STANDING;
     for (int k = 0; k < p->input_count; k++)
-        s->need[p->constant_count + k] = (uint8_t)need_of_input(&p->input[k]);
+        s->need[p->constant_count + k] = (uint8_t)(p->input[k].kind == KMP_IN_PARAMETER ? COMMON
+                                                   : p->input[k].index == 0             ? STANDING
+                                                                                        : MOVING);
     for (int i = 0; i < p->code[LAST + 1]; i++)
         s->need[leaves(p) + i] = (uint8_t)(i < p->code[FIRST] ? COMMON : need_of_instruction(s, i));
     /* Common values that later stages read. */
