@@ -171,23 +171,17 @@ static void move_scalar(quantity *n, double by)
     n->scalar->expr = &n->sum[1];
 }
 
-/* Turns a frame about its own axis k. */
-static void turn(double *r, int k, double by)
-{
-    int i = (k + 1) % 3, j = (k + 2) % 3;
-    double c = cos(by), s = sin(by);
-    for (int row = 0; row < 3; row++) {
-        double a = r[3 * row + i], b = r[3 * row + j];
-        r[3 * row + i] = c * a + s * b;
-        r[3 * row + j] = c * b - s * a;
-    }
-}
-
 static void move_axes(const quantity *n, double by)
 {
     double *a = n->axes;
     if (n->frame) {
-        turn(a, n->k, by);
+        /* Turns it about its own axis k. */
+        const int i = (n->k + 1) % 3, j = (n->k + 2) % 3;
+        for (double *row = a; row < a + 9; row += 3) {
+            const double before = row[i];
+            row[i] = cos(by) * before + sin(by) * row[j];
+            row[j] = cos(by) * row[j] - sin(by) * before;
+        }
         return;
     }
     a[n->k] += by;
@@ -277,8 +271,8 @@ static kempe_status add_closures(search *x, double times)
     kmp_equations eq;
     KMP_TRY(kmp_equations_derive_once(&eq, x->model, &scene));
     int m = s->m;
-    double *value = KMP_NEW(double, kmp_graph_count(eq.graph));
-    double *start = KMP_NEW(double, 1 + KMP_TIME_NUMBERS * x->model->input_count);
+    double *value = KMP_GRAPH_NEW(eq.graph, double, kmp_graph_count(eq.graph));
+    double *start = KMP_GRAPH_NEW(eq.graph, double, 1 + KMP_TIME_NUMBERS * x->model->input_count);
     if (start)
         kmp_model_times(x->model, 0, start);
     for (int k = 0; value && start && k < all_places(x); k++) {
@@ -294,8 +288,6 @@ static kempe_status add_closures(search *x, double times)
         }
     }
     kempe_status status = value && start ? KEMPE_OK : KEMPE_E_MEMORY;
-    kmp_free(value);
-    kmp_free(start);
     kmp_equations_free(&eq);
     return status;
 }
@@ -376,19 +368,6 @@ static bool set_goal(search *x)
     return near;
 }
 
-/* Returns the largest condition after the step, in the linear model. */
-static double left_by(const search *x)
-{
-    double most = 0;
-    for (int c = 0; c < x->conditions; c++) {
-        double left = x->at.rest[c];
-        for (int i = 0; i < x->count; i++)
-            left -= x->matrix[(size_t)c + (size_t)i * (size_t)x->conditions] * x->shift[i];
-        most = fmax(most, fabs(left));
-    }
-    return most;
-}
-
 /* Moves to the goal if the misfit is reduced there. KEMPE_E_INPUT: a closure is no longer valid. */
 static kempe_status try_goal(search *x, bool *reduced)
 {
@@ -401,8 +380,18 @@ static kempe_status try_goal(search *x, bool *reduced)
     x->trial.widest = s->m < x->s->m ? 0 : INFINITY; /* rows have become exactly zero: the assembly decides */
     if (s->m == x->s->m && !look(x, s, &x->trial))
         status = KEMPE_E_MEMORY;
-    if (s->m > x->s->m) /* axes that are parallel as drawn are no longer parallel */
-        x->foreseen = fmin(x->foreseen, left_by(x));
+    if (s->m > x->s->m) {
+        /* Axes that are parallel as drawn are no longer parallel: the largest condition after the step, in the linear
+         * model. */
+        double most = 0;
+        for (int c = 0; c < x->conditions; c++) {
+            double left = x->at.rest[c];
+            for (int i = 0; i < x->count; i++)
+                left -= x->matrix[(size_t)c + (size_t)i * (size_t)x->conditions] * x->shift[i];
+            most = fmax(most, fabs(left));
+        }
+        x->foreseen = fmin(x->foreseen, most);
+    }
     *reduced = status == KEMPE_OK && x->trial.widest < KMP_MEND_REDUCED * x->at.widest;
     if (*reduced) {
         survey was = x->at;
@@ -500,43 +489,32 @@ static bool begin(search *x, kmp_arena *arena)
     return look(x, s, &x->at);
 }
 
-/* *explained: rounding explains the misfit of the drawing, or there are too many numbers to decide. */
-static kempe_status find(const kempe_system *s, const kempe_assembly *a, kmp_variant *variant, bool strict,
-                         bool *explained, bool *exact, double *by)
-{
-    search x = {.s = s, .a = a, .model = kmp_variant_model(variant), .strict = strict, .foreseen = INFINITY};
-    kmp_arena arena = {0};
-    kempe_status status = begin(&x, &arena) ? KEMPE_OK : KEMPE_E_MEMORY;
-    double drawn = x.at.widest, unit = find_rounding(x.number, x.count, s->length);
-    bool reduced = x.count > 0;
-    for (int k = 0; k < STEPS && reduced && status == KEMPE_OK && x.at.widest > KMP_MEND_MET; k++)
-        status = step(&x, &reduced);
-    *exact = status != KEMPE_E_MEMORY && x.system && x.at.widest <= KMP_MEND_STALLED && !x.at.lags &&
-             is_whole(x.system, s->rounding->rank);
-    *explained = *explained || x.count == MOST_NUMBERS ||
-                 fmin(x.at.widest, x.foreseen) <= fmax(KMP_MEND_EXPLAINED * drawn, unit * unit);
-    *by = 0;
-    for (int i = 0; *exact && i < x.count; i++)
-        *by = fmax(*by, fabs(x.total[i]));
-    place_numbers(x.number, x.count, *exact ? x.total : NULL, s->length);
-    kempe_system_free(x.system);
-    kmp_walk_free(x.walk);
-    kmp_arena_free(&arena);
-    kmp_context_clear(s->context);
-    return status == KEMPE_E_MEMORY ? kmp_fail_memory(s->context) : KEMPE_OK;
-}
-
 kempe_status kmp_exact_find(const kempe_system *s, const kempe_assembly *a, kmp_variant *variant,
                             kmp_drawn_model *found, double *by)
 {
-    bool explained = false, exact = false;
+    bool explained = s->model->closure_tolerance_given, exact = false; /* or there are too many numbers to decide */
     kempe_status status = KEMPE_OK;
-    for (int strict = 0; strict < 2 && status == KEMPE_OK && !exact; strict++)
-        status = find(s, a, variant, strict, &explained, &exact, by);
-    *found = KMP_DRAWING_UNEXPLAINED;
-    if (exact)
-        *found = KMP_DRAWING_EXACT;
-    else if (explained || s->model->closure_tolerance_given)
-        *found = KMP_DRAWING_OPEN;
-    return status;
+    for (int strict = 0; strict < 2 && status != KEMPE_E_MEMORY && !exact; strict++) {
+        search x = {.s = s, .a = a, .model = kmp_variant_model(variant), .strict = strict, .foreseen = INFINITY};
+        kmp_arena arena = {0};
+        status = begin(&x, &arena) ? KEMPE_OK : KEMPE_E_MEMORY;
+        double drawn = x.at.widest, unit = find_rounding(x.number, x.count, s->length);
+        bool reduced = x.count > 0;
+        for (int k = 0; k < STEPS && reduced && status == KEMPE_OK && x.at.widest > KMP_MEND_MET; k++)
+            status = step(&x, &reduced);
+        exact = status != KEMPE_E_MEMORY && x.system && x.at.widest <= KMP_MEND_STALLED && !x.at.lags &&
+                is_whole(x.system, s->rounding->rank);
+        explained = explained || x.count == MOST_NUMBERS ||
+                    fmin(x.at.widest, x.foreseen) <= fmax(KMP_MEND_EXPLAINED * drawn, unit * unit);
+        *by = 0;
+        for (int i = 0; exact && i < x.count; i++)
+            *by = fmax(*by, fabs(x.total[i]));
+        place_numbers(x.number, x.count, exact ? x.total : NULL, s->length);
+        kempe_system_free(x.system);
+        kmp_walk_free(x.walk);
+        kmp_arena_free(&arena);
+        kmp_context_clear(s->context);
+    }
+    *found = exact ? KMP_DRAWING_EXACT : explained ? KMP_DRAWING_OPEN : KMP_DRAWING_UNEXPLAINED;
+    return status == KEMPE_E_MEMORY ? kmp_fail_memory(s->context) : KEMPE_OK;
 }

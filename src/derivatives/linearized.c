@@ -10,19 +10,17 @@
 #include "linalg/dot.h"
 #include <string.h>
 
-static bool make_room(kmp_linear *l)
-{
-    return KMP_ARENA_MAKE(&l->arena, KMP_ROOM(double, l->n, &l->q, &l->qd, &l->qdd, &l->force, &l->unit),
-                          KMP_ROOM(double, l->m, &l->lambda), KMP_ROOM(double, KMP_FOLLOW_ROOM(l->n, l->m), &l->work));
-}
-
 kempe_status kmp_linear_init(kmp_linear *linear, const kempe_system *system, const char *backend)
 {
     *linear = (kmp_linear){.system = system, .n = system->n, .m = system->m};
     linear->eval = kmp_eval_new(system, backend);
     if (!linear->eval)
         return KEMPE_E_MEMORY;
-    kempe_status status = make_room(linear) ? KEMPE_OK : kmp_fail_memory(system->context);
+    const int n = linear->n, m = linear->m;
+    const bool made = KMP_ARENA_MAKE(
+        &linear->arena, KMP_ROOM(double, n, &linear->q, &linear->qd, &linear->qdd, &linear->force, &linear->unit),
+        KMP_ROOM(double, m, &linear->lambda), KMP_ROOM(double, KMP_FOLLOW_ROOM(n, m), &linear->work));
+    kempe_status status = kmp_made(system->context, made);
     if (status == KEMPE_OK)
         status = kmp_tangents_init_few(&linear->tangents, system, linear->eval->backend);
     if (status != KEMPE_OK)
@@ -170,17 +168,15 @@ void kmp_linear_derive(kmp_linear *linear)
     linear->tangents = derived;
 }
 
-void kmp_linear_tell_tables(const kmp_linear *linear)
+void kmp_linear_tell_tables(const kmp_linear *l)
 {
-    const kmp_linear *l = linear;
     kmp_eval_tell_tables(l->eval, l->t, l->q, l->qd, l->qdd, l->lambda, true,
                          l->system->use_count > 0 ? kmp_eval_shown(l->eval, l->t, l->q, l->qd, l->qdd, l->lambda)
                                                   : NULL);
 }
 
-kmp_instant kmp_linear_instant(const kmp_linear *linear)
+kmp_instant kmp_linear_instant(const kmp_linear *l)
 {
-    const kmp_linear *l = linear;
     return kmp_instant_of(l->eval, l->t, l->q, l->qd, l->qdd, l->lambda);
 }
 
@@ -239,28 +235,25 @@ void kmp_linear_follow(kmp_linear *linear, const kmp_change *change, const kmp_r
     kmp_follow(&linear->red, &linear->tangents, linear->d, false, change, response, linear->work);
 }
 
-/* Factors of Mr, including the response of the multipliers to accelerations. */
-static void press(kmp_linear *l)
-{
-    int p = l->p;
-    memset(l->unit, 0, (size_t)l->n * sizeof *l->unit);
-    for (int k = 0; k < p; k++) {
-        l->unit[k] = 1;
-        kmp_linear_follow(l, &(kmp_change){.udd = l->unit}, &(kmp_response){.residual = l->pressed + k * p});
-        l->unit[k] = 0;
-    }
-    if (kmp_lu_factor(p, l->pressed, l->pivot)) /* such a state has no accelerations */
-        for (int k = 0; k < p; k++)
-            l->pivot[k] = k;
-    l->factored = true;
-}
-
 void kmp_linear_accelerate(kmp_linear *linear, const double *residual, double *udd)
 {
     for (int k = 0; k < linear->p; k++)
         udd[k] = -residual[k];
-    if (linear->pressed && !linear->factored)
-        press(linear);
+    if (linear->pressed && !linear->factored) {
+        /* Factors of Mr, including the response of the multipliers to accelerations. */
+        const int p = linear->p;
+        memset(linear->unit, 0, (size_t)linear->n * sizeof *linear->unit);
+        for (int k = 0; k < p; k++) {
+            linear->unit[k] = 1;
+            kmp_linear_follow(linear, &(kmp_change){.udd = linear->unit},
+                              &(kmp_response){.residual = linear->pressed + k * p});
+            linear->unit[k] = 0;
+        }
+        if (kmp_lu_factor(p, linear->pressed, linear->pivot)) /* such a state has no accelerations */
+            for (int k = 0; k < p; k++)
+                linear->pivot[k] = k;
+        linear->factored = true;
+    }
     if (linear->pressed)
         kmp_lu_solve(linear->p, linear->pressed, linear->pivot, 1, udd);
     else
@@ -308,9 +301,8 @@ void kmp_linear_back(kmp_linear *linear, const kmp_weights *weights, const kmp_c
     gather(linear, q, back->u, back->h);
 }
 
-void kmp_linear_inertia(kmp_linear *linear)
+void kmp_linear_inertia(kmp_linear *l)
 {
-    kmp_linear *l = linear;
     int n = l->n, p = l->p;
     for (int k = 0; l->inertia && k < p; k++) {
         memset(l->work, 0, (size_t)n * sizeof *l->work);
@@ -385,9 +377,8 @@ void kmp_linear_squeeze(int rows, int row_count, const int *row, int column_coun
             *to++ = from[(row ? row[i] : i) + (ptrdiff_t)(column ? column[j] : j) * rows];
 }
 
-int kmp_linear_entries(const kmp_linear *linear, int *place)
+int kmp_linear_entries(const kmp_linear *l, int *place)
 {
-    const kmp_linear *l = linear;
     int width = 0;
     for (int k = 0; k < 2 * l->p; k++) {
         const kmp_state *state = kmp_state_of(l->system->model, l->part.u[k % l->p]);
@@ -397,9 +388,8 @@ int kmp_linear_entries(const kmp_linear *linear, int *place)
     return width;
 }
 
-int kmp_linear_first_order(const kmp_linear *linear, int width, const int *place, double *a)
+int kmp_linear_first_order(const kmp_linear *l, int width, const int *place, double *a)
 {
-    const kmp_linear *l = linear;
     const int p = l->p;
     double *lu = KMP_NEW(double, (ptrdiff_t)p *p), *work = KMP_NEW(double, p);
     int *pivot = KMP_NEW(int, p), failed = lu && work && pivot ? 0 : -1;
@@ -456,9 +446,8 @@ static int find_spectrum(const kmp_linear *l, kmp_arena *scratch, kmp_spectrum *
     return info > 0 ? 1 + place[info - 1] : info;
 }
 
-kempe_status kmp_linear_spectrum(const kmp_linear *linear, kmp_spectrum *spectrum)
+kempe_status kmp_linear_spectrum(const kmp_linear *l, kmp_spectrum *spectrum)
 {
-    const kmp_linear *l = linear;
     kempe_context *context = l->system->context;
     unsigned long failures = kmp_memory_failures();
     kmp_arena scratch = {0};

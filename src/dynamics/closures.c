@@ -28,39 +28,37 @@ static const char *component_name(const kmp_closure *closure, int component)
     return strcmp(closure->kind, "ball") == 0 ? names[component] : numbers[component];
 }
 
-/* Rotations of charts that turn nothing; NULL: no memory. */
-static double *new_charts(const kmp_tree *tree)
+static int count_charts(const kmp_tree *tree)
 {
     int count = 1;
     for (int i = 0; i < tree->count; i++) {
         count = tree->links[i].before >= count ? tree->links[i].before + 1 : count;
         count = tree->links[i].after >= count ? tree->links[i].after + 1 : count;
     }
-    double *chart = KMP_NEW(double, 9 * count);
-    for (int k = 0; chart && k < 9 * count; k++)
-        chart[k] = k % 9 % 4 == 0;
-    return chart;
+    return count;
 }
 
 /* The value of an expression without coordinates, at t = 0; NaN when there is no memory. An expression of a rotation
  * by a chart alone is that of a vector without coordinates in turned axes: its size does not depend on the chart. */
 static double constant_value(const kmp_equations *eq, kmp_ref h)
 {
-    double *value = KMP_NEW(double, kmp_graph_count(eq->graph)), gap = NAN;
-    double *parameter = KMP_NEW(double, kmp_tree_symbol_count(&eq->tree));
-    double *times = KMP_NEW(double, 1 + KMP_TIME_NUMBERS * eq->model->input_count), *chart = new_charts(&eq->tree);
-    const double *inputs[KMP_IN_COUNT] = {
-        [KMP_IN_PARAMETER] = parameter, [KMP_IN_TIME] = times, [KMP_IN_CHART] = chart};
-    if (value && parameter && times && chart) {
+    double gap = NAN, *parameter, *times, *chart, *value;
+    const int charts = count_charts(&eq->tree);
+    kmp_arena room = {0};
+    if (KMP_ARENA_MAKE(&room, KMP_ROOM(double, kmp_graph_count(eq->graph), &value),
+                       KMP_ROOM(double, kmp_tree_symbol_count(&eq->tree), &parameter),
+                       KMP_ROOM(double, 1 + KMP_TIME_NUMBERS * eq->model->input_count, &times),
+                       KMP_ROOM(double, 9 * charts, &chart))) {
+        const double *inputs[KMP_IN_COUNT] = {
+            [KMP_IN_PARAMETER] = parameter, [KMP_IN_TIME] = times, [KMP_IN_CHART] = chart};
+        for (int k = 0; k < 9 * charts; k++) /* rotations of charts that turn nothing */
+            chart[k] = k % 9 % 4 == 0;
         kmp_model_times(eq->model, 0, times);
         kmp_tree_symbol_values(&eq->tree, parameter);
         kmp_graph_eval(eq->graph, inputs, value);
         gap = kmp_is_negative(h) ? -value[kmp_id(h)] : value[kmp_id(h)];
     }
-    kmp_free(value);
-    kmp_free(parameter);
-    kmp_free(times);
-    kmp_free(chart);
+    kmp_arena_free(&room);
     return gap;
 }
 

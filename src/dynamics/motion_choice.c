@@ -149,45 +149,33 @@ static kempe_status compare(const kempe_system *s, const kmp_bodies *bodies, boo
     return KEMPE_OK;
 }
 
-/* True if the equations have some that are solved by iteration: of wheels on rails, and of points on curves. */
-static bool iterates(const kempe_model *model)
-{
-    bool curves = false;
-    for (int c = 0; c < model->closure_count; c++)
-        curves = curves || model->closures[c].curve_count > 0;
-    return curves || model->wheel_count > 0;
-}
-
 /* Without iteration runs may write out the solution by M and C, which they would need soon. */
 bool kmp_motion_may_wait(const kempe_system *s)
 {
     const kempe_model *model = s->model;
     int rows = kmp_closure_all_rows(model), n = model->motion_count;
     bool bodies = s->dynamics == KMP_DYNAMICS_AUTO || s->dynamics == KMP_DYNAMICS_ARTICULATED;
-    bool pressed = kmp_model_has_loads(model);
+    bool pressed = kmp_model_has_loads(model), iterates = model->wheel_count > 0; /* wheels, and points on curves */
+    for (int c = 0; c < model->closure_count; c++)
+        iterates = iterates || model->closures[c].curve_count > 0;
     for (int k = 0; k < model->force_count; k++)
         pressed = pressed || kmp_force_has_load(&model->forces[k]);
-    return bodies && !pressed && iterates(model) && kmp_equations_are_large(model) && n - rows >= FEW &&
+    return bodies && !pressed && iterates && kmp_equations_are_large(model) && n - rows >= FEW &&
            (double)rows * n <= MOST_ENTRIES;
 }
 
 /* -- the derivation ---------------------------------------------------------------------------------- */
 
-/* Instructions by M and C; those of closures and M are a quarter of them, about. */
-static uint32_t nodes_of(const kempe_system *s)
-{
-    enum { QUARTERS = 4 };
-    const kmp_program *p = s->late ? s->late->weighing : s->motion;
-    return (uint32_t)(s->late ? QUARTERS * p->code[p->stages] : p->code[p->stages]);
-}
-
 static kempe_status derive(const kempe_system *s, kmp_bodies *bodies)
 {
+    enum { QUARTERS = 4 }; /* operations of closures and M are a quarter of those by M and C, about */
     bool passes = kmp_equations_are_large(s->model) && !s->late;
+    const kmp_program *p = s->late ? s->late->weighing : s->motion;
+    const uint32_t nodes = (uint32_t)(s->late ? QUARTERS * p->code[p->stages] : p->code[p->stages]);
     kmp_events events = s->events; /* the system has recorded all conditions: none is added */
     const kmp_scene scene = {.sets = KMP_SET_ACCELERATION | KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_POWER,
                              .efforts = true,
-                             .nodes = (passes ? NODES_LARGE : NODES) * nodes_of(s),
+                             .nodes = (passes ? NODES_LARGE : NODES) * nodes,
                              .first = &bodies->first,
                              .quick = true,
                              .events = &events,

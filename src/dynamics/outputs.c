@@ -180,22 +180,8 @@ static bool derive_until(const kmp_tree *tree)
     return ok;
 }
 
-/* The values of each contact of a wheel. */
-static void show_contacts(kmp_equations *eq, int number)
-{
-    const kmp_wheel *wheel = &eq->model->wheels[number];
-    kmp_wheel_pose pose;
-    kmp_wheel_find(&eq->tree, wheel, &pose);
-    for (int k = 0; k < kmp_wheel_contacts(wheel); k++) {
-        kmp_contact contact;
-        kmp_wheel_contact(&eq->tree, wheel, &pose, k, &contact);
-        kmp_contact_values(&eq->tree, wheel, &pose, &contact, eq->shown + eq->shown_count);
-        eq->shown_count += KMP_CONTACT_SHOWN;
-    }
-}
-
-/* Y/Q is zero where no load is. */
-static void show_guidance(kmp_equations *eq, int number)
+/* The values of each contact of a wheel, or the sums that guide it; Y/Q is zero where no load is. */
+static void show_contacts(kmp_equations *eq, int number, bool sums)
 {
     const kmp_wheel *wheel = &eq->model->wheels[number];
     kmp_graph *g = eq->graph;
@@ -205,8 +191,15 @@ static void show_guidance(kmp_equations *eq, int number)
     for (int k = 0; k < kmp_wheel_contacts(wheel); k++) {
         kmp_contact contact;
         kmp_wheel_contact(&eq->tree, wheel, &pose, k, &contact);
-        kmp_guidance_add(&eq->tree, &pose, &contact, &sum);
+        if (sums) {
+            kmp_guidance_add(&eq->tree, &pose, &contact, &sum);
+            continue;
+        }
+        kmp_contact_values(&eq->tree, wheel, &pose, &contact, eq->shown + eq->shown_count);
+        eq->shown_count += KMP_CONTACT_SHOWN;
     }
+    if (!sums)
+        return;
     const kmp_ref loaded = kmp_less(g, KMP_ZERO, sum.load), load = kmp_select(g, loaded, sum.load, KMP_ONE);
     const kmp_ref shown[] = {sum.load, sum.lateral, kmp_select(g, loaded, kmp_div(g, sum.lateral, load), KMP_ZERO),
                              sum.wear};
@@ -253,10 +246,8 @@ kempe_status kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces)
     eq->tree.uses = &eq->uses;
     /* In the order of the model. */
     for (int o = 0; !kmp_graph_failed(eq->graph) && o < eq->model->output_count; o++)
-        if (eq->model->outputs[o].kind == KMP_OUTPUT_CONTACT)
-            show_contacts(eq, eq->model->outputs[o].index);
-        else if (eq->model->outputs[o].kind == KMP_OUTPUT_GUIDANCE)
-            show_guidance(eq, eq->model->outputs[o].index);
+        if (eq->model->outputs[o].kind == KMP_OUTPUT_CONTACT || eq->model->outputs[o].kind == KMP_OUTPUT_GUIDANCE)
+            show_contacts(eq, eq->model->outputs[o].index, eq->model->outputs[o].kind == KMP_OUTPUT_GUIDANCE);
         else if (eq->model->outputs[o].kind == KMP_OUTPUT_POSE)
             show_pose(eq, eq->model->outputs[o].index);
         else if (eq->model->outputs[o].kind == KMP_OUTPUT_AXES)

@@ -286,10 +286,8 @@ void kmp_composite_to_parent(const kmp_tree *tree, int i, kmp_composite c, kmp_c
 /* The composite body about the parent's origin, with the mass that is lumped there already. */
 static kmp_composite lumped_to_parent(const kmp_tree *tree, int i, kmp_composite c)
 {
-    c = kmp_composite_shifted(tree->graph, c, kmp_link_slide(tree, i));
-    c.moment = kmp_link_to_parent(tree, i, c.moment);
-    c.inertia = kmp_link_tensor_to_parent(tree, i, c.inertia);
     kmp_ref mass = c.mass;
+    c = kmp_composite_at_joint(tree, i, c);
     if (tree->links[i].lumped)
         c.mass = KMP_ZERO;
     c = kmp_composite_shifted(tree->graph, c, tree->links[i].p);
