@@ -25,7 +25,7 @@ kempe_status kmp_delayed_equation_init(kmp_delayed_equation *equation, const kmp
     kmp_delayed_equation *e = equation;
     *e = (kmp_delayed_equation){.linear = linear, .count = kmp_linear_moving(linear, NULL)};
     const ptrdiff_t count = e->count;
-    const bool made = KMP_ARENA_MAKE(&e->arena, KMP_ROOM(double, count *count, &e->re, &e->im),
+    const bool made = KMP_ARENA_MAKE(&e->arena, KMP_ROOM(double complex, count *count, &e->matrix),
                                      KMP_ROOM(int, count, &e->pivot), KMP_ROOM(int, count, &e->place));
     KMP_TRY(kmp_made(linear->system->context, made && e->place));
     kmp_linear_moving(linear, e->place);
@@ -79,15 +79,12 @@ static double complex log_determinant(const kmp_delayed_equation *c, double comp
     const int p = c->count;
     double complex sum = 0;
     for (int k = 0; k < p; k++)
-        for (int i = 0; i < p; i++) {
-            const double complex x = leads ? leading(c, i, k) : kmp_delayed_entry_at(c, s, i, k).value;
-            c->re[i + k * p] = creal(x);
-            c->im[i + k * p] = cimag(x);
-        }
-    if (kmp_lu_complex_factor(p, c->re, c->im, c->pivot) != 0)
+        for (int i = 0; i < p; i++)
+            c->matrix[i + k * p] = leads ? leading(c, i, k) : kmp_delayed_entry_at(c, s, i, k).value;
+    if (kmp_lu_complex_factor(p, c->matrix, c->pivot) != 0)
         return -INFINITY;
     for (int k = 0; k < p; k++) { /* pivots are kept as reciprocals */
-        sum -= clog(c->re[k + k * p] + I * c->im[k + k * p]);
+        sum -= clog(c->matrix[k + k * p]);
         sum += c->pivot[k] != k ? I * half_turn : 0;
     }
     return sum;

@@ -13,12 +13,12 @@ double kmp_delay_of(const kmp_linear *linear, int k);
  * delay is multiplied by e^(-s T). */
 typedef struct kmp_delayed_equation {
     const kmp_linear *linear;
-    kmp_arena arena; /* of all arrays */
-    int count;       /* of unknowns */
-    int *place;      /* count: each among u */
-    int order;       /* of the determinant in s */
-    double longest;  /* the sum of the delays */
-    double *re, *im; /* count x count: work */
+    kmp_arena arena;         /* of all arrays */
+    int count;               /* of unknowns */
+    int *place;              /* count: each among u */
+    int order;               /* of the determinant in s */
+    double longest;          /* the sum of the delays */
+    double _Complex *matrix; /* count x count: work */
     int *pivot;
 } kmp_delayed_equation;
 

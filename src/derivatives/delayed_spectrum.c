@@ -31,7 +31,6 @@ typedef struct search {
     int points, size;
     double *generator, *re, *im, *v_re, *v_im, *left;
     double *row; /* equation.count: sizes of rows */
-    double *b_re, *b_im;
     int zeros, count, room;
     root *root; /* the roots on and above the real axis */
 } search;
@@ -115,16 +114,13 @@ static bool factor(search *m, double complex s)
         m->row[i] = 0;
         for (int k = 0; k < e->count; k++) {
             const kmp_delayed_entry x = kmp_delayed_entry_at(e, s, i, k);
-            e->re[i + k * e->count] = creal(x.value);
-            e->im[i + k * e->count] = cimag(x.value);
+            e->matrix[i + k * e->count] = x.value;
             m->row[i] = fmax(m->row[i], x.size);
         }
-        for (int k = 0; k < e->count && m->row[i] > 0; k++) {
-            e->re[i + k * e->count] /= m->row[i];
-            e->im[i + k * e->count] /= m->row[i];
-        }
+        for (int k = 0; k < e->count && m->row[i] > 0; k++)
+            e->matrix[i + k * e->count] /= m->row[i];
     }
-    return kmp_lu_complex_factor(e->count, e->re, e->im, e->pivot) == 0;
+    return kmp_lu_complex_factor(e->count, e->matrix, e->pivot) == 0;
 }
 
 /* P(s)^-1 of P'(s) x, or of ones where x is NULL. */
@@ -135,13 +131,9 @@ static void solve(search *m, double complex s, const double complex *x, double c
         double complex sum = x ? 0 : 1;
         for (int k = 0; x && k < e->count; k++)
             sum += kmp_delayed_entry_at(e, s, i, k).slope * x[k];
-        sum /= x && m->row[i] > 0 ? m->row[i] : 1;
-        m->b_re[i] = creal(sum);
-        m->b_im[i] = cimag(sum);
+        out[i] = sum / (x && m->row[i] > 0 ? m->row[i] : 1);
     }
-    kmp_lu_complex_solve(e->count, e->re, e->im, e->pivot, m->b_re, m->b_im);
-    for (int i = 0; i < e->count; i++)
-        out[i] = m->b_re[i] + I * m->b_im[i];
+    kmp_lu_complex_solve(e->count, e->matrix, e->pivot, out);
 }
 
 /* Relative to the terms of each row. */
@@ -404,11 +396,11 @@ static kempe_status put_zeros(search *m, kmp_delayed_spectrum *out)
 {
     const kmp_delayed_equation *e = &m->equation;
     const int n = e->count;
-    double *a = e->re, *pivots = NULL, *x = NULL;
+    double *a = NULL, *pivots = NULL, *x = NULL;
     int *row = NULL, *column = NULL;
     KMP_TRY(kmp_made(m->linear->system->context,
-                     KMP_ARENA_MAKE(&m->arena, KMP_ROOM(double, n, &pivots, &x), KMP_ROOM(int, n, &row, &column)) &&
-                         pivots && x));
+                     KMP_ARENA_MAKE(&m->arena, KMP_ROOM(double, n, &pivots, &x), KMP_ROOM(double, n *n, &a),
+                                    KMP_ROOM(int, n, &row, &column))));
     for (int i = 0; i < n; i++) {
         double size = 0;
         for (int k = 0; k < n; k++) {
@@ -456,7 +448,7 @@ static kempe_status begin(search *m, const kmp_linear *linear)
     KMP_TRY(kmp_delayed_equation_init(&m->equation, linear));
     KMP_TRY(kmp_made(linear->system->context,
                      KMP_ARENA_MAKE(&m->arena, KMP_ROOM(int, n, &m->place, &m->at), KMP_ROOM(double, n *n, &m->a),
-                                    KMP_ROOM(double, count, &m->row, &m->b_re, &m->b_im)) &&
+                                    KMP_ROOM(double, count, &m->row)) &&
                          m->place && m->at));
     m->width = kmp_linear_entries(linear, m->place);
     for (int i = 0; i < m->width; i++)

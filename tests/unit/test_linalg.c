@@ -6,6 +6,7 @@
 #include "linalg/dense/dense.h"
 #include "testing.h"
 
+#include <complex.h>
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
@@ -57,7 +58,8 @@ static double largest(int n, const double *x)
 /* A complex system is a real one of twice the size. */
 static void test_lu_complex(void)
 {
-    static double re[MAX * MAX], im[MAX * MAX], lu_re[MAX * MAX], lu_im[MAX * MAX], a[4 * MAX * MAX];
+    static double re[MAX * MAX], im[MAX * MAX], a[4 * MAX * MAX];
+    static double complex lu[MAX * MAX], z[MAX];
     int pivot[MAX];
     for (int n = 1; n <= 20; n++)
         for (int trial = 0; trial < 20; trial++) {
@@ -65,7 +67,6 @@ static void test_lu_complex(void)
             randomise(n * n, re);
             randomise(n * n, im);
             randomise(2 * n, b);
-            memcpy(x, b, sizeof x);
             if (trial % 2) { /* pivots to be exchanged */
                 memset(re, 0, (size_t)n * sizeof *re);
                 memset(im, 0, (size_t)n * sizeof *im);
@@ -77,17 +78,22 @@ static void test_lu_complex(void)
                     a[i + n + j * 2 * n] = im[i + j * n];
                     a[i + (j + n) * 2 * n] = -im[i + j * n];
                 }
-            memcpy(lu_re, re, sizeof re);
-            memcpy(lu_im, im, sizeof im);
-            CHECK(kmp_lu_complex_factor(n, lu_re, lu_im, pivot) == 0);
-            kmp_lu_complex_solve(n, lu_re, lu_im, pivot, x, x + n);
+            for (int k = 0; k < n * n; k++)
+                lu[k] = re[k] + I * im[k];
+            for (int k = 0; k < n; k++)
+                z[k] = b[k] + I * b[n + k];
+            CHECK(kmp_lu_complex_factor(n, lu, pivot) == 0);
+            kmp_lu_complex_solve(n, lu, pivot, z);
+            for (int k = 0; k < n; k++) {
+                x[k] = creal(z[k]);
+                x[n + k] = cimag(z[k]);
+            }
             CHECK(residual(2 * n, a, 0, x, b) < 1e-12 * largest(2 * n, x));
         }
-    double zero[4] = {0}, none[4] = {0}, nan_re[1] = {NAN}, nan_im[1] = {1};
-    CHECK(kmp_lu_complex_factor(2, zero, none, pivot) == 1);
-    CHECK(kmp_lu_complex_factor(1, nan_re, nan_im, pivot) == 1);
-    double one_re[4] = {1, 1, 1, 1}, one_im[4] = {1, 1, 1, 1};
-    CHECK(kmp_lu_complex_factor(2, one_re, one_im, pivot) == 2);
+    double complex zero[4] = {0}, undefined[1] = {CMPLX(NAN, 1)}, ones[4] = {1 + I, 1 + I, 1 + I, 1 + I};
+    CHECK(kmp_lu_complex_factor(2, zero, pivot) == 1);
+    CHECK(kmp_lu_complex_factor(1, undefined, pivot) == 1);
+    CHECK(kmp_lu_complex_factor(2, ones, pivot) == 2);
 }
 
 static void test_lu(void)

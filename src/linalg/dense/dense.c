@@ -1,83 +1,78 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "linalg/dense/dense.h"
-
-#include <string.h>
+#include <complex.h>
 
 /* -- complex LU ------------------------------------------------------------------------------------- */
 
-/* Real and imaginary parts are in separate arrays. Pivots are chosen by the sum of absolute values; each is kept as its
- * reciprocal. */
-static double size_at(const double *re, const double *im, int i)
+/* Pivots are chosen by the sum of absolute values; each is kept as its reciprocal. */
+static double size_of(double complex x)
 {
-    return fabs(re[i]) + fabs(im[i]);
+    return fabs(creal(x)) + fabs(cimag(x));
 }
 
-/* 1 / (re + i im) in place, without overflow or underflow. False: zero or not finite. */
-static int invert(double *re, double *im)
+/* The compiler's own product looks at infinities one by one. */
+static inline double complex times(double complex x, double complex y)
 {
-    double scale = fmax(fabs(*re), fabs(*im));
-    if (!(scale > 0.0 && fabs(*re) + fabs(*im) <= DBL_MAX))
-        return 0;
-    double x = *re / scale, y = *im / scale, square = x * x + y * y;
-    *re = x / square / scale;
-    *im = -y / square / scale;
-    return 1;
+    return CMPLX(creal(x) * creal(y) - cimag(x) * cimag(y), creal(x) * cimag(y) + cimag(x) * creal(y));
 }
 
-/* column j -= column k * f below row k */
-static void eliminate_complex(int n, int k, const double *re_k, const double *im_k, double *restrict re_j,
-                              double *restrict im_j)
+/* 1 / x in place, without overflow or underflow. False: zero or not finite. */
+static bool invert(double complex *x)
 {
-    double x = re_j[k], y = im_j[k];
-    for (int i = k + 1; i < n; i++) {
-        re_j[i] -= re_k[i] * x - im_k[i] * y;
-        im_j[i] -= re_k[i] * y + im_k[i] * x;
-    }
+    double scale = fmax(fabs(creal(*x)), fabs(cimag(*x)));
+    if (!(scale > 0.0 && size_of(*x) <= DBL_MAX))
+        return false;
+    double re = creal(*x) / scale, im = cimag(*x) / scale, square = re * re + im * im;
+    *x = CMPLX(re / square / scale, -im / square / scale);
+    return true;
 }
 
-int kmp_lu_complex_factor(int n, double *re, double *im, int *pivot)
+/* column -= l times its entry k, below row k */
+static void eliminate_complex(int n, int k, const double complex *l, double complex *restrict column)
+{
+    for (int i = k + 1; i < n; i++)
+        column[i] -= times(l[i], column[k]);
+}
+
+static void exchange_complex(double complex *a, double complex *b)
+{
+    double complex t = *a;
+    *a = *b;
+    *b = t;
+}
+
+int kmp_lu_complex_factor(int n, double complex *a, int *pivot)
 {
     for (int k = 0; k < n; k++) {
-        double *re_k = re + (ptrdiff_t)k * n, *im_k = im + (ptrdiff_t)k * n;
+        double complex *l = a + (ptrdiff_t)k * n;
         int p = k;
         for (int i = k + 1; i < n; i++)
-            p = size_at(re_k, im_k, i) > size_at(re_k, im_k, p) ? i : p;
+            p = size_of(l[i]) > size_of(l[p]) ? i : p;
         pivot[k] = p;
-        for (int j = 0; j < n && p != k; j++) {
-            kmp_swap(&re[k + (ptrdiff_t)j * n], &re[p + (ptrdiff_t)j * n]);
-            kmp_swap(&im[k + (ptrdiff_t)j * n], &im[p + (ptrdiff_t)j * n]);
-        }
-        if (!invert(re_k + k, im_k + k))
+        for (int j = 0; j < n && p != k; j++)
+            exchange_complex(&a[k + (ptrdiff_t)j * n], &a[p + (ptrdiff_t)j * n]);
+        if (!invert(&l[k]))
             return k + 1;
-        for (int i = k + 1; i < n; i++) {
-            double x = re_k[i], y = im_k[i];
-            re_k[i] = x * re_k[k] - y * im_k[k];
-            im_k[i] = x * im_k[k] + y * re_k[k];
-        }
+        for (int i = k + 1; i < n; i++)
+            l[i] = times(l[i], l[k]);
         for (int j = k + 1; j < n; j++)
-            eliminate_complex(n, k, re_k, im_k, re + (ptrdiff_t)j * n, im + (ptrdiff_t)j * n);
+            eliminate_complex(n, k, l, a + (ptrdiff_t)j * n);
     }
     return 0;
 }
 
-void kmp_lu_complex_solve(int n, const double *re, const double *im, const int *pivot, double *b_re, double *b_im)
+void kmp_lu_complex_solve(int n, const double complex *a, const int *pivot, double complex *b)
 {
     for (int k = 0; k < n; k++)
-        if (pivot[k] != k) {
-            kmp_swap(&b_re[k], &b_re[pivot[k]]);
-            kmp_swap(&b_im[k], &b_im[pivot[k]]);
-        }
+        if (pivot[k] != k)
+            exchange_complex(&b[k], &b[pivot[k]]);
     for (int k = 0; k < n; k++)
-        eliminate_complex(n, k, re + (ptrdiff_t)k * n, im + (ptrdiff_t)k * n, b_re, b_im);
+        eliminate_complex(n, k, a + (ptrdiff_t)k * n, b);
     for (int k = n - 1; k >= 0; k--) {
-        const double *re_k = re + (ptrdiff_t)k * n, *im_k = im + (ptrdiff_t)k * n;
-        double x = b_re[k] * re_k[k] - b_im[k] * im_k[k], y = b_re[k] * im_k[k] + b_im[k] * re_k[k];
-        b_re[k] = x;
-        b_im[k] = y;
-        for (int i = 0; i < k; i++) {
-            b_re[i] -= re_k[i] * x - im_k[i] * y;
-            b_im[i] -= re_k[i] * y + im_k[i] * x;
-        }
+        const double complex *u = a + (ptrdiff_t)k * n;
+        b[k] = times(b[k], u[k]);
+        for (int i = 0; i < k; i++)
+            b[i] -= times(u[i], b[k]);
     }
 }
 

@@ -5,9 +5,9 @@
 
 #include "linalg/dense/factors.h"
 
-/** LU and solution of a complex matrix, with real and imaginary parts in separate arrays, and one right-hand side. */
-int kmp_lu_complex_factor(int n, double *re, double *im, int *pivot);
-void kmp_lu_complex_solve(int n, const double *re, const double *im, const int *pivot, double *b_re, double *b_im);
+/** LU of a complex matrix, whose pivots are kept as reciprocals, and the solution for one right-hand side. */
+int kmp_lu_complex_factor(int n, double _Complex *a, int *pivot);
+void kmp_lu_complex_solve(int n, const double _Complex *a, const int *pivot, double _Complex *b);
 
 /** Arithmetic of one call; comparisons, signs and moves are none. */
 typedef struct kmp_flops {

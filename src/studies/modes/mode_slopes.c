@@ -8,6 +8,7 @@
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* Eigenvalues nearer than this, relative to the largest modulus, count as equal: the matrices' rounding separates an
  * equal pair with a single vector by its root. */
@@ -33,7 +34,7 @@ typedef struct work {
     double *unit;             /* a parameter each */
     number *left, *moved, *s; /* of a group of equal ones: Y^H (2 s M + G) X, Y^H dP X; values */
     int *group;
-    double *room; /* of the small matrix: its factors, two columns */
+    number *room; /* factors of the small matrix */
     int *pivot;
     bool *done; /* of the spectrum */
 } work;
@@ -56,7 +57,7 @@ static bool make_room(work *w)
                           KMP_ROOM(double, n, &x[0].u, &x[0].ud, &x[0].udd, &x[0].q, &x[0].qd, &x[0].qdd, &w->rest[0],
                                    &x[1].u, &x[1].ud, &x[1].udd, &x[1].q, &x[1].qd, &x[1].qdd, &w->rest[1]),
                           KMP_ROOM(double, w->m, &x[0].lambda, &x[1].lambda), KMP_ROOM(double, w->out->count, &w->unit),
-                          KMP_ROOM(double, 2 * count * (count + 1), &w->room));
+                          KMP_ROOM(number, count * count, &w->room));
 }
 
 /* -- one mode ---------------------------------------------------------------------------------------- */
@@ -150,21 +151,18 @@ static double size_of(const work *w, const double *re, const double *im, int i)
 
 /* -left^-1 moved, in `moved`, both g x g by columns, with vectors normalised by the mass. False: left is singular up to
  * rounding, relative to 2 s. */
-static bool divide(int g, const number *left, number *moved, double size, int *pivot, double *room)
+static bool divide(int g, const number *left, number *moved, double size, int *pivot, number *room)
 {
-    double *re = room, *im = re + g * g, *b_re = im + g * g, *b_im = b_re + g, most = 0;
-    for (int k = 0; k < g * g; k++)
-        re[k] = creal(left[k]), im[k] = cimag(left[k]);
-    if (kmp_lu_complex_factor(g, re, im, pivot))
+    double most = 0;
+    memcpy(room, left, (size_t)(g * g) * sizeof *room);
+    if (kmp_lu_complex_factor(g, room, pivot))
         return false;
     for (int k = 0; k < g; k++)
-        most = fmax(most, hypot(re[k + k * g], im[k + k * g])); /* the factors have the entries divided by the pivots */
+        most = fmax(most, cabs(room[k + k * g])); /* the factors have the entries divided by the pivots */
     for (int j = 0; j < g; j++) {
         for (int i = 0; i < g; i++)
-            b_re[i] = -creal(moved[i + j * g]), b_im[i] = -cimag(moved[i + j * g]);
-        kmp_lu_complex_solve(g, re, im, pivot, b_re, b_im);
-        for (int i = 0; i < g; i++)
-            moved[i + j * g] = b_re[i] + b_im[i] * I;
+            moved[i + j * g] = -moved[i + j * g];
+        kmp_lu_complex_solve(g, room, pivot, moved + j * g);
     }
     return most * NEAR * size < 1;
 }

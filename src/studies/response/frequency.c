@@ -53,8 +53,9 @@ kempe_status kmp_frequency_init(kmp_frequency *frequency, const kmp_transfer *tr
     KMP_TRY(kmp_made(transfer->linear->system->context,
                      KMP_ARENA_MAKE(&f->arena, KMP_ROOM(double, all, &f->re, &f->im), KMP_ROOM(double, count, &f->at),
                                     KMP_ROOM(double, block, &f->still, &f->h_re, &f->h_im),
-                                    KMP_ROOM(double, size *size, &f->a_re, &f->a_im, &f->terms),
-                                    KMP_ROOM(double, size, &f->du_re, &f->du_im, &f->scale, &f->off_re, &f->off_im))));
+                                    KMP_ROOM(double, size *size, &f->terms), KMP_ROOM(double, size, &f->scale),
+                                    KMP_ROOM(double complex, size *size, &f->a),
+                                    KMP_ROOM(double complex, size, &f->du, &f->off))));
     return sampled ? make_samples(f) : KEMPE_OK;
 }
 
@@ -116,6 +117,11 @@ static double size_of_diagonal(const kmp_frequency *f, double w, int k)
     return is_state(f, k) ? fmax(g, w * m) : fmax(fmax(fabs(l->stiffness[e]), w * g), w * w * m);
 }
 
+static double size_of(double complex x)
+{
+    return fabs(creal(x)) + fabs(cimag(x));
+}
+
 /* S (-w^2 Mr + i w Gr + Kr) S, or S (z - phi) S, its diagonal of the size of one, in factors. false: singular. */
 static bool factor(kmp_frequency *f, double w)
 {
@@ -129,15 +135,13 @@ static bool factor(kmp_frequency *f, double w)
             int e = i + k * p;
             double s = f->scale[i] * f->scale[k];
             entry x = entry_of(f, w, i, k);
-            f->a_re[e] = s * x.re;
-            f->a_im[e] = s * x.im;
+            f->a[e] = CMPLX(s * x.re, s * x.im);
             f->terms[e] = s * x.size;
         }
-    if (kmp_lu_complex_factor(p, f->a_re, f->a_im, f->pivot) != 0)
+    if (kmp_lu_complex_factor(p, f->a, f->pivot) != 0)
         return false;
     for (int k = 0; k < p; k++) { /* pivots are kept as reciprocals: of singular matrices they are rounding */
-        double size = fabs(f->a_re[k + k * p]) + fabs(f->a_im[k + k * p]);
-        if (size * p * 32 * DBL_EPSILON > 1)
+        if (size_of(f->a[k + k * p]) * p * 32 * DBL_EPSILON > 1)
             return false;
     }
     return true;
@@ -149,11 +153,11 @@ static double complex power(double w, int order)
     return order == 0 ? 1 : order == 1 ? w * I : -w * w;
 }
 
-static double largest(int count, const double *re, const double *im)
+static double largest(int count, const double complex *x)
 {
     double most = 0;
     for (int i = 0; i < count; i++)
-        most = fmax(most, hypot(re[i], im[i]));
+        most = fmax(most, cabs(x[i]));
     return most;
 }
 
@@ -162,35 +166,24 @@ static void solve(kmp_frequency *f, double w, int input)
     int p = f->size;
     /* The loads of an input on the right side: -L, or gamma. */
     const kmp_transfer *t = f->transfer;
-    memset(f->du_re, 0, (size_t)p * sizeof *f->du_re);
-    memset(f->du_im, 0, (size_t)p * sizeof *f->du_im);
+    memset(f->du, 0, (size_t)p * sizeof *f->du);
     for (int c = 0; c < t->columns; c++) {
         const double *load = f->phi ? f->gamma + (ptrdiff_t)c * p : t->loads + (ptrdiff_t)c * p;
         double complex swing = f->phi ? -1 : power(w, t->load[c].order);
-        for (int i = 0; t->load[c].input == input && i < p; i++) {
-            f->du_re[i] -= f->scale[i] * creal(swing) * load[i];
-            f->du_im[i] -= f->scale[i] * cimag(swing) * load[i];
-        }
+        for (int i = 0; t->load[c].input == input && i < p; i++)
+            f->du[i] -= CMPLX(f->scale[i] * creal(swing) * load[i], f->scale[i] * cimag(swing) * load[i]);
     }
-    kmp_lu_complex_solve(p, f->a_re, f->a_im, f->pivot, f->du_re, f->du_im);
+    kmp_lu_complex_solve(p, f->a, f->pivot, f->du);
     /* The effect of rounding in the equations' terms on du. */
-    memset(f->off_re, 0, (size_t)p * sizeof *f->off_re);
-    memset(f->off_im, 0, (size_t)p * sizeof *f->off_im);
+    memset(f->off, 0, (size_t)p * sizeof *f->off);
     for (int k = 0; k < p; k++)
         for (int i = 0; i < p; i++)
-            f->off_re[i] += DBL_EPSILON * f->terms[i + k * p] * hypot(f->du_re[k], f->du_im[k]);
-    kmp_lu_complex_solve(p, f->a_re, f->a_im, f->pivot, f->off_re, f->off_im);
-    double size = largest(p, f->du_re, f->du_im), off = largest(p, f->off_re, f->off_im);
+            f->off[i] += DBL_EPSILON * f->terms[i + k * p] * cabs(f->du[k]);
+    kmp_lu_complex_solve(p, f->a, f->pivot, f->off);
+    double size = largest(p, f->du), off = largest(p, f->off);
     f->rounding = size > 0 ? fmax(f->rounding, off / size) : f->rounding;
-    for (int i = 0; i < p; i++) {
-        f->du_re[i] *= f->scale[i];
-        f->du_im[i] *= f->scale[i];
-    }
-}
-
-static double size_of(double complex x)
-{
-    return fabs(creal(x)) + fabs(cimag(x));
+    for (int i = 0; i < p; i++)
+        f->du[i] *= f->scale[i];
 }
 
 /* The derivative of an output by unknown k. */
@@ -213,7 +206,7 @@ static void put_output(kmp_frequency *f, double w, int output, int input)
     double size = 0; /* of its terms */
     for (int k = 0; k < f->size; k++) {
         double complex by = seen_of(f, w, output, k);
-        double complex du = f->du_re[k] + f->du_im[k] * I;
+        double complex du = f->du[k];
         sum += by * du;
         size += size_of(by) * size_of(du);
     }

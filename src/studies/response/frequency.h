@@ -43,8 +43,9 @@ typedef struct kmp_frequency {
     double rounding;        /* relative effect of rounding on a response: the last one evaluated */
     double worst, worst_at; /* the largest of all frequencies, and which, Hz */
     /* work */
-    double *terms, *off_re, *off_im; /* sizes of the terms of a; of du */
-    double *a_re, *a_im, *du_re, *du_im, *scale, *h_re, *h_im;
+    double *terms;                 /* sizes of the terms of a */
+    double _Complex *a, *du, *off; /* off: sizes of the terms of du */
+    double *scale, *h_re, *h_im;
     int *pivot;
 } kmp_frequency;
 
