@@ -163,21 +163,6 @@ static void add_curve(search *x, int c)
     }
 }
 
-static void make_columns(search *x)
-{
-    for (int c = 0; c < x->model->closure_count; c++) {
-        if (kmp_closure_is_of_modes(&x->model->closures[c]) || add_loads(x, c))
-            continue;
-        if (x->model->closures[c].curve_count > 0) {
-            add_curve(x, c);
-            continue;
-        }
-        for (int r = 0; r < x->s->m; r++)
-            if (x->s->rows[r].closure == c)
-                x->columns[x->count++] = (column){.closure = c, .row = r};
-    }
-}
-
 /* -- generalized forces ------------------------------------------------------------------------------ */
 
 /* Adds the work of a load at a place of a body along each coordinate, `sign` times. */
@@ -508,7 +493,18 @@ static kempe_status look(kmp_evaluator *eval, double t, const double *q, kmp_are
         kmp_eval_closure(eval, t, q);
         x.jacobian = eval->jacobian;
         kmp_pose_motions(model, q, x.poses, x.axis, x.place);
-        make_columns(&x);
+        /* Columns. */
+        for (int c = 0; c < x.model->closure_count; c++) {
+            if (kmp_closure_is_of_modes(&x.model->closures[c]) || add_loads(&x, c))
+                continue;
+            if (x.model->closures[c].curve_count > 0) {
+                add_curve(&x, c);
+                continue;
+            }
+            for (int r = 0; r < x.s->m; r++)
+                if (x.s->rows[r].closure == c)
+                    x.columns[x.count++] = (column){.closure = c, .row = r};
+        }
         ok = x.count == 0 || find_sets(&x, &room);
     }
     ok = ok && (!loads || x.sets == 0 || x.unknown >= 0 || take_sets(&x, &room, loads));

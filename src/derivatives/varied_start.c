@@ -74,19 +74,6 @@ static kempe_status choose_as_assembled(beginning *b)
     return kmp_fail_text(s->context, KEMPE_E_FAILED, &sentence);
 }
 
-static void move_positions(beginning *b, double *dq)
-{
-    kmp_varied *v = b->v;
-    const kmp_linear *l = &v->linear;
-    for (int k = 0; k < v->count; k++) {
-        double *to = dq + k * b->n;
-        (void)kmp_slopes_of_start(v->slopes, k, b->x, b->pulled);
-        for (int i = 0; i < l->p; i++)
-            v->udd[i] = b->x[l->part.u[i]];
-        kmp_varied_follow(v, k, v->udd, NULL, to, NULL, NULL, NULL);
-    }
-}
-
 /* -- rates ------------------------------------------------------------------------------------------- */
 
 static double row_scale(const beginning *b, int r)
@@ -226,7 +213,13 @@ static kempe_status differentiate(beginning *b, double *dq, double *dqd)
                         "coordinate moves no mass");
     kmp_instant at = kmp_linear_instant(&v->linear);
     kmp_slopes_at(v->slopes, &at);
-    move_positions(b, dq);
+    for (int k = 0; k < v->count; k++) {
+        double *to = dq + k * b->n;
+        (void)kmp_slopes_of_start(v->slopes, k, b->x, b->pulled);
+        for (int i = 0; i < l->p; i++)
+            v->udd[i] = b->x[l->part.u[i]];
+        kmp_varied_follow(v, k, v->udd, NULL, to, NULL, NULL, NULL);
+    }
     return move_rates(b, dq, dqd) ? KEMPE_OK : kmp_fail_memory(b->v->system->context);
 }
 

@@ -256,9 +256,13 @@ void kmp_late_motion_free(kmp_late_motion *late)
     kmp_free(late);
 }
 
-/* Derives M and C by the variants that the search has chosen; without a search, by those of the model as it is. */
-static kempe_status derive_late(const kempe_system *s, kmp_program **motion)
+static kempe_status make_late(kmp_late_motion *late)
 {
+    kempe_system *s = late->system;
+    s->motion = kmp_motion_recall(s);
+    if (s->motion)
+        return KEMPE_OK;
+    /* Derives M and C by the variants that the search has chosen; without a search, by those of the model as it is. */
     kmp_events events = s->events; /* the system has recorded all conditions: none is added */
     const kmp_scene scene = {.sets = KMP_MOTION_SETS,
                              .savings = s->late->chosen.stay ? &s->late->chosen : NULL,
@@ -267,18 +271,9 @@ static kempe_status derive_late(const kempe_system *s, kmp_program **motion)
                              .charted = true};
     kmp_equations eq;
     KMP_TRY(kmp_equations_derive(&eq, s->model, &scene));
-    *motion = kmp_motion_make_again(s, &eq);
+    s->motion = kmp_motion_make_again(s, &eq);
     kmp_equations_free(&eq);
-    return kmp_made(s->context, *motion);
-}
-
-static kempe_status make_late(kmp_late_motion *late)
-{
-    kempe_system *s = late->system;
-    s->motion = kmp_motion_recall(s);
-    if (s->motion)
-        return KEMPE_OK;
-    KMP_TRY(derive_late(s, &s->motion));
+    KMP_TRY(kmp_made(s->context, s->motion));
     kmp_motion_keep(s);
     return KEMPE_OK;
 }

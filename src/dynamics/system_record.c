@@ -14,6 +14,14 @@ static const kmp_kept_name whole = {.what = "system"}, by_bodies = {.what = "bod
 
 enum { MOST = 1 << 30 };
 
+/* Writes the bytes of a part, and frees them. */
+static void finish(const kempe_system *s, kmp_kept_name name, kmp_bytes *bytes, kmp_table_pool *pool)
+{
+    kmp_kept_write(s, name, bytes);
+    kmp_table_pool_free(pool);
+    kmp_bytes_free(bytes);
+}
+
 /* -- patterns ---------------------------------------------------------------------------------------- */
 
 static void put_pattern(kmp_bytes *b, const kmp_pattern *p)
@@ -145,9 +153,7 @@ void kmp_bodies_keep(const kempe_system *s)
     put_pattern(&b, &s->bodies->compliance);
     put_pattern(&b, &s->bodies->mobility);
     kmp_program_put(&b, &pool, s->bodies->program);
-    kmp_kept_write(s, by_bodies, &b);
-    kmp_table_pool_free(&pool);
-    kmp_bytes_free(&b);
+    finish(s, by_bodies, &b, &pool);
 }
 
 bool kmp_bodies_recall(const kempe_system *s)
@@ -173,25 +179,6 @@ bool kmp_bodies_recall(const kempe_system *s)
 
 /* -- the whole --------------------------------------------------------------------------------------- */
 
-static void put_flags(kmp_bytes *b, const kempe_system *s)
-{
-    const int flags[] = {s->rheonomic, s->switches,         s->dissipative,
-                         s->has_power, s->changes_by_rates, atomic_load(&s->rounding->state) == KMP_ROUNDING_NONE};
-    for (size_t k = 0; k < sizeof flags / sizeof *flags; k++)
-        kmp_bytes_put_int(b, flags[k]);
-    kmp_bytes_put_int(b, s->dynamics);
-}
-
-static void take_flags(kmp_byte_source *b, kempe_system *s)
-{
-    bool none = false, *const flags[] = {&s->rheonomic, &s->switches,         &s->dissipative,
-                                         &s->has_power, &s->changes_by_rates, &none};
-    for (size_t k = 0; k < sizeof flags / sizeof *flags; k++)
-        *flags[k] = kmp_bytes_take_int(b, 0, 1);
-    s->dynamics = (kmp_dynamics)kmp_bytes_take_int(b, 0, KMP_DYNAMICS_COUNT - 1);
-    atomic_store(&s->rounding->state, none ? KMP_ROUNDING_NONE : KMP_ROUNDING_UNKNOWN);
-}
-
 /* -- M and C that waited ------------------------------------------------------------------------------ */
 
 static void name_motion(const kempe_system *s, kmp_program *motion)
@@ -207,9 +194,7 @@ void kmp_motion_keep(const kempe_system *s)
         return;
     name_motion(s, s->motion);
     kmp_program_put(&b, &pool, s->motion);
-    kmp_kept_write(s, by_mass, &b);
-    kmp_table_pool_free(&pool);
-    kmp_bytes_free(&b);
+    finish(s, by_mass, &b, &pool);
 }
 
 kmp_program *kmp_motion_recall(const kempe_system *s)
@@ -263,7 +248,12 @@ void kmp_system_keep(kempe_system *s)
     kmp_bytes_put_int(&b, s->m);
     KMP_BYTES_PUT(&b, s->rows, s->m);
     KMP_BYTES_PUT(&b, s->misfit, s->model->closure_count);
-    put_flags(&b, s);
+    /* Flags. */
+    const int flags[] = {s->rheonomic, s->switches,         s->dissipative,
+                         s->has_power, s->changes_by_rates, atomic_load(&s->rounding->state) == KMP_ROUNDING_NONE};
+    for (size_t k = 0; k < sizeof flags / sizeof *flags; k++)
+        kmp_bytes_put_int(&b, flags[k]);
+    kmp_bytes_put_int(&b, s->dynamics);
     put_pattern(&b, &s->jacobian);
     put_pattern(&b, &s->mass);
     put_pattern(&b, &s->load_jacobian);
@@ -276,9 +266,7 @@ void kmp_system_keep(kempe_system *s)
     kmp_savings_put(&b, &s->bodies->first, s->model);
     for (int k = 0; k < PROGRAMS; k++)
         kmp_program_put(&b, &pool, *list[k]);
-    kmp_kept_write(s, whole, &b);
-    kmp_table_pool_free(&pool);
-    kmp_bytes_free(&b);
+    finish(s, whole, &b, &pool);
     if (atomic_load(&s->bodies->made))
         kmp_bodies_keep(s);
     if (s->late && atomic_load(&s->late->made))
@@ -303,25 +291,17 @@ static bool take_rows(kmp_byte_source *b, kempe_system *s)
     return good;
 }
 
-static void take_programs(kmp_byte_source *b, kempe_system *s)
-{
-    kmp_table_pool pool = {0};
-    kmp_program **list[PROGRAMS];
-    list_programs(s, list);
-    for (int k = 0; k < PROGRAMS; k++)
-        *list[k] = kmp_program_get(b, &pool);
-    kmp_table_pool_free(&pool);
-    name_programs(s);
-    const kmp_program *first = s->late ? s->late->weighing : s->motion;
-    if (!b->failed && first && s->judge && first->stages > (s->late ? KMP_STAGE_MASS : KMP_STAGE_BIAS))
-        s->closing = kmp_program_first(first, KMP_STAGE_MASS);
-}
-
 static bool fill(kmp_byte_source *b, kempe_system *s)
 {
     if (!take_rows(b, s))
         return false;
-    take_flags(b, s);
+    /* Flags. */
+    bool none = false, *const flags[] = {&s->rheonomic, &s->switches,         &s->dissipative,
+                                         &s->has_power, &s->changes_by_rates, &none};
+    for (size_t k = 0; k < sizeof flags / sizeof *flags; k++)
+        *flags[k] = kmp_bytes_take_int(b, 0, 1);
+    s->dynamics = (kmp_dynamics)kmp_bytes_take_int(b, 0, KMP_DYNAMICS_COUNT - 1);
+    atomic_store(&s->rounding->state, none ? KMP_ROUNDING_NONE : KMP_ROUNDING_UNKNOWN);
     take_pattern(b, &s->arena, s->m, s->n, &s->jacobian);
     take_pattern(b, &s->arena, s->n, s->n, &s->mass);
     take_pattern(b, &s->arena, s->n, s->m, &s->load_jacobian);
@@ -338,7 +318,17 @@ static bool fill(kmp_byte_source *b, kempe_system *s)
         kmp_savings_take(b, &s->late->chosen, s->model);
     }
     kmp_savings_take(b, &s->bodies->first, s->model);
-    take_programs(b, s);
+    /* Programs. */
+    kmp_table_pool pool = {0};
+    kmp_program **list[PROGRAMS];
+    list_programs(s, list);
+    for (int k = 0; k < PROGRAMS; k++)
+        *list[k] = kmp_program_get(b, &pool);
+    kmp_table_pool_free(&pool);
+    name_programs(s);
+    const kmp_program *first = s->late ? s->late->weighing : s->motion;
+    if (!b->failed && first && s->judge && first->stages > (s->late ? KMP_STAGE_MASS : KMP_STAGE_BIAS))
+        s->closing = kmp_program_first(first, KMP_STAGE_MASS);
     return !b->failed && b->at == b->end && s->closing && !s->arena.failed;
 }
 

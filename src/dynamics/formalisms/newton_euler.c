@@ -34,6 +34,19 @@ static void name_vector(kmp_graph *g, const kmp_notion *quantity, kmp_vec v, int
         name_entry(g, quantity, v.x[k], k + 1, link, column);
 }
 
+/* (13) */
+static void set_beta(kmp_graph *g, kmp_movement *m)
+{
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        kmp_ref wj = m->w.x[j], wk = m->w.x[k];
+        m->beta.x[i][i] = kmp_neg(kmp_add(g, kmp_mul(g, wj, wj), kmp_mul(g, wk, wk)));
+        kmp_ref ww = kmp_mul(g, m->w.x[i], wj);
+        m->beta.x[i][j] = kmp_sub(g, ww, m->wd.x[k]);
+        m->beta.x[j][i] = kmp_add(g, ww, m->wd.x[k]);
+    }
+}
+
 static kmp_ref signed_for(const kmp_link *link, kmp_ref r)
 {
     return link->reversed ? kmp_neg(r) : r;
@@ -55,10 +68,10 @@ static void forward(const kmp_tree *tree, int i, kmp_ref qdd, kmp_movement *m)
         mi->w = kmp_vec_add(g, mi->w, rate);                            /* (11) */
         mi->wd = kmp_vec_add(g, mi->wd, kmp_vec_cross(g, mi->w, rate)); /* (12) */
         mi->wd.x[link->axis] = kmp_add(g, mi->wd.x[link->axis], acceleration);
-        mi->beta = kmp_matrix_beta(g, mi->w, mi->wd);
+        set_beta(g, mi);
         return;
     }
-    mi->beta = kmp_matrix_beta(g, mi->w, mi->wd); /* (13) */
+    set_beta(g, mi);
     kmp_vec coriolis = kmp_vec_cross(g, mi->w, kmp_vec_scale(g, kmp_const(g, 2), rate));
     mi->alpha = kmp_vec_add(g, mi->alpha, kmp_matrix_apply(g, &mi->beta, false, kmp_link_slide(tree, i))); /* (14) */
     mi->alpha = kmp_vec_add(g, mi->alpha, coriolis);

@@ -154,20 +154,6 @@ kmp_matrix kmp_matrix_turn(kmp_graph *g, int axis, kmp_ref angle, kmp_matrix m)
     return m;
 }
 
-kmp_matrix kmp_matrix_beta(kmp_graph *g, kmp_vec w, kmp_vec wd)
-{
-    kmp_matrix beta;
-    for (int i = 0; i < 3; i++) {
-        int j = (i + 1) % 3, k = (i + 2) % 3;
-        kmp_ref wj = w.x[j], wk = w.x[k];
-        beta.x[i][i] = kmp_neg(kmp_add(g, kmp_mul(g, wj, wj), kmp_mul(g, wk, wk)));
-        kmp_ref ww = kmp_mul(g, w.x[i], wj);
-        beta.x[i][j] = kmp_sub(g, ww, wd.x[k]);
-        beta.x[j][i] = kmp_add(g, ww, wd.x[k]);
-    }
-    return beta;
-}
-
 kmp_matrix kmp_matrix_turn_by(kmp_graph *g, kmp_matrix r, kmp_matrix m)
 {
     kmp_matrix out;

@@ -60,9 +60,6 @@ kmp_tensor kmp_tensor_steiner(kmp_graph *g, kmp_ref m, kmp_vec a, kmp_vec b);
 /** m v, or m' v. */
 kmp_vec kmp_matrix_apply(kmp_graph *g, const kmp_matrix *m, bool transposed, kmp_vec v);
 
-/** wd~ + w~ w~. */
-kmp_matrix kmp_matrix_beta(kmp_graph *g, kmp_vec w, kmp_vec wd);
-
 /** R about a coordinate axis by an angle. */
 kmp_tensor kmp_tensor_turn(kmp_graph *g, int axis, kmp_ref angle, kmp_tensor t);
 kmp_matrix kmp_matrix_turn(kmp_graph *g, int axis, kmp_ref angle, kmp_matrix m);

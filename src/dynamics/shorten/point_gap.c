@@ -176,7 +176,13 @@ static void see(gaps *s, int i)
     if (link->rotation) {
         m->w = kmp_vec_add(g, m->w, rate);
         m->wd = kmp_vec_add(g, m->wd, kmp_vec_cross(g, h->w, rate));
-        m->beta = kmp_matrix_beta(g, m->w, m->wd);
+        for (int n = 0; n < 3; n++) { /* beta = wd~ + w~ w~ */
+            int j = (n + 1) % 3, k = (n + 2) % 3;
+            kmp_ref wj = m->w.x[j], wk = m->w.x[k], ww = kmp_mul(g, m->w.x[n], wj);
+            m->beta.x[n][n] = kmp_neg(kmp_add(g, kmp_mul(g, wj, wj), kmp_mul(g, wk, wk)));
+            m->beta.x[n][j] = kmp_sub(g, ww, m->wd.x[k]);
+            m->beta.x[j][n] = kmp_add(g, ww, m->wd.x[k]);
+        }
     } else {
         m->v = kmp_vec_add(g, m->v, rate);
         m->a = kmp_vec_add(g, m->a, kmp_vec_scale(g, kmp_const(g, 2), kmp_vec_cross(g, h->w, rate)));
