@@ -149,6 +149,21 @@ static uint32_t segment_of(const kmp_layout *l, int i)
     return l->depth[i] - is_special(l, i);
 }
 
+static void write_segment(kmp_layout *l, uint32_t begin, uint32_t end)
+{
+    kmp_frame *f = l->frame;
+    uint32_t first_angle = f->angles;
+    l->segment_start[f->segment_count] = begin;
+    kmp_segment *segment = &f->segments[f->segment_count++];
+    *segment = (kmp_segment){.angle = first_angle, .special = f->special_count};
+    for (uint32_t k = begin; k < end; k++)
+        if (is_special(l, l->order[k]))
+            write_special(l, l->order[k], first_angle);
+    segment->angles = f->angles - first_angle;
+    while (f->angles % KMP_LANES != 0)
+        add_angle(l, KMP_SLOT_ONE);
+}
+
 /* Writes the segments, and the special functions of each. */
 static bool write_segments(kmp_layout *l)
 {
@@ -172,16 +187,7 @@ static bool write_segments(kmp_layout *l)
         for (int i = code[s]; i < code[s + 1]; i++)
             l->order[(uint32_t)code[s] + first[segment_of(l, i)]++] = i;
         for (uint32_t k = 0; k < segments; k++) { /* first has moved on to where each ends */
-            uint32_t first_angle = f->angles;
-            l->segment_start[f->segment_count] = begin;
-            kmp_segment *segment = &f->segments[f->segment_count++];
-            *segment = (kmp_segment){.angle = first_angle, .special = f->special_count};
-            for (uint32_t j = begin; j < ((uint32_t)p->code[s] + first[j]); j++)
-                if (is_special(l, l->order[j]))
-                    write_special(l, l->order[j], first_angle);
-            segment->angles = f->angles - first_angle;
-            while (f->angles % KMP_LANES != 0)
-                add_angle(l, KMP_SLOT_ONE);
+            write_segment(l, begin, (uint32_t)p->code[s] + first[k]);
             begin = (uint32_t)p->code[s] + first[k];
         }
     }

@@ -126,6 +126,22 @@ static bool number_seeds(finder *f)
     return list;
 }
 
+static void spread_seeds(finder *f)
+{
+    for (int i = 0; i < f->count; i++)
+        for (int k = 0; k < operands(f, i); k++)
+            if (operand(f, i, k) >= 0)
+                f->reads[i] |= f->reads[operand(f, i, k)];
+    for (int i = f->count; i-- > 0;)
+        for (int k = 0; k < operands(f, i); k++) {
+            int j = kmp_layout_instruction(f->l, kmp_instruction_operand(instruction(f, i), k));
+            if (j >= f->from)
+                f->feeds[j - f->from] |= f->feeds[i];
+            else if (j >= 0)
+                f->earlier[j] |= f->feeds[i];
+        }
+}
+
 /* The least member of a set that is not empty. */
 static int first_of(seeds s)
 {
@@ -330,6 +346,23 @@ static bool begin(finder *f)
     return !a->failed && number_seeds(f);
 }
 
+/* Numbers the best parts by descending cost: a costly part that begins last would delay all. */
+static void put_costliest_first(finder *f, int parts)
+{
+    double cost[KMP_PARTS_MOST + 2] = {0};
+    int number[KMP_PARTS_MOST + 2] = {0};
+    for (int i = 0; i < f->count; i++)
+        cost[f->best[i]] += f->price[i];
+    number[parts + 1] = parts + 1;
+    for (int k = 1; k <= parts; k++) {
+        number[k] = 1;
+        for (int other = 1; other <= parts; other++)
+            number[k] += cost[other] > cost[k] || (cost[other] == cost[k] && other < k);
+    }
+    for (int i = 0; i < f->count; i++)
+        f->best[i] = (uint8_t)number[f->best[i]];
+}
+
 /* Tries as many parts as threads, or some times as many for parts of unequal size. */
 static int choose_parts(finder *f, int threads)
 {
@@ -365,18 +398,7 @@ int kmp_parts_find(kmp_layout *layout, int stage, int threads)
         return 0;
     if (!begin(f))
         return -1;
-    for (int i = 0; i < f->count; i++)
-        for (int k = 0; k < operands(f, i); k++)
-            if (operand(f, i, k) >= 0)
-                f->reads[i] |= f->reads[operand(f, i, k)];
-    for (int i = f->count; i-- > 0;)
-        for (int k = 0; k < operands(f, i); k++) {
-            int j = kmp_layout_instruction(f->l, kmp_instruction_operand(instruction(f, i), k));
-            if (j >= f->from)
-                f->feeds[j - f->from] |= f->feeds[i];
-            else if (j >= 0)
-                f->earlier[j] |= f->feeds[i];
-        }
+    spread_seeds(f);
     /* The cost of each part, and of what two seeds share. */
     for (int i = 0; i < f->from; i++)
         add_share(f, f->earlier[i], 1);
@@ -387,19 +409,7 @@ int kmp_parts_find(kmp_layout *layout, int stage, int threads)
             f->share[a][b] = f->share[b][a];
     int parts = choose_parts(f, threads);
     if (parts > 0) {
-        /* Numbers the best parts by descending cost: a costly part that begins last would delay all. */
-        double cost[KMP_PARTS_MOST + 2] = {0};
-        int number[KMP_PARTS_MOST + 2] = {0};
-        for (int i = 0; i < f->count; i++)
-            cost[f->best[i]] += f->price[i];
-        number[parts + 1] = parts + 1;
-        for (int k = 1; k <= parts; k++) {
-            number[k] = 1;
-            for (int other = 1; other <= parts; other++)
-                number[k] += cost[other] > cost[k] || (cost[other] == cost[k] && other < k);
-        }
-        for (int i = 0; i < f->count; i++)
-            f->best[i] = (uint8_t)number[f->best[i]];
+        put_costliest_first(f, parts);
         memcpy(layout->part + f->from, f->best, (size_t)f->count);
     }
     return parts;
