@@ -542,8 +542,9 @@ kempe_status kmp_load_share_read(kempe_context *context, const char *word, bool 
                                 : kmp_fail(context, KEMPE_E_ARGUMENT, "loads '%s': least-norm is possible", word);
 }
 
-kempe_status kmp_shared_loads_between(kmp_evaluator *eval, const double t[2], const double *const q[2],
-                                      kmp_arena *arena, kmp_shared_loads *found)
+/* The components that are shared at both of two configurations. */
+static kempe_status shared_between(kmp_evaluator *eval, const double t[2], const double *const q[2], kmp_arena *arena,
+                                   kmp_shared_loads *found)
 {
     const kempe_model *model = eval->system->model;
     kmp_shared_loads first;
@@ -631,7 +632,7 @@ kempe_status kmp_tell_shared_loads(kmp_evaluator *eval, const double t[2], const
     kmp_shared_loads found;
     kmp_text names = {0};
     bool zero = true;
-    KMP_TRY(kmp_shared_loads_between(eval, t, q, arena, &found));
+    KMP_TRY(shared_between(eval, t, q, arena, &found));
     for (int k = 0; k < KMP_LOAD_SIZE * (model->closure_count + joints); k++) {
         const int c = k / KMP_LOAD_SIZE, i = k % KMP_LOAD_SIZE;
         const bool *shared =
@@ -702,7 +703,7 @@ kempe_status kmp_warn_of_shared_loads(kmp_evaluator *eval, const double t[2], co
     kmp_arena arena = {0};
     telling w = {0};
     bool zero = true;
-    kempe_status status = kmp_shared_loads_between(eval, t, q, &arena, &w.found);
+    kempe_status status = shared_between(eval, t, q, &arena, &w.found);
     for (int o = 0, at = 0; status == KEMPE_OK && o < model->output_count; o++) {
         const bool told = !least_norm || model->outputs[o].kind == KMP_OUTPUT_SENSOR;
         const unsigned shared = told ? tell_output(&w, model, &model->outputs[o]) : 0;

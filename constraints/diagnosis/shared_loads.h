@@ -26,10 +26,6 @@ int kmp_put_shared_loads(kmp_text *text, const kempe_model *model, const kmp_sha
 /** The names of components: x, y, z, mx, my, mz. */
 extern const char *const kmp_load_words[KMP_LOAD_SIZE];
 
-/** The same at two configurations, as of the first and the last row of a result: what is shared at both. */
-kempe_status kmp_shared_loads_between(kmp_evaluator *eval, const double t[2], const double *const q[2],
-                                      kmp_arena *arena, kmp_shared_loads *found);
-
 /** Reads "least-norm"; NULL: the loads are those of one solution. KEMPE_E_ARGUMENT: another word. */
 kempe_status kmp_load_share_read(kempe_context *context, const char *word, bool *least_norm);
 

@@ -20,9 +20,8 @@ static bool is_state(const kmp_linear *l, int k)
     return kmp_state_of(l->system->model, l->part.u[k]);
 }
 
-kempe_status kmp_delayed_equation_init(kmp_delayed_equation *equation, const kmp_linear *linear)
+kempe_status kmp_delayed_equation_init(kmp_delayed_equation *e, const kmp_linear *linear)
 {
-    kmp_delayed_equation *e = equation;
     *e = (kmp_delayed_equation){.linear = linear, .count = kmp_linear_moving(linear, NULL)};
     const ptrdiff_t count = e->count;
     const bool made = KMP_ARENA_MAKE(&e->arena, KMP_ROOM(double complex, count *count, &e->matrix),

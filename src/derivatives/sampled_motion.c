@@ -139,9 +139,8 @@ kempe_status kmp_sampled_complain(kempe_context *context, int failed)
     return kmp_fail(context, KEMPE_E_FAILED, "the map from one sample to the next is not finite");
 }
 
-kempe_status kmp_sampled_spectrum_init(kmp_sampled_spectrum *spectrum, const kmp_linear *linear)
+kempe_status kmp_sampled_spectrum_init(kmp_sampled_spectrum *s, const kmp_linear *linear)
 {
-    kmp_sampled_spectrum *s = spectrum;
     int failed;
     ptrdiff_t n = 2 * (ptrdiff_t)linear->p;
     double *a = NULL, *left = NULL, *every = NULL;

@@ -19,26 +19,20 @@ static bool force_depends_on(const kmp_force *force, int closure)
     return any;
 }
 
-/* True if a force, a sensor or an output has a multiplier of this closure. */
-static bool is_used(const kempe_model *model, int closure)
-{
-    bool used = false;
-    for (int k = 0; k < model->force_count; k++)
-        used = used || force_depends_on(&model->forces[k], closure);
-    for (int k = 0; k < model->sensor_count; k++)
-        used = used || depends_on(model->sensors[k].expr, closure);
-    for (int k = 0; k < model->output_count; k++)
-        used = used || (model->outputs[k].index == closure &&
-                        (model->outputs[k].kind == KMP_OUTPUT_REACTION || model->outputs[k].kind == KMP_OUTPUT_MOMENT));
-    return used;
-}
-
 bool kmp_uses_drives(const kempe_model *model)
 {
-    for (int k = 0; k < model->closure_count; k++)
-        if (kmp_closure_is_drive(&model->closures[k]) && is_used(model, k))
-            return true;
-    return false;
+    bool used = false;
+    for (int c = 0; c < model->closure_count; c++) {
+        if (!kmp_closure_is_drive(&model->closures[c]))
+            continue;
+        for (int k = 0; k < model->force_count; k++)
+            used = used || force_depends_on(&model->forces[k], c);
+        for (int k = 0; k < model->sensor_count; k++)
+            used = used || depends_on(model->sensors[k].expr, c);
+        for (const kmp_output *o = model->outputs; o < model->outputs + model->output_count; o++)
+            used = used || (o->index == c && (o->kind == KMP_OUTPUT_REACTION || o->kind == KMP_OUTPUT_MOMENT));
+    }
+    return used;
 }
 
 const char *kmp_load_dependent_force(const kempe_system *s, int row)
