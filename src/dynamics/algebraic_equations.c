@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The model's algebraic variables as nodes: an implicit block for each group, made when its first variable is used. */
 #include "dynamics/kinematics/link_tree.h"
-#include "symbolic/enclose.h"
+#include "symbolic/implicit.h"
 
 /* The value of a name, or all variables of a group. */
 static void solve(const kmp_tree *tree, int index, const kmp_unknowns *u, kmp_ref *value)

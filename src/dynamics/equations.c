@@ -179,49 +179,21 @@ static bool allocate(kmp_equations *eq)
 {
     const kempe_model *model = eq->model;
     int n = model->motion_count, rows = KMP_KIND_MAX_ROWS * model->closure_count;
-    const struct {
-        kmp_ref **to;
-        int count;
-    } list[] = {{&eq->mass, n * n},
-                {&eq->bias, n},
-                {&eq->h, rows},
-                {&eq->h_t, rows},
-                {&eq->rate, rows},
-                {&eq->jacobian, rows * n},
-                {&eq->jdqd, rows},
-                {&eq->residual, n},
-                {&eq->inverse, n},
-                {&eq->closed, n},
-                {&eq->jt_mu, n},
-                {&eq->hdot, rows},
-                {&eq->reaction, 3 * model->closure_count},
-                {&eq->position, 3 * model->output_count},
-                {&eq->shown, kmp_outputs_width(model)},
-                {&eq->free_qdd, n},
-                {&eq->compliance, rows * n},
-                {&eq->mobility, rows * rows},
-                {&eq->drift, rows},
-                {&eq->slip, model->force_count},
-                {&eq->level, model->force_count},
-                {&eq->holding, model->force_count},
-                {&eq->friction, model->force_count},
-                {&eq->gap, model->force_count},
-                {&eq->gap_rate, model->force_count},
-                {&eq->push, model->force_count},
-                {&eq->after, rows},
-                {&eq->next, model->state_count},
-                {&eq->start, 2 * n},
-                {&eq->when, model->state_count},
-                {&eq->delayed, model->delay_count},
-                {&eq->before, model->delay_count},
-                {&eq->delay, model->delay_count}};
-    for (size_t k = 0; k < sizeof list / sizeof *list; k++)
-        *list[k].to = KMP_GRAPH_NEW(eq->graph, kmp_ref, list[k].count);
-    eq->rows = KMP_GRAPH_NEW(eq->graph, kmp_row, rows);
-    eq->row = KMP_GRAPH_NEW(eq->graph, int, rows);
-    eq->misfit = KMP_GRAPH_NEW(eq->graph, double, model->closure_count);
-    eq->run = KMP_GRAPH_NEW(eq->graph, int, n);
-    eq->noted = KMP_GRAPH_NEW(eq->graph, kmp_noted, 1);
+    int forces = model->force_count, states = model->state_count, delays = model->delay_count;
+    KMP_GRAPH_MAKE(eq->graph, KMP_ROOM(kmp_ref, n * n, &eq->mass),
+                   KMP_ROOM(kmp_ref, n, &eq->bias, &eq->residual, &eq->inverse, &eq->closed, &eq->jt_mu, &eq->free_qdd),
+                   KMP_ROOM(kmp_ref, rows, &eq->h, &eq->h_t, &eq->rate, &eq->jdqd, &eq->hdot, &eq->drift, &eq->after),
+                   KMP_ROOM(kmp_ref, rows * n, &eq->jacobian, &eq->compliance),
+                   KMP_ROOM(kmp_ref, rows * rows, &eq->mobility), KMP_ROOM(kmp_ref, 2 * n, &eq->start),
+                   KMP_ROOM(kmp_ref, 3 * model->closure_count, &eq->reaction),
+                   KMP_ROOM(kmp_ref, 3 * model->output_count, &eq->position),
+                   KMP_ROOM(kmp_ref, kmp_outputs_width(model), &eq->shown),
+                   KMP_ROOM(kmp_ref, forces, &eq->slip, &eq->level, &eq->holding, &eq->friction, &eq->gap,
+                            &eq->gap_rate, &eq->push),
+                   KMP_ROOM(kmp_ref, states, &eq->next, &eq->when),
+                   KMP_ROOM(kmp_ref, delays, &eq->delayed, &eq->before, &eq->delay), KMP_ROOM(kmp_row, rows, &eq->rows),
+                   KMP_ROOM(int, rows, &eq->row), KMP_ROOM(double, model->closure_count, &eq->misfit),
+                   KMP_ROOM(int, n, &eq->run), KMP_ROOM(kmp_noted, 1, &eq->noted));
     for (int k = 0; eq->row && k < rows; k++)
         eq->row[k] = -1;
     return !kmp_graph_failed(eq->graph);

@@ -225,9 +225,9 @@ void kmp_graph_free(kmp_graph *g)
     kmp_free(g);
 }
 
-void *kmp_graph_room(kmp_graph *g, size_t n, size_t size)
+kmp_arena *kmp_graph_arena(kmp_graph *g)
 {
-    return kmp_arena_alloc(&g->room, n, size);
+    return &g->room;
 }
 
 void kmp_graph_fail(kmp_graph *g)

@@ -6,6 +6,7 @@
  * Running out of memory is sticky: references are then zero and kmp_graph_failed returns true. */
 #pragma once
 
+#include "base/arena.h"
 #include "symbolic/rules/argument_order.h"
 #include <stdbool.h>
 #include <stddef.h>
@@ -96,10 +97,11 @@ void kmp_graph_return(kmp_graph *g, const kmp_graph_mark *mark);
 /** Marks the graph as failed: an operation on it has run out of memory, so its references are invalid too. */
 void kmp_graph_fail(kmp_graph *g);
 
-/** Zeroed memory that lives as long as the graph, for n objects of `size` bytes. NULL: there is none, and the graph has
- * failed. */
-void *kmp_graph_room(kmp_graph *g, size_t n, size_t size);
-#define KMP_GRAPH_NEW(g, type, n) ((type *)kmp_graph_room((g), (size_t)(n), sizeof(type)))
+/** Zeroed memory that lives as long as the graph, for n objects, or for several arrays (KMP_ARENA_MAKE). Without it the
+ * graph has failed. */
+kmp_arena *kmp_graph_arena(kmp_graph *g);
+#define KMP_GRAPH_NEW(g, type, n) KMP_ARENA_NEW(kmp_graph_arena(g), type, n)
+#define KMP_GRAPH_MAKE(g, ...)    KMP_ARENA_MAKE(kmp_graph_arena(g), __VA_ARGS__)
 
 static inline uint32_t kmp_id(kmp_ref r)
 {

@@ -339,14 +339,10 @@ void kmp_tangents_composite(const kmp_tree *tree, const kmp_ref *qdd, const kmp_
     if (!effort)
         return;
     int count = s.tree->count;
-    s.m = KMP_GRAPH_NEW(s.g, kmp_movement, count);
-    s.w = KMP_GRAPH_NEW(s.g, kmp_wrench, count);
-    s.twice_w = KMP_GRAPH_NEW(s.g, kmp_vec, count);
-    s.slide_rate = KMP_GRAPH_NEW(s.g, kmp_vec, count);
-    s.base_rate = KMP_GRAPH_NEW(s.g, kmp_vec, count);
-    s.body = KMP_GRAPH_NEW(s.g, kmp_composite, count);
-    s.flow = KMP_GRAPH_NEW(s.g, flow, count);
-    s.change = KMP_GRAPH_NEW(s.g, change, count);
+    KMP_GRAPH_MAKE(s.g, KMP_ROOM(kmp_movement, count, &s.m), KMP_ROOM(kmp_wrench, count, &s.w),
+                   KMP_ROOM(kmp_vec, count, &s.twice_w, &s.slide_rate, &s.base_rate),
+                   KMP_ROOM(kmp_composite, count, &s.body), KMP_ROOM(flow, count, &s.flow),
+                   KMP_ROOM(change, count, &s.change));
     if (kmp_graph_failed(s.g))
         return;
     kmp_newton_euler_whole(tree, qdd, forces->applied, s.m, s.w, effort);

@@ -613,10 +613,9 @@ bool kmp_gaps_shorten(kmp_equations *eq, unsigned sets, bool search)
     gaps s = {.eq = eq, .sets = sets, .view = -1};
     if (eq->model->closure_count > MOST_CLOSURES || (!is_requested(&s, PLACE) && !is_requested(&s, RATE)))
         return true;
-    s.list = KMP_GRAPH_NEW(eq->graph, gap, eq->model->closure_count);
-    s.seen = KMP_GRAPH_NEW(eq->graph, gap_seen, eq->tree.count);
-    s.arm = KMP_GRAPH_NEW(eq->graph, kmp_vec, eq->tree.count);
-    s.path = KMP_GRAPH_NEW(eq->graph, int, eq->tree.count);
+    const int links = eq->tree.count;
+    KMP_GRAPH_MAKE(eq->graph, KMP_ROOM(gap, eq->model->closure_count, &s.list), KMP_ROOM(gap_seen, links, &s.seen),
+                   KMP_ROOM(kmp_vec, links, &s.arm), KMP_ROOM(int, links, &s.path));
     if (kmp_graph_failed(eq->graph))
         return false;
     for (int r = 0, count; r < eq->m; r += count) {
