@@ -80,6 +80,7 @@ bool kmp_conditions_init(kmp_engine *e)
     c->lanes = a->failed || !c->passing ? NULL : kmp_lanes_new(e->s->changes, (int)w, e->execution.plain);
     for (int l = 0; c->lanes && l < (int)w; l++)
         kmp_lanes_set_one(c->lanes, KMP_IN_CHART, l, e->eval->chart);
+    e->beside[1] = c->lanes;
     return c->lanes;
 }
 
@@ -88,6 +89,7 @@ void kmp_conditions_free(kmp_engine *e)
     if (e->conditions)
         kmp_lanes_free(e->conditions->lanes);
     e->conditions = NULL;
+    e->beside[1] = NULL;
 }
 
 /* -- one instance ------------------------------------------------------------------------------------ */
@@ -124,28 +126,9 @@ bool kmp_instance_begin_conditions(kmp_engine *e, kmp_instance *x, const double 
 
 /* -- lanes ------------------------------------------------------------------------------------------- */
 
-void kmp_lane_conditions_load(kmp_engine *e, kmp_pool *pool, size_t l)
+kmp_crossing *kmp_lane_watching(const kmp_engine *e, size_t l)
 {
-    kmp_instance *x = &e->instances[e->room.who[l]];
-    if (!e->conditions)
-        return;
-    kmp_lanes_set_one(e->conditions->lanes, KMP_IN_PARAMETER, (int)l, x->constants.numbers);
-    kmp_crossing_take(e->conditions->watching[l], x->mode, x->constants.numbers, &x->inputs, x->past);
-    kmp_lane_set_modes(e, pool, l);
-}
-
-void kmp_lane_set_modes(kmp_engine *e, kmp_pool *pool, size_t l)
-{
-    const double *mode = e->instances[e->room.who[l]].mode;
-    kmp_lanes_set_one(e->conditions->lanes, KMP_IN_MODE, (int)l, mode);
-    kmp_lanes_set_one(pool->lanes, KMP_IN_MODE, (int)l, mode);
-    kmp_lane_measured_modes(e, pool, l, mode);
-}
-
-void kmp_conditions_constants(kmp_engine *e)
-{
-    if (e->conditions)
-        (void)kmp_lanes_run(e->conditions->lanes, KMP_STAGE_PARAMETERS);
+    return e->conditions ? e->conditions->watching[l] : NULL;
 }
 
 /* The values of late conditions, after those of the others. */

@@ -185,6 +185,7 @@ typedef struct kmp_engine {
     struct kmp_measuring *measuring; /* of quantities; NULL: there are none */
     kmp_lane_within within;
     kmp_lane_conditions *conditions; /* NULL: there are none */
+    kmp_lanes *beside[2];            /* programs of quantities and conditions in lanes; NULL: there is none */
     kmp_runner *site;                /* where instances stand between steps; NULL: nothing happens to them there */
     void *fresh;                     /* the memory of a motion that begins */
 
@@ -316,11 +317,11 @@ bool kmp_has_late_conditions(const kempe_system *system);
 /** Keeps the evaluator's conditions as those of the current instance. */
 void kmp_instance_keep_modes(const kmp_engine *e, kmp_instance *x);
 
-/** Gives the programs of a lane the numbers and conditions of its instance; evaluates what depends on the numbers
- * alone; gives the conditions again. */
-void kmp_lane_conditions_load(kmp_engine *e, kmp_pool *pool, size_t lane);
-void kmp_conditions_constants(kmp_engine *e);
+/** Gives the programs of a lane the conditions of its instance. */
 void kmp_lane_set_modes(kmp_engine *e, kmp_pool *pool, size_t lane);
+
+/** The watch of the conditions of a lane; NULL: there are none. */
+kmp_crossing *kmp_lane_watching(const kmp_engine *e, size_t lane);
 
 /** Evaluates the conditions at one end of the steps of all lanes, 0 or 1, or in their middle, 2, whose times are in the
  * room. */
@@ -415,18 +416,11 @@ bool kmp_measures_steps(const kmp_engine *e);
 /** Makes the program of a pool that quantities of accelerations and multipliers need. false: no memory. */
 bool kmp_pool_complete(kmp_engine *e, kmp_pool *pool);
 
-/** Gives the programs of the quantities the values of the instance in a lane; evaluates what depends on them alone. */
-void kmp_lane_constants(kmp_engine *e, const kmp_pool *pool, size_t lane);
-void kmp_lanes_constants(kmp_engine *e, const kmp_pool *pool);
-
 /** True if steps that change no quantity can be found by their rough interpolant. */
 bool kmp_lanes_may_pass(const kmp_engine *e, const kmp_pool *pool);
 
 /** Prepares the interpolants of the present steps of all lanes, from all stages, or `rough` from both ends alone. */
 void kmp_lanes_prepare(kmp_engine *e, bool rough);
-
-/** Gives the programs of the quantities the conditions of the instance in a lane. */
-void kmp_lane_measured_modes(kmp_engine *e, const kmp_pool *pool, size_t lane, const double *mode);
 
 /** Rows of all lanes, q then qd, from the unknowns and their slopes. */
 void kmp_lanes_spread(const kmp_engine *e, const kmp_pool *pool, const double *y, const double *slope, double *rows);
@@ -483,6 +477,9 @@ void kmp_pool_put(kmp_engine *e, kmp_pool *pool, int i);
 int kmp_pool_take(kmp_engine *e, kmp_pool *pool);
 
 /* ensemble_room.c, ensemble_lanes.c */
+
+/** Gives one instance's numbers of a kind to all programs of a lane: of the pool, of quantities, of conditions. */
+void kmp_lane_give(kmp_engine *e, const kmp_pool *pool, kmp_input_kind kind, size_t lane, const double *x);
 
 /** The largest number of unknowns in lanes. */
 static inline int kmp_lane_most(const kmp_engine *e)

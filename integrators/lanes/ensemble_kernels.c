@@ -39,39 +39,25 @@ KMP_INLINE void combine_terms(size_t w, size_t size, int terms, const kmp_lanes_
 }
 
 /* Loops over the constant numbers of terms of DOP853 are unrolled. */
+#define TERMS(count)                                                                                                   \
+    case count:                                                                                                        \
+        combine_terms(w, size, count, s);                                                                              \
+        break
+
 KMP_INLINE void combine_lanes(size_t w, size_t size, const kmp_lanes_sum *s)
 {
     switch (s->terms) {
-    case 1:
-        combine_terms(w, size, 1, s);
-        break;
-    case 2:
-        combine_terms(w, size, 2, s);
-        break;
-    case 3:
-        combine_terms(w, size, 3, s);
-        break;
-    case 4:
-        combine_terms(w, size, 4, s);
-        break;
-    case 5:
-        combine_terms(w, size, 5, s);
-        break;
-    case 6:
-        combine_terms(w, size, 6, s);
-        break;
-    case 7:
-        combine_terms(w, size, 7, s);
-        break;
-    case 8:
-        combine_terms(w, size, 8, s);
-        break;
-    case 9:
-        combine_terms(w, size, 9, s);
-        break;
+        TERMS(1);
+        TERMS(2);
+        TERMS(3);
+        TERMS(4);
+        TERMS(5);
+        TERMS(6);
+        TERMS(7);
+        TERMS(8);
+        TERMS(9);
     default:
         combine_terms(w, size, s->terms, s);
-        break;
     }
 }
 

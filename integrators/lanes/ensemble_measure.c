@@ -55,7 +55,7 @@ static bool make_lanes(kmp_engine *e)
     if (!m->q->inside)
         return !a->failed;
     if (m->q->computed)
-        m->lanes = kmp_lanes_new(e->s->judge, (int)w, e->execution.plain);
+        m->lanes = e->beside[0] = kmp_lanes_new(e->s->judge, (int)w, e->execution.plain);
     for (int l = 0; m->lanes && l < (int)w; l++)
         kmp_lanes_set_one(m->lanes, KMP_IN_CHART, l, e->eval->chart);
     m->rows = kmp_arena_aligned(a, w * (3 * (size_t)e->n + (size_t)e->m));
@@ -70,6 +70,7 @@ void kmp_measuring_free(kmp_engine *e)
     if (e->measuring)
         kmp_lanes_free(e->measuring->lanes);
     e->measuring = NULL;
+    e->beside[0] = NULL;
 }
 
 bool kmp_measuring_init(kmp_engine *e)
@@ -181,31 +182,6 @@ bool kmp_pool_complete(kmp_engine *e, kmp_pool *pool)
     for (size_t l = 0; pool->complete_lanes && l < e->room.w; l++)
         kmp_lanes_set_one(pool->complete_lanes, KMP_IN_CHART, (int)l, e->eval->chart);
     return pool->complete_lanes;
-}
-
-void kmp_lane_constants(kmp_engine *e, const kmp_pool *pool, size_t l)
-{
-    const double *numbers = e->instances[e->room.who[l]].constants.numbers;
-    if (e->measuring && e->measuring->lanes)
-        kmp_lanes_set_one(e->measuring->lanes, KMP_IN_PARAMETER, (int)l, numbers);
-    if (pool->complete_lanes)
-        kmp_lanes_set_one(pool->complete_lanes, KMP_IN_PARAMETER, (int)l, numbers);
-}
-
-void kmp_lanes_constants(kmp_engine *e, const kmp_pool *pool)
-{
-    if (e->measuring && e->measuring->lanes)
-        (void)kmp_lanes_run(e->measuring->lanes, KMP_STAGE_PARAMETERS);
-    if (pool->complete_lanes)
-        (void)kmp_lanes_run(pool->complete_lanes, KMP_STAGE_PARAMETERS);
-}
-
-void kmp_lane_measured_modes(kmp_engine *e, const kmp_pool *pool, size_t l, const double *mode)
-{
-    if (e->measuring && e->measuring->lanes)
-        kmp_lanes_set_one(e->measuring->lanes, KMP_IN_MODE, (int)l, mode);
-    if (pool->complete_lanes)
-        kmp_lanes_set_one(pool->complete_lanes, KMP_IN_MODE, (int)l, mode);
 }
 
 /* True if quantities are sampled in all lanes together. */

@@ -172,12 +172,52 @@ void kmp_room_run_dense_stages(kmp_engine *e, kmp_pool *pool)
     }
 }
 
+/* -- programs ---------------------------------------------------------------------------------------- */
+
+/* The programs of all lanes; some may be NULL. */
+enum { PROGRAMS = 4 };
+
+static void list_programs(const kmp_engine *e, const kmp_pool *pool, kmp_lanes *program[PROGRAMS])
+{
+    program[0] = pool->lanes;
+    program[1] = pool->complete_lanes;
+    program[2] = e->beside[0];
+    program[3] = e->beside[1];
+}
+
+void kmp_lane_give(kmp_engine *e, const kmp_pool *pool, kmp_input_kind kind, size_t l, const double *x)
+{
+    kmp_lanes *program[PROGRAMS];
+    list_programs(e, pool, program);
+    for (int k = 0; k < PROGRAMS; k++)
+        if (program[k])
+            kmp_lanes_set_one(program[k], kind, (int)l, x);
+}
+
+void kmp_lane_set_modes(kmp_engine *e, kmp_pool *pool, size_t l)
+{
+    kmp_lane_give(e, pool, KMP_IN_MODE, l, e->instances[e->room.who[l]].mode);
+}
+
 /* -- in and out -------------------------------------------------------------------------------------- */
+
+/* One instance's numbers of a vector of lanes. */
+static void put_lane(double *lanes, size_t w, size_t l, int count, const double *x)
+{
+    for (size_t k = 0; k < (size_t)count; k++)
+        lanes[k * w + l] = x[k];
+}
+
+static void take_lane(const double *lanes, size_t w, size_t l, int count, double *x)
+{
+    for (size_t k = 0; k < (size_t)count; k++)
+        x[k] = lanes[k * w + l];
+}
 
 void kmp_room_load(kmp_engine *e, kmp_pool *pool, size_t l, int i)
 {
     kmp_lane_room *room = &e->room;
-    const kmp_instance *x = &e->instances[i];
+    kmp_instance *x = &e->instances[i];
     size_t w = room->w;
     const double *scale = x->constants.numbers + e->parameters, *row_scale = scale + e->n;
     room->who[l] = i;
@@ -193,16 +233,12 @@ void kmp_room_load(kmp_engine *e, kmp_pool *pool, size_t l, int i)
     if (x->signs.known)
         kmp_lanes_put_base(pool->lanes, (int)l, x->base);
     kmp_room_find_limit(e, l);
-    for (int k = 0; k < e->size; k++) {
-        room->y[(size_t)k * w + l] = x->y[k];
-        room->k[1][(size_t)k * w + l] = x->dy[k];
-    }
-    for (int k = 0; k < e->n; k++)
-        room->scale[(size_t)k * w + l] = scale[k];
+    put_lane(room->y, w, l, e->size, x->y);
+    put_lane(room->k[1], w, l, e->size, x->dy);
+    put_lane(room->scale, w, l, e->n, scale);
+    put_lane(room->row_scale, w, l, e->m, row_scale);
     for (int k = 0; k < e->n; k++)
         room->per_scale[(size_t)k * w + l] = 1 / scale[k];
-    for (int k = 0; k < e->m; k++)
-        room->row_scale[(size_t)k * w + l] = row_scale[k];
     for (int k = 0; k < e->m; k++)
         room->per_row_scale[(size_t)k * w + l] = 1 / row_scale[k];
     double *atol = room->atol + l;
@@ -213,13 +249,16 @@ void kmp_room_load(kmp_engine *e, kmp_pool *pool, size_t l, int i)
         atol[(size_t)(2 * e->p + k) * w] = e->spec.atol * scale[pool->part.v[k]];
     if (e->s->dissipative)
         atol[(size_t)(2 * e->p + e->r) * w] = KMP_UNCONTROLLED;
-    kmp_lanes_set_one(pool->lanes, KMP_IN_PARAMETER, (int)l, x->constants.numbers);
-    for (int k = 0; room->vdd && k < e->n + e->m; k++)
-        room->vdd[(size_t)k * w + l] = x->vdd[k];
-    for (int k = 0; room->nu && k < e->m; k++)
-        room->nu[(size_t)k * w + l] = x->nu[k];
-    kmp_lane_constants(e, pool, l);
-    kmp_lane_conditions_load(e, pool, l);
+    if (room->vdd)
+        put_lane(room->vdd, w, l, e->n + e->m, x->vdd);
+    if (room->nu)
+        put_lane(room->nu, w, l, e->m, x->nu);
+    kmp_lane_give(e, pool, KMP_IN_PARAMETER, l, x->constants.numbers);
+    kmp_crossing *watching = kmp_lane_watching(e, l);
+    if (!watching)
+        return;
+    kmp_crossing_take(watching, x->mode, x->constants.numbers, &x->inputs, x->past);
+    kmp_lane_set_modes(e, pool, l);
 }
 
 void kmp_room_count_made(kmp_engine *e, size_t l)
@@ -245,14 +284,12 @@ void kmp_room_store(kmp_engine *e, size_t l)
     for (size_t k = 0; k < KMP_SIGN_WORDS; k++)
         x->signs.negative[k] = room->negative[k * room->w + l];
     x->tries = (int)room->tries[l];
-    for (int k = 0; k < e->size; k++) {
-        x->y[k] = room->y[(size_t)k * room->w + l];
-        x->dy[k] = room->k[1][(size_t)k * room->w + l];
-    }
-    for (int k = 0; room->vdd && k < e->n + e->m; k++)
-        x->vdd[k] = room->vdd[(size_t)k * room->w + l];
-    for (int k = 0; room->nu && k < e->m; k++)
-        x->nu[k] = room->nu[(size_t)k * room->w + l];
+    take_lane(room->y, room->w, l, e->size, x->y);
+    take_lane(room->k[1], room->w, l, e->size, x->dy);
+    if (room->vdd)
+        take_lane(room->vdd, room->w, l, e->n + e->m, x->vdd);
+    if (room->nu)
+        take_lane(room->nu, room->w, l, e->m, x->nu);
 }
 
 void kmp_room_empty(kmp_lane_room *room, size_t l)
@@ -359,9 +396,11 @@ void kmp_room_begin(kmp_engine *e, kmp_pool *pool)
     bool choose = false;
     for (size_t l = 0; l < room->w; l++)
         room->step[l] = room->bad[l] = 0;
-    (void)kmp_lanes_run(pool->lanes, KMP_STAGE_PARAMETERS);
-    kmp_lanes_constants(e, pool);
-    kmp_conditions_constants(e);
+    kmp_lanes *program[PROGRAMS];
+    list_programs(e, pool, program);
+    for (int k = 0; k < PROGRAMS; k++)
+        if (program[k])
+            (void)kmp_lanes_run(program[k], KMP_STAGE_PARAMETERS);
     kmp_room_set_times(room, 0);
     int64_t renewed[KMP_LANES_MOST];
     for (size_t l = 0; l < room->w; l++)

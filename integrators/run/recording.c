@@ -304,7 +304,7 @@ static kempe_status stand_at(kmp_recording *r, const step *at)
     return good ? KEMPE_OK : KEMPE_E_FAILED;
 }
 
-static kempe_status row_at(kmp_recording *r, double t, bool whole, double *row)
+kempe_status kmp_recording_row(kmp_recording *r, double t, bool whole, double *row)
 {
     kmp_runner *run = r->runner;
     double work;
@@ -320,14 +320,4 @@ static kempe_status row_at(kmp_recording *r, double t, bool whole, double *row)
     if (status == KEMPE_OK || status == KEMPE_E_MEMORY)
         return status;
     return kmp_fail(run->s->context, KEMPE_E_FAILED, "the state at t = %.9g s cannot be completed: %s", t, run->reason);
-}
-
-kempe_status kmp_recording_row(kmp_recording *r, double t, double *row)
-{
-    return row_at(r, t, true, row);
-}
-
-kempe_status kmp_recording_motion(kmp_recording *r, double t, double *row)
-{
-    return row_at(r, t, false, row);
 }

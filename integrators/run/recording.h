@@ -33,8 +33,6 @@ bool kmp_recording_ends(const kmp_recording *recording, double *from, double *un
 int kmp_recording_steps(const kmp_recording *recording);
 double kmp_recording_step_end(const kmp_recording *recording, int k);
 
-/** Row at a recorded time: q, qd, qdd (n each), lambda (m). KEMPE_E_FAILED: it cannot be completed, as in the run. */
-kempe_status kmp_recording_row(kmp_recording *recording, double t, double *row);
-
-/** The same without accelerations and multipliers, whose places have no meaning. */
-kempe_status kmp_recording_motion(kmp_recording *recording, double t, double *row);
+/** Row at a recorded time: q, qd, qdd (n each), lambda (m); where it is not `whole`, the last two have no meaning.
+ * KEMPE_E_FAILED: it cannot be completed, as in the run. */
+kempe_status kmp_recording_row(kmp_recording *recording, double t, bool whole, double *row);

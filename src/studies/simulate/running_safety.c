@@ -178,8 +178,7 @@ static int sample_size(const judging *j)
 static kempe_status take_sample(judging *j, double t, const double *before, double *sample)
 {
     int n = j->observed.system->n;
-    KMP_TRY(j->observed.late ? kmp_recording_row(j->recording, t, j->row)
-                             : kmp_recording_motion(j->recording, t, j->row));
+    KMP_TRY(kmp_recording_row(j->recording, t, j->observed.late, j->row));
     kmp_observed_at(&j->observed, t, j->row, j->row + n, j->row + 2 * n, j->row + 3 * n, j->value);
     sample[0] = t;
     for (int w = 0; w < j->model->wheel_count; w++) {

@@ -608,7 +608,7 @@ kempe_status kempe_trajectory_at(kempe_trajectory *trajectory, double t, double 
     double *row = trajectory->at;
     kmp_model_begin(trajectory->system->model);
     KMP_TRY(check_time(trajectory, &t));
-    KMP_TRY(kmp_recording_row(trajectory->recording, t, row));
+    KMP_TRY(kmp_recording_row(trajectory->recording, t, true, row));
     (void)take(lambda, take(qdd, take(qd, take(q, row, n), n), n), trajectory->system->m);
     return KEMPE_OK;
 }
