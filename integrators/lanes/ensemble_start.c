@@ -97,15 +97,6 @@ static bool set_rate_scale(kmp_engine *e, kmp_pool *pool, kmp_instance *x, const
     return isfinite(x->rate_scale);
 }
 
-/* True if the closures do not allow the rates that they demand (check_rates of runner_start.c). */
-static bool demands_too_much(const kmp_engine *e, const double *qd)
-{
-    double size = 1 / e->spec.t_end;
-    for (int i = 0; i < e->n; i++)
-        size = fmax(size, fabs(qd[i]) / e->s->scale[i]);
-    return e->s->rheonomic && !(kmp_eval_rate_residual(e->eval, qd) <= KMP_CLOSED_START * size);
-}
-
 /* Reason why an instance cannot enter the lanes at a closed start, the place of the evaluator's last closure; NULL: it
  * can. */
 static const char *obstacle_at(const kmp_engine *e, const kmp_partition *part, const double *qd)
@@ -114,7 +105,12 @@ static const char *obstacle_at(const kmp_engine *e, const kmp_partition *part, c
         return "a large system";
     if (part->p == 0 && !e->s->rheonomic && !e->s->switches)
         return "no degree of freedom";
-    return demands_too_much(e, qd) ? "rates that the closures do not allow" : NULL;
+    double size = 1 / e->spec.t_end; /* check_rates of runner_start.c */
+    for (int i = 0; i < e->n; i++)
+        size = fmax(size, fabs(qd[i]) / e->s->scale[i]);
+    return e->s->rheonomic && !(kmp_eval_rate_residual(e->eval, qd) <= KMP_CLOSED_START * size)
+               ? "rates that the closures do not allow"
+               : NULL;
 }
 
 bool kmp_instance_has_angles(const kmp_engine *e, const double *q, double least)

@@ -10,14 +10,6 @@
 
 enum { MOST_COLUMNS = KMP_LANE_ROWS + KMP_LANE_FREEDOMS };
 
-static bool keeps_signs(const kmp_lane_room *room, const uint64_t *negative, size_t l)
-{
-    bool same = true;
-    for (size_t k = l; same && k < KMP_SIGN_WORDS * room->w; k += room->w)
-        same = negative[k] == room->negative[k];
-    return same;
-}
-
 const double *kmp_lanes_pivots(const kmp_engine *e, const kmp_pool *pool, const double *end)
 {
     return end + (size_t)pool->layout.multipliers * e->room.w;
@@ -43,14 +35,6 @@ void kmp_lanes_watch(kmp_engine *e, kmp_pool *pool, kmp_lane_watched *x)
     memset(x->quiet, 0, sizeof x->quiet);
     if (e->r > 0 && e->m == e->r && kmp_charts_count(e->s) == 0)
         kmp_lanes_find_quiet(w, e, pool, x);
-}
-
-/* Test as in looks_well of constraints/partition/margin.c: true if the least pivot of Jv has not fallen far. */
-static bool looks_well(kmp_engine *e, const kmp_lane_watched *x, size_t l)
-{
-    double least = x->least[l], before = e->room.pivot[l];
-    e->room.pivot[l] = least > before ? least : before;
-    return before > 0 && least > KMP_MARGIN_CALLS * e->room.pivot[l];
 }
 
 /* The last pivot of the scaled J under complete pivoting, over the largest so far. */
@@ -149,9 +133,13 @@ bool kmp_lane_consents(kmp_engine *e, const kmp_pool *pool, kmp_lane_watched *x,
         for (int i = 0; i < e->r; i++)
             room->y_new[(size_t)(2 * e->p + i) * w + l] += x->dv[(size_t)i * w + l];
     }
-    if (!keeps_signs(room, x->negative, l))
-        return false;
-    bool well = looks_well(e, x, l);
+    for (size_t k = l; k < KMP_SIGN_WORDS * w; k += w)
+        if (x->negative[k] != room->negative[k])
+            return false;
+    /* As in looks_well of constraints/partition/margin.c: the least pivot of Jv has not fallen far. */
+    const double least = x->least[l], before = room->pivot[l];
+    room->pivot[l] = least > before ? least : before;
+    const bool well = before > 0 && least > KMP_MARGIN_CALLS * room->pivot[l];
     if (!well && !x->has_jacobian) {
         kmp_lanes_gather(pool->lanes, KMP_FUSED_END, (int)((x->jacobian - x->multiplier) / (ptrdiff_t)w),
                          (int)((x->b - x->multiplier) / (ptrdiff_t)w));

@@ -76,28 +76,19 @@ size_t kmp_account_room(const kmp_run_quantities *q)
 
 void kmp_account_begin(const kmp_run_quantities *q, double *account)
 {
+    static const struct {
+        double value, other;
+    } first[KMP_TAKE_KINDS] = {[KMP_TAKE_MAX] = {-INFINITY, 0},
+                               [KMP_TAKE_MIN] = {INFINITY, 0},
+                               [KMP_TAKE_RANGE] = {-INFINITY, INFINITY},
+                               [KMP_TAKE_AT] = {NAN, 0},
+                               [KMP_TAKE_FIRST] = {NAN, 0}};
     memset(account, 0, kmp_account_size(q) * sizeof *account);
     for (int k = 0; k < q->count; k++) {
         double *x = account + (ptrdiff_t)NUMBERS * k;
+        x[VALUE] = first[q->of[k].kind].value;
+        x[OTHER] = first[q->of[k].kind].other;
         x[TIME] = NAN;
-        switch (q->of[k].kind) {
-        case KMP_TAKE_MAX:
-            x[VALUE] = -INFINITY;
-            break;
-        case KMP_TAKE_MIN:
-            x[VALUE] = INFINITY;
-            break;
-        case KMP_TAKE_RANGE:
-            x[VALUE] = -INFINITY;
-            x[OTHER] = INFINITY;
-            break;
-        case KMP_TAKE_AT:
-        case KMP_TAKE_FIRST:
-            x[VALUE] = NAN;
-            break;
-        default:
-            break;
-        }
     }
     for (int k = 0; k < q->arguments; k++)
         if (q->argument[k].kind == KMP_ARGUMENT_PEAK)

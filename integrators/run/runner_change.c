@@ -151,15 +151,6 @@ static kempe_status leave_near_singular(kmp_runner *run, double t)
     return KEMPE_OK;
 }
 
-/* The motion turns before the predicted change point: the formulation continues from there, and change points are
- * ignored until it has left the surroundings. */
-static kempe_status turn_back(kmp_runner *run, double t)
-{
-    kempe_status status = kmp_runner_change_formulation(run, t, false, 0);
-    run->margin.tried = run->margin.last; /* at t again: the step across evaluated it elsewhere */
-    return status == KEMPE_OK ? run->kind->step(run->solver) : status;
-}
-
 /* If J is near to losing a row, steps across a change point take over, and the formulation continues beyond it. If only
  * the independent rows become singular, others are taken. */
 static kempe_status watch_margin(kmp_runner *run, double t)
@@ -329,15 +320,6 @@ kempe_status kmp_runner_end(kmp_runner *run, double t, int condition)
     return run->reason ? KEMPE_STOPPED : kmp_fail_memory(run->s->context);
 }
 
-/* Changes conditions, and puts the state there, on closed loops, into the unknowns. */
-static kempe_status pass_condition(kmp_runner *run, double t)
-{
-    kmp_crossing *c = run->crossing;
-    KMP_TRY(kmp_crossing_pass(c, t, true));
-    return run->formulation->resume(run->formulation, t, c->q, c->qd, run->y, run->yp) == KMP_GO ? KEMPE_OK
-                                                                                                 : KEMPE_E_FAILED;
-}
-
 /* Part of the largest entry of J within which it does not jump at an event, which is located to rounding. */
 #define JUMP 1e-9
 
@@ -377,9 +359,12 @@ static kempe_status pass_event(kmp_runner *run, double t)
     if (run->crossing->end >= 0)
         return kmp_runner_end(run, t, run->crossing->end);
     const bool switches = run->s->switches && !keeps_rows(run, t);
-    kempe_status status = switches ? pass_switch(run, t) : pass_condition(run, t);
-    if (status == KEMPE_OK && !switches)
-        status = kmp_runner_start(run, t, run->y, run->yp, h);
+    kmp_crossing *c = run->crossing;
+    kempe_status status = switches ? pass_switch(run, t) : kmp_crossing_pass(c, t, true);
+    if (status == KEMPE_OK && !switches) /* the state there, on closed loops, into the unknowns */
+        status = run->formulation->resume(run->formulation, t, c->q, c->qd, run->y, run->yp) == KMP_GO
+                     ? kmp_runner_start(run, t, run->y, run->yp, h)
+                     : KEMPE_E_FAILED;
     run->at_event = status != KEMPE_OK;
     return status;
 }
@@ -556,9 +541,16 @@ static bool is_near_singular(kmp_runner *run, double t)
  * steps may be the only cause. */
 kempe_status kmp_runner_rescue(kmp_runner *run, double t)
 {
-    kempe_status quitted = run->near_singular && !run->walks ? turn_back(run, t) : KEMPE_E_FAILED;
-    if (quitted != KEMPE_E_FAILED)
-        return quitted;
+    if (run->near_singular && !run->walks) {
+        /* The motion turns before the predicted change point: the formulation continues from there, and change points
+         * are ignored until it has left the surroundings. */
+        kempe_status status = kmp_runner_change_formulation(run, t, false, 0);
+        run->margin.tried = run->margin.last; /* at t again: the step across evaluated it elsewhere */
+        if (status == KEMPE_OK)
+            status = run->kind->step(run->solver);
+        if (status != KEMPE_E_FAILED)
+            return status;
+    }
     if (run->near_singular && run->walks)
         return continue_near_singular(run, t);
     if (may_project(run))

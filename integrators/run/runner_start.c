@@ -297,17 +297,6 @@ kempe_status kmp_runner_look_at_margin(kmp_runner *run, double t, const double *
     return KEMPE_OK;
 }
 
-static void begin_inputs(kmp_runner *run)
-{
-    int input;
-    if (run->spec.inputs_start)
-        kmp_present_inputs_copy(&run->eval->inputs, run->spec.inputs_start);
-    run->spec.inputs_start = NULL; /* the caller's, until here */
-    if (!run->spec.due)
-        (void)kmp_present_inputs_enter(&run->eval->inputs, run->spec.t_start, &input);
-    run->eval->inputs.held = true;
-}
-
 /* True for a run that continues where it stood: its modes of friction and contacts are decided. */
 static bool has_modes(const kmp_runner *run)
 {
@@ -361,7 +350,13 @@ kempe_status kmp_runner_make_parts(kmp_runner *run)
 kempe_status kmp_runner_begin_at(kmp_runner *run, const kempe_assembly *start)
 {
     double t = run->spec.t_start, *q = run->state, *qd = q + run->s->n;
-    begin_inputs(run);
+    int input;
+    if (run->spec.inputs_start)
+        kmp_present_inputs_copy(&run->eval->inputs, run->spec.inputs_start);
+    run->spec.inputs_start = NULL; /* the caller's, until here */
+    if (!run->spec.due)
+        (void)kmp_present_inputs_enter(&run->eval->inputs, t, &input);
+    run->eval->inputs.held = true;
     kmp_runner_center_start(run, start);
     /* The past of a run that continues, or a new one. */
     if (run->spec.memory_start)

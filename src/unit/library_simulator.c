@@ -88,12 +88,6 @@ void kempe_simulator_init(kempe_simulator *s, const kempe_equations *e, double *
 
 /* -- the motion ---------------------------------------------------------------------------------------- */
 
-static kempe_status show_outputs(kempe_simulator *s)
-{
-    const kmp_library_unit *unit = kmp_library_unit_of(s);
-    return unit->outputs ? kempe_outputs_at_stepper(unit->outputs, unit->stepper, s->y) : KEMPE_OK;
-}
-
 /* The state of the stepper as that of the simulator. */
 static kempe_simulator_status show(kempe_simulator *s, kempe_status status)
 {
@@ -117,7 +111,7 @@ static kempe_simulator_status show(kempe_simulator *s, kempe_status status)
                                      .evaluations = before->evaluations + (double)r.rhs,
                                      .exchanges = before->exchanges + (double)r.exchanges,
                                      .events = before->events + (double)r.events};
-    if (show_outputs(s) != KEMPE_OK)
+    if (unit->outputs && kempe_outputs_at_stepper(unit->outputs, unit->stepper, s->y) != KEMPE_OK)
         return tell(s);
     (void)snprintf(s->message, sizeof s->message, "%s", kempe_stepper_reason(stepper));
     return status == KEMPE_OK ? KEMPE_SIMULATOR_GOES : KEMPE_SIMULATOR_ENDED;

@@ -28,21 +28,6 @@ struct kempe_fmu_export {
 
 /* -- request ----------------------------------------------------------------------------------------- */
 
-/* Co-simulation alone, by a library of units that is there. */
-static kempe_status read_library(kempe_fmu_export *made, const kempe_fmu_options *o)
-{
-    kmp_unit_plan *plan = &made->plan;
-    plan->on_library = o->unit_file;
-    if (plan->on_library && o->kind && plan->exchange)
-        return kmp_fail(made->context, KEMPE_E_ARGUMENT,
-                        "a unit on the library is of co-simulation: leave out the kind me, or export sources");
-    if (plan->on_library && (o->no_binary || o->compiler))
-        return kmp_fail(made->context, KEMPE_E_ARGUMENT,
-                        "a unit on the library has no sources: leave out the options of a compiler");
-    plan->exchange = plan->exchange && !plan->on_library;
-    return KEMPE_OK;
-}
-
 static kempe_status read_options(kempe_fmu_export *made, const kempe_fmu_options *o)
 {
     const char *kind = o->kind ? o->kind : "me,cs";
@@ -65,7 +50,15 @@ static kempe_status read_options(kempe_fmu_export *made, const kempe_fmu_options
                             words[k]);
     if (!plan->exchange && !plan->simulation)
         return kmp_fail(made->context, KEMPE_E_ARGUMENT, "the kind of unit is missing: me, cs or me,cs");
-    return read_library(made, o);
+    plan->on_library = o->unit_file; /* co-simulation alone, by a library of units that is there */
+    if (plan->on_library && o->kind && plan->exchange)
+        return kmp_fail(made->context, KEMPE_E_ARGUMENT,
+                        "a unit on the library is of co-simulation: leave out the kind me, or export sources");
+    if (plan->on_library && (o->no_binary || o->compiler))
+        return kmp_fail(made->context, KEMPE_E_ARGUMENT,
+                        "a unit on the library has no sources: leave out the options of a compiler");
+    plan->exchange = plan->exchange && !plan->on_library;
+    return KEMPE_OK;
 }
 
 /* -- files ------------------------------------------------------------------------------------------- */
@@ -95,12 +88,6 @@ static bool add_copy(kmp_code_files *files, const char *folder, const char *name
     return copy && text;
 }
 
-static bool is_source(const char *name)
-{
-    size_t length = strlen(name);
-    return length > 2 && strcmp(name + length - 2, ".c") == 0;
-}
-
 /* The C files: those of the simulator, the layers of this version, the table of the unit. */
 static bool add_sources(kempe_fmu_export *made)
 {
@@ -124,9 +111,11 @@ static bool add_sources(kempe_fmu_export *made)
     if (text)
         kmp_unit_table(text, plan);
     plan->sources = text ? KMP_ARENA_NEW(&made->arena, char *, files->count) : NULL;
-    for (int k = 0; plan->sources && k < files->count; k++)
-        if (is_source(files->file[k].name))
+    for (int k = 0; plan->sources && k < files->count; k++) {
+        const char *ending = strrchr(files->file[k].name, '.');
+        if (ending && strcmp(ending, ".c") == 0)
             plan->sources[plan->source_count++] = files->file[k].name;
+    }
     return plan->sources;
 }
 

@@ -77,14 +77,6 @@ static int take_unit(description *d, kmp_dimension dimension, int angle)
     return d->unit_count;
 }
 
-static const display *shown_as(const char *name)
-{
-    for (size_t k = 0; k < sizeof displays / sizeof *displays; k++)
-        if (displays[k].first && strcmp(displays[k].unit, name) == 0)
-            return &displays[k];
-    return NULL;
-}
-
 /* -- names ------------------------------------------------------------------------------------------- */
 
 /* A part of a name in quotes: characters that the convention lacks are written as numbers. */
@@ -506,10 +498,10 @@ static void put_value(kmp_text *xml, const description *d, const kmp_unit_variab
 {
     if (v->unit && !v->whole) {
         const char *name = d->units[v->unit - 1].name;
-        const display *shown = shown_as(name);
         kmp_unit_attribute(xml, "unit", name);
-        if (shown)
-            kmp_unit_attribute(xml, "displayUnit", shown->name);
+        for (size_t k = 0; k < sizeof displays / sizeof *displays; k++)
+            if (displays[k].first && strcmp(displays[k].unit, name) == 0)
+                kmp_unit_attribute(xml, "displayUnit", displays[k].name);
     }
     if (v->has_start)
         put_number(xml, "start", v->start);

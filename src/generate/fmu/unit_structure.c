@@ -18,36 +18,17 @@ struct kmp_unit_structure {
     const kmp_code_routine *show, *changes;
 };
 
-static level level_of(kmp_input_kind kind)
-{
-    switch (kind) {
-    case KMP_IN_Q:
-        return PLACE;
-    case KMP_IN_QD:
-    case KMP_IN_MODE: /* conditions are decided by place and rate, or by more: see below */
-        return RATE;
-    case KMP_IN_QDD:
-    case KMP_IN_LAMBDA:
-        return ACCELERATION;
-    default:
-        return CONSTANT;
-    }
-}
-
-static void take_input(const struct kmp_unit_structure *s, const kmp_program_input *input, level *deepest, bool *inputs)
-{
-    const level l = level_of(input->kind);
-    if (l > *deepest)
-        *deepest = l;
-    if (input->kind == KMP_IN_TIME && input->index > 0 && (int)input->index <= s->inputs)
-        inputs[input->index - 1] = true;
-}
-
 /* Marks the inputs that the outputs [first, first + count) of stage 1 are computed from, and returns their level. */
 static level read_outputs(const struct kmp_unit_structure *s, const kmp_code_routine *r, int first, int count,
                           bool *inputs)
 {
     const kmp_program *p = r->program;
+    /* Conditions are decided by place and rate, or by more: see below. */
+    static const level levels[KMP_IN_COUNT] = {[KMP_IN_Q] = PLACE,
+                                               [KMP_IN_QD] = RATE,
+                                               [KMP_IN_MODE] = RATE,
+                                               [KMP_IN_QDD] = ACCELERATION,
+                                               [KMP_IN_LAMBDA] = ACCELERATION};
     const int before = p->constant_count + p->input_count, all = before + p->code[p->stages];
     level deepest = CONSTANT;
     memset(s->marked, 0, (size_t)all * sizeof *s->marked);
@@ -56,9 +37,14 @@ static level read_outputs(const struct kmp_unit_structure *s, const kmp_code_rou
     for (int i = p->code[p->stages] - 1; i >= 0; i--)
         for (int k = 0; s->marked[before + i] && k < kmp_op_arity((kmp_op)p->instruction[i].op); k++)
             s->marked[kmp_instruction_operand(&p->instruction[i], k) >> 1] = true;
-    for (int k = 0; k < p->input_count; k++)
-        if (s->marked[p->constant_count + k])
-            take_input(s, &p->input[k], &deepest, inputs);
+    for (int k = 0; k < p->input_count; k++) {
+        const kmp_program_input *in = &p->input[k];
+        if (!s->marked[p->constant_count + k])
+            continue;
+        deepest = levels[in->kind] > deepest ? levels[in->kind] : deepest;
+        if (in->kind == KMP_IN_TIME && in->index > 0 && (int)in->index <= s->inputs)
+            inputs[in->index - 1] = true;
+    }
     return deepest;
 }
 
@@ -66,12 +52,6 @@ static int size_of(const kmp_code_routine *r)
 {
     const kmp_program *p = r->program;
     return p->constant_count + p->input_count + p->code[p->stages];
-}
-
-static void add_inputs(const struct kmp_unit_structure *s, bool *to, const bool *from)
-{
-    for (int k = 0; k < s->inputs; k++)
-        to[k] = to[k] || from[k];
 }
 
 /* Inputs of coordinates: the values that closures read; of rates: the derivatives, too; of accelerations: all. */
@@ -86,7 +66,8 @@ static void find_levels(struct kmp_unit_structure *s)
         place[k] = rate[k] = rate[k] || rate[k + 1]; /* h has the value, h_t its derivative */
         acceleration[k] = acceleration[k + 1] = acceleration[k + 2] = rate[k];
     }
-    add_inputs(s, acceleration, rate);
+    for (int k = 0; k < s->inputs; k++)
+        acceleration[k] = acceleration[k] || rate[k];
     for (size_t i = 0; i < sizeof deep / sizeof *deep; i++) {
         const kmp_code_routine *r = kmp_simulated_routine(s->source, deep[i]);
         if (r)
@@ -119,7 +100,6 @@ kmp_unit_structure *kmp_unit_structure_new(kmp_arena *arena, const kmp_code_sour
 static level find_level(const kmp_unit_structure *s, int block, int at)
 {
     const int f = s->source->simulated->freedom;
-    level deepest = CONSTANT;
     switch (block) {
     case KEMPE_FMU_Q:
         return PLACE;
@@ -132,8 +112,7 @@ static level find_level(const kmp_unit_structure *s, int block, int at)
     case KEMPE_FMU_OUTPUTS:
         return s->show ? read_outputs(s, s->show, at, 1, s->read) : ACCELERATION;
     case KEMPE_FMU_CONDITIONS:
-        deepest = read_outputs(s, s->changes, at, 1, s->read);
-        return deepest;
+        return read_outputs(s, s->changes, at, 1, s->read);
     default:
         return ACCELERATION;
     }

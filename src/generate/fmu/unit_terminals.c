@@ -17,19 +17,6 @@ typedef struct seat {
     const char *member, *component;
 } seat;
 
-static int block_of(const kmp_unit_variable *v)
-{
-    return (int)(v->reference / KEMPE_FMU_BLOCK);
-}
-
-/* The name of an input without the ending of a derivative: all three have the same order of it. */
-static seat seat_of_input(const kmp_unit_variable *v)
-{
-    static const char *const members[] = {"value", "d", "dd"};
-    const int order = (int)(v->reference % KEMPE_FMU_BLOCK) % 3;
-    return (seat){INPUT, v->name, (int)strlen(v->name) - (order ? order + 1 : 0), members[order], ""};
-}
-
 static seat seat_of_output(const kmp_unit_variable *v)
 {
     static const char *const measures[] = {"position", "velocity", "acceleration"};
@@ -47,9 +34,11 @@ static seat seat_of_output(const kmp_unit_variable *v)
 
 static seat seat_of(const kmp_unit_variable *v)
 {
-    switch (block_of(v)) {
-    case KEMPE_FMU_INPUTS:
-        return seat_of_input(v);
+    static const char *const members[] = {"value", "d", "dd"};
+    const int order = (int)(v->reference % KEMPE_FMU_BLOCK) % 3;
+    switch (v->reference / KEMPE_FMU_BLOCK) {
+    case KEMPE_FMU_INPUTS: /* without the ending of a derivative: all three have the same order of it */
+        return (seat){INPUT, v->name, (int)strlen(v->name) - (order ? order + 1 : 0), members[order], ""};
     case KEMPE_FMU_Q:
         return (seat){COORDINATE, v->name + 2, (int)strlen(v->name) - 2, "q", ""};
     case KEMPE_FMU_QD:
@@ -64,13 +53,6 @@ static seat seat_of(const kmp_unit_variable *v)
 static bool is_same(const seat *a, const seat *b)
 {
     return a->kind == b->kind && a->length == b->length && strncmp(a->name, b->name, (size_t)a->length) == 0;
-}
-
-static void put_member(kmp_text *xml, const kmp_unit_variable *v, const seat *at)
-{
-    kmp_text_put(xml, "      <TerminalMemberVariable");
-    kmp_unit_attribute(xml, "variableName", v->name);
-    kmp_text_printf(xml, " memberName=\"%s%s\" variableKind=\"signal\"/>\n", at->member, at->component);
 }
 
 /* The terminal of a variable that is the first of it. */
@@ -89,8 +71,11 @@ static void put_terminal(kmp_text *xml, const kmp_unit_variable *variables, int 
     kmp_text_put(xml, " matchingRule=\"bus\">\n");
     for (int k = first; k < count; k++) {
         const seat other = seat_of(&variables[k]);
-        if (other.kind && is_same(&at, &other))
-            put_member(xml, &variables[k], &other);
+        if (!other.kind || !is_same(&at, &other))
+            continue;
+        kmp_text_put(xml, "      <TerminalMemberVariable");
+        kmp_unit_attribute(xml, "variableName", variables[k].name);
+        kmp_text_printf(xml, " memberName=\"%s%s\" variableKind=\"signal\"/>\n", other.member, other.component);
     }
     kmp_text_put(xml, "    </Terminal>\n");
     kmp_text_free_part(xml, &name);

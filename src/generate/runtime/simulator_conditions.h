@@ -82,17 +82,6 @@ static void note_sizes(kempe_simulator *s, const double *value)
         s->part.most[k] = fmax(s->part.most[k], fabs(value[k]));
 }
 
-/* The other branch of a kink. It is not fixed where it is passed within the errors of steps, as at rest, or repeatedly.
- */
-static void change_branch(kempe_simulator *s, int k)
-{
-    struct kempe_simulator_parts *part = &s->part;
-    bool idle = part->most[k] <= KMP_KINK_TOLERANCES * s->settings.rtol * part->largest[k] ||
-                part->repeats[k] >= KMP_EVENT_REPEATS;
-    part->modes[k] = idle ? 0 : part->modes[k] > 0 ? -1 : 1;
-    part->most[k] = 0;
-}
-
 static void put_place(const kempe_simulator *s, double *place)
 {
     const struct kempe_simulator_parts *part = &s->part;
@@ -138,7 +127,12 @@ static bool change_mode(kempe_simulator *s, int k, double t)
     part->repeats[k] = t - part->last[k] <= instant ? part->repeats[k] + 1 : 0;
     part->last[k] = t;
     if (e->condition_kind[k] == KEMPE_CONDITION_KINK) {
-        change_branch(s, k);
+        /* The other branch. It is not fixed where it is passed within the errors of steps, as at rest, or repeatedly.
+         */
+        bool idle = part->most[k] <= KMP_KINK_TOLERANCES * s->settings.rtol * part->largest[k] ||
+                    part->repeats[k] >= KMP_EVENT_REPEATS;
+        part->modes[k] = idle ? 0 : part->modes[k] > 0 ? -1 : 1;
+        part->most[k] = 0;
         return true;
     }
     part->modes[k] = part->modes[k] > 0 ? 0 : 1;

@@ -89,25 +89,6 @@ static double residual(const kempe_simulator *s)
     return worst;
 }
 
-/* The largest of the scaled correction; infinite where one is not finite. */
-static double correction_size(const kempe_simulator *s)
-{
-    double size = 0;
-    for (int i = 0; i < rank_of(s); i++) {
-        double d = fabs(s->part.correction[i]) / s->equations->scale[s->part.column[i]];
-        size = d <= size ? size : d <= DBL_MAX ? d : INFINITY;
-    }
-    return size;
-}
-
-static double rounding_of_v(const kempe_simulator *s)
-{
-    double size = 1;
-    for (int i = 0; i < rank_of(s); i++)
-        size = fmax(size, fabs(s->part.q[s->part.column[i]]) / s->equations->scale[s->part.column[i]]);
-    return 16 * DBL_EPSILON * size;
-}
-
 static void correct(kempe_simulator *s, double part_of_it)
 {
     const struct kempe_simulator_parts *part = &s->part;
@@ -119,12 +100,21 @@ static void correct(kempe_simulator *s, double part_of_it)
  * first correction (may be NULL). */
 static outcome close_loops(kempe_simulator *s, double t, double *first)
 {
-    double last = INFINITY, rounding = rounding_of_v(s);
+    const double *scale = s->equations->scale;
+    const int *v = s->part.column, r = rank_of(s);
+    double last = INFINITY, rounding = 16 * DBL_EPSILON;
+    for (int i = 0; i < r; i++)
+        rounding = fmax(rounding, 16 * DBL_EPSILON * (fabs(s->part.q[v[i]]) / scale[v[i]]));
     for (int pass = 0; pass < MOST_CLOSINGS; pass++) {
         if (evaluate_loops(s, t) != GOOD)
             return SINGULAR_LOOPS;
         solve_rows(s, s->part.h, s->part.correction);
-        double size = correction_size(s), cut = size > KMP_LONGEST_CORRECTION ? KMP_LONGEST_CORRECTION / size : 1;
+        double size = 0; /* infinite where a correction is not finite */
+        for (int i = 0; i < r; i++) {
+            double d = fabs(s->part.correction[i]) / scale[v[i]];
+            size = d <= size ? size : d <= DBL_MAX ? d : INFINITY;
+        }
+        double cut = size > KMP_LONGEST_CORRECTION ? KMP_LONGEST_CORRECTION / size : 1;
         if (pass == 0 && first)
             *first = size;
         if (!(size <= DBL_MAX))

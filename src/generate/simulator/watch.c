@@ -7,31 +7,6 @@
 #include "generate/simulator/simulated.h"
 #include "symbolic/table_function.h"
 
-/* The argument of a simulator that an input is. */
-static int kind_of(const kmp_program_input *in)
-{
-    switch (in->kind) {
-    case KMP_IN_TIME:
-        return in->index == 0 ? KEMPE_WATCH_TIME : KEMPE_WATCH_INPUT;
-    case KMP_IN_Q:
-        return KEMPE_WATCH_Q;
-    case KMP_IN_QD:
-        return KEMPE_WATCH_QD;
-    case KMP_IN_QDD:
-        return KEMPE_WATCH_QDD;
-    case KMP_IN_LAMBDA:
-        return KEMPE_WATCH_LAMBDA;
-    case KMP_IN_MODE:
-        return KEMPE_WATCH_STILL;
-    case KMP_IN_CHART:
-        return KEMPE_WATCH_CHART;
-    case KMP_IN_PARAMETER:
-        return KEMPE_WATCH_PARAMETER;
-    default:
-        return -1;
-    }
-}
-
 /* Marks values that depend on accelerations or multipliers. */
 static void mark_late(const kmp_bound_code *code, const int *input, bool *late)
 {
@@ -49,6 +24,12 @@ static void mark_late(const kmp_bound_code *code, const int *input, bool *late)
 
 kempe_status kmp_watch_find(kmp_code_source *source)
 {
+    /* The arguments of a simulator that inputs are. */
+    static const int kinds[KMP_IN_COUNT] = {
+        [KMP_IN_TIME] = KEMPE_WATCH_TIME,     [KMP_IN_Q] = KEMPE_WATCH_Q,
+        [KMP_IN_QD] = KEMPE_WATCH_QD,         [KMP_IN_QDD] = KEMPE_WATCH_QDD,
+        [KMP_IN_LAMBDA] = KEMPE_WATCH_LAMBDA, [KMP_IN_MODE] = KEMPE_WATCH_STILL,
+        [KMP_IN_CHART] = KEMPE_WATCH_CHART,   [KMP_IN_PARAMETER] = KEMPE_WATCH_PARAMETER};
     struct kmp_simulated *x = source->simulated;
     const kmp_code_routine *changes = kmp_simulated_routine(source, "changes");
     if (!changes || x->condition_count == 0)
@@ -63,7 +44,7 @@ kempe_status kmp_watch_find(kmp_code_source *source)
     x->watch_solved = p->outputs[p->stages] - p->outputs[1] - x->condition_count;
     for (int k = 0; k < p->input_count; k++) {
         const kmp_program_input *in = &p->input[k];
-        x->watch_input[2 * k] = kind_of(in);
+        x->watch_input[2 * k] = in->kind == KMP_IN_TIME && in->index > 0 ? KEMPE_WATCH_INPUT : kinds[in->kind];
         x->watch_input[2 * k + 1] = in->kind == KMP_IN_TIME && in->index == 0 ? 0
                                     : in->kind == KMP_IN_PARAMETER            ? source->place[in->index]
                                                                               : kmp_place_in_argument(source, in);

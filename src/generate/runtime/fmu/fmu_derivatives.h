@@ -39,51 +39,35 @@ static kempe_simulator_change no_change(kempe_fmu *fmu)
 
 static kempe_fmu_status add_known(kempe_fmu *fmu, kempe_simulator_change *change, unsigned reference, double by)
 {
+    double *const knowns[KEMPE_FMU_BLOCKS] = {[KEMPE_FMU_TIME] = &change->t,
+                                              [KEMPE_FMU_STATES] = fmu->part.along_x,
+                                              [KEMPE_FMU_PARAMETERS] = fmu->part.along_p,
+                                              [KEMPE_FMU_INPUTS] = fmu->part.along_u};
     int at = 0;
     const int block = block_of(fmu, reference, &at);
-    if (block == KEMPE_FMU_TIME)
-        change->t += by;
-    else if (block == KEMPE_FMU_STATES)
-        fmu->part.along_x[at] += by;
-    else if (block == KEMPE_FMU_PARAMETERS)
-        fmu->part.along_p[at] += by;
-    else if (block == KEMPE_FMU_INPUTS)
-        fmu->part.along_u[at] += by;
-    else
+    if (block < 0 || !knowns[block])
         return FAIL("The value reference %u is not one of time, a state, an input or a parameter: no derivatives with "
                     "respect to it are defined.",
                     reference);
+    knowns[block][at] += by;
     return KEMPE_FMU_OK;
 }
 
 /* The place of the change of an unknown; NULL after a sentence: none. */
 static const double *change_of(kempe_fmu *fmu, const kempe_simulator_change *change, unsigned reference)
 {
+    const double *const unknowns[KEMPE_FMU_BLOCKS] = {
+        [KEMPE_FMU_STATES] = change->states, [KEMPE_FMU_RATES] = change->dx,        [KEMPE_FMU_Q] = change->q,
+        [KEMPE_FMU_QD] = change->qd,         [KEMPE_FMU_QDD] = change->qdd,         [KEMPE_FMU_LAMBDA] = change->lambda,
+        [KEMPE_FMU_OUTPUTS] = change->y,     [KEMPE_FMU_CONDITIONS] = change->value};
     int at = 0;
     const int block = block_of(fmu, reference, &at);
-    switch (block) {
-    case KEMPE_FMU_STATES:
-        return change->states + at;
-    case KEMPE_FMU_RATES:
-        return change->dx + at;
-    case KEMPE_FMU_Q:
-        return change->q + at;
-    case KEMPE_FMU_QD:
-        return change->qd + at;
-    case KEMPE_FMU_QDD:
-        return change->qdd + at;
-    case KEMPE_FMU_LAMBDA:
-        return change->lambda + at;
-    case KEMPE_FMU_OUTPUTS:
-        return change->y + at;
-    case KEMPE_FMU_CONDITIONS:
-        return change->value + at;
-    default:
-        (void)FAIL("The value reference %u is not one of a computed variable of type Real or Float64: it has no "
-                   "derivatives.",
-                   reference);
-        return NULL;
-    }
+    if (block >= 0 && unknowns[block])
+        return unknowns[block] + at;
+    (void)FAIL("The value reference %u is not one of a computed variable of type Real or Float64: it has no "
+               "derivatives.",
+               reference);
+    return NULL;
 }
 
 static kempe_fmu_status pass(kempe_fmu *fmu, const kempe_simulator_change *change)
