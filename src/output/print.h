@@ -96,6 +96,14 @@ kempe_status kmp_print_result(kempe_context *context, kmp_put_fn *put, const voi
         }                                                                                                              \
     }
 
+/** The function TYPE_free of an object that is part of another one: as above; it leaves the object empty. */
+#define KMP_CLEARS(type, object, ...)                                                                                  \
+    void type##_free(type *object)                                                                                     \
+    {                                                                                                                  \
+        __VA_ARGS__;                                                                                                   \
+        *object = (type){0};                                                                                           \
+    }
+
 /** Ends a print function: gives the text to the caller, or KEMPE_E_MEMORY. */
 kempe_status kmp_print_finish(kempe_context *context, kmp_text *text, char **out);
 

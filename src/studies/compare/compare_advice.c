@@ -99,15 +99,6 @@ static group find(const kempe_comparison *c, int method, trouble kind)
     return g;
 }
 
-/* True if all runs end alike with any method and tolerance: the model is the cause. */
-static bool all_end_alike(const kempe_comparison *c)
-{
-    for (int k = 0; k < c->count; k++)
-        if (c->runs[k].status == KEMPE_OK || c->runs[k].status != c->runs[0].status || c->runs[k].left_out)
-            return false;
-    return true;
-}
-
 void kmp_compare_remark(kempe_comparison *c)
 {
     /* Texts around the size of an anomaly and the tolerance. */
@@ -121,7 +112,12 @@ void kmp_compare_remark(kempe_comparison *c)
         [IS_OPEN] = {": the closure residual grows to ", ", at rtol ", ""},
         [IS_UNBALANCED] = {": the energy error grows to ", " (relative), at rtol ", ""},
     };
-    if (c->count > 1 && all_end_alike(c)) {
+    /* If all runs end alike with any method and tolerance, the model is the cause. */
+    bool alike = c->count > 1;
+    for (int k = 0; k < c->count; k++)
+        alike =
+            alike && c->runs[k].status != KEMPE_OK && c->runs[k].status == c->runs[0].status && !c->runs[k].left_out;
+    if (alike) {
         kmp_sentences_add(&c->arena, &c->failures, "every run %s: %s",
                           c->runs[0].status == KEMPE_E_FAILED ? "failed" : "stopped", c->runs[0].reason);
         return;
@@ -303,43 +299,27 @@ static void report_dae(kmp_text *text, const kempe_comparison *c, const kmp_aims
                            : ": slower here; useful as an independent check because it uses no coordinate reduction");
 }
 
-/* The best method of the formulation whose first result is there first, by its run for an aim. */
-static int first_at(const kempe_comparison *c, int level)
-{
-    int first = -1;
-    for (int k = 0; k < c->tables.best_count; k++) {
-        int run = run_at(c, c->tables.best[k], level);
-        if (run >= 0 && (first < 0 || kmp_compare_first_s(c, &c->runs[run]) < kmp_compare_first_s(c, &c->runs[first])))
-            first = run;
-    }
-    return first;
-}
-
 /* The share of preparation in a first result, and whether it changes the choice. */
 static void report_preparation(kmp_text *text, const kempe_comparison *c, const kmp_aims *a, int method)
 {
-    const kmp_compared *run = &c->runs[run_at(c, method, a->level[0])];
-    const kmp_compared *first = &c->runs[first_at(c, a->level[0])];
-    double total = kmp_compare_first_s(c, run), prepared = total - run->cpu_s;
+    const kmp_compared *run = &c->runs[run_at(c, method, a->level[0])], *first = run;
+    double total = kmp_compare_first_s(c, run), prepared = total - run->cpu_s, least = INFINITY;
     if (!(prepared > run->cpu_s))
         return;
     kmp_text_printf(text, "preparation decides for a single run: %.3g of %.3g ms", 1e3 * prepared, 1e3 * total);
-    if (SOONER * kmp_compare_first_s(c, first) < total) {
+    /* The best method of the formulation whose first result is there first, by its run for the aim. */
+    for (int k = 0; k < c->tables.best_count; k++) {
+        int other = run_at(c, c->tables.best[k], a->level[0]);
+        if (other >= 0 && kmp_compare_first_s(c, &c->runs[other]) < least) {
+            first = &c->runs[other];
+            least = kmp_compare_first_s(c, first);
+        }
+    }
+    if (SOONER * least < total) {
         kmp_text_put(text, "; ");
         kmp_compare_name(text, first->method);
-        kmp_text_printf(text, " has the first result after %.3g ms", 1e3 * kmp_compare_first_s(c, first));
+        kmp_text_printf(text, " has the first result after %.3g ms", 1e3 * least);
     }
-}
-
-/* The cheapest run that agrees with the next tolerance of its method as usual; -1: none. */
-static int steadiest(const kempe_comparison *c)
-{
-    int found = -1;
-    for (int k = 0; k < c->count; k++)
-        if (c->runs[k].status == KEMPE_OK && c->runs[k].apart <= USUAL &&
-            (found < 0 || c->runs[k].cpu_s < c->runs[found].cpu_s))
-            found = k;
-    return found;
 }
 
 static bool is_prescribed(const kempe_comparison *c)
@@ -351,7 +331,11 @@ static bool is_prescribed(const kempe_comparison *c)
 static void refrain(kempe_comparison *c)
 {
     kmp_text text = {0};
-    int steady = c->has_reference || is_prescribed(c) ? -1 : steadiest(c);
+    int steady = -1; /* the cheapest run that agrees with the next tolerance of its method as usual */
+    for (int k = 0; k < c->count && !c->has_reference && !is_prescribed(c); k++)
+        if (c->runs[k].status == KEMPE_OK && c->runs[k].apart <= USUAL &&
+            (steady < 0 || c->runs[k].cpu_s < c->runs[steady].cpu_s))
+            steady = k;
     if (is_prescribed(c))
         kmp_text_put(&text,
                      "all motion is prescribed: coordinates follow from the closures at every instant, and a tolerance "

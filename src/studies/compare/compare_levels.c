@@ -38,17 +38,6 @@ static bool counts(const kempe_comparison *c, int run, double level)
     return true;
 }
 
-/* The complete run of the method at the next coarser tolerance, -1: none. */
-static int next_coarser(const kempe_comparison *c, int run)
-{
-    int found = -1;
-    for (int k = 0; k < c->count; k++)
-        if (c->runs[k].method == c->runs[run].method && c->runs[k].status == KEMPE_OK &&
-            c->runs[k].rtol > c->runs[run].rtol && (found < 0 || c->runs[k].rtol < c->runs[found].rtol))
-            found = k;
-    return found;
-}
-
 static double between(double tight, double coarse, double part)
 {
     return exp((1 - part) * log(tight) + part * log(coarse));
@@ -58,10 +47,13 @@ static double between(double tight, double coarse, double part)
  * line between both in logarithms of error and cost. An error below ten times the reference's is taken as that. */
 static kmp_method_cost cost_of(const kempe_comparison *c, int run, double level)
 {
-    const kmp_compared *tight = &c->runs[run];
+    const kmp_compared *tight = &c->runs[run], *coarse = tight;
     kmp_method_cost cost = {tight->cpu_s, (double)tight->report.steps, (double)tight->report.rhs};
-    int k = next_coarser(c, run);
-    const kmp_compared *coarse = k >= 0 ? &c->runs[k] : tight;
+    /* The complete run of the method at the next coarser tolerance. */
+    for (const kmp_compared *r = c->runs; r < c->runs + c->count; r++)
+        if (r->method == tight->method && r->status == KEMPE_OK && r->rtol > tight->rtol &&
+            (coarse == tight || r->rtol < coarse->rtol))
+            coarse = r;
     double least = fmax(10 * c->uncertainty[KMP_QUANTITY_Q], LEAST);
     double in = fmax(tight->verdict.error[KMP_QUANTITY_Q], least), out = coarse->verdict.error[KMP_QUANTITY_Q];
     if (!(out > level) || !(in < level) || !(coarse->cpu_s < tight->cpu_s) || coarse->report.steps < 1)
@@ -182,22 +174,6 @@ int kmp_compare_best(const kempe_comparison *c, int level)
     return -1;
 }
 
-static bool spans_formulations(const kempe_comparison *c, int method)
-{
-    for (int w = 0; w < c->method_count; w++)
-        if (same_family(c, w, method) && !same_formulation(c, w, method))
-            return true;
-    return false;
-}
-
-static bool is_first_of_family(const kempe_comparison *c, int method)
-{
-    int first = 0;
-    while (!same_family(c, first, method))
-        first++;
-    return first == method;
-}
-
 /* -- the best of each formulation -------------------------------------------------------------------- */
 
 /* True if a method attains more aims than another, or as many at a smaller worst ratio. */
@@ -220,10 +196,16 @@ void kmp_compare_tables(kempe_comparison *c)
         return;
     /* Methods of families that stand in several formulations. */
     kmp_tables *t = &c->tables;
-    for (int first = 0; first < c->method_count; first++)
-        for (int w = first; w < c->method_count && is_first_of_family(c, first) && spans_formulations(c, first); w++)
+    for (int first = 0; first < c->method_count; first++) {
+        bool is_first = true, spans = false;
+        for (int w = 0; w < c->method_count; w++) {
+            is_first = is_first && (w >= first || !same_family(c, w, first));
+            spans = spans || (same_family(c, w, first) && !same_formulation(c, w, first));
+        }
+        for (int w = first; w < c->method_count && is_first && spans; w++)
             if (same_family(c, w, first))
                 t->same[t->same_count++] = w;
+    }
     /* The best method of each formulation. */
     for (int w = 0; w < c->method_count; w++) {
         int k = 0;

@@ -337,8 +337,6 @@ static void show_list(kmp_text *text, const char *title, const kmp_sentences *li
         show_wrapped(text, "  - ", list->s[k]);
 }
 
-/* -- the reference ----------------------------------------------------------------------------------- */
-
 /* -- runs -------------------------------------------------------------------------------------------- */
 
 /* The first line of a reason, as far as the table is wide. */

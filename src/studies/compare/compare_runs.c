@@ -152,17 +152,6 @@ static void compare_before(grid *g, int method, int run)
     g->before_run[method] = run;
 }
 
-/* Rows that are judged take additional time, which must not be measured. For a long run it is negligible, unless there
- * are as many rows as right-hand sides. */
-static int repeats_of(const kmp_compare_job *j, const kmp_compared *run)
-{
-    bool many = j->times.count > ROW_PART * (double)run->report.rhs;
-    return run->status != KEMPE_OK ? 0
-           : run->cpu_s < SHORT    ? MOST_REPEATS
-           : run->cpu_s < NOT_LONG ? SOME_REPEATS
-                                   : many;
-}
-
 /* A repeat takes the same steps, and only its time counts. The first one replaces the time of the judged run. */
 static kempe_status repeat(grid *g, kmp_compared *run, bool first)
 {
@@ -200,12 +189,16 @@ static kempe_status run_cell(grid *g, int method, int rtol, double *fastest)
     KMP_TRY(kmp_made(g->job->context, run->reason));
     report(g->job, run);
     g->cpu_s[method] = run->report.cpu_s;
-    int *repeats = &g->repeats[method * g->comparison->rtol_count + rtol];
-    *repeats = repeats_of(g->job, run);
     if (run->status != KEMPE_OK)
         return KEMPE_OK;
-    compare_before(g, method, method * g->comparison->rtol_count + rtol);
-    if (*repeats > 0)
+    const int at = method * g->comparison->rtol_count + rtol;
+    /* Rows that are judged take additional time, which must not be measured. For a long run it is negligible, unless
+     * there are as many rows as right-hand sides. */
+    g->repeats[at] = run->cpu_s < SHORT      ? MOST_REPEATS
+                     : run->cpu_s < NOT_LONG ? SOME_REPEATS
+                                             : g->job->times.count > ROW_PART * (double)run->report.rhs;
+    compare_before(g, method, at);
+    if (g->repeats[at] > 0)
         KMP_TRY(repeat(g, run, true));
     *fastest = fmin(*fastest, run->cpu_s);
     return KEMPE_OK;

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "integrators/steppers/solver.h"
+#include "output/print.h"
 #include <kempe/compare.h>
 #include <math.h>
 #include <string.h>
@@ -85,28 +86,19 @@ static kempe_status check_names(kempe_context *context, const char *list, part p
 
 /* -- methods and tolerances -------------------------------------------------------------------------- */
 
-/* Methods run in addition to the standard ones when neither a form nor an integrator is given. */
-static const kmp_method besides[] = {{.formulation = "reduced", .form = "integrated", .integrator = "dopri5"}};
-
-static bool is_beside(const kmp_method *method)
-{
-    for (size_t k = 0; k < sizeof besides / sizeof *besides; k++) {
-        bool same = true;
-        for (part p = PART_FORMULATION; p < PARTS; p++)
-            same = same && strcmp(part_of(method, p), part_of(&besides[k], p)) == 0;
-        if (same)
-            return true;
-    }
-    return false;
-}
+/* A method run in addition to the standard ones when neither a form nor an integrator is given. */
+static const char *const beside[PARTS] = {"reduced", "integrated", "dopri5"};
 
 /* True if the method is selected. Forms and integrators that are not given by name must be standard ones. */
 static bool is_chosen(const kmp_method *method, const char *const list[PARTS])
 {
-    return list_has(list[PART_FORMULATION], method->formulation) && list_has(list[PART_FORM], method->form) &&
-           list_has(list[PART_INTEGRATOR], method->integrator) && (list[PART_FORM] || method->standard_form) &&
-           (list[PART_INTEGRATOR] || method->standard_integrator ||
-            (!list[PART_FORM] && !list[PART_INTEGRATOR] && is_beside(method)));
+    bool chosen = true, is_beside = !list[PART_FORM] && !list[PART_INTEGRATOR];
+    for (part p = PART_FORMULATION; p < PARTS; p++) {
+        chosen = chosen && list_has(list[p], part_of(method, p));
+        is_beside = is_beside && strcmp(part_of(method, p), beside[p]) == 0;
+    }
+    return chosen && (list[PART_FORM] || method->standard_form) &&
+           (list[PART_INTEGRATOR] || method->standard_integrator || is_beside);
 }
 
 bool kmp_is_implicit(const kmp_method *method)
@@ -414,9 +406,4 @@ kempe_status kempe_comparison_new(const kempe_system *system, const kempe_compar
     return status;
 }
 
-void kempe_comparison_free(kempe_comparison *comparison)
-{
-    if (comparison)
-        kmp_arena_free(&comparison->arena);
-    kmp_free(comparison);
-}
+KMP_FREES(kempe_comparison, comparison, kmp_arena_free(&comparison->arena))

@@ -8,6 +8,7 @@
 #include "constraints/closing/charts.h"
 #include "constraints/diagnosis/shared_loads.h"
 #include "constraints/tolerances.h"
+#include "output/print.h"
 #include "output/quantity.h"
 #include "studies/equilibrium/contact_set.h"
 #include "studies/equilibrium/equilibrium_study.h"
@@ -468,18 +469,9 @@ kempe_status kempe_equilibrium_new(const kempe_system *system, const kempe_equil
     return KMP_GIVE_OR_FREE(status, equilibrium, e, kempe_equilibrium_free);
 }
 
-void kempe_equilibrium_free(kempe_equilibrium *equilibrium)
-{
-    if (!equilibrium)
-        return;
-    kmp_exchange_free(equilibrium->exchange);
-    kmp_averaged_free(equilibrium->averaged);
-    kmp_free(equilibrium->warnings);
-    if (equilibrium->has_loads)
-        kmp_all_loads_free(&equilibrium->loads);
-    kmp_arena_free(&equilibrium->arena);
-    kmp_free(equilibrium);
-}
+KMP_FREES(kempe_equilibrium, equilibrium, kmp_exchange_free(equilibrium->exchange),
+          kmp_averaged_free(equilibrium->averaged), kmp_free(equilibrium->warnings),
+          kmp_all_loads_free(&equilibrium->loads), kmp_arena_free(&equilibrium->arena))
 
 /* -- results ----------------------------------------------------------------------------------------- */
 

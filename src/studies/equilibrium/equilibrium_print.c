@@ -106,27 +106,28 @@ static void show_stability(kmp_text *text, const kempe_equilibrium *e, const kmp
     }
 }
 
-/* The coordinates that nothing depends on and that move, among those that move steadily: in `found`, with room for all.
- * Their number. */
-static int find_cyclic(const kempe_equilibrium *e, const kmp_balance *b, kmp_steady *found)
+/* True if nothing depends on the coordinate, which moves. */
+static bool is_cyclic(const kmp_balance *b, int coordinate)
 {
-    int count = 0;
-    for (int i = 0; i < e->rate_count; i++)
-        for (int k = 0; k < b->idle_count; k++)
-            if (b->idle[k] == e->rates[i].coordinate && b->qd[b->idle[k]] != 0)
-                found[count++] = e->rates[i];
-    return count;
+    for (int k = 0; k < b->idle_count; k++)
+        if (b->idle[k] == coordinate)
+            return b->qd[coordinate] != 0;
+    return false;
 }
 
 static void show_cyclic(kmp_text *text, const kempe_equilibrium *e, const kmp_balance *b)
 {
     kmp_steady *found = KMP_NEW(kmp_steady, e->rate_count);
-    int count = found ? find_cyclic(e, b, found) : 0;
+    int count = 0;
     bool kept = false, held = false;
     if (!found)
         text->failed = true;
-    for (int i = 0; i < count; i++)
-        kept = kept || found[i].how == KMP_RATE_KEPT, held = held || found[i].how == KMP_RATE_HELD;
+    for (const kmp_steady *r = e->rates; found && r < e->rates + e->rate_count; r++)
+        if (is_cyclic(b, r->coordinate)) {
+            found[count++] = *r;
+            kept = kept || r->how == KMP_RATE_KEPT;
+            held = held || r->how == KMP_RATE_HELD;
+        }
     if (count > 0) {
         kmp_text_put(text, "\nsteady     ");
         kmp_steady_list(text, e->system->model, count, found, b->qd);
@@ -242,9 +243,8 @@ static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_bala
     kmp_print_names(j, "left_out", e->system, kmp_name_of_coordinate, b->idle_count, b->idle);
     kmp_json_object(j, "cyclic");
     for (int i = 0; i < e->rate_count; i++)
-        for (int k = 0; k < b->idle_count; k++)
-            if (b->idle[k] == e->rates[i].coordinate && b->qd[b->idle[k]] != 0)
-                kmp_json_number(j, e->system->model->motions[b->idle[k]].name, b->qd[b->idle[k]]);
+        if (is_cyclic(b, e->rates[i].coordinate))
+            kmp_json_number(j, e->system->model->motions[e->rates[i].coordinate].name, b->qd[e->rates[i].coordinate]);
     kmp_json_put(j, "} loads {");
     for (int i = 0; i < e->rate_count; i++)
         if (e->rates[i].how == KMP_RATE_HELD)

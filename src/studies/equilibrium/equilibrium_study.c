@@ -129,19 +129,6 @@ bool kmp_descent_is_idle(const kmp_linear *l, int k, const double *work)
     return true;
 }
 
-/* True if R is unchanged when u_k moves: q, ud and R, zero except along held coordinates, are the state's. */
-static bool stays(kmp_linear *l, const double *q, const double *ud, const double *residual, int k, const double *work,
-                  double *moved)
-{
-    int c = l->part.u[k];
-    memcpy(moved, q, (size_t)l->n * sizeof *moved);
-    moved[c] += ELSEWHERE * l->system->scale[c];
-    bool same = kmp_linear_at(l, l->t, moved, ud, NULL) == KEMPE_OK;
-    for (int i = 0; same && i < l->p; i++)
-        same = fabs(l->residual[i] - residual[i]) * kmp_descent_scale(l, i) <= NO_CHANGE * work[i];
-    return same;
-}
-
 int kmp_equilibrium_idle(kmp_linear *linear, int *idle)
 {
     kmp_linear *l = linear;
@@ -158,9 +145,17 @@ int kmp_equilibrium_idle(kmp_linear *linear, int *idle)
         if (kmp_descent_is_idle(l, k, work))
             idle[candidates++] = k;
     }
-    for (int i = 0; i < candidates; i++)
-        if (stays(l, q, ud, residual, idle[i], work, moved))
-            idle[count++] = l->part.u[idle[i]];
+    /* Those that leave R, zero except along held coordinates, as it is when they move. */
+    for (int i = 0; i < candidates; i++) {
+        int c = l->part.u[idle[i]];
+        memcpy(moved, q, (size_t)n * sizeof *moved);
+        moved[c] += ELSEWHERE * l->system->scale[c];
+        bool same = kmp_linear_at(l, l->t, moved, ud, NULL) == KEMPE_OK;
+        for (int k = 0; same && k < l->p; k++)
+            same = fabs(l->residual[k] - residual[k]) * kmp_descent_scale(l, k) <= NO_CHANGE * work[k];
+        if (same)
+            idle[count++] = c;
+    }
     bool back = candidates == 0 || kmp_linear_at(l, l->t, q, ud, NULL) == KEMPE_OK;
     if (candidates > 0)
         kmp_linear_matrices(l);
@@ -468,24 +463,19 @@ static double evaluate(solver *s, double *value)
     return isfinite(worst) ? worst : INFINITY;
 }
 
-/* The change by one unit of unknown j, of a position or a rate. */
-static kmp_change position_or_rate(solver *s, int j)
+/* The change by one unit of unknown j: of a position, a rate, or a released quantity. */
+static kmp_change change_by(solver *s, int j)
 {
     const descent *w = s->w;
-    s->unit[w->place[j]] = descent_unit(w, j);
-    return w->rate[j] < 0 ? (kmp_change){.u = s->unit} : (kmp_change){.ud = s->unit};
-}
-
-/* The change by one unit of a released quantity. */
-static kmp_change freed(solver *s, int f)
-{
-    const kmp_linear *l = s->w->l;
-    if (f < s->x->parameter_count)
-        return kmp_slopes_change(s->x->slopes, f, s->partial);
-    int c = s->w->search->rates[s->x->rate[f - s->x->parameter_count]].coordinate;
-    for (int k = 0; k < l->p; k++)
-        s->unit[k] = l->part.u[k] == c;
-    return (kmp_change){.ud = s->unit};
+    int parameter = j - s->p, rate = parameter - s->x->parameter_count;
+    memset(s->unit, 0, (size_t)w->n * sizeof *s->unit);
+    if (parameter >= 0 && rate < 0)
+        return kmp_slopes_change(s->x->slopes, parameter, s->partial);
+    if (parameter < 0)
+        s->unit[w->place[j]] = descent_unit(w, j);
+    for (int k = 0; rate >= 0 && k < w->l->p; k++)
+        s->unit[k] = w->l->part.u[k] == w->search->rates[s->x->rate[rate]].coordinate;
+    return parameter < 0 && w->rate[j] < 0 ? (kmp_change){.u = s->unit} : (kmp_change){.ud = s->unit};
 }
 
 /* The size of a target, by its changes with the coordinates. */
@@ -514,8 +504,7 @@ static void linearise(solver *s)
     /* The changes of all rows, and of q, by one unit of each unknown. */
     for (int j = 0; j < s->columns; j++) {
         double *move = s->moves + j * l->n, *column = s->jacobian + j * s->rows;
-        memset(s->unit, 0, (size_t)l->n * sizeof *s->unit);
-        kmp_change change = j < s->p ? position_or_rate(s, j) : freed(s, j - s->p);
+        kmp_change change = change_by(s, j);
         kmp_linear_follow(l, &change, &(kmp_response){move, s->dqd, s->dqdd, s->dlambda, s->dr});
         if (s->shown > 0)
             kmp_slopes_along(s->x->slopes, &s->x->slopes->outputs,
@@ -855,18 +844,6 @@ static kempe_status solve_squares(solver *s)
     return status;
 }
 
-/* Closes the loops to round-off, so that results do not depend on the choice of coordinates. With an ill-conditioned
- * choice each correction is rounded in proportion to the dependent motion. */
-static bool close_well(descent *w)
-{
-    for (int k = 0; k < CLOSINGS && w->l->m > 0; k++) {
-        memcpy(w->trial, w->l->q, (size_t)w->n * sizeof *w->trial);
-        if (!descent_at(w, w->trial))
-            return false;
-    }
-    return w->l->m == 0 || descent_arrive(w);
-}
-
 /* Newton's method by damped least squares from the current state, with the additions of w->search->exchange; then to
  * round-off. After a failure the state of l is undefined. */
 static kempe_status descent_least(descent *w)
@@ -874,10 +851,17 @@ static kempe_status descent_least(descent *w)
     kmp_exchange none = {0};
     solver s = {.w = w, .x = w->search->exchange ? w->search->exchange : &none};
     s.shown = s.x->slopes ? s.x->slopes->shown : 0;
-    kempe_status status = make_room(&s) ? solve_squares(&s) : kmp_fail_memory(w->l->system->context);
-    if (status == KEMPE_OK && !close_well(w))
-        status = w->status != KEMPE_OK ? w->status : descent_complain(w, "the state is lost");
-    return status;
+    KMP_TRY(kmp_made(w->l->system->context, make_room(&s)));
+    KMP_TRY(solve_squares(&s));
+    /* Closes the loops to round-off, so that results do not depend on the choice of coordinates. With an
+     * ill-conditioned choice each correction is rounded in proportion to the dependent motion. */
+    bool there = true;
+    for (int k = 0; there && k < CLOSINGS && w->l->m > 0; k++) {
+        memcpy(w->trial, w->l->q, (size_t)w->n * sizeof *w->trial);
+        there = descent_at(w, w->trial);
+    }
+    there = there && (w->l->m == 0 || descent_arrive(w));
+    return there ? KEMPE_OK : w->status != KEMPE_OK ? w->status : descent_complain(w, "the state is lost");
 }
 
 /* -- descent from afar ------------------------------------------------------------------------------ */

@@ -7,6 +7,7 @@
 #include "model/tables/coordinates.h"
 #include "model/tables/output_table.h"
 #include "model/tables/requested.h"
+#include "output/print.h"
 #include <string.h>
 
 /* -- released quantities ----------------------------------------------------------------------------- */
@@ -158,17 +159,8 @@ kempe_status kmp_exchange_new(const kempe_system *system, const char *fix, const
     return KMP_GIVE_OR_FREE(status, exchange, x, kmp_exchange_free);
 }
 
-void kmp_exchange_free(kmp_exchange *exchange)
-{
-    if (!exchange)
-        return;
-    kmp_slopes_free(exchange->slopes);
-    kempe_system_free(exchange->system);
-    kmp_text_free(&exchange->why);
-    kmp_variant_free(exchange->variant);
-    kmp_arena_free(&exchange->arena);
-    kmp_free(exchange);
-}
+KMP_FREES(kmp_exchange, exchange, kmp_slopes_free(exchange->slopes), kempe_system_free(exchange->system),
+          kmp_text_free(&exchange->why), kmp_variant_free(exchange->variant), kmp_arena_free(&exchange->arena))
 
 void kmp_exchange_begin(kmp_exchange *exchange, kmp_linear *linear, kmp_steady *rates)
 {

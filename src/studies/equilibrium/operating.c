@@ -6,6 +6,7 @@
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
 #include "integrators/friction/friction_state.h"
+#include "output/print.h"
 #include "studies/equilibrium/exchange.h"
 #include <kempe/check.h>
 #include <math.h>
@@ -161,13 +162,7 @@ kempe_status kmp_operating_new(const kempe_system *system, const char *word, kmp
     return KMP_GIVE_OR_FREE(status, operating, o, kmp_operating_free);
 }
 
-void kmp_operating_free(kmp_operating *operating)
-{
-    if (!operating)
-        return;
-    kmp_arena_free(&operating->arena);
-    kmp_free(operating);
-}
+KMP_FREES(kmp_operating, operating, kmp_arena_free(&operating->arena))
 
 /* A coordinate along which a force, or its change with the state, is NaN or infinite; -1: none. */
 static int find_no_number(const kmp_linear *l)

@@ -8,6 +8,7 @@
 #include "linalg/dense/dense.h"
 #include "linalg/dense/lapack.h"
 #include "model/expressions/ranges.h"
+#include "output/print.h"
 #include <math.h>
 #include <string.h>
 
@@ -103,14 +104,7 @@ kempe_status kmp_flow_new(const kempe_system *system, const char *name, const ch
     return KMP_GIVE_OR_FREE(status, flow, f, kmp_flow_free);
 }
 
-void kmp_flow_free(kmp_flow *flow)
-{
-    if (!flow)
-        return;
-    kmp_slope_runs_free(flow->runs);
-    kmp_arena_free(&flow->arena);
-    kmp_free(flow);
-}
+KMP_FREES(kmp_flow, flow, kmp_slope_runs_free(flow->runs), kmp_arena_free(&flow->arena))
 
 /* -- a run -------------------------------------------------------------------------------------------- */
 

@@ -16,14 +16,6 @@
  * keep the speed of the start, by a load that changes over the period. The equations are those of a copy of the model,
  * in which drives have these rates. */
 
-static bool is_held(const kempe_limit_cycles *c, int motion)
-{
-    for (int k = 0; k < c->held; k++)
-        if (c->held_motion[k] == motion)
-            return true;
-    return false;
-}
-
 /* The first track that is curved, inclined or irregular; NULL: there is none. */
 static const kmp_track *find_curved(const kempe_model *model)
 {
@@ -41,7 +33,9 @@ static kempe_status make_copy(kempe_limit_cycles *c, bool as_given)
     bool *hold = KMP_ARENA_NEW(&c->arena, bool, l->n);
     KMP_TRY(kmp_made(c->system->context, hold));
     for (int k = 0; k < l->p; k++)
-        hold[l->part.u[k]] = !is_held(c, l->part.u[k]);
+        hold[l->part.u[k]] = true;
+    for (int k = 0; k < c->held; k++)
+        hold[c->held_motion[k]] = false;
     const kmp_operating *state = c->family->state;
     as_given = as_given || !kmp_charts_are_own(c->system, state->chart);
     const kmp_driven driven = {c->held, c->held_motion, as_given ? NULL : hold, state->q};

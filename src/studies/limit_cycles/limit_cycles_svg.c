@@ -46,16 +46,6 @@ static void put_branch(drawing *d, const kmp_cycle_branch *b, const char *colour
             kmp_plot_dot(&d->plot, d->factor * b->cycle[k]->value, height(d, b->cycle[k]), colour);
 }
 
-/* The value between two of the locus at which the equilibrium loses its stability; the middle where it is no Hopf
- * point. */
-static double change_between(const kempe_limit_cycles *c, double a, double b)
-{
-    for (int k = 0; k < c->locus.critical_count; k++)
-        if ((c->locus.critical[k].value - a) * (c->locus.critical[k].value - b) <= 0)
-            return c->locus.critical[k].value;
-    return (a + b) / 2;
-}
-
 static void put_plot(kmp_text *text, const kempe_limit_cycles *c, int output, int place)
 {
     kmp_shown by = kmp_limit_cycles_shown(c),
@@ -75,7 +65,11 @@ static void put_plot(kmp_text *text, const kempe_limit_cycles *c, int output, in
     const kmp_locus *l = &d.c->locus;
     for (int k = 0; k + 1 < l->reached; k++) {
         bool grows[] = {kmp_limit_cycles_growth(d.c, k) > 0, kmp_limit_cycles_growth(d.c, k + 1) > 0};
-        double ends[] = {l->value[k], change_between(d.c, l->value[k], l->value[k + 1]), l->value[k + 1]};
+        /* The equilibrium loses its stability at a critical value between both; in the middle where it is none. */
+        double ends[] = {l->value[k], (l->value[k] + l->value[k + 1]) / 2, l->value[k + 1]};
+        for (int i = l->critical_count - 1; i >= 0; i--)
+            if ((l->critical[i].value - ends[0]) * (l->critical[i].value - ends[2]) <= 0)
+                ends[1] = l->critical[i].value;
         for (int half = 0; half < 2; half++) {
             kmp_curve_begin(&d.plot, grows[half] ? "dashed" : "curve", "#4a545a");
             kmp_curve_to(&d.plot, d.factor * ends[half], 0);
@@ -88,16 +82,6 @@ static void put_plot(kmp_text *text, const kempe_limit_cycles *c, int output, in
     kmp_plot_end(&d.plot);
 }
 
-/* Outputs that are periodic, at least in one cycle. */
-static bool is_periodic(const kempe_limit_cycles *c, int output)
-{
-    for (int b = 0; b < c->branches; b++)
-        for (int k = 1; k < c->branch[b].count; k++)
-            if (isfinite(c->branch[b].cycle[k]->high[output]))
-                return true;
-    return false;
-}
-
 kempe_status kempe_limit_cycles_write_picture(const kempe_limit_cycles *cycles, const char *path)
 {
     KMP_WANTED(NULL, cycles, "cycles");
@@ -105,9 +89,14 @@ kempe_status kempe_limit_cycles_write_picture(const kempe_limit_cycles *cycles, 
     int shown[MOST_PLOTS], count = 0, columns = cycles->outputs;
     kmp_text text = {0};
     kmp_context_clear(cycles->system->context);
-    for (int k = 0; k < columns && count < MOST_PLOTS; k++)
-        if (is_periodic(cycles, k))
-            shown[count++] = k;
+    for (int o = 0; o < columns && count < MOST_PLOTS; o++) {
+        bool periodic = false; /* at least in one cycle */
+        for (int b = 0; b < cycles->branches; b++)
+            for (int k = 1; k < cycles->branch[b].count; k++)
+                periodic = periodic || isfinite(cycles->branch[b].cycle[k]->high[o]);
+        if (periodic)
+            shown[count++] = o;
+    }
     kmp_picture_begin(&text, WIDTH, HEIGHT * (count > 0 ? count : 1), "");
     for (int k = 0; k < count; k++)
         put_plot(&text, cycles, shown[k], k);

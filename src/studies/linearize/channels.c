@@ -8,6 +8,7 @@
 #include "dynamics/load_dependent.h"
 #include "model/tables/coordinates.h"
 #include "model/tables/output_table.h"
+#include "output/print.h"
 #include "studies/simulate/columns.h"
 #include <kempe/extend.h>
 
@@ -264,18 +265,7 @@ kempe_status kmp_channels_init(kmp_channels *channels, const kempe_system *syste
     return status;
 }
 
-void kmp_channels_free(kmp_channels *channels)
-{
-    kmp_channels *c = channels;
-    kmp_free(c->warnings);
-    kmp_transfer_free(&c->transfer);
-    kmp_slopes_free(c->slopes);
-    kmp_linear_free(&c->linear);
-    kmp_operating_free(c->at);
-    kempe_system_free(c->own);
-    kmp_variant_free(c->variant);
-    kmp_averaged_free(c->averaged);
-    kmp_requested_inputs_free(&c->inputs);
-    kmp_arena_free(&c->arena);
-    *c = (kmp_channels){0};
-}
+KMP_CLEARS(kmp_channels, c, kmp_free(c->warnings), kmp_transfer_free(&c->transfer), kmp_slopes_free(c->slopes),
+           kmp_linear_free(&c->linear), kmp_operating_free(c->at), kempe_system_free(c->own),
+           kmp_variant_free(c->variant), kmp_averaged_free(c->averaged), kmp_requested_inputs_free(&c->inputs),
+           kmp_arena_free(&c->arena))

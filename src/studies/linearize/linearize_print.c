@@ -52,8 +52,9 @@ static double largest_of(const kempe_linearization *l)
     return largest;
 }
 
-static void show(kmp_text *text, const kempe_linearization *l)
+static void show(kmp_text *text, const void *result)
 {
+    const kempe_linearization *l = result;
     const kmp_channels *c = &l->channels;
     int freedoms = c->linear.p - c->system->model->state_count;
     kmp_print_title(text, c->system->model, kmp_status_word(c->status));
@@ -90,20 +91,24 @@ static void json_names(kmp_json *j, const char *key, const kmp_names *names)
     kmp_json_end(j);
 }
 
-/* One array per row. A row has at most `most` numbers, for which `room` is given. */
-static void json_matrix(kmp_json *j, const kmp_matrix_row *row, double *room)
+/* One array per row. */
+static void json_matrix(kmp_json *j, const kmp_matrix_row *row)
 {
+    double *room = KMP_NEW(double, row->columns);
+    j->text->failed = j->text->failed || !room;
     kmp_json_array(j, row->name);
-    for (int i = 0; i < row->rows; i++) {
+    for (int i = 0; room && i < row->rows; i++) {
         for (int k = 0; k < row->columns; k++)
             room[k] = row->values[i + k * row->rows] + 0.0;
         kmp_json_numbers(j, NULL, row->columns, room);
     }
     kmp_json_end(j);
+    kmp_free(room);
 }
 
-static void json(kmp_text *text, const kempe_linearization *l, double *room)
+static void json(kmp_text *text, const void *result)
 {
+    const kempe_linearization *l = result;
     const kmp_channels *c = &l->channels;
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, c->system, kmp_status_word(c->status), "", c->build_s, c->warnings);
@@ -131,29 +136,9 @@ static void json(kmp_text *text, const kempe_linearization *l, double *room)
     for (int k = 0; k < KMP_MATRICES; k++) {
         kmp_matrix_row row = kmp_linearization_row(l, k);
         if (k != KEMPE_MATRIX_Z || l->z)
-            json_matrix(&j, &row, room);
+            json_matrix(&j, &row);
     }
     kmp_json_end(&j);
 }
 
-kempe_status kempe_linearization_print(const kempe_linearization *linearization, kempe_format format, char **text)
-{
-    KMP_WANTED(NULL, linearization, "linearization");
-    KMP_WANTED(linearization->channels.linear.system->context, text, "text");
-    kempe_context *context = linearization->channels.system->context;
-    kmp_text out = {0};
-    int most = 1;
-    kmp_context_clear(context);
-    for (int k = 0; k < KMP_MATRICES; k++) {
-        int columns = kmp_linearization_row(linearization, k).columns;
-        most = columns > most ? columns : most;
-    }
-    double *room = KMP_NEW(double, most);
-    KMP_TRY(kmp_made(context, room));
-    if (format == KEMPE_JSON)
-        json(&out, linearization, room);
-    else
-        show(&out, linearization);
-    kmp_free(room);
-    return kmp_print_finish(context, &out, text);
-}
+KMP_PRINT(kempe_linearization, linearization, linearization->channels.system->context, json, show)

@@ -7,6 +7,7 @@
 #include "dynamics/load_dependent.h"
 #include "linalg/dense/lapack.h"
 #include "output/formats/named_arrays.h"
+#include "output/print.h"
 #include <float.h>
 #include <kempe/linearize.h>
 #include <math.h>
@@ -113,17 +114,6 @@ static double delay_of(const kempe_linearization *l, int i)
     const kmp_transfer *t = &l->channels.transfer;
     const int k = kmp_transfer_state(t, i) - t->p;
     return k < 0 ? 0 : kmp_delay_of(t->linear, k);
-}
-
-/* KEMPE_E_ARGUMENT: a model with delays is at a state that is no equilibrium. */
-static kempe_status check_delays(const kempe_linearization *l)
-{
-    const kempe_model *model = l->channels.system->model;
-    if (model->delay_count == 0 || l->channels.rests)
-        return KEMPE_OK;
-    return kmp_fail(l->channels.system->context, KEMPE_E_ARGUMENT,
-                    "the start is no equilibrium, and linear equations with delays need a past at rest: take the state "
-                    "'equilibrium'");
 }
 
 /* -- channels ---------------------------------------------------------------------------------------- */
@@ -241,8 +231,10 @@ kempe_status kempe_linearization_new(const kempe_system *system, const kempe_lin
         status = kmp_refuse_delays(system->model, "linear equations of models with samples", KMP_INSTEAD_OF_DELAY);
     if (status == KEMPE_OK)
         status = kmp_channels_init(&l->channels, system, &requested);
-    if (status == KEMPE_OK)
-        status = check_delays(l);
+    if (status == KEMPE_OK && system->model->delay_count > 0 && !l->channels.rests)
+        status = kmp_fail(system->context, KEMPE_E_ARGUMENT,
+                          "the start is no equilibrium, and linear equations with delays need a past at rest: take the "
+                          "state 'equilibrium'");
     if (status == KEMPE_OK)
         status = make_first_order(l);
     if (status == KEMPE_OK)
@@ -256,13 +248,7 @@ kempe_status kempe_linearization_new(const kempe_system *system, const kempe_lin
     return KMP_GIVE_OR_FREE(status, linearization, l, kempe_linearization_free);
 }
 
-void kempe_linearization_free(kempe_linearization *l)
-{
-    if (!l)
-        return;
-    kmp_channels_free(&l->channels);
-    kmp_free(l);
-}
+KMP_FREES(kempe_linearization, l, kmp_channels_free(&l->channels))
 
 /* -- results ----------------------------------------------------------------------------------------- */
 

@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "derivatives/sampled_motion.h"
 #include "linalg/dense/dense.h"
+#include "output/print.h"
 #include <math.h>
 #include <string.h>
 
@@ -55,11 +56,7 @@ kempe_status kmp_transfer_init(kmp_transfer *transfer, kmp_linear *linear, kmp_s
     return KEMPE_OK;
 }
 
-void kmp_transfer_free(kmp_transfer *transfer)
-{
-    kmp_arena_free(&transfer->arena);
-    *transfer = (kmp_transfer){0};
-}
+KMP_CLEARS(kmp_transfer, transfer, kmp_arena_free(&transfer->arena))
 
 /* -- at a state -------------------------------------------------------------------------------------- */
 

@@ -5,6 +5,7 @@
 #include "constraints/tolerances.h"
 #include "derivatives/delayed_spectrum.h"
 #include "derivatives/sampled_motion.h"
+#include "output/print.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -31,12 +32,7 @@ static bool make_values(kmp_modes *s, int count)
     return KMP_ARENA_MAKE(&s->spectrum.arena, KMP_ROOM(double, count, &s->spectrum.re, &s->spectrum.im));
 }
 
-void kmp_modes_free(kmp_modes *modes)
-{
-    kmp_spectrum_free(&modes->spectrum);
-    kmp_arena_free(&modes->arena);
-    *modes = (kmp_modes){0};
-}
+KMP_CLEARS(kmp_modes, modes, kmp_spectrum_free(&modes->spectrum), kmp_arena_free(&modes->arena))
 
 /* -- shapes ------------------------------------------------------------------------------------------ */
 

@@ -6,6 +6,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "linalg/assign.h"
+#include "output/print.h"
 #include <math.h>
 #include <string.h>
 
@@ -305,14 +306,6 @@ static void note(maker *m, const family *s, double doubt)
     l->doubt[k] = doubt;
 }
 
-static bool is_followed(const maker *m, const family *s, int c)
-{
-    for (int b = 0; b < m->l->count; b++)
-        if (s->at[b] == c)
-            return true;
-    return false;
-}
-
 /* With delays one of the eigenvalues without end, which are not followed, may begin to grow. */
 static kempe_status check_others(maker *m, const family *s)
 {
@@ -322,12 +315,16 @@ static kempe_status check_others(maker *m, const family *s)
     if (isnan(x->bound))
         return kmp_fail(m->context, KEMPE_E_FAILED, "it is not known whether all growing eigenvalues were found at %g",
                         s->value);
-    for (int c = 0; c < x->shown; c++)
-        if (x->spectrum.re[c] > kmp_modes_noise(x) && !is_followed(m, s, c))
+    for (int c = 0; c < x->shown; c++) {
+        bool followed = false;
+        for (int b = 0; b < m->l->count; b++)
+            followed = followed || s->at[b] == c;
+        if (x->spectrum.re[c] > kmp_modes_noise(x) && !followed)
             return kmp_fail(m->context, KEMPE_E_FAILED,
                             "at %g an eigenvalue of %.6g rad/s grows that is not among the %d followed ones: begin "
                             "another sweep there",
                             s->value, fabs(x->spectrum.im[c]), m->l->count);
+    }
     return KEMPE_OK;
 }
 
@@ -406,9 +403,4 @@ bool kmp_locus_has_load(const kmp_locus *locus, int n, int i)
     return false;
 }
 
-void kmp_locus_free(kmp_locus *locus)
-{
-    kmp_arena_free(&locus->arena);
-    kmp_free(locus->critical);
-    *locus = (kmp_locus){0};
-}
+KMP_CLEARS(kmp_locus, locus, kmp_arena_free(&locus->arena), kmp_free(locus->critical))

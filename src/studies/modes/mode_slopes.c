@@ -4,6 +4,7 @@
 #include "studies/modes/mode_slopes.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/lapack.h"
+#include "output/print.h"
 #include <complex.h>
 #include <float.h>
 #include <math.h>
@@ -267,8 +268,4 @@ kempe_status kmp_mode_slopes_init(kmp_mode_slopes *slopes, kmp_linear *linear, k
     return kmp_fail_memory(linear->system->context);
 }
 
-void kmp_mode_slopes_free(kmp_mode_slopes *slopes)
-{
-    kmp_arena_free(&slopes->arena);
-    *slopes = (kmp_mode_slopes){0};
-}
+KMP_CLEARS(kmp_mode_slopes, slopes, kmp_arena_free(&slopes->arena))

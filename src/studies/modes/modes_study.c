@@ -7,6 +7,7 @@
 #include "derivatives/sampled_motion.h"
 #include "dynamics/load_dependent.h"
 #include "model/tables/coordinates.h"
+#include "output/print.h"
 #include <math.h>
 #include <string.h>
 
@@ -224,18 +225,9 @@ kempe_status kempe_modes_new(const kempe_system *system, const kempe_modes_optio
     return status;
 }
 
-void kempe_modes_free(kempe_modes *modes)
-{
-    if (!modes)
-        return;
-    kmp_modes_free(&modes->modes);
-    kmp_locus_free(&modes->locus);
-    kmp_operating_family_free(modes->family);
-    kmp_averaged_free(modes->averaged);
-    kmp_free(modes->warnings);
-    kmp_arena_free(&modes->arena);
-    kmp_free(modes);
-}
+KMP_FREES(kempe_modes, modes, kmp_modes_free(&modes->modes), kmp_locus_free(&modes->locus),
+          kmp_operating_family_free(modes->family), kmp_averaged_free(modes->averaged), kmp_free(modes->warnings),
+          kmp_arena_free(&modes->arena))
 
 /* -- queries ----------------------------------------------------------------------------------------- */
 

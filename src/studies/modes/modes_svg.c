@@ -44,18 +44,13 @@ static void reach_branches(kmp_plot *p, const kempe_modes *m, point_fn *point)
             kmp_plot_reach(p, point(m, k, b).x, point(m, k, b).y);
 }
 
-static bool is_drawn(const kempe_modes *m, int branch, point_fn *point)
-{
-    for (int k = 0; k < m->locus.reached; k++)
-        if (isfinite(point(m, k, branch).y))
-            return true;
-    return false;
-}
-
 static void put_branches(kmp_plot *p, const kempe_modes *m, point_fn *point)
 {
     for (int b = 0; b < m->locus.count; b++) {
-        if (!is_drawn(m, b, point))
+        bool any = false;
+        for (int k = 0; k < m->locus.reached; k++)
+            any = any || isfinite(point(m, k, b).y);
+        if (!any)
             continue;
         const char *colour = kmp_plot_colour(b / 2);
         drawn first = point(m, 0, b);

@@ -2,6 +2,7 @@
 #include "studies/modes/operating_family.h"
 #include "base/memory.h"
 #include "constraints/rounding/mend.h"
+#include "output/print.h"
 #include <math.h>
 #include <string.h>
 
@@ -29,17 +30,8 @@ kempe_status kmp_operating_family_new(const kempe_system *system, const kmp_oper
     return KMP_GIVE_OR_FREE(status, family, s, kmp_operating_family_free);
 }
 
-void kmp_operating_family_free(kmp_operating_family *family)
-{
-    if (!family)
-        return;
-    kmp_operating_free(family->state);
-    kmp_linear_free(&family->linear);
-    kempe_system_free(family->own);
-    kmp_variant_free(family->variant);
-    kmp_arena_free(&family->arena);
-    kmp_free(family);
-}
+KMP_FREES(kmp_operating_family, family, kmp_operating_free(family->state), kmp_linear_free(&family->linear),
+          kempe_system_free(family->own), kmp_variant_free(family->variant), kmp_arena_free(&family->arena))
 
 /* -- a state ----------------------------------------------------------------------------------------- */
 

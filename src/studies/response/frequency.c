@@ -8,6 +8,7 @@
 #include "derivatives/delayed_motion.h"
 #include "derivatives/sampled_motion.h"
 #include "linalg/dense/dense.h"
+#include "output/print.h"
 #include <complex.h>
 #include <float.h>
 #include <math.h>
@@ -59,15 +60,8 @@ kempe_status kmp_frequency_init(kmp_frequency *frequency, const kmp_transfer *tr
     return sampled ? make_samples(f) : KEMPE_OK;
 }
 
-void kmp_frequency_free(kmp_frequency *frequency)
-{
-    kmp_frequency *f = frequency;
-    kmp_arena_free(&f->arena);
-    kmp_free(f->peak);
-    if (f->has_spectrum)
-        kmp_spectrum_free(&f->poles);
-    *f = (kmp_frequency){0};
-}
+KMP_CLEARS(kmp_frequency, frequency, kmp_arena_free(&frequency->arena), kmp_free(frequency->peak),
+           kmp_spectrum_free(&frequency->poles))
 
 /* True if unknown k is the value of a state. */
 static bool is_state(const kmp_frequency *f, int k)

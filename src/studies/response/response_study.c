@@ -6,6 +6,7 @@
 #include "derivatives/sampled_motion.h"
 #include "dynamics/load_dependent.h"
 #include "model/expressions/ranges.h"
+#include "output/print.h"
 #include "output/result_table.h"
 #include <string.h>
 
@@ -170,14 +171,7 @@ kempe_status kempe_response_new(const kempe_system *system, const kempe_response
     return KMP_GIVE_OR_FREE(status, response, r, kempe_response_free);
 }
 
-void kempe_response_free(kempe_response *r)
-{
-    if (!r)
-        return;
-    kmp_frequency_free(&r->frequency);
-    kmp_channels_free(&r->channels);
-    kmp_free(r);
-}
+KMP_FREES(kempe_response, r, kmp_frequency_free(&r->frequency), kmp_channels_free(&r->channels))
 
 void kmp_response_put_unit(kmp_text *text, const kempe_response *r, int input, const char *of, const char *before,
                            const char *over)

@@ -11,6 +11,7 @@
 #include "model/tables/coordinates.h"
 #include "model/tables/output_table.h"
 #include "model/variant.h"
+#include "output/print.h"
 #include "studies/equilibrium/operating.h"
 #include <kempe/gradient.h>
 #include <math.h>
@@ -135,19 +136,6 @@ static bool step_to(kempe_gradient *g, const double *value)
     return true;
 }
 
-/* Follows the straight path from `from` to `to`; returns the part reached. */
-static double lead(kempe_gradient *g)
-{
-    kmp_parts parts = KMP_PARTS;
-    double *value = g->column;
-    while (kmp_parts_next(&parts, LEAST_STEP)) {
-        for (int k = 0; k < g->driven + g->count; k++)
-            value[k] = parts.next < 1 ? g->from[k] + parts.next * (g->to[k] - g->from[k]) : g->to[k];
-        kmp_parts_take(&parts, step_to(g, value));
-    }
-    return parts.done;
-}
-
 /* -- values ------------------------------------------------------------------------------------------ */
 
 /* A column of a table that has `columns` a row. */
@@ -230,8 +218,14 @@ kempe_status kempe_gradient_at(kempe_gradient *gradient, const double *driven, c
     memcpy(g->from, g->value, (size_t)(g->driven + g->count) * sizeof *g->from);
     double *q = g->to + g->driven + g->count;
     memcpy(q, g->q, (size_t)g->n * sizeof *q);
-    double done = lead(g);
-    if (done == 1) {
+    /* Follows the straight path from `from` to `to`. */
+    kmp_parts parts = KMP_PARTS;
+    while (kmp_parts_next(&parts, LEAST_STEP)) {
+        for (int k = 0; k < g->driven + g->count; k++)
+            g->column[k] = parts.next < 1 ? g->from[k] + parts.next * (g->to[k] - g->from[k]) : g->to[k];
+        kmp_parts_take(&parts, step_to(g, g->column));
+    }
+    if (parts.done == 1) {
         /* Evaluates at the last state, whose dq are known. */
         for (int k = g->driven; k < g->driven + g->states; k++)
             g->rates[k] = g->system->model->start.qd[g->linear.part.u[k]].value;
@@ -248,8 +242,8 @@ kempe_status kempe_gradient_at(kempe_gradient *gradient, const double *driven, c
         return KEMPE_OK;
     }
     kmp_text sentence = {0};
-    kmp_text_printf(&sentence,
-                    "the loops can be closed for only %.4g %% of the change to the requested coordinates:", 100 * done);
+    kmp_text_printf(&sentence, "the loops can be closed for only %.4g %% of the change to the requested coordinates:",
+                    100 * parts.done);
     for (int k = 0; k < g->driven; k++)
         kmp_text_printf(&sentence, "%s %s from %.6g to %.6g ends at %.6g", k ? "," : "",
                         g->system->model->motions[g->linear.part.u[k]].name, g->from[k], g->to[k], g->value[k]);
@@ -373,18 +367,8 @@ kempe_status kempe_gradient_new(const kempe_model *model, const kempe_gradient_o
     return KEMPE_OK;
 }
 
-void kempe_gradient_free(kempe_gradient *gradient)
-{
-    if (!gradient)
-        return;
-    kempe_gradient *g = gradient;
-    kmp_slopes_free(g->slopes);
-    kmp_linear_free(&g->linear);
-    kempe_system_free(g->system);
-    kmp_variant_free(g->variant);
-    kmp_arena_free(&g->arena);
-    kmp_free(g);
-}
+KMP_FREES(kempe_gradient, g, kmp_slopes_free(g->slopes), kmp_linear_free(&g->linear), kempe_system_free(g->system),
+          kmp_variant_free(g->variant), kmp_arena_free(&g->arena))
 
 KMP_GETTER(int kempe_gradient_count(const kempe_gradient *gradient), gradient, gradient->shown, 0)
 KMP_GETTER_AT(const char *kempe_gradient_name(const kempe_gradient *gradient, int k), gradient, k, gradient->shown,

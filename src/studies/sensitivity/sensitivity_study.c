@@ -6,6 +6,7 @@
 #include "constraints/rounding/mend.h"
 #include "dynamics/load_dependent.h"
 #include "model/tables/requested.h"
+#include "output/print.h"
 #include <kempe/sensitivity.h>
 #include <math.h>
 #include <string.h>
@@ -198,24 +199,10 @@ kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensiti
     return s->status;
 }
 
-void kempe_sensitivity_free(kempe_sensitivity *s)
-{
-    if (!s)
-        return;
-    kempe_system_free(s->system);
-    kmp_variant_free(s->variant);
-    kmp_averaged_free(s->averaged);
-    kempe_system_free(s->given);
-    kmp_columns_free(&s->outputs);
-    kmp_free(s->column);
-    kmp_free(s->unit);
-    kmp_free(s->at);
-    kmp_free(s->cell);
-    kmp_free(s->warnings);
-    kmp_free(s->reason);
-    kmp_arena_free(&s->arena);
-    kmp_free(s);
-}
+KMP_FREES(kempe_sensitivity, s, kempe_system_free(s->system), kmp_variant_free(s->variant),
+          kmp_averaged_free(s->averaged), kempe_system_free(s->given), kmp_columns_free(&s->outputs),
+          kmp_free(s->column), kmp_free(s->unit), kmp_free(s->at), kmp_free(s->cell), kmp_free(s->warnings),
+          kmp_free(s->reason), kmp_arena_free(&s->arena))
 
 /* -- columns and rows -------------------------------------------------------------------------------- */
 

@@ -7,6 +7,7 @@
 #include "derivatives/linearized.h"
 #include "dynamics/load_dependent.h"
 #include "integrators/steppers/solver.h"
+#include "output/print.h"
 #include "output/times.h"
 #include "studies/sensitivity/adjoint.h"
 #include "studies/sensitivity/sensitivity_study.h"
@@ -387,15 +388,7 @@ kempe_status kmp_slope_runs_new(const kempe_model *model, const kempe_sensitivit
     return KMP_GIVE_OR_FREE(status, runs, r, kmp_slope_runs_free);
 }
 
-void kmp_slope_runs_free(kmp_slope_runs *runs)
-{
-    if (!runs)
-        return;
-    free_work(&runs->w);
-    kempe_sensitivity_free(runs->s);
-    kmp_free(runs->t);
-    kmp_free(runs);
-}
+KMP_FREES(kmp_slope_runs, runs, free_work(&runs->w), kempe_sensitivity_free(runs->s), kmp_free(runs->t))
 
 void kmp_slope_runs_set_times(kmp_slope_runs *runs, int count, const double *t)
 {

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "studies/simulate/columns.h"
 #include "model/tables/output_table.h"
+#include "output/print.h"
 
 /* The quantity of an output whose values are in the table. */
 static kmp_quantity quantity_of(kmp_output_kind kind)
@@ -107,11 +108,7 @@ bool kmp_columns_init(kmp_columns *columns, const kempe_system *system, const ke
     return ok;
 }
 
-void kmp_columns_free(kmp_columns *columns)
-{
-    kmp_arena_free(&columns->arena);
-    *columns = (kmp_columns){0};
-}
+KMP_CLEARS(kmp_columns, columns, kmp_arena_free(&columns->arena))
 
 void kmp_columns_fill(const kmp_samples *table, const kmp_columns *columns, kmp_evaluator *eval, int row,
                       double *values)

@@ -3,6 +3,7 @@
 #include "model/tables/force_table.h"
 #include "model/tables/output_table.h"
 #include "model/tables/requested.h"
+#include "output/print.h"
 #include <string.h>
 
 /* -- all outputs of a model -------------------------------------------------------------------------- */
@@ -170,15 +171,8 @@ kempe_status kmp_observed_init(kmp_observed *observed, const kempe_system *syste
     return status == KEMPE_E_MEMORY ? kmp_fail_memory(system->context) : status;
 }
 
-void kmp_observed_free(kmp_observed *observed)
-{
-    kmp_machine_free(observed->machine);
-    kmp_program_free(observed->program);
-    kmp_columns_free(&observed->columns);
-    kmp_variant_free(observed->variant);
-    kmp_arena_free(&observed->arena);
-    *observed = (kmp_observed){0};
-}
+KMP_CLEARS(kmp_observed, observed, kmp_machine_free(observed->machine), kmp_program_free(observed->program),
+           kmp_columns_free(&observed->columns), kmp_variant_free(observed->variant), kmp_arena_free(&observed->arena))
 
 void kmp_observed_place(kmp_observed *o, double t, const double *q, const double *qd, const double *qdd,
                         const double *lambda)

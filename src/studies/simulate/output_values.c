@@ -5,6 +5,7 @@
 #include "constraints/partition/reduction.h"
 #include "constraints/tolerances.h"
 #include "model/tables/coordinates.h"
+#include "output/print.h"
 #include "studies/simulate/observed.h"
 #include "studies/simulate/stepper_inside.h"
 #include "symbolic/derivative.h"
@@ -128,18 +129,8 @@ kempe_status kempe_outputs_new(const kempe_system *system, const char *words, ke
     return KMP_GIVE_OR_FREE(status, outputs, o, kempe_outputs_free);
 }
 
-void kempe_outputs_free(kempe_outputs *o)
-{
-    if (!o)
-        return;
-    if (o->reduces)
-        kmp_reduction_free(&o->red);
-    kmp_partition_free(&o->part);
-    kmp_eval_free(o->eval);
-    kmp_observed_free(&o->observed);
-    kmp_arena_free(&o->arena);
-    kmp_free(o);
-}
+KMP_FREES(kempe_outputs, o, kmp_reduction_free(&o->red), kmp_partition_free(&o->part), kmp_eval_free(o->eval),
+          kmp_observed_free(&o->observed), kmp_arena_free(&o->arena))
 
 /* -- names ------------------------------------------------------------------------------------------- */
 

@@ -83,12 +83,6 @@ static double nadal_limit(double flange, double friction)
     return slope > friction ? (slope - friction) / (1 + friction * slope) : NAN;
 }
 
-/* Prud'homme, Revue Generale des Chemins de Fer 86 (1967) 89; EN 14363 with the factor 1. */
-static double prudhomme_limit(double axle_load)
-{
-    return axle_load > 0 ? 10e3 + axle_load / 3 : NAN;
-}
-
 /* -- samples ------------------------------------------------------------------------------------------ */
 
 static kempe_status observe(judging *j)
@@ -546,8 +540,9 @@ static kempe_status judge(judging *j, kmp_arena *arena)
         int right = j->model->wheels[w].side == KMP_TRACK_LEFT ? opposite(j, w) : -1;
         if (right < 0 || opposite(j, right) != w)
             continue;
-        double load = s->wheel[w].load + s->wheel[right].load;
-        s->axle[s->axles++] = (kmp_safety_axle){.left = w, .right = right, .limit = prudhomme_limit(load)};
+        /* Prud'homme, Revue Generale des Chemins de Fer 86 (1967) 89; EN 14363 with the factor 1. */
+        double load = s->wheel[w].load + s->wheel[right].load, limit = load > 0 ? 10e3 + load / 3 : NAN;
+        s->axle[s->axles++] = (kmp_safety_axle){.left = w, .right = right, .limit = limit};
     }
     return judge_all(j);
 }
@@ -771,37 +766,26 @@ static kempe_status find(const kempe_system *system, double *loads)
 
 /* -- kept loads ---------------------------------------------------------------------------------------- */
 
-/* By the values of parameters, which may differ from those of the model's file. */
-static kmp_kept_name name_of(const kempe_system *s)
+kempe_status kmp_static_loads(const kempe_system *system, double *loads)
 {
+    const kempe_model *model = system->model;
+    if (!system->has_key || system->force) /* nothing is known of the force of a user's function */
+        return find(system, loads);
+    /* By the values of parameters, which may differ from those of the model's file. */
     kmp_kept_name name = {.what = "static loads"};
     kmp_digest digest;
     kmp_digest_begin(&digest);
-    kmp_digest_add_part(&digest, s->parameters, (size_t)s->model->parameter_count * sizeof *s->parameters);
+    kmp_digest_add_part(&digest, system->parameters, (size_t)model->parameter_count * sizeof *system->parameters);
     kmp_digest_end(&digest, name.choice.digest);
-    return name;
-}
-
-static bool recall(const kempe_system *s, kmp_kept_name name, double *loads)
-{
-    kmp_cached file = kmp_kept_recall(s, name);
+    kmp_cached file = kmp_kept_recall(system, name);
     kmp_byte_source source = kmp_byte_source_of(file.bytes, file.size);
-    KMP_BYTES_TAKE(&source, loads, s->model->wheel_count);
-    bool good = file.whole && !source.failed && source.at == source.end;
+    KMP_BYTES_TAKE(&source, loads, model->wheel_count);
+    bool recalled = file.whole && !source.failed && source.at == source.end;
     kmp_free(file.whole);
-    return good;
-}
-
-kempe_status kmp_static_loads(const kempe_system *system, double *loads)
-{
-    bool kept = system->has_key && !system->force; /* nothing is known of the force of a user's function */
-    kmp_kept_name name = kept ? name_of(system) : (kmp_kept_name){0};
-    if (kept && recall(system, name, loads))
-        return KEMPE_OK;
-    kempe_status status = find(system, loads);
-    if (kept && status == KEMPE_OK) {
+    kempe_status status = recalled ? KEMPE_OK : find(system, loads);
+    if (!recalled && status == KEMPE_OK) {
         kmp_bytes bytes = {0};
-        KMP_BYTES_PUT(&bytes, loads, system->model->wheel_count);
+        KMP_BYTES_PUT(&bytes, loads, model->wheel_count);
         kmp_kept_write(system, name, &bytes);
         kmp_bytes_free(&bytes);
     }

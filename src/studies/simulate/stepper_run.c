@@ -119,17 +119,8 @@ kempe_status kempe_stepper_new(const kempe_system *system, const kempe_run_optio
     return KMP_GIVE_OR_FREE(status, stepper, s, kempe_stepper_free);
 }
 
-void kempe_stepper_free(kempe_stepper *stepper)
-{
-    if (!stepper)
-        return;
-    kempe_workspace_free(stepper->closer);
-    kmp_runner_free(stepper->runner);
-    parameters_free(stepper->parameters);
-    kmp_arena_free(&stepper->arena);
-    kmp_free(stepper->reason);
-    kmp_free(stepper);
-}
+KMP_FREES(kempe_stepper, stepper, kempe_workspace_free(stepper->closer), kmp_runner_free(stepper->runner),
+          parameters_free(stepper->parameters), kmp_arena_free(&stepper->arena), kmp_free(stepper->reason))
 
 void kempe_stepper_keep_inputs(kempe_stepper *stepper, int keep)
 {
@@ -337,14 +328,7 @@ static kempe_stepper_state *state_new(const kempe_system *system)
     return NULL;
 }
 
-void kempe_stepper_state_free(kempe_stepper_state *state)
-{
-    if (state) {
-        kmp_past_free(state->past);
-        kmp_arena_free(&state->arena);
-    }
-    kmp_free(state);
-}
+KMP_FREES(kempe_stepper_state, state, kmp_past_free(state->past), kmp_arena_free(&state->arena))
 
 /* Records the current row. Samples and given inputs that are still to come here are still to come from the state. */
 static kempe_status record(kempe_stepper *s, kempe_stepper_state *state, bool passes)

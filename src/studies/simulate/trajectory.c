@@ -189,19 +189,9 @@ static kempe_trajectory *trajectory_new(const job *j)
     return NULL;
 }
 
-void kempe_trajectory_free(kempe_trajectory *trajectory)
-{
-    if (!trajectory)
-        return;
-    kmp_free(trajectory->reason);
-    kmp_free(trajectory->report.reason);
-    kmp_free(trajectory->warnings);
-    kmp_recording_free(trajectory->recording);
-    kmp_run_log_free(&trajectory->log);
-    kmp_samples_free(&trajectory->table);
-    kmp_arena_free(&trajectory->arena);
-    kmp_free(trajectory);
-}
+KMP_FREES(kempe_trajectory, trajectory, kmp_free(trajectory->reason), kmp_free(trajectory->report.reason),
+          kmp_free(trajectory->warnings), kmp_recording_free(trajectory->recording), kmp_run_log_free(&trajectory->log),
+          kmp_samples_free(&trajectory->table), kmp_arena_free(&trajectory->arena))
 
 /* -- run --------------------------------------------------------------------------------------------- */
 

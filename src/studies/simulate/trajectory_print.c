@@ -294,15 +294,6 @@ static const char *dynamics_of(const kempe_trajectory *t)
     return kmp_dynamics_word(t->report.by_bodies ? KMP_DYNAMICS_ARTICULATED : by_mass);
 }
 
-/* True when an earlier output shows the same: keys must be unique. */
-static bool shown_before(const kempe_model *model, int output)
-{
-    for (int k = 0; k < output; k++)
-        if (kmp_output_equal(&model->outputs[k], &model->outputs[output]))
-            return true;
-    return false;
-}
-
 /* Positions by their points, all outputs by their own words. */
 static void json_outputs(kmp_json *json, const kempe_trajectory *t, bool positions)
 {
@@ -317,10 +308,12 @@ static void json_outputs(kmp_json *json, const kempe_trajectory *t, bool positio
         size_t head = positions ? strlen("position(") : 0;
         if (positions && !name.failed)
             name.s[name.length - 1] = '\0'; /* the closing parenthesis */
-        bool shows = width > 0 && !shown_before(model, o) && (!positions || output->kind == KMP_OUTPUT_POSITION);
-        if (shows && !name.failed && width == 1)
+        bool shows = !name.failed && width > 0 && (!positions || output->kind == KMP_OUTPUT_POSITION);
+        for (int k = 0; k < o; k++) /* keys must be unique */
+            shows = shows && !kmp_output_equal(&model->outputs[k], output);
+        if (shows && width == 1)
             kmp_json_number(json, name.s + head, x[0]);
-        else if (shows && !name.failed)
+        else if (shows)
             kmp_json_numbers(json, name.s + head, width, x);
         kmp_text_free_part(json->text, &name);
         x += width;
