@@ -96,9 +96,6 @@ int kmp_assembly_put_loose(kmp_text *text, const kempe_assembly *assembly, kmp_l
 /** Makes an empty assembly; NULL when memory is exhausted. */
 kempe_assembly *kmp_assembly_new(const kempe_system *system);
 
-/** Allocates the model's goals in the arena. */
-void kmp_goals_init(kmp_goals_verdict *verdict, const kempe_model *model, kmp_arena *arena);
-
 /** Measures value and distance of the position q. false: no memory. */
 bool kmp_goals_measure(const kempe_system *system, const double *q, kmp_goals_verdict *verdict);
 

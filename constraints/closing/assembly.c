@@ -161,7 +161,9 @@ kempe_assembly *kmp_assembly_new(const kempe_system *s)
     KMP_ARENA_MAKE(&a->arena, KMP_ROOM(double, closures, &a->gaps, &a->turns), KMP_ROOM(double, s->m, &a->open),
                    KMP_ROOM(double, s->m + s->n, &a->pivots), KMP_ROOM(int, closures, &a->culprits),
                    KMP_ROOM(bool, s->m, &a->dropped), KMP_ROOM(kmp_loose_start, s->model->force_count, &a->loose));
-    kmp_goals_init(&a->goals, s->model, &a->arena);
+    for (int k = 0; k < s->model->start.goal_count; k++)
+        a->goals.count += s->model->start.goals[k].width;
+    a->goals.value = KMP_ARENA_NEW(&a->arena, double, a->goals.count);
     if (KMP_ARENA_EACH(&a->arena, double, s->n, &a->q, &a->qd, &a->moved))
         return a;
     kempe_assembly_free(a);

@@ -198,11 +198,6 @@ int kmp_saddle_factor(kmp_saddle *saddle)
     return kmp_lu_factor(size, saddle->matrix, saddle->pivot);
 }
 
-double kmp_saddle_operations(const kmp_saddle *saddle)
-{
-    return saddle->sparse ? kmp_sparse_operations(saddle->sparse) : 0;
-}
-
 double kmp_saddle_cost(const kmp_saddle *saddle)
 {
     bool by_bodies = saddle->kind == KMP_SADDLE_BY_BODIES;

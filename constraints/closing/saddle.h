@@ -57,9 +57,6 @@ int kmp_saddle_factor(kmp_saddle *saddle);
 /** Returns the ratio of the smallest to the largest pivot by bodies, rows scaled; 1 without rows. */
 double kmp_saddle_spread(const kmp_saddle *saddle);
 
-/** Operation count of one factorisation and solution when sparse, from its pattern; 0 when dense. */
-double kmp_saddle_operations(const kmp_saddle *saddle);
-
 /** The cost of a factorisation and a solution, whatever the way, in operations of straight code. */
 double kmp_saddle_cost(const kmp_saddle *saddle);
 #define KMP_LOOPS_COST 2.0 /* of an operation in the loops of dense factors, or of a reduction */

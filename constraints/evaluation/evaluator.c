@@ -150,9 +150,6 @@ void kmp_eval_set_charts(kmp_evaluator *eval, const double *chart)
 
 /* -- making one -------------------------------------------------------------------------------------- */
 
-/* Uses of an evaluator: closures alone; M; M and C, perhaps rarely; right-hand sides by M and C. */
-typedef enum purpose { CLOSES, WEIGHS, EVALUATES, STEPS } purpose;
-
 /* The inputs of machines that have been added. */
 static void set_inputs(kmp_evaluator *eval)
 {
@@ -161,14 +158,14 @@ static void set_inputs(kmp_evaluator *eval)
     run_constants(eval);
 }
 
-static bool prepare(kmp_evaluator *eval, purpose use)
+static bool prepare(kmp_evaluator *eval, kmp_eval_use use)
 {
     /* Makes the machines. Programs that are rarely evaluated use the tape, which needs no compilation. */
     const kempe_system *s = eval->system;
     const kmp_backend *seldom = kmp_backend_find("tape"), *waiting = kmp_backend_waiting(eval->backend);
     bool follows = s->changes && (!eval->closes_only || s->switches);
     const kmp_program *program = eval->closes_only ? s->closing : eval->weighs_only ? s->late->weighing : s->motion;
-    eval->motion = eval->composite = kmp_machine_new(program, use == STEPS ? eval->backend : waiting);
+    eval->motion = eval->composite = kmp_machine_new(program, use == KMP_EVAL_STEPS ? eval->backend : waiting);
     if (!eval->closes_only)
         eval->judge = kmp_machine_new(s->judge, s->dissipative ? waiting : seldom);
     if (follows)
@@ -194,7 +191,7 @@ static bool prepare(kmp_evaluator *eval, purpose use)
     return true;
 }
 
-static kmp_evaluator *new_evaluator(const kempe_system *system, const char *backend, kmp_team *team, purpose use)
+kmp_evaluator *kmp_eval_new_for(const kempe_system *system, const char *backend, kmp_team *team, kmp_eval_use use)
 {
     const kmp_backend *b = kmp_backend_find(backend);
     if (!b) {
@@ -202,13 +199,13 @@ static kmp_evaluator *new_evaluator(const kempe_system *system, const char *back
                        kmp_backend_names());
         return NULL;
     }
-    if (use > WEIGHS && kmp_motion_need(system) != KEMPE_OK)
+    if (use > KMP_EVAL_WEIGHS && kmp_motion_need(system) != KEMPE_OK)
         return NULL;
     kmp_evaluator *eval = KMP_NEW(kmp_evaluator, 1);
     if (eval) {
         *eval = (kmp_evaluator){
-            .system = system, .shared = *b, .closes_only = use == CLOSES, .n = system->n, .m = system->m};
-        eval->weighs_only = use == WEIGHS && !kmp_motion_is_made(system);
+            .system = system, .shared = *b, .closes_only = use == KMP_EVAL_CLOSES, .n = system->n, .m = system->m};
+        eval->weighs_only = use == KMP_EVAL_WEIGHS && !kmp_motion_is_made(system);
         eval->shared.team = team;
         eval->backend = team ? &eval->shared : b;
     }
@@ -222,22 +219,12 @@ static kmp_evaluator *new_evaluator(const kempe_system *system, const char *back
 
 kmp_evaluator *kmp_eval_new(const kempe_system *system, const char *backend)
 {
-    return new_evaluator(system, backend, NULL, EVALUATES);
-}
-
-kmp_evaluator *kmp_eval_new_shared(const kempe_system *system, const char *backend, kmp_team *team, bool seldom)
-{
-    return new_evaluator(system, backend, team, seldom ? EVALUATES : STEPS);
-}
-
-kmp_evaluator *kmp_eval_new_to_weigh(const kempe_system *system, const char *backend, kmp_team *team)
-{
-    return new_evaluator(system, backend, team, WEIGHS);
+    return kmp_eval_new_for(system, backend, NULL, KMP_EVAL_EVALUATES);
 }
 
 kmp_evaluator *kmp_eval_new_of_closures(const kempe_system *system)
 {
-    return new_evaluator(system, "tape", NULL, CLOSES);
+    return kmp_eval_new_for(system, "tape", NULL, KMP_EVAL_CLOSES);
 }
 
 kmp_team *kmp_eval_team(const kmp_evaluator *eval)

@@ -59,13 +59,13 @@ typedef struct kmp_evaluator {
 /** Makes an evaluator; NULL after a message (unknown back end, no memory). */
 kmp_evaluator *kmp_eval_new(const kempe_system *system, const char *backend);
 
-/** Makes an evaluator with a thread pool (NULL: none), used if the back end can; the pool outlives the evaluator.
- * `seldom`: M and C are evaluated seldom, since the caller will add articulated bodies. */
-kmp_evaluator *kmp_eval_new_shared(const kempe_system *system, const char *backend, kmp_team *team, bool seldom);
+/** Uses of an evaluator: closures alone; closures, M and energies, where kmp_eval_bias needs articulated bodies, or
+ * kmp_eval_add_composite, if M and C of the system still wait for their first use; M and C, perhaps rarely; right-hand
+ * sides by M and C. */
+typedef enum kmp_eval_use { KMP_EVAL_CLOSES, KMP_EVAL_WEIGHS, KMP_EVAL_EVALUATES, KMP_EVAL_STEPS } kmp_eval_use;
 
-/** Makes an evaluator of closures, M and energies: kmp_eval_bias needs articulated bodies, or kmp_eval_add_composite.
- * M and C of the system may wait for their first use: they still do. `team`: as kmp_eval_new_shared. */
-kmp_evaluator *kmp_eval_new_to_weigh(const kempe_system *system, const char *backend, kmp_team *team);
+/** Makes an evaluator for a use with a thread pool (NULL: none), used if the back end can; the pool outlives it. */
+kmp_evaluator *kmp_eval_new_for(const kempe_system *system, const char *backend, kmp_team *team, kmp_eval_use use);
 
 /** Makes an evaluator of h, J and h_t alone, by the tape: for kmp_eval_closure, and for what its results give. NULL
  * after a message. */

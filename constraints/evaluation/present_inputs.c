@@ -43,17 +43,6 @@ static bool is_due(const kmp_past_signal *signal, const kmp_signal_piece *piece,
     return has_ended(piece, t) && kmp_past_has(signal, piece->c[LAST] + 1);
 }
 
-/* Takes the part that begins at t, or before where several have ended. */
-static void enter_part(const kmp_past_signal *signal, kmp_signal_piece *piece, double t)
-{
-    double first = piece->c[LAST] + 1, from = kmp_past_piece_of(signal, first)->from + signal->delay;
-    int order = kmp_past_piece_of(signal, first)->jump;
-    *piece = (kmp_signal_piece){.from = from < t && !kmp_same_time(from, t) ? from : t,
-                                .c = {first, first, order},
-                                .jump = order > 0 ? order - 1 : 0};
-    renew(signal, piece);
-}
-
 void kmp_present_inputs_recall(kmp_present_inputs *inputs, const kmp_past *past)
 {
     inputs->past = past;
@@ -218,7 +207,14 @@ int kmp_present_inputs_enter(kmp_present_inputs *inputs, double t, int *input)
                    : !inputs->waits[k] && (inputs->replaced[k] || !has_ended(&inputs->piece[k], t)))
             continue;
         if (signal) {
-            enter_part(signal, &inputs->piece[k], t);
+            /* Takes the part that begins at t, or before where several have ended. */
+            kmp_signal_piece *piece = &inputs->piece[k];
+            double first = piece->c[LAST] + 1, from = kmp_past_piece_of(signal, first)->from + signal->delay;
+            int order = kmp_past_piece_of(signal, first)->jump;
+            *piece = (kmp_signal_piece){.from = from < t && !kmp_same_time(from, t) ? from : t,
+                                        .c = {first, first, order},
+                                        .jump = order > 0 ? order - 1 : 0};
+            renew(signal, piece);
         } else {
             inputs->piece[k] =
                 inputs->waits[k] ? inputs->given[k] : kmp_signal_at(samples, fmax(t, inputs->piece[k].until));

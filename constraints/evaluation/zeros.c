@@ -60,30 +60,14 @@ static int size_of(sets s, int k, int most)
     return size;
 }
 
-/* The members 0 .. size - 1 of all sets. */
-static bool list_all(kmp_zeros *z, sets s, int count, int size, kmp_lists *out)
+/* The members 0 .. size - 1 of all sets; `runs`: of sets of fours, the runs of their positions. */
+static bool list_all(kmp_zeros *z, sets s, int count, int size, bool runs, kmp_lists *out)
 {
     int total = 0;
     for (int k = 0; k < count; k++)
         total += size_of(s, k, size);
-    if (!KMP_ARENA_MAKE(z->arena, KMP_ROOM(int, count + 1, &out->start), KMP_ROOM(int, total + 1, &out->at)))
-        return false;
-    for (int k = 0; k < count; k++) {
-        out->start[k + 1] = out->start[k];
-        for (int i = 0; i < size; i++)
-            if (has(s, k, i))
-                out->at[out->start[k + 1]++] = i;
-    }
-    return true;
-}
-
-/* The runs of positions of sets of fours. */
-static bool list_runs(kmp_zeros *z, sets s, int count, int size, kmp_runs *out)
-{
-    int total = 0;
-    for (int k = 0; k < count; k++)
-        total += size_of(s, k, size);
-    if (!KMP_ARENA_MAKE(z->arena, KMP_ROOM(int, count + 1, &out->start), KMP_ROOM(int, 2 * total + 1, &out->at)))
+    if (!KMP_ARENA_MAKE(z->arena, KMP_ROOM(int, count + 1, &out->start),
+                        KMP_ROOM(int, (runs ? 2 : 1) * total + 1, &out->at)))
         return false;
     for (int k = 0; k < count; k++) {
         int *end = &out->start[k + 1];
@@ -91,9 +75,12 @@ static bool list_runs(kmp_zeros *z, sets s, int count, int size, kmp_runs *out)
         for (int i = 0; i < size; i++) {
             if (!has(s, k, i))
                 continue;
-            if (i == 0 || !has(s, k, i - 1))
+            if (!runs)
+                out->at[(*end)++] = i;
+            else if (i == 0 || !has(s, k, i - 1))
                 out->at[2 * (*end)++] = KMP_FOUR * i;
-            out->at[2 * *end - 1] = KMP_FOUR * (i + 1);
+            if (runs)
+                out->at[2 * *end - 1] = KMP_FOUR * (i + 1);
         }
     }
     return true;
@@ -298,7 +285,7 @@ static bool order_factor(finder *f)
         for (int i = c; i < z->p; i++)
             if (has(f->coupled, z->order[c], z->order[i]))
                 z->x_products += z->x_start[z->order[i] + 1] - z->x_start[z->order[i]];
-    return list_all(z, f->factor, z->p, z->p, &z->l);
+    return list_all(z, f->factor, z->p, z->p, false, &z->l);
 }
 
 /* -- fours ----------------------------------------------------------------------------------------------- */
@@ -320,8 +307,8 @@ static bool list_reach(finder *f, sets fours)
                 put(positions, b, c);
                 put(fours, b, c / KMP_FOUR);
             }
-    return list_all(z, positions, z->blocks, z->p, &z->reach) &&
-           list_runs(z, fours, z->blocks, fours_of(z), &z->reach_runs);
+    return list_all(z, positions, z->blocks, z->p, false, &z->reach) &&
+           list_all(z, fours, z->blocks, fours_of(z), true, &z->reach_runs);
 }
 
 static bool list_mass_times_x(kmp_zeros *z, sets reach_fours)
@@ -337,7 +324,7 @@ static bool list_mass_times_x(kmp_zeros *z, sets reach_fours)
             else
                 join(fours, i, set_at(reach_fours, z->block_of[-1 - at]));
         }
-    return list_runs(z, fours, z->n, fours_of(z), &z->mx_runs);
+    return list_all(z, fours, z->n, fours_of(z), true, &z->mx_runs);
 }
 
 /* Tiles of the factor, of four rows and columns, with those that elimination by tiles fills. */
@@ -358,7 +345,7 @@ static bool list_tiles(finder *f)
             for (int j = i; has(tiles, k, i) && j < count; j++)
                 if (has(tiles, k, j))
                     put(tiles, i, j);
-    return list_all(z, tiles, count, count, &z->tiles);
+    return list_all(z, tiles, count, count, false, &z->tiles);
 }
 
 static bool place_fours(finder *f)

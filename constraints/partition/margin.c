@@ -453,14 +453,9 @@ bool kmp_margin_refuses(kmp_margin *margin, const kmp_evaluator *eval, double t)
     return true;
 }
 
-bool kmp_margin_knows(const kmp_margin *margin, double t)
-{
-    return margin->step_t == t;
-}
-
 double kmp_margin_after_step(kmp_margin *margin, const kmp_evaluator *eval, double t)
 {
-    if (!kmp_margin_knows(margin, t)) {
+    if (margin->step_t != t) {
         catch_up(margin);
         return kmp_margin_at(margin, eval);
     }

@@ -88,7 +88,6 @@ bool kmp_margin_refuses(kmp_margin *margin, const kmp_evaluator *eval, double t)
 /** As kmp_margin_at; results of kmp_margin_refuses for the same t are reused, and the evaluator's closure is then not
  * needed. */
 double kmp_margin_after_step(kmp_margin *margin, const kmp_evaluator *eval, double t);
-bool kmp_margin_knows(const kmp_margin *margin, double t);
 
 /** True if a motion that continues as in the last step seems to reach a change point soon; *when in lengths of that
  * step. */

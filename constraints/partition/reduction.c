@@ -283,11 +283,6 @@ void kmp_reduction_push_in(const kmp_reduction *red, double factor, const double
         out[red->part->v[i]] += dv[i];
 }
 
-void kmp_reduction_push(kmp_reduction *red, double factor, const double *rows, double *out)
-{
-    kmp_reduction_push_in(red, factor, rows, red->room, out);
-}
-
 void kmp_reduction_pull(kmp_reduction *red, const double *force, double *rows)
 {
     memset(rows, 0, (size_t)red->part->m * sizeof *rows);

@@ -79,8 +79,8 @@ void kmp_reduction_residual(kmp_reduction *red, const double *udd, double *out);
 /** qdd = X udd + a0 after kmp_reduction_accelerate or kmp_reduction_residual. */
 void kmp_reduction_accelerations(const kmp_reduction *red, const double *udd, double *qdd);
 
-/** out_v += factor Jv^-1 rows, for all m given rows; with room of 2 r, other threads may do it at the same time. */
-void kmp_reduction_push(kmp_reduction *red, double factor, const double *rows, double *out);
+/** out_v += factor Jv^-1 rows, for all m given rows; with other room of 2 r than red->room, other threads may do it at
+ * the same time. */
 void kmp_reduction_push_in(const kmp_reduction *red, double factor, const double *rows, double *room, double *out);
 
 /** rows (m; zero where dropped) = Jv'^-1 force_v. */

@@ -332,33 +332,6 @@ double kmp_solved_operations(const kmp_evaluator *eval, const kmp_partition *par
     return operations;
 }
 
-/* False: no memory. */
-static bool write_new(const kmp_evaluator *eval, const kmp_solved_plan *requested, kmp_solved_written *written)
-{
-    maker k = {.eval = eval,
-               .s = eval->system,
-               .part = requested->part,
-               .red = requested->red,
-               .closes = requested->closes,
-               .jv = {.red = requested->red, .order = requested->order},
-               .n = requested->part->n,
-               .r = requested->part->r};
-    unsigned long failures = kmp_memory_failures();
-    if (place_rows(&k) && choose(&k) && k.plan.operations <= KMP_SOLVED_OPERATIONS && begin(&k)) {
-        written->program = write_program(&k);
-        written->layout = lay_out(&k);
-        written->row = kmp_written_rows(&k.jv);
-    }
-    kmp_written_free(&k.w);
-    kmp_arena_free(&k.arena);
-    if (kmp_memory_failures() == failures)
-        return true;
-    kmp_program_free(written->program);
-    kmp_free(written->row);
-    *written = (kmp_solved_written){0};
-    return false;
-}
-
 bool kmp_solved_write(const kmp_evaluator *eval, const kmp_solved_plan *requested, kmp_solved_written *written)
 {
     const kmp_partition *part = requested->part;
@@ -374,8 +347,28 @@ bool kmp_solved_write(const kmp_evaluator *eval, const kmp_solved_plan *requeste
         *written = (kmp_solved_written){record.program, layout, record.row};
         return true;
     }
-    if (!write_new(eval, requested, written))
+    maker k = {.eval = eval,
+               .s = eval->system,
+               .part = part,
+               .red = requested->red,
+               .closes = requested->closes,
+               .jv = {.red = requested->red, .order = requested->order},
+               .n = part->n,
+               .r = part->r};
+    unsigned long failures = kmp_memory_failures();
+    if (place_rows(&k) && choose(&k) && k.plan.operations <= KMP_SOLVED_OPERATIONS && begin(&k)) {
+        written->program = write_program(&k);
+        written->layout = lay_out(&k);
+        written->row = kmp_written_rows(&k.jv);
+    }
+    kmp_written_free(&k.w);
+    kmp_arena_free(&k.arena);
+    if (kmp_memory_failures() != failures) {
+        kmp_program_free(written->program);
+        kmp_free(written->row);
+        *written = (kmp_solved_written){0};
         return false;
+    }
     layout = written->layout;
     record.program = written->program;
     record.row = written->row;

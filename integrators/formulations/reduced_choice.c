@@ -87,7 +87,8 @@ bool kmp_reduced_try_saddle(kmp_reduced *d)
         return true;
     if (!kmp_saddle_init(&d->saddle, d->eval, &d->part))
         return false;
-    double cost = kmp_saddle_operations(&d->saddle), count = (double)kmp_reduction_count(&d->red).paper;
+    double cost = d->saddle.sparse ? kmp_sparse_operations(d->saddle.sparse) : 0,
+           count = (double)kmp_reduction_count(&d->red).paper;
     count *= d->red.zeros ? BY_LISTS : 1;
     d->by_saddle = cost > 0 && KMP_SPARSE_COST * cost < count;
     if (!d->by_saddle)
@@ -131,35 +132,31 @@ static void log_exchange(const kmp_reduced *d, double t, const kmp_partition *be
     kmp_text_free(&in);
 }
 
-/* Makes the workspace of the new partition, and the state in its unknowns. */
-static int take_over(kmp_reduced *d, double t, double *y)
-{
-    kmp_reduction before = d->red;
-    if (kmp_reduction_init(&d->red, d->eval, &d->part) != KEMPE_OK) {
-        d->red = before;
-        return KMP_HALT;
-    }
-    d->red.newton = before.newton;
-    d->red.factorizations = before.factorizations;
-    kmp_reduction_free(&before);
-    if (!kmp_reduced_renew_saddle(d))
-        return KMP_HALT;
-    kmp_reduced_pack(&d->part, d->has_v, d->q, d->qd, y);
-    kmp_reduced_set_tolerances(d);
-    d->formulation.exchanges++;
-    bool worth = d->steps >= KMP_FORMULATION_BRIEF;
-    return kmp_reduced_settle(d, t, y) == KMP_GO ? kmp_reduced_fuse(d, worth) : KMP_HALT;
-}
-
 int kmp_reduced_exchange(kmp_reduced *d, double t, double *y)
 {
     kmp_partition before;
     d->due = false;
     if (!kmp_reduced_keep(d) || !kmp_partition_copy(&before, &d->part))
         return KMP_HALT;
-    int said = kmp_partition_exchange(&d->part, d->s, d->eval->jacobian, exchange_growth(d)) == KEMPE_OK
-                   ? take_over(d, t, y)
-                   : KMP_HALT;
+    /* Makes the workspace of the new partition, and the state in its unknowns. */
+    kmp_reduction red = d->red;
+    bool made = kmp_partition_exchange(&d->part, d->s, d->eval->jacobian, exchange_growth(d)) == KEMPE_OK &&
+                kmp_reduction_init(&d->red, d->eval, &d->part) == KEMPE_OK;
+    if (made) {
+        d->red.newton = red.newton;
+        d->red.factorizations = red.factorizations;
+        kmp_reduction_free(&red);
+    } else {
+        d->red = red;
+    }
+    int said = KMP_HALT;
+    if (made && kmp_reduced_renew_saddle(d)) {
+        kmp_reduced_pack(&d->part, d->has_v, d->q, d->qd, y);
+        kmp_reduced_set_tolerances(d);
+        d->formulation.exchanges++;
+        bool worth = d->steps >= KMP_FORMULATION_BRIEF;
+        said = kmp_reduced_settle(d, t, y) == KMP_GO ? kmp_reduced_fuse(d, worth) : KMP_HALT;
+    }
     if (said == KMP_GO)
         log_exchange(d, t, &before);
     kmp_partition_free(&before);

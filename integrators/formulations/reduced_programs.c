@@ -50,50 +50,30 @@ static struct kmp_reduced_kept *find_kept(const kmp_reduced *d)
     return NULL;
 }
 
-/* A record for the present choice, in place of the oldest one. NULL: no memory. */
-static struct kmp_reduced_kept *new_kept(kmp_reduced *d)
-{
-    const kmp_partition *part = &d->part;
-    if (!d->kept)
-        d->kept = KMP_NEW(struct kmp_reduced_kept, KMP_REDUCED_KEPT);
-    if (!d->kept)
-        return NULL;
-    struct kmp_reduced_kept *kept = &d->kept[d->kept_next];
-    d->kept_next = (d->kept_next + 1) % KMP_REDUCED_KEPT;
-    release(&kept->programs);
-    kmp_free(kept->u);
-    *kept = (struct kmp_reduced_kept){.u = KMP_NEW(int, 1 + part->p + part->r)};
-    if (!kept->u)
-        return NULL;
-    kept->rows = kept->u + part->p;
-    memcpy(kept->u, part->u, (size_t)part->p * sizeof *part->u);
-    memcpy(kept->rows, part->rows, (size_t)part->r * sizeof *part->rows);
-    return kept;
-}
-
 bool kmp_reduced_keep(kmp_reduced *d)
 {
+    const kmp_partition *part = &d->part;
     struct kmp_reduced_kept *kept = find_kept(d);
-    kept = kept ? kept : new_kept(d);
-    if (!kept)
+    if (!d->kept && !(d->kept = KMP_NEW(struct kmp_reduced_kept, KMP_REDUCED_KEPT)))
         return kmp_fail_memory(d->s->context) == KEMPE_OK;
+    if (!kept) {
+        /* A record for the present choice, in place of the oldest one. */
+        kept = &d->kept[d->kept_next];
+        d->kept_next = (d->kept_next + 1) % KMP_REDUCED_KEPT;
+        release(&kept->programs);
+        kmp_free(kept->u);
+        *kept = (struct kmp_reduced_kept){.u = KMP_NEW(int, 1 + part->p + part->r)};
+        if (!kept->u)
+            return kmp_fail_memory(d->s->context) == KEMPE_OK;
+        kept->rows = kept->u + part->p;
+        memcpy(kept->u, part->u, (size_t)part->p * sizeof *part->u);
+        memcpy(kept->rows, part->rows, (size_t)part->r * sizeof *part->rows);
+    }
     release(&kept->programs);
     kept->programs = d->programs;
     d->had_solved = kmp_reduced_is_solved(d);
     d->programs = (kmp_reduced_programs){0};
     return true;
-}
-
-/* Takes the programs that were kept for the present choice, if their order of elimination is good at d->q. */
-static void take_kept(kmp_reduced *d, kmp_reduced_programs *kept)
-{
-    kmp_reduced_pack(&d->part, true, d->q, d->qd, d->state);
-    if (!kept->fused || kmp_fused_is_stale(kept->fused) || !kmp_fused_is_good(kept->fused, d->t, d->state)) {
-        release(kept);
-        return;
-    }
-    d->programs = *kept;
-    *kept = (kmp_reduced_programs){0};
 }
 
 /* -- programs ------------------------------------------------------------------------------------------ */
@@ -198,8 +178,17 @@ int kmp_reduced_fuse(kmp_reduced *d, bool worth)
     d->steps = 0;
     struct kmp_reduced_kept *kept = find_kept(d);
     d->fuses_late = !worth && !kept && can_fuse(d);
-    if (kept)
-        take_kept(d, &kept->programs);
+    if (kept) {
+        /* The programs that were kept for the present choice, if their order of elimination is good at d->q. */
+        kmp_fused *fused = kept->programs.fused;
+        kmp_reduced_pack(&d->part, true, d->q, d->qd, d->state);
+        if (fused && !kmp_fused_is_stale(fused) && kmp_fused_is_good(fused, d->t, d->state)) {
+            d->programs = kept->programs;
+            kept->programs = (kmp_reduced_programs){0};
+        } else {
+            release(&kept->programs);
+        }
+    }
     if (d->programs.fused) {
         d->due_solved = LONG_MAX;
         return KMP_GO;

@@ -66,25 +66,22 @@ KMP_LOCAL kmp_box_outcome kmp_friction_minimum(kmp_friction_run *x, const double
 
 /* Slip in two directions follows its own direction. From rest it has none yet: a rate in that of its acceleration is
  * added until it has begun. If the reserve is used up gradually, the direction of small rates is stiff; so this rate
- * is larger than what counts as none. */
-static void set_across(kmp_friction_run *x, kmp_friction_element *e, double along, double rate)
-{
-    double size = e->size * rate;
-    e->back = kmp_friction_halt(x, e, rate);
-    kmp_friction_set_slip(x, e, 1, e->back);
-    kmp_friction_put(x, e, KMP_ROLE_RATE, e->rubs ? 0 : fmax(KMP_FRICTION_BEGIN * size, 10 * e->back) * along);
-}
-
-/* A contact that opens is open from where it is, and slip begins with the rate that it has: what rounding leaves of an
+ * is larger than what counts as none.
+ *
+ * A contact that opens is open from where it is, and slip begins with the rate that it has: what rounding leaves of an
  * overlap, or of a rate against the slip, is none. Decisions about others before its surfaces are apart leave the
  * overlap that it was given. */
 KMP_LOCAL void kmp_friction_set_moving(kmp_friction_run *x, kmp_friction_element *e, double sense, double rate)
 {
+    const double size = e->size;
     if (e->twin >= 0) {
-        set_across(x, e, sense, rate);
+        e->back = kmp_friction_halt(x, e, rate);
+        kmp_friction_set_slip(x, e, 1, e->back);
+        kmp_friction_put(x, e, KMP_ROLE_RATE,
+                         e->rubs ? 0 : fmax(KMP_FRICTION_BEGIN * (size * rate), 10 * e->back) * sense);
         return;
     }
-    double size = e->size, gap = kmp_friction_at(x, e, KMP_ROLE_PLACE);
+    double gap = kmp_friction_at(x, e, KMP_ROLE_PLACE);
     bool rebounds = kmp_friction_at(x, e, KMP_ROLE_RATE) > KMP_FRICTION_STILL * size * rate;
     bool leaves = e->lift > 0 && !e->struck && gap < 0;
     bool again = leaves && gap < -e->lift; /* the error of steps holds it back */

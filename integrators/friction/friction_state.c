@@ -95,17 +95,6 @@ kmp_held_contact kmp_friction_state_closed(const kmp_friction_state *state, int 
     return *mode == KMP_FRICTION_CARRIES ? KMP_HELD_BY_OTHERS : KMP_HELD_NOT;
 }
 
-/* Takes the contacts that are closed in the evaluator. */
-static void take_contacts(kmp_friction_state *x)
-{
-    kmp_friction_run *f = x->site->friction;
-    f->pins = true;
-    for (int i = 0; i < x->count; i++)
-        f->element[i].pinned = kmp_friction_state_closed(x, i) != KMP_HELD_NOT;
-    for (int i = 0; i < x->count; i++)
-        x->view[i].off = f->element[i].base >= 0 && !f->element[f->element[i].base].pinned;
-}
-
 /* The state of the site, with all conditions as they are there. Contacts stay as they are. */
 static void visit(kmp_friction_state *x, double t, const double *q, const double *qd)
 {
@@ -116,7 +105,13 @@ static void visit(kmp_friction_state *x, double t, const double *q, const double
     if (qd)
         memcpy(run->state + n, qd, (size_t)n * sizeof *qd);
     kmp_friction_state_release(run->eval);
-    take_contacts(x);
+    /* Takes the contacts that are closed in the evaluator. */
+    kmp_friction_run *f = run->friction;
+    f->pins = true;
+    for (int i = 0; i < x->count; i++)
+        f->element[i].pinned = kmp_friction_state_closed(x, i) != KMP_HELD_NOT;
+    for (int i = 0; i < x->count; i++)
+        x->view[i].off = f->element[i].base >= 0 && !f->element[f->element[i].base].pinned;
     kmp_eval_freeze(run->eval, t, run->state, run->state + n);
     run->eval->frozen = false;
     run->eval->holds_friction = true;
@@ -190,19 +185,6 @@ static kempe_status check_contacts(const kmp_friction_state *x, double t, const 
     return KEMPE_OK;
 }
 
-/* Contacts that neither press nor open. */
-static void find_limits(kmp_friction_state *x)
-{
-    const kmp_friction_run *f = x->site->friction;
-    for (int i = 0; i < x->count; i++)
-        x->view[i].limit = false;
-    for (int k = 0; k < f->rest; k++) {
-        const kmp_friction_element *e = &f->element[f->which[k]];
-        double pushed = f->f[k] * f->d[k + k * f->rest], none = fmax(e->still, kmp_friction_rounding(f, k));
-        x->view[f->which[k]].limit = e->contact && e->stance == KMP_FRICTION_HELD && pushed <= none;
-    }
-}
-
 kempe_status kmp_friction_state_decide(kmp_friction_state *state, double t, const double *q, const double *qd)
 {
     kmp_runner *run = state->site;
@@ -218,7 +200,15 @@ kempe_status kmp_friction_state_decide(kmp_friction_state *state, double t, cons
         run->friction->element[i].smooth = false;
     KMP_TRY(kmp_friction_settle(run, t, run->state, run->state + run->s->n));
     take_views(state, t);
-    find_limits(state);
+    /* Contacts that neither press nor open. */
+    const kmp_friction_run *f = run->friction;
+    for (int i = 0; i < state->count; i++)
+        state->view[i].limit = false;
+    for (int k = 0; k < f->rest; k++) {
+        const kmp_friction_element *e = &f->element[f->which[k]];
+        double pushed = f->f[k] * f->d[k + k * f->rest], none = fmax(e->still, kmp_friction_rounding(f, k));
+        state->view[f->which[k]].limit = e->contact && e->stance == KMP_FRICTION_HELD && pushed <= none;
+    }
     return KEMPE_OK;
 }
 
@@ -272,22 +262,6 @@ static kempe_status hold(kmp_friction_state *x, int i, double t, double place)
     return (kempe_status)kmp_friction_choose(run->friction, t, run->state);
 }
 
-/* Closes contact i by its row, or by those of others; `implied`: not by its row. */
-static kempe_status close_contact(kmp_friction_state *x, int i, double t, bool implied)
-{
-    kmp_runner *run = x->site;
-    kmp_friction_element *e = &run->friction->element[i];
-    KMP_TRY(hold(x, i, t, 0));
-    if (x->view[i].word == KMP_FRICTION_WORD_SHARES) {
-        kmp_friction_put(run->friction, e, KMP_ROLE_SENSE, KMP_FRICTION_CARRIES);
-    } else if (implied) {
-        kmp_friction_set_slip(run->friction, e, 0, 0);
-        x->view[i].word = KMP_FRICTION_WORD_SLIPS;
-        return (kempe_status)kmp_friction_choose(run->friction, t, run->state);
-    }
-    return KEMPE_OK;
-}
-
 kempe_status kmp_friction_state_press(kmp_friction_state *state, double t, const double *q, const kmp_pressed *pressed)
 {
     kmp_runner *run = state->site;
@@ -298,9 +272,20 @@ kempe_status kmp_friction_state_press(kmp_friction_state *state, double t, const
         if (state->view[i].contact)
             state->view[i].word = KMP_FRICTION_WORD_SLIPS;
     for (int how = KMP_PRESSED; how <= KMP_PRESSED_IF_IMPLIED; how++)
-        for (int i = 0; i < state->count; i++)
-            if (state->view[i].contact && (int)pressed[i] == how)
-                KMP_TRY(close_contact(state, i, t, how == KMP_PRESSED_IF_IMPLIED));
+        for (int i = 0; i < state->count; i++) {
+            kmp_friction_element *e = &run->friction->element[i];
+            if (!state->view[i].contact || (int)pressed[i] != how)
+                continue;
+            /* By its row, or by those of others. */
+            KMP_TRY(hold(state, i, t, 0));
+            if (state->view[i].word == KMP_FRICTION_WORD_SHARES) {
+                kmp_friction_put(run->friction, e, KMP_ROLE_SENSE, KMP_FRICTION_CARRIES);
+            } else if (how == KMP_PRESSED_IF_IMPLIED) {
+                kmp_friction_set_slip(run->friction, e, 0, 0);
+                state->view[i].word = KMP_FRICTION_WORD_SLIPS;
+                KMP_TRY((kempe_status)kmp_friction_choose(run->friction, t, run->state));
+            }
+        }
     return KEMPE_OK;
 }
 

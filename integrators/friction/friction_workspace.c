@@ -16,40 +16,19 @@ static void let_go(void *self)
     kmp_friction_state_free(self);
 }
 
-static const kmp_force *find_sticking(const kempe_model *model)
-{
-    for (int k = 0; k < model->force_count; k++)
-        if (kmp_force_sticks(&model->forces[k]))
-            return &model->forces[k];
-    return NULL;
-}
-
 kempe_status kempe_workspace_new(const kempe_system *system, kempe_workspace **workspace)
 {
     KMP_WANTED_BOTH(system, workspace);
     KMP_TRY(kmp_workspace_new(system, workspace));
-    const kmp_force *force = find_sticking(system->model);
-    if (force)
+    const kmp_force *force = system->model->forces, *end = force + system->model->force_count;
+    while (force < end && !kmp_force_sticks(force))
+        force++;
+    if (force < end)
         kmp_log(system->context, KEMPE_LOG_WARNING,
                 "friction '%s' sticks in runs, but in this workspace it slips and has no force at rest: choose one of "
                 "slip, stick and none for the friction of the workspace",
                 force->name);
     return KEMPE_OK;
-}
-
-static kempe_status add_sticking(kempe_workspace *ws)
-{
-    kmp_friction_state *state = NULL;
-    bool none;
-    KMP_TRY(kmp_friction_state_new(ws->eval, &state, &none));
-    if (none)
-        return KEMPE_OK;
-    const kmp_workspace_friction friction = {
-        .self = state, .decide = decide, .release = kmp_friction_state_release, .free = let_go};
-    kempe_status status = kmp_workspace_take_friction(ws, friction);
-    if (status != KEMPE_OK)
-        kmp_friction_state_free(state);
-    return status;
 }
 
 kempe_status kempe_workspace_new_with_friction(const kempe_system *system, const char *friction,
@@ -66,7 +45,16 @@ kempe_status kempe_workspace_new_with_friction(const kempe_system *system, const
     kempe_workspace *ws = NULL;
     KMP_TRY(kmp_workspace_new(system, &ws));
     ws->eval->holds_friction = none; /* its inputs are zero */
-    kempe_status status = sticks ? add_sticking(ws) : KEMPE_OK;
+    kmp_friction_state *state = NULL;
+    bool slips = true;
+    kempe_status status = sticks ? kmp_friction_state_new(ws->eval, &state, &slips) : KEMPE_OK;
+    if (status == KEMPE_OK && !slips) {
+        const kmp_workspace_friction modes = {
+            .self = state, .decide = decide, .release = kmp_friction_state_release, .free = let_go};
+        status = kmp_workspace_take_friction(ws, modes);
+        if (status != KEMPE_OK)
+            kmp_friction_state_free(state);
+    }
     if (status == KEMPE_OK)
         *workspace = ws;
     else

@@ -157,7 +157,7 @@ static kempe_status watch_margin(kmp_runner *run, double t)
 {
     if (kmp_margin_unwatched(&run->margin) || !(t > kmp_runner_t_old(run)))
         return KEMPE_OK;
-    if (!kmp_margin_knows(&run->margin, t))
+    if (run->margin.step_t != t)
         KMP_TRY(kmp_runner_place(run, t));
     (void)kmp_margin_after_step(&run->margin, run->eval, t);
     double when;

@@ -390,8 +390,8 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     if (run->spec.threads > 1 && !(run->team = kmp_team_new(run->spec.threads)))
         return kmp_fail_memory(run->s->context);
     KMP_TRY(look_for_bodies(run));
-    run->eval = run->may_take_bodies ? kmp_eval_new_to_weigh(run->s, run->spec.backend, run->team)
-                                     : kmp_eval_new_shared(run->s, run->spec.backend, run->team, false);
+    run->eval =
+        kmp_eval_new_for(run->s, run->spec.backend, run->team, run->may_take_bodies ? KMP_EVAL_WEIGHS : KMP_EVAL_STEPS);
     if (run->eval && run->eval->weighs_only)
         KMP_TRY(kmp_eval_add_articulated(run->eval));
     KMP_TRY(kmp_made(run->s->context, run->eval));

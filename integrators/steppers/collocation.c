@@ -237,23 +237,6 @@ static void take(kmp_collocation *s, double h, double t_new, double error)
     s->base.h = next;
 }
 
-static void refuse(kmp_collocation *s, kmp_collocation_outcome what, double h, double error, double shorter)
-{
-    if (what == KMP_COLLOCATION_BAD_ERROR)
-        s->base.work.rejected++;
-    else
-        s->base.work.refused++;
-    s->base.h = what == KMP_COLLOCATION_BAD_ERROR       ? fmin(after_error(h, permitted(s, error)), 0.9 * h)
-                : what == KMP_COLLOCATION_BAD_ITERATION ? shorter * h
-                : what == KMP_COLLOCATION_BAD_STAGE     ? h / 4
-                                                        : h / 2;
-    if (what == KMP_COLLOCATION_BAD_ITERATION) {
-        s->ceiling = s->base.h;
-        s->has_jacobian = s->has_jacobian && s->fresh;
-    }
-    s->rejected = true;
-}
-
 static kempe_status step(void *solver)
 {
     kmp_collocation *s = solver;
@@ -275,7 +258,17 @@ static kempe_status step(void *solver)
             take(s, h, t_new, error);
             return KEMPE_OK;
         }
-        refuse(s, what, h, error, shorter);
+        s->base.work.rejected += what == KMP_COLLOCATION_BAD_ERROR;
+        s->base.work.refused += what != KMP_COLLOCATION_BAD_ERROR;
+        s->base.h = what == KMP_COLLOCATION_BAD_ERROR       ? fmin(after_error(h, permitted(s, error)), 0.9 * h)
+                    : what == KMP_COLLOCATION_BAD_ITERATION ? shorter * h
+                    : what == KMP_COLLOCATION_BAD_STAGE     ? h / 4
+                                                            : h / 2;
+        if (what == KMP_COLLOCATION_BAD_ITERATION) {
+            s->ceiling = s->base.h;
+            s->has_jacobian = s->has_jacobian && s->fresh;
+        }
+        s->rejected = true;
     }
     return KEMPE_E_FAILED;
 }

@@ -200,7 +200,6 @@ bool kmp_collocation_in_lanes(const kmp_collocation *s);
 /** About the processor cycles of an evaluation of all stages, of Newton's corrections by an iteration, of a renewal of
  * its matrices without evaluations, and of a Jacobian. */
 double kmp_collocation_sweep_cost(const kmp_collocation *s);
-double kmp_collocation_improve_cost(const kmp_collocation *s);
 double kmp_collocation_correction_cost(const kmp_collocation *s, kmp_iteration iteration);
 double kmp_collocation_matrix_cost(const kmp_collocation *s, kmp_iteration iteration);
 double kmp_collocation_jacobian_cost(const kmp_collocation *s);

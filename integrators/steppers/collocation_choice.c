@@ -35,11 +35,6 @@ double kmp_collocation_sweep_cost(const kmp_collocation *s)
     return (lanes ? ode->cycles_of_lanes : s->s * ode->cycles) + KMP_SWEEP_CYCLES_OF_UNKNOWN * (s->p + s->inner);
 }
 
-double kmp_collocation_improve_cost(const kmp_collocation *s)
-{
-    return *s->base.ode.cycles_of_improve + KMP_SWEEP_CYCLES_OF_UNKNOWN * (s->p + s->inner);
-}
-
 /* The next two are fitted to measured cycles of systems of 1 to 63 unknowns, 7 stages. */
 double kmp_collocation_correction_cost(const kmp_collocation *s, kmp_iteration iteration)
 {

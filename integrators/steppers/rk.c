@@ -99,30 +99,6 @@ static outcome attempt(kmp_rk *s, double h, double t_new, double *error)
 
 /* -- step-size control ------------------------------------------------------------------------------ */
 
-static void take(kmp_rk *s, double h, double t_new, double error)
-{
-    s->base.work.steps++;
-    s->base.h = kmp_rk_after_accepted(&s->method->numbers, h, error, s->error_old, s->rejected);
-    s->error_old = fmax(error, KMP_RK_ERROR_FLOOR);
-    s->rejected = false;
-    s->taken = h;
-    s->base.t = t_new;
-    s->dy = s->k[s->method->numbers.end];
-    kmp_solver_swap(&s->y, &s->y_old);
-}
-
-static void refuse(kmp_rk *s, outcome what, double h, double error)
-{
-    if (what == BAD_ERROR)
-        s->base.work.rejected++;
-    else
-        s->base.work.refused++;
-    s->base.h = what == BAD_ERROR   ? kmp_rk_after_rejected(&s->method->numbers, h, error)
-                : what == BAD_STAGE ? h / 4
-                                    : h / 2;
-    s->rejected = true;
-}
-
 kempe_status kmp_rk_step(void *solver)
 {
     kmp_rk *s = solver;
@@ -147,10 +123,22 @@ kempe_status kmp_rk_step(void *solver)
             break;
         if (what == TAKEN) {
             s->collapsed = kmp_step_collapsed(&s->base.hopeless, h, t_new);
-            take(s, h, t_new, error);
+            s->base.work.steps++;
+            s->base.h = kmp_rk_after_accepted(&s->method->numbers, h, error, s->error_old, s->rejected);
+            s->error_old = fmax(error, KMP_RK_ERROR_FLOOR);
+            s->rejected = false;
+            s->taken = h;
+            s->base.t = t_new;
+            s->dy = s->k[s->method->numbers.end];
+            kmp_solver_swap(&s->y, &s->y_old);
             return KEMPE_OK;
         }
-        refuse(s, what, h, error);
+        s->base.work.rejected += what == BAD_ERROR;
+        s->base.work.refused += what != BAD_ERROR;
+        s->base.h = what == BAD_ERROR   ? kmp_rk_after_rejected(&s->method->numbers, h, error)
+                    : what == BAD_STAGE ? h / 4
+                                        : h / 2;
+        s->rejected = true;
     }
     return KEMPE_E_FAILED;
 }

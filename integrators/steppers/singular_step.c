@@ -137,13 +137,6 @@ static double within(singular_step *s, double tau)
     return distance(s, s->base.t_old + tau, s->trial);
 }
 
-/* The nearer one of the other two places. */
-static double nearest_to(const double x[3], int k)
-{
-    double a = x[(k + 1) % 3], b = x[(k + 2) % 3];
-    return fabs(a - x[k]) < fabs(b - x[k]) ? a : b;
-}
-
 /* The time of the least distance between two times. Its square is a parabola as long as the lost row's remainder varies
  * linearly. The vertex of the parabola through three places therefore replaces the worst of them, repeatedly; where
  * there is no vertex between the times, the middle between the best place and the next one. */
@@ -159,8 +152,9 @@ static double least(singular_step *s, double (*of)(singular_step *, double), dou
         int worst = d[0] > d[1] ? (d[0] > d[2] ? 0 : 2) : (d[1] > d[2] ? 1 : 2);
         double left = (d[1] - d[0]) / (x[1] - x[0]), right = (d[2] - d[1]) / (x[2] - x[1]);
         double curvature = (right - left) / (x[2] - x[0]), vertex = 0.5 * (x[0] + x[1] - left / curvature);
+        double other = x[(best + 1) % 3], last = x[(best + 2) % 3];
         if (!(curvature > 0) || !(vertex >= from && vertex <= to))
-            vertex = 0.5 * (x[best] + nearest_to(x, best));
+            vertex = 0.5 * (x[best] + (fabs(other - x[best]) < fabs(last - x[best]) ? other : last));
         if (vertex == x[0] || vertex == x[1] || vertex == x[2])
             break;
         x[worst] = vertex;

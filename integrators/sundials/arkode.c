@@ -8,23 +8,6 @@
 
 #include <arkode/arkode_arkstep.h>
 
-/* Stage derivatives are taken from the stages: evaluated on a stiff system they would contain Newton's remainder
- * multiplied by the stiffness. The interpolant is Hermite's: Lagrange's needs a history and is linear in the first step
- * after a start, where events are located. The iteration matrix is computed in each step. An old one, in particular
- * from before an event, leaves remainders that these derivatives multiply by 1/h, and costs more steps than it
- * saves. */
-static int configure_implicit(kmp_sun *s)
-{
-    int bad = KMP_SUN_ARK(SetLinearSolver)(s->memory, s->linear, s->matrix);
-    if (!bad && s->base.ode.jacobian)
-        bad = KMP_SUN_ARK(SetJacFn)(s->memory, kmp_sun_jacobian);
-    bad = bad ? bad : ARKStepSetTableNum(s->memory, ARKODE_ESDIRK436L2SA_6_3_4, ARKODE_ERK_NONE);
-    bad = bad ? bad : KMP_SUN_ARK(SetInterpolantDegree)(s->memory, 3);
-    bad = bad ? bad : KMP_SUN_ARK(SetLSetupFrequency)(s->memory, 1);
-    bad = bad ? bad : KMP_SUN_ARK(SetJacEvalFrequency)(s->memory, 1);
-    return bad ? bad : KMP_SUN_ARK(SetDeduceImplicitRhs)(s->memory, 1);
-}
-
 static int configure(kmp_sun *s)
 {
     static kmp_sun_counter *const counter_explicit[KMP_SUN_COUNTERS] = {KMP_SUN_ARK(GetNumSteps),
@@ -44,9 +27,21 @@ static int configure(kmp_sun *s)
     bad = bad ? bad : KMP_SUN_ARK(SetMaxErrTestFails)(s->memory, 20);
     bad = bad ? bad : KMP_SUN_ARK(SetMaxConvFails)(s->memory, 20);
     bad = bad ? bad : kmp_sun_control_steps(s->memory, s->sun, &s->controller);
-    if (s->linear)
-        return bad ? bad : configure_implicit(s);
-    return bad ? bad : ARKStepSetTableNum(s->memory, ARKODE_DIRK_NONE, ARKODE_DORMAND_PRINCE_7_4_5);
+    if (!s->linear)
+        return bad ? bad : ARKStepSetTableNum(s->memory, ARKODE_DIRK_NONE, ARKODE_DORMAND_PRINCE_7_4_5);
+    /* Stage derivatives are taken from the stages: evaluated on a stiff system they would contain Newton's remainder
+     * multiplied by the stiffness. The interpolant is Hermite's: Lagrange's needs a history and is linear in the first
+     * step after a start, where events are located. The iteration matrix is computed in each step. An old one, in
+     * particular from before an event, leaves remainders that these derivatives multiply by 1/h, and costs more steps
+     * than it saves. */
+    bad = bad ? bad : KMP_SUN_ARK(SetLinearSolver)(s->memory, s->linear, s->matrix);
+    if (!bad && s->base.ode.jacobian)
+        bad = KMP_SUN_ARK(SetJacFn)(s->memory, kmp_sun_jacobian);
+    bad = bad ? bad : ARKStepSetTableNum(s->memory, ARKODE_ESDIRK436L2SA_6_3_4, ARKODE_ERK_NONE);
+    bad = bad ? bad : KMP_SUN_ARK(SetInterpolantDegree)(s->memory, 3);
+    bad = bad ? bad : KMP_SUN_ARK(SetLSetupFrequency)(s->memory, 1);
+    bad = bad ? bad : KMP_SUN_ARK(SetJacEvalFrequency)(s->memory, 1);
+    return bad ? bad : KMP_SUN_ARK(SetDeduceImplicitRhs)(s->memory, 1);
 }
 
 static int begin(kmp_sun *s, double t)

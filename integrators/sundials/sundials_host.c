@@ -53,17 +53,6 @@ void kmp_sun_put_pattern(const kmp_dae *dae, SUNMatrix a)
     memcpy(SUNSparseMatrix_IndexValues(a), dae->row, (size_t)dae->nz * sizeof *dae->row);
 }
 
-static bool make_linear_solver(kmp_sun *s, const char *name)
-{
-    int n = s->n;
-    s->matrix = s->kind->dae ? SUNSparseMatrix(n, n, s->base.dae.nz, CSC_MAT, s->sun) : SUNDenseMatrix(n, n, s->sun);
-    if (s->matrix && s->kind->dae)
-        kmp_sun_put_pattern(&s->base.dae, s->matrix);
-    if (s->matrix)
-        s->linear = s->kind->dae ? kmp_linear_new(name, s->matrix, s->sun) : SUNLinSol_Dense(s->y, s->matrix, s->sun);
-    return s->linear;
-}
-
 void *kmp_sun_create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
 {
     if (kind->dae && !kmp_linear_find(setup->linear)) {
@@ -78,7 +67,16 @@ void *kmp_sun_create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
     s->package = kind->method;
     s->n = kind->dae ? s->base.dae.n : s->base.ode.n;
     s->sun = kmp_sun_context();
-    if (s->sun && make_arrays(s) && (!(kind->dae || kind->implicit) || make_linear_solver(s, setup->linear)))
+    bool made = s->sun && make_arrays(s), solves = kind->dae || kind->implicit;
+    if (made && solves)
+        s->matrix = kind->dae ? SUNSparseMatrix(s->n, s->n, s->base.dae.nz, CSC_MAT, s->sun)
+                              : SUNDenseMatrix(s->n, s->n, s->sun);
+    if (s->matrix && kind->dae)
+        kmp_sun_put_pattern(&s->base.dae, s->matrix);
+    if (s->matrix)
+        s->linear =
+            kind->dae ? kmp_linear_new(setup->linear, s->matrix, s->sun) : SUNLinSol_Dense(s->y, s->matrix, s->sun);
+    if (made && (!solves || s->linear))
         bad = s->package->configure(s);
     if (s->memory && !bad)
         return s;

@@ -289,7 +289,7 @@ void kmp_linear_back(kmp_linear *linear, const kmp_weights *weights, const kmp_c
         for (int i = 0; i < linear->n; i++)
             back->force[i] += red->x[i + k * linear->n] * weights->residual[k];
     if (weights->lambda)
-        kmp_reduction_push(red, 1, weights->lambda, back->force);
+        kmp_reduction_push_in(red, 1, weights->lambda, red->room, back->force);
     kmp_tangents_add_transposed(t, KMP_M, d, 1, back->force, qdd);
     kmp_tangents_add_transposed(t, KMP_R_QD, d, 1, back->force, qd);
     kmp_tangents_add_transposed(t, KMP_R_Q, d, 1, back->force, q);

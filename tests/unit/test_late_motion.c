@@ -117,7 +117,7 @@ static void check_values(kempe_system *s, const kempe_assembly *at, bool pushed)
 {
     int n = s->n;
     double qd[MOST], given[MOST];
-    kmp_evaluator *weighing = kmp_eval_new_to_weigh(s, "tape", NULL);
+    kmp_evaluator *weighing = kmp_eval_new_for(s, "tape", NULL, KMP_EVAL_WEIGHS);
     CHECK(weighing && weighing->weighs_only && kmp_eval_add_articulated(weighing) == KEMPE_OK);
     CHECK(!kmp_motion_is_made(s));
     kmp_evaluator *whole = kmp_eval_new(s, "tape");

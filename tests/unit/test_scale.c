@@ -502,7 +502,8 @@ static void many_freedoms_stay_sparse(void)
         kmp_saddle saddle;
         kmp_eval_closure(eval, 0, reduced.q);
         CHECK(kmp_partition_init(&part, l.system, eval->jacobian, NULL, 0) == KEMPE_OK);
-        CHECK(kmp_saddle_init(&saddle, eval, &part) && (cost[k] = kmp_saddle_operations(&saddle)) > 0);
+        CHECK(kmp_saddle_init(&saddle, eval, &part) && saddle.sparse &&
+              (cost[k] = kmp_sparse_operations(saddle.sparse)) > 0);
         kmp_saddle_free(&saddle);
         kmp_partition_free(&part);
         kmp_eval_free(eval);

@@ -331,7 +331,7 @@ static void bits_are_the_same(const char *file)
     kmp_evaluator *one = kmp_eval_new(s.system, "native");
     for (int threads = 2; threads <= 4; threads++) {
         kmp_team *team = kmp_team_new(threads);
-        kmp_evaluator *shared = kmp_eval_new_shared(s.system, "native", team, false);
+        kmp_evaluator *shared = kmp_eval_new_for(s.system, "native", team, KMP_EVAL_STEPS);
         double outside;
         for (int k = 0; k < 2; k++)
             for (int stage = 1; stage < programs[k]->stages; stage++)

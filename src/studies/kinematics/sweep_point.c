@@ -147,7 +147,7 @@ static bool factor(kmp_sweep *w, const kmp_sweep_pose *base)
 static void take_drift(kmp_sweep *w, const double *rows)
 {
     memset(w->drift, 0, (size_t)(w->n + 1) * sizeof *w->drift);
-    kmp_reduction_push(&w->red, -1, rows, w->drift);
+    kmp_reduction_push_in(&w->red, -1, rows, w->red.room, w->drift);
     for (int k = 0; k <= w->p; k++)
         w->rhs[k] -= kmp_dot(w->n + 1, w->gradient + k * (w->n + 1), w->drift);
 }

@@ -288,7 +288,7 @@ kempe_status kempe_outputs_closed_jacobian(kempe_outputs *o, double t, const dou
     if (drift) {
         memset(o->rate, 0, (size_t)n * sizeof *o->rate);
         if (o->m > 0)
-            kmp_reduction_push(&o->red, -1, kmp_machine_run(o->observed.machine, CLOSURES), o->rate);
+            kmp_reduction_push_in(&o->red, -1, kmp_machine_run(o->observed.machine, CLOSURES), o->red.room, o->rate);
         for (int i = 0; i < o->count; i++) {
             drift[i] = o->slope[n * o->count + i];
             for (int k = 0; k < n; k++)

@@ -338,7 +338,8 @@ static kempe_status share_loads(kempe_trajectory *t, const job *j, kmp_evaluator
 static kempe_status judge(kempe_trajectory *t, job *j)
 {
     const kempe_model *model = t->system->model;
-    kmp_evaluator *eval = kmp_eval_new_to_weigh(t->system, t->table.rows < MANY_ROWS ? "tape" : t->backend, NULL);
+    kmp_evaluator *eval =
+        kmp_eval_new_for(t->system, t->table.rows < MANY_ROWS ? "tape" : t->backend, NULL, KMP_EVAL_WEIGHS);
     if (!eval)
         return KEMPE_E_MEMORY;
     kempe_status status = j->has_reference ? leave_out_shared(t, j, eval) : KEMPE_OK;
