@@ -5,11 +5,31 @@
  *     lesser / greater curvature = g^2 D / B,  c^3 = 3 N E / (pi G* S sqrt(g)),  approach = c^2 S g K / (2 E). */
 #include "contact/hertz.h"
 #include "base/context.h"
-#include "contact/elliptic.h"
 #include <kempe/contact.h>
 #include <math.h>
 
 static const double pi = 3.14159265358979323846;
+
+/* Arithmetic-geometric means (Abramowitz and Stegun 17.6): K = pi / (2 m), m the common limit of a and b from 1 and g.
+ * D / K = (1 + sum 2^n c_n^2 / k^2)/2 over n >= 1, k^2 = 1 - g^2. The terms c_n^2 / k^2 follow each other without k, so
+ * that the circle, g = 1, is no special case. */
+void kmp_elliptic(double g, double *B, double *D)
+{
+    double a = 1, b = g, c = 0, term = 0, sum = 1, weight = 1;
+    do {
+        double mean = 0.5 * (a + b);
+        /* c_1^2 / k^2 = (1 - g) / (4 (1 + g)), and c_(n+1) = c_n^2 / (4 a_(n+1)) */
+        term = weight == 1 ? 0.25 * (1 - g) / (1 + g) : term * c * c / (16 * mean * mean);
+        c = 0.5 * (a - b);
+        b = sqrt(a * b);
+        a = mean;
+        weight *= 2;
+        sum += weight * term;
+    } while (c > 1e-8 * a); /* the next one is below its square: quadratic */
+    double K = 0.5 * pi / a;
+    *D = 0.5 * K * sum;
+    *B = K - *D;
+}
 
 /* The derivative d log(g^2 D / B) / d log g, from dB/dm = (D - B) / (2 m) and dD/dm = (B / g^2 - D) / (2 m). Here m = 1
  * - g^2. */

@@ -12,3 +12,7 @@ typedef struct kmp_hertz {
 } kmp_hertz;
 
 kmp_hertz kmp_hertz_of(double t);
+
+/** Elliptic integrals of the complementary modulus g in (0, 1]: B, D = integrals of cos^2 x, sin^2 x over sqrt(cos^2 x
+ * + g^2 sin^2 x), x from 0 to pi/2. K = B + D, E = B + g^2 D. */
+void kmp_elliptic(double g, double *B, double *D);

@@ -17,7 +17,6 @@
  * elliptic.h; the mean over the middle strip, of width h, is 2 l log(8 l/h). */
 #include "contact/strips.h"
 #include "base/bracket.h"
-#include "contact/elliptic.h"
 #include "contact/hertz.h"
 #include <math.h>
 

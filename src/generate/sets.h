@@ -2,7 +2,8 @@
 /* Sets of equations by name, their entries and their operation counts. */
 #pragma once
 
-#include "generate/assignments.h"
+#include "base/text.h"
+#include "dynamics/equations.h"
 #include "symbolic/program/steps.h"
 
 /* The rows of sets.def; several together are bits 1 << set. */
@@ -25,6 +26,13 @@ typedef struct kmp_set {
     unsigned inputs; /* beside t and q, bits 1 << kmp_input_kind */
     const char *array, *meaning;
 } kmp_set;
+
+/** One output and its name. */
+typedef struct kmp_assignment {
+    const char *set; /* "M", "C" ... */
+    int row, col;    /* from 0; -1: no such index */
+    kmp_ref value;
+} kmp_assignment;
 
 /** A set with its entries in these equations; NULL: its description alone. */
 kmp_set kmp_set_of(const kmp_equations *eq, int set);
@@ -61,3 +69,6 @@ kmp_tally kmp_tally_program(const kmp_program *program, int first_stage, int las
 
 /** Derives these sets alone, otherwise as `scene` requires, and counts the operations of one program. */
 kempe_status kmp_tally_sets(const kempe_model *model, const kmp_scene *scene, unsigned sets, kmp_tally *tally);
+
+/** One assignment per line, zero outputs left out; the auxiliary variables of a set precede it. False: no memory. */
+bool kmp_assignments_print(const kmp_equations *eq, int count, const kmp_assignment *assignments, kmp_text *text);

@@ -73,16 +73,6 @@ typedef struct kmp_step_counts {
 /** Counts a step, in their order. */
 void kmp_step_counts_add(kmp_step_counts *counts, double from, double to);
 
-/** True where a run may be checked by parts of it: that of a vehicle on rails without states, which has many
- * steps and no changes of conditions. */
-bool kmp_convergence_has_parts(const kempe_system *system, const kmp_step_counts *counts);
-
-/** Repeats parts of a run at the tolerance of `spec`. *decided: the errors of all steps together are clearly below the
- * limit of `convergence`, which is then complete; otherwise it is as it was, and the whole run is to be repeated.
- * KEMPE_OK, KEMPE_E_MEMORY, or KEMPE_STOPPED by the user. */
-kempe_status kmp_convergence_in_parts(const kempe_system *system, const kmp_run_spec *spec, const kmp_samples *table,
-                                      const kmp_step_counts *counts, kmp_convergence *convergence, bool *decided);
-
 /** kmp_convergence_of for a run: `spec` from `start` (NULL: assembles), compared in q and states with the rows of
  * `table`, whose last are those of spec->times. A state that changes at events may differ in single rows. `ended`: the
  * run ended where the model requests it, at the last row of all. `counts`: of the run, whose parts are repeated if they

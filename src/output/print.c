@@ -213,6 +213,14 @@ void kmp_print_cells(kmp_text *text, const char *format, ...)
     va_end(list);
 }
 
+int kmp_print_widest(int count, char *const *names, int least)
+{
+    int width = least;
+    for (int k = 0; k < count; k++)
+        width = (int)strlen(names[k]) > width ? (int)strlen(names[k]) : width;
+    return width;
+}
+
 int kmp_print_width(const kempe_system *system, kmp_quantity quantity)
 {
     int width = 0;

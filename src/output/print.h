@@ -58,7 +58,8 @@ void kmp_print_work(kmp_json *json, const kmp_run_report *report);
 /** Like kmp_text_printf (%e, %f, %g, %d, %ld, %s), but with "-" in the width of a number that is not finite. */
 void kmp_print_cells(kmp_text *text, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-/** The longest name of `count` coordinates or of a quantity's entries, for columns. */
+/** The width of columns for these names, at least `least`; for the names of a quantity's entries. */
+int kmp_print_widest(int count, char *const *names, int least);
 int kmp_print_width(const kempe_system *system, kmp_quantity quantity);
 
 /** Unit of a coordinate, "rad", "deg" or "m", and a value in it from SI: of the coordinate, its rate or acceleration.

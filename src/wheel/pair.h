@@ -6,7 +6,7 @@
 #include "wheel/patch.h"
 
 /** Arguments of a block: the wheel's radius, its outward position, the axle's three components; of averages
- * (contact_spread.c) also 1/e and the height of the centre. */
+ * (patch.c) also 1/e and the height of the centre. */
 enum { KMP_PAIR_ARGUMENTS = 7 };
 
 typedef struct kmp_wheel_pair {

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Rolling contact against tables of others, closed forms and limits. */
-#include "contact/elliptic.h"
 #include "contact/hertz.h"
 #include "testing.h"
 #include <kempe/contact.h>

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "studies/ensemble/histories.h"
+/* Time histories of chosen instances of an ensemble: each is the table of a run of its own, as `kempe simulate --from`
+ * makes it. So its rows depend on the instance alone, not on threads, parts or lanes. */
 #include "base/memory.h"
 #include "model/model_instances.h"
 #include "output/result_table.h"
 #include "studies/ensemble/batch.h"
+#include "studies/ensemble/result_folder.h"
 #include "studies/ensemble/sampling/values.h"
 #include "studies/simulate/trajectory.h"
 #include <ctype.h>

@@ -5,7 +5,14 @@
 #include "base/arena.h"
 #include "base/context.h"
 #include "studies/ensemble/batch.h"
-#include "studies/ensemble/histories.h"
+
+/** Ranges of instances, from 0 on. */
+typedef struct kmp_instance_ranges {
+    int count;
+    struct kmp_instance_range {
+        int from, to; /* both included */
+    } * range;
+} kmp_instance_ranges;
 
 struct kempe_folder {
     kempe_context *context;
@@ -93,3 +100,15 @@ bool kmp_manifest_same(const char *there, const char *here, kmp_text *why);
 
 /** Reads the manifest of a folder. *text is freed by the caller; NULL: there is none. */
 kempe_status kmp_manifest_read(kempe_context *context, const char *folder, char **text);
+
+/** Reads numbers and ranges of instances, from 1 on: "3,10:12". NULL and "": none. KEMPE_E_ARGUMENT: other words, or
+ * there is no such instance. */
+kempe_status kmp_instance_ranges_read(kempe_context *context, kmp_arena *arena, const char *words, int instances,
+                                      kmp_instance_ranges *ranges);
+
+/** True if one of the instances first .. first + count - 1 is chosen. */
+bool kmp_instance_ranges_meet(const kmp_instance_ranges *ranges, int first, int count);
+
+/** The table "history" of the chosen ones of the instances first .. first + count - 1. KEMPE_STOPPED: interrupted. */
+kempe_status kmp_histories(kempe_ensemble *ensemble, const kempe_run_options *run, const kmp_instance_ranges *ranges,
+                           int first, int count, kempe_table **table);

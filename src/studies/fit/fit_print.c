@@ -11,14 +11,6 @@ static const char *const outcomes[] = {"converged", "not converged", "interrupte
 
 /* -- text -------------------------------------------------------------------------------------------- */
 
-static int width_of(int count, char *const *names, int least)
-{
-    int width = least;
-    for (int k = 0; k < count; k++)
-        width = (int)strlen(names[k]) > width ? (int)strlen(names[k]) : width;
-    return width;
-}
-
 static int known_in(const kempe_fit *f, int run)
 {
     int count = 0;
@@ -84,7 +76,7 @@ static void put_head(kmp_text *text, const kempe_fit *f)
 
 static void put_columns(kmp_text *text, const kempe_fit *f)
 {
-    int width = width_of(f->columns, f->column_name, 9);
+    int width = kmp_print_widest(f->columns, f->column_name, 9);
     kmp_text_printf(text, "\n  %-*s  %14s  %14s  %14s\n", width, "column", "measurements", "rms residual", "deviation");
     for (int c = 0; c < f->columns; c++) {
         const kmp_shown shown = kmp_shown_as(f->context, f->column_unit[c]);
@@ -97,17 +89,17 @@ static void put_columns(kmp_text *text, const kempe_fit *f)
 static void put_correlation(kmp_text *text, const kempe_fit *f)
 {
     enum { A_LINE = 8 };
-    int width = width_of(f->count, f->name, 11);
+    int width = kmp_print_widest(f->count, f->name, 11);
     for (int first = 0; f->count > 1 && first < f->count; first += A_LINE) {
         int end = first + A_LINE < f->count ? first + A_LINE : f->count;
         kmp_text_printf(text, "\n  %-*s", width, first ? "" : "correlation");
         for (int i = first; i < end; i++)
-            kmp_text_printf(text, "  %*s", width_of(1, &f->name[i], 7), f->name[i]);
+            kmp_text_printf(text, "  %*s", kmp_print_widest(1, &f->name[i], 7), f->name[i]);
         kmp_text_put(text, "\n");
         for (int k = 0; k < f->count; k++) {
             kmp_text_printf(text, "  %-*s", width, f->name[k]);
             for (int i = first; i < end; i++)
-                kmp_print_cells(text, "  %*.4f", width_of(1, &f->name[i], 7), f->correlation[k + i * f->count]);
+                kmp_print_cells(text, "  %*.4f", kmp_print_widest(1, &f->name[i], 7), f->correlation[k + i * f->count]);
             kmp_text_put(text, "\n");
         }
     }
@@ -122,7 +114,7 @@ static void put_text(kmp_text *text, const void *result)
     if (open.s)
         kmp_text_printf(text, "note      %s\n", open.s);
     kmp_text_free(&open);
-    int width = width_of(f->count, f->name, 9);
+    int width = kmp_print_widest(f->count, f->name, 9);
     kmp_text_printf(text, "\n  %-*s  %14s  %14s  %14s  %14s  %14s\n", width, "parameter", "estimate", "standard error",
                     "interval from", "to", "start");
     for (int k = 0; k < f->count; k++) {

@@ -60,10 +60,3 @@ struct kempe_kinematics {
 /** "crank", or "t"; and its unit. */
 const char *kmp_kinematics_name(const kempe_kinematics *k, const kmp_lead *lead);
 const char *kmp_kinematics_unit(const kempe_kinematics *k, const kmp_lead *lead);
-
-/** Fills driven values, released closures, rows and speed; fixed coordinates are still 0. KEMPE_E_ARGUMENT,
- * KEMPE_E_MEMORY. */
-kempe_status kmp_kinematics_request(kempe_kinematics *k, const kempe_kinematics_options *options);
-
-/** Reports driven coordinates that do not determine the rest: too few, too many, or in conflict. */
-kempe_status kmp_kinematics_check_leads(kempe_kinematics *k, kmp_sweep *sweep);

@@ -32,14 +32,6 @@ static bool is_kept(const kempe_optimum *o, int k)
 
 /* -- text -------------------------------------------------------------------------------------------- */
 
-static int widest(int count, char *const *names, int least)
-{
-    int width = least;
-    for (int k = 0; k < count; k++)
-        width = (int)strlen(names[k]) > width ? (int)strlen(names[k]) : width;
-    return width;
-}
-
 /* The reason of the last trial that failed, by the order of the searches; NULL: there is none. */
 static const char *last_refusal(const kempe_optimum *o)
 {
@@ -53,7 +45,7 @@ static void put_text(kmp_text *text, const void *result)
 {
     const kempe_optimum *o = result;
     const kmp_quantity_list *list = o->objective.list;
-    int width = widest(o->count, o->bounded.name, 9);
+    int width = kmp_print_widest(o->count, o->bounded.name, 9);
     const kmp_searched *best = &o->search[o->best];
     const char *unit = o->objective.list->unit[0];
     kmp_print_title(text, o->model, kmp_status_word(o->status));

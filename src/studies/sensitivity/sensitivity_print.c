@@ -10,14 +10,6 @@ enum { A_LINE = 5 }; /* parameters */
 
 /* -- text -------------------------------------------------------------------------------------------- */
 
-static int longest(int count, char *const *names, int least)
-{
-    int width = least;
-    for (int k = 0; k < count; k++)
-        width = (int)strlen(names[k]) > width ? (int)strlen(names[k]) : width;
-    return width;
-}
-
 /* The factor of a column and its derivatives from SI to the shown unit; that unit, of the time integral too. */
 static double factor_of(const kempe_sensitivity *s, int column)
 {
@@ -36,13 +28,13 @@ static void put_block(const kempe_sensitivity *s, kmp_text *text, int first, int
     int end = first + A_LINE < s->count ? first + A_LINE : s->count, row = s->rows - 1;
     kmp_text_printf(text, "\n  %-*s  %15s", name_width, "", "value");
     for (int k = first; k < end; k++)
-        kmp_text_printf(text, "  d/d %-*s", longest(1, &s->name[k], 11), s->name[k]);
+        kmp_text_printf(text, "  d/d %-*s", kmp_print_widest(1, &s->name[k], 11), s->name[k]);
     kmp_text_put(text, "\n");
     for (int c = 0; c < s->columns; c++) {
         kmp_text_printf(text, "  %-*s", name_width, s->column[c]);
         kmp_print_cells(text, "  %15.8g", factor_of(s, c) * kmp_sensitivity_value(s, row, c));
         for (int k = first; k < end; k++)
-            kmp_print_cells(text, "  %*.8g", longest(1, &s->name[k], 11) + 4,
+            kmp_print_cells(text, "  %*.8g", kmp_print_widest(1, &s->name[k], 11) + 4,
                             factor_of(s, c) * kmp_sensitivity_slope(s, row, c, k));
         kmp_text_put(text, "  ");
         put_unit(text, s, c);
@@ -53,7 +45,7 @@ static void put_block(const kempe_sensitivity *s, kmp_text *text, int first, int
 static void put_text(kmp_text *text, const void *result)
 {
     const kempe_sensitivity *s = result;
-    int name_width = longest(s->columns, s->column, 8);
+    int name_width = kmp_print_widest(s->columns, s->column, 8);
     kmp_print_title(text, s->model, kmp_checked_word(s->status, !s->unchecked));
     kmp_text_printf(text, "%s with respect to %d parameter%s\n\n", s->kind->name, s->count, s->count == 1 ? "" : "s");
     if (s->reason[0])
