@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """The command with the stack of docs/model/limits.md: the examples and everything that may be nested, to its limit and beyond, with 128 KiB,
-sums of up to 4000 operands with 1 MiB, chains of bodies in every format with 64 KiB. It ends with a result or an error, never by a signal.
+sums and products of up to 4000 operands with 1 MiB, chains of bodies in every format with 64 KiB. It ends with a result or an error, never by a signal.
 
     python3 tests/small_stack.py build/dev/kempe [BODIES]
 """
@@ -37,6 +37,8 @@ def nested(folder):
         yield f"sums {depth}", PLAIN.format("t" + "+t" * depth)
         yield f"products {depth}", PLAIN.format("t" + "*q(A)" * depth)
         yield f"conditions {depth}", PLAIN.format("if(t < 1, " * depth + "1" + ", 2)" * depth)
+        names = [f"v{k}: 'v{k - 1} + t'" if k else "v0: q(A)" for k in range(min(depth, 2000))]
+        yield f"names {depth}", "kempe: 1\nalgebraic: {" + ", ".join(names) + "}\n" + PLAIN.format(names[-1].split(":")[0])[9:]
         yield f"lists {depth}", "kempe: " + "[" * depth + "]" * depth
         yield f"mappings {depth}", "kempe: " + "{a: " * depth + "1" + "}" * depth
         yield f"indents {depth}", "kempe: 1\n" + "".join(" " * k + "a:\n" for k in range(min(depth, 2000)))
@@ -50,6 +52,15 @@ def nested(folder):
     (folder / "part30.yaml").write_text(PLAIN.format("t"))
     yield "includes 30", folder / "part0.yaml"
     yield "includes 10", folder / "part20.yaml"
+
+
+def chains():
+    """Expressions of as many operations and operands as there may be, and names that would be longer when they are written out."""
+    for sign in "+-*/":
+        yield f"a chain of {sign}", PLAIN.format("t" + "".join(f"{sign}{k % 7 + 1}.{k}" if k % 2 else f"{sign}q(A)" for k in range(1990)))
+    for section, first in (("parameters", "1.5"), ("algebraic", "t*q(A)")):
+        names = ", ".join([f"v0: {first}"] + [f"v{k}: v{k - 1}*v{k - 1}" for k in range(1, 60)])
+        yield f"squares of squares in {section}", f"kempe: 1\n{section}: {{{names}}}\n" + PLAIN.format("v59*t")[9:]
 
 
 def main():
@@ -74,6 +85,12 @@ def main():
             long_sum = name.startswith(("sums", "products")) and not name.endswith((" 50", " 190", " 250"))
             for words in (("check", path), ("show", path, "--model")):
                 check(name, 1024 if long_sum else 128, *words)
+        for name, text in chains():
+            path = folder / "deep.yaml"
+            path.write_text(text)
+            for words in (("check", path), ("show", path, "--equations"), ("generate", path, "--lang", "c", "--keep-parameters", "-o", folder / "made"),
+                          ("simulate", path, "--t-end", "1e-3"), ("fmu", path, "--no-binary", "-o", folder / "made.fmu")):
+                check(name, 1024, *words)
         for ending in long_models.FORMATS:
             check(f"chain of {bodies} bodies in {ending}", 64, "show", long_models.write(folder, ending, bodies, True), "--model")
         check("equations of a chain of 300 bodies", 128, "show", long_models.write(folder, "yaml", 300, True), "--stats")

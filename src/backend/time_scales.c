@@ -101,7 +101,7 @@ static kmp_program *program_of(study *s)
     kmp_graph *graph = kmp_graph_new();
     if (!graph)
         return NULL;
-    const kmp_tree tree = {.graph = graph, .model = s->model, .keep = KMP_KEEP_PARAMETERS};
+    const kmp_tree tree = {.graph = graph, .model = s->model};
     kmp_ref out[MOST];
     const kmp_ref *const group[] = {out};
     for (int k = 0; k < s->count; k++)

@@ -19,6 +19,9 @@
 #define KMP_CLONES
 #endif
 
+/* In recursions: variables of rare cases are not on the stack of each level. */
+#define KMP_NOINLINE __attribute__((noinline))
+
 #if defined(__x86_64__) && defined(__GNUC__)
 #define KMP_MULTIPLY_ADD __attribute__((target("fma")))
 #else

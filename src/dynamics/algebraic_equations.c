@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The model's algebraic variables as nodes: an implicit block for each group, made when its first variable is used. */
+#include "base/clones.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "symbolic/implicit.h"
 
 /* The value of a name, or all variables of a group. */
-static void solve(const kmp_tree *tree, int index, const kmp_unknowns *u, kmp_ref *value)
+KMP_NOINLINE static void solve(const kmp_tree *tree, int index, const kmp_unknowns *u, kmp_ref *value)
 {
     kmp_tree inner = *tree; /* within a group kinks stay kinks */
     kmp_ref residual[KMP_UNKNOWNS_MOST], guess[KMP_UNKNOWNS_MOST];
@@ -22,7 +23,7 @@ static void solve(const kmp_tree *tree, int index, const kmp_unknowns *u, kmp_re
 }
 
 /* A named expression, whose kinks are conditions: once for all laws of forces. */
-static kmp_ref with_kinks(const kmp_tree *tree, int index, const kmp_unknowns *u)
+KMP_NOINLINE static kmp_ref with_kinks(const kmp_tree *tree, int index, const kmp_unknowns *u)
 {
     bool kept = tree->unknown && !tree->bends && (tree->row || !u->late);
     kmp_ref own = KMP_ZERO, *value = kept ? tree->unknown + KMP_UNKNOWNS_MOST * index + 1 : &own;

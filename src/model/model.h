@@ -20,6 +20,7 @@ typedef struct kmp_parameter {
     const char *name;
     kmp_number number;
     kmp_dimension dimension; /* of its value, as far as it is known */
+    kmp_extent extent;
     bool fixed;              /* a value outside the equations depends on it */
     bool shapes;             /* and such a value is part of them: axes, tables, sections of the model */
     bool used;               /* something other than parameters depends on it */

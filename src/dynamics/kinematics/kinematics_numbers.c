@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Numbers and expressions of the model as nodes of the graph. */
+#include "base/clones.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "model/variant.h"
 #include "symbolic/sums/surface.h"
@@ -35,7 +36,7 @@ static bool follows(const kempe_model *model, const kmp_expr *e)
 }
 
 /* A parameter's reference. A dependent parameter is no symbol of its own. A variable one has no value yet. */
-static kmp_ref parameter(const kmp_tree *tree, int index)
+KMP_NOINLINE static kmp_ref parameter(const kmp_tree *tree, int index)
 {
     const kmp_parameter *p = &tree->model->parameters[index];
     if (p->varies)
@@ -47,7 +48,7 @@ static kmp_ref parameter(const kmp_tree *tree, int index)
     return p->number.value == 0 ? KMP_ZERO : kmp_input(tree->graph, KMP_IN_PARAMETER, (uint32_t)index);
 }
 
-static kmp_ref symbol(const kmp_tree *tree, int number, double value)
+KMP_NOINLINE static kmp_ref symbol(const kmp_tree *tree, int number, double value)
 {
     int index = tree->model->parameter_count + number - 1;
     if (value == 0)
@@ -88,7 +89,7 @@ static void press_pin(const kmp_tree *tree, int c, kmp_ref force[3])
 }
 
 /* The size of the force of closures that presses surfaces together. */
-static kmp_ref size_of_force(const kmp_tree *tree, const kmp_expr *e)
+KMP_NOINLINE static kmp_ref size_of_force(const kmp_tree *tree, const kmp_expr *e)
 {
     kmp_graph *g = tree->graph;
     kmp_ref sum = KMP_ZERO, only = KMP_ZERO;
@@ -160,18 +161,31 @@ static bool keeps_in(const kmp_expr *e)
     return (by_zero && is_kept_in(e->a, 0)) || (by_one && is_kept_in(e->a, 1));
 }
 
-static kmp_ref power(const kmp_tree *tree, const kmp_expr *e)
+/* An operand, within which kinks and bends may be no conditions. */
+KMP_NOINLINE static kmp_ref without(const kmp_tree *tree, bool kinks, bool bends, const kmp_expr *e)
+{
+    kmp_tree within = *tree;
+    within.kinks = kinks;
+    within.bends = bends;
+    return kmp_tree_expression(&within, e);
+}
+
+/* Most operations change nothing for their operands: in deep expressions the stack holds no copies of the tree. */
+static kmp_ref operand(const kmp_tree *tree, bool kinks, bool bends, const kmp_expr *e)
+{
+    return kinks == tree->kinks && bends == tree->bends ? kmp_tree_expression(tree, e) : without(tree, kinks, bends, e);
+}
+
+KMP_NOINLINE static kmp_ref power(const kmp_tree *tree, const kmp_expr *e)
 {
     kmp_graph *g = tree->graph;
-    kmp_tree within = *tree;
     bool kept = tree->keep != KMP_KEEP_NOTHING && follows(tree->model, e->b);
     double exponent = kept || kmp_expr_varies(tree->model, e->b) ? NAN : constant_value(tree, e->b);
     bool whole = exponent >= 0 && exponent == floor(exponent);
-    within.kinks = tree->kinks && whole;
-    within.bends = tree->bends && (whole || !is_kept_in(e->a, 0));
-    kmp_ref base = kmp_tree_expression(&within, e->a);
+    const bool kinks = tree->kinks && whole, bends = tree->bends && (whole || !is_kept_in(e->a, 0));
+    kmp_ref base = operand(tree, kinks, bends, e->a);
     if (is_function(e->a, KMP_FUNCTION_tanh))
-        kmp_tree_watch_pulse(tree, e->a, kmp_tree_expression(&within, e->a->a));
+        kmp_tree_watch_pulse(tree, e->a, operand(tree, kinks, bends, e->a->a));
     if (tree->bends && exponent > 0 && !whole) {
         /* max(x, 0)^p of a closure: zero with all its derivatives where x is not positive, where those of x^p are
          * infinite. */
@@ -182,18 +196,17 @@ static kmp_ref power(const kmp_tree *tree, const kmp_expr *e)
         const kmp_ref positive = kmp_less(g, KMP_ZERO, x);
         return kmp_select(g, positive, kmp_power(g, kmp_select(g, positive, x, KMP_ONE), exponent), KMP_ZERO);
     }
-    return isnan(exponent) ? kmp_binary(g, KMP_OP_POW, base, kmp_tree_expression(&within, e->b))
+    return isnan(exponent) ? kmp_binary(g, KMP_OP_POW, base, operand(tree, kinks, bends, e->b))
                            : kmp_power(g, base, exponent);
 }
 
 static kmp_ref operation(const kmp_tree *tree, const kmp_expr *e)
 {
     kmp_graph *g = tree->graph;
-    kmp_tree within = *tree;
-    within.kinks = tree->kinks && !is_compared(e) && !has_limits(e);
-    within.bends = tree->bends && !is_compared(e) && !keeps_in(e);
-    kmp_ref a = kmp_tree_expression(e->kind == KMP_EXPR_DIV ? tree : &within, e->a);
-    kmp_ref b = e->b ? kmp_tree_expression(&within, e->b) : KMP_ZERO;
+    const bool kinks = tree->kinks && !is_compared(e) && !has_limits(e);
+    const bool bends = tree->bends && !is_compared(e) && !keeps_in(e);
+    kmp_ref a = e->kind == KMP_EXPR_DIV ? kmp_tree_expression(tree, e->a) : operand(tree, kinks, bends, e->a);
+    kmp_ref b = e->b ? operand(tree, kinks, bends, e->b) : KMP_ZERO;
     switch (e->kind) {
     case KMP_EXPR_ADD:
         return kmp_add(g, a, b);
@@ -222,7 +235,7 @@ static kmp_ref operation(const kmp_tree *tree, const kmp_expr *e)
     }
 }
 
-static kmp_ref table_of(const kmp_tree *tree, const kmp_expr *e)
+KMP_NOINLINE static kmp_ref table_of(const kmp_tree *tree, const kmp_expr *e)
 {
     kmp_ref y = e->b ? kmp_tree_expression(tree, e->b) : KMP_ZERO, x = kmp_tree_expression(tree, e->a);
     return e->b ? kmp_tree_surface(tree, e, x, y) : kmp_tree_table(tree, e, x);
@@ -281,7 +294,7 @@ kmp_ref kmp_tree_bent(const kmp_tree *tree, const kmp_expr *e)
 }
 
 /* The value of an exponent, which is a number of the program for all parameters. */
-static double constant_value(const kmp_tree *tree, const kmp_expr *e)
+KMP_NOINLINE static double constant_value(const kmp_tree *tree, const kmp_expr *e)
 {
     kmp_tree folded = *tree;
     double value = NAN;

@@ -176,6 +176,13 @@ static kempe_status take_conditions(kmp_code_source *source, kempe_system *syste
         x->condition_kind[k] = kind_of(c);
         x->watch_traits[k] = (c->measured ? KEMPE_WATCH_PRESSES : 0) | (c->rough ? KEMPE_WATCH_ROUGH : 0);
     }
+    /* Sensors are evaluated where they are asked for, by laws without conditions. */
+    for (int k = 0; k < system->use_count; k++)
+        if (k == 0 || system->use[k].table != system->use[k - 1].table)
+            kmp_log(system->context, KEMPE_LOG_WARNING,
+                    "table '%s': a generated simulator does not say when a sensor uses it beyond its points; with "
+                    "'outside: error' the sensor has no value there",
+                    system->model->tables[system->use[k].table].name);
     return kmp_made(source->context, !source->arena.failed);
 }
 

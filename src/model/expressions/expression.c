@@ -132,8 +132,8 @@ const kmp_expr *kmp_parse_make(kmp_parser *p, const char *where, kmp_expr expr)
     return node;
 }
 
-KMP_APART static const kmp_expr *make_binary(kmp_parser *p, const char *where, kmp_expr_kind kind, const kmp_expr *a,
-                                             const kmp_expr *b)
+KMP_NOINLINE static const kmp_expr *make_binary(kmp_parser *p, const char *where, kmp_expr_kind kind, const kmp_expr *a,
+                                                const kmp_expr *b)
 {
     return a && b ? kmp_parse_make(p, where, (kmp_expr){.kind = kind, .a = a, .b = b}) : NULL;
 }
@@ -156,7 +156,7 @@ const kmp_expr *kmp_parse_comparison(kmp_parser *p)
     return make_binary(p, sign, kinds[*sign == '>'][equal], left, kmp_parse_sum(p));
 }
 
-KMP_APART static const kmp_expr *parse_time(kmp_parser *p, const char *where)
+KMP_NOINLINE static const kmp_expr *parse_time(kmp_parser *p, const char *where)
 {
     if (!p->scope->time)
         return kmp_parse_complain(p, where, "t is not allowed here: a constant is expected");
@@ -164,7 +164,7 @@ KMP_APART static const kmp_expr *parse_time(kmp_parser *p, const char *where)
 }
 
 /* A state, where coordinates are allowed. */
-KMP_APART static const kmp_expr *parse_state(kmp_parser *p, const char *where, const char *name, int motion)
+KMP_NOINLINE static const kmp_expr *parse_state(kmp_parser *p, const char *where, const char *name, int motion)
 {
     if (*p->at == '(')
         return kmp_parse_complain(p, where, "'%s' is a state, not a function", name);
@@ -174,8 +174,8 @@ KMP_APART static const kmp_expr *parse_state(kmp_parser *p, const char *where, c
     return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_QD, .index = motion});
 }
 
-KMP_APART static const kmp_expr *make_table(kmp_parser *p, const char *where, const kmp_named_table *table,
-                                            const kmp_expr *x, const kmp_expr *y)
+KMP_NOINLINE static const kmp_expr *make_table(kmp_parser *p, const char *where, const kmp_named_table *table,
+                                               const kmp_expr *x, const kmp_expr *y)
 {
     return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_TABLE, .table = table, .a = x, .b = y});
 }
@@ -198,7 +198,7 @@ static const kmp_expr *parse_table(kmp_parser *p, const char *where, const kmp_n
 }
 
 /* An algebraic variable of the model, where coordinates are allowed. */
-KMP_APART static const kmp_expr *parse_unknown(kmp_parser *p, const char *where, kmp_expr made)
+KMP_NOINLINE static const kmp_expr *parse_unknown(kmp_parser *p, const char *where, kmp_expr made)
 {
     const kmp_unknowns *u = made.unknowns;
     const char *name = u->count ? u->unknown[made.number] : u->name;
@@ -215,7 +215,7 @@ KMP_APART static const kmp_expr *parse_unknown(kmp_parser *p, const char *where,
 }
 
 /* x, y or z. */
-KMP_APART static const kmp_expr *parse_place(kmp_parser *p, const char *where, int index)
+KMP_NOINLINE static const kmp_expr *parse_place(kmp_parser *p, const char *where, int index)
 {
     if (index >= p->scope->place)
         return kmp_parse_complain(p, where, "%c is not allowed here: a function of x%s is expected", "xyz"[index],
@@ -244,7 +244,7 @@ static bool is_defined(const kmp_expr_scope *scope, const char *name)
            (scope->unknown && scope->unknown(scope->user, name, &unknowns, &number) >= 0);
 }
 
-KMP_APART static const kmp_expr *parse_local(kmp_parser *p, const char *where, const kmp_expr_local *local)
+KMP_NOINLINE static const kmp_expr *parse_local(kmp_parser *p, const char *where, const kmp_expr_local *local)
 {
     if (!local->yields && is_defined(p->scope, local->name))
         return kmp_parse_complain(p, where,
@@ -254,7 +254,7 @@ KMP_APART static const kmp_expr *parse_local(kmp_parser *p, const char *where, c
     return kmp_parse_make(p, where, *local->expr);
 }
 
-KMP_APART static const kmp_expr *make_number(kmp_parser *p, const char *where, double value, kmp_dimension unit)
+KMP_NOINLINE static const kmp_expr *make_number(kmp_parser *p, const char *where, double value, kmp_dimension unit)
 {
     if (!isfinite(value))
         return kmp_parse_complain(p, where, "this number is too large: the largest is about 1.8e308 in SI units");
@@ -262,7 +262,7 @@ KMP_APART static const kmp_expr *make_number(kmp_parser *p, const char *where, d
 }
 
 /* A name of the model that is no function, where it has one. */
-KMP_APART static const kmp_expr *parse_variable(kmp_parser *p, const char *where, const char *name, bool *found)
+KMP_NOINLINE static const kmp_expr *parse_variable(kmp_parser *p, const char *where, const char *name, bool *found)
 {
     *found = true;
     int index = p->scope->parameter ? p->scope->parameter(p->scope->user, name) : -1;
@@ -376,7 +376,7 @@ static int parse_next_unit(kmp_parser *p, kmp_unit *unit)
 }
 
 /* A number with the unit that may follow it: one literal. */
-KMP_APART static const kmp_expr *parse_unit(kmp_parser *p, const char *number, double value)
+KMP_NOINLINE static const kmp_expr *parse_unit(kmp_parser *p, const char *number, double value)
 {
     kmp_unit first, unit = {1, 1, KMP_DIM_NUMBER, 0};
     int power, more;
@@ -435,7 +435,7 @@ static const kmp_expr *parse_power(kmp_parser *p)
     return make_binary(p, sign, KMP_EXPR_POW, base, exponent);
 }
 
-KMP_APART static const kmp_expr *make_negative(kmp_parser *p, const char *where, const kmp_expr *a)
+KMP_NOINLINE static const kmp_expr *make_negative(kmp_parser *p, const char *where, const kmp_expr *a)
 {
     return a ? kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_NEG, .a = a}) : NULL;
 }

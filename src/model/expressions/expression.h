@@ -121,8 +121,18 @@ typedef struct kmp_number {
 /** Algebraic variables, which are solved wherever they are needed, or an expression under a name. */
 enum { KMP_UNKNOWNS_MOST = 6 };
 
+/** What an expression is with its names, or parameters, written out: `level` names one in the other, `size` operations
+ * and operands. Functions that call themselves for each name have these as their depth and their work. */
+typedef struct kmp_extent {
+    int level;
+    double size;
+} kmp_extent;
+
+enum { KMP_MOST_NAME_LEVELS = 200, KMP_MOST_WRITTEN_OUT = 1000000 };
+
 typedef struct kmp_unknowns {
     const char *name;
+    kmp_extent extent;
     int count;  /* 0: an expression under a name */
     bool late;  /* depends on multipliers: read after the closures */
     bool block; /* the value of a function block: its kinks are located where a force uses it */
@@ -227,6 +237,10 @@ kmp_dimension kmp_expr_dimension(const kmp_expr *expr, const kmp_dimension *dime
 
 /** Appends the sentence that belongs to a fault. */
 void kmp_expr_print_fault(kmp_text *text, const kmp_expr_fault *fault);
+
+/** Of an expression; that of parameter k is `of[k]` (NULL: parameters are operands like others). */
+kmp_extent kmp_expr_extent(const kmp_expr *expr, const kmp_extent *of);
+bool kmp_extent_is_long(kmp_extent extent);
 
 /** The first node for which `is` is true, each before its operands; NULL when there is none. */
 typedef bool (*kmp_expr_test)(const kmp_expr *expr, const void *user);

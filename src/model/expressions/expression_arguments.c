@@ -2,6 +2,7 @@
 /* Functions of an expression that may change between points at which they are sampled, however smooth what they are
  * taken of is: sin(1000 q), exp(-(q/w)^2), max(0, 1 - abs(q)/w), a table of many points. Each is listed with its
  * argument, in a unit in which the function is smooth over 1. */
+#include "base/clones.h"
 #include "model/expressions/expression.h"
 #include "symbolic/sums/surface.h"
 #include "symbolic/table_function.h"
@@ -13,7 +14,7 @@ typedef struct listing {
     bool failed;
 } listing;
 
-static const kmp_expr *node(listing *l, kmp_expr e)
+KMP_NOINLINE static const kmp_expr *node(listing *l, kmp_expr e)
 {
     kmp_expr *made = KMP_ARENA_NEW(l->arena, kmp_expr, 1);
     l->failed = l->failed || !made;
@@ -54,14 +55,14 @@ static const kmp_expr *log_of(listing *l, const kmp_expr *a)
 }
 
 /* Low powers are smooth, and a root is smooth but where it is zero. */
-static void add_power(listing *l, const kmp_expr *e)
+KMP_NOINLINE static void add_power(listing *l, const kmp_expr *e)
 {
     const double n = e->b->kind == KMP_EXPR_NUMBER ? e->b->value : NAN;
     if (n != 0.5 && n != 1 && n != 2 && n != 3)
         add(l, e, KMP_ARGUMENT_PEAK, of_two(l, KMP_EXPR_MUL, e->b, log_of(l, e->a)));
 }
 
-static void add_table(listing *l, const kmp_expr *e)
+KMP_NOINLINE static void add_table(listing *l, const kmp_expr *e)
 {
     const kmp_named_table *t = e->table;
     const kmp_expr *const argument[] = {e->a, e->b};
@@ -73,7 +74,7 @@ static void add_table(listing *l, const kmp_expr *e)
     }
 }
 
-static void add_call(listing *l, const kmp_expr *e)
+KMP_NOINLINE static void add_call(listing *l, const kmp_expr *e)
 {
     switch (e->function) {
     case KMP_FUNCTION_sin:

@@ -2,6 +2,7 @@
 /* The dimension of an expression, from the units of its numbers and the dimensions of its parameters. A number without
  * unit is a plain factor in a product and fits any dimension as a whole value; t, q and qd are in SI and fit any
  * dimension. */
+#include "base/clones.h"
 #include "model/expressions/expression.h"
 #include <string.h>
 
@@ -50,7 +51,7 @@ static kmp_dimension agree(walk *w, const kmp_expr *at, kmp_dimension a, kmp_dim
     return a.kind > b.kind ? a : b;
 }
 
-static kmp_dimension dimension_of_call(walk *w, const kmp_expr *expr)
+KMP_NOINLINE static kmp_dimension dimension_of_call(walk *w, const kmp_expr *expr)
 {
     kmp_dimension a = dimension_of(w, expr->a), b = expr->b ? dimension_of(w, expr->b) : a;
     switch (rule_of(expr->function)) {
@@ -73,7 +74,7 @@ static kmp_dimension dimension_of_call(walk *w, const kmp_expr *expr)
     return a.kind == KMP_DIMENSION_KNOWN ? KMP_DIM_NUMBER : a;
 }
 
-static kmp_dimension dimension_of_power(walk *w, const kmp_expr *expr)
+KMP_NOINLINE static kmp_dimension dimension_of_power(walk *w, const kmp_expr *expr)
 {
     kmp_dimension base = dimension_of(w, expr->a), exponent = dimension_of(w, expr->b);
     if (kmp_dimension_is_physical(exponent))

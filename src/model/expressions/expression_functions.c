@@ -55,7 +55,7 @@ bool kmp_parse_is_function(const char *name)
 
 /* -- errors ------------------------------------------------------------------------------------------ */
 
-KMP_APART static const kmp_expr *complain_function(const kmp_parser *p, const char *where, const char *name)
+KMP_NOINLINE static const kmp_expr *complain_function(const kmp_parser *p, const char *where, const char *name)
 {
     kmp_text sentence = {0};
     kmp_nearest nearest = kmp_nearest_of(name, KMP_NAMES_OF(functions));
@@ -111,8 +111,8 @@ static int size_up_to(const kmp_expr *e, int limit)
     return size + size_up_to(e->c, limit - size);
 }
 
-KMP_APART static const kmp_expr *make_composite(kmp_parser *p, const char *where, int index,
-                                                const kmp_expr *const *arguments)
+KMP_NOINLINE static const kmp_expr *make_composite(kmp_parser *p, const char *where, int index,
+                                                   const kmp_expr *const *arguments)
 {
     kmp_expr_locals locals = {.count = composites[index].arity};
     for (int k = 0; k < locals.count; k++)
@@ -122,8 +122,8 @@ KMP_APART static const kmp_expr *make_composite(kmp_parser *p, const char *where
     return made ? kmp_parse_make(p, where, *made) : NULL;
 }
 
-KMP_APART static const kmp_expr *make_call(kmp_parser *p, const char *where, int function,
-                                           const kmp_expr *const *arguments)
+KMP_NOINLINE static const kmp_expr *make_call(kmp_parser *p, const char *where, int function,
+                                              const kmp_expr *const *arguments)
 {
     return kmp_parse_make(p, where,
                           (kmp_expr){.kind = KMP_EXPR_CALL,

@@ -3,10 +3,8 @@
  * expression_references.c those of words that refer to other parts of the model. Errors are NULL. */
 #pragma once
 
+#include "base/clones.h"
 #include "model/expressions/expression.h"
-
-/** Of functions that make nodes: their temporaries do not count in the stack of the rules, which call each other. */
-#define KMP_APART __attribute__((noinline))
 
 typedef struct kmp_parser {
     const kmp_expr_scope *scope;

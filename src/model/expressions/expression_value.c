@@ -43,6 +43,29 @@ static double value_of_table(const kmp_named_table *table, double x)
     return kmp_table_value(table->table, 0, within(table, 0, x));
 }
 
+bool kmp_extent_is_long(kmp_extent extent)
+{
+    return extent.level > KMP_MOST_NAME_LEVELS || extent.size > KMP_MOST_WRITTEN_OUT;
+}
+
+kmp_extent kmp_expr_extent(const kmp_expr *expr, const kmp_extent *of)
+{
+    const kmp_expr *const operand[] = {expr->a, expr->b, expr->c};
+    kmp_extent whole = {0, 1}, name = {0};
+    if (expr->kind == KMP_EXPR_UNKNOWN)
+        name = expr->unknowns->extent;
+    if (expr->kind == KMP_EXPR_PARAMETER && of)
+        name = of[expr->index];
+    whole.level = name.level + (name.size > 0);
+    whole.size += name.size;
+    for (int k = 0; k < 3; k++) {
+        kmp_extent one = operand[k] ? kmp_expr_extent(operand[k], of) : (kmp_extent){0};
+        whole.level = one.level > whole.level ? one.level : whole.level;
+        whole.size += one.size;
+    }
+    return whole;
+}
+
 double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double t)
 {
     double a = expr->a ? kmp_expr_value_at(expr->a, parameters, t) : 0;

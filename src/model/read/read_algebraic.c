@@ -71,7 +71,7 @@ static void add_leaf(kmp_reader *r, const kmp_expr *leaf, const kmp_expr **sum)
 }
 
 /* For algebraic variables their operands are appended below them. A rate is an operand of its own. */
-void kmp_add_leaves(kmp_reader *r, const kmp_expr *e, const kmp_expr **sum)
+static void add_leaves(kmp_reader *r, const kmp_expr *e, const kmp_expr **sum)
 {
     if (!e)
         return;
@@ -79,9 +79,9 @@ void kmp_add_leaves(kmp_reader *r, const kmp_expr *e, const kmp_expr **sum)
         add_leaf(r, e, sum);
     if (!e->a && e->kind != KMP_EXPR_NUMBER && e->kind != KMP_EXPR_UNKNOWN)
         add_leaf(r, e, sum);
-    kmp_add_leaves(r, e->a, sum);
-    kmp_add_leaves(r, e->b, sum);
-    kmp_add_leaves(r, e->c, sum);
+    add_leaves(r, e->a, sum);
+    add_leaves(r, e->b, sum);
+    add_leaves(r, e->c, sum);
 }
 
 static bool occurs(const kmp_expr *e, int index, int number)
@@ -89,6 +89,26 @@ static bool occurs(const kmp_expr *e, int index, int number)
     return e && ((e->kind == KMP_EXPR_UNKNOWN && e->index == index && e->number == number) ||
                  (e->kind != KMP_EXPR_UNKNOWN &&
                   (occurs(e->a, index, number) || occurs(e->b, index, number) || occurs(e->c, index, number))));
+}
+
+/* Adds the operands of an expression, which begins in the file at a place, to those of a name or of a group. */
+static kmp_extent take_operands(kmp_reader *r, kmp_place place, const char *what, const kmp_expr *e, kmp_unknowns *u)
+{
+    const kmp_extent extent = e ? kmp_expr_extent(e, NULL) : (kmp_extent){0};
+    add_leaves(r, e, &u->leaves);
+    if (!kmp_extent_is_long(extent))
+        return extent;
+    kmp_reader_complain(r, place,
+                        "%s is too long with its names written out: %d levels of names, %.3g operations and operands; "
+                        "at most %d and %d",
+                        what, extent.level, extent.size, KMP_MOST_NAME_LEVELS, KMP_MOST_WRITTEN_OUT);
+    return (kmp_extent){0}; /* one message for a chain */
+}
+
+void kmp_reader_take_named(kmp_reader *r, kmp_place place, const char *what, const kmp_expr *value, kmp_unknowns *u)
+{
+    u->zero[0] = value;
+    u->extent = take_operands(r, place, what, value, u);
 }
 
 /* -- reading ------------------------------------------------------------------------------------------ */
@@ -133,7 +153,6 @@ static bool read_guesses(kmp_reader *r, const kmp_yaml *of, const char *what, km
 static void read_equations(kmp_reader *r, const kmp_yaml *zero, const char *what, int index)
 {
     kmp_unknowns *u = &r->model->unknowns[index];
-    const kmp_expr *leaves = NULL;
     bool list = zero->kind == KMP_YAML_LIST, good = true;
     int count = list ? zero->count : 1;
     if (count != u->count) {
@@ -145,9 +164,13 @@ static void read_equations(kmp_reader *r, const kmp_yaml *zero, const char *what
         const char *which = kmp_reader_say(r, "%s, expression %d,", what, k + 1);
         u->zero[k] = kmp_read_expr(r, list ? zero->items[k] : zero, which, KMP_DIM_ANY, KMP_OF_STATE);
         good = good && u->zero[k];
-        kmp_add_leaves(r, u->zero[k], &leaves);
     }
-    u->leaves = leaves;
+    kmp_extent group = {0, 1}; /* its variables are operands of others */
+    for (int k = 0; k < count; k++) {
+        const int level = take_operands(r, zero->place, what, u->zero[k], u).level;
+        group.level = level > group.level ? level : group.level;
+    }
+    u->extent = group;
     for (int j = 0; good && j < u->count; j++) {
         bool found = false;
         for (int k = 0; k < count; k++)
@@ -166,8 +189,7 @@ static void read_entry(kmp_reader *r, const kmp_yaml *node, int index)
     kmp_unknowns *u = &r->model->unknowns[index];
     const char *what = kmp_reader_say(r, "algebraic '%s'", u->name);
     if (node->kind == KMP_YAML_SCALAR) {
-        u->zero[0] = kmp_read_expr(r, node, what, KMP_DIM_ANY, KMP_OF_LOADS);
-        kmp_add_leaves(r, u->zero[0], &u->leaves);
+        kmp_reader_take_named(r, node->place, what, kmp_read_expr(r, node, what, KMP_DIM_ANY, KMP_OF_LOADS), u);
         return;
     }
     if (!kmp_read_map(r, node, what, keys))

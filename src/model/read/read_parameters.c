@@ -17,6 +17,7 @@ typedef struct valuation {
     const kmp_yaml **items; /* the parameters: their items of the map, or settings */
     const kmp_expr **exprs;
     state *states;
+    kmp_extent *extents;
 } valuation;
 
 /* Numbers within this factor are near; units within the other are. rad and degrees differ by 57, m and mm by 1000. */
@@ -54,6 +55,7 @@ static state value_one(valuation *v, int i)
     if (!kmp_check_finite(r, node, what, value))
         return BAD;
     r->parameter_values[i] = value;
+    v->extents[i] = kmp_expr_extent(v->exprs[i], v->extents);
     return kmp_check_dimension(r, node, what, v->exprs[i], KMP_DIM_ANY, &r->parameter_dimensions[i]) ? KNOWN : BAD;
 }
 
@@ -136,7 +138,8 @@ static bool take_expressions(valuation *v)
     kmp_reader *r = v->r;
     v->exprs = KMP_ARENA_NEW(&r->scratch, const kmp_expr *, v->map->count);
     v->states = KMP_ARENA_NEW(&r->scratch, state, v->map->count);
-    if (!v->exprs || !v->states)
+    v->extents = KMP_ARENA_NEW(&r->scratch, kmp_extent, v->map->count);
+    if (!v->exprs || !v->states || !v->extents)
         return false;
     for (int i = 0; i < v->map->count; i++) {
         const char *what = kmp_reader_say(r, "parameter '%s'", r->model->parameters[i].name);
@@ -193,5 +196,6 @@ void kmp_read_parameters(kmp_reader *r)
             continue;
         r->model->parameters[i].number = kmp_number_of(v.exprs[i], r->parameter_values[i]);
         r->model->parameters[i].dimension = r->parameter_dimensions[i];
+        r->model->parameters[i].extent = v.extents[i];
     }
 }

@@ -420,7 +420,8 @@ void kmp_read_block_of(kmp_reader *r, int unknown);
 
 void kmp_read_tracks(kmp_reader *r);
 void kmp_read_wheels(kmp_reader *r);
-void kmp_add_leaves(kmp_reader *r, const kmp_expr *e, const kmp_expr **sum); /* leaves of e that the sum has not yet */
+/** The expression of a name. */
+void kmp_reader_take_named(kmp_reader *r, kmp_place place, const char *what, const kmp_expr *value, kmp_unknowns *u);
 void kmp_read_unknowns(kmp_reader *r); /* but for those that depend on multipliers */
 void kmp_read_late_unknowns(kmp_reader *r);
 void kmp_read_closures(kmp_reader *r); /* drives too */

@@ -96,9 +96,7 @@ void kmp_block_law(kmp_reader *r, kmp_function_block *b, int i, const kmp_expr *
 
 void kmp_block_value(kmp_reader *r, const kmp_function_block *b, const kmp_expr *value)
 {
-    kmp_unknowns *u = &r->model->unknowns[b->output];
-    u->zero[0] = value;
-    kmp_add_leaves(r, value, &u->leaves);
+    kmp_reader_take_named(r, b->map->place, b->what, value, &r->model->unknowns[b->output]);
 }
 
 /* -- states with a law of their own ------------------------------------------------------------------ */
