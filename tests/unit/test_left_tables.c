@@ -5,6 +5,7 @@
 #include "loaded.h"
 #include <kempe/check.h>
 #include <kempe/equilibrium.h>
+#include <kempe/generate.h>
 #include <kempe/inverse.h>
 #include <kempe/kinematics.h>
 #include <kempe/linearize.h>
@@ -133,19 +134,45 @@ static void in_sensors(void)
         char text[1024];
         kempe_trajectory *t = NULL;
         kempe_equilibrium *e = NULL;
+        static const kempe_sensitivity_options ways[] = {
+            {.parameters = "c", .outputs = "sensor(g)", .method = "forward"},
+            {.parameters = "c", .outputs = "sensor(g)", .method = "adjoint"},
+            {.parameters = "c", .outputs = "sensor(g)", .integral = 1}};
         (void)snprintf(text, sizeof text,
-                       "kempe: 1\ngravity: [0, 0, -10]\ntables: {gauge: {x: [-%g, 1], y: [0, 1], method: linear}}\n"
+                       "kempe: 1\ngravity: [0, 0, -10]\nparameters: {c: 1000}\ntables: {gauge: {x: [-%g, 1], y: [0, "
+                       "1], method: linear}}\n"
                        "bodies: {m: {joint: {name: S, prismatic: z, at: ground}, mass: 2}}\n"
-                       "forces: {k: {joint: S, spring: {stiffness: 1000}}}\nsensors: {g: gauge(q(S))}\n"
-                       "run: {t_end: 1, outputs: [g]}\n",
+                       "forces: {k: {joint: S, spring: {stiffness: c}}}\nsensors: {g: gauge(q(S))}\n"
+                       "run: {t_end: 0.14, outputs: [g]}\n",
                        k ? 0.041 : 0.015);
         loaded l = load_text(text);
         CHECK(is_right(&l, kempe_simulate(l.system, NULL, &t), k ? NULL : "gauge"));
         CHECK(is_right(&l, kempe_equilibrium_new(l.system, NULL, &e), k ? NULL : "gauge"));
+        for (size_t n = 0; n < sizeof ways / sizeof *ways; n++) {
+            kempe_sensitivity *s = NULL;
+            CHECK(is_right(&l, kempe_sensitivity_new(l.model, &ways[n], &s), k ? NULL : "gauge"));
+            kempe_sensitivity_free(s);
+        }
         kempe_trajectory_free(t);
         kempe_equilibrium_free(e);
         unload(&l);
     }
+}
+
+/* A generated simulator does not watch sensors, and says so when it is made. */
+static void in_generated_simulators(void)
+{
+    loaded l = load_text("kempe: 1\ntables: {gauge: {x: [-1, 1], y: [0, 1], method: linear}}\n"
+                         "bodies: {m: {joint: {name: S, prismatic: z, at: ground}, mass: 2}}\n"
+                         "sensors: {g: gauge(q(S))}\nrun: {t_end: 1, outputs: [g]}\n");
+    const kempe_generate_options g = {.simulator = 1, .language = "c"};
+    kempe_code *code = NULL;
+    CHECK(kempe_code_new(l.model, &g, &code) == KEMPE_OK);
+    char *said = kmp_context_warnings(l.context);
+    CHECK(said && strstr(said, "table 'gauge': a generated simulator does not say when a sensor uses it"));
+    kmp_free(said);
+    kempe_code_free(code);
+    unload(&l);
 }
 
 /* A workspace says it by its message, the first of many states. */
@@ -207,6 +234,7 @@ int main(void)
     TEST(in_inverse_dynamics);
     TEST(in_kinematics);
     TEST(in_sensors);
+    TEST(in_generated_simulators);
     TEST(in_workspaces);
     TEST(in_steppers);
     return check_report();

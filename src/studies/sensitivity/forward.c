@@ -844,6 +844,7 @@ double kmp_target_value(const kmp_forward_target *target, kmp_varied *varied)
 {
     const kmp_linear *l = &varied->linear;
     kmp_instant at = kmp_linear_instant(&varied->linear);
+    kmp_linear_tell_tables(l);
     const double *shown = target->shown ? kmp_slopes_values(&varied->slopes->outputs, &at) : NULL;
     const kmp_varied_row here = {.q = l->q, .qd = l->qd, .qdd = l->qdd, .lambda = l->lambda, .shown = shown};
     return kmp_target_of_row(target, varied, &here);
@@ -895,6 +896,7 @@ static int take_row(void *user, double t, const double *q, const double *qd, con
     if (!f->options->watch.row)
         return 0;
     const kmp_instant at = kmp_linear_instant(&v->linear);
+    kmp_linear_tell_tables(&v->linear);
     const double *shown = kmp_slopes_values(&v->slopes->outputs, &at);
     kmp_charts_reset(f->system, f->new_chart);
     for (int k = 0; k < f->count; k++) {
