@@ -81,7 +81,7 @@ def groups(graph):
 
 
 def compare(sources, page):
-    """What is wrong, and how many functions call themselves."""
+    """Sentences about differences, and the number of functions that call themselves."""
     recursive = {key for group in groups(edges(*functions(sources))) for key in group}
     told = set()
     for line in page.splitlines():

@@ -21,12 +21,12 @@ typedef struct kmp_parameter {
     kmp_number number;
     kmp_dimension dimension; /* of its value, as far as it is known */
     kmp_extent extent;
-    bool fixed;              /* a value outside the equations depends on it */
-    bool shapes;             /* and such a value is part of them: axes, tables, sections of the model */
-    bool used;               /* something other than parameters depends on it */
-    bool unused;             /* nothing of the model depends on it, and the user was warned */
-    bool varies;             /* of a variant (model/variant.h): an input of its equations */
-    int marked_next;         /* while flags are set: the next one to be followed, from 1 */
+    bool fixed;      /* a value outside the equations depends on it */
+    bool shapes;     /* and such a value is part of them: axes, tables, sections of the model */
+    bool used;       /* something other than parameters depends on it */
+    bool unused;     /* nothing of the model depends on it, and the user was warned */
+    bool varies;     /* of a variant (model/variant.h): an input of its equations */
+    int marked_next; /* while flags are set: the next one to be followed, from 1 */
 } kmp_parameter;
 
 /** A function of time that is given to a run: a constant, or samples. Expressions use it by its name. */

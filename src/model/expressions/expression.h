@@ -121,8 +121,8 @@ typedef struct kmp_number {
 /** Algebraic variables, which are solved wherever they are needed, or an expression under a name. */
 enum { KMP_UNKNOWNS_MOST = 6 };
 
-/** What an expression is with its names, or parameters, written out: `level` names one in the other, `size` operations
- * and operands. Functions that call themselves for each name have these as their depth and their work. */
+/** The extent of an expression with its names, or parameters, written out: `level` names one in the other, `size`
+ * operations and operands. Functions that call themselves for each name have these as their depth and their work. */
 typedef struct kmp_extent {
     int level;
     double size;
