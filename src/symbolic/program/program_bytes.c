@@ -224,7 +224,7 @@ static bool is_block(const kmp_program_block *block)
 {
     const kmp_program *p = block->program;
     int unknowns = block->averages ? 1 : block->unknowns;
-    bool good = has_outputs(block) && (block->averages ? block->candidates > 2 : unknowns <= KMP_IMPLICIT_MOST);
+    bool good = (block->averages ? block->candidates > 2 : unknowns <= KMP_IMPLICIT_MOST) && has_outputs(block);
     for (int k = 1; good && k < block->candidates; k++)
         good = block->candidate[k] >= block->candidate[k - 1];
     for (int k = 0; good && k < p->input_count; k++) {
@@ -249,8 +249,9 @@ static bool get_block(kmp_byte_source *s, kmp_table_pool *pool, int depth, kmp_p
                                .linear = numbers[2],
                                .averages = numbers[3],
                                .candidates = numbers[4]};
-    bool good = !s->failed && block.unknowns > 0 && block.arguments >= 0 && block.candidates >= 0 &&
-                (size_t)block.candidates <= (size_t)(s->end - s->at) / sizeof(double);
+    const size_t bytes = (size_t)(s->end - s->at);
+    bool good = !s->failed && block.unknowns > 0 && (size_t)block.unknowns <= bytes && block.arguments >= 0 &&
+                block.candidates >= 0 && (size_t)block.candidates <= bytes / sizeof(double);
     block.candidate = good ? KMP_ARENA_NEW(&room, double, block.candidates) : NULL;
     if (block.candidate) {
         KMP_BYTES_TAKE(s, block.candidate, block.candidates);
