@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Conditions of instances in lanes. Their values at both ends of a step are evaluated in all lanes together, and bounds
  * between them decide most steps. The search of a run decides the others one by one, and locates the event. */
-#include "integrators/lanes/ensemble_inside.h"
+#include "integrators/lanes/ensemble_room.h"
 #include "integrators/run/events.h"
 #include "integrators/steppers/rk.h"
 #include <string.h>
@@ -147,8 +147,10 @@ static void add_late(kmp_engine *e, step_place *at, const double *vdd)
         }
 }
 
-void kmp_lanes_conditions(kmp_engine *e, const kmp_pool *pool, int place, const double *y, const double *slope,
-                          const double *vdd)
+/* Evaluates the conditions at one end of the steps of all lanes, 0 or 1, or in their middle, 2, whose times are in the
+ * room. */
+static void evaluate(kmp_engine *e, const kmp_pool *pool, int place, const double *y, const double *slope,
+                     const double *vdd)
 {
     kmp_lane_conditions *c = e->conditions;
     step_place *at = &c->place[place];
@@ -167,15 +169,6 @@ void kmp_lanes_conditions(kmp_engine *e, const kmp_pool *pool, int place, const 
         add_late(e, at, vdd);
 }
 
-void kmp_lanes_middle(kmp_engine *e, double *y)
-{
-    const kmp_lane_room *room = &e->room;
-    const kmp_dop853_step step = {.y = room->y, .h = room->step, .k = room->k, .y_new = room->y_new};
-    double *const *wide = e->conditions->wide;
-    kmp_lanes_interpolant(room->w, (size_t)e->size, &step, true, wide);
-    kmp_lanes_interpolate(room->w, (size_t)e->size, KMP_LANE_VECTORS, wide, 0.5, y);
-}
-
 /* The values of a lane. */
 static const kmp_look *look_of(const kmp_engine *e, int place, size_t l, double t)
 {
@@ -191,7 +184,8 @@ static const kmp_look *look_of(const kmp_engine *e, int place, size_t l, double 
     return look;
 }
 
-bool kmp_lane_is_clear(kmp_engine *e, size_t l, bool middle)
+/* True if the ends of a lane's step, and its `middle`, decide that no condition changes within it. */
+static bool is_clear(kmp_engine *e, size_t l, bool middle)
 {
     const kmp_lane_room *room = &e->room;
     const kmp_look *from = look_of(e, 0, l, room->t[l]), *to = look_of(e, 1, l, room->t_new[l]);
@@ -206,7 +200,9 @@ static kmp_crossing *stand(kmp_engine *e)
     return kmp_instance_crossing(e, &e->instances[e->room.who[e->within.lane]]);
 }
 
-const char *kmp_lane_find_event(kmp_engine *e, double *t, bool *found, double *shorter)
+/* Searches the step of the lane of kmp_within_begin: *found, at *t; *shorter: the step is made again with this length,
+ * 0: it is not. Returns the reason why lanes do not pass the event, or cannot search; NULL: they can. */
+static const char *search(kmp_engine *e, double *t, bool *found, double *shorter)
 {
     const kmp_lane_room *room = &e->room;
     size_t l = e->within.lane;
@@ -243,5 +239,86 @@ bool kmp_lane_visit_event(kmp_engine *e, double t, bool pass)
     memcpy(e->state + e->n, c->qd, (size_t)e->n * sizeof *c->qd);
     if (e->s->dissipative)
         x->y[e->n + part->p] = e->within.y[e->n + part->p];
+    return true;
+}
+
+/* The conditions in the middle of the steps, for lanes that both ends do not decide. */
+static void look_at_middle(kmp_engine *e, kmp_pool *pool)
+{
+    kmp_lane_room *room = &e->room;
+    const kmp_dop853_step step = {.y = room->y, .h = room->step, .k = room->k, .y_new = room->y_new};
+    double *const *wide = e->conditions->wide;
+    kmp_lanes_interpolant(room->w, (size_t)e->size, &step, true, wide);
+    kmp_lanes_interpolate(room->w, (size_t)e->size, KMP_LANE_VECTORS, wide, 0.5, room->stage);
+    kmp_room_set_times(room, 0.5);
+    kmp_room_evaluate(e, pool, room->stage, room->k[2]);
+    for (size_t l = 0; l < room->w; l++) {
+        room->dense_bad[l] = room->dense_bad[l] || room->bad[l] != 0;
+        room->bad[l] = 0;
+    }
+    kmp_room_find_accelerations(e, pool, kmp_lanes_run(pool->lanes, KMP_FUSED_END), room->k[2], room->vdd_middle);
+    evaluate(e, pool, 2, room->stage, room->k[2], room->vdd_middle);
+}
+
+/* Searches the step of a lane for an event. It is made again, with half its length, where the dense output is less
+ * exact. */
+static kmp_lane_outcome find_event(kmp_engine *e, kmp_pool *pool, size_t l)
+{
+    kmp_lane_room *room = &e->room;
+    kmp_instance *x = &e->instances[room->who[l]];
+    bool found = false;
+    double shorter = 0;
+    kmp_within_begin(e, pool, l);
+    if (room->dense_bad[l] || !kmp_within_is_exact(e))
+        return KMP_LANE_BAD_STEP;
+    const char *why = search(e, &room->event[l], &found, &shorter);
+    kmp_within_end(e);
+    if (why) {
+        x->again = false;
+        room->h[l] = room->step[l];
+        kmp_room_expel(e, l, why);
+        return KMP_LANE_EMPTY;
+    }
+    bool again = found && shorter > 0 && !x->again;
+    x->again = again;
+    if (found && !again)
+        return KMP_LANE_EVENT;
+    kmp_lane_set_modes(e, pool, l);
+    room->h[l] = again ? shorter : room->h[l];
+    return again ? KMP_LANE_AGAIN : KMP_LANE_TAKEN;
+}
+
+bool kmp_taken_watch(kmp_engine *e, kmp_pool *pool, const kmp_lane_watched *seen, kmp_lane_outcome *what,
+                     bool *searched)
+{
+    kmp_lane_room *room = &e->room;
+    double **k = room->k;
+    bool dense = false;
+    if (room->vdd)
+        kmp_room_find_accelerations(e, pool, seen->multiplier, k[13], room->vdd_new);
+    for (size_t l = 0; l < room->w; l++)
+        room->at[l] = room->t_new[l];
+    kmp_room_put_inputs(e);
+    evaluate(e, pool, 1, room->y_new, k[13], room->vdd_new);
+    kmp_room_set_times(room, 0);
+    kmp_room_put_inputs(e);
+    evaluate(e, pool, 0, room->y, k[1], room->vdd);
+    for (size_t l = 0; l < room->w; l++) {
+        searched[l] = what[l] == KMP_LANE_TAKEN && !is_clear(e, l, false);
+        dense = dense || searched[l];
+    }
+    if (!dense)
+        return false;
+    kmp_room_run_dense_stages(e, pool);
+    const bool middle = room->late;
+    if (middle)
+        look_at_middle(e, pool);
+    for (size_t l = 0; l < room->w; l++) {
+        if (!searched[l])
+            continue;
+        e->results[room->who[l]].rhs += 3;
+        if (!middle || room->dense_bad[l] || !is_clear(e, l, true))
+            what[l] = find_event(e, pool, l);
+    }
     return true;
 }

@@ -323,30 +323,10 @@ void kmp_lane_set_modes(kmp_engine *e, kmp_pool *pool, size_t lane);
 /** The watch of the conditions of a lane; NULL: there are none. */
 kmp_crossing *kmp_lane_watching(const kmp_engine *e, size_t lane);
 
-/** Evaluates the conditions at one end of the steps of all lanes, 0 or 1, or in their middle, 2, whose times are in the
- * room. */
-void kmp_lanes_conditions(kmp_engine *e, const kmp_pool *pool, int place, const double *y, const double *slope,
-                          const double *vdd);
-
-/** The unknowns in the middle of steps, after the stages of the dense output. */
-void kmp_lanes_middle(kmp_engine *e, double *y);
-
-/** True if the ends of a lane's step, and its `middle`, decide that no condition changes within it. */
-bool kmp_lane_is_clear(kmp_engine *e, size_t lane, bool middle);
-
-/** Searches the step of the lane of kmp_within_begin: *found, at *t; *shorter: the step is made again with this length,
- * 0: it is not. Returns the reason why lanes do not pass the event, or cannot search; NULL: they can. */
-const char *kmp_lane_find_event(kmp_engine *e, double *t, bool *found, double *shorter);
-
-/** Takes that lane to its event: the instance then has the time and the work there, e->state the closed state. `pass`:
- * the conditions change, and the instance has them; false: they change without end. Otherwise the state is that before
- * they change; false: it is not available. */
+/** Takes the lane of kmp_within_begin to its event: the instance then has the time and the work there, e->state the
+ * closed state. `pass`: the conditions change, and the instance has them; false: they change without end. Otherwise the
+ * state is that before they change; false: it is not available. */
 bool kmp_lane_visit_event(kmp_engine *e, double t, bool pass);
-
-/* ensemble_taken.c */
-
-/** Unknowns of all lanes at a place in their steps, into the room's `stage`, and their slopes, into its k[2]. */
-void kmp_lanes_evaluate_within(kmp_engine *e, kmp_pool *pool, double place);
 
 /* ensemble_watch.c: tests at the end of steps */
 
@@ -416,34 +396,11 @@ bool kmp_measures_steps(const kmp_engine *e);
 /** Makes the program of a pool that quantities of accelerations and multipliers need. false: no memory. */
 bool kmp_pool_complete(kmp_engine *e, kmp_pool *pool);
 
-/** True if steps that change no quantity can be found by their rough interpolant. */
-bool kmp_lanes_may_pass(const kmp_engine *e, const kmp_pool *pool);
-
-/** Prepares the interpolants of the present steps of all lanes, from all stages, or `rough` from both ends alone. */
-void kmp_lanes_prepare(kmp_engine *e, bool rough);
-
 /** Rows of all lanes, q then qd, from the unknowns and their slopes. */
 void kmp_lanes_spread(const kmp_engine *e, const kmp_pool *pool, const double *y, const double *slope, double *rows);
 
-/** The number of points within a step whose states lanes evaluate together; 0: none. The place of one in the step, 0 to
- * 1. The unknowns of all lanes at a place; then, with the slopes there, the quantities at a point. */
-int kmp_lanes_points(const kmp_engine *e, const kmp_pool *pool);
-double kmp_lanes_place(int point);
-void kmp_lanes_within(kmp_engine *e, double place, double *y);
-void kmp_lanes_sample(kmp_engine *e, const kmp_pool *pool, int point, const double *y, const double *slope);
-
-/** Passes over the step of a lane that changes no quantity, after samples at every second point. false: it must be
- * measured. */
-bool kmp_lane_pass(kmp_engine *e, const kmp_pool *pool, size_t lane);
-
-/** False: the interpolant of a lane is less exact than its step, where a run would integrate anew. */
-bool kmp_lane_is_exact(const kmp_engine *e, size_t lane);
-
-/** Takes the step of a lane that is about to be accepted into account, up to t. false: some state within it is not
+/** Takes the last step of a separate run into account. false: some state within it is not
  * available. */
-bool kmp_lane_measure(kmp_engine *e, kmp_pool *pool, size_t lane, double t);
-
-/** Takes the last step of a separate run into account. false: as above. */
 bool kmp_run_measure(kmp_engine *e, int i, kmp_runner *run);
 
 /** Writes the quantities at the end of an instance, at q and qd on closed loops; `row`: q, qd, qdd, lambda there, NULL:

@@ -4,7 +4,7 @@
 #include "base/memory.h"
 #include "constraints/written/solved_inside.h"
 #include "integrators/formulations/formulation.h"
-#include "integrators/lanes/ensemble_inside.h"
+#include "integrators/lanes/ensemble_room.h"
 #include "integrators/quantities/smooth_piece.h"
 #include "integrators/run/runner.h"
 #include "integrators/steppers/rk.h"
@@ -191,12 +191,8 @@ static bool samples(const kmp_engine *e, const kmp_pool *pool)
     return e->measuring->sampled && (!e->measuring->q->late || (pool->complete_lanes && !shows));
 }
 
-bool kmp_lanes_may_pass(const kmp_engine *e, const kmp_pool *pool)
-{
-    return samples(e, pool) && kmp_quantities_may_pass(e->measuring->q);
-}
-
-void kmp_lanes_prepare(kmp_engine *e, bool rough)
+/* Prepares the interpolants of the present steps of all lanes, from all stages, or `rough` from both ends alone. */
+static void prepare(kmp_engine *e, bool rough)
 {
     kmp_lane_room *room = &e->room;
     const kmp_dop853_step step = {.y = room->y, .h = room->step, .k = room->k, .y_new = room->y_new};
@@ -206,19 +202,19 @@ void kmp_lanes_prepare(kmp_engine *e, bool rough)
     e->measuring->parts = 0;
 }
 
-int kmp_lanes_points(const kmp_engine *e, const kmp_pool *pool)
-{
-    return samples(e, pool) ? KMP_PIECE_POINTS : 0;
-}
-
-double kmp_lanes_place(int point)
+/* The place of a point of a piece in its part of the step, 0 to 1. */
+static double place_of(int point)
 {
     return 0.5 * (1 + kmp_piece_point(point));
 }
 
-void kmp_lanes_within(kmp_engine *e, double place, double *y)
+/* The unknowns of all lanes at a place in their steps, into the room's `stage`, and their slopes, into its k[2]. */
+static void evaluate_within(kmp_engine *e, kmp_pool *pool, double place)
 {
-    kmp_lanes_interpolate(e->room.w, (size_t)e->size, e->measuring->vectors, e->measuring->wide, place, y);
+    kmp_lane_room *room = &e->room;
+    kmp_lanes_interpolate(room->w, (size_t)e->size, e->measuring->vectors, e->measuring->wide, place, room->stage);
+    kmp_room_set_times(room, place);
+    kmp_room_evaluate(e, pool, room->stage, room->k[2]);
 }
 
 void kmp_lanes_spread(const kmp_engine *e, const kmp_pool *pool, const double *y, const double *slope, double *rows)
@@ -293,11 +289,6 @@ static void sample_into(kmp_engine *e, const kmp_pool *pool, int point, const do
     }
 }
 
-void kmp_lanes_sample(kmp_engine *e, const kmp_pool *pool, int point, const double *y, const double *slope)
-{
-    sample_into(e, pool, point, y, slope, e->measuring->sampled);
-}
-
 /* Samples a part of the step in all lanes: more than one may need it. Flags of the whole step stay as they are. */
 static void sample_part(kmp_engine *e, kmp_pool *pool, int halvings, int index, sampled_part *part, double *pieces)
 {
@@ -310,7 +301,7 @@ static void sample_part(kmp_engine *e, kmp_pool *pool, int halvings, int index, 
     memset(m->doubtful, 0, sizeof m->doubtful);
     memset(room->bad, 0, room->w * sizeof *bad);
     for (int point = 1; point < KMP_PIECE_POINTS - 1; point++) {
-        kmp_lanes_evaluate_within(e, pool, ldexp(index + kmp_lanes_place(point), -halvings));
+        evaluate_within(e, pool, ldexp(index + place_of(point), -halvings));
         sample_into(e, pool, point, room->stage, room->k[2], pieces);
     }
     *part = (sampled_part){.halvings = halvings, .index = index};
@@ -339,7 +330,8 @@ static bool lane_part(void *user, int halvings, int index, double *piece)
     return true;
 }
 
-bool kmp_lane_is_exact(const kmp_engine *e, size_t l)
+/* False: the interpolant of a lane is less exact than its step, where a run would integrate anew. */
+static bool is_exact(const kmp_engine *e, size_t l)
 {
     const kmp_lane_room *room = &e->room;
     const double *last = e->measuring->wide[VECTORS - 1];
@@ -361,7 +353,9 @@ static kmp_measured_step step_of(const kmp_engine *e, const kmp_pool *pool, size
                                .parts = sampled ? lane_part : NULL};
 }
 
-bool kmp_lane_pass(kmp_engine *e, const kmp_pool *pool, size_t l)
+/* Passes over the step of a lane that changes no quantity, after samples at every second point. false: it must be
+ * measured. */
+static bool pass_over(kmp_engine *e, const kmp_pool *pool, size_t l)
 {
     kmp_measured_step step = step_of(e, pool, l, e->room.t_new[l]);
     for (size_t k = 0, p = (size_t)e->p; e->measuring->q->turns && k < p; k++)
@@ -370,7 +364,9 @@ bool kmp_lane_pass(kmp_engine *e, const kmp_pool *pool, size_t l)
     return step.sampled && kmp_account_pass(e->measuring->q, account_of(e, e->room.who[l]), &step);
 }
 
-bool kmp_lane_measure(kmp_engine *e, kmp_pool *pool, size_t l, double t)
+/* Takes the step of a lane that is about to be accepted into account, up to t. false: some state within it is not
+ * available. */
+static bool measure(kmp_engine *e, kmp_pool *pool, size_t l, double t)
 {
     kmp_measuring *m = e->measuring;
     int i = e->room.who[l];
@@ -379,9 +375,91 @@ bool kmp_lane_measure(kmp_engine *e, kmp_pool *pool, size_t l, double t)
     step.channels = lane_channels;
     step.user = &in;
     kmp_within_begin(e, pool, l);
-    bool good = kmp_lane_is_exact(e, l) && kmp_account_step(m->q, account_of(e, i), m->room, &step);
+    bool good = is_exact(e, l) && kmp_account_step(m->q, account_of(e, i), m->room, &step);
     kmp_within_end(e);
     return good;
+}
+
+static void sample_end(kmp_engine *e, kmp_pool *pool, int point, const double *y, const double *slope)
+{
+    kmp_room_set_times(&e->room, point > 0);
+    kmp_room_put_inputs(e);
+    sample_into(e, pool, point, y, slope, e->measuring->sampled);
+}
+
+/* Samples every so many points of the step; at its ends the slopes are known. */
+static void sample_every(kmp_engine *e, kmp_pool *pool, int every)
+{
+    kmp_lane_room *room = &e->room;
+    const int last = KMP_PIECE_POINTS - 1;
+    if (!samples(e, pool))
+        return;
+    sample_end(e, pool, 0, room->y, room->k[1]);
+    for (int point = every; point < last; point += every) {
+        evaluate_within(e, pool, place_of(point));
+        sample_into(e, pool, point, room->stage, room->k[2], e->measuring->sampled);
+    }
+    sample_end(e, pool, last, room->y_new, room->k[13]);
+}
+
+/* Finds the accepted steps that must be measured, and passes over the others. Returns their number. */
+static int find_measured(kmp_engine *e, kmp_pool *pool, const kmp_lane_outcome *what, bool *measured)
+{
+    kmp_lane_room *room = &e->room;
+    const bool may_pass = samples(e, pool) && kmp_quantities_may_pass(e->measuring->q);
+    int count = 0;
+    if (may_pass) {
+        prepare(e, true);
+        sample_every(e, pool, 2);
+    }
+    for (size_t l = 0; l < room->w; l++) {
+        measured[l] = what[l] == KMP_LANE_EVENT ||
+                      (what[l] == KMP_LANE_TAKEN && !(may_pass && room->bad[l] == 0 && pass_over(e, pool, l)));
+        count += measured[l];
+        room->bad[l] = 0;
+    }
+    return count;
+}
+
+/* Takes a step into the account of its instance. A step without exact states between its ends is left to a separate run
+ * from its beginning; an account that has some of its states is made anew by a run from the start. */
+static kmp_lane_outcome measure_one(kmp_engine *e, kmp_pool *pool, size_t l, double end, bool bad,
+                                    kmp_lane_outcome what)
+{
+    kmp_lane_room *room = &e->room;
+    if (what == KMP_LANE_TAKEN && (bad || !is_exact(e, l))) {
+        e->instances[room->who[l]].again = false;
+        room->h[l] = room->step[l];
+        kmp_room_expel(e, l, KMP_LANE_NO_STATES);
+        return KMP_LANE_EMPTY;
+    }
+    if (!bad && measure(e, pool, l, end))
+        return what;
+    kmp_instance_leave(e, room->who[l], KMP_LANE_NO_STATES);
+    kmp_room_empty(room, l);
+    return KMP_LANE_EMPTY;
+}
+
+void kmp_taken_measure(kmp_engine *e, kmp_pool *pool, const bool *searched, kmp_lane_outcome *what)
+{
+    kmp_lane_room *room = &e->room;
+    bool measured[KMP_LANES_MOST] = {false};
+    if (find_measured(e, pool, what, measured) == 0)
+        return;
+    if (!searched)
+        kmp_room_run_dense_stages(e, pool);
+    prepare(e, false);
+    sample_every(e, pool, 1);
+    for (size_t l = 0; l < room->w; l++) {
+        bool bad = room->bad[l] != 0 || room->dense_bad[l];
+        room->bad[l] = 0;
+        if (!measured[l])
+            continue;
+        e->results[room->who[l]].rhs += searched && searched[l] ? 0 : 3;
+        double end = what[l] == KMP_LANE_EVENT ? room->event[l] : room->t_new[l];
+        if (end > room->t[l])
+            what[l] = measure_one(e, pool, l, end, bad, what[l]);
+    }
 }
 
 /* -- runs -------------------------------------------------------------------------------------------- */

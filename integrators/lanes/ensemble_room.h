@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Attempts of steps in the lanes of a pool (ensemble_lanes.c), with what they need: the lanes' numbers and evaluations
- * (ensemble_room.c), and events and quantities within accepted steps (ensemble_taken.c). */
+ * (ensemble_room.c), and events and quantities within accepted steps. */
 #pragma once
 
 #include "integrators/lanes/ensemble_inside.h"
@@ -54,12 +54,14 @@ kempe_status kmp_room_run_expelled(kmp_engine *e, kmp_pool *pool);
 /** Computes slopes, signs and first steps of new lanes. */
 void kmp_room_begin(kmp_engine *e, kmp_pool *pool);
 
-/* ensemble_taken.c */
+/* ensemble_conditions.c */
 
 /** Finds the accepted steps within which conditions change; `searched`: lanes whose stages of the dense output are
  * counted. Returns true if these stages are known. */
 bool kmp_taken_watch(kmp_engine *e, kmp_pool *pool, const kmp_lane_watched *seen, kmp_lane_outcome *what,
                      bool *searched);
+
+/* ensemble_measure.c */
 
 /** Takes the accepted steps into the accounts of their instances; `searched`: lanes whose stages of the dense output
  * are counted, NULL: these are not known. */
