@@ -88,13 +88,6 @@ static bool is_settled(const kmp_piece_search *s, int k, const kmp_look *a, cons
     return holds ? low > 0 : low >= 0;
 }
 
-/* True for a value that stays zero by cancellation, as the difference of two equal coordinates: its bounds have both
- * signs. */
-static bool is_zero(int k, const kmp_step_piece *p)
-{
-    return p->a->change[k] == 0 && p->m->change[k] == 0 && p->b->change[k] == 0;
-}
-
 /* Decides open conditions: those that need a third point if the piece has one, otherwise the others. Returns true if
  * any is still open. */
 static bool find_open(kmp_piece_search *s, int depth, const kmp_step_piece *p)
@@ -106,8 +99,8 @@ static bool find_open(kmp_piece_search *s, int depth, const kmp_step_piece *p)
     if (wanted && depth >= s->least)
         s->site->bind(s->self, p);
     for (int k = 0; k < count; k++) {
-        if (p->m && depth >= ZERO_FROM && is_zero(k, p))
-            open[k] = false;
+        if (p->m && depth >= ZERO_FROM && p->a->change[k] == 0 && p->m->change[k] == 0 && p->b->change[k] == 0)
+            open[k] = false; /* by cancellation, as the difference of two equal coordinates: bounds have both signs */
         if (s->third[k] == (p->m != NULL) && depth >= s->least)
             open[k] = open[k] && !is_settled(s, k, p->a, p->b);
         any = any || open[k];

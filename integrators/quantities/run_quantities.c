@@ -706,16 +706,6 @@ static bool is_calm(const kmp_run_quantities *q, int k, const kmp_measured_step 
     return high - most < 1 && least - low < 1 && (kind != KMP_ARGUMENT_WAVE || gap < 1);
 }
 
-static void pass(const kmp_run_quantity *q, const kmp_measured_step *step, double *x)
-{
-    if (!covers(q, step->from, step->to))
-        return;
-    if (q->kind == KMP_TAKE_DURATION && x[OTHER] > 0)
-        x[VALUE] += step->to - x[TIME];
-    if (q->kind == KMP_TAKE_FIRST || q->kind == KMP_TAKE_COUNT || q->kind == KMP_TAKE_DURATION)
-        x[TIME] = step->to;
-}
-
 bool kmp_account_pass(const kmp_run_quantities *q, double *account, const kmp_measured_step *step)
 {
     double *size = sizes_of(q, account);
@@ -734,8 +724,16 @@ bool kmp_account_pass(const kmp_run_quantities *q, double *account, const kmp_me
     for (int k = 0; k < q->arguments; k++)
         if (!is_calm(q, k, step, size[channel_of(q, k)]))
             return false;
-    for (int k = 0; k < q->count; k++)
-        pass(&q->of[k], step, account + (ptrdiff_t)NUMBERS * k);
+    for (int k = 0; k < q->count; k++) {
+        const kmp_run_quantity_kind kind = q->of[k].kind;
+        double *x = account + (ptrdiff_t)NUMBERS * k;
+        if (!covers(&q->of[k], step->from, step->to))
+            continue;
+        if (kind == KMP_TAKE_DURATION && x[OTHER] > 0)
+            x[VALUE] += step->to - x[TIME];
+        if (kind == KMP_TAKE_FIRST || kind == KMP_TAKE_COUNT || kind == KMP_TAKE_DURATION)
+            x[TIME] = step->to;
+    }
     for (int c = 0; c < q->channels - q->arguments; c++)
         for (int j = 0; j < KMP_PIECE_POINTS; j += 2)
             size[c] = fmax(size[c], fabs(step->sampled[j * q->channels + c]));

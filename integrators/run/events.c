@@ -259,11 +259,6 @@ kempe_status kmp_crossing_foresee(kmp_crossing *c, double t)
     return KEMPE_OK;
 }
 
-void kmp_crossing_return(kmp_crossing *c)
-{
-    kmp_eval_set_modes(c->eval, c->before);
-}
-
 void kmp_crossing_note(kmp_crossing *c, double t, const double *q, const double *qd)
 {
     memcpy(c->before, kmp_eval_changes(c->eval, t, q, qd), (size_t)c->s->events.count * sizeof(double));

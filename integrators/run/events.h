@@ -126,10 +126,9 @@ kempe_status kmp_crossing_begin(kmp_crossing *crossing, double t, bool *ends);
  * end. */
 kempe_status kmp_crossing_pass(kmp_crossing *crossing, double t, bool rates);
 
-/** Changes the conditions at t of an event for a moment, until kmp_crossing_return. The crossing has the state there.
- */
+/** Changes the conditions at t of an event for a moment, until kmp_eval_set_modes with those `before`. The crossing has
+ * the state there. */
 kempe_status kmp_crossing_foresee(kmp_crossing *crossing, double t);
-void kmp_crossing_return(kmp_crossing *crossing);
 
 /** Notes the values of the conditions at t before states take next values. A condition that has changed at t, and whose
  * value the states do not change, then stays: positions that are closed again differ by rounding. */

@@ -96,18 +96,6 @@ static const char *or_default(const char *requested, const char *otherwise)
     return requested ? requested : otherwise;
 }
 
-static kempe_status resolve_change_points(const kempe_system *system, kmp_run_spec *spec)
-{
-    kmp_text complaint = {0};
-    kmp_change_points word = system->model->run.change_points;
-    if (spec->change_points)
-        word = kmp_change_points_find(spec->change_points, &complaint);
-    if (word == KMP_CHANGE_POINTS_COUNT)
-        return kmp_fail_text(system->context, KEMPE_E_ARGUMENT, &complaint);
-    spec->change_points = kmp_change_points_word(word);
-    return KEMPE_OK;
-}
-
 /* The first form of a formulation whose integrator of several stages at once is its default, NULL if there is none. */
 static const kmp_formulation_kind *form_of_lanes(const char *formulation)
 {
@@ -258,7 +246,13 @@ static kempe_status resolve_numbers(const kempe_system *system, kmp_run_spec *sp
 
 kempe_status kmp_run_resolve(const kempe_system *system, kmp_run_spec *spec)
 {
-    KMP_TRY(resolve_change_points(system, spec));
+    kmp_text complaint = {0};
+    kmp_change_points word = system->model->run.change_points;
+    if (spec->change_points)
+        word = kmp_change_points_find(spec->change_points, &complaint);
+    if (word == KMP_CHANGE_POINTS_COUNT)
+        return kmp_fail_text(system->context, KEMPE_E_ARGUMENT, &complaint);
+    spec->change_points = kmp_change_points_word(word);
     KMP_TRY(resolve_method(system, spec));
     KMP_TRY(resolve_tools(system, spec));
     if (ignores_change_points(spec) || spec->fixed_step > 0)

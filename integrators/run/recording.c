@@ -133,19 +133,6 @@ static bool is_same(const stretch *s, const kmp_runner *run)
            memcmp(s->chart, run->eval->chart, chart_size(run)) == 0;
 }
 
-/* Completes the state at the start of the last step; what it says of a failure does not concern the run. */
-static void complete(kmp_runner *run, stretch *s)
-{
-    kmp_formulation *formulation = run->formulation;
-    kmp_text why = formulation->reason;
-    formulation->reason = (kmp_text){0};
-    s->t = kmp_runner_t_old(run);
-    s->known = run->kind->dense(run->solver, s->t, run->y, run->yp) == KEMPE_OK &&
-               kmp_formulation_row(formulation, s->t, run->y, s->row, &s->work) == KMP_GO;
-    kmp_text_free(&formulation->reason);
-    formulation->reason = why;
-}
-
 static bool add_stretch(kmp_recording *r, kmp_runner *run)
 {
     stretch *room = kmp_arena_room(&r->arena, r->stretches, r->stretch_count, sizeof *room);
@@ -164,7 +151,15 @@ static bool add_stretch(kmp_recording *r, kmp_runner *run)
         return false;
     r->stretch_count++;
     memcpy(s->chart, run->eval->chart, chart_size(run));
-    complete(run, s);
+    /* The state at the start of the last step; what it says of a failure does not concern the run. */
+    kmp_formulation *formulation = run->formulation;
+    kmp_text why = formulation->reason;
+    formulation->reason = (kmp_text){0};
+    s->t = kmp_runner_t_old(run);
+    s->known = run->kind->dense(run->solver, s->t, run->y, run->yp) == KEMPE_OK &&
+               kmp_formulation_row(formulation, s->t, run->y, s->row, &s->work) == KMP_GO;
+    kmp_text_free(&formulation->reason);
+    formulation->reason = why;
     return true;
 }
 

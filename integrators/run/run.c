@@ -117,7 +117,9 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
     run->work_t = spec->t_start;
     run->bound.most = spec->max_steps;
     run->choice.open = spec->open_integrator;
-    kmp_runner_begin_stand_in(run);
+    run->stand_in = spec->stand_in;
+    if (run->stand_in.active)
+        run->choice.kind = kmp_solver_find(spec->integrator)->stand_in;
     if (!start) {
         status = kempe_assembly_new(system, &own);
         start = own;
@@ -318,8 +320,7 @@ kempe_status kmp_runner_cut(kmp_runner *run, double t, double stop)
     return kmp_runner_give_up(run, status, "the right-hand side cannot be evaluated", t);
 }
 
-/* `whole`: with accelerations and multipliers. */
-static kempe_status inner_row(kmp_runner *run, double t, bool whole, double *row, double *work)
+kempe_status kmp_runner_inner_row(kmp_runner *run, double t, bool whole, double *row, double *work)
 {
     const int n = run->s->n;
     kempe_status status = integrate_work(run, t);
@@ -336,18 +337,13 @@ static kempe_status inner_row(kmp_runner *run, double t, bool whole, double *row
     return KEMPE_OK;
 }
 
-kempe_status kmp_runner_inner_row(kmp_runner *run, double t, double *row, double *work)
-{
-    return inner_row(run, t, true, row, work);
-}
-
 kempe_status kmp_runner_motion(kmp_runner *run, double t, double *row)
 {
     const int n = run->s->n;
     double work;
     memset(row + 2 * n, 0, (size_t)(n + run->s->m) * sizeof *row);
     kmp_runner_follow(run, t);
-    KMP_TRY(inner_row(run, t, false, row, &work));
+    KMP_TRY(kmp_runner_inner_row(run, t, false, row, &work));
     kmp_runner_show(run, row, row + n, row + 2 * n);
     return KEMPE_OK;
 }
@@ -356,7 +352,7 @@ kempe_status kmp_runner_row(kmp_runner *run, double t, double *row, double *work
 {
     int n = run->s->n;
     kmp_runner_follow(run, t);
-    KMP_TRY(kmp_runner_inner_row(run, t, row, work));
+    KMP_TRY(kmp_runner_inner_row(run, t, true, row, work));
     if (run->friction)
         kmp_friction_show(run, t, row);
     kmp_runner_show(run, row, row + n, row + 2 * n);

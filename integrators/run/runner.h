@@ -205,9 +205,6 @@ void kmp_runner_release_integrators(kmp_runner *run);
 
 /* runner_stand_in.c */
 
-/** Takes up the method that stood in where the run continues from. */
-void kmp_runner_begin_stand_in(kmp_runner *run);
-
 /** At a restart for inputs: true if another integrator shall continue, for which the formulation is made anew. */
 bool kmp_runner_relieve(kmp_runner *run, double t);
 
@@ -261,8 +258,8 @@ void kmp_runner_follow(kmp_runner *run, double t);
 /** Converts a row to the user's coordinates, at the time to which these were followed. */
 void kmp_runner_show(kmp_runner *run, double *q, double *qd, double *qdd);
 
-/** kmp_runner_row in the coordinates of the present charts. */
-kempe_status kmp_runner_inner_row(kmp_runner *run, double t, double *row, double *work);
+/** kmp_runner_row in the coordinates of the present charts; `whole`: with accelerations and multipliers. */
+kempe_status kmp_runner_inner_row(kmp_runner *run, double t, bool whole, double *row, double *work);
 
 /* runner_bridge.c */
 

@@ -176,7 +176,7 @@ kempe_status kmp_runner_center(kmp_runner *run, double t)
     if (kmp_charts_count(run->s) == 0 || run->spec.own_angles || !(h > 0) ||
         kmp_runner_position(run, t, q) != KEMPE_OK || !is_due(run, q))
         return KEMPE_OK;
-    KMP_TRY(kmp_runner_inner_row(run, t, run->state, &work));
+    KMP_TRY(kmp_runner_inner_row(run, t, true, run->state, &work));
     if (!has_moved(run))
         memcpy(run->seen, q, (size_t)run->s->n * sizeof *q);
     run->seen_t = t;

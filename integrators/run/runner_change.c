@@ -57,7 +57,7 @@ kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool near_singular, d
 kempe_status kmp_runner_change_formulation(kmp_runner *run, double t, bool near_singular, double first_step)
 {
     double work;
-    KMP_TRY(kmp_runner_inner_row(run, t, run->state, &work));
+    KMP_TRY(kmp_runner_inner_row(run, t, true, run->state, &work));
     return kmp_runner_take_up(run, t, near_singular, work, first_step);
 }
 
@@ -170,7 +170,7 @@ static kempe_status watch_margin(kmp_runner *run, double t)
     if (!enters)
         return KEMPE_OK;
     double work;
-    KMP_TRY(kmp_runner_inner_row(run, t, run->state, &work));
+    KMP_TRY(kmp_runner_inner_row(run, t, true, run->state, &work));
     bool ahead = lies_ahead(run, t, when * (t - kmp_runner_t_old(run)));
     return ahead ? kmp_runner_change_formulation(run, t, true, 0) : KEMPE_OK;
 }
@@ -298,7 +298,7 @@ static double energy_of_rest(const kmp_runner *run)
 static kempe_status pass_switch(kmp_runner *run, double t)
 {
     double *q = run->state, h = step_after_event(run, t), work, energy, gain;
-    KMP_TRY(kmp_runner_inner_row(run, t, run->state, &work));
+    KMP_TRY(kmp_runner_inner_row(run, t, true, run->state, &work));
     KMP_TRY(switch_here(run, t, &energy, &gain));
     double after = kmp_eval_kinetic(run->eval, q + run->s->n), before = after - energy;
     if (-energy > fmax(run->spec.rtol * before, energy_of_rest(run)))
@@ -346,7 +346,7 @@ static bool keeps_rows(kmp_runner *run, double t)
     }
     for (int r = 0; eval->h_t && r < run->s->m; r++)
         off = fmax(off, fabs(eval->h_t[r] - h_t[r]) / run->rate_scale);
-    kmp_crossing_return(c);
+    kmp_eval_set_modes(eval, c->before);
     return off <= JUMP * size;
 }
 
@@ -442,7 +442,7 @@ kempe_status kmp_runner_begin_anew(kmp_runner *run, double t)
         KMP_TRY(pass_switch(run, t));
         return kmp_runner_take_conditions(run, t);
     }
-    KMP_TRY(kmp_runner_inner_row(run, t, run->state, &work));
+    KMP_TRY(kmp_runner_inner_row(run, t, true, run->state, &work));
     KMP_TRY(renew_here(run, t));
     if (relieved) {
         run->anew = false;

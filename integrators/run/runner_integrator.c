@@ -47,22 +47,17 @@ static kmp_solver *new_solver(const kmp_runner *run, const kmp_solver_kind *kind
     return kind->create(kind, &setup);
 }
 
-/* The force of a compliant contact begins and ends as a power of time, 1.5 in general. Steps are short there, and radau
- * gains nothing by its higher order. */
-static bool has_powers(const kempe_model *model)
-{
-    bool any = false;
-    for (int k = 0; k < model->force_count; k++)
-        any = any || model->forces[k].kind == KMP_FORCE_COMPLIANT;
-    return any;
-}
-
 /* The formulation has made lanes where they are worth while. */
 static void choose_first(kmp_runner *run)
 {
     const kmp_ode *ode = &run->formulation->ode;
     kmp_integrator_choice *c = &run->choice;
-    bool rough = has_powers(run->s->model);
+    const kempe_model *model = run->s->model;
+    /* The force of a compliant contact begins and ends as a power of time, 1.5 in general. Steps are short there, and
+     * radau gains nothing by its higher order. */
+    bool rough = false;
+    for (int k = 0; k < model->force_count; k++)
+        rough = rough || model->forces[k].kind == KMP_FORCE_COMPLIANT;
     c->kind = kmp_solver_find(rough ? "dop853" : ode->lanes ? "radau" : run->spec.integrator);
     c->ratio = ode->cycles_of_lanes > 0 && !rough ? kmp_cycles_ratio(ode, run->spec.rtol) : 0;
     c->patience = FIRST_TRIAL;

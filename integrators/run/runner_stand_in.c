@@ -13,13 +13,6 @@
  * many after each return. */
 enum { FREQUENT = 100, QUIET = 24, MOST_DOUBLED = 16 };
 
-void kmp_runner_begin_stand_in(kmp_runner *run)
-{
-    run->stand_in = run->spec.stand_in;
-    if (run->stand_in.active)
-        run->choice.kind = kmp_solver_find(run->spec.integrator)->stand_in;
-}
-
 kmp_stand_in kmp_runner_stand_in(const kmp_runner *run)
 {
     return run->stand_in;

@@ -54,17 +54,6 @@ static int run_words(char *const *words, const char *said)
     return WEXITSTATUS(state);
 }
 
-static kempe_status write_sources(kempe_context *context, kmp_arena *arena, const kmp_code_files *files,
-                                  const char *folder)
-{
-    kempe_status status = KEMPE_OK;
-    for (int k = 0; k < files->count && status == KEMPE_OK; k++) {
-        char *path = path_in(arena, folder, files->file[k].name);
-        status = path ? kempe_write_file(context, path, files->file[k].text.s) : kmp_fail_memory(context);
-    }
-    return status;
-}
-
 /* The first line of the compiler's output that says error, otherwise the first one. */
 static kempe_status tell_failure(kempe_context *context, const char *compiler, int code, const char *said)
 {
@@ -144,7 +133,10 @@ kempe_status kmp_unit_compile(kempe_context *context, const kmp_code_files *file
         status = kmp_fail(context, KEMPE_E_IO, "cannot make a folder in '%s' for the compiler",
                           given && *given ? given : "/tmp");
     } else if (status == KEMPE_OK) {
-        status = write_sources(context, &arena, files, folder);
+        for (int k = 0; k < files->count && status == KEMPE_OK; k++) {
+            char *path = path_in(&arena, folder, files->file[k].name);
+            status = path ? kempe_write_file(context, path, files->file[k].text.s) : kmp_fail_memory(context);
+        }
         if (status == KEMPE_OK)
             status = build(context, &arena, folder, plan, compiler, bytes);
         remove_folder(&arena, files, folder);

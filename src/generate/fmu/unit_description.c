@@ -486,14 +486,6 @@ static void put_roles(kmp_text *xml, const kmp_unit_variable *v)
     kmp_unit_attribute(xml, "description", v->description);
 }
 
-static int index_of(const description *d, unsigned wanted)
-{
-    int k = 0;
-    while (k < d->count && d->variable[k].reference != wanted)
-        k++;
-    return k + 1;
-}
-
 static void put_value(kmp_text *xml, const description *d, const kmp_unit_variable *v)
 {
     if (v->unit && !v->whole) {
@@ -505,10 +497,11 @@ static void put_value(kmp_text *xml, const description *d, const kmp_unit_variab
     }
     if (v->has_start)
         put_number(xml, "start", v->start);
-    if (v->state && d->plan->fmi == 2)
-        kmp_text_printf(xml, " derivative=\"%d\"", index_of(d, v->state));
-    else if (v->state)
-        kmp_text_printf(xml, " derivative=\"%u\"", v->state);
+    unsigned index = 1; /* in version 2 */
+    while (v->state && d->variable[index - 1].reference != v->state)
+        index++;
+    if (v->state)
+        kmp_text_printf(xml, " derivative=\"%u\"", d->plan->fmi == 2 ? index : v->state);
 }
 
 static void put_variables(kmp_text *xml, const description *d)

@@ -52,8 +52,7 @@ static kempe_simulator_status continue_here(kempe_simulator *s)
     struct kempe_simulator_parts *part = &s->part;
     bool changed = false;
     double t = s->t;
-    copy(s->equations->coordinates, part->inner_q, part->q);
-    copy(s->equations->coordinates, part->inner_qd, part->qd);
+    place_state_of(s, part->inner_q, part->inner_qd);
     bool event = part->state[AT_EVENT] > 0 && !(t < part->state[AT_END]);
     restart(s, t);
     kempe_simulator_status status = pass_instant(s, t, part->y_new, (occasion){event, 0}, &changed);

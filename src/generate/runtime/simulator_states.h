@@ -117,8 +117,7 @@ static outcome refresh(kempe_simulator *s)
     struct kempe_simulator_parts *part = &s->part;
     if (*factors_are_present(s) > 0)
         return GOOD;
-    copy(s->equations->coordinates, part->inner_q, part->q);
-    copy(s->equations->coordinates, part->inner_qd, part->qd);
+    place_state_of(s, part->inner_q, part->inner_qd);
     outcome said = evaluate_loops(s, s->t);
     if (said == GOOD)
         said = slopes_here(s, s->t, NULL);
@@ -171,8 +170,7 @@ kempe_simulator_status kempe_simulator_update(kempe_simulator *s, int *changed)
         return refuse_before_start(s);
     s->message[0] = 0;
     kempe_simulator_save(s, part->backup);
-    copy(s->equations->coordinates, part->inner_q, part->q);
-    copy(s->equations->coordinates, part->inner_qd, part->qd);
+    place_state_of(s, part->inner_q, part->inner_qd);
     restart(s, s->t);
     kempe_simulator_status status = pass_instant(s, s->t, part->y_new, passed_by_caller(s), &any);
     if (status == KEMPE_SIMULATOR_GOES && is_choice_bad(s, KMP_EXCHANGE_CALLERS)) {

@@ -93,17 +93,6 @@ static void count_impact(void *self, const struct kmp_impact_run *p, double t, d
     ((decider *)self)->s->work.events++;
 }
 
-static kmp_impact_site impact_site_of(const kempe_simulator *s)
-{
-    return (kmp_impact_site){.driven = s->equations->friction->driven != 0,
-                             .rows = rows_at,
-                             .ways = ways_of,
-                             .weigh = weigh,
-                             .kinetic = kinetic_energy,
-                             .fail = fail_impact,
-                             .tell_impact = count_impact};
-}
-
 /* Rates after impacts at the placed, complete state, which has no row that is held. The next flight bounds the step. */
 static kempe_simulator_status strike_contacts(kempe_simulator *s, double t)
 {
@@ -114,7 +103,13 @@ static kempe_simulator_status strike_contacts(kempe_simulator *s, double t)
     double since;
     if (e->friction->contacts == 0)
         return KEMPE_SIMULATOR_GOES;
-    const kmp_impact_site impacts = impact_site_of(s);
+    const kmp_impact_site impacts = {.driven = e->friction->driven != 0,
+                                     .rows = rows_at,
+                                     .ways = ways_of,
+                                     .weigh = weigh,
+                                     .kinetic = kinetic_energy,
+                                     .fail = fail_impact,
+                                     .tell_impact = count_impact};
     copy(e->coordinates, part->q, part->site_q);
     copy(e->coordinates, part->qd, part->site_qd);
     order_pivots(s, NULL);
