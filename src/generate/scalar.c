@@ -3,6 +3,7 @@
  * long for a line, become variables; long routines are cut into chunks. */
 #include "generate/scalar.h"
 #include "generate/blocks/block_parts.h"
+#include "output/print.h"
 #include <stdio.h>
 
 enum { LONGEST = 90, LEAF_LENGTH = 8 };
@@ -231,11 +232,7 @@ bool kmp_scalar_init(kmp_scalar *s, const kmp_code_source *source, const kmp_cod
     return ok;
 }
 
-void kmp_scalar_free(kmp_scalar *s)
-{
-    kmp_arena_free(&s->arena);
-    *s = (kmp_scalar){0};
-}
+KMP_CLEARS(kmp_scalar, s, kmp_arena_free(&s->arena))
 
 /* -- writing ----------------------------------------------------------------------------------------- */
 

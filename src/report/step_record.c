@@ -205,10 +205,5 @@ kempe_status kmp_record_start(const kempe_system *system, kmp_record *record)
     return kmp_has_result(status) ? KEMPE_OK : status;
 }
 
-void kmp_record_free(kmp_record *record)
-{
-    kmp_samples_free(&record->row);
-    kmp_arena_free(&record->arena);
-    kmp_run_log_free(&record->log);
-    *record = (kmp_record){0};
-}
+KMP_CLEARS(kmp_record, record, kmp_samples_free(&record->row), kmp_arena_free(&record->arena),
+           kmp_run_log_free(&record->log))

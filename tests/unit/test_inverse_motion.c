@@ -2,7 +2,7 @@
 /* Inverse dynamics of motions from tables and drives: derivatives between rows, branches, coarse tables, change points.
  */
 #include "inverted.h"
-#include "studies/inverse/prescribed.h"
+#include "studies/inverse/prescribed_motion.h"
 #include <kempe/workspace.h>
 
 /* x^5/10 - x^3 + 2x^2 - 1 */

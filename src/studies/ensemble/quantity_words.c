@@ -3,6 +3,7 @@
 #include "studies/ensemble/quantity_words.h"
 #include "model/tables/added_values.h"
 #include "model/tables/nearest.h"
+#include "output/print.h"
 #include <ctype.h>
 #include <math.h>
 #include <string.h>
@@ -379,9 +380,4 @@ kempe_status kmp_quantity_list_init(kmp_quantity_list *list, const kempe_model *
     return status == KEMPE_E_ARGUMENT ? KEMPE_E_INPUT : status; /* the texts are read as files are, with places */
 }
 
-void kmp_quantity_list_free(kmp_quantity_list *list)
-{
-    kmp_variant_free(list->variant);
-    kmp_arena_free(&list->arena);
-    *list = (kmp_quantity_list){0};
-}
+KMP_CLEARS(kmp_quantity_list, list, kmp_variant_free(list->variant), kmp_arena_free(&list->arena))

@@ -6,6 +6,7 @@
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dot.h"
+#include "output/print.h"
 #include <math.h>
 #include <string.h>
 
@@ -46,12 +47,7 @@ static void forget_choice(kmp_inverse *v)
     kmp_partition_free(&v->part);
 }
 
-void kmp_inverse_free(kmp_inverse *inverse)
-{
-    forget_choice(inverse);
-    kmp_arena_free(&inverse->arena);
-    *inverse = (kmp_inverse){0};
-}
+KMP_CLEARS(kmp_inverse, inverse, forget_choice(inverse), kmp_arena_free(&inverse->arena))
 
 /* -- the choice of independent coordinates ----------------------------------------------------------- */
 

@@ -7,6 +7,7 @@
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
+#include "output/print.h"
 #include "studies/kinematics/sweep_point.h"
 #include <float.h>
 #include <math.h>
@@ -106,15 +107,8 @@ static bool renew_leads(kmp_sweep *w, int count, const kmp_lead *leads)
     return true;
 }
 
-void kmp_sweep_free(kmp_sweep *sweep)
-{
-    forget_choice(sweep);
-    kmp_margin_free(&sweep->margin);
-    kmp_arena_free(&sweep->of_leads);
-    kmp_arena_free(&sweep->arena);
-    kmp_eval_free(sweep->eval);
-    *sweep = (kmp_sweep){0};
-}
+KMP_CLEARS(kmp_sweep, sweep, forget_choice(sweep), kmp_margin_free(&sweep->margin), kmp_arena_free(&sweep->of_leads),
+           kmp_arena_free(&sweep->arena), kmp_eval_free(sweep->eval))
 
 /* Chooses u, v and rows at the evaluator's last closure; rank -1: by the pivots. */
 static kempe_status choose(kmp_sweep *w, int rank)

@@ -232,13 +232,6 @@ kempe_status kmp_objective_init(kmp_objective *objective, const kempe_model *mod
     return status;
 }
 
-void kmp_objective_free(kmp_objective *objective)
-{
-    kmp_slope_runs_free(objective->runs);
-    kmp_variant_free(objective->shown);
-    kempe_ensemble_free(objective->ensemble);
-    kempe_values_free(objective->values);
-    kmp_free(objective->refusal);
-    kmp_arena_free(&objective->arena);
-    *objective = (kmp_objective){0};
-}
+KMP_CLEARS(kmp_objective, objective, kmp_slope_runs_free(objective->runs), kmp_variant_free(objective->shown),
+           kempe_ensemble_free(objective->ensemble), kempe_values_free(objective->values), kmp_free(objective->refusal),
+           kmp_arena_free(&objective->arena))
