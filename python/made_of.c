@@ -47,6 +47,6 @@ const char *python_linear_solvers(void)
 
 const char *python_searches(void)
 {
-    bool squares = kmp_squares_available(), minimum = kmp_minimum_available();
+    bool squares = kmp_squares_available, minimum = kmp_minimum_available;
     return squares && minimum ? "cminpack nlopt" : squares ? "cminpack" : minimum ? "nlopt" : "";
 }

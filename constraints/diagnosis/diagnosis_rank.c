@@ -17,25 +17,6 @@ const double *kmp_diagnosis_jacobian(const kmp_examination *x, int k)
 
 /* -- random configurations --------------------------------------------------------------------------- */
 
-/* Finds the largest rank, and the margin of the last row here. */
-static void compare_ranks(kmp_examination *x)
-{
-    kmp_walk *w = x->walk;
-    kmp_diagnosis *d = x->diagnosis;
-    double most = 0;
-    for (int k = 1; k <= x->point_count; k++) {
-        memcpy(w->copy, kmp_diagnosis_jacobian(x, k), (size_t)(w->m * w->n) * sizeof *w->copy);
-        int rank = kmp_walk_null_space(w, w->m, w->n, kmp_rounding_zero(x->system, KMP_RANK), w->n);
-        most = rank > d->generic_rank ? w->last : rank == d->generic_rank ? fmax(most, w->last) : most;
-        d->generic_rank = rank > d->generic_rank ? rank : d->generic_rank;
-    }
-    d->moved = x->point_count > 0;
-    if (d->generic_rank > x->part->r)
-        d->margin = 0;
-    else if (most > 0)
-        d->margin = fmin(1, x->part->pivots[x->part->r - 1] / most);
-}
-
 void kmp_diagnosis_points(kmp_examination *x)
 {
     const kempe_system *s = x->system;
@@ -54,7 +35,21 @@ void kmp_diagnosis_points(kmp_examination *x)
         memcpy(x->jacobians + (size_t)k * size, x->walk->jacobian, size * sizeof *x->jacobians);
     }
     x->point_count = count - 1;
-    compare_ranks(x);
+    /* Finds the largest rank, and the margin of the last row here. */
+    kmp_walk *w = x->walk;
+    kmp_diagnosis *d = x->diagnosis;
+    double most = 0;
+    for (int k = 1; k <= x->point_count; k++) {
+        memcpy(w->copy, kmp_diagnosis_jacobian(x, k), (size_t)(w->m * w->n) * sizeof *w->copy);
+        int rank = kmp_walk_null_space(w, w->m, w->n, kmp_rounding_zero(x->system, KMP_RANK), w->n);
+        most = rank > d->generic_rank ? w->last : rank == d->generic_rank ? fmax(most, w->last) : most;
+        d->generic_rank = rank > d->generic_rank ? rank : d->generic_rank;
+    }
+    d->moved = x->point_count > 0;
+    if (d->generic_rank > x->part->r)
+        d->margin = 0;
+    else if (most > 0)
+        d->margin = fmin(1, x->part->pivots[x->part->r - 1] / most);
 }
 
 /* -- dependent sets ---------------------------------------------------------------------------------- */

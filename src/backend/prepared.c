@@ -50,6 +50,223 @@ bool kmp_prepared_take_start(kmp_prepared *prepared)
     return prepared->start;
 }
 
+/* -- as bytes: counts, arrays, code ---------------------------------------------------------------------- */
+
+/* Places are checked where C uses them; the code is
+ * trusted as the program that reads it is, whose file is the user's alone too (cache_files.h). */
+
+/* Counts of the arrays; no gaps between them. */
+typedef struct counts {
+    uint32_t kind, slots, out, specials, angles, segments, blocks, items, copies, start;
+    uint32_t threads, parts; /* entries of parts */
+    uint64_t code;
+} counts;
+
+/* An array of a frame: its address, and its items. */
+typedef struct array {
+    void *to; /* where the address of its first item is */
+    size_t size, count;
+} array;
+
+enum { ARRAYS = 15 };
+
+static void list_arrays(kmp_prepared *prepared, const counts *c, array list[ARRAYS])
+{
+    kmp_frame *f = &prepared->frame;
+    const size_t stages = (size_t)f->program->stages + 1, inputs = (size_t)f->program->input_count;
+    const array all[ARRAYS] = {{&f->specials, sizeof *f->specials, c->specials},
+                               {&f->angle, sizeof *f->angle, c->angles},
+                               {&f->sine, sizeof *f->sine, c->angles},
+                               {&f->cosine, sizeof *f->cosine, c->angles},
+                               {&f->segments, sizeof *f->segments, (size_t)c->segments + 1},
+                               {&f->stage, sizeof *f->stage, stages},
+                               {&f->copy_start, sizeof *f->copy_start, stages},
+                               {&f->copies, sizeof *f->copies, c->copies},
+                               {&f->feeds, sizeof *f->feeds, inputs},
+                               {&f->block_of, sizeof *f->block_of, c->blocks},
+                               {&f->items, sizeof *f->items, c->items},
+                               {&f->part_start, sizeof *f->part_start, c->threads > 0 ? stages : 0},
+                               {&f->part_first, sizeof *f->part_first, c->parts},
+                               {&prepared->start, sizeof *prepared->start, c->start},
+                               {&prepared->code.offset, sizeof *prepared->code.offset, c->segments}};
+    memcpy(list, all, sizeof all);
+}
+
+void kmp_prepared_put(kmp_bytes *bytes, kmp_prepared *prepared)
+{
+    const kmp_frame *f = &prepared->frame;
+    const counts c = {.kind = (uint32_t)prepared->form.kind,
+                      .slots = f->slots,
+                      .out = f->out,
+                      .specials = f->special_count,
+                      .angles = f->angles,
+                      .segments = f->segment_count,
+                      .blocks = f->solving_count,
+                      .items = f->item_count,
+                      .copies = f->copy_start[f->program->stages],
+                      .start = prepared->start_count,
+                      .threads = (uint32_t)f->threads,
+                      .parts = f->threads > 0 ? f->part_start[f->program->stages] : 0,
+                      .code = prepared->code.size};
+    array list[ARRAYS];
+    list_arrays(prepared, &c, list);
+    kmp_bytes_put(bytes, &c, sizeof c);
+    KMP_BYTES_PUT(bytes, f->feed_start, KMP_IN_COUNT + 1);
+    for (int k = 0; k < ARRAYS; k++) {
+        const void *first;
+        memcpy(&first, list[k].to, sizeof first);
+        kmp_bytes_put(bytes, first, list[k].size * list[k].count);
+    }
+    kmp_bytes_put(bytes, prepared->code.pages, prepared->code.size);
+}
+
+/* -- checks ------------------------------------------------------------------------------------------ */
+
+static bool are_below(uint32_t count, const uint32_t *list, uint64_t limit)
+{
+    bool good = true;
+    for (uint32_t k = 0; k < count; k++)
+        good = good && list[k] < limit;
+    return good;
+}
+
+/* True if parts follow each other from zero to the end. */
+static bool follow(uint32_t count, const uint32_t *first, uint32_t end)
+{
+    bool good = first[0] == 0 && first[count] == end;
+    for (uint32_t k = 0; k < count; k++)
+        good = good && first[k] <= first[k + 1];
+    return good;
+}
+
+static bool are_segments(const kmp_frame *f)
+{
+    const kmp_segment *s = f->segments;
+    bool good = s[0].special == 0 && s[f->segment_count].special == f->special_count;
+    for (uint32_t g = 0; g < f->segment_count; g++)
+        good = good && s[g].special <= s[g + 1].special && s[g].angle <= s[g + 1].angle &&
+               (uint64_t)s[g].angle + s[g].angles <= f->angles && s[g + 1].angle <= f->angles;
+    return good;
+}
+
+static bool are_specials(const kmp_frame *f)
+{
+    const kmp_program *p = f->program;
+    bool good = true;
+    for (uint32_t k = 0; good && k < f->special_count; k++) {
+        const kmp_special *s = &f->specials[k];
+        good = s->d < f->slots && s->instruction < (uint32_t)p->code[p->stages] &&
+               p->instruction[s->instruction].op == s->op;
+        if (good && s->op == KMP_OP_IMPLICIT)
+            good = s->operand[1] < f->solving_count && f->block_of[s->operand[1]] == p->instruction[s->instruction].b &&
+                   s->operand[0] + (uint64_t)p->block[p->instruction[s->instruction].b].arguments <= f->item_count;
+        else
+            good = good && are_below(3, s->operand, f->slots);
+    }
+    return good;
+}
+
+static bool are_slots(const kmp_prepared *prepared)
+{
+    const kmp_frame *f = &prepared->frame;
+    bool good = (uint64_t)f->out + (uint64_t)f->program->outputs[f->program->stages] <= f->slots &&
+                are_below(f->angles, f->angle, f->slots) && are_below(f->angles, f->sine, f->slots) &&
+                are_below(f->angles, f->cosine, f->slots);
+    for (uint32_t k = 0; k < f->copy_start[f->program->stages]; k++)
+        good = good && f->copies[k].from < f->slots && f->copies[k].to < f->slots;
+    for (int k = 0; k < f->program->input_count; k++)
+        good = good && f->feeds[k].slot < f->slots;
+    for (uint32_t k = 0; k < f->item_count; k++)
+        good = good && f->items[k].slot < f->slots;
+    for (uint32_t k = 0; k < prepared->start_count; k++)
+        good = good && prepared->start[k].slot < f->slots;
+    return good;
+}
+
+/* The inputs by kind, each with the index that the program has for it. */
+static bool are_feeds(const kmp_frame *f)
+{
+    const kmp_program *p = f->program;
+    int next = 0;
+    bool good = f->feed_start[0] == 0 && f->feed_start[KMP_IN_COUNT] == p->input_count;
+    for (int kind = 0; kind < KMP_IN_COUNT; kind++) {
+        good = good && f->feed_start[kind] == next;
+        for (int k = 0; good && k < p->input_count; k++)
+            if ((int)p->input[k].kind == kind)
+                good = f->feeds[next++].index == p->input[k].index;
+    }
+    return good;
+}
+
+/* Entries of each stage in parts are as those of kmp_frame; a stage in one has none. */
+static bool are_parts(const kmp_frame *f, uint32_t entries)
+{
+    const uint32_t *start = f->part_start;
+    bool good = f->threads == 0 || follow((uint32_t)f->program->stages, start, entries);
+    for (int s = 0; good && f->threads > 0 && s < f->program->stages; s++)
+        if (start[s + 1] > start[s])
+            good = start[s + 1] - start[s] > 3 &&
+                   follow(start[s + 1] - start[s] - 1, f->part_first + start[s], f->stage[s + 1] - f->stage[s]);
+    return good;
+}
+
+static bool is_sound(const kmp_prepared *prepared, size_t code)
+{
+    const kmp_frame *f = &prepared->frame;
+    const kmp_program *p = f->program;
+    bool good = follow((uint32_t)p->stages, f->stage, f->segment_count) &&
+                follow((uint32_t)p->stages, f->copy_start, f->copy_start[p->stages]) && are_segments(f) &&
+                are_below(f->solving_count, f->block_of, (uint64_t)p->block_count) && are_specials(f) &&
+                are_slots(prepared) && are_feeds(f);
+    for (uint32_t g = 0; g < f->segment_count; g++)
+        good = good && (prepared->code.offset[g] < code || prepared->code.offset[g] == KMP_NO_ROUTINE);
+    return good;
+}
+
+/* -- reading ----------------------------------------------------------------------------------------- */
+
+static bool take_arrays(kmp_byte_source *s, kmp_prepared *prepared, const counts *c)
+{
+    array list[ARRAYS];
+    list_arrays(prepared, c, list);
+    for (int k = 0; k < ARRAYS; k++) {
+        size_t left = (size_t)(s->end - s->at);
+        void *first = list[k].count > left / list[k].size
+                          ? NULL
+                          : kmp_arena_alloc(&prepared->frame.arena, list[k].count, list[k].size);
+        if (!first)
+            return false;
+        kmp_bytes_take(s, first, list[k].size * list[k].count);
+        memcpy(list[k].to, &first, sizeof first);
+    }
+    return !s->failed;
+}
+
+bool kmp_prepared_take(kmp_byte_source *s, const kmp_program *program, kmp_prepared *prepared)
+{
+    kmp_frame *f = &prepared->frame;
+    counts c;
+    kmp_bytes_take(s, &c, sizeof c);
+    *f = (kmp_frame){.program = program,
+                     .slots = c.slots,
+                     .out = c.out,
+                     .special_count = c.specials,
+                     .angles = c.angles,
+                     .segment_count = c.segments,
+                     .solving_count = c.blocks,
+                     .item_count = c.items,
+                     .threads = (int)c.threads,
+                     .runner = kmp_layout_runner(&kmp_backend_native)};
+    prepared->start_count = c.start;
+    KMP_BYTES_TAKE(s, f->feed_start, KMP_IN_COUNT + 1);
+    if (s->failed || c.kind != (uint32_t)prepared->form.kind || c.threads != c.kind / KMP_PREPARED_THREAD ||
+        !take_arrays(s, prepared, &c) || f->copy_start[program->stages] != c.copies || !are_parts(f, c.parts) ||
+        (uint64_t)(s->end - s->at) != c.code || !is_sound(prepared, c.code))
+        return false;
+    return kmp_code_load(&prepared->code, &f->arena, s->at, c.code, c.segments, prepared->code.offset) &&
+           prepared->code.pages;
+}
+
 /* -- the cache --------------------------------------------------------------------------------------- */
 
 static void keep(kmp_prepared *prepared, const char *folder, const kmp_cache_key *key)

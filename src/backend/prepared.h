@@ -43,8 +43,6 @@ bool kmp_prepared_values(const kmp_prepared *prepared, kmp_frame *frame);
 /** Notes the slots that are not zero, and forgets all values of the frame. False: no memory. */
 bool kmp_prepared_take_start(kmp_prepared *prepared);
 
-/* prepared_bytes.c */
-
 void kmp_prepared_put(kmp_bytes *bytes, kmp_prepared *prepared);
 /** Fills an empty one for the program that it was made of. False: no memory, or the bytes are of none. */
 bool kmp_prepared_take(kmp_byte_source *source, const kmp_program *program, kmp_prepared *prepared);

@@ -99,10 +99,7 @@ static bool set_up(search *s, double *room)
     return good && (m->slopes || nlopt_set_initial_step1(s->opt, FIRST_STEP) > 0);
 }
 
-bool kmp_minimum_available(void)
-{
-    return true;
-}
+const bool kmp_minimum_available = true;
 
 bool kmp_minimum_find(const kmp_minimum *minimum, double *x, kmp_minimum_report *report)
 {
@@ -132,10 +129,7 @@ bool kmp_minimum_find(const kmp_minimum *minimum, double *x, kmp_minimum_report 
 
 #else
 
-bool kmp_minimum_available(void)
-{
-    return false;
-}
+const bool kmp_minimum_available = false;
 
 bool kmp_minimum_find(const kmp_minimum *minimum, double *x, kmp_minimum_report *report)
 {

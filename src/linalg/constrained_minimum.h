@@ -28,7 +28,7 @@ typedef struct kmp_minimum_report {
 } kmp_minimum_report;
 
 /** False: this build has no library of optimisation. */
-bool kmp_minimum_available(void);
+extern const bool kmp_minimum_available;
 
 /** x: the start in the cube, then the best place: of those that keep the inequalities the one of least value, or the
  * one that breaks them least. False: no memory, or not available. */

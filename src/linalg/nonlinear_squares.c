@@ -140,10 +140,7 @@ static int answer(void *user, int rows, int count, const double *y, double *resi
 
 /* -- the search -------------------------------------------------------------------------------------- */
 
-bool kmp_squares_available(void)
-{
-    return true;
-}
+const bool kmp_squares_available = true;
 
 bool kmp_squares_minimise(const kmp_squares *squares, double *x, kmp_squares_report *report)
 {
@@ -188,10 +185,7 @@ bool kmp_squares_minimise(const kmp_squares *squares, double *x, kmp_squares_rep
 
 #else
 
-bool kmp_squares_available(void)
-{
-    return false;
-}
+const bool kmp_squares_available = false;
 
 bool kmp_squares_minimise(const kmp_squares *squares, double *x, kmp_squares_report *report)
 {

@@ -38,7 +38,7 @@ typedef struct kmp_squares_report {
 } kmp_squares_report;
 
 /** False: this build has no library of least squares. */
-bool kmp_squares_available(void);
+extern const bool kmp_squares_available;
 
 /** x: the start within the bounds, then the best place known. A start at a bound is moved inside by a hundredth. False:
  * no memory, or not available. */

@@ -499,7 +499,7 @@ static void keeps_the_best(void)
 
 int main(void)
 {
-    if (kmp_squares_available()) {
+    if (kmp_squares_available) {
         TEST(agrees_with_normal_equations);
         TEST(shares_parameters_of_two_files);
         TEST(ends_at_a_bound);
@@ -514,5 +514,5 @@ int main(void)
         TEST(keeps_the_best);
     }
     (void)remove(data_file);
-    return kmp_squares_available() ? check_report() : 0;
+    return kmp_squares_available ? check_report() : 0;
 }

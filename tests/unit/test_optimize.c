@@ -253,7 +253,7 @@ static void threads_change_nothing(void)
 
 int main(void)
 {
-    if (!kmp_minimum_available())
+    if (!kmp_minimum_available)
         return 0;
     TEST(finds_a_spring);
     TEST(turns_within_steps);

@@ -116,17 +116,6 @@ static void add_to_parent(const kmp_tree *tree, int i, inertia r, inertia *paren
             parent->h.x[p][q] = kmp_add(g, parent->h.x[p][q], r.h.x[p][q]);
 }
 
-static kempe_status refuse(const kmp_tree *tree, int i)
-{
-    const kempe_model *model = tree->model;
-    const kmp_motion *motion = &model->motions[i - 1];
-    return kmp_fail(model->context, KEMPE_E_FAILED,
-                    "the O(N) scheme divides by the inertia that a coordinate moves, and coordinate '%s' of body '%s' "
-                    "moves none; give the bodies it moves %s, or use M and C",
-                    motion->name, model->bodies[motion->body].name,
-                    motion->rotation ? "an inertia about its axis" : "a mass");
-}
-
 kempe_status kmp_articulated_init(kmp_articulated *a, const kmp_tree *tree)
 {
     kmp_graph *g = tree->graph;
@@ -139,8 +128,16 @@ kempe_status kmp_articulated_init(kmp_articulated *a, const kmp_tree *tree)
         r[i] = own_inertia(tree, i);
     for (int i = tree->count - 1; !kmp_graph_failed(g) && i > 0; i--) {
         a->inverse[i] = release(tree, i, &r[i], &a->passed[i]);
-        if (!kmp_graph_failed(g) && a->inverse[i] == KMP_ZERO)
-            return refuse(tree, i);
+        if (!kmp_graph_failed(g) && a->inverse[i] == KMP_ZERO) {
+            const kempe_model *model = tree->model;
+            const kmp_motion *motion = &model->motions[i - 1];
+            return kmp_fail(
+                model->context, KEMPE_E_FAILED,
+                "the O(N) scheme divides by the inertia that a coordinate moves, and coordinate '%s' of body '%s' "
+                "moves none; give the bodies it moves %s, or use M and C",
+                motion->name, model->bodies[motion->body].name,
+                motion->rotation ? "an inertia about its axis" : "a mass");
+        }
         if (tree->links[i].parent > 0)
             add_to_parent(tree, i, r[i], &r[tree->links[i].parent]);
     }

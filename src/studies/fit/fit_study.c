@@ -423,7 +423,7 @@ static kempe_status prepare(kempe_fit *f, const kempe_fit_options *options)
     f->run_options = *run;
     f->run_options.threads = 1;
     f->threads = run->threads > 0 ? run->threads : kmp_processors();
-    if (!kmp_squares_available())
+    if (!kmp_squares_available)
         return kmp_fail(f->context, KEMPE_E_FAILED,
                         "this build has no least squares: install libcminpack-dev and build Kempe again");
     if (!(f->confidence < 1) || options->confidence < 0)

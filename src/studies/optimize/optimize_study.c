@@ -326,7 +326,7 @@ static kempe_status search_all(kempe_optimum *o)
 static kempe_status prepare(kempe_optimum *o, const kempe_optimum_options *options)
 {
     const char *quantity = options->minimize ? options->minimize : options->maximize;
-    if (!kmp_minimum_available())
+    if (!kmp_minimum_available)
         return kmp_fail(o->context, KEMPE_E_FAILED,
                         "this build has no optimisation: install libnlopt-dev and build Kempe again");
     if (!options->minimize == !options->maximize)
