@@ -241,14 +241,36 @@ struct kmp_mode_watch {
     char *sign;     /* of each block at the last state where it was known */
 };
 
-/* Room of the watch and, for each dependent coordinate, the block in which it is solved. False: no memory. */
-static bool watch_blocks(kmp_mode_watch *w)
+kmp_mode_watch *kmp_mode_watch_new(const kempe_system *system, const bool *kept, const double *q)
 {
-    int m = w->s.walk->m, n = w->s.walk->n, blocks = w->s.block_count, at = 0;
-    if (!KMP_ARENA_MAKE(&w->b.arena, KMP_ROOM(bool, m *n, &w->occurs), KMP_ROOM(double, m *n, &w->rest),
-                        KMP_ROOM(int, m, &w->candidate), KMP_ROOM(int, n, &w->level, &w->rows),
-                        KMP_ROOM(char, blocks + 1, &w->sign)))
-        return false;
+    bool possible = !system->rheonomic && system->chart_count == 0 && system->n <= MOST_WATCHED;
+    int n = system->n, m = system->m, count = 0, at = 0;
+    kmp_mode_watch *w = possible ? KMP_NEW(kmp_mode_watch, 1) : NULL;
+    if (!w)
+        return NULL;
+    w->b.system = system;
+    w->s = (search){.b = &w->b, .walk = kmp_walk_new_of_closures(system)};
+    bool fits = w->s.walk &&
+                KMP_ARENA_MAKE(&w->b.arena, KMP_ROOM(bool, n, &w->b.kept), KMP_ROOM(bool, m *n, &w->occurs),
+                               KMP_ROOM(double, n *n, &w->s.matrix), KMP_ROOM(double, m *n, &w->rest),
+                               KMP_ROOM(int, n, &w->s.order, &w->level, &w->rows), KMP_ROOM(int, m, &w->candidate));
+    if (fits) {
+        /* The signs with the kept coordinates independent, if these determine the others. */
+        for (int k = 0; k < n; k++)
+            count += w->b.kept[k] = kept[k];
+        kmp_walk_evaluate(w->s.walk, q);
+        choose_blocks(&w->s);
+        fits = count > 0 && w->s.part.r > 0 && w->s.part.p == count;
+    }
+    for (int k = 0; fits && k < count; k++)
+        fits = w->b.kept[w->s.part.u[k]];
+    const int blocks = w->s.block_count;
+    w->sign = fits ? KMP_ARENA_NEW(&w->b.arena, char, blocks + 1) : NULL;
+    if (!w->sign) {
+        kmp_mode_watch_free(w);
+        return NULL;
+    }
+    /* For each dependent coordinate, the block in which it is solved. */
     for (int k = 0; k < n; k++)
         w->level[k] = blocks;
     for (int b = 0; b < blocks; b++) {
@@ -257,37 +279,6 @@ static bool watch_blocks(kmp_mode_watch *w)
             w->level[w->s.blocks[b].columns[k]] = b;
             w->rows[at++] = w->s.blocks[b].rows[k];
         }
-    }
-    return true;
-}
-
-/* Prepares the signs with the kept coordinates independent. False: these do not determine the others, or no memory. */
-static bool watch_init(kmp_mode_watch *w, const kempe_system *system, const bool *kept, const double *q)
-{
-    int n = system->n, count = 0;
-    w->b.system = system;
-    w->s = (search){.b = &w->b, .walk = kmp_walk_new_of_closures(system)};
-    KMP_ARENA_MAKE(&w->b.arena, KMP_ROOM(bool, n, &w->b.kept), KMP_ROOM(double, n *n, &w->s.matrix),
-                   KMP_ROOM(int, n, &w->s.order));
-    if (!w->s.walk || w->b.arena.failed)
-        return false;
-    for (int k = 0; k < n; k++)
-        count += w->b.kept[k] = kept[k];
-    kmp_walk_evaluate(w->s.walk, q);
-    choose_blocks(&w->s);
-    bool fits = count > 0 && w->s.part.r > 0 && w->s.part.p == count;
-    for (int k = 0; fits && k < count; k++)
-        fits = w->b.kept[w->s.part.u[k]];
-    return fits && watch_blocks(w);
-}
-
-kmp_mode_watch *kmp_mode_watch_new(const kempe_system *system, const bool *kept, const double *q)
-{
-    bool possible = !system->rheonomic && system->chart_count == 0 && system->n <= MOST_WATCHED;
-    kmp_mode_watch *w = possible ? KMP_NEW(kmp_mode_watch, 1) : NULL;
-    if (w && !watch_init(w, system, kept, q)) {
-        kmp_mode_watch_free(w);
-        return NULL;
     }
     return w;
 }

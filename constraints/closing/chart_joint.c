@@ -77,6 +77,19 @@ static void rotation(const kmp_chart_joint *j, const double q[3], matrix r)
     }
 }
 
+/* Makes the rows orthonormal again. */
+static void clean(matrix m)
+{
+    for (int pass = 0; pass < 2; pass++)
+        for (int i = 0; i < 3; i++) {
+            for (int k = 0; k < i; k++)
+                add_scaled(m[i], -kmp_dot3(m[i], m[k]), m[k]);
+            double size = sqrt(kmp_dot3(m[i], m[i]));
+            for (int k = 0; k < 3; k++)
+                m[i][k] /= size;
+        }
+}
+
 /* -- axes and rates ---------------------------------------------------------------------------------- */
 
 /* Columns a, R1 b, R12 c. */
@@ -226,6 +239,21 @@ static double angle_about(const double e[3], const double x[3], const double y[3
     return atan2(kmp_dot3(e, xy), kmp_dot3(x, y) - kmp_dot3(e, x) * kmp_dot3(e, y));
 }
 
+/* Initial angles in a new chart. The second is in its middle. C absorbs one of the outer angles, chosen such that the
+ * body now turns about a and c alone: the second angle then leaves its middle late. w: angular velocity in the axes on
+ * C's far side, those of the body when C comes first. */
+static void begin_angles(const kmp_chart_joint *j, const double w[3], double q[3])
+{
+    double level[3], along = 0;
+    const double *axis = j->before ? j->c : j->a;
+    kmp_cross3(axis, j->b, level);
+    if (kmp_dot3(w, w) - kmp_dot3(axis, w) * kmp_dot3(axis, w) > LEAST_TURN * kmp_dot3(w, w))
+        along = remainder(angle_about(axis, w, level), TWO_PI / 2);
+    q[0] = j->before ? 0 : -along;
+    q[1] = middle(j);
+    q[2] = j->before ? along : 0;
+}
+
 KMP_LOCAL void kmp_chart_joint_center(const kmp_chart_joint *j, double *chart, double *q, double *qd, double *qdd)
 {
     double center[3], w[3];
@@ -235,17 +263,7 @@ KMP_LOCAL void kmp_chart_joint_center(const kmp_chart_joint *j, double *chart, d
     memcpy(w, s.w, sizeof w);
     if (j->before)
         apply(total, true, w, w);
-    /* Initial angles in a new chart. The second is in its middle. C absorbs one of the outer angles, chosen such that
-     * the body now turns about a and c alone: the second angle then leaves its middle late. w: angular velocity in the
-     * axes on C's far side, those of the body when C comes first. */
-    double level[3], along = 0;
-    const double *axis = j->before ? j->c : j->a;
-    kmp_cross3(axis, j->b, level);
-    if (kmp_dot3(w, w) - kmp_dot3(axis, w) * kmp_dot3(axis, w) > LEAST_TURN * kmp_dot3(w, w))
-        along = remainder(angle_about(axis, w, level), TWO_PI / 2);
-    center[0] = j->before ? 0 : -along;
-    center[1] = middle(j);
-    center[2] = j->before ? along : 0;
+    begin_angles(j, w, center);
     rotation(j, center, r);
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < 3; k++)
@@ -254,15 +272,7 @@ KMP_LOCAL void kmp_chart_joint_center(const kmp_chart_joint *j, double *chart, d
         multiply(total, inverse, own);
     else
         multiply(inverse, total, own);
-    /* Makes the rows orthonormal again. */
-    for (int pass = 0; pass < 2; pass++)
-        for (int i = 0; i < 3; i++) {
-            for (int k = 0; k < i; k++)
-                add_scaled(own[i], -kmp_dot3(own[i], own[k]), own[k]);
-            double size = sqrt(kmp_dot3(own[i], own[i]));
-            for (int k = 0; k < 3; k++)
-                own[i][k] /= size;
-        }
+    clean(own);
     memcpy(chart, own, sizeof own);
     memcpy(q + j->first, center, sizeof center);
     if (j->before) {

@@ -152,6 +152,18 @@ static void look(search *w, place *p)
 
 /* -- the Hessian ------------------------------------------------------------------------------------- */
 
+/* Multipliers: J' lambda = G' r over the coordinates that are not held. false: no memory. */
+static bool find_multipliers(search *w, const place *p)
+{
+    int n = w->n, m = w->m;
+    for (int r = 0; r < m; r++)
+        for (int c = 0; c < n; c++)
+            w->transposed[c + r * n] = w->walk->jacobian[r + c * m];
+    for (int c = 0; c < n; c++)
+        w->step[c] = w->hold[c] ? 0 : p->gradient[c];
+    return kmp_least_squares(n, m, w->transposed, w->step, kmp_rounding_zero(w->s, KMP_RANK), w->multiplier) >= 0;
+}
+
 /* sum r_i d2 r_i - sum lambda_j d2 h_j along `sign` times w->rate, including the rates and times of moving closures. */
 static double second_derivative_once(search *w, const place *p, double sign)
 {
@@ -180,14 +192,8 @@ static double second_derivative(search *w, const place *p)
 
 static bool find_hessian(search *w, const place *p)
 {
-    int n = w->n, m = w->m, d = p->d;
-    /* Multipliers: J' lambda = G' r over the coordinates that are not held. */
-    for (int r = 0; r < m; r++)
-        for (int c = 0; c < n; c++)
-            w->transposed[c + r * n] = w->walk->jacobian[r + c * m];
-    for (int c = 0; c < n; c++)
-        w->step[c] = w->hold[c] ? 0 : p->gradient[c];
-    if (kmp_least_squares(n, m, w->transposed, w->step, kmp_rounding_zero(w->s, KMP_RANK), w->multiplier) < 0)
+    int n = w->n, d = p->d;
+    if (!find_multipliers(w, p))
         return false;
     kmp_eval_mass(w->walk->eval);
     for (int a = 0; a < d; a++)

@@ -272,20 +272,13 @@ static void shares_of(kmp_reduction *red, int dropped, double *share)
         share[r] = r == dropped ? INFINITY : fabs(share[r]) * s->row_scale[r] / s->row_scale[dropped];
 }
 
-/* True for a row that is not held (of friction, of a contact): it has no load. */
-static bool is_idle(const kmp_evaluator *eval, int row)
-{
-    const kmp_pattern *jacobian = &eval->system->jacobian;
-    for (int e = 0; e < jacobian->count; e++)
-        if (jacobian->row[e] == row && eval->jacobian[e] != 0)
-            return false;
-    return true;
-}
-
 static kempe_status check_row(kmp_reduction *red, int dropped)
 {
     const kempe_system *s = red->eval->system;
-    if (is_idle(red->eval, dropped))
+    bool idle = true; /* a row that is not held (of friction, of a contact) has no load */
+    for (int e = 0; e < s->jacobian.count; e++)
+        idle = idle && !(s->jacobian.row[e] == dropped && red->eval->jacobian[e] != 0);
+    if (idle)
         return KEMPE_OK;
     double *share = red->eval->load->changed;
     int most = red->part->rows[0];

@@ -207,7 +207,7 @@ int kmp_present_inputs_enter(kmp_present_inputs *inputs, double t, int *input)
                    : !inputs->waits[k] && (inputs->replaced[k] || !has_ended(&inputs->piece[k], t)))
             continue;
         if (signal) {
-            /* Takes the part that begins at t, or before where several have ended. */
+            /* The part that begins at t, or before where several have ended. */
             kmp_signal_piece *piece = &inputs->piece[k];
             double first = piece->c[LAST] + 1, from = kmp_past_piece_of(signal, first)->from + signal->delay;
             int order = kmp_past_piece_of(signal, first)->jump;

@@ -7,6 +7,7 @@
 #include "constraints/written/written_kept.h"
 #include "symbolic/program/contraction.h"
 #include <limits.h>
+#include <math.h>
 #include <string.h>
 
 typedef struct writer {
@@ -113,31 +114,6 @@ static kmp_program *improve(writer *w)
     return NULL;
 }
 
-/* True if the program will be short enough, with a residual that has about the operations of M, C, J and gamma. */
-static bool is_worth(const writer *w, double run)
-{
-    double solution = 4.0 * w->ldl.start[w->ldl.size] + w->ldl.size;
-    return kmp_written_operations(w->eval, false) + solution <= KMP_SOLVED_NEARBY * run;
-}
-
-/* False: no memory. */
-static bool write_new(const kmp_evaluator *eval, const kmp_partition *part, double run, kmp_program **program)
-{
-    writer w = {.eval = eval, .s = eval->system, .part = part, .n = part->n, .r = part->r};
-    unsigned long failures = kmp_memory_failures();
-    if (kmp_solved_order(eval, part, &w.arena, &w.ldl) && is_worth(&w, run) && derive(&w) && import(&w) &&
-        take_factors(&w))
-        *program = improve(&w);
-    kmp_program_free(w.source);
-    kmp_graph_free(w.g);
-    kmp_arena_free(&w.arena);
-    if (kmp_memory_failures() == failures)
-        return true;
-    kmp_program_free(*program);
-    *program = NULL;
-    return false;
-}
-
 bool kmp_solved_write_near(const kmp_evaluator *eval, const kmp_partition *part, double run, kmp_program **program)
 {
     unsigned most = run < UINT_MAX ? (unsigned)run : UINT_MAX;
@@ -149,8 +125,22 @@ bool kmp_solved_write_near(const kmp_evaluator *eval, const kmp_partition *part,
         *program = record.program;
         return true;
     }
-    if (!write_new(eval, part, run, program))
+    writer w = {.eval = eval, .s = eval->system, .part = part, .n = part->n, .r = part->r};
+    unsigned long failures = kmp_memory_failures();
+    bool ordered = kmp_solved_order(eval, part, &w.arena, &w.ldl);
+    /* Short enough, with a residual that has about the operations of M, C, J and gamma. */
+    double solution = ordered ? 4.0 * w.ldl.start[w.ldl.size] + w.ldl.size : INFINITY;
+    if (ordered && kmp_written_operations(eval, false) + solution <= KMP_SOLVED_NEARBY * run && derive(&w) &&
+        import(&w) && take_factors(&w))
+        *program = improve(&w);
+    kmp_program_free(w.source);
+    kmp_graph_free(w.g);
+    kmp_arena_free(&w.arena);
+    if (kmp_memory_failures() != failures) {
+        kmp_program_free(*program);
+        *program = NULL;
         return false;
+    }
     record.program = *program;
     kmp_written_keep(eval->system, name, &record);
     return true;

@@ -138,7 +138,7 @@ int kmp_reduced_exchange(kmp_reduced *d, double t, double *y)
     d->due = false;
     if (!kmp_reduced_keep(d) || !kmp_partition_copy(&before, &d->part))
         return KMP_HALT;
-    /* Makes the workspace of the new partition, and the state in its unknowns. */
+    /* The workspace of the new partition, then the state in its unknowns. */
     kmp_reduction red = d->red;
     bool made = kmp_partition_exchange(&d->part, d->s, d->eval->jacobian, exchange_growth(d)) == KEMPE_OK &&
                 kmp_reduction_init(&d->red, d->eval, &d->part) == KEMPE_OK;

@@ -115,20 +115,6 @@ static bool take_entries(kmp_byte_source *s, kmp_tangents *t)
     return t->entry;
 }
 
-/* From the cache. */
-static bool take(kmp_byte_source *s, kmp_tangents *t, bool with_values)
-{
-    kmp_table_pool pool = {0};
-    bool good = take_entries(s, t);
-    t->first_effort = kmp_bytes_take_int(s, 0, INT_MAX);
-    kmp_bytes_take(s, &t->choice, sizeof t->choice);
-    t->value.program = good ? kmp_program_get(s, &pool) : NULL;
-    t->tangent.program = good ? kmp_program_get(s, &pool) : NULL;
-    kmp_table_pool_free(&pool);
-    return good && !s->failed && s->at == s->end && (t->value.program || !with_values) && t->tangent.program &&
-           is_sound(t);
-}
-
 bool kmp_tangents_recall(kmp_tangents *tangents, const kempe_system *system, unsigned values)
 {
     const kmp_tangents *kept = kmp_kept_find(system, name_of(system, values));
@@ -137,7 +123,17 @@ bool kmp_tangents_recall(kmp_tangents *tangents, const kempe_system *system, uns
     kmp_cached file = kmp_kept_recall(system, name_of(system, values));
     kmp_byte_source s = kmp_byte_source_of(file.bytes, file.size);
     kmp_tangents t = *tangents;
-    bool good = file.whole && take(&s, &t, values & KMP_TANGENTS_WITH_VALUES);
+    bool good = file.whole && take_entries(&s, &t);
+    if (file.whole) {
+        kmp_table_pool pool = {0};
+        t.first_effort = kmp_bytes_take_int(&s, 0, INT_MAX);
+        kmp_bytes_take(&s, &t.choice, sizeof t.choice);
+        t.value.program = good ? kmp_program_get(&s, &pool) : NULL;
+        t.tangent.program = good ? kmp_program_get(&s, &pool) : NULL;
+        kmp_table_pool_free(&pool);
+        good = good && !s.failed && s.at == s.end && (t.value.program || !(values & KMP_TANGENTS_WITH_VALUES)) &&
+               t.tangent.program && is_sound(&t);
+    }
     kmp_free(file.whole);
     if (good) {
         name_programs(&t, system, values);

@@ -222,20 +222,6 @@ KMP_LOCAL double kmp_friction_changed(const kmp_friction_run *x)
     return size > 0 ? most / size : 0;
 }
 
-/* At the measured accelerations with the forces of the last pass, a + D f is these accelerations. */
-static void take_accelerations(kmp_friction_run *x)
-{
-    int n = x->rest;
-    for (int i = 0; i < n; i++) {
-        const kmp_friction_element *e = &x->element[x->which[i]];
-        if (e->implied)
-            continue;
-        x->a[i] = kmp_friction_at(x, e, KMP_ROLE_ACCELERATION);
-        for (int j = 0; j < n; j++)
-            x->a[i] -= x->d[i + j * n] * x->f[j];
-    }
-}
-
 /* Solves with levels that fit the multipliers of the solution. */
 static int solve_levels(kmp_friction_run *x, double t, const double *q, const double *qd)
 {
@@ -247,7 +233,16 @@ static int solve_levels(kmp_friction_run *x, double t, const double *q, const do
             kmp_friction_put(x, &x->element[x->which[i]], KMP_ROLE_GIVEN, x->f[i]);
         KMP_FRICTION_TRY(kmp_friction_measure(x, t, q, qd));
         set_bounds(x);
-        take_accelerations(x);
+        /* At the measured accelerations with the forces of the last pass, a + D f is these accelerations. */
+        int n = x->rest;
+        for (int i = 0; i < n; i++) {
+            const kmp_friction_element *e = &x->element[x->which[i]];
+            if (e->implied)
+                continue;
+            x->a[i] = kmp_friction_at(x, e, KMP_ROLE_ACCELERATION);
+            for (int j = 0; j < n; j++)
+                x->a[i] -= x->d[i + j * n] * x->f[j];
+        }
         KMP_FRICTION_TRY(find_forces(x, t));
         if (!x->open && kmp_friction_changed(x) <= KMP_FRICTION_SETTLED)
             return 0;

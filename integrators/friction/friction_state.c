@@ -8,20 +8,29 @@
 #include <math.h>
 #include <string.h>
 
-static kempe_status make_site(kmp_friction_state *x, kmp_evaluator *eval, bool *none)
+kempe_status kmp_friction_state_new(kmp_evaluator *eval, kmp_friction_state **state, bool *none)
 {
+    KMP_MAKE(eval->system->context, kmp_friction_state, x);
+    x->site = KMP_NEW(kmp_runner, 1);
+    *none = false;
     const kempe_system *s = eval->system;
     kmp_runner *run = x->site;
-    run->s = s;
-    run->eval = eval;
-    run->spec.t_end = 1;
-    run->friction = kmp_friction_new(run, none);
-    if (*none)
-        return KEMPE_OK;
-    bool made = KMP_ARENA_MAKE(&run->arena, KMP_ROOM(double, s->n, &run->qdd), KMP_ROOM(double, s->m, &run->lambda),
-                               KMP_ROOM(double, 3 * s->n + s->m, &run->moved, &run->state),
-                               KMP_ROOM(kmp_friction_view, run->friction ? run->friction->count : 0, &x->view));
-    KMP_TRY(kmp_made(s->context, run->friction && made));
+    bool made = run;
+    if (made) {
+        run->s = s;
+        run->eval = eval;
+        run->spec.t_end = 1;
+        run->friction = kmp_friction_new(run, none);
+        const int count = run->friction ? run->friction->count : 0;
+        made = run->friction &&
+               KMP_ARENA_MAKE(&run->arena, KMP_ROOM(double, s->n, &run->qdd), KMP_ROOM(double, s->m, &run->lambda),
+                              KMP_ROOM(double, 3 * s->n + s->m, &run->moved, &run->state),
+                              KMP_ROOM(kmp_friction_view, count, &x->view));
+    }
+    if (!made || *none) {
+        kmp_friction_state_free(x);
+        return *none ? KEMPE_OK : kmp_fail_memory(s->context);
+    }
     run->loaded_friction = kmp_friction_is_loaded(s->model);
     x->lambda = run->lambda;
     x->count = run->friction->count;
@@ -30,23 +39,8 @@ static kempe_status make_site(kmp_friction_state *x, kmp_evaluator *eval, bool *
         x->view[i] = (kmp_friction_view){
             .element = run->s->events.condition[e->slot].of, .contact = e->contact, .size = e->size};
     }
+    *state = x;
     return KEMPE_OK;
-}
-
-kempe_status kmp_friction_state_new(kmp_evaluator *eval, kmp_friction_state **state, bool *none)
-{
-    KMP_MAKE(eval->system->context, kmp_friction_state, x);
-    x->site = KMP_NEW(kmp_runner, 1);
-    *none = false;
-    kempe_status status = kmp_made(eval->system->context, x->site);
-    if (status == KEMPE_OK)
-        status = make_site(x, eval, none);
-    if (status == KEMPE_OK && !*none) {
-        *state = x;
-        return KEMPE_OK;
-    }
-    kmp_friction_state_free(x);
-    return status;
 }
 
 void kmp_friction_state_free(kmp_friction_state *state)

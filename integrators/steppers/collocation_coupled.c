@@ -90,20 +90,6 @@ static KMP_CLONES void fill_column(int n, int w, const double *once, const doubl
             KMP_FOUR_AT(column + k) -= KMP_FOUR_CONST(twice + l) * KMP_FOUR_CONST(of_q + k);
 }
 
-/* Columns of unknowns c of stages j; rows of an unknown are its lanes. */
-static void fill(kmp_collocation *s)
-{
-    int n = s->inner, w = s->w, rows = row_count(s), size = n * w;
-    for (int c = 0; c < n; c++)
-        for (int j = 0; j < s->s; j++) {
-            double *column = s->coupled + (ptrdiff_t)(c * s->s + j) * rows;
-            fill_column(n, w, s->once + j * w, s->all + (s->p + c) * size, s->twice + j * w,
-                        c < s->p ? s->all + c * size : NULL, column);
-            column[c * w + j] += 1;
-            memset(column + size, 0, (size_t)(rows - size) * sizeof *column);
-        }
-}
-
 /* The open row with the largest magnitude, the first of such rows; -1: none is usable. */
 static KMP_INTO_CLONES int find_pivot(int rows, const double *column, const double *open)
 {
@@ -245,7 +231,16 @@ kmp_collocation_outcome kmp_collocation_prepare_coupled(kmp_collocation *s, doub
         return said == KMP_RETRY ? KMP_COLLOCATION_BAD_STAGE : KMP_COLLOCATION_HALTED;
     if (!kmp_collocation_factor(s, h))
         return KMP_COLLOCATION_BAD_ITERATION;
-    fill(s);
+    /* Columns of unknowns c of stages j; rows of an unknown are its lanes. */
+    int n = s->inner, w = s->w, rows = row_count(s), size = n * w;
+    for (int c = 0; c < n; c++)
+        for (int j = 0; j < s->s; j++) {
+            double *column = s->coupled + (ptrdiff_t)(c * s->s + j) * rows;
+            fill_column(n, w, s->once + j * w, s->all + (s->p + c) * size, s->twice + j * w,
+                        c < s->p ? s->all + c * size : NULL, column);
+            column[c * w + j] += 1;
+            memset(column + size, 0, (size_t)(rows - size) * sizeof *column);
+        }
     s->base.cycles += kmp_collocation_matrix_cost(s, KMP_ITERATION_COUPLED);
     return invert(row_count(s), s->inner * s->s, s->coupled, s->joint, s->open, s->coupled_pivot)
                ? KMP_COLLOCATION_TAKEN

@@ -410,7 +410,7 @@ kmp_collocation_outcome kmp_collocation_find_stages(kmp_collocation *s, double h
     begin(s, h);
     kmp_collocation_outcome what = KMP_COLLOCATION_TAKEN;
     if (s->iteration != KMP_ITERATION_PICARD) {
-        /* Makes matrices for Newton's method where the stages are predicted. */
+        /* Newton's matrices, where the stages are predicted. */
         place(s);
         what = s->iteration == KMP_ITERATION_COUPLED ? kmp_collocation_prepare_coupled(s, h)
                                                      : kmp_collocation_prepare_newton(s, h);

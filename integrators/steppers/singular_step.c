@@ -326,23 +326,6 @@ static outcome step_to(singular_step *s, double now, double landing)
     return SMOOTHLY;
 }
 
-/* Tries a step across from the present closed state, at the landings in turn. */
-static bool try(singular_step *s)
-{
-    size_t size = (size_t)s->base.ode.n * sizeof *s->y0;
-    double now = 0;
-    outcome what = UNSETTLED;
-    memcpy(s->y0, s->y, size);
-    memcpy(s->trial, s->y, size);
-    s->base.work.rhs++;
-    if (s->base.ode.closed(s->base.ode.self, s->base.t, s->trial, true, s->dy0, &now) != KMP_GO)
-        return false;
-    for (size_t k = 0; k < sizeof LANDINGS / sizeof *LANDINGS && what != SMOOTHLY && (k < 2 || what == UNSETTLED); k++)
-        what = step_to(s, now, LANDINGS[k]);
-    s->base.work.refused += what != SMOOTHLY;
-    return what == SMOOTHLY;
-}
-
 /* -- interface ---------------------------------------------------------------------------------------- */
 
 static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
@@ -381,7 +364,19 @@ static kempe_status step(void *solver)
     singular_step *s = solver;
     if (!(s->base.t < s->base.t_end))
         return KEMPE_OK;
-    if (!try(s))
+    /* A step across from the present closed state, at the landings in turn. */
+    size_t bytes = (size_t)s->base.ode.n * sizeof *s->y0;
+    double now = 0;
+    outcome what = UNSETTLED;
+    memcpy(s->y0, s->y, bytes);
+    memcpy(s->trial, s->y, bytes);
+    s->base.work.rhs++;
+    if (s->base.ode.closed(s->base.ode.self, s->base.t, s->trial, true, s->dy0, &now) != KMP_GO)
+        return KEMPE_E_FAILED;
+    for (size_t k = 0; k < sizeof LANDINGS / sizeof *LANDINGS && what != SMOOTHLY && (k < 2 || what == UNSETTLED); k++)
+        what = step_to(s, now, LANDINGS[k]);
+    s->base.work.refused += what != SMOOTHLY;
+    if (what != SMOOTHLY)
         return KEMPE_E_FAILED;
     s->base.work.steps++;
     double size, tau = least(s, within, 0, s->h, &size);

@@ -31,22 +31,6 @@ static void get(const kmp_sun *s, N_Vector from, double *to)
 
 /* -- creation -------------------------------------------------------------------------------------- */
 
-static bool make_arrays(kmp_sun *s)
-{
-    N_Vector (*make)(sunindextype, SUNContext) = s->kind->dae ? kmp_vector_new : N_VNew_Serial;
-    s->y = make(s->n, s->sun);
-    s->yp = s->kind->dae ? make(s->n, s->sun) : NULL;
-    s->out = make(s->n, s->sun);
-    if (!s->y || !s->out || (s->kind->dae && !s->yp) ||
-        !KMP_ARENA_MAKE(&s->base.arena, KMP_ROOM(double, s->n, &s->y_old, &s->yp_old, &s->dy, &s->w),
-                        KMP_ROOM(double, 2 * (KMP_SUN_MOST_DEGREE + 1) * s->n, &s->node)))
-        return false;
-    put(s, s->y, s->y_old); /* zeros */
-    if (s->yp)
-        put(s, s->yp, s->yp_old);
-    return true;
-}
-
 void kmp_sun_put_pattern(const kmp_dae *dae, SUNMatrix a)
 {
     memcpy(SUNSparseMatrix_IndexPointers(a), dae->col_start, ((size_t)dae->n + 1) * sizeof *dae->col_start);
@@ -67,7 +51,16 @@ void *kmp_sun_create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
     s->package = kind->method;
     s->n = kind->dae ? s->base.dae.n : s->base.ode.n;
     s->sun = kmp_sun_context();
-    bool made = s->sun && make_arrays(s), solves = kind->dae || kind->implicit;
+    N_Vector (*make)(sunindextype, SUNContext) = kind->dae ? kmp_vector_new : N_VNew_Serial;
+    bool made = s->sun && (s->y = make(s->n, s->sun)) && (s->out = make(s->n, s->sun)) &&
+                (!kind->dae || (s->yp = make(s->n, s->sun))) &&
+                KMP_ARENA_MAKE(&s->base.arena, KMP_ROOM(double, s->n, &s->y_old, &s->yp_old, &s->dy, &s->w),
+                               KMP_ROOM(double, 2 * (KMP_SUN_MOST_DEGREE + 1) * s->n, &s->node));
+    if (made)
+        put(s, s->y, s->y_old); /* zeros */
+    if (made && s->yp)
+        put(s, s->yp, s->yp_old);
+    bool solves = kind->dae || kind->implicit;
     if (made && solves)
         s->matrix = kind->dae ? SUNSparseMatrix(s->n, s->n, s->base.dae.nz, CSC_MAT, s->sun)
                               : SUNDenseMatrix(s->n, s->n, s->sun);
