@@ -216,7 +216,7 @@ static bool choose_dependent(work *w)
     return true;
 }
 
-/* Newton's method as between the steps of a run. Where corrections do not contract, q is restored. */
+/* Newton's method as between the steps of a run; q is restored if corrections do not contract. */
 static void close_by_newton(work *w)
 {
     kmp_reduction red;
