@@ -343,8 +343,7 @@ static void refrain(kempe_comparison *c)
     else if (!c->has_reference)
         kmp_text_put(&text, "without a reference the errors are unknown, and there is no recommendation");
     if (steady >= 0) {
-        kmp_text_put(&text, "; the cheapest run that agrees with its next tolerance to ");
-        kmp_text_printf(&text, "%g in q is ", USUAL);
+        kmp_text_printf(&text, "; the cheapest run that agrees with its next tolerance to %g in q is ", USUAL);
         kmp_compare_name(&text, c->runs[steady].method);
         kmp_text_printf(&text, " at rtol %g: %.3g ms", c->runs[steady].rtol, 1e3 * c->runs[steady].cpu_s);
     }

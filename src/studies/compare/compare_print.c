@@ -339,18 +339,6 @@ static void show_list(kmp_text *text, const char *title, const kmp_sentences *li
 
 /* -- runs -------------------------------------------------------------------------------------------- */
 
-/* The first line of a reason, as far as the table is wide. */
-static void show_reason(kmp_text *text, const kmp_compared *run, int room)
-{
-    int length = (int)strcspn(run->reason, "\n");
-    kmp_text_put(text, " | ");
-    if (!run->left_out)
-        room -= (int)strlen(kmp_status_word(run->status)) + 2;
-    if (!run->left_out)
-        kmp_text_printf(text, "%s: ", kmp_status_word(run->status));
-    kmp_text_printf(text, "%.*s%s\n", length > room ? room - 3 : length, run->reason, length > room ? "..." : "");
-}
-
 static void show_run(kmp_text *text, const kempe_comparison *c, const kmp_compared *run, int width)
 {
     kmp_text name = {0};
@@ -358,7 +346,11 @@ static void show_run(kmp_text *text, const kempe_comparison *c, const kmp_compar
     kmp_text_printf(text, "%-*s %5.0e", width, name.s ? name.s : "", run->rtol);
     kmp_text_free_part(text, &name);
     if (run->status != KEMPE_OK) {
-        show_reason(text, run, LINE - width - 9);
+        /* The first line of the reason, as far as the table is wide. */
+        const char *word = run->left_out ? "" : kmp_status_word(run->status), *after = run->left_out ? "" : ": ";
+        int length = (int)strcspn(run->reason, "\n"), room = LINE - width - 9 - (int)(strlen(word) + strlen(after));
+        kmp_text_printf(text, " | %s%s%.*s%s\n", word, after, length > room ? room - 3 : length, run->reason,
+                        length > room ? "..." : "");
         return;
     }
     kmp_text_put(text, " |");
@@ -416,14 +408,13 @@ static void show_levels(kmp_text *text, const kempe_comparison *c)
     bool blank = false;
     if (c->levels.count == 0)
         return;
-    kmp_text_put(text, "\nCPU time for a given error of q, relative to the fastest\n");
-    kmp_text_printf(text, "%-*s", name_width(c), "error q at most");
+    kmp_text_printf(text, "\nCPU time for a given error of q, relative to the fastest\n%-*s", name_width(c),
+                    "error q at most");
     for (int l = 0; l < c->levels.count; l++) {
         kmp_text_printf(text, " %7.0e", c->levels.level[l]);
         blank = blank || c->levels.blank[l];
     }
-    kmp_text_put(text, "\n");
-    kmp_text_printf(text, "%-*s", name_width(c), "the fastest, ms");
+    kmp_text_printf(text, "\n%-*s", name_width(c), "the fastest, ms");
     for (int l = 0; l < c->levels.count; l++) {
         int best = c->levels.best[l];
         if (c->levels.blank[l])

@@ -51,24 +51,18 @@ static bool list_has(const char *list, const char *name)
     return !list;
 }
 
-static bool is_known(const char *s, size_t length, part p)
-{
-    kmp_method method;
-    for (int k = 0; kmp_method_get(k, &method); k++)
-        if (length > 0 && word_is(s, length, part_of(&method, p)))
-            return true;
-    return false;
-}
-
 static kempe_status check_names(kempe_context *context, const char *list, part p)
 {
     for (const char *s = list; s;) {
         size_t length = strcspn(s, ",");
-        if (!is_known(s, length, p)) {
+        kmp_method method, before;
+        bool known = false;
+        for (int k = 0; kmp_method_get(k, &method); k++)
+            known = known || (length > 0 && word_is(s, length, part_of(&method, p)));
+        if (!known) {
             kmp_text sentence = {0};
             kmp_text_printf(&sentence, "unknown %s '%.*s'; available: ", part_name[p], (int)length, s);
             /* Each name of the table once. */
-            kmp_method method, before;
             for (int k = 0, said = 0; kmp_method_get(k, &method); k++) {
                 const char *name = part_of(&method, p);
                 bool again = !*name;
@@ -136,10 +130,15 @@ static kempe_status check_linear(kempe_context *context, const char *list)
     return KEMPE_OK;
 }
 
-/* Chooses methods; `implicit`: integrators that use the Jacobian count as standard. */
-static kempe_status choose_methods(kempe_comparison *c, const char *const list[PARTS], const char *linear,
-                                   bool implicit)
+/* Chooses methods from the lists of the options, whose names are checked; lists that are not given contain the standard
+ * ones. `implicit`: integrators that use the Jacobian count as standard. KEMPE_E_ARGUMENT: the unknown name, and the
+ * valid ones. */
+static kempe_status choose_methods(kempe_comparison *c, const kempe_compare_options *options, bool implicit)
 {
+    const char *const list[PARTS] = {options->formulations, options->forms, options->integrators};
+    for (part p = PART_FORMULATION; p < PARTS; p++)
+        KMP_TRY(check_names(c->system->context, list[p], p));
+    KMP_TRY(check_linear(c->system->context, options->linear));
     kmp_method method;
     int count = 0, solvers = 1;
     while (kmp_method_get(count, &method))
@@ -153,7 +152,7 @@ static kempe_status choose_methods(kempe_comparison *c, const char *const list[P
         method.standard_integrator =
             method.standard_integrator || (implicit && kmp_solver_find(method.integrator)->implicit);
         if (is_chosen(&method, list))
-            add_method(c, method, linear);
+            add_method(c, method, options->linear);
     }
     if (c->method_count > 0)
         return KEMPE_OK;
@@ -175,25 +174,6 @@ static kempe_status choose_rtols(kempe_comparison *c, const char *list)
         s = s[length] ? s + length + 1 : NULL;
     }
     return KEMPE_OK;
-}
-
-/* Chooses the methods and tolerances from the lists of the options; lists of methods that are not given contain the
- * standard ones. KEMPE_E_ARGUMENT: the unknown name, and the valid ones. */
-static kempe_status choose_all(kempe_comparison *c, const kempe_compare_options *options)
-{
-    const char *const list[PARTS] = {options->formulations, options->forms, options->integrators};
-    for (part p = PART_FORMULATION; p < PARTS; p++)
-        KMP_TRY(check_names(c->system->context, list[p], p));
-    KMP_TRY(check_linear(c->system->context, options->linear));
-    KMP_TRY(choose_methods(c, list, options->linear, false));
-    return choose_rtols(c, options->rtols ? options->rtols : default_rtols);
-}
-
-/* Adds the methods with implicit integrators, for a stiff model. */
-static kempe_status add_implicit(kempe_comparison *c, const kempe_compare_options *options)
-{
-    const char *const list[PARTS] = {options->formulations, options->forms, options->integrators};
-    return choose_methods(c, list, options->linear, true);
 }
 
 /* -- end --------------------------------------------------------------------------------------------- */
@@ -302,7 +282,8 @@ static kempe_status use_reference(kmp_compare_job *j, const char *path)
 static kempe_status prepare(kmp_compare_job *j, const kempe_compare_options *options)
 {
     kempe_comparison *c = j->comparison;
-    KMP_TRY(choose_all(c, options));
+    KMP_TRY(choose_methods(c, options, false));
+    KMP_TRY(choose_rtols(c, options->rtols ? options->rtols : default_rtols));
     double budget_s = options->budget_s;
     if (!(budget_s >= 0) || isinf(budget_s))
         return kmp_fail(j->context, KEMPE_E_ARGUMENT, "budget_s = %g: a positive number is expected", budget_s);
@@ -325,7 +306,7 @@ static kempe_status prepare(kmp_compare_job *j, const kempe_compare_options *opt
     bool stiff = false;
     if (!options->integrators) {
         KMP_TRY(kmp_compare_probe(j, &stiff));
-        KMP_TRY(stiff ? add_implicit(j->comparison, options) : KEMPE_OK);
+        KMP_TRY(stiff ? choose_methods(c, options, true) : KEMPE_OK);
     }
     /* Finds multipliers that redundant rows leave undetermined: their errors are undefined, which the report states. */
     const double *q = j->start->inner_q ? j->start->inner_q : j->start->q;

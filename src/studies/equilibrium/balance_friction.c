@@ -258,9 +258,8 @@ static bool is_moving(const kmp_linear *l)
     return false;
 }
 
-kempe_status kmp_balance_add_friction(kempe_equilibrium *equilibrium, kmp_linear *linear, kmp_balance *balance)
+kempe_status kmp_balance_add_friction(kempe_equilibrium *e, kmp_linear *linear, kmp_balance *balance)
 {
-    kempe_equilibrium *e = equilibrium;
     kmp_friction_state *f = e->friction;
     if (!f)
         return KEMPE_OK;

@@ -268,9 +268,8 @@ static void json_balance(kmp_json *j, const kempe_equilibrium *e, const kmp_bala
         kmp_json_array(j, "friction");
         for (int i = 0; i < b->friction_count; i++) {
             const kmp_friction_view *view = &b->friction[i];
-            kmp_json_put(j, "{ name %s force %g largest %g", view->element->name, view->force, view->largest);
-            kmp_json_boolean(j, "determined", view->word != KMP_FRICTION_WORD_OPEN);
-            kmp_json_end(j);
+            kmp_json_put(j, "{ name %s force %g largest %g determined %i }", view->element->name, view->force,
+                         view->largest, view->word != KMP_FRICTION_WORD_OPEN);
         }
         kmp_json_put(j, "] rest [");
         for (int i = 0; i < b->set_count; i++) {

@@ -129,9 +129,8 @@ bool kmp_descent_is_idle(const kmp_linear *l, int k, const double *work)
     return true;
 }
 
-int kmp_equilibrium_idle(kmp_linear *linear, int *idle)
+int kmp_equilibrium_idle(kmp_linear *l, int *idle)
 {
-    kmp_linear *l = linear;
     int n = l->n, count = 0, candidates = 0;
     double *q = KMP_NEW(double, 5 * n), most;
     if (!q)

@@ -119,9 +119,8 @@ static double largest_of(const kmp_flow *flow, const double *sizes, kmp_flow_kin
 }
 
 /* Sets absolute tolerances by the sizes of the state (size) and of the parameter. */
-static void weigh_flow(kmp_flow *flow, const double *sizes, double parameter)
+static void weigh_flow(kmp_flow *f, const double *sizes, double parameter)
 {
-    kmp_flow *f = flow;
     double largest = fmax(largest_of(f, sizes, KMP_FLOW_POSITION), largest_of(f, sizes, KMP_FLOW_STATE));
     memcpy(f->sizes, sizes, (size_t)f->size * sizeof *sizes);
     f->sizes[f->size] = parameter;
@@ -130,9 +129,8 @@ static void weigh_flow(kmp_flow *flow, const double *sizes, double parameter)
 
 /* Runs over a time from x (size) with a value of the parameter, in so many pieces, 1 to KMP_FLOW_PIECES.
  * KEMPE_E_FAILED with its reason, KEMPE_STOPPED. */
-static kempe_status run_flow(kmp_flow *flow, const double *x, double time, double value, int pieces)
+static kempe_status run_flow(kmp_flow *f, const double *x, double time, double value, int pieces)
 {
-    kmp_flow *f = flow;
     memcpy(f->values, x, (size_t)f->size * sizeof *x);
     f->values[f->size] = value;
     for (int k = 0; k <= pieces; k++)
@@ -198,9 +196,8 @@ const char *kmp_cycle_text(const kmp_cycle *cycle)
     return words[cycle->word];
 }
 
-kempe_status kmp_shooting_init(kmp_shooting *shooting, kmp_flow *flow, int loads, const int *load, kmp_arena *cycles)
+kempe_status kmp_shooting_init(kmp_shooting *s, kmp_flow *flow, int loads, const int *load, kmp_arena *cycles)
 {
-    kmp_shooting *s = shooting;
     int n = flow->size, w = n + 2;
     *s = (kmp_shooting){.flow = flow, .cycles = cycles, .size = n, .width = w, .loads = loads, .load = load};
     KMP_ARENA_MAKE(&s->arena, KMP_ROOM(double, w, &s->z, &s->scale, &s->span, &s->whole, &s->right),
@@ -217,9 +214,8 @@ void kmp_shooting_free(kmp_shooting *shooting)
 
 /* -- sizes -------------------------------------------------------------------------------------------- */
 
-void kmp_shooting_weigh(kmp_shooting *shooting, const double *x, const double *reach, double period, double parameter)
+void kmp_shooting_weigh(kmp_shooting *s, const double *x, const double *reach, double period, double parameter)
 {
-    kmp_shooting *s = shooting;
     double largest[3], motion;
     for (kmp_flow_kind kind = KMP_FLOW_POSITION; kind <= KMP_FLOW_STATE; kind++)
         largest[kind] = largest_of(s->flow, reach, kind);
@@ -295,9 +291,8 @@ static kempe_status correct_once(kmp_shooting *s, const double *guess, const dou
     return isfinite(*size) ? KEMPE_OK : fail_newton(s, "a correction is not finite");
 }
 
-kempe_status kmp_shooting_correct(kmp_shooting *shooting, const double *guess, const double *border)
+kempe_status kmp_shooting_correct(kmp_shooting *s, const double *guess, const double *border)
 {
-    kmp_shooting *s = shooting;
     double last = FAR, size = 0, far = 0;
     memcpy(s->z, guess, (size_t)s->width * sizeof *guess);
     for (s->iterations = 1; s->iterations <= MOST_CORRECTIONS; s->iterations++) {
@@ -315,9 +310,8 @@ kempe_status kmp_shooting_correct(kmp_shooting *shooting, const double *guess, c
 
 /* -- a cycle ------------------------------------------------------------------------------------------- */
 
-kmp_cycle *kmp_shooting_room(kmp_shooting *shooting)
+kmp_cycle *kmp_shooting_room(kmp_shooting *s)
 {
-    kmp_shooting *s = shooting;
     int n = s->size, outputs = s->flow->rows->columns;
     kmp_cycle *c = KMP_ARENA_NEW(s->cycles, kmp_cycle, 1);
     return c && KMP_ARENA_MAKE(s->cycles, KMP_ROOM(double, n, &c->x, &c->rate, &c->re, &c->im, &c->reach),
@@ -387,9 +381,8 @@ static kempe_status take_tangent(kmp_shooting *s, const double *border, kmp_cycl
     return KEMPE_OK;
 }
 
-kempe_status kmp_shooting_finish(kmp_shooting *shooting, const double *border, kmp_cycle **cycle)
+kempe_status kmp_shooting_finish(kmp_shooting *s, const double *border, kmp_cycle **cycle)
 {
-    kmp_shooting *s = shooting;
     kmp_cycle *c = kmp_shooting_room(s);
     KMP_TRY(kmp_made(s->flow->context, c));
     KMP_TRY(run_flow(s->flow, s->z, s->z[s->size], s->z[s->size + 1], KMP_FLOW_PIECES));
@@ -669,13 +662,6 @@ static bool is_outside(const follower *f, double value)
     return (value - f->options->from) * (value - f->options->to) > 0;
 }
 
-/* A fold is one if the parameter differs from it on both sides: along cycles of a conservative motion it does not. */
-static bool is_fold(const follower *f, const kmp_cycle *a, const kmp_cycle *fold, const kmp_cycle *b)
-{
-    double least = KMP_CYCLE_LEVEL * fabs(f->options->to - f->options->from);
-    return fold && fabs(a->value - fold->value) > least && fabs(b->value - fold->value) > least;
-}
-
 /* -- the branch ------------------------------------------------------------------------------------------ */
 
 /* True where the branch ends at b, after a. */
@@ -728,7 +714,11 @@ static kempe_status follow(follower *f, kmp_cycle *first)
             KMP_TRY(find_fold(f, at, next, whole, &special));
         else if (changes(at, next))
             KMP_TRY(find_change(f, at, whole, &special));
-        special = folds && !is_fold(f, at, special, next) ? NULL : special;
+        /* A fold is one if the parameter differs from it on both sides: along cycles of a conservative motion it does
+         * not. */
+        double least = KMP_CYCLE_LEVEL * fabs(f->options->to - f->options->from);
+        if (folds && special && fmin(fabs(at->value - special->value), fabs(next->value - special->value)) <= least)
+            special = NULL;
         KMP_TRY(add_values(f, at, special && folds ? special : next));
         if (special)
             KMP_TRY(kmp_branch_add(context_of(f), f->branch, special));

@@ -76,9 +76,8 @@ static kempe_status hold_speed(kempe_limit_cycles *c, bool as_given)
     return c->held > 0 || (c->system->m > 0 && !as_given) ? make_copy(c, as_given) : KEMPE_OK;
 }
 
-kempe_status kmp_cycles_hold_speed(kempe_limit_cycles *cycles)
+kempe_status kmp_cycles_hold_speed(kempe_limit_cycles *c)
 {
-    kempe_limit_cycles *c = cycles;
     bool tries = c->settle > 0;
     if (tries && (c->system->model->wheel_count == 0 || find_curved(c->system->model)))
         return KEMPE_OK;
@@ -102,10 +101,8 @@ bool kmp_cycles_words(const kempe_limit_cycles *cycles, const char *outputs, kmp
     return !words->failed;
 }
 
-kempe_status kmp_cycles_name(kempe_limit_cycles *cycles, int count, char *const *columns, char *const *units,
-                             int **load)
+kempe_status kmp_cycles_name(kempe_limit_cycles *c, int count, char *const *columns, char *const *units, int **load)
 {
-    kempe_limit_cycles *c = cycles;
     int *column = *load = KMP_ARENA_NEW(&c->arena, int, c->held), outputs = count;
     for (int k = c->held - 1; column && k >= 0; k--) {
         const char *name =
@@ -127,10 +124,9 @@ kempe_status kmp_cycles_name(kempe_limit_cycles *cycles, int count, char *const 
 
 /* Makes the equations of cycles with these entries, and their columns: `outputs`, and the loads. Errors as
  * kmp_flow_new. */
-static kempe_status make_flow(kempe_limit_cycles *cycles, const char *outputs, const kempe_run_options *run, int count,
+static kempe_status make_flow(kempe_limit_cycles *c, const char *outputs, const kempe_run_options *run, int count,
                               const kmp_flow_entry *entry)
 {
-    kempe_limit_cycles *c = cycles;
     kmp_text words = {0};
     kempe_status status = !kmp_cycles_words(c, outputs, &words)
                               ? kmp_fail_memory(c->system->context)
@@ -143,17 +139,6 @@ static kempe_status make_flow(kempe_limit_cycles *cycles, const char *outputs, c
     return kmp_shooting_init(&c->shooting, c->flow, c->held, load, &c->arena);
 }
 
-/* The loads at the equilibrium of a Hopf point, the last state of the family. */
-static void loads_at_rest(const kempe_limit_cycles *cycles, kmp_cycle *hopf)
-{
-    const kmp_linear *l = &cycles->family->linear;
-    for (int r = 0; r < l->m; r++) {
-        int k = l->system->rows[r].closure - cycles->system->model->closure_count;
-        if (k >= 0 && k < cycles->held)
-            hopf->load[k] = l->lambda[r];
-    }
-}
-
 /* -- the first cycle ------------------------------------------------------------------------------------- */
 
 /* The first cycle of a branch, by the eigenvector of the mode that begins to oscillate. */
@@ -162,24 +147,17 @@ enum { SMALLER_PARTS = 2 };
 
 /* -- start values ---------------------------------------------------------------------------------------- */
 
-static bool contains(const int *list, int count, int x)
+kempe_status kmp_moving_entries(kmp_linear *l, int keeps, int *count, kmp_flow_entry *entry)
 {
-    for (int k = 0; k < count; k++)
-        if (list[k] == x)
-            return true;
-    return false;
-}
-
-kempe_status kmp_moving_entries(kmp_linear *linear, int keeps, int *count, kmp_flow_entry *entry)
-{
-    kmp_linear *l = linear;
     const kempe_model *model = l->system->model;
     int *idle = KMP_NEW(int, l->p), idles = idle ? kmp_equilibrium_idle(l, idle) : -1;
     *count = 0;
     for (int k = 0; idles >= 0 && k < 2 * l->p; k++) {
         int motion = l->part.u[k % l->p];
-        bool rate = k >= l->p, state = kmp_state_of(model, motion);
-        if (rate ? motion != keeps : !(state || contains(idle, idles, motion)))
+        bool rate = k >= l->p, state = kmp_state_of(model, motion), is_idle = false;
+        for (int i = 0; i < idles; i++)
+            is_idle = is_idle || idle[i] == motion;
+        if (rate ? motion != keeps : !(state || is_idle))
             entry[(*count)++] = (kmp_flow_entry){motion, state  ? KMP_FLOW_STATE
                                                          : rate ? KMP_FLOW_RATE
                                                                 : KMP_FLOW_POSITION};
@@ -222,7 +200,13 @@ static kmp_cycle *make_hopf(kempe_limit_cycles *cycles, const kmp_critical *crit
         const kmp_flow_entry *e = &s->flow->entry[i];
         c->x[i] = (e->kind != KMP_FLOW_POSITION ? state->qd : state->q)[e->motion];
     }
-    loads_at_rest(cycles, c);
+    /* The loads at the equilibrium, the last state of the family. */
+    const kmp_linear *l = &cycles->family->linear;
+    for (int r = 0; r < l->m; r++) {
+        int k = l->system->rows[r].closure - cycles->system->model->closure_count;
+        if (k >= 0 && k < cycles->held)
+            c->load[k] = l->lambda[r];
+    }
     return c;
 }
 

@@ -141,17 +141,6 @@ static kempe_status make_system(kmp_channels *c, const kmp_channels_options *opt
 
 /* -- the state --------------------------------------------------------------------------------------- */
 
-static kempe_status report_singular(const kmp_channels *c, kempe_status status)
-{
-    kempe_context *context = c->system->context;
-    if (status == KEMPE_E_FAILED && !*kempe_context_message(context))
-        return kmp_fail(context, status,
-                        "%s: at this state the independent coordinates have no accelerations: the closures or the "
-                        "reduced mass are singular; 'kempe check' gives details",
-                        c->system->model->name);
-    return status;
-}
-
 /* Checks that forces are constant while the independent coordinates move at the rates of the start. */
 static kempe_status judge_steady(kmp_channels *c, bool *steady)
 {
@@ -241,7 +230,13 @@ static kempe_status build(kmp_channels *c, const kmp_channels_options *options)
     KMP_TRY(kmp_coordinates_read(c->system->model, "independent", options->independent, wish, &wish_count));
     KMP_TRY(kmp_linear_init(&c->linear, c->system, backend));
     KMP_TRY(kmp_operating_new(c->system, options->at, &c->linear, &c->at));
-    KMP_TRY(report_singular(c, judge_rest(c, wish, wish_count)));
+    kempe_status status = judge_rest(c, wish, wish_count);
+    if (status == KEMPE_E_FAILED && !*kempe_context_message(c->system->context))
+        return kmp_fail(c->system->context, status,
+                        "%s: at this state the independent coordinates have no accelerations: the closures or the "
+                        "reduced mass are singular; 'kempe check' gives details",
+                        c->system->model->name);
+    KMP_TRY(status);
     kmp_linear_tell_tables(&c->linear);
     KMP_TRY(kmp_averaged_judge(c->averaged, &c->linear));
     KMP_TRY(kmp_slopes_new(c->system, backend, count, names, true, &c->slopes));

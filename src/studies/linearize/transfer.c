@@ -15,13 +15,12 @@ int kmp_transfer_orders(const kempe_model *model, const kmp_requested_input *inp
     return moves || input->kind == KMP_REQUESTED_DRIVE ? 3 : 1;
 }
 
-kempe_status kmp_transfer_init(kmp_transfer *transfer, kmp_linear *linear, kmp_slopes *slopes,
+kempe_status kmp_transfer_init(kmp_transfer *t, kmp_linear *linear, kmp_slopes *slopes,
                                const kmp_requested_inputs *inputs, const int *place, int outputs, const kmp_seen *seen)
 {
     ptrdiff_t n = linear->n, m = linear->m, p = linear->p, columns = 0;
     for (int i = 0; i < inputs->count; i++)
         columns += kmp_transfer_orders(linear->system->model, &inputs->input[i]);
-    kmp_transfer *t = transfer;
     *t = (kmp_transfer){.linear = linear,
                         .slopes = slopes,
                         .n = linear->n,
@@ -123,9 +122,8 @@ static void follow_held(const kmp_transfer *t, double *load, double *direct)
     }
 }
 
-void kmp_transfer_eval(kmp_transfer *transfer)
+void kmp_transfer_eval(kmp_transfer *t)
 {
-    kmp_transfer *t = transfer;
     int n = t->n, p = t->p, outputs = t->outputs;
     double *unit = t->unit;
     const kmp_linear *l = t->linear;
@@ -216,9 +214,8 @@ int kmp_transfer_state(const kmp_transfer *transfer, int k)
     return from;
 }
 
-int kmp_transfer_first_order(const kmp_transfer *transfer, double *a, double *b, double *c, double *d)
+int kmp_transfer_first_order(const kmp_transfer *t, double *a, double *b, double *c, double *d)
 {
-    const kmp_transfer *t = transfer;
     size_t p = (size_t)t->p, outputs = (size_t)t->outputs, columns = (size_t)t->columns;
     const int width = kmp_transfer_width(t);
     double *mass = KMP_NEW(double, p *p);
@@ -249,9 +246,8 @@ int kmp_transfer_first_order(const kmp_transfer *transfer, double *a, double *b,
     return failed;
 }
 
-int kmp_transfer_sample(const kmp_transfer *transfer, double *a, double *b, double *period)
+int kmp_transfer_sample(const kmp_transfer *t, double *a, double *b, double *period)
 {
-    const kmp_transfer *t = transfer;
     const kmp_linear *l = t->linear;
     int width = kmp_transfer_width(t);
     double *every = KMP_NEW(double, width);

@@ -155,16 +155,6 @@ static int by_modulus(const void *a, const void *b)
     return first != second ? (first < second ? -1 : 1) : x->k - y->k;
 }
 
-/* The eigenvector of the map as shape c: positions, and values of states, before the samples. */
-static void take_sampled_shape(kmp_modes *s, const kmp_linear *l, const kmp_sampled_spectrum *of, int from, int c)
-{
-    for (int i = 0; i < of->count; i++) {
-        int k = of->place[i] % s->p;
-        if (of->place[i] < s->p || kmp_state_of(s->system->model, l->part.u[k]))
-            add_motion(s, l, c, k, of->x_re[i + from * of->count], of->x_im[i + from * of->count]);
-    }
-}
-
 /* The eigenvalues of the map in `mode` (count), sorted, and their shapes. */
 static void put_sampled(kmp_modes *s, const kmp_linear *l, const kmp_spectrum *averaged,
                         const kmp_sampled_spectrum *map, sampled_mode *mode)
@@ -192,8 +182,12 @@ static void put_sampled(kmp_modes *s, const kmp_linear *l, const kmp_spectrum *a
         s->z_im[c] = zero ? 0 : map->im[k];
         if (zero)
             take_shape(s, l, averaged, c, c);
-        else
-            take_sampled_shape(s, l, map, k, c);
+        /* The eigenvector of the map as shape c: positions, and values of states, before the samples. */
+        for (int i = 0; !zero && i < map->count; i++) {
+            int u = map->place[i] % s->p;
+            if (map->place[i] < s->p || kmp_state_of(s->system->model, l->part.u[u]))
+                add_motion(s, l, c, u, map->x_re[i + k * map->count], map->x_im[i + k * map->count]);
+        }
     }
 }
 

@@ -435,8 +435,7 @@ static void fill_sweep(kempe_table *table, const kempe_modes *m)
             kmp_tabulate_column(table, motions[i].rotation ? "N m" : "N", "load.%s", motions[i].name);
     for (int k = 0; k < l->reached; k++) {
         ptrdiff_t at = (ptrdiff_t)k * l->count;
-        kmp_tabulate_row(table);
-        kmp_tabulate_number(table, l->value[k]);
+        KMP_TABULATE(table, "%g", l->value[k]);
         for (int b = 0; b < l->count; b++)
             kmp_tabulate_cells(table, "%g %g", l->re[b + at], l->im[b + at]);
         for (int i = 0; i < n; i++)

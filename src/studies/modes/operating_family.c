@@ -100,9 +100,8 @@ static kempe_status find_state(kmp_operating_family *s)
     return settles ? settle(s, false) : KEMPE_OK; /* here, where the equations are derived already */
 }
 
-kempe_status kmp_operating_family_go(kmp_operating_family *family, double value, kmp_modes *modes)
+kempe_status kmp_operating_family_go(kmp_operating_family *s, double value, kmp_modes *modes)
 {
-    kmp_operating_family *s = family;
     KMP_TRY(s->variant ? kmp_linear_vary(&s->linear, s->own, s->variant, &value) : KEMPE_OK);
     if (s->options.varies)
         s->rates[s->options.varies - s->options.rates].rate = value;

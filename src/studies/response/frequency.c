@@ -42,9 +42,8 @@ static kempe_status make_samples(kmp_frequency *f)
     return failed == 0 || width == 0 ? KEMPE_OK : kmp_sampled_complain(context, failed);
 }
 
-kempe_status kmp_frequency_init(kmp_frequency *frequency, const kmp_transfer *transfer, bool sampled, int count)
+kempe_status kmp_frequency_init(kmp_frequency *f, const kmp_transfer *transfer, bool sampled, int count)
 {
-    kmp_frequency *f = frequency;
     ptrdiff_t block = (ptrdiff_t)transfer->inputs->count * transfer->outputs, all = block * count;
     *f = (kmp_frequency){
         .transfer = transfer, .inputs = transfer->inputs->count, .outputs = transfer->outputs, .count = count};
@@ -308,14 +307,6 @@ static double less_at(void *self, double hz)
     return -amplitude_at(x->f, hz, x->e);
 }
 
-/* True if an undamped pole is present in this response: near it the amplitude varies with the inverse of the distance.
- */
-static bool is_in(kmp_frequency *f, double hz, int e)
-{
-    double near = amplitude_at(f, hz * (1 + 1e-9), e), far = amplitude_at(f, hz * (1 + 1e-3), e);
-    return isnan(near) || near > 100 * far;
-}
-
 /* True if there is an undamped pole between the places low and high. */
 static bool parted(const kmp_frequency *f, double low, double high)
 {
@@ -369,8 +360,12 @@ static bool find_poles(kmp_frequency *f, int input, int output)
     bool ok = true;
     for (int k = 0; ok && f->has_spectrum && k < f->poles.count; k++) {
         double hz = f->poles.im[k] / two_pi;
-        if (kmp_frequency_undamped(f, k) && hz >= f->at[0] && hz <= f->at[f->count - 1] &&
-            is_in(f, hz, output + input * f->outputs))
+        if (!kmp_frequency_undamped(f, k) || hz < f->at[0] || hz > f->at[f->count - 1])
+            continue;
+        /* The pole is in this response where the amplitude near it varies with the inverse of the distance. */
+        int e = output + input * f->outputs;
+        double near = amplitude_at(f, hz * (1 + 1e-9), e), far = amplitude_at(f, hz * (1 + 1e-3), e);
+        if (isnan(near) || near > 100 * far)
             ok = add_peak(f, (kmp_peak){input, output, hz, INFINITY, NAN, 0});
     }
     return ok;
@@ -428,9 +423,8 @@ static kempe_status find_sampled_poles(kmp_frequency *f)
     return status;
 }
 
-kempe_status kmp_frequency_run(kmp_frequency *frequency)
+kempe_status kmp_frequency_run(kmp_frequency *f)
 {
-    kmp_frequency *f = frequency;
     const kmp_linear *l = f->transfer->linear;
     kempe_context *context = l->system->context;
     for (int k = 0; k < f->count; k++) {

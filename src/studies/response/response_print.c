@@ -73,8 +73,8 @@ static void show(kmp_text *text, const void *result)
     const kempe_response *r = result;
     const kmp_frequency *f = &r->frequency;
     int width = 0;
-    for (int i = 0; i < r->frequency.inputs; i++)
-        for (int o = 0; o < r->frequency.outputs; o++) {
+    for (int i = 0; i < f->inputs; i++)
+        for (int o = 0; o < f->outputs; o++) {
             int length = snprintf(NULL, 0, "%s / %s", kmp_response_output(r, o), kmp_response_input(r, i));
             width = length > width ? length : width;
         }
@@ -134,43 +134,40 @@ static void json(kmp_text *text, const void *result)
 {
     const kempe_response *r = result;
     const kmp_channels *c = &r->channels;
+    const kmp_frequency *f = &r->frequency;
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, c->system, kmp_status_word(c->status), "", c->build_s, c->warnings);
     kmp_json_string(&j, "at", c->at->equilibrium ? "equilibrium" : "start");
     kmp_print_names(&j, "u", c->system, kmp_name_of_coordinate, c->linear.p, c->linear.part.u);
     kmp_print_entries(&j, "q", c->system, KMP_QUANTITY_Q, c->at->q);
-    kmp_print_held_json(&j, r->channels.system, r->channels.at->qd);
+    kmp_print_held_json(&j, c->system, c->at->qd);
     kmp_json_array(&j, "inputs");
-    for (int i = 0; i < r->frequency.inputs; i++) {
+    for (int i = 0; i < f->inputs; i++)
         kmp_json_put(&j, "{ name %s unit %s }", kmp_response_input(r, i), kmp_response_input_unit(r, i));
-    }
     kmp_json_put(&j, "] outputs [");
-    for (int o = 0; o < r->frequency.outputs; o++) {
-        kmp_json_put(&j, "{ name %s unit %s }", kmp_response_output(r, o), r->channels.outputs.unit[o]);
-    }
+    for (int o = 0; o < f->outputs; o++)
+        kmp_json_put(&j, "{ name %s unit %s }", kmp_response_output(r, o), c->outputs.unit[o]);
     kmp_json_end(&j);
-    if (r->frequency.phi)
-        kmp_json_put(&j, "sample_time %g", r->frequency.period);
-    const kmp_frequency *f = &r->frequency;
+    if (f->phi)
+        kmp_json_put(&j, "sample_time %g", f->period);
     kmp_print_pairs(&j, "eigenvalues", f->has_spectrum ? f->poles.count : 0, f->poles.re, f->poles.im);
     kmp_json_array(&j, "peaks");
-    for (int k = 0; k < r->frequency.peak_count; k++) {
-        const kmp_peak *p = &r->frequency.peak[k];
+    for (int k = 0; k < f->peak_count; k++) {
+        const kmp_peak *p = &f->peak[k];
         kmp_json_put(&j, "{ input %s output %s frequency %g amplitude %g phase_deg %g gain %g }",
                      kmp_response_input(r, p->input), kmp_response_output(r, p->output), p->frequency, p->amplitude,
                      p->phase * (360 / two_pi), p->gain);
     }
     kmp_json_end(&j);
-    kmp_json_put(&j, "rounding { difference %g limit %g frequency %g result %s }", r->frequency.worst,
-                 KMP_RESPONSE_HOLDS, r->frequency.worst_at,
-                 r->frequency.worst > KMP_RESPONSE_HOLDS ? "not converged" : "converged");
-    kmp_json_numbers(&j, "frequency", r->frequency.count, r->frequency.at);
+    kmp_json_put(&j, "rounding { difference %g limit %g frequency %g result %s }", f->worst, KMP_RESPONSE_HOLDS,
+                 f->worst_at, f->worst > KMP_RESPONSE_HOLDS ? "not converged" : "converged");
+    kmp_json_numbers(&j, "frequency", f->count, f->at);
     kmp_json_array(&j, "responses");
-    double *room = KMP_NEW(double, 2 * r->frequency.count);
+    double *room = KMP_NEW(double, 2 * f->count);
     text->failed = text->failed || !room;
-    for (int i = 0; room && i < r->frequency.inputs; i++)
-        for (int o = 0; o < r->frequency.outputs; o++)
-            json_pair(&j, r, i, o, room, room + r->frequency.count);
+    for (int i = 0; room && i < f->inputs; i++)
+        for (int o = 0; o < f->outputs; o++)
+            json_pair(&j, r, i, o, room, room + f->count);
     kmp_free(room);
     kmp_json_put(&j, "] }");
 }

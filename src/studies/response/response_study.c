@@ -202,8 +202,7 @@ static void fill_rows(kempe_table *table, const void *result)
         kmp_text_free(&unit);
     }
     for (int k = 0; k < f->count; k++) {
-        kmp_tabulate_row(table);
-        kmp_tabulate_number(table, f->at[k]);
+        KMP_TABULATE(table, "%g", f->at[k]);
         for (int p = 0; p < pairs; p++) {
             kmp_response_point at = kmp_response_at(r, k, p);
             kmp_tabulate_cells(table, "%g %g", kmp_response_shown(r, p % f->outputs).factor * at.amplitude,

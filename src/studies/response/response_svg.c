@@ -65,14 +65,6 @@ static void draw_curves(kmp_plot *p, const kempe_response *r, int drawn, bool ph
     }
 }
 
-static bool is_zero(int count, const spot *list)
-{
-    for (int k = 0; k < count; k++)
-        if (list[k].amplitude > 0)
-            return false;
-    return true;
-}
-
 /* -- the picture ------------------------------------------------------------------------------------- */
 
 static void draw(kmp_text *text, const kempe_response *r, spot *room)
@@ -110,7 +102,10 @@ static void draw(kmp_text *text, const kempe_response *r, spot *room)
     kmp_plot_end(&phase);
     for (; line < drawn; line++) {
         double y = below + LINE * line;
-        bool zero = is_zero(collect(r, line, room), room);
+        int count = collect(r, line, room);
+        bool zero = true;
+        for (int k = 0; k < count; k++)
+            zero = zero && !(room[k].amplitude > 0);
         int input = line / r->frequency.outputs, output = line % r->frequency.outputs;
         kmp_text unit = {0};
         kmp_response_put_unit(&unit, r, input, kmp_response_shown(r, output).unit, ", ", " / ");

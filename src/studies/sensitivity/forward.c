@@ -482,6 +482,13 @@ static bool find_swing(kmp_forward_formulation *f, int k)
     return fabs(rate) > GRAZING * faster;
 }
 
+/* Ends the motion, with the reason. */
+static __attribute__((format(printf, 2, 3))) int halt(kmp_forward_formulation *f, const char *format, ...)
+{
+    KMP_TEXT_ARGUMENTS(&f->formulation.reason, format);
+    return KMP_HALT;
+}
+
 static double integrand_here(kmp_forward_formulation *f)
 {
     return f->integrals ? kmp_target_value(f->options->integrand, f->v) : 0;
@@ -503,12 +510,6 @@ static void jump(kmp_forward_formulation *f, double integrand_before, double *y)
     }
 }
 
-static int fail_at(kmp_forward_formulation *f, const char *sentence, int k, double t)
-{
-    kmp_text_printf(&f->formulation.reason, sentence, f->system->event_text[k], t);
-    return KMP_HALT;
-}
-
 /* Changes condition k, and the others according to `mode`. A jump of an input does so at a time that depends on no
  * parameter. */
 static int pass(kmp_forward_formulation *f, int k, const double *mode, double t, double *y)
@@ -519,10 +520,10 @@ static int pass(kmp_forward_formulation *f, int k, const double *mode, double t,
         return KMP_HALT;
     memset(f->swing, 0, (size_t)f->swing_size * sizeof *f->swing);
     if (!given && !find_swing(f, k))
-        return fail_at(f,
-                       "the condition %s is touched at t = %.9g without crossing: the motion has no derivative with "
-                       "respect to parameters there",
-                       k, t);
+        return halt(f,
+                    "the condition %s is touched at t = %.9g without crossing: the motion has no derivative with "
+                    "respect to parameters there",
+                    f->system->event_text[k], t);
     keep_old(f);
     /* The conditions that change here do so at times with these derivatives. */
     for (int i = 0; i < f->system->events.count; i++)
@@ -538,7 +539,7 @@ static int pass(kmp_forward_formulation *f, int k, const double *mode, double t,
         f->before[i] = l->qdd[unknowns(f)[i]];
     set_modes(f, mode);
     if (come_to(f, t, y) != KMP_GO)
-        return fail_at(f, "the motion cannot continue after the condition %s at t = %.9g", k, t);
+        return halt(f, "the motion cannot continue after the condition %s at t = %.9g", f->system->event_text[k], t);
     jump(f, integrand, y);
     f->t = NAN; /* the place is the one before the change */
     return kmp_forward_report_mark(f, t, given ? -1 : k);
@@ -630,14 +631,6 @@ static bool any_other(const kmp_forward_formulation *f, const double *swing, dou
     return false;
 }
 
-/* dt/dp of the change of state `sample` at t; NULL: zero. `jump`: of delayed signals that jump there, which change
- * conditions with them. */
-static const double *swing_of_reset(const kmp_forward_formulation *f, int sample, const double *jump, double t)
-{
-    const int cause = cause_of(f, sample, t);
-    return cause < 0 && f->cause_of[sample] >= 0 ? jump : swing_of(f, cause);
-}
-
 /* f->swing for the first time that is noted, which those after it follow from; `jump`: of delayed signals that jump,
  * NULL without any. */
 static int find_reset_swing(kmp_forward_formulation *f, const double *jump, double t)
@@ -646,28 +639,28 @@ static int find_reset_swing(kmp_forward_formulation *f, const double *jump, doub
     const double *common = jump;
     bool any = jump;
     f->reset_cause = -1;
+    if (f->missed)
+        return halt(f, "states change too often at t = %.9g: derivatives end there", t);
     for (int k = 0; f->resets > 0 && k < f->samples; k++) {
         if (!f->taken[k])
             continue;
-        const double *swing = swing_of_reset(f, k, jump, t);
-        if ((any && are_different(f, common, swing)) || any_other(f, swing, t)) {
-            kmp_text_printf(&f->formulation.reason,
-                            "the state '%s' changes at t = %.9g together with an event whose time depends on "
-                            "parameters: the motion has no derivative with respect to them there",
-                            model->states[kmp_state_of_sample(model, k)].name, t);
-            return KMP_HALT;
-        }
-        f->reset_cause = any ? f->reset_cause : cause_of(f, k, t);
+        /* dt/dp of the change, zero where it is NULL. Delayed signals that jump change conditions with them. */
+        const int cause = cause_of(f, k, t);
+        const double *swing = cause < 0 && f->cause_of[k] >= 0 ? jump : swing_of(f, cause);
+        if ((any && are_different(f, common, swing)) || any_other(f, swing, t))
+            return halt(f,
+                        "the state '%s' changes at t = %.9g together with an event whose time depends on "
+                        "parameters: the motion has no derivative with respect to them there",
+                        model->states[kmp_state_of_sample(model, k)].name, t);
+        f->reset_cause = any ? f->reset_cause : cause;
         common = any ? common : swing;
         any = true;
     }
-    if (jump && any_other(f, jump, t)) {
-        kmp_text_printf(&f->formulation.reason,
-                        "a delayed signal jumps at t = %.9g together with an event: the motion has no derivative with "
-                        "respect to parameters there",
-                        t);
-        return KMP_HALT;
-    }
+    if (jump && any_other(f, jump, t))
+        return halt(f,
+                    "a delayed signal jumps at t = %.9g together with an event: the motion has no derivative with "
+                    "respect to parameters there",
+                    t);
     memset(f->swing, 0, (size_t)f->swing_size * sizeof *f->swing);
     if (common)
         memcpy(f->swing, common, (size_t)f->swing_size * sizeof *f->swing);
@@ -700,26 +693,15 @@ static void take_all_next(kmp_forward_formulation *f, double t)
     f->resets = 0;
 }
 
-static int too_many(kmp_forward_formulation *f, double t)
-{
-    kmp_text_printf(&f->formulation.reason, "states change too often at t = %.9g: derivatives end there", t);
-    return KMP_HALT;
-}
-
 /* Derivatives across next values of states that the run has noted (kmp_sample_fn): of the place, at a time that
  * depends on no parameter. */
 static int reset_place(kmp_forward_formulation *f, double t)
 {
     kmp_evaluator *eval = kmp_forward_eval(f);
-    if (f->missed)
-        return too_many(f, t);
     if (find_reset_swing(f, NULL, t) != KMP_GO)
         return KMP_HALT;
-    if (!is_still(f, f->reset_cause)) {
-        kmp_text_printf(&f->formulation.reason,
-                        "a state changes at t = %.9g where the equations are made anew: derivatives end there", t);
-        return KMP_HALT;
-    }
+    if (!is_still(f, f->reset_cause))
+        return halt(f, "a state changes at t = %.9g where the equations are made anew: derivatives end there", t);
     memcpy(f->new_chart, eval->chart, chart_bytes(f));
     kmp_eval_set_charts(eval, f->chart);
     const int times = f->resets;
@@ -735,8 +717,6 @@ static int reset_place(kmp_forward_formulation *f, double t)
  * rates qd), and conditions have changed with them. */
 static int pass_resets(kmp_forward_formulation *f, double t, const double *jump, const double *qd, double *y)
 {
-    if (f->missed)
-        return too_many(f, t);
     memcpy(f->new_mode, kmp_forward_eval(f)->mode, mode_bytes(f));
     set_modes(f, f->mode);
     if (find_reset_swing(f, jump, t) != KMP_GO || spread(f, t, y) != KMP_GO)
@@ -832,9 +812,8 @@ static double weighted(int count, const double *w, const double *x)
     return sum;
 }
 
-double kmp_target_of_row(const kmp_forward_target *target, const kmp_varied *varied, const kmp_varied_row *row)
+double kmp_target_of_row(const kmp_forward_target *w, const kmp_varied *varied, const kmp_varied_row *row)
 {
-    const kmp_forward_target *w = target;
     int n = varied->n;
     return weighted(n, w->q, row->q) + weighted(n, w->qd, row->qd) + weighted(n, w->qdd, row->qdd) +
            weighted(varied->m, w->lambda, row->lambda) + weighted(varied->slopes->shown, w->shown, row->shown);

@@ -200,11 +200,10 @@ kempe_status kempe_gradient_set(kempe_gradient *gradient, const double *values)
     return status;
 }
 
-kempe_status kempe_gradient_at(kempe_gradient *gradient, const double *driven, const double *rates,
+kempe_status kempe_gradient_at(kempe_gradient *g, const double *driven, const double *rates,
                                const double *accelerations)
 {
-    KMP_WANTED(NULL, gradient, "gradient");
-    kempe_gradient *g = gradient;
+    KMP_WANTED(NULL, g, "gradient");
     KMP_WANTED(g->context, driven || g->driven == 0, "driven");
     kmp_model_begin(g->system->model);
     for (int d = 0; d < g->driven; d++) {

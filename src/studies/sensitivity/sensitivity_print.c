@@ -135,8 +135,7 @@ static void fill_rows(kempe_table *table, const void *result)
         kmp_text_free(&unit);
     }
     for (int row = 0; row < s->rows; row++) {
-        kmp_tabulate_row(table);
-        kmp_tabulate_number(table, s->at[row]);
+        KMP_TABULATE(table, "%g", s->at[row]);
         for (int c = 0; c < s->columns; c++) {
             kmp_tabulate_number(table, factor_of(s, c) * kmp_sensitivity_value(s, row, c));
             for (int k = 0; k < s->count; k++)

@@ -110,30 +110,24 @@ static kempe_status prepare(work *w)
 
 /* -- rows, kept or compared -------------------------------------------------------------------------- */
 
-/* Compares a row with the stored one: the size of a number is its largest value so far. */
-static void compare_row(work *w, double t)
+/* Takes the row in w->other, or compares it with the stored one: the size of a number is its largest value so far. */
+static bool take(work *w, double t)
 {
-    const kempe_sensitivity *s = w->s;
+    kempe_sensitivity *s = w->s;
     size_t width = kmp_sensitivity_width(s);
+    if (!w->found) {
+        double *row = kmp_sensitivity_add_row(s, t);
+        if (row)
+            memcpy(row, w->other, width * sizeof *row);
+        return row;
+    }
     if (w->row >= s->rows || t > s->at[w->row] || t < s->at[w->row])
-        return; /* where a condition ends it */
+        return true; /* where a condition ends it */
     const double *first = s->cell + (size_t)w->row++ * width;
     for (size_t k = 0; k < width; k++)
         w->size[k] = fmax(w->size[k], fabs(first[k]));
     kmp_convergence_row(w->found, t, (int)width, first, w->other, w->size);
-}
-
-/* The row in w->other. */
-static bool take(work *w, double t)
-{
-    if (w->found) {
-        compare_row(w, t);
-        return true;
-    }
-    double *row = kmp_sensitivity_add_row(w->s, t);
-    if (row)
-        memcpy(row, w->other, kmp_sensitivity_width(w->s) * sizeof *row);
-    return row;
+    return true;
 }
 
 /* -- rows over time ---------------------------------------------------------------------------------- */

@@ -70,22 +70,14 @@ static void add_from_table(kmp_columns *columns, const kempe_system *system, con
     }
 }
 
-/* The number of columns if every output had all that it could have. */
-static int most_columns(const kempe_system *system, const kempe_model *model)
-{
-    int most = 1;
-    for (int o = 0; o < model->output_count; o++) {
-        const kmp_output *output = &model->outputs[o];
-        int width = kmp_output_width(model, output);
-        most += width > 0 ? width : kmp_quantity_size(system, quantity_of(output->kind));
-    }
-    return most;
-}
-
 bool kmp_columns_init(kmp_columns *columns, const kempe_system *system, const kempe_model *model, const unsigned *parts)
 {
-    int most = most_columns(system, model);
+    int most = 1; /* columns if every output had all that it could have */
     *columns = (kmp_columns){0};
+    for (int o = 0; o < model->output_count; o++) {
+        int width = kmp_output_width(model, &model->outputs[o]);
+        most += width > 0 ? width : kmp_quantity_size(system, quantity_of(model->outputs[o].kind));
+    }
     KMP_ARENA_MAKE(&columns->arena, KMP_ROOM(char *, most, &columns->name),
                    KMP_ROOM(const char *, most, &columns->unit), KMP_ROOM(kmp_column, most, &columns->of));
     if (!columns->arena.failed) {

@@ -226,8 +226,7 @@ static kempe_status refine(judging *j, const double *a, const double *b, int hal
                   "time",
                   MOST_SAMPLES, a[0]);
     j->full = j->full || full;
-    bool straight = halvings == 0 || j->full || is_straight(j, STRAIGHT, a, middle, b);
-    if (straight) {
+    if (halvings == 0 || j->full || is_straight(j, STRAIGHT, a, middle, b)) {
         KMP_TRY(keep(j, middle));
         return keep(j, b);
     }
@@ -497,6 +496,15 @@ static void take_loads(judging *j)
         s->wheel[w].load = NAN;
 }
 
+static bool has_irregularities(const kempe_model *model)
+{
+    bool any = false;
+    for (int k = 0; k < model->track_count; k++)
+        for (int i = 0; i < KMP_IRREGULARITIES; i++)
+            any = any || model->tracks[k].irregularities.named[i] || model->tracks[k].irregularities.made[i];
+    return any;
+}
+
 static kempe_status judge(judging *j, kmp_arena *arena)
 {
     kmp_running_safety *s = j->safety;
@@ -505,7 +513,7 @@ static kempe_status judge(judging *j, kmp_arena *arena)
     j->row = KMP_ARENA_NEW(&j->room, double, 3 * j->observed.system->n + j->observed.system->m);
     KMP_TRY(kmp_made(j->model->context, j->row));
     /* An odd number of samples, so that every other one ends where all do. */
-    bool rough = kmp_has_irregularities(j->model);
+    bool rough = has_irregularities(j->model);
     const int steps = kmp_recording_steps(j->recording);
     double finer = rough ? 1 << ROUGH_HALVINGS : 1;
     j->halvings = rough ? HALVINGS - ROUGH_HALVINGS : HALVINGS;
@@ -708,15 +716,6 @@ static kempe_status loads_at_rest(const kempe_system *system, kmp_observed *o, k
     return status == KEMPE_E_MEMORY || status == KEMPE_STOPPED ? status : KEMPE_OK;
 }
 
-bool kmp_has_irregularities(const kempe_model *model)
-{
-    bool any = false;
-    for (int k = 0; k < model->track_count; k++)
-        for (int i = 0; i < KMP_IRREGULARITIES; i++)
-            any = any || model->tracks[k].irregularities.named[i] || model->tracks[k].irregularities.made[i];
-    return any;
-}
-
 static kempe_status loads_of(const kempe_system *system, kmp_arena *room, double *loads)
 {
     kmp_observed o;
@@ -739,7 +738,7 @@ static kempe_status find(const kempe_system *system, double *loads)
     kmp_arena room = {0};
     kempe_status status = KEMPE_OK;
     const bool quiet = kmp_context_quiet(system->context, true);
-    if (kmp_has_irregularities(system->model)) {
+    if (has_irregularities(system->model)) {
         /* A copy whose tracks are ideal, with the parts of the given one. */
         ideal = *system->model;
         ideal.has_digest = false; /* its equations are others */

@@ -50,9 +50,6 @@ typedef struct kmp_running_safety {
 /** Cutoff frequency of forces, Hz (EN 14363). */
 #define KMP_SAFETY_CUTOFF 20.0
 
-/** True if a track of the model has irregularities. */
-bool kmp_has_irregularities(const kempe_model *model);
-
 /** Wheel loads (one a wheel) at the equilibrium that is found from the start, on tracks without irregularities; NaN:
  * there is none, or a wheel has no load there. Kept in the context's cache. Ends messages and warnings of the context.
  * KEMPE_E_MEMORY, KEMPE_STOPPED. */
