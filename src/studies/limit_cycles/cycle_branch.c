@@ -447,9 +447,9 @@ static kempe_context *context_of(const follower *f)
     return f->s->flow->context;
 }
 
-kempe_status kmp_branch_add(kempe_context *context, kmp_cycle_branch *branch, kmp_cycle *cycle)
+kempe_status kmp_branch_add(kempe_context *context, kmp_arena *arena, kmp_cycle_branch *branch, kmp_cycle *cycle)
 {
-    kmp_cycle **list = kmp_list_room(branch->cycle, (size_t)branch->count, sizeof(kmp_cycle *));
+    kmp_cycle **list = kmp_arena_room(arena, branch->cycle, branch->count, sizeof(kmp_cycle *));
     KMP_TRY(kmp_made(context, list));
     branch->cycle = list;
     branch->cycle[branch->count++] = cycle;
@@ -652,7 +652,7 @@ static kempe_status add_values(follower *f, const kmp_cycle *a, const kmp_cycle 
             continue;
         }
         KMP_TRY(status);
-        KMP_TRY(kmp_branch_add(context_of(f), f->branch, found));
+        KMP_TRY(kmp_branch_add(context_of(f), f->s->cycles, f->branch, found));
     }
     return KEMPE_OK;
 }
@@ -691,7 +691,7 @@ static bool ends(follower *f, const kmp_cycle *a, const kmp_cycle *b)
 static kempe_status follow(follower *f, kmp_cycle *first)
 {
     kmp_cycle *at = first, *next;
-    KMP_TRY(kmp_branch_add(context_of(f), f->branch, first));
+    KMP_TRY(kmp_branch_add(context_of(f), f->s->cycles, f->branch, first));
     for (;;) {
         if (kmp_interrupted(context_of(f)))
             return KEMPE_STOPPED;
@@ -721,10 +721,11 @@ static kempe_status follow(follower *f, kmp_cycle *first)
             special = NULL;
         KMP_TRY(add_values(f, at, special && folds ? special : next));
         if (special)
-            KMP_TRY(kmp_branch_add(context_of(f), f->branch, special));
+            KMP_TRY(kmp_branch_add(context_of(f), f->s->cycles, f->branch, special));
         if (special && folds)
             KMP_TRY(add_values(f, special, next));
-        KMP_TRY(is_outside(f, next->value) ? KEMPE_OK : kmp_branch_add(context_of(f), f->branch, next));
+        if (!is_outside(f, next->value))
+            KMP_TRY(kmp_branch_add(context_of(f), f->s->cycles, f->branch, next));
         kmp_progress(context_of(f), KMP_PROGRESS_STUDY, f->branch->count, f->options->most, "cycles");
         if (ends(f, at, next))
             return KEMPE_OK;

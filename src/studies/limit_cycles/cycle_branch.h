@@ -163,5 +163,5 @@ typedef struct kmp_branch_options {
 kempe_status kmp_branch_follow(kmp_shooting *shooting, const kmp_branch_options *options, kmp_cycle *first,
                                kmp_cycle_branch *branch);
 
-/** Adds a cycle. KEMPE_E_MEMORY. */
-kempe_status kmp_branch_add(kempe_context *context, kmp_cycle_branch *branch, kmp_cycle *cycle);
+/** Adds a cycle to the list, which is in the arena. KEMPE_E_MEMORY. */
+kempe_status kmp_branch_add(kempe_context *context, kmp_arena *arena, kmp_cycle_branch *branch, kmp_cycle *cycle);

@@ -7,6 +7,7 @@
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
 #include "model/expressions/ranges.h"
+#include "output/print.h"
 #include <math.h>
 #include <string.h>
 
@@ -378,7 +379,7 @@ static kempe_status follow_from(kempe_limit_cycles *c, int critical, const kmp_b
     KMP_TRY(status);
     kmp_cycle_branch *branch = &c->branch[c->branches++];
     c->branch_of[critical] = c->branches;
-    KMP_TRY(kmp_branch_add(context, branch, hopf));
+    KMP_TRY(kmp_branch_add(context, &c->arena, branch, hopf));
     return kmp_branch_follow(&c->shooting, ask, first, branch);
 }
 
@@ -455,22 +456,9 @@ kempe_status kempe_limit_cycles_new(const kempe_system *system, const kempe_limi
     return status;
 }
 
-void kempe_limit_cycles_free(kempe_limit_cycles *cycles)
-{
-    if (!cycles)
-        return;
-    for (int b = 0; b < cycles->branches; b++)
-        kmp_free(cycles->branch[b].cycle);
-    kmp_shooting_free(&cycles->shooting);
-    kmp_flow_free(cycles->flow);
-    kmp_locus_free(&cycles->locus);
-    kmp_operating_family_free(cycles->family);
-    kempe_system_free(cycles->driven);
-    kempe_model_free(cycles->copy);
-    kmp_free(cycles->warnings);
-    kmp_arena_free(&cycles->arena);
-    kmp_free(cycles);
-}
+KMP_FREES(kempe_limit_cycles, cycles, kmp_shooting_free(&cycles->shooting), kmp_flow_free(cycles->flow),
+          kmp_locus_free(&cycles->locus), kmp_operating_family_free(cycles->family), kempe_system_free(cycles->driven),
+          kempe_model_free(cycles->copy), kmp_free(cycles->warnings), kmp_arena_free(&cycles->arena))
 
 /* -- queries -------------------------------------------------------------------------------------------------- */
 

@@ -247,7 +247,7 @@ static kempe_status step_up_and_down(stepped *s)
         for (int k = 0; k < c->values; k++) {
             kmp_cycle *x;
             KMP_TRY(simulate(s, kmp_range_value(&range, b == 0 ? k : c->values - 1 - k, c->values), &x));
-            KMP_TRY(kmp_branch_add(c->system->context, &c->branch[b], x));
+            KMP_TRY(kmp_branch_add(c->system->context, &c->arena, &c->branch[b], x));
             most = fmax(most, x->amplitude);
             if (!x->growing && x->amplitude <= KMP_CYCLE_DECAYED * most)
                 memcpy(s->values + 1, s->start + 1, (size_t)s->count * sizeof *s->values);

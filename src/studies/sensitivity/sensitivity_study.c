@@ -200,22 +200,21 @@ kempe_status kempe_sensitivity_new(const kempe_model *model, const kempe_sensiti
 }
 
 KMP_FREES(kempe_sensitivity, s, kempe_system_free(s->system), kmp_variant_free(s->variant),
-          kmp_averaged_free(s->averaged), kempe_system_free(s->given), kmp_columns_free(&s->outputs),
-          kmp_free(s->column), kmp_free(s->unit), kmp_free(s->at), kmp_free(s->cell), kmp_free(s->warnings),
-          kmp_free(s->reason), kmp_arena_free(&s->arena))
+          kmp_averaged_free(s->averaged), kempe_system_free(s->given), kmp_columns_free(&s->outputs), kmp_free(s->at),
+          kmp_free(s->cell), kmp_free(s->warnings), kmp_free(s->reason), kmp_arena_free(&s->arena))
 
 /* -- columns and rows -------------------------------------------------------------------------------- */
 
 bool kmp_sensitivity_add_column(kempe_sensitivity *s, const char *name, const char *unit)
 {
-    char **column = kmp_realloc(s->column, (size_t)s->columns + 1, sizeof *column);
-    s->column = column ? column : s->column;
-    char **units = kmp_realloc(s->unit, (size_t)s->columns + 1, sizeof *units);
-    s->unit = units ? units : s->unit;
-    if (!column || !units)
+    char **columns = kmp_arena_room(&s->arena, s->column, s->columns, sizeof *columns);
+    char **units = kmp_arena_room(&s->arena, s->unit, s->columns, sizeof *units);
+    if (!columns || !units)
         return false;
-    column[s->columns] = kmp_arena_strdup(&s->arena, name);
-    units[s->columns++] = kmp_arena_strdup(&s->arena, unit);
+    s->column = columns;
+    s->unit = units;
+    s->column[s->columns] = kmp_arena_strdup(&s->arena, name);
+    s->unit[s->columns++] = kmp_arena_strdup(&s->arena, unit);
     return !s->arena.failed;
 }
 
