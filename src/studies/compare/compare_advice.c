@@ -99,6 +99,19 @@ static group find(const kempe_comparison *c, int method, trouble kind)
     return g;
 }
 
+/* The method and the tolerances of a group. */
+static void put_group(kmp_text *text, const kempe_comparison *c, const group *g)
+{
+    kmp_compare_name(text, g->first->method);
+    if (g->count == c->rtol_count && g->count > 1)
+        kmp_text_put(text, " at every rtol");
+    else if (g->count == 1)
+        kmp_text_printf(text, " at rtol %g", g->first->rtol);
+    else
+        kmp_text_printf(text, " %s rtol %g %s %g", g->count == 2 ? "at" : "from", g->first->rtol,
+                        g->count == 2 ? "and" : "to", g->last->rtol);
+}
+
 void kmp_compare_remark(kempe_comparison *c)
 {
     /* Texts around the size of an anomaly and the tolerance. */
@@ -128,14 +141,7 @@ void kmp_compare_remark(kempe_comparison *c)
             if (g.count == 0 || (kind == IS_LEFT_OUT && kmp_interrupted(c->system->context)))
                 continue;
             kmp_text text = {0};
-            kmp_compare_name(&text, g.first->method);
-            if (g.count == c->rtol_count && g.count > 1)
-                kmp_text_put(&text, " at every rtol");
-            else if (g.count == 1)
-                kmp_text_printf(&text, " at rtol %g", g.first->rtol);
-            else
-                kmp_text_printf(&text, " %s rtol %g %s %g", g.count == 2 ? "at" : "from", g.first->rtol,
-                                g.count == 2 ? "and" : "to", g.last->rtol);
+            put_group(&text, c, &g);
             if (kind >= IS_APART)
                 kmp_text_printf(&text, "%s%.1e%s%g%s", anomaly[kind].before, g.how, anomaly[kind].between,
                                 g.worst->rtol, anomaly[kind].after);

@@ -64,6 +64,28 @@ static kmp_method_cost cost_of(const kempe_comparison *c, int run, double level)
                              between(cost.rhs, (double)coarse->report.rhs, part)};
 }
 
+/* The cheapest run of each method within a level, and the cheapest method there. */
+static void find_cheapest(kempe_comparison *c, int l)
+{
+    c->levels.level[l] = levels[l];
+    c->levels.best[l] = -1;
+    c->levels.blank[l] = !(levels[l] >= 10 * c->uncertainty[KMP_QUANTITY_Q]);
+    for (int k = 0; k < c->count && !c->levels.blank[l]; k++) {
+        int *own = &c->levels.run[(int)(c->runs[k].method - c->methods) * KMP_MOST_LEVELS + l];
+        if (counts(c, k, levels[l]) && (*own < 0 || c->runs[k].cpu_s < c->runs[*own].cpu_s))
+            *own = k;
+    }
+    double least = INFINITY;
+    for (int w = 0; w < c->method_count; w++) {
+        int place = w * KMP_MOST_LEVELS + l, run = c->levels.run[place];
+        c->levels.cost[place] = run >= 0 ? cost_of(c, run, levels[l]) : (kmp_method_cost){NAN, NAN, NAN};
+        if (c->levels.cost[place].cpu_s < least) {
+            least = c->levels.cost[place].cpu_s;
+            c->levels.best[l] = run;
+        }
+    }
+}
+
 void kmp_compare_levels(kempe_comparison *c)
 {
     c->levels.run = KMP_ARENA_NEW(&c->arena, int, KMP_MOST_LEVELS * c->method_count);
@@ -73,27 +95,8 @@ void kmp_compare_levels(kempe_comparison *c)
     for (int k = 0; k < KMP_MOST_LEVELS * c->method_count; k++)
         c->levels.run[k] = -1;
     c->levels.count = KMP_MOST_LEVELS;
-    for (int l = 0; l < KMP_MOST_LEVELS; l++) {
-        double uncertainty = c->uncertainty[KMP_QUANTITY_Q];
-        c->levels.level[l] = levels[l];
-        c->levels.best[l] = -1;
-        c->levels.blank[l] = !(levels[l] >= 10 * uncertainty);
-        for (int k = 0; k < c->count && !c->levels.blank[l]; k++) {
-            int *own = &c->levels.run[(int)(c->runs[k].method - c->methods) * KMP_MOST_LEVELS + l];
-            if (counts(c, k, levels[l]) && (*own < 0 || c->runs[k].cpu_s < c->runs[*own].cpu_s))
-                *own = k;
-        }
-        /* The cheapest method at a level. */
-        double least = INFINITY;
-        for (int w = 0; w < c->method_count; w++) {
-            int place = w * KMP_MOST_LEVELS + l, run = c->levels.run[place];
-            c->levels.cost[place] = run >= 0 ? cost_of(c, run, levels[l]) : (kmp_method_cost){NAN, NAN, NAN};
-            if (c->levels.cost[place].cpu_s < least) {
-                least = c->levels.cost[place].cpu_s;
-                c->levels.best[l] = run;
-            }
-        }
-    }
+    for (int l = 0; l < KMP_MOST_LEVELS; l++)
+        find_cheapest(c, l);
 }
 
 /* The errors of q that most users mean. */

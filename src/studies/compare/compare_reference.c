@@ -140,11 +140,32 @@ static void differ(const maker *m, const kmp_samples *table, const kmp_samples *
     kmp_verdict_errors(table, m->system, &reference, until, difference);
 }
 
+/* Repeats the run at a tenfold tolerance. */
+static kempe_status run_beside(maker *m, maker_source *s)
+{
+    ending how;
+    double cpu_s;
+    kempe_status status = attempt(m, &s->said.method, 10 * s->said.rtol, RUN_PART, &s->beside, &how, &cpu_s);
+    if (how != DONE)
+        s->beside.rows = 0;
+    return status;
+}
+
 /* The difference of both runs up to a time; NaN when there is only one. */
 static void judge_own(const maker *m, maker_source *s, double until)
 {
     differ(m, &s->beside, &s->table, until, s->own);
     s->said.own = s->own[KMP_QUANTITY_Q];
+}
+
+static bool exists(const kmp_method *row)
+{
+    kmp_method method;
+    for (int k = 0; kmp_method_get(k, &method); k++)
+        if (strcmp(method.formulation, row->formulation) == 0 && strcmp(method.form, row->form) == 0 &&
+            strcmp(method.integrator, row->integrator) == 0)
+            return true;
+    return false;
 }
 
 static void release(maker_source *s)
@@ -370,27 +391,15 @@ static kempe_status make_reference(maker *m)
     double at_end = NAN, bound = NAN;
     kempe_status status = KEMPE_OK;
     for (size_t k = 0; k < sizeof rows / sizeof *rows && m->count < KMP_MOST_SOURCES && status == KEMPE_OK; k++) {
-        const kmp_method *row = &rows[k].method;
-        kmp_method method;
-        bool exists = false;
-        for (int i = 0; kmp_method_get(i, &method); i++)
-            exists = exists || (strcmp(method.formulation, row->formulation) == 0 &&
-                                strcmp(method.form, row->form) == 0 && strcmp(method.integrator, row->integrator) == 0);
-        if (!exists)
+        if (!exists(&rows[k].method))
             continue;
         maker_source *s = &m->sources[m->count];
         *s = (maker_source){.said = rows[k]};
         kmp_samples_init(&s->table, m->system->n, m->system->m);
         kmp_samples_init(&s->beside, m->system->n, m->system->m);
         status = run_tight(m, s);
-        if (status == KEMPE_OK && s->said.rtol > 0) {
-            /* Repeats the run at a tenfold tolerance. */
-            ending how;
-            double cpu_s;
-            status = attempt(m, &s->said.method, 10 * s->said.rtol, RUN_PART, &s->beside, &how, &cpu_s);
-            if (how != DONE)
-                s->beside.rows = 0;
-        }
+        if (status == KEMPE_OK && s->said.rtol > 0)
+            status = run_beside(m, s);
         if (status == KEMPE_OK && s->said.rtol > 0)
             m->count++;
         else

@@ -152,6 +152,15 @@ static void compare_before(grid *g, int method, int run)
     g->before_run[method] = run;
 }
 
+/* Rows that are judged take additional time, which must not be measured. For a long run it is negligible, unless there
+ * are as many rows as right-hand sides. */
+static int repeats_of(const kmp_compare_job *j, const kmp_compared *run)
+{
+    return run->cpu_s < SHORT      ? MOST_REPEATS
+           : run->cpu_s < NOT_LONG ? SOME_REPEATS
+                                   : j->times.count > ROW_PART * (double)run->report.rhs;
+}
+
 /* A repeat takes the same steps, and only its time counts. The first one replaces the time of the judged run. */
 static kempe_status repeat(grid *g, kmp_compared *run, bool first)
 {
@@ -192,11 +201,7 @@ static kempe_status run_cell(grid *g, int method, int rtol, double *fastest)
     if (run->status != KEMPE_OK)
         return KEMPE_OK;
     const int at = method * g->comparison->rtol_count + rtol;
-    /* Rows that are judged take additional time, which must not be measured. For a long run it is negligible, unless
-     * there are as many rows as right-hand sides. */
-    g->repeats[at] = run->cpu_s < SHORT      ? MOST_REPEATS
-                     : run->cpu_s < NOT_LONG ? SOME_REPEATS
-                                             : g->job->times.count > ROW_PART * (double)run->report.rhs;
+    g->repeats[at] = repeats_of(g->job, run);
     compare_before(g, method, at);
     if (g->repeats[at] > 0)
         KMP_TRY(repeat(g, run, true));

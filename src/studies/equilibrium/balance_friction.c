@@ -264,7 +264,7 @@ kempe_status kmp_balance_add_friction(kempe_equilibrium *e, kmp_linear *linear, 
     if (!f)
         return KEMPE_OK;
     kmp_friction_state_look(f, linear->t, linear->q, linear->qd);
-    /* Warns of friction at rest that has no force. */
+    /* Friction at rest that has no force. */
     if (!e->stick && e->count == 0) {
         kmp_text names = {0};
         int count = name(e->system->model, f, true, &names);

@@ -852,7 +852,7 @@ static kempe_status descent_least(descent *w)
     s.shown = s.x->slopes ? s.x->slopes->shown : 0;
     KMP_TRY(kmp_made(w->l->system->context, make_room(&s)));
     KMP_TRY(solve_squares(&s));
-    /* Closes the loops to round-off, so that results do not depend on the choice of coordinates. With an
+    /* The loops are closed to round-off, so that results do not depend on the choice of coordinates. With an
      * ill-conditioned choice each correction is rounded in proportion to the dependent motion. */
     bool there = true;
     for (int k = 0; there && k < CLOSINGS && w->l->m > 0; k++) {
@@ -1289,7 +1289,7 @@ static kempe_status find(descent *w)
     while (!agrees) {
         KMP_TRY(descends ? descend(w) : KEMPE_OK);
         KMP_TRY(descent_least(w));
-        /* Closes a contact that overlaps at the equilibrium, or opens one that pulls. */
+        /* A contact that overlaps at the equilibrium is closed, or one that pulls is opened. */
         agrees = true;
         KMP_TRY(w->contacts ? kmp_contact_set_exchange(w->contacts, w->l, w->most, &agrees) : KEMPE_OK);
         if (!agrees && !descent_press(w))

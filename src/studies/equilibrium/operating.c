@@ -72,7 +72,7 @@ static kempe_status say_why(kempe_context *context, kempe_status status)
 static kempe_status find_equilibrium(const kmp_operating *o, kmp_linear *l, double *q, kmp_search *search)
 {
     if (search->newton) {
-        /* Closes the loops with the current parameters and rates. */
+        /* The loops closed with the current parameters and rates. */
         KMP_TRY(kmp_linear_choose(l, o->t, q, NULL, 0));
         KMP_TRY(kmp_linear_at(l, o->t, q, NULL, NULL));
         memcpy(q, l->q, (size_t)l->n * sizeof *q);

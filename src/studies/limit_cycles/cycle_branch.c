@@ -688,6 +688,13 @@ static bool ends(follower *f, const kmp_cycle *a, const kmp_cycle *b)
     return branch->end;
 }
 
+/* A fold is one if the parameter differs from it on both sides: along cycles of a conservative motion it does not. */
+static bool is_fold(const follower *f, const kmp_cycle *a, const kmp_cycle *fold, const kmp_cycle *b)
+{
+    double least = KMP_CYCLE_LEVEL * fabs(f->options->to - f->options->from);
+    return fold && fabs(a->value - fold->value) > least && fabs(b->value - fold->value) > least;
+}
+
 static kempe_status follow(follower *f, kmp_cycle *first)
 {
     kmp_cycle *at = first, *next;
@@ -714,11 +721,7 @@ static kempe_status follow(follower *f, kmp_cycle *first)
             KMP_TRY(find_fold(f, at, next, whole, &special));
         else if (changes(at, next))
             KMP_TRY(find_change(f, at, whole, &special));
-        /* A fold is one if the parameter differs from it on both sides: along cycles of a conservative motion it does
-         * not. */
-        double least = KMP_CYCLE_LEVEL * fabs(f->options->to - f->options->from);
-        if (folds && special && fmin(fabs(at->value - special->value), fabs(next->value - special->value)) <= least)
-            special = NULL;
+        special = folds && !is_fold(f, at, special, next) ? NULL : special;
         KMP_TRY(add_values(f, at, special && folds ? special : next));
         if (special)
             KMP_TRY(kmp_branch_add(context_of(f), f->s->cycles, f->branch, special));

@@ -123,15 +123,20 @@ kempe_status kmp_cycles_name(kempe_limit_cycles *c, int count, char *const *colu
     return kmp_made(c->system->context, !c->arena.failed);
 }
 
-/* Makes the equations of cycles with these entries, and their columns: `outputs`, and the loads. Errors as
+/* Makes the equations of cycles, at the state of the family, and their columns: `outputs`, and the loads. Errors as
  * kmp_flow_new. */
-static kempe_status make_flow(kempe_limit_cycles *c, const char *outputs, const kempe_run_options *run, int count,
-                              const kmp_flow_entry *entry)
+static kempe_status make_flow(kempe_limit_cycles *c, const char *outputs, const kempe_run_options *run)
 {
+    kmp_flow_entry *entry = KMP_ARENA_NEW(&c->arena, kmp_flow_entry, 2 * c->system->n);
+    const kempe_run_options none = {0};
     kmp_text words = {0};
-    kempe_status status = !kmp_cycles_words(c, outputs, &words)
-                              ? kmp_fail_memory(c->system->context)
-                              : kmp_flow_new(kmp_cycles_equations(c), c->name, words.s, run, count, entry, &c->flow);
+    int count;
+    KMP_TRY(kmp_made(c->system->context, entry));
+    KMP_TRY(kmp_moving_entries(&c->family->linear, -1, &count, entry));
+    kempe_status status =
+        !kmp_cycles_words(c, outputs, &words)
+            ? kmp_fail_memory(c->system->context)
+            : kmp_flow_new(kmp_cycles_equations(c), c->name, words.s, run ? run : &none, count, entry, &c->flow);
     kmp_text_free(&words);
     KMP_TRY(status);
     const kempe_sensitivity *rows = c->flow->rows;
@@ -169,6 +174,32 @@ kempe_status kmp_moving_entries(kmp_linear *l, int keeps, int *count, kmp_flow_e
 
 /* -- the cycles ------------------------------------------------------------------------------------------ */
 
+/* The mode as the tangent of a Hopf point: the part of each start value in it at its phase 0, the change of that per
+ * time, and half its range. */
+static void take_mode(const kmp_flow *f, const kmp_modes *modes, int mode, kmp_cycle *hopf)
+{
+    double w = modes->spectrum.im[mode];
+    for (int i = 0; i < f->size; i++) {
+        ptrdiff_t at = f->entry[i].motion + (ptrdiff_t)mode * modes->n;
+        double re = KMP_CYCLE_FIRST * modes->shown_re[at], im = KMP_CYCLE_FIRST * modes->shown_im[at];
+        bool rate = f->entry[i].kind == KMP_FLOW_RATE;
+        hopf->tangent[i] = rate ? -w * im : re;
+        hopf->rate[i] = rate ? -w * w * re : -w * im;
+        hopf->reach[i] = KMP_CYCLE_FIRST * hypot(modes->shown_re[at], modes->shown_im[at]) * (rate ? w : 1);
+    }
+}
+
+/* The loads at the equilibrium of a Hopf point, the last state of the family. */
+static void loads_at_rest(const kempe_limit_cycles *cycles, kmp_cycle *hopf)
+{
+    const kmp_linear *l = &cycles->family->linear;
+    for (int r = 0; r < l->m; r++) {
+        int k = l->system->rows[r].closure - cycles->system->model->closure_count;
+        if (k >= 0 && k < cycles->held)
+            hopf->load[k] = l->lambda[r];
+    }
+}
+
 /* The Hopf point, with the mode as its tangent. */
 static kmp_cycle *make_hopf(kempe_limit_cycles *cycles, const kmp_critical *critical, const kmp_modes *modes, int mode)
 {
@@ -181,33 +212,12 @@ static kmp_cycle *make_hopf(kempe_limit_cycles *cycles, const kmp_critical *crit
     c->stability = KMP_CYCLE_UNDECIDED;
     c->value = critical->value;
     c->period = 2 * acos(-1) / critical->im;
-    /* The part of a start value in the mode at its phase 0, and its change per time. */
-    const kmp_flow *f = cycles->flow;
-    double w = modes->spectrum.im[mode];
-    for (int i = 0; i < f->size; i++) {
-        ptrdiff_t at = f->entry[i].motion + (ptrdiff_t)mode * modes->n;
-        double re = KMP_CYCLE_FIRST * modes->shown_re[at], im = KMP_CYCLE_FIRST * modes->shown_im[at];
-        c->tangent[i] = f->entry[i].kind == KMP_FLOW_RATE ? -w * im : re;
-        c->rate[i] = f->entry[i].kind == KMP_FLOW_RATE ? -w * w * re : -w * im;
-    }
-    /* Half the range of each start value in the mode. */
-    double *reach = c->reach;
-    for (int i = 0; i < f->size; i++) {
-        ptrdiff_t at = f->entry[i].motion + (ptrdiff_t)mode * modes->n;
-        reach[i] = KMP_CYCLE_FIRST * hypot(modes->shown_re[at], modes->shown_im[at]) *
-                   (f->entry[i].kind == KMP_FLOW_RATE ? w : 1);
-    }
+    take_mode(cycles->flow, modes, mode, c);
     for (int i = 0; i < s->size; i++) {
         const kmp_flow_entry *e = &s->flow->entry[i];
         c->x[i] = (e->kind != KMP_FLOW_POSITION ? state->qd : state->q)[e->motion];
     }
-    /* The loads at the equilibrium, the last state of the family. */
-    const kmp_linear *l = &cycles->family->linear;
-    for (int r = 0; r < l->m; r++) {
-        int k = l->system->rows[r].closure - cycles->system->model->closure_count;
-        if (k >= 0 && k < cycles->held)
-            c->load[k] = l->lambda[r];
-    }
+    loads_at_rest(cycles, c);
     return c;
 }
 
@@ -421,13 +431,7 @@ static kempe_status make(kempe_limit_cycles *c, const kempe_limit_cycles_options
             kmp_modes modes;
             KMP_TRY(kmp_operating_family_go(c->family, at->value, &modes));
             kmp_modes_free(&modes);
-            /* The equations of the cycles, at the state of the family. */
-            kmp_flow_entry *entry = KMP_ARENA_NEW(&c->arena, kmp_flow_entry, 2 * c->system->n);
-            const kempe_run_options none = {0};
-            int entries;
-            KMP_TRY(kmp_made(context, entry));
-            KMP_TRY(kmp_moving_entries(&c->family->linear, -1, &entries, entry));
-            KMP_TRY(make_flow(c, outputs, options->run ? options->run : &none, entries, entry));
+            KMP_TRY(make_flow(c, outputs, options->run));
         }
         KMP_TRY(follow_from(c, k, &ask));
     }

@@ -46,6 +46,16 @@ static void put_branch(drawing *d, const kmp_cycle_branch *b, const char *colour
             kmp_plot_dot(&d->plot, d->factor * b->cycle[k]->value, height(d, b->cycle[k]), colour);
 }
 
+/* The value between two of the locus at which the equilibrium loses its stability; the middle where it is no Hopf
+ * point. */
+static double change_between(const kmp_locus *l, double a, double b)
+{
+    for (int k = 0; k < l->critical_count; k++)
+        if ((l->critical[k].value - a) * (l->critical[k].value - b) <= 0)
+            return l->critical[k].value;
+    return (a + b) / 2;
+}
+
 static void put_plot(kmp_text *text, const kempe_limit_cycles *c, int output, int place)
 {
     kmp_shown by = kmp_limit_cycles_shown(c),
@@ -65,11 +75,7 @@ static void put_plot(kmp_text *text, const kempe_limit_cycles *c, int output, in
     const kmp_locus *l = &d.c->locus;
     for (int k = 0; k + 1 < l->reached; k++) {
         bool grows[] = {kmp_limit_cycles_growth(d.c, k) > 0, kmp_limit_cycles_growth(d.c, k + 1) > 0};
-        /* The equilibrium loses its stability at a critical value between both; in the middle where it is none. */
-        double ends[] = {l->value[k], (l->value[k] + l->value[k + 1]) / 2, l->value[k + 1]};
-        for (int i = l->critical_count - 1; i >= 0; i--)
-            if ((l->critical[i].value - ends[0]) * (l->critical[i].value - ends[2]) <= 0)
-                ends[1] = l->critical[i].value;
+        double ends[] = {l->value[k], change_between(l, l->value[k], l->value[k + 1]), l->value[k + 1]};
         for (int half = 0; half < 2; half++) {
             kmp_curve_begin(&d.plot, grows[half] ? "dashed" : "curve", "#4a545a");
             kmp_curve_to(&d.plot, d.factor * ends[half], 0);

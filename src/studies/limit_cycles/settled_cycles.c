@@ -51,6 +51,16 @@ static bool note_start(stepped *s, const kmp_operating *start, const kmp_linear 
     return !s->arena.failed;
 }
 
+/* Takes the start with the coordinate of the travel as an independent one, unless closures decide it. */
+static kempe_status take_start(kmp_operating *start, kmp_linear *linear, int travel)
+{
+    kempe_status status = travel >= 0 ? kmp_operating_take(start, linear, &travel, 1) : KEMPE_E_FAILED;
+    if (status == KEMPE_OK || status == KEMPE_E_MEMORY)
+        return status;
+    kmp_context_clear(start->system->context);
+    return kmp_operating_take(start, linear, NULL, 0);
+}
+
 static kempe_status find_entries(stepped *s)
 {
     kmp_operating *start = NULL;
@@ -69,12 +79,7 @@ static kempe_status find_entries(stepped *s)
             if (!model->motions[i].rotation && model->start.qd[i].value != 0 &&
                 (travel < 0 || fabs(model->start.qd[i].value) > fabs(model->start.qd[travel].value)))
                 travel = i;
-        /* Takes the start with that coordinate as an independent one, unless closures decide it. */
-        status = travel >= 0 ? kmp_operating_take(start, &linear, &travel, 1) : KEMPE_E_FAILED;
-        if (status != KEMPE_OK && status != KEMPE_E_MEMORY) {
-            kmp_context_clear(system->context);
-            status = kmp_operating_take(start, &linear, NULL, 0);
-        }
+        status = take_start(start, &linear, travel);
         if (status == KEMPE_OK) {
             kmp_linear_matrices(&linear);
             status = kmp_moving_entries(&linear, travel, &s->count, s->entry);

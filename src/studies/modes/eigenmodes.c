@@ -100,6 +100,20 @@ static void shares(int n, const double *re, const double *im, const double *a_re
         out[i] = some ? out[i] / sum : 0;
 }
 
+/* Converts shapes: rates of a chart are linear in those of another. */
+static void show_shapes(kmp_modes *s, const kmp_linear *l, double *q)
+{
+    const size_t n = (size_t)s->n;
+    for (int c = 0; s->shown_re != s->re && c < s->count; c++)
+        for (int part = 0; part < 2; part++) {
+            const double *from = (part ? s->im : s->re) + (size_t)c * n;
+            double *to = (part ? s->shown_im : s->shown_re) + (size_t)c * n;
+            memcpy(q, l->q, n * sizeof *q);
+            memcpy(to, from, n * sizeof *to);
+            kmp_charts_show(s->system, l->eval->chart, q, q, to);
+        }
+}
+
 static void measure(kmp_modes *s, kmp_linear *l, double *mass, double *work)
 {
     kmp_eval_dense_mass(l->eval, mass);
@@ -122,15 +136,7 @@ static void measure(kmp_modes *s, kmp_linear *l, double *mass, double *work)
         if (c >= s->spectrum.zeros)
             shares(bodies, re, im, k_re, k_im, s->potential + (ptrdiff_t)c * n);
     }
-    /* Converts shapes: rates of a chart are linear in those of another. */
-    for (int c = 0; s->shown_re != s->re && c < s->count; c++)
-        for (int part = 0; part < 2; part++) {
-            const double *from = (part ? s->im : s->re) + (ptrdiff_t)c * n;
-            double *to = (part ? s->shown_im : s->shown_re) + (ptrdiff_t)c * n;
-            memcpy(work, l->q, (size_t)n * sizeof *work);
-            memcpy(to, from, (size_t)n * sizeof *to);
-            kmp_charts_show(s->system, l->eval->chart, work, work, to);
-        }
+    show_shapes(s, l, work);
 }
 
 /* -- spectra ----------------------------------------------------------------------------------------- */
@@ -153,6 +159,16 @@ static int by_modulus(const void *a, const void *b)
     const sampled_mode *x = a, *y = b;
     double first = hypot(x->s_re, x->s_im), second = hypot(y->s_re, y->s_im);
     return first != second ? (first < second ? -1 : 1) : x->k - y->k;
+}
+
+/* The eigenvector of the map as shape c: positions, and values of states, before the samples. */
+static void take_sampled_shape(kmp_modes *s, const kmp_linear *l, const kmp_sampled_spectrum *of, int from, int c)
+{
+    for (int i = 0; i < of->count; i++) {
+        int k = of->place[i] % s->p;
+        if (of->place[i] < s->p || kmp_state_of(s->system->model, l->part.u[k]))
+            add_motion(s, l, c, k, of->x_re[i + from * of->count], of->x_im[i + from * of->count]);
+    }
 }
 
 /* The eigenvalues of the map in `mode` (count), sorted, and their shapes. */
@@ -182,12 +198,8 @@ static void put_sampled(kmp_modes *s, const kmp_linear *l, const kmp_spectrum *a
         s->z_im[c] = zero ? 0 : map->im[k];
         if (zero)
             take_shape(s, l, averaged, c, c);
-        /* The eigenvector of the map as shape c: positions, and values of states, before the samples. */
-        for (int i = 0; !zero && i < map->count; i++) {
-            int u = map->place[i] % s->p;
-            if (map->place[i] < s->p || kmp_state_of(s->system->model, l->part.u[u]))
-                add_motion(s, l, c, u, map->x_re[i + k * map->count], map->x_im[i + k * map->count]);
-        }
+        else
+            take_sampled_shape(s, l, map, k, c);
     }
 }
 

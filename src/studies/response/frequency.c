@@ -423,6 +423,16 @@ static kempe_status find_sampled_poles(kmp_frequency *f)
     return status;
 }
 
+/* A root too close to the axis counts as growing: the response is then not attained in a time that matters. */
+static kempe_status judge_delays(kmp_frequency *f)
+{
+    int zeros;
+    kempe_status status = kmp_delayed_growing(f->transfer->linear, &f->growing, &zeros);
+    if (status == KEMPE_E_FAILED)
+        f->growing = -1;
+    return status == KEMPE_E_FAILED ? KEMPE_OK : status;
+}
+
 kempe_status kmp_frequency_run(kmp_frequency *f)
 {
     const kmp_linear *l = f->transfer->linear;
@@ -448,15 +458,7 @@ kempe_status kmp_frequency_run(kmp_frequency *f)
     if (status == KEMPE_E_MEMORY)
         return status;
     kmp_context_clear(context);
-    /* A root too close to the axis counts as growing: the response is then not attained in a time that matters. */
-    if (endless) {
-        int zeros;
-        status = kmp_delayed_growing(l, &f->growing, &zeros);
-        if (status == KEMPE_E_FAILED)
-            f->growing = -1;
-        else
-            KMP_TRY(status);
-    }
+    KMP_TRY(endless ? judge_delays(f) : KEMPE_OK);
     /* The response at rest, zero where it is rounding of the largest one. */
     bool rests = evaluate(f, 0);
     size_t block = (size_t)f->inputs * (size_t)f->outputs, all = block * (size_t)f->count;

@@ -370,6 +370,24 @@ static double weight_of_time(adjoint *a)
            (a->integral ? kmp_target_value(a->target, a->v) : 0);
 }
 
+/* Converts weights of the states after pass k to weights before it, and adds to that of the time. */
+static void take_back(adjoint *a, const kmp_varied_reset *reset, int k, double *time)
+{
+    kmp_varied *v = a->v;
+    const kempe_model *model = v->system->model;
+    const int samples = samples_of(a);
+    const kmp_instant at = before_pass(a, k);
+    (void)kmp_slopes_values(&v->slopes->samples, &at);
+    for (int i = 0; i < samples; i++) {
+        double *weight = &a->wqd[kmp_model_coordinates(model) + kmp_state_of_sample(model, i)];
+        bool taken = reset->taken[k * samples + i];
+        a->wnext[i] = taken ? *weight : 0;
+        *weight = taken ? 0 : *weight;
+    }
+    kmp_slopes_gradient(v->slopes, &v->slopes->samples, a->wnext,
+                        &(kmp_direction){time, a->wq, a->wqd, NULL, NULL, a->y + 2 * a->p});
+}
+
 /* Derivatives after a reset are those along it, s + xd- dt_e/dp, mapped by the next values, less xd+ dt_e/dp. */
 static kempe_status pass_reset(adjoint *a, const kmp_varied_mark *mark, const int *next_u)
 {
@@ -396,19 +414,8 @@ static kempe_status pass_reset(adjoint *a, const kmp_varied_mark *mark, const in
             if (reset->taken[k * samples + i])
                 next[first + kmp_state_of_sample(model, i)] = value[i];
     }
-    /* Converts weights of the states after pass k to weights before it, and adds to that of the time. */
-    for (int k = reset->times - 1; k >= 0; k--) {
-        const kmp_instant at = before_pass(a, k);
-        (void)kmp_slopes_values(&v->slopes->samples, &at);
-        for (int i = 0; i < samples; i++) {
-            double *weight = &a->wqd[kmp_model_coordinates(model) + kmp_state_of_sample(model, i)];
-            bool taken = reset->taken[k * samples + i];
-            a->wnext[i] = taken ? *weight : 0;
-            *weight = taken ? 0 : *weight;
-        }
-        kmp_slopes_gradient(v->slopes, &v->slopes->samples, a->wnext,
-                            &(kmp_direction){&time, a->wq, a->wqd, NULL, NULL, a->y + 2 * a->p});
-    }
+    for (int k = reset->times - 1; k >= 0; k--)
+        take_back(a, reset, k, &time);
     if (reset->cause >= 0)
         a->swing += time + weight_of_time(a) - after;
     a->swung = reset->cause >= 0 ? reset->cause : a->swung;

@@ -136,6 +136,18 @@ static bool step_to(kempe_gradient *g, const double *value)
     return true;
 }
 
+/* Follows the straight path from `from` to `to`; returns the part reached. */
+static double lead(kempe_gradient *g)
+{
+    kmp_parts parts = KMP_PARTS;
+    while (kmp_parts_next(&parts, LEAST_STEP)) {
+        for (int k = 0; k < g->driven + g->count; k++)
+            g->column[k] = parts.next < 1 ? g->from[k] + parts.next * (g->to[k] - g->from[k]) : g->to[k];
+        kmp_parts_take(&parts, step_to(g, g->column));
+    }
+    return parts.done;
+}
+
 /* -- values ------------------------------------------------------------------------------------------ */
 
 /* A column of a table that has `columns` a row. */
@@ -217,14 +229,8 @@ kempe_status kempe_gradient_at(kempe_gradient *g, const double *driven, const do
     memcpy(g->from, g->value, (size_t)(g->driven + g->count) * sizeof *g->from);
     double *q = g->to + g->driven + g->count;
     memcpy(q, g->q, (size_t)g->n * sizeof *q);
-    /* Follows the straight path from `from` to `to`. */
-    kmp_parts parts = KMP_PARTS;
-    while (kmp_parts_next(&parts, LEAST_STEP)) {
-        for (int k = 0; k < g->driven + g->count; k++)
-            g->column[k] = parts.next < 1 ? g->from[k] + parts.next * (g->to[k] - g->from[k]) : g->to[k];
-        kmp_parts_take(&parts, step_to(g, g->column));
-    }
-    if (parts.done == 1) {
+    double done = lead(g);
+    if (done == 1) {
         /* Evaluates at the last state, whose dq are known. */
         for (int k = g->driven; k < g->driven + g->states; k++)
             g->rates[k] = g->system->model->start.qd[g->linear.part.u[k]].value;
@@ -241,8 +247,8 @@ kempe_status kempe_gradient_at(kempe_gradient *g, const double *driven, const do
         return KEMPE_OK;
     }
     kmp_text sentence = {0};
-    kmp_text_printf(&sentence, "the loops can be closed for only %.4g %% of the change to the requested coordinates:",
-                    100 * parts.done);
+    kmp_text_printf(&sentence,
+                    "the loops can be closed for only %.4g %% of the change to the requested coordinates:", 100 * done);
     for (int k = 0; k < g->driven; k++)
         kmp_text_printf(&sentence, "%s %s from %.6g to %.6g ends at %.6g", k ? "," : "",
                         g->system->model->motions[g->linear.part.u[k]].name, g->from[k], g->to[k], g->value[k]);

@@ -322,7 +322,7 @@ static kempe_status find(kempe_sensitivity *s)
     if (status == KEMPE_OK && w.adjoint)
         status = kmp_refuse_delays(s->model, "the adjoint method", "use the forward method");
     if (status == KEMPE_OK) {
-        /* Takes the report's reason; the context's message is the same. */
+        /* The report's reason is that of the result; the context's message is the same. */
         status = find_once(&w);
         if (status == KEMPE_E_FAILED && w.report.run.reason)
             (void)kmp_fail(s->context, status, "%s", w.report.run.reason);

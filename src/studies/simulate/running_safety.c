@@ -83,6 +83,12 @@ static double nadal_limit(double flange, double friction)
     return slope > friction ? (slope - friction) / (1 + friction * slope) : NAN;
 }
 
+/* Prud'homme, Revue Generale des Chemins de Fer 86 (1967) 89; EN 14363 with the factor 1. */
+static double prudhomme_limit(double axle_load)
+{
+    return axle_load > 0 ? 10e3 + axle_load / 3 : NAN;
+}
+
 /* -- samples ------------------------------------------------------------------------------------------ */
 
 static kempe_status observe(judging *j)
@@ -548,9 +554,8 @@ static kempe_status judge(judging *j, kmp_arena *arena)
         int right = j->model->wheels[w].side == KMP_TRACK_LEFT ? opposite(j, w) : -1;
         if (right < 0 || opposite(j, right) != w)
             continue;
-        /* Prud'homme, Revue Generale des Chemins de Fer 86 (1967) 89; EN 14363 with the factor 1. */
-        double load = s->wheel[w].load + s->wheel[right].load, limit = load > 0 ? 10e3 + load / 3 : NAN;
-        s->axle[s->axles++] = (kmp_safety_axle){.left = w, .right = right, .limit = limit};
+        double load = s->wheel[w].load + s->wheel[right].load;
+        s->axle[s->axles++] = (kmp_safety_axle){.left = w, .right = right, .limit = prudhomme_limit(load)};
     }
     return judge_all(j);
 }

@@ -335,6 +335,25 @@ static kempe_status share_loads(kempe_trajectory *t, const job *j, kmp_evaluator
     return status;
 }
 
+/* The reactions and outputs of the last row, and after KEMPE_OK whether such loads are unique. */
+static kempe_status judge_last_row(kempe_trajectory *t, kmp_evaluator *eval, kempe_status status)
+{
+    const kempe_model *model = t->system->model;
+    const int last = t->table.rows - 1, shown = kmp_outputs_width(model);
+    const double at[2] = {kmp_samples_time(&t->table, 0), kmp_samples_time(&t->table, last)};
+    const double *const q[2] = {kmp_samples_get(&t->table, KMP_QUANTITY_Q, 0),
+                                kmp_samples_get(&t->table, KMP_QUANTITY_Q, last)};
+    const double *lambda = kmp_samples_get(&t->table, KMP_QUANTITY_LAMBDA, last);
+    if (model->closure_count > 0)
+        memcpy(t->reaction, kmp_eval_reactions(eval, at[1], q[1], lambda),
+               3 * (size_t)model->closure_count * sizeof(double));
+    if (shown > 0)
+        memcpy(t->shown, kmp_samples_shown(&t->table, eval, last), (size_t)shown * sizeof(double));
+    if (status == KEMPE_OK && (shows_loads(model) || kmp_model_has_loads(model)))
+        status = kmp_warn_of_shared_loads(eval, at, q, t->shown, t->table.shown);
+    return status;
+}
+
 static kempe_status judge(kempe_trajectory *t, job *j)
 {
     const kempe_model *model = t->system->model;
@@ -364,21 +383,8 @@ static kempe_status judge(kempe_trajectory *t, job *j)
         status = share_loads(t, j, eval);
     for (int row = 0; t->system->use_count > 0 && row < t->table.rows; row++)
         kmp_eval_tell_shown(eval, kmp_samples_time(&t->table, row), kmp_samples_shown(&t->table, eval, row));
-    /* The reactions and outputs of the last row, and whether such loads are unique. */
-    const int last = t->table.rows - 1, shown = kmp_outputs_width(model);
-    if (last >= 0) {
-        const double at[2] = {kmp_samples_time(&t->table, 0), kmp_samples_time(&t->table, last)};
-        const double *const q[2] = {kmp_samples_get(&t->table, KMP_QUANTITY_Q, 0),
-                                    kmp_samples_get(&t->table, KMP_QUANTITY_Q, last)};
-        const double *lambda = kmp_samples_get(&t->table, KMP_QUANTITY_LAMBDA, last);
-        if (model->closure_count > 0)
-            memcpy(t->reaction, kmp_eval_reactions(eval, at[1], q[1], lambda),
-                   3 * (size_t)model->closure_count * sizeof(double));
-        if (shown > 0)
-            memcpy(t->shown, kmp_samples_shown(&t->table, eval, last), (size_t)shown * sizeof(double));
-        if (status == KEMPE_OK && (shows_loads(model) || kmp_model_has_loads(model)))
-            status = kmp_warn_of_shared_loads(eval, at, q, t->shown, t->table.shown);
-    }
+    if (t->table.rows > 0)
+        status = judge_last_row(t, eval, status);
     kmp_eval_free(eval);
     return status;
 }
@@ -418,7 +424,7 @@ static int count_step(void *user, kmp_runner *runner, double from, double to)
 
 static kempe_status integrate(job *j, kempe_trajectory *t)
 {
-    /* Counts steps for a check of parts. */
+    /* Numbers of steps, for a check of parts. */
     const int rows = j->spec.time_count;
     if (!j->run->no_convergence_check && !j->run->full_convergence_check && rows > 0) {
         j->counts =
