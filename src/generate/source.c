@@ -482,13 +482,17 @@ void kmp_source_free(kmp_code_source *source)
 
 /* -- files ------------------------------------------------------------------------------------------- */
 
-kmp_text *kmp_code_add(kmp_code_files *files, kmp_text *name)
+kmp_text *kmp_code_add(kmp_code_files *files, const char *format, ...)
 {
-    kmp_code_file *file = kmp_realloc(files->file, (size_t)files->count + 1, sizeof *file);
-    char *taken = file ? kmp_text_take(name) : NULL;
+    kmp_text name = {0};
+    KMP_TEXT_ARGUMENTS(&name, format);
+    char *taken = kmp_text_take(&name);
+    kmp_code_file *file = taken ? kmp_realloc(files->file, (size_t)files->count + 1, sizeof *file) : NULL;
     files->file = file ? file : files->file;
-    if (!taken)
+    if (!file) {
+        kmp_free(taken);
         return NULL;
+    }
     file[files->count] = (kmp_code_file){.name = taken};
     return &file[files->count++].text;
 }

@@ -124,6 +124,6 @@ typedef struct kmp_code_files {
     int count;
 } kmp_code_files;
 
-/** A new file, which takes the name; its text to be filled, owned by the files. NULL: no memory. */
-kmp_text *kmp_code_add(kmp_code_files *files, kmp_text *name);
+/** A new file with this name; its text to be filled, owned by the files. NULL: no memory. */
+kmp_text *kmp_code_add(kmp_code_files *files, const char *format, ...) __attribute__((format(printf, 2, 3)));
 void kmp_code_files_free(kmp_code_files *files);

@@ -63,18 +63,9 @@ static kempe_status read_options(kempe_fmu_export *made, const kempe_fmu_options
 
 /* -- files ------------------------------------------------------------------------------------------- */
 
-static kmp_text *add_file(kmp_code_files *files, const char *folder, const char *name)
-{
-    kmp_text path = {0};
-    kmp_text_printf(&path, "%s%s", folder, name);
-    kmp_text *text = kmp_code_add(files, &path);
-    kmp_text_free(&path);
-    return text;
-}
-
 static bool add_lines(kmp_code_files *files, const char *folder, const char *name, const char *const *lines)
 {
-    kmp_text *text = add_file(files, folder, name);
+    kmp_text *text = kmp_code_add(files, "%s%s", folder, name);
     for (int k = 0; text && lines[k]; k++)
         kmp_text_put(text, lines[k]);
     return text;
@@ -82,7 +73,7 @@ static bool add_lines(kmp_code_files *files, const char *folder, const char *nam
 
 static bool add_copy(kmp_code_files *files, const char *folder, const char *name, const char *text)
 {
-    kmp_text *copy = add_file(files, folder, name);
+    kmp_text *copy = kmp_code_add(files, "%s%s", folder, name);
     if (copy && text)
         kmp_text_put(copy, text);
     return copy && text;
@@ -107,7 +98,7 @@ static bool add_sources(kempe_fmu_export *made)
         if (layers[k].fmi == 0 || layers[k].fmi == plan->fmi)
             ok = add_lines(files, "", layers[k].name, layers[k].lines);
     char *table = ok ? kmp_arena_printf(&made->arena, "%s_fmu.c", plan->source->name) : NULL;
-    kmp_text *text = table ? add_file(files, "", table) : NULL;
+    kmp_text *text = table ? kmp_code_add(files, "%s", table) : NULL;
     if (text)
         kmp_unit_table(text, plan);
     plan->sources = text ? KMP_ARENA_NEW(&made->arena, char *, files->count) : NULL;
@@ -127,12 +118,12 @@ static bool add_picture(kempe_fmu_export *made)
     const bool second = made->plan.fmi == 2;
     kmp_text svg = {0}, png = {0};
     bool ok = kmp_mechanism_picture(&svg, source->model, source->simulated->q, KMP_UNIT_ICON);
-    kmp_text *text = ok && !second ? add_file(&made->files, "", "terminalsAndIcons/icon.svg") : NULL;
+    kmp_text *text = ok && !second ? kmp_code_add(&made->files, "terminalsAndIcons/icon.svg") : NULL;
     if (text)
         kmp_text_append(text, svg.s, svg.length);
     ok = ok && (second || text);
     if (ok && kmp_picture_png(&svg, &png)) {
-        text = add_file(&made->files, "", second ? "model.png" : "terminalsAndIcons/icon.png");
+        text = kmp_code_add(&made->files, "%s", second ? "model.png" : "terminalsAndIcons/icon.png");
         ok = text;
         if (text)
             kmp_text_append(text, png.s, png.length);
@@ -146,11 +137,11 @@ static bool add_description(kempe_fmu_export *made)
 {
     kmp_text xml = {0}, terminals = {0};
     bool ok = kmp_unit_describe(&xml, &terminals, &made->plan);
-    kmp_text *text = ok ? add_file(&made->files, "", "modelDescription.xml") : NULL;
+    kmp_text *text = ok ? kmp_code_add(&made->files, "modelDescription.xml") : NULL;
     if (text)
         kmp_text_append(text, xml.s, xml.length);
     if (text && made->plan.fmi == 3) {
-        text = add_file(&made->files, "", "terminalsAndIcons/terminalsAndIcons.xml");
+        text = kmp_code_add(&made->files, "terminalsAndIcons/terminalsAndIcons.xml");
         if (text)
             kmp_text_append(text, terminals.s, terminals.length);
     }
@@ -168,12 +159,12 @@ static bool add_texts(kempe_fmu_export *made)
     for (int k = 0; ok && k < made->sources.count; k++)
         ok = add_copy(files, "sources/", made->sources.file[k].name, made->sources.file[k].text.s);
     if (ok && plan->fmi == 3 && !plan->on_library) {
-        text = add_file(files, "", "sources/buildDescription.xml");
+        text = kmp_code_add(files, "sources/buildDescription.xml");
         ok = text;
         if (ok)
             kmp_unit_build_description(text, plan);
     }
-    text = ok ? add_file(files, "", "documentation/index.html") : NULL;
+    text = ok ? kmp_code_add(files, "documentation/index.html") : NULL;
     if (text)
         kmp_unit_page(text, plan);
     return text && add_lines(files, "", "documentation/licenses/license.txt", kmp_license_lines);
@@ -186,7 +177,7 @@ static kempe_status add_binary(kempe_fmu_export *made, const kempe_fmu_options *
         return kmp_fail(made->context, KEMPE_E_ARGUMENT,
                         "binaries of units are not made on this platform: use --no-binary");
     char *name = kmp_arena_printf(&made->arena, "binaries/%s/%s.so", folder, made->plan.source->name);
-    kmp_text *bytes = name ? add_file(&made->files, "", name) : NULL;
+    kmp_text *bytes = name ? kmp_code_add(&made->files, "%s", name) : NULL;
     return bytes ? kmp_unit_compile(made->context, &made->sources, &made->plan, o->compiler ? o->compiler : "cc", bytes)
                  : kmp_fail_memory(made->context);
 }
@@ -209,7 +200,7 @@ static kempe_status make_on_library(kempe_fmu_export *made, const kempe_model *m
     KMP_TRY(kmp_unit_add_resources(&made->files, &made->arena, model));
     KMP_TRY(kmp_file_read(made->context, KMP_FILE_BINARY, o->unit_file, &bytes, &length));
     char *name = kmp_arena_printf(&made->arena, "binaries/%s/%s.so", folder, plan->source->name);
-    kmp_text *binary = name ? add_file(&made->files, "", name) : NULL;
+    kmp_text *binary = name ? kmp_code_add(&made->files, "%s", name) : NULL;
     if (binary)
         kmp_text_append(binary, bytes, length);
     kmp_free(bytes);

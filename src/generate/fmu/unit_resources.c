@@ -12,10 +12,7 @@
 static kempe_status add_bytes(kempe_context *context, kmp_code_files *files, const char *name, const char *bytes,
                               size_t length)
 {
-    kmp_text path = {0};
-    kmp_text_printf(&path, "resources/%s", name);
-    kmp_text *text = kmp_code_add(files, &path);
-    kmp_text_free(&path);
+    kmp_text *text = kmp_code_add(files, "resources/%s", name);
     if (text)
         kmp_text_append(text, bytes, length);
     return kmp_made(context, text && !text->failed);

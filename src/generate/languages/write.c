@@ -661,7 +661,7 @@ static bool write_page(const kmp_writer *w, const kmp_page *page, kmp_code_files
     to.text = &name;
     kmp_fill(&to, page->name);
     bool wanted = name.length > 0;
-    to.text = wanted ? kmp_code_add(files, &name) : NULL;
+    to.text = wanted ? kmp_code_add(files, "%s", name.s) : NULL;
     if (to.text)
         kmp_fill(&to, page->text);
     kmp_text_free(&name);

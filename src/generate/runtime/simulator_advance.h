@@ -10,10 +10,9 @@ static kempe_simulator_status step_to(kempe_simulator *s, double t)
     double *state = s->part.state, most = s->settings.most_steps > 0 ? s->settings.most_steps : 1e6;
     for (double steps = 0; reach(s) < t && !(state[AT_ENDED] > 0); steps++) {
         if (steps >= most) {
-            snprintf(s->message, sizeof s->message,
-                     "%s: %.0f steps end at t = %.9g, before t = %.9g: loosen the tolerances, or raise most_steps",
-                     s->equations->name, most, state[AT_END], t);
-            return KEMPE_SIMULATOR_FAILED;
+            return fail_with(s,
+                             "%.0f steps end at t = %.9g, before t = %.9g: loosen the tolerances, or raise most_steps",
+                             most, state[AT_END], t);
         }
         kempe_simulator_status status = make_step(s, false);
         if (status != KEMPE_SIMULATOR_GOES)
@@ -75,8 +74,7 @@ static kempe_simulator_status take_changes(kempe_simulator *s)
     struct kempe_simulator_parts *part = &s->part;
     for (int i = 0; i < 3 * e->inputs; i++)
         if (!(fabs(s->u[i]) <= DBL_MAX)) {
-            snprintf(s->message, sizeof s->message, "%s: input '%s' is not finite at t = %.9g", e->name,
-                     e->input_names[i / 3], s->t);
+            fail_with(s, "input '%s' is not finite at t = %.9g", e->input_names[i / 3], s->t);
             copy(3 * e->inputs, part->held, s->u);
             return KEMPE_SIMULATOR_FAILED;
         }
@@ -117,9 +115,7 @@ kempe_simulator_status kempe_simulator_advance(kempe_simulator *s, double t)
     if (!(s->part.state[AT_STARTED] > 0))
         return refuse_before_start(s);
     if (!(t >= s->t)) {
-        snprintf(s->message, sizeof s->message, "%s: t = %.9g lies before the present time %.9g", s->equations->name, t,
-                 s->t);
-        return KEMPE_SIMULATOR_FAILED;
+        return fail_with(s, "t = %.9g lies before the present time %.9g", t, s->t);
     }
     kempe_simulator_status status = kempe_simulator_set_inputs(s);
     if (status != KEMPE_SIMULATOR_GOES)

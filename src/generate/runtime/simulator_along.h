@@ -148,8 +148,7 @@ kempe_simulator_status kempe_simulator_along(kempe_simulator *s, const kempe_sim
     if (!(part->state[AT_STARTED] > 0))
         return refuse_before_start(s);
     if (!e->along) {
-        snprintf(s->message, sizeof s->message, "%s: derivatives were not generated", e->name);
-        return KEMPE_SIMULATOR_FAILED;
+        return fail_with(s, "derivatives were not generated");
     }
     outcome said = refresh(s);
     if (said != GOOD)

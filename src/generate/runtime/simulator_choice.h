@@ -162,12 +162,11 @@ static int open_row(const kempe_simulator *s)
 static kempe_simulator_status report_open_row(kempe_simulator *s, int row, double t)
 {
     const kempe_equations *e = s->equations;
-    snprintf(
-        s->message, sizeof s->message,
-        "%s: closure row '%s', redundant at the start, has the residual %.3g (scaled) at t = %.9g: the motion began "
+    return fail_with(
+        s,
+        "closure row '%s', redundant at the start, has the residual %.3g (scaled) at t = %.9g: the motion began "
         "at a change point, where the closures have a lower rank; start near it, on the intended branch",
-        e->name, e->row_names[row], opening(s, row), t);
-    return KEMPE_SIMULATOR_FAILED;
+        e->row_names[row], opening(s, row), t);
 }
 
 #endif

@@ -140,11 +140,10 @@ static bool change_mode(kempe_simulator *s, int k, double t)
     if (part->repeats[k] < KMP_EVENT_REPEATS)
         return true;
     const char *advice = e->advice ? e->advice[k] : NULL;
-    snprintf(s->message, sizeof s->message, "%s: %s changes back and forth at t = %.9g: %s", e->name,
-             e->condition_names[k], t,
-             advice && *advice
-                 ? advice
-                 : "the motion slides along this condition; make the law continuous there, for instance with tanh");
+    fail_with(s, "%s changes back and forth at t = %.9g: %s", e->condition_names[k], t,
+              advice && *advice
+                  ? advice
+                  : "the motion slides along this condition; make the law continuous there, for instance with tanh");
     return false;
 }
 
@@ -241,9 +240,7 @@ static kempe_simulator_status settle_modes(kempe_simulator *s, double t, double 
         if (last < 0)
             return at_rest ? explain(s, said, t) : KEMPE_SIMULATOR_GOES;
     }
-    snprintf(s->message, sizeof s->message, "%s: %s contradicts another condition at t = %.9g", e->name,
-             e->condition_names[last], t);
-    return KEMPE_SIMULATOR_FAILED;
+    return fail_with(s, "%s contradicts another condition at t = %.9g", e->condition_names[last], t);
 }
 
 #endif

@@ -238,11 +238,10 @@ static outcome find_event(kempe_simulator *s, double *again)
     const int status =
         e->watch->search(e->watch, s->part.watched, &site, part->state[AT_BEGIN], part->state[AT_END], &found);
     if (status >= KMP_WATCH_UNDECIDED) {
-        snprintf(
-            s->message, sizeof s->message,
-            "%s: %s: whether this changes is not decided in the step from t = %.9g on, by as many evaluations as a "
-            "step may have: set 'longest' in the settings",
-            e->name, e->condition_names[status - KMP_WATCH_UNDECIDED], part->state[AT_BEGIN]);
+        fail_with(s,
+                  "%s: whether this changes is not decided in the step from t = %.9g on, by as many evaluations as a "
+                  "step may have: set 'longest' in the settings",
+                  e->condition_names[status - KMP_WATCH_UNDECIDED], part->state[AT_BEGIN]);
         return TOLD;
     }
     if (status != 0)

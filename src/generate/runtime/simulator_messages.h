@@ -44,46 +44,38 @@ static kempe_simulator_status explain(kempe_simulator *s, outcome said, double t
     int row, bad;
     switch (said) {
     case TOLD:
-        break;
+        return KEMPE_SIMULATOR_FAILED;
     case OPEN:
         row = widest_row(s);
-        snprintf(
-            s->message, sizeof s->message,
-            "%s: the loops cannot be closed at t = %.9g: row '%s' has the residual %.2g (scaled); start nearer to a "
+        return fail_with(
+            s,
+            "the loops cannot be closed at t = %.9g: row '%s' has the residual %.2g (scaled); start nearer to a "
             "closed configuration, or change parameters so that the mechanism can reach this one",
-            e->name, t, e->row_names[row], opening(s, row));
-        break;
+            t, e->row_names[row], opening(s, row));
     case SINGULAR_LOOPS:
         row = lost_column(s);
-        snprintf(s->message, sizeof s->message,
-                 "%s: the loops do not determine coordinate '%s' at t = %.9g: the mechanism is at a singular "
-                 "configuration, where its closures lose a row",
-                 e->name, e->coordinate_names[row], t);
-        break;
+        return fail_with(s,
+                         "the loops do not determine coordinate '%s' at t = %.9g: the mechanism is at a singular "
+                         "configuration, where its closures lose a row",
+                         e->coordinate_names[row], t);
     case SINGULAR_MASS:
         bad = e->loads ? 0 : (int)s->part.diagonal[0] - 1;
-        snprintf(
-            s->message, sizeof s->message,
-            "%s: the motion of coordinate '%s' moves no mass at t = %.9g: give a body that it moves mass or inertia",
-            e->name, e->coordinate_names[s->part.column[rank_of(s) + bad]], t);
-        break;
+        return fail_with(
+            s, "the motion of coordinate '%s' moves no mass at t = %.9g: give a body that it moves mass or inertia",
+            e->coordinate_names[s->part.column[rank_of(s) + bad]], t);
     case UNSETTLED:
-        snprintf(s->message, sizeof s->message,
-                 "%s: forces that depend on reactions have no solution that is found from zero reactions at t = %.9g: "
-                 "such friction locks or has several solutions; reduce the force",
-                 e->name, t);
-        break;
+        return fail_with(
+            s,
+            "forces that depend on reactions have no solution that is found from zero reactions at t = %.9g: "
+            "such friction locks or has several solutions; reduce the force",
+            t);
     case MOVED_ANGLES:
-        snprintf(s->message, sizeof s->message,
-                 "%s: the angles of a spherical joint are near to singular at the start: derivatives with respect to "
-                 "start values are not defined there; start from other angles",
-                 e->name);
-        break;
+        return fail_with(
+            s, "the angles of a spherical joint are near to singular at the start: derivatives with respect to "
+               "start values are not defined there; start from other angles");
     default:
-        snprintf(s->message, sizeof s->message,
-                 "%s: accelerations are not finite at t = %.9g: a force or an input there is not a number", e->name, t);
+        return fail_with(s, "accelerations are not finite at t = %.9g: a force or an input there is not a number", t);
     }
-    return KEMPE_SIMULATOR_FAILED;
 }
 
 #endif

@@ -10,6 +10,7 @@
 #include "integrators/steppers/sample_times.h"
 #include "linalg/dense/factors.h"
 
+#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -59,6 +60,22 @@ enum {
 typedef enum outcome { GOOD, OPEN, SINGULAR_LOOPS, SINGULAR_MASS, NOT_FINITE, UNSETTLED, MOVED_ANGLES, TOLD } outcome;
 
 typedef char growth_fits[AT_GROWTH + KEMPE_NUMBERS_OF(kmp_growth) <= HEADER ? 1 : -1];
+
+/* Sets the message: the name of the mechanism, then a sentence. */
+#ifdef __GNUC__
+__attribute__((format(printf, 2, 3)))
+#endif
+static kempe_simulator_status
+fail_with(kempe_simulator *s, const char *format, ...)
+{
+    va_list arguments;
+    int used = snprintf(s->message, sizeof s->message, "%s: ", s->equations->name);
+    used = used < (int)sizeof s->message ? used : (int)sizeof s->message - 1;
+    va_start(arguments, format);
+    vsnprintf(s->message + used, sizeof s->message - (size_t)used, format, arguments);
+    va_end(arguments);
+    return KEMPE_SIMULATOR_FAILED;
+}
 
 static const kmp_rk_numbers methods[] = {KMP_DOP853_NUMBERS, KMP_DOPRI5_NUMBERS};
 

@@ -223,9 +223,7 @@ kempe_simulator_status kempe_simulator_start_from(kempe_simulator *s, double t, 
 
 static kempe_simulator_status refuse_before_start(kempe_simulator *s)
 {
-    snprintf(s->message, sizeof s->message, "%s: the simulator has not been started: call kempe_simulator_start",
-             s->equations->name);
-    return KEMPE_SIMULATOR_FAILED;
+    return fail_with(s, "the simulator has not been started: call kempe_simulator_start");
 }
 
 #endif

@@ -243,12 +243,12 @@ static bool stays_bounded(kempe_simulator *s)
             which = j;
     if (which < 0)
         return true;
-    snprintf(s->message, sizeof s->message,
-             "%s: the motion grows without end: at t = %.6g '%s' has a rate of %.3g %s, and the state is ten times as "
-             "large as %.3g s before, for the third time: check the signs of forces, dampings and gains, or set "
-             "most_steps",
-             e->name, t, e->coordinate_names[which], part->qd[which],
-             e->coordinate_kind[which] == KEMPE_COORDINATE_ROTATION ? "rad/s" : "m/s", growth.t[0] - growth.t[1]);
+    fail_with(s,
+              "the motion grows without end: at t = %.6g '%s' has a rate of %.3g %s, and the state is ten times as "
+              "large as %.3g s before, for the third time: check the signs of forces, dampings and gains, or set "
+              "most_steps",
+              t, e->coordinate_names[which], part->qd[which],
+              e->coordinate_kind[which] == KEMPE_COORDINATE_ROTATION ? "rad/s" : "m/s", growth.t[0] - growth.t[1]);
     return false;
 }
 
@@ -297,14 +297,9 @@ static kempe_simulator_status give_up(kempe_simulator *s, outcome said, attempt_
                              ? "it passes a place where the loops do not determine the dependent coordinates"
                              : "the motion is singular there, or too fast";
     if (s->settings.fixed_step > 0)
-        snprintf(s->message, sizeof s->message,
-                 "%s: no step of the constant length %.6g s can be made at t = %.9g: %s; shorten it",
-                 s->equations->name, s->settings.fixed_step, t, reason);
-    else
-        snprintf(s->message, sizeof s->message,
-                 "%s: the step size is close to the resolution of double precision at t = %.9g: %s", s->equations->name,
-                 t, reason);
-    return KEMPE_SIMULATOR_FAILED;
+        return fail_with(s, "no step of the constant length %.6g s can be made at t = %.9g: %s; shorten it",
+                         s->settings.fixed_step, t, reason);
+    return fail_with(s, "the step size is close to the resolution of double precision at t = %.9g: %s", t, reason);
 }
 
 /* Makes a step; `again`: up to an event that it has passed. */

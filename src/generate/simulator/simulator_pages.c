@@ -345,21 +345,12 @@ static void put_source(kmp_text *text, const kmp_code_source *s)
     put_equations(text, s);
 }
 
-static kmp_text *add(kmp_code_files *files, const char *name, const char *ending)
-{
-    kmp_text whole = {0};
-    kmp_text_printf(&whole, "%s%s", name, ending);
-    kmp_text *text = kmp_code_add(files, &whole);
-    kmp_text_free(&whole);
-    return text;
-}
-
 bool kmp_simulator_pages(const kmp_code_source *s, kmp_code_files *files)
 {
-    kmp_text *header = add(files, s->name, "_simulator.h");
+    kmp_text *header = kmp_code_add(files, "%s_simulator.h", s->name);
     if (header)
         put_header(header, s);
-    kmp_text *source = header ? add(files, s->name, "_simulator.c") : NULL;
+    kmp_text *source = header ? kmp_code_add(files, "%s_simulator.c", s->name) : NULL;
     if (source)
         put_source(source, s);
     bool ok = source;
@@ -367,7 +358,7 @@ bool kmp_simulator_pages(const kmp_code_source *s, kmp_code_files *files)
                            s->simulated->watch != NULL};
     for (int k = 0; ok && k < (int)(sizeof needed / sizeof *needed); k++) {
         const kmp_runtime_file file = (kmp_runtime_file)(KMP_RUNTIME_SIMULATOR_HEADER + k);
-        kmp_text *text = needed[k] ? add(files, kmp_runtime_name(file), "") : NULL;
+        kmp_text *text = needed[k] ? kmp_code_add(files, "%s", kmp_runtime_name(file)) : NULL;
         if (text)
             kmp_runtime_put(text, file);
         ok = text || !needed[k];

@@ -172,8 +172,8 @@ static int fail(void *self, kmp_friction_failure failure, double t)
     decider *d = self;
     const kempe_simulator *s = d->s;
     const bool more = s->equations->friction->elements > 1;
-    snprintf(d->s->message, sizeof d->s->message, "%s: %s%s at t = %.9g: %s", s->equations->name, name_of_element(s, 0),
-             more ? ", or another one," : "", t, sentences[failure]);
+    fail_with(d->s, "%s%s at t = %.9g: %s", name_of_element(s, 0), more ? ", or another one," : "", t,
+              sentences[failure]);
     return NO_SOLUTION;
 }
 

@@ -81,9 +81,8 @@ static int fail_impact(void *self, kmp_impact_failure failure, double t, int cou
             first = which[k];
             contacts++;
         }
-    snprintf(s->message, sizeof s->message, "%s: impact of %s%s at t = %.9g: %s", s->equations->name,
-             first < 0 ? "contacts" : name_of_element(s, first), contacts > 1 ? " and others" : "", t,
-             sentences[failure]);
+    fail_with(s, "impact of %s%s at t = %.9g: %s", first < 0 ? "contacts" : name_of_element(s, first),
+              contacts > 1 ? " and others" : "", t, sentences[failure]);
     return NO_SOLUTION;
 }
 
@@ -140,10 +139,8 @@ static kempe_simulator_status check_overlap(kempe_simulator *s, double t)
         return KEMPE_SIMULATOR_GOES;
     evaluate_changes(s, t, part->value);
     const double gap = part->value[e->friction->slot[i] + KMP_ROLE_PLACE - KMP_ROLE_SENSE];
-    snprintf(s->message, sizeof s->message,
-             "%s: %s overlaps by %.6g at the start (SI units); begin with its surfaces apart", e->name,
-             name_of_element(s, i), -gap);
-    return KEMPE_SIMULATOR_FAILED;
+    return fail_with(s, "%s overlaps by %.6g at the start (SI units); begin with its surfaces apart",
+                     name_of_element(s, i), -gap);
 }
 
 #endif
