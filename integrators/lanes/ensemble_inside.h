@@ -290,7 +290,7 @@ void kmp_within_end(kmp_engine *e);
 /** The state at t within the step of that lane: q, qd, and, if `rates`, qdd and lambda. false: it is not available. */
 bool kmp_within_state(kmp_engine *e, double t, bool rates, double *q, double *qd, double *qdd, double *lambda);
 
-/** Accelerations and multipliers of a state of a pool, after kmp_instance_state. */
+/** Accelerations and multipliers (NULL: not wanted) of a state of a pool, after kmp_instance_state. */
 bool kmp_instance_complete(kmp_engine *e, kmp_pool *pool, const double *qd, double *qdd, double *lambda);
 
 /** Gives the evaluator the inputs of a step; NULL: takes them back. */

@@ -84,15 +84,12 @@ void kmp_instance_leave(kmp_engine *e, int i, const char *why)
 /* Sets the scale of rates from the accelerations at the start. false: these are not available. */
 static bool set_rate_scale(kmp_engine *e, kmp_pool *pool, kmp_instance *x, const double *qd)
 {
-    double *udd = e->state + 2 * e->n, *qdd = udd + e->n;
+    double *qdd = e->state + 3 * e->n;
     if (kmp_reduction_factor(&pool->red))
         return false;
     kmp_reduction_tangent(&pool->red);
-    kmp_eval_mass(e->eval);
-    kmp_eval_bias(e->eval, qd);
-    if (kmp_reduction_accelerate(&pool->red, udd))
+    if (!kmp_instance_complete(e, pool, qd, qdd, NULL))
         return false;
-    kmp_reduction_accelerations(&pool->red, udd, qdd);
     x->rate_scale = kmp_formulation_rate_scale(e->s, e->spec.t_end, qd, qdd);
     return isfinite(x->rate_scale);
 }

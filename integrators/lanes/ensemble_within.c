@@ -81,7 +81,6 @@ void kmp_within_end(kmp_engine *e)
     e->within.current = false;
 }
 
-/* Accelerations and multipliers of a state of a pool, after kmp_instance_state. */
 bool kmp_instance_complete(kmp_engine *e, kmp_pool *pool, const double *qd, double *qdd, double *lambda)
 {
     double *udd = e->within.udd;
@@ -90,7 +89,8 @@ bool kmp_instance_complete(kmp_engine *e, kmp_pool *pool, const double *qd, doub
     if (kmp_reduction_accelerate(&pool->red, udd))
         return false;
     kmp_reduction_accelerations(&pool->red, udd, qdd);
-    kmp_reduction_multipliers(&pool->red, qdd, lambda);
+    if (lambda)
+        kmp_reduction_multipliers(&pool->red, qdd, lambda);
     return true;
 }
 

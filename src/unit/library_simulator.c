@@ -294,25 +294,21 @@ static kempe_simulator_status lacking(kempe_simulator *s)
     return fail(s, "A unit on the library is of co-simulation: it has no states and no derivatives for the importer.");
 }
 
-void kempe_simulator_get_states(const kempe_simulator *s, double *x)
-{
-    (void)s, (void)x;
-}
+/* Arrays that have no numbers. */
+#define EMPTY(name, type)                                                                                              \
+    void name(const kempe_simulator *s, type *array)                                                                   \
+    {                                                                                                                  \
+        (void)s, (void)array;                                                                                          \
+    }
+EMPTY(kempe_simulator_get_states, double)
+EMPTY(kempe_simulator_get_rates, double)
+EMPTY(kempe_simulator_get_changes, double)
+EMPTY(kempe_simulator_get_choice, int)
 
 kempe_simulator_status kempe_simulator_set_states(kempe_simulator *s, double t, const double *x)
 {
     (void)t, (void)x;
     return lacking(s);
-}
-
-void kempe_simulator_get_rates(const kempe_simulator *s, double *dx)
-{
-    (void)s, (void)dx;
-}
-
-void kempe_simulator_get_changes(const kempe_simulator *s, double *value)
-{
-    (void)s, (void)value;
 }
 
 int kempe_simulator_wants_exchange(const kempe_simulator *s)
@@ -331,11 +327,6 @@ double kempe_simulator_next_time(const kempe_simulator *s)
 {
     (void)s;
     return INFINITY;
-}
-
-void kempe_simulator_get_choice(const kempe_simulator *s, int *independent)
-{
-    (void)s, (void)independent;
 }
 
 kempe_simulator_status kempe_simulator_along(kempe_simulator *s, const kempe_simulator_change *change)

@@ -265,20 +265,14 @@ NO_STATUS(fmi2GetStatus, fmi2Status)
 NO_STATUS(fmi2GetIntegerStatus, fmi2Integer)
 NO_STATUS(fmi2GetStringStatus, fmi2String)
 
-FMI2(fmi2Status, fmi2GetRealStatus, fmi2Component c, const fmi2StatusKind kind, fmi2Real *value)
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    if (kind != fmi2LastSuccessfulTime || !value)
-        return no_status(fmu);
-    *value = fmu->simulator.t;
-    return fmi2OK;
-}
-
-FMI2(fmi2Status, fmi2GetBooleanStatus, fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value)
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    if (kind != fmi2Terminated || !value)
-        return no_status(fmu);
-    *value = fmu->now.ended;
-    return fmi2OK;
-}
+#define STATUS(name, type, what, known)                                                                                \
+    FMI2(fmi2Status, name, fmi2Component c, const fmi2StatusKind kind, type *value)                                    \
+    {                                                                                                                  \
+        ALLOWED(KEMPE_FMU_ANY);                                                                                        \
+        if (kind != (what) || !value)                                                                                  \
+            return no_status(fmu);                                                                                     \
+        *value = (known);                                                                                              \
+        return fmi2OK;                                                                                                 \
+    }
+STATUS(fmi2GetRealStatus, fmi2Real, fmi2LastSuccessfulTime, fmu->simulator.t)
+STATUS(fmi2GetBooleanStatus, fmi2Boolean, fmi2Terminated, fmu->now.ended)
