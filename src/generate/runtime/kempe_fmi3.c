@@ -170,74 +170,42 @@ FMI3_SET(Int32)
 }
 
 /* Types without variables. */
-#define NONE(type)                                                                                                     \
-    FMI3_GET(type)                                                                                                     \
+#define KEMPE_FMI3_LIST(...) __VA_ARGS__
+#define NONE(name, type, arguments, unused)                                                                            \
+    FMI3(name, FMI3_SOME, KEMPE_FMI3_LIST arguments)                                                                   \
     {                                                                                                                  \
         ALLOWED(KEMPE_FMU_ANY);                                                                                        \
-        (void)values, (void)value_count;                                                                               \
-        ANSWER(kempe_fmu_no_variables(fmu, count, references, #type));                                                 \
-    }                                                                                                                  \
-    FMI3_SET(type)                                                                                                     \
-    {                                                                                                                  \
-        ALLOWED(KEMPE_FMU_ANY);                                                                                        \
-        (void)values, (void)value_count;                                                                               \
-        ANSWER(kempe_fmu_no_variables(fmu, count, references, #type));                                                 \
+        KEMPE_FMI3_LIST unused;                                                                                        \
+        ANSWER(kempe_fmu_no_variables(fmu, count, references, type));                                                  \
     }
-FMI3_TYPES(NONE)
-
-FMI3(fmi3GetBinary, FMI3_SOME, size_t sizes[], fmi3Binary values[], size_t value_count)
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    (void)sizes, (void)values, (void)value_count;
-    ANSWER(kempe_fmu_no_variables(fmu, count, references, "Binary"));
-}
-
-FMI3(fmi3SetBinary, FMI3_SOME, const size_t sizes[], const fmi3Binary values[], size_t value_count)
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    (void)sizes, (void)values, (void)value_count;
-    ANSWER(kempe_fmu_no_variables(fmu, count, references, "Binary"));
-}
-
-FMI3(fmi3GetClock, FMI3_SOME, fmi3Clock values[])
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    (void)values;
-    ANSWER(kempe_fmu_no_variables(fmu, count, references, "Clock"));
-}
-
-FMI3(fmi3SetClock, FMI3_SOME, const fmi3Clock values[])
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    (void)values;
-    ANSWER(kempe_fmu_no_variables(fmu, count, references, "Clock"));
-}
+#define NO_NUMBERS(type)                                                                                               \
+    NONE(fmi3Get##type, #type, (fmi3##type values[], size_t value_count), ((void)values, (void)value_count))           \
+    NONE(fmi3Set##type, #type, (const fmi3##type values[], size_t value_count), ((void)values, (void)value_count))
+FMI3_TYPES(NO_NUMBERS)
+NONE(fmi3GetBinary, "Binary", (size_t sizes[], fmi3Binary values[], size_t value_count),
+     ((void)sizes, (void)values, (void)value_count))
+NONE(fmi3SetBinary, "Binary", (const size_t sizes[], const fmi3Binary values[], size_t value_count),
+     ((void)sizes, (void)values, (void)value_count))
+NONE(fmi3GetClock, "Clock", (fmi3Clock values[]), ((void)values))
+NONE(fmi3SetClock, "Clock", (const fmi3Clock values[]), ((void)values))
 
 /* -- derivatives ------------------------------------------------------------------------------------- */
 
-FMI3(fmi3GetDirectionalDerivative, const fmi3ValueReference unknowns[], size_t unknown_count,
-     const fmi3ValueReference knowns[], size_t known_count, const fmi3Float64 seed[], size_t seed_count,
-     fmi3Float64 sensitivity[], size_t sensitivity_count)
-{
-    ALLOWED(KEMPE_FMU_INITIALIZATION | KEMPE_FMU_RUNS | KEMPE_FMU_TERMINATED);
-    if (!unknowns || !knowns || !seed || !sensitivity)
-        FAIL("An array of the directional derivative is NULL.");
-    COUNTS(seed_count, known_count);
-    COUNTS(sensitivity_count, unknown_count);
-    ANSWER(kempe_fmu_directional(fmu, unknowns, unknown_count, knowns, known_count, seed, sensitivity));
-}
-
-FMI3(fmi3GetAdjointDerivative, const fmi3ValueReference unknowns[], size_t unknown_count,
-     const fmi3ValueReference knowns[], size_t known_count, const fmi3Float64 seed[], size_t seed_count,
-     fmi3Float64 sensitivity[], size_t sensitivity_count)
-{
-    ALLOWED(KEMPE_FMU_INITIALIZATION | KEMPE_FMU_RUNS | KEMPE_FMU_TERMINATED);
-    if (!unknowns || !knowns || !seed || !sensitivity)
-        FAIL("An array of the adjoint derivative is NULL.");
-    COUNTS(seed_count, unknown_count);
-    COUNTS(sensitivity_count, known_count);
-    ANSWER(kempe_fmu_adjoint(fmu, unknowns, unknown_count, knowns, known_count, seed, sensitivity));
-}
+/* Seeds of knowns give sensitivities of unknowns, or the other way round. */
+#define DERIVATIVE(name, call, word, seeds, sensitivities)                                                             \
+    FMI3(name, const fmi3ValueReference unknowns[], size_t unknown_count, const fmi3ValueReference knowns[],           \
+         size_t known_count, const fmi3Float64 seed[], size_t seed_count, fmi3Float64 sensitivity[],                   \
+         size_t sensitivity_count)                                                                                     \
+    {                                                                                                                  \
+        ALLOWED(KEMPE_FMU_INITIALIZATION | KEMPE_FMU_RUNS | KEMPE_FMU_TERMINATED);                                     \
+        if (!unknowns || !knowns || !seed || !sensitivity)                                                             \
+            FAIL("An array of the " word " derivative is NULL.");                                                      \
+        COUNTS(seed_count, seeds);                                                                                     \
+        COUNTS(sensitivity_count, sensitivities);                                                                      \
+        ANSWER(call(fmu, unknowns, unknown_count, knowns, known_count, seed, sensitivity));                            \
+    }
+DERIVATIVE(fmi3GetDirectionalDerivative, kempe_fmu_directional, "directional", known_count, unknown_count)
+DERIVATIVE(fmi3GetAdjointDerivative, kempe_fmu_adjoint, "adjoint", unknown_count, known_count)
 
 FMI3(fmi3GetOutputDerivatives, FMI3_SOME, const fmi3Int32 orders[], fmi3Float64 values[], size_t value_count)
 {
@@ -255,10 +223,9 @@ FMI3(fmi3GetOutputDerivatives, FMI3_SOME, const fmi3Int32 orders[], fmi3Float64 
         KEMPE_FMI3_LIST unused;                                                                                        \
         FAIL(sentence);                                                                                                \
     }
-#define KEMPE_FMI3_LIST(...) __VA_ARGS__
-#define NO_CLOCKS            "The unit has no clocks."
-#define NO_STRUCTURE         "The unit has no structural parameters, and so no Configuration Mode."
-#define NO_ELEMENTS          "Dependencies are in modelDescription.xml: the unit does not list them by elements."
+#define NO_CLOCKS    "The unit has no clocks."
+#define NO_STRUCTURE "The unit has no structural parameters, and so no Configuration Mode."
+#define NO_ELEMENTS  "Dependencies are in modelDescription.xml: the unit does not list them by elements."
 
 WITHOUT(fmi3GetNumberOfVariableDependencies, (, fmi3ValueReference reference, size_t *count),
         ((void)reference, (void)count), NO_ELEMENTS)
