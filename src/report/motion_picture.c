@@ -92,20 +92,6 @@ static const double *row_of(const picture *p, int frame)
     return kmp_samples_get(p->row, KMP_QUANTITY_Q, row_index(p, frame));
 }
 
-static void pose_frames(picture *p)
-{
-    int moving = p->drawing.body_count - 1;
-    for (int f = 0; f < p->frames; f++) {
-        kmp_pose_all(p->model, row_of(p, f), p->poses);
-        for (int b = 0; b < moving; b++) {
-            double *x = p->position + 3 * ((ptrdiff_t)f * moving + b),
-                   *r = p->rotation + 4 * ((ptrdiff_t)f * moving + b);
-            memcpy(x, p->poses[b + 1].p, 3 * sizeof *x);
-            kmp_pose_quaternion(&p->poses[b + 1], f > 0 ? r - 4 * (ptrdiff_t)moving : NULL, r);
-        }
-    }
-}
-
 int kmp_motion_picture_frames(const kempe_model *model)
 {
     int moving = (model->body_count < MOST_BODIES ? model->body_count : MOST_BODIES) - 1;
@@ -125,7 +111,15 @@ static bool make_frames(picture *p)
                         KMP_ROOM(double, 4 * (ptrdiff_t)p->frames * moving, &p->rotation),
                         KMP_ROOM(int16_t, 4 * (ptrdiff_t)p->frames * moving, &p->room)))
         return false;
-    pose_frames(p);
+    for (int f = 0; f < p->frames; f++) {
+        kmp_pose_all(p->model, row_of(p, f), p->poses);
+        for (int b = 0; b < moving; b++) {
+            double *x = p->position + 3 * ((ptrdiff_t)f * moving + b),
+                   *r = p->rotation + 4 * ((ptrdiff_t)f * moving + b);
+            memcpy(x, p->poses[b + 1].p, 3 * sizeof *x);
+            kmp_pose_quaternion(&p->poses[b + 1], f > 0 ? r - 4 * (ptrdiff_t)moving : NULL, r);
+        }
+    }
     return true;
 }
 

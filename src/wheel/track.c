@@ -96,9 +96,21 @@ static kmp_ref irregularity(const kmp_tree *tree, const kmp_track *track, kmp_ir
     return table ? kmp_table_at(tree->graph, kmp_graph_add_table(tree->graph, table), along) : KMP_ZERO;
 }
 
-static void shift_rails(const kmp_tree *tree, const kmp_track *track, kmp_track_place *place)
+/* -- the track ------------------------------------------------------------------------------------- */
+
+void kmp_track_at(const kmp_tree *tree, const kmp_track *track, kmp_vec point, kmp_track_place *place)
 {
     kmp_graph *g = tree->graph;
+    ground at = {.begin = kmp_point_position(tree, track->point, 0)};
+    kmp_point_axes(tree, track->point, 0, at.axis);
+    if (track->curved) {
+        curved(tree, track, &at, point, place);
+    } else {
+        memcpy(place->axis, at.axis, sizeof at.axis);
+        place->along = kmp_vec_dot(g, kmp_vec_sub(g, point, at.begin), at.axis[0]);
+        place->origin = kmp_vec_add(g, at.begin, kmp_vec_scale(g, place->along, at.axis[0]));
+    }
+    /* Irregularities move the rails. */
     kmp_ref moved[KMP_IRREGULARITIES], half = kmp_const(g, 0.5);
     for (int k = 0; k < KMP_IRREGULARITIES; k++)
         moved[k] = irregularity(tree, track, (kmp_irregularity)k, place->along);
@@ -110,21 +122,4 @@ static void shift_rails(const kmp_tree *tree, const kmp_track *track, kmp_track_
         place->outwards[side] = kmp_add(g, wider, left ? aside : kmp_neg(aside));
         place->upwards[side] = kmp_add(g, moved[KMP_IRREGULARITY_LEVEL], left ? apart : kmp_neg(apart));
     }
-}
-
-/* -- the track ------------------------------------------------------------------------------------- */
-
-void kmp_track_at(const kmp_tree *tree, const kmp_track *track, kmp_vec point, kmp_track_place *place)
-{
-    ground at = {.begin = kmp_point_position(tree, track->point, 0)};
-    kmp_point_axes(tree, track->point, 0, at.axis);
-    if (track->curved)
-        curved(tree, track, &at, point, place);
-    else {
-        kmp_graph *g = tree->graph;
-        memcpy(place->axis, at.axis, sizeof at.axis);
-        place->along = kmp_vec_dot(g, kmp_vec_sub(g, point, at.begin), at.axis[0]);
-        place->origin = kmp_vec_add(g, at.begin, kmp_vec_scale(g, place->along, at.axis[0]));
-    }
-    shift_rails(tree, track, place);
 }

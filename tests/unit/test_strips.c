@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Contact patches strip by strip, and on a grid, against closed forms. */
-#include "contact/half_space_rolling.h"
+#include "contact/half_space.h"
 #include "contact/strips.h"
 #include "testing.h"
 #include <kempe/contact.h>

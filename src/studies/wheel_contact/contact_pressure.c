@@ -2,7 +2,7 @@
 /* The pressures of a patch in a state that is found: the gap over the plane of the contact, then its contact under the
  * normal force of the patch, by strips, and from that on a grid. The equilibrium does not depend on it: normal force,
  * place and angle are those of the ellipse. */
-#include "contact/half_space_rolling.h"
+#include "contact/half_space.h"
 #include "contact/strips.h"
 #include "studies/wheel_contact/contact_sweep.h"
 #include "wheel/wheel_gap.h"
