@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Hides the differences between SUNDIALS 6 and 7: the communicator's type, how a solver is kept from printing, codes of
  * linear solvers, names of ARKODE's functions, the control of its steps. Kempe turns return flags into sentences
- * itself. For the adapters of integrators/sundials. */
+ * itself. For the adapters of this folder and of integrators/sundials. */
 #pragma once
 
 #include <nvector/nvector_serial.h>

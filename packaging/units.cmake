@@ -7,7 +7,7 @@ set(sundials_core "")
 if(LIB_sundials_core)
     set(sundials_core sundials_core)
 endif()
-foreach(name klu btf amd colamd suitesparseconfig yaml expat sundials_ida sundials_cvode sundials_arkode
+foreach(name klu btf amd colamd suitesparseconfig yaml expat sundials_ida sundials_kinsol sundials_cvode sundials_arkode
         sundials_nvecserial sundials_sunmatrixsparse sundials_sunmatrixdense sundials_sunmatrixband
         sundials_sunlinsoldense sundials_sunlinsolband sundials_sunnonlinsolfixedpoint sundials_sunnonlinsolnewton ${sundials_core} lapack blas)
     if(name MATCHES "^sundials_")

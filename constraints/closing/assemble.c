@@ -3,11 +3,12 @@
  * (constraints/closing/least_change.h), damped by |h| and by a bound on the step. If it stalls with h open, each group
  * of loops that shares no free coordinate with another is searched alone: from the guess, from a few states near it,
  * because a straight guess may be a saddle, and from states anywhere. The smallest |h| is the gap to report. Near a
- * solution: Newton's method on the chosen rows and dependent coordinates, a square system. Gauss-Newton without a bound
- * then converges to round-off. */
+ * solution: Newton's method on the chosen rows and dependent coordinates, a square system, or KINSOL with line search
+ * where that does not contract. Gauss-Newton without a bound then converges to round-off. */
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/charts.h"
 #include "constraints/closing/cut_start.h"
+#include "constraints/closing/kinsol.h"
 #include "constraints/closing/least_change.h"
 #include "constraints/diagnosis/diagnosis_walk.h"
 #include "constraints/kinds/kind.h"
@@ -21,7 +22,7 @@
 enum {
     MOST_CORRECTIONS = 40,
     MAX_CHOICES = 4,
-    MOST_CHOSEN = 128, /* rows for which these are chosen near a solution */
+    MOST_DENSE = 128 /* number of rows of KINSOL's matrix */,
     WIDE_STARTS = 16
 };
 #define PUSH  0.3
@@ -44,7 +45,8 @@ typedef struct work {
     double *best;       /* n */
     double *rate;       /* m */
     bool *fixed;        /* n: prescribed rates */
-    kmp_partition part; /* choice of u and v near a solution */
+    kmp_partition part; /* choice of u and v for KINSOL */
+    double *jacobian;   /* m x n, for KINSOL's matrix */
     int *held;          /* n: coordinates that are held */
     kmp_loosening loose;
     bool apart;  /* groups of loops were closed one by one */
@@ -194,8 +196,31 @@ static bool from_afar(work *w)
 
 /* -- near: Newton's method on the chosen rows and v -------------------------------------------------- */
 
-/* Chooses rows and v, with the held coordinates in u if possible. false: there is none, because the rank is not
- * decided yet or a held coordinate would have to move. */
+static int dependent_rows(void *self, const double *v, double *out)
+{
+    work *w = self;
+    for (int i = 0; i < w->part.r; i++)
+        w->a->q[w->part.v[i]] = v[i];
+    evaluate(w);
+    for (int i = 0; i < w->part.r; i++)
+        out[i] = w->eval->h[w->part.rows[i]];
+    return 0;
+}
+
+static int dependent_matrix(void *self, const double *v, double *out)
+{
+    work *w = self;
+    int r = w->part.r;
+    (void)dependent_rows(w, v, w->trial);
+    kmp_eval_dense_jacobian(w->eval, w->jacobian);
+    for (int k = 0; k < r; k++)
+        for (int i = 0; i < r; i++)
+            out[i + k * r] = w->jacobian[w->part.rows[i] + w->part.v[k] * w->m];
+    return 0;
+}
+
+/* Chooses rows and v, with the held coordinates in u if possible. false: KINSOL is not applicable, because the rank is
+ * not decided yet or a held coordinate would have to move. */
 static bool choose_dependent(work *w)
 {
     const kmp_partition *part = &w->part;
@@ -207,7 +232,7 @@ static bool choose_dependent(work *w)
     bool chosen = kmp_partition_init(&w->part, w->s, w->eval->jacobian, w->held, held) == KEMPE_OK ||
                   kmp_partition_init(&w->part, w->s, w->eval->jacobian, NULL, 0) == KEMPE_OK;
     kmp_context_clear(w->s->context);
-    if (!chosen || part->r == 0 || part->r > MOST_CHOSEN ||
+    if (!chosen || part->r == 0 || part->r > MOST_DENSE ||
         !(part->pivots[part->r - 1] > KMP_CLOSED_DECIDED * residual(w) * part->pivots[0]))
         return false;
     for (int i = 0; i < part->r; i++)
@@ -216,8 +241,8 @@ static bool choose_dependent(work *w)
     return true;
 }
 
-/* Newton's method as between the steps of a run; q is restored if corrections do not contract. */
-static void close_by_newton(work *w)
+/* Newton's method as between the steps of a run. false: corrections do not contract, and q is restored. */
+static bool close_by_newton(work *w)
 {
     kmp_reduction red;
     bool closed = kmp_reduction_init(&red, w->eval, &w->part) == KEMPE_OK &&
@@ -227,6 +252,29 @@ static void close_by_newton(work *w)
     kmp_context_clear(w->s->context);
     if (!closed)
         copy(w, w->a->q, w->best);
+    return closed;
+}
+
+/* KINSOL searches along each of its corrections. */
+static void close_by_search(work *w)
+{
+    const kmp_partition *part = &w->part;
+    double *v, *scale_v, *scale_h;
+    int iterations = 0;
+    if (!KMP_ARENA_EACH(&w->arena, double, part->r, &v, &scale_v, &scale_h) ||
+        !(w->jacobian = KMP_ARENA_NEW(&w->arena, double, w->m * w->n)))
+        return;
+    for (int i = 0; i < part->r; i++) {
+        v[i] = w->a->q[part->v[i]];
+        scale_v[i] = 1 / w->s->scale[part->v[i]];
+        scale_h[i] = 1 / w->s->row_scale[part->rows[i]];
+    }
+    const kmp_kinsol_problem problem = {w, part->r, scale_v, scale_h, dependent_rows, dependent_matrix};
+    if (kmp_kinsol_solve(&problem, KMP_CLOSED_ENOUGH, v, &iterations))
+        (void)dependent_rows(w, v, w->trial);
+    else
+        copy(w, w->a->q, w->best);
+    w->a->iterations += iterations;
 }
 
 /* Corrects q to round-off; true if the loops are then closed, otherwise q is restored. */
@@ -531,7 +579,8 @@ static void close_near(work *w)
      * to its digits keeps them, and with them the forces of stiff springs. */
     if (open <= w->near && open > KMP_CLOSED_ENOUGH && choose_dependent(w)) {
         copy(w, w->best, w->a->q);
-        close_by_newton(w);
+        if (!close_by_newton(w))
+            close_by_search(w);
         evaluate(w);
     }
     polish(w);

@@ -43,7 +43,7 @@ make_private()
         test -e "$real" || ln -s "$name" "$real"
     done
     headers=$(sed -n 's/^SUNDIALS_INCLUDE:PATH=//p' "$BUILD/CMakeCache.txt")
-    for folder in "$headers"/sun* "$headers"/nvector "$headers"/ida "$headers"/cvode "$headers"/arkode; do
+    for folder in "$headers"/sun* "$headers"/nvector "$headers"/ida "$headers"/kinsol "$headers"/cvode "$headers"/arkode; do
         cp -rL "$folder" "$work/own/include/"
     done
 }

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* IDA with every linear solver on Robertson's reaction as a DAE, its dense output and refusals. */
+/* IDA with every linear solver on Robertson's reaction as a DAE, its dense output and refusals; KINSOL on a 2 x 2
+ * system. */
+#include "constraints/closing/kinsol.h"
 #include "integrators/steppers/solver.h"
 #include "integrators/sundials/linear.h"
 #include "testing.h"
@@ -332,6 +334,58 @@ static void test_linear_solvers_solve(void)
     SUNContext_Free(&sun);
 }
 
+/* -- KINSOL: a circle and a hyperbola ----------------------------------------------------------------- */
+
+static int curves(void *self, const double *x, double *r)
+{
+    (void)self;
+    r[0] = x[0] * x[0] + x[1] * x[1] - 5;
+    r[1] = x[0] * x[1] - 2;
+    return KMP_GO;
+}
+
+static int curves_jacobian(void *self, const double *x, double *a)
+{
+    (void)self;
+    a[0] = 2 * x[0];
+    a[1] = x[1];
+    a[2] = 2 * x[1];
+    a[3] = x[0];
+    return KMP_GO;
+}
+
+/* x^2 + 1 has no root; its Jacobian vanishes at 0. */
+static int rootless(void *self, const double *x, double *r)
+{
+    (void)self;
+    r[0] = x[0] * x[0] + 1;
+    return KMP_GO;
+}
+
+static int rootless_jacobian(void *self, const double *x, double *a)
+{
+    (void)self;
+    a[0] = 2 * x[0];
+    return KMP_GO;
+}
+
+static void test_kinsol(void)
+{
+    const double one[2] = {1, 1};
+    const kmp_kinsol_problem two = {NULL, 2, one, one, curves, curves_jacobian};
+    const kmp_kinsol_problem none = {NULL, 1, one, one, rootless, rootless_jacobian};
+    double x[2] = {30, 1};
+    int iterations = 0;
+    CHECK(kmp_kinsol_solve(&two, 1e-13, x, &iterations));
+    CHECK_NEAR(x[0], 2, 1e-12);
+    CHECK_NEAR(x[1], 1, 1e-12);
+    CHECK(iterations > 2 && iterations < 20);
+    x[0] = x[1] = 0; /* the Jacobian is singular */
+    CHECK(!kmp_kinsol_solve(&two, 1e-13, x, &iterations) && x[0] == 0 && x[1] == 0);
+    x[0] = 3;
+    CHECK(!kmp_kinsol_solve(&none, 1e-13, x, &iterations) && x[0] == 3);
+}
+
 int main(void)
 {
     for (int k = 0; name_of(k); k++) {
@@ -346,5 +400,6 @@ int main(void)
     }
     TEST(test_linear_solvers_solve);
     TEST(test_the_choice_is_by_size_and_fill);
+    TEST(test_kinsol);
     return check_report();
 }
