@@ -357,21 +357,18 @@ static double farthest(const search *x, const quantity *n)
     return fmax(KMP_MEND_DIGITS * n->rounding, n->scalar ? 0 : KMP_MEND_AXES);
 }
 
-/* Sets the goal of the step of a rank. true: every number stays within the permitted shift. */
-static bool set_goal(search *x)
+/* Moves to the goal of a step if every number stays within the permitted shift and the misfit is reduced there.
+ * KEMPE_E_INPUT: a closure is no longer valid. */
+static kempe_status try_goal(search *x, bool *reduced)
 {
+    kempe_system *s = NULL;
     bool near = true;
     for (int i = 0; i < x->count; i++) {
         x->goal[i] = x->total[i] - x->shift[i] * x->number[i].rounding;
         near = near && fabs(x->goal[i]) <= farthest(x, &x->number[i]);
     }
-    return near;
-}
-
-/* Moves to the goal if the misfit is reduced there. KEMPE_E_INPUT: a closure is no longer valid. */
-static kempe_status try_goal(search *x, bool *reduced)
-{
-    kempe_system *s = NULL;
+    if (!near)
+        return KEMPE_OK;
     place_numbers(x->number, x->count, x->goal, x->s->length);
     kempe_status status = kmp_system_of_closures(x->model, &s);
     if (status != KEMPE_OK)
@@ -430,8 +427,7 @@ static kempe_status step(search *x, bool *reduced)
     while (rank <= KMP_MEND_MOST_RANK && !*reduced && status == KEMPE_OK) {
         if (kmp_least_squares(x->conditions, x->count, x->matrix, x->at.rest, rank, x->shift) < 0)
             return KEMPE_E_MEMORY;
-        if (set_goal(x))
-            status = try_goal(x, reduced);
+        status = try_goal(x, reduced);
         rank *= 10;
     }
     return status;

@@ -35,21 +35,16 @@ static const kmp_expr *rate_of(kmp_averaged *a, const kmp_state *state, int moti
     return make(a, (kmp_expr){.kind = KMP_EXPR_DIV, .a = change, .b = time});
 }
 
-/* The start value of a state as a parameter, which has the name that requests have for it. */
-static const kmp_expr *add_start(kmp_averaged *a, const kempe_model *given, int k)
-{
-    kempe_model *m = &a->model;
-    const kmp_number *start = &given->start.qd[kmp_model_coordinates(given) + k];
-    const char *name = kmp_arena_printf(&a->arena, "state.%s", given->states[k].name);
-    m->parameters[m->parameter_count] = (kmp_parameter){.name = name, .number = *start};
-    return make(a, (kmp_expr){.kind = KMP_EXPR_PARAMETER, .index = m->parameter_count++});
-}
-
-/* That of its comparison, which thus stays a condition, and y0 - y. */
+/* That of its comparison, which thus stays a condition, and y0 - y: the start value as a parameter, which has the name
+ * that requests have for it. */
 static const kmp_expr *rate_of_constant(kmp_averaged *a, const kempe_model *given, int k)
 {
+    kempe_model *m = &a->model;
     const int motion = kmp_model_coordinates(given) + k;
-    const kmp_expr *own = make(a, (kmp_expr){.kind = KMP_EXPR_QD, .index = motion}), *value = add_start(a, given, k);
+    const char *name = kmp_arena_printf(&a->arena, "state.%s", given->states[k].name);
+    m->parameters[m->parameter_count] = (kmp_parameter){.name = name, .number = given->start.qd[motion]};
+    const kmp_expr *value = make(a, (kmp_expr){.kind = KMP_EXPR_PARAMETER, .index = m->parameter_count++});
+    const kmp_expr *own = make(a, (kmp_expr){.kind = KMP_EXPR_QD, .index = motion});
     const kmp_expr *change = make(a, (kmp_expr){.kind = KMP_EXPR_SUB, .a = value, .b = own});
     return make(a, (kmp_expr){.kind = KMP_EXPR_ADD, .a = kmp_state_rate(given, k), .b = change});
 }

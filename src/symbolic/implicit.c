@@ -138,14 +138,6 @@ int kmp_graph_add_block(kmp_graph *g, const kmp_program_block *block)
 
 /* -- in the graph ------------------------------------------------------------------------------------ */
 
-static kmp_ref list_of(kmp_graph *g, int count, const kmp_ref *items)
-{
-    kmp_ref list = KMP_ZERO;
-    for (int l = count; l-- > 0;)
-        list = kmp_binary(g, KMP_OP_LIST, items[l], list);
-    return list;
-}
-
 void kmp_list_items(const kmp_graph *g, kmp_ref list, int count, kmp_ref *items)
 {
     for (int l = 0; l < count; l++) {
@@ -165,7 +157,9 @@ kmp_ref kmp_implicit_component(kmp_graph *g, int block, int component, kmp_ref l
 void kmp_implicit_at(kmp_graph *g, int block, const kmp_ref *arguments, kmp_ref *unknowns)
 {
     const kmp_implicit *b = kmp_graph_implicit(g, block);
-    kmp_ref list = b ? list_of(g, b->block.arguments, arguments) : KMP_ZERO;
+    kmp_ref list = KMP_ZERO;
+    for (int l = b ? b->block.arguments : 0; l-- > 0;)
+        list = kmp_binary(g, KMP_OP_LIST, arguments[l], list);
     for (int j = 0; b && j < b->block.unknowns; j++)
         unknowns[j] = kmp_implicit_component(g, block, j, list);
 }

@@ -227,11 +227,6 @@ static kempe_status derive_work(search *s)
     return kmp_equations_derive_once(s->work, s->model, &s->scene);
 }
 
-static void begin(search *s)
-{
-    kmp_savings_copy(&s->tried, &s->best, s->model);
-}
-
 /* Makes the current trial the best when it takes fewer operations. */
 static kempe_status judge(search *s, bool *better)
 {
@@ -265,7 +260,7 @@ static kempe_status try_plain_closures(search *s)
     bool better = false;
     if (!(s->scene.sets & (KMP_SET_MASS | KMP_SET_BIAS)) || s->model->closure_count == 0)
         return KEMPE_OK;
-    begin(s);
+    kmp_savings_copy(&s->tried, &s->best, s->model);
     memset(s->tried.point, 0, 4 * (size_t)s->model->closure_count);
     if (!s->shares || !s->work->derived)
         return s->shares ? KEMPE_OK : try_it(s, &better);
@@ -297,7 +292,7 @@ static kempe_status try_patterns(search *s, bool *better)
     for (int k = 0; k < PATTERNS; k++) {
         if (!is_worthwhile(s, k))
             continue;
-        begin(s);
+        kmp_savings_copy(&s->tried, &s->best, s->model);
         const cost_pattern *pattern = &patterns[k];
         if (pattern->apply)
             pattern->apply(&s->work->tree, &s->tried);
@@ -324,7 +319,7 @@ static kempe_status try_gifts(search *s, int first, int count, bool *better)
     uint8_t *const savings[] = {s->tried.give, s->tried.lump};
     for (int to = 0; to < (s->scene.sets & KMP_SET_MASS ? 2 : 1); to++)
         for (int v = 0; v < GIFTS; v++) {
-            begin(s);
+            kmp_savings_copy(&s->tried, &s->best, s->model);
             memset(savings[to] + first, gifts[v], (size_t)count);
             KMP_TRY(try_it(s, better));
         }
@@ -335,17 +330,17 @@ static kempe_status try_joints(search *s, bool *better)
 {
     for (int k = 0; k < s->model->motion_count; k++) {
         if (s->model->motions[k].rotation) {
-            begin(s);
+            kmp_savings_copy(&s->tried, &s->best, s->model);
             s->tried.stay[k] = !s->tried.stay[k];
             KMP_TRY(try_it(s, better));
         }
         if (s->work->tree.links[k + 1].mass != KMP_ZERO) {
-            begin(s);
+            kmp_savings_copy(&s->tried, &s->best, s->model);
             s->tried.about[k] = !s->tried.about[k];
             KMP_TRY(try_it(s, better));
         }
         for (int o = 0; o < KMP_ORIGINS; o++) {
-            begin(s);
+            kmp_savings_copy(&s->tried, &s->best, s->model);
             s->tried.origin[k] = (uint8_t)o;
             KMP_TRY(try_it(s, better));
         }

@@ -53,20 +53,14 @@ static int factor_3(double *a, int *pivot)
     return kmp_is_usable(a[8]) ? 0 : 3;
 }
 
-static int largest_below(int n, const double *column, int k)
-{
-    int p = k;
-    for (int i = k + 1; i < n; i++)
-        if (fabs(column[i]) > fabs(column[p]))
-            p = i;
-    return p;
-}
-
 static int factor_n(int n, double *a, int *pivot)
 {
     for (int k = 0; k < n; k++) {
         double *ak = a + (ptrdiff_t)k * n;
-        int p = pivot[k] = largest_below(n, ak, k);
+        int p = k;
+        for (int i = k + 1; i < n; i++)
+            p = fabs(ak[i]) > fabs(ak[p]) ? i : p;
+        pivot[k] = p;
         if (p != k)
             swap_rows(n, a, k, p);
         if (!kmp_is_usable(ak[k]))
