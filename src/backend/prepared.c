@@ -267,28 +267,6 @@ bool kmp_prepared_take(kmp_byte_source *s, const kmp_program *program, kmp_prepa
            prepared->code.pages;
 }
 
-/* -- the cache --------------------------------------------------------------------------------------- */
-
-static void keep(kmp_prepared *prepared, const char *folder, const kmp_cache_key *key)
-{
-    kmp_bytes bytes = {0};
-    if (!prepared->code.pages)
-        return;
-    kmp_prepared_put(&bytes, prepared);
-    if (!bytes.failed)
-        kmp_cache_write(folder, key, bytes.at, bytes.size, KMP_CACHE_BYTES);
-    kmp_bytes_free(&bytes);
-}
-
-static bool recall(kmp_prepared *prepared, const kmp_program *program, const char *folder, const kmp_cache_key *key)
-{
-    kmp_cached file = kmp_cache_read(folder, key);
-    kmp_byte_source source = kmp_byte_source_of(file.bytes, file.size);
-    bool good = file.whole && kmp_prepared_take(&source, program, prepared);
-    kmp_free(file.whole);
-    return good;
-}
-
 /* -- one for all ------------------------------------------------------------------------------------- */
 
 static kmp_prepared *new_prepared(int kind)
@@ -317,8 +295,13 @@ static kmp_prepared *make(const kmp_program *program, kmp_x86_form form, int thr
         release(&prepared->form);
         return NULL;
     }
-    if (folder)
-        keep(prepared, folder, &key);
+    if (folder && prepared->code.pages) {
+        kmp_bytes bytes = {0};
+        kmp_prepared_put(&bytes, prepared);
+        if (!bytes.failed)
+            kmp_cache_write(folder, &key, bytes.at, bytes.size, KMP_CACHE_BYTES);
+        kmp_bytes_free(&bytes);
+    }
     return prepared;
 }
 
@@ -328,7 +311,13 @@ static kmp_prepared *recalled(const kmp_program *program, int kind)
     kmp_cache_key key;
     const char *folder = folder_of(program, kind, &key);
     kmp_prepared *prepared = folder ? new_prepared(kind) : NULL;
-    if (!prepared || recall(prepared, program, folder, &key))
+    if (!prepared)
+        return NULL;
+    kmp_cached file = kmp_cache_read(folder, &key);
+    kmp_byte_source source = kmp_byte_source_of(file.bytes, file.size);
+    bool good = file.whole && kmp_prepared_take(&source, program, prepared);
+    kmp_free(file.whole);
+    if (good)
         return prepared;
     release(&prepared->form);
     return NULL;

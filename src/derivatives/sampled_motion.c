@@ -54,15 +54,6 @@ typedef struct map {
     double h; /* of the step in `step` */
 } map;
 
-static double next_sample(const map *m, const double *every, double t, double end)
-{
-    double next = end;
-    for (int i = 0; i < m->width; i++)
-        if (isfinite(every[i]))
-            next = fmin(next, every[i] * (floor(t / every[i] * (1 + KMP_SAME_SAMPLE) + KMP_SAME_SAMPLE) + 1));
-    return next;
-}
-
 static int move(map *m, double h)
 {
     if (fabs(h - m->h) > KMP_SAME_SAMPLE * h) {
@@ -102,7 +93,10 @@ int kmp_sampled_map(int width, int inputs, const double *a, const double *b, con
         }
     }
     for (double t = 0; failed == 0 && t < end * (1 - KMP_SAME_SAMPLE);) {
-        double next = next_sample(&m, every, t, end);
+        double next = end; /* sample */
+        for (int i = 0; i < m.width; i++)
+            if (isfinite(every[i]))
+                next = fmin(next, every[i] * (floor(t / every[i] * (1 + KMP_SAME_SAMPLE) + KMP_SAME_SAMPLE) + 1));
         memcpy(m.next, m.now, (size_t)m.size * (size_t)m.size * sizeof *m.next);
         for (int i = 0; i < m.width; i++)
             if (isfinite(every[i]) && is_whole(t / every[i]))

@@ -37,17 +37,6 @@ static kmp_solving *new_solving(const kmp_frame *f, uint32_t block)
     return kmp_solving_new(&f->program->block[block], f->runner.run ? &f->runner : NULL);
 }
 
-/* A block with another list of arguments, in the room of an earlier one. */
-static kmp_solving *solving_of(const kmp_frame *f, uint32_t which)
-{
-    uint32_t block = f->block_of[which], k = 0;
-    while (!f->room && k < which && f->block_of[k] != block)
-        k++;
-    return f->room     ? kmp_solving_beside(f->room[block])
-           : k < which ? kmp_solving_beside(f->solving[k])
-                       : new_solving(f, block);
-}
-
 /* Rooms of the blocks for each thread. A room for each list of arguments would do as well, but a room is large: many
  * do not fit in a cache. */
 static bool add_rooms(kmp_frame *f)
@@ -69,7 +58,13 @@ bool kmp_frame_add_blocks(kmp_frame *f)
     f->solving = KMP_ARENA_NEW(&f->arena, kmp_solving *, f->solving_count);
     bool ok = f->solving && (!f->team || add_rooms(f));
     for (uint32_t k = 0; ok && k < f->solving_count; k++) {
-        f->solving[k] = solving_of(f, k);
+        /* A block with another list of arguments is in the room of an earlier one. */
+        uint32_t block = f->block_of[k], same = 0;
+        while (!f->room && same < k && f->block_of[same] != block)
+            same++;
+        f->solving[k] = f->room    ? kmp_solving_beside(f->room[block])
+                        : same < k ? kmp_solving_beside(f->solving[same])
+                                   : new_solving(f, block);
         ok = f->solving[k];
     }
     return ok;
