@@ -4,15 +4,6 @@
 #include "backend/layout.h"
 #include <string.h>
 
-/* Segment from which an operand is available to an instruction: 0 for leaves, earlier stages and other parts. */
-static uint32_t known(const kmp_layout *l, int from, uint32_t operand)
-{
-    int i = kmp_layout_instruction(l, operand);
-    return i < 0 || l->stage_of[i] < l->stage_of[from] || kmp_layout_part(l, i) != kmp_layout_part(l, from)
-               ? 0
-               : l->depth[i];
-}
-
 /* True for instructions that end a segment. Lists compute nothing: what reads them reads their items. */
 static bool is_special(const kmp_layout *l, int i)
 {
@@ -24,8 +15,11 @@ static uint32_t depth_of(const kmp_layout *l, int i)
     const kmp_instruction *in = &l->program->instruction[i];
     uint32_t d = 0;
     for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
-        uint32_t e = known(l, i, kmp_instruction_operand(in, k));
-        d = d > e ? d : e;
+        /* Leaves and values of earlier stages and other parts are there from the first segment on. */
+        const int of = kmp_layout_instruction(l, kmp_instruction_operand(in, k));
+        const bool here =
+            of >= 0 && l->stage_of[of] >= l->stage_of[i] && kmp_layout_part(l, of) == kmp_layout_part(l, i);
+        d = here && l->depth[of] > d ? l->depth[of] : d;
     }
     return d + is_special(l, i);
 }
@@ -209,23 +203,6 @@ void kmp_layout_visit(const kmp_layout *l, kmp_layout_write *write, void *self, 
     start[segments] = *count;
 }
 
-static uint32_t count_segments(const kmp_layout *l)
-{
-    uint32_t count = 1; /* the end */
-    for (int s = 0; s < l->program->stages; s++)
-        count += deepest(l, s) + 1;
-    return count;
-}
-
-/* The number of angles, and of those that fill the groups of eight in segments that have some. */
-static uint32_t most_angles(const kmp_layout *l, uint32_t segments)
-{
-    uint32_t count = 0;
-    for (int i = 0; i < l->program->code[l->program->stages]; i++)
-        count += is_angle(l, i);
-    return count + (KMP_LANES - 1) * (segments < count ? segments : count);
-}
-
 /* Unknowns of one block for one list of arguments are solved together. */
 static void place_block(kmp_layout *l, int i, const kmp_instruction **first)
 {
@@ -268,7 +245,13 @@ static bool allocate(kmp_layout *l, uint32_t extra)
     kmp_arena *a = &f->arena;
     const kmp_program *p = l->program;
     uint32_t code = (uint32_t)p->code[p->stages], outputs = (uint32_t)p->outputs[p->stages];
-    uint32_t segments = count_segments(l), angles = most_angles(l, segments);
+    uint32_t segments = 1, of_angles = 0; /* with the end; instructions */
+    for (int s = 0; s < p->stages; s++)
+        segments += deepest(l, s) + 1;
+    for (int i = 0; i < p->code[p->stages]; i++)
+        of_angles += is_angle(l, i);
+    /* With those that fill the groups of eight in segments that have some. */
+    const uint32_t angles = of_angles + (KMP_LANES - 1) * (segments < of_angles ? segments : of_angles);
     l->lanes = KMP_FIRST_SLOT + (uint32_t)l->leaves + code + outputs;
     l->lanes += (KMP_LANES - l->lanes % KMP_LANES) % KMP_LANES;
     f->slots = l->lanes + 2 * angles;

@@ -148,20 +148,13 @@ static int first_of(seeds s)
     return __builtin_ctzll(s);
 }
 
-/* Lists the members in ascending order; returns their number. */
-static int list_members(seeds s, int *member)
-{
-    int size = 0;
-    for (; s; s &= s - 1)
-        member[size++] = first_of(s);
-    return size;
-}
-
 /* Adds an instruction's cost to the affinity of the seeds that share it. Instructions of few seeds count more than
  * those of many. */
 static void add_share(finder *f, seeds s, double cost)
 {
-    int member[SEEDS], size = list_members(s, member);
+    int member[SEEDS], size = 0;
+    for (; s; s &= s - 1)
+        member[size++] = first_of(s);
     double share = size > 1 ? cost / size / size : 0;
     for (int a = 0; a < size; a++)
         for (int b = a + 1; b < size; b++)

@@ -23,19 +23,6 @@ static kmp_vec tensor_column(kmp_tensor t, int j)
     return (kmp_vec){{t.x[kmp_tensor_at[0][j]], t.x[kmp_tensor_at[1][j]], t.x[kmp_tensor_at[2][j]]}};
 }
 
-/* K, H = b~, A = m 1 with the first moment b. */
-static inertia own_inertia(const kmp_tree *tree, int i)
-{
-    const kmp_composite *own = &tree->links[i].own;
-    inertia r = {.k = own->inertia};
-    for (int n = 0; n < 3; n++) {
-        r.a.x[n] = own->mass;
-        r.h.x[(n + 1) % 3][(n + 2) % 3] = kmp_neg(own->moment.x[n]);
-        r.h.x[(n + 2) % 3][(n + 1) % 3] = own->moment.x[n];
-    }
-    return r;
-}
-
 /* t - u v' for the entries of a tensor; row and column `free` are zero (-1: none). */
 static void reduce_tensor(kmp_graph *g, kmp_tensor *t, kmp_vec u, kmp_vec v, int free)
 {
@@ -124,8 +111,16 @@ kempe_status kmp_articulated_init(kmp_articulated *a, const kmp_tree *tree)
                            .inverse = KMP_GRAPH_NEW(g, kmp_ref, tree->count),
                            .passed = KMP_GRAPH_NEW(g, kmp_wrench, tree->count),
                            .down = KMP_GRAPH_NEW(g, kmp_wrench, tree->count)};
-    for (int i = 1; !kmp_graph_failed(g) && i < tree->count; i++)
-        r[i] = own_inertia(tree, i);
+    /* K, H = b~, A = m 1 with the first moment b. */
+    for (int i = 1; !kmp_graph_failed(g) && i < tree->count; i++) {
+        const kmp_composite *own = &tree->links[i].own;
+        r[i].k = own->inertia;
+        for (int n = 0; n < 3; n++) {
+            r[i].a.x[n] = own->mass;
+            r[i].h.x[(n + 1) % 3][(n + 2) % 3] = kmp_neg(own->moment.x[n]);
+            r[i].h.x[(n + 2) % 3][(n + 1) % 3] = own->moment.x[n];
+        }
+    }
     for (int i = tree->count - 1; !kmp_graph_failed(g) && i > 0; i--) {
         a->inverse[i] = release(tree, i, &r[i], &a->passed[i]);
         if (!kmp_graph_failed(g) && a->inverse[i] == KMP_ZERO) {
