@@ -35,7 +35,7 @@ void kmp_diagnosis_points(kmp_examination *x)
         memcpy(x->jacobians + (size_t)k * size, x->walk->jacobian, size * sizeof *x->jacobians);
     }
     x->point_count = count - 1;
-    /* Finds the largest rank, and the margin of the last row here. */
+    /* The largest rank, and the margin of the last row here. */
     kmp_walk *w = x->walk;
     kmp_diagnosis *d = x->diagnosis;
     double most = 0;

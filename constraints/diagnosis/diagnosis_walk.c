@@ -66,26 +66,30 @@ void kmp_walk_evaluate(kmp_walk *w, const double *q)
                 (w->hold && w->hold[k]) || (w->excluded && w->excluded[r]) ? 0 : s->scale[k] / s->row_scale[r];
 }
 
+/* Selects the rows that closing ignores: the excluded ones, and with a given rank the rows beyond it. These are
+ * dependent but for rounding, chosen at the start of closing and without regard to held coordinates. */
+static void leave_out(kmp_walk *w, const double *q)
+{
+    const bool *hold = w->hold;
+    w->hold = NULL;
+    kmp_walk_evaluate(w, q);
+    w->hold = hold;
+    if (w->rank >= 0)
+        kmp_walk_pivots(w, w->pivots);
+    for (int k = 0; k < w->m; k++) {
+        int r = w->rank >= 0 ? w->row_order[k] : k;
+        w->dropped[r] = (w->rank >= 0 && k >= w->rank) || (w->excluded && w->excluded[r]);
+    }
+    w->eval->left_out = w->dropped;
+}
+
 bool kmp_walk_close(kmp_walk *w, double *q)
 {
     const kmp_closer closer = kmp_least_change_closer(&w->least);
     const kmp_close_rule rule = kmp_least_change_rule(MOST_ITERATIONS);
     w->least.hold = w->hold;
-    if (w->rank >= 0 || w->excluded) {
-        /* Selects the rows that closing ignores: the excluded ones, and with a given rank the rows beyond it. These are
-         * dependent but for rounding, chosen at the start of closing and without regard to held coordinates. */
-        const bool *hold = w->hold;
-        w->hold = NULL;
-        kmp_walk_evaluate(w, q);
-        w->hold = hold;
-        if (w->rank >= 0)
-            kmp_walk_pivots(w, w->pivots);
-        for (int k = 0; k < w->m; k++) {
-            int r = w->rank >= 0 ? w->row_order[k] : k;
-            w->dropped[r] = (w->rank >= 0 && k >= w->rank) || (w->excluded && w->excluded[r]);
-        }
-        w->eval->left_out = w->dropped;
-    }
+    if (w->rank >= 0 || w->excluded)
+        leave_out(w, q);
     bool closed = kmp_close(&closer, &rule, 0, q).closed;
     w->eval->left_out = NULL;
     kmp_walk_evaluate(w, q);
@@ -143,6 +147,22 @@ void kmp_walk_pivots(kmp_walk *w, double *pivots)
 
 /* -- random directions --------------------------------------------------------------------------------- */
 
+/* Writes a random direction of the tangent space to `direction`; its largest entry is one. */
+static void random_tangent(kmp_walk *w, int count, unsigned *state, double *direction)
+{
+    double most = 0;
+    memset(direction, 0, (size_t)w->n * sizeof *direction);
+    for (int c = 0; c < count; c++) {
+        double part = kmp_walk_random(state);
+        for (int k = 0; k < w->n; k++)
+            direction[k] += part * w->basis[k + c * w->n];
+    }
+    for (int k = 0; k < w->n; k++)
+        most = fmax(most, fabs(direction[k]));
+    for (int k = 0; k < w->n && most > 0; k++)
+        direction[k] /= most;
+}
+
 double kmp_walk_distance(const kmp_walk *w, const double *a, const double *b)
 {
     double most = 0;
@@ -157,18 +177,7 @@ bool kmp_walk_wander(kmp_walk *w, const double *from, unsigned *state, double *d
     int count = w->n - kmp_walk_tangents(w, w->n);
     double step = STEP;
     for (int k = 0; k < TRIES && count > 0; k++, step *= 0.4) {
-        /* Writes a random direction of the tangent space to `direction`; its largest entry is one. */
-        double most = 0;
-        memset(direction, 0, (size_t)w->n * sizeof *direction);
-        for (int c = 0; c < count; c++) {
-            double part = kmp_walk_random(state);
-            for (int i = 0; i < w->n; i++)
-                direction[i] += part * w->basis[i + c * w->n];
-        }
-        for (int i = 0; i < w->n; i++)
-            most = fmax(most, fabs(direction[i]));
-        for (int i = 0; i < w->n && most > 0; i++)
-            direction[i] /= most;
+        random_tangent(w, count, state, direction);
         for (int c = 0; c < w->n; c++)
             to[c] = from[c] + step * direction[c] * w->system->scale[c];
         if (kmp_walk_close(w, to) && kmp_walk_distance(w, to, from) > MOVED * step &&

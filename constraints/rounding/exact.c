@@ -175,7 +175,7 @@ static void move_axes(const quantity *n, double by)
 {
     double *a = n->axes;
     if (n->frame) {
-        /* Turns it about its own axis k. */
+        /* The frame turns about its own axis k. */
         const int i = (n->k + 1) % 3, j = (n->k + 2) % 3;
         for (double *row = a; row < a + 9; row += 3) {
             const double before = row[i];

@@ -65,6 +65,18 @@ kempe_status kmp_meant(const kempe_model *model, kmp_variant **meant)
 
 /* -- systems ----------------------------------------------------------------------------------------- */
 
+/* Records in a system of the same drawing the gaps as drawn, at the start or else elsewhere. */
+static void note_misfits(const kempe_system *rounded, const kempe_assembly *a, kempe_system *s)
+{
+    for (int c = 0; c < rounded->model->closure_count; c++)
+        s->misfit[c] = rounded->misfit[c];
+    for (int r = 0; r < rounded->m; r++) {
+        double *most = &s->misfit[rounded->rows[r].closure];
+        double open = a->misfit > KMP_CLOSED_ENOUGH ? a->open[r] : rounded->rounding->misfit;
+        *most = a->dropped[r] && open > KMP_CLOSED_ENOUGH ? fmax(*most, open) : *most;
+    }
+}
+
 void kmp_put_misfit(kmp_text *text, const kempe_system *s, int closure)
 {
     if (!(s->misfit[closure] > 0))
@@ -100,14 +112,7 @@ static kempe_status settle(kempe_system **system, kmp_variant *given, const char
         s->strict = true;
         atomic_store(&s->rounding->state, KMP_ROUNDING_UNKNOWN);
     } else if (status == KEMPE_OK && x.rounded) {
-        /* Records in a system of the same drawing the gaps as drawn, at the start or else elsewhere. */
-        for (int c = 0; c < x.closures->model->closure_count; c++)
-            (*system)->misfit[c] = x.closures->misfit[c];
-        for (int r = 0; r < x.closures->m; r++) {
-            double *most = &(*system)->misfit[x.closures->rows[r].closure];
-            double open = x.a->misfit > KMP_CLOSED_ENOUGH ? x.a->open[r] : x.closures->rounding->misfit;
-            *most = x.a->dropped[r] && open > KMP_CLOSED_ENOUGH ? fmax(*most, open) : *most;
-        }
+        note_misfits(x.closures, x.a, *system);
     }
     end_meaning(&x, given);
     return status;

@@ -204,7 +204,7 @@ static kempe_status differentiate(beginning *b, double *dq, double *dqd)
                                     KMP_ROOM(double, m *n, &b->jacobian, &b->scaled),
                                     KMP_ROOM(double, b->v->count *n, &b->with))));
     KMP_TRY(choose_as_assembled(b));
-    /* Puts the linear state at the start, tangents and parameter derivatives with its rates. */
+    /* The linear state stands at the start; tangents and parameter derivatives have its rates. */
     kmp_varied *v = b->v;
     kmp_linear *l = &v->linear;
     if (kmp_linear_at_rates(l, 0, b->a->q, b->a->qd, true) != KEMPE_OK)

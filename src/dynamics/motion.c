@@ -262,7 +262,7 @@ static kempe_status make_late(kmp_late_motion *late)
     s->motion = kmp_motion_recall(s);
     if (s->motion)
         return KEMPE_OK;
-    /* Derives M and C by the variants that the search has chosen; without a search, by those of the model as it is. */
+    /* M and C by the variants that the search has chosen; without a search, by those of the model as it is. */
     kmp_events events = s->events; /* the system has recorded all conditions: none is added */
     const kmp_scene scene = {.sets = KMP_MOTION_SETS,
                              .savings = s->late->chosen.stay ? &s->late->chosen : NULL,

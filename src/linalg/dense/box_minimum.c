@@ -76,7 +76,7 @@ static bool find_step(search *s)
     while ((p = find_pivot(s)) >= 0) {
         s->pivots[count] = p;
         s->part[p] = ++count;
-        /* Eliminates entry p from those inside without a pivot. */
+        /* Entry p is eliminated from those inside without a pivot. */
         for (int i = 0; i < n; i++) {
             if (s->side[i] != 0 || s->part[i] != 0)
                 continue;

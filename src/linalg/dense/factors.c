@@ -65,7 +65,7 @@ static int factor_n(int n, double *a, int *pivot)
             swap_rows(n, a, k, p);
         if (!kmp_is_usable(ak[k]))
             return k + 1;
-        /* Eliminates the column below its pivot. */
+        /* The column is eliminated below its pivot. */
         for (int i = k + 1; i < n; i++)
             ak[i] /= ak[k];
         for (int j = k + 1; j < n; j++) {
