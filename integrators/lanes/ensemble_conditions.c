@@ -84,14 +84,6 @@ bool kmp_conditions_init(kmp_engine *e)
     return c->lanes;
 }
 
-void kmp_conditions_free(kmp_engine *e)
-{
-    if (e->conditions)
-        kmp_lanes_free(e->conditions->lanes);
-    e->conditions = NULL;
-    e->beside[1] = NULL;
-}
-
 /* -- one instance ------------------------------------------------------------------------------------ */
 
 void kmp_instance_keep_modes(const kmp_engine *e, kmp_instance *x)

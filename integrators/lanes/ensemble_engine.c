@@ -107,9 +107,14 @@ void kmp_engine_end(kmp_engine *e)
     kmp_free(e->pools);
     e->pools = NULL;
     e->pool_count = 0;
-    kmp_measuring_free(e);
-    kmp_conditions_free(e);
-    kmp_site_free(e);
+    for (int k = 0; k < 2; k++) {
+        kmp_lanes_free(e->beside[k]);
+        e->beside[k] = NULL;
+    }
+    kmp_runner_site_free(e->site);
+    e->site = NULL;
+    e->measuring = NULL;
+    e->conditions = NULL;
     kmp_eval_free(e->eval);
     kmp_arena_free(&e->run_arena);
     e->eval = NULL;

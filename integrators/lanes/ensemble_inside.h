@@ -303,7 +303,6 @@ const char *kmp_conditions_no_lanes(const kempe_system *system);
 
 /** Makes what an engine needs for them; false: no memory. */
 bool kmp_conditions_init(kmp_engine *e);
-void kmp_conditions_free(kmp_engine *e);
 
 /** Sets the conditions of the current instance by its start. false: one ends the run there. */
 bool kmp_instance_begin_conditions(kmp_engine *e, kmp_instance *x, const double *q, const double *qd);
@@ -366,7 +365,6 @@ bool kmp_instance_nears_change(kmp_instance *x, double t, double h, double margi
 
 /** Makes the site of an engine if its system needs one. */
 kempe_status kmp_site_init(kmp_engine *e);
-void kmp_site_free(kmp_engine *e);
 
 /** Begins the current instance at the site: e->site has the state, its accelerations and rows. KEMPE_E_FAILED: a run
  * would fail as well. */
@@ -384,7 +382,6 @@ kempe_status kmp_instance_meet(kmp_engine *e, kmp_pool *from, int i);
 
 /** Makes what an engine needs for the quantities of its run, and the accounts of a chunk. false: no memory. */
 bool kmp_measuring_init(kmp_engine *e);
-void kmp_measuring_free(kmp_engine *e);
 bool kmp_measuring_chunk(kmp_engine *e);
 
 /** Begins the account of an instance at its start. */

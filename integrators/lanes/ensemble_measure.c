@@ -65,14 +65,6 @@ static bool make_lanes(kmp_engine *e)
     return !a->failed && (m->lanes || !m->q->computed);
 }
 
-void kmp_measuring_free(kmp_engine *e)
-{
-    if (e->measuring)
-        kmp_lanes_free(e->measuring->lanes);
-    e->measuring = NULL;
-    e->beside[0] = NULL;
-}
-
 bool kmp_measuring_init(kmp_engine *e)
 {
     const kmp_run_quantities *q = e->execution.quantities;

@@ -23,12 +23,6 @@ kempe_status kmp_site_init(kmp_engine *e)
     return KEMPE_OK;
 }
 
-void kmp_site_free(kmp_engine *e)
-{
-    kmp_runner_site_free(e->site);
-    e->site = NULL;
-}
-
 /* Takes what an instance has after its stand. */
 static void depart(kmp_engine *e, kmp_instance *x)
 {

@@ -35,11 +35,11 @@ struct kmp_recording {
     bool over;
 };
 
-kmp_recording *kmp_recording_new(void)
+kmp_recording *kmp_recording_new(double most)
 {
     kmp_recording *recording = KMP_NEW(kmp_recording, 1);
     if (recording)
-        recording->present = -1;
+        *recording = (kmp_recording){.present = -1, .most = most};
     return recording;
 }
 
@@ -52,11 +52,6 @@ static void forget(kmp_recording *recording)
     recording->steps = NULL;
     recording->at = NULL;
     kmp_arena_free(&recording->arena);
-}
-
-void kmp_recording_limit(kmp_recording *recording, double bytes)
-{
-    recording->most = bytes;
 }
 
 bool kmp_recording_is_over(const kmp_recording *recording)

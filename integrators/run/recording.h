@@ -8,13 +8,10 @@
 
 typedef struct kmp_recording kmp_recording;
 
-/** NULL: no memory. */
-kmp_recording *kmp_recording_new(void);
+/** Once its numbers take more than `most` bytes (0: any), it ends, and forgets all steps: kmp_recording_ends is then
+ * false, and kmp_recording_is_over true. NULL: no memory. */
+kmp_recording *kmp_recording_new(double most);
 void kmp_recording_free(kmp_recording *recording);
-
-/** Ends recording, and forgets all steps, once their numbers take more than so many bytes; kmp_recording_ends is then
- * false, and kmp_recording_is_over true. */
-void kmp_recording_limit(kmp_recording *recording, double bytes);
 bool kmp_recording_is_over(const kmp_recording *recording);
 
 /** Records the last step of a run, initially its start. KEMPE_E_MEMORY. */

@@ -440,10 +440,9 @@ static kempe_status integrate(job *j, kempe_trajectory *t)
         kmp_samples_init(&j->before, j->system->n, j->system->m);
     }
     j->spec.log = &t->log;
-    if ((j->run->keep_dense || j->static_loads) && !(j->spec.recording = t->recording = kmp_recording_new()))
+    const double most = j->run->keep_dense ? 0 : DENSE_OF_WHEELS;
+    if ((j->run->keep_dense || j->static_loads) && !(j->spec.recording = t->recording = kmp_recording_new(most)))
         return kmp_fail_memory(j->context);
-    if (t->recording && !j->run->keep_dense)
-        kmp_recording_limit(t->recording, DENSE_OF_WHEELS);
     j->kept.since = j->spec.t_start;
     j->spec.kept_past = s.checkpoint ? &j->kept : NULL;
     kempe_status status = kmp_run(j->system, &j->spec, j->start.q ? &j->start : NULL, take_row, &s, &t->report);
