@@ -2,6 +2,10 @@
 #include "linalg/dense/dense.h"
 #include <complex.h>
 
+#ifndef CMPLX /* in glibc's header it is for gcc alone */
+#define CMPLX(re, im) __builtin_complex((double)(re), (double)(im))
+#endif
+
 /* -- complex LU ------------------------------------------------------------------------------------- */
 
 /* Pivots are chosen by the sum of absolute values; each is kept as its reciprocal. */
