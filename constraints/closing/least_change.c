@@ -2,6 +2,7 @@
 #include "constraints/closing/least_change.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
+#include "linalg/sparse.h"
 #include <math.h>
 #include <string.h>
 
@@ -9,19 +10,6 @@
 enum { SPARSE_FROM = 24, SPARSE_BELOW = 8 };
 
 /* -- making one -------------------------------------------------------------------------------------- */
-
-static void sort_columns(kmp_least_change *c, const kmp_pattern *jac, int n)
-{
-    for (int e = 0; e < jac->count; e++)
-        c->start[jac->col[e] + 1]++;
-    for (int k = 0; k < n; k++)
-        c->start[k + 1] += c->start[k];
-    for (int e = 0; e < jac->count; e++)
-        c->column[c->start[jac->col[e]]++] = e;
-    for (int k = n; k > 0; k--)
-        c->start[k] = c->start[k - 1];
-    c->start[0] = 0;
-}
 
 static bool make_sparse(kmp_least_change *c, const kmp_pattern *jac, int n, int m)
 {
@@ -50,7 +38,7 @@ bool kmp_least_change_init(kmp_least_change *c, kmp_evaluator *eval)
                         KMP_ROOM(int, jac->count, &c->column), KMP_ROOM(double, n + m, &c->right),
                         KMP_ROOM(double, n, &c->dx), KMP_ROOM(double, large ? places : m *m, &c->matrix)))
         return false;
-    sort_columns(c, jac, n);
+    kmp_sort_entries(n, jac->count, jac->col, c->start, c->column);
     return !large || make_sparse(c, jac, n, m);
 }
 

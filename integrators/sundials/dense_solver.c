@@ -44,10 +44,4 @@ static int solve(void *self, SUNMatrix a, double *x, const double *b)
     return 0;
 }
 
-static long fill(void *self)
-{
-    long n = ((full *)self)->n;
-    return n * n;
-}
-
-const kmp_linear_kind kmp_linear_dense = {"dense", create, factor, solve, NULL, fill};
+const kmp_linear_kind kmp_linear_dense = {"dense", create, factor, solve, NULL};

@@ -43,9 +43,4 @@ static void release(void *self)
     kmp_sparse_free(((klu *)self)->sparse);
 }
 
-static long fill(void *self)
-{
-    return kmp_sparse_fill(((klu *)self)->sparse);
-}
-
-const kmp_linear_kind kmp_linear_klu = {"klu", create, factor, solve, release, fill};
+const kmp_linear_kind kmp_linear_klu = {"klu", create, factor, solve, release};

@@ -78,11 +78,4 @@ static void release(void *self)
     umfpack_dl_free_symbolic(&u->symbolic);
 }
 
-static long fill(void *self)
-{
-    SuiteSparse_long lower = 0, upper = 0, rows, columns, diagonal;
-    (void)umfpack_dl_get_lunz(&lower, &upper, &rows, &columns, &diagonal, ((umfpack *)self)->numeric);
-    return lower + upper;
-}
-
-const kmp_linear_kind kmp_linear_umfpack = {"umfpack", create, factor, solve, release, fill};
+const kmp_linear_kind kmp_linear_umfpack = {"umfpack", create, factor, solve, release};

@@ -5,10 +5,10 @@
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
 #include "dynamics/motion.h"
-#include "generate/gains.h"
 #include "generate/sets.h"
 #include "output/print.h"
 #include "symbolic/passes/shorten.h"
+#include "symbolic/program/cost.h"
 #include <kempe/check.h>
 #include <string.h>
 
@@ -125,6 +125,209 @@ static kempe_status count_blocks(const kempe_system *system, kmp_block_counts *c
     return status;
 }
 
+/* -- gains of simplifications ------------------------------------------------------------------------- */
+
+/* The simplifications one after the other, each with those before it: M, C, h, J and jdqd as one program, numbers kept
+ * as symbols. Rules applied when nodes are made are switched on in turn, then the variants of the equations are chosen,
+ * then the passes run. The variants were chosen together; each one's gain is measured by removing it alone. */
+enum { MOST_STEPS = 16, VARIANTS = 6 };
+
+typedef struct step_gain {
+    const char *name;
+    long operations; /* + - * / after it, with those before it; -1: not tried, the model is too large */
+    long runtime;    /* operations that depend on more than parameters */
+} step_gain;
+
+typedef struct gain_table {
+    step_gain steps[MOST_STEPS];
+    int count;
+    step_gain savings[VARIANTS]; /* as a program after all passes without each, and with all */
+    step_gain all;
+    long made, needed; /* operations of the graph, of the program */
+} gain_table;
+
+/* Without zero elimination everything depends on everything: small models only. */
+enum { MOST_MOTIONS = 32 };
+
+typedef struct amount {
+    long operations, runtime; /* -1: no memory, or not tried */
+} amount;
+
+static const amount unknown = {-1, -1};
+
+static void put_step(gain_table *gains, const char *name, amount a)
+{
+    gains->steps[gains->count++] = (step_gain){name, a.operations, a.runtime};
+}
+
+/* All outputs; NULL: no memory. */
+static kmp_ref *outputs_of(const kmp_equations *eq, int *count)
+{
+    *count = kmp_sets_size(eq, shown);
+    return kmp_sets_outputs(eq, shown);
+}
+
+static amount amount_of(const kmp_graph *g, int count, const kmp_ref *outputs, int sum_price)
+{
+    kmp_cost cost;
+    if (!kmp_cost_init(&cost, g, sum_price))
+        return unknown;
+    kmp_cost_add(&cost, count, outputs);
+    amount a = cost.failed ? unknown : (amount){cost.operations, cost.operations - cost.once};
+    kmp_cost_free(&cost);
+    return a;
+}
+
+static kempe_status try_scene(const kempe_model *model, const kmp_scene *scene, amount *found)
+{
+    kmp_equations eq;
+    int count;
+    KMP_TRY(kmp_equations_derive_once(&eq, model, scene));
+    kmp_ref *out = outputs_of(&eq, &count);
+    *found = out ? amount_of(eq.graph, count, out, KMP_COST_ADDITION) : unknown;
+    kmp_free(out);
+    kmp_equations_free(&eq);
+    return found->operations < 0 ? kmp_fail_memory(model->context) : KEMPE_OK;
+}
+
+static kempe_status try_rules(const kempe_model *model, kmp_scene scene, gain_table *gains)
+{
+    static const struct {
+        const char *name;
+        unsigned without;
+    } steps[] = {{"as generated", KMP_RULE_ALL},
+                 {"zero elimination", KMP_RULE_ALL & ~(unsigned)KMP_RULE_ZERO},
+                 {"cancellation", KMP_RULE_SHARE | KMP_RULE_TRIG},
+                 {"auxiliary variables", KMP_RULE_TRIG},
+                 {"rotations about one axis", 0}};
+    kmp_savings plain;
+    kempe_status status = kmp_savings_init(&plain, model) ? KEMPE_OK : kmp_fail_memory(model->context);
+    scene.savings = &plain;
+    for (size_t k = 0; k < sizeof steps / sizeof *steps && status == KEMPE_OK; k++) {
+        amount found = unknown;
+        scene.without = steps[k].without;
+        if (!(steps[k].without & KMP_RULE_SHARE) || model->motion_count <= MOST_MOTIONS)
+            status = try_scene(model, &scene, &found);
+        put_step(gains, steps[k].name, found);
+    }
+    kmp_savings_free(&plain);
+    return status;
+}
+
+static const char *const kind_names[VARIANTS] = {"closures point by point", "origins along axes",   "base parameters",
+                                                 "axes that stay",          "moments about joints", "rotations apart"};
+
+static void take_away(kmp_savings *savings, const kempe_model *model, int kind)
+{
+    const size_t n = (size_t)model->motion_count, points = 4 * (size_t)model->closure_count;
+    const struct {
+        uint8_t *choice;
+        size_t count;
+    } list[VARIANTS] = {{savings->point, points}, {savings->origin, n}, {savings->give, n},
+                        {savings->stay, n},       {savings->about, n},  {savings->apart, 1}};
+    memset(list[kind].choice, 0, list[kind].count);
+    if (list[kind].choice == savings->give)
+        memset(savings->lump, 0, n);
+}
+
+/* The operations of the equations as a program, after all passes, with the scene's variants. */
+static kempe_status try_program(const kempe_model *model, const kmp_scene *scene, amount *found)
+{
+    kmp_equations eq;
+    KMP_TRY(kmp_equations_derive_once(&eq, model, scene));
+    kmp_program *p = kmp_sets_program(&eq, shown);
+    bool ok = p;
+    if (ok)
+        *found = (amount){kmp_program_count(p, 0, 1).paper, kmp_program_count(p, 1, 1).paper};
+    kmp_program_free(p);
+    kmp_equations_free(&eq);
+    return ok ? KEMPE_OK : kmp_fail_memory(model->context);
+}
+
+/* Measures each chosen variant by removing it from the others. */
+static kempe_status try_variants(const kempe_model *model, kmp_scene scene, const kmp_savings *best, gain_table *gains)
+{
+    kmp_savings some;
+    amount all = unknown;
+    kempe_status status = kmp_savings_init(&some, model) ? KEMPE_OK : kmp_fail_memory(model->context);
+    scene.savings = best;
+    if (status == KEMPE_OK)
+        status = try_program(model, &scene, &all);
+    scene.savings = &some;
+    for (int kind = 0; kind < VARIANTS && status == KEMPE_OK; kind++) {
+        amount without = all;
+        kmp_savings_copy(&some, best, model);
+        take_away(&some, model, kind);
+        if (!kmp_savings_same(&some, best, model))
+            status = try_program(model, &scene, &without);
+        gains->savings[kind] = (step_gain){kind_names[kind], without.operations, without.runtime};
+    }
+    gains->all = (step_gain){"all of them", all.operations, all.runtime};
+    kmp_savings_free(&some);
+    return status;
+}
+
+static long count_made(const kmp_graph *g)
+{
+    long made = 0;
+    for (uint32_t id = 0; id < kmp_graph_count(g); id++) {
+        kmp_op op = (kmp_op)kmp_graph_node(g, id)->op;
+        made += op == KMP_OP_ADD || op == KMP_OP_MUL || op == KMP_OP_DIV;
+    }
+    return made;
+}
+
+/* The count with sines and cosines of sums written out as in a program. */
+static amount written_out(kmp_graph *g, int count, const kmp_ref *outputs)
+{
+    kmp_ref *out = KMP_NEW(kmp_ref, count);
+    amount a = unknown;
+    if (out && count)
+        memcpy(out, outputs, (size_t)count * sizeof *out);
+    if (out && kmp_trig_sums(g, count, out))
+        a = amount_of(g, count, out, 0);
+    kmp_free(out);
+    return a;
+}
+
+static kempe_status try_passes(kmp_equations *eq, gain_table *gains)
+{
+    const kmp_parallel parallel = {eq->run, eq->n};
+    int count;
+    kmp_ref *out = outputs_of(eq, &count);
+    bool ok = out;
+    if (ok) {
+        gains->made = count_made(eq->graph);
+        gains->needed = amount_of(eq->graph, count, out, 0).operations;
+        put_step(gains, "choice of variants", amount_of(eq->graph, count, out, KMP_COST_ADDITION));
+    }
+    for (int k = 0; ok && k < KMP_PASSES; k++) {
+        ok = kmp_pass_run(&kmp_passes[k], eq->graph, &parallel, count, out);
+        put_step(gains, kmp_passes[k].name, written_out(eq->graph, count, out));
+    }
+    kmp_program *p = ok ? kmp_program_new(eq->graph, 1, &count, (const kmp_ref *const *)&out) : NULL;
+    long needed = p ? kmp_program_count(p, 1, 1).paper : -1;
+    put_step(gains, "parameters in advance", (amount){needed, needed});
+    ok = p;
+    kmp_program_free(p);
+    kmp_free(out);
+    return ok ? KEMPE_OK : kmp_fail_memory(eq->context);
+}
+
+static kempe_status find_gains(const kempe_model *model, gain_table *gains)
+{
+    const kmp_scene scene = {.sets = kmp_sets_derive(shown), .keep = KMP_KEEP_NUMBERS, .loops_alone = true};
+    kmp_equations eq;
+    *gains = (gain_table){0};
+    KMP_TRY(try_rules(model, scene, gains));
+    KMP_TRY(kmp_equations_derive(&eq, model, &scene));
+    kempe_status status = try_variants(model, scene, &eq.savings, gains);
+    if (status == KEMPE_OK)
+        status = try_passes(&eq, gains);
+    kmp_equations_free(&eq);
+    return status;
+}
+
 /* -- counts ------------------------------------------------------------------------------------------ */
 
 static void show_counts(kmp_text *text, const char *name, const kmp_counts *c)
@@ -220,11 +423,11 @@ static void show_amount(kmp_text *text, long before, long after)
         kmp_text_printf(text, " %10ld %8.1f %%", after, gain_of(before, after));
 }
 
-static void show_gains(kmp_text *text, const kmp_gains *gains)
+static void show_gains(kmp_text *text, const gain_table *gains)
 {
     kmp_text_printf(text, "\n%-26s %12s %10s %10s %10s\n", "simplification", "+ - * /", "gain", "run time", "gain");
     for (int k = 0; k < gains->count; k++) {
-        const kmp_gain *gain = &gains->steps[k], *before = k ? gain - 1 : NULL;
+        const step_gain *gain = &gains->steps[k], *before = k ? gain - 1 : NULL;
         kmp_text_printf(text, "  %-25s", gain->name);
         show_amount(text, before ? before->operations : -1, gain->operations);
         show_amount(text, before ? before->runtime : -1, gain->runtime);
@@ -232,8 +435,8 @@ static void show_gains(kmp_text *text, const kmp_gains *gains)
     }
     kmp_text_printf(text, "\n%-26s %12s %10s %10s %10s\n", "without one variant", "+ - * /", "gain", "run time",
                     "gain");
-    for (int k = 0; k < KMP_GAINS_KINDS; k++) {
-        const kmp_gain *without = &gains->savings[k];
+    for (int k = 0; k < VARIANTS; k++) {
+        const step_gain *without = &gains->savings[k];
         kmp_text_printf(text, "  %-25s %10ld %8.1f %% %10ld %8.1f %%\n", without->name, without->operations,
                         gain_of(without->operations, gains->all.operations), without->runtime,
                         gain_of(without->runtime, gains->all.runtime));
@@ -247,18 +450,18 @@ static void show_gains(kmp_text *text, const kmp_gains *gains)
                        "it, with the chosen variants\nrun time: without constant subexpressions\n");
 }
 
-static void json_gain(kmp_json *json, const kmp_gain *gain)
+static void json_gain(kmp_json *json, const step_gain *gain)
 {
     kmp_json_put(json, "{ name %s operations %ld runtime %ld }", gain->name, gain->operations, gain->runtime);
 }
 
-static void json_gains(kmp_json *json, const kmp_gains *gains)
+static void json_gains(kmp_json *json, const gain_table *gains)
 {
     kmp_json_array(json, "simplifications");
     for (int k = 0; k < gains->count; k++)
         json_gain(json, &gains->steps[k]);
     kmp_json_put(json, "] without_ways [");
-    for (int k = 0; k < KMP_GAINS_KINDS; k++)
+    for (int k = 0; k < VARIANTS; k++)
         json_gain(json, &gains->savings[k]);
     json_gain(json, &gains->all);
     kmp_json_put(json, "} made %ld needed %ld", gains->made, gains->needed);
@@ -327,7 +530,7 @@ static void json_lines(kmp_json *json, kmp_text *view)
 static kempe_status write_stats(kmp_text *out, const kempe_system *system, kempe_format format)
 {
     kmp_tally t[KMP_EQ_SETS];
-    kmp_gains gains;
+    gain_table gains;
     kmp_block_counts blocks;
     const kmp_scene scene = {.scheme = KMP_SCHEME_COMPOSITE};
     const kmp_program *p;
@@ -336,7 +539,7 @@ static kempe_status write_stats(kmp_text *out, const kempe_system *system, kempe
         if (shown & 1u << k)
             KMP_TRY(kmp_tally_sets(system->model, &scene, 1u << k, &t[k]));
     KMP_TRY(find_program(system, &p, &names));
-    KMP_TRY(kmp_gains_find(system->model, &gains));
+    KMP_TRY(find_gains(system->model, &gains));
     KMP_TRY(count_blocks(system, &blocks));
     if (format == KEMPE_TEXT) {
         show_stats(out, p, names, t, &blocks);

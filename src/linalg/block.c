@@ -7,6 +7,7 @@
 #include "base/clones.h"
 #include "base/memory.h"
 #include "base/simd4.h"
+#include "linalg/sparse.h"
 #include <btf.h>
 #include <float.h>
 #include <math.h>
@@ -61,15 +62,9 @@ static bool permute(kmp_block *b, const int *row, const int *col)
     bool ok = !room.failed;
     if (ok && n > 0) {
         /* Compressed columns of the pattern; `ap` has n + 1 places, `ai` nz. */
+        kmp_sort_entries(n, b->nz, col, ap, ai);
         for (int k = 0; k < b->nz; k++)
-            ap[col[k] + 1]++;
-        for (int j = 0; j < n; j++)
-            ap[j + 1] += ap[j];
-        for (int k = 0; k < b->nz; k++)
-            ai[ap[col[k]]++] = row[k];
-        for (int j = n; j > 0; j--)
-            ap[j] = ap[j - 1];
-        ap[0] = 0;
+            ai[k] = row[ai[k]];
         b->count = btf_order(n, ap, ai, 0.0, &work, b->p, b->q, b->start, &matched, scratch);
     }
     kmp_arena_free(&room);

@@ -150,9 +150,17 @@ kmp_sparse_outcome kmp_sparse_factor(kmp_sparse *s, const double *values)
                                          : KMP_SPARSE_FAILED;
 }
 
-long kmp_sparse_fill(const kmp_sparse *s)
+void kmp_sort_entries(int n, int count, const int *col, int *start, int *order)
 {
-    return s->numeric ? s->numeric->lnz + s->numeric->unz + s->numeric->nzoff : 0;
+    for (int e = 0; e < count; e++)
+        start[col[e] + 1]++;
+    for (int k = 0; k < n; k++)
+        start[k + 1] += start[k];
+    for (int e = 0; e < count; e++)
+        order[start[col[e]]++] = e;
+    for (int k = n; k > 0; k--)
+        start[k] = start[k - 1];
+    start[0] = 0;
 }
 
 bool kmp_sparse_solve(kmp_sparse *s, int m, double *x)

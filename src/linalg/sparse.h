@@ -28,6 +28,10 @@ typedef struct kmp_sparse kmp_sparse;
  */
 kmp_sparse *kmp_sparse_new(int n, int nz, const int *row, const int *col, bool symmetric);
 
+/** Sorts entries by their columns below n: order (count) has their numbers, those of a column in their order, and start
+ * (n + 1, zero before) where each column begins there. */
+void kmp_sort_entries(int n, int count, const int *col, int *start, int *order);
+
 /** For the iteration matrix of an integrator, of at most nz entries. NULL: no memory. */
 kmp_sparse *kmp_sparse_new_columns(int n, int nz);
 
@@ -51,9 +55,6 @@ kmp_sparse_outcome kmp_sparse_factor(kmp_sparse *s, const double *values);
  * as one in a dense matrix. */
 double kmp_sparse_operations(const kmp_sparse *s);
 #define KMP_SPARSE_COST 8.0
-
-/** Entries of L, U and the blocks off the diagonal, as last factored; 0: there are no factors. */
-long kmp_sparse_fill(const kmp_sparse *s);
 
 /** x <- A^-1 x; x is n x m, leading dimension n. false, and x as it was: there are no factors. */
 bool kmp_sparse_solve(kmp_sparse *s, int m, double *x);

@@ -7,7 +7,6 @@
 #include "loaded.h"
 #include "studies/equilibrium/balances.h"
 #include "studies/equilibrium/operating.h"
-#include "studies/equilibrium/stability.h"
 #include <complex.h>
 #include <kempe/equilibrium.h>
 #include <kempe/settings.h>

@@ -90,7 +90,7 @@ static void test_lu_complex(void)
             }
             CHECK(residual(2 * n, a, 0, x, b) < 1e-12 * largest(2 * n, x));
         }
-    double complex zero[4] = {0}, undefined[1] = {CMPLX(NAN, 1)}, ones[4] = {1 + I, 1 + I, 1 + I, 1 + I};
+    double complex zero[4] = {0}, undefined[1] = {KMP_COMPLEX(NAN, 1)}, ones[4] = {1 + I, 1 + I, 1 + I, 1 + I};
     CHECK(kmp_lu_complex_factor(2, zero, pivot) == 1);
     CHECK(kmp_lu_complex_factor(1, undefined, pivot) == 1);
     CHECK(kmp_lu_complex_factor(2, ones, pivot) == 2);

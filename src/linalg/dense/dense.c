@@ -2,10 +2,6 @@
 #include "linalg/dense/dense.h"
 #include <complex.h>
 
-#ifndef CMPLX /* in glibc's header it is for gcc alone */
-#define CMPLX(re, im) __builtin_complex((double)(re), (double)(im))
-#endif
-
 /* -- complex LU ------------------------------------------------------------------------------------- */
 
 /* Pivots are chosen by the sum of absolute values; each is kept as its reciprocal. */
@@ -17,7 +13,7 @@ static double size_of(double complex x)
 /* The compiler's own product looks at infinities one by one. */
 static inline double complex times(double complex x, double complex y)
 {
-    return CMPLX(creal(x) * creal(y) - cimag(x) * cimag(y), creal(x) * cimag(y) + cimag(x) * creal(y));
+    return KMP_COMPLEX(creal(x) * creal(y) - cimag(x) * cimag(y), creal(x) * cimag(y) + cimag(x) * creal(y));
 }
 
 /* 1 / x in place, without overflow or underflow. False: zero or not finite. */
@@ -27,7 +23,7 @@ static bool invert(double complex *x)
     if (!(scale > 0.0 && size_of(*x) <= DBL_MAX))
         return false;
     double re = creal(*x) / scale, im = cimag(*x) / scale, square = re * re + im * im;
-    *x = CMPLX(re / square / scale, -im / square / scale);
+    *x = KMP_COMPLEX(re / square / scale, -im / square / scale);
     return true;
 }
 

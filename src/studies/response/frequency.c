@@ -128,7 +128,7 @@ static bool factor(kmp_frequency *f, double w)
             int e = i + k * p;
             double s = f->scale[i] * f->scale[k];
             entry x = entry_of(f, w, i, k);
-            f->a[e] = CMPLX(s * x.re, s * x.im);
+            f->a[e] = KMP_COMPLEX(s * x.re, s * x.im);
             f->terms[e] = s * x.size;
         }
     if (kmp_lu_complex_factor(p, f->a, f->pivot) != 0)
@@ -164,7 +164,7 @@ static void solve(kmp_frequency *f, double w, int input)
         const double *load = f->phi ? f->gamma + (ptrdiff_t)c * p : t->loads + (ptrdiff_t)c * p;
         double complex swing = f->phi ? -1 : power(w, t->load[c].order);
         for (int i = 0; t->load[c].input == input && i < p; i++)
-            f->du[i] -= CMPLX(f->scale[i] * creal(swing) * load[i], f->scale[i] * cimag(swing) * load[i]);
+            f->du[i] -= KMP_COMPLEX(f->scale[i] * creal(swing) * load[i], f->scale[i] * cimag(swing) * load[i]);
     }
     kmp_lu_complex_solve(p, f->a, f->pivot, f->du);
     /* The effect of rounding in the equations' terms on du. */

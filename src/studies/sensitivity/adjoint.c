@@ -1,12 +1,22 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Backwards the unknowns are the weights of u and ud (p each), then the quadratures of all parameters; their time is
+/* Adjoint method: the derivative of one scalar, at the end of a motion or integrated over it, by all parameters at
+ * once, for any number of them. First the motion, stored as values of u and ud within each step; then backwards in time
+ * the weights L of its state, with y' = f(y, p), y = (u, ud),
+ *
+ *     -dL/dt = f_y' L + g_y      L(t_end) = G_y      dG/dp = G_p + L(0)' dy_0/dp + integral of L' f_p + g_p
+ *
+ * (Cao, Li, Petzold and Serban, SIAM J. Scientific Computing 24 (2003) 1076, for index 1 and 0; here of the reduced
+ * equations). f_y' L is kmp_linear_back: no matrix is made. Exchanges of u, and jumps at conditions that change
+ * (forward.h), are passed backwards by their transposes.
+ *
+ * Backwards the unknowns are the weights of u and ud (p each), then the quadratures of all parameters; their time is
  * t_end - t. */
-#include "studies/sensitivity/adjoint.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
 #include "integrators/steppers/solver.h"
 #include "linalg/dot.h"
+#include "studies/sensitivity/forward.h"
 #include <math.h>
 #include <string.h>
 

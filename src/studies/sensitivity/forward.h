@@ -86,3 +86,17 @@ int kmp_state_of_sample(const kempe_model *model, int sample);
  * of a row. */
 double kmp_target_value(const kmp_forward_target *target, kmp_varied *varied);
 double kmp_target_of_row(const kmp_forward_target *target, const kmp_varied *varied, const kmp_varied_row *row);
+
+/* -- adjoint.c ---------------------------------------------------------------------------------------- */
+
+typedef struct kmp_adjoint_report {
+    kmp_forward_report forward;
+    long steps, rhs; /* backwards */
+    size_t kept;     /* bytes of the motion */
+    double value;
+} kmp_adjoint_report;
+
+/** The scalar is `target`, at ask->t_end or, `integral`, integrated from 0 to there; gradient: count values. Rows and
+ * watch of `options` are ignored. Errors as kmp_forward_run. */
+kempe_status kmp_adjoint_run(kmp_varied *varied, const kmp_forward *options, const kmp_forward_target *target,
+                             bool integral, const double *sizes, double *gradient, kmp_adjoint_report *report);

@@ -9,7 +9,7 @@
 #include "integrators/steppers/solver.h"
 #include "output/print.h"
 #include "output/times.h"
-#include "studies/sensitivity/adjoint.h"
+#include "studies/sensitivity/forward.h"
 #include "studies/sensitivity/sensitivity_study.h"
 #include "studies/simulate/trajectory.h"
 #include <kempe/output_handles.h>

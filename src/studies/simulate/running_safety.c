@@ -10,7 +10,7 @@
 #include "dynamics/kept.h"
 #include "model/tables/output_table.h"
 #include "output/print.h"
-#include "output/vibration/low_pass.h"
+#include "output/vibration/weighting.h"
 #include "studies/equilibrium/balances.h"
 #include "studies/simulate/observed.h"
 #include "symbolic/table_function.h"
