@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/closing/least_change.h"
+#include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
 #include "linalg/sparse.h"
@@ -42,12 +43,7 @@ bool kmp_least_change_init(kmp_least_change *c, kmp_evaluator *eval)
     return !large || make_sparse(c, jac, n, m);
 }
 
-void kmp_least_change_free(kmp_least_change *c)
-{
-    kmp_sparse_free(c->sparse);
-    kmp_arena_free(&c->arena);
-    *c = (kmp_least_change){0};
-}
+KMP_CLEARS(kmp_least_change, c, kmp_sparse_free(c->sparse), kmp_arena_free(&c->arena))
 
 /* -- a correction ------------------------------------------------------------------------------------ */
 

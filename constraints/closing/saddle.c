@@ -172,12 +172,7 @@ bool kmp_saddle_init_anywhere(kmp_saddle *saddle, kmp_evaluator *eval, int rank)
     return saddle->all.rows && init(saddle, &saddle->all, by_size(eval->system, m));
 }
 
-void kmp_saddle_free(kmp_saddle *saddle)
-{
-    kmp_sparse_free(saddle->sparse);
-    kmp_arena_free(&saddle->arena);
-    *saddle = (kmp_saddle){0};
-}
+KMP_CLEARS(kmp_saddle, saddle, kmp_sparse_free(saddle->sparse), kmp_arena_free(&saddle->arena))
 
 int kmp_saddle_factor(kmp_saddle *saddle)
 {

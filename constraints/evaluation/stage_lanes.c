@@ -46,13 +46,7 @@ bool kmp_stage_lanes_init(kmp_stage_lanes *stages, const kmp_program *program, c
     return true;
 }
 
-void kmp_stage_lanes_free(kmp_stage_lanes *stages)
-{
-    kmp_lanes_free(stages->lanes);
-    kmp_free(stages->mode);
-    kmp_free(stages->times);
-    *stages = (kmp_stage_lanes){0};
-}
+KMP_CLEARS(kmp_stage_lanes, stages, kmp_lanes_free(stages->lanes), kmp_free(stages->mode), kmp_free(stages->times))
 
 const double *kmp_stage_lanes_run(kmp_stage_lanes *stages, int stage, const double *t, const double *q,
                                   const double *qd)

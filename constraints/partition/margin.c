@@ -44,13 +44,8 @@ bool kmp_margin_init(kmp_margin *margin, const kempe_system *system, const kmp_p
     return kmp_margin_choose(margin, part);
 }
 
-void kmp_margin_free(kmp_margin *margin)
-{
-    kmp_arena_free(&margin->arena);
-    kmp_block_free(margin->block);
-    kmp_partition_free(&margin->part);
-    *margin = (kmp_margin){0};
-}
+KMP_CLEARS(kmp_margin, margin, kmp_arena_free(&margin->arena), kmp_block_free(margin->block),
+           kmp_partition_free(&margin->part))
 
 /* Makes the block of the rows and columns in margin->part. */
 static bool renew_block(kmp_margin *margin)

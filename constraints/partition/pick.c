@@ -24,11 +24,7 @@ bool kmp_pick_init(kmp_pick *c, int m, int n, int nz, kmp_arena_lent *room)
                           KMP_ROOM(int, nz, &c->entry_row, &c->entry_col), KMP_ROOM(double, nz, &c->value));
 }
 
-void kmp_pick_free(kmp_pick *c)
-{
-    kmp_arena_free(&c->arena);
-    *c = (kmp_pick){0};
-}
+KMP_CLEARS(kmp_pick, c, kmp_arena_free(&c->arena))
 
 void kmp_pick_add(kmp_pick *c, int row, int col, double value)
 {

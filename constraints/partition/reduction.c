@@ -79,12 +79,7 @@ kempe_status kmp_reduction_init(kmp_reduction *red, kmp_evaluator *eval, const k
     return kmp_fail(eval->system->context, KEMPE_E_FAILED, "Jv cannot be factored: its pattern is singular");
 }
 
-void kmp_reduction_free(kmp_reduction *red)
-{
-    kmp_block_free(red->block);
-    kmp_arena_free(&red->arena);
-    *red = (kmp_reduction){0};
-}
+KMP_CLEARS(kmp_reduction, red, kmp_block_free(red->block), kmp_arena_free(&red->arena))
 
 /* -- tangent space ----------------------------------------------------------------------------------- */
 

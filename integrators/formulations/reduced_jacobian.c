@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/formulations/reduced_jacobian.h"
+#include "base/memory.h"
 #include "linalg/dot.h"
 #include <string.h>
 
@@ -77,12 +78,7 @@ kempe_status kmp_reduced_jacobian_init(kmp_reduced_jacobian *jacobian, kmp_reduc
                              KMP_TANGENTS_NEAR | (power ? 1u << KMP_VALUE_POWER : 0));
 }
 
-void kmp_reduced_jacobian_free(kmp_reduced_jacobian *jacobian)
-{
-    kmp_tangents_free(&jacobian->tangents);
-    kmp_arena_free(&jacobian->arena);
-    *jacobian = (kmp_reduced_jacobian){0};
-}
+KMP_CLEARS(kmp_reduced_jacobian, jacobian, kmp_tangents_free(&jacobian->tangents), kmp_arena_free(&jacobian->arena))
 
 /* Derivatives at (t, q, qd, udd), with the multipliers of the evaluator's state. */
 static const double *derive(kmp_reduced_jacobian *jacobian, bool moving, double t, const double *q, const double *qd,

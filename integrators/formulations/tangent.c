@@ -376,14 +376,8 @@ kempe_status kmp_tangents_init_few(kmp_tangents *tangents, const kempe_system *s
     return KEMPE_OK;
 }
 
-void kmp_tangents_free(kmp_tangents *tangents)
-{
-    kmp_formulas_free(&tangents->value);
-    kmp_formulas_free(&tangents->tangent);
-    kmp_free(tangents->entry);
-    kmp_arena_free(&tangents->arena);
-    *tangents = (kmp_tangents){0};
-}
+KMP_CLEARS(kmp_tangents, tangents, kmp_formulas_free(&tangents->value), kmp_formulas_free(&tangents->tangent),
+           kmp_free(tangents->entry), kmp_arena_free(&tangents->arena))
 
 /* -- numbers ----------------------------------------------------------------------------------------- */
 

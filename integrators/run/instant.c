@@ -55,12 +55,7 @@ bool kmp_formulas_init(kmp_formulas *formulas, kmp_graph *graph, int count, cons
     return kmp_formulas_prepare(formulas, backend, parameters);
 }
 
-void kmp_formulas_free(kmp_formulas *formulas)
-{
-    kmp_machine_free(formulas->machine);
-    kmp_program_free(formulas->program);
-    *formulas = (kmp_formulas){0};
-}
+KMP_CLEARS(kmp_formulas, formulas, kmp_machine_free(formulas->machine), kmp_program_free(formulas->program))
 
 void kmp_formulas_renew(kmp_formulas *formulas, const double *parameters)
 {

@@ -36,3 +36,21 @@ unsigned long kmp_memory_failures(void);
 void kmp_memory_fail_at(unsigned long n);
 
 #define KMP_NEW(type, n) ((type *)kmp_calloc((size_t)(n), sizeof(type)))
+
+/** The function TYPE_free: the calls, separated by commas, free what an object has; NULL is allowed. */
+#define KMP_FREES(type, object, ...)                                                                                   \
+    void type##_free(type *object)                                                                                     \
+    {                                                                                                                  \
+        if (object) {                                                                                                  \
+            __VA_ARGS__;                                                                                               \
+            kmp_free(object);                                                                                          \
+        }                                                                                                              \
+    }
+
+/** The function TYPE_free of an object that is part of another one: as above; it leaves the object empty. */
+#define KMP_CLEARS(type, object, ...)                                                                                  \
+    void type##_free(type *object)                                                                                     \
+    {                                                                                                                  \
+        __VA_ARGS__;                                                                                                   \
+        *object = (type){0};                                                                                           \
+    }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "derivatives/delayed_motion.h"
 #include "base/context.h"
+#include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
 #include <math.h>
@@ -36,11 +37,7 @@ kempe_status kmp_delayed_equation_init(kmp_delayed_equation *e, const kmp_linear
     return KEMPE_OK;
 }
 
-void kmp_delayed_equation_free(kmp_delayed_equation *equation)
-{
-    kmp_arena_free(&equation->arena);
-    *equation = (kmp_delayed_equation){0};
-}
+KMP_CLEARS(kmp_delayed_equation, equation, kmp_arena_free(&equation->arena))
 
 kmp_delayed_entry kmp_delayed_entry_at(const kmp_delayed_equation *equation, double complex s, int row, int column)
 {

@@ -506,8 +506,4 @@ kempe_status kmp_delayed_spectrum_init(kmp_delayed_spectrum *spectrum, const kmp
     return status;
 }
 
-void kmp_delayed_spectrum_free(kmp_delayed_spectrum *spectrum)
-{
-    kmp_arena_free(&spectrum->arena);
-    *spectrum = (kmp_delayed_spectrum){0};
-}
+KMP_CLEARS(kmp_delayed_spectrum, spectrum, kmp_arena_free(&spectrum->arena))

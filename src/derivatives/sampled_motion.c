@@ -159,11 +159,7 @@ kempe_status kmp_sampled_spectrum_init(kmp_sampled_spectrum *s, const kmp_linear
     return failed == 0 ? KEMPE_OK : kmp_sampled_complain(linear->system->context, failed);
 }
 
-void kmp_sampled_spectrum_free(kmp_sampled_spectrum *spectrum)
-{
-    kmp_arena_free(&spectrum->arena);
-    *spectrum = (kmp_sampled_spectrum){0};
-}
+KMP_CLEARS(kmp_sampled_spectrum, spectrum, kmp_arena_free(&spectrum->arena))
 
 void kmp_sampled_rate(const kmp_sampled_spectrum *spectrum, int k, double *re, double *im)
 {

@@ -98,12 +98,7 @@ kempe_status kmp_second_derivatives_init(kmp_second_derivatives *second, const k
     return status;
 }
 
-void kmp_second_derivatives_free(kmp_second_derivatives *second)
-{
-    kmp_formulas_free(&second->bent);
-    kmp_free(second->along);
-    *second = (kmp_second_derivatives){0};
-}
+KMP_CLEARS(kmp_second_derivatives, second, kmp_formulas_free(&second->bent), kmp_free(second->along))
 
 /* -- numbers ----------------------------------------------------------------------------------------- */
 

@@ -2,6 +2,7 @@
 /* R(u, p) = 0 differentiated is Kr du = -dR, with dR the change by a parameter at constant u. Kr is scaled by the sizes
  * of coordinates before its rank is decided. */
 #include "derivatives/state_sensitivity.h"
+#include "base/memory.h"
 #include "linalg/dense/dense.h"
 #include <float.h>
 #include <math.h>
@@ -22,11 +23,7 @@ kempe_status kmp_state_sensitivity_init(kmp_state_sensitivity *sensitivity_of_st
                : kmp_fail_memory(system->context);
 }
 
-void kmp_state_sensitivity_free(kmp_state_sensitivity *sensitivity_of_state)
-{
-    kmp_arena_free(&sensitivity_of_state->arena);
-    *sensitivity_of_state = (kmp_state_sensitivity){0};
-}
+KMP_CLEARS(kmp_state_sensitivity, sensitivity_of_state, kmp_arena_free(&sensitivity_of_state->arena))
 
 /* -- consequences of R = 0 ----------------------------------------------------------------------------- */
 

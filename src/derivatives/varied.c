@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "derivatives/varied.h"
+#include "base/memory.h"
 #include "constraints/closing/charts.h"
 #include "constraints/tolerances.h"
 #include <math.h>
@@ -25,12 +26,7 @@ kempe_status kmp_varied_init(kmp_varied *varied, const kempe_system *system, con
     return status;
 }
 
-void kmp_varied_free(kmp_varied *varied)
-{
-    kmp_linear_free(&varied->linear);
-    kmp_arena_free(&varied->arena);
-    *varied = (kmp_varied){0};
-}
+KMP_CLEARS(kmp_varied, varied, kmp_linear_free(&varied->linear), kmp_arena_free(&varied->arena))
 
 /* -- the state --------------------------------------------------------------------------------------- */
 

@@ -2,6 +2,7 @@
 /* Derives the sets in the order in which they share: closures, mass, bias, residual, the rest. */
 #include "dynamics/equations.h"
 #include "base/context.h"
+#include "base/memory.h"
 #include "constraints/kinds/kind.h"
 #include "dynamics/closures.h"
 #include "dynamics/forces.h"
@@ -609,13 +610,5 @@ bool kmp_equations_shorten(const kmp_equations *eq, int count, kmp_ref *outputs)
     return kmp_shorten(eq->graph, &parallel, count, outputs);
 }
 
-void kmp_equations_free(kmp_equations *eq)
-{
-    kmp_tree_free(&eq->tree);
-    kmp_tree_free(&eq->links);
-    kmp_noted_free(eq->noted);
-    kmp_savings_free(&eq->savings);
-    kmp_graph_mark_free(&eq->mark);
-    kmp_graph_free(eq->graph);
-    *eq = (kmp_equations){0};
-}
+KMP_CLEARS(kmp_equations, eq, kmp_tree_free(&eq->tree), kmp_tree_free(&eq->links), kmp_noted_free(eq->noted),
+           kmp_savings_free(&eq->savings), kmp_graph_mark_free(&eq->mark), kmp_graph_free(eq->graph))

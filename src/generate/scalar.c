@@ -2,6 +2,7 @@
 /* Text of expressions with the fewest brackets that keep the order of operations. Values used more than once, or too
  * long for a line, become variables; long routines are cut into chunks. */
 #include "generate/scalar.h"
+#include "base/memory.h"
 #include "generate/blocks/block_parts.h"
 #include "output/print.h"
 #include <stdio.h>

@@ -87,24 +87,6 @@ kempe_status kmp_print_result(kempe_context *context, kmp_put_fn *put, const voi
         return kmp_print_result((context), format == KEMPE_JSON ? (json) : (show), result, text);                      \
     }
 
-/** The function TYPE_free: the calls, separated by commas, free what an object has; NULL is allowed. */
-#define KMP_FREES(type, object, ...)                                                                                   \
-    void type##_free(type *object)                                                                                     \
-    {                                                                                                                  \
-        if (object) {                                                                                                  \
-            __VA_ARGS__;                                                                                               \
-            kmp_free(object);                                                                                          \
-        }                                                                                                              \
-    }
-
-/** The function TYPE_free of an object that is part of another one: as above; it leaves the object empty. */
-#define KMP_CLEARS(type, object, ...)                                                                                  \
-    void type##_free(type *object)                                                                                     \
-    {                                                                                                                  \
-        __VA_ARGS__;                                                                                                   \
-        *object = (type){0};                                                                                           \
-    }
-
 /** Ends a print function: gives the text to the caller, or KEMPE_E_MEMORY. */
 kempe_status kmp_print_finish(kempe_context *context, kmp_text *text, char **out);
 

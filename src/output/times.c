@@ -75,8 +75,4 @@ bool kmp_times_init(kmp_times *times, double every, double t_end, const kmp_refe
     return true;
 }
 
-void kmp_times_free(kmp_times *times)
-{
-    kmp_free(times->t);
-    *times = (kmp_times){0};
-}
+KMP_CLEARS(kmp_times, times, kmp_free(times->t))

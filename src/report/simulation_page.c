@@ -159,7 +159,7 @@ static const char *answer_of(const kempe_trajectory *t, kmp_arena *arena)
 {
     if (kmp_is_complete(t->status))
         return t->report.requested ? kmp_arena_printf(arena, "ended as requested at t = %.6g s", t->report.t)
-                                   : kmp_arena_printf(arena, "%.6g to %.6g s", t->spec.t_start, t->t_end);
+                                   : kmp_arena_printf(arena, "%.6g to %.6g s", t->spec.t_start, t->spec.t_end);
     return kmp_arena_printf(arena, "at t = %.6g s", t->report.t);
 }
 
@@ -185,30 +185,31 @@ static const char *sentences_of(const kempe_trajectory *t, kmp_arena *arena)
 static kempe_status write_page(maker *w, kmp_arena *arena, const char *path)
 {
     const kempe_trajectory *t = w->t;
-    kmp_result_page page = {.system = t->system,
-                            .command = "simulate",
-                            .subject = "simulation",
-                            .scene = kmp_arena_printf(
-                                arena, "%s%s%s %s, rtol %g \xc2\xb7 %d coordinate%s, %d closure row%s", t->formulation,
-                                t->form ? " " : "", t->form ? t->form : "", t->integrator, t->rtol, t->system->n,
-                                t->system->n == 1 ? "" : "s", t->system->m, t->system->m == 1 ? "" : "s"),
-                            .answer = answer_of(t, arena),
-                            .status = t->status,
-                            .word = kmp_trajectory_word(t),
-                            .reason = t->reason,
-                            .locked = !kmp_is_complete(t->status) && !t->interrupted,
-                            .warnings = t->warnings,
-                            .sentences = sentences_of(t, arena),
-                            .text = w->text,
-                            .table = w->table,
-                            .x = "t",
-                            .first = w->first,
-                            .first_count = w->first_count,
-                            .left_out = w->observed.left_out,
-                            .frames = w->record.row.rows > 0 ? &w->record.row : &w->start.row,
-                            .record = &w->record,
-                            .comfort = w->comfort,
-                            .contacts = t};
+    kmp_result_page page = {
+        .system = t->system,
+        .command = "simulate",
+        .subject = "simulation",
+        .scene = kmp_arena_printf(arena, "%s%s%s %s, rtol %g \xc2\xb7 %d coordinate%s, %d closure row%s",
+                                  t->spec.formulation, t->spec.form ? " " : "", t->spec.form ? t->spec.form : "",
+                                  t->integrator, t->spec.rtol, t->system->n, t->system->n == 1 ? "" : "s", t->system->m,
+                                  t->system->m == 1 ? "" : "s"),
+        .answer = answer_of(t, arena),
+        .status = t->status,
+        .word = kmp_trajectory_word(t),
+        .reason = t->reason,
+        .locked = !kmp_is_complete(t->status) && !t->interrupted,
+        .warnings = t->warnings,
+        .sentences = sentences_of(t, arena),
+        .text = w->text,
+        .table = w->table,
+        .x = "t",
+        .first = w->first,
+        .first_count = w->first_count,
+        .left_out = w->observed.left_out,
+        .frames = w->record.row.rows > 0 ? &w->record.row : &w->start.row,
+        .record = &w->record,
+        .comfort = w->comfort,
+        .contacts = t};
     add_fact(&page, arena, "energy balance", t->verdict.drift_rel, "%.1e");
     add_fact(&page, arena, "closure residual", t->verdict.h_max, "%.1e");
     add_fact(&page, arena, t->again.known ? "repeated run differs by" : "steps",

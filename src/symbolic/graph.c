@@ -259,11 +259,7 @@ bool kmp_graph_mark_init(kmp_graph_mark *mark, const kmp_graph *g)
     return mark->rotations;
 }
 
-void kmp_graph_mark_free(kmp_graph_mark *mark)
-{
-    kmp_rotations_free(mark->rotations);
-    *mark = (kmp_graph_mark){0};
-}
+KMP_CLEARS(kmp_graph_mark, mark, kmp_rotations_free(mark->rotations))
 
 void kmp_graph_return(kmp_graph *g, const kmp_graph_mark *mark)
 {

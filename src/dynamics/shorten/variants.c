@@ -39,11 +39,7 @@ void kmp_savings_clear(kmp_savings *savings, const kempe_model *model)
     savings->patterns = 0;
 }
 
-void kmp_savings_free(kmp_savings *savings)
-{
-    kmp_free(savings->stay);
-    *savings = (kmp_savings){0};
-}
+KMP_CLEARS(kmp_savings, savings, kmp_free(savings->stay))
 
 void kmp_savings_put(kmp_bytes *bytes, const kmp_savings *savings, const kempe_model *model)
 {

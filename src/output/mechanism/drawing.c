@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Points that coincide in the drawing are one: all marks are combined on it. */
 #include "output/mechanism/drawing.h"
+#include "base/memory.h"
 #include "model/reactions/carried.h"
 #include "model/tables/force_table.h"
 #include <math.h>
@@ -183,8 +184,4 @@ bool kmp_drawing_init(kmp_drawing *drawing, const kempe_model *model, int most_b
     return true;
 }
 
-void kmp_drawing_free(kmp_drawing *drawing)
-{
-    kmp_arena_free(&drawing->arena);
-    *drawing = (kmp_drawing){0};
-}
+KMP_CLEARS(kmp_drawing, drawing, kmp_arena_free(&drawing->arena))

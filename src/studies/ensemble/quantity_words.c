@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A quantity is [NAME =] WORD(EXPRESSION) [from TIME [to TIME]], or an expression alone: its value at the end. */
 #include "studies/ensemble/quantity_words.h"
+#include "base/memory.h"
 #include "model/tables/added_values.h"
 #include "model/tables/nearest.h"
 #include "output/print.h"

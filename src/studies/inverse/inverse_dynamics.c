@@ -2,6 +2,7 @@
 /* Least-squares solution of N' S tau = N' (M qdd + C) by a singular value decomposition in scaled orthonormal
  * coordinates. The multipliers follow from the remaining rows (Fisette and Samin 1996, eq. 44). */
 #include "studies/inverse/inverse_dynamics.h"
+#include "base/memory.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"

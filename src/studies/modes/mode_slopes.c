@@ -2,6 +2,7 @@
 /* Derivatives of eigenvalues by parameters: of simple ones by left and right vectors, of equal ones by a small
  * eigenvalue problem in their eigenspace (Lancaster 1964; Mills-Curran 1988). */
 #include "studies/modes/mode_slopes.h"
+#include "base/memory.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/lapack.h"
 #include "output/print.h"

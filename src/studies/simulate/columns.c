@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "studies/simulate/columns.h"
+#include "base/memory.h"
 #include "model/tables/output_table.h"
 #include "output/print.h"
 

@@ -159,15 +159,7 @@ static kempe_trajectory *trajectory_new(const job *j)
         return NULL;
     kmp_arena arena = {0};
     *t = (kempe_trajectory){.system = j->system,
-                            .formulation = spec->formulation,
-                            .form = spec->form,
                             .integrator = spec->integrator,
-                            .linear = spec->linear,
-                            .backend = spec->backend,
-                            .change_points = spec->change_points,
-                            .rtol = spec->rtol,
-                            .atol = spec->atol,
-                            .t_end = spec->t_end,
                             .source = j->run->reference ? kmp_arena_strdup(&arena, j->run->reference) : NULL,
                             .verdict = kmp_verdict_none(),
                             .log = {.context = j->context},
@@ -224,7 +216,7 @@ const double *kmp_samples_shown(const kmp_samples *table, kmp_evaluator *eval, i
 /* A complete run may be wrong: its closure residuals and its energy balance show that. */
 static void warn_of_verdict(const kempe_trajectory *t)
 {
-    if (t->verdict.h_max > TRUSTED_GAP * (t->rtol + t->atol))
+    if (t->verdict.h_max > TRUSTED_GAP * (t->spec.rtol + t->spec.atol))
         kmp_doubt(
             t->system->context,
             "the closure residual is %.2g (scaled): do not trust this run; use a smaller rtol, or compare formulations",
@@ -238,7 +230,8 @@ static void warn_of_verdict(const kempe_trajectory *t)
             t->system->closure_tolerance);
     const double exchanged = t->report.most - t->report.least;
     const double limit = t->table.rows < FEW_ROWS && !(exchanged > 0) ? OF_FEW_ROWS : KMP_VISIBLE;
-    if (!(t->verdict.left > limit && t->verdict.drift > limit * exchanged) || t->verdict.moved <= KMP_AT_REST * t->atol)
+    if (!(t->verdict.left > limit && t->verdict.drift > limit * exchanged) ||
+        t->verdict.moved <= KMP_AT_REST * t->spec.atol)
         return;
     if (t->report.prescribed)
         kmp_log(t->system->context, KEMPE_LOG_WARNING,
@@ -358,7 +351,7 @@ static kempe_status judge(kempe_trajectory *t, job *j)
 {
     const kempe_model *model = t->system->model;
     kmp_evaluator *eval =
-        kmp_eval_new_for(t->system, t->table.rows < MANY_ROWS ? "tape" : t->backend, NULL, KMP_EVAL_WEIGHS);
+        kmp_eval_new_for(t->system, t->table.rows < MANY_ROWS ? "tape" : t->spec.backend, NULL, KMP_EVAL_WEIGHS);
     if (!eval)
         return KEMPE_E_MEMORY;
     kempe_status status = j->has_reference ? leave_out_shared(t, j, eval) : KEMPE_OK;

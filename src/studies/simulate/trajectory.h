@@ -11,12 +11,10 @@ struct kempe_trajectory {
     const kempe_system *system;
     kmp_arena arena;
     kempe_status status;
-    char *reason;   /* "" when complete; at the end that the model requests its condition */
-    char *warnings; /* of the computation, one per line */
-    const char *formulation, *form, *integrator, *linear, *backend; /* as resolved; form and linear may be NULL */
-    const char *change_points;
-    double rtol, atol, t_end;
-    const char *source; /* the reference's path, NULL when none was given */
+    char *reason;           /* "" when complete; at the end that the model requests its condition */
+    char *warnings;         /* of the computation, one per line */
+    const char *integrator; /* the last one of the run, which may have changed it */
+    const char *source;     /* the reference's path, NULL when none was given */
     kmp_samples table;
     kmp_verdict verdict;
     kmp_convergence again;

@@ -236,13 +236,13 @@ static void show(kmp_text *text, const void *result)
     if (*t->reason)
         kmp_text_printf(text, "t = %.9g s: %s\n", t->report.t, t->reason);
     else
-        kmp_text_printf(text, "%.9g to %.9g s\n", t->spec.t_start, t->t_end);
-    kmp_text_printf(text, "formulation %s", t->formulation);
-    if (t->form)
-        kmp_text_printf(text, ", form %s", t->form);
-    kmp_text_printf(text, ", integrator %s, rtol %g, atol %g%s%s\n", t->integrator, t->rtol, t->atol,
+        kmp_text_printf(text, "%.9g to %.9g s\n", t->spec.t_start, t->spec.t_end);
+    kmp_text_printf(text, "formulation %s", t->spec.formulation);
+    if (t->spec.form)
+        kmp_text_printf(text, ", form %s", t->spec.form);
+    kmp_text_printf(text, ", integrator %s, rtol %g, atol %g%s%s\n", t->integrator, t->spec.rtol, t->spec.atol,
                     t->report.by_bodies ? ", articulated-body algorithm" : "",
-                    strcmp(t->change_points, kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE)) == 0
+                    strcmp(t->spec.change_points, kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE)) == 0
                         ? ", change points ignored\n"
                         : "\n");
     show_state(text, t);
@@ -377,7 +377,7 @@ static void json(kmp_text *text, const void *result)
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, t->system, kmp_trajectory_word(t), t->reason, t->system->build_s + t->report.build_s,
                    t->warnings);
-    kmp_json_put(&j, "formulation %s form %s integrator %s", t->formulation, t->form, t->integrator);
+    kmp_json_put(&j, "formulation %s form %s integrator %s", t->spec.formulation, t->spec.form, t->integrator);
     const kmp_integrator_reason *reason = &t->spec.reason;
     if (t->report.chosen_ratio > 0)
         kmp_json_put(&j, "integrator_choice { radau_over_dop853 %g }", t->report.chosen_ratio);
@@ -386,7 +386,8 @@ static void json(kmp_text *text, const void *result)
     if (reason->integrator && reason->obstacle)
         kmp_json_put(&j, "integrator_choice { because %s obstacle %s }", reason->because, reason->obstacle);
     kmp_json_put(&j, "algorithm %s change_points %s rtol %g atol %g length %g rate_scale %g tolerances %s",
-                 dynamics_of(t), t->change_points, t->rtol, t->atol, t->system->length, t->report.rate_scale,
+                 dynamics_of(t), t->spec.change_points, t->spec.rtol, t->spec.atol, t->system->length,
+                 t->report.rate_scale,
                  "absolute tolerance of an angle: atol; of a translation: atol * length; of their rates: that times "
                  "rate_scale");
     json_state(&j, t);
@@ -418,7 +419,7 @@ KMP_PRINT(kempe_trajectory, trajectory, trajectory->system->context, json, show)
 static void fill_rows(kempe_table *table, const void *result)
 {
     const kempe_trajectory *t = result;
-    kmp_evaluator *eval = kmp_eval_new(t->system, t->backend);
+    kmp_evaluator *eval = kmp_eval_new(t->system, t->spec.backend);
     kmp_columns columns = {0};
     double *values =
         eval && kmp_columns_init(&columns, t->system, t->system->model, NULL) ? KMP_NEW(double, columns.count) : NULL;

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "symbolic/passes/rewrite.h"
+#include "base/memory.h"
 #include "symbolic/label.h"
 #include "symbolic/program/cost.h"
 #include <string.h>
@@ -43,13 +44,7 @@ bool kmp_rewrite_init(kmp_rewrite *r, kmp_graph *g, int count, const kmp_ref *ou
     return find_demand(r, count, outputs) && make_room(r);
 }
 
-void kmp_rewrite_free(kmp_rewrite *r)
-{
-    kmp_free(r->uses);
-    kmp_free(r->now);
-    kmp_free(r->live.id);
-    *r = (kmp_rewrite){0};
-}
+KMP_CLEARS(kmp_rewrite, r, kmp_free(r->uses), kmp_free(r->now), kmp_free(r->live.id))
 
 static bool is_same(const kmp_rewrite *r, int count, const kmp_ref *outputs)
 {

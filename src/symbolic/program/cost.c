@@ -29,12 +29,7 @@ bool kmp_cost_init(kmp_cost *cost, const kmp_graph *g, int sum_price)
     return reserve(cost);
 }
 
-void kmp_cost_free(kmp_cost *cost)
-{
-    kmp_free(cost->uses);
-    kmp_free(cost->stack.id);
-    *cost = (kmp_cost){0};
-}
+KMP_CLEARS(kmp_cost, cost, kmp_free(cost->uses), kmp_free(cost->stack.id))
 
 static inline long price(const kmp_graph *g, int sum_price, const kmp_node *n)
 {
