@@ -44,4 +44,10 @@ static int solve(void *self, SUNMatrix a, double *x, const double *b)
     return 0;
 }
 
-const kmp_linear_kind kmp_linear_dense = {"dense", create, factor, solve, NULL};
+static long fill(void *self)
+{
+    long n = ((full *)self)->n;
+    return n * n;
+}
+
+const kmp_linear_kind kmp_linear_dense = {"dense", create, factor, solve, NULL, fill};

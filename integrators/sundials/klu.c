@@ -43,4 +43,9 @@ static void release(void *self)
     kmp_sparse_free(((klu *)self)->sparse);
 }
 
-const kmp_linear_kind kmp_linear_klu = {"klu", create, factor, solve, release};
+static long fill(void *self)
+{
+    return kmp_sparse_fill(((klu *)self)->sparse);
+}
+
+const kmp_linear_kind kmp_linear_klu = {"klu", create, factor, solve, release, fill};

@@ -89,9 +89,10 @@ static int release(SUNLinearSolver s)
     return 0;
 }
 
-const char *kmp_linear_chosen(SUNLinearSolver s)
+long kmp_linear_fill(SUNLinearSolver s)
 {
-    return ((content *)s->content)->kind->name;
+    content *c = s->content;
+    return c->kind->fill(c->self);
 }
 
 /* True if the factors are so full that the dense factorisation is faster: estimated from the pattern, which the matrix

@@ -78,4 +78,11 @@ static void release(void *self)
     umfpack_dl_free_symbolic(&u->symbolic);
 }
 
-const kmp_linear_kind kmp_linear_umfpack = {"umfpack", create, factor, solve, release};
+static long fill(void *self)
+{
+    SuiteSparse_long lower = 0, upper = 0, rows, columns, diagonal;
+    (void)umfpack_dl_get_lunz(&lower, &upper, &rows, &columns, &diagonal, ((umfpack *)self)->numeric);
+    return lower + upper;
+}
+
+const kmp_linear_kind kmp_linear_umfpack = {"umfpack", create, factor, solve, release, fill};

@@ -150,6 +150,11 @@ kmp_sparse_outcome kmp_sparse_factor(kmp_sparse *s, const double *values)
                                          : KMP_SPARSE_FAILED;
 }
 
+long kmp_sparse_fill(const kmp_sparse *s)
+{
+    return s->numeric ? s->numeric->lnz + s->numeric->unz + s->numeric->nzoff : 0;
+}
+
 void kmp_sort_entries(int n, int count, const int *col, int *start, int *order)
 {
     for (int e = 0; e < count; e++)

@@ -56,6 +56,9 @@ kmp_sparse_outcome kmp_sparse_factor(kmp_sparse *s, const double *values);
 double kmp_sparse_operations(const kmp_sparse *s);
 #define KMP_SPARSE_COST 8.0
 
+/** Entries of L, U and the blocks off the diagonal, as last factored; 0: there are no factors. */
+long kmp_sparse_fill(const kmp_sparse *s);
+
 /** x <- A^-1 x; x is n x m, leading dimension n. false, and x as it was: there are no factors. */
 bool kmp_sparse_solve(kmp_sparse *s, int m, double *x);
 
