@@ -115,7 +115,7 @@ static bool grows_without_end(const kmp_engine *e, const kmp_pool *pool, kmp_ins
     const kmp_lane_room *room = &e->room;
     double most = 0;
     bool explodes = false;
-    if (x->bound.most != 0 || tried < fmax(x->growth.next, KMP_GROWTH_STEPS / 2))
+    if (x->bound.most != 0 || tried < fmax(x->growth.next, 0.5 * KMP_GROWTH_STEPS))
         return false;
     const double size = kmp_growth_size(e->size, (int)room->w, room->y + l, room->atol + l, e->spec.atol);
     if (!kmp_growth_is_endless(&x->growth, tried, room->t[l], size))
@@ -133,7 +133,7 @@ static bool grows_without_end(const kmp_engine *e, const kmp_pool *pool, kmp_ins
 static long spare_steps(const kmp_instance *x, long tried)
 {
     const long spare = kmp_work_bound_spare(&x->bound, tried);
-    const long look = (long)fmax(x->growth.next, KMP_GROWTH_STEPS / 2) - tried - 1;
+    const long look = (long)fmax(x->growth.next, 0.5 * KMP_GROWTH_STEPS) - tried - 1;
     return x->bound.most == 0 && look < spare ? look : spare;
 }
 
