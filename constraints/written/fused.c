@@ -201,15 +201,18 @@ bool kmp_fused_finish(kmp_fused *f, double t, const double *y, double *dy)
     const double *out = kmp_machine_run(f->made.machine, l->stage);
     f->left = rates && !f->by_saddle ? rates + r : out + l->left;
     f->power = out + l->power;
-    memcpy(dy, y + p, p * sizeof *dy);
-    memcpy(dy + p, out, p * sizeof *dy);
-    memcpy(dy + 2 * p, rates ? rates : out + l->rates, r * sizeof *dy);
-    if (f->by_saddle)
-        return kmp_solved_is_good(l, out, 1);
     bool positive = true;
-    for (size_t c = 0; c < p; c++)
-        positive = positive && out[(size_t)l->pivot + c] > 0;
-    return positive;
+    if (rates || f->by_saddle) {
+        memcpy(dy + p, out, p * sizeof *dy);
+        memcpy(dy + 2 * p, rates ? rates : out + l->rates, r * sizeof *dy);
+    } else { /* one after the other */
+        memcpy(dy + p, out, (p + r) * sizeof *dy);
+    }
+    for (size_t c = 0; c < p; c++) {
+        dy[c] = y[p + c];
+        positive = positive && (f->by_saddle || out[(size_t)l->pivot + c] > 0);
+    }
+    return f->by_saddle ? kmp_solved_is_good(l, out, 1) : positive;
 }
 
 double kmp_fused_power(const kmp_fused *f)
@@ -222,7 +225,9 @@ double kmp_fused_power(const kmp_fused *f)
 
 bool kmp_fused_applies(kmp_fused *f)
 {
-    return kmp_written_machine_applies(&f->made) && !f->red->eval->given;
+    if (f->by_saddle && f->red->eval->given)
+        return false;
+    return kmp_written_machine_applies(&f->made);
 }
 
 bool kmp_fused_is_stale(kmp_fused *f)

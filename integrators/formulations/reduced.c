@@ -120,7 +120,7 @@ double kmp_reduced_drive_power(kmp_reduced *d)
 }
 
 /* True if the program of the present choice may be used now. */
-static bool applies(const kmp_reduced *d)
+static inline bool applies(const kmp_reduced *d)
 {
     return d->programs.fused && !d->apart && !(d->cancelled && kmp_reduced_is_solved(d)) &&
            kmp_fused_applies(d->programs.fused);
