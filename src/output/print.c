@@ -199,12 +199,14 @@ void kmp_print_cells(kmp_text *text, const char *format, ...)
         }
         char kind = length > 0 ? one[length - 1] : '\0';
         double x = kind && strchr("efg", kind) ? va_arg(list, double) : 0;
+        const bool is_long = kind == 'd' && one[length - 2] == 'l';
+        const long number = kind != 'd' ? 0 : is_long ? va_arg(list, long) : va_arg(list, int);
+        if (kind == 'd' && !is_long)
+            memcpy(one + length - 1, "ld", sizeof "ld");
         if (kind == 's')
             kmp_text_printf(text, one, va_arg(list, const char *));
-        else if (kind == 'd' && one[length - 2] == 'l')
-            kmp_text_printf(text, one, va_arg(list, long));
         else if (kind == 'd')
-            kmp_text_printf(text, one, va_arg(list, int));
+            kmp_text_printf(text, one, number);
         else if (kind && isfinite(x))
             kmp_text_printf(text, one, x);
         else if (kind)

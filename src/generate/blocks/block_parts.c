@@ -159,8 +159,9 @@ const kmp_program *kmp_code_next_program(const kmp_code_routine *routine, int *i
     const int parts = routine->blocks ? routine->program->block_count * KMP_BLOCK_PARTS : 0;
     const kmp_program *found = NULL;
     for (; !found && *i <= parts; ++*i)
-        found = *i == 0 ? routine->program
-                        : routine->blocks[(*i - 1) / KMP_BLOCK_PARTS].part[(*i - 1) % KMP_BLOCK_PARTS].program;
+        found = *i == 0 || !routine->blocks
+                    ? routine->program
+                    : routine->blocks[(*i - 1) / KMP_BLOCK_PARTS].part[(*i - 1) % KMP_BLOCK_PARTS].program;
     return found;
 }
 
