@@ -307,12 +307,13 @@
 
 /* -- motions that grow without end --------------------------------------------------------------------- */
 
-/** Unknowns over their usual size, and scaled rates over that of the motion, below which none explodes. */
+/** The growth of unknowns over their usual size, and of scaled rates over the rate of the motion, below which a motion
+ * is never ended. */
 #define KMP_GROWTH_USUAL 10
 #define KMP_GROWTH_RATES 1000
 /** Each decade of an exponential function takes as long as the last one; of t^10, 1.26 times as long. */
 #define KMP_GROWTH_STEADY 1.25
-/** Attempted steps between looks, and those of a motion that is never ended: it costs little. */
+/** Attempted steps between two tests of the growth, and the fewest steps of a motion that may be ended. */
 #define KMP_GROWTH_LOOKS 16
 #define KMP_GROWTH_STEPS 20000
 

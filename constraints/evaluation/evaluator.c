@@ -517,10 +517,17 @@ const double *kmp_eval_shown(kmp_evaluator *eval, double t, const double *q, con
 
 /* -- tables that are left ---------------------------------------------------------------------------- */
 
+const char *kmp_table_advice(const kmp_named_table *table)
+{
+    return table->outside == KMP_OUTSIDE_ERROR ? "give it more points; 'outside: error' ends a run where forces and "
+                                                 "constraints use the table, not sensors"
+                                               : "give it more points, or say outside: linear, hold or error";
+}
+
 void kmp_doubt_table(kempe_context *context, const kmp_named_table *table, int end, double x, double t)
 {
     kmp_doubt(context, KMP_TABLE_LEFT, table->name, x, kmp_table_end(table, end - end % 2),
-              kmp_table_end(table, end - end % 2 + 1), t);
+              kmp_table_end(table, end - end % 2 + 1), t, kmp_table_advice(table));
 }
 
 static void tell_table(kmp_evaluator *eval, const kmp_named_table *table, int end, double x, double t)

@@ -149,8 +149,9 @@ const kmp_named_table *kmp_eval_next_left(const kmp_evaluator *eval, int *from, 
 
 /** The doubt: `end` as of kmp_table_end. */
 #define KMP_TABLE_LEFT                                                                                                 \
-    "table '%s' is used at %.6g, beyond its points %.6g .. %.6g, at t = %.6g s: it goes straight on there; give it "   \
-    "more points, or say outside: linear, hold or error"
+    "table '%s' is used at %.6g, beyond its points %.6g .. %.6g, at t = %.6g s: it goes straight on there; %s"
+/** The advice at its end: what a model may say of the table. */
+const char *kmp_table_advice(const kmp_named_table *table);
 void kmp_doubt_table(kempe_context *context, const kmp_named_table *table, int end, double x, double t);
 
 /** Fixes the conditions as they are at (t, q, qd) for all later states, until `frozen` is cleared. kmp_eval_set_mode

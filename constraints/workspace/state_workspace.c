@@ -155,7 +155,7 @@ static void note_left(kempe_workspace *ws)
         table = kmp_eval_next_left(ws->eval, &from, &end, &x);
     if (table)
         (void)fail(ws, KMP_TABLE_LEFT, table->name, x, kmp_table_end(table, end & ~1), kmp_table_end(table, end | 1),
-                   ws->t);
+                   ws->t, kmp_table_advice(table));
 }
 
 /* Modes of friction with the generalized forces Q. */

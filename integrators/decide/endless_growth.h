@@ -28,8 +28,8 @@ static inline double kmp_growth_size(int count, int stride, const double *y, con
     return most * atol;
 }
 
-/** The larger one of two rates that are far beyond those of a motion whose rate is `usual`, 1/s; `most`: the larger one
- * so far, scaled, 0 at first. Below it no coordinate explodes. */
+/** True if a coordinate's rate, over its scale, is far beyond the rate `usual` of the motion, 1/s, and larger than
+ * *most, the largest one so far (0 at first), which it then replaces. */
 static inline bool kmp_growth_explodes(double rate, double scale, double usual, double *most)
 {
     bool faster = fabs(rate) / scale > fmax(*most, KMP_GROWTH_RATES * usual);

@@ -133,12 +133,13 @@ kempe_status kmp_choice_read(const kempe_model *model, const kempe_generate_opti
                                          .modes_alone = !g->simulator}};
     for (int k = 0; k < model->parameter_count && choice->scene.keep != KMP_KEEP_NOTHING; k++)
         if (kmp_extent_is_long(model->parameters[k].extent))
-            return kmp_fail(
-                context, KEMPE_E_ARGUMENT,
-                "parameter '%s' stays a symbol in generated code, and is too long with the parameters in it "
-                "written out: %d levels, %.3g operations and operands; at most %d and %d",
-                model->parameters[k].name, model->parameters[k].extent.level, model->parameters[k].extent.size,
-                KMP_MOST_NAME_LEVELS, KMP_MOST_WRITTEN_OUT);
+            return kmp_fail(context, KEMPE_E_ARGUMENT,
+                            "generated code keeps parameter '%s' as a symbol, which has %.3g operations and operands "
+                            "when the parameters in it are expanded, in %d levels; at most %d and %d are allowed: use "
+                            "fewer parameters within parameters, or give '%s' as a number",
+                            model->parameters[k].name, model->parameters[k].extent.size,
+                            model->parameters[k].extent.level, KMP_MOST_WRITTEN_OUT, KMP_MOST_NAME_LEVELS,
+                            model->parameters[k].name);
     KMP_TRY(read_scheme(context, g->scheme, choice));
     if (g->simulator) {
         KMP_TRY(kmp_simulated_check(model));

@@ -28,8 +28,8 @@ typedef struct kmp_sparse kmp_sparse;
  */
 kmp_sparse *kmp_sparse_new(int n, int nz, const int *row, const int *col, bool symmetric);
 
-/** Sorts entries by their columns below n: order (count) has their numbers, those of a column in their order, and start
- * (n + 1, zero before) where each column begins there. */
+/** Sorts entries by their columns, which are below n. order (count) lists their numbers, column after column; start
+ * (n + 1, zero before) has the place in it where each column begins. */
 void kmp_sort_entries(int n, int count, const int *col, int *start, int *order);
 
 /** For the iteration matrix of an integrator, of at most nz entries. NULL: no memory. */

@@ -159,6 +159,22 @@ static void in_sensors(void)
     }
 }
 
+/* A table whose end ends a run does so for forces; a sensor that leaves it is not trustworthy, and the advice fits. */
+static void in_a_sensor_of_a_table_with_an_error(void)
+{
+    loaded l = load_text("kempe: 1\ntables: {gauge: {x: [-1, 1], y: [0, 1], method: linear, outside: error}}\n"
+                         "bodies: {m: {joint: {name: S, prismatic: z, at: ground}, mass: 2}}\n"
+                         "start: {qd: {S: 1}}\nsensors: {g: gauge(q(S))}\nrun: {t_end: 1.5, outputs: [g]}\n");
+    kempe_trajectory *t = NULL;
+    CHECK(kempe_simulate(l.system, NULL, &t) == KEMPE_UNTRUSTED);
+    char *said = kmp_context_warnings(l.context);
+    CHECK(said && strstr(said, "table 'gauge' is used at ") && strstr(said, "use the table, not sensors") &&
+          !strstr(said, "say outside"));
+    kmp_free(said);
+    kempe_trajectory_free(t);
+    unload(&l);
+}
+
 /* A generated simulator does not watch sensors, and says so when it is made. */
 static void in_generated_simulators(void)
 {
@@ -234,6 +250,7 @@ int main(void)
     TEST(in_inverse_dynamics);
     TEST(in_kinematics);
     TEST(in_sensors);
+    TEST(in_a_sensor_of_a_table_with_an_error);
     TEST(in_generated_simulators);
     TEST(in_workspaces);
     TEST(in_steppers);

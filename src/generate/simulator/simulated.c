@@ -179,10 +179,11 @@ static kempe_status take_conditions(kmp_code_source *source, kempe_system *syste
     /* Sensors are evaluated where they are asked for, by laws without conditions. */
     for (int k = 0; k < system->use_count; k++)
         if (k == 0 || system->use[k].table != system->use[k - 1].table)
-            kmp_log(system->context, KEMPE_LOG_WARNING,
-                    "table '%s': a generated simulator does not say when a sensor uses it beyond its points; with "
-                    "'outside: error' the sensor has no value there",
-                    system->model->tables[system->use[k].table].name);
+            kmp_log(
+                system->context, KEMPE_LOG_WARNING,
+                "table '%s': a generated simulator does not say when a sensor uses it beyond its points, where it goes "
+                "straight on",
+                system->model->tables[system->use[k].table].name);
     return kmp_made(source->context, !source->arena.failed);
 }
 

@@ -238,7 +238,7 @@ kmp_dimension kmp_expr_dimension(const kmp_expr *expr, const kmp_dimension *dime
 /** Appends the sentence that belongs to a fault. */
 void kmp_expr_print_fault(kmp_text *text, const kmp_expr_fault *fault);
 
-/** Of an expression; that of parameter k is `of[k]` (NULL: parameters are operands like others). */
+/** The extent of an expression. Parameter k has the extent `of[k]`; NULL: parameters are operands like others. */
 kmp_extent kmp_expr_extent(const kmp_expr *expr, const kmp_extent *of);
 bool kmp_extent_is_long(kmp_extent extent);
 

@@ -91,7 +91,7 @@ static bool occurs(const kmp_expr *e, int index, int number)
                   (occurs(e->a, index, number) || occurs(e->b, index, number) || occurs(e->c, index, number))));
 }
 
-/* Adds the operands of an expression, which begins in the file at a place, to those of a name or of a group. */
+/* Adds the operands of an expression to the operands of a name or of a group. */
 static kmp_extent take_operands(kmp_reader *r, kmp_place place, const char *what, const kmp_expr *e, kmp_unknowns *u)
 {
     const kmp_extent extent = e ? kmp_expr_extent(e, NULL) : (kmp_extent){0};
@@ -99,9 +99,9 @@ static kmp_extent take_operands(kmp_reader *r, kmp_place place, const char *what
     if (!kmp_extent_is_long(extent))
         return extent;
     kmp_reader_complain(r, place,
-                        "%s is too long with its names written out: %d levels of names, %.3g operations and operands; "
-                        "at most %d and %d",
-                        what, extent.level, extent.size, KMP_MOST_NAME_LEVELS, KMP_MOST_WRITTEN_OUT);
+                        "%s has %.3g operations and operands when the names in it are expanded, in %d levels of names; "
+                        "at most %d and %d are allowed: use fewer names within names",
+                        what, extent.size, extent.level, KMP_MOST_WRITTEN_OUT, KMP_MOST_NAME_LEVELS);
     return (kmp_extent){0}; /* one message for a chain */
 }
 
