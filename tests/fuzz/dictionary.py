@@ -33,10 +33,10 @@ def schema_words(node):
 
 
 def expression():
-    functions = [name + "(" for name in rows("src/model/expressions/functions.def", "KMP_FUNCTION") +
-                 rows("src/model/expressions/composites.def", "KMP_COMPOSITE")]
-    units = [" " + name for name in rows("src/model/expressions/units.def", "KMP_UNIT")]
-    measures = re.findall(r'KMP_MEASURE\(\w+, "(\w+)"', (ROOT / "src/model/expressions/measures.def").read_text())
+    functions = [name + "(" for name in rows("src/model/language/functions.def", "KMP_FUNCTION") +
+                 rows("src/model/language/composites.def", "KMP_COMPOSITE")]
+    units = [" " + name for name in rows("src/model/language/units.def", "KMP_UNIT")]
+    measures = re.findall(r'KMP_MEASURE\(\w+, "(\w+)"', (ROOT / "src/model/language/measures.def").read_text())
     return functions + units + [word + "(" for word in measures + ["rate"]] + ["one.P", "two.Q.x", ").x", "q(A)", "qd(B)", "q(J.1)", "lambda(A)", "lambda(B.2)"] + [
         "t", "pi", "L1", "if(a < ", ">=", "<=", "^-", "^2", ")^("]
 
@@ -49,7 +49,7 @@ def model():
 
 
 def xml(*sources):
-    tags = sorted({word for pattern in sources for source in ROOT.glob(f"src/model/formats/{pattern}") for word in texts(source)})
+    tags = sorted({word for pattern in sources for source in ROOT.glob(f"src/exchange/formats/{pattern}") for word in texts(source)})
     syntax = ["<![CDATA[", "]]>", "<!--", "-->", "&#65;", "&lt;", "<!DOCTYPE a [<!ENTITY b 'c'>]>", "<?xml version='1.0'?>",
               " a='b'", "encoding='utf-16'"]
     return [f"<{tag}>" for tag in tags] + [f"</{tag}>" for tag in tags] + tags + syntax
