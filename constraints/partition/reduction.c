@@ -3,11 +3,11 @@
 #include "base/memory.h"
 #include "constraints/closing/close.h"
 #include "constraints/evaluation/load_multipliers.h"
+#include "integrators/decide/coordinate_exchange.h"
 #include "linalg/dot.h"
 #include <math.h>
 #include <string.h>
 
-enum { MAX_NEWTON = 12 };
 enum { WORTH_SHARING = 5000 }; /* products: some 2 us, as long as another thread takes to begin */
 
 #define INLINE static inline __attribute__((always_inline))
@@ -451,26 +451,13 @@ int kmp_reduction_close(kmp_reduction *red, double t, double *q, const double *w
                                .place = place,
                                .correct = correct};
     const kmp_close_rule rule = {
-        .most = MAX_NEWTON, .contracting = true, .enough = kmp_close_rounding(s), .w = w, .fraction = fraction};
+        .most = KMP_CLOSING_PASSES, .contracting = true, .enough = kmp_close_rounding(s), .w = w, .fraction = fraction};
     return !kmp_close(&closer, &rule, t, q).closed;
 }
 
 double kmp_reduction_growth(const kmp_reduction *red, int *v, int *u)
 {
-    const double *scale = red->eval->system->scale;
-    double worst = 0;
-    *v = *u = -1;
-    for (int k = 0; k < red->p; k++)
-        for (int i = 0; i < red->r; i++) {
-            int a = red->part->v[i], b = red->part->u[k];
-            double size = fabs(red->bvu[i + k * red->r]) * scale[b] / scale[a];
-            if (size > worst || !isfinite(size)) {
-                worst = isfinite(size) ? size : INFINITY;
-                *v = a;
-                *u = b;
-            }
-        }
-    return worst;
+    return kmp_exchange_growth(red->r, red->part->v, red->p, red->part->u, red->bvu, red->eval->system->scale, v, u);
 }
 
 double kmp_reduction_lever(kmp_reduction *red)

@@ -3,6 +3,8 @@
  * reduced.c. Lanes of instances that have finished, or that another pool continues, are filled again. */
 #include "constraints/closing/charts.h"
 #include "constraints/tolerances.h"
+#include "integrators/decide/dropped_rows.h"
+#include "integrators/decide/restart.h"
 #include "integrators/lanes/ensemble_room.h"
 #include "integrators/steppers/rk.h"
 #include <math.h>
@@ -25,18 +27,16 @@ static void choose_tries(kmp_engine *e)
 
 /* -- control ----------------------------------------------------------------------------------------- */
 
-static void refuse(kmp_engine *e, size_t l, kmp_lane_outcome what)
+static void refuse(kmp_engine *e, size_t l, kmp_attempt what)
 {
     kmp_lane_room *room = &e->room;
     kmp_ensemble_result *result = &e->results[room->who[l]];
-    double h = room->step[l];
-    if (what == KMP_LANE_BAD_ERROR)
-        result->rejected++;
-    else
-        result->refused++;
-    room->h[l] = what == KMP_LANE_BAD_ERROR ? room->next[l] : what == KMP_LANE_BAD_STAGE ? h / 4 : h / 2;
+    const bool by_error = what == KMP_ATTEMPT_BAD_ERROR;
+    result->rejected += by_error;
+    result->refused += !by_error;
+    room->h[l] = by_error ? room->next[l] : kmp_step_retry(what, room->step[l]);
     room->rejected[l] = true;
-    if (++room->tries[l] >= KMP_LANE_TRIES)
+    if (++room->tries[l] >= KMP_STEP_ATTEMPTS)
         kmp_room_expel(e, l, "a step size that becomes too small");
 }
 
@@ -69,7 +69,7 @@ static const char *pass_sample(kmp_engine *e, size_t l, bool *meets)
         return "an input of a closure that jumps";
     if (jump > 0 && !sampled)
         return NULL;
-    room->h[l] = x->pace = fmax(room->h[l], x->pace);
+    room->h[l] = x->pace = kmp_restart_pace(room->h[l], x->pace);
     if ((*meets = e->site != NULL))
         return NULL;
     room->error_old[l] = KMP_RK_ERROR_FLOOR;
@@ -143,12 +143,12 @@ static kempe_status take(kmp_engine *e, kmp_pool *pool, const kmp_lane_watched *
     kmp_lane_room *room = &e->room;
     int i = room->who[l];
     kmp_instance *x = &e->instances[i];
-    double h = room->step[l], error = room->error[l];
+    double h = room->step[l];
     bool collapsed = kmp_step_collapsed(&x->hopeless, h, room->t_new[l]);
     kmp_ensemble_result *result = &e->results[i];
     result->steps++;
-    room->h[l] = room->rejected[l] && h < room->next[l] ? h : room->next[l];
-    room->error_old[l] = error > KMP_RK_ERROR_FLOOR ? error : KMP_RK_ERROR_FLOOR;
+    room->h[l] = kmp_step_after_failures(room->next[l], h, room->rejected[l]);
+    room->error_old[l] = kmp_step_known_error(room->error[l]);
     x->again = false;
     room->rejected[l] = room->tries[l] = 0;
     room->t[l] = room->t_new[l];
@@ -176,7 +176,7 @@ static kempe_status take(kmp_engine *e, kmp_pool *pool, const kmp_lane_watched *
         : is_uncentred(e, pool, l)                                 ? KMP_LANE_SINGULAR_ANGLES
         : e->r > 0 && kmp_instance_nears_change(x, room->t[l], h, seen->margin[l]) ? "a change point during the run"
                                                                                    : NULL;
-    bool changes = !through && !why && e->m > e->r && seen->rows[l] > KMP_ROWS_OUT;
+    bool changes = !through && !why && e->m > e->r && kmp_kept_rows_are(seen->rows[l]) != KMP_KEPT_WELL;
     bool exchanges = !through && !why && !changes && e->r > 0 && seen->growth[l] > x->limit;
     if (!through && !why && !changes && !exchanges && !reorders && !meets)
         return KEMPE_OK;
@@ -267,22 +267,22 @@ static void solve(kmp_engine *e, double *failed)
 static kempe_status end_attempts(kmp_engine *e, kmp_pool *pool, kmp_lane_watched *seen, kmp_lane_attempts *ends)
 {
     kmp_lane_room *room = &e->room;
-    kmp_lane_outcome what[KMP_LANES_MOST] = {KMP_LANE_EMPTY};
+    kmp_attempt what[KMP_LANES_MOST] = {KMP_ATTEMPT_NONE};
     kempe_status status = KEMPE_OK;
     /* Decides on the attempts of the lanes that do not go on by themselves. */
     for (size_t l = 0; l < room->w; l++) {
-        what[l] = room->who[l] < 0       ? KMP_LANE_EMPTY
-                  : ends->failed[l] != 0 ? KMP_LANE_BAD_STAGE
-                  : room->error[l] <= 1  ? KMP_LANE_TAKEN
-                                         : KMP_LANE_BAD_ERROR;
-        if (what[l] == KMP_LANE_EMPTY || ends->on[l])
+        what[l] = room->who[l] < 0                         ? KMP_ATTEMPT_NONE
+                  : ends->failed[l] != 0                   ? KMP_ATTEMPT_BAD_STAGE
+                  : kmp_step_passes(room->error[l], false) ? KMP_ATTEMPT_TAKEN
+                                                           : KMP_ATTEMPT_BAD_ERROR;
+        if (what[l] == KMP_ATTEMPT_NONE || ends->on[l])
             continue;
         kmp_room_count_made(e, l);
-        e->results[room->who[l]].rhs += 11 + (what[l] == KMP_LANE_TAKEN);
-        if (what[l] == KMP_LANE_TAKEN && !seen->quiet[l])
-            what[l] = room->bad[l] != 0                     ? KMP_LANE_BAD_STAGE
-                      : kmp_lane_consents(e, pool, seen, l) ? KMP_LANE_TAKEN
-                                                            : KMP_LANE_BAD_STEP;
+        e->results[room->who[l]].rhs += 11 + (what[l] == KMP_ATTEMPT_TAKEN);
+        if (what[l] == KMP_ATTEMPT_TAKEN && !seen->quiet[l])
+            what[l] = room->bad[l] != 0                     ? KMP_ATTEMPT_BAD_STAGE
+                      : kmp_lane_consents(e, pool, seen, l) ? KMP_ATTEMPT_TAKEN
+                                                            : KMP_ATTEMPT_BAD_STEP;
     }
     memset(room->bad, 0, room->w * sizeof *room->bad);
     bool searched[KMP_LANES_MOST] = {false};
@@ -291,18 +291,18 @@ static kempe_status end_attempts(kmp_engine *e, kmp_pool *pool, kmp_lane_watched
         kmp_taken_measure(e, pool, dense ? searched : NULL, what);
     bool none_stays = true;
     for (size_t l = 0; l < room->w; l++) {
-        ends->stays[l] = what[l] != KMP_LANE_TAKEN;
+        ends->stays[l] = what[l] != KMP_ATTEMPT_TAKEN;
         none_stays = none_stays && !ends->stays[l];
     }
     pass_on(e, none_stays ? NULL : ends->stays);
     for (size_t l = 0; l < room->w && status == KEMPE_OK; l++) {
         if (ends->on[l])
             continue;
-        if (what[l] == KMP_LANE_TAKEN)
+        if (what[l] == KMP_ATTEMPT_TAKEN)
             status = take(e, pool, seen, l);
-        else if (what[l] == KMP_LANE_EVENT)
+        else if (what[l] == KMP_ATTEMPT_EVENT)
             status = pass_event(e, pool, l);
-        else if (what[l] != KMP_LANE_EMPTY && what[l] != KMP_LANE_AGAIN)
+        else if (what[l] != KMP_ATTEMPT_NONE && what[l] != KMP_ATTEMPT_AGAIN)
             refuse(e, l, what[l]);
     }
     return status;

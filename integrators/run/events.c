@@ -4,7 +4,7 @@
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "dynamics/kinematics/link_tree.h"
-#include <float.h>
+#include "integrators/decide/restart.h"
 #include <math.h>
 #include <string.h>
 
@@ -55,9 +55,6 @@ int kmp_crossing_first_end(const kmp_crossing *c)
 
 double kmp_crossing_shortens(const kmp_crossing *c, double from, double event, double to, kmp_repeated repeats)
 {
-    double h = (1 + KMP_STEP_BEYOND) * (event - from), closely = (1 + KMP_STEP_AT_ONCE) * (event - from);
-    const bool shorter = closely * (1 + KMP_STEP_AT_ONCE) < to - from &&
-                         closely > fmax(KMP_STEP_AT_ONCE * (to - from), 64 * kmp_solver_least_step(from));
     bool meets = false, ends = false;
     for (int k = 0; k < c->s->events.count; k++) {
         const kmp_condition *condition = &c->s->events.condition[k];
@@ -65,9 +62,7 @@ double kmp_crossing_shortens(const kmp_crossing *c, double from, double event, d
         meets = meets || (changed && (condition->rough || (repeats == KMP_REPEATED_ALL && !condition->ends)));
         ends = ends || (changed && condition->measured && c->mode[k] > 0);
     }
-    if (ends && repeats != KMP_REPEATED_ROUGH && h > 0 && h < to - from)
-        return h;
-    return meets && shorter ? closely : 0;
+    return kmp_restart_again(from, event, to, ends && repeats != KMP_REPEATED_ROUGH, meets);
 }
 
 /* True if condition k has changed and switches the equations. */
@@ -100,11 +95,7 @@ kempe_status kmp_crossing_look(kmp_crossing *c, double t)
 /* Takes a value of a kink into account; true if it is free and due to be fixed. */
 static bool is_away(kmp_crossing *c, int k, double change)
 {
-    kmp_condition_past *past = &c->past[k];
-    if (!c->s->events.condition[k].kink)
-        return false;
-    past->largest = fmax(past->largest, fabs(change));
-    return kmp_crossing_is_free(c, k) && fabs(change) > 2 * c->kink * past->largest;
+    return c->s->events.condition[k].kink && kmp_kink_is_away(c->mode[k], change, c->kink, &c->past[k].largest);
 }
 
 bool kmp_crossing_would_hold(kmp_crossing *c, const double *change)
@@ -121,10 +112,10 @@ void kmp_crossing_hold_free(kmp_crossing *c, const double *before, const double 
     for (int k = 0; c->kink > 0 && k < c->s->events.count; k++) {
         if (!is_away(c, k, change[k]))
             continue;
-        if (before && (before[k] < 0) != (change[k] < 0) && fabs(before[k]) > 2 * c->kink * c->past[k].largest)
-            c->passed = true; /* it was away from zero on the other side */
+        if (before && kmp_kink_is_passed(before[k], change[k], c->kink, c->past[k].largest))
+            c->passed = true;
         else
-            kmp_eval_set_kink(c->eval, k, change[k] < 0 ? 1 : -1);
+            kmp_eval_set_kink(c->eval, k, kmp_kink_branch(change[k]));
     }
 }
 
@@ -181,7 +172,7 @@ static bool just_changed(const kmp_crossing *c, int k, double t)
 {
     double lag = c->s->events.condition[k].lag;
     bool near = lag > 0 && c->past[k].most <= LAGS * lag;
-    return near || t - c->past[k].last <= fmax(64 * DBL_EPSILON * fabs(t), c->instant);
+    return near || kmp_changes_at_once(t, c->past[k].last, c->instant);
 }
 
 /* Events are counted and named; bends are not. */
@@ -214,7 +205,7 @@ static kempe_status change_condition(kmp_crossing *c, int k, double t)
     c->search.ready = false;
     past->repeats = just_changed(c, k, t) ? past->repeats + 1 : 0;
     if (kink) {
-        const bool idle = past->most <= c->kink * past->largest || past->repeats >= KMP_EVENT_REPEATS;
+        const bool idle = kmp_kink_is_idle(past->most, c->kink, past->largest, past->repeats);
         kmp_eval_set_kink(c->eval, k, idle ? 0 : holds ? 1 : -1);
     } else {
         kmp_eval_set_mode(c->eval, k, holds);
@@ -222,7 +213,7 @@ static kempe_status change_condition(kmp_crossing *c, int k, double t)
     }
     past->last = t;
     past->most = 0;
-    if (kink || past->repeats < KMP_EVENT_REPEATS)
+    if (kink || !kmp_changes_without_end(past->repeats))
         return KEMPE_OK;
     c->stuck = true;
     return kmp_fail(

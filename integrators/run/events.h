@@ -6,6 +6,7 @@
 
 #include "backend/bounds.h"
 #include "constraints/evaluation/evaluator.h"
+#include "integrators/decide/conditions.h"
 #include "integrators/events/event_pieces.h"
 #include "integrators/run/run_log.h"
 #include "integrators/steppers/solver.h"
@@ -141,19 +142,20 @@ kempe_status kmp_crossing_change(kmp_crossing *crossing, double t, const double 
 
 /* Shared by events.c and event_search.c. */
 
-/** True for a kink without a fixed branch. */
-static inline bool kmp_crossing_is_free(const kmp_crossing *c, int k)
+static inline kmp_condition_kind kmp_condition_kind_of(const kmp_condition *c)
 {
-    return c->s->events.condition[k].kink && c->mode[k] == 0;
+    if (c->role != KMP_ROLE_NONE)
+        return c->role == KMP_ROLE_SENSE || c->role == KMP_ROLE_HELD ? KMP_CONDITION_PASSES : KMP_CONDITION_NUMBER;
+    return c->told   ? KMP_CONDITION_TOLD
+           : c->kink ? KMP_CONDITION_KINK
+           : c->ends ? KMP_CONDITION_ENDS
+                     : KMP_CONDITION_SWITCHES;
 }
 
 /** True if condition k with the value `change` differs from its fixed state. */
 static inline bool kmp_crossing_differs(const kmp_crossing *c, int k, double change)
 {
-    kmp_role role = c->s->events.condition[k].role;
-    if (role != KMP_ROLE_NONE)
-        return (role == KMP_ROLE_SENSE || role == KMP_ROLE_HELD) && change < 0;
-    return !kmp_crossing_is_free(c, k) && !c->s->events.condition[k].told && (change < 0) != (c->mode[k] > 0);
+    return kmp_condition_differs(kmp_condition_kind_of(&c->s->events.condition[k]), c->mode[k], change);
 }
 static inline bool kmp_crossing_changed(const kmp_crossing *c, int k)
 {

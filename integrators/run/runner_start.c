@@ -7,14 +7,12 @@
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
 #include "dynamics/motion.h"
+#include "integrators/decide/restart.h"
 #include "integrators/delays/delays.h"
 #include "integrators/run/runner.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>
-
-/* A step within this multiple of the least one is no measure of the next one. */
-#define BRIEF 64
 
 kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int rank, const int *wish, int wish_count)
 {
@@ -274,9 +272,7 @@ kempe_status kmp_runner_start(kmp_runner *run, double t, const double *y, const 
 {
     double end = kmp_runner_limit(run, t);
     end = end <= t || kmp_same_time(end, t) ? run->spec.t_end : end; /* a sample is due: it is taken before the step */
-    if (h <
-        BRIEF * kmp_solver_least_step(t)) /* the last step was cut short between two breaks: its length says nothing */
-        h = 0;
+    h = kmp_restart_proposed(h, t);
     /* The first step of an implicit method is of order 1; its error is of the order of the tolerance for this length.
      */
     double short_one = fmin(0.1 * sqrt(run->spec.rtol) / run->rate_scale, 1e-3 * run->spec.t_end);

@@ -1,0 +1,121 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The earliest change of conditions within a part of a step whose ends tell that there is one: each condition is
+ * narrowed to rounding, one after the other, to the earliest time so far (base/bracket.h). The search of runs, of lanes
+ * and of generated simulators, which have this file too, for a site that evaluates the motion. */
+#ifndef KMP_EVENT_LOCATION_H
+#define KMP_EVENT_LOCATION_H
+
+#include "base/bracket.h"
+#include "dynamics/kinematics/friction_roles.h"
+#include "integrators/decide/inlined.h"
+#include <float.h>
+#include <math.h>
+#include <stdbool.h>
+
+/** The motion and its conditions. A status is 0, or a number that ends the search. */
+typedef struct kmp_location_site {
+    void *self;
+    int conditions;
+    const double *change; /* values of the conditions where the site stands */
+    /** Goes to a time within the step. */
+    int (*look)(void *self, double t);
+    /** True if a value of a condition differs from the state that is fixed. */
+    bool (*differs)(const void *self, int condition, double value);
+    /** Takes the value of a condition before its change. NULL: it is not wanted. */
+    void (*before)(void *self, int condition, double value);
+    /** A condition has been located between two times, at the second of which the site stands. NULL: no matter. */
+    int (*located)(void *self, int condition, double from, double to);
+    /** True for the sense of an open contact, whose numbers follow by their roles. */
+    bool (*is_contact)(const void *self, int condition);
+} kmp_location_site;
+
+static inline bool kmp_location_has_changed(const kmp_location_site *s, int k)
+{
+    return s->differs(s->self, k, s->change[k]);
+}
+
+/* Finds a point from *low on where condition k has its fixed state: after a start just behind an event rounding
+ * decides. *f is its value there; at *low it is given. *found false: it changes at once. */
+static inline int kmp_location_side(const kmp_location_site *s, int k, double *low, double high, double *f, bool *found)
+{
+    const double from = *low;
+    double width = high - from, least = 4 * DBL_EPSILON * fmax(fabs(from), width);
+    int status = 0;
+    while (status == 0 && s->differs(s->self, k, *f) && width > least) {
+        width /= 2;
+        *low = from + width;
+        status = s->look(s->self, *low);
+        *f = s->change[k];
+    }
+    *found = !s->differs(s->self, k, *f);
+    *low = *found ? *low : from;
+    return status;
+}
+
+/* Narrows (from, *high], at whose end condition k has changed, to rounding; its value at `from` is f_low. The site is
+ * left at *high. */
+static inline int kmp_location_narrow(const kmp_location_site *s, int k, double from, double f_low, double *high)
+{
+    const double f_high = s->change[k];
+    double x = NAN;
+    bool found;
+    int status = kmp_location_side(s, k, &from, *high, &f_low, &found);
+    kmp_bracket bracket = kmp_bracket_of(from, f_low, found ? *high : from, f_high);
+    while (status == 0 &&
+           kmp_bracket_next(&bracket, 4 * DBL_EPSILON * fmax(fabs(bracket.near), fabs(bracket.far)), &x)) {
+        status = s->look(s->self, x);
+        const bool beyond = kmp_location_has_changed(s, k);
+        kmp_bracket_take(&bracket, x, s->change[k], beyond);
+        if (status == 0 && !beyond && s->before)
+            s->before(s->self, k, s->change[k]);
+    }
+    *high = bracket.far;
+    return status != 0 || *high == x ? status : s->look(s->self, *high);
+}
+
+/** Finds the earliest change in (from, *t], with the values of the conditions at `from`; the site stands at *t. It is
+ * left where it is found. */
+static inline int kmp_location_earliest(const kmp_location_site *s, double from, const double *at_from, double *t)
+{
+    int status = 0;
+    for (int k = 0; status == 0 && *t > from && k < s->conditions; k++) {
+        if (!kmp_location_has_changed(s, k))
+            continue;
+        status = kmp_location_narrow(s, k, from, at_from[k], t);
+        if (status == 0 && s->located)
+            status = s->located(s->self, k, from, *t);
+    }
+    return status;
+}
+
+/** A contact is located behind its surface, by the overlap that counts as none where it opens. Each flight would end
+ * lower than it begins by this height, and strike faster. If only contacts have changed, goes back from *t to the last
+ * place where they touch. A contact that has not been apart since `from` stays. The site is left at *t. */
+static inline int kmp_location_surface(const kmp_location_site *s, double from, double *t)
+{
+    const int place = KMP_ROLE_PLACE - KMP_ROLE_SENSE, rate = KMP_ROLE_RATE - KMP_ROLE_SENSE;
+    double back = INFINITY;
+    int which = -1;
+    for (int k = 0; k < s->conditions; k++) {
+        if (!kmp_location_has_changed(s, k))
+            continue;
+        /* The time since the surfaces have met; 0: they have not. */
+        const bool deep = s->is_contact(s->self, k) && s->change[k + place] < 0 && s->change[k + rate] < 0;
+        const double since = deep ? s->change[k + place] / s->change[k + rate] : 0;
+        which = since < back ? k : which;
+        back = fmin(back, since);
+    }
+    const double surface = *t - back;
+    if (which < 0 || !(surface > from && surface < *t))
+        return 0;
+    const double gap = s->change[which + place];
+    const int status = s->look(s->self, surface);
+    if (status != 0)
+        return status;
+    if (fabs(s->change[which + place]) > fabs(gap) / 2)
+        return s->look(s->self, *t);
+    *t = surface;
+    return 0;
+}
+
+#endif
