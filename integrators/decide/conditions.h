@@ -59,12 +59,6 @@ KMP_INLINE bool kmp_kink_is_away(double mode, double value, double within, doubl
     return mode == 0 && fabs(value) > 2 * within * *largest;
 }
 
-/** The branch of a value. */
-KMP_INLINE double kmp_kink_branch(double value)
-{
-    return value < 0 ? 1 : -1;
-}
-
 /** True if a kink that is not fixed, away from zero at the end of a step, was away on the other side near its
  * beginning. */
 KMP_INLINE bool kmp_kink_is_passed(double near, double end, double within, double largest)

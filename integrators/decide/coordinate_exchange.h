@@ -44,24 +44,12 @@ KMP_INLINE double kmp_exchange_growth(int r, const int *v, int p, const int *u, 
 /** Finds the largest entry of column k of B, and its row. */
 KMP_INLINE void kmp_exchange_look(int r, const double *b, int k, double *most, int *at)
 {
-    const double *column = b + (ptrdiff_t)k * r;
-    most[k] = 0;
-    at[k] = 0;
-    for (int i = 0; i < r; i++)
-        if (fabs(column[i]) > most[k]) {
-            most[k] = fabs(column[i]);
-            at[k] = i;
-        }
-}
-
-/** The column with the largest entry of all. */
-KMP_INLINE int kmp_exchange_worst(int p, const double *most)
-{
-    int worst = 0;
-    for (int k = 1; k < p; k++)
-        if (most[k] > most[worst])
-            worst = k;
-    return worst;
+    most[k] = at[k] = 0;
+    for (int i = 0; i < r; i++) {
+        const double size = fabs(b[i + (ptrdiff_t)k * r]);
+        at[k] = size > most[k] ? i : at[k];
+        most[k] = size > most[k] ? size : most[k];
+    }
 }
 
 /** Exchanges v_i and u_k of the largest entries of the scaled B, one after the other, until none exceeds `growth`, for
@@ -70,13 +58,17 @@ KMP_INLINE int kmp_exchange_worst(int p, const double *most)
 static inline int kmp_exchange_columns(int r, int p, double *b, int *column, double growth, int left, double *most,
                                        int *at, double *largest)
 {
-    int count = 0;
     double size = 0;
     for (int k = 0; k < p; k++)
         kmp_exchange_look(r, b, k, most, at);
-    *largest = p > 0 ? most[kmp_exchange_worst(p, most)] : 0;
-    for (int k; p > 0 && count < left && size < KMP_EXCHANGE_LONG_DUE && most[k = kmp_exchange_worst(p, most)] > growth;
-         count++) {
+    *largest = 0;
+    for (int count = 0;; count++) {
+        int k = 0;
+        for (int j = 1; j < p; j++)
+            k = most[j] > most[k] ? j : k;
+        *largest = p > 0 && count == 0 ? most[k] : *largest;
+        if (p == 0 || count >= left || size >= KMP_EXCHANGE_LONG_DUE || !(most[k] > growth))
+            return count;
         /* v = B u solved for u_k and inserted into the other rows. */
         const int i = at[k];
         double *leaving = b + (ptrdiff_t)k * r;
@@ -88,7 +80,6 @@ static inline int kmp_exchange_columns(int r, int p, double *b, int *column, dou
         kmp_exchange_look(r, b, k, most, at);
         kmp_swap_int(&column[i], &column[r + k]);
     }
-    return count;
 }
 
 #endif

@@ -25,15 +25,15 @@ KMP_INLINE int kmp_dropped_open(int r, const int *kept, int d, const int *droppe
 }
 
 /** Rank of the kept rows. */
-typedef enum kmp_program_cache_rows {
+typedef enum kmp_kept_rank {
     KMP_KEPT_WELL,
     KMP_KEPT_BADLY, /* others are to be kept from here on */
     KMP_KEPT_LOST   /* they have nearly lost their rank: a step does not end here */
-} kmp_program_cache_rows;
+} kmp_kept_rank;
 
 /** By the largest coefficient of a kept row in a dropped one, scaled: J_dropped = T J_kept
  * (constraints/partition/rank_margin.h); infinite where the kept rows are dependent. */
-KMP_INLINE kmp_program_cache_rows kmp_program_cache_rows_are(double coefficient)
+KMP_INLINE kmp_kept_rank kmp_dropped_judge(double coefficient)
 {
     return !(coefficient <= KMP_ROWS_LOST)  ? KMP_KEPT_LOST
            : !(coefficient <= KMP_ROWS_OUT) ? KMP_KEPT_BADLY

@@ -6,7 +6,7 @@
 #define KMP_EVENT_LOCATION_H
 
 #include "base/bracket.h"
-#include "dynamics/kinematics/friction_roles.h"
+#include "integrators/decide/conditions.h"
 #include "integrators/decide/inlined.h"
 #include <float.h>
 #include <math.h>
@@ -16,11 +16,11 @@
 typedef struct kmp_location_site {
     void *self;
     int conditions;
+    const int *kind;      /* of each condition: kmp_condition_kind */
+    const double *mode;   /* the state that is fixed */
     const double *change; /* values of the conditions where the site stands */
     /** Goes to a time within the step. */
     int (*look)(void *self, double t);
-    /** True if a value of a condition differs from the state that is fixed. */
-    bool (*differs)(const void *self, int condition, double value);
     /** Takes the value of a condition before its change. NULL: it is not wanted. */
     void (*before)(void *self, int condition, double value);
     /** A condition has been located between two times, at the second of which the site stands. NULL: no matter. */
@@ -31,36 +31,26 @@ typedef struct kmp_location_site {
 
 static inline bool kmp_location_has_changed(const kmp_location_site *s, int k)
 {
-    return s->differs(s->self, k, s->change[k]);
+    return kmp_condition_differs((kmp_condition_kind)s->kind[k], s->mode[k], s->change[k]);
 }
 
-/* Finds a point from *low on where condition k has its fixed state: after a start just behind an event rounding
- * decides. *f is its value there; at *low it is given. *found false: it changes at once. */
-static inline int kmp_location_side(const kmp_location_site *s, int k, double *low, double high, double *f, bool *found)
-{
-    const double from = *low;
-    double width = high - from, least = 4 * DBL_EPSILON * fmax(fabs(from), width);
-    int status = 0;
-    while (status == 0 && s->differs(s->self, k, *f) && width > least) {
-        width /= 2;
-        *low = from + width;
-        status = s->look(s->self, *low);
-        *f = s->change[k];
-    }
-    *found = !s->differs(s->self, k, *f);
-    *low = *found ? *low : from;
-    return status;
-}
-
-/* Narrows (from, *high], at whose end condition k has changed, to rounding; its value at `from` is f_low. The site is
- * left at *high. */
+/* Narrows (from, *high], at whose end condition k has changed, to rounding; its value at `from` is f_low. First finds a
+ * point from there on where it has its fixed state: after a start just behind an event rounding decides. Where there is
+ * none it changes at once. The site is left at *high. */
 static inline int kmp_location_narrow(const kmp_location_site *s, int k, double from, double f_low, double *high)
 {
     const double f_high = s->change[k];
-    double x = NAN;
-    bool found;
-    int status = kmp_location_side(s, k, &from, *high, &f_low, &found);
-    kmp_bracket bracket = kmp_bracket_of(from, f_low, found ? *high : from, f_high);
+    double width = *high - from, least = 4 * DBL_EPSILON * fmax(fabs(from), width), near = from, x = NAN;
+    int status = 0;
+    bool found = !kmp_condition_differs((kmp_condition_kind)s->kind[k], s->mode[k], f_low);
+    while (status == 0 && !found && width > least) {
+        width /= 2;
+        near = from + width;
+        status = s->look(s->self, near);
+        f_low = s->change[k];
+        found = !kmp_location_has_changed(s, k);
+    }
+    kmp_bracket bracket = kmp_bracket_of(found ? near : from, f_low, found ? *high : from, f_high);
     while (status == 0 &&
            kmp_bracket_next(&bracket, 4 * DBL_EPSILON * fmax(fabs(bracket.near), fabs(bracket.far)), &x)) {
         status = s->look(s->self, x);

@@ -42,10 +42,4 @@ KMP_INLINE double kmp_restart_proposed(double h, double t)
     return h < KMP_RESTART_BRIEF * kmp_step_least(t) ? 0 : h;
 }
 
-/** The proposed length after a step that ends at a sample, which may have cut it: at least that before. */
-KMP_INLINE double kmp_restart_pace(double proposed, double before)
-{
-    return fmax(proposed, before);
-}
-
 #endif

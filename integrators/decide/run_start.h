@@ -66,17 +66,11 @@ KMP_INLINE double kmp_start_euler(double slope, double size, double longest)
     return fmin(slope <= 1e-10 || size <= 1e-10 ? 1e-6 : 0.01 * sqrt(size / slope), longest);
 }
 
-/** then one from the largest weighted derivative: that of the solution, or of its slope, the change over h. */
-KMP_INLINE double kmp_start_step_of(double h, double most, int order, double longest)
+/** then one from the largest weighted derivative: that of the solution, or of its slope, the slope's change over h. */
+KMP_INLINE double kmp_start_step(double h, double most, int order, double longest)
 {
     double h1 = most <= 1e-15 ? fmax(1e-6, 1e-3 * h) : pow(0.01 / most, 1.0 / order);
     return fmin(fmin(100 * h, h1), longest);
-}
-
-/** The same from the weighted squares of the slope and of its change over h. */
-KMP_INLINE double kmp_start_step(double h, double slope, double change, int order, double longest)
-{
-    return kmp_start_step_of(h, fmax(sqrt(change) / h, sqrt(slope)), order, longest);
 }
 
 #endif

@@ -122,20 +122,14 @@ KMP_INLINE double kmp_step_next(double t, double t_end, double next, double *t_n
     return h >= KMP_STEP_LEAST * DBL_EPSILON * fabs(t) && *t_new > t ? h : 0;
 }
 
-/** The length of the next of constant steps, and its end; the last step may be longer or shorter. */
-KMP_INLINE double kmp_step_constant(double t, double t_end, double fixed, double *t_new)
-{
-    *t_new = t_end - t < 1.01 * fixed ? t_end : t + fixed;
-    return *t_new - t;
-}
-
 /** The length of an attempt after `tries` others at the same step, 0 when there is none, and its end. A step of
- * constant length, `fixed` > 0, is tried once. */
+ * constant length, `fixed` > 0, is tried once; the last one may be longer or shorter. */
 KMP_INLINE double kmp_step_to_try(int tries, double t, double t_end, double next, double fixed, double *t_new)
 {
     if (!(fixed > 0))
         return kmp_step_next(t, t_end, next, t_new);
-    return tries == 0 ? kmp_step_constant(t, t_end, fixed, t_new) : 0;
+    *t_new = t_end - t < 1.01 * fixed ? t_end : t + fixed;
+    return tries == 0 ? *t_new - t : 0;
 }
 
 /** True for a step of length h that ends at t and is hardly longer than the least. */

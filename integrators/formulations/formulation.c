@@ -46,15 +46,9 @@ void kmp_formulation_begin_with_state(kmp_formulation *formulation, const kmp_fo
     for (int i = 0; i < n; i++) {
         formulation->y[i] = start->q[i];
         formulation->y[n + i] = start->qd[i];
-        kmp_formulation_tolerances(start->system, i, start->atol * start->system->scale[i], start->rate_scale,
-                                   &formulation->atol[i], &formulation->atol[n + i]);
+        kmp_start_tolerance(kmp_state_of(start->system->model, i) != NULL, start->atol * start->system->scale[i],
+                            start->rate_scale, &formulation->atol[i], &formulation->atol[n + i]);
     }
-}
-
-void kmp_formulation_tolerances(const kempe_system *system, int coordinate, double tolerance, double rate_scale,
-                                double *position, double *rate)
-{
-    kmp_start_tolerance(kmp_state_of(system->model, coordinate) != NULL, tolerance, rate_scale, position, rate);
 }
 
 void kmp_formulation_position_of_state(kmp_formulation *formulation, double t, const double *y, double *q)
@@ -85,9 +79,4 @@ const char *kmp_formulation_row_of_rates(const kempe_system *system)
         if (system->rows[r].of_rates)
             return system->model->closures[system->rows[r].closure].name;
     return NULL;
-}
-
-double kmp_formulation_rate_scale(const kempe_system *system, double t_end, const double *qd, const double *qdd)
-{
-    return kmp_start_rate(kmp_model_coordinates(system->model), system->scale, qd, qdd, 1 / t_end);
 }

@@ -178,16 +178,16 @@ static kmp_bound bound_of(const void *self, int k)
 static bool holds(const void *self, int k)
 {
     const kmp_event_tracker *c = self;
-    return kmp_condition_holds(kmp_condition_kind_of(&c->s->events.condition[k]), c->mode[k]);
+    return kmp_condition_holds((kmp_condition_kind)c->kind[k], c->mode[k]);
 }
 
 /* The end of a table is bounded until it has been left. */
 static bool may_change(const void *self, int k)
 {
     const kmp_event_tracker *c = self;
-    const kmp_condition *condition = &c->s->events.condition[k];
-    return condition->told ||
-           kmp_condition_may_change(kmp_condition_kind_of(condition), condition->role == KMP_ROLE_SENSE, &c->mode[k]);
+    const bool sense = c->s->events.condition[k].role == KMP_ROLE_SENSE;
+    return c->kind[k] == KMP_CONDITION_TOLD ||
+           kmp_condition_may_change((kmp_condition_kind)c->kind[k], sense, &c->mode[k]);
 }
 
 /* -- narrowing --------------------------------------------------------------------------------------- */
@@ -195,11 +195,6 @@ static bool may_change(const void *self, int k)
 static int look_alone(void *self, double t)
 {
     return kmp_event_tracker_look(self, t);
-}
-
-static bool differs(const void *self, int k, double value)
-{
-    return kmp_event_tracker_differs(self, k, value);
 }
 
 static void note_before(void *self, int k, double value)
@@ -228,8 +223,8 @@ static bool is_contact(const void *self, int k)
 /* Finds the earliest change in (a, b]. Leaves c there. */
 static int find_earliest(kmp_event_tracker *c, const kmp_event_probe *a, const kmp_event_probe *b, double *t)
 {
-    const kmp_location_site location = {c,       c->s->events.count, c->change,     look_alone,
-                                        differs, note_before,        note_crossing, is_contact};
+    const kmp_location_site location = {c,          c->s->events.count, c->kind,       c->mode,   c->change,
+                                        look_alone, note_before,        note_crossing, is_contact};
     *t = b->t;
     memcpy(c->change, b->change, (size_t)c->s->events.count * sizeof *c->change);
     const int status = kmp_location_earliest(&location, a->t, a->change, t);

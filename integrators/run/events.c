@@ -30,8 +30,17 @@ kmp_event_tracker *kmp_event_tracker_new(const kmp_event_setup *plan, kmp_arena 
                              .instant = KMP_EVENT_INSTANT * plan->span,
                              .kink = plan->kinks ? KMP_KINK_TOLERANCES * plan->rtol : 0,
                              .end = -1};
-    for (int k = 0; k < count; k++)
-        c->tells = c->tells || system->events.condition[k].told;
+    c->kind = KMP_ARENA_NEW(a, int, count);
+    for (int k = 0; c->kind && k < count; k++) {
+        const kmp_condition *x = &system->events.condition[k];
+        c->kind[k] = x->role == KMP_ROLE_SENSE || x->role == KMP_ROLE_HELD ? KMP_CONDITION_PASSES
+                     : x->role != KMP_ROLE_NONE                            ? KMP_CONDITION_NUMBER
+                     : x->told                                             ? KMP_CONDITION_TOLD
+                     : x->kink                                             ? KMP_CONDITION_KINK
+                     : x->ends                                             ? KMP_CONDITION_ENDS
+                                                                           : KMP_CONDITION_SWITCHES;
+        c->tells = c->tells || x->told;
+    }
     c->stays = KMP_ARENA_NEW(a, bool, count);
     c->past = KMP_ARENA_NEW(a, kmp_condition_past, count);
     if (!KMP_ARENA_MAKE(a, KMP_ROOM(double, n, &c->q, &c->qd, &c->qdd), KMP_ROOM(double, system->m, &c->lambda),
@@ -116,7 +125,7 @@ void kmp_event_tracker_hold_free(kmp_event_tracker *c, const double *before, con
         if (before && kmp_kink_is_passed(before[k], change[k], c->kink, c->past[k].largest))
             c->passed = true;
         else
-            kmp_eval_set_kink(c->eval, k, kmp_kink_branch(change[k]));
+            kmp_eval_set_kink(c->eval, k, change[k] < 0 ? 1 : -1);
     }
 }
 

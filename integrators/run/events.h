@@ -64,6 +64,7 @@ typedef struct kmp_event_tracker {
     kmp_event_setup plan;
     const kempe_system *s;
     kmp_evaluator *eval;
+    int *kind;                       /* of each condition: kmp_condition_kind */
     const double *mode, *parameters; /* the present ones */
     const kmp_present_inputs *inputs;
     double *q, *qd, *qdd, *lambda; /* at the last evaluated point */
@@ -144,20 +145,10 @@ kempe_status kmp_event_tracker_change(kmp_event_tracker *crossing, double t, con
 
 /* Shared by events.c and event_search.c. */
 
-static inline kmp_condition_kind kmp_condition_kind_of(const kmp_condition *c)
-{
-    if (c->role != KMP_ROLE_NONE)
-        return c->role == KMP_ROLE_SENSE || c->role == KMP_ROLE_HELD ? KMP_CONDITION_PASSES : KMP_CONDITION_NUMBER;
-    return c->told   ? KMP_CONDITION_TOLD
-           : c->kink ? KMP_CONDITION_KINK
-           : c->ends ? KMP_CONDITION_ENDS
-                     : KMP_CONDITION_SWITCHES;
-}
-
 /** True if condition k with the value `change` differs from its fixed state. */
 static inline bool kmp_event_tracker_differs(const kmp_event_tracker *c, int k, double change)
 {
-    return kmp_condition_differs(kmp_condition_kind_of(&c->s->events.condition[k]), c->mode[k], change);
+    return kmp_condition_differs((kmp_condition_kind)c->kind[k], c->mode[k], change);
 }
 static inline bool kmp_event_tracker_changed(const kmp_event_tracker *c, int k)
 {

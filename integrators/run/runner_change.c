@@ -2,6 +2,7 @@
 /* Changes between steps: events, change points, other rows or unknowns, a second chance for a stopped integrator. */
 #include "base/memory.h"
 #include "constraints/tolerances.h"
+#include "integrators/decide/dropped_rows.h"
 #include "integrators/decide/restart.h"
 #include "integrators/run/delays.h"
 #include "integrators/run/runner.h"
@@ -166,7 +167,7 @@ static kempe_status watch_margin(kmp_runner *run, double t)
     kmp_rank_margin_stand(&run->margin);
     if (run->near_singular)
         return run->margin.last > KMP_NEAR_SINGULAR_OUT * run->margin.usual ? leave_near_singular(run, t) : KEMPE_OK;
-    if (run->margin.rows > KMP_ROWS_OUT)
+    if (kmp_dropped_judge(run->margin.rows) != KMP_KEPT_WELL)
         return change_rows(run, t);
     if (!enters)
         return KEMPE_OK;
@@ -373,7 +374,7 @@ static kempe_status pass_event(kmp_runner *run, double t)
 static double step_it_had(const kmp_runner *run, double t)
 {
     double last = t - kmp_runner_t_old(run);
-    return kmp_restart_pace(run->solver->h > 0 ? run->solver->h : last, run->pace);
+    return fmax(run->solver->h > 0 ? run->solver->h : last, run->pace);
 }
 
 double kmp_runner_step_size(const kmp_runner *run)

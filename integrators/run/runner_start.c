@@ -8,6 +8,7 @@
 #include "dynamics/load_dependent.h"
 #include "dynamics/motion.h"
 #include "integrators/decide/restart.h"
+#include "integrators/decide/run_start.h"
 #include "integrators/run/delays.h"
 #include "integrators/run/runner.h"
 #include <kempe/check.h>
@@ -405,7 +406,8 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
                 "the start is near a change point, where branches of the mechanism meet: the branch of the motion may "
                 "depend on rounding");
     run->rate_scale = run->spec.rate_scale > 0 ? run->spec.rate_scale
-                                               : kmp_formulation_rate_scale(run->s, run->spec.t_end, qd, run->qdd);
+                                               : kmp_start_rate(kmp_model_coordinates(run->s->model), run->s->scale, qd,
+                                                                run->qdd, 1 / run->spec.t_end);
     run->method = method_of(run);
     run->near_singular = run->margin.near;
     KMP_TRY(choose_dynamics(run, q, qd));

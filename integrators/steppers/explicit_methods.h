@@ -31,6 +31,18 @@ KMP_INLINE void kmp_rk_cubic(double h, double y_old, double y, double begin, dou
     r[3] = rise - h * end - curvature;
 }
 
+/* The same of n components, which are `stride` apart, from numbers of the step on. */
+KMP_INLINE void kmp_rk_cubics(int n, size_t stride, double h, const double *y_old, const double *y, const double *begin,
+                              const double *end, double *const *r)
+{
+    for (size_t i = 0, at = 0; i < (size_t)n; i++, at += stride) {
+        double cubic[4];
+        kmp_rk_cubic(h, y_old[at], y[at], begin[at], end[at], cubic);
+        for (int j = 0; j < 4; j++)
+            r[j][i] = cubic[j];
+    }
+}
+
 /* The value at x, 0 to 1, of vectors r of n components: r0 + x (r1 + z (r2 + x (r3 + ...))), z = 1 - x. */
 KMP_INLINE void kmp_rk_interpolate(int n, int vectors, double *const *r, double x, double *y)
 {
@@ -43,13 +55,15 @@ KMP_INLINE void kmp_rk_interpolate(int n, int vectors, double *const *r, double 
     }
 }
 
-/* The largest term of highest order of an interpolant of n components, in tolerances w. */
-KMP_INLINE double kmp_rk_last_term(int n, int vectors, double *const *r, const double *w)
+/* True for an interpolant that is less exact than its step: the largest term of highest order, in tolerances w, of the
+ * last of `vectors`. Components are `stride` and `stride_w` apart. */
+KMP_INLINE bool kmp_rk_is_coarse(int n, int vectors, const double *last, size_t stride, const double *w,
+                                 size_t stride_w)
 {
     double most = 0;
-    for (int i = 0; i < n; i++)
-        most = fmax(most, fabs(r[vectors - 1][i]) / w[i]);
-    return ldexp(most, 1 - vectors);
+    for (size_t i = 0; i < (size_t)n; i++)
+        most = fmax(most, fabs(last[i * stride]) / w[i * stride_w]);
+    return !(ldexp(most, 1 - vectors) <= KMP_RK_COARSE);
 }
 
 /* -- stages ------------------------------------------------------------------------------------------ */
@@ -257,6 +271,14 @@ KMP_INLINE double kmp_dop853_dense(double h, double *const *k, size_t i, int j)
     for (int l = 1; l < KMP_DOP853_DENSE_TERMS; l++)
         sum += kmp_dop853_d[j][l] * k[l + 5][i];
     return h * sum;
+}
+
+/* The same of n components, which are `stride` apart, the first at `first`. */
+KMP_INLINE void kmp_dop853_dense_all(int n, size_t first, size_t stride, double h, double *const *k, double *const *r)
+{
+    for (size_t i = 0, at = first; i < (size_t)n; i++, at += stride)
+        for (int j = 0; j < 4; j++)
+            r[4 + j][i] = kmp_dop853_dense(h, k, at, j);
 }
 
 /** Inputs and outputs of an error estimate, with w numbers per component, one for each lane. */

@@ -50,7 +50,7 @@ static int choose_first_step(kmp_rk *s)
     double h = kmp_start_euler(slope, size, longest);
     int said = kmp_solver_euler(&s->base, &h, s->y, s->dy, s->stage, s->k[2]);
     double change = kmp_start_square(n, 1, s->k[2], s->dy, s->w);
-    s->base.h = kmp_start_step(h, slope, change, s->method->numbers.order, longest);
+    s->base.h = kmp_start_step(h, fmax(sqrt(change) / h, sqrt(slope)), s->method->numbers.order, longest);
     return said == KMP_HALT ? KMP_HALT : KMP_GO;
 }
 
@@ -152,14 +152,7 @@ void kmp_rk_undo(void *solver, double h)
 
 void kmp_rk_begin_dense(kmp_rk *s)
 {
-    double h = s->taken, **r = s->interpolant;
-    const double *begin = s->k[1], *end = s->k[s->method->numbers.end];
-    for (int i = 0; i < s->base.ode.n; i++) {
-        double cubic[4];
-        kmp_rk_cubic(h, s->y_old[i], s->y[i], begin[i], end[i], cubic);
-        for (int j = 0; j < 4; j++)
-            r[j][i] = cubic[j];
-    }
+    kmp_rk_cubics(s->base.ode.n, 1, s->taken, s->y_old, s->y, s->k[1], s->k[s->method->numbers.end], s->interpolant);
 }
 
 static bool prepare(kmp_rk *s)
@@ -167,8 +160,9 @@ static bool prepare(kmp_rk *s)
     if (s->dense_ready || s->received || s->method->prepare_dense(s) != KMP_GO)
         return s->dense_ready;
     s->dense_ready = true;
-    s->coarse = !(s->base.fixed > 0) &&
-                kmp_rk_last_term(s->base.ode.n, s->method->numbers.interpolants, s->interpolant, s->w) > KMP_RK_COARSE;
+    const int vectors = s->method->numbers.interpolants;
+    s->coarse =
+        !(s->base.fixed > 0) && kmp_rk_is_coarse(s->base.ode.n, vectors, s->interpolant[vectors - 1], 1, s->w, 1);
     return true;
 }
 

@@ -124,7 +124,7 @@ int kmp_solver_first_step(kmp_solver *solver, int order, const double *y, const 
     double h = fmin(slope <= 1e-5 || size <= 1e-5 ? 1e-6 : 0.01 * size / slope, longest);
     int said = kmp_solver_euler(solver, &h, y, dy, y1, f);
     double most = fmax(said == KMP_GO ? norm(n, f, dy, scale) / h : 0, slope);
-    solver->h = kmp_start_step_of(h, most, order, longest);
+    solver->h = kmp_start_step(h, most, order, longest);
     return said == KMP_HALT ? KMP_HALT : KMP_GO;
 }
 

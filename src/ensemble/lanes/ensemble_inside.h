@@ -353,9 +353,6 @@ const double *kmp_lanes_pivots(const kmp_engine *e, const kmp_lane_group *pool, 
  * good. */
 bool kmp_lane_consents(kmp_engine *e, const kmp_lane_group *pool, kmp_lane_watched *x, size_t l);
 
-/** True if the dropped rows are closed as well (kmp_redundant_check). */
-bool kmp_lane_dropped_close(const kmp_engine *e, const kmp_lane_group *pool, const kmp_lane_watched *x, size_t l);
-
 /** True if another order of elimination is due. */
 bool kmp_lane_order_is_bad(const kmp_engine *e, const kmp_lane_group *pool, const kmp_lane_watched *x, size_t l);
 

@@ -5,7 +5,6 @@
 #include "constraints/tolerances.h"
 #include "ensemble/lanes/lane_state.h"
 #include "integrators/decide/dropped_rows.h"
-#include "integrators/decide/restart.h"
 #include "integrators/steppers/rk.h"
 #include <math.h>
 #include <string.h>
@@ -69,7 +68,7 @@ static const char *pass_sample(kmp_engine *e, size_t l, bool *meets)
         return "an input of a closure that jumps";
     if (jump > 0 && !sampled)
         return NULL;
-    room->h[l] = x->pace = kmp_restart_pace(room->h[l], x->pace);
+    room->h[l] = x->pace = fmax(room->h[l], x->pace);
     if ((*meets = e->site != NULL))
         return NULL;
     room->error_old[l] = KMP_RK_ERROR_FLOOR;
@@ -113,20 +112,13 @@ static int largest_growth(const kmp_engine *e, const kmp_lane_group *pool, const
 static bool grows_without_end(const kmp_engine *e, const kmp_lane_group *pool, kmp_instance *x, size_t l, double tried)
 {
     const kmp_lane_state *room = &e->room;
-    double most = 0;
-    bool explodes = false;
+    const int w = (int)room->w;
     if (x->bound.most != 0 || tried < fmax(x->growth.next, 0.5 * KMP_GROWTH_STEPS))
         return false;
-    const double size = kmp_growth_size(e->size, (int)room->w, room->y + l, room->atol + l, e->spec.atol);
-    if (!kmp_growth_is_endless(&x->growth, tried, room->t[l], size))
-        return false;
-    for (int k = 0; k < e->p; k++) {
-        const int u = pool->part.u[k];
-        explodes = explodes || (u < kmp_model_coordinates(e->s->model) &&
-                                kmp_growth_explodes(room->y[(size_t)(e->p + k) * room->w + l],
-                                                    room->scale[(size_t)u * room->w + l], x->rate_scale, &most));
-    }
-    return explodes;
+    const double size = kmp_growth_size(e->size, w, room->y + l, room->atol + l, e->spec.atol);
+    return kmp_growth_is_endless(&x->growth, tried, room->t[l], size) &&
+           kmp_growth_explodes(e->p, pool->part.u, kmp_model_coordinates(e->s->model), w, room->y + e->p * w + l,
+                               room->scale + l, x->rate_scale) >= 0;
 }
 
 /* The number of further attempts before a bound of work or the growth must be looked at. */
@@ -167,16 +159,18 @@ static kempe_status take(kmp_engine *e, kmp_lane_group *pool, const kmp_lane_wat
         return KEMPE_OK;
     }
     const char *jump = through ? NULL : pass_sample(e, l, &meets);
-    const char *why =
-        through                                                    ? NULL
-        : jump                                                     ? jump
-        : collapsed                                                ? "a step size that becomes too small"
-        : slow                                                     ? "too much work"
-        : e->m > e->r && !kmp_lane_dropped_close(e, pool, seen, l) ? "redundant closure rows that do not close"
-        : is_uncentred(e, pool, l)                                 ? KMP_LANE_SINGULAR_ANGLES
-        : e->r > 0 && kmp_instance_nears_change(x, room->t[l], h, seen->margin[l]) ? "a change point during the run"
-                                                                                   : NULL;
-    bool changes = !through && !why && e->m > e->r && kmp_program_cache_rows_are(seen->rows[l]) != KMP_KEPT_WELL;
+    const char *why = through     ? NULL
+                      : jump      ? jump
+                      : collapsed ? "a step size that becomes too small"
+                      : slow      ? "too much work"
+                      : kmp_dropped_open(e->r, pool->part.rows, e->m - e->r, pool->part.redundant, (ptrdiff_t)room->w,
+                                         seen->h + l, room->row_scale + l, e->spec.atol + e->spec.rtol, 0) >= 0
+                          ? "redundant closure rows that do not close"
+                      : is_uncentred(e, pool, l) ? KMP_LANE_SINGULAR_ANGLES
+                      : e->r > 0 && kmp_instance_nears_change(x, room->t[l], h, seen->margin[l])
+                          ? "a change point during the run"
+                          : NULL;
+    bool changes = !through && !why && e->m > e->r && kmp_dropped_judge(seen->rows[l]) != KMP_KEPT_WELL;
     bool exchanges = !through && !why && !changes && e->r > 0 && seen->growth[l] > x->limit;
     if (!through && !why && !changes && !exchanges && !reorders && !meets)
         return KEMPE_OK;

@@ -328,11 +328,7 @@ static bool lane_part(void *user, int halvings, int index, double *piece)
 static bool is_exact(const kmp_engine *e, size_t l)
 {
     const kmp_lane_state *room = &e->room;
-    const double *last = e->measuring->wide[VECTORS - 1];
-    double most = 0;
-    for (size_t i = l; i < (size_t)e->size * room->w; i += room->w)
-        most = fmax(most, fabs(last[i]) / room->weight[i]);
-    return ldexp(most, 1 - VECTORS) <= KMP_RK_COARSE;
+    return !kmp_rk_is_coarse(e->size, VECTORS, e->measuring->wide[VECTORS - 1] + l, room->w, room->weight + l, room->w);
 }
 
 /* The step of a lane up to t; its samples are those of the whole step. */

@@ -9,6 +9,7 @@
 #include "dynamics/motion.h"
 #include "ensemble/lanes/ensemble_inside.h"
 #include "integrators/decide/coordinate_exchange.h"
+#include "integrators/decide/run_start.h"
 #include "integrators/formulations/reduced.h"
 #include "integrators/run/friction_state.h"
 #include "integrators/run/runner.h"
@@ -91,7 +92,7 @@ static bool set_rate_scale(kmp_engine *e, kmp_lane_group *pool, kmp_instance *x,
     kmp_reduction_tangent(&pool->red);
     if (!kmp_instance_complete(e, pool, qd, qdd, NULL))
         return false;
-    x->rate_scale = kmp_formulation_rate_scale(e->s, e->spec.t_end, qd, qdd);
+    x->rate_scale = kmp_start_rate(kmp_model_coordinates(e->s->model), e->s->scale, qd, qdd, 1 / e->spec.t_end);
     return isfinite(x->rate_scale);
 }
 

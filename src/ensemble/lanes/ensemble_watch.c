@@ -93,14 +93,6 @@ static double dependence_of(const kmp_engine *e, const kmp_lane_group *pool, con
     return most;
 }
 
-bool kmp_lane_dropped_close(const kmp_engine *e, const kmp_lane_group *pool, const kmp_lane_watched *x, size_t l)
-{
-    const kmp_lane_state *room = &e->room;
-    const kmp_partition *part = &pool->part;
-    return kmp_dropped_open(part->r, part->rows, part->m - part->r, part->redundant, (ptrdiff_t)room->w, x->h + l,
-                            room->row_scale + l, e->spec.atol + e->spec.rtol, 0) < 0;
-}
-
 bool kmp_lane_consents(kmp_engine *e, const kmp_lane_group *pool, kmp_lane_watched *x, size_t l)
 {
     kmp_lane_state *room = &e->room;
@@ -130,7 +122,7 @@ bool kmp_lane_consents(kmp_engine *e, const kmp_lane_group *pool, kmp_lane_watch
     }
     x->margin[l] = well ? INFINITY : margin_of(e, x, l);
     x->rows[l] = well || e->m == e->r ? 0 : dependence_of(e, pool, x, l);
-    return x->margin[l] >= KMP_MARGIN_DEEP && kmp_program_cache_rows_are(x->rows[l]) != KMP_KEPT_LOST;
+    return x->margin[l] >= KMP_MARGIN_DEEP && kmp_dropped_judge(x->rows[l]) != KMP_KEPT_LOST;
 }
 
 bool kmp_lane_order_is_bad(const kmp_engine *e, const kmp_lane_group *pool, const kmp_lane_watched *x, size_t l)

@@ -353,8 +353,9 @@ static void choose_steps(kmp_engine *e, kmp_lane_group *pool)
             continue;
         x->has_step = true;
         e->results[room->who[l]].rhs++;
-        room->h[l] = kmp_start_step(room->step[l], slope[l], square_of(e, l, room->k[2], room->k[1]),
-                                    kmp_dop853.numbers.order, room->limit[l] - room->t[l]);
+        const double h = room->step[l], change = square_of(e, l, room->k[2], room->k[1]);
+        room->h[l] = kmp_start_step(h, fmax(sqrt(change) / h, sqrt(slope[l])), kmp_dop853.numbers.order,
+                                    room->limit[l] - room->t[l]);
         if (room->bad[l] != 0)
             kmp_lane_evict(e, l, "a right-hand side that cannot be evaluated");
     }

@@ -112,7 +112,7 @@ static void center_charts(kempe_simulator *s, double t)
 static outcome exchange_choice(kempe_simulator *s, double t)
 {
     center_charts(s, t);
-    if (evaluate_loops(s, t) != GOOD || kmp_program_cache_rows_are(share_of_rows(s)) != KMP_KEPT_WELL)
+    if (evaluate_loops(s, t) != GOOD || kmp_dropped_judge(share_of_rows(s)) != KMP_KEPT_WELL)
         choose(s, NULL);
     outcome said = improve_choice(s, t);
     if (said == GOOD)
@@ -126,7 +126,7 @@ static outcome exchange_choice(kempe_simulator *s, double t)
 /* True where the choice at the place of the last evaluation is bad. */
 static bool is_choice_bad(const kempe_simulator *s, double limit)
 {
-    return growth(s) > limit || kmp_program_cache_rows_are(share_of_rows(s)) != KMP_KEPT_WELL || charts_are_due(s);
+    return growth(s) > limit || kmp_dropped_judge(share_of_rows(s)) != KMP_KEPT_WELL || charts_are_due(s);
 }
 
 /* Rows of friction that are not held: they are zero. */

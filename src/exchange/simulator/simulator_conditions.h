@@ -48,7 +48,7 @@ static double branch_of(kempe_simulator *s, int k, double value)
     struct kempe_simulator_parts *part = &s->part;
     const bool away = kind_of(s, k) == KMP_CONDITION_KINK &&
                       kmp_kink_is_away(part->modes[k], value, within_kinks(s), &part->largest[k]);
-    return away ? kmp_kink_branch(value) : 0;
+    return !away ? 0 : value < 0 ? 1 : -1;
 }
 
 /* Notes the branches of kinks at the end of a step, which the next step takes. */

@@ -6,24 +6,6 @@
 #include "exchange/simulator/simulator_dense.h"
 #include "integrators/events/watch_site.h"
 
-/* Places the motion at part x of the last step by polynomials through both ends with their accelerations: a few
- * roundings of a step's error away, without evaluations. Multipliers are not those of the motion. */
-static void estimate(kempe_simulator *s, double x)
-{
-    struct kempe_simulator_parts *part = &s->part;
-    int n = s->equations->coordinates;
-    const double *begin = part->begin, *end = part->end;
-    double h = part->state[AT_TAKEN];
-    for (int i = 0; i < n; i++) {
-        double p0 = begin[i], p1 = h * begin[n + i], p2 = 0.5 * h * h * begin[2 * n + i];
-        double a = end[i] - p0 - p1 - p2, b = h * end[n + i] - p1 - 2 * p2, c = 0.5 * (h * h * end[2 * n + i] - 2 * p2);
-        double p3 = 10 * a - 4 * b + c, p4 = -15 * a + 7 * b - 2 * c, p5 = 6 * a - 3 * b + c;
-        part->q[i] = p0 + x * (p1 + x * (p2 + x * (p3 + x * (p4 + x * p5))));
-        part->qd[i] = (p1 + x * (2 * p2 + x * (3 * p3 + x * (4 * p4 + x * 5 * p5)))) / h;
-        part->qdd[i] = (2 * p2 + x * (6 * p3 + x * (12 * p4 + x * 20 * p5))) / (h * h);
-    }
-}
-
 /* The values of conditions at t within the last step, which is placed; with its accelerations if `rates`. */
 static outcome look_at(kempe_simulator *s, double t, bool rates, double *value)
 {
@@ -67,10 +49,9 @@ static void cut_step(kempe_simulator *s, double t)
 typedef struct event_watcher {
     kempe_simulator *s;
     outcome said;
-    bool exact;
 } event_watcher;
 
-/* Ends of the step are there; others are estimated or evaluated. */
+/* Ends of the step are there. */
 static int look_within(void *self, double t, double *change, double *solved)
 {
     event_watcher *w = self;
@@ -79,10 +60,8 @@ static int look_within(void *self, double t, double *change, double *solved)
     const double *state = s->part.state;
     if (t == state[AT_BEGIN] || t == state[AT_END])
         take_place(s, t == state[AT_END] ? s->part.end : s->part.begin);
-    else if (w->exact)
-        w->said = look_at(s, t, true, change);
     else
-        estimate(s, (t - state[AT_BEGIN]) / state[AT_TAKEN]);
+        w->said = look_at(s, t, true, change);
     if (w->said != GOOD)
         return 1;
     if (!watch->values) {
@@ -127,66 +106,45 @@ static int look_alone(void *self, double t)
     return w->said != GOOD;
 }
 
-static bool differs_here(const void *self, int k, double value)
-{
-    return differs(((const event_watcher *)self)->s, k, value);
-}
-
 static bool is_contact(const void *self, int k)
 {
     return is_sense(((const event_watcher *)self)->s, k, true);
 }
 
-/* Finds the earliest change between two times, of which the estimates say that there is one; *found: the step now ends
- * there. */
-static int find_between(event_watcher *w, double near, double far, bool *found)
-{
-    kempe_simulator *s = w->s;
-    struct kempe_simulator_parts *part = &s->part;
-    const int count = s->equations->conditions;
-    double *value = part->changes + count, *at_near = part->dvalue, t = far;
-    const kmp_location_site site = {w, count, value, look_alone, differs_here, NULL, NULL, is_contact};
-    int status = look_alone(w, near);
-    if (status == 0 && near > part->state[AT_BEGIN] && any_differs(s, value)) { /* which estimates have not found */
-        t = near;
-        near = part->state[AT_BEGIN];
-        status = look_alone(w, near);
-    }
-    copy(count, value, at_near);
-    if (status == 0)
-        status = look_alone(w, t);
-    if (status != 0 || !any_differs(s, value))
-        return status;
-    status = kmp_location_earliest(&site, near, at_near, &t);
-    for (int k = 0; k < count; k++)
-        part->flip[k] = status == 0 && differs(s, k, value[k]);
-    if (status == 0)
-        status = kmp_location_surface(&site, near, &t);
-    if (status == 0) {
-        cut_step(s, t);
-        *found = true;
-    }
-    return status;
-}
-
-static int end_piece(void *self, double from, double to, const double *change, bool *found)
+/* Ends a piece that its ends decide. Where a condition has changed the step now ends at the earliest change. */
+static int end_piece(void *self, double from, const double *before, double to, const double *change, bool *found)
 {
     event_watcher *w = self;
-    const kempe_equations *e = w->s->equations;
-    if (any_differs(w->s, change) && find_between(w, from, to, found) != 0)
-        return 1;
-    if (!*found)
-        note_sizes(w->s, change);
-    for (int k = 0; !*found && k < e->conditions; k++)
-        if (e->condition_kind[k] == KEMPE_CONDITION_TOLD && change[k] < 0)
-            snprintf(w->s->message, sizeof w->s->message, "%s: %s at t = %.9g: the table goes straight on there",
-                     e->name, e->condition_names[k], to);
+    kempe_simulator *s = w->s;
+    struct kempe_simulator_parts *part = &s->part;
+    const kempe_equations *e = s->equations;
+    const int count = e->conditions;
+    double *value = part->changes + count;
+    if (any_differs(s, change)) {
+        const kmp_location_site site = {w,    count, e->condition_kind, part->modes, value, look_alone,
+                                        NULL, NULL,  is_contact};
+        copy(count, change, value);
+        int status = kmp_location_earliest(&site, from, before, &to);
+        for (int k = 0; k < count; k++)
+            part->flip[k] = status == 0 && differs(s, k, value[k]);
+        if (status == 0)
+            status = kmp_location_surface(&site, from, &to);
+        if (status == 0)
+            cut_step(s, to);
+        *found = status == 0;
+        return status;
+    }
+    note_sizes(s, change);
+    for (int k = 0; k < count; k++)
+        if (kind_of(s, k) == KMP_CONDITION_TOLD && change[k] < 0)
+            snprintf(s->message, sizeof s->message, "%s: %s at t = %.9g: the table goes straight on there", e->name,
+                     e->condition_names[k], to);
     return 0;
 }
 
 /* Notes the branches of free kinks at the end of the last step. *again: the step has passed one, which now has the
  * branch of the start of the step. */
-static void hold_branches(kempe_simulator *s, const double *end, bool *again)
+static outcome hold_branches(kempe_simulator *s, const double *end, bool *again)
 {
     struct kempe_simulator_parts *part = &s->part;
     const int count = s->equations->conditions;
@@ -197,16 +155,16 @@ static void hold_branches(kempe_simulator *s, const double *end, bool *again)
         any = any || fabs(part->flip[k]) > 1;
     *again = false;
     if (!any)
-        return;
-    estimate(s, KMP_STEP_NEAR);
-    evaluate_changes(s, part->state[AT_BEGIN] + KMP_STEP_NEAR * part->state[AT_TAKEN], near);
-    for (int k = 0; k < count; k++)
+        return GOOD;
+    const outcome said = look_at(s, part->state[AT_BEGIN] + KMP_STEP_NEAR * part->state[AT_TAKEN], false, near);
+    for (int k = 0; said == GOOD && k < count; k++)
         *again = *again ||
                  (fabs(part->flip[k]) > 1 && kmp_kink_is_passed(near[k], end[k], within_kinks(s), part->largest[k]));
     if (*again) {
         note_branches(s, near);
         take_branches(s);
     }
+    return said;
 }
 
 /* The length with which a step is made again up to the event found; 0: it is not. */
@@ -226,14 +184,13 @@ static double shortened(const kempe_simulator *s)
                : kmp_restart_again(begin, part->state[AT_END], begin + part->state[AT_TAKEN], parts, rough);
 }
 
-/* Finds the first change of a condition within the last step, whose ends are complete. Conditions of multipliers and of
- * solved equations are evaluated, not estimated. *again: the length with which the step is to be made again; 0: it is
- * not. */
+/* Finds the first change of a condition within the last step, whose ends are complete. *again: the length with which
+ * the step is to be made again; 0: it is not. */
 static outcome find_event(kempe_simulator *s, double *again)
 {
     const kempe_equations *e = s->equations;
     const struct kempe_simulator_parts *part = &s->part;
-    event_watcher w = {s, GOOD, !e->early || e->watch->solved > 0 || friction_rests(s)};
+    event_watcher w = {s, GOOD};
     const kmp_watch_site site = {&w,          e->conditions, part->q,  part->qd,   part->qdd,     part->lambda,
                                  part->modes, part->chart,   s->p,     part->held, part->changes, look_within,
                                  may_change,  is_held,       end_piece};
@@ -250,10 +207,9 @@ static outcome find_event(kempe_simulator *s, double *again)
     if (status != 0)
         return w.said;
     bool passed = false;
-    if (!found)
-        hold_branches(s, part->changes, &passed);
+    const outcome said = found ? GOOD : hold_branches(s, part->changes, &passed);
     *again = found ? shortened(s) : passed ? part->state[AT_TAKEN] : 0;
-    return GOOD;
+    return said;
 }
 
 #endif

@@ -65,7 +65,7 @@ static kmp_attempt attempt(kempe_simulator *s, double h, double t_new, double *e
     if (*said != GOOD)
         return KMP_ATTEMPT_BAD_STAGE;
     if (signs_of_loops(s) != part->state[AT_SIGN] || (!fixed && !corrects_little(s)) ||
-        kmp_program_cache_rows_are(share_of_rows(s)) == KMP_KEPT_LOST)
+        kmp_dropped_judge(share_of_rows(s)) == KMP_KEPT_LOST)
         return KMP_ATTEMPT_BAD_STEP;
     for (int i = 0; i < rank_of(s); i++)
         part->candidate[2 * freedom_of(s) + i] = part->q[part->column[i]];
@@ -137,7 +137,8 @@ static outcome choose_first_step(kempe_simulator *s)
         said = slopes_alone(s, t + h, part->stage, k[2]);
     }
     double change = kmp_start_square(size, 1, k[2], k[1], part->weight);
-    part->state[AT_NEXT] = kmp_start_step(h, slope, change, methods[s->settings.method].order, longest);
+    part->state[AT_NEXT] =
+        kmp_start_step(h, fmax(sqrt(change) / h, sqrt(slope)), methods[s->settings.method].order, longest);
     return said;
 }
 
@@ -242,8 +243,7 @@ static bool stays_bounded(kempe_simulator *s)
 {
     const kempe_equations *e = s->equations;
     const struct kempe_simulator_parts *part = &s->part;
-    double *state = part->state, t = state[AT_END], most = 0;
-    int which = -1;
+    double *state = part->state, t = state[AT_END];
     kmp_growth growth;
     memcpy(&growth, state + AT_GROWTH, sizeof growth);
     if (s->settings.most_steps > 0 || state[AT_TRIED] < growth.next)
@@ -251,10 +251,8 @@ static bool stays_bounded(kempe_simulator *s)
     const bool endless = kmp_growth_is_endless(
         &growth, state[AT_TRIED], t, kmp_growth_size(size_of_y(s), 1, part->y_new, part->atol, s->settings.atol));
     memcpy(state + AT_GROWTH, &growth, sizeof growth);
-    for (int j = 0; endless && j < e->coordinates; j++)
-        if (e->coordinate_kind[j] != KEMPE_COORDINATE_STATE &&
-            kmp_growth_explodes(part->qd[j], e->scale[j], state[AT_RATE], &most))
-            which = j;
+    const int which =
+        endless ? kmp_growth_explodes(motions_of(e), NULL, e->coordinates, 1, part->qd, e->scale, state[AT_RATE]) : -1;
     if (which < 0)
         return true;
     fail_with(s,
@@ -342,7 +340,7 @@ static kempe_simulator_status make_step(kempe_simulator *s, bool again)
             if (status == KEMPE_SIMULATOR_GOES && state[AT_END] == t)
                 return make_step(s, true);
             if (end < s->settings.end)
-                state[AT_NEXT] = kmp_restart_pace(state[AT_NEXT], next);
+                state[AT_NEXT] = fmax(state[AT_NEXT], next); /* h may be cut by a sample */
             return status;
         }
         s->work.rejected++;
