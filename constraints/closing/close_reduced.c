@@ -2,8 +2,6 @@
 #include "constraints/closing/close_reduced.h"
 #include "constraints/closing/close.h"
 
-enum { MAX_NEWTON = 12 };
-
 static int place(void *self, double t, const double *q)
 {
     kmp_reduction *red = self;
@@ -34,6 +32,6 @@ int kmp_reduction_close(kmp_reduction *red, double t, double *q, const double *w
                                .place = place,
                                .correct = correct};
     const kmp_close_rule rule = {
-        .most = MAX_NEWTON, .contracting = true, .enough = kmp_close_rounding(s), .w = w, .fraction = fraction};
+        .most = KMP_CLOSING_PASSES, .contracting = true, .enough = kmp_close_rounding(s), .w = w, .fraction = fraction};
     return !kmp_close(&closer, &rule, t, q).closed;
 }

@@ -2,6 +2,7 @@
 #include "constraints/partition/reduction.h"
 #include "base/memory.h"
 #include "constraints/evaluation/load_multipliers.h"
+#include "integrators/decide/coordinate_exchange.h"
 #include "linalg/dense/dot.h"
 #include <math.h>
 #include <string.h>
@@ -421,20 +422,7 @@ void kmp_reduction_correction(kmp_reduction *red)
 
 double kmp_reduction_growth(const kmp_reduction *red, int *v, int *u)
 {
-    const double *scale = red->eval->system->scale;
-    double worst = 0;
-    *v = *u = -1;
-    for (int k = 0; k < red->p; k++)
-        for (int i = 0; i < red->r; i++) {
-            int a = red->part->v[i], b = red->part->u[k];
-            double size = fabs(red->bvu[i + k * red->r]) * scale[b] / scale[a];
-            if (size > worst || !isfinite(size)) {
-                worst = isfinite(size) ? size : INFINITY;
-                *v = a;
-                *u = b;
-            }
-        }
-    return worst;
+    return kmp_exchange_growth(red->r, red->part->v, red->p, red->part->u, red->bvu, red->eval->system->scale, v, u);
 }
 
 double kmp_reduction_lever(kmp_reduction *red)
