@@ -188,12 +188,8 @@ class Folder(Result):
         """Options of the run, for `simulate` of one of its instances (`Model.instance`)."""
         run = ffi.new("kempe_run_options *")
         lib.kempe_folder_run_options(self._pointer, run)
-        texts = {name: string(getattr(run, name)) for name in ("formulation", "integrator", "independent")}
-        numbers = {
-            name: getattr(run, name)
-            for name in ("rtol", "atol", "t_end", "output_step", "max_step", "max_steps", "no_convergence_check")
-        }
-        return {name: value for name, value in {**texts, **numbers}.items() if value}
+        members = {name: getattr(run, name) for name, _ in ffi.typeof("kempe_run_options").fields if name != "size"}
+        return {name: string(value) if isinstance(value, ffi.CData) else value for name, value in members.items() if value}
 
     def check(self) -> None:
         """Reads all parts; FailedError: some are missing or damaged."""

@@ -251,16 +251,23 @@ typedef struct kmp_output {
     int about; /* 1 + the point about which an angular momentum is; 0: the centre of mass */
 } kmp_output;
 
+/* The rows of run_options.def that are keys, 0 or NULL where not given: double t_end, long max_steps, const char *form,
+ * kmp_change_points change_points, int *independent and its independent_count, .. */
 typedef struct kmp_run_settings {
-    double t_end, rtol, atol, output_step; /* 0 where not given */
-    kmp_place every_place;
-    long max_steps;                              /* 0 where not given */
-    double max_step;                             /* 0 where not given */
-    const char *formulation, *form, *integrator; /* NULL where not given */
+#define KMP_SETTING_KEY(name, type)    KMP_RUN_TYPE_##type name;
+#define KMP_SETTING_NAMES(name, type)  int *name, name##_count;
+#define KMP_SETTING_CHOICE(name, type) kmp_##name name;
+#define KMP_SETTING_NO(name, type)
+#define KMP_RUN_OPTION(name, type, key, ...) KMP_SETTING_##key(name, type)
+#include "model/tables/run_options.def"
+#undef KMP_RUN_OPTION
+#undef KMP_SETTING_KEY
+#undef KMP_SETTING_NAMES
+#undef KMP_SETTING_CHOICE
+#undef KMP_SETTING_NO
+    kmp_place every_place; /* of output_step */
     kmp_dynamics dynamics;
-    kmp_change_points change_points;
-    int *independent, independent_count; /* coordinates requested as independent */
-    const kmp_expr **until;              /* comparisons: a run ends where one becomes true */
+    const kmp_expr **until; /* comparisons: a run ends where one becomes true */
     int until_count;
     kmp_place until_place;
 } kmp_run_settings;

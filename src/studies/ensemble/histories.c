@@ -137,12 +137,7 @@ static kempe_status resolve(history *h, const kempe_run_options *run, kmp_arena 
     kmp_run_spec spec;
     KMP_TRY(kmp_spec_of(kmp_ensemble_equations(h->ensemble), run, arena, &spec));
     h->run = *run;
-    h->run.integrator = spec.integrator;
-    h->run.rtol = spec.rtol;
-    h->run.atol = spec.atol;
-    h->run.t_end = spec.t_end;
-    h->run.max_step = spec.max_step;
-    h->run.max_steps = spec.max_steps;
+    kmp_spec_numbers(&spec, &h->run);
     h->run.threads = 0;
     h->run.reference = h->run.checkpoint = h->run.resume = NULL;
     h->run.no_convergence_check = 1;

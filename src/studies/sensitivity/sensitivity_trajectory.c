@@ -578,16 +578,12 @@ static kempe_status differ(kmp_slope_runs *r, const double *values)
     d.run = (kempe_run_options){.size = sizeof d.run,
                                 .formulation = spec->formulation,
                                 .form = spec->form,
-                                .integrator = spec->integrator,
                                 .backend = spec->backend,
                                 .independent = r->independent,
-                                .rtol = spec->rtol,
-                                .atol = spec->atol,
-                                .t_end = spec->t_end,
                                 .output_step = spec->t_end,
-                                .max_steps = spec->max_steps,
                                 .no_convergence_check = 1,
                                 .keep_dense = 1};
+    kmp_spec_numbers(spec, &d.run);
     bool made =
         KMP_ARENA_MAKE(&d.arena, KMP_ROOM(double, cells, &d.cells, &d.cell[0], &d.cell[1], &d.cell[2], &d.cell[3]),
                        KMP_ROOM(double, s->count, &d.values), KMP_ROOM(double, s->outputs.count, &d.row));

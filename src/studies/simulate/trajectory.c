@@ -60,18 +60,15 @@ static kempe_status check_numbers(kempe_context *context, const kempe_run_option
     const struct {
         const char *name;
         double value;
-    } numbers[] = {{"rtol", run->rtol},
-                   {"atol", run->atol},
-                   {"t_end", run->t_end},
-                   {"output_step", run->output_step},
-                   {"fixed_step", run->fixed_step},
-                   {"max_step", run->max_step}};
+    } numbers[] = {
+#define KMP_RUN_OPTION(name, type, ...) KMP_RUN_IF_NUMBER_##type({#name, (double)run->name}, )
+#include "model/tables/run_options.def"
+#undef KMP_RUN_OPTION
+    };
     for (size_t k = 0; k < sizeof numbers / sizeof *numbers; k++)
         if (!(numbers[k].value >= 0) || !isfinite(numbers[k].value))
             return kmp_fail(context, KEMPE_E_ARGUMENT, "%s = %g: a positive number is expected", numbers[k].name,
                             numbers[k].value);
-    if (run->max_steps < 0)
-        return kmp_fail(context, KEMPE_E_ARGUMENT, "max_steps = %ld: a positive number is expected", run->max_steps);
     if (run->threads < 0 || run->threads > KMP_TEAM_MOST)
         return kmp_fail(context, KEMPE_E_ARGUMENT, "%d threads: 1 to %d are possible", run->threads, KMP_TEAM_MOST);
     return KEMPE_OK;
@@ -83,23 +80,20 @@ kempe_status kmp_spec_of(const kempe_system *system, const kempe_run_options *ru
     KMP_TRY(check_numbers(system->context, run));
     KMP_TRY(kmp_made(system->context, u));
     KMP_TRY(kmp_coordinates_read(system->model, "independent", run->independent, u, &count));
-    *spec = (kmp_run_spec){.formulation = run->formulation,
-                           .form = run->form,
-                           .integrator = run->integrator,
-                           .linear = run->linear,
-                           .backend = run->backend,
-                           .u = count > 0 ? u : NULL,
-                           .u_count = count,
-                           .rtol = run->rtol,
-                           .atol = run->atol,
-                           .t_end = run->t_end,
-                           .keep_independent = run->keep_independent,
-                           .change_points = run->change_points,
-                           .max_steps = run->max_steps,
-                           .fixed_step = run->fixed_step,
-                           .max_step = run->max_step,
-                           .threads = run->threads};
+    *spec = (kmp_run_spec){.u = count > 0 ? u : NULL, .u_count = count};
+#define KMP_RUN_OPTION(name, type, key, engine, ...) KMP_RUN_IF_RUN_##engine(spec->name = run->name;)
+#include "model/tables/run_options.def"
+#undef KMP_RUN_OPTION
     return kmp_run_resolve(system, spec);
+}
+
+void kmp_spec_numbers(const kmp_run_spec *spec, kempe_run_options *run)
+{
+#define KMP_RUN_OPTION(name, type, key, engine, ...)                                                                   \
+    KMP_RUN_IF_RUN_##engine(KMP_RUN_IF_NUMBER_##type(run->name = spec->name;))
+#include "model/tables/run_options.def"
+#undef KMP_RUN_OPTION
+    run->integrator = spec->integrator;
 }
 
 static kempe_status prepare(job *j)

@@ -50,6 +50,9 @@ kempe_status kmp_simulate(const kempe_system *system, const kempe_run_options *r
 kempe_status kmp_spec_of(const kempe_system *system, const kempe_run_options *run, kmp_arena *arena,
                          kmp_run_spec *spec);
 
+/** Sets the numbers and the integrator of `run` to those that were resolved: the same run again. */
+void kmp_spec_numbers(const kmp_run_spec *spec, kempe_run_options *run);
+
 /* The compliant contacts of a run: how often and how long their bodies touched, and how deep each contact was. */
 enum { KMP_DEPTHS = 5 }; /* least, quartiles, largest */
 
