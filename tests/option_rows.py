@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The table of the options of a run, src/model/tables/run_options.def, and what comes from it.
 
-    python3 tests/run_options.py           fails when kempe_run_options differs from the table, or when a row that is added to a copy
+    python3 tests/option_rows.py           fails when kempe_run_options differs from the table, or when a row that is added to a copy
                                            of the table does not reach all that it feeds
-    python3 tests/run_options.py --write   writes the members of kempe_run_options in include/kempe/kempe.h
-    python3 tests/run_options.py --files   tells in how many files that are written by hand each option is named
+    python3 tests/option_rows.py --write   writes the members of kempe_run_options in include/kempe/kempe.h
+    python3 tests/option_rows.py --files   tells in how many files that are written by hand each option is named
 """
 import pathlib
 import re
@@ -91,7 +91,7 @@ def main(arguments):
             files = named(name)
             print(f"{name}: {len(files)} files: {' '.join(files)}")
         return 0
-    wrong = [] if text == wanted(text) else ["kempe_run_options differs from run_options.def: python3 tests/run_options.py --write"]
+    wrong = [] if text == wanted(text) else ["kempe_run_options differs from run_options.def: python3 tests/option_rows.py --write"]
     wrong += [f"{file}: a row that is added to run_options.def does not arrive here" for file in dry_run()]
     print(*wrong or [f"{len(list(rows()))} options of a run; a row reaches {len(REACHED)} sources that nobody edits"], sep="\n")
     return 1 if wrong else 0
