@@ -179,7 +179,7 @@ def edge():
 
 
 def loop():
-    kinds = dict(rows("closure_kinds.def", "KMP_CLOSURE"))
+    kinds = {name: needs for name, needs, *_ in rows("closure_kinds.def", "KMP_CLOSURE")}
     terms = {"type": "object", "additionalProperties": NUMBER, "minProperties": 2}
     own = {"TERMS": terms, "EXPRESSION": NUMBER}
     numbers = {row[0]: row for row in rows("closure_numbers.def", "KMP_CLOSURE_NUMBER")}

@@ -16,6 +16,7 @@
 #include "constraints/partition/reduction.h"
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
+#include "model/tables/closure_table.h"
 #include <math.h>
 #include <string.h>
 

@@ -7,6 +7,7 @@
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
 #include "model/print/model_print.h"
+#include "model/tables/closure_table.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>

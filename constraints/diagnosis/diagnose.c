@@ -4,6 +4,7 @@
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/kinds/kind.h"
 #include "constraints/partition/causes.h"
+#include "model/tables/closure_table.h"
 #include "model/variables/law_warnings.h"
 #include <kempe/check.h>
 #include <string.h>

@@ -7,6 +7,7 @@
 #include "constraints/rounding/rounding.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "constraints/tolerances.h"
+#include "model/tables/closure_table.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>

@@ -9,6 +9,7 @@
 #include "constraints/workspace/workspace_inside.h"
 #include "dynamics/load_dependent.h"
 #include "linalg/dot.h"
+#include "model/tables/closure_table.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <stdarg.h>

@@ -11,6 +11,7 @@
 #include "dynamics/kinematics/friction_modes.h"
 #include "dynamics/kinematics/pressing.h"
 #include "dynamics/outputs.h"
+#include "model/tables/closure_table.h"
 #include "model/tables/output_table.h"
 #include "symbolic/derivative.h"
 #include "symbolic/label.h"

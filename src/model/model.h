@@ -127,11 +127,20 @@ typedef struct kmp_term {
     kmp_number factor;
 } kmp_term;
 
-/** A loop closure, mostly between two points, or a drive; `kind` is its row in constraints/kinds/kinds.def. Members
- * that a kind does not use stay zero. */
+/* The rows of closure_kinds.def: KMP_CLOSURE_ball, KMP_CLOSURE_drive, .. */
+typedef enum kmp_closure_kind {
+    KMP_CLOSURE_NONE,
+#define KMP_CLOSURE(name, ...) KMP_CLOSURE_##name,
+#define KMP_INNER_CLOSURE      KMP_CLOSURE
+#include "model/closure_kinds.def"
+#undef KMP_CLOSURE
+    KMP_CLOSURE_KINDS
+} kmp_closure_kind;
+
+/** A loop closure, mostly between two points, or a drive. Members that a kind does not use stay zero. */
 typedef struct kmp_closure {
     const char *name;
-    const char *kind; /* "ball", "rod", "drive", ... */
+    kmp_closure_kind kind;
     kmp_place place;
     int point[2];                 /* -1 when it is not between points */
     double axis[2][3];            /* in the axes of either point */
@@ -391,15 +400,11 @@ static inline const kmp_expr *kmp_state_rate(const kempe_model *model, int k)
     return model->forces[model->force_count - model->state_count + k].effort;
 }
 
-/** True if it prescribes a coordinate: a drive or a lock. */
-bool kmp_closure_is_drive(const kmp_closure *closure);
-
-/** True for friction that sticks; true for the row of such an element. */
+/** True for friction that sticks. */
 static inline bool kmp_force_sticks(const kmp_force *force)
 {
     return force->kind == KMP_FORCE_FRICTION && !force->has_speed;
 }
-bool kmp_closure_is_friction(const kmp_closure *closure);
 
 /** True if some friction of the model sticks. */
 static inline bool kmp_model_sticks(const kempe_model *model)
@@ -410,17 +415,11 @@ static inline bool kmp_model_sticks(const kempe_model *model)
     return sticks;
 }
 
-/** The number of rows of a closure, its first ones, whose multipliers are components of its force along unit axes; 0:
- * its force is another one. */
-int kmp_closure_force_rows(const kmp_closure *closure);
-
-/** True for friction that sticks and for rigid contacts: elements with modes and a row, which runs decide on. True for
- * such a row. */
+/** True for friction that sticks and for rigid contacts: elements with modes and a row, which runs decide on. */
 static inline bool kmp_force_has_modes(const kmp_force *force)
 {
     return kmp_force_sticks(force) || force->kind == KMP_FORCE_TOUCH;
 }
-bool kmp_closure_is_of_modes(const kmp_closure *closure);
 
 /** The number of these elements, whose rows are the last closures. */
 int kmp_model_friction_count(const kempe_model *model);

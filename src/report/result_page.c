@@ -3,6 +3,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "model/print/model_print.h"
+#include "model/tables/closure_table.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include "output/series_summary.h"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Output of `equilibrium`, as text and as JSON. */
 #include "base/memory.h"
+#include "model/tables/closure_table.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include "studies/equilibrium/balances.h"

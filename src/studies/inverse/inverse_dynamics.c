@@ -7,6 +7,7 @@
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dot.h"
+#include "model/tables/closure_table.h"
 #include "output/print.h"
 #include <math.h>
 #include <string.h>

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* An inverse dynamics as a report and as one JSON object. */
+#include "model/tables/closure_table.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include "studies/inverse/inverse_study.h"

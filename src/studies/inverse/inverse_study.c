@@ -10,6 +10,7 @@
 #include "dynamics/load_dependent.h"
 #include "integrators/run/run.h"
 #include "model/expressions/ranges.h"
+#include "model/tables/closure_table.h"
 #include "model/tables/coordinates.h"
 #include "output/print.h"
 #include "output/series_summary.h"

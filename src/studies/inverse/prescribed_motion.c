@@ -8,6 +8,7 @@
 #include "constraints/closing/assemble.h"
 #include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
+#include "model/tables/closure_table.h"
 #include "output/print.h"
 #include <kempe/check.h>
 #include <math.h>

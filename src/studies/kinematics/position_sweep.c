@@ -8,6 +8,7 @@
 #include "constraints/partition/causes.h"
 #include "dynamics/load_dependent.h"
 #include "model/expressions/ranges.h"
+#include "model/tables/closure_table.h"
 #include "model/tables/nearest.h"
 #include "model/tables/output_table.h"
 #include "output/print.h"

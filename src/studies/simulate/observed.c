@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "studies/simulate/observed.h"
 #include "base/memory.h"
+#include "model/tables/closure_table.h"
 #include "model/tables/force_table.h"
 #include "model/tables/output_table.h"
 #include "model/tables/requested.h"

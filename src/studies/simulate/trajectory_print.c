@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "integrators/formulations/cycles.h"
 #include "model/compliant/compliant.h"
+#include "model/tables/closure_table.h"
 #include "model/tables/output_table.h"
 #include "output/print.h"
 #include "output/result_table.h"
