@@ -74,7 +74,7 @@ FOLDERS = [  # first match wins
     *((f"src/{name}/", name) for name in sorted(LAYERS)),
 ]
 PUBLIC_ONLY = {"cli", "examples", "api"}  # see <kempe/...> and the C library
-TABLES = {"src/model/tables/run_options.def"}  # rows alone: all may see them
+TABLES = {"src/model/data/run_options.def"}  # rows alone: all may see them
 MAY_SOLVE = {"linalg", "constraints", "integrators"}
 SOLVERS = re.compile(r"^(suitesparse/)?(umfpack|klu|btf|amd|colamd|SuiteSparse_config|cminpack|nlopt)\.h$"
                      r"|^(sundials|ida|idas|kinsol|cvode|cvodes|arkode|nvector|sunmatrix|sunlinsol|sunnonlinsol)/")
@@ -161,12 +161,12 @@ PLANTED = [  # file, its include, whether it is allowed
     ("integrators/sundials/ida.c", '<ida/ida.h>', True),
     ("constraints/closing/close.c", '"integrators/run/run.h"', False),
     ("src/model/read/reader.c", '<yaml.h>', True),
-    ("src/studies/modes/modes_study.c", '<yaml.h>', False),
+    ("src/analyses/modes/modes_study.c", '<yaml.h>', False),
     ("src/model/files/xml.c", '<expat.h>', True),
-    ("src/studies/modes/modes_study.c", '<expat.h>', False),
-    ("src/studies/modes/modes_study.c", '"integrators/run/run.h"', True),
-    ("src/studies/modes/modes_study.c", '"output/json.h"', True),
-    ("src/studies/modes/modes_study.c", '"studies/compare/compare_study.h"', False),
+    ("src/analyses/modes/modes_study.c", '<expat.h>', False),
+    ("src/analyses/modes/modes_study.c", '"integrators/run/run.h"', True),
+    ("src/analyses/modes/modes_study.c", '"output/json.h"', True),
+    ("src/analyses/modes/modes_study.c", '"studies/compare/compare_study.h"', False),
     ("src/output/print.c", '"studies/compare/compare_study.h"', False),
     ("src/cli/commands.c", '<kempe/modes.h>', True),
     ("src/cli/commands.c", '"output/json.h"', False),
@@ -178,7 +178,7 @@ PLANTED = [  # file, its include, whether it is allowed
     ("tests/api/test_api.c", '"testing.h"', True),
     ("tests/api/test_api.c", '"base/arena.h"', False),
 ]
-PLANTED_HEADERS = ("src/base/arena.h src/symbolic/graph.h src/model/model.h src/dynamics/kinematics/link_tree.h "
+PLANTED_HEADERS = ("src/base/arena.h src/symbolic/graph.h src/model/data/model.h src/dynamics/kinematics/link_tree.h "
                    "src/dynamics/system.h integrators/run/run.h src/output/json.h src/studies/compare/compare_study.h src/cli/command.h tests/testing.h").split()
 
 

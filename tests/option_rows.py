@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The table of the options of a run, src/model/tables/run_options.def, and what comes from it.
+"""The table of the options of a run, src/model/data/run_options.def, and what comes from it.
 
     python3 tests/option_rows.py           fails when kempe_run_options differs from the table, or when a row that is added to a copy
                                            of the table does not reach all that it feeds
@@ -20,7 +20,7 @@ sys.path[:0] = [str(ROOT / "schema"), str(ROOT / "docs")]
 import api  # noqa: E402
 import generate_schema  # noqa: E402
 
-TABLE, HEADER = ROOT / "src/model/tables/run_options.def", ROOT / "include/kempe/kempe.h"
+TABLE, HEADER = ROOT / "src/model/data/run_options.def", ROOT / "include/kempe/kempe.h"
 STRUCT = re.compile(r"(typedef struct kempe_run_options \{\n.*?;[^\n]*\n)(.*?)(\} kempe_run_options;)", re.S)
 C = {"NUMBER": "double ", "TIME": "double ", "ANGLE": "double ", "LONG": "long ", "WHOLE": "int ", "FLAG": "int ", "TEXT": "const char *"}
 DRY = ('KMP_RUN_OPTION(dry_run, TIME, KEY, RUN, FOLDER, CLI_SIMULATE, IN_RUN, "dry-run", "T",\n    "none", "an option that no run obeys", "")\n')
@@ -29,12 +29,12 @@ REACHED = {
     "src/cli/options.c": r'"dry-run".*"an option that no run obeys" ", s" " \(default: that of the model, or "',
     "src/cli/command.c": r"run->dry_run = run->dry_run",
     "src/model/read/read_run.c": r'\{"dry_run", "s", "none"\}',
-    "src/model/print/model_print.c": r'"dry_run", [\w()]+, \(double\)run->dry_run',
+    "src/model/write/model_print.c": r'"dry_run", [\w()]+, \(double\)run->dry_run',
     "integrators/run/methods.c": r"spec->dry_run = spec->dry_run",
     "src/studies/simulate/trajectory.c": r"run->dry_run = spec->dry_run",
-    "src/studies/ensemble/manifest.c": r'\{"dry_run", [^"]*\}',
-    "src/studies/ensemble/result_folder.c": r'"dry_run", &f->run\.dry_run',
-    "src/studies/ensemble/mechanisms.c": r"x->dry_run != y->dry_run",
+    "src/ensemble/manifest.c": r'\{"dry_run", [^"]*\}',
+    "src/ensemble/result_folder.c": r'"dry_run", &f->run\.dry_run',
+    "src/ensemble/mechanisms.c": r"x->dry_run != y->dry_run",
 }
 
 

@@ -7,7 +7,7 @@ static const kmp_closure_parts parts[KMP_CLOSURE_KINDS] = {
     {NULL, NULL},
 #define KMP_CLOSURE(name, needs, force, moment, ...) {&kmp_part_##force, &kmp_part_##moment},
 #define KMP_INNER_CLOSURE                            KMP_CLOSURE
-#include "model/closure_kinds.def"
+#include "model/data/closure_kinds.def"
 #undef KMP_CLOSURE
 };
 

@@ -49,7 +49,7 @@ kmp_vec kmp_part_effort(const kmp_tree *tree, const kmp_closure *closure, const 
 
 #define KMP_CLOSURE(name, needs, force, moment, ...) extern const kmp_part kmp_part_##force, kmp_part_##moment;
 #define KMP_INNER_CLOSURE                            KMP_CLOSURE
-#include "model/closure_kinds.def"
+#include "model/data/closure_kinds.def"
 #undef KMP_CLOSURE
 
 /** Declared rows of all closures. */

@@ -8,8 +8,8 @@
 #include "constraints/tolerances.h"
 #include "constraints/workspace/workspace_inside.h"
 #include "dynamics/load_dependent.h"
-#include "linalg/dot.h"
-#include "model/tables/closure_table.h"
+#include "linalg/dense/dot.h"
+#include "model/data/closure_table.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <stdarg.h>

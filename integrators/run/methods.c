@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Valid combinations of formulation, form, integrator, linear solver and back end, and the defaults of a run. */
-#include "backend/x86/machine.h"
+#include "backend/machine.h"
 #include "backend/x86/x86.h"
-#include "constraints/written/solved.h"
+#include "constraints/programs/saddle_program.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/run/run.h"
 #include "integrators/steppers/solver.h"
@@ -132,7 +132,7 @@ static kmp_integrator_reason reason_against_lanes(const kempe_system *system, co
         return (kmp_integrator_reason){.because = "the steps of radau have no constant length"};
     const char *obstacle = system->force ? "the model has user-defined forces"
                            : kmp_x86_runs(KMP_X86_FOUR) || kmp_x86_runs(KMP_X86_EIGHT)
-                               ? kmp_solved_obstacle(system, system->n + system->m)
+                               ? kmp_saddle_program_obstacle(system, system->n + system->m)
                                : "this machine has no vector registers of four or eight doubles";
     return (kmp_integrator_reason){.because = obstacle ? "radau would evaluate the stages of a step one by one" : NULL,
                                    .obstacle = obstacle};
@@ -228,7 +228,7 @@ static kempe_status resolve_numbers(const kempe_system *system, kmp_run_spec *sp
 #define KMP_RUN_OPTION(name, type, key, engine, ...)                                                                   \
     KMP_RUN_IF_RUN_##engine(                                                                                           \
         KMP_RUN_IF_KEY_##key(KMP_RUN_IF_NUMBER_##type(spec->name = spec->name ? spec->name : model->name;)))
-#include "model/tables/run_options.def"
+#include "model/data/run_options.def"
 #undef KMP_RUN_OPTION
     spec->rtol = spec->rtol > 0 ? spec->rtol : usual;
     if (spec->rtol < 1e-15 || spec->rtol > 0.1)

@@ -5,7 +5,7 @@
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/present_inputs.h"
 #include "dynamics/system.h"
-#include "integrators/run/run_log.h"
+#include "integrators/formulations/run_log.h"
 #include <kempe/check.h>
 
 typedef struct kmp_runner kmp_runner;
@@ -38,16 +38,16 @@ typedef struct kmp_memory_piece {
 } kmp_memory_piece;
 
 /** The past of delayed signals that a run keeps for checkpoints at `since` or later. */
-typedef struct kmp_kept_past {
+typedef struct kmp_program_cache_past {
     kmp_past *past; /* the run's own while it lasts, at its end the caller's copy until then; NULL: none */
     double since;   /* the caller moves it on */
-} kmp_kept_past;
+} kmp_program_cache_past;
 
 typedef struct kmp_run_spec {
 /* The rows of run_options.def that all runs obey. Names are static ones when resolved; max_steps is attempted steps, 0:
  * as work_bound.h, -1: no bound. */
 #define KMP_RUN_OPTION(name, type, key, engine, ...) KMP_RUN_IF_RUN_##engine(KMP_RUN_TYPE_##type name;)
-#include "model/tables/run_options.def"
+#include "model/data/run_options.def"
 #undef KMP_RUN_OPTION
     double t_start;    /* 0, except for a run that continues from a state given as `start` */
     double work_start; /* of non-conservative forces until then */
@@ -71,10 +71,10 @@ typedef struct kmp_run_spec {
     bool due; /* what happens at t_start is still to come: samples, states that change at events, given inputs */
     const kmp_present_inputs *inputs_start; /* NULL: those of the model */
     const kmp_past *past_start; /* of delayed signals until t_start; NULL: begun there, or that of inputs_start */
-    kmp_kept_past *kept_past;   /* NULL: not wanted */
-    double rate_scale;          /* 0: by the start */
-    double first_step;          /* of a one-step method; 0: of its own choice */
-    kmp_stand_in stand_in;      /* zero: the integrator itself begins */
+    kmp_program_cache_past *kept_past; /* NULL: not wanted */
+    double rate_scale;                 /* 0: by the start */
+    double first_step;                 /* of a one-step method; 0: of its own choice */
+    kmp_stand_in stand_in;             /* zero: the integrator itself begins */
     bool open; /* the user chose no formulation, form or u: another formulation may continue where this one
                 * stops */
     bool

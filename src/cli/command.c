@@ -224,7 +224,7 @@ static void take_run_options(kempe_run_options *run, const kempe_folder *folder)
         there.atol *= run->rtol / there.rtol;
 #define KMP_RUN_OPTION(name, type, key, engine, folder, ...)                                                           \
     KMP_RUN_IF_FOLDER_##folder(run->name = run->name ? run->name : there.name;)
-#include "model/tables/run_options.def"
+#include "model/data/run_options.def"
 #undef KMP_RUN_OPTION
     run->output_step = run->output_step > 0 ? run->output_step : there.output_step;
     run->no_convergence_check = run->no_convergence_check || there.no_convergence_check;

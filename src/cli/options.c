@@ -258,7 +258,7 @@ static const option options[] = {
 #define HELP_FLAG(key, absent)   ""
 #define KMP_RUN_OPTION(name, type, key, engine, folder, commands, group, option, value, absent, words, ...)            \
     {commands, group, option, VALUE(type, run.name), value, words HELP_##type(key, absent)},
-#include "model/tables/run_options.def"
+#include "model/data/run_options.def"
 #undef KMP_RUN_OPTION
     {CLI_SENSITIVITY | CLI_FIT | CLI_OPTIMIZE | CLI_CYCLES, IN_RUN, "integrator", TEXT(run.integrator), "NAME",
      "integrator: dop853 (default), dopri5, radau, radau5, radau9, erk"},

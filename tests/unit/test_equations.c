@@ -4,7 +4,7 @@
 #include "constraints/evaluation/evaluator.h"
 #include "derived.h"
 #include "distance.h"
-#include "model/tables/closure_table.h"
+#include "model/data/closure_table.h"
 #include "random_model.h"
 #include "symbolic/table_function.h"
 #include "testing.h"
@@ -421,7 +421,7 @@ static void test_closures(void)
     for_all_models(closures);
     for_all_models(wrenches);
 #define KMP_CLOSURE(name, ...) CHECK(strstr(met, #name));
-#include "model/closure_kinds.def"
+#include "model/data/closure_kinds.def"
 #undef KMP_CLOSURE
 }
 

@@ -2,7 +2,7 @@
 /* Graphs of joints: which are cut, and what is said of it. */
 #include "constraints/kinds/kind.h"
 #include "joint_graphs.h"
-#include "model/tables/closure_table.h"
+#include "model/data/closure_table.h"
 #include "testing.h"
 #include <kempe/check.h>
 #include <math.h>

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Loop closures and drives. */
-#include "model/contacts/read_contacts.h"
+#include "model/data/closure_table.h"
+#include "model/read/read_contacts.h"
 #include "model/read/reading.h"
-#include "model/tables/closure_table.h"
 #include <string.h>
 
 /* The kinds that are keys of loops. */
@@ -11,16 +11,16 @@ static const struct {
     kmp_closure_kind kind;
 } kinds[] = {
 #define KMP_CLOSURE(name, ...) {#name, KMP_CLOSURE_##name},
-#include "model/closure_kinds.def"
+#include "model/data/closure_kinds.def"
 #undef KMP_CLOSURE
 };
 
 static const kmp_key closure_keys[] = {
 #define KMP_CLOSURE(name, ...) {#name, "", ""},
-#include "model/closure_kinds.def"
+#include "model/data/closure_kinds.def"
 #undef KMP_CLOSURE
 #define KMP_CLOSURE_NUMBER(kind, key, unit, ...) {#key, unit, ""},
-#include "model/closure_numbers.def"
+#include "model/data/closure_numbers.def"
 #include "model/keys/closure_keys.def"
     {0}};
 
@@ -31,7 +31,7 @@ static const struct {
     unsigned needs;
 } takes[] = {
 #define KMP_CLOSURE_NUMBER(kind, key, ...) {#key, KMP_CLOSURE_##kind, 0},
-#include "model/closure_numbers.def"
+#include "model/data/closure_numbers.def"
     {"axis", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_AXIS | 1u << KMP_NEEDS_SAME_AXIS},
     {"axes", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_SAME_AXIS | 1u << KMP_NEEDS_TWO_AXES},
     {"table", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_CURVE},

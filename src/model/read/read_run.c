@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Start values and settings of runs. */
-#include "model/cut_coordinates.h"
-#include "model/limits.h"
+#include "model/data/cut_coordinates.h"
+#include "model/data/run_settings.h"
+#include "model/language/limits.h"
 #include "model/read/reading.h"
-#include "model/tables/run_settings.h"
 #include <math.h>
 
 /* -- start --------------------------------------------------------------------------------------- */
@@ -97,7 +97,7 @@ static const kmp_key run_keys[] = {
 #define RUN_KEY_NO(name, type, absent)
 #define KMP_RUN_OPTION(name, type, key, engine, folder, commands, group, option, value, absent, ...)                   \
     RUN_KEY_##key(name, type, absent)
-#include "model/tables/run_options.def"
+#include "model/data/run_options.def"
 #undef KMP_RUN_OPTION
 #include "model/keys/run_keys.def"
     {0}};
@@ -199,7 +199,7 @@ void kmp_read_run(kmp_reader *r)
         return;
 #define READ(value)                          _Generic(value, double * : read_positive, long * : read_whole, const char ** : read_choice)
 #define KMP_RUN_OPTION(name, type, key, ...) KMP_RUN_IF_KEY_##key(READ (&run->name)(r, map, #name, &run->name);)
-#include "model/tables/run_options.def"
+#include "model/data/run_options.def"
 #undef KMP_RUN_OPTION
     check_rows(r, map);
     run->dynamics = (kmp_dynamics)read_word(r, map, "algorithm", kmp_dynamics_words, "algorithm");
@@ -208,7 +208,7 @@ void kmp_read_run(kmp_reader *r)
 #define READ_CHOICE(name)                    run->name = (kmp_##name)read_word(r, map, #name, kmp_##name##_words, "value of " #name);
 #define READ_NAMES(name)                     read_names(r, kmp_yaml_get(map, #name), "run " #name, &run->name, &run->name##_count);
 #define KMP_RUN_OPTION(name, type, key, ...) READ_##key(name)
-#include "model/tables/run_options.def"
+#include "model/data/run_options.def"
 #undef KMP_RUN_OPTION
     read_until(r, kmp_yaml_get(map, "until"));
 }

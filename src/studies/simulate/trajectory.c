@@ -5,11 +5,11 @@
 #include "constraints/closing/assembly_modes.h"
 #include "constraints/diagnosis/shared_loads.h"
 #include "constraints/evaluation/load_multipliers.h"
-#include "derivatives/all_loads.h"
 #include "integrators/steppers/sample_times.h"
 #include "integrators/steppers/solver.h"
-#include "model/tables/coordinates.h"
-#include "model/tables/output_table.h"
+#include "model/data/coordinates.h"
+#include "model/data/output_table.h"
+#include "output/all_loads.h"
 #include "output/print.h"
 #include "output/times.h"
 #include "studies/simulate/checkpoint.h"
@@ -44,9 +44,9 @@ typedef struct job {
     kmp_reference reference;
     bool has_reference;
     kmp_times times;
-    kmp_samples before; /* rows of the checkpoint to continue from */
-    kmp_past *past;     /* of delayed signals in it; NULL: none */
-    kmp_kept_past kept; /* for the checkpoint of this run */
+    kmp_samples before;          /* rows of the checkpoint to continue from */
+    kmp_past *past;              /* of delayed signals in it; NULL: none */
+    kmp_program_cache_past kept; /* for the checkpoint of this run */
     kempe_assembly start;
     double *static_loads; /* of wheels */
     kmp_step_counts counts;
@@ -62,7 +62,7 @@ static kempe_status check_numbers(kempe_context *context, const kempe_run_option
         double value;
     } numbers[] = {
 #define KMP_RUN_OPTION(name, type, ...) KMP_RUN_IF_NUMBER_##type({#name, (double)run->name}, )
-#include "model/tables/run_options.def"
+#include "model/data/run_options.def"
 #undef KMP_RUN_OPTION
     };
     for (size_t k = 0; k < sizeof numbers / sizeof *numbers; k++)
@@ -82,7 +82,7 @@ kempe_status kmp_spec_of(const kempe_system *system, const kempe_run_options *ru
     KMP_TRY(kmp_coordinates_read(system->model, "independent", run->independent, u, &count));
     *spec = (kmp_run_spec){.u = count > 0 ? u : NULL, .u_count = count};
 #define KMP_RUN_OPTION(name, type, key, engine, ...) KMP_RUN_IF_RUN_##engine(spec->name = run->name;)
-#include "model/tables/run_options.def"
+#include "model/data/run_options.def"
 #undef KMP_RUN_OPTION
     return kmp_run_resolve(system, spec);
 }
@@ -91,7 +91,7 @@ void kmp_spec_numbers(const kmp_run_spec *spec, kempe_run_options *run)
 {
 #define KMP_RUN_OPTION(name, type, key, engine, ...)                                                                   \
     KMP_RUN_IF_RUN_##engine(KMP_RUN_IF_NUMBER_##type(run->name = spec->name;))
-#include "model/tables/run_options.def"
+#include "model/data/run_options.def"
 #undef KMP_RUN_OPTION
     run->integrator = spec->integrator;
 }
@@ -380,7 +380,7 @@ static kempe_status judge(kempe_trajectory *t, job *j)
 typedef struct sink {
     kempe_trajectory *t;
     const char *checkpoint;
-    kmp_kept_past *kept;
+    kmp_program_cache_past *kept;
     int covered; /* the last row that the past reaches */
     time_t written;
 } sink;
