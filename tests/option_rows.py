@@ -62,7 +62,7 @@ def dry_run():
     """The files that a row of a copy of the table does not reach."""
     missed = []
     with tempfile.TemporaryDirectory() as folder:
-        copy = pathlib.Path(folder) / "model/tables/run_options.def"
+        copy = pathlib.Path(folder) / "model/data/run_options.def"
         copy.parent.mkdir(parents=True)
         copy.write_text(TABLE.read_text() + DRY)
         for file, pattern in REACHED.items():

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Option parsing. A new option is one row of `options`; help text, parser and suggestions follow from it. Options of
- * runs are rows of model/tables/run_options.def. Accepted: --name value, --name=value, -o value, and `--` before a file
+ * runs are rows of model/data/run_options.def. Accepted: --name value, --name=value, -o value, and `--` before a file
  * name that begins with a dash. */
 #include "options.h"
 #include "terminal.h"
