@@ -23,10 +23,11 @@
  *     equilibrium.h   static and steady-state equilibria
  *     inverse.h       actuator forces of a prescribed motion
  *     linearize.h     state spaces about a state; response.h: frequency response
- *     modes.h         eigenvalues and mode shapes, also over the values of a parameter; limit cycles
+ *     modes.h         eigenvalues and mode shapes, also over the values of a parameter; limit_cycles.h: limit cycles
  *     sensitivity.h   sensitivities of results to parameters; gradient.h: gradients for optimisers
- *     fit.h           parameters from measured motions
- *     vehicle.h       wheels on their rails over a range, ride comfort; contact.h: laws of rolling contact
+ *     fit.h           parameters from measured motions; optimize.h: best parameters under limits
+ *     vehicle.h       wheels on their rails over a range; rolling_contact.h: laws of rolling contact
+ *     comfort.h       ride comfort
  *     generate.h      operation counts, equations in other languages, functional mock-up units
  *     cache.h         a folder that keeps derived equations for the next time
  *
@@ -261,7 +262,7 @@ typedef struct kempe_run_options {
     const char *checkpoint;
     /* continue from a checkpoint (default: none) */
     const char *resume;
-    /* 1: the trajectory keeps the dense output of every step, for kempe_trajectory_at (output_handles.h) */
+    /* 1: the trajectory keeps the dense output of every step, for kempe_trajectory_at_time (output_handles.h) */
     int keep_dense;
     /* 1: kempe_simulate judges the running safety of wheels on rails, from the dense output and the static loads of an
      * equilibrium (docs/model/wheels.md) */

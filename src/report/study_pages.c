@@ -301,12 +301,12 @@ static kempe_status write_instances(const kempe_model *model, kempe_table *table
     return status;
 }
 
-kempe_status kempe_batch_write_report(kempe_batch *batch, const char *path)
+kempe_status kempe_ensemble_result_write_report(kempe_ensemble_result *batch, const char *path)
 {
     KMP_WANTED(NULL, batch, "batch");
     KMP_WANTED(kmp_batch_model(batch)->context, path, "path");
     kempe_table *table = NULL;
-    KMP_TRY(kempe_batch_table(batch, "instances", &table));
+    KMP_TRY(kempe_ensemble_result_table(batch, "instances", &table));
     return write_instances(kmp_batch_model(batch), table, kmp_batch_outcome(batch), path);
 }
 

@@ -583,8 +583,8 @@ static double *take(double *to, double *from, int count)
     return from + count;
 }
 
-kempe_status kempe_trajectory_at(kempe_trajectory *trajectory, double t, double *q, double *qd, double *qdd,
-                                 double *lambda)
+kempe_status kempe_trajectory_at_time(kempe_trajectory *trajectory, double t, double *q, double *qd, double *qdd,
+                                      double *lambda)
 {
     KMP_WANTED(NULL, trajectory, "trajectory");
     int n = trajectory->system->n;
