@@ -118,15 +118,6 @@ static kempe_status write_page(const kempe_system *system, const char *command, 
     return status;
 }
 
-/* The public function that writes the page of a result. */
-#define PAGE(type, result, context, system, command, subject, fill)                                                    \
-    kempe_status type##_write_report(type *result, const char *path)                                                   \
-    {                                                                                                                  \
-        KMP_WANTED(NULL, result, #result);                                                                             \
-        KMP_WANTED(context, path, "path");                                                                             \
-        return write_page(system, command, subject, fill, result, path);                                               \
-    }
-
 /* -- position analysis ------------------------------------------------------------------------------- */
 
 static kempe_status fill_kinematics(study_page *s, const void *result)
@@ -151,9 +142,6 @@ static kempe_status fill_kinematics(study_page *s, const void *result)
     choose_first(s, first, KMP_PAGE_FIRST / 2);
     return add_frames(s, k->count, k->q, k->system->n, NULL);
 }
-
-PAGE(kempe_kinematics, kinematics, kinematics->system->context, kinematics->system, "kinematics", "position analysis",
-     fill_kinematics)
 
 /* -- inverse dynamics -------------------------------------------------------------------------------- */
 
@@ -194,8 +182,6 @@ static kempe_status fill_inverse(study_page *s, const void *result)
     return r->rows > 0 ? add_frames(s, r->rows, kmp_inverse_part(r, 0, r->at.q), r->width, r->t) : KEMPE_OK;
 }
 
-PAGE(kempe_inverse, inverse, inverse->system->context, inverse->system, "inverse", "inverse dynamics", fill_inverse)
-
 /* -- frequency response ------------------------------------------------------------------------------ */
 
 static kempe_status fill_response(study_page *s, const void *result)
@@ -214,9 +200,6 @@ static kempe_status fill_response(study_page *s, const void *result)
     return add_frames(s, 1, r->channels.at->q, 0, NULL);
 }
 
-PAGE(kempe_response, response, response->channels.given->context, response->channels.given, "response",
-     "frequency response", fill_response)
-
 /* -- equilibria -------------------------------------------------------------------------------------- */
 
 static kempe_status fill_equilibria(study_page *s, const void *result)
@@ -233,9 +216,6 @@ static kempe_status fill_equilibria(study_page *s, const void *result)
         KMP_TRY(add_frames(s, 1, e->balance[k].q, 0, (double[]){k + 1}));
     return KEMPE_OK;
 }
-
-PAGE(kempe_equilibrium, equilibrium, equilibrium->requested->context, equilibrium->system, "equilibrium", "equilibrium",
-     fill_equilibria)
 
 /* -- ensembles --------------------------------------------------------------------------------------- */
 
@@ -421,8 +401,6 @@ static kempe_status fill_fit(study_page *s, const void *result)
     return KEMPE_OK;
 }
 
-PAGE(kempe_fit, fit, fit->context, kmp_fit_rows(fit, 0)->system, "fit", "fit", fill_fit)
-
 /* -- optima ------------------------------------------------------------------------------------------ */
 
 static kempe_status fill_optimum(study_page *s, const void *result)
@@ -496,8 +474,6 @@ static kempe_status fill_limit_cycles(study_page *s, const void *result)
     return c->locus.reached > 0 ? add_frames(s, 1, c->locus.q, 0, NULL) : KEMPE_OK;
 }
 
-PAGE(kempe_limit_cycles, cycles, cycles->system->context, cycles->system, "cycles", "limit cycles", fill_limit_cycles)
-
 /* -- the assembled start ----------------------------------------------------------------------------- */
 
 static kempe_status fill_assembly(study_page *s, const void *result)
@@ -515,4 +491,25 @@ static kempe_status fill_assembly(study_page *s, const void *result)
     return add_frames(s, 1, a->q, 0, NULL);
 }
 
+/* -- the reports ------------------------------------------------------------------------------------- */
+
+/* A row for each result that has its system: the type, the name of its pointer, context and system, the words of the
+ * command and of the title, what fills the page. */
+#define PAGE(type, result, context, system, command, subject, fill)                                                    \
+    kempe_status type##_write_report(type *result, const char *path)                                                   \
+    {                                                                                                                  \
+        KMP_WANTED(NULL, result, #result);                                                                             \
+        KMP_WANTED(context, path, "path");                                                                             \
+        return write_page(system, command, subject, fill, result, path);                                               \
+    }
+
+PAGE(kempe_kinematics, kinematics, kinematics->system->context, kinematics->system, "kinematics", "position analysis",
+     fill_kinematics)
+PAGE(kempe_inverse, inverse, inverse->system->context, inverse->system, "inverse", "inverse dynamics", fill_inverse)
+PAGE(kempe_response, response, response->channels.given->context, response->channels.given, "response",
+     "frequency response", fill_response)
+PAGE(kempe_equilibrium, equilibrium, equilibrium->requested->context, equilibrium->system, "equilibrium", "equilibrium",
+     fill_equilibria)
+PAGE(kempe_fit, fit, fit->context, kmp_fit_rows(fit, 0)->system, "fit", "fit", fill_fit)
+PAGE(kempe_limit_cycles, cycles, cycles->system->context, cycles->system, "cycles", "limit cycles", fill_limit_cycles)
 PAGE(kempe_assembly, assembly, assembly->system->context, assembly->system, "assemble", "assembly", fill_assembly)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The laws of rolling contact as expressions: against the numbers of kempe/rolling_contact.h, derivatives against differences,
- * and finite where something is zero. */
+/* The laws of rolling contact as expressions: against the numbers of kempe/rolling_contact.h, derivatives against
+ * differences, and finite where something is zero. */
 #include "base/memory.h"
 #include "rail/wheel/laws.h"
 #include "symbolic/derivative.h"
