@@ -78,6 +78,7 @@ FOLDERS = [  # first match wins
     *((f"src/{name}/", name) for name in sorted(LAYERS)),
 ]
 PUBLIC_ONLY = {"cli", "examples", "api"}  # see <kempe/...> and the C library
+TABLES = {"src/model/data/run_options.def"}  # rows alone: all may see them
 MAY_SOLVE = {"linalg", "constraints", "integrators"}
 SOLVERS = re.compile(r"^(suitesparse/)?(umfpack|klu|btf|amd|colamd|SuiteSparse_config|cminpack|nlopt)\.h$"
                      r"|^(sundials|ida|idas|kinsol|cvode|cvodes|arkode|nvector|sunmatrix|sunlinsol|sunnonlinsol)/")
@@ -100,6 +101,8 @@ def resolve(root, path, name):
 
 def judge_quoted(root, path, layer, name):
     target = resolve(root, path, name)
+    if target in TABLES:
+        return None
     if target is None:
         if SOLVERS.match(name) or name.startswith("kempe/"):
             return f'write <{name}>: quotes are for our own files'

@@ -17,6 +17,7 @@
 #include "constraints/partition/partition.h"
 #include "constraints/partition/reduction.h"
 #include "constraints/tolerances.h"
+#include "model/data/closure_table.h"
 #include <math.h>
 #include <string.h>
 

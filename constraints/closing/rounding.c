@@ -8,6 +8,7 @@
 #include "constraints/closing/loop_polygon.h"
 #include "constraints/closing/random_walk.h"
 #include "constraints/tolerances.h"
+#include "model/data/closure_table.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>

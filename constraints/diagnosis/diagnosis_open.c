@@ -61,7 +61,7 @@ static const char *point_name(const kempe_model *model, int point)
 static bool too_short(const kempe_model *model, int closure, kmp_short_links *reach)
 {
     const kmp_closure *c = &model->closures[closure];
-    const kmp_closure_kind *kind = kmp_closure_kind_find(c->kind);
+    const kmp_closure_parts *kind = kmp_closure_parts_of(c->kind);
     const kmp_part *part = kind ? kind->force : NULL;
     bool rod = part == &kmp_part_rod;
     if (!(rod || part == &kmp_part_ball) || c->function) /* a ball makes its points coincide */

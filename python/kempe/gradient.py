@@ -42,7 +42,7 @@ class Gradient(Owned):
         """Evaluates at the driven coordinates (d), with their rates and accelerations. Returns the values (k)."""
         count = len(self.driven)
         self._context.check(
-            lib.kempe_gradient_at,
+            lib.kempe_gradient_eval,
             self._pointer,
             vector(np.atleast_1d(driven), count, "driven"),
             optional(None if rates is None else np.atleast_1d(rates), count, "rates"),

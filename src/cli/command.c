@@ -220,14 +220,13 @@ static void take_run_options(kempe_run_options *run, const kempe_folder *folder)
 {
     kempe_run_options there;
     kempe_folder_run_options(folder, &there);
-    run->formulation = run->formulation ? run->formulation : there.formulation;
-    run->integrator = run->integrator ? run->integrator : there.integrator;
-    run->independent = run->independent ? run->independent : there.independent;
-    run->rtol = run->rtol > 0 ? run->rtol : there.rtol;
-    run->atol = run->atol > 0 ? run->atol : there.atol * (run->rtol / there.rtol);
-    run->t_end = run->t_end > 0 ? run->t_end : there.t_end;
+    if (run->rtol > 0) /* another relative tolerance changes the absolute one in proportion */
+        there.atol *= run->rtol / there.rtol;
+#define KMP_RUN_OPTION(name, type, key, engine, folder, ...)                                                           \
+    KMP_RUN_IF_FOLDER_##folder(run->name = run->name ? run->name : there.name;)
+#include "model/data/run_options.def"
+#undef KMP_RUN_OPTION
     run->output_step = run->output_step > 0 ? run->output_step : there.output_step;
-    run->max_steps = run->max_steps ? run->max_steps : there.max_steps;
     run->no_convergence_check = run->no_convergence_check || there.no_convergence_check;
 }
 

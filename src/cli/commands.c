@@ -90,7 +90,7 @@ static kempe_status kempe_contacts_rows(const cli_job *j, const void *contacts, 
 WRITER(kempe_contacts_write_picture)
 TABLE(kempe_inverse, "rows")
 TABLE(kempe_comparison, "runs")
-TABLE(kempe_batch, "instances")
+TABLE(kempe_ensemble_result, "instances")
 WRITER(kempe_linearization_write)
 TABLE(kempe_modes, "rows")
 WRITER(kempe_modes_write_picture)
@@ -189,7 +189,7 @@ STUDY(optimize, kempe_optimum, kempe_optimum_new(j->model, &s->optimize, result)
 typedef struct instances {
     kempe_values *values;
     kempe_ensemble *ensemble;
-    kempe_batch *batch;
+    kempe_ensemble_result *batch;
     kempe_folder *folder;
 } instances;
 
@@ -199,7 +199,7 @@ static void instances_free(void *object)
     if (!i)
         return;
     kempe_folder_free(i->folder);
-    kempe_batch_free(i->batch);
+    kempe_ensemble_result_free(i->batch);
     kempe_ensemble_free(i->ensemble);
     kempe_values_free(i->values);
     free(i);
@@ -233,20 +233,21 @@ static kempe_status instances_print(const cli_job *j, const void *object, kempe_
 {
     const instances *i = object;
     (void)j;
-    return i->folder ? kempe_folder_print(i->folder, format, text) : kempe_batch_print(i->batch, format, text);
+    return i->folder ? kempe_folder_print(i->folder, format, text)
+                     : kempe_ensemble_result_print(i->batch, format, text);
 }
 
 static kempe_status instances_table(const cli_job *j, const void *object, bool drawn, kempe_table **table)
 {
     const instances *i = object;
-    return kempe_batch_rows(j, i->batch, drawn, table);
+    return kempe_ensemble_result_rows(j, i->batch, drawn, table);
 }
 
 static kempe_status instances_report(const cli_job *j, void *object, const char *path)
 {
     const instances *i = object;
     (void)j;
-    return kempe_batch_write_report(i->batch, path);
+    return kempe_ensemble_result_write_report(i->batch, path);
 }
 
 static kempe_status instances_history(const cli_job *j, void *object, const char *path)

@@ -51,7 +51,7 @@ static void coupler_point(const number p[PARAMETERS], number angle, number point
 static double off_at(kempe_gradient *g, const double *values, double angle)
 {
     double worst = 0;
-    CHECK(kempe_gradient_at(g, &angle, NULL, NULL) == KEMPE_OK);
+    CHECK(kempe_gradient_eval(g, &angle, NULL, NULL) == KEMPE_OK);
     for (int k = 0; k <= PARAMETERS; k++) {
         number p[PARAMETERS], point[2];
         for (int i = 0; i < PARAMETERS; i++)
@@ -118,7 +118,7 @@ static void motion_and_reactions(void)
     const double at = 1.3, rate = 4, acceleration = -3;
     double values[3] = {0.3, 0.8, 0.25}, exact[VALUES][4], best[4] = {INFINITY, INFINITY, INFINITY, INFINITY};
     CHECK(kempe_gradient_count(g) == VALUES);
-    CHECK(kempe_gradient_at(g, &at, &rate, &acceleration) == KEMPE_OK);
+    CHECK(kempe_gradient_eval(g, &at, &rate, &acceleration) == KEMPE_OK);
     for (int i = 0; i < VALUES; i++) {
         memcpy(exact[i], kempe_gradient_jacobian(g) + 3 * i, 3 * sizeof(double));
         exact[i][3] = kempe_gradient_by_driven(g)[i];
@@ -130,7 +130,7 @@ static void motion_and_reactions(void)
                 double moved[3] = {values[0], values[1], values[2]}, angle = at;
                 *(k < 3 ? &moved[k] : &angle) += s ? -step : step;
                 CHECK(kempe_gradient_set(g, moved) == KEMPE_OK);
-                CHECK(kempe_gradient_at(g, &angle, &rate, &acceleration) == KEMPE_OK);
+                CHECK(kempe_gradient_eval(g, &angle, &rate, &acceleration) == KEMPE_OK);
                 memcpy(side[s], kempe_gradient_values(g), sizeof side[s]);
             }
             for (int i = 0; i < VALUES; i++) {
@@ -153,13 +153,13 @@ static void ways_that_end(void)
     loaded m;
     kempe_gradient *g = open_gradient(&m, MODEL "run: {outputs: [position(coupler.P)]}\n", PARAMETERS, names);
     double values[PARAMETERS], angle = 1, q[3];
-    CHECK(kempe_gradient_at(g, &angle, NULL, NULL) == KEMPE_OK);
+    CHECK(kempe_gradient_eval(g, &angle, NULL, NULL) == KEMPE_OK);
     memcpy(q, kempe_gradient_q(g), sizeof q);
     memcpy(values, start, sizeof values);
     values[CRANK] = 0.8; /* it no longer turns all the way round */
     CHECK(kempe_gradient_set(g, values) == KEMPE_OK);
     angle = 3.2;
-    CHECK(kempe_gradient_at(g, &angle, NULL, NULL) == KEMPE_E_FAILED);
+    CHECK(kempe_gradient_eval(g, &angle, NULL, NULL) == KEMPE_E_FAILED);
     CHECK(strstr(kempe_context_message(m.context), "crank from 1 to 3.2 ends at"));
     CHECK(memcmp(q, kempe_gradient_q(g), sizeof q) == 0);
     values[COUPLER] = NAN;
@@ -167,7 +167,7 @@ static void ways_that_end(void)
     CHECK(kempe_gradient_set(g, start) == KEMPE_OK);
     CHECK(off_at(g, start, 3.2) < 2e-14);
     angle = NAN;
-    CHECK(kempe_gradient_at(g, &angle, NULL, NULL) == KEMPE_E_ARGUMENT);
+    CHECK(kempe_gradient_eval(g, &angle, NULL, NULL) == KEMPE_E_ARGUMENT);
     kempe_gradient_free(g);
     unload(&m);
 }
@@ -212,7 +212,7 @@ static void states_keep_their_start(void)
     for (int round = 0; g && round < 2; round++) {
         const double values[] = {0.4, 30, round ? 5 : 2, 0.7}, p = 3 * values[2] + 0.7;
         const double exact[3][4] = {{p, -x, 3 * 0.4, 0.4}, {p, -x, 3 * 0.4, 0.4}, {0, 0, 3 * v, v}};
-        CHECK(kempe_gradient_set(g, values) == KEMPE_OK && kempe_gradient_at(g, &x, &v, &a) == KEMPE_OK);
+        CHECK(kempe_gradient_set(g, values) == KEMPE_OK && kempe_gradient_eval(g, &x, &v, &a) == KEMPE_OK);
         CHECK_NEAR(kempe_gradient_values(g)[0], 0.4 * p - 30 * x, 1e-13);
         CHECK_NEAR(kempe_gradient_values(g)[2], p * v, 1e-13);
         CHECK_NEAR(kempe_gradient_by_driven(g)[1], -30, 1e-13);

@@ -20,7 +20,7 @@ static double *values_of(const loaded *l, const char *words, const double *q, co
         printf("%s: %s\n", words, kempe_context_message(l->context));
     CHECK(o != NULL);
     double *values = calloc((size_t)kempe_outputs_count(o) + 1, sizeof *values);
-    CHECK(kempe_outputs_at(o, 0.25, q, qd, qdd, NULL, values) == KEMPE_OK);
+    CHECK(kempe_outputs_at_state(o, 0.25, q, qd, qdd, NULL, values) == KEMPE_OK);
     kempe_outputs_free(o);
     return values;
 }

@@ -9,6 +9,7 @@
 #include "constraints/closing/close_reduced.h"
 #include "constraints/evaluation/intended_rank.h"
 #include "constraints/tolerances.h"
+#include "model/data/closure_table.h"
 #include "output/print.h"
 #include <kempe/check.h>
 #include <math.h>

@@ -213,8 +213,8 @@ kempe_status kempe_gradient_set(kempe_gradient *gradient, const double *values)
     return status;
 }
 
-kempe_status kempe_gradient_at(kempe_gradient *g, const double *driven, const double *rates,
-                               const double *accelerations)
+kempe_status kempe_gradient_eval(kempe_gradient *g, const double *driven, const double *rates,
+                                 const double *accelerations)
 {
     KMP_WANTED(NULL, g, "gradient");
     KMP_WANTED(g->context, driven || g->driven == 0, "driven");

@@ -233,7 +233,7 @@ static void add_friction_row(const element *e, const kmp_yaml *map)
     bool turns = force->motion >= 0 ? model->motions[force->motion].rotation : force->turns;
     force->closure = model->closure_count++;
     model->closures[force->closure] = (kmp_closure){.name = force->name,
-                                                    .kind = "friction",
+                                                    .kind = KMP_CLOSURE_friction,
                                                     .place = force->place,
                                                     .point = {-1, -1},
                                                     .motion = -1,

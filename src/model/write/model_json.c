@@ -208,7 +208,7 @@ static void put_curve(kmp_json *json, const kempe_model *model, const kmp_closur
 
 static void put_closure(kmp_json *json, const kempe_model *model, const kmp_closure *closure)
 {
-    kmp_json_put(json, "name %s kind %s", closure->name, closure->kind);
+    kmp_json_put(json, "name %s kind %s", closure->name, kmp_closure_word(closure));
     if (closure->motion >= 0)
         kmp_json_string(json, "coordinate", model->motions[closure->motion].name);
     else if (closure->point[0] >= 0) {

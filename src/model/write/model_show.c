@@ -431,7 +431,7 @@ void kmp_model_show(kmp_text *text, const kempe_model *model)
     begin(text, "loops", count);
     for (int i = 0; i < count; i++) {
         const kmp_closure *closure = &model->closures[i];
-        kmp_text_printf(text, "  %s: %s ", closure->name, closure->kind);
+        kmp_text_printf(text, "  %s: %s ", closure->name, kmp_closure_word(closure));
         (closure->point[0] < 0 ? show_relation : show_between)(text, model, closure);
         kmp_text_put(text, "\n");
     }

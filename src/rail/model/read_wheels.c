@@ -259,8 +259,12 @@ void kmp_add_wheel_closures(kmp_reader *r)
         if (kmp_name_find(KMP_NAMED(model, closure), wheel->name) >= 0)
             complain_name(r, wheel, "loop");
         wheel->closure = model->closure_count++;
-        model->closures[wheel->closure] = (kmp_closure){
-            .name = wheel->name, .kind = "wheel", .place = wheel->place, .point = {-1, -1}, .motion = -1, .wheel = k};
+        model->closures[wheel->closure] = (kmp_closure){.name = wheel->name,
+                                                        .kind = KMP_CLOSURE_wheel,
+                                                        .place = wheel->place,
+                                                        .point = {-1, -1},
+                                                        .motion = -1,
+                                                        .wheel = k};
     }
 }
 

@@ -2,6 +2,7 @@
 /* A trajectory as a report and as one JSON object. */
 #include "base/memory.h"
 #include "integrators/formulations/cost_model.h"
+#include "model/data/closure_table.h"
 #include "model/data/compliant.h"
 #include "model/data/output_table.h"
 #include "output/print.h"
