@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/kinds/kind.h"
+#include "base/wings.h"
 #include <string.h>
 
 const kmp_part kmp_part_none = {0};
@@ -32,6 +33,10 @@ const kmp_closure_kind *kmp_closure_kind_find(const char *name)
     for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++)
         if (strcmp(kinds[k].name, name) == 0)
             return &kinds[k];
+    for (const kmp_wing *const *wing = kmp_wings; *wing; wing++)
+        for (const kmp_closure_kind *kind = (*wing)->closures; kind && kind->name; kind++)
+            if (strcmp(kind->name, name) == 0)
+                return kind;
     return NULL;
 }
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/formulations/formulation.h"
 #include "base/memory.h"
-#include "constraints/closing/rounding.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "integrators/decide/dropped_rows.h"
 #include "integrators/decide/run_start.h"
 #include <string.h>

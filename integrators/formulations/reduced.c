@@ -8,6 +8,7 @@
  *   it, others along the tangent from the last accepted step only. An evaluation whose corrections stop contracting
  *   fails and shortens the step. */
 #include "integrators/formulations/reduced.h"
+#include "constraints/closing/close_reduced.h"
 #include "constraints/programs/reduced_program_inside.h"
 #include "constraints/tolerances.h"
 #include "integrators/decide/run_start.h"

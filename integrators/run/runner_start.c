@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The start of a run: independent rows and coordinates, consistent rates and accelerations, a formulation and an
  * integrator. */
-#include "constraints/closing/rounding.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/partition/singularity_causes.h"
+#include "constraints/partition/undetermined_loads.h"
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
 #include "dynamics/motion.h"

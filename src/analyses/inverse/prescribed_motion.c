@@ -6,7 +6,8 @@
 #include "base/spline.h"
 #include "base/substep.h"
 #include "constraints/closing/assemble.h"
-#include "constraints/closing/rounding.h"
+#include "constraints/closing/close_reduced.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "constraints/tolerances.h"
 #include "output/print.h"
 #include <kempe/check.h>

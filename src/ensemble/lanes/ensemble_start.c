@@ -2,8 +2,9 @@
 /* Operations on one instance at a time: its start, an exchange of u, its end. The evaluator and the scales of the
  * system are those of the current instance. */
 #include "base/memory.h"
-#include "constraints/closing/rounding.h"
+#include "constraints/closing/close_reduced.h"
 #include "constraints/evaluation/charts.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/tolerances.h"
 #include "dynamics/motion.h"

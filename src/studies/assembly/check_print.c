@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* `check` for a person: a short form with the verdict, or one paragraph a question. */
 #include "studies/assembly/check_print.h"
+#include "model/data/numbers.h"
 #include "model/write/model_print.h"
 #include "output/result_table.h"
 #include <kempe/check.h>
