@@ -19,7 +19,7 @@ KMP_INLINE double kmp_restart_again(double from, double event, double to, bool p
 {
     const double h = (1 + KMP_STEP_BEYOND) * (event - from), closely = (1 + KMP_STEP_AT_ONCE) * (event - from);
     const bool shorter = closely * (1 + KMP_STEP_AT_ONCE) < to - from &&
-                         closely > fmax(KMP_STEP_AT_ONCE * (to - from), 64 * kmp_step_least(from));
+                         closely > fmax(KMP_STEP_AT_ONCE * (to - from), KMP_RESTART_BRIEF * kmp_step_least(from));
     if (parts && h > 0 && h < to - from)
         return h;
     return rough && shorter ? closely : 0;
