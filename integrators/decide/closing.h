@@ -2,8 +2,7 @@
 /* Newton's method that closes loops: when it has converged, when it fails, and how far a correction goes; and the
  * correction of integrated coordinates at the end of a step. The decisions of every loop of the library that closes
  * states, of lanes and of generated simulators, which have this file too. */
-#ifndef KMP_CLOSING_H
-#define KMP_CLOSING_H
+#pragma once
 
 #include "constraints/tolerances.h"
 #include "integrators/decide/inlined.h"
@@ -105,5 +104,3 @@ KMP_INLINE bool kmp_correction_is_small(double size, bool dropped, double t, kmp
     last->t = t;
     return size <= (dropped ? KMP_CORRECTION_REDUNDANT : KMP_CORRECTION_LIMIT) || rounding;
 }
-
-#endif

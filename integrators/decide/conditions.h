@@ -2,8 +2,7 @@
 /* Conditions of a motion: which values change one, whether one may change within a step, on which branch a kink is
  * fixed, and when changes repeat without end. The decisions of runs, of lanes and of generated simulators, which have
  * this file too. A condition is fixed during a step by its mode: above zero it holds, its value is negative. */
-#ifndef KMP_CONDITIONS_H
-#define KMP_CONDITIONS_H
+#pragma once
 
 #include "constraints/tolerances.h"
 #include "dynamics/kinematics/friction_roles.h"
@@ -87,5 +86,3 @@ KMP_INLINE bool kmp_kink_is_idle(double most, double within, double largest, int
 {
     return most <= within * largest || kmp_changes_without_end(repeats);
 }
-
-#endif

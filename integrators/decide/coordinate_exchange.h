@@ -2,8 +2,7 @@
 /* Exchange of independent and dependent coordinates: when it is due, and which ones are exchanged. v = B u + ...; a
  * large entry of the scaled B says that u is near to a dead centre. The decisions of every choice of coordinates, of
  * runs, of lanes and of generated simulators, which have this file too. */
-#ifndef KMP_COORDINATE_EXCHANGE_H
-#define KMP_COORDINATE_EXCHANGE_H
+#pragma once
 
 #include "constraints/tolerances.h"
 #include "integrators/decide/inlined.h"
@@ -81,5 +80,3 @@ static inline int kmp_exchange_columns(int r, int p, double *b, int *column, dou
         kmp_swap_int(&column[i], &column[r + k]);
     }
 }
-
-#endif

@@ -2,8 +2,7 @@
 /* Rows of the closures that were dropped as redundant: whether they are still closed with the others, and whether the
  * kept ones still have their rank. The decisions of runs, of lanes and of generated simulators, which have this file
  * too. */
-#ifndef KMP_DROPPED_ROWS_H
-#define KMP_DROPPED_ROWS_H
+#pragma once
 
 #include "constraints/tolerances.h"
 #include "integrators/decide/inlined.h"
@@ -39,5 +38,3 @@ KMP_INLINE kmp_kept_rank kmp_dropped_judge(double coefficient)
            : !(coefficient <= KMP_ROWS_OUT) ? KMP_KEPT_BADLY
                                             : KMP_KEPT_WELL;
 }
-
-#endif

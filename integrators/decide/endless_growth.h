@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A motion that grows without end: the decision of runs, of lanes and of generated simulators, which have this file
  * too. Such a run would take shorter and shorter steps until its numbers overflow. */
-#ifndef KMP_ENDLESS_GROWTH_H
-#define KMP_ENDLESS_GROWTH_H
+#pragma once
 
 #include "constraints/tolerances.h"
 #include <float.h>
@@ -67,5 +66,3 @@ static inline bool kmp_growth_is_endless(kmp_growth *growth, double tried, doubl
     return growth->ended >= 4 && tried >= KMP_GROWTH_STEPS && last <= KMP_GROWTH_STEADY * before &&
            before <= KMP_GROWTH_STEADY * first && t - end[0] <= KMP_GROWTH_STEADY * last;
 }
-
-#endif

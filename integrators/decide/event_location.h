@@ -2,8 +2,7 @@
 /* The earliest change of conditions within a part of a step whose ends tell that there is one: each condition is
  * narrowed to rounding, one after the other, to the earliest time so far (base/bracket.h). The search of runs, of lanes
  * and of generated simulators, which have this file too, for a site that evaluates the motion. */
-#ifndef KMP_EVENT_LOCATION_H
-#define KMP_EVENT_LOCATION_H
+#pragma once
 
 #include "base/bracket.h"
 #include "integrators/decide/conditions.h"
@@ -107,5 +106,3 @@ static inline int kmp_location_surface(const kmp_location_site *s, double from, 
     *t = surface;
     return 0;
 }
-
-#endif

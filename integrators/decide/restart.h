@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Steps around events: whether a step is made again up to the event within it, and the length of the step that follows
  * an event or a sample. The decisions of runs, of lanes and of generated simulators, which have this file too. */
-#ifndef KMP_RESTART_H
-#define KMP_RESTART_H
+#pragma once
 
 #include "constraints/tolerances.h"
 #include "integrators/decide/step_control.h"
@@ -20,7 +19,7 @@ KMP_INLINE double kmp_restart_again(double from, double event, double to, bool p
 {
     const double h = (1 + KMP_STEP_BEYOND) * (event - from), closely = (1 + KMP_STEP_AT_ONCE) * (event - from);
     const bool shorter = closely * (1 + KMP_STEP_AT_ONCE) < to - from &&
-                         closely > fmax(KMP_STEP_AT_ONCE * (to - from), 64 * kmp_step_least(from));
+                         closely > fmax(KMP_STEP_AT_ONCE * (to - from), KMP_RESTART_BRIEF * kmp_step_least(from));
     if (parts && h > 0 && h < to - from)
         return h;
     return rough && shorter ? closely : 0;
@@ -41,5 +40,3 @@ KMP_INLINE double kmp_restart_proposed(double h, double t)
 {
     return h < KMP_RESTART_BRIEF * kmp_step_least(t) ? 0 : h;
 }
-
-#endif

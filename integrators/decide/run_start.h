@@ -2,8 +2,7 @@
 /* The start of a motion: its rate, the tolerances of its unknowns, and the length of its first step. The decisions of
  * runs, of lanes and of generated simulators, which have this file too. First step after Hairer, Norsett, Wanner,
  * Solving Ordinary Differential Equations I, 2nd ed., II.4. */
-#ifndef KMP_RUN_START_H
-#define KMP_RUN_START_H
+#pragma once
 
 #include "constraints/tolerances.h"
 #include "integrators/decide/inlined.h"
@@ -72,5 +71,3 @@ KMP_INLINE double kmp_start_step(double h, double most, int order, double longes
     double h1 = most <= 1e-15 ? fmax(1e-6, 1e-3 * h) : pow(0.01 / most, 1.0 / order);
     return fmin(fmin(100 * h, h1), longest);
 }
-
-#endif

@@ -2,8 +2,7 @@
 /* Control of steps: whether an attempt is taken, and how long the next one is. The decisions of runs, of lanes and of
  * generated simulators, which have this file too. Step sizes by the error after Hairer, Wanner, Solving Ordinary
  * Differential Equations II, IV.2 (Gustafsson's PI control), with the published bounds. */
-#ifndef KMP_STEP_CONTROL_H
-#define KMP_STEP_CONTROL_H
+#pragma once
 
 #include "integrators/decide/inlined.h"
 #include <float.h>
@@ -145,5 +144,3 @@ KMP_INLINE bool kmp_step_collapsed(int *hopeless, double h, double t)
     *hopeless = kmp_step_is_hopeless(h, t) ? *hopeless + 1 : 0;
     return *hopeless > KMP_STEP_MAX_HOPELESS;
 }
-
-#endif

@@ -177,14 +177,6 @@ kempe_status kmp_event_tracker_begin(kmp_event_tracker *c, double t, bool *ends)
 
 /* -- passing ----------------------------------------------------------------------------------------- */
 
-/* True if condition k, which changes at t, has also changed a moment before. */
-static bool just_changed(const kmp_event_tracker *c, int k, double t)
-{
-    double lag = c->s->events.condition[k].lag;
-    bool near = lag > 0 && c->past[k].most <= LAGS * lag;
-    return near || kmp_changes_at_once(t, c->past[k].last, c->instant);
-}
-
 /* Events are counted and named; bends are not. */
 static void note_event(kmp_event_tracker *c, int k, double t, bool holds)
 {
@@ -213,7 +205,9 @@ static kempe_status change_condition(kmp_event_tracker *c, int k, double t)
     const bool holds = !(c->mode[k] > 0), kink = c->s->events.condition[k].kink;
     kmp_condition_past *past = &c->past[k];
     c->search.ready = false;
-    past->repeats = just_changed(c, k, t) ? past->repeats + 1 : 0;
+    const double lag = c->s->events.condition[k].lag;
+    const bool near = lag > 0 && past->most <= LAGS * lag;
+    past->repeats = near || kmp_changes_at_once(t, past->last, c->instant) ? past->repeats + 1 : 0;
     if (kink) {
         const bool idle = kmp_kink_is_idle(past->most, c->kink, past->largest, past->repeats);
         kmp_eval_set_kink(c->eval, k, idle ? 0 : holds ? 1 : -1);

@@ -277,14 +277,6 @@ static kempe_status switch_here(kmp_runner *run, double t, double *energy, doubl
     return meet_closures(run, t, energy, gain);
 }
 
-/* The step size after an event at t at which rates may jump. */
-static double step_after_event(const kmp_runner *run, double t, double flight)
-{
-    const kmp_solver *solver = run->solver;
-    return kmp_restart_length(solver->t - solver->t_old, t - solver->t_old,
-                              KMP_FRICTION_INSTANT * kmp_friction_span(run), flight);
-}
-
 /* The kinetic energy of rates that count as none. */
 static double energy_of_rest(const kmp_runner *run)
 {
@@ -305,7 +297,8 @@ static kempe_status pass_switch(kmp_runner *run, double t)
     if (-energy > fmax(run->spec.rtol * before, energy_of_rest(run)))
         kmp_run_log_add(run->log, "impact", t, before, after,
                         "closures switch and rates jump: %.4g of %.4g J of kinetic energy are lost", -energy, before);
-    const double h = step_after_event(run, t, kmp_impact_since(run->impacts));
+    const double begin = run->solver->t_old, instant = KMP_FRICTION_INSTANT * kmp_friction_span(run);
+    const double h = kmp_restart_length(run->solver->t - begin, t - begin, instant, kmp_impact_since(run->impacts));
     return kmp_runner_restart(run, t, false, work + energy + gain, h);
 }
 

@@ -3,8 +3,7 @@
  * simulators: coefficients, stages, error estimates and dense output of DOP853 and DOPRI5. C99, no library but
  * libm. Coefficients and estimators after Hairer, Norsett, Wanner, Solving Ordinary Differential Equations
  * I, 2nd ed., II.5 (methods), II.6 (dense output), II.10 (error of DOP853), and the authors' published codes. */
-#ifndef KMP_EXPLICIT_METHODS_H
-#define KMP_EXPLICIT_METHODS_H
+#pragma once
 
 #include "integrators/decide/step_control.h"
 #include <float.h>
@@ -341,5 +340,3 @@ KMP_INLINE void kmp_dop853_solution(size_t w, bool fused, size_t n, const kmp_do
         s->error[l] = fabs(s->h[l]) * e5[l] * sqrt(1.0 / both);
     }
 }
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Co-simulation: the unit integrates. A part of kempe_fmu.c. */
-#ifndef FMU_COMMUNICATION_H
-#define FMU_COMMUNICATION_H
+#pragma once
 
 #include "constraints/tolerances.h"
 #include "exchange/simulator/fmu_exchange.h"
@@ -85,5 +84,3 @@ kempe_fmu_status kempe_fmu_do_step(kempe_fmu *fmu, double from, double step, kem
         (void)kempe_fmu_say(fmu, KEMPE_FMU_WARNING, KEMPE_FMU_LOG_WARNING, "%s", s->message);
     return KEMPE_FMU_OK;
 }
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Exact directional derivatives. A part of kempe_simulator.c. */
-#ifndef SIMULATOR_ALONG_H
-#define SIMULATOR_ALONG_H
+#pragma once
 
 #include "exchange/simulator/simulator_states.h"
 
@@ -205,5 +204,3 @@ kempe_simulator_status kempe_simulator_along(kempe_simulator *s, const kempe_sim
     hand_out(e->conditions, part->dvalue, change->value);
     return KEMPE_SIMULATOR_GOES;
 }
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Choice and exchange of independent coordinates and rows. A part of kempe_simulator.c. */
-#ifndef SIMULATOR_CHOICE_H
-#define SIMULATOR_CHOICE_H
+#pragma once
 
 #include "exchange/simulator/simulator_messages.h"
 
@@ -139,22 +138,18 @@ static int rows_let_go(const kempe_simulator *s)
     return count;
 }
 
-/* The first redundant row that does not close with the others; -1: none. */
-static int open_row(const kempe_simulator *s)
-{
-    const int r = rank_of(s);
-    return kmp_dropped_open(r, s->part.row, s->equations->rows - r, s->part.row + r, 1, s->part.h,
-                            s->equations->row_scale, s->settings.atol + s->settings.rtol, s->part.state[AT_LOOSE]);
-}
-
-static kempe_simulator_status report_open_row(kempe_simulator *s, int row, double t)
+/* False after a message: a redundant row does not close with the others at t. */
+static bool dropped_rows_close(kempe_simulator *s, double t)
 {
     const kempe_equations *e = s->equations;
-    return fail_with(
-        s,
-        "closure row '%s', redundant at the start, has the residual %.3g (scaled) at t = %.9g: the motion began "
-        "at a change point, where the closures have a lower rank; start near it, on the intended branch",
-        e->row_names[row], opening(s, row), t);
+    const int r = rank_of(s);
+    const int row = kmp_dropped_open(r, s->part.row, e->rows - r, s->part.row + r, 1, s->part.h, e->row_scale,
+                                     s->settings.atol + s->settings.rtol, s->part.state[AT_LOOSE]);
+    if (row >= 0)
+        fail_with(
+            s,
+            "closure row '%s', redundant at the start, has the residual %.3g (scaled) at t = %.9g: the motion began "
+            "at a change point, where the closures have a lower rank; start near it, on the intended branch",
+            e->row_names[row], opening(s, row), t);
+    return row < 0;
 }
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Conditions: their values, changes of modes, ends of the motion. A part of kempe_simulator.c. */
-#ifndef SIMULATOR_CONDITIONS_H
-#define SIMULATOR_CONDITIONS_H
+#pragma once
 
 #include "exchange/simulator/simulator_choice.h"
 
@@ -65,15 +64,6 @@ static void take_branches(kempe_simulator *s)
             s->part.modes[k] = s->part.flip[k] / 2;
         s->part.flip[k] = 0;
     }
-}
-
-/* An integrator of the caller does not locate kinks. */
-static void release_branches(kempe_simulator *s)
-{
-    for (int k = 0; k < s->equations->conditions; k++)
-        if (s->equations->condition_kind[k] == KEMPE_CONDITION_KINK)
-            s->part.modes[k] = 0;
-    clear(s->equations->conditions, s->part.flip);
 }
 
 /* Largest values since the last change. */
@@ -239,5 +229,3 @@ static kempe_simulator_status settle_modes(kempe_simulator *s, double t, double 
     }
     return fail_with(s, "%s contradicts another condition at t = %.9g", e->condition_names[last], t);
 }
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Dense output of a step. A part of kempe_simulator.c. */
-#ifndef SIMULATOR_DENSE_H
-#define SIMULATOR_DENSE_H
+#pragma once
 
 #include "exchange/simulator/simulator_samples.h"
 
@@ -78,5 +77,3 @@ static outcome interpolate(kempe_simulator *s, double t, double *y)
                            (t - state[AT_BEGIN]) / state[AT_TAKEN], y);
     return said;
 }
-
-#endif

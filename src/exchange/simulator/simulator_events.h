@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Search of events in a step. A part of kempe_simulator.c. */
-#ifndef SIMULATOR_EVENTS_H
-#define SIMULATOR_EVENTS_H
+#pragma once
 
 #include "exchange/simulator/simulator_dense.h"
 #include "integrators/events/watch_site.h"
@@ -211,5 +210,3 @@ static outcome find_event(kempe_simulator *s, double *again)
     *again = found ? shortened(s) : passed ? part->state[AT_TAKEN] : 0;
     return said;
 }
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Friction that sticks: the site at which kempe_friction.c decides on modes. Rows that are held change the rank. A part
  * of kempe_simulator.c. */
-#ifndef SIMULATOR_FRICTION_H
-#define SIMULATOR_FRICTION_H
+#pragma once
 
 #include "dynamics/kinematics/friction_roles.h"
 #include "exchange/simulator/simulator_conditions.h"
@@ -270,5 +269,3 @@ static kempe_simulator_status settle_friction(kempe_simulator *s, double t, doub
     pack_y(s, part->q, part->qd, y);
     return KEMPE_SIMULATOR_GOES;
 }
-
-#endif

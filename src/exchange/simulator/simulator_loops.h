@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Closing of loops by Newton's method, and rates of dependent coordinates. A part of kempe_simulator.c. */
-#ifndef SIMULATOR_LOOPS_H
-#define SIMULATOR_LOOPS_H
+#pragma once
 
 #include "exchange/simulator/simulator_structure.h"
 
@@ -89,13 +88,6 @@ static double residual(const kempe_simulator *s)
     return worst;
 }
 
-static void correct(kempe_simulator *s, double part_of_it)
-{
-    const struct kempe_simulator_parts *part = &s->part;
-    for (int i = 0; i < rank_of(s); i++)
-        part->q[part->column[i]] += part_of_it * part->correction[i];
-}
-
 /* Closes the loops by Newton's method on v at the placed q; leaves J and its factors there. *first: the size of the
  * first correction (may be NULL). */
 static outcome close_loops(kempe_simulator *s, double t, double *first)
@@ -120,8 +112,8 @@ static outcome close_loops(kempe_simulator *s, double t, double *first)
         const kmp_closing_move move = kmp_closing_judge(&out, &rule, noise, size, INFINITY, residual(s), &last, &part);
         if (first)
             *first = out.first;
-        if (move != KMP_CLOSING_STOPS)
-            correct(s, part);
+        for (int i = 0; i < r && move != KMP_CLOSING_STOPS; i++)
+            s->part.q[v[i]] += part * s->part.correction[i];
         if (move != KMP_CLOSING_GOES)
             break;
     }
@@ -210,5 +202,3 @@ static double signs_of_loops(const kempe_simulator *s)
     }
     return signs;
 }
-
-#endif

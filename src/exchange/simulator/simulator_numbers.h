@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Numbers, places in the header of a state, and results of an evaluation. A part of kempe_simulator.c. */
-#ifndef SIMULATOR_NUMBERS_H
-#define SIMULATOR_NUMBERS_H
+#pragma once
 
 #include "base/bracket.h"
 #include "exchange/simulator/kempe_simulator.h"
@@ -82,5 +81,3 @@ fail_with(kempe_simulator *s, const char *format, ...)
 }
 
 static const kmp_rk_numbers methods[] = {KMP_DOP853_NUMBERS, KMP_DOPRI5_NUMBERS};
-
-#endif

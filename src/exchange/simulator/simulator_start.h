@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Outputs at a time, and the start of a motion. A part of kempe_simulator.c. */
-#ifndef SIMULATOR_START_H
-#define SIMULATOR_START_H
+#pragma once
 
 #include "exchange/simulator/simulator_steps.h"
 
@@ -223,5 +222,3 @@ static kempe_simulator_status refuse_before_start(kempe_simulator *s)
 {
     return fail_with(s, "the simulator has not been started: call kempe_simulator_start");
 }
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Steps and their errors. A part of kempe_simulator.c. */
-#ifndef SIMULATOR_STEPS_H
-#define SIMULATOR_STEPS_H
+#pragma once
 
 #include "exchange/simulator/simulator_charts.h"
 #include "exchange/simulator/simulator_events.h"
@@ -279,10 +278,7 @@ static kempe_simulator_status take_step(kempe_simulator *s, double h, double t_n
     copy(size, part->y_new, part->y_old);
     copy(size, part->candidate, part->y_new);
     s->work.steps++;
-    int row = open_row(s);
-    if (row >= 0)
-        return report_open_row(s, row, t_new);
-    if (!stays_bounded(s))
+    if (!dropped_rows_close(s, t_new) || !stays_bounded(s))
         return KEMPE_SIMULATOR_FAILED;
     state[AT_EXCHANGE] = is_choice_bad(s, KMP_EXCHANGE_GROWTH);
     if (!has_changes(s))
@@ -347,5 +343,3 @@ static kempe_simulator_status make_step(kempe_simulator *s, bool again)
     }
     return give_up(s, said, what);
 }
-
-#endif
