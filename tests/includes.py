@@ -19,20 +19,21 @@ LAYERS = {
     "linalg": "base",
     "symbolic": "base linalg",
     "model": "base linalg symbolic",
-    "kinematics": "base linalg symbolic model",
+    "kinematics": "base linalg symbolic model decide",
     "contact": "base",
     "wheel": "base linalg symbolic model kinematics contact",
     "kinds": "base linalg symbolic model kinematics wheel",
     "dynamics": "base linalg symbolic model kinematics wheel kinds",
     "backend": "base linalg symbolic model kinematics kinds dynamics",
-    "constraints": "base linalg symbolic model kinematics kinds dynamics backend",
-    "integrators": "base linalg symbolic model kinematics kinds dynamics backend constraints",
+    "decide": "base linalg",
+    "constraints": "base linalg symbolic model kinematics kinds dynamics backend decide",
+    "integrators": "base linalg symbolic model kinematics kinds dynamics backend decide constraints",
     "cli": "",
     "examples": "",
     "api": "check",
     "check": "",
 }
-CORE = "base linalg symbolic model kinematics kinds dynamics backend constraints integrators"
+CORE = "base linalg symbolic model kinematics kinds dynamics backend decide constraints integrators"
 STUDIES = {  # a study: the others that it uses
     "assembly": "",
     "simulate": "equilibrium",
@@ -60,9 +61,12 @@ LAYERS["report"] = " ".join([CORE, "output", *(f"studies/{study}" for study in S
 LAYERS["generate"] = f"{CORE} output"
 LAYERS["unit"] = f"{CORE} output generate studies/simulate"
 FOLDERS = [  # first match wins
+    ("src/dynamics/kinematics/friction_roles.h", "decide"),
     ("src/dynamics/kinematics/", "kinematics"),
     ("constraints/kinds/", "kinds"),
+    ("constraints/tolerances.h", "decide"),
     ("constraints/", "constraints"),
+    ("integrators/decide/", "decide"),
     ("integrators/", "integrators"),
     ("examples/", "examples"),
     ("tests/api/", "api"),

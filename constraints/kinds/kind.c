@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/kinds/kind.h"
+#include "base/wings.h"
 
 const kmp_part kmp_part_none = {0};
 
 static const kmp_closure_parts parts[KMP_CLOSURE_KINDS] = {
-    {NULL, NULL},
-#define KMP_CLOSURE(name, needs, force, moment, ...) {&kmp_part_##force, &kmp_part_##moment},
+    {KMP_CLOSURE_NONE, NULL, NULL},
+#define KMP_CLOSURE(name, needs, force, moment, ...) {KMP_CLOSURE_##name, &kmp_part_##force, &kmp_part_##moment},
 #define KMP_INNER_CLOSURE                            KMP_CLOSURE
 #include "model/data/closure_kinds.def"
 #undef KMP_CLOSURE
@@ -30,7 +31,15 @@ bool kmp_closure_rates(const kmp_closure_parts *kind, const kmp_tree *tree, cons
 
 const kmp_closure_parts *kmp_closure_parts_of(kmp_closure_kind kind)
 {
-    return kind > KMP_CLOSURE_NONE && kind < KMP_CLOSURE_KINDS ? &parts[kind] : NULL;
+    if (kind <= KMP_CLOSURE_NONE || kind >= KMP_CLOSURE_KINDS)
+        return NULL;
+    if (parts[kind].force != &kmp_part_none)
+        return &parts[kind];
+    for (const kmp_wing *const *wing = kmp_wings; *wing; wing++)
+        for (const kmp_closure_parts *own = (*wing)->closures; own && own->kind; own++)
+            if (own->kind == kind)
+                return own;
+    return NULL;
 }
 
 bool kmp_closure_aligns(const kmp_closure_parts *kind)

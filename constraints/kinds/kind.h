@@ -26,6 +26,7 @@ typedef struct kmp_part {
 } kmp_part;
 
 typedef struct kmp_closure_parts {
+    kmp_closure_kind kind;
     const kmp_part *force, *moment; /* the rows of the second follow those of the first */
 } kmp_closure_parts;
 

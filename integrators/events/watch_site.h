@@ -23,8 +23,8 @@ typedef struct kmp_watch_site {
     bool (*may_change)(const void *self, int condition);
     /** True for a condition that is fixed where its value is negative. */
     bool (*holds)(const void *self, int condition);
-    /** Ends a piece, with the values at its end. *found: it has a change, at which the step now ends. */
-    int (*end)(void *self, double from, double to, const double *change, bool *found);
+    /** Ends a piece, with the values at both ends. *found: it has a change, at which the step now ends. */
+    int (*end)(void *self, double from, const double *before, double to, const double *change, bool *found);
 } kmp_watch_site;
 
 #endif

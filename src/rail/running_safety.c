@@ -795,3 +795,37 @@ kempe_status kmp_static_loads(const kempe_system *system, double *loads)
     }
     return status;
 }
+
+/* -- as a judge of runs ------------------------------------------------------------------------------- */
+
+static kempe_status prepare(const kempe_system *system, const kempe_run_options *run, kmp_arena *arena, void **before)
+{
+    double *loads = NULL;
+    *before = NULL;
+    if (system->model->wheel_count == 0 || !run->judge_safety)
+        return KEMPE_OK;
+    *before = loads = KMP_ARENA_NEW(arena, double, system->model->wheel_count);
+    KMP_TRY(kmp_made(system->context, loads));
+    return kmp_static_loads(system, loads);
+}
+
+static kempe_status judge_run(const kempe_system *system, kmp_recording *recording, const void *before,
+                              kmp_arena *arena, void **verdict)
+{
+    kmp_running_safety *safety = KMP_ARENA_NEW(arena, kmp_running_safety, 1);
+    *verdict = safety;
+    KMP_TRY(kmp_made(system->context, safety));
+    return kmp_running_safety_of(system, recording, before, arena, safety);
+}
+
+static void show_verdict(kmp_text *text, const kempe_model *model, const void *verdict)
+{
+    kmp_running_safety_show(text, model, verdict);
+}
+
+static void json_verdict(kmp_json *json, const kempe_model *model, const void *verdict)
+{
+    kmp_running_safety_json(json, model, verdict);
+}
+
+const kmp_run_judge kmp_safety_judge = {prepare, judge_run, show_verdict, json_verdict};

@@ -3,6 +3,7 @@
 #include "analyses/comfort/comfort_study.h"
 #include "base/memory.h"
 #include "model/data/output_table.h"
+#include "rail/running_safety.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 
@@ -162,7 +163,7 @@ kempe_status kmp_vehicle_comfort(const kempe_trajectory *t, kempe_comfort **comf
 
 void kmp_vehicle_drawing(kmp_json *json, const kempe_trajectory *run, const kempe_comfort *comfort)
 {
-    const kmp_running_safety *s = run ? &run->safety : NULL;
+    const kmp_running_safety *s = run ? run->judged : NULL;
     if (!s || s->wheels == 0) {
         kmp_json_string(json, "vehicle", NULL);
         return;

@@ -226,18 +226,6 @@ static void show_friction(kempe_simulator *s, const double *value)
         s->part.lambda[friction->row[i]] = value[friction->slot[i] + KMP_ROLE_GIVEN - KMP_ROLE_SENSE];
 }
 
-/* True while an element is held, or has a given force. */
-static bool friction_rests(const kempe_simulator *s)
-{
-    const kempe_friction *friction = s->equations->friction;
-    bool rests = false;
-    for (int i = 0; friction && i < friction->elements; i++) {
-        const double *mode = s->part.modes + friction->slot[i] - KMP_ROLE_SENSE;
-        rests = rests || mode[KMP_ROLE_HELD] > 0 || mode[KMP_ROLE_GIVEN] != 0;
-    }
-    return rests;
-}
-
 /* Notes the friction at the state y, and lets go of the rows that are held: modes are decided anew. */
 static kempe_simulator_status release_friction(kempe_simulator *s, double t, double *y)
 {

@@ -118,7 +118,7 @@ static kempe_simulator_status strike_contacts(kempe_simulator *s, double t)
         return explain_decision(&d, t);
     place_state_of(s, part->site_q, part->site_qd);
     if (since > 0)
-        part->state[AT_NEXT] = fmin(part->state[AT_NEXT], KMP_IMPACT_STEP * since);
+        part->state[AT_NEXT] = kmp_restart_length(part->state[AT_NEXT], 1, 0, since);
     return KEMPE_SIMULATOR_GOES;
 }
 

@@ -56,9 +56,7 @@ static void restart(kempe_simulator *s, double t)
     state[AT_BEGIN] = state[AT_END] = t;
     state[AT_TAKEN] = 0;
     state[AT_DENSE] = state[AT_EVENT] = state[AT_EXCHANGE] = state[AT_ENDED] = 0;
-    state[AT_ERROR] = KMP_RK_ERROR_FLOOR;
-    state[AT_REJECTED] = state[AT_HOPELESS] = 0;
-    state[AT_FRESH] = 1;
+    begin_control(s);
 }
 
 /* Makes the first choice at the placed q, before and after the loops are closed. */

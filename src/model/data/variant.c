@@ -6,7 +6,6 @@
 #include "base/memory.h"
 #include "model/data/closure_table.h"
 #include "model/data/numbers.h"
-#include "model/write/model_print.h"
 #include <math.h>
 #include <string.h>
 

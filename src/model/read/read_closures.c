@@ -378,5 +378,5 @@ void kmp_read_closures(kmp_reader *r)
     read_drives(&drives);
     add_couplings(r);
     kmp_lock_pressed(r);
-    kmp_add_wheel_closures(r);
+    kmp_read_wings(r, KMP_READ_AFTER_CLOSURES);
 }

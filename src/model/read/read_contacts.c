@@ -6,7 +6,7 @@
 #include "model/data/cut_coordinates.h"
 #include "model/data/parallel_curve.h"
 #include "model/data/touch_plane.h"
-#include "model/read/compliant.h"
+#include "model/read/read_compliant.h"
 #include <math.h>
 
 /* Sine of the angle between parallel axes, up to rounding. */

@@ -526,7 +526,7 @@ void kmp_read_forces(kmp_reader *r)
         *force = (kmp_force){.name = s.name, .place = s.key->place, .motion = -1};
         read_force(&(element){.r = r, .map = s.node, .what = s.what, .force = force});
     }
-    kmp_add_wheel_forces(r);
+    kmp_read_wings(r, KMP_READ_AFTER_FORCES);
     kmp_read_contacts(r);
     kmp_add_state_rates(r);
 }

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The model as one JSON object. */
 #include "model/data/closure_table.h"
+#include "model/data/compliant.h"
 #include "model/data/output_table.h"
-#include "model/read/compliant.h"
 #include "model/write/model_print.h"
 #include "symbolic/surface.h"
 #include <math.h>

@@ -34,7 +34,6 @@ bool kmp_closure_has_axes(const kmp_closure *closure)
 }
 
 const char *const kmp_axis_names[3] = {"x", "y", "z"};
-const char *const kmp_inertia_names[6] = {"xx", "yy", "zz", "xy", "xz", "yz"};
 
 void kmp_model_settings(const kmp_run_settings *run, kmp_shown_setting list[KMP_SETTINGS])
 {

@@ -52,8 +52,6 @@ bool kmp_closure_has_axes(const kmp_closure *closure);
 /** "x", "y", "z" */
 extern const char *const kmp_axis_names[3];
 
-extern const char *const kmp_inertia_names[6];
-
 /** The settings of a run that are a word or a number, with their keys: rows of run_options.def, algorithm and
  * change_points. */
 enum {

@@ -2,8 +2,9 @@
 /* The model as a summary to read. */
 #include "base/memory.h"
 #include "model/data/closure_table.h"
+#include "model/data/compliant.h"
+#include "model/data/numbers.h"
 #include "model/data/output_table.h"
-#include "model/read/compliant.h"
 #include "model/write/model_print.h"
 #include "symbolic/surface.h"
 #include <string.h>

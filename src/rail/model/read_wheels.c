@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Wheels on rails: each becomes a force, and where its contact is rigid a closure, of its name. */
 #include "model/data/numbers.h"
-#include "model/read/reading.h"
 #include "rail/model/rail.h"
+#include "rail/model/read_rail.h"
 #include <string.h>
 
 static const kmp_key wheel_keys[] = {

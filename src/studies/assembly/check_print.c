@@ -2,6 +2,7 @@
 /* `check` for a person: a short form with the verdict, or one paragraph a question. */
 #include "studies/assembly/check_print.h"
 #include "model/data/closure_table.h"
+#include "model/data/numbers.h"
 #include "model/write/model_print.h"
 #include "output/result_table.h"
 #include <kempe/check.h>

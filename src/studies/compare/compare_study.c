@@ -3,6 +3,7 @@
 #include "studies/compare/compare_study.h"
 #include "base/memory.h"
 #include "constraints/evaluation/load_multipliers.h"
+#include "constraints/partition/undetermined_loads.h"
 #include "integrators/steppers/solver.h"
 #include "output/print.h"
 #include <kempe/compare.h>

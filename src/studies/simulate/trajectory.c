@@ -2,9 +2,11 @@
 /* Simulating: options to a run, a run to a trajectory. */
 #include "studies/simulate/trajectory.h"
 #include "base/memory.h"
+#include "base/wings.h"
 #include "constraints/closing/assembly_modes.h"
 #include "constraints/diagnosis/shared_loads.h"
 #include "constraints/evaluation/load_multipliers.h"
+#include "constraints/partition/undetermined_loads.h"
 #include "integrators/steppers/sample_times.h"
 #include "integrators/steppers/solver.h"
 #include "model/data/coordinates.h"
@@ -13,6 +15,7 @@
 #include "output/print.h"
 #include "output/times.h"
 #include "studies/simulate/checkpoint.h"
+#include "studies/simulate/run_judge.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>
@@ -48,7 +51,7 @@ typedef struct job {
     kmp_past *past;              /* of delayed signals in it; NULL: none */
     kmp_program_cache_past kept; /* for the checkpoint of this run */
     kempe_assembly start;
-    double *static_loads; /* of wheels */
+    void *judge_needs; /* what the judge of a wing needs; NULL: it does not judge */
     kmp_step_counts counts;
     bool least_norm; /* loads that redundant constraints share */
 } job;
@@ -428,7 +431,7 @@ static kempe_status integrate(job *j, kempe_trajectory *t)
     }
     j->spec.log = &t->log;
     const double most = j->run->keep_dense ? 0 : DENSE_OF_WHEELS;
-    if ((j->run->keep_dense || j->static_loads) && !(j->spec.recording = t->recording = kmp_recording_new(most)))
+    if ((j->run->keep_dense || j->judge_needs) && !(j->spec.recording = t->recording = kmp_recording_new(most)))
         return kmp_fail_memory(j->context);
     j->kept.since = j->spec.t_start;
     j->spec.kept_past = s.checkpoint ? &j->kept : NULL;
@@ -475,12 +478,20 @@ static kempe_status run_again(kempe_trajectory *t, job *j)
     return status;
 }
 
-/* Of wheels on rails, from the dense output, which is then kept for the caller alone. */
-static kempe_status judge_safety(kempe_trajectory *t, const job *j)
+const kmp_run_judge *kmp_run_judge_find(void)
 {
-    if (!t->recording || !j->static_loads)
+    for (const kmp_wing *const *wing = kmp_wings; *wing; wing++)
+        if ((*wing)->judge)
+            return (*wing)->judge;
+    return NULL;
+}
+
+/* By the judge of a wing, from the dense output, which is then kept for the caller alone. */
+static kempe_status judge_further(kempe_trajectory *t, const job *j)
+{
+    if (!t->recording || !j->judge_needs)
         return KEMPE_OK;
-    kempe_status status = kmp_running_safety_of(t->system, t->recording, j->static_loads, &t->arena, &t->safety);
+    kempe_status status = kmp_run_judge_find()->judge(t->system, t->recording, j->judge_needs, &t->arena, &t->judged);
     if (!j->run->keep_dense) {
         kmp_recording_free(t->recording);
         t->recording = NULL;
@@ -502,7 +513,7 @@ static kempe_status run(job *j, kempe_trajectory **trajectory)
     }
     kempe_status judged = kmp_has_result(status) ? judge(t, j) : KEMPE_OK;
     if (judged == KEMPE_OK && kmp_has_result(status))
-        judged = judge_safety(t, j);
+        judged = judge_further(t, j);
     status = judged == KEMPE_OK ? status : judged;
     if (status == KEMPE_OK && !j->run->no_convergence_check)
         status = run_again(t, j);
@@ -514,23 +525,13 @@ static kempe_status run(job *j, kempe_trajectory **trajectory)
     return status;
 }
 
-/* Before the run, whose messages remain. */
-static kempe_status find_static_loads(job *j)
-{
-    int wheels = j->system->model->wheel_count;
-    if (wheels == 0 || !j->run->judge_safety)
-        return KEMPE_OK;
-    j->static_loads = KMP_ARENA_NEW(&j->arena, double, wheels);
-    KMP_TRY(kmp_made(j->context, j->static_loads));
-    return kmp_static_loads(j->system, j->static_loads);
-}
-
 kempe_status kmp_simulate(const kempe_system *system, const kempe_run_options *options, kempe_trajectory **trajectory)
 {
     KMP_OPTIONS(system->context, kempe_run_options, options);
     job j = {.system = system, .context = system->context, .run = options};
     kmp_samples_init(&j.before, system->n, system->m);
-    kempe_status status = find_static_loads(&j);
+    const kmp_run_judge *judge = kmp_run_judge_find();
+    kempe_status status = judge ? judge->prepare(system, options, &j.arena, &j.judge_needs) : KEMPE_OK;
     if (status == KEMPE_OK) {
         kmp_context_clear(j.context); /* the messages of that search */
         status = prepare(&j);

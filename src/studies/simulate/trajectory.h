@@ -5,7 +5,6 @@
 #include "integrators/run/recording.h"
 #include "output/convergence.h"
 #include "output/verdict.h"
-#include "rail/running_safety.h"
 
 struct kempe_trajectory {
     const kempe_system *system;
@@ -18,18 +17,18 @@ struct kempe_trajectory {
     kmp_samples table;
     kmp_verdict verdict;
     kmp_convergence again;
-    kmp_run_report report;     /* its reason has moved to `reason` */
-    kmp_run_log log;           /* of events */
-    int mode_changes;          /* of the assembly mode for given held coordinates; the first one: */
-    double mode_t[2];          /* between these rows */
-    int mode_coordinate;       /* a coordinate of the loops that pass to it */
-    double *reaction;          /* 3 a closure, at the last row; NaN when there is none */
-    double *shown;             /* values of outputs in addition to the table, per row */
-    kmp_run_spec spec;         /* as it was run, without its times and log; it points into the arena */
-    bool interrupted;          /* by the user */
-    kmp_recording *recording;  /* NULL: none is kept */
-    kmp_running_safety safety; /* of wheels on rails */
-    double *at;                /* 3 n + m: a row between those of the table */
+    kmp_run_report report;    /* its reason has moved to `reason` */
+    kmp_run_log log;          /* of events */
+    int mode_changes;         /* of the assembly mode for given held coordinates; the first one: */
+    double mode_t[2];         /* between these rows */
+    int mode_coordinate;      /* a coordinate of the loops that pass to it */
+    double *reaction;         /* 3 a closure, at the last row; NaN when there is none */
+    double *shown;            /* values of outputs in addition to the table, per row */
+    kmp_run_spec spec;        /* as it was run, without its times and log; it points into the arena */
+    bool interrupted;         /* by the user */
+    kmp_recording *recording; /* NULL: none is kept */
+    void *judged;             /* by kmp_run_judge_find(); NULL: not */
+    double *at;               /* 3 n + m: a row between those of the table */
 };
 
 /** The word of its status. */
