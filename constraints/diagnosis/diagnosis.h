@@ -162,3 +162,6 @@ void kmp_diagnosis_limits(kmp_examination *x);
 
 /** Jacobian k of the examination: 0 here, 1 .. point_count at the random configurations. */
 const double *kmp_diagnosis_jacobian(const kmp_examination *x, int k);
+
+/** The work of kempe_check_new. */
+kempe_status kmp_check(const kempe_system *system, kempe_check **check);

@@ -5,9 +5,10 @@
 const kmp_part kmp_part_none = {0};
 
 static const kmp_closure_parts parts[KMP_CLOSURE_KINDS] = {
-    {KMP_CLOSURE_NONE, NULL, NULL},
-#define KMP_CLOSURE(name, needs, force, moment, ...) {KMP_CLOSURE_##name, &kmp_part_##force, &kmp_part_##moment},
+    {NULL, NULL},
+#define KMP_CLOSURE(name, needs, force, moment, ...) {&kmp_part_##force, &kmp_part_##moment},
 #define KMP_INNER_CLOSURE                            KMP_CLOSURE
+#define KMP_CLOSURE_OF_WING(...)                     {NULL, NULL},
 #include "model/data/closure_kinds.def"
 #undef KMP_CLOSURE
 };
@@ -33,13 +34,11 @@ const kmp_closure_parts *kmp_closure_parts_of(kmp_closure_kind kind)
 {
     if (kind <= KMP_CLOSURE_NONE || kind >= KMP_CLOSURE_KINDS)
         return NULL;
-    if (parts[kind].force != &kmp_part_none)
-        return &parts[kind];
-    for (const kmp_wing *const *wing = kmp_wings; *wing; wing++)
-        for (const kmp_closure_parts *own = (*wing)->closures; own && own->kind; own++)
-            if (own->kind == kind)
-                return own;
-    return NULL;
+    for (const kmp_wing *const *wing = kmp_wings; *wing && !parts[kind].force; wing++)
+        for (const kmp_closure_of_wing *row = (*wing)->closures; row && row->parts.force; row++)
+            if (row->kind == kind)
+                return &row->parts;
+    return parts[kind].force ? &parts[kind] : NULL;
 }
 
 bool kmp_closure_aligns(const kmp_closure_parts *kind)

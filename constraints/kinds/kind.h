@@ -26,9 +26,14 @@ typedef struct kmp_part {
 } kmp_part;
 
 typedef struct kmp_closure_parts {
-    kmp_closure_kind kind;
     const kmp_part *force, *moment; /* the rows of the second follow those of the first */
 } kmp_closure_parts;
+
+/** The parts of a kind that a wing of the library has; no force part ends a list. */
+typedef struct kmp_closure_of_wing {
+    kmp_closure_kind kind;
+    kmp_closure_parts parts;
+} kmp_closure_of_wing;
 
 /** The number of declared rows of a closure of the kind. */
 int kmp_closure_rows(const kmp_closure_parts *kind, const kmp_closure *closure);
@@ -39,7 +44,7 @@ bool kmp_closure_rates(const kmp_closure_parts *kind, const kmp_tree *tree, cons
 /** All rows of h. */
 void kmp_closure_residual(const kmp_closure_parts *kind, const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h);
 
-/** NULL if the kind does not exist. */
+/** NULL if the kind does not exist in this build. */
 const kmp_closure_parts *kmp_closure_parts_of(kmp_closure_kind kind);
 
 /** True if the closure makes all axes of its points parallel. */
@@ -50,6 +55,7 @@ kmp_vec kmp_part_effort(const kmp_tree *tree, const kmp_closure *closure, const 
 
 #define KMP_CLOSURE(name, needs, force, moment, ...) extern const kmp_part kmp_part_##force, kmp_part_##moment;
 #define KMP_INNER_CLOSURE                            KMP_CLOSURE
+#define KMP_CLOSURE_OF_WING(...)
 #include "model/data/closure_kinds.def"
 #undef KMP_CLOSURE
 

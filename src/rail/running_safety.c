@@ -7,6 +7,7 @@
 #include "base/context.h"
 #include "base/json.h"
 #include "base/memory.h"
+#include "constraints/inexact/nearest_exact.h"
 #include "constraints/tolerances.h"
 #include "dynamics/program_cache.h"
 #include "model/data/output_table.h"
@@ -754,7 +755,7 @@ static kempe_status find(const kempe_system *system, double *loads)
         }
         status = kmp_made(system->context, ideal.tracks);
         if (status == KEMPE_OK)
-            status = kempe_system_new(&ideal, &level);
+            status = kmp_system_new(&ideal, NULL, &level);
         if (status == KEMPE_OK)
             kempe_system_set_force(level, system->force, system->force_user);
     }

@@ -14,6 +14,7 @@
 #include "ensemble/statistics/statistics.h"
 #include "output/print.h"
 #include "output/result_table.h"
+#include "pipeline.h"
 #include "report/result_page.h"
 #include <kempe/check.h>
 #include <kempe/compare.h>
@@ -273,7 +274,7 @@ static kempe_status write_instances(const kempe_model *model, kempe_table *table
 {
     const instances shown = {&table, outcome};
     kempe_system *system = NULL;
-    kempe_status status = kempe_system_new(model, &system);
+    kempe_status status = kmp_system_new(model, NULL, &system);
     if (status == KEMPE_OK)
         status = write_page(system, "ensemble", "ensemble", fill_instances, &shown, path);
     kempe_table_free(table);

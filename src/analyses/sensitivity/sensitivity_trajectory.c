@@ -11,6 +11,7 @@
 #include "integrators/steppers/solver.h"
 #include "output/print.h"
 #include "output/times.h"
+#include "pipeline.h"
 #include "studies/simulate/trajectory.h"
 #include <kempe/output_handles.h>
 #include <kempe/sensitivity.h>

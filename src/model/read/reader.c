@@ -287,11 +287,6 @@ kempe_status kempe_model_read_text_set(kempe_context *context, const char *text,
     return read_model(context, text, strlen(text), label, list, count, model);
 }
 
-kempe_status kempe_model_read(kempe_context *context, const char *path, kempe_model **model)
-{
-    return kempe_model_read_set(context, path, NULL, 0, model);
-}
-
 kempe_status kempe_model_read_text(kempe_context *context, const char *text, const char *label, kempe_model **model)
 {
     return kempe_model_read_text_set(context, text, label, NULL, 0, model);

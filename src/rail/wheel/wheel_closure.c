@@ -15,4 +15,4 @@ static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *
 
 static const kmp_part part = {1, 1, residual, kmp_part_effort, NULL};
 
-const kmp_closure_parts kmp_wheel_closures[] = {{KMP_CLOSURE_wheel, &part, &kmp_part_none}, {0}};
+const kmp_closure_of_wing kmp_wheel_closures[] = {{KMP_CLOSURE_wheel, {&part, &kmp_part_none}}, {0}};

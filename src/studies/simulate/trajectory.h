@@ -40,10 +40,6 @@ const char *kmp_trajectory_unit(const kempe_trajectory *t);
 /** The outputs in addition to the table (model/tables/output_table.h) at a row; owned by the evaluator. */
 const double *kmp_samples_shown(const kmp_samples *table, kmp_evaluator *eval, int row);
 
-/** kempe_simulate as a part of another computation, which goes on and judges itself: KEMPE_OK also where the run cannot
- * be trusted. Its warnings are those of the whole. */
-kempe_status kmp_simulate(const kempe_system *system, const kempe_run_options *run, kempe_trajectory **trajectory);
-
 /** The run of the options, with names and defaults resolved. `spec` points into the arena and to the strings of `run`.
  */
 kempe_status kmp_spec_of(const kempe_system *system, const kempe_run_options *run, kmp_arena *arena,
