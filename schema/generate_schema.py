@@ -217,7 +217,7 @@ def words(source, array):
 
 
 def wheel():
-    return keyed("wheel", contact=words("model_wheels.c", "kmp_contact_form_words"), creep=words("model_wheels.c", "kmp_creep_law_words"))
+    return keyed("wheel", contact=words("wheels.c", "kmp_contact_form_words"), creep=words("wheels.c", "kmp_creep_law_words"))
 
 
 def run():

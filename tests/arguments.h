@@ -107,8 +107,7 @@ static const kempe_comfort_options shaken = {
 static const kempe_linearize_options push_start = {.inputs = "effort(crank)", .outputs = "q(crank)"};
 static const kempe_inverse_options by_motor = {.actuators = "crank", .independent = "crank"};
 static const kempe_modes_options from_start = {.at = "start"};
-static const char *const some_parameters[1] = {"base"};
-static const kempe_gradient_options of_base = {.parameter_count = 1, .parameters = some_parameters, .driven = "crank"};
+static const kempe_gradient_options of_base = {.parameters = "base", .driven = "crank"};
 
 static const kempe_fmu_options sources_alone = {.no_binary = 1};
 static const kempe_sample_options two_cranks = {.ranges = "crank=0.29:0.31", .count = 2};
@@ -200,7 +199,7 @@ static kempe_status new_statistics(const kempe_ensemble_result *batch, kempe_sta
     return status;
 }
 
-SOME(kempe_statistics, new_statistics, some_kempe_batch(0))
+SOME(kempe_statistics, new_statistics, some_kempe_ensemble_result(0))
 
 static const kempe_contact_options shift = {.sweep = "shift=0:1 mm:2"};
 SOME(manchester_model, kempe_model_read, some_kempe_context(0), KEMPE_ROOT "/examples/manchester/manchester.yaml")

@@ -24,7 +24,7 @@ TABLE, HEADER = ROOT / "src/model/data/run_options.def", ROOT / "include/kempe/k
 STRUCT = re.compile(r"(typedef struct kempe_run_options \{\n.*?;[^\n]*\n)(.*?)(\} kempe_run_options;)", re.S)
 C = {"NUMBER": "double ", "TIME": "double ", "ANGLE": "double ", "LONG": "long ", "WHOLE": "int ", "FLAG": "int ", "TEXT": "const char *"}
 DRY = ('KMP_RUN_OPTION(dry_run, TIME, KEY, RUN, FOLDER, CLI_SIMULATE, IN_RUN, "dry-run", "T",\n    "none", "an option that no run obeys", "")\n')
-# What a row reaches: a file that is compiled, and what its preprocessed text has for the row.
+# Files that a row reaches, and the text of the row in each after the preprocessor.
 REACHED = {
     "src/cli/options.c": r'"dry-run".*"an option that no run obeys" ", s" " \(default: that of the model, or "',
     "src/cli/command.c": r"run->dry_run = run->dry_run",

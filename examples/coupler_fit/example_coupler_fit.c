@@ -206,7 +206,8 @@ static int run(kempe_context *context, const char *path, const char *picture)
     kempe_model *model = NULL;
     fit f = {.best = HUGE_VAL};
     double v[UNKNOWNS], met = HUGE_VAL, off = HUGE_VAL;
-    kempe_gradient_options options = {.parameter_count = DIMENSIONS, .parameters = names, .driven = "crank"};
+    kempe_gradient_options options = {.parameters = "crank,coupler,rocker,base,along,across,x,y,tilt",
+                                      .driven = "crank"};
     if (kempe_model_read(context, path, &model) == KEMPE_OK && read_places(&f, path) &&
         kempe_gradient_new(model, &options, &f.gradient) == KEMPE_OK) {
         off = check_gradient(&f, guess);

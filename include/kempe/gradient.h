@@ -4,8 +4,7 @@
  * evaluation by an optimiser. The equations are derived once. Each evaluation takes one closure by Newton's method and
  * one pass of straight-line code.
  *
- *     const char *names[] = {"crank", "rocker"};
- *     kempe_gradient_options ask = {.parameter_count = 2, .parameters = names, .driven = "crank"};
+ *     kempe_gradient_options ask = {.parameters = "crank,rocker", .driven = "crank"};
  *     kempe_gradient *gradient;
  *     kempe_gradient_new(model, &ask, &gradient);
  *     kempe_gradient_set(gradient, lengths);
@@ -28,11 +27,10 @@ KEMPE_BEGIN
 typedef struct kempe_gradient kempe_gradient;
 
 typedef struct kempe_gradient_options {
-    size_t size; /* sizeof this struct, or 0: that of version 0.1 */
-    int parameter_count;
-    const char *const *parameters; /* names of parameters of the model */
-    const char *driven;            /* coordinates, comma-separated: one for each degree of freedom */
-    const char *backend;           /* native | tape; NULL: the default */
+    size_t size;            /* sizeof this struct, or 0: that of version 0.1 */
+    const char *parameters; /* "crank,rocker": parameters of the model; NULL: none */
+    const char *driven;     /* coordinates, comma-separated: one for each degree of freedom */
+    const char *backend;    /* native | tape; NULL: the default */
 } kempe_gradient_options;
 
 /** Derives the equations of a model with the parameters kept symbolic, and assembles it at its start. The values are

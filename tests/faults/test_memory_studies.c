@@ -152,9 +152,8 @@ static kempe_status differentiate_modes(scene *s)
 /* Position analysis of a driven mechanism with other lengths; a sweep that ends early. */
 static kempe_status drive(scene *s)
 {
-    static const char *const names[] = {"crank", "base"};
     const double longer[] = {0.35, 0.9}, too_long[] = {0.8, 0.9}, angle = 0.4, across = 1.5;
-    kempe_gradient_options options = {.parameter_count = 2, .parameters = names, .driven = "crank"};
+    kempe_gradient_options options = {.parameters = "crank,base", .driven = "crank"};
     kempe_gradient *gradient = NULL;
     kempe_status status = kempe_gradient_new(s->model, &options, &gradient);
     untouched(status, gradient);
