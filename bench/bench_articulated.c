@@ -147,7 +147,7 @@ static void measure_file(const char *path)
     kempe_context_free(context);
 }
 
-int main(int argc, char **argv)
+int bench_articulated(int argc, char **argv)
 {
     static const int sizes[] = {4, 8, 12, 16, 20, 24, 32, 50, 100, 200, 400};
     int largest = argc > 1 ? atoi(argv[1]) : 400;

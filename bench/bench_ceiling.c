@@ -78,7 +78,7 @@ typedef struct measurement {
     int chains;
 } measurement;
 
-int main(int argc, char **argv)
+int bench_ceiling(int argc, char **argv)
 {
     bool has_eight = kmp_has_eight();
 #ifndef __x86_64__

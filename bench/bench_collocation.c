@@ -238,7 +238,7 @@ static bool is_requested(const char *name, int count, char **names)
     return count == 0;
 }
 
-int main(int argc, char **argv)
+int bench_collocation(int argc, char **argv)
 {
     bool verbose = argc > 1 && strcmp(argv[1], "-v") == 0;
     printf("ms to an error of 1e-6, 1e-8, 1e-10 (times as fast as the best of the ways before)\n");

@@ -155,7 +155,7 @@ static void put_table(bool curved)
     }
 }
 
-int main(int argc, char **argv)
+int bench_contact(int argc, char **argv)
 {
     if (argc == 4) {
         bench b = load(&scenes[atoi(argv[2]) % SCENES], false);

@@ -56,7 +56,7 @@ static void measure(const char *path)
     bench_free(&b);
 }
 
-int main(int argc, char **argv)
+int bench_counted_time(int argc, char **argv)
 {
     printf("%-20s %4s %4s | %8s %8s %6s | %8s %8s %6s\n", "model", "u", "v", "cycles", "ns", "per ns", "of lanes", "ns",
            "per ns");

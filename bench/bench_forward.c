@@ -138,7 +138,7 @@ static void with_sets(stand *s, const kempe_model *model, const char *sets, cons
     kmp_source_free(&s->source);
 }
 
-int main(int argc, char **argv)
+int bench_forward(int argc, char **argv)
 {
     static stand s;
     if (argc < 4) {

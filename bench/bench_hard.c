@@ -4,6 +4,7 @@
  *
  *     bench_hard [WORD]      only the cases with WORD in their names
  */
+#include "bench.h"
 #include "bench/battery.h"
 #include "bench/inconsistent.h"
 
@@ -161,7 +162,7 @@ static void equal_lengths(void)
     hard_unload(&s);
 }
 
-int main(int argc, char **argv)
+int bench_hard(int argc, char **argv)
 {
     printf("%-28s %-24s %-6s %-7s %8s %8s %8s %7s %8s  %s\n", "case", "formulation", "rtol", "status", "error",
            "residual", "energy", "steps", "CPU s", "verdict");

@@ -118,7 +118,7 @@ static void run(const char *path, double part)
     kempe_context_free(context);
 }
 
-int main(int argc, char **argv)
+int bench_lanes(int argc, char **argv)
 {
     double part = argc > 1 ? strtod(argv[1], NULL) : 0;
     if (!(part > 0) || argc < 3) {

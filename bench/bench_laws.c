@@ -218,7 +218,7 @@ static void print_curves(void)
     }
 }
 
-int main(int count, char **words)
+int bench_laws(int count, char **words)
 {
     if (count > 1 && strcmp(words[1], "csv") == 0) {
         print_curves();

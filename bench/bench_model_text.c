@@ -4,6 +4,7 @@
  *     bench_model_text windows N | windows_in_space N | tree N
  */
 #include "base/memory.h"
+#include "bench.h"
 #include "chain.h"
 #include "trees.h"
 #include <stdio.h>
@@ -14,7 +15,7 @@ static char *tree(int n)
     return tree_text(TREE_BINARY, n);
 }
 
-int main(int argc, char **argv)
+int bench_model_text(int argc, char **argv)
 {
     static const struct {
         const char *name;

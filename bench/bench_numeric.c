@@ -467,7 +467,10 @@ static void run_all(kempe_context *context)
         printf("KEMPE_MBS names no folder of .mbs files\n");
 }
 
-int main(int argc, char **argv)
+#ifndef BENCH_NUMERIC
+#define BENCH_NUMERIC bench_numeric /* compiled a second time with other options: bench_numeric_o2 */
+#endif
+int BENCH_NUMERIC(int argc, char **argv)
 {
     kempe_context *context = kempe_context_new();
     int evaluations = 0, first = 1;

@@ -145,7 +145,7 @@ static void measure(int n, bool unequal)
     unmake(&c);
 }
 
-int main(int argc, char **argv)
+int bench_scale(int argc, char **argv)
 {
     static const int sizes[] = {2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000};
     int largest = argc > 1 ? atoi(argv[1]) : 2000;

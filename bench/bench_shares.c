@@ -69,7 +69,7 @@ static bool load(bench *b, const char *model)
     return made;
 }
 
-int main(int argc, char **argv)
+int bench_shares(int argc, char **argv)
 {
     printf("%-14s %-7s %4s %5s %6s | %31s | %5s %6s %4s %8s | %5s %-17s | %6s\n", "", "", "co-", "un-", "", "us of one",
            "", "", "", "", "us an", "share of", "ns an");

@@ -331,7 +331,7 @@ static void solve(const char *name, double t_end, bool verbose)
     kmp_free(text);
 }
 
-int main(int argc, char **argv)
+int bench_sweeps(int argc, char **argv)
 {
     bool verbose = argc > 1 && strcmp(argv[1], "-v") == 0;
     for (int k = 1 + verbose; k + 1 < argc; k += 2)

@@ -209,7 +209,7 @@ static bool takes_part(const char *integrator)
     return false;
 }
 
-int main(int argc, char **argv)
+int bench_threads(int argc, char **argv)
 {
     const char *model = argc > 1 ? argv[1] : "tests/models/three_bogies.yaml";
     double t_end = argc > 2 ? atof(argv[2]) : 0.1;

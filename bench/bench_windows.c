@@ -132,7 +132,7 @@ static double slope(int count, const double *x, const double *y)
     return (count * sxy - sx * sy) / (count * sxx - sx * sx);
 }
 
-int main(int argc, char **argv)
+int bench_windows(int argc, char **argv)
 {
     enum { SIZES = 6, GROWING = 2 };
     static const int sizes[SIZES] = {10, 40, 100, 200, 400, 1000};

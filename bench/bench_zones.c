@@ -189,7 +189,7 @@ static void print_approximations(const kempe_contacts *analyn)
     (void)fclose(f);
 }
 
-int main(int argc, char **argv)
+int bench_zones(int argc, char **argv)
 {
     method list[METHODS] = {{.pressure = NULL},         {.pressure = "kik-piotrowski"}, {.pressure = "analyn"},
                             {.pressure = "half-space"}, {.pressure = "half-space:2"},   {.pressure = "half-space:3"}};
