@@ -4,7 +4,7 @@
  * Operations + - * / of the program and of what is solved with its values; microseconds, the least of some runs taken
  * alternately; the choice of auto.
  *
- *     bench_articulated [LARGEST N, 400 if absent [MODEL ...]]
+ *     bench articulated [LARGEST N, 400 if absent [MODEL ...]]
  */
 #include "base/memory.h"
 #include "base/text.h"

@@ -4,7 +4,7 @@
  * A program whose operations wait gains as the first, one that fills the units as the second; none gains more than the
  * number of lanes.
  *
- *     bench_ceiling [SECONDS]      of each measurement */
+ *     bench ceiling [SECONDS]      of each measurement */
 #include "base/clones.h"
 #include "base/simd4.h"
 #include "bench.h"

@@ -3,7 +3,7 @@
  * an error of q of 1e-6, 1e-8 and 1e-10. The error is the largest at ROWS times of the run over max(|q|, 1), against
  * the reduced formulation at rtol 1e-13. Each time is the least of several runs with one row.
  *
- *     bench_collocation [-v] [NAME ..]
+ *     bench collocation [-v] [NAME ..]
  */
 #include "base/memory.h"
 #include "bench.h"

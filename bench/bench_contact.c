@@ -5,8 +5,8 @@
  * creep. An operation is + - * / or a function; the local unknown of the contact counts by what its iteration takes in
  * the times alone.
  *
- *     bench_contact            the table
- *     bench_contact BACKEND CASE TIMES     that case alone so many times, for callgrind */
+ *     bench contact            the table
+ *     bench contact BACKEND CASE TIMES     that case alone so many times, for callgrind */
 #include "backend/x86/machine.h"
 #include "bench.h"
 #include <math.h>

@@ -2,7 +2,7 @@
 /* Counted time beside measured time: cycles of an evaluation by counted operations (integrators/formulations/cycles.h)
  * and nanoseconds, of one state and of eight in lanes, for the reduced formulation of each model at its start.
  *
- *     counted_time MODEL.yaml ..
+ *     bench counted_time MODEL.yaml ..
  */
 #include "bench.h"
 #include "integrators/run/runner.h"

@@ -142,7 +142,7 @@ int bench_forward(int argc, char **argv)
 {
     static stand s;
     if (argc < 4) {
-        fprintf(stderr, "usage: bench_forward MODEL STATES SECONDS\n");
+        fprintf(stderr, "usage: bench forward MODEL STATES SECONDS\n");
         return 2;
     }
     bench b = bench_load(argv[1]);

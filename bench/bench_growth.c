@@ -2,7 +2,7 @@
 /* Cost of generating the equations of large mechanisms: the trees of bench/trees.h. Each row is a process of its
  * own, so that its peak memory (VmHWM) is that of the row, reading included. Times are of one processor.
  *
- *     bench_growth [compiler; that of Kempe if absent]
+ *     bench growth [compiler; that of Kempe if absent]
  */
 #include "backend/x86/machine.h"
 #include "base/memory.h"

@@ -2,7 +2,7 @@
 /* The hard battery: every case on every formulation, one line each with its verdict, then sweeps over 61 tolerances
  * through exact change points and a few properties that are not errors.
  *
- *     bench_hard [WORD]      only the cases with WORD in their names
+ *     bench hard [WORD]      only the cases with WORD in their names
  */
 #include "bench.h"
 #include "bench/battery.h"

@@ -4,7 +4,7 @@
  * distance is the largest of coordinates and rates at the end from those of a separate run, beside their size. It
  * counts the instances of which both runs come to the end.
  *
- *     bench_lanes PART MODEL..      PART: of the time of each model's run */
+ *     bench lanes PART MODEL..      PART: of the time of each model's run */
 #include "base/memory.h"
 #include "bench.h"
 #include "integrators/lanes/ensemble_run.h"

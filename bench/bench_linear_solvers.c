@@ -3,7 +3,7 @@
  * its factors, the first factorisation with its analysis, a later one, a solution (at the start), and a run to 0.2 s
  * with rtol 1e-6, whose runs take turns; one that takes more than 2 s has no time.
  *
- *     bench_linear_solvers MODEL ...
+ *     bench linear_solvers MODEL ...
  *
  * "windows N" is a chain of N windows in a plane, whose equations stay sparse; "ring N" a closed chain of N bars with
  * two rotations each, whose mass matrix in joint coordinates is full. */

@@ -3,7 +3,7 @@
  * assembled. Each runs on the reduced and on another formulation, `projected` where none is named; the outcomes are
  * counted, and what the formulations do not agree about is named.
  *
- *     bench_mechanisms [-i INTEGRATOR] [-f FORMULATION] [COUNT [SEED [FIRST]]]      the last one prints the model FIRST
+ *     bench mechanisms [-i INTEGRATOR] [-f FORMULATION] [COUNT [SEED [FIRST]]]      the last one prints the model FIRST
  *                                                                                   alone
  *
  * Nonzero when a wrong answer ended well without a word, when two formulations that have both converged disagree, or

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The text of a model that bench programs make:
  *
- *     bench_model_text windows N | windows_in_space N | tree N
+ *     bench model_text windows N | windows_in_space N | tree N
  */
 #include "base/memory.h"
 #include "bench.h"
@@ -28,6 +28,6 @@ int bench_model_text(int argc, char **argv)
             kmp_free(text);
             return 0;
         }
-    fprintf(stderr, "usage: model_text windows|windows_in_space|tree N\n");
+    fprintf(stderr, "usage: bench model_text windows|windows_in_space|tree N\n");
     return 1;
 }

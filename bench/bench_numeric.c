@@ -6,7 +6,7 @@
  * operations and in time as C. Without arguments: ROBOTRAN's models in the folder KEMPE_MBS and some of Kempe's own;
  * forces of the models are left out.
  *
- *     bench_numeric [--task 0..2] [--evaluations N] [FILE...]    with N: each N times, no times taken: to be counted */
+ *     bench numeric [--task 0..2] [--evaluations N] [FILE...]    with N: each N times, no times taken: to be counted */
 #include "bench/classical.h"
 #include "bench/loaded_equations.h"
 #include "bench/numeric_classical.h"

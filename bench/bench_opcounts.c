@@ -3,7 +3,7 @@
  * formalism, and from which N on the O(N) scheme takes fewer: Fisette and Samin 1996, section 2.3, Fig. 5. There N* is
  * 12 for the linear tree and 31 for the binary one.
  *
- *     bench_opcounts [csv]
+ *     bench opcounts [csv]
  */
 #include "bench.h"
 #include "bench/formalisms.h"

@@ -4,7 +4,7 @@
  * run. Those between the rows that count and the rounding of those that do not are what KMP_RANK
  * (constraints/tolerances.h) has to divide.
  *
- *     bench_ranks MODEL ... */
+ *     bench ranks MODEL ... */
 #include "bench.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/diagnosis/diagnosis_walk.h"

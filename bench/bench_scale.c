@@ -3,7 +3,7 @@
  * a right-hand side of the reduced and the projected formulation and a residual of the dae formulation, with all that
  * steps need besides, in total and a coordinate, and a row of the table.
  *
- *     bench_scale [LARGEST N, 2000 if absent [unequal]]
+ *     bench scale [LARGEST N, 2000 if absent [unequal]]
  */
 #include "bench.h"
 #include "chain.h"

@@ -4,7 +4,7 @@
  * and matrices), of linear algebra and of all the rest, which is the integrator's vectors, its tests and what is
  * watched at each step.
  *
- *     bench_shares MODEL ...
+ *     bench shares MODEL ...
  *
  * "windows N" is a chain of N windows, to 0.4 s; ROBOTRAN's models go to 5 s. Form stabilized1, rtol 1e-8. */
 #include "bench.h"

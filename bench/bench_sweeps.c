@@ -6,7 +6,7 @@
  * 1e-13. All programs are made before the run. The table also has the time of their making, and the number of sweeps
  * that saves it.
  *
- *     bench_sweeps [-v] [MODEL.yaml T_END | "windows N" T_END] ..
+ *     bench sweeps [-v] [MODEL.yaml T_END | "windows N" T_END] ..
  */
 #include "base/memory.h"
 #include "bench.h"

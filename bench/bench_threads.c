@@ -2,7 +2,7 @@
 /* Gain by threads that share each evaluation: microseconds of calling a team for nothing, of C and jdqd, of the power
  * of forces, of a right-hand side and a Jacobian of the reduced formulation, and seconds of a run on each formulation.
  *
- *     bench_threads [MODEL [T_END [RUNS [INTEGRATOR]]]]
+ *     bench threads [MODEL [T_END [RUNS [INTEGRATOR]]]]
  *
  * By the clock on the wall, all numbers of threads in turn: an evaluation's time is the least median of many rounds, a
  * run's the least of a few. */

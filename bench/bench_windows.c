@@ -3,7 +3,7 @@
  * integrating with change points ignored and crossed; and how each grows from N = 100 on, as the exponent of N.
  * Seconds are the least of some runs.
  *
- *     bench_windows [LARGEST N, 1000 if absent]
+ *     bench windows [LARGEST N, 1000 if absent]
  */
 #include "bench.h"
 #include "chain.h"
