@@ -9,7 +9,7 @@
 #include "andrews_by_hand.h"
 #include "at_end.h"
 #include "bench.h"
-#include "constraints/written/fused.h"
+#include "constraints/programs/reduced_program.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/run/run.h"
 #include <kempe/check.h>
@@ -44,7 +44,7 @@ typedef struct stand {
     double y[STATES][BY_HAND_SIZE], hand[STATES][BY_HAND_SIZE];
     kmp_evaluator *eval;
     kmp_partition part;
-    kmp_margin margin;
+    kmp_rank_margin margin;
     kmp_formulation *formulation;
     double sink;
 } stand;
@@ -153,7 +153,7 @@ static void one_right_hand_side(const bench *b, const kempe_assembly *start)
     s.eval = kmp_eval_new(b->system, "native");
     kmp_eval_closure(s.eval, 0, start->q);
     if (kmp_partition_init(&s.part, b->system, s.eval->jacobian, NULL, 0) ||
-        !kmp_margin_init(&s.margin, b->system, &s.part))
+        !kmp_rank_margin_init(&s.margin, b->system, &s.part))
         exit(1);
     kmp_formulation_start given = {.system = b->system,
                                    .eval = s.eval,
@@ -185,7 +185,7 @@ static void one_right_hand_side(const bench *b, const kempe_assembly *start)
         printf(chain ? " (at most %.1f): %s; difference %.1e\n" : "\n", bar_rhs, chain ? judge(holds) : "", off);
     }
     s.formulation->release(s.formulation);
-    kmp_margin_free(&s.margin);
+    kmp_rank_margin_free(&s.margin);
     kmp_partition_free(&s.part);
     kmp_eval_free(s.eval);
 }
@@ -286,7 +286,7 @@ static void build_once(const kempe_assembly *start, double part[3])
     bench b = {kempe_context_new(), NULL, NULL};
     kmp_partition u;
     kmp_reduction red;
-    kmp_fused *fused = NULL;
+    kmp_reduced_program *fused = NULL;
     double begin = bench_now();
     bool ok = kempe_model_read(b.context, model_path, &b.model) == KEMPE_OK;
     part[0] = bench_now() - begin;
@@ -297,10 +297,10 @@ static void build_once(const kempe_assembly *start, double part[3])
         exit(1);
     kmp_eval_closure(eval, 0, start->q);
     if (kmp_partition_init(&u, b.system, eval->jacobian, NULL, 0) || kmp_reduction_init(&red, eval, &u) ||
-        kmp_reduction_factor(&red) || kmp_fused_new(&fused, &red, false))
+        kmp_reduction_factor(&red) || kmp_reduced_program_new(&fused, &red, false))
         exit(1);
     part[2] = bench_now() - begin - part[0] - part[1];
-    kmp_fused_free(fused);
+    kmp_reduced_program_free(fused);
     kmp_reduction_free(&red);
     kmp_partition_free(&u);
     kmp_eval_free(eval);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The cost of an implicit block: the place where a wheel comes nearest to its rail, 4 arguments, two splines, the best
  * of 16 candidates; and a block of two unknowns. Processor time of one solution, by back end, median of several. */
-#include "backend/x86/machine.h"
+#include "backend/machine.h"
 #include "base/clock.h"
 #include "bench.h"
 #include "symbolic/derivative.h"

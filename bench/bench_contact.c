@@ -7,7 +7,7 @@
  *
  *     bench contact            the table
  *     bench contact BACKEND CASE TIMES     that case alone so many times, for callgrind */
-#include "backend/x86/machine.h"
+#include "backend/machine.h"
 #include "bench.h"
 #include <math.h>
 #include <string.h>

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Counted time beside measured time: cycles of an evaluation by counted operations (integrators/formulations/cycles.h)
- * and nanoseconds, of one state and of eight in lanes, for the reduced formulation of each model at its start.
+/* Counted time beside measured time: cycles of an evaluation by counted operations
+ * (integrators/formulations/cost_model.h) and nanoseconds, of one state and of eight in lanes, for the reduced
+ * formulation of each model at its start.
  *
  *     bench counted_time MODEL.yaml ..
  */

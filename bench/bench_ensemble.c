@@ -8,8 +8,8 @@
  *     bench ensemble [NAME..] [--lanes ROUNDS]      only these mechanisms; only lanes, for a profile */
 #include "base/memory.h"
 #include "bench.h"
-#include "integrators/lanes/ensemble_run.h"
-#include "model/model.h"
+#include "ensemble/lanes/ensemble_run.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <stdint.h>
 #include <string.h>

@@ -2,7 +2,7 @@
 /* ns of one evaluation of a right-hand side, back to back over states of the motion: by parts, and by the one program
  * that the formulation writes; ms of making that; and ns of a lane where the solved program runs in 4 and 8 lanes. */
 #include "bench.h"
-#include "constraints/written/solved.h"
+#include "constraints/programs/saddle_program.h"
 #include "followed_motion.h"
 #include "integrators/formulations/formulation.h"
 #include "tests/solved_lanes.h"
@@ -118,11 +118,11 @@ static void measure(const bench *b, const motion *m, const char *formulation, co
 static void run_lanes_once(void *self, int k)
 {
     (void)k;
-    (void)kmp_lanes_run(self, KMP_SOLVED_RUN);
+    (void)kmp_lanes_run(self, KMP_SADDLE_PROGRAM_RUN);
 }
 
 /* Returns ns of a run of the solved program in lanes. */
-static double time_of_lanes(const kmp_solved *solved, const kmp_evaluator *eval, const motion *m, int width)
+static double time_of_lanes(const kmp_saddle_program *solved, const kmp_evaluator *eval, const motion *m, int width)
 {
     kmp_lanes *lanes = solved_lanes(solved, eval, width);
     for (int lane = 0; lane < width; lane++) {
@@ -139,15 +139,15 @@ static void measure_lanes(const bench *b, const motion *m)
 {
     way w;
     make(&w, b, m, "projected", NULL, true);
-    kmp_solved *solved = NULL;
-    if (kmp_solved_new(&solved, w.eval, &w.part) != KEMPE_OK)
+    kmp_saddle_program *solved = NULL;
+    if (kmp_saddle_program_new(&solved, w.eval, &w.part) != KEMPE_OK)
         bench_fail(b, "solved");
     if (solved)
         printf("  solved program%s: %ld operations; all lanes of 1 %.0f, of 4 %.0f, of 8 %.0f ns\n",
-               kmp_solved_layout_of(solved)->by_bodies ? " by articulated bodies" : "", kmp_solved_count(solved).paper,
-               time_of_lanes(solved, w.eval, m, 1), time_of_lanes(solved, w.eval, m, 4),
-               time_of_lanes(solved, w.eval, m, 8));
-    kmp_solved_free(solved);
+               kmp_saddle_program_layout_of(solved)->by_bodies ? " by articulated bodies" : "",
+               kmp_saddle_program_count(solved).paper, time_of_lanes(solved, w.eval, m, 1),
+               time_of_lanes(solved, w.eval, m, 4), time_of_lanes(solved, w.eval, m, 8));
+    kmp_saddle_program_free(solved);
     drop(&w);
 }
 

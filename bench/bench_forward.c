@@ -3,9 +3,9 @@
  * SECONDS. STATES: a line a state, q, then qd. By the O(N) scheme (the set `qdd`) and by M, C and Cholesky factors,
  * each by machine code, by the tape, and as written C compiled with -O2. Prints a name, the accelerations of each state
  * in a line, ns a call. */
-#include "backend/x86/machine.h"
+#include "backend/machine.h"
 #include "bench.h"
-#include "generate/source.h"
+#include "exchange/code/source.h"
 #include "linalg/dense/dense.h"
 #include "loaded_equations.h"
 #include <kempe/generate.h>

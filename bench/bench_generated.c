@@ -6,8 +6,8 @@
 #include "bench.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/load_multipliers.h"
+#include "exchange/simulator/kempe_simulator.h"
 #include "followed_motion.h"
-#include "generate/runtime/kempe_simulator.h"
 #include <dlfcn.h>
 #include <kempe/generate.h>
 #include <unistd.h>

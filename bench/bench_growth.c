@@ -4,11 +4,11 @@
  *
  *     bench growth [compiler; that of Kempe if absent]
  */
-#include "backend/x86/machine.h"
+#include "backend/machine.h"
 #include "base/memory.h"
 #include "bench.h"
 #include "bench/trees.h"
-#include "generate/sets.h"
+#include "exchange/code/sets.h"
 #include <dlfcn.h>
 #include <kempe/generate.h>
 #include <math.h>
@@ -74,7 +74,7 @@ static made make_program(tree_shape shape, int n, const char *set)
     m.read_s = bench_now() - begin;
     begin = bench_now();
     unsigned sets = kmp_sets_find(set, strlen(set));
-    const kmp_scene scene = {.sets = kmp_sets_derive(sets)};
+    const kmp_derivation_request scene = {.sets = kmp_sets_derive(sets)};
     if (kmp_equations_derive(&m.eq, m.model, &scene))
         give_up(m.context, set);
     m.derive_s = bench_now() - begin;
@@ -270,7 +270,7 @@ static void vehicle(const char *folder)
     if (kempe_model_read(m.context, path, &m.model))
         give_up(m.context, path);
     for (int k = 0; k < TIMES; k++) {
-        const kmp_scene scene = {.sets = kmp_sets_derive(wanted), .loops_alone = true};
+        const kmp_derivation_request scene = {.sets = kmp_sets_derive(wanted), .loops_alone = true};
         double begin = bench_now();
         if (kmp_equations_derive(&m.eq, m.model, &scene))
             give_up(m.context, sets);

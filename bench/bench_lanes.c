@@ -7,9 +7,9 @@
  *     bench lanes PART MODEL..      PART: of the time of each model's run */
 #include "base/memory.h"
 #include "bench.h"
-#include "integrators/lanes/ensemble_run.h"
-#include "model/model.h"
-#include "model/variant.h"
+#include "ensemble/lanes/ensemble_run.h"
+#include "model/data/model.h"
+#include "model/data/variant.h"
 #include <math.h>
 #include <string.h>
 

@@ -4,10 +4,10 @@
  *
  *     bench laws         both tables
  *     bench laws csv     curves of force over creep and over spin, for bench/draw_laws.py */
-#include "backend/x86/machine.h"
+#include "backend/machine.h"
 #include "bench.h"
+#include "rail/wheel/laws.h"
 #include "symbolic/derivative.h"
-#include "wheel/laws.h"
 #include <kempe/contact.h>
 #include <math.h>
 #include <string.h>

@@ -11,9 +11,9 @@
 #include "bench/loaded_equations.h"
 #include "bench/numeric_classical.h"
 
-#include "backend/x86/machine.h"
+#include "backend/machine.h"
 #include "bench.h"
-#include "generate/sets.h"
+#include "exchange/code/sets.h"
 #include <math.h>
 
 enum { STATES = 16, TURNS = 101, WAYS = 6, TASKS = 3 };
@@ -134,9 +134,9 @@ static unsigned sets_of(task_kind task)
     return task == MOTION ? motion : motion | 1u << KMP_EQ_H | 1u << KMP_EQ_J | 1u << KMP_EQ_JDQD;
 }
 
-static kmp_scene scene_of(task_kind task)
+static kmp_derivation_request scene_of(task_kind task)
 {
-    return (kmp_scene){.sets = kmp_sets_derive(sets_of(task)), .loops_alone = true};
+    return (kmp_derivation_request){.sets = kmp_sets_derive(sets_of(task)), .loops_alone = true};
 }
 
 static void stop(const stand *s, const char *what)
@@ -187,7 +187,7 @@ static void make_machines(stand *s)
 static kmp_program *classical_program(const stand *s)
 {
     kmp_equations eq;
-    kmp_scene scene = scene_of(s->task);
+    kmp_derivation_request scene = scene_of(s->task);
     kmp_program *program = NULL;
     if (kmp_equations_derive(&eq, s->model, &scene) != KEMPE_OK)
         return NULL;
@@ -237,7 +237,7 @@ static void make_states(stand *s)
 /* false: the task is none of this model's. */
 static bool stand_init(stand *s, const kempe_model *model, task_kind task)
 {
-    kmp_scene scene = scene_of(task);
+    kmp_derivation_request scene = scene_of(task);
     *s = (stand){.model = model, .task = task};
     if (kmp_equations_derive(&s->eq, model, &scene) != KEMPE_OK)
         stop(s, "not derived");

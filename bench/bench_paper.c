@@ -4,12 +4,12 @@
  * L_M), numbers are kept as symbols. Equations are its named scalars (components of omega, beta, alpha, F, L and of the
  * columns); one that is used once stands in its user; sines and cosines are there before the first step. The paper's
  * pendulum is not described further than that it has 9 degrees of freedom in space; so there are several here. */
-#include "generate/sets.h"
+#include "exchange/code/sets.h"
 
 #include "base/memory.h"
 #include "bench.h"
-#include "generate/languages/levels.h"
-#include "symbolic/program/live.h"
+#include "exchange/code/levels.h"
+#include "symbolic/live.h"
 #include <kempe/generate.h>
 #include <kempe/settings.h>
 #include <string.h>
@@ -43,13 +43,13 @@ static void scheme_init(scheme *s, const kempe_model *model, unsigned sets, bool
 {
     kmp_savings plain;
     bool ready = kmp_savings_init(&plain, model);
-    const kmp_scene scene = {.sets = kmp_sets_derive(sets),
-                             .scheme = KMP_SCHEME_NER,
-                             .keep = KMP_KEEP_NUMBERS,
-                             .body_inputs = inputs,
-                             .labels = true,
-                             .loops_alone = true,
-                             .savings = &plain};
+    const kmp_derivation_request scene = {.sets = kmp_sets_derive(sets),
+                                          .scheme = KMP_SCHEME_NER,
+                                          .keep = KMP_KEEP_NUMBERS,
+                                          .body_inputs = inputs,
+                                          .labels = true,
+                                          .loops_alone = true,
+                                          .savings = &plain};
     *s = (scheme){0};
     if (!ready || kmp_equations_derive_once(&s->eq, model, &scene) != KEMPE_OK)
         stop("not derived:");
@@ -196,7 +196,7 @@ static steps steps_apart(const kempe_model *model)
 static void put_steps(const char *what, const kempe_model *model)
 {
     kmp_tally tally;
-    const kmp_scene scene = {.scheme = KMP_SCHEME_NER, .keep = KMP_KEEP_NUMBERS};
+    const kmp_derivation_request scene = {.scheme = KMP_SCHEME_NER, .keep = KMP_KEEP_NUMBERS};
     steps plain = steps_apart(model);
     if (kmp_tally_sets(model, &scene, motion_sets(), &tally) != KEMPE_OK)
         stop("not counted:");

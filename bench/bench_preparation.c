@@ -8,7 +8,7 @@
 #include "base/cache/cache_files.h"
 #include "bench.h"
 #include "constraints/closing/assemble.h"
-#include "dynamics/kept.h"
+#include "dynamics/program_cache.h"
 #include "dynamics/system_record.h"
 #include "integrators/formulations/tangent.h"
 #include "integrators/run/run.h"
@@ -49,7 +49,7 @@ static void leave(int from)
 TIMED(DERIVE, kempe_status, kmp_system_new_by, (const kempe_model *model, const char *word, kempe_system **system),
       (model, word, system))
 TIMED(DERIVE, kempe_status, kmp_equations_derive,
-      (kmp_equations * eq, const kempe_model *model, const kmp_scene *scene), (eq, model, scene))
+      (kmp_equations * eq, const kempe_model *model, const kmp_derivation_request *scene), (eq, model, scene))
 TIMED(SHORTEN, bool, kmp_equations_shorten, (const kmp_equations *eq, int count, kmp_ref *outputs),
       (eq, count, outputs))
 TIMED(SCHEDULE, kmp_program *, kmp_program_new,

@@ -4,7 +4,7 @@
  * and three torques on every body as inputs, but for bodies where ROBOTRAN's code has none, each set alone. Bars are on
  * all operations by the paper's rule; beside them what is left at run time, without what depends on numbers alone, and
  * that with `optimize`. The exit code is 1 when a bar is missed. */
-#include "generate/sets.h"
+#include "exchange/code/sets.h"
 
 #include "bench.h"
 #include <math.h>
@@ -56,12 +56,12 @@ static double bar_of(const gold *g, const kempe_model *model, int set)
 
 static kmp_tally count(const gold *g, const kempe_model *model, unsigned sets, kmp_scheme scheme, bool optimize)
 {
-    const kmp_scene scene = {.scheme = scheme,
-                             .keep = KMP_KEEP_NUMBERS,
-                             .body_inputs = true,
-                             .no_inputs = g->no_inputs,
-                             .optimize = optimize,
-                             .loops_alone = true};
+    const kmp_derivation_request scene = {.scheme = scheme,
+                                          .keep = KMP_KEEP_NUMBERS,
+                                          .body_inputs = true,
+                                          .no_inputs = g->no_inputs,
+                                          .optimize = optimize,
+                                          .loops_alone = true};
     kmp_tally tally;
     if (kmp_tally_sets(model, &scene, sets, &tally))
         exit(1);

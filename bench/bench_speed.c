@@ -5,8 +5,8 @@
 #include "at_end.h"
 #include "backend/sincos.h"
 #include "bench.h"
-#include "constraints/written/fused.h"
-#include "constraints/written/fused_inside.h"
+#include "constraints/programs/reduced_program.h"
+#include "constraints/programs/reduced_program_inside.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/run/run.h"
 #include "integrators/steppers/solver.h"
@@ -107,7 +107,7 @@ typedef struct stand {
     kmp_evaluator *eval;
     kmp_partition part;
     kmp_reduction red;
-    kmp_fused *fused;
+    kmp_reduced_program *fused;
     kmp_formulation *formulation;
     double y[STATES][2 * N];
     double sink;
@@ -149,7 +149,7 @@ static void run_whole(stand *s, int k)
 static void run_fused(stand *s, int k)
 {
     double dy[2 * N];
-    if (kmp_fused_run(s->fused, 0, s->y[k], dy))
+    if (kmp_reduced_program_run(s->fused, 0, s->y[k], dy))
         s->sink += dy[1];
 }
 
@@ -234,7 +234,7 @@ static void stand_init(stand *s, const bench *b, const kempe_assembly *start, co
                                    .atol = 1e-10,
                                    .rate_scale = 1};
     s->formulation = kmp_formulation_integrated.create(&kmp_formulation_integrated, &given);
-    if (kmp_reduction_factor(&s->red) || kmp_fused_new(&s->fused, &s->red, false) || !s->fused)
+    if (kmp_reduction_factor(&s->red) || kmp_reduced_program_new(&s->fused, &s->red, false) || !s->fused)
         exit(1);
     gather_states(s, start);
 }
@@ -242,7 +242,7 @@ static void stand_init(stand *s, const bench *b, const kempe_assembly *start, co
 static void stand_free(stand *s)
 {
     s->formulation->release(s->formulation);
-    kmp_fused_free(s->fused);
+    kmp_reduced_program_free(s->fused);
     kmp_reduction_free(&s->red);
     kmp_partition_free(&s->part);
     kmp_eval_free(s->eval);
@@ -266,7 +266,8 @@ static void one_right_hand_side(const bench *b, const kempe_assembly *start, con
     printf("  %-46s %6.0f\n", "the integrator beside it, by call", integrator);
     printf("%s: %ld operations, %.2f ns each (sines and cosines apart)\n\n", backend, c.paper + c.other,
            (program - trig) / (double)(c.paper + c.other));
-    kmp_counts all = kmp_program_count(kmp_fused_program(s.fused), KMP_FUSED_RATES, KMP_FUSED_ACCELERATIONS),
+    kmp_counts all = kmp_program_count(kmp_reduced_program_code(s.fused), KMP_REDUCED_PROGRAM_RATES,
+                                       KMP_REDUCED_PROGRAM_ACCELERATIONS),
                algebra_count = kmp_reduction_count(&s.red);
     printf("operations: program %ld, linear algebra %ld; as one program %ld (%ld +, %ld *, %ld /, %ld sincos)\n\n",
            c.paper, algebra_count.paper, all.paper, all.add, all.mul, all.div, all.trig);

@@ -8,10 +8,10 @@
  * each other. The parts share out the total as they were found; with `samples` in all, a share p is known to sqrt(p (1
  * - p) / samples).
  *
- * If equations and linear algebra are one program (constraints/written/fused.h), its time is shared out as the
- * two have it when they run apart, in runs of their own. */
+ * If equations and linear algebra are one program (constraints/programs/reduced_program.h), its time is shared out as
+ * the two have it when they run apart, in runs of their own. */
 #include "bench.h"
-#include "constraints/written/fused.h"
+#include "constraints/programs/reduced_program.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/run/run.h"
 #include "integrators/sundials/linear.h"
@@ -71,8 +71,9 @@ static void disarm(void)
 
 TIMED(at.current == FUSED ? FUSED : MODEL, const double *, kmp_machine_run, (kmp_machine * machine, int stage),
       (machine, stage))
-TIMED(FUSED, bool, kmp_fused_run, (kmp_fused * fused, double t, const double *y, double *dy), (fused, t, y, dy))
-TIMED(FUSED, kmp_fused_end, kmp_fused_at_end, (kmp_fused * fused), (fused))
+TIMED(FUSED, bool, kmp_reduced_program_run, (kmp_reduced_program * fused, double t, const double *y, double *dy),
+      (fused, t, y, dy))
+TIMED(FUSED, kmp_reduced_program_end, kmp_reduced_program_at_end, (kmp_reduced_program * fused), (fused))
 
 TIMED(ALGEBRA, int, kmp_lu_factor, (int n, double *a, int *pivot), (n, a, pivot))
 TIMED_VOID(ALGEBRA, kmp_lu_solve, (int n, const double *lu, const int *pivot, int m, double *b), (n, lu, pivot, m, b))
@@ -102,12 +103,12 @@ TIMED_VOID(ALGEBRA, kmp_saddle_accelerations, (kmp_saddle * saddle, double *qdd,
 TIMED_VOID(ALGEBRA, kmp_saddle_solve, (kmp_saddle * saddle, const double *f, const double *b, double *x, double *a),
            (saddle, f, b, x, a))
 
-kempe_status REAL(kmp_fused_new)(kmp_fused **fused, const kmp_reduction *red, bool closes);
-kempe_status OURS(kmp_fused_new)(kmp_fused **fused, const kmp_reduction *red, bool closes);
-kempe_status OURS(kmp_fused_new)(kmp_fused **fused, const kmp_reduction *red, bool closes)
+kempe_status REAL(kmp_reduced_program_new)(kmp_reduced_program **fused, const kmp_reduction *red, bool closes);
+kempe_status OURS(kmp_reduced_program_new)(kmp_reduced_program **fused, const kmp_reduction *red, bool closes);
+kempe_status OURS(kmp_reduced_program_new)(kmp_reduced_program **fused, const kmp_reduction *red, bool closes)
 {
     if (!at.apart)
-        return REAL(kmp_fused_new)(fused, red, closes);
+        return REAL(kmp_reduced_program_new)(fused, red, closes);
     *fused = NULL;
     return KEMPE_OK;
 }

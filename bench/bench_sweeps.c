@@ -11,7 +11,7 @@
 #include "base/memory.h"
 #include "bench.h"
 #include "chain.h"
-#include "constraints/written/solved_inside.h"
+#include "constraints/programs/saddle_program_inside.h"
 #include "integrators/run/runner.h"
 #include "integrators/steppers/collocation.h"
 #include "output/samples.h"
@@ -38,8 +38,8 @@ typedef struct programs {
     way way;
     int width; /* of `all` */
     kmp_evaluator *eval;
-    kmp_solved *solved;
-    const kmp_solved_layout *layout;
+    kmp_saddle_program *solved;
+    const kmp_saddle_program_layout *layout;
     kmp_program *nearby;
     kmp_lanes *all, *near, *one; /* eight lanes each; one lane */
     double *wide, *times, cycles, made;
@@ -52,11 +52,12 @@ static void make(programs *p, kmp_runner *run, const bench *b, way how)
 {
     *p = (programs){.eval = run->eval, .cycles = 1, .way = how, .width = how == FOUR_STAGES ? 4 : W};
     kmp_eval_closure(run->eval, 0, run->state);
-    if (kmp_solved_new(&p->solved, run->eval, &run->part) != KEMPE_OK || !p->solved)
+    if (kmp_saddle_program_new(&p->solved, run->eval, &run->part) != KEMPE_OK || !p->solved)
         fail(b);
-    p->layout = kmp_solved_layout_of(p->solved);
+    p->layout = kmp_saddle_program_layout_of(p->solved);
     double from = bench_now();
-    if (!kmp_solved_write_near(run->eval, &run->part, INFINITY, &p->nearby) || !p->nearby || !p->layout->factors)
+    if (!kmp_saddle_program_write_near(run->eval, &run->part, INFINITY, &p->nearby) || !p->nearby ||
+        !p->layout->factors)
         fail(b);
     p->near = kmp_lanes_new(p->nearby, W, false);
     p->made = bench_now() - from;
@@ -72,7 +73,7 @@ static void drop(programs *p)
     kmp_lanes_free(p->all);
     kmp_lanes_free(p->near);
     kmp_lanes_free(p->one);
-    kmp_solved_free(p->solved);
+    kmp_saddle_program_free(p->solved);
     kmp_program_free(p->nearby);
     free(p->wide);
     free(p->times);
@@ -99,7 +100,7 @@ static int evaluate(void *self, const double *t, const double *y, double *dy)
     programs *p = present;
     (void)self;
     place(p, p->all, t, y);
-    p->of_run = kmp_lanes_run(p->all, KMP_SOLVED_RUN);
+    p->of_run = kmp_lanes_run(p->all, KMP_SADDLE_PROGRAM_RUN);
     give(p, p->of_run + p->layout->qdd * p->width, p->of_run + p->layout->power * p->width, dy);
     return KMP_GO;
 }
@@ -116,8 +117,8 @@ static const double *factor_once(programs *p, const double *t, const double *y)
     kmp_lanes_set(p->one, KMP_IN_TIME, kmp_present_inputs_at(&p->eval->inputs, t[MIDDLE]));
     kmp_lanes_set(p->one, KMP_IN_Q, state[0]);
     kmp_lanes_set(p->one, KMP_IN_QD, state[1]);
-    (void)kmp_lanes_run(p->one, KMP_SOLVED_RUN);
-    const double *factors = kmp_lanes_run(p->one, KMP_SOLVED_FACTORS);
+    (void)kmp_lanes_run(p->one, KMP_SADDLE_PROGRAM_RUN);
+    const double *factors = kmp_lanes_run(p->one, KMP_SADDLE_PROGRAM_FACTORS);
     for (int k = 0; k < p->layout->factors * W; k++)
         p->wide[k] = factors[k / W];
     return p->wide;
@@ -130,7 +131,8 @@ static int improve(void *self, const double *t, const double *y, double *dy)
     (void)self;
     if (p->of_run) {
         bool own = p->way == NEARBY;
-        kmp_lanes_set(p->near, KMP_IN_MU, own ? kmp_lanes_run(p->all, KMP_SOLVED_FACTORS) : factor_once(p, t, y));
+        kmp_lanes_set(p->near, KMP_IN_MU,
+                      own ? kmp_lanes_run(p->all, KMP_SADDLE_PROGRAM_FACTORS) : factor_once(p, t, y));
         kmp_lanes_set(p->near, KMP_IN_LAMBDA, p->of_run + p->layout->lambda * W);
     }
     p->of_run = NULL;
@@ -247,13 +249,13 @@ static void print_costs(const problem *p)
         fail(&p->b);
     make(&made, runner, &p->b, WHOLE);
     kmp_lanes *four = solved_lanes(made.solved, made.eval, 4);
-    double in_four = time_of(four, KMP_SOLVED_RUN), all = time_of(made.all, KMP_SOLVED_RUN),
-           near = time_of(made.near, 1), one = time_of(made.one, KMP_SOLVED_RUN);
+    double in_four = time_of(four, KMP_SADDLE_PROGRAM_RUN), all = time_of(made.all, KMP_SADDLE_PROGRAM_RUN),
+           near = time_of(made.near, 1), one = time_of(made.one, KMP_SADDLE_PROGRAM_RUN);
     printf("  operations %ld, nearby %ld; ns in four lanes %.0f, in eight %.0f, nearby %.0f, of one state %.0f; %.2f "
            "ms to make: "
            "%.0f sweeps\n",
-           kmp_solved_count(made.solved).paper, kmp_program_count(made.nearby, 1, 1).paper, in_four, all, near, one,
-           1e3 * made.made, 1e9 * made.made / fmax(all - near, 1e-9));
+           kmp_saddle_program_count(made.solved).paper, kmp_program_count(made.nearby, 1, 1).paper, in_four, all, near,
+           one, 1e3 * made.made, 1e9 * made.made / fmax(all - near, 1e-9));
     kmp_lanes_free(four);
     drop(&made);
     kmp_runner_free(runner);

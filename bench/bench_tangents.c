@@ -5,7 +5,7 @@
  * with M beside; and all of them of Q - J' lambda, in units of Q alone. Then of the program of all derivatives that the
  * Jacobian of the reduced formulation takes (of R, hdot and J qdd + jdqd; J and M), numbers folded, with R by
  * differentiation and as chosen. */
-#include "generate/sets.h"
+#include "exchange/code/sets.h"
 #include "integrators/formulations/tangent.h"
 
 #include "bench.h"
@@ -25,7 +25,7 @@ static unsigned bits(const char *names)
 
 static long count(const kempe_model *model, const char *names, kmp_tangent_method way)
 {
-    const kmp_scene scene = {.keep = KMP_KEEP_NUMBERS, .loops_alone = true, .tangents = way};
+    const kmp_derivation_request scene = {.keep = KMP_KEEP_NUMBERS, .loops_alone = true, .tangents = way};
     kmp_tally tally;
     if (kmp_tally_sets(model, &scene, bits(names), &tally))
         exit(1);

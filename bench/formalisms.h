@@ -8,9 +8,9 @@
 #include "bench/plain_articulated.h"
 #include "bench/trees.h"
 #include "dynamics/equations.h"
-#include "dynamics/forces.h"
-#include "generate/sets.h"
-#include "symbolic/program/program.h"
+#include "dynamics/forces/forces.h"
+#include "exchange/code/sets.h"
+#include "symbolic/program.h"
 
 typedef enum formalism {
     FORMALISM_NER,       /* M and C, M column by column */
@@ -47,9 +47,9 @@ static inline kempe_status formalism_derive(kmp_equations *eq, const kempe_model
     static const unsigned sets[FORMALISMS] = {[FORMALISM_NER] = KMP_SET_MASS | KMP_SET_BIAS,
                                               [FORMALISM_COMPOSITE] = KMP_SET_MASS | KMP_SET_BIAS,
                                               [FORMALISM_ORDER_N] = KMP_SET_ACCELERATION};
-    kmp_scene scene = {.sets = sets[f],
-                       .scheme = f == FORMALISM_NER ? KMP_SCHEME_NER : KMP_SCHEME_COMPOSITE,
-                       .keep = KMP_KEEP_NUMBERS};
+    kmp_derivation_request scene = {.sets = sets[f],
+                                    .scheme = f == FORMALISM_NER ? KMP_SCHEME_NER : KMP_SCHEME_COMPOSITE,
+                                    .keep = KMP_KEEP_NUMBERS};
     kempe_status status = kmp_equations_derive_once(eq, model, &scene);
     if (status == KEMPE_OK && !sets[f])
         status = formalism_derive_plain(eq, f);
@@ -89,8 +89,8 @@ static inline long formalism_count(const kempe_model *model, formalism f)
 /* Operations of one of the first two or O(N) as Kempe generates it: the shortest way to write it, and all passes. */
 static inline long formalism_generated(const kempe_model *model, formalism f)
 {
-    const kmp_scene scene = {.scheme = f == FORMALISM_NER ? KMP_SCHEME_NER : KMP_SCHEME_COMPOSITE,
-                             .keep = KMP_KEEP_NUMBERS};
+    const kmp_derivation_request scene = {.scheme = f == FORMALISM_NER ? KMP_SCHEME_NER : KMP_SCHEME_COMPOSITE,
+                                          .keep = KMP_KEEP_NUMBERS};
     kmp_tally tally;
     return kmp_tally_sets(model, &scene, formalism_sets(f), &tally) == KEMPE_OK ? tally.runtime.paper : -1;
 }

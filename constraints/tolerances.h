@@ -35,8 +35,8 @@
 #define KMP_ARTICULATED_PIVOT 1e-8
 
 /** Pivots of M and J M^-1 J' over the diagonal before elimination: a smaller one has lost five digits or more, and the
- * saddle system is solved with pivots chosen by their size (constraints/written/solved.h). */
-#define KMP_SOLVED_PIVOT 1e-5
+ * saddle system is solved with pivots chosen by their size (constraints/programs/saddle_program.h). */
+#define KMP_SADDLE_PROGRAM_PIVOT 1e-5
 
 /** Multipliers of two solutions of load-dependent forces differ by more than this part of the largest: each is known to
  * some thousand roundings. */
@@ -58,7 +58,7 @@
 /* -- rounded numbers: pivots of the scaled J, over the first ------------------------------------------- */
 
 /** A smaller pivot may be due to rounding: drawings of four digits make pivots of 1e-3. Finite motions decide
- * (constraints/rounding/rounding.h). */
+ * (constraints/closing/rounding.h). */
 #define KMP_ROUNDING_WEAK 1e-2
 /** A smaller pivot is zero for any drawing. */
 #define KMP_ROUNDING_NOTHING 1e-12

@@ -283,10 +283,10 @@ class Tables(unittest.TestCase):
 
     def test_languages(self):
         page = (ROOT / "docs/generate.md").read_text()
-        text = re.sub(r"/\*.*?\*/", "", (ROOT / "src/generate/languages/languages.def").read_text(), flags=re.S)
+        text = re.sub(r"/\*.*?\*/", "", (ROOT / "src/exchange/code/languages.def").read_text(), flags=re.S)
         for language in re.findall(r"KMP_LANGUAGE\((\w+)\)", text):
             self.assertIn(f"--lang {language} ", page)
-        sets = re.sub(r"/\*.*?\*/", "", (ROOT / "src/generate/sets.def").read_text(), flags=re.S)
+        sets = re.sub(r"/\*.*?\*/", "", (ROOT / "src/exchange/code/sets.def").read_text(), flags=re.S)
         self.assertEqual(set(re.findall(r'KMP_(?:EQUATIONS\(\w+, |GROUP\()"(\w+)"', sets)) - words(page), set())
 
 

@@ -158,12 +158,12 @@ PLANTED = [  # file, its include, whether it is allowed
     ("integrators/sundials/ida.c", '<ida/ida.h>', True),
     ("constraints/closing/close.c", '"integrators/run/run.h"', False),
     ("src/model/read/reader.c", '<yaml.h>', True),
-    ("src/studies/modes/modes_study.c", '<yaml.h>', False),
+    ("src/analyses/modes/modes_study.c", '<yaml.h>', False),
     ("src/model/files/xml.c", '<expat.h>', True),
-    ("src/studies/modes/modes_study.c", '<expat.h>', False),
-    ("src/studies/modes/modes_study.c", '"integrators/run/run.h"', True),
-    ("src/studies/modes/modes_study.c", '"output/json.h"', True),
-    ("src/studies/modes/modes_study.c", '"studies/compare/compare_study.h"', False),
+    ("src/analyses/modes/modes_study.c", '<expat.h>', False),
+    ("src/analyses/modes/modes_study.c", '"integrators/run/run.h"', True),
+    ("src/analyses/modes/modes_study.c", '"output/json.h"', True),
+    ("src/analyses/modes/modes_study.c", '"studies/compare/compare_study.h"', False),
     ("src/output/print.c", '"studies/compare/compare_study.h"', False),
     ("src/cli/commands.c", '<kempe/modes.h>', True),
     ("src/cli/commands.c", '"output/json.h"', False),
@@ -175,7 +175,7 @@ PLANTED = [  # file, its include, whether it is allowed
     ("tests/api/test_api.c", '"testing.h"', True),
     ("tests/api/test_api.c", '"base/arena.h"', False),
 ]
-PLANTED_HEADERS = ("src/base/arena.h src/symbolic/graph.h src/model/model.h src/dynamics/kinematics/link_tree.h "
+PLANTED_HEADERS = ("src/base/arena.h src/symbolic/graph.h src/model/data/model.h src/dynamics/kinematics/link_tree.h "
                    "src/dynamics/system.h integrators/run/run.h src/output/json.h src/studies/compare/compare_study.h src/cli/command.h tests/testing.h").split()
 
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "backend/lanes.h"
-#include "constraints/written/solved.h"
+#include "constraints/programs/saddle_program.h"
 
 /* Takes the parameters, charts and conditions of the evaluator. */
 static inline void renew_solved_lanes(const kmp_evaluator *eval, int width, kmp_lanes *lanes)
@@ -17,9 +17,9 @@ static inline void renew_solved_lanes(const kmp_evaluator *eval, int width, kmp_
 }
 
 /* NULL: no memory. They must not outlive `solved`. */
-static inline kmp_lanes *solved_lanes(const kmp_solved *solved, const kmp_evaluator *eval, int width)
+static inline kmp_lanes *solved_lanes(const kmp_saddle_program *solved, const kmp_evaluator *eval, int width)
 {
-    kmp_lanes *lanes = kmp_lanes_new(kmp_solved_program(solved), width, false);
+    kmp_lanes *lanes = kmp_lanes_new(kmp_saddle_program_code(solved), width, false);
     if (lanes)
         renew_solved_lanes(eval, width, lanes);
     return lanes;

@@ -6,15 +6,15 @@
  * solution: Newton's method on the chosen rows and dependent coordinates, a square system, or KINSOL with line search
  * where that does not contract. Gauss-Newton without a bound then converges to round-off. */
 #include "constraints/closing/assemble.h"
-#include "constraints/closing/charts.h"
 #include "constraints/closing/cut_start.h"
+#include "constraints/closing/diagnosis_walk.h"
 #include "constraints/closing/kinsol.h"
 #include "constraints/closing/least_change.h"
-#include "constraints/diagnosis/diagnosis_walk.h"
+#include "constraints/closing/rounding.h"
+#include "constraints/evaluation/charts.h"
 #include "constraints/kinds/kind.h"
 #include "constraints/partition/partition.h"
 #include "constraints/partition/reduction.h"
-#include "constraints/rounding/rounding.h"
 #include "constraints/tolerances.h"
 #include <math.h>
 #include <string.h>

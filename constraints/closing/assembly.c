@@ -2,11 +2,11 @@
 /* Making and freeing an assembly, and messages about the closures that stay open. */
 #include "base/memory.h"
 #include "constraints/closing/assemble.h"
-#include "constraints/closing/charts.h"
 #include "constraints/closing/cut_start.h"
-#include "constraints/rounding/rounding.h"
+#include "constraints/closing/rounding.h"
+#include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
-#include "model/print/model_print.h"
+#include "model/write/model_print.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/closing/assembly_modes.h"
 #include "base/memory.h"
-#include "constraints/closing/charts.h"
+#include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
 #include <math.h>
@@ -44,7 +44,7 @@ bool kmp_state_before(const kempe_system *system, double within, const double *a
     return k < system->n && a[k] < b[k];
 }
 
-kempe_status kmp_scatter_next(kmp_scatter *scatter, kempe_assembly **closed)
+kempe_status kmp_random_starts_next(kmp_random_starts *scatter, kempe_assembly **closed)
 {
     const kempe_system *system = scatter->system;
     for (int k = 0; k < system->n; k++) {
@@ -176,14 +176,14 @@ static void keep(search *s, const double *q, double residual)
 static kempe_status sample(search *s, int seed)
 {
     kempe_branches *b = s->b;
-    kmp_scatter scatter = {.system = b->system, .from = b->assembly->q, .still = b->kept, .far = FAR};
+    kmp_random_starts scatter = {.system = b->system, .from = b->assembly->q, .still = b->kept, .far = FAR};
     scatter.state = (unsigned)seed;
     scatter.guess = KMP_ARENA_NEW(&b->arena, double, b->system->n);
     int starts = b->system->n > LARGE ? STARTS_OF_LARGE : STARTS;
     keep(s, b->assembly->q, b->assembly->residual);
     while (b->starts < starts && !b->many && !b->arena.failed && !kmp_interrupted(b->system->context)) {
         kempe_assembly *a = NULL;
-        KMP_TRY(kmp_scatter_next(&scatter, &a));
+        KMP_TRY(kmp_random_starts_next(&scatter, &a));
         if (a)
             keep(s, a->q, a->residual);
         kempe_assembly_free(a);

@@ -9,7 +9,7 @@
 
 /** Random starts: uniform over all angles, and translations within some characteristic lengths. The loops are then
  * closed. */
-typedef struct kmp_scatter {
+typedef struct kmp_random_starts {
     const kempe_system *system;
     const double *from; /* n */
     const bool *still;  /* n: coordinates that keep their values */
@@ -17,10 +17,10 @@ typedef struct kmp_scatter {
     double *guess;      /* n: work space */
     unsigned state;     /* of the sequence */
     int starts, closed; /* number of starts so far, and of closed ones */
-} kmp_scatter;
+} kmp_random_starts;
 
 /** Assembles from the next start; kempe_assembly_free frees it. NULL: it did not close. */
-kempe_status kmp_scatter_next(kmp_scatter *scatter, kempe_assembly **closed);
+kempe_status kmp_random_starts_next(kmp_random_starts *scatter, kempe_assembly **closed);
 
 /** True if two states (n) differ by at most `within`, scaled. Angles count modulo a turn, those of spherical joints by
  * the rotations they represent; coordinates of the list `apart` do not count. */

@@ -14,13 +14,13 @@
  */
 #include "base/arena.h"
 #include "constraints/closing/assemble.h"
-#include "constraints/closing/charts.h"
-#include "constraints/diagnosis/diagnosis_walk.h"
-#include "constraints/rounding/rounding.h"
+#include "constraints/closing/diagnosis_walk.h"
+#include "constraints/closing/rounding.h"
+#include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
 #include "dynamics/goal_equations.h"
+#include "linalg/dense/dot.h"
 #include "linalg/dense/lapack.h"
-#include "linalg/dot.h"
 #include <math.h>
 #include <string.h>
 

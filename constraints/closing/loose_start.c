@@ -2,8 +2,8 @@
 #include "constraints/closing/loose_start.h"
 #include "constraints/tolerances.h"
 #include "dynamics/goal_equations.h"
+#include "linalg/dense/dot.h"
 #include "linalg/dense/lapack.h"
-#include "linalg/dot.h"
 #include <math.h>
 #include <string.h>
 

@@ -9,7 +9,7 @@
  * mu with G z mu = -G qd. */
 #pragma once
 
-#include "backend/x86/machine.h"
+#include "backend/machine.h"
 #include "base/arena.h"
 #include "constraints/closing/close.h"
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/closing/rotation_vectors.h"
 #include "constraints/kinds/kind.h"
-#include "linalg/dot.h"
+#include "linalg/dense/dot.h"
 #include <string.h>
 
 bool kmp_rotation_vectors_init(kmp_rotation_vectors *v, const kempe_system *s, kmp_arena *arena)
@@ -118,5 +118,5 @@ void kmp_rotation_vectors_lend(kmp_rotation_vectors *v, kmp_evaluator *eval)
         if (i >= 0 && k >= 0)
             v->jacobian[e] = v->side[i * s->n + col] * kmp_dot3(v->rates[i][k], v->axes[col]);
     }
-    kmp_eval_lend_closure(eval, eval->t, eval->q, v->h, v->jacobian, eval->h_t);
+    kmp_eval_use_closure(eval, eval->t, eval->q, v->h, v->jacobian, eval->h_t);
 }

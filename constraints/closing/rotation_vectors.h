@@ -12,7 +12,7 @@
 
 #include "base/arena.h"
 #include "constraints/evaluation/evaluator.h"
-#include "model/pose.h"
+#include "model/data/pose.h"
 
 typedef struct kmp_rotation_vectors {
     const kempe_system *system; /* not owned */

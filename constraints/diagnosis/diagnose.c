@@ -3,8 +3,8 @@
 #include "constraints/diagnosis/diagnosis.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/kinds/kind.h"
-#include "constraints/partition/causes.h"
-#include "model/variables/law_warnings.h"
+#include "constraints/partition/singularity_causes.h"
+#include "model/read/law_warnings.h"
 #include <kempe/check.h>
 #include <string.h>
 

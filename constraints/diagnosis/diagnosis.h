@@ -6,7 +6,7 @@
 
 #include "base/arena.h"
 #include "constraints/closing/assemble.h"
-#include "constraints/diagnosis/diagnosis_walk.h"
+#include "constraints/closing/diagnosis_walk.h"
 #include "constraints/diagnosis/shared_loads.h"
 #include "constraints/partition/partition.h"
 #include <kempe/check.h>
@@ -48,30 +48,30 @@ typedef enum kmp_second_order {
 } kmp_second_order;
 
 /** Range of one coordinate over the motion of a mechanism of one degree of freedom. */
-typedef struct kmp_swing {
+typedef struct kmp_coordinate_range {
     double low, high;
     bool moves, low_dead, high_dead; /* low_dead, high_dead: it turns back there */
     bool unseen;                     /* an angle that is singular at the start: its range is not reported */
     int turns;                       /* full turns in one cycle, signed; 0 without a net turn */
-} kmp_swing;
+} kmp_coordinate_range;
 
 /** A dead centre or change point of the motion. */
-typedef struct kmp_landmark {
+typedef struct kmp_limit_position {
     int coordinate; /* the coordinate that turns back; -1: a change point */
     double *q;      /* n */
     double margin;  /* of a change point: last pivot of J over its usual size; 0 when exact */
-} kmp_landmark;
+} kmp_limit_position;
 
-enum { KMP_MOST_LANDMARKS = 64 };
+enum { KMP_MOST_LIMIT_POSITIONS = 64 };
 
 typedef struct kmp_limits {
     bool walked;
-    const char *why_not; /* reason, a sentence */
-    bool cycle;          /* the motion is closed */
-    const char *ended;   /* reason why the motion is not closed, a sentence */
-    double length;       /* path length, scaled */
-    kmp_swing *swing;    /* n */
-    kmp_landmark landmark[KMP_MOST_LANDMARKS];
+    const char *why_not;         /* reason, a sentence */
+    bool cycle;                  /* the motion is closed */
+    const char *ended;           /* reason why the motion is not closed, a sentence */
+    double length;               /* path length, scaled */
+    kmp_coordinate_range *swing; /* n */
+    kmp_limit_position landmark[KMP_MOST_LIMIT_POSITIONS];
     int landmark_count;
 } kmp_limits;
 
@@ -106,17 +106,17 @@ typedef struct kmp_release {
 } kmp_release;
 
 /** A closure with links that are too short. */
-typedef struct kmp_reach {
+typedef struct kmp_short_links {
     int closure;
     double longest, others; /* length of the longest link; total length of the other links, m */
     const char *from, *to;  /* points of the longest link */
     const char *body;
-} kmp_reach;
+} kmp_short_links;
 
 typedef struct kmp_obstacle {
     kmp_release *releases;
     int release_count;
-    kmp_reach *reaches; /* closures with links that are too short for any configuration */
+    kmp_short_links *reaches; /* closures with links that are too short for any configuration */
     int reach_count;
 } kmp_obstacle;
 

@@ -5,10 +5,10 @@
  * are found to round-off. The motion ends when it returns to its start, angles modulo full turns with which the
  * closures hold at places on the way, too; otherwise it is followed in both directions. */
 #include "base/bracket.h"
-#include "constraints/closing/charts.h"
 #include "constraints/diagnosis/diagnosis.h"
+#include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
-#include "linalg/dot.h"
+#include "linalg/dense/dot.h"
 #include <math.h>
 #include <string.h>
 
@@ -83,7 +83,7 @@ static void copy(const trace *w, const place *from, place *to)
 }
 
 /* Extends the range of a coordinate. The start may be a dead centre. */
-static void extend(kmp_swing *swing, double q, bool dead, double scale)
+static void extend(kmp_coordinate_range *swing, double q, bool dead, double scale)
 {
     double same = dead ? STANDS * scale : 0;
     if (q > swing->high - same) {
@@ -106,14 +106,14 @@ static bool is_unseen(const trace *w, int k)
 static void remember(trace *w, int coordinate, const double *q, double margin)
 {
     kmp_limits *l = w->limits;
-    if (l->landmark_count == KMP_MOST_LANDMARKS)
+    if (l->landmark_count == KMP_MOST_LIMIT_POSITIONS)
         return;
     double *copy_q = KMP_ARENA_NEW(w->x->arena, double, w->n);
     if (!copy_q)
         return;
     memcpy(copy_q, q, (size_t)w->n * sizeof *copy_q);
     kmp_charts_show(w->x->system, w->x->walk->eval->chart, q, copy_q, NULL);
-    l->landmark[l->landmark_count++] = (kmp_landmark){coordinate, copy_q, margin};
+    l->landmark[l->landmark_count++] = (kmp_limit_position){coordinate, copy_q, margin};
 }
 
 /* Finds the dead centre of coordinate k between here and next, by the sign of its tangent component. */
@@ -288,7 +288,7 @@ void kmp_diagnosis_limits(kmp_examination *x)
     l->why_not = why_not(x);
     if (l->why_not)
         return;
-    l->swing = KMP_ARENA_NEW(x->arena, kmp_swing, w.n);
+    l->swing = KMP_ARENA_NEW(x->arena, kmp_coordinate_range, w.n);
     KMP_ARENA_EACH(x->arena, double, w.n, &w.start.q, &w.before.q, &w.here.q, &w.next.q, &w.trial.q, &w.least.q);
     w.sample = KMP_ARENA_NEW(x->arena, double, MOST_SAMPLES *w.n);
     if (!KMP_ARENA_EACH(x->arena, double, w.n, &w.start.tangent, &w.before.tangent, &w.here.tangent, &w.next.tangent,
@@ -303,7 +303,7 @@ void kmp_diagnosis_limits(kmp_examination *x)
             w.start.tangent[k] = -w.start.tangent[k];
     w.usual = fmax(w.start.pivot, x->diagnosis->margin > 0 ? w.start.pivot / x->diagnosis->margin : 0);
     for (int k = 0; k < w.n; k++)
-        l->swing[k] = (kmp_swing){.low = x->q[k], .high = x->q[k]};
+        l->swing[k] = (kmp_coordinate_range){.low = x->q[k], .high = x->q[k]};
     l->walked = true;
     l->ended = trace_one_side(&w);
     l->cycle = !l->ended;
@@ -314,13 +314,13 @@ void kmp_diagnosis_limits(kmp_examination *x)
     }
     /* The coordinates that move, and the full turns of a cycle. */
     for (int k = 0; k < w.n; k++) {
-        kmp_swing *s = &l->swing[k];
+        kmp_coordinate_range *s = &l->swing[k];
         s->moves = s->high - s->low > STANDS * x->system->scale[k];
         if (l->cycle)
             s->turns = (int)lround((w.next.q[k] - w.start.q[k]) / TWO_PI);
         if (l->cycle && !x->system->model->motions[k].rotation)
             s->turns = 0;
         if (is_unseen(&w, k))
-            *s = (kmp_swing){.low = NAN, .high = NAN, .moves = s->moves, .unseen = true};
+            *s = (kmp_coordinate_range){.low = NAN, .high = NAN, .moves = s->moves, .unseen = true};
     }
 }

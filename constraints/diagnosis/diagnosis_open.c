@@ -121,7 +121,7 @@ static const char *point_name(const kempe_model *model, int point)
     return point < 0 ? "its joint" : model->points[point].name;
 }
 
-static bool too_short(const kempe_model *model, int closure, kmp_reach *reach)
+static bool too_short(const kempe_model *model, int closure, kmp_short_links *reach)
 {
     const kmp_closure *c = &model->closures[closure];
     const kmp_closure_kind *kind = kmp_closure_kind_find(c->kind);
@@ -134,10 +134,10 @@ static bool too_short(const kempe_model *model, int closure, kmp_reach *reach)
         return false;
     double length = rod ? c->number.value : 0, others = p.sum - p.longest + length;
     if (length > p.longest && length > p.sum) { /* the rod is the longest side */
-        *reach = (kmp_reach){closure, length, p.sum, NULL, NULL, NULL};
+        *reach = (kmp_short_links){closure, length, p.sum, NULL, NULL, NULL};
         return true;
     }
-    *reach = (kmp_reach){
+    *reach = (kmp_short_links){
         closure, p.longest, others, point_name(model, p.from), point_name(model, p.to), model->bodies[p.body].name};
     return p.longest > others * (1 + 1e-12);
 }
@@ -145,7 +145,7 @@ static bool too_short(const kempe_model *model, int closure, kmp_reach *reach)
 kempe_status kmp_obstacle_find(kmp_obstacle *obstacle, const kempe_assembly *assembly, kmp_arena *arena)
 {
     const kempe_system *s = assembly->system;
-    obstacle->reaches = KMP_ARENA_NEW(arena, kmp_reach, s->model->closure_count);
+    obstacle->reaches = KMP_ARENA_NEW(arena, kmp_short_links, s->model->closure_count);
     KMP_TRY(kmp_made(s->context, obstacle->reaches && try_releases(obstacle, s, arena)));
     for (int c = 0; c < s->model->closure_count; c++)
         obstacle->reach_count += too_short(s->model, c, &obstacle->reaches[obstacle->reach_count]);

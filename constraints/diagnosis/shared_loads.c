@@ -7,13 +7,13 @@
  * Masses load them if random accelerations and gravity do so in the tree alone, where rows that no coordinate moves
  * carry nothing. */
 #include "constraints/diagnosis/shared_loads.h"
-#include "constraints/diagnosis/diagnosis_walk.h"
+#include "constraints/closing/diagnosis_walk.h"
 #include "constraints/kinds/kind.h"
+#include "linalg/dense/dot.h"
 #include "linalg/dense/lapack.h"
-#include "linalg/dot.h"
 #include "linalg/sparse.h"
-#include "model/pose.h"
-#include "model/tables/output_table.h"
+#include "model/data/output_table.h"
+#include "model/data/pose.h"
 #include <math.h>
 #include <string.h>
 

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/evaluation/evaluator.h"
-#include "backend/waiting.h"
+#include "backend/lazy_jit.h"
 #include "base/memory.h"
-#include "constraints/closing/charts.h"
+#include "constraints/closing/rounding.h"
+#include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/load_multipliers.h"
-#include "constraints/rounding/rounding.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "dynamics/motion.h"
-#include "model/tables/output_table.h"
+#include "model/data/output_table.h"
 #include <math.h>
 #include <string.h>
 
@@ -296,8 +296,8 @@ void kmp_eval_closure(kmp_evaluator *eval, double t, const double *q)
     memmove(eval->q, q, (size_t)eval->n * sizeof *q);
 }
 
-void kmp_eval_lend_closure(kmp_evaluator *eval, double t, const double *q, const double *h, const double *jacobian,
-                           const double *h_t)
+void kmp_eval_use_closure(kmp_evaluator *eval, double t, const double *q, const double *h, const double *jacobian,
+                          const double *h_t)
 {
     eval->h = h;
     eval->jacobian = jacobian;

@@ -3,7 +3,7 @@
  * kmp_eval_new. */
 #pragma once
 
-#include "backend/x86/machine.h"
+#include "backend/machine.h"
 #include "base/arena.h"
 #include "constraints/evaluation/present_inputs.h"
 #include "dynamics/system.h"
@@ -102,9 +102,9 @@ void kmp_eval_bias_with(kmp_evaluator *eval, const double *nu);
 void kmp_eval_renew_parameters(kmp_evaluator *eval);
 
 /** Uses h, J and h_t (NULL: none) at (t, q) of the caller, who keeps them until the next kmp_eval_closure. M, C and
- * jdqd need a preceding kmp_eval_closure or kmp_eval_lend_closure. */
-void kmp_eval_lend_closure(kmp_evaluator *eval, double t, const double *q, const double *h, const double *jacobian,
-                           const double *h_t);
+ * jdqd need a preceding kmp_eval_closure or kmp_eval_use_closure. */
+void kmp_eval_use_closure(kmp_evaluator *eval, double t, const double *q, const double *h, const double *jacobian,
+                          const double *h_t);
 
 /** Uses M, and C with jdqd after it, of the caller at the lent closure and some qd, by M and C and without forces that
  * depend on multipliers; the caller keeps them until the next kmp_eval_mass. */
@@ -118,7 +118,7 @@ void kmp_eval_mask(const kmp_evaluator *eval, const bool *left_out, double *mask
 void kmp_eval_drop(kmp_evaluator *eval, int count, const int *rows);
 void kmp_eval_drop_widest(kmp_evaluator *eval);
 
-/** Sets the charts of the spherical joints (constraints/closing/charts.h); earlier results are no longer valid. */
+/** Sets the charts of the spherical joints (constraints/evaluation/charts.h); earlier results are no longer valid. */
 void kmp_eval_set_charts(kmp_evaluator *eval, const double *chart);
 
 /** first - second of each condition at (t, q, qd); NULL without conditions. A condition holds if this is negative. */

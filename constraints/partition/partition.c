@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/partition/partition.h"
 #include "base/memory.h"
-#include "constraints/partition/pick.h"
-#include "constraints/rounding/rounding.h"
+#include "constraints/closing/rounding.h"
+#include "constraints/partition/pivot_columns.h"
 #include "constraints/tolerances.h"
 #include <math.h>
 #include <stdlib.h>

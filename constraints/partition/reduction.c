@@ -3,7 +3,7 @@
 #include "base/memory.h"
 #include "constraints/closing/close.h"
 #include "constraints/evaluation/load_multipliers.h"
-#include "linalg/dot.h"
+#include "linalg/dense/dot.h"
 #include <math.h>
 #include <string.h>
 
@@ -58,7 +58,7 @@ static bool prepare(kmp_reduction *red)
     red->block = red->r > 0 ? kmp_block_new(red->r, red->jv_count, red->jv_row, red->jv_col) : NULL;
     if (red->r > 0 && !red->block)
         return false;
-    red->zeros = kmp_zeros_new(red, &red->arena);
+    red->zeros = kmp_sparse_tangent_new(red, &red->arena);
     size_t order = (size_t)(red->zeros ? red->zeros->stride : red->p);
     red->mr = kmp_arena_aligned(&red->arena, order * order);
     red->mx = KMP_ARENA_NEW(&red->arena, double, (size_t)red->n *(size_t)(red->zeros || red->p == 0 ? 1 : red->p));
@@ -127,7 +127,7 @@ void kmp_reduction_tangent(kmp_reduction *red)
     if (red->r == 0)
         return;
     if (red->zeros)
-        kmp_zeros_tangent(red->zeros, red, red->eval->jacobian);
+        kmp_sparse_tangent_tangent(red->zeros, red, red->eval->jacobian);
     else
         solve_dense_tangent(red);
     if (!red->eval->h_t)
@@ -145,7 +145,7 @@ static void spread(const kmp_reduction *red, const double *s, const double *base
     for (int k = 0; k < red->p; k++)
         out[u[k]] += s[k];
     if (red->zeros)
-        kmp_zeros_spread(red->zeros, red->bvu, s, out);
+        kmp_sparse_tangent_spread(red->zeros, red->bvu, s, out);
     for (int k = 0; !red->zeros && k < red->p; k++)
         for (int i = 0; i < red->r; i++)
             out[v[i]] += red->bvu[i + k * red->r] * s[k];
@@ -223,16 +223,16 @@ INLINE void factor_mass(kmp_reduction *red)
             red->mr[(i > j ? i : j) + (i > j ? j : i) * p] = red->eval->mass[k];
         }
     } else if (red->zeros)
-        kmp_zeros_reduce(red->zeros, red->eval->mass, red->mr);
+        kmp_sparse_tangent_reduce(red->zeros, red->eval->mass, red->mr);
     else
         reduce_dense(red);
-    red->fault = red->zeros ? kmp_zeros_factor(red->zeros, red->mr) : kmp_cholesky_factor(red->p, red->mr);
+    red->fault = red->zeros ? kmp_sparse_tangent_factor(red->zeros, red->mr) : kmp_cholesky_factor(red->p, red->mr);
 }
 
 void kmp_reduction_solve_mass(const kmp_reduction *red, double *b)
 {
     if (red->zeros)
-        kmp_zeros_solve(red->zeros, red->mr, b);
+        kmp_sparse_tangent_solve(red->zeros, red->mr, b);
     else
         kmp_cholesky_solve(red->p, red->mr, b);
 }
@@ -241,8 +241,8 @@ void kmp_reduction_solve_masses(const kmp_reduction *red, int count, double *b, 
 {
     if (red->zeros)
         for (int k = 0; k < count; k += KMP_FOUR)
-            kmp_zeros_solve_four(red->zeros, red->mr, count - k < KMP_FOUR ? count - k : KMP_FOUR,
-                                 b + (ptrdiff_t)k * ld, ld, room);
+            kmp_sparse_tangent_solve_four(red->zeros, red->mr, count - k < KMP_FOUR ? count - k : KMP_FOUR,
+                                          b + (ptrdiff_t)k * ld, ld, room);
     else
         for (int k = 0; k < count; k++)
             kmp_cholesky_solve(red->p, red->mr, b + (ptrdiff_t)k * ld);
@@ -251,7 +251,7 @@ void kmp_reduction_solve_masses(const kmp_reduction *red, int count, double *b, 
 INLINE void project(const kmp_reduction *red, const double *force, double *out)
 {
     if (red->zeros) {
-        kmp_zeros_project(red->zeros, red->x, force, out);
+        kmp_sparse_tangent_project(red->zeros, red->x, force, out);
         return;
     }
     for (int k = 0; k < red->p; k++)
@@ -361,7 +361,7 @@ int kmp_reduction_accelerate(kmp_reduction *red, double *udd)
 int kmp_reduction_move(kmp_reduction *red, const double *qd, double *udd)
 {
     kmp_team *team = kmp_eval_team(red->eval);
-    if (!team || !red->zeros || kmp_zeros_products(red->zeros) < WORTH_SHARING) {
+    if (!team || !red->zeros || kmp_sparse_tangent_products(red->zeros) < WORTH_SHARING) {
         kmp_eval_bias(red->eval, qd);
         return kmp_reduction_accelerate(red, udd);
     }
@@ -384,7 +384,7 @@ void kmp_reduction_residual(kmp_reduction *red, const double *udd, double *out)
     }
     set_force(red, red->eval->bias, qdd);
     if (red->zeros) {
-        kmp_zeros_project(red->zeros, red->x, red->force, out);
+        kmp_sparse_tangent_project(red->zeros, red->x, red->force, out);
         for (int k = 0; k < red->p; k++)
             out[k] = -out[k];
         return;
@@ -526,7 +526,7 @@ kmp_counts kmp_reduction_count(const kmp_reduction *red)
 {
     kmp_flops f = {0};
     long n = red->n, p = red->p, mass = mass_products(red->eval);
-    const kmp_zeros *zeros = red->zeros;
+    const kmp_sparse_tangent *zeros = red->zeros;
     if (red->r > 0) {
         kmp_flops_add(&f, 1, kmp_block_factor_flops(red->block));
         /* columns of Bvu, x_t, a0 */

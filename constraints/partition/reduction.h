@@ -6,8 +6,8 @@
 
 #include "base/arena.h"
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/evaluation/zeros.h"
 #include "constraints/partition/partition.h"
+#include "constraints/partition/sparse_tangent.h"
 #include "linalg/block.h"
 
 typedef struct kmp_reduction {
@@ -15,8 +15,8 @@ typedef struct kmp_reduction {
     const kmp_partition *part; /* not owned */
     kmp_arena arena;
     int n, p, r;
-    kmp_block *block; /* Jv; NULL when r = 0 */
-    kmp_zeros *zeros; /* NULL: X counts as dense */
+    kmp_block *block;          /* Jv; NULL when r = 0 */
+    kmp_sparse_tangent *zeros; /* NULL: X counts as dense */
     int jv_count, ju_count;
     int *jv_entry, *jv_row, *jv_col; /* of the evaluator's Jacobian values, position in rows, position in v */
     int *ju_entry, *ju_row, *ju_col; /* entry, position in rows, position in u */

@@ -8,7 +8,7 @@
 #include "constraints/tolerances.h"
 #include "constraints/workspace/workspace_inside.h"
 #include "dynamics/load_dependent.h"
-#include "linalg/dot.h"
+#include "linalg/dense/dot.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <stdarg.h>

@@ -17,7 +17,7 @@ typedef struct kmp_state_lanes {
     double *values;         /* outputs lane by lane */
 } kmp_state_lanes;
 
-/* Modes of friction at each state (integrators/friction/friction_workspace.c). */
+/* Modes of friction at each state (integrators/run/friction_workspace.c). */
 typedef struct kmp_workspace_friction {
     void *self; /* NULL: friction follows the sign of its rates, or there is none */
     kempe_status (*decide)(void *self, double t, const double *q, const double *qd);

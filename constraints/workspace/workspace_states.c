@@ -124,7 +124,7 @@ static kempe_status finish_lane(kempe_workspace *ws, const state_rows *in, size_
     kmp_evaluator *eval = ws->eval;
     const int *count = ws->many.count;
     const double *h = ws->many.values + (size_t)lane * (size_t)ws->many.size, *J = h + ws->m;
-    kmp_eval_lend_closure(eval, t, q, h, J, ws->system->rheonomic ? J + ws->system->jacobian.count : NULL);
+    kmp_eval_use_closure(eval, t, q, h, J, ws->system->rheonomic ? J + ws->system->jacobian.count : NULL);
     kmp_eval_lend_motion(eval, h + count[0], h + count[0] + count[1]);
     ws->message[0] = '\0';
     if (last || !in->out)

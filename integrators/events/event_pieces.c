@@ -77,7 +77,7 @@ static double cone(double h, double x, double y, double down, double up)
 
 /* True if the ends of a piece decide a condition. A fixed condition that holds is below zero; one that does not hold is
  * at least zero. */
-static bool is_settled(const kmp_piece_search *s, int k, const kmp_look *a, const kmp_look *b)
+static bool is_settled(const kmp_piece_search *s, int k, const kmp_event_probe *a, const kmp_event_probe *b)
 {
     kmp_bound r = s->site->bound(s->self, k);
     if (r.down >= 0 || r.up <= 0)
@@ -134,9 +134,9 @@ static void note_undecided(kmp_piece_search *s, int depth, double t)
     }
 }
 
-static int search_piece(kmp_piece_search *s, int depth, const kmp_look *a, const kmp_look *b, bool *found)
+static int search_piece(kmp_piece_search *s, int depth, const kmp_event_probe *a, const kmp_event_probe *b, bool *found)
 {
-    kmp_look *m = &s->look[depth + 2];
+    kmp_event_probe *m = &s->look[depth + 2];
     double middle = a->t + (b->t - a->t) / 2;
     kmp_step_piece ends = {a, NULL, b};
     begin_piece(s, depth);

@@ -10,12 +10,12 @@
 #include <stdbool.h>
 
 /** An evaluation at a time within the step. */
-typedef struct kmp_look {
+typedef struct kmp_event_probe {
     double t;
     double *change; /* value of each condition: it holds where this is negative */
     double *state;  /* what bounds need, as the site knows it */
     double *solved; /* solutions of implicit blocks in conditions */
-} kmp_look;
+} kmp_event_probe;
 
 enum {
     KMP_SEARCH_DEPTH = 30,                  /* halvings of a step */
@@ -24,12 +24,12 @@ enum {
 
 /** A piece: its ends, and its middle if that has been evaluated. */
 typedef struct kmp_step_piece {
-    const kmp_look *a, *m, *b;
+    const kmp_event_probe *a, *m, *b;
 } kmp_step_piece;
 
 /** The motion and its conditions. A status is 0, or a number that ends the search. */
 typedef struct kmp_piece_site {
-    int (*look)(void *self, double t, kmp_look *look);
+    int (*look)(void *self, double t, kmp_event_probe *look);
     /** Computes bounds over a piece. */
     void (*bind)(void *self, const kmp_step_piece *piece);
     /** Those of a condition, after `bind`. */
@@ -39,7 +39,7 @@ typedef struct kmp_piece_site {
     /** True for a condition that is fixed where its value is negative; false where it is at least zero. */
     bool (*holds)(const void *self, int condition);
     /** Ends a piece that its ends decide: finds the change within it, or takes the values at its end into account. */
-    int (*end)(void *self, const kmp_look *a, const kmp_look *b, bool *found);
+    int (*end)(void *self, const kmp_event_probe *a, const kmp_event_probe *b, bool *found);
 } kmp_piece_site;
 
 /** Workspace of a search. */
@@ -49,10 +49,10 @@ typedef struct kmp_piece_search {
     int conditions;
     const bool *third; /* of each condition: its bounds need a third point */
     bool *open;        /* of each condition, for each halving and one more: it may change within the piece */
-    kmp_look look[KMP_SEARCH_LOOKS]; /* 0 and 1: of the ends of the step */
-    int left;                        /* remaining evaluations in this step */
-    long undecided;                  /* pieces that their ends have decided without bounds, as no evaluation remained */
-    int which;                       /* the condition of the first of them; its time */
+    kmp_event_probe look[KMP_SEARCH_LOOKS]; /* 0 and 1: of the ends of the step */
+    int left;                               /* remaining evaluations in this step */
+    long undecided; /* pieces that their ends have decided without bounds, as no evaluation remained */
+    int which;      /* the condition of the first of them; its time */
     double since;
     int least; /* halvings made in any case */
 } kmp_piece_search;

@@ -18,7 +18,7 @@
  * grows like h^-(index - 1), and corrections of multipliers never fall below rounding times that condition. */
 #include "integrators/formulations/formulation.h"
 #include "integrators/formulations/tangent.h"
-#include "linalg/dot.h"
+#include "linalg/dense/dot.h"
 #include <stdlib.h>
 #include <string.h>
 
@@ -55,7 +55,7 @@ typedef struct dae {
     form form;
     const kempe_system *s;
     kmp_evaluator *eval;
-    kmp_margin *margin;
+    kmp_rank_margin *margin;
     const kmp_partition *part;
     kmp_saddle saddle;
     kmp_tangents tangents;
@@ -260,11 +260,11 @@ static int accept(void *self, double t, const double *y, const double *yp)
 {
     dae *d = self;
     (void)yp;
-    if (kmp_margin_unwatched(d->margin))
+    if (kmp_rank_margin_unwatched(d->margin))
         return KMP_GO;
     kmp_eval_closure(d->eval, t, y);
     int said = kmp_redundant_check(d->eval, d->part, t, d->tolerance, &d->formulation.reason);
-    return said == KMP_GO && kmp_margin_refuses(d->margin, d->eval, t) ? KMP_RETRY : said;
+    return said == KMP_GO && kmp_rank_margin_refuses(d->margin, d->eval, t) ? KMP_RETRY : said;
 }
 
 /* A row has q and qd of the integrator; accelerations and multipliers come from the saddle system there. */

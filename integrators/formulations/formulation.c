@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/formulations/formulation.h"
 #include "base/memory.h"
-#include "constraints/rounding/rounding.h"
+#include "constraints/closing/rounding.h"
 #include "constraints/tolerances.h"
 #include <math.h>
 #include <string.h>

@@ -7,9 +7,9 @@
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/saddle.h"
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/partition/margin.h"
 #include "constraints/partition/partition.h"
-#include "integrators/run/run_log.h"
+#include "constraints/partition/rank_margin.h"
+#include "integrators/formulations/run_log.h"
 #include "integrators/steppers/ode.h"
 
 typedef struct kmp_formulation kmp_formulation;
@@ -23,7 +23,7 @@ typedef struct kmp_formulation_start {
     const kempe_system *system;
     kmp_evaluator *eval;
     const kmp_partition *part; /* at the start */
-    kmp_margin *margin;        /* of the run */
+    kmp_rank_margin *margin;   /* of the run */
     double t;
     const double *q, *qd; /* consistent */
     const double *qdd, *lambda;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The projected formulation: y = (q, qd[, work]); accelerations from the saddle system, by the solved program
- * (constraints/written/solved.h) where there is one and its pivots are good. After each accepted step q and qd
+ * (constraints/programs/saddle_program.h) where there is one and its pivots are good. After each accepted step q and qd
  * return to the closures along the mass-orthogonal direction, by one simplified Newton step with the present factors.
  * It needs no choice of u. The independent rows are those of the start; dropped ones are monitored.
  *
@@ -8,11 +8,11 @@
  * (singular_step.h) then has each state closed first: off the closures accelerations are not those of the motion if J
  * is near to losing a row. */
 #include "constraints/evaluation/stage_lanes.h"
+#include "constraints/programs/saddle_program.h"
 #include "constraints/tolerances.h"
-#include "constraints/written/solved.h"
-#include "integrators/formulations/cycles.h"
+#include "integrators/formulations/cost_model.h"
 #include "integrators/formulations/formulation.h"
-#include "linalg/dot.h"
+#include "linalg/dense/dot.h"
 #include <float.h>
 #include <limits.h>
 #include <math.h>
@@ -30,23 +30,23 @@ typedef struct projected {
     kmp_formulation formulation; /* first */
     const kempe_system *s;
     kmp_evaluator *eval;
-    kmp_margin *margin;
+    kmp_rank_margin *margin;
     const kmp_partition *part;
     kmp_saddle saddle;
-    kmp_solved *solved;     /* NULL: there is none */
-    kmp_stage_lanes stages; /* the solved program for several stages at once */
-    kmp_program *nearby;    /* kmp_solved_write_nearby; NULL: there is none */
-    kmp_stage_lanes near;   /* that program for several stages at once */
-    const double *of_run;   /* outputs of the last run of `stages`, whose factors `near` does not have; NULL: it has */
-    double cycles_near;     /* of a run of `near`; 0: there is none */
-    bool may_write;         /* programs may be made between steps */
-    bool is_near;           /* the factors in `near` are those of the last run of `stages` */
-    long sweeps;            /* runs of `stages` without that program */
-    bool lanes;             /* the integrator uses them */
-    bool by_solved;         /* the last evaluation was by the solved program, whose factors serve corrections */
-    bool cancelled;         /* rounding showed in its accelerations */
-    long runs;              /* of the solved program */
-    long evaluations, due;  /* without it; the number from which on it pays */
+    kmp_saddle_program *solved; /* NULL: there is none */
+    kmp_stage_lanes stages;     /* the solved program for several stages at once */
+    kmp_program *nearby;        /* kmp_saddle_program_write_nearby; NULL: there is none */
+    kmp_stage_lanes near;       /* that program for several stages at once */
+    const double *of_run;  /* outputs of the last run of `stages`, whose factors `near` does not have; NULL: it has */
+    double cycles_near;    /* of a run of `near`; 0: there is none */
+    bool may_write;        /* programs may be made between steps */
+    bool is_near;          /* the factors in `near` are those of the last run of `stages` */
+    long sweeps;           /* runs of `stages` without that program */
+    bool lanes;            /* the integrator uses them */
+    bool by_solved;        /* the last evaluation was by the solved program, whose factors serve corrections */
+    bool cancelled;        /* rounding showed in its accelerations */
+    long runs;             /* of the solved program */
+    long evaluations, due; /* without it; the number from which on it pays */
     double rtol, rate_scale;
     bool has_work;
     int n, m;
@@ -86,7 +86,7 @@ static int give(projected *d, const double *y, double *dy)
 
 static bool applies(const projected *d)
 {
-    return d->solved && !d->cancelled && kmp_solved_applies(d->solved);
+    return d->solved && !d->cancelled && kmp_saddle_program_applies(d->solved);
 }
 
 /* Runs the solved program; NULL: there is none, it does not apply, or its pivots are bad. */
@@ -95,7 +95,7 @@ static const double *run_solved(projected *d, double t, const double *q, const d
     bool good = false;
     const double *out = NULL;
     if (applies(d)) {
-        out = kmp_solved_run(d->solved, t, q, qd, &good);
+        out = kmp_saddle_program_run(d->solved, t, q, qd, &good);
         d->runs++;
     }
     d->by_solved = good;
@@ -111,7 +111,7 @@ static int rhs(void *self, double t, const double *y, double *dy)
         d->evaluations++;
         return place(d, t, y, y + n) == KMP_GO ? give(d, y, dy) : KMP_RETRY;
     }
-    const kmp_solved_layout *layout = kmp_solved_layout_of(d->solved);
+    const kmp_saddle_program_layout *layout = kmp_saddle_program_layout_of(d->solved);
     memcpy(dy, y + n, n * sizeof *dy);
     memcpy(dy + n, out + layout->qdd, n * sizeof *dy);
     if (d->has_work)
@@ -126,9 +126,9 @@ static int rhs_of_stages(void *self, const double *t, const double *y, double *d
     kmp_stage_lanes *stages = &d->stages;
     if (!stages->lanes || !applies(d))
         return KMP_APART;
-    const kmp_solved_layout *layout = kmp_solved_layout_of(d->solved);
+    const kmp_saddle_program_layout *layout = kmp_saddle_program_layout_of(d->solved);
     size_t w = KMP_STAGE_LANES, n = (size_t)d->n;
-    const double *out = kmp_stage_lanes_run(stages, KMP_SOLVED_RUN, t, y, y + n * w);
+    const double *out = kmp_stage_lanes_run(stages, KMP_SADDLE_PROGRAM_RUN, t, y, y + n * w);
     d->runs++;
     d->sweeps++;
     d->of_run = NULL;
@@ -136,7 +136,7 @@ static int rhs_of_stages(void *self, const double *t, const double *y, double *d
     memcpy(dy + n * w, out + (size_t)layout->qdd * w, n * w * sizeof *dy);
     if (d->has_work)
         memcpy(dy + 2 * n * w, out + (size_t)layout->power * w, w * sizeof *dy);
-    if (!kmp_stage_lanes_exceed(layout->pivots, out + (size_t)layout->pivot * w, KMP_SOLVED_PIVOT,
+    if (!kmp_stage_lanes_exceed(layout->pivots, out + (size_t)layout->pivot * w, KMP_SADDLE_PROGRAM_PIVOT,
                                 out + (size_t)layout->diagonal * w))
         return KMP_APART;
     d->of_run = out;
@@ -151,8 +151,9 @@ static int improve_stages(void *self, const double *t, const double *y, double *
         return KMP_APART;
     size_t w = KMP_STAGE_LANES, n = (size_t)d->n;
     if (d->of_run) {
-        kmp_lanes_set(d->near.lanes, KMP_IN_MU, kmp_lanes_run(d->stages.lanes, KMP_SOLVED_FACTORS));
-        kmp_lanes_set(d->near.lanes, KMP_IN_LAMBDA, d->of_run + (size_t)kmp_solved_layout_of(d->solved)->lambda * w);
+        kmp_lanes_set(d->near.lanes, KMP_IN_MU, kmp_lanes_run(d->stages.lanes, KMP_SADDLE_PROGRAM_FACTORS));
+        kmp_lanes_set(d->near.lanes, KMP_IN_LAMBDA,
+                      d->of_run + (size_t)kmp_saddle_program_layout_of(d->solved)->lambda * w);
     }
     d->of_run = NULL;
     d->is_near = true;
@@ -185,7 +186,7 @@ static int closed(void *self, double t, double *y, bool as_it_is, double *dy, do
         said = give(d, y, dy);
     }
     if (distance)
-        *distance = kmp_margin_at(d->margin, d->eval);
+        *distance = kmp_rank_margin_at(d->margin, d->eval);
     return said;
 }
 
@@ -227,7 +228,7 @@ static bool is_rounding(projected *d, double t, double open, const double *dqd, 
 static void correct(projected *d, const double *violation, double *dx)
 {
     if (d->by_solved)
-        kmp_solved_correct(d->solved, violation, dx);
+        kmp_saddle_program_correct(d->solved, violation, dx);
     else
         kmp_saddle_solve(&d->saddle, NULL, violation, dx, NULL);
 }
@@ -240,8 +241,8 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     int n = d->n;
     (void)dy;
     if (d->by_solved) {
-        kmp_solved_lend(d->solved, t, y);
-        d->cancelled = kmp_solved_is_cancelled(d->solved, d->rtol, d->rate_scale);
+        kmp_saddle_program_lend(d->solved, t, y);
+        d->cancelled = kmp_saddle_program_is_cancelled(d->solved, d->rtol, d->rate_scale);
     }
     if (kmp_redundant_check(d->eval, d->part, t, d->tolerance, &d->formulation.reason) != KMP_GO)
         return KMP_HALT;
@@ -257,7 +258,7 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     correct(d, d->violation, d->qd);
     if (!is_small(n, d->qd, w + n) && !is_rounding(d, t, open, d->qd, y + n))
         return KMP_RETRY;
-    if (kmp_margin_refuses(d->margin, d->eval, t))
+    if (kmp_rank_margin_refuses(d->margin, d->eval, t))
         return KMP_RETRY;
     for (int i = 0; i < n; i++) {
         y[i] = d->q[i];
@@ -274,10 +275,10 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
 static bool close_row(projected *d, double t, const double *y, double *q, double *qd)
 {
     size_t bytes = (size_t)d->n * sizeof *q;
-    kmp_solved_closing closing = {d->solved, y + d->n};
+    kmp_saddle_program_closing closing = {d->solved, y + d->n};
     for (int attempt = applies(d) ? 0 : 1; attempt < 2; attempt++) {
         const kmp_closer closer =
-            attempt == 0 ? kmp_solved_closer(&closing, d->dx) : kmp_saddle_closer(&d->saddle, d->dx);
+            attempt == 0 ? kmp_saddle_program_closer(&closing, d->dx) : kmp_saddle_closer(&d->saddle, d->dx);
         memcpy(q, y, bytes);
         memcpy(qd, y + d->n, bytes);
         if (kmp_close_state(&closer, d->violation, t, q, qd)) {
@@ -294,7 +295,7 @@ static void accelerate_row(projected *d, double t, const double *q, const double
     bool closed_by_solved = d->by_solved;
     const double *out = closed_by_solved ? run_solved(d, t, q, qd) : NULL;
     if (out) {
-        const kmp_solved_layout *layout = kmp_solved_layout_of(d->solved);
+        const kmp_saddle_program_layout *layout = kmp_saddle_program_layout_of(d->solved);
         memcpy(qdd, out + layout->qdd, (size_t)d->n * sizeof *qdd);
         memset(lambda, 0, (size_t)d->m * sizeof *lambda);
         for (int k = 0; k < layout->r; k++)
@@ -339,7 +340,7 @@ static void drop_nearby(projected *d)
 static int make_nearby(projected *d)
 {
     d->sweeps = LONG_MIN; /* once for a solved program */
-    if (kmp_solved_write_nearby(d->solved, d->part, &d->nearby) != KEMPE_OK)
+    if (kmp_saddle_program_write_nearby(d->solved, d->part, &d->nearby) != KEMPE_OK)
         return KMP_HALT;
     if (!d->nearby)
         return KMP_GO;
@@ -358,18 +359,18 @@ static int make_solved(projected *d, double t, const double *q)
 {
     drop_nearby(d);
     kmp_stage_lanes_free(&d->stages);
-    kmp_solved_free(d->solved);
+    kmp_saddle_program_free(d->solved);
     d->solved = NULL;
     d->by_solved = false;
     kmp_eval_closure(d->eval, t, q);
-    if (kmp_solved_new(&d->solved, d->eval, d->part) != KEMPE_OK)
+    if (kmp_saddle_program_new(&d->solved, d->eval, d->part) != KEMPE_OK)
         return KMP_HALT;
-    const kmp_program *program = d->lanes && d->solved && !d->s->force ? kmp_solved_program(d->solved) : NULL;
+    const kmp_program *program = d->lanes && d->solved && !d->s->force ? kmp_saddle_program_code(d->solved) : NULL;
     if (d->solved)
-        d->formulation.ode.cycles = kmp_cycles_of_one(kmp_solved_count(d->solved));
+        d->formulation.ode.cycles = kmp_cycles_of_one(kmp_saddle_program_count(d->solved));
     if (program)
-        d->formulation.ode.cycles_of_lanes =
-            kmp_cycles_of_lanes(kmp_solved_count(d->solved), kmp_solved_layout_of(d->solved)->by_bodies);
+        d->formulation.ode.cycles_of_lanes = kmp_cycles_of_lanes(kmp_saddle_program_count(d->solved),
+                                                                 kmp_saddle_program_layout_of(d->solved)->by_bodies);
     return kmp_stage_lanes_init(&d->stages, program, d->eval) ? KMP_GO : KMP_HALT;
 }
 
@@ -398,7 +399,7 @@ static int resume(kmp_formulation *formulation, double t, const double *q, const
     (void)yp;
     memcpy(y, q, (size_t)d->n * sizeof *y);
     memcpy(y + d->n, qd, (size_t)d->n * sizeof *y);
-    return d->solved && kmp_solved_is_stale(d->solved) ? make_solved(d, t, q) : KMP_GO;
+    return d->solved && kmp_saddle_program_is_stale(d->solved) ? make_solved(d, t, q) : KMP_GO;
 }
 
 static void release(kmp_formulation *formulation)
@@ -406,7 +407,7 @@ static void release(kmp_formulation *formulation)
     kmp_saddle_free(&((projected *)formulation)->saddle);
     drop_nearby((projected *)formulation);
     kmp_stage_lanes_free(&((projected *)formulation)->stages);
-    kmp_solved_free(((projected *)formulation)->solved);
+    kmp_saddle_program_free(((projected *)formulation)->solved);
     kmp_formulation_free(formulation);
 }
 
@@ -453,7 +454,7 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
         operations =
             (double)kmp_program_count(program, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS).paper + kmp_saddle_cost(&d->saddle);
     d->formulation.ode.cycles = kmp_cycles_by_parts(operations, d->eval->by_bodies);
-    d->due = solves ? kmp_solved_wait(d->eval, d->part, operations, start->lanes) : LONG_MAX;
+    d->due = solves ? kmp_saddle_program_wait(d->eval, d->part, operations, start->lanes) : LONG_MAX;
     if (start->early && d->due > 0 && d->due < LONG_MAX)
         d->due = 0;
     bool failed = !made || d->due < 0;

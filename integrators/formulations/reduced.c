@@ -8,9 +8,9 @@
  *   it, others along the tangent from the last accepted step only. An evaluation whose corrections stop contracting
  *   fails and shortens the step. */
 #include "integrators/formulations/reduced.h"
+#include "constraints/programs/reduced_program_inside.h"
 #include "constraints/tolerances.h"
-#include "constraints/written/fused_inside.h"
-#include "integrators/formulations/cycles.h"
+#include "integrators/formulations/cost_model.h"
 #include <math.h>
 #include <string.h>
 
@@ -123,7 +123,7 @@ double kmp_reduced_drive_power(kmp_reduced *d)
 static inline bool applies(const kmp_reduced *d)
 {
     return d->programs.fused && !d->apart && !(d->cancelled && kmp_reduced_is_solved(d)) &&
-           kmp_fused_applies(d->programs.fused);
+           kmp_reduced_program_applies(d->programs.fused);
 }
 
 /* Evaluates q, qd and udd at (t, y), and dy. The program gives dy alone. */
@@ -146,14 +146,15 @@ int kmp_reduced_rhs(void *self, double t, const double *y, double *dy)
     kmp_reduced *d = self;
     bool runs = applies(d), solved = runs && kmp_reduced_is_solved(d), made = false;
     if (runs)
-        made = d->integrated ? kmp_fused_run(d->programs.fused, t, y, dy) : kmp_reduced_evaluate_closing(d, t, y, dy);
+        made = d->integrated ? kmp_reduced_program_run(d->programs.fused, t, y, dy)
+                             : kmp_reduced_evaluate_closing(d, t, y, dy);
     d->by_solved = made && solved;
     int said = made ? KMP_GO : runs && d->integrated && !solved ? KMP_RETRY : evaluate_apart(d, t, y, dy);
     for (int k = 0; said == KMP_GO && k < d->p; k++)
         if (!isfinite(dy[d->p + k]))
             return KMP_RETRY;
     if (said == KMP_GO && d->has_work)
-        dy[kmp_reduced_work(d)] = made ? kmp_fused_power(d->programs.fused)
+        dy[kmp_reduced_work(d)] = made ? kmp_reduced_program_power(d->programs.fused)
                                        : kmp_eval_power_here(d->eval, d->qd) + kmp_reduced_drive_power(d);
     return said;
 }
@@ -165,7 +166,7 @@ static int rhs_of_stages(void *self, const double *t, const double *y, double *d
     kmp_reduced *d = self;
     if (!d->programs.stages.lanes || !applies(d))
         return KMP_APART;
-    const kmp_solved_layout *l = kmp_fused_layout_of(d->programs.fused);
+    const kmp_saddle_program_layout *l = kmp_reduced_program_layout_of(d->programs.fused);
     size_t w = KMP_STAGE_LANES, p = (size_t)d->p, r = (size_t)d->r;
     bool solved = kmp_reduced_is_solved(d);
     const double *out = kmp_stage_lanes_run(&d->programs.stages, l->stage, t, y, NULL);
@@ -173,7 +174,7 @@ static int rhs_of_stages(void *self, const double *t, const double *y, double *d
     memcpy(dy + 2 * p * w, out + (size_t)l->rates * w, r * w * sizeof *dy);
     if (d->has_work)
         memcpy(dy + (size_t)kmp_reduced_work(d) * w, out + (size_t)l->power * w, w * sizeof *dy);
-    if (!kmp_stage_lanes_exceed(l->pivots, out + (size_t)l->pivot * w, KMP_SOLVED_PIVOT,
+    if (!kmp_stage_lanes_exceed(l->pivots, out + (size_t)l->pivot * w, KMP_SADDLE_PROGRAM_PIVOT,
                                 solved ? out + (size_t)l->diagonal * w : NULL))
         return solved ? KMP_APART : KMP_RETRY;
     return kmp_stage_lanes_finite(d->p + d->r, dy + p * w) ? KMP_GO : KMP_RETRY;
@@ -208,16 +209,17 @@ static bool is_good_again(kmp_reduced *d, double t, const double *y)
         for (int i = 0; i < d->r; i++)
             d->state[2 * d->p + i] = d->q[d->part.v[i]];
     }
-    return kmp_fused_is_good(d->programs.fused, t, d->integrated ? y : d->state);
+    return kmp_reduced_program_is_good(d->programs.fused, t, d->integrated ? y : d->state);
 }
 
-int kmp_reduced_come_to_end(kmp_reduced *d, double t, const double *y, kmp_fused_end *end)
+int kmp_reduced_come_to_end(kmp_reduced *d, double t, const double *y, kmp_reduced_program_end *end)
 {
     bool solved = kmp_reduced_is_solved(d), good = false;
     if (solved || !applies(d) || (!d->integrated && !d->closed_fused)) { /* h and the factors are available */
         if (d->by_solved) {
             place_q(d, y, d->integrated ? y + 2 * d->p : d->v);
-            good = kmp_fused_lend(d->programs.fused, t, d->q, d->start.rtol, d->start.rate_scale, &d->cancelled);
+            good =
+                kmp_reduced_program_lend(d->programs.fused, t, d->q, d->start.rtol, d->start.rate_scale, &d->cancelled);
             if (kmp_reduction_factor(&d->red))
                 return KMP_RETRY;
         }
@@ -227,12 +229,12 @@ int kmp_reduced_come_to_end(kmp_reduced *d, double t, const double *y, kmp_fused
             kmp_reduction_correction(&d->red);
         if (d->r > 0)
             kmp_block_take_signs(d->red.block, d->signs_now);
-        *end = (kmp_fused_end){.good = d->by_solved ? good : is_good_again(d, t, y), .signs = d->signs_now};
+        *end = (kmp_reduced_program_end){.good = d->by_solved ? good : is_good_again(d, t, y), .signs = d->signs_now};
         return KMP_GO;
     }
-    *end = kmp_fused_at_end(d->programs.fused);
+    *end = kmp_reduced_program_at_end(d->programs.fused);
     place_q(d, y, d->integrated ? y + 2 * d->p : d->v);
-    kmp_eval_lend_closure(d->eval, t, d->q, end->h, end->jacobian, end->h_t);
+    kmp_eval_use_closure(d->eval, t, d->q, end->h, end->jacobian, end->h_t);
     if (d->r > 0) {
         memcpy(d->red.bvu, end->bvu, (size_t)(d->r * d->p) * sizeof *end->bvu);
         memcpy(d->red.dv, end->dv, (size_t)d->r * sizeof *end->dv);
@@ -266,12 +268,12 @@ static int correct(kmp_reduced *d, double *v, const double *w)
     return KMP_GO;
 }
 
-int kmp_reduced_may_end(kmp_reduced *d, double t, const double *y, const kmp_fused_end *end)
+int kmp_reduced_may_end(kmp_reduced *d, double t, const double *y, const kmp_reduced_program_end *end)
 {
     int said = kmp_reduced_watch(d, t, end->signs);
     if (said == KMP_GO)
         said = kmp_redundant_check(d->eval, &d->part, t, d->start.atol + d->start.rtol, &d->formulation.reason);
-    if (said == KMP_GO && kmp_margin_refuses(d->start.margin, d->eval, t))
+    if (said == KMP_GO && kmp_rank_margin_refuses(d->start.margin, d->eval, t))
         said = KMP_RETRY;
     if (said != KMP_GO)
         return said;
@@ -286,7 +288,7 @@ int kmp_reduced_may_end(kmp_reduced *d, double t, const double *y, const kmp_fus
 static int accept(void *self, double t, double *y, const double *dy, const double *w)
 {
     kmp_reduced *d = self;
-    kmp_fused_end end;
+    kmp_reduced_program_end end;
     (void)dy;
     int said = kmp_reduced_come_to_end(d, t, y, &end);
     if (said == KMP_GO)
@@ -368,7 +370,7 @@ static int row(kmp_formulation *formulation, double t, const double *y, double *
 
 /* -- new starts --------------------------------------------------------------------------------------- */
 
-int kmp_reduced_settle(kmp_reduced *d, double t, const double *y)
+int kmp_reduced_linearise_at(kmp_reduced *d, double t, const double *y)
 {
     d->contraction = 0;
     kmp_eval_closure(d->eval, t, d->q);
@@ -402,12 +404,12 @@ static int resume(kmp_formulation *formulation, double t, const double *q, const
     memcpy(d->q, q, (size_t)d->n * sizeof *q);
     memcpy(d->qd, qd, (size_t)d->n * sizeof *qd);
     kmp_reduced_pack(&d->part, d->has_v, q, qd, y);
-    if (kmp_reduced_settle(d, t, y) != KMP_GO)
+    if (kmp_reduced_linearise_at(d, t, y) != KMP_GO)
         return KMP_HALT;
     kmp_reduced_judge(d);
     if (d->due && kmp_reduced_exchange(d, t, y) != KMP_GO)
         return KMP_HALT;
-    if (d->programs.fused && kmp_fused_is_stale(d->programs.fused) && kmp_reduced_fuse(d, true) != KMP_GO)
+    if (d->programs.fused && kmp_reduced_program_is_stale(d->programs.fused) && kmp_reduced_fuse(d, true) != KMP_GO)
         return KMP_HALT;
     return put_slope(d, t, y, yp);
 }
@@ -416,7 +418,7 @@ static int stand(kmp_formulation *formulation, double t, const double *y, const 
 {
     kmp_reduced *d = (kmp_reduced *)formulation;
     memcpy(d->q, q, (size_t)d->n * sizeof *q);
-    int said = kmp_reduced_settle(d, t, y);
+    int said = kmp_reduced_linearise_at(d, t, y);
     if (said == KMP_GO)
         said = d->by_saddle ? kmp_reduced_evaluate(d, t, y) : kmp_reduced_place(d, t, y);
     memcpy(d->q, q, (size_t)d->n * sizeof *q);
@@ -448,7 +450,7 @@ static kempe_status prepare(kmp_reduced *d, const kmp_formulation_start *start)
     kmp_reduced_pack(&d->part, d->has_v, start->q, start->qd, d->formulation.y);
     if (d->has_work)
         d->formulation.y[kmp_reduced_work(d)] = start->work;
-    if (kmp_reduced_settle(d, start->t, d->formulation.y) != KMP_GO)
+    if (kmp_reduced_linearise_at(d, start->t, d->formulation.y) != KMP_GO)
         return kmp_fail(d->s->context, KEMPE_E_FAILED, "Jv is singular at t = %.9g", start->t);
     kmp_reduced_set_tolerances(d);
     if (kmp_reduced_fuse(d, !start->brief) != KMP_GO || kmp_reduced_count(d) != KMP_GO)

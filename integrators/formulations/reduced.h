@@ -5,7 +5,7 @@
 #pragma once
 
 #include "constraints/evaluation/stage_lanes.h"
-#include "constraints/written/fused.h"
+#include "constraints/programs/reduced_program.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/formulations/reduced_jacobian.h"
 
@@ -14,8 +14,8 @@ enum { KMP_REDUCED_KEPT = 8 };
 
 /* The program of one choice of u: by the reduced mass it is the fused one, by the saddle system the solved one. */
 typedef struct kmp_reduced_programs {
-    kmp_fused *fused;       /* by the saddle system with many degrees of freedom; NULL: there is none */
-    kmp_stage_lanes stages; /* it for several stages at once */
+    kmp_reduced_program *fused; /* by the saddle system with many degrees of freedom; NULL: there is none */
+    kmp_stage_lanes stages;     /* it for several stages at once */
 } kmp_reduced_programs;
 
 typedef struct kmp_reduced {
@@ -84,7 +84,7 @@ void kmp_reduced_pack(const kmp_partition *part, bool has_v, const double *q, co
 void kmp_reduced_set_tolerances(kmp_reduced *d);
 
 /** Computes factors, tangent, signs and anchor of d->q with the present partition. */
-int kmp_reduced_settle(kmp_reduced *d, double t, const double *y);
+int kmp_reduced_linearise_at(kmp_reduced *d, double t, const double *y);
 
 /** Computes d->q and d->qd at (t, y), factors of Jv and the tangent; then d->udd, too. KMP_GO or KMP_RETRY. */
 int kmp_reduced_place(kmp_reduced *d, double t, const double *y);
@@ -98,10 +98,10 @@ int kmp_reduced_rhs(void *self, double t, const double *y, double *dy);
 
 /** h, J, Bvu and the correction of v at the step's end, the last evaluation. `end`: values of the fused program, if
  * that made the evaluation. */
-int kmp_reduced_come_to_end(kmp_reduced *d, double t, const double *y, kmp_fused_end *end);
+int kmp_reduced_come_to_end(kmp_reduced *d, double t, const double *y, kmp_reduced_program_end *end);
 
 /** Decides if the step may end at y, evaluated by kmp_reduced_come_to_end, and then records the end. */
-int kmp_reduced_may_end(kmp_reduced *d, double t, const double *y, const kmp_fused_end *end);
+int kmp_reduced_may_end(kmp_reduced *d, double t, const double *y, const kmp_reduced_program_end *end);
 
 /* reduced_close.c */
 
@@ -159,7 +159,7 @@ int kmp_reduced_count(kmp_reduced *d);
 /** True if there is a solved program. */
 static inline bool kmp_reduced_is_solved(const kmp_reduced *d)
 {
-    return d->programs.fused && kmp_fused_is_by_saddle(d->programs.fused);
+    return d->programs.fused && kmp_reduced_program_is_by_saddle(d->programs.fused);
 }
 
 void kmp_reduced_free_programs(kmp_reduced *d);

@@ -41,11 +41,11 @@ static void add(kmp_reduced *d, const double *dv)
 /* Closes d->v and evaluates there. false: corrections do not contract, or pivots are bad. */
 static bool close_and_finish(kmp_reduced *d, double t, double *dy)
 {
-    kmp_fused *program = d->programs.fused;
+    kmp_reduced_program *program = d->programs.fused;
     double last = INFINITY, *v = d->state + 2 * d->p;
     for (int k = 0; k < MOST_CORRECTIONS; k++) {
         memcpy(v, d->v, (size_t)d->r * sizeof *v);
-        kmp_written_correction c = kmp_fused_close(program, t, d->state);
+        kmp_writer_correction c = kmp_reduced_program_close(program, t, d->state);
         extent e = measure(d, c.dv), next = {d->contraction * e.scaled * e.scaled, INFINITY};
         d->red.newton++;
         if (!is_small(d, e) && !(e.scaled <= 0.9 * last))
@@ -57,13 +57,13 @@ static bool close_and_finish(kmp_reduced *d, double t, double *dy)
         next.weighted = e.scaled > 0 ? next.scaled * e.weighted / e.scaled : 0;
         if (c.turn > KMP_TURN_SMALL || !is_small(d, next))
             continue;
-        bool regular = kmp_fused_finish(program, t, d->state, dy);
-        extent left = measure(d, kmp_fused_left(program));
+        bool regular = kmp_reduced_program_finish(program, t, d->state, dy);
+        extent left = measure(d, kmp_reduced_program_left(program));
         if (left.scaled > d->noise)
             d->contraction = left.scaled / (e.scaled * e.scaled);
         if (!is_small(d, left) && !(left.scaled <= 0.9 * last))
             return false;
-        add(d, kmp_fused_left(program));
+        add(d, kmp_reduced_program_left(program));
         last = left.scaled;
         if (is_small(d, left))
             return regular;

@@ -54,7 +54,7 @@ static int matrix(void *self, double t, double cj, const double *y, const double
 static int accept(void *self, double t, const double *y, const double *yp)
 {
     kmp_reduced *d = self;
-    kmp_fused_end end;
+    kmp_reduced_program_end end;
     (void)yp;
     if (kmp_reduced_evaluate(d, t, y) != KMP_GO || kmp_reduced_come_to_end(d, t, y, &end) != KMP_GO)
         return KMP_RETRY;

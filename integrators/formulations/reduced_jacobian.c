@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/formulations/reduced_jacobian.h"
 #include "base/memory.h"
-#include "linalg/dot.h"
+#include "linalg/dense/dot.h"
 #include <string.h>
 
 /* -- small changes ----------------------------------------------------------------------------------- */

@@ -14,7 +14,7 @@ void kmp_reduced_predict(kmp_reduced *d, double t, const double *u)
         s += d->anchor_w[k] * (u[k] - d->anchor_u[k]);
     s = d->by_time ? tau : s;
     const double half = 0.5 * s * s;
-    const kmp_zeros *zeros = d->red.zeros;
+    const kmp_sparse_tangent *zeros = d->red.zeros;
     for (int i = 0; i < d->r; i++)
         d->v[i] = d->anchor_v[i] + tau * d->anchor_t[i] + half * d->anchor_c[i];
     for (int k = 0; k < d->p; k++) {
@@ -22,7 +22,7 @@ void kmp_reduced_predict(kmp_reduced *d, double t, const double *u)
         double du = u[k] - d->anchor_u[k];
         if (zeros) {
             const int *row;
-            for (int e = 0, count = kmp_zeros_rows(zeros, k, &row); e < count; e++)
+            for (int e = 0, count = kmp_sparse_tangent_rows(zeros, k, &row); e < count; e++)
                 d->v[row[e]] += b[row[e]] * du;
             continue;
         }

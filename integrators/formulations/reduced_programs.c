@@ -3,10 +3,10 @@
  * pays. Those of earlier choices are kept, because a motion returns to them: a rocker that swings exchanges u at each
  * end. */
 #include "base/memory.h"
-#include "constraints/written/fused_inside.h"
-#include "constraints/written/solved_inside.h"
+#include "constraints/programs/reduced_program_inside.h"
+#include "constraints/programs/saddle_program_inside.h"
 #include "dynamics/motion.h"
-#include "integrators/formulations/cycles.h"
+#include "integrators/formulations/cost_model.h"
 #include "integrators/formulations/reduced.h"
 #include <limits.h>
 #include <math.h>
@@ -23,7 +23,7 @@ struct kmp_reduced_kept {
 static void release(kmp_reduced_programs *programs)
 {
     kmp_stage_lanes_free(&programs->stages);
-    kmp_fused_free(programs->fused);
+    kmp_reduced_program_free(programs->fused);
     *programs = (kmp_reduced_programs){0};
 }
 
@@ -102,7 +102,7 @@ static double operations_of(kmp_reduced *d)
  * evaluations on, or `at_once`. */
 static int wait_for_solved(kmp_reduced *d, bool at_once)
 {
-    long wait = d->has_v ? kmp_solved_wait(d->eval, &d->part, operations_of(d), d->start.lanes) : LONG_MAX;
+    long wait = d->has_v ? kmp_saddle_program_wait(d->eval, &d->part, operations_of(d), d->start.lanes) : LONG_MAX;
     if (wait >= 0)
         d->due_solved = wait < LONG_MAX - d->evaluations ? d->evaluations + (at_once ? 0 : wait) : LONG_MAX;
     return wait < 0 ? KMP_HALT : KMP_GO;
@@ -111,7 +111,7 @@ static int wait_for_solved(kmp_reduced *d, bool at_once)
 /* Lanes of a program of states, if the integrator uses them. */
 static int prepare_stages(kmp_reduced *d)
 {
-    const kmp_program *program = d->programs.fused ? kmp_fused_program(d->programs.fused) : NULL;
+    const kmp_program *program = d->programs.fused ? kmp_reduced_program_code(d->programs.fused) : NULL;
     if (!d->start.lanes || !d->integrated || kmp_stage_lanes_init(&d->programs.stages, program, d->eval))
         return KMP_GO;
     (void)kmp_fail_memory(d->s->context);
@@ -130,7 +130,7 @@ int kmp_reduced_solve(kmp_reduced *d, double t)
     d->due_solved = LONG_MAX;
     if (!regular)
         return KMP_GO;
-    if (kmp_fused_new_by_saddle(&d->programs.fused, &d->red, !d->integrated) != KEMPE_OK)
+    if (kmp_reduced_program_new_by_saddle(&d->programs.fused, &d->red, !d->integrated) != KEMPE_OK)
         return KMP_HALT;
     return prepare_stages(d);
 }
@@ -150,10 +150,11 @@ int kmp_reduced_count(kmp_reduced *d)
 {
     kmp_ode *ode = &d->formulation.ode;
     bool lanes = d->integrated && !d->s->force, fused = d->programs.fused && !kmp_reduced_is_solved(d);
-    double operations = lanes && !fused ? kmp_solved_operations(d->eval, &d->part) : INFINITY;
+    double operations = lanes && !fused ? kmp_saddle_program_operations(d->eval, &d->part) : INFINITY;
     ode->cycles = kmp_cycles_by_parts(operations_of(d), d->eval->by_bodies);
     if (lanes && fused) {
-        kmp_counts count = kmp_program_count(kmp_fused_program(d->programs.fused), KMP_FUSED_RATES, KMP_FUSED_RATES);
+        kmp_counts count = kmp_program_count(kmp_reduced_program_code(d->programs.fused), KMP_REDUCED_PROGRAM_RATES,
+                                             KMP_REDUCED_PROGRAM_RATES);
         ode->cycles = kmp_cycles_of_one(count);
         ode->cycles_of_lanes = kmp_cycles_of_lanes(count, false);
     } else if (operations >= 0 && isfinite(operations)) {
@@ -180,9 +181,9 @@ int kmp_reduced_fuse(kmp_reduced *d, bool worth)
     d->fuses_late = !worth && !kept && can_fuse(d);
     if (kept) {
         /* The programs that were kept for the present choice, if their order of elimination is good at d->q. */
-        kmp_fused *fused = kept->programs.fused;
+        kmp_reduced_program *fused = kept->programs.fused;
         kmp_reduced_pack(&d->part, true, d->q, d->qd, d->state);
-        if (fused && !kmp_fused_is_stale(fused) && kmp_fused_is_good(fused, d->t, d->state)) {
+        if (fused && !kmp_reduced_program_is_stale(fused) && kmp_reduced_program_is_good(fused, d->t, d->state)) {
             d->programs = kept->programs;
             kept->programs = (kmp_reduced_programs){0};
         } else {
@@ -194,7 +195,7 @@ int kmp_reduced_fuse(kmp_reduced *d, bool worth)
         return KMP_GO;
     }
     worth = worth || kept;
-    if (worth && can_fuse(d) && kmp_fused_new(&d->programs.fused, &d->red, !d->integrated) != KEMPE_OK)
+    if (worth && can_fuse(d) && kmp_reduced_program_new(&d->programs.fused, &d->red, !d->integrated) != KEMPE_OK)
         return KMP_HALT;
     if (!d->programs.fused)
         return wait_for_solved(d, at_once);

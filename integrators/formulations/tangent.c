@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/formulations/tangent.h"
-#include "backend/waiting.h"
+#include "backend/lazy_jit.h"
 #include "base/memory.h"
 #include "dynamics/motion.h"
 #include "symbolic/partials.h"
@@ -301,12 +301,12 @@ static kempe_status derive(kmp_tangents *tangents, const kempe_system *system, u
     gather g = {.t = tangents};
     kmp_events events = system->events; /* the system has recorded all conditions: none is added */
     const uint32_t operations = (uint32_t)system->motion->code[system->motion->stages];
-    const kmp_scene scene = {.sets = sets,
-                             .nodes = NODES * operations,
-                             .scheme = KMP_SCHEME_COMPOSITE,
-                             .events = &events,
-                             .charted = true,
-                             .tangents = KMP_TANGENT_COMPOSITE};
+    const kmp_derivation_request scene = {.sets = sets,
+                                          .nodes = NODES * operations,
+                                          .scheme = KMP_SCHEME_COMPOSITE,
+                                          .events = &events,
+                                          .charted = true,
+                                          .tangents = KMP_TANGENT_COMPOSITE};
     KMP_TRY(kmp_equations_derive(&g.eq, system->model, &scene));
     kempe_status status = kmp_made(system->context, collect_values(&g, values));
     if (status == KEMPE_OK)

@@ -8,8 +8,8 @@
 #pragma once
 
 #include "base/arena.h"
-#include "dynamics/formalisms/tangents.h"
-#include "integrators/run/instant.h"
+#include "dynamics/tangents.h"
+#include "integrators/formulations/evaluation_point.h"
 
 /** Values: n each for R and J' mu, m for closures, 1 for the power. */
 typedef enum kmp_value {

@@ -1,25 +1,27 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "base/memory.h"
-#include "dynamics/kept.h"
+#include "dynamics/program_cache.h"
 #include "integrators/formulations/tangent.h"
-#include "symbolic/program/program_bytes.h"
-#include "symbolic/program/program_forms.h"
+#include "symbolic/program_bytes.h"
+#include "symbolic/program_forms.h"
 #include <limits.h>
 #include <string.h>
 
 enum { FORCED = 1 << KMP_VALUES };
 
 /* The entries of a user-defined force are among the others. */
-static kmp_kept_name name_of(const kempe_system *system, unsigned values)
+static kmp_program_cache_name name_of(const kempe_system *system, unsigned values)
 {
-    return (kmp_kept_name){.what = "tangents", .variant = values | (system->force ? FORCED : 0)};
+    return (kmp_program_cache_name){.what = "tangents", .variant = values | (system->force ? FORCED : 0)};
 }
 
 static void name_programs(const kmp_tangents *t, const kempe_system *system, unsigned values)
 {
     unsigned variant = name_of(system, values).variant;
-    kmp_kept_name_program(system, (kmp_kept_name){.what = "code of values", .variant = variant}, t->value.program);
-    kmp_kept_name_program(system, (kmp_kept_name){.what = "code of tangents", .variant = variant}, t->tangent.program);
+    kmp_program_cache_name_program(system, (kmp_program_cache_name){.what = "code of values", .variant = variant},
+                                   t->value.program);
+    kmp_program_cache_name_program(system, (kmp_program_cache_name){.what = "code of tangents", .variant = variant},
+                                   t->tangent.program);
 }
 
 /* -- what is kept --------------------------------------------------------------------------------------- */
@@ -54,7 +56,7 @@ static void keep(const kmp_tangents *t, const kempe_system *system, unsigned val
 {
     kmp_tangents *kept = KMP_NEW(kmp_tangents, 1);
     if (kept && copy(t, kept))
-        (void)kmp_kept_add(system, name_of(system, values), kept, release);
+        (void)kmp_program_cache_add(system, name_of(system, values), kept, release);
     else
         kmp_free(kept);
 }
@@ -73,7 +75,7 @@ void kmp_tangents_keep(const kmp_tangents *t, const kempe_system *system, unsign
         kmp_program_put(&b, &pool, t->value.program);
         kmp_program_put(&b, &pool, t->tangent.program);
         kmp_table_pool_free(&pool);
-        kmp_kept_write(system, name_of(system, values), &b);
+        kmp_program_cache_write(system, name_of(system, values), &b);
         kmp_bytes_free(&b);
     }
     name_programs(t, system, values);
@@ -117,10 +119,10 @@ static bool take_entries(kmp_byte_source *s, kmp_tangents *t)
 
 bool kmp_tangents_recall(kmp_tangents *tangents, const kempe_system *system, unsigned values)
 {
-    const kmp_tangents *kept = kmp_kept_find(system, name_of(system, values));
+    const kmp_tangents *kept = kmp_program_cache_find(system, name_of(system, values));
     if (kept)
         return copy(kept, tangents);
-    kmp_cached file = kmp_kept_recall(system, name_of(system, values));
+    kmp_cached file = kmp_program_cache_recall(system, name_of(system, values));
     kmp_byte_source s = kmp_byte_source_of(file.bytes, file.size);
     kmp_tangents t = *tangents;
     bool good = file.whole && take_entries(&s, &t);

@@ -11,13 +11,13 @@
 #include "linalg/dense/disc_minimum.h"
 
 /* The state of motion of an element. */
-typedef enum kmp_friction_stance {
+typedef enum kmp_friction_mode {
     KMP_FRICTION_SLIPS,
     KMP_FRICTION_HELD,    /* by its row */
     KMP_FRICTION_CARRIED, /* at rest by the rows of others, with a given force */
     KMP_FRICTION_IDLE,    /* at rest by other closures: its force is not determined, and taken as zero */
     KMP_FRICTION_SMOOTH   /* regularised for a time */
-} kmp_friction_stance;
+} kmp_friction_mode;
 
 typedef struct kmp_friction_element {
     int slot;          /* its condition KMP_ROLE_SENSE */
@@ -38,14 +38,14 @@ typedef struct kmp_friction_element {
     bool pinned;       /* contact: closed by a study that decides on contacts itself */
     double still;      /* an acceleration of its place that is none, in this decision */
     double back;       /* friction that slips: a rate against its sense that counts as none */
-    kmp_friction_stance stance, was; /* now, and before the decision */
-    double sense, before_sense;      /* of slip */
-    bool fired, known;               /* its reserve was used up at the event; it has been decided before */
-    bool implied;                    /* its row follows from closures */
-    bool broken;                     /* it slips in this decision */
-    bool loaded;                     /* its level depends on multipliers */
-    bool tries;                      /* a message names it */
-    bool smooth;                     /* regularised, since `smooth_t`, until it has left */
+    kmp_friction_mode stance, was; /* now, and before the decision */
+    double sense, before_sense;    /* of slip */
+    bool fired, known;             /* its reserve was used up at the event; it has been decided before */
+    bool implied;                  /* its row follows from closures */
+    bool broken;                   /* it slips in this decision */
+    bool loaded;                   /* its level depends on multipliers */
+    bool tries;                    /* a message names it */
+    bool smooth;                   /* regularised, since `smooth_t`, until it has left */
     double smooth_t;
     double before; /* its friction at the event */
     int changes;   /* of its mode since the count began */

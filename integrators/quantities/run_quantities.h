@@ -6,7 +6,7 @@
 #pragma once
 
 #include "base/arena.h"
-#include "model/expressions/expression.h"
+#include "model/language/expression.h"
 #include <stddef.h>
 
 typedef enum kmp_run_quantity_kind {

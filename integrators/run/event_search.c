@@ -35,18 +35,18 @@ static void find_outputs(kmp_event_search *s, const kempe_system *system)
 /* -- evaluation ---------------------------------------------------------------------------------------- */
 
 /* Notes that a table is left at one of the places that have been evaluated, or forgets it: it need not be found. */
-static void note_outside(kmp_crossing *c, const double *change)
+static void note_outside(kmp_event_tracker *c, const double *change)
 {
     for (int k = 0; c->tells && k < c->s->events.count; k++)
         c->past[k].outside = change && c->s->events.condition[k].told && (c->past[k].outside || change[k] < 0);
 }
 
 /* Completes the state at t and evaluates the conditions there, into a look. */
-static int look_at(void *self, double t, kmp_look *look)
+static int look_at(void *self, double t, kmp_event_probe *look)
 {
-    kmp_crossing *c = self;
+    kmp_event_tracker *c = self;
     const size_t n = (size_t)c->s->n, size = n * sizeof(double);
-    KMP_TRY(kmp_crossing_look(c, t));
+    KMP_TRY(kmp_event_tracker_look(c, t));
     look->t = t;
     memcpy(look->change, c->change, (size_t)c->s->events.count * sizeof(double));
     memcpy(look->state, c->q, size);
@@ -62,10 +62,10 @@ static int look_at(void *self, double t, kmp_look *look)
     return KEMPE_OK;
 }
 
-static bool any_differs(const kmp_crossing *c, const kmp_look *look)
+static bool any_differs(const kmp_event_tracker *c, const kmp_event_probe *look)
 {
     for (int k = 0; k < c->s->events.count; k++)
-        if (kmp_crossing_differs(c, k, look->change[k]))
+        if (kmp_event_tracker_differs(c, k, look->change[k]))
             return true;
     return false;
 }
@@ -79,7 +79,7 @@ static double vertex(const double *t, const double *x, double t2, double x2)
 }
 
 /* The largest size of a measured condition, also between steps. */
-static void note_peak(kmp_crossing *c, int k, double t, double size)
+static void note_peak(kmp_event_tracker *c, int k, double t, double size)
 {
     kmp_last_values *v = &c->past[k].latest;
     if (v->count > 0 && !(t > v->t[1]))
@@ -94,20 +94,20 @@ static void note_peak(kmp_crossing *c, int k, double t, double size)
 }
 
 /* Records the sizes of values at a point where no condition has changed. */
-static void note_sizes(kmp_crossing *c, double t, const double *change)
+static void note_sizes(kmp_event_tracker *c, double t, const double *change)
 {
     for (int k = 0; k < c->s->events.count; k++) {
         c->past[k].most = fmax(c->past[k].most, fabs(change[k]));
         if (c->s->events.condition[k].measured && c->mode[k] > 0)
             note_peak(c, k, t, fabs(change[k]));
     }
-    kmp_crossing_tell(c, t, change);
+    kmp_event_tracker_tell(c, t, change);
 }
 
 /* -- bounds over a piece ------------------------------------------------------------------------------ */
 
 /* Bound of the time, or of an input of the model: a cubic between its ends, of a derivative one of lower degree. */
-static kmp_bound time_over(const kmp_crossing *c, uint32_t index, const kmp_step_piece *p)
+static kmp_bound time_over(const kmp_event_tracker *c, uint32_t index, const kmp_step_piece *p)
 {
     double a[KMP_TIME_NUMBERS + 2] = {0}, b[KMP_TIME_NUMBERS + 2] = {0};
     if (index == 0)
@@ -120,7 +120,7 @@ static kmp_bound time_over(const kmp_crossing *c, uint32_t index, const kmp_step
     return kmp_bound_over(p->b->t - p->a->t, a[d], a[d + 1], b[d], b[d + 1]);
 }
 
-static kmp_bound input_over(const kmp_crossing *c, const kmp_program_input *in, const kmp_step_piece *p)
+static kmp_bound input_over(const kmp_event_tracker *c, const kmp_program_input *in, const kmp_step_piece *p)
 {
     size_t n = (size_t)c->s->n, i = in->index;
     const double *x = p->a->state, *y = p->b->state;
@@ -146,7 +146,7 @@ static kmp_bound input_over(const kmp_crossing *c, const kmp_program_input *in, 
 
 static void bind(void *self, const kmp_step_piece *p)
 {
-    kmp_crossing *c = self;
+    kmp_event_tracker *c = self;
     const kmp_program *program = c->s->changes;
     kmp_event_search *s = &c->search;
     for (int k = 0; k < program->input_count; k++)
@@ -163,7 +163,7 @@ static void bind(void *self, const kmp_step_piece *p)
 
 static kmp_bound bound_of(const void *self, int k)
 {
-    const kmp_crossing *c = self;
+    const kmp_event_tracker *c = self;
     const kmp_condition *condition = &c->s->events.condition[k];
     kmp_bound bound = kmp_bounds_get(c->search.bounds, c->search.output[k]);
     if (!condition->told)
@@ -178,7 +178,7 @@ static kmp_bound bound_of(const void *self, int k)
 
 static bool holds(const void *self, int k)
 {
-    const kmp_crossing *c = self;
+    const kmp_event_tracker *c = self;
     return c->mode[k] > 0 && c->s->events.condition[k].role == KMP_ROLE_NONE;
 }
 
@@ -187,10 +187,10 @@ static bool holds(const void *self, int k)
  */
 static bool may_change(const void *self, int k)
 {
-    const kmp_crossing *c = self;
+    const kmp_event_tracker *c = self;
     switch (c->s->events.condition[k].role) {
     case KMP_ROLE_NONE:
-        return !kmp_crossing_is_free(c, k);
+        return !kmp_event_tracker_is_free(c, k);
     case KMP_ROLE_SENSE:
         return c->mode[k] != 0 && c->mode[k + KMP_ROLE_HELD - KMP_ROLE_SENSE] == 0;
     case KMP_ROLE_HELD:
@@ -204,50 +204,50 @@ static bool may_change(const void *self, int k)
 
 /* Finds a point from `low` on where condition k has its fixed state: after a start just behind an event rounding
  * decides. *f is its value there; at `low` it is given. Not found: it changes at once. */
-static kempe_status find_side(kmp_crossing *c, int k, double *low, double high, double *f, bool *found)
+static kempe_status find_side(kmp_event_tracker *c, int k, double *low, double high, double *f, bool *found)
 {
     double from = *low, width = high - from, least = 4 * DBL_EPSILON * fmax(fabs(from), width);
-    while (kmp_crossing_differs(c, k, *f) && width > least) {
+    while (kmp_event_tracker_differs(c, k, *f) && width > least) {
         width /= 2;
         *low = from + width;
-        KMP_TRY(kmp_crossing_look(c, *low));
+        KMP_TRY(kmp_event_tracker_look(c, *low));
         *f = c->change[k];
     }
-    *found = !kmp_crossing_differs(c, k, *f);
+    *found = !kmp_event_tracker_differs(c, k, *f);
     *low = *found ? *low : from;
     return KEMPE_OK;
 }
 
 /* Narrows (a->t, *high], at whose end condition k has changed, to rounding. Leaves c at *high. */
-static kempe_status narrow(kmp_crossing *c, int k, const kmp_look *a, double *high)
+static kempe_status narrow(kmp_event_tracker *c, int k, const kmp_event_probe *a, double *high)
 {
     double from = a->t, f_low = a->change[k], f_high = c->change[k], x = NAN;
     bool found;
     KMP_TRY(find_side(c, k, &from, *high, &f_low, &found));
     kmp_bracket bracket = kmp_bracket_of(from, f_low, found ? *high : from, f_high);
     while (kmp_bracket_next(&bracket, 4 * DBL_EPSILON * fmax(fabs(bracket.near), fabs(bracket.far)), &x)) {
-        KMP_TRY(kmp_crossing_look(c, x));
-        bool beyond = kmp_crossing_changed(c, k);
+        KMP_TRY(kmp_event_tracker_look(c, x));
+        bool beyond = kmp_event_tracker_changed(c, k);
         kmp_bracket_take(&bracket, x, c->change[k], beyond);
         c->past[k].most = beyond ? c->past[k].most : fmax(c->past[k].most, fabs(c->change[k]));
     }
     *high = bracket.far;
-    return *high == x ? KEMPE_OK : kmp_crossing_look(c, *high);
+    return *high == x ? KEMPE_OK : kmp_event_tracker_look(c, *high);
 }
 
 /* Records the distance that a condition with a lag has covered since its last change, to distinguish chattering. Leaves
  * c at `high`. */
-static kempe_status note_crossing(kmp_crossing *c, int k, double low, double high)
+static kempe_status note_crossing(kmp_event_tracker *c, int k, double low, double high)
 {
     if (!(c->s->events.condition[k].lag > 0))
         return KEMPE_OK;
-    KMP_TRY(kmp_crossing_look(c, low + (high - low) / 2));
-    c->past[k].most = fmax(c->past[k].most, kmp_crossing_changed(c, k) ? 0 : fabs(c->change[k]));
-    return kmp_crossing_look(c, high);
+    KMP_TRY(kmp_event_tracker_look(c, low + (high - low) / 2));
+    c->past[k].most = fmax(c->past[k].most, kmp_event_tracker_changed(c, k) ? 0 : fabs(c->change[k]));
+    return kmp_event_tracker_look(c, high);
 }
 
 /* Time since the surfaces of condition k, an open contact that strikes, have met; 0: it is none. */
-static double since_surface(const kmp_crossing *c, int k)
+static double since_surface(const kmp_event_tracker *c, int k)
 {
     const kmp_condition *condition = &c->s->events.condition[k];
     const kmp_force *force = condition->of;
@@ -260,12 +260,12 @@ static double since_surface(const kmp_crossing *c, int k)
 /* A contact is located behind its surface, by the overlap that counts as none where it opens. Each flight would end
  * lower than it begins by this height, and strike faster. If only contacts have changed, goes back from *t to the last
  * place where they touch. A contact that has not been apart since `from` stays. Leaves c at *t. */
-static kempe_status go_back_to_surface(kmp_crossing *c, double from, double *t)
+static kempe_status go_back_to_surface(kmp_event_tracker *c, double from, double *t)
 {
     double back = INFINITY;
     int which = -1;
     for (int k = 0; k < c->s->events.count; k++) {
-        double since = kmp_crossing_changed(c, k) ? since_surface(c, k) : INFINITY;
+        double since = kmp_event_tracker_changed(c, k) ? since_surface(c, k) : INFINITY;
         which = since < back ? k : which;
         back = fmin(back, since);
     }
@@ -273,20 +273,20 @@ static kempe_status go_back_to_surface(kmp_crossing *c, double from, double *t)
     if (which < 0 || !(surface > from && surface < *t))
         return KEMPE_OK;
     double gap = c->change[which + KMP_ROLE_PLACE - KMP_ROLE_SENSE];
-    KMP_TRY(kmp_crossing_look(c, surface));
+    KMP_TRY(kmp_event_tracker_look(c, surface));
     if (fabs(c->change[which + KMP_ROLE_PLACE - KMP_ROLE_SENSE]) > fabs(gap) / 2)
-        return kmp_crossing_look(c, *t);
+        return kmp_event_tracker_look(c, *t);
     *t = surface;
     return KEMPE_OK;
 }
 
 /* Finds the earliest change in (a, b]. Leaves c there. */
-static kempe_status find_earliest(kmp_crossing *c, const kmp_look *a, const kmp_look *b, double *t)
+static kempe_status find_earliest(kmp_event_tracker *c, const kmp_event_probe *a, const kmp_event_probe *b, double *t)
 {
     *t = b->t;
     memcpy(c->change, b->change, (size_t)c->s->events.count * sizeof *c->change);
     for (int k = 0; *t > a->t && k < c->s->events.count; k++) {
-        if (!kmp_crossing_changed(c, k))
+        if (!kmp_event_tracker_changed(c, k))
             continue;
         KMP_TRY(narrow(c, k, a, t));
         KMP_TRY(note_crossing(c, k, a->t, *t));
@@ -297,9 +297,9 @@ static kempe_status find_earliest(kmp_crossing *c, const kmp_look *a, const kmp_
 /* -- the search -------------------------------------------------------------------------------------- */
 
 /* Ends a piece that its ends decide. */
-static int end_piece(void *self, const kmp_look *a, const kmp_look *b, bool *found)
+static int end_piece(void *self, const kmp_event_probe *a, const kmp_event_probe *b, bool *found)
 {
-    kmp_crossing *c = self;
+    kmp_event_tracker *c = self;
     if (any_differs(c, b)) {
         *found = true;
         return find_earliest(c, a, b, &c->search.event);
@@ -328,14 +328,15 @@ bool kmp_event_search_init(kmp_event_search *s, const kempe_system *system, bool
     return !arena->failed;
 }
 
-bool kmp_crossing_is_clear(kmp_crossing *c, const kmp_look *a, const kmp_look *m, const kmp_look *b)
+bool kmp_event_tracker_is_clear(kmp_event_tracker *c, const kmp_event_probe *a, const kmp_event_probe *m,
+                                const kmp_event_probe *b)
 {
     c->search.pieces.self = c;
     note_outside(c, NULL);
     note_outside(c, b->change);
     if (m)
         note_outside(c, m->change);
-    if (kmp_crossing_would_hold(c, b->change) || any_differs(c, b) || (m && any_differs(c, m)) ||
+    if (kmp_event_tracker_would_hold(c, b->change) || any_differs(c, b) || (m && any_differs(c, m)) ||
         !kmp_pieces_are_clear(&c->search.pieces, &(kmp_step_piece){a, m, b}))
         return false;
     if (m)
@@ -344,8 +345,8 @@ bool kmp_crossing_is_clear(kmp_crossing *c, const kmp_look *a, const kmp_look *m
     return true;
 }
 
-void kmp_crossing_take(kmp_crossing *c, const double *mode, const double *parameters, const kmp_present_inputs *inputs,
-                       kmp_condition_past *past)
+void kmp_event_tracker_take(kmp_event_tracker *c, const double *mode, const double *parameters,
+                            const kmp_present_inputs *inputs, kmp_condition_past *past)
 {
     c->mode = mode;
     c->parameters = parameters;
@@ -356,22 +357,22 @@ void kmp_crossing_take(kmp_crossing *c, const double *mode, const double *parame
     c->search.pieces.undecided = 0;
 }
 
-static kmp_look *near_start(kmp_crossing *c)
+static kmp_event_probe *near_start(kmp_event_tracker *c)
 {
     return &c->search.pieces.look[2];
 }
 
-bool kmp_crossing_hold_passed(kmp_crossing *c)
+bool kmp_event_tracker_hold_passed(kmp_event_tracker *c)
 {
     bool passed = c->passed;
     if (passed) {
-        kmp_crossing_hold_free(c, NULL, near_start(c)->change);
+        kmp_event_tracker_hold_free(c, NULL, near_start(c)->change);
         c->search.ready = false;
     }
     return passed;
 }
 
-bool kmp_crossing_is_undecided(const kmp_crossing *c, kmp_text *why)
+bool kmp_event_tracker_is_undecided(const kmp_event_tracker *c, kmp_text *why)
 {
     const kmp_piece_search *pieces = &c->search.pieces;
     if (pieces->undecided > 0)
@@ -383,7 +384,7 @@ bool kmp_crossing_is_undecided(const kmp_crossing *c, kmp_text *why)
     return pieces->undecided > 0;
 }
 
-kempe_status kmp_crossing_find(kmp_crossing *c, double from, double to, double *t, bool *found)
+kempe_status kmp_event_tracker_find(kmp_event_tracker *c, double from, double to, double *t, bool *found)
 {
     kmp_event_search *s = &c->search;
     *found = false;
@@ -400,21 +401,21 @@ kempe_status kmp_crossing_find(kmp_crossing *c, double from, double to, double *
     const long before = s->pieces.undecided;
     KMP_TRY((kempe_status)kmp_pieces_search(&s->pieces, found));
     kmp_text why = {0};
-    if (before == 0 && kmp_crossing_is_undecided(c, &why) && !why.failed)
+    if (before == 0 && kmp_event_tracker_is_undecided(c, &why) && !why.failed)
         kmp_doubt(c->s->context, "%s", why.s);
     kmp_text_free(&why);
     if (*found) {
         *t = s->event;
-        c->end = kmp_crossing_first_end(c);
+        c->end = kmp_event_tracker_first_end(c);
         return KEMPE_OK;
     }
     /* Free kinks that the step has not passed are fixed. */
     c->passed = false;
-    if (kmp_crossing_would_hold(c, s->pieces.look[1].change)) {
+    if (kmp_event_tracker_would_hold(c, s->pieces.look[1].change)) {
         KMP_TRY((kempe_status)look_at(c, from + KMP_STEP_NEAR * (to - from), near_start(c)));
-        kmp_crossing_hold_free(c, near_start(c)->change, s->pieces.look[1].change);
+        kmp_event_tracker_hold_free(c, near_start(c)->change, s->pieces.look[1].change);
     }
-    kmp_look last = s->pieces.look[1];
+    kmp_event_probe last = s->pieces.look[1];
     s->pieces.look[1] = s->pieces.look[0];
     s->pieces.look[0] = last;
     s->ready = true;

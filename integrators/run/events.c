@@ -11,25 +11,25 @@
 /* Changes of a condition with a lag count as simultaneous within this multiple of its lag. */
 #define LAGS 100
 
-void kmp_crossing_begin_past(const kempe_system *system, kmp_condition_past *past)
+void kmp_event_tracker_begin_past(const kempe_system *system, kmp_condition_past *past)
 {
     for (int k = 0; k < system->events.count; k++)
         past[k] = (kmp_condition_past){.last = -INFINITY};
 }
 
-kmp_crossing *kmp_crossing_new(const kmp_crossing_plan *plan, kmp_arena *a)
+kmp_event_tracker *kmp_event_tracker_new(const kmp_event_setup *plan, kmp_arena *a)
 {
     const kempe_system *system = plan->system;
     int n = system->n, count = system->events.count;
-    kmp_crossing *c = KMP_ARENA_NEW(a, kmp_crossing, 1);
+    kmp_event_tracker *c = KMP_ARENA_NEW(a, kmp_event_tracker, 1);
     if (!c)
         return NULL;
-    *c = (kmp_crossing){.plan = *plan,
-                        .s = system,
-                        .eval = plan->eval,
-                        .instant = KMP_EVENT_INSTANT * plan->span,
-                        .kink = plan->kinks ? KMP_KINK_TOLERANCES * plan->rtol : 0,
-                        .end = -1};
+    *c = (kmp_event_tracker){.plan = *plan,
+                             .s = system,
+                             .eval = plan->eval,
+                             .instant = KMP_EVENT_INSTANT * plan->span,
+                             .kink = plan->kinks ? KMP_KINK_TOLERANCES * plan->rtol : 0,
+                             .end = -1};
     for (int k = 0; k < count; k++)
         c->tells = c->tells || system->events.condition[k].told;
     c->stays = KMP_ARENA_NEW(a, bool, count);
@@ -38,22 +38,23 @@ kmp_crossing *kmp_crossing_new(const kmp_crossing_plan *plan, kmp_arena *a)
                         KMP_ROOM(double, count, &c->change, &c->before)) ||
         !kmp_event_search_init(&c->search, system, plan->closely, a))
         return NULL;
-    kmp_crossing_begin_past(system, c->past);
-    kmp_crossing_take(c, plan->eval->mode, system->parameters, &plan->eval->inputs, c->past);
+    kmp_event_tracker_begin_past(system, c->past);
+    kmp_event_tracker_take(c, plan->eval->mode, system->parameters, &plan->eval->inputs, c->past);
     return c;
 }
 
 /* -- evaluation ----------------------------------------------------------------------------------------- */
 
-int kmp_crossing_first_end(const kmp_crossing *c)
+int kmp_event_tracker_first_end(const kmp_event_tracker *c)
 {
     for (int k = 0; k < c->s->events.count; k++)
-        if (c->s->events.condition[k].ends && kmp_crossing_changed(c, k))
+        if (c->s->events.condition[k].ends && kmp_event_tracker_changed(c, k))
             return k;
     return -1;
 }
 
-double kmp_crossing_shortens(const kmp_crossing *c, double from, double event, double to, kmp_repeated repeats)
+double kmp_event_tracker_shortens(const kmp_event_tracker *c, double from, double event, double to,
+                                  kmp_repeated repeats)
 {
     double h = (1 + KMP_STEP_BEYOND) * (event - from), closely = (1 + KMP_STEP_AT_ONCE) * (event - from);
     const bool shorter = closely * (1 + KMP_STEP_AT_ONCE) < to - from &&
@@ -61,7 +62,7 @@ double kmp_crossing_shortens(const kmp_crossing *c, double from, double event, d
     bool meets = false, ends = false;
     for (int k = 0; k < c->s->events.count; k++) {
         const kmp_condition *condition = &c->s->events.condition[k];
-        const bool changed = kmp_crossing_changed(c, k);
+        const bool changed = kmp_event_tracker_changed(c, k);
         meets = meets || (changed && (condition->rough || (repeats == KMP_REPEATED_ALL && !condition->ends)));
         ends = ends || (changed && condition->measured && c->mode[k] > 0);
     }
@@ -71,13 +72,13 @@ double kmp_crossing_shortens(const kmp_crossing *c, double from, double event, d
 }
 
 /* True if condition k has changed and switches the equations. */
-static bool has_switched(const kmp_crossing *c, int k)
+static bool has_switched(const kmp_event_tracker *c, int k)
 {
     const kmp_condition *condition = &c->s->events.condition[k];
-    return !condition->ends && condition->role == KMP_ROLE_NONE && !c->stays[k] && kmp_crossing_changed(c, k);
+    return !condition->ends && condition->role == KMP_ROLE_NONE && !c->stays[k] && kmp_event_tracker_changed(c, k);
 }
 
-static int first_switched(const kmp_crossing *c)
+static int first_switched(const kmp_event_tracker *c)
 {
     for (int k = 0; k < c->s->events.count; k++)
         if (has_switched(c, k))
@@ -85,29 +86,29 @@ static int first_switched(const kmp_crossing *c)
     return -1;
 }
 
-static kempe_status complete(kmp_crossing *c, double t, bool rates, bool again)
+static kempe_status complete(kmp_event_tracker *c, double t, bool rates, bool again)
 {
     KMP_TRY(c->plan.state(c->plan.user, t, rates, again, c->q, c->qd, c->qdd, c->lambda));
     kmp_eval_all_changes(c->eval, t, c->q, c->qd, c->qdd, c->lambda, c->change);
     return KEMPE_OK;
 }
 
-kempe_status kmp_crossing_look(kmp_crossing *c, double t)
+kempe_status kmp_event_tracker_look(kmp_event_tracker *c, double t)
 {
     return complete(c, t, c->s->changes_by_rates, false);
 }
 
 /* Takes a value of a kink into account; true if it is free and due to be fixed. */
-static bool is_away(kmp_crossing *c, int k, double change)
+static bool is_away(kmp_event_tracker *c, int k, double change)
 {
     kmp_condition_past *past = &c->past[k];
     if (!c->s->events.condition[k].kink)
         return false;
     past->largest = fmax(past->largest, fabs(change));
-    return kmp_crossing_is_free(c, k) && fabs(change) > 2 * c->kink * past->largest;
+    return kmp_event_tracker_is_free(c, k) && fabs(change) > 2 * c->kink * past->largest;
 }
 
-bool kmp_crossing_would_hold(kmp_crossing *c, const double *change)
+bool kmp_event_tracker_would_hold(kmp_event_tracker *c, const double *change)
 {
     bool any = false;
     for (int k = 0; c->kink > 0 && k < c->s->events.count; k++)
@@ -115,7 +116,7 @@ bool kmp_crossing_would_hold(kmp_crossing *c, const double *change)
     return any;
 }
 
-void kmp_crossing_hold_free(kmp_crossing *c, const double *before, const double *change)
+void kmp_event_tracker_hold_free(kmp_event_tracker *c, const double *before, const double *change)
 {
     c->passed = false;
     for (int k = 0; c->kink > 0 && k < c->s->events.count; k++) {
@@ -129,7 +130,7 @@ void kmp_crossing_hold_free(kmp_crossing *c, const double *before, const double 
 }
 
 /* True if the table of condition k has been reported, at either of its ends and calls. */
-static bool is_told(const kmp_crossing *c, int k)
+static bool is_told(const kmp_event_tracker *c, int k)
 {
     const kmp_condition *condition = c->s->events.condition;
     for (int i = 0; i < c->s->events.count; i++)
@@ -138,7 +139,7 @@ static bool is_told(const kmp_crossing *c, int k)
     return false;
 }
 
-void kmp_crossing_tell(kmp_crossing *c, double t, const double *change)
+void kmp_event_tracker_tell(kmp_event_tracker *c, double t, const double *change)
 {
     for (int k = 0; k < c->s->events.count; k++) {
         const kmp_condition *condition = &c->s->events.condition[k];
@@ -158,7 +159,7 @@ void kmp_crossing_tell(kmp_crossing *c, double t, const double *change)
     }
 }
 
-kempe_status kmp_crossing_begin(kmp_crossing *c, double t, bool *ends)
+kempe_status kmp_event_tracker_begin(kmp_event_tracker *c, double t, bool *ends)
 {
     bool any = false;
     for (int k = 0; k < c->s->events.count; k++)
@@ -166,10 +167,10 @@ kempe_status kmp_crossing_begin(kmp_crossing *c, double t, bool *ends)
     *ends = false;
     if (!any)
         return KEMPE_OK;
-    KMP_TRY(kmp_crossing_look(c, t));
-    kmp_crossing_hold_free(c, NULL, c->change);
-    kmp_crossing_tell(c, t, c->change);
-    c->end = kmp_crossing_first_end(c);
+    KMP_TRY(kmp_event_tracker_look(c, t));
+    kmp_event_tracker_hold_free(c, NULL, c->change);
+    kmp_event_tracker_tell(c, t, c->change);
+    c->end = kmp_event_tracker_first_end(c);
     *ends = c->end >= 0;
     return KEMPE_OK;
 }
@@ -177,7 +178,7 @@ kempe_status kmp_crossing_begin(kmp_crossing *c, double t, bool *ends)
 /* -- passing ----------------------------------------------------------------------------------------- */
 
 /* True if condition k, which changes at t, has also changed a moment before. */
-static bool just_changed(const kmp_crossing *c, int k, double t)
+static bool just_changed(const kmp_event_tracker *c, int k, double t)
 {
     double lag = c->s->events.condition[k].lag;
     bool near = lag > 0 && c->past[k].most <= LAGS * lag;
@@ -185,7 +186,7 @@ static bool just_changed(const kmp_crossing *c, int k, double t)
 }
 
 /* Events are counted and named; bends are not. */
-static void note_event(kmp_crossing *c, int k, double t, bool holds)
+static void note_event(kmp_event_tracker *c, int k, double t, bool holds)
 {
     const kmp_condition *condition = &c->s->events.condition[k];
     const kmp_expr *e = condition->expr;
@@ -206,7 +207,7 @@ static void note_event(kmp_crossing *c, int k, double t, bool holds)
 
 /* The branch of a kink follows the state if the kink is passed within the errors of steps, as at rest, or repeatedly.
  */
-static kempe_status change_condition(kmp_crossing *c, int k, double t)
+static kempe_status change_condition(kmp_event_tracker *c, int k, double t)
 {
     const char *advice = c->s->events.condition[k].advice;
     const bool holds = !(c->mode[k] > 0), kink = c->s->events.condition[k].kink;
@@ -232,7 +233,7 @@ static kempe_status change_condition(kmp_crossing *c, int k, double t)
 }
 
 /* Changes conditions. Conditions may depend on others, so that one change causes the next. */
-static kempe_status change_conditions(kmp_crossing *c, double t)
+static kempe_status change_conditions(kmp_event_tracker *c, double t)
 {
     for (int pass = 0; pass < KMP_EVENT_REPEATS && first_switched(c) >= 0; pass++) {
         for (int k = 0; k < c->s->events.count; k++)
@@ -246,9 +247,9 @@ static kempe_status change_conditions(kmp_crossing *c, double t)
                             c->s->event_text[k], t);
 }
 
-kempe_status kmp_crossing_foresee(kmp_crossing *c, double t)
+kempe_status kmp_event_tracker_foresee(kmp_event_tracker *c, double t)
 {
-    KMP_TRY(kmp_crossing_look(c, t));
+    KMP_TRY(kmp_event_tracker_look(c, t));
     memcpy(c->before, c->mode, (size_t)c->s->events.count * sizeof *c->mode);
     for (int pass = 0; pass < KMP_EVENT_REPEATS && first_switched(c) >= 0; pass++) {
         for (int k = 0; k < c->s->events.count; k++)
@@ -259,14 +260,14 @@ kempe_status kmp_crossing_foresee(kmp_crossing *c, double t)
     return KEMPE_OK;
 }
 
-void kmp_crossing_note(kmp_crossing *c, double t, const double *q, const double *qd)
+void kmp_event_tracker_note(kmp_event_tracker *c, double t, const double *q, const double *qd)
 {
     memcpy(c->before, kmp_eval_changes(c->eval, t, q, qd), (size_t)c->s->events.count * sizeof(double));
     c->noted = true;
 }
 
-kempe_status kmp_crossing_change(kmp_crossing *c, double t, const double *q, const double *qd, bool again,
-                                 bool *changed)
+kempe_status kmp_event_tracker_change(kmp_event_tracker *c, double t, const double *q, const double *qd, bool again,
+                                      bool *changed)
 {
     int count = c->s->events.count;
     c->search.ready = false;
@@ -282,12 +283,12 @@ kempe_status kmp_crossing_change(kmp_crossing *c, double t, const double *q, con
     return status;
 }
 
-kempe_status kmp_crossing_pass(kmp_crossing *c, double t, bool rates)
+kempe_status kmp_event_tracker_pass(kmp_event_tracker *c, double t, bool rates)
 {
-    KMP_TRY(kmp_crossing_look(c, t));
+    KMP_TRY(kmp_event_tracker_look(c, t));
     KMP_TRY(change_conditions(c, t));
     kempe_status status = rates ? complete(c, t, true, true) : KEMPE_OK; /* after the change */
     if (status == KEMPE_OK)
-        kmp_crossing_hold_free(c, NULL, c->change); /* a step that follows the event may pass the kink */
+        kmp_event_tracker_hold_free(c, NULL, c->change); /* a step that follows the event may pass the kink */
     return status;
 }

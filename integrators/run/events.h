@@ -7,7 +7,7 @@
 #include "backend/bounds.h"
 #include "constraints/evaluation/evaluator.h"
 #include "integrators/events/event_pieces.h"
-#include "integrators/run/run_log.h"
+#include "integrators/formulations/run_log.h"
 #include "integrators/steppers/solver.h"
 
 /** Workspace of the search for events. */
@@ -47,7 +47,7 @@ typedef kempe_status kmp_state_fn(void *user, double t, bool rates, bool again, 
                                   double *lambda);
 
 /** The motion whose conditions are watched. */
-typedef struct kmp_crossing_plan {
+typedef struct kmp_event_setup {
     const kempe_system *system;
     kmp_evaluator *eval; /* its conditions are the present ones, which the equations have */
     double span;         /* of the run, s */
@@ -57,10 +57,10 @@ typedef struct kmp_crossing_plan {
     kmp_run_log *log;
     kmp_state_fn *state;
     void *user;
-} kmp_crossing_plan;
+} kmp_event_setup;
 
-typedef struct kmp_crossing {
-    kmp_crossing_plan plan;
+typedef struct kmp_event_tracker {
+    kmp_event_setup plan;
     const kempe_system *s;
     kmp_evaluator *eval;
     const double *mode, *parameters; /* the present ones */
@@ -79,103 +79,105 @@ typedef struct kmp_crossing {
     int end;                       /* the condition that ends the run at the last event; -1: none */
     bool passed;                   /* the last step has passed a free kink */
     kmp_event_search search;
-} kmp_crossing;
+} kmp_event_tracker;
 
 /** Makes a crossing, in the arena; NULL: no memory.
  *
  * For one-step methods kinks of abs, min and max are passed like events: between them the equations are smooth, as high
  * orders need. They are neither counted nor noted. Multistep methods, which restart at order one after each kink, gain
  * nothing. A kink that is passed within the errors of steps is ignored. */
-kmp_crossing *kmp_crossing_new(const kmp_crossing_plan *plan, kmp_arena *arena);
+kmp_event_tracker *kmp_event_tracker_new(const kmp_event_setup *plan, kmp_arena *arena);
 
 /** Sets the pasts of the conditions of a run that begins. */
-void kmp_crossing_begin_past(const kempe_system *system, kmp_condition_past *past);
+void kmp_event_tracker_begin_past(const kempe_system *system, kmp_condition_past *past);
 
 /** True if a step had changes that bounds could not exclude within the bound of work, with a sentence that names the
  * first condition. The result is not trustworthy. */
-bool kmp_crossing_is_undecided(const kmp_crossing *crossing, kmp_text *why);
+bool kmp_event_tracker_is_undecided(const kmp_event_tracker *crossing, kmp_text *why);
 
 /** Finds the earliest event of the step between two times. *t is its time, just beyond the change; unchanged if there
  * is none. */
-kempe_status kmp_crossing_find(kmp_crossing *crossing, double from, double to, double *t, bool *found);
+kempe_status kmp_event_tracker_find(kmp_event_tracker *crossing, double from, double to, double *t, bool *found);
 
 /** True if the values at the ends of a step, and in its middle if that is given, decide that no condition changes
- * within it; the crossing then takes them into account, as kmp_crossing_find does. Their `solved` may be NULL where no
- * condition has an implicit block, and no kink is to be fixed. */
-bool kmp_crossing_is_clear(kmp_crossing *crossing, const kmp_look *from, const kmp_look *middle, const kmp_look *to);
+ * within it; the crossing then takes them into account, as kmp_event_tracker_find does. Their `solved` may be NULL
+ * where no condition has an implicit block, and no kink is to be fixed. */
+bool kmp_event_tracker_is_clear(kmp_event_tracker *crossing, const kmp_event_probe *from, const kmp_event_probe *middle,
+                                const kmp_event_probe *to);
 
-/** Fixes the free kinks that the step of the last kmp_crossing_find has passed, on the side where it began, so that the
- * step can be made again up to the kink. False: there are none. */
-bool kmp_crossing_hold_passed(kmp_crossing *crossing);
+/** Fixes the free kinks that the step of the last kmp_event_tracker_find has passed, on the side where it began, so
+ * that the step can be made again up to the kink. False: there are none. */
+bool kmp_event_tracker_hold_passed(kmp_event_tracker *crossing);
 
-/** The length with which a step between two times is made again up to the event that kmp_crossing_find has found; 0: it
- * is not. At the end of a compliant contact the law is continued beyond by the modulus of the depth, with a kink: the
- * polynomial of a step that meets it is wrong before it too. */
-double kmp_crossing_shortens(const kmp_crossing *crossing, double from, double event, double to, kmp_repeated repeats);
+/** The length with which a step between two times is made again up to the event that kmp_event_tracker_find has found;
+ * 0: it is not. At the end of a compliant contact the law is continued beyond by the modulus of the depth, with a kink:
+ * the polynomial of a step that meets it is wrong before it too. */
+double kmp_event_tracker_shortens(const kmp_event_tracker *crossing, double from, double event, double to,
+                                  kmp_repeated repeats);
 
 /** Watches the motion of another instance of the mechanism: its conditions, parameters, inputs and pasts. To
  * find and pass events, the evaluator must have the same. */
-void kmp_crossing_take(kmp_crossing *crossing, const double *mode, const double *parameters,
-                       const kmp_present_inputs *inputs, kmp_condition_past *past);
+void kmp_event_tracker_take(kmp_event_tracker *crossing, const double *mode, const double *parameters,
+                            const kmp_present_inputs *inputs, kmp_condition_past *past);
 
 /** Finds the event at a start. */
-kempe_status kmp_crossing_begin(kmp_crossing *crossing, double t, bool *ends);
+kempe_status kmp_event_tracker_begin(kmp_event_tracker *crossing, double t, bool *ends);
 
 /** Changes the conditions at t of an event. The crossing has the state there on closed loops, with accelerations and
  * multipliers after the change if `rates`. KEMPE_E_FAILED with a message when conditions change back and forth without
  * end. */
-kempe_status kmp_crossing_pass(kmp_crossing *crossing, double t, bool rates);
+kempe_status kmp_event_tracker_pass(kmp_event_tracker *crossing, double t, bool rates);
 
 /** Changes the conditions at t of an event for a moment, until kmp_eval_set_modes with those `before`. The crossing has
  * the state there. */
-kempe_status kmp_crossing_foresee(kmp_crossing *crossing, double t);
+kempe_status kmp_event_tracker_foresee(kmp_event_tracker *crossing, double t);
 
 /** Notes the values of the conditions at t before states take next values. A condition that has changed at t, and whose
  * value the states do not change, then stays: positions that are closed again differ by rounding. */
-void kmp_crossing_note(kmp_crossing *crossing, double t, const double *q, const double *qd);
+void kmp_event_tracker_note(kmp_event_tracker *crossing, double t, const double *q, const double *qd);
 
 /** Changes the conditions at t of an event with the closed state (q, qd). `again`: repeated with other rates. Earlier
  * changes are then kept, because positions that are closed again differ by rounding. *changed: a condition did. */
-kempe_status kmp_crossing_change(kmp_crossing *crossing, double t, const double *q, const double *qd, bool again,
-                                 bool *changed);
+kempe_status kmp_event_tracker_change(kmp_event_tracker *crossing, double t, const double *q, const double *qd,
+                                      bool again, bool *changed);
 
 /* Shared by events.c and event_search.c. */
 
 /** True for a kink without a fixed branch. */
-static inline bool kmp_crossing_is_free(const kmp_crossing *c, int k)
+static inline bool kmp_event_tracker_is_free(const kmp_event_tracker *c, int k)
 {
     return c->s->events.condition[k].kink && c->mode[k] == 0;
 }
 
 /** True if condition k with the value `change` differs from its fixed state. */
-static inline bool kmp_crossing_differs(const kmp_crossing *c, int k, double change)
+static inline bool kmp_event_tracker_differs(const kmp_event_tracker *c, int k, double change)
 {
     kmp_role role = c->s->events.condition[k].role;
     if (role != KMP_ROLE_NONE)
         return (role == KMP_ROLE_SENSE || role == KMP_ROLE_HELD) && change < 0;
-    return !kmp_crossing_is_free(c, k) && !c->s->events.condition[k].told && (change < 0) != (c->mode[k] > 0);
+    return !kmp_event_tracker_is_free(c, k) && !c->s->events.condition[k].told && (change < 0) != (c->mode[k] > 0);
 }
-static inline bool kmp_crossing_changed(const kmp_crossing *c, int k)
+static inline bool kmp_event_tracker_changed(const kmp_event_tracker *c, int k)
 {
-    return kmp_crossing_differs(c, k, c->change[k]);
+    return kmp_event_tracker_differs(c, k, c->change[k]);
 }
 
 /** True if a free kink is away from zero in an evaluation at the end of a step. */
-bool kmp_crossing_would_hold(kmp_crossing *c, const double *change);
+bool kmp_event_tracker_would_hold(kmp_event_tracker *c, const double *change);
 
 /** Fixes free kinks that are away from zero in an evaluation at the end of a step. A kink that was away on the other
  * side in an evaluation before (NULL: there is none) stays free. */
-void kmp_crossing_hold_free(kmp_crossing *c, const double *before, const double *change);
+void kmp_event_tracker_hold_free(kmp_event_tracker *c, const double *before, const double *change);
 
 /** Reports the tables that the motion has left by an evaluation at t. */
-void kmp_crossing_tell(kmp_crossing *c, double t, const double *change);
+void kmp_event_tracker_tell(kmp_event_tracker *c, double t, const double *change);
 
 /** The first changed condition that ends the run and that no other follows, -1: none. */
-int kmp_crossing_first_end(const kmp_crossing *c);
+int kmp_event_tracker_first_end(const kmp_event_tracker *c);
 
 /** Completes the state at a time within the last step, with accelerations and multipliers where conditions depend on
  * them, and evaluates the conditions. */
-kempe_status kmp_crossing_look(kmp_crossing *c, double t);
+kempe_status kmp_event_tracker_look(kmp_event_tracker *c, double t);
 
 /** Allocates a search in the arena; false: no memory. */
 bool kmp_event_search_init(kmp_event_search *search, const kempe_system *system, bool closely, kmp_arena *arena);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/run/recording.h"
 #include "base/memory.h"
-#include "constraints/closing/charts.h"
+#include "constraints/evaluation/charts.h"
 #include "integrators/run/runner.h"
 #include <string.h>
 

@@ -3,7 +3,7 @@
 #include "integrators/run/run.h"
 #include "base/clock.h"
 #include "base/memory.h"
-#include "integrators/delays/delays.h"
+#include "integrators/run/delays.h"
 #include "integrators/run/recording.h"
 #include "integrators/run/runner.h"
 #include <math.h>
@@ -138,7 +138,7 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
         status = kmp_runner_start(run, spec->t_start, run->formulation->y, run->formulation->yp, run->spec.first_step);
         run->event_t = spec->t_start;
         if (status == KEMPE_OK && run->crossing)
-            status = kmp_crossing_begin(run->crossing, spec->t_start, &run->at_event);
+            status = kmp_event_tracker_begin(run->crossing, spec->t_start, &run->at_event);
         status = kmp_runner_give_up(run, status, "the right-hand side cannot be evaluated", spec->t_start);
     }
     if (status == KEMPE_OK || status == KEMPE_E_FAILED || status == KEMPE_STOPPED)
@@ -160,7 +160,7 @@ void kmp_runner_free(kmp_runner *run)
     kmp_partition_free(&run->part);
     kmp_eval_free(run->eval);
     kmp_team_free(run->team);
-    kmp_margin_free(&run->margin);
+    kmp_rank_margin_free(&run->margin);
     kmp_arena_free(&run->arena);
     kmp_free(run->reason);
     kmp_run_log_free(&run->own);
@@ -267,20 +267,20 @@ static kempe_status note_work(kmp_runner *run)
 static kempe_status find_event(kmp_runner *run)
 {
     kmp_solver *solver = run->solver;
-    KMP_TRY(kmp_crossing_find(run->crossing, solver->t_old, solver->t, &run->event_t, &run->at_event));
+    KMP_TRY(kmp_event_tracker_find(run->crossing, solver->t_old, solver->t, &run->event_t, &run->at_event));
     double h = 0;
     if (!run->kind->undo)
         return KEMPE_OK;
     if (run->at_event)
-        h = kmp_crossing_shortens(run->crossing, solver->t_old, run->event_t, solver->t, run->kind->repeats);
-    else if (!run->at_event && kmp_crossing_hold_passed(run->crossing))
+        h = kmp_event_tracker_shortens(run->crossing, solver->t_old, run->event_t, solver->t, run->kind->repeats);
+    else if (!run->at_event && kmp_event_tracker_hold_passed(run->crossing))
         h = solver->t - solver->t_old;
     if (!(h > 0))
         return KEMPE_OK;
     run->at_event = false;
     run->kind->undo(solver, h);
     KMP_TRY(run->kind->step(solver));
-    return kmp_crossing_find(run->crossing, solver->t_old, solver->t, &run->event_t, &run->at_event);
+    return kmp_event_tracker_find(run->crossing, solver->t_old, solver->t, &run->event_t, &run->at_event);
 }
 
 kempe_status kmp_runner_step(kmp_runner *run)
@@ -459,7 +459,7 @@ static kempe_status advance(kmp_runner *run, kmp_row_fn *take, void *user)
 }
 
 /* Completes the past of delayed signals up to the end, and copies it to the caller. */
-static kempe_status give_past(kmp_runner *run, kempe_status status, kmp_kept_past *kept)
+static kempe_status give_past(kmp_runner *run, kempe_status status, kmp_program_cache_past *kept)
 {
     kempe_status recalled = KEMPE_OK;
     bool any = run && kept->past;

@@ -5,7 +5,7 @@
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/present_inputs.h"
 #include "dynamics/system.h"
-#include "integrators/run/run_log.h"
+#include "integrators/formulations/run_log.h"
 #include <kempe/check.h>
 
 typedef struct kmp_runner kmp_runner;
@@ -38,10 +38,10 @@ typedef struct kmp_memory_piece {
 } kmp_memory_piece;
 
 /** The past of delayed signals that a run keeps for checkpoints at `since` or later. */
-typedef struct kmp_kept_past {
+typedef struct kmp_program_cache_past {
     kmp_past *past; /* the run's own while it lasts, at its end the caller's copy until then; NULL: none */
     double since;   /* the caller moves it on */
-} kmp_kept_past;
+} kmp_program_cache_past;
 
 typedef struct kmp_run_spec {
     const char *formulation, *form, *integrator, *linear, *backend; /* names; static ones when resolved */
@@ -73,12 +73,12 @@ typedef struct kmp_run_spec {
     bool due; /* what happens at t_start is still to come: samples, states that change at events, given inputs */
     const kmp_present_inputs *inputs_start; /* NULL: those of the model */
     const kmp_past *past_start; /* of delayed signals until t_start; NULL: begun there, or that of inputs_start */
-    kmp_kept_past *kept_past;   /* NULL: not wanted */
-    double rate_scale;          /* 0: by the start */
-    double first_step;          /* of a one-step method; 0: of its own choice */
-    kmp_stand_in stand_in;      /* zero: the integrator itself begins */
-    double fixed_step;          /* s: length of all steps; 0: chosen by the error */
-    double max_step;            /* s: of no step beyond it; 0: chosen by the error */
+    kmp_program_cache_past *kept_past; /* NULL: not wanted */
+    double rate_scale;                 /* 0: by the start */
+    double first_step;                 /* of a one-step method; 0: of its own choice */
+    kmp_stand_in stand_in;             /* zero: the integrator itself begins */
+    double fixed_step;                 /* s: length of all steps; 0: chosen by the error */
+    double max_step;                   /* s: of no step beyond it; 0: chosen by the error */
     bool open; /* the user chose no formulation, form or u: another formulation may continue where this one
                 * stops */
     bool

@@ -4,13 +4,13 @@
 
 #include "backend/time_scales.h"
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/partition/margin.h"
 #include "constraints/partition/partition.h"
+#include "constraints/partition/rank_margin.h"
 #include "integrators/decide/endless_growth.h"
 #include "integrators/formulations/formulation.h"
-#include "integrators/friction/friction_run.h"
-#include "integrators/impact/impact.h"
 #include "integrators/run/events.h"
+#include "integrators/run/friction_run.h"
+#include "integrators/run/impact.h"
 #include "integrators/run/run.h"
 #include "integrators/run/work_bound.h"
 #include "integrators/steppers/sample_times.h"
@@ -47,7 +47,7 @@ struct kmp_runner {
     kmp_arena arena;                 /* of all arrays except those of a formulation */
     bool may_take_bodies, by_bodies; /* the system has articulated bodies for it; formulations that can use them do */
     kmp_partition part;
-    kmp_margin margin;
+    kmp_rank_margin margin;
     kmp_formulation *formulation;
     const kmp_formulation_kind *method; /* the chosen formulation, also near change points */
     bool near_singular;
@@ -61,10 +61,10 @@ struct kmp_runner {
     double *seen, seen_t;         /* the user's coordinates (n) of spherical joints, and their time */
     double *next_seen;            /* n */
     long centrings;
-    kmp_crossing *crossing;     /* NULL without conditions */
-    kmp_friction_run *friction; /* NULL without friction that sticks */
-    bool loaded_friction;       /* some level depends on multipliers */
-    kmp_impacts *impacts;       /* NULL without rigid contacts */
+    kmp_event_tracker *crossing; /* NULL without conditions */
+    kmp_friction_run *friction;  /* NULL without friction that sticks */
+    bool loaded_friction;        /* some level depends on multipliers */
+    kmp_impacts *impacts;        /* NULL without rigid contacts */
     bool at_event;
     double event_t;       /* the end of the last step if at_event */
     double stop;          /* no step goes beyond this or a sample of an input; spec.t_end unless the caller sets it
@@ -108,7 +108,7 @@ kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int r
 
 /** Makes the margin of the chosen rows at (t, q), the distance from a change point, unless change points are ignored.
  */
-kempe_status kmp_runner_look_at_margin(kmp_runner *run, double t, const double *q);
+kempe_status kmp_runner_compute_margin(kmp_runner *run, double t, const double *q);
 
 /** True for rounded numbers if q is not closed on the rows kept now; kmp_runner_project closes q and qd on them. */
 bool kmp_runner_is_off(kmp_runner *run, double t, const double *q);
@@ -237,7 +237,7 @@ kempe_status kmp_runner_pass_here(kmp_runner *run, double t, bool event, double 
 
 /** Continues with another formulation from a state in the present charts (q, qd, qdd in run->state) with a first
  * step. */
-kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool near_singular, double work, double first_step);
+kempe_status kmp_runner_restart(kmp_runner *run, double t, bool near_singular, double work, double first_step);
 
 /* runner_center.c */
 

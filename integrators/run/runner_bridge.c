@@ -16,7 +16,7 @@ typedef struct bridge {
     double t, end, work;
     double *q, *qd; /* at t */
     kmp_partition part;
-    kmp_margin margin;
+    kmp_rank_margin margin;
     kmp_formulation *formulation;
     const kmp_solver_kind *kind;
     kmp_solver *solver;
@@ -30,7 +30,7 @@ static void tear_down(bridge *b)
         b->kind->release(b->solver);
     if (b->formulation)
         b->formulation->release(b->formulation);
-    kmp_margin_free(&b->margin);
+    kmp_rank_margin_free(&b->margin);
     kmp_partition_free(&b->part);
     b->solver = NULL;
     b->formulation = NULL;
@@ -43,9 +43,9 @@ static bool set_up(bridge *b)
     kmp_runner *run = b->run;
     kmp_eval_closure(run->eval, b->t, b->q);
     if (kmp_partition_of_rank(&b->part, run->s, run->eval->jacobian, run->margin.r, NULL, 0) != KEMPE_OK ||
-        !kmp_margin_init(&b->margin, run->s, &b->part))
+        !kmp_rank_margin_init(&b->margin, run->s, &b->part))
         return false;
-    kmp_margin_ignore(&b->margin);
+    kmp_rank_margin_ignore(&b->margin);
     kmp_formulation_start given = kmp_runner_given(run, b->t, b->q, b->qd, b->work);
     given.part = &b->part;
     given.margin = &b->margin;
@@ -70,8 +70,8 @@ static bool march(bridge *b)
         b->t = b->solver->t;
         if (!good || b->part.r == b->part.m)
             continue;
-        (void)kmp_margin_after_step(&b->margin, b->run->eval, b->t);
-        kmp_margin_stand(&b->margin);
+        (void)kmp_rank_margin_after_step(&b->margin, b->run->eval, b->t);
+        kmp_rank_margin_stand(&b->margin);
         stays = b->margin.rows <= KMP_ROWS_OUT;
     }
     return good;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Spherical joints between steps: centred before their angles become singular, and followed in the user's coordinates,
  * which are continuous across changes of charts. */
-#include "constraints/closing/charts.h"
+#include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
 #include "integrators/run/runner.h"
 #include <kempe/check.h>
@@ -182,8 +182,8 @@ kempe_status kmp_runner_center(kmp_runner *run, double t)
     run->seen_t = t;
     center(run, t, q, qd, run->qdd);
     kmp_eval_closure(run->eval, t, q);
-    kmp_margin_stand_anew(&run->margin, run->eval);
+    kmp_rank_margin_stand_anew(&run->margin, run->eval);
     if (!resume(run, t))
-        return kmp_runner_take_up(run, t, run->near_singular, work, h);
+        return kmp_runner_restart(run, t, run->near_singular, work, h);
     return kmp_runner_start(run, t, run->y, run->yp, h);
 }

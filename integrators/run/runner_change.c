@@ -2,7 +2,7 @@
 /* Changes between steps: events, change points, other rows or unknowns, a second chance for a stopped integrator. */
 #include "base/memory.h"
 #include "constraints/tolerances.h"
-#include "integrators/delays/delays.h"
+#include "integrators/run/delays.h"
 #include "integrators/run/runner.h"
 #include "integrators/steppers/singular_step.h"
 #include <float.h>
@@ -23,13 +23,13 @@ static kempe_status choose_again(kmp_runner *run, double t, const double *q)
     kmp_partition_free(&before);
     if (status != KEMPE_OK || run->margin.r == 0)
         return status;
-    KMP_TRY(kmp_made(run->s->context,
-                     kmp_margin_choose(&run->margin, &run->part) && kmp_margin_exchange_rows(&run->margin, run->eval)));
+    KMP_TRY(kmp_made(run->s->context, kmp_rank_margin_choose(&run->margin, &run->part) &&
+                                          kmp_rank_margin_exchange_rows(&run->margin, run->eval)));
     kmp_partition_take_rows(&run->part, &run->margin.part);
     return KEMPE_OK;
 }
 
-kempe_status kmp_runner_take_up(kmp_runner *run, double t, bool near_singular, double work, double first_step)
+kempe_status kmp_runner_restart(kmp_runner *run, double t, bool near_singular, double work, double first_step)
 {
     double *q = run->state, *qd = q + run->s->n;
     if (run->formulation->keep && (run->kind->dense(run->solver, t, run->y, run->yp) != KEMPE_OK ||
@@ -58,7 +58,7 @@ kempe_status kmp_runner_change_formulation(kmp_runner *run, double t, bool near_
 {
     double work;
     KMP_TRY(kmp_runner_inner_row(run, t, true, run->state, &work));
-    return kmp_runner_take_up(run, t, near_singular, work, first_step);
+    return kmp_runner_restart(run, t, near_singular, work, first_step);
 }
 
 /* Continues at t with another formulation, and makes a step. */
@@ -108,9 +108,9 @@ static bool lies_ahead(kmp_runner *run, double t, double tau)
         for (int i = 0; i < n; i++)
             method[i] = q[i] + tau * (qd[i] + 0.5 * tau * (run->qdd[i] + tau / 3 * jerk[i]));
         kmp_eval_closure(run->eval, t + tau, method);
-        found = kmp_margin_at(&run->margin, run->eval) < there;
-        when = kmp_margin_when(&run->margin);
-        kmp_margin_stand(&run->margin);
+        found = kmp_rank_margin_at(&run->margin, run->eval) < there;
+        when = kmp_rank_margin_when(&run->margin);
+        kmp_rank_margin_stand(&run->margin);
         farthest = fmax(farthest, tau);
         last = size;
         size = run->margin.last;
@@ -119,8 +119,8 @@ static bool lies_ahead(kmp_runner *run, double t, double tau)
         tau = next;
     }
     kmp_eval_closure(run->eval, t, q);
-    (void)kmp_margin_at(&run->margin, run->eval);
-    kmp_margin_stand(&run->margin);
+    (void)kmp_rank_margin_at(&run->margin, run->eval);
+    kmp_rank_margin_stand(&run->margin);
     run->margin.tried = tried; /* probes do not leave the surroundings */
     run->margin.clear_t = found ? t : t + 0.5 * farthest;
     return found;
@@ -155,14 +155,14 @@ static kempe_status leave_near_singular(kmp_runner *run, double t)
  * the independent rows become singular, others are taken. */
 static kempe_status watch_margin(kmp_runner *run, double t)
 {
-    if (kmp_margin_unwatched(&run->margin) || !(t > kmp_runner_t_old(run)))
+    if (kmp_rank_margin_unwatched(&run->margin) || !(t > kmp_runner_t_old(run)))
         return KEMPE_OK;
     if (run->margin.step_t != t)
         KMP_TRY(kmp_runner_place(run, t));
-    (void)kmp_margin_after_step(&run->margin, run->eval, t);
+    (void)kmp_rank_margin_after_step(&run->margin, run->eval, t);
     double when;
-    bool enters = kmp_margin_leads_on(&run->margin, &when);
-    kmp_margin_stand(&run->margin);
+    bool enters = kmp_rank_margin_leads_on(&run->margin, &when);
+    kmp_rank_margin_stand(&run->margin);
     if (run->near_singular)
         return run->margin.last > KMP_NEAR_SINGULAR_OUT * run->margin.usual ? leave_near_singular(run, t) : KEMPE_OK;
     if (run->margin.rows > KMP_ROWS_OUT)
@@ -224,8 +224,8 @@ static kempe_status let_go(kmp_runner *run, double t, double *q, double *qd)
     kmp_friction_let_go(run->friction);
     kmp_partition_free(&run->part);
     KMP_TRY(kmp_runner_choose(run, t, q, -1, NULL, 0));
-    kmp_margin_free(&run->margin);
-    return kmp_runner_look_at_margin(run, t, q);
+    kmp_rank_margin_free(&run->margin);
+    return kmp_runner_compute_margin(run, t, q);
 }
 
 /* Makes rates consistent with the present closures: the nearest ones in the kinetic energy, as after impulses along the
@@ -241,7 +241,7 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy, dou
     if (run->friction)
         KMP_TRY(let_go(run, t, q, qd));
     for (int pass = 0; changed; pass++) { /* each changes once at most */
-        KMP_TRY(kmp_crossing_change(run->crossing, t, q, qd, pass > 0, &changed));
+        KMP_TRY(kmp_event_tracker_change(run->crossing, t, q, qd, pass > 0, &changed));
         if (changed || (pass == 0 && !run->friction)) /* which has let go */
             KMP_TRY(choose_again(run, t, q));
         if (pass == 0) {
@@ -257,9 +257,9 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy, dou
         KMP_TRY((kempe_status)kmp_impact_decide(&run->impacts->run, t, q, qd, gain));
     if (run->friction) { /* rows that begin or cease to be held change the rank */
         KMP_TRY(kmp_friction_settle(run, t, q, qd));
-        kmp_margin_free(&run->margin);
+        kmp_rank_margin_free(&run->margin);
         run->crossing->count++;
-        KMP_TRY(kmp_runner_look_at_margin(run, t, q));
+        KMP_TRY(kmp_runner_compute_margin(run, t, q));
     } else {
         KMP_TRY(kmp_runner_accelerate(run, t, q, qd));
     }
@@ -305,7 +305,7 @@ static kempe_status pass_switch(kmp_runner *run, double t)
         kmp_run_log_add(run->log, "impact", t, before, after,
                         "closures switch and rates jump: %.4g of %.4g J of kinetic energy are lost", -energy, before);
     h = fmin(h, KMP_IMPACT_STEP * kmp_impact_since(run->impacts));
-    return kmp_runner_take_up(run, t, false, work + energy + gain, h);
+    return kmp_runner_restart(run, t, false, work + energy + gain, h);
 }
 
 kempe_status kmp_runner_end(kmp_runner *run, double t, int condition)
@@ -327,17 +327,17 @@ kempe_status kmp_runner_end(kmp_runner *run, double t, int condition)
  * do not jump either. */
 static bool keeps_rows(kmp_runner *run, double t)
 {
-    kmp_crossing *c = run->crossing;
+    kmp_event_tracker *c = run->crossing;
     kmp_evaluator *eval = run->eval;
     const kmp_pattern *entries = &run->s->jacobian;
     const double *scale = run->s->scale;
     double *h_t = run->rows + entries->count, size = 0, off = 0;
-    if (run->friction || kmp_crossing_look(c, t) != KEMPE_OK)
+    if (run->friction || kmp_event_tracker_look(c, t) != KEMPE_OK)
         return false;
     kmp_eval_closure(eval, t, c->q);
     memcpy(run->rows, eval->jacobian, (size_t)entries->count * sizeof *h_t);
     memcpy(h_t, eval->h_t ? eval->h_t : run->rows, eval->h_t ? (size_t)run->s->m * sizeof *h_t : 0);
-    if (kmp_crossing_foresee(c, t) != KEMPE_OK)
+    if (kmp_event_tracker_foresee(c, t) != KEMPE_OK)
         return false;
     kmp_eval_closure(eval, t, c->q);
     for (int k = 0; k < entries->count; k++) {
@@ -359,8 +359,8 @@ static kempe_status pass_event(kmp_runner *run, double t)
     if (run->crossing->end >= 0)
         return kmp_runner_end(run, t, run->crossing->end);
     const bool switches = run->s->switches && !keeps_rows(run, t);
-    kmp_crossing *c = run->crossing;
-    kempe_status status = switches ? pass_switch(run, t) : kmp_crossing_pass(c, t, true);
+    kmp_event_tracker *c = run->crossing;
+    kempe_status status = switches ? pass_switch(run, t) : kmp_event_tracker_pass(c, t, true);
     if (status == KEMPE_OK && !switches) /* the state there, on closed loops, into the unknowns */
         status = run->formulation->resume(run->formulation, t, c->q, c->qd, run->y, run->yp) == KMP_GO
                      ? kmp_runner_start(run, t, run->y, run->yp, h)
@@ -407,7 +407,7 @@ static bool gives_switches(const kmp_runner *run)
 static kempe_status renew_here(kmp_runner *run, double t)
 {
     if (run->crossing && run->sampler)
-        kmp_crossing_note(run->crossing, t, run->state, run->state + run->s->n);
+        kmp_event_tracker_note(run->crossing, t, run->state, run->state + run->s->n);
     KMP_TRY(kmp_runner_take_inputs(run, t));
     KMP_TRY(take_discrete(run, t));
     if (run->crossing)
@@ -422,7 +422,7 @@ kempe_status kmp_runner_pass_here(kmp_runner *run, double t, bool event, double 
     if (event && run->s->switches)
         KMP_TRY(switch_here(run, t, &energy, &gain));
     else if (event)
-        KMP_TRY(kmp_crossing_pass(run->crossing, t, false));
+        KMP_TRY(kmp_event_tracker_pass(run->crossing, t, false));
     *work = energy + gain;
     if (!kmp_runner_meets_events(run) && event)
         return KEMPE_OK;
@@ -446,7 +446,7 @@ kempe_status kmp_runner_begin_anew(kmp_runner *run, double t)
     KMP_TRY(renew_here(run, t));
     if (relieved) {
         run->anew = false;
-        return kmp_runner_take_up(run, t, false, work, 0);
+        return kmp_runner_restart(run, t, false, work, 0);
     }
     if (run->formulation->resume(run->formulation, t, q, qd, run->y, run->yp) != KMP_GO)
         return KEMPE_E_FAILED;
@@ -534,7 +534,7 @@ static bool is_near_singular(kmp_runner *run, double t)
     if (run->near_singular || run->margin.ignored || run->margin.r == 0 ||
         kmp_memory_failures() != run->memory_failures || kmp_runner_place(run, t) != KEMPE_OK)
         return false;
-    return kmp_margin_at(&run->margin, run->eval) < KMP_NEAR_SINGULAR_IN;
+    return kmp_rank_margin_at(&run->margin, run->eval) < KMP_NEAR_SINGULAR_IN;
 }
 
 /* Restarts a stopped implicit integrator once from its last place, projected and with rows chosen again: errors of past

@@ -2,7 +2,7 @@
 /* Reason of a run's end, as a sentence. */
 #include "base/memory.h"
 #include "constraints/evaluation/load_multipliers.h"
-#include "constraints/partition/causes.h"
+#include "constraints/partition/singularity_causes.h"
 #include "constraints/tolerances.h"
 #include "integrators/run/runner.h"
 
@@ -30,7 +30,7 @@ int kmp_runner_lock(kmp_runner *run, double t)
         return -1;
     bool open = kmp_eval_residual(run->eval) > KMP_CLOSED_ENOUGH; /* beyond a dead centre no motion closes it */
     bool been = run->margin.tried > 0 && open;
-    return kmp_margin_lock(&run->margin, run->eval, been);
+    return kmp_rank_margin_lock(&run->margin, run->eval, been);
 }
 
 /* Reports a drive that demands more than the mechanism can do; false if that is not the cause. Integrators stop up to

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Inputs of the model during a run. Each step has one polynomial for each input: it ends at the next sample. Beyond it
  * the integrator restarts where a value jumps, and continues in its order elsewhere. */
-#include "integrators/delays/delays.h"
+#include "integrators/run/delays.h"
 #include "integrators/run/runner.h"
 
 /* An input of a closure must have no jump in value and rate, which no force can follow. */
@@ -38,8 +38,8 @@ kempe_status kmp_runner_take_conditions(kmp_runner *run, double t)
     bool changed;
     if (!run->crossing || (run->eval->inputs.count == 0 && !run->sampler))
         return KEMPE_OK;
-    KMP_TRY(kmp_crossing_change(run->crossing, t, q, qd, false, &changed));
-    run->crossing->end = kmp_crossing_first_end(run->crossing);
+    KMP_TRY(kmp_event_tracker_change(run->crossing, t, q, qd, false, &changed));
+    run->crossing->end = kmp_event_tracker_first_end(run->crossing);
     return run->crossing->end >= 0 ? kmp_runner_end(run, t, run->crossing->end) : KEMPE_OK;
 }
 

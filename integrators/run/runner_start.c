@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The start of a run: independent rows and coordinates, consistent rates and accelerations, a formulation and an
  * integrator. */
+#include "constraints/closing/rounding.h"
 #include "constraints/evaluation/load_multipliers.h"
-#include "constraints/partition/causes.h"
-#include "constraints/rounding/rounding.h"
+#include "constraints/partition/singularity_causes.h"
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
 #include "dynamics/motion.h"
-#include "integrators/delays/delays.h"
+#include "integrators/run/delays.h"
 #include "integrators/run/runner.h"
 #include <kempe/check.h>
 #include <math.h>
@@ -238,19 +238,19 @@ static kempe_status state_within(void *user, double t, bool rates, bool again, d
     return said == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
 }
 
-static kmp_crossing *make_crossing(kmp_runner *run)
+static kmp_event_tracker *make_crossing(kmp_runner *run)
 {
     bool past = run->spec.slopes && run->delays; /* the past of derivatives has a jump at a kink of a signal */
-    const kmp_crossing_plan plan = {.system = run->s,
-                                    .eval = run->eval,
-                                    .span = run->spec.t_end - run->spec.t_start,
-                                    .rtol = run->spec.rtol,
-                                    .kinks = run->kind->undo && (!run->spec.kind || past),
-                                    .closely = run->spec.closely,
-                                    .log = run->log,
-                                    .state = state_within,
-                                    .user = run};
-    return kmp_crossing_new(&plan, &run->arena);
+    const kmp_event_setup plan = {.system = run->s,
+                                  .eval = run->eval,
+                                  .span = run->spec.t_end - run->spec.t_start,
+                                  .rtol = run->spec.rtol,
+                                  .kinks = run->kind->undo && (!run->spec.kind || past),
+                                  .closely = run->spec.closely,
+                                  .log = run->log,
+                                  .state = state_within,
+                                  .user = run};
+    return kmp_event_tracker_new(&plan, &run->arena);
 }
 
 kempe_status kmp_runner_make(kmp_runner *run, double t, const double *q, const double *qd, double work)
@@ -285,15 +285,15 @@ kempe_status kmp_runner_start(kmp_runner *run, double t, const double *y, const 
 }
 
 /* Measures the distance of the start from a change point, unless change points are ignored. */
-kempe_status kmp_runner_look_at_margin(kmp_runner *run, double t, const double *q)
+kempe_status kmp_runner_compute_margin(kmp_runner *run, double t, const double *q)
 {
     const char *word = run->spec.change_points;
-    bool made = kmp_margin_init(&run->margin, run->s, &run->part);
+    bool made = kmp_rank_margin_init(&run->margin, run->s, &run->part);
     if (made && word && strcmp(word, kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE)) == 0)
-        kmp_margin_ignore(&run->margin);
+        kmp_rank_margin_ignore(&run->margin);
     KMP_TRY(kmp_made(run->s->context, made));
     kmp_eval_closure(run->eval, t, q);
-    kmp_margin_begin(&run->margin, run->eval, t, q);
+    kmp_rank_margin_begin(&run->margin, run->eval, t, q);
     return KEMPE_OK;
 }
 
@@ -399,7 +399,7 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     KMP_TRY(kmp_runner_begin_at(run, start));
     const double *q = run->state, *qd = q + run->s->n;
     KMP_TRY(note_other_solution(run));
-    KMP_TRY(kmp_runner_look_at_margin(run, t, q));
+    KMP_TRY(kmp_runner_compute_margin(run, t, q));
     if (run->part.p == 0 && !run->s->rheonomic && !run->friction)
         kmp_run_log_add(run->log, "rest", t, NAN, NAN,
                         "the mechanism cannot move: it has no degree of freedom, and no closure depends on time; "

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Sampled states of the model during a run. Each takes its next value at a sample or an event, from the state of the
  * motion before any of them has changed. A sample is taken once, when the run goes on from its time. */
-#include "backend/x86/machine.h"
+#include "backend/machine.h"
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/pressing.h"
-#include "integrators/delays/delays.h"
+#include "integrators/run/delays.h"
 #include "integrators/run/runner.h"
 #include <math.h>
 
@@ -125,7 +125,7 @@ bool kmp_runner_meets_events(kmp_runner *run)
 /* Conditions in the expressions have the values of the state. */
 static kempe_status make_program(kmp_sampler *x, const kempe_model *model)
 {
-    const kmp_scene scene = {.sets = KMP_SET_CLOSURE, .plain = true, .charted = true};
+    const kmp_derivation_request scene = {.sets = KMP_SET_CLOSURE, .plain = true, .charted = true};
     kmp_equations eq;
     KMP_TRY(kmp_equations_derive_once(&eq, model, &scene));
     kmp_ref *next = KMP_GRAPH_NEW(eq.graph, kmp_ref, x->count);

@@ -4,7 +4,7 @@
 
 #include "backend/bound_code.h"
 #include "base/arena.h"
-#include "symbolic/program/program.h"
+#include "symbolic/program.h"
 
 typedef struct kmp_bounds {
     const kmp_program *program;

@@ -4,7 +4,7 @@
 
 #include "backend/layout.h"
 #include "backend/x86/registers.h"
-#include "symbolic/sums/row_code.h"
+#include "symbolic/row_code.h"
 
 /** A segment's arithmetic on all slots, of which each has as many doubles as the form. */
 typedef void kmp_routine(double *v);

@@ -5,7 +5,7 @@
 #pragma once
 
 #include "base/arena.h"
-#include "symbolic/program/program.h"
+#include "symbolic/program.h"
 
 enum { KMP_DUALS_WIDTH = 8, KMP_DUALS_MARKED = 64 }; /* inputs at a time */
 

@@ -112,11 +112,11 @@ static KMP_INTO_CLONES bool angles(size_t w, bool fused, const call *all)
                              : angles(all->w, fused, all);                                                             \
     }
 
-OF_ANY_WIDTH(with_eights, KMP_FUSED_EIGHTS, false)
-OF_ANY_WIDTH(with_fours, KMP_FUSED_FOURS, false)
+OF_ANY_WIDTH(with_eights, KMP_REDUCED_PROGRAM_EIGHTS, false)
+OF_ANY_WIDTH(with_fours, KMP_REDUCED_PROGRAM_FOURS, false)
 OF_ANY_WIDTH(without, , false)
-OF_ANY_WIDTH(fused_with_eights, KMP_FUSED_EIGHTS, true)
-OF_ANY_WIDTH(fused_with_fours, KMP_FUSED_FOURS, true)
+OF_ANY_WIDTH(fused_with_eights, KMP_REDUCED_PROGRAM_EIGHTS, true)
+OF_ANY_WIDTH(fused_with_fours, KMP_REDUCED_PROGRAM_FOURS, true)
 OF_ANY_WIDTH(fused_without, , true)
 
 static bool run(bool fused, const call *all)

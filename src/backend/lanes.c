@@ -138,7 +138,7 @@ void kmp_lanes_set(kmp_lanes *lanes, kmp_input_kind kind, const double *values)
     size_t w = (size_t)lanes->width;
     int first = f->feed_start[kind], end = f->feed_start[kind + 1];
     if (w % 8 == 0 && end > first) {
-        for (const kmp_feed *feed = f->feeds + first; feed < f->feeds + end; feed++)
+        for (const kmp_input_slot *feed = f->feeds + first; feed < f->feeds + end; feed++)
             for (size_t l = 0; l < w; l += 8)
                 KMP_EIGHT_AT(lanes->v + w * feed->slot + l) = KMP_EIGHT_CONST(values + w * (size_t)feed->index + l);
     }

@@ -4,7 +4,7 @@
  * inputs. */
 #pragma once
 
-#include "symbolic/program/program.h"
+#include "symbolic/program.h"
 #include <string.h>
 
 typedef struct kmp_lanes kmp_lanes;

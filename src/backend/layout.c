@@ -261,7 +261,7 @@ static bool allocate(kmp_layout *l, uint32_t extra)
                    KMP_ROOM(uint32_t, angles, &f->angle, &f->sine, &f->cosine),
                    KMP_ROOM(kmp_segment, segments, &f->segments),
                    KMP_ROOM(uint32_t, p->stages + 1, &f->stage, &f->copy_start),
-                   KMP_ROOM(kmp_copy, outputs, &f->copies), KMP_ROOM(kmp_feed, p->input_count, &f->feeds));
+                   KMP_ROOM(kmp_copy, outputs, &f->copies), KMP_ROOM(kmp_input_slot, p->input_count, &f->feeds));
     l->segment_start = KMP_ARENA_NEW(&l->arena, uint32_t, segments);
     l->angle_of = angles > 0 ? KMP_ARENA_NEW(&l->arena, uint32_t, f->slots) : NULL;
     return f->v && !a->failed && !l->arena.failed;
@@ -338,7 +338,7 @@ bool kmp_layout_init(kmp_layout *l, kmp_frame *frame, const kmp_program *program
         frame->feed_start[kind] = count;
         for (int k = 0; k < program->input_count; k++)
             if ((int)program->input[k].kind == kind)
-                frame->feeds[count++] = (kmp_feed){l->slot[program->constant_count + k], program->input[k].index};
+                frame->feeds[count++] = (kmp_input_slot){l->slot[program->constant_count + k], program->input[k].index};
     }
     frame->feed_start[KMP_IN_COUNT] = count;
     frame->v[KMP_SLOT_ONE] = 1;

@@ -2,8 +2,8 @@
 /* A frame from a program: values get slots, and stages are cut into segments at special functions. */
 #pragma once
 
-#include "backend/x86/frame.h"
-#include "symbolic/program/contraction.h"
+#include "backend/frame.h"
+#include "symbolic/contraction.h"
 
 /** Data of the preparation in addition to the frame. Arrays by instruction. */
 typedef struct kmp_layout {

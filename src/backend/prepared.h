@@ -5,7 +5,7 @@
 
 #include "backend/compiled.h"
 #include "base/cache/bytes.h"
-#include "symbolic/program/program_forms.h"
+#include "symbolic/program_forms.h"
 
 /** A slot that is not zero at the start. */
 typedef struct kmp_slot_start {

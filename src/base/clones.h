@@ -30,11 +30,11 @@
 
 /* Twins with fma() for registers of four doubles, and of eight. */
 #if defined(__x86_64__) && defined(__GNUC__)
-#define KMP_FUSED_FOURS  __attribute__((target("avx2,fma")))
-#define KMP_FUSED_EIGHTS __attribute__((target("avx512f")))
+#define KMP_REDUCED_PROGRAM_FOURS  __attribute__((target("avx2,fma")))
+#define KMP_REDUCED_PROGRAM_EIGHTS __attribute__((target("avx512f")))
 #else
-#define KMP_FUSED_FOURS
-#define KMP_FUSED_EIGHTS
+#define KMP_REDUCED_PROGRAM_FOURS
+#define KMP_REDUCED_PROGRAM_EIGHTS
 #endif
 
 /** True if functions with KMP_MULTIPLY_ADD run here. */
@@ -47,7 +47,7 @@ static inline bool kmp_has_multiply_add(void)
 #endif
 }
 
-/** True if functions with KMP_FUSED_FOURS run here. */
+/** True if functions with KMP_REDUCED_PROGRAM_FOURS run here. */
 static inline bool kmp_has_four(void)
 {
 #if defined(__x86_64__) && defined(__GNUC__)
@@ -87,11 +87,11 @@ static inline bool kmp_has_eight(void)
  * of those after it. The kernel is inlined for each width, for registers of eight doubles, of four, and for any
  * processor. The bits are the same. */
 #define KMP_LANES_TWINS(name, kernel, parameters, ...)                                                                 \
-    KMP_FUSED_EIGHTS static void name##_in_eights parameters                                                           \
+    KMP_REDUCED_PROGRAM_EIGHTS static void name##_in_eights parameters                                                 \
     {                                                                                                                  \
         KMP_OF_WIDTH(kernel, width, __VA_ARGS__);                                                                      \
     }                                                                                                                  \
-    KMP_FUSED_FOURS static void name##_in_fours parameters                                                             \
+    KMP_REDUCED_PROGRAM_FOURS static void name##_in_fours parameters                                                   \
     {                                                                                                                  \
         KMP_OF_WIDTH(kernel, width, __VA_ARGS__);                                                                      \
     }                                                                                                                  \

@@ -5,12 +5,12 @@
 #include "base/memory.h"
 #include "constraints/kinds/kind.h"
 #include "dynamics/kinematics/friction_modes.h"
-#include "dynamics/shorten/point_gap.h"
+#include "dynamics/point_gap.h"
 #include "dynamics/system.h"
 #include "symbolic/derivative.h"
 #include "symbolic/partials.h"
 #include "symbolic/substitute.h"
-#include "symbolic/sums/surface.h"
+#include "symbolic/surface.h"
 #include "symbolic/table_function.h"
 #include <float.h>
 #include <math.h>
@@ -205,7 +205,7 @@ static kempe_status refuse_bilinear(const kmp_equations *eq, const kmp_closure *
     return KEMPE_OK;
 }
 
-static kempe_status derive_rows(kmp_equations *eq, const kmp_scene *scene)
+static kempe_status derive_rows(kmp_equations *eq, const kmp_derivation_request *scene)
 {
     const kempe_model *model = eq->model;
     kempe_status status = KEMPE_OK;
@@ -349,7 +349,7 @@ void kmp_closures_transposed(kmp_equations *eq, kmp_input_kind kind, kmp_ref *ou
         }
 }
 
-kempe_status kmp_closures_derive(kmp_equations *eq, const kmp_scene *scene)
+kempe_status kmp_closures_derive(kmp_equations *eq, const kmp_derivation_request *scene)
 {
     unsigned sets = scene->sets;
     if (sets & KMP_SET_ACCELERATION)

@@ -5,7 +5,7 @@
 #include "dynamics/equations.h"
 
 /** Derives the sets that the scene requests. KEMPE_E_INPUT when a closure can never be met, KEMPE_E_MEMORY. */
-kempe_status kmp_closures_derive(kmp_equations *eq, const kmp_scene *scene);
+kempe_status kmp_closures_derive(kmp_equations *eq, const kmp_derivation_request *scene);
 
 /** J' times the inputs of a kind, which has an entry a row: out (n). */
 void kmp_closures_transposed(kmp_equations *eq, kmp_input_kind kind, kmp_ref *out);

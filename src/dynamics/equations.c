@@ -5,18 +5,18 @@
 #include "base/memory.h"
 #include "constraints/kinds/kind.h"
 #include "dynamics/closures.h"
-#include "dynamics/forces.h"
+#include "dynamics/forces/forces.h"
 #include "dynamics/formalisms/articulated.h"
-#include "dynamics/formalisms/tangents.h"
 #include "dynamics/kinematics/friction_modes.h"
 #include "dynamics/kinematics/pressing.h"
 #include "dynamics/outputs.h"
-#include "model/tables/output_table.h"
+#include "dynamics/tangents.h"
+#include "model/data/output_table.h"
 #include "symbolic/derivative.h"
 #include "symbolic/label.h"
+#include "symbolic/live.h"
 #include "symbolic/partials.h"
-#include "symbolic/passes/shorten.h"
-#include "symbolic/program/live.h"
+#include "symbolic/shorten.h"
 
 /* -- dynamics ---------------------------------------------------------------------------------------- */
 
@@ -208,7 +208,7 @@ static unsigned requested_energy(const kmp_equations *eq, unsigned sets)
 }
 
 /* The forces, and what is derived from them. */
-static kempe_status derive_loaded(kmp_equations *eq, const kmp_scene *scene, unsigned energy)
+static kempe_status derive_loaded(kmp_equations *eq, const kmp_derivation_request *scene, unsigned energy)
 {
     static const kmp_force none;
     const unsigned sets = scene->sets, tangents = TANGENT_SETS | KMP_SET_CLOSED;
@@ -266,10 +266,10 @@ static kmp_ref when_of(const kmp_equations *eq, int state)
     const kempe_model *model = eq->model;
     const kmp_expr *rate = kmp_state_rate(model, state);
     const int contact = model->states[state].contact - 1;
-    kmp_pressing pressing;
+    kmp_bearing_load pressing;
     if (contact >= 0) {
-        kmp_pressing_find(&eq->tree, &model->forces[contact], &pressing);
-        return kmp_pressing_holds(&eq->tree, &model->forces[contact], &pressing);
+        kmp_bearing_load_find(&eq->tree, &model->forces[contact], &pressing);
+        return kmp_bearing_load_holds(&eq->tree, &model->forces[contact], &pressing);
     }
     return rate && rate->a ? kmp_tree_expression(&eq->tree, rate->a) : KMP_ZERO;
 }
@@ -404,12 +404,12 @@ static void derive_along(kmp_equations *eq)
     kmp_derivative_free(d);
 }
 
-static void set_rules(const kmp_equations *eq, const kmp_scene *scene, bool apart)
+static void set_rules(const kmp_equations *eq, const kmp_derivation_request *scene, bool apart)
 {
     kmp_graph_set_rules(eq->graph, KMP_RULE_ALL & ~(scene->without | (apart ? KMP_RULE_RUNS : 0)));
 }
 
-static kempe_status derive_dynamics(kmp_equations *eq, const kmp_scene *scene)
+static kempe_status derive_dynamics(kmp_equations *eq, const kmp_derivation_request *scene)
 {
     const unsigned sets = scene->sets, energy = requested_energy(eq, sets);
     set_rules(eq, scene, *eq->savings.apart);
@@ -468,7 +468,7 @@ static kempe_status derive_dynamics(kmp_equations *eq, const kmp_scene *scene)
     return kmp_graph_failed(eq->graph) ? kmp_fail_memory(eq->context) : KEMPE_OK;
 }
 
-static bool init_tree(kmp_equations *eq, const kmp_scene *scene, kmp_tree *tree)
+static bool init_tree(kmp_equations *eq, const kmp_derivation_request *scene, kmp_tree *tree)
 {
     /* The links of the dynamics are those of the other tree, before their variants: where equal nodes are one, links
      * made again are these. */
@@ -488,7 +488,7 @@ static bool init_tree(kmp_equations *eq, const kmp_scene *scene, kmp_tree *tree)
     return !kmp_graph_failed(eq->graph);
 }
 
-static bool add_tree(kmp_equations *eq, const kmp_scene *scene)
+static bool add_tree(kmp_equations *eq, const kmp_derivation_request *scene)
 {
     if (!init_tree(eq, scene, &eq->tree))
         return false;
@@ -499,7 +499,7 @@ static bool add_tree(kmp_equations *eq, const kmp_scene *scene)
 }
 
 /* Adds the links with the scene's variants. */
-static bool add_links(kmp_equations *eq, const kmp_scene *scene)
+static bool add_links(kmp_equations *eq, const kmp_derivation_request *scene)
 {
     const kmp_savings *savings = scene->savings;
     kmp_tree *tree = &eq->links;
@@ -518,14 +518,14 @@ static bool add_links(kmp_equations *eq, const kmp_scene *scene)
 }
 
 /* Sets the variants of the dynamics, and makes a second tree when they differ from the model. */
-static bool set_frames(kmp_equations *eq, const kmp_scene *scene)
+static bool set_frames(kmp_equations *eq, const kmp_derivation_request *scene)
 {
     kmp_savings_copy(&eq->savings, scene->savings, eq->model);
     return kmp_savings_plain(scene->savings, eq->model) || add_links(eq, scene);
 }
 
 /* A copy of the scene's variants, or room for them. */
-static bool add_savings(kmp_equations *eq, const kmp_scene *scene)
+static bool add_savings(kmp_equations *eq, const kmp_derivation_request *scene)
 {
     if (!kmp_savings_init(&eq->savings, eq->model))
         return false;
@@ -551,7 +551,7 @@ void kmp_equations_swap_derived(kmp_equations *eq)
     swap(eq->jacobian, eq->derived + 3 * m, m * eq->n);
 }
 
-kempe_status kmp_equations_derive_again(kmp_equations *eq, const kmp_scene *scene)
+kempe_status kmp_equations_derive_again(kmp_equations *eq, const kmp_derivation_request *scene)
 {
     set_rules(eq, scene, false);
     kmp_tree_free(&eq->links);
@@ -561,7 +561,7 @@ kempe_status kmp_equations_derive_again(kmp_equations *eq, const kmp_scene *scen
     return set_frames(eq, scene) ? derive_dynamics(eq, scene) : kmp_fail_memory(eq->context);
 }
 
-static kempe_status derive_sets(kmp_equations *eq, const kmp_scene *scene)
+static kempe_status derive_sets(kmp_equations *eq, const kmp_derivation_request *scene)
 {
     eq->graph = kmp_graph_new_for(scene->nodes);
     KMP_TRY(kmp_made(eq->context, eq->graph));
@@ -576,7 +576,7 @@ static kempe_status derive_sets(kmp_equations *eq, const kmp_scene *scene)
     return derive_dynamics(eq, scene);
 }
 
-kempe_status kmp_equations_derive_once(kmp_equations *eq, const kempe_model *model, const kmp_scene *scene)
+kempe_status kmp_equations_derive_once(kmp_equations *eq, const kempe_model *model, const kmp_derivation_request *scene)
 {
     *eq = (kmp_equations){.context = model->context, .model = model, .n = model->motion_count};
     kempe_status status = derive_sets(eq, scene);
@@ -588,7 +588,7 @@ kempe_status kmp_equations_derive_once(kmp_equations *eq, const kempe_model *mod
 kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
                                 bool keep_parameters)
 {
-    const kmp_scene scene = {
+    const kmp_derivation_request scene = {
         .sets = sets, .scheme = scheme, .keep = keep_parameters ? KMP_KEEP_PARAMETERS : KMP_KEEP_NOTHING};
     return kmp_equations_derive(eq, model, &scene);
 }

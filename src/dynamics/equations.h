@@ -6,7 +6,7 @@
 #pragma once
 
 #include "dynamics/kinematics/link_tree.h"
-#include "dynamics/shorten/variants.h"
+#include "dynamics/variants.h"
 
 /** The sets of equations to derive. */
 enum {
@@ -41,7 +41,7 @@ enum {
 typedef enum kmp_scheme { KMP_SCHEME_COMPOSITE, KMP_SCHEME_NER } kmp_scheme;
 
 /** The sets to derive from a model, and the method. */
-typedef struct kmp_scene {
+typedef struct kmp_derivation_request {
     unsigned sets;
     kmp_scheme scheme;
     kmp_keep keep;
@@ -70,7 +70,7 @@ typedef struct kmp_scene {
     kmp_events *events;          /* conditions as inputs, appended to those present; NULL: evaluated in place */
     bool given_delays;           /* the caller sets the states of continuous delays, which have no rate */
     bool modes_alone;            /* of conditions, the modes of friction alone are inputs, in the order of the forces */
-} kmp_scene;
+} kmp_derivation_request;
 
 /** A closure row that is kept. */
 typedef struct kmp_row {
@@ -146,15 +146,16 @@ kmp_ref *kmp_conditions_with_solved(kmp_graph *g, const kmp_ref *conditions, int
 
 /** KEMPE_E_INPUT when a closure can never be met (a row that no coordinate moves). KEMPE_E_FAILED when accelerations
  * are requested and a coordinate moves no mass. KEMPE_E_MEMORY. */
-kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, const kmp_scene *scene);
+kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, const kmp_derivation_request *scene);
 /** Derives the equations by the scene's variants. Without variants all axes turn with their links, and closures use the
  * shortest variants. Errors as kmp_equations_derive. */
-kempe_status kmp_equations_derive_once(kmp_equations *eq, const kempe_model *model, const kmp_scene *scene);
+kempe_status kmp_equations_derive_once(kmp_equations *eq, const kempe_model *model,
+                                       const kmp_derivation_request *scene);
 /** Exchanges the closures' rows for eq->derived, and back. */
 void kmp_equations_swap_derived(kmp_equations *eq);
 /** Derives M, C, inverse dynamics and accelerations of a scene that returns again, by other variants. The closures are
  * unchanged, and the earlier dynamics are gone. */
-kempe_status kmp_equations_derive_again(kmp_equations *eq, const kmp_scene *scene);
+kempe_status kmp_equations_derive_again(kmp_equations *eq, const kmp_derivation_request *scene);
 /** Derives the equations of a scene with these members, all others zero. Errors as kmp_equations_derive. */
 kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
                                 bool keep_parameters);

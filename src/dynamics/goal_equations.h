@@ -4,7 +4,7 @@
 #pragma once
 
 #include "dynamics/equations.h"
-#include "symbolic/program/program.h"
+#include "symbolic/program.h"
 
 /* Stages; each point with a goal has three values x, y, z. */
 enum {

@@ -5,8 +5,8 @@
 #include "dynamics/system_record.h"
 #include "linalg/dense/dense.h"
 #include "linalg/sparse.h"
+#include "symbolic/live.h"
 #include "symbolic/partials.h"
-#include "symbolic/program/live.h"
 #include <math.h>
 #include <string.h>
 
@@ -234,9 +234,9 @@ bool kmp_motion_make_bodies(const kempe_system *s, kmp_bodies *bodies, kmp_equat
 /* A system whose M and C wait knows the variants and patterns of both: they follow from the search and from M. The
  * program that is made later keeps all entries of these patterns, also those that its variants make zero. */
 
-kmp_late_motion *kmp_late_motion_new(kempe_system *s)
+kmp_lazy_equations *kmp_lazy_equations_new(kempe_system *s)
 {
-    kmp_late_motion *late = KMP_NEW(kmp_late_motion, 1);
+    kmp_lazy_equations *late = KMP_NEW(kmp_lazy_equations, 1);
     if (late && pthread_mutex_init(&late->lock, NULL) != 0) {
         kmp_free(late);
         return NULL;
@@ -246,7 +246,7 @@ kmp_late_motion *kmp_late_motion_new(kempe_system *s)
     return late;
 }
 
-void kmp_late_motion_free(kmp_late_motion *late)
+void kmp_lazy_equations_free(kmp_lazy_equations *late)
 {
     if (!late)
         return;
@@ -256,7 +256,7 @@ void kmp_late_motion_free(kmp_late_motion *late)
     kmp_free(late);
 }
 
-static kempe_status make_late(kmp_late_motion *late)
+static kempe_status make_late(kmp_lazy_equations *late)
 {
     kempe_system *s = late->system;
     s->motion = kmp_motion_recall(s);
@@ -264,11 +264,11 @@ static kempe_status make_late(kmp_late_motion *late)
         return KEMPE_OK;
     /* M and C by the variants that the search has chosen; without a search, by those of the model as it is. */
     kmp_events events = s->events; /* the system has recorded all conditions: none is added */
-    const kmp_scene scene = {.sets = KMP_MOTION_SETS,
-                             .savings = s->late->chosen.stay ? &s->late->chosen : NULL,
-                             .quick = true,
-                             .events = &events,
-                             .charted = true};
+    const kmp_derivation_request scene = {.sets = KMP_MOTION_SETS,
+                                          .savings = s->late->chosen.stay ? &s->late->chosen : NULL,
+                                          .quick = true,
+                                          .events = &events,
+                                          .charted = true};
     kmp_equations eq;
     KMP_TRY(kmp_equations_derive(&eq, s->model, &scene));
     s->motion = kmp_motion_make_again(s, &eq);
@@ -280,7 +280,7 @@ static kempe_status make_late(kmp_late_motion *late)
 
 kempe_status kmp_motion_need(const kempe_system *s)
 {
-    kmp_late_motion *late = s->late;
+    kmp_lazy_equations *late = s->late;
     kempe_status status = KEMPE_OK;
     if (!late || atomic_load(&late->made))
         return KEMPE_OK;

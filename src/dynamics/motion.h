@@ -16,8 +16,8 @@ bool kmp_motion_make(kempe_system *system, kmp_equations *eq);
 bool kmp_motion_may_wait(const kempe_system *system);
 
 /** Room for M and C that wait; NULL: no memory. */
-kmp_late_motion *kmp_late_motion_new(kempe_system *system);
-void kmp_late_motion_free(kmp_late_motion *late);
+kmp_lazy_equations *kmp_lazy_equations_new(kempe_system *system);
+void kmp_lazy_equations_free(kmp_lazy_equations *late);
 
 /** Makes late->weighing and the members of a system whose M and C wait, as kmp_motion_make. False: no memory. */
 bool kmp_motion_make_weighing(kempe_system *system, kmp_equations *eq);

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "dynamics/outputs.h"
 #include "dynamics/closures.h"
-#include "dynamics/formalisms/joint_loads.h"
 #include "dynamics/formalisms/newton_euler.h"
+#include "dynamics/joint_loads.h"
 #include "dynamics/kinematics/touching.h"
-#include "model/print/model_print.h"
-#include "model/tables/output_table.h"
-#include "wheel/wheel_contact.h"
+#include "model/data/output_table.h"
+#include "model/write/model_print.h"
+#include "rail/wheel/wheel_contact.h"
 
 bool kmp_outputs_need_forces(const kempe_model *model)
 {

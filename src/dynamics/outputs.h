@@ -3,7 +3,7 @@
 #pragma once
 
 #include "dynamics/equations.h"
-#include "dynamics/forces.h"
+#include "dynamics/forces/forces.h"
 
 /** True when some output needs the values of force elements or an energy. */
 bool kmp_outputs_need_forces(const kempe_model *model);

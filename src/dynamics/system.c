@@ -4,11 +4,11 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "dynamics/goal_equations.h"
-#include "dynamics/kept.h"
 #include "dynamics/motion.h"
-#include "model/print/model_print.h"
-#include "model/tables/closure_table.h"
-#include "model/variant.h"
+#include "dynamics/program_cache.h"
+#include "model/data/closure_table.h"
+#include "model/data/variant.h"
+#include "model/write/model_print.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <stdlib.h>
@@ -37,9 +37,9 @@ static double norm3(const kmp_number v[3])
 }
 
 /* `best` becomes |to - from| if that is longer; from NULL: zero. */
-static void offer(kmp_lever *best, const kmp_number to[3], const kmp_number *from)
+static void offer(kmp_length_scale *best, const kmp_number to[3], const kmp_number *from)
 {
-    kmp_lever lever = {0};
+    kmp_length_scale lever = {0};
     kmp_number d[3] = {{0}};
     for (int k = 0; k < 3; k++) {
         lever.to[k] = to[k];
@@ -53,14 +53,14 @@ static void offer(kmp_lever *best, const kmp_number to[3], const kmp_number *fro
 }
 
 /* Takes the distance of a point from its body's joint, if it is larger. */
-static void offer_point(kmp_lever *best, const kempe_model *model, int point)
+static void offer_point(kmp_length_scale *best, const kempe_model *model, int point)
 {
     const kmp_point *p = &model->points[point];
     int to = model->bodies[p->body].to;
     offer(best, p->at, to < 0 ? NULL : model->points[to].at);
 }
 
-static void offer_number(kmp_lever *best, const kmp_number *number)
+static void offer_number(kmp_length_scale *best, const kmp_number *number)
 {
     const kmp_number along[3] = {*number};
     offer(best, along, NULL);
@@ -68,23 +68,23 @@ static void offer_number(kmp_lever *best, const kmp_number *number)
 
 /* A start value that is small against the largest radius of gyration is no size of the mechanism: the radius is taken
  * in its place. */
-static void offer_gyration(kmp_lever *best, const kempe_model *model)
+static void offer_gyration(kmp_length_scale *best, const kempe_model *model)
 {
-    kmp_lever found = {0};
+    kmp_length_scale found = {0};
     for (int b = 1; b < model->body_count; b++)
         for (int k = 0; k < 3; k++) {
             const kmp_body *body = &model->bodies[b];
             double square = body->mass.value > 0 ? body->inertia[k].value / body->mass.value : 0;
             if (square > found.length * found.length)
-                found = (kmp_lever){.length = sqrt(square), .body = b, .axis = k};
+                found = (kmp_length_scale){.length = sqrt(square), .body = b, .axis = k};
         }
     if (best->length > 0 && best->length < KMP_START_IS_SMALL * found.length)
         *best = found;
 }
 
-kmp_lever kmp_system_lever(const kempe_model *model)
+kmp_length_scale kmp_system_lever(const kempe_model *model)
 {
-    kmp_lever best = {0};
+    kmp_length_scale best = {0};
     for (int b = 1; b < model->body_count; b++)
         if (model->bodies[b].at >= 0 && model->bodies[b].parent > 0)
             offer_point(&best, model, model->bodies[b].at);
@@ -136,7 +136,7 @@ bool kmp_system_rescale(kempe_system *s)
     for (int k = 0; k < s->model->parameter_count; k++)
         s->parameters[k] = s->model->parameters[k].number.value;
     s->closure_tolerance = kmp_closure_tolerance(s->model);
-    kmp_kept_clear(s->kept);
+    kmp_program_cache_clear(s->kept);
     if (s->rounding)
         atomic_store(&s->rounding->state, KMP_ROUNDING_UNKNOWN); /* the numbers have changed */
     /* Along the chain of bodies to each closed point: offsets of the joints and start values of translations. false: no
@@ -287,14 +287,15 @@ enum { JUDGE_SETS = KMP_SET_ENERGY | KMP_SET_REACTION | KMP_SET_OUTPUT };
 /* For programs that integrate: with conditions and the charts of spherical joints as inputs. */
 static kempe_status derive_sets(kempe_system *s, unsigned sets, kmp_savings *found, kmp_equations *eq)
 {
-    const kmp_scene scene = {.sets = sets,
-                             .scheme = s->dynamics == KMP_DYNAMICS_NER ? KMP_SCHEME_NER : KMP_SCHEME_COMPOSITE,
-                             .plain = s->dynamics == KMP_DYNAMICS_PLAIN,
-                             .quick = true,
-                             .found = found,
-                             .events = &s->events,
-                             .frictionless = s->frictionless,
-                             .charted = true};
+    const kmp_derivation_request scene = {.sets = sets,
+                                          .scheme =
+                                              s->dynamics == KMP_DYNAMICS_NER ? KMP_SCHEME_NER : KMP_SCHEME_COMPOSITE,
+                                          .plain = s->dynamics == KMP_DYNAMICS_PLAIN,
+                                          .quick = true,
+                                          .found = found,
+                                          .events = &s->events,
+                                          .frictionless = s->frictionless,
+                                          .charted = true};
     return kmp_equations_derive(eq, s->model, &scene);
 }
 
@@ -309,13 +310,13 @@ static kempe_status derive_rest(kempe_system *s, kmp_equations *eq)
 /* Derives closures, M and the programs that follow those of motion. The variants of M and C are found on the way. */
 static kempe_status derive_late(kempe_system *s)
 {
-    const kmp_scene scene = {.sets = KMP_MOTION_SETS | KMP_SET_REACTION,
-                             .then = KMP_SET_CLOSURE | KMP_SET_MASS | JUDGE_SETS,
-                             .quick = true,
-                             .found = &s->bodies->first,
-                             .chosen = &s->late->chosen,
-                             .events = &s->events,
-                             .charted = true};
+    const kmp_derivation_request scene = {.sets = KMP_MOTION_SETS | KMP_SET_REACTION,
+                                          .then = KMP_SET_CLOSURE | KMP_SET_MASS | JUDGE_SETS,
+                                          .quick = true,
+                                          .found = &s->bodies->first,
+                                          .chosen = &s->late->chosen,
+                                          .events = &s->events,
+                                          .charted = true};
     kmp_equations eq;
     KMP_TRY(kmp_equations_derive(&eq, s->model, &scene));
     bool made = kmp_system_set_rows(s, eq.n, eq.m, eq.rows, eq.misfit) && kmp_motion_make_weighing(s, &eq);
@@ -339,7 +340,7 @@ static kempe_status derive(kempe_system *s, bool closures)
 {
     kmp_equations eq;
     if (!closures && kmp_motion_may_wait(s)) {
-        s->late = kmp_late_motion_new(s);
+        s->late = kmp_lazy_equations_new(s);
         KMP_TRY(kmp_made(s->context, s->late));
         KMP_TRY(derive_late(s));
         return s->dynamics == KMP_DYNAMICS_ARTICULATED ? kmp_motion_need_bodies(s) : KEMPE_OK;
@@ -366,7 +367,7 @@ kempe_system *kmp_system_start(const kempe_model *model)
         return NULL;
     s->model = model;
     s->context = model->context;
-    s->kept = kmp_kept_new();
+    s->kept = kmp_program_cache_new();
     s->bodies = kmp_bodies_new();
     if (s->kept && s->bodies)
         return s;
@@ -410,14 +411,14 @@ void kempe_system_free(kempe_system *s)
     if (!s)
         return;
     kmp_program_free(s->motion);
-    kmp_late_motion_free(s->late);
+    kmp_lazy_equations_free(s->late);
     kmp_program_free(s->closing);
     kmp_bodies_free(s->bodies);
     kmp_program_free(s->judge);
     kmp_program_free(s->changes);
     kmp_program_free(s->goals);
     kmp_events_free(&s->events);
-    kmp_kept_free(s->kept);
+    kmp_program_cache_free(s->kept);
     kmp_variant_free(s->own);
     kmp_arena_free(&s->arena);
     kmp_free(s);

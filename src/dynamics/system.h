@@ -4,7 +4,7 @@
 #pragma once
 
 #include "dynamics/equations.h"
-#include "symbolic/program/program.h"
+#include "symbolic/program.h"
 #include <kempe/extend.h>
 #include <pthread.h>
 #include <stdatomic.h>
@@ -34,7 +34,7 @@ enum {
 };
 
 /** Closures found by the first assembly to be redundant up to rounding of the model's numbers
- * (constraints/rounding/rounding.h). Written once. */
+ * (constraints/closing/rounding.h). Written once. */
 typedef struct kmp_rounding {
     atomic_int state; /* the other members count when it is KMP_ROUNDING_PRESENT */
     int rank;         /* of J, independent of the number of its nonzero pivots */
@@ -67,7 +67,7 @@ enum {
     KMP_STAGE_SHOWN          /* all: outputs in addition to the table (model/tables/output_table.h) */
 };
 
-typedef struct kmp_kept kmp_kept; /* dynamics/kept.h */
+typedef struct kmp_program_cache kmp_program_cache; /* dynamics/kept.h */
 
 /** Motion by articulated bodies, derived when it is first asked for (kmp_motion_need_bodies): many uses of a system
  * need M and C alone. Written once. */
@@ -82,13 +82,13 @@ typedef struct kmp_bodies {
 
 /** M and C that wait for their first use (kmp_motion_need): runs of large mechanisms by articulated bodies evaluate M
  * alone, at the start and for energies. `motion` is written once, under the lock. */
-typedef struct kmp_late_motion {
+typedef struct kmp_lazy_equations {
     pthread_mutex_t lock;
     atomic_bool made;      /* `motion` of the system counts when it is true */
     kmp_program *weighing; /* closures and M */
     kmp_savings chosen;    /* the variants of M and C */
     struct kempe_system *system;
-} kmp_late_motion;
+} kmp_lazy_equations;
 
 struct kempe_system {
     const kempe_model *model;
@@ -106,8 +106,8 @@ struct kempe_system {
     bool has_power;            /* so it is without the user's force */
     kmp_dynamics dynamics;     /* as requested */
     kmp_program *motion, *judge;
-    kmp_late_motion *late; /* NULL: `motion` is made with the system */
-    kmp_program *closing;  /* the stages to KMP_STAGE_CLOSURE of `motion`, or of late->weighing */
+    kmp_lazy_equations *late; /* NULL: `motion` is made with the system */
+    kmp_program *closing;     /* the stages to KMP_STAGE_CLOSURE of `motion`, or of late->weighing */
     kmp_bodies *bodies;
     kmp_events events;     /* conditions: inputs KMP_IN_MODE of all programs */
     kmp_program *changes;  /* stage 1: first - second of each condition at (t, q, qd), zero of late ones; stage 2: late
@@ -133,12 +133,13 @@ struct kempe_system {
     double *parameters;       /* values */
     double closure_tolerance; /* m: the tolerance of redundant closures; 0: none */
     kmp_rounding *rounding;
-    bool strict; /* rounding of the model's numbers does not explain the error of redundant closures */
-    bool mended; /* points and axes of `model` are those that a rounded drawing means (constraints/rounding/mend.h) */
+    bool strict;             /* rounding of the model's numbers does not explain the error of redundant closures */
+    bool mended;             /* points and axes of `model` are those that a rounded drawing means
+                                (constraints/inexact/nearest_exact.h) */
     struct kmp_variant *own; /* owner of the mended model, where it belongs to the system; NULL: not owned */
     double *misfit;          /* by closures: their error as drawn, scaled; 0: none */
     double mended_by;        /* the largest change of a number, characteristic lengths or rad */
-    kmp_kept *kept;          /* what has been derived for runs of the system */
+    kmp_program_cache *kept; /* what has been derived for runs of the system */
     bool has_key;            /* it is cached, by `key` and a name for each part: its model is as read from files */
     unsigned char key[KMP_DIGEST_SIZE];
     double build_s;        /* CPU time of deriving */
@@ -156,11 +157,11 @@ kempe_status kmp_system_of_closures(const kempe_model *model, kempe_system **sys
 #define KMP_START_IS_SMALL 0.1
 
 /** A length of a mechanism: |to - from|. */
-typedef struct kmp_lever {
+typedef struct kmp_length_scale {
     kmp_number to[3], from[3];
     double length;
     int body, axis; /* above 0: the radius of gyration of this body about this axis, in place of |to - from| */
-} kmp_lever;
+} kmp_length_scale;
 
 /** The characteristic length, m, and the tolerance of closures, m. */
 double kmp_system_length(const kempe_model *model);
@@ -170,7 +171,7 @@ double kmp_closure_tolerance(const kempe_model *model);
  * lengths of rods. Without these the largest start value of translations, or the largest radius of gyration where that
  * is much longer; else the largest offset of centres of mass.
  * The length is 0 where all are 0: then it is 1 m. */
-kmp_lever kmp_system_lever(const kempe_model *model);
+kmp_length_scale kmp_system_lever(const kempe_model *model);
 
 /** A system of the model without rows and programs; NULL: no memory. */
 kempe_system *kmp_system_start(const kempe_model *model);

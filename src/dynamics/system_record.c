@@ -5,19 +5,20 @@
 #include "dynamics/system_record.h"
 #include "base/clock.h"
 #include "base/memory.h"
-#include "dynamics/kept.h"
 #include "dynamics/motion.h"
-#include "symbolic/program/program_bytes.h"
+#include "dynamics/program_cache.h"
+#include "symbolic/program_bytes.h"
 #include <string.h>
 
-static const kmp_kept_name whole = {.what = "system"}, by_bodies = {.what = "bodies"}, by_mass = {.what = "motion"};
+static const kmp_program_cache_name whole = {.what = "system"}, by_bodies = {.what = "bodies"},
+                                    by_mass = {.what = "motion"};
 
 enum { MOST = 1 << 30 };
 
 /* Writes the bytes of a part, and frees them. */
-static void finish(const kempe_system *s, kmp_kept_name name, kmp_bytes *bytes, kmp_table_pool *pool)
+static void finish(const kempe_system *s, kmp_program_cache_name name, kmp_bytes *bytes, kmp_table_pool *pool)
 {
-    kmp_kept_write(s, name, bytes);
+    kmp_program_cache_write(s, name, bytes);
     kmp_table_pool_free(pool);
     kmp_bytes_free(bytes);
 }
@@ -140,7 +141,7 @@ static void take_events(kmp_byte_source *b, kempe_system *s)
 
 static void name_bodies(const kempe_system *s)
 {
-    kmp_kept_name_program(s, (kmp_kept_name){.what = "code of bodies"}, s->bodies->program);
+    kmp_program_cache_name_program(s, (kmp_program_cache_name){.what = "code of bodies"}, s->bodies->program);
 }
 
 void kmp_bodies_keep(const kempe_system *s)
@@ -159,7 +160,7 @@ void kmp_bodies_keep(const kempe_system *s)
 bool kmp_bodies_recall(const kempe_system *s)
 {
     kmp_bodies *bodies = s->bodies;
-    kmp_cached file = kmp_kept_recall(s, by_bodies);
+    kmp_cached file = kmp_program_cache_recall(s, by_bodies);
     kmp_byte_source b = kmp_byte_source_of(file.bytes, file.size);
     kmp_table_pool pool = {0};
     if (!file.whole)
@@ -183,7 +184,7 @@ bool kmp_bodies_recall(const kempe_system *s)
 
 static void name_motion(const kempe_system *s, kmp_program *motion)
 {
-    kmp_kept_name_program(s, (kmp_kept_name){.what = "code"}, motion);
+    kmp_program_cache_name_program(s, (kmp_program_cache_name){.what = "code"}, motion);
 }
 
 void kmp_motion_keep(const kempe_system *s)
@@ -199,7 +200,7 @@ void kmp_motion_keep(const kempe_system *s)
 
 kmp_program *kmp_motion_recall(const kempe_system *s)
 {
-    kmp_cached file = kmp_kept_recall(s, by_mass);
+    kmp_cached file = kmp_program_cache_recall(s, by_mass);
     kmp_byte_source b = kmp_byte_source_of(file.bytes, file.size);
     kmp_table_pool pool = {0};
     if (!file.whole)
@@ -231,8 +232,8 @@ static void name_programs(kempe_system *s)
     kmp_program **list[PROGRAMS];
     list_programs(s, list);
     for (unsigned k = 0; k < PROGRAMS; k++)
-        kmp_kept_name_program(s, (kmp_kept_name){.what = k == 0 && s->late ? "code of M" : "code", .variant = k},
-                              *list[k]);
+        kmp_program_cache_name_program(
+            s, (kmp_program_cache_name){.what = k == 0 && s->late ? "code of M" : "code", .variant = k}, *list[k]);
 }
 
 void kmp_system_keep(kempe_system *s)
@@ -312,7 +313,7 @@ static bool fill(kmp_byte_source *b, kempe_system *s)
     KMP_BYTES_TAKE(b, s->load_rows, s->load_row_count);
     take_events(b, s);
     if (kmp_bytes_take_int(b, 0, 1)) {
-        s->late = kmp_late_motion_new(s);
+        s->late = kmp_lazy_equations_new(s);
         if (!s->late)
             return false;
         kmp_savings_take(b, &s->late->chosen, s->model);
@@ -337,8 +338,8 @@ kempe_system *kmp_system_recall(const kempe_model *model, const char *word)
     double begin = kmp_cpu_now();
     kempe_system *s = model->has_digest ? kmp_system_start(model) : NULL;
     if (s)
-        kmp_kept_set_key(s, word);
-    kmp_cached file = s ? kmp_kept_recall(s, whole) : (kmp_cached){0};
+        kmp_program_cache_set_key(s, word);
+    kmp_cached file = s ? kmp_program_cache_recall(s, whole) : (kmp_cached){0};
     kmp_byte_source b = kmp_byte_source_of(file.bytes, file.size);
     bool made = file.whole && fill(&b, s);
     kmp_free(file.whole);

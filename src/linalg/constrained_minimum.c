@@ -48,7 +48,7 @@ static void evaluate(search *s, const double *x)
     s->known = true;
     memcpy(s->x, x, bytes);
     s->report.evaluations++;
-    kmp_squares_said said = m->at(m->user, x, &s->value, s->slope, s->limit, s->limit_slope);
+    kmp_lm_message said = m->at(m->user, x, &s->value, s->slope, s->limit, s->limit_slope);
     s->exists = said == KMP_SQUARES_GO && isfinite(s->value);
     s->ended = said == KMP_SQUARES_END || (!s->exists && s->report.outcome == KMP_SQUARES_NO_START);
     if (s->ended) {

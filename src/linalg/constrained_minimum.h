@@ -9,8 +9,8 @@
 
 /** Evaluates the function and `limits` inequalities, in their sizes, with slopes (count; limits x count, row-major)
  * where they are requested. */
-typedef kmp_squares_said kmp_minimum_fn(void *user, const double *x, double *value, double *slope, double *limit,
-                                        double *limit_slope);
+typedef kmp_lm_message kmp_minimum_fn(void *user, const double *x, double *value, double *slope, double *limit,
+                                      double *limit_slope);
 
 typedef struct kmp_minimum {
     int count, limits;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "linalg/nonlinear_squares.h"
 #include "base/arena.h"
-#include "linalg/dot.h"
+#include "linalg/dense/dot.h"
 #include <float.h>
 #include <math.h>
 #include <stddef.h>
@@ -50,7 +50,7 @@ static double free_of(const search *s, int k, double x)
 /* -- evaluations ------------------------------------------------------------------------------------- */
 
 /* Residuals and derivatives at s->x, unless they are known. */
-static kmp_squares_said evaluate(search *s)
+static kmp_lm_message evaluate(search *s)
 {
     const kmp_squares *q = s->squares;
     size_t x_bytes = (size_t)q->count * sizeof *s->x;
@@ -58,7 +58,7 @@ static kmp_squares_said evaluate(search *s)
         return KMP_SQUARES_GO;
     s->begun = false;
     s->report.evaluations++;
-    kmp_squares_said said = q->at(q->user, s->x, s->residual, s->jacobian);
+    kmp_lm_message said = q->at(q->user, s->x, s->residual, s->jacobian);
     if (said == KMP_SQUARES_GO &&
         !(kmp_all_finite(q->rows, s->residual) && kmp_all_finite(q->rows * q->count, s->jacobian)))
         said = KMP_SQUARES_NOWHERE;
@@ -81,7 +81,7 @@ static kmp_squares_said evaluate(search *s)
 static int give_residuals(search *s, double *residual)
 {
     const kmp_squares *q = s->squares;
-    kmp_squares_said said = evaluate(s);
+    kmp_lm_message said = evaluate(s);
     s->ended = s->ended || said == KMP_SQUARES_END || (said == KMP_SQUARES_NOWHERE && !isfinite(s->best));
     if (s->ended)
         return -1;

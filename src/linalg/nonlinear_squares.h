@@ -7,14 +7,14 @@
 
 #include <stdbool.h>
 
-typedef enum kmp_squares_said {
+typedef enum kmp_lm_message {
     KMP_SQUARES_GO,
     KMP_SQUARES_NOWHERE, /* r does not exist there: a shorter step */
     KMP_SQUARES_END      /* the search ends */
-} kmp_squares_said;
+} kmp_lm_message;
 
 /** Evaluates r (rows) and its derivatives (rows x count, column-major) at x. */
-typedef kmp_squares_said kmp_squares_fn(void *user, const double *x, double *residual, double *jacobian);
+typedef kmp_lm_message kmp_squares_fn(void *user, const double *x, double *residual, double *jacobian);
 
 typedef struct kmp_squares {
     int rows, count;             /* rows >= count */

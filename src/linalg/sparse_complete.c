@@ -8,7 +8,7 @@
  * threshold it takes one with the fewest entries, and of these entries the one whose column has the fewest rows. When
  * none are left, the next threshold is a fraction of the largest entry then. */
 #include "base/arena.h"
-#include "linalg/dot.h"
+#include "linalg/dense/dot.h"
 #include "linalg/sparse.h"
 #include <float.h>
 #include <math.h>

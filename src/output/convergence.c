@@ -2,7 +2,7 @@
 #include "output/convergence.h"
 #include "base/memory.h"
 #include "constraints/closing/assemble.h"
-#include "constraints/closing/charts.h"
+#include "constraints/evaluation/charts.h"
 #include "integrators/steppers/solver.h"
 #include <math.h>
 #include <string.h>

@@ -2,7 +2,7 @@
 #include "output/csv_reader.h"
 #include "base/file.h"
 #include "base/memory.h"
-#include "model/expressions/dimension.h"
+#include "model/language/dimension.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "output/print.h"
-#include "constraints/rounding/mend.h"
+#include "constraints/inexact/nearest_exact.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -2,8 +2,8 @@
 /* Reading reference values: the header is resolved to entries once, then each line is fields. */
 #include "output/reference.h"
 #include "base/memory.h"
-#include "model/tables/nearest.h"
-#include "model/tables/output_table.h"
+#include "model/data/output_table.h"
+#include "model/language/nearest.h"
 #include "output/csv_reader.h"
 #include <string.h>
 

@@ -2,8 +2,8 @@
 #include "output/result_table.h"
 #include "base/file.h"
 #include "base/memory.h"
-#include "output/formats/named_arrays.h"
-#include "output/formats/parquet.h"
+#include "output/named_arrays.h"
+#include "output/parquet.h"
 #include "output/print.h"
 #include <math.h>
 #include <stdarg.h>

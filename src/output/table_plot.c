@@ -2,7 +2,7 @@
 /* Columns of a table as curves, or as points where its rows are apart or the column is one of points: a plot for each
  * unit and look, one below the other over the same horizontal axis. */
 #include "base/memory.h"
-#include "output/formats/picture_file.h"
+#include "output/picture_file.h"
 #include "output/plot.h"
 #include "output/result_table.h"
 #include <kempe/table.h>

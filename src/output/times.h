@@ -2,7 +2,7 @@
 /* The times at which a run delivers rows. */
 #pragma once
 
-#include "model/tables/run_settings.h"
+#include "model/data/run_settings.h"
 #include "output/reference.h"
 
 typedef struct kmp_times {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "output/verdict.h"
 #include "base/memory.h"
-#include "constraints/closing/charts.h"
+#include "constraints/evaluation/charts.h"
 #include <math.h>
 #include <string.h>
 

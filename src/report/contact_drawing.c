@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "report/contact_drawing.h"
 #include "base/memory.h"
-#include "model/compliant/compliant.h"
+#include "model/read/compliant.h"
 #include "studies/simulate/observed.h"
 #include "studies/simulate/trajectory.h"
 #include <math.h>
@@ -26,7 +26,7 @@ bool kmp_contact_drawing_has_paths(const kempe_model *model)
 
 /* -- paths --------------------------------------------------------------------------------------------- */
 
-static int column_of(const kmp_observed *observed, const char *name, const char *component)
+static int column_of(const kmp_output_program *observed, const char *name, const char *component)
 {
     kmp_text wanted = {0};
     int found = -1;
@@ -38,13 +38,13 @@ static int column_of(const kmp_observed *observed, const char *name, const char 
     return found;
 }
 
-static bool fill_path(kmp_observed *observed, const char *name, const kmp_samples *rows, double *x, double *y)
+static bool fill_path(kmp_output_program *observed, const char *name, const kmp_samples *rows, double *x, double *y)
 {
     int at[2] = {column_of(observed, name, "x"), column_of(observed, name, "y")};
     double *values = KMP_NEW(double, observed->columns.count);
     bool ok = values && at[0] >= 0 && at[1] >= 0;
     for (int row = 0; ok && row < rows->rows; row++) {
-        kmp_observed_fill(observed, rows, row, values);
+        kmp_output_program_fill(observed, rows, row, values);
         x[row] = values[at[0]];
         y[row] = values[at[1]];
     }
@@ -59,10 +59,10 @@ static void put_path(kmp_json *json, const kempe_system *system, const kmp_force
     if (!isfinite(clearance))
         return;
     double *x = KMP_NEW(double, 2 * rows->rows + 1);
-    kmp_observed observed = {0};
+    kmp_output_program observed = {0};
     kmp_text word = {0};
     kmp_text_printf(&word, "force(%s)", force->name);
-    bool ok = x && word.s && kmp_observed_init(&observed, system, word.s, 0, NULL) == KEMPE_OK &&
+    bool ok = x && word.s && kmp_output_program_init(&observed, system, word.s, 0, NULL) == KEMPE_OK &&
               fill_path(&observed, force->name, rows, x, x + rows->rows);
     json->text->failed = json->text->failed || !ok;
     if (ok) {
@@ -70,7 +70,7 @@ static void put_path(kmp_json *json, const kempe_system *system, const kmp_force
         kmp_json_floats(json, "x", (size_t)rows->rows, x);
         kmp_json_floats(json, "y", (size_t)rows->rows, x + rows->rows);
     }
-    kmp_observed_free(&observed);
+    kmp_output_program_free(&observed);
     kmp_text_free(&word);
     kmp_free(x);
 }

@@ -4,9 +4,9 @@
  * are thinned: their vertices are 16-bit integers within the box of their mesh. Rails are drawn over the range of the
  * wheels, and a little more. */
 #include "report/motion_picture.h"
-#include "model/pose.h"
-#include "model/print/model_print.h"
-#include "output/mechanism/drawing.h"
+#include "model/data/pose.h"
+#include "model/write/model_print.h"
+#include "output/drawing.h"
 #include "report/thin_mesh.h"
 #include "symbolic/table_function.h"
 #include <math.h>

@@ -2,7 +2,8 @@
 #include "report/result_page.h"
 #include "base/file.h"
 #include "base/memory.h"
-#include "model/print/model_print.h"
+#include "ensemble/statistics/statistics.h"
+#include "model/write/model_print.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include "output/series_summary.h"
@@ -10,7 +11,6 @@
 #include "report/motion_picture.h"
 #include "report/page.h"
 #include "report/vehicle_drawing.h"
-#include "studies/ensemble/statistics/statistics.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

@@ -19,7 +19,7 @@ enum { FEWEST_ROWS = 1000, PATH_ROWS = 6000, MOST_ROWS = 4000, MOST_DENSER = 100
 typedef struct maker {
     kempe_trajectory *t;
     kmp_record record, start; /* of the run; of the start where that has no row */
-    kmp_observed observed;
+    kmp_output_program observed;
     kmp_columns own; /* of the model's own outputs */
     kempe_table *table;
     kempe_comfort *comfort; /* of a vehicle; NULL: none */
@@ -111,7 +111,7 @@ static kempe_status fill_table(maker *w)
     for (int k = 0; k < kmp_model_given_inputs(model); k++)
         kmp_tabulate_column(table, model->inputs[k].unit, "input.%s", model->inputs[k].name);
     for (int row = 0; values && row < rows->rows; row++) {
-        kmp_observed_fill(&w->observed, rows, row, values);
+        kmp_output_program_fill(&w->observed, rows, row, values);
         kmp_tabulate_row(table);
         kmp_tabulate_numbers(table, columns->count, values);
         kmp_tabulate_number(table, kmp_samples_work(rows, row));
@@ -136,7 +136,7 @@ static kempe_status make(maker *w)
     const kempe_system *system = w->t->system;
     KMP_TRY(kmp_vehicle_comfort(w->t, &w->comfort));
     KMP_TRY(record_run(w));
-    KMP_TRY(kmp_observed_init(&w->observed, system, NULL, MOST_COLUMNS, NULL));
+    KMP_TRY(kmp_output_program_init(&w->observed, system, NULL, MOST_COLUMNS, NULL));
     KMP_TRY(fill_table(w));
     /* The outputs that the model requests, as far as they are few. */
     KMP_TRY(kmp_made(w->t->system->context, kmp_columns_init(&w->own, w->t->system, w->t->system->model, NULL)));
@@ -230,7 +230,7 @@ kempe_status kempe_trajectory_write_report(kempe_trajectory *trajectory, const c
         status = write_page(&w, &arena, path);
     kmp_record_free(&w.record);
     kmp_record_free(&w.start);
-    kmp_observed_free(&w.observed);
+    kmp_output_program_free(&w.observed);
     kmp_columns_free(&w.own);
     kempe_table_free(w.table);
     kempe_comfort_free(w.comfort);

@@ -1,20 +1,20 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Reports of the studies whose results are rows, states or instances: each says what its page has. */
+#include "analyses/equilibrium/balances.h"
+#include "analyses/inverse/inverse_study.h"
+#include "analyses/kinematics/position_sweep.h"
+#include "analyses/limit_cycles/limit_cycles_study.h"
+#include "analyses/response/response_study.h"
 #include "constraints/closing/assemble.h"
-#include "constraints/rounding/mend.h"
+#include "constraints/inexact/nearest_exact.h"
+#include "ensemble/batch.h"
+#include "ensemble/fit/fit_study.h"
+#include "ensemble/optimize/optimize_study.h"
+#include "ensemble/result_folder.h"
+#include "ensemble/statistics/statistics.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include "report/result_page.h"
-#include "studies/ensemble/batch.h"
-#include "studies/ensemble/result_folder.h"
-#include "studies/ensemble/statistics/statistics.h"
-#include "studies/equilibrium/balances.h"
-#include "studies/fit/fit_study.h"
-#include "studies/inverse/inverse_study.h"
-#include "studies/kinematics/position_sweep.h"
-#include "studies/limit_cycles/limit_cycles_study.h"
-#include "studies/optimize/optimize_study.h"
-#include "studies/response/response_study.h"
 #include <kempe/check.h>
 #include <kempe/compare.h>
 #include <math.h>

@@ -2,7 +2,7 @@
 /* A mesh with fewer triangles, for a picture. */
 #pragma once
 
-#include "model/shapes/mesh.h"
+#include "model/data/mesh.h"
 
 /** At most so many triangles: the mesh itself where it has no more, else one in the arena, which may be open. False: no
  * memory. */

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "report/vehicle_drawing.h"
+#include "analyses/comfort/comfort_study.h"
 #include "base/memory.h"
-#include "model/tables/output_table.h"
-#include "studies/comfort/comfort_study.h"
+#include "model/data/output_table.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 

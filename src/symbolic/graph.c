@@ -9,7 +9,7 @@
 #include "symbolic/derivative.h"
 #include "symbolic/label.h"
 #include "symbolic/rotation.h"
-#include "symbolic/rules/rules.h"
+#include "symbolic/rules.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <string.h>
@@ -372,7 +372,7 @@ kmp_ref kmp_graph_add(kmp_graph *g, kmp_ref a, kmp_ref b)
     kmp_ref r;
     bool same;
     unsigned rules = rules_of_sum(g, a, b, &same);
-    if (rules && ((rules & KMP_RULE_ZERO && kmp_zeros_add(g, a, b, &r)) ||
+    if (rules && ((rules & KMP_RULE_ZERO && kmp_sparse_tangent_add(g, a, b, &r)) ||
                   (rules & KMP_RULE_CANCEL && same && kmp_cancel_same(g, a, b, &r)) ||
                   (rules & KMP_RULE_TRIG && kmp_pythagoras(g, a, b, &r)) ||
                   (rules & KMP_RULE_CANCEL && kmp_cancel_in_sums(g, a, b, &r))))
@@ -395,7 +395,7 @@ kmp_ref kmp_graph_mul(kmp_graph *g, kmp_ref a, kmp_ref b)
     a &= ~(kmp_ref)1;
     b &= ~(kmp_ref)1;
     order(g, &a, &b);
-    if (is_number(g, a) && g->seen.rules & KMP_RULE_ZERO && kmp_zeros_mul(g, a, b, sign, &r))
+    if (is_number(g, a) && g->seen.rules & KMP_RULE_ZERO && kmp_sparse_tangent_mul(g, a, b, sign, &r))
         return r;
     bool squares = g->seen.rules & KMP_RULE_SHARE && (has_factor(g, a, b) || has_factor(g, b, a));
     if (squares && kmp_squares(g, a, b, &r)) {
@@ -411,7 +411,7 @@ kmp_ref(kmp_div)(kmp_graph *g, kmp_ref a, kmp_ref b)
     kmp_ref r, sign = (a ^ b) & 1;
     a &= ~(kmp_ref)1;
     b &= ~(kmp_ref)1;
-    if (g->seen.rules & KMP_RULE_ZERO && kmp_zeros_div(g, a, b, sign, &r))
+    if (g->seen.rules & KMP_RULE_ZERO && kmp_sparse_tangent_div(g, a, b, sign, &r))
         return r;
     if (g->seen.rules & KMP_RULE_CANCEL && a == b)
         return KMP_ONE ^ sign;

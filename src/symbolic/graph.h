@@ -7,7 +7,7 @@
 #pragma once
 
 #include "base/arena.h"
-#include "symbolic/rules/argument_order.h"
+#include "symbolic/argument_order.h"
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>

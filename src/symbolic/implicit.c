@@ -6,7 +6,7 @@
 #include "base/memory.h"
 #include "symbolic/blocks.h"
 #include "symbolic/derivative.h"
-#include "symbolic/program/live.h"
+#include "symbolic/live.h"
 #include <stdlib.h>
 #include <string.h>
 

@@ -6,8 +6,8 @@
  * Averages over places (average.h) are blocks, too: their components take the position of unknowns. */
 #pragma once
 
-#include "symbolic/program/program.h"
-#include "symbolic/sums/row_code.h"
+#include "symbolic/program.h"
+#include "symbolic/row_code.h"
 
 enum { KMP_IMPLICIT_MOST = 6 }; /* unknowns: KMP_NEWTON_MOST */
 

@@ -5,15 +5,15 @@
 #include "symbolic/graph.h"
 
 /** A quantity of many entries: the beginning of their names, and its description. Static. */
-typedef struct kmp_notion {
+typedef struct kmp_quantity_label {
     const char *stem, *meaning;
-} kmp_notion;
+} kmp_quantity_label;
 
 /** "OM12": entry 1 of the angular velocity of link 2; "FM12_3": the share of motion 3. */
 typedef struct kmp_label {
-    const kmp_notion *quantity; /* NULL: no label */
-    int entry, link, column;    /* column 0: none */
-    bool negative;              /* the node is the negative of the named value */
+    const kmp_quantity_label *quantity; /* NULL: no label */
+    int entry, link, column;            /* column 0: none */
+    bool negative;                      /* the node is the negative of the named value */
 } kmp_label;
 
 /** Keeps labels from now on; earlier ones are lost. */

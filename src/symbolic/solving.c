@@ -2,10 +2,10 @@
 /* Values of implicit blocks: Newton's method (newton.h) on a block's program, and averages. */
 #include "base/memory.h"
 #include "linalg/newton.h"
+#include "symbolic/average.h"
 #include "symbolic/implicit.h"
-#include "symbolic/program/interpreter.h"
-#include "symbolic/sums/average.h"
-#include "symbolic/sums/scan.h"
+#include "symbolic/interpreter.h"
+#include "symbolic/scan.h"
 #include <math.h>
 #include <string.h>
 

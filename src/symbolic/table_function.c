@@ -241,7 +241,8 @@ KMP_CLONES static void find(const kmp_table *t, int n, double sign, const double
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wsign-conversion" /* in macros of the header, without optimisation */
 /* The same by gathers, for registers of eight doubles. */
-KMP_FUSED_EIGHTS static void find_in_eights(const kmp_table *t, int n, double sign, const double *x, int *piece)
+KMP_REDUCED_PROGRAM_EIGHTS static void find_in_eights(const kmp_table *t, int n, double sign, const double *x,
+                                                      int *piece)
 {
     const __m512d most = _mm512_set1_pd(t->last_part), first = _mm512_set1_pd(t->x[0]), signs = _mm512_set1_pd(sign);
     const __m512d scale = _mm512_set1_pd(t->per_length);
@@ -346,7 +347,7 @@ KMP_CLONES static void look_up_all(const kmp_table *t, int derivative, int n, do
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wsign-conversion"
 /* The coefficients of eight pieces, by power: two transpositions of four, of the lanes k and of the lanes k + 4. */
-KMP_FUSED_EIGHTS static void take_eight_pieces(const kmp_table *t, const int *p, __m512d c[4])
+KMP_REDUCED_PROGRAM_EIGHTS static void take_eight_pieces(const kmp_table *t, const int *p, __m512d c[4])
 {
     __m512d row[4];
     for (int k = 0; k < 4; k++)
@@ -362,8 +363,8 @@ KMP_FUSED_EIGHTS static void take_eight_pieces(const kmp_table *t, const int *p,
 }
 
 /* look_up_both for registers of eight doubles. */
-KMP_FUSED_EIGHTS static void look_up_both_in_eights(const kmp_table *t, int n, double sign, const double *x,
-                                                    const int *piece, double *y, double *slope)
+KMP_REDUCED_PROGRAM_EIGHTS static void look_up_both_in_eights(const kmp_table *t, int n, double sign, const double *x,
+                                                              const int *piece, double *y, double *slope)
 {
     const int last = t->count - 1;
     const double first_slope = t->piece[0][1], last_slope = t->last_slope;

@@ -4,7 +4,7 @@
 #define KEMPE_TESTS_EXHAUST_H
 
 #include "base/memory.h"
-#include "dynamics/kept.h"
+#include "dynamics/program_cache.h"
 #include "full.h"
 #include "testing.h"
 #include <kempe/check.h>
@@ -116,7 +116,7 @@ static inline kempe_status write_rows(scene *s)
 static kempe_status run_anew(scene *s, stage_fn *stage, unsigned long fail_at)
 {
     if (s->system)
-        kmp_kept_clear(s->system->kept);
+        kmp_program_cache_clear(s->system->kept);
     kmp_memory_fail_at(fail_at);
     kempe_status status = stage(s);
     kmp_memory_fail_at(0);

@@ -33,10 +33,10 @@ def schema_words(node):
 
 
 def expression():
-    functions = [name + "(" for name in rows("src/model/expressions/functions.def", "KMP_FUNCTION") +
-                 rows("src/model/expressions/composites.def", "KMP_COMPOSITE")]
-    units = [" " + name for name in rows("src/model/expressions/units.def", "KMP_UNIT")]
-    measures = re.findall(r'KMP_MEASURE\(\w+, "(\w+)"', (ROOT / "src/model/expressions/measures.def").read_text())
+    functions = [name + "(" for name in rows("src/model/language/functions.def", "KMP_FUNCTION") +
+                 rows("src/model/language/composites.def", "KMP_COMPOSITE")]
+    units = [" " + name for name in rows("src/model/language/units.def", "KMP_UNIT")]
+    measures = re.findall(r'KMP_MEASURE\(\w+, "(\w+)"', (ROOT / "src/model/language/measures.def").read_text())
     return functions + units + [word + "(" for word in measures + ["rate"]] + ["one.P", "two.Q.x", ").x", "q(A)", "qd(B)", "q(J.1)", "lambda(A)", "lambda(B.2)"] + [
         "t", "pi", "L1", "if(a < ", ">=", "<=", "^-", "^2", ")^("]
 

@@ -4,7 +4,7 @@
  */
 #include "base/memory.h"
 #include "fuzz.h"
-#include "model/expressions/expression.h"
+#include "model/language/expression.h"
 
 static const char *const parameters[] = {"a", "b", "L1"};
 static const double values[] = {0.3, -2, 1.5};
@@ -37,14 +37,14 @@ static int find_closure(void *user, const char *name)
     return find(closures, 2, name);
 }
 
-static bool find_point(void *user, const char *text, const char *word, int column, kmp_spot *spot)
+static bool find_point(void *user, const char *text, const char *word, int column, kmp_measure_argument *spot)
 {
     kempe_context *context = user;
     int point = find(points, 2, text);
     if (point < 0)
         (void)kmp_complain(context, "expression", 1, column, "%s: no point '%s'", word, text);
     else
-        *spot = (kmp_spot){.point = point, .name = points[point]};
+        *spot = (kmp_measure_argument){.point = point, .name = points[point]};
     return point >= 0;
 }
 

@@ -3,9 +3,9 @@
  * right, so that what is behind them is read too. A manifest with the word `damaged` is left as it is. */
 #include "base/context.h"
 #include "base/memory.h"
+#include "ensemble/result_folder.h"
 #include "fuzz.h"
-#include "output/formats/parquet.h"
-#include "studies/ensemble/result_folder.h"
+#include "output/parquet.h"
 #include <kempe/ensemble.h>
 
 static const char mark[] = "\n#== ", hash_key[] = "  \"hash\": \"", sum_key[] = "kempe.sum";

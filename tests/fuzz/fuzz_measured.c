@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Measured motions of a pendulum, and results of a search as the start of another one: the same text as both. */
 #include "base/context.h"
+#include "ensemble/fit/bounded.h"
+#include "ensemble/fit/measured.h"
 #include "fuzz.h"
-#include "studies/fit/bounded.h"
-#include "studies/fit/measured.h"
 #include <math.h>
 
 static void read_motions(const kempe_context *context, const kempe_model *model)
@@ -22,8 +22,8 @@ static void read_start(kempe_context *context)
     static char length[] = "l", mass[] = "m";
     char *names[] = {length, mass};
     double start[2] = {0}, low[] = {-INFINITY, -INFINITY}, high[] = {INFINITY, INFINITY};
-    const kmp_bounded bounded = {2, names, low, high};
-    kempe_status status = kmp_bounded_read_start(context, "input.csv", &bounded, start);
+    const kmp_box_bounds bounded = {2, names, low, high};
+    kempe_status status = kmp_box_bounds_read_start(context, "input.csv", &bounded, start);
     fuzz_check_sentence(context, status);
     if (status == KEMPE_OK)
         fuzz_promise(isfinite(start[0]) && isfinite(start[1]), "values are finite");

@@ -4,7 +4,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "fuzz.h"
-#include "output/formats/parquet_reader.h"
+#include "output/parquet_reader.h"
 #include <kempe/ensemble.h>
 #include <math.h>
 

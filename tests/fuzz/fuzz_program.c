@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Programs as bytes: what is read is printed, written again as the same bytes, and run. */
-#include "backend/x86/machine.h"
+#include "backend/machine.h"
 #include "fuzz.h"
-#include "symbolic/program/program_bytes.h"
+#include "symbolic/program_bytes.h"
 
 enum { MOST_INPUT = 64 };
 

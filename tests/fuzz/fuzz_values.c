@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Values of instances of a four-bar. */
 #include "base/context.h"
+#include "ensemble/sampling/values.h"
 #include "fuzz.h"
-#include "studies/ensemble/sampling/values.h"
 #include <kempe/ensemble.h>
 #include <math.h>
 

@@ -3,9 +3,9 @@
 #ifndef KEMPE_TESTS_COMPILED_EQUATIONS_H
 #define KEMPE_TESTS_COMPILED_EQUATIONS_H
 
-#include "backend/x86/machine.h"
+#include "backend/machine.h"
 #include "base/memory.h"
-#include "generate/source.h"
+#include "exchange/code/source.h"
 #include "testing.h"
 #include "unit/random.h"
 #include <dlfcn.h>

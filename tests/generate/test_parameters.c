@@ -2,12 +2,12 @@
 /* ctest: slow not_sanitized 2 */
 /* Numbers kept as symbols: with other values in p the equations are those of a model that has these values, whichever
  * number of it they are of. Numbers that p does not have are reported. */
-#include "backend/x86/machine.h"
+#include "backend/machine.h"
 #include "base/memory.h"
+#include "exchange/code/source.h"
 #include "generate/models.h"
-#include "generate/source.h"
-#include "model/compliant/compliant.h"
-#include "model/tables/force_table.h"
+#include "model/data/force_table.h"
+#include "model/read/compliant.h"
 #include "testing.h"
 #include "unit/random.h"
 #include <kempe/generate.h>

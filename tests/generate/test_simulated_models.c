@@ -5,7 +5,7 @@
 #include "full.h"
 #include "generate/compiled_equations.h"
 #include "generate/models.h"
-#include "model/variant.h"
+#include "model/data/variant.h"
 #include "sanitized.h"
 #include <kempe/settings.h>
 #include <kempe/stepper.h>

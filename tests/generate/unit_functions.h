@@ -3,8 +3,8 @@
 #ifndef KEMPE_TESTS_UNIT_FUNCTIONS_H
 #define KEMPE_TESTS_UNIT_FUNCTIONS_H
 
-#include "generate/runtime/kempe_fmi2.h"
-#include "generate/runtime/kempe_fmi3.h"
+#include "exchange/simulator/kempe_fmi2.h"
+#include "exchange/simulator/kempe_fmi3.h"
 
 FMI2(const char *, fmi2GetTypesPlatform, void);
 FMI2(const char *, fmi2GetVersion, void);

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "evaluated.h"
-#include "linalg/dot.h"
+#include "linalg/dense/dot.h"
 
 /* Outputs: C is the centre of mass of b, whose X, Y, Z are one length from it, and Q the point about which the moment
  * is. */

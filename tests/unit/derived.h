@@ -3,11 +3,11 @@
 #ifndef KEMPE_TESTS_DERIVED_H
 #define KEMPE_TESTS_DERIVED_H
 
-#include "backend/x86/machine.h"
+#include "backend/machine.h"
 #include "base/memory.h"
 #include "dynamics/equations.h"
 #include "random.h"
-#include "symbolic/program/program.h"
+#include "symbolic/program.h"
 #include <string.h>
 
 enum { STATE_MAX = 128, DERIVED_SETS = 25 };

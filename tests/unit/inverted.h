@@ -3,9 +3,9 @@
 #ifndef KEMPE_TESTS_INVERTED_H
 #define KEMPE_TESTS_INVERTED_H
 
+#include "analyses/inverse/inverse_study.h"
 #include "dynamics/system.h"
 #include "loaded.h"
-#include "studies/inverse/inverse_study.h"
 #include "testing.h"
 #include <kempe/extend.h>
 #include <kempe/inverse.h>

@@ -5,7 +5,7 @@
 
 #include "base/text.h"
 #include "constraints/evaluation/evaluator.h"
-#include "model/model.h"
+#include "model/data/model.h"
 #include "studies/simulate/columns.h"
 #include "testing.h"
 #include <kempe/kempe.h>
@@ -42,12 +42,12 @@ static inline bool joint_kind_at(int k, joint_kind *kind)
 {
     static const joint_kind joints[] = {
 #define KMP_JOINT(name, chain) {#name, chain, NULL, 0},
-#include "model/tables/joints.def"
+#include "model/data/joints.def"
 #undef KMP_JOINT
     };
     static const joint_kind cuts[] = {
 #define KMP_CUT(joint, closure, rows, axes) {#joint, NULL, #closure, rows},
-#include "model/tables/cuts.def"
+#include "model/data/cuts.def"
 #undef KMP_CUT
     };
     if (k >= (int)(sizeof joints / sizeof *joints))

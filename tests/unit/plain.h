@@ -4,7 +4,7 @@
 #pragma once
 
 #include "base/memory.h"
-#include "symbolic/program/contraction.h"
+#include "symbolic/contraction.h"
 #include <math.h>
 #include <string.h>
 

@@ -6,7 +6,7 @@
 
 #include "base/memory.h"
 #include "base/text.h"
-#include "model/model.h"
+#include "model/data/model.h"
 #include "random_text.h"
 #include <math.h>
 
@@ -88,7 +88,7 @@ static inline void put_loops(kmp_text *text, const kempe_model *model, uint64_t 
         const char *name, *needs;
     } kinds[] = {
 #define KMP_CLOSURE(name, needs) {#name, #needs},
-#include "model/closure_kinds.def"
+#include "model/data/closure_kinds.def"
 #undef KMP_CLOSURE
     };
     kmp_text_put(text, "loops:\n");

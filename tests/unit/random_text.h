@@ -91,7 +91,7 @@ static inline void put_named_joint(kmp_text *text, int body)
         const char *name, *chain;
     } kinds[] = {
 #define KMP_JOINT(name, chain) {#name, chain},
-#include "model/tables/joints.def"
+#include "model/data/joints.def"
 #undef KMP_JOINT
     };
     size_t kind;

@@ -3,7 +3,7 @@
 #ifndef KEMPE_TESTS_READ_AGAIN_H
 #define KEMPE_TESTS_READ_AGAIN_H
 
-#include "symbolic/program/program_bytes.h"
+#include "symbolic/program_bytes.h"
 #include "testing.h"
 
 static inline kmp_program *read_again(const kmp_program *p)

@@ -3,12 +3,12 @@
 #ifndef KEMPE_TESTS_SECTIONS_H
 #define KEMPE_TESTS_SECTIONS_H
 
-#include "backend/x86/machine.h"
-#include "model/model.h"
+#include "backend/machine.h"
+#include "model/data/model.h"
+#include "rail/wheel/track.h"
 #include "symbolic/derivative.h"
 #include "symbolic/table_function.h"
 #include "testing.h"
-#include "wheel/track.h"
 
 enum { ALONG = 0, ORIGIN = 1, AXES = 4, OUTWARDS = 13, UPWARDS = 15, VALUES = 17 };
 

@@ -3,7 +3,7 @@
 #ifndef KEMPE_TESTS_SIMULATED_MECHANISMS_H
 #define KEMPE_TESTS_SIMULATED_MECHANISMS_H
 
-#include "generate/runtime/kempe_simulator.h"
+#include "exchange/simulator/kempe_simulator.h"
 #include "symbolic/graph.h"
 #include <math.h>
 #include <stddef.h>

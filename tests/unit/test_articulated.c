@@ -3,7 +3,7 @@
 /* Runs by articulated bodies against runs by M and C: the same rows on every formulation that can go by either, on
  * trees and with loops, with what happens on the way: exchanges, redundant rows, change points, events, charts, forces
  * of a program. The choice between the two, and refusals. */
-#include "backend/x86/machine.h"
+#include "backend/machine.h"
 #include "base/memory.h"
 #include "base/text.h"
 #include "constraints/evaluation/evaluator.h"

@@ -3,8 +3,8 @@
  * far, against plane geometry. */
 #include "base/memory.h"
 #include "constraints/closing/assemble.h"
-#include "constraints/closing/charts.h"
 #include "constraints/closing/rotation_vectors.h"
+#include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
 #include "loaded.h"

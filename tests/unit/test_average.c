@@ -4,13 +4,13 @@
  * the graph itself gives, up to rounding. Random expressions have the same bits with machine code and without. A block
  * of the same expressions is made once. */
 #include "backend/layout.h"
-#include "backend/x86/machine.h"
+#include "backend/machine.h"
 #include "base/memory.h"
 #include "random.h"
 #include "read_again.h"
+#include "symbolic/average.h"
 #include "symbolic/derivative.h"
 #include "symbolic/implicit.h"
-#include "symbolic/sums/average.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 

@@ -6,7 +6,7 @@
 #include "loaded.h"
 #include "random.h"
 #include "symbolic/implicit.h"
-#include "symbolic/program/interpreter.h"
+#include "symbolic/interpreter.h"
 #include <math.h>
 
 static const char *const text =

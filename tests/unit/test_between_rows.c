@@ -4,7 +4,7 @@
 #include "api/sampled.h"
 #include "four_bar_text.h"
 #include "loaded.h"
-#include "model/tables/output_table.h"
+#include "model/data/output_table.h"
 #include <kempe/output_handles.h>
 #include <kempe/table.h>
 #include <stdlib.h>

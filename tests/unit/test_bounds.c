@@ -3,7 +3,7 @@
  * expressions with all functions and of tables; where nothing moves they are the values themselves; and they close in
  * as the piece becomes short, the values with it and the width of them with its square beside the rates. */
 #include "backend/bounds.h"
-#include "backend/x86/machine.h"
+#include "backend/machine.h"
 #include "random.h"
 #include "random_graph.h"
 #include "symbolic/table_function.h"

@@ -2,13 +2,13 @@
 /* Bushings between points of random mechanisms: what they add to the equations against their potential and their rates,
  * written down once more with rotation matrices and the angle of a rotation; a mass that hangs on one; three springs;
  * both bodies changed for each other; energy. */
+#include "analyses/equilibrium/equilibrium_study.h"
 #include "constraints/closing/assemble.h"
 #include "derived.h"
 #include "distance.h"
 #include "loaded.h"
-#include "model/tables/output_table.h"
+#include "model/data/output_table.h"
 #include "random_model.h"
-#include "studies/equilibrium/equilibrium_study.h"
 #include "studies/simulate/trajectory.h"
 #include "testing.h"
 #include <kempe/check.h>

@@ -2,11 +2,11 @@
 /* Digests, programs as bytes, and systems from a cache. Damaged files and several processes:
  * tests/cache_folders.py. */
 #include "base/cache/digest.h"
-#include "dynamics/kept.h"
+#include "dynamics/program_cache.h"
 #include "dynamics/system_record.h"
 #include "loaded.h"
-#include "model/variant.h"
-#include "symbolic/program/program_bytes.h"
+#include "model/data/variant.h"
+#include "symbolic/program_bytes.h"
 #include "takes_bodies.h"
 #include <dirent.h>
 #include <kempe/cache.h>

@@ -4,8 +4,8 @@
  * closed form, the same motion in angles that never become singular, loops cut elsewhere. */
 #include "base/text.h"
 #include "constraints/closing/assembly_modes.h"
-#include "constraints/closing/charts.h"
 #include "constraints/diagnosis/diagnosis.h"
+#include "constraints/evaluation/charts.h"
 #include "loaded.h"
 #include "studies/simulate/trajectory.h"
 #include "testing.h"

@@ -4,7 +4,7 @@
  * others it is radau where its stages have lanes; the reasons of another choice. */
 #include "backend/x86/x86.h"
 #include "base/memory.h"
-#include "integrators/formulations/cycles.h"
+#include "integrators/formulations/cost_model.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include <math.h>

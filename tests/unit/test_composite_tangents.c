@@ -87,11 +87,11 @@ static bool derive(derived *d, const kempe_model *model, choice *c, kmp_tangent_
     memcpy(savings.give, c->give, n);
     memcpy(savings.lump, c->lump, n);
     savings.by_q = savings.by_qd = way;
-    const kmp_scene scene = {.sets = SETS,
-                             .savings = &savings,
-                             .keep = number % 2 ? KMP_KEEP_PARAMETERS : KMP_KEEP_NOTHING,
-                             .body_inputs = number % 4 < 2,
-                             .charted = number % 5 < 3};
+    const kmp_derivation_request scene = {.sets = SETS,
+                                          .savings = &savings,
+                                          .keep = number % 2 ? KMP_KEEP_PARAMETERS : KMP_KEEP_NOTHING,
+                                          .body_inputs = number % 4 < 2,
+                                          .charted = number % 5 < 3};
     *d = (derived){0};
     kempe_status status = kmp_equations_derive_once(&d->eq, model, &scene);
     kmp_savings_free(&savings);
@@ -303,7 +303,7 @@ static void check_formulation(int number, const kempe_system *system, int *compo
     kmp_tangents t;
     derived d = {0};
     inputs in;
-    const kmp_scene scene = {.sets = SETS, .charted = true, .tangents = KMP_TANGENT_FORWARD};
+    const kmp_derivation_request scene = {.sets = SETS, .charted = true, .tangents = KMP_TANGENT_FORWARD};
     CHECK(kmp_equations_derive_once(&d.eq, system->model, &scene) == KEMPE_OK);
     derived_finish(&d);
     CHECK(kmp_tangents_init(&t, system, kmp_backend_find("tape"), 1u << KMP_VALUE_R) == KEMPE_OK);

@@ -13,7 +13,7 @@
 static kmp_equations derive(const loaded *s, kmp_events *events)
 {
     kmp_equations eq;
-    const kmp_scene scene = {.sets = KMP_SET_BIAS, .events = events};
+    const kmp_derivation_request scene = {.sets = KMP_SET_BIAS, .events = events};
     CHECK(kmp_equations_derive(&eq, s->model, &scene) == KEMPE_OK);
     return eq;
 }

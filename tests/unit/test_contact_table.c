@@ -3,9 +3,9 @@
 /* Tables of contacts: the places against averages over the surfaces in space, the normal force against Hertz at the
  * depth that is found so, and what is told of words that are wrong. */
 #include "loaded.h"
-#include "model/model.h"
+#include "model/data/model.h"
+#include "rail/wheel_contact/contact_sweep.h"
 #include "refused_contacts.h"
-#include "studies/wheel_contact/contact_sweep.h"
 #include "symbolic/table_function.h"
 #include <kempe/contact.h>
 #include <kempe/vehicle.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Products that are computed with the sum that reads them: which ones they are, and that the result is rounded once on
  * both back ends, if the program contracts. */
-#include "backend/x86/machine.h"
+#include "backend/machine.h"
 #include "plain.h"
 #include "symbolic/graph.h"
 #include "testing.h"

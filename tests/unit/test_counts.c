@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Counting operations: signs, numbers kept as symbols, the steps of a vectorised program, forces and torques on bodies
  * as inputs. */
-#include "backend/x86/machine.h"
+#include "backend/machine.h"
 #include "base/memory.h"
-#include "generate/sets.h"
-#include "symbolic/program/steps.h"
+#include "exchange/code/sets.h"
+#include "symbolic/steps.h"
 #include "testing.h"
 
 static kempe_context *context;
@@ -71,7 +71,7 @@ static const char pendulum[] = "kempe: 1\nparameters: {l: 0.5}\ngravity: [0, -9.
 static kmp_tally tally(const char *text, unsigned sets, kmp_keep keep)
 {
     kempe_model *model = model_of(text);
-    const kmp_scene scene = {.keep = keep};
+    const kmp_derivation_request scene = {.keep = keep};
     kmp_tally t = {0};
     CHECK(model && kmp_tally_sets(model, &scene, sets, &t) == KEMPE_OK);
     kempe_model_free(model);
@@ -108,7 +108,7 @@ static void forces_and_torques(void)
                                   "  a: {joint: {revolute: z, at: ground}, points: {P: [0.7, 0, 0]}}\n"
                                   "  w: {joint: {weld: yes, at: a}}\n"
                                   "  b: {joint: {revolute: -z, at: a.P}, com: [0.3, 0.1, 0]}\n");
-    const kmp_scene scene = {.sets = kmp_sets_derive(1u << KMP_EQ_C), .body_inputs = true};
+    const kmp_derivation_request scene = {.sets = kmp_sets_derive(1u << KMP_EQ_C), .body_inputs = true};
     const double q[2] = {0.4, -0.9}, rest[2] = {0}, force[9] = {0, 0, 0, 0, 0, 0, 3, 5, 7}, torque[9] = {[8] = 11};
     kmp_equations eq;
     if (!model || kmp_equations_derive(&eq, model, &scene) != KEMPE_OK) {

@@ -190,7 +190,7 @@ static void a_parallelogram_flat_and_upright(void)
     CHECK(p.check->part.p == 1 && d->set_count == 0 && d->second == KMP_SECOND_UNTRIED);
     int change_points = 0;
     for (int k = 0; k < d->limits.landmark_count; k++) {
-        const kmp_landmark *mark = &d->limits.landmark[k];
+        const kmp_limit_position *mark = &d->limits.landmark[k];
         if (mark->coordinate >= 0)
             continue;
         change_points++;
@@ -223,7 +223,7 @@ static double cosine_law(double one, double two, double opposite)
 
 static void swings(const kmp_diagnosis *d, int k, double low, double high)
 {
-    const kmp_swing *s = &d->limits.swing[k];
+    const kmp_coordinate_range *s = &d->limits.swing[k];
     CHECK(d->limits.walked && s->moves && s->turns == 0 && s->low_dead && s->high_dead);
     CHECK_NEAR(s->low, low, 1e-10);
     CHECK_NEAR(s->high, high, 1e-10);
@@ -319,7 +319,7 @@ static void look_at_landmarks(const patient *p, int *dead_centres)
     kmp_walk *w = kmp_walk_new(p->system);
     int n = p->system->n, m = p->system->m;
     for (int i = 0; i < d->limits.landmark_count; i++) {
-        const kmp_landmark *mark = &d->limits.landmark[i];
+        const kmp_limit_position *mark = &d->limits.landmark[i];
         kmp_walk_evaluate(w, mark->q);
         for (int r = 0; r < m; r++)
             CHECK(fabs(w->h[r]) < 1e-10);
@@ -383,7 +383,7 @@ static void grashof(const double side[4], bool turns[3])
 }
 
 /* Both bounds of a bar are where the two others are in line, stretched or folded. */
-static void bounds_by_cosine_law(const kmp_swing *swing, double own, double ground, double two, double three,
+static void bounds_by_cosine_law(const kmp_coordinate_range *swing, double own, double ground, double two, double three,
                                  bool rocker)
 {
     const double bound[2] = {swing->low, swing->high};
@@ -406,7 +406,7 @@ static void random_four_bars_obey_grashof(void)
         snprintf(start, sizeof start, "q: {A: %.17g, B: %.17g, D: %.17g}, hold: [A]", qa, qb, atan2(y, x));
         patient p = admit_text(four_bar(side[0], side[1], side[2], side[3], one_loop, start), KEMPE_OK);
         const kmp_limits *l = &p.check->diagnosis.limits;
-        bool turns[3], marked = l->landmark_count == KMP_MOST_LANDMARKS;
+        bool turns[3], marked = l->landmark_count == KMP_MOST_LIMIT_POSITIONS;
         for (int k = 0; k < l->landmark_count; k++)
             marked = marked || l->landmark[k].coordinate < 0;
         grashof(side, turns);

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tangents number by number against derived ones: of random mechanisms, of every function of the language, of loops
  * with functions of time; and that few evaluations and many give the same. */
+#include "analyses/derivatives/linearized.h"
 #include "base/text.h"
-#include "derivatives/linearized.h"
 #include "integrators/formulations/tangent.h"
 #include "loaded.h"
 #include "random_model.h"

@@ -6,7 +6,7 @@
 #include "base/memory.h"
 #include "linalg/dense/dense.h"
 #include "loaded.h"
-#include "model/model.h"
+#include "model/data/model.h"
 #include "random.h"
 #include "varied_models.h"
 #include <kempe/settings.h>
@@ -174,7 +174,7 @@ static void test_measures(void)
     int u[] = {1, 3}, v[] = {0, 2, 4};
     double h[R * W], dv[R * W], b[R * P * W], weights[(2 * P + R) * W], scale[N * W], per_scale[N * W];
     double per_row_scale[R * W];
-    const kmp_pool pool = {.part = {.p = P, .r = R, .m = R, .n = N, .u = u, .v = v}, .layout = {.pivots = R}};
+    const kmp_lane_group pool = {.part = {.p = P, .r = R, .m = R, .n = N, .u = u, .v = v}, .layout = {.pivots = R}};
     random_seed(9);
     for (size_t width = 1; width <= W; width++) {
         const kmp_engine e = {

@@ -421,7 +421,7 @@ static void test_closures(void)
     for_all_models(closures);
     for_all_models(wrenches);
 #define KMP_CLOSURE(name, needs) CHECK(strstr(met, #name));
-#include "model/closure_kinds.def"
+#include "model/data/closure_kinds.def"
 #undef KMP_CLOSURE
 }
 

@@ -2,11 +2,11 @@
 /* Equilibria against closed forms and against scalar equations solved beside them: a hanging mass, pendulums from rough
  * guesses, the double four-bar's potential, the governor's heights; how fast the end converges; loads that only the
  * multipliers' stiffness tells to fall; unknowns exchanged; what is said where there is none. */
-#include "backend/x86/machine.h"
+#include "analyses/equilibrium/balances.h"
+#include "analyses/equilibrium/operating.h"
+#include "backend/machine.h"
 #include "constraints/evaluation/evaluator.h"
 #include "loaded.h"
-#include "studies/equilibrium/balances.h"
-#include "studies/equilibrium/operating.h"
 #include <complex.h>
 #include <kempe/equilibrium.h>
 #include <kempe/settings.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Expressions: values, precedence, complaints with their columns, and text that reads back. */
-#include "model/expressions/expression.h"
+#include "model/language/expression.h"
 #include "testing.h"
 #include <string.h>
 

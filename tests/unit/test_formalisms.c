@@ -8,7 +8,7 @@
 #include "bench/plain_articulated.h"
 #include "derived.h"
 #include "distance.h"
-#include "dynamics/forces.h"
+#include "dynamics/forces/forces.h"
 #include "random_model.h"
 #include "testing.h"
 #include <kempe/settings.h>
@@ -184,7 +184,7 @@ static bool check_numeric(int number, const kempe_model *model)
     derived d = {0};
     numeric p;
     numeric_classical plain;
-    kmp_scene scene = {.sets = MOTION, .loops_alone = true};
+    kmp_derivation_request scene = {.sets = MOTION, .loops_alone = true};
     bare.force_count = 0;
     if (kmp_equations_derive(&d.eq, &bare, &scene) != KEMPE_OK)
         return false;
@@ -328,7 +328,7 @@ static void check_ways(int number, const kempe_model *model)
     CHECK(kmp_savings_init(&savings, model));
     pick_ways(&savings, model);
     const bool keep = number % 2;
-    kmp_scene scene = {
+    kmp_derivation_request scene = {
         .sets = SETS, .keep = keep ? KMP_KEEP_PARAMETERS : KMP_KEEP_NOTHING, .savings = &savings, .returns = true};
     scene.scheme = number % 3 ? KMP_SCHEME_COMPOSITE : KMP_SCHEME_NER;
     derived other = {0}, plain;
@@ -365,7 +365,8 @@ static void check_ways(int number, const kempe_model *model)
 }
 
 /* Forces and torques on bodies act at centres of mass, wherever the origins are. */
-static void bias_of(const kempe_model *model, const kmp_scene *scene, const state *s, const double *input, double *bias)
+static void bias_of(const kempe_model *model, const kmp_derivation_request *scene, const state *s, const double *input,
+                    double *bias)
 {
     kmp_equations eq;
     CHECK(kmp_equations_derive_once(&eq, model, scene) == KEMPE_OK);
@@ -391,7 +392,7 @@ static void inputs_agree(void)
         random_model r = model_number(number);
         kmp_savings savings = {0};
         CHECK(r.model && kmp_savings_init(&savings, r.model));
-        kmp_scene scene = {.sets = KMP_SET_BIAS, .body_inputs = true, .savings = &savings};
+        kmp_derivation_request scene = {.sets = KMP_SET_BIAS, .body_inputs = true, .savings = &savings};
         state s = random_state_vectors();
         for (int k = 0; k < 3 * STATE_MAX + 1; k++)
             input[k] = between(-5, 5);
@@ -417,7 +418,7 @@ static void ways_agree(void)
 /* Operations of M and C together, numbers kept; those at run time alone. */
 static long count_of(const kempe_model *model, const kmp_savings *savings, kmp_savings *found)
 {
-    kmp_scene scene = {.sets = KMP_SET_MASS | KMP_SET_BIAS, .keep = KMP_KEEP_NUMBERS, .savings = savings};
+    kmp_derivation_request scene = {.sets = KMP_SET_MASS | KMP_SET_BIAS, .keep = KMP_KEEP_NUMBERS, .savings = savings};
     kmp_equations eq;
     CHECK(kmp_equations_derive(&eq, model, &scene) == KEMPE_OK);
     const int sizes[2] = {eq.n * eq.n, eq.n};
@@ -482,7 +483,8 @@ static void parallel_axes_stay(void)
     kmp_savings plain = {0}, found = {0};
     CHECK(model && kmp_savings_init(&plain, model) && kmp_savings_init(&found, model));
     for (int k = 0; model && k < 3; k++) { /* turning axes, what is found, and that beside turning axes */
-        kmp_scene scene = {.sets = KMP_SET_MASS | KMP_SET_BIAS, .savings = k == 1 ? NULL : &plain, .returns = k == 2};
+        kmp_derivation_request scene = {
+            .sets = KMP_SET_MASS | KMP_SET_BIAS, .savings = k == 1 ? NULL : &plain, .returns = k == 2};
         kmp_equations eq;
         CHECK(kmp_equations_derive(&eq, model, &scene) == KEMPE_OK);
         scene.savings = &found;
@@ -584,7 +586,7 @@ static void operations_grow_linearly(void)
 
 static long acceleration_operations(const kempe_model *model, const kmp_savings *first, kmp_savings *taken)
 {
-    const kmp_scene scene = {.sets = KMP_SET_ACCELERATION, .efforts = true, .first = first};
+    const kmp_derivation_request scene = {.sets = KMP_SET_ACCELERATION, .efforts = true, .first = first};
     kmp_equations eq;
     CHECK(kmp_equations_derive(&eq, model, &scene) == KEMPE_OK);
     const kmp_ref *const group = eq.free_qdd;
@@ -604,7 +606,7 @@ static void a_second_set_takes_the_variants_of_the_first(void)
     kempe_model *model = chain(context, 50);
     kmp_savings found = {0}, taken = {0}, none = {0};
     kmp_equations eq;
-    const kmp_scene scene = {.sets = KMP_SET_MASS | KMP_SET_BIAS, .found = &found};
+    const kmp_derivation_request scene = {.sets = KMP_SET_MASS | KMP_SET_BIAS, .found = &found};
     CHECK(kmp_savings_init(&taken, model) && kmp_savings_init(&none, model));
     CHECK(kmp_equations_derive(&eq, model, &scene) == KEMPE_OK);
     CHECK(found.patterns & 1 && kmp_savings_same(&found, &eq.savings, model));

@@ -2,9 +2,9 @@
 /* The reduced right-hand side as one program against the same by parts, on the examples: at the start, and at states
  * along the motion for which the order of elimination was not chosen. */
 #include "base/memory.h"
+#include "constraints/programs/reduced_program.h"
+#include "constraints/programs/reduced_program_inside.h"
 #include "constraints/tolerances.h"
-#include "constraints/written/fused.h"
-#include "constraints/written/fused_inside.h"
 #include "random.h"
 #include "states.h"
 #include "testing.h"
@@ -44,11 +44,11 @@ static void put_state(const kmp_partition *part, const double *q, const double *
 }
 
 /* Values at the end of a step, compared with the evaluator and the reduction at their states. */
-static double difference_at_end(kmp_fused *fused, kmp_reduction *red)
+static double difference_at_end(kmp_reduced_program *fused, kmp_reduction *red)
 {
     const kmp_evaluator *eval = red->eval;
     const kempe_system *s = eval->system;
-    kmp_fused_end end = kmp_fused_at_end(fused);
+    kmp_reduced_program_end end = kmp_reduced_program_at_end(fused);
     double worst = 0, closed = kmp_eval_residual(eval);
     for (int k = 0; k < s->m; k++)
         worst = check_max(worst, fabs(end.h[k] - eval->h[k]) / s->row_scale[k]);
@@ -70,7 +70,7 @@ static double difference_at_end(kmp_fused *fused, kmp_reduction *red)
 }
 
 /* The largest difference of qd and udd, and of what the end of a step is told, each beside its own largest number. */
-static double difference(kmp_fused *fused, kmp_reduction *red, double t, const double *q, const double *all)
+static double difference(kmp_reduced_program *fused, kmp_reduction *red, double t, const double *q, const double *all)
 {
     int n = red->n, p = red->p;
     double *ud = KMP_NEW(double, 4 * n + 3 * p), *qd = ud + n, *udd = qd + n, *y = udd + p, *dy = y + n + p;
@@ -85,7 +85,7 @@ static double difference(kmp_fused *fused, kmp_reduction *red, double t, const d
     kmp_eval_bias(red->eval, qd);
     CHECK(kmp_reduction_accelerate(red, udd) == 0);
     put_state(red->part, q, all, y);
-    CHECK(kmp_fused_run(fused, t, y, dy));
+    CHECK(kmp_reduced_program_run(fused, t, y, dy));
     for (int k = 0; k < p; k++)
         size = check_max(size, fabs(udd[k]));
     for (int i = 0; i < n; i++)
@@ -99,7 +99,7 @@ static double difference(kmp_fused *fused, kmp_reduction *red, double t, const d
         worst = check_max(worst, fabs(qd[red->part->v[i]] - dy[2 * p + i]) / rates);
     if (red->eval->system->dissipative) {
         double power = kmp_eval_power(red->eval, t, q, qd);
-        worst = check_max(worst, fabs(kmp_fused_power(fused) - power) / check_max(fabs(power), size));
+        worst = check_max(worst, fabs(kmp_reduced_program_power(fused) - power) / check_max(fabs(power), size));
     }
     worst = check_max(worst, difference_at_end(fused, red));
     kmp_free(ud);
@@ -109,23 +109,23 @@ static double difference(kmp_fused *fused, kmp_reduction *red, double t, const d
 /* Predicted v, off by `off` scales, is corrected, and the rest is evaluated at the corrected v, whose sines and cosines
  * are turned: beside the program without corrections there. Returns the largest difference, relative to the largest
  * number. */
-static double difference_closing(kmp_fused *closing, kmp_fused *plain, const kmp_reduction *red, double t, double *y,
-                                 double off)
+static double difference_closing(kmp_reduced_program *closing, kmp_reduced_program *plain, const kmp_reduction *red,
+                                 double t, double *y, double off)
 {
     int p = red->p, r = red->r, size = 2 * p + r;
     double *dy = KMP_NEW(double, 2 * size), *beside = dy + size, most = 1e-300;
     for (int i = 0; i < r; i++)
         y[2 * p + i] += off * cos(1 + i) * red->eval->system->scale[red->part->v[i]];
-    kmp_written_correction c = kmp_fused_close(closing, t, y);
-    CHECK(kmp_fused_finish(closing, t, y, dy));
+    kmp_writer_correction c = kmp_reduced_program_close(closing, t, y);
+    CHECK(kmp_reduced_program_finish(closing, t, y, dy));
     CHECK(c.turn <= KMP_TURN_SMALL);
     for (int i = 0; i < r; i++)
         y[2 * p + i] += c.dv[i];
-    CHECK(kmp_fused_run(plain, t, y, beside));
+    CHECK(kmp_reduced_program_run(plain, t, y, beside));
     for (int i = 0; i < size; i++)
         most = check_max(most, fabs(beside[i]));
     double worst = 0;
-    const double *left = kmp_fused_left(closing), *open = kmp_fused_at_end(plain).dv;
+    const double *left = kmp_reduced_program_left(closing), *open = kmp_reduced_program_at_end(plain).dv;
     for (int i = 0; i < size; i++)
         worst = check_max(worst, fabs(dy[i] - beside[i]) / most);
     for (int i = 0; i < r; i++) /* both are almost zero */
@@ -134,13 +134,14 @@ static double difference_closing(kmp_fused *closing, kmp_fused *plain, const kmp
     return worst;
 }
 
-static void closed_along_the_motion(kmp_fused *plain, const kmp_reduction *red, const states *at, const char *name)
+static void closed_along_the_motion(kmp_reduced_program *plain, const kmp_reduction *red, const states *at,
+                                    const char *name)
 {
     static const double offs[] = {0, 1e-9, 1e-5, 2e-4};
-    kmp_fused *closing = NULL;
+    kmp_reduced_program *closing = NULL;
     const double bound = (100 + 10 * red->r) * DBL_EPSILON; /* rounding adds up along a chain of loops */
     double *y = KMP_NEW(double, 2 * red->n), worst = 0;
-    CHECK(kmp_fused_new(&closing, red, true) == KEMPE_OK);
+    CHECK(kmp_reduced_program_new(&closing, red, true) == KEMPE_OK);
     for (int k = 0; closing && k < at->count; k++)
         for (size_t o = 0; o < sizeof offs / sizeof *offs; o++) {
             put_state(red->part, at->q + k * at->n, at->qd + k * at->n, y);
@@ -149,21 +150,21 @@ static void closed_along_the_motion(kmp_fused *plain, const kmp_reduction *red, 
     CHECK(closing && worst < bound);
     if (!(worst < bound))
         printf("  %s: %g by the closing program\n", name, worst);
-    kmp_fused_free(closing);
+    kmp_reduced_program_free(closing);
     kmp_free(y);
 }
 
-static bool is_good(kmp_fused *fused, const kmp_reduction *red, double t, const double *q)
+static bool is_good(kmp_reduced_program *fused, const kmp_reduction *red, double t, const double *q)
 {
     double *y = KMP_NEW(double, 2 * red->n);
     put_state(red->part, q, q, y);
-    bool good = kmp_fused_is_good(fused, t, y);
+    bool good = kmp_reduced_program_is_good(fused, t, y);
     kmp_free(y);
     return good;
 }
 
 /* At coordinates that close nothing the order of elimination may be bad: it is either good, or said not to be. */
-static void far_away(kmp_fused *fused, kmp_reduction *red, const char *name)
+static void far_away(kmp_reduced_program *fused, kmp_reduction *red, const char *name)
 {
     double *q = KMP_NEW(double, 2 * red->n), worst = 0;
     random_seed(3);
@@ -187,13 +188,13 @@ static void along_the_motion(const kempe_system *system, const states *at, const
     kmp_evaluator *eval = kmp_eval_new(system, "native");
     kmp_partition part;
     kmp_reduction red;
-    kmp_fused *fused = NULL;
+    kmp_reduced_program *fused = NULL;
     double worst = 0;
     int bad = 0;
     kmp_eval_closure(eval, 0, at->q);
     CHECK(kmp_partition_init(&part, system, eval->jacobian, NULL, 0) == KEMPE_OK);
     CHECK(kmp_reduction_init(&red, eval, &part) == KEMPE_OK && kmp_reduction_factor(&red) == 0);
-    CHECK(kmp_fused_new(&fused, &red, false) == KEMPE_OK);
+    CHECK(kmp_reduced_program_new(&fused, &red, false) == KEMPE_OK);
     for (int k = 0; fused && k < at->count; k++) {
         double t = at->t[k], d = difference(fused, &red, t, at->q + k * at->n, at->qd + k * at->n);
         bad += !is_good(fused, &red, t, at->q + k * at->n);
@@ -202,7 +203,8 @@ static void along_the_motion(const kempe_system *system, const states *at, const
     CHECK(fused && worst < 1e-13 && bad == 0);
     if (fused) {
         kmp_counts parts = kmp_program_count(system->motion, 1, system->motion->stages - 1),
-                   one = kmp_program_count(kmp_fused_program(fused), KMP_FUSED_RATES, KMP_FUSED_ACCELERATIONS);
+                   one = kmp_program_count(kmp_reduced_program_code(fused), KMP_REDUCED_PROGRAM_RATES,
+                                           KMP_REDUCED_PROGRAM_ACCELERATIONS);
         kmp_counts algebra = kmp_reduction_count(&red);
         printf("  %-36s p %d r %d: %.1e, %ld + %ld operations, as one %ld, worn out at %d states\n", name, part.p,
                part.r, worst, parts.paper, algebra.paper, one.paper, bad);
@@ -212,7 +214,7 @@ static void along_the_motion(const kempe_system *system, const states *at, const
         closed_along_the_motion(fused, &red, at, name);
         far_away(fused, &red, name);
     }
-    kmp_fused_free(fused);
+    kmp_reduced_program_free(fused);
     kmp_reduction_free(&red);
     kmp_partition_free(&part);
     kmp_eval_free(eval);

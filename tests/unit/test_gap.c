@@ -2,11 +2,11 @@
 /* Rows of balls and rods by the shortest way: the values that differentiation gives, and fewer operations; and the
  * counting and the exchange of nodes that the choice rests on. */
 #include "dynamics/equations.h"
-#include "dynamics/forces.h"
+#include "dynamics/forces/forces.h"
 #include "random_model.h"
+#include "symbolic/cost.h"
 #include "symbolic/derivative.h"
-#include "symbolic/program/cost.h"
-#include "symbolic/program/program.h"
+#include "symbolic/program.h"
 #include "symbolic/substitute.h"
 #include "testing.h"
 

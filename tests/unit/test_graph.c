@@ -5,7 +5,7 @@
 #include "base/text.h"
 #include "random_graph.h"
 #include "symbolic/derivative.h"
-#include "symbolic/program/program.h"
+#include "symbolic/program.h"
 #include "testing.h"
 
 /* -- simplification ---------------------------------------------------------------------------------- */

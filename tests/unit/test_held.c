@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Balance of what is not held: a roller on an elastic floor, dropped from above it, against its closed form. */
+#include "analyses/equilibrium/equilibrium_study.h"
 #include "base/memory.h"
 #include "loaded.h"
-#include "studies/equilibrium/equilibrium_study.h"
 
 /* A roller that is pushed along, presses the floor by its weight and is dragged round by it against a brake: the floor
  * gives K d^1.5, and a traction of f (slip). */

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Implicit blocks: solutions, first and second derivatives against differences, the same bits from graph, tape and a
  * program that was written and read, and NaN where there is no solution. */
-#include "backend/x86/machine.h"
+#include "backend/machine.h"
 #include "base/memory.h"
 #include "read_again.h"
 #include "symbolic/derivative.h"
 #include "symbolic/implicit.h"
-#include "symbolic/program/interpreter.h"
+#include "symbolic/interpreter.h"
 #include <math.h>
 
 /* y^3 + y = p */

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Inverse dynamics: against the multipliers of drives, closed forms, the balance of power, forward dynamics there and
  * back, and the conditions of least norm solved as one dense system. */
+#include "analyses/inverse/inverse_dynamics.h"
 #include "constraints/evaluation/evaluator.h"
 #include "inverted.h"
 #include "linalg/dense/lapack.h"
-#include "studies/inverse/inverse_dynamics.h"
 #include "symbolic/table_function.h"
 #include <kempe/workspace.h>
 #include <stdio.h>

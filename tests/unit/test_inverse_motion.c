@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Inverse dynamics of motions from tables and drives: derivatives between rows, branches, coarse tables, change points.
  */
+#include "analyses/inverse/prescribed_motion.h"
 #include "inverted.h"
-#include "studies/inverse/prescribed_motion.h"
 #include <kempe/workspace.h>
 
 /* x^5/10 - x^3 + 2x^2 - 1 */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* ctest: slow 2 */
 /* Irregularities of tracks: tables at either rail, and what is made of spectra against their densities. */
-#include "model/rail/rail.h"
+#include "rail/model/rail.h"
 #include "sections.h"
 
 static kempe_context *context;

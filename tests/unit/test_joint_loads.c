@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Loads of joints of the tree. They are compared with the balance of the body that the joint carries, with the same
  * mechanism where another joint is cut, and with the multipliers of locks. Loads that are not known are refused. */
+#include "analyses/equilibrium/balances.h"
+#include "analyses/inverse/inverse_study.h"
 #include "balance_of_body.h"
 #include "constraints/diagnosis/shared_loads.h"
-#include "studies/equilibrium/balances.h"
-#include "studies/inverse/inverse_study.h"
 #include "studies/simulate/trajectory.h"
 #include "ways.h"
 #include <kempe/check.h>

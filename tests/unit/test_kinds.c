@@ -4,7 +4,7 @@
 #include "base/text.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "loaded.h"
-#include "model/model.h"
+#include "model/data/model.h"
 #include "testing.h"
 #include <kempe/check.h>
 

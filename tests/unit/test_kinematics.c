@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Sweeps of coordinates against closed forms, and against themselves: rates against differences, dead centres, branches
  * kept, what is told of drives that are too few or too many. */
+#include "analyses/kinematics/position_sweep.h"
 #include "loaded.h"
-#include "studies/kinematics/position_sweep.h"
 #include <kempe/kinematics.h>
 #include <kempe/settings.h>
 #include <stdbool.h>
@@ -103,7 +103,7 @@ static double cell(const kempe_kinematics *k, int row, const char *column)
 
 static double time_at(const kempe_kinematics *k, int row)
 {
-    return k->time < 0 ? k->s[row] / k->rate : kmp_lead_value(&k->lead[k->time], k->s[row]);
+    return k->time < 0 ? k->s[row] / k->rate : kmp_sweep_parameter_value(&k->lead[k->time], k->s[row]);
 }
 
 /* All rows on the closed form of their branch, angles without a jump. */

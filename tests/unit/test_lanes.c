@@ -2,7 +2,7 @@
 /* Lanes of random programs against one machine a lane, to the last bit: each width, as machine code and as loops, every
  * slot filled with NaN before. */
 #include "backend/lanes.h"
-#include "backend/x86/machine.h"
+#include "backend/machine.h"
 #include "base/memory.h"
 #include "random_graph.h"
 #include "testing.h"

@@ -2,9 +2,9 @@
 /* The laws of rolling contact as expressions: against the numbers of kempe/contact.h, derivatives against differences,
  * and finite where something is zero. */
 #include "base/memory.h"
+#include "rail/wheel/laws.h"
 #include "symbolic/derivative.h"
 #include "testing.h"
-#include "wheel/laws.h"
 #include <kempe/contact.h>
 #include <math.h>
 

@@ -2,8 +2,8 @@
 /* The reduced equations linear in the independent coordinates: Mr, Gr and Kr against differences of R, with rates and
  * accelerations that are no equilibrium; what follows of a change against differences of the state; the pencil of one
  * choice of u against that of another. */
+#include "analyses/derivatives/linearized.h"
 #include "constraints/closing/assemble.h"
-#include "derivatives/linearized.h"
 #include "loaded.h"
 #include "random.h"
 #include "testing.h"

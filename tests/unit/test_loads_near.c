@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Results of the equations near a state, where forces depend on multipliers: inverse dynamics there and back,
  * sensitivities of motions against differences, and what refuses. */
+#include "analyses/derivatives/linearized.h"
+#include "analyses/inverse/inverse_dynamics.h"
+#include "analyses/sensitivity/sensitivity_study.h"
 #include "base/memory.h"
 #include "constraints/closing/assemble.h"
-#include "derivatives/linearized.h"
 #include "loaded.h"
-#include "studies/inverse/inverse_dynamics.h"
-#include "studies/sensitivity/sensitivity_study.h"
 #include "testing.h"
 #include <kempe/check.h>
 #include <kempe/extend.h>

@@ -3,7 +3,7 @@
  */
 #include "base/memory.h"
 #include "loaded.h"
-#include "model/model.h"
+#include "model/data/model.h"
 #include "report/thin_mesh.h"
 #include <stdlib.h>
 

@@ -2,12 +2,12 @@
 /* Derivatives of equilibria and eigenvalues by parameters: against closed forms, and against two-sided differences with
  * a sweep of steps, the equilibrium found anew and the eigenvalues solved anew on either side; eigenvalues that are
  * equal, with as many vectors and with fewer; what nothing holds. */
+#include "analyses/equilibrium/equilibrium_study.h"
+#include "analyses/equilibrium/operating.h"
+#include "analyses/modes/mode_slopes.h"
 #include "loaded.h"
-#include "model/model.h"
-#include "model/variant.h"
-#include "studies/equilibrium/equilibrium_study.h"
-#include "studies/equilibrium/operating.h"
-#include "studies/modes/mode_slopes.h"
+#include "model/data/model.h"
+#include "model/data/variant.h"
 #include <complex.h>
 
 enum { MOST = 64 };

@@ -2,7 +2,7 @@
 /* Momenta: p.v + L.w of all bodies is twice the kinetic energy, on examples with every kind of link; sums of bodies and
  * other points by their definitions; conserved without external forces, else changed as these say. */
 #include "loaded.h"
-#include "model/model.h"
+#include "model/data/model.h"
 #include <kempe/output_handles.h>
 #include <kempe/table.h>
 #include <stdlib.h>

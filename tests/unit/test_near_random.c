@@ -3,10 +3,10 @@
 /* Random mechanisms with loops, drives, bushings, springs and dampers near a closed state: what follows of a small
  * change of the independent coordinates and of the parameters against differences of the state found anew; the same
  * backwards; eigenvalues' derivatives against differences of eigenvalues. */
+#include "analyses/modes/mode_slopes.h"
 #include "constraints/closing/assemble.h"
-#include "model/variant.h"
+#include "model/data/variant.h"
 #include "random_model.h"
-#include "studies/modes/mode_slopes.h"
 #include "testing.h"
 #include <complex.h>
 #include <kempe/check.h>

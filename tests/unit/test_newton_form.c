@@ -16,7 +16,7 @@ static const char *const ways[] = {"fused", "solved", "in parts"};
 /* The form at the first state. */
 typedef struct form {
     kmp_evaluator *eval;
-    kmp_margin margin;
+    kmp_rank_margin margin;
     kmp_partition part;
     kmp_reduced *reduced;
 } form;

@@ -10,7 +10,7 @@ typedef struct problem {
 } problem;
 
 /* Rosenbrock's function: (1 - x0)^2 + 100 (x1 - x0^2)^2, a third residual is zero. */
-static kmp_squares_said valley(void *user, const double *x, double *residual, double *jacobian)
+static kmp_lm_message valley(void *user, const double *x, double *residual, double *jacobian)
 {
     problem *p = user;
     if (++p->calls == p->end_at)
@@ -81,7 +81,7 @@ static void leaves_a_bound(void)
 }
 
 /* atan x0, of which Newton's step from -3 leads to 9.5, and x1; r does not exist at x0 > 1. */
-static kmp_squares_said arc(void *user, const double *x, double *residual, double *jacobian)
+static kmp_lm_message arc(void *user, const double *x, double *residual, double *jacobian)
 {
     problem *p = user;
     p->calls++;

@@ -49,7 +49,7 @@ static double bytes_to_generate(tree_shape s, int n)
     CHECK(text && kempe_model_read_text(context, text, "tree", &model) == KEMPE_OK);
     double before = (double)kmp_memory_bytes();
     kmp_equations eq;
-    const kmp_scene scene = {.sets = KMP_SET_ACCELERATION};
+    const kmp_derivation_request scene = {.sets = KMP_SET_ACCELERATION};
     CHECK(kmp_equations_derive_once(&eq, model, &scene) == KEMPE_OK);
     kmp_program *p = kmp_sets_program(&eq, 1u << KMP_EQ_QDD);
     double bytes = (double)kmp_memory_bytes() - before;

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Programs: what is scheduled, and in which stage; the tape against a plain reading of the program, to the last bit. */
-#include "backend/x86/machine.h"
+#include "backend/machine.h"
 #include "backend/x86/x86.h"
 #include "base/memory.h"
 #include "plain.h"
 #include "random_graph.h"
-#include "symbolic/passes/shorten.h"
-#include "symbolic/program/program.h"
+#include "symbolic/program.h"
+#include "symbolic/shorten.h"
 #include "testing.h"
 
 #if defined(__linux__) && defined(__GLIBC__)

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Programs as text and as bytes: read from bytes they have the same text and results; no bytes crash the reader. */
-#include "backend/x86/machine.h"
+#include "backend/machine.h"
 #include "base/memory.h"
 #include "random_graph.h"
-#include "symbolic/program/contraction.h"
-#include "symbolic/program/program_bytes.h"
+#include "symbolic/contraction.h"
+#include "symbolic/program_bytes.h"
 #include "symbolic/table_function.h"
 #include "testing.h"
 

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The rank of the closures is one number, whoever asks: `check`, a run in each formulation, a state near equilibrium,
  * the public workspace, also a little beside the closed state, where redundant rows look weakly independent. */
+#include "analyses/derivatives/linearized.h"
 #include "base/memory.h"
 #include "constraints/closing/saddle.h"
 #include "constraints/diagnosis/diagnosis.h"
-#include "derivatives/linearized.h"
 #include "integrators/run/runner.h"
 #include "loaded.h"
 #include <kempe/check.h>

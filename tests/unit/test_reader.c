@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Good models: every part of the language, as the reader understands it. */
 #include "base/memory.h"
-#include "model/model.h"
+#include "model/data/model.h"
 #include "testing.h"
 #include <kempe/settings.h>
 #include <math.h>

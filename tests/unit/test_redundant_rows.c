@@ -284,7 +284,7 @@ static void a_formulation_that_lasts_is_fused(void)
     CHECK(kmp_runner_step(runner) == KEMPE_OK);
     double t = kmp_runner_t(runner), h = runner->solver->h;
     CHECK(kmp_runner_inner_row(runner, t, true, runner->state, &work) == KEMPE_OK);
-    CHECK(kmp_runner_take_up(runner, t, false, work, h) == KEMPE_OK);
+    CHECK(kmp_runner_restart(runner, t, false, work, h) == KEMPE_OK);
     for (int k = 0; k <= KMP_FORMULATION_BRIEF; k++) {
         CHECK(!is_fused(runner));
         CHECK(kmp_runner_step(runner) == KEMPE_OK);
@@ -340,7 +340,7 @@ static void programs_return_with_their_choice(void)
     static const char *const forms[] = {"integrated", "newton"};
     loaded l = load("tests/models/triple_rocker.yaml");
     for (size_t k = 0; k < sizeof forms / sizeof *forms; k++) {
-        const kmp_fused *program[8] = {NULL}; /* by u */
+        const kmp_reduced_program *program[8] = {NULL}; /* by u */
         int returns = 0, u = -1;
         kmp_run_spec spec = {.form = forms[k], .rtol = 1e-8, .t_end = 10};
         kmp_runner *runner = NULL;
@@ -348,7 +348,7 @@ static void programs_return_with_their_choice(void)
         CHECK(kmp_runner_new(l.system, &spec, NULL, &runner) == KEMPE_OK);
         while (kmp_runner_t(runner) < spec.t_end && kmp_runner_step(runner) == KEMPE_OK) {
             const kmp_reduced *d = (const kmp_reduced *)runner->formulation;
-            const kmp_fused *before = program[d->part.u[0]];
+            const kmp_reduced_program *before = program[d->part.u[0]];
             returns += d->part.u[0] != u && before && d->programs.fused == before;
             u = d->part.u[0];
             program[u] = d->programs.fused ? d->programs.fused : program[u];

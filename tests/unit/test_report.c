@@ -5,12 +5,12 @@
 #include "base/memory.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "loaded.h"
-#include "model/pose.h"
-#include "output/mechanism/drawing.h"
+#include "model/data/pose.h"
+#include "output/drawing.h"
 #include "random.h"
 #include "report/motion_picture.h"
 #include "report/page.h"
-#include "symbolic/program/interpreter.h"
+#include "symbolic/interpreter.h"
 #include <glob.h>
 #include <kempe/compare.h>
 #include <stdlib.h>

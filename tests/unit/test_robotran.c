@@ -3,9 +3,9 @@
 /* ROBOTRAN's models: M, C, inverse dynamics, h, J and jdqd at a fixed state against the values of the code that
  * ROBOTRAN generates for them. Two of the models stand here in Kempe's own language; the others are read where the
  * folder KEMPE_MBS has them. */
-#include "backend/x86/machine.h"
+#include "backend/machine.h"
+#include "exchange/code/sets.h"
 #include "foreign_models.h"
-#include "generate/sets.h"
 #include <dirent.h>
 #include <math.h>
 #include <stdlib.h>
@@ -137,11 +137,11 @@ static void check_model(const golden *g, const char *path)
         return;
     }
     for (int way = 0; way < 4; way++) {
-        kmp_scene scene = {.sets = kmp_sets_derive(ROBOTRAN_SETS),
-                           .scheme = way & 1 ? KMP_SCHEME_NER : KMP_SCHEME_COMPOSITE,
-                           .keep = way & 2 ? KMP_KEEP_NUMBERS : KMP_KEEP_NOTHING,
-                           .body_inputs = way & 2,
-                           .loops_alone = true};
+        kmp_derivation_request scene = {.sets = kmp_sets_derive(ROBOTRAN_SETS),
+                                        .scheme = way & 1 ? KMP_SCHEME_NER : KMP_SCHEME_COMPOSITE,
+                                        .keep = way & 2 ? KMP_KEEP_NUMBERS : KMP_KEEP_NOTHING,
+                                        .body_inputs = way & 2,
+                                        .loops_alone = true};
         kmp_equations eq;
         CHECK(kmp_equations_derive(&eq, model, &scene) == KEMPE_OK);
         check_equations(g, &eq);
@@ -285,7 +285,7 @@ static void every_file_of_robotran(void)
     for (struct dirent *file; files && (file = readdir(files));) {
         kempe_model *model = NULL;
         const char *ending = strrchr(file->d_name, '.');
-        const kmp_scene scene = {.sets = kmp_sets_derive(ROBOTRAN_SETS), .keep = KMP_KEEP_NUMBERS};
+        const kmp_derivation_request scene = {.sets = kmp_sets_derive(ROBOTRAN_SETS), .keep = KMP_KEEP_NUMBERS};
         kmp_equations eq;
         if (!ending || strcmp(ending, ".mbs") != 0)
             continue;
@@ -307,7 +307,7 @@ static void every_file_of_robotran(void)
 /* Operations of some sets as one program. */
 static long operations(const kempe_model *model, const char *const *names, int count, kmp_tangent_method way)
 {
-    const kmp_scene scene = {.keep = KMP_KEEP_NUMBERS, .loops_alone = true, .tangents = way};
+    const kmp_derivation_request scene = {.keep = KMP_KEEP_NUMBERS, .loops_alone = true, .tangents = way};
     unsigned sets = 0;
     kmp_tally tally = {.counts.paper = -1};
     for (int k = 0; k < count; k++)

@@ -3,8 +3,8 @@
  * formulation, with the misfit told; what is no rounding stays as it is, to the last bit. */
 #include "base/memory.h"
 #include "constraints/closing/assemble.h"
+#include "constraints/closing/rounding.h"
 #include "constraints/diagnosis/diagnosis.h"
-#include "constraints/rounding/rounding.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include "studies/simulate/trajectory.h"

@@ -4,7 +4,7 @@
 #include "constraints/evaluation/evaluator.h"
 #include "derived.h"
 #include "loaded.h"
-#include "model/model.h"
+#include "model/data/model.h"
 #include "testing.h"
 
 enum { MOTION = KMP_SET_MASS | KMP_SET_BIAS | KMP_SET_CLOSURE | KMP_SET_JDQD };

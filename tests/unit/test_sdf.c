@@ -3,7 +3,7 @@
  * joints that close loops; what is refused, and what is named because it is not used. Drake's numbers:
  * tests/oracle/drake_models.py. */
 #include "foreign_models.h"
-#include "model/model.h"
+#include "model/data/model.h"
 #include <kempe/workspace.h>
 #include <math.h>
 

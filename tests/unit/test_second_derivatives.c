@@ -2,10 +2,10 @@
 /* Second derivatives of the equations along two directions, state and parameters, against differences of the first
  * ones, with a sweep of steps; on examples with loops in the plane and in space, and on a model whose parameters follow
  * from others. */
-#include "derivatives/second_derivatives.h"
+#include "analyses/derivatives/second_derivatives.h"
 #include "integrators/formulations/tangent.h"
 #include "loaded.h"
-#include "model/variant.h"
+#include "model/data/variant.h"
 #include "random.h"
 
 enum { MOST = 64, MOST_OUT = 4 * MOST };

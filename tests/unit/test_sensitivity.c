@@ -3,7 +3,7 @@
 /* Trajectories' derivatives by parameters: the period of a pendulum against elliptic integrals; runs with moved
  * parameters, along another formulation, two-sided with a sweep of steps and extrapolated; one method against the
  * other; conditions that change on the way; what has no derivative. */
-#include "studies/sensitivity/sensitivity_study.h"
+#include "analyses/sensitivity/sensitivity_study.h"
 #include "testing.h"
 #include <kempe/kempe.h>
 #include <kempe/sensitivity.h>

@@ -3,9 +3,9 @@
 /* Derivatives of trajectories with continuous delays, by the delays too: against the polynomials of the method of steps
  * and a closed form with jumps; against runs with moved parameters, of a closed loop, with events and samples that
  * delayed signals cause, and with kinks; refusals. */
+#include "analyses/sensitivity/sensitivity_study.h"
 #include "four_bar_text.h"
 #include "loaded.h"
-#include "studies/sensitivity/sensitivity_study.h"
 #include <kempe/sensitivity.h>
 #include <stdbool.h>
 

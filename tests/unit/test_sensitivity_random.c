@@ -2,11 +2,11 @@
 /* ctest: slow not_sanitized 2 */
 /* Motions of random mechanisms by parameters that stand in masses, lengths, springs, bushings and drives alike: forward
  * against adjoint, and against runs with moved parameters. */
+#include "analyses/sensitivity/sensitivity_study.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
 #include "random_model.h"
-#include "studies/sensitivity/sensitivity_study.h"
 #include "testing.h"
 #include <kempe/check.h>
 #include <kempe/sensitivity.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Sensitivities see what a run sees, and say when their digits do not hold: events that lie within a step, against the
  * exact motion; an ill-conditioned motion, forward and backward; an interrupt; ensembles of such motions. */
-#include "studies/sensitivity/sensitivity_study.h"
+#include "analyses/sensitivity/sensitivity_study.h"
 #include "testing.h"
 #include <kempe/ensemble.h>
 #include <kempe/kempe.h>

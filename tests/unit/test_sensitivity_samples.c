@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Derivatives of trajectories across samples and events of states: against closed forms of the motion, differentiated
  * in long double numbers; against runs with moved parameters, of a closed loop; what has no derivative. */
+#include "analyses/sensitivity/sensitivity_study.h"
 #include "four_bar_text.h"
-#include "studies/sensitivity/sensitivity_study.h"
 #include "testing.h"
 #include <kempe/kempe.h>
 #include <kempe/sensitivity.h>

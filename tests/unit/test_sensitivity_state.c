@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Derivatives of equilibria, modes and reactions as they are asked for: against two-sided differences of models that
  * are read anew with other values, with a sweep of steps; the governor's height by its speed; what is refused. */
+#include "analyses/sensitivity/sensitivity_study.h"
 #include "loaded.h"
-#include "studies/sensitivity/sensitivity_study.h"
 #include <kempe/sensitivity.h>
 #include <kempe/settings.h>
 #include <stdbool.h>

@@ -2,7 +2,7 @@
 /* Mass properties of shapes: against point masses with the moments of the solid, turned and moved by the test itself;
  * holes; a motion against one with typed numbers. */
 #include "loaded.h"
-#include "model/model.h"
+#include "model/data/model.h"
 #include <kempe/check.h>
 #include <stdlib.h>
 

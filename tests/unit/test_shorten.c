@@ -2,8 +2,8 @@
 /* The passes: what each one makes of a small example, and that values stay on random graphs. */
 #include "base/memory.h"
 #include "random.h"
-#include "symbolic/passes/rewrite.h"
-#include "symbolic/program/cost.h"
+#include "symbolic/cost.h"
+#include "symbolic/rewrite.h"
 #include "testing.h"
 #include <math.h>
 

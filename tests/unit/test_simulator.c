@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The runtime of generated simulators, on equations written by hand whose motions have closed forms. */
-#include "generate/runtime/kempe_simulator.h"
+#include "exchange/simulator/kempe_simulator.h"
 #include "testing.h"
 #include "unit/simulated_mechanisms.h"
 

@@ -2,10 +2,10 @@
 /* Derivatives by parameters of h, its rate and curve, of M qdd + C - J' lambda and of the outputs, against differences
  * of the numbers that a run works with, of the best step; those of the outputs by the state likewise; what follows from
  * a parameter, what stands for itself. */
+#include "analyses/derivatives/parameter_slopes.h"
 #include "constraints/evaluation/evaluator.h"
-#include "derivatives/parameter_slopes.h"
 #include "loaded.h"
-#include "model/variant.h"
+#include "model/data/variant.h"
 #include "random.h"
 #include "testing.h"
 

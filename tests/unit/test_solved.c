@@ -2,9 +2,9 @@
 /* Accelerations and multipliers of the solved program against the dense saddle system, at states along the motion of
  * examples; its lanes against its scalar code, to the last bit. */
 #include "constraints/closing/saddle.h"
+#include "constraints/programs/reduced_program.h"
+#include "constraints/programs/saddle_program_inside.h"
 #include "constraints/tolerances.h"
-#include "constraints/written/fused.h"
-#include "constraints/written/solved_inside.h"
 #include "random.h"
 #include "states.h"
 #include "testing.h"
@@ -54,10 +54,10 @@ typedef struct bench {
     kmp_evaluator *by_mass;
     kmp_partition part;
     kmp_saddle saddle;
-    kmp_solved *solved;
+    kmp_saddle_program *solved;
     kmp_reduction red;
-    kmp_fused *reduced; /* of a state (u, ud, v) */
-    const kmp_solved_layout *layout;
+    kmp_reduced_program *reduced; /* of a state (u, ud, v) */
+    const kmp_saddle_program_layout *layout;
     double *violation, *lambda;  /* m */
     double *qdd, *dx, *expected; /* n */
 } bench;
@@ -75,13 +75,13 @@ static bool prepare(bench *b, const kempe_system *s, const states *at, bool by_b
     CHECK(kmp_saddle_init(&b->saddle, b->by_mass, &b->part));
     kmp_eval_freeze(b->eval, at->t[0], at->q, at->qd);
     kmp_eval_freeze(b->by_mass, at->t[0], at->q, at->qd);
-    CHECK(kmp_solved_new(&b->solved, b->eval, &b->part) == KEMPE_OK && b->solved);
+    CHECK(kmp_saddle_program_new(&b->solved, b->eval, &b->part) == KEMPE_OK && b->solved);
     kmp_eval_closure(b->eval, at->t[0], at->q);
     CHECK(kmp_reduction_init(&b->red, b->eval, &b->part) == KEMPE_OK && kmp_reduction_factor(&b->red) == 0);
-    CHECK(kmp_fused_new_by_saddle(&b->reduced, &b->red, false) == KEMPE_OK && b->reduced);
+    CHECK(kmp_reduced_program_new_by_saddle(&b->reduced, &b->red, false) == KEMPE_OK && b->reduced);
     if (!b->solved || !b->reduced)
         return false;
-    b->layout = kmp_solved_layout_of(b->solved);
+    b->layout = kmp_saddle_program_layout_of(b->solved);
     CHECK(b->layout->by_bodies == by_bodies);
     b->violation = KMP_NEW(double, 2 * s->m + 3 * s->n);
     b->lambda = b->violation + s->m;
@@ -93,8 +93,8 @@ static bool prepare(bench *b, const kempe_system *s, const states *at, bool by_b
 
 static void finish(bench *b)
 {
-    kmp_solved_free(b->solved);
-    kmp_fused_free(b->reduced);
+    kmp_saddle_program_free(b->solved);
+    kmp_reduced_program_free(b->reduced);
     kmp_reduction_free(&b->red);
     kmp_saddle_free(&b->saddle);
     kmp_partition_free(&b->part);
@@ -108,7 +108,7 @@ static double difference_at_end(bench *b, double t, const double *q)
 {
     const kempe_system *s = b->eval->system;
     double worst = 0;
-    kmp_solved_lend(b->solved, t, q);
+    kmp_saddle_program_lend(b->solved, t, q);
     for (int k = 0; k < s->m; k++)
         worst = check_max(worst, fabs(b->eval->h[k] - b->by_mass->h[k]) / s->row_scale[k]);
     worst = check_max(worst, apart(s->jacobian.count, b->eval->jacobian, b->by_mass->jacobian));
@@ -136,7 +136,7 @@ static double difference_of_corrections(bench *b)
     const kempe_system *s = b->eval->system;
     for (int k = 0; k < s->m; k++)
         b->violation[k] = between(-1, 1) * s->row_scale[k];
-    kmp_solved_correct(b->solved, b->violation, b->dx);
+    kmp_saddle_program_correct(b->solved, b->violation, b->dx);
     kmp_saddle_solve(&b->saddle, NULL, b->violation, b->expected, NULL);
     return apart(s->n, b->dx, b->expected);
 }
@@ -186,8 +186,8 @@ static double difference_of_state(bench *b, double t, const double *q, const dou
     }
     for (int i = 0; i < r; i++)
         y[2 * p + i] = q[b->part.v[i]];
-    CHECK(kmp_fused_run(b->reduced, t, y, dy));
-    own = b->layout->power >= 0 ? kmp_fused_power(b->reduced) : 0;
+    CHECK(kmp_reduced_program_run(b->reduced, t, y, dy));
+    own = b->layout->power >= 0 ? kmp_reduced_program_power(b->reduced) : 0;
     memcpy(qdd, b->qdd, (size_t)(p + r) * sizeof *qdd);
     for (int k = 0; k < p; k++) {
         CHECK(dy[k] == y[p + k]);
@@ -199,7 +199,7 @@ static double difference_of_state(bench *b, double t, const double *q, const dou
     }
     double off = check_max(apart_of_accelerations(b, qdd, qd), rates / fastest);
     CHECK(fabs(own - power) <= 1e-9 * size);
-    CHECK(kmp_fused_lend(b->reduced, t, q, 1e-8, 1, &cancelled));
+    CHECK(kmp_reduced_program_lend(b->reduced, t, q, 1e-8, 1, &cancelled));
     off = check_max(off, apart(b->eval->system->jacobian.count, b->eval->jacobian, b->by_mass->jacobian));
     kmp_free(y);
     kmp_free(qdd);
@@ -210,14 +210,14 @@ static double difference_of_state(bench *b, double t, const double *q, const dou
 static double difference(bench *b, double t, const double *q, const double *qd)
 {
     const kempe_system *s = b->eval->system;
-    const kmp_solved_layout *l = b->layout;
+    const kmp_saddle_program_layout *l = b->layout;
     bool good;
     kmp_eval_closure(b->by_mass, t, q);
     kmp_eval_mass(b->by_mass);
     kmp_eval_bias(b->by_mass, qd);
     CHECK(kmp_saddle_factor(&b->saddle) == 0);
     kmp_saddle_accelerations(&b->saddle, b->qdd, b->lambda);
-    const double *out = kmp_solved_run(b->solved, t, q, qd, &good);
+    const double *out = kmp_saddle_program_run(b->solved, t, q, qd, &good);
     CHECK(good);
     double worst = apart_of_accelerations(b, out + l->qdd, qd), most = 0, off = 0, size = 0;
     for (int k = 0; k < l->r; k++) {
@@ -274,15 +274,17 @@ static void compare_lanes(bench *b, int width, double t, const double *q, const 
             kmp_lanes_set_one(lanes, KMP_IN_EFFORT, l, b->dx);
         }
     }
-    const double *of_run = kmp_lanes_run(lanes, KMP_SOLVED_RUN), *of_end = kmp_lanes_run(lanes, KMP_SOLVED_END);
-    const double *of_correct = kmp_lanes_run(lanes, KMP_SOLVED_CORRECT);
+    const double *of_run = kmp_lanes_run(lanes, KMP_SADDLE_PROGRAM_RUN),
+                 *of_end = kmp_lanes_run(lanes, KMP_SADDLE_PROGRAM_END);
+    const double *of_correct = kmp_lanes_run(lanes, KMP_SADDLE_PROGRAM_CORRECT);
     for (int l = 0; l < width; l++) {
         bool good;
-        bad += bits_apart(run, width, l, of_run, kmp_solved_run(b->solved, times[l], x + l * n, xd + l * n, &good));
-        CHECK(good == kmp_solved_is_good(b->layout, of_run + l, width));
-        kmp_solved_lend(b->solved, times[l], x + l * n);
+        bad += bits_apart(run, width, l, of_run,
+                          kmp_saddle_program_run(b->solved, times[l], x + l * n, xd + l * n, &good));
+        CHECK(good == kmp_saddle_program_is_good(b->layout, of_run + l, width));
+        kmp_saddle_program_lend(b->solved, times[l], x + l * n);
         bad += bits_apart(end, width, l, of_end, b->eval->h);
-        kmp_solved_correct(b->solved, mu + l * m, b->dx);
+        kmp_saddle_program_correct(b->solved, mu + l * m, b->dx);
         bad += bits_apart(n, width, l, of_correct, b->dx);
     }
     CHECK(bad == 0);
@@ -304,12 +306,12 @@ static void put_states(kmp_lanes *lanes, int n, const double *t, const double *q
 static void improve_nearby(const bench *b, double t, const double *q, const double *qd)
 {
     enum { W = KMP_LANES_MOST, TIMES = 12 };
-    const kmp_solved_layout *l = b->layout;
+    const kmp_saddle_program_layout *l = b->layout;
     int n = l->n, count = n + l->r + (l->power >= 0);
     double times[W], first = 0, last = 0;
     double *x = KMP_NEW(double, W *(2 * n + count)), *xd = x + W * n, *got = xd + W * n;
     kmp_program *program = NULL;
-    CHECK(kmp_solved_write_near(b->eval, &b->part, 1e9, &program) && program);
+    CHECK(kmp_saddle_program_write_near(b->eval, &b->part, 1e9, &program) && program);
     kmp_lanes *lanes = solved_lanes(b->solved, b->eval, W), *near = program ? kmp_lanes_new(program, W, false) : NULL;
     CHECK(lanes && near);
     if (!near)
@@ -321,10 +323,10 @@ static void improve_nearby(const bench *b, double t, const double *q, const doub
         xd[k] = qd[k % n];
     }
     put_states(lanes, n, times, x, xd);
-    const double *run = kmp_lanes_run(lanes, KMP_SOLVED_RUN);
+    const double *run = kmp_lanes_run(lanes, KMP_SADDLE_PROGRAM_RUN);
     memcpy(got, run + l->qdd * W, (size_t)(n * W) * sizeof *got);
     memcpy(got + n * W, run + l->lambda * W, (size_t)(l->r * W) * sizeof *got);
-    kmp_lanes_set(near, KMP_IN_MU, kmp_lanes_run(lanes, KMP_SOLVED_FACTORS));
+    kmp_lanes_set(near, KMP_IN_MU, kmp_lanes_run(lanes, KMP_SADDLE_PROGRAM_FACTORS));
     for (int k = 0; k < W * n; k++) {
         times[k / n] = t + 1e-3 * (k / n);
         x[k] += between(-1e-2, 1e-2);
@@ -332,7 +334,7 @@ static void improve_nearby(const bench *b, double t, const double *q, const doub
     }
     put_states(lanes, n, times, x, xd);
     put_states(near, n, times, x, xd);
-    run = kmp_lanes_run(lanes, KMP_SOLVED_RUN) + l->qdd * W;
+    run = kmp_lanes_run(lanes, KMP_SADDLE_PROGRAM_RUN) + l->qdd * W;
     first = check_max(apart(W * n, got, run), apart(W * l->r, got + n * W, run + n * W));
     for (int k = 0; k < TIMES; k++) {
         kmp_lanes_set(near, KMP_IN_QDD, got);
@@ -363,7 +365,7 @@ static void along_the_motion(const kempe_system *s, const states *at, const exam
         CHECK(worst < 1e-11);
         long parts = kmp_program_count(s->motion, 1, s->motion->stages - 1).paper;
         printf("  %-40s n %d r %d%s: %.1e, %ld operations, solved as one %ld\n", of->name, s->n, b.part.r,
-               b.layout->by_bodies ? ", by bodies" : "", worst, parts, kmp_solved_count(b.solved).paper);
+               b.layout->by_bodies ? ", by bodies" : "", worst, parts, kmp_saddle_program_count(b.solved).paper);
         compare_lanes(&b, 4, at->t[1], at->q + at->n, at->qd + at->n);
         compare_lanes(&b, 8, at->t[1], at->q + at->n, at->qd + at->n);
         CHECK((b.layout->factors > 0) == !of->by_bodies);

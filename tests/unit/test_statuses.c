@@ -3,7 +3,7 @@
  * defect is made by what a forgotten row would be: a kind of closure that models know and constraints/kinds does not.
  */
 #include "base/memory.h"
-#include "model/model.h"
+#include "model/data/model.h"
 #include "testing.h"
 
 /* Undamped, about 30 swings; an error of a percent of their range amplifies none, and every step may have it. */

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Vector step indices: of small programs by hand, and of the pendulum of Fisette and Samin 1996, section 3.2. */
-#include "generate/sets.h"
-#include "symbolic/program/program.h"
-#include "symbolic/program/steps.h"
+#include "exchange/code/sets.h"
+#include "symbolic/program.h"
+#include "symbolic/steps.h"
 #include "testing.h"
 
 static int steps_of(kmp_graph *g, int count, const kmp_ref *out)
@@ -40,7 +40,8 @@ static void pendulum_of_the_paper(void)
     kmp_tally tally = {0};
     CHECK(kempe_model_read(context, KEMPE_ROOT "/tests/models/pendulum9.yaml", &model) == KEMPE_OK);
     for (int k = 0; model && k < 2; k++) {
-        const kmp_scene scene = {.scheme = KMP_SCHEME_NER, .keep = k ? KMP_KEEP_NUMBERS : KMP_KEEP_NOTHING};
+        const kmp_derivation_request scene = {.scheme = KMP_SCHEME_NER,
+                                              .keep = k ? KMP_KEEP_NUMBERS : KMP_KEEP_NOTHING};
         CHECK(kmp_tally_sets(model, &scene, kmp_sets_find("M_C", 3), &tally) == KEMPE_OK);
         CHECK(tally.steps.vector == 17);
         printf("   %ld operations, %d assignments in %d steps\n", tally.counts.paper, (int)tally.steps.serial,

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Contact patches strip by strip, and on a grid, against closed forms. */
-#include "contact/half_space.h"
-#include "contact/strips.h"
+#include "rail/contact/half_space.h"
+#include "rail/contact/strips.h"
 #include "testing.h"
 #include <kempe/contact.h>
 #include <math.h>
@@ -49,7 +49,7 @@ static void test_analyn(void)
     static body b;
     for (double across = 0.3; across < 100; across *= 3) {
         kmp_arena arena = {0};
-        kmp_pressed_patch p;
+        kmp_normal_load_patch p;
         kempe_ellipse e = hertz(2.1, across, 60e3);
         fill(&b, STRIPS, 1.3 * e.b, 2.1, across, 0.3);
         CHECK(kmp_strips_press(KMP_STRIPS_ANALYN, &b.in, modulus, 60e3, &arena, b.strip, &p));
@@ -68,7 +68,7 @@ static void test_overlap(void)
 {
     static body b;
     kmp_arena arena = {0};
-    kmp_pressed_patch p;
+    kmp_normal_load_patch p;
     const double normal = 60e3, curvature = 2;
     double d = cbrt(pow(0.75 * normal / modulus, 2) * curvature / 2 / 0.55), r = sqrt(0.55 * d / (curvature / 2));
     fill(&b, STRIPS, 1.3 * r, curvature, curvature, 0);
@@ -85,7 +85,7 @@ static void check_grid(double along, double across, int rows, double width, doub
     static body b;
     kmp_arena arena = {0};
     kempe_ellipse e = hertz(along, across, 60e3);
-    kmp_pressed_patch p = {0};
+    kmp_normal_load_patch p = {0};
     kmp_half_space s;
     fill(&b, rows, width * e.b, along, across, 0);
     CHECK(kmp_strips_press(KMP_STRIPS_ANALYN, &b.in, modulus, 60e3, &arena, b.strip, &p));
@@ -117,7 +117,7 @@ static void test_two_lobes(void)
     kmp_arena arena = {0};
     const double curvature = 20, apart = 12e-3, normal = 20e3;
     kempe_ellipse e = hertz(curvature, curvature, normal / 2);
-    kmp_pressed_patch p;
+    kmp_normal_load_patch p;
     kmp_half_space s;
     fill(&b, 151, 12e-3, curvature, curvature, 0);
     for (int k = 0; k < 151; k++) {
@@ -142,7 +142,7 @@ static void test_rolling(void)
     static body b;
     kmp_arena arena = {0};
     kempe_ellipse e = hertz(2, 2 * 1.9, 60e3);
-    kmp_pressed_patch p;
+    kmp_normal_load_patch p;
     kmp_half_space s;
     fill(&b, 31, 1.45 * e.b, 2, 2 * 1.9, 0);
     CHECK(kmp_strips_press(KMP_STRIPS_ANALYN, &b.in, modulus, 60e3, &arena, b.strip, &p));
@@ -176,7 +176,7 @@ static void test_beyond(void)
 {
     static body b;
     kmp_arena arena = {0};
-    kmp_pressed_patch p = {.lobes = -1}, small;
+    kmp_normal_load_patch p = {.lobes = -1}, small;
     kmp_half_space s;
     kempe_ellipse e = hertz(2, 2, 60e3);
     fill(&b, 31, 0.8 * e.b, 2, 2, 0);

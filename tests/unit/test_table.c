@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tables: what they reproduce exactly, their ends, their derivatives, and the same bits from graph and tape. */
-#include "backend/x86/machine.h"
+#include "backend/machine.h"
 #include "base/memory.h"
 #include "random.h"
 #include "symbolic/derivative.h"

@@ -4,7 +4,7 @@
 #include "base/memory.h"
 #include "derived.h"
 #include "loaded.h"
-#include "model/model.h"
+#include "model/data/model.h"
 #include "symbolic/table_function.h"
 #include "testing.h"
 

@@ -2,9 +2,9 @@
 /* ctest: slow not_sanitized 2 */
 /* The tram, included bogies and all: its counts, the loops of each bogie solved by themselves, what its cranks bear at
  * rest. */
+#include "analyses/equilibrium/balances.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "loaded.h"
-#include "studies/equilibrium/balances.h"
 #include <kempe/check.h>
 #include <kempe/equilibrium.h>
 #include <kempe/settings.h>

@@ -3,10 +3,10 @@
 /* State spaces: A against the Jacobian that integrators use, B, C and D against differences whose error falls with the
  * square of the step, the properties of K and G that mechanics gives them, the linear motion against the nonlinear one.
  */
+#include "analyses/linearize/channels.h"
+#include "analyses/linearize/linearize_study.h"
 #include "integrators/formulations/reduced_jacobian.h"
 #include "loaded.h"
-#include "studies/linearize/channels.h"
-#include "studies/linearize/linearize_study.h"
 #include "testing.h"
 #include <kempe/linearize.h>
 #include <kempe/settings.h>

@@ -3,7 +3,7 @@
  * all derivatives, on all formulations; against differences; and as text. */
 #include "derived.h"
 #include "loaded.h"
-#include "model/model.h"
+#include "model/data/model.h"
 #include <math.h>
 
 static const char head[] = "kempe: 1\n"

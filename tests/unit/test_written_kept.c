@@ -2,9 +2,9 @@
 /* Programs that a system keeps for a choice of coordinates: the same one for the same choice, also after the numbers of
  * the model have changed, another one for another choice; and from a cache, equal to the bit. */
 #include "base/memory.h"
-#include "constraints/written/fused.h"
-#include "constraints/written/solved_inside.h"
-#include "constraints/written/written_kept.h"
+#include "constraints/programs/program_records.h"
+#include "constraints/programs/reduced_program.h"
+#include "constraints/programs/saddle_program_inside.h"
 #include "loaded.h"
 #include "takes_bodies.h"
 #include <kempe/cache.h>
@@ -44,45 +44,47 @@ static void leave(chosen *c)
 
 /* The programs of a choice; their caller's. */
 typedef struct written {
-    kmp_fused *fused, *reduced;
-    kmp_solved *solved;
+    kmp_reduced_program *fused, *reduced;
+    kmp_saddle_program *solved;
     kmp_program *nearby;
 } written;
 
 static written write_all(const chosen *c)
 {
     written w = {0};
-    CHECK(kmp_fused_new(&w.fused, &c->red, false) == KEMPE_OK && w.fused);
-    CHECK(kmp_solved_new(&w.solved, c->eval, &c->part) == KEMPE_OK && w.solved);
-    CHECK(kmp_fused_new_by_saddle(&w.reduced, &c->red, false) == KEMPE_OK && w.reduced);
-    CHECK(kmp_solved_write_near(c->eval, &c->part, 1e9, &w.nearby) && w.nearby);
+    CHECK(kmp_reduced_program_new(&w.fused, &c->red, false) == KEMPE_OK && w.fused);
+    CHECK(kmp_saddle_program_new(&w.solved, c->eval, &c->part) == KEMPE_OK && w.solved);
+    CHECK(kmp_reduced_program_new_by_saddle(&w.reduced, &c->red, false) == KEMPE_OK && w.reduced);
+    CHECK(kmp_saddle_program_write_near(c->eval, &c->part, 1e9, &w.nearby) && w.nearby);
     return w;
 }
 
 static void free_all(written *w)
 {
-    kmp_fused_free(w->fused);
-    kmp_solved_free(w->solved);
-    kmp_fused_free(w->reduced);
+    kmp_reduced_program_free(w->fused);
+    kmp_saddle_program_free(w->solved);
+    kmp_reduced_program_free(w->reduced);
     kmp_program_free(w->nearby);
 }
 
 /* True if both have the programs of one writing. */
 static bool share(const written *a, const written *b)
 {
-    return kmp_fused_program(a->fused) == kmp_fused_program(b->fused) &&
-           kmp_solved_program(a->solved) == kmp_solved_program(b->solved) &&
-           kmp_fused_program(a->reduced) == kmp_fused_program(b->reduced) && a->nearby == b->nearby;
+    return kmp_reduced_program_code(a->fused) == kmp_reduced_program_code(b->fused) &&
+           kmp_saddle_program_code(a->solved) == kmp_saddle_program_code(b->solved) &&
+           kmp_reduced_program_code(a->reduced) == kmp_reduced_program_code(b->reduced) && a->nearby == b->nearby;
 }
 
 static bool are_equal(const written *a, const written *b)
 {
-    return kmp_program_equal(kmp_fused_program(a->fused), kmp_fused_program(b->fused)) &&
-           kmp_program_equal(kmp_solved_program(a->solved), kmp_solved_program(b->solved)) &&
-           kmp_program_equal(kmp_fused_program(a->reduced), kmp_fused_program(b->reduced)) &&
+    return kmp_program_equal(kmp_reduced_program_code(a->fused), kmp_reduced_program_code(b->fused)) &&
+           kmp_program_equal(kmp_saddle_program_code(a->solved), kmp_saddle_program_code(b->solved)) &&
+           kmp_program_equal(kmp_reduced_program_code(a->reduced), kmp_reduced_program_code(b->reduced)) &&
            kmp_program_equal(a->nearby, b->nearby) &&
-           memcmp(kmp_solved_layout_of(a->solved), kmp_solved_layout_of(b->solved), sizeof(kmp_solved_layout)) == 0 &&
-           memcmp(kmp_fused_layout_of(a->reduced), kmp_fused_layout_of(b->reduced), sizeof(kmp_solved_layout)) == 0;
+           memcmp(kmp_saddle_program_layout_of(a->solved), kmp_saddle_program_layout_of(b->solved),
+                  sizeof(kmp_saddle_program_layout)) == 0 &&
+           memcmp(kmp_reduced_program_layout_of(a->reduced), kmp_reduced_program_layout_of(b->reduced),
+                  sizeof(kmp_saddle_program_layout)) == 0;
 }
 
 /* A later run has the program of the first one. */
@@ -103,7 +105,7 @@ static void one_writing_for_a_choice(void)
     for (int wish = 0; wish < l.system->n; wish++) {
         if (wish != first.part.u[0] && choose(&other, &l, wish)) {
             b = write_all(&other);
-            CHECK(kmp_fused_program(a.fused) != kmp_fused_program(b.fused) && !are_equal(&a, &b));
+            CHECK(kmp_reduced_program_code(a.fused) != kmp_reduced_program_code(b.fused) && !are_equal(&a, &b));
             free_all(&b);
             others++;
         }
@@ -127,16 +129,16 @@ static void names(void)
     int *order = KMP_NEW(int, c.part.r + 1);
     for (int i = 0; order && i < c.part.r; i++)
         order[i] = i;
-    kmp_kept_name name[6] = {kmp_written_name("fused", c.eval, &c.part, NULL, 0)};
-    name[1] = kmp_written_name("fused", c.eval, &c.part, NULL, 1);
-    name[2] = kmp_written_name("fused", c.eval, &c.part, order, 0);
+    kmp_program_cache_name name[6] = {kmp_writer_name("fused", c.eval, &c.part, NULL, 0)};
+    name[1] = kmp_writer_name("fused", c.eval, &c.part, NULL, 1);
+    name[2] = kmp_writer_name("fused", c.eval, &c.part, order, 0);
     kmp_swap_int(&order[0], &order[1]);
-    name[3] = kmp_written_name("fused", c.eval, &c.part, order, 0);
+    name[3] = kmp_writer_name("fused", c.eval, &c.part, order, 0);
     CHECK(kmp_eval_add_articulated(c.eval) == KEMPE_OK && takes_bodies(l.system));
     kmp_eval_take(c.eval, true);
-    name[4] = kmp_written_name("fused", c.eval, &c.part, NULL, 0);
+    name[4] = kmp_writer_name("fused", c.eval, &c.part, NULL, 0);
     kmp_swap_int(&c.part.rows[0], &c.part.rows[1]);
-    name[5] = kmp_written_name("fused", c.eval, &c.part, NULL, 0);
+    name[5] = kmp_writer_name("fused", c.eval, &c.part, NULL, 0);
     for (int k = 0; k < 6; k++)
         for (int j = 0; j < k; j++)
             CHECK(name[j].variant != name[k].variant ||
@@ -160,8 +162,8 @@ static loaded load_cached(const char *path)
 
 static bool is_in_cache(const loaded *l, const chosen *c, unsigned run)
 {
-    kmp_written_record record = {0};
-    bool found = kmp_written_recall(l->system, kmp_written_name("nearby", c->eval, &c->part, NULL, run), &record);
+    kmp_program_record record = {0};
+    bool found = kmp_writer_recall(l->system, kmp_writer_name("nearby", c->eval, &c->part, NULL, run), &record);
     kmp_program_free(record.program);
     kmp_free(record.row);
     return found;
@@ -178,7 +180,8 @@ static void many_choices(void)
     for (int k = 0; k < KMP_KEPT_CHOICES + 4; k++) {
         kmp_program *one = NULL, *two = NULL;
         double run = 1e6 + k;
-        CHECK(kmp_solved_write_near(c.eval, &c.part, run, &one) && kmp_solved_write_near(c.eval, &c.part, run, &two));
+        CHECK(kmp_saddle_program_write_near(c.eval, &c.part, run, &one) &&
+              kmp_saddle_program_write_near(c.eval, &c.part, run, &two));
         CHECK(one && two && kmp_program_equal(one, two) && (one == two) == (k < KMP_KEPT_CHOICES));
         kmp_program_free(one);
         kmp_program_free(two);
@@ -201,13 +204,13 @@ static void from_a_cache(void)
         if (!choose(&first, &writer, -1) || !choose(&second, &reader, -1) || !choose(&third, &alone, -1))
             return;
         written a = write_all(&first);
-        const kmp_kept_name name = kmp_written_name("nearby", second.eval, &second.part, NULL, 1000000000);
-        kmp_written_record record = {0};
-        CHECK(!kmp_kept_find(reader.system, name) && kmp_written_recall(reader.system, name, &record));
+        const kmp_program_cache_name name = kmp_writer_name("nearby", second.eval, &second.part, NULL, 1000000000);
+        kmp_program_record record = {0};
+        CHECK(!kmp_program_cache_find(reader.system, name) && kmp_writer_recall(reader.system, name, &record));
         CHECK(kmp_program_equal(record.program, a.nearby));
         kmp_program_free(record.program);
         kmp_free(record.row);
-        CHECK(!kmp_written_recall(alone.system, name, &record));
+        CHECK(!kmp_writer_recall(alone.system, name, &record));
         written b = write_all(&second), c = write_all(&third);
         CHECK(are_equal(&a, &b) && are_equal(&a, &c) && !share(&a, &b));
         free_all(&a);

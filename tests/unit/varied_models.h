@@ -3,9 +3,9 @@
 #pragma once
 
 #include "base/memory.h"
-#include "integrators/lanes/ensemble_inside.h"
+#include "ensemble/lanes/ensemble_inside.h"
 #include "loaded.h"
-#include "model/model.h"
+#include "model/data/model.h"
 #include "random.h"
 #include "testing.h"
 #include <math.h>

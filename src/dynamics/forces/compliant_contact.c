@@ -22,7 +22,7 @@
 enum { WORKS = 4, FILM = 3 }; /* rate of depth, slips */
 
 /* The forces along the slip. */
-static void find_friction(const kmp_tree *tree, const kmp_force *force, const kmp_pressing *at, kmp_ref normal,
+static void find_friction(const kmp_tree *tree, const kmp_force *force, const kmp_bearing_load *at, kmp_ref normal,
                           kmp_ref *friction)
 {
     kmp_graph *g = tree->graph;
@@ -32,10 +32,10 @@ static void find_friction(const kmp_tree *tree, const kmp_force *force, const km
         square = kmp_add(g, square, kmp_mul(g, at->slip[i], at->slip[i]));
     if (speed) {
         kmp_ref s = kmp_tree_expression(tree, speed), root = kmp_sqrt(g, kmp_add(g, square, kmp_mul(g, s, s)));
-        factor = kmp_div(g, kmp_mul(g, normal, kmp_pressing_coefficient(tree, force, at->slip[0])), root);
+        factor = kmp_div(g, kmp_mul(g, normal, kmp_bearing_load_coefficient(tree, force, at->slip[0])), root);
     }
     for (int i = 0; i < at->slips; i++)
-        friction[i] = kmp_mul(g, factor, speed ? at->slip[i] : kmp_pressing_coefficient(tree, force, at->slip[i]));
+        friction[i] = kmp_mul(g, factor, speed ? at->slip[i] : kmp_bearing_load_coefficient(tree, force, at->slip[i]));
 }
 
 /* -- the film of a journal ----------------------------------------------------------------------------- */
@@ -58,7 +58,7 @@ static void limit_film(const kmp_tree *tree, const kmp_force *force, kmp_ref pla
         place[k] = kmp_mul(g, factor, place[k]);
 }
 
-static void film_find(const kmp_tree *tree, const kmp_force *force, const kmp_pressing *at, film_load *load)
+static void film_find(const kmp_tree *tree, const kmp_force *force, const kmp_bearing_load *at, film_load *load)
 {
     kmp_graph *g = tree->graph;
     const kmp_film *film = force->compliant->film;
@@ -105,16 +105,16 @@ static void apply(kmp_forces *forces, const kmp_tree *tree, kmp_ref holds, int c
     }
 }
 
-static void add_energy(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, const kmp_pressing *at,
+static void add_energy(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, const kmp_bearing_load *at,
                        int count, const kmp_ref *against, const kmp_ref *size, unsigned energy)
 {
     kmp_graph *g = tree->graph;
     const kmp_expr *store = force->compliant->store;
-    kmp_ref holds = kmp_pressing_holds(tree, force, at), lost = KMP_ZERO;
+    kmp_ref holds = kmp_bearing_load_holds(tree, force, at), lost = KMP_ZERO;
     for (int i = 0; i < count; i++)
         lost = kmp_add(g, lost, kmp_mul(g, size[i], against[i]));
     if (store) {
-        kmp_ref stored = kmp_pressing_law(tree, force, at, store);
+        kmp_ref stored = kmp_bearing_load_law(tree, force, at, store);
         kmp_derivative *d = kmp_time_derivative(tree);
         kmp_ref rate = kmp_derivative_of(d, stored);
         kmp_derivative_free(d);
@@ -126,7 +126,7 @@ static void add_energy(kmp_forces *forces, const kmp_tree *tree, const kmp_force
         forces->power = kmp_sub(g, forces->power, kmp_select(g, holds, lost, KMP_ZERO));
 }
 
-static void show(const kmp_tree *tree, const kmp_pressing *at, kmp_ref holds, const kmp_ref *size,
+static void show(const kmp_tree *tree, const kmp_bearing_load *at, kmp_ref holds, const kmp_ref *size,
                  const film_load *film, kmp_ref *value)
 {
     kmp_graph *g = tree->graph;
@@ -144,7 +144,7 @@ static void show(const kmp_tree *tree, const kmp_pressing *at, kmp_ref holds, co
 }
 
 /* Runs end where the journal's centre is farther from that of the bearing than ten clearances and half a radius. */
-static void end_outside(const kmp_tree *tree, const kmp_force *force, const kmp_pressing *at)
+static void end_outside(const kmp_tree *tree, const kmp_force *force, const kmp_bearing_load *at)
 {
     kmp_graph *g = tree->graph;
     const struct kmp_compliant *made = force->compliant;
@@ -163,12 +163,12 @@ static void end_outside(const kmp_tree *tree, const kmp_force *force, const kmp_
 void kmp_law_compliant(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,
                        kmp_ref *value)
 {
-    kmp_pressing at;
+    kmp_bearing_load at;
     film_load film;
-    kmp_pressing_find(tree, force, &at);
-    kmp_ref holds = kmp_pressing_holds(tree, force, &at);
+    kmp_bearing_load_find(tree, force, &at);
+    kmp_ref holds = kmp_bearing_load_holds(tree, force, &at);
     kmp_ref against[WORKS] = {at.rate, at.slip[0], at.slip[1], at.slip[2]};
-    kmp_ref size[WORKS] = {kmp_pressing_normal(tree, force, &at), KMP_ZERO, KMP_ZERO, KMP_ZERO};
+    kmp_ref size[WORKS] = {kmp_bearing_load_normal(tree, force, &at), KMP_ZERO, KMP_ZERO, KMP_ZERO};
     int count = force->holding_effort ? 1 + at.slips : 1;
     if (count > 1)
         find_friction(tree, force, &at, size[0], size + 1);

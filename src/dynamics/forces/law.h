@@ -3,7 +3,7 @@
  * potential where it has one and its power otherwise. One file for each row of model/force_kinds.def. */
 #pragma once
 
-#include "dynamics/forces.h"
+#include "dynamics/forces/forces.h"
 #include "dynamics/kinematics/touching.h"
 #include "symbolic/derivative.h"
 
@@ -13,7 +13,7 @@ typedef void kmp_force_law(kmp_forces *forces, const kmp_tree *tree, const kmp_f
 
 #define KMP_FORCE(kind, name, place, word, width) kmp_force_law kmp_law_##name;
 #define KMP_FIELD(...)
-#include "model/force_kinds.def"
+#include "model/data/force_kinds.def"
 #undef KMP_FORCE
 #undef KMP_FIELD
 

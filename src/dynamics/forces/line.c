@@ -3,7 +3,7 @@
  * second and the tension T, the force on the first point is T d / |d|; its power is -T times the rate of |d|. A rope
  * runs through further points without friction: it has one tension, and the sum of its parts is its length. */
 #include "dynamics/forces/law.h"
-#include "model/tables/force_table.h"
+#include "model/data/force_table.h"
 
 void kmp_pull_along(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, kmp_ref tension, bool constant,
                     unsigned energy)

@@ -8,34 +8,34 @@
 
 /* Names of quantities in printed equations: those of ROBOTRAN where it has them, an entry's number and then the link's.
  * Numbers in parentheses are equations of Fisette and Samin 1996. */
-static const kmp_notion name_rate = {"OM", "angular velocity, (11)"};
-static const kmp_notion name_acceleration = {"OMp", "angular acceleration, (12)"};
-static const kmp_notion name_beta = {"BS", "angular acceleration and centripetal terms as a matrix, (13)"};
-static const kmp_notion name_linear = {"AlF", "acceleration of the origin less gravity, (14)"};
-static const kmp_notion name_force = {"FF", "force of the joint, (25)"};
-static const kmp_notion name_moment = {"CF", "moment of the joint, (27)"};
-static const kmp_notion name_column_rate = {"OpM", "angular acceleration per qdd, (22)"};
-static const kmp_notion name_column_linear = {"AlM", "acceleration of the origin per qdd, (23)"};
-static const kmp_notion name_column_force = {"FM", "force of the joint per qdd, (35)"};
-static const kmp_notion name_column_moment = {"CM", "moment of the joint per qdd, (36)"};
-static const kmp_notion name_mass = {"mC", "mass of what the joint carries"};
-static const kmp_notion name_first = {"lC", "first moment of what the joint carries"};
-static const kmp_notion name_second = {"IC", "inertia of what the joint carries about its origin"};
+static const kmp_quantity_label name_rate = {"OM", "angular velocity, (11)"};
+static const kmp_quantity_label name_acceleration = {"OMp", "angular acceleration, (12)"};
+static const kmp_quantity_label name_beta = {"BS", "angular acceleration and centripetal terms as a matrix, (13)"};
+static const kmp_quantity_label name_linear = {"AlF", "acceleration of the origin less gravity, (14)"};
+static const kmp_quantity_label name_force = {"FF", "force of the joint, (25)"};
+static const kmp_quantity_label name_moment = {"CF", "moment of the joint, (27)"};
+static const kmp_quantity_label name_column_rate = {"OpM", "angular acceleration per qdd, (22)"};
+static const kmp_quantity_label name_column_linear = {"AlM", "acceleration of the origin per qdd, (23)"};
+static const kmp_quantity_label name_column_force = {"FM", "force of the joint per qdd, (35)"};
+static const kmp_quantity_label name_column_moment = {"CM", "moment of the joint per qdd, (36)"};
+static const kmp_quantity_label name_mass = {"mC", "mass of what the joint carries"};
+static const kmp_quantity_label name_first = {"lC", "first moment of what the joint carries"};
+static const kmp_quantity_label name_second = {"IC", "inertia of what the joint carries about its origin"};
 
 /* column 0: none. */
-static void name_entry(kmp_graph *g, const kmp_notion *quantity, kmp_ref r, int entry, int link, int column)
+static void name_entry(kmp_graph *g, const kmp_quantity_label *quantity, kmp_ref r, int entry, int link, int column)
 {
     kmp_graph_label(g, r, (kmp_label){.quantity = quantity, .entry = entry, .link = link, .column = column});
 }
 
-static void name_vector(kmp_graph *g, const kmp_notion *quantity, kmp_vec v, int link, int column)
+static void name_vector(kmp_graph *g, const kmp_quantity_label *quantity, kmp_vec v, int link, int column)
 {
     for (int k = 0; k < 3 && kmp_graph_has_labels(g); k++)
         name_entry(g, quantity, v.x[k], k + 1, link, column);
 }
 
 /* (13) */
-static void set_beta(kmp_graph *g, kmp_movement *m)
+static void set_beta(kmp_graph *g, kmp_link_motion *m)
 {
     for (int i = 0; i < 3; i++) {
         int j = (i + 1) % 3, k = (i + 2) % 3;
@@ -53,12 +53,12 @@ static kmp_ref signed_for(const kmp_link *link, kmp_ref r)
 }
 
 /* Recursion (11)-(14) from link h to i. */
-static void forward(const kmp_tree *tree, int i, kmp_ref qdd, kmp_movement *m)
+static void forward(const kmp_tree *tree, int i, kmp_ref qdd, kmp_link_motion *m)
 {
     kmp_graph *g = tree->graph;
     const kmp_link *link = &tree->links[i];
-    const kmp_movement *h = &m[link->parent];
-    kmp_movement *mi = &m[i];
+    const kmp_link_motion *h = &m[link->parent];
+    kmp_link_motion *mi = &m[i];
     kmp_ref acceleration = signed_for(link, qdd);
     kmp_vec rate = kmp_vec_axis(link->qd, link->axis);
     mi->w = kmp_link_to_child(tree, i, h->w);
@@ -78,7 +78,7 @@ static void forward(const kmp_tree *tree, int i, kmp_ref qdd, kmp_movement *m)
     mi->alpha.x[link->axis] = kmp_add(g, mi->alpha.x[link->axis], acceleration);
 }
 
-static void name_motion(kmp_graph *g, int i, const kmp_movement *m)
+static void name_motion(kmp_graph *g, int i, const kmp_link_motion *m)
 {
     name_vector(g, &name_rate, m->w, i, 0);
     name_vector(g, &name_acceleration, m->wd, i, 0);
@@ -90,7 +90,7 @@ static void name_motion(kmp_graph *g, int i, const kmp_movement *m)
 /* I wd + w x (I w), written with beta, whose products of rates exist already:
  *
  *     x: Ixx wd_x + (Izz - Iyy) wy wz - Ixy beta_zx + Ixz beta_yx + Iyz (wy^2 - wz^2), and cyclically. */
-static kmp_vec gyroscopic(kmp_graph *g, kmp_tensor inertia, const kmp_movement *m)
+static kmp_vec gyroscopic(kmp_graph *g, kmp_tensor inertia, const kmp_link_motion *m)
 {
     kmp_vec r;
     for (int x = 0; x < 3; x++) {
@@ -109,7 +109,7 @@ static kmp_vec gyroscopic(kmp_graph *g, kmp_tensor inertia, const kmp_movement *
 
 /* The link's own share of (25) and (27): with f = m (alpha + beta l) - F and l x f. Or by the first moment b = m l and
  * the second moments about the origin, with f = m alpha + beta b - F and b x alpha - l x F. */
-static void body_wrench(const kmp_tree *tree, int i, const kmp_movement *m, const kmp_wrench *applied, kmp_wrench *w)
+static void body_wrench(const kmp_tree *tree, int i, const kmp_link_motion *m, const kmp_wrench *applied, kmp_wrench *w)
 {
     kmp_graph *g = tree->graph;
     const kmp_link *link = &tree->links[i];
@@ -156,7 +156,7 @@ static kmp_ref with_armature(const kmp_tree *tree, int i, kmp_ref x, kmp_ref qdd
 
 void kmp_newton_euler_shares(const kmp_tree *tree, const kmp_wrench *applied, kmp_wrench *share)
 {
-    kmp_movement *m = KMP_GRAPH_NEW(tree->graph, kmp_movement, tree->count);
+    kmp_link_motion *m = KMP_GRAPH_NEW(tree->graph, kmp_link_motion, tree->count);
     if (!m)
         return;
     m[0].alpha = kmp_vec_sub(tree->graph, kmp_vec_zero(), tree->gravity);
@@ -167,10 +167,10 @@ void kmp_newton_euler_shares(const kmp_tree *tree, const kmp_wrench *applied, km
     }
 }
 
-void kmp_newton_euler_whole(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench *applied, kmp_movement *m,
+void kmp_newton_euler_whole(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench *applied, kmp_link_motion *m,
                             kmp_wrench *w, kmp_ref *effort)
 {
-    m[0] = (kmp_movement){.alpha = kmp_vec_sub(tree->graph, kmp_vec_zero(), tree->gravity)};
+    m[0] = (kmp_link_motion){.alpha = kmp_vec_sub(tree->graph, kmp_vec_zero(), tree->gravity)};
     for (int i = 0; i < tree->count; i++)
         w[i] = (kmp_wrench){kmp_vec_zero(), kmp_vec_zero()};
     for (int i = 1; i < tree->count; i++) {
@@ -189,7 +189,7 @@ void kmp_newton_euler_whole(const kmp_tree *tree, const kmp_ref *qdd, const kmp_
 
 void kmp_newton_euler(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench *applied, kmp_ref *effort)
 {
-    kmp_movement *m = KMP_GRAPH_NEW(tree->graph, kmp_movement, tree->count);
+    kmp_link_motion *m = KMP_GRAPH_NEW(tree->graph, kmp_link_motion, tree->count);
     kmp_wrench *w = KMP_GRAPH_NEW(tree->graph, kmp_wrench, tree->count);
     if (m && w)
         kmp_newton_euler_whole(tree, qdd, applied, m, w, effort);

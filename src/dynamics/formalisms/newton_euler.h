@@ -17,10 +17,10 @@ static inline kmp_ref *kmp_wrench_along(const kmp_link *link, kmp_wrench *w)
 
 /** Motion of a link: omega, omega dot, beta = omega dot~ + omega~ omega~ (13), alpha = acceleration - g (10) of its
  *  origin. */
-typedef struct kmp_movement {
+typedef struct kmp_link_motion {
     kmp_vec w, wd, alpha;
     kmp_matrix beta;
-} kmp_movement;
+} kmp_link_motion;
 
 /** The joint forces that give the accelerations qdd[k] (motion k; all zero: the bias C): eqs. (11)-(14), (25), (27),
  * and (18)-(21), (31)-(33), (37). applied[link] for every link. Signed like q. Here and below the graph
@@ -29,7 +29,7 @@ void kmp_newton_euler(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench
 
 /** Inverse dynamics as kmp_newton_euler, with the movement of every link and the wrench about its origin that moves its
  * subtree: both arrays of tree->count. */
-void kmp_newton_euler_whole(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench *applied, kmp_movement *m,
+void kmp_newton_euler_whole(const kmp_tree *tree, const kmp_ref *qdd, const kmp_wrench *applied, kmp_link_motion *m,
                             kmp_wrench *w, kmp_ref *effort);
 
 /** Each link's own share of (25) and (27) with the coordinates at rest in their rates (qdd = 0), about its origin. */

@@ -2,7 +2,7 @@
 /* Dry friction that sticks: a force f against the rate of a place (a coordinate, or an expression of coordinates), of
  * at most the static level while the rate is zero, and of the level while it slips. Its mode is held during a step by
  * inputs of the roles of kmp_role. In slip f = -sense level. In stick it is the multiplier of a row of J, or, where
- * other rows imply that row, a given force. A run decides on modes (integrators/friction/friction_run.h).
+ * other rows imply that row, a given force. A run decides on modes (integrators/run/friction_run.h).
  *
  * Friction of a contact whose slip has two directions is two elements that slip and stick together: in slip each has
  * its share of the level, opposite to the direction of the slip, and the size of both forces is within the level.

@@ -5,7 +5,7 @@
 #include "base/text.h"
 #include "dynamics/kinematics/friction_modes.h"
 #include "dynamics/kinematics/link_tree.h"
-#include "symbolic/sums/surface.h"
+#include "symbolic/surface.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <stdarg.h>

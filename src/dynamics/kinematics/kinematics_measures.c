@@ -3,7 +3,7 @@
  * measures.def), and rates of expressions. */
 #include "dynamics/kinematics/link_tree.h"
 #include "dynamics/kinematics/pressing.h"
-#include "model/angle_sum.h"
+#include "model/data/angle_sum.h"
 #include "symbolic/derivative.h"
 
 /* -- vectors ------------------------------------------------------------------------------------------- */
@@ -55,7 +55,7 @@ kmp_vec kmp_point_measure(const kmp_tree *tree, kmp_measure_kind kind, int point
     }
 }
 
-static kmp_vec axis_of(const kmp_tree *tree, const kmp_spot *spot, int axis, int frame)
+static kmp_vec axis_of(const kmp_tree *tree, const kmp_measure_argument *spot, int axis, int frame)
 {
     double e[3] = {axis == 0, axis == 1, axis == 2};
     return kmp_point_direction(tree, spot->point, spot->along ? spot->along : e, frame);
@@ -71,7 +71,7 @@ static kmp_ref distance(const kmp_tree *tree, int a, int b)
 }
 
 /* An angle that is a sum of coordinates; false: it is none. */
-static bool sum_of_angles(const kmp_tree *tree, const kmp_spot axis[3], kmp_ref *sum)
+static bool sum_of_angles(const kmp_tree *tree, const kmp_measure_argument axis[3], kmp_ref *sum)
 {
     kmp_graph *g = tree->graph;
     double constant, *factor = KMP_GRAPH_NEW(g, double, tree->count);
@@ -91,7 +91,7 @@ static bool sum_of_angles(const kmp_tree *tree, const kmp_spot axis[3], kmp_ref 
 static kmp_ref angle(const kmp_tree *tree, const kmp_measure *measure)
 {
     kmp_graph *g = tree->graph;
-    const kmp_spot *of = measure->spot;
+    const kmp_measure_argument *of = measure->spot;
     kmp_ref sum;
     if (measure->count == 3 && sum_of_angles(tree, of, &sum))
         return sum;
@@ -110,7 +110,7 @@ static kmp_ref angle(const kmp_tree *tree, const kmp_measure *measure)
 
 kmp_ref kmp_tree_measure(const kmp_tree *tree, const kmp_measure *measure, int number)
 {
-    const kmp_spot *of = measure->spot;
+    const kmp_measure_argument *of = measure->spot;
     switch (measure->kind) {
     case KMP_MEASURE_DISTANCE:
         return distance(tree, of[0].point, of[1].point);
@@ -126,7 +126,7 @@ kmp_ref kmp_tree_measure(const kmp_tree *tree, const kmp_measure *measure, int n
     case KMP_MEASURE_DEPTH:
     case KMP_MEASURE_APPROACH:
     case KMP_MEASURE_NORMAL:
-        return kmp_pressing_measure(tree, measure->kind, of[0].name);
+        return kmp_bearing_load_measure(tree, measure->kind, of[0].name);
     case KMP_MEASURE_REACTION:
     case KMP_MEASURE_MOMENT:
         return tree->reaction ? tree->reaction(tree, of[0].closure, measure->kind == KMP_MEASURE_MOMENT).x[number]

@@ -2,8 +2,8 @@
 /* Numbers and expressions of the model as nodes of the graph. */
 #include "base/clones.h"
 #include "dynamics/kinematics/link_tree.h"
-#include "model/variant.h"
-#include "symbolic/sums/surface.h"
+#include "model/data/variant.h"
+#include "symbolic/surface.h"
 #include <math.h>
 #include <string.h>
 
@@ -14,7 +14,7 @@ static kmp_ref call(kmp_graph *g, kmp_function f, kmp_ref a, kmp_ref b, kmp_ref 
 #define KMP_FUNCTION(name, arity, value, node)                                                                         \
     case KMP_FUNCTION_##name:                                                                                          \
         return node;
-#include "model/expressions/functions.def"
+#include "model/language/functions.def"
 #undef KMP_FUNCTION
     case KMP_FUNCTION_COUNT:
         break;

@@ -115,7 +115,7 @@ static void relate_chart(kmp_graph *g, kmp_link *link, kmp_link *parent, double 
 /* v in axes that turn with the body's link, also where the link's own axes do not. */
 static kmp_vec turning_vector(const kmp_tree *tree, int body, kmp_vec v)
 {
-    kmp_mount *mount = &tree->mounts[body];
+    kmp_body_on_link *mount = &tree->mounts[body];
     kmp_link *link = &tree->links[mount->link];
     if (mount->turned)
         v = apply(tree->graph, mount->r, false, v);
@@ -134,7 +134,7 @@ kmp_vec kmp_body_vector(const kmp_tree *tree, int body, kmp_vec v)
 /* The inverse of turning_vector. */
 static kmp_vec own_vector(const kmp_tree *tree, int body, kmp_vec v)
 {
-    kmp_mount *mount = &tree->mounts[body];
+    kmp_body_on_link *mount = &tree->mounts[body];
     kmp_link *link = &tree->links[mount->link];
     if (link->axis == 2 && link->a[2][2] != 1)
         v = apply(tree->graph, link->a, false, v);
@@ -156,7 +156,7 @@ static kmp_tensor body_inertia(const kmp_tree *tree, int body)
 {
     static const int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
     const kmp_number *number = tree->model->bodies[body].inertia;
-    kmp_mount *mount = &tree->mounts[body];
+    kmp_body_on_link *mount = &tree->mounts[body];
     const kmp_link *link = &tree->links[mount->link];
     double b[3][3];
     kmp_tensor t, r;
@@ -189,11 +189,11 @@ kmp_inertia kmp_body_inertia(const kmp_tree *tree, int b)
 }
 
 /* The base of body b's joint: axes and origin with all its coordinates zero, on the parent's link. */
-static kmp_mount find_base(const kmp_tree *tree, int b)
+static kmp_body_on_link find_base(const kmp_tree *tree, int b)
 {
     const kempe_model *model = tree->model;
     const kmp_body *body = &model->bodies[b];
-    kmp_mount base = tree->mounts[body->parent];
+    kmp_body_on_link base = tree->mounts[body->parent];
     double axes[3][3], frame[3][3];
     if (body->at >= 0) {
         base.p = kmp_point_local(tree, body->at);
@@ -209,7 +209,7 @@ static kmp_mount find_base(const kmp_tree *tree, int b)
     return base;
 }
 
-static void set_motion(kmp_tree *tree, int k, kmp_mount *base)
+static void set_motion(kmp_tree *tree, int k, kmp_body_on_link *base)
 {
     const kmp_motion *motion = &tree->model->motions[k];
     const kmp_body *body = &tree->model->bodies[motion->body];
@@ -236,7 +236,7 @@ static void set_motion(kmp_tree *tree, int k, kmp_mount *base)
         link->q = kmp_neg(link->q);
         link->qd = kmp_neg(link->qd);
     }
-    *base = (kmp_mount){.link = k + 1, .p = kmp_vec_zero()};
+    *base = (kmp_body_on_link){.link = k + 1, .p = kmp_vec_zero()};
     identity(base->r);
 }
 
@@ -252,11 +252,11 @@ static void turn_back(double r[3][3], double m[3][3])
 }
 
 /* Attaches body b to the end of its chain by its own point: constants of the link, without motion. */
-static void hang(kmp_tree *tree, int b, const kmp_mount *end)
+static void hang(kmp_tree *tree, int b, const kmp_body_on_link *end)
 {
     const kempe_model *model = tree->model;
     kmp_body *body = &model->bodies[b];
-    kmp_mount *mount = &tree->mounts[b];
+    kmp_body_on_link *mount = &tree->mounts[b];
     *mount = *end;
     if (body->turned && body->reversed)
         turn_back(mount->r, body->frame);
@@ -272,7 +272,7 @@ static void hang(kmp_tree *tree, int b, const kmp_mount *end)
 static void set_body(kmp_tree *tree, int b)
 {
     const kmp_body *body = &tree->model->bodies[b];
-    kmp_mount base = find_base(tree, b);
+    kmp_body_on_link base = find_base(tree, b);
     for (int k = 0; k < body->motion_count; k++)
         set_motion(tree, body->first_motion + k, &base);
     if (kmp_body_has_armature(body))
@@ -307,7 +307,7 @@ static bool begin(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_ke
 {
     *tree = (kmp_tree){.graph = g, .model = model, .keep = keep, .charted = charted, .count = model->motion_count + 1};
     KMP_ARENA_MAKE(&tree->arena, KMP_ROOM(kmp_link, tree->count, &tree->links),
-                   KMP_ROOM(kmp_mount, model->body_count, &tree->mounts),
+                   KMP_ROOM(kmp_body_on_link, model->body_count, &tree->mounts),
                    KMP_ROOM(double, kmp_tree_symbol_count(tree), &tree->symbols),
                    KMP_ROOM(kmp_ref, KMP_UNKNOWNS_MOST * model->unknowns_count, &tree->unknown),
                    KMP_ROOM(bool, model->unknowns_count, &tree->solved));
@@ -338,7 +338,7 @@ bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_k
         set_body(tree, b);
     for (int k = kmp_model_coordinates(model); k < model->motion_count; k++) {
         /* The motion of a state: a rotation of a unit inertia on the ground. */
-        kmp_mount base = tree->mounts[0];
+        kmp_body_on_link base = tree->mounts[0];
         set_motion(tree, k, &base);
         tree->links[k + 1].inertia.x[0] = KMP_ONE;
     }

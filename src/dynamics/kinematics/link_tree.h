@@ -8,7 +8,7 @@
 
 #include "dynamics/kinematics/friction_roles.h"
 #include "dynamics/kinematics/vector.h"
-#include "model/model.h"
+#include "model/data/model.h"
 
 typedef struct kmp_link {
     int parent; /* link; -1 for the ground */
@@ -40,12 +40,12 @@ typedef struct kmp_link {
 
 /** The position of a body on its link; it differs from the link's origin and axes when the body is welded to another
  * one. */
-typedef struct kmp_mount {
+typedef struct kmp_body_on_link {
     int link;
     bool turned;    /* r is not the identity */
     double r[3][3]; /* v_own = r v_body: model axes of the link's own body, from this body's */
     kmp_vec p;      /* from the link's origin to the body's, link axes */
-} kmp_mount;
+} kmp_body_on_link;
 
 /** A condition: a comparison or a sign in an expression, or one of an element. */
 typedef struct kmp_condition {
@@ -119,7 +119,7 @@ typedef struct kmp_tree {
     bool charted;    /* joints of kmp_spherical_find have inputs KMP_IN_CHART */
     int count;       /* links, ground included: motion k is link k + 1 */
     kmp_link *links;
-    kmp_mount *mounts; /* of each body */
+    kmp_body_on_link *mounts; /* of each body */
     kmp_vec gravity;
     const kmp_ref *place; /* 3: the values of x, y, z in expressions; NULL: they have none */
     kmp_ref *unknown;     /* KMP_UNKNOWNS_MOST for each group of the model: their values, once used; of a named

@@ -8,7 +8,7 @@
 #define KMP_CONTACT_LAG 1e-15
 
 /* The slip of two sides. */
-static void find_sides(const kmp_tree *tree, const kmp_force *force, kmp_pressing *pressing)
+static void find_sides(const kmp_tree *tree, const kmp_force *force, kmp_bearing_load *pressing)
 {
     const kmp_contact_pair *touch = &force->touch;
     kmp_touching sides;
@@ -23,7 +23,7 @@ static void find_sides(const kmp_tree *tree, const kmp_force *force, kmp_pressin
  * |(x, y)|, depth e - c, rate (x x' + y y')/e. Its surface slips with (x y' - y x')/e + (R - c) w along the bearing,
  * which is the velocity of the journal's point of contact. The bodies touch where c^2 - e^2 < 0, which is smooth at the
  * centre, too. */
-static void find_journal(const kmp_tree *tree, const kmp_force *force, kmp_pressing *pressing)
+static void find_journal(const kmp_tree *tree, const kmp_force *force, kmp_bearing_load *pressing)
 {
     kmp_graph *g = tree->graph;
     const struct kmp_compliant *made = force->compliant;
@@ -51,9 +51,9 @@ static void find_journal(const kmp_tree *tree, const kmp_force *force, kmp_press
     pressing->slips = 1;
 }
 
-void kmp_pressing_find(const kmp_tree *tree, const kmp_force *force, kmp_pressing *pressing)
+void kmp_bearing_load_find(const kmp_tree *tree, const kmp_force *force, kmp_bearing_load *pressing)
 {
-    *pressing = (kmp_pressing){
+    *pressing = (kmp_bearing_load){
         .x = KMP_ZERO, .y = KMP_ZERO, .z = KMP_ZERO, .eccentricity = KMP_ZERO, .slip = {KMP_ZERO, KMP_ZERO, KMP_ZERO}};
     if (force->compliant->form == KMP_COMPLIANT_JOURNAL)
         find_journal(tree, force, pressing);
@@ -70,7 +70,7 @@ void kmp_pressing_find(const kmp_tree *tree, const kmp_force *force, kmp_pressin
     }
 }
 
-kmp_ref kmp_pressing_holds(const kmp_tree *tree, const kmp_force *force, const kmp_pressing *pressing)
+kmp_ref kmp_bearing_load_holds(const kmp_tree *tree, const kmp_force *force, const kmp_bearing_load *pressing)
 {
     double reach = 1;
     for (int k = 0; k < tree->model->point_count; k++)
@@ -86,8 +86,8 @@ kmp_ref kmp_pressing_holds(const kmp_tree *tree, const kmp_force *force, const k
 
 /* Beyond the end of contact, within a step that is cut there, the law sees the modulus of the depth: powers of it stay
  * defined. */
-kmp_ref kmp_pressing_law(const kmp_tree *tree, const kmp_force *force, const kmp_pressing *pressing,
-                         const kmp_expr *law)
+kmp_ref kmp_bearing_load_law(const kmp_tree *tree, const kmp_force *force, const kmp_bearing_load *pressing,
+                             const kmp_expr *law)
 {
     kmp_graph *g = tree->graph;
     const kempe_model *model = tree->model;
@@ -103,7 +103,7 @@ kmp_ref kmp_pressing_law(const kmp_tree *tree, const kmp_force *force, const kmp
     return kmp_tree_expression(&within, law);
 }
 
-kmp_ref kmp_pressing_coefficient(const kmp_tree *tree, const kmp_force *force, kmp_ref slip)
+kmp_ref kmp_bearing_load_coefficient(const kmp_tree *tree, const kmp_force *force, kmp_ref slip)
 {
     kmp_ref place[KMP_LOCAL_END] = {[KMP_LOCAL_SLIP] = slip};
     kmp_tree within = *tree;
@@ -111,25 +111,25 @@ kmp_ref kmp_pressing_coefficient(const kmp_tree *tree, const kmp_force *force, k
     return kmp_tree_expression(&within, force->holding_effort);
 }
 
-kmp_ref kmp_pressing_normal(const kmp_tree *tree, const kmp_force *force, const kmp_pressing *pressing)
+kmp_ref kmp_bearing_load_normal(const kmp_tree *tree, const kmp_force *force, const kmp_bearing_load *pressing)
 {
     kmp_graph *g = tree->graph;
-    kmp_ref holds = kmp_pressing_holds(tree, force, pressing);
-    kmp_ref law = kmp_pressing_law(tree, force, pressing, force->effort);
+    kmp_ref holds = kmp_bearing_load_holds(tree, force, pressing);
+    kmp_ref law = kmp_bearing_load_law(tree, force, pressing, force->effort);
     kmp_ref pulls = kmp_tree_condition(tree, force, KMP_PRESSING_PULLS, kmp_select(g, holds, law, KMP_ONE), 0, NULL,
                                        "contact of '%s' without force", force->name);
     return kmp_select(g, holds, kmp_select(g, pulls, KMP_ZERO, law), KMP_ZERO);
 }
 
-kmp_ref kmp_pressing_measure(const kmp_tree *tree, kmp_measure_kind kind, const char *contact)
+kmp_ref kmp_bearing_load_measure(const kmp_tree *tree, kmp_measure_kind kind, const char *contact)
 {
     const kempe_model *model = tree->model;
-    kmp_pressing pressing;
+    kmp_bearing_load pressing;
     int k = kmp_name_find(KMP_NAMED(model, force), contact);
     if (k < 0)
         return KMP_ZERO;
-    kmp_pressing_find(tree, &model->forces[k], &pressing);
+    kmp_bearing_load_find(tree, &model->forces[k], &pressing);
     return kind == KMP_MEASURE_DEPTH      ? pressing.depth
            : kind == KMP_MEASURE_APPROACH ? pressing.rate
-                                          : kmp_pressing_normal(tree, &model->forces[k], &pressing);
+                                          : kmp_bearing_load_normal(tree, &model->forces[k], &pressing);
 }

@@ -5,9 +5,9 @@
  * its derivatives on the curve. The middle circle of a cylinder with the axis e reaches r sqrt(1 - (n.e)^2) towards a
  * plane. */
 #include "dynamics/kinematics/touching.h"
-#include "model/angle_sum.h"
-#include "model/contacts/parallel_curve.h"
-#include "model/contacts/touch_plane.h"
+#include "model/data/angle_sum.h"
+#include "model/data/parallel_curve.h"
+#include "model/data/touch_plane.h"
 #include "symbolic/derivative.h"
 #include "symbolic/partials.h"
 #include "symbolic/table_function.h"
@@ -162,7 +162,7 @@ static bool turned_about(const kmp_tree *tree, const kmp_contact_pair *touch, in
 {
     kmp_graph *g = tree->graph;
     int first = touch->side[0].point, second = touch->side[1].point, from = (axis + 1) % 3;
-    const kmp_spot axes[3] = {
+    const kmp_measure_argument axes[3] = {
         {.point = second, .axis = from}, {.point = first, .axis = from}, {.point = second, .axis = axis}};
     double constant, *factor = KMP_GRAPH_NEW(g, double, tree->count);
     if (!factor || !kmp_angle_sum(tree->model, axes, &constant, factor))
@@ -191,7 +191,7 @@ static int plane_axis(const pair *p)
     for (int axis = 0; axis < 3; axis++) {
         bool about = side[1].shape == KMP_TOUCH_SPHERE ? kmp_vec_dot(p->tree->graph, p->axes[1][axis], p->d) == KMP_ZERO
                                                        : axis == side[1].axis;
-        const kmp_spot normal = {.point = side[1].point, .axis = axis};
+        const kmp_measure_argument normal = {.point = side[1].point, .axis = axis};
         if (about && kmp_moves_across(p->tree->model, side[0].point, &normal))
             return axis;
     }

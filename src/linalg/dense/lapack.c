@@ -2,7 +2,7 @@
 /* Hides LAPACK's Fortran binding and its workspace. The lengths of character arguments are left out, as all of them are
  * one letter. */
 #include "linalg/dense/lapack.h"
-#include "linalg/dot.h"
+#include "linalg/dense/dot.h"
 #include <string.h>
 
 extern void dgeevx_(const char *balanc, const char *jobvl, const char *jobvr, const char *sense, const int *n,

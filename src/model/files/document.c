@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/files/document.h"
-#include "model/formats/formats.h"
+#include "exchange/formats/formats.h"
 
 kempe_status kmp_document_load(kempe_context *context, kmp_arena *arena, const char *file, int number, const char *text,
-                               size_t length, kmp_base base, const kmp_beside *beside, const kmp_yaml **root)
+                               size_t length, kmp_base base, const kmp_include_files *beside, const kmp_yaml **root)
 {
     if (kmp_is_foreign(file, text, length))
         return kmp_foreign_load(context, arena, file, number, text, length, base, beside, root);

@@ -5,7 +5,7 @@
 #include "model/files/yaml.h"
 
 /** The files of a model, by their numbers, for formats whose files include others. */
-typedef struct kmp_beside {
+typedef struct kmp_include_files {
     void *user;
     /** Reads a file in the folder of file `from`; its number, and its text, which kmp_free frees. NULL after an error,
      * which is at the place. */
@@ -13,9 +13,9 @@ typedef struct kmp_beside {
     const char *(*name)(void *user, int number);
     /** Keeps a warning for the results of the model; `altered`: mechanics of the file is left out. */
     void (*note)(void *user, const char *line, bool altered);
-} kmp_beside;
+} kmp_include_files;
 
 /** The contract of kmp_yaml_load. Text in another format begins with '<', is in a file with one of the endings in
  * formats.def, or has one of the keys there; `base` is the support of its root. */
 kempe_status kmp_document_load(kempe_context *context, kmp_arena *arena, const char *file, int number, const char *text,
-                               size_t length, kmp_base base, const kmp_beside *beside, const kmp_yaml **root);
+                               size_t length, kmp_base base, const kmp_include_files *beside, const kmp_yaml **root);

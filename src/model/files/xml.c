@@ -3,7 +3,7 @@
  * depth is limited. */
 #include "model/files/xml.h"
 #include "base/memory.h"
-#include "model/limits.h"
+#include "model/language/limits.h"
 #include <expat.h>
 #include <string.h>
 

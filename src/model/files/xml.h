@@ -5,7 +5,7 @@
 
 #include "base/arena.h"
 #include "base/context.h"
-#include "model/model.h"
+#include "model/data/model.h"
 
 typedef struct kmp_element {
     const char *name;

@@ -3,7 +3,7 @@
  * pointers without recursion, also when an alias makes a cycle. */
 #include "model/files/yaml.h"
 #include "model/files/nodes.h"
-#include "model/limits.h"
+#include "model/language/limits.h"
 #include <stdint.h>
 #include <string.h>
 #include <yaml.h>

@@ -6,7 +6,7 @@
 #include "base/arena.h"
 #include "base/context.h"
 #include "base/text.h"
-#include "model/model.h"
+#include "model/data/model.h"
 
 typedef enum kmp_yaml_kind { KMP_YAML_SCALAR, KMP_YAML_LIST, KMP_YAML_MAP } kmp_yaml_kind;
 

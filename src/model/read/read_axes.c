@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Axes and orientations: unit vectors, and frames from one or two of them. */
-#include "linalg/dot.h"
+#include "linalg/dense/dot.h"
 #include "model/read/reading.h"
 #include <math.h>
 

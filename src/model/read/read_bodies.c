@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Bodies, their order and their points. The tree comes from the joints' `at`; parents are put before their
  * children, the file's order kept otherwise. */
-#include "model/expressions/number_algebra.h"
+#include "model/language/number_algebra.h"
 #include "model/read/reading.h"
 #include <string.h>
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Loop closures and drives. */
-#include "model/contacts/read_contacts.h"
+#include "model/data/closure_table.h"
+#include "model/read/read_contacts.h"
 #include "model/read/reading.h"
-#include "model/tables/closure_table.h"
 #include <string.h>
 
 typedef enum needs { NOTHING, NUMBER, AXIS, SAME_AXIS, TWO_AXES, CURVE, TERMS, EXPRESSION } needs;
@@ -14,16 +14,16 @@ typedef struct closure_kind {
 
 static const closure_kind kinds[] = {
 #define KMP_CLOSURE(name, needs) {#name, needs},
-#include "model/closure_kinds.def"
+#include "model/data/closure_kinds.def"
 #undef KMP_CLOSURE
 };
 
 static const kmp_key closure_keys[] = {
 #define KMP_CLOSURE(name, needs) {#name, "", ""},
-#include "model/closure_kinds.def"
+#include "model/data/closure_kinds.def"
 #undef KMP_CLOSURE
 #define KMP_CLOSURE_NUMBER(kind, key, unit, ...) {#key, unit, ""},
-#include "model/closure_numbers.def"
+#include "model/data/closure_numbers.def"
 #include "model/keys/closure_keys.def"
     {0}};
 
@@ -33,7 +33,7 @@ static const struct {
     unsigned needs;
 } takes[] = {
 #define KMP_CLOSURE_NUMBER(kind, key, ...) {#key, #kind, 0},
-#include "model/closure_numbers.def"
+#include "model/data/closure_numbers.def"
     {"axis", NULL, 1u << AXIS | 1u << SAME_AXIS},
     {"axes", NULL, 1u << SAME_AXIS | 1u << TWO_AXES},
     {"table", NULL, 1u << CURVE},

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Force elements: the rows of force_kinds.def. */
-#include "model/contacts/read_contacts.h"
+#include "model/data/force_table.h"
+#include "model/read/read_contacts.h"
 #include "model/read/reading.h"
-#include "model/tables/force_table.h"
 #include <string.h>
 
 static const kmp_key force_keys[] = {
@@ -366,7 +366,7 @@ static void set_distance(element *e)
     kmp_arena *arena = &e->r->model->arena;
     const kmp_expr *distance = NULL;
     for (int k = 0; k <= e->force->through_count; k++) {
-        kmp_spot ends[2];
+        kmp_measure_argument ends[2];
         for (int i = 0; i < 2; i++)
             if (!kmp_reader_spot(e->r, kmp_force_point(e->force, k + i), -1, &ends[i]))
                 return;
@@ -382,7 +382,7 @@ static void set_distance(element *e)
 /* From the axis that follows the torsion's, of the first point, to that of the second. */
 static void set_angle(element *e)
 {
-    kmp_spot axes[3];
+    kmp_measure_argument axes[3];
     kmp_arena *arena = &e->r->model->arena;
     const int *point = e->force->point;
     int about = e->force->axis, from = (about + 1) % 3;

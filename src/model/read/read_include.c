@@ -3,9 +3,9 @@
  * read. Names that its keys define are prefixed here. Names that it refers to are prefixed at look-up
  * (kmp_reader_name), by the file of the referring node. Its ground is a point of the body that it is put on. */
 #include "base/memory.h"
+#include "exchange/formats/formats.h"
 #include "model/files/nodes.h"
-#include "model/formats/formats.h"
-#include "model/limits.h"
+#include "model/language/limits.h"
 #include "model/read/reading.h"
 #include <string.h>
 

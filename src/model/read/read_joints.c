@@ -7,16 +7,16 @@
 /* The keys that determine the kind of joint: its name, or the motions. */
 static const char *const kinds[] = {
 #define KMP_JOINT(name, chain) #name,
-#include "model/tables/joints.def"
+#include "model/data/joints.def"
 #undef KMP_JOINT
     "motions"};
 
 static const kmp_key joint_keys[] = {
 #define KMP_JOINT(name, chain) {#name, "", ""},
-#include "model/tables/joints.def"
+#include "model/data/joints.def"
 #undef KMP_JOINT
 #define KMP_COUPLING_NUMBER(kind, joint_key, unit, ...) {#joint_key, unit, ""},
-#include "model/closure_numbers.def"
+#include "model/data/closure_numbers.def"
 #include "model/keys/joint_keys.def"
     {0}};
 

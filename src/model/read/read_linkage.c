@@ -2,7 +2,7 @@
 /* Joints between two bodies. Once the tree is chosen they are converted to forms that the rest of the reader knows:
  * joints in bodies, and closures. */
 #include "base/context.h"
-#include "model/cut_coordinates.h"
+#include "model/data/cut_coordinates.h"
 #include "model/files/nodes.h"
 #include "model/read/linkage.h"
 #include <stdint.h>
@@ -11,10 +11,10 @@
 
 static const kmp_key edge_keys[] = {
 #define KMP_JOINT(name, chain) {#name, "", ""},
-#include "model/tables/joints.def"
+#include "model/data/joints.def"
 #undef KMP_JOINT
 #define KMP_COUPLING_NUMBER(kind, joint_key, unit, ...) {#joint_key, unit, ""},
-#include "model/closure_numbers.def"
+#include "model/data/closure_numbers.def"
 #include "model/keys/edge_keys.def"
     {0}};
 
@@ -412,7 +412,7 @@ void kmp_linkage_read_coordinates(kmp_reader *r, const kmp_yaml *made, const kmp
     kempe_model *model = r->model;
     const kmp_edge *edge = edge_of(r, made);
     double m[3][3] = {{0, 1, 0}, {0, 0, 1}, {1, 0, 0}};
-    kmp_spot end[2];
+    kmp_measure_argument end[2];
     if (!edge || edge->freedoms == 0 || !kmp_reader_spot(r, closure->point[0], -1, &end[0]) ||
         !kmp_reader_spot(r, closure->point[1], -1, &end[1]))
         return;

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Sensors, which are named expressions, and the outputs of a run: the rows of output_kinds.def. */
-#include "model/cut_coordinates.h"
-#include "model/reactions/carried.h"
+#include "model/data/carried.h"
+#include "model/data/cut_coordinates.h"
+#include "model/data/output_table.h"
 #include "model/read/reading.h"
-#include "model/tables/output_table.h"
 #include <string.h>
 
 /* -- sensors ------------------------------------------------------------------------------------- */

@@ -26,7 +26,7 @@ typedef struct valuation {
 
 static const char *const reserved[] = {
 #define KMP_FUNCTION(function, arity, value, node) #function,
-#include "model/expressions/functions.def"
+#include "model/language/functions.def"
 #undef KMP_FUNCTION
     "t", "pi", "q", "qd"};
 

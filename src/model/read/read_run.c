@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Start values and settings of runs. */
-#include "model/cut_coordinates.h"
-#include "model/limits.h"
+#include "model/data/cut_coordinates.h"
+#include "model/data/run_settings.h"
+#include "model/language/limits.h"
 #include "model/read/reading.h"
-#include "model/tables/run_settings.h"
 #include <math.h>
 
 /* -- start --------------------------------------------------------------------------------------- */

@@ -2,7 +2,7 @@
 /* Tables: functions of one variable by points, in the file or in columns of a CSV file in its folder, and of two
  * variables by a grid of points. */
 #include "model/read/reading.h"
-#include "symbolic/sums/surface.h"
+#include "symbolic/surface.h"
 #include <math.h>
 #include <string.h>
 

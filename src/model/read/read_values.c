@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Numbers, vectors and the names that refer to bodies, points and motions. */
-#include "model/cut_coordinates.h"
-#include "model/reactions/carried.h"
+#include "model/data/carried.h"
+#include "model/data/cut_coordinates.h"
 #include "model/read/reading.h"
 #include <math.h>
 #include <stddef.h>
@@ -171,16 +171,16 @@ static void suggest_closure(kmp_reader *r, const char *name, kmp_text *sentence)
     kmp_nearest_suggest(&nearest, sentence);
 }
 
-bool kmp_reader_spot(kmp_reader *r, int point, int axis, kmp_spot *spot)
+bool kmp_reader_spot(kmp_reader *r, int point, int axis, kmp_measure_argument *spot)
 {
     const kmp_point *p = &r->model->points[point];
     kmp_text name = {0};
     kmp_text_printf(&name, "%s.%s", r->model->bodies[p->body].name, p->name);
-    *spot = (kmp_spot){.point = point, .axis = axis, .name = kmp_text_keep(&name, &r->model->arena)};
+    *spot = (kmp_measure_argument){.point = point, .axis = axis, .name = kmp_text_keep(&name, &r->model->arena)};
     return spot->name;
 }
 
-static bool find_spot(void *user, const char *text, const char *word, int column, kmp_spot *spot)
+static bool find_spot(void *user, const char *text, const char *word, int column, kmp_measure_argument *spot)
 {
     kmp_reader *r = user;
     int point = kmp_read_point_text(r, (kmp_place){r->scope_line, column, r->scope}, text, word);

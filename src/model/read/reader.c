@@ -4,12 +4,12 @@
  * docs/model. */
 #include "base/file.h"
 #include "base/memory.h"
+#include "model/data/variant.h"
 #include "model/files/document.h"
-#include "model/model_builder.h"
-#include "model/rail/rail.h"
+#include "model/read/model_builder.h"
 #include "model/read/reading.h"
-#include "model/variant.h"
-#include "symbolic/sums/surface.h"
+#include "rail/model/rail.h"
+#include "symbolic/surface.h"
 #include <kempe/settings.h>
 #include <math.h>
 #include <string.h>

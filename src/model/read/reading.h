@@ -5,9 +5,9 @@
 #pragma once
 
 #include "base/file.h"
+#include "model/data/force_table.h"
+#include "model/data/model.h"
 #include "model/files/yaml.h"
-#include "model/model.h"
-#include "model/tables/force_table.h"
 #include <kempe/settings.h>
 
 /** A key of a mapping: a row of a table of src/model/keys. */
@@ -278,7 +278,7 @@ const kmp_expr *kmp_read_function(kmp_reader *r, const kmp_yaml *node, const cha
                                   double *first);
 
 /** A point of the model, or an axis of it (-1: the point itself), for measures; false: no memory. */
-bool kmp_reader_spot(kmp_reader *r, int point, int axis, kmp_spot *spot);
+bool kmp_reader_spot(kmp_reader *r, int point, int axis, kmp_measure_argument *spot);
 
 /** The dimension of a coordinate, times s^power: that of its rate with -1. */
 kmp_dimension kmp_motion_dimension(const kempe_model *model, int motion, double power);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Output of `assemble`, as text and as JSON. */
 #include "constraints/closing/assemble.h"
-#include "model/print/model_print.h"
+#include "model/write/model_print.h"
 #include "output/print.h"
 #include <kempe/check.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* `check` for a person: a short form with the verdict, or one paragraph a question. */
 #include "studies/assembly/check_print.h"
-#include "model/print/model_print.h"
+#include "model/write/model_print.h"
 #include "output/result_table.h"
 #include <kempe/check.h>
 #include <math.h>
@@ -121,7 +121,7 @@ static void put_repair(kmp_text *text, const kempe_check *check, int k)
 
 static void put_reach(kmp_text *text, const kempe_check *check, int k)
 {
-    const kmp_reach *reach = &check->obstacle.reaches[k];
+    const kmp_short_links *reach = &check->obstacle.reaches[k];
     const char *name = kmp_name_of_closure(check->system, reach->closure);
     if (!reach->body)
         kmp_text_printf(text,
@@ -161,7 +161,7 @@ static double clean(double x)
 static void put_swing(kmp_text *text, const kempe_check *check, int k)
 {
     const kmp_limits *l = &check->diagnosis.limits;
-    const kmp_swing *s = &l->swing[k];
+    const kmp_coordinate_range *s = &l->swing[k];
     const char *unit = kmp_print_unit(check->system, k);
     double low = kmp_print_value(check->system, k, clean(s->low)),
            high = kmp_print_value(check->system, k, clean(s->high));
@@ -450,7 +450,7 @@ static void show_limits(kmp_text *text, const kempe_check *check, int most)
     }
     int u = check->part.u[0];
     for (int i = 0; i < l->landmark_count; i++) {
-        const kmp_landmark *mark = &l->landmark[i];
+        const kmp_limit_position *mark = &l->landmark[i];
         if (mark->coordinate >= 0)
             continue;
         const char *name = name_of(check, u), *unit = kmp_print_unit(check->system, u);
@@ -594,7 +594,7 @@ static void fill_coordinates(kempe_table *table, const void *result)
                      a && a->instead >= 0 ? kmp_name_of_coordinate(check->system, a->instead) : "", a ? a->max_b : NAN);
         if (!check->assembled || !l->walked)
             continue;
-        const kmp_swing *s = &l->swing[k];
+        const kmp_coordinate_range *s = &l->swing[k];
         kmp_tabulate_cells(table, "%g %g %d %d %d", kmp_print_value(check->system, k, s->low),
                            kmp_print_value(check->system, k, s->high), s->turns, s->low_dead, s->high_dead);
     }

@@ -181,7 +181,7 @@ static int failed_of(const kempe_comparison *c, int method)
 
 /* The method with the least of the worst ratios, if `robust` among those without failures; -1: none reaches all aims.
  */
-static int cheapest(const kempe_comparison *c, const kmp_aims *a, bool robust, int but)
+static int cheapest(const kempe_comparison *c, const kmp_error_levels *a, bool robust, int but)
 {
     int found = -1;
     for (int w = 0; w < c->method_count; w++)
@@ -192,7 +192,7 @@ static int cheapest(const kempe_comparison *c, const kmp_aims *a, bool robust, i
 }
 
 /* The recommended method; if no method reaches all aims, the coarser one alone counts. */
-static int choose_method(const kempe_comparison *c, kmp_aims *a)
+static int choose_method(const kempe_comparison *c, kmp_error_levels *a)
 {
     int method = cheapest(c, a, false, -1);
     while (method < 0 && a->count > 1) {
@@ -208,14 +208,14 @@ static int choose_method(const kempe_comparison *c, kmp_aims *a)
 /* -- reason ------------------------------------------------------------------------------------------ */
 
 /* "4.3", with "and 4.5" where there are two aims. */
-static void ratios(kmp_text *text, const kempe_comparison *c, const kmp_aims *a, int method)
+static void ratios(kmp_text *text, const kempe_comparison *c, const kmp_error_levels *a, int method)
 {
     for (int k = 0; k < a->count; k++)
         kmp_text_printf(text, kmp_compare_ratio(c, method, a->level[k]) < 9.95 ? "%s%.1f" : "%s%.0f",
                         k > 0 ? " and " : "", kmp_compare_ratio(c, method, a->level[k]));
 }
 
-static void report_cost(kmp_text *text, const kempe_comparison *c, const kmp_aims *a, int method)
+static void report_cost(kmp_text *text, const kempe_comparison *c, const kmp_error_levels *a, int method)
 {
     int next = cheapest(c, a, false, method);
     bool best = kmp_compare_worst(c, a, method) <= 1;
@@ -276,7 +276,7 @@ static void report_stiffness(kmp_text *text, const kempe_comparison *c, const km
 }
 
 /* The best method of the dae formulation at the aims, and its use. */
-static void report_dae(kmp_text *text, const kempe_comparison *c, const kmp_aims *a, int advised)
+static void report_dae(kmp_text *text, const kempe_comparison *c, const kmp_error_levels *a, int advised)
 {
     int dae = -1, tried = -1;
     for (int w = 0; w < c->method_count; w++) {
@@ -306,7 +306,7 @@ static void report_dae(kmp_text *text, const kempe_comparison *c, const kmp_aims
 }
 
 /* The share of preparation in a first result, and whether it changes the choice. */
-static void report_preparation(kmp_text *text, const kempe_comparison *c, const kmp_aims *a, int method)
+static void report_preparation(kmp_text *text, const kempe_comparison *c, const kmp_error_levels *a, int method)
 {
     const kmp_compared *run = &c->runs[run_at(c, method, a->level[0])], *first = run;
     double total = kmp_compare_first_s(c, run), prepared = total - run->cpu_s, least = INFINITY;
@@ -362,7 +362,7 @@ static void refrain(kempe_comparison *c)
 void kmp_compare_advise(kempe_comparison *c)
 {
     kmp_stiffness stiffness = kmp_compare_stiffness(c);
-    kmp_aims a = c->tables.aims;
+    kmp_error_levels a = c->tables.aims;
     int method = a.count > 0 && !is_prescribed(c) ? choose_method(c, &a) : -1;
     c->advice = (kmp_advice){.run = -1, .level = NAN, .stiff = stiffness.stiff};
     if (method < 0) {

@@ -105,9 +105,9 @@ static const double usual[KMP_MOST_AIMS] = {1e-6, 1e-8};
 /* -- aims -------------------------------------------------------------------------------------------- */
 
 /* The usual error levels for which statements are possible; if there are none, the finest possible one. */
-static kmp_aims choose_aims(const kempe_comparison *c)
+static kmp_error_levels choose_aims(const kempe_comparison *c)
 {
-    kmp_aims a = {0};
+    kmp_error_levels a = {0};
     int finest = -1;
     for (int l = 0; l < c->levels.count; l++) {
         if (c->levels.blank[l] || c->levels.best[l] < 0)
@@ -118,7 +118,7 @@ static kmp_aims choose_aims(const kempe_comparison *c)
                 a.level[a.count++] = l;
     }
     if (a.count == 0 && finest >= 0)
-        a = (kmp_aims){1, {finest}};
+        a = (kmp_error_levels){1, {finest}};
     return a;
 }
 
@@ -136,7 +136,7 @@ double kmp_compare_ratio(const kempe_comparison *c, int method, int level)
     return isnan(cpu_s) ? INFINITY : cpu_s / kmp_compare_cost(c, (int)(c->runs[best].method - c->methods), level).cpu_s;
 }
 
-double kmp_compare_worst(const kempe_comparison *c, const kmp_aims *aims, int method)
+double kmp_compare_worst(const kempe_comparison *c, const kmp_error_levels *aims, int method)
 {
     double worst = 0;
     for (int k = 0; k < aims->count; k++)
@@ -182,7 +182,7 @@ int kmp_compare_best(const kempe_comparison *c, int level)
 /* True if a method attains more aims than another, or as many at a smaller worst ratio. */
 static bool is_better(const kempe_comparison *c, int method, int than)
 {
-    for (kmp_aims a = c->tables.aims; a.count > 0; a.count--) {
+    for (kmp_error_levels a = c->tables.aims; a.count > 0; a.count--) {
         double own = kmp_compare_worst(c, &a, method), other = kmp_compare_worst(c, &a, than);
         if (isfinite(own) || isfinite(other))
             return own < other;

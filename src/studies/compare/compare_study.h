@@ -42,14 +42,14 @@ typedef struct kmp_levels {
 } kmp_levels;
 
 /** Error levels that the tables and the advice are for, coarse first. */
-typedef struct kmp_aims {
+typedef struct kmp_error_levels {
     int count, level[KMP_MOST_AIMS];
-} kmp_aims;
+} kmp_error_levels;
 
 /** The two tables: methods with integrators that run on more than one formulation, those of a family together; and the
  * best method of each formulation. */
 typedef struct kmp_tables {
-    kmp_aims aims;
+    kmp_error_levels aims;
     int same_count, *same;
     int best_count, *best;
 } kmp_tables;
@@ -157,7 +157,7 @@ kmp_method_cost kmp_compare_cost(const kempe_comparison *comparison, int method,
 /** The time of a method at a level relative to the cheapest; infinite where the level is not attained. The largest of
  * these ratios over the aims. */
 double kmp_compare_ratio(const kempe_comparison *comparison, int method, int level);
-double kmp_compare_worst(const kempe_comparison *comparison, const kmp_aims *aims, int method);
+double kmp_compare_worst(const kempe_comparison *comparison, const kmp_error_levels *aims, int method);
 
 /** The method that the others of its family are compared with in the table of equal integrators: the first that attains
  * the level; -1: none. */

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "base/text.h"
-#include "model/variables/past_signals.h"
+#include "model/data/past_signals.h"
 #include "output/samples.h"
 
 /** Appends the lines that a checkpoint of this system begins with. */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "studies/simulate/columns.h"
 #include "base/memory.h"
-#include "model/tables/output_table.h"
+#include "model/data/output_table.h"
 #include "output/print.h"
 
 /* The quantity of an output whose values are in the table. */

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "studies/simulate/observed.h"
 #include "base/memory.h"
-#include "model/tables/force_table.h"
-#include "model/tables/output_table.h"
-#include "model/tables/requested.h"
+#include "model/data/force_table.h"
+#include "model/data/output_table.h"
+#include "model/read/user_lists.h"
 #include "output/print.h"
 #include <string.h>
 
@@ -65,7 +65,7 @@ static void list_kind(listing *l, kmp_output_kind kind)
             add(l, (kmp_output){.kind = kind, .index = k}, false);
 }
 
-static kempe_status list_all(kmp_observed *o, int most)
+static kempe_status list_all(kmp_output_program *o, int most)
 {
     static const kmp_output_kind order[] = {KMP_OUTPUT_Q,
                                             KMP_OUTPUT_QD,
@@ -110,7 +110,7 @@ static kempe_status list_all(kmp_observed *o, int most)
 
 /* -- the program ------------------------------------------------------------------------------------- */
 
-static kmp_ref *values_of(const kmp_observed *o, const kmp_equations *eq)
+static kmp_ref *values_of(const kmp_output_program *o, const kmp_equations *eq)
 {
     static const kmp_input_kind kind[] = {[KMP_QUANTITY_Q] = KMP_IN_Q,
                                           [KMP_QUANTITY_QD] = KMP_IN_QD,
@@ -127,7 +127,7 @@ static kmp_ref *values_of(const kmp_observed *o, const kmp_equations *eq)
 
 /* -- observing --------------------------------------------------------------------------------------- */
 
-static kempe_status make(kmp_observed *o, const char *words, int most, const kmp_observed_stages *more)
+static kempe_status make(kmp_output_program *o, const char *words, int most, const kmp_output_program_stages *more)
 {
     unsigned *parts = NULL;
     KMP_TRY(kmp_variant_new(o->system->model, 0, NULL, &o->variant));
@@ -136,7 +136,7 @@ static kempe_status make(kmp_observed *o, const char *words, int most, const kmp
     if (!kmp_columns_init(&o->columns, o->system, copy, parts))
         return KEMPE_E_MEMORY;
     /* Rows h are derived too: their multipliers may be part of outputs. */
-    const kmp_scene scene = {
+    const kmp_derivation_request scene = {
         .sets = KMP_SET_OUTPUT | KMP_SET_CLOSURE | (more ? KMP_SET_JDQD : 0), .plain = true, .keep_modes = true};
     kmp_equations eq;
     KMP_TRY(kmp_equations_derive_once(&eq, kmp_variant_model(o->variant), &scene));
@@ -162,21 +162,21 @@ static kempe_status make(kmp_observed *o, const char *words, int most, const kmp
     return KEMPE_OK;
 }
 
-kempe_status kmp_observed_init(kmp_observed *observed, const kempe_system *system, const char *words, int most,
-                               const kmp_observed_stages *more)
+kempe_status kmp_output_program_init(kmp_output_program *observed, const kempe_system *system, const char *words,
+                                     int most, const kmp_output_program_stages *more)
 {
-    *observed = (kmp_observed){.system = system};
+    *observed = (kmp_output_program){.system = system};
     kempe_status status = make(observed, words, most, more);
     if (status != KEMPE_OK)
-        kmp_observed_free(observed);
+        kmp_output_program_free(observed);
     return status == KEMPE_E_MEMORY ? kmp_fail_memory(system->context) : status;
 }
 
-KMP_CLEARS(kmp_observed, observed, kmp_machine_free(observed->machine), kmp_program_free(observed->program),
+KMP_CLEARS(kmp_output_program, observed, kmp_machine_free(observed->machine), kmp_program_free(observed->program),
            kmp_columns_free(&observed->columns), kmp_variant_free(observed->variant), kmp_arena_free(&observed->arena))
 
-void kmp_observed_place(kmp_observed *o, double t, const double *q, const double *qd, const double *qdd,
-                        const double *lambda)
+void kmp_output_program_place(kmp_output_program *o, double t, const double *q, const double *qd, const double *qdd,
+                              const double *lambda)
 {
     kmp_machine_set(o->machine, KMP_IN_TIME, kmp_present_inputs_at(&o->inputs, t));
     kmp_machine_set(o->machine, KMP_IN_Q, q);
@@ -185,17 +185,18 @@ void kmp_observed_place(kmp_observed *o, double t, const double *q, const double
     kmp_machine_set(o->machine, KMP_IN_LAMBDA, lambda ? lambda : o->zero);
 }
 
-void kmp_observed_at(kmp_observed *o, double t, const double *q, const double *qd, const double *qdd,
-                     const double *lambda, double *values)
+void kmp_output_program_at(kmp_output_program *o, double t, const double *q, const double *qd, const double *qdd,
+                           const double *lambda, double *values)
 {
-    kmp_observed_place(o, t, q, qd, qdd, lambda);
+    kmp_output_program_place(o, t, q, qd, qdd, lambda);
     memcpy(values, kmp_machine_run(o->machine, KMP_OBSERVED_VALUES), (size_t)(o->columns.count - 1) * sizeof *values);
 }
 
-void kmp_observed_fill(kmp_observed *o, const kmp_samples *samples, int row, double *values)
+void kmp_output_program_fill(kmp_output_program *o, const kmp_samples *samples, int row, double *values)
 {
     values[0] = kmp_samples_time(samples, row);
-    kmp_observed_at(o, values[0], kmp_samples_get(samples, KMP_QUANTITY_Q, row),
-                    kmp_samples_get(samples, KMP_QUANTITY_QD, row), kmp_samples_get(samples, KMP_QUANTITY_QDD, row),
-                    kmp_samples_get(samples, KMP_QUANTITY_LAMBDA, row), values + 1);
+    kmp_output_program_at(o, values[0], kmp_samples_get(samples, KMP_QUANTITY_Q, row),
+                          kmp_samples_get(samples, KMP_QUANTITY_QD, row),
+                          kmp_samples_get(samples, KMP_QUANTITY_QDD, row),
+                          kmp_samples_get(samples, KMP_QUANTITY_LAMBDA, row), values + 1);
 }

@@ -3,16 +3,16 @@
  * value for each column. */
 #pragma once
 
-#include "backend/x86/machine.h"
+#include "backend/machine.h"
 #include "constraints/evaluation/present_inputs.h"
 #include "dynamics/equations.h"
-#include "model/variant.h"
+#include "model/data/variant.h"
 #include "studies/simulate/columns.h"
 
 /* The stage of the values, and the first and number of those that a caller may add. */
 enum { KMP_OBSERVED_VALUES = 1, KMP_OBSERVED_MORE, KMP_OBSERVED_ADDED = 2 };
 
-typedef struct kmp_observed {
+typedef struct kmp_output_program {
     const kempe_system *system;
     kmp_variant *variant; /* a copy of the model with these outputs */
     kmp_columns columns;
@@ -23,26 +23,26 @@ typedef struct kmp_observed {
     double *zero; /* n + m */
     bool late;    /* a value depends on accelerations or multipliers */
     int left_out; /* outputs of the model that are not observed */
-} kmp_observed;
+} kmp_output_program;
 
 /** Further stages: their counts and outputs, from the columns without time and their values. */
-typedef struct kmp_observed_stages {
+typedef struct kmp_output_program_stages {
     void *user;
     void (*make)(void *user, const kmp_equations *eq, int count, const kmp_ref *value, int *counts,
                  const kmp_ref **groups);
-} kmp_observed_stages;
+} kmp_output_program_stages;
 
 /** `words`: as `outputs` in the file, each with a component if one alone is requested; NULL: those of the model, then
  * all others of up to `most` columns. `more`: NULL for none. KEMPE_E_ARGUMENT: a wrong word. */
-kempe_status kmp_observed_init(kmp_observed *observed, const kempe_system *system, const char *words, int most,
-                               const kmp_observed_stages *more);
-void kmp_observed_free(kmp_observed *observed);
+kempe_status kmp_output_program_init(kmp_output_program *observed, const kempe_system *system, const char *words,
+                                     int most, const kmp_output_program_stages *more);
+void kmp_output_program_free(kmp_output_program *observed);
 
-/** Sets a state (NULL: zero) with its inputs; kmp_observed_at gives the values, without time. */
-void kmp_observed_place(kmp_observed *observed, double t, const double *q, const double *qd, const double *qdd,
-                        const double *lambda);
-void kmp_observed_at(kmp_observed *observed, double t, const double *q, const double *qd, const double *qdd,
-                     const double *lambda, double *values);
+/** Sets a state (NULL: zero) with its inputs; kmp_output_program_at gives the values, without time. */
+void kmp_output_program_place(kmp_output_program *observed, double t, const double *q, const double *qd,
+                              const double *qdd, const double *lambda);
+void kmp_output_program_at(kmp_output_program *observed, double t, const double *q, const double *qd, const double *qdd,
+                           const double *lambda, double *values);
 
 /** All columns (columns.count) at a row of samples. */
-void kmp_observed_fill(kmp_observed *observed, const kmp_samples *samples, int row, double *values);
+void kmp_output_program_fill(kmp_output_program *observed, const kmp_samples *samples, int row, double *values);

@@ -4,7 +4,7 @@
 #include "base/memory.h"
 #include "constraints/partition/reduction.h"
 #include "constraints/tolerances.h"
-#include "model/tables/coordinates.h"
+#include "model/data/coordinates.h"
 #include "output/print.h"
 #include "studies/simulate/observed.h"
 #include "studies/simulate/stepper_inside.h"
@@ -21,7 +21,7 @@ enum { SLOPES = KMP_OBSERVED_MORE, CLOSURES };
 struct kempe_outputs {
     const kempe_system *system;
     kmp_arena arena;
-    kmp_observed observed;
+    kmp_output_program observed;
     int n, m, count;
     bool *moves;         /* of each value: it has a Jacobian */
     kmp_evaluator *eval; /* of the closures, for the tangent */
@@ -100,8 +100,8 @@ static kempe_status choose(kempe_outputs *o, const int *u, int count)
 
 static kempe_status make(kempe_outputs *o, const char *words)
 {
-    const kmp_observed_stages slopes = {o, make_slopes};
-    KMP_TRY(kmp_observed_init(&o->observed, o->system, words, 0, &slopes));
+    const kmp_output_program_stages slopes = {o, make_slopes};
+    KMP_TRY(kmp_output_program_init(&o->observed, o->system, words, 0, &slopes));
     o->eval = kmp_eval_new_of_closures(o->system);
     o->rate = KMP_ARENA_NEW(&o->arena, double, o->n);
     o->slope = KMP_ARENA_NEW(&o->arena, double, o->count *(o->n + 1));
@@ -130,7 +130,7 @@ kempe_status kempe_outputs_new(const kempe_system *system, const char *words, ke
 }
 
 KMP_FREES(kempe_outputs, o, kmp_reduction_free(&o->red), kmp_partition_free(&o->part), kmp_eval_free(o->eval),
-          kmp_observed_free(&o->observed), kmp_arena_free(&o->arena))
+          kmp_output_program_free(&o->observed), kmp_arena_free(&o->arena))
 
 /* -- names ------------------------------------------------------------------------------------------- */
 
@@ -156,7 +156,7 @@ kempe_status kempe_outputs_at(kempe_outputs *o, double t, const double *q, const
     KMP_WANTED(NULL, o, "outputs");
     KMP_WANTED(o->system->context, q, "q");
     KMP_WANTED(o->system->context, values, "values");
-    kmp_observed_at(&o->observed, t, q, qd, qdd, lambda, values);
+    kmp_output_program_at(&o->observed, t, q, qd, qdd, lambda, values);
     return KEMPE_OK;
 }
 
@@ -214,7 +214,7 @@ kempe_status kempe_outputs_jacobian(kempe_outputs *o, double t, const double *q,
     KMP_WANTED(o->system->context, q, "q");
     KMP_WANTED(o->system->context, jacobian, "jacobian");
     /* J and jdqd at a state, owned by the machine. */
-    kmp_observed_place(&o->observed, t, q, qd, NULL, NULL);
+    kmp_output_program_place(&o->observed, t, q, qd, NULL, NULL);
     (void)kmp_machine_run(o->observed.machine, KMP_OBSERVED_VALUES);
     const double *slope = kmp_machine_run(o->observed.machine, SLOPES);
     for (int k = 0; k < o->n * o->count; k++)

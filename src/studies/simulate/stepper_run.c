@@ -6,7 +6,7 @@
 #include "constraints/tolerances.h"
 #include "constraints/workspace/workspace_inside.h"
 #include "integrators/steppers/sample_times.h"
-#include "model/variant.h"
+#include "model/data/variant.h"
 #include "output/print.h"
 #include "studies/simulate/stepper_inside.h"
 #include <kempe/settings.h>

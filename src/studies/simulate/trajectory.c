@@ -5,11 +5,11 @@
 #include "constraints/closing/assembly_modes.h"
 #include "constraints/diagnosis/shared_loads.h"
 #include "constraints/evaluation/load_multipliers.h"
-#include "derivatives/all_loads.h"
 #include "integrators/steppers/sample_times.h"
 #include "integrators/steppers/solver.h"
-#include "model/tables/coordinates.h"
-#include "model/tables/output_table.h"
+#include "model/data/coordinates.h"
+#include "model/data/output_table.h"
+#include "output/all_loads.h"
 #include "output/print.h"
 #include "output/times.h"
 #include "studies/simulate/checkpoint.h"
@@ -44,9 +44,9 @@ typedef struct job {
     kmp_reference reference;
     bool has_reference;
     kmp_times times;
-    kmp_samples before; /* rows of the checkpoint to continue from */
-    kmp_past *past;     /* of delayed signals in it; NULL: none */
-    kmp_kept_past kept; /* for the checkpoint of this run */
+    kmp_samples before;          /* rows of the checkpoint to continue from */
+    kmp_past *past;              /* of delayed signals in it; NULL: none */
+    kmp_program_cache_past kept; /* for the checkpoint of this run */
     kempe_assembly start;
     double *static_loads; /* of wheels */
     kmp_step_counts counts;
@@ -386,7 +386,7 @@ static kempe_status judge(kempe_trajectory *t, job *j)
 typedef struct sink {
     kempe_trajectory *t;
     const char *checkpoint;
-    kmp_kept_past *kept;
+    kmp_program_cache_past *kept;
     int covered; /* the last row that the past reaches */
     time_t written;
 } sink;

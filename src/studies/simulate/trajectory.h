@@ -5,7 +5,7 @@
 #include "integrators/run/recording.h"
 #include "output/convergence.h"
 #include "output/verdict.h"
-#include "studies/simulate/running_safety.h"
+#include "rail/running_safety.h"
 
 struct kempe_trajectory {
     const kempe_system *system;

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A trajectory as a report and as one JSON object. */
 #include "base/memory.h"
-#include "integrators/formulations/cycles.h"
-#include "model/compliant/compliant.h"
-#include "model/tables/output_table.h"
+#include "integrators/formulations/cost_model.h"
+#include "model/data/output_table.h"
+#include "model/read/compliant.h"
 #include "output/print.h"
 #include "output/result_table.h"
-#include "output/vibration/weighting.h"
+#include "output/weighting.h"
 #include "studies/simulate/observed.h"
 #include <math.h>
 #include <string.h>
@@ -471,21 +471,21 @@ kempe_status kempe_trajectory_outputs(const kempe_trajectory *trajectory, const 
     kempe_context *context = trajectory->system->context;
     KMP_WANTED(context, names, "names");
     KMP_WANTED(context, table, "table");
-    kmp_observed o;
+    kmp_output_program o;
     kmp_context_clear(context);
-    KMP_TRY(kmp_observed_init(&o, trajectory->system, names, 0, NULL));
+    KMP_TRY(kmp_output_program_init(&o, trajectory->system, names, 0, NULL));
     kempe_table *made = kmp_tabulate(context, "outputs");
     double *values = KMP_NEW(double, o.columns.count);
     for (int c = 0; c < o.columns.count; c++)
         kmp_tabulate_column(made, o.columns.unit[c], "%s", o.columns.name[c]);
     for (int row = 0; values && row < trajectory->table.rows; row++) {
-        kmp_observed_fill(&o, &trajectory->table, row, values);
+        kmp_output_program_fill(&o, &trajectory->table, row, values);
         kmp_tabulate_row(made);
         kmp_tabulate_numbers(made, o.columns.count, values);
     }
     if (!values)
         kmp_tabulate_fail(made);
     kmp_free(values);
-    kmp_observed_free(&o);
+    kmp_output_program_free(&o);
     return kmp_tabulate_finish(context, made, table);
 }

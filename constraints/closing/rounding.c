@@ -1,0 +1,167 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Finite motions distinguish rounding from real pivots. If a direction of the rows is dropped that only rounding makes,
+ * the mechanism gains a motion along which the dropped rows stay open by the rounding, however far it goes. If a small
+ * pivot is real, as near a change point, the mechanism does not have the motion gained: the dropped rows open with the
+ * square of the distance and soon exceed the tolerance. A small loop in a large mechanism cannot open far: its own size
+ * is the measure. */
+#include "constraints/closing/rounding.h"
+#include "constraints/diagnosis/diagnosis.h"
+#include "constraints/tolerances.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+enum { SEED = 7, PLACES = 24, TRIES = 3, ON = 6, LEAST_FAR = 4 };
+
+const kmp_rounding *kmp_rounding_of(const kempe_system *system)
+{
+    return system->rounding && atomic_load(&system->rounding->state) == KMP_ROUNDING_PRESENT ? system->rounding : NULL;
+}
+
+bool kmp_rounding_is_known(const kempe_system *system)
+{
+    return system->rounding && atomic_load(&system->rounding->state) >= KMP_ROUNDING_PRESENT;
+}
+
+void kmp_rounding_keep_none(const kempe_system *system)
+{
+    int none = KMP_ROUNDING_UNKNOWN;
+    (void)atomic_compare_exchange_strong(&system->rounding->state, &none, KMP_ROUNDING_NONE);
+}
+
+bool kmp_rounding_closed(const kmp_evaluator *eval)
+{
+    int row;
+    const kmp_rounding *rounding = kmp_rounding_of(eval->system);
+    return kmp_eval_residual(eval) <= KMP_CLOSED_DROPPED &&
+           kmp_eval_misfit(eval, &row) <= fmax(KMP_CLOSED_DROPPED, rounding ? rounding->tolerance : 0);
+}
+
+double kmp_rounding_zero(const kempe_system *system, double strict)
+{
+    const kmp_rounding *rounding = kmp_rounding_of(system);
+    return rounding ? fmax(strict, rounding->zero) : strict;
+}
+
+void kmp_rounding_keep(const kempe_system *system, const kmp_rounding_trial *trial)
+{
+    kmp_rounding *r = system->rounding;
+    int none = KMP_ROUNDING_UNKNOWN;
+    if (atomic_compare_exchange_strong(&r->state, &none, KMP_ROUNDING_WRITING)) {
+        r->rank = trial->rank;
+        r->zero = trial->zero;
+        r->tolerance = trial->tolerance;
+        r->misfit = trial->most;
+        atomic_store(&r->state, KMP_ROUNDING_PRESENT);
+    }
+    while (atomic_load(&r->state) == KMP_ROUNDING_WRITING) /* another thread computes the same numbers */
+        ;
+}
+
+/* -- a trial ----------------------------------------------------------------------------------------- */
+
+int kmp_rounding_drives(const kempe_system *s, const bool *dropped, bool *driven)
+{
+    int kept = 0;
+    for (int r = 0; r < s->m; r++) {
+        const kmp_closure *closure = &s->model->closures[s->rows[r].closure];
+        driven[r] = kmp_closure_is_drive(closure) || closure->function;
+        kept += driven[r] && !dropped[r];
+    }
+    return kept;
+}
+
+double kmp_rounding_opening(const kmp_walk *w, const double *part)
+{
+    double widest = 0;
+    for (int r = 0; r < w->m; r++)
+        widest = fmax(widest, fabs(w->h[r]) / (part ? part[r] : 1));
+    return widest;
+}
+
+/* True if the places cannot hold whatever `left` more of them are: too many of the distant ones are open, or the first.
+ */
+static bool is_hopeless(const kmp_waypoint *place, int count, int left, double tolerance)
+{
+    int far = 0, closed = 0;
+    for (int k = 1; k < count; k++)
+        if (place[k].distance >= KMP_ROUNDING_FAR) {
+            far++;
+            closed += place[k].open <= tolerance;
+        }
+    return place[0].open > tolerance || closed + left < KMP_ROUNDING_MOST_OF * (far + left);
+}
+
+int kmp_rounding_waypoints(kmp_walk *w, const double *part, int wanted, double tolerance, double *q,
+                           kmp_waypoint *place)
+{
+    size_t n = (size_t)w->n;
+    double usual = 0, *direction = q + n * (size_t)wanted;
+    unsigned state = SEED;
+    int count = 0;
+    for (int tries = 0, on = 0; count < wanted && tries < TRIES * wanted; tries++) {
+        double *to = q + (size_t)count * n;
+        on = on < ON ? on : 0;
+        if (count > 0 && !kmp_walk_wander(w, on > 0 ? to - n : q, &state, direction, to)) {
+            on = 0;
+            continue;
+        }
+        kmp_walk_evaluate(w, to);
+        kmp_walk_pivots(w, w->pivots);
+        double margin = w->rank > 0 ? w->pivots[w->rank - 1] : 1;
+        usual = count == 0 ? margin : usual;
+        on = margin < KMP_ROUNDING_BESIDE * usual ? 0 : on + 1;
+        if (on == 0)
+            continue;
+        double weak = w->rank >= 0 && w->rank < w->m && w->rank < w->n ? w->pivots[w->rank] / w->pivots[0] : 0;
+        place[count++] = (kmp_waypoint){kmp_rounding_opening(w, part), kmp_walk_distance(w, q, to), weak,
+                                        margin / fmax(w->pivots[0], DBL_MIN)};
+        if (w->n > w->rank && is_hopeless(place, count, wanted - count, tolerance))
+            break;
+    }
+    return count;
+}
+
+bool kmp_rounding_try(kmp_rounding_trial *t, const kempe_system *system, const double *from, const double *chart)
+{
+    kmp_waypoint place[PLACES];
+    int n = system->n, m = system->m;
+    kmp_arena arena = {0};
+    kmp_walk *walk = kmp_walk_new_of_closures(system);
+    bool *driven = KMP_ARENA_NEW(&arena, bool, m);
+    double *part = KMP_ARENA_NEW(&arena, double, m), *q = KMP_ARENA_NEW(&arena, double, (PLACES + 1) * n);
+    bool made = walk && !arena.failed;
+    if (made) {
+        walk->rank = t->rank - kmp_rounding_drives(system, t->dropped, driven);
+        walk->excluded = driven;
+        if (chart)
+            kmp_eval_set_charts(walk->eval, chart);
+        /* The tolerance of each row, relative: positions in a loop smaller than the mechanism have less. */
+        for (int r = 0; r < system->m; r++) {
+            double size =
+                system->rows[r].length_power > 0 ? kmp_loop_longest_side(system->model, system->rows[r].closure) : 0;
+            part[r] = size > 0 ? fmin(1, size / system->length) : 1;
+        }
+        memcpy(q, from, (size_t)n * sizeof *q);
+        /* Most of the places that are far from the state must stay closed: some are on other branches. */
+        int count = kmp_rounding_waypoints(walk, part, PLACES, t->tolerance, q, place);
+        double weak = place[0].weak;
+        int far = 0, closed = 0;
+        t->here = t->most = place[0].open;
+        for (int k = 1; k < count; k++) {
+            bool holds = place[k].open <= t->tolerance;
+            far += place[k].distance >= KMP_ROUNDING_FAR;
+            closed += place[k].distance >= KMP_ROUNDING_FAR && holds;
+            t->most = holds ? fmax(t->most, place[k].open) : t->most;
+            weak = holds ? fmax(weak, place[k].weak) : weak;
+        }
+        t->refuted =
+            t->here <= t->tolerance && closed == 0 && PLACES - count < KMP_ROUNDING_MOST_OF * (far + PLACES - count);
+        t->holds = t->here <= t->tolerance &&
+                   ((far >= LEAST_FAR && closed >= KMP_ROUNDING_MOST_OF * far) || walk->n == walk->rank);
+        t->zero = sqrt(fmax(fmax(weak, t->most), KMP_RANK) * place[0].strong);
+    }
+    kmp_walk_free(walk);
+    kmp_arena_free(&arena);
+    return made;
+}

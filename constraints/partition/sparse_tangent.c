@@ -1,0 +1,420 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Sets of coordinates are rows of bits. The order of elimination is that of least degree (Tinney and Walker 1967;
+ * George and Liu, SIAM Review 31 (1989) 1). */
+#include "constraints/partition/sparse_tangent.h"
+#include "constraints/partition/reduction.h"
+#include <stdint.h>
+#include <string.h>
+
+/* Bounds on degrees of freedom: fewer gain nothing by indices, and more need too much memory for dense matrices. */
+enum { LEAST = 8, MOST = 1024 };
+/* Parts of X, and of the products of the factor, below which sparse operations cost less than dense ones. */
+#define MOST_OF_X      0.5
+#define MOST_OF_FACTOR 0.5
+
+/* -- sets ---------------------------------------------------------------------------------------------- */
+
+typedef struct sets {
+    int words;
+    uint64_t *bits;
+} sets;
+
+static sets sets_new(kmp_sparse_tangent *z, int count, int size)
+{
+    int words = (size + 63) / 64;
+    return (sets){words, KMP_ARENA_NEW(&z->scratch, uint64_t, (size_t)count * (size_t)words)};
+}
+
+static uint64_t *set_at(sets s, int k)
+{
+    return s.bits + (size_t)k * (size_t)s.words;
+}
+
+static void put(sets s, int k, int i)
+{
+    set_at(s, k)[i / 64] |= (uint64_t)1 << ((unsigned)i % 64);
+}
+
+static void take_out(sets s, int k, int i)
+{
+    set_at(s, k)[i / 64] &= ~((uint64_t)1 << ((unsigned)i % 64));
+}
+
+static bool has(sets s, int k, int i)
+{
+    return (set_at(s, k)[i / 64] >> ((unsigned)i % 64) & 1u) != 0;
+}
+
+static void join(sets s, int k, const uint64_t *other)
+{
+    uint64_t *own = set_at(s, k);
+    for (int w = 0; w < s.words; w++)
+        own[w] |= other[w];
+}
+
+static int size_of(sets s, int k, int most)
+{
+    int size = 0;
+    for (int i = 0; i < most; i++)
+        size += has(s, k, i);
+    return size;
+}
+
+/* The members 0 .. size - 1 of all sets; `runs`: of sets of fours, the runs of their positions. */
+static bool list_all(kmp_sparse_tangent *z, sets s, int count, int size, bool runs, kmp_lists *out)
+{
+    int total = 0;
+    for (int k = 0; k < count; k++)
+        total += size_of(s, k, size);
+    if (!KMP_ARENA_MAKE(z->arena, KMP_ROOM(int, count + 1, &out->start),
+                        KMP_ROOM(int, (runs ? 2 : 1) * total + 1, &out->at)))
+        return false;
+    for (int k = 0; k < count; k++) {
+        int *end = &out->start[k + 1];
+        *end = out->start[k];
+        for (int i = 0; i < size; i++) {
+            if (!has(s, k, i))
+                continue;
+            if (!runs)
+                out->at[(*end)++] = i;
+            else if (i == 0 || !has(s, k, i - 1))
+                out->at[2 * (*end)++] = KMP_FOUR * i;
+            if (runs)
+                out->at[2 * *end - 1] = KMP_FOUR * (i + 1);
+        }
+    }
+    return true;
+}
+
+static bool meet(sets s, int k, const uint64_t *other)
+{
+    const uint64_t *own = set_at(s, k);
+    for (int w = 0; w < s.words; w++)
+        if (own[w] & other[w])
+            return true;
+    return false;
+}
+
+/* -- X ------------------------------------------------------------------------------------------------- */
+
+/* Sets of u, then of positions. */
+typedef struct finder {
+    kmp_sparse_tangent *z;
+    const kmp_reduction *red;
+    sets reach;   /* of each block of Jv: the u that move its v */
+    sets x;       /* of each u: the coordinates that it moves */
+    sets coupled; /* of each u: those that the reduced mass couples with it */
+    sets factor;  /* of each position: the later ones in its column of the factor */
+} finder;
+
+/* The u of each block: those of its rows, and of later blocks in these rows. */
+static bool find_reach(finder *f)
+{
+    kmp_sparse_tangent *z = f->z;
+    const kmp_reduction *red = f->red;
+    int *block_of_row = KMP_ARENA_NEW(&z->scratch, int, red->r + 1);
+    f->reach = sets_new(z, z->blocks + 1, z->p);
+    z->block_of = KMP_ARENA_NEW(z->arena, int, red->r + 1);
+    if (z->scratch.failed || !z->block_of)
+        return false;
+    for (int b = 0, count; b < z->blocks; b++) {
+        const int *columns = kmp_block_columns(red->block, b, &count), *rows = kmp_block_rows(red->block, b);
+        for (int i = 0; i < count; i++) {
+            block_of_row[rows[i]] = b;
+            z->block_of[columns[i]] = b;
+        }
+    }
+    for (int k = 0; k < red->ju_count; k++)
+        put(f->reach, block_of_row[red->ju_row[k]], red->ju_col[k]);
+    for (int b = z->blocks - 1; b >= 0; b--)
+        for (int k = 0; k < red->jv_count; k++)
+            if (block_of_row[red->jv_row[k]] == b && z->block_of[red->jv_col[k]] != b)
+                join(f->reach, b, set_at(f->reach, z->block_of[red->jv_col[k]]));
+    return true;
+}
+
+/* Columns of X as sets of coordinates, and lists of them. */
+static bool list_x(finder *f)
+{
+    kmp_sparse_tangent *z = f->z;
+    const kmp_partition *part = z->part;
+    long count = z->p;
+    for (int i = 0; i < part->r; i++)
+        count += size_of(f->reach, z->block_of[i], z->p);
+    f->x = sets_new(z, z->p, z->n);
+    if ((double)count > MOST_OF_X * z->n * z->p)
+        return false;
+    if (z->scratch.failed ||
+        !KMP_ARENA_MAKE(z->arena, KMP_ROOM(int, z->p + 1, &z->x_start), KMP_ROOM(int, count, &z->x_row),
+                        KMP_ROOM(int, count - z->p + 1, &z->b_row)))
+        return false;
+    int *b = z->b_row;
+    for (int k = 0; k < z->p; k++) {
+        put(f->x, k, part->u[k]);
+        for (int i = 0; i < part->r; i++)
+            if (has(f->reach, z->block_of[i], k)) {
+                put(f->x, k, part->v[i]);
+                *b++ = i;
+            }
+        z->x_start[k + 1] = z->x_start[k];
+        for (int i = 0; i < z->n; i++)
+            if (has(f->x, k, i))
+                z->x_row[z->x_start[k + 1]++] = i;
+    }
+    return true;
+}
+
+/* -- M and X' M X ---------------------------------------------------------------------------------------- */
+
+/* Both triangles by rows, with the columns' coordinates as places for now. */
+static bool list_mass(kmp_sparse_tangent *z, const kmp_pattern *m)
+{
+    z->m_start = KMP_ARENA_NEW(z->arena, int, z->n + 1);
+    KMP_ARENA_EACH(z->arena, int, 2 * m->count, &z->m_place, &z->m_entry);
+    int *next = KMP_ARENA_NEW(&z->scratch, int, z->n);
+    if (z->arena->failed || z->scratch.failed)
+        return false;
+    for (int k = 0; k < m->count; k++) {
+        z->m_start[m->col[k] + 1]++;
+        z->m_start[m->row[k] + 1] += m->row[k] != m->col[k];
+    }
+    for (int i = 0; i < z->n; i++) {
+        z->m_start[i + 1] += z->m_start[i];
+        next[i] = z->m_start[i];
+    }
+    for (int k = 0; k < m->count; k++)
+        for (int side = 0; side < (m->row[k] == m->col[k] ? 1 : 2); side++) {
+            int at = next[side ? m->row[k] : m->col[k]]++;
+            z->m_place[at] = side ? m->col[k] : m->row[k];
+            z->m_entry[at] = k;
+        }
+    return true;
+}
+
+/* Pairs of u that the reduced mass couples. */
+static bool find_coupled(finder *f)
+{
+    kmp_sparse_tangent *z = f->z;
+    sets mx = sets_new(z, 1, z->n);
+    f->coupled = sets_new(z, z->p, z->p);
+    if (z->scratch.failed)
+        return false;
+    for (int k = 0; k < z->p; k++) {
+        memset(mx.bits, 0, (size_t)mx.words * sizeof *mx.bits);
+        for (int e = z->x_start[k]; e < z->x_start[k + 1]; e++)
+            for (int i = z->m_start[z->x_row[e]]; i < z->m_start[z->x_row[e] + 1]; i++) {
+                put(mx, 0, z->m_place[i]);
+                z->mass_products++;
+            }
+        put(f->coupled, k, k);
+        for (int i = 0; i < z->p; i++)
+            if (meet(f->x, i, mx.bits)) {
+                put(f->coupled, k, i);
+                put(f->coupled, i, k);
+            }
+    }
+    return true;
+}
+
+/* -- order and factor ------------------------------------------------------------------------------------ */
+
+/* Eliminates the u of `graph` one after another, the one with the fewest neighbours first; `fill`: the columns of the
+ * factor as sets of u. */
+static bool eliminate(kmp_sparse_tangent *z, sets graph, sets fill)
+{
+    int *degree = KMP_ARENA_NEW(&z->scratch, int, z->p);
+    if (!degree)
+        return false;
+    for (int k = 0; k < z->p; k++)
+        degree[k] = size_of(graph, k, z->p);
+    for (int c = 0; c < z->p; c++) {
+        int least = -1;
+        for (int k = 0; k < z->p; k++)
+            if (degree[k] >= 0 && (least < 0 || degree[k] < degree[least]))
+                least = k;
+        z->order[c] = least;
+        degree[least] = -1;
+        take_out(graph, least, least);
+        join(fill, c, set_at(graph, least));
+        for (int k = 0; k < z->p; k++)
+            if (has(graph, least, k)) {
+                join(graph, k, set_at(graph, least));
+                take_out(graph, k, least);
+                degree[k] = size_of(graph, k, z->p);
+            }
+    }
+    return true;
+}
+
+static void count_factor(finder *f)
+{
+    kmp_sparse_tangent *z = f->z;
+    z->factor_products = z->l_entries = 0;
+    for (int c = 0; c < z->p; c++) {
+        long below = size_of(f->factor, c, z->p);
+        z->factor_products += below * (below + 1) / 2;
+        z->l_entries += below;
+    }
+}
+
+/* The columns of the factor, by an order of little fill or, if that saves little, in the order of u and full. */
+static bool order_factor(finder *f)
+{
+    kmp_sparse_tangent *z = f->z;
+    sets graph = sets_new(z, z->p, z->p), fill = sets_new(z, z->p, z->p);
+    f->factor = sets_new(z, z->p, z->p);
+    z->order = KMP_ARENA_NEW(z->arena, int, z->p);
+    if (z->scratch.failed || !z->order)
+        return false;
+    memcpy(graph.bits, f->coupled.bits, (size_t)z->p * (size_t)graph.words * sizeof *graph.bits);
+    if (!eliminate(z, graph, fill))
+        return false;
+    for (int c = 0; c < z->p; c++)
+        for (int i = c + 1; i < z->p; i++)
+            if (has(fill, c, z->order[i]))
+                put(f->factor, c, i);
+    count_factor(f);
+    z->whole = (double)z->factor_products > MOST_OF_FACTOR * (double)kmp_cholesky_factor_flops(z->p).mul;
+    for (int c = 0; z->whole && c < z->p; c++) {
+        z->order[c] = c;
+        for (int i = c + 1; i < z->p; i++)
+            put(f->factor, c, i);
+    }
+    count_factor(f);
+    for (int c = 0; c < z->p; c++)
+        for (int i = c; i < z->p; i++)
+            if (has(f->coupled, z->order[c], z->order[i]))
+                z->x_products += z->x_start[z->order[i] + 1] - z->x_start[z->order[i]];
+    return list_all(z, f->factor, z->p, z->p, false, &z->l);
+}
+
+/* -- fours ----------------------------------------------------------------------------------------------- */
+
+static int fours_of(const kmp_sparse_tangent *z)
+{
+    return z->stride / KMP_FOUR;
+}
+
+static bool list_reach(finder *f, sets fours)
+{
+    kmp_sparse_tangent *z = f->z;
+    sets positions = sets_new(z, z->blocks + 1, z->p);
+    if (z->scratch.failed)
+        return false;
+    for (int b = 0; b < z->blocks; b++)
+        for (int c = 0; c < z->p; c++)
+            if (has(f->reach, b, z->order[c])) {
+                put(positions, b, c);
+                put(fours, b, c / KMP_FOUR);
+            }
+    return list_all(z, positions, z->blocks, z->p, false, &z->reach) &&
+           list_all(z, fours, z->blocks, fours_of(z), true, &z->reach_runs);
+}
+
+static bool list_mass_times_x(kmp_sparse_tangent *z, sets reach_fours)
+{
+    sets fours = sets_new(z, z->n, fours_of(z));
+    if (z->scratch.failed)
+        return false;
+    for (int i = 0; i < z->n; i++)
+        for (int e = z->m_start[i]; e < z->m_start[i + 1]; e++) {
+            int at = z->m_place[e];
+            if (at >= 0)
+                put(fours, i, at / KMP_FOUR);
+            else
+                join(fours, i, set_at(reach_fours, z->block_of[-1 - at]));
+        }
+    return list_all(z, fours, z->n, fours_of(z), true, &z->mx_runs);
+}
+
+/* Tiles of the factor, of four rows and columns, with those that elimination by tiles fills. */
+static bool list_tiles(finder *f)
+{
+    kmp_sparse_tangent *z = f->z;
+    int count = fours_of(z);
+    sets tiles = sets_new(z, count, count);
+    if (z->scratch.failed)
+        return false;
+    for (int k = 0; k < count; k++)
+        put(tiles, k, k);
+    for (int c = 0; c < z->p; c++)
+        for (int e = z->l.start[c]; e < z->l.start[c + 1]; e++)
+            put(tiles, c / KMP_FOUR, z->l.at[e] / KMP_FOUR);
+    for (int k = 0; k < count; k++)
+        for (int i = k + 1; i < count; i++)
+            for (int j = i; has(tiles, k, i) && j < count; j++)
+                if (has(tiles, k, j))
+                    put(tiles, i, j);
+    return list_all(z, tiles, count, count, false, &z->tiles);
+}
+
+static bool place_fours(finder *f)
+{
+    kmp_sparse_tangent *z = f->z;
+    int r = f->red->r, nonzeros = z->x_start[z->p] - z->p;
+    size_t room = (size_t)r * (size_t)z->stride;
+    sets reach_fours = sets_new(z, z->blocks + 1, fours_of(z));
+    if (z->scratch.failed ||
+        !KMP_ARENA_MAKE(z->arena, KMP_ROOM(int, z->n, &z->place), KMP_ROOM(int, f->red->ju_count + 1, &z->ju_place),
+                        KMP_ROOM(int, nonzeros + 1, &z->in_b, &z->in_bvu, &z->in_x)))
+        return false;
+    z->right = kmp_arena_aligned(z->arena, room + 1);
+    z->b = kmp_arena_aligned(z->arena, room + 1);
+    z->row = kmp_arena_aligned(z->arena, (size_t)z->stride);
+    z->packed = kmp_arena_aligned(z->arena, (size_t)z->stride);
+    for (int c = 0; c < z->p; c++)
+        z->place[z->part->u[z->order[c]]] = c;
+    for (int i = 0; i < z->part->r; i++)
+        z->place[z->part->v[i]] = -1 - i;
+    for (int e = 0; e < z->m_start[z->n]; e++)
+        z->m_place[e] = z->place[z->m_place[e]];
+    if (z->arena->failed || !list_reach(f, reach_fours))
+        return false;
+    /* Places of Ju's entries in `right`, and of the nonzeros of Bvu wherever they are kept. */
+    const kmp_reduction *red = f->red;
+    int at = 0;
+    for (int k = 0; k < red->ju_count; k++)
+        z->ju_place[k] = red->ju_row[k] * z->stride + z->place[z->part->u[red->ju_col[k]]];
+    for (int i = 0; i < red->r; i++)
+        for (int e = z->reach.start[z->block_of[i]]; e < z->reach.start[z->block_of[i] + 1]; e++, at++) {
+            int c = z->reach.at[e], k = z->order[c];
+            z->in_b[at] = i * z->stride + c;
+            z->in_bvu[at] = i + k * red->r;
+            z->in_x[at] = z->part->v[i] + k * z->n;
+        }
+    return list_mass_times_x(z, reach_fours) && list_tiles(f);
+}
+
+/* -- all together ------------------------------------------------------------------------------------------ */
+
+/* Operations of the solutions for Bvu. */
+static bool count_solves(finder *f)
+{
+    kmp_sparse_tangent *z = f->z;
+    char *used = KMP_ARENA_NEW(&z->scratch, char, z->blocks + 1);
+    for (int k = 0; used && z->blocks > 0 && k < z->p; k++) {
+        for (int b = 0; b < z->blocks; b++)
+            used[b] = has(f->reach, b, k);
+        kmp_flops_add(&z->solves, 1, kmp_block_solve_flops(f->red->block, used));
+    }
+    return used;
+}
+
+kmp_sparse_tangent *kmp_sparse_tangent_new(const kmp_reduction *red, kmp_arena *arena)
+{
+    const kmp_partition *part = red->part;
+    kmp_sparse_tangent *z = part->p < LEAST || part->p > MOST ? NULL : KMP_ARENA_NEW(arena, kmp_sparse_tangent, 1);
+    if (!z)
+        return NULL;
+    *z = (kmp_sparse_tangent){.part = part,
+                              .arena = arena,
+                              .n = part->n,
+                              .p = part->p,
+                              .blocks = kmp_block_count(red->block),
+                              .stride = kmp_sparse_tangent_stride(part->p)};
+    finder f = {.z = z, .red = red};
+    bool some = find_reach(&f) && list_x(&f) && list_mass(z, &red->eval->system->mass) && find_coupled(&f) &&
+                order_factor(&f) && (part->r > 0 || !z->whole) && place_fours(&f) && count_solves(&f);
+    kmp_arena_free(&z->scratch);
+    return some ? z : NULL;
+}

@@ -1,0 +1,137 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A program that is written from the outputs of a motion program: linear algebra as expressions of them, then all in
+ * stages. Common part of fused_write.c and solved_write.c; and of fused.c and solved.c, which run such programs. */
+#pragma once
+
+#include "constraints/evaluation/evaluator.h"
+#include "constraints/partition/partition.h"
+
+enum { KMP_WRITER_STAGES = 6 }; /* bound, without stage 0 */
+
+/* State of a writer. Arrays are in `arena`. */
+typedef struct kmp_program_writer {
+    const kempe_system *s;
+    const kmp_program *source; /* the motion program, or that by articulated bodies */
+    kmp_graph *g;
+    kmp_arena arena;
+    kmp_ref *input, *by; /* inputs of the source, and their replacements */
+    kmp_ref *at; /* replacements at a place nearby, from which sines and cosines are turned; NULL: there is none */
+    kmp_angle_updates turns; /* by these angles */
+    int inputs, named;       /* number; the first of those of kmp_writer_take_state */
+    bool by_coordinate;      /* states are given as q and qd of the coordinates, not in the order (u, ud, v) */
+    kmp_ref *out;            /* outputs of the source */
+    /* in `out`: */
+    const kmp_ref *closure;               /* h, J and h_t, one after the other */
+    const kmp_ref *h, *jacobian, *h_t;    /* m, jacobian.count, m; h_t is NULL if there is none */
+    const kmp_ref *mass;                  /* mass.count */
+    const kmp_ref *compliance, *mobility; /* of articulated bodies, instead of the mass */
+    kmp_ref *bias;                        /* n: C; of articulated bodies: accelerations without closure forces */
+    const kmp_ref *jdqd;                  /* m; of articulated bodies: the drift */
+    const kmp_ref *load;                  /* load_jacobian.count: dC/dlambda; NULL: C does not depend on it */
+    kmp_ref power;                        /* of the non-conservative forces in the source */
+    kmp_ref *all, *to;                    /* outputs of the new program */
+    int exact;                            /* the first of `closure` in `all` */
+    const kmp_ref *group[KMP_WRITER_STAGES];
+    int stages, count[KMP_WRITER_STAGES];
+} kmp_program_writer;
+
+/** Begins with the motion program (NULL: that of the system), or articulated bodies, of an evaluator, and room for so
+ * many replaced inputs. Charts that are C = 1, as they are until a joint comes near a singular position of its angles,
+ * are numbers: that saves up to two fifths of the operations of a vehicle. False: no memory; kmp_writer_free in any
+ * case. */
+bool kmp_writer_init(kmp_program_writer *w, const kmp_evaluator *eval, const kmp_program *motion, bool by_bodies,
+                     int inputs);
+void kmp_writer_free(kmp_program_writer *w);
+
+/** Lists the charts that are numbers, and these; returns how many. Room for all entries. */
+int kmp_writer_plain_charts(const kmp_evaluator *eval, kmp_graph *g, kmp_ref *input, kmp_ref *by);
+
+/** Replaces an input of the source. */
+void kmp_writer_replace(kmp_program_writer *w, kmp_input_kind kind, int index, kmp_ref by);
+
+/** Brings the outputs of the source into the graph, with the present replacements, and sorts them; or those of the
+ * closures alone. False: no memory, or implicit blocks. */
+bool kmp_writer_import(kmp_program_writer *w);
+bool kmp_writer_import_closure(kmp_program_writer *w);
+
+/** Replaces q and qd by positions in the state (u, ud, v) of a partition, given as q, and in the rates of v, which
+ * follow it, given as qd. Then, where rates of v are expressions (r), imports again with these. */
+void kmp_writer_take_state(kmp_program_writer *w, const kmp_partition *part);
+bool kmp_writer_take_rates(kmp_program_writer *w, const kmp_partition *part, const kmp_ref *rate);
+
+/** Adds corrections (r) to v of such a state: later imports are those of the corrected state. */
+bool kmp_writer_correct(kmp_program_writer *w, const kmp_partition *part, const kmp_ref *dv);
+
+/** The rate of a coordinate: of such a state, before its rates are expressions, or among qd where part is NULL. */
+kmp_ref kmp_writer_rate(const kmp_program_writer *w, const kmp_partition *part, int coordinate);
+
+/** About the operations of an evaluation of the source, with charts as numbers. -1: no memory. */
+double kmp_writer_operations(const kmp_evaluator *eval, bool by_bodies);
+
+/** Takes the user-defined forces, which are inputs, into C. Articulated bodies have them. */
+void kmp_writer_add_efforts(kmp_program_writer *w);
+
+/** sum += a b */
+static inline void kmp_writer_add_product(kmp_graph *g, kmp_ref *sum, kmp_ref a, kmp_ref b)
+{
+    *sum = kmp_add(g, *sum, kmp_mul(g, a, b));
+}
+
+/** Room for all outputs of the new program; begins a stage; appends outputs to it. */
+bool kmp_writer_room(kmp_program_writer *w, int outputs);
+void kmp_writer_stage(kmp_program_writer *w);
+void kmp_writer_put(kmp_program_writer *w, int count, const kmp_ref *of);
+
+/** h, J and h_t. */
+int kmp_writer_closure_count(const kempe_system *s);
+
+/** The program; NULL: no memory. */
+kmp_program *kmp_writer_program(kmp_program_writer *w);
+
+/* A written program, ready to run with the charts and conditions of an evaluator. */
+typedef struct kmp_writer_machine {
+    const kmp_evaluator *eval;
+    kmp_program *program; /* owned */
+    kmp_machine *machine;
+    bool reads[KMP_IN_COUNT]; /* inputs that the program has */
+    long chart_version;       /* version of the charts in the constants */
+    double *chart;            /* the charts when the program was written */
+    bool stale;               /* a chart has changed that is a number in the program */
+} kmp_writer_machine;
+
+/** Takes the program (NULL: there is none), which it frees in any case. False: no memory. */
+bool kmp_writer_machine_init(kmp_writer_machine *w, const kmp_evaluator *eval, kmp_program *program);
+void kmp_writer_machine_free(kmp_writer_machine *w);
+
+/** Sets t and q, and the conditions. */
+void kmp_writer_machine_place(kmp_writer_machine *w, double t, const double *q);
+
+/** Correction of v at a state, dv (r), owned by the program, and the largest angle by which it turns a sine or cosine.
+ */
+typedef struct kmp_writer_correction {
+    const double *dv;
+    double turn;
+} kmp_writer_correction;
+
+/** Runs the stage of the correction, whose outputs are dv and so many angles, at (t, y). */
+kmp_writer_correction kmp_writer_machine_close(kmp_writer_machine *w, int stage, int r, int turns, double t,
+                                               const double *y);
+
+/** Room for the user-defined forces at states (u, ud, v). */
+typedef struct kmp_writer_efforts {
+    double *effort; /* n; NULL: there are none */
+    double *q, *qd; /* n */
+    double *state;  /* 2 n: a state and the rates of v */
+} kmp_writer_efforts;
+
+/** Takes the forces at y as inputs of the program, with the correction of v (NULL: none) and the rates of v. */
+void kmp_writer_put_efforts(kmp_writer_machine *w, const kmp_writer_efforts *room, const kmp_partition *part, double t,
+                            const double *y, const double *dv, const double *rate);
+
+/** True if the program must be written again: a chart has changed that is a number in it. Otherwise it takes charts
+ * that have changed. */
+bool kmp_writer_machine_is_stale(kmp_writer_machine *w);
+
+/** True if the program is not stale, and the model has no conditions or they are frozen (kmp_eval_freeze): the program
+ * does not look for their changes. */
+bool kmp_writer_machine_applies(kmp_writer_machine *w);

@@ -1,0 +1,117 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Accelerations and multipliers as one program of (t, q, qd) for a choice of independent rows: the equations of motion,
+ * and the solution of their saddle system written out with them, so that zeros and unused values are left out,
+ *
+ *     M = L D L'      S = J M^-1 J'      S lambda = J M^-1 C - jdqd      M qdd = J' lambda - C
+ *
+ * or, by articulated bodies, S and M^-1 J' from their recursion. It runs as scalar machine code, or in the lanes of
+ * vector registers. Needs M positive definite and J of full rank; digits are lost where a pivot is
+ * small, which each run reports. */
+#pragma once
+
+#include "constraints/closing/close.h"
+#include "constraints/evaluation/evaluator.h"
+#include "constraints/programs/program_writer.h"
+
+/* Stages. CLOSE is that of a program which closes the loops of a state: the correction dv of v, and the angles by which
+ * it turns sines and cosines. The others are then at v + dv. RUN has the inputs KMP_IN_TIME, KMP_IN_Q, KMP_IN_QD and,
+ * with a user-defined force, KMP_IN_EFFORT. END has the values of the closures at the place of RUN, and what
+ * kmp_saddle_program_is_cancelled needs. CORRECT has the input KMP_IN_MU, a violation by rows of h (m; those that are
+ * not independent are not read), and uses the factors of RUN. FACTORS has these factors.
+ *
+ * Of a state (u, ud, v) of the reduced formulation, given as KMP_IN_Q, RUN gives udd and qd of v. RATES gives qd of v
+ * to a user-defined force that needs it before; otherwise RATES is empty and need not be run. */
+enum {
+    KMP_SADDLE_PROGRAM_CLOSE = 1,
+    KMP_SADDLE_PROGRAM_RATES,
+    KMP_SADDLE_PROGRAM_RUN,
+    KMP_SADDLE_PROGRAM_END,
+    KMP_SADDLE_PROGRAM_CORRECT,
+    KMP_SADDLE_PROGRAM_FACTORS
+};
+
+/** Positions of the outputs in their stages. */
+typedef struct kmp_saddle_program_layout {
+    int n, r, pivots, multipliers; /* coordinates, independent rows, pivots, multipliers of the elimination */
+    int stage;                     /* RUN */
+    int qdd, lambda;      /* RUN: n; r, by independent rows in the order of the partition. Of a state: p, udd; none */
+    int rates;            /* of a state: r, qd of v, in RUN or in RATES */
+    int power;            /* RUN: of non-conservative forces, user-defined forces and moving closures; -1: none */
+    int pivot, diagonal;  /* RUN: pivots of M (none by articulated bodies), then of S; the diagonals of M and S */
+    int turns, left;      /* CLOSE: number of angles; RUN: r, the correction that is left, of a program that closes */
+    int h, jacobian, h_t; /* END: m, jacobian.count, m; h_t is -1 if there is none */
+    int open;             /* END: n, accelerations with the loops open */
+    int multiplier;       /* END: of a state: multipliers of the elimination of v */
+    int dx;               /* CORRECT: n, the mass-orthogonal correction with J dx = -violation */
+    int factors;          /* FACTORS: their number; 0: by articulated bodies, or of a state */
+    int by_bodies;        /* 1: the dynamics are those of articulated bodies; 0: M and C */
+} kmp_saddle_program_layout;
+
+typedef struct kmp_saddle_program kmp_saddle_program;
+
+/** The obstacle to a program for every choice of rows, as part of a sentence: implicit blocks, forces that depend on
+ * multipliers, too many coordinates and independent rows. NULL: there is none. */
+const char *kmp_saddle_program_obstacle(const kempe_system *system, int unknowns);
+
+/** Makes the program for the partition's independent rows. *solved is NULL if there is none: implicit blocks, forces
+ * that depend on multipliers, too many operations, or bad pivots at the evaluator's last closure. KEMPE_E_MEMORY. */
+kempe_status kmp_saddle_program_new(kmp_saddle_program **solved, kmp_evaluator *eval, const kmp_partition *part);
+void kmp_saddle_program_free(kmp_saddle_program *solved);
+
+/** The number of evaluations of so many operations after which the program pays: as many as it saves in its making. A
+ * run that ends before does without. 0: so few that it is made at once, or it is needed for several stages in `lanes`;
+ * LONG_MAX: it never does; -1: no memory. */
+long kmp_saddle_program_wait(const kmp_evaluator *eval, const kmp_partition *part, double operations, bool lanes);
+
+const kmp_saddle_program_layout *kmp_saddle_program_layout_of(const kmp_saddle_program *solved);
+
+/** Operation count of RUN. */
+kmp_counts kmp_saddle_program_count(const kmp_saddle_program *solved);
+
+/** True if the program may be used now: conditions are frozen (kmp_eval_freeze), no further forces are given
+ * (kmp_eval_give), and it is not stale. True if it must be made again, because of other charts. */
+bool kmp_saddle_program_applies(kmp_saddle_program *solved);
+bool kmp_saddle_program_is_stale(kmp_saddle_program *solved);
+
+/** Runs at (t, q, qd), with the evaluator's charts and frozen conditions. Returns the outputs of RUN, valid until the
+ * next run, which may be NaN. *good: pivots are positive and have not lost many digits. No allocation. */
+const double *kmp_saddle_program_run(kmp_saddle_program *solved, double t, const double *q, const double *qd,
+                                     bool *good);
+
+/** True if the pivots of a run are good: outputs of RUN, of which value k is at k stride. */
+bool kmp_saddle_program_is_good(const kmp_saddle_program_layout *layout, const double *out, int stride);
+
+/** Lends h, J and h_t at the place of the last run, (t, q), to the evaluator, until the next run. */
+void kmp_saddle_program_lend(kmp_saddle_program *solved, double t, const double *q);
+
+/** True if rounding shows in accelerations at a relative tolerance, `rate_scale` the size of rates: those with the
+ * loops open, of which they are a part, are so large because some joint moves almost no inertia. After
+ * kmp_saddle_program_lend.
+ */
+bool kmp_saddle_program_is_cancelled(const kmp_saddle_program *solved, double rtol, double rate_scale);
+
+/** The mass-orthogonal correction dx (n) with J dx = -violation (m), with the factors of the last run. */
+void kmp_saddle_program_correct(kmp_saddle_program *solved, const double *violation, double *dx);
+
+/** Closer along the mass-orthogonal direction, with factors at rates qd (n); dx: n values of work space. It places the
+ * evaluator by kmp_saddle_program_lend. `solved` must apply. */
+typedef struct kmp_saddle_program_closing {
+    kmp_saddle_program *solved;
+    const double *qd;
+} kmp_saddle_program_closing;
+kmp_closer kmp_saddle_program_closer(kmp_saddle_program_closing *closing, double *dx);
+
+/** The program, whose inputs and outputs are those above; with user-defined forces these are inputs. */
+const kmp_program *kmp_saddle_program_code(const kmp_saddle_program *solved);
+
+/** A program of one stage that improves accelerations and multipliers at a place near that of a RUN, with its factors,
+ *
+ *     [M0 J0'; J0 0] (dqdd; -dlambda) = -(M qdd + C - J' lambda; J qdd + gamma),
+ *
+ * M0 and J0 at the RUN. The error that remains is in proportion to the distance of both places. It needs no factors of
+ * its own. Inputs as RUN, KMP_IN_MU the factors, KMP_IN_QDD and KMP_IN_LAMBDA (r) what is to be improved. Outputs: both
+ * improved, then the power if the system is dissipative. *program is NULL where there is none, or where it has more
+ * than KMP_SADDLE_PROGRAM_NEARBY of the operations of RUN. The caller frees it. KEMPE_E_MEMORY. */
+kempe_status kmp_saddle_program_write_nearby(const kmp_saddle_program *solved, const kmp_partition *part,
+                                             kmp_program **program);
+#define KMP_SADDLE_PROGRAM_NEARBY 0.7

@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "integrators/formulations/cost_model.h"
+#include "backend/x86/x86.h"
+#include "constraints/evaluation/stage_lanes.h"
+#include "integrators/steppers/collocation.h"
+#include "integrators/steppers/solver.h"
+
+#include <math.h>
+
+/* Fitted to evaluations of the bench set (bench/bench_counted_time.c) on a processor of 3 GHz with registers of eight
+ * doubles. Code of MORE operations in lanes does not remain in the first cache. Recursions over many bodies, which are
+ * written out for articulated bodies, use values of long before. Registers of four doubles take 1.2 to 1.7 times as
+ * long; they count as registers of eight, so that results are the same on both. */
+static const double CALL = 130, EACH = 0.5, TRIG = 8, BY_PARTS = 300, EACH_BY_PARTS = 0.85;
+static const double EACH_OF_BODIES = 0.55;
+static const double CALL_LANES = 240, EACH_LANES = 0.55, EACH_MORE = 0.35, MORE = 3000, DIV_LANES = 40, TRIG_LANES = 30;
+static const double BODIES = 1.8;
+
+double kmp_cycles_of_one(kmp_counts count)
+{
+    return CALL + EACH * (double)count.paper + TRIG * (double)count.trig;
+}
+
+double kmp_cycles_of_lanes(kmp_counts count, bool by_bodies)
+{
+    double operations = (double)count.paper, each = EACH_LANES + EACH_MORE * fmin(1, operations / MORE);
+    double cycles = CALL_LANES + (by_bodies ? BODIES : 1) * each * operations + DIV_LANES * (double)count.div +
+                    TRIG_LANES * (double)count.trig;
+    return kmp_x86_runs(KMP_X86_FOUR) ? cycles : KMP_STAGE_LANES * kmp_cycles_of_one(count);
+}
+
+double kmp_cycles_by_parts(double operations, bool by_bodies)
+{
+    return BY_PARTS + (by_bodies ? EACH_OF_BODIES : EACH_BY_PARTS) * operations;
+}
+
+/* Means over motions of the bench set that are not stiff: stages of a step of dop853 and sweeps of one of radau, with
+ * rejected ones. Dependent coordinates are integrated once, not twice, and their errors contract less in a sweep. */
+static const double STAGES = 12.5, SWEEPS = 5.5, DEPENDENT = 2, MANY_DEPENDENT = 2;
+
+double kmp_cycles_ratio(const kmp_ode *ode, double rtol)
+{
+    double n = ode->n - ode->quadratures, dependent = n - 2 * ode->positions;
+    if (!(ode->cycles_of_lanes > 0))
+        return INFINITY;
+    double sweep = ode->cycles_of_lanes + KMP_SWEEP_CYCLES_OF_UNKNOWN * n;
+    double one = ode->cycles + KMP_CYCLES_OF_STAGE + KMP_CYCLES_OF_UNKNOWN * n;
+    double sweeps = SWEEPS + (dependent > 0 ? DEPENDENT : 0) + MANY_DEPENDENT * fmin(1, dependent / 20);
+    /* Steps of dop853 over those of radau at equal error, by the tolerance: the estimates are of orders 8 and 7, and
+     * radau's is compared with another power of it (collocation.c). */
+    double steps = fmax(1, 0.6 - 0.235 * log10(rtol));
+    return (sweeps * sweep + KMP_STEP_CYCLES + one) / (STAGES * one * steps);
+}

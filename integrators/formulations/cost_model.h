@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Counted time: about the processor cycles of work by its operations, with no clock, so that choices by it are the same
+ * in each run. */
+#pragma once
+
+#include "integrators/steppers/ode.h"
+#include "symbolic/program.h"
+
+/** A run of a program with so many operations, for one instance, and for eight in vector lanes; `by_bodies`: of
+ * articulated bodies. */
+double kmp_cycles_of_one(kmp_counts count);
+double kmp_cycles_of_lanes(kmp_counts count, bool by_bodies);
+
+/** An evaluation by a program and loops of linear algebra of so many operations. */
+double kmp_cycles_by_parts(double operations, bool by_bodies);
+
+/** The counted time of radau over that of dop853 for the same motion, not stiff, of n unknowns, at a tolerance;
+ * infinite where stages have no lanes. */
+double kmp_cycles_ratio(const kmp_ode *ode, double rtol);
+
+/** Below this ratio radau is taken. On the bench set the expected ratio is too large by half on many models, too small
+ * by a quarter on chains of loops and trees. */
+#define KMP_RATIO_WORTH 0.95

@@ -1,0 +1,395 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Friction of a run: its elements, the site of a runner, sentences and log. */
+#include "integrators/run/friction_run.h"
+#include "constraints/evaluation/load_multipliers.h"
+#include "constraints/tolerances.h"
+#include "dynamics/kinematics/friction_modes.h"
+#include "integrators/friction/friction_inside.h"
+#include "integrators/run/runner.h"
+#include <math.h>
+#include <string.h>
+
+/* -- the site -------------------------------------------------------------------------------------------- */
+
+double kmp_friction_span(const kmp_runner *run)
+{
+    double span = run->spec.t_end - run->spec.t_start;
+    return run->rate_scale > 0 ? fmin(span, KMP_FRICTION_SPAN / run->rate_scale) : span;
+}
+
+/* A dae meets rates, also those of rows, within the tolerance of its steps alone. */
+static kmp_friction_numbers numbers(const void *self)
+{
+    const kmp_runner *run = self;
+    double drift = run->method && run->method->dae ? KMP_FRICTION_DRIFT * run->spec.rtol : 0;
+    return (kmp_friction_numbers){
+        .span = kmp_friction_span(run), .rtol = run->spec.rtol, .still = fmax(KMP_FRICTION_STILL, drift)};
+}
+
+double kmp_friction_pace(const kmp_runner *run, const double *qd)
+{
+    double rate = fmax(run->rate_scale, 1 / (run->spec.t_end - run->spec.t_start));
+    for (int i = 0; i < run->s->n; i++)
+        rate = fmax(rate, fabs(qd[i]) / run->s->scale[i]);
+    return rate;
+}
+
+static double pace(const void *self, const double *qd)
+{
+    return kmp_friction_pace(self, qd);
+}
+
+static void put(void *self, int condition, double input)
+{
+    kmp_eval_set_kink(((kmp_runner *)self)->eval, condition, input);
+}
+
+static int choose(void *self, double t, const double *q)
+{
+    kmp_runner *run = self;
+    kmp_partition_free(&run->part);
+    return (int)kmp_runner_choose(run, t, q, -1, NULL, 0);
+}
+
+static int adds_row(void *self, double t, const double *q, bool *adds)
+{
+    kmp_runner *run = self;
+    int rank = run->part.r;
+    kmp_partition with;
+    kmp_eval_closure(run->eval, t, q);
+    kempe_status status = kmp_partition_init(&with, run->s, run->eval->jacobian, NULL, 0);
+    if (status != KEMPE_OK)
+        return (int)status;
+    double before = rank > 0 ? run->part.pivots[rank - 1] : with.pivots[0];
+    *adds = with.r > rank && with.pivots[with.r - 1] > KMP_FRICTION_RANK * before;
+    kmp_partition_free(&with);
+    return 0;
+}
+
+static int measure(void *self, double t, const double *q, const double *qd, double *change)
+{
+    kmp_runner *run = self;
+    kmp_eval_closure(run->eval, t, q);
+    kempe_status status = kmp_runner_accelerate(run, t, q, qd);
+    if (status == KEMPE_OK)
+        kmp_eval_all_changes(run->eval, t, q, qd, run->qdd, run->lambda, change);
+    return (int)status;
+}
+
+static void look(void *self, double t, const double *q, const double *qd, double *change)
+{
+    const kmp_runner *run = self;
+    const double *now = kmp_eval_changes(run->eval, t, q, qd);
+    memcpy(change, now, (size_t)run->s->events.count * sizeof *now);
+}
+
+static int finish(void *self, double t, double *q, double *qd)
+{
+    kmp_runner *run = self;
+    kempe_status status = kmp_runner_project(run, t, q, qd);
+    return (int)(status == KEMPE_OK ? kmp_runner_accelerate(run, t, q, qd) : status);
+}
+
+static bool is_unsettled(const void *self)
+{
+    return kmp_is_unsettled(((const kmp_runner *)self)->eval);
+}
+
+static void forget(void *self)
+{
+    kmp_context_clear(((const kmp_runner *)self)->s->context);
+}
+
+static void forget_loads(void *self)
+{
+    kmp_load_forget(((kmp_runner *)self)->eval);
+}
+
+/* -- sentences ------------------------------------------------------------------------------------------- */
+
+static const kmp_force *force_of(const kmp_runner *run, const kmp_friction_element *e)
+{
+    return run->s->events.condition[e->slot].of;
+}
+
+static const char *name_of(const kmp_runner *run, const kmp_friction_element *e)
+{
+    return force_of(run, e)->name;
+}
+
+/* The largest ratio of inertias between directions of two rows of D; 0 where they are dependent. */
+static double spread_of(int n, const double *d)
+{
+    double most = 0;
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < i; j++) {
+            double a = d[i + i * n], c = d[j + j * n], b = d[i + j * n], sum = a + c, rest = a * c - b * b;
+            if (rest > KMP_SAME_ROW * sum * sum)
+                most = fmax(most, sum * sum / rest);
+        }
+    return most;
+}
+
+void kmp_friction_put_spread(kmp_text *text, int n, const double *d)
+{
+    double spread = spread_of(n, d);
+    if (spread > KMP_INERTIA_SPREAD)
+        kmp_text_printf(text,
+                        "; the inertia at its surface differs by the factor %.2g between directions: give the body a "
+                        "larger moment of inertia",
+                        spread);
+}
+
+static kempe_status fail_impossible(const kmp_runner *run, double t)
+{
+    const kmp_friction_run *x = run->friction;
+    kmp_text text = {0};
+    for (int i = 0; i < x->count; i++)
+        if (!x->element[i].contact && (x->rest == 0 || x->element[i].tries))
+            kmp_text_printf(&text, "%s'%s'", text.length ? ", " : "", name_of(run, &x->element[i]));
+    kmp_text_printf(&text, " can neither slip nor stick at t = %.9g", t);
+    if (x->growth >= 1)
+        kmp_text_printf(
+            &text,
+            ": the level of '%s' grows by %.4g for each unit of friction, where less than 1 is sure to have "
+            "a solution; reduce it",
+            name_of(run, &x->element[x->most]), x->growth);
+    else
+        kmp_text_put(&text, ": the level depends too much on the friction itself; reduce it");
+    if (x->rest > 0)
+        kmp_text_put(&text, ", or regularise it with a 'speed'");
+    kmp_friction_put_spread(&text, x->rest, x->d);
+    return kmp_fail_text(run->s->context, KEMPE_E_FAILED, &text);
+}
+
+static kempe_status fail_alternating(const kmp_runner *run, double t)
+{
+    const kmp_friction_run *x = run->friction;
+    const kmp_friction_element *most = x->element;
+    for (int i = 0; i < x->count; i++)
+        most = x->element[i].changes > most->changes ? &x->element[i] : most;
+    const kmp_friction_element *contact = most->base >= 0 ? &x->element[most->base] : most;
+    const char *help = contact->contact ? "A 'law' makes this contact compliant, and its forces unique"
+                                        : "Regularise this friction with a 'speed'";
+    bool at_once = x->past.repeats >= KMP_FRICTION_REPEATS;
+    return kmp_fail(run->s->context, KEMPE_E_FAILED,
+                    "modes are decided %d times between t = %.9g and %.9g without an end, most often by '%s'. %s",
+                    at_once ? x->past.repeats : x->past.changes, at_once ? t : x->past.since, t, name_of(run, most),
+                    help);
+}
+
+static int fail(void *self, kmp_friction_failure failure, double t)
+{
+    const kmp_runner *run = self;
+    switch (failure) {
+    case KMP_FRICTION_IMPOSSIBLE:
+        return (int)fail_impossible(run, t);
+    case KMP_FRICTION_ALTERNATES:
+        return (int)fail_alternating(run, t);
+    case KMP_FRICTION_FORCED:
+        return (int)kmp_fail(run->s->context, KEMPE_E_FAILED,
+                             "closures or drives force the surfaces of contacts into each other at t = %.9g", t);
+    default:
+        return (int)kmp_fail(run->s->context, KEMPE_E_FAILED, "the modes of friction at t = %.9g are not determined",
+                             t);
+    }
+}
+
+static const char *words_of(const kmp_friction_element *e)
+{
+    switch (e->stance) {
+    case KMP_FRICTION_SLIPS:
+        if (e->contact)
+            return "opens";
+        if (e->twin >= 0)
+            return "slips";
+        return e->sense > 0 ? "slips forward" : "slips backward";
+    case KMP_FRICTION_SMOOTH:
+        return "is regularised: no combination of modes is possible, or several are";
+    case KMP_FRICTION_IDLE:
+        return "rests by other closures: its force is not determined, and taken as zero";
+    default:
+        return e->contact ? "closes" : "sticks";
+    }
+}
+
+static void tell(void *self, kmp_friction_fact fact, int element, double t, double number)
+{
+    const kmp_runner *run = self;
+    const kmp_friction_element *e = element < 0 ? NULL : &run->friction->element[element];
+    if (!e) {
+        kmp_run_log_add(run->log, "solutions", t, number, NAN,
+                        "%d combinations of modes of friction are possible; the run goes on with that nearest to the "
+                        "modes before",
+                        (int)number);
+    } else if (fact == KMP_FRICTION_TELLS_CHANGE) {
+        const kmp_friction_element *named = e->twin < 0 ? e : &run->friction->element[e->base];
+        kmp_run_log_add(run->log, e->contact ? "contact" : "friction", t, e->before_sense, e->sense, "'%s%s' %s",
+                        name_of(run, named), e->twin < 0 ? "" : "_friction", words_of(e));
+    } else if (fact == KMP_FRICTION_TELLS_LEFT) {
+        kmp_run_log_add(run->log, "regularised", t, e->smooth_t, number, "'%s' was regularised from t = %.9g to %.9g",
+                        name_of(run, e), e->smooth_t, t);
+    } else {
+        kmp_run_log_add(run->log, "growth", t, NAN, number,
+                        "the level of '%s' grows by %.4g for each unit of friction: from 1 on there may be several "
+                        "solutions, or none",
+                        name_of(run, e), number);
+    }
+}
+
+/* -- making ---------------------------------------------------------------------------------------------- */
+
+int kmp_friction_elements(const kmp_events *events)
+{
+    int count = 0;
+    for (int k = 0; k < events->count; k++)
+        count += events->condition[k].role == KMP_ROLE_SENSE;
+    return count;
+}
+
+static const kmp_force *force_at(const kmp_events *events, const kmp_friction_element *e)
+{
+    return events->condition[e->slot].of;
+}
+
+/* The element of a force; -1: none. */
+static int element_with(const kmp_events *events, int count, const kmp_friction_element *element,
+                        const kmp_force *force)
+{
+    for (int i = 0; i < count; i++)
+        if (force_at(events, &element[i]) == force)
+            return i;
+    return -1;
+}
+
+static void take_numbers(const kempe_system *s, const kmp_events *events, int count, kmp_friction_element *element)
+{
+    for (int i = 0; i < count; i++) {
+        kmp_friction_element *e = &element[i];
+        const kmp_force *force = force_at(events, e);
+        int row = 0;
+        while (row < s->m && s->rows[row].closure != force->closure)
+            row++;
+        e->row = row < s->m ? row : 0;
+        e->size = row < s->m ? s->row_scale[row] : 1;
+        e->regularise = force->has_regularise ? force->regularise.value : 0;
+    }
+}
+
+void kmp_friction_list(const kempe_system *s, const kmp_events *events, kmp_friction_element *element)
+{
+    int count = 0;
+    for (int k = 0; k < events->count; k++) {
+        const kmp_force *force = events->condition[k].of;
+        if (events->condition[k].role == KMP_ROLE_SENSE)
+            element[count++] = (kmp_friction_element){.slot = k,
+                                                      .contact = force->kind == KMP_FORCE_TOUCH,
+                                                      .across = force->across,
+                                                      .loaded = kmp_force_lambda(force)};
+    }
+    for (int i = 0; i < count; i++) {
+        const kmp_force *force = force_at(events, &element[i]);
+        const kmp_force *contact = force->contact > 0 ? &s->model->forces[force->contact - 1] : NULL;
+        element[i].base = contact ? element_with(events, count, element, contact) : -1;
+        element[i].twin = force->across > 0 ? element_with(events, count, element, kmp_friction_twin(force)) : -1;
+    }
+    take_numbers(s, events, count, element);
+}
+
+void kmp_friction_renew(kmp_runner *run)
+{
+    if (run->friction)
+        take_numbers(run->s, &run->s->events, run->friction->count, run->friction->element);
+}
+
+kmp_friction_run *kmp_friction_new(kmp_runner *run, bool *none)
+{
+    const kmp_events *events = &run->s->events;
+    kmp_arena *a = &run->arena;
+    kmp_friction_run *x = KMP_ARENA_NEW(a, kmp_friction_run, 1);
+    kmp_friction_site *site = KMP_ARENA_NEW(a, kmp_friction_site, 1);
+    const int count = kmp_friction_elements(events);
+    *none = count == 0;
+    if (!x || !site || *none)
+        return NULL;
+    if (!KMP_ARENA_MAKE(
+            a, KMP_ROOM(kmp_friction_element, count, &x->element),
+            KMP_ROOM(int, count, &x->which, &x->side, &x->partner), KMP_ROOM(double, events->count, &x->change),
+            KMP_ROOM(double, count *count, &x->d), KMP_ROOM(double, kmp_disc_room(count), &x->room),
+            KMP_ROOM(double, count, &x->a, &x->lower, &x->upper, &x->f, &x->y, &x->tried, &x->aside, &x->found)))
+        return NULL;
+    *site = (kmp_friction_site){.self = run,
+                                .failed = KEMPE_E_FAILED,
+                                .numbers = numbers,
+                                .pace = pace,
+                                .put = put,
+                                .choose = choose,
+                                .adds = adds_row,
+                                .measure = measure,
+                                .look = look,
+                                .finish = finish,
+                                .is_unsettled = is_unsettled,
+                                .forget = forget,
+                                .forget_loads = forget_loads,
+                                .fail = fail,
+                                .tell = tell};
+    x->site = site;
+    x->loads = kmp_friction_is_loaded(run->s->model);
+    x->count = count;
+    kmp_friction_list(run->s, events, x->element);
+    kmp_friction_begin(x);
+    return x;
+}
+
+size_t kmp_friction_memory_size(const kmp_events *events)
+{
+    size_t count = (size_t)kmp_friction_elements(events);
+    return count > 0 ? count * sizeof(kmp_friction_element) + sizeof(kmp_friction_past) : 0;
+}
+
+int kmp_friction_memory(kmp_friction_run *x, kmp_memory_piece *piece)
+{
+    if (!x)
+        return 0;
+    piece[0] = (kmp_memory_piece){x->element, (size_t)x->count * sizeof *x->element};
+    piece[1] = (kmp_memory_piece){&x->past, sizeof x->past};
+    return 2;
+}
+
+bool kmp_friction_is_loaded(const kempe_model *model)
+{
+    bool loaded = false;
+    for (int k = 0; k < model->force_count; k++)
+        loaded = loaded || model->forces[k].contact > 0 ||
+                 (kmp_force_sticks(&model->forces[k]) && kmp_force_lambda(&model->forces[k]));
+    return loaded;
+}
+
+bool kmp_friction_is_smooth(const kmp_friction_run *x)
+{
+    bool any = false;
+    for (int i = 0; x && i < x->count; i++)
+        any = any || x->element[i].smooth;
+    return any;
+}
+
+/* -- in a run ---------------------------------------------------------------------------------------------- */
+
+kempe_status kmp_friction_settle(kmp_runner *run, double t, double *q, double *qd)
+{
+    return (kempe_status)kmp_friction_settle_modes(run->friction, t, q, qd);
+}
+
+void kmp_friction_show(kmp_runner *run, double t, double *row)
+{
+    const kempe_system *s = run->s;
+    kmp_friction_run *x = run->friction;
+    double *lambda = row + 3 * s->n;
+    kmp_eval_all_changes(run->eval, t, row, row + s->n, row + 2 * s->n, lambda, x->change);
+    for (int r = 0; r < s->m; r++) {
+        const kmp_closure *closure = &s->model->closures[s->rows[r].closure];
+        for (int i = 0; i < x->count && kmp_closure_is_friction(closure); i++)
+            if (force_of(run, &x->element[i]) == &s->model->forces[closure->force])
+                lambda[r] = kmp_friction_at(x, &x->element[i], KMP_ROLE_GIVEN);
+    }
+}

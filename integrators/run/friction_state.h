@@ -1,0 +1,89 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Friction that sticks, and rigid contacts, at a state without a run: for equilibria and small motions. The inputs of
+ * their elements are those of an evaluator of the caller; they stay as they are set until they are set again
+ * (kmp_evaluator.holds_friction). Contacts are closed by kmp_friction_state_press or kmp_friction_state_decide, and
+ * stay so for all other functions, also those of another object with the same evaluator. */
+#pragma once
+
+#include "constraints/evaluation/evaluator.h"
+
+typedef enum kmp_friction_word {
+    KMP_FRICTION_WORD_SLIPS,
+    KMP_FRICTION_WORD_STICKS,
+    KMP_FRICTION_WORD_SHARES, /* it sticks, with others on one freedom: its force is one of several that are possible */
+    KMP_FRICTION_WORD_OPEN    /* other closures keep its place: its force is not determined */
+} kmp_friction_word;
+
+/* Of a contact: `slips` is open, `sticks` is closed by its row, `shares` closed by the rows of others; its place is the
+ * distance, and it has no largest force. */
+typedef struct kmp_friction_view {
+    const kmp_force *element;
+    bool contact;
+    bool off;   /* friction of an open contact */
+    bool limit; /* a contact that touches without a force, after kmp_friction_state_decide */
+    kmp_friction_word word;
+    double place, rate, force, largest; /* its force; the static level */
+    double needs;                       /* size of the force, of both components where slip has two directions */
+    double size;                        /* of its place */
+} kmp_friction_view;
+
+typedef struct kmp_friction_state {
+    int count;
+    kmp_friction_view *view;
+    double part;             /* of kmp_friction_state_load */
+    const double *lambda;    /* m: multipliers with the forces of kmp_friction_state_load */
+    struct kmp_runner *site; /* what the decisions of runs need */
+} kmp_friction_state;
+
+/** The elements of an evaluator's system; *none: it has no such friction, and nothing is made. KEMPE_E_MEMORY. */
+kempe_status kmp_friction_state_new(kmp_evaluator *eval, kmp_friction_state **state, bool *none);
+void kmp_friction_state_free(kmp_friction_state *state);
+
+/** Decides on modes at (t, q, qd) as a run that starts there does; elements that stick and contacts that press hold
+ * their rows, others slip or are open. Without a level an element is free. KEMPE_E_FAILED with a message, also where
+ * surfaces overlap or strike. */
+kempe_status kmp_friction_state_decide(kmp_friction_state *state, double t, const double *q, const double *qd);
+
+/** Holds the rows of all elements with a level, or of those in `which` (count), at (t, q), as far as they are
+ * independent, whether or not friction can. `place` (count; NULL: as at q): where. The words of the views follow. */
+kempe_status kmp_friction_state_lock(kmp_friction_state *state, double t, const double *q, const bool *which,
+                                     const double *place);
+
+/** Places and rates of all elements at (t, q, qd; NULL: zero). */
+void kmp_friction_state_look(kmp_friction_state *state, double t, const double *q, const double *qd);
+
+/** At a state at rest: the least part of the static levels with which friction keeps all elements at rest, INFINITY if
+ * none does, and such forces. No row is held afterwards. */
+kempe_status kmp_friction_state_load(kmp_friction_state *state, double t, const double *q);
+
+typedef enum kmp_normal_load {
+    KMP_PRESSED_NOT,
+    KMP_PRESSED,           /* closed by its row, if that is independent; otherwise by the rows of others */
+    KMP_PRESSED_IF_IMPLIED /* closed where the rows of the others keep it so */
+} kmp_normal_load;
+
+/** Closes contacts at (t, q) as `pressed` (count) tells. Friction keeps its modes. The words of the contacts follow. */
+kempe_status kmp_friction_state_press(kmp_friction_state *state, double t, const double *q,
+                                      const kmp_normal_load *pressed);
+
+/** Distances of contacts, and places of friction, at (t, q); no mode changes. */
+void kmp_friction_state_measure(kmp_friction_state *state, double t, const double *q, double *place);
+
+typedef enum kmp_held_contact {
+    KMP_HELD_NOT,
+    KMP_HELD_BY_ROW,
+    KMP_HELD_BY_OTHERS /* the rows of others imply its own */
+} kmp_held_contact;
+
+/** The mode in which the evaluator closes the contact of a view; its friction is not closed. */
+kmp_held_contact kmp_friction_state_closed(const kmp_friction_state *state, int i);
+
+/** True if no contact overlaps at (t, q), and none pulls with the forces of the last kmp_friction_state_load. `place`
+ * (count) is changed. */
+bool kmp_friction_state_agrees(kmp_friction_state *state, double t, const double *q, double *place);
+
+/** Gives up all rows and forces of friction: elements follow the sign of their rates, and have no force at rest. */
+void kmp_friction_state_release(kmp_evaluator *eval);
+
+/** Opens all contacts. */
+void kmp_friction_state_open(kmp_evaluator *eval);

@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Workspaces of models with dry friction that sticks. The modes at a state are those of a run that starts there. */
+#include "constraints/workspace/workspace_inside.h"
+#include "dynamics/load_dependent.h"
+#include "integrators/run/friction_state.h"
+#include <kempe/workspace.h>
+#include <string.h>
+
+static kempe_status decide(void *self, double t, const double *q, const double *qd)
+{
+    return kmp_friction_state_decide(self, t, q, qd);
+}
+
+static void let_go(void *self)
+{
+    kmp_friction_state_free(self);
+}
+
+kempe_status kempe_workspace_new(const kempe_system *system, kempe_workspace **workspace)
+{
+    KMP_WANTED_BOTH(system, workspace);
+    KMP_TRY(kmp_workspace_new(system, workspace));
+    const kmp_force *force = system->model->forces, *end = force + system->model->force_count;
+    while (force < end && !kmp_force_sticks(force))
+        force++;
+    if (force < end)
+        kmp_log(system->context, KEMPE_LOG_WARNING,
+                "friction '%s' sticks in runs, but in this workspace it slips and has no force at rest: choose one of "
+                "slip, stick and none for the friction of the workspace",
+                force->name);
+    return KEMPE_OK;
+}
+
+kempe_status kempe_workspace_new_with_friction(const kempe_system *system, const char *friction,
+                                               kempe_workspace **workspace)
+{
+    KMP_WANTED_BOTH(system, workspace);
+    KMP_WANTED(system->context, friction, "friction");
+    bool sticks = strcmp(friction, "stick") == 0, none = strcmp(friction, "none") == 0;
+    if (!sticks && !none && strcmp(friction, "slip") != 0)
+        return kmp_fail(system->context, KEMPE_E_ARGUMENT,
+                        "unknown friction of a workspace '%s'; choose slip, stick or none", friction);
+    if (sticks)
+        KMP_TRY(kmp_refuse_contacts(system->model, "friction that sticks in a workspace"));
+    kempe_workspace *ws = NULL;
+    KMP_TRY(kmp_workspace_new(system, &ws));
+    ws->eval->holds_friction = none; /* its inputs are zero */
+    kmp_friction_state *state = NULL;
+    bool slips = true;
+    kempe_status status = sticks ? kmp_friction_state_new(ws->eval, &state, &slips) : KEMPE_OK;
+    if (status == KEMPE_OK && !slips) {
+        const kmp_workspace_friction modes = {
+            .self = state, .decide = decide, .release = kmp_friction_state_release, .free = let_go};
+        status = kmp_workspace_take_friction(ws, modes);
+        if (status != KEMPE_OK)
+            kmp_friction_state_free(state);
+    }
+    if (status == KEMPE_OK)
+        *workspace = ws;
+    else
+        kempe_workspace_free(ws);
+    return status;
+}

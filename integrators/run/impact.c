@@ -1,0 +1,176 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Impacts of a run: the site of a runner, sentences and log. */
+#include "integrators/run/impact.h"
+#include "constraints/closing/saddle.h"
+#include "integrators/run/runner.h"
+#include <math.h>
+#include <string.h>
+
+/* -- the site -------------------------------------------------------------------------------------------- */
+
+static void rows(void *self, double t, const double *q, int count, const int *row, double *g)
+{
+    const kmp_runner *run = self;
+    const int n = run->s->n, m = run->s->m;
+    double *jacobian = run->impacts->jacobian;
+    kmp_eval_closure(run->eval, t, q);
+    kmp_eval_dense_jacobian(run->eval, jacobian);
+    for (int k = 0; k < count; k++)
+        for (int i = 0; i < n; i++)
+            g[k * n + i] = jacobian[row[k] + i * m];
+}
+
+static void weigh(void *self, double t, const double *q)
+{
+    const kmp_runner *run = self;
+    kmp_eval_closure(run->eval, t, q);
+    kmp_eval_mass(run->eval);
+}
+
+static int ways(void *self, double t, const double *q, int count, const double *g, double *way)
+{
+    kmp_runner *run = self;
+    kmp_saddle saddle;
+    const int n = run->s->n;
+    weigh(self, t, q);
+    bool made = kmp_saddle_init(&saddle, run->eval, &run->part);
+    bool singular = made && kmp_saddle_factor(&saddle);
+    for (int k = 0; made && !singular && k < count; k++) {
+        for (int i = 0; i < n; i++)
+            run->moved[i] = -g[k * n + i];
+        kmp_saddle_solve(&saddle, run->moved, NULL, way + k * n, NULL);
+    }
+    kmp_saddle_free(&saddle);
+    kempe_status status = kmp_made(run->s->context, made);
+    if (singular)
+        status = kmp_fail(run->s->context, KEMPE_E_FAILED, "an impact at t = %.9g meets a singular mechanism", t);
+    return (int)status;
+}
+
+static double kinetic(const void *self, const double *qd)
+{
+    return kmp_eval_kinetic(((const kmp_runner *)self)->eval, qd);
+}
+
+/* -- sentences and log ------------------------------------------------------------------------------------- */
+
+static const kmp_force *force_of(const kmp_runner *run, const kmp_friction_element *e)
+{
+    return run->s->events.condition[e->slot].of;
+}
+
+static int fail(void *self, kmp_impact_failure failure, double t, int count, const int *which)
+{
+    static const char *const reasons[] = {[KMP_IMPACT_FORCED] = "closures or drives force the surfaces into each other",
+                                          [KMP_IMPACT_UNDECIDED] = "the impulses are not determined",
+                                          [KMP_IMPACT_ALTERNATES] = "the impulses of friction are not determined"};
+    const kmp_runner *run = self;
+    kmp_text text = {0};
+    for (int k = 0; k < count; k++) {
+        const kmp_friction_element *e = &run->friction->element[which[k]];
+        if (e->contact)
+            kmp_text_printf(&text, "%s'%s'", text.length ? ", " : "", force_of(run, e)->name);
+    }
+    kmp_text_printf(&text, ": %s at t = %.9g", reasons[failure], t);
+    kmp_friction_put_spread(&text, run->impacts->run.count, run->impacts->run.d);
+    return (int)kmp_fail_text(run->s->context, KEMPE_E_FAILED, &text);
+}
+
+static void tell_sequence(void *self, int element, double t, double since, double end)
+{
+    const kmp_runner *run = self;
+    kmp_run_log_add(run->log, "accumulation", t, since, end,
+                    "impacts of '%s' accumulate at t = %.9g; the contact closes",
+                    force_of(run, &run->friction->element[element])->name, end);
+}
+
+static void tell_impact(void *self, const kmp_impact_run *p, double t, double before, double gain)
+{
+    const kmp_runner *run = self;
+    kmp_text names = {0};
+    for (int k = 0; k < p->count; k++)
+        if (p->f[k] != 0 && kmp_impact_element(p, k)->contact)
+            kmp_text_printf(&names, "%s'%s' at %.4g", names.length ? ", " : "",
+                            force_of(run, kmp_impact_element(p, k))->name, -p->v[k]);
+    kmp_run_log_add(run->log, "impact", t, before, before + gain, "%s: %.4g of %.4g J of kinetic energy are lost",
+                    names.s ? names.s : "", -gain, before);
+    kmp_text_free(&names);
+}
+
+static void tell_plastic(void *self, double t, double gain)
+{
+    const kmp_runner *run = self;
+    kmp_run_log_add(run->log, "restitution", t, NAN, NAN,
+                    "with its restitution an impact would gain %.4g J: it is taken without", gain);
+}
+
+/* -- making ---------------------------------------------------------------------------------------------- */
+
+kmp_impacts *kmp_impact_new(kmp_runner *run, bool *none)
+{
+    kmp_arena *a = &run->arena;
+    const int n = run->s->n, most = run->friction ? run->friction->count : 0;
+    *none = true;
+    for (int i = 0; i < most; i++)
+        *none = *none && !run->friction->element[i].contact;
+    kmp_impacts *x = *none ? NULL : KMP_ARENA_NEW(a, kmp_impacts, 1);
+    kmp_impact_run *p = x ? &x->run : NULL;
+    if (!p || !KMP_ARENA_MAKE(a, KMP_ROOM(int, most, &p->which, &p->side, &p->partner, &p->rows),
+                              KMP_ROOM(bool, most, &p->held), KMP_ROOM(double, most *n, &p->row, &p->way),
+                              KMP_ROOM(double, run->s->m *n, &x->jacobian), KMP_ROOM(double, most *most, &p->d),
+                              KMP_ROOM(double, kmp_disc_room(most), &p->room),
+                              KMP_ROOM(double, most, &p->v, &p->a, &p->e, &p->lower, &p->upper, &p->f, &p->y, &p->tried,
+                                       &p->most_friction, &p->deep),
+                              KMP_ROOM(double, n, &p->before)))
+        return NULL;
+    x->site = (kmp_impact_site){.driven = run->s->rheonomic,
+                                .rows = rows,
+                                .ways = ways,
+                                .weigh = weigh,
+                                .kinetic = kinetic,
+                                .fail = fail,
+                                .tell_sequence = tell_sequence,
+                                .tell_impact = tell_impact,
+                                .tell_plastic = tell_plastic};
+    p->site = &x->site;
+    p->friction = run->friction;
+    p->n = n;
+    return x;
+}
+
+size_t kmp_impact_memory_size(const kmp_events *events)
+{
+    bool contacts = false;
+    for (int k = 0; k < events->count; k++) {
+        const kmp_force *force = events->condition[k].role == KMP_ROLE_SENSE ? events->condition[k].of : NULL;
+        contacts = contacts || (force && force->kind == KMP_FORCE_TOUCH);
+    }
+    return contacts ? sizeof(long) : 0;
+}
+
+int kmp_impact_memory(kmp_impacts *impacts, kmp_memory_piece *piece)
+{
+    if (!impacts)
+        return 0;
+    piece[0] = (kmp_memory_piece){&impacts->run.total, sizeof impacts->run.total};
+    return 1;
+}
+
+double kmp_impact_since(const kmp_impacts *impacts)
+{
+    return impacts && impacts->run.since > 0 ? impacts->run.since : INFINITY;
+}
+
+/* -- in a run ---------------------------------------------------------------------------------------------- */
+
+kempe_status kmp_impact_check_start(kmp_runner *run, double t, const double *q, const double *qd)
+{
+    const int i = kmp_impact_overlap(&run->impacts->run, t, q, qd);
+    if (i < 0)
+        return KEMPE_OK;
+    const kmp_friction_element *e = &run->friction->element[i];
+    const kmp_force *contact = force_of(run, e);
+    return kmp_fail(run->s->context, KEMPE_E_FAILED,
+                    "contact '%s' overlaps by %.6g %s at the start; begin with its surfaces apart", contact->name,
+                    -kmp_friction_at(run->friction, e, KMP_ROLE_PLACE), contact->turns ? "rad" : "m");
+}

@@ -1,0 +1,49 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#pragma once
+
+#include "model/data/model.h"
+#include "output/weighting.h"
+#include <kempe/vehicle.h>
+
+typedef enum kmp_comfort_direction {
+    KMP_COMFORT_LONGITUDINAL,
+    KMP_COMFORT_LATERAL,
+    KMP_COMFORT_VERTICAL,
+    KMP_COMFORT_SEAT_BACK,
+    KMP_COMFORT_DIRECTIONS
+} kmp_comfort_direction;
+
+typedef struct kmp_comfort_row {
+    const char *name;
+    kmp_weighting weighting;
+    bool sperling;
+} kmp_comfort_row;
+
+extern const kmp_comfort_row kmp_comfort_rows[KMP_COMFORT_DIRECTIONS];
+
+typedef struct kmp_comfort_signal {
+    kmp_comfort_direction direction;
+    const char *name;
+    double raw, weighted, median, percentile, largest, sperling; /* m/s^2, Wz; NaN: none */
+    double difference;                                           /* relative, with every other sample */
+    double *window;                                              /* weighted root mean squares */
+} kmp_comfort_signal;
+
+struct kempe_comfort {
+    const kempe_system *system;
+    kmp_arena arena;
+    kempe_status status;
+    char *warnings;
+    double from, rate;
+    int windows, count, places;
+    kmp_comfort_signal *signal;
+};
+
+/** Length of a window, s (EN 12299). */
+#define KMP_COMFORT_WINDOW 5.0
+
+/** Windows of a whole measurement: 5 min (EN 12299). */
+enum { KMP_COMFORT_WINDOWS = 60 };
+
+/** The k-th signal of a direction; NULL: there are fewer. */
+const kmp_comfort_signal *kmp_comfort_signal_of(const kempe_comfort *comfort, kmp_comfort_direction direction, int k);

@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A system in place of one with sampled states, for studies of small motions: each sampled state y has the rate
+ * (next - y)/T, T being the time between its samples. Its equilibria are those of the samples, where y is `next`, and
+ * its linear equations contain those of the samples (derivatives/sampled_motion.h). A delayed signal u has the rate
+ * (u - y)/T (derivatives/delayed_motion.h). A state that changes at events keeps its start value y0 by the rate y0 - y,
+ * on which nothing but itself depends. */
+#pragma once
+
+#include "analyses/derivatives/linearized.h"
+
+typedef struct kmp_averaged kmp_averaged;
+
+/** *averaged: NULL for a model without such states. */
+kempe_status kmp_averaged_new(const kempe_system *given, kmp_averaged **averaged);
+
+/** At a state of the linear equations of its system, or of a variant of it. KEMPE_E_FAILED: a state that changes at
+ * events does so there, within small motions, or has not the value that its input requires. */
+kempe_status kmp_averaged_judge(const kmp_averaged *averaged, const kmp_linear *linear);
+void kmp_averaged_free(kmp_averaged *averaged);
+
+/** Its system, which has the model's names and its user's force; `given` where there is none. */
+const kempe_system *kmp_averaged_system(const kmp_averaged *averaged, const kempe_system *given);

@@ -1,0 +1,492 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The parameters are inputs of the graph. Dependent parameters are inputs of their own, which the direction of a named
+ * one includes: d(dependent) = its expression, differentiated. */
+#include "analyses/derivatives/parameter_slopes.h"
+#include "base/arena.h"
+#include "base/memory.h"
+#include "model/data/variant.h"
+#include "symbolic/derivative.h"
+#include "symbolic/partials.h"
+#include <string.h>
+
+/* -- entries ----------------------------------------------------------------------------------------- */
+
+/* Expressions of one program while its entries are found. */
+typedef struct gather {
+    kmp_slopes *s;
+    kmp_slope_matrix *x; /* target of the outputs */
+    kmp_arena arena;
+    kmp_equations eq;
+    kmp_derivative *along;     /* of one parameter after the other */
+    kmp_ref *leaf, *direction; /* room for all parameters */
+    const int *named;          /* the named parameters, by number */
+    kmp_ref *of;               /* the expressions that are differentiated */
+    int of_count;
+    kmp_listing list;
+} gather;
+
+/* Ends a column, which consists of the outputs since the last end. */
+static void end_column(gather *g)
+{
+    g->x->start[++g->x->columns] = g->list.count;
+}
+
+/* -- directions of parameters ------------------------------------------------------------------------ */
+
+int kmp_slopes_lead(const kmp_tree *tree, int count, kmp_ref *leaf, kmp_ref *direction)
+{
+    const kempe_model *m = tree->model;
+    kmp_derivative *along = kmp_derivative_new(tree->graph, count, leaf, direction);
+    bool ok = along;
+    for (int i = 0; ok && i < m->led_count; i++) {
+        kmp_ref value = kmp_tree_expression(tree, m->parameters[m->led[i]].number.expr);
+        ok = kmp_derivative_restart(along, count, leaf, direction);
+        direction[count] = ok ? kmp_derivative_of(along, value) : KMP_ZERO;
+        leaf[count++] = kmp_input(tree->graph, KMP_IN_PARAMETER, (uint32_t)m->led[i]);
+    }
+    kmp_derivative_free(along);
+    return ok ? count : -1;
+}
+
+/* A column for each parameter. */
+static bool add_parameters(gather *g)
+{
+    bool ok = true;
+    for (int p = 0; ok && p < g->s->count; p++) {
+        int named = g->named[p];
+        g->leaf[0] = named >= 0 ? kmp_input(g->eq.graph, KMP_IN_PARAMETER, (uint32_t)named)
+                                : kmp_input(g->eq.graph, KMP_IN_TIME, (uint32_t)(-1 - named));
+        g->direction[0] = KMP_ONE;
+        int leaves = kmp_slopes_lead(&g->eq.tree, 1, g->leaf, g->direction);
+        ok = leaves > 0 && kmp_derivative_restart(g->along, leaves, g->leaf, g->direction);
+        for (int i = 0; ok && i < g->of_count; i++)
+            kmp_listing_put(&g->list, 0, i, g->x->columns, kmp_derivative_of(g->along, g->of[i]));
+        end_column(g);
+    }
+    return ok;
+}
+
+/* -- the equations ----------------------------------------------------------------------------------- */
+
+void kmp_slopes_collect(const kmp_equations *eq, kmp_ref *of)
+{
+    int n = eq->n, m = eq->m;
+    for (int i = 0; i < m; i++) {
+        of[i] = eq->h[i];
+        of[m + i] = eq->hdot[i];
+        of[2 * m + i] = kmp_equations_curve(eq, i);
+    }
+    memcpy(of + 3 * m, eq->residual, (size_t)n * sizeof *of);
+}
+
+/* The characteristic length: of the offset that is longest with the current values. */
+static kmp_ref length(const gather *g)
+{
+    kmp_graph *graph = g->eq.graph;
+    const kmp_length_scale lever = kmp_system_lever(g->eq.model);
+    kmp_ref square = KMP_ZERO;
+    if (lever.body > 0) {
+        const kmp_body *body = &g->eq.model->bodies[lever.body];
+        return kmp_sqrt(graph, kmp_div(graph, kmp_tree_number(&g->eq.tree, &body->inertia[lever.axis]),
+                                       kmp_tree_number(&g->eq.tree, &body->mass)));
+    }
+    for (int i = 0; i < 3; i++) {
+        kmp_ref d =
+            kmp_sub(graph, kmp_tree_number(&g->eq.tree, &lever.to[i]), kmp_tree_number(&g->eq.tree, &lever.from[i]));
+        square = kmp_add(graph, square, kmp_mul(graph, d, d));
+    }
+    return lever.length > 0 ? kmp_sqrt(graph, square) : KMP_ONE;
+}
+
+static bool add_equations(gather *g)
+{
+    int n = g->s->n, m = g->s->m;
+    const kmp_start *start = &g->eq.model->start;
+    g->of = KMP_ARENA_NEW(&g->arena, kmp_ref, 3 * m + 3 * n + 1);
+    if (!g->of)
+        return false;
+    kmp_slopes_collect(&g->eq, g->of);
+    for (int i = 0; i < n; i++) {
+        g->of[3 * m + n + i] = kmp_tree_number(&g->eq.tree, &start->q[i]);
+        g->of[3 * m + 2 * n + i] = kmp_tree_number(&g->eq.tree, &start->qd[i]);
+    }
+    g->of[3 * m + 3 * n] = length(g);
+    g->of_count = 3 * m + 3 * n + 1;
+    return add_parameters(g);
+}
+
+/* -- the outputs ------------------------------------------------------------------------------------- */
+
+static const kmp_input_kind columns[] = {KMP_IN_TIME, KMP_IN_Q, KMP_IN_QD, KMP_IN_QDD, KMP_IN_LAMBDA};
+enum { COLUMN_KINDS = sizeof columns / sizeof *columns };
+
+static int size_of(const kmp_slopes *s, int kind)
+{
+    return columns[kind] == KMP_IN_TIME ? 1 : columns[kind] == KMP_IN_LAMBDA ? s->m : s->n;
+}
+
+static bool add_column(gather *g, kmp_partials *partials, kmp_ref leaf)
+{
+    const int *which;
+    const kmp_ref *value;
+    int count = kmp_partials_along(partials, leaf, &which, &value);
+    for (int i = 0; i < count; i++)
+        kmp_listing_put(&g->list, 0, which[i], g->x->columns, value[i]);
+    end_column(g);
+    return count >= 0;
+}
+
+/* Adds the derivatives along a leaf, times `by`, to `total`. */
+static bool add_along(gather *g, kmp_partials *partials, kmp_ref leaf, kmp_ref by, kmp_ref *total)
+{
+    const int *which;
+    const kmp_ref *value;
+    int count = kmp_partials_along(partials, leaf, &which, &value);
+    for (int i = 0; i < count; i++)
+        total[which[i]] = kmp_add(g->eq.graph, total[which[i]], kmp_mul(g->eq.graph, value[i], by));
+    return count >= 0;
+}
+
+/* The column of time, with which inputs of the model change. */
+static bool add_time(gather *g, kmp_partials *partials)
+{
+    kmp_graph *graph = g->eq.graph;
+    kmp_ref *total = KMP_ARENA_NEW(&g->arena, kmp_ref, g->of_count);
+    for (int i = 0; total && i < g->of_count; i++)
+        total[i] = KMP_ZERO;
+    bool ok = total && add_along(g, partials, kmp_input(graph, KMP_IN_TIME, 0), KMP_ONE, total);
+    for (int k = 0; k < g->eq.model->input_count; k++)
+        for (int d = 0; ok && d + 1 < KMP_TIME_NUMBERS; d++) {
+            kmp_ref rate = kmp_input(graph, KMP_IN_TIME, kmp_time_index(k, d + 1));
+            ok = add_along(g, partials, kmp_input(graph, KMP_IN_TIME, kmp_time_index(k, d)), rate, total);
+        }
+    for (int i = 0; ok && i < g->of_count; i++)
+        kmp_listing_put(&g->list, 0, i, g->x->columns, total[i]);
+    end_column(g);
+    return ok;
+}
+
+static bool add_state(gather *g)
+{
+    kmp_graph *graph = g->eq.graph;
+    for (int c = 0; c < COLUMN_KINDS; c++)
+        for (int k = 0; k < size_of(g->s, c); k++)
+            (void)kmp_input(graph, columns[c], (uint32_t)k);
+    for (int k = 0; k < KMP_TIME_NUMBERS * g->eq.model->input_count; k++)
+        (void)kmp_input(graph, KMP_IN_TIME, (uint32_t)(1 + k));
+    kmp_partials *partials = kmp_partials_new(graph, g->of_count, g->of);
+    bool ok = partials && add_time(g, partials);
+    for (int c = 1; c < COLUMN_KINDS; c++)
+        for (int k = 0; ok && k < size_of(g->s, c); k++)
+            ok = add_column(g, partials, kmp_input(graph, columns[c], (uint32_t)k));
+    kmp_partials_free(partials);
+    return ok;
+}
+
+/* The values come first. */
+static bool add_values(gather *g)
+{
+    for (int i = 0; g->of && i < g->of_count; i++)
+        (void)kmp_listing_add(&g->list, g->of[i]);
+    return g->of && add_state(g) && add_parameters(g);
+}
+
+static bool add_outputs(gather *g)
+{
+    g->s->shown = g->of_count = g->eq.shown_count;
+    g->of = KMP_ARENA_NEW(&g->arena, kmp_ref, g->of_count);
+    for (int i = 0; g->of && i < g->of_count; i++)
+        g->of[i] = g->eq.shown[i];
+    return add_values(g);
+}
+
+static bool add_events(gather *g)
+{
+    g->of_count = g->s->system->events.count;
+    g->of = KMP_ARENA_NEW(&g->arena, kmp_ref, g->of_count);
+    for (int i = 0; g->of && i < g->of_count; i++)
+        if (!g->s->system->events.condition[i].ends && !kmp_tree_event(&g->eq.tree, i, &g->of[i]))
+            return false;
+    return add_values(g);
+}
+
+/* In place, as a run evaluates them: conditions have the values of the state. */
+static bool add_samples(gather *g)
+{
+    const kempe_model *model = g->eq.model;
+    g->of = KMP_ARENA_NEW(&g->arena, kmp_ref, model->state_count);
+    for (int k = 0; g->of && k < model->state_count; k++)
+        if (model->states[k].next)
+            g->of[g->of_count++] = kmp_tree_expression(&g->eq.tree, model->states[k].next);
+    return add_values(g);
+}
+
+static int count_delays(const kempe_model *model)
+{
+    int count = 0;
+    for (int k = 0; k < model->state_count; k++)
+        count += model->states[k].delayed != NULL;
+    return count;
+}
+
+/* Adds delayed signals as a run records them (integrators/run/delays.c): their conditions and branches of kinks are
+ * those of the run. */
+static bool add_delayed(gather *g)
+{
+    const kempe_model *model = g->eq.model;
+    kmp_tree now = g->eq.tree, early = g->eq.tree;
+    const int count = count_delays(model);
+    now.settled = now.kinks = true;
+    early.events = NULL;
+    g->of = KMP_ARENA_NEW(&g->arena, kmp_ref, 3 * count);
+    for (int k = 0, i = 0; g->of && k < model->state_count; k++) {
+        const kmp_state *state = &model->states[k];
+        if (!state->delayed)
+            continue;
+        g->of[i] = kmp_tree_expression(&now, state->delayed);
+        g->of[count + i] = state->before ? kmp_tree_expression(&early, state->before) : KMP_ZERO;
+        g->of[2 * count + i++] = kmp_tree_number(&early, &state->delay);
+    }
+    g->of_count = 3 * count;
+    return add_values(g);
+}
+
+/* -- programs ---------------------------------------------------------------------------------------- */
+
+static bool make_machine(gather *g, const kmp_backend *backend)
+{
+    const kmp_listing *list = &g->list;
+    kmp_slope_matrix *x = g->x;
+    if (kmp_graph_failed(g->eq.graph) || list->failed)
+        return false;
+    x->count = list->count;
+    x->rows = g->of_count;
+    x->entry = list->entry;
+    g->list.entry = NULL;
+    return list->output_count == 0 || kmp_formulas_init(&x->formulas, g->eq.graph, list->output_count, list->output,
+                                                        backend, g->s->system->parameters);
+}
+
+kempe_status kmp_slopes_equations(kmp_equations *eq, const kempe_system *system, kmp_events *events, unsigned sets)
+{
+    *events = system->events;
+    const kmp_derivation_request scene = {
+        .sets = sets, .scheme = KMP_SCHEME_COMPOSITE, .events = events, .charted = true};
+    return kmp_equations_derive(eq, system->model, &scene);
+}
+
+static kempe_status derive(kmp_slopes *s, unsigned sets, bool (*add)(gather *g), kmp_slope_matrix *x, const int *named,
+                           const kmp_backend *backend)
+{
+    gather g = {.s = s, .x = x, .named = named};
+    const kmp_derivation_request in_place = {.sets = sets, .plain = true, .charted = true};
+    kmp_events events;
+    KMP_TRY(x == &s->samples ? kmp_equations_derive(&g.eq, s->system->model, &in_place)
+                             : kmp_slopes_equations(&g.eq, s->system, &events, sets));
+    int parameters = g.eq.model->parameter_count, width = 1 + 3 * g.s->n + g.s->m + g.s->count;
+    g.x->start = KMP_NEW(int, width + 1);
+    g.leaf = KMP_ARENA_NEW(&g.arena, kmp_ref, parameters + 1);
+    g.direction = KMP_ARENA_NEW(&g.arena, kmp_ref, parameters + 1);
+    g.along = g.arena.failed ? NULL : kmp_derivative_new(g.eq.graph, 0, g.leaf, g.direction);
+    bool ok = g.along && g.x->start && add(&g) && make_machine(&g, backend);
+    kmp_derivative_free(g.along);
+    kmp_arena_free(&g.arena);
+    kmp_free(g.list.output);
+    kmp_free(g.list.entry);
+    kmp_equations_free(&g.eq);
+    return ok ? KEMPE_OK : kmp_fail_memory(s->system->context);
+}
+
+/* -- construction ------------------------------------------------------------------------------------ */
+
+const char *const kmp_derivative_ends[KMP_TIME_NUMBERS] = {"", ".d", ".dd"};
+
+/* The index in KMP_IN_TIME of an input or of its derivative; 0: it is none. */
+static int find_given(const kempe_model *m, const char *name)
+{
+    for (int k = 0; k < m->input_count; k++) {
+        size_t length = strlen(m->inputs[k].name);
+        for (int d = 0; strncmp(name, m->inputs[k].name, length) == 0 && d < KMP_TIME_NUMBERS; d++)
+            if (strcmp(name + length, kmp_derivative_ends[d]) == 0)
+                return (int)kmp_time_index(k, d);
+    }
+    return 0;
+}
+
+/* Of parameters and inputs (named_leaf). */
+static kempe_status find_names(const kempe_system *system, int count, const char *const *names, int *named)
+{
+    for (int p = 0; p < count; p++) {
+        int given = find_given(system->model, names[p]);
+        named[p] = -1 - given;
+        if (!given)
+            KMP_TRY(kmp_slopes_find(system, 1, names + p, named + p));
+    }
+    return KEMPE_OK;
+}
+
+kempe_status kmp_slopes_find(const kempe_system *system, int count, const char *const *names, int *parameter)
+{
+    const kempe_model *m = system->model;
+    for (int p = 0; p < count; p++) {
+        int k = kmp_parameter_find(m, names[p]);
+        if (k < 0 || !m->parameters[k].varies)
+            return kmp_fail(system->context, KEMPE_E_ARGUMENT,
+                            "parameter '%s' is not a variable parameter of the equations", names[p]);
+        parameter[p] = k;
+    }
+    return KEMPE_OK;
+}
+
+static kempe_status fill(kmp_slopes *s, const char *backend, const char *const *names, bool with_outputs)
+{
+    kempe_context *c = s->system->context;
+    const kmp_backend *found = kmp_backend_find(backend);
+    if (!found)
+        return kmp_fail(c, KEMPE_E_ARGUMENT, "unknown back end '%s'; available: %s", backend, kmp_backend_names());
+    int *named = KMP_NEW(int, s->count);
+    kempe_status status = named ? find_names(s->system, s->count, names, named) : kmp_fail_memory(c);
+    if (status == KEMPE_OK)
+        status =
+            derive(s, KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL, add_equations, &s->equations, named, found);
+    if (status == KEMPE_OK && with_outputs)
+        status = derive(s, KMP_SET_CLOSURE | KMP_SET_OUTPUT, add_outputs, &s->outputs, named, found);
+    if (status == KEMPE_OK && s->system->events.count > 0) /* all laws and rows: conditions of elements */
+        status = derive(s, KMP_SET_CLOSURE | KMP_SET_ENERGY, add_events, &s->events, named, found);
+    if (status == KEMPE_OK && count_delays(s->system->model) > 0)
+        status = derive(s, KMP_SET_CLOSURE, add_delayed, &s->delayed, named, found);
+    if (status == KEMPE_OK && kmp_model_has_samples(s->system->model))
+        status = derive(s, KMP_SET_CLOSURE, add_samples, &s->samples, named, found);
+    kmp_free(named);
+    return status;
+}
+
+kempe_status kmp_slopes_new(const kempe_system *system, const char *backend, int count, const char *const *names,
+                            bool with_outputs, kmp_slopes **slopes)
+{
+    KMP_MAKE(system->context, kmp_slopes, s);
+    *s = (kmp_slopes){.system = system, .n = system->n, .m = system->m, .count = count};
+    kempe_status status = fill(s, backend, names, with_outputs);
+    return KMP_GIVE_OR_FREE(status, slopes, s, kmp_slopes_free);
+}
+
+static void free_matrix(kmp_slope_matrix *x)
+{
+    kmp_formulas_free(&x->formulas);
+    kmp_free(x->entry);
+    kmp_free(x->start);
+}
+
+void kmp_slopes_free(kmp_slopes *slopes)
+{
+    if (!slopes)
+        return;
+    free_matrix(&slopes->equations);
+    free_matrix(&slopes->outputs);
+    free_matrix(&slopes->events);
+    free_matrix(&slopes->delayed);
+    free_matrix(&slopes->samples);
+    kmp_free(slopes);
+}
+
+void kmp_slopes_renew_parameters(kmp_slopes *slopes)
+{
+    kmp_slope_matrix *const of[] = {&slopes->equations, &slopes->outputs, &slopes->events, &slopes->delayed,
+                                    &slopes->samples};
+    for (size_t k = 0; k < sizeof of / sizeof *of; k++)
+        if (of[k]->formulas.machine)
+            kmp_formulas_renew(&of[k]->formulas, slopes->system->parameters);
+}
+
+/* -- numbers ----------------------------------------------------------------------------------------- */
+
+const double *kmp_slopes_values(kmp_slope_matrix *of, const kmp_instant *at)
+{
+    if (of->formulas.machine)
+        of->value = kmp_formulas_at(&of->formulas, at);
+    return of->value;
+}
+
+void kmp_slopes_at(kmp_slopes *slopes, const kmp_instant *at)
+{
+    (void)kmp_slopes_values(&slopes->equations, at);
+}
+
+/* Rows first .. first + count - 1 of column k. */
+static void take_rows(const kmp_slopes *s, int k, int first, int count, double *out)
+{
+    const kmp_slope_matrix *x = &s->equations;
+    memset(out, 0, (size_t)count * sizeof *out);
+    for (int e = x->start[k]; e < x->start[k + 1]; e++)
+        if (x->entry[e].row >= first && x->entry[e].row < first + count)
+            out[x->entry[e].row - first] = x->value[x->entry[e].source];
+}
+
+kmp_change kmp_slopes_change(const kmp_slopes *slopes, int k, double *room)
+{
+    int m = slopes->m;
+    take_rows(slopes, k, 0, 3 * m + slopes->n, room);
+    return (kmp_change){.h = room, .rate = room + m, .curve = room + 2 * m, .force = room + 3 * m};
+}
+
+double kmp_slopes_of_start(const kmp_slopes *slopes, int k, double *q, double *qd)
+{
+    int n = slopes->n, first = 3 * slopes->m + n;
+    double length;
+    take_rows(slopes, k, first, n, q);
+    take_rows(slopes, k, first + n, n, qd);
+    take_rows(slopes, k, first + 2 * n, 1, &length);
+    return length;
+}
+
+void kmp_slopes_weighted(const kmp_slopes *slopes, const double *h, const double *rate, const double *curve,
+                         const double *force, double *out)
+{
+    int m = slopes->m;
+    const double *part[] = {h, rate, curve};
+    for (int e = 0; e < slopes->equations.count; e++) {
+        const kmp_tangent *x = &slopes->equations.entry[e];
+        if (x->row >= 3 * m + slopes->n)
+            continue;
+        const double *w = x->row < 3 * m ? part[x->row / m] : force;
+        int i = x->row < 3 * m ? x->row % m : x->row - 3 * m;
+        out[x->col] += w ? w[i] * slopes->equations.value[x->source] : 0;
+    }
+}
+
+/* The part of a direction for each kind of columns, parameters last. */
+static void parts_of(const kmp_direction *d, double *part[COLUMN_KINDS + 1])
+{
+    double *const all[] = {d->t, d->q, d->qd, d->qdd, d->lambda, d->parameters};
+    memcpy(part, all, sizeof all);
+}
+
+static int part_size(const kmp_slopes *s, int part)
+{
+    return part < COLUMN_KINDS ? size_of(s, part) : s->count;
+}
+
+void kmp_slopes_along(const kmp_slopes *slopes, const kmp_slope_matrix *of, const kmp_direction *direction, int k,
+                      double *out)
+{
+    double *part[COLUMN_KINDS + 1];
+    parts_of(direction, part);
+    memset(out, 0, (size_t)of->rows * sizeof *out);
+    for (int c = 0, column = 0; of->rows > 0 && c <= COLUMN_KINDS; c++)
+        for (int i = 0; i < part_size(slopes, c); i++, column++) {
+            double by = c == COLUMN_KINDS ? i == k : part[c] ? part[c][i] : 0;
+            for (int e = of->start[column]; by != 0 && e < of->start[column + 1]; e++)
+                out[of->entry[e].row] += of->value[of->entry[e].source] * by;
+        }
+}
+
+void kmp_slopes_gradient(const kmp_slopes *slopes, const kmp_slope_matrix *of, const double *w,
+                         const kmp_direction *gradient)
+{
+    double *part[COLUMN_KINDS + 1];
+    parts_of(gradient, part);
+    for (int c = 0, column = 0; of->rows > 0 && c <= COLUMN_KINDS; c++)
+        for (int k = 0; k < part_size(slopes, c); k++, column++)
+            for (int e = of->start[column]; part[c] && e < of->start[column + 1]; e++)
+                part[c][k] += of->value[of->entry[e].source] * w[of->entry[e].row];
+}

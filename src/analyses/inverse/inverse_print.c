@@ -1,0 +1,318 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* An inverse dynamics as a report and as one JSON object. */
+#include "analyses/inverse/inverse_study.h"
+#include "output/print.h"
+#include "output/result_table.h"
+#include <kempe/inverse.h>
+#include <math.h>
+#include <string.h>
+
+enum { MOST_TOLD = 8 };
+
+static const char *name_of(const kempe_inverse *r, int coordinate)
+{
+    return r->system->model->motions[coordinate].name;
+}
+
+static const char *unit_of(const kempe_inverse *r, int coordinate)
+{
+    return r->system->model->motions[coordinate].rotation ? "N m" : "N";
+}
+
+static bool is_redundant(const kempe_inverse *r)
+{
+    for (int k = 0; k < r->m; k++)
+        if (r->redundant[k])
+            return true;
+    return false;
+}
+
+/* The kind of the solution: unique, or the least of many. */
+static const char *kind_of(const kempe_inverse *r)
+{
+    if (r->rank < r->freedoms)
+        return "least squares";
+    return r->a > r->freedoms ? "least norm" : "definite";
+}
+
+/* The largest force (at.force) or moment of a loop, and when. */
+static double largest(const kempe_inverse *r, int loop, int at, double *t)
+{
+    double most = -1;
+    *t = NAN;
+    for (int row = 0; row < r->rows; row++) {
+        const double *x = kmp_inverse_part(r, row, at + 3 * loop);
+        double size = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+        if (size > most) {
+            most = size;
+            *t = r->t[row];
+        }
+    }
+    return most < 0 ? NAN : most;
+}
+
+/* -- text -------------------------------------------------------------------------------------------- */
+
+/* The next force of the model from `from` on that acts along an actuated coordinate; the number of forces: none. */
+static int next_force(const kempe_inverse *r, int from)
+{
+    const kempe_model *model = r->system->model;
+    for (int f = from; f < model->force_count; f++)
+        for (int k = 0; k < r->a; k++)
+            if (model->forces[f].motion == r->actuator[k])
+                return f;
+    return model->force_count;
+}
+
+static void show_actuators(kmp_text *text, const kempe_inverse *r, int width)
+{
+    if (r->rows == 1) {
+        kmp_text_printf(text, "  %-*s  unit  %22s  %22s\n", width, "", "effort", "power, W");
+        for (int k = 0; k < r->a; k++)
+            kmp_text_printf(text, "  %-*s  %-4s  %22.15g  %22.15g\n", width, name_of(r, r->actuator[k]),
+                            unit_of(r, r->actuator[k]), *kmp_inverse_part(r, 0, r->at.tau + k),
+                            *kmp_inverse_part(r, 0, r->at.power + k));
+        return;
+    }
+    kmp_text_printf(text, "  %-*s  unit  %13s  %9s  %13s  %13s  %9s  %13s\n", width, "", "largest", "at t", "rms",
+                    "power, W", "at t", "work, J");
+    for (int k = 0; k < r->a; k++) {
+        kmp_inverse_summary s = kmp_inverse_summarise(r, k);
+        kmp_text_printf(text, "  %-*s  %-4s  %13.6g  %9.6g  %13.6g  %13.6g  %9.6g  %13.6g\n", width,
+                        name_of(r, r->actuator[k]), unit_of(r, r->actuator[k]), s.peak, s.peak_t, s.rms, s.power,
+                        s.power_t, s.work);
+    }
+}
+
+static void show_loads(kmp_text *text, const kempe_inverse *r, int width)
+{
+    if (r->loops + r->joints == 0)
+        return;
+    kmp_text_printf(text, "\n  %-*s  %13s  %9s  %13s  %9s\n", width, "load", "force, N", "at t", "moment, N m", "at t");
+    for (int l = 0; l < r->loops + r->joints; l++) {
+        double force_t, moment_t, force = largest(r, l, r->at.force, &force_t),
+                                  moment = largest(r, l, r->at.moment, &moment_t);
+        kmp_text_printf(text, "  %-*s  %13.6g  %9.6g  %13.6g  ", width, kmp_inverse_load_name(r, l), force, force_t,
+                        moment);
+        if (moment > 0)
+            kmp_text_printf(text, "%9.6g\n", moment_t);
+        else
+            kmp_text_printf(text, "%9s\n", "");
+    }
+}
+
+static void show_verdict(kmp_text *text, const kempe_inverse *r)
+{
+    kmp_text_printf(text, "\nresidual  %.2e of the terms of M qdd + C - J' lambda - S tau\n", r->residual);
+    kmp_text_printf(text, "transmission  %.3g at t = %.6g s (1: ideal, 0: a degree of freedom without an actuator)\n",
+                    r->hold, r->hold_t);
+    if (r->rank < r->freedoms)
+        kmp_text_printf(text, "unbalanced  %.2e of the required generalized forces\n", kmp_inverse_unmet(r));
+    int reported = 0;
+    if (is_redundant(r)) {
+        kmp_text_put(text, "closures  redundant: multipliers are those of the independent rows, zero in");
+        for (int k = 0; k < r->m; k++)
+            if (r->redundant[k] && reported++ < MOST_TOLD)
+                kmp_text_printf(text, " %s", r->system->row_names[k]);
+        if (reported > MOST_TOLD)
+            kmp_text_printf(text, " and %d more", reported - MOST_TOLD);
+        kmp_text_put(text, "\n");
+    }
+    if (*r->not_unique)
+        kmp_text_printf(text, "loads     not unique, those of %s: %s\n", r->least_norm ? "least norm" : "one solution",
+                        r->not_unique);
+    if (r->singular > 0)
+        kmp_text_printf(text,
+                        "singular  %d row%s, the first at t = %.6g s: the loops have additional degrees of freedom "
+                        "there, the actuator forces are the least-squares solution\n",
+                        r->singular, r->singular == 1 ? "" : "s", r->singular_t);
+    if (r->off_coordinate >= 0)
+        kmp_text_printf(text, "table     violates the closures by at most %.2e (%s, t = %.6g s)\n", r->off,
+                        name_of(r, r->off_coordinate), r->off_t);
+    if (r->again.known)
+        kmp_text_printf(text,
+                        "repeat    with every other row of the table an actuator force %s by %.2e of its maximum, '%s' "
+                        "at t = %.6g s\n",
+                        kmp_convergence_holds(&r->again) ? "differs at most" : "DIFFERS", r->again.difference,
+                        name_of(r, r->actuator[r->again.index]), r->again.t);
+    if (r->motion == KMP_INVERSE_START && r->start_u_count > 0) {
+        kmp_text_put(text, "start     zero acceleration of");
+        for (int k = 0; k < r->start_u_count; k++)
+            kmp_text_printf(text, "%s %s", k ? "," : "", name_of(r, r->start_u[k]));
+        kmp_text_put(text, "\n");
+    }
+    kmp_text_printf(text, "cpu       %.4g ms analysis, %.4g ms preparation\n", 1e3 * r->cpu_s, 1e3 * r->build_s);
+}
+
+static void show(kmp_text *text, const void *result)
+{
+    const kempe_inverse *r = result;
+    int width = 4;
+    for (int k = 0; k < r->a; k++) {
+        int length = (int)strlen(name_of(r, r->actuator[k]));
+        width = length > width ? length : width;
+    }
+    for (int l = 0; l < r->loops + r->joints; l++) {
+        int length = (int)strlen(kmp_inverse_load_name(r, l));
+        width = length > width ? length : width;
+    }
+    kmp_print_title(text, r->system->model, kmp_checked_word(r->status, !r->unchecked));
+    kmp_text_put(text, "inverse dynamics ");
+    if (r->motion == KMP_INVERSE_TABLE)
+        kmp_text_printf(text, "along %s", r->source);
+    else
+        kmp_text_put(text, r->motion == KMP_INVERSE_DRIVES ? "along the drives" : "at the start");
+    if (r->rows > 1)
+        kmp_text_printf(text, ", t = %.9g .. %.9g s, %d rows", r->t[0], r->t[r->rows - 1], r->rows);
+    kmp_text_printf(text, "%s%s\n\n", *r->reason ? "\n" : "", r->reason);
+    if (r->rows == 0)
+        return;
+    kmp_text_printf(text, "%d actuator%s, %d degree%s of freedom", r->a, r->a == 1 ? "" : "s", r->freedoms,
+                    r->freedoms == 1 ? "" : "s");
+    if (r->rank < r->freedoms)
+        kmp_text_printf(text, ", %d of them actuated: the actuator forces are the least-squares solution\n", r->rank);
+    else if (r->a > r->freedoms)
+        kmp_text_printf(
+            text, ": redundant actuation; the actuator forces minimise the sum of %stau^2 (a force times %.6g m)\n",
+            r->weighted ? "weight*" : "", r->system->length);
+    else
+        kmp_text_put(text, ": the actuator forces are uniquely determined\n");
+    /* Forces of the model at the actuators, which remain active. */
+    const kempe_model *model = r->system->model;
+    int reported = 0;
+    for (int f = next_force(r, 0); f < model->force_count; f = next_force(r, f + 1))
+        if (reported++ < MOST_TOLD)
+            kmp_text_printf(text, "%s'%s' along %s",
+                            reported > 1
+                                ? ", "
+                                : "the actuator forces are in addition to the model's forces along these coordinates: ",
+                            model->forces[f].name, name_of(r, model->forces[f].motion));
+    if (reported > MOST_TOLD)
+        kmp_text_printf(text, " and %d more", reported - MOST_TOLD);
+    kmp_text_put(text, reported > 0 ? "\n" : "");
+    show_actuators(text, r, width);
+    show_loads(text, r, width);
+    show_verdict(text, r);
+}
+
+/* -- JSON -------------------------------------------------------------------------------------------- */
+
+/* The values at a place of each row, `count` of them as an array each. */
+static void json_column(kmp_json *json, const char *key, const kempe_inverse *r, int at, int count)
+{
+    kmp_json_array(json, key);
+    for (int row = 0; row < r->rows; row++)
+        kmp_json_numbers(json, NULL, count, kmp_inverse_part(r, row, at));
+    kmp_json_end(json);
+}
+
+static void json_actuated(kmp_json *json, const char *key, const kempe_inverse *r, int at)
+{
+    kmp_json_object(json, key);
+    for (int k = 0; k < r->a; k++) {
+        kmp_json_array(json, name_of(r, r->actuator[k]));
+        for (int row = 0; row < r->rows; row++)
+            kmp_json_number(json, NULL, *kmp_inverse_part(r, row, at + k));
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
+static void json_vectors(kmp_json *json, const char *key, const kempe_inverse *r, int at)
+{
+    kmp_json_object(json, key);
+    for (int l = 0; l < r->loops + r->joints; l++)
+        json_column(json, kmp_inverse_load_name(r, l), r, at + 3 * l, 3);
+    kmp_json_end(json);
+}
+
+static void json(kmp_text *text, const void *result)
+{
+    const kempe_inverse *r = result;
+    kmp_json j = kmp_json_begin(text);
+    kmp_print_head(&j, r->system, kmp_checked_word(r->status, !r->unchecked), r->reason, r->build_s, r->warnings);
+    static const char *const words[] = {"drives", "table", "start"};
+    kmp_json_put(&j, "motion %s source %s rows %d", words[r->motion], r->source, r->rows);
+    if (r->off_coordinate >= 0)
+        kmp_json_put(&j, "off { largest %g coordinate %s t %g }", r->off, name_of(r, r->off_coordinate), r->off_t);
+    if (r->motion == KMP_INVERSE_START)
+        kmp_print_names(&j, "u", r->system, kmp_name_of_coordinate, r->start_u_count, r->start_u);
+    kmp_json_put(&j, "dof %d rank %d efforts %s norm %s length %g transmission %g", r->freedoms, r->rank,
+                 r->rows ? kind_of(r) : NULL, "sum of weight*tau^2, a force times length", r->system->length,
+                 r->rows ? r->hold : NAN);
+    kmp_json_put(&j, "transmission_t %g residual %g residual_t %g singular %d left { largest %g t %g efforts {",
+                 r->rows ? r->hold_t : NAN, r->rows ? r->residual : NAN, r->rows ? r->residual_t : NAN, r->singular,
+                 r->rows ? kmp_inverse_unmet(r) : NAN, r->rows ? r->unmet_t : NAN);
+    for (int k = 0; k < r->left_count; k++)
+        kmp_json_number(&j, name_of(r, r->left_u[k]), r->left[k]);
+    kmp_json_put(&j, "} } redundant [");
+    for (int k = 0; k < r->m; k++)
+        if (r->redundant[k])
+            kmp_json_string(&j, NULL, r->system->row_names[k]);
+    kmp_json_put(&j, "] actuators {");
+    for (int k = 0; k < r->a; k++) {
+        kmp_inverse_summary s = kmp_inverse_summarise(r, k);
+        kmp_json_put(&j, "%s { unit %s weight %g largest %g largest_t %g", name_of(r, r->actuator[k]),
+                     unit_of(r, r->actuator[k]), r->weight[k], r->rows ? s.peak : NAN, r->rows ? s.peak_t : NAN);
+        kmp_json_put(&j, "rms %g power %g power_t %g work %g }", r->rows ? s.rms : NAN, r->rows ? s.power : NAN,
+                     r->rows ? s.power_t : NAN, r->rows ? s.work : NAN);
+    }
+    kmp_json_end(&j);
+    const kempe_model *model = r->system->model;
+    kmp_json_array(&j, "model_forces");
+    for (int f = next_force(r, 0); f < model->force_count; f = next_force(r, f + 1))
+        kmp_json_string(&j, NULL, model->forces[f].name);
+    kmp_json_end(&j);
+    kmp_json_numbers(&j, "t", r->rows, r->t);
+    json_actuated(&j, "tau", r, r->at.tau);
+    json_actuated(&j, "power", r, r->at.power);
+    const kempe_system *s = r->system;
+    kmp_json_object(&j, "lambda");
+    for (int l = 0, at = r->at.lambda; l < r->loops; l++) {
+        int count = 0;
+        for (int k = 0; k < s->m; k++)
+            count += s->rows[k].closure == r->loop[l];
+        json_column(&j, s->model->closures[r->loop[l]].name, r, at, count);
+        at += count;
+    }
+    kmp_json_end(&j);
+    json_vectors(&j, "reaction", r, r->at.force);
+    json_vectors(&j, "moment", r, r->at.moment);
+    kmp_json_put(&j, "loads_not_unique %s load_share %s", r->not_unique, r->least_norm ? "least-norm" : NULL);
+    kmp_convergence_json(&j, &r->again, r->a > 0 ? name_of(r, r->actuator[r->again.index]) : NULL);
+    kmp_json_put(&j, "cpu_s %g }", r->cpu_s);
+}
+
+KMP_PRINT(kempe_inverse, inverse, inverse->system->context, json, show)
+
+/* -- tables ------------------------------------------------------------------------------------------- */
+
+static void fill_rows(kempe_table *table, const void *result)
+{
+    const kempe_inverse *r = result;
+    const kempe_model *model = r->system->model;
+    kmp_tabulate_status(table, kempe_inverse_status(r));
+    kmp_tabulate_columns(table, "t[s]");
+    for (int k = 0; k < r->a; k++)
+        kmp_tabulate_column(table, model->motions[r->actuator[k]].rotation ? "N m" : "N", "tau.%s",
+                            model->motions[r->actuator[k]].name);
+    for (int k = 0; k < r->a; k++)
+        kmp_tabulate_column(table, "W", "power.%s", model->motions[r->actuator[k]].name);
+    for (kmp_quantity quantity = KMP_QUANTITY_Q; quantity <= KMP_QUANTITY_QDD; quantity++)
+        kmp_tabulate_quantity(table, r->system, quantity);
+    for (int k = 0; k < r->m; k++) /* drives have no multipliers */
+        if (!kmp_closure_is_drive(&model->closures[r->system->rows[k].closure]))
+            kmp_tabulate_column(table, kmp_quantity_unit(r->system, KMP_QUANTITY_LAMBDA, k), "lambda.%s",
+                                r->system->row_names[k]);
+    for (int moment = 0; moment < 2; moment++)
+        for (int k = 0; k < 3 * (r->loops + r->joints); k++)
+            kmp_tabulate_column(table, moment ? "N m" : "N", "%s.%s.%c", moment ? "moment" : "reaction",
+                                kmp_inverse_load_name(r, k / 3), "xyz"[k % 3]);
+    for (int row = 0; row < r->rows; row++) {
+        kmp_tabulate_row(table);
+        kmp_tabulate_number(table, r->t[row]);
+        kmp_tabulate_numbers(table, r->width, kmp_inverse_part(r, row, 0));
+    }
+}
+
+KMP_TABLES(kempe_inverse, inverse, inverse->system->context, {"rows", fill_rows})

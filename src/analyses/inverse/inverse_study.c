@@ -1,0 +1,717 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The inverse dynamics study: reads the prescribed motion, moves the mechanism along it, stores the rows and judges
+ * them. */
+#include "analyses/inverse/inverse_study.h"
+#include "analyses/inverse/inverse_dynamics.h"
+#include "analyses/inverse/prescribed_motion.h"
+#include "base/clock.h"
+#include "base/memory.h"
+#include "constraints/diagnosis/shared_loads.h"
+#include "dynamics/closures.h"
+#include "dynamics/load_dependent.h"
+#include "integrators/run/run.h"
+#include "model/data/coordinates.h"
+#include "model/language/ranges.h"
+#include "output/all_loads.h"
+#include "output/print.h"
+#include "output/series_summary.h"
+#include "output/times.h"
+#include <kempe/check.h>
+#include <kempe/inverse.h>
+#include <math.h>
+#include <string.h>
+
+/* Unbalanced part of a motion that counts as rounding, relative to the largest required generalized force, for states
+ * from a file. */
+#define LEFT_BY_ROUNDING 1e-9
+enum { MOST_CANDIDATES = 12, FEWEST_ROWS = 9 };
+/* Largest relative difference of generalized forces when every other row is left out. The error of a spline's
+ * derivatives falls with the fourth power of the distance: with all rows it is a fifteenth of this. */
+#define DERIVATIVES_HOLD 0.02
+
+/* The working data of the study. */
+typedef struct job {
+    kempe_inverse *r;
+    const kempe_system *system;
+    kempe_context *context;
+    const kempe_inverse_options *options;
+    kmp_reference reference;
+    kmp_prescribed table;
+    kmp_times times;
+    double t_first;        /* added to the times */
+    kmp_prescribed states; /* of a table, as if they were coordinates */
+    double *run_states;    /* rows x states: of a run along the drives; NULL: none */
+    double *state;         /* at the next instant */
+    int run_rows;
+    bool lent; /* the states are those of another job */
+    kmp_prescribed_motion prescribed;
+    kmp_inverse inverse;
+    kmp_all_loads loads;
+    double *load;    /* of the last row */
+    kmp_arena arena; /* of scratch */
+} job;
+
+/* -- construction and release ------------------------------------------------------------------------ */
+
+static kempe_inverse *result_new(const kempe_system *s)
+{
+    kempe_inverse *r = KMP_NEW(kempe_inverse, 1);
+    if (!r)
+        return NULL;
+    *r = (kempe_inverse){
+        .system = s, .n = s->n, .m = s->m, .off_coordinate = -1, .build_s = s->build_s, .not_unique = ""};
+    kmp_arena *a = &r->arena;
+    if (!KMP_ARENA_MAKE(a, KMP_ROOM(int, s->model->closure_count, &r->loop),
+                        KMP_ROOM(int, s->model->body_count, &r->joint),
+                        KMP_ROOM(int, s->n, &r->actuator, &r->left_u, &r->start_u), KMP_ROOM(bool, s->m, &r->redundant),
+                        KMP_ROOM(double, s->n, &r->weight, &r->left))) {
+        kempe_inverse_free(r);
+        return NULL;
+    }
+    for (int c = 0; c < s->model->closure_count; c++)
+        if (!kmp_closure_is_drive(&s->model->closures[c]))
+            r->loop[r->loops++] = c;
+    return r;
+}
+
+KMP_FREES(kempe_inverse, inverse, kmp_free(inverse->warnings), kmp_arena_free(&inverse->arena))
+
+static bool has_multiplier(const kempe_inverse *r, int row)
+{
+    const kempe_system *s = r->system;
+    return !kmp_closure_is_drive(&s->model->closures[s->rows[row].closure]);
+}
+
+static bool make_rows(kempe_inverse *r, ptrdiff_t rows)
+{
+    int multipliers = 0;
+    for (int k = 0; k < r->m; k++)
+        multipliers += has_multiplier(r, k);
+    const int coordinates = kmp_model_coordinates(r->system->model), loads = r->loops + r->joints;
+    const int size[] = {r->a, r->a, coordinates, r->n, coordinates, multipliers, 3 * loads, 3 * loads};
+    int *const at[] = {&r->at.tau, &r->at.power,  &r->at.q,     &r->at.qd,
+                       &r->at.qdd, &r->at.lambda, &r->at.force, &r->at.moment};
+    for (size_t k = 0; k < sizeof at / sizeof *at; k++) {
+        *at[k] = r->width;
+        r->width += size[k];
+    }
+    return KMP_ARENA_MAKE(&r->arena, KMP_ROOM(double, rows, &r->t), KMP_ROOM(double, rows * r->width, &r->value));
+}
+
+/* -- options ----------------------------------------------------------------------------------------- */
+
+/* Suitable coordinates as "a,b", and their number; -1 where the loops do not close. False: no memory. */
+static bool print_candidates(const job *j, int *freedoms, kmp_text *text)
+{
+    const kempe_system *s = j->system;
+    kempe_context *context = j->context;
+    kempe_assembly *a = NULL;
+    kmp_partition part = {0};
+    kmp_evaluator *eval = kmp_eval_new(s, kmp_backend_default());
+    kempe_status status = eval ? kempe_assembly_new(s, &a) : KEMPE_E_MEMORY;
+    if (status == KEMPE_OK) {
+        kmp_eval_closure(eval, 0, a->q);
+        status = kmp_partition_init(&part, s, eval->jacobian, NULL, 0);
+    }
+    *freedoms = status == KEMPE_OK ? part.p : -1;
+    for (int k = 0; k < *freedoms && k < MOST_CANDIDATES; k++)
+        kmp_text_printf(text, "%s%s", k ? "," : "", s->model->motions[part.u[k]].name);
+    kmp_context_clear(context);
+    kmp_partition_free(&part);
+    kempe_assembly_free(a);
+    kmp_eval_free(eval);
+    return status != KEMPE_E_MEMORY && !text->failed;
+}
+
+static kempe_status fail_without_actuators(const job *j)
+{
+    static const char *const list = "'kempe show --model' lists all coordinates";
+    kmp_text text = {0};
+    int freedoms;
+    kempe_status status;
+    if (!print_candidates(j, &freedoms, &text))
+        status = kmp_fail_memory(j->context);
+    else if (freedoms == 0)
+        status = kmp_fail(j->context, KEMPE_E_ARGUMENT,
+                          "no actuators are given, but the mechanism has no degree of freedom and needs none");
+    else if (freedoms < 0)
+        status = kmp_fail(j->context, KEMPE_E_ARGUMENT, "no actuators are given: %s", list);
+    else
+        status = kmp_fail(j->context, KEMPE_E_ARGUMENT,
+                          "no actuators are given: the mechanism has %d degree%s of freedom; --actuators %s%s would "
+                          "move it; %s",
+                          freedoms, freedoms == 1 ? "" : "s", text.s, freedoms > MOST_CANDIDATES ? ",.." : "", list);
+    kmp_text_free(&text);
+    return status;
+}
+
+static kempe_status read_weight(job *j, const kmp_range *range)
+{
+    kempe_inverse *r = j->r;
+    int k = 0, coordinate;
+    KMP_TRY(kmp_coordinate_find(j->system->model, "weights", range->name, strlen(range->name), &coordinate));
+    while (k < r->a && r->actuator[k] != coordinate)
+        k++;
+    if (k == r->a)
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "weights: '%s' is not an actuator", range->name);
+    if (range->count != 1 || !(range->from > 0) || range->dimension.kind != KMP_DIMENSION_BARE)
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT, "weights: a positive number without unit is expected for '%s'",
+                        range->name);
+    r->weight[k] = range->from;
+    return KEMPE_OK;
+}
+
+static kempe_status read_weights(job *j)
+{
+    kempe_inverse *r = j->r;
+    kmp_ranges weights = {0};
+    kempe_status status = KEMPE_OK;
+    for (int k = 0; k < r->a; k++)
+        r->weight[k] = 1;
+    if (!j->options->weights)
+        return KEMPE_OK;
+    KMP_TRY(kmp_ranges_read(j->context, j->options->weights, &weights));
+    for (int w = 0; w < weights.count && status == KEMPE_OK; w++)
+        status = read_weight(j, &weights.range[w]);
+    r->weighted = weights.count > 0;
+    kmp_ranges_free(&weights);
+    return status;
+}
+
+static kempe_status choose_motion(job *j)
+{
+    kempe_inverse *r = j->r;
+    const kempe_model *model = j->system->model;
+    r->motion = j->options->motion                ? KMP_INVERSE_TABLE
+                : r->loops < model->closure_count ? KMP_INVERSE_DRIVES
+                                                  : KMP_INVERSE_START;
+    r->source = j->options->motion ? kmp_arena_strdup(&r->arena, j->options->motion) : NULL;
+    KMP_TRY(kmp_made(j->context, !r->arena.failed));
+    if (r->motion == KMP_INVERSE_START && (j->options->t_end > 0 || j->options->output_step > 0))
+        return kmp_fail(j->context, KEMPE_E_ARGUMENT,
+                        "%s: without a motion there is only the instant of the start; give a motion as a table "
+                        "(--motion), or drives in the model",
+                        j->options->t_end > 0 ? "t_end" : "output_step");
+    KMP_TRY(kmp_coordinates_read(model, "independent", j->options->independent, r->start_u, &r->start_u_count));
+    if (r->start_u_count == 0 && model->run.independent_count > 0) {
+        r->start_u_count = model->run.independent_count;
+        memcpy(r->start_u, model->run.independent, (size_t)r->start_u_count * sizeof *r->start_u);
+    }
+    return KEMPE_OK;
+}
+
+/* -- the motion -------------------------------------------------------------------------------------- */
+
+static kempe_status read_table(job *j)
+{
+    kmp_gap_in_table gap;
+    KMP_TRY(kmp_reference_read(j->system, j->options->motion, &j->reference));
+    kmp_reference *x = &j->reference;
+    if (j->options->t_end > 0)
+        kmp_samples_limit(x, j->options->t_end);
+    if (x->rows == 0)
+        return kmp_complain(j->context, j->options->motion, 0, 0, "there are no rows");
+    if (!kmp_prescribed_init(&j->table, x->rows, x->t, j->system->n, x->value[KMP_QUANTITY_Q],
+                             x->value[KMP_QUANTITY_QD], x->value[KMP_QUANTITY_QDD], &gap)) {
+        KMP_TRY(kmp_made(j->context, gap.coordinate >= 0));
+        return kmp_complain(j->context, j->options->motion, 0, 0,
+                            "column %s.%s has no value at t = %.9g s: fill the column, or omit it",
+                            kmp_quantity_prefix((kmp_quantity)gap.order),
+                            j->system->model->motions[gap.coordinate].name, j->reference.t[gap.row]);
+    }
+    if (j->table.count == 0)
+        return kmp_complain(j->context, j->options->motion, 0, 0, "column q.NAME is missing: positions are required");
+    return KEMPE_OK;
+}
+
+static kempe_status prepare_motion(job *j)
+{
+    if (j->options->motion) {
+        KMP_TRY(read_table(j));
+        /* Rows of the table, or evenly from its first to its last. */
+        const kmp_reference *x = &j->reference;
+        double every = 0, span = x->t[x->rows - 1] - x->t[0];
+        j->t_first = x->t[0];
+        if (j->options->output_step > 0 && span > 0) {
+            KMP_TRY(kmp_times_spacing(j->system, j->options->output_step, span, &every));
+            return kmp_times_init(&j->times, every, span, NULL) ? KEMPE_OK : kmp_fail_memory(j->context);
+        }
+        j->times = (kmp_times){.count = x->rows, .t = KMP_NEW(double, x->rows)};
+        KMP_TRY(kmp_made(j->context, j->times.t));
+        memcpy(j->times.t, x->t, (size_t)x->rows * sizeof *x->t);
+        j->t_first = 0;
+        return KEMPE_OK;
+    }
+    if (j->r->motion == KMP_INVERSE_DRIVES) {
+        double every, t_end = j->options->t_end > 0 ? j->options->t_end : j->system->model->run.t_end;
+        if (!(t_end > 0))
+            return kmp_fail(j->context, KEMPE_E_ARGUMENT, "t_end is missing: give it in the model or as an option");
+        KMP_TRY(kmp_times_spacing(j->system, j->options->output_step, t_end, &every));
+        return kmp_times_init(&j->times, every, t_end, NULL) ? KEMPE_OK : kmp_fail_memory(j->context);
+    }
+    j->times = (kmp_times){.count = 1, .t = KMP_NEW(double, 1)};
+    return j->times.t ? KEMPE_OK : kmp_fail_memory(j->context);
+}
+
+/* -- states ------------------------------------------------------------------------------------------ */
+
+static int keep_states(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                       double work)
+{
+    job *j = user;
+    const int count = j->system->model->state_count;
+    (void)t, (void)q, (void)qdd, (void)lambda, (void)work;
+    if (j->run_rows < j->times.count)
+        memcpy(j->run_states + (ptrdiff_t)j->run_rows++ * count, qd + kmp_model_coordinates(j->system->model),
+               (size_t)count * sizeof *qd);
+    return 0;
+}
+
+/* A run along the drives has the states at the times of the rows. */
+static kempe_status run_along_drives(job *j)
+{
+    const int count = j->system->model->state_count, rows = j->times.count;
+    kmp_run_report report = {0};
+    kmp_run_spec spec = {
+        .backend = j->options->backend, .t_end = j->times.t[rows - 1], .times = j->times.t, .time_count = rows};
+    j->run_states = KMP_ARENA_NEW(&j->arena, double, (size_t)rows *(size_t)count);
+    KMP_TRY(kmp_made(j->context, j->run_states));
+    KMP_TRY(kmp_run_resolve(j->system, &spec));
+    kempe_status status = kmp_run(j->system, &spec, NULL, keep_states, j, &report);
+    if ((status == KEMPE_E_FAILED || status == KEMPE_STOPPED) && report.reason)
+        (void)kmp_fail(j->context, status, "the states along the drives: %s", report.reason);
+    kmp_free(report.reason);
+    return status;
+}
+
+/* The states of a table, which has columns for them. */
+static kempe_status read_states(job *j)
+{
+    const kempe_model *model = j->system->model;
+    const kmp_reference *x = &j->reference;
+    const int count = model->state_count, n = j->system->n;
+    double *value = KMP_ARENA_NEW(&j->arena, double, x->rows *count);
+    double *none = KMP_ARENA_NEW(&j->arena, double, x->rows *count);
+    kmp_gap_in_table gap;
+    KMP_TRY(kmp_made(j->context, value && none));
+    for (int r = 0; r < x->rows; r++)
+        for (int i = 0; i < count; i++) {
+            none[r * count + i] = NAN;
+            value[r * count + i] = x->value[KMP_QUANTITY_QD][r * n + n - count + i];
+            if (!isfinite(value[r * count + i]))
+                return kmp_complain(j->context, j->options->motion, 0, 0,
+                                    "column state.%s has no value at t = %.9g s: the motion needs those of all states; "
+                                    "simulate it with 'state' among the outputs",
+                                    model->states[i].name, x->t[r]);
+        }
+    return kmp_made(j->context, kmp_prescribed_init(&j->states, x->rows, x->t, count, value, none, none, &gap));
+}
+
+/* At the start they have its values. */
+static kempe_status prepare_states(job *j)
+{
+    const int count = j->system->model->state_count;
+    if (count == 0 || j->r->motion == KMP_INVERSE_START)
+        return KEMPE_OK;
+    j->state = KMP_ARENA_NEW(&j->arena, double, 3 * count);
+    KMP_TRY(kmp_made(j->context, j->state));
+    return j->options->motion ? read_states(j) : run_along_drives(j);
+}
+
+/* The guide along `table` (NULL: the drives, or at rest the start), and inverse dynamics on it. */
+static kempe_status prepare_numbers(job *j, const kmp_prescribed *table, bool at_rest)
+{
+    const kempe_inverse *r = j->r;
+    const char *backend = j->options->backend ? j->options->backend : kmp_backend_default();
+    KMP_TRY(
+        kmp_prescribed_motion_init(&j->prescribed, j->system, backend, table, at_rest, r->start_u, r->start_u_count));
+    return kmp_inverse_init(&j->inverse, j->prescribed.eval, r->a, r->actuator, r->weight);
+}
+
+static kempe_status prepare(job *j)
+{
+    kempe_inverse *r = j->r;
+    const double numbers[] = {j->options->t_end, j->options->output_step};
+    static const char *const names[] = {"t_end", "output_step"};
+    for (int k = 0; k < 2; k++)
+        if (!(numbers[k] >= 0 && isfinite(numbers[k])))
+            return kmp_fail(j->context, KEMPE_E_ARGUMENT, "%s = %g: a positive number is expected", names[k],
+                            numbers[k]);
+    KMP_TRY(choose_motion(j));
+    KMP_TRY(kmp_coordinates_read(j->system->model, "actuators", j->options->actuators, r->actuator, &r->a));
+    if (r->a == 0) {
+        const kempe_model *model = r->system->model;
+        for (int c = 0; c < model->closure_count; c++)
+            if (kmp_closure_is_drive(&model->closures[c]))
+                r->actuator[r->a++] = model->closures[c].motion;
+    }
+    KMP_TRY(r->a == 0 ? fail_without_actuators(j) : read_weights(j));
+    KMP_TRY(prepare_motion(j));
+    KMP_TRY(prepare_states(j));
+    KMP_TRY(prepare_numbers(j, j->options->motion ? &j->table : NULL, r->motion == KMP_INVERSE_START));
+    KMP_TRY(kmp_all_loads_init(&j->loads, j->system));
+    r->joints = j->loads.joints;
+    if (r->joints > 0)
+        memcpy(r->joint, j->loads.joint, (size_t)r->joints * sizeof *r->joint);
+    KMP_TRY(kmp_load_share_read(j->context, j->options->loads, &r->least_norm));
+    j->load = KMP_ARENA_NEW(&j->arena, double, KMP_LOAD_VALUES *(j->system->model->closure_count + r->joints) + 1);
+    KMP_TRY(kmp_made(j->context, j->load));
+    return make_rows(r, j->times.count) ? KEMPE_OK : kmp_fail_memory(j->context);
+}
+
+static void release(job *j)
+{
+    kmp_all_loads_free(&j->loads);
+    kmp_inverse_free(&j->inverse);
+    kmp_prescribed_motion_free(&j->prescribed);
+    kmp_times_free(&j->times);
+    kmp_prescribed_free(&j->table);
+    if (!j->lent)
+        kmp_prescribed_free(&j->states);
+    kmp_samples_free(&j->reference);
+    kmp_arena_free(&j->arena);
+}
+
+/* -- rows -------------------------------------------------------------------------------------------- */
+
+/* Accumulates results over all rows. Rows where the loops are singular, with additional degrees of freedom, are counted
+ * and not judged: the first rows may turn out to be such. */
+static void note_row(job *j, double t)
+{
+    kempe_inverse *r = j->r;
+    const kmp_inverse *v = &j->inverse;
+    bool first = r->rows == r->singular;
+    r->size = fmax(r->size, v->size);
+    if (!first && v->freedoms > r->freedoms) {
+        r->singular_t = r->singular > 0 ? r->singular_t : t;
+        r->singular++;
+        return;
+    }
+    if (!first && v->freedoms < r->freedoms) {
+        r->singular_t = r->t[0];
+        r->singular = r->rows;
+        memset(r->redundant, 0, (size_t)r->m * sizeof *r->redundant);
+        first = true;
+    }
+    r->freedoms = v->freedoms;
+    r->rank = first || v->rank < r->rank ? v->rank : r->rank;
+    if (first || v->hold < r->hold) {
+        r->hold = v->hold;
+        r->hold_t = t;
+    }
+    if (first || v->residual > r->residual) {
+        r->residual = v->residual;
+        r->residual_t = t;
+    }
+    if (first || v->unmet > r->unmet) {
+        r->unmet = v->unmet;
+        r->unmet_t = t;
+        r->left_count = 0;
+        for (int k = 0; k < v->p; k++)
+            if (v->part.u[k] < kmp_model_coordinates(j->system->model)) {
+                r->left_u[r->left_count] = v->part.u[k];
+                r->left[r->left_count++] = v->left[k];
+            }
+    }
+    for (int k = 0; k < v->part.m - v->part.r; k++)
+        r->redundant[v->part.redundant[k]] = r->redundant[v->part.redundant[k]] || !v->left_out[v->part.redundant[k]];
+}
+
+static kempe_status keep_row(job *j)
+{
+    kempe_inverse *r = j->r;
+    const kmp_prescribed_motion *g = &j->prescribed;
+    const kmp_inverse *v = &j->inverse;
+    const kmp_instant at = {
+        .t = g->t, .q = g->q, .qd = g->qd, .qdd = g->qdd, .lambda = v->lambda, .inputs = &g->eval->inputs};
+    double *row = kmp_inverse_part(r, r->rows, 0), *lambda = row + r->at.lambda;
+    size_t state = (size_t)kmp_model_coordinates(j->system->model) * sizeof *row, rates = (size_t)r->n * sizeof *row,
+           vector = 3 * sizeof *row;
+    r->t[r->rows] = g->t;
+    memcpy(row + r->at.tau, v->tau, (size_t)r->a * sizeof *row);
+    for (int k = 0; k < r->a; k++)
+        row[r->at.power + k] = v->tau[k] * g->qd[r->actuator[k]] + 0.0; /* no -0 */
+    memcpy(row + r->at.q, g->q, state);
+    memcpy(row + r->at.qd, g->qd, rates);
+    memcpy(row + r->at.qdd, g->qdd, state);
+    for (int k = 0; k < r->m; k++)
+        if (has_multiplier(r, k))
+            *lambda++ = v->lambda[k];
+    const size_t loads = KMP_LOAD_VALUES * (size_t)(j->system->model->closure_count + r->joints);
+    if (loads > 0)
+        memcpy(j->load, kmp_all_loads_at(&j->loads, &at), loads * sizeof *row);
+    if (r->least_norm)
+        KMP_TRY(kmp_least_norm_loads(g->eval, g->t, g->q, r->joints, r->joint, j->load));
+    for (int l = 0; l < r->loops + r->joints; l++) {
+        const int place = l < r->loops ? r->loop[l] : j->system->model->closure_count + l - r->loops;
+        memcpy(row + r->at.force + 3 * l, j->load + KMP_LOAD_VALUES * place, vector);
+        memcpy(row + r->at.moment + 3 * l, j->load + KMP_LOAD_VALUES * place + 3, vector);
+    }
+    kmp_eval_tell_tables(g->eval, g->t, g->q, g->qd, g->qdd, v->lambda, true, NULL);
+    note_row(j, g->t);
+    r->rows++;
+    return KEMPE_OK;
+}
+
+/* States at the k-th instant, t: of the run; of the table, where those that change at instants keep the value of the
+ * row before. */
+static void take_states(job *j, int k, double t)
+{
+    const kempe_model *model = j->system->model;
+    const kmp_prescribed *x = &j->states;
+    const int count = model->state_count;
+    if (j->run_states)
+        memcpy(j->state, j->run_states + (ptrdiff_t)k * count, (size_t)count * sizeof *j->state);
+    if (x->count == 0)
+        return;
+    double *rates = j->state + count, *second = rates + count;
+    int row = 0;
+    while (row + 1 < x->rows && x->t[row + 1] <= t)
+        row++;
+    kmp_prescribed_at(x, t, j->state, rates, second);
+    for (int i = 0; i < count; i++)
+        if (model->states[i].next)
+            j->state[i] = x->value[0][row * count + i];
+}
+
+/* Goes to the k-th instant, t, and computes the forces there. */
+static kempe_status go_to(job *j, int k, double t)
+{
+    kmp_prescribed_motion *g = &j->prescribed;
+    take_states(j, k, t);
+    g->state = j->state;
+    KMP_TRY(k > 0 ? kmp_prescribed_motion_advance(g, t) : kmp_prescribed_motion_start(g, t));
+    return kmp_inverse_at(&j->inverse, g->t, g->q, g->qd, g->qdd);
+}
+
+static kempe_status follow(job *j)
+{
+    for (int k = 0; k < j->times.count; k++) {
+        if (kmp_interrupted(j->context))
+            return kmp_fail(j->context, KEMPE_STOPPED, "interrupted at t = %.9g s", j->prescribed.t);
+        KMP_TRY(go_to(j, k, j->times.t[k] + j->t_first));
+        KMP_TRY(keep_row(j));
+        kmp_progress(j->context, KMP_PROGRESS_STUDY, k + 1, j->times.count, "rows");
+    }
+    return KEMPE_OK;
+}
+
+/* -- check of derivatives from the table -------------------------------------------------------------- */
+
+static bool is_differentiated(const kmp_prescribed *table)
+{
+    bool any = false;
+    for (int k = 0; k < table->count; k++)
+        any = any || !table->given[1][k] || !table->given[2][k];
+    return any && table->rows >= FEWEST_ROWS;
+}
+
+/* The table with every other row of j's. False: no memory. */
+static bool thin_out(const job *j, job *thin)
+{
+    const kmp_reference *x = &j->reference;
+    size_t rows = (size_t)(x->rows + 1) / 2, n = (size_t)j->system->n;
+    double *t, *value[3];
+    kmp_gap_in_table gap;
+    if (!KMP_ARENA_MAKE(&thin->arena, KMP_ROOM(double, rows, &t),
+                        KMP_ROOM(double, rows *n, &value[0], &value[1], &value[2])))
+        return false;
+    for (size_t r = 0; r < rows; r++) {
+        t[r] = x->t[2 * r];
+        for (int v = 0; v < 3; v++)
+            memcpy(value[v] + r * n, x->value[KMP_QUANTITY_Q + v] + 2 * r * n, n * sizeof(double));
+    }
+    return kmp_prescribed_init(&thin->table, (int)rows, t, (int)n, value[0], value[1], value[2], &gap);
+}
+
+/* Repeats the rows along the thinned table, as far as possible. */
+static kempe_status follow_again(job *j, const double *size, double end)
+{
+    kempe_inverse *r = j->r;
+    kempe_status status = KEMPE_OK;
+    for (int k = 0; k < r->rows && r->t[k] <= end && status == KEMPE_OK; k++) {
+        status = go_to(j, k, r->t[k]);
+        if (status == KEMPE_OK)
+            kmp_convergence_row(&r->again, r->t[k], r->a, kmp_inverse_part(r, k, r->at.tau), j->inverse.tau, size);
+    }
+    if (status != KEMPE_OK)
+        r->again.stopped = j->prescribed.t;
+    return status == KEMPE_E_MEMORY ? status : KEMPE_OK;
+}
+
+/* Names loads that are shared at the first row and the last. */
+static kempe_status tell_shared_loads(const job *j)
+{
+    kempe_inverse *r = j->r;
+    if (r->rows == 0 || r->system->model->closure_count == 0)
+        return KEMPE_OK;
+    const double t[2] = {r->t[0], r->t[r->rows - 1]};
+    const double *const q[2] = {kmp_inverse_part(r, 0, r->at.q), kmp_inverse_part(r, r->rows - 1, r->at.q)};
+    return kmp_tell_shared_loads(j->prescribed.eval, t, q, r->joints, r->joint, j->load, r->least_norm, &r->arena,
+                                 &r->not_unique);
+}
+
+/* Repeats the study with every other row, where rates or accelerations are derivatives of splines through the rows. */
+static kempe_status repeat(const job *j, job *again)
+{
+    kempe_inverse *r = j->r;
+    double *size = KMP_ARENA_NEW(&again->arena, double, r->a);
+    KMP_TRY(kmp_made(j->context, size && thin_out(j, again)));
+    for (int k = 0; k < r->a; k++)
+        size[k] = fmax(fabs(kmp_inverse_summarise(r, k).peak), LEFT_BY_ROUNDING * r->size);
+    r->again = (kmp_convergence){.known = true, .rtol = NAN, .limit = DERIVATIVES_HOLD, .stopped = NAN};
+    KMP_TRY(prepare_numbers(again, &again->table, false));
+    const bool quiet = kmp_context_quiet(j->context, true);
+    kempe_status status = follow_again(again, size, again->table.t[again->table.rows - 1]);
+    (void)kmp_context_quiet(j->context, quiet);
+    return status;
+}
+
+/* Warns where closures that depend on time, other than drives, prescribe all motion: they carry its loads. */
+static void warn_of_guides(const job *j)
+{
+    const kempe_system *s = j->system;
+    const kempe_inverse *r = j->r;
+    const double *h_t = j->prescribed.eval ? j->prescribed.eval->h_t : NULL;
+    for (int k = 0; h_t && r->freedoms == 0 && r->a > 0 && k < s->m; k++)
+        if (h_t[k] != 0 && has_multiplier(r, k)) {
+            kmp_doubt(
+                s->context,
+                "the closure '%s' depends on time: it prescribes motion and carries its loads, so that nothing is left "
+                "to the actuators; prescribe the motion by drives, or by a table of it",
+                s->model->closures[s->rows[k].closure].name);
+            return;
+        }
+}
+
+static kempe_status check_again(job *j)
+{
+    job again = {.r = j->r, .system = j->system, .context = j->context, .options = j->options};
+    again.states = j->states;
+    again.state = j->state;
+    again.lent = true;
+    kempe_status status = repeat(j, &again);
+    release(&again);
+    if (status == KEMPE_OK) {
+        kmp_context_clear(j->context);
+        const kempe_inverse *r = j->r;
+        if (!kmp_convergence_holds(&r->again))
+            kmp_doubt(
+                r->system->context,
+                "do not trust these actuator forces: with half the rows of the table that of '%s' differs by %.2g of "
+                "its maximum at t = %.6g s; add rates and accelerations to the table, or use a finer or smoother table",
+                r->system->model->motions[r->actuator[r->again.index]].name, r->again.difference, r->again.t);
+    }
+    return status;
+}
+
+/* -- summary ----------------------------------------------------------------------------------------- */
+
+static kempe_status judge(const kempe_inverse *r)
+{
+    const kempe_model *model = r->system->model;
+    if (r->rows == 0 || kmp_inverse_unmet(r) <= LEFT_BY_ROUNDING)
+        return KEMPE_OK;
+    int most = 0; /* the coordinate with the largest unbalanced force, scaled */
+    for (int k = 1; k < r->left_count; k++)
+        if (fabs(r->left[k]) * r->system->scale[r->left_u[k]] > fabs(r->left[most]) * r->system->scale[r->left_u[most]])
+            most = k;
+    const int u = r->left_u[most];
+    return kmp_fail(r->system->context, KEMPE_E_FAILED,
+                    "the actuators cannot produce this motion: at t = %.9g s %.6g %s on '%s' are not balanced, in "
+                    "total %.2g of the required generalized forces; the actuators act on %d of %d degrees of freedom",
+                    r->unmet_t, r->left[most], model->motions[u].rotation ? "N m" : "N", model->motions[u].name,
+                    kmp_inverse_unmet(r), r->rank, r->freedoms);
+}
+
+static kempe_status run(job *j)
+{
+    kempe_inverse *r = j->r;
+    double begin = kmp_cpu_now();
+    r->status = follow(j);
+    r->cpu_s = kmp_cpu_now() - begin;
+    if (r->status == KEMPE_OK)
+        r->status = judge(r);
+    if (!kmp_has_result(r->status))
+        return r->status;
+    r->off = j->prescribed.off;
+    r->off_t = j->prescribed.off_t;
+    r->off_coordinate = j->prescribed.off_coordinate;
+    if (r->motion == KMP_INVERSE_START && j->prescribed.red.eval) {
+        r->start_u_count = 0;
+        for (int k = 0; k < j->prescribed.part.p; k++)
+            if (j->prescribed.part.u[k] < kmp_model_coordinates(j->system->model))
+                r->start_u[r->start_u_count++] = j->prescribed.part.u[k];
+    }
+    r->reason = kmp_arena_strdup(&r->arena, r->status == KEMPE_OK ? "" : kempe_context_message(r->system->context));
+    KMP_TRY(r->reason ? r->status : kmp_fail_memory(r->system->context));
+    warn_of_guides(j);
+    KMP_TRY(tell_shared_loads(j));
+    bool differentiated = is_differentiated(&j->table);
+    r->unchecked = j->options->no_convergence_check && differentiated;
+    return differentiated && !r->unchecked ? check_again(j) : KEMPE_OK;
+}
+
+kempe_status kempe_inverse_new(const kempe_system *system, const kempe_inverse_options *options,
+                               kempe_inverse **inverse)
+{
+    KMP_WANTED_BOTH(system, inverse);
+    KMP_OPTIONS(system->context, kempe_inverse_options, options);
+    double begin = kmp_cpu_now();
+    kmp_model_begin_forces(system->model);
+    KMP_TRY(kmp_refuse_contacts(system->model, "inverse dynamics"));
+    job j = {.system = system, .context = system->context, .options = options, .r = result_new(system)};
+    KMP_TRY(kmp_made(system->context, j.r));
+    kempe_status status = prepare(&j);
+    j.r->build_s += kmp_cpu_now() - begin;
+    bool ready = status == KEMPE_OK;
+    if (ready)
+        status = run(&j);
+    release(&j);
+    j.r->warnings = kmp_context_warnings(j.context);
+    status = kmp_context_verdict(j.context, status);
+    j.r->status = status == KEMPE_UNTRUSTED ? status : j.r->status;
+    if (ready && kmp_has_result(status))
+        *inverse = j.r;
+    else
+        kempe_inverse_free(j.r);
+    return status;
+}
+
+/* -- queries ------------------------------------------------------------------------------------------ */
+
+double kmp_inverse_unmet(const kempe_inverse *inverse)
+{
+    return inverse->size > 0 ? inverse->unmet / inverse->size : 0;
+}
+
+kmp_inverse_summary kmp_inverse_summarise(const kempe_inverse *inverse, int k)
+{
+    const kempe_inverse *r = inverse;
+    kmp_inverse_summary s = {0};
+    for (int row = 0; row < r->rows; row++) {
+        double tau = *kmp_inverse_part(r, row, r->at.tau + k), power = *kmp_inverse_part(r, row, r->at.power + k);
+        if (row == 0 || fabs(tau) > fabs(s.peak)) {
+            s.peak = tau;
+            s.peak_t = r->t[row];
+        }
+        if (row == 0 || fabs(power) > fabs(s.power)) {
+            s.power = power;
+            s.power_t = r->t[row];
+        }
+        if (row > 0) {
+            double h = r->t[row] - r->t[row - 1];
+            s.work += h / 2 * (power + *kmp_inverse_part(r, row - 1, r->at.power + k));
+        }
+    }
+    s.rms = kmp_series_summarise(r->rows, r->t, r->value + r->at.tau + k, r->width).rms;
+    return s;
+}
+
+KMP_GETTER(const char *kempe_inverse_status(const kempe_inverse *inverse), inverse,
+           kmp_checked_word(inverse->status, !inverse->unchecked), "")
+KMP_GETTER(const char *kempe_inverse_reason(const kempe_inverse *inverse), inverse, inverse->reason, "")
+KMP_GETTER(const char *kempe_inverse_loads_not_unique(const kempe_inverse *inverse), inverse, inverse->not_unique, "")
+KMP_GETTER(int kempe_inverse_dof(const kempe_inverse *inverse), inverse, inverse->freedoms, 0)
+KMP_GETTER(int kempe_inverse_rank(const kempe_inverse *inverse), inverse, inverse->rank, 0)
+KMP_GETTER(double kempe_inverse_residual(const kempe_inverse *inverse), inverse, inverse->residual, NAN)

@@ -1,0 +1,257 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A sweep as text and JSON. */
+#include "analyses/kinematics/position_sweep.h"
+#include "model/data/output_table.h"
+#include "output/print.h"
+#include "output/result_table.h"
+#include <kempe/kinematics.h>
+#include <math.h>
+
+/* -- parts ------------------------------------------------------------------------------------------- */
+
+static kmp_shown shown_as(const kempe_kinematics *k, const kmp_sweep_parameter *lead)
+{
+    return kmp_shown_as(k->system->context, kmp_kinematics_unit(k, lead));
+}
+
+static double value_at(const kempe_kinematics *k, double s)
+{
+    return kmp_sweep_parameter_value(&k->lead[k->first], s);
+}
+
+/* An output of the model that is in no row: it needs multipliers. */
+static bool is_left_out(const kempe_model *model, int output)
+{
+    return kmp_output_has_loads(model, &model->outputs[output]);
+}
+
+/* Least and greatest of entry i of a table, finite values alone. */
+typedef struct span {
+    double least, most;
+} span;
+
+static span span_of(const kempe_kinematics *k, const double *table, int width, int i)
+{
+    span r = {INFINITY, -INFINITY};
+    for (int row = 0; row < k->count; row++) {
+        double x = table[(size_t)row * (size_t)width + (size_t)i];
+        r.least = x < r.least ? x : r.least;
+        r.most = x > r.most ? x : r.most;
+    }
+    return r.least <= r.most ? r : (span){NAN, NAN};
+}
+
+static double largest(span r)
+{
+    return fmax(fabs(r.least), fabs(r.most));
+}
+
+/* -- text -------------------------------------------------------------------------------------------- */
+
+static void show_dead(kmp_text *text, const kempe_kinematics *k)
+{
+    for (int d = 0; d < k->dead_count; d++) {
+        const kmp_dead_centre *c = &k->dead[d];
+        const kmp_sweep_parameter *lead = &k->lead[k->first];
+        kmp_text_printf(text, "\ndead centre at %s = %.15g %s, its %s value on this branch\n",
+                        kmp_kinematics_name(k, lead), shown_as(k, lead).factor * c->value, shown_as(k, lead).unit,
+                        c->largest ? "greatest" : "least");
+        for (int i = 0; i < k->lead_count; i++)
+            if (i != k->first && k->lead[i].from != k->lead[i].to)
+                kmp_text_printf(text, "  with %s = %.15g %s\n", kmp_kinematics_name(k, &k->lead[i]),
+                                shown_as(k, &k->lead[i]).factor * kmp_sweep_parameter_value(&k->lead[i], c->s),
+                                shown_as(k, &k->lead[i]).unit);
+        kmp_text_printf(text,
+                        "  two branches meet there; the rates of the other coordinates relative to it are unbounded\n  "
+                        "the swept coordinates determine the others to %.1e, margin of the closures %.2g\n",
+                        c->determined, c->margin);
+        if (*c->instead)
+            kmp_text_printf(text, "  alternative driving coordinates: %s\n", c->instead);
+        for (int i = 0; i < kmp_model_coordinates(k->system->model); i++)
+            kmp_text_printf(text, "    %s = %.15g %s\n", k->system->model->motions[i].name,
+                            kmp_print_value(k->system, i, c->q[i]), kmp_print_unit(k->system, i));
+    }
+}
+
+static void show_all(kmp_text *text, const void *result)
+{
+    const kempe_kinematics *k = result;
+    kmp_text_printf(text, "%s: %s, %d of %d rows\n", k->system->model->name, kmp_status_word(k->status), k->count,
+                    k->requested);
+    for (int i = 0; i < k->lead_count; i++) {
+        const kmp_sweep_parameter *lead = &k->lead[i];
+        kmp_shown as = shown_as(k, lead);
+        if (kmp_state_of(k->system->model, lead->coordinate))
+            continue;
+        if (lead->from != lead->to)
+            kmp_text_printf(text, "  %s swept from %.9g to %.9g %s", kmp_kinematics_name(k, lead),
+                            as.factor * lead->from, as.factor * lead->to, as.unit);
+        else
+            kmp_text_printf(text, "  %s held at %.9g %s", kmp_kinematics_name(k, lead), as.factor * lead->from,
+                            as.unit);
+        if (i == k->first && isfinite(k->speed))
+            kmp_text_printf(text, ", at %.6g %s/s", as.factor * k->speed, as.unit);
+        kmp_text_put(text, "\n");
+    }
+    if (k->system->model->state_count > 0)
+        kmp_text_put(text, "  states keep their start values\n");
+    for (int c = 0; c < k->system->model->closure_count; c++)
+        if (k->released[c])
+            kmp_text_printf(text, "  '%s' of the model is deactivated\n", k->system->model->closures[c].name);
+    if (k->reason)
+        kmp_text_printf(text, "  %s\n", k->reason);
+    if (k->count > 0) {
+        int n = k->system->n, width = kmp_print_width(k->system, KMP_QUANTITY_Q);
+        width = width > 10 ? width : 10;
+        kmp_text_printf(text, "\n%-*s  %-4s  %13s  %13s  %13s  %13s\n", width, "coordinate", "unit", "least",
+                        "greatest", "max |qd|", "max |qdd|");
+        for (int i = 0; i < kmp_model_coordinates(k->system->model); i++) {
+            span q = span_of(k, k->q, n, i);
+            kmp_text_printf(text, "%-*s  %-4s", width, k->system->model->motions[i].name, kmp_print_unit(k->system, i));
+            const double cells[] = {q.least, q.most, largest(span_of(k, k->qd, n, i)),
+                                    largest(span_of(k, k->qdd, n, i))};
+            for (int c = 0; c < 4; c++)
+                kmp_text_printf(text, "  %13.6g", kmp_print_value(k->system, i, cells[c]));
+            kmp_text_put(text, "\n");
+        }
+    }
+    show_dead(text, k);
+    kmp_shown as = shown_as(k, &k->lead[k->first]);
+    for (int c = 0; c < k->change_count; c++)
+        kmp_text_printf(text,
+                        "\nchange point at %s = %.8g %s: a bifurcation, branches meet there (margin of the closures "
+                        "below %.1e); the sweep goes straight on\n",
+                        kmp_kinematics_name(k, &k->lead[k->first]), as.factor * value_at(k, k->change[c].s), as.unit,
+                        k->change[c].margin);
+    const kempe_model *model = k->system->model;
+    int listed = 0;
+    for (int o = 0; o < model->output_count; o++)
+        if (is_left_out(model, o)) {
+            kmp_text_put(text, listed++ ? ", " : "\nomitted, because they need forces: ");
+            kmp_output_print(text, model, &model->outputs[o]);
+        }
+    kmp_text_put(text, listed ? "\n" : "");
+    kmp_text_printf(text,
+                    "\n%ld steps, %ld repeated, %ld corrections, independent coordinates changed %ld times, %.2g s\n",
+                    k->effort.steps, k->effort.rejected, k->effort.newton, k->effort.exchanges, k->cpu_s);
+}
+
+/* -- JSON -------------------------------------------------------------------------------------------- */
+
+static void json_all(kmp_text *text, const void *result)
+{
+    const kempe_kinematics *k = result;
+    kmp_json j = kmp_json_begin(text);
+    kmp_print_head(&j, k->system, kmp_status_word(k->status), k->reason, k->system->build_s, k->warnings);
+    kmp_json_array(&j, "driven");
+    for (int i = 0; i < k->lead_count; i++) {
+        const kmp_sweep_parameter *lead = &k->lead[i];
+        if (kmp_state_of(k->system->model, lead->coordinate))
+            continue;
+        kmp_json_put(&j, "{ name %s unit %s from %g to %g held %d }", kmp_kinematics_name(k, lead),
+                     kmp_kinematics_unit(k, lead), lead->from, lead->to, i >= k->driven);
+    }
+    kmp_json_put(&j, "] speed %g released [", k->speed);
+    for (int c = 0; c < k->system->model->closure_count; c++)
+        if (k->released[c])
+            kmp_json_string(&j, NULL, k->system->model->closures[c].name);
+    kmp_json_put(&j, "] rows %d rows_asked %d", k->count, k->requested);
+    int n = k->system->n;
+    kmp_json_object(&j, "coordinates");
+    for (int i = 0; i < kmp_model_coordinates(k->system->model); i++) {
+        span q = span_of(k, k->q, n, i);
+        kmp_json_put(&j, "%s { least %g greatest %g qd_max %g qdd_max %g }", k->system->model->motions[i].name, q.least,
+                     q.most, largest(span_of(k, k->qd, n, i)), largest(span_of(k, k->qdd, n, i)));
+    }
+    kmp_json_put(&j, "} outputs {");
+    for (int c = 0; c < k->width; c++) {
+        span x = span_of(k, k->shown, k->width, c);
+        kmp_json_put(&j, "%s { least %g greatest %g }", k->column[c].name, x.least, x.most);
+    }
+    kmp_json_put(&j, "} dead_centres [");
+    for (int d = 0; d < k->dead_count; d++) {
+        const kmp_dead_centre *c = &k->dead[d];
+        kmp_json_put(&j, "{ s %g coordinate %s value %g extreme %s determined %g margin %g instead %s", c->s,
+                     kmp_kinematics_name(k, &k->lead[k->first]), c->value, c->largest ? "greatest" : "least",
+                     c->determined, c->margin, c->instead);
+        kmp_print_entries(&j, "q", k->system, KMP_QUANTITY_Q, c->q);
+        kmp_json_end(&j);
+    }
+    kmp_json_put(&j, "] change_points [");
+    for (int c = 0; c < k->change_count; c++) {
+        kmp_json_put(&j, "{ s %g value %g margin %g", k->change[c].s, value_at(k, k->change[c].s), k->change[c].margin);
+        kmp_print_entries(&j, "q", k->system, KMP_QUANTITY_Q, k->change[c].q);
+        kmp_json_end(&j);
+    }
+    kmp_json_end(&j);
+    const kempe_model *model = k->system->model;
+    kmp_json_array(&j, "left_out");
+    for (int o = 0; o < model->output_count; o++) {
+        kmp_text name = {0};
+        if (!is_left_out(model, o))
+            continue;
+        kmp_output_print(&name, model, &model->outputs[o]);
+        kmp_json_text(&j, NULL, &name);
+    }
+    kmp_json_put(&j, "] work { steps %ld rejected %ld newton %ld exchanges %ld cpu_s %g } }", k->effort.steps,
+                 k->effort.rejected, k->effort.newton, k->effort.exchanges, k->cpu_s);
+}
+
+KMP_PRINT(kempe_kinematics, kinematics, kinematics->system->context, json_all, show_all)
+
+/* -- tables ------------------------------------------------------------------------------------------- */
+
+static void fill_rows(kempe_table *table, const void *result)
+{
+    const kempe_kinematics *k = result;
+    const kempe_system *s = k->system;
+    kmp_tabulate_status(table, kmp_status_word(k->status));
+    kmp_tabulate_columns(table, "s t[s]");
+    for (kmp_quantity quantity = KMP_QUANTITY_Q; quantity <= KMP_QUANTITY_QDD; quantity++)
+        kmp_tabulate_quantity(table, s, quantity);
+    for (int c = 0; c < k->width; c++)
+        kmp_tabulate_column(table,
+                            kmp_output_unit(s->model, &s->model->outputs[k->column[c].output], k->column[c].component),
+                            "%s", k->column[c].name);
+    for (int row = 0; row < k->count; row++) {
+        ptrdiff_t at = (ptrdiff_t)row * s->n;
+        KMP_TABULATE(table, "%g %g", k->s[row],
+                     k->time < 0 ? k->s[row] / k->rate : kmp_sweep_parameter_value(&k->lead[k->time], k->s[row]));
+        kmp_tabulate_values(table, s, KMP_QUANTITY_Q, k->q + at);
+        kmp_tabulate_values(table, s, KMP_QUANTITY_QD, k->qd + at);
+        kmp_tabulate_values(table, s, KMP_QUANTITY_QDD, k->qdd + at);
+        kmp_tabulate_numbers(table, k->width, k->shown + (ptrdiff_t)row * k->width);
+    }
+}
+
+static void fill_dead_centres(kempe_table *table, const void *result)
+{
+    const kempe_kinematics *k = result;
+    const kmp_sweep_parameter *lead = &k->lead[k->first];
+    kmp_tabulate_columns(table, "s coordinate[words]");
+    kmp_tabulate_column(table, kmp_kinematics_unit(k, lead), "value");
+    kmp_tabulate_columns(table, "extreme[words] determined margin instead[words]");
+    kmp_tabulate_quantity(table, k->system, KMP_QUANTITY_Q);
+    for (const kmp_dead_centre *dead = k->dead; dead < k->dead + k->dead_count; dead++) {
+        KMP_TABULATE(table, "%g %s %g %s %g %g %s", dead->s, kmp_kinematics_name(k, lead), dead->value,
+                     dead->largest ? "greatest" : "least", dead->determined, dead->margin, dead->instead);
+        kmp_tabulate_values(table, k->system, KMP_QUANTITY_Q, dead->q);
+    }
+}
+
+static void fill_change_points(kempe_table *table, const void *result)
+{
+    const kempe_kinematics *k = result;
+    const kmp_sweep_parameter *lead = &k->lead[k->first];
+    kmp_tabulate_columns(table, "s");
+    kmp_tabulate_column(table, kmp_kinematics_unit(k, lead), "value");
+    kmp_tabulate_columns(table, "margin");
+    kmp_tabulate_quantity(table, k->system, KMP_QUANTITY_Q);
+    for (const kmp_change_point *change = k->change; change < k->change + k->change_count; change++) {
+        KMP_TABULATE(table, "%g %g %g", change->s, kmp_sweep_parameter_value(lead, change->s), change->margin);
+        kmp_tabulate_values(table, k->system, KMP_QUANTITY_Q, change->q);
+    }
+}
+
+KMP_TABLES(kempe_kinematics, kinematics, kinematics->system->context, {"rows", fill_rows},
+           {"dead_centres", fill_dead_centres}, {"change_points", fill_change_points})

@@ -1,0 +1,585 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Pseudo-arclength continuation (Keller 1977; Allgower and Georg 1990): predictor along the tangent, Newton corrector
+ * across it, step control by the angle of tangents and the convergence of corrections. */
+#include "analyses/kinematics/sweep.h"
+#include "analyses/kinematics/sweep_point.h"
+#include "base/bracket.h"
+#include "base/context.h"
+#include "base/memory.h"
+#include "constraints/tolerances.h"
+#include "linalg/dense/dense.h"
+#include "output/print.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* A step: the first one, the longest (of any coordinate, scaled; of s when time is swept), the shortest. */
+#define FIRST_STEP 0.02
+#define LONGEST    0.35
+#define LONGEST_S  0.02
+#define SHORTEST   1e-9
+#define MOST_STEPS 1000000
+/* A step is accepted when tangents turn by less than about 0.3, the first correction is below this part of the step,
+ * and each correction is below this part of the one before. */
+#define LEAST_COSINE 0.955
+#define MOST_OFF     0.2
+#define CONTRACTION  0.3
+/* Near a change point no step is longer than the first part of its apparent distance. A change of sign that steps of
+ * SHORT cannot resolve is a change point too. */
+#define APPROACH 0.5
+#define NEAR     0.3
+#define SHORT    1e-7
+/* Relative tolerance of driven rows. */
+#define FOLLOWS 1e-6
+/* A row is found by bracketing, not by Newton on s, where s changes more slowly, relative to the motion, than this part
+ * of its fastest change. */
+#define SLOW 0.05
+
+/* SAMPLES: the number of intervals of time in the search for rows that move. */
+enum { EPSILONS = 64, MOST_LEAPS = 6, SAMPLES = 7 };
+
+/* -- making and standing ----------------------------------------------------------------------------- */
+
+static void pose_copy(const kmp_sweep *w, const kmp_sweep_pose *from, kmp_sweep_pose *to)
+{
+    memcpy(to->x, from->x, (size_t)(w->n + 1) * sizeof *to->x);
+    memcpy(to->dx, from->dx, (size_t)(w->n + 1) * sizeof *to->dx);
+}
+
+static void poses_swap(kmp_sweep_pose *a, kmp_sweep_pose *b)
+{
+    kmp_sweep_pose c = *a;
+    *a = *b;
+    *b = c;
+}
+
+static bool make_room(kmp_sweep *w)
+{
+    ptrdiff_t x = w->n + 1, m = w->system->m, entries = w->system->jacobian.count;
+    return KMP_ARENA_MAKE(&w->arena, KMP_ROOM(bool, m, &w->dropped), KMP_ROOM(int, m, &w->moving),
+                          KMP_ROOM(double, x, &w->here.x, &w->here.dx, &w->next.x, &w->next.dx, &w->between.x,
+                                   &w->between.dx, &w->entry.x, &w->entry.dx, &w->unit, &w->drift, &w->dx, &w->xs,
+                                   &w->xss),
+                          KMP_ROOM(double, m, &w->jd), KMP_ROOM(double, entries, &w->masked));
+}
+
+kempe_status kmp_sweep_init(kmp_sweep *sweep, const kempe_system *system, const char *backend, const bool *closures)
+{
+    *sweep = (kmp_sweep){.system = system, .n = system->n, .time = -1};
+    sweep->eval = kmp_eval_new(system, backend);
+    if (!sweep->eval)
+        return KEMPE_E_MEMORY;
+    if (!make_room(sweep)) {
+        kmp_sweep_free(sweep);
+        return kmp_fail_memory(system->context);
+    }
+    sweep->eval->left_out = sweep->dropped;
+    memcpy(sweep->unit, system->scale, (size_t)system->n * sizeof *sweep->unit);
+    sweep->unit[system->n] = 1;
+    for (int r = 0; r < system->m; r++) {
+        sweep->dropped[r] = closures[system->rows[r].closure];
+        sweep->any_dropped = sweep->any_dropped || sweep->dropped[r];
+    }
+    return KEMPE_OK;
+}
+
+static void forget_choice(kmp_sweep *w)
+{
+    kmp_reduction_free(&w->red);
+    kmp_partition_free(&w->part);
+    kmp_arena_free(&w->of_choice);
+}
+
+/* Room for `count` other driven values. */
+static bool renew_leads(kmp_sweep *w, int count, const kmp_sweep_parameter *leads)
+{
+    int p = w->p;
+    kmp_arena *arena = &w->of_leads;
+    kmp_arena_free(arena);
+    w->count = count;
+    w->time = -1;
+    w->lead = KMP_ARENA_NEW(arena, kmp_sweep_parameter, count);
+    w->order = KMP_ARENA_NEW(arena, int, 2 * (p + 1));
+    if (!KMP_ARENA_MAKE(arena, KMP_ROOM(double, (p + 1) * (w->n + 1), &w->gradient),
+                        KMP_ROOM(double, (p + 1) * (p + 1), &w->matrix), KMP_ROOM(double, p + 1, &w->rhs, &w->pivots)))
+        return false;
+    memcpy(w->lead, leads, (size_t)count * sizeof *leads);
+    return true;
+}
+
+KMP_CLEARS(kmp_sweep, sweep, forget_choice(sweep), kmp_rank_margin_free(&sweep->margin),
+           kmp_arena_free(&sweep->of_leads), kmp_arena_free(&sweep->arena), kmp_eval_free(sweep->eval))
+
+/* Chooses u, v and rows at the evaluator's last closure; rank -1: by the pivots. */
+static kempe_status choose(kmp_sweep *w, int rank)
+{
+    forget_choice(w);
+    KMP_TRY(kmp_partition_of_rank(&w->part, w->system, kmp_sweep_jacobian(w), rank, NULL, 0));
+    if (w->margin.system && !kmp_rank_margin_choose(&w->margin, &w->part))
+        return kmp_fail_memory(w->system->context);
+    KMP_TRY(kmp_reduction_init(&w->red, w->eval, &w->part));
+    w->span = KMP_ARENA_NEW(&w->of_choice, double, (w->n + 1) * (w->part.p + 1));
+    w->signs = KMP_ARENA_NEW(&w->of_choice, int, w->part.r);
+    return w->of_choice.failed ? kmp_fail_memory(w->system->context) : KEMPE_OK;
+}
+
+kempe_status kmp_sweep_stand(kmp_sweep *w, double t, const double *q)
+{
+    KMP_TRY(kmp_made(w->system->context, renew_leads(w, 1, &(kmp_sweep_parameter){-1, t, t})));
+    w->time = 0;
+    memcpy(w->here.x, q, (size_t)w->n * sizeof *q);
+    w->here.x[w->n] = 0;
+    kmp_rank_margin_free(&w->margin);
+    (void)kmp_sweep_evaluate(w, w->here.x); /* the closure; nothing is chosen yet */
+    KMP_TRY(choose(w, -1));
+    w->p = w->part.p;
+    KMP_TRY(kmp_made(w->system->context, kmp_rank_margin_init(&w->margin, w->system, &w->part)));
+    if (w->any_dropped)
+        w->margin.near = w->part.r > 0 && w->part.pivots[w->part.r - 1] < KMP_MARGIN_EXACT * w->part.pivots[0];
+    else
+        kmp_rank_margin_begin(&w->margin, w->eval, t, q);
+    (void)kmp_sweep_evaluate(w, w->here.x);
+    if (w->margin.near)
+        return kmp_fail(w->system->context, KEMPE_E_FAILED,
+                        "the start is near a change point, where branches meet (last pivot of J %.1e of its usual "
+                        "size): the direction of motion is not determined there; use another start position ('start:')",
+                        w->margin.last / w->margin.usual);
+    return KEMPE_OK;
+}
+
+kempe_status kmp_sweep_let_move(kmp_sweep *w, const kmp_sweep_parameter *time, double t, const double *q)
+{
+    int p = w->p;
+    /* Rows with nonzero h_t at some time on the path, which is zero in all others; they are dropped here. */
+    w->moving_count = 0;
+    for (int k = 0; k <= SAMPLES; k++) {
+        kmp_eval_closure(w->eval, kmp_sweep_parameter_value(time, (double)k / SAMPLES), q);
+        for (int r = 0; w->eval->h_t && r < w->system->m; r++)
+            if (w->eval->h_t[r] != 0 && !w->dropped[r]) {
+                w->dropped[r] = w->any_dropped = true;
+                w->moving[w->moving_count++] = r;
+            }
+    }
+    if (w->moving_count == 0)
+        return KEMPE_OK;
+    kempe_status status = kmp_sweep_stand(w, t, q);
+    if (status == KEMPE_E_MEMORY || (status == KEMPE_OK && w->p == p + w->moving_count))
+        return status;
+    for (int k = 0; k < w->moving_count; k++) /* some are redundant: they stay closures */
+        w->dropped[w->moving[k]] = false;
+    w->moving_count = 0;
+    return kmp_sweep_stand(w, t, q);
+}
+
+/* -- candidates for driven coordinates --------------------------------------------------------------- */
+
+/* Sorts coordinates into the order in which their rows of X pivot, each with those before it, and last of all those
+ * marked `later`. Coordinates that do not count (NULL: all do) are treated as constant. Returns the number of
+ * independent ones.
+ */
+static int pivot_motions(const kmp_sweep *w, const bool *counts, const int *later, double *matrix, int *order)
+{
+    int n = w->n, p = w->p, rank = 0;
+    double *pivots = matrix + n * p;
+    for (int c = 0; c < n; c++)
+        for (int j = 0; j < p; j++)
+            matrix[j + c * p] = !counts || counts[c] ? w->span[c * (p + 1) + j] / w->unit[c] : 0;
+    kmp_lu_complete(p, n, matrix, later, order + n, order, pivots);
+    while (rank < p && pivots[rank] > FOLLOWS)
+        rank++;
+    return rank;
+}
+
+int kmp_sweep_order(kmp_sweep *w, const bool *given, int *order)
+{
+    int rank = -1, *later = KMP_NEW(int, w->n);
+    double *matrix = KMP_NEW(double, (w->n + 1) * w->p);
+    if (matrix && later) {
+        rank = pivot_motions(w, given, NULL, matrix, order);
+        for (int k = 0; k < w->n; k++)
+            later[order[k]] = k >= rank;
+        (void)pivot_motions(w, NULL, later, matrix, order);
+    }
+    kmp_free(matrix);
+    kmp_free(later);
+    return rank;
+}
+
+kempe_status kmp_sweep_lead(kmp_sweep *w, int count, const kmp_sweep_parameter *leads, double s)
+{
+    KMP_TRY(kmp_made(w->system->context, renew_leads(w, count, leads)));
+    double size = 0; /* the range of the driven coordinate, 1 for the time */
+    for (int k = 0; k < count; k++) {
+        double range = fabs(leads[k].to - leads[k].from);
+        if (leads[k].coordinate < 0)
+            w->time = k;
+        size = fmax(size, leads[k].coordinate < 0 ? range > 0 : range / w->unit[leads[k].coordinate]);
+    }
+    w->unit[w->n] = 1 / size;
+    w->here.x[w->n] = s;
+    w->last_margin = w->last_step = w->fastest = 0;
+    if (!(size > 0) || kmp_sweep_hold(w, &w->here) < FOLLOWS)
+        return KEMPE_E_FAILED;
+    return kmp_sweep_tangent(w, &w->here, NULL) ? KEMPE_OK : KEMPE_E_FAILED;
+}
+
+/* -- between two poses ------------------------------------------------------------------------------- */
+
+/* A stretch of the curve from a to b, by the offset along a's tangent. */
+typedef struct stretch {
+    const kmp_sweep_pose *a, *b;
+    double length, slant; /* offset of b; cosine of the tangents */
+} stretch;
+
+static stretch between(const kmp_sweep *w, const kmp_sweep_pose *a, const kmp_sweep_pose *b)
+{
+    return (stretch){a, b, kmp_sweep_offset(w, a, b), kmp_sweep_cosine(w, a, b)};
+}
+
+/* Hermite's cubic of x_i at a part of the length; derivative by the offset, of order 0, 1 or 2. */
+static double hermite(const stretch *e, int i, double part, int order)
+{
+    double a = e->a->x[i], b = e->b->x[i], l = e->length, d0 = e->a->dx[i] * l, d1 = e->b->dx[i] / e->slant * l,
+           c2 = 3 * (b - a) - 2 * d0 - d1, c3 = 2 * (a - b) + d0 + d1;
+    if (order == 0)
+        return a + part * (d0 + part * (c2 + part * c3));
+    return order == 1 ? (d0 + part * (2 * c2 + 3 * part * c3)) / l : (2 * c2 + 6 * part * c3) / (l * l);
+}
+
+static void x_at(const kmp_sweep *w, const stretch *e, double part, int order, double *x)
+{
+    for (int i = 0; i <= w->n; i++)
+        x[i] = hermite(e, i, part, order);
+}
+
+/* The closed pose at a part of the length, with its tangent, in between. */
+static bool pose_at(kmp_sweep *w, const stretch *e, double part)
+{
+    double first, ratio;
+    kmp_sweep_target target = {.base = e->a, .offset = part * e->length};
+    x_at(w, e, part, 0, w->between.x);
+    return kmp_sweep_close(w, &target, &w->between, &first, &ratio) && kmp_sweep_tangent(w, &w->between, e->a);
+}
+
+/* The part of the cubic at which s is reached: s is monotonic. */
+static double guess_part(const kmp_sweep *w, const stretch *e, double s)
+{
+    double to = e->b->x[w->n] - s, part;
+    kmp_bracket bracket = kmp_bracket_of(0, e->a->x[w->n] - s, 1, to);
+    while (kmp_bracket_next(&bracket, DBL_EPSILON, &part)) {
+        double off = hermite(e, w->n, part, 0) - s;
+        kmp_bracket_take(&bracket, part, off, to > 0 ? off >= 0 : off <= 0);
+    }
+    return bracket.far;
+}
+
+/* A sign change of f between 0 and 1, closed poses only, to rounding. f: ds, or s less a target. The pose is in
+ * between. */
+static bool enclose(kmp_sweep *w, const stretch *e, bool turn, double s)
+{
+    int n = w->n;
+    double f1 = turn ? e->b->dx[n] : e->b->x[n] - s, part;
+    kmp_bracket bracket = kmp_bracket_of(0, turn ? e->a->dx[n] : e->a->x[n] - s, 1, f1);
+    while (kmp_bracket_next(&bracket, 4 * DBL_EPSILON, &part)) {
+        if (!pose_at(w, e, part))
+            return false;
+        double f = turn ? w->between.dx[n] : w->between.x[n] - s;
+        if (f == 0 || (!turn && fabs(f) <= DBL_EPSILON * (1 + fabs(s))))
+            return true;
+        kmp_bracket_take(&bracket, part, f, (f > 0) == (f1 > 0));
+    }
+    return true;
+}
+
+/* The share of s in the motion. */
+static double pace(const kmp_sweep *w, const kmp_sweep_pose *pose)
+{
+    return fabs(pose->dx[w->n]) / w->unit[w->n];
+}
+
+/* The state at s, on this stretch, in between. false: the branch has been lost. */
+static bool land(kmp_sweep *w, const stretch *e, double s)
+{
+    double first, ratio;
+    kmp_sweep_target target = {.s = s};
+    x_at(w, e, guess_part(w, e, s), 0, w->between.x);
+    w->between.x[w->n] = s;
+    if (fmin(pace(w, e->a), pace(w, e->b)) >= SLOW * w->fastest)
+        return kmp_sweep_close(w, &target, &w->between, &first, &ratio) && first <= MOST_OFF * fabs(e->length) + 1e-9;
+    bool found = enclose(w, e, false, s);
+    w->between.x[w->n] = s;
+    return found;
+}
+
+/* -- a step ------------------------------------------------------------------------------------------ */
+
+static double longest_step(const kmp_sweep *w)
+{
+    double step = LONGEST / fmax(kmp_sweep_fastest(w, &w->here), 1e-3);
+    return w->time < 0 ? step : fmin(step, LONGEST_S / fmax(pace(w, &w->here), 1e-3));
+}
+
+/* Chooses ill-conditioned u or rows again at the current state, and stores the signs of the blocks. */
+static kempe_status refresh(kmp_sweep *w)
+{
+    int v, u;
+    if (!kmp_sweep_evaluate(w, w->here.x) || kmp_reduction_growth(&w->red, &v, &u) > KMP_EXCHANGE_SWEEP ||
+        w->margin.rows > KMP_ROWS_SWEEP) {
+        w->effort.exchanges++;
+        KMP_TRY(choose(w, w->margin.r));
+        if (!kmp_sweep_evaluate(w, w->here.x))
+            return KEMPE_E_FAILED;
+    }
+    if (w->red.block)
+        kmp_block_take_signs(w->red.block, w->signs);
+    return KEMPE_OK;
+}
+
+/* True if s is monotonic between the ends, or its rate changes sign: at most one turn. */
+static bool turns_once(const kmp_sweep *w, const stretch *e)
+{
+    bool down = e->a->dx[w->n] < 0;
+    if (down != (e->b->dx[w->n] < 0))
+        return true;
+    for (int k = 1; k < 8; k++)
+        if ((hermite(e, w->n, k / 8.0, 1) < 0) != down)
+            return false;
+    return true;
+}
+
+typedef enum verdict { GOOD, BAD, SIGN } verdict;
+
+/* Tries a step of this length to `next`; SIGN: all is well but a block has changed its sign. */
+static verdict try_step(kmp_sweep *w, const kmp_sweep_pose *from, double step, bool leap)
+{
+    double first, ratio;
+    kmp_sweep_pose *to = &w->next;
+    kmp_sweep_target target = {.base = from, .offset = step};
+    for (int i = 0; i <= w->n; i++)
+        to->x[i] = from->x[i] + step * from->dx[i];
+    if (!kmp_sweep_close(w, &target, to, &first, &ratio) || first > MOST_OFF * step || ratio > CONTRACTION)
+        return BAD;
+    if (!kmp_sweep_tangent(w, to, from) || kmp_sweep_cosine(w, from, to) < LEAST_COSINE)
+        return BAD;
+    bool same = leap || !w->red.block || kmp_block_has_signs(w->red.block, w->signs);
+    stretch e = between(w, from, to);
+    return !turns_once(w, &e) ? BAD : same ? GOOD : SIGN;
+}
+
+/* Steps straight across a change point, from the last state well before it; farther where it lies deeper. */
+static bool leap(kmp_sweep *w)
+{
+    double gone = kmp_sweep_offset(w, &w->entry, &w->here), step = 2 * gone + KMP_MARGIN_ENTRY;
+    for (int k = 0; k < MOST_LEAPS; k++, step *= 2)
+        if (try_step(w, &w->entry, step, true) == GOOD && kmp_sweep_margin(w, &w->next) > KMP_MARGIN_ENTRY / 2)
+            return true;
+    return false;
+}
+
+/* Limits a step to a part of the distance at which the margin would be zero. */
+static double near_step(const kmp_sweep *w, double margin, double step)
+{
+    if (margin > NEAR)
+        return step;
+    double slope = w->last_step > 0 ? fabs(w->last_margin - margin) / w->last_step : 1;
+    return fmin(step, APPROACH * margin / fmax(slope, 1));
+}
+
+/* -- the path ---------------------------------------------------------------------------------------- */
+
+typedef struct trace {
+    kmp_sweep *w;
+    const kmp_sweep_task *task;
+    double up;    /* +1, -1: where s goes */
+    double step;  /* the longest that is tried next */
+    int row;      /* the next */
+    double slack; /* rounding of s */
+} trace;
+
+static bool reaches(const trace *y, double s, double target)
+{
+    return y->up * (s - target) >= 0;
+}
+
+static double slack_of(const kmp_sweep *w)
+{
+    double most = 1;
+    for (int k = 0; k < w->count; k++) {
+        double range = fabs(w->lead[k].to - w->lead[k].from);
+        if (range > 0)
+            most = fmax(most, fmax(fabs(w->lead[k].from), fabs(w->lead[k].to)) / range);
+    }
+    return EPSILONS * DBL_EPSILON * most;
+}
+
+/* The row at x, with the derivatives in xs and xss; driven values are set without rounding. */
+static void give(trace *y, double *x)
+{
+    kmp_sweep *w = y->w;
+    double s = y->task->s[y->row++];
+    for (int k = 0; k < w->count; k++)
+        if (k != w->time) {
+            const kmp_sweep_parameter *lead = &w->lead[k];
+            x[lead->coordinate] = kmp_sweep_parameter_value(lead, s);
+            w->xs[lead->coordinate] = lead->to - lead->from;
+            w->xss[lead->coordinate] = 0;
+        }
+    y->task->row(y->task->user, s, x, w->xs, w->xss);
+}
+
+/* Derivatives by s of the cubic, where no state can be closed. */
+static void differentiate_cubic(kmp_sweep *w, const stretch *e, double s)
+{
+    double part = guess_part(w, e, s);
+    x_at(w, e, part, 0, w->between.x);
+    x_at(w, e, part, 1, w->xs);
+    x_at(w, e, part, 2, w->xss);
+    double s1 = w->xs[w->n], s2 = w->xss[w->n];
+    for (int i = 0; i < w->n; i++) {
+        w->xss[i] = (w->xss[i] - w->xs[i] / s1 * s2) / (s1 * s1);
+        w->xs[i] /= s1;
+    }
+}
+
+/* The rows of a stretch up to `limit`; `crossing`: a change point lies in it. False: the branch has been lost. */
+static bool give_rows(trace *y, const stretch *e, double limit, bool crossing)
+{
+    kmp_sweep *w = y->w;
+    const kmp_sweep_task *t = y->task;
+    while (y->row < t->count && reaches(y, limit, t->s[y->row])) {
+        double s = t->s[y->row];
+        if (crossing)
+            differentiate_cubic(w, e, s);
+        else if (!land(w, e, s) || !kmp_sweep_derivatives(w, &w->between, w->xs, w->xss))
+            return false;
+        give(y, w->between.x);
+    }
+    return true;
+}
+
+/* A row that is the dead centre itself. */
+static void give_dead(trace *y)
+{
+    const kmp_sweep_task *t = y->task;
+    if (y->row < t->count && fabs(t->s[y->row] - y->w->here.x[y->w->n]) <= y->slack)
+        t->row(t->user, t->s[y->row++], y->w->here.x, NULL, NULL);
+}
+
+/* Moves to s_end, within the stretch. */
+static kmp_sweep_end arrive(trace *y, const stretch *e)
+{
+    kmp_sweep *w = y->w;
+    if (!land(w, e, y->task->s_end) || !kmp_sweep_tangent(w, &w->between, e->a))
+        return KMP_SWEEP_LOST;
+    pose_copy(w, &w->between, &w->here);
+    return KMP_SWEEP_ARRIVED;
+}
+
+static bool goes_on(const trace *y)
+{
+    return (y->w->next.dx[y->w->n] > 0) == (y->up > 0);
+}
+
+/* Crosses a change point: reported where the margin, which decreases linearly to it, is zero; rows in between. */
+static kmp_sweep_end cross(trace *y, double margin)
+{
+    kmp_sweep *w = y->w;
+    if (!leap(w) || !goes_on(y))
+        return KMP_SWEEP_LOST;
+    stretch e = between(w, &w->entry, &w->next);
+    double gone = kmp_sweep_offset(w, &w->entry, &w->here), at = kmp_sweep_margin(w, &w->entry);
+    double part = fmin(1, (gone + gone * margin / fmax(at - margin, margin)) / e.length);
+    (void)give_rows(y, &e, w->next.x[w->n], true);
+    x_at(w, &e, part, 0, w->between.x);
+    y->task->change(y->task->user, &w->between, margin);
+    w->effort.steps++;
+    w->last_margin = margin;
+    w->last_step = 0;
+    y->step = KMP_MARGIN_ENTRY;
+    bool there = reaches(y, w->next.x[w->n], y->task->s_end);
+    poses_swap(&w->here, there && y->up > 0 ? &w->entry : &w->next);
+    return there ? KMP_SWEEP_ARRIVED : KMP_SWEEP_ON_THE_WAY;
+}
+
+/* One step, and the handling of its result. */
+static kmp_sweep_end go_on(trace *y)
+{
+    kmp_sweep *w = y->w;
+    double margin = kmp_sweep_margin(w, &w->here);
+    kempe_status status = refresh(w);
+    if (status != KEMPE_OK)
+        return status == KEMPE_E_MEMORY ? KMP_SWEEP_NO_MEMORY : KMP_SWEEP_LOST;
+    if (margin > KMP_MARGIN_ENTRY)
+        pose_copy(w, &w->here, &w->entry);
+    w->fastest = fmax(w->fastest, pace(w, &w->here));
+    double h = near_step(w, margin, fmin(y->step, longest_step(w)));
+    verdict v = BAD;
+    while (margin > KMP_MARGIN_EXACT && h > SHORTEST && (v = try_step(w, &w->here, h, false)) != GOOD) {
+        w->effort.rejected++;
+        if (v == SIGN && h < SHORT)
+            break;
+        h /= 2;
+    }
+    if (v != GOOD) /* a small margin leaves rounding alone */
+        return margin < KMP_MARGIN_ENTRY ? cross(y, margin) : KMP_SWEEP_LOST;
+    w->effort.steps++;
+    w->last_margin = margin;
+    if (!goes_on(y)) {
+        /* s turns between here and next: up to there, or to s_end before it. Rows nearer to it than rounding are it. */
+        stretch e = between(w, &w->here, &w->next);
+        if (!enclose(w, &e, true, 0))
+            return KMP_SWEEP_LOST;
+        pose_copy(w, &w->between, &w->next);
+        e = between(w, &w->here, &w->next);
+        double limit = w->next.x[w->n] - y->up * y->slack;
+        if (!give_rows(y, &e, limit, false))
+            return KMP_SWEEP_LOST;
+        if (reaches(y, limit, y->task->s_end))
+            return arrive(y, &e);
+        pose_copy(w, &w->next, &w->here);
+        w->here.dx[w->n] = 0;
+        give_dead(y);
+        return KMP_SWEEP_DEAD;
+    }
+    stretch e = between(w, &w->here, &w->next);
+    double s = w->next.x[w->n];
+    if (!give_rows(y, &e, s, false))
+        return KMP_SWEEP_LOST;
+    w->last_step = h;
+    y->step = e.slant > 0.99 ? 2 * h : e.slant > 0.97 ? 1.2 * h : h;
+    if (reaches(y, s, y->task->s_end))
+        return arrive(y, &e);
+    poses_swap(&w->here, &w->next);
+    return KMP_SWEEP_ON_THE_WAY;
+}
+
+/* Chooses the tangent towards s_end: from a dead centre in the reverse direction. */
+static void turn(trace *y)
+{
+    int n = y->w->n;
+    double *dx = y->w->here.dx;
+    bool dead = dx[n] == 0, back = dead || (dx[n] > 0) != (y->up > 0);
+    for (int i = 0; back && i <= n; i++)
+        dx[i] = -dx[i];
+    if (dead)
+        dx[n] = y->up * 1e-300;
+}
+
+kmp_sweep_end kmp_sweep_go(kmp_sweep *sweep, const kmp_sweep_task *task)
+{
+    double s = sweep->here.x[sweep->n];
+    trace y = {.w = sweep, .task = task, .up = task->s_end >= s ? 1 : -1, .step = FIRST_STEP, .slack = slack_of(sweep)};
+    kmp_sweep_end end = task->s_end == s ? KMP_SWEEP_ARRIVED : KMP_SWEEP_ON_THE_WAY;
+    long most = sweep->effort.steps + MOST_STEPS;
+    if (sweep->here.dx[sweep->n] == 0)
+        give_dead(&y);
+    turn(&y);
+    pose_copy(sweep, &sweep->here, &sweep->entry);
+    while (end == KMP_SWEEP_ON_THE_WAY) {
+        if (kmp_interrupted(sweep->system->context))
+            end = KMP_SWEEP_INTERRUPTED;
+        else
+            end = sweep->effort.steps < most ? go_on(&y) : KMP_SWEEP_LOST;
+    }
+    return end;
+}

@@ -1,0 +1,255 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Output of cycles: Hopf points, and the cycles of each branch, as text, JSON and tables. */
+#include "analyses/limit_cycles/limit_cycles_study.h"
+#include "constraints/tolerances.h"
+#include "output/print.h"
+#include "output/result_table.h"
+#include <math.h>
+#include <string.h>
+
+enum { MOST_OUTPUTS = 4, MOST_ROWS = 200 };
+
+static const double two_pi = 6.283185307179586476925286766559;
+
+/* -- text ---------------------------------------------------------------------------------------------------- */
+
+static void show_critical(kmp_text *text, const kempe_limit_cycles *c)
+{
+    kmp_shown as = kmp_limit_cycles_shown(c);
+    const char *gap = as.unit[0] ? " " : "";
+    int count = 0;
+    for (int k = 0; k < c->locus.critical_count; k++)
+        count += c->locus.critical[k].im > 0;
+    if (count == 0 && c->settle == 0)
+        kmp_text_put(text, "\nHopf points: none in the range, so that no branch begins at an equilibrium\n");
+    for (int k = 0; k < c->locus.critical_count; k++) {
+        const kmp_critical *at = &c->locus.critical[k];
+        if (at->im > 0)
+            kmp_text_printf(text, "\nHopf point at %s = %.11g%s%s, %.9g Hz: the equilibrium is unstable %s it\n",
+                            c->name, as.factor * at->value, gap, as.unit, at->im / two_pi,
+                            at->grows_above ? "above" : "below");
+    }
+}
+
+static const char *held_name(const kempe_limit_cycles *c, int k)
+{
+    return c->system->model->motions[c->held_motion[k]].name;
+}
+
+static int shown_outputs(const kempe_limit_cycles *c)
+{
+    int columns = c->outputs;
+    return columns < MOST_OUTPUTS ? columns : MOST_OUTPUTS;
+}
+
+static void show_cycle(kmp_text *text, const kempe_limit_cycles *c, const kmp_cycle *x)
+{
+    bool hopf = x->word == KMP_CYCLE_HOPF;
+    kmp_text_printf(text, "  %-9s  %14.10g  %13.9g  %-9s  ", kmp_cycle_text(x),
+                    kmp_limit_cycles_shown(c).factor * x->value, x->period, hopf ? "" : kmp_cycle_stability_text(x));
+    if (hopf)
+        kmp_text_printf(text, "%11s", "");
+    else
+        kmp_print_cells(text, "%11.7f", x->multipliers > 0 ? hypot(x->re[0], x->im[0]) : NAN);
+    for (int k = 0; k < c->held; k++)
+        kmp_print_cells(text, "  %13.7g", x->load[k]);
+    for (int k = 0; k < shown_outputs(c); k++)
+        kmp_print_cells(text, "  %13.8g",
+                        kmp_shown_as(c->system->context, c->unit[k]).factor * kmp_cycle_amplitude(x, k));
+    kmp_text_put(text, "\n");
+}
+
+static void show_branch(kmp_text *text, const kempe_limit_cycles *c, int branch)
+{
+    const kmp_cycle_branch *b = &c->branch[branch];
+    kmp_text_printf(text, c->settle > 0 ? "\nbranch %d: %d simulations; %s\n" : "\nbranch %d: %d cycles; %s\n",
+                    branch + 1, b->count, b->end ? b->end : "interrupted");
+    kmp_shown as = kmp_limit_cycles_shown(c);
+    kmp_text_printf(text, "  %-9s  %14s  %13s  %-9s  %11s", "", c->name, "period, s", "stability", "multiplier");
+    for (int k = 0; k < c->held; k++)
+        kmp_text_printf(text, "  %*s%s", (int)(8 - strlen(held_name(c, k))), "load.", held_name(c, k));
+    for (int k = 0; k < shown_outputs(c); k++)
+        kmp_text_printf(text, "  %13s", c->output[k]);
+    kmp_text_printf(text, "\n  %-9s  %14s  %13s  %-9s  %11s", "", as.unit, "", "", "");
+    for (int k = 0; k < c->held; k++)
+        kmp_text_printf(text, "  %13s", kmp_cycles_load_unit(c, k));
+    for (int k = 0; k < shown_outputs(c); k++)
+        kmp_text_printf(text, "  %13s", kmp_shown_as(c->system->context, c->unit[k]).unit);
+    kmp_text_put(text, "\n");
+    for (int k = 0; k < b->count && k < MOST_ROWS; k++)
+        show_cycle(text, c, b->cycle[k]);
+    if (b->count > MOST_ROWS)
+        kmp_text_printf(text, "  and %d more, in --output\n", b->count - MOST_ROWS);
+}
+
+static void show(kmp_text *text, const void *result)
+{
+    const kempe_limit_cycles *c = result;
+    kmp_shown as = kmp_limit_cycles_shown(c);
+    kmp_print_title(text, c->system->model, kmp_status_word(c->status));
+    kmp_text_printf(text, "limit cycles over %s from %.6g to %.6g%s%s\n", c->name, as.factor * c->from,
+                    as.factor * c->to, as.unit[0] ? " " : "", as.unit);
+    for (int k = 0; k < c->held; k++)
+        kmp_text_printf(text, "%s'%s'",
+                        k == 0 ? "\nheld  at the speed of the start by a load, as no other force decides it: " : ", ",
+                        held_name(c, k));
+    kmp_text_put(text, c->held > 0 ? "\n" : "");
+    show_critical(text, c);
+    for (int b = 0; b < c->branches; b++)
+        show_branch(text, c, b);
+    if (c->settle > 0)
+        kmp_text_printf(
+            text,
+            "\nnote  motions that simulations of %g s reach; undecided: amplitudes still change by more than %g\n",
+            c->settle, KMP_CYCLE_SETTLED);
+    else if (c->branches > 0)
+        kmp_text_put(text, "\nnote  amplitudes are half the range over a period; the multiplier is the largest one, "
+                           "without that of the motion along the cycle\n");
+    if (c->held > 0 && c->branches > 0)
+        kmp_text_put(text, "note  a load holds the speed at every instant; its mean over the period is shown\n");
+    if (c->reason)
+        kmp_text_printf(text, "\nstopped: %s\n", c->reason);
+}
+
+/* -- JSON ---------------------------------------------------------------------------------------------------- */
+
+static void json_cycle(kmp_json *j, const kempe_limit_cycles *c, const kmp_cycle *x)
+{
+    bool hopf = x->word == KMP_CYCLE_HOPF;
+    kmp_json_put(j, "{ value %g period %g point %s", x->value, x->period, x->word ? kmp_cycle_text(x) : NULL);
+    for (int k = 0; k < c->held; k++)
+        kmp_json_put(j, k == 0 ? "loads { %s %g" : "%s %g", held_name(c, k), x->load[k]);
+    if (c->held > 0)
+        kmp_json_end(j);
+    if (!hopf) {
+        kmp_json_put(j, "stability %s along %g residual %g", kmp_cycle_stability_text(x), x->along, x->residual);
+        kmp_print_pairs(j, "multipliers", x->multipliers, x->re, x->im);
+        kmp_json_object(j, "outputs");
+        for (int k = 0; k < c->outputs; k++)
+            kmp_json_put(j, "%s { amplitude %g max %g min %g }", c->output[k], kmp_cycle_amplitude(x, k), x->high[k],
+                         x->low[k]);
+        kmp_json_end(j);
+    }
+    kmp_json_end(j);
+}
+
+static void json(kmp_text *text, const void *result)
+{
+    const kempe_limit_cycles *c = result;
+    kmp_json j = kmp_json_begin(text);
+    kmp_print_head(&j, c->system, kmp_status_word(c->status), c->reason ? c->reason : "", 0, c->warnings);
+    kmp_json_put(&j, "parameter %s from %g to %g cpu_s %g hopf [", c->name, c->from, c->to, c->cpu_s);
+    for (int k = 0; k < c->locus.critical_count; k++) {
+        const kmp_critical *at = &c->locus.critical[k];
+        if (at->im > 0)
+            kmp_json_put(&j, "{ value %g frequency %g grows %s branch %d }", at->value, at->im / two_pi,
+                         at->grows_above ? "above" : "below", c->branch_of[k]);
+    }
+    kmp_json_put(&j, "] branches [");
+    for (int b = 0; b < c->branches; b++) {
+        kmp_json_put(&j, "{ end %s cycles [", c->branch[b].end);
+        for (int k = 0; k < c->branch[b].count; k++)
+            json_cycle(&j, c, c->branch[b].cycle[k]);
+        kmp_json_put(&j, "] }");
+    }
+    kmp_json_put(&j, "] }");
+}
+
+KMP_PRINT(kempe_limit_cycles, cycles, cycles->system->context, json, show)
+
+static void add_parameter(kempe_table *table, const kempe_limit_cycles *c)
+{
+    kmp_tabulate_column(table, kmp_quantity_unit_of(c->system, c->name), "%s", c->name);
+}
+
+static void put_row(kempe_table *table, const kempe_limit_cycles *c, int branch, const kmp_cycle *x)
+{
+    bool hopf = x->word == KMP_CYCLE_HOPF;
+    KMP_TABULATE(table, "%d %g %g %s %s %g %g %g", branch, x->value, x->period, kmp_cycle_text(x),
+                 hopf ? "" : kmp_cycle_stability_text(x), x->multipliers > 0 ? hypot(x->re[0], x->im[0]) : NAN,
+                 hopf ? NAN : x->along, hopf ? NAN : x->residual);
+    if (c->held > 0)
+        kmp_tabulate_numbers(table, c->held, x->load);
+    for (int k = 0; k < c->outputs; k++)
+        kmp_tabulate_cells(table, "%g %g %g", kmp_cycle_amplitude(x, k), hopf ? NAN : x->high[k],
+                           hopf ? NAN : x->low[k]);
+}
+
+static void fill_rows(kempe_table *table, const void *result)
+{
+    const kempe_limit_cycles *c = result;
+    kmp_tabulate_columns(table, "branch");
+    add_parameter(table, c);
+    kmp_tabulate_columns(table, "period[s] point[words] stability[words] multiplier along residual");
+    for (int k = 0; k < c->held; k++)
+        kmp_tabulate_column(table, kmp_cycles_load_unit(c, k), "load.%s",
+                            c->system->model->motions[c->held_motion[k]].name);
+    for (int k = 0; k < c->outputs; k++) {
+        kmp_tabulate_column(table, c->unit[k], "%s.amplitude", c->output[k]);
+        kmp_tabulate_column(table, c->unit[k], "%s.max", c->output[k]);
+        kmp_tabulate_column(table, c->unit[k], "%s.min", c->output[k]);
+    }
+    for (int b = 0; b < c->branches; b++)
+        for (int k = 0; k < c->branch[b].count; k++)
+            put_row(table, c, b + 1, c->branch[b].cycle[k]);
+}
+
+static void fill_multipliers(kempe_table *table, const void *result)
+{
+    const kempe_limit_cycles *c = result;
+    int row = 0;
+    kmp_tabulate_columns(table, "cycle re im");
+    kmp_tabulate_apart(table);
+    for (int b = 0; b < c->branches; b++)
+        for (int k = 0; k < c->branch[b].count; k++) {
+            const kmp_cycle *x = c->branch[b].cycle[k];
+            row++;
+            for (int i = 0; i < x->multipliers; i++)
+                KMP_TABULATE(table, "%d %g %g", row, x->re[i], x->im[i]);
+        }
+}
+
+static void fill_states(kempe_table *table, const void *result)
+{
+    const kempe_limit_cycles *c = result;
+    add_parameter(table, c);
+    kmp_tabulate_columns(table, "period[s]");
+    for (int i = 0; c->flow && i < c->flow->size; i++) {
+        const kmp_flow_entry *e = &c->flow->entry[i];
+        kmp_quantity quantity = e->kind == KMP_FLOW_RATE ? KMP_QUANTITY_QD : KMP_QUANTITY_Q;
+        kmp_tabulate_column(table, e->kind == KMP_FLOW_STATE ? "" : kmp_quantity_unit(c->system, quantity, e->motion),
+                            "%s.%s", kmp_flow_kinds[e->kind], kmp_flow_name(c->system->model, e));
+    }
+    for (int b = 0; b < c->branches; b++)
+        for (int k = 0; k < c->branch[b].count; k++) {
+            const kmp_cycle *x = c->branch[b].cycle[k];
+            KMP_TABULATE(table, "%g %g", x->value, x->period);
+            if (c->flow) /* there are no cycles without it */
+                kmp_tabulate_numbers(table, c->flow->size, x->x);
+        }
+}
+
+static void fill_equilibria(kempe_table *table, const void *result)
+{
+    const kempe_limit_cycles *c = result;
+    add_parameter(table, c);
+    kmp_tabulate_columns(table, "growth[1/s]");
+    for (int k = 0; k < c->locus.reached; k++)
+        KMP_TABULATE(table, "%g %g", c->locus.value[k], kmp_limit_cycles_growth(c, k));
+}
+
+static void fill_critical(kempe_table *table, const void *result)
+{
+    const kempe_limit_cycles *c = result;
+    add_parameter(table, c);
+    kmp_tabulate_columns(table, "frequency[Hz] branch");
+    for (int k = 0; k < c->locus.critical_count; k++) {
+        const kmp_critical *at = &c->locus.critical[k];
+        if (!(at->im > 0))
+            continue;
+        KMP_TABULATE(table, "%g %g %d", at->value, at->im / (2 * acos(-1)), c->branch_of[k]);
+    }
+}
+
+KMP_TABLES(kempe_limit_cycles, cycles, cycles->system->context, {"rows", fill_rows}, {"multipliers", fill_multipliers},
+           {"states", fill_states}, {"equilibria", fill_equilibria}, {"critical", fill_critical})

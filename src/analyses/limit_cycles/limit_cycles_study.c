@@ -1,0 +1,471 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The study of limit cycles: options, equilibria with their Hopf points, branches. */
+#include "analyses/limit_cycles/limit_cycles_study.h"
+#include "base/clock.h"
+#include "base/memory.h"
+#include "constraints/evaluation/charts.h"
+#include "constraints/tolerances.h"
+#include "dynamics/load_dependent.h"
+#include "model/language/ranges.h"
+#include "output/print.h"
+#include <math.h>
+#include <string.h>
+
+/* -- held speeds ----------------------------------------------------------------------------------------- */
+
+/* Vehicles whose speed no force decides, or a load holds (studies/equilibrium/running_state.c): in a limit cycle they
+ * keep the speed of the start, by a load that changes over the period. The equations are those of a copy of the model,
+ * in which drives have these rates. */
+
+/* The first track that is curved, inclined or irregular; NULL: there is none. */
+static const kmp_track *find_curved(const kempe_model *model)
+{
+    for (int k = 0; k < model->track_count; k++)
+        if (model->tracks[k].curved)
+            return &model->tracks[k];
+    return NULL;
+}
+
+/* The copy of the model: with drives, and unless `as_given` a start at which all independent coordinates keep their
+ * values. */
+static kempe_status make_copy(kempe_limit_cycles *c, bool as_given)
+{
+    const kmp_linear *l = &c->family->linear;
+    bool *hold = KMP_ARENA_NEW(&c->arena, bool, l->n);
+    KMP_TRY(kmp_made(c->system->context, hold));
+    for (int k = 0; k < l->p; k++)
+        hold[l->part.u[k]] = true;
+    for (int k = 0; k < c->held; k++)
+        hold[c->held_motion[k]] = false;
+    const kmp_operating *state = c->family->state;
+    as_given = as_given || !kmp_charts_are_own(c->system, state->chart);
+    const kmp_driven driven = {c->held, c->held_motion, as_given ? NULL : hold, state->q};
+    KMP_TRY(kmp_variant_driven(c->system->model, &driven, &c->copy));
+    return kempe_system_new(c->copy, &c->driven);
+}
+
+static kempe_status hold_speed(kempe_limit_cycles *c, bool as_given)
+{
+    const kmp_operating_family_options options = {.name = c->name};
+    kmp_modes modes;
+    KMP_TRY(kmp_operating_family_new(c->system, &options, &c->family));
+    KMP_TRY(kmp_operating_family_go(c->family, c->from, &modes));
+    kmp_modes_free(&modes);
+    /* Coordinates whose rates no force decides, or a load holds, at the state of the family. */
+    const kmp_operating_family *f = c->family;
+    const kempe_model *model = c->system->model;
+    c->held_motion = KMP_ARENA_NEW(&c->arena, int, f->rate_count);
+    KMP_TRY(kmp_made(c->system->context, c->held_motion));
+    for (int k = 0; k < f->rate_count; k++) {
+        int motion = f->rates[k].coordinate;
+        if (f->rates[k].how != KMP_RATE_KEPT && f->rates[k].how != KMP_RATE_HELD)
+            continue;
+        if (!model->start.qd_given[motion])
+            return kmp_fail(c->system->context, KEMPE_E_FAILED,
+                            "the rate of '%s' is that of the start, which no force decides, and the start does not "
+                            "give it: add it (start: {qd: {%s: ..}}), or drive it at a constant rate (drives:)",
+                            model->motions[motion].name, model->motions[motion].name);
+        c->held_motion[c->held++] = motion;
+    }
+    const kmp_track *curved = c->held > 0 ? find_curved(c->system->model) : NULL;
+    if (curved)
+        KMP_TRY(
+            kmp_fail(c->system->context, KEMPE_E_FAILED,
+                     "track '%s' is curved, inclined or irregular, so that motions along it are not periodic; take a "
+                     "straight one, or find the motions that simulations reach (--settle T)",
+                     curved->name));
+    return c->held > 0 || (c->system->m > 0 && !as_given) ? make_copy(c, as_given) : KEMPE_OK;
+}
+
+kempe_status kmp_cycles_hold_speed(kempe_limit_cycles *c)
+{
+    bool tries = c->settle > 0;
+    if (tries && (c->system->model->wheel_count == 0 || find_curved(c->system->model)))
+        return KEMPE_OK;
+    kempe_status status = hold_speed(c, tries);
+    kmp_operating_family_free(c->family);
+    c->family = NULL;
+    if (!tries || status != KEMPE_E_FAILED)
+        return status;
+    kmp_context_clear(c->system->context);
+    c->held = 0;
+    return KEMPE_OK;
+}
+
+/* -- loads --------------------------------------------------------------------------------------------- */
+
+bool kmp_cycles_words(const kempe_limit_cycles *cycles, const char *outputs, kmp_text *words)
+{
+    kmp_text_put(words, outputs);
+    for (int k = 0; k < cycles->held; k++)
+        kmp_text_printf(words, ",lambda(load.%s)", cycles->system->model->motions[cycles->held_motion[k]].name);
+    return !words->failed;
+}
+
+kempe_status kmp_cycles_name(kempe_limit_cycles *c, int count, char *const *columns, char *const *units, int **load)
+{
+    int *column = *load = KMP_ARENA_NEW(&c->arena, int, c->held), outputs = count;
+    for (int k = c->held - 1; column && k >= 0; k--) {
+        const char *name =
+            kmp_arena_printf(&c->arena, "lambda.load.%s.1", c->system->model->motions[c->held_motion[k]].name);
+        column[k] = -1;
+        for (int i = 0; name && i < count; i++)
+            column[k] = strcmp(columns[i], name) == 0 ? i : column[k];
+        outputs -= column[k] == outputs - 1; /* a caller who asks for all multipliers has them among them */
+    }
+    c->output = KMP_ARENA_NEW(&c->arena, char *, outputs);
+    c->unit = KMP_ARENA_NEW(&c->arena, char *, outputs);
+    for (int k = 0; !c->arena.failed && k < outputs; k++) {
+        c->output[k] = kmp_arena_strdup(&c->arena, columns[k]);
+        c->unit[k] = kmp_arena_strdup(&c->arena, units[k]);
+    }
+    c->outputs = c->arena.failed ? 0 : outputs;
+    return kmp_made(c->system->context, !c->arena.failed);
+}
+
+/* Makes the equations of cycles, at the state of the family, and their columns: `outputs`, and the loads. Errors as
+ * kmp_flow_new. */
+static kempe_status make_flow(kempe_limit_cycles *c, const char *outputs, const kempe_run_options *run)
+{
+    kmp_flow_entry *entry = KMP_ARENA_NEW(&c->arena, kmp_flow_entry, 2 * c->system->n);
+    const kempe_run_options none = {0};
+    kmp_text words = {0};
+    int count;
+    KMP_TRY(kmp_made(c->system->context, entry));
+    KMP_TRY(kmp_moving_entries(&c->family->linear, -1, &count, entry));
+    kempe_status status =
+        !kmp_cycles_words(c, outputs, &words)
+            ? kmp_fail_memory(c->system->context)
+            : kmp_flow_new(kmp_cycles_equations(c), c->name, words.s, run ? run : &none, count, entry, &c->flow);
+    kmp_text_free(&words);
+    KMP_TRY(status);
+    const kempe_sensitivity *rows = c->flow->rows;
+    int *load;
+    KMP_TRY(kmp_cycles_name(c, rows->columns, rows->column, rows->unit, &load));
+    return kmp_shooting_init(&c->shooting, c->flow, c->held, load, &c->arena);
+}
+
+/* -- the first cycle ------------------------------------------------------------------------------------- */
+
+/* The first cycle of a branch, by the eigenvector of the mode that begins to oscillate. */
+
+enum { SMALLER_PARTS = 2 };
+
+/* -- start values ---------------------------------------------------------------------------------------- */
+
+kempe_status kmp_moving_entries(kmp_linear *l, int keeps, int *count, kmp_flow_entry *entry)
+{
+    const kempe_model *model = l->system->model;
+    int *idle = KMP_NEW(int, l->p), idles = idle ? kmp_equilibrium_idle(l, idle) : -1;
+    *count = 0;
+    for (int k = 0; idles >= 0 && k < 2 * l->p; k++) {
+        int motion = l->part.u[k % l->p];
+        bool rate = k >= l->p, state = kmp_state_of(model, motion), is_idle = false;
+        for (int i = 0; i < idles; i++)
+            is_idle = is_idle || idle[i] == motion;
+        if (rate ? motion != keeps : !(state || is_idle))
+            entry[(*count)++] = (kmp_flow_entry){motion, state  ? KMP_FLOW_STATE
+                                                         : rate ? KMP_FLOW_RATE
+                                                                : KMP_FLOW_POSITION};
+    }
+    kmp_free(idle);
+    return kmp_made(model->context, idles >= 0);
+}
+
+/* -- the cycles ------------------------------------------------------------------------------------------ */
+
+/* The mode as the tangent of a Hopf point: the part of each start value in it at its phase 0, the change of that per
+ * time, and half its range. */
+static void take_mode(const kmp_flow *f, const kmp_modes *modes, int mode, kmp_cycle *hopf)
+{
+    double w = modes->spectrum.im[mode];
+    for (int i = 0; i < f->size; i++) {
+        ptrdiff_t at = f->entry[i].motion + (ptrdiff_t)mode * modes->n;
+        double re = KMP_CYCLE_FIRST * modes->shown_re[at], im = KMP_CYCLE_FIRST * modes->shown_im[at];
+        bool rate = f->entry[i].kind == KMP_FLOW_RATE;
+        hopf->tangent[i] = rate ? -w * im : re;
+        hopf->rate[i] = rate ? -w * w * re : -w * im;
+        hopf->reach[i] = KMP_CYCLE_FIRST * hypot(modes->shown_re[at], modes->shown_im[at]) * (rate ? w : 1);
+    }
+}
+
+/* The loads at the equilibrium of a Hopf point, the last state of the family. */
+static void loads_at_rest(const kempe_limit_cycles *cycles, kmp_cycle *hopf)
+{
+    const kmp_linear *l = &cycles->family->linear;
+    for (int r = 0; r < l->m; r++) {
+        int k = l->system->rows[r].closure - cycles->system->model->closure_count;
+        if (k >= 0 && k < cycles->held)
+            hopf->load[k] = l->lambda[r];
+    }
+}
+
+/* The Hopf point, with the mode as its tangent. */
+static kmp_cycle *make_hopf(kempe_limit_cycles *cycles, const kmp_critical *critical, const kmp_modes *modes, int mode)
+{
+    kmp_shooting *s = &cycles->shooting;
+    const kmp_operating *state = cycles->family->state;
+    kmp_cycle *c = kmp_shooting_room(s);
+    if (!c)
+        return NULL;
+    c->word = KMP_CYCLE_HOPF;
+    c->stability = KMP_CYCLE_UNDECIDED;
+    c->value = critical->value;
+    c->period = 2 * acos(-1) / critical->im;
+    take_mode(cycles->flow, modes, mode, c);
+    for (int i = 0; i < s->size; i++) {
+        const kmp_flow_entry *e = &s->flow->entry[i];
+        c->x[i] = (e->kind != KMP_FLOW_POSITION ? state->qd : state->q)[e->motion];
+    }
+    loads_at_rest(cycles, c);
+    return c;
+}
+
+/* The cycle whose motion begins as `part` of the mode. */
+static kempe_status find_part(kempe_limit_cycles *cycles, const kmp_cycle *hopf, double part, kmp_cycle **first)
+{
+    kmp_shooting *s = &cycles->shooting;
+    double *border = KMP_NEW(double, s->width), *guess = KMP_NEW(double, s->width), *reach = KMP_NEW(double, s->width);
+    kempe_status status = kmp_made(cycles->system->context, border && guess && reach);
+    if (status == KEMPE_OK) {
+        for (int i = 0; i < s->size; i++)
+            reach[i] = part * hopf->reach[i];
+        kmp_shooting_weigh(s, hopf->x, reach, hopf->period, KMP_CYCLE_RANGE * fabs(cycles->to - cycles->from));
+        for (int i = 0; i < s->size; i++) {
+            guess[i] = hopf->x[i] + part * hopf->tangent[i];
+            border[i] = part * hopf->tangent[i] / s->span[i];
+        }
+        guess[s->size] = hopf->period;
+        guess[s->size + 1] = hopf->value;
+        kmp_shooting_refer(s, guess, hopf->rate);
+        status = kmp_shooting_correct(s, guess, border);
+    }
+    if (status == KEMPE_OK)
+        status = kmp_shooting_finish(s, border, first);
+    kmp_free(border);
+    kmp_free(guess);
+    kmp_free(reach);
+    return status;
+}
+
+/* The first cycle of the branch. A cycle with a smaller motion is tried if the parameter is far from the Hopf point, as
+ * with wheels whose place on the rail moves fast. */
+static kempe_status find_first(kempe_limit_cycles *cycles, const kmp_cycle *hopf, kmp_cycle **first)
+{
+    double near = KMP_CYCLE_NEAR * fabs(cycles->to - cycles->from), part = 1;
+    kempe_status status = find_part(cycles, hopf, part, first);
+    for (int k = 0; k < SMALLER_PARTS; k++) {
+        kmp_cycle *smaller;
+        if (status != KEMPE_E_FAILED && !(status == KEMPE_OK && fabs((*first)->value - hopf->value) > near))
+            return status;
+        bool found = status == KEMPE_OK;
+        part /= 10;
+        kmp_context_clear(cycles->system->context);
+        status = find_part(cycles, hopf, part, found ? &smaller : first);
+        if (found && status == KEMPE_E_FAILED) {
+            kmp_context_clear(cycles->system->context);
+            return KEMPE_OK;
+        }
+        if (found && status == KEMPE_OK)
+            *first = smaller;
+    }
+    return status;
+}
+
+/* Puts a start on the cycle near a Hopf point into the shooting, and finds it. */
+static kempe_status begin_branch(kempe_limit_cycles *cycles, const kmp_critical *critical, kmp_cycle **hopf,
+                                 kmp_cycle **first)
+{
+    kempe_context *context = cycles->system->context;
+    kmp_modes modes;
+    KMP_TRY(kmp_operating_family_go(cycles->family, critical->value, &modes));
+    /* The eigenvalue above the real axis that is nearest to i w. */
+    double w = critical->im;
+    int mode = -1;
+    double least = INFINITY;
+    for (int k = 0; k < modes.count; k++) {
+        double away = hypot(modes.spectrum.re[k], modes.spectrum.im[k] - w);
+        if (away < least) {
+            least = away;
+            mode = k;
+        }
+    }
+    *hopf = mode >= 0 ? make_hopf(cycles, critical, &modes, mode) : NULL;
+    kmp_modes_free(&modes);
+    KMP_TRY(kmp_made(context, *hopf));
+    KMP_TRY(find_first(cycles, *hopf, first));
+    /* x moves along the branch, and neither the period nor the parameter are known to change to first order */
+    return KEMPE_OK;
+}
+
+enum { USUAL_VALUES = 31, MOST_VALUES = 10000, USUAL_CYCLES = 1000 };
+
+/* A Hopf point is the end of another branch: relative to the range. */
+#define SAME_HOPF 1e-3
+
+/* -- options ----------------------------------------------------------------------------------------------- */
+
+static kempe_status take_range(kempe_limit_cycles *c, const kmp_range *range)
+{
+    kempe_context *context = c->system->context;
+    kmp_text why = {0};
+    c->name = kmp_arena_strdup(&c->arena, range->name);
+    c->from = range->from;
+    c->to = range->to;
+    c->values = range->count > 0 ? range->count : USUAL_VALUES;
+    KMP_TRY(kmp_made(context, c->name));
+    if (kmp_parameter_find(c->system->model, c->name) < 0 || !kmp_variant_may(c->system->model, c->name, &why)) {
+        if (why.length == 0)
+            kmp_text_printf(&why, "limit cycles are followed over a parameter of the model, which '%s' is not",
+                            c->name);
+        return kmp_fail_text(context, KEMPE_E_ARGUMENT, &why);
+    }
+    if (c->values < 2 || c->values > MOST_VALUES || c->from == c->to)
+        return kmp_fail(context, KEMPE_E_ARGUMENT, "a sweep needs two ends and 2 to %d values, as in '%s=1:2:31'",
+                        MOST_VALUES, c->name);
+    return KEMPE_OK;
+}
+
+/* -- equilibria -------------------------------------------------------------------------------------------- */
+
+static kempe_status find_equilibria(kempe_limit_cycles *c)
+{
+    const kmp_operating_family_options options = {.name = c->name};
+    double *values = KMP_ARENA_NEW(&c->arena, double, c->values);
+    const kmp_range range = {.from = c->from, .to = c->to};
+    KMP_TRY(kmp_made(c->system->context, values));
+    for (int k = 0; k < c->values; k++)
+        values[k] = kmp_range_value(&range, k, c->values);
+    KMP_TRY(kmp_cycles_hold_speed(c));
+    KMP_TRY(kmp_operating_family_new(kmp_cycles_equations(c), &options, &c->family));
+    kempe_status status = kmp_locus_make(c->family, c->values, values, &c->locus);
+    if (status == KEMPE_STOPPED && !kmp_interrupted(c->system->context)) {
+        kmp_doubt(c->system->context, "equilibria are known from %g to %g alone: %s", c->from,
+                  c->locus.value[c->locus.reached > 0 ? c->locus.reached - 1 : 0],
+                  kempe_context_message(c->system->context));
+        kmp_context_clear(c->system->context);
+        status = KEMPE_OK;
+    }
+    return status;
+}
+
+double kmp_limit_cycles_growth(const kempe_limit_cycles *cycles, int k)
+{
+    const kmp_locus *l = &cycles->locus;
+    double most = -INFINITY;
+    for (int b = 0; b < l->count; b++)
+        most = fmax(most, l->re[b + (ptrdiff_t)k * l->count]);
+    return most;
+}
+
+/* -- branches ----------------------------------------------------------------------------------------------- */
+
+/* True if a branch that was followed before ends there. */
+static bool is_reached(const kempe_limit_cycles *c, const kmp_critical *at, int *branch)
+{
+    for (int b = 0; b < c->branches; b++) {
+        const kmp_cycle_branch *x = &c->branch[b];
+        double away = x->ends_at_hopf ? fabs(x->cycle[x->count - 1]->value - at->value) : INFINITY;
+        if (away <= SAME_HOPF * fabs(c->to - c->from)) {
+            *branch = b + 1;
+            return true;
+        }
+    }
+    return false;
+}
+
+static kempe_status follow_from(kempe_limit_cycles *c, int critical, const kmp_branch_options *ask)
+{
+    const kmp_critical *at = &c->locus.critical[critical];
+    kmp_cycle *hopf, *first;
+    kempe_context *context = c->system->context;
+    kempe_status status = begin_branch(c, at, &hopf, &first);
+    if (status == KEMPE_E_FAILED) {
+        kmp_doubt(context, "no limit cycle is found near the Hopf point at %s = %.9g: %s", c->name, at->value,
+                  kempe_context_message(context));
+        kmp_context_clear(context);
+        return KEMPE_OK;
+    }
+    KMP_TRY(status);
+    kmp_cycle_branch *branch = &c->branch[c->branches++];
+    c->branch_of[critical] = c->branches;
+    KMP_TRY(kmp_branch_add(context, &c->arena, branch, hopf));
+    return kmp_branch_follow(&c->shooting, ask, first, branch);
+}
+
+/* -- construction -------------------------------------------------------------------------------------------- */
+
+static kempe_status make(kempe_limit_cycles *c, const kempe_limit_cycles_options *options)
+{
+    kempe_context *context = c->system->context;
+    const kempe_model *model = c->system->model;
+    const char *outputs = options->outputs ? options->outputs : model->state_count > 0 ? "q,state" : "q";
+    kmp_ranges ranges;
+    if (!options->sweep)
+        return kmp_fail(context, KEMPE_E_ARGUMENT,
+                        "limit cycles need a parameter and its range, as in --sweep NAME=A:B:N");
+    KMP_TRY(kmp_ranges_read(context, options->sweep, &ranges));
+    kempe_status status = ranges.count == 1
+                              ? take_range(c, &ranges.range[0])
+                              : kmp_fail(context, KEMPE_E_ARGUMENT,
+                                         "only one parameter can be swept, as in '%s=1:2:31'", ranges.range[0].name);
+    kmp_ranges_free(&ranges);
+    KMP_TRY(status);
+    c->settle = options->settle;
+    if (c->settle > 0)
+        return kmp_settled_cycles(c, outputs, options->run);
+    KMP_TRY(kmp_refuse_samples(model, "limit cycles", true));
+    KMP_TRY(kmp_refuse_delays(model, "limit cycles", "simulate it, and read the amplitudes of its last periods"));
+    KMP_TRY(find_equilibria(c));
+    /* A branch from each Hopf point that no other branch reaches. */
+    const kmp_branch_options ask = {c->from, c->to, c->values, options->most > 0 ? options->most : USUAL_CYCLES};
+    int count = c->locus.critical_count;
+    c->branch = KMP_ARENA_NEW(&c->arena, kmp_cycle_branch, count);
+    c->branch_of = KMP_ARENA_NEW(&c->arena, int, count);
+    KMP_TRY(kmp_made(c->system->context, !c->arena.failed));
+    for (int k = 0; k < count; k++) {
+        const kmp_critical *at = &c->locus.critical[k];
+        if (!(at->im > 0) || is_reached(c, at, &c->branch_of[k]))
+            continue;
+        if (!c->flow) {
+            kmp_modes modes;
+            KMP_TRY(kmp_operating_family_go(c->family, at->value, &modes));
+            kmp_modes_free(&modes);
+            KMP_TRY(make_flow(c, outputs, options->run));
+        }
+        KMP_TRY(follow_from(c, k, &ask));
+    }
+    return KEMPE_OK;
+}
+
+kempe_status kempe_limit_cycles_new(const kempe_system *system, const kempe_limit_cycles_options *options,
+                                    kempe_limit_cycles **cycles)
+{
+    KMP_WANTED_BOTH(system, cycles);
+    KMP_OPTIONS(system->context, kempe_limit_cycles_options, options);
+    double begin = kmp_cpu_now();
+    kmp_model_begin_forces(system->model);
+    KMP_MAKE(system->context, kempe_limit_cycles, c);
+    c->system = system;
+    kempe_status status = make(c, options);
+    if (status == KEMPE_STOPPED)
+        c->reason = kmp_arena_strdup(&c->arena, "interrupted");
+    c->status = status = kmp_context_verdict(system->context, status);
+    c->warnings = kmp_context_warnings(system->context);
+    c->cpu_s = kmp_cpu_now() - begin;
+    if (kmp_is_complete(status) || (status == KEMPE_STOPPED && c->name))
+        *cycles = c;
+    else
+        kempe_limit_cycles_free(c);
+    return status;
+}
+
+KMP_FREES(kempe_limit_cycles, cycles, kmp_shooting_free(&cycles->shooting), kmp_flow_free(cycles->flow),
+          kmp_locus_free(&cycles->locus), kmp_operating_family_free(cycles->family), kempe_system_free(cycles->driven),
+          kempe_model_free(cycles->copy), kmp_free(cycles->warnings), kmp_arena_free(&cycles->arena))
+
+/* -- queries -------------------------------------------------------------------------------------------------- */
+
+KMP_GETTER(int kempe_limit_cycles_branch_count(const kempe_limit_cycles *cycles), cycles, cycles->branches, 0)
+KMP_GETTER_AT(int kempe_limit_cycles_count(const kempe_limit_cycles *cycles, int branch), cycles, branch,
+              cycles->branches, cycles->branch[branch].count, 0)

@@ -1,0 +1,83 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Results of the study of limit cycles. */
+#pragma once
+
+#include "analyses/limit_cycles/cycle_branch.h"
+#include "analyses/modes/locus.h"
+#include <kempe/modes.h>
+
+struct kempe_limit_cycles {
+    const kempe_system *system;
+    kmp_arena arena; /* of cycles, names and sentences */
+    kempe_status status;
+    char *reason;   /* of KEMPE_STOPPED; NULL: none */
+    char *warnings; /* one per line */
+    char *name;     /* of the parameter */
+    double from, to;
+    int values;
+    kmp_operating_family *family;
+    kmp_locus locus; /* of the equilibria; empty from a start */
+    int held;        /* coordinates that a load keeps at the rate of the start */
+    int *held_motion;
+    kempe_model *copy;    /* with their drives; NULL: it is the given one */
+    kempe_system *driven; /* likewise */
+    int outputs;          /* their names and SI units */
+    char **output, **unit;
+    double settle;  /* s: cycles are those that simulations of this length reach; 0: by Newton's method */
+    kmp_flow *flow; /* NULL: no branch was followed by Newton's method */
+    kmp_shooting shooting;
+    int branches;
+    kmp_cycle_branch *branch;
+    int *branch_of; /* of each critical value, from 1 on; 0: none */
+    double cpu_s;
+};
+
+/** The form in which results show values of the parameter. */
+static inline kmp_shown kmp_limit_cycles_shown(const kempe_limit_cycles *c)
+{
+    return kmp_shown_as(c->system->context, kmp_quantity_unit_of(c->system, c->name));
+}
+
+/** Half the range of output k of a cycle, NaN where it is not periodic; 0 of a Hopf point. */
+static inline double kmp_cycle_amplitude(const kmp_cycle *cycle, int k)
+{
+    return (cycle->high[k] - cycle->low[k]) / 2;
+}
+
+/** The growth of the equilibrium at value k of the locus, and whether it is above rounding. */
+double kmp_limit_cycles_growth(const kempe_limit_cycles *cycles, int k);
+
+/** The equations of equilibria and cycles: those of the caller's system, or of the copy. */
+static inline const kempe_system *kmp_cycles_equations(const kempe_limit_cycles *c)
+{
+    return c->driven ? c->driven : c->system;
+}
+
+/** "N" or "N m": the unit of load k. */
+static inline const char *kmp_cycles_load_unit(const kempe_limit_cycles *c, int k)
+{
+    return c->system->model->motions[c->held_motion[k]].rotation ? "N m" : "N";
+}
+
+/** Finds the coordinates whose rates a load holds, and makes the equations with their drives.
+ * KEMPE_E_FAILED: there is no equilibrium at the first value, the start does not give such a rate, or the track is no
+ * straight one. With `settle` these are no errors: the speed is then free. */
+kempe_status kmp_cycles_hold_speed(kempe_limit_cycles *cycles);
+
+/** Appends `outputs` and the loads; false: no memory. Takes the names and units of the columns of such a run: those
+ * of the outputs are kept, and *load (held) are those of the loads; -1: there is none. KEMPE_E_MEMORY. */
+bool kmp_cycles_words(const kempe_limit_cycles *cycles, const char *outputs, kmp_text *words);
+kempe_status kmp_cycles_name(kempe_limit_cycles *cycles, int count, char *const *columns, char *const *units,
+                             int **load);
+
+/** A piece between two cycles is stable where both are, or one and a fold or a Hopf point at its end. */
+bool kmp_cycles_stable_between(const kmp_cycle *a, const kmp_cycle *b);
+
+/** Simulates at each value of the sweep, up and down, each time from the last state: a branch for each direction.
+ * (settled_cycles.c) */
+kempe_status kmp_settled_cycles(kempe_limit_cycles *cycles, const char *outputs, const kempe_run_options *run);
+
+/** Start values that a periodic motion repeats, in `entry` with room for 2 n: not positions of coordinates that nothing
+ * depends on, at the state of `linear`; `keeps`: a rate that stays that of the
+ * start, -1: none. KEMPE_E_MEMORY. */
+kempe_status kmp_moving_entries(kmp_linear *linear, int keeps, int *count, kmp_flow_entry *entry);

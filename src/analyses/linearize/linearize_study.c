@@ -1,0 +1,332 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* State spaces: one made, its matrices, and their file. */
+#include "analyses/linearize/linearize_study.h"
+#include "analyses/derivatives/delayed_motion.h"
+#include "analyses/derivatives/sampled_motion.h"
+#include "base/memory.h"
+#include "dynamics/load_dependent.h"
+#include "linalg/dense/lapack.h"
+#include "output/named_arrays.h"
+#include "output/print.h"
+#include <float.h>
+#include <kempe/linearize.h>
+#include <math.h>
+#include <string.h>
+
+kmp_matrix_row kmp_linearization_row(const kempe_linearization *l, int k)
+{
+    int p = l->count, n = l->channels.transfer.n, width = l->width, second = l->z ? 0 : p;
+    int inputs = l->channels.loads.count, outputs = l->channels.outputs.count;
+    const kmp_matrix_row row[] = {
+#define KMP_MATRIX(name, word, rows, columns, values, meaning) {word, meaning, values, rows, columns},
+#include "analyses/linearize/matrices.def"
+#undef KMP_MATRIX
+    };
+    kmp_matrix_row found = k >= 0 && k < (int)(sizeof row / sizeof *row) ? row[k] : (kmp_matrix_row){0};
+    if (l->z && k == KEMPE_MATRIX_A)
+        found.meaning = "x(k+1) = A x(k) + B w(k)";
+    return found;
+}
+
+/* -- construction ------------------------------------------------------------------------------------ */
+
+static kempe_status make_first_order(kempe_linearization *l)
+{
+    const kempe_system *system = l->channels.system;
+    const kmp_transfer *t = &l->channels.transfer;
+    ptrdiff_t p = t->p, inputs = t->columns, outputs = t->outputs;
+    bool made =
+        KMP_ARENA_MAKE(&l->channels.arena, KMP_ROOM(double, 4 * p * p, &l->a), KMP_ROOM(double, 2 * p * inputs, &l->b),
+                       KMP_ROOM(double, 2 * p * outputs, &l->c), KMP_ROOM(double, outputs *inputs, &l->d));
+    int failed = made ? kmp_transfer_first_order(t, l->a, l->b, l->c, l->d) : -1;
+    if (failed == -2)
+        return kmp_fail(system->context, KEMPE_E_FAILED,
+                        "the state does not determine the accelerations: forces that depend on multipliers cancel the "
+                        "inertia of some motion, and there is no state-space model (kempe response needs none)");
+    KMP_TRY(kmp_made(system->context, failed >= 0));
+    if (failed == 0)
+        return KEMPE_OK;
+    return kmp_fail(system->context, KEMPE_E_FAILED,
+                    "the reduced mass is not positive along '%s': there is no state-space model (kempe response needs "
+                    "none); give every body that moves along it a mass",
+                    system->model->motions[l->channels.linear.part.u[failed - 1]].name);
+}
+
+/* The second-order matrices, without the rows and columns of constant states and delays; what delayed signals do is a
+ * load. */
+static kempe_status take_second_order(kempe_linearization *l)
+{
+    const kmp_transfer *t = &l->channels.transfer;
+    const kmp_linear *linear = t->linear;
+    ptrdiff_t p = t->p, n = t->n;
+    int *place = l->u = KMP_ARENA_NEW(&l->channels.arena, int, p), *delay = KMP_ARENA_NEW(&l->channels.arena, int, p);
+    KMP_TRY(
+        kmp_made(l->channels.system->context,
+                 place && delay &&
+                     KMP_ARENA_MAKE(&l->channels.arena, KMP_ROOM(double, p *p, &l->mass, &l->damping, &l->stiffness),
+                                    KMP_ROOM(double, p *(t->columns + l->delays.count), &l->loads),
+                                    KMP_ROOM(double, n *p, &l->map, &l->map_rate))));
+    const int moving = kmp_linear_moving(linear, place);
+    int count = 0, delays = 0;
+    for (int k = 0; k < moving; k++)
+        *(kmp_delay_of(linear, place[k]) > 0 ? &delay[delays++] : &place[count++]) = place[k];
+    l->count = count;
+    kmp_linear_squeeze(t->p, count, place, count, place, linear->mass, l->mass);
+    kmp_linear_squeeze(t->p, count, place, count, place, linear->damping, l->damping);
+    kmp_linear_squeeze(t->p, count, place, count, place, linear->stiffness, l->stiffness);
+    kmp_linear_squeeze(t->p, count, place, t->columns, NULL, t->loads, l->loads);
+    kmp_linear_squeeze(t->p, count, place, delays, delay, linear->damping, l->loads + (ptrdiff_t)count * t->columns);
+    kmp_linear_squeeze(t->n, t->n, NULL, count, place, t->map, l->map);
+    kmp_linear_squeeze(t->n, t->n, NULL, count, place, t->map_rate, l->map_rate);
+    for (int k = 0; k < count; k++)
+        l->u[k] = linear->part.u[place[k]];
+    return KEMPE_OK;
+}
+
+/* From one common sample to the next. */
+static kempe_status make_samples(kempe_linearization *l)
+{
+    kempe_context *context = l->channels.system->context;
+    ptrdiff_t width = kmp_transfer_width(&l->channels.transfer);
+    double *room;
+    if (!kmp_samples_in(l->channels.system->model))
+        return KEMPE_OK;
+    KMP_TRY(kmp_made(context, KMP_ARENA_MAKE(&l->channels.arena, KMP_ROOM(double, 2 * width, &l->z),
+                                             KMP_ROOM(double, 3 * width * width, &room))));
+    int failed = kmp_transfer_sample(&l->channels.transfer, l->a, l->b, &l->period);
+    if (failed)
+        return kmp_sampled_complain(context, failed);
+    memcpy(room, l->a, (size_t)(width * width) * sizeof *room);
+    double *vectors = room + width * width;
+    failed = kmp_eigen_general((int)width, room, l->z, l->z + width, vectors, vectors, vectors + width * width,
+                               vectors + width * width);
+    return failed == 0 ? KEMPE_OK : kmp_sampled_complain(context, failed);
+}
+
+/* -- delayed signals ------------------------------------------------------------------------------------- */
+
+/* A state space with delays: the state y of each, whose averaged equation is y' = (u - y)/T, becomes an additional
+ * input delay(NAME), and its signal u an additional output of that name, which is this input by T later. */
+
+/* The delay of entry i of x; 0: it is none. */
+static double delay_of(const kempe_linearization *l, int i)
+{
+    const kmp_transfer *t = &l->channels.transfer;
+    const int k = kmp_transfer_state(t, i) - t->p;
+    return k < 0 ? 0 : kmp_delay_of(t->linear, k);
+}
+
+/* -- channels ---------------------------------------------------------------------------------------- */
+
+static bool name_delays(kempe_linearization *l, const int *delay)
+{
+    kmp_arena *arena = &l->channels.arena;
+    const kmp_transfer *t = &l->channels.transfer;
+    const kempe_model *model = l->channels.system->model;
+    kmp_names *d = &l->delays;
+    d->name = KMP_ARENA_NEW(arena, char *, d->count);
+    d->unit = KMP_ARENA_NEW(arena, char *, d->count);
+    for (int k = 0; !arena->failed && k < d->count; k++) {
+        const int motion = t->linear->part.u[kmp_transfer_state(t, delay[k]) - t->p];
+        d->name[k] = kmp_arena_printf(arena, "delay(%s)", model->motions[motion].name);
+        d->unit[k] = kmp_arena_strdup(arena, "");
+        l->delay[k] = delay_of(l, delay[k]);
+    }
+    return !arena->failed;
+}
+
+/* The entries `kept` (NULL: all) of names, and the delays behind them. */
+static bool extend(kempe_linearization *l, kmp_names *names, int count, const int *kept, bool delays)
+{
+    kmp_arena *arena = &l->channels.arena;
+    const kmp_names from = *names;
+    const int more = delays ? l->delays.count : 0;
+    *names = (kmp_names){count + more, KMP_ARENA_NEW(arena, char *, count + more),
+                         KMP_ARENA_NEW(arena, char *, count + more)};
+    for (int k = 0; !arena->failed && k < count + more; k++) {
+        const kmp_names *of = k < count ? &from : &l->delays;
+        const int at = k >= count ? k - count : kept ? kept[k] : k;
+        names->name[k] = of->name[at];
+        names->unit[k] = of->unit[at];
+    }
+    return !arena->failed;
+}
+
+/* -- matrices ---------------------------------------------------------------------------------------- */
+
+/* A signal before its delay T is y + T y', where y' is the rate of the averaged equations. So a quantity on which y'
+ * depends by `rate` has the factor T rate in the signal, and y itself (`own`: 1) has one more. If both cancel, their
+ * sum is rounding, and zero is returned. */
+static double signal_of(double T, double rate, bool own)
+{
+    const double sum = T * rate + own;
+    return fabs(sum) <= 4 * DBL_EPSILON * own ? 0 : sum;
+}
+
+/* Makes the delays inputs and outputs of A, B, C and D, which are those of the averaged system. KEMPE_E_MEMORY. */
+static kempe_status open_delays(kempe_linearization *l)
+{
+    kempe_context *context = l->channels.system->context;
+    const kmp_transfer *t = &l->channels.transfer;
+    const int width = kmp_transfer_width(t);
+    kmp_arena *arena = &l->channels.arena;
+    int *kept, *delay, stay = 0; /* entries of x that stay, or are delays */
+    double *a, *b, *c, *d, *y;
+    l->y = t->value;
+    l->width = width;
+    if (l->channels.system->model->delay_count == 0)
+        return KEMPE_OK;
+    KMP_TRY(kmp_made(context,
+                     KMP_ARENA_MAKE(arena, KMP_ROOM(int, width, &kept, &delay), KMP_ROOM(double, width, &l->delay))));
+    for (int i = 0; i < width; i++)
+        if (delay_of(l, i) > 0)
+            delay[l->delays.count++] = i;
+        else
+            kept[stay++] = i;
+    l->width = stay;
+    const int outputs = t->outputs, delays = l->delays.count;
+    const ptrdiff_t inputs = t->columns + delays, all = outputs + delays, n = stay;
+    KMP_TRY(kmp_made(context, KMP_ARENA_MAKE(arena, KMP_ROOM(double, n *n, &a), KMP_ROOM(double, n *inputs, &b),
+                                             KMP_ROOM(double, n *all, &c), KMP_ROOM(double, inputs *all, &d),
+                                             KMP_ROOM(double, all, &y)) &&
+                                  name_delays(l, delay) && extend(l, &l->channels.states, stay, kept, false) &&
+                                  extend(l, &l->channels.loads, t->columns, NULL, true) &&
+                                  extend(l, &l->channels.outputs, outputs, NULL, true)));
+    /* The values of the outputs, and of the signals: at rest those of the delays. */
+    memcpy(y, t->value, (size_t)outputs * sizeof *y);
+    for (int k = 0; k < delays; k++)
+        y[outputs + k] = t->linear->qd[t->linear->part.u[kmp_transfer_state(t, delay[k]) - t->p]];
+    /* All four with the rows of signals behind those of x, or of the outputs, and the columns of delays behind those of
+     * inputs. */
+    for (int j = 0; j < stay + inputs; j++) {
+        const bool input = j >= stay && j < stay + t->columns;
+        const int x = j < stay ? kept[j] : input ? -1 : delay[j - stay - t->columns], w = j - stay;
+        const double *rates = input ? l->b + (ptrdiff_t)w * width : l->a + (ptrdiff_t)x * width;
+        const double *seen = input ? l->d + (ptrdiff_t)w * outputs : l->c + (ptrdiff_t)x * outputs;
+        double *to_rates = j < stay ? a + j * n : b + w * n, *to_seen = j < stay ? c + j * all : d + w * all;
+        for (int i = 0; i < stay; i++)
+            to_rates[i] = rates[kept[i]];
+        memcpy(to_seen, seen, (size_t)outputs * sizeof *seen);
+        for (int i = 0; i < delays; i++)
+            to_seen[outputs + i] = signal_of(l->delay[i], rates[delay[i]], delay[i] == x);
+    }
+    l->y = y;
+    l->a = a, l->b = b, l->c = c, l->d = d;
+    return KEMPE_OK;
+}
+
+/* -- the whole ------------------------------------------------------------------------------------------- */
+
+kempe_status kempe_linearization_new(const kempe_system *system, const kempe_linearize_options *options,
+                                     kempe_linearization **linearization)
+{
+    KMP_WANTED_BOTH(system, linearization);
+    KMP_OPTIONS(system->context, kempe_linearize_options, options);
+    kmp_model_begin_forces(system->model);
+    KMP_MAKE(system->context, kempe_linearization, l);
+    const kmp_channels_options requested = {options->at, options->inputs, options->outputs, options->independent,
+                                            options->backend};
+    kempe_status status = KEMPE_OK;
+    if (kmp_samples_in(system->model))
+        status = kmp_refuse_delays(system->model, "linear equations of models with samples", KMP_INSTEAD_OF_DELAY);
+    if (status == KEMPE_OK)
+        status = kmp_channels_init(&l->channels, system, &requested);
+    if (status == KEMPE_OK && system->model->delay_count > 0 && !l->channels.rests)
+        status = kmp_fail(system->context, KEMPE_E_ARGUMENT,
+                          "the start is no equilibrium, and linear equations with delays need a past at rest: take the "
+                          "state 'equilibrium'");
+    if (status == KEMPE_OK)
+        status = make_first_order(l);
+    if (status == KEMPE_OK)
+        status = open_delays(l);
+    if (status == KEMPE_OK)
+        status = make_samples(l);
+    if (status == KEMPE_OK)
+        status = take_second_order(l);
+    l->channels.warnings = kmp_context_warnings(system->context);
+    l->channels.status = status = kmp_context_verdict(system->context, status);
+    return KMP_GIVE_OR_FREE(status, linearization, l, kempe_linearization_free);
+}
+
+KMP_FREES(kempe_linearization, l, kmp_channels_free(&l->channels))
+
+/* -- results ----------------------------------------------------------------------------------------- */
+
+const double *kempe_linearization_matrix(const kempe_linearization *l, kempe_matrix matrix, int *rows, int *columns)
+{
+    KMP_GIVEN(l, NULL);
+    kmp_matrix_row row = kmp_linearization_row(l, (int)matrix);
+    if (rows)
+        *rows = row.rows;
+    if (columns)
+        *columns = row.columns;
+    return row.values;
+}
+
+static const kmp_names *names_of(const kempe_linearization *l, kempe_channel channel)
+{
+    static const kmp_names none;
+    if ((unsigned)channel > KEMPE_CHANNEL_DELAY)
+        return &none;
+    return channel == KEMPE_CHANNEL_DELAY   ? &l->delays
+           : channel == KEMPE_CHANNEL_STATE ? &l->channels.states
+           : channel == KEMPE_CHANNEL_INPUT ? &l->channels.loads
+                                            : &l->channels.outputs;
+}
+
+KMP_GETTER(int kempe_linearization_count(const kempe_linearization *l, kempe_channel channel), l,
+           names_of(l, channel)->count, 0)
+KMP_GETTER_AT(const char *kempe_linearization_name(const kempe_linearization *l, kempe_channel channel, int k), l, k,
+              names_of(l, channel)->count, names_of(l, channel)->name[k], "")
+KMP_GETTER_AT(const char *kempe_linearization_unit(const kempe_linearization *l, kempe_channel channel, int k), l, k,
+              names_of(l, channel)->count, names_of(l, channel)->unit[k], "")
+KMP_GETTER(const double *kempe_linearization_q(const kempe_linearization *l), l, l->channels.at->q, NULL)
+KMP_GETTER(const double *kempe_linearization_qd(const kempe_linearization *l), l, l->channels.at->qd, NULL)
+KMP_GETTER(const double *kempe_linearization_y(const kempe_linearization *l), l, l->y, NULL)
+KMP_GETTER_AT(double kempe_linearization_delay(const kempe_linearization *l, int k), l, k, l->delays.count, l->delay[k],
+              0)
+KMP_GETTER(double kempe_linearization_sample_time(const kempe_linearization *l), l, l->period, 0)
+KMP_GETTER(int kempe_linearization_is_equilibrium(const kempe_linearization *l), l, l->channels.rests, 0)
+
+/* -- files ---------------------------------------------------------------------------------------- */
+
+static void add_names(kmp_arrays *arrays, const char *names, const char *units, const kmp_names *of)
+{
+    kmp_arrays_words(arrays, names, of->count, of->name);
+    kmp_arrays_words(arrays, units, of->count, of->unit);
+}
+
+kempe_status kempe_linearization_write(const kempe_linearization *l, const char *path)
+{
+    KMP_WANTED(NULL, l, "linearization");
+    KMP_WANTED(l->channels.linear.system->context, path, "path");
+    const kmp_channels *c = &l->channels;
+    const kempe_system *system = c->system;
+    int n = system->n;
+    kmp_arrays arrays = {0};
+    kmp_context_clear(system->context);
+    char **coordinates = KMP_NEW(char *, n);
+    arrays.failed = !coordinates;
+    for (int k = 0; k < KMP_MATRICES; k++) {
+        kmp_matrix_row row = kmp_linearization_row(l, k);
+        if (k != KEMPE_MATRIX_Z || l->z)
+            kmp_arrays_matrix(&arrays, row.name, row.rows, row.columns, row.values);
+    }
+    add_names(&arrays, "states", "state_units", &c->states);
+    add_names(&arrays, "inputs", "input_units", &c->loads);
+    add_names(&arrays, "outputs", "output_units", &c->outputs);
+    if (l->delays.count > 0) {
+        kmp_arrays_words(&arrays, "delays", l->delays.count, l->delays.name);
+        kmp_arrays_matrix(&arrays, "delay_times", l->delays.count, KMP_ARRAY_VECTOR, l->delay);
+    }
+    for (int k = 0; coordinates && k < n; k++)
+        coordinates[k] = (char *)system->model->motions[k].name; /* read only */
+    if (coordinates)
+        kmp_arrays_words(&arrays, "coordinates", n, coordinates);
+    kmp_arrays_matrix(&arrays, "q", n, KMP_ARRAY_VECTOR, c->at->q);
+    kmp_arrays_matrix(&arrays, "qd", n, KMP_ARRAY_VECTOR, c->at->qd);
+    kmp_arrays_matrix(&arrays, "y", c->outputs.count, KMP_ARRAY_VECTOR, l->y);
+    kempe_status status = kmp_arrays_write(system->context, &arrays, path);
+    kmp_free(coordinates);
+    return status;
+}

@@ -1,0 +1,479 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Modes as text, JSON and tables. */
+#include "analyses/modes/modes_study.h"
+#include "output/print.h"
+#include "output/quantity.h"
+#include "output/result_table.h"
+#include <kempe/modes.h>
+#include <math.h>
+#include <string.h>
+
+enum { MOST_MOVERS = 4, MOST_RANGES = 6 };
+
+/* The least participation that is printed, and the least share of a coordinate that is printed for a zero. */
+#define LEAST_SHARE 0.02
+#define LEAST_PART  1e-9
+
+static const char *name_of(const kempe_modes *m, int coordinate)
+{
+    return m->system->model->motions[coordinate].name;
+}
+
+/* -- words ------------------------------------------------------------------------------------------- */
+
+void kmp_modes_put_movers(kmp_text *text, const kempe_modes *m, int c)
+{
+    const double *share = m->modes.kinetic + (ptrdiff_t)c * m->modes.n;
+    double last = INFINITY;
+    int last_k = -1;
+    for (int reported = 0; reported < MOST_MOVERS; reported++) {
+        int best = -1;
+        for (int k = 0; k < m->modes.n; k++) { /* the next one in order: less, or equal and later */
+            bool later = share[k] < last || (share[k] == last && k > last_k);
+            if (later && share[k] >= LEAST_SHARE && (best < 0 || share[k] > share[best]))
+                best = k;
+        }
+        if (best < 0)
+            return;
+        kmp_text_printf(text, "%s%s %.2f", reported ? ", " : "", name_of(m, best), share[best]);
+        last = share[best];
+        last_k = best;
+    }
+}
+
+void kmp_modes_put_along(kmp_text *text, const kempe_modes *m, int c)
+{
+    const double *re = m->modes.shown_re + (ptrdiff_t)c * m->modes.n, *scale = m->system->scale;
+    int first = -1, others = 0;
+    for (int k = 0; k < m->modes.n; k++)
+        if (fabs(re[k]) / scale[k] >= 1 - 1e-6 && first < 0)
+            first = k;
+    kmp_text_printf(text, "along %s", first >= 0 ? name_of(m, first) : "nothing");
+    for (int k = 0; k < m->modes.n; k++)
+        if (k != first && fabs(re[k]) > LEAST_PART * scale[k]) {
+            if (others < MOST_MOVERS)
+                kmp_text_printf(text, "%s%s (%.3g)", others ? ", " : " with ", name_of(m, k), re[k]);
+            others++;
+        }
+    if (others > MOST_MOVERS)
+        kmp_text_printf(text, " and %d more", others - MOST_MOVERS);
+}
+
+static int worst_of(const kempe_modes *m)
+{
+    int worst = 0;
+    for (int c = 1; c < m->modes.count; c++)
+        if (m->modes.spectrum.im[c] >= 0 && m->modes.spectrum.re[c] > m->modes.spectrum.re[worst])
+            worst = c;
+    return worst;
+}
+
+const char *kmp_modes_verdict(const kempe_modes *m)
+{
+    if (m->modes.count == 0)
+        return "none";
+    int worst = worst_of(m);
+    double noise = kmp_modes_noise(&m->modes), re = m->modes.spectrum.re[worst];
+    if (re > noise || m->modes.spectrum.secular)
+        return "unstable";
+    if (m->modes.endless && isnan(m->modes.bound))
+        return "undecided";
+    return m->modes.spectrum.zeros > 0 ? "neutral" : re >= -noise ? "undamped" : "stable";
+}
+
+void kmp_modes_put_verdict(kmp_text *text, const kempe_modes *m)
+{
+    const char *word = kmp_modes_verdict(m);
+    const kmp_spectrum *s = &m->modes.spectrum;
+    if (strcmp(word, "none") == 0) {
+        kmp_text_put(text, "no modes: closures, drives or friction that sticks leave no degree of freedom");
+        return;
+    }
+    int worst = worst_of(m);
+    if (strcmp(word, "unstable") == 0 && s->secular && s->re[worst] <= KMP_SPECTRUM_EQUAL * kmp_modes_size(&m->modes)) {
+        if (s->secular_at >= s->zeros)
+            kmp_text_printf(
+                text,
+                "unstable: at %.4g Hz eigenvalues coincide and have one shape, so that the oscillation grows "
+                "in proportion to time, along ",
+                kmp_mode_frequency(0, s->im[s->secular_at]));
+        else
+            kmp_text_put(text, "unstable: a displacement grows as a power of time, along ");
+        kmp_modes_put_movers(text, m, s->secular_at);
+    } else if (strcmp(word, "unstable") == 0) {
+        kmp_text_printf(text, "unstable: grows by e in %.4g s", 1 / s->re[worst]);
+        if (s->im[worst] > 0)
+            kmp_text_printf(text, " at %.4g Hz", kmp_mode_frequency(s->re[worst], s->im[worst]));
+        kmp_text_put(text, " along ");
+        kmp_modes_put_movers(text, m, worst);
+    } else if (strcmp(word, "neutral") == 0) {
+        kmp_text_put(text, "neutral: free motion ");
+        for (int c = 0; c < s->still; c++) {
+            kmp_text_put(text, c ? "; " : "");
+            kmp_modes_put_along(text, m, c);
+        }
+        kmp_text_put(text, "; no mode grows");
+    } else if (strcmp(word, "undecided") == 0) {
+        kmp_text_put(text,
+                     "undecided: of the eigenvalues with delays that were found none grows, but some may be absent");
+    } else if (strcmp(word, "undamped") == 0) {
+        kmp_text_put(text, "undamped: no mode grows, but not all decay");
+    } else {
+        kmp_text_put(text, "stable: every mode decays");
+    }
+}
+
+/* -- text -------------------------------------------------------------------------------------------- */
+
+static void show_pair(kmp_text *text, double re, double im)
+{
+    kmp_text_printf(text, "  %13.8g", re);
+    if (im > 0)
+        kmp_text_printf(text, " +- %-13.8gi", im);
+    else
+        kmp_text_printf(text, "%18s", "");
+}
+
+/* z from sample to sample, of which s has the frequency and the damping. */
+static void show_z(kmp_text *text, const kempe_modes *m, int c)
+{
+    if (m->modes.z_re)
+        show_pair(text, m->modes.z_re[c], m->modes.z_im[c]);
+}
+
+static void show_mode(kmp_text *text, const kempe_modes *m, int c)
+{
+    double re = m->modes.spectrum.re[c], im = m->modes.spectrum.im[c];
+    bool over = kmp_modes_is_over(&m->modes, c);
+    show_z(text, m, c);
+    if (over)
+        kmp_text_printf(text, "  %31s", "over within a sample");
+    else
+        show_pair(text, re, im);
+    kmp_print_cells(text, "  %13.6g  %9.6g  %11.6g  ", im > 0 ? kmp_mode_frequency(re, im) : NAN,
+                    im > 0 ? kmp_mode_damping(re, im) : NAN, over ? NAN : kmp_mode_time(re));
+    kmp_modes_put_movers(text, m, c);
+    kmp_text_put(text, "\n");
+}
+
+static void show_modes(kmp_text *text, const kempe_modes *m)
+{
+    const kmp_spectrum *s = &m->modes.spectrum;
+    int number = s->still;
+    kmp_text_printf(text, "  %3s", "");
+    if (m->modes.z_re)
+        kmp_text_printf(text, "  %-31s", "z from sample to sample");
+    kmp_text_printf(text, "  %-31s  %12s  %9s  %11s  %s\n", m->modes.z_re ? "s = ln(z)/T, 1/s" : "eigenvalue, 1/s",
+                    "frequency, Hz", "damping", "decay, s", "participation: share of the kinetic energy");
+    for (int c = 0; c < m->modes.spectrum.still; c++) {
+        kmp_text_printf(text, "  %3d", c + 1);
+        show_z(text, m, c);
+        kmp_text_printf(text, "  %13s%18s  %13s  %9s  %11s  ", "0", "", "-", "-", "-");
+        kmp_modes_put_along(text, m, c);
+        kmp_text_put(text, "\n");
+    }
+    for (int c = s->zeros; c < s->count; c++)
+        if (s->im[c] >= 0) {
+            kmp_text_printf(text, "  %3d", ++number);
+            show_mode(text, m, c);
+        }
+    if (m->modes.z_re) {
+        kmp_shown as = kmp_shown_as(m->system->context, "s");
+        kmp_text_printf(text, "\nsamples   all repeat every T = %.10g %s; frequencies are known up to %.6g Hz\n",
+                        as.factor * m->modes.period, as.unit, 0.5 / m->modes.period);
+    }
+    if (m->modes.endless) {
+        kmp_text_printf(text, "\ndelays    there are infinitely many eigenvalues; %d are shown", m->modes.shown);
+        if (isfinite(m->modes.bound))
+            kmp_text_printf(text, ", all whose real part is above %.6g 1/s", m->modes.bound);
+        kmp_text_put(text, "\n");
+    }
+    if (s->zeros > s->still)
+        kmp_text_printf(text,
+                        "\nzeros     %d eigenvalues are zero: motion along %d of these modes has a constant rate\n",
+                        s->zeros, s->zeros - s->still);
+}
+
+kmp_shown kmp_modes_shown(const kempe_modes *modes)
+{
+    return kmp_shown_as(modes->system->context, kmp_quantity_unit_of(modes->system, modes->name));
+}
+
+/* The next steps of the sweep in a row, behind value *k, whose modes were not assigned with certainty: from value
+ * *first to value *k. False: there are none. */
+static bool next_uncertain(const kmp_locus *l, int *first, int *k)
+{
+    int at = *k + 1;
+    while (at < l->reached && l->doubt[at] <= 1)
+        at++;
+    *first = at - 1;
+    while (at < l->reached && l->doubt[at] > 1)
+        at++;
+    *k = at - 1;
+    return *first < *k;
+}
+
+static void show_locus(kmp_text *text, const kempe_modes *m)
+{
+    const kmp_locus *l = &m->locus;
+    if (!m->name || l->reached == 0)
+        return;
+    kmp_shown as = kmp_modes_shown(m);
+    const char *space = as.unit[0] ? " " : "";
+    kmp_text_printf(text, "\nsweep     %s from %.10g to %.10g%s%s, %d values\n", m->name, as.factor * l->value[0],
+                    as.factor * l->value[l->reached - 1], space, as.unit, l->reached);
+    for (int k = 0; k < l->critical_count; k++) {
+        const kmp_critical *c = &l->critical[k];
+        kmp_text_printf(text, "critical  %s = %.12g%s%s: ", m->name, as.factor * c->value, space, as.unit);
+        if (c->im > 1e-6 * hypot(c->re, c->im) && c->im > 0)
+            kmp_text_printf(text, "a mode of %.10g Hz (%.10g rad/s)", c->im / (2 * acos(-1)), c->im);
+        else
+            kmp_text_put(text, "a mode without oscillation");
+        kmp_text_printf(text, " grows %s it\n", c->grows_above ? "above" : "below");
+    }
+    if (l->critical_count == 0)
+        kmp_text_put(text, "critical  none: no mode changes its stability\n");
+    int reported = 0;
+    for (int first, k = 0; next_uncertain(l, &first, &k); reported++)
+        if (reported < MOST_RANGES)
+            kmp_text_printf(text, "%s%.6g to %.6g",
+                            reported ? ", " : "note      the modes could not be tracked with certainty over ",
+                            as.factor * l->value[first], as.factor * l->value[k]);
+    if (reported > MOST_RANGES)
+        kmp_text_printf(text, " and %d more ranges", reported - MOST_RANGES);
+    if (reported > 0)
+        kmp_text_printf(text, " of %s: two modes are too close, or more values are needed\n", m->name);
+}
+
+/* The independent coordinates, or the states among them. */
+static void list_coordinates(kmp_text *text, const kempe_modes *m, bool states)
+{
+    const char *between = "";
+    for (int k = 0; k < m->modes.moving; k++) {
+        int i = m->modes.u[k];
+        if ((kmp_state_of(m->system->model, i) != NULL) != states)
+            continue;
+        kmp_text_printf(text, "%s%s", between, kmp_name_of_coordinate(m->system, i));
+        between = ", ";
+    }
+}
+
+static void show_all(kmp_text *text, const void *result)
+{
+    const kempe_modes *m = result;
+    int freedoms = 0, states = 0;
+    for (int k = 0; k < m->modes.moving; k++)
+        *(kmp_state_of(m->system->model, m->modes.u[k]) ? &states : &freedoms) += 1;
+    kmp_print_title(text, m->system->model, kmp_status_word(m->status));
+    kmp_text_printf(text, "%d degree%s of freedom at %s%s%s", freedoms, freedoms == 1 ? "" : "s",
+                    m->family->state->equilibrium ? "the equilibrium" : "the assembled start",
+                    kmp_model_has_time(m->system->model) ? " (t = 0)" : "", m->modes.moving > 0 ? ": " : "");
+    list_coordinates(text, m, false);
+    if (states > 0) {
+        kmp_text_put(text, "; states: ");
+        list_coordinates(text, m, true);
+    }
+    kmp_text_put(text, "\n");
+    if (m->family->rate_count > 0) {
+        kmp_text_put(text, "steady    ");
+        kmp_steady_list(text, m->system->model, m->family->rate_count, m->family->rates, m->qd);
+        kmp_text_put(text, " (cyclic coordinates)\n");
+    }
+    kmp_print_held(text, "held      ", m->system, m->qd);
+    kmp_text_put(text, "\n");
+    if (m->modes.count > 0)
+        show_modes(text, m);
+    kmp_text_put(text, m->modes.count > 0 ? "\nstability  " : "stability  ");
+    kmp_modes_put_verdict(text, m);
+    kmp_text_put(text, "\n");
+    if (!m->family->state->equilibrium)
+        kmp_text_put(text, "note      the start need not be an equilibrium: the modes describe the initial growth of "
+                           "small perturbations\n");
+    show_locus(text, m);
+    if (m->reason)
+        kmp_text_printf(text, "stopped   %s\n", m->reason);
+}
+
+/* -- JSON -------------------------------------------------------------------------------------------- */
+
+static void json_pair(kmp_json *j, const char *key, double re, double im)
+{
+    const double pair[2] = {re, im};
+    kmp_json_numbers(j, key, 2, pair);
+}
+
+static void json_mode(kmp_json *j, const kempe_modes *m, int c)
+{
+    const kmp_spectrum *s = &m->modes.spectrum;
+    const double *re = m->modes.shown_re + (ptrdiff_t)c * m->modes.n,
+                 *im = m->modes.shown_im + (ptrdiff_t)c * m->modes.n;
+    kmp_text along = {0};
+    kmp_json_put(j, "{ index %d", c);
+    json_pair(j, "eigenvalue", s->re[c], s->im[c]);
+    if (m->modes.z_re)
+        json_pair(j, "z", m->modes.z_re[c], m->modes.z_im[c]);
+    kmp_json_put(j, "frequency %g damping %g decay %g", s->im[c] > 0 ? kmp_mode_frequency(s->re[c], s->im[c]) : NAN,
+                 s->im[c] > 0 ? kmp_mode_damping(s->re[c], s->im[c]) : NAN, kmp_mode_time(s->re[c]));
+    if (c < s->zeros)
+        kmp_modes_put_along(&along, m, c);
+    else
+        kmp_modes_put_movers(&along, m, c);
+    kmp_json_text(j, "moves", &along);
+    kmp_json_object(j, "shape");
+    for (int k = 0; k < m->modes.n; k++)
+        json_pair(j, name_of(m, k), re[k], im[k]);
+    kmp_json_end(j);
+    kmp_print_entries(j, "kinetic", m->system, KMP_QUANTITY_Q, m->modes.kinetic + (ptrdiff_t)c * m->modes.n);
+    kmp_print_entries(j, "potential", m->system, KMP_QUANTITY_Q, m->modes.potential + (ptrdiff_t)c * m->modes.n);
+    kmp_json_end(j);
+}
+
+static void json_locus(kmp_json *j, const kempe_modes *m)
+{
+    const kmp_locus *l = &m->locus;
+    kmp_json_put(j, "locus { name %s", m->name);
+    kmp_json_numbers(j, "values", l->reached, l->value);
+    kmp_json_array(j, "eigenvalues");
+    for (int k = 0; k < l->reached; k++)
+        kmp_print_pairs(j, NULL, l->count, l->re + (ptrdiff_t)k * l->count, l->im + (ptrdiff_t)k * l->count);
+    kmp_json_put(j, "] loads {");
+    for (int i = 0; i < m->modes.n; i++)
+        if (kmp_locus_has_load(l, m->modes.n, i)) {
+            kmp_json_array(j, name_of(m, i));
+            for (int k = 0; k < l->reached; k++)
+                kmp_json_number(j, NULL, l->load[i + (ptrdiff_t)k * m->modes.n]);
+            kmp_json_end(j);
+        }
+    kmp_json_put(j, "} uncertain [");
+    for (int first, k = 0; next_uncertain(l, &first, &k);)
+        json_pair(j, NULL, l->value[first], l->value[k]);
+    kmp_json_put(j, "] critical [");
+    for (int k = 0; k < l->critical_count; k++) {
+        const kmp_critical *c = &l->critical[k];
+        kmp_json_put(j, "{ value %g", c->value);
+        json_pair(j, "eigenvalue", c->re, c->im);
+        kmp_json_put(j, "frequency %g branch %d grows %s }", kmp_mode_frequency(c->re, c->im), c->branch,
+                     c->grows_above ? "above" : "below");
+    }
+    kmp_json_put(j, "] }");
+}
+
+static void json_all(kmp_text *text, const void *result)
+{
+    const kempe_modes *m = result;
+    const kmp_spectrum *s = &m->modes.spectrum;
+    kmp_text verdict = {0};
+    kmp_json j = kmp_json_begin(text);
+    kmp_print_head(&j, m->system, kmp_status_word(m->status), m->reason, m->system->build_s, m->warnings);
+    kmp_json_put(&j, "at %s cyclic {", m->family->state->equilibrium ? "equilibrium" : "start");
+    for (int i = 0; i < m->family->rate_count; i++)
+        kmp_json_number(&j, name_of(m, m->family->rates[i].coordinate), m->qd[m->family->rates[i].coordinate]);
+    kmp_json_put(&j, "} loads {");
+    for (int i = 0; i < m->family->rate_count; i++)
+        if (m->family->rates[i].how == KMP_RATE_HELD)
+            kmp_json_number(&j, name_of(m, m->family->rates[i].coordinate), m->family->rates[i].load);
+    kmp_json_end(&j);
+    kmp_print_entries(&j, "q", m->system, KMP_QUANTITY_Q, m->q);
+    kmp_print_entries(&j, "qd", m->system, KMP_QUANTITY_QD, m->qd);
+    kmp_print_names(&j, "u", m->system, kmp_name_of_coordinate, m->modes.moving, m->modes.u);
+    kmp_print_pairs(&j, "eigenvalues", s->count, s->re, s->im);
+    /* All z in the order of the eigenvalues, which are ln(z)/T. */
+    if (m->modes.z_re) {
+        kmp_json_number(&j, "sample_time", m->modes.period);
+        kmp_print_pairs(&j, "z", s->count, m->modes.z_re, m->modes.z_im);
+    }
+    kmp_print_held_json(&j, m->system, m->qd);
+    if (m->modes.endless)
+        kmp_json_put(&j, "endless { shown %d bound %g }", m->modes.shown, m->modes.bound);
+    kmp_json_put(&j, "zeros %d stability %s", s->zeros, kmp_modes_verdict(m));
+    kmp_modes_put_verdict(&verdict, m);
+    kmp_json_text(&j, "reasons", &verdict);
+    kmp_json_array(&j, "modes");
+    for (int c = 0; c < s->count; c++)
+        if (c < s->still || (c >= s->zeros && s->im[c] >= 0))
+            json_mode(&j, m, c);
+    kmp_json_end(&j);
+    if (m->name)
+        json_locus(&j, m);
+    kmp_json_put(&j, "cpu_s %g }", m->cpu_s);
+}
+
+KMP_PRINT(kempe_modes, modes, modes->system->context, json_all, show_all)
+
+static void fill_modes(kempe_table *table, const void *result)
+{
+    const kempe_modes *m = result;
+    const kmp_spectrum *s = &m->modes.spectrum;
+    kmp_tabulate_columns(table, "index re[1/s] im[1/s] frequency[Hz] damping decay[s]");
+    if (m->modes.z_re)
+        kmp_tabulate_columns(table, "z.re z.im");
+    kmp_tabulate_apart(table);
+    for (int k = 0; k < 2 * m->modes.n; k++)
+        kmp_tabulate_column(table, "", "%s.%s", k % 2 ? "im" : "re", m->system->model->motions[k / 2].name);
+    for (int c = 0; c < s->count; c++) {
+        double re = s->re[c], im = s->im[c];
+        ptrdiff_t at = (ptrdiff_t)c * m->modes.n;
+        KMP_TABULATE(table, "%d %g %g %g %g %g", c, re, im, kmp_mode_frequency(re, im), kmp_mode_damping(re, im),
+                     kmp_mode_time(re));
+        if (m->modes.z_re)
+            kmp_tabulate_cells(table, "%g %g", m->modes.z_re[c], m->modes.z_im[c]);
+        for (int k = 0; k < m->modes.n; k++)
+            kmp_tabulate_cells(table, "%g %g", m->modes.shown_re[k + at], m->modes.shown_im[k + at]);
+    }
+}
+
+static void fill_sweep(kempe_table *table, const kempe_modes *m)
+{
+    const kmp_locus *l = &m->locus;
+    const kmp_motion *motions = m->system->model->motions;
+    const int n = m->modes.n;
+    kmp_tabulate_column(table, kmp_quantity_unit_of(m->system, m->name), "%s", m->name);
+    for (int k = 0; k < 2 * l->count; k++)
+        kmp_tabulate_column(table, "1/s", "%s.%d", k % 2 ? "im" : "re", k / 2 + 1);
+    for (int i = 0; i < n; i++)
+        if (kmp_locus_has_load(l, n, i))
+            kmp_tabulate_column(table, motions[i].rotation ? "N m" : "N", "load.%s", motions[i].name);
+    for (int k = 0; k < l->reached; k++) {
+        ptrdiff_t at = (ptrdiff_t)k * l->count;
+        KMP_TABULATE(table, "%g", l->value[k]);
+        for (int b = 0; b < l->count; b++)
+            kmp_tabulate_cells(table, "%g %g", l->re[b + at], l->im[b + at]);
+        for (int i = 0; i < n; i++)
+            if (kmp_locus_has_load(l, n, i))
+                kmp_tabulate_number(table, l->load[i + (ptrdiff_t)k * n]);
+    }
+}
+
+static void fill_rows(kempe_table *table, const void *result)
+{
+    const kempe_modes *m = result;
+    if (m->name)
+        fill_sweep(table, m);
+    else
+        fill_modes(table, m);
+}
+
+static void fill_critical(kempe_table *table, const void *result)
+{
+    const kempe_modes *m = result;
+    kmp_tabulate_column(table, m->name ? kmp_quantity_unit_of(m->system, m->name) : "", "value");
+    kmp_tabulate_columns(table, "re[1/s] im[1/s] frequency[Hz] branch grows[words]");
+    for (int k = 0; k < m->locus.critical_count; k++) {
+        const kmp_critical *c = &m->locus.critical[k];
+        KMP_TABULATE(table, "%g %g %g %g %d %s", c->value, c->re, c->im, kmp_mode_frequency(c->re, c->im),
+                     c->branch + 1, c->grows_above ? "above" : "below");
+    }
+}
+
+static void fill_state(kempe_table *table, const void *result)
+{
+    const kempe_modes *m = result;
+    kmp_tabulate_quantity(table, m->system, KMP_QUANTITY_Q);
+    kmp_tabulate_quantity(table, m->system, KMP_QUANTITY_QD);
+    kmp_tabulate_row(table);
+    kmp_tabulate_values(table, m->system, KMP_QUANTITY_Q, m->q);
+    kmp_tabulate_values(table, m->system, KMP_QUANTITY_QD, m->qd);
+}
+
+KMP_TABLES(kempe_modes, modes, modes->system->context, {"rows", fill_rows}, {"modes", fill_modes},
+           {"critical", fill_critical}, {"state", fill_state})

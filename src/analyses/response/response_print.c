@@ -1,0 +1,175 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Output of `response`: undamped poles, peaks, the static response; as JSON every frequency. */
+#include "analyses/response/response_study.h"
+#include "base/memory.h"
+#include "output/print.h"
+#include <kempe/response.h>
+#include <math.h>
+#include <stdio.h>
+
+enum { MOST_PEAKS = 60 };
+
+static const double two_pi = 6.283185307179586476925286766559;
+
+/* -- text -------------------------------------------------------------------------------------------- */
+
+static void put_pair(kmp_text *text, const kempe_response *r, int input, int output, int width)
+{
+    int length = snprintf(NULL, 0, "%s / %s", kmp_response_output(r, output), kmp_response_input(r, input));
+    kmp_text_printf(text, "  %s / %s%*s", kmp_response_output(r, output), kmp_response_input(r, input), width - length,
+                    "");
+}
+
+static void put_amplitude(kmp_text *text, double x)
+{
+    if (isfinite(x))
+        kmp_text_printf(text, "  %13.6g", x);
+    else
+        kmp_text_printf(text, "  %13s", "unbounded");
+}
+
+static void show_peaks(kmp_text *text, const kempe_response *r, int width)
+{
+    const kmp_frequency *f = &r->frequency;
+    kmp_text_printf(text, "\npeaks%s\n", f->peak_count ? "" : ": none in the range");
+    if (f->peak_count)
+        kmp_text_printf(text, "  %-*s  %13s  %13s  %11s  %10s\n", width, "", "Hz", "amplitude", "phase, deg", "gain");
+    for (int k = 0; k < f->peak_count && k < MOST_PEAKS; k++) {
+        const kmp_peak *p = &f->peak[k];
+        put_pair(text, r, p->input, p->output, width);
+        kmp_text_printf(text, "  %13.8g", p->frequency);
+        put_amplitude(text, kmp_response_shown(r, p->output).factor * p->amplitude);
+        kmp_print_cells(text, "  %11.2f  %10.4g\n", isfinite(p->amplitude) ? p->phase * (360 / two_pi) : NAN, p->gain);
+    }
+    if (f->peak_count > MOST_PEAKS)
+        kmp_text_printf(text, "  and %d more, in --json\n", f->peak_count - MOST_PEAKS);
+}
+
+static void list_poles(kmp_text *text, const kempe_response *r, bool unstable)
+{
+    const kmp_frequency *f = &r->frequency;
+    int count = 0;
+    for (int k = 0; f->has_spectrum && k < f->poles.count; k++) {
+        bool grows = f->poles.re[k] > 0 && !kmp_frequency_undamped(f, k) && f->poles.im[k] >= 0;
+        if (unstable ? !grows : !kmp_frequency_undamped(f, k))
+            continue;
+        if (count++ == 0)
+            kmp_text_put(
+                text, unstable
+                          ? "note  the state is unstable, so the steady-state response is not attained; growing modes: "
+                          : "note  undamped modes at ");
+        else
+            kmp_text_put(text, ", ");
+        if (unstable)
+            kmp_text_printf(text, "grows by e in %.4g s at %.6g Hz", 1 / f->poles.re[k], f->poles.im[k] / two_pi);
+        else
+            kmp_text_printf(text, "%.8g Hz", f->poles.im[k] / two_pi);
+    }
+    kmp_text_put(text, count == 0 ? "" : unstable ? "\n" : ": there the answers have unbounded\n");
+}
+
+static void show(kmp_text *text, const void *result)
+{
+    const kempe_response *r = result;
+    const kmp_frequency *f = &r->frequency;
+    int width = 0;
+    for (int i = 0; i < f->inputs; i++)
+        for (int o = 0; o < f->outputs; o++) {
+            int length = snprintf(NULL, 0, "%s / %s", kmp_response_output(r, o), kmp_response_input(r, i));
+            width = length > width ? length : width;
+        }
+    kmp_print_title(text, r->channels.system->model, kmp_status_word(r->channels.status));
+    kmp_text_printf(text, "%d frequencies from %.6g to %.6g Hz, about %s%s\n", f->count, f->at[0], f->at[f->count - 1],
+                    r->channels.at->equilibrium ? (r->channels.goes_on ? "the steady motion" : "the equilibrium")
+                    : r->channels.goes_on       ? "the start, which is a steady motion"
+                                                : "the start, which is an equilibrium",
+                    kmp_model_has_time(r->channels.system->model) ? " (t = 0)" : "");
+    kmp_print_held(text, "held      ", r->channels.system, r->channels.at->qd);
+    if (f->growing != 0)
+        kmp_text_printf(text,
+                        f->growing > 0 ? "note  the state is unstable, so the steady-state response is not "
+                                         "attained; growing roots of its delays: %d\n"
+                                       : "note  the stability with delays is undecided\n",
+                        f->growing);
+    list_poles(text, r, true);
+    list_poles(text, r, false);
+    if (f->phi) {
+        kmp_shown as = kmp_shown_as(r->channels.system->context, "s");
+        kmp_text_printf(text, "samples   inputs are held for T = %.10g %s; outputs are those before each sample\n",
+                        as.factor * f->period, as.unit);
+    }
+    kmp_text_printf(text, "\nrounding  changes the response by at most %.1e (relative), at %.6g Hz\n", f->worst,
+                    f->worst_at);
+    kmp_text_put(text, "\nstatic (0 Hz)\n");
+    for (int i = 0; i < f->inputs; i++)
+        for (int o = 0; o < f->outputs; o++) {
+            double still = kmp_response_shown(r, o).factor * f->still[o + i * f->outputs];
+            put_pair(text, r, i, o, width);
+            put_amplitude(text, still);
+            kmp_response_put_unit(text, r, i, kmp_response_shown(r, o).unit, "  ", " / ");
+            kmp_text_put(text, "\n");
+        }
+    show_peaks(text, r, width);
+}
+
+/* -- JSON -------------------------------------------------------------------------------------------- */
+
+/* Amplitude and phase of one pair over all frequencies; null on poles. */
+static void json_pair(kmp_json *j, const kempe_response *r, int input, int output, double *amplitude, double *phase)
+{
+    int pair = input * r->frequency.outputs + output, count = r->frequency.count;
+    for (int k = 0; k < count; k++) {
+        kmp_response_point at = kmp_response_at(r, k, pair);
+        amplitude[k] = at.amplitude;
+        phase[k] = at.phase * (360 / two_pi);
+    }
+    kmp_json_put(j, "{ input %s output %s still %g", kmp_response_input(r, input), kmp_response_output(r, output),
+                 r->frequency.still[output + input * r->frequency.outputs]);
+    kmp_json_numbers(j, "amplitude", count, amplitude);
+    kmp_json_numbers(j, "phase_deg", count, phase);
+    kmp_json_end(j);
+}
+
+static void json(kmp_text *text, const void *result)
+{
+    const kempe_response *r = result;
+    const kmp_channels *c = &r->channels;
+    const kmp_frequency *f = &r->frequency;
+    kmp_json j = kmp_json_begin(text);
+    kmp_print_head(&j, c->system, kmp_status_word(c->status), "", c->build_s, c->warnings);
+    kmp_json_string(&j, "at", c->at->equilibrium ? "equilibrium" : "start");
+    kmp_print_names(&j, "u", c->system, kmp_name_of_coordinate, c->linear.p, c->linear.part.u);
+    kmp_print_entries(&j, "q", c->system, KMP_QUANTITY_Q, c->at->q);
+    kmp_print_held_json(&j, c->system, c->at->qd);
+    kmp_json_array(&j, "inputs");
+    for (int i = 0; i < f->inputs; i++)
+        kmp_json_put(&j, "{ name %s unit %s }", kmp_response_input(r, i), kmp_response_input_unit(r, i));
+    kmp_json_put(&j, "] outputs [");
+    for (int o = 0; o < f->outputs; o++)
+        kmp_json_put(&j, "{ name %s unit %s }", kmp_response_output(r, o), c->outputs.unit[o]);
+    kmp_json_end(&j);
+    if (f->phi)
+        kmp_json_put(&j, "sample_time %g", f->period);
+    kmp_print_pairs(&j, "eigenvalues", f->has_spectrum ? f->poles.count : 0, f->poles.re, f->poles.im);
+    kmp_json_array(&j, "peaks");
+    for (int k = 0; k < f->peak_count; k++) {
+        const kmp_peak *p = &f->peak[k];
+        kmp_json_put(&j, "{ input %s output %s frequency %g amplitude %g phase_deg %g gain %g }",
+                     kmp_response_input(r, p->input), kmp_response_output(r, p->output), p->frequency, p->amplitude,
+                     p->phase * (360 / two_pi), p->gain);
+    }
+    kmp_json_end(&j);
+    kmp_json_put(&j, "rounding { difference %g limit %g frequency %g result %s }", f->worst, KMP_RESPONSE_HOLDS,
+                 f->worst_at, f->worst > KMP_RESPONSE_HOLDS ? "not converged" : "converged");
+    kmp_json_numbers(&j, "frequency", f->count, f->at);
+    kmp_json_array(&j, "responses");
+    double *room = KMP_NEW(double, 2 * f->count);
+    text->failed = text->failed || !room;
+    for (int i = 0; room && i < f->inputs; i++)
+        for (int o = 0; o < f->outputs; o++)
+            json_pair(&j, r, i, o, room, room + f->count);
+    kmp_free(room);
+    kmp_json_put(&j, "] }");
+}
+
+KMP_PRINT(kempe_response, response, response->channels.system->context, json, show)

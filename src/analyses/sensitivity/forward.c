@@ -1,0 +1,1169 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The formulation of a motion with sensitivities (forward.h): its unknowns and their ODE, its changes between steps,
+ * its creation, its rows and its run. Delayed signals are in forward_delays.c. */
+#include "analyses/sensitivity/forward_inside.h"
+#include "base/memory.h"
+#include "constraints/tolerances.h"
+#include "model/data/run_settings.h"
+#include <kempe/check.h>
+#include <math.h>
+#include <string.h>
+
+/* A run takes next values once more than it has states at a time, and twice at its start. */
+static int most_resets(const kmp_forward_formulation *f)
+{
+    return f->samples + 4;
+}
+
+/* The coordinates that are unknowns. */
+static const int *unknowns(const kmp_forward_formulation *f)
+{
+    return f->zone ? f->every : f->v->linear.part.u;
+}
+
+static size_t chart_bytes(const kmp_forward_formulation *f)
+{
+    return (size_t)(KMP_CHART_SIZE * f->system->chart_count) * sizeof(double);
+}
+
+static size_t mode_bytes(const kmp_forward_formulation *f)
+{
+    return (size_t)f->system->events.count * sizeof(double);
+}
+
+/* True if condition k differs there. The branch of a kink is none: nothing jumps with it. */
+static bool mode_differs(const kmp_forward_formulation *f, int k, const double *mode)
+{
+    return !f->system->events.condition[k].kink && (f->mode[k] != 0) != (mode[k] != 0);
+}
+
+/* The first condition that differs there; -1: none. */
+static int first_other(const kmp_forward_formulation *f, const double *mode)
+{
+    for (int k = 0; k < f->system->events.count; k++)
+        if (mode_differs(f, k, mode))
+            return k;
+    return -1;
+}
+
+/* Near a rank loss of J the formulation uses all coordinates and their sensitivities in place of u, with the integrator
+ * that steps over such places (integrators/steppers/singular_step.h). There u and all smooth quantities continue
+ * straight. A parameter that moves the closures there makes this impossible; where one is present nothing is stepped
+ * over. */
+
+/* Largest distance of a step's end from its prediction (rad, characteristic lengths): positions within it are found
+ * from there.
+ */
+#define FARTHEST 0.3
+/* Finer tolerances are impossible near a singular position. */
+#define ZONE_RTOL 1e-9
+
+/* The rows of u among the unknowns from `block` on; `room`: for p. */
+static const double *rows_of(const kmp_forward_formulation *f, const double *block, double *room)
+{
+    if (!f->zone)
+        return block;
+    for (int i = 0; i < f->p; i++)
+        room[i] = block[f->v->linear.part.u[i]];
+    return room;
+}
+
+static const double *position_of(const kmp_forward_formulation *f, const double *y, int k)
+{
+    return rows_of(f, y + (k + 1) * f->width, f->su);
+}
+
+static const double *rate_of(const kmp_forward_formulation *f, const double *y, int k)
+{
+    return rows_of(f, y + kmp_forward_blocks(f) + (k + 1) * f->width, f->sud);
+}
+
+/* Takes the state at (t, y), with the data of small changes unless linear.plain. KMP_GO or KMP_RETRY. */
+static int come_to(kmp_forward_formulation *f, double t, const double *y)
+{
+    const double *ud = rows_of(f, y + kmp_forward_blocks(f), f->ud);
+    return f->zone ? kmp_sensitivity_equations_near(f->v, t, y, ud) : kmp_sensitivity_equations_at(f->v, t, y, ud);
+}
+
+void kmp_forward_follow(kmp_forward_formulation *f, const double *y, int k, double *dq, double *dqd, double *dqdd,
+                        double *dlambda)
+{
+    kmp_sensitivity_equations_follow(f->v, k, position_of(f, y, k), rate_of(f, y, k), dq, dqd, dqdd, dlambda);
+}
+
+/* -- the ODE ----------------------------------------------------------------------------------------- */
+
+/* dy at the last state, which is that of y. */
+static void give(kmp_forward_formulation *f, const double *y, double *dy)
+{
+    kmp_sensitivity_equations *v = f->v;
+    int w = f->width, half = kmp_forward_blocks(f);
+    memcpy(dy, y + half, (size_t)half * sizeof *dy);
+    for (int i = 0; i < w; i++)
+        dy[half + i] = v->linear.qdd[unknowns(f)[i]];
+    for (int k = 0; k < f->count; k++) {
+        const double *su = position_of(f, y, k), *sud = rate_of(f, y, k);
+        if (f->zone)
+            kmp_sensitivity_equations_follow(v, k, su, sud, f->dq, f->dqd, dy + half + (k + 1) * w, f->dlambda);
+        else
+            kmp_sensitivity_equations_accelerate(v, k, su, sud, dy + half + (k + 1) * w);
+        kmp_forward_delays_rates(f, y, k, dy + half + (k + 1) * w);
+    }
+    const kmp_forward_target *target = f->options->integrand;
+    if (f->integrals)
+        dy[2 * half] = kmp_target_value(target, v);
+    for (int k = 0; f->integrals && k < f->count; k++) {
+        kmp_forward_follow(f, y, k, f->dq, f->dqd, f->dqdd, f->dlambda);
+        if (target->shown)
+            kmp_slopes_along(v->slopes, &v->slopes->outputs,
+                             &(kmp_direction){NULL, f->dq, f->dqd, f->dqdd, f->dlambda, NULL}, k, v->shown);
+        const kmp_sensitivity_equations_row along = {
+            .q = f->dq, .qd = f->dqd, .qdd = f->dqdd, .lambda = f->dlambda, .shown = v->shown};
+        dy[2 * half + 1 + k] = kmp_target_of_row(target, v, &along);
+    }
+}
+
+static int rhs(void *self, double t, const double *y, double *dy)
+{
+    kmp_forward_formulation *f = self;
+    if (come_to(f, t, y) != KMP_GO)
+        return KMP_RETRY;
+    give(f, y, dy);
+    return KMP_GO;
+}
+
+/* df/dy of (u, ud) is also the Jacobian of the sensitivities by their own values. Its change with u, which Newton's
+ * method does not need, is left out. */
+static int jacobian(void *self, double t, const double *y, double *j)
+{
+    kmp_forward_formulation *f = self;
+    kmp_linear *l = &f->v->linear;
+    bool plain = l->plain;
+    int p = f->p, half = kmp_forward_blocks(f), size = f->formulation.size;
+    l->plain = false;
+    int said = come_to(f, t, y);
+    l->plain = plain;
+    if (said != KMP_GO)
+        return KMP_RETRY;
+    kmp_sensitivity_equations_matrix(f->v, f->matrix);
+    for (int i = 0; i < half; i++)
+        j[i + (half + i) * size] = 1;
+    for (int b = 0; b < half; b += p)
+        for (int k = 0; k < 2 * p; k++)
+            memcpy(j + half + b + (b + k % p + (k < p ? 0 : half)) * size, f->matrix + k * p, (size_t)p * sizeof *j);
+    return KMP_GO;
+}
+
+/* -- the place --------------------------------------------------------------------------------------- */
+
+int kmp_forward_stand_at(kmp_forward_formulation *f, double t, const double *y, bool whole)
+{
+    kmp_linear *l = &f->v->linear;
+    l->plain = f->count == 0 || !whole;
+    int said = come_to(f, t, y);
+    l->plain = f->count == 0;
+    if (said != KMP_GO && f->formulation.reason.length == 0)
+        kmp_text_printf(&f->formulation.reason, "the loops do not close at t = %.9g", t);
+    return said == KMP_GO ? KMP_GO : KMP_HALT;
+}
+
+/* y, except integrals, from the place. */
+static void pack(kmp_forward_formulation *f, double *y)
+{
+    const int *of = unknowns(f);
+    int half = kmp_forward_blocks(f), w = f->width;
+    for (int i = 0; i < w; i++) {
+        y[i] = f->q[of[i]];
+        y[half + i] = f->qd[of[i]];
+        for (int k = 0; k < f->count; k++) {
+            y[(k + 1) * w + i] = f->dq[k * f->n + of[i]];
+            y[half + (k + 1) * w + i] = f->dqd[k * f->n + of[i]];
+        }
+    }
+}
+
+/* Stores signs of Jv's blocks, predictions and conditions of the last state; checks that u is still well conditioned.
+ */
+static void settle(kmp_forward_formulation *f)
+{
+    kmp_linear *l = &f->v->linear;
+    int row, column;
+    memcpy(f->mode, l->eval->mode, mode_bytes(f));
+    kmp_sensitivity_equations_anchor(f->v);
+    f->crossed = false;
+    if (l->red.r == 0)
+        return;
+    kmp_block_take_signs(l->red.block, f->signs);
+    f->growth = kmp_reduction_growth(&l->red, &row, &column);
+    f->due = !f->start.fixed && !f->zone && f->growth > KMP_EXCHANGE_VARIED;
+}
+
+/* Continues from the place at t with other unknowns: y, weights and the state. */
+static int take_up(kmp_forward_formulation *f, double t, double *y)
+{
+    pack(f, y);
+    int half = kmp_forward_blocks(f), w = f->width;
+    double *atol = f->formulation.atol;
+    for (int b = 0; b <= f->count; b++)
+        for (int i = 0; i < w; i++) {
+            int k = unknowns(f)[i];
+            double of = f->start.atol * f->system->scale[k] / (b ? f->sizes[b - 1] : 1);
+            kmp_formulation_tolerances(f->system, k, of, f->start.rate_scale, &atol[b * w + i],
+                                       &atol[half + b * w + i]);
+        }
+    for (int b = 0; b < f->integrals; b++)
+        atol[2 * half + b] = f->start.atol * f->options->spec->t_end / (b ? f->sizes[b - 1] : 1);
+    if (kmp_forward_stand_at(f, t, y, false) != KMP_GO)
+        return KMP_HALT;
+    settle(f);
+    return KMP_GO;
+}
+
+/* -- a zone ------------------------------------------------------------------------------------------ */
+
+/* Puts the last state, complete, into the unknowns that led to it. */
+static void put_closed(kmp_forward_formulation *f, double *y)
+{
+    const kmp_linear *l = &f->v->linear;
+    int n = f->n, half = kmp_forward_blocks(f);
+    for (int k = 0; k < f->count; k++)
+        kmp_forward_follow(f, y, k, y + (k + 1) * n, y + half + (k + 1) * n, NULL, NULL);
+    memcpy(y, l->q, (size_t)n * sizeof *y);
+    memcpy(y + half, l->qd, (size_t)n * sizeof *y);
+}
+
+static int closed(void *self, double t, double *y, bool as_it_is, double *dy, double *distance)
+{
+    kmp_forward_formulation *f = self;
+    if (!dy)
+        kmp_eval_closure(kmp_forward_eval(f), t, y);
+    else if (come_to(f, t, y) != KMP_GO)
+        return KMP_RETRY;
+    if (dy && !as_it_is)
+        put_closed(f, y);
+    if (dy)
+        give(f, y, dy);
+    if (distance)
+        *distance = kmp_rank_margin_at(f->start.margin, kmp_forward_eval(f));
+    return KMP_GO;
+}
+
+static void say_change_point(kmp_forward_formulation *f, double t)
+{
+    kmp_text_printf(&f->formulation.reason,
+                    "the mechanism reaches a change point near t = %.9g, where branches meet: %s", t,
+                    f->options->alone ? "the adjoint method cannot cross it, but the forward method may"
+                                      : "parameters of its closures have no derivative beyond it");
+}
+
+/* -- the end of a step ------------------------------------------------------------------------------- */
+
+/* Accepts a step: it must not have jumped over a dead centre of u; evaluated last. */
+static int accept(void *self, double t, double *y, const double *dy, const double *w)
+{
+    kmp_forward_formulation *f = self;
+    const kmp_linear *l = &f->v->linear;
+    const char *joint = f->own_angles ? kmp_sensitivity_equations_singular(f->v) : NULL;
+    (void)dy, (void)w;
+    if (joint) {
+        kmp_text_printf(&f->formulation.reason,
+                        "the angles of spherical joint '%s' approach their singular position at t = %.9g: integrals of "
+                        "these angles end there; use rows instead of integrals, or give the joint other axes",
+                        joint, t);
+        return KMP_HALT;
+    }
+    if (f->zone) {
+        put_closed(f, y);
+        kmp_sensitivity_equations_anchor(f->v);
+        return KMP_GO;
+    }
+    if (l->red.r > 0) {
+        kmp_block_take_signs(l->red.block, f->signs_now);
+        size_t count = (size_t)kmp_block_count(l->red.block);
+        bool crosses = memcmp(f->signs, f->signs_now, count * sizeof *f->signs) != 0;
+        f->crossed = f->crossed || crosses;
+        if (crosses || kmp_sensitivity_equations_miss(f->v, y) > FARTHEST)
+            return KMP_RETRY;
+    }
+    if (f->options->alone && l->red.r > 0 && kmp_rank_margin_at(f->start.margin, l->eval) < KMP_MARGIN_ENDS) {
+        say_change_point(f, t);
+        return KMP_HALT;
+    }
+    int said = kmp_redundant_check(l->eval, &l->part, t, f->start.atol + f->start.rtol, &f->formulation.reason);
+    if (said == KMP_GO && kmp_rank_margin_refuses(f->start.margin, l->eval, t))
+        said = KMP_RETRY;
+    if (said == KMP_GO)
+        settle(f);
+    return said;
+}
+
+static void explain(kmp_formulation *formulation)
+{
+    kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
+    double t = f->v->anchor[0].t;
+    kmp_eval_closure(kmp_forward_eval(f), t, f->v->anchor[0].q);
+    if (f->zone || f->crossed ||
+        (f->growth < KMP_GROWTH_EXPLAINS &&
+         kmp_rank_margin_at(f->start.margin, kmp_forward_eval(f)) < KMP_MARGIN_EXPLAINS))
+        say_change_point(f, t);
+    else if (f->growth >= KMP_GROWTH_EXPLAINS)
+        kmp_text_printf(&formulation->reason,
+                        "the independent coordinates reach a dead centre at t = %.9g: |dv/du| has grown to %.3g", t,
+                        f->growth);
+}
+
+/* -- construction ------------------------------------------------------------------------------------ */
+
+/* Makes y, weights and the ODE of the formulation for the current p or n unknowns. False: no memory. */
+static bool make_unknowns(kmp_forward_formulation *f)
+{
+    kmp_formulation *formulation = &f->formulation;
+    f->width = f->zone ? f->n : f->p;
+    formulation->rtol = f->zone ? fmax(f->start.rtol, ZONE_RTOL) : 0;
+    kmp_formulation_make_unknowns(formulation, 2 * kmp_forward_blocks(f) + f->integrals, false);
+    formulation->ode = (kmp_ode){.n = formulation->size,
+                                 .self = f,
+                                 .rhs = rhs,
+                                 .accept = accept,
+                                 .jacobian = jacobian,
+                                 .closed = closed,
+                                 .positions = kmp_forward_blocks(f),
+                                 .quadratures = f->integrals};
+    return !formulation->arena.failed;
+}
+
+/* An event whose condition changes no faster than this part of its usual rate is touched, not passed. */
+#define GRAZING 1e-9
+
+/* -- changes between steps --------------------------------------------------------------------------- */
+
+/* Other independent coordinates, conditions that change, spherical joints that are centred. The eval is the runner's:
+ * at a new start its conditions and charts show the changes since the last one. */
+
+/* Puts the whole mechanism at (t, y) into the place. */
+static int spread(kmp_forward_formulation *f, double t, const double *y)
+{
+    kmp_sensitivity_equations *v = f->v;
+    if (kmp_forward_stand_at(f, t, y, true) != KMP_GO)
+        return KMP_HALT;
+    f->t = t;
+    memcpy(f->q, v->linear.q, (size_t)f->n * sizeof *f->q);
+    memcpy(f->qd, v->linear.qd, (size_t)f->n * sizeof *f->qd);
+    memcpy(f->chart, v->linear.eval->chart, chart_bytes(f));
+    for (int k = 0; k < f->count; k++)
+        kmp_forward_follow(f, y, k, f->dq + k * f->n, f->dqd + k * f->n, NULL, NULL);
+    return KMP_GO;
+}
+
+/* Converts the place to the evaluator's charts, in which it is (q, qd). */
+static void enter_charts(kmp_forward_formulation *f, const double *q, const double *qd)
+{
+    const kmp_chart_motion from = {f->chart, f->q, f->qd, NULL}, to = {kmp_forward_eval(f)->chart, q, qd, NULL};
+    for (int c = 0; c < f->system->chart_count; c++)
+        for (int k = 0; k < f->count && memcmp(from.chart + KMP_CHART_SIZE * c, to.chart + KMP_CHART_SIZE * c,
+                                               KMP_CHART_SIZE * sizeof(double)) != 0;
+             k++)
+            kmp_chart_carry(f->system, c, &from, &to, f->dq + k * f->n, f->dqd + k * f->n, NULL);
+    memcpy(f->chart, to.chart, chart_bytes(f));
+    memcpy(f->q, q, (size_t)f->n * sizeof *q);
+    memcpy(f->qd, qd, (size_t)f->n * sizeof *qd);
+}
+
+static bool charts_differ(const kmp_forward_formulation *f, const double *chart)
+{
+    return memcmp(chart, kmp_forward_eval(f)->chart, chart_bytes(f)) != 0;
+}
+
+/* -- marks ------------------------------------------------------------------------------------------- */
+
+/* The place is that before a mark; the other function: that after it. */
+static void keep_old(kmp_forward_formulation *f)
+{
+    const int *u = f->v->linear.part.u;
+    for (int i = 0; i < f->p; i++) {
+        f->old_u[i] = u[i];
+        f->old_y[i] = f->q[u[i]];
+        f->old_y[f->p + i] = f->qd[u[i]];
+    }
+    memcpy(f->old_q, f->q, (size_t)f->n * sizeof *f->q);
+    memcpy(f->old_chart, f->chart, chart_bytes(f));
+}
+
+static int report(kmp_forward_formulation *f, double t, int condition, kmp_sensitivity_equations_reset reset)
+{
+    kmp_sensitivity_equations_mark mark = {t,       condition,    f->old_u, f->old_q, f->old_y,
+                                           f->mode, f->old_chart, {0},      reset};
+    if (charts_differ(f, f->old_chart))
+        mark.next = (kmp_chart_motion){f->chart, f->q, f->qd, NULL};
+    int said = f->options->watch.mark ? f->options->watch.mark(f->options->watch.user, &mark) : 0;
+    if (said)
+        (void)kmp_fail_memory(f->system->context);
+    return said ? KMP_HALT : KMP_GO;
+}
+
+int kmp_forward_report_mark(kmp_forward_formulation *f, double t, int condition)
+{
+    return report(f, t, condition, (kmp_sensitivity_equations_reset){0});
+}
+
+/* The place is that after next values that states have taken at `times` passes. */
+static int report_reset(kmp_forward_formulation *f, double t, int times)
+{
+    for (int i = 0; i < f->p; i++) {
+        f->next_y[i] = f->q[f->old_u[i]];
+        f->next_y[f->p + i] = f->qd[f->old_u[i]];
+    }
+    return report(f, t, -1, (kmp_sensitivity_equations_reset){times, f->taken, f->next_y, f->reset_cause});
+}
+
+/* -- other coordinates ------------------------------------------------------------------------------- */
+
+/* Chooses other independent coordinates at the place, in the evaluator's state: as many, again. */
+static int choose_anew(kmp_forward_formulation *f, double *y)
+{
+    kmp_linear *l = &f->v->linear;
+    kmp_partition part;
+    kempe_status status = kmp_partition_of_rank(&part, f->system, l->eval->jacobian, l->part.r, NULL, 0);
+    if (status != KEMPE_OK || kmp_sensitivity_equations_take(f->v, f->t, f->q, &part) != KEMPE_OK)
+        return KMP_HALT;
+    if (take_up(f, f->t, y) != KMP_GO)
+        return KMP_HALT;
+    f->due = false; /* there is no better choice */
+    return KMP_GO;
+}
+
+static int renew(kmp_formulation *formulation, double t, double *y, double *yp)
+{
+    kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
+    (void)yp;
+    if (!f->due)
+        return KMP_GO;
+    if (spread(f, t, y) != KMP_GO)
+        return KMP_HALT;
+    keep_old(f);
+    if (choose_anew(f, y) != KMP_GO || kmp_forward_report_mark(f, t, -1) != KMP_GO)
+        return KMP_HALT;
+    formulation->exchanges += memcmp(f->old_u, f->v->linear.part.u, (size_t)f->p * sizeof *f->old_u) != 0;
+    return KMP_CHANGED;
+}
+
+/* -- conditions -------------------------------------------------------------------------------------- */
+
+static void set_modes(const kmp_forward_formulation *f, const double *mode)
+{
+    if (memcmp(kmp_forward_eval(f)->mode, mode, mode_bytes(f)) != 0)
+        kmp_eval_set_modes(kmp_forward_eval(f), mode);
+}
+
+/* dt_e/dp of condition k at the place, which is the last state. False: the condition is touched, not passed. */
+static bool find_swing(kmp_forward_formulation *f, int k)
+{
+    kmp_sensitivity_equations *v = f->v;
+    kmp_linear *l = &v->linear;
+    double one = 1, *along = f->along, rate, faster;
+    kmp_instant at = kmp_linear_instant(&v->linear);
+    (void)kmp_slopes_values(&v->slopes->events, &at);
+    kmp_slopes_along(v->slopes, &v->slopes->events, &(kmp_direction){&one, l->qd, l->qdd, NULL, NULL, NULL}, -1, along);
+    rate = along[k];
+    kmp_slopes_along(v->slopes, &v->slopes->events, &(kmp_direction){.qd = l->qdd}, -1, along);
+    faster = fabs(along[k]) + fabs(rate - along[k]);
+    for (int i = 0; i < f->count; i++) {
+        kmp_slopes_along(v->slopes, &v->slopes->events,
+                         &(kmp_direction){.q = f->dq + i * f->n, .qd = f->dqd + i * f->n}, i, along);
+        f->swing[i] = -along[k] / rate;
+    }
+    if (f->options->alone) {
+        /* The derivatives of t_e by q, qd and parameters. */
+        double *q = f->swing, *qd = q + f->n;
+        memset(f->along, 0, (size_t)f->system->events.count * sizeof *f->along);
+        memset(f->swing, 0, (size_t)f->swing_size * sizeof *f->swing);
+        f->along[k] = -1 / rate;
+        kmp_slopes_gradient(v->slopes, &v->slopes->events, f->along,
+                            &(kmp_direction){.q = q, .qd = qd, .parameters = qd + f->n});
+    }
+    return fabs(rate) > GRAZING * faster;
+}
+
+/* Ends the motion, with the reason. */
+static __attribute__((format(printf, 2, 3))) int halt(kmp_forward_formulation *f, const char *format, ...)
+{
+    KMP_TEXT_ARGUMENTS(&f->formulation.reason, format);
+    return KMP_HALT;
+}
+
+static double integrand_here(kmp_forward_formulation *f)
+{
+    return f->integrals ? kmp_target_value(f->options->integrand, f->v) : 0;
+}
+
+/* Adds the jump: the values before less those after, times dt_e/dp. */
+static void jump(kmp_forward_formulation *f, double integrand_before, double *y)
+{
+    const kmp_linear *l = &f->v->linear;
+    int half = kmp_forward_blocks(f);
+    double integrand = integrand_before - integrand_here(f);
+    for (int i = 0; i < f->width; i++)
+        f->before[i] -= l->qdd[unknowns(f)[i]];
+    for (int k = 0; k < f->count; k++) {
+        for (int i = 0; i < f->width; i++)
+            y[half + (k + 1) * f->width + i] += f->before[i] * f->swing[k];
+        if (f->integrals)
+            y[2 * half + 1 + k] += integrand * f->swing[k];
+    }
+}
+
+/* Changes condition k, and the others according to `mode`. A jump of an input does so at a time that depends on no
+ * parameter. */
+static int pass(kmp_forward_formulation *f, int k, const double *mode, double t, double *y)
+{
+    const kmp_linear *l = &f->v->linear;
+    bool given = kmp_present_inputs_jump(&l->eval->inputs, t);
+    if (spread(f, t, y) != KMP_GO)
+        return KMP_HALT;
+    memset(f->swing, 0, (size_t)f->swing_size * sizeof *f->swing);
+    if (!given && !find_swing(f, k))
+        return halt(f,
+                    "the condition %s is touched at t = %.9g without crossing: the motion has no derivative with "
+                    "respect to parameters there",
+                    f->system->event_text[k], t);
+    keep_old(f);
+    /* The conditions that change here do so at times with these derivatives. */
+    for (int i = 0; i < f->system->events.count; i++)
+        if ((mode[i] != 0) != (l->eval->mode[i] != 0)) { /* also of kinks, where nothing jumps */
+            memcpy(f->swings + (ptrdiff_t)i * f->swing_size, f->swing, (size_t)f->swing_size * sizeof *f->swing);
+            f->swung_t[i] = t;
+            f->swung_by[i] = given ? -1 : k;
+        }
+    kmp_forward_delays_note(f, t, f->swing);
+    memcpy(f->mode, l->eval->mode, mode_bytes(f));
+    double integrand = integrand_here(f);
+    for (int i = 0; i < f->width; i++)
+        f->before[i] = l->qdd[unknowns(f)[i]];
+    set_modes(f, mode);
+    if (come_to(f, t, y) != KMP_GO)
+        return halt(f, "the motion cannot continue after the condition %s at t = %.9g", f->system->event_text[k], t);
+    jump(f, integrand, y);
+    f->t = NAN; /* the place is the one before the change */
+    return kmp_forward_report_mark(f, t, given ? -1 : k);
+}
+
+/* Conditions have changed since the last start: passes those that the motion itself has changed one after the other,
+ * the last of them with all dependent ones. */
+static int pass_conditions(kmp_forward_formulation *f, double t, double *y)
+{
+    const kmp_linear *l = &f->v->linear;
+    int count = f->system->events.count, last = -1, said = KMP_GO;
+    memcpy(f->new_mode, l->eval->mode, mode_bytes(f));
+    memcpy(f->next_mode, f->mode, mode_bytes(f));
+    set_modes(f, f->mode);
+    if (kmp_forward_stand_at(f, t, y, false) != KMP_GO)
+        return KMP_HALT;
+    kmp_eval_all_changes(l->eval, t, l->q, l->qd, l->qdd, l->lambda, f->changes);
+    for (int k = 0; k < count; k++) {
+        bool changes = mode_differs(f, k, f->new_mode);
+        f->cause[k] = changes && (f->changes[k] < 0) != (f->mode[k] != 0);
+        last = f->cause[k] || (changes && last < 0) ? k : last;
+    }
+    f->cause[last] = true;
+    for (int k = 0; said == KMP_GO && k <= last; k++)
+        if (f->cause[k]) {
+            f->next_mode[k] = f->new_mode[k];
+            said = pass(f, k, k == last ? f->new_mode : f->next_mode, t, y);
+        }
+    return said;
+}
+
+/* -- next values of states ------------------------------------------------------------------------------ */
+
+/* Events of one time have derivatives that are equal up to rounding. */
+#define SAME_SWING 1e-6
+
+static bool has_passed(const kmp_forward_formulation *f, int condition, double t)
+{
+    return f->swung_t[condition] >= t && f->swung_t[condition] <= t;
+}
+
+/* The condition at whose time state `sample` changes; -1: a time that depends on no parameter. A change that has not
+ * passed as an event is one that an input or a sample has made. */
+static int cause_of(const kmp_forward_formulation *f, int sample, double t)
+{
+    int k = f->cause_of[sample];
+    return k >= 0 && has_passed(f, k, t) ? f->swung_by[k] : -1;
+}
+
+/* dt_e/dp of a condition that has passed; NULL: zero. */
+static const double *swing_of(const kmp_forward_formulation *f, int condition)
+{
+    return condition < 0 ? NULL : f->swings + (ptrdiff_t)condition * f->swing_size;
+}
+
+/* True if the time of a condition that has passed depends on no parameter. */
+static bool is_still(const kmp_forward_formulation *f, int condition)
+{
+    const double *swing = swing_of(f, condition);
+    for (int i = 0; swing && i < f->swing_size; i++)
+        if (swing[i] != 0)
+            return false;
+    return true;
+}
+
+bool kmp_forward_same_swing(int count, const double *a, const double *b)
+{
+    for (int i = 0; i < count; i++)
+        if (fabs(a[i] - b[i]) > SAME_SWING * fmax(fabs(a[i]), fabs(b[i])))
+            return false;
+    return true;
+}
+
+/* NULL is zero. */
+static bool are_different(const kmp_forward_formulation *f, const double *a, const double *b)
+{
+    for (int i = 0; !(a && b) && i < f->swing_size; i++)
+        if ((a && a[i] != 0) || (b && b[i] != 0))
+            return true;
+    return a && b && !kmp_forward_same_swing(f->swing_size, a, b);
+}
+
+/* An event of the motion at t, with or without a state, whose time depends on parameters as `swing` does not. */
+static bool any_other(const kmp_forward_formulation *f, const double *swing, double t)
+{
+    for (int k = 0; k < f->system->events.count; k++)
+        if (has_passed(f, k, t) && !is_still(f, f->swung_by[k]) && are_different(f, swing, swing_of(f, f->swung_by[k])))
+            return true;
+    return false;
+}
+
+/* f->swing for the first time that is noted, which those after it follow from; `jump`: of delayed signals that jump,
+ * NULL without any. */
+static int find_reset_swing(kmp_forward_formulation *f, const double *jump, double t)
+{
+    const kempe_model *model = f->system->model;
+    const double *common = jump;
+    bool any = jump;
+    f->reset_cause = -1;
+    if (f->missed)
+        return halt(f, "states change too often at t = %.9g: derivatives end there", t);
+    for (int k = 0; f->resets > 0 && k < f->samples; k++) {
+        if (!f->taken[k])
+            continue;
+        /* dt/dp of the change, zero where it is NULL. Delayed signals that jump change conditions with them. */
+        const int cause = cause_of(f, k, t);
+        const double *swing = cause < 0 && f->cause_of[k] >= 0 ? jump : swing_of(f, cause);
+        if ((any && are_different(f, common, swing)) || any_other(f, swing, t))
+            return halt(f,
+                        "the state '%s' changes at t = %.9g together with an event whose time depends on "
+                        "parameters: the motion has no derivative with respect to them there",
+                        model->states[kmp_state_of_sample(model, k)].name, t);
+        f->reset_cause = any ? f->reset_cause : cause;
+        common = any ? common : swing;
+        any = true;
+    }
+    if (jump && any_other(f, jump, t))
+        return halt(f,
+                    "a delayed signal jumps at t = %.9g together with an event: the motion has no derivative with "
+                    "respect to parameters there",
+                    t);
+    memset(f->swing, 0, (size_t)f->swing_size * sizeof *f->swing);
+    if (common)
+        memcpy(f->swing, common, (size_t)f->swing_size * sizeof *f->swing);
+    return KMP_GO;
+}
+
+/* Maps the place, whose derivatives are those along the event, by the next values noted at each time. */
+static void take_all_next(kmp_forward_formulation *f, double t)
+{
+    kmp_sensitivity_equations *v = f->v;
+    const kmp_linear *l = &v->linear;
+    const kempe_model *model = f->system->model;
+    const int first = kmp_model_coordinates(model);
+    for (int r = 0; r < f->resets; r++) {
+        const bool *taken = f->taken + (ptrdiff_t)r * f->samples;
+        const kmp_instant at = kmp_instant_of(l->eval, t, f->q, f->qd, l->qdd, l->lambda);
+        const double *value = kmp_slopes_values(&v->slopes->samples, &at);
+        for (int i = 0; i < f->count; i++) {
+            double *dqd = f->dqd + (ptrdiff_t)i * f->n;
+            const kmp_direction along = {.t = &f->swing[i], .q = f->dq + (ptrdiff_t)i * f->n, .qd = dqd};
+            kmp_slopes_along(v->slopes, &v->slopes->samples, &along, i, f->next);
+            for (int k = 0; k < f->samples; k++)
+                if (taken[k])
+                    dqd[first + kmp_state_of_sample(model, k)] = f->next[k];
+        }
+        for (int k = 0; k < f->samples; k++)
+            if (taken[k])
+                f->qd[first + kmp_state_of_sample(model, k)] = value[k];
+    }
+    f->resets = 0;
+}
+
+/* Derivatives across next values of states that the run has noted (kmp_sample_fn): of the place, at a time that
+ * depends on no parameter. */
+static int reset_place(kmp_forward_formulation *f, double t)
+{
+    kmp_evaluator *eval = kmp_forward_eval(f);
+    if (find_reset_swing(f, NULL, t) != KMP_GO)
+        return KMP_HALT;
+    if (!is_still(f, f->reset_cause))
+        return halt(f, "a state changes at t = %.9g where the equations are made anew: derivatives end there", t);
+    memcpy(f->new_chart, eval->chart, chart_bytes(f));
+    kmp_eval_set_charts(eval, f->chart);
+    const int times = f->resets;
+    take_all_next(f, t);
+    if (report_reset(f, t, times) != KMP_GO)
+        return KMP_HALT;
+    memcpy(f->old_y, f->next_y, (size_t)(2 * f->p) * sizeof *f->old_y);
+    kmp_eval_set_charts(eval, f->new_chart);
+    return KMP_GO;
+}
+
+/* States have taken next values since the last start, or delayed signals jump (`jump`: dt/dp there, of a state with
+ * rates qd), and conditions have changed with them. */
+static int pass_resets(kmp_forward_formulation *f, double t, const double *jump, const double *qd, double *y)
+{
+    memcpy(f->new_mode, kmp_forward_eval(f)->mode, mode_bytes(f));
+    set_modes(f, f->mode);
+    if (find_reset_swing(f, jump, t) != KMP_GO || spread(f, t, y) != KMP_GO)
+        return KMP_HALT;
+    double integrand = integrand_here(f);
+    const int times = f->resets;
+    keep_old(f);
+    /* Adds the rates of the last state times dt_e/dp to the place. */
+    const kmp_linear *l = &f->v->linear;
+    for (int k = 0; k < f->count; k++)
+        for (int i = 0; i < f->n && f->swing[k] != 0; i++) {
+            f->dq[k * f->n + i] += l->qd[i] * f->swing[k];
+            f->dqd[k * f->n + i] += l->qdd[i] * f->swing[k];
+        }
+    kmp_forward_delays_pass(f, t, qd);
+    take_all_next(f, t);
+    kmp_forward_delays_note(f, t, f->swing);
+    pack(f, y);
+    if (report_reset(f, t, times) != KMP_GO)
+        return KMP_HALT;
+    set_modes(f, f->new_mode);
+    memcpy(f->mode, f->new_mode, mode_bytes(f));
+    if (kmp_forward_stand_at(f, t, y, true) != KMP_GO)
+        return KMP_HALT;
+    /* Takes the rates of the last state times dt_e/dp from the unknowns. */
+    int half = kmp_forward_blocks(f), w = f->width;
+    for (int k = 0; k < f->count; k++)
+        for (int i = 0; i < w && f->swing[k] != 0; i++) {
+            y[(k + 1) * w + i] -= l->qd[unknowns(f)[i]] * f->swing[k];
+            y[half + (k + 1) * w + i] -= l->qdd[unknowns(f)[i]] * f->swing[k];
+        }
+    for (int k = 0; f->integrals && k < f->count; k++)
+        if (f->swing[k] != 0)
+            y[2 * half + 1 + k] += (integrand - integrand_here(f)) * f->swing[k];
+    f->t = NAN; /* the place is the one before the change */
+    return KMP_GO;
+}
+
+/* -- charts ------------------------------------------------------------------------------------------ */
+
+/* Joints have been centred: converts the place from the charts before to (q, qd) in the current ones. */
+static int pass_charts(kmp_forward_formulation *f, double t, const double *q, const double *qd, double *y)
+{
+    memcpy(f->new_chart, kmp_forward_eval(f)->chart, chart_bytes(f));
+    kmp_eval_set_charts(kmp_forward_eval(f), f->chart);
+    if (spread(f, t, y) != KMP_GO)
+        return KMP_HALT;
+    kmp_eval_set_charts(kmp_forward_eval(f), f->new_chart);
+    keep_old(f);
+    enter_charts(f, q, qd);
+    if (kmp_forward_report_mark(f, t, -1) != KMP_GO)
+        return KMP_HALT;
+    keep_old(f);
+    kmp_eval_closure(kmp_forward_eval(f), t, q);
+    if (!f->start.fixed && !f->zone)
+        return choose_anew(f, y);
+    pack(f, y);
+    return KMP_GO;
+}
+
+int kmp_forward_resume(kmp_formulation *formulation, double t, const double *q, const double *qd, double *y, double *yp)
+{
+    kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
+    int half = kmp_forward_blocks(f);
+    const double *jump;
+    (void)yp;
+    if (kmp_forward_delays_jump(f, t, &jump) != KMP_GO)
+        return KMP_HALT;
+    if ((f->resets > 0 || jump) && pass_resets(f, t, jump, qd, y) != KMP_GO)
+        return KMP_HALT;
+    if (first_other(f, kmp_forward_eval(f)->mode) >= 0 && pass_conditions(f, t, y) != KMP_GO)
+        return KMP_HALT;
+    if (charts_differ(f, f->chart) && pass_charts(f, t, q, qd, y) != KMP_GO)
+        return KMP_HALT;
+    for (int i = 0; i < f->width; i++) {
+        y[i] = q[unknowns(f)[i]];
+        y[half + i] = qd[unknowns(f)[i]];
+    }
+    kmp_forward_delays_set(f, t, y);
+    if (kmp_forward_stand_at(f, t, y, false) != KMP_GO)
+        return KMP_HALT;
+    settle(f);
+    return KMP_GO;
+}
+
+/* -- values of a scalar ------------------------------------------------------------------------------ */
+
+static double weighted(int count, const double *w, const double *x)
+{
+    double sum = 0;
+    for (int i = 0; w && i < count; i++)
+        sum += w[i] != 0 ? w[i] * x[i] : 0; /* values without weight may be NaN */
+    return sum;
+}
+
+double kmp_target_of_row(const kmp_forward_target *w, const kmp_sensitivity_equations *varied,
+                         const kmp_sensitivity_equations_row *row)
+{
+    int n = varied->n;
+    return weighted(n, w->q, row->q) + weighted(n, w->qd, row->qd) + weighted(n, w->qdd, row->qdd) +
+           weighted(varied->m, w->lambda, row->lambda) + weighted(varied->slopes->shown, w->shown, row->shown);
+}
+
+double kmp_target_value(const kmp_forward_target *target, kmp_sensitivity_equations *varied)
+{
+    const kmp_linear *l = &varied->linear;
+    kmp_instant at = kmp_linear_instant(&varied->linear);
+    kmp_linear_tell_tables(l);
+    const double *shown = target->shown ? kmp_slopes_values(&varied->slopes->outputs, &at) : NULL;
+    const kmp_sensitivity_equations_row here = {
+        .q = l->q, .qd = l->qd, .qdd = l->qdd, .lambda = l->lambda, .shown = shown};
+    return kmp_target_of_row(target, varied, &here);
+}
+
+/* -- rows -------------------------------------------------------------------------------------------- */
+
+static void position(kmp_formulation *formulation, double t, const double *y, double *q)
+{
+    kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
+    if (f->zone)
+        memcpy(q, y, (size_t)f->n * sizeof *q);
+    else if (kmp_sensitivity_equations_position(f->v, t, y, q) != KMP_GO)
+        memcpy(q, f->v->q, (size_t)f->n * sizeof *q);
+}
+
+static int row(kmp_formulation *formulation, double t, const double *y, double *q, double *qd, double *qdd,
+               double *lambda, double *work)
+{
+    kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
+    const kmp_linear *l = &f->v->linear;
+    *work = 0;
+    int said =
+        qd || f->zone ? kmp_forward_stand_at(f, t, y, qdd != NULL) : kmp_sensitivity_equations_position(f->v, t, y, q);
+    if (said != KMP_GO) {
+        if (formulation->reason.length == 0)
+            kmp_text_printf(&formulation->reason, "the closures could not be solved at the output time t = %.9g", t);
+        return KMP_HALT;
+    }
+    if (!qd && !f->zone)
+        return KMP_GO;
+    memcpy(q, l->q, (size_t)f->n * sizeof *q);
+    if (qd)
+        memcpy(qd, l->qd, (size_t)f->n * sizeof *qd);
+    if (!qdd)
+        return KMP_GO;
+    memcpy(qdd, l->qdd, (size_t)f->n * sizeof *qdd);
+    memcpy(lambda, l->lambda, (size_t)f->m * sizeof *lambda);
+    f->row_y = y;
+    return KMP_GO;
+}
+
+static int take_row(void *user, double t, const double *q, const double *qd, const double *qdd, const double *lambda,
+                    double work)
+{
+    kmp_forward_formulation *f = user;
+    kmp_sensitivity_equations *v = f->v;
+    const kmp_chart_motion own = {f->new_chart, q, qd, qdd};
+    (void)work;
+    if (!f->options->watch.row)
+        return 0;
+    const kmp_instant at = kmp_linear_instant(&v->linear);
+    kmp_linear_tell_tables(&v->linear);
+    const double *shown = kmp_slopes_values(&v->slopes->outputs, &at);
+    kmp_charts_reset(f->system, f->new_chart);
+    for (int k = 0; k < f->count; k++) {
+        /* The derivatives of the last whole row by parameter k: outputs in the current charts, and the user's
+         * coordinates. */
+        const kmp_linear *l = &v->linear;
+        const kmp_chart_motion inner = {l->eval->chart, l->q, l->qd, l->qdd};
+        double *dq = f->dq + k * f->n, *dqd = f->dqd + k * f->n, *dqdd = f->dqdd + k * f->n;
+        double *dlambda = f->dlambda + k * f->m;
+        kmp_forward_follow(f, f->row_y, k, dq, dqd, dqdd, dlambda);
+        if (v->slopes->shown > 0)
+            kmp_slopes_along(v->slopes, &v->slopes->outputs, &(kmp_direction){NULL, dq, dqd, dqdd, dlambda, NULL}, k,
+                             f->dshown + k * v->slopes->shown);
+        for (int c = 0; c < f->system->chart_count; c++)
+            if (!kmp_chart_is_own(inner.chart, c))
+                kmp_chart_carry(f->system, c, &inner, &own, dq, dqd, dqdd);
+    }
+    const kmp_sensitivity_equations_row row_of = {t,     q,      qd,      qdd,        lambda,   shown,
+                                                  f->dq, f->dqd, f->dqdd, f->dlambda, f->dshown};
+    return f->options->watch.row(f->options->watch.user, &row_of);
+}
+
+static int take_step(void *user, kmp_runner *runner, double from, double to)
+{
+    kmp_forward_formulation *f = user;
+    if (!kmp_forward_delays_record(f, runner, to))
+        return 1;
+    const double *y = f->integrals ? kmp_runner_unknowns(runner, to) : NULL;
+    if (f->integrals && !y)
+        return 1;
+    if (y)
+        memcpy(f->tail, y + 2 * kmp_forward_blocks(f), (size_t)f->integrals * sizeof *y);
+    return f->options->watch.step && to > from ? f->options->watch.step(f->options->watch.user, runner, from, to) : 0;
+}
+
+/* -- the formulation ---------------------------------------------------------------------------------------- */
+
+/* v uses another evaluator from now on. */
+static void go_by(kmp_forward_formulation *f, kmp_evaluator *eval)
+{
+    kmp_linear_lend(&f->v->linear, eval);
+    kmp_linear_renew_parameters(&f->v->linear);
+    kmp_slopes_renew_parameters(f->v->slopes);
+}
+
+/* Restores its own evaluator with the runner's charts and conditions. */
+static void release(kmp_formulation *formulation)
+{
+    kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
+    const kmp_evaluator *eval = kmp_forward_eval(f);
+    kmp_arena_free(&formulation->arena);
+    if (eval == f->own)
+        return;
+    kmp_eval_set_charts(f->own, eval->chart);
+    for (int k = 0; k < f->system->events.count; k++)
+        kmp_eval_set_mode(f->own, k, eval->mode[k] != 0);
+    go_by(f, f->own);
+}
+
+static int keep(kmp_formulation *formulation, double t, const double *y)
+{
+    kmp_forward_formulation *f = (kmp_forward_formulation *)formulation;
+    memcpy(f->tail, y + 2 * kmp_forward_blocks(f), (size_t)f->integrals * sizeof *y);
+    if (!(f->t >= t) && spread(f, t, y) != KMP_GO) /* charts have changed, and the place with them */
+        return KMP_HALT;
+    keep_old(f);
+    return KMP_GO;
+}
+
+/* Checks a start that is neither the first one nor the place of the last formulation: rates have changed between them.
+ */
+static kempe_status check_place(kmp_forward_formulation *f, const kmp_formulation_start *start)
+{
+    int k = first_other(f, start->eval->mode);
+    if (k >= 0)
+        return kmp_fail(
+            f->system->context, KEMPE_E_FAILED,
+            "closures switch where %s changes at t = %.9g: derivatives across jumps of the rates are not available",
+            f->system->event_text[k], start->t);
+    if (start->part->p != f->p || start->t > f->t || start->t < f->t)
+        return kmp_fail(
+            f->system->context, KEMPE_E_FAILED,
+            "derivatives with respect to parameters end at t = %.9g, where the degrees of freedom are %d, not %d",
+            start->t, start->part->p, f->p);
+    return KEMPE_OK;
+}
+
+/* Delayed signals may not jump where the equations are made anew. */
+static kempe_status check_delays(kmp_forward_formulation *f, const kmp_formulation_start *start)
+{
+    const double *swing;
+    if (!f->delays)
+        return KEMPE_OK;
+    if (kmp_forward_delays_jump(f, start->t, &swing) != KMP_GO || swing)
+        return kmp_fail(f->system->context, KEMPE_E_FAILED,
+                        "a delayed signal jumps at t = %.9g where the equations are made anew: derivatives end there",
+                        start->t);
+    memset(f->swing, 0, (size_t)f->swing_size * sizeof *f->swing);
+    kmp_forward_delays_pass(f, start->t, start->qd);
+    return KEMPE_OK;
+}
+
+static kempe_status begin(kmp_forward_formulation *f, const kmp_formulation_start *start)
+{
+    kmp_partition part;
+    KMP_TRY(f->begun ? check_place(f, start) : KEMPE_OK);
+    bool first = !f->begun;
+    f->begun = true;
+    f->p = start->part->p;
+    f->redundant = start->part->m - start->part->r;
+    KMP_TRY(kmp_made(f->system->context, make_unknowns(f) && kmp_partition_copy(&part, start->part)));
+    go_by(f, start->eval);
+    f->v->linear.held = true;
+    f->v->linear.plain = f->count == 0;
+    KMP_TRY(kmp_sensitivity_equations_take(f->v, start->t, start->q, &part));
+    if (first)
+        memcpy(f->mode, start->eval->mode, mode_bytes(f));
+    if (f->resets > 0 && reset_place(f, start->t) != KMP_GO)
+        return kmp_fail(f->system->context, KEMPE_E_FAILED, "%s",
+                        f->formulation.reason.s ? f->formulation.reason.s : "derivatives end where a state changes");
+    KMP_TRY(first ? KEMPE_OK : check_delays(f, start));
+    enter_charts(f, start->q, start->qd);
+    KMP_TRY(first ? kmp_forward_delays_begin(f, start->t) : KEMPE_OK);
+    memcpy(f->formulation.y + 2 * kmp_forward_blocks(f), f->tail, (size_t)f->integrals * sizeof *f->tail);
+    if (take_up(f, start->t, f->formulation.y) != KMP_GO)
+        return kmp_fail(f->system->context, KEMPE_E_FAILED,
+                        "the start cannot be evaluated: its closures are singular, or a coordinate moves no mass");
+    bool marked = !first || charts_differ(f, f->old_chart);
+    return !marked || kmp_forward_report_mark(f, start->t, -1) == KMP_GO ? KEMPE_OK : KEMPE_E_MEMORY;
+}
+
+static const kmp_formulation_kind varied_zone;
+
+static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formulation_start *start)
+{
+    kmp_forward_formulation *f = start->user;
+    f->zone = kind == &varied_zone;
+    f->start = *start;
+    f->formulation.exchanges = 0;
+    kmp_text_free(&f->formulation.reason);
+    if (begin(f, start) == KEMPE_OK)
+        return &f->formulation;
+    release(&f->formulation);
+    return NULL;
+}
+
+static const kmp_formulation_kind varied_zone = {
+    .formulation = "varied", .form = "zone", .corrected = true, .create = create};
+static const kmp_formulation_kind varied_formulation = {
+    .formulation = "varied", .form = "newton", .corrected = true, .near_singular = &varied_zone, .create = create};
+
+/* Derivatives follow when the formulation resumes or begins. */
+static void note_reset(void *user, int count, const bool *taken, const int *condition)
+{
+    kmp_forward_formulation *f = user;
+    f->missed = f->missed || f->resets == most_resets(f);
+    if (f->missed)
+        return;
+    for (int k = 0; k < count; k++) {
+        f->taken[f->resets * f->samples + k] = taken[k];
+        f->cause_of[f->resets * f->samples + k] = condition[k];
+    }
+    f->resets++;
+}
+
+int kmp_state_of_sample(const kempe_model *model, int sample)
+{
+    for (int k = 0;; k++)
+        if (model->states[k].next && sample-- == 0)
+            return k;
+}
+
+/* -- the run ----------------------------------------------------------------------------------------- */
+
+static bool make_room(kmp_forward_formulation *f)
+{
+    kmp_arena *a = &f->arena;
+    int n = f->n, count = f->v->count, conditions = f->system->events.count;
+    KMP_ARENA_MAKE(a, KMP_ROOM(double, n, &f->q, &f->qd, &f->su, &f->sud, &f->ud, &f->before, &f->old_q),
+                   KMP_ROOM(double, n *count, &f->dq, &f->dqd, &f->dqdd), KMP_ROOM(double, f->m *count, &f->dlambda),
+                   KMP_ROOM(double, f->v->slopes->shown *count, &f->dshown), KMP_ROOM(double, f->swing_size, &f->swing),
+                   KMP_ROOM(double, conditions, &f->mode, &f->new_mode, &f->next_mode, &f->changes, &f->along),
+                   KMP_ROOM(double, KMP_CHART_SIZE * f->system->chart_count, &f->chart, &f->new_chart, &f->old_chart),
+                   KMP_ROOM(double, 2 * n, &f->old_y), KMP_ROOM(double, 2 * n * n, &f->matrix),
+                   KMP_ROOM(double, f->integrals, &f->tail),
+                   KMP_ROOM(int, n, &f->signs, &f->signs_now, &f->old_u, &f->every),
+                   KMP_ROOM(bool, conditions, &f->cause), KMP_ROOM(double, conditions * f->swing_size, &f->swings),
+                   KMP_ROOM(double, conditions, &f->swung_t), KMP_ROOM(int, conditions, &f->swung_by),
+                   KMP_ROOM(double, f->samples, &f->next), KMP_ROOM(double, 2 * n, &f->next_y),
+                   KMP_ROOM(bool, most_resets(f) * f->samples, &f->taken),
+                   KMP_ROOM(int, most_resets(f) * f->samples, &f->cause_of));
+    for (int k = 0; !a->failed && k < conditions; k++)
+        f->swung_t[k] = NAN;
+    for (int i = 0; !a->failed && i < f->n; i++)
+        f->every[i] = i;
+    return !a->failed && kmp_forward_delays_make(f);
+}
+
+/* Puts the start and its derivatives into the place. */
+static kempe_status prepare(kmp_forward_formulation *f)
+{
+    kmp_sensitivity_equations *v = f->v;
+    size_t slopes = (size_t)(f->n * v->count) * sizeof(double);
+    KMP_TRY(kmp_made(f->system->context, make_room(f)));
+    kmp_charts_reset(f->system, f->chart);
+    kmp_eval_set_charts(f->own, f->chart);
+    f->own->frozen = false; /* by the end of an earlier run */
+    go_by(f, f->own);
+    v->linear.plain = false;
+    KMP_TRY(kmp_sensitivity_equations_start(v, f->q, f->qd, f->dq, f->dqd));
+    if (f->options->start_q)
+        memcpy(f->options->start_q, f->dq, slopes);
+    if (f->options->start_qd)
+        memcpy(f->options->start_qd, f->dqd, slopes);
+    f->p = v->linear.p;
+    if (v->linear.chosen)
+        keep_old(f);
+    return KEMPE_OK;
+}
+
+/* True if the target uses coordinates of spherical joints themselves, which differ in each chart. */
+static bool reads_angles(const kempe_system *s, const kmp_forward_target *target)
+{
+    const double *part[] = {target->q, target->qd, target->qdd};
+    bool reads = false;
+    for (int k = 0; k < 9 * s->chart_count; k++)
+        reads = reads || (part[k % 3] && part[k % 3][s->chart_first[k / 9] + k / 3 % 3] != 0);
+    return reads;
+}
+
+static kempe_status run(kmp_forward_formulation *f, kmp_forward_report *report)
+{
+    kmp_run_spec spec = *f->options->spec;
+    kempe_status status = prepare(f);
+    const kempe_assembly start = {.system = f->system, .q = f->q, .qd = f->qd, .closed = true};
+    spec.kind = &varied_formulation;
+    spec.user = f;
+    spec.step = take_step;
+    spec.slopes = true;
+    spec.sample = f->samples > 0 ? note_reset : NULL;
+    spec.own_angles = f->own_angles = f->options->integrand && reads_angles(f->system, f->options->integrand);
+    if (f->options->alone)
+        spec.change_points = kmp_change_points_word(KMP_CHANGE_POINTS_IGNORE);
+    if (status == KEMPE_OK)
+        status = kmp_run(f->system, &spec, &start, take_row, f, &report->run);
+    report->integral = f->integrals && f->tail ? f->tail[0] : 0;
+    report->redundant = f->redundant;
+    if (report->run.reason || (status != KEMPE_E_FAILED && status != KEMPE_STOPPED))
+        return status;
+    report->run.reason = kmp_strdup(kempe_context_message(f->system->context));
+    return report->run.reason ? status : kmp_fail_memory(f->system->context);
+}
+
+kempe_status kmp_forward_run(kmp_sensitivity_equations *varied, const kmp_forward *options, const double *sizes,
+                             double *integral, kmp_forward_report *report)
+{
+    kmp_forward_formulation f = {.formulation = {.release = release,
+                                                 .row = row,
+                                                 .position = position,
+                                                 .renew = renew,
+                                                 .resume = kmp_forward_resume,
+                                                 .keep = keep,
+                                                 .explain = explain,
+                                                 .n = varied->n},
+                                 .v = varied,
+                                 .own = varied->linear.eval,
+                                 .options = options,
+                                 .system = varied->system,
+                                 .sizes = sizes,
+                                 .n = varied->n,
+                                 .m = varied->m,
+                                 .count = options->alone ? 0 : varied->count};
+    for (int k = 0; k < f.system->model->state_count; k++)
+        f.samples += f.system->model->states[k].next != NULL;
+    f.integrals = options->integrand ? 1 + f.count : 0;
+    f.swing_size = options->alone ? 2 * f.n + varied->count : f.count;
+    *report = (kmp_forward_report){0};
+    kempe_status status = run(&f, report);
+    for (int k = 0; integral && f.integrals && f.tail && k < f.count; k++)
+        integral[k] = f.tail[1 + k];
+    kmp_text_free(&f.formulation.reason);
+    kmp_forward_delays_free(&f);
+    kmp_arena_free(&f.arena);
+    varied->linear.plain = false;
+    return status;
+}

@@ -1,0 +1,104 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Forward sensitivities: a motion with the sensitivities of its state to each parameter, as a formulation of its own. A
+ * runner (integrators/run/run.h) integrates them together, with error control over all of them, and handles events,
+ * exchanges and spherical joints. Without parameters it is the motion alone. When u becomes ill-conditioned, other
+ * coordinates are chosen between steps, and the sensitivities continue as other rows of dq/dp. When a joint is centred,
+ * they are converted to its new angles. When a condition of the model changes, at t_e(p) with g = 0, rates of the
+ * sensitivities jump with the accelerations:
+ *
+ *     sd_u+ = sd_u- + (udd- - udd+) dt_e/dp      dt_e/dp = -(g_q s + g_qd sd + g_p) / (dg/dt along the motion)
+ *
+ * Where states take next values y+ = r(t, q, qd) with such an event, or at a sample, where t_e depends on no parameter,
+ * the derivatives along the event, s + xd- dt_e/dp, are mapped by r. Those after it are less xd+ dt_e/dp.
+ *
+ * (Rozenvasser 1967; Hiskens and Pai, IEEE Trans. Circuits and Systems I 47 (2000) 204, eqs. 36-38). */
+#pragma once
+
+#include "analyses/derivatives/varied.h"
+#include "constraints/evaluation/charts.h"
+#include "integrators/run/run.h"
+
+/** A row: the state, and its derivatives by each parameter (`count` times n, n, n, m, shown). */
+typedef struct kmp_sensitivity_equations_row {
+    double t;
+    const double *q, *qd, *qdd, *lambda, *shown;
+    const double *dq, *dqd, *dqdd, *dlambda, *dshown;
+} kmp_sensitivity_equations_row;
+
+/** A scalar: the sum of these weights times the values of a row; each NULL for none. */
+typedef struct kmp_forward_target {
+    const double *q, *qd, *qdd, *lambda, *shown;
+} kmp_forward_target;
+
+/** Next values that states take at a mark, at `times` passes one after the other. */
+typedef struct kmp_sensitivity_equations_reset {
+    int times;         /* 0: none */
+    const bool *taken; /* of each pass, by states with a next value */
+    const double *y;   /* u and ud after all of them, 2 p: of the u before */
+    int cause;         /* the condition at whose time they are; -1: a time that depends on no parameter */
+} kmp_sensitivity_equations_reset;
+
+/** A place between steps where the unknowns or the equations change. */
+typedef struct kmp_sensitivity_equations_mark {
+    double t;
+    int condition;         /* that changes; -1: others become independent, joints are centred, or a reset */
+    const int *u;          /* before, p */
+    const double *q, *y;   /* before: n; u and ud, 2 p */
+    const double *mode;    /* of the conditions, before */
+    const double *chart;   /* of the spherical joints, before */
+    kmp_chart_motion next; /* the motion after it, in new charts; chart NULL: they are unchanged */
+    kmp_sensitivity_equations_reset reset;
+} kmp_sensitivity_equations_mark;
+
+/** Callbacks. Each may be NULL; a nonzero result ends the run with KEMPE_E_MEMORY. */
+typedef struct kmp_sensitivity_equations_watch {
+    void *user;
+    int (*row)(void *user, const kmp_sensitivity_equations_row *row);
+    /** After each step: the first of the runner's unknowns are u and ud (p each). */
+    kmp_step_fn *step;
+    int (*mark)(void *user, const kmp_sensitivity_equations_mark *mark);
+} kmp_sensitivity_equations_watch;
+
+typedef struct kmp_forward {
+    const kmp_run_spec *spec;            /* resolved; formulation and form do not count */
+    const kmp_forward_target *integrand; /* whose integral over time is requested; NULL: none */
+    bool alone;                          /* without sensitivities, except those of the start */
+    double *start_q, *start_qd;          /* sensitivities of the start, n x count; NULL: not needed */
+    kmp_sensitivity_equations_watch watch;
+} kmp_forward;
+
+typedef struct kmp_forward_report {
+    kmp_run_report run; /* its reason is to be freed (kmp_free) */
+    double integral;    /* of the integrand up to the end of the run */
+    int redundant;      /* closure rows that are: multipliers are not unique */
+} kmp_forward_report;
+
+/** Runs. `sizes` (count): of the parameters, for the weights of their sensitivities; `integral` (count, may be NULL)
+ * receives the derivative of the integral. KEMPE_OK, KEMPE_STOPPED and KEMPE_E_FAILED with report->run.reason,
+ * other errors by message. */
+kempe_status kmp_forward_run(kmp_sensitivity_equations *varied, const kmp_forward *options, const double *sizes,
+                             double *integral, kmp_forward_report *report);
+
+/** The place among all states of the one with a next value of number `sample`. */
+int kmp_state_of_sample(const kempe_model *model, int sample);
+
+/** kmp_target_value: the target's value at the last state of a motion, in the charts there. The second function: that
+ * of a row. */
+double kmp_target_value(const kmp_forward_target *target, kmp_sensitivity_equations *varied);
+double kmp_target_of_row(const kmp_forward_target *target, const kmp_sensitivity_equations *varied,
+                         const kmp_sensitivity_equations_row *row);
+
+/* -- adjoint.c ---------------------------------------------------------------------------------------- */
+
+typedef struct kmp_adjoint_report {
+    kmp_forward_report forward;
+    long steps, rhs; /* backwards */
+    size_t kept;     /* bytes of the motion */
+    double value;
+} kmp_adjoint_report;
+
+/** The scalar is `target`, at ask->t_end or, `integral`, integrated from 0 to there; gradient: count values. Rows and
+ * watch of `options` are ignored. Errors as kmp_forward_run. */
+kempe_status kmp_adjoint_run(kmp_sensitivity_equations *varied, const kmp_forward *options,
+                             const kmp_forward_target *target, bool integral, const double *sizes, double *gradient,
+                             kmp_adjoint_report *report);

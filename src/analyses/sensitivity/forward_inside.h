@@ -1,0 +1,101 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The formulation of a motion with sensitivities, for forward.c and forward_delays.c.
+ *
+ * Unknowns: u and its sensitivities, p each, then ud and its, then the integral and its. The place is a state with all
+ * of its sensitivities, stored before the unknowns change their meaning. */
+#pragma once
+
+#include "analyses/sensitivity/forward.h"
+#include "base/arena.h"
+#include "integrators/formulations/formulation.h"
+
+typedef struct kmp_forward_delays kmp_forward_delays;
+
+typedef struct kmp_forward_formulation {
+    kmp_formulation formulation; /* first */
+    kmp_arena arena;
+    kmp_sensitivity_equations *v;
+    kmp_evaluator *own; /* of v, while the runner's is lent */
+    const kmp_forward *options;
+    const kempe_system *system;
+    const double *sizes;
+    kmp_formulation_start start;   /* of the current formulation */
+    int n, m, p, count, integrals; /* the last of the unknowns */
+    int redundant;                 /* rows */
+    int width, *every;             /* of the coordinates that are unknowns: p, in a zone n; 0 .. n - 1 */
+    double growth;
+    bool begun, due, crossed, zone, own_angles;
+    double t;                        /* of the place that is kept between two formulations or charts: */
+    double *chart, *q, *qd;          /* all charts; n */
+    double *dq, *dqd;                /* count x n */
+    double *tail;                    /* integrals */
+    double *dqdd, *dlambda, *dshown; /* a row's, by all parameters */
+    const double *row_y;             /* unknowns of the last whole row */
+    double *matrix;                  /* 2 p x 2 p */
+    int *signs, *signs_now, *old_u;
+    double *old_q, *old_y, *old_chart; /* n; 2 p; charts: before a mark */
+    double *mode, *new_mode;           /* conditions: before, and after */
+    double *next_mode;
+    bool *cause;
+    double *su, *sud, *ud;               /* p: rows of u of a zone's unknowns */
+    int swing_size;                      /* count; in a run alone 2 n + parameters: how t_e depends on q, qd and them */
+    double *before, *swing;              /* p; swing_size: dt_e/dp */
+    double *changes, *along, *new_chart; /* conditions; charts */
+    double *swings, *swung_t;   /* conditions x swing_size: dt_e/dp of each where it changed last, and that time */
+    int *swung_by;              /* by conditions: the one whose change took it along; -1: an input's jump */
+    int samples, resets;        /* states with next values; times that some took them since the last start */
+    bool *taken, missed;        /* of each time, by states; there was no room for a time */
+    int *cause_of;              /* of each time, by states: the condition; -1: a sample */
+    int reset_cause;            /* as in kmp_sensitivity_equations_reset */
+    double *next, *next_y;      /* by states: derivatives of next values; 2 p: of kmp_sensitivity_equations_reset */
+    kmp_forward_delays *delays; /* NULL without delayed signals or derivatives */
+} kmp_forward_formulation;
+
+static inline int kmp_forward_blocks(const kmp_forward_formulation *f)
+{
+    return f->width * (1 + f->count);
+}
+
+static inline kmp_evaluator *kmp_forward_eval(const kmp_forward_formulation *f)
+{
+    return f->v->linear.eval;
+}
+
+/** Takes the state at (t, y), `whole` with the data of small changes. KMP_HALT: the reason is reported. */
+int kmp_forward_stand_at(kmp_forward_formulation *f, double t, const double *y, bool whole);
+
+/** The response at the last state to parameter k, with sensitivities from unknowns y: kmp_sensitivity_equations_follow.
+ */
+void kmp_forward_follow(kmp_forward_formulation *f, const double *y, int k, double *dq, double *dqd, double *dqdd,
+                        double *dlambda);
+
+/** True if derivatives of two times are equal up to rounding. */
+bool kmp_forward_same_swing(int count, const double *a, const double *b);
+
+/* -- delayed signals (forward_delays.c) -------------------------------------------------------------- */
+
+/** Makes room, where there are any. False: no memory. */
+bool kmp_forward_delays_make(kmp_forward_formulation *f);
+void kmp_forward_delays_free(kmp_forward_formulation *f);
+
+/** Begins their past at the place, which has the values of the start at t; sets the derivatives of their states there.
+ */
+kempe_status kmp_forward_delays_begin(kmp_forward_formulation *f, double t);
+
+/** Records the last step up to `to`. False: it cannot be evaluated. */
+bool kmp_forward_delays_record(kmp_forward_formulation *f, kmp_runner *runner, double to);
+
+/** The rates of their states' derivatives by parameter p at the last state, which is that of y, among sudd. */
+void kmp_forward_delays_rates(const kmp_forward_formulation *f, const double *y, int p, double *sudd);
+
+/** Sets the derivatives of their states in y at t. */
+void kmp_forward_delays_set(kmp_forward_formulation *f, double t, double *y);
+
+/** Notes dt/dp of a restart at t. */
+void kmp_forward_delays_note(kmp_forward_formulation *f, double t, const double *swing);
+
+/** dt/dp where delayed signals jump at t; NULL: none does. KMP_HALT: several do, at different times. */
+int kmp_forward_delays_jump(kmp_forward_formulation *f, double t, const double **swing);
+
+/** Puts their states (of qd) and derivatives along a time with f->swing into the place. */
+void kmp_forward_delays_pass(kmp_forward_formulation *f, double t, const double *qd);

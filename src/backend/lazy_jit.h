@@ -1,0 +1,10 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Machine code that is written when it pays: a program that may run seldom begins on the tape. */
+#pragma once
+
+#include "backend/machine.h"
+
+/** A back end for programs of which nobody knows how often they run. It has the bits of `backend`; of a large program,
+ * it writes machine code after as many runs as that saves in its writing, or at once where the code exists. Others than
+ * `native` without a thread pool are themselves. */
+const kmp_backend *kmp_backend_waiting(const kmp_backend *backend);

@@ -1,0 +1,78 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "dynamics/forces/forces.h"
+#include "dynamics/forces/law.h"
+
+static kmp_force_law *const laws[KMP_FORCE_KINDS] = {
+#define KMP_FORCE(kind, name, place, word, width) kmp_law_##name,
+#define KMP_FIELD(...)
+#include "model/data/force_kinds.def"
+#undef KMP_FORCE
+#undef KMP_FIELD
+};
+
+void kmp_apply_at(const kmp_tree *tree, int point, int frame, kmp_vec force, kmp_wrench *applied)
+{
+    kmp_graph *g = tree->graph;
+    int link = kmp_point_link(tree, point);
+    if (link == 0)
+        return;
+    force = kmp_from_ancestor(tree, link, frame, force);
+    kmp_vec moment = kmp_vec_cross(g, kmp_point_local(tree, point), force);
+    applied[link].force = kmp_vec_add(g, applied[link].force, force);
+    applied[link].moment = kmp_vec_add(g, applied[link].moment, moment);
+}
+
+void kmp_apply_between(kmp_forces *forces, const kmp_tree *tree, const int point[2], int frame, kmp_vec force)
+{
+    kmp_apply_at(tree, point[0], frame, force, forces->applied);
+    kmp_apply_at(tree, point[1], frame, kmp_vec_sub(tree->graph, kmp_vec_zero(), force), forces->applied);
+}
+
+void kmp_apply_moment(kmp_forces *forces, const kmp_tree *tree, int point, int frame, kmp_vec moment)
+{
+    int link = kmp_point_link(tree, point);
+    kmp_vec *sum = &forces->applied[link].moment;
+    if (link > 0)
+        *sum = kmp_vec_add(tree->graph, *sum, kmp_from_ancestor(tree, link, frame, moment));
+}
+
+void kmp_apply_effort(kmp_forces *forces, const kmp_tree *tree, int motion, kmp_ref effort)
+{
+    forces->effort[motion] = kmp_add(tree->graph, forces->effort[motion], effort);
+}
+
+void kmp_add_power(kmp_forces *forces, const kmp_tree *tree, kmp_ref effort, kmp_ref rate)
+{
+    forces->power = kmp_add(tree->graph, forces->power, kmp_mul(tree->graph, effort, rate));
+}
+
+void kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, unsigned energy, const kmp_force *alone)
+{
+    const kempe_model *model = tree->model;
+    kmp_tree kinked = *tree;
+    kinked.kinks = kinked.watches = true;
+    *forces = (kmp_forces){.potential = KMP_ZERO, .power = KMP_ZERO};
+    forces->applied = KMP_GRAPH_NEW(tree->graph, kmp_wrench, tree->count);
+    forces->effort = KMP_GRAPH_NEW(tree->graph, kmp_ref, tree->count);
+    forces->value = KMP_GRAPH_NEW(tree->graph, kmp_ref, KMP_FORCE_WIDTH * model->force_count);
+    for (int k = 0; !kmp_graph_failed(tree->graph) && k < model->force_count; k++)
+        if (!alone || alone == &model->forces[k])
+            laws[model->forces[k].kind](forces, &kinked, &model->forces[k], energy,
+                                        forces->value + (ptrdiff_t)KMP_FORCE_WIDTH * k);
+    if (energy & KMP_ENERGY_POTENTIAL) {
+        /* - m g.x of every body, x in ground axes. */
+        kmp_graph *g = tree->graph;
+        kmp_ref v = KMP_ZERO;
+        for (int i = 1; i < tree->count; i++) {
+            if (tree->links[i].mass == KMP_ZERO)
+                continue;
+            kmp_vec x = tree->links[i].com;
+            for (int k = i; k > 0; k = tree->links[k].parent) {
+                x = kmp_link_to_parent(tree, k, kmp_vec_add(g, x, kmp_link_slide(tree, k)));
+                x = kmp_vec_add(g, x, tree->links[k].p);
+            }
+            v = kmp_sub(g, v, kmp_mul(g, tree->links[i].mass, kmp_vec_dot(g, tree->gravity, x)));
+        }
+        forces->potential = kmp_add(tree->graph, forces->potential, v);
+    }
+}

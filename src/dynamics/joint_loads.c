@@ -1,0 +1,270 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "dynamics/joint_loads.h"
+#include "base/context.h"
+#include "constraints/kinds/kind.h"
+#include "dynamics/forces/forces.h"
+#include "dynamics/kinematics/friction_modes.h"
+#include "dynamics/kinematics/touching.h"
+#include "model/data/carried.h"
+#include "symbolic/partials.h"
+#include "symbolic/substitute.h"
+
+enum { VIRTUAL = 6 }; /* three translations and three rotations, in the axes of the parent's link */
+
+struct kmp_joint_loads {
+    kmp_forces forces;
+    kmp_wrench *inertial; /* a link: of all that it carries, about its origin, its axes */
+    kmp_wrench *of;       /* a body: the load of its joint */
+    bool *known;
+    const kmp_force *obstacle; /* an element whose load on a joint is not known; NULL: none */
+    int obstructed;            /* the body of that joint */
+};
+
+/* -- virtual motions --------------------------------------------------------------------------------- */
+
+/* A copy of the tree with the joint of link `first` displaced and turned before its motions by the inputs KMP_IN_ALONG.
+ * Conditions are evaluated in place. NULL: no memory. */
+static kmp_link *displace(const kmp_tree *tree, int first, kmp_tree *moved)
+{
+    kmp_graph *g = tree->graph;
+    *moved = *tree;
+    moved->links = KMP_GRAPH_NEW(g, kmp_link, tree->count);
+    moved->unknown = NULL;
+    moved->events = NULL;
+    moved->noted = NULL;
+    if (!moved->links)
+        return NULL;
+    for (int i = 0; i < tree->count; i++)
+        moved->links[i] = tree->links[i];
+    kmp_link *link = &moved->links[first];
+    kmp_vec shift, turn;
+    for (uint32_t k = 0; k < 3; k++) {
+        shift.x[k] = kmp_input(g, KMP_IN_ALONG, k);
+        turn.x[k] = kmp_input(g, KMP_IN_ALONG, 3 + k);
+    }
+    link->p = kmp_vec_add(g, link->p, shift);
+    for (int column = 0; column < 3; column++) { /* (1 + turn x) g */
+        kmp_vec e;
+        for (int row = 0; row < 3; row++)
+            e.x[row] = kmp_link_axes(tree, first, row, column);
+        e = kmp_vec_add(g, e, kmp_vec_cross(g, turn, e));
+        for (int row = 0; row < 3; row++)
+            link->chart[row][column] = e.x[row];
+    }
+    link->before = link->before < 0 ? 0 : link->before;
+    link->turned = true;
+    return link;
+}
+
+/* -- what acts across a joint ------------------------------------------------------------------------ */
+
+/* Quantities of virtual motions, and the generalized force along each. */
+typedef struct acting {
+    int count;
+    kmp_ref *of, *force;
+} acting;
+
+static void act(acting *a, kmp_ref of, kmp_ref force)
+{
+    a->of[a->count] = of;
+    a->force[a->count] = force;
+    a->count += of != KMP_ZERO && force != KMP_ZERO;
+}
+
+static void add_rows(const kmp_tree *moved, acting *a)
+{
+    const kempe_model *model = moved->model;
+    for (int c = 0; c < model->closure_count; c++) {
+        const kmp_closure *closure = &model->closures[c];
+        const kmp_closure_kind *kind = kmp_closure_kind_find(closure->kind);
+        kmp_ref h[KMP_KIND_MAX_ROWS] = {KMP_ZERO};
+        if (kmp_closure_is_of_modes(closure))
+            continue;
+        kmp_closure_residual(kind, moved, closure, h);
+        for (int k = 0; k < kmp_closure_rows(kind, closure); k++)
+            act(a, h[k], kmp_tree_multiplier(moved, c, k));
+    }
+}
+
+/* Friction along a length or an angle, and rigid contacts: their forces are in the values of all modes. */
+static void add_elements(kmp_joint_loads *loads, const kmp_tree *moved, int body, acting *a)
+{
+    const kempe_model *model = moved->model;
+    for (int k = 0; k < model->force_count; k++) {
+        const kmp_force *force = &model->forces[k];
+        kmp_ref of = KMP_ZERO, value = loads->forces.value[KMP_FORCE_WIDTH * k];
+        if (force->kind == KMP_FORCE_TOUCH) {
+            of = kmp_touching_gap(moved, &force->touch);
+        } else if (force->kind == KMP_FORCE_FRICTION && kmp_friction_is_along(force) &&
+                   kmp_friction_slopes_of(moved, force, &of) == KMP_IN_QD) {
+            bool crosses = kmp_graph_node(moved->graph, kmp_id(of))->depends & (1u << KMP_IN_ALONG);
+            loads->obstacle = crosses ? force : loads->obstacle;
+            loads->obstructed = crosses ? body : loads->obstructed;
+            of = KMP_ZERO;
+        }
+        act(a, of, value);
+    }
+}
+
+/* The generalized forces of closures and elements along the virtual motions of a joint. */
+static void find_acting(kmp_joint_loads *loads, const kmp_tree *tree, int body, kmp_ref generalized[VIRTUAL])
+{
+    kmp_graph *g = tree->graph;
+    const kempe_model *model = tree->model;
+    const int room = KMP_KIND_MAX_ROWS * model->closure_count + model->force_count;
+    kmp_ref from[VIRTUAL], to[VIRTUAL], *slope = KMP_GRAPH_NEW(g, kmp_ref, VIRTUAL * room);
+    acting a = {0, KMP_GRAPH_NEW(g, kmp_ref, room + 1), KMP_GRAPH_NEW(g, kmp_ref, room + 1)};
+    kmp_tree moved;
+    uint16_t through;
+    if (!slope || !a.of || !a.force || !displace(tree, model->bodies[body].first_motion + 1, &moved))
+        return;
+    add_rows(&moved, &a);
+    add_elements(loads, &moved, body, &a);
+    kmp_partials_all(g, a.count, a.of, KMP_IN_ALONG, VIRTUAL, slope);
+    for (int k = 0; k < VIRTUAL; k++) {
+        from[k] = kmp_input(g, KMP_IN_ALONG, (uint32_t)k);
+        to[k] = generalized[k] = KMP_ZERO;
+    }
+    if (a.count > 0 && !kmp_substitute(g, VIRTUAL, from, to, VIRTUAL * a.count, slope, &through))
+        kmp_graph_fail(g);
+    for (int i = 0; i < a.count; i++)
+        for (int k = 0; k < VIRTUAL; k++)
+            generalized[k] = kmp_add(g, generalized[k], kmp_mul(g, a.force[i], slope[VIRTUAL * i + k]));
+}
+
+/* -- the load of the constraint ---------------------------------------------------------------------- */
+
+/* The part of v across `count` directions. */
+static kmp_vec across(kmp_graph *g, int count, const kmp_vec *along, kmp_vec v)
+{
+    if (count == 0)
+        return v;
+    if (count > 2)
+        return kmp_vec_zero();
+    kmp_vec n = count > 1 ? kmp_vec_cross(g, along[0], along[1]) : along[0];
+    kmp_vec part = kmp_vec_scale(g, kmp_div(g, kmp_vec_dot(g, v, n), kmp_vec_dot(g, n, n)), n);
+    return count > 1 ? part : kmp_vec_sub(g, v, part);
+}
+
+/* Removes the parts along the free motions from a wrench about the chain's beginning. Forces of motions act at the
+ * point through which the axes of all rotations pass: the chain's beginning where rotations come first, otherwise its
+ * end. */
+static void constrain(const kmp_tree *tree, const kmp_body *body, kmp_wrench *w)
+{
+    kmp_graph *g = tree->graph;
+    const kempe_model *model = tree->model;
+    int parent = tree->links[body->first_motion + 1].parent, first = kmp_joint_first_free(body);
+    int last = body->first_motion + body->motion_count, count[2] = {0, 0};
+    kmp_vec along[2][3];
+    for (int k = first; k < last; k++) {
+        bool rotation = model->motions[k].rotation;
+        kmp_vec e = kmp_vec_axis(KMP_ONE, tree->links[k + 1].axis);
+        if (count[rotation] < 3)
+            along[rotation][count[rotation]++] = kmp_link_direction(tree, k + 1, e, parent);
+    }
+    kmp_vec end = kmp_link_position(tree, last, kmp_vec_zero(), parent);
+    kmp_vec arm = kmp_vec_sub(g, end, tree->links[body->first_motion + 1].p);
+    bool at_end = !model->motions[first].rotation;
+    kmp_vec lever = kmp_vec_cross(g, arm, w->force), moment = w->moment;
+    moment = across(g, count[1], along[1], at_end ? kmp_vec_sub(g, moment, lever) : moment);
+    w->force = across(g, count[0], along[0], w->force);
+    lever = kmp_vec_cross(g, arm, w->force);
+    if (at_end && body->loads_parent)
+        moment = kmp_vec_add(g, moment, lever);
+    if (!at_end && !body->loads_parent)
+        moment = kmp_vec_sub(g, moment, lever);
+    w->moment = moment;
+}
+
+static void find_load(kmp_joint_loads *loads, const kmp_tree *tree, int body)
+{
+    kmp_graph *g = tree->graph;
+    const kmp_body *b = &tree->model->bodies[body];
+    int first = b->first_motion + 1;
+    kmp_wrench w = loads->inertial[first];
+    kmp_ref generalized[VIRTUAL] = {KMP_ZERO};
+    find_acting(loads, tree, body, generalized);
+    w.moment = kmp_vec_add(g, w.moment, kmp_vec_cross(g, kmp_link_slide(tree, first), w.force));
+    w.force = kmp_link_to_parent(tree, first, w.force);
+    w.moment = kmp_link_to_parent(tree, first, w.moment);
+    for (int k = 0; k < 3; k++) {
+        w.force.x[k] = kmp_sub(g, w.force.x[k], generalized[k]);
+        w.moment.x[k] = kmp_sub(g, w.moment.x[k], generalized[3 + k]);
+    }
+    constrain(tree, b, &w);
+    if (b->loads_parent) {
+        w.force = kmp_vec_sub(g, kmp_vec_zero(), w.force);
+        w.moment = kmp_vec_sub(g, kmp_vec_zero(), w.moment);
+    }
+    loads->of[body].force = kmp_link_direction(tree, tree->links[first].parent, w.force, 0);
+    loads->of[body].moment = kmp_link_direction(tree, tree->links[first].parent, w.moment, 0);
+    loads->known[body] = true;
+}
+
+kmp_vec kmp_joint_load(const kmp_tree *tree, int body, bool moment)
+{
+    kmp_joint_loads *loads = tree->loads;
+    if (!loads->known[body])
+        find_load(loads, tree, body);
+    return moment ? loads->of[body].moment : loads->of[body].force;
+}
+
+/* -- the whole --------------------------------------------------------------------------------------- */
+
+static bool is_of_joint(const kmp_expr *expr, const void *unused)
+{
+    (void)unused;
+    return expr->kind == KMP_EXPR_MEASURE &&
+           (expr->measure->kind == KMP_MEASURE_JOINT_REACTION || expr->measure->kind == KMP_MEASURE_JOINT_MOMENT);
+}
+
+static bool is_wanted(const kempe_model *model)
+{
+    bool wanted = false;
+    for (int k = 0; k < model->output_count; k++)
+        wanted = wanted || model->outputs[k].kind == KMP_OUTPUT_JOINT_REACTION ||
+                 model->outputs[k].kind == KMP_OUTPUT_JOINT_MOMENT;
+    for (int k = 0; k < model->sensor_count; k++)
+        wanted = wanted || kmp_expr_find(model->sensors[k].expr, is_of_joint, NULL);
+    for (int k = 0; k < model->run.until_count; k++)
+        wanted = wanted || kmp_expr_find(model->run.until[k], is_of_joint, NULL);
+    return wanted;
+}
+
+kempe_status kmp_joint_loads_begin(kmp_equations *eq, bool all)
+{
+    kmp_tree *tree = &eq->tree;
+    kmp_graph *g = eq->graph;
+    if (!all && !is_wanted(eq->model))
+        return KEMPE_OK;
+    kmp_joint_loads *loads = KMP_GRAPH_NEW(g, kmp_joint_loads, 1);
+    kmp_link_motion *movement = KMP_GRAPH_NEW(g, kmp_link_motion, tree->count);
+    kmp_ref *qdd = KMP_GRAPH_NEW(g, kmp_ref, tree->count), *effort = KMP_GRAPH_NEW(g, kmp_ref, tree->count);
+    KMP_TRY(kmp_made(eq->context, loads && movement && qdd && effort));
+    kmp_forces_init(&loads->forces, tree, 0, NULL);
+    loads->inertial = KMP_GRAPH_NEW(g, kmp_wrench, tree->count);
+    loads->of = KMP_GRAPH_NEW(g, kmp_wrench, eq->model->body_count);
+    loads->known = KMP_GRAPH_NEW(g, bool, eq->model->body_count);
+    KMP_TRY(kmp_made(eq->context, !kmp_graph_failed(g)));
+    for (int k = 0; k < tree->count - 1; k++)
+        qdd[k] = kmp_input(g, KMP_IN_QDD, (uint32_t)k);
+    kmp_newton_euler_whole(tree, qdd, loads->forces.applied, movement, loads->inertial, effort);
+    tree->loads = loads;
+    tree->carried = kmp_joint_load;
+    return KEMPE_OK;
+}
+
+kempe_status kmp_joint_loads_end(kmp_equations *eq)
+{
+    const kmp_joint_loads *loads = eq->tree.loads;
+    const kempe_model *model = eq->model;
+    eq->tree.loads = NULL;
+    if (!loads || !loads->obstacle)
+        return KEMPE_OK;
+    return kmp_complain(eq->context, model->files[loads->obstacle->place.file], loads->obstacle->place.line,
+                        loads->obstacle->place.column,
+                        "friction '%s' rolls along no length that is a function of the coordinates: the load of joint "
+                        "'%s' is not known then; take reaction(%s) and moment(%s) away",
+                        loads->obstacle->name, model->bodies[loads->obstructed].joint,
+                        model->bodies[loads->obstructed].joint, model->bodies[loads->obstructed].joint);
+}

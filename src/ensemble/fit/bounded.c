@@ -1,0 +1,145 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "ensemble/fit/bounded.h"
+#include "base/memory.h"
+#include "model/language/ranges.h"
+#include "output/csv_reader.h"
+#include <math.h>
+#include <string.h>
+
+/* -- bounds ------------------------------------------------------------------------------------------ */
+
+kempe_status kmp_box_bounds_number(kempe_context *context, const char *name, const char *text, size_t length,
+                                   double *value)
+{
+    kmp_text one = {0};
+    kmp_ranges ranges = {0};
+    kmp_text_printf(&one, "%s=%.*s", name, (int)length, text);
+    kempe_status status = one.failed ? kmp_fail_memory(context) : kmp_ranges_read(context, one.s, &ranges);
+    bool single = status == KEMPE_OK && ranges.count == 1 && ranges.range[0].count == 1;
+    if (single)
+        *value = ranges.range[0].from;
+    else if (status == KEMPE_OK)
+        status = kmp_fail(context, KEMPE_E_ARGUMENT, "'%s' is not a number: write NAME:LOW:HIGH", one.s);
+    kmp_text_free(&one);
+    kmp_ranges_free(&ranges);
+    return status;
+}
+
+static kempe_status read_bounds(kempe_context *context, kmp_box_bounds *b, int k, const char *text)
+{
+    const char *upper = strchr(text, ':');
+    if (!upper || strchr(upper + 1, ':'))
+        return kmp_fail(context, KEMPE_E_ARGUMENT,
+                        "parameter '%s': two bounds are expected, NAME:LOW:HIGH; one may be left out, NAME:LOW: or "
+                        "NAME::HIGH",
+                        b->name[k]);
+    if (upper > text)
+        KMP_TRY(kmp_box_bounds_number(context, b->name[k], text, (size_t)(upper - text), &b->lower[k]));
+    if (upper[1])
+        KMP_TRY(kmp_box_bounds_number(context, b->name[k], upper + 1, strlen(upper + 1), &b->upper[k]));
+    if (!(b->lower[k] < b->upper[k]))
+        return kmp_fail(context, KEMPE_E_ARGUMENT, "parameter '%s': the bound %g is not below %g", b->name[k],
+                        b->lower[k], b->upper[k]);
+    return KEMPE_OK;
+}
+
+kempe_status kmp_box_bounds_read(kempe_context *context, const char *list, kmp_arena *arena, kmp_box_bounds *bounded)
+{
+    char **word = NULL;
+    bounded->count = kmp_text_words(arena, list, &word);
+    if (bounded->count == 0)
+        return arena->failed ? kmp_fail_memory(context)
+                             : kmp_fail(context, KEMPE_E_ARGUMENT,
+                                        "there is no parameter to find: give names of parameters of the model, or "
+                                        "start values as q.NAME and qd.NAME");
+    KMP_TRY(kmp_made(context, KMP_ARENA_MAKE(arena, KMP_ROOM(char *, bounded->count, &bounded->name),
+                                             KMP_ROOM(double, bounded->count, &bounded->lower, &bounded->upper))));
+    for (int k = 0; k < bounded->count; k++) {
+        size_t length = strcspn(word[k], ":=");
+        bounded->name[k] = kmp_arena_printf(arena, "%.*s", (int)length, word[k]);
+        KMP_TRY(kmp_made(context, bounded->name[k]));
+        bounded->lower[k] = -INFINITY;
+        bounded->upper[k] = INFINITY;
+        if (word[k][length])
+            KMP_TRY(read_bounds(context, bounded, k, word[k] + length + 1));
+    }
+    return KEMPE_OK;
+}
+
+kempe_status kmp_box_bounds_check(kempe_context *context, const kmp_box_bounds *bounded, const double *start)
+{
+    for (int k = 0; k < bounded->count; k++)
+        if (start[k] < bounded->lower[k] || start[k] > bounded->upper[k])
+            return kmp_fail(context, KEMPE_E_ARGUMENT,
+                            "parameter '%s': its start %g is not between its bounds %g and %g; --set gives another "
+                            "start",
+                            bounded->name[k], start[k], bounded->lower[k], bounded->upper[k]);
+    return KEMPE_OK;
+}
+
+/* -- another search as the start --------------------------------------------------------------------- */
+
+typedef struct estimates {
+    const kmp_box_bounds *bounded;
+    int name, value, fields;
+    double *start;
+    bool *found; /* of each parameter */
+} estimates;
+
+static bool read_head(kmp_csv *csv, const char *line)
+{
+    estimates *e = csv->user;
+    e->name = e->value = -1;
+    for (const char *s = line; s; e->fields++) {
+        kmp_csv_field field = kmp_csv_name(&s);
+        if (kmp_csv_is(field, "parameter"))
+            e->name = e->fields;
+        else if (kmp_csv_is(field, "value"))
+            e->value = e->fields;
+    }
+    if (e->name < 0 || e->value < 0)
+        kmp_csv_complain(csv, line,
+                         "columns 'parameter' and 'value' are expected, as --output of a search writes them");
+    return true;
+}
+
+static bool read_estimate(kmp_csv *csv, const char *line)
+{
+    estimates *e = csv->user;
+    int at = -1;
+    kmp_csv_field value = {line, 0};
+    const char *s = line;
+    for (int k = 0; s && k < e->fields; k++) {
+        kmp_csv_field field = kmp_csv_next(&s);
+        for (int p = 0; k == e->name && p < e->bounded->count; p++)
+            at = kmp_csv_is(field, e->bounded->name[p]) ? p : at;
+        value = k == e->value ? field : value;
+    }
+    if (at >= 0 && !kmp_csv_number(csv, e->value, value, &e->start[at]))
+        kmp_csv_complain(csv, value.s, "a number is expected here");
+    else if (at >= 0)
+        e->found[at] = true;
+    kmp_csv_check_row(csv, line);
+    return true;
+}
+
+kempe_status kmp_box_bounds_read_start(kempe_context *context, const char *path, const kmp_box_bounds *bounded,
+                                       double *start)
+{
+    kmp_arena arena = {0};
+    estimates e = {.bounded = bounded, .start = start, .found = KMP_ARENA_NEW(&arena, bool, bounded->count)};
+    kmp_csv csv = {.context = context,
+                   .path = path,
+                   .lacks_header = "the header line is missing; it has the columns parameter and value",
+                   .user = &e,
+                   .header = read_head,
+                   .row = read_estimate};
+    kempe_status status = kmp_made(context, e.found);
+    if (status == KEMPE_OK)
+        status = kmp_csv_read(&csv);
+    for (int k = 0; k < bounded->count && status == KEMPE_OK; k++)
+        if (!e.found[k])
+            status = kmp_complain(context, path, 0, 0, "there is no row of the parameter '%s'", bounded->name[k]);
+    kmp_arena_free(&arena);
+    return status;
+}

@@ -1,0 +1,224 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "ensemble/instance_table.h"
+#include "ensemble/statistics/statistics.h"
+#include "output/print.h"
+#include "output/result_table.h"
+#include <math.h>
+#include <string.h>
+
+enum { MOST_TOLD = 5 };
+
+/* -- sums -------------------------------------------------------------------------------------------- */
+
+static const char *word_of(const kempe_table *t, int row, int column)
+{
+    const char *word = column >= 0 ? kempe_table_word(t, row, column) : NULL;
+    return word ? word : "";
+}
+
+/* Rows whose word in a column is this one. */
+static long count_words(const kempe_table *t, const char *name, const char *word)
+{
+    int column = kempe_table_find(t, name);
+    long count = 0;
+    for (int row = 0; row < kempe_table_row_count(t); row++)
+        count += strcmp(word_of(t, row, column), word) == 0;
+    return count;
+}
+
+static long add_up(const kempe_table *t, const char *name)
+{
+    const double *x = kempe_table_values(t, kempe_table_find(t, name));
+    long sum = 0;
+    for (int row = 0; x && row < kempe_table_row_count(t); row++)
+        sum += isnan(x[row]) ? 0 : (long)x[row];
+    return sum;
+}
+
+/* The largest known value of a column, 0 for none; *at: its row, -1 for none. */
+static double largest_of(const kempe_table *t, int column, int *at)
+{
+    const double *x = kempe_table_values(t, column);
+    double most = 0;
+    *at = -1;
+    for (int row = 0; x && row < kempe_table_row_count(t); row++)
+        if (!isnan(x[row]) && (*at < 0 || x[row] > most)) {
+            most = x[row];
+            *at = row;
+        }
+    return most;
+}
+
+static double worst_of(const kempe_table *t, const char *name)
+{
+    int at;
+    return fmax(largest_of(t, kempe_table_find(t, name), &at), 0);
+}
+
+kmp_instance_sums kmp_instances_sum(const kempe_table *t, long first)
+{
+    kmp_instance_sums s = {.count = kempe_table_row_count(t),
+                           .ok = count_words(t, "status", kmp_status_word(KEMPE_OK)) +
+                                 count_words(t, "status", kmp_status_word(KEMPE_UNTRUSTED)),
+                           .distrusted = count_words(t, "status", kmp_status_word(KEMPE_UNTRUSTED)),
+                           .stopped = count_words(t, "status", "stopped"),
+                           .failed = count_words(t, "status", "failed"),
+                           .steps = add_up(t, "steps"),
+                           .rejected = add_up(t, "rejected"),
+                           .refused = add_up(t, "refused"),
+                           .rhs = add_up(t, "rhs"),
+                           .exchanges = add_up(t, "exchanges"),
+                           .h = worst_of(t, "h"),
+                           .hdot = worst_of(t, "hdot"),
+                           .drift = worst_of(t, "drift")};
+    int start = kempe_table_find(t, "start");
+    for (int row = 0; row < kempe_table_row_count(t); row++)
+        if (strcmp(word_of(t, row, start), KMP_RATES_ADJUSTED) == 0 && s.rates_changed++ == 0)
+            s.first_changed = first + row;
+    /* The lists name instances that have not converged. */
+    int verdict = kempe_table_find(t, "verdict"), difference = kempe_table_find(t, "difference");
+    for (int row = 0; row < kempe_table_row_count(t); row++) {
+        const char *word = word_of(t, row, verdict);
+        double by = strcmp(word, "not converged") == 0 ? kempe_table_number(t, row, difference) : INFINITY;
+        s.repeated += *word != '\0';
+        if (!*word || strcmp(word, "converged") == 0)
+            continue;
+        if (s.not_converged++ == 0 || by > s.difference) {
+            s.worst = first + row;
+            s.difference = by;
+        }
+    }
+    return s;
+}
+
+void kmp_instances_add(kmp_instance_sums *s, const kmp_instance_sums *part)
+{
+    if (part->rates_changed > 0 && (s->rates_changed == 0 || part->first_changed < s->first_changed))
+        s->first_changed = part->first_changed;
+    if (part->not_converged > 0 && (s->not_converged == 0 || part->difference > s->difference)) {
+        s->worst = part->worst;
+        s->difference = part->difference;
+    }
+    s->count += part->count;
+    s->ok += part->ok;
+    s->distrusted += part->distrusted;
+    s->stopped += part->stopped;
+    s->failed += part->failed;
+    s->steps += part->steps;
+    s->rejected += part->rejected;
+    s->refused += part->refused;
+    s->rhs += part->rhs;
+    s->exchanges += part->exchanges;
+    s->h = fmax(s->h, part->h);
+    s->hdot = fmax(s->hdot, part->hdot);
+    s->drift = fmax(s->drift, part->drift);
+    s->rates_changed += part->rates_changed;
+    s->repeated += part->repeated;
+    s->not_converged += part->not_converged;
+}
+
+/* -- words ------------------------------------------------------------------------------------------- */
+
+static void put_remarks(kmp_text *text, const kmp_instance_sums *s)
+{
+    if (s->rates_changed > 0)
+        kmp_text_printf(text,
+                        "start: initial velocities were adjusted to satisfy the closures in %ld of %ld instances, "
+                        "first in instance %ld\n",
+                        s->rates_changed, s->count, s->first_changed + 1);
+}
+
+/* Why the instances cannot be trusted as a whole; nothing where they can. */
+static void put_doubts(kmp_text *text, const kmp_instance_sums *s)
+{
+    if (s->count > s->ok)
+        kmp_text_printf(text, "%ld of %ld instances did not reach their end: their rows have the reasons\n",
+                        s->count - s->ok, s->count);
+    if (s->not_converged > 0 && isinf(s->difference))
+        kmp_text_printf(text,
+                        "do not trust %ld of %ld instances: at another rtol the run of instance %ld did not reach its "
+                        "end; use a smaller rtol\n",
+                        s->not_converged, s->count, s->worst + 1);
+    else if (s->not_converged > 0)
+        kmp_text_printf(text,
+                        "do not trust %ld of %ld instances: at another rtol instance %ld differs by %.2g; use a "
+                        "smaller rtol\n",
+                        s->not_converged, s->count, s->worst + 1, s->difference);
+}
+
+void kmp_instances_put_warnings(kmp_text *text, const kmp_instance_sums *s)
+{
+    put_remarks(text, s);
+    put_doubts(text, s);
+}
+
+kempe_status kmp_instances_warn(kempe_context *context, const kmp_instance_sums *s)
+{
+    kmp_text text = {0}, doubts = {0};
+    put_remarks(&text, s);
+    put_doubts(&doubts, s);
+    for (const char *line = text.s; line && *line; line += strcspn(line, "\n") + 1)
+        kmp_log(context, KEMPE_LOG_WARNING, "%.*s", (int)strcspn(line, "\n"), line);
+    for (const char *line = doubts.s; line && *line; line += strcspn(line, "\n") + 1)
+        kmp_doubt(context, "%.*s", (int)strcspn(line, "\n"), line);
+    kempe_status status = kmp_made(context, !text.failed && !doubts.failed);
+    kmp_text_free(&text);
+    kmp_text_free(&doubts);
+    return status;
+}
+
+const char *kmp_instances_word(const kmp_instance_sums *s)
+{
+    bool doubted = s->doubted || s->ok < s->count || s->not_converged > 0 || s->distrusted > 0;
+    return s->count > 0 && s->ok == 0 ? kmp_status_word(s->failed > 0 ? KEMPE_E_FAILED : KEMPE_STOPPED)
+                                      : kmp_checked_word(doubted ? KEMPE_UNTRUSTED : KEMPE_OK, s->repeated > 0);
+}
+
+void kmp_instances_put(kmp_text *text, const char *model, const kempe_table *instances, long first, const char *run,
+                       const kempe_statistics *statistics, bool doubted)
+{
+    kmp_instance_sums s = kmp_instances_sum(instances, first);
+    s.doubted = doubted;
+    char *said = NULL;
+    kmp_text_printf(text, "%s: %s, %ld instances, %ld complete, %ld stopped, %ld failed\n\n%s", model,
+                    kmp_instances_word(&s), s.count, s.ok, s.stopped, s.failed, run);
+    kmp_text_printf(text, "closure   |h| %.3g, |hdot| %.3g at the end (worst, scaled by the characteristic length)\n",
+                    s.h, s.hdot);
+    kmp_text_printf(text, "energy    relative drift %.3g (worst)\n", s.drift);
+    if (s.repeated > 0)
+        kmp_text_printf(text, "verdict   %ld of %ld instances converged at another rtol\n",
+                        s.repeated - s.not_converged, s.repeated);
+    /* The largest difference of each quantity at another tolerance. */
+    static const char ending[] = ".difference";
+    bool any = false;
+    for (int c = 0; c < kempe_table_column_count(instances); c++) {
+        const char *name = kempe_table_column_name(instances, c), *unit = kempe_table_unit(instances, c);
+        size_t length = strlen(name), end = strlen(ending);
+        int at = -1;
+        if (c < kempe_table_find(instances, "drift") || length < end || strcmp(name + length - end, ending) != 0)
+            continue;
+        double most = largest_of(instances, c, &at);
+        if (at < 0)
+            continue;
+        kmp_text_printf(text, "%-10s'%.*s' differs at most by %.2e%s%s, in instance %ld\n", any ? "" : "measured",
+                        (int)(length - end), name, most, *unit ? " " : "", unit, first + at + 1);
+        any = true;
+    }
+    kmp_text_printf(text, "work      steps %ld, rejected %ld, failed %ld, right-hand sides %ld, exchanges %ld\n",
+                    s.steps, s.rejected, s.refused, s.rhs, s.exchanges);
+    /* The first instances that did not reach their end, with their reasons. */
+    int status = kempe_table_find(instances, "status"), reason = kempe_table_find(instances, "reason"), told = 0;
+    for (int row = 0; row < kempe_table_row_count(instances) && told < MOST_TOLD; row++)
+        if (*word_of(instances, row, reason)) {
+            kmp_text_printf(text, "%s %ld %s: %s\n", told ? "         " : "\ninstance ", first + row + 1,
+                            word_of(instances, row, status), word_of(instances, row, reason));
+            told++;
+        }
+    if (s.failed + s.stopped > told)
+        kmp_text_printf(text, "           and %ld more\n", s.failed + s.stopped - told);
+    if (!statistics)
+        return;
+    text->failed = text->failed || kempe_statistics_print(statistics, KEMPE_TEXT, &said) != KEMPE_OK;
+    kmp_text_printf(text, "\n%s", said ? said : "");
+    kempe_text_free(said);
+}

@@ -1,0 +1,442 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The lanes of a pool: their numbers, evaluations and stages in all of them, instances that enter and leave, and the
+ * slopes and first steps of new ones. */
+#include "ensemble/lanes/lane_state.h"
+#include "integrators/formulations/formulation.h"
+#include "integrators/steppers/rk.h"
+#include <math.h>
+#include <string.h>
+
+enum { MOST_NEWTON = 12 };
+
+/* -- room -------------------------------------------------------------------------------------------- */
+
+bool kmp_lane_state_init(kmp_engine *e, int width)
+{
+    kmp_lane_state *room = &e->room;
+    size_t w = (size_t)width, size = (size_t)kmp_lane_most(e), n = (size_t)e->n, m = (size_t)e->m;
+    *room = (kmp_lane_state){.w = w};
+    for (size_t l = 0; l < KMP_LANES_MOST; l++)
+        room->who[l] = -1;
+    kmp_arena *a = &e->run_arena;
+    double **vectors[] = {&room->y, &room->y_new, &room->stage, &room->weight, &room->atol};
+    for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++)
+        *vectors[k] = kmp_arena_aligned(a, w * size);
+    for (size_t k = 1; k <= (kmp_measures_steps(e) || e->s->events.count > 0 ? 16 : 13); k++)
+        room->k[k] = kmp_arena_aligned(a, w * size);
+    room->scale = kmp_arena_aligned(a, w * n);
+    room->late = kmp_has_late_conditions(e->s);
+    room->vdd = room->vdd_new = NULL;
+    if (e->s->changes_by_rates) {
+        room->vdd = kmp_arena_aligned(a, w * (n + m));
+        room->vdd_new = kmp_arena_aligned(a, w * (n + m));
+        room->vdd_middle = kmp_arena_aligned(a, w * (n + m));
+    }
+    room->nu = room->nu_now = room->nu_end = NULL;
+    if (e->s->load_row_count > 0) {
+        room->nu = kmp_arena_aligned(a, w * m);
+        room->nu_now = kmp_arena_aligned(a, w * m);
+        room->nu_end = kmp_arena_aligned(a, w * m);
+    }
+    room->row_scale = kmp_arena_aligned(a, w * m);
+    room->per_scale = kmp_arena_aligned(a, w * n);
+    room->per_row_scale = kmp_arena_aligned(a, w * m);
+    room->square = KMP_ARENA_NEW(a, double, m *n);
+    room->at = kmp_arena_aligned(a, w * (1 + KMP_TIME_NUMBERS * (size_t)e->s->model->input_count));
+    return !a->failed;
+}
+
+/* -- evaluation -------------------------------------------------------------------------------------- */
+
+void kmp_room_put_inputs(kmp_engine *e)
+{
+    kmp_lane_state *room = &e->room;
+    for (size_t l = 0; l < room->w && e->s->model->input_count > 0; l++) {
+        const kmp_present_inputs *inputs = room->who[l] >= 0 ? &e->instances[room->who[l]].inputs : NULL;
+        const double *now = inputs ? kmp_present_inputs_at(inputs, room->at[l]) : NULL;
+        for (size_t k = 1; now && k < (size_t)kmp_present_inputs_size(inputs); k++)
+            room->at[k * room->w + l] = now[k];
+    }
+}
+
+void kmp_room_find_limit(kmp_engine *e, size_t l)
+{
+    const kmp_instance *x = &e->instances[e->room.who[l]];
+    e->room.until[l] = kmp_present_inputs_until(&x->inputs);
+    e->room.limit[l] = kmp_first_limit(x->next_sample, e->room.until[l], e->spec.t_end);
+}
+
+/* True if the multipliers of a lane satisfy the equations up to rounding (settle of load_multipliers.c). *energy: the
+ * largest residual times the scale of its row, and before that of the pass before. */
+static bool is_settled(const kmp_engine *e, const kmp_lane_group *pool, const double *out, size_t l, double *energy)
+{
+    const kmp_lane_state *room = &e->room;
+    size_t w = room->w, n = (size_t)e->n;
+    double size = 0, most = 0, before = *energy;
+    for (size_t i = 0; i < n; i++)
+        size = fmax(size, fabs(out[i * w + l]) * room->scale[i * w + l]);
+    for (size_t j = 0; j < (size_t)pool->layout.loads; j++) {
+        size_t row = (size_t)pool->load_row[j] * w + l;
+        double residual = out[(n + j) * w + l], nu = room->nu_now[row];
+        size = fmax(size, fmax(fabs(nu), fabs(nu + residual)) * room->row_scale[row]);
+        most = fabs(residual) <= DBL_MAX ? fmax(most, fabs(residual) * room->row_scale[row]) : INFINITY;
+    }
+    *energy = most;
+    return most <= KMP_LOAD_ROUNDING * size || (most <= KMP_LOAD_ROUNDED * size && !(most < 0.5 * before));
+}
+
+/* Solves for the multipliers that forces depend on, in each lane from those in the room. Lanes without a solution are
+ * marked in `bad`. */
+static void settle_loads(kmp_engine *e, kmp_lane_group *pool)
+{
+    kmp_lane_state *room = &e->room;
+    size_t w = room->w, loads = (size_t)pool->layout.loads;
+    double energy[KMP_LANES_MOST];
+    bool settled[KMP_LANES_MOST] = {false}, all = false;
+    memcpy(room->nu_now, room->nu, w * (size_t)e->m * sizeof *room->nu);
+    for (size_t l = 0; l < w; l++)
+        energy[l] = INFINITY;
+    (void)kmp_lanes_run(pool->lanes, KMP_REDUCED_PROGRAM_CLOSE);
+    for (int pass = 0; !all && pass <= MOST_NEWTON; pass++) {
+        kmp_lanes_set(pool->lanes, KMP_IN_LAMBDA, room->nu_now);
+        const double *out = kmp_lanes_run(pool->lanes, KMP_REDUCED_PROGRAM_RATES);
+        all = true;
+        for (size_t l = 0; l < w; l++) {
+            settled[l] = settled[l] || room->who[l] < 0 || is_settled(e, pool, out, l, &energy[l]);
+            all = all && settled[l];
+            for (size_t j = 0; j < loads && !settled[l] && pass < MOST_NEWTON; j++)
+                room->nu_now[(size_t)pool->load_row[j] * w + l] += out[((size_t)e->n + loads + j) * w + l];
+        }
+    }
+    for (size_t l = 0; l < w; l++)
+        room->bad[l] += !settled[l];
+}
+
+/* k = f(at, y) in all lanes, whose unknowns the program has; failed evaluations are marked in `bad`. */
+static void evaluate_placed(kmp_engine *e, kmp_lane_group *pool, const double *y, double *k)
+{
+    kmp_lane_state *room = &e->room;
+    if (pool->timed) {
+        kmp_room_put_inputs(e);
+        kmp_lanes_set(pool->lanes, KMP_IN_TIME, room->at);
+    }
+    if (room->nu)
+        settle_loads(e, pool);
+    kmp_lanes_run_in_place(pool->lanes, pool->slopes);
+    kmp_lanes_publish(room->w, e, pool, y, k);
+}
+
+void kmp_room_evaluate(kmp_engine *e, kmp_lane_group *pool, const double *y, double *k)
+{
+    kmp_lanes_set(pool->lanes, KMP_IN_Q, y);
+    evaluate_placed(e, pool, y, k);
+}
+
+void kmp_room_set_times(kmp_lane_state *room, double c)
+{
+    for (size_t l = 0; l < room->w; l++)
+        room->at[l] = room->t[l] + c * room->step[l];
+}
+
+/* -- stages ------------------------------------------------------------------------------------------ */
+
+#define TERMS(a) ((int)(sizeof(a) / sizeof *(a)))
+
+#define STAGE(number, a, ...)                                                                                          \
+    do {                                                                                                               \
+        const kmp_lanes_sum sum = {room->y,     room->step, TERMS(a), a, (const double *const[]){__VA_ARGS__},         \
+                                   room->stage, pool->place};                                                          \
+        kmp_lanes_combine(room->w, (size_t)e->size, &sum);                                                             \
+        if (pool->timed)                                                                                               \
+            kmp_room_set_times(room, kmp_dop853_c[number]);                                                            \
+        evaluate_placed(e, pool, room->stage, k[number]);                                                              \
+    } while (0)
+
+void kmp_room_run_stages(kmp_engine *e, kmp_lane_group *pool)
+{
+    kmp_lane_state *room = &e->room;
+    double **k = room->k;
+    kmp_lanes_take_sines(pool->lanes, KMP_SINES_NEAR, NULL);
+    KMP_DOP853_STAGES(STAGE, k);
+    kmp_lanes_take_sines(pool->lanes, KMP_SINES_ALONE, NULL);
+}
+
+void kmp_room_run_dense_stages(kmp_engine *e, kmp_lane_group *pool)
+{
+    kmp_lane_state *room = &e->room;
+    double **k = room->k;
+    KMP_DOP853_DENSE_STAGES(STAGE, k);
+    for (size_t l = 0; l < room->w; l++) {
+        room->dense_bad[l] = room->bad[l] != 0;
+        room->bad[l] = 0;
+    }
+}
+
+/* -- programs ---------------------------------------------------------------------------------------- */
+
+/* The programs of all lanes; some may be NULL. */
+enum { PROGRAMS = 4 };
+
+static void list_programs(const kmp_engine *e, const kmp_lane_group *pool, kmp_lanes *program[PROGRAMS])
+{
+    program[0] = pool->lanes;
+    program[1] = pool->complete_lanes;
+    program[2] = e->beside[0];
+    program[3] = e->beside[1];
+}
+
+void kmp_lane_give(kmp_engine *e, const kmp_lane_group *pool, kmp_input_kind kind, size_t l, const double *x)
+{
+    kmp_lanes *program[PROGRAMS];
+    list_programs(e, pool, program);
+    for (int k = 0; k < PROGRAMS; k++)
+        if (program[k])
+            kmp_lanes_set_one(program[k], kind, (int)l, x);
+}
+
+void kmp_lane_set_modes(kmp_engine *e, kmp_lane_group *pool, size_t l)
+{
+    kmp_lane_give(e, pool, KMP_IN_MODE, l, e->instances[e->room.who[l]].mode);
+}
+
+/* -- in and out -------------------------------------------------------------------------------------- */
+
+/* One instance's numbers of a vector of lanes. */
+static void put_lane(double *lanes, size_t w, size_t l, int count, const double *x)
+{
+    for (size_t k = 0; k < (size_t)count; k++)
+        lanes[k * w + l] = x[k];
+}
+
+static void take_lane(const double *lanes, size_t w, size_t l, int count, double *x)
+{
+    for (size_t k = 0; k < (size_t)count; k++)
+        x[k] = lanes[k * w + l];
+}
+
+void kmp_room_load(kmp_engine *e, kmp_lane_group *pool, size_t l, int i)
+{
+    kmp_lane_state *room = &e->room;
+    kmp_instance *x = &e->instances[i];
+    size_t w = room->w;
+    const double *scale = x->constants.numbers + e->parameters, *row_scale = scale + e->n;
+    room->who[l] = i;
+    room->t[l] = x->t;
+    room->h[l] = x->h;
+    room->error_old[l] = x->error_old;
+    room->pivot[l] = x->pivot;
+    room->exchange[l] = x->limit;
+    room->rejected[l] = x->rejected;
+    room->tries[l] = x->tries;
+    for (size_t k = 0; k < KMP_SIGN_WORDS; k++)
+        room->negative[k * w + l] = x->signs.negative[k];
+    if (x->signs.known)
+        kmp_lanes_put_base(pool->lanes, (int)l, x->base);
+    kmp_room_find_limit(e, l);
+    put_lane(room->y, w, l, e->size, x->y);
+    put_lane(room->k[1], w, l, e->size, x->dy);
+    put_lane(room->scale, w, l, e->n, scale);
+    put_lane(room->row_scale, w, l, e->m, row_scale);
+    for (int k = 0; k < e->n; k++)
+        room->per_scale[(size_t)k * w + l] = 1 / scale[k];
+    for (int k = 0; k < e->m; k++)
+        room->per_row_scale[(size_t)k * w + l] = 1 / row_scale[k];
+    double *atol = room->atol + l;
+    for (int k = 0; k < e->p; k++)
+        kmp_formulation_tolerances(e->s, pool->part.u[k], e->spec.atol * scale[pool->part.u[k]], x->rate_scale,
+                                   &atol[(size_t)k * w], &atol[(size_t)(e->p + k) * w]);
+    for (int k = 0; k < e->r; k++)
+        atol[(size_t)(2 * e->p + k) * w] = e->spec.atol * scale[pool->part.v[k]];
+    if (e->s->dissipative)
+        atol[(size_t)(2 * e->p + e->r) * w] = KMP_UNCONTROLLED;
+    if (room->vdd)
+        put_lane(room->vdd, w, l, e->n + e->m, x->vdd);
+    if (room->nu)
+        put_lane(room->nu, w, l, e->m, x->nu);
+    kmp_lane_give(e, pool, KMP_IN_PARAMETER, l, x->constants.numbers);
+    kmp_event_tracker *watching = kmp_lane_watching(e, l);
+    if (!watching)
+        return;
+    kmp_event_tracker_take(watching, x->mode, x->constants.numbers, &x->inputs, x->past);
+    kmp_lane_set_modes(e, pool, l);
+}
+
+void kmp_room_count_made(kmp_engine *e, size_t l)
+{
+    kmp_lane_state *room = &e->room;
+    kmp_ensemble_result *result = &e->results[room->who[l]];
+    result->steps += (long)room->made[l];
+    result->rejected += (long)room->repeated[l];
+    result->rhs += 12 * (long)room->made[l] + 11 * (long)room->repeated[l];
+    room->made[l] = room->repeated[l] = room->spare[l] = 0;
+}
+
+void kmp_room_store(kmp_engine *e, size_t l)
+{
+    kmp_lane_state *room = &e->room;
+    kmp_instance *x = &e->instances[room->who[l]];
+    kmp_room_count_made(e, l);
+    x->t = room->t[l];
+    x->h = room->h[l];
+    x->error_old = room->error_old[l];
+    x->pivot = room->pivot[l];
+    x->rejected = room->rejected[l];
+    for (size_t k = 0; k < KMP_SIGN_WORDS; k++)
+        x->signs.negative[k] = room->negative[k * room->w + l];
+    x->tries = (int)room->tries[l];
+    take_lane(room->y, room->w, l, e->size, x->y);
+    take_lane(room->k[1], room->w, l, e->size, x->dy);
+    if (room->vdd)
+        take_lane(room->vdd, room->w, l, e->n + e->m, x->vdd);
+    if (room->nu)
+        take_lane(room->nu, room->w, l, e->m, x->nu);
+}
+
+void kmp_room_empty(kmp_lane_state *room, size_t l)
+{
+    room->who[l] = -1;
+    room->step[l] = 0;
+    room->error_old[l] = 1;
+    room->made[l] = room->repeated[l] = room->spare[l] = 0;
+    room->gaps = true;
+}
+
+void kmp_lane_evict(kmp_engine *e, size_t l, const char *why)
+{
+    kmp_lane_state *room = &e->room;
+    kmp_room_store(e, l);
+    e->results[room->who[l]].why = why;
+    room->out[room->out_count++] = room->who[l];
+    kmp_room_empty(room, l);
+}
+
+kempe_status kmp_room_run_expelled(kmp_engine *e, kmp_lane_group *pool)
+{
+    kempe_status status = KEMPE_OK;
+    for (int k = 0; k < e->room.out_count && status == KEMPE_OK; k++) {
+        int i = e->room.out[k];
+        const kmp_instance *x = &e->instances[i];
+        double margin = x->seen_t >= 0 ? fmin(1, x->seen_margin) : 1;
+        status = kmp_instance_apart(e, pool, i, margin, e->results[i].why);
+    }
+    e->room.out_count = 0;
+    return status;
+}
+
+/* -- first steps ------------------------------------------------------------------------------------- */
+
+/* sum of ((a - b) / w)^2 of a lane; b NULL: 0 */
+static double weighted_square(const kmp_engine *e, size_t l, const double *a, const double *b)
+{
+    const kmp_lane_state *room = &e->room;
+    double sum = 0;
+    for (size_t k = l; k < (size_t)e->size * room->w; k += room->w) {
+        double weight = room->atol[k] + e->spec.rtol * fabs(room->y[k]), x = (b ? a[k] - b[k] : a[k]) / weight;
+        sum += x * x;
+    }
+    return sum;
+}
+
+/* Hairer's hinit, as in rk.c; an instance whose evaluation fails is left to a separate run. */
+static void choose_steps(kmp_engine *e, kmp_lane_group *pool)
+{
+    kmp_lane_state *room = &e->room;
+    double slope[KMP_LANES_MOST] = {0};
+    for (size_t l = 0; l < room->w; l++) {
+        const kmp_instance *x = room->who[l] >= 0 ? &e->instances[room->who[l]] : NULL;
+        room->step[l] = room->bad[l] = 0;
+        if (!x || x->has_step)
+            continue;
+        slope[l] = weighted_square(e, l, room->k[1], NULL);
+        double size = weighted_square(e, l, room->y, NULL);
+        double h = slope[l] <= 1e-10 || size <= 1e-10 ? 1e-6 : 0.01 * sqrt(size / slope[l]);
+        room->step[l] = fmin(h, room->limit[l] - room->t[l]);
+    }
+    for (size_t k = 0; k < (size_t)e->size * room->w; k++)
+        room->stage[k] = room->y[k] + room->step[k % room->w] * room->k[1][k];
+    kmp_room_set_times(room, 1);
+    kmp_room_evaluate(e, pool, room->stage, room->k[2]);
+    for (size_t l = 0; l < room->w; l++) {
+        kmp_instance *x = room->who[l] >= 0 ? &e->instances[room->who[l]] : NULL;
+        if (!x || x->has_step)
+            continue;
+        x->has_step = true;
+        e->results[room->who[l]].rhs++;
+        double h = room->step[l], curvature = sqrt(weighted_square(e, l, room->k[2], room->k[1])) / h;
+        double most = fmax(curvature, sqrt(slope[l]));
+        double h1 = most <= 1e-15 ? fmax(1e-6, 1e-3 * h) : pow(0.01 / most, 1.0 / kmp_dop853.numbers.order);
+        room->h[l] = fmin(fmin(100 * h, h1), room->limit[l] - room->t[l]);
+        if (room->bad[l] != 0)
+            kmp_lane_evict(e, l, "a right-hand side that cannot be evaluated");
+    }
+}
+
+void kmp_room_find_accelerations(const kmp_engine *e, const kmp_lane_group *pool, const double *end,
+                                 const double *slope, double *vdd)
+{
+    size_t w = e->room.w, p = (size_t)e->p, r = (size_t)e->r;
+    size_t closures = (size_t)kmp_writer_closure_count(e->s);
+    const double *b = end + (size_t)(pool->layout.multipliers + pool->layout.pivots) * w + closures * w;
+    const double *a0 = b + (p * r + r) * w, *udd = slope + p * w;
+    memcpy(vdd, a0, r * w * sizeof *vdd);
+    for (size_t c = 0; c < p; c++)
+        for (size_t k = 0; k < r * w; k++)
+            vdd[k] += b[c * r * w + k] * udd[c * w + k % w];
+    if (!e->room.late)
+        return;
+    double *lambda = vdd + (size_t)e->n * w;
+    memset(lambda, 0, (size_t)e->m * w * sizeof *lambda);
+    for (size_t i = 0; i < r; i++)
+        memcpy(lambda + (size_t)pool->part.rows[i] * w, a0 + (r + i) * w, w * sizeof *lambda);
+}
+
+void kmp_room_begin(kmp_engine *e, kmp_lane_group *pool)
+{
+    kmp_lane_state *room = &e->room;
+    bool choose = false;
+    for (size_t l = 0; l < room->w; l++)
+        room->step[l] = room->bad[l] = 0;
+    kmp_lanes *program[PROGRAMS];
+    list_programs(e, pool, program);
+    for (int k = 0; k < PROGRAMS; k++)
+        if (program[k])
+            (void)kmp_lanes_run(program[k], KMP_STAGE_PARAMETERS);
+    kmp_room_set_times(room, 0);
+    int64_t renewed[KMP_LANES_MOST];
+    for (size_t l = 0; l < room->w; l++)
+        renewed[l] = room->who[l] >= 0 && !e->instances[room->who[l]].signs.known;
+    kmp_lanes_take_sines(pool->lanes, KMP_SINES_RENEW, renewed);
+    kmp_room_evaluate(e, pool, room->y, room->k[2]);
+    kmp_lanes_take_sines(pool->lanes, KMP_SINES_ALONE, NULL);
+    const double *end = kmp_lanes_run(pool->lanes, KMP_REDUCED_PROGRAM_END), *pivot = kmp_lanes_pivots(e, pool, end);
+    uint64_t negative[KMP_SIGN_WORDS * KMP_LANES_MOST];
+    kmp_lanes_signs(room->w, pool->layout.pivots, pool->pivot_block, pivot, negative);
+    if (room->vdd)
+        kmp_room_find_accelerations(e, pool, end, room->k[2], room->vdd_new);
+    for (size_t l = 0; l < room->w; l++) {
+        kmp_instance *x = room->who[l] >= 0 ? &e->instances[room->who[l]] : NULL;
+        if (!x || x->signs.known)
+            continue;
+        if (room->bad[l] != 0) {
+            kmp_lane_evict(e, l, "a right-hand side that cannot be evaluated");
+            continue;
+        }
+        x->signs.known = true;
+        for (size_t k = l; k < KMP_SIGN_WORDS * room->w; k += room->w)
+            room->negative[k] = negative[k];
+        room->pivot[l] = 0;
+        for (size_t k = l; room->vdd && k < ((size_t)e->n + (size_t)e->m) * room->w; k += room->w)
+            room->vdd[k] = room->vdd_new[k];
+        for (size_t k = l; room->nu && k < (size_t)e->m * room->w; k += room->w)
+            room->nu[k] = room->nu_now[k];
+        if (x->has_slope)
+            continue;
+        for (size_t k = l; k < (size_t)e->size * room->w; k += room->w)
+            room->k[1][k] = room->k[2][k];
+        x->has_slope = true;
+        e->results[room->who[l]].rhs++;
+        choose = choose || !x->has_step;
+    }
+    if (choose)
+        choose_steps(e, pool);
+}

@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Attempts of steps in the lanes of a pool (ensemble_lanes.c), with what they need: the lanes' numbers and evaluations
+ * (ensemble_room.c), and events and quantities within accepted steps. */
+#pragma once
+
+#include "ensemble/lanes/ensemble_inside.h"
+
+/** Result of an attempt in a lane. EVENT: taken up to an event within it. AGAIN: up to an event, with the step in the
+ * room. */
+typedef enum kmp_lane_outcome {
+    KMP_LANE_EMPTY,
+    KMP_LANE_TAKEN,
+    KMP_LANE_EVENT,
+    KMP_LANE_AGAIN,
+    KMP_LANE_BAD_ERROR,
+    KMP_LANE_BAD_STAGE,
+    KMP_LANE_BAD_STEP
+} kmp_lane_outcome;
+
+/* ensemble_room.c */
+
+/** Sets the times of evaluations to a part c of each lane's step; puts the inputs of each lane at its time. */
+void kmp_room_set_times(kmp_lane_state *room, double c);
+void kmp_room_put_inputs(kmp_engine *e);
+
+/** Finds the time that the next steps of a lane do not go beyond: the end of the run, the next jump of an input, or the
+ * next sample of a state. */
+void kmp_room_find_limit(kmp_engine *e, size_t lane);
+
+/** k = f(at, y) in all lanes; failed evaluations are marked in `bad`. */
+void kmp_room_evaluate(kmp_engine *e, kmp_lane_group *pool, const double *y, double *k);
+
+/** The stages of an attempt; those of the dense output, whose failures go to `dense_bad`. */
+void kmp_room_run_stages(kmp_engine *e, kmp_lane_group *pool);
+void kmp_room_run_dense_stages(kmp_engine *e, kmp_lane_group *pool);
+
+/** Accelerations of v from the slopes and the values of the last stage there: Bvu udd and the part that does not depend
+ * on udd. Then, after n numbers, the multipliers where conditions need them; dropped rows have none. */
+void kmp_room_find_accelerations(const kmp_engine *e, const kmp_lane_group *pool, const double *end,
+                                 const double *slope, double *vdd);
+
+/** Copies an instance to a lane, and the state of a lane to its instance; empties a lane. */
+void kmp_room_load(kmp_engine *e, kmp_lane_group *pool, size_t lane, int instance);
+void kmp_room_store(kmp_engine *e, size_t lane);
+void kmp_room_empty(kmp_lane_state *room, size_t lane);
+
+/** Takes the steps of a lane that needed no decision into the account of its instance; the next one needs one. */
+void kmp_room_count_made(kmp_engine *e, size_t lane);
+
+/** Leaves the instance of a lane to a separate run, from its last accepted step on; runs their parts. */
+void kmp_lane_evict(kmp_engine *e, size_t lane, const char *why);
+kempe_status kmp_room_run_expelled(kmp_engine *e, kmp_lane_group *pool);
+
+/** Computes slopes, signs and first steps of new lanes. */
+void kmp_room_begin(kmp_engine *e, kmp_lane_group *pool);
+
+/* ensemble_conditions.c */
+
+/** Finds the accepted steps within which conditions change; `searched`: lanes whose stages of the dense output are
+ * counted. Returns true if these stages are known. */
+bool kmp_taken_watch(kmp_engine *e, kmp_lane_group *pool, const kmp_lane_watched *seen, kmp_lane_outcome *what,
+                     bool *searched);
+
+/* ensemble_measure.c */
+
+/** Takes the accepted steps into the accounts of their instances; `searched`: lanes whose stages of the dense output
+ * are counted, NULL: these are not known. */
+void kmp_taken_measure(kmp_engine *e, kmp_lane_group *pool, const bool *searched, kmp_lane_outcome *what);

@@ -1,0 +1,449 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Starts, searches and their best result. Parameters are those of the unit cube between their bounds. Threads share the
+ * searches: each has an objective of its own, and a search depends on its start alone, so that results have the same
+ * bits with any number of threads. */
+#include "ensemble/optimize/optimize_study.h"
+#include "base/clock.h"
+#include "base/memory.h"
+#include "base/thread_pool.h"
+#include "constraints/tolerances.h"
+#include "ensemble/fit/search_threads.h"
+#include "ensemble/sampling/designs.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MOST_EVALUATIONS = 500, POOL = 8, MOST_STARTS = 100000 };
+
+/* The evaluator of one thread. The first one is that of the caller and has its context. */
+typedef struct searcher {
+    kempe_optimum *o;
+    kempe_context *context;
+    kmp_variant *copy; /* the model, with this context */
+    kmp_objective own, *objective;
+    double *x, *values, *slopes; /* of a trial: in SI; of all quantities */
+    kmp_searched *search;
+    kempe_status status;
+} searcher;
+
+/* -- evaluations ------------------------------------------------------------------------------------- */
+
+static double side(const kempe_optimum *o, int k)
+{
+    return o->bounded.upper[k] - o->bounded.lower[k];
+}
+
+/* From the unit cube to values between the bounds; they may be the same array. */
+static void leave_cube(const kempe_optimum *optimum, const double *cube, double *x)
+{
+    const kmp_box_bounds *bounded = &optimum->bounded;
+    for (int k = 0; k < optimum->count; k++)
+        x[k] = fmin(fmax(bounded->lower[k] + side(optimum, k) * cube[k], bounded->lower[k]), bounded->upper[k]);
+}
+
+static double size_of_limit(const kmp_quantity_limit *limit)
+{
+    return limit->bound != 0 ? fabs(limit->bound) : 1;
+}
+
+double kmp_optimum_broken(const kempe_optimum *optimum, const double *values, double *limit)
+{
+    const kmp_quantity_list *list = optimum->objective.list;
+    double most = 0;
+    for (int k = 0; k < list->limit_count; k++) {
+        const kmp_quantity_limit *l = &list->limit[k];
+        double over = l->sign * (values[l->value] - l->bound) / size_of_limit(l);
+        most = fmax(most, isnan(over) ? INFINITY : over);
+        if (limit)
+            limit[k] = over;
+    }
+    return most;
+}
+
+static bool note(kmp_searched *search, double value, double broken)
+{
+    kmp_trial *tried = kmp_list_room(search->tried, (size_t)search->tried_count, sizeof *tried);
+    if (!tried)
+        return false;
+    search->tried = tried;
+    tried[search->tried_count++] = (kmp_trial){value, broken};
+    return true;
+}
+
+static void give_slopes(const searcher *w, double *slope, double *limit_slope)
+{
+    const kempe_optimum *o = w->o;
+    const kmp_quantity_list *list = o->objective.list;
+    double sign = o->most_wanted ? -1 : 1;
+    for (int k = 0; k < o->count; k++)
+        slope[k] = sign * w->slopes[k] * side(o, k);
+    for (int l = 0; l < list->limit_count; l++) {
+        const kmp_quantity_limit *limit = &list->limit[l];
+        for (int k = 0; k < o->count; k++)
+            limit_slope[l * o->count + k] =
+                limit->sign * w->slopes[(ptrdiff_t)limit->value * o->count + k] * side(o, k) / size_of_limit(limit);
+    }
+}
+
+static kmp_lm_message try(void *user, const double *cube, double *value, double *slope, double *limit,
+                          double *limit_slope)
+{
+    searcher *w = user;
+    const kempe_optimum *o = w->o;
+    bool slopes = strcmp(o->method, "slopes") == 0;
+    leave_cube(o, cube, w->x);
+    kmp_progress(w->context, KMP_PROGRESS_STUDY, w->search->number, o->starts, "searches");
+    w->status = slopes ? kmp_objective_slopes(w->objective, w->x, w->values, w->slopes)
+                       : kmp_objective_values(w->objective, 1, w->x, w->values);
+    if (w->status != KEMPE_OK)
+        return KMP_SQUARES_END;
+    if (!note(w->search, w->values[0], kmp_optimum_broken(o, w->values, NULL))) {
+        w->status = kmp_fail_memory(w->context);
+        return KMP_SQUARES_END;
+    }
+    if (isnan(w->values[0]))
+        return KMP_SQUARES_NOWHERE;
+    *value = o->most_wanted ? -w->values[0] : w->values[0];
+    double broken = kmp_optimum_broken(o, w->values, limit);
+    if (slopes)
+        give_slopes(w, slope, limit_slope);
+    return isfinite(broken) ? KMP_SQUARES_GO : KMP_SQUARES_NOWHERE;
+}
+
+/* -- one thread -------------------------------------------------------------------------------------- */
+
+/* The caller's objective exists; another thread derives its equations anew, in a context of its own. */
+static kempe_status begin_searcher(void *self, void *job, kempe_context *context, bool caller)
+{
+    searcher *w = self;
+    kempe_optimum *o = job;
+    const int width = o->objective.list->run.values;
+    const char *const *names = (const char *const *)o->bounded.name;
+    w->o = o;
+    w->context = context;
+    w->x = KMP_NEW(double, o->count);
+    w->values = KMP_NEW(double, width);
+    w->slopes = KMP_NEW(double, (ptrdiff_t)width * o->count);
+    if (!w->x || !w->values || !w->slopes)
+        return KEMPE_E_MEMORY;
+    if (caller) {
+        w->objective = &o->objective;
+        return KEMPE_OK;
+    }
+    KMP_TRY(kmp_variant_new_in(w->context, o->model, 0, NULL, &w->copy));
+    KMP_TRY(kmp_objective_init(&w->own, kmp_variant_model(w->copy), o->count, names, o->quantity, o->limit_words,
+                               &o->objective.run));
+    w->objective = &w->own;
+    return KEMPE_OK;
+}
+
+static void end_searcher(void *self)
+{
+    searcher *w = self;
+    if (w->objective == &w->own) {
+        w->o->objective.simulations += w->own.simulations;
+        kmp_objective_free(&w->own);
+    }
+    kmp_variant_free(w->copy);
+    kmp_free(w->x);
+    kmp_free(w->values);
+    kmp_free(w->slopes);
+}
+
+static kempe_status search_from(void *self, int number)
+{
+    searcher *w = self;
+    const kempe_optimum *o = w->o;
+    kmp_searched *s = &w->o->search[number];
+    const kmp_minimum minimum = {.count = o->count,
+                                 .limits = o->limits,
+                                 .slopes = strcmp(o->method, "slopes") == 0,
+                                 .tolerance = o->tolerance,
+                                 .kept = KMP_OPTIMUM_KEPT,
+                                 .most = o->most,
+                                 .at = try,
+                                 .user = w};
+    kmp_minimum_report report = {0};
+    w->search = s;
+    s->begun = true;
+    if (!kmp_minimum_find(&minimum, s->x, &report))
+        w->status = kmp_fail_memory(w->context);
+    leave_cube(o, s->x, s->x);
+    s->value = report.value;
+    s->broken = report.broken;
+    s->evaluations = report.evaluations;
+    s->refused = report.refused + (report.outcome == KMP_SQUARES_NO_START);
+    s->outcome = report.outcome;
+    if (s->refused > 0 && w->objective->refusal && !(s->refusal = kmp_strdup(w->objective->refusal)))
+        w->status = kmp_fail_memory(w->context);
+    return w->status;
+}
+
+/* -- all searches ------------------------------------------------------------------------------------ */
+
+static bool is_better(const kmp_searched *a, const kmp_searched *b)
+{
+    bool kept = a->broken <= KMP_OPTIMUM_KEPT, other = b->broken <= KMP_OPTIMUM_KEPT;
+    return kept && other ? a->value < b->value : a->broken < b->broken;
+}
+
+/* Searches from the starts search[0] .. search[count - 1] by o->threads threads. Their x are the starts in the unit
+ * cube, and then the best places in SI. Those that have begun are kept, o->searches of them. KEMPE_STOPPED: an
+ * interrupt; a search that was under way has its best place so far. */
+static kempe_status run_searches(kempe_optimum *optimum, int count)
+{
+    static const kmp_searcher_kind kind = {sizeof(searcher), begin_searcher, search_from, end_searcher};
+    kempe_optimum *o = optimum;
+    kempe_status status = kmp_share_searches(o->context, &kind, o, o->threads, count, &o->seconds);
+    /* Keeps the searches that have begun, in the order of their starts. */
+    for (int k = 0; k < count; k++) {
+        if (!o->search[k].begun)
+            continue;
+        const kmp_searched *s = &o->search[o->searches];
+        o->search[o->searches] = o->search[k];
+        o->evaluations += s->evaluations;
+        o->refused += s->refused;
+        if (s->outcome != KMP_SQUARES_NO_START && (o->best < 0 || is_better(s, &o->search[o->best])))
+            o->best = o->searches;
+        o->searches++;
+    }
+    return status;
+}
+
+/* -- starts ------------------------------------------------------------------------------------------ */
+
+/* Places of the pool that run: those that keep the limits by their value, then the others. */
+typedef struct place {
+    int number;
+    double value, broken;
+} place;
+
+static int order_places(const void *a, const void *b)
+{
+    const place *x = a, *y = b;
+    if (x->broken != y->broken)
+        return x->broken < y->broken ? -1 : 1;
+    if (x->value != y->value)
+        return x->value < y->value ? -1 : 1;
+    return (x->number > y->number) - (x->number < y->number);
+}
+
+static void sobol_place(const kempe_optimum *o, int k, double *cube)
+{
+    for (int c = 0; c < o->count; c++)
+        cube[c] = kmp_design_point(KMP_DESIGN_SOBOL, 1, (uint64_t)k, 0, c, o->count);
+}
+
+static kempe_status judge_pool(kempe_optimum *o, int count, place *places, double *x, double *values, int *running)
+{
+    int width = o->objective.list->run.values;
+    for (int k = 0; k < count; k++) {
+        double *row = x + (ptrdiff_t)k * o->count;
+        sobol_place(o, k, row);
+        leave_cube(o, row, row);
+    }
+    KMP_TRY(kmp_objective_values(&o->objective, count, x, values));
+    *running = 0;
+    for (int k = 0; k < count; k++) {
+        const double *row = values + (ptrdiff_t)k * width;
+        double broken = kmp_optimum_broken(o, row, NULL);
+        if (isfinite(row[0]) && isfinite(broken))
+            places[(*running)++] = (place){k, o->most_wanted ? -row[0] : row[0], broken};
+    }
+    qsort(places, (size_t)*running, sizeof *places, order_places);
+    return KEMPE_OK;
+}
+
+/* Cubes of all starts; their number: the pool may have fewer places that run. */
+static kempe_status find_starts(kempe_optimum *o, double *cubes, int *found)
+{
+    int count = o->pool * (o->starts - 1), running = 0, width = o->objective.list->run.values;
+    kmp_arena arena = {0};
+    place *places = KMP_ARENA_NEW(&arena, place, count);
+    double *x = KMP_ARENA_NEW(&arena, double, (ptrdiff_t)count * o->count);
+    double *values = KMP_ARENA_NEW(&arena, double, (ptrdiff_t)count *width);
+    for (int k = 0; k < o->count; k++)
+        cubes[k] = (o->start[k] - o->bounded.lower[k]) / (o->bounded.upper[k] - o->bounded.lower[k]);
+    kempe_status status = kmp_made(o->context, !arena.failed);
+    if (status == KEMPE_OK && count > 0)
+        status = judge_pool(o, count, places, x, values, &running);
+    *found = 1;
+    for (int k = 0; k < running && *found < o->starts && status == KEMPE_OK; k++, ++*found)
+        sobol_place(o, places[k].number, cubes + (ptrdiff_t)*found * o->count);
+    kmp_arena_free(&arena);
+    return status;
+}
+
+/* -- the result --------------------------------------------------------------------------------------- */
+
+enum { COARSER = 100 };
+
+/* The quantities at the optimum, and their change with the tolerance of the runs. */
+static kempe_status settle(kempe_optimum *o)
+{
+    if (o->best < 0)
+        return kmp_fail(o->context, KEMPE_E_FAILED, "the model runs at no start: %s",
+                        o->search[0].refusal ? o->search[0].refusal : "");
+    memcpy(o->value, o->search[o->best].x, (size_t)o->count * sizeof *o->value);
+    KMP_TRY(kmp_objective_coarser(&o->objective, COARSER, o->value, o->values));
+    const bool quiet = kmp_context_quiet(o->context, false); /* what its run is doubted for */
+    kempe_status run = kmp_objective_values(&o->objective, 1, o->value, o->at_best);
+    (void)kmp_context_quiet(o->context, quiet);
+    KMP_TRY(run);
+    o->coarser = fabs(o->values[0] - o->at_best[0]);
+    const char *const *names = (const char *const *)o->bounded.name;
+    kmp_text why = {0};
+    KMP_TRY(kmp_variant_new(o->model, o->count, names, &o->variant));
+    kempe_status status = kmp_variant_set(o->variant, o->value, &why);
+    kmp_text_free(&why);
+    return status;
+}
+
+static kempe_status search_all(kempe_optimum *o)
+{
+    int found = 0;
+    double *cubes = KMP_ARENA_NEW(&o->arena, double, (ptrdiff_t)o->starts * o->count);
+    o->search = KMP_ARENA_NEW(&o->arena, kmp_searched, o->starts);
+    KMP_TRY(kmp_made(o->context, !o->arena.failed));
+    KMP_TRY(find_starts(o, cubes, &found));
+    for (int k = 0; k < found; k++) {
+        o->search[k].number = k;
+        o->search[k].x = cubes + (ptrdiff_t)k * o->count;
+    }
+    kempe_status status = run_searches(o, found);
+    if (status == KEMPE_OK)
+        return settle(o);
+    if (status != KEMPE_STOPPED || o->best < 0)
+        return status;
+    kmp_model_begin_forces(o->model);
+    KMP_TRY(settle(o));
+    return kmp_fail(o->context, KEMPE_STOPPED, "interrupted after %d of %d searches: the best place so far is given",
+                    o->searches, found);
+}
+
+/* -- options ----------------------------------------------------------------------------------------- */
+
+static kempe_status prepare(kempe_optimum *o, const kempe_optimum_options *options)
+{
+    const char *quantity = options->minimize ? options->minimize : options->maximize;
+    if (!kmp_minimum_available)
+        return kmp_fail(o->context, KEMPE_E_FAILED,
+                        "this build has no optimisation: install libnlopt-dev and build Kempe again");
+    if (!options->minimize == !options->maximize)
+        return kmp_fail(o->context, KEMPE_E_ARGUMENT, "either a quantity to minimise or one to maximise is expected");
+    if (options->starts > MOST_STARTS || options->pool > MOST_STARTS)
+        return kmp_fail(o->context, KEMPE_E_ARGUMENT, "at most %d starts, with a pool of %d each, are possible",
+                        MOST_STARTS, MOST_STARTS);
+    o->most_wanted = !options->minimize;
+    o->starts = options->starts > 0 ? options->starts : 1;
+    o->pool = options->pool > 0 ? options->pool : POOL;
+    o->most = options->most > 0 ? options->most : MOST_EVALUATIONS;
+    o->tolerance = options->tolerance > 0 ? options->tolerance : KMP_OPTIMUM_ENOUGH;
+    KMP_TRY(kmp_box_bounds_read(o->context, options->parameters, &o->arena, &o->bounded));
+    o->count = o->bounded.count;
+    for (int k = 0; k < o->count; k++)
+        if (!isfinite(o->bounded.upper[k] - o->bounded.lower[k]))
+            return kmp_fail(o->context, KEMPE_E_ARGUMENT, "parameter '%s' needs two bounds, NAME:LOW:HIGH",
+                            o->bounded.name[k]);
+    KMP_TRY(o->count <= KMP_SOBOL_MOST
+                ? KEMPE_OK
+                : kmp_fail(o->context, KEMPE_E_ARGUMENT, "at most %d parameters are possible", (int)KMP_SOBOL_MOST));
+    KMP_TRY(kmp_objective_init(&o->objective, o->model, o->count, (const char *const *)o->bounded.name, quantity,
+                               options->limits, options->run));
+    o->threads = o->objective.threads > 0 ? o->objective.threads : kmp_processors();
+    int width = o->objective.list->run.values;
+    o->limits = o->objective.list->limit_count;
+    o->quantity = kmp_arena_strdup(&o->arena, quantity);
+    o->limit_words = options->limits;
+    KMP_TRY(kmp_made(o->context, KMP_ARENA_MAKE(&o->arena, KMP_ROOM(double, o->count, &o->start, &o->value),
+                                                KMP_ROOM(double, width, &o->values, &o->at_best))));
+    const char *file = options->start;
+    kmp_variant *given = NULL;
+    KMP_TRY(kmp_variant_new(o->model, o->count, (const char *const *)o->bounded.name, &given));
+    for (int k = 0; k < o->count; k++) {
+        const kempe_model *m = kmp_variant_model(given);
+        o->start[k] = m->parameters[kmp_parameter_find(m, o->bounded.name[k])].number.value;
+    }
+    kmp_variant_free(given);
+    if (file)
+        KMP_TRY(kmp_box_bounds_read_start(o->context, file, &o->bounded, o->start));
+    KMP_TRY(kmp_box_bounds_check(o->context, &o->bounded, o->start));
+    const char *method = options->method;
+    bool slopes = method ? strcmp(method, "slopes") == 0 : o->objective.runs != NULL;
+    if (method && !slopes && strcmp(method, "values") != 0)
+        return kmp_fail(o->context, KEMPE_E_ARGUMENT, "unknown method '%s'; available: slopes, values", method);
+    if (slopes && !o->objective.runs)
+        return kmp_fail(o->context, KEMPE_E_ARGUMENT, "there are no slopes: %s", o->objective.obstacle);
+    o->method = slopes ? "slopes" : "values";
+    return KEMPE_OK;
+}
+
+/* -- the object -------------------------------------------------------------------------------------- */
+
+kempe_status kempe_optimum_new(const kempe_model *model, const kempe_optimum_options *options, kempe_optimum **optimum)
+{
+    KMP_WANTED_BOTH(model, optimum);
+    KMP_OPTIONS(model->context, kempe_optimum_options, options);
+    double begin = kmp_cpu_now();
+    kmp_model_begin_forces(model);
+    KMP_TRY(kmp_model_check_finished(model));
+    KMP_MAKE(model->context, kempe_optimum, o);
+    o->context = model->context;
+    o->model = model;
+    o->best = -1;
+    kempe_status status = prepare(o, options);
+    if (status == KEMPE_OK) {
+        const bool quiet = kmp_context_quiet(o->context, true);
+        status = search_all(o);
+        (void)kmp_context_quiet(o->context, quiet);
+    }
+    bool given = status == KEMPE_OK || (status == KEMPE_STOPPED && o->variant);
+    if (given) {
+        const kmp_searched *s = &o->search[o->best];
+        if (s->broken > KMP_OPTIMUM_KEPT)
+            kmp_doubt(o->context,
+                      "no place keeps all limits: the result is the one that breaks them least, by %.3g of a bound",
+                      s->broken);
+        if (s->outcome == KMP_SQUARES_MOST)
+            kmp_doubt(o->context,
+                      "the best search has not converged after %d evaluations: continue from its result, or allow more",
+                      s->evaluations);
+        status = kmp_context_verdict(o->context, status);
+        o->seconds += kmp_cpu_now() - begin + o->objective.helped_s;
+        o->warnings = kmp_context_warnings(o->context);
+        o->reason = kmp_strdup(kmp_is_complete(status) ? "" : kempe_context_message(o->context));
+        o->status = status;
+    }
+    if (!given || !o->warnings || !o->reason) {
+        kempe_optimum_free(o);
+        return given ? kmp_fail_memory(model->context) : status;
+    }
+    *optimum = o;
+    return status;
+}
+
+void kempe_optimum_free(kempe_optimum *optimum)
+{
+    if (!optimum)
+        return;
+    kmp_objective_free(&optimum->objective);
+    kmp_variant_free(optimum->variant);
+    for (int k = 0; k < optimum->searches; k++) {
+        kmp_free(optimum->search[k].tried);
+        kmp_free(optimum->search[k].refusal);
+    }
+    kmp_free(optimum->reason);
+    kmp_free(optimum->warnings);
+    kmp_arena_free(&optimum->arena);
+    kmp_free(optimum);
+}
+
+KMP_GETTER(int kempe_optimum_count(const kempe_optimum *optimum), optimum, optimum->count, 0)
+KMP_GETTER_AT(const char *kempe_optimum_name(const kempe_optimum *optimum, int k), optimum, k, optimum->count,
+              optimum->bounded.name[k], "")
+KMP_GETTER_AT(double kempe_optimum_value(const kempe_optimum *optimum, int k), optimum, k, optimum->count,
+              optimum->value[k], NAN)
+KMP_GETTER(double kempe_optimum_quantity(const kempe_optimum *optimum), optimum, optimum->at_best[0], NAN)
+KMP_GETTER(int kempe_optimum_is_kept(const kempe_optimum *optimum), optimum,
+           optimum->search[optimum->best].broken <= KMP_OPTIMUM_KEPT, 0)
+KMP_GETTER(const char *kempe_optimum_method(const kempe_optimum *optimum), optimum, optimum->method, "")

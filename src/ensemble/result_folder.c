@@ -1,0 +1,304 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Result folders: opened, counted and described. */
+#include "ensemble/result_folder.h"
+#include "base/json.h"
+#include "base/memory.h"
+#include "ensemble/statistics/statistics.h"
+#include "output/print.h"
+#include <limits.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#define PART    "%s/part-%06d.parquet"
+#define HISTORY "%s/history/part-%06d.parquet"
+
+enum { LEAST_CHUNK = 256, MOST_CHUNK = 4096, USUAL_PARTS = 64 };
+
+int kmp_folder_chunk(int instances)
+{
+    int chunk = (instances / USUAL_PARTS + 7) / 8 * 8; /* lanes that are full */
+    return chunk < LEAST_CHUNK ? LEAST_CHUNK : chunk > MOST_CHUNK ? MOST_CHUNK : chunk;
+}
+
+void kmp_folder_put_part(kmp_text *path, const char *folder, int part)
+{
+    kmp_text_printf(path, PART, folder, part);
+}
+
+void kmp_folder_put_history(kmp_text *path, const char *folder, int part)
+{
+    kmp_text_printf(path, HISTORY, folder, part);
+}
+
+void kmp_folder_put_manifest(kmp_text *path, const char *folder)
+{
+    kmp_text_printf(path, "%s/manifest.json", folder);
+}
+
+/* True if a file is there; length: that of its path, which was written to a buffer of PATH_MAX. */
+static bool has_file(const char *path, int length)
+{
+    struct stat about;
+    return length > 0 && length < PATH_MAX && stat(path, &about) == 0 && S_ISREG(about.st_mode) && about.st_size > 0;
+}
+
+bool kmp_folder_wants_history(const kempe_folder *f, int part)
+{
+    return kmp_instance_ranges_meet(&f->ranges, part * f->chunk, kmp_folder_part_size(f, part));
+}
+
+bool kmp_folder_has_part(const kempe_folder *f, int part)
+{
+    char path[PATH_MAX];
+    if (!has_file(path, snprintf(path, sizeof path, PART, f->path, part)))
+        return false;
+    return !kmp_folder_wants_history(f, part) || has_file(path, snprintf(path, sizeof path, HISTORY, f->path, part));
+}
+
+void kmp_folder_count(kempe_folder *f)
+{
+    f->whole = 0;
+    for (int k = 0; k < f->parts; k++)
+        f->whole += kmp_folder_has_part(f, k);
+}
+
+int kmp_folder_part_size(const kempe_folder *f, int part)
+{
+    int left = f->instances - part * f->chunk;
+    return left < f->chunk ? left : f->chunk;
+}
+
+/* -- opening ----------------------------------------------------------------------------------------- */
+
+static const char *keep_text(kempe_folder *f, const char *key)
+{
+    kmp_text value = {0};
+    bool has = kmp_manifest_text(f->manifest, key, &value);
+    const char *kept = has ? kmp_text_keep(&value, &f->arena) : NULL;
+    f->arena.failed = f->arena.failed || value.failed;
+    kmp_text_free(&value);
+    return kept;
+}
+
+static kempe_status fill(kempe_folder *f)
+{
+    int format = 0;
+    kempe_context *context = f->context;
+    KMP_TRY(kmp_made(context, !f->arena.failed));
+    bool known = kmp_manifest_int(f->manifest, "format", 0, INT_MAX, &format);
+    if (known && format != KMP_FOLDER_FORMAT)
+        return kmp_complain(context, f->path, 0, 0,
+                            "the folder has format %d, and this version of Kempe reads format %d", format,
+                            KMP_FOLDER_FORMAT);
+    f->model = keep_text(f, "model");
+    f->file = keep_text(f, "file");
+    f->hash = keep_text(f, "hash");
+    f->formulation = keep_text(f, "formulation");
+    f->integrator = keep_text(f, "integrator");
+    f->independent = keep_text(f, "independent");
+    KMP_TRY(kmp_made(context, !f->arena.failed));
+    bool texts = f->model && f->file && f->hash && f->formulation && f->integrator && f->independent;
+    if (!known || !texts || !kmp_manifest_int(f->manifest, "instances", 0, INT_MAX, &f->instances) ||
+        !kmp_manifest_int(f->manifest, "chunk", 1, INT_MAX, &f->chunk) ||
+        !kmp_manifest_int(f->manifest, "parts", 0, KMP_FOLDER_MOST_PARTS, &f->parts) ||
+        f->parts != (f->instances > 0 ? (f->instances - 1) / f->chunk + 1 : 0))
+        return kmp_complain(context, f->path, 0, 0, "manifest.json is not a manifest of Kempe, or it is damaged");
+    if (!kmp_manifest_is_whole(f->manifest, f->hash))
+        return kmp_complain(
+            context, f->path, 0, 0,
+            "manifest.json is damaged: it is not the text that its hash was made of; use a folder whose "
+            "manifest nobody has changed");
+    f->history = keep_text(f, "history");
+    KMP_TRY(kmp_made(context, !f->arena.failed));
+    return kmp_instance_ranges_read(context, &f->arena, f->history, f->instances, &f->ranges);
+}
+
+kempe_status kmp_folder_of(kempe_context *context, const char *path, kmp_text *manifest, kempe_folder **folder)
+{
+    kempe_folder *f = manifest->failed ? NULL : KMP_NEW(kempe_folder, 1);
+    if (!f) {
+        kmp_text_free(manifest);
+        return kmp_fail_memory(context);
+    }
+    f->context = context;
+    f->path = kmp_arena_strdup(&f->arena, path);
+    f->manifest = kmp_text_keep(manifest, &f->arena);
+    kempe_status status = fill(f);
+    return KMP_GIVE_OR_FREE(status, folder, f, kempe_folder_free);
+}
+
+void kmp_folder_clear(kempe_folder *f)
+{
+    kempe_table_free(f->shape);
+    kempe_table_free(f->measured);
+    kempe_statistics_free(f->statistics);
+    f->shape = f->measured = NULL;
+    f->statistics = NULL;
+}
+
+void kempe_folder_free(kempe_folder *f)
+{
+    if (!f)
+        return;
+    kmp_folder_clear(f);
+    kmp_arena_free(&f->arena);
+    kmp_free(f);
+}
+
+kempe_status kempe_folder_open(kempe_context *context, const char *path, kempe_folder **folder)
+{
+    KMP_WANTED(NULL, context, "context");
+    KMP_WANTED(context, path, "path");
+    KMP_WANTED(context, folder, "folder");
+    char *text = NULL;
+    kmp_context_clear(context);
+    KMP_TRY(kmp_manifest_read(context, path, &text));
+    if (!text)
+        return kmp_complain(context, path, 0, 0, "no results are here: manifest.json is missing");
+    kmp_text manifest = {0};
+    kmp_text_put(&manifest, text);
+    kmp_free(text);
+    KMP_TRY(kmp_folder_of(context, path, &manifest, folder));
+    kmp_folder_count(*folder);
+    return KEMPE_OK;
+}
+
+KMP_GETTER(const char *kempe_folder_model_file(const kempe_folder *folder), folder, folder->file, "")
+
+void kempe_folder_run_options(const kempe_folder *folder, kempe_run_options *run)
+{
+    KMP_GIVEN(folder && run, );
+    int steps = 0;
+    bool check = strstr(folder->manifest, "\n  \"convergence_check\": false") == NULL;
+    *run = (kempe_run_options){.size = sizeof *run, .no_convergence_check = !check};
+    run->formulation = *folder->formulation ? folder->formulation : NULL;
+    run->integrator = folder->integrator;
+    run->independent = *folder->independent ? folder->independent : NULL;
+    (void)kmp_manifest_double(folder->manifest, "rtol", &run->rtol);
+    (void)kmp_manifest_double(folder->manifest, "atol", &run->atol);
+    (void)kmp_manifest_double(folder->manifest, "t_end", &run->t_end);
+    (void)kmp_manifest_double(folder->manifest, "max_step", &run->max_step);
+    (void)kmp_manifest_double(folder->manifest, "output_step", &run->output_step); /* of histories */
+    if (kmp_manifest_int(folder->manifest, "max_steps", 0, INT_MAX, &steps))
+        run->max_steps = steps;
+}
+
+KMP_GETTER(int kempe_folder_instance_count(const kempe_folder *folder), folder, folder->instances, 0)
+KMP_GETTER(int kempe_folder_part_count(const kempe_folder *folder), folder, folder->parts, 0)
+KMP_GETTER(int kempe_folder_whole_count(const kempe_folder *folder), folder, folder->whole, 0)
+
+/* -- description ------------------------------------------------------------------------------------- */
+
+static const char *plural(long count)
+{
+    return count == 1 ? "" : "s";
+}
+
+static void put_run(kmp_text *text, const kempe_folder *f)
+{
+    const kmp_batch_totals *t = &f->totals;
+    double rate = f->wall_s > 0 ? (double)f->totals.sums.count / f->wall_s : 0;
+    kmp_text_printf(text, "this run  %d part%s, %ld instance%s: %ld complete, %ld stopped, %ld failed\n", f->ran_parts,
+                    plural(f->ran_parts), f->totals.sums.count, plural(f->totals.sums.count), t->sums.ok,
+                    t->sums.stopped, t->sums.failed);
+    if (f->totals.sums.count == 0)
+        return;
+    kmp_text_printf(text, "lanes     %ld instance%s separately\n", t->alone, plural(t->alone));
+    kmp_text_printf(text, "closure   |h| %.3g, |hdot| %.3g at the end (worst, scaled by the characteristic length)\n",
+                    t->sums.h, t->sums.hdot);
+    kmp_text_printf(text, "energy    relative drift %.3g (worst)\n", t->sums.drift);
+    if (t->sums.not_converged > 0)
+        kmp_text_printf(text, "repeat    %ld instance%s NOT CONVERGED at another rtol\n", t->sums.not_converged,
+                        t->sums.not_converged == 1 ? " HAS" : "s HAVE");
+    kmp_text_printf(text, "cpu       %.3f s of %d thread%s, %.2f us per instance\n", t->cpu_s, t->threads,
+                    plural(t->threads), 1e6 * t->cpu_s / (double)f->totals.sums.count);
+    kmp_text_printf(text, "time      %.3f s, %.4g instances per second\n", f->wall_s, rate);
+}
+
+/* The next command. */
+static void put_next(kmp_text *text, const kempe_folder *f)
+{
+    int missing = f->parts - f->whole;
+    if (missing == 0) {
+        kmp_text_put(text, "complete  kempe gather ");
+        kmp_text_shell(text, f->path);
+        kmp_text_put(text, " -o FILE.csv: checks the parts and writes one table\n");
+        return;
+    }
+    kmp_text_printf(text, "missing   %d of %d part%s", missing, f->parts, plural(f->parts));
+    if (f->elsewhere > 0)
+        kmp_text_printf(text, "; other processes work on %d of them", f->elsewhere);
+    kmp_text_put(text, "; the run's command with --resume runs them\n");
+}
+
+/* A run judges its own parts; those that were there before it are judged by a check. */
+static const char *word_of(const kempe_folder *f)
+{
+    const kmp_instance_sums *sums = &f->totals.sums;
+    if (f->interrupted || (f->checked && (f->whole < f->parts || f->damaged > 0)))
+        return kmp_status_word(f->interrupted ? KEMPE_STOPPED : KEMPE_E_FAILED);
+    if (!f->ran && f->failed > 0 && f->ok + f->distrusted == 0)
+        return kmp_status_word(KEMPE_E_FAILED);
+    if (!f->ran)
+        return kmp_checked_word(f->stopped + f->failed + f->distrusted > 0 ? KEMPE_UNTRUSTED : KEMPE_OK,
+                                f->repeated > 0);
+    bool right = sums->ok == sums->count && sums->not_converged == 0;
+    return right ? kmp_checked_word(f->doubted ? KEMPE_UNTRUSTED : KEMPE_OK,
+                                    sums->repeated > 0 && f->ran_parts == f->whole)
+                 : kmp_instances_word(sums);
+}
+
+static void put_text(kmp_text *text, const void *result)
+{
+    const kempe_folder *f = result;
+    double rtol = 0, atol = 0, t_end = 0;
+    (void)(kmp_manifest_double(f->manifest, "rtol", &rtol) && kmp_manifest_double(f->manifest, "atol", &atol) &&
+           kmp_manifest_double(f->manifest, "t_end", &t_end));
+    kmp_text_printf(text, "%s: %s, %d instance%s in %d part%s of %d; %d part%s whole in %s%s\n\n", f->model, word_of(f),
+                    f->instances, plural(f->instances), f->parts, plural(f->parts), f->chunk, f->whole,
+                    f->whole == 1 ? " is" : "s are", f->path, f->interrupted ? "; interrupted" : "");
+    kmp_text_printf(text, "run       to t = %g s, rtol %g, atol %g\n", t_end, rtol, atol);
+    if (f->ran)
+        put_run(text, f);
+    if (f->checked)
+        kmp_text_printf(text, "status    %ld complete, %ld stopped, %ld failed\nparts     %d checked, %d damaged\n",
+                        f->ok, f->stopped, f->failed, f->whole, f->damaged);
+    if (f->history)
+        kmp_text_printf(text, "history   of instances %s in %s/history\n", f->history, f->path);
+    put_next(text, f);
+    /* The statistics of a checked folder that has quantities. */
+    char *said = NULL;
+    if (!f->statistics)
+        return;
+    text->failed = text->failed || kempe_statistics_print(f->statistics, KEMPE_TEXT, &said) != KEMPE_OK;
+    kmp_text_printf(text, "\n%s", said ? said : "");
+    kempe_text_free(said);
+}
+
+static void put_json(kmp_text *text, const void *result)
+{
+    const kempe_folder *f = result;
+    kmp_json json = kmp_json_begin(text);
+    kmp_json_put(&json, "{ model %s status %s reason %s build_s %g", f->model, word_of(f),
+                 f->interrupted ? "interrupted" : "", (double)NAN);
+    kmp_json_put(&json, "folder %s hash %s instances %d parts %d chunk %d whole %d missing %d", f->path, f->hash,
+                 f->instances, f->parts, f->chunk, f->whole, f->parts - f->whole);
+    if (f->history)
+        kmp_json_put(&json, "history %s", f->history);
+    if (f->checked)
+        kmp_json_put(&json, "damaged %d complete %ld stopped %ld failed %ld", f->damaged, f->ok, f->stopped, f->failed);
+    if (f->ran)
+        kmp_json_put(&json,
+                     "run { parts %d instances %ld complete %ld stopped %ld failed %ld not_converged %ld separate %ld "
+                     "elsewhere %d threads %d cpu_s %g wall_s %g }",
+                     f->ran_parts, f->totals.sums.count, f->totals.sums.ok, f->totals.sums.stopped,
+                     f->totals.sums.failed, f->totals.sums.not_converged, f->totals.alone, f->elsewhere,
+                     f->totals.threads, f->totals.cpu_s, f->wall_s);
+    if (f->statistics)
+        kmp_statistics_put(&json, "statistics", f->statistics);
+    kmp_json_put(&json, "}");
+}
+
+KMP_PRINT(kempe_folder, folder, folder->context, put_json, put_text)

@@ -1,0 +1,111 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* `generate --count`: operation counts of each requested set of equations derived alone, and of all as one program. */
+#include "base/clock.h"
+#include "base/memory.h"
+#include "exchange/code/choice.h"
+#include "output/print.h"
+#include <kempe/generate.h>
+#include <string.h>
+
+struct kempe_count {
+    kempe_context *context;
+    char *model;
+    kmp_set_choice choice;
+    kmp_tally tally[KMP_MOST_CHOSEN], all;
+    double cpu_s;
+};
+
+/* -- counting ---------------------------------------------------------------------------------------- */
+
+static kempe_status count(kempe_count *c, const kempe_model *model, const kempe_generate_options *generation)
+{
+    kmp_set_choice *choice = &c->choice;
+    double begin = kmp_cpu_now();
+    KMP_TRY(kmp_choice_read(model, generation, choice));
+    for (int k = 0; k < choice->count; k++)
+        KMP_TRY(kmp_tally_sets(model, &choice->scene, choice->chosen[k].sets, &c->tally[k]));
+    KMP_TRY(kmp_tally_sets(model, &choice->scene, choice->all, &c->all));
+    c->cpu_s = kmp_cpu_now() - begin;
+    return KEMPE_OK;
+}
+
+kempe_status kempe_count_new(const kempe_model *model, const kempe_generate_options *generation, kempe_count **out)
+{
+    KMP_WANTED(NULL, model, "model");
+    KMP_WANTED(model->context, out, "count");
+    KMP_OPTIONS(model->context, kempe_generate_options, generation);
+    kmp_context_clear(model->context);
+    KMP_TRY(kmp_model_check_finished(model));
+    KMP_MAKE(model->context, kempe_count, c);
+    c->context = model->context;
+    c->model = kmp_strdup(model->name);
+    kempe_status status = c->model ? count(c, model, generation) : kmp_fail_memory(model->context);
+    return KMP_GIVE_OR_FREE(status, out, c, kempe_count_free);
+}
+
+KMP_FREES(kempe_count, c, kmp_choice_free(&c->choice), kmp_free(c->model))
+
+/* -- printing ---------------------------------------------------------------------------------------- */
+
+static void show_entry(kmp_text *text, int width, const char *name, const kmp_tally *t)
+{
+    const kmp_counts *c = &t->counts;
+    kmp_text_printf(text, "  %-*s %7ld %8ld | %7ld %7ld %6ld %6ld %6ld %6ld | %8ld %8ld | %7ld %7ld | %6ld %6ld\n",
+                    width, name, c->paper, c->robotran, c->add, c->mul, c->div, c->neg, c->trig, c->other,
+                    t->runtime.paper, t->runtime.robotran, t->operations, t->useless, t->steps.serial, t->steps.vector);
+}
+
+static int longest_name(const kempe_count *c)
+{
+    size_t longest = 8;
+    for (int k = 0; k < c->choice.count; k++)
+        longest = strlen(c->choice.chosen[k].name) > longest ? strlen(c->choice.chosen[k].name) : longest;
+    return (int)longest;
+}
+
+static void show_count(kmp_text *text, const void *result)
+{
+    const kempe_count *c = result;
+    int width = longest_name(c);
+    kmp_text_printf(text, "%s: M by scheme %s, numbers %s%s\n\n", c->model, c->choice.scheme,
+                    c->choice.scene.keep ? "kept as symbols" : "folded",
+                    c->choice.scene.body_inputs ? ", forces and torques on bodies as inputs" : "");
+    kmp_text_printf(text, "  %-*s %7s %8s | %7s %7s %6s %6s %6s %6s | %8s %8s | %7s %7s | %6s %6s\n", width, "set",
+                    "paper", "robotran", "+ -", "*", "/", "neg", "trig", "other", "runtime", "robotran", "kept",
+                    "removed", "serial", "vector");
+    for (int k = 0; k < c->choice.count; k++)
+        show_entry(text, width, c->choice.chosen[k].name, &c->tally[k]);
+    show_entry(text, width, "all", &c->all);
+    kmp_text_put(text, "\npaper: + - * /   robotran: those, unary minus and functions   runtime: without constant "
+                       "subexpressions\nkept, removed: operations that the set needs, and operations removed as unused "
+                       "  serial, vector: assignments, and steps if independent operations are simultaneous\nall: the "
+                       "sets above as one program\n");
+}
+
+static void json_entry(kmp_json *json, const char *name, const kmp_tally *t)
+{
+    kmp_json_put(json, "%s { paper %ld robotran %ld add %ld mul %ld div %ld", name, t->counts.paper, t->counts.robotran,
+                 t->counts.add, t->counts.mul, t->counts.div);
+    kmp_json_put(json, "neg %ld trig %ld other %ld kept %ld removed %ld", t->counts.neg, t->counts.trig,
+                 t->counts.other, t->operations, t->useless);
+    kmp_json_put(json, "serial_steps %ld vsi_steps %ld runtime { paper %ld robotran %ld } }", t->steps.serial,
+                 t->steps.vector, t->runtime.paper, t->runtime.robotran);
+}
+
+static void json_count(kmp_text *text, const void *result)
+{
+    const kempe_count *c = result;
+    kmp_json json = kmp_json_begin(text);
+    kmp_json_put(&json, "{ model %s status %s reason %s build_s %g scheme %s sets {", c->model,
+                 kmp_status_word(KEMPE_OK), "", c->cpu_s, c->choice.scheme);
+    for (int k = 0; k < c->choice.count; k++)
+        json_entry(&json, c->choice.chosen[k].name, &c->tally[k]);
+    json_entry(&json, "all", &c->all);
+    kmp_json_put(&json, "} cpu_s %g }", c->cpu_s);
+}
+
+kempe_status kempe_count_print(const kempe_count *c, kempe_format format, char **text)
+{
+    KMP_WANTED(NULL, c, "count");
+    return kmp_print_result(c->context, format == KEMPE_JSON ? json_count : show_count, c, text);
+}

@@ -1,0 +1,215 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Equations written in a language: all texts are made before the first file is written. */
+#include "exchange/code/emitted.h"
+#include "base/clock.h"
+#include "base/context.h"
+#include "base/file.h"
+#include "base/memory.h"
+#include "exchange/code/language.h"
+#include "exchange/code/simulated.h"
+#include "model/data/model.h"
+#include "output/print.h"
+#include <kempe/generate.h>
+#include <string.h>
+
+struct kempe_code {
+    kempe_context *context;
+    kmp_code_source source;
+    const kmp_language *language;
+    kmp_code_files files;
+    double cpu_s;
+};
+
+static const kmp_language *const languages[] = {
+#define KMP_LANGUAGE(name) &kmp_language_##name,
+#include "exchange/code/languages.def"
+#undef KMP_LANGUAGE
+};
+
+enum { LANGUAGES = sizeof languages / sizeof *languages };
+
+/* -- request ----------------------------------------------------------------------------------------- */
+
+static kempe_status read_language(kempe_code *code, const kempe_generate_options *g)
+{
+    const char *name = g->language ? g->language : "c";
+    for (int k = 0; k < LANGUAGES; k++)
+        if (strcmp(languages[k]->name, name) == 0)
+            code->language = languages[k];
+    if (!code->language) {
+        kmp_text sentence = {0};
+        kmp_text_printf(&sentence, "unknown language '%s'; languages are ", name);
+        for (int k = 0; k < LANGUAGES; k++)
+            kmp_text_printf(&sentence, "%s%s", k ? ", " : "", languages[k]->name);
+        return kmp_fail_text(code->context, KEMPE_E_ARGUMENT, &sentence);
+    }
+    if (g->simulator && strcmp(name, "c") != 0)
+        return kmp_fail(code->context, KEMPE_E_ARGUMENT, "simulators are written in C: use --lang c");
+    if (g->vectorised && !code->language->arrays.function)
+        return kmp_fail(code->context, KEMPE_E_ARGUMENT,
+                        "%s has no vectorised form: omit --vectorised, or use an array language", name);
+    return KEMPE_OK;
+}
+
+static void put_name(kmp_text *text, const char *kinds, int *count, const char *name)
+{
+    kmp_text_printf(text, "%s'%s'", *count > 0 ? ", " : kinds, name);
+    *count += 1;
+}
+
+/* Contacts of wheels and algebraic unknowns are solved by iterations, which are generated so. */
+static kempe_status refuse_iterations(const kempe_code *code, const char *set, const char *so, const char *advice)
+{
+    const kempe_model *model = code->source.model;
+    kmp_text sentence = {0};
+    int wheels = 0, unknowns = 0;
+    kmp_text_printf(&sentence, "set '%s' contains values that are found by iterations, which are generated %s: ", set,
+                    so);
+    for (int k = 0; k < model->wheel_count; k++)
+        put_name(&sentence, "contacts of wheels ", &wheels, model->wheels[k].name);
+    for (int k = 0; k < model->unknowns_count; k++)
+        if (model->unknowns[k].count > 0)
+            put_name(&sentence, wheels > 0 ? "; algebraic unknowns " : "algebraic unknowns ", &unknowns,
+                     model->unknowns[k].name);
+    kmp_text_printf(&sentence, "; request sets without them, such as 'M', by --sets, or %s", advice);
+    return kmp_fail_text(code->context, KEMPE_E_ARGUMENT, &sentence);
+}
+
+static kempe_status check_iterations(const kempe_code *code, const char *set)
+{
+    const kmp_code_source *source = &code->source;
+    if (!code->language->block)
+        return refuse_iterations(code, set, "in other languages", "use --lang c");
+    if (source->parameters && !source->simulator)
+        return refuse_iterations(code, set, "without numbers kept as parameters", "omit --keep-parameters");
+    if (source->vectorised)
+        return refuse_iterations(code, set, "as single operations", "omit --vectorised");
+    return KEMPE_OK;
+}
+
+/* An operation that a language does not have is reported before anything is written. */
+static kempe_status check_operations(const kempe_code *code)
+{
+    for (int k = 0; k < code->source.count; k++) {
+        const kmp_code_routine *r = &code->source.routines[k];
+        for (int i = 0; i < r->program->code[r->program->stages]; i++) {
+            kmp_op op = (kmp_op)r->program->instruction[i].op;
+            if (op == KMP_OP_LIST)
+                continue;
+            if (op == KMP_OP_IMPLICIT)
+                KMP_TRY(check_iterations(code, r->name));
+            else if (!kmp_language_has(code->language, op))
+                return kmp_fail(code->context, KEMPE_E_ARGUMENT,
+                                "set '%s' needs the function '%s', which %s does not have; omit the set with --sets",
+                                r->name, kmp_op_text(op), code->language->name);
+        }
+    }
+    return KEMPE_OK;
+}
+
+/* -- construction ------------------------------------------------------------------------------------ */
+
+static kempe_status make(kempe_code *code, const kempe_model *model, const kempe_generate_options *g)
+{
+    KMP_TRY(read_language(code, g));
+    KMP_TRY(kmp_source_init(&code->source, model, g));
+    KMP_TRY(check_operations(code));
+    bool ok = kmp_language_write(code->language, &code->source, &code->files);
+    if (ok && g->simulator)
+        ok = kmp_simulator_pages(&code->source, &code->files);
+    for (int k = 0; k < code->files.count; k++)
+        ok = ok && !code->files.file[k].text.failed && code->files.file[k].text.s;
+    return ok ? KEMPE_OK : kmp_fail_memory(code->context);
+}
+
+kempe_status kempe_code_new(const kempe_model *model, const kempe_generate_options *generation, kempe_code **out)
+{
+    KMP_WANTED(NULL, model, "model");
+    KMP_WANTED(model->context, out, "code");
+    KMP_OPTIONS(model->context, kempe_generate_options, generation);
+    double begin = kmp_cpu_now();
+    kmp_context_clear(model->context);
+    KMP_TRY(kmp_model_check_finished(model));
+    KMP_MAKE(model->context, kempe_code, code);
+    code->context = model->context;
+    kempe_status status = make(code, model, generation);
+    code->cpu_s = kmp_cpu_now() - begin;
+    return KMP_GIVE_OR_FREE(status, out, code, kempe_code_free);
+}
+
+KMP_FREES(kempe_code, code, kmp_code_files_free(&code->files), kmp_source_free(&code->source))
+
+KMP_GETTER(int kempe_code_file_count(const kempe_code *code), code, code->files.count, 0)
+KMP_GETTER_AT(const char *kempe_code_file_name(const kempe_code *code, int k), code, k, code->files.count,
+              code->files.file[k].name, "")
+KMP_GETTER_AT(const char *kempe_code_file_text(const kempe_code *code, int k), code, k, code->files.count,
+              code->files.file[k].text.s, "")
+
+const kmp_code_source *kmp_code_source_of(const kempe_code *code)
+{
+    return &code->source;
+}
+
+kempe_status kempe_code_write(const kempe_code *code, const char *folder)
+{
+    KMP_WANTED_BOTH(code, folder);
+    kmp_context_clear(code->context);
+    kmp_arena arena = {0};
+    const char **names = KMP_ARENA_NEW(&arena, const char *, code->files.count);
+    const char **texts = KMP_ARENA_NEW(&arena, const char *, code->files.count);
+    for (int k = 0; names && texts && k < code->files.count; k++) {
+        names[k] = code->files.file[k].name;
+        texts[k] = code->files.file[k].text.s;
+    }
+    kempe_status status = kmp_made(code->context, !arena.failed);
+    if (status == KEMPE_OK)
+        status = kmp_folder_make(code->context, folder);
+    if (status == KEMPE_OK)
+        status = kmp_files_write(code->context, folder, code->files.count, names, texts);
+    kmp_arena_free(&arena);
+    return status;
+}
+
+/* -- printing ---------------------------------------------------------------------------------------- */
+
+static void show(kmp_text *text, const void *result)
+{
+    const kempe_code *code = result;
+    const kmp_code_source *source = &code->source;
+    kmp_text_printf(text, "%s (model %s) in %s\n\n  %-24s %8s %8s %8s\n", source->title, source->hash,
+                    code->language->name, "routine", "paper", "robotran", "prepare");
+    for (int k = 0; k < source->count; k++) {
+        const kmp_tally *t = &source->routines[k].tally;
+        kmp_text_printf(text, "  %-24s %8ld %8ld %8ld\n", source->routines[k].name, t->counts.paper, t->counts.robotran,
+                        t->counts.robotran - t->runtime.robotran);
+    }
+    kmp_text_put(text, "\n");
+    for (int k = 0; k < code->files.count; k++)
+        kmp_text_printf(text, "  %-24s %8zu bytes\n", code->files.file[k].name, code->files.file[k].text.length);
+    kmp_text_put(text, "\npaper: + - * /   robotran: those, unary minus and functions   prepare: of these, the "
+                       "operations that depend on parameters only\n");
+}
+
+static void write_json(kmp_text *text, const void *result)
+{
+    const kempe_code *code = result;
+    const kmp_code_source *source = &code->source;
+    kmp_json json = kmp_json_begin(text);
+    kmp_json_put(&json, "{ model %s status %s reason %s build_s %g language %s hash %s routines {", source->title,
+                 kmp_status_word(KEMPE_OK), "", code->cpu_s, code->language->name, source->hash);
+    for (int k = 0; k < source->count; k++) {
+        const kmp_tally *t = &source->routines[k].tally;
+        kmp_json_put(&json, "%s { paper %ld robotran %ld prepare %ld }", source->routines[k].name, t->counts.paper,
+                     t->counts.robotran, t->counts.robotran - t->runtime.robotran);
+    }
+    kmp_json_put(&json, "} files [");
+    for (int k = 0; k < code->files.count; k++)
+        kmp_json_string(&json, NULL, code->files.file[k].name);
+    kmp_json_put(&json, "} cpu_s %g }", code->cpu_s);
+}
+
+kempe_status kempe_code_print(const kempe_code *code, kempe_format format, char **text)
+{
+    KMP_WANTED_BOTH(code, text);
+    return kmp_print_result(code->context, format == KEMPE_JSON ? write_json : show, code, text);
+}

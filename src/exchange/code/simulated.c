@@ -1,0 +1,366 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "exchange/code/simulated.h"
+#include "base/context.h"
+#include "constraints/closing/assemble.h"
+#include "constraints/closing/rounding.h"
+#include "constraints/evaluation/charts.h"
+#include "constraints/partition/partition.h"
+#include "constraints/tolerances.h"
+#include "dynamics/kinematics/pressing.h"
+#include "dynamics/load_dependent.h"
+#include "exchange/code/slopes.h"
+#include "exchange/code/watch.h"
+#include "exchange/simulator/kempe_simulator.h"
+#include "integrators/friction/friction_inside.h"
+#include "integrators/run/friction_run.h"
+#include "model/data/output_table.h"
+#include <string.h>
+
+/* -- routines ------------------------------------------------------------------------------------------ */
+
+/* The conditions after all that have some; directions after the conditions, which they differentiate. */
+static const kmp_chosen routines[] = {{.name = "closures", .sets = 1u << KMP_EQ_H | 1u << KMP_EQ_J | 1u << KMP_EQ_H_T},
+                                      {.name = "motion", .sets = 1u << KMP_EQ_M | 1u << KMP_EQ_C | 1u << KMP_EQ_JDQD},
+                                      {.name = "loads", .sets = 1u << KMP_EQ_LOADS},
+                                      {.name = "show", .sets = 1u << KMP_EQ_OUTPUTS},
+                                      {.name = "changes", .sets = 1u << KMP_EQ_CONDITIONS},
+                                      {.name = "along", .sets = 1u << KMP_EQ_ALONG},
+                                      {.name = "next", .sets = 1u << KMP_EQ_NEXT, .in_place = true},
+                                      {.name = "start", .sets = 1u << KMP_EQ_START}};
+
+void kmp_simulated_choose(const kempe_model *model, kmp_set_choice *choice)
+{
+    bool expressions = false; /* in start values, which may depend on parameters */
+    for (int k = 0; k < model->motion_count; k++)
+        expressions = expressions || model->start.q[k].expr || model->start.qd[k].expr;
+    const unsigned empty = (kmp_outputs_width(model) > 0 ? 0 : 1u << KMP_EQ_OUTPUTS) |
+                           (kmp_model_has_samples(model) ? 0 : 1u << KMP_EQ_NEXT) |
+                           (expressions ? 0 : 1u << KMP_EQ_START);
+    for (size_t k = 0; k < sizeof routines / sizeof *routines; k++)
+        if (!(routines[k].sets & empty)) {
+            choice->chosen[choice->count++] = routines[k];
+            choice->all |= routines[k].sets;
+        }
+}
+
+/* -- parts that simulators lack ------------------------------------------------------------------------ */
+
+kempe_status kmp_simulated_check(const kempe_model *model)
+{
+    static const char what[] = "generated simulators";
+    return kmp_refuse_delays(model, what, KMP_INSTEAD_OF_DELAY);
+}
+
+/* -- the start ----------------------------------------------------------------------------------------- */
+
+static void take_inputs(struct kmp_simulated *x, kmp_arena *arena, kmp_evaluator *eval)
+{
+    x->inputs = kmp_arena_copy(arena, kmp_present_inputs_at(&eval->inputs, 0) + 1,
+                               KMP_TIME_NUMBERS * kmp_model_given_inputs(eval->system->model), sizeof *x->inputs);
+}
+
+static kempe_status choose_coordinates(kmp_code_source *source, const kmp_set_choice *choice, kmp_evaluator *eval)
+{
+    struct kmp_simulated *x = source->simulated;
+    kmp_arena *arena = &source->arena;
+    const kempe_system *system = eval->system;
+    kmp_partition part;
+    kmp_eval_closure(eval, 0, x->q);
+    KMP_TRY(kmp_partition_init(&part, system, eval->jacobian, NULL, 0));
+    x->freedom = part.p;
+    x->independent = kmp_arena_copy(arena, part.u, part.p, sizeof *part.u);
+    take_inputs(x, arena, eval);
+    kempe_status status = kmp_made(system->context, !arena->failed);
+    if (status == KEMPE_OK)
+        status = kmp_slopes_add(source, choice, eval, &part);
+    kmp_partition_free(&part);
+    return status;
+}
+
+static kempe_status take_assembly(struct kmp_simulated *x, kmp_arena *arena, const kempe_system *system)
+{
+    kempe_assembly *assembly = NULL;
+    kempe_status status = kempe_assembly_new(system, &assembly); /* given also where the loops do not close */
+    if (status == KEMPE_OK) {
+        x->q = kmp_arena_copy(arena, assembly->q, system->n, sizeof *x->q);
+        x->qd = kmp_arena_copy(arena, assembly->qd, system->n, sizeof *x->qd);
+    }
+    kempe_assembly_free(assembly);
+    KMP_TRY(status);
+    if (!KMP_ARENA_MAKE(arena, KMP_ROOM(double, 2 * system->n, &x->given), KMP_ROOM(int, system->n, &x->keeps)))
+        return kmp_fail_memory(system->context);
+    const kmp_start *start = &system->model->start;
+    for (int k = 0; k < system->n; k++) {
+        x->given[2 * k] = start->q[k].value;
+        x->given[2 * k + 1] = start->qd[k].value;
+        x->keeps[k] =
+            (start->hold[k] ? KEMPE_START_KEEPS_PLACE : 0) | (start->qd_given[k] ? KEMPE_START_KEEPS_RATE : 0);
+    }
+    return kmp_made(system->context, !arena->failed);
+}
+
+static void take_kinds(kmp_code_source *source)
+{
+    for (int k = 0; k < source->n; k++)
+        source->simulated->coordinate_kind[k] = kmp_state_of(source->model, k)       ? KEMPE_COORDINATE_STATE
+                                                : source->model->motions[k].rotation ? KEMPE_COORDINATE_ROTATION
+                                                                                     : KEMPE_COORDINATE_TRANSLATION;
+}
+
+kempe_status kmp_simulated_start(kmp_code_source *source, const kempe_system *system)
+{
+    struct kmp_simulated *x = source->simulated;
+    KMP_TRY(take_assembly(x, &source->arena, system));
+    take_kinds(source);
+    kmp_evaluator *eval = kmp_eval_new_of_closures(system);
+    if (eval)
+        take_inputs(x, &source->arena, eval);
+    kmp_eval_free(eval);
+    return kmp_made(source->context, eval && !source->arena.failed);
+}
+
+static kempe_status take_start(kmp_code_source *source, const kmp_set_choice *choice, const kempe_system *system)
+{
+    struct kmp_simulated *x = source->simulated;
+    kmp_arena *arena = &source->arena;
+    bool equal = system->m == source->m;
+    for (int r = 0; equal && r < source->m; r++)
+        equal = strcmp(system->row_names[r], source->row_names[r]) == 0;
+    if (!equal)
+        return kmp_fail(source->context, KEMPE_E_BUG, "the rows of the closures differ from those of the system");
+    KMP_TRY(take_assembly(x, arena, system));
+    x->scale = kmp_arena_copy(arena, system->scale, system->n, sizeof *x->scale);
+    x->row_scale = kmp_arena_copy(arena, system->row_scale, system->m, sizeof *x->row_scale);
+    x->rank_tolerance = kmp_rounding_zero(system, KMP_RANK);
+    kmp_evaluator *eval = kmp_eval_new_of_closures(system);
+    kempe_status status = kmp_made(system->context, eval);
+    if (status == KEMPE_OK)
+        status = choose_coordinates(source, choice, eval);
+    kmp_eval_free(eval);
+    return status;
+}
+
+/* -- conditions and parameters ------------------------------------------------------------------------- */
+
+static int kind_of(const kmp_condition *c)
+{
+    if (c->role != KMP_ROLE_NONE)
+        return c->role == KMP_ROLE_SENSE || c->role == KMP_ROLE_HELD ? KEMPE_CONDITION_PASSES : KEMPE_CONDITION_NUMBER;
+    if (c->told)
+        return KEMPE_CONDITION_TOLD;
+    return c->ends ? KEMPE_CONDITION_ENDS : c->kink ? KEMPE_CONDITION_KINK : KEMPE_CONDITION_SWITCHES;
+}
+
+/* The event of an element of friction or of a contact. */
+static const char *event_of(const kmp_condition *c)
+{
+    if (c->role != KMP_ROLE_SENSE && c->role != KMP_ROLE_HELD)
+        return "";
+    if (((const kmp_force *)c->of)->kind == KMP_FORCE_TOUCH)
+        return c->role == KMP_ROLE_SENSE ? ": its surfaces meet" : ": its surfaces part";
+    return c->role == KMP_ROLE_SENSE ? ": its slip ends" : ": its static level is reached";
+}
+
+static kempe_status take_conditions(kmp_code_source *source, kempe_system *system, const kmp_events *events)
+{
+    struct kmp_simulated *x = source->simulated;
+    const int count = x->condition_count = events->count;
+    if (!KMP_ARENA_MAKE(&source->arena, KMP_ROOM(char *, count, &x->condition_name, &x->advice),
+                        KMP_ROOM(int, count, &x->condition_kind, &x->watch_traits)))
+        return kmp_fail_memory(source->context);
+    for (int k = 0; k < count; k++) {
+        const kmp_condition *c = &events->condition[k];
+        const char *text = kmp_system_event_text(system, c);
+        x->condition_name[k] = kmp_arena_printf(&source->arena, "%s%s", text ? text : "", event_of(c));
+        x->advice[k] = kmp_arena_strdup(&source->arena, c->advice ? c->advice : "");
+        x->condition_kind[k] = kind_of(c);
+        x->watch_traits[k] = (c->measured ? KEMPE_WATCH_PRESSES : 0) | (c->rough ? KEMPE_WATCH_ROUGH : 0);
+    }
+    /* Sensors are evaluated where they are asked for, by laws without conditions. */
+    for (int k = 0; k < system->use_count; k++)
+        if (k == 0 || system->use[k].table != system->use[k - 1].table)
+            kmp_log(
+                system->context, KEMPE_LOG_WARNING,
+                "table '%s': a generated simulator does not say when a sensor uses it beyond its points, where it goes "
+                "straight on",
+                system->model->tables[system->use[k].table].name);
+    return kmp_made(source->context, !source->arena.failed);
+}
+
+/* A speed that depends on parameters of the simulator would be another one after their change. */
+static kempe_status check_speeds(const kempe_model *model)
+{
+    for (int k = 0; k < model->force_count; k++)
+        if (kmp_force_sticks(&model->forces[k]) && model->forces[k].has_regularise && model->forces[k].regularise.expr)
+            return kmp_fail(model->context, KEMPE_E_ARGUMENT,
+                            "generated simulators: the speed by which friction '%s' may be regularised is an "
+                            "expression, which is not supported there; give a number",
+                            model->forces[k].name);
+    return KEMPE_OK;
+}
+
+static kempe_status take_friction(kmp_code_source *source, const kempe_system *system, const kmp_events *events)
+{
+    struct kmp_simulated *x = source->simulated;
+    struct kmp_simulated_friction *f = &x->friction;
+    const int count = x->friction_count = kmp_friction_elements(events);
+    kmp_friction_element *element = KMP_ARENA_NEW(&source->arena, kmp_friction_element, count);
+    if (!element || !KMP_ARENA_MAKE(&source->arena,
+                                    KMP_ROOM(int, count, &f->slot, &f->row, &f->base, &f->across, &f->twin, &f->loaded,
+                                             &f->contact),
+                                    KMP_ROOM(double, count, &f->size, &f->regularise)))
+        return kmp_fail_memory(source->context);
+    kmp_friction_list(system, events, element);
+    for (int i = 0; i < count; i++) {
+        f->slot[i] = element[i].slot;
+        f->row[i] = element[i].row;
+        f->base[i] = element[i].base;
+        f->across[i] = element[i].across;
+        f->twin[i] = element[i].twin;
+        f->loaded[i] = element[i].loaded;
+        f->contact[i] = element[i].contact;
+        f->contacts += element[i].contact;
+        f->size[i] = element[i].size;
+        f->regularise[i] = element[i].regularise;
+    }
+    f->loads = kmp_friction_is_loaded(source->model);
+    f->driven = system->rheonomic;
+    for (int r = 0; r < system->m; r++) /* those of friction alone: constraints/kinds/mode_rows.c */
+        f->rolls += system->rows[r].of_rates;
+    return check_speeds(source->model);
+}
+
+static kempe_status take_charts(kmp_code_source *source, const kempe_system *system)
+{
+    struct kmp_simulated *x = source->simulated;
+    const int count = x->chart_count = kmp_charts_count(system);
+    if (!KMP_ARENA_MAKE(&source->arena, KMP_ROOM(int, count, &x->chart_first, &x->chart_before),
+                        KMP_ROOM(double, 9 * count, &x->chart_axes)))
+        return kmp_fail_memory(source->context);
+    for (int c = 0; c < count; c++) {
+        x->chart_first[c] = system->chart_first[c];
+        x->chart_before[c] = system->chart_before[c];
+        for (int k = 0; k < 3; k++)
+            memcpy(x->chart_axes + 9 * (ptrdiff_t)c + 3 * (ptrdiff_t)k,
+                   system->model->motions[system->chart_first[c] + k].axis, 3 * sizeof(double));
+    }
+    return KEMPE_OK;
+}
+
+/* The condition whose change is the event of a state: the comparison of its rate, or the contact that changes it. */
+static kempe_status take_discrete(kmp_code_source *source, const kmp_events *events)
+{
+    struct kmp_simulated *x = source->simulated;
+    const kempe_model *model = source->model;
+    if (!KMP_ARENA_MAKE(&source->arena, KMP_ROOM(int, source->discrete_count, &x->event, &x->sense, &x->settles)))
+        return kmp_fail_memory(source->context);
+    for (int k = 0; k < source->discrete_count; k++) {
+        const int place = source->discrete_place[k] - kmp_model_coordinates(model);
+        const kmp_state *state = &model->states[place];
+        const kmp_expr *comparison = kmp_state_rate(model, place)->a;
+        x->event[k] =
+            state->contact > 0 ? kmp_events_find(events, &model->forces[state->contact - 1], KMP_PRESSING) : -1;
+        for (int i = 0; comparison && i < events->count; i++)
+            if (events->condition[i].expr == comparison)
+                x->event[k] = i;
+        x->sense[k] = !comparison || (comparison->kind != KMP_EXPR_AT_MOST && comparison->kind != KMP_EXPR_AT_LEAST);
+        x->settles[k] = state->settles;
+    }
+    return KEMPE_OK;
+}
+
+static bool reads(const kmp_code_routine *r, kmp_input_kind kind, int index)
+{
+    for (int k = 0; k < r->program->input_count; k++)
+        if (r->program->input[k].kind == kind && (index < 0 || (int)r->program->input[k].index == index))
+            return true;
+    return false;
+}
+
+const kmp_code_routine *kmp_simulated_routine(const kmp_code_source *source, const char *name)
+{
+    for (int k = 0; source->routines && k < source->count; k++)
+        if (strcmp(source->routines[k].name, name) == 0)
+            return &source->routines[k];
+    return NULL;
+}
+
+/* Rows of a matrix of a routine: '0' where an entry is zero, otherwise 'x'. */
+static char **zeros_of(kmp_arena *arena, const kmp_code_routine *r, const char *name, int rows, int cols)
+{
+    char **zeros = KMP_ARENA_NEW(arena, char *, rows);
+    for (int i = 0; zeros && i < rows; i++) {
+        zeros[i] = KMP_ARENA_NEW(arena, char, cols + 1);
+        for (int j = 0; zeros[i] && j < cols; j++)
+            zeros[i][j] = '0';
+    }
+    for (int a = 0; !arena->failed && a < r->array_count; a++) {
+        const kmp_array *array = &r->arrays[a];
+        const uint32_t *output = r->program->output + r->program->outputs[1] + array->first;
+        for (int i = 0; strcmp(array->name, name) == 0 && i < rows; i++)
+            for (int j = 0; j < (array->symmetric ? i + 1 : cols); j++) {
+                int value = (int)(*output++ >> 1);
+                if (value < r->program->constant_count && r->program->constant[value] == 0)
+                    continue;
+                zeros[i][j] = 'x';
+                if (array->symmetric)
+                    zeros[j][i] = 'x';
+            }
+    }
+    return zeros;
+}
+
+/* True if the start alone depends on a parameter. */
+static bool is_of_start(const kmp_code_source *source, int symbol)
+{
+    bool alone = true;
+    for (int k = 0; k < source->count; k++)
+        if (strcmp(source->routines[k].name, "start") != 0)
+            alone = alone && !reads(&source->routines[k], KMP_IN_PARAMETER, symbol);
+    return alone;
+}
+
+kempe_status kmp_simulated_place(kmp_code_source *source)
+{
+    struct kmp_simulated *x = source->simulated;
+    const kmp_code_routine *closures = kmp_simulated_routine(source, "closures"),
+                           *motion = kmp_simulated_routine(source, "motion");
+    const kmp_code_routine *changes = kmp_simulated_routine(source, "changes");
+    const kmp_code_routine *start = kmp_simulated_routine(source, "start");
+    if (!KMP_ARENA_MAKE(&source->arena, KMP_ROOM(int, source->parameter_count, &x->symbol, &x->fixed),
+                        KMP_ROOM(int, source->n, &x->coordinate_kind)))
+        return kmp_fail_memory(source->context);
+    x->starts = start && reads(start, KMP_IN_PARAMETER, -1);
+    for (int k = 0; k < source->symbol_count; k++)
+        if (source->place[k] >= 0) {
+            x->symbol[source->place[k]] = k;
+            x->fixed[source->place[k]] = reads(closures, KMP_IN_PARAMETER, k) || is_of_start(source, k);
+        }
+    take_kinds(source);
+    x->switches = reads(closures, KMP_IN_MODE, -1);
+    x->loaded = reads(motion, KMP_IN_LAMBDA, -1);
+    x->early = !reads(changes, KMP_IN_LAMBDA, -1) && !reads(changes, KMP_IN_QDD, -1);
+    x->jacobian_zeros = zeros_of(&source->arena, closures, "J", source->m, source->n);
+    x->mass_zeros = zeros_of(&source->arena, motion, "M", source->n, source->n);
+    KMP_TRY(kmp_made(source->context, !source->arena.failed));
+    return kmp_watch_find(source);
+}
+
+kempe_status kmp_simulated_find(kmp_code_source *source, const kmp_set_choice *choice)
+{
+    kempe_system *system = NULL;
+    source->simulated = KMP_ARENA_NEW(&source->arena, struct kmp_simulated, 1);
+    KMP_TRY(kmp_made(source->context, source->simulated));
+    KMP_TRY(kmp_system_new_by(source->model, NULL, &system));
+    kempe_status status = take_start(source, choice, system);
+    if (status == KEMPE_OK)
+        status = take_conditions(source, system, &choice->modes);
+    if (status == KEMPE_OK)
+        status = take_discrete(source, &choice->modes);
+    if (status == KEMPE_OK)
+        status = take_friction(source, system, &choice->modes);
+    if (status == KEMPE_OK)
+        status = take_charts(source, system);
+    kempe_system_free(system);
+    return status;
+}

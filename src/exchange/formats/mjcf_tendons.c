@@ -1,0 +1,391 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Tendons and actuators of MJCF as forces. A fixed tendon is a linear form of coordinates, a spatial one a rope through
+ * sites. An actuator is a force of its input, and of the length and rate of its transmission by affine laws. */
+#include "exchange/formats/mjcf.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* -- forms --------------------------------------------------------------------------------------------- */
+
+void kmp_mjcf_add_term(kmp_mjcf *m, kmp_mjcf_form *f, const char *joint, double factor)
+{
+    int k = 0;
+    while (k < f->count && strcmp(f->joint[k], joint) != 0)
+        k++;
+    if (k < f->count) {
+        f->factor[k] += factor;
+        return;
+    }
+    const char **joints = kmp_arena_room(m->im->arena, f->joint, f->count, sizeof *joints);
+    double *factors = kmp_arena_room(m->im->arena, f->factor, f->count, sizeof *factors);
+    if (!joints || !factors)
+        return;
+    f->joint = joints;
+    f->factor = factors;
+    joints[f->count] = joint;
+    factors[f->count++] = factor;
+}
+
+void kmp_mjcf_add_joint(kmp_mjcf *m, kmp_mjcf_form *f, const kmp_element *from, const char *name, double factor)
+{
+    const kmp_mjcf_joint *j = name ? kmp_mjcf_joint_of(m, from, name) : NULL;
+    if (!j)
+        return;
+    f->slides = f->count == 0 ? j->slides : f->slides;
+    f->reference += factor * j->reference;
+    f->rest += factor * j->rest;
+    kmp_mjcf_add_term(m, f, j->own, factor);
+}
+
+void kmp_mjcf_put_form(kmp_text *text, const kmp_mjcf_form *f, const char *word)
+{
+    for (int k = 0; k < f->count; k++)
+        kmp_text_printf(text, "%s%.17g*%s(%s)", k > 0 ? " + " : "", f->factor[k], word, f->joint[k]);
+}
+
+/* The tendon of a name, of any kind; NULL after a complaint. */
+static const kmp_element *tendon_named(kmp_mjcf *m, const kmp_element *from, const char *name)
+{
+    const kmp_element *found = NULL;
+    for (const kmp_element *section = kmp_element_find(m->im->model, "tendon"); section && !found;
+         section = kmp_element_again(section))
+        for (const kmp_element *e = section->first; e && !found; e = e->next) {
+            const char *own = kmp_element_text(e, "name");
+            found = own && strcmp(own, name) == 0 ? e : NULL;
+        }
+    if (!found)
+        kmp_import_complain(m->im, from->place, "the tendon", name, "does not exist");
+    return found;
+}
+
+static bool is_fixed(const kmp_element *tendon)
+{
+    return strcmp(tendon->name, "fixed") == 0;
+}
+
+static void add_joints(kmp_mjcf *m, kmp_mjcf_form *f, const kmp_element *tendon)
+{
+    for (const kmp_element *e = kmp_element_find(tendon, "joint"); e; e = kmp_element_again(e))
+        kmp_mjcf_add_joint(m, f, e, kmp_import_attribute(m->im, e, "joint"),
+                           kmp_import_read_number(m->im, e, "coef", 1));
+}
+
+void kmp_mjcf_add_tendon(kmp_mjcf *m, kmp_mjcf_form *f, const kmp_element *from, const char *name)
+{
+    const kmp_element *tendon = tendon_named(m, from, name);
+    if (tendon && !is_fixed(tendon))
+        kmp_import_complain(m->im, from->place, "the tendon", name, "is spatial: equalities of fixed tendons are read");
+    else if (tendon)
+        add_joints(m, f, tendon);
+}
+
+/* -- transmissions ------------------------------------------------------------------------------------- */
+
+/* The place of a force: a form, or a rope through points. Its length and rate as expressions. */
+typedef struct transmission {
+    kmp_mjcf_form form;
+    kmp_yaml *points; /* of a rope; NULL: the form */
+    double rest;      /* the length where the springs of joints are at rest */
+    const char *length, *rate;
+} transmission;
+
+/* The rope through the sites of a spatial tendon; false after a complaint. */
+static bool add_sites(kmp_mjcf *m, transmission *t, const kmp_element *tendon)
+{
+    kmp_import *im = m->im;
+    const kmp_mjcf_site *last = NULL;
+    t->points = kmp_yaml_new(im->arena, KMP_YAML_LIST, tendon->place);
+    for (const kmp_element *e = tendon->first; e; e = e->next) {
+        const char *name = strcmp(e->name, "site") == 0 ? kmp_import_attribute(im, e, "site") : NULL;
+        if (strcmp(e->name, "geom") == 0 || strcmp(e->name, "pulley") == 0)
+            return false; /* it is named as not read */
+        if (!name)
+            continue;
+        const kmp_mjcf_site *s = m->sites;
+        while (s && strcmp(s->name, name) != 0)
+            s = s->next;
+        if (!s) {
+            kmp_import_complain(im, e->place, "the site", name, "does not exist");
+            return false;
+        }
+        if (last)
+            t->rest +=
+                hypot(hypot(s->world[0] - last->world[0], s->world[1] - last->world[1]), s->world[2] - last->world[2]);
+        kmp_yaml_append(im->arena, t->points, NULL, kmp_yaml_word(im->arena, e->place, s->point));
+        last = s;
+    }
+    t->length = "distance";
+    t->rate = "rate";
+    return t->points && t->points->count > 1;
+}
+
+/* A form whose joints are known. */
+static bool finish_form(kmp_mjcf *m, transmission *t)
+{
+    kmp_text length = {0}, rate = {0};
+    kmp_mjcf_put_form(&length, &t->form, "q");
+    kmp_mjcf_put_form(&rate, &t->form, "qd");
+    t->rest = t->form.rest;
+    t->length = kmp_text_keep(&length, m->im->arena);
+    t->rate = kmp_text_keep(&rate, m->im->arena);
+    return t->form.count > 0 && t->length && t->rate;
+}
+
+static bool take_tendon(kmp_mjcf *m, transmission *t, const kmp_element *tendon)
+{
+    if (!is_fixed(tendon))
+        return add_sites(m, t, tendon);
+    add_joints(m, &t->form, tendon);
+    return finish_form(m, t);
+}
+
+/* A force `law` that lengthens what it acts on, as NAME; of several joints as NAME_JOINT. */
+static void add_force(kmp_mjcf *m, const kmp_element *from, const char *name, const transmission *t, double gear,
+                      const char *law)
+{
+    kmp_import *im = m->im;
+    if (t->points) {
+        kmp_yaml *map = kmp_import_map(im, from->place);
+        kmp_import_put(im, map, from->place, "line", t->points);
+        kmp_import_word(im, map, from->place, "force", kmp_arena_printf(im->arena, "%.17g*(%s)", 0 - gear, law));
+        kmp_import_add(im, "forces", from, name, map);
+        return;
+    }
+    for (int k = 0; k < t->form.count; k++) {
+        const kmp_mjcf_joint *j = m->joints;
+        double factor = gear * t->form.factor[k];
+        while (j && strcmp(j->own, t->form.joint[k]) != 0)
+            j = j->next;
+        kmp_yaml *map = kmp_import_map(im, from->place);
+        kmp_import_word(im, map, from->place, "joint", t->form.joint[k]);
+        kmp_import_word(im, map, from->place, j && j->slides ? "force" : "torque",
+                        factor == 1 ? law : kmp_arena_printf(im->arena, "%.17g*(%s)", factor, law));
+        kmp_import_add(im, "forces", from,
+                       t->form.count == 1 ? name : kmp_arena_printf(im->arena, "%s_%s", name, t->form.joint[k]), map);
+    }
+}
+
+/* -- tendons ------------------------------------------------------------------------------------------- */
+
+/* The force of spring and damper against lengthening, negative: k max(L - b, 0) + k min(L - a, 0) + d rate. */
+static const char *spring_law(kmp_mjcf *m, const transmission *t, double stiffness, const double rest[2],
+                              double damping)
+{
+    kmp_text law = {0};
+    if (stiffness != 0 && rest[0] == rest[1])
+        kmp_text_printf(&law, "%.17g*(%s - (%.17g))", 0 - stiffness, t->length, rest[0]);
+    else if (stiffness != 0)
+        kmp_text_printf(&law, "%.17g*(max(%s - (%.17g), 0) + min(%s - (%.17g), 0))", 0 - stiffness, t->length, rest[1],
+                        t->length, rest[0]);
+    if (damping != 0)
+        kmp_text_printf(&law, "%s%.17g*(%s)", stiffness != 0 ? " + " : "", 0 - damping, t->rate);
+    return kmp_text_keep(&law, m->im->arena);
+}
+
+/* Dry friction against the rate of the length. */
+static void add_friction(kmp_mjcf *m, const kmp_element *e, const char *name, const transmission *t, double level)
+{
+    kmp_import *im = m->im;
+    kmp_text length = {0};
+    for (int k = 0; t->points && k + 1 < t->points->count; k++)
+        kmp_text_printf(&length, "%sdistance(%s, %s)", k > 0 ? " + " : "", t->points->items[k]->text,
+                        t->points->items[k + 1]->text);
+    const char *slides = t->points ? kmp_text_keep(&length, im->arena) : t->length;
+    kmp_yaml *map = kmp_import_map(im, e->place), *law = kmp_import_map(im, e->place);
+    kmp_import_word(im, map, e->place, "sliding", slides);
+    kmp_import_word(im, law, e->place, t->points || t->form.slides ? "force" : "torque", kmp_import_number(im, level));
+    kmp_import_put(im, map, e->place, "friction", law);
+    kmp_import_add(im, "forces", e, kmp_arena_printf(im->arena, "%s_friction", name), map);
+}
+
+/* The length of a tendon whose spring has none. The bodies are known at the references of their joints alone. */
+static double rest_of(kmp_mjcf *m, const kmp_element *e, const char *name, const transmission *t)
+{
+    for (const kmp_mjcf_joint *j = t->points ? m->joints : NULL; j; j = j->next)
+        if (j->single && j->rest != j->reference) {
+            kmp_import_complain(m->im, e->place, "the tendon", name,
+                                "has no springlength, and springs of joints rest at other places than 'ref': give it");
+            break;
+        }
+    return t->rest;
+}
+
+static void add_tendon(kmp_mjcf *m, const kmp_element *e, int number)
+{
+    kmp_import *im = m->im;
+    const kmp_mjcf_item item = kmp_mjcf_take(m, e, "tendon", NULL);
+    const char *own = kmp_element_text(e, "name"), *limited = kmp_mjcf_text(&item, "limited"),
+               *name = own ? kmp_import_clean(im, own) : kmp_arena_printf(im->arena, "tendon_%d", number);
+    double stiffness = m->has_springs ? kmp_mjcf_number(m, &item, "stiffness", 0) : 0,
+           damping = m->has_dampers ? kmp_mjcf_number(m, &item, "damping", 0) : 0,
+           friction = m->has_friction ? kmp_mjcf_number(m, &item, "frictionloss", 0) : 0, rest[2] = {-1, -1};
+    transmission t = {.points = NULL};
+    if (m->has_limits && kmp_mjcf_text(&item, "range") && !(limited && strcmp(limited, "false") == 0))
+        kmp_import_leave_out(im, e->place, KMP_PART_AT_TIMES, "range", "the limits of tendon '%s' are not used", name);
+    if ((stiffness == 0 && damping == 0 && friction == 0) || !take_tendon(m, &t, e))
+        return;
+    if (kmp_mjcf_numbers(m, &item, "springlength", 1, 2, rest) == 1)
+        rest[1] = rest[0];
+    if (rest[0] < 0)
+        rest[0] = rest[1] = rest_of(m, e, name, &t);
+    if (stiffness != 0 || damping != 0)
+        add_force(m, e, kmp_arena_printf(im->arena, "%s_spring", name), &t, 1,
+                  spring_law(m, &t, stiffness, rest, damping));
+    if (friction != 0)
+        add_friction(m, e, name, &t, friction);
+}
+
+void kmp_mjcf_add_tendons(kmp_mjcf *m)
+{
+    int number = 0;
+    for (const kmp_element *section = kmp_element_find(m->im->model, "tendon"); section;
+         section = kmp_element_again(section))
+        for (const kmp_element *e = section->first; e; e = e->next)
+            if (strcmp(e->name, "fixed") == 0 || strcmp(e->name, "spatial") == 0)
+                add_tendon(m, e, ++number);
+}
+
+/* -- actuators ----------------------------------------------------------------------------------------- */
+
+static const char actuators[] = " motor position velocity general damper ";
+
+/* A force is gain[0] + gain[1] length + gain[2] rate, times the input, plus the same of the bias. */
+typedef struct law {
+    double gain[3], bias[3];
+} law;
+
+/* False: the law is none of these. `own`: with the defaults of its own word. */
+static bool read_law(kmp_mjcf *m, const kmp_mjcf_item *own, law *a)
+{
+    const char *word = own->own->name;
+    *a = (law){.gain = {1, 0, 0}};
+    double kp = kmp_mjcf_number(m, own, "kp", 1), kv = kmp_mjcf_number(m, own, "kv", strcmp(word, "position") != 0);
+    if (strcmp(word, "position") == 0)
+        *a = (law){{kp, 0, 0}, {0, -kp, -kv}};
+    else if (strcmp(word, "velocity") == 0)
+        *a = (law){{kv, 0, 0}, {0, 0, -kv}};
+    else if (strcmp(word, "damper") == 0)
+        *a = (law){{0, 0, -kv}, {0}};
+    if (strcmp(word, "general") != 0)
+        return true;
+    const char *dynamics = kmp_mjcf_text(own, "dyntype"), *gain = kmp_mjcf_text(own, "gaintype"),
+               *bias = kmp_mjcf_text(own, "biastype");
+    double numbers[10] = {1};
+    kmp_mjcf_numbers(m, own, "gainprm", 1, 10, numbers);
+    memcpy(a->gain, numbers, (gain && strcmp(gain, "affine") == 0 ? 3 : 1) * sizeof *numbers);
+    memset(numbers, 0, sizeof numbers);
+    kmp_mjcf_numbers(m, own, "biasprm", 1, 10, numbers);
+    if (bias && strcmp(bias, "affine") == 0)
+        memcpy(a->bias, numbers, sizeof a->bias);
+    return (!dynamics || strcmp(dynamics, "none") == 0) &&
+           (!gain || strcmp(gain, "fixed") == 0 || strcmp(gain, "affine") == 0) &&
+           (!bias || strcmp(bias, "none") == 0 || strcmp(bias, "affine") == 0);
+}
+
+/* "(a + b*length + c*rate)", without the parts that are zero; false: all are. */
+static bool put_affine(kmp_text *text, const double a[3], const transmission *t, double gear)
+{
+    const char *const of[3] = {NULL, t->length, t->rate};
+    bool any = false;
+    for (int k = 0; k < 3; k++) {
+        double factor = k > 0 ? gear * a[k] : a[k];
+        if (factor == 0)
+            continue;
+        kmp_text_printf(text, "%s%.17g", any ? " + " : "(", factor);
+        if (of[k])
+            kmp_text_printf(text, "*(%s)", of[k]);
+        any = true;
+    }
+    kmp_text_put(text, any ? ")" : "");
+    return any;
+}
+
+/* `inside` between the two limits of an attribute, where they hold. */
+static const char *clamp(kmp_mjcf *m, const kmp_mjcf_item *item, const char *range, const char *limited,
+                         const char *inside)
+{
+    double limit[2] = {0};
+    const char *word = kmp_mjcf_text(item, limited);
+    bool given = kmp_mjcf_numbers(m, item, range, 2, 2, limit) == 2,
+         counts = word && strcmp(word, "auto") != 0 ? kmp_mjcf_flag(m, item, limited, false) : m->ranges_count;
+    return given && counts && inside
+               ? kmp_arena_printf(m->im->arena, "max(%.17g, min(%.17g, %s))", limit[0], limit[1], inside)
+               : inside;
+}
+
+static const char *law_of(kmp_mjcf *m, const kmp_mjcf_item *item, const law *a, const transmission *t, double gear,
+                          const char *input)
+{
+    kmp_text text = {0};
+    const char *ctrl = m->has_clamps ? clamp(m, item, "ctrlrange", "ctrllimited", input) : input;
+    bool plain = a->gain[0] == 1 && a->gain[1] == 0 && a->gain[2] == 0,
+         some = plain || put_affine(&text, a->gain, t, gear);
+    kmp_text_printf(&text, "%s%s", plain || !some ? "" : "*", some ? ctrl : "0");
+    if (a->bias[0] != 0 || a->bias[1] != 0 || a->bias[2] != 0) {
+        kmp_text_put(&text, " + ");
+        (void)put_affine(&text, a->bias, t, gear);
+    }
+    return clamp(m, item, "forcerange", "forcelimited", kmp_text_keep(&text, m->im->arena));
+}
+
+/* True if it acts on a coordinate or a tendon, which is taken. */
+static bool take_transmission(kmp_mjcf *m, const kmp_mjcf_item *item, transmission *t)
+{
+    const char *joint = kmp_mjcf_text(item, "joint"), *tendon = kmp_mjcf_text(item, "tendon");
+    joint = joint ? joint : kmp_mjcf_text(item, "jointinparent");
+    const kmp_mjcf_joint *j = m->joints;
+    while (j && (!joint || !j->name || strcmp(j->name, joint) != 0))
+        j = j->next;
+    if (j && j->single) {
+        t->form.slides = j->slides;
+        kmp_mjcf_add_term(m, &t->form, j->own, 1);
+        t->length = kmp_arena_printf(m->im->arena, "q(%s)", j->own);
+        t->rate = kmp_arena_printf(m->im->arena, "qd(%s)", j->own);
+        return t->length && t->rate;
+    }
+    const kmp_element *e = !joint && tendon ? tendon_named(m, item->own, tendon) : NULL;
+    return e && take_tendon(m, t, e);
+}
+
+static void add_actuator(kmp_mjcf *m, const kmp_element *e)
+{
+    kmp_import *im = m->im;
+    const kmp_mjcf_item item = kmp_mjcf_take(m, e, actuators, NULL), own = kmp_mjcf_take(m, e, e->name, NULL);
+    const char *given = kmp_element_text(e, "name");
+    transmission t = {.points = NULL};
+    double gear[6] = {1, 0, 0, 0, 0, 0};
+    law a;
+    bool motor = strcmp(e->name, "motor") == 0;
+    if (!take_transmission(m, &item, &t)) {
+        kmp_import_leave_out(im, e->place, motor ? KMP_PART_AT_TIMES : KMP_PART_MECHANICS, e->name,
+                             "%s '%s' is not used: it moves no joint with one coordinate and no tendon", e->name,
+                             given ? given : "");
+        return;
+    }
+    if (!read_law(m, &own, &a)) {
+        kmp_import_leave_out(im, e->place, KMP_PART_MECHANICS, e->name,
+                             "%s '%s' is not used: its law is not affine, or has a state", e->name, given ? given : "");
+        return;
+    }
+    kmp_mjcf_numbers(m, &item, "gear", 1, 6, gear);
+    const char *moved = t.points || !t.form.joint ? "tendon" : t.form.joint[0],
+               *name = given ? kmp_import_clean(im, given) : kmp_arena_printf(im->arena, "%s_%s", moved, e->name),
+               *input = kmp_arena_printf(im->arena, "ctrl_%s", name);
+    kmp_yaml *map = kmp_import_map(im, e->place);
+    if (motor)
+        kmp_import_word(im, map, e->place, "unit", t.points || t.form.slides ? "N" : "N*m");
+    kmp_import_add(im, "inputs", e, input, map);
+    add_force(m, e, name, &t, gear[0], law_of(m, &item, &a, &t, gear[0], input));
+}
+
+void kmp_mjcf_add_actuators(kmp_mjcf *m)
+{
+    for (const kmp_element *section = kmp_element_find(m->im->model, "actuator"); section && m->has_actuators;
+         section = kmp_element_again(section))
+        for (const kmp_element *e = section->first; e; e = e->next) {
+            char word[40];
+            if (snprintf(word, sizeof word, " %s ", e->name) < (int)sizeof word && strstr(actuators, word))
+                add_actuator(m, e);
+        }
+}

@@ -1,0 +1,246 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Conditions: their values, changes of modes, ends of the motion. A part of kempe_simulator.c. */
+#ifndef SIMULATOR_CONDITIONS_H
+#define SIMULATOR_CONDITIONS_H
+
+#include "exchange/simulator/simulator_choice.h"
+
+static bool is_of_friction(const kempe_equations *e, int k)
+{
+    return e->condition_kind[k] == KEMPE_CONDITION_PASSES || e->condition_kind[k] >= KEMPE_CONDITION_NUMBER;
+}
+
+/* The distance of condition k beyond its change: above 0 it has changed. */
+static double beyond(const kempe_simulator *s, int k, double value)
+{
+    const kempe_equations *e = s->equations;
+    if (e->condition_kind[k] == KEMPE_CONDITION_KINK && s->part.modes[k] == 0)
+        return -INFINITY;
+    if (e->condition_kind[k] >= KEMPE_CONDITION_NUMBER)
+        return -INFINITY;
+    if (e->condition_kind[k] == KEMPE_CONDITION_PASSES)
+        return -value;
+    return s->part.modes[k] > 0 ? value : -value;
+}
+
+static double most_beyond(const kempe_simulator *s, const double *value)
+{
+    double most = -INFINITY;
+    for (int k = 0; k < s->equations->conditions; k++)
+        most = fmax(most, beyond(s, k, value[k]));
+    return most;
+}
+
+static bool has_changes(const kempe_simulator *s)
+{
+    return s->equations->conditions > 0;
+}
+
+/* -- kinks ------------------------------------------------------------------------------------------------- */
+
+/* The branch on which a kink that is not fixed is to be fixed; 0: it is near to it, or no kink. Beyond the kink the
+ * equations are smooth, as high orders need. */
+static double branch_of(kempe_simulator *s, int k, double value)
+{
+    struct kempe_simulator_parts *part = &s->part;
+    if (s->equations->condition_kind[k] != KEMPE_CONDITION_KINK)
+        return 0;
+    part->largest[k] = fmax(part->largest[k], fabs(value));
+    bool away = part->modes[k] == 0 && fabs(value) > 2 * KMP_KINK_TOLERANCES * s->settings.rtol * part->largest[k];
+    return !away ? 0 : value < 0 ? 1 : -1;
+}
+
+/* Notes the branches of kinks at the end of a step, which the next step takes. */
+static void note_branches(kempe_simulator *s, const double *value)
+{
+    for (int k = 0; k < s->equations->conditions; k++)
+        s->part.flip[k] = 2 * branch_of(s, k, value[k]);
+}
+
+static void take_branches(kempe_simulator *s)
+{
+    for (int k = 0; k < s->equations->conditions; k++) {
+        if (fabs(s->part.flip[k]) > 1)
+            s->part.modes[k] = s->part.flip[k] / 2;
+        s->part.flip[k] = 0;
+    }
+}
+
+/* An integrator of the caller does not locate kinks. */
+static void release_branches(kempe_simulator *s)
+{
+    for (int k = 0; k < s->equations->conditions; k++)
+        if (s->equations->condition_kind[k] == KEMPE_CONDITION_KINK)
+            s->part.modes[k] = 0;
+    clear(s->equations->conditions, s->part.flip);
+}
+
+/* Largest values since the last change. */
+static void note_sizes(kempe_simulator *s, const double *value)
+{
+    for (int k = 0; k < s->equations->conditions; k++)
+        s->part.most[k] = fmax(s->part.most[k], fabs(value[k]));
+}
+
+static void put_place(const kempe_simulator *s, double *place)
+{
+    const struct kempe_simulator_parts *part = &s->part;
+    int n = s->equations->coordinates;
+    copy(n, part->q, place);
+    copy(n, part->qd, place + n);
+    copy(n, part->qdd, place + 2 * n);
+    copy(s->equations->rows, part->lambda, place + 3 * n);
+}
+
+static void take_place(kempe_simulator *s, const double *place)
+{
+    struct kempe_simulator_parts *part = &s->part;
+    int n = s->equations->coordinates;
+    copy(n, place, part->q);
+    copy(n, place + n, part->qd);
+    copy(n, place + 2 * n, part->qdd);
+    copy(s->equations->rows, place + 3 * n, part->lambda);
+}
+
+static void evaluate_changes(kempe_simulator *s, double t, double *value)
+{
+    kempe_arguments at = arguments_at(s, t);
+    s->equations->changes(&at, value);
+}
+
+static kempe_simulator_status end_motion(kempe_simulator *s)
+{
+    const kempe_equations *e = s->equations;
+    int k = (int)s->part.state[AT_ENDED] - 1;
+    const char *advice = e->advice ? e->advice[k] : NULL;
+    snprintf(s->message, sizeof s->message, "%s: the motion ends at t = %.9g: %s%s%s", e->name, s->t,
+             e->condition_names[k], advice && *advice ? "; " : "", advice ? advice : "");
+    return KEMPE_SIMULATOR_ENDED;
+}
+
+/* Changes the mode of condition k at t. False after a message: it changes back and forth. */
+static bool change_mode(kempe_simulator *s, int k, double t)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    double instant = fmax(64 * DBL_EPSILON * fabs(t), KMP_EVENT_INSTANT / part->state[AT_RATE]);
+    part->repeats[k] = t - part->last[k] <= instant ? part->repeats[k] + 1 : 0;
+    part->last[k] = t;
+    if (e->condition_kind[k] == KEMPE_CONDITION_KINK) {
+        /* The other branch. It is not fixed where it is passed within the errors of steps, as at rest, or repeatedly.
+         */
+        bool idle = part->most[k] <= KMP_KINK_TOLERANCES * s->settings.rtol * part->largest[k] ||
+                    part->repeats[k] >= KMP_EVENT_REPEATS;
+        part->modes[k] = idle ? 0 : part->modes[k] > 0 ? -1 : 1;
+        part->most[k] = 0;
+        return true;
+    }
+    part->modes[k] = part->modes[k] > 0 ? 0 : 1;
+    s->work.events++;
+    if (part->repeats[k] < KMP_EVENT_REPEATS)
+        return true;
+    const char *advice = e->advice ? e->advice[k] : NULL;
+    fail_with(s, "%s changes back and forth at t = %.9g: %s", e->condition_names[k], t,
+              advice && *advice
+                  ? advice
+                  : "the motion slides along this condition; make the law continuous there, for instance with tanh");
+    return false;
+}
+
+/* Rates after an impact, where modes have changed the closures: M (qd - before) = J' p, J qd + h_t = 0. The placed qd
+ * is that before; loops and motion are evaluated. */
+static outcome jump(kempe_simulator *s, double t, const double *before, double *y)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    int n = e->coordinates, f = freedom_of(s), r = rank_of(s);
+    double worst = 0, fastest = 0;
+    for (int j = 0; j < n; j++) {
+        worst = fmax(worst, fabs(part->qd[j] - before[j]) / e->scale[j]);
+        fastest = fmax(fastest, fabs(before[j]) / e->scale[j]);
+    }
+    if (!(worst > KMP_RATES_JUMP * fastest))
+        return GOOD;
+    for (int k = 0; k < f; k++)
+        part->qd[part->column[r + k]] = 0;
+    evaluate_rates(s);
+    reduce_mass(s);
+    if (factor_mass(s) != GOOD)
+        return SINGULAR_MASS;
+    for (int i = 0; i < n; i++) {
+        part->right[i] = 0;
+        for (int j = 0; j < n; j++)
+            part->right[i] += part->mass[(ptrdiff_t)i * n + j] * (before[j] - part->qd[j]);
+    }
+    project(s, part->right, part->udd);
+    kmp_cholesky_solve(f, part->reduced, part->udd);
+    copy(f, part->udd, y + f);
+    for (int k = 0; k < f; k++)
+        y[k] = part->q[part->column[r + k]];
+    for (int i = 0; i < r; i++)
+        y[2 * f + i] = part->q[part->column[i]];
+    return slopes_closed(s, t, y, NULL);
+}
+
+/* The rate of the motion, 1/s: of the tolerances of rates. */
+static double rate_of_motion(const kempe_simulator *s)
+{
+    const kempe_equations *e = s->equations;
+    const struct kempe_simulator_parts *part = &s->part;
+    double left = s->settings.end - part->state[AT_END], rate = left > 0 && left <= DBL_MAX ? 1 / left : 0;
+    for (int i = 0; i < e->coordinates; i++) {
+        rate = fmax(rate, fabs(part->qd[i]) / e->scale[i]);
+        rate = fmax(rate, sqrt(fabs(part->qdd[i]) / e->scale[i]));
+    }
+    return rate > 0 && rate <= DBL_MAX ? rate : 1;
+}
+
+/* Changes modes at the state y until all conditions agree with them; *changed: some have. At the start,
+ * where the motion does not go on yet, and where no acceleration is finite with the modes that are none yet, conditions
+ * are those at rest. The state is placed and complete. */
+static kempe_simulator_status settle_modes(kempe_simulator *s, double t, double *y, bool goes, bool *changed)
+{
+    const kempe_equations *e = s->equations;
+    struct kempe_simulator_parts *part = &s->part;
+    int last = -1;
+    for (int pass = 0; pass < KMP_EVENT_REPEATS; pass++) {
+        if (pass > 0)
+            copy(e->coordinates, part->qd, part->dqd);
+        outcome said = slopes_closed(s, t, y, NULL);
+        if (said == GOOD && goes && *changed)
+            said = jump(s, t, part->dqd, y);
+        const bool at_rest = said == NOT_FINITE && !goes && pass == 0 && has_changes(s);
+        if (said != GOOD && !at_rest)
+            return explain(s, said, t);
+        if (at_rest) {
+            clear(e->coordinates, part->qdd);
+            clear(e->rows, part->lambda);
+        } else {
+            complete(s);
+        }
+        if (!has_changes(s))
+            return KEMPE_SIMULATOR_GOES;
+        evaluate_changes(s, t, part->value);
+        last = -1;
+        for (int k = 0; k < e->conditions; k++) {
+            if (is_of_friction(e, k))
+                continue;
+            double past = beyond(s, k, part->value[k]);
+            if (!(past > 0 || (past == 0 && part->modes[k] > 0))) /* a value of zero is not negative */
+                continue;
+            if (e->condition_kind[k] == KEMPE_CONDITION_ENDS) {
+                part->state[AT_ENDED] = k + 1;
+                continue;
+            }
+            if (!change_mode(s, k, t))
+                return KEMPE_SIMULATOR_FAILED;
+            *changed = true;
+            last = k;
+        }
+        if (last < 0)
+            return at_rest ? explain(s, said, t) : KEMPE_SIMULATOR_GOES;
+    }
+    return fail_with(s, "%s contradicts another condition at t = %.9g", e->condition_names[last], t);
+}
+
+#endif

@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Products of two vectors and other loops over vectors, in line. */
+#pragma once
+
+#include "linalg/dense/three.h"
+#include <float.h>
+#include <math.h>
+#include <stdbool.h>
+
+static inline double kmp_dot(int n, const double *a, const double *b)
+{
+    double s = 0;
+    for (int i = 0; i < n; i++)
+        s += a[i] * b[i];
+    return s;
+}
+
+/* to = from; NULL is zero. */
+static inline void kmp_copy_or_zero(int n, const double *from, double *to)
+{
+    for (int i = 0; i < n; i++)
+        to[i] = from ? from[i] : 0;
+}
+
+static inline bool kmp_all_finite(int n, const double *x)
+{
+    int bad = 0; /* no branch, so that the loop vectorises */
+    for (int i = 0; i < n; i++)
+        bad |= !(fabs(x[i]) <= DBL_MAX);
+    return !bad;
+}

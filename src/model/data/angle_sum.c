@@ -1,0 +1,118 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Axes of the model with all coordinates zero, and rotations between bodies about one of them. */
+#include "model/data/angle_sum.h"
+#include "linalg/dense/dot.h"
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* By which unit vectors that are products of few rotations may differ through rounding, per component. */
+#define ROUNDING (16 * DBL_EPSILON)
+
+typedef struct rotation {
+    double x[3][3]; /* columns: axes, in ground axes */
+} rotation;
+
+/* r m, or r m' when transposed. */
+static rotation times(const rotation *r, double m[3][3], bool transposed)
+{
+    rotation out = {{{0}}};
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            for (int k = 0; k < 3; k++)
+                out.x[i][j] += r->x[i][k] * (transposed ? m[j][k] : m[k][j]);
+    return out;
+}
+
+static void apply(const rotation *r, const double v[3], double out[3])
+{
+    for (int i = 0; i < 3; i++)
+        out[i] = r->x[i][0] * v[0] + r->x[i][1] * v[1] + r->x[i][2] * v[2];
+}
+
+/* The base of a body's joint, and the body, with all coordinates zero. Bodies follow their parents. */
+static rotation rest(const kempe_model *model, int b, bool base)
+{
+    static const rotation ground = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    kmp_body *body = &model->bodies[b];
+    if (b == 0)
+        return ground;
+    rotation r = rest(model, body->parent, false);
+    if (body->at >= 0 && model->points[body->at].turned)
+        r = times(&r, model->points[body->at].axes, false);
+    if (body->turned && !body->reversed)
+        r = times(&r, body->frame, false);
+    if (base)
+        return r;
+    if (body->turned && body->reversed)
+        r = times(&r, body->frame, true);
+    if (body->to >= 0 && model->points[body->to].turned)
+        r = times(&r, model->points[body->to].axes, true);
+    return r;
+}
+
+static void rest_axis(const kempe_model *model, const kmp_measure_argument *spot, double out[3])
+{
+    kmp_point *point = &model->points[spot->point];
+    rotation r = rest(model, point->body, false);
+    if (point->turned)
+        r = times(&r, point->axes, false);
+    const double unit[3] = {spot->axis == 0, spot->axis == 1, spot->axis == 2};
+    apply(&r, spot->along ? spot->along : unit, out);
+}
+
+/* Adds `sign` for each rotation between a body and its ancestor; false where one is about another axis than w. Without
+ * `factor` also where a translation is along w. */
+static bool add_path(const kempe_model *model, int b, int ancestor, const double w[3], int sign, double *factor)
+{
+    for (; b != ancestor; b = model->bodies[b].parent) {
+        const kmp_body *body = &model->bodies[b];
+        rotation base = rest(model, b, true);
+        for (int k = body->first_motion; k < body->first_motion + body->motion_count; k++) {
+            double e[3];
+            apply(&base, model->motions[k].axis, e);
+            double along = kmp_dot(3, e, w);
+            if (!model->motions[k].rotation && !factor && fabs(along) > ROUNDING)
+                return false;
+            if (!model->motions[k].rotation)
+                continue;
+            for (int i = 0; i < 3; i++)
+                if (fabs(e[i] - copysign(1, along) * w[i]) > ROUNDING)
+                    return false;
+            if (factor)
+                factor[k] += sign * copysign(1, along);
+        }
+    }
+    return true;
+}
+
+/* The angle from u to v about w; sine and cosine that are zero but for rounding are zero. */
+static double angle_at_rest(const double u[3], const double v[3], const double w[3])
+{
+    double across[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
+    double s = kmp_dot(3, w, across), c = kmp_dot(3, u, v) - kmp_dot(3, w, u) * kmp_dot(3, w, v);
+    return atan2(fabs(s) > ROUNDING ? s : 0, fabs(c) > ROUNDING ? c : 0);
+}
+
+bool kmp_angle_sum(const kempe_model *model, const kmp_measure_argument axis[3], double *constant, double *factor)
+{
+    double e[3][3];
+    int body[3], common = 0;
+    for (int k = 0; k < 3; k++) {
+        rest_axis(model, &axis[k], e[k]);
+        body[k] = model->points[axis[k].point].body;
+        common = k == 0 ? body[k] : kmp_model_common_body(model, common, body[k]);
+    }
+    *constant = angle_at_rest(e[0], e[1], e[2]);
+    return add_path(model, body[2], common, e[2], 0, factor) && add_path(model, body[0], common, e[2], -1, factor) &&
+           add_path(model, body[1], common, e[2], 1, factor);
+}
+
+bool kmp_moves_across(const kempe_model *model, int point, const kmp_measure_argument *axis)
+{
+    double w[3];
+    int first = model->points[point].body, second = model->points[axis->point].body;
+    int common = kmp_model_common_body(model, first, second);
+    rest_axis(model, axis, w);
+    return add_path(model, first, common, w, 0, NULL) && add_path(model, second, common, w, 0, NULL);
+}

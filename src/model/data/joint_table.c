@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "model/data/joint_table.h"
+#include <string.h>
+
+const kmp_joint_row kmp_joint_rows[] = {
+#define KMP_JOINT(name, chain) {#name, chain},
+#include "model/data/joints.def"
+#undef KMP_JOINT
+};
+
+static const kmp_cut_row cuts[] = {
+#define KMP_CUT(joint, closure, rows, axes) {#joint, #closure, rows, KMP_CUT_##axes},
+#include "model/data/cuts.def"
+#undef KMP_CUT
+};
+
+const kmp_name_list kmp_joint_names = {kmp_joint_rows, sizeof *kmp_joint_rows,
+                                       sizeof kmp_joint_rows / sizeof *kmp_joint_rows};
+
+int kmp_joint_motions(const kmp_joint_row *row)
+{
+    return (int)strcspn(row->chain, "=") / 2;
+}
+
+const char *kmp_joint_key(const kmp_joint_row *row)
+{
+    const char *sign = strchr(row->chain, '=');
+    return sign ? sign + 1 : NULL;
+}
+
+const kmp_cut_row *kmp_cut_row_of(const char *joint)
+{
+    int found = kmp_name_find(KMP_NAMES_OF(cuts), joint);
+    return found < 0 ? NULL : &cuts[found];
+}

@@ -1,0 +1,83 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "model/data/numbers.h"
+#include "model/data/closure_table.h"
+#include "model/write/model_print.h"
+#include <stddef.h>
+
+const kmp_wheel_field kmp_wheel_fields[KMP_WHEEL_FIELDS] = {
+#define KMP_WHEEL_NUMBER(member, rule) {#member, offsetof(kmp_wheel, member), KMP_FIELD_##rule},
+#include "model/data/wheel_numbers.def"
+#undef KMP_WHEEL_NUMBER
+};
+
+typedef struct walk {
+    kmp_number_visit *visit;
+    void *user;
+    bool on; /* no visit has ended it */
+} walk;
+
+static void visit(walk *w, const char *owner, const char *key, int count, const kmp_number *numbers)
+{
+    static const char *const xyz[] = {"x", "y", "z"};
+    for (int k = 0; k < count && w->on; k++) {
+        const char *part = count == 1 ? NULL : count == 3 ? xyz[k] : kmp_inertia_names[k];
+        w->on = w->visit(w->user, &numbers[k], owner, key, part);
+    }
+}
+
+static void visit_closure(walk *w, const kempe_model *model, const kmp_closure *closure)
+{
+    const kmp_closure_number *own = kmp_closure_number_of(closure->kind);
+    if (own)
+        visit(w, closure->name, own->key, 1, &closure->number);
+    if (closure->constant)
+        visit(w, closure->name, "equals", 1, closure->constant);
+    for (int k = 0; k < closure->term_count; k++)
+        visit(w, closure->name, model->motions[closure->terms[k].motion].name, 1, &closure->terms[k].factor);
+}
+
+bool kmp_numbers_visit(const kempe_model *model, kmp_number_visit *each, void *user)
+{
+    walk w = {each, user, true};
+    visit(&w, "gravity", "", 3, model->gravity);
+    for (int k = 1; k < model->body_count; k++) {
+        const kmp_body *body = &model->bodies[k];
+        visit(&w, body->name, "mass", 1, &body->mass);
+        visit(&w, body->name, "com", 3, body->com);
+        if (body->coupling)
+            visit(&w, body->name, kmp_joint_key(body->coupling), 1, &body->number);
+        if (kmp_body_has_armature(body))
+            visit(&w, body->name, "armature", 1, &body->armature);
+        visit(&w, body->name, "inertia", 6, body->inertia);
+    }
+    for (int k = 0; k < model->point_count; k++)
+        visit(&w, model->bodies[model->points[k].body].name, model->points[k].name, 3, model->points[k].at);
+    for (int k = 0; k < model->closure_count; k++)
+        visit_closure(&w, model, &model->closures[k]);
+    for (int k = 0; k < model->force_count; k++) {
+        const kmp_force *force = &model->forces[k];
+        for (int i = 0; i < kmp_force_field_count; i++)
+            if (kmp_force_fields[i].kind == force->kind)
+                visit(&w, force->name, kmp_force_fields[i].key, kmp_force_fields[i].size, kmp_force_get(force, i));
+    }
+    for (int k = 0; k < model->wheel_count; k++)
+        for (int f = 0; f < KMP_WHEEL_FIELDS; f++)
+            visit(&w, model->wheels[k].name, kmp_wheel_fields[f].key, 1,
+                  (const kmp_number *)(const void *)((const char *)&model->wheels[k] + kmp_wheel_fields[f].offset));
+    for (int k = 0; k < model->state_count; k++)
+        if (model->states[k].delay.value > 0)
+            visit(&w, model->states[k].name, "time", 1, &model->states[k].delay);
+    for (int k = 0; k < model->motion_count; k++) {
+        visit(&w, "start.q", model->motions[k].name, 1, &model->start.q[k]);
+        visit(&w, "start.qd", model->motions[k].name, 1, &model->start.qd[k]);
+    }
+    for (int k = 0; k < model->cut_coordinate_count; k++) {
+        visit(&w, "start.q", model->cut_coordinates[k].name, 1, &model->cut_coordinates[k].q);
+        visit(&w, "start.qd", model->cut_coordinates[k].name, 1, &model->cut_coordinates[k].qd);
+    }
+    for (int k = 0; k < model->start.goal_count; k++) {
+        visit(&w, "start.goals", "value", 3, model->start.goals[k].value);
+        visit(&w, "start.goals", "weight", 3, model->start.goals[k].weight);
+    }
+    return w.on;
+}

@@ -1,0 +1,212 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "model/data/output_table.h"
+#include "model/data/force_table.h"
+#include "model/read/compliant.h"
+
+const kmp_output_row kmp_output_rows[KMP_OUTPUT_KINDS] = {
+#define KMP_OUTPUT(kind, word, argument, width, unit, meaning) {word, unit, KMP_OUTPUT_OF_##argument, width},
+#include "model/data/output_kinds.def"
+#undef KMP_OUTPUT
+};
+
+/* The numbers of a compliant contact; the last ones are those of a journal, z of a ball, film_x and
+ * film_y of a film. A rigid contact of a journal
+ * has some of them. */
+typedef struct pressing_row {
+    const char *word, *unit;
+} pressing_row;
+
+static const pressing_row pressing_numbers[] = {
+    {"normal", "N"}, {"friction", "N"},     {"depth", "m"}, {"rate", "m/s"}, {"slip", "m/s"}, {"x", "m"},
+    {"y", "m"},      {"eccentricity", "m"}, {"z", "m"},     {"film_x", "N"}, {"film_y", "N"}};
+static const int rigid_numbers[] = {0, 5, 6, 7};
+
+static const pressing_row *pressing_number(const kmp_force *force, int k)
+{
+    return &pressing_numbers[k > 7 && !force->compliant->ball ? k + 1 : k];
+}
+
+static int force_width(const kmp_force *force)
+{
+    int width = kmp_force_rows[force->kind].width;
+    if (force->kind == KMP_FORCE_TOUCH)
+        return force->touch.clearance ? width : 1;
+    if (force->kind != KMP_FORCE_COMPLIANT)
+        return width;
+    bool gap = force->compliant->form == KMP_COMPLIANT_GAP;
+    return gap ? 5 : force->compliant->film ? width : force->compliant->ball ? width - 1 : width - 2;
+}
+
+int kmp_output_width(const kempe_model *model, const kmp_output *output)
+{
+    if (output->kind == KMP_OUTPUT_CONTACT)
+        return KMP_CONTACT_SHOWN * kmp_wheel_contacts(&model->wheels[output->index]);
+    return output->kind == KMP_OUTPUT_FORCE ? force_width(&model->forces[output->index])
+                                            : kmp_output_rows[output->kind].width;
+}
+
+int kmp_outputs_width(const kempe_model *model)
+{
+    int width = 0;
+    for (int k = 0; k < model->output_count; k++)
+        width += kmp_output_width(model, &model->outputs[k]);
+    return width;
+}
+
+bool kmp_output_stands_alone(kmp_output_kind kind)
+{
+    kmp_output_argument argument = kmp_output_rows[kind].argument;
+    return argument == KMP_OUTPUT_OF_NOTHING || argument == KMP_OUTPUT_OF_MAYBE_COORDINATE ||
+           argument == KMP_OUTPUT_OF_MAYBE_STATE || argument == KMP_OUTPUT_OF_MAYBE_LOOP ||
+           argument == KMP_OUTPUT_OF_MAYBE_BODY || argument == KMP_OUTPUT_OF_MAYBE_BODY_ABOUT;
+}
+
+bool kmp_output_equal(const kmp_output *a, const kmp_output *b)
+{
+    return a->kind == b->kind && a->index == b->index && a->about == b->about;
+}
+
+bool kmp_output_includes(const kmp_output *a, const kmp_output *b)
+{
+    return kmp_output_equal(a, b) || (a->kind == b->kind && a->index < 0 && kmp_output_rows[a->kind].width == 0);
+}
+
+kmp_name_list kmp_output_names(const kempe_model *model, kmp_output_argument argument)
+{
+    switch (argument) {
+    case KMP_OUTPUT_OF_MAYBE_COORDINATE:
+        return KMP_COORDINATES(model);
+    case KMP_OUTPUT_OF_MAYBE_STATE:
+        return KMP_NAMED(model, state);
+    case KMP_OUTPUT_OF_MAYBE_LOOP:
+    case KMP_OUTPUT_OF_LOOP:
+        return KMP_NAMED(model, closure);
+    case KMP_OUTPUT_OF_CUT:
+        return KMP_NAMED(model, cut_coordinate);
+    case KMP_OUTPUT_OF_JOINT:
+        return (kmp_name_list){&model->bodies[1].joint, sizeof *model->bodies, model->body_count - 1};
+    case KMP_OUTPUT_OF_POINT:
+        return KMP_NAMED(model, point);
+    case KMP_OUTPUT_OF_MAYBE_BODY:
+    case KMP_OUTPUT_OF_MAYBE_BODY_ABOUT:
+        return KMP_BODY_NAMES(model);
+    case KMP_OUTPUT_OF_FORCE:
+        return KMP_NAMED(model, force);
+    case KMP_OUTPUT_OF_SENSOR:
+        return KMP_NAMED(model, sensor);
+    case KMP_OUTPUT_OF_WHEEL:
+        return KMP_NAMED(model, wheel);
+    case KMP_OUTPUT_OF_NOTHING:
+        break;
+    }
+    return KMP_NAMES(model->name, 0);
+}
+
+static void put_point(kmp_text *text, const kempe_model *model, int point)
+{
+    kmp_text_printf(text, "%s.%s", model->bodies[model->points[point].body].name, model->points[point].name);
+}
+
+/* Writes the argument in the parentheses, its words with `space` between; false when there is none. */
+static bool put_argument(kmp_text *text, const kempe_model *model, const kmp_output *output, char space)
+{
+    kmp_output_argument argument = kmp_output_rows[output->kind].argument;
+    bool any = output->index >= 0 && argument != KMP_OUTPUT_OF_NOTHING;
+    if (any && argument == KMP_OUTPUT_OF_POINT)
+        put_point(text, model, output->index);
+    else if (any)
+        kmp_text_put(text, kmp_name_at(kmp_output_names(model, argument), output->index));
+    if (output->about > 0) {
+        kmp_text_printf(text, "%.*sabout%c", any, &space, space);
+        put_point(text, model, output->about - 1);
+    }
+    return any || output->about > 0;
+}
+
+void kmp_output_print(kmp_text *text, const kempe_model *model, const kmp_output *output)
+{
+    kmp_text argument = {0};
+    bool any = put_argument(&argument, model, output, ' ');
+    kmp_text_printf(text, any ? "%s(%s)" : "%s", kmp_output_rows[output->kind].word,
+                    any && argument.s ? argument.s : "");
+    kmp_text_free_part(text, &argument);
+}
+
+/* The numbers of a contact, in their order. */
+static const struct {
+    const char *word, *unit;
+} contact_numbers[KMP_CONTACT_SHOWN] = {{"s", "m"},          {"y", "m"},           {"angle", "rad"}, {"N", "N"},
+                                        {"creep_along", ""}, {"creep_across", ""}, {"spin", "1/m"},  {"along", "N"},
+                                        {"across", "N"},     {"moment", "N m"},    {"a", "m"},       {"b", "m"},
+                                        {"ellipse", ""}};
+
+/* Those of a wheel on its rail. */
+static const char *const guidance_words[] = {"Q", "Y", "YQ", "wear"};
+static const char *const guidance_units[] = {"N", "N", "", "N"};
+
+/* Those of the place of a wheel. */
+static const char *const pose_words[KMP_POSE_SHOWN] = {"out", "up", "axle_x", "axle_y", "axle_z"};
+
+static bool is_rigid_journal(const kempe_model *model, const kmp_output *output)
+{
+    const kmp_force *force = output->kind == KMP_OUTPUT_FORCE ? &model->forces[output->index] : NULL;
+    return force && force->kind == KMP_FORCE_TOUCH && force->touch.clearance;
+}
+
+void kmp_output_column(kmp_text *text, const kempe_model *model, const kmp_output *output, int k)
+{
+    static const char *const components[] = {"x", "y", "z", "mx", "my", "mz"};
+    static const char *const axes[] = {"x.x", "x.y", "x.z", "y.x", "y.y", "y.z", "z.x", "z.y", "z.z"};
+    static const char *const energies[] = {"kinetic", "potential", "total"};
+    kmp_text argument = {0};
+    bool any = put_argument(&argument, model, output, '.');
+    kmp_text_printf(text, any ? "%s.%s" : "%s", kmp_output_rows[output->kind].word,
+                    any && argument.s ? argument.s : "");
+    kmp_text_free_part(text, &argument);
+    if (output->kind == KMP_OUTPUT_ENERGY)
+        kmp_text_printf(text, ".%s", energies[k]);
+    else if (output->kind == KMP_OUTPUT_AXES)
+        kmp_text_printf(text, ".%s", axes[k]);
+    else if (output->kind == KMP_OUTPUT_CONTACT)
+        kmp_text_printf(text, ".%d.%s", k / KMP_CONTACT_SHOWN + 1, contact_numbers[k % KMP_CONTACT_SHOWN].word);
+    else if (output->kind == KMP_OUTPUT_GUIDANCE)
+        kmp_text_printf(text, ".%s", guidance_words[k]);
+    else if (output->kind == KMP_OUTPUT_POSE)
+        kmp_text_printf(text, ".%s", pose_words[k]);
+    else if (output->kind == KMP_OUTPUT_FORCE && model->forces[output->index].kind == KMP_FORCE_COMPLIANT)
+        kmp_text_printf(text, ".%s", pressing_number(&model->forces[output->index], k)->word);
+    else if (is_rigid_journal(model, output))
+        kmp_text_printf(text, ".%s", pressing_numbers[rigid_numbers[k]].word);
+    else if (kmp_output_width(model, output) > 1)
+        kmp_text_printf(text, ".%s", components[k]);
+}
+
+const char *kmp_output_unit(const kempe_model *model, const kmp_output *output, int k)
+{
+    if (output->kind == KMP_OUTPUT_FORCE) {
+        /* A bushing and a wheel have three forces, then three moments; an element at a joint acts along its coordinate.
+         */
+        const kmp_force *force = &model->forces[output->index];
+        if (force->kind == KMP_FORCE_COMPLIANT)
+            return pressing_number(force, k)->unit;
+        if (force->kind == KMP_FORCE_TOUCH)
+            return k > 0 ? "m" : force->turns ? "N m" : "N";
+        bool torque = kmp_force_rows[force->kind].width > 1 ? k >= 3
+                      : force->motion >= 0                  ? model->motions[force->motion].rotation
+                                           : force->kind == KMP_FORCE_BODY || force->kind == KMP_FORCE_TORSION;
+        return torque ? "N m" : "N";
+    }
+    if (output->kind == KMP_OUTPUT_GAP)
+        return model->forces[output->index].turns ? "rad" : "m";
+    if (output->kind == KMP_OUTPUT_CONTACT)
+        return contact_numbers[k % KMP_CONTACT_SHOWN].unit;
+    if (output->kind == KMP_OUTPUT_GUIDANCE)
+        return guidance_units[k];
+    if (output->kind == KMP_OUTPUT_POSE)
+        return k < 2 ? "m" : "";
+    if (kmp_output_rows[output->kind].argument == KMP_OUTPUT_OF_CUT) {
+        static const char *const units[2][3] = {{"m", "m/s", "m/s^2"}, {"rad", "rad/s", "rad/s^2"}};
+        return units[model->cut_coordinates[output->index].rotation][output->kind - KMP_OUTPUT_CUT_Q];
+    }
+    return kmp_output_rows[output->kind].unit;
+}

@@ -1,0 +1,174 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The position of a body relative to its parent: from the parent's point over the frame along the chain of motions to
+ * its own point, as in symbols in dynamics/kinematics/link_tree.c. */
+#include "model/data/pose.h"
+#include <math.h>
+#include <stddef.h>
+#include <string.h>
+
+/* r m, or r m' when transposed; m row by row. */
+static void turn(double r[3][3], const double *m, bool transposed)
+{
+    double product[3][3];
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) {
+            product[i][j] = 0;
+            for (int k = 0; k < 3; k++)
+                product[i][j] += r[i][k] * (transposed ? m[3 * j + k] : m[3 * k + j]);
+        }
+    memcpy(r, product, sizeof product);
+}
+
+/* Moves along v, which is in the current axes. */
+static void move(kmp_pose *pose, const double v[3], double factor)
+{
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++)
+            pose->p[i] += factor * pose->r[i][k] * v[k];
+}
+
+static void move_to(kmp_pose *pose, const kmp_number at[3], double factor)
+{
+    double v[3] = {at[0].value, at[1].value, at[2].value};
+    move(pose, v, factor);
+}
+
+/* Rodrigues: cos 1 + sin [e] + (1 - cos) e e'. */
+static void rotate(kmp_pose *pose, const double e[3], double angle)
+{
+    double c = cos(angle), s = sin(angle), m[3][3];
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) {
+            int k = 3 - i - j; /* the third when they differ */
+            double cross = i == j ? 0 : (j - i + 3) % 3 == 1 ? -e[k] : e[k];
+            m[i][j] = (i == j) * c + s * cross + (1 - c) * e[i] * e[j];
+        }
+    turn(pose->r, &m[0][0], false);
+}
+
+/* More than poses at the user's coordinates. */
+typedef struct further {
+    const kmp_pose_charts *charts;
+    double (*axes)[3];
+    double (*places)[3]; /* NULL: not wanted, nor axes of translations */
+} further;
+
+/* Turns by the chart that is before (0) or after (2) rotation k. */
+static void turn_chart(const further *also, int k, int after, kmp_pose *pose)
+{
+    for (int c = 0; also && also->charts && c < also->charts->count; c++)
+        if (also->charts->first[c] == k - after && also->charts->before[c] == (after == 0))
+            turn(pose->r, also->charts->chart + 9 * (ptrdiff_t)c, false);
+}
+
+static void keep_axis(const kmp_motion *motion, const kmp_pose *pose, bool all, double axis[3])
+{
+    for (int i = 0; i < 3; i++) {
+        axis[i] = 0;
+        for (int k = 0; (all || motion->rotation) && k < 3; k++)
+            axis[i] += pose->r[i][k] * motion->axis[k];
+    }
+}
+
+static void hang(const kempe_model *model, const kmp_body *body, const further *also, const double *q, kmp_pose *pose)
+{
+    if (body->at >= 0) {
+        const kmp_point *at = &model->points[body->at];
+        move_to(pose, at->at, 1);
+        if (at->turned)
+            turn(pose->r, &at->axes[0][0], false);
+    }
+    if (body->turned && !body->reversed)
+        turn(pose->r, &body->frame[0][0], false);
+    for (int k = body->first_motion; k < body->first_motion + body->motion_count; k++) {
+        const kmp_motion *motion = &model->motions[k];
+        turn_chart(also, k, 0, pose);
+        if (also)
+            keep_axis(motion, pose, also->places, also->axes[k]);
+        if (also && also->places)
+            memcpy(also->places[k], pose->p, sizeof pose->p);
+        if (motion->rotation)
+            rotate(pose, motion->axis, q[k]);
+        else
+            move(pose, motion->axis, q[k]);
+        turn_chart(also, k, 2, pose);
+    }
+    if (body->turned && body->reversed)
+        turn(pose->r, &body->frame[0][0], true);
+    if (body->to < 0)
+        return;
+    const kmp_point *to = &model->points[body->to];
+    if (to->turned)
+        turn(pose->r, &to->axes[0][0], true);
+    move_to(pose, to->at, -1);
+}
+
+static void place_all(const kempe_model *model, const further *also, const double *q, kmp_pose *poses)
+{
+    poses[0] = (kmp_pose){.r = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    for (int b = 1; b < model->body_count; b++) {
+        poses[b] = poses[model->bodies[b].parent];
+        hang(model, &model->bodies[b], also, q, &poses[b]);
+    }
+}
+
+void kmp_pose_all(const kempe_model *model, const double *q, kmp_pose *poses)
+{
+    place_all(model, NULL, q, poses);
+}
+
+void kmp_pose_of_charts(const kempe_model *model, const kmp_pose_charts *charts, const double *q, kmp_pose *poses,
+                        double (*axes)[3])
+{
+    const further also = {charts, axes, NULL};
+    place_all(model, &also, q, poses);
+}
+
+void kmp_pose_motions(const kempe_model *model, const double *q, kmp_pose *poses, double (*axes)[3],
+                      double (*places)[3])
+{
+    const further also = {NULL, axes, places};
+    place_all(model, &also, q, poses);
+}
+
+void kmp_pose_of_point(const kempe_model *model, const kmp_pose *poses, int point, double r[3][3])
+{
+    const kmp_point *at = &model->points[point];
+    memcpy(r, poses[at->body].r, sizeof poses->r);
+    if (at->turned)
+        turn(r, &at->axes[0][0], false);
+}
+
+/* Computes the quaternion from its largest component, which is at least a half (Shepperd 1978). */
+void kmp_pose_quaternion(const kmp_pose *pose, const double *near, double out[4])
+{
+    double r[3][3];
+    double trace = pose->r[0][0] + pose->r[1][1] + pose->r[2][2], best = trace, product = 0, length = 0;
+    int largest = 3;
+    memcpy(r, pose->r, sizeof r);
+    for (int k = 0; k < 3; k++)
+        if (r[k][k] > best) {
+            best = r[k][k];
+            largest = k;
+        }
+    if (largest == 3) {
+        out[0] = r[2][1] - r[1][2];
+        out[1] = r[0][2] - r[2][0];
+        out[2] = r[1][0] - r[0][1];
+        out[3] = 1 + trace;
+    } else {
+        int i = largest, j = (i + 1) % 3, k = (i + 2) % 3;
+        out[i] = 1 + r[i][i] - r[j][j] - r[k][k];
+        out[j] = r[j][i] + r[i][j];
+        out[k] = r[k][i] + r[i][k];
+        out[3] = r[k][j] - r[j][k];
+    }
+    for (int k = 0; k < 4; k++) {
+        length += out[k] * out[k];
+        product += near ? near[k] * out[k] : 0;
+    }
+    bool flip = near ? product < 0 : out[3] < 0;
+    length = flip ? -sqrt(length) : sqrt(length);
+    for (int k = 0; k < 4; k++)
+        out[k] /= length;
+}

@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Positions of the bodies at given coordinates, as numbers: for pictures, and for the angle between two points. */
+#pragma once
+
+#include "model/data/model.h"
+
+/** v_ground = p + r v_body */
+typedef struct kmp_pose {
+    double p[3], r[3][3];
+} kmp_pose;
+
+/** Charts of spherical joints: a constant rotation before the first or after the third of three rotations. */
+typedef struct kmp_pose_charts {
+    int count;
+    const int *first;    /* count: the joint's first rotation */
+    const bool *before;  /* count */
+    const double *chart; /* nine numbers each, row by row */
+} kmp_pose_charts;
+
+/** Poses of every body of the model, the ground's too, at the user's coordinates q (n). */
+void kmp_pose_all(const kempe_model *model, const double *q, kmp_pose *poses);
+
+/** The same at coordinates in charts. axes (n): the axis of each rotation in the ground's axes; zero of a
+ * translation. */
+void kmp_pose_of_charts(const kempe_model *model, const kmp_pose_charts *charts, const double *q, kmp_pose *poses,
+                        double (*axes)[3]);
+
+/** Poses at the user's coordinates, with the axis of each motion (n) in the ground's axes and the place where its chain
+ * is before it. */
+void kmp_pose_motions(const kempe_model *model, const double *q, kmp_pose *poses, double (*axes)[3],
+                      double (*places)[3]);
+
+/** The axes of a point, as columns, in those of the ground. */
+void kmp_pose_of_point(const kempe_model *model, const kmp_pose *poses, int point, double r[3][3]);
+
+/** Unit quaternion x, y, z, w of the rotation; of the two that mean it, the one nearer to `near` (NULL: w >= 0). */
+void kmp_pose_quaternion(const kmp_pose *pose, const double *near, double out[4]);

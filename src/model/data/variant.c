@@ -1,0 +1,447 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Copies the parts of a model that contain numbers; each changed number keeps its expression and is evaluated again
+ * when parameters are set. Dependent parameters are ordered by repeated passes over all of them. */
+#include "model/data/variant.h"
+#include "base/context.h"
+#include "base/memory.h"
+#include "model/data/closure_table.h"
+#include "model/data/numbers.h"
+#include "model/write/model_print.h"
+#include <math.h>
+#include <string.h>
+
+/* A changed number of the copy, and its expression. */
+typedef struct follower {
+    kmp_number *number;
+    const kmp_expr *expr;
+} follower;
+
+struct kmp_variant {
+    kempe_model model; /* its arena holds the variant's own data */
+    const kempe_model *base;
+    kempe_model *owned;    /* the base; NULL: the caller frees it */
+    int count, *parameter; /* by name: which parameter it is */
+    double *values;        /* of all parameters */
+    int follower_count;
+    follower *followers; /* NULL while they are counted */
+};
+
+static bool is_varying(const kmp_expr *expr, const void *model)
+{
+    return expr->kind == KMP_EXPR_PARAMETER && ((const kempe_model *)model)->parameters[expr->index].varies;
+}
+
+bool kmp_expr_varies(const kempe_model *model, const kmp_expr *expr)
+{
+    return kmp_expr_find(expr, is_varying, model);
+}
+
+/* -- the copy ---------------------------------------------------------------------------------------- */
+
+static void *copy(kmp_variant *v, const void *from, size_t count, size_t size, size_t more)
+{
+    void *to = kmp_arena_alloc(&v->model.arena, count + more, size);
+    if (to && count > 0)
+        memcpy(to, from, count * size);
+    return to;
+}
+
+#define COPY(v, from, count, more) copy((v), (from), (size_t)(count), sizeof *(from), (size_t)(more))
+
+static void copy_closures(kmp_variant *v)
+{
+    kempe_model *m = &v->model;
+    m->closures = COPY(v, m->closures, m->closure_count, 0);
+    for (int c = 0; m->closures && c < m->closure_count; c++) {
+        kmp_closure *closure = &m->closures[c];
+        if (closure->terms)
+            closure->terms = COPY(v, closure->terms, closure->term_count, 0);
+        if (closure->constant)
+            closure->constant = COPY(v, closure->constant, 1, 0);
+    }
+}
+
+/* -- variable parameters ----------------------------------------------------------------------------- */
+
+int kmp_parameter_find(const kempe_model *model, const char *name)
+{
+    return kmp_name_find(KMP_NAMED(model, parameter), name);
+}
+
+/* A start value becomes a parameter of its column's name. -1: no memory. */
+static int add_start(kmp_variant *v, const char *name, bool rate, int motion)
+{
+    kempe_model *m = &v->model;
+    kmp_expr *e = KMP_ARENA_NEW(&m->arena, kmp_expr, 1);
+    const char *kept = kmp_arena_strdup(&m->arena, name);
+    kmp_number *number = rate ? &m->start.qd[motion] : &m->start.q[motion];
+    if (!e || !kept)
+        return -1;
+    *e = (kmp_expr){.kind = KMP_EXPR_PARAMETER, .index = m->parameter_count};
+    m->parameters[m->parameter_count] = (kmp_parameter){.name = kept, .number = {.value = number->value}};
+    number->expr = e;
+    (rate ? m->start.qd_given : m->start.q_given)[motion] = true;
+    return m->parameter_count++;
+}
+
+static void say_unknown(const kempe_model *m, const char *name, bool coordinate, kmp_text *why)
+{
+    kmp_nearest nearest = kmp_nearest_of(name, coordinate ? KMP_COORDINATES(m) : KMP_NAMED(m, parameter));
+    kmp_text_printf(why, "the model has no %s '%s'", coordinate ? "coordinate" : "parameter", name);
+    kmp_nearest_suggest(&nearest, why);
+}
+
+/* The meaning of a name: a parameter, or the coordinate or state whose start value or rate it is; the other is -1. */
+typedef struct meaning {
+    int parameter, motion;
+    bool rate;
+} meaning;
+
+static meaning look_up(const kempe_model *m, const char *name)
+{
+    bool rate = strncmp(name, "qd.", 3) == 0, start = rate || strncmp(name, "q.", 2) == 0;
+    meaning found = {kmp_parameter_find(m, name), -1, rate};
+    if (found.parameter < 0 && start)
+        found.motion = kmp_name_find(KMP_COORDINATES(m), name + (rate ? 3 : 2));
+    int state =
+        found.parameter < 0 && strncmp(name, "state.", 6) == 0 ? kmp_name_find(KMP_NAMED(m, state), name + 6) : -1;
+    return state < 0 ? found : (meaning){-1, kmp_model_coordinates(m) + state, true};
+}
+
+bool kmp_variant_may(const kempe_model *m, const char *name, kmp_text *why)
+{
+    meaning found = look_up(m, name);
+    bool start = strncmp(name, "qd.", 3) == 0 || strncmp(name, "q.", 2) == 0;
+    if (found.parameter < 0 && found.motion < 0)
+        say_unknown(m, start ? strchr(name, '.') + 1 : name, start, why);
+    else if (found.parameter >= 0 && m->parameters[found.parameter].fixed)
+        kmp_text_printf(why,
+                        "parameter '%s' cannot be a variable of the equations: an axis, a table, a track, a power or a "
+                        "setting of the run depends on it; use one model for each of its values",
+                        name);
+    return why->length == 0;
+}
+
+static kempe_status mark(kmp_variant *v, int k, const char *name)
+{
+    kempe_model *m = &v->model;
+    kmp_text why = {0};
+    if (!kmp_variant_may(m, name, &why))
+        return kmp_fail_text(m->context, KEMPE_E_ARGUMENT, &why);
+    meaning found = look_up(m, name);
+    int at = found.parameter >= 0 ? found.parameter : add_start(v, name, found.rate, found.motion);
+    KMP_TRY(kmp_made(m->context, at >= 0));
+    if (m->parameters[at].varies)
+        return kmp_fail(m->context, KEMPE_E_ARGUMENT, "'%s' is given twice", name);
+    m->parameters[at].varies = true;
+    m->parameters[at].number.expr = NULL;
+    v->parameter[k] = at;
+    return KEMPE_OK;
+}
+
+static bool is_waited_for(const kmp_expr *e, const void *waits)
+{
+    return e->kind == KMP_EXPR_PARAMETER && ((const bool *)waits)[e->index];
+}
+
+/* -- dependent numbers ------------------------------------------------------------------------------- */
+
+static bool follow(void *user, const kmp_number *number, const char *owner, const char *key, const char *part)
+{
+    (void)owner, (void)key, (void)part;
+    kmp_variant *v = user;
+    if (kmp_expr_varies(&v->model, number->expr)) {
+        if (v->followers)
+            v->followers[v->follower_count] = (follower){(kmp_number *)number, number->expr}; /* of its own copy */
+        v->follower_count++;
+    }
+    return true;
+}
+
+/* Finds them, or counts them first; a closure's number may be a function of time. */
+static void find_followers(kmp_variant *v)
+{
+    kempe_model *m = &v->model;
+    v->follower_count = 0;
+    (void)kmp_numbers_visit(m, follow, v);
+    for (int k = 0; k < m->closure_count; k++) {
+        kmp_closure *c = &m->closures[k];
+        if (!kmp_closure_number_of(c->kind) || !kmp_expr_varies(m, c->function))
+            continue;
+        if (v->followers)
+            v->followers[v->follower_count] = (follower){&c->number, c->function};
+        v->follower_count++;
+    }
+}
+
+/* -- construction ------------------------------------------------------------------------------------ */
+
+static kempe_status make(kmp_variant *v, int count, const char *const *names)
+{
+    kempe_model *m = &v->model;
+    KMP_TRY(kmp_made(m->context, !m->arena.failed));
+    for (int k = 0; k < count; k++)
+        KMP_TRY(mark(v, k, names[k]));
+    m->led = KMP_ARENA_NEW(&m->arena, int, m->parameter_count);
+    m->led_count = 0;
+    v->values = KMP_ARENA_NEW(&m->arena, double, m->parameter_count);
+    KMP_TRY(kmp_made(m->context, !m->arena.failed));
+    for (int k = 0; k < m->parameter_count; k++)
+        v->values[k] = m->parameters[k].number.value;
+    /* Parameters that depend on variable ones vary too; finds their order, which has no cycle. */
+    bool *requested = KMP_NEW(bool, m->parameter_count), grew = true;
+    KMP_TRY(kmp_made(m->context, requested));
+    for (int k = 0; k < count; k++)
+        requested[v->parameter[k]] = true;
+    while (grew) {
+        grew = false;
+        for (int k = 0; k < m->parameter_count; k++)
+            if (!m->parameters[k].varies && kmp_expr_varies(m, m->parameters[k].number.expr))
+                grew = m->parameters[k].varies = true;
+    }
+    for (int k = 0; k < m->parameter_count; k++)
+        requested[k] = m->parameters[k].varies && !requested[k]; /* now: waits for others */
+    for (grew = true; grew;) {
+        grew = false;
+        for (int k = 0; k < m->parameter_count; k++)
+            if (requested[k] && !kmp_expr_find(m->parameters[k].number.expr, is_waited_for, requested)) {
+                requested[k] = false;
+                m->led[m->led_count++] = k;
+                grew = true;
+            }
+    }
+    kmp_free(requested);
+    find_followers(v);
+    v->followers = KMP_ARENA_NEW(&m->arena, follower, v->follower_count);
+    KMP_TRY(kmp_made(m->context, v->followers));
+    find_followers(v);
+    return KEMPE_OK;
+}
+
+kempe_status kmp_variant_new(const kempe_model *model, int count, const char *const *names, kmp_variant **variant)
+{
+    return kmp_variant_new_in(model->context, model, count, names, variant);
+}
+
+kempe_status kmp_variant_new_in(kempe_context *context, const kempe_model *model, int count, const char *const *names,
+                                kmp_variant **variant)
+{
+    KMP_TRY(kmp_model_check_finished(model));
+    KMP_MAKE(context, kmp_variant, v);
+    /* Shares all parts of the model without numbers. */
+    kempe_model *m = &v->model;
+    *m = *model;
+    m->arena = (kmp_arena){0};
+    m->has_digest = false; /* its numbers are its own */
+    m->variant = NULL;
+    int n = m->motion_count;
+    m->parameters = COPY(v, m->parameters, m->parameter_count, count);
+    m->motions = COPY(v, m->motions, n, 0);
+    m->bodies = COPY(v, m->bodies, m->body_count, 0);
+    m->points = COPY(v, m->points, m->point_count, 0);
+    m->forces = COPY(v, m->forces, m->force_count, 0);
+    m->wheels = COPY(v, m->wheels, m->wheel_count, 0);
+    m->states = COPY(v, m->states, m->state_count, 0);
+    copy_closures(v);
+    m->start.q = COPY(v, m->start.q, n, 0);
+    m->start.qd = COPY(v, m->start.qd, n, 0);
+    m->start.q_given = COPY(v, m->start.q_given, n, 0);
+    m->start.qd_given = COPY(v, m->start.qd_given, n, 0);
+    m->cut_coordinates = COPY(v, m->cut_coordinates, m->cut_coordinate_count, 0);
+    m->start.goals = COPY(v, m->start.goals, m->start.goal_count, 0);
+    v->model.context = context;
+    v->base = model;
+    v->count = count;
+    v->parameter = KMP_ARENA_NEW(&v->model.arena, int, count);
+    kempe_status status = make(v, count, names);
+    return KMP_GIVE_OR_FREE(status, variant, v, kmp_variant_free);
+}
+
+void kmp_variant_free(kmp_variant *v)
+{
+    if (!v)
+        return;
+    kempe_model *owned = v->owned;
+    kmp_arena_free(&v->model.arena);
+    kmp_free(v);
+    kempe_model_free(owned);
+}
+
+void kmp_variant_own(kmp_variant *variant, kempe_model *model)
+{
+    variant->owned = model;
+}
+
+kempe_model *kmp_variant_model(kmp_variant *variant)
+{
+    return &variant->model;
+}
+
+/* -- values ------------------------------------------------------------------------------------------ */
+
+static void check_force(const kmp_force *force, kmp_text *why)
+{
+    for (int f = 0; f < kmp_force_field_count; f++) {
+        const kmp_force_field *field = &kmp_force_fields[f];
+        bool has = field->kind == force->kind && kmp_force_has(force, f);
+        for (int i = 0; has && i < field->size; i++) {
+            double x = kmp_force_get(force, f)[i].value;
+            if (!kmp_field_fits(field->rule, x) && !why->length)
+                kmp_text_printf(why, "force '%s': %s is %.6g", force->name, field->key, x);
+        }
+    }
+    if (force->kind == KMP_FORCE_CYLINDER && force->rod.value >= force->bore.value && !why->length)
+        kmp_text_printf(why, "force '%s': the rod, %.6g m, is not thinner than the bore, %.6g m", force->name,
+                        force->rod.value, force->bore.value);
+    if (force->has_lower && force->has_upper && force->lower.value >= force->upper.value && !why->length)
+        kmp_text_printf(why, "force '%s': lower is %.6g, which is not below upper, %.6g", force->name,
+                        force->lower.value, force->upper.value);
+}
+
+/* `base` has a positive delay where it is one. */
+static void check_state(const kmp_state *state, const kmp_state *base, kmp_text *why)
+{
+    if (base->delay.value > 0 && !(state->delay.value > 0) && !why->length)
+        kmp_text_printf(why, "the delay of '%s' is %.6g s: a positive time is expected", state->name,
+                        state->delay.value);
+}
+
+/* The first rule for single numbers that the values break. */
+static void check_values(const kempe_model *m, const kempe_model *base, kmp_text *why)
+{
+    for (int k = 1; k < m->body_count; k++) {
+        const kmp_body *b = &m->bodies[k];
+        if (b->mass.value < 0 && !why->length)
+            kmp_text_printf(why, "the mass of body '%s' is negative: %.6g", b->name, b->mass.value);
+        if (b->armature.value < 0 && !why->length)
+            kmp_text_printf(why, "the armature of joint '%s' is negative: %.6g", b->joint, b->armature.value);
+        for (int i = 0; i < 3; i++)
+            if (b->inertia[i].value < 0 && !(base->bodies[k].inertia[i].value < 0) && !why->length) /* as given, then */
+                kmp_text_printf(why, "the inertia of body '%s' is impossible: %s = %.6g is negative", b->name,
+                                kmp_inertia_names[i], b->inertia[i].value);
+    }
+    for (int k = 0; k < m->force_count; k++)
+        check_force(&m->forces[k], why);
+    for (int k = 0; k < m->closure_count; k++) {
+        const kmp_closure *c = &m->closures[k];
+        const kmp_closure_number *own = kmp_closure_number_of(c->kind);
+        if (own && !kmp_field_fits(own->rule, c->number.value) && !why->length)
+            kmp_text_printf(why, "the %s of closure '%s' is %.6g: it must %s", own->key, c->name, c->number.value,
+                            kmp_field_rule_words(own->rule));
+        for (int i = 0; i < c->term_count; i++)
+            if (c->terms[i].factor.value == 0 && !why->length)
+                kmp_text_printf(why, "closure '%s': the factor of '%s' is zero", c->name,
+                                m->motions[c->terms[i].motion].name);
+    }
+    for (int k = 0; k < m->state_count; k++)
+        check_state(&m->states[k], &base->states[k], why);
+    for (int k = 0; k < m->start.goal_count; k++) {
+        const kmp_goal *goal = &m->start.goals[k];
+        for (int i = 0; i < goal->width; i++)
+            if (goal->weight[i].value < 0 && !why->length)
+                kmp_text_printf(why, "the weight of a goal is %.6g: it must not be negative", goal->weight[i].value);
+    }
+}
+
+kempe_status kmp_variant_set(kmp_variant *v, const double *values, kmp_text *why)
+{
+    kempe_model *m = &v->model;
+    for (int k = 0; k < v->count; k++)
+        v->values[v->parameter[k]] = values[k];
+    for (int k = 0; k < m->led_count; k++)
+        v->values[m->led[k]] = kmp_expr_value(m->parameters[m->led[k]].number.expr, v->values);
+    for (int k = 0; k < m->parameter_count; k++) {
+        m->parameters[k].number.value = v->values[k];
+        if (!isfinite(v->values[k]) && !why->length)
+            kmp_text_printf(why, "parameter '%s' is %s: a finite number is expected", m->parameters[k].name,
+                            isnan(v->values[k]) ? "not a number" : "infinite");
+    }
+    for (int k = 0; k < v->follower_count; k++) {
+        const follower *f = &v->followers[k];
+        double x = kmp_expr_value_at(f->expr, v->values, 0);
+        f->number->value = x;
+        if (!isfinite(x) && !why->length)
+            kmp_text_put(why, "a number of the model is not finite with these parameters");
+    }
+    check_values(&v->model, v->base, why);
+    return why->failed ? kmp_fail_memory(v->model.context) : why->length == 0 ? KEMPE_OK : KEMPE_E_INPUT;
+}
+
+/* -- instances --------------------------------------------------------------------------------------- */
+
+kempe_status kmp_variant_instance(const kempe_model *model, int count, const char *const *names, const double *values,
+                                  kempe_model **instance)
+{
+    kmp_variant *v = NULL;
+    kmp_text why = {0};
+    KMP_TRY(kmp_variant_new(model, count, names, &v));
+    kempe_status status = count > 0 ? kmp_variant_set(v, values, &why) : KEMPE_OK;
+    if (status == KEMPE_E_INPUT)
+        status = kmp_fail_text(model->context, KEMPE_E_FAILED, &why);
+    kmp_text_free(&why);
+    kempe_model *m = &v->model;
+    for (int k = 0; k < m->parameter_count; k++)
+        m->parameters[k].varies = false; /* its values are now those of the model */
+    m->led_count = 0;
+    m->variant = v;
+    return KMP_GIVE_OR_FREE(status, instance, m, kempe_model_free);
+}
+
+/* -- drives ------------------------------------------------------------------------------------------ */
+
+static const kmp_expr *node(kmp_arena *arena, kmp_expr expr)
+{
+    kmp_expr *made = KMP_ARENA_NEW(arena, kmp_expr, 1);
+    if (made)
+        *made = expr;
+    return made;
+}
+
+/* A number of the start as an expression. */
+static const kmp_expr *expr_of(kmp_arena *arena, const kmp_number *number)
+{
+    return number->expr ? number->expr : node(arena, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = number->value});
+}
+
+kempe_status kmp_variant_driven(const kempe_model *model, const kmp_driven *driven, kempe_model **instance)
+{
+    kempe_model *m = NULL;
+    KMP_TRY(kmp_variant_instance(model, 0, NULL, NULL, &m));
+    kmp_closure *closures = KMP_ARENA_NEW(&m->arena, kmp_closure, m->closure_count + driven->count);
+    if (closures) {
+        if (m->closure_count > 0)
+            memcpy(closures, m->closures, (size_t)m->closure_count * sizeof *closures);
+        m->closures = closures;
+        for (int k = 0; k < driven->count; k++) {
+            /* Drives a coordinate from its start value at the rate of the start: q = q_0 + qd_0 t. */
+            int motion = driven->motion[k];
+            kmp_arena *a = &m->arena;
+            const kmp_expr *time = node(a, (kmp_expr){.kind = KMP_EXPR_TIME});
+            const kmp_expr *from = expr_of(a, &m->start.q[motion]), *rate = expr_of(a, &m->start.qd[motion]);
+            const kmp_expr *way = node(a, (kmp_expr){.kind = KMP_EXPR_MUL, .a = rate, .b = time});
+            m->closures[m->closure_count++] = (kmp_closure){
+                .name = kmp_arena_printf(a, "load.%s", m->motions[motion].name),
+                .kind = "drive",
+                .point = {-1, -1},
+                .motion = motion,
+                .function = node(a, (kmp_expr){.kind = KMP_EXPR_ADD, .a = from, .b = way}),
+            };
+            m->start.qd_given[motion] = false; /* the drive has it */
+        }
+    }
+    if (driven->hold) {
+        /* The start is q, and keeps the chosen coordinates: values of the file are no guesses any more. */
+        int n = kmp_model_coordinates(m);
+        bool *hold = KMP_ARENA_NEW(&m->arena, bool, m->motion_count);
+        for (int i = 0; hold && i < n; i++) {
+            hold[i] = driven->hold[i];
+            m->start.q_given[i] = m->start.q_given[i] && hold[i];
+            m->start.qd_given[i] = m->start.qd_given[i] && hold[i];
+            m->start.q[i] = (kmp_number){.value = driven->q[i]};
+        }
+        m->start.hold = hold;
+        for (int i = 0; i < m->cut_coordinate_count; i++)
+            m->cut_coordinates[i].q_given = m->cut_coordinates[i].qd_given = false;
+    }
+    return KMP_GIVE_OR_FREE(kmp_made(model->context, !m->arena.failed), instance, m, kempe_model_free);
+}

@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A model whose parameters may change after it was read: a copy with its own numbers, which are evaluated again when
+ * parameters are set. Programs derived from the copy keep those parameters, and all numbers that depend on them, as
+ * inputs, independent of their current values. */
+#pragma once
+
+#include "model/data/model.h"
+
+typedef struct kmp_variant kmp_variant;
+
+/** A variant with `count` names of variable parameters, and of start values as `q.NAME` and `qd.NAME`, which become
+ * parameters. In the copy these depend on no others, whatever the model's expressions. The model must be finished and
+ * outlive it. KEMPE_E_ARGUMENT, with a remedy: there is no such parameter or coordinate, one is given twice, or it
+ * determines values outside the equations (axes, tables, settings of the run).
+ */
+kempe_status kmp_variant_new(const kempe_model *model, int count, const char *const *names, kmp_variant **variant);
+/** The same for a context below that of the model. */
+kempe_status kmp_variant_new_in(kempe_context *context, const kempe_model *model, int count, const char *const *names,
+                                kmp_variant **variant);
+void kmp_variant_free(kmp_variant *variant);
+
+/** The copy, which belongs to the variant. */
+kempe_model *kmp_variant_model(kmp_variant *variant);
+
+/** Sets all that vary, in the order of their names, and every number that follows. KEMPE_E_INPUT: the model cannot have
+ *  these values; `why` (empty before) then has a sentence. KEMPE_E_MEMORY: no room for it. */
+kempe_status kmp_variant_set(kmp_variant *variant, const double *values, kmp_text *why);
+
+/** A model with other values of its parameters and start values: its own object, freed by kempe_model_free before the
+ * model that it was made of. KEMPE_E_ARGUMENT as kmp_variant_new, KEMPE_E_FAILED: the model cannot have these values.
+ */
+kempe_status kmp_variant_instance(const kempe_model *model, int count, const char *const *names, const double *values,
+                                  kempe_model **instance);
+/** The variant frees the model of which it was made. */
+void kmp_variant_own(kmp_variant *variant, kempe_model *model);
+
+/** Changes of a copy beside those of numbers (kmp_variant_driven). */
+typedef struct kmp_driven {
+    int count; /* coordinates that move at the rates of the start from there, by any load: drives "load.NAME" */
+    const int *motion;
+    const bool *hold; /* n: coordinates that the assembly of the start keeps, whose rates alone are given there; NULL:
+                       * as in the model */
+    const double *q;  /* n: start values, where `hold` is given */
+} kmp_driven;
+
+/** A model with further drives and another start: its own object, as that of kmp_variant_instance. */
+kempe_status kmp_variant_driven(const kempe_model *model, const kmp_driven *driven, kempe_model **instance);
+
+/** The parameter of a name; -1: there is none. */
+int kmp_parameter_find(const kempe_model *model, const char *name);
+
+/** True if a name may vary; otherwise `why` (empty before) receives the reason. */
+bool kmp_variant_may(const kempe_model *model, const char *name, kmp_text *why);
+
+/** True if a variable parameter occurs in an expression of the model. */
+bool kmp_expr_varies(const kempe_model *model, const kmp_expr *expr);

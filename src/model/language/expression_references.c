@@ -1,0 +1,341 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Words that refer to other parts of the model: coordinates, multipliers, points and their axes. */
+#include "model/language/expression_parser.h"
+#include <string.h>
+
+enum { OF_POINT, OF_AXIS, OF_CONTACT, OF_LOOP, OF_JOINT };
+
+static const struct {
+    const char *word;
+    int of; /* axes, points, contacts, loops or joints */
+    int least, most, components, order;
+} rows[] = {
+#define KMP_MEASURE(kind, word, argument, least, most, components, order, unit, meaning)                               \
+    {word, OF_##argument, least, most, components, order},
+#include "model/language/measures.def"
+#undef KMP_MEASURE
+};
+
+const kmp_name_list kmp_measure_words = {rows, sizeof rows[0], sizeof rows / sizeof *rows};
+
+static bool is_digit(char c)
+{
+    return c >= '0' && c <= '9';
+}
+
+/* -- coordinates and multipliers ------------------------------------------------------------------ */
+
+/* The operands allowed where no coordinates are. */
+const char *kmp_parse_allowed(const kmp_expr_scope *scope)
+{
+    return scope->coordinate  ? "a function of q, qd and t"
+           : scope->place > 1 ? "a function of x, y, z and t"
+           : scope->place     ? "a function of x and t"
+           : scope->time      ? "a function of t"
+                              : "a constant";
+}
+
+/* q(NAME) and qd(NAME), from the opening parenthesis on. */
+const kmp_expr *kmp_parse_coordinate(kmp_parser *p, const char *where, kmp_expr_kind kind)
+{
+    const char *symbol = kind == KMP_EXPR_Q ? "q" : "qd";
+    if (!p->scope->coordinate)
+        return kmp_parse_complain(p, where, "%s is not allowed here: %s is expected", symbol,
+                                  kmp_parse_allowed(p->scope));
+    if (!kmp_parse_take(p, '('))
+        return kmp_parse_complain(p, where, "'%s' needs a coordinate in parentheses: %s(NAME)", symbol, symbol);
+    kmp_parse_skip_space(p);
+    const char *start = p->at;
+    size_t n = kmp_parse_word_length(start);
+    if (n == 0)
+        return kmp_parse_wanted(p, "the name of a coordinate");
+    if (start[n] == '.' && is_digit(start[n + 1]))
+        for (n++; is_digit(start[n]);)
+            n++;
+    const char *name = kmp_parse_copy(p, n);
+    int index = name ? p->scope->coordinate(p->scope->user, name) : -1;
+    const kmp_expr *cut = name && index < 0 && p->scope->cut ? p->scope->cut(p->scope->user, name) : NULL;
+    if (index < 0 && !cut)
+        return kmp_parse_unknown_name(p, start, name ? name : "", KMP_SYMBOL_COORDINATE);
+    if (!kmp_parse_take(p, ')'))
+        return kmp_parse_wanted(p, "')'");
+    if (cut)
+        return kind == KMP_EXPR_Q ? cut : kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_RATE, .a = cut});
+    return kmp_parse_make(p, where, (kmp_expr){.kind = kind, .index = index});
+}
+
+/* The name of a closure: its index, -1 after an error. */
+static int parse_closure(kmp_parser *p, const char **name)
+{
+    kmp_parse_skip_space(p);
+    const char *start = p->at;
+    size_t n = kmp_parse_word_length(start);
+    if (n == 0) {
+        kmp_parse_wanted(p, "the name of a loop");
+        return -1;
+    }
+    *name = kmp_parse_copy(p, n);
+    int index = *name ? p->scope->closure(p->scope->user, *name) : -1;
+    if (index < 0)
+        kmp_parse_unknown_name(p, start, *name ? *name : "", KMP_SYMBOL_CLOSURE);
+    return index;
+}
+
+/* lambda(LOOP) and lambda(LOOP.k), from the opening parenthesis on. */
+static const kmp_expr *parse_multiplier(kmp_parser *p, const char *where)
+{
+    if (!p->scope->closure)
+        return kmp_parse_complain(p, where, "lambda is not allowed here: %s is expected", kmp_parse_allowed(p->scope));
+    const char *name;
+    int number = 0;
+    (void)kmp_parse_take(p, '(');
+    int index = parse_closure(p, &name);
+    if (index < 0)
+        return NULL;
+    if (*p->at == '.') {
+        const char *digit = ++p->at;
+        if (!is_digit(*digit) || *digit == '0' || is_digit(digit[1]))
+            return kmp_parse_complain(
+                p, digit, "the number of a multiplier is expected here: lambda(%s.1) is the first one", name);
+        number = *p->at++ - '1';
+    }
+    if (!kmp_parse_take(p, ')'))
+        return kmp_parse_wanted(p, "')'");
+    return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_LAMBDA, .index = index, .number = number});
+}
+
+/* -- measures ---------------------------------------------------------------------------------------- */
+
+/* `.x`, `.y` or `.z`: 0, 1, 2; -1 when none follows. */
+static int take_component(kmp_parser *p)
+{
+    const char *at = p->at;
+    if (at[0] != '.' || at[1] < 'x' || at[1] > 'z' || kmp_parse_word_length(at + 1) != 1)
+        return -1;
+    p->at += 2;
+    return at[1] - 'x';
+}
+
+/* BODY.POINT, with axes BODY.POINT.x: false after an error. */
+static bool parse_spot(kmp_parser *p, const char *word, bool axes, kmp_measure_argument *spot)
+{
+    kmp_parse_skip_space(p);
+    const char *start = p->at;
+    size_t n = kmp_parse_word_length(start), m = n > 0 && start[n] == '.' ? kmp_parse_word_length(start + n + 1) : 0;
+    if (m == 0) {
+        kmp_parse_wanted(p, axes ? "an axis BODY.POINT.x" : "a point BODY.POINT");
+        return false;
+    }
+    const char *name = kmp_parse_copy(p, n + 1 + m);
+    if (!name || !p->scope->point(p->scope->user, name, word, kmp_parse_column(p, start), spot))
+        return false;
+    spot->axis = axes ? take_component(p) : -1;
+    if (axes && spot->axis < 0)
+        kmp_parse_complain(p, p->at, "an axis is expected here: %s.x, %s.y or %s.z", name, name, name);
+    return !axes || spot->axis >= 0;
+}
+
+static bool parse_contact(kmp_parser *p, const char *word, kmp_measure_argument *spot)
+{
+    kmp_parse_skip_space(p);
+    const char *start = p->at, *name = kmp_parse_copy(p, kmp_parse_word_length(start));
+    const char *found = name && p->scope->contact ? p->scope->contact(p->scope->user, name) : NULL;
+    *spot = (kmp_measure_argument){.point = -1, .axis = -1, .name = found};
+    if (name && !found)
+        kmp_parse_complain(p, start, "%s: '%s' is not a contact with a law", word, name);
+    return found;
+}
+
+static bool parse_loop(kmp_parser *p, kmp_measure_argument *spot)
+{
+    *spot = (kmp_measure_argument){.point = -1, .axis = -1};
+    spot->closure = parse_closure(p, &spot->name);
+    return spot->closure >= 0;
+}
+
+static bool parse_joint(kmp_parser *p, const char *word, kmp_measure_argument *spot)
+{
+    kmp_parse_skip_space(p);
+    const char *start = p->at, *name = kmp_parse_copy(p, kmp_parse_word_length(start)), *obstacle = NULL;
+    int body = name ? p->scope->joint(p->scope->user, &name, &obstacle) : -1;
+    *spot = (kmp_measure_argument){.point = -1, .axis = -1, .closure = body, .name = name};
+    if (obstacle)
+        kmp_parse_complain(p, start, "%s: the load of joint '%s' is not known: %s", word, name, obstacle);
+    return body >= 0 && !obstacle;
+}
+
+static bool parse_argument(kmp_parser *p, kmp_measure_kind kind, kmp_measure_argument *spot)
+{
+    if (rows[kind].of == OF_LOOP)
+        return parse_loop(p, spot);
+    if (rows[kind].of == OF_JOINT)
+        return parse_joint(p, rows[kind].word, spot);
+    return rows[kind].of == OF_CONTACT ? parse_contact(p, rows[kind].word, spot)
+                                       : parse_spot(p, rows[kind].word, rows[kind].of == OF_AXIS, spot);
+}
+
+/* The component of a vector, or of one of three, after the closing parenthesis. */
+static bool parse_component(kmp_parser *p, kmp_measure_kind kind, int *number)
+{
+    int count = rows[kind].components, first = count > 1 ? take_component(p) : 0;
+    int second = count > 3 && first >= 0 ? take_component(p) : 0;
+    *number = count > 3 ? 3 * first + second : first;
+    if (first < 0 || second < 0)
+        kmp_parse_complain(p, p->at, "a component is expected here: %s(..)%s.x, for example", rows[kind].word,
+                           count > 3 ? ".z" : "");
+    return first >= 0 && second >= 0;
+}
+
+const kmp_expr *kmp_expr_measure(kmp_arena *arena, kmp_measure_kind kind, int count, const kmp_measure_argument *spot)
+{
+    kmp_measure *measure = KMP_ARENA_NEW(arena, kmp_measure, 1);
+    kmp_expr *expr = KMP_ARENA_NEW(arena, kmp_expr, 1);
+    if (!measure || !expr)
+        return NULL;
+    *measure =
+        (kmp_measure){.kind = kind, .word = rows[kind].word, .components = rows[kind].components, .count = count};
+    memcpy(measure->spot, spot, (size_t)count * sizeof *spot);
+    *expr = (kmp_expr){.kind = KMP_EXPR_MEASURE, .measure = measure};
+    return expr;
+}
+
+/* True if the only argument is the name of a coordinate: no point. */
+static bool is_coordinate(const char *s)
+{
+    size_t n = kmp_parse_word_length(s);
+    return n > 0 && (s[n] != '.' || is_digit(s[n + 1]));
+}
+
+/* The kind for a joint of the tree in place of that for a loop of no such name. */
+static kmp_measure_kind kind_for(kmp_parser *p, kmp_measure_kind kind)
+{
+    const char *at = p->at, *obstacle;
+    if (rows[kind].of != OF_LOOP || !p->scope->closure || !p->scope->joint)
+        return kind;
+    (void)kmp_parse_take(p, '(');
+    kmp_parse_skip_space(p);
+    const char *name = kmp_parse_copy(p, kmp_parse_word_length(p->at));
+    p->at = at;
+    bool joint =
+        name && p->scope->closure(p->scope->user, name) < 0 && p->scope->joint(p->scope->user, &name, &obstacle) >= 0;
+    return !joint ? kind : kind == KMP_MEASURE_MOMENT ? KMP_MEASURE_JOINT_MOMENT : KMP_MEASURE_JOINT_REACTION;
+}
+
+static const kmp_expr *parse_measure(kmp_parser *p, const char *where, kmp_measure_kind kind)
+{
+    const char *word = rows[kind].word;
+    kind = kind_for(p, kind);
+    bool of_loop = rows[kind].of == OF_LOOP;
+    if (of_loop ? !p->scope->closure : !p->scope->point)
+        return kmp_parse_complain(p, where, "%s is not allowed here: %s is expected", word,
+                                  kmp_parse_allowed(p->scope));
+    if (rows[kind].of == OF_JOINT && !p->scope->accelerations)
+        return kmp_parse_complain(p, where,
+                                  "%s of a joint of the tree is not allowed here: it follows from the accelerations, "
+                                  "which forces determine; a sensor may have it, a condition 'until' of the run, and "
+                                  "friction by 'mu'",
+                                  word);
+    if (rows[kind].order > 1 && !p->scope->accelerations)
+        return kmp_parse_complain(p, where,
+                                  "%s is not allowed here: it follows from the forces; a sensor may have it, or a "
+                                  "condition 'until' of the run",
+                                  word);
+    if (kind == KMP_MEASURE_ANGLE && is_coordinate(p->at + 1 + strspn(p->at + 1, " ")))
+        return kmp_parse_coordinate(p, where, KMP_EXPR_Q);
+    kmp_measure *measure = KMP_ARENA_NEW(p->scope->arena, kmp_measure, 1);
+    int number = 0;
+    if (!measure)
+        return NULL;
+    *measure = (kmp_measure){.kind = kind, .word = word, .components = rows[kind].components};
+    (void)kmp_parse_take(p, '(');
+    do {
+        if (measure->count == rows[kind].most)
+            return kmp_parse_wanted(p, "')'");
+        if (!parse_argument(p, kind, &measure->spot[measure->count++]))
+            return NULL;
+    } while (kmp_parse_take(p, ','));
+    if (measure->count < rows[kind].least)
+        return kmp_parse_wanted(p, rows[kind].of == OF_AXIS ? "',' and another axis" : "',' and another point");
+    if (!kmp_parse_take(p, ')'))
+        return kmp_parse_wanted(p, measure->count < rows[kind].most ? "',' or ')'" : "')'");
+    if (!parse_component(p, kind, &number))
+        return NULL;
+    if (kind == KMP_MEASURE_DISTANCE && measure->spot[0].point == measure->spot[1].point)
+        return kmp_parse_complain(p, where, "distance of the point %s from itself", measure->spot[0].name);
+    return kmp_parse_make(p, where,
+                          (kmp_expr){.kind = of_loop ? KMP_EXPR_LAMBDA : KMP_EXPR_MEASURE,
+                                     .index = of_loop ? measure->spot[0].closure : 0,
+                                     .number = number,
+                                     .measure = measure});
+}
+
+/* -- rates ------------------------------------------------------------------------------------------- */
+
+bool kmp_expr_is_rate(const kmp_expr *expr, const void *unused)
+{
+    (void)unused;
+    return expr->kind == KMP_EXPR_QD || expr->kind == KMP_EXPR_RATE ||
+           (expr->kind == KMP_EXPR_MEASURE && rows[expr->measure->kind].order > 0);
+}
+
+static bool is_acceleration(const kmp_expr *expr, const void *unused)
+{
+    (void)unused;
+    return expr->kind == KMP_EXPR_MEASURE && rows[expr->measure->kind].order > 1;
+}
+
+const kmp_expr *kmp_expr_acceleration(const kmp_expr *expr)
+{
+    return kmp_expr_find(expr, is_acceleration, NULL);
+}
+
+const kmp_expr *kmp_expr_rate(kmp_arena *arena, const kmp_expr *of)
+{
+    kmp_expr *expr = KMP_ARENA_NEW(arena, kmp_expr, 1);
+    if (expr)
+        *expr = (kmp_expr){.kind = KMP_EXPR_RATE, .a = of};
+    return expr;
+}
+
+/* True for what has no rate of its own here: rates, multipliers, variables whose equations are being read. */
+static bool has_no_rate(const kmp_expr *expr, const void *unused)
+{
+    const kmp_unknowns *u = expr->unknowns;
+    return kmp_expr_is_rate(expr, unused) || expr->kind == KMP_EXPR_LAMBDA ||
+           (expr->kind == KMP_EXPR_UNKNOWN && u->count > 0 && !u->zero[u->count - 1]);
+}
+
+static const kmp_expr *parse_rate(kmp_parser *p, const char *where)
+{
+    if (!p->scope->point)
+        return kmp_parse_complain(p, where, "rate is not allowed here: %s is expected", kmp_parse_allowed(p->scope));
+    (void)kmp_parse_take(p, '(');
+    kmp_parse_skip_space(p);
+    const char *start = p->at;
+    const kmp_expr *of = kmp_parse_sum(p);
+    if (!of)
+        return NULL;
+    if (!kmp_parse_take(p, ')'))
+        return kmp_parse_wanted(p, "an operator or ')'");
+    if (kmp_expr_find(of, has_no_rate, NULL))
+        return kmp_parse_complain(p, start,
+                                  "the rate of this expression depends on accelerations: rate(..) is for functions of "
+                                  "t, q(..), positions, distances and angles");
+    return kmp_parse_make(p, where, (kmp_expr){.kind = KMP_EXPR_RATE, .a = of});
+}
+
+/* -- all of them --------------------------------------------------------------------------------------- */
+
+bool kmp_parse_refers(const char *name)
+{
+    return strcmp(name, "lambda") == 0 || strcmp(name, "rate") == 0 || kmp_name_find(kmp_measure_words, name) >= 0;
+}
+
+const kmp_expr *kmp_parse_reference(kmp_parser *p, const char *where, const char *name)
+{
+    if (strcmp(name, "lambda") == 0)
+        return parse_multiplier(p, where);
+    if (strcmp(name, "rate") == 0)
+        return parse_rate(p, where);
+    return parse_measure(p, where, (kmp_measure_kind)kmp_name_find(kmp_measure_words, name));
+}

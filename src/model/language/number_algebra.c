@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "model/language/number_algebra.h"
+#include <math.h>
+
+static bool is_literal(kmp_number a, double value)
+{
+    return !a.expr && a.value == value;
+}
+
+/* A number as an operand; a literal keeps its symbol. */
+static const kmp_expr *operand(kmp_arena *arena, kmp_number a)
+{
+    kmp_expr *leaf = a.expr ? NULL : KMP_ARENA_NEW(arena, kmp_expr, 1);
+    if (leaf)
+        *leaf = (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = a.value, .symbol = a.symbol};
+    return leaf ? leaf : a.expr;
+}
+
+static kmp_number join(kmp_arena *arena, kmp_expr node, kmp_number a, const kmp_number *b, double value)
+{
+    if (!a.expr && !(b && b->expr))
+        return (kmp_number){.value = value};
+    kmp_expr *made = KMP_ARENA_NEW(arena, kmp_expr, 1);
+    node.a = operand(arena, a);
+    node.b = b ? operand(arena, *b) : NULL;
+    if (!made || !node.a || (b && !node.b))
+        return (kmp_number){.value = value};
+    *made = node;
+    return (kmp_number){.value = value, .expr = made};
+}
+
+kmp_number kmp_number_add(kmp_arena *arena, kmp_number a, kmp_number b)
+{
+    if (is_literal(a, 0) || is_literal(b, 0))
+        return is_literal(a, 0) ? b : a;
+    return join(arena, (kmp_expr){.kind = KMP_EXPR_ADD}, a, &b, a.value + b.value);
+}
+
+kmp_number kmp_number_subtract(kmp_arena *arena, kmp_number a, kmp_number b)
+{
+    if (is_literal(b, 0))
+        return a;
+    return join(arena, (kmp_expr){.kind = KMP_EXPR_SUB}, a, &b, a.value - b.value);
+}
+
+kmp_number kmp_number_times(kmp_arena *arena, kmp_number a, kmp_number b)
+{
+    if (is_literal(a, 0) || is_literal(b, 0))
+        return (kmp_number){.value = 0};
+    if (is_literal(a, 1) || is_literal(b, 1))
+        return is_literal(a, 1) ? b : a;
+    return join(arena, (kmp_expr){.kind = KMP_EXPR_MUL}, a, &b, a.value * b.value);
+}
+
+kmp_number kmp_number_over(kmp_arena *arena, kmp_number a, kmp_number b)
+{
+    if (is_literal(b, 1))
+        return a;
+    return join(arena, (kmp_expr){.kind = KMP_EXPR_DIV}, a, &b, a.value / b.value);
+}
+
+kmp_number kmp_number_root(kmp_arena *arena, kmp_number a)
+{
+    return join(arena, (kmp_expr){.kind = KMP_EXPR_CALL, .function = KMP_FUNCTION_sqrt}, a, NULL, sqrt(a.value));
+}
+
+kmp_number kmp_number_scale(kmp_arena *arena, double factor, kmp_number a)
+{
+    return kmp_number_times(arena, (kmp_number){.value = factor}, a);
+}

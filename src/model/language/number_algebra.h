@@ -1,0 +1,15 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Arithmetic with numbers of a model. A result follows the parameters of its operands by an expression in the arena; of
+ * operands without one it is a value. Literal zeros and ones leave no operation. */
+#pragma once
+
+#include "model/language/expression.h"
+
+kmp_number kmp_number_add(kmp_arena *arena, kmp_number a, kmp_number b);
+kmp_number kmp_number_subtract(kmp_arena *arena, kmp_number a, kmp_number b);
+kmp_number kmp_number_times(kmp_arena *arena, kmp_number a, kmp_number b);
+kmp_number kmp_number_over(kmp_arena *arena, kmp_number a, kmp_number b);
+kmp_number kmp_number_root(kmp_arena *arena, kmp_number a);
+
+/** factor * a */
+kmp_number kmp_number_scale(kmp_arena *arena, double factor, kmp_number a);

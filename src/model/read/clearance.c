@@ -1,0 +1,269 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Joints with clearance, rewritten before the model is read: the joint becomes one that moves freely in a plane, and
+ * its keys `clearance` and `contact` entries of `contacts`. A revolute joint keeps the name of its coordinate; those of
+ * the journal's centre are JOINT_x and JOINT_y. A prismatic one keeps its name, too; the others are JOINT_across and
+ * JOINT_angle, and each corner of the slider is a contact. A ball closure is left out: its contact is all of it. */
+#include "model/files/nodes.h"
+#include "model/read/compliant.h"
+#include "model/read/reading.h"
+#include <string.h>
+
+typedef struct rewriting {
+    kmp_reader *r;
+    kmp_yaml *root, *contacts; /* copies that may change */
+} rewriting;
+
+static kmp_arena *arena_of(const rewriting *w)
+{
+    return &w->r->scratch;
+}
+
+/* Replaces an item of a mapping; the key must exist. */
+static void replace(kmp_yaml *map, const char *key, const kmp_yaml *item)
+{
+    for (int k = 0; map && k < map->count; k++)
+        if (strcmp(map->keys[k]->text, key) == 0)
+            map->items[k] = item;
+}
+
+static bool has_clearance(const kmp_yaml *map)
+{
+    return map && (kmp_yaml_get(map, "clearance") || kmp_yaml_get(map, "contact"));
+}
+
+/* A joint's name in its own file, whose prefix the name of the model has. */
+static const char *bare(const rewriting *w, const char *name, int file)
+{
+    const kmp_include_instance *instance = kmp_reader_instance(w->r, file);
+    return name + (instance ? strlen(instance->prefix) : 0);
+}
+
+static const kmp_yaml *word(const rewriting *w, kmp_place place, const char *text)
+{
+    return kmp_yaml_word(arena_of(w), place, text);
+}
+
+/* x, y, z as 0, 1, 2; -1: another direction. */
+static int letter_of(const kmp_yaml *node)
+{
+    bool one = node && node->kind == KMP_YAML_SCALAR && strlen(node->text) == 1;
+    return one && node->text[0] >= 'x' && node->text[0] <= 'z' ? node->text[0] - 'x' : -1;
+}
+
+static const char *const letters[] = {"x", "y", "z"};
+
+/* A joint with clearance: what it is, and how it lies. */
+typedef struct loose {
+    const kmp_yaml *key, *map;
+    const char *name, *what;
+    bool slides, ball; /* neither: a revolute one */
+    bool coordinate;   /* it has coordinates */
+    int along, normal; /* of a slider: of its guide, of the plane of its motion */
+} loose;
+
+/* The direction of a slider: the joint's own, or the key `axis` of a joint between bodies, or of a closure. */
+static const kmp_yaml *direction_of(const loose *l)
+{
+    const kmp_yaml *own = kmp_yaml_get(l->map, "prismatic");
+    return own && own->kind == KMP_YAML_SCALAR ? own : kmp_yaml_get(l->map, "axis");
+}
+
+/* The names of the three coordinates: the two places, then the rotation. */
+static const kmp_yaml *coordinates(const rewriting *w, const loose *l, const char *name)
+{
+    kmp_yaml *list = kmp_yaml_new(arena_of(w), KMP_YAML_LIST, l->map->place);
+    const char *across = kmp_reader_say(w->r, "%s_across", name);
+    const char *names[3] = {kmp_reader_say(w->r, "%s_x", name), kmp_reader_say(w->r, "%s_y", name), name};
+    if (l->slides) {
+        bool first = l->along == (l->normal + 1) % 3;
+        names[0] = first ? name : across;
+        names[1] = first ? across : name;
+        names[2] = kmp_reader_say(w->r, "%s_angle", name);
+    }
+    for (int k = 0; k < 3; k++)
+        kmp_yaml_append(arena_of(w), list, NULL, word(w, l->map->place, names[k]));
+    return list;
+}
+
+/* The joint or closure without clearance that leaves the plane free. */
+static const kmp_yaml *free_in_plane(const rewriting *w, const loose *l)
+{
+    const kmp_yaml *map = l->map;
+    const char *kind = l->slides ? "prismatic" : "revolute";
+    kmp_yaml *made = kmp_yaml_new(arena_of(w), KMP_YAML_MAP, map->place);
+    for (int k = 0; k < map->count; k++) {
+        const char *key = map->keys[k]->text;
+        bool of_kind = strcmp(key, kind) == 0, gone = strcmp(key, "clearance") == 0 || strcmp(key, "contact") == 0;
+        bool turned = l->slides && (strcmp(key, "axis") == 0 || (of_kind && map->items[k]->kind == KMP_YAML_SCALAR));
+        const kmp_yaml *item = turned ? word(w, map->items[k]->place, letters[l->normal]) : map->items[k];
+        if (!gone)
+            kmp_yaml_put(arena_of(w), made, map->keys[k]->place, of_kind ? "planar" : key, item);
+    }
+    if (l->coordinate && !kmp_yaml_get(map, "coordinates"))
+        kmp_yaml_put(arena_of(w), made, map->place, "coordinates",
+                     coordinates(w, l, bare(w, l->name, map->place.file)));
+    return made;
+}
+
+/* An entry of the section contacts, with `words`, pairs of a key and a word, before the keys of the joint. */
+static void add_contact(rewriting *w, const loose *l, const char *name, const kmp_yaml *joint, const char *const *words)
+{
+    const kmp_yaml *clearance = kmp_yaml_get(l->map, "clearance"), *contact = kmp_yaml_get(l->map, "contact");
+    if (kmp_yaml_get(w->contacts, name)) {
+        kmp_reader_complain(w->r, l->key->place,
+                            "%s: the section contacts has '%s', the name of its own contact, already", l->what, name);
+        return;
+    }
+    kmp_yaml *own = kmp_yaml_new(arena_of(w), KMP_YAML_MAP, contact->place);
+    kmp_yaml_put(arena_of(w), own, contact->place, l->slides ? "guide" : l->ball ? "socket" : "journal", joint);
+    kmp_yaml_put(arena_of(w), own, clearance->place, "clearance", clearance);
+    for (int k = 0; words[k]; k += 2)
+        kmp_yaml_put(arena_of(w), own, contact->place, words[k], word(w, contact->place, words[k + 1]));
+    for (int k = 0; k < contact->count; k++)
+        if (!l->slides || strcmp(contact->keys[k]->text, "axis") != 0)
+            kmp_yaml_put(arena_of(w), own, contact->keys[k]->place, contact->keys[k]->text, contact->items[k]);
+    kmp_yaml_put(arena_of(w), w->contacts, l->key->place, name, own);
+}
+
+/* A contact with a law has the name of its joint, a rigid one its own, because it has a multiplier. */
+static void add_contacts(rewriting *w, const loose *l)
+{
+    const kmp_yaml *contact = kmp_yaml_get(l->map, "contact");
+    const kmp_yaml *joint = word(w, l->key->place, bare(w, l->name, l->key->place.file));
+    bool rigid = !kmp_yaml_get(contact, "law") && !kmp_yaml_get(contact, "force");
+    if (!l->slides) {
+        const char *name = rigid ? kmp_reader_say(w->r, "%s_journal", l->name) : l->name;
+        add_contact(w, l, name, l->ball ? kmp_yaml_get(l->map, "ball") : joint, (const char *const[]){NULL});
+        return;
+    }
+    for (int k = 0; kmp_guide_corner(k); k++)
+        add_contact(w, l, kmp_reader_say(w->r, "%s_%s", l->name, kmp_guide_corner(k)), joint,
+                    (const char *const[]){"corner", kmp_guide_corner(k), "axis", letters[l->along], NULL});
+}
+
+/* The direction of the guide and the plane of motion, whose normal is the `axis` of the contact. */
+static bool find_directions(const rewriting *w, loose *l)
+{
+    const kmp_yaml *normal = kmp_yaml_get(kmp_yaml_get(l->map, "contact"), "axis"), *along = direction_of(l);
+    const kmp_yaml *contact = kmp_yaml_get(l->map, "contact");
+    const char *what = kmp_reader_say(w->r, "contact of %s", l->what);
+    if (!kmp_read_required(w->r, contact, what, "length") || !kmp_read_required(w->r, contact, what, "height"))
+        return false;
+    l->along = letter_of(along);
+    l->normal = normal ? letter_of(normal) : 2;
+    if (l->along < 0)
+        return kmp_reader_complain(w->r, (along ? along : l->map)->place,
+                                   "%s: a prismatic joint with clearance is along x, y or z", l->what);
+    return (l->normal >= 0 && l->normal != l->along) ||
+           kmp_reader_complain(
+               w->r, (normal ? normal : l->map)->place,
+               "%s: the 'axis' of its contact is x, y or z, across the guide: the normal of the plane in "
+               "which the slider moves",
+               l->what);
+}
+
+/* The joint in place of one with clearance; the same where it has none, or cannot have one; NULL: its contact is all of
+ * it. */
+static const kmp_yaml *rewrite(rewriting *w, loose l)
+{
+    const kmp_yaml *map = l.map, *node = kmp_yaml_get(map, "clearance");
+    if (!has_clearance(map))
+        return map;
+    l.slides = kmp_yaml_get(map, "prismatic") != NULL;
+    l.ball = kmp_yaml_get(map, "ball") != NULL;
+    if (!l.slides && !l.ball && !kmp_yaml_get(map, "revolute")) {
+        kmp_reader_complain(w->r, (node ? node : kmp_yaml_get(map, "contact"))->place,
+                            "%s: a revolute or a prismatic joint, or a ball closure, may have a clearance", l.what);
+        return map;
+    }
+    const kmp_yaml *clearance = kmp_read_required(w->r, map, l.what, "clearance");
+    const kmp_yaml *contact = kmp_read_required(w->r, map, l.what, "contact");
+    if (!clearance || !contact || !kmp_read_map(w->r, contact, kmp_reader_say(w->r, "contact of %s", l.what), NULL) ||
+        (l.slides && !find_directions(w, &l)))
+        return map;
+    add_contacts(w, &l);
+    return l.ball ? NULL : free_in_plane(w, &l);
+}
+
+static kmp_yaml *open_section(rewriting *w, const char *key)
+{
+    const kmp_yaml *section = kmp_yaml_get(w->root, key);
+    kmp_yaml *copy = section && section->kind == KMP_YAML_MAP ? kmp_yaml_copy(arena_of(w), section) : NULL;
+    if (copy)
+        replace(w->root, key, copy);
+    return copy;
+}
+
+static void rewrite_bodies(rewriting *w)
+{
+    kmp_yaml *bodies = open_section(w, "bodies");
+    for (int k = 0; bodies && k < bodies->count; k++) {
+        const kmp_yaml *joint = kmp_yaml_get(bodies->items[k], "joint"), *named = kmp_yaml_get(joint, "name");
+        const char *name = named ? kmp_reader_name(w->r, named->place.file, named->text) : bodies->keys[k]->text;
+        if (!has_clearance(joint))
+            continue;
+        kmp_yaml *body = kmp_yaml_copy(arena_of(w), bodies->items[k]);
+        const char *what = kmp_reader_say(w->r, "the joint of body '%s'", bodies->keys[k]->text);
+        if (!body)
+            return;
+        replace(body, "joint",
+                rewrite(w, (loose){.key = named ? named : bodies->keys[k],
+                                   .map = joint,
+                                   .name = name,
+                                   .what = what,
+                                   .coordinate = true}));
+        bodies->items[k] = body;
+    }
+}
+
+/* Joints between bodies, or loops, which have no coordinates. */
+static void rewrite_section(rewriting *w, const char *section, const char *kind)
+{
+    kmp_yaml *map = open_section(w, section);
+    kmp_yaml *kept = map ? kmp_yaml_new(arena_of(w), KMP_YAML_MAP, map->place) : NULL;
+    for (int k = 0; kept && k < map->count; k++) {
+        const char *name = map->keys[k]->text;
+        const kmp_yaml *made = rewrite(w, (loose){.key = map->keys[k],
+                                                  .map = map->items[k],
+                                                  .name = name,
+                                                  .what = kmp_reader_say(w->r, "%s '%s'", kind, name),
+                                                  .coordinate = strcmp(section, "joints") == 0});
+        if (made)
+            kmp_yaml_put(arena_of(w), kept, map->keys[k]->place, name, made);
+    }
+    if (kept)
+        replace(w->root, section, kept);
+}
+
+static bool any_clearance(const kmp_yaml *root)
+{
+    static const char *const sections[] = {"bodies", "joints", "loops"};
+    bool any = false;
+    for (int s = 0; s < 3; s++) {
+        const kmp_yaml *map = kmp_yaml_get(root, sections[s]);
+        for (int k = 0; map && map->kind == KMP_YAML_MAP && k < map->count; k++)
+            any = any || has_clearance(s ? map->items[k] : kmp_yaml_get(map->items[k], "joint"));
+    }
+    return any;
+}
+
+void kmp_read_clearances(kmp_reader *r)
+{
+    rewriting w = {.r = r};
+    const kmp_yaml *contacts = kmp_yaml_get(r->root, "contacts");
+    if (!any_clearance(r->root))
+        return;
+    w.root = kmp_yaml_copy(arena_of(&w), r->root);
+    w.contacts = contacts && contacts->kind == KMP_YAML_MAP ? kmp_yaml_copy(arena_of(&w), contacts)
+                                                            : kmp_yaml_new(arena_of(&w), KMP_YAML_MAP, r->root->place);
+    if (!w.root || !w.contacts)
+        return;
+    rewrite_bodies(&w);
+    rewrite_section(&w, "joints", "joint");
+    rewrite_section(&w, "loops", "loop");
+    if (contacts)
+        replace(w.root, "contacts", w.contacts);
+    else
+        kmp_yaml_put(arena_of(&w), w.root, r->root->place, "contacts", w.contacts);
+    r->root = w.root;
+}

@@ -1,0 +1,411 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Contacts: each is a force of its name, and where it is rigid the row of a closure; its friction is a friction element
+ * with a row of its own. */
+#include "model/read/read_contacts.h"
+#include "model/data/angle_sum.h"
+#include "model/data/cut_coordinates.h"
+#include "model/data/parallel_curve.h"
+#include "model/data/touch_plane.h"
+#include "model/read/compliant.h"
+#include <math.h>
+
+/* Sine of the angle between parallel axes, up to rounding. */
+#define PARALLEL  1e-12
+#define HALF_TURN 3.14159265358979323846
+
+static const kmp_key contact_keys[] = {
+#include "model/read/contact_keys.def"
+    {0}};
+static const kmp_key surface_keys[] = {
+#include "model/read/surface_keys.def"
+    {0}};
+
+static const char *const firsts[] = {"joint", "gap", "point", "sphere", "cylinder"};
+static const char *const seconds[] = {"plane", "sphere", "cylinder", "profile"};
+
+/* A contact being read. */
+typedef struct reading {
+    kmp_reader *r;
+    const kmp_yaml *map;
+    const char *what;
+    kmp_contact_pair *touch;
+} reading;
+
+/* -- limits ------------------------------------------------------------------------------------------------ */
+
+/* A joint that is cut has its coordinate as a function of the others: the gap to its limit. */
+static void read_stop_of_cut(const reading *c, const kmp_cut_coordinate *cut, const char *key, bool upper)
+{
+    const char *of = kmp_reader_say(c->r, "the %s limit of %s", key, c->what);
+    const kmp_yaml *node = kmp_yaml_get(c->map, key);
+    const kmp_dimension unit = cut->rotation ? KMP_DIM_NUMBER : KMP_DIM_LENGTH;
+    kmp_expr *gap = KMP_ARENA_NEW(&c->r->model->arena, kmp_expr, 2);
+    kmp_number limit = {0};
+    if (!gap || !kmp_read_number(c->r, node, of, unit, &limit))
+        return;
+    if (cut->rotation && !(fabs(limit.value) < HALF_TURN))
+        kmp_reader_complain(c->r, node->place,
+                            "%s: joint '%s' is cut, and its angle lies between -180 and 180 deg: let another joint of "
+                            "its loop be cut, 'cut: yes'",
+                            of, cut->joint);
+    gap[0] = (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = limit.value, .unit = unit};
+    const kmp_expr *end = limit.expr ? limit.expr : &gap[0];
+    gap[1] = (kmp_expr){.kind = KMP_EXPR_SUB, .a = upper ? end : cut->value, .b = upper ? cut->value : end};
+    c->touch->gap = &gap[1];
+    c->touch->turns = cut->rotation;
+}
+
+static void read_stop(const reading *c)
+{
+    static const char *const ends[] = {"lower", "upper"};
+    kmp_contact_pair *touch = c->touch;
+    const kmp_yaml *joint = kmp_yaml_get(c->map, "joint");
+    const bool named = joint && joint->kind == KMP_YAML_SCALAR;
+    const int cut =
+        named ? kmp_cut_coordinate_find(c->r->model, kmp_reader_name(c->r, joint->place.file, joint->text)) : -1;
+    int motion = cut < 0 ? kmp_read_motion(c->r, joint, c->what) : -1;
+    int end = kmp_read_one_key(c->r, c->map, c->what, KMP_NAMES_OF(ends));
+    if (cut >= 0 && end >= 0)
+        read_stop_of_cut(c, &c->r->model->cut_coordinates[cut], ends[end], end == 1);
+    if (motion < 0 || end < 0)
+        return;
+    const char *of = kmp_reader_say(c->r, "the %s limit of %s", ends[end], c->what);
+    touch->motion = motion;
+    touch->upper = end == 1;
+    touch->turns = c->r->model->motions[motion].rotation;
+    (void)kmp_read_number(c->r, kmp_yaml_get(c->map, ends[end]), of, kmp_motion_dimension(c->r->model, motion, 0),
+                          &touch->limit);
+}
+
+static void read_gap(const reading *c)
+{
+    const kmp_yaml *node = kmp_yaml_get(c->map, "gap");
+    kmp_dimension found = KMP_DIM_ANY;
+    const kmp_expr *gap = kmp_read_expr(c->r, node, c->what, KMP_DIM_ANY, KMP_OF_STATE);
+    if (!gap || !kmp_check_dimension(c->r, node, c->what, gap, KMP_DIM_ANY, &found))
+        return;
+    c->touch->gap = gap;
+    c->touch->turns = !kmp_dimension_fits(found, KMP_DIM_LENGTH);
+    if (c->touch->turns && !kmp_dimension_fits(found, KMP_DIM_NUMBER))
+        kmp_reader_complain(c->r, node->place, "%s: the gap is a length or an angle", c->what);
+    if (kmp_expr_find(gap, kmp_expr_is_rate, NULL))
+        kmp_reader_complain(c->r, node->place, "%s: the gap may depend on t, q(..) and positions, not on rates",
+                            c->what);
+}
+
+/* -- sides --------------------------------------------------------------------------------------------------- */
+
+static int read_letter(const reading *c, const kmp_yaml *map, const char *key)
+{
+    static const char *const letters[] = {"x", "y", "z"};
+    const kmp_yaml *node = kmp_yaml_get(map, key);
+    int found = node ? kmp_read_choice(c->r, node, c->what, KMP_NAMES_OF(letters),
+                                       kmp_reader_say(c->r, "the %s is", key), " or ")
+                     : 2;
+    return found < 0 ? 2 : found;
+}
+
+static void read_radius(const reading *c, const kmp_yaml *map, int side)
+{
+    const kmp_yaml *node = kmp_read_required(c->r, map, c->what, "radius");
+    const char *of = kmp_reader_say(c->r, "the radius of %s", c->what);
+    if (node && kmp_read_number(c->r, node, of, KMP_DIM_LENGTH, &c->touch->radius[side]))
+        (void)kmp_check_rule(c->r, node, of, KMP_FIELD_POSITIVE, c->touch->radius[side].value, "");
+}
+
+/* Reports keys that belong to another kind of side than `key`. */
+static void refuse_key(const reading *c, const kmp_yaml *map, const char *other, const char *key)
+{
+    const kmp_yaml *node = kmp_yaml_get(map, other);
+    if (node)
+        kmp_reader_complain(c->r, node->place, "%s: the key '%s' does not belong to a '%s'", c->what, other, key);
+}
+
+static bool read_first(const reading *c, int kind)
+{
+    kmp_touch_side *side = &c->touch->side[0];
+    bool rolls = kind == 4;
+    side->shape = rolls ? KMP_TOUCH_CYLINDER : KMP_TOUCH_SPHERE;
+    side->point = kmp_read_point(c->r, kmp_yaml_get(c->map, firsts[kind]), c->what);
+    if (kind > 2)
+        read_radius(c, c->map, 0);
+    else
+        refuse_key(c, c->map, "radius", firsts[kind]);
+    if (rolls)
+        side->axis = read_letter(c, c->map, "axis");
+    else
+        refuse_key(c, c->map, "axis", firsts[kind]);
+    return side->point >= 0;
+}
+
+static void read_curve(const reading *c, const kmp_yaml *map, kmp_touch_side *side)
+{
+    const kmp_yaml *at = kmp_read_required(c->r, map, c->what, "at"), *node = kmp_yaml_get(map, "profile");
+    side->table = kmp_read_table_name(c->r, node, c->what);
+    side->point = at ? kmp_read_point(c->r, at, c->what) : -1;
+    if (side->table && side->table->table && side->table->table->method != KMP_TABLE_CUBIC)
+        kmp_reader_complain(c->r, node->place,
+                            "%s: a profile is a table by 'spline'; at corners of '%s' a contact "
+                            "would have two normals",
+                            c->what, side->table->name);
+}
+
+static bool read_second(const reading *c, const kmp_yaml *map)
+{
+    kmp_touch_side *side = &c->touch->side[1];
+    const char *what = kmp_reader_say(c->r, "the surface of %s", c->what);
+    if (!kmp_read_map(c->r, map, what, surface_keys))
+        return false;
+    int kind = kmp_read_one_key(c->r, map, what, KMP_NAMES_OF(seconds));
+    if (kind < 0)
+        return false;
+    const char *key = seconds[kind];
+    const kmp_yaml *inside = kmp_yaml_get(map, "inside");
+    side->shape = kind == 0   ? KMP_TOUCH_PLANE
+                  : kind == 1 ? KMP_TOUCH_SPHERE
+                  : kind == 2 ? KMP_TOUCH_CYLINDER
+                              : KMP_TOUCH_PROFILE;
+    side->hollow = inside != NULL;
+    side->axis = read_letter(c, map, kind == 0 ? "normal" : "axis");
+    if (kind == 3)
+        read_curve(c, map, side);
+    else
+        side->point = kmp_read_point(c->r, kmp_yaml_get(map, key), c->what);
+    if (kind == 1 || kind == 2)
+        read_radius(c, map, 1);
+    for (int k = 0; k < 4; k++) {
+        static const char *const others[] = {"normal", "radius", "inside", "at"};
+        static const bool fits[4][4] = {{true}, {false, true, true}, {false, true, true}, {false, false, false, true}};
+        if (!fits[kind][k])
+            refuse_key(c, map, others[k], key);
+    }
+    if (kind != 2)
+        refuse_key(c, map, "axis", key);
+    return side->point >= 0;
+}
+
+/* -- what fits ------------------------------------------------------------------------------------------------- */
+
+/* True if the axis of the first side is parallel to one of the second side's point with all coordinates zero. */
+static bool is_parallel(const reading *c, int axis, double *factor)
+{
+    const kmp_touch_side *s = c->touch->side;
+    double angle;
+    for (int k = 1; k < 3; k++) {
+        const kmp_measure_argument lean[3] = {{.point = s[0].point, .axis = s[0].axis},
+                                              {.point = s[1].point, .axis = axis},
+                                              {.point = s[1].point, .axis = (axis + k) % 3}};
+        (void)kmp_angle_sum(c->r->model, lean, &angle, factor);
+        if (fabs(sin(angle)) > PARALLEL)
+            return false;
+    }
+    return true;
+}
+
+/* True if it stays parallel. */
+static bool stays_parallel(const reading *c, int axis)
+{
+    const kempe_model *model = c->r->model;
+    const kmp_touch_side *s = c->touch->side;
+    double angle, *factor = KMP_ARENA_NEW(&c->r->scratch, double, model->motion_count);
+    const kmp_measure_argument turn[3] = {{.point = s[1].point, .axis = (axis + 1) % 3},
+                                          {.point = s[0].point, .axis = (s[0].axis + 1) % 3},
+                                          {.point = s[1].point, .axis = axis}};
+    return factor && is_parallel(c, axis, factor) && kmp_angle_sum(model, turn, &angle, factor);
+}
+
+static void check_shapes(const reading *c)
+{
+    const kmp_contact_pair *touch = c->touch;
+    const kmp_touch_side *s = touch->side;
+    bool folds = false;
+    if (c->r->model->points[s[0].point].body == c->r->model->points[s[1].point].body)
+        kmp_reader_complain(c->r, c->map->place, "%s: both sides are on the same body", c->what);
+    if (s[0].shape == KMP_TOUCH_CYLINDER && s[1].shape == KMP_TOUCH_SPHERE)
+        kmp_reader_complain(c->r, c->map->place, "%s: a cylinder on a sphere is written as 'sphere' on a 'cylinder'",
+                            c->what);
+    else if (s[0].shape == KMP_TOUCH_CYLINDER && s[1].shape != KMP_TOUCH_PLANE &&
+             !stays_parallel(c, s[1].shape == KMP_TOUCH_PROFILE ? 2 : s[1].axis))
+        kmp_reader_complain(c->r, c->map->place,
+                            "%s: the axis of the first cylinder does not stay parallel to that of the %s", c->what,
+                            s[1].shape == KMP_TOUCH_PROFILE ? "profile, z" : "second one");
+    if (s[1].hollow && touch->radius[1].value > 0 && touch->radius[0].value >= touch->radius[1].value)
+        kmp_reader_complain(c->r, c->map->place, "%s: radius %.6g m does not fit inside radius %.6g m", c->what,
+                            touch->radius[0].value, touch->radius[1].value);
+    if (s[1].shape != KMP_TOUCH_PROFILE || !s[1].table || !s[1].table->table)
+        return;
+    kmp_reader_fix(c->r, &touch->radius[0]);
+    kmp_table *curve = kmp_parallel_curve(s[1].table->table, touch->radius[0].value, &folds);
+    kmp_table_free(curve);
+    if (folds)
+        kmp_reader_complain(c->r, c->map->place,
+                            "%s: somewhere the profile is hollow with a smaller radius than "
+                            "%.6g m: it would touch at two places",
+                            c->what, touch->radius[0].value);
+}
+
+bool kmp_read_touch(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_contact_pair *touch)
+{
+    const reading c = {r, map, what, touch};
+    int kind = kmp_read_one_key(r, map, what, KMP_NAMES_OF(firsts));
+    *touch = (kmp_contact_pair){.motion = -1, .side = {{.point = -1}, {.point = -1}}};
+    if (kind < 0)
+        return false;
+    for (int k = 0; k < 2 && kind > 0; k++)
+        refuse_key(&c, map, k ? "upper" : "lower", firsts[kind]);
+    for (int k = 0; k < 3 && kind < 2; k++)
+        refuse_key(&c, map, (const char *const[]){"on", "radius", "axis"}[k], firsts[kind]);
+    if (kind == 0)
+        read_stop(&c);
+    if (kind == 1)
+        read_gap(&c);
+    if (kind < 2)
+        return touch->motion >= 0 || touch->gap;
+    const kmp_yaml *on = kmp_read_required(r, map, what, "on");
+    bool good = read_first(&c, kind);
+    good = on && read_second(&c, on) && good;
+    if (good)
+        check_shapes(&c);
+    return good;
+}
+
+/* -- the rigid law ------------------------------------------------------------------------------------------------ */
+
+/* A joint with clearance and its contact have one name. */
+static void check_name(kmp_reader *r, kmp_place place, const char *name, bool journal)
+{
+    if (kmp_name_find(KMP_NAMED(r->model, force), name) >= 0)
+        kmp_reader_complain(r, place, "a contact cannot have the name '%s' of a force", name);
+    if (!journal && kmp_name_find(KMP_NAMED(r->model, closure), name) >= 0)
+        kmp_reader_complain(r, place,
+                            "a contact cannot have the name '%s' of a loop or drive: lambda(%s) would be "
+                            "ambiguous",
+                            name, name);
+}
+
+static kmp_force *add_force(kmp_reader *r, const char *name, kmp_place place, kmp_force_kind kind)
+{
+    kmp_force *force = &r->model->forces[r->model->force_count++];
+    *force = (kmp_force){.name = name, .kind = kind, .place = place, .motion = -1, .point = {-1, -1}};
+    return force;
+}
+
+static void add_row(kmp_reader *r, kmp_force *force, const char *kind)
+{
+    kempe_model *model = r->model;
+    force->closure = model->closure_count++;
+    model->closures[force->closure] = (kmp_closure){.name = force->name,
+                                                    .kind = kind,
+                                                    .place = force->place,
+                                                    .point = {-1, -1},
+                                                    .motion = -1,
+                                                    .force = (int)(force - model->forces),
+                                                    .power = force->turns ? 0 : 1};
+}
+
+static bool read_restitution(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_number *number)
+{
+    const kmp_yaml *node = kmp_read_required(r, map, what, "restitution");
+    const char *of = kmp_reader_say(r, "the restitution of %s", what);
+    if (!node || !kmp_read_number(r, node, of, KMP_DIM_NUMBER, number))
+        return false;
+    return (number->value >= 0 && number->value <= 1) ||
+           kmp_reader_complain(r, node->place, "%s is %.6g: it is from 0 to 1", of, number->value);
+}
+
+static bool is_of_joint(const kmp_yaml *map)
+{
+    return kmp_yaml_get(map, "journal") || kmp_yaml_get(map, "socket") || kmp_yaml_get(map, "guide");
+}
+
+/* Friction of a contact; across: as in kmp_force. */
+static void add_friction(kmp_reader *r, kmp_place place, const char *name, kmp_number mu, const kmp_force *contact,
+                         int across)
+{
+    check_name(r, place, name, false);
+    kmp_force *friction = add_force(r, name, place, KMP_FORCE_FRICTION);
+    friction->level = mu;
+    friction->contact = 1 + (int)(contact - r->model->forces);
+    friction->across = across;
+    add_row(r, friction, "friction");
+}
+
+static void read_friction(kmp_reader *r, const kmp_yaml *map, const char *what, const kmp_force *contact)
+{
+    const kmp_yaml *node = kmp_yaml_get(map, "friction");
+    const char *of = kmp_reader_say(r, "the friction of %s", what);
+    kmp_number mu = {0};
+    if (!node || !kmp_read_number(r, node, of, KMP_DIM_NUMBER, &mu) ||
+        !kmp_check_rule(r, node, of, KMP_FIELD_NOT_NEGATIVE, mu.value, "") || (mu.value == 0 && !mu.expr))
+        return;
+    const kmp_contact_pair *touch = &contact->touch;
+    bool along = touch->way || touch->slip;
+    if (!along && touch->side[0].point < 0) {
+        if (!is_of_joint(map))
+            kmp_reader_complain(r, node->place, "%s: a stop has no surface to slide on", of);
+        else
+            (void)kmp_read_required(r, map, what, "radius");
+        return;
+    }
+    if (along || kmp_touch_plane(r->model, touch) >= 0) {
+        add_friction(r, node->place, kmp_arena_printf(&r->model->arena, "%s_friction", contact->name), mu, contact, 0);
+        return;
+    }
+    for (int k = 1; k <= 2; k++)
+        add_friction(r, node->place, kmp_arena_printf(&r->model->arena, "%s_friction%d", contact->name, k), mu, contact,
+                     k);
+}
+
+/* Surfaces, a stop, or the parts of a joint with clearance. */
+static bool read_geometry(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_force *force)
+{
+    kmp_journal journal = {0};
+    if (kmp_yaml_get(map, "guide"))
+        return kmp_read_guide(r, map, what, force, &force->touch);
+    if (!is_of_joint(map))
+        return kmp_read_touch(r, map, what, &force->touch);
+    if (!kmp_read_journal(r, map, what, force, &journal))
+        return false;
+    kmp_read_journal_gap(r, force, &journal, &force->touch);
+    return force->touch.gap;
+}
+
+static void read_contact(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_force *force)
+{
+    if (kmp_yaml_get(map, "law") || kmp_yaml_get(map, "force")) {
+        force->kind = KMP_FORCE_COMPLIANT;
+        if (kmp_read_map(r, map, what, contact_keys))
+            kmp_read_compliant(r, map, what, force);
+        return;
+    }
+    /* Keys of a contact with a law. */
+    bool of_joint = is_of_joint(map);
+    static const char *const keys[] = {"slip",       "stiffness", "exponent",  "damping", "young",  "poisson", "radii",
+                                       "least_rate", "film",      "clearance", "length",  "corner", "height"};
+    int first = -1, count = of_joint ? 9 : 13;
+    if (kmp_count_keys(map, KMP_NAMES(keys, count), &first) > 0)
+        kmp_reader_complain(r, kmp_yaml_get(map, keys[first])->place,
+                            "%s: the key '%s' belongs to a contact with a 'law', or with a 'force'", what, keys[first]);
+    if (!kmp_read_map(r, map, what, contact_keys) || !read_geometry(r, map, what, force) ||
+        !read_restitution(r, map, what, &force->restitution))
+        return;
+    force->turns = force->touch.turns;
+    add_row(r, force, "touch");
+    read_friction(r, map, what, force);
+}
+
+int kmp_contacts_count(const kmp_yaml *root)
+{
+    const kmp_yaml *map = kmp_yaml_get(root, "contacts");
+    return map ? 3 * map->count : 0;
+}
+
+void kmp_read_contacts(kmp_reader *r)
+{
+    kmp_section s = kmp_read_section(r, "contacts", "contact");
+    while (kmp_section_next(&s)) {
+        bool law = kmp_yaml_get(s.node, "law") || kmp_yaml_get(s.node, "force");
+        check_name(r, s.key->place, s.name, law && is_of_joint(s.node));
+        read_contact(r, s.node, s.what, add_force(r, s.name, s.key->place, KMP_FORCE_TOUCH));
+    }
+}

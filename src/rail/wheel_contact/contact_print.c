@@ -1,0 +1,364 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A table of contacts as text, JSON and CSV. */
+#include "output/print.h"
+#include "output/result_table.h"
+#include "rail/wheel_contact/contact_sweep.h"
+#include <kempe/contact.h>
+#include <kempe/vehicle.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+const char *kmp_contact_unit(const kempe_contacts *t, int k)
+{
+    int hold = t->lead[k].hold;
+    return hold < 0 ? "" : kmp_quantity_unit(t->system, KMP_QUANTITY_Q, t->hold[hold].coordinate);
+}
+
+kmp_shown kmp_contact_shown(const kempe_contacts *t, const char *unit)
+{
+    return kmp_shown_as(t->given->context, unit);
+}
+
+static const char *wheel_name(const kempe_contacts *t, int wheel)
+{
+    return t->system->model->wheels[wheel].name;
+}
+
+/* -- text -------------------------------------------------------------------------------------------- */
+
+static void show_patch(kmp_text *text, const kempe_contacts *t, const kempe_contact_patch *p)
+{
+    double angle = kmp_contact_shown(t, "rad").factor * p->angle;
+    const double shown[] = {p->s * 1e3, p->y * 1e3, angle,       p->radius * 1e3, p->normal, p->slip[0],
+                            p->slip[1], p->spin,    p->force[0], p->force[1],     p->moment};
+    for (size_t k = 0; k < sizeof shown / sizeof *shown; k++)
+        kmp_print_cells(text, "  %10.5g", shown[k]);
+    if (t->has_law)
+        kmp_print_cells(text, "  %10.5g  %10.5g", p->by_law[0], p->by_law[1]);
+    if (t->pressure != KMP_PRESSURE_NONE)
+        kmp_print_cells(text, "  %10.5g  %10.5g  %10.5g  %5d", p->pressure * 1e-6, p->area * 1e6, p->approach * 1e6,
+                        p->lobes);
+    kmp_text_put(text, p->one_ellipse ? "\n" : "  no ellipse\n");
+}
+
+static void show_rows(kmp_text *text, const kempe_contacts *t)
+{
+    char angle[16];
+    (void)snprintf(angle, sizeof angle, "angle, %s", kmp_contact_shown(t, "rad").unit);
+    const char *const heads[] = {"wheel, mm", "rail, mm",  angle,   "radius, mm", "N",      "along",
+                                 "across",    "spin, 1/m", "Fx, N", "Fy, N",      "Mz, N m"};
+    double factor = kmp_contact_shown(t, kmp_contact_unit(t, 0)).factor;
+    int width = 5;
+    for (int w = 0; w < t->wheel_count; w++)
+        width = (int)fmax(width, (double)strlen(wheel_name(t, w)));
+    kmp_text_printf(text, "\n%12s  %-*s %4s", t->over.range[0].name, width, "wheel", "zone");
+    for (size_t k = 0; k < sizeof heads / sizeof *heads; k++)
+        kmp_text_printf(text, "  %10s", heads[k]);
+    if (t->has_law)
+        kmp_text_printf(text, "  by %s: Fx, Fy", kmp_contact_law_word(t));
+    if (t->pressure != KMP_PRESSURE_NONE)
+        kmp_text_printf(text, "  %10s  %10s  %10s  %5s", "p, MPa", "area, mm2", "approach", "lobes");
+    kmp_text_put(text, "\n");
+    for (int row = 0; row < t->count; row++)
+        for (int w = 0; w < t->wheel_count; w++) {
+            int touching = 0;
+            for (int z = 0; z < kempe_contacts_zone_count(t, w); z++) {
+                const kempe_contact_patch *p = kempe_contacts_patch(t, row, w, z);
+                if (!p->touches)
+                    continue;
+                kmp_text_printf(text, "%12.6g  %-*s %4d", factor * t->value[row], width, wheel_name(t, w), z + 1);
+                show_patch(text, t, p);
+                touching++;
+            }
+            if (touching == 0)
+                kmp_text_printf(text, "%12.6g  %-*s    -  no contact\n", factor * t->value[row], width,
+                                wheel_name(t, w));
+        }
+}
+
+static bool has_other_patches(const kempe_contacts *t)
+{
+    for (int row = 0; row < t->count; row++)
+        for (int w = 0; w < t->wheel_count; w++)
+            for (int z = 0; z < kempe_contacts_zone_count(t, w); z++)
+                if (kempe_contacts_patch(t, row, w, z)->one_ellipse == 0)
+                    return true;
+    return false;
+}
+
+/* Why some amplitudes have no conicity. */
+static void say_unknown(kmp_text *text, const kempe_contacts *t)
+{
+    const kmp_conicities *c = &t->conicities;
+    for (int k = 0; k < c->count; k++)
+        if (isnan(c->at[k].conicity)) {
+            kmp_text_printf(text, "  no motion with an amplitude of %.6g mm is inside ", c->at[k].amplitude * 1e3);
+            if (c->points > 1)
+                kmp_text_printf(text,
+                                "y = %.6g to %.6g mm, where both wheels touch: sweep '%s' farther to both sides\n",
+                                c->y[0] * 1e3, c->y[c->points - 1] * 1e3, t->over.range[0].name);
+            else
+                kmp_text_printf(text, "the table: fewer than two values have contact at both wheels\n");
+            return;
+        }
+}
+
+static void show_conicities(kmp_text *text, const kempe_contacts *t)
+{
+    const kmp_conicities *c = &t->conicities;
+    if (c->count == 0)
+        return;
+    kmp_text_printf(text,
+                    "\nequivalent conicity of %s and %s (EN 15302), contacts %.6g mm apart, mean radius %.6g mm\n",
+                    wheel_name(t, c->wheel[0]), wheel_name(t, c->wheel[1]), c->base * 1e3, c->radius * 1e3);
+    say_unknown(text, t);
+    kmp_text_printf(text, "%13s  %10s  %10s  %13s  %10s  %10s\n", "amplitude, mm", "conicity", "error", "wavelength, m",
+                    "from, mm", "to, mm");
+    for (int k = 0; k < c->count; k++) {
+        const kmp_conicity *at = &c->at[k];
+        kmp_print_cells(text, "%13.6g  %10.5g  %10.5g     %10.5g  %10.5g  %10.5g\n", at->amplitude * 1e3, at->conicity,
+                        at->error, at->wavelength, at->low * 1e3, at->high * 1e3);
+    }
+    if (!isnan(c->nonlinearity))
+        kmp_text_printf(text, "nonlinearity parameter (conicity at 4 mm less that at 2 mm, over 2 mm): %.4g 1/mm\n",
+                        c->nonlinearity * 1e-3);
+    kmp_text_put(text, "error: the difference from the conicity of every second value and the same points between; "
+                       "from, to: the\nends of the motion, positive to the left\n");
+}
+
+static const char *trust_of(kmp_pressure_method method)
+{
+    switch (method) {
+    case KMP_PRESSURE_KP:
+        return "an approximation, pressures 5 to 20 % below those of one ellipse";
+    case KMP_PRESSURE_ANALYN:
+        return "an approximation: with two lobes pressures are off by up to 12 %, areas by up to 35 %";
+    default:
+        return "elastic half-spaces on a grid, pressures within 1 %, areas within 2 % of their solution";
+    }
+}
+
+static void say_pressures(kmp_text *text, const kempe_contacts *t)
+{
+    if (t->pressure == KMP_PRESSURE_NONE)
+        return;
+    kmp_text_printf(
+        text,
+        "p: largest pressure by %s under the normal force N, with the area of all lobes and the approach in "
+        "um;\n%s (docs/contact.md)\n",
+        kmp_pressure_word(t->pressure), trust_of(t->pressure));
+    if (t->unknown_pressures > 0)
+        kmp_text_printf(
+            text, "-: patches without pressure: %d; their contact would reach the end of a zone or of a profile\n",
+            t->unknown_pressures);
+    if (t->unknown_forces > 0)
+        kmp_text_printf(text, "-: patches without forces by half-space: %d; their tractions do not become steady\n",
+                        t->unknown_forces);
+}
+
+static void show_all(kmp_text *text, const void *result)
+{
+    const kempe_contacts *t = result;
+    kmp_text_printf(text, "%s: %s, %d of %d values\n", t->system->model->name, kmp_status_word(t->status), t->count,
+                    t->requested);
+    for (int k = 0; k < t->over.count; k++) {
+        const kmp_range *r = &t->over.range[k];
+        kmp_shown as = kmp_contact_shown(t, kmp_contact_unit(t, k));
+        if (r->from != r->to)
+            kmp_text_printf(text, "  %s swept from %.9g to %.9g %s\n", r->name, as.factor * r->from, as.factor * r->to,
+                            as.unit);
+        else
+            kmp_text_printf(text, "  %s is %.9g %s\n", r->name, as.factor * r->from, as.unit);
+    }
+    /* Other fixed coordinates, and steady rates. */
+    const kempe_model *model = t->system->model;
+    for (int k = 0; k < t->hold_count; k++) {
+        int c = t->hold[k].coordinate;
+        const char *unit = kmp_print_unit(t->system, c);
+        if (t->hold[k].how == KMP_RATE_FREED)
+            kmp_text_printf(text, "  %s turns at the rate without driving torque, at first %.6g %s/s\n",
+                            model->motions[c].name, t->count ? kmp_print_value(t->system, c, t->qd[c]) : NAN, unit);
+        else if (t->hold[k].rate != 0)
+            kmp_text_printf(text, "  %s turns at the prescribed rate %.6g %s/s\n", model->motions[c].name,
+                            kmp_print_value(t->system, c, t->hold[k].rate), unit);
+    }
+    if (t->reason)
+        kmp_text_printf(text, "  %s\n", t->reason);
+    kmp_text_printf(text, "  the other coordinates are balanced to %.1e, %d iterations\n", t->residual, t->iterations);
+    show_rows(text, t);
+    kmp_text_printf(text,
+                    "\nwheel, rail: lateral positions, outwards, from the nominal radius and the track centre; along, "
+                    "across:\ncreepages of the wheel, forwards and to the left; forces and moment on the wheel\n");
+    if (has_other_patches(t))
+        kmp_text_put(text, "no ellipse: the contact patch is not the ellipse assumed for a, b and the creep forces; "
+                           "pressures may be several\ntimes 3 N / (2 pi a b) (docs/contact.md)\n");
+    say_pressures(text, t);
+    show_conicities(text, t);
+}
+
+/* -- JSON -------------------------------------------------------------------------------------------- */
+
+static const kmp_outline *outline_of(const kempe_contacts *t, const kempe_contact_patch *p)
+{
+    return &t->outline[p - t->patch];
+}
+
+static void put_patch(kmp_json *json, const kempe_contacts *t, const kempe_contact_patch *p)
+{
+    kmp_json_put(json, "{ touches %i s %g y %g angle %g radius %g normal %g", p->touches, p->s, p->y, p->angle,
+                 p->radius, p->normal);
+    kmp_json_numbers(json, "slip", 2, p->slip);
+    kmp_json_number(json, "spin", p->spin);
+    kmp_json_numbers(json, "force", 2, p->force);
+    kmp_json_put(json, "moment %g a %g b %g", p->moment, p->a, p->b);
+    if (p->one_ellipse < 0)
+        kmp_json_string(json, "one_ellipse", NULL);
+    else
+        kmp_json_boolean(json, "one_ellipse", p->one_ellipse);
+    if (t->has_law)
+        kmp_json_numbers(json, "by_law", 2, p->by_law);
+    if (t->pressure != KMP_PRESSURE_NONE) {
+        /* The numbers of a patch for the method of the options, and its outline. */
+        const kmp_outline *of = outline_of(t, p);
+        kmp_json_put(json, "pressure %g area %g approach %g lobes %d outline [", p->pressure, p->area, p->approach,
+                     p->lobes);
+        for (int k = 0; k < of->count; k++) {
+            const kmp_outline_strip *s = &of->strip[k];
+            kmp_json_put(json, "{ lobe %d y %g from %g to %g pressure %g }", s->lobe, s->y, s->from, s->to,
+                         s->pressure);
+        }
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
+static void put_conicities(kmp_json *json, const kempe_contacts *t)
+{
+    const kmp_conicities *c = &t->conicities;
+    if (c->count == 0)
+        return;
+    kmp_json_put(json, "conicity { left %s right %s base %g radius %g nonlinearity %g", wheel_name(t, c->wheel[0]),
+                 wheel_name(t, c->wheel[1]), c->base, c->radius, c->nonlinearity);
+    kmp_json_numbers(json, "y", c->points, c->y);
+    kmp_json_numbers(json, "difference", c->points, c->difference);
+    kmp_json_array(json, "rows");
+    for (int k = 0; k < c->count; k++)
+        kmp_json_put(json, "{ amplitude %g conicity %g error %g wavelength %g low %g high %g }", c->at[k].amplitude,
+                     c->at[k].conicity, c->at[k].error, c->at[k].wavelength, c->at[k].low, c->at[k].high);
+    kmp_json_put(json, "] }");
+}
+
+static void show_json(kmp_text *text, const void *result)
+{
+    const kempe_contacts *t = result;
+    kmp_json json = kmp_json_begin(text);
+    kmp_print_head(&json, t->system, kmp_status_word(t->status), t->reason, t->system->build_s, t->warnings);
+    kmp_json_put(&json, "over %s unit %s law %s pressure %s residual %g iterations %d cpu_s %g rows [",
+                 t->over.range[0].name, kmp_contact_unit(t, 0), kmp_contact_law_word(t), kmp_pressure_word(t->pressure),
+                 t->residual, t->iterations, t->cpu_s);
+    for (int row = 0; row < t->count; row++) {
+        kmp_json_put(&json, "{ value %g", t->value[row]);
+        kmp_print_entries(&json, "q", t->system, KMP_QUANTITY_Q, t->q + (ptrdiff_t)row * t->system->n);
+        kmp_print_entries(&json, "qd", t->system, KMP_QUANTITY_QD, t->qd + (ptrdiff_t)row * t->system->n);
+        kmp_json_object(&json, "wheels");
+        for (int w = 0; w < t->wheel_count; w++) {
+            kmp_json_array(&json, wheel_name(t, w));
+            for (int z = 0; z < kempe_contacts_zone_count(t, w); z++)
+                put_patch(&json, t, kempe_contacts_patch(t, row, w, z));
+            kmp_json_end(&json);
+        }
+        kmp_json_put(&json, "} }");
+    }
+    kmp_json_put(&json, "]");
+    put_conicities(&json, t);
+    kmp_json_put(&json, "}");
+}
+
+KMP_PRINT(kempe_contacts, contacts, contacts->given->context, show_json, show_all)
+
+/* -- tables ------------------------------------------------------------------------------------------ */
+
+static void fill_row(kempe_table *to, const kempe_contacts *t, int row, int wheel, int zone)
+{
+    const kempe_contact_patch *p = kempe_contacts_patch(t, row, wheel, zone);
+    KMP_TABULATE(to, "%g %s %d %d %g %g %g %g %g", t->value[row], wheel_name(t, wheel), zone + 1, p->touches, p->s,
+                 p->y, p->angle, p->radius, p->normal);
+    kmp_tabulate_cells(to, "%g %g %g %g %g %g %g %g", p->slip[0], p->slip[1], p->spin, p->force[0], p->force[1],
+                       p->moment, p->a, p->b);
+    kmp_tabulate_numbers(to, t->has_law ? 2 : 0, p->by_law);
+    kmp_tabulate_number(to, p->one_ellipse < 0 ? NAN : (double)p->one_ellipse);
+    if (t->pressure != KMP_PRESSURE_NONE)
+        kmp_tabulate_cells(to, "%g %g %g %d", p->pressure, p->area, p->approach, p->lobes);
+}
+
+static void fill_rows(kempe_table *to, const void *result)
+{
+    const kempe_contacts *t = result;
+    kmp_tabulate_column(to, kmp_contact_unit(t, 0), "%s", t->over.range[0].name);
+    kmp_tabulate_columns(to,
+                         "wheel[words] zone touches s[m] y[m] angle[rad] radius[m] normal[N] slip.x slip.y spin[1/m] "
+                         "force.x[N] force.y[N] moment[N m] a[m] b[m]");
+    kmp_tabulate_columns(to, t->has_law ? "by_law.x[N] by_law.y[N] one_ellipse" : "one_ellipse");
+    if (t->pressure != KMP_PRESSURE_NONE)
+        kmp_tabulate_columns(to, "pressure[Pa] area[m2] approach[m] lobes");
+    kmp_tabulate_apart(to);
+    for (int row = 0; row < t->count; row++)
+        for (int w = 0; w < t->wheel_count; w++)
+            for (int z = 0; z < kempe_contacts_zone_count(t, w); z++)
+                fill_row(to, t, row, w, z);
+}
+
+static void fill_outline(kempe_table *to, const void *result)
+{
+    const kempe_contacts *t = result;
+    kmp_tabulate_column(to, kmp_contact_unit(t, 0), "%s", t->over.range[0].name);
+    kmp_tabulate_columns(to, "wheel[words] zone lobe y[m] from[m] to[m] pressure[Pa]");
+    for (int row = 0; t->outline && row < t->count; row++)
+        for (int w = 0; w < t->wheel_count; w++)
+            for (int z = t->first[w]; z < t->first[w + 1]; z++) {
+                const kmp_outline *of = outline_of(t, kempe_contacts_patch(t, row, w, z - t->first[w]));
+                for (int k = 0; k < of->count; k++) {
+                    const kmp_outline_strip *s = &of->strip[k];
+                    KMP_TABULATE(to, "%g %s %d %d %g %g %g %g", t->value[row], wheel_name(t, w), z - t->first[w] + 1,
+                                 s->lobe, s->y, s->from, s->to, s->pressure);
+                }
+            }
+}
+
+static void fill_states(kempe_table *to, const void *result)
+{
+    const kempe_contacts *t = result;
+    int n = t->system->n;
+    kmp_tabulate_column(to, kmp_contact_unit(t, 0), "%s", t->over.range[0].name);
+    kmp_tabulate_quantity(to, t->system, KMP_QUANTITY_Q);
+    kmp_tabulate_quantity(to, t->system, KMP_QUANTITY_QD);
+    for (int row = 0; row < t->count; row++) {
+        kmp_tabulate_row(to);
+        kmp_tabulate_number(to, t->value[row]);
+        kmp_tabulate_values(to, t->system, KMP_QUANTITY_Q, t->q + (ptrdiff_t)row * n);
+        kmp_tabulate_values(to, t->system, KMP_QUANTITY_QD, t->qd + (ptrdiff_t)row * n);
+    }
+}
+
+static void fill_conicities(kempe_table *to, const void *result)
+{
+    const kempe_contacts *t = result;
+    kmp_tabulate_columns(to, "amplitude[m] conicity error wavelength[m] low[m] high[m]");
+    for (int k = 0; k < t->conicities.count; k++) {
+        const kmp_conicity *at = &t->conicities.at[k];
+        KMP_TABULATE(to, "%g %g %g %g %g %g", at->amplitude, at->conicity, at->error, at->wavelength, at->low,
+                     at->high);
+    }
+}
+
+static void fill_radii(kempe_table *to, const void *result)
+{
+    const kmp_conicities *c = &((const kempe_contacts *)result)->conicities;
+    kmp_tabulate_columns(to, "y[m] difference[m]");
+    for (int k = 0; k < c->points; k++)
+        KMP_TABULATE(to, "%g %g", c->y[k], c->difference[k]);
+}
+
+KMP_TABLES(kempe_contacts, contacts, contacts->given->context, {"rows", fill_rows}, {"states", fill_states},
+           {"conicity", fill_conicities}, {"radii", fill_radii}, {"outline", fill_outline})

@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* A block's program at many places at once: each instruction at all of them; values that depend on the places alone are
+ * computed when the scan is made. The bits are those of one place after another. */
+#pragma once
+
+#include "symbolic/program.h"
+#include "symbolic/row_code.h"
+#include <stddef.h>
+
+typedef struct kmp_scan kmp_scan;
+
+enum { KMP_SCAN_GROUP = 8 }; /* places that are run together */
+
+/** Values times `sign`. That of a place is at `row + (place & by_place) + (slot & by_slot)`, and those of its group of
+ * eight follow the first one's. The masks have all bits or none: by place are the values that depend on the place
+ * alone, by slot those that depend on arguments too, and those of arguments alone are eight equal ones. */
+typedef struct kmp_scan_row {
+    const double *row;
+    size_t by_place, by_slot;
+    double sign;
+} kmp_scan_row;
+
+static inline const double *kmp_scan_at(const kmp_scan_row *row, size_t place, size_t slot)
+{
+    return row->row + (place & row->by_place) + (slot & row->by_slot);
+}
+
+/** A scan of a block at places: values of unknown 0, padded to a multiple of eight with the first. `rows` writes
+ * machine code for it; NULL: it is interpreted, with the same bits. NULL: no memory. */
+kmp_scan *kmp_scan_new(const kmp_program_block *block, int places, const double *place, kmp_row_writer *rows);
+void kmp_scan_free(kmp_scan *scan);
+
+/** kmp_scan_set: sets the arguments. The others run a stage (1, 2) of the block's program in these groups of eight, and
+ * read output k of the stage there. Groups begin at place first[0] and so on; what depends on arguments is kept in
+ * slots, as many places as groups need, from `slot` on: few, and near each other in memory. The stage before must have
+ * run in the same groups and slots. No allocation. */
+void kmp_scan_set(kmp_scan *scan, const double *arguments);
+void kmp_scan_groups(kmp_scan *scan, int stage, size_t count, const size_t *first, size_t slot);
+kmp_scan_row kmp_scan_output(const kmp_scan *scan, int stage, int k);
+
+/** Operations since the scan was made, of all arguments and places, those that fill groups of eight included. */
+kmp_counts kmp_scan_count(const kmp_scan *scan);
+
+/** The block's merits at its candidates, which are the places, for its arguments; padded to a multiple of eight. No
+ * allocation. */
+const double *kmp_scan_run(kmp_scan *scan, const double *arguments);
