@@ -27,8 +27,8 @@ if(missing)
     return()
 endif()
 
-file(GLOB unit_sources CONFIGURE_DEPENDS src/unit/*.c)
-set(runtime ${PROJECT_SOURCE_DIR}/src/generate/runtime)
+file(GLOB unit_sources CONFIGURE_DEPENDS src/exchange/fmu_library/*.c)
+set(runtime ${PROJECT_SOURCE_DIR}/src/exchange/simulator)
 add_library(kempe_unit MODULE ${unit_sources} ${PROJECT_BINARY_DIR}/simulator/kempe_fmu.c ${runtime}/kempe_fmi2.c
     ${runtime}/kempe_fmi3.c integrators/sundials/linear.c)
 set_target_properties(kempe_unit PROPERTIES PREFIX "" OUTPUT_NAME kempe_unit C_VISIBILITY_PRESET hidden)

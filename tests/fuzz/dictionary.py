@@ -49,7 +49,7 @@ def model():
 
 
 def xml(*sources):
-    tags = sorted({word for pattern in sources for source in ROOT.glob(f"src/model/formats/{pattern}") for word in texts(source)})
+    tags = sorted({word for pattern in sources for source in ROOT.glob(f"src/exchange/formats/{pattern}") for word in texts(source)})
     syntax = ["<![CDATA[", "]]>", "<!--", "-->", "&#65;", "&lt;", "<!DOCTYPE a [<!ENTITY b 'c'>]>", "<?xml version='1.0'?>",
               " a='b'", "encoding='utf-16'"]
     return [f"<{tag}>" for tag in tags] + [f"</{tag}>" for tag in tags] + tags + syntax

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* modelDescription.xml. The order of variables and their value references are those of kempe_fmu.h. */
 #include "base/memory.h"
-#include "exchange/fmu/unit_parts.h"
 #include "exchange/simulator/kempe_fmu.h"
+#include "exchange/fmu/unit_parts.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
 #include <ctype.h>

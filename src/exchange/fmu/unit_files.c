@@ -2,8 +2,8 @@
 /* The table of the unit in C, and its page. */
 #include "backend/time_scales.h"
 #include "exchange/code/language.h"
-#include "exchange/fmu/unit_parts.h"
 #include "exchange/simulator/kempe_fmu.h"
+#include "exchange/fmu/unit_parts.h"
 #include "model/data/model.h"
 #include <stdio.h>
 
