@@ -36,9 +36,9 @@ KEMPE = "kempe"  # set by main
 QUICK_CC = "cc"  # without optimisation, set where commands run
 FULL = "KEMPE_FULL" in os.environ
 os.environ["BROWSER"] = "true"  # `kempe view` opens nothing
-# With KEMPE_FULL=1 alone: tests/bogie_track.py has other modes of the same model, docs/problems.py runs of the same two, another
-# page the same cycles of all outputs.
-LONG = ("--sweep V=60:75:16 --outputs q(y1) --svg diagram.svg", "--sweep speed=0.5:20:40", "compare examples/wheelset/wheelset.yaml", "compare examples/four_bar/four_bar_ill.yaml")
+# With KEMPE_FULL=1 alone: tests/bogie_track.py has other modes of the same model, docs/problems.py runs of the same two,
+# tests/limit_cycles.py the same cycles.
+LONG = ("cycles examples/cooperrider/cooperrider.yaml --set start=0 --sweep V=60:75:16", "--sweep speed=0.5:20:40", "compare examples/wheelset/wheelset.yaml", "compare examples/four_bar/four_bar_ill.yaml")
 # Commands that a page shows for an end before their end (1) or a doubt (5), by their page and first words. All others exit with 0.
 ENDS = {
     ("docs/howto.md", "equilibrium friction.yaml --stick"): 5,
@@ -90,9 +90,9 @@ def commands(page):
 
 
 def shortened(line):
-    """Comparisons at two tolerances, the first two that are listed or 1e-4 and 1e-6; sweeps of at most five values, of limit cycles two;
+    """Comparisons at two tolerances, the first two that are listed or 1e-4 and 1e-6; sweeps of at most five values, of limit cycles and ensembles two;
     units compiled without optimisation. Integers stay integers, such as the seeds of tracks."""
-    most = 2 if line[0] == "cycles" else 5
+    most = 2 if line[0] in ("cycles", "ensemble") else 5
     line = [re.sub(r"=1:(\d+):\1$", lambda m: f"=1:{min(int(m.group(1)), most)}:{min(int(m.group(1)), most)}", word) for word in line]
     line = [re.sub(r"(=[^:,]+:[^:,]+):(\d+)$", lambda m: f"{m.group(1)}:{min(int(m.group(2)), most)}", word) for word in line]
     if line[0] == "fmu" and not {"--no-binary", "--binary", "--compiler"} & set(line):
