@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Common parts of the timed programs: a model made ready, the processor's clock, medians. */
+/* Common parts of the timed studies: a model made ready, the processor's clock, medians. */
 #ifndef KEMPE_BENCH_H
 #define KEMPE_BENCH_H
 
@@ -13,6 +13,11 @@ typedef struct bench {
     kempe_model *model;
     kempe_system *system;
 } bench;
+
+/* The studies, with the arguments behind the name of the program; 0: done. */
+#define BENCH_STUDY(name, about) int bench_##name(int argc, char **argv);
+#include "bench.def"
+#undef BENCH_STUDY
 
 static inline bench bench_load(const char *path)
 {

@@ -4,7 +4,7 @@
  * Operations + - * / of the program and of what is solved with its values; microseconds, the least of some runs taken
  * alternately; the choice of auto.
  *
- *     bench_articulated [LARGEST N, 400 if absent [MODEL ...]]
+ *     bench articulated [LARGEST N, 400 if absent [MODEL ...]]
  */
 #include "base/memory.h"
 #include "base/text.h"
@@ -147,7 +147,7 @@ static void measure_file(const char *path)
     kempe_context_free(context);
 }
 
-int main(int argc, char **argv)
+int bench_articulated(int argc, char **argv)
 {
     static const int sizes[] = {4, 8, 12, 16, 20, 24, 32, 50, 100, 200, 400};
     int largest = argc > 1 ? atoi(argv[1]) : 400;

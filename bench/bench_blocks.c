@@ -3,6 +3,7 @@
  * of 16 candidates; and a block of two unknowns. Processor time of one solution, by back end, median of several. */
 #include "backend/machine.h"
 #include "base/clock.h"
+#include "bench.h"
 #include "symbolic/derivative.h"
 #include "symbolic/implicit.h"
 #include "symbolic/table_function.h"
@@ -105,7 +106,7 @@ static void measure(const char *name, int (*block)(kmp_graph *), int unknowns, c
 }
 
 /* A back end may be named. */
-int main(int argc, char **argv)
+int bench_blocks(int argc, char **argv)
 {
     static const char *const backends[] = {"tape", "native"};
     for (int k = 0; k < (argc > 1 ? 1 : 2); k++) {

@@ -4,7 +4,7 @@
  * A program whose operations wait gains as the first, one that fills the units as the second; none gains more than the
  * number of lanes.
  *
- *     bench_ceiling [SECONDS]      of each measurement */
+ *     bench ceiling [SECONDS]      of each measurement */
 #include "base/clones.h"
 #include "base/simd4.h"
 #include "bench.h"
@@ -78,7 +78,7 @@ typedef struct measurement {
     int chains;
 } measurement;
 
-int main(int argc, char **argv)
+int bench_ceiling(int argc, char **argv)
 {
     bool has_eight = kmp_has_eight();
 #ifndef __x86_64__

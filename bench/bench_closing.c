@@ -102,7 +102,7 @@ static void measure(const bench *b, const kempe_assembly *start, motion *referen
     }
 }
 
-int main(int count, char **paths)
+int bench_closing(int count, char **paths)
 {
     static const char *const usual[] = {"examples/four_bar/four_bar.yaml", "examples/andrews/andrews.yaml",
                                         "examples/stewart/stewart.yaml", "examples/suspension/suspension.yaml"};

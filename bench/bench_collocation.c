@@ -3,7 +3,7 @@
  * an error of q of 1e-6, 1e-8 and 1e-10. The error is the largest at ROWS times of the run over max(|q|, 1), against
  * the reduced formulation at rtol 1e-13. Each time is the least of several runs with one row.
  *
- *     bench_collocation [-v] [NAME ..]
+ *     bench collocation [-v] [NAME ..]
  */
 #include "base/memory.h"
 #include "bench.h"
@@ -238,7 +238,7 @@ static bool is_requested(const char *name, int count, char **names)
     return count == 0;
 }
 
-int main(int argc, char **argv)
+int bench_collocation(int argc, char **argv)
 {
     bool verbose = argc > 1 && strcmp(argv[1], "-v") == 0;
     printf("ms to an error of 1e-6, 1e-8, 1e-10 (times as fast as the best of the ways before)\n");

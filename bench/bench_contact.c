@@ -5,8 +5,8 @@
  * creep. An operation is + - * / or a function; the local unknown of the contact counts by what its iteration takes in
  * the times alone.
  *
- *     bench_contact            the table
- *     bench_contact BACKEND CASE TIMES     that case alone so many times, for callgrind */
+ *     bench contact            the table
+ *     bench contact BACKEND CASE TIMES     that case alone so many times, for callgrind */
 #include "backend/machine.h"
 #include "bench.h"
 #include <math.h>
@@ -155,7 +155,7 @@ static void put_table(bool curved)
     }
 }
 
-int main(int argc, char **argv)
+int bench_contact(int argc, char **argv)
 {
     if (argc == 4) {
         bench b = load(&scenes[atoi(argv[2]) % SCENES], false);

@@ -3,7 +3,7 @@
  * (integrators/formulations/cost_model.h) and nanoseconds, of one state and of eight in lanes, for the reduced
  * formulation of each model at its start.
  *
- *     counted_time MODEL.yaml ..
+ *     bench counted_time MODEL.yaml ..
  */
 #include "bench.h"
 #include "integrators/run/runner.h"
@@ -57,7 +57,7 @@ static void measure(const char *path)
     bench_free(&b);
 }
 
-int main(int argc, char **argv)
+int bench_counted_time(int argc, char **argv)
 {
     printf("%-20s %4s %4s | %8s %8s %6s | %8s %8s %6s\n", "model", "u", "v", "cycles", "ns", "per ns", "of lanes", "ns",
            "per ns");

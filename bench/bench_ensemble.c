@@ -5,7 +5,7 @@
  * instance, to save time. Exit code 1: lanes are less than the required number of times as fast as runs one by one,
  * which the output names, or one lane or four have other bits.
  *
- *     bench_ensemble [NAME..] [--lanes ROUNDS]      only these mechanisms; only lanes, for a profile */
+ *     bench ensemble [NAME..] [--lanes ROUNDS]      only these mechanisms; only lanes, for a profile */
 #include "base/memory.h"
 #include "bench.h"
 #include "ensemble/lanes/ensemble_run.h"
@@ -268,7 +268,7 @@ static bool measure(const mechanism *m, int lanes_alone)
     return ok;
 }
 
-int main(int argc, char **argv)
+int bench_ensemble(int argc, char **argv)
 {
     int lanes_alone = 0, names = 0;
     bool ok = true;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* ns of one evaluation of a right-hand side, back to back over states of the motion: by parts, and by the one program
  * that the formulation writes; ms of making that; and ns of a lane where the solved program runs in 4 and 8 lanes. */
+#include "bench.h"
 #include "constraints/programs/saddle_program.h"
 #include "followed_motion.h"
 #include "integrators/formulations/formulation.h"
@@ -150,7 +151,7 @@ static void measure_lanes(const bench *b, const motion *m)
     drop(&w);
 }
 
-int main(int count, char **paths)
+int bench_evaluations(int count, char **paths)
 {
     static const char *const usual[] = {"examples/four_bar/four_bar.yaml",
                                         "examples/andrews/andrews.yaml",

@@ -93,8 +93,9 @@ static void find_band(int *low, int *high)
         ++*high;
 }
 
-int main(void)
+int bench_fit(int argc, char **argv)
 {
+    (void)argc, (void)argv;
     static motion m;
     int covered[COUNT] = {0}, low, high, bad = 0;
     double sum[COUNT] = {0}, squares[COUNT] = {0}, errors[COUNT] = {0}, seconds = 0;

@@ -2,6 +2,7 @@
 /* Andrews' squeezing mechanism over 0.03 s by IDA: every form of the dae formulation with every linear solver at
  * several tolerances. Errors against the digits of reference.csv at the end, residuals over 64 rows, median time of 9
  * runs. */
+#include "bench.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/steppers/solver.h"
 #include "judged.h"
@@ -33,8 +34,9 @@ static void one(const judged *with, const kempe_assembly *start, const char *for
            1e6 * j.cpu / (double)r->newton);
 }
 
-int main(void)
+int bench_forms(int argc, char **argv)
 {
+    (void)argc, (void)argv;
     static const double rtols[] = {1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-13};
     bench b = bench_load("examples/andrews/andrews.yaml");
     kempe_assembly *start = NULL;

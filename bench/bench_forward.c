@@ -138,11 +138,11 @@ static void with_sets(stand *s, const kempe_model *model, const char *sets, cons
     kmp_source_free(&s->source);
 }
 
-int main(int argc, char **argv)
+int bench_forward(int argc, char **argv)
 {
     static stand s;
     if (argc < 4) {
-        fprintf(stderr, "usage: bench_forward MODEL STATES SECONDS\n");
+        fprintf(stderr, "usage: bench forward MODEL STATES SECONDS\n");
         return 2;
     }
     bench b = bench_load(argv[1]);

@@ -3,6 +3,7 @@
  * with -O2 and -O3, and by the programs of the library as machine code. The largest difference of an entry beside the
  * largest one of its array, and the least time of an evaluation. The exit code is 1 where a difference is above 1e-12.
  */
+#include "bench.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "exchange/simulator/kempe_simulator.h"
@@ -208,7 +209,7 @@ static double measure(const bench *b, const char *path, const char *folder)
     return off;
 }
 
-int main(int count, char **paths)
+int bench_generated(int count, char **paths)
 {
     static const char *const usual[] = {"examples/tram/tram.yaml",
                                         "examples/bogie_track/bogie_track.yaml",

@@ -3,6 +3,7 @@
  * (IFToMM A05), a tree, over 10 s, and a slider-crank with an elastic rod, a loop, over 2 s. Errors, steps, evaluations
  * and times of the implicit ways; errors against reference.csv where the governor is as it is, else against a run of
  * radau9 at rtol 1e-13. */
+#include "bench.h"
 #include "judged.h"
 #include "stiffened.h"
 #include <kempe/check.h>
@@ -80,8 +81,9 @@ static void scene(const mechanism *m, const char *stiffness, const char *digits)
     bench_free(&b);
 }
 
-int main(void)
+int bench_governor(int argc, char **argv)
 {
+    (void)argc, (void)argv;
     static const mechanism governor = {"examples/governor/governor.yaml", "K: 8e5, c: 4e4", 10, 0.5};
     static const mechanism rod = {"tests/models/elastic_rod.yaml", "K: 2e6, c: 1e4", 2, 0.1};
     printf("  %-8s %-6s %-5s | %-7s | %7s %7s %7s %6s %6s | %9s\n", "formulation", "", "rtol", "error q", "steps",

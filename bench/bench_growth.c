@@ -2,7 +2,7 @@
 /* Cost of generating the equations of large mechanisms: the trees of bench/trees.h. Each row is a process of its
  * own, so that its peak memory (VmHWM) is that of the row, reading included. Times are of one processor.
  *
- *     bench_growth [compiler; that of Kempe if absent]
+ *     bench growth [compiler; that of Kempe if absent]
  */
 #include "backend/machine.h"
 #include "base/memory.h"
@@ -289,7 +289,7 @@ static void vehicle(const char *folder)
     kempe_context_free(m.context);
 }
 
-int main(int argc, char **argv)
+int bench_growth(int argc, char **argv)
 {
     const char *folder = getenv("KEMPE_MBS");
     if (argc > 1)

@@ -2,8 +2,9 @@
 /* The hard battery: every case on every formulation, one line each with its verdict, then sweeps over 61 tolerances
  * through exact change points and a few properties that are not errors.
  *
- *     bench_hard [WORD]      only the cases with WORD in their names
+ *     bench hard [WORD]      only the cases with WORD in their names
  */
+#include "bench.h"
 #include "bench/battery.h"
 #include "bench/inconsistent.h"
 
@@ -161,7 +162,7 @@ static void equal_lengths(void)
     hard_unload(&s);
 }
 
-int main(int argc, char **argv)
+int bench_hard(int argc, char **argv)
 {
     printf("%-28s %-24s %-6s %-7s %8s %8s %8s %7s %8s  %s\n", "case", "formulation", "rtol", "status", "error",
            "residual", "energy", "steps", "CPU s", "verdict");

@@ -7,6 +7,7 @@
  * error are read off straight lines through the logarithms of the points within two decades of the error. The program
  * fails where Kempe takes more than 1.5 times the steps or the time of either at an error of 1e-6, or where a matrix by
  * hand is not the derivative of its residual. */
+#include "bench.h"
 #include "constraints/sundials_compat.h"
 #include "dae_by_hand.h"
 #include "integrators/sundials/sundials_host.h"
@@ -375,8 +376,9 @@ static double compare(const scene *s)
     return worst;
 }
 
-int main(void)
+int bench_ida_by_hand(int argc, char **argv)
 {
+    (void)argc, (void)argv;
     static scene s;
     static const char *const title[WAYS] = {"by hand", "by hand, Kempe's vectors (hand')", "Kempe"};
     bench b = bench_load("examples/andrews/andrews.yaml");

@@ -4,7 +4,7 @@
  * distance is the largest of coordinates and rates at the end from those of a separate run, beside their size. It
  * counts the instances of which both runs come to the end.
  *
- *     bench_lanes PART MODEL..      PART: of the time of each model's run */
+ *     bench lanes PART MODEL..      PART: of the time of each model's run */
 #include "base/memory.h"
 #include "bench.h"
 #include "ensemble/lanes/ensemble_run.h"
@@ -118,7 +118,7 @@ static void run(const char *path, double part)
     kempe_context_free(context);
 }
 
-int main(int argc, char **argv)
+int bench_lanes(int argc, char **argv)
 {
     double part = argc > 1 ? strtod(argv[1], NULL) : 0;
     if (!(part > 0) || argc < 3) {

@@ -2,8 +2,8 @@
 /* The laws of rolling contact: what one evaluation costs, as an expression with and without derivatives and as a
  * function of numbers, and how far each is from FASTSIM with many strips.
  *
- *     bench_laws         both tables
- *     bench_laws csv     curves of force over creep and over spin, for bench/draw_laws.py */
+ *     bench laws         both tables
+ *     bench laws csv     curves of force over creep and over spin, for bench/draw_laws.py */
 #include "backend/machine.h"
 #include "bench.h"
 #include "rail/wheel/laws.h"
@@ -218,7 +218,7 @@ static void print_curves(void)
     }
 }
 
-int main(int count, char **words)
+int bench_laws(int count, char **words)
 {
     if (count > 1 && strcmp(words[1], "csv") == 0) {
         print_curves();

@@ -3,10 +3,11 @@
  * its factors, the first factorisation with its analysis, a later one, a solution (at the start), and a run to 0.2 s
  * with rtol 1e-6, whose runs take turns; one that takes more than 2 s has no time.
  *
- *     bench_linear_solvers MODEL ...
+ *     bench linear_solvers MODEL ...
  *
  * "windows N" is a chain of N windows in a plane, whose equations stay sparse; "ring N" a closed chain of N bars with
  * two rotations each, whose mass matrix in joint coordinates is full. */
+#include "bench.h"
 #include "chain.h"
 #include "iteration_matrix.h"
 #include "linalg/sparse.h"
@@ -171,7 +172,7 @@ static void one(const char *model, const bench *b, const kempe_assembly *start)
     kmp_runner_free(run);
 }
 
-int main(int argc, char **argv)
+int bench_linear_solvers(int argc, char **argv)
 {
     printf("%-22s %5s %5s %7s | %-7s %8s %5s | %9s %9s %9s | %5s %6s %9s\n", "", "co-", "un-", "", "", "entries",
            "ratio", "us of the", "us of a", "us of a", "fac-", "so-", "ms of the");

@@ -3,7 +3,7 @@
  * assembled. Each runs on the reduced and on another formulation, `projected` where none is named; the outcomes are
  * counted, and what the formulations do not agree about is named.
  *
- *     bench_mechanisms [-i INTEGRATOR] [-f FORMULATION] [COUNT [SEED [FIRST]]]      the last one prints the model FIRST
+ *     bench mechanisms [-i INTEGRATOR] [-f FORMULATION] [COUNT [SEED [FIRST]]]      the last one prints the model FIRST
  *                                                                                   alone
  *
  * Nonzero when a wrong answer ended well without a word, when two formulations that have both converged disagree, or
@@ -14,6 +14,7 @@
  *
  * A mechanism is assembled by construction: its tree is placed at random coordinates, and each closure joins the tip of
  * a chain to the point of another body where it lies. Coordinates are then disturbed for the guess. */
+#include "bench.h"
 #include <kempe/check.h>
 #include <kempe/kempe.h>
 #include <math.h>
@@ -384,7 +385,7 @@ static outcome run_one(uint64_t seed, bool show, bool *assemblable, char *detail
     return result;
 }
 
-int main(int argc, char **argv)
+int bench_mechanisms(int argc, char **argv)
 {
     for (; argc > 2 && argv[1][0] == '-'; argc -= 2, argv += 2)
         *(argv[1][1] == 'i' ? &integrator : &other) = argv[2];

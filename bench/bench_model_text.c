@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The text of a model that bench programs make:
  *
- *     bench_model_text windows N | windows_in_space N | tree N
+ *     bench model_text windows N | windows_in_space N | tree N
  */
 #include "base/memory.h"
+#include "bench.h"
 #include "chain.h"
 #include "trees.h"
 #include <stdio.h>
@@ -14,7 +15,7 @@ static char *tree(int n)
     return tree_text(TREE_BINARY, n);
 }
 
-int main(int argc, char **argv)
+int bench_model_text(int argc, char **argv)
 {
     static const struct {
         const char *name;
@@ -27,6 +28,6 @@ int main(int argc, char **argv)
             kmp_free(text);
             return 0;
         }
-    fprintf(stderr, "usage: model_text windows|windows_in_space|tree N\n");
+    fprintf(stderr, "usage: bench model_text windows|windows_in_space|tree N\n");
     return 1;
 }

@@ -6,7 +6,7 @@
  * operations and in time as C. Without arguments: ROBOTRAN's models in the folder KEMPE_MBS and some of Kempe's own;
  * forces of the models are left out.
  *
- *     bench_numeric [--task 0..2] [--evaluations N] [FILE...]    with N: each N times, no times taken: to be counted */
+ *     bench numeric [--task 0..2] [--evaluations N] [FILE...]    with N: each N times, no times taken: to be counted */
 #include "bench/classical.h"
 #include "bench/loaded_equations.h"
 #include "bench/numeric_classical.h"
@@ -467,7 +467,10 @@ static void run_all(kempe_context *context)
         printf("KEMPE_MBS names no folder of .mbs files\n");
 }
 
-int main(int argc, char **argv)
+#ifndef BENCH_NUMERIC
+#define BENCH_NUMERIC bench_numeric /* compiled a second time with other options: bench_numeric_o2 */
+#endif
+int BENCH_NUMERIC(int argc, char **argv)
 {
     kempe_context *context = kempe_context_new();
     int evaluations = 0, first = 1;

@@ -3,8 +3,9 @@
  * formalism, and from which N on the O(N) scheme takes fewer: Fisette and Samin 1996, section 2.3, Fig. 5. There N* is
  * 12 for the linear tree and 31 for the binary one.
  *
- *     bench_opcounts [csv]
+ *     bench opcounts [csv]
  */
+#include "bench.h"
 #include "bench/formalisms.h"
 #include <stdio.h>
 #include <stdlib.h>
@@ -138,7 +139,7 @@ static void put_stars(void)
     put_star("as generated: composite bodies, O(N)", CURVE_GENERATED_COMPOSITE, CURVE_GENERATED_N);
 }
 
-int main(int argc, char **argv)
+int bench_opcounts(int argc, char **argv)
 {
     for (tree_shape s = 0; s < TREE_SHAPES; s++)
         for (int n = 1; n <= MOST; n++)

@@ -338,8 +338,9 @@ static void all_useless(void)
     }
 }
 
-int main(void)
+int bench_paper(int argc, char **argv)
 {
+    (void)argc, (void)argv;
     context = kempe_context_new();
     if (!context)
         return 1;

@@ -4,7 +4,7 @@
  * run. Those between the rows that count and the rounding of those that do not are what KMP_RANK
  * (constraints/tolerances.h) has to divide.
  *
- *     bench_ranks MODEL ... */
+ *     bench ranks MODEL ... */
 #include "bench.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/random_walk.h"
@@ -100,7 +100,7 @@ static void look_at(const char *path)
     bench_free(&b);
 }
 
-int main(int argc, char **argv)
+int bench_ranks(int argc, char **argv)
 {
     for (int k = 1; k < argc; k++)
         look_at(argv[k]);

@@ -122,8 +122,9 @@ static void compare(const gold *g, const kempe_model *model, double *log_ratio, 
     together[1] += single;
 }
 
-int main(void)
+int bench_robotran(int argc, char **argv)
 {
+    (void)argc, (void)argv;
     const char *folder = getenv("KEMPE_MBS");
     kempe_context *context = kempe_context_new();
     double log_ratio[SETS] = {0};

@@ -3,7 +3,7 @@
  * a right-hand side of the reduced and the projected formulation and a residual of the dae formulation, with all that
  * steps need besides, in total and a coordinate, and a row of the table.
  *
- *     bench_scale [LARGEST N, 2000 if absent [unequal]]
+ *     bench scale [LARGEST N, 2000 if absent [unequal]]
  */
 #include "bench.h"
 #include "chain.h"
@@ -145,7 +145,7 @@ static void measure(int n, bool unequal)
     unmake(&c);
 }
 
-int main(int argc, char **argv)
+int bench_scale(int argc, char **argv)
 {
     static const int sizes[] = {2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000};
     int largest = argc > 1 ? atoi(argv[1]) : 2000;

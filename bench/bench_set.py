@@ -5,7 +5,7 @@ import subprocess
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 GOVERNOR = "K: 8e5, c: 4e4"
-# name: model of examples or bench, or the arguments of bench_model_text; end in s; words replaced; features
+# name: model of examples or bench, or the arguments of `bench model_text`; end in s; words replaced; features
 MODELS = {
     "stop": ("bench/models/stop", 20, None, "events"),
     "quarter_car": ("examples/quarter_car/quarter_car", 3, None, "driven by the ground"),
@@ -41,7 +41,7 @@ def model_file(name, folder, program, root=ROOT):
     place = (root if source.startswith("examples") else ROOT) / f"{source}.yaml"
     if changed is None and " " not in source:
         return place
-    text = place.read_text() if changed else subprocess.run([program, *source.split()], capture_output=True, text=True, check=True).stdout
+    text = place.read_text() if changed else subprocess.run([program, "model_text", *source.split()], capture_output=True, text=True, check=True).stdout
     if changed and changed[0] not in text:
         raise ValueError(f"{place} has no {changed[0]!r}")
     made = folder / f"{name}.yaml"

@@ -4,7 +4,7 @@
  * and matrices), of linear algebra and of all the rest, which is the integrator's vectors, its tests and what is
  * watched at each step.
  *
- *     bench_shares MODEL ...
+ *     bench shares MODEL ...
  *
  * "windows N" is a chain of N windows, to 0.4 s; ROBOTRAN's models go to 5 s. Form stabilized1, rtol 1e-8. */
 #include "bench.h"
@@ -69,7 +69,7 @@ static bool load(bench *b, const char *model)
     return made;
 }
 
-int main(int argc, char **argv)
+int bench_shares(int argc, char **argv)
 {
     printf("%-14s %-7s %4s %5s %6s | %31s | %5s %6s %4s %8s | %5s %-17s | %6s\n", "", "", "co-", "un-", "", "us of one",
            "", "", "", "", "us an", "share of", "ns an");

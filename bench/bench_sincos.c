@@ -60,8 +60,9 @@ static int compare(const char *how, double range, run_fn *ours, run_fn *theirs)
     return slower;
 }
 
-int main(void)
+int bench_sincos(int argc, char **argv)
 {
+    (void)argc, (void)argv;
     static const double range[] = {0.7, 3, 20, 1000};
     int slower = 0;
     printf("%-8s %-12s %8s %8s %8s\n", "calls", "arguments", "kempe ns", "libm ns", "ratio");

@@ -276,8 +276,9 @@ static void one_right_hand_side(const bench *b, const kempe_assembly *start, con
     stand_free(&s);
 }
 
-int main(void)
+int bench_speed(int argc, char **argv)
 {
+    (void)argc, (void)argv;
     static const char *const backends[] = {"native", "tape"};
     bench b = bench_load(model_path);
     kempe_assembly *start = NULL;

@@ -6,7 +6,7 @@
  * 1e-13. All programs are made before the run. The table also has the time of their making, and the number of sweeps
  * that saves it.
  *
- *     bench_sweeps [-v] [MODEL.yaml T_END | "windows N" T_END] ..
+ *     bench sweeps [-v] [MODEL.yaml T_END | "windows N" T_END] ..
  */
 #include "base/memory.h"
 #include "bench.h"
@@ -333,7 +333,7 @@ static void solve(const char *name, double t_end, bool verbose)
     kmp_free(text);
 }
 
-int main(int argc, char **argv)
+int bench_sweeps(int argc, char **argv)
 {
     bool verbose = argc > 1 && strcmp(argv[1], "-v") == 0;
     for (int k = 1 + verbose; k + 1 < argc; k += 2)

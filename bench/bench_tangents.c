@@ -96,8 +96,9 @@ static void formulation(kempe_context *context, const char *path, const char *na
     kempe_model_free(model);
 }
 
-int main(void)
+int bench_tangents(int argc, char **argv)
 {
+    (void)argc, (void)argv;
     const char *folder = getenv("KEMPE_MBS");
     kempe_context *context = kempe_context_new();
     char path[1024];

@@ -2,7 +2,7 @@
 /* Gain by threads that share each evaluation: microseconds of calling a team for nothing, of C and jdqd, of the power
  * of forces, of a right-hand side and a Jacobian of the reduced formulation, and seconds of a run on each formulation.
  *
- *     bench_threads [MODEL [T_END [RUNS [INTEGRATOR]]]]
+ *     bench threads [MODEL [T_END [RUNS [INTEGRATOR]]]]
  *
  * By the clock on the wall, all numbers of threads in turn: an evaluation's time is the least median of many rounds, a
  * run's the least of a few. */
@@ -209,7 +209,7 @@ static bool takes_part(const char *integrator)
     return false;
 }
 
-int main(int argc, char **argv)
+int bench_threads(int argc, char **argv)
 {
     const char *model = argc > 1 ? argv[1] : "tests/models/three_bogies.yaml";
     double t_end = argc > 2 ? atof(argv[2]) : 0.1;

@@ -3,7 +3,7 @@
  * integrating with change points ignored and crossed; and how each grows from N = 100 on, as the exponent of N.
  * Seconds are the least of some runs.
  *
- *     bench_windows [LARGEST N, 1000 if absent]
+ *     bench windows [LARGEST N, 1000 if absent]
  */
 #include "bench.h"
 #include "chain.h"
@@ -132,7 +132,7 @@ static double slope(int count, const double *x, const double *y)
     return (count * sxy - sx * sy) / (count * sxx - sx * sx);
 }
 
-int main(int argc, char **argv)
+int bench_windows(int argc, char **argv)
 {
     enum { SIZES = 6, GROWING = 2 };
     static const int sizes[SIZES] = {10, 40, 100, 200, 400, 1000};

@@ -158,8 +158,9 @@ static void show(const char *name)
     bench_free(&s.b);
 }
 
-int main(void)
+int bench_workspace(int argc, char **argv)
 {
+    (void)argc, (void)argv;
     printf("microseconds of a call, of a state\n%-34s %4s %4s %12s %12s %12s %12s %12s %12s\n", "model", "n", "m",
            "evaluation", "forward", "inverse", "closing", "rows, each", "together");
     show("four_bar/four_bar");

@@ -3,8 +3,8 @@
  * those of CONTACT (examples/manchester/reference.csv) and of the approximations that it contains
  * (approximations.csv), the effect of finer grids, and processor time.
  *
- *     bench_zones         42 rows, and the largest errors of each method
- *     bench_zones finer   also grids of rectangles divided by 2 and 3 (two minutes) */
+ *     bench zones         42 rows, and the largest errors of each method
+ *     bench zones finer   also grids of rectangles divided by 2 and 3 (two minutes) */
 #include "bench.h"
 #include <kempe/rolling_contact.h>
 #include <kempe/vehicle.h>
@@ -189,7 +189,7 @@ static void print_approximations(const kempe_contacts *analyn)
     (void)fclose(f);
 }
 
-int main(int argc, char **argv)
+int bench_zones(int argc, char **argv)
 {
     method list[METHODS] = {{.pressure = NULL},         {.pressure = "kik-piotrowski"}, {.pressure = "analyn"},
                             {.pressure = "half-space"}, {.pressure = "half-space:2"},   {.pressure = "half-space:3"}};

@@ -144,14 +144,14 @@ ELSEWHERE = """## Further comparisons
 
 | problem | quantity | result | command |
 |---|---|---|---|
-| Simple pendulum, IFToMM benchmark A01, 2000 s | position, exact by elliptic functions | {a01} | `build/release/bench/bench_hard` ([recorded](../bench/results/hard.txt)) |
-| The same on a massless rod as closure | position | {rod} | `build/release/bench/bench_hard` |
+| Simple pendulum, IFToMM benchmark A01, 2000 s | position, exact by elliptic functions | {a01} | `build/release/bench/bench hard` ([recorded](../bench/results/hard.txt)) |
+| The same on a massless rod as closure | position | {rod} | `build/release/bench/bench hard` |
 | Manchester contact benchmark, case A-2.2 | places, normal forces and creep forces against CONTACT | [table](../examples/manchester/README.md) | `python3 examples/manchester/tabulate_manchester.py table.csv` |
 | Equivalent conicity, EN 15302, cases E1 to E9 | conicity from 1 to 7 mm, within the limits of the standard that include errors of a grid, and within its tolerance without them at 548 of 549 amplitudes | [table](../bench/results/conicity.txt) | `examples/conicity/tabulate_conicity.py build/release/kempe` |
 | Cooperrider's bogie | critical speed (published: 68.66 m/s), 20 limit cycles | 68.644 m/s; [table](../examples/cooperrider/README.md) | `python3 examples/cooperrider/cycles_cooperrider.py` |
-| Pendulum of 9 degrees of freedom, Fisette and Samin 1996: 18 vector steps | vector steps of M and C | {pendulum} | `build/release/bench/bench_paper` ([recorded](../bench/results/paper.txt)) |
-| Bogie of the same kind: 23 vector steps | vector steps of M and C | {bogie} | `build/release/bench/bench_paper` |
-| Models of ROBOTRAN's library | operations of M and C | [table](counts.md) | `build/release/bench/bench_robotran` ([recorded](../bench/results/robotran.txt)) |
+| Pendulum of 9 degrees of freedom, Fisette and Samin 1996: 18 vector steps | vector steps of M and C | {pendulum} | `build/release/bench/bench paper` ([recorded](../bench/results/paper.txt)) |
+| Bogie of the same kind: 23 vector steps | vector steps of M and C | {bogie} | `build/release/bench/bench paper` |
+| Models of ROBOTRAN's library | operations of M and C | [table](counts.md) | `build/release/bench/bench robotran` ([recorded](../bench/results/robotran.txt)) |
 | Random models | all results against a second implementation | [validation](validation.md) | `tests/oracle/run` ([recorded](../bench/results/oracle.txt)) |
 """
 

@@ -33,11 +33,12 @@ import problems  # noqa: E402
 import python_pages  # noqa: E402
 
 KEMPE = "kempe"  # set by main
+QUICK_CC = "cc"  # without optimisation, set where commands run
 FULL = "KEMPE_FULL" in os.environ
 os.environ["BROWSER"] = "true"  # `kempe view` opens nothing
-# With KEMPE_FULL=1 alone: tests/bogie_track.py has other modes of the same model, docs/problems.py runs of the same two, another
-# page the same cycles of all outputs.
-LONG = ("--sweep V=60:75:16 --outputs q(y1) --svg diagram.svg", "--sweep speed=0.5:20:40", "compare examples/wheelset/wheelset.yaml", "compare examples/four_bar/four_bar_ill.yaml")
+# With KEMPE_FULL=1 alone: tests/bogie_track.py has other modes of the same model, docs/problems.py runs of the same two,
+# tests/limit_cycles.py the same cycles.
+LONG = ("cycles examples/cooperrider/cooperrider.yaml --set start=0 --sweep V=60:75:16", "--sweep speed=0.5:20:40", "compare examples/wheelset/wheelset.yaml", "compare examples/four_bar/four_bar_ill.yaml")
 # Commands that a page shows for an end before their end (1) or a doubt (5), by their page and first words. All others exit with 0.
 ENDS = {
     ("docs/howto.md", "equilibrium friction.yaml --stick"): 5,
@@ -89,11 +90,13 @@ def commands(page):
 
 
 def shortened(line):
-    """Comparisons at two tolerances, the first two that are listed or 1e-4 and 1e-6; sweeps of at most five values, of limit cycles two.
-    Integers stay integers, such as the seeds of tracks."""
-    most = 2 if line[0] == "cycles" else 5
+    """Comparisons at two tolerances, the first two that are listed or 1e-4 and 1e-6; sweeps of at most five values, of limit cycles and ensembles two;
+    units compiled without optimisation. Integers stay integers, such as the seeds of tracks."""
+    most = 2 if line[0] in ("cycles", "ensemble") else 5
     line = [re.sub(r"=1:(\d+):\1$", lambda m: f"=1:{min(int(m.group(1)), most)}:{min(int(m.group(1)), most)}", word) for word in line]
     line = [re.sub(r"(=[^:,]+:[^:,]+):(\d+)$", lambda m: f"{m.group(1)}:{min(int(m.group(2)), most)}", word) for word in line]
+    if line[0] == "fmu" and not {"--no-binary", "--binary", "--compiler"} & set(line):
+        return [*line, "--compiler", QUICK_CC]
     if line[0] != "compare":
         return line
     if "--rtol" not in line:
@@ -439,7 +442,11 @@ class Models(unittest.TestCase):
 class Commands(unittest.TestCase):
     def test_lines(self):
         count = 0
+        global QUICK_CC
         with tempfile.TemporaryDirectory() as shared:
+            QUICK_CC = f"{shared}/quick_cc"
+            pathlib.Path(QUICK_CC).write_text(f'#!/bin/sh\nexec {ROOT}/tests/generate/cc_once {shared} cc "$@" -O0\n')
+            os.chmod(QUICK_CC, 0o755)
             shutil.copytree(ROOT / "examples", pathlib.Path(shared) / "examples")
             for page in PAGES:
                 with tempfile.TemporaryDirectory() as folder:

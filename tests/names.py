@@ -19,7 +19,6 @@ import subprocess
 import sys
 import tempfile
 
-LIBRARY = ("include", "src", "constraints", "integrators")
 PROGRAMS = {"", ".c", ".h", ".def", ".cpp", ".hpp", ".py", ".sh", ".js", ".html", ".css"}
 MODELS = {".yaml", ".mbs", ".urdf", ".mjcf", ".sdf"}
 GENERATED = {".c", ".h", ".cpp", ".m", ".py"}
@@ -86,10 +85,9 @@ def check_root(names):
 
 def check(root):
     names = tracked(root)
-    library = [path for path in map(pathlib.PurePosixPath, names) if path.parts[0] in LIBRARY and path.suffix in PROGRAMS]
     texts = {name: (root / name).read_text() for name in names if name.endswith((".c", ".h"))}
     headers = {name: text for name, text in texts.items() if name.startswith("include/")}
-                        *check_root(names)]
+    return len(names), [*repeated(names, PROGRAMS), *repeated(names, MODELS), *check_types(texts), *check_counts(headers), *check_root(names)]
 
 
 PLANTED = [

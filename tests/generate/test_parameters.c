@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* ctest: slow not_sanitized 2 */
 /* Numbers kept as symbols: with other values in p the equations are those of a model that has these values, whichever
  * number of it they are of. Numbers that p does not have are reported. */
 #include "backend/machine.h"

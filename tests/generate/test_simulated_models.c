@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* ctest: slow 2 */
 /* Generated simulators of models of the examples, as programs of their own: their motions are those of the library, and
  * the bits do not depend on the times at which a caller looks, nor on saving and restoring. */
 #include "full.h"
@@ -101,31 +102,37 @@ static bool has_file(const kempe_code *code, const char *name)
     return false;
 }
 
-/* The simulator's program; the name of the model as an identifier. Its common part is compiled again where it differs
- * from the one of the model before. */
+/* The simulator's program; the name of the model as an identifier. Each common source is compiled again only where it
+ * differs from that of a model before. */
 static bool build(const kempe_model *model, char name[256])
 {
     const kempe_generate_options g = {.simulator = 1, .language = "c"};
+    static const char *const parts[] = {"kempe_simulator", "kempe_friction", "kempe_charts", "kempe_events"};
+    char sources[128] = "", objects[128] = "", command[4096];
     kempe_code *code = NULL;
-    char command[4096];
     if (kempe_code_new(model, &g, &code) != KEMPE_OK || kempe_code_write(code, folder) != KEMPE_OK) {
         printf("%s\n", kempe_context_message(context));
         kempe_code_free(code);
         return false;
     }
-    const bool sticks = has_file(code, "kempe_friction.c"), turns = has_file(code, "kempe_charts.c"),
-               changes = has_file(code, "kempe_events.c");
+    for (size_t k = 0; k < sizeof parts / sizeof *parts; k++) {
+        char file[64];
+        snprintf(file, sizeof file, "%s.c", parts[k]);
+        if (has_file(code, file)) {
+            snprintf(sources + strlen(sources), sizeof sources - strlen(sources), " %s", parts[k]);
+            snprintf(objects + strlen(objects), sizeof objects - strlen(objects), " %s.o", parts[k]);
+        }
+    }
     snprintf(name, 256, "%.*s", (int)strcspn(kempe_code_file_name(code, 0), "."), kempe_code_file_name(code, 0));
     kempe_code_free(code);
     snprintf(
         command, sizeof command,
         "cd %s && compile='%s -std=c99 -ffp-contract=off -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror -I.' "
-        "&& cat kempe_simulator.[ch] kempe_runtime.h >parts && { cmp -s parts compiled_parts || "
-        "{ $compile -O1 -c kempe_simulator.c && mv parts compiled_parts; }; } "
+        "&& for part in%s; do cat $part.c kempe_simulator.h kempe_runtime.h >text && { cmp -s text $part.text || "
+        "{ $compile -O1 -c $part.c && mv text $part.text; } || exit 1; }; done "
         "&& $compile -O0 -DMODEL=%s -DMODEL_HEADER='\"%s_simulator.h\"' -o run %s/tests/generate/simulated_run.c "
-        "%s.c %s_simulator.c kempe_simulator.o %s %s %s -lm",
-        folder, KEMPE_CC, name, name, KEMPE_ROOT, name, name, sticks ? "kempe_friction.c" : "",
-        turns ? "kempe_charts.c" : "", changes ? "kempe_events.c" : "");
+        "%s.c %s_simulator.c%s -lm",
+        folder, KEMPE_CC, sources, name, name, KEMPE_ROOT, name, name, objects);
     return runs(command);
 }
 

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* ctest: slow not_sanitized 2 */
 /* Runs by articulated bodies against runs by M and C: the same rows on every formulation that can go by either, on
  * trees and with loops, with what happens on the way: exchanges, redundant rows, change points, events, charts, forces
  * of a program. The choice between the two, and refusals. */

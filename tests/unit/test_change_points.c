@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* ctest: slow not_sanitized 2 */
 /* Positions where branches of a mechanism meet and J loses a row: the IFToMM windows A02, whose exact motion is a
  * pendulum's, and an antiparallelogram. In every run of a sweep over 61 tolerances the right branch, on every
  * formulation. */

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* ctest: slow not_sanitized 2 */
 /* Comparisons: which runs count at equal error, what is advised and why, how far the own reference may be off, stiff
  * models, motions that amplify all errors, and what there is no time for. */
 #include "base/memory.h"

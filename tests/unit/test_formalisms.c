@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* ctest: slow not_sanitized 2 */
 /* The formalisms against each other on random trees, with and without loops: implicit and semi-explicit recursive
  * Newton/Euler, composite bodies, the O(N) scheme, the same with full matrices, the classical virtual power, and plain
  * numeric programs. */

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* ctest: slow not_sanitized 2 */
 /* The wheelset of the Test Set for IVP Solvers, as expressions, at t = 10 s: each position and rate within 1e-5 of the
  * published digits, on both formulations. */
 #include "loaded.h"
