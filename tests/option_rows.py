@@ -46,6 +46,7 @@ def rows():
 def comment(kind, absent, words, more):
     unit = generate_schema.RUN_UNITS.get(kind)
     text = f"{'1: ' if kind == 'FLAG' else ''}{words}{f', {unit}' if unit else ''}{more}{f' (default: {absent})' if absent else ''}"
+    text = text.replace("`", "")
     return "".join(f"    {line}\n" for line in textwrap.wrap(f"/* {text}\u00a0*/", 116, subsequent_indent=" * ")).replace("\u00a0", " ")
 
 
