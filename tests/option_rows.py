@@ -67,7 +67,7 @@ def dry_run():
         copy.parent.mkdir(parents=True)
         copy.write_text(TABLE.read_text() + DRY)
         for file, pattern in REACHED.items():
-            command = ["cc", "-E", "-P", f"-I{folder}", f"-I{ROOT / 'src'}", f"-I{ROOT}", f"-I{ROOT / 'include'}", str(ROOT / file)]
+            command = ["cc", "-E", "-P", "-DKEMPE_ENSEMBLE", f"-I{folder}", f"-I{ROOT / 'src'}", f"-I{ROOT}", f"-I{ROOT / 'include'}", str(ROOT / file)]
             text = subprocess.run(command, capture_output=True, text=True, check=False).stdout
             if not re.search(pattern, text):
                 missed.append(file)
