@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* wings: rail */
 /* A finished run gives the rows that a second run has at other times: with every method, across events, exchanges of
  * coordinates, samples of inputs, centrings and change points; and every kind of output there. */
 #include "api/sampled.h"

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* wings: exchange */
 /* Momenta: p.v + L.w of all bodies is twice the kinetic energy, on examples with every kind of link; sums of bodies and
  * other points by their definitions; conserved without external forces, else changed as these say. */
 #include "loaded.h"

@@ -21,6 +21,11 @@ kempe_status kmp_document_load(kempe_context *context, kmp_arena *arena, const c
     const kmp_document_wing *foreign = wing_for(file, text, length);
     if (foreign)
         return foreign->load(context, arena, file, number, text, length, base, beside, root);
+    if (length > 0 && *text == '<')
+        return kmp_fail(context, KEMPE_E_INPUT,
+                        "%s:1:1: a model of another program: this build of Kempe reads none; configure it with "
+                        "-DKEMPE_EXCHANGE=ON",
+                        file);
     kempe_status status = kmp_yaml_load(context, arena, file, number, text, length, root);
     for (const kmp_wing *const *wing = kmp_wings; *wing && status == KEMPE_OK && *root; wing++)
         if ((*wing)->documents)
