@@ -8,7 +8,7 @@
 #include "bench.h"
 #include "rail/wheel/laws.h"
 #include "symbolic/derivative.h"
-#include <kempe/contact.h>
+#include <kempe/rolling_contact.h>
 #include <math.h>
 #include <string.h>
 

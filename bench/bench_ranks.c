@@ -7,7 +7,7 @@
  *     bench ranks MODEL ... */
 #include "bench.h"
 #include "constraints/closing/assemble.h"
-#include "constraints/closing/diagnosis_walk.h"
+#include "constraints/closing/random_walk.h"
 #include "constraints/partition/partition.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"

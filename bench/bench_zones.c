@@ -6,7 +6,7 @@
  *     bench zones         42 rows, and the largest errors of each method
  *     bench zones finer   also grids of rectangles divided by 2 and 3 (two minutes) */
 #include "bench.h"
-#include <kempe/contact.h>
+#include <kempe/rolling_contact.h>
 #include <kempe/vehicle.h>
 #include <math.h>
 #include <stdbool.h>

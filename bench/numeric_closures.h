@@ -48,7 +48,7 @@ static inline void numeric_read_cut(const kmp_tree *tree, const kmp_closure *fro
 {
     double length = from->number.value;
     *to = (numeric_cut){.view = -1, .row = {-1, -1, -1}, .square = length * length};
-    to->rod = strcmp(from->kind, "rod") == 0;
+    to->rod = from->kind == KMP_CLOSURE_rod;
     to->link[0] = -1;
     for (int side = 0; side < 2 && from->point[side] >= 0; side++) {
         kmp_vec local = kmp_point_local(tree, from->point[side]);
@@ -103,8 +103,8 @@ static inline bool numeric_closures_init(numeric_closures *c, const numeric *p, 
     bool ok = c->cuts && c->views && c->places;
     for (int k = 0; ok && k < model->closure_count; k++) {
         const kmp_closure *from = &model->closures[k];
-        bool drive = strcmp(from->kind, "drive") == 0 || strcmp(from->kind, "lock") == 0;
-        ok = drive || ((strcmp(from->kind, "ball") == 0 || strcmp(from->kind, "rod") == 0) && !from->function);
+        bool drive = from->kind == KMP_CLOSURE_drive || from->kind == KMP_CLOSURE_lock;
+        ok = drive || ((from->kind == KMP_CLOSURE_ball || from->kind == KMP_CLOSURE_rod) && !from->function);
         if (ok)
             numeric_read_cut(tree, from, &c->cuts[c->cut_count++]);
     }

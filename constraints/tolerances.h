@@ -329,6 +329,12 @@
 /** A longer correction comes from a distant guess of a caller, which is approached in parts; rad or characteristic
  * lengths. */
 #define KMP_TRUSTED_CORRECTION 0.1
+/** Largest relative change of a parameter between two of the differences of sixth order by which start values are
+ * differentiated: their error is below 1e-13 of smooth expressions. */
+#define KMP_START_DIFFERENCE 3e-3
+/** Communication points of a co-simulation differ by this part of the time, in s, from the time that a unit has
+ * reached: they are sums of rounded steps. */
+#define KMP_SAME_COMMUNICATION 1e-9
 /** Growth at which an integrator of a caller, which restarts then, is told to exchange coordinates. */
 #define KMP_EXCHANGE_CALLERS 3.0
 

@@ -184,12 +184,11 @@ def part_rows():
 
 
 def closure_kinds(_):
-    text = re.sub(r"/\*.*?\*/", "", (DOCS.parent / "constraints/kinds/kinds.def").read_text(), flags=re.S)
-    parts, count = {name: two for name, *two in re.findall(r"KMP_KIND\((\w+), (\w+), (\w+)\)", text)}, part_rows()
+    count = part_rows()
     numbers, found = {row[0]: f"`{row[1]}`" for row in generate_schema.rows("closure_numbers.def", "KMP_CLOSURE_NUMBER")}, places()
     lines = []
-    for name, needs in generate_schema.rows("closure_kinds.def", "KMP_CLOSURE"):
-        rows = "1 or 2" if needs == "CURVE" else str(sum(count.get(part, 0) for part in parts[name]))
+    for name, needs, force, moment, *_ in generate_schema.rows("closure_kinds.def", "KMP_CLOSURE"):
+        rows = "1 or 2" if needs == "CURVE" else str(count.get(force, 0) + count.get(moment, 0))
         first = {"TERMS": "coordinates with factors", "EXPRESSION": "expression"}.get(needs, "two points")
         lines.append((link(f"`{name}`", heading(name), found), first, NEEDS.get(needs) if needs != "NUMBER" else numbers[name], rows))
     return table(("kind", "value", "further keys", "rows"), lines)
@@ -288,7 +287,7 @@ def entries():
                 found[word, role] = place
     for name, _ in generate_schema.rows("joints.def", "KMP_JOINT"):
         found[name, "kind of joint"] = link(heading(name, True), heading(name, True), where)
-    for name, _ in generate_schema.rows("closure_kinds.def", "KMP_CLOSURE"):
+    for name, *_ in generate_schema.rows("closure_kinds.def", "KMP_CLOSURE"):
         found[name, "kind of closure"] = link(heading(name), heading(name), where)
     found["angle", "output"] = next(place for (word, role), place in found.items() if role == "output")
     return found

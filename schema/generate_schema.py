@@ -43,9 +43,20 @@ class Key:
         self.key, self.value, self.unit, self.absent, self.meaning = key, value, unit, absent, meaning
 
 
+RUN_UNITS = {"TIME": "s", "ANGLE": "rad"}
+
+
+def run_keys():
+    """The options of a run that are keys of a model file."""
+    for name, kind, key, *_, absent, words, more in rows("run_options.def", "KMP_RUN_OPTION"):
+        if key != "NO":
+            value = "names" if key == "NAMES" else "word" if kind == "TEXT" else "number"
+            yield Key(name, value, RUN_UNITS.get(kind, ""), absent, words + more)
+
+
 def keys(table):
     """The rows of src/model/keys/TABLE_keys.def."""
-    return [Key(*row) for row in rows(f"{table}_keys.def", "KMP_KEY")]
+    return [*(run_keys() if table == "run" else ()), *(Key(*row) for row in rows(f"{table}_keys.def", "KMP_KEY"))]
 
 
 def fields(kind):
@@ -168,7 +179,7 @@ def edge():
 
 
 def loop():
-    kinds = dict(rows("closure_kinds.def", "KMP_CLOSURE"))
+    kinds = {name: needs for name, needs, *_ in rows("closure_kinds.def", "KMP_CLOSURE")}
     terms = {"type": "object", "additionalProperties": NUMBER, "minProperties": 2}
     own = {"TERMS": terms, "EXPRESSION": NUMBER}
     numbers = {row[0]: row for row in rows("closure_numbers.def", "KMP_CLOSURE_NUMBER")}
@@ -206,7 +217,7 @@ def words(source, array):
 
 
 def wheel():
-    return keyed("wheel", contact=words("model_wheels.c", "kmp_contact_form_words"), creep=words("model_wheels.c", "kmp_creep_law_words"))
+    return keyed("wheel", contact=words("wheels.c", "kmp_contact_form_words"), creep=words("wheels.c", "kmp_creep_law_words"))
 
 
 def run():

@@ -6,8 +6,8 @@
 
 #include <kempe/build.h>
 #include <kempe/check.h>
+#include <kempe/comfort.h>
 #include <kempe/compare.h>
-#include <kempe/contact.h>
 #include <kempe/ensemble.h>
 #include <kempe/equilibrium.h>
 #include <kempe/fit.h>
@@ -16,10 +16,13 @@
 #include <kempe/inverse.h>
 #include <kempe/kempe.h>
 #include <kempe/kinematics.h>
+#include <kempe/limit_cycles.h>
 #include <kempe/linearize.h>
 #include <kempe/modes.h>
+#include <kempe/optimize.h>
 #include <kempe/output_handles.h>
 #include <kempe/response.h>
+#include <kempe/rolling_contact.h>
 #include <kempe/sensitivity.h>
 #include <kempe/settings.h>
 #include <kempe/stepper.h>
@@ -104,8 +107,7 @@ static const kempe_comfort_options shaken = {
 static const kempe_linearize_options push_start = {.inputs = "effort(crank)", .outputs = "q(crank)"};
 static const kempe_inverse_options by_motor = {.actuators = "crank", .independent = "crank"};
 static const kempe_modes_options from_start = {.at = "start"};
-static const char *const some_parameters[1] = {"base"};
-static const kempe_gradient_options of_base = {.parameter_count = 1, .parameters = some_parameters, .driven = "crank"};
+static const kempe_gradient_options of_base = {.parameters = "base", .driven = "crank"};
 
 static const kempe_fmu_options sources_alone = {.no_binary = 1};
 static const kempe_sample_options two_cranks = {.ranges = "crank=0.29:0.31", .count = 2};
@@ -171,7 +173,7 @@ ZERO(kempe_force_def)
 ZERO(kempe_shape_def)
 
 SOME(kempe_ensemble, kempe_ensemble_new, some_kempe_model(0), some_kempe_values(0))
-SOME(kempe_batch, kempe_ensemble_run, some_kempe_ensemble(0), &short_run, 0)
+SOME(kempe_ensemble_result, kempe_ensemble_run, some_kempe_ensemble(0), &short_run, 0)
 
 /* A result folder whose files have gone since it was opened. */
 static kempe_folder *some_kempe_folder(int open)
@@ -187,17 +189,17 @@ static kempe_folder *some_kempe_folder(int open)
     return made(system(command) == 0 ? folder : NULL, "kempe_folder") ? folder : NULL;
 }
 
-static kempe_status new_statistics(const kempe_batch *batch, kempe_statistics **statistics)
+static kempe_status new_statistics(const kempe_ensemble_result *batch, kempe_statistics **statistics)
 {
     kempe_table *instances = NULL;
-    kempe_status status = kempe_batch_table(batch, "instances", &instances);
+    kempe_status status = kempe_ensemble_result_table(batch, "instances", &instances);
     if (status == KEMPE_OK)
         status = kempe_statistics_new(instances, 0, statistics);
     kempe_table_free(instances);
     return status;
 }
 
-SOME(kempe_statistics, new_statistics, some_kempe_batch(0))
+SOME(kempe_statistics, new_statistics, some_kempe_ensemble_result(0))
 
 static const kempe_contact_options shift = {.sweep = "shift=0:1 mm:2"};
 SOME(manchester_model, kempe_model_read, some_kempe_context(0), KEMPE_ROOT "/examples/manchester/manchester.yaml")

@@ -163,7 +163,7 @@ class Tables(unittest.TestCase):
         """(kind, what a model writes, heading) of all kinds of joints, closures and forces."""
         for name, _ in generate_schema.rows("joints.def", "KMP_JOINT"):
             yield name, f"{name}:", model_pages.heading(name, True)
-        for name, _ in generate_schema.rows("closure_kinds.def", "KMP_CLOSURE"):
+        for name, *_ in generate_schema.rows("closure_kinds.def", "KMP_CLOSURE"):
             yield name, f"{name}:", model_pages.heading(name)
         pages = model_pages.texts()
         for kind, name, place, word, _ in generate_schema.rows("force_kinds.def", "KMP_FORCE"):
@@ -189,7 +189,7 @@ class Tables(unittest.TestCase):
         for name, _ in generate_schema.rows("joints.def", "KMP_JOINT"):
             self.assertIn(f"(figures/joint_{name}.svg)", text)
         text = "".join((ROOT / f"docs/model/{page}.md").read_text() for page in ("closures", "curves"))
-        between = [name for name, needs in generate_schema.rows("closure_kinds.def", "KMP_CLOSURE") if needs not in ("TERMS", "EXPRESSION")]
+        between = [name for name, needs, *_ in generate_schema.rows("closure_kinds.def", "KMP_CLOSURE") if needs not in ("TERMS", "EXPRESSION")]
         self.assertEqual(text.count("](figures/"), len(between))
 
     def test_cuts(self):

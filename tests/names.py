@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""One name, one thing: files and types have names of their own in the whole tree, and folders stay small.
+"""One name, one thing: files and types have names of their own in the whole tree.
 
     python3 tests/names.py               checks the tree this script stands in
     python3 tests/names.py --self-test   proves that planted mistakes are found
@@ -9,7 +9,6 @@
   commands without an ending. CONVENTIONS lists what each folder calls the same, with the reason.
 - Two models of one stem are X.yaml and X.mbs, X.urdf, X.mjcf or X.sdf of one folder. A model is named for its mechanism; programs may be, too.
 - No type name `kmp_...` or `kempe_...` is defined twice. Types of one file alone have bare names.
-- A folder of the library has at most MOST_FILES files.
 - A public function that returns a whole number is a count, `..._count`, or one of WHOLE.
 - No source in a language that `kempe generate` writes stands in the root, where a trial of it would leave one.
 """
@@ -20,8 +19,6 @@ import subprocess
 import sys
 import tempfile
 
-LIBRARY = ("include", "src", "constraints", "integrators")
-MOST_FILES = 25
 PROGRAMS = {"", ".c", ".h", ".def", ".cpp", ".hpp", ".py", ".sh", ".js", ".html", ".css"}
 MODELS = {".yaml", ".mbs", ".urdf", ".mjcf", ".sdf"}
 GENERATED = {".c", ".h", ".cpp", ".m", ".py"}
@@ -63,12 +60,6 @@ def repeated(names, endings):
             yield f"{stem}: in {' and '.join(sorted(folders))}"
 
 
-def check_rooms(files):
-    for folder, count in collections.Counter(path.parent.as_posix() for path in files).items():
-        if count > MOST_FILES:
-            yield f"{folder}: {count} files, at most {MOST_FILES}"
-
-
 def check_types(texts):
     places = collections.defaultdict(list)
     for name, text in texts.items():
@@ -94,11 +85,9 @@ def check_root(names):
 
 def check(root):
     names = tracked(root)
-    library = [path for path in map(pathlib.PurePosixPath, names) if path.parts[0] in LIBRARY and path.suffix in PROGRAMS]
     texts = {name: (root / name).read_text() for name in names if name.endswith((".c", ".h"))}
     headers = {name: text for name, text in texts.items() if name.startswith("include/")}
-    return len(names), [*repeated(names, PROGRAMS), *repeated(names, MODELS), *check_rooms(library), *check_types(texts), *check_counts(headers),
-                        *check_root(names)]
+    return len(names), [*repeated(names, PROGRAMS), *repeated(names, MODELS), *check_types(texts), *check_counts(headers), *check_root(names)]
 
 
 PLANTED = [
@@ -120,7 +109,6 @@ PLANTED = [
     ({"include/kempe/a.h": "KEMPE_API int kempe_a_row_count(const kempe_a *a);\nKEMPE_API int kempe_a_is_ok(void);\n"}, False),
     ({"equations.c": "", "src/base/a.c": ""}, True),
     ({"start": "", "README.md": "", "src/base/a.c": ""}, False),
-    ({f"src/base/f{k}.c": "" for k in range(MOST_FILES + 1)}, True),
 ]
 
 

@@ -6,16 +6,18 @@
  * solution: Newton's method on the chosen rows and dependent coordinates, a square system, or KINSOL with line search
  * where that does not contract. Gauss-Newton without a bound then converges to round-off. */
 #include "constraints/closing/assemble.h"
+#include "constraints/closing/close_reduced.h"
 #include "constraints/closing/cut_start.h"
-#include "constraints/closing/diagnosis_walk.h"
 #include "constraints/closing/kinsol.h"
 #include "constraints/closing/least_change.h"
-#include "constraints/closing/rounding.h"
+#include "constraints/closing/random_walk.h"
 #include "constraints/evaluation/charts.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "constraints/kinds/kind.h"
 #include "constraints/partition/partition.h"
 #include "constraints/partition/reduction.h"
 #include "constraints/tolerances.h"
+#include "model/data/closure_table.h"
 #include <math.h>
 #include <string.h>
 

@@ -6,6 +6,7 @@
 #include "constraints/closing/rounding.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
+#include "model/data/closure_table.h"
 #include "model/write/model_print.h"
 #include <kempe/check.h>
 #include <math.h>

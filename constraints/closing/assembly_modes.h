@@ -4,7 +4,9 @@
 #pragma once
 
 #include "base/arena.h"
-#include "constraints/diagnosis/diagnosis.h"
+#include "constraints/closing/assemble.h"
+#include "constraints/closing/random_walk.h"
+#include "constraints/partition/loop_blocks.h"
 #include <kempe/check.h>
 
 /** Random starts: uniform over all angles, and translations within some characteristic lengths. The loops are then

@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/closing/close.h"
-#include "constraints/tolerances.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-enum { MOST_CORRECTIONS = 12, MOST_FROM_AFAR = 200, MOST_DAMPINGS = 60, MOST_OF_RATES = 10 };
+enum { MOST_FROM_AFAR = 200, MOST_DAMPINGS = 60, MOST_OF_RATES = 10 };
 #define MORE_DAMPING 3.0
 
 /* Returns max |dx| in scales, and in error weights. */
@@ -21,14 +20,6 @@ static double measure(const kmp_closer *c, const kmp_close_rule *rule, double *w
     }
     *weighted = rule->w ? within : INFINITY;
     return isnan(zero) ? INFINITY : size;
-}
-
-double kmp_close_noise(int n, const double *scale, const double *x)
-{
-    double size = 1;
-    for (int i = 0; i < n; i++)
-        size = fmax(size, fabs(x[i]) / scale[i]);
-    return 16 * DBL_EPSILON * size;
 }
 
 static double residual(const kmp_closer *c)
@@ -55,24 +46,15 @@ static void add(const kmp_closer *c, double factor, double *x)
 kmp_closed kmp_close(const kmp_closer *c, const kmp_close_rule *rule, double t, double *x)
 {
     kmp_closed out = {0};
-    double last = INFINITY, weighted, floor_ = kmp_close_noise(c->eval->n, c->scale, x);
+    double last = INFINITY, weighted, part, noise = kmp_close_noise(c->eval->n, c->scale, x);
     while (out.corrections < rule->most && c->place(c->self, t, x) == 0 && c->correct(c->self, c->eval->h, c->dx)) {
         double size = measure(c, rule, &weighted);
-        bool done = size <= floor_ || weighted <= rule->fraction ||
-                    ((!rule->led || size > 0.1 * last) && residual(c) <= KMP_CLOSED_ROUNDING);
-        bool stalled = !done && size > 0.9 * last;
-        out.closed = (done && !rule->least) || ((done || stalled) && size < INFINITY && residual(c) <= rule->enough);
-        out.first = out.corrections == 0 ? size : out.first;
-        if (out.corrections > 0 && size > fmax(1e4 * floor_, rule->seen))
-            out.ratio = fmax(out.ratio, size / last);
-        out.corrections++;
-        if ((stalled && (out.closed || rule->contracting)) || size == INFINITY)
+        kmp_closing_move move = kmp_closing_judge(&out, rule, noise, size, weighted, residual(c), &last, &part);
+        if (move == KMP_CLOSING_STOPS)
             return out;
-        bool cut = rule->longest > 0 && size > rule->longest;
-        add(c, cut ? rule->longest / size : 1, x);
-        if (done)
+        add(c, part, x);
+        if (move == KMP_CLOSING_ENDS)
             return out;
-        last = cut ? INFINITY : size;
     }
     return out;
 }
@@ -167,7 +149,7 @@ void kmp_close_rates(const kmp_closer *c, double *room, double *qd)
 
 bool kmp_close_state(const kmp_closer *c, double *room, double t, double *q, double *qd)
 {
-    const kmp_close_rule rule = {.most = MOST_CORRECTIONS, .enough = KMP_CLOSED_ENOUGH};
+    const kmp_close_rule rule = {.most = KMP_CLOSING_PASSES, .enough = KMP_CLOSED_ENOUGH};
     bool closed = kmp_close(c, &rule, t, q).closed;
     if (closed)
         kmp_close_rates(c, room, qd);

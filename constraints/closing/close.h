@@ -6,6 +6,7 @@
 #pragma once
 
 #include "constraints/evaluation/evaluator.h"
+#include "integrators/decide/closing.h"
 
 /* A method of correcting x, whose first coordinates are q. */
 typedef struct kmp_closer {
@@ -33,26 +34,6 @@ typedef struct kmp_closer {
     double (*promise)(void *self);
 } kmp_closer;
 
-/* Rule of convergence: a correction is within a fraction of the weights, or rounding; or |h| is rounding; or
- * corrections no longer shrink and |h| is at most `enough`. */
-typedef struct kmp_close_rule {
-    int most;         /* maximum number of corrections */
-    bool contracting; /* fail as soon as corrections no longer shrink */
-    bool led;         /* x must meet more than h, so that |h| gives no information while corrections shrink */
-    double longest;   /* longer corrections are cut, scaled; 0: none is */
-    bool least;       /* corrections may vanish with h open: `enough` is required in any case */
-    double enough;    /* scaled |h| */
-    const double *w;  /* error weights of x; NULL: to round-off */
-    double fraction;
-    double seen; /* only longer corrections count in `ratio` */
-} kmp_close_rule;
-
-typedef struct kmp_closed {
-    bool closed;
-    int corrections;
-    double first, ratio; /* length of the first correction; largest ratio of a correction to the one before it */
-} kmp_closed;
-
 /** Closes x. The evaluator's closure and the factors are then those of x to that accuracy. */
 kmp_closed kmp_close(const kmp_closer *closer, const kmp_close_rule *rule, double t, double *x);
 
@@ -67,9 +48,6 @@ double kmp_close_length(const kmp_evaluator *eval);
 
 /** Scaled |h| that is rounding where corrections no longer shrink, also of points far from the origin. */
 double kmp_close_rounding(const kempe_system *system);
-
-/** Scaled rounding error of a coordinate of the largest size of x (n): a smaller correction gains nothing. */
-double kmp_close_noise(int n, const double *scale, const double *x);
 
 /** Corrects rates to J qd + h_t = 0 with the present factors: twice because of rounding, and repeatedly where
  * damping shortens corrections. room: m values. */

@@ -14,9 +14,9 @@
  */
 #include "base/arena.h"
 #include "constraints/closing/assemble.h"
-#include "constraints/closing/diagnosis_walk.h"
-#include "constraints/closing/rounding.h"
+#include "constraints/closing/random_walk.h"
 #include "constraints/evaluation/charts.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "constraints/tolerances.h"
 #include "dynamics/goal_equations.h"
 #include "linalg/dense/dot.h"

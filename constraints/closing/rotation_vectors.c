@@ -9,7 +9,7 @@ bool kmp_rotation_vectors_init(kmp_rotation_vectors *v, const kempe_system *s, k
     const kempe_model *model = s->model;
     *v = (kmp_rotation_vectors){.system = s};
     for (int c = 0; c < model->closure_count; c++)
-        v->count += kmp_closure_aligns(kmp_closure_kind_find(model->closures[c].kind));
+        v->count += kmp_closure_aligns(kmp_closure_parts_of(model->closures[c].kind));
     if (v->count == 0)
         return true;
     v->vector = kmp_arena_alloc(arena, (size_t)v->count, sizeof *v->vector);
@@ -21,7 +21,7 @@ bool kmp_rotation_vectors_init(kmp_rotation_vectors *v, const kempe_system *s, k
                         KMP_ROOM(double, s->jacobian.count, &v->jacobian)))
         return false;
     for (int c = 0, i = 0; c < model->closure_count; c++)
-        if (kmp_closure_aligns(kmp_closure_kind_find(model->closures[c].kind)))
+        if (kmp_closure_aligns(kmp_closure_parts_of(model->closures[c].kind)))
             v->closure[i++] = c;
     for (int r = 0; r < s->m; r++) {
         v->at[r] = v->component[r] = -1;
@@ -29,7 +29,7 @@ bool kmp_rotation_vectors_init(kmp_rotation_vectors *v, const kempe_system *s, k
             if (v->closure[i] == s->rows[r].closure) {
                 v->at[r] = i;
                 v->component[r] =
-                    s->rows[r].component - kmp_closure_kind_find(model->closures[v->closure[i]].kind)->force->rows;
+                    s->rows[r].component - kmp_closure_parts_of(model->closures[v->closure[i]].kind)->force->rows;
             }
     }
     /* Rotations between the ground and both points cancel. */

@@ -1,28 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Rounded drawings: closures that are redundant but for rounding of the model's numbers. J of such a mechanism has a
- * higher rank than the intended mechanism, with pivots of the size of the rounding, and its loops close nowhere or at a
- * few places. The intended rank is found once, when the loops are assembled, and kept in the system: every choice of
- * rows uses it. Rows beyond it are dropped; they stay open by their misfit, which is monitored. */
+/* Whether closures are redundant but for rounding of the model's numbers: a trial of a rank by finite motions. What it
+ * finds is kept in the system (constraints/evaluation/intended_rank.h). */
 #pragma once
 
-#include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/intended_rank.h"
 
 struct kmp_walk;
-
-/** NULL: closures hold as written. */
-const kmp_rounding *kmp_rounding_of(const kempe_system *system);
-
-/** True if the assembly at the start has looked for redundant closures with the present numbers; it has found none
- * after kmp_rounding_keep_none. */
-bool kmp_rounding_is_known(const kempe_system *system);
-void kmp_rounding_keep_none(const kempe_system *system);
-
-/** Zero tolerance for pivots of J, and for directions of its rows: `strict`, or more if numbers are rounded. */
-double kmp_rounding_zero(const kempe_system *system, double strict);
-
-/** True if every row, dropped ones included, is closed at the evaluator's last closure up to rounding of the model's
- * numbers. With the kept rows alone a long step may reach another branch. */
-bool kmp_rounding_closed(const kmp_evaluator *eval);
 
 /** A configuration reached by finite motions. */
 typedef struct kmp_waypoint {

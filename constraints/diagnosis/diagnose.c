@@ -2,8 +2,10 @@
 #include "base/memory.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/inexact/nearest_exact.h"
 #include "constraints/kinds/kind.h"
 #include "constraints/partition/singularity_causes.h"
+#include "model/data/closure_table.h"
 #include "model/read/law_warnings.h"
 #include <kempe/check.h>
 #include <string.h>
@@ -182,15 +184,13 @@ static kempe_status leave_out_forces(kempe_check *c, const kempe_model *model)
     c->mechanism->state_count = c->mechanism->force_count = c->mechanism->sensor_count = 0;
     c->mechanism->closure_count -= kmp_model_friction_count(model);
     c->mechanism->output_count = c->mechanism->run.until_count = 0;
-    KMP_TRY(kempe_system_new(c->mechanism, &c->own));
+    KMP_TRY(kmp_system_new(c->mechanism, NULL, &c->own));
     c->system = c->own;
     return KEMPE_OK;
 }
 
-kempe_status kempe_check_new(const kempe_system *system, kempe_check **check)
+kempe_status kmp_check(const kempe_system *system, kempe_check **check)
 {
-    KMP_WANTED_BOTH(system, check);
-    kmp_model_begin_forces(system->model);
     KMP_MAKE(system->context, kempe_check, c);
     c->given = c->system = system;
     c->body_count = system->model->body_count - 1;

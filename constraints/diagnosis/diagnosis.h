@@ -6,8 +6,9 @@
 
 #include "base/arena.h"
 #include "constraints/closing/assemble.h"
-#include "constraints/closing/diagnosis_walk.h"
+#include "constraints/closing/random_walk.h"
 #include "constraints/diagnosis/shared_loads.h"
+#include "constraints/partition/loop_blocks.h"
 #include "constraints/partition/partition.h"
 #include <kempe/check.h>
 
@@ -32,12 +33,6 @@ typedef struct kmp_alternative {
     double max_b; /* max |B| with this choice, scaled; infinite when Jv would be singular */
     bool independent;
 } kmp_alternative;
-
-/** One diagonal block of Jv, in order of solution. */
-typedef struct kmp_loop_block {
-    int size, *columns, *rows;
-    int *closures, closure_count;
-} kmp_loop_block;
 
 typedef enum kmp_second_order {
     KMP_SECOND_UNTRIED,
@@ -157,9 +152,6 @@ typedef struct kmp_examination {
 /** Finds the reason why an assembly stays open. */
 kempe_status kmp_obstacle_find(kmp_obstacle *obstacle, const kempe_assembly *assembly, kmp_arena *arena);
 
-/** The longest distance of two joints or closure points on one body around a loop, m; 0 if no body has two. */
-double kmp_loop_longest_side(const kempe_model *model, int closure);
-
 /* Parts of the examination, in order. The arena records memory failures. */
 void kmp_diagnosis_points(kmp_examination *x);
 void kmp_diagnosis_dependents(kmp_examination *x);
@@ -168,9 +160,8 @@ void kmp_diagnosis_repairs(kmp_examination *x);
 void kmp_diagnosis_alternatives(kmp_examination *x);
 void kmp_diagnosis_limits(kmp_examination *x);
 
-/** Lists the blocks of Jv with their rows and closures in `blocks` (arena); returns their number. -1: no memory or
- * singular. */
-int kmp_loop_blocks(kmp_evaluator *eval, const kmp_partition *part, kmp_arena *arena, kmp_loop_block **blocks);
-
 /** Jacobian k of the examination: 0 here, 1 .. point_count at the random configurations. */
 const double *kmp_diagnosis_jacobian(const kmp_examination *x, int k);
+
+/** The work of kempe_check_new. */
+kempe_status kmp_check(const kempe_system *system, kempe_check **check);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Reasons of a failed assembly. Held coordinates are released in trials, one by one and then all. If every joint of a
  * loop turns, its links are a polygon, which closes only if none is longer than all others together. */
+#include "constraints/closing/loop_polygon.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "constraints/kinds/kind_parts.h"
 #include <kempe/check.h>
@@ -52,70 +53,6 @@ static bool try_releases(kmp_obstacle *o, const kempe_system *s, kmp_arena *aren
 
 /* -- lengths ----------------------------------------------------------------------------------------- */
 
-/* The polygon of one loop: its longest side and the sum of all sides. */
-typedef struct polygon {
-    const kempe_model *model;
-    double longest, sum;
-    bool slides;        /* a joint of the loop slides */
-    int body, from, to; /* of the longest side: points, -1 the origin */
-} polygon;
-
-static void position(const kempe_model *model, int point, double at[3])
-{
-    for (int k = 0; k < 3; k++)
-        at[k] = point < 0 ? 0 : model->points[point].at[k].value;
-}
-
-static void add_side(polygon *p, int body, int from, int to)
-{
-    double a[3], b[3];
-    position(p->model, from, a);
-    position(p->model, to, b);
-    double length = hypot(hypot(b[0] - a[0], b[1] - a[1]), b[2] - a[2]);
-    p->sum += length;
-    if (length > p->longest) {
-        p->longest = length;
-        p->body = body;
-        p->from = from;
-        p->to = to;
-    }
-}
-
-static bool turns_only(const kempe_model *model, int body)
-{
-    for (int k = 0; k < model->bodies[body].motion_count; k++)
-        if (!model->motions[model->bodies[body].first_motion + k].rotation)
-            return false;
-    return true;
-}
-
-/* Adds the sides on the bodies from point `at` of `body` up to `top`. *at is then a point of `top`. */
-static void climb(polygon *p, int body, int top, int *at)
-{
-    for (; body != top; body = p->model->bodies[body].parent) {
-        p->slides = p->slides || !turns_only(p->model, body);
-        add_side(p, body, p->model->bodies[body].to, *at);
-        *at = p->model->bodies[body].at;
-    }
-}
-
-static polygon polygon_of(const kempe_model *model, const kmp_closure *c)
-{
-    polygon p = {.model = model, .from = -1, .to = -1};
-    int at = c->point[0], bt = c->point[1];
-    int a = model->points[at].body, b = model->points[bt].body, top = kmp_model_common_body(model, a, b);
-    climb(&p, a, top, &at);
-    climb(&p, b, top, &bt);
-    add_side(&p, top, at, bt);
-    return p;
-}
-
-double kmp_loop_longest_side(const kempe_model *model, int closure)
-{
-    const kmp_closure *c = &model->closures[closure];
-    return c->point[0] >= 0 && c->point[1] >= 0 ? polygon_of(model, c).longest : 0;
-}
-
 static const char *point_name(const kempe_model *model, int point)
 {
     return point < 0 ? "its joint" : model->points[point].name;
@@ -124,12 +61,12 @@ static const char *point_name(const kempe_model *model, int point)
 static bool too_short(const kempe_model *model, int closure, kmp_short_links *reach)
 {
     const kmp_closure *c = &model->closures[closure];
-    const kmp_closure_kind *kind = kmp_closure_kind_find(c->kind);
+    const kmp_closure_parts *kind = kmp_closure_parts_of(c->kind);
     const kmp_part *part = kind ? kind->force : NULL;
     bool rod = part == &kmp_part_rod;
     if (!(rod || part == &kmp_part_ball) || c->function) /* a ball makes its points coincide */
         return false;
-    polygon p = polygon_of(model, c);
+    kmp_loop_polygon p = kmp_loop_polygon_of(model, c);
     if (p.slides)
         return false;
     double length = rod ? c->number.value : 0, others = p.sum - p.longest + length;

@@ -7,11 +7,12 @@
  * Masses load them if random accelerations and gravity do so in the tree alone, where rows that no coordinate moves
  * carry nothing. */
 #include "constraints/diagnosis/shared_loads.h"
-#include "constraints/closing/diagnosis_walk.h"
+#include "constraints/closing/random_walk.h"
 #include "constraints/kinds/kind.h"
 #include "linalg/dense/dot.h"
 #include "linalg/dense/lapack.h"
 #include "linalg/sparse.h"
+#include "model/data/closure_table.h"
 #include "model/data/output_table.h"
 #include "model/data/pose.h"
 #include <math.h>
@@ -101,10 +102,10 @@ static void add_all(search *x, int closure, bool moment)
 static bool add_loads(search *x, int c)
 {
     const kmp_closure *closure = &x->model->closures[c];
-    const kmp_closure_kind *kind = kmp_closure_kind_find(closure->kind);
+    const kmp_closure_parts *kind = kmp_closure_parts_of(closure->kind);
     const kmp_part *force = kind->force, *moment = kind->moment;
     double p[3], q[3], d[3], r[3][3], e[2][3], both[3];
-    if (closure->point[0] < 0 || force == &kmp_part_point_on_curve || force == &kmp_part_wheel)
+    if (closure->point[0] < 0 || force == &kmp_part_point_on_curve || force->load == kmp_part_effort)
         return false;
     point_place(x, closure->point[0], p);
     point_place(x, closure->point[1], q);

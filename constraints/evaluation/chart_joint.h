@@ -2,8 +2,7 @@
 /* Charts of one spherical joint on plain arrays: constraints/evaluation/charts.h explains them. Coordinates are those
  * of all joints, of which three from `first` on are the joint's; `chart` is its C, row by row. Generated simulators
  * have this file too. */
-#ifndef KMP_CHART_JOINT_H
-#define KMP_CHART_JOINT_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -58,5 +57,3 @@ KMP_LOCAL double kmp_chart_joint_follow(const kmp_chart_joint *j, const double *
  * another. Both charts are unchanged. */
 KMP_LOCAL void kmp_chart_joint_carry(const kmp_chart_joint *j, const kmp_chart_motion *from, const kmp_chart_motion *to,
                                      double *dq, double *dqd, double *dqdd);
-
-#endif

@@ -5,7 +5,6 @@
 #pragma once
 
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/partition/partition.h"
 
 /** Callback that solves for multipliers with the present factors of M and J. */
 typedef struct kmp_answer {
@@ -34,14 +33,6 @@ void kmp_load_forget(kmp_evaluator *eval);
 bool kmp_is_unsettled(const kmp_evaluator *eval);
 void kmp_put_unsettled(const kmp_evaluator *eval, kmp_text *text);
 kempe_status kmp_fail_unsettled(const kmp_evaluator *eval);
-
-/** KEMPE_E_FAILED if a force depends on a multiplier that redundant rows leave undetermined, at the evaluator's last
- * closure. */
-kempe_status kmp_load_check(kmp_evaluator *eval, const kmp_partition *part);
-
-/** Marks in shared (m) the rows whose multipliers redundant rows leave undetermined at (t, q), a closed configuration;
- * count: their number. If Jv is singular none is marked. KEMPE_E_MEMORY. */
-kempe_status kmp_find_shared(kmp_evaluator *eval, double t, const double *q, bool *shared, int *count);
 
 /** Allocates the workspace of an evaluator in its arena. NULL: no memory. */
 kmp_load_work *kmp_load_work_new(const kempe_system *system, kmp_arena *arena);

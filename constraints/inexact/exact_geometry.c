@@ -12,7 +12,7 @@
  * numbers stay zero. A drawing shows the mechanism assembled: if its start is closed but for the tolerance, h = 0 there
  * is a condition too, of all rows. */
 #include "base/memory.h"
-#include "constraints/closing/diagnosis_walk.h"
+#include "constraints/closing/random_walk.h"
 #include "constraints/closing/rounding.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "constraints/tolerances.h"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/inexact/nearest_exact.h"
-#include "constraints/closing/rounding.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "constraints/tolerances.h"
 #include "dynamics/program_cache.h"
 #include "dynamics/system_record.h"
@@ -137,15 +137,9 @@ static kempe_status derive(const kempe_model *model, kmp_variant *given, const c
     return KMP_GIVE_OR_FREE(status, system, s, kempe_system_free);
 }
 
-/* Makes a system, from the cache if it is there. */
-static kempe_status new_system(const kempe_model *model, kmp_variant *given, const char *word, kempe_system **system)
+/* Reports the gaps as drawn, and that a mended system closes them. */
+static void report_misfits(const kempe_system *s)
 {
-    kempe_system *s = given ? NULL : kmp_system_recall(model, word);
-    if (s)
-        kmp_context_clear(model->context);
-    else
-        KMP_TRY(derive(model, given, word, &s));
-    /* Reports the gaps as drawn, and that a mended system closes them. */
     for (int c = 0; c < s->model->closure_count; c++) {
         kmp_text text = {0};
         kmp_put_misfit(&text, s, c);
@@ -153,22 +147,32 @@ static kempe_status new_system(const kempe_model *model, kmp_variant *given, con
             kmp_log(s->context, KEMPE_LOG_WARNING, "%s", text.s);
         kmp_text_free(&text);
     }
+}
+
+static kempe_status new_system(const kempe_model *model, kmp_variant *given, const char *word, kempe_system **system)
+{
+    kempe_system *s = given ? NULL : kmp_system_recall(model, word);
+    if (s)
+        kmp_context_clear(model->context);
+    else
+        KMP_TRY(derive(model, given, word, &s));
+    report_misfits(s);
     *system = s;
     return KEMPE_OK;
 }
 
-kempe_status kempe_system_new_with_algorithm(const kempe_model *model, const char *word, kempe_system **system)
+kempe_status kmp_system_new(const kempe_model *model, const char *word, kempe_system **system)
 {
-    KMP_WANTED_BOTH(model, system);
     return new_system(model, NULL, word, system);
-}
-
-kempe_status kempe_system_new(const kempe_model *model, kempe_system **system)
-{
-    return kempe_system_new_with_algorithm(model, NULL, system);
 }
 
 kempe_status kmp_system_of_variant(kmp_variant *variant, kempe_system **system)
 {
     return new_system(kmp_variant_model(variant), variant, NULL, system);
+}
+
+kempe_status kempe_system_new_with_algorithm(const kempe_model *model, const char *word, kempe_system **system)
+{
+    KMP_WANTED_BOTH(model, system);
+    return kmp_system_new(model, word, system);
 }

@@ -1,41 +1,47 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/kinds/kind.h"
-#include <string.h>
+#include "base/wings.h"
 
 const kmp_part kmp_part_none = {0};
 
-static const kmp_closure_kind kinds[] = {
-#define KMP_KIND(name, force, moment) {#name, &kmp_part_##force, &kmp_part_##moment},
-#include "constraints/kinds/kinds.def"
-#undef KMP_KIND
+static const kmp_closure_parts parts[KMP_CLOSURE_KINDS] = {
+    {NULL, NULL},
+#define KMP_CLOSURE(name, needs, force, moment, ...) {&kmp_part_##force, &kmp_part_##moment},
+#define KMP_INNER_CLOSURE                            KMP_CLOSURE
+#define KMP_CLOSURE_OF_WING(...)                     {NULL, NULL},
+#include "model/data/closure_kinds.def"
+#undef KMP_CLOSURE
 };
 
-int kmp_closure_rows(const kmp_closure_kind *kind, const kmp_closure *closure)
+int kmp_closure_rows(const kmp_closure_parts *kind, const kmp_closure *closure)
 {
     return closure->curve_count > 0 ? closure->curve_count : kind->force->rows + kind->moment->rows;
 }
 
-void kmp_closure_residual(const kmp_closure_kind *kind, const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
+void kmp_closure_residual(const kmp_closure_parts *kind, const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
 {
     kind->force->residual(tree, closure, h);
     if (kind->moment->rows > 0)
         kind->moment->residual(tree, closure, h + kind->force->rows);
 }
 
-bool kmp_closure_rates(const kmp_closure_kind *kind, const kmp_tree *tree, const kmp_closure *closure, kmp_ref *rates)
+bool kmp_closure_rates(const kmp_closure_parts *kind, const kmp_tree *tree, const kmp_closure *closure, kmp_ref *rates)
 {
     return kind->force->rates && kind->force->rates(tree, closure, rates);
 }
 
-const kmp_closure_kind *kmp_closure_kind_find(const char *name)
+const kmp_closure_parts *kmp_closure_parts_of(kmp_closure_kind kind)
 {
-    for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++)
-        if (strcmp(kinds[k].name, name) == 0)
-            return &kinds[k];
-    return NULL;
+    if (kind <= KMP_CLOSURE_NONE || kind >= KMP_CLOSURE_KINDS)
+        return NULL;
+    for (const kmp_wing *const *wing = kmp_wings; *wing && !parts[kind].force; wing++)
+        for (const kmp_closure_of_wing *row = (*wing)->closures; row && row->parts.force; row++)
+            if (row->kind == kind)
+                return &row->parts;
+    return parts[kind].force ? &parts[kind] : NULL;
 }
 
-bool kmp_closure_aligns(const kmp_closure_kind *kind)
+bool kmp_closure_aligns(const kmp_closure_parts *kind)
 {
     return kind && kind->moment == &kmp_part_aligned;
 }
@@ -50,7 +56,7 @@ int kmp_closure_all_rows(const kempe_model *model)
 {
     int rows = 0;
     for (int c = 0; c < model->closure_count; c++) {
-        const kmp_closure_kind *kind = kmp_closure_kind_find(model->closures[c].kind);
+        const kmp_closure_parts *kind = kmp_closure_parts_of(model->closures[c].kind);
         rows += kind ? kmp_closure_rows(kind, &model->closures[c]) : 0;
     }
     return rows;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A closure kind consists of one or two parts: rows h as expressions, with the load of their multipliers. J, J qd and
- * gamma are derived from h by the engine. */
+/* A kind of closure consists of one or two parts: rows h as expressions, with the load of their multipliers. J, J qd
+ * and gamma are derived from h by the engine. */
 #pragma once
 
 #include "dynamics/kinematics/link_tree.h"
@@ -25,32 +25,39 @@ typedef struct kmp_part {
     bool (*rates)(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *rates);
 } kmp_part;
 
-typedef struct kmp_closure_kind {
-    const char *name;
+typedef struct kmp_closure_parts {
     const kmp_part *force, *moment; /* the rows of the second follow those of the first */
-} kmp_closure_kind;
+} kmp_closure_parts;
+
+/** The parts of a kind that a wing of the library has; no force part ends a list. */
+typedef struct kmp_closure_of_wing {
+    kmp_closure_kind kind;
+    kmp_closure_parts parts;
+} kmp_closure_of_wing;
 
 /** The number of declared rows of a closure of the kind. */
-int kmp_closure_rows(const kmp_closure_kind *kind, const kmp_closure *closure);
+int kmp_closure_rows(const kmp_closure_parts *kind, const kmp_closure *closure);
 
 /** The rows of a closure between rates that are the rates of no h; false: it has none. */
-bool kmp_closure_rates(const kmp_closure_kind *kind, const kmp_tree *tree, const kmp_closure *closure, kmp_ref *rates);
+bool kmp_closure_rates(const kmp_closure_parts *kind, const kmp_tree *tree, const kmp_closure *closure, kmp_ref *rates);
 
 /** All rows of h. */
-void kmp_closure_residual(const kmp_closure_kind *kind, const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h);
+void kmp_closure_residual(const kmp_closure_parts *kind, const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h);
 
-/** NULL if the kind does not exist. */
-const kmp_closure_kind *kmp_closure_kind_find(const char *name);
+/** NULL if the kind does not exist in this build. */
+const kmp_closure_parts *kmp_closure_parts_of(kmp_closure_kind kind);
 
 /** True if the closure makes all axes of its points parallel. */
-bool kmp_closure_aligns(const kmp_closure_kind *kind);
+bool kmp_closure_aligns(const kmp_closure_parts *kind);
 
 /** The load of a part that is not between points: its multiplier is the generalized force. */
 kmp_vec kmp_part_effort(const kmp_tree *tree, const kmp_closure *closure, const kmp_ref *lambda);
 
-#define KMP_KIND(name, force, moment) extern const kmp_part kmp_part_##force, kmp_part_##moment;
-#include "constraints/kinds/kinds.def"
-#undef KMP_KIND
+#define KMP_CLOSURE(name, needs, force, moment, ...) extern const kmp_part kmp_part_##force, kmp_part_##moment;
+#define KMP_INNER_CLOSURE                            KMP_CLOSURE
+#define KMP_CLOSURE_OF_WING(...)
+#include "model/data/closure_kinds.def"
+#undef KMP_CLOSURE
 
 /** Declared rows of all closures. */
 int kmp_closure_all_rows(const kempe_model *model);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/partition/partition.h"
 #include "base/memory.h"
-#include "constraints/closing/rounding.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "constraints/partition/pivot_columns.h"
 #include "constraints/tolerances.h"
 #include <math.h>

@@ -2,6 +2,7 @@
 #include "constraints/partition/pivot_columns.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
+#include "integrators/decide/coordinate_exchange.h"
 #include "linalg/dense/dense.h"
 #include "linalg/sparse.h"
 #include <math.h>
@@ -10,8 +11,6 @@
 /* A matrix is not made dense with more entries than SPARSE_FROM of which fewer than one in SPARSE_BELOW is nonzero, or
  * with more than DENSE_MOST. */
 enum { SPARSE_FROM = 256, SPARSE_BELOW = 6, DENSE_MOST = 1 << 14 };
-/* B is computed again after an exchange of an entry of this size. */
-#define LONG_DUE 100.0
 
 bool kmp_pick_init(kmp_pick *c, int m, int n, int nz, kmp_arena_lent *room)
 {
@@ -77,28 +76,6 @@ static bool tableau_init(tableau *t, kmp_pick *c, int r)
 static double *column_of(const tableau *t, int k)
 {
     return t->b + (size_t)k * (size_t)t->r;
-}
-
-static void look_through(tableau *t, int k)
-{
-    const double *b = column_of(t, k);
-    t->most[k] = 0;
-    t->at[k] = 0;
-    for (int i = 0; i < t->r; i++)
-        if (fabs(b[i]) > t->most[k]) {
-            t->most[k] = fabs(b[i]);
-            t->at[k] = i;
-        }
-}
-
-/* The column with the largest entry. */
-static int worst_column(const tableau *t)
-{
-    int worst = 0;
-    for (int k = 1; k < t->p; k++)
-        if (t->most[k] > t->most[worst])
-            worst = k;
-    return worst;
 }
 
 static kmp_pick_outcome factor_sparse(tableau *t, int count)
@@ -176,26 +153,10 @@ static kmp_pick_outcome exchange_all(tableau *t, kmp_pick *c, int most, int *exc
             kmp_sparse_solve(t->sparse, t->p, t->b);
         else
             kmp_lu_solve(t->r, t->jv, t->pivot, t->p, t->b);
-        for (int k = 0; k < t->p; k++)
-            look_through(t, k);
-        *max_b = t->p > 0 ? t->most[worst_column(t)] : 0;
-        if (*max_b <= c->growth || *exchanges >= most)
+        int made = kmp_exchange_columns(t->r, t->p, t->b, c->col, c->growth, most - *exchanges, t->most, t->at, max_b);
+        if (made == 0)
             return KMP_PICK_MADE;
-        double size = 0;
-        for (int k; *exchanges < most && size < LONG_DUE && t->most[k = worst_column(t)] > c->growth; ++*exchanges) {
-            size = t->most[k];
-            /* Exchanges v_i and u_k: v = B u solved for u_k and inserted into the other rows. */
-            int i = t->at[k];
-            double *b = column_of(t, k);
-            for (int j = 0; j < t->p; j++)
-                if (j != k && kmp_exchange_column(t->r, i, b, column_of(t, j)))
-                    look_through(t, j);
-            kmp_exchange_pivot(t->r, i, b);
-            look_through(t, k);
-            int moved = c->col[i];
-            c->col[i] = c->col[t->r + k];
-            c->col[t->r + k] = moved;
-        }
+        *exchanges += made;
     }
 }
 

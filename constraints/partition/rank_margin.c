@@ -2,6 +2,7 @@
 #include "constraints/partition/rank_margin.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
+#include "integrators/decide/dropped_rows.h"
 #include "linalg/dense/dot.h"
 #include <math.h>
 #include <string.h>
@@ -365,7 +366,8 @@ static bool rows_lost(const kmp_rank_margin *margin)
 {
     double before = needed(&margin->stood, margin->rows_d, margin->rows_k),
            after = needed(&margin->now, margin->rows_d, margin->rows_k);
-    return margin->rows > KMP_ROWS_LOST || (margin->rows > KMP_ROWS_OUT && before * after < 0);
+    const kmp_kept_rank rank = kmp_dropped_judge(margin->rows);
+    return rank == KMP_KEPT_LOST || (rank == KMP_KEPT_BADLY && before * after < 0);
 }
 
 /* True if the line meets zero within the accuracy of the prediction. */
@@ -400,7 +402,7 @@ static bool looks_well(kmp_rank_margin *margin, const kmp_evaluator *eval)
     if (least > 0)
         find_t(margin);
     margin->pivot = fmax(margin->pivot, least);
-    bool well = least > KMP_MARGIN_CALLS * margin->pivot && margin->rows <= KMP_ROWS_OUT &&
+    bool well = least > KMP_MARGIN_CALLS * margin->pivot && kmp_dropped_judge(margin->rows) == KMP_KEPT_WELL &&
                 kmp_block_has_signs(margin->block, margin->signs_stood);
     margin->quick = margin->ignored || well;
     return margin->quick;
@@ -500,7 +502,7 @@ bool kmp_rank_margin_exchange_rows(kmp_rank_margin *margin, const kmp_evaluator 
 {
     kmp_partition *part = &margin->part;
     (void)kmp_rank_margin_at(margin, eval);
-    for (int k = 0; margin->rows > KMP_ROWS_OUT && k < 4 * part->m; k++) {
+    for (int k = 0; kmp_dropped_judge(margin->rows) != KMP_KEPT_WELL && k < 4 * part->m; k++) {
         /* Exchanges each dropped row that depends on a kept one by more than KMP_ROWS_OUT with that row, as many at
          * once as have different kept rows. Each exchange multiplies |det Jv| by that entry, so the loop ends. */
         int *taken = margin->taken;

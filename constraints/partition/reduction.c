@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/partition/reduction.h"
 #include "base/memory.h"
-#include "constraints/closing/close.h"
 #include "constraints/evaluation/load_multipliers.h"
+#include "integrators/decide/coordinate_exchange.h"
 #include "linalg/dense/dot.h"
 #include <math.h>
 #include <string.h>
 
-enum { MAX_NEWTON = 12 };
 enum { WORTH_SHARING = 5000 }; /* products: some 2 us, as long as another thread takes to begin */
 
 #define INLINE static inline __attribute__((always_inline))
@@ -421,56 +420,9 @@ void kmp_reduction_correction(kmp_reduction *red)
     solve_rows(red, -1, red->eval->h);
 }
 
-static int place(void *self, double t, const double *q)
-{
-    kmp_reduction *red = self;
-    kmp_eval_closure(red->eval, t, q);
-    return kmp_reduction_factor(red);
-}
-
-static bool correct(void *self, const double *violation, double *dv)
-{
-    kmp_reduction *red = self;
-    (void)violation, (void)dv; /* h, in place */
-    kmp_reduction_correction(red);
-    red->newton++;
-    return true;
-}
-
-int kmp_reduction_close(kmp_reduction *red, double t, double *q, const double *w, double fraction)
-{
-    const kempe_system *s = red->eval->system;
-    const kmp_closer closer = {.self = red,
-                               .eval = red->eval,
-                               .scale = s->scale,
-                               .count = red->r,
-                               .at = red->part->v,
-                               .dx = red->dv,
-                               .rows = red->part->rows,
-                               .row_count = red->r,
-                               .place = place,
-                               .correct = correct};
-    const kmp_close_rule rule = {
-        .most = MAX_NEWTON, .contracting = true, .enough = kmp_close_rounding(s), .w = w, .fraction = fraction};
-    return !kmp_close(&closer, &rule, t, q).closed;
-}
-
 double kmp_reduction_growth(const kmp_reduction *red, int *v, int *u)
 {
-    const double *scale = red->eval->system->scale;
-    double worst = 0;
-    *v = *u = -1;
-    for (int k = 0; k < red->p; k++)
-        for (int i = 0; i < red->r; i++) {
-            int a = red->part->v[i], b = red->part->u[k];
-            double size = fabs(red->bvu[i + k * red->r]) * scale[b] / scale[a];
-            if (size > worst || !isfinite(size)) {
-                worst = isfinite(size) ? size : INFINITY;
-                *v = a;
-                *u = b;
-            }
-        }
-    return worst;
+    return kmp_exchange_growth(red->r, red->part->v, red->p, red->part->u, red->bvu, red->eval->system->scale, v, u);
 }
 
 double kmp_reduction_lever(kmp_reduction *red)

@@ -98,11 +98,6 @@ void kmp_reduction_multipliers(kmp_reduction *red, const double *qdd, double *la
 /** dv = -Jv^-1 h from the evaluator's last h and the present factors, in red->dv. */
 void kmp_reduction_correction(kmp_reduction *red);
 
-/** Closes v of q for its u by Newton's method from the given v, with a new Jacobian in each iteration. Ends when a
- * correction is within `fraction` of the weights w (n; NULL: to round-off). The evaluator's closure and the factors are
- * then those of q to that accuracy. 0; 1 when corrections no longer contract or Jv is singular. */
-int kmp_reduction_close(kmp_reduction *red, double t, double *q, const double *w, double fraction);
-
 /** Scaled change of v when each independent row opens by its scale, with signs of a fixed sequence: in general of the
  * size of one over the last pivot of the scaled Jv. */
 double kmp_reduction_lever(kmp_reduction *red);

@@ -9,6 +9,7 @@
 #include "constraints/workspace/workspace_inside.h"
 #include "dynamics/load_dependent.h"
 #include "linalg/dense/dot.h"
+#include "model/data/closure_table.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <stdarg.h>

@@ -18,7 +18,7 @@ its reaction at the ball, along the car body, pushes it aside by X (psi + (y + a
 smaller. With braking, T < 0, these forces alone let the bogie oscillate, without motors that couple its wheels.
 
 Weight on the slopes and creep by spin nearly balance each other and are left out, as are masses and how axles roll on their cones.
-Hertz's ellipses and Kalker's coefficients: ../rolling_contact.py.
+Hertz's ellipses and Kalker's coefficients: ../contact_tables.py.
 """
 import cmath
 import math
@@ -27,7 +27,7 @@ import sys
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from rolling_contact import coefficients, ellipse  # noqa: E402
+from contact_tables import coefficients, ellipse  # noqa: E402
 
 L, B, SLOPE, MOTORS, BALL, PIVOT = 1.7, 0.75, 0.05, 5000.0, 0.765, 5.5
 SHEAR, POISSON, RAIL = 82e9, 0.28, 0.3  # of rails: the arc where the cone stands on it

@@ -43,7 +43,7 @@ static double distance(unsigned n, const double *v, double *slope, void *user)
         return HUGE_VAL;
     for (int k = 0; k < f->count; k++) {
         double angle = v[DIMENSIONS] + f->turned[k];
-        if (kempe_gradient_at(f->gradient, &angle, NULL, NULL) != KEMPE_OK)
+        if (kempe_gradient_eval(f->gradient, &angle, NULL, NULL) != KEMPE_OK)
             return HUGE_VAL; /* no such linkage turns that far */
         const double *p = kempe_gradient_values(f->gradient), *by = kempe_gradient_jacobian(f->gradient);
         const double *by_angle = kempe_gradient_by_driven(f->gradient), off[2] = {p[0] - f->x[k], p[1] - f->y[k]};
@@ -133,7 +133,7 @@ static void draw_curve(FILE *file, fit *f, const double *v, const char *style)
     fprintf(file, "<polyline fill=\"none\" %s points=\"", style);
     for (int k = 0; k <= 180 && kempe_gradient_set(f->gradient, v) == KEMPE_OK; k++) {
         double angle = v[DIMENSIONS] + k * acos(-1) / 90;
-        if (kempe_gradient_at(f->gradient, &angle, NULL, NULL) == KEMPE_OK)
+        if (kempe_gradient_eval(f->gradient, &angle, NULL, NULL) == KEMPE_OK)
             fprintf(file, "%.1f,%.1f ", across(kempe_gradient_values(f->gradient)[0]),
                     up(kempe_gradient_values(f->gradient)[1]));
     }
@@ -144,7 +144,8 @@ static void draw_curve(FILE *file, fit *f, const double *v, const char *style)
 static void draw_bars(FILE *file, fit *f, const double *v, const char *style)
 {
     double x[6] = {v[6]}, y[6] = {v[7]};
-    if (kempe_gradient_set(f->gradient, v) != KEMPE_OK || kempe_gradient_at(f->gradient, v + 9, NULL, NULL) != KEMPE_OK)
+    if (kempe_gradient_set(f->gradient, v) != KEMPE_OK ||
+        kempe_gradient_eval(f->gradient, v + 9, NULL, NULL) != KEMPE_OK)
         return;
     const double *q = kempe_gradient_q(f->gradient);
     double coupler = q[0] + q[1], tilt = v[8];
@@ -205,7 +206,8 @@ static int run(kempe_context *context, const char *path, const char *picture)
     kempe_model *model = NULL;
     fit f = {.best = HUGE_VAL};
     double v[UNKNOWNS], met = HUGE_VAL, off = HUGE_VAL;
-    kempe_gradient_options options = {.parameter_count = DIMENSIONS, .parameters = names, .driven = "crank"};
+    kempe_gradient_options options = {.parameters = "crank,coupler,rocker,base,along,across,x,y,tilt",
+                                      .driven = "crank"};
     if (kempe_model_read(context, path, &model) == KEMPE_OK && read_places(&f, path) &&
         kempe_gradient_new(model, &options, &f.gradient) == KEMPE_OK) {
         off = check_gradient(&f, guess);

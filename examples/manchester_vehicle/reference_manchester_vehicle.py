@@ -11,7 +11,7 @@ Seven bodies with six small displacements and rotations each, in the axes of the
 body that it stands on. A wheelset on conical wheels and round rails: its roll follows from its displacement, and its height does not
 change. Contacts follow from the geometry of a straight line on a circle to first order: places, normals, rolling radii. Creep forces
 are Kalker's linear ones with spin; they depend on the normal forces and on the rolling radii. Hertz's ellipses and Kalker's
-coefficients: ../rolling_contact.py.
+coefficients: ../contact_tables.py.
 """
 import csv
 import math
@@ -26,7 +26,7 @@ from scipy.optimize import brentq
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from rolling_contact import coefficients, ellipse  # noqa: E402
+from contact_tables import coefficients, ellipse  # noqa: E402
 
 G = 9.81
 CAR, FRAME, AXLE = (32000, (56800, 1.97e6, 1.97e6)), (2615, (1722, 1476, 3067)), (1813, (1120, 112, 1120))

@@ -6,7 +6,7 @@
     python3 independent.py > independent.csv          eigenvalues over speeds and inertias, speeds where waves begin to grow
 
 Newton's and Euler's equations of an axle and two wheels, y and yaw free, height and roll as both contacts want them. Cones
-on rails whose tops are circles, in closed form; Hertz's ellipses and Kalker's table (../rolling_contact.py). The state is y, yaw, their rates, the
+on rails whose tops are circles, in closed form; Hertz's ellipses and Kalker's table (../contact_tables.py). The state is y, yaw, their rates, the
 speed and the rates of both wheels; derivatives are taken by complex steps. Nothing of it is shared with the library.
 
 Springs are `ky` and `kpsi`. Parts are left out by 0, and are 1 otherwise: `gyro` (moments of the wheels that turn, as the axle
@@ -19,7 +19,7 @@ import numpy as np
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
-from rolling_contact import coefficients, ellipse  # noqa: E402
+from contact_tables import coefficients, ellipse  # noqa: E402
 
 STEP, GRAVITY = 1e-25, 9.81
 Z, X = np.array([0, 0, 1.0]), np.array([1.0, 0, 0])

@@ -6,12 +6,12 @@
  *
  *     kempe_values *values;
  *     kempe_ensemble *ensemble;
- *     kempe_batch *batch;
+ *     kempe_ensemble_result *batch;
  *     kempe_values_read(model, "cranks.csv", &values);
  *     kempe_ensemble_new(model, values, &ensemble);
  *     kempe_ensemble_run(ensemble, &run, 0, &batch);
- *     for (int i = 0; i < kempe_batch_count(batch); i++)
- *         show(kempe_batch_status(batch, i), kempe_batch_q(batch, i));
+ *     for (int i = 0; i < kempe_ensemble_result_count(batch); i++)
+ *         show(kempe_ensemble_result_status(batch, i), kempe_ensemble_result_q(batch, i));
  */
 #ifndef KEMPE_ENSEMBLE_H
 #define KEMPE_ENSEMBLE_H
@@ -81,7 +81,7 @@ KEMPE_API kempe_status kempe_ensemble_new_with(const kempe_model *model, const k
                                                const kempe_ensemble_options *options, kempe_ensemble **ensemble);
 KEMPE_API void kempe_ensemble_free(kempe_ensemble *ensemble);
 
-typedef struct kempe_batch kempe_batch;
+typedef struct kempe_ensemble_result kempe_ensemble_result;
 
 /** Runs every instance to t_end. Of `run` only the formulation, tolerances, t_end, max_step, max_steps,
  * no_convergence_check and threads count. `threads` share the instances, 0: one for each processor; results have the
@@ -91,41 +91,42 @@ typedef struct kempe_batch kempe_batch;
  * given. KEMPE_STOPPED: an interrupt. Unless no_convergence_check is set, instances are repeated at another tolerance,
  * and a warning is logged if one has not converged. */
 KEMPE_API kempe_status kempe_ensemble_run(kempe_ensemble *ensemble, const kempe_run_options *run, int lanes,
-                                          kempe_batch **batch);
+                                          kempe_ensemble_result **batch);
 
 /** Runs `count` instances from number `first` (from 0) on. Their results are those that a run of all has. */
 KEMPE_API kempe_status kempe_ensemble_run_range(kempe_ensemble *ensemble, const kempe_run_options *run, int lanes,
-                                                int first, int count, kempe_batch **batch);
+                                                int first, int count, kempe_ensemble_result **batch);
 
 /** Runs `count` instances with other values, without another derivation: `rows` has `count` rows of the columns of the
  * ensemble's table, which may have no rows of its own. They are copied. Results are those of a table with these rows.
  */
 KEMPE_API kempe_status kempe_ensemble_run_rows(kempe_ensemble *ensemble, const kempe_run_options *run, int lanes,
-                                               int count, const double *rows, kempe_batch **batch);
-KEMPE_API void kempe_batch_free(kempe_batch *batch);
+                                               int count, const double *rows, kempe_ensemble_result **batch);
+KEMPE_API void kempe_ensemble_result_free(kempe_ensemble_result *batch);
 
 /** The number of instances; the status of the k-th, "complete", "not trustworthy", "stopped" or "failed", and its
  * reason as a sentence ("" when complete). */
-KEMPE_API int kempe_batch_count(const kempe_batch *batch);
-KEMPE_API const char *kempe_batch_status(const kempe_batch *batch, int k);
-KEMPE_API const char *kempe_batch_reason(const kempe_batch *batch, int k);
+KEMPE_API int kempe_ensemble_result_count(const kempe_ensemble_result *batch);
+KEMPE_API const char *kempe_ensemble_result_status(const kempe_ensemble_result *batch, int k);
+KEMPE_API const char *kempe_ensemble_result_reason(const kempe_ensemble_result *batch, int k);
 
 /** The final state: q and qd (n values), owned by the batch, NaN if there is no state. */
-KEMPE_API const double *kempe_batch_q(const kempe_batch *batch, int k);
-KEMPE_API const double *kempe_batch_qd(const kempe_batch *batch, int k);
+KEMPE_API const double *kempe_ensemble_result_q(const kempe_ensemble_result *batch, int k);
+KEMPE_API const double *kempe_ensemble_result_qd(const kempe_ensemble_result *batch, int k);
 
 /** The number of values of the quantities; name and SI unit of one; its value for the k-th instance, NaN without one.
  * An extreme has two values, the second one is its time, NAME.time. */
-KEMPE_API int kempe_batch_quantity_count(const kempe_batch *batch);
-KEMPE_API const char *kempe_batch_quantity_name(const kempe_batch *batch, int value);
-KEMPE_API const char *kempe_batch_quantity_unit(const kempe_batch *batch, int value);
-KEMPE_API double kempe_batch_quantity(const kempe_batch *batch, int k, int value);
+KEMPE_API int kempe_ensemble_result_quantity_count(const kempe_ensemble_result *batch);
+KEMPE_API const char *kempe_ensemble_result_quantity_name(const kempe_ensemble_result *batch, int value);
+KEMPE_API const char *kempe_ensemble_result_quantity_unit(const kempe_ensemble_result *batch, int value);
+KEMPE_API double kempe_ensemble_result_quantity(const kempe_ensemble_result *batch, int k, int value);
 
 /** "pass" or "fail" by the limits; "" without limits, or where a limited quantity is not known. */
-KEMPE_API const char *kempe_batch_limits(const kempe_batch *batch, int k);
+KEMPE_API const char *kempe_ensemble_result_limits(const kempe_ensemble_result *batch, int k);
 
 /** Prints a summary; as JSON with every instance. */
-KEMPE_API kempe_status kempe_batch_print(const kempe_batch *batch, kempe_format format, char **text);
+KEMPE_API kempe_status kempe_ensemble_result_print(const kempe_ensemble_result *batch, kempe_format format,
+                                                   char **text);
 
 /** The table "instances", a row for each: the columns of the values; status, t, q.NAME, qd.NAME of the final state; the
  * quantities. Names of columns are unique: a value is `value.NAME` if a result has its name, as start values. With
@@ -135,7 +136,8 @@ KEMPE_API kempe_status kempe_batch_print(const kempe_batch *batch, kempe_format 
  * converged", "the other run did not reach its end", "" without a repeat run). Last are start ("velocities adjusted"
  * where the start values did not satisfy the closures), single_run (why it ran by itself, "": in a lane) and reason.
  * KEMPE_E_ARGUMENT: another name. */
-KEMPE_API kempe_status kempe_batch_table(const kempe_batch *batch, const char *name, kempe_table **table);
+KEMPE_API kempe_status kempe_ensemble_result_table(const kempe_ensemble_result *batch, const char *name,
+                                                   kempe_table **table);
 
 typedef struct kempe_statistics kempe_statistics;
 
@@ -161,7 +163,7 @@ KEMPE_API kempe_status kempe_statistics_table(const kempe_statistics *statistics
 /** Writes a self-contained HTML page: columns of "instances" over the first varied value. With quantities it has a
  * histogram of each, with bars of what its scatter comes from. KEMPE_E_IO: the path cannot be written, or an error of
  * kempe_report_check (compare.h). */
-KEMPE_API kempe_status kempe_batch_write_report(kempe_batch *batch, const char *path);
+KEMPE_API kempe_status kempe_ensemble_result_write_report(kempe_ensemble_result *batch, const char *path);
 
 /* -- result folders --------------------------------------------------------------------------------- */
 
@@ -224,9 +226,9 @@ KEMPE_API kempe_status kempe_folder_write(kempe_folder *folder, const char *path
 /** The same for the histories of the folder (kempe_ensemble_history). KEMPE_E_ARGUMENT: it has none. */
 KEMPE_API kempe_status kempe_folder_write_history(kempe_folder *folder, const char *path, int units);
 
-/** Checks all parts likewise, and writes the page that kempe_batch_write_report writes of a run in one piece. `model`
- * is that of the run; it has the memory of all rows. KEMPE_E_INPUT: it is another model. KEMPE_E_FAILED: parts are
- * missing or damaged. KEMPE_E_IO: as kempe_batch_write_report. */
+/** Checks all parts likewise, and writes the page that kempe_ensemble_result_write_report writes of a run in one piece.
+ * `model` is that of the run; it has the memory of all rows. KEMPE_E_INPUT: it is another model. KEMPE_E_FAILED: parts
+ * are missing or damaged. KEMPE_E_IO: as kempe_ensemble_result_write_report. */
 KEMPE_API kempe_status kempe_folder_write_report(kempe_folder *folder, const kempe_model *model, const char *path);
 
 /** The model with the values of an instance (from 0 on), which its part has; freed before `model`, which must be that

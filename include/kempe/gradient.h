@@ -4,14 +4,13 @@
  * evaluation by an optimiser. The equations are derived once. Each evaluation takes one closure by Newton's method and
  * one pass of straight-line code.
  *
- *     const char *names[] = {"crank", "rocker"};
- *     kempe_gradient_options ask = {.parameter_count = 2, .parameters = names, .driven = "crank"};
+ *     kempe_gradient_options ask = {.parameters = "crank,rocker", .driven = "crank"};
  *     kempe_gradient *gradient;
  *     kempe_gradient_new(model, &ask, &gradient);
  *     kempe_gradient_set(gradient, lengths);
  *     for (int k = 0; k < 36; k++) {
  *         double angle = k * M_PI / 18;
- *         kempe_gradient_at(gradient, &angle, NULL, NULL);
+ *         kempe_gradient_eval(gradient, &angle, NULL, NULL);
  *         add(kempe_gradient_values(gradient), kempe_gradient_jacobian(gradient));
  *     }
  *
@@ -28,11 +27,10 @@ KEMPE_BEGIN
 typedef struct kempe_gradient kempe_gradient;
 
 typedef struct kempe_gradient_options {
-    size_t size; /* sizeof this struct, or 0: that of version 0.1 */
-    int parameter_count;
-    const char *const *parameters; /* names of parameters of the model */
-    const char *driven;            /* coordinates, comma-separated: one for each degree of freedom */
-    const char *backend;           /* native | tape; NULL: the default */
+    size_t size;            /* sizeof this struct, or 0: that of version 0.1 */
+    const char *parameters; /* "crank,rocker": parameters of the model; NULL: none */
+    const char *driven;     /* coordinates, comma-separated: one for each degree of freedom */
+    const char *backend;    /* native | tape; NULL: the default */
 } kempe_gradient_options;
 
 /** Derives the equations of a model with the parameters kept symbolic, and assembles it at its start. The values are
@@ -47,23 +45,23 @@ KEMPE_API void kempe_gradient_free(kempe_gradient *gradient);
 KEMPE_API int kempe_gradient_count(const kempe_gradient *gradient);
 KEMPE_API const char *kempe_gradient_name(const kempe_gradient *gradient, int k);
 
-/** Sets the values of all parameters, effective from the next kempe_gradient_at on. KEMPE_E_INPUT: the model cannot
+/** Sets the values of all parameters, effective from the next kempe_gradient_eval on. KEMPE_E_INPUT: the model cannot
  * have these values; the message has the reason, and the values before remain. */
 KEMPE_API kempe_status kempe_gradient_set(kempe_gradient *gradient, const double *values);
 
 /** Evaluates at the driven coordinates, with their rates and accelerations (NULL: zero), in the order of their names,
  * at t = 0. KEMPE_E_FAILED: the loops cannot be closed there; the message says up to which point they can, and
  * everything is unchanged. */
-KEMPE_API kempe_status kempe_gradient_at(kempe_gradient *gradient, const double *driven, const double *rates,
-                                         const double *accelerations);
+KEMPE_API kempe_status kempe_gradient_eval(kempe_gradient *gradient, const double *driven, const double *rates,
+                                           const double *accelerations);
 
-/** Results of the last kempe_gradient_at, owned by the gradient: the values; their derivatives by the parameters
+/** Results of the last kempe_gradient_eval, owned by the gradient: the values; their derivatives by the parameters
  * (row-major, a row per value) and by the driven coordinates. */
 KEMPE_API const double *kempe_gradient_values(const kempe_gradient *gradient);
 KEMPE_API const double *kempe_gradient_jacobian(const kempe_gradient *gradient);
 KEMPE_API const double *kempe_gradient_by_driven(const kempe_gradient *gradient);
 
-/** All coordinates at the last kempe_gradient_at (n values) and their derivatives by the parameters (row-major, a row
+/** All coordinates at the last kempe_gradient_eval (n values) and their derivatives by the parameters (row-major, a row
  * per coordinate). */
 KEMPE_API const double *kempe_gradient_q(const kempe_gradient *gradient);
 KEMPE_API const double *kempe_gradient_q_jacobian(const kempe_gradient *gradient);

@@ -23,10 +23,11 @@
  *     equilibrium.h   static and steady-state equilibria
  *     inverse.h       actuator forces of a prescribed motion
  *     linearize.h     state spaces about a state; response.h: frequency response
- *     modes.h         eigenvalues and mode shapes, also over the values of a parameter; limit cycles
+ *     modes.h         eigenvalues and mode shapes, also over the values of a parameter; limit_cycles.h: limit cycles
  *     sensitivity.h   sensitivities of results to parameters; gradient.h: gradients for optimisers
- *     fit.h           parameters from measured motions
- *     vehicle.h       wheels on their rails over a range, ride comfort; contact.h: laws of rolling contact
+ *     fit.h           parameters from measured motions; optimize.h: best parameters under limits
+ *     vehicle.h       wheels on their rails over a range; rolling_contact.h: laws of rolling contact
+ *     comfort.h       ride comfort
  *     generate.h      operation counts, equations in other languages, functional mock-up units
  *     cache.h         a folder that keeps derived equations for the next time
  *
@@ -203,44 +204,69 @@ KEMPE_API kempe_status kempe_system_print(const kempe_system *system, kempe_view
 
 /* -- simulate -------------------------------------------------------------------------------------- */
 
-/** Options of a run. Names are those of the command line; NULL, or 0 for a number, takes the model's or Kempe's
- * default. */
+/** Options of a run. Names are those of the command line; NULL, or 0 for a number, takes the model's value where it has
+ * one, or else the default. */
 typedef struct kempe_run_options {
-    size_t size;               /* sizeof this struct, or 0: that of version 0.1 */
-    const char *formulation;   /* reduced | dae | projected */
-    const char *form;          /* reduced: integrated | newton;  dae: index1 | stabilized1 ..;  projected: none */
-    const char *integrator;    /* dop853 | dopri5 | adams | bdf | radau | radau5 | radau9 | erk | dirk | ida */
-    const char *linear;        /* ida: auto, klu, umfpack, dense; dae with one of them has ida by default */
-    const char *backend;       /* native (default: machine code where AVX and FMA exist), tape: the same bits */
-    const char *independent;   /* initial independent coordinates, comma-separated */
-    int keep_independent;      /* 1: they are fixed: the run fails if they become singular, instead of changing them */
-    const char *change_points; /* cross (default): change points are located and crossed; ignore: neither (expert) */
-    double rtol;               /* relative tolerance, > 0 */
-    double atol;               /* absolute tolerance of an angle; lengths and rates scale it. Default: rtol, or the
-                                * model's times the ratio of rtol to the model's rtol */
-    double t_end;              /* s */
-    double output_step;        /* s between output rows */
-    const char *reference;     /* CSV file to measure errors against */
-    const char *checkpoint;    /* file in which a long run saves its rows, every few seconds and at its end */
-    const char *resume;        /* checkpoint file from which the run continues */
-    int threads; /* 1 to 64 threads share the work of each evaluation of the native back end, in kempe_simulate and
-                  * steppers, with the same bits. Other back ends, and processors without AVX, ignore it. 0: one.
-                  * kempe_ensemble_run: threads that share the instances */
-    int no_convergence_check; /* 1: no repeat run at another tolerance, which would warn of missing convergence */
-    long max_steps; /* bound on steps, rejected ones included: beyond it the run fails. 0: the model's. Without one, the
-                     * run fails when the last 100,000 steps advanced so little that the rest would take more than
-                     * 1e8 */
-    double fixed_step; /* s: length of all steps of dop853 and dopri5, without error control; 0: by the tolerances */
-    int keep_dense;    /* 1: the trajectory keeps the dense output of every step, for kempe_trajectory_at
-                        * (output_handles.h) */
-    int judge_safety;  /* 1: kempe_simulate judges the running safety of wheels on rails, from the dense output and the
-                        * static loads of an equilibrium (docs/model/wheels.md) */
-    double max_step;   /* s: no step is longer, so that none passes a short disturbance unseen, such as a fault of a
-                        * track; 0: the model's, or by the tolerances */
-    int full_convergence_check; /* 1: the whole run is repeated; 0: long runs of vehicles on rails are repeated in
-                                 * parts, if these are clearly accurate (docs/theory.md) */
-    const char *loads;          /* of joints and loops that redundant constraints share, in outputs of kempe_simulate:
-                                 * least-norm;          NULL: those of one solution */
+    size_t size; /* sizeof this struct, or 0: that of version 0.1 */
+    /* end of the run, s (default: 1) */
+    double t_end;
+    /* time between two rows of the result, s (default: t_end / 200) */
+    double output_step;
+    /* relative tolerance (default: 1e-8) */
+    double rtol;
+    /* absolute tolerance of an angle, rad; that of a length is atol times the characteristic length; another rtol than
+     * the model's keeps the ratio to rtol (default: rtol) */
+    double atol;
+    /* longest step of the integrator, s; with it no step passes a short disturbance unseen, such as a fault of a track
+     * (default: by the tolerances) */
+    double max_step;
+    /* largest number of steps, rejected ones included; beyond it the run fails (default: until the rest would take
+     * 1e8) */
+    long max_steps;
+    /* length of all steps of dop853 and dopri5, without error control, s (default: by the tolerances) */
+    double fixed_step;
+    /* formulation: reduced, projected, dae (default: reduced) */
+    const char *formulation;
+    /* form of the formulation's equations (reduced: integrated, newton); dae: index1, stabilized1, ..; projected: none
+     * (default: chosen) */
+    const char *form;
+    /* integrator: dop853, dopri5, adams, bdf, radau, radau5, radau9, erk, dirk, ida (default: dop853 or radau, by
+     * counted work; dae: radau or ida) */
+    const char *integrator;
+    /* change points (bifurcations): cross detects and crosses them, ignore does neither (default: cross) */
+    const char *change_points;
+    /* independent coordinates at the start (default: chosen by pivots) */
+    const char *independent;
+    /* 1: keep the given independent coordinates; fail if they become singular */
+    int keep_independent;
+    /* linear solver of IDA: klu, umfpack, dense; with one of them dae has IDA as its integrator (default: auto) */
+    const char *linear;
+    /* evaluator of the equations: native machine code, or tape, an interpreter; both give the same bits (default:
+     * native, where AVX and FMA exist) */
+    const char *backend;
+    /* threads that share each evaluation of the equations, 1 to 64; for large models; in kempe_simulate and steppers,
+     * with the same bits. Other back ends than native, and processors without AVX, ignore it. kempe_ensemble_run:
+     * threads that share the instances (default: 1) */
+    int threads;
+    /* 1: do not repeat the run at another tolerance, which would warn of missing convergence */
+    int no_convergence_check;
+    /* 1: repeat the whole run of a vehicle on rails, of which otherwise parts are repeated, if these are clearly
+     * accurate (docs/theory.md) */
+    int full_convergence_check;
+    /* reference solution for measuring errors, a CSV file (default: none) */
+    const char *reference;
+    /* loads of joints that redundant constraints share: least-norm, in outputs of kempe_simulate (default: those of one
+     * solution) */
+    const char *loads;
+    /* write the rows to this file every 10 s and at the end (default: none) */
+    const char *checkpoint;
+    /* continue from a checkpoint (default: none) */
+    const char *resume;
+    /* 1: the trajectory keeps the dense output of every step, for kempe_trajectory_at_time (output_handles.h) */
+    int keep_dense;
+    /* 1: kempe_simulate judges the running safety of wheels on rails, from the dense output and the static loads of an
+     * equilibrium (docs/model/wheels.md) */
+    int judge_safety;
 } kempe_run_options;
 
 typedef struct kempe_trajectory kempe_trajectory;

@@ -42,8 +42,8 @@ KEMPE_API int kempe_outputs_find(const kempe_outputs *outputs, const char *name)
 
 /** Values (kempe_outputs_count) at t (s), q, qd, qdd (n each) and lambda (row_count of the system), with the model's
  * inputs. NULL for qd, qdd or lambda: zero. */
-KEMPE_API kempe_status kempe_outputs_at(kempe_outputs *outputs, double t, const double *q, const double *qd,
-                                        const double *qdd, const double *lambda, double *values);
+KEMPE_API kempe_status kempe_outputs_at_state(kempe_outputs *outputs, double t, const double *q, const double *qd,
+                                              const double *qdd, const double *lambda, double *values);
 
 /** Values at the current row of a stepper, with its inputs; at a row of a trajectory. */
 KEMPE_API kempe_status kempe_outputs_at_stepper(kempe_outputs *outputs, const kempe_stepper *stepper, double *values);
@@ -56,8 +56,8 @@ KEMPE_API kempe_status kempe_outputs_at_row(kempe_outputs *outputs, const kempe_
  * before. A trajectory with keep_dense holds its run and about 10 numbers per unknown and step (docs/outputs.md). It
  * belongs to one thread at a time. KEMPE_E_ARGUMENT: it has no dense output, or t is not within the run.
  * KEMPE_E_FAILED: the run could not have written that row. */
-KEMPE_API kempe_status kempe_trajectory_at(kempe_trajectory *trajectory, double t, double *q, double *qd, double *qdd,
-                                           double *lambda);
+KEMPE_API kempe_status kempe_trajectory_at_time(kempe_trajectory *trajectory, double t, double *q, double *qd,
+                                                double *qdd, double *lambda);
 
 /** Values of the outputs there. */
 KEMPE_API kempe_status kempe_outputs_at_time(kempe_outputs *outputs, kempe_trajectory *trajectory, double t,

@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /**
- * Studies of vehicles: wheels on their rails over a range, and ride comfort.
- *
- * Wheels on their rails. One or several parameters or coordinates take their values together, and at each
+ * Wheels on their rails over a range. One or several parameters or coordinates take their values together, and at each
  * the other coordinates are in balance. The table has the contact points, normal forces, creepages and creep forces of
  * each wheel.
  *
@@ -14,13 +12,7 @@
  *     for (int k = 0; k < kempe_table_row_count(rows); k++)
  *         show(kempe_table_word(rows, k, 1), kempe_table_number(rows, k, kempe_table_find(rows, "normal")));
  *
- * The laws themselves, without a model, are in contact.h.
- *
- * Ride comfort: accelerations of a run, weighted as people feel them (EN 12299, ISO 2631-1), and Sperling's ride index.
- *
- *     kempe_comfort_options options = {.vertical = "acceleration(car.floor).z"};
- *     kempe_comfort *comfort;
- *     kempe_comfort_new(system, &options, &comfort);
+ * The laws themselves, without a model, are in rolling_contact.h.
  */
 #ifndef KEMPE_VEHICLE_H
 #define KEMPE_VEHICLE_H
@@ -28,8 +20,6 @@
 #include <kempe/table.h>
 
 KEMPE_BEGIN
-
-/* -- wheels on their rails ------------------------------------------------------------------------- */
 
 /** NULL and 0: the default. Coordinates that move at the start keep their rates; all others are at rest.
  *
@@ -47,11 +37,11 @@ typedef struct kempe_contact_options {
     const char *hold;  /* "NAME,..": coordinates fixed at their assembled values */
     const char *solve_for; /* "NAME,..": moving coordinates without a drive: their rates are solved for; default: those
                             * that turn; "-": none */
-    const char *law;       /* "linear", "shen", "polach", "tanh", "fastsim", "fastsim1" (contact.h) or "half-space": a
-                            * second law for the forces, in addition to the wheel's own, at the same normal force,
-                            * creepages and spin */
-    int points;            /* number of values; default: N of the first range that has one, or 21 */
-    const char *backend;   /* as in kempe_run_options */
+    const char *law; /* "linear", "shen", "polach", "tanh", "fastsim", "fastsim1" (rolling_contact.h) or "half-space": a
+                      * second law for the forces, in addition to the wheel's own, at the same normal force,
+                      * creepages and spin */
+    int points;      /* number of values; default: N of the first range that has one, or 21 */
+    const char *backend;  /* as in kempe_run_options */
     const char *conicity; /* "A:B:N" or "A", as "1 mm:7 mm:13" (13 when N is absent): amplitudes at which the equivalent
                            * conicity is computed. The first swept quantity then moves the wheels of a wheelset
                            * laterally */
@@ -118,43 +108,6 @@ KEMPE_API kempe_status kempe_contacts_table(const kempe_contacts *contacts, cons
  * joined at every value. Rolling radius, contact angle, normal force and forces are plotted over the values, the
  * difference of the rolling radii and the conicity below them. */
 KEMPE_API kempe_status kempe_contacts_write_picture(const kempe_contacts *table, const char *path);
-
-/* -- ride comfort ---------------------------------------------------------------------------------- */
-
-/** NULL and 0 take the default. Lists of outputs of one value in m/s^2, as in kempe/output_handles.h. Without any list
- * they are the accelerations of points that the model requests: x along, y across, z vertical. */
-typedef struct kempe_comfort_options {
-    size_t size;              /* sizeof this struct, or 0: that of version 0.1 */
-    const char *vertical;     /* weighted by Wb; Wz of vertical accelerations */
-    const char *lateral;      /* Wd; Wz of lateral ones */
-    const char *longitudinal; /* Wd */
-    const char *seat_back;    /* Wc: longitudinal, at the back of a seat */
-    double from;              /* s: the windows begin here; the filters at the start of the run */
-    double rate;              /* samples per second, at least 400; default: 1000 */
-    const kempe_run_options *run;
-} kempe_comfort_options;
-
-typedef struct kempe_comfort kempe_comfort;
-
-/** Runs the model and judges its accelerations, in windows of 5 s. KEMPE_E_ARGUMENT: a name or number is wrong, there
- * is no acceleration, or the run is shorter than a window. KEMPE_E_FAILED, KEMPE_STOPPED: the run did not reach its
- * end. */
-KEMPE_API kempe_status kempe_comfort_new(const kempe_system *system, const kempe_comfort_options *options,
-                                         kempe_comfort **comfort);
-KEMPE_API void kempe_comfort_free(kempe_comfort *comfort);
-
-KEMPE_API kempe_status kempe_comfort_print(const kempe_comfort *comfort, kempe_format format, char **text);
-
-/** Tables, to be freed with kempe_table_free. KEMPE_E_ARGUMENT: another name.
- * "signals": direction, name, weighting. Root mean squares rms and weighted; median, percentile_95 and largest of the
- * weighted ones of the windows. Wz, unknown where there is none. The largest relative difference of these values with
- * every other sample. "windows": t at the end of each window, and each signal's weighted root mean square. */
-KEMPE_API kempe_status kempe_comfort_table(const kempe_comfort *comfort, const char *name, kempe_table **table);
-
-/** The k-th signals of the lists longitudinal, lateral and vertical are a place: the number of such places. The mean
- * comfort N_MV = 6 sqrt(aX^2 + aY^2 + aZ^2) of one, from the 95th percentiles in m/s^2 (EN 12299). */
-KEMPE_API int kempe_comfort_place_count(const kempe_comfort *comfort);
-KEMPE_API double kempe_comfort_mean_comfort(const kempe_comfort *comfort, int place);
 
 KEMPE_END
 #endif

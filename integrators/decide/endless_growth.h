@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A motion that grows without end: the decision of runs, of lanes and of generated simulators, which have this file
  * too. Such a run would take shorter and shorter steps until its numbers overflow. */
-#ifndef KMP_ENDLESS_GROWTH_H
-#define KMP_ENDLESS_GROWTH_H
+#pragma once
 
 #include "constraints/tolerances.h"
 #include <float.h>
@@ -28,14 +27,21 @@ static inline double kmp_growth_size(int count, int stride, const double *y, con
     return most * atol;
 }
 
-/** True if a coordinate's rate, over its scale, is far beyond the rate `usual` of the motion, 1/s, and larger than
- * *most, the largest one so far (0 at first), which it then replaces. */
-static inline bool kmp_growth_explodes(double rate, double scale, double usual, double *most)
+/** The largest of `count` rates over their scales that is far beyond the rate `usual` of the motion, 1/s; -1: none is.
+ * Rates and scales are `stride` apart. which: the coordinates of the rates, NULL: the first ones. Those from `motions`
+ * on are states, which may have any size. */
+static inline int kmp_growth_explodes(int count, const int *which, int motions, int stride, const double *rate,
+                                      const double *scale, double usual)
 {
-    bool faster = fabs(rate) / scale > fmax(*most, KMP_GROWTH_RATES * usual);
-    if (faster)
-        *most = fabs(rate) / scale;
-    return faster;
+    double most = KMP_GROWTH_RATES * usual;
+    int fastest = -1;
+    for (int k = 0; k < count; k++) {
+        const int c = which ? which[k] : k;
+        const double size = c < motions ? fabs(rate[k * stride]) / scale[c * stride] : 0;
+        fastest = size > most ? k : fastest;
+        most = fmax(most, size);
+    }
+    return fastest;
 }
 
 /** A look after `tried` attempted steps: the largest unknown at t is `size` times its usual size. True for growth
@@ -60,5 +66,3 @@ static inline bool kmp_growth_is_endless(kmp_growth *growth, double tried, doubl
     return growth->ended >= 4 && tried >= KMP_GROWTH_STEPS && last <= KMP_GROWTH_STEADY * before &&
            before <= KMP_GROWTH_STEADY * first && t - end[0] <= KMP_GROWTH_STEADY * last;
 }
-
-#endif

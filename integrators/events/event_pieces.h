@@ -3,8 +3,7 @@
  * one piece. Bounds of each condition's value and rate over the piece decide if it can change there. It cannot if its
  * value stays away from zero; if its value is monotonic, the values at both ends decide. An undecided piece is halved,
  * the earlier half first. Generated simulators have this file too. */
-#ifndef KMP_EVENT_PIECES_H
-#define KMP_EVENT_PIECES_H
+#pragma once
 
 #include "backend/bound_code.h"
 #include <stdbool.h>
@@ -68,5 +67,3 @@ KMP_LOCAL kmp_bound kmp_bound_over(double h, double x, double x_rate, double y, 
 /** Bound of a quantity with values x, z in the middle, and y: a parabola. */
 KMP_LOCAL kmp_bound kmp_bound_through(double h, double x, double z, double y);
 KMP_LOCAL kmp_bound kmp_bound_still(double x);
-
-#endif

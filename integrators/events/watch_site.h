@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The simulator whose conditions kempe_events.c watches. A status is 0, or a number that ends the search. Generated
  * simulators have this file too. */
-#ifndef KMP_WATCH_SITE_H
-#define KMP_WATCH_SITE_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -23,8 +22,6 @@ typedef struct kmp_watch_site {
     bool (*may_change)(const void *self, int condition);
     /** True for a condition that is fixed where its value is negative. */
     bool (*holds)(const void *self, int condition);
-    /** Ends a piece, with the values at its end. *found: it has a change, at which the step now ends. */
-    int (*end)(void *self, double from, double to, const double *change, bool *found);
+    /** Ends a piece, with the values at both ends. *found: it has a change, at which the step now ends. */
+    int (*end)(void *self, double from, const double *before, double to, const double *change, bool *found);
 } kmp_watch_site;
-
-#endif

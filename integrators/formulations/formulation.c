@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/formulations/formulation.h"
 #include "base/memory.h"
-#include "constraints/closing/rounding.h"
-#include "constraints/tolerances.h"
-#include <math.h>
+#include "constraints/evaluation/intended_rank.h"
+#include "integrators/decide/dropped_rows.h"
+#include "integrators/decide/run_start.h"
 #include <string.h>
 
 void *kmp_formulation_new(const kmp_formulation_start *start, size_t bytes)
@@ -46,17 +46,9 @@ void kmp_formulation_begin_with_state(kmp_formulation *formulation, const kmp_fo
     for (int i = 0; i < n; i++) {
         formulation->y[i] = start->q[i];
         formulation->y[n + i] = start->qd[i];
-        kmp_formulation_tolerances(start->system, i, start->atol * start->system->scale[i], start->rate_scale,
-                                   &formulation->atol[i], &formulation->atol[n + i]);
+        kmp_start_tolerance(kmp_state_of(start->system->model, i) != NULL, start->atol * start->system->scale[i],
+                            start->rate_scale, &formulation->atol[i], &formulation->atol[n + i]);
     }
-}
-
-void kmp_formulation_tolerances(const kempe_system *system, int coordinate, double tolerance, double rate_scale,
-                                double *position, double *rate)
-{
-    bool state = kmp_state_of(system->model, coordinate);
-    *position = state ? KMP_UNCONTROLLED : tolerance;
-    *rate = state ? tolerance : tolerance * rate_scale;
 }
 
 void kmp_formulation_position_of_state(kmp_formulation *formulation, double t, const double *y, double *q)
@@ -69,22 +61,16 @@ int kmp_redundant_check(const kmp_evaluator *eval, const kmp_partition *part, do
                         kmp_text *reason)
 {
     const kmp_rounding *rounding = kmp_rounding_of(eval->system);
-    double allowed = fmax(KMP_DROPPED_WEIGHTS * tolerance, rounding ? KMP_DROPPED_TOLERANCES * rounding->tolerance : 0);
-    for (int k = 0; part->m > part->r && k < part->r; k++)
-        allowed = fmax(allowed, KMP_DROPPED_OVER_KEPT * kmp_eval_opening(eval, part->rows[k]));
-    for (int k = 0; k < part->m - part->r; k++) {
-        int row = part->redundant[k];
-        double h = kmp_eval_opening(eval, row);
-        if (h <= allowed)
-            continue;
-        kmp_text_printf(
-            reason,
-            "closure row '%s', redundant at the start, has the residual %.3g (scaled) at t = %.9g: the run began at a "
-            "change point, where the closures have a lower rank; start near it, on the intended branch",
-            eval->system->row_names[row], h, t);
-        return KMP_HALT;
-    }
-    return KMP_GO;
+    const int row = kmp_dropped_open(part->r, part->rows, part->m - part->r, part->redundant, 1, eval->h,
+                                     eval->system->row_scale, tolerance, rounding ? rounding->tolerance : 0);
+    if (row < 0)
+        return KMP_GO;
+    kmp_text_printf(
+        reason,
+        "closure row '%s', redundant at the start, has the residual %.3g (scaled) at t = %.9g: the run began at a "
+        "change point, where the closures have a lower rank; start near it, on the intended branch",
+        eval->system->row_names[row], kmp_eval_opening(eval, row), t);
+    return KMP_HALT;
 }
 
 const char *kmp_formulation_row_of_rates(const kempe_system *system)
@@ -93,14 +79,4 @@ const char *kmp_formulation_row_of_rates(const kempe_system *system)
         if (system->rows[r].of_rates)
             return system->model->closures[system->rows[r].closure].name;
     return NULL;
-}
-
-double kmp_formulation_rate_scale(const kempe_system *system, double t_end, const double *qd, const double *qdd)
-{
-    double scale = 1 / t_end;
-    for (int i = 0; i < kmp_model_coordinates(system->model); i++) {
-        scale = fmax(scale, fabs(qd[i]) / system->scale[i]);
-        scale = fmax(scale, sqrt(fabs(qdd[i]) / system->scale[i]));
-    }
-    return scale;
 }

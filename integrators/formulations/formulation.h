@@ -123,11 +123,6 @@ void kmp_formulation_make_unknowns(kmp_formulation *formulation, int size, bool 
 void kmp_formulation_begin_with_state(kmp_formulation *formulation, const kmp_formulation_start *start);
 void kmp_formulation_position_of_state(kmp_formulation *formulation, double t, const double *y, double *q);
 
-/** The absolute tolerances of a coordinate and of its rate, from that of an angle times the size of the coordinate.
- * That of a state is this one; its integral, the coordinate of its motion, is not controlled. */
-void kmp_formulation_tolerances(const kempe_system *system, int coordinate, double tolerance, double rate_scale,
-                                double *position, double *rate);
-
 /** Checks that the dropped rows close, too, at the evaluator's last closure (at t): not wider than many tolerances
  * (scaled), nor than a multiple of the kept rows. KMP_GO, or KMP_HALT with the reason. */
 int kmp_redundant_check(const kmp_evaluator *eval, const kmp_partition *part, double t, double tolerance,
@@ -135,9 +130,6 @@ int kmp_redundant_check(const kmp_evaluator *eval, const kmp_partition *part, do
 
 /** The name of a row between rates that are those of no h (kmp_row.of_rates); NULL: the system has none. */
 const char *kmp_formulation_row_of_rates(const kempe_system *system);
-
-/** 1/s: the largest of the initial rates, the roots of the initial accelerations, and 1 / t_end, all scaled. */
-double kmp_formulation_rate_scale(const kempe_system *system, double t_end, const double *qd, const double *qdd);
 
 /** Row k of the table, NULL after the last. */
 const kmp_formulation_kind *kmp_formulation_get(int k);

@@ -8,8 +8,10 @@
  *   it, others along the tangent from the last accepted step only. An evaluation whose corrections stop contracting
  *   fails and shortens the step. */
 #include "integrators/formulations/reduced.h"
+#include "constraints/closing/close_reduced.h"
 #include "constraints/programs/reduced_program_inside.h"
 #include "constraints/tolerances.h"
+#include "integrators/decide/run_start.h"
 #include "integrators/formulations/cost_model.h"
 #include <math.h>
 #include <string.h>
@@ -32,11 +34,8 @@ void kmp_reduced_pack(const kmp_partition *part, bool has_v, const double *q, co
 void kmp_reduced_set_tolerances(kmp_reduced *d)
 {
     double *atol = d->formulation.atol;
-    for (int k = 0; k < d->p; k++)
-        kmp_formulation_tolerances(d->s, d->part.u[k], d->start.atol * d->s->scale[d->part.u[k]], d->start.rate_scale,
-                                   &atol[k], &atol[d->p + k]);
-    for (int i = 0; d->has_v && i < d->r; i++)
-        atol[2 * d->p + i] = d->start.atol * d->s->scale[d->part.v[i]];
+    kmp_start_tolerances(d->p, d->part.u, d->has_v ? d->r : 0, d->part.v, kmp_model_coordinates(d->s->model),
+                         d->s->scale, d->start.atol, d->start.rate_scale, 1, atol);
     if (d->has_work)
         atol[kmp_reduced_work(d)] = KMP_UNCONTROLLED;
 }
@@ -253,15 +252,10 @@ static int correct(kmp_reduced *d, double *v, const double *w)
     bool still = d->p == 0 && !d->s->rheonomic;
     if (!d->integrated || d->r == 0 || still || kmp_eval_residual(d->eval) < KMP_CLOSED)
         return KMP_GO;
-    double limit = d->part.m > d->r ? KMP_CORRECTION_REDUNDANT : KMP_CORRECTION_LIMIT, worst = 0;
-    for (int i = 0; i < d->r; i++) {
-        double rounded = fmin(w[i], KMP_CORRECTION_ROUNDING * d->s->scale[d->part.v[i]]), dv = fabs(d->red.dv[i]);
-        worst = dv <= rounded ? worst : isfinite(dv) ? fmax(worst, dv / w[i]) : INFINITY;
-    }
-    bool rounding = d->corrected_t == d->t && worst > 0.5 * d->corrected && worst <= KMP_CORRECTION_LIMIT;
-    d->corrected = worst;
-    d->corrected_t = d->t;
-    if (worst > limit && !rounding)
+    double worst = 0;
+    for (int i = 0; i < d->r; i++)
+        worst = fmax(worst, kmp_correction_size(d->red.dv[i], w[i], d->s->scale[d->part.v[i]]));
+    if (!kmp_correction_is_small(worst, d->part.m > d->r, d->t, &d->corrected))
         return KMP_RETRY;
     for (int i = 0; i < d->r; i++)
         d->q[d->part.v[i]] = v[i] += d->red.dv[i];
@@ -495,7 +489,7 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     d->n = part->n;
     d->p = part->p;
     d->r = part->r;
-    d->corrected_t = NAN;
+    d->corrected.t = NAN;
     d->formulation.release = release;
     d->formulation.row = row;
     d->formulation.position = position;

@@ -67,7 +67,7 @@ typedef struct kmp_reduced {
     int *signs_now; /* r */
     double t;       /* of the last accepted step */
     bool crossed;   /* det Jv had changed its sign at the end of the last attempted step */
-    double corrected, corrected_t; /* the last correction of v in error weights, of a step from t */
+    kmp_last_correction corrected; /* of v, in error weights */
     double growth;                 /* scaled |Bvu| at t, and its v and u */
     int growth_v, growth_u;
 } kmp_reduced;

@@ -3,6 +3,7 @@
  * sign. Both are monitored at every accepted step, because the ODE may pass such a point and continue wrongly without
  * any other sign. Before a dead centre u and v are exchanged, unless u is fixed. */
 #include "constraints/tolerances.h"
+#include "integrators/decide/coordinate_exchange.h"
 #include "integrators/formulations/reduced.h"
 #include <string.h>
 
@@ -28,9 +29,11 @@ static int dead_centre(kmp_reduced *d, double t, const char *sign, int v, int u)
     return KMP_HALT;
 }
 
-static double exchange_growth(const kmp_reduced *d)
+/* The right-hand side is a function of u alone where v is closed for it. An integrator that restarts at each exchange
+ * would lose more than it gains. */
+static double exchange_limit(const kmp_reduced *d, bool of_user)
 {
-    return d->integrated || d->start.restarts ? KMP_EXCHANGE_GROWTH : KMP_EXCHANGE_CLOSED;
+    return kmp_exchange_limit(of_user, !d->integrated && !d->start.restarts);
 }
 
 void kmp_reduced_judge(kmp_reduced *d)
@@ -38,7 +41,7 @@ void kmp_reduced_judge(kmp_reduced *d)
     if (d->r == 0)
         return;
     d->growth = kmp_reduction_growth(&d->red, &d->growth_v, &d->growth_u);
-    d->due = !d->start.fixed && d->growth > (d->part.user ? KMP_EXCHANGE_WISH : exchange_growth(d));
+    d->due = !d->start.fixed && d->growth > exchange_limit(d, d->part.user);
 }
 
 int kmp_reduced_watch(kmp_reduced *d, double t, const int *signs)
@@ -140,7 +143,7 @@ int kmp_reduced_exchange(kmp_reduced *d, double t, double *y)
         return KMP_HALT;
     /* The workspace of the new partition, then the state in its unknowns. */
     kmp_reduction red = d->red;
-    bool made = kmp_partition_exchange(&d->part, d->s, d->eval->jacobian, exchange_growth(d)) == KEMPE_OK &&
+    bool made = kmp_partition_exchange(&d->part, d->s, d->eval->jacobian, exchange_limit(d, false)) == KEMPE_OK &&
                 kmp_reduction_init(&d->red, d->eval, &d->part) == KEMPE_OK;
     if (made) {
         d->red.newton = red.newton;

@@ -2,12 +2,11 @@
 /* An evaluation of the newton form by the fused or the solved program: corrections of the predicted v until the rest of
  * the program, which is evaluated at the corrected v, finds it closed. The correction that is left there tests that. */
 #include "constraints/tolerances.h"
+#include "integrators/decide/closing.h"
 #include "integrators/formulations/reduced.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
-
-enum { MOST_CORRECTIONS = 12 };
 
 /* The largest component of a correction of v, in scales and in error weights; infinite where one is not finite. */
 typedef struct extent {
@@ -43,12 +42,12 @@ static bool close_and_finish(kmp_reduced *d, double t, double *dy)
 {
     kmp_reduced_program *program = d->programs.fused;
     double last = INFINITY, *v = d->state + 2 * d->p;
-    for (int k = 0; k < MOST_CORRECTIONS; k++) {
+    for (int k = 0; k < KMP_CLOSING_PASSES; k++) {
         memcpy(v, d->v, (size_t)d->r * sizeof *v);
         kmp_writer_correction c = kmp_reduced_program_close(program, t, d->state);
         extent e = measure(d, c.dv), next = {d->contraction * e.scaled * e.scaled, INFINITY};
         d->red.newton++;
-        if (!is_small(d, e) && !(e.scaled <= 0.9 * last))
+        if (!is_small(d, e) && !kmp_closing_contracts(e.scaled, last))
             return false;
         add(d, c.dv);
         last = e.scaled;
@@ -61,7 +60,7 @@ static bool close_and_finish(kmp_reduced *d, double t, double *dy)
         extent left = measure(d, kmp_reduced_program_left(program));
         if (left.scaled > d->noise)
             d->contraction = left.scaled / (e.scaled * e.scaled);
-        if (!is_small(d, left) && !(left.scaled <= 0.9 * last))
+        if (!is_small(d, left) && !kmp_closing_contracts(left.scaled, last))
             return false;
         add(d, kmp_reduced_program_left(program));
         last = left.scaled;

@@ -3,8 +3,7 @@
  * decision at a state (friction_problem.c), growth of levels (friction_growth.c), division of loads (friction_load.c),
  * the modes that follow (friction_settle.c). The mechanism is that of a site, which evaluates it: a run of the library
  * (friction_run.c), or a generated simulator. These files need no other memory than that of the caller. */
-#ifndef KMP_FRICTION_INSIDE_H
-#define KMP_FRICTION_INSIDE_H
+#pragma once
 
 #include "dynamics/kinematics/friction_roles.h"
 #include "integrators/friction/friction_site.h"
@@ -190,5 +189,3 @@ KMP_LOCAL void kmp_friction_let_go(kmp_friction_run *x);
 /** Decides on modes at t and the state (q, qd); rates are made consistent with the rows that are held, and the site is
  * evaluated there. */
 KMP_LOCAL int kmp_friction_settle_modes(kmp_friction_run *x, double t, double *q, double *qd);
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The mechanism for which modes of friction are decided, as functions that evaluate it. A status is 0, `failed` where
  * there is no solution, or another number that ends the decision. Generated simulators have this file too. */
-#ifndef KMP_FRICTION_SITE_H
-#define KMP_FRICTION_SITE_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -65,5 +64,3 @@ typedef struct kmp_friction_site {
     /** Notes a fact of an element (-1: none). NULL: nobody reads it. */
     void (*tell)(void *self, kmp_friction_fact fact, int element, double t, double number);
 } kmp_friction_site;
-
-#endif

@@ -7,8 +7,7 @@
  *
  * An impact whose next one would follow within KMP_IMPACT_SPACING of the run ends a sequence: it takes the rate away,
  * and the contact closes. The mechanism is that of a site: a run of the library, or a generated simulator. */
-#ifndef KMP_IMPACT_INSIDE_H
-#define KMP_IMPACT_INSIDE_H
+#pragma once
 
 #include "integrators/friction/friction_inside.h"
 #include "integrators/impact/impact_site.h"
@@ -41,5 +40,3 @@ KMP_LOCAL int kmp_impact_decide(kmp_impact_run *p, double t, double *q, double *
 
 /** The first contact whose surfaces overlap at (t, q, qd) by more than rounding; -1: none. */
 KMP_LOCAL int kmp_impact_overlap(kmp_impact_run *p, double t, const double *q, const double *qd);
-
-#endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The mechanism for which impacts are decided, beside the site of friction (friction_site.h), which has the same `self`
  * and statuses. Rows of friction and contacts are not held. Generated simulators have this file too. */
-#ifndef KMP_IMPACT_SITE_H
-#define KMP_IMPACT_SITE_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -33,5 +32,3 @@ typedef struct kmp_impact_site {
     void (*tell_impact)(void *self, const struct kmp_impact_run *p, double t, double before, double gain);
     void (*tell_plastic)(void *self, double t, double gain);
 } kmp_impact_site;
-
-#endif

@@ -2,10 +2,9 @@
 /* The earliest event of a step of a run (integrators/events/event_pieces.h). Bounds use cubics for the coordinates,
  * through their values and rates at both ends of the piece. Accelerations, multipliers and solutions of implicit
  * blocks, with unknown rates, are parabolas through the values at both ends and in the middle. */
-#include "base/bracket.h"
 #include "constraints/tolerances.h"
+#include "integrators/decide/event_location.h"
 #include "integrators/run/events.h"
-#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -179,66 +178,35 @@ static kmp_bound bound_of(const void *self, int k)
 static bool holds(const void *self, int k)
 {
     const kmp_event_tracker *c = self;
-    return c->mode[k] > 0 && c->s->events.condition[k].role == KMP_ROLE_NONE;
+    return kmp_condition_holds((kmp_condition_kind)c->kind[k], c->mode[k]);
 }
 
-/* False for a kink without a branch, and for numbers of friction elements that are no events in their modes. Rates of
- * elements at rest that other rows keep are zero by them, which bounds do not know: they are watched at ends of steps.
- */
+/* The end of a table is bounded until it has been left. */
 static bool may_change(const void *self, int k)
 {
     const kmp_event_tracker *c = self;
-    switch (c->s->events.condition[k].role) {
-    case KMP_ROLE_NONE:
-        return !kmp_event_tracker_is_free(c, k);
-    case KMP_ROLE_SENSE:
-        return c->mode[k] != 0 && c->mode[k + KMP_ROLE_HELD - KMP_ROLE_SENSE] == 0;
-    case KMP_ROLE_HELD:
-        return c->mode[k] > 0 || c->mode[k + KMP_ROLE_GIVEN - KMP_ROLE_HELD] != 0;
-    default:
-        return false;
-    }
+    const bool sense = c->s->events.condition[k].role == KMP_ROLE_SENSE;
+    return c->kind[k] == KMP_CONDITION_TOLD ||
+           kmp_condition_may_change((kmp_condition_kind)c->kind[k], sense, &c->mode[k]);
 }
 
 /* -- narrowing --------------------------------------------------------------------------------------- */
 
-/* Finds a point from `low` on where condition k has its fixed state: after a start just behind an event rounding
- * decides. *f is its value there; at `low` it is given. Not found: it changes at once. */
-static kempe_status find_side(kmp_event_tracker *c, int k, double *low, double high, double *f, bool *found)
+static int look_alone(void *self, double t)
 {
-    double from = *low, width = high - from, least = 4 * DBL_EPSILON * fmax(fabs(from), width);
-    while (kmp_event_tracker_differs(c, k, *f) && width > least) {
-        width /= 2;
-        *low = from + width;
-        KMP_TRY(kmp_event_tracker_look(c, *low));
-        *f = c->change[k];
-    }
-    *found = !kmp_event_tracker_differs(c, k, *f);
-    *low = *found ? *low : from;
-    return KEMPE_OK;
+    return kmp_event_tracker_look(self, t);
 }
 
-/* Narrows (a->t, *high], at whose end condition k has changed, to rounding. Leaves c at *high. */
-static kempe_status narrow(kmp_event_tracker *c, int k, const kmp_event_probe *a, double *high)
+static void note_before(void *self, int k, double value)
 {
-    double from = a->t, f_low = a->change[k], f_high = c->change[k], x = NAN;
-    bool found;
-    KMP_TRY(find_side(c, k, &from, *high, &f_low, &found));
-    kmp_bracket bracket = kmp_bracket_of(from, f_low, found ? *high : from, f_high);
-    while (kmp_bracket_next(&bracket, 4 * DBL_EPSILON * fmax(fabs(bracket.near), fabs(bracket.far)), &x)) {
-        KMP_TRY(kmp_event_tracker_look(c, x));
-        bool beyond = kmp_event_tracker_changed(c, k);
-        kmp_bracket_take(&bracket, x, c->change[k], beyond);
-        c->past[k].most = beyond ? c->past[k].most : fmax(c->past[k].most, fabs(c->change[k]));
-    }
-    *high = bracket.far;
-    return *high == x ? KEMPE_OK : kmp_event_tracker_look(c, *high);
+    kmp_event_tracker *c = self;
+    c->past[k].most = fmax(c->past[k].most, fabs(value));
 }
 
-/* Records the distance that a condition with a lag has covered since its last change, to distinguish chattering. Leaves
- * c at `high`. */
-static kempe_status note_crossing(kmp_event_tracker *c, int k, double low, double high)
+/* Records the distance that a condition with a lag has covered since its last change, to distinguish chattering. */
+static int note_crossing(void *self, int k, double low, double high)
 {
+    kmp_event_tracker *c = self;
     if (!(c->s->events.condition[k].lag > 0))
         return KEMPE_OK;
     KMP_TRY(kmp_event_tracker_look(c, low + (high - low) / 2));
@@ -246,52 +214,21 @@ static kempe_status note_crossing(kmp_event_tracker *c, int k, double low, doubl
     return kmp_event_tracker_look(c, high);
 }
 
-/* Time since the surfaces of condition k, an open contact that strikes, have met; 0: it is none. */
-static double since_surface(const kmp_event_tracker *c, int k)
+static bool is_contact(const void *self, int k)
 {
-    const kmp_condition *condition = &c->s->events.condition[k];
-    const kmp_force *force = condition->of;
-    if (condition->role != KMP_ROLE_SENSE || force->kind != KMP_FORCE_TOUCH)
-        return 0;
-    double gap = c->change[k + KMP_ROLE_PLACE - KMP_ROLE_SENSE], rate = c->change[k + KMP_ROLE_RATE - KMP_ROLE_SENSE];
-    return gap < 0 && rate < 0 ? gap / rate : 0;
-}
-
-/* A contact is located behind its surface, by the overlap that counts as none where it opens. Each flight would end
- * lower than it begins by this height, and strike faster. If only contacts have changed, goes back from *t to the last
- * place where they touch. A contact that has not been apart since `from` stays. Leaves c at *t. */
-static kempe_status go_back_to_surface(kmp_event_tracker *c, double from, double *t)
-{
-    double back = INFINITY;
-    int which = -1;
-    for (int k = 0; k < c->s->events.count; k++) {
-        double since = kmp_event_tracker_changed(c, k) ? since_surface(c, k) : INFINITY;
-        which = since < back ? k : which;
-        back = fmin(back, since);
-    }
-    double surface = *t - back;
-    if (which < 0 || !(surface > from && surface < *t))
-        return KEMPE_OK;
-    double gap = c->change[which + KMP_ROLE_PLACE - KMP_ROLE_SENSE];
-    KMP_TRY(kmp_event_tracker_look(c, surface));
-    if (fabs(c->change[which + KMP_ROLE_PLACE - KMP_ROLE_SENSE]) > fabs(gap) / 2)
-        return kmp_event_tracker_look(c, *t);
-    *t = surface;
-    return KEMPE_OK;
+    const kmp_condition *condition = &((const kmp_event_tracker *)self)->s->events.condition[k];
+    return condition->role == KMP_ROLE_SENSE && ((const kmp_force *)condition->of)->kind == KMP_FORCE_TOUCH;
 }
 
 /* Finds the earliest change in (a, b]. Leaves c there. */
-static kempe_status find_earliest(kmp_event_tracker *c, const kmp_event_probe *a, const kmp_event_probe *b, double *t)
+static int find_earliest(kmp_event_tracker *c, const kmp_event_probe *a, const kmp_event_probe *b, double *t)
 {
+    const kmp_location_site location = {c,          c->s->events.count, c->kind,       c->mode,   c->change,
+                                        look_alone, note_before,        note_crossing, is_contact};
     *t = b->t;
     memcpy(c->change, b->change, (size_t)c->s->events.count * sizeof *c->change);
-    for (int k = 0; *t > a->t && k < c->s->events.count; k++) {
-        if (!kmp_event_tracker_changed(c, k))
-            continue;
-        KMP_TRY(narrow(c, k, a, t));
-        KMP_TRY(note_crossing(c, k, a->t, *t));
-    }
-    return go_back_to_surface(c, a->t, t);
+    const int status = kmp_location_earliest(&location, a->t, a->change, t);
+    return status == KEMPE_OK ? kmp_location_surface(&location, a->t, t) : status;
 }
 
 /* -- the search -------------------------------------------------------------------------------------- */

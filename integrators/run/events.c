@@ -4,7 +4,7 @@
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "dynamics/kinematics/link_tree.h"
-#include <float.h>
+#include "integrators/decide/restart.h"
 #include <math.h>
 #include <string.h>
 
@@ -30,8 +30,17 @@ kmp_event_tracker *kmp_event_tracker_new(const kmp_event_setup *plan, kmp_arena 
                              .instant = KMP_EVENT_INSTANT * plan->span,
                              .kink = plan->kinks ? KMP_KINK_TOLERANCES * plan->rtol : 0,
                              .end = -1};
-    for (int k = 0; k < count; k++)
-        c->tells = c->tells || system->events.condition[k].told;
+    c->kind = KMP_ARENA_NEW(a, int, count);
+    for (int k = 0; c->kind && k < count; k++) {
+        const kmp_condition *x = &system->events.condition[k];
+        c->kind[k] = x->role == KMP_ROLE_SENSE || x->role == KMP_ROLE_HELD ? KMP_CONDITION_PASSES
+                     : x->role != KMP_ROLE_NONE                            ? KMP_CONDITION_NUMBER
+                     : x->told                                             ? KMP_CONDITION_TOLD
+                     : x->kink                                             ? KMP_CONDITION_KINK
+                     : x->ends                                             ? KMP_CONDITION_ENDS
+                                                                           : KMP_CONDITION_SWITCHES;
+        c->tells = c->tells || x->told;
+    }
     c->stays = KMP_ARENA_NEW(a, bool, count);
     c->past = KMP_ARENA_NEW(a, kmp_condition_past, count);
     if (!KMP_ARENA_MAKE(a, KMP_ROOM(double, n, &c->q, &c->qd, &c->qdd), KMP_ROOM(double, system->m, &c->lambda),
@@ -56,9 +65,6 @@ int kmp_event_tracker_first_end(const kmp_event_tracker *c)
 double kmp_event_tracker_shortens(const kmp_event_tracker *c, double from, double event, double to,
                                   kmp_repeated repeats)
 {
-    double h = (1 + KMP_STEP_BEYOND) * (event - from), closely = (1 + KMP_STEP_AT_ONCE) * (event - from);
-    const bool shorter = closely * (1 + KMP_STEP_AT_ONCE) < to - from &&
-                         closely > fmax(KMP_STEP_AT_ONCE * (to - from), 64 * kmp_solver_least_step(from));
     bool meets = false, ends = false;
     for (int k = 0; k < c->s->events.count; k++) {
         const kmp_condition *condition = &c->s->events.condition[k];
@@ -66,9 +72,7 @@ double kmp_event_tracker_shortens(const kmp_event_tracker *c, double from, doubl
         meets = meets || (changed && (condition->rough || (repeats == KMP_REPEATED_ALL && !condition->ends)));
         ends = ends || (changed && condition->measured && c->mode[k] > 0);
     }
-    if (ends && repeats != KMP_REPEATED_ROUGH && h > 0 && h < to - from)
-        return h;
-    return meets && shorter ? closely : 0;
+    return kmp_restart_again(from, event, to, ends && repeats != KMP_REPEATED_ROUGH, meets);
 }
 
 /* True if condition k has changed and switches the equations. */
@@ -101,11 +105,7 @@ kempe_status kmp_event_tracker_look(kmp_event_tracker *c, double t)
 /* Takes a value of a kink into account; true if it is free and due to be fixed. */
 static bool is_away(kmp_event_tracker *c, int k, double change)
 {
-    kmp_condition_past *past = &c->past[k];
-    if (!c->s->events.condition[k].kink)
-        return false;
-    past->largest = fmax(past->largest, fabs(change));
-    return kmp_event_tracker_is_free(c, k) && fabs(change) > 2 * c->kink * past->largest;
+    return c->s->events.condition[k].kink && kmp_kink_is_away(c->mode[k], change, c->kink, &c->past[k].largest);
 }
 
 bool kmp_event_tracker_would_hold(kmp_event_tracker *c, const double *change)
@@ -122,8 +122,8 @@ void kmp_event_tracker_hold_free(kmp_event_tracker *c, const double *before, con
     for (int k = 0; c->kink > 0 && k < c->s->events.count; k++) {
         if (!is_away(c, k, change[k]))
             continue;
-        if (before && (before[k] < 0) != (change[k] < 0) && fabs(before[k]) > 2 * c->kink * c->past[k].largest)
-            c->passed = true; /* it was away from zero on the other side */
+        if (before && kmp_kink_is_passed(before[k], change[k], c->kink, c->past[k].largest))
+            c->passed = true;
         else
             kmp_eval_set_kink(c->eval, k, change[k] < 0 ? 1 : -1);
     }
@@ -177,14 +177,6 @@ kempe_status kmp_event_tracker_begin(kmp_event_tracker *c, double t, bool *ends)
 
 /* -- passing ----------------------------------------------------------------------------------------- */
 
-/* True if condition k, which changes at t, has also changed a moment before. */
-static bool just_changed(const kmp_event_tracker *c, int k, double t)
-{
-    double lag = c->s->events.condition[k].lag;
-    bool near = lag > 0 && c->past[k].most <= LAGS * lag;
-    return near || t - c->past[k].last <= fmax(64 * DBL_EPSILON * fabs(t), c->instant);
-}
-
 /* Events are counted and named; bends are not. */
 static void note_event(kmp_event_tracker *c, int k, double t, bool holds)
 {
@@ -213,9 +205,11 @@ static kempe_status change_condition(kmp_event_tracker *c, int k, double t)
     const bool holds = !(c->mode[k] > 0), kink = c->s->events.condition[k].kink;
     kmp_condition_past *past = &c->past[k];
     c->search.ready = false;
-    past->repeats = just_changed(c, k, t) ? past->repeats + 1 : 0;
+    const double lag = c->s->events.condition[k].lag;
+    const bool near = lag > 0 && past->most <= LAGS * lag;
+    past->repeats = near || kmp_changes_at_once(t, past->last, c->instant) ? past->repeats + 1 : 0;
     if (kink) {
-        const bool idle = past->most <= c->kink * past->largest || past->repeats >= KMP_EVENT_REPEATS;
+        const bool idle = kmp_kink_is_idle(past->most, c->kink, past->largest, past->repeats);
         kmp_eval_set_kink(c->eval, k, idle ? 0 : holds ? 1 : -1);
     } else {
         kmp_eval_set_mode(c->eval, k, holds);
@@ -223,7 +217,7 @@ static kempe_status change_condition(kmp_event_tracker *c, int k, double t)
     }
     past->last = t;
     past->most = 0;
-    if (kink || past->repeats < KMP_EVENT_REPEATS)
+    if (kink || !kmp_changes_without_end(past->repeats))
         return KEMPE_OK;
     c->stuck = true;
     return kmp_fail(

@@ -6,6 +6,7 @@
 
 #include "backend/bounds.h"
 #include "constraints/evaluation/evaluator.h"
+#include "integrators/decide/conditions.h"
 #include "integrators/events/event_pieces.h"
 #include "integrators/formulations/run_log.h"
 #include "integrators/steppers/solver.h"
@@ -63,6 +64,7 @@ typedef struct kmp_event_tracker {
     kmp_event_setup plan;
     const kempe_system *s;
     kmp_evaluator *eval;
+    int *kind;                       /* of each condition: kmp_condition_kind */
     const double *mode, *parameters; /* the present ones */
     const kmp_present_inputs *inputs;
     double *q, *qd, *qdd, *lambda; /* at the last evaluated point */
@@ -143,19 +145,10 @@ kempe_status kmp_event_tracker_change(kmp_event_tracker *crossing, double t, con
 
 /* Shared by events.c and event_search.c. */
 
-/** True for a kink without a fixed branch. */
-static inline bool kmp_event_tracker_is_free(const kmp_event_tracker *c, int k)
-{
-    return c->s->events.condition[k].kink && c->mode[k] == 0;
-}
-
 /** True if condition k with the value `change` differs from its fixed state. */
 static inline bool kmp_event_tracker_differs(const kmp_event_tracker *c, int k, double change)
 {
-    kmp_role role = c->s->events.condition[k].role;
-    if (role != KMP_ROLE_NONE)
-        return (role == KMP_ROLE_SENSE || role == KMP_ROLE_HELD) && change < 0;
-    return !kmp_event_tracker_is_free(c, k) && !c->s->events.condition[k].told && (change < 0) != (c->mode[k] > 0);
+    return kmp_condition_differs((kmp_condition_kind)c->kind[k], c->mode[k], change);
 }
 static inline bool kmp_event_tracker_changed(const kmp_event_tracker *c, int k)
 {

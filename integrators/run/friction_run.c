@@ -6,6 +6,7 @@
 #include "dynamics/kinematics/friction_modes.h"
 #include "integrators/friction/friction_inside.h"
 #include "integrators/run/runner.h"
+#include "model/data/closure_table.h"
 #include <math.h>
 #include <string.h>
 

@@ -224,19 +224,22 @@ static kempe_status resolve_numbers(const kempe_system *system, kmp_run_spec *sp
     const double usual = 1e-8;
     if (spec->rtol < 0 || spec->atol < 0 || spec->t_end < 0 || isnan(spec->rtol + spec->atol + spec->t_end))
         return kmp_fail(system->context, KEMPE_E_ARGUMENT, "tolerances and t_end must be positive");
-    spec->rtol = first_positive(spec->rtol, model->rtol, usual);
+    const double atol = spec->atol;
+#define KMP_RUN_OPTION(name, type, key, engine, ...)                                                                   \
+    KMP_RUN_IF_RUN_##engine(                                                                                           \
+        KMP_RUN_IF_KEY_##key(KMP_RUN_IF_NUMBER_##type(spec->name = spec->name ? spec->name : model->name;)))
+#include "model/data/run_options.def"
+#undef KMP_RUN_OPTION
+    spec->rtol = spec->rtol > 0 ? spec->rtol : usual;
     if (spec->rtol < 1e-15 || spec->rtol > 0.1)
         return kmp_fail(system->context, KEMPE_E_ARGUMENT, "rtol = %g is outside 1e-15 .. 0.1", spec->rtol);
     /* Another relative tolerance changes the absolute one in proportion: both bound one error. */
-    spec->atol =
-        first_positive(spec->atol, model->atol * (spec->rtol / first_positive(model->rtol, usual, 0)), spec->rtol);
+    spec->atol = first_positive(atol, model->atol * (spec->rtol / first_positive(model->rtol, usual, 0)), spec->rtol);
     if (spec->fixed_step > 0 && !kmp_solver_find(spec->integrator)->constant)
         return kmp_fail(system->context, KEMPE_E_ARGUMENT,
                         "integrator '%s' cannot make steps of constant length; dop853 and dopri5 can",
                         spec->integrator);
-    spec->t_end = first_positive(spec->t_end, model->t_end, 1);
-    spec->max_step = first_positive(spec->max_step, model->max_step, 0);
-    spec->max_steps = spec->max_steps ? spec->max_steps : model->max_steps;
+    spec->t_end = spec->t_end > 0 ? spec->t_end : 1;
     if (spec->u_count == 0) {
         spec->u = model->independent;
         spec->u_count = model->independent_count;

@@ -16,21 +16,19 @@ long kmp_runner_tried(const kmp_runner *run)
     return all.steps + all.rejected + all.refused;
 }
 
-/* Ends a run whose motion explodes; a given bound on steps is that of the user. States may have any size. */
+/* Ends a run whose motion explodes; a given bound on steps is that of the user. */
 static kempe_status check_growth(kmp_runner *run, double t)
 {
     const double tried = (double)kmp_runner_tried(run), *y;
-    double *row = run->moved, most = 0;
-    int k = -1;
+    double *row = run->moved;
     if (run->bound.most != 0 || tried < run->growth.next)
         return KEMPE_OK;
     y = kmp_runner_unknowns(run, t);
     double size = y ? kmp_growth_size(run->formulation->size, 1, y, run->solver->tolerance.atol, run->spec.atol) : 0;
     if (!kmp_growth_is_endless(&run->growth, tried, t, size) || kmp_runner_motion(run, t, row) != KEMPE_OK)
         return KEMPE_OK;
-    for (int i = 0; i < kmp_model_coordinates(run->s->model); i++)
-        if (kmp_growth_explodes(row[run->s->n + i], run->s->scale[i], run->rate_scale, &most))
-            k = i;
+    const int motions = kmp_model_coordinates(run->s->model);
+    const int k = kmp_growth_explodes(motions, NULL, motions, 1, row + run->s->n, run->s->scale, run->rate_scale);
     if (k < 0)
         return KEMPE_OK;
     kmp_text why = {0};

@@ -44,23 +44,21 @@ typedef struct kmp_program_cache_past {
 } kmp_program_cache_past;
 
 typedef struct kmp_run_spec {
-    const char *formulation, *form, *integrator, *linear, *backend; /* names; static ones when resolved */
-    double rtol, atol;                                              /* atol: of an angle */
+/* The rows of run_options.def that all runs obey. Names are static ones when resolved; max_steps is attempted steps, 0:
+ * as work_bound.h, -1: no bound. */
+#define KMP_RUN_OPTION(name, type, key, engine, ...) KMP_RUN_IF_RUN_##engine(KMP_RUN_TYPE_##type name;)
+#include "model/data/run_options.def"
+#undef KMP_RUN_OPTION
     double t_start;    /* 0, except for a run that continues from a state given as `start` */
     double work_start; /* of non-conservative forces until then */
-    double t_end;
-    int time_count; /* times of rows: ascending, within [t_start, t_end] */
+    int time_count;    /* times of rows: ascending, within [t_start, t_end] */
     const double *times;
     const int *u; /* independent coordinates chosen by the user */
     int u_count;
-    bool keep_independent;           /* no exchanges: the run ends where u becomes singular */
-    const char *change_points;       /* a word of change_points.def */
-    bool closely;                    /* the run checks another run: conditions are evaluated at more places */
-    double limit_s;                  /* processor time after which a run is given up; 0: none */
-    long max_steps;                  /* attempted steps, rejected ones included; 0: as work_bound.h; -1: no bound */
-    kmp_run_log *log;                /* events of the run; NULL: only logged */
-    struct kmp_recording *recording; /* of dense output; it takes the runner in the end; NULL: none */
-    int threads;                     /* number that share the work of an evaluation, if the back end can; 0: one */
+    bool closely;                            /* the run checks another run: conditions are evaluated at more places */
+    double limit_s;                          /* processor time after which a run is given up; 0: none */
+    kmp_run_log *log;                        /* events of the run; NULL: only logged */
+    struct kmp_recording *recording;         /* of dense output; it takes the runner in the end; NULL: none */
     const struct kmp_formulation_kind *kind; /* a formulation of the caller in place of the named one; NULL: none */
     void *user;                              /* argument of that formulation and of `step` */
     kmp_step_fn *step;                       /* callback at accepted steps; NULL: none */
@@ -77,8 +75,6 @@ typedef struct kmp_run_spec {
     double rate_scale;                 /* 0: by the start */
     double first_step;                 /* of a one-step method; 0: of its own choice */
     kmp_stand_in stand_in;             /* zero: the integrator itself begins */
-    double fixed_step;                 /* s: length of all steps; 0: chosen by the error */
-    double max_step;                   /* s: of no step beyond it; 0: chosen by the error */
     bool open; /* the user chose no formulation, form or u: another formulation may continue where this one
                 * stops */
     bool

@@ -3,7 +3,7 @@
  * singular although they are good at both ends. The step is then repeated from its start to the time of the row by the
  * projected formulation, which needs no u, with rows chosen again as often as necessary. */
 #include "base/memory.h"
-#include "constraints/tolerances.h"
+#include "integrators/decide/dropped_rows.h"
 #include "integrators/run/runner.h"
 #include <math.h>
 #include <string.h>
@@ -72,7 +72,7 @@ static bool march(bridge *b)
             continue;
         (void)kmp_rank_margin_after_step(&b->margin, b->run->eval, b->t);
         kmp_rank_margin_stand(&b->margin);
-        stays = b->margin.rows <= KMP_ROWS_OUT;
+        stays = kmp_dropped_judge(b->margin.rows) == KMP_KEPT_WELL;
     }
     return good;
 }

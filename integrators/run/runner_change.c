@@ -2,6 +2,8 @@
 /* Changes between steps: events, change points, other rows or unknowns, a second chance for a stopped integrator. */
 #include "base/memory.h"
 #include "constraints/tolerances.h"
+#include "integrators/decide/dropped_rows.h"
+#include "integrators/decide/restart.h"
 #include "integrators/run/delays.h"
 #include "integrators/run/runner.h"
 #include "integrators/steppers/singular_step.h"
@@ -165,7 +167,7 @@ static kempe_status watch_margin(kmp_runner *run, double t)
     kmp_rank_margin_stand(&run->margin);
     if (run->near_singular)
         return run->margin.last > KMP_NEAR_SINGULAR_OUT * run->margin.usual ? leave_near_singular(run, t) : KEMPE_OK;
-    if (run->margin.rows > KMP_ROWS_OUT)
+    if (kmp_dropped_judge(run->margin.rows) != KMP_KEPT_WELL)
         return change_rows(run, t);
     if (!enters)
         return KEMPE_OK;
@@ -275,15 +277,6 @@ static kempe_status switch_here(kmp_runner *run, double t, double *energy, doubl
     return meet_closures(run, t, energy, gain);
 }
 
-/* The step size after an event at t: that of the step across it, of which any part may lie before the event. 0, to be
- * chosen anew, where it follows another event at once: steps of rounding size count as a motion that cannot go on. */
-static double step_after_event(const kmp_runner *run, double t)
-{
-    const kmp_solver *solver = run->solver;
-    bool apart = t - solver->t_old > KMP_FRICTION_INSTANT * kmp_friction_span(run);
-    return apart ? solver->t - solver->t_old : 0;
-}
-
 /* The kinetic energy of rates that count as none. */
 static double energy_of_rest(const kmp_runner *run)
 {
@@ -297,14 +290,15 @@ static double energy_of_rest(const kmp_runner *run)
  * rounding is no impact. */
 static kempe_status pass_switch(kmp_runner *run, double t)
 {
-    double *q = run->state, h = step_after_event(run, t), work, energy, gain;
+    double *q = run->state, work, energy, gain;
     KMP_TRY(kmp_runner_inner_row(run, t, true, run->state, &work));
     KMP_TRY(switch_here(run, t, &energy, &gain));
     double after = kmp_eval_kinetic(run->eval, q + run->s->n), before = after - energy;
     if (-energy > fmax(run->spec.rtol * before, energy_of_rest(run)))
         kmp_run_log_add(run->log, "impact", t, before, after,
                         "closures switch and rates jump: %.4g of %.4g J of kinetic energy are lost", -energy, before);
-    h = fmin(h, KMP_IMPACT_STEP * kmp_impact_since(run->impacts));
+    const double begin = run->solver->t_old, instant = KMP_FRICTION_INSTANT * kmp_friction_span(run);
+    const double h = kmp_restart_length(run->solver->t - begin, t - begin, instant, kmp_impact_since(run->impacts));
     return kmp_runner_restart(run, t, false, work + energy + gain, h);
 }
 

@@ -1,20 +1,20 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The start of a run: independent rows and coordinates, consistent rates and accelerations, a formulation and an
  * integrator. */
-#include "constraints/closing/rounding.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/partition/singularity_causes.h"
+#include "constraints/partition/undetermined_loads.h"
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
 #include "dynamics/motion.h"
+#include "integrators/decide/restart.h"
+#include "integrators/decide/run_start.h"
 #include "integrators/run/delays.h"
 #include "integrators/run/runner.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>
-
-/* A step within this multiple of the least one is no measure of the next one. */
-#define BRIEF 64
 
 kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int rank, const int *wish, int wish_count)
 {
@@ -274,9 +274,7 @@ kempe_status kmp_runner_start(kmp_runner *run, double t, const double *y, const 
 {
     double end = kmp_runner_limit(run, t);
     end = end <= t || kmp_same_time(end, t) ? run->spec.t_end : end; /* a sample is due: it is taken before the step */
-    if (h <
-        BRIEF * kmp_solver_least_step(t)) /* the last step was cut short between two breaks: its length says nothing */
-        h = 0;
+    h = kmp_restart_proposed(h, t);
     /* The first step of an implicit method is of order 1; its error is of the order of the tolerance for this length.
      */
     double short_one = fmin(0.1 * sqrt(run->spec.rtol) / run->rate_scale, 1e-3 * run->spec.t_end);
@@ -409,7 +407,8 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
                 "the start is near a change point, where branches of the mechanism meet: the branch of the motion may "
                 "depend on rounding");
     run->rate_scale = run->spec.rate_scale > 0 ? run->spec.rate_scale
-                                               : kmp_formulation_rate_scale(run->s, run->spec.t_end, qd, run->qdd);
+                                               : kmp_start_rate(kmp_model_coordinates(run->s->model), run->s->scale, qd,
+                                                                run->qdd, 1 / run->spec.t_end);
     run->method = method_of(run);
     run->near_singular = run->margin.near;
     KMP_TRY(choose_dynamics(run, q, qd));

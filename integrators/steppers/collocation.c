@@ -6,12 +6,12 @@
  *
  * A one-step method: the formulation corrects y between steps. */
 #include "integrators/steppers/collocation.h"
-#include "integrators/steppers/explicit_methods.h"
+#include "integrators/decide/step_control.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-enum { MAX_REJECT = 1000, MOST_SWEEPS = 16 };
+enum { MOST_SWEEPS = 16 };
 
 /* Safety, least and largest quotient of two steps. */
 static const double SAFETY = 0.8, SHRINK = 0.2, GROW = 4;
@@ -243,7 +243,7 @@ static kempe_status step(void *solver)
     if (!(s->base.t < s->base.t_end))
         return KEMPE_OK;
     weigh(s);
-    for (int tries = 0; tries < MAX_REJECT; tries++) {
+    for (int tries = 0; tries < KMP_STEP_ATTEMPTS; tries++) {
         double t_new, error = 0, shorter = 0.5, h = kmp_step_next(s->base.t, s->base.t_end, s->base.h, &t_new);
         if (!(h > 0) || s->collapsed)
             return KEMPE_E_FAILED;

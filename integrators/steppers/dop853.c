@@ -33,9 +33,7 @@ static int prepare_dense(kmp_rk *s)
     const double *const C = kmp_dop853_c;
     KMP_DOP853_DENSE_STAGES(KMP_STAGE, k);
     kmp_rk_begin_dense(s);
-    for (int i = 0; i < n; i++)
-        for (int j = 0; j < 4; j++)
-            s->interpolant[4 + j][i] = kmp_dop853_dense(h, k, (size_t)i, j);
+    kmp_dop853_dense_all(n, 0, 1, h, k, s->interpolant);
     return KMP_GO;
 }
 

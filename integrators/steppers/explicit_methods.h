@@ -1,64 +1,17 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Explicit Runge-Kutta methods as numbers and sums, for the library's driver (rk.h), for lanes and for generated
- * simulators: coefficients, stages, error estimates, dense output and step-size control of DOP853 and DOPRI5. C99, no
- * library but libm. Coefficients and estimators after Hairer, Norsett, Wanner, Solving Ordinary Differential Equations
+ * simulators: coefficients, stages, error estimates and dense output of DOP853 and DOPRI5. C99, no library but
+ * libm. Coefficients and estimators after Hairer, Norsett, Wanner, Solving Ordinary Differential Equations
  * I, 2nd ed., II.5 (methods), II.6 (dense output), II.10 (error of DOP853), and the authors' published codes. */
-#ifndef KMP_EXPLICIT_METHODS_H
-#define KMP_EXPLICIT_METHODS_H
+#pragma once
 
+#include "integrators/decide/step_control.h"
 #include <float.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
 
-#if defined(__GNUC__)
-#define KMP_INLINE static inline __attribute__((always_inline))
-#else
-#define KMP_INLINE static inline
-#endif
-
 enum { KMP_RK_MAX_STAGES = 16, KMP_RK_MAX_INTERPOLANTS = 8 };
-
-typedef struct kmp_rk_numbers {
-    int stages;       /* derivatives k[1] .. k[stages], numbered as published */
-    int end;          /* k[end] is the derivative at the step's end */
-    int interpolants; /* vectors of the dense output */
-    int order;
-    double exponent; /* of the error in the next step's size */
-    double shrink, grow;
-} kmp_rk_numbers;
-
-/* Stabilising exponent of the step-size control (Gustafsson's PI). */
-#define KMP_RK_BETA 0.04
-/* Compared with 0.9 at a given tolerance: half the error for 4 % more evaluations with DOP853, for 10 % more with
- * DOPRI5; at equal error 2 to 4 % fewer (docs/decisions/safety.md). */
-#define KMP_RK_SAFETY 0.8
-/* Least error of the last step in the control. */
-#define KMP_RK_ERROR_FLOOR 1e-4
-
-/* -- step-size control ------------------------------------------------------------------------------- */
-
-/* The next step after an accepted one (Hairer, Wanner, II, IV.2, with the published bounds), without growth after a
- * rejection. */
-KMP_INLINE double kmp_rk_after_accepted(const kmp_rk_numbers *method, double h, double error, double error_old,
-                                        bool rejected)
-{
-    double factor = pow(error, method->exponent) / pow(error_old, KMP_RK_BETA) / KMP_RK_SAFETY;
-    double next = h / fmax(1.0 / method->grow, fmin(method->shrink, factor));
-    return rejected ? fmin(next, h) : next;
-}
-
-/* The largest part of a rejected step over the next attempt. An error far above the tolerance is still one of the order
- * of the method. The estimate vanishes at single step sizes that are too long: a rejected step that was shortened by
- * less than its error requires met one, and was accepted with an error of 200 tolerances. */
-#define KMP_RK_SHORTEST 100
-
-KMP_INLINE double kmp_rk_after_rejected(const kmp_rk_numbers *method, double h, double error)
-{
-    if (!(error <= DBL_MAX))
-        return h / method->shrink;
-    return h / fmin(KMP_RK_SHORTEST, pow(error, method->exponent) / KMP_RK_SAFETY);
-}
 
 /* -- dense output ------------------------------------------------------------------------------------ */
 
@@ -77,6 +30,18 @@ KMP_INLINE void kmp_rk_cubic(double h, double y_old, double y, double begin, dou
     r[3] = rise - h * end - curvature;
 }
 
+/* The same of n components, which are `stride` apart, from numbers of the step on. */
+KMP_INLINE void kmp_rk_cubics(int n, size_t stride, double h, const double *y_old, const double *y, const double *begin,
+                              const double *end, double *const *r)
+{
+    for (size_t i = 0, at = 0; i < (size_t)n; i++, at += stride) {
+        double cubic[4];
+        kmp_rk_cubic(h, y_old[at], y[at], begin[at], end[at], cubic);
+        for (int j = 0; j < 4; j++)
+            r[j][i] = cubic[j];
+    }
+}
+
 /* The value at x, 0 to 1, of vectors r of n components: r0 + x (r1 + z (r2 + x (r3 + ...))), z = 1 - x. */
 KMP_INLINE void kmp_rk_interpolate(int n, int vectors, double *const *r, double x, double *y)
 {
@@ -89,13 +54,15 @@ KMP_INLINE void kmp_rk_interpolate(int n, int vectors, double *const *r, double 
     }
 }
 
-/* The largest term of highest order of an interpolant of n components, in tolerances w. */
-KMP_INLINE double kmp_rk_last_term(int n, int vectors, double *const *r, const double *w)
+/* True for an interpolant that is less exact than its step: the largest term of highest order, in tolerances w, of the
+ * last of `vectors`. Components are `stride` and `stride_w` apart. */
+KMP_INLINE bool kmp_rk_is_coarse(int n, int vectors, const double *last, size_t stride, const double *w,
+                                 size_t stride_w)
 {
     double most = 0;
-    for (int i = 0; i < n; i++)
-        most = fmax(most, fabs(r[vectors - 1][i]) / w[i]);
-    return ldexp(most, 1 - vectors);
+    for (size_t i = 0; i < (size_t)n; i++)
+        most = fmax(most, fabs(last[i * stride]) / w[i * stride_w]);
+    return !(ldexp(most, 1 - vectors) <= KMP_RK_COARSE);
 }
 
 /* -- stages ------------------------------------------------------------------------------------------ */
@@ -113,66 +80,6 @@ KMP_INLINE void kmp_rk_combine(int n, const double *y, double h, int terms, cons
 }
 
 #define KMP_TERMS(a) ((int)(sizeof(a) / sizeof *(a)))
-
-/* -- first step --------------------------------------------------------------------------------------- */
-
-/* sum of ((a - b) / w)^2; b NULL: 0 */
-KMP_INLINE double kmp_rk_weighted_square(int n, const double *a, const double *b, const double *w)
-{
-    double sum = 0.0;
-    for (int i = 0; i < n; i++) {
-        double e = (b ? a[i] - b[i] : a[i]) / w[i];
-        sum += e * e;
-    }
-    return sum;
-}
-
-/* Hairer's hinit (II.4): a step for which an explicit Euler step has an error of 1e-2 of the solution's size, from the
- * weighted squares of slope and solution; */
-KMP_INLINE double kmp_rk_euler_step(double slope, double size, double longest)
-{
-    return fmin(slope <= 1e-10 || size <= 1e-10 ? 1e-6 : 0.01 * sqrt(size / slope), longest);
-}
-
-/* then one from the second derivative over it, from the weighted square of the slope's change. */
-KMP_INLINE double kmp_rk_first_step(double h, double slope, double change, int order, double longest)
-{
-    double curvature = sqrt(change) / h, most = fmax(curvature, sqrt(slope));
-    double h1 = most <= 1e-15 ? fmax(1e-6, 1e-3 * h) : pow(0.01 / most, 1.0 / order);
-    return fmin(fmin(100 * h, h1), longest);
-}
-
-/* -- lengths of steps --------------------------------------------------------------------------------- */
-
-/* Parts of t, in units of rounding: LEAST bounds a step; repeated steps below COLLAPSED are a collapse. */
-#define KMP_STEP_LEAST     16
-#define KMP_STEP_COLLAPSED 64
-enum { KMP_STEP_MAX_HOPELESS = 100 };
-
-/* The next step for the desired length `next`, 0 when it has become too short, and its end: exactly t_end if it would
- * come near, half-way if little more than one step is left. */
-KMP_INLINE double kmp_step_next(double t, double t_end, double next, double *t_new)
-{
-    double left = t_end - t;
-    double h = left < 1.01 * next ? left : left < 2.0 * next ? 0.5 * left : next;
-    *t_new = h == left ? t_end : t + h;
-    return h >= KMP_STEP_LEAST * DBL_EPSILON * fabs(t) && *t_new > t ? h : 0;
-}
-
-/* The length of the next of constant steps, and its end; the last step may be longer or shorter. */
-KMP_INLINE double kmp_step_constant(double t, double t_end, double fixed, double *t_new)
-{
-    *t_new = t_end - t < 1.01 * fixed ? t_end : t + fixed;
-    return *t_new - t;
-}
-
-/* After a step of length h that ended at t: true when more than 100 successive ones (counted in *hopeless, 0 at a
- * start) were hardly longer than the least. */
-KMP_INLINE bool kmp_step_collapsed(int *hopeless, double h, double t)
-{
-    *hopeless = h < KMP_STEP_COLLAPSED * DBL_EPSILON * fabs(t) ? *hopeless + 1 : 0;
-    return *hopeless > KMP_STEP_MAX_HOPELESS;
-}
 
 /* -- DOPRI5 ------------------------------------------------------------------------------------------- */
 
@@ -365,6 +272,14 @@ KMP_INLINE double kmp_dop853_dense(double h, double *const *k, size_t i, int j)
     return h * sum;
 }
 
+/* The same of n components, which are `stride` apart, the first at `first`. */
+KMP_INLINE void kmp_dop853_dense_all(int n, size_t first, size_t stride, double h, double *const *k, double *const *r)
+{
+    for (size_t i = 0, at = first; i < (size_t)n; i++, at += stride)
+        for (int j = 0; j < 4; j++)
+            r[4 + j][i] = kmp_dop853_dense(h, k, at, j);
+}
+
 /** Inputs and outputs of an error estimate, with w numbers per component, one for each lane. */
 typedef struct kmp_dop853_step {
     const double *y, *h, *atol; /* h: one per lane */
@@ -425,5 +340,3 @@ KMP_INLINE void kmp_dop853_solution(size_t w, bool fused, size_t n, const kmp_do
         s->error[l] = fabs(s->h[l]) * e5[l] * sqrt(1.0 / both);
     }
 }
-
-#endif

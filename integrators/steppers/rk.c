@@ -3,10 +3,8 @@
  * dense output on demand. Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., II.4; Hairer,
  * Wanner, II, IV.2. */
 #include "integrators/steppers/rk.h"
-
+#include "integrators/decide/run_start.h"
 #include <string.h>
-
-enum { MAX_REJECT = 1000, MOST_FINER = 100 };
 
 /* -- creation -------------------------------------------------------------------------------------- */
 
@@ -48,11 +46,11 @@ static int choose_first_step(kmp_rk *s)
     double longest = s->base.t_end - s->base.t;
     for (int i = 0; i < n; i++)
         s->w[i] = s->base.tolerance.atol[i] + s->base.tolerance.rtol * fabs(s->y[i]);
-    double slope = kmp_rk_weighted_square(n, s->dy, NULL, s->w), size = kmp_rk_weighted_square(n, s->y, NULL, s->w);
-    double h = kmp_rk_euler_step(slope, size, longest);
+    double slope = kmp_start_square(n, 1, s->dy, NULL, s->w), size = kmp_start_square(n, 1, s->y, NULL, s->w);
+    double h = kmp_start_euler(slope, size, longest);
     int said = kmp_solver_euler(&s->base, &h, s->y, s->dy, s->stage, s->k[2]);
-    double change = kmp_rk_weighted_square(n, s->k[2], s->dy, s->w);
-    s->base.h = kmp_rk_first_step(h, slope, change, s->method->numbers.order, longest);
+    double change = kmp_start_square(n, 1, s->k[2], s->dy, s->w);
+    s->base.h = kmp_start_step(h, fmax(sqrt(change) / h, sqrt(slope)), s->method->numbers.order, longest);
     return said == KMP_HALT ? KMP_HALT : KMP_GO;
 }
 
@@ -73,28 +71,31 @@ kempe_status kmp_rk_start(void *solver, double t, const double *y, const double 
 
 /* -- one attempt ----------------------------------------------------------------------------------- */
 
-/* Result of an attempt. */
-typedef enum outcome { TAKEN, BAD_ERROR, BAD_STAGE, BAD_STEP, HALTED } outcome;
+/* The attempt after a result of the right-hand side or of the formulation: no other one where it gives up. */
+static kmp_attempt failed(int said, kmp_attempt what)
+{
+    return said == KMP_RETRY ? what : KMP_ATTEMPT_NONE;
+}
 
 /* Makes stages, error test, derivative at the end, and asks the formulation. The new y is left in y_old. */
-static outcome attempt(kmp_rk *s, double h, double t_new, double *error)
+static kmp_attempt attempt(kmp_rk *s, double h, double t_new, double *error)
 {
     const kmp_rk_method *method = s->method;
     int said = method->run(s, h, t_new);
     if (said != KMP_GO)
-        return said == KMP_RETRY ? BAD_STAGE : HALTED;
+        return failed(said, KMP_ATTEMPT_BAD_STAGE);
     *error = method->error(s, h);
-    if (!(*error <= (s->base.fixed > 0 ? DBL_MAX : 1.0)))
-        return BAD_ERROR;
+    if (!kmp_step_passes(*error, s->base.fixed > 0))
+        return KMP_ATTEMPT_BAD_ERROR;
     if (!method->ends_with_derivative)
         said = kmp_solver_call(&s->base, t_new, s->y_old, s->k[method->numbers.end]);
     if (said != KMP_GO)
-        return said == KMP_RETRY ? BAD_STAGE : HALTED;
+        return failed(said, KMP_ATTEMPT_BAD_STAGE);
     said = s->base.ode.accept ? s->base.ode.accept(s->base.ode.self, t_new, s->y_old, s->k[method->numbers.end], s->w)
                               : KMP_GO;
     if (said != KMP_GO)
-        return said == KMP_RETRY ? BAD_STEP : HALTED;
-    return TAKEN;
+        return failed(said, KMP_ATTEMPT_BAD_STEP);
+    return KMP_ATTEMPT_TAKEN;
 }
 
 /* -- step-size control ------------------------------------------------------------------------------ */
@@ -110,35 +111,28 @@ kempe_status kmp_rk_step(void *solver)
         kmp_solver_swap(&s->k[1], &s->k[s->method->numbers.end]);
         s->dy = s->k[1];
     }
-    for (int tries = 0; tries < MAX_REJECT; tries++) {
-        double t = s->base.t, end = s->base.t_end, t_new = t, error = 0.0, h = 0;
-        if (!(s->base.fixed > 0))
-            h = kmp_step_next(t, end, s->base.h, &t_new);
-        else if (tries == 0) /* a step of constant length is tried once */
-            h = kmp_step_constant(t, end, s->base.fixed, &t_new);
+    for (int tries = 0; tries < KMP_STEP_ATTEMPTS; tries++) {
+        double t_new = s->base.t, error = 0.0;
+        double h = kmp_step_to_try(tries, s->base.t, s->base.t_end, s->base.h, s->base.fixed, &t_new);
         if (!(h > 0) || s->collapsed)
             break;
-        outcome what = attempt(s, h, t_new, &error);
-        if (what == HALTED)
+        const kmp_attempt what = attempt(s, h, t_new, &error);
+        if (what == KMP_ATTEMPT_NONE)
             break;
-        if (what == TAKEN) {
+        s->base.h = kmp_step_after(&s->method->numbers, what, h, error, s->error_old, s->rejected);
+        s->rejected = what != KMP_ATTEMPT_TAKEN;
+        if (!s->rejected) {
             s->collapsed = kmp_step_collapsed(&s->base.hopeless, h, t_new);
             s->base.work.steps++;
-            s->base.h = kmp_rk_after_accepted(&s->method->numbers, h, error, s->error_old, s->rejected);
-            s->error_old = fmax(error, KMP_RK_ERROR_FLOOR);
-            s->rejected = false;
+            s->error_old = kmp_step_known_error(error);
             s->taken = h;
             s->base.t = t_new;
             s->dy = s->k[s->method->numbers.end];
             kmp_solver_swap(&s->y, &s->y_old);
             return KEMPE_OK;
         }
-        s->base.work.rejected += what == BAD_ERROR;
-        s->base.work.refused += what != BAD_ERROR;
-        s->base.h = what == BAD_ERROR   ? kmp_rk_after_rejected(&s->method->numbers, h, error)
-                    : what == BAD_STAGE ? h / 4
-                                        : h / 2;
-        s->rejected = true;
+        s->base.work.rejected += what == KMP_ATTEMPT_BAD_ERROR;
+        s->base.work.refused += what != KMP_ATTEMPT_BAD_ERROR;
     }
     return KEMPE_E_FAILED;
 }
@@ -158,14 +152,7 @@ void kmp_rk_undo(void *solver, double h)
 
 void kmp_rk_begin_dense(kmp_rk *s)
 {
-    double h = s->taken, **r = s->interpolant;
-    const double *begin = s->k[1], *end = s->k[s->method->numbers.end];
-    for (int i = 0; i < s->base.ode.n; i++) {
-        double cubic[4];
-        kmp_rk_cubic(h, s->y_old[i], s->y[i], begin[i], end[i], cubic);
-        for (int j = 0; j < 4; j++)
-            r[j][i] = cubic[j];
-    }
+    kmp_rk_cubics(s->base.ode.n, 1, s->taken, s->y_old, s->y, s->k[1], s->k[s->method->numbers.end], s->interpolant);
 }
 
 static bool prepare(kmp_rk *s)
@@ -173,8 +160,9 @@ static bool prepare(kmp_rk *s)
     if (s->dense_ready || s->received || s->method->prepare_dense(s) != KMP_GO)
         return s->dense_ready;
     s->dense_ready = true;
-    s->coarse = !(s->base.fixed > 0) &&
-                kmp_rk_last_term(s->base.ode.n, s->method->numbers.interpolants, s->interpolant, s->w) > KMP_RK_COARSE;
+    const int vectors = s->method->numbers.interpolants;
+    s->coarse =
+        !(s->base.fixed > 0) && kmp_rk_is_coarse(s->base.ode.n, vectors, s->interpolant[vectors - 1], 1, s->w, 1);
     return true;
 }
 
@@ -185,7 +173,7 @@ static bool integrate(kmp_rk *s, double t, double *y)
     long rhs = f->base.work.rhs;
     double cycles = f->base.cycles;
     bool goes = kmp_rk_start(f, s->base.t_old, s->y_old, NULL, t, t - s->base.t_old) == KEMPE_OK;
-    for (int k = 0; goes && f->base.t < t && k < MOST_FINER; k++)
+    for (int k = 0; goes && f->base.t < t && k < KMP_STEP_FINER; k++)
         goes = kmp_rk_step(f) == KEMPE_OK;
     s->base.work.rhs += f->base.work.rhs - rhs;
     s->base.cycles += f->base.cycles - cycles;

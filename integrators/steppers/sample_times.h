@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Times of samples, which are multiples of sample times; those that are equal up to rounding are one. Generated
  * simulators have this file too. */
-#ifndef KMP_SAMPLE_TIMES_H
-#define KMP_SAMPLE_TIMES_H
+#pragma once
 
 #include "constraints/tolerances.h"
 #include <math.h>
@@ -37,5 +36,3 @@ static inline double kmp_first_sample(double t, double period)
         number++;
     return number;
 }
-
-#endif

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/steppers/solver.h"
 #include "base/memory.h"
-#include "integrators/steppers/explicit_methods.h"
+#include "integrators/decide/run_start.h"
+#include "integrators/decide/step_control.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -93,9 +94,8 @@ int kmp_solver_call(kmp_solver *solver, double t, const double *y, double *dy)
 
 int kmp_solver_euler(kmp_solver *solver, double *h, const double *y, const double *dy, double *y1, double *f)
 {
-    enum { MOST = 10 };
     int said = KMP_RETRY;
-    for (int attempt = 0; said == KMP_RETRY && attempt < MOST; attempt++) {
+    for (int attempt = 0; said == KMP_RETRY && attempt < KMP_START_EULERS; attempt++) {
         *h = attempt ? *h / 4 : *h;
         for (int i = 0; i < solver->ode.n; i++)
             y1[i] = y[i] + *h * dy[i];
@@ -124,8 +124,7 @@ int kmp_solver_first_step(kmp_solver *solver, int order, const double *y, const 
     double h = fmin(slope <= 1e-5 || size <= 1e-5 ? 1e-6 : 0.01 * size / slope, longest);
     int said = kmp_solver_euler(solver, &h, y, dy, y1, f);
     double most = fmax(said == KMP_GO ? norm(n, f, dy, scale) / h : 0, slope);
-    double h1 = most <= 1e-15 ? fmax(1e-6, 1e-3 * h) : pow(0.01 / most, 1.0 / order);
-    solver->h = fmin(fmin(100 * h, h1), longest);
+    solver->h = kmp_start_step(h, most, order, longest);
     return said == KMP_HALT ? KMP_HALT : KMP_GO;
 }
 
@@ -133,9 +132,4 @@ const char *kmp_solver_family(const char *name)
 {
     const kmp_solver_kind *kind = kmp_solver_find(name);
     return kind && kind->family ? kind->family : name;
-}
-
-double kmp_solver_least_step(double t)
-{
-    return KMP_STEP_LEAST * DBL_EPSILON * fabs(t);
 }

@@ -150,9 +150,6 @@ const kmp_solver_kind *kmp_solver_find(const char *name);
 /** The family of an integrator, or its name where it has none. */
 const char *kmp_solver_family(const char *name);
 
-/** Least length of a step at t, by the resolution of double precision; the end of the run does not affect it. */
-double kmp_solver_least_step(double t);
-
 /* Of a step size that has collapsed (kmp_step_collapsed). */
 #define KMP_SOLVER_COLLAPSED                                                                                           \
     "the step size is close to the resolution of double precision at this time: the motion is singular "               \

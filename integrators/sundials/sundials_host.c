@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/sundials/sundials_host.h"
-#include "integrators/steppers/explicit_methods.h"
+#include "integrators/decide/step_control.h"
 #include "integrators/sundials/linear.h"
 
 #include <math.h>
@@ -245,7 +245,7 @@ static bool integrates(const kmp_sun *s)
 /* The integrand at t, where s->out has y; the last evaluation if it was there. */
 static double integrand(kmp_sun *s, double t)
 {
-    if (fabs(s->integral.t - t) <= 4 * kmp_solver_least_step(t))
+    if (fabs(s->integral.t - t) <= 4 * kmp_step_least(t))
         return s->integral.rate;
     s->more.rhs++;
     return s->base.ode.rhs(s->base.ode.self, t, kmp_sun_data(s->out), s->dy) == KMP_GO ? s->dy[s->n - 1] : NAN;
@@ -347,7 +347,7 @@ static kempe_status make_step(kmp_sun *s)
         most = s->package->planned ? h : INFINITY;
         s->more.refused++;
         s->more.steps -= t > s->base.t;
-        bad = h > kmp_solver_least_step(s->base.t) ? restart(s, false, s->y_old, s->yp_old, h) : s->package->refused;
+        bad = h > kmp_step_least(s->base.t) ? restart(s, false, s->y_old, s->yp_old, h) : s->package->refused;
         t = s->base.t;
     }
     return complain(s, bad ? bad : s->package->refused);

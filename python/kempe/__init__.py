@@ -22,7 +22,7 @@ from .check import Assembly, Branches, Check
 from .comfort import Comfort
 from .compare import Comparison
 from .contacts import Contacts
-from .ensemble import Batch, Ensemble, Folder, Function, Statistics, Values
+from .ensemble import EnsembleResult, Ensemble, Folder, Function, Statistics, Values
 from .equilibrium import Equilibrium
 from .errors import (
     ArgumentError,
@@ -61,7 +61,7 @@ __all__ = [
     "Accelerations",
     "ArgumentError",
     "Assembly",
-    "Batch",
+    "EnsembleResult",
     "Branches",
     "BugError",
     "Builder",

@@ -90,53 +90,53 @@ class Statistics(Result):
     within: TableOf = TableOf("The instances within the limits, with an interval.")
 
 
-class Batch(Reported):
+class EnsembleResult(Reported):
     """Results of all instances."""
 
-    _noun = "batch"
+    _noun = "ensemble_result"
     _kept = ("status", "reason", "q", "qd", "quantities", "limits")
     instances: TableOf = TableOf(
         "A row for each instance: values, status, t, q.NAME, qd.NAME, work, accuracy, verdict, reason."
     )
 
     def __len__(self) -> int:
-        return int(lib.kempe_batch_count(self._pointer))
+        return int(lib.kempe_ensemble_result_count(self._pointer))
 
     @property
     def status(self) -> list[str]:
         """Status of each instance: "complete", "not trustworthy", "stopped" or "failed"."""
-        return [string(lib.kempe_batch_status(self._pointer, k)) for k in range(len(self))]
+        return [string(lib.kempe_ensemble_result_status(self._pointer, k)) for k in range(len(self))]
 
     @property
     def reason(self) -> list[str]:
         """Reason of each instance, "" when ok."""
-        return [string(lib.kempe_batch_reason(self._pointer, k)) for k in range(len(self))]
+        return [string(lib.kempe_ensemble_result_reason(self._pointer, k)) for k in range(len(self))]
 
     @property
     def q(self) -> Array:
         """Final coordinates (instances x n); NaN where there is no state."""
-        return self._states(lib.kempe_batch_q)
+        return self._states(lib.kempe_ensemble_result_q)
 
     @property
     def qd(self) -> Array:
         """Final rates (instances x n)."""
-        return self._states(lib.kempe_batch_qd)
+        return self._states(lib.kempe_ensemble_result_qd)
 
     @property
     def quantities(self) -> dict[str, Array]:
         """Values of each quantity by its name, in SI; NaN where an instance did not reach its end."""
-        count = range(lib.kempe_batch_quantity_count(self._pointer))
-        names = [string(lib.kempe_batch_quantity_name(self._pointer, value)) for value in count]
+        count = range(lib.kempe_ensemble_result_quantity_count(self._pointer))
+        names = [string(lib.kempe_ensemble_result_quantity_name(self._pointer, value)) for value in count]
         rows = range(len(self))
         return {
-            name: np.array([lib.kempe_batch_quantity(self._pointer, k, value) for k in rows], dtype=float)
+            name: np.array([lib.kempe_ensemble_result_quantity(self._pointer, k, value) for k in rows], dtype=float)
             for value, name in zip(count, names)
         }
 
     @property
     def limits(self) -> list[str]:
         """Of each instance "pass" or "fail" by the limits, "" where it is not known."""
-        return [string(lib.kempe_batch_limits(self._pointer, k)) for k in range(len(self))]
+        return [string(lib.kempe_ensemble_result_limits(self._pointer, k)) for k in range(len(self))]
 
     def statistics(self, confidence: float = 0.95) -> Statistics:
         """Moments, quantiles, yield and contributions of the inputs, with intervals of a confidence.
@@ -188,12 +188,8 @@ class Folder(Result):
         """Options of the run, for `simulate` of one of its instances (`Model.instance`)."""
         run = ffi.new("kempe_run_options *")
         lib.kempe_folder_run_options(self._pointer, run)
-        texts = {name: string(getattr(run, name)) for name in ("formulation", "integrator", "independent")}
-        numbers = {
-            name: getattr(run, name)
-            for name in ("rtol", "atol", "t_end", "output_step", "max_step", "max_steps", "no_convergence_check")
-        }
-        return {name: value for name, value in {**texts, **numbers}.items() if value}
+        members = {name: getattr(run, name) for name, _ in ffi.typeof("kempe_run_options").fields if name != "size"}
+        return {name: string(value) if isinstance(value, ffi.CData) else value for name, value in members.items() if value}
 
     def check(self) -> None:
         """Reads all parts; FailedError: some are missing or damaged."""
@@ -211,7 +207,7 @@ class Folder(Result):
         )
 
     def write_report(self, path: str | os.PathLike[str], model: Model | None = None) -> None:
-        """Checks all parts and writes the page that `Batch.write_report` writes of a run in one piece. `model`: that of the
+        """Checks all parts and writes the page that `EnsembleResult.write_report` writes of a run in one piece. `model`: that of the
         run; by default it is read from `model_file`."""
         from .model import Model
 
@@ -246,7 +242,7 @@ class Ensemble(Fixed):
     def __reduce__(self) -> Any:
         return _ensemble_again, (self._key, self._hash, self._values._recipe, self._values._call, self._chosen)
 
-    def run(self, lanes: int = 0, **options: Unpack[RunOptions]) -> Batch:
+    def run(self, lanes: int = 0, **options: Unpack[RunOptions]) -> EnsembleResult:
         """Runs every instance to t_end. `lanes`: instances at a time, 0 the best for this machine, -1 a separate run for each.
 
         >>> import numpy
@@ -258,17 +254,17 @@ class Ensemble(Fixed):
         given, keep = struct_of("kempe_run_options", options, "progress", "lanes")
         with self._context.reporting(options.get("progress")):
             made = self._context.make(
-                Batch, lib.guarded_kempe_ensemble_run, self._pointer, given, lanes, owners=(self._pointer,)
+                EnsembleResult, lib.guarded_kempe_ensemble_run, self._pointer, given, lanes, owners=(self._pointer,)
             )
         del keep
         return made
 
-    def run_range(self, first: int, count: int, lanes: int = 0, **options: Unpack[RunOptions]) -> Batch:
+    def run_range(self, first: int, count: int, lanes: int = 0, **options: Unpack[RunOptions]) -> EnsembleResult:
         """Runs `count` instances from number `first` (from 0) on: their results are those that a run of all has."""
         given, keep = struct_of("kempe_run_options", options, "progress", "lanes")
         with self._context.reporting(options.get("progress")):
             made = self._context.make(
-                Batch,
+                EnsembleResult,
                 lib.guarded_kempe_ensemble_run_range,
                 self._pointer,
                 given,
@@ -280,7 +276,7 @@ class Ensemble(Fixed):
         del keep
         return made
 
-    def run_rows(self, rows: ArrayLike, lanes: int = 0, **options: Unpack[RunOptions]) -> Batch:
+    def run_rows(self, rows: ArrayLike, lanes: int = 0, **options: Unpack[RunOptions]) -> EnsembleResult:
         """Runs instances with other values, without another derivation: rows of the columns of the table, in SI. Columns that
         have names, as those of pandas, are taken by their names.
 
@@ -297,7 +293,7 @@ class Ensemble(Fixed):
             )
         with self._context.reporting(options.get("progress")):
             made = self._context.make(
-                Batch,
+                EnsembleResult,
                 lib.guarded_kempe_ensemble_run_rows,
                 self._pointer,
                 given,
@@ -425,7 +421,7 @@ class Function:
         table = self._table(batch)
         return table[0] if one else table
 
-    def batch(self, X: ArrayLike) -> Batch:
+    def batch(self, X: ArrayLike) -> EnsembleResult:
         """The results of the rows, with their states, work and verdicts."""
         try:
             batch = self._ensemble.run_rows(X, self._lanes, **self._options)
@@ -441,12 +437,12 @@ class Function:
         """Of the last call in this thread: why each row did not reach its end, "" where it did."""
         return list(getattr(self._last, "reasons", ()))
 
-    def _names(self, batch: Batch) -> tuple[str, ...]:
+    def _names(self, batch: EnsembleResult) -> tuple[str, ...]:
         names = tuple(batch.quantities)
         ends = self._ensemble._context.coordinates
         return names or (*(f"q.{name}" for name in ends), *(f"qd.{name}" for name in ends))
 
-    def _table(self, batch: Batch) -> Array:
+    def _table(self, batch: EnsembleResult) -> Array:
         found = batch.quantities
         table = np.stack(list(found.values()), axis=1) if found else np.hstack([batch.q, batch.qd])
         table[[status in ("stopped", "failed") for status in batch.status]] = np.nan

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from ._native import lib
@@ -27,12 +27,11 @@ class Gradient(Owned):
         self.names: tuple[str, ...] = tuple(string(lib.kempe_gradient_name(self._pointer, k)) for k in range(count))
 
     def _set_options(self, options: Mapping[str, Any]) -> None:
-        given = options.get("parameters", ())
-        self.parameters: tuple[str, ...] = (given,) if isinstance(given, str) else tuple(given)
-        driven = options.get("driven", ())
-        self.driven: tuple[str, ...] = (
-            tuple(word.strip() for word in driven.split(",")) if isinstance(driven, str) else tuple(driven)
-        )
+        self.parameters, self.driven = (self._words(options.get(name, ())) for name in ("parameters", "driven"))
+
+    @staticmethod
+    def _words(given: str | Iterable[str]) -> tuple[str, ...]:
+        return tuple(word.strip() for word in given.split(",")) if isinstance(given, str) else tuple(given)
 
     def set(self, values: ArrayLike) -> None:
         """Sets the values of all parameters (p), in SI, from the next `at` on."""
@@ -42,7 +41,7 @@ class Gradient(Owned):
         """Evaluates at the driven coordinates (d), with their rates and accelerations. Returns the values (k)."""
         count = len(self.driven)
         self._context.check(
-            lib.kempe_gradient_at,
+            lib.kempe_gradient_eval,
             self._pointer,
             vector(np.atleast_1d(driven), count, "driven"),
             optional(None if rates is None else np.atleast_1d(rates), count, "rates"),

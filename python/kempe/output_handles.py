@@ -54,7 +54,7 @@ class Outputs(Owned):
         """
         n = self._n
         return self._values(
-            lib.kempe_outputs_at,
+            lib.kempe_outputs_at_state,
             t,
             vector(q, n, "q"),
             optional(qd, n, "qd"),

@@ -70,7 +70,7 @@ class Trajectory(Judged, Reported):
         parts = [np.empty((times.size, width)) for width in (n, n, n, m)]
         for k, time in enumerate(times.flat):
             into = (writable(part[k], (part.shape[1],), "state") for part in parts)
-            self._context.check(lib.kempe_trajectory_at, self._pointer, time, *into)
+            self._context.check(lib.kempe_trajectory_at_time, self._pointer, time, *into)
         q, qd, qdd, lam = (part.reshape(times.shape + part.shape[1:]) for part in parts)
         shown: Any = times[()]  # a number, or the array
         return State(shown, q, qd, qdd, lam)

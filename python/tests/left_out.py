@@ -6,7 +6,7 @@ LEFT_OUT = {
     "kempe_context_set_log": "by python_listen, which leaves out what nobody reads",
     "kempe_context_set_angle_unit": "arrays are in SI",
     "kempe_cache_folder": "the caller names a folder",
-    "kempe_batch_quantity_unit": "units are those of the columns of tables",
+    "kempe_ensemble_result_quantity_unit": "units are those of the columns of tables",
     "kempe_ensemble_new": "kempe_ensemble_new_with without options",
     "kempe_model_read": "kempe_model_read_set without settings",
     "kempe_model_read_text": "kempe_model_read_text_set without settings",

@@ -55,7 +55,7 @@ def test_studies_have_types() -> None:
     modes = kempe.Model(ROOT / "examples/quarter_car/quarter_car.yaml").system().modes()
     assert assert_type(modes.eigenvalues, NDArray[np.complex128]).size > 0
     batch = model().ensemble({"crank": np.linspace(0.28, 0.3, 3)}).run(t_end=0.1)
-    assert assert_type(batch, kempe.Batch).q.shape == (3, 3)
+    assert assert_type(batch, kempe.EnsembleResult).q.shape == (3, 3)
     with pytest.raises(kempe.InputError) as caught:
         kempe.Model.from_text("kempe: 1")
     assert assert_type(caught.value.problems, list[kempe.Problem])

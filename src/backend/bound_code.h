@@ -3,8 +3,7 @@
  * chain rule along time (Moore 1966; Neumaier 1990), by a list of operations. Ends of intervals are rounded as the
  * operations round, not outwards: a result that is exactly zero stays so. A kink makes the bounds wider, never wrong.
  * Generated simulators have this file too. */
-#ifndef KMP_BOUND_CODE_H
-#define KMP_BOUND_CODE_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -54,5 +53,3 @@ KMP_LOCAL kmp_bound kmp_bound_of(const kmp_bound *value, unsigned operand);
 
 /** Gives the bound of an operand. */
 KMP_LOCAL void kmp_bound_give(kmp_bound *value, unsigned operand, kmp_bound bound);
-
-#endif

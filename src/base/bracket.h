@@ -2,8 +2,7 @@
 /* Root bracketing for every search of a change, in the library and in generated simulators (C99), each with its own
  * function values: inverse quadratic interpolation,
  * and bisection where that is not monotonic (Chandrupatla 1997). */
-#ifndef KMP_BRACKET_H
-#define KMP_BRACKET_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -34,5 +33,3 @@ KMP_LOCAL void kmp_bracket_take(kmp_bracket *bracket, double x, double f, bool b
  * shorter than `width`. Of equal values it takes the one towards `high`. */
 KMP_LOCAL double kmp_bracket_least(double (*of)(void *self, double x), void *self, double low, double high,
                                    double width);
-
-#endif

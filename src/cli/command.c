@@ -200,10 +200,26 @@ static kempe_status write_files(const cli_job *j, const cli_study *study, void *
     return status;
 }
 
+void cli_lacks_wing(const char *wing)
+{
+    cli_complain("this build of Kempe is without KEMPE_%s: configure it with -DKEMPE_%s=ON", wing, wing);
+}
+
+kempe_status cli_check_report(const cli_job *j)
+{
+#ifdef KEMPE_REPORT
+    return kempe_report_check(j->context);
+#else
+    (void)j;
+    cli_lacks_wing("REPORT");
+    return KEMPE_E_ARGUMENT;
+#endif
+}
+
 kempe_status cli_run_study(const cli_job *j, const cli_study *study)
 {
     void *result = NULL;
-    kempe_status status = j->settings->report ? kempe_report_check(j->context) : KEMPE_OK;
+    kempe_status status = j->settings->report ? cli_check_report(j) : KEMPE_OK;
     if (status == KEMPE_OK)
         status = study->compute(j, &result);
     cli_report_failure(j, status, result != NULL);
@@ -215,21 +231,22 @@ kempe_status cli_run_study(const cli_job *j, const cli_study *study)
 
 /* -- running one ----------------------------------------------------------------------------------- */
 
+#ifdef KEMPE_ENSEMBLE
 /* Options that the user has not given are those of the folder's run. */
 static void take_run_options(kempe_run_options *run, const kempe_folder *folder)
 {
     kempe_run_options there;
     kempe_folder_run_options(folder, &there);
-    run->formulation = run->formulation ? run->formulation : there.formulation;
-    run->integrator = run->integrator ? run->integrator : there.integrator;
-    run->independent = run->independent ? run->independent : there.independent;
-    run->rtol = run->rtol > 0 ? run->rtol : there.rtol;
-    run->atol = run->atol > 0 ? run->atol : there.atol * (run->rtol / there.rtol);
-    run->t_end = run->t_end > 0 ? run->t_end : there.t_end;
+    if (run->rtol > 0) /* another relative tolerance changes the absolute one in proportion */
+        there.atol *= run->rtol / there.rtol;
+#define KMP_RUN_OPTION(name, type, key, engine, folder, ...)                                                           \
+    KMP_RUN_IF_FOLDER_##folder(run->name = run->name ? run->name : there.name;)
+#include "model/data/run_options.def"
+#undef KMP_RUN_OPTION
     run->output_step = run->output_step > 0 ? run->output_step : there.output_step;
-    run->max_steps = run->max_steps ? run->max_steps : there.max_steps;
     run->no_convergence_check = run->no_convergence_check || there.no_convergence_check;
 }
+#endif
 
 #define TRY(call)                                                                                                      \
     do {                                                                                                               \
@@ -248,13 +265,21 @@ static kempe_status prepare(cli_job *j, const cli_command *command)
     TRY(kempe_context_set_joint_limits(j->context, s->joint_limits));
     TRY(kempe_context_set_strict(j->context, s->strict));
     TRY(kempe_context_set_left_out(j->context, s->left_out));
+#ifdef KEMPE_ENSEMBLE
     if (folder)
         TRY(kempe_folder_open(j->context, folder, &j->folder));
+    file = file ? file : kempe_folder_model_file(j->folder);
+#else
+    if (folder) {
+        cli_lacks_wing("ENSEMBLE");
+        return KEMPE_E_ARGUMENT;
+    }
+#endif
     if (!command->gathers || s->report)
-        TRY(kempe_model_read_set(j->context, file ? file : kempe_folder_model_file(j->folder), s->sets, s->set_count,
-                                 &j->model));
+        TRY(kempe_model_read_set(j->context, file, s->sets, s->set_count, &j->model));
     if (j->model && s->closure_tolerance >= 0)
         TRY(kempe_model_set_closure_tolerance(j->model, s->closure_tolerance));
+#ifdef KEMPE_ENSEMBLE
     if (s->from) {
         /* The model becomes an instance of the folder of --from. */
         j->base = j->model;
@@ -264,6 +289,7 @@ static kempe_status prepare(cli_job *j, const cli_command *command)
         take_run_options(&j->own.run, j->folder);
         TRY(kempe_folder_model(j->folder, j->base, s->instance - 1, &j->model));
     }
+#endif
     if (equations)
         TRY(kempe_system_new_with_algorithm(j->model, s->algorithm ? s->algorithm : command->dynamics, &j->system));
     return KEMPE_OK;
@@ -342,7 +368,9 @@ int cli_run(const cli_command *command, const cli_settings *settings)
     kempe_system_free(j.system);
     kempe_model_free(j.model);
     kempe_model_free(j.base);
+#ifdef KEMPE_ENSEMBLE
     kempe_folder_free(j.folder);
+#endif
     kempe_context_free(j.context);
     return exit_code(status);
 }

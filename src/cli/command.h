@@ -55,8 +55,9 @@ typedef struct cli_command {
     bool opens_pages;     /* FILE may be a page instead of a model */
     bool model_alone;     /* needs no equations */
     const char *dynamics; /* the default algorithm of the equations; NULL: the model's */
+    const char *wing;     /* of the library that it needs: the end of its option, KEMPE_..; NULL: none */
     const cli_study *study;
-    kempe_status (*run)(const cli_job *j); /* instead of a study */
+    kempe_status (*run)(const cli_job *j); /* instead of a study; neither: this build is without the wing */
 } cli_command;
 
 /** All commands, in the order of the help, up to one without a name. */
@@ -74,6 +75,12 @@ kempe_status cli_view(const cli_job *j);
 
 /** True if the name of a file is that of an HTML page. */
 bool cli_is_page(const char *file);
+
+/** Complains that this build is without a wing, given as the end of its option. */
+void cli_lacks_wing(const char *wing);
+
+/** KEMPE_OK where pages can be written; otherwise the message is in the context, or was printed. */
+kempe_status cli_check_report(const cli_job *j);
 
 /** Computes, prints and writes the files. */
 kempe_status cli_run_study(const cli_job *j, const cli_study *study);

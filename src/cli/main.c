@@ -69,6 +69,10 @@ static int run_command(const cli_command *c, int count, char **words)
         printf("\nexamples:\n%s", c->examples);
         return CLI_DONE;
     }
+    if (!c->study && !c->run) {
+        cli_lacks_wing(c->wing);
+        return cli_refuse(settings.json);
+    }
     const char *lacking = cli_lacking(c->bit, &settings);
     if (lacking) {
         cli_complain("%s", lacking);

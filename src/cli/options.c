@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Option parsing. A new option is one row of `options`; help text, parser and suggestions follow from it.
- * Accepted: --name value, --name=value, -o value, and `--` before a file name that begins with a dash. */
+/* Option parsing. A new option is one row of `options`; help text, parser and suggestions follow from it. Options of
+ * runs are rows of model/data/run_options.def. Accepted: --name value, --name=value, -o value, and `--` before a file
+ * name that begins with a dash. */
 #include "options.h"
 #include "terminal.h"
 
@@ -132,8 +133,6 @@ static const option options[] = {
      "prescribed motion: t, q.NAME, qd.NAME, qdd.NAME (default: the drives, or else the start)"},
     {CLI_INVERSE, IN_MODEL, "weights", TEXT(inverse.weights), "NAME=W,..",
      "weights of the actuators of a redundantly actuated mechanism (default: 1)"},
-    {CLI_SIMULATE, IN_RUN, "loads", TEXT(run.loads), "NAME",
-     "loads of joints that redundant constraints share: least-norm (default: those of one solution)"},
     {CLI_INVERSE, IN_RUN, "loads", TEXT(inverse.loads), "NAME",
      "loads of joints that redundant constraints share: least-norm (default: those of one solution)"},
     {CLI_EQUILIBRIUM, IN_RUN, "loads", TEXT(equilibrium.loads), "NAME",
@@ -246,47 +245,29 @@ static const option options[] = {
      "simulate for T at each value, from A to B and back: motions that are reached, of any model (default: Newton's "
      "method)"},
     {CLI_CYCLES, IN_RUN, "most", VALUE(WHOLE, cycles.most), "N", "cycles of a branch at most (default: 1000)"},
-    {CLI_SIMULATE | CLI_COMFORT, IN_RUN, "formulation", TEXT(run.formulation), "NAME",
-     "formulation: reduced (default), projected, dae"},
-    {CLI_SIMULATE | CLI_COMFORT, IN_RUN, "form", TEXT(run.form), "NAME",
-     "form of the formulation's equations (reduced: integrated, newton)"},
-    {CLI_SIMULATE | CLI_COMFORT, IN_RUN, "integrator", TEXT(run.integrator), "NAME",
-     "integrator: dop853, dopri5, adams, bdf, radau, radau5, radau9, erk, dirk, ida (default: dop853 or radau, by "
-     "counted work; dae: radau or ida)"},
+#define ABSENT_KEY(absent)       " (default: that of the model, or " absent ")"
+#define ABSENT_NAMES             ABSENT_KEY
+#define ABSENT_CHOICE            ABSENT_KEY
+#define ABSENT_NO(absent)        " (default: " absent ")"
+#define HELP_NUMBER(key, absent) ABSENT_##key(absent)
+#define HELP_LONG                HELP_NUMBER
+#define HELP_WHOLE               HELP_NUMBER
+#define HELP_TEXT                HELP_NUMBER
+#define HELP_TIME(key, absent)   ", s" ABSENT_##key(absent)
+#define HELP_ANGLE(key, absent)  ", rad" ABSENT_##key(absent)
+#define HELP_FLAG(key, absent)   ""
+#define KMP_RUN_OPTION(name, type, key, engine, folder, commands, group, option, value, absent, words, ...)            \
+    {commands, group, option, VALUE(type, run.name), value, words HELP_##type(key, absent)},
+#include "model/data/run_options.def"
+#undef KMP_RUN_OPTION
     {CLI_SENSITIVITY | CLI_FIT | CLI_OPTIMIZE | CLI_CYCLES, IN_RUN, "integrator", TEXT(run.integrator), "NAME",
      "integrator: dop853 (default), dopri5, radau, radau5, radau9, erk"},
-    {CLI_SIMULATE | CLI_COMFORT, IN_RUN, "linear", TEXT(run.linear), "NAME",
-     "linear solver of IDA: auto (default), klu, umfpack, dense; with one of them dae has IDA as its integrator"},
-    {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY | CLI_FIT | CLI_OPTIMIZE | CLI_COMFORT, IN_RUN, "rtol",
-     VALUE(NUMBER, run.rtol), "X", "relative tolerance (default: that of the model, or 1e-8)"},
-    {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY | CLI_FIT | CLI_OPTIMIZE | CLI_COMFORT, IN_RUN, "atol",
-     VALUE(ANGLE, run.atol), "X",
-     "absolute tolerance of an angle, rad (default: rtol, or that of the model times the ratio of --rtol to its rtol)"},
-    {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY | CLI_OPTIMIZE | CLI_COMFORT, IN_RUN, "t-end",
-     VALUE(TIME, run.t_end), "T", "end of the run, s (default: that of the model)"},
-    {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY | CLI_FIT | CLI_OPTIMIZE | CLI_COMFORT, IN_RUN, "independent",
-     TEXT(run.independent), "NAME,..", "independent coordinates at the start (default: chosen by pivots)"},
-    {CLI_SIMULATE | CLI_COMFORT, IN_RUN, "keep-independent", FLAG(run.keep_independent),
-     "keep the given independent coordinates; fail if they become singular"},
-    {CLI_SIMULATE | CLI_COMFORT, IN_RUN, "change-points", TEXT(run.change_points), "WORD",
-     "change points (bifurcations): cross (default) detects and crosses them; ignore"},
-    {CLI_SIMULATE | CLI_COMFORT, IN_RUN, "max-step", VALUE(TIME, run.max_step), "H",
-     "longest step of the integrator, s (default: by the tolerances)"},
-    {CLI_SIMULATE | CLI_ENSEMBLE | CLI_SENSITIVITY | CLI_FIT | CLI_OPTIMIZE | CLI_COMFORT, IN_RUN, "max-steps",
-     VALUE(LONG, run.max_steps), "N",
-     "fail after N steps (default: fail when the remaining time would take 1e8 steps)"},
-    {CLI_SIMULATE | CLI_SENSITIVITY | CLI_ENSEMBLE | CLI_COMFORT, IN_RUN, "no-convergence-check",
-     FLAG(run.no_convergence_check), "do not repeat the run at another tolerance"},
-    {CLI_SIMULATE, IN_RUN, "full-convergence-check", FLAG(run.full_convergence_check),
-     "repeat the whole run of a vehicle on rails, of which otherwise parts are repeated"},
     {CLI_CYCLES, IN_RUN, "rtol", VALUE(NUMBER, run.rtol), "X", "relative tolerance of runs (default: 1e-10)"},
     {CLI_INVERSE, IN_RUN, "no-convergence-check", FLAG(inverse.no_convergence_check),
      "do not repeat the run with every other row of the table"},
-    {CLI_SIMULATE, IN_RUN, "reference", TEXT(run.reference), "CSV", "reference solution for measuring errors"},
     {CLI_SIMULATE, IN_MODEL, "from", TEXT(from), "FOLDER",
      "run an instance of an ensemble again, with the options of its run; FILE may be omitted"},
     {CLI_SIMULATE, IN_MODEL, "instance", VALUE(WHOLE, instance), "K", "the instance of --from, 1 the first one"},
-    {CLI_SIMULATE, IN_RUN, "resume", TEXT(run.resume), "FILE", "continue from a checkpoint"},
     {CLI_ENSEMBLE, IN_RUN, "threads", VALUE(AMOUNT, run.threads), "N",
      "threads that share the instances, 1 to 64, or auto (default): one for each processor; results have the same "
      "bits"},
@@ -316,10 +297,6 @@ static const option options[] = {
     {CLI_KINEMATICS, IN_RUN, "backend", TEXT(kinematics.backend), "NAME", BACKENDS},
     {CLI_CONTACT, IN_RUN, "backend", TEXT(contact.backend), "NAME", BACKENDS},
     {CLI_INVERSE, IN_RUN, "backend", TEXT(inverse.backend), "NAME", BACKENDS},
-    {CLI_SIMULATE | CLI_SENSITIVITY | CLI_FIT | CLI_OPTIMIZE | CLI_CYCLES, IN_RUN, "backend", TEXT(run.backend), "NAME",
-     BACKENDS},
-    {CLI_SIMULATE, IN_RUN, "threads", VALUE(WHOLE, run.threads), "N",
-     "threads that share each evaluation of the equations, 1 to 64 (default: 1); for large models"},
     {CLI_GENERATE, IN_MODEL, "sets", TEXT(generation.sets), "NAME,..",
      "sets of equations: M_C, invdyn, h_J, jdqd (default: these four), M, C, qdd, h, J, h_t, tangents, R, R_tangents, "
      "invdyn_q, invdyn_qd, R_q, friction, contact, impact, discrete, outputs; + joins sets in one program"},
@@ -359,10 +336,6 @@ static const option options[] = {
     {CLI_FMU, IN_OUTPUT, "compiler", TEXT(fmu.compiler), "NAME",
      "C compiler of the binary of this platform (default: cc)"},
     {CLI_FMU, IN_OUTPUT, "no-binary", FLAG(fmu.no_binary), "sources alone, which importers can compile"},
-    {CLI_SIMULATE | CLI_SENSITIVITY, IN_OUTPUT, "output-step", VALUE(TIME, run.output_step), "T",
-     "time between rows of the table, s (default: that of the model, or a fraction of the time)"},
-    {CLI_SIMULATE, IN_OUTPUT, "checkpoint", TEXT(run.checkpoint), "FILE",
-     "write the rows to this file every 10 s and at the end"},
     {CLI_TABLES | CLI_GATHER, IN_OUTPUT, "output", VALUE(TABLE, output), "FILE",
      "write the table: .csv, .parquet, .npz for NumPy, .mat for MATLAB and Octave, or .json"},
     {CLI_COMPARE, IN_OUTPUT, "csv", VALUE(TABLE, output), "FILE", "another name of --output"},

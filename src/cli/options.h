@@ -2,6 +2,7 @@
 /* The options of all commands: one table, one parser, one settings struct. */
 #pragma once
 
+#include <kempe/comfort.h>
 #include <kempe/compare.h>
 #include <kempe/ensemble.h>
 #include <kempe/equilibrium.h>
@@ -10,7 +11,9 @@
 #include <kempe/inverse.h>
 #include <kempe/kempe.h>
 #include <kempe/kinematics.h>
+#include <kempe/limit_cycles.h>
 #include <kempe/modes.h>
+#include <kempe/optimize.h>
 #include <kempe/response.h>
 #include <kempe/sensitivity.h>
 #include <kempe/settings.h>

@@ -66,12 +66,17 @@ static char *choose_path(const char *model)
 static kempe_status write_page(const cli_job *j, const char *path)
 {
     kempe_assembly *start = NULL;
-    kempe_status status = kempe_report_check(j->context);
+    kempe_status status = cli_check_report(j);
     if (status == KEMPE_OK)
         status = kempe_assembly_new(j->system, &start);
     cli_report_failure(j, status, start != NULL);
     if (start) {
+#ifdef KEMPE_REPORT
         kempe_status written = cli_report_written(j, kempe_assembly_write_report(start, path));
+#else
+        kempe_status written = KEMPE_OK;
+        (void)path;
+#endif
         status = written == KEMPE_OK ? status : cli_worse(KEMPE_OK, written);
     }
     kempe_assembly_free(start);

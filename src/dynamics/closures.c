@@ -7,6 +7,7 @@
 #include "dynamics/kinematics/friction_modes.h"
 #include "dynamics/point_gap.h"
 #include "dynamics/system.h"
+#include "model/data/closure_table.h"
 #include "symbolic/derivative.h"
 #include "symbolic/partials.h"
 #include "symbolic/substitute.h"
@@ -25,7 +26,7 @@
 static const char *component_name(const kmp_closure *closure, int component)
 {
     static const char *const names[] = {"x", "y", "z"}, *const numbers[] = {"1", "2", "3", "4", "5", "6"};
-    return strcmp(closure->kind, "ball") == 0 ? names[component] : numbers[component];
+    return kmp_closure_row_of(closure)->balls == 1 ? names[component] : numbers[component];
 }
 
 static int count_charts(const kmp_tree *tree)
@@ -111,7 +112,7 @@ static kempe_status complain_still(const kmp_equations *eq, const kmp_closure *c
                         closure->name);
 }
 
-static int power_of(const kempe_model *model, const kmp_closure *closure, const kmp_closure_kind *kind, int row)
+static int power_of(const kempe_model *model, const kmp_closure *closure, const kmp_closure_parts *kind, int row)
 {
     int power = (row < kind->force->rows ? kind->force : kind->moment)->length_power;
     if (power == KMP_KIND_POWER_OF_COORDINATE)
@@ -216,11 +217,11 @@ static kempe_status derive_rows(kmp_equations *eq, const kmp_derivation_request 
             size = fmax(size, fabs(model->points[k].at[i].value));
     for (int c = 0; c < model->closure_count; c++) {
         const kmp_closure *closure = &model->closures[c];
-        const kmp_closure_kind *kind = kmp_closure_kind_find(closure->kind);
+        const kmp_closure_parts *kind = kmp_closure_parts_of(closure->kind);
         kmp_ref h[KMP_KIND_MAX_ROWS] = {KMP_ZERO}, rates[KMP_KIND_MAX_ROWS] = {KMP_ZERO};
         int kept = 0;
         if (!kind)
-            return kmp_fail(eq->context, KEMPE_E_BUG, "closure kind '%s' is unknown", closure->kind);
+            return kmp_fail(eq->context, KEMPE_E_BUG, "closure '%s' is of no kind", closure->name);
         if ((scene->loops_alone && kmp_closure_is_drive(closure)) ||
             (scene->frictionless && kmp_closure_is_of_modes(closure)))
             continue;
@@ -317,7 +318,7 @@ static void differentiate(const kmp_equations *eq, const kmp_ref *rows, kmp_ref 
 kmp_vec kmp_closure_load(const kmp_tree *tree, int c, bool moment)
 {
     const kmp_closure *closure = &tree->model->closures[c];
-    const kmp_closure_kind *kind = kmp_closure_kind_find(closure->kind);
+    const kmp_closure_parts *kind = kmp_closure_parts_of(closure->kind);
     kmp_ref lambda[KMP_KIND_MAX_ROWS] = {KMP_ZERO};
     for (int k = 0; k < kmp_closure_rows(kind, closure); k++)
         lambda[k] = kmp_tree_multiplier(tree, c, k);

@@ -11,6 +11,7 @@
 #include "dynamics/kinematics/pressing.h"
 #include "dynamics/outputs.h"
 #include "dynamics/tangents.h"
+#include "model/data/closure_table.h"
 #include "model/data/output_table.h"
 #include "symbolic/derivative.h"
 #include "symbolic/label.h"

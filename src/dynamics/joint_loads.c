@@ -6,6 +6,7 @@
 #include "dynamics/kinematics/friction_modes.h"
 #include "dynamics/kinematics/touching.h"
 #include "model/data/carried.h"
+#include "model/data/closure_table.h"
 #include "symbolic/partials.h"
 #include "symbolic/substitute.h"
 
@@ -76,7 +77,7 @@ static void add_rows(const kmp_tree *moved, acting *a)
     const kempe_model *model = moved->model;
     for (int c = 0; c < model->closure_count; c++) {
         const kmp_closure *closure = &model->closures[c];
-        const kmp_closure_kind *kind = kmp_closure_kind_find(closure->kind);
+        const kmp_closure_parts *kind = kmp_closure_parts_of(closure->kind);
         kmp_ref h[KMP_KIND_MAX_ROWS] = {KMP_ZERO};
         if (kmp_closure_is_of_modes(closure))
             continue;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Finds the force that depends on multipliers, and rejects analyses that do not support one. */
 #include "dynamics/load_dependent.h"
+#include "model/data/closure_table.h"
 #include <math.h>
 #include <string.h>
 

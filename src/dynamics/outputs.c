@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "dynamics/outputs.h"
+#include "base/wings.h"
 #include "dynamics/closures.h"
 #include "dynamics/formalisms/newton_euler.h"
 #include "dynamics/joint_loads.h"
 #include "dynamics/kinematics/touching.h"
 #include "model/data/output_table.h"
 #include "model/write/model_print.h"
-#include "rail/wheel/wheel_contact.h"
 
 bool kmp_outputs_need_forces(const kempe_model *model)
 {
@@ -180,42 +180,6 @@ static bool derive_until(const kmp_tree *tree)
     return ok;
 }
 
-/* The values of each contact of a wheel, or the sums that guide it; Y/Q is zero where no load is. */
-static void show_contacts(kmp_equations *eq, int number, bool sums)
-{
-    const kmp_wheel *wheel = &eq->model->wheels[number];
-    kmp_graph *g = eq->graph;
-    kmp_guidance sum = {KMP_ZERO, KMP_ZERO, KMP_ZERO};
-    kmp_wheel_pose pose;
-    kmp_wheel_find(&eq->tree, wheel, &pose);
-    for (int k = 0; k < kmp_wheel_contacts(wheel); k++) {
-        kmp_contact contact;
-        kmp_wheel_contact(&eq->tree, wheel, &pose, k, &contact);
-        if (sums) {
-            kmp_guidance_add(&eq->tree, &pose, &contact, &sum);
-            continue;
-        }
-        kmp_contact_values(&eq->tree, wheel, &pose, &contact, eq->shown + eq->shown_count);
-        eq->shown_count += KMP_CONTACT_SHOWN;
-    }
-    if (!sums)
-        return;
-    const kmp_ref loaded = kmp_less(g, KMP_ZERO, sum.load), load = kmp_select(g, loaded, sum.load, KMP_ONE);
-    const kmp_ref shown[] = {sum.load, sum.lateral, kmp_select(g, loaded, kmp_div(g, sum.lateral, load), KMP_ZERO),
-                             sum.wear};
-    for (size_t k = 0; k < sizeof shown / sizeof *shown; k++)
-        eq->shown[eq->shown_count++] = shown[k];
-}
-
-static void show_pose(kmp_equations *eq, int number)
-{
-    kmp_wheel_pose pose;
-    kmp_wheel_find(&eq->tree, &eq->model->wheels[number], &pose);
-    const kmp_ref shown[KMP_POSE_SHOWN] = {pose.out, pose.up, pose.axle[0], pose.axle[1], pose.axle[2]};
-    for (int k = 0; k < KMP_POSE_SHOWN; k++)
-        eq->shown[eq->shown_count++] = shown[k];
-}
-
 static void show_axes(kmp_equations *eq, int point)
 {
     kmp_vec axes[3];
@@ -226,6 +190,10 @@ static void show_axes(kmp_equations *eq, int point)
 
 static void show(kmp_equations *eq, const kmp_forces *forces, const kmp_output *output)
 {
+    if (output->kind == KMP_OUTPUT_AXES) {
+        show_axes(eq, output->index);
+        return;
+    }
     kmp_vec x = derive_one(eq, forces, output);
     const kmp_ref *values =
         output->kind == KMP_OUTPUT_FORCE ? forces->value + (ptrdiff_t)KMP_FORCE_WIDTH * output->index : x.x;
@@ -234,6 +202,17 @@ static void show(kmp_equations *eq, const kmp_forces *forces, const kmp_output *
     for (int k = 0; output->kind == KMP_OUTPUT_POSITION && k < 3; k++)
         eq->position[3 * eq->position_count + k] = x.x[k];
     eq->position_count += output->kind == KMP_OUTPUT_POSITION;
+}
+
+static bool show_by_wing(kmp_equations *eq, const kmp_output *output)
+{
+    for (const kmp_wing *const *wing = kmp_wings; *wing; wing++)
+        for (const kmp_output_of_wing *row = (*wing)->outputs; row && row->show; row++)
+            if (row->kind == output->kind) {
+                row->show(eq, output);
+                return true;
+            }
+    return false;
 }
 
 /* Conditions of outputs alone are no events: they are evaluated at the state of each row. */
@@ -246,13 +225,7 @@ kempe_status kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces)
     eq->tree.uses = &eq->uses;
     /* In the order of the model. */
     for (int o = 0; !kmp_graph_failed(eq->graph) && o < eq->model->output_count; o++)
-        if (eq->model->outputs[o].kind == KMP_OUTPUT_CONTACT || eq->model->outputs[o].kind == KMP_OUTPUT_GUIDANCE)
-            show_contacts(eq, eq->model->outputs[o].index, eq->model->outputs[o].kind == KMP_OUTPUT_GUIDANCE);
-        else if (eq->model->outputs[o].kind == KMP_OUTPUT_POSE)
-            show_pose(eq, eq->model->outputs[o].index);
-        else if (eq->model->outputs[o].kind == KMP_OUTPUT_AXES)
-            show_axes(eq, eq->model->outputs[o].index);
-        else
+        if (!show_by_wing(eq, &eq->model->outputs[o]))
             show(eq, forces, &eq->model->outputs[o]);
     eq->tree.uses = NULL;
     eq->tree.settled = settled;

@@ -23,7 +23,7 @@ struct kempe_ensemble {
     bool doubted; /* of the current run: the model itself is doubted, and so is each instance */
 };
 
-struct kempe_batch {
+struct kempe_ensemble_result {
     const kempe_ensemble *ensemble;
     kmp_arena arena;
     kempe_status status;
@@ -122,7 +122,7 @@ kempe_status kempe_ensemble_new(const kempe_model *model, const kempe_values *va
 
 KMP_FREES(kempe_ensemble, ensemble, kmp_mechanisms_free(ensemble->inner), kmp_quantity_list_free(&ensemble->quantities))
 
-void kempe_batch_free(kempe_batch *batch)
+void kempe_ensemble_result_free(kempe_ensemble_result *batch)
 {
     if (!batch)
         return;
@@ -133,10 +133,10 @@ void kempe_batch_free(kempe_batch *batch)
     kmp_free(batch);
 }
 
-static kempe_batch *new_batch(const kempe_ensemble *e, const kmp_batch_range *range)
+static kempe_ensemble_result *new_batch(const kempe_ensemble *e, const kmp_batch_range *range)
 {
     size_t columns = (size_t)e->values->columns;
-    kempe_batch *b = KMP_NEW(kempe_batch, 1);
+    kempe_ensemble_result *b = KMP_NEW(kempe_ensemble_result, 1);
     if (!b)
         return NULL;
     b->ensemble = e;
@@ -149,7 +149,7 @@ static kempe_batch *new_batch(const kempe_ensemble *e, const kmp_batch_range *ra
                    KMP_ROOM(double, (size_t)b->count *(size_t)e->quantities.run.values, &b->taken, &b->differences),
                    KMP_ROOM(kmp_convergence, b->count, &b->again));
     if (b->arena.failed) {
-        kempe_batch_free(b);
+        kempe_ensemble_result_free(b);
         return NULL;
     }
     for (size_t k = 0; k < (size_t)b->count * (size_t)e->quantities.run.values; k++)
@@ -162,16 +162,16 @@ static kempe_batch *new_batch(const kempe_ensemble *e, const kmp_batch_range *ra
 }
 
 /* The values of an instance of the batch. */
-static const double *row_of(const kempe_batch *b, int k)
+static const double *row_of(const kempe_ensemble_result *b, int k)
 {
     return b->rows + (size_t)k * (size_t)b->ensemble->values->columns;
 }
 
-static int count_of(const kempe_batch *b, const char *word)
+static int count_of(const kempe_ensemble_result *b, const char *word)
 {
     int count = 0;
     for (int k = 0; k < b->count; k++)
-        count += strcmp(kempe_batch_status(b, k), word) == 0;
+        count += strcmp(kempe_ensemble_result_status(b, k), word) == 0;
     return count;
 }
 
@@ -179,14 +179,14 @@ static int count_of(const kempe_batch *b, const char *word)
 
 /* Complete instances as cases. */
 typedef struct repeat {
-    kempe_batch *b;
+    kempe_ensemble_result *b;
     const kmp_run_spec *spec;
     const kmp_ensemble_execution *execution;
     int *instance; /* of a case */
 } repeat;
 
 /* Differences of the quantities of an instance; infinite for a value that one of the runs alone has. */
-static void compare_quantities(const kempe_batch *b, int instance, const double *other)
+static void compare_quantities(const kempe_ensemble_result *b, int instance, const double *other)
 {
     int count = b->ensemble->quantities.run.values;
     const double *first = b->taken + (ptrdiff_t)instance * count;
@@ -222,14 +222,14 @@ static kempe_status run_again(void *user, double rtol, int count, const int *whi
         status = KEMPE_STOPPED;
     if (status == KEMPE_OK) {
         /* Compares the results of repeated instances with those of the first run. */
-        const kempe_batch *b = r->b;
+        const kempe_ensemble_result *b = r->b;
         const kempe_system *system = kmp_mechanisms_system(b->ensemble->inner);
         for (int k = 0; k < count; k++) {
             int first = r->instance[which[k]];
             ptrdiff_t at = (ptrdiff_t)k * b->n;
             if (results[k].status == KEMPE_OK)
-                kmp_convergence_state(&found[k], results[k].t, system, kempe_batch_q(b, first),
-                                      kempe_batch_qd(b, first), q + at, qd + at);
+                kmp_convergence_state(&found[k], results[k].t, system, kempe_ensemble_result_q(b, first),
+                                      kempe_ensemble_result_qd(b, first), q + at, qd + at);
             else
                 found[k].stopped = results[k].t;
             if (results[k].status == KEMPE_OK)
@@ -242,12 +242,13 @@ static kempe_status run_again(void *user, double rtol, int count, const int *whi
     return status;
 }
 
-static const char *again_name(const kempe_batch *b, int k)
+static const char *again_name(const kempe_ensemble_result *b, int k)
 {
     return b->n > 0 ? b->ensemble->model->motions[b->again[k].index].name : "";
 }
 
-static kempe_status check_again(kempe_batch *b, const kmp_run_spec *spec, const kmp_ensemble_execution *execution)
+static kempe_status check_again(kempe_ensemble_result *b, const kmp_run_spec *spec,
+                                const kmp_ensemble_execution *execution)
 {
     kempe_context *context = b->ensemble->model->context;
     kmp_arena arena = {0};
@@ -268,8 +269,8 @@ static kempe_status check_again(kempe_batch *b, const kmp_run_spec *spec, const 
 
 /* -- a whole run ------------------------------------------------------------------------------------- */
 
-static kempe_status run_batch(kempe_batch *b, const kmp_batch_range *range, const kmp_run_spec *spec, int lanes,
-                              bool once)
+static kempe_status run_batch(kempe_ensemble_result *b, const kmp_batch_range *range, const kmp_run_spec *spec,
+                              int lanes, bool once)
 {
     const kempe_ensemble *e = b->ensemble;
     const kmp_ensemble_execution execution = {.threads = spec->threads,
@@ -299,13 +300,13 @@ static kempe_status run_batch(kempe_batch *b, const kmp_batch_range *range, cons
         return KEMPE_OK;
     kempe_context *context = b->ensemble->model->context;
     kempe_table *table = NULL;
-    KMP_TRY(kempe_batch_table(b, "instances", &table));
+    KMP_TRY(kempe_ensemble_result_table(b, "instances", &table));
     const kmp_instance_sums sums = kmp_instances_sum(table, b->first);
     kempe_table_free(table);
     KMP_TRY(kmp_instances_warn(context, &sums));
     if (b->count > 0 && count_of(b, "failed") == b->count)
         b->status = kmp_fail(e->model->context, KEMPE_E_FAILED, "no instance reached its end; the first one: %s",
-                             kempe_batch_reason(b, 0));
+                             kempe_ensemble_result_reason(b, 0));
     return KEMPE_OK;
 }
 
@@ -318,20 +319,20 @@ kempe_status kmp_batch_check_lanes(const kempe_ensemble *e, int lanes)
 }
 
 kempe_status kmp_batch_new(kempe_ensemble *e, const kempe_run_options *run, int lanes, const kmp_batch_range *range,
-                           kempe_batch **batch)
+                           kempe_ensemble_result **batch)
 {
     kempe_context *context = e->model->context;
     kmp_run_spec spec;
     kmp_arena arena = {0};
     KMP_TRY(kmp_batch_check_lanes(e, lanes));
-    kempe_batch *b = new_batch(e, range);
+    kempe_ensemble_result *b = new_batch(e, range);
     kempe_status status =
         b ? kmp_spec_of(kmp_mechanisms_system(e->inner), run, &arena, &spec) : kmp_fail_memory(context);
     if (status == KEMPE_OK)
         status = run_batch(b, range, &spec, lanes, run->no_convergence_check != 0);
     kmp_arena_free(&arena);
     if (status != KEMPE_OK) {
-        kempe_batch_free(b);
+        kempe_ensemble_result_free(b);
         return status;
     }
     b->warnings = kmp_context_warnings(context);
@@ -340,7 +341,8 @@ kempe_status kmp_batch_new(kempe_ensemble *e, const kempe_run_options *run, int 
     return b->status;
 }
 
-kempe_status kempe_ensemble_run(kempe_ensemble *e, const kempe_run_options *run, int lanes, kempe_batch **batch)
+kempe_status kempe_ensemble_run(kempe_ensemble *e, const kempe_run_options *run, int lanes,
+                                kempe_ensemble_result **batch)
 {
     return kempe_ensemble_run_range(e, run, lanes, 0, e ? e->values->count : 0, batch);
 }
@@ -352,7 +354,7 @@ void kmp_ensemble_begin(kempe_ensemble *e)
 }
 
 kempe_status kempe_ensemble_run_range(kempe_ensemble *e, const kempe_run_options *run, int lanes, int first, int count,
-                                      kempe_batch **batch)
+                                      kempe_ensemble_result **batch)
 {
     KMP_WANTED(NULL, e, "ensemble");
     KMP_WANTED(e->model->context, batch, "batch");
@@ -365,7 +367,7 @@ kempe_status kempe_ensemble_run_range(kempe_ensemble *e, const kempe_run_options
 }
 
 kempe_status kempe_ensemble_run_rows(kempe_ensemble *e, const kempe_run_options *run, int lanes, int count,
-                                     const double *rows, kempe_batch **batch)
+                                     const double *rows, kempe_ensemble_result **batch)
 {
     KMP_WANTED(NULL, e, "ensemble");
     KMP_WANTED(e->model->context, batch, "batch");
@@ -379,47 +381,48 @@ kempe_status kempe_ensemble_run_rows(kempe_ensemble *e, const kempe_run_options 
 
 /* -- queries ----------------------------------------------------------------------------------------- */
 
-KMP_GETTER(int kempe_batch_count(const kempe_batch *b), b, b->count, 0)
+KMP_GETTER(int kempe_ensemble_result_count(const kempe_ensemble_result *b), b, b->count, 0)
 /* The word of an instance, which its own repeat, or a doubt of its model, may contradict. */
-static const char *word_of(const kempe_batch *b, int k)
+static const char *word_of(const kempe_ensemble_result *b, int k)
 {
     kempe_status status = b->results[k].status;
     bool doubted = b->ensemble->doubted || !kmp_convergence_holds(&b->again[k]);
     return kmp_status_word(status == KEMPE_OK && doubted ? KEMPE_UNTRUSTED : status);
 }
 
-KMP_GETTER_AT(const char *kempe_batch_status(const kempe_batch *b, int k), b, k, b->count, word_of(b, k), "")
-KMP_GETTER_AT(const char *kempe_batch_reason(const kempe_batch *b, int k), b, k, b->count,
+KMP_GETTER_AT(const char *kempe_ensemble_result_status(const kempe_ensemble_result *b, int k), b, k, b->count,
+              word_of(b, k), "")
+KMP_GETTER_AT(const char *kempe_ensemble_result_reason(const kempe_ensemble_result *b, int k), b, k, b->count,
               b->results[k].reason ? b->results[k].reason : "", "")
-KMP_GETTER_AT(const double *kempe_batch_q(const kempe_batch *b, int k), b, k, b->count, b->q + (size_t)k * (size_t)b->n,
-              NULL)
-KMP_GETTER_AT(const double *kempe_batch_qd(const kempe_batch *b, int k), b, k, b->count,
+KMP_GETTER_AT(const double *kempe_ensemble_result_q(const kempe_ensemble_result *b, int k), b, k, b->count,
+              b->q + (size_t)k * (size_t)b->n, NULL)
+KMP_GETTER_AT(const double *kempe_ensemble_result_qd(const kempe_ensemble_result *b, int k), b, k, b->count,
               b->qd + (size_t)k * (size_t)b->n, NULL)
 
 /* -- quantities and limits --------------------------------------------------------------------------- */
 
-static const kmp_quantity_list *list_of(const kempe_batch *b)
+static const kmp_quantity_list *list_of(const kempe_ensemble_result *b)
 {
     return &b->ensemble->quantities;
 }
 
-static const double *taken_of(const kempe_batch *b, int k)
+static const double *taken_of(const kempe_ensemble_result *b, int k)
 {
     return b->taken + (size_t)k * (size_t)list_of(b)->run.values;
 }
 
-static const double *differences_of(const kempe_batch *b, int k)
+static const double *differences_of(const kempe_ensemble_result *b, int k)
 {
     return b->differences + (size_t)k * (size_t)list_of(b)->run.values;
 }
 
-KMP_GETTER(int kempe_batch_quantity_count(const kempe_batch *b), b, list_of(b)->run.values, 0)
-KMP_GETTER_AT(const char *kempe_batch_quantity_name(const kempe_batch *b, int value), b, value, list_of(b)->run.values,
-              list_of(b)->name[value], "")
-KMP_GETTER_AT(const char *kempe_batch_quantity_unit(const kempe_batch *b, int value), b, value, list_of(b)->run.values,
-              list_of(b)->unit[value], "")
+KMP_GETTER(int kempe_ensemble_result_quantity_count(const kempe_ensemble_result *b), b, list_of(b)->run.values, 0)
+KMP_GETTER_AT(const char *kempe_ensemble_result_quantity_name(const kempe_ensemble_result *b, int value), b, value,
+              list_of(b)->run.values, list_of(b)->name[value], "")
+KMP_GETTER_AT(const char *kempe_ensemble_result_quantity_unit(const kempe_ensemble_result *b, int value), b, value,
+              list_of(b)->run.values, list_of(b)->unit[value], "")
 
-double kempe_batch_quantity(const kempe_batch *b, int k, int value)
+double kempe_ensemble_result_quantity(const kempe_ensemble_result *b, int k, int value)
 {
     if (!b || k < 0 || k >= b->count || value < 0 || value >= list_of(b)->run.values)
         return NAN;
@@ -427,7 +430,7 @@ double kempe_batch_quantity(const kempe_batch *b, int k, int value)
 }
 
 /* Appends the limits that an instance does not keep (text NULL: none is written); their number, -1: not known. */
-static int broken_of(const kempe_batch *b, int k, kmp_text *text)
+static int broken_of(const kempe_ensemble_result *b, int k, kmp_text *text)
 {
     const kmp_quantity_list *list = list_of(b);
     int broken = 0;
@@ -444,7 +447,7 @@ static int broken_of(const kempe_batch *b, int k, kmp_text *text)
     return broken;
 }
 
-const char *kempe_batch_limits(const kempe_batch *b, int k)
+const char *kempe_ensemble_result_limits(const kempe_ensemble_result *b, int k)
 {
     if (!b || k < 0 || k >= b->count || list_of(b)->limit_count == 0)
         return "";
@@ -466,8 +469,8 @@ static const char *apart_of(const kmp_ensemble_result *r)
 /* -- messages ---------------------------------------------------------------------------------------- */
 
 /* Why instances were run by themselves, or parts of them, each reason once, in the order of the first. */
-static void put_reasons(const kempe_batch *b, const char *reason_of(const kmp_ensemble_result *r), const char *which,
-                        kmp_text *text)
+static void put_reasons(const kempe_ensemble_result *b, const char *reason_of(const kmp_ensemble_result *r),
+                        const char *which, kmp_text *text)
 {
     for (int k = 0; k < b->count; k++) {
         const char *why = reason_of(&b->results[k]);
@@ -483,7 +486,7 @@ static void put_reasons(const kempe_batch *b, const char *reason_of(const kmp_en
 }
 
 /* Lines about the run that the table of instances does not have. */
-static void put_run(const kempe_batch *b, kmp_text *text)
+static void put_run(const kempe_ensemble_result *b, kmp_text *text)
 {
     kmp_text_printf(text, "run       to t = %g s, rtol %g, atol %g\n", b->t_end, b->rtol, b->atol);
     if (b->work.lane_steps > 0)
@@ -524,10 +527,10 @@ typedef struct summary {
     kempe_statistics *statistics;
 } summary;
 
-static bool summarise(const kempe_batch *b, summary *s)
+static bool summarise(const kempe_ensemble_result *b, summary *s)
 {
     *s = (summary){0};
-    if (kempe_batch_table(b, "instances", &s->table) != KEMPE_OK)
+    if (kempe_ensemble_result_table(b, "instances", &s->table) != KEMPE_OK)
         return false;
     return list_of(b)->run.values == 0 || !kmp_is_complete(b->status) ||
            kempe_statistics_new(s->table, 0, &s->statistics) == KEMPE_OK;
@@ -541,7 +544,7 @@ static void free_summary(summary *s)
 
 static void put_text(kmp_text *text, const void *result)
 {
-    const kempe_batch *b = result;
+    const kempe_ensemble_result *b = result;
     summary s;
     kmp_text run = {0};
     bool good = summarise(b, &s);
@@ -554,20 +557,21 @@ static void put_text(kmp_text *text, const void *result)
     free_summary(&s);
 }
 
-static void put_instance(const kempe_batch *b, kmp_json *json, int k)
+static void put_instance(const kempe_ensemble_result *b, kmp_json *json, int k)
 {
     const kmp_ensemble_result *r = &b->results[k];
     kmp_json_object(json, NULL);
     kmp_json_numbers(json, "values", b->ensemble->values->columns, row_of(b, k));
-    kmp_json_put(json, "status %s reason %s t %g", kempe_batch_status(b, k), kempe_batch_reason(b, k), r->t);
-    kmp_json_numbers(json, "q", b->n, kempe_batch_q(b, k));
-    kmp_json_numbers(json, "qd", b->n, kempe_batch_qd(b, k));
+    kmp_json_put(json, "status %s reason %s t %g", kempe_ensemble_result_status(b, k),
+                 kempe_ensemble_result_reason(b, k), r->t);
+    kmp_json_numbers(json, "q", b->n, kempe_ensemble_result_q(b, k));
+    kmp_json_numbers(json, "qd", b->n, kempe_ensemble_result_qd(b, k));
     if (list_of(b)->run.values > 0) {
         kmp_json_numbers(json, "quantities", list_of(b)->run.values, taken_of(b, k));
         kmp_json_numbers(json, "quantity_differences", list_of(b)->run.values, differences_of(b, k));
     }
     if (list_of(b)->limit_count > 0)
-        kmp_json_put(json, "limits %s", kempe_batch_limits(b, k));
+        kmp_json_put(json, "limits %s", kempe_ensemble_result_limits(b, k));
     kmp_json_put(json, "steps %ld rejected %ld refused %ld rhs %ld exchanges %ld h %g hdot %g drift %g single_run %s",
                  r->steps, r->rejected, r->refused, r->rhs, r->exchanges, r->h, r->hdot, r->drift, alone_of(r));
     kmp_convergence_json(json, &b->again[k], again_name(b, k));
@@ -576,7 +580,7 @@ static void put_instance(const kempe_batch *b, kmp_json *json, int k)
 
 static void put_json(kmp_text *text, const void *result)
 {
-    const kempe_batch *b = result;
+    const kempe_ensemble_result *b = result;
     const kempe_system *system = kmp_mechanisms_system(b->ensemble->inner);
     kmp_json json = kmp_json_begin(text);
     summary made;
@@ -611,25 +615,25 @@ static void put_json(kmp_text *text, const void *result)
     free_summary(&made);
 }
 
-KMP_PRINT(kempe_batch, batch, batch->ensemble->model->context, put_json, put_text)
+KMP_PRINT(kempe_ensemble_result, batch, batch->ensemble->model->context, put_json, put_text)
 
 /* -- as a table -------------------------------------------------------------------------------------- */
 
-static void put_row(const kempe_batch *b, kempe_table *table, int k)
+static void put_row(const kempe_ensemble_result *b, kempe_table *table, int k)
 {
     const kmp_ensemble_result *r = &b->results[k];
     const kmp_convergence *again = &b->again[k];
     const kempe_system *system = kmp_mechanisms_system(b->ensemble->inner);
     kmp_tabulate_row(table);
     kmp_tabulate_numbers(table, b->ensemble->values->columns, row_of(b, k));
-    kmp_tabulate_cells(table, "%s %g", kempe_batch_status(b, k), r->t);
-    kmp_tabulate_values(table, system, KMP_QUANTITY_Q, kempe_batch_q(b, k));
-    kmp_tabulate_values(table, system, KMP_QUANTITY_QD, kempe_batch_qd(b, k));
+    kmp_tabulate_cells(table, "%s %g", kempe_ensemble_result_status(b, k), r->t);
+    kmp_tabulate_values(table, system, KMP_QUANTITY_Q, kempe_ensemble_result_q(b, k));
+    kmp_tabulate_values(table, system, KMP_QUANTITY_QD, kempe_ensemble_result_qd(b, k));
     kmp_tabulate_numbers(table, list_of(b)->run.values, taken_of(b, k));
     if (list_of(b)->limit_count > 0) {
         kmp_text broken = {0};
         bool known = broken_of(b, k, &broken) >= 0;
-        kmp_tabulate_cells(table, "%s %s", kempe_batch_limits(b, k), known && broken.s ? broken.s : "");
+        kmp_tabulate_cells(table, "%s %s", kempe_ensemble_result_limits(b, k), known && broken.s ? broken.s : "");
         if (broken.failed)
             kmp_tabulate_fail(table);
         kmp_text_free(&broken);
@@ -639,23 +643,23 @@ static void put_row(const kempe_batch *b, kempe_table *table, int k)
     kmp_tabulate_number(table, again->known ? again->difference : NAN);
     kmp_tabulate_numbers(table, list_of(b)->run.values, differences_of(b, k));
     kmp_tabulate_cells(table, "%s %s %s %s", kmp_convergence_word(again), r->rates_changed ? KMP_RATES_ADJUSTED : "",
-                       alone_of(r), kempe_batch_reason(b, k));
+                       alone_of(r), kempe_ensemble_result_reason(b, k));
 }
 
 static void fill_instances(kempe_table *table, const void *result)
 {
-    const kempe_batch *b = result;
+    const kempe_ensemble_result *b = result;
     put_all_columns(b->ensemble, table);
     kmp_tabulate_apart(table);
     for (int k = 0; k < b->count; k++)
         put_row(b, table, k);
 }
 
-KMP_TABLES(kempe_batch, batch, batch->ensemble->model->context, {"instances", fill_instances})
+KMP_TABLES(kempe_ensemble_result, batch, batch->ensemble->model->context, {"instances", fill_instances})
 
 /* -- parts of a longer run --------------------------------------------------------------------------- */
 
-void kmp_batch_add(const kempe_batch *b, const kempe_table *instances, kmp_batch_totals *sum)
+void kmp_batch_add(const kempe_ensemble_result *b, const kempe_table *instances, kmp_batch_totals *sum)
 {
     const kmp_instance_sums part = kmp_instances_sum(instances, b->first);
     kmp_instances_add(&sum->sums, &part);
@@ -666,10 +670,10 @@ void kmp_batch_add(const kempe_batch *b, const kempe_table *instances, kmp_batch
 
 kempe_status kmp_ensemble_columns(kempe_ensemble *e, kempe_table **table)
 {
-    kempe_batch *b = new_batch(e, &(kmp_batch_range){0});
+    kempe_ensemble_result *b = new_batch(e, &(kmp_batch_range){0});
     KMP_TRY(kmp_made(e->model->context, b));
-    kempe_status status = kempe_batch_table(b, "instances", table);
-    kempe_batch_free(b);
+    kempe_status status = kempe_ensemble_result_table(b, "instances", table);
+    kempe_ensemble_result_free(b);
     return status;
 }
 
@@ -695,17 +699,17 @@ const kempe_system *kmp_ensemble_equations(const kempe_ensemble *e)
 
 /* -- for pages --------------------------------------------------------------------------------------- */
 
-const kempe_model *kmp_batch_model(const kempe_batch *batch)
+const kempe_model *kmp_batch_model(const kempe_ensemble_result *batch)
 {
     return batch->ensemble->model;
 }
 
-kempe_status kmp_batch_outcome(const kempe_batch *batch)
+kempe_status kmp_batch_outcome(const kempe_ensemble_result *batch)
 {
     return batch->status;
 }
 
-double kmp_batch_cpu(const kempe_batch *batch)
+double kmp_batch_cpu(const kempe_ensemble_result *batch)
 {
     return batch->work.cpu_s;
 }

@@ -7,13 +7,13 @@
 #include "ensemble/quantity_words.h"
 #include <kempe/ensemble.h>
 
-const kempe_model *kmp_batch_model(const kempe_batch *batch);
+const kempe_model *kmp_batch_model(const kempe_ensemble_result *batch);
 
 /** The status of the whole. */
-kempe_status kmp_batch_outcome(const kempe_batch *batch);
+kempe_status kmp_batch_outcome(const kempe_ensemble_result *batch);
 
 /** Processor time of all threads, s. */
-double kmp_batch_cpu(const kempe_batch *batch);
+double kmp_batch_cpu(const kempe_ensemble_result *batch);
 
 /* -- parts of a longer run --------------------------------------------------------------------------- */
 
@@ -29,7 +29,7 @@ typedef struct kmp_batch_range {
 /** kempe_ensemble_run_range, or _rows, within a computation that has begun, with the library's copy of `run`. A part
  * whose instances all fail is no failure. */
 kempe_status kmp_batch_new(kempe_ensemble *ensemble, const kempe_run_options *run, int lanes,
-                           const kmp_batch_range *range, kempe_batch **batch);
+                           const kmp_batch_range *range, kempe_ensemble_result **batch);
 kempe_status kmp_batch_check_lanes(const kempe_ensemble *ensemble, int lanes);
 
 /** Sums of several batches, and their work. */
@@ -40,7 +40,7 @@ typedef struct kmp_batch_totals {
     double cpu_s;
 } kmp_batch_totals;
 /** Adds a batch, whose table "instances" is given. */
-void kmp_batch_add(const kempe_batch *batch, const kempe_table *instances, kmp_batch_totals *sum);
+void kmp_batch_add(const kempe_ensemble_result *batch, const kempe_table *instances, kmp_batch_totals *sum);
 
 /** The table "instances" without rows: its columns are those of all batches of the ensemble. */
 kempe_status kmp_ensemble_columns(kempe_ensemble *ensemble, kempe_table **table);

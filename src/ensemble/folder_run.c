@@ -174,29 +174,29 @@ static kempe_status write_part(const folder_run *r, kempe_table *table, int part
 }
 
 /* Histories and rows of a batch, which counts where they could be written. */
-static kempe_status keep_part(folder_run *r, const kempe_batch *batch, int part)
+static kempe_status keep_part(folder_run *r, const kempe_ensemble_result *batch, int part)
 {
     kempe_table *table = NULL;
     kmp_batch_totals totals = r->folder->totals;
     if (kmp_folder_wants_history(r->folder, part))
         KMP_TRY(write_history(r, part));
     bool degrees = kmp_context_use_degrees(r->context, false); /* parts are in SI */
-    kempe_status status = kempe_batch_table(batch, "instances", &table);
+    kempe_status status = kempe_ensemble_result_table(batch, "instances", &table);
     (void)kmp_context_use_degrees(r->context, degrees);
     KMP_TRY(status);
     kmp_batch_add(batch, table, &totals);
     KMP_TRY(write_part(r, table, part));
     r->folder->totals = totals;
     r->folder->ran_parts++;
-    for (int k = 0; k < kempe_batch_count(batch) && !*r->first_failure; k++)
-        if (strcmp(kempe_batch_status(batch, k), "failed") == 0)
-            (void)snprintf(r->first_failure, sizeof r->first_failure, "%s", kempe_batch_reason(batch, k));
+    for (int k = 0; k < kempe_ensemble_result_count(batch) && !*r->first_failure; k++)
+        if (strcmp(kempe_ensemble_result_status(batch, k), "failed") == 0)
+            (void)snprintf(r->first_failure, sizeof r->first_failure, "%s", kempe_ensemble_result_reason(batch, k));
     return KEMPE_OK;
 }
 
 static kempe_status run_part(folder_run *r, int part)
 {
-    kempe_batch *batch = NULL;
+    kempe_ensemble_result *batch = NULL;
     const kmp_batch_range range = {.first = part * r->folder->chunk,
                                    .count = kmp_folder_part_size(r->folder, part),
                                    .before = r->before,
@@ -204,7 +204,7 @@ static kempe_status run_part(folder_run *r, int part)
     kempe_status status = kmp_batch_new(r->ensemble, r->run, r->lanes, &range, &batch);
     if (kmp_is_complete(status))
         status = keep_part(r, batch, part);
-    kempe_batch_free(batch);
+    kempe_ensemble_result_free(batch);
     return status;
 }
 

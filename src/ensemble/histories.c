@@ -2,11 +2,13 @@
 /* Time histories of chosen instances of an ensemble: each is the table of a run of its own, as `kempe simulate --from`
  * makes it. So its rows depend on the instance alone, not on threads, parts or lanes. */
 #include "base/memory.h"
+#include "constraints/inexact/nearest_exact.h"
 #include "ensemble/batch.h"
 #include "ensemble/result_folder.h"
 #include "ensemble/sampling/values.h"
 #include "model/read/model_instances.h"
 #include "output/result_table.h"
+#include "pipeline.h"
 #include "studies/simulate/trajectory.h"
 #include <ctype.h>
 #include <limits.h>
@@ -87,7 +89,7 @@ static kempe_status run_model(history *h, int instance, const kempe_model *model
     kempe_system *system = NULL;
     kempe_trajectory *trajectory = NULL;
     kempe_table *rows = NULL;
-    KMP_TRY(kempe_system_new(model, &system));
+    KMP_TRY(kmp_system_new(model, NULL, &system));
     kempe_status status = kmp_simulate(system, &h->run, &trajectory);
     if (trajectory && !kmp_interrupted(h->context)) {
         kempe_status made = kempe_trajectory_table(trajectory, "rows", &rows);
@@ -137,12 +139,7 @@ static kempe_status resolve(history *h, const kempe_run_options *run, kmp_arena 
     kmp_run_spec spec;
     KMP_TRY(kmp_spec_of(kmp_ensemble_equations(h->ensemble), run, arena, &spec));
     h->run = *run;
-    h->run.integrator = spec.integrator;
-    h->run.rtol = spec.rtol;
-    h->run.atol = spec.atol;
-    h->run.t_end = spec.t_end;
-    h->run.max_step = spec.max_step;
-    h->run.max_steps = spec.max_steps;
+    kmp_spec_numbers(&spec, &h->run);
     h->run.threads = 0;
     h->run.reference = h->run.checkpoint = h->run.resume = NULL;
     h->run.no_convergence_check = 1;

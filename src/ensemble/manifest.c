@@ -117,9 +117,22 @@ void kmp_manifest_hash_text(const char *manifest, char out[KMP_HASH_SIZE + 1])
     end_hash(&digest, out);
 }
 
-static void put_members(kmp_text *text, kempe_ensemble *ensemble, const kmp_run_spec *spec,
-                        const kempe_run_options *run, int lanes, int chunk, const char *history, hash *hashes,
-                        const char *whole)
+static void put_text(kmp_json *json, const char *key, const char *text)
+{
+    kmp_json_string(json, key, text ? text : "");
+}
+
+static void put_run(kmp_json *json, const kempe_run_options *run)
+{
+#define PUT(value) _Generic(value, double : kmp_json_number, long : kmp_json_whole, const char * : put_text)
+#define KMP_RUN_OPTION(name, type, key, engine, folder, ...)                                                           \
+    KMP_RUN_IF_FOLDER_##folder(PUT(run->name)(json, #name, run->name);)
+#include "model/data/run_options.def"
+#undef KMP_RUN_OPTION
+}
+
+static void put_members(kmp_text *text, kempe_ensemble *ensemble, const kempe_run_options *run, int lanes, int chunk,
+                        const char *history, hash *hashes, const char *whole)
 {
     const kempe_model *model = kmp_ensemble_model(ensemble);
     const kempe_values *values = kmp_ensemble_values(ensemble);
@@ -138,10 +151,7 @@ static void put_members(kmp_text *text, kempe_ensemble *ensemble, const kmp_run_
                      values->correlations, values->design, values->seed);
     else
         kmp_json_put(&json, "values %s values_file %s", "table", values->file);
-    kmp_json_put(&json,
-                 "formulation %s integrator %s independent %s rtol %g atol %g t_end %g max_step %g max_steps %ld",
-                 run->formulation ? run->formulation : "", spec->integrator, run->independent ? run->independent : "",
-                 spec->rtol, spec->atol, spec->t_end, spec->max_step, spec->max_steps);
+    put_run(&json, run);
     kmp_json_put(&json, "convergence_check %i separate_runs %i", !run->no_convergence_check, lanes < 0);
     if (history && *history)
         kmp_json_put(&json, "history %s output_step %g", history, run->output_step);
@@ -168,9 +178,11 @@ kempe_status kmp_manifest_put(kempe_ensemble *ensemble, const kempe_run_options 
     KMP_TRY(hash_equations(kmp_ensemble_equations(ensemble), hashes[3]));
     kempe_status status = kmp_spec_of(kmp_ensemble_equations(ensemble), run, &arena, &spec);
     if (status == KEMPE_OK) {
-        put_members(&first, ensemble, &spec, run, lanes, chunk, history, hashes, NULL);
+        kempe_run_options resolved = *run;
+        kmp_spec_numbers(&spec, &resolved);
+        put_members(&first, ensemble, &resolved, lanes, chunk, history, hashes, NULL);
         kmp_manifest_hash_text(first.failed ? "" : first.s, whole);
-        put_members(text, ensemble, &spec, run, lanes, chunk, history, hashes, whole);
+        put_members(text, ensemble, &resolved, lanes, chunk, history, hashes, whole);
         status = kmp_made(model->context, !first.failed && !text->failed);
     }
     kmp_text_free(&first);
@@ -284,14 +296,9 @@ static const struct {
                 {"correlations", "the correlations"},
                 {"design", "the design"},
                 {"seed", "the seed"},
-                {"formulation", NULL},
-                {"integrator", NULL},
-                {"independent", "the list of independent coordinates"},
-                {"rtol", NULL},
-                {"atol", NULL},
-                {"t_end", NULL},
-                {"max_step", NULL},
-                {"max_steps", NULL},
+#define KMP_RUN_OPTION(name, type, key, engine, folder, ...) KMP_RUN_IF_FOLDER_##folder({#name, NULL}, )
+#include "model/data/run_options.def"
+#undef KMP_RUN_OPTION
                 {"convergence_check", "the convergence check"},
                 {"separate_runs", "the choice of separate runs"},
                 {"history", "the list of histories"},

@@ -105,13 +105,11 @@ kmp_ensemble_work kmp_mechanisms_get_work(const kmp_mechanisms *m)
 static const char *other_setting(const kempe_model *a, const kempe_model *b)
 {
     const kmp_run_settings *x = &a->run, *y = &b->run;
-    return x->t_end != y->t_end               ? "t_end"
-           : x->rtol != y->rtol               ? "rtol"
-           : x->atol != y->atol               ? "atol"
-           : x->max_step != y->max_step       ? "max_step"
-           : x->max_steps != y->max_steps     ? "max_steps"
-           : x->output_step != y->output_step ? "output_step"
-                                              : NULL;
+#define KMP_RUN_OPTION(name, type, key, ...)                                                                           \
+    KMP_RUN_IF_KEY_##key(KMP_RUN_IF_NUMBER_##type(if (x->name != y->name) return #name;))
+#include "model/data/run_options.def"
+#undef KMP_RUN_OPTION
+    return NULL;
 }
 
 static kempe_status derive(const kmp_mechanisms *m, mechanism *one)

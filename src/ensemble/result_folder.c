@@ -82,6 +82,43 @@ static const char *keep_text(kempe_folder *f, const char *key)
     return kept;
 }
 
+/* An empty text: not given. */
+static bool read_text(kempe_folder *f, const char *key, const char **text)
+{
+    const char *kept = keep_text(f, key);
+    *text = kept && *kept ? kept : NULL;
+    return kept;
+}
+
+static bool read_number(kempe_folder *f, const char *key, double *number)
+{
+    (void)kmp_manifest_double(f->manifest, key, number);
+    return true;
+}
+
+static bool read_long(kempe_folder *f, const char *key, long *number)
+{
+    int whole = 0;
+    (void)kmp_manifest_int(f->manifest, key, 0, INT_MAX, &whole);
+    *number = whole;
+    return true;
+}
+
+/* The options of the run that wrote the manifest; false: a text is missing. */
+static bool read_run(kempe_folder *f)
+{
+    const bool check = strstr(f->manifest, "\n  \"convergence_check\": false") == NULL;
+    bool whole = true;
+    f->run = (kempe_run_options){.size = sizeof f->run, .no_convergence_check = !check};
+    (void)read_number(f, "output_step", &f->run.output_step); /* of histories */
+#define READ(value) _Generic(value, double * : read_number, long * : read_long, const char ** : read_text)
+#define KMP_RUN_OPTION(name, type, key, engine, folder, ...)                                                           \
+    KMP_RUN_IF_FOLDER_##folder(whole = READ(&f->run.name)(f, #name, &f->run.name) && whole;)
+#include "model/data/run_options.def"
+#undef KMP_RUN_OPTION
+    return whole;
+}
+
 static kempe_status fill(kempe_folder *f)
 {
     int format = 0;
@@ -95,11 +132,8 @@ static kempe_status fill(kempe_folder *f)
     f->model = keep_text(f, "model");
     f->file = keep_text(f, "file");
     f->hash = keep_text(f, "hash");
-    f->formulation = keep_text(f, "formulation");
-    f->integrator = keep_text(f, "integrator");
-    f->independent = keep_text(f, "independent");
+    bool texts = read_run(f) && f->model && f->file && f->hash;
     KMP_TRY(kmp_made(context, !f->arena.failed));
-    bool texts = f->model && f->file && f->hash && f->formulation && f->integrator && f->independent;
     if (!known || !texts || !kmp_manifest_int(f->manifest, "instances", 0, INT_MAX, &f->instances) ||
         !kmp_manifest_int(f->manifest, "chunk", 1, INT_MAX, &f->chunk) ||
         !kmp_manifest_int(f->manifest, "parts", 0, KMP_FOLDER_MOST_PARTS, &f->parts) ||
@@ -170,19 +204,7 @@ KMP_GETTER(const char *kempe_folder_model_file(const kempe_folder *folder), fold
 void kempe_folder_run_options(const kempe_folder *folder, kempe_run_options *run)
 {
     KMP_GIVEN(folder && run, );
-    int steps = 0;
-    bool check = strstr(folder->manifest, "\n  \"convergence_check\": false") == NULL;
-    *run = (kempe_run_options){.size = sizeof *run, .no_convergence_check = !check};
-    run->formulation = *folder->formulation ? folder->formulation : NULL;
-    run->integrator = folder->integrator;
-    run->independent = *folder->independent ? folder->independent : NULL;
-    (void)kmp_manifest_double(folder->manifest, "rtol", &run->rtol);
-    (void)kmp_manifest_double(folder->manifest, "atol", &run->atol);
-    (void)kmp_manifest_double(folder->manifest, "t_end", &run->t_end);
-    (void)kmp_manifest_double(folder->manifest, "max_step", &run->max_step);
-    (void)kmp_manifest_double(folder->manifest, "output_step", &run->output_step); /* of histories */
-    if (kmp_manifest_int(folder->manifest, "max_steps", 0, INT_MAX, &steps))
-        run->max_steps = steps;
+    *run = folder->run;
 }
 
 KMP_GETTER(int kempe_folder_instance_count(const kempe_folder *folder), folder, folder->instances, 0)

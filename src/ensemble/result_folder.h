@@ -18,9 +18,9 @@ struct kempe_folder {
     kempe_context *context;
     kmp_arena arena;
     const char *path;
-    const char *manifest;                               /* its text */
-    const char *model, *file, *hash;                    /* name of the model, and its file */
-    const char *formulation, *integrator, *independent; /* "": not given */
+    const char *manifest;            /* its text */
+    const char *model, *file, *hash; /* name of the model, and its file */
+    kempe_run_options run;           /* of the manifest */
     int instances, chunk, parts;
     kmp_instance_ranges ranges; /* instances with a history, and the words that choose them */
     const char *history;

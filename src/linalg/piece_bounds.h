@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Bounds of a cubic between two places (Bernstein). Generated simulators have this file too. */
-#ifndef KMP_PIECE_BOUNDS_H
-#define KMP_PIECE_BOUNDS_H
+#pragma once
 
 #include <kempe/runtime.h>
 #include <math.h>
@@ -24,5 +23,3 @@ static inline void kmp_piece_bounds(const double piece[4], int derivative, doubl
     kmp_include(d[0] + (2 * d[1] + d[2]) / 3, low, high);
     kmp_include(d[0] + d[1] + d[2] + d[3], low, high);
 }
-
-#endif

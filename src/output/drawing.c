@@ -3,6 +3,7 @@
 #include "output/drawing.h"
 #include "base/memory.h"
 #include "model/data/carried.h"
+#include "model/data/closure_table.h"
 #include "model/data/force_table.h"
 #include <math.h>
 #include <string.h>
@@ -135,13 +136,13 @@ static void mark_closure(kmp_drawing *drawing, const kempe_model *model, const k
 {
     if (closure->point[0] < 0)
         return;
-    bool hinge = strcmp(closure->kind, "revolute") == 0 || strcmp(closure->kind, "cylindrical") == 0;
+    const kmp_closure_figure figure = kmp_closure_row_of(closure)->figure;
     for (int k = 0; k < 2; k++) {
         kmp_mark *m = mark_point(drawing, model, closure->point[k], KMP_MARK_CLOSURE, closure->name);
-        if (hinge)
+        if (figure == KMP_FIGURE_HINGE)
             set_hinge(model, closure->point[k], closure->axis[k], m);
     }
-    if (strcmp(closure->kind, "rod") == 0)
+    if (figure == KMP_FIGURE_LINE)
         add_line(drawing, model, closure->name, closure->point, true);
 }
 

@@ -7,6 +7,7 @@
 #include "base/context.h"
 #include "base/json.h"
 #include "base/memory.h"
+#include "constraints/inexact/nearest_exact.h"
 #include "constraints/tolerances.h"
 #include "dynamics/program_cache.h"
 #include "model/data/output_table.h"
@@ -754,7 +755,7 @@ static kempe_status find(const kempe_system *system, double *loads)
         }
         status = kmp_made(system->context, ideal.tracks);
         if (status == KEMPE_OK)
-            status = kempe_system_new(&ideal, &level);
+            status = kmp_system_new(&ideal, NULL, &level);
         if (status == KEMPE_OK)
             kempe_system_set_force(level, system->force, system->force_user);
     }
@@ -795,3 +796,37 @@ kempe_status kmp_static_loads(const kempe_system *system, double *loads)
     }
     return status;
 }
+
+/* -- as a judge of runs ------------------------------------------------------------------------------- */
+
+static kempe_status prepare(const kempe_system *system, const kempe_run_options *run, kmp_arena *arena, void **before)
+{
+    double *loads = NULL;
+    *before = NULL;
+    if (system->model->wheel_count == 0 || !run->judge_safety)
+        return KEMPE_OK;
+    *before = loads = KMP_ARENA_NEW(arena, double, system->model->wheel_count);
+    KMP_TRY(kmp_made(system->context, loads));
+    return kmp_static_loads(system, loads);
+}
+
+static kempe_status judge_run(const kempe_system *system, kmp_recording *recording, const void *before,
+                              kmp_arena *arena, void **verdict)
+{
+    kmp_running_safety *safety = KMP_ARENA_NEW(arena, kmp_running_safety, 1);
+    *verdict = safety;
+    KMP_TRY(kmp_made(system->context, safety));
+    return kmp_running_safety_of(system, recording, before, arena, safety);
+}
+
+static void show_verdict(kmp_text *text, const kempe_model *model, const void *verdict)
+{
+    kmp_running_safety_show(text, model, verdict);
+}
+
+static void json_verdict(kmp_json *json, const kempe_model *model, const void *verdict)
+{
+    kmp_running_safety_json(json, model, verdict);
+}
+
+const kmp_run_judge kmp_safety_judge = {prepare, judge_run, show_verdict, json_verdict};

@@ -6,6 +6,7 @@
 #include "base/json.h"
 #include "integrators/run/recording.h"
 #include "model/data/model.h"
+#include "studies/simulate/run_judge.h"
 
 /** A value with its time, s. NaN: unknown. */
 typedef struct kmp_safety_value {
@@ -66,3 +67,6 @@ const char *kmp_safety_loads_from(const kmp_running_safety *safety);
 /** Puts a paragraph, and the member running_safety; nothing without wheels. */
 void kmp_running_safety_show(kmp_text *text, const kempe_model *model, const kmp_running_safety *safety);
 void kmp_running_safety_json(kmp_json *json, const kempe_model *model, const kmp_running_safety *safety);
+
+/** The judge of runs of vehicles. */
+extern const kmp_run_judge kmp_safety_judge;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "report/contact_drawing.h"
 #include "base/memory.h"
-#include "model/read/compliant.h"
+#include "model/data/compliant.h"
 #include "studies/simulate/observed.h"
 #include "studies/simulate/trajectory.h"
 #include <math.h>

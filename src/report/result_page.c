@@ -3,6 +3,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "ensemble/statistics/statistics.h"
+#include "model/data/closure_table.h"
 #include "model/write/model_print.h"
 #include "output/print.h"
 #include "output/result_table.h"

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "report/step_record.h"
+#include <kempe/comfort.h>
 #include <kempe/ensemble.h>
 #include <kempe/vehicle.h>
 

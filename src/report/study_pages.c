@@ -14,6 +14,7 @@
 #include "ensemble/statistics/statistics.h"
 #include "output/print.h"
 #include "output/result_table.h"
+#include "pipeline.h"
 #include "report/result_page.h"
 #include <kempe/check.h>
 #include <kempe/compare.h>
@@ -118,15 +119,6 @@ static kempe_status write_page(const kempe_system *system, const char *command, 
     return status;
 }
 
-/* The public function that writes the page of a result. */
-#define PAGE(type, result, context, system, command, subject, fill)                                                    \
-    kempe_status type##_write_report(type *result, const char *path)                                                   \
-    {                                                                                                                  \
-        KMP_WANTED(NULL, result, #result);                                                                             \
-        KMP_WANTED(context, path, "path");                                                                             \
-        return write_page(system, command, subject, fill, result, path);                                               \
-    }
-
 /* -- position analysis ------------------------------------------------------------------------------- */
 
 static kempe_status fill_kinematics(study_page *s, const void *result)
@@ -151,9 +143,6 @@ static kempe_status fill_kinematics(study_page *s, const void *result)
     choose_first(s, first, KMP_PAGE_FIRST / 2);
     return add_frames(s, k->count, k->q, k->system->n, NULL);
 }
-
-PAGE(kempe_kinematics, kinematics, kinematics->system->context, kinematics->system, "kinematics", "position analysis",
-     fill_kinematics)
 
 /* -- inverse dynamics -------------------------------------------------------------------------------- */
 
@@ -194,8 +183,6 @@ static kempe_status fill_inverse(study_page *s, const void *result)
     return r->rows > 0 ? add_frames(s, r->rows, kmp_inverse_part(r, 0, r->at.q), r->width, r->t) : KEMPE_OK;
 }
 
-PAGE(kempe_inverse, inverse, inverse->system->context, inverse->system, "inverse", "inverse dynamics", fill_inverse)
-
 /* -- frequency response ------------------------------------------------------------------------------ */
 
 static kempe_status fill_response(study_page *s, const void *result)
@@ -214,9 +201,6 @@ static kempe_status fill_response(study_page *s, const void *result)
     return add_frames(s, 1, r->channels.at->q, 0, NULL);
 }
 
-PAGE(kempe_response, response, response->channels.given->context, response->channels.given, "response",
-     "frequency response", fill_response)
-
 /* -- equilibria -------------------------------------------------------------------------------------- */
 
 static kempe_status fill_equilibria(study_page *s, const void *result)
@@ -233,9 +217,6 @@ static kempe_status fill_equilibria(study_page *s, const void *result)
         KMP_TRY(add_frames(s, 1, e->balance[k].q, 0, (double[]){k + 1}));
     return KEMPE_OK;
 }
-
-PAGE(kempe_equilibrium, equilibrium, equilibrium->requested->context, equilibrium->system, "equilibrium", "equilibrium",
-     fill_equilibria)
 
 /* -- ensembles --------------------------------------------------------------------------------------- */
 
@@ -293,7 +274,7 @@ static kempe_status write_instances(const kempe_model *model, kempe_table *table
 {
     const instances shown = {&table, outcome};
     kempe_system *system = NULL;
-    kempe_status status = kempe_system_new(model, &system);
+    kempe_status status = kmp_system_new(model, NULL, &system);
     if (status == KEMPE_OK)
         status = write_page(system, "ensemble", "ensemble", fill_instances, &shown, path);
     kempe_table_free(table);
@@ -301,12 +282,12 @@ static kempe_status write_instances(const kempe_model *model, kempe_table *table
     return status;
 }
 
-kempe_status kempe_batch_write_report(kempe_batch *batch, const char *path)
+kempe_status kempe_ensemble_result_write_report(kempe_ensemble_result *batch, const char *path)
 {
     KMP_WANTED(NULL, batch, "batch");
     KMP_WANTED(kmp_batch_model(batch)->context, path, "path");
     kempe_table *table = NULL;
-    KMP_TRY(kempe_batch_table(batch, "instances", &table));
+    KMP_TRY(kempe_ensemble_result_table(batch, "instances", &table));
     return write_instances(kmp_batch_model(batch), table, kmp_batch_outcome(batch), path);
 }
 
@@ -421,8 +402,6 @@ static kempe_status fill_fit(study_page *s, const void *result)
     return KEMPE_OK;
 }
 
-PAGE(kempe_fit, fit, fit->context, kmp_fit_rows(fit, 0)->system, "fit", "fit", fill_fit)
-
 /* -- optima ------------------------------------------------------------------------------------------ */
 
 static kempe_status fill_optimum(study_page *s, const void *result)
@@ -496,8 +475,6 @@ static kempe_status fill_limit_cycles(study_page *s, const void *result)
     return c->locus.reached > 0 ? add_frames(s, 1, c->locus.q, 0, NULL) : KEMPE_OK;
 }
 
-PAGE(kempe_limit_cycles, cycles, cycles->system->context, cycles->system, "cycles", "limit cycles", fill_limit_cycles)
-
 /* -- the assembled start ----------------------------------------------------------------------------- */
 
 static kempe_status fill_assembly(study_page *s, const void *result)
@@ -515,4 +492,25 @@ static kempe_status fill_assembly(study_page *s, const void *result)
     return add_frames(s, 1, a->q, 0, NULL);
 }
 
+/* -- the reports ------------------------------------------------------------------------------------- */
+
+/* A row for each result that has its system: the type, the name of its pointer, context and system, the words of the
+ * command and of the title, what fills the page. */
+#define PAGE(type, result, context, system, command, subject, fill)                                                    \
+    kempe_status type##_write_report(type *result, const char *path)                                                   \
+    {                                                                                                                  \
+        KMP_WANTED(NULL, result, #result);                                                                             \
+        KMP_WANTED(context, path, "path");                                                                             \
+        return write_page(system, command, subject, fill, result, path);                                               \
+    }
+
+PAGE(kempe_kinematics, kinematics, kinematics->system->context, kinematics->system, "kinematics", "position analysis",
+     fill_kinematics)
+PAGE(kempe_inverse, inverse, inverse->system->context, inverse->system, "inverse", "inverse dynamics", fill_inverse)
+PAGE(kempe_response, response, response->channels.given->context, response->channels.given, "response",
+     "frequency response", fill_response)
+PAGE(kempe_equilibrium, equilibrium, equilibrium->requested->context, equilibrium->system, "equilibrium", "equilibrium",
+     fill_equilibria)
+PAGE(kempe_fit, fit, fit->context, kmp_fit_rows(fit, 0)->system, "fit", "fit", fill_fit)
+PAGE(kempe_limit_cycles, cycles, cycles->system->context, cycles->system, "cycles", "limit cycles", fill_limit_cycles)
 PAGE(kempe_assembly, assembly, assembly->system->context, assembly->system, "assemble", "assembly", fill_assembly)

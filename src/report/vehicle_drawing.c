@@ -3,6 +3,7 @@
 #include "analyses/comfort/comfort_study.h"
 #include "base/memory.h"
 #include "model/data/output_table.h"
+#include "rail/running_safety.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 
@@ -140,19 +141,14 @@ kempe_status kmp_vehicle_comfort(const kempe_trajectory *t, kempe_comfort **comf
     if (!any || model->wheel_count == 0 || !kmp_is_complete(t->status) || t->report.ended || spec->t_start > 0 ||
         spec->t_end < KMP_COMFORT_WINDOW)
         return KEMPE_OK;
-    const kempe_run_options run = {.size = sizeof run,
-                                   .formulation = spec->formulation,
-                                   .form = spec->form,
-                                   .integrator = spec->integrator,
-                                   .linear = spec->linear,
-                                   .backend = spec->backend,
-                                   .change_points = spec->change_points,
-                                   .rtol = spec->rtol,
-                                   .atol = spec->atol,
-                                   .t_end = spec->t_end,
-                                   .max_steps = spec->max_steps,
-                                   .fixed_step = spec->fixed_step,
-                                   .no_convergence_check = 1};
+    kempe_run_options run = {.size = sizeof run,
+                             .formulation = spec->formulation,
+                             .form = spec->form,
+                             .linear = spec->linear,
+                             .backend = spec->backend,
+                             .change_points = spec->change_points,
+                             .no_convergence_check = 1};
+    kmp_spec_numbers(spec, &run);
     const kempe_comfort_options options = {.size = sizeof options, .run = &run};
     const bool quiet = kmp_context_quiet(model->context, true);
     kempe_status status = kempe_comfort_new(t->system, &options, comfort);
@@ -167,7 +163,7 @@ kempe_status kmp_vehicle_comfort(const kempe_trajectory *t, kempe_comfort **comf
 
 void kmp_vehicle_drawing(kmp_json *json, const kempe_trajectory *run, const kempe_comfort *comfort)
 {
-    const kmp_running_safety *s = run ? &run->safety : NULL;
+    const kmp_running_safety *s = run ? run->judged : NULL;
     if (!s || s->wheels == 0) {
         kmp_json_string(json, "vehicle", NULL);
         return;

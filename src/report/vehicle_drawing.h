@@ -5,6 +5,7 @@
 
 #include "base/json.h"
 #include "studies/simulate/trajectory.h"
+#include <kempe/comfort.h>
 #include <kempe/vehicle.h>
 
 /** Puts the member `vehicle`: null where the run (NULL: none) has no wheels. comfort: NULL for none. */

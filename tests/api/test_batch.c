@@ -19,7 +19,7 @@ static void test_batch(void)
     kempe_model *model = four_bar_new(context, FOUR_BAR_TORQUE);
     kempe_values *values = NULL;
     kempe_ensemble *ensemble = NULL;
-    kempe_batch *batch = NULL, *alone = NULL;
+    kempe_ensemble_result *batch = NULL, *alone = NULL;
     kempe_table *a = NULL, *b = NULL;
     kempe_run_options run = {0};
     double rows[COUNT][2];
@@ -37,31 +37,32 @@ static void test_batch(void)
     CHECK(kempe_ensemble_new(model, values, &ensemble) == KEMPE_OK);
     CHECK(kempe_ensemble_run(ensemble, &run, 0, &batch) == KEMPE_OK);
     CHECK(kempe_ensemble_run(ensemble, &run, -1, &alone) == KEMPE_OK);
-    CHECK(kempe_batch_count(batch) == COUNT);
-    CHECK(kempe_batch_table(batch, "instances", &a) == KEMPE_OK && kempe_table_row_count(a) == COUNT);
-    CHECK(kempe_batch_table(alone, "instances", &b) == KEMPE_OK);
+    CHECK(kempe_ensemble_result_count(batch) == COUNT);
+    CHECK(kempe_ensemble_result_table(batch, "instances", &a) == KEMPE_OK && kempe_table_row_count(a) == COUNT);
+    CHECK(kempe_ensemble_result_table(alone, "instances", &b) == KEMPE_OK);
     int why = kempe_table_find(a, "single_run");
     for (int i = 0; i < COUNT; i++) {
-        CHECK_TEXT(kempe_batch_status(batch, i), "complete");
-        CHECK_TEXT(kempe_batch_reason(batch, i), "");
+        CHECK_TEXT(kempe_ensemble_result_status(batch, i), "complete");
+        CHECK_TEXT(kempe_ensemble_result_reason(batch, i), "");
         CHECK_TEXT(kempe_table_word(a, i, why), "");
         CHECK_TEXT(kempe_table_word(b, i, why), "a request for separate runs");
         CHECK(number(a, i, "t") == 1 && number(a, i, "steps") > 5 && number(a, i, "rhs") > 60);
         CHECK(number(a, i, "value.q.A") == rows[i][0] && number(a, i, "value.qd.A") == rows[i][1]);
-        CHECK(number(a, i, "q.A") == kempe_batch_q(batch, i)[0] && number(a, i, "qd.A") == kempe_batch_qd(batch, i)[0]);
+        CHECK(number(a, i, "q.A") == kempe_ensemble_result_q(batch, i)[0] &&
+              number(a, i, "qd.A") == kempe_ensemble_result_qd(batch, i)[0]);
         CHECK(number(a, i, "h") < 1e-12 && number(a, i, "drift") < 1e-6);
         for (int k = 0; k < N; k++) {
-            CHECK_NEAR(kempe_batch_q(batch, i)[k], kempe_batch_q(alone, i)[k], 1e-9);
-            CHECK_NEAR(kempe_batch_qd(batch, i)[k], kempe_batch_qd(alone, i)[k], 1e-9);
+            CHECK_NEAR(kempe_ensemble_result_q(batch, i)[k], kempe_ensemble_result_q(alone, i)[k], 1e-9);
+            CHECK_NEAR(kempe_ensemble_result_qd(batch, i)[k], kempe_ensemble_result_qd(alone, i)[k], 1e-9);
         }
     }
-    CHECK(!kempe_batch_q(batch, COUNT));
+    CHECK(!kempe_ensemble_result_q(batch, COUNT));
     for (int c = 0; c < kempe_table_column_count(a); c++)
         CHECK(kempe_table_find(a, kempe_table_column_name(a, c)) == c);
     kempe_table_free(a);
     kempe_table_free(b);
-    kempe_batch_free(batch);
-    kempe_batch_free(alone);
+    kempe_ensemble_result_free(batch);
+    kempe_ensemble_result_free(alone);
     kempe_ensemble_free(ensemble);
     kempe_values_free(values);
     kempe_model_free(model);
@@ -74,7 +75,7 @@ static void test_mistakes(void)
     kempe_model *model = four_bar_new(context, FOUR_BAR_TORQUE);
     kempe_values *values = NULL;
     kempe_ensemble *ensemble = NULL;
-    kempe_batch *batch = NULL;
+    kempe_ensemble_result *batch = NULL;
     kempe_run_options run = {0};
     const char *const wrong[] = {"q.A", "q.E"}, *const twice[] = {"q.A", "q.A"};
     const double row[] = {1.5, 0};

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Limit cycles through the public header: tables of a normal form with a closed form, pictures, and wrong options. */
 #include "loaded.h"
+#include <kempe/limit_cycles.h>
 #include <kempe/modes.h>
 #include <kempe/table.h>
 #include <stdlib.h>

@@ -3,8 +3,8 @@
  * touch, normal forces, creepages, and creep forces by the wheel's law and by FASTSIM. Rows where a contact goes over
  * from one place to another are told apart by what is seen in them, not by how well they do. */
 #include "testing.h"
-#include <kempe/contact.h>
 #include <kempe/kempe.h>
+#include <kempe/rolling_contact.h>
 #include <kempe/vehicle.h>
 #include <stdbool.h>
 #include <stdlib.h>

@@ -62,13 +62,13 @@ static void run_one(kempe_context *context, const double *row, double state[2])
     CHECK(kempe_model_read_set(context, path, settings, 3, &model) == KEMPE_OK);
     kempe_values *values = NULL;
     kempe_ensemble *ensemble = NULL;
-    kempe_batch *batch = NULL;
+    kempe_ensemble_result *batch = NULL;
     CHECK(kempe_values_new(model, 1, names + 2, 1, row + 2, &values) == KEMPE_OK);
     CHECK(kempe_ensemble_new(model, values, &ensemble) == KEMPE_OK);
     CHECK(kempe_ensemble_run(ensemble, &run, -1, &batch) == KEMPE_OK);
-    state[0] = kempe_batch_q(batch, 0)[0];
-    state[1] = kempe_batch_qd(batch, 0)[0];
-    kempe_batch_free(batch);
+    state[0] = kempe_ensemble_result_q(batch, 0)[0];
+    state[1] = kempe_ensemble_result_qd(batch, 0)[0];
+    kempe_ensemble_result_free(batch);
     kempe_ensemble_free(ensemble);
     kempe_values_free(values);
     kempe_model_free(model);
@@ -80,25 +80,26 @@ static void same_as_models_of_their_own(void)
     fill(rows);
     study s = begin(path, COLUMNS, names, COUNT, rows[0]);
     kempe_run_options run = {.size = sizeof run, .rtol = 1e-10};
-    kempe_batch *batch = NULL, *other = NULL;
+    kempe_ensemble_result *batch = NULL, *other = NULL;
     CHECK(kempe_ensemble_run(s.ensemble, &run, 0, &batch) == KEMPE_OK);
     run.threads = 1;
     CHECK(kempe_ensemble_run_range(s.ensemble, &run, 1, 2, 5, &other) == KEMPE_OK);
     for (int i = 0; i < COUNT; i++) {
-        CHECK_TEXT(kempe_batch_status(batch, i), "complete");
+        CHECK_TEXT(kempe_ensemble_result_status(batch, i), "complete");
         run_one(s.context, rows[i], state);
-        CHECK_NEAR(kempe_batch_q(batch, i)[0], state[0], 1e-8);
-        CHECK_NEAR(kempe_batch_qd(batch, i)[0], state[1], 1e-8);
+        CHECK_NEAR(kempe_ensemble_result_q(batch, i)[0], state[0], 1e-8);
+        CHECK_NEAR(kempe_ensemble_result_qd(batch, i)[0], state[1], 1e-8);
         if (i >= 2 && i < 7) {
-            CHECK(kempe_batch_q(batch, i)[0] == kempe_batch_q(other, i - 2)[0]);
-            CHECK(kempe_batch_quantity(batch, i, 0) == kempe_batch_quantity(other, i - 2, 0));
+            CHECK(kempe_ensemble_result_q(batch, i)[0] == kempe_ensemble_result_q(other, i - 2)[0]);
+            CHECK(kempe_ensemble_result_quantity(batch, i, 0) == kempe_ensemble_result_quantity(other, i - 2, 0));
         }
-        CHECK(kempe_batch_quantity(batch, i, 0) >= rows[i][2]);
-        CHECK_TEXT(kempe_batch_limits(batch, i), kempe_batch_quantity(batch, i, 0) < 0.45 ? "pass" : "fail");
+        CHECK(kempe_ensemble_result_quantity(batch, i, 0) >= rows[i][2]);
+        CHECK_TEXT(kempe_ensemble_result_limits(batch, i),
+                   kempe_ensemble_result_quantity(batch, i, 0) < 0.45 ? "pass" : "fail");
     }
-    CHECK(fabs(kempe_batch_q(batch, 0)[0] - kempe_batch_q(batch, 1)[0]) > 1e-3);
-    kempe_batch_free(batch);
-    kempe_batch_free(other);
+    CHECK(fabs(kempe_ensemble_result_q(batch, 0)[0] - kempe_ensemble_result_q(batch, 1)[0]) > 1e-3);
+    kempe_ensemble_result_free(batch);
+    kempe_ensemble_result_free(other);
     end(&s);
 }
 
@@ -150,17 +151,17 @@ static void files(void)
     char file[] = "/tmp/kempe_shaped_XXXXXX.yaml";
     int opened = mkstemps(file, 5);
     double rows[COUNT][COLUMNS];
-    kempe_batch *batch = NULL;
+    kempe_ensemble_result *batch = NULL;
     kempe_run_options run = {.size = sizeof run};
     fill(rows);
     rows[4][0] = -1;
     CHECK(opened >= 0 && copy_model(file, ""));
     study s = begin(file, COLUMNS, names, COUNT, rows[0]);
     CHECK(kempe_ensemble_run(s.ensemble, &run, 0, &batch) == KEMPE_UNTRUSTED);
-    CHECK_TEXT(kempe_batch_status(batch, 4), "failed");
-    CHECK(strstr(kempe_batch_reason(batch, 4), "the mass of body 'slide' is negative"));
-    CHECK_TEXT(kempe_batch_status(batch, 3), "complete");
-    kempe_batch_free(batch);
+    CHECK_TEXT(kempe_ensemble_result_status(batch, 4), "failed");
+    CHECK(strstr(kempe_ensemble_result_reason(batch, 4), "the mass of body 'slide' is negative"));
+    CHECK_TEXT(kempe_ensemble_result_status(batch, 3), "complete");
+    kempe_ensemble_result_free(batch);
     end(&s);
     s = begin(file, COLUMNS, names, COUNT, rows[0]);
     CHECK(copy_model(file, "# another one\n"));
@@ -184,17 +185,17 @@ static void unreadable(void)
     const double rows[] = {1, -1, 2};
     char file[] = "/tmp/kempe_table_XXXXXX.yaml";
     int opened = mkstemps(file, 5);
-    kempe_batch *batch = NULL;
+    kempe_ensemble_result *batch = NULL;
     kempe_run_options run = {.size = sizeof run};
     FILE *out = fopen(file, "w");
     CHECK(opened >= 0 && out && fputs(text, out) >= 0 && fclose(out) == 0);
     study s = begin(file, 1, columns, 3, rows);
     CHECK(kempe_ensemble_run(s.ensemble, &run, 0, &batch) == KEMPE_UNTRUSTED);
-    CHECK_TEXT(kempe_batch_status(batch, 0), "complete");
-    CHECK_TEXT(kempe_batch_status(batch, 1), "failed");
-    CHECK(strstr(kempe_batch_reason(batch, 1), ".yaml:3:"));
-    CHECK_TEXT(kempe_batch_status(batch, 2), "complete");
-    kempe_batch_free(batch);
+    CHECK_TEXT(kempe_ensemble_result_status(batch, 0), "complete");
+    CHECK_TEXT(kempe_ensemble_result_status(batch, 1), "failed");
+    CHECK(strstr(kempe_ensemble_result_reason(batch, 1), ".yaml:3:"));
+    CHECK_TEXT(kempe_ensemble_result_status(batch, 2), "complete");
+    kempe_ensemble_result_free(batch);
     end(&s);
     if (opened >= 0)
         close(opened);

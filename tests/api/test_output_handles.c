@@ -57,7 +57,7 @@ static double by_differences(kempe_outputs *o, int n, double t, double *q, doubl
             const double at[] = {-2, -1, 1, 2};
             for (int i = 0; i < 4; i++) {
                 x[k] = before + at[i] * h;
-                CHECK(kempe_outputs_at(o, t, q, qd, NULL, NULL, to[i]) == KEMPE_OK);
+                CHECK(kempe_outputs_at_state(o, t, q, qd, NULL, NULL, to[i]) == KEMPE_OK);
             }
             x[k] = before;
             for (int i = 0; i < count; i++) {
@@ -92,7 +92,7 @@ static double closed_by_differences(const loaded *s, kempe_outputs *o, int n, co
             memcpy(x, q, (size_t)n * sizeof *x);
             x[u[k]] += at[i] * h;
             CHECK(kempe_workspace_close(ws, 0, x, NULL, hold) == KEMPE_OK);
-            CHECK(kempe_outputs_at(o, 0, x, NULL, NULL, NULL, v[i]) == KEMPE_OK);
+            CHECK(kempe_outputs_at_state(o, 0, x, NULL, NULL, NULL, v[i]) == KEMPE_OK);
         }
         for (int i = 0; i < count; i++) {
             double slope = (v[0][i] - 8 * v[1][i] + 8 * v[2][i] - v[3][i]) / (12 * h);
@@ -176,8 +176,8 @@ static void axes_turn(void)
     CHECK(kempe_assembly_new(s.system, &a) == KEMPE_OK);
     for (int k = 0; k < n; k++)
         qd[k] = cos(3 * k);
-    CHECK(kempe_outputs_at(axes, 0, kempe_assembly_q(a), NULL, NULL, NULL, e) == KEMPE_OK);
-    CHECK(kempe_outputs_at(turns, 0, kempe_assembly_q(a), qd, NULL, NULL, w) == KEMPE_OK);
+    CHECK(kempe_outputs_at_state(axes, 0, kempe_assembly_q(a), NULL, NULL, NULL, e) == KEMPE_OK);
+    CHECK(kempe_outputs_at_state(turns, 0, kempe_assembly_q(a), qd, NULL, NULL, w) == KEMPE_OK);
     CHECK(kempe_outputs_jacobian(axes, 0, kempe_assembly_q(a), NULL, j, NULL) == KEMPE_OK);
     for (int i = 0; i < 3; i++) {
         const double *x = e + 3 * i, *y = e + 3 * ((i + 1) % 3), *z = e + 3 * ((i + 2) % 3);
@@ -292,7 +292,7 @@ static void arrays_of_the_state(void)
     CHECK(kempe_outputs_count(o) == 10 && kempe_outputs_find(o, "lambda.C.2") == 8);
     CHECK_TEXT(kempe_outputs_name(o, 3), "qd.rocker");
     CHECK_TEXT(kempe_outputs_unit(o, 4), "rad/s^2");
-    CHECK(kempe_outputs_at(o, 0, q, qd, qdd, lambda, values) == KEMPE_OK);
+    CHECK(kempe_outputs_at_state(o, 0, q, qd, qdd, lambda, values) == KEMPE_OK);
     const double expected[] = {0.1, 0.2, 0.3, qd[coordinate_named(&s, "rocker")], 7, 8, 9, 10, 11};
     CHECK(memcmp(values, expected, sizeof expected) == 0);
     CHECK(kempe_outputs_jacobian(o, 0, q, qd, j, jdqd) == KEMPE_OK);

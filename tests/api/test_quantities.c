@@ -59,16 +59,16 @@ static void end(study *s)
     kempe_context_free(s->context);
 }
 
-static kempe_batch *run_with(const study *s, const kempe_run_options *options, int lanes)
+static kempe_ensemble_result *run_with(const study *s, const kempe_run_options *options, int lanes)
 {
-    kempe_batch *batch = NULL;
+    kempe_ensemble_result *batch = NULL;
     if (kempe_ensemble_run(s->ensemble, options, lanes, &batch) != KEMPE_OK)
         printf("%s\n", kempe_context_message(s->context));
     CHECK(batch != NULL);
     return batch;
 }
 
-static kempe_batch *run_once(const study *s, double t_end, int lanes, int threads, int once)
+static kempe_ensemble_result *run_once(const study *s, double t_end, int lanes, int threads, int once)
 {
     const kempe_run_options options = {.size = sizeof options,
                                        .t_end = t_end,
@@ -79,25 +79,25 @@ static kempe_batch *run_once(const study *s, double t_end, int lanes, int thread
     return run_with(s, &options, lanes);
 }
 
-static kempe_batch *run(const study *s, double t_end, int lanes, int threads)
+static kempe_ensemble_result *run(const study *s, double t_end, int lanes, int threads)
 {
     return run_once(s, t_end, lanes, threads, 1);
 }
 
-static double value(const kempe_batch *batch, int k, const char *name)
+static double value(const kempe_ensemble_result *batch, int k, const char *name)
 {
-    for (int i = 0; i < kempe_batch_quantity_count(batch); i++)
-        if (strcmp(kempe_batch_quantity_name(batch, i), name) == 0)
-            return kempe_batch_quantity(batch, k, i);
+    for (int i = 0; i < kempe_ensemble_result_quantity_count(batch); i++)
+        if (strcmp(kempe_ensemble_result_quantity_name(batch, i), name) == 0)
+            return kempe_ensemble_result_quantity(batch, k, i);
     printf("no quantity %s\n", name);
     return NAN;
 }
 
-static const char *unit(const kempe_batch *batch, const char *name)
+static const char *unit(const kempe_ensemble_result *batch, const char *name)
 {
-    for (int i = 0; i < kempe_batch_quantity_count(batch); i++)
-        if (strcmp(kempe_batch_quantity_name(batch, i), name) == 0)
-            return kempe_batch_quantity_unit(batch, i);
+    for (int i = 0; i < kempe_ensemble_result_quantity_count(batch); i++)
+        if (strcmp(kempe_ensemble_result_quantity_name(batch, i), name) == 0)
+            return kempe_ensemble_result_quantity_unit(batch, i);
     return "none";
 }
 
@@ -108,7 +108,7 @@ static const char *const all = "max(q(x)), low = min(q(x)); v = max(qd(x)), rang
                                "down = first(q(x) < 0), count(q(x) <= 0), duration(q(x) < 0), energy.total,\n"
                                "late = max(qdd(x)), size = mean(abs(q(x))), P = max(-k*q(x)*qd(x))";
 
-static void check_oscillator(const kempe_batch *b, int i, double mass, double a, double tolerance)
+static void check_oscillator(const kempe_ensemble_result *b, int i, double mass, double a, double tolerance)
 {
     double w = sqrt(100 / mass), T = 1, turn = 2 * PI / w;
     double below = 0, absolute = 0;
@@ -150,9 +150,9 @@ static void test_oscillator(void)
     CHECK(s.status == KEMPE_OK);
     if (s.status != KEMPE_OK)
         printf("%s\n", kempe_context_message(s.context));
-    kempe_batch *lanes = run(&s, 1, 0, 2), *alone = run(&s, 1, -1, 1);
+    kempe_ensemble_result *lanes = run(&s, 1, 0, 2), *alone = run(&s, 1, -1, 1);
     for (int i = 0; i < COUNT; i++) {
-        CHECK_TEXT(kempe_batch_limits(lanes, i), "");
+        CHECK_TEXT(kempe_ensemble_result_limits(lanes, i), "");
         check_oscillator(lanes, i, rows[i][0], rows[i][1], 2e-8);
         check_oscillator(alone, i, rows[i][0], rows[i][1], 2e-8);
     }
@@ -162,8 +162,8 @@ static void test_oscillator(void)
     CHECK_TEXT(unit(lanes, "area"), "m s");
     CHECK_TEXT(unit(lanes, "count(q(x) <= 0)"), "");
     CHECK_TEXT(unit(lanes, "energy.total"), "J");
-    kempe_batch_free(lanes);
-    kempe_batch_free(alone);
+    kempe_ensemble_result_free(lanes);
+    kempe_ensemble_result_free(alone);
     end(&s);
 }
 
@@ -182,10 +182,10 @@ static double quarter(double w, double angle)
 
 /* The difference at another tolerance bounds the error of a quantity, beyond rounding, and is not far above it: the
  * coarser run has a tolerance that is 100 times as large. */
-static void check_differences(const kempe_batch *b, double rows[][2])
+static void check_differences(const kempe_ensemble_result *b, double rows[][2])
 {
     kempe_table *table = NULL;
-    CHECK(kempe_batch_table(b, "instances", &table) == KEMPE_OK);
+    CHECK(kempe_ensemble_result_table(b, "instances", &table) == KEMPE_OK);
     for (int i = 0; i < COUNT; i++) {
         double w = sqrt(9.81 / rows[i][1]), angle = rows[i][0], T = quarter(w, angle);
         double off[] = {fabs(value(b, i, "top") - 2 * w * sin(angle / 2)), fabs(value(b, i, "down") - T),
@@ -202,12 +202,13 @@ static void check_differences(const kempe_batch *b, double rows[][2])
 }
 
 /* The same bits for any lanes and threads; unknown without the check. */
-static void check_same_differences(const kempe_batch *a, const kempe_batch *b, const kempe_batch *once)
+static void check_same_differences(const kempe_ensemble_result *a, const kempe_ensemble_result *b,
+                                   const kempe_ensemble_result *once)
 {
-    const kempe_batch *batches[] = {a, b, once};
+    const kempe_ensemble_result *batches[] = {a, b, once};
     kempe_table *tables[3] = {NULL};
     for (int k = 0; k < 3; k++)
-        CHECK(kempe_batch_table(batches[k], "instances", &tables[k]) == KEMPE_OK);
+        CHECK(kempe_ensemble_result_table(batches[k], "instances", &tables[k]) == KEMPE_OK);
     int column = kempe_table_find(tables[0], "top.time.difference");
     for (int i = 0; i < COUNT; i++) {
         CHECK(kempe_table_number(tables[0], i, column) == kempe_table_number(tables[1], i, column));
@@ -229,13 +230,13 @@ static void test_pendulum(void)
     }
     study s = begin(PENDULUM, 2, names, COUNT, rows[0], words, NULL);
     CHECK(s.status == KEMPE_OK);
-    kempe_batch *b[] = {run(&s, 4, 0, 1), run(&s, 4, 4, 2), run(&s, 4, 1, 3), run(&s, 4, -1, 1)};
-    kempe_batch *checked[] = {run_once(&s, 4, 0, 1, 0), run_once(&s, 4, 3, 2, 0)};
+    kempe_ensemble_result *b[] = {run(&s, 4, 0, 1), run(&s, 4, 4, 2), run(&s, 4, 1, 3), run(&s, 4, -1, 1)};
+    kempe_ensemble_result *checked[] = {run_once(&s, 4, 0, 1, 0), run_once(&s, 4, 3, 2, 0)};
     for (int k = 0; k < 2; k++)
         check_differences(checked[k], rows);
     check_same_differences(checked[0], checked[1], b[0]);
     for (int k = 0; k < 2; k++)
-        kempe_batch_free(checked[k]);
+        kempe_ensemble_result_free(checked[k]);
     for (int k = 0; k < 4; k++)
         for (int i = 0; i < COUNT; i++) {
             double w = sqrt(9.81 / rows[i][1]), angle = rows[i][0], T = quarter(w, angle);
@@ -244,13 +245,14 @@ static void test_pendulum(void)
             CHECK_NEAR(value(b[k], i, "down"), T, 3e-9);
             CHECK_NEAR(value(b[k], i, "turn"), 2 * T, 3e-9);
             CHECK_NEAR(value(b[k], i, "high"), -rows[i][1] * cos(angle), 3e-9);
-            for (int v = 0; v < kempe_batch_quantity_count(b[0]); v++) { /* the same bits in lanes */
-                double first = kempe_batch_quantity(b[0], i, v), other = kempe_batch_quantity(b[k], i, v);
+            for (int v = 0; v < kempe_ensemble_result_quantity_count(b[0]); v++) { /* the same bits in lanes */
+                double first = kempe_ensemble_result_quantity(b[0], i, v),
+                       other = kempe_ensemble_result_quantity(b[k], i, v);
                 CHECK(k == 3 || memcmp(&first, &other, sizeof first) == 0);
             }
         }
     for (int k = 0; k < 4; k++)
-        kempe_batch_free(b[k]);
+        kempe_ensemble_result_free(b[k]);
     end(&s);
 }
 
@@ -262,15 +264,15 @@ static void test_limits(void)
     const double rows[][2] = {{2, 0.1}, {2, 0.2}, {-1, 0.1}, {0.5, 0.1}};
     study s = begin(OSCILLATOR, 2, names, 4, rows[0], "top = max(q(x))", "top < 15 cm, max(qd(x)) <= 1 m/s");
     CHECK(s.status == KEMPE_OK);
-    kempe_batch *b = run(&s, 1, 0, 1);
+    kempe_ensemble_result *b = run(&s, 1, 0, 1);
     kempe_table *table = NULL;
-    CHECK(kempe_batch_table(b, "instances", &table) == KEMPE_OK);
-    CHECK_TEXT(kempe_batch_limits(b, 0), "pass");
-    CHECK_TEXT(kempe_batch_limits(b, 1), "fail");
-    CHECK_TEXT(kempe_batch_limits(b, 2), "");
-    CHECK_TEXT(kempe_batch_status(b, 2), "failed");
+    CHECK(kempe_ensemble_result_table(b, "instances", &table) == KEMPE_OK);
+    CHECK_TEXT(kempe_ensemble_result_limits(b, 0), "pass");
+    CHECK_TEXT(kempe_ensemble_result_limits(b, 1), "fail");
+    CHECK_TEXT(kempe_ensemble_result_limits(b, 2), "");
+    CHECK_TEXT(kempe_ensemble_result_status(b, 2), "failed");
     CHECK(isnan(value(b, 2, "top")) && isnan(value(b, 2, "max(qd(x))")));
-    CHECK_TEXT(kempe_batch_limits(b, 3), "fail");
+    CHECK_TEXT(kempe_ensemble_result_limits(b, 3), "fail");
     int broken = kempe_table_find(table, "broken");
     CHECK_TEXT(kempe_table_word(table, 0, broken), "");
     CHECK_TEXT(kempe_table_word(table, 1, broken), "top < 15 cm; max(qd(x)) <= 1 m/s");
@@ -278,7 +280,7 @@ static void test_limits(void)
     CHECK_NEAR(kempe_table_number(table, 3, kempe_table_find(table, "max(qd(x))")), 0.1 * sqrt(200), 1e-8);
     CHECK_TEXT(kempe_table_unit(table, kempe_table_find(table, "max(qd(x)).time")), "s");
     kempe_table_free(table);
-    kempe_batch_free(b);
+    kempe_ensemble_result_free(b);
     end(&s);
 }
 
@@ -289,13 +291,13 @@ static void test_motion(void)
     const double rows[] = {0.4, 1.2, 2.9};
     study measured = begin(PENDULUM, 1, names, 3, rows, "max(position(bob.end).x), energy.total", NULL);
     study plain = begin(PENDULUM, 1, names, 3, rows, NULL, NULL);
-    kempe_batch *a = run(&measured, 2, 0, 1), *b = run(&plain, 2, 0, 1);
-    CHECK(kempe_batch_quantity_count(b) == 0);
+    kempe_ensemble_result *a = run(&measured, 2, 0, 1), *b = run(&plain, 2, 0, 1);
+    CHECK(kempe_ensemble_result_quantity_count(b) == 0);
     for (int i = 0; i < 3; i++)
-        CHECK(memcmp(kempe_batch_q(a, i), kempe_batch_q(b, i), sizeof(double)) == 0 &&
-              memcmp(kempe_batch_qd(a, i), kempe_batch_qd(b, i), sizeof(double)) == 0);
-    kempe_batch_free(a);
-    kempe_batch_free(b);
+        CHECK(memcmp(kempe_ensemble_result_q(a, i), kempe_ensemble_result_q(b, i), sizeof(double)) == 0 &&
+              memcmp(kempe_ensemble_result_qd(a, i), kempe_ensemble_result_qd(b, i), sizeof(double)) == 0);
+    kempe_ensemble_result_free(a);
+    kempe_ensemble_result_free(b);
     end(&measured);
     end(&plain);
 }
@@ -314,7 +316,7 @@ static void test_bounces(void)
                     "push = max(if(q(S) < 0, -k*q(S), 0)), impulse = integral(if(q(S) < 0, -k*q(S), 0))",
                     NULL);
     for (int lanes = 0; lanes <= 1; lanes++) {
-        kempe_batch *b = run(&s, T, lanes, 1);
+        kempe_ensemble_result *b = run(&s, T, lanes, 1);
         for (int i = 0; b && i < 4; i++) {
             double k = rows[2 * i], m = rows[2 * i + 1], w = sqrt(k / m), v = sqrt(2 * g * height), fall = v / g;
             double sag = g / (w * w), depth = sag + hypot(sag, v / w), contact = 2 * (PI - atan(v * w / g)) / w;
@@ -327,7 +329,7 @@ static void test_bounces(void)
             CHECK_NEAR(value(b, i, "push"), k * depth, 1e-4);
             CHECK_NEAR(value(b, i, "impulse"), (whole + 1) * 2 * m * v + (whole + 1) * m * g * contact, 1e-5);
         }
-        kempe_batch_free(b);
+        kempe_ensemble_result_free(b);
     }
     end(&s);
 }
@@ -344,7 +346,7 @@ static const char *const spanned =
 
 /* w = 10/s: x falls to a cos(3.5) from 0.31 s to 0.35 s, is negative from pi/20 s to 3 pi/20 s and from pi/4 s
  * on. */
-static void check_spans(const kempe_batch *b, int i, double a)
+static void check_spans(const kempe_ensemble_result *b, int i, double a)
 {
     double w = 10, root = a * a / 2 + a * a * (sin(2 * w * 0.6) - sin(2 * w * 0.2)) / (4 * w * 0.4);
     CHECK_NEAR(value(b, i, "top"), a * cos(3.5), 1e-8);
@@ -371,18 +373,19 @@ static void test_spans(void)
     if (s.status != KEMPE_OK)
         printf("%s\n", kempe_context_message(s.context));
     CHECK(s.status == KEMPE_OK);
-    kempe_batch *b[] = {run(&s, 1, 0, 1), run(&s, 1, 1, 2), run(&s, 1, -1, 1)};
+    kempe_ensemble_result *b[] = {run(&s, 1, 0, 1), run(&s, 1, 1, 2), run(&s, 1, -1, 1)};
     for (int k = 0; k < 3; k++) {
         for (int i = 0; i < 5; i++) {
             check_spans(b[k], i, rows[i][1]);
-            for (int v = 0; v < kempe_batch_quantity_count(b[0]); v++) { /* the same bits in lanes */
-                double first = kempe_batch_quantity(b[0], i, v), other = kempe_batch_quantity(b[k], i, v);
+            for (int v = 0; v < kempe_ensemble_result_quantity_count(b[0]); v++) { /* the same bits in lanes */
+                double first = kempe_ensemble_result_quantity(b[0], i, v),
+                       other = kempe_ensemble_result_quantity(b[k], i, v);
                 CHECK(k == 2 || memcmp(&first, &other, sizeof first) == 0);
             }
         }
     }
     for (int k = 0; k < 3; k++)
-        kempe_batch_free(b[k]);
+        kempe_ensemble_result_free(b[k]);
     end(&s);
 }
 
@@ -430,7 +433,7 @@ static void test_late(void)
     const double row[] = {1};
     study s = begin(OSCILLATOR, 1, names, 1, row, "at(q(x), 2 s)", NULL);
     const kempe_run_options options = {.size = sizeof options, .t_end = 1};
-    kempe_batch *batch = NULL;
+    kempe_ensemble_result *batch = NULL;
     CHECK(kempe_ensemble_run(s.ensemble, &options, 0, &batch) == KEMPE_E_ARGUMENT);
     CHECK_TEXT(kempe_context_message(s.context),
                "a quantity is requested at t = 2 s, after the end of the runs at 1 s");
@@ -449,7 +452,7 @@ static void test_passed(void)
 {
     static const char *const names[] = {"q.A", "l"}, *const quantities[] = {PASSED, PASSED ", mean(q(A))"};
     double rows[COUNT][2];
-    kempe_batch *batches[2];
+    kempe_ensemble_result *batches[2];
     kempe_table *tables[2] = {NULL};
     study studies[2];
     for (int i = 0; i < COUNT; i++) {
@@ -461,7 +464,7 @@ static void test_passed(void)
         if (studies[k].status != KEMPE_OK)
             printf("%s\n", kempe_context_message(studies[k].context));
         batches[k] = run(&studies[k], 8, 0, 1);
-        CHECK(kempe_batch_table(batches[k], "instances", &tables[k]) == KEMPE_OK);
+        CHECK(kempe_ensemble_result_table(batches[k], "instances", &tables[k]) == KEMPE_OK);
     }
     for (int i = 0; i < COUNT; i++) {
         static const char *const same[] = {"top",       "top.time", "low",       "low.time", "swing", "kink",
@@ -475,7 +478,7 @@ static void test_passed(void)
     }
     for (int k = 0; k < 2; k++) {
         kempe_table_free(tables[k]);
-        kempe_batch_free(batches[k]);
+        kempe_ensemble_result_free(batches[k]);
         end(&studies[k]);
     }
 }
@@ -509,16 +512,16 @@ static void test_multipliers(void)
     study s = begin_four_bar();
     CHECK(kempe_values_new(s.model, 2, names, COUNT, rows[0], &s.values) == KEMPE_OK);
     derive(&s, quantities);
-    kempe_batch *lanes = run(&s, 0.5, 0, 2), *one = run(&s, 0.5, 1, 1), *alone = run(&s, 0.5, -1, 1);
+    kempe_ensemble_result *lanes = run(&s, 0.5, 0, 2), *one = run(&s, 0.5, 1, 1), *alone = run(&s, 0.5, -1, 1);
     for (int i = 0; i < COUNT; i++)
         for (size_t k = 0; k < sizeof same / sizeof *same; k++) {
             CHECK_NEAR(value(lanes, i, same[k]), value(alone, i, same[k]), 1e-8);
             CHECK(value(lanes, i, same[k]) == value(one, i, same[k]));
         }
     CHECK(value(lanes, 0, "pin") > 50 && value(lanes, 0, "often") > 0);
-    kempe_batch_free(lanes);
-    kempe_batch_free(one);
-    kempe_batch_free(alone);
+    kempe_ensemble_result_free(lanes);
+    kempe_ensemble_result_free(one);
+    kempe_ensemble_result_free(alone);
     end(&s);
 }
 
@@ -535,10 +538,10 @@ static void test_coarse_steps(void)
     char *text = NULL;
     CHECK(kempe_values_sample(s.model, &sample, &s.values) == KEMPE_OK);
     derive(&s, "m = mean(q(rocker)), swing = max(q(rocker))");
-    kempe_batch *lanes = run_with(&s, &options, 0), *one = run_with(&s, &options, 1),
-                *alone = run_with(&s, &options, -1);
-    CHECK(kempe_batch_table(lanes, "instances", &table) == KEMPE_OK);
-    CHECK(kempe_batch_print(lanes, KEMPE_TEXT, &text) == KEMPE_OK);
+    kempe_ensemble_result *lanes = run_with(&s, &options, 0), *one = run_with(&s, &options, 1),
+                          *alone = run_with(&s, &options, -1);
+    CHECK(kempe_ensemble_result_table(lanes, "instances", &table) == KEMPE_OK);
+    CHECK(kempe_ensemble_result_print(lanes, KEMPE_TEXT, &text) == KEMPE_OK);
     CHECK(text && strstr(text, "0 instances separately"));
     CHECK(text && strstr(text, "in part") && strstr(text, "states between steps"));
     for (int i = 0; i < sample.count; i++) {
@@ -550,9 +553,9 @@ static void test_coarse_steps(void)
     }
     kempe_text_free(text);
     kempe_table_free(table);
-    kempe_batch_free(lanes);
-    kempe_batch_free(one);
-    kempe_batch_free(alone);
+    kempe_ensemble_result_free(lanes);
+    kempe_ensemble_result_free(one);
+    kempe_ensemble_result_free(alone);
     end(&s);
 }
 
@@ -572,11 +575,11 @@ static void test_friction(void)
         rows[i][1] = 2 + 0.1 * i;
     }
     study s = begin(text, 2, names, COUNT, rows[0], words, NULL);
-    kempe_batch *lanes = run(&s, 4, 0, 2), *one = run(&s, 4, 1, 1), *alone = run(&s, 4, -1, 1);
+    kempe_ensemble_result *lanes = run(&s, 4, 0, 2), *one = run(&s, 4, 1, 1), *alone = run(&s, 4, -1, 1);
     for (int i = 0; i < COUNT; i++) {
         double m = rows[i][0], v = rows[i][1], stop = m * v / 4;
         for (int k = 0; k < 2; k++) {
-            const kempe_batch *batch = k == 0 ? lanes : alone;
+            const kempe_ensemble_result *batch = k == 0 ? lanes : alone;
             CHECK_NEAR(value(batch, i, "way"), 0.5 * v * stop, 1e-9);
             CHECK_NEAR(value(batch, i, "stop"), stop, 1e-8);
             CHECK_NEAR(value(batch, i, "turn"), -v, 1e-8);
@@ -584,9 +587,9 @@ static void test_friction(void)
         }
         CHECK(value(lanes, i, "push") == value(one, i, "push") && value(lanes, i, "stop") == value(one, i, "stop"));
     }
-    kempe_batch_free(lanes);
-    kempe_batch_free(one);
-    kempe_batch_free(alone);
+    kempe_ensemble_result_free(lanes);
+    kempe_ensemble_result_free(one);
+    kempe_ensemble_result_free(alone);
     end(&s);
 }
 

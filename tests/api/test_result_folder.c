@@ -106,13 +106,14 @@ static void test_ranges(void)
 {
     study s = begin("crank=0.29:0.31,qd.A=1:3");
     kempe_run_options run = run_of(1);
-    kempe_batch *all = NULL, *some = NULL;
+    kempe_ensemble_result *all = NULL, *some = NULL;
     kempe_table *a = NULL, *b = NULL;
     enum { FIRST = 13, SOME = 20 };
-    CHECK(kempe_ensemble_run(s.ensemble, &run, 0, &all) == KEMPE_OK && kempe_batch_count(all) == COUNT);
+    CHECK(kempe_ensemble_run(s.ensemble, &run, 0, &all) == KEMPE_OK && kempe_ensemble_result_count(all) == COUNT);
     CHECK(kempe_ensemble_run_range(s.ensemble, &run, 0, FIRST, SOME, &some) == KEMPE_OK);
-    CHECK(kempe_batch_count(some) == SOME);
-    CHECK(kempe_batch_table(all, "instances", &a) == KEMPE_OK && kempe_batch_table(some, "instances", &b) == KEMPE_OK);
+    CHECK(kempe_ensemble_result_count(some) == SOME);
+    CHECK(kempe_ensemble_result_table(all, "instances", &a) == KEMPE_OK &&
+          kempe_ensemble_result_table(some, "instances", &b) == KEMPE_OK);
     int differ = 0, columns = kempe_table_column_count(a);
     CHECK(columns > 10 && kempe_table_column_count(b) == columns);
     for (int k = 0; k < SOME; k++)
@@ -123,14 +124,14 @@ static void test_ranges(void)
         }
     CHECK(differ == 0);
     CHECK(kempe_table_number(b, 0, 0) == kempe_values_row(s.values, FIRST)[0]);
-    kempe_batch_free(some);
+    kempe_ensemble_result_free(some);
     some = NULL;
     CHECK(kempe_ensemble_run_range(s.ensemble, &run, 0, COUNT - 1, 2, &some) == KEMPE_E_ARGUMENT && !some);
     CHECK_TEXT(kempe_context_message(s.context), "there are no 2 instances from 49: there are 50");
     CHECK(kempe_ensemble_run_range(s.ensemble, &run, 0, -1, 2, &some) == KEMPE_E_ARGUMENT && !some);
     kempe_table_free(a);
     kempe_table_free(b);
-    kempe_batch_free(all);
+    kempe_ensemble_result_free(all);
     end(&s);
 }
 
@@ -142,7 +143,7 @@ static void test_rows(void)
     const char *const names[] = {"crank", "qd.A"};
     kempe_values *empty = NULL;
     kempe_ensemble *equations = NULL;
-    kempe_batch *all = NULL, *rows = NULL;
+    kempe_ensemble_result *all = NULL, *rows = NULL;
     double given[COUNT][2];
     for (int k = 0; k < COUNT; k++)
         memcpy(given[k], kempe_values_row(s.values, k), sizeof given[k]);
@@ -151,27 +152,29 @@ static void test_rows(void)
     CHECK(kempe_ensemble_run(s.ensemble, &run, 0, &all) == KEMPE_OK);
     for (int again = 0; again < 2; again++) {
         CHECK(kempe_ensemble_run_rows(equations, &run, 0, COUNT, given[0], &rows) == KEMPE_OK);
-        CHECK(kempe_batch_count(rows) == COUNT);
+        CHECK(kempe_ensemble_result_count(rows) == COUNT);
         int differ = 0;
         for (int k = 0; k < COUNT; k++)
-            differ += memcmp(kempe_batch_q(all, k), kempe_batch_q(rows, k), 3 * sizeof(double)) != 0;
+            differ +=
+                memcmp(kempe_ensemble_result_q(all, k), kempe_ensemble_result_q(rows, k), 3 * sizeof(double)) != 0;
         CHECK(differ == 0);
-        kempe_batch_free(rows);
+        kempe_ensemble_result_free(rows);
         rows = NULL;
     }
     given[3][0] = 7; /* a crank that is too long to close the loop */
     CHECK(kempe_ensemble_run_rows(equations, &run, 0, 5, given[0], &rows) == KEMPE_UNTRUSTED);
-    CHECK_TEXT(kempe_batch_status(rows, 3), "failed");
-    CHECK(kempe_batch_reason(rows, 3)[0] && strcmp(kempe_batch_status(rows, 4), "complete") == 0);
-    CHECK(memcmp(kempe_batch_q(all, 4), kempe_batch_q(rows, 4), 3 * sizeof(double)) == 0);
-    kempe_batch_free(rows);
+    CHECK_TEXT(kempe_ensemble_result_status(rows, 3), "failed");
+    CHECK(kempe_ensemble_result_reason(rows, 3)[0] && strcmp(kempe_ensemble_result_status(rows, 4), "complete") == 0);
+    CHECK(memcmp(kempe_ensemble_result_q(all, 4), kempe_ensemble_result_q(rows, 4), 3 * sizeof(double)) == 0);
+    kempe_ensemble_result_free(rows);
     rows = NULL;
     CHECK(kempe_ensemble_run_rows(equations, &run, 0, -1, given[0], &rows) == KEMPE_E_ARGUMENT && !rows);
     CHECK_TEXT(kempe_context_message(s.context), "the number of rows is -1; it cannot be negative");
     CHECK(kempe_ensemble_run_rows(equations, &run, 0, 1, NULL, &rows) == KEMPE_E_ARGUMENT && !rows);
-    CHECK(kempe_ensemble_run_rows(equations, &run, 0, 0, NULL, &rows) == KEMPE_OK && kempe_batch_count(rows) == 0);
-    kempe_batch_free(rows);
-    kempe_batch_free(all);
+    CHECK(kempe_ensemble_run_rows(equations, &run, 0, 0, NULL, &rows) == KEMPE_OK &&
+          kempe_ensemble_result_count(rows) == 0);
+    kempe_ensemble_result_free(rows);
+    kempe_ensemble_result_free(all);
     kempe_ensemble_free(equations);
     kempe_values_free(empty);
     end(&s);

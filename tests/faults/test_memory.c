@@ -343,7 +343,7 @@ static kempe_status simulate_kept(scene *s)
     double q[3];
     untouched(status, trajectory);
     for (int k = 0; status == KEMPE_OK && k < 3; k++)
-        status = kempe_trajectory_at(trajectory, k % 2 ? 0.115 : 0.001, q, NULL, NULL, NULL);
+        status = kempe_trajectory_at_time(trajectory, k % 2 ? 0.115 : 0.001, q, NULL, NULL, NULL);
     kempe_trajectory_free(trajectory);
     return status;
 }

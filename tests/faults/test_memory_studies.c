@@ -3,16 +3,17 @@
 /* Every allocation fails once (test_memory.c), of the studies of a system. */
 #include "exhaust.h"
 #include "javascript_folder.h"
+#include <kempe/comfort.h>
 #include <kempe/ensemble.h>
 #include <kempe/equilibrium.h>
 #include <kempe/gradient.h>
 #include <kempe/inverse.h>
 #include <kempe/kinematics.h>
+#include <kempe/limit_cycles.h>
 #include <kempe/linearize.h>
 #include <kempe/modes.h>
 #include <kempe/response.h>
 #include <kempe/sensitivity.h>
-#include <kempe/vehicle.h>
 
 /* A rocker that comes to both dead centres, told in all ways. */
 static kempe_status lead_rocker(scene *s)
@@ -152,20 +153,19 @@ static kempe_status differentiate_modes(scene *s)
 /* Position analysis of a driven mechanism with other lengths; a sweep that ends early. */
 static kempe_status drive(scene *s)
 {
-    static const char *const names[] = {"crank", "base"};
     const double longer[] = {0.35, 0.9}, too_long[] = {0.8, 0.9}, angle = 0.4, across = 1.5;
-    kempe_gradient_options options = {.parameter_count = 2, .parameters = names, .driven = "crank"};
+    kempe_gradient_options options = {.parameters = "crank,base", .driven = "crank"};
     kempe_gradient *gradient = NULL;
     kempe_status status = kempe_gradient_new(s->model, &options, &gradient);
     untouched(status, gradient);
     if (status == KEMPE_OK)
         status = kempe_gradient_set(gradient, longer);
     if (status == KEMPE_OK)
-        status = kempe_gradient_at(gradient, &angle, NULL, NULL);
+        status = kempe_gradient_eval(gradient, &angle, NULL, NULL);
     if (status == KEMPE_OK)
         status = kempe_gradient_set(gradient, too_long);
     if (status == KEMPE_OK)
-        status = kempe_gradient_at(gradient, &across, NULL, NULL);
+        status = kempe_gradient_eval(gradient, &across, NULL, NULL);
     kempe_gradient_free(gradient);
     return status == KEMPE_E_FAILED ? KEMPE_OK : status;
 }
@@ -271,7 +271,7 @@ static kempe_status run_ensemble(scene *s)
 {
     kempe_values *values = NULL;
     kempe_ensemble *ensemble = NULL;
-    kempe_batch *batch = NULL;
+    kempe_ensemble_result *batch = NULL;
     char *text = NULL;
     kempe_run_options run = {0};
     run.t_end = 1e-3;
@@ -284,18 +284,18 @@ static kempe_status run_ensemble(scene *s)
     if (status == KEMPE_OK)
         status = kempe_ensemble_new(s->model, values, &ensemble);
     for (int lanes = -1; status == KEMPE_OK && lanes < 2; lanes += 2) {
-        kempe_batch_free(batch);
+        kempe_ensemble_result_free(batch);
         batch = NULL;
         status = kempe_ensemble_run(ensemble, &run, lanes, &batch);
         untouched(status, batch);
     }
     if (status == KEMPE_OK)
-        status = kempe_batch_print(batch, KEMPE_JSON, &text);
+        status = kempe_ensemble_result_print(batch, KEMPE_JSON, &text);
     kempe_table *instances = NULL;
     if (status == KEMPE_OK)
-        status = write_table(s, kempe_batch_table(batch, "instances", &instances), &instances);
+        status = write_table(s, kempe_ensemble_result_table(batch, "instances", &instances), &instances);
     kempe_text_free(text);
-    kempe_batch_free(batch);
+    kempe_ensemble_result_free(batch);
     kempe_ensemble_free(ensemble);
     kempe_values_free(values);
     return status;
@@ -308,7 +308,7 @@ static kempe_status run_mechanisms(scene *s)
     static const double rows[][2] = {{90, 2}, {80, 2}, {90, 3}};
     kempe_values *values = NULL;
     kempe_ensemble *ensemble = NULL;
-    kempe_batch *batch = NULL;
+    kempe_ensemble_result *batch = NULL;
     kempe_model *model = NULL;
     const kempe_run_options run = {.t_end = 1e-3, .no_convergence_check = 1};
     kempe_status status = kempe_model_read(s->context, KEMPE_ROOT "/tests/models/shaped.yaml", &model);
@@ -320,7 +320,7 @@ static kempe_status run_mechanisms(scene *s)
     if (status == KEMPE_OK)
         status = kempe_ensemble_run(ensemble, &run, 0, &batch);
     untouched(status, batch);
-    kempe_batch_free(batch);
+    kempe_ensemble_result_free(batch);
     kempe_ensemble_free(ensemble);
     kempe_values_free(values);
     kempe_model_free(model);

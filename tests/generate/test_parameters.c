@@ -6,8 +6,8 @@
 #include "base/memory.h"
 #include "exchange/code/source.h"
 #include "generate/models.h"
+#include "model/data/compliant.h"
 #include "model/data/force_table.h"
-#include "model/read/compliant.h"
 #include "testing.h"
 #include "unit/random.h"
 #include <kempe/generate.h>

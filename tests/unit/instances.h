@@ -9,7 +9,7 @@
 typedef struct instances {
     kempe_values *values;
     kempe_ensemble *ensemble;
-    kempe_batch *batch; /* NULL: it failed */
+    kempe_ensemble_result *batch; /* NULL: it failed */
 } instances;
 
 /** Runs `count` instances, `lanes` at a time; `rows` has `columns` values of each. Failure is a failed check. */
@@ -21,8 +21,8 @@ static inline instances run_instances(const loaded *l, int lanes, int columns, c
     CHECK(all.values && kempe_ensemble_new(l->model, all.values, &all.ensemble) == KEMPE_OK);
     kempe_status status = all.ensemble ? kempe_ensemble_run(all.ensemble, NULL, lanes, &all.batch) : KEMPE_E_INPUT;
     int whole = 0;
-    for (int k = 0; k < kempe_batch_count(all.batch); k++)
-        whole += kempe_batch_reason(all.batch, k)[0] == '\0';
+    for (int k = 0; k < kempe_ensemble_result_count(all.batch); k++)
+        whole += kempe_ensemble_result_reason(all.batch, k)[0] == '\0';
     CHECK(status == (whole == count ? KEMPE_OK : KEMPE_UNTRUSTED));
     return all;
 }
@@ -30,19 +30,19 @@ static inline instances run_instances(const loaded *l, int lanes, int columns, c
 /** Position and rate of the coordinate k of an instance at its end. NaN: there is none. */
 static inline double end_position(const instances *all, int instance, int k)
 {
-    const double *q = kempe_batch_q(all->batch, instance);
+    const double *q = kempe_ensemble_result_q(all->batch, instance);
     return q ? q[k] : NAN;
 }
 
 static inline double end_rate(const instances *all, int instance, int k)
 {
-    const double *qd = kempe_batch_qd(all->batch, instance);
+    const double *qd = kempe_ensemble_result_qd(all->batch, instance);
     return qd ? qd[k] : NAN;
 }
 
 static inline void free_instances(instances *all)
 {
-    kempe_batch_free(all->batch);
+    kempe_ensemble_result_free(all->batch);
     kempe_ensemble_free(all->ensemble);
     kempe_values_free(all->values);
 }

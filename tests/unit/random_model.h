@@ -87,7 +87,7 @@ static inline void put_loops(kmp_text *text, const kempe_model *model, uint64_t 
     static const struct {
         const char *name, *needs;
     } kinds[] = {
-#define KMP_CLOSURE(name, needs) {#name, #needs},
+#define KMP_CLOSURE(name, needs, ...) {#name, #needs},
 #include "model/data/closure_kinds.def"
 #undef KMP_CLOSURE
     };

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* wings: exchange */
 /* Assembly from near and from afar, against states known beforehand; what cannot be assembled says which loop and how
  * far, against plane geometry. */
 #include "base/memory.h"

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* wings: rail */
 /* The nearest points of a wheel and its rail, zone by zone, against a scan so fine that it misses nothing: thousands of
  * places, those where the point jumps among them. */
 #include "base/text.h"

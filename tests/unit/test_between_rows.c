@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* wings: rail */
 /* A finished run gives the rows that a second run has at other times: with every method, across events, exchanges of
  * coordinates, samples of inputs, centrings and change points; and every kind of output there. */
 #include "api/sampled.h"
@@ -62,7 +63,7 @@ static void compare_rows(const pair *p, const kempe_model *model, const kempe_sy
     for (int i = 0; p->few && i < rows; i++) {
         int k = i * STRIDE % rows;
         double t = kempe_trajectory_time(p->many, k);
-        CHECK(kempe_trajectory_at(p->few, t, row, row + n, row + 2 * n, row + 3 * n) == KEMPE_OK);
+        CHECK(kempe_trajectory_at_time(p->few, t, row, row + n, row + 2 * n, row + 3 * n) == KEMPE_OK);
         compare(&found[0], n, row, kempe_trajectory_q(p->many, k));
         compare(&found[1], n, row + n, kempe_trajectory_qd(p->many, k));
         compare(&found[2], n, row + 2 * n, kempe_trajectory_qdd(p->many, k));
@@ -252,18 +253,18 @@ static void times_outside(void)
     double q[3] = {7, 7, 7}, value = 7;
     pair p = run_both(s.system, (kempe_run_options){.t_end = 1}, 0.01, KEMPE_OK);
     CHECK(kempe_outputs_new(s.system, "power", &o) == KEMPE_OK);
-    CHECK(refuses(s.context, kempe_trajectory_at(p.few, -1e-9, q, NULL, NULL, NULL), "not within the run"));
-    CHECK(refuses(s.context, kempe_trajectory_at(p.few, 1 + 1e-9, q, NULL, NULL, NULL), "from 0 to 1 s"));
-    CHECK(refuses(s.context, kempe_trajectory_at(p.few, NAN, q, NULL, NULL, NULL), "not within the run"));
-    CHECK(refuses(s.context, kempe_trajectory_at(p.many, 0.5, q, NULL, NULL, NULL), "keep_dense"));
+    CHECK(refuses(s.context, kempe_trajectory_at_time(p.few, -1e-9, q, NULL, NULL, NULL), "not within the run"));
+    CHECK(refuses(s.context, kempe_trajectory_at_time(p.few, 1 + 1e-9, q, NULL, NULL, NULL), "from 0 to 1 s"));
+    CHECK(refuses(s.context, kempe_trajectory_at_time(p.few, NAN, q, NULL, NULL, NULL), "not within the run"));
+    CHECK(refuses(s.context, kempe_trajectory_at_time(p.many, 0.5, q, NULL, NULL, NULL), "keep_dense"));
     CHECK(refuses(s.context, kempe_outputs_at_time(o, p.many, 0.5, &value), "keep_dense"));
     CHECK(refuses(s.context, kempe_outputs_at_time(o, p.few, 2, &value), "not within the run"));
     CHECK(refuses(s.context, kempe_outputs_at_time(o, p.few, 0.5, NULL), "values"));
-    CHECK(kempe_trajectory_at(NULL, 0.5, q, NULL, NULL, NULL) == KEMPE_E_ARGUMENT);
+    CHECK(kempe_trajectory_at_time(NULL, 0.5, q, NULL, NULL, NULL) == KEMPE_E_ARGUMENT);
     CHECK(kempe_outputs_at_time(NULL, p.few, 0.5, &value) == KEMPE_E_ARGUMENT);
     CHECK(kempe_outputs_at_time(o, NULL, 0.5, &value) == KEMPE_E_ARGUMENT);
     CHECK(q[0] == 7 && q[2] == 7 && value == 7);
-    CHECK(kempe_trajectory_at(p.few, 0.5, NULL, NULL, NULL, NULL) == KEMPE_OK);
+    CHECK(kempe_trajectory_at_time(p.few, 0.5, NULL, NULL, NULL, NULL) == KEMPE_OK);
     kempe_outputs_free(o);
     free_both(&p);
     scene_free(&s);
@@ -284,8 +285,8 @@ static void resumed(void)
     run =
         (kempe_run_options){.t_end = 1, .output_step = 0.1, .no_convergence_check = 1, .resume = path, .keep_dense = 1};
     CHECK(kempe_simulate(s.system, &run, &t) == KEMPE_OK);
-    CHECK(refuses(s.context, kempe_trajectory_at(t, 0.4, q, NULL, NULL, NULL), "from 0.5 to 1 s"));
-    CHECK(kempe_trajectory_at(t, 0.8, q, NULL, NULL, NULL) == KEMPE_OK);
+    CHECK(refuses(s.context, kempe_trajectory_at_time(t, 0.4, q, NULL, NULL, NULL), "from 0.5 to 1 s"));
+    CHECK(kempe_trajectory_at_time(t, 0.8, q, NULL, NULL, NULL) == KEMPE_OK);
     CHECK(memcmp(q, kempe_trajectory_q(t, 8), sizeof q) == 0);
     kempe_trajectory_free(t);
     scene_free(&s);

@@ -2,9 +2,8 @@
 /* The bound on work: hopeless runs end soon and say why, long ones that get on do not, and none is called singular for
  * its length. */
 #include "integrators/decide/endless_growth.h"
+#include "integrators/decide/step_control.h"
 #include "integrators/run/work_bound.h"
-#include "integrators/steppers/explicit_methods.h"
-#include "integrators/steppers/solver.h"
 #include "loaded.h"
 #include "testing.h"
 #include <float.h>
@@ -60,7 +59,7 @@ static void collapse_goes_by_rounding(void)
     for (int k = 0; k < 1000; k++)
         collapsed = collapsed || kmp_step_collapsed(&hopeless, 20 * DBL_EPSILON * 10, 10);
     CHECK(collapsed);
-    CHECK(kmp_solver_least_step(0) == 0 && kmp_solver_least_step(1) > 1e-15 && kmp_solver_least_step(-1) < 1e-14);
+    CHECK(kmp_step_least(0) == 0 && kmp_step_least(1) > 1e-15 && kmp_step_least(-1) < 1e-14);
 }
 
 static void simulate(const char *path, kempe_setting set, const char *integrator, kempe_run_options run,

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* wings: rail */
 /* Digests, programs as bytes, and systems from a cache. Damaged files and several processes:
  * tests/cache_folders.py. */
 #include "base/cache/digest.h"

@@ -3,8 +3,8 @@
  * profiles; against closed forms of cones, of a jump and of arcs; and the sentences of wrong requests. */
 #include "loaded.h"
 #include "refused_contacts.h"
-#include <kempe/contact.h>
 #include <kempe/modes.h>
+#include <kempe/rolling_contact.h>
 #include <kempe/vehicle.h>
 #include <math.h>
 #include <stdlib.h>

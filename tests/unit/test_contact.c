@@ -2,7 +2,7 @@
 /* Rolling contact against tables of others, closed forms and limits. */
 #include "rail/contact/hertz.h"
 #include "testing.h"
-#include <kempe/contact.h>
+#include <kempe/rolling_contact.h>
 #include <math.h>
 
 static const double pi = 3.14159265358979323846;

@@ -6,7 +6,7 @@
 #include "rail/wheel_contact/contact_sweep.h"
 #include "refused_contacts.h"
 #include "symbolic/table_function.h"
-#include <kempe/contact.h>
+#include <kempe/rolling_contact.h>
 #include <kempe/vehicle.h>
 #include <stdlib.h>
 

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* wings: rail */
 /* Courses of tracks: the middle line against clothoids and circles, and what is beside it. */
 #include "sections.h"
 

@@ -213,7 +213,7 @@ static void dense(void)
     CHECK(l.system && kempe_simulate(l.system, &run, &t) == KEMPE_OK);
     for (int k = 5; t && k > 0; k--) {
         t_back = k;
-        CHECK(kempe_trajectory_at(t, t_back, q, qd, qdd, NULL) == KEMPE_OK);
+        CHECK(kempe_trajectory_at_time(t, t_back, q, qd, qdd, NULL) == KEMPE_OK);
         CHECK_NEAR(qd[1], steps(k, 1), 1e-8);
         CHECK_NEAR(qd[2], steps(k - 1, 1), 1e-8);
         CHECK_NEAR(qdd[2], k > 1 ? -steps(k > 2 ? k - 2 : 0, 1) : 0, 1e-7);
@@ -251,8 +251,8 @@ static void ensemble(void)
     instances all = run_instances(&l, 0, 1, names, 3, rows);
     CHECK_NEAR(end_rate(&all, 0, 1), steps(4, 1), 1e-7);
     CHECK_NEAR(end_rate(&all, 1, 1), steps(8, 0.5), 1e-7);
-    CHECK_TEXT(kempe_batch_status(all.batch, 2), "failed");
-    CHECK_TEXT(kempe_batch_reason(all.batch, 2), "the delay of 'late' is -1 s: a positive time is expected");
+    CHECK_TEXT(kempe_ensemble_result_status(all.batch, 2), "failed");
+    CHECK_TEXT(kempe_ensemble_result_reason(all.batch, 2), "the delay of 'late' is -1 s: a positive time is expected");
     free_instances(&all);
     unload(&l);
 }
@@ -271,8 +271,8 @@ static void quantities(void)
     CHECK(all.ensemble && kempe_ensemble_run(all.ensemble, NULL, 0, &all.batch) == KEMPE_OK);
     for (int i = 0; all.batch && i < 3; i++) {
         int k = rows[i] < 1 ? 8 : 4;
-        CHECK_NEAR(kempe_batch_quantity(all.batch, i, 0), 1 - steps(k, rows[i]), 1e-7);
-        CHECK_NEAR(kempe_batch_quantity(all.batch, i, 1), steps(k - 1, rows[i]) + steps(k, rows[i]), 1e-7);
+        CHECK_NEAR(kempe_ensemble_result_quantity(all.batch, i, 0), 1 - steps(k, rows[i]), 1e-7);
+        CHECK_NEAR(kempe_ensemble_result_quantity(all.batch, i, 1), steps(k - 1, rows[i]) + steps(k, rows[i]), 1e-7);
     }
     free_instances(&all);
     unload(&l);

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* wings: exchange */
 /* Constraints and forces that Drake adds to URDF and SDFormat: the same model as in Kempe's language. */
 #include "foreign_models.h"
 

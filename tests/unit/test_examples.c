@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* wings: exchange */
 /* Examples whose reference digits come from equations of their own: every formulation reaches them. */
 #include "integrators/run/run.h"
 #include "loaded.h"

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* wings: exchange */
 /* Models written in other formats: read again they have the same mass matrix and bias at a hundred random states, and
  * the same accelerations where their loops are closed. Parts that cannot be written are named. */
 #include "foreign_models.h"

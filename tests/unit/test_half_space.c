@@ -6,7 +6,7 @@
 #include "base/memory.h"
 #include "linalg/dense/dense.h"
 #include "testing.h"
-#include <kempe/contact.h>
+#include <kempe/rolling_contact.h>
 #include <math.h>
 
 enum { GRID = 24, MOST = GRID * GRID };

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* wings: exchange */
 /* Inputs of models: samples held, joined by lines or by a spline act at their times, on every formulation and
  * integrator; drives and conditions follow them; what cannot be followed is refused. */
 #include "integrators/run/run.h"

@@ -46,7 +46,7 @@ static void as_drives_of(loaded m, const char *path, double t_end)
         CHECK(r->t[row] == kempe_trajectory_time(t, row));
         for (int k = 0, drive = 0, loop = 0; k < m.system->m; k++) {
             const kmp_closure *c = &m.model->closures[m.system->rows[k].closure];
-            bool drives = strcmp(c->kind, "drive") == 0 || strcmp(c->kind, "lock") == 0;
+            bool drives = c->kind == KMP_CLOSURE_drive || c->kind == KMP_CLOSURE_lock;
             double x = drives ? tau_at(r, row)[drive++] : mine[loop++];
             worst = check_max(worst, fabs(x - lambda[k]));
             size = check_max(size, fabs(lambda[k]));

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* wings: exchange */
 /* Ranges of joints of URDF, MJCF and SDFormat as stops in a run: masses on vertical slides fall freely until a range
  * ends, at sqrt(2 h/g), and rest there with the force m g. */
 #include "foreign_models.h"

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The laws of rolling contact as expressions: against the numbers of kempe/contact.h, derivatives against differences,
- * and finite where something is zero. */
+/* The laws of rolling contact as expressions: against the numbers of kempe/rolling_contact.h, derivatives against
+ * differences, and finite where something is zero. */
 #include "base/memory.h"
 #include "rail/wheel/laws.h"
 #include "symbolic/derivative.h"
 #include "testing.h"
-#include <kempe/contact.h>
+#include <kempe/rolling_contact.h>
 #include <math.h>
 
 /* Arguments of the expressions, as parameters. */

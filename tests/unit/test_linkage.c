@@ -2,13 +2,14 @@
 /* Graphs of joints: which are cut, and what is said of it. */
 #include "constraints/kinds/kind.h"
 #include "joint_graphs.h"
+#include "model/data/closure_table.h"
 #include "testing.h"
 #include <kempe/check.h>
 #include <math.h>
 
 /* -- the choice ---------------------------------------------------------------------------------------------- */
 
-static int rows_of(const kmp_closure_kind *kind)
+static int rows_of(const kmp_closure_parts *kind)
 {
     return kind->force->rows + kind->moment->rows;
 }
@@ -20,7 +21,7 @@ static void check_choice(const char *tail, const char *cut, const char *why)
     if (model && model->cut_count == 1) {
         CHECK_TEXT(model->cuts[0].joint, cut);
         CHECK_TEXT(model->cuts[0].why, why);
-        CHECK(model->cuts[0].rows == rows_of(kmp_closure_kind_find(model->cuts[0].closure)));
+        CHECK(model->cuts[0].rows == rows_of(kmp_closure_parts_of(kmp_closure_kind_find(model->cuts[0].closure))));
     }
     kempe_model_free(model);
 }
@@ -68,7 +69,7 @@ static void test_rows(void)
     joint_kind kind;
     for (int k = 0; joint_kind_at(k, &kind); k++)
         if (kind.closure) {
-            const kmp_closure_kind *closure = kmp_closure_kind_find(kind.closure);
+            const kmp_closure_parts *closure = kmp_closure_parts_of(kmp_closure_kind_find(kind.closure));
             CHECK(closure && rows_of(closure) == kind.rows);
             CHECK(6 - (int)strlen(kind.chain) / 2 == kind.rows);
         }

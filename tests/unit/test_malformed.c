@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* wings: rail exchange */
 /* Every file of tests/malformed is refused with the complaints that its first lines announce
  * (`# expect: LINE:COLUMN: part of the sentence`, in XML a comment) and with no others. */
 #include "base/file.h"

@@ -17,7 +17,7 @@ static void at_state(const loaded *l, const char *words, double t, const double 
         printf("%s: %s\n", words, kempe_context_message(l->context));
     CHECK(o && kempe_outputs_count(o) <= MOST);
     if (o)
-        CHECK(kempe_outputs_at(o, t, q, qd, NULL, NULL, values) == KEMPE_OK);
+        CHECK(kempe_outputs_at_state(o, t, q, qd, NULL, NULL, values) == KEMPE_OK);
     kempe_outputs_free(o);
 }
 
@@ -232,7 +232,7 @@ static void accelerations(void)
     double ax = r * (-cos(q) * qd * qd - sin(q) * qdd), ay = r * (-sin(q) * qd * qd + cos(q) * qdd), seen[4] = {0};
     kempe_outputs *o = NULL;
     CHECK(l.system && kempe_outputs_new(l.system, "ax, ay, across, spin", &o) == KEMPE_OK);
-    CHECK(o && kempe_outputs_at(o, 0, &q, &qd, &qdd, NULL, seen) == KEMPE_OK);
+    CHECK(o && kempe_outputs_at_state(o, 0, &q, &qd, &qdd, NULL, seen) == KEMPE_OK);
     CHECK_NEAR(seen[0], ax, 1e-15);
     CHECK_NEAR(seen[1], ay, 1e-15);
     CHECK_NEAR(seen[2], ay, 1e-15);

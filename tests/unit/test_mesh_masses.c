@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* wings: exchange */
 /* Masses of bodies in MJCF by meshes, against the moments of a tetrahedron and of its faces in closed form; meshes that
  * give none. MuJoCo's numbers: tests/oracle/robots. */
 #include "foreign_models.h"

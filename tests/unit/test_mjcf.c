@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* wings: exchange */
 /* Models in MJCF: one file with all elements is the same model as one in Kempe's language; ways to write one
  * orientation; included files; what is refused, and what is named because it is not used. MuJoCo's numbers:
  * tests/oracle/robots. */

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* wings: exchange */
 /* Momenta: p.v + L.w of all bodies is twice the kinetic energy, on examples with every kind of link; sums of bodies and
  * other points by their definitions; conserved without external forces, else changed as these say. */
 #include "loaded.h"
@@ -20,7 +21,7 @@ static double *values_of(const loaded *l, const char *words, const double *q, co
         printf("%s: %s\n", words, kempe_context_message(l->context));
     CHECK(o != NULL);
     double *values = calloc((size_t)kempe_outputs_count(o) + 1, sizeof *values);
-    CHECK(kempe_outputs_at(o, 0.25, q, qd, qdd, NULL, values) == KEMPE_OK);
+    CHECK(kempe_outputs_at_state(o, 0.25, q, qd, qdd, NULL, values) == KEMPE_OK);
     kempe_outputs_free(o);
     return values;
 }

@@ -4,7 +4,7 @@
 #include "ensemble/optimize/optimize_study.h"
 #include "linalg/constrained_minimum.h"
 #include "loaded.h"
-#include <kempe/fit.h>
+#include <kempe/optimize.h>
 #include <stdlib.h>
 
 static kempe_status optimize(const loaded *l, kempe_optimum_options ask, kempe_optimum **optimum)

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* wings: exchange */
 /* The choice of independent coordinates: rank and growth on random matrices, the same choice in metres and millimetres,
  * the user's wish. */
 #include "base/memory.h"

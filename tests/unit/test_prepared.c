@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* wings: exchange */
 /* Layout and machine code made once for all machines of a program: each has values of its own and the bits of the tape,
  * in several threads too; as bytes they are the same again, and damaged bytes are refused. Tapes likewise; and code
  * that is written when it pays. */

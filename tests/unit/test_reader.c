@@ -157,8 +157,8 @@ static void closures_and_forces(void)
     if (!m)
         return;
     CHECK(m->closure_count == 2 && m->force_count == 3);
-    CHECK_TEXT(m->closures[0].kind, "ball");
-    CHECK_TEXT(m->closures[1].kind, "rod");
+    CHECK(m->closures[0].kind == KMP_CLOSURE_ball);
+    CHECK(m->closures[1].kind == KMP_CLOSURE_rod);
     CHECK_NEAR(m->closures[1].number.value, 0.6, 0);
     CHECK_TEXT(m->bodies[m->points[m->closures[0].point[1]].body].name, "rocker");
     CHECK(m->forces[0].kind == KMP_FORCE_JOINT && m->forces[0].motion == 0);

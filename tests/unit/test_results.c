@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* wings: exchange */
 /* Results: the JSON writer, tables, output times, reference files good and bad, verdicts on tables made by hand,
  * reports of what failed. */
 #include "base/json.h"

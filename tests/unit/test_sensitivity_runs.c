@@ -255,7 +255,7 @@ static void ensembles_of_it_are_told(void)
     for (int k = 0; k < 3; k++) {
         kempe_values *values = NULL;
         kempe_ensemble *many = NULL;
-        kempe_batch *batch = NULL;
+        kempe_ensemble_result *batch = NULL;
         const kempe_run_options run = {.rtol = 1e-6, .t_end = k < 2 ? 60 : 2, .no_convergence_check = k == 1};
         s.warnings = 0;
         CHECK(kempe_values_new(s.model, 1, names, 4, rows, &values) == KEMPE_OK);
@@ -264,12 +264,12 @@ static void ensembles_of_it_are_told(void)
         CHECK(s.warnings == (k == 0));
         CHECK(k > 0 || strstr(s.words, "of 4 instances"));
         kempe_table *instances = NULL;
-        CHECK(kempe_batch_table(batch, "instances", &instances) == KEMPE_OK);
+        CHECK(kempe_ensemble_result_table(batch, "instances", &instances) == KEMPE_OK);
         CHECK_TEXT(kempe_table_word(instances, 2, kempe_table_find(instances, "verdict")), k == 0   ? "not converged"
                                                                                            : k == 1 ? ""
                                                                                                     : "converged");
         kempe_table_free(instances);
-        kempe_batch_free(batch);
+        kempe_ensemble_result_free(batch);
         kempe_ensemble_free(many);
         kempe_values_free(values);
     }

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* wings: rail */
 /* Wheelsets of one shape and many sizes, of one material: at poses and rates that are alike, places, semi-axes and
  * penetrations go with the size, forces with its square, creepages not at all. Models of 1:10 stand on rigs. */
 #include "derived.h"

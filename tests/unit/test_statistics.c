@@ -94,7 +94,7 @@ typedef struct study {
     kempe_model *model;
     kempe_values *values;
     kempe_ensemble *ensemble;
-    kempe_batch *batch;
+    kempe_ensemble_result *batch;
     kempe_table *table;
     kempe_statistics *statistics;
 } study;
@@ -114,7 +114,7 @@ static study begin(const char *text, const kempe_sample_options *sample, const k
     need(&s, kempe_values_sample(s.model, sample, &s.values));
     need(&s, kempe_ensemble_new_with(s.model, s.values, measured, &s.ensemble));
     need(&s, kempe_ensemble_run(s.ensemble, &run, 0, &s.batch));
-    need(&s, kempe_batch_table(s.batch, "instances", &s.table));
+    need(&s, kempe_ensemble_result_table(s.batch, "instances", &s.table));
     need(&s, kempe_statistics_new(s.table, 0, &s.statistics));
     return s;
 }
@@ -123,7 +123,7 @@ static void end(study *s)
 {
     kempe_statistics_free(s->statistics);
     kempe_table_free(s->table);
-    kempe_batch_free(s->batch);
+    kempe_ensemble_result_free(s->batch);
     kempe_ensemble_free(s->ensemble);
     kempe_values_free(s->values);
     kempe_model_free(s->model);
@@ -254,7 +254,7 @@ static void test_chain(void)
     }
     CHECK_NEAR(cell(contributions, 0, "explained"), 1, 1e-9);
     int least = (int)cell(extremes, 0, "instance") - 1;
-    CHECK(cell(extremes, 0, "value") == kempe_batch_quantity(s.batch, least, 0));
+    CHECK(cell(extremes, 0, "value") == kempe_ensemble_result_quantity(s.batch, least, 0));
     CHECK(strncmp(kempe_table_word(extremes, 0, kempe_table_find(extremes, "settings")), "--set x1=", 9) == 0);
     kempe_table *tables[] = {moments, quantiles, yield, contributions, extremes};
     for (int k = 0; k < 5; k++)

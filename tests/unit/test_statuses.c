@@ -101,7 +101,7 @@ static kempe_status provoke_E_BUG(void)
     derive("1.2");
     kempe_system_free(derived);
     derived = NULL;
-    model->closures[0].kind = "forgotten";
+    model->closures[0].kind = KMP_CLOSURE_NONE;
     return kempe_system_new(model, &derived);
 }
 

@@ -3,7 +3,7 @@
 #include "rail/contact/half_space.h"
 #include "rail/contact/strips.h"
 #include "testing.h"
-#include <kempe/contact.h>
+#include <kempe/rolling_contact.h>
 #include <math.h>
 
 static const double pi = 3.14159265358979323846, modulus = 82e9 / 0.72;

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* wings: rail */
 /* Tracks: rails as the model has them, and where a cross-section is. */
 #include "sections.h"
 

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* wings: exchange */
 /* Robots in URDF and URDF+: one file with all elements is the same model as one in Kempe's language; rotations by three
  * angles; what is refused, and what is named because it is not used. Pinocchio's numbers: tests/oracle/robots. */
 #include "foreign_models.h"

@@ -6,6 +6,7 @@
 #include "model/data/output_table.h"
 #include "output/print.h"
 #include "output/result_table.h"
+#include "pipeline.h"
 #include "studies/simulate/trajectory.h"
 #include <kempe/output_handles.h>
 #include <math.h>

@@ -3,7 +3,7 @@
 
 #include "model/data/model.h"
 #include "output/weighting.h"
-#include <kempe/vehicle.h>
+#include <kempe/comfort.h>
 
 typedef enum kmp_comfort_direction {
     KMP_COMFORT_LONGITUDINAL,

@@ -2,6 +2,7 @@
 #include "analyses/derivatives/averaged.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "constraints/inexact/nearest_exact.h"
 #include "constraints/tolerances.h"
 #include "dynamics/equations.h"
 #include "dynamics/load_dependent.h"
@@ -83,7 +84,7 @@ kempe_status kmp_averaged_new(const kempe_system *given, kmp_averaged **averaged
     a->given = given;
     kempe_status status = kmp_made(given->context, copy_model(a, given->model));
     if (status == KEMPE_OK)
-        status = kempe_system_new(&a->model, &a->system);
+        status = kmp_system_new(&a->model, NULL, &a->system);
     if (status == KEMPE_OK)
         kempe_system_set_force(a->system, given->force, given->force_user);
     return KMP_GIVE_OR_FREE(status, averaged, a, kmp_averaged_free);

@@ -5,7 +5,8 @@
 #include "analyses/derivatives/linearized.h"
 #include "base/context.h"
 #include "base/memory.h"
-#include "constraints/closing/rounding.h"
+#include "constraints/closing/close_reduced.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/dot.h"
 #include <string.h>

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analyses/derivatives/varied.h"
 #include "base/memory.h"
+#include "constraints/closing/close_reduced.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
 #include <math.h>

@@ -13,7 +13,7 @@
  * length. */
 #include "analyses/derivatives/varied.h"
 #include "constraints/closing/assemble.h"
-#include "constraints/closing/rounding.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/lapack.h"
 #include <kempe/check.h>

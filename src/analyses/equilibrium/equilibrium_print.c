@@ -2,6 +2,7 @@
 /* Output of `equilibrium`, as text and as JSON. */
 #include "analyses/equilibrium/balances.h"
 #include "base/memory.h"
+#include "model/data/closure_table.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include <kempe/equilibrium.h>

@@ -7,6 +7,7 @@
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/dot.h"
+#include "model/data/closure_table.h"
 #include "output/print.h"
 #include <math.h>
 #include <string.h>

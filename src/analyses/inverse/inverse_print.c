@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* An inverse dynamics as a report and as one JSON object. */
 #include "analyses/inverse/inverse_study.h"
+#include "model/data/closure_table.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include <kempe/inverse.h>

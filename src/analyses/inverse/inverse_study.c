@@ -10,6 +10,7 @@
 #include "dynamics/closures.h"
 #include "dynamics/load_dependent.h"
 #include "integrators/run/run.h"
+#include "model/data/closure_table.h"
 #include "model/data/coordinates.h"
 #include "model/language/ranges.h"
 #include "output/all_loads.h"

@@ -6,8 +6,10 @@
 #include "base/spline.h"
 #include "base/substep.h"
 #include "constraints/closing/assemble.h"
-#include "constraints/closing/rounding.h"
+#include "constraints/closing/close_reduced.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "constraints/tolerances.h"
+#include "model/data/closure_table.h"
 #include "output/print.h"
 #include <kempe/check.h>
 #include <math.h>

@@ -4,6 +4,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
+#include "constraints/inexact/nearest_exact.h"
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
 #include "model/language/ranges.h"
@@ -41,7 +42,7 @@ static kempe_status make_copy(kempe_limit_cycles *c, bool as_given)
     as_given = as_given || !kmp_charts_are_own(c->system, state->chart);
     const kmp_driven driven = {c->held, c->held_motion, as_given ? NULL : hold, state->q};
     KMP_TRY(kmp_variant_driven(c->system->model, &driven, &c->copy));
-    return kempe_system_new(c->copy, &c->driven);
+    return kmp_system_new(c->copy, NULL, &c->driven);
 }
 
 static kempe_status hold_speed(kempe_limit_cycles *c, bool as_given)

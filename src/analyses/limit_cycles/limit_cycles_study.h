@@ -4,7 +4,7 @@
 
 #include "analyses/limit_cycles/cycle_branch.h"
 #include "analyses/modes/locus.h"
-#include <kempe/modes.h>
+#include <kempe/limit_cycles.h>
 
 struct kempe_limit_cycles {
     const kempe_system *system;

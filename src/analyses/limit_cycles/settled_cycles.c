@@ -9,6 +9,7 @@
 #include "constraints/inexact/nearest_exact.h"
 #include "constraints/tolerances.h"
 #include "model/language/ranges.h"
+#include "pipeline.h"
 #include <math.h>
 #include <string.h>
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analyses/modes/operating_family.h"
 #include "base/memory.h"
+#include "constraints/closing/close_reduced.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "output/print.h"
 #include <math.h>

@@ -4,6 +4,7 @@
 #include "analyses/sensitivity/forward_inside.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
+#include "integrators/decide/run_start.h"
 #include "model/data/run_settings.h"
 #include <kempe/check.h>
 #include <math.h>
@@ -208,8 +209,8 @@ static int take_up(kmp_forward_formulation *f, double t, double *y)
         for (int i = 0; i < w; i++) {
             int k = unknowns(f)[i];
             double of = f->start.atol * f->system->scale[k] / (b ? f->sizes[b - 1] : 1);
-            kmp_formulation_tolerances(f->system, k, of, f->start.rate_scale, &atol[b * w + i],
-                                       &atol[half + b * w + i]);
+            kmp_start_tolerance(kmp_state_of(f->system->model, k) != NULL, of, f->start.rate_scale, &atol[b * w + i],
+                                &atol[half + b * w + i]);
         }
     for (int b = 0; b < f->integrals; b++)
         atol[2 * half + b] = f->start.atol * f->options->spec->t_end / (b ? f->sizes[b - 1] : 1);

@@ -7,6 +7,7 @@
 #include "base/arena.h"
 #include "base/memory.h"
 #include "base/substep.h"
+#include "constraints/closing/close_reduced.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "dynamics/load_dependent.h"
 #include "model/data/coordinates.h"
@@ -36,6 +37,7 @@ struct kempe_gradient {
     bool deep;                      /* values depend on more than q */
     int *order;                     /* position among u of a driven coordinate */
     char **name;                    /* of the values */
+    char **parameter;               /* names */
     double *wanted;                 /* count: parameters set */
     double *value; /* driven + count: the current values, driven coordinates by u, and the parameters */
     double *q;     /* n: closed there */
@@ -212,8 +214,8 @@ kempe_status kempe_gradient_set(kempe_gradient *gradient, const double *values)
     return status;
 }
 
-kempe_status kempe_gradient_at(kempe_gradient *g, const double *driven, const double *rates,
-                               const double *accelerations)
+kempe_status kempe_gradient_eval(kempe_gradient *g, const double *driven, const double *rates,
+                                 const double *accelerations)
 {
     KMP_WANTED(NULL, g, "gradient");
     KMP_WANTED(g->context, driven || g->driven == 0, "driven");
@@ -330,15 +332,16 @@ static kempe_status make(kempe_gradient *g, const kempe_model *model, const kemp
     const char *backend = options->backend ? options->backend : kmp_backend_default();
     int *driven = KMP_ARENA_NEW(&g->arena, int, model->motion_count);
     kmp_operating *start = NULL;
-    KMP_TRY(kmp_made(g->context, driven));
-    KMP_TRY(kmp_variant_new(model, g->count, options->parameters, &g->variant));
+    g->count = kmp_text_words(&g->arena, options->parameters, &g->parameter);
+    KMP_TRY(kmp_made(g->context, !g->arena.failed));
+    KMP_TRY(kmp_variant_new(model, g->count, (const char *const *)g->parameter, &g->variant));
     KMP_TRY(kmp_system_of_variant(g->variant, &g->system));
     KMP_TRY(kmp_coordinates_read(g->system->model, "driven", options->driven, driven, &g->driven));
     g->n = g->system->n;
     g->m = g->system->m;
     g->states = g->system->model->state_count;
     KMP_TRY(kmp_linear_init(&g->linear, g->system, backend));
-    KMP_TRY(kmp_slopes_new(g->system, backend, g->count, options->parameters, true, &g->slopes));
+    KMP_TRY(kmp_slopes_new(g->system, backend, g->count, (const char *const *)g->parameter, true, &g->slopes));
     g->shown = g->slopes->shown;
     const kmp_slope_matrix *x = &g->slopes->outputs;
     g->deep = x->start && x->start[1 + g->n] < x->start[1 + 3 * g->n + g->m];
@@ -353,20 +356,18 @@ kempe_status kempe_gradient_new(const kempe_model *model, const kempe_gradient_o
 {
     KMP_WANTED_BOTH(model, gradient);
     KMP_OPTIONS(model->context, kempe_gradient_options, options);
-    KMP_WANTED(model->context, options->parameters || options->parameter_count <= 0, "parameters");
     kmp_model_begin_forces(model);
     KMP_TRY(kmp_refuse_contacts(model, "gradients at a position"));
     KMP_MAKE(model->context, kempe_gradient, g);
     g->context = model->context;
-    g->count = options->parameter_count;
     kempe_status status = make(g, model, options);
     if (status != KEMPE_OK) {
         kempe_gradient_free(g);
         return status;
     }
-    for (int k = 0; k < options->parameter_count; k++)
+    for (int k = 0; k < g->count; k++)
         g->wanted[k] = g->value[g->driven + k] =
-            g->system->parameters[kmp_parameter_find(g->system->model, options->parameters[k])];
+            g->system->parameters[kmp_parameter_find(g->system->model, g->parameter[k])];
     find_slopes(g);
     *gradient = g;
     return KEMPE_OK;

@@ -123,7 +123,7 @@ static kempe_status take_samples(kempe_sensitivity *s)
         return KEMPE_OK;
     if (!rests)
         KMP_TRY(kmp_refuse_samples(s->model, "sensitivities", s->kind->holds && !start));
-    KMP_TRY(kempe_system_new(s->model, &s->given));
+    KMP_TRY(kmp_system_new(s->model, NULL, &s->given));
     KMP_TRY(kmp_averaged_new(s->given, &s->averaged));
     s->model = kmp_averaged_system(s->averaged, s->given)->model;
     return KEMPE_OK;

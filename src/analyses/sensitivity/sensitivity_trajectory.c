@@ -11,6 +11,7 @@
 #include "integrators/steppers/solver.h"
 #include "output/print.h"
 #include "output/times.h"
+#include "pipeline.h"
 #include "studies/simulate/trajectory.h"
 #include <kempe/output_handles.h>
 #include <kempe/sensitivity.h>
@@ -579,16 +580,12 @@ static kempe_status differ(kmp_slope_runs *r, const double *values)
     d.run = (kempe_run_options){.size = sizeof d.run,
                                 .formulation = spec->formulation,
                                 .form = spec->form,
-                                .integrator = spec->integrator,
                                 .backend = spec->backend,
                                 .independent = r->independent,
-                                .rtol = spec->rtol,
-                                .atol = spec->atol,
-                                .t_end = spec->t_end,
                                 .output_step = spec->t_end,
-                                .max_steps = spec->max_steps,
                                 .no_convergence_check = 1,
                                 .keep_dense = 1};
+    kmp_spec_numbers(spec, &d.run);
     bool made =
         KMP_ARENA_MAKE(&d.arena, KMP_ROOM(double, cells, &d.cells, &d.cell[0], &d.cell[1], &d.cell[2], &d.cell[3]),
                        KMP_ROOM(double, s->count, &d.values), KMP_ROOM(double, s->outputs.count, &d.row));

@@ -1,14 +1,28 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "dynamics/forces/forces.h"
+#include "base/wings.h"
 #include "dynamics/forces/law.h"
 
 static kmp_force_law *const laws[KMP_FORCE_KINDS] = {
-#define KMP_FORCE(kind, name, place, word, width) kmp_law_##name,
+#define KMP_FORCE(kind, name, place, word, width)         kmp_law_##name,
+#define KMP_FORCE_OF_WING(kind, name, place, word, width) NULL,
 #define KMP_FIELD(...)
 #include "model/data/force_kinds.def"
 #undef KMP_FORCE
 #undef KMP_FIELD
 };
+
+/* The reader refuses forces whose wing is not in the build. */
+static kmp_force_law *law_of(kmp_force_kind kind)
+{
+    if (laws[kind])
+        return laws[kind];
+    for (const kmp_wing *const *wing = kmp_wings; *wing; wing++)
+        for (const kmp_law_row *row = (*wing)->laws; row && row->law; row++)
+            if (row->kind == kind)
+                return row->law;
+    return NULL;
+}
 
 void kmp_apply_at(const kmp_tree *tree, int point, int frame, kmp_vec force, kmp_wrench *applied)
 {
@@ -57,8 +71,8 @@ void kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, unsigned energy, 
     forces->value = KMP_GRAPH_NEW(tree->graph, kmp_ref, KMP_FORCE_WIDTH * model->force_count);
     for (int k = 0; !kmp_graph_failed(tree->graph) && k < model->force_count; k++)
         if (!alone || alone == &model->forces[k])
-            laws[model->forces[k].kind](forces, &kinked, &model->forces[k], energy,
-                                        forces->value + (ptrdiff_t)KMP_FORCE_WIDTH * k);
+            law_of(model->forces[k].kind)(forces, &kinked, &model->forces[k], energy,
+                                          forces->value + (ptrdiff_t)KMP_FORCE_WIDTH * k);
     if (energy & KMP_ENERGY_POTENTIAL) {
         /* - m g.x of every body, x in ground axes. */
         kmp_graph *g = tree->graph;

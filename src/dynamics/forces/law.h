@@ -11,7 +11,14 @@
 typedef void kmp_force_law(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,
                            kmp_ref *value);
 
+/** The law of a kind of force that a wing has; `law` NULL ends a list. */
+typedef struct kmp_law_row {
+    kmp_force_kind kind;
+    kmp_force_law *law;
+} kmp_law_row;
+
 #define KMP_FORCE(kind, name, place, word, width) kmp_force_law kmp_law_##name;
+#define KMP_FORCE_OF_WING(...)
 #define KMP_FIELD(...)
 #include "model/data/force_kinds.def"
 #undef KMP_FORCE

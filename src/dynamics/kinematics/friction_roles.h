@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Roles of the conditions of friction that sticks and of rigid contacts. Generated simulators have this file too. */
-#ifndef KMP_FRICTION_ROLES_H
-#define KMP_FRICTION_ROLES_H
+#pragma once
 
 /** Numbers of a friction element that sticks (dynamics/kinematics/friction_modes.h): each is a condition whose input is
  * not 1 or 0, and whose value is not that of a comparison. The first two are events where their values become
@@ -30,5 +29,3 @@ typedef enum kmp_role {
  * is so many times that one, and comes back where its rate is this part of it against its direction. */
 #define KMP_FRICTION_BEGUN 100
 #define KMP_FRICTION_BACK  0.1
-
-#endif

@@ -2,6 +2,7 @@
 /* Numbers and expressions of the model as nodes of the graph. */
 #include "base/clones.h"
 #include "dynamics/kinematics/link_tree.h"
+#include "model/data/closure_table.h"
 #include "model/data/variant.h"
 #include "symbolic/surface.h"
 #include <math.h>
@@ -97,10 +98,11 @@ KMP_NOINLINE static kmp_ref size_of_force(const kmp_tree *tree, const kmp_expr *
     for (int c = e->index; c < e->index - e->number; c++) {
         const kmp_closure *closure = &tree->model->closures[c];
         kmp_ref force[KMP_CLOSURE_ROWS] = {KMP_ZERO};
-        int rows = kmp_closure_force_rows(closure);
+        const kmp_closure_row *row = kmp_closure_row_of(closure);
+        int rows = row->pressing;
         for (int k = 0; k < rows; k++)
             force[k] = kmp_tree_multiplier(tree, c, k);
-        if (strcmp(closure->kind, "revolute") == 0)
+        if (row->needs == KMP_NEEDS_SAME_AXIS && rows == 3) /* a pin: without the part along its axis */
             press_pin(tree, c, force);
         for (int k = 0; k < rows; k++) {
             kmp_ref lambda = force[k];

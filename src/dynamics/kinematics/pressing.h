@@ -3,7 +3,7 @@
 #pragma once
 
 #include "dynamics/kinematics/link_tree.h"
-#include "model/read/compliant.h"
+#include "model/data/compliant.h"
 
 /** Conditions of a contact, numbers of kmp_tree_condition: its bodies touch; its law would pull; its journal is out of
  * the bearing; its law has no force at so great a depth; its film has its least thickness. */

@@ -155,7 +155,7 @@ static kempe_status come_back(kmp_engine *e, int i, kmp_runner *run, part_state 
     x->h = kmp_runner_step_size(run);
     x->has_step = x->h > 0;
     x->tries = 0;
-    x->seen_t = x->corrected_t = -1;
+    x->seen_t = x->corrected.t = -1;
     x->pace = 0;
     if (e->conditions) {
         memcpy(x->mode, kmp_runner_modes(run), (size_t)e->s->events.count * sizeof *x->mode);

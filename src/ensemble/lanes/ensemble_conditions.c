@@ -255,7 +255,7 @@ static void look_at_middle(kmp_engine *e, kmp_lane_group *pool)
 
 /* Searches the step of a lane for an event. It is made again, with half its length, where the dense output is less
  * exact. */
-static kmp_lane_outcome find_event(kmp_engine *e, kmp_lane_group *pool, size_t l)
+static kmp_attempt find_event(kmp_engine *e, kmp_lane_group *pool, size_t l)
 {
     kmp_lane_state *room = &e->room;
     kmp_instance *x = &e->instances[room->who[l]];
@@ -263,25 +263,25 @@ static kmp_lane_outcome find_event(kmp_engine *e, kmp_lane_group *pool, size_t l
     double shorter = 0;
     kmp_within_begin(e, pool, l);
     if (room->dense_bad[l] || !kmp_within_is_exact(e))
-        return KMP_LANE_BAD_STEP;
+        return KMP_ATTEMPT_BAD_STEP;
     const char *why = search(e, &room->event[l], &found, &shorter);
     kmp_within_end(e);
     if (why) {
         x->again = false;
         room->h[l] = room->step[l];
         kmp_lane_evict(e, l, why);
-        return KMP_LANE_EMPTY;
+        return KMP_ATTEMPT_NONE;
     }
     bool again = found && shorter > 0 && !x->again;
     x->again = again;
     if (found && !again)
-        return KMP_LANE_EVENT;
+        return KMP_ATTEMPT_EVENT;
     kmp_lane_set_modes(e, pool, l);
     room->h[l] = again ? shorter : room->h[l];
-    return again ? KMP_LANE_AGAIN : KMP_LANE_TAKEN;
+    return again ? KMP_ATTEMPT_AGAIN : KMP_ATTEMPT_TAKEN;
 }
 
-bool kmp_taken_watch(kmp_engine *e, kmp_lane_group *pool, const kmp_lane_watched *seen, kmp_lane_outcome *what,
+bool kmp_taken_watch(kmp_engine *e, kmp_lane_group *pool, const kmp_lane_watched *seen, kmp_attempt *what,
                      bool *searched)
 {
     kmp_lane_state *room = &e->room;
@@ -297,7 +297,7 @@ bool kmp_taken_watch(kmp_engine *e, kmp_lane_group *pool, const kmp_lane_watched
     kmp_room_put_inputs(e);
     evaluate(e, pool, 0, room->y, k[1], room->vdd);
     for (size_t l = 0; l < room->w; l++) {
-        searched[l] = what[l] == KMP_LANE_TAKEN && !is_clear(e, l, false);
+        searched[l] = what[l] == KMP_ATTEMPT_TAKEN && !is_clear(e, l, false);
         dense = dense || searched[l];
     }
     if (!dense)

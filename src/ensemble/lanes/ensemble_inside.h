@@ -11,6 +11,7 @@
 #include "constraints/programs/saddle_program.h"
 #include "constraints/tolerances.h"
 #include "ensemble/lanes/ensemble_run.h"
+#include "integrators/decide/closing.h"
 #include "integrators/decide/endless_growth.h"
 #include "integrators/run/events.h"
 #include "integrators/run/runner.h"
@@ -64,7 +65,7 @@ typedef struct kmp_instance {
     double next_sample;         /* of its states; INFINITY: none */
     double pace;                /* the proposed step, if steps that end at samples are shorter; 0: they are not */
 
-    double corrected, corrected_t; /* the last correction of v in weights, and the beginning of its step */
+    kmp_last_correction corrected; /* of v, in weights */
     double t, h, error_old;
     double rate_scale;
     double kinetic, potential; /* at the start */
@@ -352,9 +353,6 @@ const double *kmp_lanes_pivots(const kmp_engine *e, const kmp_lane_group *pool, 
  * good. */
 bool kmp_lane_consents(kmp_engine *e, const kmp_lane_group *pool, kmp_lane_watched *x, size_t l);
 
-/** True if the dropped rows are closed as well (kmp_redundant_check). */
-bool kmp_lane_dropped_close(const kmp_engine *e, const kmp_lane_group *pool, const kmp_lane_watched *x, size_t l);
-
 /** True if another order of elimination is due. */
 bool kmp_lane_order_is_bad(const kmp_engine *e, const kmp_lane_group *pool, const kmp_lane_watched *x, size_t l);
 
@@ -475,7 +473,7 @@ void kmp_lanes_interpolant(size_t width, size_t size, const struct kmp_dop853_st
 /** Its value at x, 0 to 1, in all lanes. */
 void kmp_lanes_interpolate(size_t width, size_t size, int vectors, double *const *vector, double x, double *y);
 
-/** The next steps after accepted ones, without regard to rejections before (kmp_rk_after_accepted). */
+/** The next steps after accepted ones, without regard to rejections before (kmp_step_after). */
 void kmp_lanes_next_steps(size_t width, kmp_lane_state *room);
 
 /** Slopes from the outputs of a program; `bad` of the room grows where they are not finite or a pivot is not positive.
@@ -488,8 +486,6 @@ void kmp_lanes_measure(size_t width, const kmp_engine *e, const kmp_lane_group *
 
 /** Finds the ends of steps that need no decision, and corrects v there. */
 void kmp_lanes_find_quiet(size_t width, kmp_engine *e, const kmp_lane_group *pool, kmp_lane_watched *x);
-
-enum { KMP_LANE_TRIES = 1000 }; /* attempts of one step */
 
 /** Attempts of steps in all lanes. Accepted ones that need no decision give the times, step sizes and errors of the
  * next step, rejected ones the next size. */

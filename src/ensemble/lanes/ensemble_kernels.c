@@ -3,6 +3,7 @@
 #include "base/simd4.h"
 #include "constraints/tolerances.h"
 #include "ensemble/lanes/ensemble_inside.h"
+#include "integrators/decide/closing.h"
 #include "integrators/steppers/rk.h"
 #include <float.h>
 #include <math.h>
@@ -151,7 +152,7 @@ KMP_INLINE double exp2_of(double y)
     return of_bits(bits_of(sum) + (bits_of(t) << 52));
 }
 
-/* kmp_rk_after_accepted and kmp_rk_after_rejected, but for rounding of their powers. */
+/* kmp_step_after of the error, but for rounding of its powers. */
 KMP_INLINE void next_steps(size_t w, kmp_lane_state *room)
 {
     const kmp_rk_numbers *method = &kmp_dop853.numbers;
@@ -161,16 +162,11 @@ KMP_INLINE void next_steps(size_t w, kmp_lane_state *room)
         double error = room->error[l] > 1e-300 ? room->error[l] : 1e-300;
         double before = KMP_RK_BETA * log2_of(room->error_old[l]);
         error = error < 1e300 ? error : 1e300;
-        factor[l] =
-            exp2_of(method->exponent * log2_of(error) - (room->error[l] <= 1 ? before : 0)) * (1 / KMP_RK_SAFETY);
+        factor[l] = exp2_of(method->exponent * log2_of(error) - (kmp_step_passes(room->error[l], false) ? before : 0)) *
+                    (1 / KMP_RK_SAFETY);
     }
     EACH_LANE(l, w)
-    {
-        double longest = room->error[l] <= 1 ? 1.0 / method->grow : 0;
-        double shortest = room->error[l] <= 1 || !(room->error[l] <= DBL_MAX) ? method->shrink : KMP_RK_SHORTEST;
-        double most = factor[l] < shortest ? factor[l] : shortest;
-        next[l] = room->step[l] / (most > longest ? most : longest);
-    }
+    next[l] = room->step[l] / kmp_step_ratio(method, kmp_step_passes(room->error[l], false), room->error[l], factor[l]);
     EACH_LANE(l, w)
     room->next[l] = next[l];
 }
@@ -254,9 +250,8 @@ KMP_INLINE void measure_closures(size_t w, const kmp_engine *e, const kmp_lane_g
                      *scale = room->scale + (size_t)pool->part.v[i] * w;
         EACH_LANE(l, w)
         {
-            double size = fabs(dv[l]), rounded = KMP_CORRECTION_ROUNDING * scale[l], limit = weight[l];
-            double part = or_infinite(size / limit), most = rounded < limit ? rounded : limit;
-            correction[l] = larger_of(correction[l], size <= most ? 0 : part);
+            double size = kmp_correction_size(dv[l], weight[l], scale[l]);
+            correction[l] = larger_of(correction[l], size);
         }
     }
     for (int i = 0; i < e->r; i++)
@@ -294,7 +289,7 @@ KMP_INLINE void find_quiet(size_t w, kmp_engine *e, const kmp_lane_group *pool, 
     {
         int64_t closed = (x->residual[l] < KMP_CLOSED) | (x->correction[l] <= KMP_CORRECTION_LIMIT);
         int64_t regular = (room->pivot[l] > 0) & (x->least[l] > KMP_MARGIN_CALLS * largest[l]) & (turned[l] == 0);
-        int64_t good = (room->error[l] <= 1) & (room->bad[l] == 0);
+        int64_t good = kmp_step_passes(room->error[l], false) & (room->bad[l] == 0);
         quiet[l] = closed & regular & good & (room->t_new[l] < room->limit[l]) & (x->growth[l] <= room->exchange[l]);
     }
     EACH_LANE(l, w)
@@ -322,18 +317,19 @@ KMP_INLINE void pass_on(size_t w, kmp_lane_state *room, const int64_t *quiet, km
     EACH_LANE(l, w)
     {
         int64_t spare = room->made[l] + room->repeated[l] < room->spare[l];
-        int64_t lasts = room->step[l] >= KMP_STEP_COLLAPSED * DBL_EPSILON * fabs(room->t_new[l]);
-        int64_t again = !(room->error[l] <= 1) & (e->failed[l] == 0) & (room->tries[l] < KMP_LANE_TRIES - 1);
+        int64_t lasts = !kmp_step_is_hopeless(room->step[l], room->t_new[l]);
+        int64_t again =
+            !kmp_step_passes(room->error[l], false) & (e->failed[l] == 0) & (room->tries[l] < KMP_STEP_ATTEMPTS - 1);
         stays[l] = again & spare;
         on[l] = (quiet[l] & lasts & spare) | stays[l];
     }
     EACH_LANE(l, w)
     {
         int64_t through = on[l] & ~stays[l];
-        double shorter = room->next[l] < room->step[l] ? room->next[l] : room->step[l];
+        double next = kmp_step_after_failures(room->next[l], room->step[l], through & room->rejected[l]);
         t[l] = through ? room->t_new[l] : room->t[l];
-        h[l] = through & room->rejected[l] ? shorter : on[l] ? room->next[l] : room->h[l];
-        error[l] = through ? larger_of(room->error[l], KMP_RK_ERROR_FLOOR) : room->error_old[l];
+        h[l] = on[l] ? next : room->h[l];
+        error[l] = through ? kmp_step_known_error(room->error[l]) : room->error_old[l];
         made[l] = room->made[l] + through;
         repeated[l] = room->repeated[l] + stays[l];
         tries[l] = through ? 0 : room->tries[l] + stays[l];

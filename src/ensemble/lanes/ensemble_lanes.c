@@ -4,6 +4,7 @@
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
 #include "ensemble/lanes/lane_state.h"
+#include "integrators/decide/dropped_rows.h"
 #include "integrators/steppers/rk.h"
 #include <math.h>
 #include <string.h>
@@ -25,18 +26,16 @@ static void choose_tries(kmp_engine *e)
 
 /* -- control ----------------------------------------------------------------------------------------- */
 
-static void refuse(kmp_engine *e, size_t l, kmp_lane_outcome what)
+static void refuse(kmp_engine *e, size_t l, kmp_attempt what)
 {
     kmp_lane_state *room = &e->room;
     kmp_ensemble_result *result = &e->results[room->who[l]];
-    double h = room->step[l];
-    if (what == KMP_LANE_BAD_ERROR)
-        result->rejected++;
-    else
-        result->refused++;
-    room->h[l] = what == KMP_LANE_BAD_ERROR ? room->next[l] : what == KMP_LANE_BAD_STAGE ? h / 4 : h / 2;
+    const bool by_error = what == KMP_ATTEMPT_BAD_ERROR;
+    result->rejected += by_error;
+    result->refused += !by_error;
+    room->h[l] = by_error ? room->next[l] : kmp_step_retry(what, room->step[l]);
     room->rejected[l] = true;
-    if (++room->tries[l] >= KMP_LANE_TRIES)
+    if (++room->tries[l] >= KMP_STEP_ATTEMPTS)
         kmp_lane_evict(e, l, "a step size that becomes too small");
 }
 
@@ -113,20 +112,13 @@ static int largest_growth(const kmp_engine *e, const kmp_lane_group *pool, const
 static bool grows_without_end(const kmp_engine *e, const kmp_lane_group *pool, kmp_instance *x, size_t l, double tried)
 {
     const kmp_lane_state *room = &e->room;
-    double most = 0;
-    bool explodes = false;
+    const int w = (int)room->w;
     if (x->bound.most != 0 || tried < fmax(x->growth.next, 0.5 * KMP_GROWTH_STEPS))
         return false;
-    const double size = kmp_growth_size(e->size, (int)room->w, room->y + l, room->atol + l, e->spec.atol);
-    if (!kmp_growth_is_endless(&x->growth, tried, room->t[l], size))
-        return false;
-    for (int k = 0; k < e->p; k++) {
-        const int u = pool->part.u[k];
-        explodes = explodes || (u < kmp_model_coordinates(e->s->model) &&
-                                kmp_growth_explodes(room->y[(size_t)(e->p + k) * room->w + l],
-                                                    room->scale[(size_t)u * room->w + l], x->rate_scale, &most));
-    }
-    return explodes;
+    const double size = kmp_growth_size(e->size, w, room->y + l, room->atol + l, e->spec.atol);
+    return kmp_growth_is_endless(&x->growth, tried, room->t[l], size) &&
+           kmp_growth_explodes(e->p, pool->part.u, kmp_model_coordinates(e->s->model), w, room->y + e->p * w + l,
+                               room->scale + l, x->rate_scale) >= 0;
 }
 
 /* The number of further attempts before a bound of work or the growth must be looked at. */
@@ -143,12 +135,12 @@ static kempe_status take(kmp_engine *e, kmp_lane_group *pool, const kmp_lane_wat
     kmp_lane_state *room = &e->room;
     int i = room->who[l];
     kmp_instance *x = &e->instances[i];
-    double h = room->step[l], error = room->error[l];
+    double h = room->step[l];
     bool collapsed = kmp_step_collapsed(&x->hopeless, h, room->t_new[l]);
     kmp_ensemble_result *result = &e->results[i];
     result->steps++;
-    room->h[l] = room->rejected[l] && h < room->next[l] ? h : room->next[l];
-    room->error_old[l] = error > KMP_RK_ERROR_FLOOR ? error : KMP_RK_ERROR_FLOOR;
+    room->h[l] = kmp_step_after_failures(room->next[l], h, room->rejected[l]);
+    room->error_old[l] = kmp_step_known_error(room->error[l]);
     x->again = false;
     room->rejected[l] = room->tries[l] = 0;
     room->t[l] = room->t_new[l];
@@ -167,16 +159,18 @@ static kempe_status take(kmp_engine *e, kmp_lane_group *pool, const kmp_lane_wat
         return KEMPE_OK;
     }
     const char *jump = through ? NULL : pass_sample(e, l, &meets);
-    const char *why =
-        through                                                    ? NULL
-        : jump                                                     ? jump
-        : collapsed                                                ? "a step size that becomes too small"
-        : slow                                                     ? "too much work"
-        : e->m > e->r && !kmp_lane_dropped_close(e, pool, seen, l) ? "redundant closure rows that do not close"
-        : is_uncentred(e, pool, l)                                 ? KMP_LANE_SINGULAR_ANGLES
-        : e->r > 0 && kmp_instance_nears_change(x, room->t[l], h, seen->margin[l]) ? "a change point during the run"
-                                                                                   : NULL;
-    bool changes = !through && !why && e->m > e->r && seen->rows[l] > KMP_ROWS_OUT;
+    const char *why = through     ? NULL
+                      : jump      ? jump
+                      : collapsed ? "a step size that becomes too small"
+                      : slow      ? "too much work"
+                      : kmp_dropped_open(e->r, pool->part.rows, e->m - e->r, pool->part.redundant, (ptrdiff_t)room->w,
+                                         seen->h + l, room->row_scale + l, e->spec.atol + e->spec.rtol, 0) >= 0
+                          ? "redundant closure rows that do not close"
+                      : is_uncentred(e, pool, l) ? KMP_LANE_SINGULAR_ANGLES
+                      : e->r > 0 && kmp_instance_nears_change(x, room->t[l], h, seen->margin[l])
+                          ? "a change point during the run"
+                          : NULL;
+    bool changes = !through && !why && e->m > e->r && kmp_dropped_judge(seen->rows[l]) != KMP_KEPT_WELL;
     bool exchanges = !through && !why && !changes && e->r > 0 && seen->growth[l] > x->limit;
     if (!through && !why && !changes && !exchanges && !reorders && !meets)
         return KEMPE_OK;
@@ -267,22 +261,22 @@ static void solve(kmp_engine *e, double *failed)
 static kempe_status end_attempts(kmp_engine *e, kmp_lane_group *pool, kmp_lane_watched *seen, kmp_lane_attempts *ends)
 {
     kmp_lane_state *room = &e->room;
-    kmp_lane_outcome what[KMP_LANES_MOST] = {KMP_LANE_EMPTY};
+    kmp_attempt what[KMP_LANES_MOST] = {KMP_ATTEMPT_NONE};
     kempe_status status = KEMPE_OK;
     /* Decides on the attempts of the lanes that do not go on by themselves. */
     for (size_t l = 0; l < room->w; l++) {
-        what[l] = room->who[l] < 0       ? KMP_LANE_EMPTY
-                  : ends->failed[l] != 0 ? KMP_LANE_BAD_STAGE
-                  : room->error[l] <= 1  ? KMP_LANE_TAKEN
-                                         : KMP_LANE_BAD_ERROR;
-        if (what[l] == KMP_LANE_EMPTY || ends->on[l])
+        what[l] = room->who[l] < 0                         ? KMP_ATTEMPT_NONE
+                  : ends->failed[l] != 0                   ? KMP_ATTEMPT_BAD_STAGE
+                  : kmp_step_passes(room->error[l], false) ? KMP_ATTEMPT_TAKEN
+                                                           : KMP_ATTEMPT_BAD_ERROR;
+        if (what[l] == KMP_ATTEMPT_NONE || ends->on[l])
             continue;
         kmp_room_count_made(e, l);
-        e->results[room->who[l]].rhs += 11 + (what[l] == KMP_LANE_TAKEN);
-        if (what[l] == KMP_LANE_TAKEN && !seen->quiet[l])
-            what[l] = room->bad[l] != 0                     ? KMP_LANE_BAD_STAGE
-                      : kmp_lane_consents(e, pool, seen, l) ? KMP_LANE_TAKEN
-                                                            : KMP_LANE_BAD_STEP;
+        e->results[room->who[l]].rhs += 11 + (what[l] == KMP_ATTEMPT_TAKEN);
+        if (what[l] == KMP_ATTEMPT_TAKEN && !seen->quiet[l])
+            what[l] = room->bad[l] != 0                     ? KMP_ATTEMPT_BAD_STAGE
+                      : kmp_lane_consents(e, pool, seen, l) ? KMP_ATTEMPT_TAKEN
+                                                            : KMP_ATTEMPT_BAD_STEP;
     }
     memset(room->bad, 0, room->w * sizeof *room->bad);
     bool searched[KMP_LANES_MOST] = {false};
@@ -291,18 +285,18 @@ static kempe_status end_attempts(kmp_engine *e, kmp_lane_group *pool, kmp_lane_w
         kmp_taken_measure(e, pool, dense ? searched : NULL, what);
     bool none_stays = true;
     for (size_t l = 0; l < room->w; l++) {
-        ends->stays[l] = what[l] != KMP_LANE_TAKEN;
+        ends->stays[l] = what[l] != KMP_ATTEMPT_TAKEN;
         none_stays = none_stays && !ends->stays[l];
     }
     pass_on(e, none_stays ? NULL : ends->stays);
     for (size_t l = 0; l < room->w && status == KEMPE_OK; l++) {
         if (ends->on[l])
             continue;
-        if (what[l] == KMP_LANE_TAKEN)
+        if (what[l] == KMP_ATTEMPT_TAKEN)
             status = take(e, pool, seen, l);
-        else if (what[l] == KMP_LANE_EVENT)
+        else if (what[l] == KMP_ATTEMPT_EVENT)
             status = pass_event(e, pool, l);
-        else if (what[l] != KMP_LANE_EMPTY && what[l] != KMP_LANE_AGAIN)
+        else if (what[l] != KMP_ATTEMPT_NONE && what[l] != KMP_ATTEMPT_AGAIN)
             refuse(e, l, what[l]);
     }
     return status;

@@ -328,11 +328,7 @@ static bool lane_part(void *user, int halvings, int index, double *piece)
 static bool is_exact(const kmp_engine *e, size_t l)
 {
     const kmp_lane_state *room = &e->room;
-    const double *last = e->measuring->wide[VECTORS - 1];
-    double most = 0;
-    for (size_t i = l; i < (size_t)e->size * room->w; i += room->w)
-        most = fmax(most, fabs(last[i]) / room->weight[i]);
-    return ldexp(most, 1 - VECTORS) <= KMP_RK_COARSE;
+    return !kmp_rk_is_coarse(e->size, VECTORS, e->measuring->wide[VECTORS - 1] + l, room->w, room->weight + l, room->w);
 }
 
 /* The step of a lane up to t; its samples are those of the whole step. */
@@ -397,7 +393,7 @@ static void sample_every(kmp_engine *e, kmp_lane_group *pool, int every)
 }
 
 /* Finds the accepted steps that must be measured, and passes over the others. Returns their number. */
-static int find_measured(kmp_engine *e, kmp_lane_group *pool, const kmp_lane_outcome *what, bool *measured)
+static int find_measured(kmp_engine *e, kmp_lane_group *pool, const kmp_attempt *what, bool *measured)
 {
     kmp_lane_state *room = &e->room;
     const bool may_pass = samples(e, pool) && kmp_quantities_may_pass(e->measuring->q);
@@ -407,8 +403,8 @@ static int find_measured(kmp_engine *e, kmp_lane_group *pool, const kmp_lane_out
         sample_every(e, pool, 2);
     }
     for (size_t l = 0; l < room->w; l++) {
-        measured[l] = what[l] == KMP_LANE_EVENT ||
-                      (what[l] == KMP_LANE_TAKEN && !(may_pass && room->bad[l] == 0 && pass_over(e, pool, l)));
+        measured[l] = what[l] == KMP_ATTEMPT_EVENT ||
+                      (what[l] == KMP_ATTEMPT_TAKEN && !(may_pass && room->bad[l] == 0 && pass_over(e, pool, l)));
         count += measured[l];
         room->bad[l] = 0;
     }
@@ -417,24 +413,23 @@ static int find_measured(kmp_engine *e, kmp_lane_group *pool, const kmp_lane_out
 
 /* Takes a step into the account of its instance. A step without exact states between its ends is left to a separate run
  * from its beginning; an account that has some of its states is made anew by a run from the start. */
-static kmp_lane_outcome measure_one(kmp_engine *e, kmp_lane_group *pool, size_t l, double end, bool bad,
-                                    kmp_lane_outcome what)
+static kmp_attempt measure_one(kmp_engine *e, kmp_lane_group *pool, size_t l, double end, bool bad, kmp_attempt what)
 {
     kmp_lane_state *room = &e->room;
-    if (what == KMP_LANE_TAKEN && (bad || !is_exact(e, l))) {
+    if (what == KMP_ATTEMPT_TAKEN && (bad || !is_exact(e, l))) {
         e->instances[room->who[l]].again = false;
         room->h[l] = room->step[l];
         kmp_lane_evict(e, l, KMP_LANE_NO_STATES);
-        return KMP_LANE_EMPTY;
+        return KMP_ATTEMPT_NONE;
     }
     if (!bad && measure(e, pool, l, end))
         return what;
     kmp_instance_leave(e, room->who[l], KMP_LANE_NO_STATES);
     kmp_room_empty(room, l);
-    return KMP_LANE_EMPTY;
+    return KMP_ATTEMPT_NONE;
 }
 
-void kmp_taken_measure(kmp_engine *e, kmp_lane_group *pool, const bool *searched, kmp_lane_outcome *what)
+void kmp_taken_measure(kmp_engine *e, kmp_lane_group *pool, const bool *searched, kmp_attempt *what)
 {
     kmp_lane_state *room = &e->room;
     bool measured[KMP_LANES_MOST] = {false};
@@ -450,7 +445,7 @@ void kmp_taken_measure(kmp_engine *e, kmp_lane_group *pool, const bool *searched
         if (!measured[l])
             continue;
         e->results[room->who[l]].rhs += searched && searched[l] ? 0 : 3;
-        double end = what[l] == KMP_LANE_EVENT ? room->event[l] : room->t_new[l];
+        double end = what[l] == KMP_ATTEMPT_EVENT ? room->event[l] : room->t_new[l];
         if (end > room->t[l])
             what[l] = measure_one(e, pool, l, end, bad, what[l]);
     }

@@ -2,12 +2,15 @@
 /* Operations on one instance at a time: its start, an exchange of u, its end. The evaluator and the scales of the
  * system are those of the current instance. */
 #include "base/memory.h"
-#include "constraints/closing/rounding.h"
+#include "constraints/closing/close_reduced.h"
 #include "constraints/evaluation/charts.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/tolerances.h"
 #include "dynamics/motion.h"
 #include "ensemble/lanes/ensemble_inside.h"
+#include "integrators/decide/coordinate_exchange.h"
+#include "integrators/decide/run_start.h"
 #include "integrators/formulations/reduced.h"
 #include "integrators/run/friction_state.h"
 #include "integrators/run/runner.h"
@@ -90,7 +93,7 @@ static bool set_rate_scale(kmp_engine *e, kmp_lane_group *pool, kmp_instance *x,
     kmp_reduction_tangent(&pool->red);
     if (!kmp_instance_complete(e, pool, qd, qdd, NULL))
         return false;
-    x->rate_scale = kmp_formulation_rate_scale(e->s, e->spec.t_end, qd, qdd);
+    x->rate_scale = kmp_start_rate(kmp_model_coordinates(e->s->model), e->s->scale, qd, qdd, 1 / e->spec.t_end);
     return isfinite(x->rate_scale);
 }
 
@@ -164,9 +167,9 @@ static kempe_status enter(kmp_engine *e, int i, const kempe_assembly *a)
     /* Sets the numbers of an instance at its start. */
     x->bound = (kmp_work_bound){.most = e->spec.max_steps};
     x->usual = part.r > 0 ? part.pivots[part.r - 1] : 1;
-    x->limit = part.user ? KMP_EXCHANGE_WISH : KMP_EXCHANGE_GROWTH;
+    x->limit = kmp_exchange_limit(part.user, false);
     x->error_old = KMP_RK_ERROR_FLOOR;
-    x->seen_t = x->corrected_t = -1;
+    x->seen_t = x->corrected.t = -1;
     if (!why && !kmp_instance_begin_conditions(e, x, q, qd))
         why = "a condition that ends the run at its start";
     if (!why && !detour)
@@ -258,7 +261,7 @@ static void change_pool(kmp_engine *e, kmp_lane_group *pool, const kmp_partition
     x->signs.known = false;
     x->hopeless = 0;
     x->error_old = KMP_RK_ERROR_FLOOR;
-    x->limit = KMP_EXCHANGE_GROWTH;
+    x->limit = kmp_exchange_limit(false, false);
     kmp_lane_group_put(e, pool, i);
 }
 
@@ -282,7 +285,7 @@ kempe_status kmp_instance_exchange(kmp_engine *e, kmp_lane_group *from, int i)
     if (!kmp_instance_unpack(e, from, i, false))
         return KEMPE_OK;
     KMP_TRY(kmp_made(e->context, kmp_partition_copy(&part, &from->part)));
-    kempe_status status = kmp_partition_exchange(&part, e->s, e->eval->jacobian, KMP_EXCHANGE_GROWTH);
+    kempe_status status = kmp_partition_exchange(&part, e->s, e->eval->jacobian, kmp_exchange_limit(false, false));
     e->results[i].exchanges++;
     return kmp_instance_go_on(e, i, status, &part, e->state, e->state + e->n);
 }

@@ -3,6 +3,8 @@
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
 #include "ensemble/lanes/ensemble_inside.h"
+#include "integrators/decide/closing.h"
+#include "integrators/decide/dropped_rows.h"
 #include "linalg/dense/dense.h"
 #include <float.h>
 #include <math.h>
@@ -91,35 +93,6 @@ static double dependence_of(const kmp_engine *e, const kmp_lane_group *pool, con
     return most;
 }
 
-bool kmp_lane_dropped_close(const kmp_engine *e, const kmp_lane_group *pool, const kmp_lane_watched *x, size_t l)
-{
-    const kmp_lane_state *room = &e->room;
-    const kmp_partition *part = &pool->part;
-    double allowed = KMP_DROPPED_WEIGHTS * (e->spec.atol + e->spec.rtol);
-    for (int k = 0; k < part->r; k++) {
-        size_t at = (size_t)part->rows[k] * room->w + l;
-        allowed = fmax(allowed, KMP_DROPPED_OVER_KEPT * fabs(x->h[at]) / room->row_scale[at]);
-    }
-    for (int k = 0; k < part->m - part->r; k++) {
-        size_t at = (size_t)part->redundant[k] * room->w + l;
-        if (!(fabs(x->h[at]) / room->row_scale[at] <= allowed))
-            return false;
-    }
-    return true;
-}
-
-/* True if the correction of v is small enough (correct of reduced.c). */
-static bool corrects_little(const kmp_engine *e, const kmp_lane_group *pool, const kmp_lane_watched *x, size_t l)
-{
-    kmp_instance *y = &e->instances[e->room.who[l]];
-    double worst = x->correction[l],
-           limit = pool->part.m > pool->part.r ? KMP_CORRECTION_REDUNDANT : KMP_CORRECTION_LIMIT;
-    bool rounding = y->corrected_t == e->room.t[l] && worst > 0.5 * y->corrected && worst <= KMP_CORRECTION_LIMIT;
-    y->corrected = worst;
-    y->corrected_t = e->room.t[l];
-    return worst <= limit || rounding;
-}
-
 bool kmp_lane_consents(kmp_engine *e, const kmp_lane_group *pool, kmp_lane_watched *x, size_t l)
 {
     kmp_lane_state *room = &e->room;
@@ -129,7 +102,8 @@ bool kmp_lane_consents(kmp_engine *e, const kmp_lane_group *pool, kmp_lane_watch
     if (e->r == 0 || x->quiet[l])
         return true;
     if (!(x->residual[l] < KMP_CLOSED)) {
-        if (!corrects_little(e, pool, x, l))
+        kmp_last_correction *last = &e->instances[room->who[l]].corrected;
+        if (!kmp_correction_is_small(x->correction[l], pool->part.m > pool->part.r, room->t[l], last))
             return false;
         for (int i = 0; i < e->r; i++)
             room->y_new[(size_t)(2 * e->p + i) * w + l] += x->dv[(size_t)i * w + l];
@@ -148,7 +122,7 @@ bool kmp_lane_consents(kmp_engine *e, const kmp_lane_group *pool, kmp_lane_watch
     }
     x->margin[l] = well ? INFINITY : margin_of(e, x, l);
     x->rows[l] = well || e->m == e->r ? 0 : dependence_of(e, pool, x, l);
-    return x->margin[l] >= KMP_MARGIN_DEEP && x->rows[l] <= KMP_ROWS_LOST;
+    return x->margin[l] >= KMP_MARGIN_DEEP && kmp_dropped_judge(x->rows[l]) != KMP_KEPT_LOST;
 }
 
 bool kmp_lane_order_is_bad(const kmp_engine *e, const kmp_lane_group *pool, const kmp_lane_watched *x, size_t l)

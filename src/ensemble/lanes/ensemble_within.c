@@ -28,14 +28,11 @@ static void prepare(kmp_engine *e)
 {
     const kmp_lane_state *room = &e->room;
     kmp_lane_within *in = &e->within;
-    double h = room->step[in->lane], cubic[4];
-    for (size_t i = 0; i < (size_t)e->size && !in->ready; i++) {
-        size_t at = i * room->w + in->lane;
-        kmp_rk_cubic(h, room->y[at], room->y_new[at], room->k[1][at], room->k[13][at], cubic);
-        for (int j = 0; j < 4; j++) {
-            in->vector[j][i] = cubic[j];
-            in->vector[4 + j][i] = kmp_dop853_dense(h, room->k, at, j);
-        }
+    const size_t l = in->lane, w = room->w;
+    if (!in->ready) {
+        kmp_rk_cubics(e->size, w, room->step[l], room->y + l, room->y_new + l, room->k[1] + l, room->k[13] + l,
+                      in->vector);
+        kmp_dop853_dense_all(e->size, l, w, room->step[l], room->k, in->vector);
     }
     in->ready = true;
 }
@@ -44,11 +41,9 @@ bool kmp_within_is_exact(kmp_engine *e)
 {
     const kmp_lane_state *room = &e->room;
     const kmp_lane_within *in = &e->within;
-    double most = 0;
     prepare(e);
-    for (size_t i = 0; i < (size_t)e->size; i++)
-        most = fmax(most, fabs(in->vector[KMP_LANE_VECTORS - 1][i]) / room->weight[i * room->w + in->lane]);
-    return ldexp(most, 1 - KMP_LANE_VECTORS) <= KMP_RK_COARSE;
+    return !kmp_rk_is_coarse(e->size, KMP_LANE_VECTORS, in->vector[KMP_LANE_VECTORS - 1], 1, room->weight + in->lane,
+                             room->w);
 }
 
 void kmp_engine_hold_inputs(kmp_engine *e, const kmp_present_inputs *inputs)

@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "ensemble/lanes/ensemble_inside.h"
+#include "integrators/decide/restart.h"
 #include <math.h>
 #include <string.h>
 
@@ -77,7 +78,7 @@ static kempe_status go_on(kmp_engine *e, const kmp_lane_group *from, int i, doub
         x->usual = part.r > 0 ? part.pivots[part.r - 1] : 1;
     if (e->s->dissipative)
         x->y[e->n + part.p] = work;
-    x->seen_t = x->corrected_t = -1;
+    x->seen_t = x->corrected.t = -1;
     kmp_eval_closure(e->eval, x->t, e->state);
     KMP_TRY(kmp_instance_go_on(e, i, KEMPE_OK, &part, e->state, e->state + e->n));
     x->limit = e->s->switches ? x->limit : limit;
@@ -102,8 +103,7 @@ kempe_status kmp_instance_pass(kmp_engine *e, kmp_lane_group *from, int i, bool 
     if (status == KEMPE_OK)
         depart(e, x);
     if (event && e->s->switches) { /* pass_switch of runner_change.c */
-        const bool apart = since > KMP_FRICTION_INSTANT * e->spec.t_end;
-        x->h = fmin(apart ? x->h : 0, KMP_IMPACT_STEP * kmp_impact_since(site->impacts));
+        x->h = kmp_restart_length(x->h, since, KMP_FRICTION_INSTANT * e->spec.t_end, kmp_impact_since(site->impacts));
         x->has_step = x->h > 0;
     }
     kmp_engine_hold_inputs(e, NULL);

@@ -2,7 +2,7 @@
 /* The lanes of a pool: their numbers, evaluations and stages in all of them, instances that enter and leave, and the
  * slopes and first steps of new ones. */
 #include "ensemble/lanes/lane_state.h"
-#include "integrators/formulations/formulation.h"
+#include "integrators/decide/run_start.h"
 #include "integrators/steppers/rk.h"
 #include <math.h>
 #include <string.h>
@@ -241,14 +241,10 @@ void kmp_room_load(kmp_engine *e, kmp_lane_group *pool, size_t l, int i)
         room->per_scale[(size_t)k * w + l] = 1 / scale[k];
     for (int k = 0; k < e->m; k++)
         room->per_row_scale[(size_t)k * w + l] = 1 / row_scale[k];
-    double *atol = room->atol + l;
-    for (int k = 0; k < e->p; k++)
-        kmp_formulation_tolerances(e->s, pool->part.u[k], e->spec.atol * scale[pool->part.u[k]], x->rate_scale,
-                                   &atol[(size_t)k * w], &atol[(size_t)(e->p + k) * w]);
-    for (int k = 0; k < e->r; k++)
-        atol[(size_t)(2 * e->p + k) * w] = e->spec.atol * scale[pool->part.v[k]];
+    kmp_start_tolerances(e->p, pool->part.u, e->r, pool->part.v, kmp_model_coordinates(e->s->model), scale,
+                         e->spec.atol, x->rate_scale, (ptrdiff_t)w, room->atol + l);
     if (e->s->dissipative)
-        atol[(size_t)(2 * e->p + e->r) * w] = KMP_UNCONTROLLED;
+        room->atol[(size_t)(2 * e->p + e->r) * w + l] = KMP_UNCONTROLLED;
     if (room->vdd)
         put_lane(room->vdd, w, l, e->n + e->m, x->vdd);
     if (room->nu)
@@ -325,19 +321,14 @@ kempe_status kmp_room_run_expelled(kmp_engine *e, kmp_lane_group *pool)
 
 /* -- first steps ------------------------------------------------------------------------------------- */
 
-/* sum of ((a - b) / w)^2 of a lane; b NULL: 0 */
-static double weighted_square(const kmp_engine *e, size_t l, const double *a, const double *b)
+/* The sum of ((a - b) / w)^2 of a lane, in the weights of the room; b NULL: 0. */
+static double square_of(const kmp_engine *e, size_t l, const double *a, const double *b)
 {
     const kmp_lane_state *room = &e->room;
-    double sum = 0;
-    for (size_t k = l; k < (size_t)e->size * room->w; k += room->w) {
-        double weight = room->atol[k] + e->spec.rtol * fabs(room->y[k]), x = (b ? a[k] - b[k] : a[k]) / weight;
-        sum += x * x;
-    }
-    return sum;
+    return kmp_start_square(e->size, (ptrdiff_t)room->w, a + l, b ? b + l : NULL, room->weight + l);
 }
 
-/* Hairer's hinit, as in rk.c; an instance whose evaluation fails is left to a separate run. */
+/* First steps as in rk.c; an instance whose evaluation fails is left to a separate run. */
 static void choose_steps(kmp_engine *e, kmp_lane_group *pool)
 {
     kmp_lane_state *room = &e->room;
@@ -347,10 +338,10 @@ static void choose_steps(kmp_engine *e, kmp_lane_group *pool)
         room->step[l] = room->bad[l] = 0;
         if (!x || x->has_step)
             continue;
-        slope[l] = weighted_square(e, l, room->k[1], NULL);
-        double size = weighted_square(e, l, room->y, NULL);
-        double h = slope[l] <= 1e-10 || size <= 1e-10 ? 1e-6 : 0.01 * sqrt(size / slope[l]);
-        room->step[l] = fmin(h, room->limit[l] - room->t[l]);
+        for (size_t k = l; k < (size_t)e->size * room->w; k += room->w)
+            room->weight[k] = room->atol[k] + e->spec.rtol * fabs(room->y[k]);
+        slope[l] = square_of(e, l, room->k[1], NULL);
+        room->step[l] = kmp_start_euler(slope[l], square_of(e, l, room->y, NULL), room->limit[l] - room->t[l]);
     }
     for (size_t k = 0; k < (size_t)e->size * room->w; k++)
         room->stage[k] = room->y[k] + room->step[k % room->w] * room->k[1][k];
@@ -362,10 +353,9 @@ static void choose_steps(kmp_engine *e, kmp_lane_group *pool)
             continue;
         x->has_step = true;
         e->results[room->who[l]].rhs++;
-        double h = room->step[l], curvature = sqrt(weighted_square(e, l, room->k[2], room->k[1])) / h;
-        double most = fmax(curvature, sqrt(slope[l]));
-        double h1 = most <= 1e-15 ? fmax(1e-6, 1e-3 * h) : pow(0.01 / most, 1.0 / kmp_dop853.numbers.order);
-        room->h[l] = fmin(fmin(100 * h, h1), room->limit[l] - room->t[l]);
+        const double h = room->step[l], change = square_of(e, l, room->k[2], room->k[1]);
+        room->h[l] = kmp_start_step(h, fmax(sqrt(change) / h, sqrt(slope[l])), kmp_dop853.numbers.order,
+                                    room->limit[l] - room->t[l]);
         if (room->bad[l] != 0)
             kmp_lane_evict(e, l, "a right-hand side that cannot be evaluated");
     }

@@ -5,18 +5,6 @@
 
 #include "ensemble/lanes/ensemble_inside.h"
 
-/** Result of an attempt in a lane. EVENT: taken up to an event within it. AGAIN: up to an event, with the step in the
- * room. */
-typedef enum kmp_lane_outcome {
-    KMP_LANE_EMPTY,
-    KMP_LANE_TAKEN,
-    KMP_LANE_EVENT,
-    KMP_LANE_AGAIN,
-    KMP_LANE_BAD_ERROR,
-    KMP_LANE_BAD_STAGE,
-    KMP_LANE_BAD_STEP
-} kmp_lane_outcome;
-
 /* ensemble_room.c */
 
 /** Sets the times of evaluations to a part c of each lane's step; puts the inputs of each lane at its time. */
@@ -58,11 +46,11 @@ void kmp_room_begin(kmp_engine *e, kmp_lane_group *pool);
 
 /** Finds the accepted steps within which conditions change; `searched`: lanes whose stages of the dense output are
  * counted. Returns true if these stages are known. */
-bool kmp_taken_watch(kmp_engine *e, kmp_lane_group *pool, const kmp_lane_watched *seen, kmp_lane_outcome *what,
+bool kmp_taken_watch(kmp_engine *e, kmp_lane_group *pool, const kmp_lane_watched *seen, kmp_attempt *what,
                      bool *searched);
 
 /* ensemble_measure.c */
 
 /** Takes the accepted steps into the accounts of their instances; `searched`: lanes whose stages of the dense output
  * are counted, NULL: these are not known. */
-void kmp_taken_measure(kmp_engine *e, kmp_lane_group *pool, const bool *searched, kmp_lane_outcome *what);
+void kmp_taken_measure(kmp_engine *e, kmp_lane_group *pool, const bool *searched, kmp_attempt *what);

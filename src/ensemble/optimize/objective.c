@@ -163,7 +163,7 @@ kempe_status kmp_objective_slopes(kmp_objective *objective, const double *x, dou
 kempe_status kmp_objective_values(kmp_objective *objective, int rows, const double *x, double *values)
 {
     kmp_objective *o = objective;
-    kempe_batch *batch = NULL;
+    kempe_ensemble_result *batch = NULL;
     int width = o->list->run.values;
     kempe_run_options run = o->run;
     double begin = kmp_cpu_now();
@@ -175,13 +175,13 @@ kempe_status kmp_objective_values(kmp_objective *objective, int rows, const doub
     if (status == KEMPE_E_FAILED && batch)
         status = KEMPE_OK; /* each row has its reason */
     for (int k = 0; k < rows && status == KEMPE_OK; k++) {
-        bool ok = kmp_word_is_complete(kempe_batch_status(batch, k));
+        bool ok = kmp_word_is_complete(kempe_ensemble_result_status(batch, k));
         for (int i = 0; i < width; i++)
-            values[(ptrdiff_t)k * width + i] = ok ? kempe_batch_quantity(batch, k, i) : NAN;
+            values[(ptrdiff_t)k * width + i] = ok ? kempe_ensemble_result_quantity(batch, k, i) : NAN;
         if (!ok)
-            status = keep_refusal(o, kempe_batch_reason(batch, k));
+            status = keep_refusal(o, kempe_ensemble_result_reason(batch, k));
     }
-    kempe_batch_free(batch);
+    kempe_ensemble_result_free(batch);
     return status;
 }
 

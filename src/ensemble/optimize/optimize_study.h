@@ -5,7 +5,7 @@
 #include "ensemble/fit/bounded.h"
 #include "ensemble/optimize/objective.h"
 #include "linalg/constrained_minimum.h"
-#include <kempe/fit.h>
+#include <kempe/optimize.h>
 
 /** An evaluation: NaN where the model did not run. */
 typedef struct kmp_trial {

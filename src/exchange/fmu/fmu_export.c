@@ -3,6 +3,7 @@
 #include "base/context.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "constraints/inexact/nearest_exact.h"
 #include "exchange/code/emitted.h"
 #include "exchange/fmu/unit_lines.h"
 #include "exchange/fmu/unit_parts.h"
@@ -190,7 +191,7 @@ static kempe_status make_on_library(kempe_fmu_export *made, const kempe_model *m
     const char *folder = kmp_unit_binary_folder(plan->fmi);
     char *bytes = NULL;
     size_t length = 0;
-    KMP_TRY(kempe_system_new(model, &made->system));
+    KMP_TRY(kmp_system_new(model, NULL, &made->system));
     made->named = KMP_ARENA_NEW(&made->arena, kmp_code_source, 1);
     KMP_TRY(kmp_made(made->context, made->named));
     KMP_TRY(kmp_source_describe(made->named, model, made->system));

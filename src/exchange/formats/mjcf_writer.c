@@ -2,6 +2,7 @@
 /* A model in MJCF, the format of MuJoCo. A body has all motions of its chain as joints. Loops are equalities between
  * sites, which MuJoCo keeps by soft forces: a hinge is two points of its axis. */
 #include "exchange/formats/written_tree.h"
+#include "model/data/closure_table.h"
 #include <string.h>
 
 static void put_value(kmp_text *text, const char *key, int count, const double *values)
@@ -29,9 +30,11 @@ static void indent(kmp_text *text, int depth)
 
 /* -- sites --------------------------------------------------------------------------------------------- */
 
-static bool has_sites(const kmp_closure *c)
+/* Pairs of sites: two along the axis of a hinge; one for a weld, which the format has. */
+static int count_pairs(const kmp_closure *c)
 {
-    return strcmp(c->kind, "ball") == 0 || strcmp(c->kind, "weld") == 0 || strcmp(c->kind, "revolute") == 0;
+    const int balls = kmp_closure_row_of(c)->balls;
+    return balls == 3 ? 1 : balls;
 }
 
 /* The points of loops on a link: LOOP_1 and LOOP_2, and further ones along the axis of a hinge, LOOP_3 and LOOP_4. */
@@ -39,11 +42,11 @@ static void put_sites(const kmp_export *w, int link, int depth)
 {
     for (int k = 0; k < w->model->closure_count; k++) {
         const kmp_closure *c = &w->model->closures[k];
-        for (int end = 0; has_sites(c) && end < 2; end++) {
+        for (int end = 0; count_pairs(c) > 0 && end < 2; end++) {
             if (w->of_body[w->model->points[c->point[end]].body] != link)
                 continue;
             kmp_pose f = kmp_export_point(w, c->point[end]);
-            for (int more = 0; more < (strcmp(c->kind, "revolute") == 0 ? 2 : 1); more++) {
+            for (int more = 0; more < count_pairs(c); more++) {
                 double along[3];
                 kmp_frame_vector(&f, c->axis[end], along);
                 for (int i = 0; i < 3 && more == 1; i++)
@@ -229,9 +232,9 @@ static void put_equalities(kmp_export *w)
         const kmp_closure *c = &w->model->closures[k];
         int link, leader;
         double poly[5] = {0};
-        for (int pair = 0; has_sites(c) && pair < (strcmp(c->kind, "revolute") == 0 ? 2 : 1); pair++)
+        for (int pair = 0; pair < count_pairs(c); pair++)
             kmp_text_printf(w->text, "    <%s site1=\"%s_%d\" site2=\"%s_%d\"/>\n",
-                            strcmp(c->kind, "weld") == 0 ? "weld" : "connect", c->name, 1 + 2 * pair, c->name,
+                            kmp_closure_row_of(c)->balls == 3 ? "weld" : "connect", c->name, 1 + 2 * pair, c->name,
                             2 + 2 * pair);
         bool follows = kmp_export_follower(w, c, &link, &leader, &poly[1], &poly[0]);
         if (follows) {
@@ -240,7 +243,7 @@ static void put_equalities(kmp_export *w)
             put_value(w->text, "polycoef", 5, poly);
             kmp_text_put(w->text, "/>\n");
         }
-        w->said[k] = has_sites(c) || follows;
+        w->said[k] = count_pairs(c) > 0 || follows;
     }
 }
 

@@ -3,6 +3,7 @@
  * Loops are joints of the graph whose frames on both links coincide where all coordinates are zero, or constraints of
  * Drake between two points. */
 #include "exchange/formats/written_tree.h"
+#include "model/data/closure_table.h"
 #include <math.h>
 #include <string.h>
 
@@ -215,7 +216,7 @@ static void put_drake(kmp_export *w, const kmp_closure *c, const char *tag, doub
         kmp_export_numbers(w->text, 3, f.p);
         kmp_text_printf(w->text, "</drake:%s_%s>\n", tag, words[end][1]);
     }
-    if (strcmp(c->kind, "rod") == 0) {
+    if (kmp_closure_row_of(c)->needs == KMP_NEEDS_NUMBER) {
         kmp_text_printf(w->text, "      <drake:%s_distance>", tag);
         kmp_text_number(w->text, c->number.value);
         kmp_text_printf(w->text, "</drake:%s_distance>\n", tag);
@@ -226,8 +227,9 @@ static void put_drake(kmp_export *w, const kmp_closure *c, const char *tag, doub
 /* A hinge is two ball constraints at its axis, a weld is three of them. */
 static void put_balls(kmp_export *w, const kmp_closure *c)
 {
-    bool weld = strcmp(c->kind, "weld") == 0;
-    for (int k = 0; k < (weld ? 3 : 2); k++) {
+    const int balls = kmp_closure_row_of(c)->balls;
+    const bool weld = balls == 3;
+    for (int k = 0; k < balls; k++) {
         double along[2][3] = {{0}};
         for (int end = 0; end < 2 && k > 0; end++)
             for (int i = 0; i < 3; i++)
@@ -249,34 +251,27 @@ static const char *loop_name(kmp_export *w, const char *name)
 
 static void put_loop(kmp_export *w, int k)
 {
-    static const struct {
-        const char *kind, *type;
-        int axes;
-    } types[] = {{"revolute", "revolute", 1}, {"prismatic", "prismatic", 1}, {"weld", "fixed", 0}, {"ball", "ball", 0}};
     const kmp_closure *c = &w->model->closures[k];
-    size_t t = 0;
-    while (t < sizeof types / sizeof *types && strcmp(types[t].kind, c->kind) != 0)
-        t++;
-    bool joint = t < sizeof types / sizeof *types, ball = strcmp(c->kind, "ball") == 0,
-         rod = strcmp(c->kind, "rod") == 0 && !c->function;
-    if (joint && link_of(w, c, 1) > 0 && coincide(w, c, ball, strcmp(c->kind, "revolute") == 0)) {
+    const kmp_closure_row *row = kmp_closure_row_of(c);
+    const bool turns = row->needs == KMP_NEEDS_SAME_AXIS, rod = row->needs == KMP_NEEDS_NUMBER && !c->function;
+    if (row->sdf && link_of(w, c, 1) > 0 && coincide(w, c, row->balls == 1, turns)) {
         kmp_pose f = kmp_export_point(w, c->point[1]);
         const char *child = w->links[link_of(w, c, 1)].name;
-        begin_joint(w, loop_name(w, c->name), types[t].type, link_of(w, c, 0), child);
+        begin_joint(w, loop_name(w, c->name), row->sdf, link_of(w, c, 0), child);
         put_pose(w->text, child, &f);
-        if (types[t].axes > 0) {
-            put_axis(w->text, "axis", c->axis[types[t].type[0] == 'r' ? 1 : 0]);
+        if (turns || row->needs == KMP_NEEDS_AXIS) {
+            put_axis(w->text, "axis", c->axis[turns]);
             kmp_text_put(w->text, "      </axis>\n");
         }
         kmp_text_put(w->text,
                      "      <physics><simbody><must_be_loop_joint>true</must_be_loop_joint></simbody></physics>\n"
                      "    </joint>\n");
         w->said[k] = true;
-    } else if (ball || rod) {
+    } else if (row->balls == 1 || rod) {
         double none[2][3] = {{0}};
         put_drake(w, c, rod ? "distance_constraint" : "ball_constraint", none);
         w->said[k] = true;
-    } else if (joint && types[t].type[0] != 'p') {
+    } else if (row->balls > 1) {
         put_balls(w, c);
         w->said[k] = true;
     }

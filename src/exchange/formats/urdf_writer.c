@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A model as a robot in URDF, with the loops of URDF+ (docs/urdf.md). The ground is the root, a link without mass. */
 #include "exchange/formats/written_tree.h"
+#include "model/data/closure_table.h"
 #include "model/read/reading.h"
 #include <string.h>
 
@@ -127,24 +128,15 @@ static void put_joint(kmp_export *w, int link)
 
 static void put_loop(kmp_export *w, int k)
 {
-    static const struct {
-        const char *kind, *type;
-        bool has_axis, turns; /* the axis is the same in both frames; its frames may turn about it */
-    } types[] = {{"revolute", "continuous", true, true},
-                 {"prismatic", "prismatic", true, false},
-                 {"weld", "fixed", false, false},
-                 {"planar", "planar", true, true},
-                 {"ball", "spherical", false, false}};
     static const char *const sides[2] = {"predecessor", "successor"};
     const kmp_closure *c = &w->model->closures[k];
-    size_t t = 0;
-    while (t < sizeof types / sizeof *types && strcmp(types[t].kind, c->kind) != 0)
-        t++;
-    if (t == sizeof types / sizeof *types)
+    const kmp_closure_row *row = kmp_closure_row_of(c);
+    const bool turns = row->needs == KMP_NEEDS_SAME_AXIS; /* its frames may turn about the axis */
+    if (!row->urdf)
         return;
     const double *axis = c->axis[0], z[3] = {0, 0, 1};
-    bool same = memcmp(c->axis[0], c->axis[1], sizeof c->axis[0]) == 0 || !types[t].turns;
-    kmp_text_printf(w->text, "  <loop name=\"%s\" type=\"%s\">\n", c->name, types[t].type);
+    bool same = memcmp(c->axis[0], c->axis[1], sizeof c->axis[0]) == 0 || !turns;
+    kmp_text_printf(w->text, "  <loop name=\"%s\" type=\"%s\">\n", c->name, row->urdf);
     for (int end = 0; end < 2; end++) {
         kmp_pose f = kmp_export_point(w, c->point[end]), own = kmp_frame_none();
         if (!same) {
@@ -156,7 +148,7 @@ static void put_loop(kmp_export *w, int k)
         put_origin(w->text, "      ", &f);
         kmp_text_printf(w->text, "    </%s>\n", sides[end]);
     }
-    if (types[t].has_axis)
+    if (turns || row->needs == KMP_NEEDS_AXIS)
         put_axis(w->text, same ? axis : z);
     kmp_text_put(w->text, "  </loop>\n");
     w->said[k] = true;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "exchange/formats/written_tree.h"
 #include "base/memory.h"
+#include "model/data/closure_table.h"
 #include <math.h>
 #include <string.h>
 
@@ -187,8 +188,8 @@ static bool take_force(kmp_export *w, const kmp_force *force)
 bool kmp_export_follower(const kmp_export *w, const kmp_closure *c, int *link, int *leader, double *multiplier,
                          double *offset)
 {
-    if (c->term_count != 2 || (strcmp(c->kind, "coupler") == 0 && !c->constant) || strcmp(c->kind, "screw") == 0) {
-        bool screw = strcmp(c->kind, "screw") == 0;
+    const bool screw = kmp_closure_row_of(c)->needs == KMP_NEEDS_COUPLING;
+    if (screw || c->term_count != 2 || !c->constant) {
         *link = screw ? w->of_motion[c->motion] : -1;
         *leader = screw ? w->of_motion[c->motion + 1] : -1;
         *multiplier = c->number.value / (2 * acos(-1));
@@ -199,7 +200,7 @@ bool kmp_export_follower(const kmp_export *w, const kmp_closure *c, int *link, i
     *leader = w->of_motion[c->terms[1].motion];
     *multiplier = -c->terms[1].factor.value / c->terms[0].factor.value;
     *offset = c->constant->value / c->terms[0].factor.value;
-    return *link >= 0 && *leader >= 0 && strcmp(c->kind, "coupler") == 0;
+    return *link >= 0 && *leader >= 0;
 }
 
 bool kmp_export_mimic(kmp_export *w, int link, int *leader, double *multiplier, double *offset)
@@ -231,10 +232,9 @@ static void leave_out_parts(kmp_export *w)
 {
     const kempe_model *model = w->model;
     for (int k = 0; k < model->closure_count; k++)
-        if (!w->said[k] && strcmp(model->closures[k].kind, "friction") != 0 &&
-            strcmp(model->closures[k].kind, "touch") != 0)
+        if (!w->said[k] && !kmp_closure_is_of_modes(&model->closures[k]))
             kmp_export_leave_out(w, "loop '%s' is not written: %s has no closure of kind '%s' as it is here",
-                                 model->closures[k].name, w->format, model->closures[k].kind);
+                                 model->closures[k].name, w->format, kmp_closure_word(&model->closures[k]));
     for (int k = 0; k < model->force_count; k++)
         if (!take_force(w, &model->forces[k]))
             kmp_export_leave_out(w, "force '%s' is not written: %s has no such force", model->forces[k].name,

@@ -1,12 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Co-simulation: the unit integrates. A part of kempe_fmu.c. */
-#ifndef FMU_COMMUNICATION_H
-#define FMU_COMMUNICATION_H
+#pragma once
 
+#include "constraints/tolerances.h"
 #include "exchange/simulator/fmu_exchange.h"
-
-/* Communication points differ from the time reached by rounding at most. */
-static const double same_time = 1e-9;
 
 /* A step of the integrator at a time. The simulator changes its conditions at the beginning of the step after an event:
  * where it does so later than at the beginning, the event is at that time, and the step is undone. */
@@ -47,7 +44,7 @@ static kempe_simulator_status step_by_step(kempe_fmu *fmu, double until, kempe_f
 kempe_fmu_status kempe_fmu_do_step(kempe_fmu *fmu, double from, double step, kempe_fmu_stride *stride)
 {
     kempe_simulator *s = &fmu->simulator;
-    const double near = same_time * (1 + fabs(s->t));
+    const double near = KMP_SAME_COMMUNICATION * (1 + fabs(s->t));
     const double events = s->work.events, exchanges = s->work.exchanges, began = s->t;
     double until = from + step;
     stride->reached = s->t;
@@ -87,5 +84,3 @@ kempe_fmu_status kempe_fmu_do_step(kempe_fmu *fmu, double from, double step, kem
         (void)kempe_fmu_say(fmu, KEMPE_FMU_WARNING, KEMPE_FMU_LOG_WARNING, "%s", s->message);
     return KEMPE_FMU_OK;
 }
-
-#endif

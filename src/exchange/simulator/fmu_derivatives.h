@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Directional, adjoint and time derivatives. A part of kempe_fmu.c. */
-#ifndef FMU_DERIVATIVES_H
-#define FMU_DERIVATIVES_H
+#pragma once
 
 #include "exchange/simulator/fmu_saved.h"
 
@@ -141,5 +140,3 @@ kempe_fmu_status kempe_fmu_output_rates(kempe_fmu *fmu, const unsigned *referenc
         values[i] = *change_of(fmu, &change, references[i]);
     return status;
 }
-
-#endif

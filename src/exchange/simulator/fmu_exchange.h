@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Model exchange: the importer integrates. A part of kempe_fmu.c. */
-#ifndef FMU_EXCHANGE_H
-#define FMU_EXCHANGE_H
+#pragma once
 
 #include "exchange/simulator/fmu_derivatives.h"
 
@@ -150,5 +149,3 @@ kempe_fmu_status kempe_fmu_completed_step(kempe_fmu *fmu, int *wants_event, int 
     *ended = fmu->now.ended;
     return status;
 }
-
-#endif

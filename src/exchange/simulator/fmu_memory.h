@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Places of the arrays of an instance. A part of kempe_fmu.c. */
-#ifndef FMU_MEMORY_H
-#define FMU_MEMORY_H
+#pragma once
 
 #include "exchange/simulator/fmu_messages.h"
 
@@ -110,5 +109,3 @@ static void copy(double *to, const double *from, int count)
     for (int i = 0; i < count; i++)
         to[i] = from[i];
 }
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Sentences to the importer. A part of kempe_fmu.c. */
-#ifndef FMU_MESSAGES_H
-#define FMU_MESSAGES_H
+#pragma once
 
 #include "exchange/simulator/kempe_fmu.h"
 
@@ -67,5 +66,3 @@ kempe_fmu_status kempe_fmu_choose_categories(kempe_fmu *fmu, int on, size_t coun
     fmu->logged = on ? fmu->logged | chosen : fmu->logged & ~chosen;
     return KEMPE_FMU_OK;
 }
-
-#endif

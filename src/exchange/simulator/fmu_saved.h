@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Saved states of an instance. A part of kempe_fmu.c. */
-#ifndef FMU_SAVED_H
-#define FMU_SAVED_H
+#pragma once
 
 #include "exchange/simulator/fmu_variables.h"
 
@@ -104,5 +103,3 @@ kempe_fmu_status kempe_fmu_restore(kempe_fmu *fmu, const unsigned char *from)
     (void)transfer(fmu, NULL, from);
     return KEMPE_FMU_OK;
 }
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Start of a motion, and the simulator with all that was set. A part of kempe_fmu.c. */
-#ifndef FMU_START_H
-#define FMU_START_H
+#pragma once
 
 #include "exchange/simulator/fmu_memory.h"
 
@@ -86,5 +85,3 @@ kempe_fmu_status kempe_fmu_refresh(kempe_fmu *fmu)
     fmu->now.moved = fmu->now.pressed = fmu->now.tuned = 0;
     return KEMPE_FMU_OK;
 }
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Values of variables: getting and setting. A part of kempe_fmu.c. */
-#ifndef FMU_VARIABLES_H
-#define FMU_VARIABLES_H
+#pragma once
 
 #include "exchange/simulator/fmu_start.h"
 
@@ -210,5 +209,3 @@ kempe_fmu_status kempe_fmu_set(kempe_fmu *fmu, const unsigned *references, size_
     }
     return KEMPE_FMU_OK;
 }
-
-#endif

@@ -136,7 +136,7 @@ static bool is_held(const void *self, int k)
 static int end_piece(void *self, const kmp_event_probe *a, const kmp_event_probe *b, bool *found)
 {
     const watcher *w = self;
-    return w->site->end(w->site->self, a->t, b->t, b->change, found);
+    return w->site->end(w->site->self, a->t, a->change, b->t, b->change, found);
 }
 
 /* Evaluates what depends on parameters alone, and marks what conditions need in the present modes. */

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Advance to a time, and changes of inputs and parameters on the way. A part of kempe_simulator.c. */
-#ifndef SIMULATOR_ADVANCE_H
-#define SIMULATOR_ADVANCE_H
+#pragma once
 
 #include "exchange/simulator/simulator_start.h"
 
@@ -145,5 +144,3 @@ kempe_simulator_status kempe_simulator_step(kempe_simulator *s)
         put_back(s, s->part.backup);
     return status;
 }
-
-#endif

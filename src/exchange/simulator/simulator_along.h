@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Exact directional derivatives. A part of kempe_simulator.c. */
-#ifndef SIMULATOR_ALONG_H
-#define SIMULATOR_ALONG_H
+#pragma once
 
 #include "exchange/simulator/simulator_states.h"
 
@@ -42,9 +41,6 @@ static void solve_along(kempe_simulator *s)
 
 /* -- changes of a start -------------------------------------------------------------------------------------- */
 
-/* Largest relative change of a parameter between two of the differences. */
-#define START_DIFFERENCE 3e-3
-
 /* True if parameters that move the start change, or have changed. */
 static bool moves_start(const kempe_simulator *s, const kempe_simulator_change *change)
 {
@@ -69,7 +65,7 @@ static void change_given(kempe_simulator *s, const double *dp, double *change)
     for (int k = 0; k < e->parameters; k++)
         largest = fmax(largest, fabs(dp[k]) / (p[k] != 0 ? fabs(p[k]) : 1));
     for (int i = -3; e->start && largest > 0 && i <= 3; i++) {
-        const double step = START_DIFFERENCE / largest;
+        const double step = KMP_START_DIFFERENCE / largest;
         if (i == 0)
             continue;
         for (int k = 0; k < e->parameters; k++)
@@ -208,5 +204,3 @@ kempe_simulator_status kempe_simulator_along(kempe_simulator *s, const kempe_sim
     hand_out(e->conditions, part->dvalue, change->value);
     return KEMPE_SIMULATOR_GOES;
 }
-
-#endif

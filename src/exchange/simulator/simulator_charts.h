@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Spherical joints: coordinates of the motion count from an orientation that changes between steps, before their angles
  * become singular; those of the caller are followed. A part of kempe_simulator.c. */
-#ifndef SIMULATOR_CHARTS_H
-#define SIMULATOR_CHARTS_H
+#pragma once
 
 #include "exchange/simulator/simulator_dense.h"
 
@@ -85,5 +84,3 @@ static void carry_changes(kempe_simulator *s)
         if (!is_own(chart_of(s, c)))
             charts->carry(charts, c, chart_of(s, c), inner, shown, change);
 }
-
-#endif

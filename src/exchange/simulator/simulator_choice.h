@@ -1,24 +1,24 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Choice and exchange of independent coordinates and rows. A part of kempe_simulator.c. */
-#ifndef SIMULATOR_CHOICE_H
-#define SIMULATOR_CHOICE_H
+#pragma once
 
 #include "exchange/simulator/simulator_messages.h"
+
+/* The number of coordinates before the states of the model. */
+static int motions_of(const kempe_equations *e)
+{
+    int count = 0;
+    while (count < e->coordinates && e->coordinate_kind[count] != KEMPE_COORDINATE_STATE)
+        count++;
+    return count;
+}
 
 static void set_weights(kempe_simulator *s)
 {
     const kempe_equations *e = s->equations;
     const struct kempe_simulator_parts *part = &s->part;
-    int f = freedom_of(s), r = rank_of(s);
-    for (int k = 0; k < f; k++) {
-        int c = part->column[r + k];
-        bool state = e->coordinate_kind[c] == KEMPE_COORDINATE_STATE;
-        double tolerance = s->settings.atol * e->scale[c];
-        part->atol[k] = state ? KMP_UNCONTROLLED : tolerance;
-        part->atol[f + k] = state ? tolerance : tolerance * part->state[AT_RATE];
-    }
-    for (int i = 0; i < r; i++)
-        part->atol[2 * f + i] = s->settings.atol * e->scale[part->column[i]];
+    kmp_start_tolerances(freedom_of(s), part->column + rank_of(s), rank_of(s), part->column, motions_of(e), e->scale,
+                         s->settings.atol, part->state[AT_RATE], 1, part->atol);
 }
 
 /* Rows and columns of the scaled J, which is evaluated, in the order of complete pivoting, and the pivots. Coordinates
@@ -53,36 +53,26 @@ static void choose(kempe_simulator *s, const int *fixed)
     take_order(s);
 }
 
-/* Exchanges dependent and independent coordinates, largest entry of the scaled B first, until none exceeds
- * KMP_EXCHANGE_GROWTH. J is that of the present place. */
+/* Exchanges dependent and independent coordinates until none of the scaled B is too large. J is that of the present
+ * place. */
 static outcome improve_choice(kempe_simulator *s, double t)
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    int f = freedom_of(s), r = rank_of(s);
-    if (evaluate_loops(s, t) != GOOD)
-        return SINGULAR_LOOPS;
-    evaluate_rates(s);
-    double *b = part->tangent;
-    for (int k = 0; k < f; k++)
-        for (int i = 0; i < r; i++)
-            b[i + k * r] *= e->scale[part->column[r + k]] / e->scale[part->column[i]];
-    for (int pass = 0; pass < 10 * (f + r); pass++) {
-        int worst = 0;
-        for (int at = 1; at < f * r; at++)
-            if (fabs(b[at]) > fabs(b[worst]))
-                worst = at;
-        if (f * r == 0 || !(fabs(b[worst]) > KMP_EXCHANGE_GROWTH))
-            break;
-        int i = worst % r, k = worst / r;
-        for (int j = 0; j < f; j++)
-            if (j != k)
-                (void)kmp_exchange_column(r, i, b + (ptrdiff_t)k * r, b + (ptrdiff_t)j * r);
-        kmp_exchange_pivot(r, i, b + (ptrdiff_t)k * r);
-        kmp_swap_int(&part->column[i], &part->column[r + k]);
-        s->work.exchanges++;
+    const int f = freedom_of(s), r = rank_of(s);
+    double *b = part->tangent, largest;
+    for (int left = 4 * e->coordinates, made = 1; made > 0; left -= made) {
+        if (evaluate_loops(s, t) != GOOD)
+            return SINGULAR_LOOPS;
+        evaluate_rates(s);
+        for (int k = 0; k < f; k++)
+            for (int i = 0; i < r; i++)
+                b[i + k * r] *= e->scale[part->column[r + k]] / e->scale[part->column[i]];
+        made = kmp_exchange_columns(r, f, b, part->column, kmp_exchange_limit(false, false), left, part->diagonal,
+                                    part->new_column, &largest);
+        s->work.exchanges += made;
+        find_structure(s);
     }
-    find_structure(s);
     return GOOD;
 }
 
@@ -121,7 +111,7 @@ static void center_charts(kempe_simulator *s, double t)
 static outcome exchange_choice(kempe_simulator *s, double t)
 {
     center_charts(s, t);
-    if (evaluate_loops(s, t) != GOOD || share_of_rows(s) > KMP_ROWS_OUT)
+    if (evaluate_loops(s, t) != GOOD || kmp_dropped_judge(share_of_rows(s)) != KMP_KEPT_WELL)
         choose(s, NULL);
     outcome said = improve_choice(s, t);
     if (said == GOOD)
@@ -135,7 +125,7 @@ static outcome exchange_choice(kempe_simulator *s, double t)
 /* True where the choice at the place of the last evaluation is bad. */
 static bool is_choice_bad(const kempe_simulator *s, double limit)
 {
-    return growth(s) > limit || share_of_rows(s) > KMP_ROWS_OUT || charts_are_due(s);
+    return growth(s) > limit || kmp_dropped_judge(share_of_rows(s)) != KMP_KEPT_WELL || charts_are_due(s);
 }
 
 /* Rows of friction that are not held: they are zero. */
@@ -148,25 +138,18 @@ static int rows_let_go(const kempe_simulator *s)
     return count;
 }
 
-/* The first redundant row that does not close with the others; -1: none. */
-static int open_row(const kempe_simulator *s)
-{
-    double allowed = fmax(KMP_DROPPED_WEIGHTS * (s->settings.atol + s->settings.rtol),
-                          KMP_DROPPED_TOLERANCES * s->part.state[AT_LOOSE]);
-    for (int i = rank_of(s); i < s->equations->rows; i++)
-        if (!(opening(s, s->part.row[i]) <= allowed))
-            return s->part.row[i];
-    return -1;
-}
-
-static kempe_simulator_status report_open_row(kempe_simulator *s, int row, double t)
+/* False after a message: a redundant row does not close with the others at t. */
+static bool dropped_rows_close(kempe_simulator *s, double t)
 {
     const kempe_equations *e = s->equations;
-    return fail_with(
-        s,
-        "closure row '%s', redundant at the start, has the residual %.3g (scaled) at t = %.9g: the motion began "
-        "at a change point, where the closures have a lower rank; start near it, on the intended branch",
-        e->row_names[row], opening(s, row), t);
+    const int r = rank_of(s);
+    const int row = kmp_dropped_open(r, s->part.row, e->rows - r, s->part.row + r, 1, s->part.h, e->row_scale,
+                                     s->settings.atol + s->settings.rtol, s->part.state[AT_LOOSE]);
+    if (row >= 0)
+        fail_with(
+            s,
+            "closure row '%s', redundant at the start, has the residual %.3g (scaled) at t = %.9g: the motion began "
+            "at a change point, where the closures have a lower rank; start near it, on the intended branch",
+            e->row_names[row], opening(s, row), t);
+    return row < 0;
 }
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Conditions: their values, changes of modes, ends of the motion. A part of kempe_simulator.c. */
-#ifndef SIMULATOR_CONDITIONS_H
-#define SIMULATOR_CONDITIONS_H
+#pragma once
 
 #include "exchange/simulator/simulator_choice.h"
 
@@ -10,25 +9,23 @@ static bool is_of_friction(const kempe_equations *e, int k)
     return e->condition_kind[k] == KEMPE_CONDITION_PASSES || e->condition_kind[k] >= KEMPE_CONDITION_NUMBER;
 }
 
-/* The distance of condition k beyond its change: above 0 it has changed. */
-static double beyond(const kempe_simulator *s, int k, double value)
+static kmp_condition_kind kind_of(const kempe_simulator *s, int k)
 {
-    const kempe_equations *e = s->equations;
-    if (e->condition_kind[k] == KEMPE_CONDITION_KINK && s->part.modes[k] == 0)
-        return -INFINITY;
-    if (e->condition_kind[k] >= KEMPE_CONDITION_NUMBER)
-        return -INFINITY;
-    if (e->condition_kind[k] == KEMPE_CONDITION_PASSES)
-        return -value;
-    return s->part.modes[k] > 0 ? value : -value;
+    return (kmp_condition_kind)s->equations->condition_kind[k];
 }
 
-static double most_beyond(const kempe_simulator *s, const double *value)
+/* True if condition k has changed, with this value. */
+static bool differs(const kempe_simulator *s, int k, double value)
 {
-    double most = -INFINITY;
+    return kmp_condition_differs(kind_of(s, k), s->part.modes[k], value);
+}
+
+static bool any_differs(const kempe_simulator *s, const double *value)
+{
+    bool any = false;
     for (int k = 0; k < s->equations->conditions; k++)
-        most = fmax(most, beyond(s, k, value[k]));
-    return most;
+        any = any || differs(s, k, value[k]);
+    return any;
 }
 
 static bool has_changes(const kempe_simulator *s)
@@ -38,15 +35,18 @@ static bool has_changes(const kempe_simulator *s)
 
 /* -- kinks ------------------------------------------------------------------------------------------------- */
 
-/* The branch on which a kink that is not fixed is to be fixed; 0: it is near to it, or no kink. Beyond the kink the
- * equations are smooth, as high orders need. */
+/* The part of the largest value of a kink within which it is not fixed. */
+static double within_kinks(const kempe_simulator *s)
+{
+    return KMP_KINK_TOLERANCES * s->settings.rtol;
+}
+
+/* The branch on which a kink that is not fixed is to be fixed; 0: it is near to it, or no kink. */
 static double branch_of(kempe_simulator *s, int k, double value)
 {
     struct kempe_simulator_parts *part = &s->part;
-    if (s->equations->condition_kind[k] != KEMPE_CONDITION_KINK)
-        return 0;
-    part->largest[k] = fmax(part->largest[k], fabs(value));
-    bool away = part->modes[k] == 0 && fabs(value) > 2 * KMP_KINK_TOLERANCES * s->settings.rtol * part->largest[k];
+    const bool away = kind_of(s, k) == KMP_CONDITION_KINK &&
+                      kmp_kink_is_away(part->modes[k], value, within_kinks(s), &part->largest[k]);
     return !away ? 0 : value < 0 ? 1 : -1;
 }
 
@@ -64,15 +64,6 @@ static void take_branches(kempe_simulator *s)
             s->part.modes[k] = s->part.flip[k] / 2;
         s->part.flip[k] = 0;
     }
-}
-
-/* An integrator of the caller does not locate kinks. */
-static void release_branches(kempe_simulator *s)
-{
-    for (int k = 0; k < s->equations->conditions; k++)
-        if (s->equations->condition_kind[k] == KEMPE_CONDITION_KINK)
-            s->part.modes[k] = 0;
-    clear(s->equations->conditions, s->part.flip);
 }
 
 /* Largest values since the last change. */
@@ -123,21 +114,20 @@ static bool change_mode(kempe_simulator *s, int k, double t)
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    double instant = fmax(64 * DBL_EPSILON * fabs(t), KMP_EVENT_INSTANT / part->state[AT_RATE]);
-    part->repeats[k] = t - part->last[k] <= instant ? part->repeats[k] + 1 : 0;
+    const bool at_once = kmp_changes_at_once(t, part->last[k], KMP_EVENT_INSTANT / part->state[AT_RATE]);
+    part->repeats[k] = at_once ? part->repeats[k] + 1 : 0;
     part->last[k] = t;
     if (e->condition_kind[k] == KEMPE_CONDITION_KINK) {
         /* The other branch. It is not fixed where it is passed within the errors of steps, as at rest, or repeatedly.
          */
-        bool idle = part->most[k] <= KMP_KINK_TOLERANCES * s->settings.rtol * part->largest[k] ||
-                    part->repeats[k] >= KMP_EVENT_REPEATS;
+        const bool idle = kmp_kink_is_idle(part->most[k], within_kinks(s), part->largest[k], (int)part->repeats[k]);
         part->modes[k] = idle ? 0 : part->modes[k] > 0 ? -1 : 1;
         part->most[k] = 0;
         return true;
     }
     part->modes[k] = part->modes[k] > 0 ? 0 : 1;
     s->work.events++;
-    if (part->repeats[k] < KMP_EVENT_REPEATS)
+    if (!kmp_changes_without_end((int)part->repeats[k]))
         return true;
     const char *advice = e->advice ? e->advice[k] : NULL;
     fail_with(s, "%s changes back and forth at t = %.9g: %s", e->condition_names[k], t,
@@ -187,11 +177,9 @@ static double rate_of_motion(const kempe_simulator *s)
 {
     const kempe_equations *e = s->equations;
     const struct kempe_simulator_parts *part = &s->part;
-    double left = s->settings.end - part->state[AT_END], rate = left > 0 && left <= DBL_MAX ? 1 / left : 0;
-    for (int i = 0; i < e->coordinates; i++) {
-        rate = fmax(rate, fabs(part->qd[i]) / e->scale[i]);
-        rate = fmax(rate, sqrt(fabs(part->qdd[i]) / e->scale[i]));
-    }
+    const double left = s->settings.end - part->state[AT_END];
+    const double rate =
+        kmp_start_rate(motions_of(e), e->scale, part->qd, part->qdd, left > 0 && left <= DBL_MAX ? 1 / left : 0);
     return rate > 0 && rate <= DBL_MAX ? rate : 1;
 }
 
@@ -225,8 +213,7 @@ static kempe_simulator_status settle_modes(kempe_simulator *s, double t, double 
         for (int k = 0; k < e->conditions; k++) {
             if (is_of_friction(e, k))
                 continue;
-            double past = beyond(s, k, part->value[k]);
-            if (!(past > 0 || (past == 0 && part->modes[k] > 0))) /* a value of zero is not negative */
+            if (!differs(s, k, part->value[k]))
                 continue;
             if (e->condition_kind[k] == KEMPE_CONDITION_ENDS) {
                 part->state[AT_ENDED] = k + 1;
@@ -242,5 +229,3 @@ static kempe_simulator_status settle_modes(kempe_simulator *s, double t, double 
     }
     return fail_with(s, "%s contradicts another condition at t = %.9g", e->condition_names[last], t);
 }
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Dense output of a step. A part of kempe_simulator.c. */
-#ifndef SIMULATOR_DENSE_H
-#define SIMULATOR_DENSE_H
+#pragma once
 
 #include "exchange/simulator/simulator_samples.h"
 
@@ -42,22 +41,16 @@ static outcome prepare_dense(kempe_simulator *s)
     list_vectors(s, r);
     if (long_one)
         KMP_DOP853_DENSE_STAGES(STAGE, k);
-    const double *end = k[methods[(int)state[AT_METHOD_TAKEN]].end];
-    for (int i = 0; i < size; i++) {
-        double cubic[4];
-        kmp_rk_cubic(h, y[i], part->y_new[i], k[1][i], end[i], cubic);
-        for (int j = 0; j < 4; j++) {
-            r[j][i] = cubic[j];
-            if (long_one)
-                r[4 + j][i] = kmp_dop853_dense(h, k, (size_t)i, j);
-        }
-        if (!long_one)
-            r[4][i] = kmp_dopri5_dense(h, k, i);
-    }
-    int vectors = methods[(int)state[AT_METHOD_TAKEN]].interpolants;
+    const kmp_rk_numbers *method = &methods[(int)state[AT_METHOD_TAKEN]];
+    const double *last = r[method->interpolants - 1];
+    kmp_rk_cubics(size, 1, h, y, part->y_new, k[1], k[method->end], r);
+    if (long_one)
+        kmp_dop853_dense_all(size, 0, 1, h, k, r);
+    for (int i = 0; i < size && !long_one; i++)
+        r[4][i] = kmp_dopri5_dense(h, k, i);
     state[AT_DENSE] = 1;
     state[AT_COARSE] =
-        !(s->settings.fixed_step > 0) && kmp_rk_last_term(size, vectors, r, part->weight) > KMP_RK_COARSE;
+        !(s->settings.fixed_step > 0) && kmp_rk_is_coarse(size, method->interpolants, last, 1, part->weight, 1);
     return GOOD;
 }
 
@@ -84,5 +77,3 @@ static outcome interpolate(kempe_simulator *s, double t, double *y)
                            (t - state[AT_BEGIN]) / state[AT_TAKEN], y);
     return said;
 }
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Accelerations, multipliers, and the right-hand side. A part of kempe_simulator.c. */
-#ifndef SIMULATOR_DYNAMICS_H
-#define SIMULATOR_DYNAMICS_H
+#pragma once
 
 #include "exchange/simulator/simulator_loops.h"
 
@@ -336,5 +335,3 @@ static outcome slopes_closed(kempe_simulator *s, double t, const double *y, doub
     outcome said = close_loops(s, t, NULL);
     return said == GOOD ? slopes_here(s, t, dy) : said;
 }
-
-#endif

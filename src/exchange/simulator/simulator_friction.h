@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Friction that sticks: the site at which kempe_friction.c decides on modes. Rows that are held change the rank. A part
  * of kempe_simulator.c. */
-#ifndef SIMULATOR_FRICTION_H
-#define SIMULATOR_FRICTION_H
+#pragma once
 
 #include "dynamics/kinematics/friction_roles.h"
 #include "exchange/simulator/simulator_conditions.h"
@@ -226,18 +225,6 @@ static void show_friction(kempe_simulator *s, const double *value)
         s->part.lambda[friction->row[i]] = value[friction->slot[i] + KMP_ROLE_GIVEN - KMP_ROLE_SENSE];
 }
 
-/* True while an element is held, or has a given force. */
-static bool friction_rests(const kempe_simulator *s)
-{
-    const kempe_friction *friction = s->equations->friction;
-    bool rests = false;
-    for (int i = 0; friction && i < friction->elements; i++) {
-        const double *mode = s->part.modes + friction->slot[i] - KMP_ROLE_SENSE;
-        rests = rests || mode[KMP_ROLE_HELD] > 0 || mode[KMP_ROLE_GIVEN] != 0;
-    }
-    return rests;
-}
-
 /* Notes the friction at the state y, and lets go of the rows that are held: modes are decided anew. */
 static kempe_simulator_status release_friction(kempe_simulator *s, double t, double *y)
 {
@@ -282,5 +269,3 @@ static kempe_simulator_status settle_friction(kempe_simulator *s, double t, doub
     pack_y(s, part->q, part->qd, y);
     return KEMPE_SIMULATOR_GOES;
 }
-
-#endif

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Impacts of rigid contacts: the site at which kempe_friction.c decides on them. A part of kempe_simulator.c. */
-#ifndef SIMULATOR_IMPACT_H
-#define SIMULATOR_IMPACT_H
+#pragma once
 
 #include "exchange/simulator/simulator_friction.h"
 #include "integrators/impact/impact_site.h"
@@ -118,7 +117,7 @@ static kempe_simulator_status strike_contacts(kempe_simulator *s, double t)
         return explain_decision(&d, t);
     place_state_of(s, part->site_q, part->site_qd);
     if (since > 0)
-        part->state[AT_NEXT] = fmin(part->state[AT_NEXT], KMP_IMPACT_STEP * since);
+        part->state[AT_NEXT] = kmp_restart_length(part->state[AT_NEXT], 1, 0, since);
     return KEMPE_SIMULATOR_GOES;
 }
 
@@ -142,5 +141,3 @@ static kempe_simulator_status check_overlap(kempe_simulator *s, double t)
     return fail_with(s, "%s overlaps by %.6g at the start (SI units); begin with its surfaces apart",
                      name_of_element(s, i), -gap);
 }
-
-#endif

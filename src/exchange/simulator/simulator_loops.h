@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Closing of loops by Newton's method, and rates of dependent coordinates. A part of kempe_simulator.c. */
-#ifndef SIMULATOR_LOOPS_H
-#define SIMULATOR_LOOPS_H
+#pragma once
 
 #include "exchange/simulator/simulator_structure.h"
 
@@ -89,23 +88,19 @@ static double residual(const kempe_simulator *s)
     return worst;
 }
 
-static void correct(kempe_simulator *s, double part_of_it)
-{
-    const struct kempe_simulator_parts *part = &s->part;
-    for (int i = 0; i < rank_of(s); i++)
-        part->q[part->column[i]] += part_of_it * part->correction[i];
-}
-
 /* Closes the loops by Newton's method on v at the placed q; leaves J and its factors there. *first: the size of the
  * first correction (may be NULL). */
 static outcome close_loops(kempe_simulator *s, double t, double *first)
 {
-    const double *scale = s->equations->scale;
+    const kmp_close_rule rule = {.most = KMP_CLOSING_PASSES,
+                                 .contracting = true,
+                                 .longest = KMP_LONGEST_CORRECTION,
+                                 .enough = KMP_CLOSED_ENOUGH};
+    const double *scale = s->equations->scale, noise = kmp_close_noise(s->equations->coordinates, scale, s->part.q);
     const int *v = s->part.column, r = rank_of(s);
-    double last = INFINITY, rounding = 16 * DBL_EPSILON;
-    for (int i = 0; i < r; i++)
-        rounding = fmax(rounding, 16 * DBL_EPSILON * (fabs(s->part.q[v[i]]) / scale[v[i]]));
-    for (int pass = 0; pass < MOST_CLOSINGS; pass++) {
+    kmp_closed out = {0};
+    double last = INFINITY, part;
+    while (out.corrections < rule.most) {
         if (evaluate_loops(s, t) != GOOD)
             return SINGULAR_LOOPS;
         solve_rows(s, s->part.h, s->part.correction);
@@ -114,20 +109,15 @@ static outcome close_loops(kempe_simulator *s, double t, double *first)
             double d = fabs(s->part.correction[i]) / scale[v[i]];
             size = d <= size ? size : d <= DBL_MAX ? d : INFINITY;
         }
-        double cut = size > KMP_LONGEST_CORRECTION ? KMP_LONGEST_CORRECTION / size : 1;
-        if (pass == 0 && first)
-            *first = size;
-        if (!(size <= DBL_MAX))
-            return OPEN;
-        if (size <= rounding || size > 0.9 * last) {
-            if (size <= rounding)
-                correct(s, 1);
-            return size <= rounding || residual(s) <= KMP_CLOSED_ENOUGH ? GOOD : OPEN;
-        }
-        correct(s, cut);
-        last = cut < 1 ? INFINITY : size;
+        const kmp_closing_move move = kmp_closing_judge(&out, &rule, noise, size, INFINITY, residual(s), &last, &part);
+        if (first)
+            *first = out.first;
+        for (int i = 0; i < r && move != KMP_CLOSING_STOPS; i++)
+            s->part.q[v[i]] += part * s->part.correction[i];
+        if (move != KMP_CLOSING_GOES)
+            break;
     }
-    return OPEN;
+    return out.closed ? GOOD : OPEN;
 }
 
 /* Column k of B = -Jv^-1 Ju, of the loops that move with its coordinate; adds what they gain by its rate to vd. */
@@ -173,16 +163,9 @@ static void evaluate_rates(kempe_simulator *s)
 /* The largest |B| in scaled coordinates. */
 static double growth(const kempe_simulator *s)
 {
-    const kempe_equations *e = s->equations;
-    const struct kempe_simulator_parts *part = &s->part;
-    int r = rank_of(s);
-    double most = 0;
-    for (int k = 0; k < freedom_of(s); k++) {
-        double size = e->scale[part->column[r + k]];
-        for (int i = 0; i < r; i++)
-            most = fmax(most, fabs(part->tangent[k * r + i]) * size / e->scale[part->column[i]]);
-    }
-    return most;
+    const int *v = s->part.column, r = rank_of(s);
+    int worst_v, worst_u;
+    return kmp_exchange_growth(r, v, freedom_of(s), v + r, s->part.tangent, s->equations->scale, &worst_v, &worst_u);
 }
 
 /* The largest share of a kept row in a redundant one, scaled. */
@@ -219,5 +202,3 @@ static double signs_of_loops(const kempe_simulator *s)
     }
     return signs;
 }
-
-#endif

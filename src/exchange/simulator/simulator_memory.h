@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Memory of a simulator: places of its arrays, saving and restoring. A part of kempe_simulator.c. */
-#ifndef SIMULATOR_MEMORY_H
-#define SIMULATOR_MEMORY_H
+#pragma once
 
 #include "exchange/simulator/simulator_numbers.h"
 
@@ -304,5 +303,3 @@ void kempe_simulator_restore(kempe_simulator *s, const double *from)
     s->message[0] = 0;
     take_states(s);
 }
-
-#endif

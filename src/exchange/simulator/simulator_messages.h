@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Failures as sentences. A part of kempe_simulator.c. */
-#ifndef SIMULATOR_MESSAGES_H
-#define SIMULATOR_MESSAGES_H
+#pragma once
 
 #include "exchange/simulator/simulator_dynamics.h"
 
@@ -77,5 +76,3 @@ static kempe_simulator_status explain(kempe_simulator *s, outcome said, double t
         return fail_with(s, "accelerations are not finite at t = %.9g: a force or an input there is not a number", t);
     }
 }
-
-#endif

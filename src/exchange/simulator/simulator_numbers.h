@@ -1,11 +1,18 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Numbers, places in the header of a state, and results of an evaluation. A part of kempe_simulator.c. */
-#ifndef SIMULATOR_NUMBERS_H
-#define SIMULATOR_NUMBERS_H
+#pragma once
 
 #include "base/bracket.h"
 #include "exchange/simulator/kempe_simulator.h"
+#include "integrators/decide/closing.h"
+#include "integrators/decide/conditions.h"
+#include "integrators/decide/coordinate_exchange.h"
+#include "integrators/decide/dropped_rows.h"
 #include "integrators/decide/endless_growth.h"
+#include "integrators/decide/event_location.h"
+#include "integrators/decide/restart.h"
+#include "integrators/decide/run_start.h"
+#include "integrators/decide/step_control.h"
 #include "integrators/steppers/explicit_methods.h"
 #include "integrators/steppers/sample_times.h"
 #include "linalg/dense/factors.h"
@@ -14,14 +21,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum {
-    MOST_CLOSINGS = 12,
-    MOST_LOADS = 50,
-    MOST_ATTEMPTS = 1000,
-    MOST_PARTS = 256,
-    MOST_FINER = 100,
-    MOST_HALVINGS = 24
-};
+enum { MOST_LOADS = 50, MOST_PARTS = 256, MOST_HALVINGS = 24 };
 
 /* Numbers that a structure fills. */
 #define KEMPE_NUMBERS_OF(type) ((sizeof(type) + sizeof(double) - 1) / sizeof(double))
@@ -51,15 +51,18 @@ enum {
     AT_SETTINGS,
     AT_WORK = AT_SETTINGS + KEMPE_NUMBERS_OF(kempe_simulator_settings),
     AT_RANK = AT_WORK + KEMPE_NUMBERS_OF(kempe_simulator_work),
-    AT_TRIED,  /* attempted steps since the start */
-    AT_GROWTH, /* numbers of kmp_growth */
+    AT_TRIED,                                                /* attempted steps since the start */
+    AT_GROWTH,                                               /* numbers of kmp_growth */
+    AT_CORRECTED = AT_GROWTH + KEMPE_NUMBERS_OF(kmp_growth), /* numbers of kmp_last_correction */
+    AT_PAST_CORRECTED = AT_CORRECTED + KEMPE_NUMBERS_OF(kmp_last_correction),
     HEADER = 48
 };
 
 /* Results of an evaluation. */
 typedef enum outcome { GOOD, OPEN, SINGULAR_LOOPS, SINGULAR_MASS, NOT_FINITE, UNSETTLED, MOVED_ANGLES, TOLD } outcome;
 
-typedef char growth_fits[AT_GROWTH + KEMPE_NUMBERS_OF(kmp_growth) <= HEADER ? 1 : -1];
+typedef char kinds_are_those[(int)KMP_CONDITION_TOLD == KEMPE_CONDITION_TOLD ? 1 : -1];
+typedef char header_fits[AT_PAST_CORRECTED <= HEADER ? 1 : -1];
 
 /* Sets the message: the name of the mechanism, then a sentence. */
 #ifdef __GNUC__
@@ -78,5 +81,3 @@ fail_with(kempe_simulator *s, const char *format, ...)
 }
 
 static const kmp_rk_numbers methods[] = {KMP_DOP853_NUMBERS, KMP_DOPRI5_NUMBERS};
-
-#endif

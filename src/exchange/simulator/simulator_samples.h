@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* States that take next values at samples and at events, and what happens at one instant. A part of
  * kempe_simulator.c. */
-#ifndef SIMULATOR_SAMPLES_H
-#define SIMULATOR_SAMPLES_H
+#pragma once
 
 #include "exchange/simulator/simulator_impact.h"
 
@@ -37,12 +36,6 @@ static bool holds(const kempe_simulator *s, int k)
 {
     int condition = s->equations->discrete_condition[k];
     return condition >= 0 && (s->part.modes[condition] > 0) == (s->equations->discrete_sense[k] > 0);
-}
-
-static void note_events(kempe_simulator *s)
-{
-    for (int k = 0; k < s->equations->discrete; k++)
-        s->part.was[k] = holds(s, k);
 }
 
 /* True if the condition of a state has begun to hold, and the state has not changed since. */
@@ -195,10 +188,9 @@ static kempe_simulator_status pass_start(kempe_simulator *s, double t, double *y
         if (status == KEMPE_SIMULATOR_GOES)
             status = settle_friction(s, t, y, 0);
     }
-    note_events(s);
+    for (int k = 0; k < e->discrete; k++)
+        part->was[k] = holds(s, k);
     note_branches(s, part->value);
     take_branches(s);
     return status;
 }
-
-#endif

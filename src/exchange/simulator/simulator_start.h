@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Outputs at a time, and the start of a motion. A part of kempe_simulator.c. */
-#ifndef SIMULATOR_START_H
-#define SIMULATOR_START_H
+#pragma once
 
 #include "exchange/simulator/simulator_steps.h"
 
@@ -56,9 +55,7 @@ static void restart(kempe_simulator *s, double t)
     state[AT_BEGIN] = state[AT_END] = t;
     state[AT_TAKEN] = 0;
     state[AT_DENSE] = state[AT_EVENT] = state[AT_EXCHANGE] = state[AT_ENDED] = 0;
-    state[AT_ERROR] = KMP_RK_ERROR_FLOOR;
-    state[AT_REJECTED] = state[AT_HOPELESS] = 0;
-    state[AT_FRESH] = 1;
+    begin_control(s);
 }
 
 /* Makes the first choice at the placed q, before and after the loops are closed. */
@@ -225,5 +222,3 @@ static kempe_simulator_status refuse_before_start(kempe_simulator *s)
 {
     return fail_with(s, "the simulator has not been started: call kempe_simulator_start");
 }
-
-#endif

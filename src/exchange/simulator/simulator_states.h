@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Functions for an integrator of the caller. A part of kempe_simulator.c. */
-#ifndef SIMULATOR_STATES_H
-#define SIMULATOR_STATES_H
+#pragma once
 
 #include "exchange/simulator/simulator_advance.h"
 
@@ -87,7 +86,9 @@ kempe_simulator_status kempe_simulator_set_states(kempe_simulator *s, double t, 
     s->message[0] = 0;
     kempe_simulator_save(s, part->backup);
     hold_arguments(s);
-    release_branches(s);
+    for (int k = 0; k < e->conditions; k++) /* an integrator of the caller does not locate kinks */
+        part->modes[k] = kind_of(s, k) == KMP_CONDITION_KINK ? 0 : part->modes[k];
+    clear(e->conditions, part->flip);
     outcome said = OPEN;
     double first = INFINITY;
     for (int parts = 1; parts <= MOST_PARTS && (said != GOOD || first > KMP_TRUSTED_CORRECTION); parts *= 4) {
@@ -192,5 +193,3 @@ kempe_simulator_status kempe_simulator_update(kempe_simulator *s, int *changed)
     *changed = any;
     return part->state[AT_ENDED] > 0 ? end_motion(s) : KEMPE_SIMULATOR_GOES;
 }
-
-#endif

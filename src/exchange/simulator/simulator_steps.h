@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Steps and their errors. A part of kempe_simulator.c. */
-#ifndef SIMULATOR_STEPS_H
-#define SIMULATOR_STEPS_H
+#pragma once
 
 #include "exchange/simulator/simulator_charts.h"
 #include "exchange/simulator/simulator_events.h"
@@ -31,61 +30,55 @@ static outcome run_stages(kempe_simulator *s, double h, double *error)
     return GOOD;
 }
 
-/* The correction that closes the loops at the end, in error weights; within rounding 0. */
-static double closing_of(const kempe_simulator *s)
-{
-    const kempe_equations *e = s->equations;
-    const struct kempe_simulator_parts *part = &s->part;
-    double worst = 0;
-    for (int i = 0; i < rank_of(s); i++) {
-        int at = 2 * freedom_of(s) + i, c = part->column[i];
-        double dv = fabs(part->q[c] - part->candidate[at]);
-        if (!(dv <= fmin(part->weight[at], KMP_CORRECTION_ROUNDING * e->scale[c])))
-            worst = fmax(worst, dv / part->weight[at]);
-    }
-    return worst;
-}
-
-/* Result of an attempt. */
-typedef enum attempt_result { TAKEN, BAD_ERROR, BAD_STAGE, BAD_STEP } attempt_result;
-
-static attempt_result attempt(kempe_simulator *s, double h, double t_new, double *error, outcome *said)
+/* True where the correction that has closed the loops at the end of an attempt is small enough, in error weights. */
+static bool corrects_little(kempe_simulator *s)
 {
     const kempe_equations *e = s->equations;
     struct kempe_simulator_parts *part = &s->part;
-    bool fixed = s->settings.fixed_step > 0;
+    kmp_last_correction last;
+    double worst = 0;
+    for (int i = 0; i < rank_of(s); i++) {
+        const int at = 2 * freedom_of(s) + i, c = part->column[i];
+        worst = fmax(worst, kmp_correction_size(part->q[c] - part->candidate[at], part->weight[at], e->scale[c]));
+    }
+    memcpy(&last, part->state + AT_CORRECTED, sizeof last);
+    const bool small =
+        kmp_correction_is_small(worst, e->rows > rank_of(s) + rows_let_go(s), part->state[AT_END], &last);
+    memcpy(part->state + AT_CORRECTED, &last, sizeof last);
+    return small;
+}
+
+static kmp_attempt attempt(kempe_simulator *s, double h, double t_new, double *error, outcome *said)
+{
+    struct kempe_simulator_parts *part = &s->part;
+    const bool fixed = s->settings.fixed_step > 0;
     double *k[KMP_RK_MAX_STAGES + 1];
     list_stages(s, k);
     *said = run_stages(s, h, error);
     if (*said != GOOD)
-        return BAD_STAGE;
-    if (!(*error <= (fixed ? DBL_MAX : 1.0)))
-        return BAD_ERROR;
+        return KMP_ATTEMPT_BAD_STAGE;
+    if (!kmp_step_passes(*error, fixed))
+        return KMP_ATTEMPT_BAD_ERROR;
     place_y(s, part->candidate);
     *said = close_loops(s, t_new, NULL);
     if (*said != GOOD)
-        return BAD_STAGE;
-    double limit = e->rows > rank_of(s) + rows_let_go(s) ? KMP_CORRECTION_REDUNDANT : KMP_CORRECTION_LIMIT;
-    if (signs_of_loops(s) != part->state[AT_SIGN] || (!fixed && closing_of(s) > limit))
-        return BAD_STEP;
+        return KMP_ATTEMPT_BAD_STAGE;
+    if (signs_of_loops(s) != part->state[AT_SIGN] || (!fixed && !corrects_little(s)) ||
+        kmp_dropped_judge(share_of_rows(s)) == KMP_KEPT_LOST)
+        return KMP_ATTEMPT_BAD_STEP;
     for (int i = 0; i < rank_of(s); i++)
         part->candidate[2 * freedom_of(s) + i] = part->q[part->column[i]];
     *said = slopes_here(s, t_new, k[methods[s->settings.method].end]);
-    return *said == GOOD ? TAKEN : BAD_STAGE;
+    return *said == GOOD ? KMP_ATTEMPT_TAKEN : KMP_ATTEMPT_BAD_STAGE;
 }
 
-/* The step after one that was not taken. */
-static double shorter(const kempe_simulator *s, attempt_result what, double h, double error)
+/* The length of the next step, or of the next attempt at this one. */
+static void choose_next(kempe_simulator *s, kmp_attempt what, double h, double error)
 {
-    return what == BAD_ERROR   ? kmp_rk_after_rejected(&methods[s->settings.method], h, error)
-           : what == BAD_STAGE ? h / 4
-                               : h / 2;
-}
-
-static double longer(const kempe_simulator *s, double h, double error)
-{
-    const double *state = s->part.state;
-    return kmp_rk_after_accepted(&methods[s->settings.method], h, error, state[AT_ERROR], state[AT_REJECTED] > 0);
+    double *state = s->part.state;
+    state[AT_NEXT] =
+        kmp_step_after(&methods[s->settings.method], what, h, error, state[AT_ERROR], state[AT_REJECTED] > 0);
+    state[AT_REJECTED] = what != KMP_ATTEMPT_TAKEN;
 }
 
 /* The solution at t within the last step by further steps from its beginning, which leave no trace. False: these cannot
@@ -103,15 +96,13 @@ static bool step_within(kempe_simulator *s, double t, double *y)
     list_stages(s, k);
     state[AT_END] = state[AT_BEGIN];
     state[AT_NEXT] = t - state[AT_BEGIN];
-    for (int tries = 0; tries < MOST_FINER && state[AT_END] < t; tries++) {
+    for (int tries = 0; tries < KMP_STEP_FINER && state[AT_END] < t; tries++) {
         double t_new = t, error = 0, h = kmp_step_next(state[AT_END], t, state[AT_NEXT], &t_new);
         outcome said = GOOD;
         if (!(h > 0))
             break;
-        attempt_result what = attempt(s, h, t_new, &error, &said);
-        state[AT_NEXT] = what == TAKEN ? longer(s, h, error) : shorter(s, what, h, error);
-        state[AT_REJECTED] = what != TAKEN;
-        if (what != TAKEN)
+        choose_next(s, attempt(s, h, t_new, &error, &said), h, error);
+        if (state[AT_REJECTED] > 0)
             continue;
         state[AT_END] = t_new;
         copy(size, part->candidate, part->y_new);
@@ -135,18 +126,40 @@ static outcome choose_first_step(kempe_simulator *s)
     list_stages(s, k);
     for (int i = 0; i < size; i++)
         part->weight[i] = part->atol[i] + s->settings.rtol * fabs(part->y_new[i]);
-    double slope = kmp_rk_weighted_square(size, k[1], NULL, part->weight);
-    double h = kmp_rk_euler_step(slope, kmp_rk_weighted_square(size, part->y_new, NULL, part->weight), longest);
+    double slope = kmp_start_square(size, 1, k[1], NULL, part->weight);
+    double h = kmp_start_euler(slope, kmp_start_square(size, 1, part->y_new, NULL, part->weight), longest);
     outcome said = OPEN;
-    for (int pass = 0; pass < MOST_CLOSINGS && said != GOOD; pass++) {
+    for (int pass = 0; pass < KMP_START_EULERS && said != GOOD; pass++) {
         h = pass ? h / 4 : h;
         for (int i = 0; i < size; i++)
             part->stage[i] = part->y_new[i] + h * k[1][i];
         said = slopes_alone(s, t + h, part->stage, k[2]);
     }
-    double change = kmp_rk_weighted_square(size, k[2], k[1], part->weight);
-    part->state[AT_NEXT] = kmp_rk_first_step(h, slope, change, methods[s->settings.method].order, longest);
+    double change = kmp_start_square(size, 1, k[2], k[1], part->weight);
+    part->state[AT_NEXT] =
+        kmp_start_step(h, fmax(sqrt(change) / h, sqrt(slope)), methods[s->settings.method].order, longest);
     return said;
+}
+
+/* The next step begins anew: the control of its length knows none before. */
+static void begin_control(kempe_simulator *s)
+{
+    double *state = s->part.state;
+    state[AT_NEXT] = kmp_restart_proposed(state[AT_NEXT], state[AT_END]);
+    state[AT_ERROR] = KMP_RK_ERROR_FLOOR;
+    state[AT_REJECTED] = state[AT_HOPELESS] = 0;
+    state[AT_CORRECTED + 1] = -DBL_MAX; /* the time of a correction: there is none */
+    state[AT_FRESH] = 1;
+}
+
+/* The length of the step after the event at the end of the last one. */
+static double after_event(const kempe_simulator *s)
+{
+    const kempe_equations *e = s->equations;
+    const double *state = s->part.state, instant = KMP_FRICTION_INSTANT * KMP_FRICTION_SPAN / state[AT_RATE];
+    return e->switches || e->friction
+               ? kmp_restart_length(state[AT_TAKEN], state[AT_END] - state[AT_BEGIN], instant, INFINITY)
+               : state[AT_TAKEN];
 }
 
 /* Does what the last step has left: decides at its end, exchanges the choice, evaluates the derivative. */
@@ -164,11 +177,13 @@ static kempe_simulator_status begin_step(kempe_simulator *s)
         place_y(s, part->y_new);
         if (evaluate_loops(s, t) == GOOD)
             evaluate_rates(s);
+        if (state[AT_EVENT] > 0)
+            state[AT_NEXT] = after_event(s);
         kempe_simulator_status status = pass_instant(s, t, part->y_new, (occasion){state[AT_EVENT] > 0, 0}, &changed);
         if (status != KEMPE_SIMULATOR_GOES)
             return status;
         state[AT_EVENT] = 0;
-        state[AT_FRESH] = 1;
+        begin_control(s);
         if (has_changes(s)) { /* the step that follows may pass a free kink */
             evaluate_changes(s, t, part->changes);
             note_branches(s, part->changes);
@@ -185,7 +200,7 @@ static kempe_simulator_status begin_step(kempe_simulator *s)
             return explain(s, said, t);
         pack_y(s, part->q, part->qd, part->y_new);
         state[AT_EXCHANGE] = 0;
-        state[AT_FRESH] = 1;
+        begin_control(s);
     }
     set_weights(s);
     if (!(state[AT_FRESH] > 0)) {
@@ -213,10 +228,9 @@ static void take_back(kempe_simulator *s, double h)
     copy(size_of_y(s), part->y_old, part->y_new);
     state[AT_END] = state[AT_BEGIN];
     state[AT_TAKEN] = 0;
+    begin_control(s);
     state[AT_NEXT] = h;
-    state[AT_ERROR] = KMP_RK_ERROR_FLOOR;
     state[AT_EXCHANGE] = state[AT_EVENT] = state[AT_ENDED] = 0;
-    state[AT_FRESH] = 1;
     clear(s->equations->conditions, part->flip);
     s->work.steps--;
     s->work.rejected++;
@@ -228,8 +242,7 @@ static bool stays_bounded(kempe_simulator *s)
 {
     const kempe_equations *e = s->equations;
     const struct kempe_simulator_parts *part = &s->part;
-    double *state = part->state, t = state[AT_END], most = 0;
-    int which = -1;
+    double *state = part->state, t = state[AT_END];
     kmp_growth growth;
     memcpy(&growth, state + AT_GROWTH, sizeof growth);
     if (s->settings.most_steps > 0 || state[AT_TRIED] < growth.next)
@@ -237,10 +250,8 @@ static bool stays_bounded(kempe_simulator *s)
     const bool endless = kmp_growth_is_endless(
         &growth, state[AT_TRIED], t, kmp_growth_size(size_of_y(s), 1, part->y_new, part->atol, s->settings.atol));
     memcpy(state + AT_GROWTH, &growth, sizeof growth);
-    for (int j = 0; endless && j < e->coordinates; j++)
-        if (e->coordinate_kind[j] != KEMPE_COORDINATE_STATE &&
-            kmp_growth_explodes(part->qd[j], e->scale[j], state[AT_RATE], &most))
-            which = j;
+    const int which =
+        endless ? kmp_growth_explodes(motions_of(e), NULL, e->coordinates, 1, part->qd, e->scale, state[AT_RATE]) : -1;
     if (which < 0)
         return true;
     fail_with(s,
@@ -258,9 +269,7 @@ static kempe_simulator_status take_step(kempe_simulator *s, double h, double t_n
     struct kempe_simulator_parts *part = &s->part;
     double *state = part->state;
     int size = size_of_y(s);
-    state[AT_NEXT] = longer(s, h, error);
-    state[AT_ERROR] = fmax(error, KMP_RK_ERROR_FLOOR);
-    state[AT_REJECTED] = 0;
+    state[AT_ERROR] = kmp_step_known_error(error);
     state[AT_BEGIN] = state[AT_END];
     state[AT_END] = t_new;
     state[AT_TAKEN] = h;
@@ -269,10 +278,7 @@ static kempe_simulator_status take_step(kempe_simulator *s, double h, double t_n
     copy(size, part->y_new, part->y_old);
     copy(size, part->candidate, part->y_new);
     s->work.steps++;
-    int row = open_row(s);
-    if (row >= 0)
-        return report_open_row(s, row, t_new);
-    if (!stays_bounded(s))
+    if (!dropped_rows_close(s, t_new) || !stays_bounded(s))
         return KEMPE_SIMULATOR_FAILED;
     state[AT_EXCHANGE] = is_choice_bad(s, KMP_EXCHANGE_GROWTH);
     if (!has_changes(s))
@@ -288,12 +294,12 @@ static kempe_simulator_status take_step(kempe_simulator *s, double h, double t_n
     return KEMPE_SIMULATOR_GOES;
 }
 
-static kempe_simulator_status give_up(kempe_simulator *s, outcome said, attempt_result what)
+static kempe_simulator_status give_up(kempe_simulator *s, outcome said, kmp_attempt what)
 {
     double t = s->part.state[AT_END];
-    if (what == BAD_STAGE)
+    if (what == KMP_ATTEMPT_BAD_STAGE)
         return explain(s, said, t);
-    const char *reason = what == BAD_STEP
+    const char *reason = what == KMP_ATTEMPT_BAD_STEP
                              ? "it passes a place where the loops do not determine the dependent coordinates"
                              : "the motion is singular there, or too fast";
     if (s->settings.fixed_step > 0)
@@ -310,25 +316,23 @@ static kempe_simulator_status make_step(kempe_simulator *s, bool again)
     if (status != KEMPE_SIMULATOR_GOES || state[AT_ENDED] > 0)
         return status;
     outcome said = GOOD;
-    attempt_result what = BAD_ERROR;
-    bool fixed = s->settings.fixed_step > 0;
+    kmp_attempt what = KMP_ATTEMPT_BAD_ERROR;
     double end = last_time(s);
-    for (int tries = 0; tries < MOST_ATTEMPTS; tries++) {
+    for (int tries = 0; tries < KMP_STEP_ATTEMPTS; tries++) {
         double t = state[AT_END], t_new = t, error = 0, next = state[AT_NEXT];
         int hopeless = (int)state[AT_HOPELESS];
         if (s->settings.longest > 0)
             next = fmin(next, s->settings.longest);
-        double h = !fixed       ? kmp_step_next(t, end, next, &t_new)
-                   : tries == 0 ? kmp_step_constant(t, end, s->settings.fixed_step, &t_new)
-                                : 0;
+        double h = kmp_step_to_try(tries, t, end, next, s->settings.fixed_step, &t_new);
         if (!(h > 0))
             break;
         what = attempt(s, h, t_new, &error, &said);
         state[AT_TRIED]++;
-        if (what == TAKEN) {
+        choose_next(s, what, h, error);
+        if (what == KMP_ATTEMPT_TAKEN) {
             bool collapsed = kmp_step_collapsed(&hopeless, h, t_new);
             state[AT_HOPELESS] = hopeless;
-            status = collapsed ? give_up(s, GOOD, BAD_ERROR) : take_step(s, h, t_new, error, again);
+            status = collapsed ? give_up(s, GOOD, KMP_ATTEMPT_BAD_ERROR) : take_step(s, h, t_new, error, again);
             if (status == KEMPE_SIMULATOR_GOES && state[AT_END] == t)
                 return make_step(s, true);
             if (end < s->settings.end)
@@ -336,10 +340,6 @@ static kempe_simulator_status make_step(kempe_simulator *s, bool again)
             return status;
         }
         s->work.rejected++;
-        state[AT_NEXT] = shorter(s, what, h, error);
-        state[AT_REJECTED] = 1;
     }
     return give_up(s, said, what);
 }
-
-#endif

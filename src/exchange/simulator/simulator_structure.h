@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Entries of J and M that can be nonzero, and independent blocks of loops. A part of kempe_simulator.c. */
-#ifndef SIMULATOR_STRUCTURE_H
-#define SIMULATOR_STRUCTURE_H
+#pragma once
 
 #include "exchange/simulator/simulator_memory.h"
 
@@ -122,5 +121,3 @@ static void find_structure(kempe_simulator *s)
     part->touch_begin[f] = count;
     part->slopes = find_slopes(s);
 }
-
-#endif

@@ -6,8 +6,7 @@
  * section 1.2).
  *
  * y is unique. x is unique unless D is singular on the entries inside. */
-#ifndef KMP_BOX_MINIMUM_H
-#define KMP_BOX_MINIMUM_H
+#pragma once
 
 /* Linkage; static where one file contains all of a generated simulator. */
 #ifndef KMP_LOCAL
@@ -36,5 +35,3 @@ static inline int kmp_box_room(int n)
 /** x: a guess, then the minimum; y: D x + a there; side: -1 at the lower bound, 1 at the upper one, 0 inside. If there
  * are several x, the guess alone decides between them. Does not allocate. */
 KMP_LOCAL kmp_box_outcome kmp_box_minimum(const kmp_box *box, double *x, double *y, int *side, double *room);
-
-#endif

@@ -2,8 +2,7 @@
 /* The minimum of a convex quadratic function (box_minimum.h) where some pairs of entries lie in discs about zero, as
  * the components of a friction force within Coulomb's cone do: |x_i, x_j| <= upper_i. Inside its disc a pair has y = 0;
  * on the circle y is opposite to x. */
-#ifndef KMP_DISC_MINIMUM_H
-#define KMP_DISC_MINIMUM_H
+#pragma once
 
 #include "linalg/dense/box_minimum.h"
 
@@ -18,5 +17,3 @@ static inline int kmp_disc_room(int n)
  * pair on its circle. */
 KMP_LOCAL kmp_box_outcome kmp_disc_minimum(const kmp_box *box, const int *partner, double *x, double *y, int *side,
                                            double *room);
-
-#endif

@@ -2,16 +2,31 @@
 #include "model/data/closure_table.h"
 #include <string.h>
 
-static const kmp_closure_number rows[] = {
-#define KMP_CLOSURE_NUMBER(kind, key, unit, rule, hint, ...) {#kind, #key, unit, KMP_FIELD_##rule, hint},
-#define KMP_COUPLING_NUMBER(kind, joint_key, unit, key, ...) {#kind, #key, unit, KMP_FIELD_ANY, ""},
+const kmp_closure_row kmp_closure_table[KMP_CLOSURE_KINDS] = {
+    {.name = ""},
+#define KMP_CLOSURE(name, needs, force, moment, pressing, balls, figure, urdf, sdf)                                    \
+    {#name, KMP_NEEDS_##needs, pressing, balls, KMP_FIGURE_##figure, urdf, sdf},
+#define KMP_INNER_CLOSURE KMP_CLOSURE
+#include "model/data/closure_kinds.def"
+#undef KMP_CLOSURE
+};
+
+kmp_closure_kind kmp_closure_kind_find(const char *name)
+{
+    int found = kmp_name_find(KMP_NAMES_OF(kmp_closure_table), name);
+    return found < 0 ? KMP_CLOSURE_NONE : (kmp_closure_kind)found;
+}
+
+static const kmp_closure_number numbers[KMP_CLOSURE_KINDS] = {
+#define KMP_CLOSURE_NUMBER(kind, key, unit, rule, hint, ...)                                                           \
+    [KMP_CLOSURE_##kind] = {#key, unit, KMP_FIELD_##rule, hint},
+#define KMP_COUPLING_NUMBER(kind, joint_key, unit, key, ...) [KMP_CLOSURE_##kind] = {#key, unit, KMP_FIELD_ANY, ""},
 #include "model/data/closure_numbers.def"
 };
 
-const kmp_closure_number *kmp_closure_number_of(const char *kind)
+const kmp_closure_number *kmp_closure_number_of(kmp_closure_kind kind)
 {
-    int found = kmp_name_find(KMP_NAMES_OF(rows), kind);
-    return found < 0 ? NULL : &rows[found];
+    return kind < KMP_CLOSURE_KINDS && numbers[kind].key ? &numbers[kind] : NULL;
 }
 
 const kmp_number *kmp_closure_length(const kmp_closure *closure)

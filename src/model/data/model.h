@@ -127,11 +127,20 @@ typedef struct kmp_term {
     kmp_number factor;
 } kmp_term;
 
-/** A loop closure, mostly between two points, or a drive; `kind` is its row in constraints/kinds/kinds.def. Members
- * that a kind does not use stay zero. */
+/* The rows of closure_kinds.def: KMP_CLOSURE_ball, KMP_CLOSURE_drive, .. */
+typedef enum kmp_closure_kind {
+    KMP_CLOSURE_NONE,
+#define KMP_CLOSURE(name, ...) KMP_CLOSURE_##name,
+#define KMP_INNER_CLOSURE      KMP_CLOSURE
+#include "model/data/closure_kinds.def"
+#undef KMP_CLOSURE
+    KMP_CLOSURE_KINDS
+} kmp_closure_kind;
+
+/** A loop closure, mostly between two points, or a drive. Members that a kind does not use stay zero. */
 typedef struct kmp_closure {
     const char *name;
-    const char *kind; /* "ball", "rod", "drive", ... */
+    kmp_closure_kind kind;
     kmp_place place;
     int point[2];                 /* -1 when it is not between points */
     double axis[2][3];            /* in the axes of either point */
@@ -251,16 +260,23 @@ typedef struct kmp_output {
     int about; /* 1 + the point about which an angular momentum is; 0: the centre of mass */
 } kmp_output;
 
+/* The rows of run_options.def that are keys, 0 or NULL where not given: double t_end, long max_steps, const char *form,
+ * kmp_change_points change_points, int *independent and its independent_count, .. */
 typedef struct kmp_run_settings {
-    double t_end, rtol, atol, output_step; /* 0 where not given */
-    kmp_place every_place;
-    long max_steps;                              /* 0 where not given */
-    double max_step;                             /* 0 where not given */
-    const char *formulation, *form, *integrator; /* NULL where not given */
+#define KMP_SETTING_KEY(name, type)    KMP_RUN_TYPE_##type name;
+#define KMP_SETTING_NAMES(name, type)  int *name, name##_count;
+#define KMP_SETTING_CHOICE(name, type) kmp_##name name;
+#define KMP_SETTING_NO(name, type)
+#define KMP_RUN_OPTION(name, type, key, ...) KMP_SETTING_##key(name, type)
+#include "model/data/run_options.def"
+#undef KMP_RUN_OPTION
+#undef KMP_SETTING_KEY
+#undef KMP_SETTING_NAMES
+#undef KMP_SETTING_CHOICE
+#undef KMP_SETTING_NO
+    kmp_place every_place; /* of output_step */
     kmp_dynamics dynamics;
-    kmp_change_points change_points;
-    int *independent, independent_count; /* coordinates requested as independent */
-    const kmp_expr **until;              /* comparisons: a run ends where one becomes true */
+    const kmp_expr **until; /* comparisons: a run ends where one becomes true */
     int until_count;
     kmp_place until_place;
 } kmp_run_settings;
@@ -384,15 +400,11 @@ static inline const kmp_expr *kmp_state_rate(const kempe_model *model, int k)
     return model->forces[model->force_count - model->state_count + k].effort;
 }
 
-/** True if it prescribes a coordinate: a drive or a lock. */
-bool kmp_closure_is_drive(const kmp_closure *closure);
-
-/** True for friction that sticks; true for the row of such an element. */
+/** True for friction that sticks. */
 static inline bool kmp_force_sticks(const kmp_force *force)
 {
     return force->kind == KMP_FORCE_FRICTION && !force->has_speed;
 }
-bool kmp_closure_is_friction(const kmp_closure *closure);
 
 /** True if some friction of the model sticks. */
 static inline bool kmp_model_sticks(const kempe_model *model)
@@ -403,17 +415,11 @@ static inline bool kmp_model_sticks(const kempe_model *model)
     return sticks;
 }
 
-/** The number of rows of a closure, its first ones, whose multipliers are components of its force along unit axes; 0:
- * its force is another one. */
-int kmp_closure_force_rows(const kmp_closure *closure);
-
-/** True for friction that sticks and for rigid contacts: elements with modes and a row, which runs decide on. True for
- * such a row. */
+/** True for friction that sticks and for rigid contacts: elements with modes and a row, which runs decide on. */
 static inline bool kmp_force_has_modes(const kmp_force *force)
 {
     return kmp_force_sticks(force) || force->kind == KMP_FORCE_TOUCH;
 }
-bool kmp_closure_is_of_modes(const kmp_closure *closure);
 
 /** The number of these elements, whose rows are the last closures. */
 int kmp_model_friction_count(const kempe_model *model);

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/data/numbers.h"
 #include "model/data/closure_table.h"
-#include "model/write/model_print.h"
 #include <stddef.h>
+
+const char *const kmp_inertia_names[6] = {"xx", "yy", "zz", "xy", "xz", "yz"};
 
 const kmp_wheel_field kmp_wheel_fields[KMP_WHEEL_FIELDS] = {
 #define KMP_WHEEL_NUMBER(member, rule) {#member, offsetof(kmp_wheel, member), KMP_FIELD_##rule},

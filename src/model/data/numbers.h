@@ -25,3 +25,6 @@ enum {
     KMP_WHEEL_FIELDS
 };
 extern const kmp_wheel_field kmp_wheel_fields[KMP_WHEEL_FIELDS];
+
+/** Elements of a tensor of inertia, as the keys of a body name them. */
+extern const char *const kmp_inertia_names[6];

@@ -6,7 +6,6 @@
 #include "base/memory.h"
 #include "model/data/closure_table.h"
 #include "model/data/numbers.h"
-#include "model/write/model_print.h"
 #include <math.h>
 #include <string.h>
 
@@ -421,7 +420,7 @@ kempe_status kmp_variant_driven(const kempe_model *model, const kmp_driven *driv
             const kmp_expr *way = node(a, (kmp_expr){.kind = KMP_EXPR_MUL, .a = rate, .b = time});
             m->closures[m->closure_count++] = (kmp_closure){
                 .name = kmp_arena_printf(a, "load.%s", m->motions[motion].name),
-                .kind = "drive",
+                .kind = KMP_CLOSURE_drive,
                 .point = {-1, -1},
                 .motion = motion,
                 .function = node(a, (kmp_expr){.kind = KMP_EXPR_ADD, .a = from, .b = way}),

@@ -130,3 +130,10 @@ extern const char *const kmp_irregularity_words[], *const kmp_course_words[];
 
 /** The number of contacts of a wheel: one per zone if elastic, a single one if rigid. */
 int kmp_wheel_contacts(const kmp_wheel *wheel);
+
+/** The words of spectra.def. */
+extern const kmp_name_list kmp_wave_spectrum_words;
+
+/** Frees the tables owned by a profile; the named tables it refers to remain. */
+void kmp_profile_free(kmp_profile *profile);
+void kmp_track_free(kmp_track *track);

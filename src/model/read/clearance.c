@@ -4,7 +4,7 @@
  * the journal's centre are JOINT_x and JOINT_y. A prismatic one keeps its name, too; the others are JOINT_across and
  * JOINT_angle, and each corner of the slider is a contact. A ball closure is left out: its contact is all of it. */
 #include "model/files/nodes.h"
-#include "model/read/compliant.h"
+#include "model/read/read_compliant.h"
 #include "model/read/reading.h"
 #include <string.h>
 

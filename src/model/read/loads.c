@@ -59,19 +59,6 @@ bool kmp_output_has_loads(const kempe_model *model, const kmp_output *output)
     }
 }
 
-int kmp_closure_force_rows(const kmp_closure *closure)
-{
-    static const struct {
-        const char *kind;
-        int rows;
-    } of[] = {{"ball", 3},      {"revolute", 3},      {"universal", 3},      {"weld", 3},   {"cylindrical", 2},
-              {"prismatic", 2}, {"point_on_line", 2}, {"point_on_plane", 1}, {"planar", 1}, {"lock", 1}};
-    for (size_t k = 0; k < sizeof of / sizeof *of; k++)
-        if (strcmp(closure->kind, of[k].kind) == 0)
-            return of[k].rows;
-    return 0;
-}
-
 int kmp_model_friction_count(const kempe_model *model)
 {
     int count = 0;

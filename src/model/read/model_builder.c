@@ -3,8 +3,8 @@
  * reader's. Errors show the call in place of the file. */
 #include "model/read/model_builder.h"
 #include "base/memory.h"
+#include "model/data/numbers.h"
 #include "model/files/nodes.h"
-#include "model/write/model_print.h"
 #include <math.h>
 #include <string.h>
 

@@ -5,21 +5,18 @@
 #include "model/read/reading.h"
 #include <string.h>
 
-typedef enum needs { NOTHING, NUMBER, AXIS, SAME_AXIS, TWO_AXES, CURVE, TERMS, EXPRESSION } needs;
-
-typedef struct closure_kind {
+/* The kinds that are keys of loops. */
+static const struct {
     const char *name;
-    needs needs;
-} closure_kind;
-
-static const closure_kind kinds[] = {
-#define KMP_CLOSURE(name, needs) {#name, needs},
+    kmp_closure_kind kind;
+} kinds[] = {
+#define KMP_CLOSURE(name, ...) {#name, KMP_CLOSURE_##name},
 #include "model/data/closure_kinds.def"
 #undef KMP_CLOSURE
 };
 
 static const kmp_key closure_keys[] = {
-#define KMP_CLOSURE(name, needs) {#name, "", ""},
+#define KMP_CLOSURE(name, ...) {#name, "", ""},
 #include "model/data/closure_kinds.def"
 #undef KMP_CLOSURE
 #define KMP_CLOSURE_NUMBER(kind, key, unit, ...) {#key, unit, ""},
@@ -29,28 +26,30 @@ static const kmp_key closure_keys[] = {
 
 /* The kinds that accept a key; a number's own key belongs to the kind of its row. */
 static const struct {
-    const char *key, *kind;
+    const char *key;
+    kmp_closure_kind kind; /* NONE: by what a kind needs */
     unsigned needs;
 } takes[] = {
-#define KMP_CLOSURE_NUMBER(kind, key, ...) {#key, #kind, 0},
+#define KMP_CLOSURE_NUMBER(kind, key, ...) {#key, KMP_CLOSURE_##kind, 0},
 #include "model/data/closure_numbers.def"
-    {"axis", NULL, 1u << AXIS | 1u << SAME_AXIS},
-    {"axes", NULL, 1u << SAME_AXIS | 1u << TWO_AXES},
-    {"table", NULL, 1u << CURVE},
-    {"y", NULL, 1u << CURVE},
-    {"z", NULL, 1u << CURVE},
-    {"curve", NULL, 1u << CURVE},
-    {"equals", NULL, 1u << TERMS},
-    {"power", NULL, 1u << EXPRESSION | 1u << CURVE}};
+    {"axis", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_AXIS | 1u << KMP_NEEDS_SAME_AXIS},
+    {"axes", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_SAME_AXIS | 1u << KMP_NEEDS_TWO_AXES},
+    {"table", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_CURVE},
+    {"y", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_CURVE},
+    {"z", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_CURVE},
+    {"curve", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_CURVE},
+    {"equals", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_TERMS},
+    {"power", KMP_CLOSURE_NONE, 1u << KMP_NEEDS_EXPRESSION | 1u << KMP_NEEDS_CURVE}};
 
-static void check_keys(kmp_reader *r, const kmp_yaml *map, const char *what, const closure_kind *kind)
+static void check_keys(kmp_reader *r, const kmp_yaml *map, const char *what, const kmp_closure *closure)
 {
-    const kmp_closure_number *own = kmp_closure_number_of(kind->name);
+    const kmp_closure_row *row = kmp_closure_row_of(closure);
+    const kmp_closure_number *own = kmp_closure_number_of(closure->kind);
     for (size_t k = 0; k < sizeof takes / sizeof *takes; k++) {
         const kmp_yaml *node = kmp_yaml_get(map, takes[k].key);
-        bool good = takes[k].kind ? own && strcmp(own->key, takes[k].key) == 0 : takes[k].needs & 1u << kind->needs;
+        bool good = takes[k].kind ? own && strcmp(own->key, takes[k].key) == 0 : takes[k].needs & 1u << row->needs;
         if (node && !good)
-            kmp_reader_complain(r, node->place, "%s: a %s closure has no %s", what, kind->name, takes[k].key);
+            kmp_reader_complain(r, node->place, "%s: a %s closure has no %s", what, row->name, takes[k].key);
     }
 }
 
@@ -74,12 +73,11 @@ static void read_number(kmp_reader *r, const kmp_yaml *map, const char *what, km
 }
 
 /* `axis` for both points, or `axes: [of the first, of the second]`; z without either. */
-static void read_closure_axes(kmp_reader *r, const kmp_yaml *map, const char *what, const closure_kind *kind,
-                              kmp_closure *closure)
+static void read_closure_axes(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_closure *closure)
 {
     const kmp_yaml *axis = kmp_yaml_get(map, "axis"), *axes = kmp_yaml_get(map, "axes");
     closure->axis[0][2] = closure->axis[1][2] = 1;
-    if (kind->needs == TWO_AXES && !axes)
+    if (kmp_closure_row_of(closure)->needs == KMP_NEEDS_TWO_AXES && !axes)
         kmp_read_required(r, map, what, "axes");
     if (axis && axes)
         kmp_reader_complain(r, map->place, "%s: 'axis' and 'axes' exclude each other", what);
@@ -224,23 +222,23 @@ static void read_closure(kmp_reader *r, const kmp_yaml *map, const char *what, k
     int found = kmp_read_one_key(r, map, what, KMP_NAMES_OF(kinds));
     if (found < 0)
         return;
-    const closure_kind *kind = &kinds[found];
-    closure->kind = kind->name;
-    check_keys(r, map, what, kind);
-    if (kind->needs == TERMS) {
+    closure->kind = kinds[found].kind;
+    const kmp_closure_row *row = kmp_closure_row_of(closure);
+    check_keys(r, map, what, closure);
+    if (row->needs == KMP_NEEDS_TERMS) {
         read_terms(r, map, what, closure);
         return;
     }
-    if (kind->needs == EXPRESSION) {
+    if (row->needs == KMP_NEEDS_EXPRESSION) {
         read_constraint(r, map, what, closure);
         return;
     }
-    kmp_read_two_points(r, kmp_yaml_get(map, kind->name), what, closure->point);
-    if (kind->needs == AXIS || kind->needs == SAME_AXIS || kind->needs == TWO_AXES)
-        read_closure_axes(r, map, what, kind, closure);
-    if (kind->needs == NUMBER)
+    kmp_read_two_points(r, kmp_yaml_get(map, row->name), what, closure->point);
+    if (row->needs == KMP_NEEDS_AXIS || row->needs == KMP_NEEDS_SAME_AXIS || row->needs == KMP_NEEDS_TWO_AXES)
+        read_closure_axes(r, map, what, closure);
+    if (row->needs == KMP_NEEDS_NUMBER)
         read_number(r, map, what, closure);
-    if (kind->needs == CURVE)
+    if (row->needs == KMP_NEEDS_CURVE)
         read_curve(r, map, what, closure);
 }
 
@@ -267,7 +265,7 @@ static void read_drive(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
         return;
     }
     if (locked) {
-        drive->kind = "lock";
+        drive->kind = KMP_CLOSURE_lock;
         if (locked->kind != KMP_YAML_SCALAR || strcmp(locked->text, "yes") != 0)
             kmp_reader_complain(r, locked->place, "%s: locked is 'yes' or absent", what);
         return;
@@ -283,25 +281,10 @@ static void read_drive(kmp_reader *r, const kmp_yaml *map, const char *what, kmp
         drive->function = kmp_read_function(r, given, what, kmp_motion_dimension(r->model, drive->motion, 0), &first);
 }
 
-bool kmp_closure_is_friction(const kmp_closure *closure)
-{
-    return strcmp(closure->kind, "friction") == 0;
-}
-
-bool kmp_closure_is_of_modes(const kmp_closure *closure)
-{
-    return kmp_closure_is_friction(closure) || strcmp(closure->kind, "touch") == 0;
-}
-
-bool kmp_closure_is_drive(const kmp_closure *closure)
-{
-    return strcmp(closure->kind, "drive") == 0 || strcmp(closure->kind, "lock") == 0;
-}
-
 /* True if the drive could be read; otherwise its error is reported already. */
 static bool is_understood(const kmp_closure *drive)
 {
-    return drive->function || strcmp(drive->kind, "lock") == 0;
+    return drive->function || drive->kind == KMP_CLOSURE_lock;
 }
 
 /* A coordinate has one drive; an unknown coordinate is reported already. */
@@ -321,7 +304,7 @@ static void check_driven(kmp_reader *r, int number)
 
 /* -- the whole ----------------------------------------------------------------------------------- */
 
-static kmp_closure *add_closure(kmp_reader *r, const char *name, const char *kind, kmp_place place)
+static kmp_closure *add_closure(kmp_reader *r, const char *name, kmp_closure_kind kind, kmp_place place)
 {
     kmp_closure *closure = &r->model->closures[r->model->closure_count++];
     *closure = (kmp_closure){.name = name, .kind = kind, .place = place, .point = {-1, -1}, .motion = -1};
@@ -335,7 +318,7 @@ static void read_cuts(kmp_reader *r, const kmp_yaml *map)
         const char *name = kmp_arena_strdup(&r->model->arena, map->keys[i]->text);
         if (!name)
             return;
-        kmp_closure *closure = add_closure(r, name, "", map->keys[i]->place);
+        kmp_closure *closure = add_closure(r, name, KMP_CLOSURE_NONE, map->keys[i]->place);
         if (map->items[i])
             read_closure(r, map->items[i], kmp_reader_say(r, "joint '%s'", name), closure);
         if (map->items[i] && !r->wrong)
@@ -351,7 +334,7 @@ static void read_drives(kmp_section *s)
             kmp_reader_complain(r, s->key->place,
                                 "a drive cannot have the name '%s' of a loop: lambda(%s) would be ambiguous", s->name,
                                 s->name);
-        read_drive(r, s->node, s->what, add_closure(r, s->name, "drive", s->key->place));
+        read_drive(r, s->node, s->what, add_closure(r, s->name, KMP_CLOSURE_drive, s->key->place));
         check_driven(r, r->model->closure_count - 1);
     }
 }
@@ -370,7 +353,7 @@ static void add_couplings(kmp_reader *r)
                                 "'%s' is the name of a %s joint, whose coupling is a closure of that name: "
                                 "lambda(%s) would be ambiguous",
                                 body->joint, body->coupling->name, body->joint);
-        kmp_closure *closure = add_closure(r, body->joint, body->coupling->name, body->place);
+        kmp_closure *closure = add_closure(r, body->joint, kmp_closure_kind_find(body->coupling->name), body->place);
         closure->motion = body->first_motion;
         closure->number = body->number;
     }
@@ -389,11 +372,11 @@ void kmp_read_closures(kmp_reader *r)
     if (!model->closures)
         return;
     while (kmp_section_next(&loops))
-        read_closure(r, loops.node, loops.what, add_closure(r, loops.name, "", loops.key->place));
+        read_closure(r, loops.node, loops.what, add_closure(r, loops.name, KMP_CLOSURE_NONE, loops.key->place));
     if (cuts)
         read_cuts(r, cuts);
     read_drives(&drives);
     add_couplings(r);
     kmp_lock_pressed(r);
-    kmp_add_wheel_closures(r);
+    kmp_read_wings(r, KMP_READ_AFTER_CLOSURES);
 }

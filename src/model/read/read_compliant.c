@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A contact with a law: its geometry, its law as an expression of depth and rate, its friction. */
+#include "model/read/read_compliant.h"
 #include "base/memory.h"
-#include "model/read/compliant.h"
 #include "model/read/read_contacts.h"
 #include "model/read/reading.h"
 #include <math.h>
@@ -458,23 +458,4 @@ void kmp_read_compliant(kmp_reader *r, const kmp_yaml *map, const char *what, km
     state->next = kmp_read_formula(c.r, "max(rate, least)", &locals);
     state->start = kmp_number_of(given, value_of(&c, given));
     state->contact = 1 + (int)(c.force - model->forces);
-}
-
-double kmp_force_clearance(const kempe_model *model, const kmp_force *force)
-{
-    const kmp_expr *clearance =
-        force->kind == KMP_FORCE_COMPLIANT ? force->compliant->clearance : force->touch.clearance;
-    double *parameters = clearance ? KMP_NEW(double, model->parameter_count + 1) : NULL, c = NAN;
-    for (int k = 0; parameters && k < model->parameter_count; k++)
-        parameters[k] = model->parameters[k].number.value;
-    if (parameters)
-        c = kmp_expr_value(clearance, parameters);
-    kmp_free(parameters);
-    return c;
-}
-
-double kmp_compliant_depth(const kempe_model *model, const kmp_force *force, double value)
-{
-    double c = kmp_force_clearance(model, force);
-    return isnan(c) ? value : sqrt(c * (c + 2 * value)) - c;
 }

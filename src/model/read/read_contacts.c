@@ -6,7 +6,7 @@
 #include "model/data/cut_coordinates.h"
 #include "model/data/parallel_curve.h"
 #include "model/data/touch_plane.h"
-#include "model/read/compliant.h"
+#include "model/read/read_compliant.h"
 #include <math.h>
 
 /* Sine of the angle between parallel axes, up to rounding. */
@@ -290,7 +290,7 @@ static kmp_force *add_force(kmp_reader *r, const char *name, kmp_place place, km
     return force;
 }
 
-static void add_row(kmp_reader *r, kmp_force *force, const char *kind)
+static void add_row(kmp_reader *r, kmp_force *force, kmp_closure_kind kind)
 {
     kempe_model *model = r->model;
     force->closure = model->closure_count++;
@@ -327,7 +327,7 @@ static void add_friction(kmp_reader *r, kmp_place place, const char *name, kmp_n
     friction->level = mu;
     friction->contact = 1 + (int)(contact - r->model->forces);
     friction->across = across;
-    add_row(r, friction, "friction");
+    add_row(r, friction, KMP_CLOSURE_friction);
 }
 
 static void read_friction(kmp_reader *r, const kmp_yaml *map, const char *what, const kmp_force *contact)
@@ -390,7 +390,7 @@ static void read_contact(kmp_reader *r, const kmp_yaml *map, const char *what, k
         !read_restitution(r, map, what, &force->restitution))
         return;
     force->turns = force->touch.turns;
-    add_row(r, force, "touch");
+    add_row(r, force, KMP_CLOSURE_touch);
     read_friction(r, map, what, force);
 }
 

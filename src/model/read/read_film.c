@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The film of a journal: its law over the place and the rate of the journal, as rows and steps of film_laws.def. */
-#include "model/read/compliant.h"
+#include "model/read/read_compliant.h"
 #include <string.h>
 
 static const kmp_key film_keys[] = {

@@ -233,7 +233,7 @@ static void add_friction_row(const element *e, const kmp_yaml *map)
     bool turns = force->motion >= 0 ? model->motions[force->motion].rotation : force->turns;
     force->closure = model->closure_count++;
     model->closures[force->closure] = (kmp_closure){.name = force->name,
-                                                    .kind = "friction",
+                                                    .kind = KMP_CLOSURE_friction,
                                                     .place = force->place,
                                                     .point = {-1, -1},
                                                     .motion = -1,
@@ -526,7 +526,7 @@ void kmp_read_forces(kmp_reader *r)
         *force = (kmp_force){.name = s.name, .place = s.key->place, .motion = -1};
         read_force(&(element){.r = r, .map = s.node, .what = s.what, .force = force});
     }
-    kmp_add_wheel_forces(r);
+    kmp_read_wings(r, KMP_READ_AFTER_FORCES);
     kmp_read_contacts(r);
     kmp_add_state_rates(r);
 }

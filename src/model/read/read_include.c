@@ -3,7 +3,7 @@
  * read. Names that its keys define are prefixed here. Names that it refers to are prefixed at look-up
  * (kmp_reader_name), by the file of the referring node. Its ground is a point of the body that it is put on. */
 #include "base/memory.h"
-#include "exchange/formats/formats.h"
+#include "model/files/document.h"
 #include "model/files/nodes.h"
 #include "model/language/limits.h"
 #include "model/read/reading.h"
@@ -115,7 +115,7 @@ static void load(kmp_reader *r, const kmp_yaml *node, const kmp_yaml *file, cons
     const char *left_out = kmp_context_use_left_out(r->context, NULL);
     (void)kmp_context_use_left_out(r->context, names ? names_of(r, names, left_out) : left_out);
     x->leaves_out = names;
-    x->foreign = text && kmp_is_foreign(path, text, length);
+    x->foreign = text && kmp_document_is_foreign(path, text, length);
     if (text && kmp_reader_load(r, x->file, text, length, x->base, &x->root) != KEMPE_OK)
         r->wrong = true;
     (void)kmp_context_use_limits(r->context, before);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Geometry of joints with clearance: the journal in its bearing, the ball in its socket, the slider in its guide. Each
  * is read for compliant and for rigid contacts. */
-#include "model/read/compliant.h"
+#include "model/read/read_compliant.h"
 #include "model/read/reading.h"
 #include <math.h>
 #include <string.h>

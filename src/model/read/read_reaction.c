@@ -5,6 +5,7 @@
  * nothing (dynamics/closures.c), so that a joint of a plane mechanism carries what presses it across the plane. */
 #include "linalg/dense/dot.h"
 #include "model/data/carried.h"
+#include "model/data/closure_table.h"
 #include "model/read/reading.h"
 #include <float.h>
 #include <math.h>
@@ -232,7 +233,7 @@ void kmp_lock_pressed(kmp_reader *r)
         body->load_closure = model->closure_count;
         for (int k = 0; k < body->load_count; k++)
             model->closures[model->closure_count++] = (kmp_closure){.name = model->motions[body->first_motion + k].name,
-                                                                    .kind = "lock",
+                                                                    .kind = KMP_CLOSURE_lock,
                                                                     .place = body->place,
                                                                     .point = {-1, -1},
                                                                     .motion = body->first_motion + k};
@@ -287,9 +288,9 @@ static const kmp_expr *read_named(kmp_reader *r, const kmp_yaml *node, const cha
         return size_of_joint(r, node->place, body, what);
     if (closure < 0)
         kmp_reader_complain(r, node->place, "%s: unknown loop or joint '%s'", what, name);
-    else if (kmp_closure_force_rows(&model->closures[closure]) == 0)
+    else if (kmp_closure_row_of(&model->closures[closure])->pressing == 0)
         kmp_reader_complain(r, node->place, "%s: the reaction of a %s has no size that presses surfaces together", what,
-                            model->closures[closure].kind);
+                            kmp_closure_word(&model->closures[closure]));
     else
         return size_of(r, closure, 1);
     return NULL;

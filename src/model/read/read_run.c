@@ -91,6 +91,14 @@ void kmp_read_start(kmp_reader *r)
 /* -- settings ------------------------------------------------------------------------------------ */
 
 static const kmp_key run_keys[] = {
+#define RUN_KEY_KEY(name, type, absent)    {#name, KMP_RUN_UNIT_##type, absent},
+#define RUN_KEY_NAMES(name, type, absent)  {#name, "", absent},
+#define RUN_KEY_CHOICE(name, type, absent) {#name, "", absent},
+#define RUN_KEY_NO(name, type, absent)
+#define KMP_RUN_OPTION(name, type, key, engine, folder, commands, group, option, value, absent, ...)                   \
+    RUN_KEY_##key(name, type, absent)
+#include "model/data/run_options.def"
+#undef KMP_RUN_OPTION
 #include "model/keys/run_keys.def"
     {0}};
 
@@ -106,29 +114,26 @@ static void read_positive(kmp_reader *r, const kmp_yaml *map, const char *key, d
         *value = number.value;
 }
 
-static void read_every(kmp_reader *r, const kmp_yaml *map)
+static void read_whole(kmp_reader *r, const kmp_yaml *map, const char *key, long *value)
 {
-    kmp_run_settings *run = &r->model->run;
-    const kmp_yaml *node = kmp_yaml_get(map, "output_step");
-    kmp_text complaint = {0};
-    read_positive(r, map, "output_step", &run->output_step);
-    if (!(run->output_step > 0))
-        return;
-    run->every_place = node->place;
-    if (!kmp_rows_fit(run->output_step, run->t_end, &complaint))
-        kmp_reader_complain(r, node->place, "%s", kmp_reader_take(r, &complaint));
+    double number = 0;
+    read_positive(r, map, key, &number);
+    if (number > 0 && number <= KMP_MOST_STEPS && number == floor(number))
+        *value = (long)number;
+    else if (number > 0)
+        kmp_reader_complain(r, kmp_yaml_get(map, key)->place, "run %s is %.6g: it must be an integer from 1 to %.0e",
+                            key, number, KMP_MOST_STEPS);
 }
 
-static void read_max_steps(kmp_reader *r, const kmp_yaml *map)
+static void check_rows(kmp_reader *r, const kmp_yaml *map)
 {
-    const kmp_yaml *node = kmp_yaml_get(map, "max_steps");
-    double steps = 0;
-    read_positive(r, map, "max_steps", &steps);
-    if (steps > 0 && steps <= KMP_MOST_STEPS && steps == floor(steps))
-        r->model->run.max_steps = (long)steps;
-    else if (steps > 0)
-        kmp_reader_complain(r, node->place, "run max_steps is %.6g: it must be an integer from 1 to %.0e", steps,
-                            KMP_MOST_STEPS);
+    kmp_run_settings *run = &r->model->run;
+    kmp_text complaint = {0};
+    if (!(run->output_step > 0))
+        return;
+    run->every_place = kmp_yaml_get(map, "output_step")->place;
+    if (!kmp_rows_fit(run->output_step, run->t_end, &complaint))
+        kmp_reader_complain(r, run->every_place, "%s", kmp_reader_take(r, &complaint));
 }
 
 static void read_choice(kmp_reader *r, const kmp_yaml *map, const char *key, const char **choice)
@@ -150,21 +155,21 @@ static int read_word(kmp_reader *r, const kmp_yaml *map, const char *key, kmp_na
     return found < words.count ? found : 0;
 }
 
-static void read_u(kmp_reader *r, const kmp_yaml *list)
+/* Coordinates, each once. */
+static void read_names(kmp_reader *r, const kmp_yaml *list, const char *what, int **motions, int *count)
 {
-    kmp_run_settings *run = &r->model->run;
-    if (!list || !kmp_read_list(r, list, "run independent", -1))
+    if (!list || !kmp_read_list(r, list, what, -1))
         return;
-    run->independent = KMP_ARENA_NEW(&r->model->arena, int, list->count);
-    for (int i = 0; run->independent && i < list->count; i++) {
-        int motion = kmp_read_motion(r, list->items[i], "run independent");
+    *motions = KMP_ARENA_NEW(&r->model->arena, int, list->count);
+    for (int i = 0; *motions && i < list->count; i++) {
+        int motion = kmp_read_motion(r, list->items[i], what);
         bool twice = false;
-        for (int k = 0; k < run->independent_count; k++)
-            twice = twice || run->independent[k] == motion;
+        for (int k = 0; k < *count; k++)
+            twice = twice || (*motions)[k] == motion;
         if (motion >= 0 && twice)
-            kmp_reader_complain(r, list->items[i]->place, "run independent: '%s' is given twice", list->items[i]->text);
+            kmp_reader_complain(r, list->items[i]->place, "%s: '%s' is given twice", what, list->items[i]->text);
         else if (motion >= 0)
-            run->independent[run->independent_count++] = motion;
+            (*motions)[(*count)++] = motion;
     }
 }
 
@@ -192,18 +197,18 @@ void kmp_read_run(kmp_reader *r)
     kmp_read_outputs(r, kmp_yaml_get(map, "outputs"));
     if (!map || !kmp_read_map(r, map, "run", run_keys))
         return;
-    read_positive(r, map, "t_end", &run->t_end);
-    read_positive(r, map, "rtol", &run->rtol);
-    read_positive(r, map, "atol", &run->atol);
-    read_every(r, map);
-    read_positive(r, map, "max_step", &run->max_step);
-    read_max_steps(r, map);
-    read_choice(r, map, "formulation", &run->formulation);
-    read_choice(r, map, "form", &run->form);
-    read_choice(r, map, "integrator", &run->integrator);
+#define READ(value)                          _Generic(value, double * : read_positive, long * : read_whole, const char ** : read_choice)
+#define KMP_RUN_OPTION(name, type, key, ...) KMP_RUN_IF_KEY_##key(READ (&run->name)(r, map, #name, &run->name);)
+#include "model/data/run_options.def"
+#undef KMP_RUN_OPTION
+    check_rows(r, map);
     run->dynamics = (kmp_dynamics)read_word(r, map, "algorithm", kmp_dynamics_words, "algorithm");
-    run->change_points =
-        (kmp_change_points)read_word(r, map, "change_points", kmp_change_points_words, "value of change_points");
-    read_u(r, kmp_yaml_get(map, "independent"));
+#define READ_NO(name)
+#define READ_KEY(name)
+#define READ_CHOICE(name)                    run->name = (kmp_##name)read_word(r, map, #name, kmp_##name##_words, "value of " #name);
+#define READ_NAMES(name)                     read_names(r, kmp_yaml_get(map, #name), "run " #name, &run->name, &run->name##_count);
+#define KMP_RUN_OPTION(name, type, key, ...) READ_##key(name)
+#include "model/data/run_options.def"
+#undef KMP_RUN_OPTION
     read_until(r, kmp_yaml_get(map, "until"));
 }

@@ -4,11 +4,11 @@
  * docs/model. */
 #include "base/file.h"
 #include "base/memory.h"
+#include "base/wings.h"
 #include "model/data/variant.h"
 #include "model/files/document.h"
 #include "model/read/model_builder.h"
 #include "model/read/reading.h"
-#include "rail/model/rail.h"
 #include "symbolic/surface.h"
 #include <kempe/settings.h>
 #include <math.h>
@@ -65,6 +65,37 @@ static void read_closure_tolerance(kmp_reader *r)
                             tolerance->value);
 }
 
+/* -- sections of wings ------------------------------------------------------------------------------ */
+
+static bool has_reader(const char *section)
+{
+    for (const kmp_wing *const *wing = kmp_wings; *wing; wing++)
+        for (int k = 0; (*wing)->reader && (*wing)->reader->sections[k]; k++)
+            if (strcmp((*wing)->reader->sections[k], section) == 0)
+                return true;
+    return false;
+}
+
+/* A section that this build of the library cannot read is an error: nothing of a model is left out in silence. */
+static void refuse_sections_without_wing(kmp_reader *r)
+{
+    static const char *const sections[] = {"profiles", "tracks", "wheels"};
+    for (size_t k = 0; k < sizeof sections / sizeof *sections; k++) {
+        const kmp_yaml *section = kmp_yaml_get(r->root, sections[k]);
+        if (section && !has_reader(sections[k]))
+            kmp_reader_complain(r, section->place,
+                                "%s: this build of Kempe has no wheels on rails; configure it with -DKEMPE_RAIL=ON",
+                                sections[k]);
+    }
+}
+
+void kmp_read_wings(kmp_reader *r, kmp_reader_stage stage)
+{
+    for (const kmp_wing *const *wing = kmp_wings; *wing; wing++)
+        if ((*wing)->reader)
+            (*wing)->reader->read(r, stage);
+}
+
 static void read_parts(kmp_reader *r)
 {
     if (r->root->kind != KMP_YAML_MAP) {
@@ -74,18 +105,18 @@ static void read_parts(kmp_reader *r)
     if (!kmp_read_version(r, r->root, "the model"))
         return;
     kmp_read_map(r, r->root, "the model", kmp_model_keys);
+    refuse_sections_without_wing(r);
     kmp_read_includes(r);
     kmp_read_clearances(r);
     kmp_read_parameters(r);
     kmp_read_inputs(r);
     kmp_read_tables(r);
-    kmp_read_profiles(r);
+    kmp_read_wings(r, KMP_READ_AFTER_TABLES);
     read_head(r);
     kmp_read_bodies(r);
     kmp_read_pressed(r);
     kmp_read_states(r);
-    kmp_read_tracks(r);
-    kmp_read_wheels(r);
+    kmp_read_wings(r, KMP_READ_AFTER_STATES);
     kmp_read_unknowns(r);
     kmp_read_closures(r);
     read_closure_tolerance(r);
@@ -254,11 +285,6 @@ kempe_status kempe_model_read_text_set(kempe_context *context, const char *text,
     KMP_WANTED(context, are_settings(list, count), "a setting");
     kmp_context_begin(context);
     return read_model(context, text, strlen(text), label, list, count, model);
-}
-
-kempe_status kempe_model_read(kempe_context *context, const char *path, kempe_model **model)
-{
-    return kempe_model_read_set(context, path, NULL, 0, model);
 }
 
 kempe_status kempe_model_read_text(kempe_context *context, const char *text, const char *label, kempe_model **model)

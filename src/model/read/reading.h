@@ -361,16 +361,23 @@ typedef struct kmp_shape_owner {
 /** Appends the shapes that are without error to those of the model. */
 void kmp_read_shapes(kmp_reader *r, const kmp_yaml *map, const kmp_shape_owner *owner);
 
-/* -- profiles and tracks (read_profiles.c, read_tracks.c) --------------------------------------------- */
+/* -- sections that wings read ------------------------------------------------------------------------- */
 
-/** A profile of the model by its name; NULL after an error. */
-const kmp_profile *kmp_read_profile(kmp_reader *r, const kmp_yaml *node, const char *what);
+/** The places of the reading where a wing (base/wings.h) may add to the model. Closures and forces that it adds have
+ * room: one a wheel of the model. */
+typedef enum kmp_reader_stage {
+    KMP_READ_AFTER_TABLES,
+    KMP_READ_AFTER_STATES,
+    KMP_READ_AFTER_CLOSURES,
+    KMP_READ_AFTER_FORCES
+} kmp_reader_stage;
 
-/** The irregularities of a track. */
-void kmp_read_irregularities(kmp_reader *r, const kmp_yaml *map, const char *what, kmp_track *track);
+typedef struct kmp_reader_wing {
+    const char *const *sections; /* of the model that it reads; NULL ends them */
+    void (*read)(kmp_reader *r, kmp_reader_stage stage);
+} kmp_reader_wing;
 
-/** The course of a track whose rails are placed. */
-void kmp_read_course(kmp_reader *r, const kmp_yaml *list, const char *what, kmp_track *track);
+void kmp_read_wings(kmp_reader *r, kmp_reader_stage stage);
 
 /* -- compliant contacts (compliant/) ------------------------------------------------------------------ */
 
@@ -383,10 +390,6 @@ void kmp_read_compliant(kmp_reader *r, const kmp_yaml *map, const char *what, km
 /** True if such a mapping has a law that depends on the rate at the beginning of contact, and so a state. */
 bool kmp_contact_keeps_rate(const kmp_yaml *map);
 
-/* -- parts of wheels (read_wheels.c), after loops and after forces ----------------------------------- */
-
-void kmp_add_wheel_closures(kmp_reader *r);
-
 /* -- reactions that press surfaces together (read_reaction.c) ---------------------------------------- */
 
 /** Adds locked translations to joints of the tree whose friction depends on their reaction: after the bodies; their
@@ -398,7 +401,6 @@ void kmp_lock_pressed(kmp_reader *r);
 /** The size of the reaction that presses on a friction: of the closure that it names, or of its joint. NULL after an
  * error. */
 const kmp_expr *kmp_read_reaction(kmp_reader *r, const kmp_force *force, const kmp_yaml *map, const char *what);
-void kmp_add_wheel_forces(kmp_reader *r);
 
 /* -- parts of the file, in this order -------------------------------------------------------------- */
 
@@ -407,7 +409,6 @@ void kmp_read_inputs(kmp_reader *r);
 void kmp_read_tables(kmp_reader *r);
 /** True if expressions use a name already: a function, a parameter, a symbol. */
 bool kmp_name_means_something(const kmp_reader *r, const char *name);
-void kmp_read_profiles(kmp_reader *r);
 void kmp_read_bodies(kmp_reader *r);
 void kmp_read_motions(kmp_reader *r, const kmp_yaml *const *joint_nodes); /* of bodies 1, 2, ... */
 void kmp_read_mass(kmp_reader *r, const kmp_yaml *map, int body);         /* and shapes */
@@ -418,8 +419,6 @@ void kmp_add_state_rates(kmp_reader *r);
  * being read depends on itself, which is an error. */
 void kmp_read_block_of(kmp_reader *r, int unknown);
 
-void kmp_read_tracks(kmp_reader *r);
-void kmp_read_wheels(kmp_reader *r);
 /** The expression of a name. */
 void kmp_reader_take_named(kmp_reader *r, kmp_place place, const char *what, const kmp_expr *value, kmp_unknowns *u);
 void kmp_read_unknowns(kmp_reader *r); /* but for those that depend on multipliers */

@@ -189,7 +189,7 @@ static int find_drive(asking *a, const char *name)
 {
     kmp_nearest nearest = kmp_nearest_begin(name);
     for (int k = 0; k < a->model.closure_count; k++) {
-        if (strcmp(a->model.closures[k].kind, "drive") != 0)
+        if (a->model.closures[k].kind != KMP_CLOSURE_drive)
             continue;
         if (strcmp(a->model.closures[k].name, name) == 0)
             return k;

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The model as one JSON object. */
 #include "model/data/closure_table.h"
+#include "model/data/compliant.h"
 #include "model/data/output_table.h"
-#include "model/read/compliant.h"
 #include "model/write/model_print.h"
 #include "symbolic/surface.h"
 #include <math.h>
@@ -208,7 +208,7 @@ static void put_curve(kmp_json *json, const kempe_model *model, const kmp_closur
 
 static void put_closure(kmp_json *json, const kempe_model *model, const kmp_closure *closure)
 {
-    kmp_json_put(json, "name %s kind %s", closure->name, closure->kind);
+    kmp_json_put(json, "name %s kind %s", closure->name, kmp_closure_word(closure));
     if (closure->motion >= 0)
         kmp_json_string(json, "coordinate", model->motions[closure->motion].name);
     else if (closure->point[0] >= 0) {

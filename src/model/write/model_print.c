@@ -34,25 +34,20 @@ bool kmp_closure_has_axes(const kmp_closure *closure)
 }
 
 const char *const kmp_axis_names[3] = {"x", "y", "z"};
-const char *const kmp_inertia_names[6] = {"xx", "yy", "zz", "xy", "xz", "yz"};
 
 void kmp_model_settings(const kmp_run_settings *run, kmp_shown_setting list[KMP_SETTINGS])
 {
     bool automatic = run->dynamics == KMP_DYNAMICS_AUTO, cross = run->change_points == KMP_CHANGE_POINTS_CROSS;
-    const kmp_shown_setting all[KMP_SETTINGS] = {
-        {"t_end", false, run->t_end, NULL},
-        {"output_step", false, run->output_step, NULL},
-        {"rtol", false, run->rtol, NULL},
-        {"atol", false, run->atol, NULL},
-        {"max_step", false, run->max_step, NULL},
-        {"max_steps", false, (double)run->max_steps, NULL},
-        {"formulation", true, 0, run->formulation},
-        {"form", true, 0, run->form},
-        {"integrator", true, 0, run->integrator},
-        {"algorithm", true, 0, automatic ? NULL : kmp_dynamics_word(run->dynamics)},
-        {"change_points", true, 0, cross ? NULL : kmp_change_points_word(run->change_points)},
-    };
-    memcpy(list, all, sizeof all);
+    int count = 0;
+#define PUT_NUMBER(name) list[count++] = (kmp_shown_setting){#name, false, (double)run->name, NULL};
+#define PUT_TEXT(name)   list[count++] = (kmp_shown_setting){#name, true, 0, run->name};
+#define KMP_RUN_OPTION(name, type, key, ...)                                                                           \
+    KMP_RUN_IF_KEY_##key(KMP_RUN_IF_NUMBER_##type(PUT_NUMBER(name)) KMP_RUN_IF_TEXT_##type(PUT_TEXT(name)))
+#include "model/data/run_options.def"
+#undef KMP_RUN_OPTION
+    list[count++] = (kmp_shown_setting){"algorithm", true, 0, automatic ? NULL : kmp_dynamics_word(run->dynamics)};
+    list[count++] =
+        (kmp_shown_setting){"change_points", true, 0, cross ? NULL : kmp_change_points_word(run->change_points)};
 }
 
 kempe_status kempe_model_print(const kempe_model *model, kempe_format format, char **text)

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Shapes as text and as JSON. */
+#include "model/data/numbers.h"
 #include "model/write/model_print.h"
 
 static void put_vector(kmp_json *json, const char *key, int count, const kmp_number *v)

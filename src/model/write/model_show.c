@@ -2,8 +2,9 @@
 /* The model as a summary to read. */
 #include "base/memory.h"
 #include "model/data/closure_table.h"
+#include "model/data/compliant.h"
+#include "model/data/numbers.h"
 #include "model/data/output_table.h"
-#include "model/read/compliant.h"
 #include "model/write/model_print.h"
 #include "symbolic/surface.h"
 #include <string.h>
@@ -430,7 +431,7 @@ void kmp_model_show(kmp_text *text, const kempe_model *model)
     begin(text, "loops", count);
     for (int i = 0; i < count; i++) {
         const kmp_closure *closure = &model->closures[i];
-        kmp_text_printf(text, "  %s: %s ", closure->name, closure->kind);
+        kmp_text_printf(text, "  %s: %s ", closure->name, kmp_closure_word(closure));
         (closure->point[0] < 0 ? show_relation : show_between)(text, model, closure);
         kmp_text_put(text, "\n");
     }

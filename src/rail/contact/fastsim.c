@@ -7,7 +7,7 @@
  * Strips lie at y = b sin(angle), angles in even steps: the summands are then smooth to the ends of the ellipse. In a
  * strip steps are even, and tractions are those in the middle of each. */
 #include "rail/contact/creep.h"
-#include <kempe/contact.h>
+#include <kempe/rolling_contact.h>
 #include <math.h>
 
 static const double pi = 3.14159265358979323846;

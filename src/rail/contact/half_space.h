@@ -5,7 +5,7 @@
 
 #include "base/arena.h"
 #include "rail/contact/gap.h"
-#include <kempe/contact.h>
+#include <kempe/rolling_contact.h>
 
 typedef enum kmp_half_space_result {
     KMP_HALF_SPACE_SOLVED,

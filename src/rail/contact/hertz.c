@@ -5,7 +5,7 @@
  *     lesser / greater curvature = g^2 D / B,  c^3 = 3 N E / (pi G* S sqrt(g)),  approach = c^2 S g K / (2 E). */
 #include "rail/contact/hertz.h"
 #include "base/context.h"
-#include <kempe/contact.h>
+#include <kempe/rolling_contact.h>
 #include <math.h>
 
 static const double pi = 3.14159265358979323846;

@@ -7,7 +7,7 @@
 #include "rail/contact/kalker.h"
 #include "base/context.h"
 #include "base/spline.h"
-#include <kempe/contact.h>
+#include <kempe/rolling_contact.h>
 #include <math.h>
 
 enum { ROWS = KMP_KALKER_ROWS, POINTS = KMP_KALKER_POINTS, COEFFICIENTS = KMP_KALKER_COEFFICIENTS, RATIOS = 3 };

@@ -13,7 +13,7 @@
  * The motion of amplitude a is between the ends u - 2a and u of equal S with S below inside. Such an interval is found
  * by moving it over the table: S(u) - S(u - 2a) is a parabola between two points. */
 #include "base/context.h"
-#include <kempe/contact.h>
+#include <kempe/rolling_contact.h>
 #include <math.h>
 
 /* A smaller difference of radii, m, is rounding: cylinders do not oscillate. */

@@ -132,26 +132,3 @@ kmp_table *kmp_rail_new(const kmp_table *profile, kmp_rail_place *place)
     kmp_free(room);
     return rail;
 }
-
-/* -- end ----------------------------------------------------------------------------------------- */
-
-void kmp_profile_free(kmp_profile *profile)
-{
-    kmp_table_free(profile->height);
-    profile->height = NULL;
-}
-
-void kmp_track_free(kmp_track *track)
-{
-    kmp_table **tables[] = {&track->rail, &track->x, &track->y, &track->cant};
-    for (size_t k = 0; k < sizeof tables / sizeof *tables; k++) {
-        kmp_table_free(*tables[k]);
-        *tables[k] = NULL;
-    }
-    for (int k = 0; k < KMP_IRREGULARITIES; k++) {
-        kmp_table_free(track->irregularities.made[k]);
-        track->irregularities.made[k] = NULL;
-    }
-    kmp_free(track->candidate);
-    track->candidate = NULL;
-}

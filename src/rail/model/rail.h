@@ -20,10 +20,6 @@ typedef struct kmp_rail_place {
  * it does not reach the depth, is not resolved, or no memory. */
 struct kmp_table *kmp_rail_new(const struct kmp_table *profile, kmp_rail_place *place);
 
-/** Frees the tables owned by a profile; the named tables it refers to remain. */
-void kmp_profile_free(kmp_profile *profile);
-void kmp_track_free(kmp_track *track);
-
 /* -- the middle line of a track, from its course (course.c) ------------------------------------------
  *
  * Curvature is linear over the arc length in transitions (clothoids), cant too except at its corners, which are rounded
@@ -44,9 +40,6 @@ enum { KMP_COURSE_SHORTEST = 1, KMP_COURSE_LONGEST = 1000 }; /* of a piece, in m
 kmp_course_result kmp_course_lay(kmp_track *track);
 
 /* -- irregularities from their spectral densities: sums of harmonics with random phases (wave_spectrum.c) -- */
-
-/** The words of spectra.def. */
-extern const kmp_name_list kmp_wave_spectrum_words;
 
 /** Density of alignment, level or cross level at an angular frequency over the length, rad/m, in m^2/(rad/m). The
  * variance is its integral over the frequencies from the longest wavelength to the shortest one. 0 for other

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The course of a track, piece by piece. */
 #include "model/language/limits.h"
-#include "model/read/reading.h"
 #include "rail/model/rail.h"
+#include "rail/model/read_rail.h"
 
 static const kmp_key piece_keys[] = {
 #include "model/keys/piece_keys.def"

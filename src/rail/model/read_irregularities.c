@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Irregularities of a track: tables over the arc length, or generated from a spectrum. */
 #include "model/language/limits.h"
-#include "model/read/reading.h"
 #include "rail/model/rail.h"
+#include "rail/model/read_rail.h"
 #include <math.h>
 
 static const kmp_key irregularity_keys[] = {

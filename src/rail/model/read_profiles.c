@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Profiles: cross-sections of wheels and rails, by points. */
-#include "model/read/reading.h"
 #include "rail/model/profile_files.h"
+#include "rail/model/read_rail.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <string.h>

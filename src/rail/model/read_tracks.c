@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tracks: two rails, and their positions. */
-#include "model/read/reading.h"
 #include "rail/model/rail.h"
+#include "rail/model/read_rail.h"
 #include <math.h>
 
 static const kmp_key track_keys[] = {

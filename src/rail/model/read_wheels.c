@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Wheels on rails: each becomes a force, and where its contact is rigid a closure, of its name. */
 #include "model/data/numbers.h"
-#include "model/read/reading.h"
 #include "rail/model/rail.h"
+#include "rail/model/read_rail.h"
 #include <string.h>
 
 static const kmp_key wheel_keys[] = {
@@ -259,8 +259,12 @@ void kmp_add_wheel_closures(kmp_reader *r)
         if (kmp_name_find(KMP_NAMED(model, closure), wheel->name) >= 0)
             complain_name(r, wheel, "loop");
         wheel->closure = model->closure_count++;
-        model->closures[wheel->closure] = (kmp_closure){
-            .name = wheel->name, .kind = "wheel", .place = wheel->place, .point = {-1, -1}, .motion = -1, .wheel = k};
+        model->closures[wheel->closure] = (kmp_closure){.name = wheel->name,
+                                                        .kind = KMP_CLOSURE_wheel,
+                                                        .place = wheel->place,
+                                                        .point = {-1, -1},
+                                                        .motion = -1,
+                                                        .wheel = k};
     }
 }
 

@@ -8,13 +8,12 @@
 #include <stdint.h>
 
 typedef struct level {
-    const char *word;
     double alignment, level;
 } level;
 
 static const level levels[] = {
-#define KMP_SPECTRUM(word, alignment, level) {#word, alignment, level},
-#include "rail/model/spectra.def"
+#define KMP_SPECTRUM(word, alignment, level) {alignment, level},
+#include "model/data/spectra.def"
 #undef KMP_SPECTRUM
 };
 
@@ -22,8 +21,6 @@ enum { KNOTS_A_WAVE = 16, FLAT_KNOTS = 8 };
 
 static const double pi = 3.14159265358979323846;
 static const double rise = 10; /* m over which irregularities begin and end */
-
-const kmp_name_list kmp_wave_spectrum_words = {levels, sizeof *levels, sizeof levels / sizeof *levels};
 
 /* ERRI B176: S = A wc^2 / ((w^2 + wr^2) (w^2 + wc^2)). For the angle between the rails, with half their distance b, A /
  * b^2 wc^2 w^2 / ((w^2 + wr^2) (w^2 + wc^2) (w^2 + ws^2)); for the height over 2 b this has the factor 4. */

@@ -455,8 +455,3 @@ bool kmp_zones_space(const kmp_track *track, kmp_wheel *wheel)
     kmp_arena_free(&s.arena);
     return ok;
 }
-
-int kmp_wheel_contacts(const kmp_wheel *wheel)
-{
-    return wheel->form == KMP_CONTACT_RIGID ? 1 : wheel->zone_count;
-}

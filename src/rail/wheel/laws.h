@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The laws of rolling contact (kempe/contact.h) as expressions, with all derivatives.
+/* The laws of rolling contact (kempe/rolling_contact.h) as expressions, with all derivatives.
  *
  * They are smooth and finite everywhere, also without creep and without a normal force. Sizes of creepages have a floor
  * of 1e-15, sizes of forces one of 1e-12 of friction times normal force. The normal force in a power has a floor of

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A rigid wheel on a rigid rail: h is the gap along the normal at the closest points; lambda is the normal force. */
-#include "constraints/kinds/kind.h"
+#include "rail/rail_wing.h"
 #include "rail/wheel/patch.h"
 
 static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
@@ -13,4 +13,6 @@ static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *
     h[0] = patch.gap;
 }
 
-const kmp_part kmp_part_wheel = {1, 1, residual, kmp_part_effort, NULL};
+static const kmp_part part = {1, 1, residual, kmp_part_effort, NULL};
+
+const kmp_closure_of_wing kmp_wheel_closures[] = {{KMP_CLOSURE_wheel, {&part, &kmp_part_none}}, {0}};

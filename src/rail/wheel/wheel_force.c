@@ -4,7 +4,7 @@
  * as power. An output shows the force on the wheel and its moment about the wheel's centre in the track's axes:
  * forwards, left, up.
  */
-#include "dynamics/forces/law.h"
+#include "rail/rail_wing.h"
 #include "rail/wheel/wheel_contact.h"
 #include "symbolic/table_function.h"
 
@@ -21,7 +21,7 @@ static void show(kmp_graph *g, const kmp_wheel_pose *pose, const kmp_contact *c,
 /* Cosine of the angle by which a wheel's axle may be turned out of the track's cross-section. */
 #define MOST_TURNED 0.5
 
-void kmp_law_wheel(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
+static void law(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
 {
     kmp_graph *g = tree->graph;
     const kmp_wheel *wheel = &tree->model->wheels[force->wheel];
@@ -64,3 +64,5 @@ void kmp_law_wheel(kmp_forces *forces, const kmp_tree *tree, const kmp_force *fo
         }
     }
 }
+
+const kmp_law_row kmp_wheel_laws[] = {{KMP_FORCE_WHEEL, law}, {0}};

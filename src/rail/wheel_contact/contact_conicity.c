@@ -2,7 +2,7 @@
 /* The equivalent conicity of a pair of wheels, from the rolling radii of a table of contacts (contact/klingel.c). */
 #include "model/language/nearest.h"
 #include "rail/wheel_contact/contact_sweep.h"
-#include <kempe/contact.h>
+#include <kempe/rolling_contact.h>
 #include <kempe/vehicle.h>
 #include <math.h>
 #include <string.h>

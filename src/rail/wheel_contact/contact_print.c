@@ -3,7 +3,7 @@
 #include "output/print.h"
 #include "output/result_table.h"
 #include "rail/wheel_contact/contact_sweep.h"
-#include <kempe/contact.h>
+#include <kempe/rolling_contact.h>
 #include <kempe/vehicle.h>
 #include <math.h>
 #include <stdio.h>

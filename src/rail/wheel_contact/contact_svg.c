@@ -5,7 +5,7 @@
 #include "output/plot.h"
 #include "rail/wheel_contact/contact_sweep.h"
 #include "symbolic/table_function.h"
-#include <kempe/contact.h>
+#include <kempe/rolling_contact.h>
 #include <kempe/vehicle.h>
 #include <math.h>
 #include <stdio.h>

@@ -11,7 +11,7 @@
 #include "model/data/coordinates.h"
 #include "output/print.h"
 #include "symbolic/table_function.h"
-#include <kempe/contact.h>
+#include <kempe/rolling_contact.h>
 #include <kempe/vehicle.h>
 #include <math.h>
 #include <string.h>

@@ -6,7 +6,7 @@
 #include "model/data/variant.h"
 #include "model/data/wheels.h"
 #include "model/language/ranges.h"
-#include <kempe/contact.h>
+#include <kempe/rolling_contact.h>
 #include <kempe/vehicle.h>
 
 /** A range of `over`: a parameter of the variant, or a coordinate with fixed value. */

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* `check` for a person: a short form with the verdict, or one paragraph a question. */
 #include "studies/assembly/check_print.h"
+#include "model/data/closure_table.h"
+#include "model/data/numbers.h"
 #include "model/write/model_print.h"
 #include "output/result_table.h"
 #include <kempe/check.h>
@@ -109,7 +111,7 @@ static void put_repair(kmp_text *text, const kempe_check *check, int k)
 {
     const kmp_repair *repair = &check->diagnosis.repairs[k];
     const char *name = kmp_name_of_closure(check->system, repair->closure),
-               *kind = check->system->model->closures[repair->closure].kind;
+               *kind = kmp_closure_word(&check->system->model->closures[repair->closure]);
     if (repair->count == repair->of) {
         kmp_text_printf(text, "remove %s '%s': the other closures imply it", kind, name);
         return;
@@ -620,7 +622,7 @@ static void fill_closures(kempe_table *table, const void *result)
         for (int k = 0; check->assembled && k < d->repair_count; k++)
             may_lose = d->repairs[k].closure == c ? d->repairs[k].count : may_lose;
         KMP_TABULATE(table, "%s %s %d %g %g %g %g", kmp_name_of_closure(check->system, c),
-                     check->system->model->closures[c].kind, count_rows(check, c, false),
+                     kmp_closure_word(&check->system->model->closures[c]), count_rows(check, c, false),
                      check->assembled ? (double)count_rows(check, c, true) : (double)NAN,
                      check->assembled ? (double)may_lose : (double)NAN, check->assembly->gaps[c],
                      check->assembly->turns[c]);

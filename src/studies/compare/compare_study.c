@@ -3,6 +3,7 @@
 #include "studies/compare/compare_study.h"
 #include "base/memory.h"
 #include "constraints/evaluation/load_multipliers.h"
+#include "constraints/partition/undetermined_loads.h"
 #include "integrators/steppers/solver.h"
 #include "output/print.h"
 #include <kempe/compare.h>
@@ -355,14 +356,12 @@ static kempe_status compare(kmp_compare_job *j, const kempe_compare_options *opt
     return c->arena.failed ? kmp_fail_memory(j->context) : conclude(j);
 }
 
-kempe_status kempe_comparison_new(const kempe_system *system, const kempe_compare_options *options,
-                                  kempe_comparison **comparison)
+kempe_status kmp_compare(const kempe_system *system, const kempe_compare_options *options,
+                         kempe_comparison **comparison)
 {
-    KMP_WANTED_BOTH(system, comparison);
     KMP_OPTIONS(system->context, kempe_compare_options, options);
     kempe_comparison *c = KMP_NEW(kempe_comparison, 1);
     kmp_compare_job j = {.comparison = c, .context = system->context};
-    kmp_model_begin_forces(system->model);
     KMP_TRY(kmp_made(j.context, c));
     *c = (kempe_comparison){
         .system = system, .source = "none", .amplification = NAN, .advice = {.run = -1, .level = NAN}};

@@ -193,3 +193,7 @@ double kmp_compare_error(const kempe_comparison *comparison, const kmp_compared 
 
 /** An array of sentences. */
 void kmp_sentences_json(kmp_json *json, const char *key, const kmp_sentences *list);
+
+/** The work of kempe_comparison_new. */
+kempe_status kmp_compare(const kempe_system *system, const kempe_compare_options *options,
+                         kempe_comparison **comparison);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "studies/simulate/observed.h"
 #include "base/memory.h"
+#include "model/data/closure_table.h"
 #include "model/data/force_table.h"
 #include "model/data/output_table.h"
 #include "model/read/user_lists.h"

@@ -150,8 +150,8 @@ int kempe_outputs_find(const kempe_outputs *outputs, const char *name)
 
 /* -- values ------------------------------------------------------------------------------------------ */
 
-kempe_status kempe_outputs_at(kempe_outputs *o, double t, const double *q, const double *qd, const double *qdd,
-                              const double *lambda, double *values)
+kempe_status kempe_outputs_at_state(kempe_outputs *o, double t, const double *q, const double *qd, const double *qdd,
+                                    const double *lambda, double *values)
 {
     KMP_WANTED(NULL, o, "outputs");
     KMP_WANTED(o->system->context, q, "q");
@@ -175,8 +175,8 @@ kempe_status kempe_outputs_at_stepper(kempe_outputs *o, const kempe_stepper *s, 
     kmp_present_inputs *inputs = &o->observed.inputs;
     kmp_present_inputs_copy(inputs, kmp_runner_inputs(s->runner));
     inputs->held = true;
-    kempe_status status = kempe_outputs_at(o, s->t, kempe_stepper_q(s), kempe_stepper_qd(s), kempe_stepper_qdd(s),
-                                           kempe_stepper_lambda(s), values);
+    kempe_status status = kempe_outputs_at_state(o, s->t, kempe_stepper_q(s), kempe_stepper_qd(s), kempe_stepper_qdd(s),
+                                                 kempe_stepper_lambda(s), values);
     memset(inputs->replaced, 0, (size_t)inputs->count * sizeof *inputs->replaced);
     inputs->held = false;
     return status;
@@ -191,8 +191,9 @@ kempe_status kempe_outputs_at_row(kempe_outputs *o, const kempe_trajectory *t, i
     if (row < 0 || row >= kempe_trajectory_row_count(t))
         return kmp_fail(o->system->context, KEMPE_E_ARGUMENT, "there is no row %d: the trajectory has %d", row,
                         kempe_trajectory_row_count(t));
-    return kempe_outputs_at(o, kempe_trajectory_time(t, row), kempe_trajectory_q(t, row), kempe_trajectory_qd(t, row),
-                            kempe_trajectory_qdd(t, row), kempe_trajectory_lambda(t, row), values);
+    return kempe_outputs_at_state(o, kempe_trajectory_time(t, row), kempe_trajectory_q(t, row),
+                                  kempe_trajectory_qd(t, row), kempe_trajectory_qdd(t, row),
+                                  kempe_trajectory_lambda(t, row), values);
 }
 
 kempe_status kempe_outputs_at_time(kempe_outputs *outputs, kempe_trajectory *trajectory, double t, double *values)
@@ -201,8 +202,8 @@ kempe_status kempe_outputs_at_time(kempe_outputs *outputs, kempe_trajectory *tra
     KMP_WANTED(NULL, trajectory, "trajectory");
     const double *row = trajectory->at;
     int n = trajectory->system->n;
-    KMP_TRY(kempe_trajectory_at(trajectory, t, NULL, NULL, NULL, NULL));
-    return kempe_outputs_at(outputs, t, row, row + n, row + 2 * n, row + 3 * n, values);
+    KMP_TRY(kempe_trajectory_at_time(trajectory, t, NULL, NULL, NULL, NULL));
+    return kempe_outputs_at_state(outputs, t, row, row + n, row + 2 * n, row + 3 * n, values);
 }
 
 /* -- Jacobians --------------------------------------------------------------------------------------- */

@@ -3,6 +3,7 @@
  * of parameters. A restored stepper makes its runner anew from the saved numbers alone, so that nothing of what
  * happened in between remains. */
 #include "base/memory.h"
+#include "constraints/inexact/nearest_exact.h"
 #include "constraints/tolerances.h"
 #include "constraints/workspace/workspace_inside.h"
 #include "integrators/steppers/sample_times.h"
@@ -619,7 +620,7 @@ static kempe_status derive(parameters *p, const kempe_system *before)
         status = kmp_fail(before->context, status, "%s", why.s ? why.s : "");
     kmp_text_free(&why);
     if (status == KEMPE_OK)
-        status = kempe_system_new(kmp_variant_model(p->variant), &p->system);
+        status = kmp_system_new(kmp_variant_model(p->variant), NULL, &p->system);
     if (status == KEMPE_OK && (p->system->m != before->m || p->system->events.count != before->events.count))
         return kmp_fail(before->context, KEMPE_E_FAILED,
                         "these values change the number of closure rows or of conditions (%d and %d, now %d and %d)",

@@ -2,9 +2,11 @@
 /* Simulating: options to a run, a run to a trajectory. */
 #include "studies/simulate/trajectory.h"
 #include "base/memory.h"
+#include "base/wings.h"
 #include "constraints/closing/assembly_modes.h"
 #include "constraints/diagnosis/shared_loads.h"
 #include "constraints/evaluation/load_multipliers.h"
+#include "constraints/partition/undetermined_loads.h"
 #include "integrators/steppers/sample_times.h"
 #include "integrators/steppers/solver.h"
 #include "model/data/coordinates.h"
@@ -13,6 +15,8 @@
 #include "output/print.h"
 #include "output/times.h"
 #include "studies/simulate/checkpoint.h"
+#include "studies/simulate/run_judge.h"
+#include "studies/simulate/simulation.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>
@@ -34,25 +38,6 @@ enum { MANY_ROWS = 200 };
 /* Loads that are evaluated in two ways are the same up to rounding. */
 #define SAME_LOAD 1e-9
 
-/* All that a simulation needs until it is done. */
-typedef struct job {
-    const kempe_system *system;
-    kempe_context *context;
-    const kempe_run_options *run;
-    kmp_arena arena;
-    kmp_run_spec spec;
-    kmp_reference reference;
-    bool has_reference;
-    kmp_times times;
-    kmp_samples before;          /* rows of the checkpoint to continue from */
-    kmp_past *past;              /* of delayed signals in it; NULL: none */
-    kmp_program_cache_past kept; /* for the checkpoint of this run */
-    kempe_assembly start;
-    double *static_loads; /* of wheels */
-    kmp_step_counts counts;
-    bool least_norm; /* loads that redundant constraints share */
-} job;
-
 /* -- options ----------------------------------------------------------------------------------------- */
 
 static kempe_status check_numbers(kempe_context *context, const kempe_run_options *run)
@@ -60,18 +45,15 @@ static kempe_status check_numbers(kempe_context *context, const kempe_run_option
     const struct {
         const char *name;
         double value;
-    } numbers[] = {{"rtol", run->rtol},
-                   {"atol", run->atol},
-                   {"t_end", run->t_end},
-                   {"output_step", run->output_step},
-                   {"fixed_step", run->fixed_step},
-                   {"max_step", run->max_step}};
+    } numbers[] = {
+#define KMP_RUN_OPTION(name, type, ...) KMP_RUN_IF_NUMBER_##type({#name, (double)run->name}, )
+#include "model/data/run_options.def"
+#undef KMP_RUN_OPTION
+    };
     for (size_t k = 0; k < sizeof numbers / sizeof *numbers; k++)
         if (!(numbers[k].value >= 0) || !isfinite(numbers[k].value))
             return kmp_fail(context, KEMPE_E_ARGUMENT, "%s = %g: a positive number is expected", numbers[k].name,
                             numbers[k].value);
-    if (run->max_steps < 0)
-        return kmp_fail(context, KEMPE_E_ARGUMENT, "max_steps = %ld: a positive number is expected", run->max_steps);
     if (run->threads < 0 || run->threads > KMP_TEAM_MOST)
         return kmp_fail(context, KEMPE_E_ARGUMENT, "%d threads: 1 to %d are possible", run->threads, KMP_TEAM_MOST);
     return KEMPE_OK;
@@ -83,26 +65,23 @@ kempe_status kmp_spec_of(const kempe_system *system, const kempe_run_options *ru
     KMP_TRY(check_numbers(system->context, run));
     KMP_TRY(kmp_made(system->context, u));
     KMP_TRY(kmp_coordinates_read(system->model, "independent", run->independent, u, &count));
-    *spec = (kmp_run_spec){.formulation = run->formulation,
-                           .form = run->form,
-                           .integrator = run->integrator,
-                           .linear = run->linear,
-                           .backend = run->backend,
-                           .u = count > 0 ? u : NULL,
-                           .u_count = count,
-                           .rtol = run->rtol,
-                           .atol = run->atol,
-                           .t_end = run->t_end,
-                           .keep_independent = run->keep_independent,
-                           .change_points = run->change_points,
-                           .max_steps = run->max_steps,
-                           .fixed_step = run->fixed_step,
-                           .max_step = run->max_step,
-                           .threads = run->threads};
+    *spec = (kmp_run_spec){.u = count > 0 ? u : NULL, .u_count = count};
+#define KMP_RUN_OPTION(name, type, key, engine, ...) KMP_RUN_IF_RUN_##engine(spec->name = run->name;)
+#include "model/data/run_options.def"
+#undef KMP_RUN_OPTION
     return kmp_run_resolve(system, spec);
 }
 
-static kempe_status prepare(job *j)
+void kmp_spec_numbers(const kmp_run_spec *spec, kempe_run_options *run)
+{
+#define KMP_RUN_OPTION(name, type, key, engine, ...)                                                                   \
+    KMP_RUN_IF_RUN_##engine(KMP_RUN_IF_NUMBER_##type(run->name = spec->name;))
+#include "model/data/run_options.def"
+#undef KMP_RUN_OPTION
+    run->integrator = spec->integrator;
+}
+
+static kempe_status read_options(kmp_simulation *j)
 {
     KMP_TRY(kmp_spec_of(j->system, j->run, &j->arena, &j->spec));
     KMP_TRY(kmp_load_share_read(j->context, j->run->loads, &j->least_norm));
@@ -151,7 +130,7 @@ static double *unknowns(kmp_arena *arena, int count)
     return x;
 }
 
-static kempe_trajectory *trajectory_new(const job *j)
+static kempe_trajectory *trajectory_new(const kmp_simulation *j)
 {
     const kmp_run_spec *spec = &j->spec;
     kempe_trajectory *t = KMP_NEW(kempe_trajectory, 1);
@@ -246,7 +225,7 @@ static void warn_of_verdict(const kempe_trajectory *t)
 }
 
 /* Multipliers that redundant rows leave open have no error. */
-static kempe_status leave_out_shared(const kempe_trajectory *t, job *j, kmp_evaluator *eval)
+static kempe_status leave_out_shared(const kempe_trajectory *t, kmp_simulation *j, kmp_evaluator *eval)
 {
     int count;
     bool *shared = KMP_ARENA_NEW(&j->arena, bool, t->system->m);
@@ -297,7 +276,7 @@ static bool put_loads(const kmp_all_loads *loads, const kempe_model *model, cons
 }
 
 /* Outputs of all rows with the loads of least norm. */
-static kempe_status share_loads(kempe_trajectory *t, const job *j, kmp_evaluator *eval)
+static kempe_status share_loads(kempe_trajectory *t, const kmp_simulation *j, kmp_evaluator *eval)
 {
     const kempe_model *model = t->system->model;
     const int width = kmp_outputs_width(model);
@@ -347,7 +326,7 @@ static kempe_status judge_last_row(kempe_trajectory *t, kmp_evaluator *eval, kem
     return status;
 }
 
-static kempe_status judge(kempe_trajectory *t, job *j)
+static kempe_status judge(kempe_trajectory *t, kmp_simulation *j)
 {
     const kempe_model *model = t->system->model;
     kmp_evaluator *eval =
@@ -415,7 +394,7 @@ static int count_step(void *user, kmp_runner *runner, double from, double to)
     return 0;
 }
 
-static kempe_status integrate(job *j, kempe_trajectory *t)
+static kempe_status integrate(kmp_simulation *j, kempe_trajectory *t)
 {
     /* Numbers of steps, for a check of parts. */
     const int rows = j->spec.time_count;
@@ -434,7 +413,7 @@ static kempe_status integrate(job *j, kempe_trajectory *t)
     }
     j->spec.log = &t->log;
     const double most = j->run->keep_dense ? 0 : DENSE_OF_WHEELS;
-    if ((j->run->keep_dense || j->static_loads) && !(j->spec.recording = t->recording = kmp_recording_new(most)))
+    if ((j->run->keep_dense || j->judge_needs) && !(j->spec.recording = t->recording = kmp_recording_new(most)))
         return kmp_fail_memory(j->context);
     j->kept.since = j->spec.t_start;
     j->spec.kept_past = s.checkpoint ? &j->kept : NULL;
@@ -463,7 +442,7 @@ const char *kmp_trajectory_unit(const kempe_trajectory *t)
 }
 
 /* The convergence check: an error of a complete run shows at another tolerance. */
-static kempe_status run_again(kempe_trajectory *t, job *j)
+static kempe_status run_again(kempe_trajectory *t, kmp_simulation *j)
 {
     j->spec.rate_scale = t->report.rate_scale;
     j->counts.changes = t->report.events > 0 || t->report.impacts > 0 || t->report.changes > 0;
@@ -481,12 +460,20 @@ static kempe_status run_again(kempe_trajectory *t, job *j)
     return status;
 }
 
-/* Of wheels on rails, from the dense output, which is then kept for the caller alone. */
-static kempe_status judge_safety(kempe_trajectory *t, const job *j)
+const kmp_run_judge *kmp_run_judge_find(void)
 {
-    if (!t->recording || !j->static_loads)
+    for (const kmp_wing *const *wing = kmp_wings; *wing; wing++)
+        if ((*wing)->judge)
+            return (*wing)->judge;
+    return NULL;
+}
+
+/* By the judge of a wing, from the dense output, which is then kept for the caller alone. */
+static kempe_status judge_further(kempe_trajectory *t, const kmp_simulation *j)
+{
+    if (!t->recording || !j->judge_needs)
         return KEMPE_OK;
-    kempe_status status = kmp_running_safety_of(t->system, t->recording, j->static_loads, &t->arena, &t->safety);
+    kempe_status status = kmp_run_judge_find()->judge(t->system, t->recording, j->judge_needs, &t->arena, &t->judged);
     if (!j->run->keep_dense) {
         kmp_recording_free(t->recording);
         t->recording = NULL;
@@ -494,71 +481,58 @@ static kempe_status judge_safety(kempe_trajectory *t, const job *j)
     return status;
 }
 
-static kempe_status run(job *j, kempe_trajectory **trajectory)
+kempe_status kmp_simulation_begin(kmp_simulation *j, const kempe_system *system, const kempe_run_options *options)
+{
+    *j = (kmp_simulation){.system = system, .context = system->context, .run = options};
+    kmp_samples_init(&j->before, system->n, system->m);
+    const kmp_run_judge *judge = kmp_run_judge_find();
+    if (judge)
+        KMP_TRY(judge->prepare(system, options, &j->arena, &j->judge_needs));
+    kmp_context_clear(j->context); /* the messages of that search */
+    return read_options(j);
+}
+
+kempe_status kmp_simulation_run(kmp_simulation *j)
 {
     kempe_trajectory *t = trajectory_new(j);
     KMP_TRY(kmp_made(j->context, t));
+    j->trajectory = t;
     kempe_status status = integrate(j, t);
     if (status == KEMPE_STOPPED && t->report.requested)
         status = KEMPE_OK;
-    if (kmp_has_result(status)) {
-        t->status = status;
-        t->interrupted = kmp_interrupted(j->context);
-        status = settle_reason(t, j->context);
-    }
-    kempe_status judged = kmp_has_result(status) ? judge(t, j) : KEMPE_OK;
-    if (judged == KEMPE_OK && kmp_has_result(status))
-        judged = judge_safety(t, j);
+    if (!kmp_has_result(status))
+        return status;
+    t->status = status;
+    t->interrupted = kmp_interrupted(j->context);
+    return settle_reason(t, j->context);
+}
+
+kempe_status kmp_simulation_judge(kmp_simulation *j, kempe_status status)
+{
+    kempe_trajectory *t = j->trajectory;
+    if (!kmp_has_result(status))
+        return status;
+    kempe_status judged = judge(t, j);
+    if (judged == KEMPE_OK)
+        judged = judge_further(t, j);
     status = judged == KEMPE_OK ? status : judged;
-    if (status == KEMPE_OK && !j->run->no_convergence_check)
-        status = run_again(t, j);
-    t->warnings = kmp_context_warnings(j->context);
-    if (kmp_has_result(status))
-        *trajectory = t;
+    return status == KEMPE_OK && !j->run->no_convergence_check ? run_again(t, j) : status;
+}
+
+kempe_status kmp_simulation_end(kmp_simulation *j, kempe_status status, kempe_trajectory **trajectory)
+{
+    if (j->trajectory)
+        j->trajectory->warnings = kmp_context_warnings(j->context);
+    if (j->trajectory && kmp_has_result(status))
+        *trajectory = j->trajectory;
     else
-        kempe_trajectory_free(t);
-    return status;
-}
-
-/* Before the run, whose messages remain. */
-static kempe_status find_static_loads(job *j)
-{
-    int wheels = j->system->model->wheel_count;
-    if (wheels == 0 || !j->run->judge_safety)
-        return KEMPE_OK;
-    j->static_loads = KMP_ARENA_NEW(&j->arena, double, wheels);
-    KMP_TRY(kmp_made(j->context, j->static_loads));
-    return kmp_static_loads(j->system, j->static_loads);
-}
-
-kempe_status kmp_simulate(const kempe_system *system, const kempe_run_options *options, kempe_trajectory **trajectory)
-{
-    KMP_OPTIONS(system->context, kempe_run_options, options);
-    job j = {.system = system, .context = system->context, .run = options};
-    kmp_samples_init(&j.before, system->n, system->m);
-    kempe_status status = find_static_loads(&j);
-    if (status == KEMPE_OK) {
-        kmp_context_clear(j.context); /* the messages of that search */
-        status = prepare(&j);
-    }
-    if (status == KEMPE_OK)
-        status = run(&j, trajectory);
-    kmp_arena_free(&j.arena);
-    kmp_samples_free(&j.reference);
-    kmp_times_free(&j.times);
-    kmp_samples_free(&j.before);
-    kmp_past_free(j.past);
-    kmp_past_free(j.kept.past);
-    return status;
-}
-
-kempe_status kempe_simulate(const kempe_system *system, const kempe_run_options *run, kempe_trajectory **trajectory)
-{
-    KMP_WANTED_BOTH(system, trajectory);
-    kmp_model_begin_forces(system->model);
-    kempe_status status = kmp_context_verdict(system->context, kmp_simulate(system, run, trajectory));
-    if (status == KEMPE_UNTRUSTED)
-        (*trajectory)->status = status;
+        kempe_trajectory_free(j->trajectory);
+    kmp_arena_free(&j->arena);
+    kmp_samples_free(&j->reference);
+    kmp_times_free(&j->times);
+    kmp_samples_free(&j->before);
+    kmp_past_free(j->past);
+    kmp_past_free(j->kept.past);
     return status;
 }
 
@@ -589,8 +563,8 @@ static double *take(double *to, double *from, int count)
     return from + count;
 }
 
-kempe_status kempe_trajectory_at(kempe_trajectory *trajectory, double t, double *q, double *qd, double *qdd,
-                                 double *lambda)
+kempe_status kempe_trajectory_at_time(kempe_trajectory *trajectory, double t, double *q, double *qd, double *qdd,
+                                      double *lambda)
 {
     KMP_WANTED(NULL, trajectory, "trajectory");
     int n = trajectory->system->n;

@@ -5,7 +5,6 @@
 #include "integrators/run/recording.h"
 #include "output/convergence.h"
 #include "output/verdict.h"
-#include "rail/running_safety.h"
 
 struct kempe_trajectory {
     const kempe_system *system;
@@ -18,18 +17,18 @@ struct kempe_trajectory {
     kmp_samples table;
     kmp_verdict verdict;
     kmp_convergence again;
-    kmp_run_report report;     /* its reason has moved to `reason` */
-    kmp_run_log log;           /* of events */
-    int mode_changes;          /* of the assembly mode for given held coordinates; the first one: */
-    double mode_t[2];          /* between these rows */
-    int mode_coordinate;       /* a coordinate of the loops that pass to it */
-    double *reaction;          /* 3 a closure, at the last row; NaN when there is none */
-    double *shown;             /* values of outputs in addition to the table, per row */
-    kmp_run_spec spec;         /* as it was run, without its times and log; it points into the arena */
-    bool interrupted;          /* by the user */
-    kmp_recording *recording;  /* NULL: none is kept */
-    kmp_running_safety safety; /* of wheels on rails */
-    double *at;                /* 3 n + m: a row between those of the table */
+    kmp_run_report report;    /* its reason has moved to `reason` */
+    kmp_run_log log;          /* of events */
+    int mode_changes;         /* of the assembly mode for given held coordinates; the first one: */
+    double mode_t[2];         /* between these rows */
+    int mode_coordinate;      /* a coordinate of the loops that pass to it */
+    double *reaction;         /* 3 a closure, at the last row; NaN when there is none */
+    double *shown;            /* values of outputs in addition to the table, per row */
+    kmp_run_spec spec;        /* as it was run, without its times and log; it points into the arena */
+    bool interrupted;         /* by the user */
+    kmp_recording *recording; /* NULL: none is kept */
+    void *judged;             /* by kmp_run_judge_find(); NULL: not */
+    double *at;               /* 3 n + m: a row between those of the table */
 };
 
 /** The word of its status. */
@@ -41,14 +40,13 @@ const char *kmp_trajectory_unit(const kempe_trajectory *t);
 /** The outputs in addition to the table (model/tables/output_table.h) at a row; owned by the evaluator. */
 const double *kmp_samples_shown(const kmp_samples *table, kmp_evaluator *eval, int row);
 
-/** kempe_simulate as a part of another computation, which goes on and judges itself: KEMPE_OK also where the run cannot
- * be trusted. Its warnings are those of the whole. */
-kempe_status kmp_simulate(const kempe_system *system, const kempe_run_options *run, kempe_trajectory **trajectory);
-
 /** The run of the options, with names and defaults resolved. `spec` points into the arena and to the strings of `run`.
  */
 kempe_status kmp_spec_of(const kempe_system *system, const kempe_run_options *run, kmp_arena *arena,
                          kmp_run_spec *spec);
+
+/** Sets the numbers and the integrator of `run` to those that were resolved: the same run again. */
+void kmp_spec_numbers(const kmp_run_spec *spec, kempe_run_options *run);
 
 /* The compliant contacts of a run: how often and how long their bodies touched, and how deep each contact was. */
 enum { KMP_DEPTHS = 5 }; /* least, quartiles, largest */

@@ -2,12 +2,14 @@
 /* A trajectory as a report and as one JSON object. */
 #include "base/memory.h"
 #include "integrators/formulations/cost_model.h"
+#include "model/data/closure_table.h"
+#include "model/data/compliant.h"
 #include "model/data/output_table.h"
-#include "model/read/compliant.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include "output/weighting.h"
 #include "studies/simulate/observed.h"
+#include "studies/simulate/run_judge.h"
 #include <math.h>
 #include <string.h>
 
@@ -273,7 +275,8 @@ static void show(kmp_text *text, const void *result)
     if (t->mode_changes > 0)
         show_mode(text, t);
     show_contacts(text, t);
-    kmp_running_safety_show(text, t->system->model, &t->safety);
+    if (t->judged)
+        kmp_run_judge_find()->show(text, t->system->model, t->judged);
     const kmp_run_log *log = &t->log;
     int shown = log->kept < MOST_SHOWN ? log->kept : MOST_SHOWN;
     for (int k = 0; k < shown; k++)
@@ -407,7 +410,8 @@ static void json(kmp_text *text, const void *result)
     kmp_json_end(&j);
     if (t->log.contact_count > 0)
         json_contacts(&j, t);
-    kmp_running_safety_json(&j, t->system->model, &t->safety);
+    if (t->judged)
+        kmp_run_judge_find()->json(&j, t->system->model, t->judged);
     kmp_json_put(&j, "mode_changes %d cpu_s %g", t->mode_changes, t->report.cpu_s);
     if (t->report.wall_s > 0)
         kmp_json_number(&j, "wall_s", t->report.wall_s);

@@ -3,7 +3,7 @@
 """Limit cycles: van der Pol's oscillator beside SciPy and published digits, a normal form beside its closed form, and
 Cooperrider's bogie beside the table that SciPy made.
 
-    python3 tests/limit_cycles.py build/dev/kempe
+    python3 tests/limit_cycles_published.py build/dev/kempe
 """
 import cmath
 import csv

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Profiles and tracks, as they were understood, in both forms. */
 #include "model/write/model_print.h"
-#include "rail/model/rail.h"
 #include "symbolic/table_function.h"
 
 /* -- the summary --------------------------------------------------------------------------------- */

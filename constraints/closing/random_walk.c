@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "constraints/closing/diagnosis_walk.h"
+#include "constraints/closing/random_walk.h"
 #include "base/memory.h"
-#include "constraints/closing/rounding.h"
+#include "constraints/evaluation/intended_rank.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
 #include <math.h>

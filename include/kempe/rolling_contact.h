@@ -22,8 +22,8 @@
  * SI units: m, N, Pa. A function returns KEMPE_OK, or KEMPE_E_ARGUMENT if a number is not finite or outside its
  * documented range. Outputs are then unchanged.
  */
-#ifndef KEMPE_CONTACT_H
-#define KEMPE_CONTACT_H
+#ifndef KEMPE_ROLLING_CONTACT_H
+#define KEMPE_ROLLING_CONTACT_H
 
 #include <kempe/kempe.h>
 

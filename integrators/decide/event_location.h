@@ -1,0 +1,108 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The earliest change of conditions within a part of a step whose ends tell that there is one: each condition is
+ * narrowed to rounding, one after the other, to the earliest time so far (base/bracket.h). The search of runs, of lanes
+ * and of generated simulators, which have this file too, for a site that evaluates the motion. */
+#pragma once
+
+#include "base/bracket.h"
+#include "integrators/decide/conditions.h"
+#include "integrators/decide/inlined.h"
+#include <float.h>
+#include <math.h>
+#include <stdbool.h>
+
+/** The motion and its conditions. A status is 0, or a number that ends the search. */
+typedef struct kmp_location_site {
+    void *self;
+    int conditions;
+    const int *kind;      /* of each condition: kmp_condition_kind */
+    const double *mode;   /* the state that is fixed */
+    const double *change; /* values of the conditions where the site stands */
+    /** Goes to a time within the step. */
+    int (*look)(void *self, double t);
+    /** Takes the value of a condition before its change. NULL: it is not wanted. */
+    void (*before)(void *self, int condition, double value);
+    /** A condition has been located between two times, at the second of which the site stands. NULL: no matter. */
+    int (*located)(void *self, int condition, double from, double to);
+    /** True for the sense of an open contact, whose numbers follow by their roles. */
+    bool (*is_contact)(const void *self, int condition);
+} kmp_location_site;
+
+static inline bool kmp_location_has_changed(const kmp_location_site *s, int k)
+{
+    return kmp_condition_differs((kmp_condition_kind)s->kind[k], s->mode[k], s->change[k]);
+}
+
+/* Narrows (from, *high], at whose end condition k has changed, to rounding; its value at `from` is f_low. First finds a
+ * point from there on where it has its fixed state: after a start just behind an event rounding decides. Where there is
+ * none it changes at once. The site is left at *high. */
+static inline int kmp_location_narrow(const kmp_location_site *s, int k, double from, double f_low, double *high)
+{
+    const double f_high = s->change[k];
+    double width = *high - from, least = 4 * DBL_EPSILON * fmax(fabs(from), width), near = from, x = NAN;
+    int status = 0;
+    bool found = !kmp_condition_differs((kmp_condition_kind)s->kind[k], s->mode[k], f_low);
+    while (status == 0 && !found && width > least) {
+        width /= 2;
+        near = from + width;
+        status = s->look(s->self, near);
+        f_low = s->change[k];
+        found = !kmp_location_has_changed(s, k);
+    }
+    kmp_bracket bracket = kmp_bracket_of(found ? near : from, f_low, found ? *high : from, f_high);
+    while (status == 0 &&
+           kmp_bracket_next(&bracket, 4 * DBL_EPSILON * fmax(fabs(bracket.near), fabs(bracket.far)), &x)) {
+        status = s->look(s->self, x);
+        const bool beyond = kmp_location_has_changed(s, k);
+        kmp_bracket_take(&bracket, x, s->change[k], beyond);
+        if (status == 0 && !beyond && s->before)
+            s->before(s->self, k, s->change[k]);
+    }
+    *high = bracket.far;
+    return status != 0 || *high == x ? status : s->look(s->self, *high);
+}
+
+/** Finds the earliest change in (from, *t], with the values of the conditions at `from`; the site stands at *t. It is
+ * left where it is found. */
+static inline int kmp_location_earliest(const kmp_location_site *s, double from, const double *at_from, double *t)
+{
+    int status = 0;
+    for (int k = 0; status == 0 && *t > from && k < s->conditions; k++) {
+        if (!kmp_location_has_changed(s, k))
+            continue;
+        status = kmp_location_narrow(s, k, from, at_from[k], t);
+        if (status == 0 && s->located)
+            status = s->located(s->self, k, from, *t);
+    }
+    return status;
+}
+
+/** A contact is located behind its surface, by the overlap that counts as none where it opens. Each flight would end
+ * lower than it begins by this height, and strike faster. If only contacts have changed, goes back from *t to the last
+ * place where they touch. A contact that has not been apart since `from` stays. The site is left at *t. */
+static inline int kmp_location_surface(const kmp_location_site *s, double from, double *t)
+{
+    const int place = KMP_ROLE_PLACE - KMP_ROLE_SENSE, rate = KMP_ROLE_RATE - KMP_ROLE_SENSE;
+    double back = INFINITY;
+    int which = -1;
+    for (int k = 0; k < s->conditions; k++) {
+        if (!kmp_location_has_changed(s, k))
+            continue;
+        /* The time since the surfaces have met; 0: they have not. */
+        const bool deep = s->is_contact(s->self, k) && s->change[k + place] < 0 && s->change[k + rate] < 0;
+        const double since = deep ? s->change[k + place] / s->change[k + rate] : 0;
+        which = since < back ? k : which;
+        back = fmin(back, since);
+    }
+    const double surface = *t - back;
+    if (which < 0 || !(surface > from && surface < *t))
+        return 0;
+    const double gap = s->change[which + place];
+    const int status = s->look(s->self, surface);
+    if (status != 0)
+        return status;
+    if (fabs(s->change[which + place]) > fabs(gap) / 2)
+        return s->look(s->self, *t);
+    *t = surface;
+    return 0;
+}

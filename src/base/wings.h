@@ -1,0 +1,18 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Wings: parts of the library that a build may leave out, by the options KEMPE_RAIL, KEMPE_EXCHANGE, KEMPE_ANALYSES,
+ * KEMPE_ENSEMBLE and KEMPE_REPORT of CMake. The core never names a wing. Where something may be added to it, it runs
+ * through kmp_wings: the rows that the wings of this build have, which CMake lists in wings.c. */
+#pragma once
+
+typedef struct kmp_wing {
+    const char *name;
+    const struct kmp_document_wing *documents;  /* model files of other programs (model/files/document.h) */
+    const struct kmp_reader_wing *reader;       /* sections of a model file (model/read/reading.h) */
+    const struct kmp_closure_of_wing *closures; /* one without parts ends them (constraints/kinds/kind.h) */
+    const struct kmp_law_row *laws;             /* one without a law ends them (dynamics/forces/law.h) */
+    const struct kmp_output_of_wing *outputs;   /* one without a function ends them (dynamics/outputs.h) */
+    const struct kmp_run_judge *judge;          /* of results of a run (studies/simulate/run_judge.h) */
+} kmp_wing;
+
+/** NULL ends them. */
+extern const kmp_wing *const kmp_wings[];

@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "rail/rail_wing.h"
+#include "base/wings.h"
+#include "rail/model/read_rail.h"
+#include "rail/running_safety.h"
+
+static const char *const sections[] = {"profiles", "tracks", "wheels", NULL};
+
+static void read_sections(kmp_reader *r, kmp_reader_stage stage)
+{
+    switch (stage) {
+    case KMP_READ_AFTER_TABLES:
+        kmp_read_profiles(r);
+        break;
+    case KMP_READ_AFTER_STATES:
+        kmp_read_tracks(r);
+        kmp_read_wheels(r);
+        break;
+    case KMP_READ_AFTER_CLOSURES:
+        kmp_add_wheel_closures(r);
+        break;
+    case KMP_READ_AFTER_FORCES:
+        kmp_add_wheel_forces(r);
+        break;
+    }
+}
+
+static const kmp_reader_wing reader = {sections, read_sections};
+
+const kmp_wing kmp_wing_rail = {
+    .name = "rail",
+    .reader = &reader,
+    .closures = kmp_wheel_closures,
+    .laws = kmp_wheel_laws,
+    .outputs = kmp_wheel_outputs,
+    .judge = &kmp_safety_judge,
+};
