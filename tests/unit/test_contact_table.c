@@ -1,5 +1,4 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow 2 */
 /* Tables of contacts: the places against averages over the surfaces in space, the normal force against Hertz at the
  * depth that is found so, and what is told of words that are wrong. */
 #include "loaded.h"
