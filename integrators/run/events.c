@@ -3,8 +3,11 @@
 #include "integrators/run/events.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
+#include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "integrators/decide/restart.h"
+#include "integrators/run/event_search.h"
+#include "model/language/expression_value.h"
 #include <math.h>
 #include <string.h>
 
