@@ -3,13 +3,7 @@
  *
  *     model file --read--> model --derive--> equations --schedule--> program --run--> trajectory --judge--> verdict
  *
- * read       kmp_model_read_file (model/read/reader.c): the document, then its sections in the order in which they
- * refer to each other; the model is then frozen derive     kmp_equations_derive (dynamics/choose_variants.c): M, C, h,
- * J and Jdot qd as one graph of expressions schedule   kmp_program_new (symbolic/program.c): straight-line code in
- * stages; kmp_system_new makes all that a run needs run        kmp_run (integrators/run/run.c): a formulation makes an
- * ODE or a DAE of the programs, an integrator advances it, decisions between steps are those of integrators/decide
- * judge      kmp_verdict_of (output/verdict.c): residuals, energy, a reference; then the same motion at another
- * tolerance
+ * The heading of each step has the function that enters it, and its file; docs/overview.md shows them as a picture.
  */
 #include "pipeline.h"
 #include "constraints/diagnosis/diagnosis.h"
@@ -21,8 +15,9 @@
 #include <kempe/check.h>
 #include <kempe/compare.h>
 
-/* -- read -------------------------------------------------------------------------------------------- */
+/* -- read: kmp_model_read_file, src/model/read/reader.c ------------------------------------------------------------ */
 
+/* The document, then its sections in the order in which they refer to each other. The model is then frozen. */
 kempe_status kempe_model_read(kempe_context *context, const char *path, kempe_model **model)
 {
     KMP_WANTED(NULL, context, "context");
@@ -32,16 +27,22 @@ kempe_status kempe_model_read(kempe_context *context, const char *path, kempe_mo
     return kmp_model_read_file(context, path, NULL, 0, model);
 }
 
-/* -- derive and schedule ------------------------------------------------------------------------------ */
+/* -- derive: kmp_equations_derive, src/dynamics/choose_variants.c -------------------------------------------------- */
+/* -- schedule: kmp_program_new, src/symbolic/program.c ------------------------------------------------------------- */
 
+/* M, C, h, J and Jdot qd as one graph of expressions, in the variant with the fewest operations; the graph as
+ * straight-line programs in stages. A drawing with rounded numbers is replaced by the exact mechanism that it means. */
 kempe_status kempe_system_new(const kempe_model *model, kempe_system **system)
 {
     KMP_WANTED_BOTH(model, system);
     return kmp_system_new(model, NULL, system);
 }
 
-/* -- run and judge ------------------------------------------------------------------------------------- */
+/* -- run: kmp_run, integrators/run/run.c --------------------------------------------------------------------------- */
+/* -- judge: kmp_verdict_of, src/output/verdict.c ------------------------------------------------------------------- */
 
+/* A formulation makes an ODE or a DAE of the programs, and an integrator advances it. Residuals, energy and a reference
+ * judge the trajectory, then the same motion at another tolerance. */
 kempe_status kmp_simulate(const kempe_system *system, const kempe_run_options *options, kempe_trajectory **trajectory)
 {
     KMP_OPTIONS(system->context, kempe_run_options, options);
@@ -64,7 +65,7 @@ kempe_status kempe_simulate(const kempe_system *system, const kempe_run_options 
     return status;
 }
 
-/* -- examined, and by several methods -------------------------------------------------------------------- */
+/* -- what a model means, and several methods beside each other ----------------------------------------------------- */
 
 kempe_status kempe_check_new(const kempe_system *system, kempe_check **check)
 {

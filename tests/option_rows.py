@@ -46,6 +46,7 @@ def rows():
 def comment(kind, absent, words, more):
     unit = generate_schema.RUN_UNITS.get(kind)
     text = f"{'1: ' if kind == 'FLAG' else ''}{words}{f', {unit}' if unit else ''}{more}{f' (default: {absent})' if absent else ''}"
+    text = text.replace("`", "")
     return "".join(f"    {line}\n" for line in textwrap.wrap(f"/* {text}\u00a0*/", 116, subsequent_indent=" * ")).replace("\u00a0", " ")
 
 
@@ -66,7 +67,7 @@ def dry_run():
         copy.parent.mkdir(parents=True)
         copy.write_text(TABLE.read_text() + DRY)
         for file, pattern in REACHED.items():
-            command = ["cc", "-E", "-P", f"-I{folder}", f"-I{ROOT / 'src'}", f"-I{ROOT}", f"-I{ROOT / 'include'}", str(ROOT / file)]
+            command = ["cc", "-E", "-P", "-DKEMPE_ENSEMBLE", f"-I{folder}", f"-I{ROOT / 'src'}", f"-I{ROOT}", f"-I{ROOT / 'include'}", str(ROOT / file)]
             text = subprocess.run(command, capture_output=True, text=True, check=False).stdout
             if not re.search(pattern, text):
                 missed.append(file)

@@ -2,7 +2,7 @@
 /* Newton's method on h(q, t) = 0, the one loop that closes states. The corrections differ: the dependent coordinates
  * for given independent ones (constraints/partition/reduction.h), the mass-orthogonal direction
  * (constraints/closing/saddle.h), least changes (constraints/diagnosis/doctor_walk.h), or a swept motion
- * (studies/kinematics/sweep.h). */
+ * (analyses/kinematics/sweep.h). */
 #pragma once
 
 #include "constraints/evaluation/evaluator.h"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Start values of coordinates of cut joints (model/cut_coordinates.h): they are part of the guess from which the loops
- * are closed, and of the given rates. */
+/* Start values of coordinates of cut joints (model/data/cut_coordinates.h): they are part of the guess from which the
+ * loops are closed, and of the given rates. */
 #pragma once
 
 #include "constraints/evaluation/evaluator.h"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Written programs that a system keeps for the choice of coordinates, rows and charts that they were written for
- * (dynamics/kept.h): a later run that begins with the same choice takes the program, and machine code with it. */
+ * (dynamics/program_cache.h): a later run that begins with the same choice takes the program, and machine code with it.
+ */
 #pragma once
 
 #include "constraints/programs/writer_blocks.h"

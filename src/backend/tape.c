@@ -5,7 +5,7 @@
  *     x + y = x * 1 + y      x - y = y * (-1) + x      x * y = x * y + (-0)      -x = x * (-1) + (-0)
  *
  * with one rounding where the program contracts, otherwise with two; all equal to the last bit. Products that are part
- * of a sum (symbolic/program/contraction.h) have no record of their own. Slots are 16 bits wide when they suffice, 32
+ * of a sum (symbolic/contraction.h) have no record of their own. Slots are 16 bits wide when they suffice, 32
  * otherwise. */
 #include "backend/prepared.h"
 #include "base/clones.h"

@@ -664,9 +664,13 @@ static void print_group(unsigned command, option_group group, FILE *out)
         char left[40];
         snprintf(left, sizeof left, "--%s%s%s", o->name, o->value ? " " : "", o->value ? o->value : "");
         if (letter_of(o))
-            fprintf(out, "  -%c, %-25s%s\n", letter_of(o), left, o->help);
+            fprintf(out, "  -%c, %-25s", letter_of(o), left);
         else
-            fprintf(out, "      %-25s%s\n", left, o->help);
+            fprintf(out, "      %-25s", left);
+        for (const char *c = o->help; *c; c++)
+            if (*c != '`') /* marks words in pages */
+                fputc(*c, out);
+        fputc('\n', out);
     }
 }
 

@@ -55,7 +55,7 @@ typedef struct kmp_derivation_request {
     bool quick;                  /* of large mechanisms, variants are tried without force elements: these take longer */
     bool unloaded;               /* no force element acts */
     bool labels;                 /* nodes get names */
-    bool charted;                /* spherical joints have charts as inputs (model/spherical.c) */
+    bool charted;                /* spherical joints have charts as inputs (model/data/spherical.c) */
     unsigned without;            /* rules of the graph that are not applied (symbolic/graph.h) */
     uint32_t nodes;              /* that the graph will have, about; 0: unknown */
     bool returns;                /* the equations will be derived again from their closures on */
@@ -179,5 +179,5 @@ kmp_ref kmp_equations_curve(const kmp_equations *eq, int row);
 int kmp_equations_most_outputs(const kmp_equations *eq);
 int kmp_equations_outputs(const kmp_equations *eq, unsigned sets, kmp_ref *out);
 
-/** Runs the passes over outputs of these equations (symbolic/passes/shorten.h). False: no memory. */
+/** Runs the passes over outputs of these equations (symbolic/shorten.h). False: no memory. */
 bool kmp_equations_shorten(const kmp_equations *eq, int count, kmp_ref *outputs);

@@ -64,10 +64,10 @@ enum {
     KMP_STAGE_POWER,         /* qd: power of the non-conservative forces */
     KMP_STAGE_REACTION,      /* q, lambda: 3 a closure */
     KMP_STAGE_POSITION,      /* q: 3 a position output */
-    KMP_STAGE_SHOWN          /* all: outputs in addition to the table (model/tables/output_table.h) */
+    KMP_STAGE_SHOWN          /* all: outputs in addition to the table (model/data/output_table.h) */
 };
 
-typedef struct kmp_program_cache kmp_program_cache; /* dynamics/kept.h */
+typedef struct kmp_program_cache kmp_program_cache; /* dynamics/program_cache.h */
 
 /** Motion by articulated bodies, derived when it is first asked for (kmp_motion_need_bodies): many uses of a system
  * need M and C alone. Written once. */
@@ -184,7 +184,7 @@ bool kmp_system_set_rows(kempe_system *system, int n, int m, const kmp_row *rows
  * memory. */
 char *kmp_system_event_text(kempe_system *system, const kmp_condition *condition);
 
-/** Recomputes scales and values of parameters from a model whose numbers have changed (model/variant.h). False: no
+/** Recomputes scales and values of parameters from a model whose numbers have changed (model/data/variant.h). False: no
  * memory.
  */
 bool kmp_system_rescale(kempe_system *system);

@@ -19,12 +19,13 @@ void kmp_csv_complain(kmp_csv *csv, const char *at, const char *format, ...)
 {
     int column = 1;
     kmp_text sentence = {0};
+    if (csv->complaints++ >= MOST_COMPLAINTS)
+        return;
     KMP_TEXT_ARGUMENTS(&sentence, format);
     for (const char *s = csv->line_text; s < at; s++)
         column += ((unsigned char)*s & 0xc0) != 0x80;
-    if (csv->complaints++ < MOST_COMPLAINTS)
-        (void)kmp_complain(csv->context, csv->path, csv->line, column, "%s",
-                           sentence.failed ? "an error is here" : sentence.s);
+    (void)kmp_complain(csv->context, csv->path, csv->line, column, "%s",
+                       sentence.failed ? "an error is here" : sentence.s);
     kmp_text_free(&sentence);
 }
 
@@ -169,7 +170,7 @@ static bool check_names(kmp_csv *csv, const char *header)
         names[count++] = kmp_csv_name(&s);
     if (names)
         qsort(names, (size_t)count, sizeof *names, compare_names);
-    for (int k = 1; k < count; k++)
+    for (int k = 1; k < count && kmp_csv_goes_on(csv); k++)
         if (names[k].length > 0 && names[k - 1].length == names[k].length &&
             memcmp(names[k - 1].s, names[k].s, names[k].length) == 0)
             kmp_csv_complain(csv, names[k].s, "duplicate column '%.*s'", (int)names[k].length, names[k].s);

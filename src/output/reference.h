@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Reference values from a CSV file: columns t, q.NAME, qd.NAME, qdd.NAME, lambda.CLOSURE.k. Fields may be empty, lines
- * beginning with # are comments, columns of other outputs in tables (model/output_kinds.def) are skipped. */
+ * beginning with # are comments, columns of other outputs in tables (model/data/output_kinds.def) are skipped. */
 #pragma once
 
 #include "output/samples.h"

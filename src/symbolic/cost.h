@@ -17,7 +17,7 @@ typedef struct kmp_cost {
 } kmp_cost;
 
 /** The sine or cosine of a sum is half an addition theorem, KMP_COST_ADDITION, until those are written out
- *  (symbolic/passes/shorten.h); then it costs nothing. false: no memory. The graph may grow. */
+ *  (symbolic/shorten.h); then it costs nothing. false: no memory. The graph may grow. */
 enum { KMP_COST_ADDITION = 3 };
 bool kmp_cost_init(kmp_cost *cost, const kmp_graph *g, int sum_price);
 void kmp_cost_free(kmp_cost *cost);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Hash-consing, signs and commutative order. A node is only made when no rule has a shorter form: the rules are those
- * of src/symbolic/rules. Equal expressions are one node, so that an expression that occurs twice is an auxiliary
+ * of src/symbolic. Equal expressions are one node, so that an expression that occurs twice is an auxiliary
  * variable (Fisette and Samin 1996, section 3.1). */
 #include "symbolic/graph.h"
 #include "base/arena.h"

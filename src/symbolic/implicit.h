@@ -54,7 +54,7 @@ kmp_ref kmp_implicit_derivative(kmp_graph *g, int block, int component, kmp_ref 
 
 /* -- values ---------------------------------------------------------------------------------------- */
 
-/** The functions that run a block's program: functions of a back end (backend/x86/machine.h). */
+/** The functions that run a block's program: functions of a back end (backend/machine.h). */
 typedef struct kmp_block_runner {
     void *(*prepare)(const kmp_program *program); /* NULL: no memory */
     void (*release)(void *code);

@@ -38,7 +38,7 @@ static inline kmp_ref kmp_rewrite_node(const kmp_rewrite *r, uint32_t id)
 }
 
 /** Takes the rewritten forms of the outputs when that takes fewer operations, by this price of the sine or cosine of a
- * sum (symbolic/program/cost.h): then these are the outputs, and their nodes those that the next pass needs. False: no
+ * sum (symbolic/cost.h): then these are the outputs, and their nodes those that the next pass needs. False: no
  * memory. */
 bool kmp_rewrite_finish(kmp_rewrite *r, int sum_price, int count, kmp_ref *outputs);
 

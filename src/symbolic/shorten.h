@@ -14,7 +14,7 @@ typedef struct kmp_parallel {
 
 struct kmp_rewrite;
 
-/** A pass over the outputs, whose needed nodes `r` has (symbolic/passes/rewrite.h), and then those of the new outputs.
+/** A pass over the outputs, whose needed nodes `r` has (symbolic/rewrite.h), and then those of the new outputs.
  * `parallel` may be NULL: no axes are parallel. */
 typedef bool kmp_pass_fn(struct kmp_rewrite *r, const kmp_parallel *parallel, int count, kmp_ref *outputs);
 

@@ -1,5 +1,4 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow 2 */
 /* A force by a function is the force by an expression: to 1e-12 on the formulations that know it exactly, or to a few
  * times what the last bit of it makes in the run, since operations may come in another order; to the error of the run
  * on the dae formulation. */

@@ -74,7 +74,7 @@ def parquet():
 
 
 def folder():
-    source = "\n".join((ROOT / f"src/studies/ensemble/{name}.c").read_text() for name in ("manifest", "result_folder"))
+    source = "\n".join((ROOT / f"src/ensemble/{name}.c").read_text() for name in ("manifest", "result_folder"))
     keys = sorted(set(re.findall(r"(\w+) %[sdgli]", source)) | set(re.findall(r'f->manifest, "(\w+)"', source)))
     return [f'  "{key}": ' for key in keys] + ["\n#== run.kempe/part-000000.parquet\n", "damaged", "true", "false", "null", "kempe.part", "status",
                                               "verdict", "\\u00", "1-2,4", "1:2"] + parquet()

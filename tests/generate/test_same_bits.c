@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow not_sanitized 2 */
+/* ctest: slow not_sanitized 31 */
 /* Every model of the examples whose equations can be written, one of three of the tests (./check full: all of them): C
  * computes the bits of Kempe's tape and machine code for the same functions, and to rounding the values of the
  * workspace, whose equations are derived all together.

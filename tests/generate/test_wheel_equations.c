@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow not_sanitized 2 */
+/* ctest: slow not_sanitized 24 */
 /* Equations with implicit blocks and averages over places in C, Python and Octave, at states about the start of models,
  * where wheels are on their rails: C computes the bits of the tape. All agree with the workspace of the library to
  * ALLOWED beside the largest entry of each array. */

@@ -128,6 +128,7 @@ shared)
     need objdump
     make_private
     by_cmake -DKEMPE_SOURCE="$SOURCE" -DBUILD_SHARED_LIBS=ON -DKEMPE_COMMAND=ON -DKEMPE_INSTALL=ON -DKEMPE_WERROR=ON \
+        -DCMAKE_C_FLAGS_DEBUG= \
         -DCMAKE_PREFIX_PATH="$work/own"
     quietly cmake --install "$work/consumer/kempe" --prefix "$work/first"
     rm -r "$work/consumer"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow not_sanitized 2 */
+/* ctest: slow not_sanitized 4 */
 /* Comparisons: which runs count at equal error, what is advised and why, how far the own reference may be off, stiff
  * models, motions that amplify all errors, and what there is no time for. */
 #include "base/memory.h"

@@ -1,5 +1,4 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow 2 */
 /* Tables of contacts: the places against averages over the surfaces in space, the normal force against Hertz at the
  * depth that is found so, and what is told of words that are wrong. */
 #include "loaded.h"
@@ -134,8 +133,8 @@ static double press(const pose *p, const spread *all)
 
 /* The differences are known. 20 um are fine enough: 10 um give the same results. The table sums over places up to 1.2
  * standard deviations apart: 1.3 um and a slope of 1e-4 where arcs meet within the patch. And it takes of each circle
- * not the lowest point but that of the trace line (wheel/pair.c), which is the same one at the contact: where a flange
- * is turned 2.4e-4 of the slope, and half a percent of the force, as its curvature is by y and not by s. */
+ * not the lowest point but that of the trace line (rail/wheel/pair.c), which is the same one at the contact: where a
+ * flange is turned 2.4e-4 of the slope, and half a percent of the force, as its curvature is by y and not by s. */
 static void contacts_are_where_surfaces_lie_on_each_other(void)
 {
     loaded l = load(manchester);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow 2 */
+/* ctest: slow 10 */
 /* Parameters from measured motions, against the normal equations of a linear fit, motions in closed form, and exact
  * combinations that a motion does not determine. */
 #include "linalg/nonlinear_squares.h"

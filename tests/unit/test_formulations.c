@@ -1,5 +1,4 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow 2 */
 /* Every formulation against digits that Kempe did not produce: examples' reference.csv, the IFToMM and Modelica
  * problems of tests/models. A choice of u that fails must be reported. */
 #include "base/memory.h"

@@ -1,5 +1,4 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow 2 */
 /* Irregularities of tracks: tables at either rail, and what is made of spectra against their densities. */
 #include "rail/model/rail.h"
 #include "sections.h"

@@ -1,5 +1,4 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow 2 */
 /* Mechanisms with every joint and closure against closed forms, published digits and each other. */
 #include "base/text.h"
 #include "constraints/diagnosis/diagnosis.h"

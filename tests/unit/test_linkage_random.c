@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow not_sanitized 2 */
+/* ctest: not_sanitized */
 /* Random graphs of joints in space: the same motion from every tree, and the tree that is chosen among all that there
  * are. */
 #include "distance.h"

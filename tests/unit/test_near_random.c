@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow not_sanitized 2 */
+/* ctest: slow not_sanitized 3 */
 /* Random mechanisms with loops, drives, bushings, springs and dampers near a closed state: what follows of a small
  * change of the independent coordinates and of the parameters against differences of the state found anew; the same
  * backwards; eigenvalues' derivatives against differences of eigenvalues. */

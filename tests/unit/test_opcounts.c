@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* wings: exchange */
-/* ctest: slow 2 */
 /* Costs of the formalisms on the trees that Fisette and Samin 1996 compare them on: the shorter one, and the number of
  * bodies from which on it is. */
 #include "bench/formalisms.h"

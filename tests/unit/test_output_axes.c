@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow not_sanitized 2 */
+/* ctest: not_sanitized */
 /* Axes as the manual has them: of what closures transmit, those of the ground, however the bodies hang; of their rows
  * those of the nearest common ancestor; of one axis that is given alone, those of the shortest turn. */
 #include "balance_of_body.h"

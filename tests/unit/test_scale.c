@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow not_sanitized 2 */
+/* ctest: slow not_sanitized 3 */
 /* Large mechanisms: the sparse ways give what the dense ones do, and cost as much as there are non-zeros, counted in
  * products and in bytes. */
 #include "base/memory.h"

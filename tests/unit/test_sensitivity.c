@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow not_sanitized 2 */
+/* ctest: slow not_sanitized 4 */
 /* Trajectories' derivatives by parameters: the period of a pendulum against elliptic integrals; runs with moved
  * parameters, along another formulation, two-sided with a sweep of steps and extrapolated; one method against the
  * other; conditions that change on the way; what has no derivative. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow not_sanitized 2 */
+/* ctest: not_sanitized */
 /* Motions of random mechanisms by parameters that stand in masses, lengths, springs, bushings and drives alike: forward
  * against adjoint, and against runs with moved parameters. */
 #include "analyses/sensitivity/sensitivity_study.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow not_sanitized 2 */
+/* ctest: not_sanitized */
 /* The tram, included bogies and all: its counts, the loops of each bogie solved by themselves, what its cranks bear at
  * rest. */
 #include "analyses/equilibrium/balances.h"

@@ -1,5 +1,4 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow 2 */
 /* State spaces: A against the Jacobian that integrators use, B, C and D against differences whose error falls with the
  * square of the step, the properties of K and G that mechanics gives them, the linear motion against the nonlinear one.
  */

@@ -1,5 +1,4 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* ctest: slow 2 */
 /* Wheels on rails: the gap against the least distance of both surfaces in space, its derivatives against differences,
  * left and right, closed forms, and both forms of contact against each other. */
 #include "derived.h"

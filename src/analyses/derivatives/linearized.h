@@ -123,8 +123,8 @@ void kmp_linear_matrices(kmp_linear *linear);
 /** N' M N alone, for callers that have made the other matrices by kmp_linear_follow. */
 void kmp_linear_inertia(kmp_linear *linear);
 
-/** The number of unknowns u that move in small motions: all but states that are constant (held, model/model.h). Nothing
- * but themselves moves these. `place` (p; NULL: not requested): the number of each among u. */
+/** The number of unknowns u that move in small motions: all but states that are constant (held, model/data/model.h).
+ * Nothing but themselves moves these. `place` (p; NULL: not requested): the number of each among u. */
 int kmp_linear_moving(const kmp_linear *linear, int *place);
 
 /** Entries of a matrix `from` (`rows` rows) in the given rows and columns (NULL: all), into `to`, which may be `from`

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Exact partial derivatives of the equations and of the outputs with respect to named parameters that a variant keeps
- * variable (model/variant.h). Coordinates, rates, accelerations, multipliers and time are constant. The derivative
- * includes all parameters that depend on the named one. kmp_linear_follow (derivatives/linearized.h) gives the response
- * of a mechanism. Derived once; values of parameters may change. */
+ * variable (model/data/variant.h). Coordinates, rates, accelerations, multipliers and time are constant. The derivative
+ * includes all parameters that depend on the named one. kmp_linear_follow (analyses/derivatives/linearized.h) gives the
+ * response of a mechanism. Derived once; values of parameters may change. */
 #pragma once
 
 #include "integrators/formulations/reduced_jacobian.h"

@@ -4,7 +4,7 @@
 
 #include "analyses/derivatives/linearized.h"
 
-/** True for a state that is sampled, of an averaged system (derivatives/averaged.h) too. */
+/** True for a state that is sampled, of an averaged system (analyses/derivatives/averaged.h) too. */
 bool kmp_state_is_sampled(const kmp_state *state);
 
 /** True where some state is. */

@@ -5,8 +5,8 @@
  *     s = N s_u - (0; Jv^-1 h_p)
  *     dud_u/dt = -Mr^-1 (Kr s_u + Gr s_ud + N' R_p)
  *
- * (derivatives/linearized.h, derivatives/parameter_slopes.h), so that another choice of u selects other rows of the
- * same matrices. */
+ * (analyses/derivatives/linearized.h, analyses/derivatives/parameter_slopes.h), so that another choice of u selects
+ * other rows of the same matrices. */
 #pragma once
 
 #include "analyses/derivatives/linearized.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Inverse equilibrium: coordinates with fixed values, prescribed output values, and as many parameters or rates that
  * become unknown instead. The equations are those of a variant whose released parameters are variable. Their
- * derivatives are exact (derivatives/parameter_slopes.h). */
+ * derivatives are exact (analyses/derivatives/parameter_slopes.h). */
 #pragma once
 
 #include "analyses/derivatives/parameter_slopes.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Results of a sweep (studies/kinematics/sweep.h): rows, dead centres, change points. */
+/* Results of a sweep (analyses/kinematics/sweep.h): rows, dead centres, change points. */
 #pragma once
 
 #include "analyses/kinematics/sweep.h"

@@ -11,7 +11,7 @@
 
 enum { KMP_FLOW_PIECES = 200 }; /* of a period, for extremes */
 
-/** A start value of a motion; a state of the model is the rate of its motion (model/model.h). */
+/** A start value of a motion; a state of the model is the rate of its motion (model/data/model.h). */
 typedef enum kmp_flow_kind { KMP_FLOW_POSITION, KMP_FLOW_RATE, KMP_FLOW_STATE } kmp_flow_kind;
 typedef struct kmp_flow_entry {
     int motion;

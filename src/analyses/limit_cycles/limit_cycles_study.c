@@ -14,7 +14,7 @@
 
 /* -- held speeds ----------------------------------------------------------------------------------------- */
 
-/* Vehicles whose speed no force decides, or a load holds (studies/equilibrium/running_state.c): in a limit cycle they
+/* Vehicles whose speed no force decides, or a load holds (analyses/equilibrium/running_state.c): in a limit cycle they
  * keep the speed of the start, by a load that changes over the period. The equations are those of a copy of the model,
  * in which drives have these rates. */
 

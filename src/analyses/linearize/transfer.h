@@ -82,6 +82,6 @@ int kmp_transfer_state(const kmp_transfer *transfer, int k);
  *  is not positive for u[k]; -1: no memory; -2: Mr is singular. */
 int kmp_transfer_first_order(const kmp_transfer *transfer, double *a, double *b, double *c, double *d);
 
-/** Replaces A and B of an averaged system (derivatives/averaged.h) by those from one common sample to the next, for
- * inputs that are held between; *period: that time. Results as kmp_sampled_map. */
+/** Replaces A and B of an averaged system (analyses/derivatives/averaged.h) by those from one common sample to the
+ * next, for inputs that are held between; *period: that time. Results as kmp_sampled_map. */
 int kmp_transfer_sample(const kmp_transfer *transfer, double *a, double *b, double *period);

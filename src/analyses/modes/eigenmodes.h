@@ -27,8 +27,8 @@ typedef struct kmp_modes {
 } kmp_modes;
 
 /** At the state of `linear`, whose matrices are made. With sampled states, which the system has as an averaged one
- * (derivatives/averaged.h), shapes are those before the samples. `brief`: with delays, without a bound. KEMPE_E_FAILED:
- * the reduced mass is not positive, or no iteration converges. */
+ * (analyses/derivatives/averaged.h), shapes are those before the samples. `brief`: with delays, without a bound.
+ * KEMPE_E_FAILED: the reduced mass is not positive, or no iteration converges. */
 kempe_status kmp_modes_init(kmp_modes *modes, kmp_linear *linear, bool brief);
 void kmp_modes_free(kmp_modes *modes);
 

@@ -5,9 +5,10 @@
  *     ds = - y^H dP x / (y^H (2 s Mr + Gr) x),     y^H P = 0.
  *
  * dP x is the residual of R when the mode is constant and the equations change. It consists of their second derivatives
- * along the mode and along the parameter's change of the state (derivatives/second_derivatives.h). kmp_linear_follow
- * corrects the closures of the mode. No derivative of N is needed: the mode has its own multipliers. Equal eigenvalues
- * have the derivatives of the small matrix -(Y^H (2 s Mr + Gr) X)^-1 Y^H dP X (Lancaster 1964; Mills-Curran 1988). */
+ * along the mode and along the parameter's change of the state (analyses/derivatives/second_derivatives.h).
+ * kmp_linear_follow corrects the closures of the mode. No derivative of N is needed: the mode has its own multipliers.
+ * Equal eigenvalues have the derivatives of the small matrix -(Y^H (2 s Mr + Gr) X)^-1 Y^H dP X (Lancaster 1964;
+ * Mills-Curran 1988). */
 #pragma once
 
 #include "analyses/derivatives/second_derivatives.h"

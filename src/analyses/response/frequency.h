@@ -9,7 +9,8 @@
  *
  *     (z - phi) dx = gamma w,     dy = C dx + D w,     z = e^(i omega T),
  *
- * from one common sample to the next (derivatives/sampled_motion.h). A delayed signal is y = e^(-i omega T) u. */
+ * from one common sample to the next (analyses/derivatives/sampled_motion.h). A delayed signal is y = e^(-i omega T) u.
+ */
 #pragma once
 
 #include "analyses/linearize/transfer.h"
@@ -50,7 +51,8 @@ typedef struct kmp_frequency {
 } kmp_frequency;
 
 /** Makes room for frequencies that the caller fills in. `sampled`: the transfer is that of an averaged system
- * (derivatives/averaged.h). KEMPE_E_MEMORY; KEMPE_E_FAILED with a sentence: there is no map between samples. */
+ * (analyses/derivatives/averaged.h). KEMPE_E_MEMORY; KEMPE_E_FAILED with a sentence: there is no map between samples.
+ */
 kempe_status kmp_frequency_init(kmp_frequency *frequency, const kmp_transfer *transfer, bool sampled, int count);
 void kmp_frequency_free(kmp_frequency *frequency);
 

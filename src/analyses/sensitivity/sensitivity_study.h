@@ -57,7 +57,7 @@ struct kmp_sensitivity_kind {
     bool integrals;         /* it has some, and methods */
     kempe_status (*find)(kempe_sensitivity *s);
     void (*outputs)(const kempe_model *model, kmp_text *words); /* the default ones; NULL: the model's */
-    bool rests; /* of a state at rest, where sampled states are averaged ones (derivatives/averaged.h) */
+    bool rests; /* of a state at rest, where sampled states are averaged ones (analyses/derivatives/averaged.h) */
     bool holds; /* of a state at rest, where states that change at events are constant */
 };
 

@@ -136,7 +136,7 @@ typedef struct kmp_tree {
     kmp_table_uses *uses; /* of outputs; NULL: they are not noted */
     /* The force or the moment of a closure by its multipliers; NULL: there are none. */
     kmp_vec (*reaction)(const struct kmp_tree *tree, int closure, bool moment);
-    struct kmp_joint_loads *loads; /* of its joints (dynamics/formalisms/joint_loads.h); NULL: they are not known */
+    struct kmp_joint_loads *loads; /* of its joints (dynamics/joint_loads.h); NULL: they are not known */
     kmp_vec (*carried)(const struct kmp_tree *tree, int body, bool moment); /* the load of a body's joint, by them */
     const int *row; /* KMP_CLOSURE_ROWS per closure: the number of each declared row among those that are kept, -1 for
                        others; not owned; NULL: none is known */

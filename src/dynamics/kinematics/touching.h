@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The geometry of a contact (model/contacts/touch.h) as expressions: distance, normal, place and slip. Every law of
+/* The geometry of a contact (model/data/touch.h) as expressions: distance, normal, place and slip. Every law of
  * contact takes them from here; their derivatives are those of the graph. */
 #pragma once
 

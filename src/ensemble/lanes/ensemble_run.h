@@ -42,7 +42,7 @@ typedef struct kmp_ensemble_result {
     double h, hdot, drift; /* at the end: max |h| and |hdot|, scaled; energy drift relative to the size of the energy */
 } kmp_ensemble_result;
 
-/** Derives the equations with the named values (model/variant.h) kept symbolic. Model and names must outlive the
+/** Derives the equations with the named values (model/data/variant.h) kept symbolic. Model and names must outlive the
  * ensemble. */
 kempe_status kmp_ensemble_new(const kempe_model *model, int count, const char *const *names, kmp_ensemble **ensemble);
 void kmp_ensemble_free(kmp_ensemble *ensemble);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Quantities of runs (studies/ensemble/quantity_words.h) as functions of parameters, with exact slopes where they
+/* Quantities of runs (ensemble/quantity_words.h) as functions of parameters, with exact slopes where they
  * exist: of values at a time, and of extremes. The derivative of an extreme is that of its expression at its time,
  * because either the expression's rate is zero there, or the time is an end of the run. */
 #pragma once

@@ -25,7 +25,7 @@ typedef struct kmp_parameter {
     bool shapes;     /* and such a value is part of them: axes, tables, sections of the model */
     bool used;       /* something other than parameters depends on it */
     bool unused;     /* nothing of the model depends on it, and the user was warned */
-    bool varies;     /* of a variant (model/variant.h): an input of its equations */
+    bool varies;     /* of a variant (model/data/variant.h): an input of its equations */
     int marked_next; /* while flags are set: the next one to be followed, from 1 */
 } kmp_parameter;
 
@@ -51,9 +51,9 @@ typedef struct kmp_state {
     double scale;         /* size of its values */
     const kmp_expr *next; /* of a sampled state, whose rate is zero: its value from a sample on; NULL: it has a rate */
     double period;        /* s, between samples; the first is at t = 0; INFINITY: it has none */
-    bool held;            /* of an averaged system (derivatives/averaged.h): changes at events alone, is constant */
-    bool settles;         /* changes at the start too, where its comparison holds there */
-    int contact;          /* 1 + the force whose contact changes it where it begins; 0: none */
+    bool held;    /* of an averaged system (analyses/derivatives/averaged.h): changes at events alone, is constant */
+    bool settles; /* changes at the start too, where its comparison holds there */
+    int contact;  /* 1 + the force whose contact changes it where it begins; 0: none */
     const kmp_expr *delayed; /* of a delay: the signal that it is, by `delay` later; NULL: it is none */
     kmp_number delay;        /* s, positive */
     const kmp_expr *before;  /* the signal before the start, over t; NULL: constant */
@@ -218,7 +218,7 @@ typedef struct kmp_force {
     int across;  /* of these: 1 or 2, along the first or the second axis of a plane on which the slip has both
                   * components,  whose forces follow each other; 0: the slip has one */
     int wheel;   /* of a wheel's contact; meaningless otherwise */
-    const struct kmp_compliant *compliant; /* COMPLIANT: model/compliant/compliant.h */
+    const struct kmp_compliant *compliant; /* COMPLIANT: model/data/compliant.h */
     const kmp_expr *centred[3]; /* of a joint with clearance: lengths over the clearance that are zero where it is
                                  * centred; NULL: none further */
 } kmp_force;
@@ -314,7 +314,7 @@ struct kempe_model {
     bool closure_tolerance_given;
     kmp_parameter *parameters;
     int parameter_count;
-    int *led; /* dependent variable parameters, each after those that it needs; of a variant (model/variant.h) */
+    int *led; /* dependent variable parameters, each after those that it needs; of a variant (model/data/variant.h) */
     int led_count;
     kmp_model_input *inputs;
     int input_count; /* with those of delays, which are the last ones */

@@ -112,7 +112,7 @@ typedef struct kmp_wheel {
     double node[KMP_WHEEL_PLACES];        /* on the profile, the nodes of an elastic wheel's averages */
     int nodes_end[KMP_WHEEL_ZONES];       /* of each zone */
     double least_spread[KMP_WHEEL_ZONES]; /* m, of the gap: the spread that the nodes resolve except at edges
-                                             (model/rail/rail.h) */
+                                             (rail/model/rail.h) */
     kmp_contact_form form;
     int closure, force; /* of the model's; closure -1: elastic */
     kmp_creep_law law;

@@ -17,7 +17,7 @@ typedef struct kmp_added_value {
     const char *unit; /* SI, in the copy's arena */
 } kmp_added_value;
 
-/** An argument of a function within the values (model/expressions/expression.h). */
+/** An argument of a function within the values (model/language/expression.h). */
 typedef struct kmp_added_argument {
     kmp_argument_kind kind;
     int of;    /* the value that it belongs to */
@@ -32,7 +32,7 @@ typedef struct kmp_added_arguments {
 } kmp_added_arguments;
 
 /** Makes the values, and the arguments of their functions behind them, the outputs of a copy of a model
- * (model/variant.h). KEMPE_E_ARGUMENT: sentences that begin with `label` and a column. */
+ * (model/data/variant.h). KEMPE_E_ARGUMENT: sentences that begin with `label` and a column. */
 kempe_status kmp_add_values(kempe_model *copy, const char *label, int count, kmp_added_value *values,
                             kmp_added_arguments *arguments);
 

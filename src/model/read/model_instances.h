@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Instances of a model: other values of its parameters and start values. Most are variables of the equations
- * (model/variant.h). Parameters that shape the equations (tracks, tables, axes) have other equations for each value:
- * the file of the model is read again with them. */
+ * (model/data/variant.h). Parameters that shape the equations (tracks, tables, axes) have other equations for each
+ * value: the file of the model is read again with them. */
 #pragma once
 
 #include "model/data/model.h"

@@ -5,9 +5,9 @@
 
 #include "model/data/model.h"
 
-/** Sets the outputs of a copy of a model (model/variant.h): "position(b.P).x,q(A),energy.total", the words of `outputs`
- * in the file, each with a component if one alone is requested. `*parts` (in the copy's arena): for each output a bit
- * for every component. KEMPE_E_ARGUMENT: the word, and the valid ones. */
+/** Sets the outputs of a copy of a model (model/data/variant.h): "position(b.P).x,q(A),energy.total", the words of
+ * `outputs` in the file, each with a component if one alone is requested. `*parts` (in the copy's arena): for each
+ * output a bit for every component. KEMPE_E_ARGUMENT: the word, and the valid ones. */
 kempe_status kmp_requested_outputs(kempe_model *copy, const char *words, unsigned **parts);
 
 /** The same for words at a place of a text (its file is number 0), with the name of that text in messages. */

@@ -29,7 +29,7 @@ typedef struct kmp_guidance {
 /** Adds a contact. */
 void kmp_guidance_add(const kmp_tree *tree, const kmp_wheel_pose *pose, const kmp_contact *contact, kmp_guidance *sum);
 
-/** The values of a contact that outputs show (KMP_CONTACT_SHOWN values; names in model/tables/output_table.c): place on
+/** The values of a contact that outputs show (KMP_CONTACT_SHOWN values; names in model/data/output_table.c): place on
  * wheel and track, angle, N, creepages and spin. Then forces along and across, moment, semi-axes of the patch and its
  * fit to one ellipse (kmp_patch_fit). */
 void kmp_contact_values(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_wheel_pose *pose,

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The equivalent conicity of a pair of wheels, from the rolling radii of a table of contacts (contact/klingel.c). */
+/* The equivalent conicity of a pair of wheels, from the rolling radii of a table of contacts (rail/contact/klingel.c).
+ */
 #include "model/language/nearest.h"
 #include "rail/wheel_contact/contact_sweep.h"
 #include <kempe/rolling_contact.h>

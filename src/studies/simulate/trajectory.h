@@ -37,7 +37,7 @@ const char *kmp_trajectory_word(const kempe_trajectory *t);
 /** Unit of the number that differs most in the repeat run; "": a state; NULL: there is none. */
 const char *kmp_trajectory_unit(const kempe_trajectory *t);
 
-/** The outputs in addition to the table (model/tables/output_table.h) at a row; owned by the evaluator. */
+/** The outputs in addition to the table (model/data/output_table.h) at a row; owned by the evaluator. */
 const double *kmp_samples_shown(const kmp_samples *table, kmp_evaluator *eval, int row);
 
 /** The run of the options, with names and defaults resolved. `spec` points into the arena and to the strings of `run`.
