@@ -4,12 +4,7 @@
  * states, of lanes and of generated simulators, which have this file too. */
 #pragma once
 
-#include "constraints/tolerances.h"
 #include "integrators/decide/inlined.h"
-#include <float.h>
-#include <math.h>
-#include <stdbool.h>
-#include <stddef.h>
 
 /* The most corrections of a state that is near to a closed one. */
 enum { KMP_CLOSING_PASSES = 12 };

@@ -220,7 +220,7 @@ static kempe_status change_condition(kmp_event_tracker *c, int k, double t)
     }
     past->last = t;
     past->most = 0;
-    if (kink || !kmp_changes_without_end(past->repeats))
+    if (kink || past->repeats < KMP_EVENT_REPEATS)
         return KEMPE_OK;
     c->stuck = true;
     return kmp_fail(
