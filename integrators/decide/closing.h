@@ -44,7 +44,7 @@ KMP_INLINE bool kmp_closing_contracts(double size, double last)
     return size <= 0.9 * last;
 }
 
-/** What becomes of a correction. */
+/** The outcome of a correction. */
 typedef enum kmp_closing_move {
     KMP_CLOSING_GOES, /* it is added, and another one follows */
     KMP_CLOSING_ENDS, /* it is added, and is the last one */
