@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "integrators/quantities/run_quantities.h"
+#include "ensemble/quantities/run_quantities.h"
 #include "base/text.h"
-#include "integrators/quantities/smooth_piece.h"
+#include "ensemble/quantities/smooth_piece.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "symbolic/steps.h"
+#include "exchange/code/steps.h"
 
 typedef struct work {
     const kmp_program *p;
