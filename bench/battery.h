@@ -8,6 +8,7 @@
 #include "base/text.h"
 #include "bench/chain.h"
 #include "bench/four_bar_by_hand.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "output/verdict.h"
 #include <kempe/settings.h>

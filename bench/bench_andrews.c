@@ -11,6 +11,7 @@
 #include "bench.h"
 #include "constraints/programs/reduced_program.h"
 #include "integrators/formulations/formulation.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include <kempe/check.h>
 #include <math.h>

@@ -10,7 +10,8 @@
 #include "base/text.h"
 #include "bench.h"
 #include "constraints/partition/reduction.h"
-#include "dynamics/motion.h"
+#include "dynamics/motion_choice.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "linalg/dense/dense.h"
 #include <kempe/settings.h>

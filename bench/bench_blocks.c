@@ -5,6 +5,8 @@
 #include "base/clock.h"
 #include "bench.h"
 #include "symbolic/derivative.h"
+#include "symbolic/function_table.h"
+#include "symbolic/graph.h"
 #include "symbolic/implicit.h"
 #include "symbolic/table_function.h"
 #include <math.h>

@@ -5,6 +5,7 @@
  * forms and have one row each. The ratio compares newton's runs with integrated ones, whose time is interpolated at the
  * same error. */
 #include "bench.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include <kempe/check.h>
 #include <math.h>

@@ -8,6 +8,7 @@
 #include "base/memory.h"
 #include "bench.h"
 #include "chain.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "output/samples.h"
 #include "stiffened.h"

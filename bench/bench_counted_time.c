@@ -6,6 +6,7 @@
  *     bench counted_time MODEL.yaml ..
  */
 #include "bench.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/runner.h"
 #include <kempe/check.h>
 #include <math.h>

@@ -5,6 +5,7 @@
 #include "constraints/programs/saddle_program.h"
 #include "followed_motion.h"
 #include "integrators/formulations/formulation.h"
+#include "integrators/run/methods.h"
 #include "tests/solved_lanes.h"
 
 enum { MANY = 5000 };

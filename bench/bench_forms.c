@@ -3,8 +3,8 @@
  * several tolerances. Errors against the digits of reference.csv at the end, residuals over 64 rows, median time of 9
  * runs. */
 #include "bench.h"
-#include "integrators/formulations/formulation.h"
-#include "integrators/steppers/solver.h"
+#include "integrators/run/methods.h"
+#include "integrators/sundials/linear.h"
 #include "judged.h"
 #include <kempe/check.h>
 

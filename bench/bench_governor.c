@@ -4,6 +4,7 @@
  * and times of the implicit ways; errors against reference.csv where the governor is as it is, else against a run of
  * radau9 at rtol 1e-13. */
 #include "bench.h"
+#include "integrators/run/methods.h"
 #include "judged.h"
 #include "stiffened.h"
 #include <kempe/check.h>

@@ -8,6 +8,7 @@
 #include "base/memory.h"
 #include "bench.h"
 #include "bench/trees.h"
+#include "dynamics/choose_variants.h"
 #include "exchange/code/sets.h"
 #include <dlfcn.h>
 #include <kempe/generate.h>

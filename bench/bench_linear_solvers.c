@@ -9,6 +9,8 @@
  * two rotations each, whose mass matrix in joint coordinates is full. */
 #include "bench.h"
 #include "chain.h"
+#include "integrators/run/methods.h"
+#include "integrators/sundials/linear.h"
 #include "iteration_matrix.h"
 #include "linalg/sparse.h"
 #include <kempe/check.h>

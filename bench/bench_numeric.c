@@ -10,6 +10,7 @@
 #include "bench/classical.h"
 #include "bench/loaded_equations.h"
 #include "bench/numeric_classical.h"
+#include "dynamics/choose_variants.h"
 
 #include "backend/machine.h"
 #include "bench.h"

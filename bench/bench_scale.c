@@ -8,6 +8,7 @@
 #include "bench.h"
 #include "chain.h"
 #include "constraints/diagnosis/diagnosis.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include <kempe/check.h>
 #include <math.h>

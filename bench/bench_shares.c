@@ -9,6 +9,7 @@
  * "windows N" is a chain of N windows, to 0.4 s; ROBOTRAN's models go to 5 s. Form stabilized1, rtol 1e-8. */
 #include "bench.h"
 #include "chain.h"
+#include "integrators/run/methods.h"
 #include "iteration_matrix.h"
 #include <kempe/check.h>
 

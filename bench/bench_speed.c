@@ -8,6 +8,7 @@
 #include "constraints/programs/reduced_program.h"
 #include "constraints/programs/reduced_program_inside.h"
 #include "integrators/formulations/formulation.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "integrators/steppers/solver.h"
 #include <kempe/check.h>

@@ -13,6 +13,7 @@
 #include "bench.h"
 #include "constraints/programs/reduced_program.h"
 #include "integrators/formulations/formulation.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "integrators/sundials/linear.h"
 #include "linalg/sparse.h"

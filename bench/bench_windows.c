@@ -7,6 +7,7 @@
  */
 #include "bench.h"
 #include "chain.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include <math.h>
 #include <stdlib.h>

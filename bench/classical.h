@@ -11,6 +11,7 @@
 
 #include "base/memory.h"
 #include "dynamics/formalisms/newton_euler.h"
+#include "dynamics/kinematics/kinematics_vectors.h"
 
 typedef struct classical_link {
     kmp_vec axis, origin; /* of the joint, in ground axes */

@@ -4,6 +4,7 @@
 #define KEMPE_BENCH_FOLLOWED_MOTION_H
 
 #include "bench.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include <math.h>
 #include <string.h>

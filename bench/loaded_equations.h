@@ -6,7 +6,7 @@
 
 #include "base/file.h"
 #include "base/memory.h"
-#include "exchange/code/language.h"
+#include "exchange/code/write.h"
 #include <dlfcn.h>
 #include <kempe/generate.h>
 #include <stdio.h>

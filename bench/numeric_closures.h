@@ -7,6 +7,7 @@
 
 #include "bench/numeric.h"
 #include "dynamics/equations.h"
+#include "dynamics/kinematics/kinematics_vectors.h"
 
 typedef struct numeric_place {
     double r[3][3], axis[3]; /* of the joint, with the sign of q */

@@ -11,6 +11,7 @@
 
 #include "base/memory.h"
 #include "dynamics/formalisms/newton_euler.h"
+#include "dynamics/kinematics/kinematics_vectors.h"
 
 /* A motion or a force, the angular part first. */
 typedef struct plain_six {

@@ -6,12 +6,15 @@
  * The heading of each step has the function that enters it, and its file; docs/overview.md shows them as a picture.
  */
 #include "pipeline.h"
+#include "constraints/diagnosis/diagnose.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "model/data/variant.h"
-#include "model/read/reading.h"
+#include "model/read/loads.h"
+#include "model/read/reader.h"
 #include "studies/compare/compare_study.h"
 #include "studies/simulate/simulation.h"
+#include "studies/simulate/trajectory.h"
 #include <kempe/check.h>
 #include <kempe/compare.h>
 

@@ -24,11 +24,6 @@ INTERFACES = ("include/kempe/", "src/exchange/simulator/kempe_simulator.h", "src
 MOST = 2.0  # percent
 ACROSS = {  # function: the reason why another folder declares it
     "kmp_tree_unknown": "links evaluate names, whose equations are solved above them",
-    "kmp_wheel_contacts": "the data of a model have wheels, whose zones are found by the rails, which use these data",
-    "kmp_model_show_tracks": "a model is printed with its tracks, which are printed by the means of its other parts",
-    "kmp_model_json_tracks": "a model is printed with its tracks, which are printed by the means of its other parts",
-    "kmp_model_show_wheels": "a model is printed with its wheels, which are printed by the means of its other parts",
-    "kmp_model_json_wheels": "a model is printed with its wheels, which are printed by the means of its other parts",
 }
 QUIET = re.compile(r'/\*.*?\*/|//[^\n]*|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])+\'', re.S)
 DIRECTIVE = re.compile(r"^[ \t]*#(?:[^\\\n]|\\.|\\\n)*", re.M)

@@ -6,8 +6,10 @@
  * solution: Newton's method on the chosen rows and dependent coordinates, a square system, or KINSOL with line search
  * where that does not contract. Gauss-Newton without a bound then converges to round-off. */
 #include "constraints/closing/assemble.h"
+#include "constraints/closing/assembly.h"
 #include "constraints/closing/close_reduced.h"
 #include "constraints/closing/cut_start.h"
+#include "constraints/closing/goals.h"
 #include "constraints/closing/kinsol.h"
 #include "constraints/closing/least_change.h"
 #include "constraints/closing/random_walk.h"

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Making and freeing an assembly, and messages about the closures that stay open. */
+#include "constraints/closing/assembly.h"
 #include "base/memory.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/cut_start.h"

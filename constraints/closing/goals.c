@@ -12,6 +12,7 @@
  * step is accepted if the sum falls as predicted, closing moved little in comparison, and the tangent has turned
  * little: so the branch is kept.
  */
+#include "constraints/closing/goals.h"
 #include "base/arena.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/random_walk.h"

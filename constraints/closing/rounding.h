@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Whether closures are redundant but for rounding of the model's numbers: a trial of a rank by finite motions. What it
- * finds is kept in the system (constraints/evaluation/intended_rank.h). */
+/* A trial of a rank by finite motions: it shows whether closures are redundant but for rounding of the model's numbers.
+ * Its result is kept in the system (constraints/evaluation/intended_rank.h). */
 #pragma once
 
 #include "constraints/evaluation/intended_rank.h"

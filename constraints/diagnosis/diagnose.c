@@ -1,12 +1,18 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+#include "constraints/diagnosis/diagnose.h"
 #include "base/memory.h"
 #include "constraints/diagnosis/diagnosis.h"
+#include "constraints/diagnosis/diagnosis_choice.h"
+#include "constraints/diagnosis/diagnosis_limits.h"
+#include "constraints/diagnosis/diagnosis_open.h"
+#include "constraints/diagnosis/diagnosis_rank.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "constraints/kinds/kind.h"
 #include "constraints/partition/singularity_causes.h"
 #include "model/data/closure_table.h"
 #include "model/read/law_warnings.h"
+#include "model/read/loads.h"
 #include <kempe/check.h>
 #include <string.h>
 

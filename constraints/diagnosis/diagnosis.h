@@ -148,20 +148,3 @@ typedef struct kmp_examination {
     int point_count;   /* random configurations */
     double *jacobians; /* m x n each, scaled: here, then at the points */
 } kmp_examination;
-
-/** Finds the reason why an assembly stays open. */
-kempe_status kmp_obstacle_find(kmp_obstacle *obstacle, const kempe_assembly *assembly, kmp_arena *arena);
-
-/* Parts of the examination, in order. The arena records memory failures. */
-void kmp_diagnosis_points(kmp_examination *x);
-void kmp_diagnosis_dependents(kmp_examination *x);
-void kmp_diagnosis_second_order(kmp_examination *x);
-void kmp_diagnosis_repairs(kmp_examination *x);
-void kmp_diagnosis_alternatives(kmp_examination *x);
-void kmp_diagnosis_limits(kmp_examination *x);
-
-/** Jacobian k of the examination: 0 here, 1 .. point_count at the random configurations. */
-const double *kmp_diagnosis_jacobian(const kmp_examination *x, int k);
-
-/** The work of kempe_check_new. */
-kempe_status kmp_check(const kempe_system *system, kempe_check **check);

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Possible independent coordinates; the loops as blocks of Jv in order of solution, with their closures. */
+#include "constraints/diagnosis/diagnosis_choice.h"
 #include "constraints/diagnosis/diagnosis.h"
+#include "constraints/diagnosis/diagnosis_rank.h"
 #include "constraints/partition/reduction.h"
 #include "linalg/dense/dense.h"
 #include <math.h>

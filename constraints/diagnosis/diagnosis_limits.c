@@ -4,6 +4,7 @@
  * rate changes sign (its dead centre). Branches meet where the last pivot of J nearly vanishes (a change point). Both
  * are found to round-off. The motion ends when it returns to its start, angles modulo full turns with which the
  * closures hold at places on the way, too; otherwise it is followed in both directions. */
+#include "constraints/diagnosis/diagnosis_limits.h"
 #include "base/bracket.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "constraints/evaluation/charts.h"

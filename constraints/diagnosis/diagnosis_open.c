@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Reasons of a failed assembly. Held coordinates are released in trials, one by one and then all. If every joint of a
  * loop turns, its links are a polygon, which closes only if none is longer than all others together. */
+#include "constraints/diagnosis/diagnosis_open.h"
 #include "constraints/closing/loop_polygon.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "constraints/kinds/kind_parts.h"

@@ -2,6 +2,7 @@
 /* Redundant everywhere or singular only here: compares the rank at random configurations, found by moving along random
  * tangents. The members of each dependent set come from an echelon basis of the left null space of the scaled J. Rows
  * that may be left out are found by the rank of the remaining ones. */
+#include "constraints/diagnosis/diagnosis_rank.h"
 #include "constraints/closing/rounding.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "constraints/tolerances.h"

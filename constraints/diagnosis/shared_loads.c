@@ -12,9 +12,12 @@
 #include "linalg/dense/dot.h"
 #include "linalg/dense/lapack.h"
 #include "linalg/sparse.h"
+#include "linalg/sparse_complete.h"
 #include "model/data/closure_table.h"
 #include "model/data/output_table.h"
 #include "model/data/pose.h"
+#include "model/language/expression_value.h"
+#include "model/read/loads.h"
 #include <math.h>
 #include <string.h>
 

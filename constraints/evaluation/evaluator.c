@@ -5,9 +5,12 @@
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/intended_rank.h"
 #include "constraints/evaluation/load_multipliers.h"
+#include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "dynamics/motion.h"
+#include "dynamics/motion_choice.h"
 #include "model/data/output_table.h"
+#include "model/language/expression_value.h"
 #include <math.h>
 #include <string.h>
 

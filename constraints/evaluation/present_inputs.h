@@ -84,6 +84,3 @@ bool kmp_present_inputs_jump(const kmp_present_inputs *inputs, double t);
 void kmp_present_inputs_stand(kmp_present_inputs *inputs, double t);
 
 struct kempe_workspace;
-
-/** The inputs of a workspace. */
-kmp_present_inputs *kmp_workspace_inputs(struct kempe_workspace *workspace);

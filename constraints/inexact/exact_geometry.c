@@ -11,13 +11,16 @@
  * order (a Sarrus linkage with nearly parallel axes): their derivatives are small, and vanish with the misfit. Zero
  * numbers stay zero. A drawing shows the mechanism assembled: if its start is closed but for the tolerance, h = 0 there
  * is a condition too, of all rows. */
+#include "constraints/inexact/exact_geometry.h"
 #include "base/memory.h"
+#include "constraints/closing/assembly.h"
 #include "constraints/closing/random_walk.h"
 #include "constraints/closing/rounding.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "constraints/tolerances.h"
 #include "dynamics/equations.h"
 #include "linalg/dense/lapack.h"
+#include "model/read/loads.h"
 #include <float.h>
 #include <kempe/check.h>
 #include <math.h>

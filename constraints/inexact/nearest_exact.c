@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/inexact/nearest_exact.h"
+#include "constraints/closing/assembly.h"
 #include "constraints/evaluation/intended_rank.h"
+#include "constraints/inexact/exact_geometry.h"
 #include "constraints/tolerances.h"
 #include "dynamics/program_cache.h"
 #include "dynamics/system_record.h"

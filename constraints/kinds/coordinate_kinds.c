@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Closures of coordinates: h is an expression of coordinates and time, lambda the generalized force. */
 #include "constraints/kinds/kind.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
 #include <math.h>
 
 /* An expression stays zero. */

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/kinds/kind_parts.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
+#include "dynamics/kinematics/kinematics_vectors.h"
 #include <math.h>
 
 int kmp_part_frame(const kmp_tree *tree, const kmp_closure *closure)

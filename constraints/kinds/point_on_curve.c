@@ -4,7 +4,11 @@
  * is the sum of lambda grad F, normal to the curve; grad F is derived for symbols x, y, z, and the position then
  * replaces them. */
 #include "constraints/kinds/kind_parts.h"
+#include "dynamics/kinematics/kinematics_conditions.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
+#include "dynamics/kinematics/kinematics_vectors.h"
 #include "symbolic/derivative.h"
+#include "symbolic/substitute.h"
 
 /* Position of Q in the axes of P. */
 static void find_place(const kmp_tree *tree, const kmp_closure *closure, kmp_vec axes[3], kmp_ref place[3])

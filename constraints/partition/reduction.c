@@ -2,6 +2,7 @@
 #include "constraints/partition/reduction.h"
 #include "base/memory.h"
 #include "constraints/evaluation/load_multipliers.h"
+#include "constraints/partition/sparse_tangent_numbers.h"
 #include "integrators/decide/coordinate_exchange.h"
 #include "linalg/dense/dot.h"
 #include <math.h>

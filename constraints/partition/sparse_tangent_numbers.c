@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Every element of a result is computed by the operations of a plain loop over its nonzeros, in the order of that loop;
  * zeros that pad a four change no bit. */
+#include "constraints/partition/sparse_tangent_numbers.h"
 #include "base/clones.h"
 #include "constraints/partition/reduction.h"
 #include "constraints/partition/sparse_tangent.h"

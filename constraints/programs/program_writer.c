@@ -4,6 +4,7 @@
 #include "constraints/evaluation/charts.h"
 #include "dynamics/motion.h"
 #include "symbolic/contraction.h"
+#include "symbolic/ops.h"
 #include <math.h>
 #include <string.h>
 

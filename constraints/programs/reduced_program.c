@@ -3,7 +3,10 @@
 #include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/programs/reduced_program_inside.h"
+#include "constraints/programs/reduced_program_write.h"
+#include "constraints/programs/saddle_program.h"
 #include "constraints/programs/saddle_program_inside.h"
+#include "constraints/programs/saddle_program_write.h"
 #include "dynamics/motion.h"
 #include <float.h>
 #include <math.h>

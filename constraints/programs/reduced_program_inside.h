@@ -49,11 +49,3 @@ typedef struct kmp_reduced_program_plan {
     bool curvature;            /* the last stage ends with the part of qdd of v that does not depend on udd */
     bool forces;               /* and then with the multipliers of the independent rows */
 } kmp_reduced_program_plan;
-
-/** The right-hand side alone, in one stage, with the power left out, as a function of t, q and qd of the coordinates:
- * udd (p); qd of v (r); the least pivot of the reduced mass; kmp_writer_blocks_excess. Without contraction. NULL: no
- * memory, or forces that depend on multipliers. */
-kmp_program *kmp_reduced_program_write_slopes(const kmp_reduction *red, const kmp_reduced_program_plan *plan);
-
-/** Writes the program, or takes the one that the system keeps for this choice. */
-kmp_reduced_program_written kmp_reduced_program_write(const kmp_reduction *red, const kmp_reduced_program_plan *plan);

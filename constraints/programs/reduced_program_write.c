@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The linear algebra of a reduction written out, on the outputs of the motion program. Blocks of one and two rows are
  * solved by their determinant, larger ones by elimination in a given order. */
+#include "constraints/programs/reduced_program_write.h"
 #include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/programs/program_records.h"
 #include "constraints/programs/program_writer.h"
 #include "constraints/programs/reduced_program_inside.h"
 #include "constraints/programs/writer_blocks.h"
-#include "dynamics/load_dependent.h"
+#include "dynamics/motion.h"
 
 /* State of the writer. */
 typedef struct maker {

@@ -3,6 +3,8 @@
 #include "base/arena.h"
 #include "base/memory.h"
 #include "constraints/programs/saddle_program_inside.h"
+#include "constraints/programs/saddle_program_nearby.h"
+#include "constraints/programs/saddle_program_write.h"
 #include "constraints/tolerances.h"
 #include <float.h>
 #include <limits.h>

@@ -49,10 +49,6 @@ typedef struct kmp_saddle_program_layout {
 
 typedef struct kmp_saddle_program kmp_saddle_program;
 
-/** The obstacle to a program for every choice of rows, as part of a sentence: implicit blocks, forces that depend on
- * multipliers, too many coordinates and independent rows. NULL: there is none. */
-const char *kmp_saddle_program_obstacle(const kempe_system *system, int unknowns);
-
 /** Makes the program for the partition's independent rows. *solved is NULL if there is none: implicit blocks, forces
  * that depend on multipliers, too many operations, or bad pivots at the evaluator's last closure. KEMPE_E_MEMORY. */
 kempe_status kmp_saddle_program_new(kmp_saddle_program **solved, kmp_evaluator *eval, const kmp_partition *part);
@@ -115,3 +111,11 @@ const kmp_program *kmp_saddle_program_code(const kmp_saddle_program *solved);
 kempe_status kmp_saddle_program_write_nearby(const kmp_saddle_program *solved, const kmp_partition *part,
                                              kmp_program **program);
 #define KMP_SADDLE_PROGRAM_NEARBY 0.7
+
+/** Runs END, and lends h, J and h_t at the place of the last run, (t, q), to the evaluator. Returns the outputs. */
+const double *kmp_saddle_program_end(kmp_writer_machine *made, const kmp_saddle_program_layout *layout,
+                                     kmp_evaluator *eval, double t, const double *q);
+
+/** kmp_saddle_program_is_cancelled by these outputs. */
+bool kmp_saddle_program_cancels(const kmp_saddle_program_layout *layout, const kempe_system *system, const double *end,
+                                double rtol, double rate_scale);

@@ -23,27 +23,3 @@ typedef struct kmp_saddle_program_written {
     kmp_saddle_program_layout layout;
     kmp_eliminated *row; /* of each multiplier of the elimination; the caller's */
 } kmp_saddle_program_written;
-
-/** Finds the order of elimination by M and C, in the arena. False: no memory. */
-bool kmp_saddle_program_order(const kmp_evaluator *eval, const kmp_partition *part, kmp_arena *arena,
-                              kmp_writer_ldl *ldl);
-
-/** kmp_saddle_program_write_nearby for a run of so many operations. False: no memory. */
-bool kmp_saddle_program_write_near(const kmp_evaluator *eval, const kmp_partition *part, double run,
-                                   kmp_program **program);
-
-/** Operations of a run, before it is written; infinite if there is none, -1: no memory. */
-double kmp_saddle_program_operations(const kmp_evaluator *eval, const kmp_partition *part);
-
-/** Runs END, and lends h, J and h_t at the place of the last run, (t, q), to the evaluator. Returns the outputs. */
-const double *kmp_saddle_program_end(kmp_writer_machine *made, const kmp_saddle_program_layout *layout,
-                                     kmp_evaluator *eval, double t, const double *q);
-
-/** kmp_saddle_program_is_cancelled by these outputs. */
-bool kmp_saddle_program_cancels(const kmp_saddle_program_layout *layout, const kempe_system *system, const double *end,
-                                double rtol, double rate_scale);
-
-/** Writes the program of the cheaper dynamics, of those that the evaluator has, or takes the one that the system keeps
- * for this choice. False: no memory. */
-bool kmp_saddle_program_write(const kmp_evaluator *eval, const kmp_saddle_program_plan *plan,
-                              kmp_saddle_program_written *written);

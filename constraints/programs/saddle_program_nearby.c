@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Accelerations and multipliers near the place of known factors: one residual, one solution, no factors. The residual
  * is that of Newton and Euler's equations with J' lambda, shorter than M qdd + C - J' lambda. */
+#include "constraints/programs/saddle_program_nearby.h"
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/programs/program_records.h"
-#include "constraints/programs/saddle_program_inside.h"
+#include "constraints/programs/saddle_program_write.h"
+#include "dynamics/choose_variants.h"
 #include "symbolic/contraction.h"
 #include <limits.h>
 #include <math.h>

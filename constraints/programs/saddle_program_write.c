@@ -5,6 +5,7 @@
  *
  * in which each multiplier is eliminated after its coordinates: its pivot is that of -S. By articulated bodies it is
  * that of S alone. */
+#include "constraints/programs/saddle_program_write.h"
 #include "base/memory.h"
 #include "constraints/programs/program_records.h"
 #include "constraints/programs/program_writer.h"

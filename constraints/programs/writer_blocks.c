@@ -2,6 +2,7 @@
 #include "constraints/programs/writer_blocks.h"
 #include "base/memory.h"
 #include "linalg/dense/dense.h"
+#include "symbolic/function_table.h"
 #include <math.h>
 #include <string.h>
 

@@ -2,6 +2,7 @@
 /* The public workspace. Evaluation and accelerations are those of runs: by articulated bodies if that costs less, or on
  * the independent rows and coordinates of the start while these are good. Otherwise the saddle system on rows of the
  * present state is solved. Closing is by least changes. */
+#include "constraints/workspace/state_workspace.h"
 #include "base/memory.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/load_multipliers.h"
@@ -10,6 +11,7 @@
 #include "dynamics/load_dependent.h"
 #include "linalg/dense/dot.h"
 #include "model/data/closure_table.h"
+#include "model/language/expression_value.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <stdarg.h>

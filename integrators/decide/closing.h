@@ -4,12 +4,7 @@
  * states, of lanes and of generated simulators, which have this file too. */
 #pragma once
 
-#include "constraints/tolerances.h"
 #include "integrators/decide/inlined.h"
-#include <float.h>
-#include <math.h>
-#include <stdbool.h>
-#include <stddef.h>
 
 /* The most corrections of a state that is near to a closed one. */
 enum { KMP_CLOSING_PASSES = 12 };
@@ -49,7 +44,7 @@ KMP_INLINE bool kmp_closing_contracts(double size, double last)
     return size <= 0.9 * last;
 }
 
-/** What becomes of a correction. */
+/** The outcome of a correction. */
 typedef enum kmp_closing_move {
     KMP_CLOSING_GOES, /* it is added, and another one follows */
     KMP_CLOSING_ENDS, /* it is added, and is the last one */

@@ -4,12 +4,8 @@
  * this file too. A condition is fixed during a step by its mode: above zero it holds, its value is negative. */
 #pragma once
 
-#include "constraints/tolerances.h"
 #include "dynamics/kinematics/friction_roles.h"
 #include "integrators/decide/inlined.h"
-#include <float.h>
-#include <math.h>
-#include <stdbool.h>
 
 typedef enum kmp_condition_kind {
     KMP_CONDITION_SWITCHES, /* its change is an event */
@@ -74,15 +70,9 @@ KMP_INLINE bool kmp_changes_at_once(double t, double last, double instant)
     return t - last <= fmax(64 * DBL_EPSILON * fabs(t), instant);
 }
 
-/** True for a condition that changes back and forth without time between the changes. */
-KMP_INLINE bool kmp_changes_without_end(int repeats)
-{
-    return repeats >= KMP_EVENT_REPEATS;
-}
-
 /** True for a kink that is not fixed again where it changes: `most`, its largest value since the last change, is within
  * the errors of steps, as at rest; or it changes without end. */
 KMP_INLINE bool kmp_kink_is_idle(double most, double within, double largest, int repeats)
 {
-    return most <= within * largest || kmp_changes_without_end(repeats);
+    return most <= within * largest || repeats >= KMP_EVENT_REPEATS;
 }

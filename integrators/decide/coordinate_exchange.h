@@ -4,12 +4,8 @@
  * runs, of lanes and of generated simulators, which have this file too. */
 #pragma once
 
-#include "constraints/tolerances.h"
 #include "integrators/decide/inlined.h"
 #include "linalg/dense/factors.h"
-#include <math.h>
-#include <stdbool.h>
-#include <stddef.h>
 
 /* B is to be computed again after the exchange of an entry of this size: its rounding is large. */
 #define KMP_EXCHANGE_LONG_DUE 100.0

@@ -4,10 +4,7 @@
  * too. */
 #pragma once
 
-#include "constraints/tolerances.h"
 #include "integrators/decide/inlined.h"
-#include <math.h>
-#include <stddef.h>
 
 /** The first of the dropped rows that is open; -1: none. h and row scales of all rows, `stride` apart; r kept and d
  * dropped rows. tolerance: rtol + atol of the run. loose: the gap of dropped rows that is that of rounded numbers. */

@@ -6,10 +6,6 @@
 
 #include "base/bracket.h"
 #include "integrators/decide/conditions.h"
-#include "integrators/decide/inlined.h"
-#include <float.h>
-#include <math.h>
-#include <stdbool.h>
 
 /** The motion and its conditions. A status is 0, or a number that ends the search. */
 typedef struct kmp_location_site {

@@ -3,10 +3,7 @@
  * an event or a sample. The decisions of runs, of lanes and of generated simulators, which have this file too. */
 #pragma once
 
-#include "constraints/tolerances.h"
 #include "integrators/decide/step_control.h"
-#include <math.h>
-#include <stdbool.h>
 
 /* A step within this multiple of the least one is no measure of the next one. */
 #define KMP_RESTART_BRIEF 64

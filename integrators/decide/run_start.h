@@ -4,10 +4,7 @@
  * Solving Ordinary Differential Equations I, 2nd ed., II.4. */
 #pragma once
 
-#include "constraints/tolerances.h"
 #include "integrators/decide/inlined.h"
-#include <math.h>
-#include <stddef.h>
 
 /* -- the rate of a motion and tolerances ---------------------------------------------------------------- */
 

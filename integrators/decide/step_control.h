@@ -5,9 +5,6 @@
 #pragma once
 
 #include "integrators/decide/inlined.h"
-#include <float.h>
-#include <math.h>
-#include <stdbool.h>
 
 typedef struct kmp_rk_numbers {
     int stages;       /* derivatives k[1] .. k[stages], numbered as published */

@@ -131,15 +131,6 @@ int kmp_redundant_check(const kmp_evaluator *eval, const kmp_partition *part, do
 /** The name of a row between rates that are those of no h (kmp_row.of_rates); NULL: the system has none. */
 const char *kmp_formulation_row_of_rates(const kempe_system *system);
 
-/** Row k of the table, NULL after the last. */
-const kmp_formulation_kind *kmp_formulation_get(int k);
-
-/** The kind of a formulation and form (NULL: the formulation's first); NULL if it does not exist. */
-const kmp_formulation_kind *kmp_formulation_find(const char *formulation, const char *form);
-
-/** The formulation across change points: only a runner enters and leaves it. */
-extern const kmp_formulation_kind kmp_formulation_near_singular;
-
 #define KMP_FORMULATION(id) extern const kmp_formulation_kind kmp_formulation_##id;
 #include "integrators/formulations/formulations.def"
 #undef KMP_FORMULATION

@@ -7,6 +7,7 @@
  * These unknowns also serve to step across a change point. An integrator that chooses where to evaluate
  * (singular_step.h) then has each state closed first: off the closures accelerations are not those of the motion if J
  * is near to losing a row. */
+#include "integrators/formulations/projected.h"
 #include "constraints/evaluation/stage_lanes.h"
 #include "constraints/programs/saddle_program.h"
 #include "constraints/tolerances.h"

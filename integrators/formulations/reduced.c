@@ -11,8 +11,12 @@
 #include "constraints/closing/close_reduced.h"
 #include "constraints/programs/reduced_program_inside.h"
 #include "constraints/tolerances.h"
+#include "integrators/decide/closing.h"
 #include "integrators/decide/run_start.h"
 #include "integrators/formulations/cost_model.h"
+#include "integrators/formulations/reduced_choice.h"
+#include "integrators/formulations/reduced_programs.h"
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -540,3 +544,258 @@ const kmp_formulation_kind kmp_formulation_newton = {.formulation = "reduced",
                                                      .jacobian = true,
                                                      .by_bodies = true,
                                                      .create = create};
+
+/* An evaluation of the newton form by the fused or the solved program: corrections of the predicted v until the rest of
+ * the program, which is evaluated at the corrected v, finds it closed. The correction that is left there tests that. */
+
+/* The largest component of a correction of v, in scales and in error weights; infinite where one is not finite. */
+typedef struct extent {
+    double scaled, weighted;
+} extent;
+
+static extent measure(const kmp_reduced *d, const double *dv)
+{
+    extent e = {0};
+    double sum = 0;
+    for (int i = 0; i < d->r; i++) {
+        double change = fabs(dv[i]), scaled = change * d->by_scale[i], part = change * d->by_weight[i];
+        sum += change;
+        e.scaled = scaled > e.scaled ? scaled : e.scaled;
+        e.weighted = part > e.weighted ? part : e.weighted;
+    }
+    return sum <= DBL_MAX ? e : (extent){INFINITY, INFINITY};
+}
+
+static bool is_small(const kmp_reduced *d, extent e)
+{
+    return e.weighted <= KMP_CORRECTION_IN_STAGE || e.scaled <= d->noise;
+}
+
+static void add(kmp_reduced *d, const double *dv)
+{
+    for (int i = 0; i < d->r; i++)
+        d->v[i] += dv[i];
+}
+
+/* Closes d->v and evaluates there. false: corrections do not contract, or pivots are bad. */
+static bool close_and_finish(kmp_reduced *d, double t, double *dy)
+{
+    kmp_reduced_program *program = d->programs.fused;
+    double last = INFINITY, *v = d->state + 2 * d->p;
+    for (int k = 0; k < KMP_CLOSING_PASSES; k++) {
+        memcpy(v, d->v, (size_t)d->r * sizeof *v);
+        kmp_writer_correction c = kmp_reduced_program_close(program, t, d->state);
+        extent e = measure(d, c.dv), next = {d->contraction * e.scaled * e.scaled, INFINITY};
+        d->red.newton++;
+        if (!is_small(d, e) && !kmp_closing_contracts(e.scaled, last))
+            return false;
+        add(d, c.dv);
+        last = e.scaled;
+        /* The next correction is about the square of this one, times a factor that the last corrections had: the rest
+         * of the program follows once that is small. */
+        next.weighted = e.scaled > 0 ? next.scaled * e.weighted / e.scaled : 0;
+        if (c.turn > KMP_TURN_SMALL || !is_small(d, next))
+            continue;
+        bool regular = kmp_reduced_program_finish(program, t, d->state, dy);
+        extent left = measure(d, kmp_reduced_program_left(program));
+        if (left.scaled > d->noise)
+            d->contraction = left.scaled / (e.scaled * e.scaled);
+        if (!is_small(d, left) && !kmp_closing_contracts(left.scaled, last))
+            return false;
+        add(d, kmp_reduced_program_left(program));
+        last = left.scaled;
+        if (is_small(d, left))
+            return regular;
+    }
+    return false;
+}
+
+bool kmp_reduced_evaluate_closing(kmp_reduced *d, double t, const double *y, double *dy)
+{
+    size_t p = (size_t)d->p, r = (size_t)d->r;
+    double *slope = d->has_v ? dy : d->slope;
+    if (d->has_v)
+        memcpy(d->v, y + 2 * p, r * sizeof *y);
+    else
+        kmp_reduced_predict(d, t, y);
+    memcpy(d->state, y, 2 * p * sizeof *y);
+    bool closed = close_and_finish(d, t, slope);
+    if (!d->has_v)
+        memcpy(dy, slope, 2 * p * sizeof *dy);
+    d->closed_fused = closed && !kmp_reduced_is_solved(d);
+    return closed;
+}
+
+/* The reduced equations of motion in implicit form, for an integrator of F(t, y, y') = 0: no reduced mass is factored,
+ * and a residual needs none. With y = (u, ud[, work]):
+ *
+ *     u' - ud = 0      X' (M qdd + C) = 0, qdd = X ud' + a0      work' - power = 0 */
+
+/* Evaluates the state of a residual: q, qd, M and C. */
+static int prepare_residual(kmp_reduced *d, double t, const double *y)
+{
+    if (kmp_reduced_place(d, t, y) != KMP_GO)
+        return KMP_RETRY;
+    kmp_eval_mass(d->eval);
+    kmp_eval_bias(d->eval, d->qd);
+    return KMP_GO;
+}
+
+static int residual(void *self, double t, const double *y, const double *yp, double *r)
+{
+    kmp_reduced *d = self;
+    if (prepare_residual(d, t, y) != KMP_GO)
+        return KMP_RETRY;
+    memcpy(d->udd, yp + d->p, (size_t)d->p * sizeof *d->udd);
+    kmp_reduction_residual(&d->red, d->udd, r + d->p);
+    for (int k = 0; k < d->p; k++) {
+        r[k] = yp[k] - y[d->p + k];
+        if (!isfinite(r[d->p + k]))
+            return KMP_RETRY;
+    }
+    if (d->has_work)
+        r[kmp_reduced_work(d)] =
+            yp[kmp_reduced_work(d)] - kmp_eval_power_here(d->eval, d->qd) - kmp_reduced_drive_power(d);
+    return KMP_GO;
+}
+
+static int matrix(void *self, double t, double cj, const double *y, const double *yp, double *values)
+{
+    kmp_reduced *d = self;
+    if (prepare_residual(d, t, y) != KMP_GO)
+        return KMP_RETRY;
+    kmp_reduction_residual(&d->red, yp + d->p, d->udd); /* for a0 */
+    const kmp_dae *dae = &d->formulation.dae;
+    memset(d->jacobian, 0, (size_t)(dae->n * dae->n) * sizeof *d->jacobian);
+    kmp_reduced_jacobian_of_residual(&d->tangents, t, cj, d->q, d->qd, yp + d->p, dae->n, d->jacobian);
+    for (int c = 0; c < dae->n; c++)
+        for (long k = dae->col_start[c]; k < dae->col_start[c + 1]; k++)
+            values[k] = d->jacobian[dae->row[k] + (long)c * dae->n];
+    return KMP_GO;
+}
+
+/* Evaluates the step's end, which the integrator has not done; corrects nothing. */
+static int accept_dae(void *self, double t, const double *y, const double *yp)
+{
+    kmp_reduced *d = self;
+    kmp_reduced_program_end end;
+    (void)yp;
+    if (kmp_reduced_evaluate(d, t, y) != KMP_GO || kmp_reduced_come_to_end(d, t, y, &end) != KMP_GO)
+        return KMP_RETRY;
+    return kmp_reduced_may_end(d, t, y, &end);
+}
+
+/* Pattern of column k: u'[k] or -ud[k], then the rows of the motion and of the work, which are full. */
+static int fill_pattern(const kmp_reduced *d, long *col_start, long *row)
+{
+    int nz = 0, size = d->formulation.size;
+    for (int c = 0; c < size; c++) {
+        col_start[c] = nz;
+        if (c < 2 * d->p)
+            row[nz++] = c % d->p;
+        for (int i = c < 2 * d->p ? d->p : c; i < size; i++)
+            row[nz++] = i;
+    }
+    col_start[size] = nz;
+    return nz;
+}
+
+kempe_status kmp_reduced_describe(kmp_reduced *d, double t)
+{
+    kmp_arena *a = &d->formulation.arena;
+    int size = d->formulation.size;
+    long *col_start = KMP_ARENA_NEW(a, long, size + 1), *row = KMP_ARENA_NEW(a, long, size *(size + 1));
+    double *ones = KMP_ARENA_NEW(a, double, size);
+    d->jacobian = KMP_ARENA_NEW(a, double, size *size);
+    d->formulation.yp = KMP_ARENA_NEW(a, double, size);
+    KMP_TRY(kmp_made(d->s->context, !a->failed));
+    for (int i = 0; i < size; i++)
+        ones[i] = 1;
+    d->formulation.dae = (kmp_dae){.n = size,
+                                   .nz = fill_pattern(d, col_start, row),
+                                   .col_start = col_start,
+                                   .row = row,
+                                   .differential = ones,
+                                   .factor = ones,
+                                   .self = d,
+                                   .residual = residual,
+                                   .matrix = matrix,
+                                   .accept = accept_dae};
+    if (kmp_reduced_rhs(d, t, d->formulation.y, d->formulation.yp) == KMP_GO)
+        return KEMPE_OK;
+    return kmp_fail(d->s->context, KEMPE_E_FAILED, "the accelerations cannot be evaluated at t = %.9g", t);
+}
+
+/* Prediction of v in the newton form where it is not among the unknowns: along its tangent and curvature from the last
+ * accepted step. */
+
+/* B du + x_t tau + c s^2 / 2. */
+void kmp_reduced_predict(kmp_reduced *d, double t, const double *u)
+{
+    double tau = t - d->t, s = 0; /* progress of u since the last accepted step, in its time */
+    for (int k = 0; k < d->p; k++)
+        s += d->anchor_w[k] * (u[k] - d->anchor_u[k]);
+    s = d->by_time ? tau : s;
+    const double half = 0.5 * s * s;
+    const kmp_sparse_tangent *zeros = d->red.zeros;
+    for (int i = 0; i < d->r; i++)
+        d->v[i] = d->anchor_v[i] + tau * d->anchor_t[i] + half * d->anchor_c[i];
+    for (int k = 0; k < d->p; k++) {
+        const double *b = d->anchor_b + k * d->r;
+        double du = u[k] - d->anchor_u[k];
+        if (zeros) {
+            const int *row;
+            for (int e = 0, count = kmp_sparse_tangent_rows(zeros, k, &row); e < count; e++)
+                d->v[row[e]] += b[row[e]] * du;
+            continue;
+        }
+        for (int i = 0; i < d->r; i++)
+            d->v[i] += b[i] * du;
+    }
+}
+
+void kmp_reduced_remember_place(kmp_reduced *d, double t, const double *y)
+{
+    d->t = t;
+    if (d->integrated)
+        return;
+    /* Weights of errors of v, and the noise of closing. */
+    for (int i = 0; i < d->n; i++)
+        d->weight[i] = d->start.atol * d->s->scale[i] + d->start.rtol * fabs(d->q[i]);
+    for (int i = 0; i < d->r; i++) {
+        d->by_scale[i] = 1 / d->s->scale[d->part.v[i]];
+        d->by_weight[i] = 1 / d->weight[d->part.v[i]];
+    }
+    d->noise = kmp_close_noise(d->n, d->s->scale, d->q);
+    if (d->has_v)
+        return;
+    memcpy(d->anchor_u, y, (size_t)d->p * sizeof *d->anchor_u);
+    /* The weights of u in the progress: rates over their square, in scales. */
+    const double *ud = y + d->p;
+    double speed = 0;
+    for (int k = 0; k < d->p; k++) {
+        double scale = d->s->scale[d->part.u[k]];
+        d->anchor_w[k] = ud[k] / (scale * scale);
+        speed += d->anchor_w[k] * ud[k];
+    }
+    d->by_time = d->s->rheonomic || !(speed > DBL_MIN);
+    for (int k = 0; k < d->p; k++)
+        d->anchor_w[k] /= speed;
+    memcpy(d->anchor_b, d->red.bvu, (size_t)(d->r * d->p) * sizeof *d->anchor_b);
+    for (int i = 0; i < d->r; i++) {
+        d->anchor_v[i] = d->q[d->part.v[i]];
+        d->anchor_t[i] = d->red.x_t[d->part.v[i]];
+    }
+}
+
+void kmp_reduced_remember(kmp_reduced *d, double t, const double *y)
+{
+    kmp_reduced_remember_place(d, t, y);
+    for (int i = 0; !d->has_v && i < d->r; i++) {
+        /* The i-th component of vdd without the part of udd. */
+        double vdd = d->by_saddle ? d->qdd[d->part.v[i]] : d->red.a0[d->part.v[i]];
+        for (int k = 0; d->by_saddle && k < d->p; k++)
+            vdd -= d->red.bvu[i + k * d->r] * d->qdd[d->part.u[k]];
+        d->anchor_c[i] = vdd;
+    }
+}

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Internals of the reduced formulation: states, steps and rows (reduced.c), monitoring of the choice of u and exchanges
- * (reduced_choice.c), programs (reduced_programs.c), prediction of v (reduced_predict.c), the equations as a DAE
- * (reduced_dae.c). */
+/* Internals of the reduced formulation: states, steps and rows, monitoring of the choice of u and exchanges
+ * (reduced_choice.c), programs (reduced_programs.c), prediction of v, the equations as a DAE
+ *. */
 #pragma once
 
 #include "constraints/evaluation/stage_lanes.h"
@@ -103,13 +103,13 @@ int kmp_reduced_come_to_end(kmp_reduced *d, double t, const double *y, kmp_reduc
 /** Decides if the step may end at y, evaluated by kmp_reduced_come_to_end, and then records the end. */
 int kmp_reduced_may_end(kmp_reduced *d, double t, const double *y, const kmp_reduced_program_end *end);
 
-/* reduced_close.c */
+/* reduced.c */
 
 /** Evaluates the newton form by the program: d->v is then closed, and dy its derivative. false: the program fails here.
  */
 bool kmp_reduced_evaluate_closing(kmp_reduced *d, double t, const double *y, double *dy);
 
-/* reduced_predict.c */
+/* reduced.c */
 
 /** Predicts d->v of (t, u) from the last accepted step. */
 void kmp_reduced_predict(kmp_reduced *d, double t, const double *u);
@@ -118,43 +118,7 @@ void kmp_reduced_predict(kmp_reduced *d, double t, const double *u);
 void kmp_reduced_remember_place(kmp_reduced *d, double t, const double *y);
 void kmp_reduced_remember(kmp_reduced *d, double t, const double *y);
 
-/* reduced_choice.c */
-
-/** Computes |Bvu| of the present tangent, and decides if an exchange is due. */
-void kmp_reduced_judge(kmp_reduced *d);
-
-/** Judges |Bvu| at the step's end, with the signs of Jv's blocks there: KMP_GO, KMP_RETRY, KMP_HALT. */
-int kmp_reduced_watch(kmp_reduced *d, double t, const int *signs);
-
-/** Reports why steps have shrunk to nothing: at a dead centre that evaluations cannot pass, or where det Jv repeatedly
- * changes its sign. */
-void kmp_reduced_explain(kmp_formulation *formulation);
-
-/** Makes a due exchange at d->q and d->qd, the evaluator's place; y becomes the state in the new unknowns. */
-int kmp_reduced_exchange(kmp_reduced *d, double t, double *y);
-
-/** Makes the saddle system of the partition's rows, if it is used. false: no memory. */
-bool kmp_reduced_renew_saddle(kmp_reduced *d);
-bool kmp_reduced_try_saddle(kmp_reduced *d);
-
 /* reduced_programs.c */
-
-/** Keeps the programs of the present choice of u, which is about to change, for its return. false: no memory. */
-bool kmp_reduced_keep(kmp_reduced *d);
-
-/** Makes the fused program for the present choice of u with its factors, if it is `worth` while or the choice
- * returns; or takes the one that was kept. The solved program,
- * where there is none, is made when it pays. */
-int kmp_reduced_fuse(kmp_reduced *d, bool worth);
-
-/** Makes the solved program at d->q, the end of the last step, if that pays by now. */
-int kmp_reduced_solve(kmp_reduced *d, double t);
-
-/** Makes the program that is used, or will be, ready for several stages at once. */
-int kmp_reduced_make_lanes(kmp_reduced *d, double t);
-
-/** Counts the cycles of evaluations by the present programs, or by the solved program that may be made. */
-int kmp_reduced_count(kmp_reduced *d);
 
 /** True if there is a solved program. */
 static inline bool kmp_reduced_is_solved(const kmp_reduced *d)
@@ -162,9 +126,7 @@ static inline bool kmp_reduced_is_solved(const kmp_reduced *d)
     return d->programs.fused && kmp_reduced_program_is_by_saddle(d->programs.fused);
 }
 
-void kmp_reduced_free_programs(kmp_reduced *d);
-
-/* reduced_dae.c */
+/* reduced.c */
 
 /** Makes the formulation a DAE, starting at t. */
 kempe_status kmp_reduced_describe(kmp_reduced *d, double t);

@@ -2,9 +2,11 @@
 /* The choice of u on the reduced formulation. It ends at a dead centre: |Bvu| grows without bound and det Jv changes
  * sign. Both are monitored at every accepted step, because the ODE may pass such a point and continue wrongly without
  * any other sign. Before a dead centre u and v are exchanged, unless u is fixed. */
+#include "integrators/formulations/reduced_choice.h"
 #include "constraints/tolerances.h"
 #include "integrators/decide/coordinate_exchange.h"
 #include "integrators/formulations/reduced.h"
+#include "integrators/formulations/reduced_programs.h"
 #include <string.h>
 
 /* With fewer degrees of freedom the reduced mass is the cheapest. */

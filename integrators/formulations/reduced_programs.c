@@ -2,9 +2,10 @@
 /* Programs of the reduced formulation for the present choice of u: the fused program, or the solved one where that
  * pays. Those of earlier choices are kept, because a motion returns to them: a rocker that swings exchanges u at each
  * end. */
+#include "integrators/formulations/reduced_programs.h"
 #include "base/memory.h"
 #include "constraints/programs/reduced_program_inside.h"
-#include "constraints/programs/saddle_program_inside.h"
+#include "constraints/programs/saddle_program_write.h"
 #include "dynamics/motion.h"
 #include "integrators/formulations/cost_model.h"
 #include "integrators/formulations/reduced.h"

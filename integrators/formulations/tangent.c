@@ -2,7 +2,11 @@
 #include "integrators/formulations/tangent.h"
 #include "backend/lazy_jit.h"
 #include "base/memory.h"
+#include "dynamics/choose_variants.h"
 #include "dynamics/motion.h"
+#include "dynamics/tangent_variants.h"
+#include "integrators/formulations/tangent_numbers.h"
+#include "integrators/formulations/tangent_record.h"
 #include "symbolic/partials.h"
 #include <math.h>
 #include <stdlib.h>

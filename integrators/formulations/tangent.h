@@ -94,21 +94,5 @@ void kmp_tangents_add_transposed(const kmp_tangents *tangents, kmp_tangent_block
 /* tangent_record.c: programs and entries of the same values, as an earlier run of the system, or of an equal one in
  * another process, has derived them. */
 
-/** False: there are none, and the tangents are unchanged. */
-bool kmp_tangents_recall(kmp_tangents *tangents, const kempe_system *system, unsigned values);
-void kmp_tangents_keep(const kmp_tangents *tangents, const kempe_system *system, unsigned values);
-
 /* tangent_numbers.c: tangents of R, rate and curve at a few places, from those of the system's own M, C, J, h_t and
  * jdqd by dual numbers (backend/duals.h). No expressions are derived. */
-
-/** True if available: no implicit block, no user-defined force, a moderate number of coordinates. */
-bool kmp_tangent_numbers_can(const kempe_system *system);
-
-/** Makes the tangents in the arena, and adds all entries to the list with positions in the outputs as sources. NULL:
- * no memory. */
-kmp_tangent_numbers *kmp_tangent_numbers_new(const kempe_system *system, kmp_listing *list, kmp_arena *arena);
-
-void kmp_tangent_numbers_set_parameters(kmp_tangent_numbers *numbers, const double *parameters);
-
-/** Evaluates all entries; valid until the next call; no allocation. */
-const double *kmp_tangent_numbers_eval(kmp_tangent_numbers *numbers, const kmp_instant *at);

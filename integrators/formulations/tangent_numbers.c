@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* With qdd and lambda constant, the derivatives of R = M qdd + C - J' lambda, rate = J qd + h_t and curve = J qdd +
  * jdqd by q are those of M, C, J, h_t and jdqd; the derivatives by qd are those of C and jdqd. */
+#include "integrators/formulations/tangent_numbers.h"
 #include "backend/duals.h"
 #include "dynamics/motion.h"
 #include "integrators/formulations/tangent.h"

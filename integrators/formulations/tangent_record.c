@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+#include "integrators/formulations/tangent_record.h"
 #include "base/memory.h"
 #include "dynamics/program_cache.h"
 #include "integrators/formulations/tangent.h"

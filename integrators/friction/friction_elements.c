@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Elements of friction that sticks: their inputs and values. */
+#include "integrators/friction/friction_elements.h"
 #include "constraints/tolerances.h"
 #include "integrators/friction/friction_inside.h"
 #include <math.h>

@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The growth of levels with friction: the largest row sum of |dF_i/df_j|, with levels F that depend on multipliers,
  * which depend on the friction f. Below 1 the iteration for levels contracts, so that there is one solution. */
+#include "integrators/friction/friction_growth.h"
 #include "constraints/tolerances.h"
+#include "integrators/friction/friction_elements.h"
 #include "integrators/friction/friction_inside.h"
 #include <math.h>
 

@@ -2,8 +2,11 @@
 /* The part of their static levels with which friction elements keep a mechanism at rest: the least s for which forces
  * |f| <= s F exist with a + D f = 0. If the forces are unique, they give s. Otherwise s is bracketed, since every
  * larger part suffices as well. Levels that depend on multipliers are those at the forces that are found. */
+#include "integrators/friction/friction_load.h"
 #include "constraints/tolerances.h"
+#include "integrators/friction/friction_elements.h"
 #include "integrators/friction/friction_inside.h"
+#include "integrators/friction/friction_problem.h"
 #include <math.h>
 #include <string.h>
 

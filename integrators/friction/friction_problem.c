@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The decision on modes at a state: the box-constrained problem of the elements at rest, with levels that may depend on
  * its solution; where these do not settle, all combinations of modes. */
+#include "integrators/friction/friction_problem.h"
 #include "constraints/tolerances.h"
+#include "integrators/friction/friction_elements.h"
+#include "integrators/friction/friction_growth.h"
 #include "integrators/friction/friction_inside.h"
 #include <math.h>
 #include <string.h>

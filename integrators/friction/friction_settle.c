@@ -1,7 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Modes of all elements at a state: the decision, rows that are held, and what changes. */
+#include "integrators/friction/friction_settle.h"
 #include "constraints/tolerances.h"
+#include "integrators/friction/friction_elements.h"
+#include "integrators/friction/friction_growth.h"
 #include "integrators/friction/friction_inside.h"
+#include "integrators/friction/friction_load.h"
+#include "integrators/friction/friction_problem.h"
 #include <math.h>
 #include <string.h>
 

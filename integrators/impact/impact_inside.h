@@ -30,13 +30,3 @@ struct kmp_impact_run {
     double since;   /* the shortest time since the impact before of the same contact; INFINITY: none strikes twice */
     long total;     /* impacts so far */
 };
-
-/** The element of number k of those that take part. */
-KMP_LOCAL kmp_friction_element *kmp_impact_element(const kmp_impact_run *p, int k);
-
-/** Changes rates at t where open contacts strike, and parts surfaces that overlap by rounding, with the rows of the
- * closures alone. *gain: change of the kinetic energy, J. */
-KMP_LOCAL int kmp_impact_decide(kmp_impact_run *p, double t, double *q, double *qd, double *gain);
-
-/** The first contact whose surfaces overlap at (t, q, qd) by more than rounding; -1: none. */
-KMP_LOCAL int kmp_impact_overlap(kmp_impact_run *p, double t, const double *q, const double *qd);

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+#include "integrators/impact/impact_problem.h"
 #include "constraints/tolerances.h"
+#include "integrators/friction/friction_elements.h"
 #include "integrators/impact/impact_inside.h"
 #include <math.h>
 #include <string.h>

@@ -4,6 +4,8 @@
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "dynamics/equations.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
+#include "model/language/expression_value.h"
 #include <math.h>
 #include <string.h>
 

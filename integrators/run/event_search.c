@@ -2,9 +2,12 @@
 /* The earliest event of a step of a run (integrators/events/event_pieces.h). Bounds use cubics for the coordinates,
  * through their values and rates at both ends of the piece. Accelerations, multipliers and solutions of implicit
  * blocks, with unknown rates, are parabolas through the values at both ends and in the middle. */
+#include "integrators/run/event_search.h"
 #include "constraints/tolerances.h"
+#include "dynamics/kinematics/kinematics_conditions.h"
 #include "integrators/decide/event_location.h"
 #include "integrators/run/events.h"
+#include "model/language/expression_value.h"
 #include <math.h>
 #include <string.h>
 

@@ -3,8 +3,11 @@
 #include "integrators/run/events.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
+#include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "integrators/decide/restart.h"
+#include "integrators/run/event_search.h"
+#include "model/language/expression_value.h"
 #include <math.h>
 #include <string.h>
 
@@ -217,7 +220,7 @@ static kempe_status change_condition(kmp_event_tracker *c, int k, double t)
     }
     past->last = t;
     past->most = 0;
-    if (kink || !kmp_changes_without_end(past->repeats))
+    if (kink || past->repeats < KMP_EVENT_REPEATS)
         return KEMPE_OK;
     c->stuck = true;
     return kmp_fail(

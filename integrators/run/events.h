@@ -93,34 +93,11 @@ kmp_event_tracker *kmp_event_tracker_new(const kmp_event_setup *plan, kmp_arena 
 /** Sets the pasts of the conditions of a run that begins. */
 void kmp_event_tracker_begin_past(const kempe_system *system, kmp_condition_past *past);
 
-/** True if a step had changes that bounds could not exclude within the bound of work, with a sentence that names the
- * first condition. The result is not trustworthy. */
-bool kmp_event_tracker_is_undecided(const kmp_event_tracker *crossing, kmp_text *why);
-
-/** Finds the earliest event of the step between two times. *t is its time, just beyond the change; unchanged if there
- * is none. */
-kempe_status kmp_event_tracker_find(kmp_event_tracker *crossing, double from, double to, double *t, bool *found);
-
-/** True if the values at the ends of a step, and in its middle if that is given, decide that no condition changes
- * within it; the crossing then takes them into account, as kmp_event_tracker_find does. Their `solved` may be NULL
- * where no condition has an implicit block, and no kink is to be fixed. */
-bool kmp_event_tracker_is_clear(kmp_event_tracker *crossing, const kmp_event_probe *from, const kmp_event_probe *middle,
-                                const kmp_event_probe *to);
-
-/** Fixes the free kinks that the step of the last kmp_event_tracker_find has passed, on the side where it began, so
- * that the step can be made again up to the kink. False: there are none. */
-bool kmp_event_tracker_hold_passed(kmp_event_tracker *crossing);
-
 /** The length with which a step between two times is made again up to the event that kmp_event_tracker_find has found;
  * 0: it is not. At the end of a compliant contact the law is continued beyond by the modulus of the depth, with a kink:
  * the polynomial of a step that meets it is wrong before it too. */
 double kmp_event_tracker_shortens(const kmp_event_tracker *crossing, double from, double event, double to,
                                   kmp_repeated repeats);
-
-/** Watches the motion of another instance of the mechanism: its conditions, parameters, inputs and pasts. To
- * find and pass events, the evaluator must have the same. */
-void kmp_event_tracker_take(kmp_event_tracker *crossing, const double *mode, const double *parameters,
-                            const kmp_present_inputs *inputs, kmp_condition_past *past);
 
 /** Finds the event at a start. */
 kempe_status kmp_event_tracker_begin(kmp_event_tracker *crossing, double t, bool *ends);
@@ -171,6 +148,3 @@ int kmp_event_tracker_first_end(const kmp_event_tracker *c);
 /** Completes the state at a time within the last step, with accelerations and multipliers where conditions depend on
  * them, and evaluates the conditions. */
 kempe_status kmp_event_tracker_look(kmp_event_tracker *c, double t);
-
-/** Allocates a search in the arena; false: no memory. */
-bool kmp_event_search_init(kmp_event_search *search, const kempe_system *system, bool closely, kmp_arena *arena);

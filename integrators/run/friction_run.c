@@ -4,9 +4,13 @@
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/tolerances.h"
 #include "dynamics/kinematics/friction_modes.h"
+#include "integrators/friction/friction_elements.h"
 #include "integrators/friction/friction_inside.h"
+#include "integrators/friction/friction_settle.h"
 #include "integrators/run/runner.h"
+#include "integrators/run/runner_start.h"
 #include "model/data/closure_table.h"
+#include "model/read/loads.h"
 #include <math.h>
 #include <string.h>
 

@@ -3,8 +3,12 @@
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "dynamics/kinematics/friction_modes.h"
+#include "integrators/friction/friction_elements.h"
 #include "integrators/friction/friction_inside.h"
+#include "integrators/friction/friction_load.h"
+#include "integrators/friction/friction_problem.h"
 #include "integrators/run/runner.h"
+#include "integrators/run/runner_start.h"
 #include <math.h>
 #include <string.h>
 

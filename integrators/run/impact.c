@@ -2,6 +2,8 @@
 /* Impacts of a run: the site of a runner, sentences and log. */
 #include "integrators/run/impact.h"
 #include "constraints/closing/saddle.h"
+#include "integrators/friction/friction_elements.h"
+#include "integrators/impact/impact_problem.h"
 #include "integrators/run/runner.h"
 #include <math.h>
 #include <string.h>

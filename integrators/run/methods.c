@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Valid combinations of formulation, form, integrator, linear solver and back end, and the defaults of a run. */
+#include "integrators/run/methods.h"
 #include "backend/machine.h"
 #include "backend/x86/x86.h"
-#include "constraints/programs/saddle_program.h"
+#include "constraints/programs/saddle_program_write.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/run/run.h"
 #include "integrators/steppers/solver.h"
+#include "integrators/sundials/linear.h"
 #include <math.h>
 #include <string.h>
 

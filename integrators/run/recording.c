@@ -3,6 +3,10 @@
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
 #include "integrators/run/runner.h"
+#include "integrators/run/runner_center.h"
+#include "integrators/run/runner_explain.h"
+#include "integrators/run/runner_integrator.h"
+#include "integrators/run/runner_start.h"
 #include <string.h>
 
 /* Successive steps with the same unknowns: formulation, coordinates, rows, charts, integrator. */

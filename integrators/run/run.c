@@ -3,9 +3,19 @@
 #include "integrators/run/run.h"
 #include "base/clock.h"
 #include "base/memory.h"
+#include "constraints/closing/assembly.h"
 #include "integrators/run/delays.h"
+#include "integrators/run/event_search.h"
 #include "integrators/run/recording.h"
 #include "integrators/run/runner.h"
+#include "integrators/run/runner_bridge.h"
+#include "integrators/run/runner_center.h"
+#include "integrators/run/runner_change.h"
+#include "integrators/run/runner_explain.h"
+#include "integrators/run/runner_inputs.h"
+#include "integrators/run/runner_integrator.h"
+#include "integrators/run/runner_start.h"
+#include "integrators/run/sampler.h"
 #include <math.h>
 #include <string.h>
 

@@ -8,6 +8,9 @@
 #include "integrators/formulations/run_log.h"
 #include <kempe/check.h>
 
+struct kmp_recording;
+struct kmp_formulation_kind;
+
 typedef struct kmp_runner kmp_runner;
 
 /** Callback for an accepted step between two times, cut where a condition changes. Nonzero ends the run: no memory, or
@@ -107,10 +110,6 @@ typedef struct kmp_run_report {
     double wall_s;          /* of the integration, if threads share it; 0: one thread */
 } kmp_run_report;
 
-/** Fills members that are NULL or 0 from the model and Kempe's defaults, and takes each name from its table, so that no
- * text of the caller is kept. KEMPE_E_ARGUMENT: a name is unknown; the message has the known ones. */
-kempe_status kmp_run_resolve(const kempe_system *system, kmp_run_spec *spec);
-
 /** Makes a run. If a condition ends it, the last row is there. KEMPE_OK, KEMPE_STOPPED or KEMPE_E_FAILED with
  * report->reason; other errors by message. `start`: an assembly made before; NULL: the model is assembled here. */
 kempe_status kmp_run(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start, kmp_row_fn *row,
@@ -130,31 +129,6 @@ kempe_status kmp_runner_step(kmp_runner *runner);
 /** Cuts the last step at t, because external inputs of the equations (kempe_system_set_force) may have changed. The
  * rest of the step is discarded, the integrator restarts there, and no step goes beyond `stop`. */
 kempe_status kmp_runner_cut(kmp_runner *runner, double t, double stop);
-
-/** Sets a limit that no further step goes beyond, not before the end of the last step. */
-void kmp_runner_stop_at(kmp_runner *runner, double stop);
-
-/** The inputs of the run: a caller may give one (kmp_present_inputs_give). It acts from the next step on, or from a
- * following kmp_runner_cut on. */
-kmp_present_inputs *kmp_runner_inputs(kmp_runner *runner);
-
-/** The data that a run needs, beside a row, to continue from it: the conditions (a value for each), the scale of rates
- * in the tolerances, the next step of a one-step method (0: another method), the method that stands in. */
-const double *kmp_runner_modes(const kmp_runner *runner);
-
-/** Completes the past of delayed signals up to t within the last step. */
-kempe_status kmp_runner_recall(kmp_runner *runner, double t);
-
-/** A memory has the samples, modes and impacts of a run, which it needs to continue beside its state, conditions and
- * inputs: its size in bytes, and a copy. */
-size_t kmp_runner_memory_size(const kempe_system *system);
-void kmp_runner_keep_memory(kmp_runner *runner, void *memory);
-double kmp_runner_rate_scale(const kmp_runner *runner);
-double kmp_runner_step_size(const kmp_runner *runner);
-kmp_stand_in kmp_runner_stand_in(const kmp_runner *runner);
-
-/** Passes an event at t, the end of the last step, as the next step would; *passed: there was one. */
-kempe_status kmp_runner_pass(kmp_runner *runner, double t, bool *passed);
 
 /** Ends of the last step; equal at the start. */
 double kmp_runner_t(const kmp_runner *runner);
@@ -184,4 +158,12 @@ typedef struct kmp_method {
     bool standard_form, standard_integrator; /* compare runs it by default */
     const char *linear;                      /* linear solver of an integrator that takes one; NULL: auto */
 } kmp_method;
-bool kmp_method_get(int k, kmp_method *method);
+
+/** kmp_runner_row in the coordinates of the present charts; `whole`: with accelerations and multipliers. */
+kempe_status kmp_runner_inner_row(kmp_runner *run, double t, bool whole, double *row, double *work);
+
+/** Adds the work of the present formulation and integrator. */
+void kmp_runner_add_report(const kmp_runner *run, kmp_run_report *report);
+
+/** Number of attempted steps, rejected and refused ones included. */
+long kmp_runner_tried(const kmp_runner *run);

@@ -2,9 +2,12 @@
 /* A row within the last step that its formulation cannot complete: inside a step its u, or the rows it keeps, may be
  * singular although they are good at both ends. The step is then repeated from its start to the time of the row by the
  * projected formulation, which needs no u, with rows chosen again as often as necessary. */
+#include "integrators/run/runner_bridge.h"
 #include "base/memory.h"
 #include "integrators/decide/dropped_rows.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/runner.h"
+#include "integrators/run/runner_start.h"
 #include <math.h>
 #include <string.h>
 

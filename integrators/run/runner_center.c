@@ -1,9 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Spherical joints between steps: centred before their angles become singular, and followed in the user's coordinates,
  * which are continuous across changes of charts. */
+#include "integrators/run/runner_center.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
+#include "integrators/run/run.h"
 #include "integrators/run/runner.h"
+#include "integrators/run/runner_change.h"
+#include "integrators/run/runner_start.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>

@@ -1,11 +1,23 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Changes between steps: events, change points, other rows or unknowns, a second chance for a stopped integrator. */
+#include "integrators/run/runner_change.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "integrators/decide/dropped_rows.h"
 #include "integrators/decide/restart.h"
+#include "integrators/friction/friction_elements.h"
+#include "integrators/impact/impact_problem.h"
 #include "integrators/run/delays.h"
+#include "integrators/run/methods.h"
+#include "integrators/run/run.h"
 #include "integrators/run/runner.h"
+#include "integrators/run/runner_center.h"
+#include "integrators/run/runner_explain.h"
+#include "integrators/run/runner_inputs.h"
+#include "integrators/run/runner_integrator.h"
+#include "integrators/run/runner_stand_in.h"
+#include "integrators/run/runner_start.h"
+#include "integrators/run/sampler.h"
 #include "integrators/steppers/singular_step.h"
 #include <float.h>
 #include <math.h>

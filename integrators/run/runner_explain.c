@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Reason of a run's end, as a sentence. */
+#include "integrators/run/runner_explain.h"
 #include "base/memory.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/partition/singularity_causes.h"
 #include "constraints/tolerances.h"
 #include "integrators/run/runner.h"
+#include "integrators/run/runner_center.h"
 
 const char *kmp_runner_driven_by(const kempe_system *s, int row)
 {

@@ -1,8 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Inputs of the model during a run. Each step has one polynomial for each input: it ends at the next sample. Beyond it
  * the integrator restarts where a value jumps, and continues in its order elsewhere. */
+#include "integrators/run/runner_inputs.h"
 #include "integrators/run/delays.h"
 #include "integrators/run/runner.h"
+#include "integrators/run/runner_change.h"
+#include "integrators/run/sampler.h"
+#include "model/read/loads.h"
 
 /* An input of a closure must have no jump in value and rate, which no force can follow. */
 static kempe_status check_closures(const kmp_runner *run, double t)

@@ -2,8 +2,10 @@
 /* The integrator of a run. If the user chose none, the reduced formulation begins with the one of less counted time
  * (cycles.h), and later tries the other: that with more time simulated in a counted cycle continues. A trial is part of
  * the run. No clock decides, so the same input has the same result. */
+#include "integrators/run/runner_integrator.h"
 #include "integrators/formulations/cost_model.h"
 #include "integrators/run/runner.h"
+#include "integrators/run/runner_start.h"
 #include "integrators/steppers/singular_step.h"
 
 #include <math.h>

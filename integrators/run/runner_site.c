@@ -2,8 +2,11 @@
 /* A run that makes no steps. It stands at states of other motions of its system, as those of instances in lanes, where
  * impacts, modes and next values of states are decided as in a run. Each motion has a memory for what it knows of its
  * past. */
+#include "integrators/run/runner_site.h"
 #include "base/memory.h"
 #include "integrators/run/runner.h"
+#include "integrators/run/runner_start.h"
+#include "integrators/run/sampler.h"
 #include <string.h>
 
 enum { MOST_PIECES = 8 };

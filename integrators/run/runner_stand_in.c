@@ -4,7 +4,11 @@
  * evaluations of a one-step method, which keeps order and step size. Gear (ACM TOMS 6 (1980) 263) starts multistep
  * methods by Runge-Kutta steps; a history cannot be given to SUNDIALS, so a one-step method stands in until restarts
  * have become rare: an explicit one for Adams, a stiffly accurate one for BDF. */
+#include "integrators/run/runner_stand_in.h"
+#include "integrators/run/run.h"
 #include "integrators/run/runner.h"
+#include "integrators/run/runner_change.h"
+#include "integrators/run/sampler.h"
 
 #include <math.h>
 

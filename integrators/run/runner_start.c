@@ -1,17 +1,26 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The start of a run: independent rows and coordinates, consistent rates and accelerations, a formulation and an
  * integrator. */
+#include "integrators/run/runner_start.h"
 #include "constraints/evaluation/intended_rank.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/partition/singularity_causes.h"
 #include "constraints/partition/undetermined_loads.h"
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
-#include "dynamics/motion.h"
+#include "dynamics/motion_choice.h"
 #include "integrators/decide/restart.h"
 #include "integrators/decide/run_start.h"
+#include "integrators/formulations/projected.h"
+#include "integrators/impact/impact_problem.h"
 #include "integrators/run/delays.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/runner.h"
+#include "integrators/run/runner_center.h"
+#include "integrators/run/runner_explain.h"
+#include "integrators/run/runner_integrator.h"
+#include "integrators/run/runner_site.h"
+#include "integrators/run/sampler.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>

@@ -7,6 +7,9 @@
  * A one-step method: the formulation corrects y between steps. */
 #include "integrators/steppers/collocation.h"
 #include "integrators/decide/step_control.h"
+#include "integrators/steppers/collocation_choice.h"
+#include "integrators/steppers/collocation_coupled.h"
+#include "integrators/steppers/collocation_step.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>

@@ -117,89 +117,10 @@ typedef enum kmp_collocation_outcome {
     KMP_COLLOCATION_HALTED
 } kmp_collocation_outcome;
 
-/** Takes a correction s->change of g in a sweep, and combines it with those before where they fall slowly. Returns the
- * larger weighted square of the correction and of the combination. */
-double kmp_collocation_mix(kmp_collocation *s, bool first);
-
-/** The weighted square of x (inner x w). */
-double kmp_collocation_square(const kmp_collocation *s, const double *x);
-
-/** Evaluates f of s->stage at s->at in `count` lanes at least. */
-int kmp_collocation_evaluate(kmp_collocation *s, int count);
-
-/** Derivatives of the stages of a step h, in g, and the error's estimate with its weighted size. KMP_..._BAD_ITERATION:
- * *shorter is the part of h to try next. */
-kmp_collocation_outcome kmp_collocation_find_stages(kmp_collocation *s, double h, double *error, double *shorter);
-
-/** y at the end of that step, without the formulation's correction, into y_old. */
-void kmp_collocation_end(kmp_collocation *s, double h);
-
 /* collocation_newton.c */
 
-/** Evaluates the Jacobian where the middle stage is predicted (s->stage, s->at), if there is none to be kept, and
- * factors the matrices of a step h. s->at, s->stage, s->f and s->change are lost. KMP_COLLOCATION_BAD_ITERATION: they
- * are singular. */
-kmp_collocation_outcome kmp_collocation_prepare_newton(kmp_collocation *s, double h);
-
-/** Factors the matrices of a step h with s->jacobian, if that has not been done. false: they are singular. */
-bool kmp_collocation_factor(kmp_collocation *s, double h);
-
-/** Turns the residuals in `change` into Newton's corrections. */
-void kmp_collocation_correct_newton(kmp_collocation *s);
-
-/** Removes the stiff part of the estimate in `error`. */
-void kmp_collocation_filter(kmp_collocation *s);
-
-/** The exact Jacobian at (t, y), without positions and quadratures. */
-int kmp_collocation_take_exact(kmp_collocation *s, double t, const double *y, double *jacobian);
-
-/** Changes unknown k, *x, for a difference; returns by how much. */
-double kmp_collocation_displace(const kmp_collocation *s, int k, double *x);
-
-/** Copies the predicted stage i; returns its time. */
-double kmp_collocation_copy_stage(const kmp_collocation *s, int i, double *y);
-
 /* collocation_coupled.c: the same for a Jacobian of each stage */
-
-bool kmp_collocation_allocate_coupled(kmp_collocation *s);
-kmp_collocation_outcome kmp_collocation_prepare_coupled(kmp_collocation *s, double h);
-void kmp_collocation_correct_coupled(kmp_collocation *s);
 
 /* Cycles of a step besides its sweeps and matrices, and of a sweep for each unknown besides its evaluation, about. */
 #define KMP_STEP_CYCLES             3900
 #define KMP_SWEEP_CYCLES_OF_UNKNOWN 45
-
-/* collocation_choice.c */
-
-/** Takes an iteration, without the experience of steps before. */
-void kmp_collocation_begin_with(kmp_collocation *s, kmp_iteration iteration);
-
-/** The longest step with a good contraction, by the one of a step h. With one Jacobian that is in proportion to the
- * longest way from there to a stage: half a step for a new one, a step more each time it is kept. */
-double kmp_collocation_longest(kmp_collocation *s, double h);
-
-/** Chooses the iteration of the next step, after one of length h that could be as long as `by_error` and
- * `by_iteration`. The next iteration is tried when this one has kept several steps far below the error's limit.
- * Picard's returns when it would contract well, one Jacobian for all stages after some time. */
-void kmp_collocation_choose(kmp_collocation *s, double h, double by_error, double by_iteration);
-
-/** True if further sweeps after a first one with a correction of this weighted size are by kmp_ode.improve: where that
- * is possible, and the places of the stages change little. */
-bool kmp_collocation_is_near(const kmp_collocation *s, double size);
-
-/** After a step that converged by f alone, and not by such sweeps: makes some steps without them, twice as many each
- * time. */
-void kmp_collocation_go_far(kmp_collocation *s);
-
-/** True if corrections with the present Jacobian cost less in the next step than a new one and its corrections. */
-bool kmp_collocation_keeps_jacobian(const kmp_collocation *s);
-
-/** True if all stages are evaluated at once. */
-bool kmp_collocation_in_lanes(const kmp_collocation *s);
-
-/** About the processor cycles of an evaluation of all stages, of Newton's corrections by an iteration, of a renewal of
- * its matrices without evaluations, and of a Jacobian. */
-double kmp_collocation_sweep_cost(const kmp_collocation *s);
-double kmp_collocation_correction_cost(const kmp_collocation *s, kmp_iteration iteration);
-double kmp_collocation_matrix_cost(const kmp_collocation *s, kmp_iteration iteration);
-double kmp_collocation_jacobian_cost(const kmp_collocation *s);

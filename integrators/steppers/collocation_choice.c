@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The choice of the iteration for the stages, from step to step: by contraction, and by the time simulated in a counted
  * processor cycle. */
+#include "integrators/steppers/collocation_choice.h"
 #include "integrators/steppers/collocation.h"
 
 #include <math.h>

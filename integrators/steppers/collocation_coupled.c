@@ -9,9 +9,13 @@
  *
  * The matrix is inverted in place, by Gauss and Jordan: a solution is then a sum of columns, which vector registers do
  * several times as fast as two triangular solutions, each a chain of dependent operations. */
+#include "integrators/steppers/collocation_coupled.h"
 #include "base/clones.h"
 #include "base/simd4.h"
 #include "integrators/steppers/collocation.h"
+#include "integrators/steppers/collocation_choice.h"
+#include "integrators/steppers/collocation_newton.h"
+#include "integrators/steppers/collocation_step.h"
 
 #include <float.h>
 #include <string.h>

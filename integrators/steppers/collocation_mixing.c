@@ -3,6 +3,7 @@
  * (2011) 1715). One Jacobian for all stages is wrong by a few forces: a contact that begins between two stages, a
  * damper that turns along the step. The difference has a low rank, which the last corrections span. The next place is
  * that of their combination with the least weighted square; on a linear system these are the places of GMRES. */
+#include "integrators/steppers/collocation_mixing.h"
 #include "integrators/steppers/collocation.h"
 
 #include <float.h>

@@ -5,9 +5,12 @@
  *
  * is, in the eigenvectors of A, one system of the size of g for each eigenvalue (Hairer, Wanner, Solving Ordinary
  * Differential Equations II, 2nd ed., IV.8). The eigenvalues, four at most, are the lanes of the factors. */
+#include "integrators/steppers/collocation_newton.h"
 #include "base/clones.h"
 #include "base/simd4.h"
 #include "integrators/steppers/collocation.h"
+#include "integrators/steppers/collocation_choice.h"
+#include "integrators/steppers/collocation_step.h"
 
 #include <float.h>
 #include <math.h>

@@ -2,8 +2,13 @@
 /* The stages of a step. Picard's iteration evaluates f at all stages and takes the result: it needs no matrix, and
  * contracts with the step size times the rate of the fastest forces. Newton's method solves for the change
  * (collocation_newton.c, collocation_coupled.c). */
+#include "integrators/steppers/collocation_step.h"
 #include "base/clones.h"
 #include "integrators/steppers/collocation.h"
+#include "integrators/steppers/collocation_choice.h"
+#include "integrators/steppers/collocation_coupled.h"
+#include "integrators/steppers/collocation_mixing.h"
+#include "integrators/steppers/collocation_newton.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>

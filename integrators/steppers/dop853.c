@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* DOP853: order 8, combined error estimate of orders 5 and 3, dense output of order 7 (explicit_methods.h). */
+#include "integrators/steppers/dop853.h"
 #include "integrators/steppers/rk.h"
 
 /* -- stages ---------------------------------------------------------------------------------------- */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* DOPRI5: Dormand and Prince's pair of orders 5 and 4 with dense output of order 4 (explicit_methods.h). Cheaper than
  * DOP853 at rtol of 1e-5 and above. */
+#include "integrators/steppers/dopri5.h"
 #include "integrators/steppers/rk.h"
 
 static int run(kmp_rk *s, double h, double t_new)

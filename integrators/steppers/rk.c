@@ -71,30 +71,24 @@ kempe_status kmp_rk_start(void *solver, double t, const double *y, const double 
 
 /* -- one attempt ----------------------------------------------------------------------------------- */
 
-/* The attempt after a result of the right-hand side or of the formulation: no other one where it gives up. */
-static kmp_attempt failed(int said, kmp_attempt what)
-{
-    return said == KMP_RETRY ? what : KMP_ATTEMPT_NONE;
-}
-
 /* Makes stages, error test, derivative at the end, and asks the formulation. The new y is left in y_old. */
 static kmp_attempt attempt(kmp_rk *s, double h, double t_new, double *error)
 {
     const kmp_rk_method *method = s->method;
     int said = method->run(s, h, t_new);
     if (said != KMP_GO)
-        return failed(said, KMP_ATTEMPT_BAD_STAGE);
+        return said == KMP_RETRY ? KMP_ATTEMPT_BAD_STAGE : KMP_ATTEMPT_NONE;
     *error = method->error(s, h);
     if (!kmp_step_passes(*error, s->base.fixed > 0))
         return KMP_ATTEMPT_BAD_ERROR;
     if (!method->ends_with_derivative)
         said = kmp_solver_call(&s->base, t_new, s->y_old, s->k[method->numbers.end]);
     if (said != KMP_GO)
-        return failed(said, KMP_ATTEMPT_BAD_STAGE);
+        return said == KMP_RETRY ? KMP_ATTEMPT_BAD_STAGE : KMP_ATTEMPT_NONE;
     said = s->base.ode.accept ? s->base.ode.accept(s->base.ode.self, t_new, s->y_old, s->k[method->numbers.end], s->w)
                               : KMP_GO;
     if (said != KMP_GO)
-        return failed(said, KMP_ATTEMPT_BAD_STEP);
+        return said == KMP_RETRY ? KMP_ATTEMPT_BAD_STEP : KMP_ATTEMPT_NONE;
     return KMP_ATTEMPT_TAKEN;
 }
 

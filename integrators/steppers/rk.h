@@ -25,9 +25,6 @@ typedef struct kmp_rk_method {
     int (*prepare_dense)(kmp_rk *s);
 } kmp_rk_method;
 
-extern const kmp_rk_method kmp_dop853; /* order 8, dense output of order 7 */
-extern const kmp_rk_method kmp_dopri5; /* order 5, dense output of order 4 */
-
 struct kmp_rk {
     kmp_solver base; /* first */
     const kmp_rk_method *method;

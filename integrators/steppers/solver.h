@@ -155,14 +155,6 @@ const char *kmp_solver_family(const char *name);
     "the step size is close to the resolution of double precision at this time: the motion is singular "               \
     "there, or too fast"
 
-/** The linear solver in row k of linear.def, NULL after the last. */
-const char *kmp_linear_name(int k);
-
-/** The name in the table of the linear solver of that name (also "auto"); NULL: there is none. All names,
- * comma-separated. */
-const char *kmp_linear_find(const char *name);
-const char *kmp_linear_names(void);
-
 #define KMP_SOLVER(name) extern const kmp_solver_kind kmp_solver_##name;
 #include "integrators/steppers/integrators.def"
 #undef KMP_SOLVER

@@ -3,8 +3,8 @@
  * eight fixed interleaved parts, so that every vector width gives the same bits; a combination of many vectors is one
  * pass. Loops are cloned by width as those of sines are (src/backend/sincos.c). All other operations are SUNDIALS'
  * own. */
+#include "integrators/sundials/host_vector.h"
 #include "base/clones.h"
-#include "integrators/sundials/sundials_host.h"
 
 #include <math.h>
 #include <stddef.h>

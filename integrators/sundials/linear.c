@@ -2,7 +2,6 @@
 /* Kinds of linear solvers behind a SUNLinearSolver. */
 #include "integrators/sundials/linear.h"
 #include "base/memory.h"
-#include "integrators/steppers/solver.h"
 #include "linalg/sparse.h"
 
 #include <string.h>

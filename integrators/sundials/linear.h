@@ -32,3 +32,11 @@ typedef struct kmp_linear_kind {
 #define KMP_LINEAR(name) extern const kmp_linear_kind kmp_linear_##name;
 #include "integrators/sundials/linear.def"
 #undef KMP_LINEAR
+
+/** The linear solver in row k of linear.def, NULL after the last. */
+const char *kmp_linear_name(int k);
+
+/** The name in the table of the linear solver of that name (also "auto"); NULL: there is none. All names,
+ * comma-separated. */
+const char *kmp_linear_find(const char *name);
+const char *kmp_linear_names(void);

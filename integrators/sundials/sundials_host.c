@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "integrators/sundials/sundials_host.h"
 #include "integrators/decide/step_control.h"
+#include "integrators/sundials/host_vector.h"
 #include "integrators/sundials/linear.h"
 
 #include <math.h>

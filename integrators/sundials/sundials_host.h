@@ -114,11 +114,6 @@ int kmp_sun_jacobian(sunrealtype t, N_Vector y, N_Vector dy, SUNMatrix j, void *
 /** s->out filled with the absolute tolerances, for a package to copy. */
 N_Vector kmp_sun_atol(kmp_sun *s);
 
-/** A serial vector of n numbers with Kempe's arithmetic (host_vector.c), and its clones. For a small mechanism the
- * vector operations of an implicit integrator between two evaluations cost more than the equations. NULL: no memory.
- * N_VDestroy frees it. */
-N_Vector kmp_vector_new(sunindextype n, SUNContext context);
-
 /* Functions common to all kinds. */
 void *kmp_sun_create(const kmp_solver_kind *kind, const kmp_solver_setup *setup);
 void kmp_sun_release(void *solver);

@@ -31,9 +31,6 @@ bool kmp_code_list(kmp_code *code, kmp_layout *l);
 /** Writes them as machine code; where it cannot run, `pages` stays NULL. false: no memory. */
 bool kmp_code_write(kmp_code *code, kmp_layout *l, kmp_x86_form form);
 
-/** A kmp_row_writer; NULL also on machines without such code. */
-const kmp_row_code *kmp_row_code_of(const kmp_program *program, size_t width, const kmp_row_address *address);
-
 #define KMP_NO_ROUTINE UINT32_MAX
 
 /** Lets machine code run that begins at `offset` for each segment (KMP_NO_ROUTINE: it has no arithmetic), all in

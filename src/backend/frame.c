@@ -2,6 +2,7 @@
 #include "backend/frame.h"
 #include "base/thread_pool.h"
 #include "symbolic/op_value.h"
+#include "symbolic/solving.h"
 #include "symbolic/table_function.h"
 #include <string.h>
 

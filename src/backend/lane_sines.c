@@ -6,6 +6,7 @@
  * of the last place of one of them, and below 1. (Muller et al., Handbook of Floating-Point Arithmetic, 2018, 10.2.) r
  * has the rounding of its last digit, and no tail. The polynomials are those of <kempe/runtime.h>, in the order of
  * Estrin. The fused results are within 1.5 ulp. All are the same for any width and on any machine. */
+#include "backend/lane_sines.h"
 #include "backend/sincos.h"
 #include "base/clones.h"
 

@@ -2,6 +2,7 @@
 /* Slots and segments of a program. An instruction belongs to the first segment in which its operands are available; a
  * segment ends where sines, cosines or other functions are needed, which are then evaluated together. */
 #include "backend/layout.h"
+#include "backend/program_parts.h"
 #include <string.h>
 
 /* True for instructions that end a segment. Lists compute nothing: what reads them reads their items. */

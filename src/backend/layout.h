@@ -96,7 +96,3 @@ static inline int kmp_layout_operands(const kmp_layout *l, int instruction, uint
 /* program_parts.c */
 
 enum { KMP_PARTS_MOST = 64 };
-
-/** Writes into layout->part, by instruction of the stage: 0 before, 1 .. parts, parts + 1 after. Returns the number of
- * parts; 0: division does not pay, all entries are 0; -1: no memory. */
-int kmp_parts_find(kmp_layout *layout, int stage, int threads);

@@ -3,6 +3,7 @@
  * tape, so that the bits are its bits. If the machine has no such code, or the system does not let it run, the tape
  * runs. */
 #include "backend/prepared.h"
+#include "backend/row_writer.h"
 #include "base/memory.h"
 
 typedef struct native {

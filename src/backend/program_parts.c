@@ -7,6 +7,7 @@
  *
  * A heuristic partition: implicit blocks are merged greedily by the cost of the instructions that feed both, other
  * instructions follow their readers or operands. The number of parts with the shortest estimated duration wins. */
+#include "backend/program_parts.h"
 #include "backend/layout.h"
 #include "base/thread_pool.h"
 #include "base/union_find.h"

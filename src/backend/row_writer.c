@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Pieces of a program between two functions, with the values of places alone left out, as machine code whose bases are
  * its arguments. A value that leaves its register goes to its row, which no other value has before its last use. */
+#include "backend/row_writer.h"
 #include "backend/compiled.h"
 #include "base/memory.h"
 #include "symbolic/row_code.h"

@@ -2,7 +2,9 @@
 #include "backend/time_scales.h"
 #include "backend/bounds.h"
 #include "base/memory.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/link_tree.h"
+#include "model/language/expression_value.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Wings: parts of the library that a build may leave out, by the options KEMPE_RAIL, KEMPE_EXCHANGE, KEMPE_ANALYSES,
- * KEMPE_ENSEMBLE and KEMPE_REPORT of CMake. The core never names a wing. Where something may be added to it, it runs
- * through kmp_wings: the rows that the wings of this build have, which CMake lists in wings.c. */
+ * KEMPE_ENSEMBLE and KEMPE_REPORT of CMake. The core never names a wing. At each place that a wing may add to,
+ * the core runs through kmp_wings: the rows of the wings of this build, which CMake lists in wings.c. */
 #pragma once
 
 typedef struct kmp_wing {

@@ -131,7 +131,7 @@ const char *cli_lacking(unsigned command, const cli_settings *s)
 
 /* -- the commands ------------------------------------------------------------------------------------ */
 
-/* What a command does where its wing is in the build. */
+/* The action of a command; NULL: its wing is not in the build. */
 #ifdef KEMPE_ANALYSES
 #define IN_ANALYSES(action) action
 #else

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The model's algebraic variables as nodes: an implicit block for each group, made when its first variable is used. */
 #include "base/clones.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "symbolic/implicit.h"
 

@@ -7,11 +7,12 @@
  *
  * Of large mechanisms a second set of equations has mostly the same best variants as the first one: its search begins
  * there, and tries at most the first pattern. */
+#include "dynamics/choose_variants.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "dynamics/equations.h"
 #include "symbolic/cost.h"
-#include "symbolic/shorten.h"
+#include "symbolic/trig.h"
 #include <limits.h>
 #include <stddef.h>
 #include <string.h>

@@ -144,9 +144,6 @@ bool kmp_is_late(const kmp_graph *g, kmp_ref value);
  * the second depend on accelerations or multipliers. NULL: no memory. */
 kmp_ref *kmp_conditions_with_solved(kmp_graph *g, const kmp_ref *conditions, int counts[2]);
 
-/** KEMPE_E_INPUT when a closure can never be met (a row that no coordinate moves). KEMPE_E_FAILED when accelerations
- * are requested and a coordinate moves no mass. KEMPE_E_MEMORY. */
-kempe_status kmp_equations_derive(kmp_equations *eq, const kempe_model *model, const kmp_derivation_request *scene);
 /** Derives the equations by the scene's variants. Without variants all axes turn with their links, and closures use the
  * shortest variants. Errors as kmp_equations_derive. */
 kempe_status kmp_equations_derive_once(kmp_equations *eq, const kempe_model *model,
@@ -161,9 +158,6 @@ kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, uns
                                 bool keep_parameters);
 void kmp_equations_free(kmp_equations *eq);
 
-/** True of a mechanism with so many coordinates that few variants are tried, and trials have no force elements. */
-bool kmp_equations_are_large(const kempe_model *model);
-
 /** Entries of KMP_IN_ALONG, one after the other: t and the numbers of given inputs as in KMP_IN_TIME, the parameters,
  * q, qd, qdd and lambda: the place where each begins, and their number. */
 typedef struct kmp_directions {
@@ -173,11 +167,6 @@ kmp_directions kmp_equations_directions(const kempe_model *model, int rows);
 
 /** J qdd + jdqd of a row. */
 kmp_ref kmp_equations_curve(const kmp_equations *eq, int row);
-
-/** kmp_equations_outputs: collects the nonzero outputs of sets, with room for kmp_equations_most_outputs; returns their
- * number. */
-int kmp_equations_most_outputs(const kmp_equations *eq);
-int kmp_equations_outputs(const kmp_equations *eq, unsigned sets, kmp_ref *out);
 
 /** Runs the passes over outputs of these equations (symbolic/shorten.h). False: no memory. */
 bool kmp_equations_shorten(const kmp_equations *eq, int count, kmp_ref *outputs);

@@ -4,9 +4,12 @@
 #include "constraints/kinds/kind.h"
 #include "dynamics/forces/forces.h"
 #include "dynamics/kinematics/friction_modes.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
+#include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/touching.h"
 #include "model/data/carried.h"
 #include "model/data/closure_table.h"
+#include "model/language/expression_value.h"
 #include "symbolic/partials.h"
 #include "symbolic/substitute.h"
 

@@ -16,10 +16,6 @@ kempe_status kmp_refuse_delays(const kempe_model *model, const char *what, const
 /** True if a force, a sensor or a requested output has a multiplier of a drive or a lock. */
 bool kmp_uses_drives(const kempe_model *model);
 
-/** Lists operands of expressions of multipliers that do not depend on multipliers, in the order of the graph: they are
- * evaluated once, while the multipliers are solved for. `to` has room for one reference per node. False: no memory. */
-bool kmp_list_unloaded(const kmp_graph *graph, int count, const kmp_ref *of, kmp_ref *to, int *found);
-
 /** The name of a force that depends on multipliers of a row's closure. */
 const char *kmp_load_dependent_force(const kempe_system *system, int row);
 

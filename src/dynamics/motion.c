@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "dynamics/motion.h"
 #include "base/memory.h"
-#include "dynamics/load_dependent.h"
+#include "dynamics/choose_variants.h"
 #include "dynamics/system_record.h"
 #include "linalg/dense/dense.h"
 #include "linalg/sparse.h"

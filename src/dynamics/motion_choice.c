@@ -6,13 +6,16 @@
  * where that costs less. By articulated bodies it is the m x m system of the multipliers, and none on a tree. The work
  * common to both, Jv and its tangent, is left out. bench/bench_articulated.c measures the size from which articulated
  * bodies are faster. */
+#include "dynamics/motion_choice.h"
 #include "base/memory.h"
 #include "constraints/kinds/kind.h"
+#include "dynamics/choose_variants.h"
 #include "dynamics/load_dependent.h"
 #include "dynamics/motion.h"
 #include "dynamics/system_record.h"
 #include "linalg/dense/dense.h"
 #include "linalg/sparse.h"
+#include "model/read/loads.h"
 #include <math.h>
 
 /* M and C cost fewer operations with fewer independent coordinates than this; nothing else is tried. */

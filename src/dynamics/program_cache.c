@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "dynamics/program_cache.h"
+#include "base/cache/build_identity.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "symbolic/program_forms.h"

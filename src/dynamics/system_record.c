@@ -6,6 +6,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "dynamics/motion.h"
+#include "dynamics/motion_choice.h"
 #include "dynamics/program_cache.h"
 #include "symbolic/program_bytes.h"
 #include <string.h>

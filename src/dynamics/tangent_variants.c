@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The choice of the shorter derivation of the same matrices. */
+#include "dynamics/tangent_variants.h"
 #include "base/memory.h"
 #include "dynamics/tangents.h"
 #include "symbolic/cost.h"

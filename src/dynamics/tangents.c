@@ -32,6 +32,7 @@
  * Forces of the model act as wrenches whose components in link axes depend on q and qd. These are differentiated one by
  * one and projected on the joints; their rotation with the links is in S x* F. */
 #include "dynamics/tangents.h"
+#include "dynamics/kinematics/kinematics_vectors.h"
 #include "symbolic/partials.h"
 
 /* Twice H and f of a subtree. */

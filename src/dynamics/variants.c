@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "dynamics/variants.h"
 #include "base/memory.h"
+#include "dynamics/kinematics/kinematics_vectors.h"
 #include "symbolic/rotation.h"
 #include <limits.h>
 #include <string.h>

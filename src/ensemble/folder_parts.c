@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The parts of a result folder: read, checked, and put together. */
+#include "ensemble/folder_parts.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "ensemble/manifest.h"
 #include "ensemble/result_folder.h"
 #include "ensemble/sampling/values.h"
 #include "ensemble/statistics/statistics.h"

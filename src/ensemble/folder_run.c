@@ -3,6 +3,8 @@
 #include "base/clock.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "ensemble/histories.h"
+#include "ensemble/manifest.h"
 #include "ensemble/processes/part_claims.h"
 #include "ensemble/processes/shard.h"
 #include "ensemble/result_folder.h"

@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Time histories of chosen instances of an ensemble: each is the table of a run of its own, as `kempe simulate --from`
  * makes it. So its rows depend on the instance alone, not on threads, parts or lanes. */
+#include "ensemble/histories.h"
 #include "base/memory.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "ensemble/batch.h"
 #include "ensemble/result_folder.h"
 #include "ensemble/sampling/values.h"
+#include "model/read/loads.h"
 #include "model/read/model_instances.h"
 #include "output/result_table.h"
 #include "pipeline.h"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The manifest of a result folder: a JSON object of plain members, one a line, each key once. It is written once and
  * compared line by line. Members of `apart` are not in its hash: they describe where things were, or are the hash. */
+#include "ensemble/manifest.h"
 #include "base/cache/digest.h"
 #include "base/file.h"
 #include "base/json.h"

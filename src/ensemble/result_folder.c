@@ -3,6 +3,8 @@
 #include "ensemble/result_folder.h"
 #include "base/json.h"
 #include "base/memory.h"
+#include "ensemble/histories.h"
+#include "ensemble/manifest.h"
 #include "ensemble/statistics/statistics.h"
 #include "output/print.h"
 #include <limits.h>

@@ -57,15 +57,6 @@ void kmp_folder_count(kempe_folder *folder);
 /** Instances of a part, and the number of its first. */
 int kmp_folder_part_size(const kempe_folder *folder, int part);
 
-/** KEMPE_E_INPUT: the results are those of another model. */
-kempe_status kmp_folder_check_model(const kempe_folder *folder, const kempe_model *model);
-
-/** All rows as one table "instances", checked as kempe_folder_write does. */
-kempe_status kmp_folder_table(kempe_folder *folder, kempe_table **table);
-
-/** The verdict on the instances that a check has counted. */
-kempe_status kmp_folder_judge(const kempe_folder *folder, kempe_status status);
-
 /** Frees what a check has made. */
 void kmp_folder_clear(kempe_folder *folder);
 
@@ -74,41 +65,3 @@ int kmp_folder_chunk(int instances);
 
 /** A folder with the text of its manifest, which is freed. KEMPE_E_INPUT: it is not one of Kempe, or damaged. */
 kempe_status kmp_folder_of(kempe_context *context, const char *path, kmp_text *manifest, kempe_folder **folder);
-
-/* -- manifest ---------------------------------------------------------------------------------------- */
-
-/** The manifest of a run with these options, the library's copy of them; history: words of the chosen instances. */
-kempe_status kmp_manifest_put(kempe_ensemble *ensemble, const kempe_run_options *run, int lanes, int chunk,
-                              const char *history, kmp_text *text);
-
-/** The hash of all that was read to make a model; of a model built in code, of its print. */
-kempe_status kmp_manifest_hash_model(const kempe_model *model, char hash[KMP_HASH_SIZE + 1]);
-
-/** The hash of all members of a manifest that count. */
-void kmp_manifest_hash_text(const char *manifest, char hash[KMP_HASH_SIZE + 1]);
-
-/** True if the hash written in a manifest is that of its own text. */
-bool kmp_manifest_is_whole(const char *manifest, const char *written);
-
-/** The value of a key in a manifest, a string without quotes; false: it has none. */
-bool kmp_manifest_text(const char *manifest, const char *key, kmp_text *value);
-bool kmp_manifest_int(const char *manifest, const char *key, int low, int high, int *value);
-bool kmp_manifest_double(const char *manifest, const char *key, double *value);
-
-/** True if two manifests describe the same run; otherwise `why` has a sentence about the first difference. */
-bool kmp_manifest_same(const char *there, const char *here, kmp_text *why);
-
-/** Reads the manifest of a folder. *text is freed by the caller; NULL: there is none. */
-kempe_status kmp_manifest_read(kempe_context *context, const char *folder, char **text);
-
-/** Reads numbers and ranges of instances, from 1 on: "3,10:12". NULL and "": none. KEMPE_E_ARGUMENT: other words, or
- * there is no such instance. */
-kempe_status kmp_instance_ranges_read(kempe_context *context, kmp_arena *arena, const char *words, int instances,
-                                      kmp_instance_ranges *ranges);
-
-/** True if one of the instances first .. first + count - 1 is chosen. */
-bool kmp_instance_ranges_meet(const kmp_instance_ranges *ranges, int first, int count);
-
-/** The table "history" of the chosen ones of the instances first .. first + count - 1. KEMPE_STOPPED: interrupted. */
-kempe_status kmp_histories(kempe_ensemble *ensemble, const kempe_run_options *run, const kmp_instance_ranges *ranges,
-                           int first, int count, kempe_table **table);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "base/wings.h"
-#include "exchange/formats/formats.h"
+#include "exchange/formats/importing.h"
 
 static const kmp_document_wing documents = {kmp_is_foreign, kmp_foreign_load, kmp_foreign_convert};
 

@@ -7,6 +7,7 @@
  * If that takes too many products, elimination restarts with thresholds. Among the rows with an entry within the
  * threshold it takes one with the fewest entries, and of these entries the one whose column has the fewest rows. When
  * none are left, the next threshold is a fraction of the largest entry then. */
+#include "linalg/sparse_complete.h"
 #include "base/arena.h"
 #include "linalg/dense/dot.h"
 #include "linalg/sparse.h"

@@ -2,6 +2,7 @@
 /* Arrays in MATLAB's level 5 format, as MATLAB, Octave, SciPy and matio read it (MAT-File Format, The MathWorks,
  * chapter 1): elements of a type, a number of bytes, and the data filled up to eight bytes. Words are a cell array of
  * texts. A writer of ours, since matio puts the date into the file: equal results would have unequal bytes. */
+#include "output/mat_file.h"
 #include "base/file.h"
 #include "output/named_arrays.h"
 #include <string.h>

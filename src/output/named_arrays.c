@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "output/named_arrays.h"
 #include "base/file.h"
+#include "output/mat_file.h"
+#include "output/npz.h"
 #include <string.h>
 
 typedef struct format {

@@ -35,10 +35,6 @@ kempe_status kmp_arrays_write(kempe_context *context, const kmp_arrays *arrays, 
 /** True if an ending such as ".mat" is that of files of arrays. */
 bool kmp_arrays_ending(const char *ending);
 
-/** The formats (npz.c, mat.c). */
-kempe_status kmp_npz_write(kempe_context *context, const kmp_arrays *arrays, const char *path);
-kempe_status kmp_mat_write(kempe_context *context, const kmp_arrays *arrays, const char *path);
-
 /** Little-endian bytes of an integer or a double on any machine. */
 void kmp_put_little(char *to, uint64_t bits, int bytes);
 void kmp_put_double(char *to, double x);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Arrays in NumPy's format 1.0 (numpy.lib.format), row by row, in a zip archive. Words are fixed-width text of
  * 32-bit characters; characters beyond ASCII become '?'. */
+#include "output/npz.h"
 #include "base/file.h"
 #include "output/named_arrays.h"
 #include "output/zip_archive.h"

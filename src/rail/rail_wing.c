@@ -1,8 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "rail/rail_wing.h"
 #include "base/wings.h"
-#include "rail/model/read_rail.h"
+#include "rail/model/read_profiles.h"
+#include "rail/model/read_tracks.h"
+#include "rail/model/read_wheels.h"
 #include "rail/running_safety.h"
+#include "rail/wheel/wheel_closure.h"
+#include "rail/wheel/wheel_force.h"
+#include "rail/wheel/wheel_outputs.h"
 
 static const char *const sections[] = {"profiles", "tracks", "wheels", NULL};
 

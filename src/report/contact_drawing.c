@@ -4,6 +4,7 @@
 #include "model/data/compliant.h"
 #include "studies/simulate/observed.h"
 #include "studies/simulate/trajectory.h"
+#include "studies/simulate/trajectory_print.h"
 #include <math.h>
 #include <string.h>
 

@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Data of a comparison's page: the comparison, the runs in detail, the picture. */
+#include "report/data.h"
 #include "report/motion_picture.h"
-#include "report/page.h"
+#include "studies/compare/compare_advice.h"
+#include "studies/compare/compare_levels.h"
+#include "studies/compare/compare_print.h"
 #include "studies/compare/compare_study.h"
 #include <kempe/compare.h>
 #include <math.h>

@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The report of modes: the mechanism moving along each, its loops closed in every frame, with all results.
  */
+#include "analyses/modes/modes_print.h"
 #include "analyses/modes/modes_study.h"
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
 #include "output/quantity.h"
 #include "report/motion_picture.h"
 #include "report/page.h"
+#include "report/sheet.h"
 #include <kempe/compare.h>
 #include <kempe/modes.h>
 #include <math.h>

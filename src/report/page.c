@@ -2,7 +2,10 @@
 /* The report of a comparison: runs made once more, and the page with them. */
 #include "report/page.h"
 #include "base/memory.h"
+#include "model/read/loads.h"
+#include "report/data.h"
 #include "report/motion_picture.h"
+#include "report/sheet.h"
 
 /* -- running again ----------------------------------------------------------------------------------- */
 

@@ -27,18 +27,3 @@ typedef struct kmp_sheet {
     const char *const *const *scripts; /* in order, NULL ends them */
     kmp_text *data;                    /* JSON */
 } kmp_sheet;
-
-/** Writes whole or not at all, and frees the data. KEMPE_E_IO with a sentence that names the package of a missing
- * library. */
-kempe_status kmp_sheet_write(kempe_context *context, const kmp_sheet *sheet, const char *path);
-
-/** The runs of a comparison that the page shows in detail: the advised one first, then the best of each other
- * formulation. `shown` has room for way_count; returns their number. */
-int kmp_page_choose(const kempe_comparison *comparison, int *shown);
-
-/** Puts the residuals, the energy, the steps and the log of a run as one JSON object. */
-void kmp_page_record(kmp_json *json, const kmp_record *record);
-
-/** Puts all data of the page, as one JSON object. `picture`: the record whose rows are the frames, NULL: none. */
-void kmp_page_data(kmp_text *text, const kempe_comparison *comparison, int count, const kmp_record *records,
-                   const kmp_record *picture);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A single page without external files. three.js and Chart.js are taken from where the system has them. */
+#include "report/sheet.h"
 #include "base/file.h"
 #include "base/memory.h"
 #include "report/page.h"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The report of a simulation: the run once more with monitoring, and all its outputs. */
 #include "base/memory.h"
+#include "model/read/loads.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include "report/contact_drawing.h"
@@ -8,6 +9,7 @@
 #include "report/result_page.h"
 #include "report/vehicle_drawing.h"
 #include "studies/simulate/observed.h"
+#include "studies/simulate/trajectory_print.h"
 #include <kempe/compare.h>
 #include <math.h>
 #include <string.h>

@@ -3,6 +3,7 @@
  * ranges of steps, neighbours are merged in pairs, and from then on each range has twice as many steps. */
 #include "report/step_record.h"
 #include "base/memory.h"
+#include "integrators/run/methods.h"
 #include "output/print.h"
 #include <kempe/check.h>
 #include <math.h>

@@ -9,6 +9,8 @@
 #include "base/simd4.h"
 #include "symbolic/blocks.h"
 #include "symbolic/derivative.h"
+#include "symbolic/graph.h"
+#include "symbolic/implicit.h"
 #include "symbolic/places.h"
 #include "symbolic/scan.h"
 #include <math.h>

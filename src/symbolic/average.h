@@ -32,3 +32,6 @@ void kmp_average_run(kmp_average *average, const double *arguments);
 kmp_counts kmp_average_count(const kmp_average *average);
 /** The values of the last computation. */
 const double *kmp_average_values(const kmp_average *average);
+
+/** kmp_implicit_derivative of a block of averages. */
+kmp_ref kmp_average_derivative(kmp_graph *g, int block, int component, kmp_ref list, kmp_ref differentials);

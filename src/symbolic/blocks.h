@@ -18,21 +18,9 @@ struct kmp_implicit {
 typedef bool kmp_implicit_test(const kmp_implicit *block, const void *user);
 int kmp_graph_find_implicit(kmp_graph *g, kmp_implicit_test *is, const void *user);
 
-/** Puts the candidates into the block, in increasing order. false: no memory. */
-bool kmp_block_candidates(kmp_implicit *block, int count, const double *candidate);
-
 /** References in the enclosing graph for the inputs of a local graph: unknowns for KMP_IN_Q, arguments for
  * KMP_IN_PARAMETER, differentials for KMP_IN_LAMBDA. */
 typedef struct kmp_setting {
     kmp_graph *g;
     const kmp_ref *unknowns, *arguments, *differentials;
 } kmp_setting;
-
-/** Converts references of a local graph to references of the enclosing one, in place. False: no memory. */
-bool kmp_local_import(const kmp_setting *setting, const kmp_graph *local, int count, kmp_ref *refs);
-
-/** The items of a list of the graph; KMP_ZERO is a list of zeros. */
-void kmp_list_items(const kmp_graph *g, kmp_ref list, int count, kmp_ref *items);
-
-/** kmp_implicit_derivative of a block of averages. */
-kmp_ref kmp_average_derivative(kmp_graph *g, int block, int component, kmp_ref list, kmp_ref differentials);

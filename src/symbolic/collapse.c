@@ -2,6 +2,7 @@
 /* A sum is expanded to monomials, factors in order of their numbers. The partner that a rule needs is found by its
  * factors; every rule removes a term, so that the pass ends. Squares are first: they leave less work. */
 #include "symbolic/cost.h"
+#include "symbolic/function_table.h"
 #include "symbolic/rewrite.h"
 #include "symbolic/rotation.h"
 #include <string.h>

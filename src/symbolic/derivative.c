@@ -2,10 +2,11 @@
 /* Chain rule per node, from the operands up. A rotated pair (Y, Z) = Rot(a) (y, z) uses dY = Rot(a) (dy, dz) . e1 - Z
  * da, whose parts mostly exist in the graph already. */
 #include "symbolic/derivative.h"
+#include "symbolic/function_table.h"
 #include "symbolic/implicit.h"
+#include "symbolic/ops.h"
 #include "symbolic/rotation.h"
 #include "symbolic/stack.h"
-#include "symbolic/table_function.h"
 #include <string.h>
 
 #define UNKNOWN UINT32_MAX

@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Constructors of all operations except arithmetic, and their simplifications: numbers, signs of odd and even
  * functions, choices that are already decided. */
+#include "symbolic/function_table.h"
 #include "symbolic/implicit.h"
+#include "symbolic/ops.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 

@@ -12,6 +12,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+struct kmp_implicit;
+
 typedef uint32_t kmp_ref;
 
 #define KMP_ZERO ((kmp_ref)0)
@@ -193,15 +195,8 @@ static inline kmp_ref kmp_mul(kmp_graph *g, kmp_ref a, kmp_ref b)
     return kmp_graph_mul(g, a, b);
 }
 kmp_ref kmp_div(kmp_graph *g, kmp_ref a, kmp_ref b);
-/** op is one of the unary rows of ops.def. */
-kmp_ref kmp_unary(kmp_graph *g, kmp_op op, kmp_ref a);
-kmp_ref kmp_sin(kmp_graph *g, kmp_ref a);
-kmp_ref kmp_cos(kmp_graph *g, kmp_ref a);
-kmp_ref kmp_sqrt(kmp_graph *g, kmp_ref a);
 /** op is one of the rows of functions of two variables. */
 kmp_ref kmp_binary(kmp_graph *g, kmp_op op, kmp_ref a, kmp_ref b);
-/** a^exponent: products for whole exponents, a square root for halves, POW otherwise. */
-kmp_ref kmp_power(kmp_graph *g, kmp_ref a, double exponent);
 /** 1 when a < b, otherwise 0. */
 kmp_ref kmp_less(kmp_graph *g, kmp_ref a, kmp_ref b);
 /** x where the condition is not 0, otherwise y; the value that is not chosen may be NaN. */
@@ -216,36 +211,18 @@ kmp_ref kmp_select(kmp_graph *g, kmp_ref condition, kmp_ref x, kmp_ref y);
 #define kmp_binary(g, op, a, b)        KMP_LAST_FIRST_3(kmp_binary, g, op, a, b)
 #define kmp_select(g, condition, x, y) KMP_LAST_FIRST_3(kmp_select, g, condition, x, y)
 
-/** The node of any operation that is neither leaf nor applied. */
-kmp_ref kmp_operate(kmp_graph *g, kmp_op op, const kmp_ref operands[3]);
-/** Makes node `id` of a graph, which is no leaf, from new operands (as many as its operation has) in the same graph or
- * another one. Implicit blocks cannot go to another graph, which then fails. */
-kmp_ref kmp_graph_rebuild(kmp_graph *to, const kmp_graph *from, uint32_t id, const kmp_ref operands[3]);
-/** Makes it from the operands' forms: map[id] of each node. In the same graph leaves, and nodes whose operands are
- * unchanged, are returned as they are. */
-kmp_ref kmp_graph_rebuild_by(kmp_graph *to, const kmp_graph *from, uint32_t id, const kmp_ref *map);
-
-/** x with other references in place of `count` inputs. */
-kmp_ref kmp_graph_replace(kmp_graph *g, int count, const kmp_ref *input, const kmp_ref *by, kmp_ref x);
-
 /** The notation of an operation. */
 typedef enum kmp_op_form { KMP_FORM_LEAF, KMP_FORM_INFIX, KMP_FORM_FUNCTION, KMP_FORM_APPLIED } kmp_op_form;
 
 /** The effect of its operand's sign on a function. */
 typedef enum kmp_op_parity { KMP_PARITY_NONE, KMP_PARITY_ODD, KMP_PARITY_EVEN } kmp_op_parity;
 
-/** Text of an operation ("+", "sin"), NULL for leaves; operands 0 to 3. */
-const char *kmp_op_text(kmp_op op);
+/** Operands of an operation, 0 to 3. */
 extern const uint8_t kmp_op_arities[KMP_OP_COUNT];
 static inline int kmp_op_arity(kmp_op op)
 {
     return kmp_op_arities[op];
 }
-kmp_op_form kmp_op_form_of(kmp_op op);
-kmp_op_parity kmp_op_parity_of(kmp_op op);
-/** Value of an operation, which every back end uses; operands beyond its arity are ignored. NaN for leaves and for
- * applied objects (kmp_table_value). */
-double kmp_op_value(kmp_op op, double x, double y, double z);
 /** Reference number k of a node. */
 static inline kmp_ref kmp_operand(const kmp_node *n, int k)
 {
@@ -268,3 +245,15 @@ struct kmp_rotations *kmp_graph_rotations(kmp_graph *g);
 struct kmp_derivative;
 /** The place of a derivative that is not in use (src/symbolic/derivative.h); it remembers what it has derived. */
 struct kmp_derivative **kmp_graph_spare(kmp_graph *g);
+
+/** Number of the block in the graph, which owns it from now on; the number of an equal block if the graph has one. -1:
+ * no memory, or no block: the graph has then failed. */
+int kmp_graph_add_implicit(kmp_graph *g, struct kmp_implicit *block);
+/** NULL when there is no such number. */
+const struct kmp_implicit *kmp_graph_implicit(const kmp_graph *g, int block);
+
+/** Keeps labels from now on; earlier ones are lost. */
+void kmp_graph_keep_labels(kmp_graph *g);
+
+/** True if labels are kept. */
+bool kmp_graph_has_labels(const kmp_graph *g);

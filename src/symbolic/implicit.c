@@ -2,11 +2,16 @@
 /* Blocks in the graph, whose local equations are derived once. A derivative brings them into the enclosing graph with
  * the unknowns and arguments inserted. It solves the linear system for one or two unknowns by quotients, for more by a
  * linear block. Arguments are a chain of LIST nodes. */
+#include "symbolic/implicit.h"
 #include "base/arena.h"
 #include "base/memory.h"
+#include "symbolic/average.h"
 #include "symbolic/blocks.h"
 #include "symbolic/derivative.h"
+#include "symbolic/function_table.h"
+#include "symbolic/graph.h"
 #include "symbolic/live.h"
+#include "symbolic/ops.h"
 #include <stdlib.h>
 #include <string.h>
 

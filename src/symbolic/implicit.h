@@ -9,6 +9,8 @@
 #include "symbolic/program.h"
 #include "symbolic/row_code.h"
 
+struct kmp_setting;
+
 enum { KMP_IMPLICIT_MOST = 6 }; /* unknowns: KMP_NEWTON_MOST */
 
 typedef struct kmp_implicit kmp_implicit;
@@ -35,13 +37,8 @@ bool kmp_implicit_equal(const kmp_implicit *a, const kmp_implicit *b);
 /** The block's data for a program. */
 const kmp_program_block *kmp_implicit_block(const kmp_implicit *block);
 
-/** Number of the block in the graph, which owns it from now on; the number of an equal block if the graph has one. -1:
- * no memory, or no block: the graph has then failed. */
-int kmp_graph_add_implicit(kmp_graph *g, kmp_implicit *block);
-/** The same for a block as a program has it, for evaluation alone: it has no derivatives. */
+/** As kmp_graph_add_implicit, of a block as a program has it, for evaluation alone: it has no derivatives. */
 int kmp_graph_add_block(kmp_graph *g, const kmp_program_block *block);
-/** NULL when there is no such number. */
-const kmp_implicit *kmp_graph_implicit(const kmp_graph *g, int block);
 
 /** The unknowns for given arguments; unchanged if the block is -1. */
 void kmp_implicit_at(kmp_graph *g, int block, const kmp_ref *arguments, kmp_ref *unknowns);
@@ -67,33 +64,6 @@ typedef struct kmp_block_runner {
 /* A block with one list of arguments, and room to solve it in: one for each thread. */
 typedef struct kmp_solving kmp_solving;
 
-/** The block must outlive it. Without a runner the program is interpreted. NULL: no memory. */
-kmp_solving *kmp_solving_new(const kmp_program_block *block, const kmp_block_runner *runner);
-/** The block of another one with another list of arguments, in the other's room: both belong to one thread, and the
- * other outlives it. NULL: no memory. */
-kmp_solving *kmp_solving_beside(const kmp_solving *other);
-
-/** Lets one that was made beside another use the code and the room of a third one of the same block. */
-void kmp_solving_move(kmp_solving *s, const kmp_solving *other);
-void kmp_solving_free(kmp_solving *solving);
-
-/** Operations of the block's program since it was made; those of a room count once, for the solving that owns it.
- * Without the solution of linear equations, and the sums of averages. */
-kmp_counts kmp_solving_count(const kmp_solving *solving);
-
-/** True once it has been solved. */
-bool kmp_solving_is_done(const kmp_solving *solving);
-
-/** The array to write the arguments to. */
-double *kmp_solving_arguments(kmp_solving *solving);
-
-/** An unknown for the current arguments. It depends on them alone: earlier solutions are kept for equal arguments,
- * never used as starting values. */
-double kmp_solving_value(kmp_solving *solving, int component);
-
-/** Another unknown for the arguments of the last call of kmp_solving_value. */
-double kmp_solving_component(const kmp_solving *solving, int component);
-
 /* -- equations of a graph as a block of it ---------------------------------------------------------------- */
 
 /* Makes equations of a graph an implicit block of it. Nodes that depend on the unknowns go into the block; the other
@@ -105,3 +75,12 @@ kmp_ref kmp_unknown(kmp_graph *g, int j);
 /** Solutions y of residual(y) = 0 from first guesses that depend on no unknown. All are zero, and the graph has failed,
  * when there is no memory, or an equation contains a block that depends on the unknowns. */
 void kmp_enclose(kmp_graph *g, int unknowns, const kmp_ref *residual, const kmp_ref *guess, kmp_ref *solution);
+
+/** Puts the candidates into the block, in increasing order. false: no memory. */
+bool kmp_block_candidates(kmp_implicit *block, int count, const double *candidate);
+
+/** Converts references of a local graph to references of the enclosing one, in place. False: no memory. */
+bool kmp_local_import(const struct kmp_setting *setting, const kmp_graph *local, int count, kmp_ref *refs);
+
+/** The items of a list of the graph; KMP_ZERO is a list of zeros. */
+void kmp_list_items(const kmp_graph *g, kmp_ref list, int count, kmp_ref *items);

@@ -16,14 +16,8 @@ typedef struct kmp_label {
     bool negative;                      /* the node is the negative of the named value */
 } kmp_label;
 
-/** Keeps labels from now on; earlier ones are lost. */
-void kmp_graph_keep_labels(kmp_graph *g);
-
 /** Labels the node of a reference, unless it is a leaf or has a label. */
 void kmp_graph_label(kmp_graph *g, kmp_ref r, kmp_label label);
 
 /** NULL where there is none. */
 const kmp_label *kmp_graph_label_of(const kmp_graph *g, uint32_t id);
-
-/** True if labels are kept. */
-bool kmp_graph_has_labels(const kmp_graph *g);

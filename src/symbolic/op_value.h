@@ -20,7 +20,7 @@ static inline double kempe_cos(double x)
     return c;
 }
 
-/** kmp_op_value (symbolic/graph.h). */
+/** kmp_op_value (symbolic/ops.h). */
 static inline __attribute__((always_inline)) double kmp_op_value_here(kmp_op op, double x, double y, double z)
 {
 #define VALUE(name, value)                                                                                             \

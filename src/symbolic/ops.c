@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Properties and values of operations, from the rows of ops.def. */
+#include "symbolic/ops.h"
 #include "symbolic/op_value.h"
 
 const uint8_t kmp_op_arities[KMP_OP_COUNT] = {

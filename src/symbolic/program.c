@@ -2,11 +2,15 @@
 /* Scheduling: mark the nodes that each stage needs, number them, write them as instructions. */
 #include "symbolic/program.h"
 #include "base/memory.h"
+#include "symbolic/function_table.h"
+#include "symbolic/graph.h"
 #include "symbolic/implicit.h"
 #include "symbolic/live.h"
+#include "symbolic/ops.h"
 #include "symbolic/program_forms.h"
-#include "symbolic/shorten.h"
 #include "symbolic/table_function.h"
+#include "symbolic/trig.h"
+#include <math.h>
 #include <string.h>
 
 enum { PARAMETER_STAGE = 1 }; /* marks are stage + 1 */
@@ -423,4 +427,351 @@ kmp_counts kmp_program_count(const kmp_program *p, int first_stage, int last_sta
     for (int i = p->code[first_stage]; i < p->code[last_stage + 1]; i++)
         kmp_counts_take(&c, &p->instruction[i], 1);
     return c;
+}
+
+/* The first stages of a program are taken over. Instructions of `given` (NULL: none) become inputs. */
+typedef struct selection {
+    const kmp_program *p;
+    int stages;
+    const bool *given; /* by instruction */
+    int first;         /* of the inputs q that they become */
+    int *list, count;  /* those that the others need */
+} selection;
+
+static int leaves(const kmp_program *p)
+{
+    return p->constant_count + p->input_count;
+}
+
+static void need(uint32_t *number, uint32_t operand)
+{
+    number[operand >> 1] = 1;
+}
+
+static uint32_t renumbered(const uint32_t *number, uint32_t operand)
+{
+    return (number[operand >> 1] - 1) << 1 | (operand & 1);
+}
+
+static kmp_instruction renumber(const kmp_instruction *in, const uint32_t *number)
+{
+    kmp_instruction out = *in;
+    int arity = kmp_op_arity((kmp_op)in->op);
+    out.a = renumbered(number, in->a);
+    if (arity > 1)
+        out.b = renumbered(number, in->b);
+    if (arity > 2)
+        out.c = renumbered(number, in->c);
+    return out;
+}
+
+/* The table or block that an instruction applies; false: no memory. */
+static bool take_applied(const kmp_program *p, kmp_instruction *in, int *block, kmp_program *to)
+{
+    int number = 0;
+    if (in->op == KMP_OP_TABLE) {
+        number = kmp_program_add_table(to, p->table[in->b]);
+    } else if (in->op == KMP_OP_IMPLICIT) {
+        if (block[in->b] == 0)
+            block[in->b] = 1 + kmp_program_add_block(to, &p->block[in->b]);
+        number = block[in->b] - 1;
+    } else {
+        return true;
+    }
+    in->b = (uint32_t)number;
+    return number >= 0;
+}
+
+static bool take_code(const selection *s, uint32_t *number, uint32_t next, int *block, kmp_program *to)
+{
+    const kmp_program *p = s->p;
+    int count = 0;
+    for (int stage = 0; stage < to->stages; stage++) {
+        to->code[stage] = count;
+        for (int i = p->code[stage]; i < p->code[stage + 1]; i++) {
+            if (!number[leaves(p) + i] || (s->given && s->given[i]))
+                continue;
+            kmp_instruction *in = &to->instruction[count++];
+            *in = renumber(&p->instruction[i], number);
+            number[leaves(p) + i] = ++next;
+            if (!take_applied(p, in, block, to))
+                return false;
+        }
+    }
+    to->code[to->stages] = count;
+    return true;
+}
+
+static bool fill(selection *s, uint32_t *number, int *block, kmp_program *to)
+{
+    const kmp_program *p = s->p;
+    to->stages = s->stages;
+    to->graph_nodes = p->graph_nodes;
+    /* Marks the values that outputs of the stages need, backwards. */
+    for (int k = 0; k < p->outputs[s->stages]; k++)
+        need(number, p->output[k]);
+    for (int i = p->code[s->stages]; i-- > 0;)
+        for (int k = 0;
+             number[leaves(p) + i] && !(s->given && s->given[i]) && k < kmp_op_arity((kmp_op)p->instruction[i].op); k++)
+            need(number, kmp_instruction_operand(&p->instruction[i], k));
+    /* Copies the constants and inputs in use; marks become numbers + 1. */
+    uint32_t next = 0;
+    for (int k = 0; k < p->constant_count; k++)
+        if (number[k]) {
+            to->constant[to->constant_count++] = p->constant[k];
+            number[k] = ++next;
+        }
+    for (int k = 0; k < p->input_count; k++)
+        if (number[p->constant_count + k]) {
+            to->input[to->input_count++] = p->input[k];
+            number[p->constant_count + k] = ++next;
+        }
+    for (int i = 0; s->given && i < p->code[s->stages]; i++)
+        if (s->given[i] && number[leaves(p) + i]) {
+            to->input[to->input_count++] = (kmp_program_input){KMP_IN_Q, (uint32_t)(s->first + s->count)};
+            s->list[s->count++] = i;
+            number[leaves(p) + i] = ++next;
+        }
+    if (!take_code(s, number, next, block, to))
+        return false;
+    memcpy(to->outputs, p->outputs, (size_t)(s->stages + 1) * sizeof *to->outputs);
+    for (int k = 0; k < to->outputs[s->stages]; k++)
+        to->output[k] = renumbered(number, p->output[k]);
+    return true;
+}
+
+static kmp_program *take(selection *s)
+{
+    const kmp_program *p = s->p;
+    const size_t code = (size_t)p->code[s->stages], inputs = (size_t)p->input_count + (s->given ? code : 0);
+    kmp_program *to = kmp_program_with_room((size_t)s->stages, code, (size_t)p->outputs[s->stages],
+                                            (size_t)p->constant_count, inputs);
+    uint32_t *number = KMP_NEW(uint32_t, leaves(p) + p->code[p->stages]);
+    int *block = KMP_NEW(int, p->block_count + 1);
+    bool ok = to && number && block && fill(s, number, block, to);
+    kmp_free(number);
+    kmp_free(block);
+    if (ok)
+        return to;
+    kmp_program_free(to);
+    return NULL;
+}
+
+kmp_program *kmp_program_first(const kmp_program *p, int stages)
+{
+    selection s = {.p = p, .stages = stages};
+    return take(&s);
+}
+
+kmp_program *kmp_program_given(const kmp_program *p, const bool *given, int first, int *list, int *count)
+{
+    selection s = {.p = p, .stages = p->stages, .given = given, .first = first, .list = list};
+    kmp_program *to = take(&s);
+    *count = s.count;
+    return to;
+}
+
+static kmp_ref operand_of(const kmp_ref *value, uint32_t operand)
+{
+    return operand & 1 ? kmp_neg(value[operand >> 1]) : value[operand >> 1];
+}
+
+static kmp_ref import(const kmp_program *p, kmp_graph *g, const kmp_instruction *in, const kmp_ref *value)
+{
+    kmp_ref x[3] = {0};
+    for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++)
+        x[k] = operand_of(value, kmp_instruction_operand(in, k));
+    if (in->op == KMP_OP_IMPLICIT)
+        return kmp_implicit_component(g, kmp_graph_add_block(g, &p->block[in->b]), (int)in->c, x[0]);
+    if (in->op != KMP_OP_TABLE)
+        return kmp_operate(g, (kmp_op)in->op, x);
+    int table = kmp_graph_add_table(g, p->table[in->b]);
+    return table < 0 ? KMP_ZERO : kmp_table_derivative_at(g, table, (int)in->c, x[0]);
+}
+
+/* Constants, and inputs or their replacements. */
+static bool import_leaves(const kmp_program *p, kmp_graph *g, int count, const kmp_ref *input, const kmp_ref *by,
+                          kmp_ref *value)
+{
+    uint32_t nodes = kmp_graph_count(g);
+    int *which = KMP_NEW(int, nodes); /* + 1, by node */
+    for (int k = 0; which && k < count; k++)
+        which[kmp_id(input[k])] = k + 1;
+    for (int k = 0; which && k < p->input_count; k++) {
+        kmp_ref x = kmp_input(g, p->input[k].kind, p->input[k].index);
+        int replaced = kmp_id(x) < nodes ? which[kmp_id(x)] : 0;
+        value[p->constant_count + k] = replaced ? by[replaced - 1] : x;
+    }
+    for (int k = 0; which && k < p->constant_count; k++)
+        value[k] = kmp_const(g, p->constant[k]);
+    bool made = which;
+    kmp_free(which);
+    return made;
+}
+
+/* -- two places near each other ------------------------------------------------------------------------ */
+
+/* Instructions whose values at the first place are needed: operands of sines and cosines, and what these need. */
+static void mark_needed(const kmp_program *p, bool *is_used)
+{
+    int leaves = p->constant_count + p->input_count;
+    for (int i = p->code[p->stages]; i-- > 0;) {
+        const kmp_instruction *in = &p->instruction[i];
+        bool turns = in->op == KMP_OP_SIN || in->op == KMP_OP_COS;
+        for (int k = 0; (turns || is_used[i]) && k < kmp_op_arity((kmp_op)in->op); k++) {
+            int from = (int)(kmp_instruction_operand(in, k) >> 1) - leaves;
+            if (from >= 0)
+                is_used[from] = true;
+        }
+    }
+}
+
+/* sin d and cos d - 1 of a small angle, by their series. */
+static void small_angle(kmp_graph *g, kmp_ref d, kmp_ref *sine, kmp_ref *versine)
+{
+    kmp_ref square = kmp_mul(g, d, d);
+    *sine = kmp_mul(g, d, kmp_sub(g, KMP_ONE, kmp_mul(g, square, kmp_const(g, 1.0 / 6))));
+    *versine = kmp_mul(g, square, kmp_sub(g, kmp_mul(g, square, kmp_const(g, 1.0 / 24)), kmp_const(g, 0.5)));
+}
+
+static void note_turn(kmp_angle_updates *turns, kmp_ref d)
+{
+    for (int k = 0; k < turns->count; k++)
+        if (kmp_id(turns->angle[k]) == kmp_id(d))
+            return;
+    turns->angle[turns->count++] = d;
+}
+
+/* Sine or cosine of b = a + d, of those of a, as it is plus a small part. */
+static kmp_ref turn(kmp_graph *g, kmp_op op, kmp_ref a, kmp_ref b, kmp_angle_updates *turns)
+{
+    kmp_ref d = kmp_sub(g, b, a), sine, versine, s = kmp_sin(g, a), c = kmp_cos(g, a);
+    if (d == KMP_ZERO)
+        return kmp_unary(g, op, a);
+    note_turn(turns, d);
+    small_angle(g, d, &sine, &versine);
+    if (op == KMP_OP_SIN)
+        return kmp_add(g, s, kmp_add(g, kmp_mul(g, c, sine), kmp_mul(g, s, versine)));
+    return kmp_add(g, c, kmp_sub(g, kmp_mul(g, c, versine), kmp_mul(g, s, sine)));
+}
+
+/* -- import -------------------------------------------------------------------------------------------- */
+
+bool kmp_program_import(const kmp_program *p, kmp_graph *g, const kmp_importing *how, kmp_ref *outputs)
+{
+    int leaves = p->constant_count + p->input_count, code = p->code[p->stages], stages = how->stages;
+    stages = stages > 0 ? stages : p->stages;
+    kmp_ref *value = KMP_NEW(kmp_ref, leaves + code), *at = how->at ? KMP_NEW(kmp_ref, leaves + code) : NULL;
+    bool *is_used = how->at ? KMP_NEW(bool, code) : NULL;
+    bool made = value && (!how->at || (at && is_used)) && import_leaves(p, g, how->count, how->input, how->by, value) &&
+                (!at || import_leaves(p, g, how->count, how->input, how->at, at));
+    if (made && is_used)
+        mark_needed(p, is_used);
+    if (made) {
+        /* Values of all instructions. With `at`, values at the first place, sines and cosines come from there. */
+        for (int i = 0; i < p->code[stages]; i++) {
+            const kmp_instruction *in = &p->instruction[i];
+            bool turned = at && (in->op == KMP_OP_SIN || in->op == KMP_OP_COS);
+            if (at && is_used[i])
+                at[leaves + i] = import(p, g, in, at);
+            value[leaves + i] =
+                turned ? turn(g, (kmp_op)in->op, operand_of(at, in->a), operand_of(value, in->a), how->turns)
+                       : import(p, g, in, value);
+        }
+    }
+    for (int k = 0; made && k < p->outputs[stages]; k++)
+        outputs[k] = operand_of(value, p->output[k]);
+    kmp_free(value);
+    kmp_free(at);
+    kmp_free(is_used);
+    return made && !kmp_graph_failed(g);
+}
+
+/* The text of a program: docs/program_format.md. */
+
+static const char *const input_words[KMP_IN_COUNT] = {"p",    "t",     "q",     "qd",    "qdd",    "lambda", "mu",
+                                                      "mode", "place", "chart", "force", "torque", "effort", "along"};
+
+static void print_operand(const kmp_program *p, uint32_t operand_, kmp_text *text)
+{
+    int value = (int)(operand_ >> 1);
+    kmp_text_put(text, operand_ & 1 ? "-" : "");
+    if (value < p->constant_count) {
+        double x = p->constant[value];
+        if (isfinite(x))
+            kmp_text_number(text, x);
+        else
+            kmp_text_put(text, isnan(x) ? "nan" : x < 0 ? "-inf" : "inf");
+    } else if (value < p->constant_count + p->input_count) {
+        const kmp_program_input *in = &p->input[value - p->constant_count];
+        if (in->kind == KMP_IN_TIME && in->index == 0)
+            kmp_text_put(text, "t");
+        else
+            kmp_text_printf(text, "%s[%u]", input_words[in->kind], in->index);
+    } else {
+        kmp_text_printf(text, "v%d", value - p->constant_count - p->input_count);
+    }
+}
+
+static void print_instruction(const kmp_program *p, int i, kmp_text *text)
+{
+    const kmp_instruction *in = &p->instruction[i];
+    kmp_text_printf(text, "    v%d = ", i);
+    if (kmp_op_form_of((kmp_op)in->op) == KMP_FORM_INFIX) {
+        print_operand(p, in->a, text);
+        bool minus = in->op == KMP_OP_ADD && (in->b & 1);
+        kmp_text_printf(text, " %s ", minus ? "-" : kmp_op_text((kmp_op)in->op));
+        print_operand(p, minus ? in->b ^ 1 : in->b, text);
+    } else {
+        kmp_text_put(text, kmp_op_text((kmp_op)in->op));
+        if (kmp_op_form_of((kmp_op)in->op) == KMP_FORM_APPLIED)
+            kmp_text_printf(text, "[%u, %u]", in->b, in->c);
+        for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
+            kmp_text_put(text, k ? ", " : "(");
+            print_operand(p, kmp_instruction_operand(in, k), text);
+        }
+        kmp_text_put(text, ")");
+    }
+    kmp_text_put(text, "\n");
+}
+
+static void print_table(const kmp_table *table, int number, kmp_text *text)
+{
+    kmp_text_printf(text, "table %d %s\n", number, kmp_table_method_name(table->method));
+    for (int k = 0; k < table->count; k++) {
+        kmp_text_put(text, "    ");
+        kmp_text_number(text, table->x[k]);
+        kmp_text_put(text, " ");
+        kmp_text_number(text, table->y[k]);
+        kmp_text_put(text, "\n");
+    }
+}
+
+void kmp_program_print(const kmp_program *p, const char *const *stage_name, kmp_text *text)
+{
+    kmp_text_put(text, "program 1\n");
+    for (int k = 0; k < p->table_count; k++)
+        print_table(p->table[k], k, text);
+    for (int k = 0; k < p->block_count; k++) {
+        kmp_text_printf(text, "implicit %d %s %d arguments %d\n", k, p->block[k].averages ? "averages" : "unknowns",
+                        p->block[k].unknowns, p->block[k].arguments);
+        const kmp_program_block *block = &p->block[k];
+        for (int j = 0; j < block->candidates; j++) {
+            kmp_text_put(text, "    ");
+            kmp_text_number(text, block->candidate[j]);
+            kmp_text_put(text, "\n");
+        }
+        kmp_program_print(p->block[k].program, NULL, text);
+    }
+    for (int s = 0; s < p->stages; s++) {
+        kmp_text_printf(text, "stage %d%s%s\n", s, stage_name ? " " : "", stage_name ? stage_name[s] : "");
+        for (int i = p->code[s]; i < p->code[s + 1]; i++)
+            print_instruction(p, i, text);
+        for (int k = p->outputs[s]; k < p->outputs[s + 1]; k++) {
+            kmp_text_printf(text, "    out[%d] = ", k - p->outputs[s]);
+            print_operand(p, p->output[k], text);
+            kmp_text_put(text, "\n");
+        }
+    }
+    kmp_text_put(text, "end\n");
 }

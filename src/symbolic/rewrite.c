@@ -2,6 +2,7 @@
 #include "symbolic/rewrite.h"
 #include "base/memory.h"
 #include "symbolic/cost.h"
+#include "symbolic/graph.h"
 #include "symbolic/label.h"
 #include <string.h>
 

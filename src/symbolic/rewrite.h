@@ -3,6 +3,7 @@
  * forms. */
 #pragma once
 
+#include "symbolic/function_table.h"
 #include "symbolic/shorten.h"
 #include "symbolic/stack.h"
 

@@ -2,6 +2,7 @@
 /* A hash table from result pairs to their source and angle. A pair and its three quarter turns are one entry. */
 #include "symbolic/rotation.h"
 #include "base/memory.h"
+#include "symbolic/function_table.h"
 #include <string.h>
 
 enum { TURNS = 4 };

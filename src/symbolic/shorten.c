@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "symbolic/shorten.h"
 #include "symbolic/rewrite.h"
+#include "symbolic/trig.h"
 
 static bool write_out_sums(kmp_rewrite *r, const kmp_parallel *parallel, int count, kmp_ref *outputs)
 {

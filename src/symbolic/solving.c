@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Values of implicit blocks: Newton's method (newton.h) on a block's program, and averages. */
+#include "symbolic/solving.h"
 #include "base/memory.h"
 #include "linalg/newton.h"
 #include "symbolic/average.h"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Depth first with an explicit stack, so that a small change in a large graph costs the nodes that it touches. */
 #include "symbolic/substitute.h"
+#include "symbolic/function_table.h"
 #include "symbolic/stack.h"
 
 /* A visited node and its replacement. */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "symbolic/surface.h"
 #include "base/memory.h"
+#include "symbolic/function_table.h"
 #include <string.h>
 
 static double *copy(kmp_surface *s, int count, const double *from)

@@ -81,7 +81,3 @@ int kmp_graph_add_table(kmp_graph *g, kmp_table *table);
 int kmp_graph_find_points(const kmp_graph *g, kmp_table_method method, int count, const double *x, const double *y);
 /** NULL when there is no such number. Owned by the graph. */
 kmp_table *kmp_graph_table(const kmp_graph *g, int table);
-
-/** table(x). Its derivatives are nodes of the same table with a higher order. */
-kmp_ref kmp_table_at(kmp_graph *g, int table, kmp_ref x);
-kmp_ref kmp_table_derivative_at(kmp_graph *g, int table, int derivative, kmp_ref x);

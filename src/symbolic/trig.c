@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* sin(a + b) = sin a cos b + cos a sin b, where sin and cos of a and of b are needed by other nodes or follow by the
  * same rule. Angles are visited in id order, so a part precedes its sum. */
+#include "symbolic/trig.h"
 #include "base/arena.h"
+#include "symbolic/function_table.h"
 #include "symbolic/label.h"
 #include "symbolic/live.h"
-#include "symbolic/shorten.h"
 #include "symbolic/stack.h"
 
 /* True if sin and cos of r cost nothing or come from calls that are needed anyway. */

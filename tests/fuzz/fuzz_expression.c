@@ -5,6 +5,9 @@
 #include "base/memory.h"
 #include "fuzz.h"
 #include "model/language/expression.h"
+#include "model/language/expression_dimension.h"
+#include "model/language/expression_print.h"
+#include "model/language/expression_value.h"
 
 static const char *const parameters[] = {"a", "b", "L1"};
 static const double values[] = {0.3, -2, 1.5};

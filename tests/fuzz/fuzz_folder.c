@@ -3,6 +3,8 @@
  * right, so that what is behind them is read too. A manifest with the word `damaged` is left as it is. */
 #include "base/context.h"
 #include "base/memory.h"
+#include "ensemble/folder_parts.h"
+#include "ensemble/manifest.h"
 #include "ensemble/result_folder.h"
 #include "fuzz.h"
 #include "output/parquet.h"

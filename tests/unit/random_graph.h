@@ -4,7 +4,9 @@
 #define KEMPE_TESTS_RANDOM_GRAPH_H
 
 #include "random.h"
+#include "symbolic/function_table.h"
 #include "symbolic/graph.h"
+#include "symbolic/ops.h"
 #include "symbolic/rotation.h"
 #include <math.h>
 

@@ -4,6 +4,7 @@
 #define KEMPE_TESTS_STATES_H
 
 #include "base/memory.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include <math.h>

@@ -4,6 +4,7 @@
  * far, against plane geometry. */
 #include "base/memory.h"
 #include "constraints/closing/assemble.h"
+#include "constraints/closing/assembly.h"
 #include "constraints/closing/rotation_vectors.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/evaluator.h"

@@ -10,7 +10,10 @@
 #include "read_again.h"
 #include "symbolic/average.h"
 #include "symbolic/derivative.h"
+#include "symbolic/function_table.h"
+#include "symbolic/graph.h"
 #include "symbolic/implicit.h"
+#include "symbolic/solving.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 

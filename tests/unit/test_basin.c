@@ -8,6 +8,7 @@
 #include "random.h"
 #include "symbolic/implicit.h"
 #include "symbolic/interpreter.h"
+#include "symbolic/solving.h"
 #include <math.h>
 
 static const char *const text =

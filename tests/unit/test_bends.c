@@ -3,6 +3,7 @@
  * formulation and integrator, as in closed form. At the ends of a smooth step nothing jumps: the motion is that of
  * pieces, and it has derivatives by parameters. */
 #include "base/memory.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include <kempe/sensitivity.h>

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Function blocks: controllers, transfer functions, delays, hysteresis and composite functions against closed forms,
  * difference equations written out here, and the same laws written by hand. */
+#include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include <float.h>

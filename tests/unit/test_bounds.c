@@ -6,6 +6,7 @@
 #include "backend/machine.h"
 #include "random.h"
 #include "random_graph.h"
+#include "symbolic/function_table.h"
 #include "symbolic/table_function.h"
 #include "testing.h"
 #include <math.h>

@@ -3,6 +3,7 @@
 /* Digests, programs as bytes, and systems from a cache. Damaged files and several processes:
  * tests/cache_folders.py. */
 #include "base/cache/digest.h"
+#include "dynamics/motion.h"
 #include "dynamics/program_cache.h"
 #include "dynamics/system_record.h"
 #include "loaded.h"

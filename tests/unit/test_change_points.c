@@ -5,6 +5,7 @@
  * formulation. */
 #include "base/memory.h"
 #include "bench/chain.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include "testing.h"

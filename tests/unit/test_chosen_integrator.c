@@ -5,6 +5,7 @@
 #include "backend/x86/x86.h"
 #include "base/memory.h"
 #include "integrators/formulations/cost_model.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include <math.h>

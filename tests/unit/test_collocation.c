@@ -3,6 +3,7 @@
  * bits with lanes and one by one, stiff motions, events. */
 #include "backend/x86/x86.h"
 #include "base/memory.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/runner.h"
 #include "integrators/steppers/collocation_table.h"
 #include "integrators/steppers/solver.h"

@@ -3,7 +3,11 @@
 /* Comparisons: which runs count at equal error, what is advised and why, how far the own reference may be off, stiff
  * models, motions that amplify all errors, and what there is no time for. */
 #include "base/memory.h"
+#include "integrators/run/methods.h"
 #include "loaded.h"
+#include "studies/compare/compare_advice.h"
+#include "studies/compare/compare_levels.h"
+#include "studies/compare/compare_runs.h"
 #include "studies/compare/compare_study.h"
 #include "testing.h"
 #include <kempe/compare.h>

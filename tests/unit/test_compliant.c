@@ -4,6 +4,7 @@
  * one of them examples/loose_pin/reference_loose_pin.py; its energy balance over twenty revolutions; times and depths
  * of contacts. */
 #include "studies/simulate/trajectory.h"
+#include "studies/simulate/trajectory_print.h"
 #include "ways.h"
 #include <kempe/table.h>
 #include <math.h>

@@ -3,7 +3,10 @@
  * switch: rates jump as in a plastic impact. Conditions that end a run, of the state and of multipliers. All against
  * closed forms, on every formulation. */
 #include "base/memory.h"
+#include "dynamics/choose_variants.h"
 #include "dynamics/equations.h"
+#include "dynamics/kinematics/kinematics_conditions.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include "testing.h"

@@ -3,6 +3,7 @@
  * both back ends, if the program contracts. */
 #include "backend/machine.h"
 #include "plain.h"
+#include "symbolic/function_table.h"
 #include "symbolic/graph.h"
 #include "testing.h"
 

@@ -3,7 +3,9 @@
  * as inputs. */
 #include "backend/machine.h"
 #include "base/memory.h"
+#include "dynamics/choose_variants.h"
 #include "exchange/code/sets.h"
+#include "symbolic/function_table.h"
 #include "symbolic/steps.h"
 #include "testing.h"
 

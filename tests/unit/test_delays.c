@@ -2,6 +2,7 @@
 /* Delays of continuous signals: polynomials of the method of steps, an exact root of a characteristic equation, jumps
  * that events and inputs cause, on every method; saved runs, instances, what has no answer. */
 #include "instances.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include <complex.h>

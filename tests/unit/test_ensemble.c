@@ -5,6 +5,7 @@
  * are read with the same values, one by one; what lanes leave to runs of their own; what cannot be run. */
 #include "base/context.h"
 #include "base/memory.h"
+#include "ensemble/lanes/ensemble_kernels.h"
 #include "linalg/dense/dense.h"
 #include "loaded.h"
 #include "model/data/model.h"

@@ -3,6 +3,7 @@
  * seen that is not there. A mass without forces goes on at 1 m/s, so that steps become as long as the run and the
  * conditions' forces, too weak to matter, happen at places known beforehand; a mass on a spring swings as a cosine. */
 #include "base/memory.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include "testing.h"

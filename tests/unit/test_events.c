@@ -2,6 +2,7 @@
 /* Events of conditions on every formulation, against closed forms: a mass on a spring stop, a force that is switched
  * off, a pendulum and a crank between stops; friction that slides along its condition says so. */
 #include "base/memory.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include "testing.h"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* wings: exchange */
 /* Examples whose reference digits come from equations of their own: every formulation reaches them. */
+#include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include "output/reference.h"

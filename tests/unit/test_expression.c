@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Expressions: values, precedence, complaints with their columns, and text that reads back. */
 #include "model/language/expression.h"
+#include "model/language/expression_print.h"
+#include "model/language/expression_value.h"
 #include "testing.h"
 #include <string.h>
 

@@ -8,6 +8,7 @@
 #include "bench/plain_articulated.h"
 #include "derived.h"
 #include "distance.h"
+#include "dynamics/choose_variants.h"
 #include "dynamics/forces/forces.h"
 #include "random_model.h"
 #include "testing.h"

@@ -3,8 +3,9 @@
  * problems of tests/models. A choice of u that fails must be reported. */
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/run.h"
-#include "integrators/steppers/solver.h"
+#include "integrators/sundials/linear.h"
 #include "loaded.h"
 #include "output/reference.h"
 #include "testing.h"

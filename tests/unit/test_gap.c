@@ -3,9 +3,11 @@
  * counting and the exchange of nodes that the choice rests on. */
 #include "dynamics/equations.h"
 #include "dynamics/forces/forces.h"
+#include "dynamics/kinematics/kinematics_vectors.h"
 #include "random_model.h"
 #include "symbolic/cost.h"
 #include "symbolic/derivative.h"
+#include "symbolic/function_table.h"
 #include "symbolic/program.h"
 #include "symbolic/substitute.h"
 #include "testing.h"

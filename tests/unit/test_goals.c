@@ -2,6 +2,7 @@
 /* Goals of the start: the nearest closed position against searches of the test's own over positions written down in
  * closed form, against plane geometry, and against what scipy finds. */
 #include "constraints/closing/assemble.h"
+#include "constraints/closing/goals.h"
 #include "constraints/evaluation/evaluator.h"
 #include "loaded.h"
 #include "random.h"

@@ -5,6 +5,8 @@
 #include "base/text.h"
 #include "random_graph.h"
 #include "symbolic/derivative.h"
+#include "symbolic/function_table.h"
+#include "symbolic/ops.h"
 #include "symbolic/program.h"
 #include "testing.h"
 

@@ -4,6 +4,7 @@
  * case known to miss its bar must miss it by no more than is known. */
 #include "bench/battery.h"
 #include "bench/inconsistent.h"
+#include "integrators/run/methods.h"
 #include "testing.h"
 
 static void run_formulations(const hard_case *c, hard_scene *s)

@@ -5,8 +5,11 @@
 #include "base/memory.h"
 #include "read_again.h"
 #include "symbolic/derivative.h"
+#include "symbolic/function_table.h"
+#include "symbolic/graph.h"
 #include "symbolic/implicit.h"
 #include "symbolic/interpreter.h"
+#include "symbolic/solving.h"
 #include <math.h>
 
 /* y^3 + y = p */

@@ -2,6 +2,7 @@
 /* wings: exchange */
 /* Inputs of models: samples held, joined by lines or by a spline act at their times, on every formulation and
  * integrator; drives and conditions follow them; what cannot be followed is refused. */
+#include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include "studies/simulate/trajectory.h"

@@ -5,6 +5,7 @@
 #include "backend/machine.h"
 #include "base/memory.h"
 #include "random_graph.h"
+#include "symbolic/function_table.h"
 #include "testing.h"
 
 enum { OUTPUTS = 12, PARAMETERS = 3 };

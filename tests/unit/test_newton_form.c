@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "integrators/formulations/reduced.h"
+#include "integrators/formulations/reduced_programs.h"
 #include "random.h"
 #include "states.h"
 

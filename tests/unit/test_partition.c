@@ -8,6 +8,7 @@
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
 #include "constraints/partition/reduction.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include "random.h"

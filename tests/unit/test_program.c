@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "plain.h"
 #include "random_graph.h"
+#include "symbolic/function_table.h"
 #include "symbolic/program.h"
 #include "symbolic/shorten.h"
 #include "testing.h"

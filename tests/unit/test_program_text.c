@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "random_graph.h"
 #include "symbolic/contraction.h"
+#include "symbolic/function_table.h"
 #include "symbolic/program_bytes.h"
 #include "symbolic/table_function.h"
 #include "testing.h"

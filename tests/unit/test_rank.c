@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "constraints/closing/saddle.h"
 #include "constraints/diagnosis/diagnosis.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/runner.h"
 #include "loaded.h"
 #include <kempe/check.h>

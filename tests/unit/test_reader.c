@@ -2,6 +2,7 @@
 /* Good models: every part of the language, as the reader understands it. */
 #include "base/memory.h"
 #include "model/data/model.h"
+#include "model/language/expression_value.h"
 #include "testing.h"
 #include <kempe/settings.h>
 #include <math.h>

@@ -5,8 +5,11 @@
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "integrators/formulations/reduced.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "integrators/run/runner.h"
+#include "integrators/run/runner_bridge.h"
+#include "integrators/run/runner_change.h"
 #include "loaded.h"
 #include "testing.h"
 #include <kempe/check.h>

@@ -3,13 +3,15 @@
  * page with libraries that would break it. tests/report_pages.py opens the page in a browser. */
 #include "base/file.h"
 #include "base/memory.h"
+#include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
+#include "integrators/run/methods.h"
 #include "loaded.h"
 #include "model/data/pose.h"
 #include "output/drawing.h"
 #include "random.h"
+#include "report/data.h"
 #include "report/motion_picture.h"
-#include "report/page.h"
 #include "symbolic/interpreter.h"
 #include <glob.h>
 #include <kempe/compare.h>

@@ -4,6 +4,8 @@
  * ROBOTRAN generates for them. Two of the models stand here in Kempe's own language; the others are read where the
  * folder KEMPE_MBS has them. */
 #include "backend/machine.h"
+#include "dynamics/choose_variants.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
 #include "exchange/code/sets.h"
 #include "foreign_models.h"
 #include <dirent.h>

@@ -2,6 +2,7 @@
 /* Rows between steps, of every formulation, form and integrator: a mass on a spring, whose q, qd and energy are known
  * at any time, at many more rows than there are steps. */
 #include "base/memory.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include "testing.h"

@@ -2,6 +2,7 @@
 /* Sampled states: each sample is taken once, at its time and from the state before it, on every method; controllers
  * against the exact solution of their difference equations. */
 #include "instances.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include <kempe/sensitivity.h>

@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "random.h"
 #include "symbolic/cost.h"
+#include "symbolic/function_table.h"
 #include "symbolic/rewrite.h"
 #include "testing.h"
 #include <math.h>

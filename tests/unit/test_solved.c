@@ -3,7 +3,7 @@
  * examples; its lanes against its scalar code, to the last bit. */
 #include "constraints/closing/saddle.h"
 #include "constraints/programs/reduced_program.h"
-#include "constraints/programs/saddle_program_inside.h"
+#include "constraints/programs/saddle_program_nearby.h"
 #include "constraints/tolerances.h"
 #include "random.h"
 #include "states.h"

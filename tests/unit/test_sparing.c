@@ -5,6 +5,8 @@
 #include "constraints/closing/assemble.h"
 #include "constraints/programs/reduced_program.h"
 #include "integrators/formulations/formulation.h"
+#include "integrators/formulations/projected.h"
+#include "integrators/run/methods.h"
 #include "loaded.h"
 #include "random.h"
 #include "takes_bodies.h"

@@ -2,6 +2,7 @@
 /* States: the differential equations of first order that a model has of its own, on every formulation and integrator
  * against exact solutions and those of another program; events and multipliers in them; what they may not be. */
 #include "base/memory.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include <kempe/table.h>

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Vector step indices: of small programs by hand, and of the pendulum of Fisette and Samin 1996, section 3.2. */
 #include "exchange/code/sets.h"
+#include "symbolic/function_table.h"
 #include "symbolic/program.h"
 #include "symbolic/steps.h"
 #include "testing.h"

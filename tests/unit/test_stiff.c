@@ -4,6 +4,7 @@
  * hundredfold.
  */
 #include "base/memory.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include "testing.h"

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "random.h"
 #include "symbolic/derivative.h"
+#include "symbolic/function_table.h"
 #include "symbolic/table_function.h"
 #include "testing.h"
 #include <kempe/runtime.h>

@@ -2,6 +2,7 @@
 /* The iteration matrix of every form of the dae formulation against differences of its residual, column by column,
  * multipliers included. */
 #include "integrators/formulations/formulation.h"
+#include "integrators/run/methods.h"
 #include "loaded.h"
 #include "random_model.h"
 #include "testing.h"

@@ -7,6 +7,7 @@
 #include "constraints/evaluation/evaluator.h"
 #include "dynamics/motion.h"
 #include "integrators/formulations/reduced.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/runner.h"
 #include "loaded.h"
 #include "studies/simulate/trajectory.h"

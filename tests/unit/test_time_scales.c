@@ -3,6 +3,7 @@
  * the integral, on every formulation and integrator. Functions without short intervals have none. */
 #include "backend/time_scales.h"
 #include "base/memory.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
 #include <math.h>

@@ -4,7 +4,7 @@
 #include "base/memory.h"
 #include "constraints/programs/program_records.h"
 #include "constraints/programs/reduced_program.h"
-#include "constraints/programs/saddle_program_inside.h"
+#include "constraints/programs/saddle_program_nearby.h"
 #include "loaded.h"
 #include "takes_bodies.h"
 #include <kempe/cache.h>

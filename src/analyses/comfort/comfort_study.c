@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "model/data/output_table.h"
+#include "model/read/loads.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include "pipeline.h"

@@ -5,6 +5,7 @@
 #include "constraints/inexact/nearest_exact.h"
 #include "constraints/tolerances.h"
 #include "dynamics/equations.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/load_dependent.h"
 #include <math.h>
 #include <string.h>

@@ -9,6 +9,7 @@
 #include "constraints/evaluation/intended_rank.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/dot.h"
+#include "model/read/check_mass.h"
 #include <string.h>
 
 kempe_status kmp_linear_init(kmp_linear *linear, const kempe_system *system, const char *backend)

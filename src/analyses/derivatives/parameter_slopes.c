@@ -4,8 +4,12 @@
 #include "analyses/derivatives/parameter_slopes.h"
 #include "base/arena.h"
 #include "base/memory.h"
+#include "dynamics/choose_variants.h"
+#include "dynamics/kinematics/kinematics_conditions.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
 #include "model/data/variant.h"
 #include "symbolic/derivative.h"
+#include "symbolic/function_table.h"
 #include "symbolic/partials.h"
 #include <string.h>
 

@@ -38,12 +38,6 @@ kempe_status kmp_sensitivity_equations_init(kmp_sensitivity_equations *varied, c
                                             const char *backend, kmp_slopes *slopes);
 void kmp_sensitivity_equations_free(kmp_sensitivity_equations *varied);
 
-/** The start of kempe_assembly_new and its derivative for each parameter: q, qd (n), dq, dqd (n x count).
- * KEMPE_E_FAILED: it cannot be assembled, or its derivative depends on choices that the model leaves open; the message
- * lists coordinates to hold. */
-kempe_status kmp_sensitivity_equations_start(kmp_sensitivity_equations *varied, double *q, double *qd, double *dq,
-                                             double *dqd);
-
 /** Chooses u at a closed (t, q), from where positions are predicted. */
 kempe_status kmp_sensitivity_equations_choose(kmp_sensitivity_equations *varied, double t, const double *q,
                                               const double *qd, const int *wish, int wish_count);

@@ -11,6 +11,7 @@
  *
  * whose derivative is dd = dS Jf' mu + S (dJf' mu + Jf' dmu) with Jf dd from the closures; dS from the characteristic
  * length. */
+#include "analyses/derivatives/varied_start.h"
 #include "analyses/derivatives/varied.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/intended_rank.h"

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Dry friction that sticks at an equilibrium. */
+#include "analyses/equilibrium/balance_friction.h"
 #include "analyses/equilibrium/balances.h"
 #include "analyses/equilibrium/equilibrium_study.h"
 #include "base/bracket.h"

@@ -74,9 +74,6 @@ typedef struct kmp_rest_set {
     kmp_rest_end end[2];
 } kmp_rest_set;
 
-/** The word of an end for people and for tables. */
-const char *kmp_rest_text(kmp_rest_word word);
-
 typedef struct kmp_balance {
     double *q, *qd;         /* n, as the user counts them */
     double *lambda;         /* m */
@@ -126,7 +123,3 @@ struct kempe_equilibrium {
 /** Adds the forces of closures, and of joints of the tree at rest or at constant rates, by these multipliers. */
 kempe_status kmp_balance_add_loads(kempe_equilibrium *equilibrium, const kmp_linear *linear, const double *lambda,
                                    kmp_balance *balance);
-
-/** Adds friction at the last state of `linear` to a balance there: what its elements need where they stick, and the
- * states of rest that they hold. Warns of friction that takes no part. Changes the state of `linear`. */
-kempe_status kmp_balance_add_friction(kempe_equilibrium *equilibrium, kmp_linear *linear, kmp_balance *balance);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analyses/equilibrium/contact_set.h"
 #include "constraints/tolerances.h"
+#include "model/read/loads.h"
 #include <math.h>
 
 enum { MOST_PASSES = 20, PASSES_OF_CONTACT = 4 };

@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Output of `equilibrium`, as text and as JSON. */
+#include "analyses/equilibrium/balance_friction.h"
 #include "analyses/equilibrium/balances.h"
 #include "base/memory.h"
 #include "model/data/closure_table.h"
+#include "model/read/loads.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include <kempe/equilibrium.h>

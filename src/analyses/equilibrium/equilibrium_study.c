@@ -11,6 +11,7 @@
 #include "base/substep.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
+#include "dynamics/choose_variants.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/dot.h"
 #include "linalg/dense/lapack.h"

@@ -30,12 +30,6 @@ typedef struct kmp_search {
  * reason: there is none, or it is not found; q and rates are then restored. */
 kempe_status kmp_equilibrium_find(kmp_linear *linear, double t, double *q, kmp_search *search);
 
-/** Searches the steady motion that a start with the rates qd (n) leads to (running_state.c), if nothing depends on
- * coordinates that move there, and no other quantity is requested. Otherwise it searches an equilibrium at rest, and a
- * steady motion if there is none. Rates at which R = 0 are then in search->rates, and those that no force decides.
- * Errors as kmp_equilibrium_find. */
-kempe_status kmp_equilibrium_or_steady(kmp_linear *linear, double t, double *q, const double *qd, kmp_search *search);
-
 /** Coordinates that nothing depends on, at the state and near it, in `idle` (p); returns their number, -1: no memory.
  */
 int kmp_equilibrium_idle(kmp_linear *linear, int *idle);

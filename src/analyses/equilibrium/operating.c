@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analyses/equilibrium/operating.h"
 #include "analyses/equilibrium/exchange.h"
+#include "analyses/equilibrium/running_state.h"
 #include "base/memory.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/charts.h"

@@ -3,6 +3,7 @@
  * its rate counts (Pars, A Treatise on Analytical Dynamics, 1965, ch. 10). A relative equilibrium has all cyclic rates
  * constant. Rates that forces decide are unknowns in place of the positions. A rate that they leave undecided, as the
  * speed of a vehicle that rolls freely, is that of the start. */
+#include "analyses/equilibrium/running_state.h"
 #include "analyses/equilibrium/equilibrium_study.h"
 #include "base/memory.h"
 #include "linalg/dense/lapack.h"

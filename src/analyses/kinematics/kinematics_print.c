@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A sweep as text and JSON. */
 #include "analyses/kinematics/position_sweep.h"
+#include "analyses/kinematics/sweep_point.h"
 #include "model/data/output_table.h"
+#include "model/read/loads.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include <kempe/kinematics.h>

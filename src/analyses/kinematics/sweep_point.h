@@ -30,3 +30,15 @@ double kmp_sweep_offset(const kmp_sweep *sweep, const kmp_sweep_pose *a, const k
 
 /** dx/ds and d2x/ds2 at a closed pose, where s determines it. false: it does not. */
 bool kmp_sweep_derivatives(kmp_sweep *sweep, const kmp_sweep_pose *pose, double *xs, double *xss);
+
+double kmp_sweep_parameter_value(const kmp_sweep_parameter *lead, double s);
+
+/** The largest |dq_i| in scales. */
+double kmp_sweep_fastest(const kmp_sweep *sweep, const kmp_sweep_pose *pose);
+
+/** The conditioning of the driven coordinates here: the smallest pivot over the largest of their directions among all
+ * motions; 0 in a dead centre. */
+double kmp_sweep_hold(kmp_sweep *sweep, const kmp_sweep_pose *pose);
+
+/** The margin of all rows at a pose (constraints/partition/rank_margin.h). */
+double kmp_sweep_margin(kmp_sweep *sweep, const kmp_sweep_pose *pose);

@@ -2,6 +2,7 @@
 /* Limit cycles: the motion over a period with its derivatives, Newton's method for a cycle, and the branch that it is
  * on. */
 #include "analyses/limit_cycles/cycle_branch.h"
+#include "analyses/sensitivity/sensitivity_trajectory.h"
 #include "base/bracket.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The study of limit cycles: options, equilibria with their Hopf points, branches. */
 #include "analyses/limit_cycles/limit_cycles_study.h"
+#include "analyses/limit_cycles/settled_cycles.h"
 #include "base/clock.h"
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
@@ -8,6 +9,7 @@
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
 #include "model/language/ranges.h"
+#include "model/read/loads.h"
 #include "output/print.h"
 #include <math.h>
 #include <string.h>

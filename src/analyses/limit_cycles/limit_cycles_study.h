@@ -70,13 +70,6 @@ bool kmp_cycles_words(const kempe_limit_cycles *cycles, const char *outputs, kmp
 kempe_status kmp_cycles_name(kempe_limit_cycles *cycles, int count, char *const *columns, char *const *units,
                              int **load);
 
-/** A piece between two cycles is stable where both are, or one and a fold or a Hopf point at its end. */
-bool kmp_cycles_stable_between(const kmp_cycle *a, const kmp_cycle *b);
-
-/** Simulates at each value of the sweep, up and down, each time from the last state: a branch for each direction.
- * (settled_cycles.c) */
-kempe_status kmp_settled_cycles(kempe_limit_cycles *cycles, const char *outputs, const kempe_run_options *run);
-
 /** Start values that a periodic motion repeats, in `entry` with room for 2 n: not positions of coordinates that nothing
  * depends on, at the state of `linear`; `keeps`: a rate that stays that of the
  * start, -1: none. KEMPE_E_MEMORY. */

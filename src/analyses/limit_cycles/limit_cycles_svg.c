@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The bifurcation diagram: amplitudes over the parameter, a plot for each output. Stable parts are solid, all others
  * dashed; an equilibrium has no amplitude. */
+#include "analyses/limit_cycles/limit_cycles_svg.h"
 #include "analyses/limit_cycles/limit_cycles_study.h"
 #include "output/picture_file.h"
 #include "output/plot.h"

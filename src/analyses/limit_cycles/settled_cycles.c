@@ -3,6 +3,7 @@
  * the parameter goes up and down in steps, and each simulation begins where the last one ended: its start gives the
  * independent coordinates that move with their rates, and the others are found from the model's start. A motion that
  * has decayed begins again with the displacement of the model's start. */
+#include "analyses/limit_cycles/settled_cycles.h"
 #include "analyses/limit_cycles/limit_cycles_study.h"
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"

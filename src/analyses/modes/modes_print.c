@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Modes as text, JSON and tables. */
+#include "analyses/modes/modes_print.h"
 #include "analyses/modes/modes_study.h"
+#include "model/read/loads.h"
 #include "output/print.h"
 #include "output/quantity.h"
 #include "output/result_table.h"

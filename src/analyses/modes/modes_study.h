@@ -29,19 +29,6 @@ struct kempe_modes {
     double cpu_s;
 };
 
-/** The form in which results show values of the number that varies. */
-kmp_shown kmp_modes_shown(const kempe_modes *modes);
-
-/** Appends the participation in eigenvalue c: the largest shares of kinetic energy, "A 0.7, B 0.3". */
-void kmp_modes_put_movers(kmp_text *text, const kempe_modes *modes, int c);
-
-/** Appends the direction of a zero: "along X", or with other coordinates. */
-void kmp_modes_put_along(kmp_text *text, const kempe_modes *modes, int c);
-
-/** Appends the summary, a sentence without its full stop; returns its keyword. */
-const char *kmp_modes_verdict(const kempe_modes *modes);
-void kmp_modes_put_verdict(kmp_text *text, const kempe_modes *modes);
-
 /** Frequency, Hz, damping ratio and time constant, s (to decay to 1/e; negative: to grow so) of an eigenvalue; NaN
  * where that means nothing. */
 static inline double kmp_mode_frequency(double re, double im)

@@ -2,6 +2,7 @@
 /* Output of `response`: undamped poles, peaks, the static response; as JSON every frequency. */
 #include "analyses/response/response_study.h"
 #include "base/memory.h"
+#include "model/read/loads.h"
 #include "output/print.h"
 #include <kempe/response.h>
 #include <math.h>

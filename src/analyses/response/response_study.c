@@ -6,6 +6,7 @@
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
 #include "model/language/ranges.h"
+#include "model/read/loads.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include <string.h>

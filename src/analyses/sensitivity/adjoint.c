@@ -11,6 +11,7 @@
  *
  * Backwards the unknowns are the weights of u and ud (p each), then the quadratures of all parameters; their time is
  * t_end - t. */
+#include "analyses/sensitivity/adjoint.h"
 #include "analyses/sensitivity/forward.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"

@@ -18,6 +18,8 @@
 #include "constraints/evaluation/charts.h"
 #include "integrators/run/run.h"
 
+struct kmp_forward_formulation;
+
 /** A row: the state, and its derivatives by each parameter (`count` times n, n, n, m, shown). */
 typedef struct kmp_sensitivity_equations_row {
     double t;
@@ -97,8 +99,13 @@ typedef struct kmp_adjoint_report {
     double value;
 } kmp_adjoint_report;
 
-/** The scalar is `target`, at ask->t_end or, `integral`, integrated from 0 to there; gradient: count values. Rows and
- * watch of `options` are ignored. Errors as kmp_forward_run. */
-kempe_status kmp_adjoint_run(kmp_sensitivity_equations *varied, const kmp_forward *options,
-                             const kmp_forward_target *target, bool integral, const double *sizes, double *gradient,
-                             kmp_adjoint_report *report);
+/** Takes the state at (t, y), `whole` with the data of small changes. KMP_HALT: the reason is reported. */
+int kmp_forward_stand_at(struct kmp_forward_formulation *f, double t, const double *y, bool whole);
+
+/** The response at the last state to parameter k, with sensitivities from unknowns y: kmp_sensitivity_equations_follow.
+ */
+void kmp_forward_follow(struct kmp_forward_formulation *f, const double *y, int k, double *dq, double *dqd,
+                        double *dqdd, double *dlambda);
+
+/** True if derivatives of two times are equal up to rounding. */
+bool kmp_forward_same_swing(int count, const double *a, const double *b);

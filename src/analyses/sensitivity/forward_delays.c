@@ -7,6 +7,8 @@
  * equation of dy/dp is (U + T U' - dy/dp)/T, whose solution U(t - T) attracts, and the derivative is set to it at
  * restarts. If u jumps at a time t_e(p), y jumps at t_e + T, and so do the derivatives of all that it moves:
  * dt/dp = dt_e/dp + dT/dp. */
+#include "analyses/sensitivity/forward_delays.h"
+#include "analyses/sensitivity/forward.h"
 #include "analyses/sensitivity/forward_inside.h"
 #include "base/context.h"
 #include "base/memory.h"

@@ -13,6 +13,7 @@
 #include "model/data/coordinates.h"
 #include "model/data/output_table.h"
 #include "model/data/variant.h"
+#include "model/read/loads.h"
 #include "output/print.h"
 #include <kempe/gradient.h>
 #include <math.h>

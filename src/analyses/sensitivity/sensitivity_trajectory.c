@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Sensitivities of trajectories: rows over time by forward sensitivities; the end, or integrals up to it, by either
  * method. */
+#include "analyses/sensitivity/sensitivity_trajectory.h"
 #include "analyses/derivatives/linearized.h"
+#include "analyses/sensitivity/adjoint.h"
 #include "analyses/sensitivity/forward.h"
 #include "analyses/sensitivity/sensitivity_study.h"
 #include "base/clock.h"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The linker gives each executable and library an identity, a digest of its content (NT_GNU_BUILD_ID). */
-#include "base/cache/cache_files.h"
+#include "base/cache/build_identity.h"
 #include <elf.h>
 #include <link.h>
 #include <stdbool.h>

@@ -28,7 +28,3 @@ kmp_cached kmp_cache_read(const char *folder, const kmp_cache_key *key);
 
 /** Makes the folder where it is missing. Nothing is written if one content exceeds `most` bytes. */
 void kmp_cache_write(const char *folder, const kmp_cache_key *key, const void *bytes, size_t size, uint64_t most);
-
-/** Adds what the results of this process depend on beside their inputs: the build of Kempe, those of the libraries that
- * it has loaded, and the processor's features. False if a build has no identity: nothing can be kept then. */
-bool kmp_cache_add_build(kmp_digest *digest);

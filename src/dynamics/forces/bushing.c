@@ -16,7 +16,9 @@
  *     m = kr s + 2 / (1 + tr R) s x (kr s),     kr s = sum_i kr_i (p_i.s) p_i,     V = 2 s.(kr s) / (1 + tr R).
  *
  * It is kr sin(a) n, V = kr (3 - tr R) / 2, where all kr_i are equal. Damping adds cr w, with cr w formed as kr s. */
-#include "dynamics/forces/law.h"
+#include "dynamics/forces/forces.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
+#include "dynamics/kinematics/kinematics_vectors.h"
 
 typedef struct bushing {
     const kmp_tree *tree;

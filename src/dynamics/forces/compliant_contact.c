@@ -15,8 +15,13 @@
  * alone, because a film that rotates with half the speed of its journal presses nowhere. If it would be thinner than
  * its least thickness, (x, y) is that of the least thickness in the same direction. Its shear is that of Petroff, 2 pi
  * viscosity R^3 L w/(c sqrt(1 - x^2 - y^2)), of DuBois and Ocvirk, NACA Report 1157, 1953. */
-#include "dynamics/forces/law.h"
+#include "dynamics/forces/forces.h"
+#include "dynamics/kinematics/kinematics_conditions.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
+#include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/pressing.h"
+#include "symbolic/derivative.h"
+#include "symbolic/function_table.h"
 #include "symbolic/partials.h"
 
 enum { WORKS = 4, FILM = 3 }; /* rate of depth, slips */

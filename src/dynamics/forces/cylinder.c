@@ -2,7 +2,9 @@
 /* A hydraulic or pneumatic cylinder between two points. The pressure p on the whole piston (bore D) pushes the points
  * apart, the pressure r on the side of the rod (diameter d) pulls them together: thrust = pi/4 (p D^2 - r (D^2 - d^2)).
  */
-#include "dynamics/forces/law.h"
+#include "dynamics/forces/line.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
+#include "model/language/expression_value.h"
 
 void kmp_law_cylinder(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
 {

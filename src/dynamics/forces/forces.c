@@ -2,6 +2,7 @@
 #include "dynamics/forces/forces.h"
 #include "base/wings.h"
 #include "dynamics/forces/law.h"
+#include "dynamics/kinematics/kinematics_vectors.h"
 
 static kmp_force_law *const laws[KMP_FORCE_KINDS] = {
 #define KMP_FORCE(kind, name, place, word, width)         kmp_law_##name,

@@ -22,3 +22,17 @@ enum { KMP_ENERGY_POTENTIAL = 1, KMP_ENERGY_POWER = 2 };
  * acts, none where the model has no such element; NULL: all. Arrays are in the room of the graph, which fails when
  * there is no memory. */
 void kmp_forces_init(kmp_forces *forces, const kmp_tree *tree, unsigned energy, const kmp_force *alone);
+
+/** A force at a point, given in the axes of an ancestor link, onto the point's link. */
+void kmp_apply_at(const kmp_tree *tree, int point, int frame, kmp_vec force, kmp_wrench *applied);
+
+/** A force on the first of two points and the opposite one on the second, in the axes of an ancestor link. */
+void kmp_apply_between(kmp_forces *forces, const kmp_tree *tree, const int point[2], int frame, kmp_vec force);
+
+/** A moment on the link of a point, likewise. */
+void kmp_apply_moment(kmp_forces *forces, const kmp_tree *tree, int point, int frame, kmp_vec moment);
+
+void kmp_apply_effort(kmp_forces *forces, const kmp_tree *tree, int motion, kmp_ref effort);
+
+/** power += effort * rate */
+void kmp_add_power(kmp_forces *forces, const kmp_tree *tree, kmp_ref effort, kmp_ref rate);

@@ -3,8 +3,10 @@
  * speeds far beyond s and viscous, -F/s qd, far below it. There is no sticking: a load below F creeps at about s load /
  * F. Otherwise it sticks (dynamics/kinematics/friction_modes.h): the effort here is that of slip, and in stick the row
  * of a closure has it. */
-#include "dynamics/forces/law.h"
+#include "dynamics/forces/forces.h"
 #include "dynamics/kinematics/friction_modes.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
+#include "symbolic/function_table.h"
 #include "symbolic/partials.h"
 
 /* On the coordinate, or on all that the place, or the rate, depends on. */

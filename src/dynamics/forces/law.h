@@ -23,22 +23,3 @@ typedef struct kmp_law_row {
 #include "model/data/force_kinds.def"
 #undef KMP_FORCE
 #undef KMP_FIELD
-
-/** A force at a point, given in the axes of an ancestor link, onto the point's link. */
-void kmp_apply_at(const kmp_tree *tree, int point, int frame, kmp_vec force, kmp_wrench *applied);
-
-/** A force on the first of two points and the opposite one on the second, in the axes of an ancestor link. */
-void kmp_apply_between(kmp_forces *forces, const kmp_tree *tree, const int point[2], int frame, kmp_vec force);
-
-/** A moment on the link of a point, likewise. */
-void kmp_apply_moment(kmp_forces *forces, const kmp_tree *tree, int point, int frame, kmp_vec moment);
-
-/** A tension along the line d from the first of two points to the second, whose length is given: law of an expression.
- * A constant one has a potential, any other counts its power. */
-void kmp_pull_along(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, kmp_ref tension, bool constant,
-                    unsigned energy);
-
-void kmp_apply_effort(kmp_forces *forces, const kmp_tree *tree, int motion, kmp_ref effort);
-
-/** power += effort * rate */
-void kmp_add_power(kmp_forces *forces, const kmp_tree *tree, kmp_ref effort, kmp_ref rate);

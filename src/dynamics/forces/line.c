@@ -2,8 +2,14 @@
 /* A force along the line between two points, by an expression of any quantities. With d from the first point to the
  * second and the tension T, the force on the first point is T d / |d|; its power is -T times the rate of |d|. A rope
  * runs through further points without friction: it has one tension, and the sum of its parts is its length. */
-#include "dynamics/forces/law.h"
+#include "dynamics/forces/line.h"
+#include "dynamics/forces/forces.h"
+#include "dynamics/kinematics/kinematics_measures.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
+#include "dynamics/kinematics/kinematics_vectors.h"
 #include "model/data/force_table.h"
+#include "model/language/expression_value.h"
+#include "symbolic/function_table.h"
 
 void kmp_pull_along(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, kmp_ref tension, bool constant,
                     unsigned energy)

@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "dynamics/forces/law.h"
+#include "dynamics/forces/forces.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
+#include "dynamics/kinematics/kinematics_vectors.h"
+#include "symbolic/function_table.h"
 
 /* Point-to-point spring-damper: tension k (L - L0) + c Ld. With d from the first point to the second and Ld = d.dd / L
  * the force on the first point is (k - k L0 / L + c d.dd / L^2) d. Points at a constant distance have a tension, too.

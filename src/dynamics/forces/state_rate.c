@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The rate of a state on the unit inertia of its motion. It has neither potential nor power. A delayed signal that the
  * caller sets has no rate. */
-#include "dynamics/forces/law.h"
+#include "dynamics/forces/forces.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
 
 void kmp_law_state_rate(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,
                         kmp_ref *value)

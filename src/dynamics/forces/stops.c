@@ -7,7 +7,9 @@
  *
  * which is k x + c xd deep in the stop, k w / 4 + c xd / 4 on it, and falls as k w^4 / (16 |x|^3) before it. All
  * derivatives exist everywhere. */
-#include "dynamics/forces/law.h"
+#include "dynamics/forces/forces.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
+#include "symbolic/function_table.h"
 
 /* The effort of one end. */
 static kmp_ref stop(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, const kmp_number *end, bool upper,

@@ -2,7 +2,10 @@
 /* A torque between two bodies about an axis w of the first point, by an expression of any quantities: T w on the first
  * body and -T w on the second, so that a positive T resists a growing angle, as a tension resists a growing distance.
  * Its power is -T times the component along w of the relative angular velocity. */
-#include "dynamics/forces/law.h"
+#include "dynamics/forces/forces.h"
+#include "dynamics/kinematics/kinematics_measures.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
+#include "dynamics/kinematics/kinematics_vectors.h"
 
 void kmp_law_torsion(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
 {

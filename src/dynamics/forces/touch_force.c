@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A rigid contact. Its force is the multiplier of its row; where the rows of others keep it closed it is given, and
  * applied here. The value of the output is the multiplier: a run puts the force of every mode there. */
-#include "dynamics/forces/law.h"
+#include "dynamics/forces/forces.h"
 #include "dynamics/kinematics/friction_modes.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/touching.h"
+#include "symbolic/function_table.h"
 
 void kmp_law_touch(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
 {

@@ -12,6 +12,7 @@
  * An armature r of the joint makes it I - U U' / (S.U + r), whose row along the joint is not zero. */
 #include "dynamics/formalisms/articulated.h"
 #include "base/context.h"
+#include "dynamics/kinematics/kinematics_vectors.h"
 
 typedef struct inertia {
     kmp_tensor k, a;

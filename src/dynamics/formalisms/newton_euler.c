@@ -2,6 +2,8 @@
 /* All quantities of link i are in its own axes. p_z^{hi} is the joint's offset p plus, for a translation, its slide.
  * Applied forces enter with their moment about the link's origin instead of the centre of mass. */
 #include "dynamics/formalisms/newton_euler.h"
+#include "dynamics/kinematics/kinematics_vectors.h"
+#include "symbolic/graph.h"
 #include "symbolic/label.h"
 
 /* -- names ------------------------------------------------------------------------------------------- */

@@ -2,8 +2,12 @@
 #include "dynamics/kinematics/friction_modes.h"
 #include "base/memory.h"
 #include "base/text.h"
+#include "dynamics/kinematics/kinematics_conditions.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
+#include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/touching.h"
 #include "symbolic/derivative.h"
+#include "symbolic/function_table.h"
 
 /* Adds the conditions of all roles. -1: no memory. */
 static int add_roles(const kmp_tree *tree, const kmp_force *force)

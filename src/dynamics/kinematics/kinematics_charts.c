@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Positions of the charts of spherical joints in the chain of links. */
+#include "dynamics/kinematics/kinematics_charts.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "model/data/force_table.h"
+#include "model/data/spherical.h"
 
 /* True if a body moves with b: b itself, or welded to one that does. */
 static bool moves_with(const kempe_model *model, int body, int b)

@@ -1,10 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Conditions: of expressions, and of elements, whose value in a graph is noted when their law or residual is derived
  * there. */
+#include "dynamics/kinematics/kinematics_conditions.h"
 #include "base/memory.h"
 #include "base/text.h"
 #include "dynamics/kinematics/friction_modes.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/link_tree.h"
+#include "model/language/expression_value.h"
+#include "symbolic/function_table.h"
 #include "symbolic/surface.h"
 #include "symbolic/table_function.h"
 #include <math.h>

@@ -1,10 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Positions, velocities, distances and angles of points and axes: the measures of expressions (model/expressions/
  * measures.def), and rates of expressions. */
+#include "dynamics/kinematics/kinematics_measures.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
+#include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "dynamics/kinematics/pressing.h"
 #include "model/data/angle_sum.h"
 #include "symbolic/derivative.h"
+#include "symbolic/function_table.h"
 
 /* -- vectors ------------------------------------------------------------------------------------------- */
 

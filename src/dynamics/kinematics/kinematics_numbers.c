@@ -1,9 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Numbers and expressions of the model as nodes of the graph. */
+#include "dynamics/kinematics/kinematics_numbers.h"
 #include "base/clones.h"
+#include "dynamics/kinematics/kinematics_conditions.h"
+#include "dynamics/kinematics/kinematics_measures.h"
+#include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "model/data/closure_table.h"
 #include "model/data/variant.h"
+#include "symbolic/function_table.h"
 #include "symbolic/surface.h"
 #include <math.h>
 #include <string.h>

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Vectors, tensors and matrices from the axes of one link in those of another, the path between links, points and
  * rates. */
+#include "dynamics/kinematics/kinematics_vectors.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "symbolic/derivative.h"
 #include "symbolic/rotation.h"

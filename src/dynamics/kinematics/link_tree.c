@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Links from bodies and motions; welded bodies are joined to the bodies that carry them. */
 #include "dynamics/kinematics/link_tree.h"
+#include "dynamics/kinematics/kinematics_charts.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
+#include "dynamics/kinematics/kinematics_vectors.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>

@@ -84,13 +84,6 @@ typedef struct kmp_noted {
     kmp_noted_value *note;
 } kmp_noted;
 
-void kmp_events_free(kmp_events *events);
-
-/** The number of a condition by `of` and `number`, -1: none; adds one, whose text it takes, -1: no memory. */
-int kmp_events_find(const kmp_events *events, const void *of, int number);
-int kmp_events_add(kmp_events *events, kmp_condition condition);
-void kmp_noted_free(kmp_noted *noted);
-
 /** Arguments of tables whose points may be left, in outputs: the number of the table, the variable, its value. */
 typedef struct kmp_table_use {
     int table, variable;
@@ -146,14 +139,6 @@ typedef struct kmp_tree {
  * it. */
 void kmp_tree_forget(kmp_tree *tree);
 
-/** The position of a spherical joint's chart: true for before its three rotations, false for after them, by the
- * estimated cost. After them it rotates the data of the body once and each vector passed to carried bodies. Before them
- * it rotates each vector that passes the joint, where the base itself turns or a point's position is needed. */
-bool kmp_tree_chart_before(const kempe_model *model, int first);
-
-/** Sets `before` and `after` of all links, none with a chart unless the tree is charted. false: no memory. */
-bool kmp_tree_place_charts(kmp_tree *tree);
-
 /** Builds the links, except the members that kmp_tree_sum_up sets. False: no memory. */
 bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep, bool charted);
 
@@ -168,100 +153,10 @@ void kmp_tree_sum_up(kmp_tree *tree);
  * in `without`, separated by commas, have none (NULL: all have). */
 void kmp_tree_add_inputs(kmp_tree *tree, const char *without);
 
-/** The number of symbols, and the values of all. */
-int kmp_tree_symbol_count(const kmp_tree *tree);
-void kmp_tree_symbol_values(const kmp_tree *tree, double *value);
 void kmp_tree_free(kmp_tree *tree);
 
-/** A number of the model as a node: a constant, or its expression over parameters. */
-kmp_ref kmp_tree_number(const kmp_tree *tree, const kmp_number *number);
-kmp_vec kmp_tree_vector(const kmp_tree *tree, const kmp_number number[3]);
-
-/** An expression of the model language over q, qd, t and parameters as a node. */
-kmp_ref kmp_tree_expression(const kmp_tree *tree, const kmp_expr *expr);
-
-/** An expression in a row of a closure: its kinks are conditions, as rates may jump there. */
-kmp_ref kmp_tree_bent(const kmp_tree *tree, const kmp_expr *expr);
-
-/** 1 where a < b, for the comparison in expression e, and 0 elsewhere; during a step its input. */
-kmp_ref kmp_tree_stated(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b);
-
-/** abs(a), min(a, b) or max(a, b), for expression e. If the condition is constant during a step, the branch that its
- * input KMP_IN_MODE selects: 1 where a (a - b) is negative, -1 where it is not, 0 for the active one; of a bend 1 and
- * 0. */
-kmp_ref kmp_tree_kink(const kmp_tree *tree, const kmp_expr *e, kmp_ref a, kmp_ref b);
-
-/** Notes where exp, cosh, sinh or 1 - tanh^2 of a begins to count, for expression e of that function: a narrow pulse
- * between the places at which a step is evaluated would otherwise pass unseen. */
-void kmp_tree_watch_pulse(const kmp_tree *tree, const kmp_expr *e, kmp_ref a);
-
-/** A table of expression e at x. The knots of straight lines are kinks or bends, and so are the ends of a table that
- * holds its values there. One condition finds the knots of others, at which steps end. The ends of others are
- * conditions that end the run, or are reported. */
-kmp_ref kmp_tree_table(const kmp_tree *tree, const kmp_expr *e, kmp_ref x);
-
-/** 1 where `difference` is negative and 0 elsewhere; during a step an input KMP_IN_MODE in its place: for the laws of
- * forces and the rows of closures. `of` is the part of the model that has the condition (a kmp_force, kmp_closure,
- * kmp_wheel, ..), `number` distinguishes its conditions. Equal `of` and `number` give the same condition in any graph,
- * and the difference must be the same there. It depends on t, q and qd, and on other conditions. It changes where the
- * difference has passed zero by `lag`. `advice` is the remedy where it changes back and forth, within few lags each
- * time (NULL: the advice for laws of forces). The text describes the true condition, for the log: "wheel 'L':
- * contact in zone 2".
- *
- * Rows h of closures may switch by it to a branch of equal value; their J may jump there, and the rates with it. */
-kmp_ref kmp_tree_condition(const kmp_tree *tree, const void *of, int number, kmp_ref difference, double lag,
-                           const char *advice, const char *format, ...) __attribute__((format(printf, 7, 8)));
-
-/** Runs end where `value` becomes negative, with the message: TEXT at t = .. s: ADVICE ("wheel 'L' left its rail", and
- * a possible cause or remedy; NULL: the model requests this end). `of` and `number` are as for kmp_tree_condition. The
- * value may depend on multipliers too (KMP_IN_LAMBDA), and on accelerations. It has no effect where conditions are
- * evaluated in place. */
-void kmp_tree_end(const kmp_tree *tree, const void *of, int number, kmp_ref value, const char *advice,
-                  const char *format, ...) __attribute__((format(printf, 6, 7)));
 /** One of the model's algebraic variables, or the value of a name (KMP_EXPR_UNKNOWN). */
 kmp_ref kmp_tree_unknown(const kmp_tree *tree, const kmp_expr *expr);
-
-/** The multiplier of a closure's declared row, an input KMP_IN_LAMBDA; zero for one that is not kept, and before the
- *  closures' rows are derived. */
-kmp_ref kmp_tree_multiplier(const kmp_tree *tree, int closure, int component);
-
-/** The declared row of number k, from 0, among those that a closure keeps: lambda.CLOSURE.k+1; -1: there is none. */
-int kmp_tree_kept(const kmp_tree *tree, int closure, int k);
-
-/** A table of two variables of expression e. */
-kmp_ref kmp_tree_surface(const kmp_tree *tree, const kmp_expr *e, kmp_ref x, kmp_ref y);
-
-/** The number of the condition that an end of a table (kmp_table_end) is passed. */
-int kmp_table_end_number(const kmp_named_table *table, int end);
-
-/** The quantity that is negative where condition k, `first < second`, is true: first - second. For a and b in `a < b`
- * and `a >= b` first is a, otherwise b. For an element, the value that its law or residual has noted in this graph;
- * false: none yet. */
-bool kmp_tree_event(const kmp_tree *tree, int k, kmp_ref *difference);
-
-/** Turns v by an angle about a link's axis, when the link rotates. */
-void kmp_link_turn(const kmp_tree *tree, const kmp_link *link, kmp_ref angle, kmp_vec *v);
-
-/** Components of v in the parent's axes, from link i's, and back. */
-kmp_vec kmp_link_to_parent(const kmp_tree *tree, int i, kmp_vec v);
-kmp_vec kmp_link_to_child(const kmp_tree *tree, int i, kmp_vec v);
-
-/** Entry (row, column) of the constant rotation g of link i, charts included. */
-kmp_ref kmp_link_axes(const kmp_tree *tree, int i, int row, int column);
-
-/** Tensors and matrices in the parent's axes: R t R'. */
-kmp_tensor kmp_link_tensor_to_parent(const kmp_tree *tree, int i, kmp_tensor t);
-kmp_matrix kmp_link_matrix_to_parent(const kmp_tree *tree, int i, kmp_matrix m);
-
-/** The displacement of a translation along its axis, link axes; zero for a rotation (z^i of the paper). */
-kmp_vec kmp_link_slide(const kmp_tree *tree, int i);
-
-/** v of an ancestor's axes in link's. */
-kmp_vec kmp_from_ancestor(const kmp_tree *tree, int link, int ancestor, kmp_vec v);
-
-/** The angular velocity of vectors fixed to a link relative to the axes of an ancestor, in those axes. The ancestor's
- * axes may be non-rotating. */
-kmp_vec kmp_link_spin(const kmp_tree *tree, int link, int ancestor);
 
 /** The inputs KMP_IN_TIME whose derivatives by t equations need, and these derivatives: of t, and of the inputs of the
  * model. No equation needs a third derivative of an input. The number of them. */
@@ -269,17 +164,6 @@ static inline int kmp_tree_time_leaf_count(const kmp_tree *tree)
 {
     return 1 + (KMP_TIME_NUMBERS - 1) * tree->model->input_count;
 }
-int kmp_tree_time_leaves(const kmp_tree *tree, kmp_ref *leaf, kmp_ref *direction);
-
-/** Direction of derivatives by t at constant q and qd. NULL: no memory, and the graph has failed. */
-struct kmp_derivative *kmp_partial_time_derivative(const kmp_tree *tree);
-
-/** Direction of total time derivatives: q -> qd, t -> 1. NULL: no memory, and the graph has failed. */
-struct kmp_derivative *kmp_time_derivative(const kmp_tree *tree);
-
-/** The total time derivative of x(q, t), and that of a rate, with qd -> qdd. */
-kmp_vec kmp_vec_rate(const kmp_tree *tree, kmp_vec x);
-kmp_vec kmp_vec_acceleration(const kmp_tree *tree, kmp_vec rate);
 
 /** v of a body's axes in the axes of its link, and the reverse. They differ where the joint's axis is oblique, the body
  * is attached by a point with axes, or it is welded. */
@@ -293,47 +177,3 @@ typedef struct kmp_inertia {
     kmp_tensor about_com;
 } kmp_inertia;
 kmp_inertia kmp_body_inertia(const kmp_tree *tree, int body);
-
-/** A number for each coordinate, equal for consecutive rotations about parallel axes; -1 for translations. */
-void kmp_tree_runs(const kmp_tree *tree, int *run);
-
-/** Nearest common ancestor of two links. */
-int kmp_tree_common(const kmp_tree *tree, int i, int j);
-
-/** True when link a is an ancestor of link i or i itself. */
-bool kmp_tree_is_above(const kmp_tree *tree, int a, int i);
-
-/** Link that a point of the model is fixed to. */
-int kmp_point_link(const kmp_tree *tree, int point);
-
-/** A point's position from the link's origin, link axes. */
-kmp_vec kmp_point_local(const kmp_tree *tree, int point);
-
-/** A vector of a link, and a position from the link's origin, in the axes of an ancestor link and from its origin. */
-kmp_vec kmp_link_direction(const kmp_tree *tree, int link, kmp_vec v, int ancestor);
-kmp_vec kmp_link_position(const kmp_tree *tree, int link, kmp_vec local, int ancestor);
-
-/** A point's position from the origin of its ancestor link, in that link's axes. */
-kmp_vec kmp_point_position(const kmp_tree *tree, int point, int ancestor);
-
-/** A constant vector of a point's own axes, in the axes of an ancestor link. */
-kmp_vec kmp_point_direction(const kmp_tree *tree, int point, const double v[3], int ancestor);
-
-/** A point's three axes as vectors in the axes of an ancestor link. */
-void kmp_point_axes(const kmp_tree *tree, int point, int ancestor, kmp_vec axes[3]);
-
-/** From point a to point b in the axes of the nearest common ancestor, whose link is stored in *frame. */
-kmp_vec kmp_point_difference(const kmp_tree *tree, int a, int b, int *frame);
-
-/** Position, velocity or angular velocity of a point: from the origin of the ground, in its axes; `from` >= 0: from
- * that point, relative to its body, in its axes. */
-kmp_vec kmp_point_measure(const kmp_tree *tree, kmp_measure_kind kind, int point, int from);
-
-/** The rate of the distance of two points. */
-kmp_ref kmp_point_approach(const kmp_tree *tree, int a, int b);
-
-/** A measure of expressions, component `number` of it. */
-kmp_ref kmp_tree_measure(const kmp_tree *tree, const kmp_measure *measure, int number);
-
-/** The total time derivative of an expression of t and q. */
-kmp_ref kmp_tree_rate(const kmp_tree *tree, const kmp_expr *of);

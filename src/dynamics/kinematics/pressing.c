@@ -1,6 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "dynamics/kinematics/pressing.h"
+#include "dynamics/kinematics/kinematics_conditions.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
+#include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/touching.h"
+#include "symbolic/function_table.h"
 #include <math.h>
 #include <string.h>
 

@@ -5,10 +5,14 @@
  * its derivatives on the curve. The middle circle of a cylinder with the axis e reaches r sqrt(1 - (n.e)^2) towards a
  * plane. */
 #include "dynamics/kinematics/touching.h"
+#include "dynamics/kinematics/kinematics_conditions.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
+#include "dynamics/kinematics/kinematics_vectors.h"
 #include "model/data/angle_sum.h"
 #include "model/data/parallel_curve.h"
 #include "model/data/touch_plane.h"
 #include "symbolic/derivative.h"
+#include "symbolic/function_table.h"
 #include "symbolic/partials.h"
 #include "symbolic/table_function.h"
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "dynamics/kinematics/vector.h"
+#include "symbolic/function_table.h"
 #include "symbolic/rotation.h"
 
 bool kmp_vec_is_zero(kmp_vec a)

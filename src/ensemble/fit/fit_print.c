@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "base/memory.h"
+#include "ensemble/fit/fit_statistics.h"
 #include "ensemble/fit/fit_study.h"
 #include "output/print.h"
 #include "output/result_table.h"

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Searches of a fit from several starts. Each thread has runs of its own, with the same bound on their steps. */
+#include "ensemble/fit/fit_searches.h"
+#include "analyses/sensitivity/sensitivity_trajectory.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "ensemble/fit/fit_study.h"

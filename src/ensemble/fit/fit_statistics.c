@@ -7,6 +7,7 @@
  * A column has as many degrees of freedom as measurements, less the trace of its part of the projection J (J'J)^-1 J'
  * (Rao and Kleffe 1988, Estimation of Variance Components, section 5). A standard error whose columns' deviations come
  * from the residuals has the degrees of freedom of Satterthwaite (Biometrics Bulletin 2 (1946) 110). */
+#include "ensemble/fit/fit_statistics.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "ensemble/fit/fit_study.h"

@@ -1,12 +1,16 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The search: options, weights of the columns, trials. */
 #include "ensemble/fit/fit_study.h"
+#include "analyses/sensitivity/sensitivity_trajectory.h"
 #include "base/memory.h"
 #include "base/thread_pool.h"
 #include "constraints/tolerances.h"
+#include "ensemble/fit/fit_searches.h"
+#include "ensemble/fit/fit_statistics.h"
 #include "ensemble/sampling/designs.h"
 #include "ensemble/statistics/shares.h"
 #include "model/data/variant.h"
+#include "model/read/loads.h"
 #include "output/print.h"
 #include <float.h>
 #include <math.h>

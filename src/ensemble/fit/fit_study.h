@@ -2,6 +2,7 @@
 /* Parameters from measured motions: the fit, its statistics, its text and tables. */
 #pragma once
 
+#include "analyses/sensitivity/sensitivity_trajectory.h"
 #include "ensemble/fit/bounded.h"
 #include "ensemble/fit/measured.h"
 #include "linalg/nonlinear_squares.h"
@@ -98,22 +99,7 @@ bool kmp_fit_next(const kempe_fit *fit, kmp_fit_cell *at);
  */
 void kmp_fit_weigh(const kempe_fit *fit, kmp_slope_runs *const *runs, double *residual, double *slope);
 
-/** Searches from `count` starts by the threads of the fit. Their results are added to it, in the order of the starts;
- * the best values change only where a better one is found. KEMPE_E_FAILED: the model runs at no start. KEMPE_STOPPED:
- * an interrupt, with the best values so far. */
-kempe_status kmp_fit_searches(kempe_fit *fit, int count);
-
 /** Runs of all data files with these values at a multiple of the tolerance, up to one that fails; `runs` as above.
  * `value`: room for those of one run. */
 kempe_status kmp_fit_run_all(const kempe_fit *fit, kmp_slope_runs *const *runs, double factor, const double *x,
                              double *value);
-
-/** The relative error of the derivatives: of exact ones a hundred tolerances. */
-double kmp_fit_slope_error(const kempe_fit *fit);
-
-/** Standard errors, intervals, correlation and rank from the residuals and their derivatives, and the degrees of
- * freedom of each column. KEMPE_E_MEMORY. */
-kempe_status kmp_fit_judge(kempe_fit *fit);
-
-/** A sentence about each set of parameters that the data does not determine. */
-void kmp_fit_put_open(const kempe_fit *fit, kmp_text *text);

@@ -1,11 +1,22 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Separate runs of an instance: from its start to its end if lanes cannot run it; or from where a lane left it to where
  * lanes can take it back. A part begins and ends where the instance alone says so. */
+#include "ensemble/lanes/ensemble_apart.h"
 #include "base/memory.h"
+#include "constraints/closing/assembly.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
+#include "ensemble/lanes/ensemble_engine.h"
 #include "ensemble/lanes/ensemble_inside.h"
+#include "ensemble/lanes/ensemble_measure.h"
+#include "ensemble/lanes/ensemble_start.h"
+#include "ensemble/lanes/ensemble_within.h"
+#include "integrators/run/event_search.h"
 #include "integrators/run/runner.h"
+#include "integrators/run/runner_change.h"
+#include "integrators/run/runner_inputs.h"
+#include "integrators/run/runner_site.h"
+#include "integrators/run/sampler.h"
 #include <math.h>
 #include <string.h>
 

@@ -1,9 +1,20 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* An engine: the instances of one thread. Its pools stay from one chunk of a run to the next. */
+#include "ensemble/lanes/ensemble_engine.h"
 #include "base/memory.h"
 #include "constraints/inexact/nearest_exact.h"
-#include "dynamics/motion.h"
+#include "dynamics/motion_choice.h"
+#include "ensemble/lanes/ensemble_apart.h"
+#include "ensemble/lanes/ensemble_conditions.h"
 #include "ensemble/lanes/ensemble_inside.h"
+#include "ensemble/lanes/ensemble_lanes.h"
+#include "ensemble/lanes/ensemble_measure.h"
+#include "ensemble/lanes/ensemble_start.h"
+#include "ensemble/lanes/ensemble_within.h"
+#include "ensemble/lanes/lane_events.h"
+#include "ensemble/lanes/lane_group.h"
+#include "ensemble/lanes/lane_state.h"
+#include "integrators/run/runner_site.h"
 #include <math.h>
 #include <string.h>
 

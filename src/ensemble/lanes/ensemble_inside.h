@@ -203,132 +203,14 @@ typedef struct kmp_engine {
 
 /* ensemble_engine.c */
 
-/** An engine for a model with variable parameters; `apart`: with a context of its own, below that of the model. */
-kempe_status kmp_engine_new(const kempe_model *model, int count, const char *const *names, bool apart,
-                            kmp_engine **engine);
-void kmp_engine_free(kmp_engine *engine);
-
-/** Begins a run with a resolved spec and a given number of lanes, and ends it. */
-kempe_status kmp_engine_begin(kmp_engine *engine, const kmp_run_spec *spec, const kmp_ensemble_execution *execution,
-                              kmp_ensemble_done *all);
-void kmp_engine_end(kmp_engine *engine);
-
-/** Runs a chunk: `count` rows of values, their results, q and qd. */
-kempe_status kmp_engine_run(kmp_engine *engine, int count, const double *values, kmp_ensemble_result *results,
-                            double *q, double *qd);
-
-/** Keeps the constants of the system, and restores them. */
-void kmp_constants_keep(const kempe_system *s, kmp_system_constants *constants);
-void kmp_constants_take(kempe_system *s, const kmp_system_constants *constants);
-
-/** Counts an instance that has come to its end. */
-void kmp_engine_count(kmp_engine *engine);
-
 /* ensemble_start.c: one instance at a time. Statuses concern the whole ensemble: memory. */
-
-/** Reason why lanes can run no instance; NULL: they can. */
-const char *kmp_engine_no_lanes(const kmp_engine *e);
-
-/** Assembles an instance and puts it into a pool, or leaves it to a separate run, or writes its failure. */
-kempe_status kmp_instance_start(kmp_engine *e, int i);
-/** Makes the next choice of u of an instance, from t and y. */
-kempe_status kmp_instance_exchange(kmp_engine *e, kmp_lane_group *from, int i);
-/** The same for one degree of freedom, from y and dy alone: u becomes dependent, and v[k] independent. */
-kempe_status kmp_instance_swap(kmp_engine *e, kmp_lane_group *from, int i, int k);
-/** Goes on with the choice of u of an instance from e->state at its time. */
-kempe_status kmp_instance_resume(kmp_engine *e, kmp_lane_group *from, int i);
-/** Makes the next choice of independent rows of an instance, from t and y. */
-kempe_status kmp_instance_change_rows(kmp_engine *e, kmp_lane_group *from, int i);
-/** Keeps the choice of u of an instance with another order of elimination that is good at t and y. */
-kempe_status kmp_instance_reorder(kmp_engine *e, kmp_lane_group *from, int i);
-/** Writes the result of an instance, from t and y. */
-kempe_status kmp_instance_finish(kmp_engine *e, kmp_lane_group *pool, int i);
-/** Takes an instance out of the lanes for a separate run. */
-void kmp_instance_leave(kmp_engine *e, int i, const char *why);
-
-/** Puts the values of an instance into the model. KEMPE_E_INPUT: they are impossible, and its result says why. */
-kempe_status kmp_instance_take_values(kmp_engine *e, int i);
-/** Takes the values of an instance, assembles it, and measures its energies: KEMPE_E_INPUT, or the status of the
- * assembly. */
-kempe_status kmp_instance_assemble(kmp_engine *e, int i, kempe_assembly **a);
-
-/** Puts q and qd of an instance in the unknowns of a pool into e->state, with factors and tangent, closed on request.
- * false: Jv is singular, and the instance is left to a separate run. */
-bool kmp_instance_unpack(kmp_engine *e, kmp_lane_group *pool, int i, bool closed);
-
-/** True if no joint's angles are nearer to their singular position than this, or the user keeps them. */
-bool kmp_instance_has_angles(const kmp_engine *e, const double *q, double least);
-
-/** Goes on from (q, qd) at x->t with another partition, which it frees; `status`: of its choice. */
-kempe_status kmp_instance_go_on(kmp_engine *e, int i, kempe_status status, kmp_partition *part, const double *q,
-                                const double *qd);
-/** Measures the end of an instance; the evaluator's closure is that of q. */
-void kmp_instance_judge(kmp_engine *e, int i, double t, const double *q, const double *qd, double work);
-
-/** Makes an instance that was current before current again. */
-void kmp_instance_current(kmp_engine *e, const kmp_instance *x);
-
-/** Computes q and qd at a time from unknowns y of a pool for the present constants, with factors and tangent, on closed
- * loops if `closed`. false: Jv is singular. */
-bool kmp_instance_state(kmp_engine *e, kmp_lane_group *pool, double t, const double *y, double *q, double *qd,
-                        bool closed);
 
 /* ensemble_within.c: states within the present step of a lane */
 
 #define KMP_LANE_SINGULAR_ANGLES "a spherical joint near the singular position of its angles"
 #define KMP_LANE_NO_STATES       "states between steps that are not available"
 
-/** Makes what an engine needs for them; false: no memory. */
-bool kmp_within_init(kmp_engine *e);
-
-/** Takes up a lane whose stages are all known. kmp_within_is_exact: false if its interpolant is less exact than the
- * step, where a run would integrate anew. */
-void kmp_within_begin(kmp_engine *e, kmp_lane_group *pool, size_t lane);
-bool kmp_within_is_exact(kmp_engine *e);
-
-/** Makes the instance of that lane the current one with the inputs of its step, if it is not; then takes these back. */
-void kmp_within_stand(kmp_engine *e);
-void kmp_within_end(kmp_engine *e);
-
-/** The state at t within the step of that lane: q, qd, and, if `rates`, qdd and lambda. false: it is not available. */
-bool kmp_within_state(kmp_engine *e, double t, bool rates, double *q, double *qd, double *qdd, double *lambda);
-
-/** Accelerations and multipliers (NULL: not wanted) of a state of a pool, after kmp_instance_state. */
-bool kmp_instance_complete(kmp_engine *e, kmp_lane_group *pool, const double *qd, double *qdd, double *lambda);
-
-/** Gives the evaluator the inputs of a step; NULL: takes them back. */
-void kmp_engine_hold_inputs(kmp_engine *e, const kmp_present_inputs *inputs);
-
 /* ensemble_conditions.c: conditions of instances */
-
-/** Reason why lanes cannot watch the conditions of a system; NULL: they can. */
-const char *kmp_conditions_no_lanes(const kempe_system *system);
-
-/** Makes what an engine needs for them; false: no memory. */
-bool kmp_conditions_init(kmp_engine *e);
-
-/** Sets the conditions of the current instance by its start. false: one ends the run there. */
-bool kmp_instance_begin_conditions(kmp_engine *e, kmp_instance *x, const double *q, const double *qd);
-
-/** The crossing for the current instance; NULL: there are no conditions. */
-kmp_event_tracker *kmp_instance_crossing(kmp_engine *e, kmp_instance *x);
-
-/** True if some condition depends on accelerations or multipliers. */
-bool kmp_has_late_conditions(const kempe_system *system);
-
-/** Keeps the evaluator's conditions as those of the current instance. */
-void kmp_instance_keep_modes(const kmp_engine *e, kmp_instance *x);
-
-/** Gives the programs of a lane the conditions of its instance. */
-void kmp_lane_set_modes(kmp_engine *e, kmp_lane_group *pool, size_t lane);
-
-/** The watch of the conditions of a lane; NULL: there are none. */
-kmp_event_tracker *kmp_lane_watching(const kmp_engine *e, size_t lane);
-
-/** Takes the lane of kmp_within_begin to its event: the instance then has the time and the work there, e->state the
- * closed state. `pass`: the conditions change, and the instance has them; false: they change without end. Otherwise the
- * state is that before they change; false: it is not available. */
-bool kmp_lane_visit_event(kmp_engine *e, double t, bool pass);
 
 /* ensemble_watch.c: tests at the end of steps */
 
@@ -344,109 +226,23 @@ typedef struct kmp_lane_watched {
         quiet[KMP_LANES_MOST]; /* v is corrected, and neither pivots nor |Bvu| nor a limit of time need a decision */
 } kmp_lane_watched;
 
-/** Runs the last stage of a pool, and measures it. */
-void kmp_lanes_watch(kmp_engine *e, kmp_lane_group *pool, kmp_lane_watched *x);
-
-/** The pivots of Jv among the outputs of the last stage. */
-const double *kmp_lanes_pivots(const kmp_engine *e, const kmp_lane_group *pool, const double *end);
-/** True if the formulation accepts a step (accept of reduced.c): the closures corrected, the choice of u and the margin
- * good. */
-bool kmp_lane_consents(kmp_engine *e, const kmp_lane_group *pool, kmp_lane_watched *x, size_t l);
-
-/** True if another order of elimination is due. */
-bool kmp_lane_order_is_bad(const kmp_engine *e, const kmp_lane_group *pool, const kmp_lane_watched *x, size_t l);
-
-/** True if a run would step across a change point here (watch_margin of runner_change.c). */
-bool kmp_instance_nears_change(kmp_instance *x, double t, double h, double margin);
-
 /* ensemble_site.c: what happens to one instance between its steps, as in a run */
 
 #define KMP_LANE_SMOOTH "friction that is regularised for a time"
 
-/** Makes the site of an engine if its system needs one. */
-kempe_status kmp_site_init(kmp_engine *e);
-
-/** Begins the current instance at the site: e->site has the state, its accelerations and rows. KEMPE_E_FAILED: a run
- * would fail as well. */
-kempe_status kmp_instance_restart(kmp_engine *e, kmp_instance *x, const kempe_assembly *a);
-
-/** Passes the `event` that was looked at, or samples and jumps of inputs, of an instance in the unknowns of a pool, at
- * x->t, `since` the beginning of its step, and the closed state in e->state; the evaluator has its conditions and
- * inputs. Then puts it into a pool, or leaves it to a separate run. */
-kempe_status kmp_instance_pass(kmp_engine *e, kmp_lane_group *from, int i, bool event, double since);
-
-/** The same of samples and jumps of inputs, from x->y. */
-kempe_status kmp_instance_meet(kmp_engine *e, kmp_lane_group *from, int i);
-
 /* ensemble_measure.c: quantities of instances */
-
-/** Makes what an engine needs for the quantities of its run, and the accounts of a chunk. false: no memory. */
-bool kmp_measuring_init(kmp_engine *e);
-bool kmp_measuring_chunk(kmp_engine *e);
-
-/** Begins the account of an instance at its start. */
-void kmp_instance_begin_account(kmp_engine *e, int i);
-
-/** True if the dense output of steps is needed. */
-bool kmp_measures_steps(const kmp_engine *e);
-
-/** Makes the program of a pool that quantities of accelerations and multipliers need. false: no memory. */
-bool kmp_lane_group_complete(kmp_engine *e, kmp_lane_group *pool);
-
-/** Rows of all lanes, q then qd, from the unknowns and their slopes. */
-void kmp_lanes_spread(const kmp_engine *e, const kmp_lane_group *pool, const double *y, const double *slope,
-                      double *rows);
-
-/** Takes the last step of a separate run into account. false: some state within it is not
- * available. */
-bool kmp_run_measure(kmp_engine *e, int i, kmp_runner *run);
-
-/** Writes the quantities at the end of an instance, at q and qd on closed loops; `row`: q, qd, qdd, lambda there, NULL:
- * not known. `pool`: of its lane. */
-void kmp_instance_measured(kmp_engine *e, kmp_lane_group *pool, int i, double t, const double *row);
 
 /* ensemble_apart.c: separate runs. */
 
-/** Repeats an instance in a separate run from its start. */
-kempe_status kmp_instance_alone(kmp_engine *e, int i);
-/** Continues an instance from t and y in a separate run, until lanes can take it back or to its end. `margin`: that of
- * the closures over its usual size; 0: the run finds it. If such a run fails, the instance is left to one from its
- * start. The second begins such a run at a state with closures of this rank. */
-kempe_status kmp_instance_apart(kmp_engine *e, kmp_lane_group *from, int i, double margin, const char *why);
-kempe_status kmp_instance_start_apart(kmp_engine *e, int i, int rank, double margin, const double *q, const double *qd,
-                                      double work, const char *why);
-
 /* ensemble_pool.c */
 
-/** Finds the pool of a partition; Jv at the evaluator's last closure determines the order of elimination. NULL in
- * *pool: its program cannot be written. */
-kempe_status kmp_lane_group_find(kmp_engine *e, const kmp_partition *part, kmp_lane_group **pool);
-/** The first pool of a partition in any order of elimination; NULL: there is none. */
-kmp_lane_group *kmp_lane_group_of_choice(kmp_engine *e, const kmp_partition *part);
-/** True if a pool has the only order of elimination of its partition. */
-bool kmp_lane_group_is_ordered(const kmp_lane_group *pool);
-void kmp_lane_group_free(kmp_lane_group *pool);
-/** True if an engine has a pool of the same choice and order. */
-bool kmp_lane_group_among(const kmp_engine *e, const kmp_lane_group *pool);
-void kmp_lane_group_put(kmp_engine *e, kmp_lane_group *pool, int i);
-int kmp_lane_group_take(kmp_engine *e, kmp_lane_group *pool);
-
 /* ensemble_room.c, ensemble_lanes.c */
-
-/** Gives one instance's numbers of a kind to all programs of a lane: of the pool, of quantities, of conditions. */
-void kmp_lane_give(kmp_engine *e, const kmp_lane_group *pool, kmp_input_kind kind, size_t lane, const double *x);
 
 /** The largest number of unknowns in lanes. */
 static inline int kmp_lane_most(const kmp_engine *e)
 {
     return 2 * e->n + e->s->dissipative;
 }
-
-/** Makes the lanes of an engine, in the arena of its run. false: no memory. */
-bool kmp_lane_state_init(kmp_engine *e, int width);
-
-/** Runs a pool until it is empty, or until another has more to do. */
-kempe_status kmp_lane_group_run(kmp_engine *e, kmp_lane_group *pool);
 
 /* ensemble_kernels.c: the arithmetic of DOP853 on vectors of lanes, in the order of operations of dop853.c, with fused
  * multiply-adds */
@@ -460,33 +256,6 @@ typedef struct kmp_lanes_sum {
     double *out, *const *place;
 } kmp_lanes_sum;
 
-/** For vectors of `size` components. */
-void kmp_lanes_combine(size_t width, size_t size, const kmp_lanes_sum *sum);
-
-/** Computes the solution of order 8, the error weights, and the error of each lane: 1 is at the tolerance. */
-void kmp_lanes_solution(size_t width, size_t size, const struct kmp_dop853_step *step);
-
-/** The vectors of the interpolant within the present steps: the cubic one (4), or the dense one (8), from all stages.
- */
-void kmp_lanes_interpolant(size_t width, size_t size, const struct kmp_dop853_step *step, bool dense,
-                           double *const *vector);
-/** Its value at x, 0 to 1, in all lanes. */
-void kmp_lanes_interpolate(size_t width, size_t size, int vectors, double *const *vector, double x, double *y);
-
-/** The next steps after accepted ones, without regard to rejections before (kmp_step_after). */
-void kmp_lanes_next_steps(size_t width, kmp_lane_state *room);
-
-/** Slopes from the outputs of a program; `bad` of the room grows where they are not finite or a pivot is not positive.
- */
-void kmp_lanes_publish(size_t width, kmp_engine *e, const kmp_lane_group *pool, const double *y, double *k);
-
-/** Measures the ends of steps: max |h| and max |Bvu|, scaled; max |dv| in weights, of those beyond rounding; the least
- * |pivot| of Jv. */
-void kmp_lanes_measure(size_t width, const kmp_engine *e, const kmp_lane_group *pool, kmp_lane_watched *x);
-
-/** Finds the ends of steps that need no decision, and corrects v there. */
-void kmp_lanes_find_quiet(size_t width, kmp_engine *e, const kmp_lane_group *pool, kmp_lane_watched *x);
-
 /** Attempts of steps in all lanes. Accepted ones that need no decision give the times, step sizes and errors of the
  * next step, rejected ones the next size. */
 typedef struct kmp_lane_attempts {
@@ -495,16 +264,3 @@ typedef struct kmp_lane_attempts {
     bool all;                                          /* in all lanes */
     bool none_stays;
 } kmp_lane_attempts;
-
-void kmp_lanes_pass_on(size_t width, kmp_lane_state *room, const int64_t *quiet, kmp_lane_attempts *attempts);
-
-/** Exchanges the numbers of some lanes of two vectors of `size` components. */
-void kmp_lanes_exchange(size_t width, size_t size, const int64_t *lanes, double *a, double *b);
-
-/** The steps to try, up to limits and `longest` at most (kmp_step_next); 0: it is too short, which is not 0 in *none,
- * or the lane has no instance. */
-void kmp_lanes_choose_tries(size_t width, kmp_lane_state *room, double longest, int64_t *none);
-
-/** Finds the signs of blocks from those of their pivots: in each lane KMP_SIGN_WORDS words, word k of lane l at k width
- * + l. block: that of each pivot. */
-void kmp_lanes_signs(size_t width, int pivots, const unsigned char *block, const double *pivot, uint64_t *negative);

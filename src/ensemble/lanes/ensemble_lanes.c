@@ -1,11 +1,22 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* DOP853 on the lanes of a pool: an attempt of a step in every lane, then for each lane the decisions of rk.c and
  * reduced.c. Lanes of instances that have finished, or that another pool continues, are filled again. */
+#include "ensemble/lanes/ensemble_lanes.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
+#include "ensemble/lanes/ensemble_apart.h"
+#include "ensemble/lanes/ensemble_conditions.h"
+#include "ensemble/lanes/ensemble_kernels.h"
+#include "ensemble/lanes/ensemble_measure.h"
+#include "ensemble/lanes/ensemble_start.h"
+#include "ensemble/lanes/ensemble_watch.h"
+#include "ensemble/lanes/ensemble_within.h"
+#include "ensemble/lanes/lane_events.h"
+#include "ensemble/lanes/lane_group.h"
 #include "ensemble/lanes/lane_state.h"
 #include "integrators/decide/dropped_rows.h"
 #include "integrators/steppers/rk.h"
+#include "model/read/loads.h"
 #include <math.h>
 #include <string.h>
 

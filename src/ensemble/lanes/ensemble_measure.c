@@ -1,12 +1,18 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Quantities of instances, in lanes and in separate runs: the account of each instance gets the states of its steps, so
  * that it does not depend on other instances. A lane's states are those of its interpolant on closed loops. */
+#include "ensemble/lanes/ensemble_measure.h"
 #include "base/memory.h"
 #include "constraints/programs/saddle_program_inside.h"
+#include "constraints/programs/saddle_program_write.h"
+#include "ensemble/lanes/ensemble_kernels.h"
+#include "ensemble/lanes/ensemble_start.h"
+#include "ensemble/lanes/ensemble_within.h"
 #include "ensemble/lanes/lane_state.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/quantities/smooth_piece.h"
 #include "integrators/run/runner.h"
+#include "integrators/run/runner_inputs.h"
 #include "integrators/steppers/rk.h"
 #include <math.h>
 #include <string.h>

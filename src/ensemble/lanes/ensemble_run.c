@@ -6,7 +6,12 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "base/thread_pool.h"
+#include "dynamics/kinematics/kinematics_conditions.h"
+#include "ensemble/lanes/ensemble_engine.h"
 #include "ensemble/lanes/ensemble_inside.h"
+#include "ensemble/lanes/lane_group.h"
+#include "integrators/run/methods.h"
+#include "model/language/expression_value.h"
 #include <math.h>
 #include <pthread.h>
 #include <string.h>

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Operations on one instance at a time: its start, an exchange of u, its end. The evaluator and the scales of the
  * system are those of the current instance. */
+#include "ensemble/lanes/ensemble_start.h"
 #include "base/memory.h"
 #include "constraints/closing/close_reduced.h"
 #include "constraints/evaluation/charts.h"
@@ -8,12 +9,20 @@
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/tolerances.h"
 #include "dynamics/motion.h"
+#include "ensemble/lanes/ensemble_apart.h"
+#include "ensemble/lanes/ensemble_conditions.h"
+#include "ensemble/lanes/ensemble_engine.h"
 #include "ensemble/lanes/ensemble_inside.h"
+#include "ensemble/lanes/ensemble_measure.h"
+#include "ensemble/lanes/ensemble_within.h"
+#include "ensemble/lanes/lane_events.h"
+#include "ensemble/lanes/lane_group.h"
 #include "integrators/decide/coordinate_exchange.h"
 #include "integrators/decide/run_start.h"
 #include "integrators/formulations/reduced.h"
 #include "integrators/run/friction_state.h"
 #include "integrators/run/runner.h"
+#include "model/read/check_mass.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>

@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tests of the lanes at the end of their steps, as those of reduced.c, margin.c and runner_change.c for one run. */
+#include "ensemble/lanes/ensemble_watch.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
 #include "ensemble/lanes/ensemble_inside.h"
+#include "ensemble/lanes/ensemble_kernels.h"
 #include "integrators/decide/closing.h"
 #include "integrators/decide/dropped_rows.h"
 #include "linalg/dense/dense.h"

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* States within the present step of a lane: those of its interpolant, on closed loops. */
+#include "ensemble/lanes/ensemble_within.h"
 #include "ensemble/lanes/ensemble_inside.h"
+#include "ensemble/lanes/ensemble_start.h"
 #include "integrators/steppers/rk.h"
 #include <math.h>
 #include <string.h>

@@ -2,10 +2,20 @@
 /* Impacts, changes of modes and of closures, and samples of states happen to an instance between two of its steps. It
  * stands at the site of its engine, a run that makes no steps, where all this is decided as in any run. It goes on
  * in lanes, with other conditions and perhaps other rows. */
+#include "ensemble/lanes/lane_events.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
+#include "ensemble/lanes/ensemble_apart.h"
+#include "ensemble/lanes/ensemble_conditions.h"
+#include "ensemble/lanes/ensemble_engine.h"
 #include "ensemble/lanes/ensemble_inside.h"
+#include "ensemble/lanes/ensemble_start.h"
+#include "ensemble/lanes/ensemble_within.h"
 #include "integrators/decide/restart.h"
+#include "integrators/run/runner_change.h"
+#include "integrators/run/runner_site.h"
+#include "integrators/run/runner_start.h"
+#include "integrators/run/sampler.h"
 #include <math.h>
 #include <string.h>
 

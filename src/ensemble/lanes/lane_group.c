@@ -1,8 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Pools are found by the inputs of their program, so that an instance runs in the same pool whatever the other
  * instances are. */
+#include "ensemble/lanes/lane_group.h"
 #include "base/memory.h"
+#include "constraints/programs/reduced_program_write.h"
+#include "ensemble/lanes/ensemble_conditions.h"
 #include "ensemble/lanes/ensemble_inside.h"
+#include "ensemble/lanes/ensemble_measure.h"
 #include <string.h>
 
 void kmp_lane_group_free(kmp_lane_group *pool)

@@ -2,8 +2,14 @@
 /* The lanes of a pool: their numbers, evaluations and stages in all of them, instances that enter and leave, and the
  * slopes and first steps of new ones. */
 #include "ensemble/lanes/lane_state.h"
+#include "ensemble/lanes/ensemble_apart.h"
+#include "ensemble/lanes/ensemble_conditions.h"
+#include "ensemble/lanes/ensemble_kernels.h"
+#include "ensemble/lanes/ensemble_measure.h"
+#include "ensemble/lanes/ensemble_watch.h"
 #include "integrators/decide/run_start.h"
-#include "integrators/steppers/rk.h"
+#include "integrators/run/event_search.h"
+#include "integrators/steppers/dop853.h"
 #include <math.h>
 #include <string.h>
 

@@ -42,15 +42,11 @@ kempe_status kmp_room_run_expelled(kmp_engine *e, kmp_lane_group *pool);
 /** Computes slopes, signs and first steps of new lanes. */
 void kmp_room_begin(kmp_engine *e, kmp_lane_group *pool);
 
-/* ensemble_conditions.c */
+/** Gives the programs of a lane the conditions of its instance. */
+void kmp_lane_set_modes(kmp_engine *e, kmp_lane_group *pool, size_t lane);
 
-/** Finds the accepted steps within which conditions change; `searched`: lanes whose stages of the dense output are
- * counted. Returns true if these stages are known. */
-bool kmp_taken_watch(kmp_engine *e, kmp_lane_group *pool, const kmp_lane_watched *seen, kmp_attempt *what,
-                     bool *searched);
+/** Gives one instance's numbers of a kind to all programs of a lane: of the pool, of quantities, of conditions. */
+void kmp_lane_give(kmp_engine *e, const kmp_lane_group *pool, kmp_input_kind kind, size_t lane, const double *x);
 
-/* ensemble_measure.c */
-
-/** Takes the accepted steps into the accounts of their instances; `searched`: lanes whose stages of the dense output
- * are counted, NULL: these are not known. */
-void kmp_taken_measure(kmp_engine *e, kmp_lane_group *pool, const bool *searched, kmp_attempt *what);
+/** Makes the lanes of an engine, in the arena of its run. false: no memory. */
+bool kmp_lane_state_init(kmp_engine *e, int width);

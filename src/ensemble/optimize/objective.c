@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "ensemble/optimize/objective.h"
+#include "analyses/sensitivity/sensitivity_trajectory.h"
 #include "base/clock.h"
 #include "base/memory.h"
 #include "ensemble/batch.h"

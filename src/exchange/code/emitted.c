@@ -6,9 +6,11 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "exchange/code/language.h"
-#include "exchange/code/simulated.h"
+#include "exchange/code/simulator_pages.h"
+#include "exchange/code/write.h"
 #include "model/data/model.h"
 #include "output/print.h"
+#include "symbolic/ops.h"
 #include <kempe/generate.h>
 #include <string.h>
 

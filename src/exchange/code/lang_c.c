@@ -5,6 +5,8 @@
  * functions read are in an array of their caller. */
 #include "exchange/code/block_parts.h"
 #include "exchange/code/language.h"
+#include "exchange/code/write.h"
+#include "symbolic/ops.h"
 #include <stdio.h>
 #include <string.h>
 

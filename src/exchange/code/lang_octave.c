@@ -3,6 +3,7 @@
  * the names. Square roots and logarithms of negative numbers are complex in these languages; here they are NaN. */
 #include "exchange/code/block_parts.h"
 #include "exchange/code/language.h"
+#include "exchange/code/write.h"
 
 static const kmp_function_spelling functions[KMP_OP_COUNT] = {
     [KMP_OP_DIV] = {.call = "rdivide"}, /* of arrays */

@@ -5,6 +5,7 @@
  * not chosen. The preparation of parameters is always scalar, and also accepts the functions of arrays. */
 #include "exchange/code/block_parts.h"
 #include "exchange/code/language.h"
+#include "exchange/code/write.h"
 
 #define BLOCK(text) "\n\n" text "\n\n\n"
 

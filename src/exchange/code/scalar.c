@@ -4,7 +4,10 @@
 #include "exchange/code/scalar.h"
 #include "base/memory.h"
 #include "exchange/code/block_parts.h"
+#include "exchange/code/taken_names.h"
+#include "exchange/code/write.h"
 #include "output/print.h"
+#include "symbolic/ops.h"
 #include <stdio.h>
 
 enum { LONGEST = 90, LEAF_LENGTH = 8 };

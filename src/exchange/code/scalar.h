@@ -46,10 +46,6 @@ bool kmp_scalar_init(kmp_scalar *s, const kmp_code_source *source, const kmp_cod
                      const kmp_language *language);
 void kmp_scalar_free(kmp_scalar *s);
 
-/** Names for reading of all variables of a stage, each once: S1, C1, S1p2 for sines and cosines of coordinates, OM12
- * for labelled values, a1, a2 .. for all others. false: no memory. */
-bool kmp_names_give(kmp_scalar *s);
-
 /** True if an array has entries that are zero, which nothing is assigned to. */
 bool kmp_scalar_has_zeros(const kmp_scalar *s, int array);
 

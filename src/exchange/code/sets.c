@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "exchange/code/sets.h"
 #include "base/memory.h"
+#include "dynamics/choose_variants.h"
 #include "symbolic/live.h"
+#include "symbolic/ops.h"
 #include <string.h>
 
 static const struct {

@@ -6,6 +6,7 @@
 #include "constraints/evaluation/intended_rank.h"
 #include "constraints/partition/partition.h"
 #include "constraints/tolerances.h"
+#include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/pressing.h"
 #include "dynamics/load_dependent.h"
 #include "exchange/code/slopes.h"

@@ -64,6 +64,3 @@ kempe_status kmp_simulated_start(kmp_code_source *source, const kempe_system *sy
 
 /** A routine by name; NULL: there is none. */
 const kmp_code_routine *kmp_simulated_routine(const kmp_code_source *source, const char *name);
-
-/** Adds NAME_simulator.h, NAME_simulator.c and the files of the runtime. False: no memory. */
-bool kmp_simulator_pages(const kmp_code_source *source, kmp_code_files *files);

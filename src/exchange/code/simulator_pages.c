@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The C file with the table of equations that kempe_simulator.c reads: names, sizes, a start, and functions of one
  * form for all models. */
+#include "exchange/code/simulator_pages.h"
 #include "backend/time_scales.h"
-#include "exchange/code/language.h"
 #include "exchange/code/runtime_files.h"
 #include "exchange/code/simulated.h"
 #include "exchange/code/watch.h"
+#include "exchange/code/write.h"
 #include "model/data/model.h"
 #include <stdio.h>
 #include <string.h>

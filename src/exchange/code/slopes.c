@@ -2,7 +2,9 @@
 #include "exchange/code/slopes.h"
 #include "base/context.h"
 #include "constraints/programs/reduced_program_inside.h"
+#include "constraints/programs/reduced_program_write.h"
 #include "constraints/tolerances.h"
+#include "dynamics/choose_variants.h"
 #include "dynamics/motion.h"
 #include "exchange/code/simulated.h"
 #include <kempe/stepper.h>

@@ -78,10 +78,6 @@ kempe_status kmp_source_init(kmp_code_source *source, const kempe_model *model,
 kempe_status kmp_source_describe(kmp_code_source *source, const kempe_model *model, const kempe_system *system);
 void kmp_source_free(kmp_code_source *source);
 
-/** The name of symbol k (parameters first, then numbers in the order of reading): a parameter's name, "crank.mass",
- * "coupler.B.x". In the arena; NULL: no memory. */
-char *kmp_symbol_name(kmp_arena *arena, const kempe_model *model, int k);
-
 /** Sets members of a routine that follow from its program; arrays and arguments are set before. False: no memory. */
 bool kmp_code_take_program(kmp_code_source *source, kmp_code_routine *routine);
 

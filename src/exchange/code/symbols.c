@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Searches all numbers of a model; the one with the symbol gives the name. */
-#include "exchange/code/source.h"
+#include "exchange/code/symbols.h"
 #include "model/data/numbers.h"
 
 typedef struct search {

@@ -4,11 +4,14 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
+#include "dynamics/choose_variants.h"
 #include "dynamics/motion.h"
+#include "dynamics/motion_choice.h"
 #include "exchange/code/sets.h"
 #include "output/print.h"
 #include "symbolic/cost.h"
 #include "symbolic/shorten.h"
+#include "symbolic/trig.h"
 #include <kempe/check.h>
 #include <string.h>
 

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+#include "exchange/code/taken_names.h"
 #include "exchange/code/scalar.h"
 #include <string.h>
 

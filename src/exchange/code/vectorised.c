@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The vectorised form of a routine: a statement for all operations of one kind in a step (levels.h). */
+#include "exchange/code/vectorised.h"
 #include "exchange/code/language.h"
 #include "exchange/code/levels.h"
+#include "exchange/code/write.h"
 
 enum { OPERANDS = 3 };
 

@@ -2,8 +2,8 @@
 #include "exchange/code/watch.h"
 #include "backend/bounds.h"
 #include "base/context.h"
-#include "exchange/code/language.h"
 #include "exchange/code/simulated.h"
+#include "exchange/code/write.h"
 #include "exchange/simulator/kempe_simulator.h"
 #include "symbolic/table_function.h"
 

@@ -1,9 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Writes the files of any language: fills in its templates. */
+#include "exchange/code/write.h"
 #include "exchange/code/block_parts.h"
 #include "exchange/code/language.h"
 #include "exchange/code/levels.h"
 #include "exchange/code/scalar.h"
+#include "exchange/code/vectorised.h"
+#include "symbolic/ops.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <string.h>

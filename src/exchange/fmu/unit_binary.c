@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The shared library of this platform, by a C compiler in a folder that is removed afterwards. */
+#include "exchange/fmu/unit_binary.h"
 #include "base/context.h"
 #include "base/file.h"
 #include "base/memory.h"

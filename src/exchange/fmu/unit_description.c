@@ -1,8 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* modelDescription.xml. The order of variables and their value references are those of kempe_fmu.h. */
+#include "exchange/fmu/unit_description.h"
 #include "base/memory.h"
-#include "exchange/simulator/kempe_fmu.h"
+#include "exchange/fmu/unit_files.h"
 #include "exchange/fmu/unit_parts.h"
+#include "exchange/fmu/unit_structure.h"
+#include "exchange/fmu/unit_terminals.h"
+#include "exchange/simulator/kempe_fmu.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
 #include <ctype.h>

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The table of the unit in C, and its page. */
+#include "exchange/fmu/unit_files.h"
 #include "backend/time_scales.h"
-#include "exchange/code/language.h"
-#include "exchange/simulator/kempe_fmu.h"
+#include "exchange/code/write.h"
 #include "exchange/fmu/unit_parts.h"
+#include "exchange/simulator/kempe_fmu.h"
 #include "model/data/model.h"
 #include <stdio.h>
 

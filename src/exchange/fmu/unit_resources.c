@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The model in the resources of a unit on the library: its files, in folders as they were. */
+#include "exchange/fmu/unit_resources.h"
 #include "base/context.h"
 #include "base/file.h"
 #include "base/memory.h"

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Dependencies of computed variables: by the arguments that the generated routines read. Coordinates follow from the
  * states through the closures, accelerations and multipliers from all that the routines of the motion read. */
+#include "exchange/fmu/unit_structure.h"
 #include "base/memory.h"
-#include "exchange/simulator/kempe_fmu.h"
 #include "exchange/fmu/unit_parts.h"
+#include "exchange/simulator/kempe_fmu.h"
 #include <string.h>
 
 /* Level of a computed value: the deeper ones depend on more. */

@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* terminalsAndIcons.xml (FMI 3). Variables that belong together are a terminal: an input with its derivatives, a
  * coordinate with its rate, the components of the position, velocity and acceleration of a point. */
-#include "exchange/simulator/kempe_fmu.h"
+#include "exchange/fmu/unit_terminals.h"
+#include "exchange/fmu/unit_description.h"
 #include "exchange/fmu/unit_parts.h"
+#include "exchange/simulator/kempe_fmu.h"
 #include <string.h>
 
 typedef enum terminal_kind { NONE, INPUT, COORDINATE, POINT } terminal_kind;

@@ -4,6 +4,7 @@
 #include "base/context.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "exchange/fmu/unit_files.h"
 #include "model/data/model.h"
 #include <stddef.h>
 #include <stdint.h>

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "exchange/formats/drake_tags.h"
+#include "exchange/formats/importing.h"
 #include <string.h>
 
 /* The constraints and forces: the element, the prefix of its parts, the words of its two frames. */

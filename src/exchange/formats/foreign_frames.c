@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Frames of foreign models, as numbers. */
-#include "exchange/formats/foreign_parts.h"
+#include "exchange/formats/foreign_frames.h"
 #include <math.h>
 #include <string.h>
 

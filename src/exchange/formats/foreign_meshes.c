@@ -1,9 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Meshes of foreign models, which are pictures alone. A package of ROS is a folder: its path is not in the file, so
  * that it is looked for beside the model and in the folders around it. */
+#include "exchange/formats/foreign_meshes.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "exchange/formats/foreign_frames.h"
 #include "exchange/formats/foreign_parts.h"
+#include "exchange/formats/importing.h"
 #include <string.h>
 #include <strings.h>
 #include <unistd.h>

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "exchange/formats/foreign_parts.h"
+#include "exchange/formats/foreign_frames.h"
+#include "exchange/formats/importing.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

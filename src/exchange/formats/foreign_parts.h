@@ -7,33 +7,6 @@
 #include "model/data/mesh.h"
 #include "model/data/pose.h"
 
-/* foreign_frames.c */
-
-/** The rotation of columns r about the fixed axes x, y, z by these angles, rad, in this order: Rz Ry Rx. Entries of
- * multiples of a right angle are exact. */
-void kmp_frame_rotate(const double rpy[3], double r[3][3]);
-
-/** The rotation of a quaternion w, x, y, z, which need not have length one. False: it has no length. */
-bool kmp_frame_turn(const double wxyz[4], double r[3][3]);
-
-/** The rotation by an angle, rad, about an axis, which need not have length one. False: it has no length. */
-bool kmp_frame_about(const double axis[3], double angle, double r[3][3]);
-
-/** At the origin of the frame around it, with its axes. */
-kmp_pose kmp_frame_none(void);
-
-/** A frame that is given in another one, in the frame of that one. */
-kmp_pose kmp_frame_in(const kmp_pose *outer, const kmp_pose *inner);
-
-/** The frame around a frame, in that frame. */
-kmp_pose kmp_frame_inverse(const kmp_pose *f);
-
-/** A vector of the frame in the axes around it. */
-void kmp_frame_vector(const kmp_pose *f, const double v[3], double out[3]);
-
-/** True if the axes differ from those around the frame. */
-bool kmp_frame_is_turned(const kmp_pose *f);
-
 /* foreign_parts.c */
 
 /** The text of an attribute, which must be there; NULL after a complaint. The same as a name of Kempe. */
@@ -132,14 +105,3 @@ kmp_import_index kmp_import_index_of(kmp_import *im, int count, const char *(*na
 
 /** The first number of a name; -1: there is none. */
 int kmp_import_index_find(const kmp_import_index *index, const char *name);
-
-/* foreign_meshes.c */
-
-/** Adds the picture of a mesh to a body: a path from the model's file, or in a package of ROS, "package://NAME/PATH".
- * It is named as left out where there is no such file, or it cannot be drawn. */
-void kmp_import_mesh(kmp_import *im, kmp_yaml *body, kmp_place place, const char *uri, const double scale[3],
-                     const kmp_pose *at, const char *colour);
-
-/** Reads a mesh whose path is found in the same way, into the arena. False: `why` (empty before) has the reason, or the
- * arena has failed. */
-bool kmp_import_read_mesh(kmp_import *im, const char *uri, kmp_mesh *mesh, kmp_text *why);

@@ -1,5 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+#include "exchange/formats/importing.h"
 #include "exchange/formats/formats.h"
+#include "exchange/formats/laas_loops.h"
+#include "exchange/formats/mbs.h"
+#include "exchange/formats/mjcf.h"
+#include "exchange/formats/sdf_model.h"
+#include "exchange/formats/urdf_robot.h"
 #include <string.h>
 
 /* Kinds of parts that are named; further ones are counted. */

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Loops of a robot in a file of their own, as LAAS-CNRS publishes robots with closed chains: `closed_loop` lists pairs
  * of frames of the URDF file beside it, which coincide (docs/urdf.md). The document includes that file. */
+#include "exchange/formats/laas_loops.h"
 #include "base/file.h"
 #include "base/memory.h"
 #include "exchange/formats/foreign_parts.h"
+#include "exchange/formats/importing.h"
 #include <ctype.h>
 #include <string.h>
 

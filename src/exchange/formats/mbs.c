@@ -2,7 +2,9 @@
 /* A ROBOTRAN model, converted to an equivalent YAML document; its nodes have the places of the elements that they come
  * from. Values common to both languages are passed on unread: the reader checks them. Names lose the characters that
  * Kempe's names do not have. Laws of forces are functions in user code in ROBOTRAN, so they are not converted. */
+#include "exchange/formats/mbs.h"
 #include "exchange/formats/formats.h"
+#include "exchange/formats/importing.h"
 #include <stdlib.h>
 #include <string.h>
 

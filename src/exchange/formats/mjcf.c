@@ -3,6 +3,11 @@
  * become a document. */
 #include "exchange/formats/mjcf.h"
 #include "base/memory.h"
+#include "exchange/formats/importing.h"
+#include "exchange/formats/mjcf_bodies.h"
+#include "exchange/formats/mjcf_defaults.h"
+#include "exchange/formats/mjcf_equality.h"
+#include "exchange/formats/mjcf_tendons.h"
 #include "model/language/limits.h"
 #include <string.h>
 

@@ -1,6 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Bodies of MJCF. Several joints of a body act one after the other: each but the last one moves a body without mass. */
+#include "exchange/formats/mjcf_bodies.h"
+#include "exchange/formats/foreign_frames.h"
+#include "exchange/formats/importing.h"
 #include "exchange/formats/mjcf.h"
+#include "exchange/formats/mjcf_defaults.h"
+#include "exchange/formats/mjcf_geoms.h"
 #include <math.h>
 #include <string.h>
 

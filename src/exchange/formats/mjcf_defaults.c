@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Attributes of MJCF: an element has its own ones, and those of its class of defaults, which has those of its parent.
  */
+#include "exchange/formats/mjcf_defaults.h"
+#include "exchange/formats/foreign_frames.h"
+#include "exchange/formats/importing.h"
 #include "exchange/formats/mjcf.h"
 #include <math.h>
 #include <string.h>

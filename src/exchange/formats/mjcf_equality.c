@@ -1,7 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Equalities of MJCF as closures. An equality without positions keeps those of the file: the
  * frames of the bodies at the reference coordinates. */
+#include "exchange/formats/mjcf_equality.h"
+#include "exchange/formats/foreign_frames.h"
+#include "exchange/formats/importing.h"
 #include "exchange/formats/mjcf.h"
+#include "exchange/formats/mjcf_bodies.h"
+#include "exchange/formats/mjcf_defaults.h"
+#include "exchange/formats/mjcf_tendons.h"
 #include <string.h>
 
 static const char *equality_name(kmp_mjcf *m, const kmp_element *e, int number)

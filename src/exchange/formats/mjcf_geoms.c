@@ -1,8 +1,15 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Geoms of MJCF: pictures, and masses. If a mesh gives a body a part of its mass, the masses of all its geoms are
  * added here; otherwise they are those of the shapes in the document. */
+#include "exchange/formats/mjcf_geoms.h"
+#include "exchange/formats/foreign_frames.h"
+#include "exchange/formats/foreign_meshes.h"
+#include "exchange/formats/importing.h"
 #include "exchange/formats/mjcf.h"
+#include "exchange/formats/mjcf_defaults.h"
+#include "model/data/mesh_volume.h"
 #include "model/data/shape.h"
+#include "model/data/shape_mass.h"
 #include <math.h>
 #include <string.h>
 

@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tendons and actuators of MJCF as forces. A fixed tendon is a linear form of coordinates, a spatial one a rope through
  * sites. An actuator is a force of its input, and of the length and rate of its transmission by affine laws. */
+#include "exchange/formats/mjcf_tendons.h"
+#include "exchange/formats/importing.h"
 #include "exchange/formats/mjcf.h"
+#include "exchange/formats/mjcf_bodies.h"
+#include "exchange/formats/mjcf_defaults.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

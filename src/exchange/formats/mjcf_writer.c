@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A model in MJCF, the format of MuJoCo. A body has all motions of its chain as joints. Loops are equalities between
  * sites, which MuJoCo keeps by soft forces: a hinge is two points of its axis. */
+#include "exchange/formats/mjcf_writer.h"
+#include "exchange/formats/foreign_frames.h"
+#include "exchange/formats/written_pictures.h"
 #include "exchange/formats/written_tree.h"
 #include "model/data/closure_table.h"
 #include <string.h>

@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Frames of SDFormat: names, the frame in which each is given, and included files. */
+#include "exchange/formats/sdf_frames.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "exchange/formats/foreign_frames.h"
+#include "exchange/formats/importing.h"
 #include "exchange/formats/sdf_parts.h"
 #include "model/language/limits.h"
 #include <math.h>

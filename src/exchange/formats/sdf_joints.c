@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Joints of SDFormat as a graph, whose tree the reader of the document chooses; their springs, dampers and friction;
  * what couples their coordinates; the attachment of models to the world. */
+#include "exchange/formats/sdf_joints.h"
 #include "base/union_find.h"
+#include "exchange/formats/foreign_frames.h"
+#include "exchange/formats/importing.h"
+#include "exchange/formats/sdf_frames.h"
 #include "exchange/formats/sdf_parts.h"
 #include <math.h>
 #include <string.h>

@@ -1,8 +1,15 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Links of SDFormat with their masses and shapes, and the conversion of the file (docs/sdf.md). */
+#include "exchange/formats/sdf_model.h"
 #include "exchange/formats/drake_tags.h"
+#include "exchange/formats/foreign_frames.h"
+#include "exchange/formats/foreign_meshes.h"
+#include "exchange/formats/importing.h"
+#include "exchange/formats/sdf_frames.h"
+#include "exchange/formats/sdf_joints.h"
 #include "exchange/formats/sdf_parts.h"
 #include "model/data/shape.h"
+#include "model/data/shape_mass.h"
 #include <string.h>
 
 /* -- links --------------------------------------------------------------------------------------------- */

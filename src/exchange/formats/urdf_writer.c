@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A model as a robot in URDF, with the loops of URDF+ (docs/urdf.md). The ground is the root, a link without mass. */
+#include "exchange/formats/urdf_writer.h"
+#include "exchange/formats/foreign_frames.h"
+#include "exchange/formats/written_pictures.h"
 #include "exchange/formats/written_tree.h"
 #include "model/data/closure_table.h"
-#include "model/read/reading.h"
+#include "model/read/read_axes.h"
 #include <string.h>
 
 static void put_origin(kmp_text *text, const char *indent, const kmp_pose *f)

@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Shapes and points of bodies, for the writers of foreign formats. */
+#include "exchange/formats/written_pictures.h"
+#include "exchange/formats/foreign_frames.h"
 #include "exchange/formats/written_tree.h"
-#include "model/read/reading.h"
+#include "model/read/read_axes.h"
 #include <string.h>
 
 /* -- shapes -------------------------------------------------------------------------------------------- */

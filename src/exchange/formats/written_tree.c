@@ -1,6 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "exchange/formats/written_tree.h"
 #include "base/memory.h"
+#include "exchange/formats/foreign_frames.h"
+#include "exchange/formats/importing.h"
+#include "exchange/formats/mjcf_writer.h"
+#include "exchange/formats/sdf_writer.h"
+#include "exchange/formats/urdf_writer.h"
 #include "model/data/closure_table.h"
 #include <math.h>
 #include <string.h>

@@ -47,11 +47,6 @@ typedef struct kmp_export {
     kempe_status status;
 } kmp_export;
 
-/* The writers of writers.def. */
-void kmp_urdf_write(kmp_export *w);
-void kmp_sdf_write(kmp_export *w);
-void kmp_mjcf_write(kmp_export *w);
-
 /* written_tree.c */
 
 /** "FILE: WORDS" as a warning or error. */
@@ -91,13 +86,3 @@ typedef struct kmp_writer_shape {
     double rgba[4];
     bool coloured;
 } kmp_writer_shape;
-
-/** True for a shape of a link that the format has: `known` ends with a negative kind. It counts as written. */
-bool kmp_export_shape(kmp_export *w, int shape, int link, const int *known, kmp_writer_shape *out);
-
-/** A text between quotes or tags of XML. */
-void kmp_export_text(kmp_text *text, const char *s);
-
-/** The name of a point that no joint and no closure ends at, BODY_POINT, which no link, joint, loop and other point
- * has; NULL: it has one of these ends, or no name. */
-const char *kmp_export_point_name(kmp_export *w, int point);

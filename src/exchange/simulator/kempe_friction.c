@@ -2,7 +2,10 @@
 /* Decisions on friction that sticks and on impacts, in the memory of a simulator: the functions of kempe_friction in
  * kempe_simulator.h. The sites are those of simulator_friction.h and simulator_impact.h. */
 #include "exchange/simulator/kempe_simulator.h"
+#include "integrators/friction/friction_elements.h"
+#include "integrators/friction/friction_settle.h"
 #include "integrators/impact/impact_inside.h"
+#include "integrators/impact/impact_problem.h"
 #include <stddef.h>
 #include <string.h>
 

@@ -125,7 +125,11 @@ static outcome exchange_choice(kempe_simulator *s, double t)
 /* True where the choice at the place of the last evaluation is bad. */
 static bool is_choice_bad(const kempe_simulator *s, double limit)
 {
-    return growth(s) > limit || kmp_dropped_judge(share_of_rows(s)) != KMP_KEPT_WELL || charts_are_due(s);
+    const int *v = s->part.column, r = rank_of(s);
+    int worst[2];
+    return kmp_exchange_growth(r, v, freedom_of(s), v + r, s->part.tangent, s->equations->scale, worst, worst + 1) >
+               limit ||
+           kmp_dropped_judge(share_of_rows(s)) != KMP_KEPT_WELL || charts_are_due(s);
 }
 
 /* Rows of friction that are not held: they are zero. */

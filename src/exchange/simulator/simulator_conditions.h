@@ -127,7 +127,7 @@ static bool change_mode(kempe_simulator *s, int k, double t)
     }
     part->modes[k] = part->modes[k] > 0 ? 0 : 1;
     s->work.events++;
-    if (!kmp_changes_without_end((int)part->repeats[k]))
+    if (part->repeats[k] < KMP_EVENT_REPEATS)
         return true;
     const char *advice = e->advice ? e->advice[k] : NULL;
     fail_with(s, "%s changes back and forth at t = %.9g: %s", e->condition_names[k], t,

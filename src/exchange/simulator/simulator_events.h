@@ -110,7 +110,7 @@ static bool is_contact(const void *self, int k)
     return is_sense(((const event_watcher *)self)->s, k, true);
 }
 
-/* Ends a piece that its ends decide. Where a condition has changed the step now ends at the earliest change. */
+/* Ends a piece that its ends decide. The step then ends at the earliest change of a condition. */
 static int end_piece(void *self, double from, const double *before, double to, const double *change, bool *found)
 {
     event_watcher *w = self;

@@ -160,14 +160,6 @@ static void evaluate_rates(kempe_simulator *s)
         part->qd[part->column[i]] = vd[i];
 }
 
-/* The largest |B| in scaled coordinates. */
-static double growth(const kempe_simulator *s)
-{
-    const int *v = s->part.column, r = rank_of(s);
-    int worst_v, worst_u;
-    return kmp_exchange_growth(r, v, freedom_of(s), v + r, s->part.tangent, s->equations->scale, &worst_v, &worst_u);
-}
-
 /* The largest share of a kept row in a redundant one, scaled. */
 static double share_of_rows(const kempe_simulator *s)
 {

@@ -152,16 +152,6 @@ static void begin_control(kempe_simulator *s)
     state[AT_FRESH] = 1;
 }
 
-/* The length of the step after the event at the end of the last one. */
-static double after_event(const kempe_simulator *s)
-{
-    const kempe_equations *e = s->equations;
-    const double *state = s->part.state, instant = KMP_FRICTION_INSTANT * KMP_FRICTION_SPAN / state[AT_RATE];
-    return e->switches || e->friction
-               ? kmp_restart_length(state[AT_TAKEN], state[AT_END] - state[AT_BEGIN], instant, INFINITY)
-               : state[AT_TAKEN];
-}
-
 /* Does what the last step has left: decides at its end, exchanges the choice, evaluates the derivative. */
 static kempe_simulator_status begin_step(kempe_simulator *s)
 {
@@ -177,8 +167,12 @@ static kempe_simulator_status begin_step(kempe_simulator *s)
         place_y(s, part->y_new);
         if (evaluate_loops(s, t) == GOOD)
             evaluate_rates(s);
-        if (state[AT_EVENT] > 0)
-            state[AT_NEXT] = after_event(s);
+        if (state[AT_EVENT] > 0) /* rates may jump where closures or friction change */
+            state[AT_NEXT] =
+                !e->switches && !e->friction
+                    ? state[AT_TAKEN]
+                    : kmp_restart_length(state[AT_TAKEN], t - state[AT_BEGIN],
+                                         KMP_FRICTION_INSTANT * KMP_FRICTION_SPAN / state[AT_RATE], INFINITY);
         kempe_simulator_status status = pass_instant(s, t, part->y_new, (occasion){state[AT_EVENT] > 0, 0}, &changed);
         if (status != KEMPE_SIMULATOR_GOES)
             return status;

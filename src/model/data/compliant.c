@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/data/compliant.h"
 #include "base/memory.h"
+#include "model/language/expression_value.h"
 #include <math.h>
 
 double kmp_force_clearance(const kempe_model *model, const kmp_force *force)

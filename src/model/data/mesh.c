@@ -2,6 +2,8 @@
 /* A mesh is made by adding triangles; vertices at the same place are found by a hash of their bits. */
 #include "model/data/mesh.h"
 #include "base/memory.h"
+#include "model/data/mesh_obj.h"
+#include "model/data/mesh_stl.h"
 #include "model/language/limits.h"
 #include <math.h>
 #include <stdint.h>

@@ -26,16 +26,9 @@ typedef struct kmp_mesh_volume {
     bool inward;                          /* its triangles face inwards */
 } kmp_mesh_volume;
 
-/** False: the mesh is not closed, or its triangles do not all face one way; `why` (empty before) has the sentence. */
-bool kmp_mesh_enclose(const kmp_mesh *mesh, kmp_mesh_volume *volume, kmp_text *why);
-
 /** The mass of a mesh is in the volume that it encloses, on its triangles, or in pyramids from the centroid of
  * its triangles to each of them, which count positive on both sides: of a convex mesh that is its volume, too. */
 typedef enum kmp_mesh_matter { KMP_MESH_SOLID, KMP_MESH_SURFACE, KMP_MESH_PYRAMIDS } kmp_mesh_matter;
-
-/** The same for a choice of these; of triangles `volume` is their area. The inertia of pyramids is that of pyramids
- * from their own centre. False: as above, or nothing has an extent. */
-bool kmp_mesh_weigh(const kmp_mesh *mesh, kmp_mesh_matter matter, kmp_mesh_volume *volume, kmp_text *why);
 
 /* -- readers (mesh_stl.c, mesh_obj.c) ---------------------------------------------------------------- */
 
@@ -44,10 +37,6 @@ typedef struct kmp_mesh_maker kmp_mesh_maker;
 /** Adds a triangle of three vertices, or a vertex; -1 without memory. */
 int kmp_mesh_vertex(kmp_mesh_maker *maker, const double at[3]);
 bool kmp_mesh_triangle(kmp_mesh_maker *maker, int a, int b, int c);
-
-/** False: `why` has the reason, or no memory. */
-bool kmp_stl_read(kmp_mesh_maker *maker, const char *text, size_t length, kmp_text *why);
-bool kmp_obj_read(kmp_mesh_maker *maker, const char *text, size_t length, kmp_text *why);
 
 /** A place in a text that is read word by word, with the number of its line. */
 typedef struct kmp_token_reader {

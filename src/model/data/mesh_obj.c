@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Wavefront OBJ: vertices and faces. Texture coordinates, normals, groups and materials are left out; polygons are
  * divided into triangles from their first corner. */
+#include "model/data/mesh_obj.h"
 #include "base/memory.h"
 #include "model/data/mesh.h"
 #include <stdlib.h>

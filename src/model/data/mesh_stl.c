@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* STL (3D Systems, StereoLithography Interface Specification, 1989), as text or binary: a text begins with `solid` and
  * does not have the length that its bytes 80 to 83 would mean in a binary file. */
+#include "model/data/mesh_stl.h"
 #include "model/data/mesh.h"
 #include "model/language/limits.h"
 #include <math.h>

@@ -3,6 +3,7 @@
  * triangle (Mirtich, Fast and accurate computation of polyhedral mass properties, Journal of Graphics Tools 1, 1996;
  * the moments of a tetrahedron: Tonon, Journal of Mathematics and Statistics 1, 2004). A surface is closed and faces
  * one way if as many triangles pass each edge in one direction as in the other. */
+#include "model/data/mesh_volume.h"
 #include "base/memory.h"
 #include "model/data/mesh.h"
 #include <math.h>

@@ -421,44 +421,5 @@ static inline bool kmp_force_has_modes(const kmp_force *force)
     return kmp_force_sticks(force) || force->kind == KMP_FORCE_TOUCH;
 }
 
-/** The number of these elements, whose rows are the last closures. */
-int kmp_model_friction_count(const kempe_model *model);
-
-/** True if the model has rigid contacts. */
-bool kmp_model_has_contacts(const kempe_model *model);
-
-/** The first multiplier in the expressions of a force, NULL when there is none. */
-const kmp_expr *kmp_force_lambda(const kmp_force *force);
-
-/** True if the force depends on multipliers: by its law, or as friction of a contact, whose level does. */
-bool kmp_force_has_load(const kmp_force *force);
-
-/** True if a force or a sensor may depend on multipliers of the closures. */
-bool kmp_model_has_loads(const kempe_model *model);
-
-/** True if a drive, a closure or a force of the model is a function of time. */
-bool kmp_model_has_time(const kempe_model *model);
-
-/** The first closure that depends on an input, NULL when there is none. */
-const kmp_closure *kmp_model_moved_by(const kempe_model *model, int input);
-
-/** The vector KMP_IN_TIME at t: t, then the value of each input and two derivatives (1 + 3 input_count). */
-void kmp_model_times(const kempe_model *model, double t, double *vector);
-
-/** True if an output shows multipliers, or quantities that depend on them. */
-bool kmp_output_has_loads(const kempe_model *model, const kmp_output *output);
-
-/** Massless motions that the tree shows. KEMPE_E_INPUT: each of them, at the place of its body; KEMPE_E_MEMORY. */
-kempe_status kmp_check_masses(const kempe_model *model);
-
-/** Joints whose rotations may be counted from another orientation (spherical.c). first[i]: the first of the three
- * rotations of joint i, ascending; room for a third of the motions. The number of them, -1 when there is no memory. */
-int kmp_spherical_find(const kempe_model *model, int *first);
-
-/** kmp_context_begin for a computation with a model, whose notes become its warnings. */
-void kmp_model_begin(const kempe_model *model);
-/** The same of a computation to which forces matter: laws that mean less than they seem to say are warnings. */
-void kmp_model_begin_forces(const kempe_model *model);
-
 /** KEMPE_E_ARGUMENT with its sentence when the model is still under construction. */
 kempe_status kmp_model_check_finished(const kempe_model *model);

@@ -47,6 +47,3 @@ extern const kmp_name_list kmp_colour_names;
 typedef struct kmp_mass_part {
     kmp_number mass, com[3], inertia[6];
 } kmp_mass_part;
-
-/** The sum of all shapes with a mass; expressions are in the arena. */
-void kmp_shapes_mass(kmp_arena *arena, int count, const kmp_shape *shapes, kmp_mass_part *sum);

@@ -3,6 +3,7 @@
  * squared about its centre, times its mass; several are added by the theorem of parallel axes. Moments of solids:
  * Goldstein, Poole, Safko, Classical Mechanics (2002), chapter 5; of a hemisphere: Greenwood, Principles of Dynamics
  * (1988), appendix A. */
+#include "model/data/shape_mass.h"
 #include "model/data/shape.h"
 #include "model/language/number_algebra.h"
 #include <math.h>

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Joints whose rotations may be counted from another orientation: three rotations about axes each perpendicular to the
  * next. No force, closure or expression uses their coordinates, so that the angles appear in the results alone. */
+#include "model/data/spherical.h"
 #include "base/memory.h"
 #include "model/data/model.h"
 #include <math.h>

@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "model/data/closure_table.h"
 #include "model/data/numbers.h"
+#include "model/language/expression_value.h"
 #include <math.h>
 #include <string.h>
 

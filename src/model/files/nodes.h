@@ -22,3 +22,6 @@ void kmp_yaml_index(kmp_arena *arena, kmp_yaml *map);
 /** Adds an item to a list, or with a key to a mapping. NULL items are passed over. */
 void kmp_yaml_append(kmp_arena *arena, kmp_yaml *to, const kmp_yaml *key, const kmp_yaml *item);
 void kmp_yaml_put(kmp_arena *arena, kmp_yaml *map, kmp_place place, const char *key, const kmp_yaml *item);
+
+/** The number of a key; -1: it is absent. */
+int kmp_yaml_find(const kmp_yaml *map, const char *key);

@@ -2,7 +2,11 @@
 /* Expressions: recursive descent, one function for each rule of the grammar in docs/model/expressions.md. The first
  * error ends the parse. Nesting and size are limited, so that no text can exhaust the stack, here or in functions that
  * traverse the tree. */
+#include "model/language/expression.h"
+#include "model/language/expression_functions.h"
 #include "model/language/expression_parser.h"
+#include "model/language/expression_references.h"
+#include "model/language/expression_value.h"
 #include "model/language/limits.h"
 #include "model/language/nearest.h"
 #include <math.h>

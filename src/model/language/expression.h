@@ -9,6 +9,10 @@
 #include "model/language/dimension.h"
 #include "model/language/nearest.h"
 
+struct kmp_table;
+struct kmp_surface;
+struct kmp_parser;
+
 typedef enum kmp_expr_kind {
     KMP_EXPR_NUMBER,    /* value */
     KMP_EXPR_PARAMETER, /* index of the parameter */
@@ -70,9 +74,6 @@ typedef struct kmp_measure {
     kmp_measure_argument spot[3];
 } kmp_measure;
 
-/** Their words, by kind. */
-extern const kmp_name_list kmp_measure_words;
-
 /** Continuation of a table beyond its points: straight on, which is a doubt unless the model says so; the value at the
  * end; the end of the run. */
 typedef enum kmp_outside { KMP_OUTSIDE_NOT_SAID, KMP_OUTSIDE_LINEAR, KMP_OUTSIDE_HOLD, KMP_OUTSIDE_ERROR } kmp_outside;
@@ -87,14 +88,6 @@ typedef struct kmp_named_table {
     double rise;   /* by which it grows each period */
     kmp_outside outside;
 } kmp_named_table;
-
-/** The ends of the variables of a table: 0 the first of x, 1 the last of x, 2 and 3 those of y. */
-double kmp_table_end(const kmp_named_table *table, int end);
-
-const char *kmp_function_name(kmp_function function);
-
-/** Its word, "" if it is not said. */
-const char *kmp_outside_word(kmp_outside outside);
 
 typedef struct kmp_expr {
     kmp_expr_kind kind;
@@ -208,61 +201,14 @@ typedef struct kmp_expr_names {
 /** NULL after an error (with the column inside the expression), or when the arena has failed for want of memory. */
 const kmp_expr *kmp_expr_parse(const kmp_expr_scope *scope, const char *text);
 
-/** An expression from a text of the program's own, which knows only the names in `locals`; NULL: no memory. */
-const kmp_expr *kmp_expr_formula(kmp_arena *arena, const char *text, const kmp_expr_locals *locals);
-
-/** A measure without components, or the rate of an expression, as if they were written; NULL: no memory. */
-const kmp_expr *kmp_expr_measure(kmp_arena *arena, kmp_measure_kind kind, int count, const kmp_measure_argument *spot);
-const kmp_expr *kmp_expr_rate(kmp_arena *arena, const kmp_expr *of);
-
-/** Value with the given parameter values; t, q, qd and lambda must not occur (NaN then). */
-double kmp_expr_value(const kmp_expr *expr, const double *parameters);
-
-/** The value at a time t. */
-double kmp_expr_value_at(const kmp_expr *expr, const double *parameters, double t);
-
-/** Appends the expression as it can be read again, with as few parentheses as keep its tree. */
-void kmp_expr_print(kmp_text *text, const kmp_expr *expr, const kmp_expr_names *names);
-
 /** An error in the dimensions of an expression: the node at which they do not fit, and two that differ. */
 typedef struct kmp_expr_fault {
     const kmp_expr *at; /* NULL: nothing is wrong */
     kmp_dimension a, b;
 } kmp_expr_fault;
 
-/** The dimension of an expression, from the dimensions and the values of the parameters (the values are needed in
- * exponents alone). The first error is kept. */
-kmp_dimension kmp_expr_dimension(const kmp_expr *expr, const kmp_dimension *dimensions, const double *values,
-                                 kmp_expr_fault *fault);
-
-/** Appends the sentence that belongs to a fault. */
-void kmp_expr_print_fault(kmp_text *text, const kmp_expr_fault *fault);
-
-/** The extent of an expression. Parameter k has the extent `of[k]`; NULL: parameters are operands like others. */
-kmp_extent kmp_expr_extent(const kmp_expr *expr, const kmp_extent *of);
-bool kmp_extent_is_long(kmp_extent extent);
-
 /** The first node for which `is` is true, each before its operands; NULL when there is none. */
 typedef bool (*kmp_expr_test)(const kmp_expr *expr, const void *user);
-const kmp_expr *kmp_expr_find(const kmp_expr *expr, kmp_expr_test is, const void *user);
-
-/** The first operand that depends on accelerations; NULL when there is none. */
-const kmp_expr *kmp_expr_acceleration(const kmp_expr *expr);
-
-/** A test for kmp_expr_find: an operand that depends on rates. */
-bool kmp_expr_is_rate(const kmp_expr *expr, const void *unused);
-
-/** True if two leaves are the same. */
-bool kmp_expr_same_leaf(const kmp_expr *a, const kmp_expr *b);
-
-/** The first lambda(..) in an expression, or a reaction, NULL when there is none; NULL has none. */
-const kmp_expr *kmp_expr_lambda(const kmp_expr *expr);
-
-/** True if an expression contains the time or an input. NULL: false. */
-bool kmp_expr_has_time(const kmp_expr *expr);
-
-/** True when only numbers and parameters occur. */
-bool kmp_expr_is_constant(const kmp_expr *expr);
 
 /** Dependence of a function on its argument, in a unit over which it is smooth. */
 typedef enum kmp_argument_kind {
@@ -280,5 +226,30 @@ typedef struct kmp_expr_argument {
     const struct kmp_expr_argument *next;
 } kmp_expr_argument;
 
-/** Lists the functions of an expression that are no polynomials. false: no memory. */
-bool kmp_expr_arguments(kmp_arena *arena, const kmp_expr *expr, const kmp_expr_argument **list);
+/** Skips space, and the character c if it follows; false: it does not. */
+void kmp_parse_skip_space(struct kmp_parser *p);
+bool kmp_parse_take(struct kmp_parser *p, char c);
+
+/** The length of the name at s, 0 when there is none, and a copy of the n characters at p->at, which are passed. */
+size_t kmp_parse_word_length(const char *s);
+const char *kmp_parse_copy(struct kmp_parser *p, size_t n);
+
+/** The column of a place in the text. */
+int kmp_parse_column(const struct kmp_parser *p, const char *where);
+
+/** Errors at a place: any sentence; the grammar requires `wanted` at p->at; a name is unknown. */
+const kmp_expr *kmp_parse_complain(const struct kmp_parser *p, const char *where, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+const kmp_expr *kmp_parse_wanted(struct kmp_parser *p, const char *wanted);
+const kmp_expr *kmp_parse_unknown_name(const struct kmp_parser *p, const char *where, const char *name,
+                                       kmp_expr_symbol symbol);
+
+/** Reports a sentence at a place, and frees it. */
+const kmp_expr *kmp_parse_say(const struct kmp_parser *p, const char *where, kmp_text *sentence);
+
+/** A node whose column is that of `where`. */
+const kmp_expr *kmp_parse_make(struct kmp_parser *p, const char *where, kmp_expr expr);
+
+/** The rule `sum`. */
+const kmp_expr *kmp_parse_sum(struct kmp_parser *p);
+const kmp_expr *kmp_parse_comparison(struct kmp_parser *p);

@@ -2,8 +2,11 @@
 /* The dimension of an expression, from the units of its numbers and the dimensions of its parameters. A number without
  * unit is a plain factor in a product and fits any dimension as a whole value; t, q and qd are in SI and fit any
  * dimension. */
+#include "model/language/expression_dimension.h"
 #include "base/clones.h"
 #include "model/language/expression.h"
+#include "model/language/expression_functions.h"
+#include "model/language/expression_value.h"
 #include <string.h>
 
 /* Rules of functions for dimensions. */

@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Functions of the expression language: those with an operation of their own, and those that others are made of. */
+#include "model/language/expression_functions.h"
+#include "model/language/expression.h"
 #include "model/language/expression_parser.h"
+#include "model/language/expression_references.h"
 #include "model/language/limits.h"
 #include <string.h>
 

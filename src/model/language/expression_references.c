@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Words that refer to other parts of the model: coordinates, multipliers, points and their axes. */
+#include "model/language/expression_references.h"
+#include "model/language/expression.h"
 #include "model/language/expression_parser.h"
+#include "model/language/expression_value.h"
 #include <string.h>
 
 enum { OF_POINT, OF_AXIS, OF_CONTACT, OF_LOOP, OF_JOINT };

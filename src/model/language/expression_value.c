@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The numbers of expressions. */
+#include "model/language/expression_value.h"
 #include "model/language/expression.h"
+#include "symbolic/function_table.h"
 #include "symbolic/surface.h"
 #include <math.h>
 

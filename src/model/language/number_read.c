@@ -2,6 +2,8 @@
 /* A number with its unit from outside of a model file, by the expressions of the language. */
 #include "base/arena.h"
 #include "model/language/expression.h"
+#include "model/language/expression_dimension.h"
+#include "model/language/expression_value.h"
 #include <kempe/kempe.h>
 #include <kempe/settings.h>
 #include <math.h>

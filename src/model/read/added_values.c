@@ -3,6 +3,11 @@
  * dimensions after reading: an expression with one fits any dimension. */
 #include "model/read/added_values.h"
 #include "model/data/output_table.h"
+#include "model/language/expression_arguments.h"
+#include "model/language/expression_dimension.h"
+#include "model/language/expression_references.h"
+#include "model/language/expression_value.h"
+#include "model/read/read_values.h"
 #include "model/read/reading.h"
 #include "model/read/user_lists.h"
 #include <string.h>

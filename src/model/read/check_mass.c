@@ -2,6 +2,7 @@
 /* Massless motions that the tree shows: those of a massless body with massless descendants only, and a last motion that
  * does not move its body's mass. Bodies with closures may be massless: the reduced mass alone shows whether their
  * motions move a mass (constraints/partition/singularity_causes.h). */
+#include "model/read/check_mass.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "model/data/model.h"

@@ -3,8 +3,10 @@
  * its keys `clearance` and `contact` entries of `contacts`. A revolute joint keeps the name of its coordinate; those of
  * the journal's centre are JOINT_x and JOINT_y. A prismatic one keeps its name, too; the others are JOINT_across and
  * JOINT_angle, and each corner of the slider is a contact. A ball closure is left out: its contact is all of it. */
+#include "model/read/clearance.h"
 #include "model/files/nodes.h"
-#include "model/read/read_compliant.h"
+#include "model/read/read_include.h"
+#include "model/read/read_journal.h"
 #include "model/read/reading.h"
 #include <string.h>
 

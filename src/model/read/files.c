@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The files of a model, and errors in their order: each message is `label:line:column: sentence`, which is parsed again
  * for sorting. */
+#include "model/read/files.h"
 #include "model/files/document.h"
+#include "model/read/read_points.h"
 #include "model/read/reading.h"
 #include <stdlib.h>
 #include <string.h>

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/read/law_warnings.h"
+#include "model/language/expression_references.h"
+#include "model/language/expression_value.h"
 
 static bool calls(const kmp_expr *e, kmp_function function)
 {

@@ -67,9 +67,6 @@ void kmp_linkage_choose(kmp_reader *r, kmp_linkage *g);
  * returns their number. */
 int kmp_linkage_path(kmp_linkage *g, int from, int to);
 
-/** Sets need, asked and start of the edges from their uses elsewhere in the model. */
-void kmp_linkage_find_uses(kmp_reader *r, kmp_linkage *g);
-
 /** Why a joint is cut, in words. */
 const char *kmp_linkage_why(kmp_reader *r, kmp_linkage *g, const kmp_edge *cut);
 

@@ -2,7 +2,9 @@
 /* Joints that must have a coordinate, or multipliers, because the machine and its start use them. Outputs, sensors and
  * `until` change no tree. Expressions are only searched for `q(JOINT)` and similar text here; they are read when there
  * are coordinates. */
+#include "model/read/linkage_uses.h"
 #include "model/read/linkage.h"
+#include "model/read/read_include.h"
 #include <ctype.h>
 #include <string.h>
 

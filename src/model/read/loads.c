@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Forces that depend on the multipliers of closures, and forces and closures that depend on time. */
+#include "model/read/loads.h"
 #include "model/data/model.h"
+#include "model/language/expression_value.h"
 #include "model/read/law_warnings.h"
 #include <string.h>
 

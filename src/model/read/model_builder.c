@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "model/data/numbers.h"
 #include "model/files/nodes.h"
+#include "model/read/reader.h"
 #include <math.h>
 #include <string.h>
 
@@ -502,12 +503,4 @@ kempe_status kempe_model_finish(kempe_model *model)
     for (int i = 0; i < model->wheel_count; i++)
         model->wheels[i].place = (kmp_place){0};
     return KEMPE_OK;
-}
-
-kempe_status kmp_model_check_finished(const kempe_model *model)
-{
-    if (!model->builder)
-        return KEMPE_OK;
-    return kmp_fail(model->context, KEMPE_E_ARGUMENT, "model '%s' is not finished: call kempe_model_finish first",
-                    model->name);
 }

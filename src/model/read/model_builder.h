@@ -13,7 +13,3 @@ typedef struct kmp_builder {
 } kmp_builder;
 
 void kmp_builder_free(kmp_builder *builder);
-
-/** Reads the document of a builder into a new model. KEMPE_E_INPUT: sentences that begin with the call. */
-kempe_status kmp_builder_read(kempe_context *context, const kmp_builder *builder, const char *label,
-                              kempe_model **model);

@@ -2,7 +2,7 @@
 #include "model/read/model_instances.h"
 #include "base/context.h"
 #include "model/data/variant.h"
-#include "model/read/reading.h"
+#include "model/read/reader.h"
 #include <string.h>
 
 bool kmp_instance_reads(const kempe_model *model, const char *name)

@@ -1,6 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Algebraic variables, and expressions under a name. Each may use those before it. Expressions that depend on
  * multipliers wait until the closures are read; closures cannot depend on them. */
+#include "model/read/read_algebraic.h"
+#include "model/language/expression_value.h"
+#include "model/read/linkage_uses.h"
+#include "model/read/read_include.h"
+#include "model/read/read_tables.h"
+#include "model/read/read_values.h"
 #include "model/read/reading.h"
 #include <ctype.h>
 #include <string.h>

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Axes and orientations: unit vectors, and frames from one or two of them. */
+#include "model/read/read_axes.h"
 #include "linalg/dense/dot.h"
+#include "model/read/read_values.h"
 #include "model/read/reading.h"
 #include <math.h>
 

@@ -1,7 +1,15 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Bodies, their order and their points. The tree comes from the joints' `at`; parents are put before their
  * children, the file's order kept otherwise. */
+#include "model/read/read_bodies.h"
 #include "model/language/number_algebra.h"
+#include "model/read/read_axes.h"
+#include "model/read/read_include.h"
+#include "model/read/read_joints.h"
+#include "model/read/read_linkage.h"
+#include "model/read/read_mass.h"
+#include "model/read/read_shapes.h"
+#include "model/read/read_values.h"
 #include "model/read/reading.h"
 #include <string.h>
 

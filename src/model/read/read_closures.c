@@ -1,7 +1,16 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Loop closures and drives. */
+#include "model/read/read_closures.h"
 #include "model/data/closure_table.h"
+#include "model/language/expression_references.h"
+#include "model/language/expression_value.h"
+#include "model/read/read_axes.h"
 #include "model/read/read_contacts.h"
+#include "model/read/read_linkage.h"
+#include "model/read/read_reaction.h"
+#include "model/read/read_tables.h"
+#include "model/read/read_values.h"
+#include "model/read/reader.h"
 #include "model/read/reading.h"
 #include <string.h>
 

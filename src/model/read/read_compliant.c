@@ -2,7 +2,12 @@
 /* A contact with a law: its geometry, its law as an expression of depth and rate, its friction. */
 #include "model/read/read_compliant.h"
 #include "base/memory.h"
+#include "model/language/expression_references.h"
+#include "model/language/expression_value.h"
 #include "model/read/read_contacts.h"
+#include "model/read/read_film.h"
+#include "model/read/read_journal.h"
+#include "model/read/read_values.h"
 #include "model/read/reading.h"
 #include <math.h>
 #include <string.h>

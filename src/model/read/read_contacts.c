@@ -6,7 +6,13 @@
 #include "model/data/cut_coordinates.h"
 #include "model/data/parallel_curve.h"
 #include "model/data/touch_plane.h"
+#include "model/language/expression_references.h"
+#include "model/language/expression_value.h"
 #include "model/read/read_compliant.h"
+#include "model/read/read_include.h"
+#include "model/read/read_journal.h"
+#include "model/read/read_tables.h"
+#include "model/read/read_values.h"
 #include <math.h>
 
 /* Sine of the angle between parallel axes, up to rounding. */

@@ -4,7 +4,10 @@
  * Controller (Astrom and Hagglund 1995, chapter 3): v = Kp e + i + Kd d, u = v between its limits, i' = Ki e + (u -
  * v)/Tt, where d is the derivative of e through a lag of Tf, (e - f)/Tf with f' = d. A sampled one has the integral by
  * forward and the derivative by backward differences. */
+#include "model/read/read_controllers.h"
 #include "model/read/function_block.h"
+#include "model/read/read_states.h"
+#include "model/read/read_values.h"
 #include <math.h>
 
 /* -- controllers ------------------------------------------------------------------------------------- */

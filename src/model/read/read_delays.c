@@ -7,8 +7,11 @@
  * whose solution y(t) = u(t - T) is attracting. A run gives w, an input of the model without a name for users, by the
  * recorded past (integrators/run/delays.h). The term 0 u makes conditions and kinks of u those of the equations, so
  * that they are located. */
+#include "model/read/read_delays.h"
 #include "model/language/limits.h"
 #include "model/read/function_block.h"
+#include "model/read/read_states.h"
+#include "model/read/read_values.h"
 #include <math.h>
 
 enum { MOST_DELAYS = 1000 };

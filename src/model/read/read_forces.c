@@ -1,7 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Force elements: the rows of force_kinds.def. */
+#include "model/read/read_forces.h"
 #include "model/data/force_table.h"
+#include "model/language/expression_references.h"
+#include "model/language/expression_value.h"
 #include "model/read/read_contacts.h"
+#include "model/read/read_reaction.h"
+#include "model/read/read_states.h"
+#include "model/read/read_values.h"
+#include "model/read/reader.h"
 #include "model/read/reading.h"
 #include <string.h>
 

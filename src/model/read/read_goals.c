@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Goals of the start: COORDINATE: number, position(BODY.POINT): [x, y, z], or either as {value: .., weight: ..}. */
+#include "model/read/read_goals.h"
+#include "model/read/read_include.h"
+#include "model/read/read_values.h"
 #include "model/read/reading.h"
 #include <string.h>
 

@@ -2,10 +2,14 @@
 /* Included models. The mappings of an included file are merged with those of the including file before anything is
  * read. Names that its keys define are prefixed here. Names that it refers to are prefixed at look-up
  * (kmp_reader_name), by the file of the referring node. Its ground is a point of the body that it is put on. */
+#include "model/read/read_include.h"
 #include "base/memory.h"
 #include "model/files/document.h"
 #include "model/files/nodes.h"
 #include "model/language/limits.h"
+#include "model/read/files.h"
+#include "model/read/read_points.h"
+#include "model/read/reader.h"
 #include "model/read/reading.h"
 #include <string.h>
 

@@ -1,6 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Inputs: their defaults and samples, and values given by settings: a number, or FILE:COLUMN:METHOD. */
+#include "model/read/read_inputs.h"
 #include "model/files/nodes.h"
+#include "model/read/files.h"
+#include "model/read/read_include.h"
+#include "model/read/read_points.h"
+#include "model/read/read_tables.h"
+#include "model/read/read_values.h"
 #include "model/read/reading.h"
 #include "symbolic/table_function.h"
 #include <string.h>

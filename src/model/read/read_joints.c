@@ -1,5 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Joints as chains of elementary motions: a row of joints.def with its axis, or the chain written out. */
+#include "model/read/read_joints.h"
+#include "model/read/read_axes.h"
+#include "model/read/read_include.h"
+#include "model/read/read_linkage.h"
+#include "model/read/read_values.h"
 #include "model/read/reading.h"
 #include <math.h>
 #include <string.h>

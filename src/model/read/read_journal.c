@@ -1,7 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Geometry of joints with clearance: the journal in its bearing, the ball in its socket, the slider in its guide. Each
  * is read for compliant and for rigid contacts. */
+#include "model/read/read_journal.h"
+#include "model/language/expression_references.h"
+#include "model/language/expression_value.h"
 #include "model/read/read_compliant.h"
+#include "model/read/read_include.h"
+#include "model/read/read_values.h"
 #include "model/read/reading.h"
 #include <math.h>
 #include <string.h>

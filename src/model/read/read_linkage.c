@@ -1,10 +1,15 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Joints between two bodies. Once the tree is chosen they are converted to forms that the rest of the reader knows:
  * joints in bodies, and closures. */
+#include "model/read/read_linkage.h"
 #include "base/context.h"
 #include "model/data/cut_coordinates.h"
 #include "model/files/nodes.h"
 #include "model/read/linkage.h"
+#include "model/read/linkage_uses.h"
+#include "model/read/read_include.h"
+#include "model/read/read_joints.h"
+#include "model/read/read_values.h"
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Sensors, which are named expressions, and the outputs of a run: the rows of output_kinds.def. */
+#include "model/read/read_outputs.h"
 #include "model/data/carried.h"
 #include "model/data/cut_coordinates.h"
 #include "model/data/output_table.h"
+#include "model/read/read_values.h"
 #include "model/read/reading.h"
 #include <string.h>
 

@@ -1,7 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Parameters: any may refer to any other. Each is valued as soon as its operands are; those left when nothing more can
  * be valued form a cycle. */
+#include "model/read/read_parameters.h"
 #include "model/files/nodes.h"
+#include "model/language/expression_value.h"
+#include "model/read/files.h"
+#include "model/read/read_inputs.h"
+#include "model/read/read_values.h"
 #include "model/read/reading.h"
 #include <ctype.h>
 #include <kempe/settings.h>

@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Points of a curve: two lists in the file, or two columns of a CSV file in its folder. */
+#include "model/read/read_points.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "model/read/files.h"
+#include "model/read/read_values.h"
 #include "model/read/reading.h"
 #include <string.h>
 

@@ -3,9 +3,11 @@
  * multipliers. The reaction of a joint of the tree is that of translations across its axis, which are added to its
  * chain and locked: their multipliers are its components. Rows of closures that these translations alone move carry
  * nothing (dynamics/closures.c), so that a joint of a plane mechanism carries what presses it across the plane. */
+#include "model/read/read_reaction.h"
 #include "linalg/dense/dot.h"
 #include "model/data/carried.h"
 #include "model/data/closure_table.h"
+#include "model/read/read_include.h"
 #include "model/read/reading.h"
 #include <float.h>
 #include <math.h>

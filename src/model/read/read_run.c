@@ -1,8 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Start values and settings of runs. */
+#include "model/read/read_run.h"
 #include "model/data/cut_coordinates.h"
 #include "model/data/run_settings.h"
 #include "model/language/limits.h"
+#include "model/read/read_goals.h"
+#include "model/read/read_include.h"
+#include "model/read/read_linkage.h"
+#include "model/read/read_outputs.h"
+#include "model/read/read_values.h"
 #include "model/read/reading.h"
 #include <math.h>
 

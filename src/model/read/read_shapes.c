@@ -1,8 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Shapes of bodies and of the ground. */
+#include "model/read/read_shapes.h"
 #include "base/memory.h"
+#include "model/data/mesh_volume.h"
 #include "model/language/limits.h"
 #include "model/language/number_algebra.h"
+#include "model/read/read_axes.h"
+#include "model/read/read_include.h"
+#include "model/read/read_points.h"
+#include "model/read/read_values.h"
 #include "model/read/reading.h"
 #include <string.h>
 

@@ -1,7 +1,18 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* States and function blocks: their names and motions before any expression is read that may contain them; the laws of
  * states after all that those may contain, the value of a block that is an expression where it is first used. */
+#include "model/read/read_states.h"
+#include "model/language/expression_functions.h"
+#include "model/language/expression_references.h"
+#include "model/language/expression_value.h"
 #include "model/read/function_block.h"
+#include "model/read/read_algebraic.h"
+#include "model/read/read_compliant.h"
+#include "model/read/read_controllers.h"
+#include "model/read/read_delays.h"
+#include "model/read/read_filters.h"
+#include "model/read/read_tables.h"
+#include "model/read/read_values.h"
 #include <math.h>
 #include <string.h>
 

@@ -1,6 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tables: functions of one variable by points, in the file or in columns of a CSV file in its folder, and of two
  * variables by a grid of points. */
+#include "model/read/read_tables.h"
+#include "model/language/expression_functions.h"
+#include "model/read/files.h"
+#include "model/read/read_points.h"
+#include "model/read/read_values.h"
 #include "model/read/reading.h"
 #include "symbolic/surface.h"
 #include <math.h>

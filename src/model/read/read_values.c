@@ -1,7 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Numbers, vectors and the names that refer to bodies, points and motions. */
+#include "model/read/read_values.h"
 #include "model/data/carried.h"
 #include "model/data/cut_coordinates.h"
+#include "model/language/expression_dimension.h"
+#include "model/language/expression_value.h"
+#include "model/read/read_include.h"
+#include "model/read/read_linkage.h"
+#include "model/read/read_states.h"
 #include "model/read/reading.h"
 #include <math.h>
 #include <stddef.h>

@@ -2,13 +2,31 @@
 /* Reading a model: the parts of the file in the order in which they refer to each other. No error ends the reading;
  * parts that depend on a faulty one are skipped, and the messages are sorted by place at the end. The language:
  * docs/model. */
+#include "model/read/reader.h"
 #include "base/file.h"
 #include "base/memory.h"
 #include "base/wings.h"
 #include "model/data/variant.h"
 #include "model/files/document.h"
+#include "model/read/clearance.h"
+#include "model/read/files.h"
 #include "model/read/model_builder.h"
+#include "model/read/read_algebraic.h"
+#include "model/read/read_bodies.h"
+#include "model/read/read_closures.h"
+#include "model/read/read_forces.h"
+#include "model/read/read_include.h"
+#include "model/read/read_inputs.h"
+#include "model/read/read_mass.h"
+#include "model/read/read_outputs.h"
+#include "model/read/read_parameters.h"
+#include "model/read/read_reaction.h"
+#include "model/read/read_run.h"
+#include "model/read/read_states.h"
+#include "model/read/read_tables.h"
+#include "model/read/read_values.h"
 #include "model/read/reading.h"
+#include "model/read/unused.h"
 #include "symbolic/surface.h"
 #include <kempe/settings.h>
 #include <math.h>

@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Parameters without influence on the model: most are misspelt, or left over. The user is warned of those of the file
  * itself, and of any that is set in vain: by --set, or by the file that includes theirs. */
+#include "model/read/unused.h"
 #include "base/context.h"
+#include "model/read/read_include.h"
+#include "model/read/read_values.h"
 #include "model/read/reading.h"
 #include <stdio.h>
 #include <string.h>

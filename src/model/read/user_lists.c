@@ -4,6 +4,8 @@
 #include "model/read/user_lists.h"
 #include "base/memory.h"
 #include "model/data/output_table.h"
+#include "model/read/read_outputs.h"
+#include "model/read/read_values.h"
 #include "model/read/reading.h"
 #include <string.h>
 

@@ -1,9 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The model as one JSON object. */
+#include "model/write/model_json.h"
 #include "model/data/closure_table.h"
 #include "model/data/compliant.h"
 #include "model/data/output_table.h"
+#include "model/language/expression_functions.h"
+#include "model/read/loads.h"
 #include "model/write/model_print.h"
+#include "model/write/model_tracks.h"
+#include "model/write/model_wheels.h"
 #include "symbolic/surface.h"
 #include <math.h>
 

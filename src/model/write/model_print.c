@@ -1,6 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The model as the reader understood it: common parts of its summary and its JSON, and the choice of one. */
 #include "model/write/model_print.h"
+#include "model/data/numbers.h"
+#include "model/language/expression_print.h"
+#include "model/write/model_json.h"
+#include "model/write/model_show.h"
 #include <string.h>
 
 void kmp_model_put_expr(kmp_text *text, const kempe_model *model, const kmp_expr *expr)
@@ -64,4 +68,152 @@ kempe_status kempe_model_print(const kempe_model *model, kempe_format format, ch
     KMP_TRY(kmp_made(model->context, s));
     *text = s;
     return KEMPE_OK;
+}
+
+/* Pairs of surfaces in contact, as text and as JSON. */
+
+static const char *const shapes[] = {"sphere", "cylinder", "plane", "profile"};
+
+static void show_side(kmp_text *text, const kempe_model *model, const kmp_contact_pair *pair, int k)
+{
+    const kmp_touch_side *side = &pair->side[k];
+    kmp_text_printf(text, "%s%s ", side->hollow ? "inside " : "",
+                    side->shape == KMP_TOUCH_SPHERE && !(pair->radius[k].value > 0) ? "point" : shapes[side->shape]);
+    if (side->table)
+        kmp_text_printf(text, "%s at ", side->table->name);
+    kmp_model_put_point(text, model, side->point);
+    if (side->shape == KMP_TOUCH_CYLINDER || side->shape == KMP_TOUCH_PLANE)
+        kmp_text_printf(text, " %s", kmp_axis_names[side->axis]);
+}
+
+void kmp_pair_show(kmp_text *text, const kempe_model *model, const kmp_contact_pair *pair)
+{
+    if (pair->gap) {
+        kmp_text_put(text, "stop where zero: ");
+        kmp_model_put_expr(text, model, pair->gap);
+    } else if (pair->motion >= 0) {
+        kmp_text_printf(text, "%s limit of %s", pair->upper ? "upper" : "lower", model->motions[pair->motion].name);
+    } else {
+        show_side(text, model, pair, 0);
+        kmp_text_put(text, " on ");
+        show_side(text, model, pair, 1);
+    }
+}
+
+static void json_side(kmp_json *json, const kempe_model *model, const kmp_contact_pair *pair, int k)
+{
+    const kmp_touch_side *side = &pair->side[k];
+    kmp_json_string(json, k ? "on" : "shape", shapes[side->shape]);
+    kmp_model_json_point(json, k ? "on_point" : "point", model, side->point);
+    kmp_json_string(json, k ? "on_axis" : "axis", kmp_axis_names[side->axis]);
+    if (side->hollow)
+        kmp_json_string(json, "inside", "yes");
+    if (side->table)
+        kmp_json_string(json, "profile", side->table->name);
+}
+
+void kmp_pair_json(kmp_json *json, const kempe_model *model, const kmp_contact_pair *pair)
+{
+    kmp_text text = {0};
+    if (pair->gap) {
+        kmp_model_put_expr(&text, model, pair->gap);
+        kmp_json_text(json, "gap", &text);
+    } else if (pair->motion >= 0) {
+        kmp_json_put(json, "coordinate %s end %s", model->motions[pair->motion].name, pair->upper ? "upper" : "lower");
+    } else {
+        json_side(json, model, pair, 0);
+        json_side(json, model, pair, 1);
+    }
+}
+
+/* Shapes as text and as JSON. */
+
+static void put_vector(kmp_json *json, const char *key, int count, const kmp_number *v)
+{
+    double x[3] = {0};
+    for (int k = 0; k < count; k++)
+        x[k] = v[k].value;
+    kmp_json_numbers(json, key, count, x);
+}
+
+static void put_axes(kmp_json *json, double (*const m)[3])
+{
+    kmp_json_array(json, "axes");
+    for (int k = 0; k < 3; k++)
+        kmp_json_numbers(json, NULL, 3, (const double[]){m[0][k], m[1][k], m[2][k]});
+    kmp_json_end(json);
+}
+
+void kmp_model_json_shape(kmp_json *json, const kmp_shape *s)
+{
+    double axes[3][3];
+    for (int k = 0; k < 9; k++)
+        axes[k / 3][k % 3] = s->axes[k / 3][k % 3];
+    if (s->kind == KMP_SHAPE_BOX || s->kind == KMP_SHAPE_ELLIPSOID)
+        put_vector(json, s->kind == KMP_SHAPE_BOX ? "size" : "radii", 3, s->edge);
+    if (s->kind == KMP_SHAPE_MESH) {
+        kmp_json_put(json, "file %s triangles %d scale %g", s->mesh->path, s->mesh->triangle_count, s->scale.value);
+    }
+    if (s->radius.value > 0)
+        kmp_json_number(json, "radius", s->radius.value);
+    if (s->kind == KMP_SHAPE_CYLINDER || s->kind == KMP_SHAPE_CAPSULE) {
+        kmp_json_number(json, "length", s->length.value);
+        put_vector(json, "along", 3, s->along);
+    }
+    if (s->kind == KMP_SHAPE_LINE) {
+        kmp_json_array(json, "through");
+        for (int k = 0; k < s->through_count; k++)
+            put_vector(json, NULL, 3, s->through[k]);
+        kmp_json_end(json);
+    } else
+        put_vector(json, "at", 3, s->at);
+    if (s->turned && (s->kind == KMP_SHAPE_BOX || s->kind == KMP_SHAPE_ELLIPSOID || s->kind == KMP_SHAPE_MESH))
+        put_axes(json, axes);
+    if (s->heavy)
+        kmp_json_number(json, s->by_density ? "density" : "mass", s->matter.value);
+    if (s->hole)
+        kmp_json_whole(json, "hole", 1);
+    kmp_text colour = {0};
+    kmp_text_printf(&colour, "#%06x", (unsigned)s->colour & 0xffffff);
+    if (s->colour >= 0)
+        kmp_json_string(json, "colour", colour.s);
+    kmp_text_free_part(json->text, &colour);
+    if (s->opacity < 1)
+        kmp_json_number(json, "opacity", s->opacity);
+}
+
+void kmp_model_json_shapes(kmp_json *json, const kempe_model *model)
+{
+    if (model->shape_count == 0)
+        return;
+    kmp_json_line(json, "\n");
+    kmp_json_array(json, "shapes");
+    for (int k = 0; k < model->shape_count; k++) {
+        kmp_model_json_item(json, NULL);
+        kmp_json_put(json, "body %s kind %s", model->bodies[model->shapes[k].body].name,
+                     kmp_shape_words[model->shapes[k].kind]);
+        kmp_model_json_shape(json, &model->shapes[k]);
+        kmp_json_end(json);
+    }
+    kmp_json_end(json);
+}
+
+void kmp_model_show_shape(kmp_text *text, const kmp_shape *shape)
+{
+    kmp_text_printf(text, "    shape %s: ", kmp_shape_words[shape->kind]);
+    kmp_json json = kmp_json_begin_as(text, KMP_JSON_WORDS);
+    kmp_json_object(&json, NULL);
+    kmp_model_json_shape(&json, shape);
+    kmp_json_end(&json);
+    kmp_text_put(text, "\n");
+}
+
+void kmp_model_json_mass(kmp_json *json, const kmp_body *body)
+{
+    kmp_json_number(json, "mass", body->mass.value);
+    put_vector(json, "com", 3, body->com);
+    kmp_json_object(json, "inertia");
+    for (int k = 0; k < 6; k++)
+        kmp_json_number(json, kmp_inertia_names[k], body->inertia[k].value);
+    kmp_json_end(json);
 }

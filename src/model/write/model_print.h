@@ -5,23 +5,11 @@
 #include "base/json.h"
 #include "model/data/model.h"
 
-/** A summary to read; one JSON object. */
-void kmp_model_show(kmp_text *text, const kempe_model *model);
-void kmp_model_json(kmp_text *text, const kempe_model *model);
-/** The JSON object of the mechanism without its run settings and its end: the input of the equations. */
-void kmp_model_json_mechanism(kmp_text *text, const kempe_model *model);
-
-/** Profiles and tracks (model_tracks.c) and wheels (model_wheels.c) of either form: nothing where there are none. */
-void kmp_model_show_tracks(kmp_text *text, const kempe_model *model);
-void kmp_model_json_tracks(kmp_json *json, const kempe_model *model);
-void kmp_model_show_wheels(kmp_text *text, const kempe_model *model);
-void kmp_model_json_wheels(kmp_json *json, const kempe_model *model);
-
-/** Pair of surfaces of a contact (model_contacts.c); in JSON as members of an open object. */
+/** Pair of surfaces of a contact; in JSON as members of an open object. */
 void kmp_pair_show(kmp_text *text, const kempe_model *model, const kmp_contact_pair *pair);
 void kmp_pair_json(kmp_json *json, const kempe_model *model, const kmp_contact_pair *pair);
 
-/** Shapes (model_shapes.c): one as a line, all of them, one as members of an open object. */
+/** Shapes: one as a line, all of them, one as members of an open object. */
 void kmp_model_show_shape(kmp_text *text, const kmp_shape *shape);
 void kmp_model_json_shapes(kmp_json *json, const kempe_model *model);
 void kmp_model_json_shape(kmp_json *json, const kmp_shape *shape);
@@ -29,21 +17,7 @@ void kmp_model_json_shape(kmp_json *json, const kmp_shape *shape);
 /** Mass, com and inertia of a body as members of an open object. */
 void kmp_model_json_mass(kmp_json *json, const kmp_body *body);
 
-/* -- pieces of JSON (model_json.c) ------------------------------------------------------------------- */
-
-/** Opens an object that begins a line: a member of the model, an item of a member. */
-void kmp_model_json_begin(kmp_json *json, const char *key);
-void kmp_model_json_item(kmp_json *json, const char *key);
-
-/** The members of a joint that the reader cut. */
-void kmp_model_json_cut(kmp_json *json, const kmp_cut *cut);
-void kmp_model_json_point(kmp_json *json, const char *key, const kempe_model *model, int point);
-void kmp_model_json_fields(kmp_json *json, const kempe_model *model, const kmp_force *force);
-
-/* -- pieces of text (model_print.c) ------------------------------------------------------------------ */
-
-/** "C: revolute, cut as revolute of 5 rows, loop coupler - .. - rocker: it comes after B". */
-void kmp_cut_print(kmp_text *text, const kmp_cut *cut);
+/* -- pieces of text ------------------------------------------------------------------ */
 
 void kmp_model_put_expr(kmp_text *text, const kempe_model *model, const kmp_expr *expr);
 void kmp_model_put_point(kmp_text *text, const kempe_model *model, int index);           /* BODY.POINT */

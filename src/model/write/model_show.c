@@ -1,11 +1,17 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The model as a summary to read. */
+#include "model/write/model_show.h"
 #include "base/memory.h"
 #include "model/data/closure_table.h"
 #include "model/data/compliant.h"
 #include "model/data/numbers.h"
 #include "model/data/output_table.h"
+#include "model/language/expression_functions.h"
+#include "model/read/loads.h"
+#include "model/write/model_json.h"
 #include "model/write/model_print.h"
+#include "model/write/model_tracks.h"
+#include "model/write/model_wheels.h"
 #include "symbolic/surface.h"
 #include <string.h>
 

@@ -4,6 +4,7 @@
  *     f = -G a b (C11 x, C22 y + sqrt(a b) C23 spin) / (friction N). */
 #include "rail/contact/creep.h"
 #include "base/context.h"
+#include "rail/contact/fastsim.h"
 #include <math.h>
 #include <stddef.h>
 

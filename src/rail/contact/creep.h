@@ -7,11 +7,3 @@
 /** Creepage within which Polach's law has Kalker's coefficient of each axis for itself: above the creepages that
  * rounding leaves in a steady motion, 1e-16 to 1e-12, and far below those at which forces matter. */
 #define KMP_POLACH_NEAR 1e-9
-
-void kmp_fastsim_flexibilities(const kempe_creep *creep, const kempe_kalker *coefficients, double flexibility[3]);
-
-/** The one flexibility that replaces the three of Kalker's theory. */
-double kmp_fastsim_flexibility(const kempe_creep *creep, const kempe_kalker *coefficients);
-
-/** *force is zero before. */
-void kmp_fastsim(const kempe_creep *creep, const double flexibility[3], kempe_creep_force *force);

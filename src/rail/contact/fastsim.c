@@ -6,7 +6,7 @@
  *
  * Strips lie at y = b sin(angle), angles in even steps: the summands are then smooth to the ends of the ellipse. In a
  * strip steps are even, and tractions are those in the middle of each. */
-#include "rail/contact/creep.h"
+#include "rail/contact/fastsim.h"
 #include <kempe/rolling_contact.h>
 #include <math.h>
 

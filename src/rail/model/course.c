@@ -2,6 +2,7 @@
 /* Pieces of a course are integrated by Gauss-Legendre with four points. Knots of the cubic splines are placed by the
  * fourth derivative (de Boor 1978, chapter V); candidates for the nearest point are refined until they are unambiguous.
  */
+#include "rail/model/course.h"
 #include "base/arena.h"
 #include "base/memory.h"
 #include "model/language/limits.h"

@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The course of a track, piece by piece. */
+#include "rail/model/read_course.h"
 #include "model/language/limits.h"
+#include "model/read/read_values.h"
+#include "rail/model/course.h"
 #include "rail/model/rail.h"
-#include "rail/model/read_rail.h"
 
 static const kmp_key piece_keys[] = {
 #include "model/keys/piece_keys.def"

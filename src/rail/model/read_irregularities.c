@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Irregularities of a track: tables over the arc length, or generated from a spectrum. */
+#include "rail/model/read_irregularities.h"
 #include "model/language/limits.h"
-#include "rail/model/rail.h"
-#include "rail/model/read_rail.h"
+#include "model/read/read_tables.h"
+#include "model/read/read_values.h"
+#include "rail/model/wave_spectrum.h"
 #include <math.h>
 
 static const kmp_key irregularity_keys[] = {

@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Profiles: cross-sections of wheels and rails, by points. */
+#include "rail/model/read_profiles.h"
+#include "model/read/read_points.h"
+#include "model/read/read_values.h"
 #include "rail/model/profile_files.h"
-#include "rail/model/read_rail.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <string.h>

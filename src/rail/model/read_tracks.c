@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tracks: two rails, and their positions. */
+#include "rail/model/read_tracks.h"
+#include "model/read/read_values.h"
 #include "rail/model/rail.h"
-#include "rail/model/read_rail.h"
+#include "rail/model/read_course.h"
+#include "rail/model/read_irregularities.h"
+#include "rail/model/read_profiles.h"
 #include <math.h>
 
 static const kmp_key track_keys[] = {

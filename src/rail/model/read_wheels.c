@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Wheels on rails: each becomes a force, and where its contact is rigid a closure, of its name. */
+#include "rail/model/read_wheels.h"
 #include "model/data/numbers.h"
-#include "rail/model/rail.h"
-#include "rail/model/read_rail.h"
+#include "model/read/read_values.h"
+#include "rail/model/read_profiles.h"
+#include "rail/model/zones.h"
 #include <string.h>
 
 static const kmp_key wheel_keys[] = {

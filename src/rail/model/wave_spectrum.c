@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Shinozuka and Jan, Digital simulation of random processes and its applications, J. Sound Vib. 25 (1972): each narrow
  * band becomes one harmonic, of the band's variance and with a random phase. */
+#include "rail/model/wave_spectrum.h"
 #include "base/memory.h"
-#include "rail/model/rail.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <stdint.h>

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Zones by sampling: the wheel without yaw is put over the rail at many positions, at a few rolls, and lowered until it
  * touches. The heights of both are on fine even grids. */
+#include "rail/model/zones.h"
 #include "base/arena.h"
-#include "rail/model/rail.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <stdlib.h>

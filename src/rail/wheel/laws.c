@@ -11,6 +11,7 @@
 #include "rail/contact/creep.h"
 #include "rail/contact/hertz.h"
 #include "rail/contact/kalker.h"
+#include "symbolic/function_table.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <pthread.h>

@@ -18,7 +18,9 @@
  * A zone ends smoothly: beyond its border a cubic is added to D that brings the least back. The zone's weight falls
  * from 1 to 0 around the border as the next zone's rises. */
 #include "rail/wheel/pair.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
 #include "symbolic/derivative.h"
+#include "symbolic/function_table.h"
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <string.h>

@@ -2,12 +2,17 @@
 /* The contact of a wheel: a rigid wheel touches at the nearest point of all zones, an elastic wheel in each zone where
  * it lies on the rail. */
 #include "rail/wheel/patch.h"
+#include "dynamics/kinematics/kinematics_conditions.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
+#include "dynamics/kinematics/kinematics_vectors.h"
 #include "rail/wheel/pair.h"
 #include "symbolic/average.h"
 #include "symbolic/blocks.h"
 #include "symbolic/derivative.h"
+#include "symbolic/function_table.h"
+#include "symbolic/graph.h"
 #include "symbolic/implicit.h"
-#include "symbolic/table_function.h"
+#include "symbolic/substitute.h"
 #include <math.h>
 
 /* Largest distance of candidates for the nearest point of a wheel of 0.46 m, in m: times kmp_wheel.scale. */

@@ -2,6 +2,9 @@
 /* On a straight track a place is a projection. On a curved track its arc length s is that of the least horizontal
  * distance to the middle line r: (p - r(s)) . r'(s) = 0. */
 #include "rail/wheel/track.h"
+#include "dynamics/kinematics/kinematics_vectors.h"
+#include "symbolic/function_table.h"
+#include "symbolic/graph.h"
 #include "symbolic/implicit.h"
 #include "symbolic/table_function.h"
 #include <string.h>

@@ -2,6 +2,8 @@
 /* The normal force of an elastic contact is N = K d^1.5 (1 + c d'), d the penetration, K of Hertz or given. For a rigid
  * contact it is the multiplier of the wheel's closure. Creep forces follow from it by the wheel's law. */
 #include "rail/wheel/wheel_contact.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
+#include "symbolic/function_table.h"
 
 static kmp_touch touch_of(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_patch *patch)
 {

@@ -4,7 +4,11 @@
  * as power. An output shows the force on the wheel and its moment about the wheel's centre in the track's axes:
  * forwards, left, up.
  */
-#include "rail/rail_wing.h"
+#include "rail/wheel/wheel_force.h"
+#include "dynamics/forces/forces.h"
+#include "dynamics/kinematics/kinematics_conditions.h"
+#include "dynamics/kinematics/kinematics_numbers.h"
+#include "dynamics/kinematics/kinematics_vectors.h"
 #include "rail/wheel/wheel_contact.h"
 #include "symbolic/table_function.h"
 

@@ -2,6 +2,7 @@
 /* The pressures of a patch in a state that is found: the gap over the plane of the contact, then its contact under the
  * normal force of the patch, by strips, and from that on a grid. The equilibrium does not depend on it: normal force,
  * place and angle are those of the ellipse. */
+#include "rail/wheel_contact/contact_pressure.h"
 #include "rail/contact/half_space.h"
 #include "rail/contact/strips.h"
 #include "rail/wheel/wheel_gap.h"

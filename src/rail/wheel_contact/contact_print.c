@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A table of contacts as text, JSON and CSV. */
+#include "rail/wheel_contact/contact_print.h"
 #include "output/print.h"
 #include "output/result_table.h"
+#include "rail/wheel_contact/contact_pressure.h"
 #include "rail/wheel_contact/contact_sweep.h"
 #include <kempe/rolling_contact.h>
 #include <kempe/vehicle.h>

@@ -3,6 +3,7 @@
  * at each value joined; below, the contacts' values over the swept quantity. */
 #include "output/picture_file.h"
 #include "output/plot.h"
+#include "rail/wheel_contact/contact_print.h"
 #include "rail/wheel_contact/contact_sweep.h"
 #include "symbolic/table_function.h"
 #include <kempe/rolling_contact.h>

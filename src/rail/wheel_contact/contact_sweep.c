@@ -9,7 +9,10 @@
 #include "constraints/inexact/nearest_exact.h"
 #include "dynamics/load_dependent.h"
 #include "model/data/coordinates.h"
+#include "model/read/loads.h"
 #include "output/print.h"
+#include "rail/wheel_contact/contact_conicity.h"
+#include "rail/wheel_contact/contact_pressure.h"
 #include "symbolic/table_function.h"
 #include <kempe/rolling_contact.h>
 #include <kempe/vehicle.h>

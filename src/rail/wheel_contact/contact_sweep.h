@@ -101,31 +101,5 @@ struct kempe_contacts {
     double cpu_s;
 };
 
-/** The SI unit of swept quantity k; "" for a parameter. Its form in results, and the unit of an angle. */
-const char *kmp_contact_unit(const kempe_contacts *table, int k);
-kmp_shown kmp_contact_shown(const kempe_contacts *table, const char *unit);
-
-/** Reads the amplitudes and the pair of wheels; then computes their conicities from the rows of the table. */
-kempe_status kmp_contact_conicity_request(kempe_contacts *table, const kempe_contact_options *options);
-kempe_status kmp_contact_conicity(kempe_contacts *table);
-
-/** The displacement and the difference of that pair, from its patches and the outputs of the wheels' poses. The
- * displacement is that of the points a radius below the centres, so that an axle that rolls on its rails has the one
- * with which it follows them. */
-kmp_displaced kmp_contact_displaced(const kempe_contacts *table, const kempe_contact_patch *patches,
-                                    const double *poses);
-
-/** True if a contact of that pair moves so far between the last two rows that it may jump. */
-bool kmp_contact_may_jump(const kempe_contacts *table);
-
 /** The word of the second law; NULL: there is none. */
 const char *kmp_contact_law_word(const kempe_contacts *table);
-
-/** Reads the method, and the division of a grid; kmp_pressure_word is the word of a method, NULL for none. */
-kempe_status kmp_contact_pressure_request(kempe_contacts *table, const char *word);
-const char *kmp_pressure_word(kmp_pressure_method method);
-
-/** Evaluates the pressures of a patch, from the pose of its wheel; the outline is allocated in the arena of the table.
- */
-kempe_status kmp_contact_pressure(kempe_contacts *table, int wheel, int zone, const double *pose,
-                                  kempe_contact_patch *patch, kmp_outline *outline);

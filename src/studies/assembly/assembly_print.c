@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Output of `assemble`, as text and as JSON. */
 #include "constraints/closing/assemble.h"
+#include "constraints/closing/assembly.h"
 #include "model/write/model_print.h"
 #include "output/print.h"
 #include <kempe/check.h>

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* `check` for a person: a short form with the verdict, or one paragraph a question. */
 #include "studies/assembly/check_print.h"
+#include "constraints/closing/assembly.h"
 #include "model/data/closure_table.h"
 #include "model/data/numbers.h"
 #include "model/write/model_print.h"
+#include "model/write/model_show.h"
 #include "output/result_table.h"
 #include <kempe/check.h>
 #include <math.h>

@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Remarks on the runs, a line for each method and kind: incomplete runs, and anomalies of complete ones. Then the
  * recommended method, by the rules in docs/compare.md, and the measurements that support it. */
+#include "studies/compare/compare_advice.h"
+#include "studies/compare/compare_levels.h"
+#include "studies/compare/compare_runs.h"
 #include "studies/compare/compare_study.h"
 #include <kempe/compare.h>
 #include <math.h>

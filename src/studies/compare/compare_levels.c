@@ -2,6 +2,7 @@
 /* The tables at equal error: the cheapest run of each method within a level of error, except accidental ones, and what
  * the method would need for the level itself; one integrator on several formulations, which shows what a formulation
  * costs; the best method of each formulation, which is what a user chooses from. */
+#include "studies/compare/compare_levels.h"
 #include "integrators/steppers/solver.h"
 #include "studies/compare/compare_study.h"
 #include <kempe/compare.h>

@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The comparison as text, JSON and tables. Text: all runs, the tables at equal error, failures, and the summary, which
  * comes last so that a terminal shows it. */
+#include "studies/compare/compare_print.h"
 #include "output/result_table.h"
+#include "studies/compare/compare_advice.h"
+#include "studies/compare/compare_levels.h"
+#include "studies/compare/compare_runs.h"
 #include "studies/compare/compare_study.h"
 #include <kempe/compare.h>
 #include <math.h>

@@ -3,7 +3,11 @@
  * choice of coordinates nor the closing nor the formulas of a step. The run with the smallest own uncertainty is the
  * reference. Its uncertainty combines its distance from the others, its own tolerances and rounding (docs/compare.md).
  */
+#include "studies/compare/compare_reference.h"
 #include "base/memory.h"
+#include "integrators/run/methods.h"
+#include "studies/compare/compare_advice.h"
+#include "studies/compare/compare_runs.h"
 #include "studies/compare/compare_study.h"
 #include <float.h>
 #include <kempe/check.h>

@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The runs of a comparison: every method at every tolerance, coarse ones first, each judged at the reference's times. A
  * method that is much slower than the fastest is stopped, and runs without remaining time are left out. */
+#include "studies/compare/compare_runs.h"
 #include "base/memory.h"
+#include "integrators/run/methods.h"
+#include "studies/compare/compare_advice.h"
 #include "studies/compare/compare_study.h"
 #include <kempe/compare.h>
 #include <math.h>

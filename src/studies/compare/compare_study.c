@@ -4,8 +4,14 @@
 #include "base/memory.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/partition/undetermined_loads.h"
+#include "integrators/run/methods.h"
 #include "integrators/steppers/solver.h"
+#include "integrators/sundials/linear.h"
 #include "output/print.h"
+#include "studies/compare/compare_advice.h"
+#include "studies/compare/compare_levels.h"
+#include "studies/compare/compare_reference.h"
+#include "studies/compare/compare_runs.h"
 #include <kempe/compare.h>
 #include <math.h>
 #include <string.h>

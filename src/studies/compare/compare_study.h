@@ -119,28 +119,6 @@ typedef struct kmp_compare_job {
     bool quiet;      /* messages of runs have been reported: the first run speaks for all */
 } kmp_compare_job;
 
-/** Runs a method once, stopped after limit_s; its time is subtracted from the rest. The rows replace those in `table`.
- * The caller frees report->reason. */
-kempe_status kmp_compare_once(kmp_compare_job *job, const kmp_method *method, double rtol, const kmp_times *times,
-                              double limit_s, kmp_samples *table, kmp_run_report *report);
-
-/** Determines by a few coarse runs if the model is stiff. */
-kempe_status kmp_compare_probe(kmp_compare_job *job, bool *stiff);
-
-/** Makes the comparison's own reference from several formulations and integrators, in at most `budget_s` of the
- * remaining time, at its own instants and at the times of a given reference (NULL: none). Without one, has_reference
- * stays false and `source` gives the reason. */
-kempe_status kmp_compare_own_reference(kmp_compare_job *job, double budget_s, const kmp_reference *given);
-
-/** Runs all methods at all tolerances, from coarse ones to fine ones. */
-kempe_status kmp_compare_run_all(kmp_compare_job *job);
-
-/** Fill `levels`; `tables`; `failures` and `warnings`; `advice` from the runs. The arena tells of missing memory. */
-void kmp_compare_levels(kempe_comparison *comparison);
-void kmp_compare_tables(kempe_comparison *comparison);
-void kmp_compare_remark(kempe_comparison *comparison);
-void kmp_compare_advise(kempe_comparison *comparison);
-
 /** Results of explicit steps at two tolerances and of implicit ones at the coarser. */
 typedef struct kmp_stiffness {
     int loose, tight, implicit; /* runs; -1: none with a result */
@@ -148,51 +126,10 @@ typedef struct kmp_stiffness {
 } kmp_stiffness;
 
 bool kmp_is_implicit(const kmp_method *method);
-bool kmp_steps_are_stiff(long loose, long tight, double decades, long implicit);
-kmp_stiffness kmp_compare_stiffness(const kempe_comparison *comparison);
-
-/** The cost of a method at a level. */
-kmp_method_cost kmp_compare_cost(const kempe_comparison *comparison, int method, int level);
-
-/** The time of a method at a level relative to the cheapest; infinite where the level is not attained. The largest of
- * these ratios over the aims. */
-double kmp_compare_ratio(const kempe_comparison *comparison, int method, int level);
-double kmp_compare_worst(const kempe_comparison *comparison, const kmp_error_levels *aims, int method);
-
-/** The method that the others of its family are compared with in the table of equal integrators: the first that attains
- * the level; -1: none. */
-int kmp_compare_base(const kempe_comparison *comparison, int method, int level);
-
-/** The first method of the table of the best ones that attains the level; -1: none. */
-int kmp_compare_best(const kempe_comparison *comparison, int level);
-
-/** Time from the model that has been read to the end of a run: preparation of the equations and of the run,
- * integration. */
-double kmp_compare_first_s(const kempe_comparison *comparison, const kmp_compared *run);
-
-/** "reduced integrated dop853", "projected dop853", "dae stabilized1 ida klu". */
-void kmp_compare_name(kmp_text *text, const kmp_method *method);
-
-/** Adds a sentence; the text, unless it is empty, which is emptied. */
-void kmp_sentences_add(kmp_arena *arena, kmp_sentences *list, const char *format, ...)
-    __attribute__((format(printf, 3, 4)));
-void kmp_sentences_take(kmp_arena *arena, kmp_sentences *list, kmp_text *text);
-
-/** True when an error is too close to the reference's own uncertainty: below ten times it. */
-bool kmp_compared_is_below(const kempe_comparison *comparison, const kmp_compared *run, kmp_quantity quantity);
 
 /* -- reports ---------------------------------------------------------------------------------------- */
 
 enum { KMP_COMPARE_SHOWN = 3 };
-
-/** The quantities whose errors are shown. */
-extern const kmp_quantity kmp_compare_shown[KMP_COMPARE_SHOWN];
-
-/** The error of a run; NaN where it is unknown, or too close to the reference's own uncertainty. */
-double kmp_compare_error(const kempe_comparison *comparison, const kmp_compared *run, kmp_quantity quantity);
-
-/** An array of sentences. */
-void kmp_sentences_json(kmp_json *json, const char *key, const kmp_sentences *list);
 
 /** The work of kempe_comparison_new. */
 kempe_status kmp_compare(const kempe_system *system, const kempe_compare_options *options,

@@ -18,6 +18,3 @@ typedef struct kmp_run_judge {
     void (*show)(kmp_text *text, const kempe_model *model, const void *verdict);
     void (*json)(kmp_json *json, const kempe_model *model, const void *verdict);
 } kmp_run_judge;
-
-/** The judge of this build; NULL: there is none. */
-const kmp_run_judge *kmp_run_judge_find(void);

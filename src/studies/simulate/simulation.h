@@ -25,17 +25,3 @@ typedef struct kmp_simulation {
     bool least_norm;              /* loads that redundant constraints share */
     kempe_trajectory *trajectory; /* the result; NULL: there is none yet */
 } kmp_simulation;
-
-/** Reads the options; the reference, the times of rows and the state to continue from. */
-kempe_status kmp_simulation_begin(kmp_simulation *simulation, const kempe_system *system,
-                                  const kempe_run_options *options);
-
-/** Integrates. The trajectory then has its rows and its status with a reason. */
-kempe_status kmp_simulation_run(kmp_simulation *simulation);
-
-/** Judges a trajectory with the status of its run: residuals, energy, differences from a reference, and what a wing
- * judges; then, unless the options leave it out, the same motion at another tolerance. */
-kempe_status kmp_simulation_judge(kmp_simulation *simulation, kempe_status status);
-
-/** Gives the trajectory to the caller where there is one, and frees the rest. Returns the status. */
-kempe_status kmp_simulation_end(kmp_simulation *simulation, kempe_status status, kempe_trajectory **trajectory);

@@ -2,12 +2,19 @@
 /* The public stepper: a runner, and its current row; its inputs; its state, set, saved, restored, copied; other values
  * of parameters. A restored stepper makes its runner anew from the saved numbers alone, so that nothing of what
  * happened in between remains. */
+#include "studies/simulate/stepper_run.h"
 #include "base/memory.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "constraints/tolerances.h"
+#include "constraints/workspace/state_workspace.h"
 #include "constraints/workspace/workspace_inside.h"
+#include "integrators/run/runner_change.h"
+#include "integrators/run/runner_inputs.h"
+#include "integrators/run/runner_site.h"
+#include "integrators/run/runner_stand_in.h"
 #include "integrators/steppers/sample_times.h"
 #include "model/data/variant.h"
+#include "model/read/loads.h"
 #include "output/print.h"
 #include "studies/simulate/stepper_inside.h"
 #include <kempe/settings.h>

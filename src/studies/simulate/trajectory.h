@@ -5,6 +5,9 @@
 #include "integrators/run/recording.h"
 #include "output/convergence.h"
 #include "output/verdict.h"
+#include "studies/simulate/run_judge.h"
+
+struct kmp_simulation;
 
 struct kempe_trajectory {
     const kempe_system *system;
@@ -30,9 +33,6 @@ struct kempe_trajectory {
     void *judged;             /* by kmp_run_judge_find(); NULL: not */
     double *at;               /* 3 n + m: a row between those of the table */
 };
-
-/** The word of its status. */
-const char *kmp_trajectory_word(const kempe_trajectory *t);
 
 /** Unit of the number that differs most in the repeat run; "": a state; NULL: there is none. */
 const char *kmp_trajectory_unit(const kempe_trajectory *t);
@@ -61,8 +61,19 @@ typedef struct kmp_contact_times {
     double turns;
 } kmp_contact_times;
 
-/** The contacts of one force element. KEMPE_E_MEMORY. */
-kempe_status kmp_contact_times_find(const kempe_trajectory *trajectory, int force, kmp_contact_times *times);
+/** The judge of this build; NULL: there is none. */
+const kmp_run_judge *kmp_run_judge_find(void);
 
-/** Of the k-th contact of the log: its largest depth in the unit of the element, NaN: it has not ended. */
-double kmp_contact_time_depth(const kempe_trajectory *trajectory, int k);
+/** Reads the options; the reference, the times of rows and the state to continue from. */
+kempe_status kmp_simulation_begin(struct kmp_simulation *simulation, const kempe_system *system,
+                                  const kempe_run_options *options);
+
+/** Integrates. The trajectory then has its rows and its status with a reason. */
+kempe_status kmp_simulation_run(struct kmp_simulation *simulation);
+
+/** Judges a trajectory with the status of its run: residuals, energy, differences from a reference, and what a wing
+ * judges; then, unless the options leave it out, the same motion at another tolerance. */
+kempe_status kmp_simulation_judge(struct kmp_simulation *simulation, kempe_status status);
+
+/** Gives the trajectory to the caller where there is one, and frees the rest. Returns the status. */
+kempe_status kmp_simulation_end(struct kmp_simulation *simulation, kempe_status status, kempe_trajectory **trajectory);

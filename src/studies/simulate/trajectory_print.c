@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A trajectory as a report and as one JSON object. */
+#include "studies/simulate/trajectory_print.h"
 #include "base/memory.h"
 #include "integrators/formulations/cost_model.h"
 #include "model/data/closure_table.h"
@@ -9,7 +10,7 @@
 #include "output/result_table.h"
 #include "output/weighting.h"
 #include "studies/simulate/observed.h"
-#include "studies/simulate/run_judge.h"
+#include "studies/simulate/trajectory.h"
 #include <math.h>
 #include <string.h>
 

@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* The start of a run: independent rows and coordinates, consistent rates and accelerations, a formulation and an
+ * integrator. */
+#pragma once
+
+#include "integrators/formulations/formulation.h"
+#include "integrators/run/run.h"
+
+/** Makes everything that a run needs before its integrator starts. */
+kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start);
+
+/** Makes the room of a run's state, and what states that take next values, friction and contacts need. */
+kempe_status kmp_runner_make_parts(kmp_runner *run);
+
+/** Begins at spec.t_start: inputs, sampled states, conditions, rows, impacts and modes. The state is in run->state, the
+ * rows in run->part. */
+kempe_status kmp_runner_begin_at(kmp_runner *run, const kempe_assembly *start);
+
+/** Chooses rows and coordinates at (t, q); rank < 0: by the pivots. */
+kempe_status kmp_runner_choose(kmp_runner *run, double t, const double *q, int rank, const int *wish, int wish_count);
+
+/** Makes the margin of the chosen rows at (t, q), the distance from a change point, unless change points are ignored.
+ */
+kempe_status kmp_runner_compute_margin(kmp_runner *run, double t, const double *q);
+
+/** True for rounded numbers if q is not closed on the rows kept now; kmp_runner_project closes q and qd on them. */
+bool kmp_runner_is_off(kmp_runner *run, double t, const double *q);
+kempe_status kmp_runner_project(kmp_runner *run, double t, double *q, double *qd);
+
+/** Computes qdd and lambda of the chosen rows at the evaluator's last closure, which was at (t, q). */
+kempe_status kmp_runner_accelerate(kmp_runner *run, double t, const double *q, const double *qd);
+
+/** The start of a formulation at a state, with the rows and the margin of the run. */
+kmp_formulation_start kmp_runner_given(kmp_runner *run, double t, const double *q, const double *qd, double work);
+
+/** Makes the formulation at a state, that across change points if the run is near one, and its integrator. */
+kempe_status kmp_runner_make(kmp_runner *run, double t, const double *q, const double *qd, double work);
+
+/** Starts the integrator at (t, y[, yp]), a one-step method with a step h (0: of its own choice). */
+kempe_status kmp_runner_start(kmp_runner *run, double t, const double *y, const double *yp, double h);

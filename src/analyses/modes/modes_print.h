@@ -1,0 +1,19 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Modes as text, JSON and tables. */
+#pragma once
+
+#include "base/context.h"
+#include <kempe/modes.h>
+
+/** The form in which results show values of the number that varies. */
+kmp_shown kmp_modes_shown(const kempe_modes *modes);
+
+/** Appends the participation in eigenvalue c: the largest shares of kinetic energy, "A 0.7, B 0.3". */
+void kmp_modes_put_movers(kmp_text *text, const kempe_modes *modes, int c);
+
+/** Appends the direction of a zero: "along X", or with other coordinates. */
+void kmp_modes_put_along(kmp_text *text, const kempe_modes *modes, int c);
+
+/** Appends the summary, a sentence without its full stop; returns its keyword. */
+const char *kmp_modes_verdict(const kempe_modes *modes);
+void kmp_modes_put_verdict(kmp_text *text, const kempe_modes *modes);

@@ -1,0 +1,12 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Adjoint method: the derivative of one scalar, at the end of a motion or integrated over it, by all parameters at
+ * once, for any number of them. */
+#pragma once
+
+#include "analyses/sensitivity/forward.h"
+
+/** The scalar is `target`, at ask->t_end or, `integral`, integrated from 0 to there; gradient: count values. Rows and
+ * watch of `options` are ignored. Errors as kmp_forward_run. */
+kempe_status kmp_adjoint_run(kmp_sensitivity_equations *varied, const kmp_forward *options,
+                             const kmp_forward_target *target, bool integral, const double *sizes, double *gradient,
+                             kmp_adjoint_report *report);

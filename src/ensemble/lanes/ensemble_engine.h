@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* An engine: the instances of one thread. Its pools stay from one chunk of a run to the next. */
+#pragma once
+
+#include "ensemble/lanes/ensemble_inside.h"
+
+/** An engine for a model with variable parameters; `apart`: with a context of its own, below that of the model. */
+kempe_status kmp_engine_new(const kempe_model *model, int count, const char *const *names, bool apart,
+                            kmp_engine **engine);
+void kmp_engine_free(kmp_engine *engine);
+
+/** Begins a run with a resolved spec and a given number of lanes, and ends it. */
+kempe_status kmp_engine_begin(kmp_engine *engine, const kmp_run_spec *spec, const kmp_ensemble_execution *execution,
+                              kmp_ensemble_done *all);
+void kmp_engine_end(kmp_engine *engine);
+
+/** Runs a chunk: `count` rows of values, their results, q and qd. */
+kempe_status kmp_engine_run(kmp_engine *engine, int count, const double *values, kmp_ensemble_result *results,
+                            double *q, double *qd);
+
+/** Keeps the constants of the system, and restores them. */
+void kmp_constants_keep(const kempe_system *s, kmp_system_constants *constants);
+void kmp_constants_take(kempe_system *s, const kmp_system_constants *constants);
+
+/** Counts an instance that has come to its end. */
+void kmp_engine_count(kmp_engine *engine);

@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Operations on one instance at a time: its start, an exchange of u, its end. The evaluator and the scales of the
+ * system are those of the current instance. */
+#pragma once
+
+#include "ensemble/lanes/ensemble_inside.h"
+
+/** Reason why lanes can run no instance; NULL: they can. */
+const char *kmp_engine_no_lanes(const kmp_engine *e);
+
+/** Assembles an instance and puts it into a pool, or leaves it to a separate run, or writes its failure. */
+kempe_status kmp_instance_start(kmp_engine *e, int i);
+/** Makes the next choice of u of an instance, from t and y. */
+kempe_status kmp_instance_exchange(kmp_engine *e, kmp_lane_group *from, int i);
+/** The same for one degree of freedom, from y and dy alone: u becomes dependent, and v[k] independent. */
+kempe_status kmp_instance_swap(kmp_engine *e, kmp_lane_group *from, int i, int k);
+/** Goes on with the choice of u of an instance from e->state at its time. */
+kempe_status kmp_instance_resume(kmp_engine *e, kmp_lane_group *from, int i);
+/** Makes the next choice of independent rows of an instance, from t and y. */
+kempe_status kmp_instance_change_rows(kmp_engine *e, kmp_lane_group *from, int i);
+/** Keeps the choice of u of an instance with another order of elimination that is good at t and y. */
+kempe_status kmp_instance_reorder(kmp_engine *e, kmp_lane_group *from, int i);
+/** Writes the result of an instance, from t and y. */
+kempe_status kmp_instance_finish(kmp_engine *e, kmp_lane_group *pool, int i);
+/** Takes an instance out of the lanes for a separate run. */
+void kmp_instance_leave(kmp_engine *e, int i, const char *why);
+
+/** Puts the values of an instance into the model. KEMPE_E_INPUT: they are impossible, and its result says why. */
+kempe_status kmp_instance_take_values(kmp_engine *e, int i);
+/** Takes the values of an instance, assembles it, and measures its energies: KEMPE_E_INPUT, or the status of the
+ * assembly. */
+kempe_status kmp_instance_assemble(kmp_engine *e, int i, kempe_assembly **a);
+
+/** Puts q and qd of an instance in the unknowns of a pool into e->state, with factors and tangent, closed on request.
+ * false: Jv is singular, and the instance is left to a separate run. */
+bool kmp_instance_unpack(kmp_engine *e, kmp_lane_group *pool, int i, bool closed);
+
+/** True if no joint's angles are nearer to their singular position than this, or the user keeps them. */
+bool kmp_instance_has_angles(const kmp_engine *e, const double *q, double least);
+
+/** Goes on from (q, qd) at x->t with another partition, which it frees; `status`: of its choice. */
+kempe_status kmp_instance_go_on(kmp_engine *e, int i, kempe_status status, kmp_partition *part, const double *q,
+                                const double *qd);
+/** Measures the end of an instance; the evaluator's closure is that of q. */
+void kmp_instance_judge(kmp_engine *e, int i, double t, const double *q, const double *qd, double work);
+
+/** Makes an instance that was current before current again. */
+void kmp_instance_current(kmp_engine *e, const kmp_instance *x);
+
+/** Computes q and qd at a time from unknowns y of a pool for the present constants, with factors and tangent, on closed
+ * loops if `closed`. false: Jv is singular. */
+bool kmp_instance_state(kmp_engine *e, kmp_lane_group *pool, double t, const double *y, double *q, double *qd,
+                        bool closed);

@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Points of a curve: two lists in the file, or two columns of a CSV file in its folder. */
+#pragma once
+
+#include "model/read/reading.h"
+
+/** Reads the points; members up to `dimension` are set by the caller. False after an error. */
+bool kmp_read_points(kmp_points *p);
+
+/** Reads `unit`, of the columns of a CSV file: of this dimension, which an error calls so. Without it: SI. False after
+ * an error. */
+bool kmp_read_column_unit(const kmp_points *p, kmp_dimension dimension, const char *so, kmp_unit *unit);
+
+/** Turns the order of the points round. */
+void kmp_points_reverse(kmp_points *p);
+
+/** The path of a file that another one names, beside that one. */
+const char *kmp_path_beside(kmp_reader *r, int file, const char *name);
+
+/** Reads a file for the reader, to be freed; NULL after an error: "WHAT: reason". */
+char *kmp_read_file(kmp_reader *r, kmp_file_kind kind, const kmp_yaml *node, const char *what, const char *path,
+                    size_t *length);

@@ -1,0 +1,10 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Profiles and tracks, as they were understood, in both forms. */
+#pragma once
+
+#include "base/json.h"
+#include <kempe/kempe.h>
+
+/** Profiles and tracks in either form: nothing where there are none. */
+void kmp_model_show_tracks(kmp_text *text, const kempe_model *model);
+void kmp_model_json_tracks(kmp_json *json, const kempe_model *model);

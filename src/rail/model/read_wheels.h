@@ -1,0 +1,11 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+/* Wheels on rails: each becomes a force, and where its contact is rigid a closure, of its name. */
+#pragma once
+
+#include "model/read/reading.h"
+
+void kmp_read_wheels(kmp_reader *r);
+
+/** Closures of rigid wheels, and the forces of all wheels. */
+void kmp_add_wheel_closures(kmp_reader *r);
+void kmp_add_wheel_forces(kmp_reader *r);
