@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/closing/loop_polygon.h"
+#include "model/data/model.h"
 #include <math.h>
 
 static void position(const kempe_model *model, int point, double at[3])

@@ -10,6 +10,7 @@
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dot.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

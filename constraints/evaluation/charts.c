@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/evaluation/charts.h"
+#include "model/data/model.h"
 #include <string.h>
 
 static kmp_chart_joint joint_of(const kempe_system *s, int c)

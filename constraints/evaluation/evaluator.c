@@ -9,6 +9,7 @@
 #include "dynamics/kinematics/link_tree.h"
 #include "dynamics/motion.h"
 #include "dynamics/motion_choice.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/language/expression_value.h"
 #include <math.h>

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/evaluation/present_inputs.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "constraints/kinds/kind.h"
 #include "base/wings.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 
 const kmp_part kmp_part_none = {0};
 

@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "dynamics/goal_equations.h"
+#include "dynamics/equations.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "model/data/model.h"
 #include "symbolic/derivative.h"
 #include "symbolic/partials.h"
 #include <string.h>

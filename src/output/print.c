@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "output/print.h"
 #include "constraints/inexact/nearest_exact.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

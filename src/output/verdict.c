@@ -2,6 +2,7 @@
 #include "output/verdict.h"
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

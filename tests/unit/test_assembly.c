@@ -10,6 +10,7 @@
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include "random.h"
 #include "testing.h"
 #include <kempe/check.h>

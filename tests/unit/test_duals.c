@@ -5,6 +5,7 @@
 #include "base/text.h"
 #include "integrators/formulations/tangent.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include "random_model.h"
 #include "testing.h"
 #include <kempe/settings.h>

@@ -5,6 +5,7 @@
 #include "constraints/evaluation/evaluator.h"
 #include "inverted.h"
 #include "linalg/dense/lapack.h"
+#include "model/data/model.h"
 #include "symbolic/table_function.h"
 #include <kempe/workspace.h>
 #include <stdio.h>

@@ -5,6 +5,7 @@
 #include "analyses/derivatives/parameter_slopes.h"
 #include "constraints/evaluation/evaluator.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include "model/data/variant.h"
 #include "random.h"
 #include "testing.h"

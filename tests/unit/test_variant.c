@@ -3,6 +3,7 @@
  * the scales, the start; values that are zero in the file; what cannot vary, and values that a model cannot have. */
 #include "constraints/evaluation/evaluator.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include "model/data/variant.h"
 #include "random.h"
 #include <kempe/settings.h>

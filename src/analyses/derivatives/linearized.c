@@ -9,6 +9,7 @@
 #include "constraints/evaluation/intended_rank.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/dot.h"
+#include "model/data/model.h"
 #include "model/read/check_mass.h"
 #include <string.h>
 

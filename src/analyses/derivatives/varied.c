@@ -4,6 +4,7 @@
 #include "constraints/closing/close_reduced.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

@@ -17,6 +17,7 @@
 #include "constraints/evaluation/intended_rank.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/lapack.h"
+#include "model/data/model.h"
 #include <kempe/check.h>
 #include <string.h>
 

@@ -17,6 +17,7 @@
 #include "constraints/diagnosis/shared_loads.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
+#include "model/data/model.h"
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "output/quantity.h"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "analyses/equilibrium/steady.h"
 #include "model/data/coordinates.h"
+#include "model/data/model.h"
 #include <string.h>
 
 kempe_status kmp_steady_take(const kempe_model *model, const kmp_ranges *ranges, kmp_arena *arena, int *varies,

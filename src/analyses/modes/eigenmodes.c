@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
+#include "model/data/model.h"
 #include "output/print.h"
 #include <math.h>
 #include <stdlib.h>

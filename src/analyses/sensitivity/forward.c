@@ -8,6 +8,7 @@
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "integrators/decide/run_start.h"
+#include "model/data/model.h"
 #include "model/data/run_settings.h"
 #include <kempe/check.h>
 #include <math.h>

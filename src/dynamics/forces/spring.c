@@ -2,6 +2,8 @@
 #include "dynamics/forces/forces.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 #include "symbolic/function_table.h"
 
 /* Point-to-point spring-damper: tension k (L - L0) + c Ld. With d from the first point to the second and Ld = d.dd / L

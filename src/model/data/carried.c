@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/data/carried.h"
+#include "model/data/model.h"
 #include <string.h>
 
 int kmp_joint_find(const kempe_model *model, const char *name)

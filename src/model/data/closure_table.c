@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include <string.h>
 
 const kmp_closure_row kmp_closure_table[KMP_CLOSURE_KINDS] = {

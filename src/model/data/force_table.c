@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/data/force_table.h"
+#include "model/data/model.h"
 #include <stddef.h>
 #include <string.h>
 

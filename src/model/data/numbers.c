@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/data/numbers.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include <stddef.h>
 
 const char *const kmp_inertia_names[6] = {"xx", "yy", "zz", "xy", "xz", "yz"};
