@@ -6,6 +6,7 @@
 #include "analyses/equilibrium/equilibrium_study.h"
 #include "bench.h"
 #include "constraints/closing/assemble.h"
+#include "constraints/evaluation/shown_outputs.h"
 #include "linalg/dense/spectrum.h"
 #include "model/data/output_table.h"
 #include <kempe/check.h>

@@ -1,5 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Centring of joints with clearance, and rates that let them rest. Each length has a change of least size that keeps
+ * the loops closed; combinations of these changes are found by pivoting of their small matrix, so that contradictory
+ * lengths are left out one by one. */
 #include "constraints/closing/loose_start.h"
+#include "constraints/evaluation/row_residuals.h"
 #include "constraints/tolerances.h"
 #include "dynamics/goal_equations.h"
 #include "linalg/dense/dot.h"

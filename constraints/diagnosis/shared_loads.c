@@ -683,7 +683,7 @@ static unsigned tell_expression(telling *w, const kempe_model *model, const kmp_
     const bool moment = m && (m->kind == KMP_MEASURE_MOMENT || m->kind == KMP_MEASURE_JOINT_MOMENT);
     const bool joint = m && (m->kind == KMP_MEASURE_JOINT_REACTION || m->kind == KMP_MEASURE_JOINT_MOMENT);
     if (joint || moment || (m && m->kind == KMP_MEASURE_REACTION))
-        shared = tell_load(w, model, joint, m->spot[0].closure, moment, e->number, e->number + 1);
+        shared = tell_load(w, model, joint, m->argument[0].closure, moment, e->number, e->number + 1);
     shared |= tell_expression(w, model, e->a) | tell_expression(w, model, e->b) | tell_expression(w, model, e->c);
     return shared ? 1 : 0;
 }

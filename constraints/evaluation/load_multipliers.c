@@ -1,4 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Multipliers in forces, by Newton's method with halved steps. Lambda is linear in C, so that its derivative by the few
+ * multipliers nu is one solution of the factored system for each. A second solution is looked for from other starts,
+ * since friction that grows with a reaction may have two. */
 #include "constraints/evaluation/load_multipliers.h"
 #include "base/arena.h"
 #include "base/memory.h"

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* An evaluator's constants in the lanes of a program: modes and charts are compared before each run, and set in all
+ * lanes where they differ. The tests of pivots and values run over all lanes at once, as compilers vectorise them. */
 #include "constraints/evaluation/stage_lanes.h"
 #include "base/clones.h"
 #include "base/memory.h"

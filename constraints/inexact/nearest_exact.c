@@ -1,4 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* From a rounded drawing to a system: assemble, look whether closures are redundant but for rounding, find the nearest
+ * mechanism in which they are exactly so, and derive its equations; or take the closures as written where rounding does
+ * not explain their gaps. */
 #include "constraints/inexact/nearest_exact.h"
 #include "constraints/closing/assembly.h"
 #include "constraints/evaluation/intended_rank.h"

@@ -1,4 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The margin of rank along a run: inverse iteration for the least combination of rows, always from the same vector, so
+ * that w is smooth in q. A line through the last two values predicts where it passes zero. Cheap tests of pivots and
+ * signs exclude that in most steps. */
 #include "constraints/partition/rank_margin.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"

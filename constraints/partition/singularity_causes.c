@@ -1,5 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Reasons for accelerations that do not exist, in the order in which they are looked for: a singular position of
+ * angles, a value that is not finite, a motion without mass. The last is a null vector of the scaled reduced mass,
+ * found by complete pivoting. */
 #include "constraints/partition/singularity_causes.h"
+#include "constraints/evaluation/jacobian_and_mass.h"
 #include "constraints/partition/reduction.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
@@ -111,9 +115,9 @@ bool kmp_put_not_finite(kmp_evaluator *eval, double t, const double *q, const do
     bool by_bodies = eval->by_bodies;
     if (kmp_eval_add_composite(eval) != KEMPE_OK)
         return false;
-    kmp_eval_take(eval, false);
+    kmp_eval_set_by_bodies(eval, false);
     bool found = put_not_finite(eval, t, q, qd, text);
-    kmp_eval_take(eval, by_bodies);
+    kmp_eval_set_by_bodies(eval, by_bodies);
     return found;
 }
 

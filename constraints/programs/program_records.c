@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Written programs by name: a digest of coordinates, rows and the pattern of charts. A program from the cache is
+ * checked in its numbers before it is used, and is written again if it fails. */
 #include "constraints/programs/program_records.h"
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"

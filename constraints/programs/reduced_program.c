@@ -1,4 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The reduced right-hand side as a program: it is written, run once at the state at rest, and kept if its pivots are
+ * good there. After a run the factors are checked by the same bounds, and a step's end can lend h, J, Bvu and the
+ * correction of v from its last stage. */
 #include "constraints/programs/reduced_program.h"
 #include "base/arena.h"
 #include "base/memory.h"

@@ -51,7 +51,7 @@ static bool derive(writer *w)
     return w->source;
 }
 
-/* Charts become numbers, as in the solved program; multipliers are numbered by independent rows. */
+/* Charts become numbers, as in the saddle program; multipliers are numbered by independent rows. */
 static bool import(writer *w)
 {
     int m = w->s->m, charts = KMP_CHART_SIZE * w->s->chart_count;

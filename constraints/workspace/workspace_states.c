@@ -2,6 +2,7 @@
 /* The equations, and accelerations by them, at many states. The motion program runs at a group of states in the lanes
  * of vector registers, with the bits that it has at each of them alone. States that remain, and all states of models
  * with conditions, forces that depend on multipliers or a user-defined force, are evaluated one at a time. */
+#include "constraints/evaluation/jacobian_and_mass.h"
 #include "constraints/workspace/state_workspace.h"
 #include "constraints/workspace/workspace_inside.h"
 #include "dynamics/load_dependent.h"

@@ -1,4 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Columns of the reduced Jacobian, one for each unknown: spread to q and qd by the tangent, through the exact
+ * derivatives of the residual, and back by X'. Columns are independent of each other, and are shared among threads in
+ * pieces. */
 #include "integrators/formulations/reduced_jacobian.h"
 #include "base/memory.h"
 #include "linalg/dense/dot.h"

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Tangent programs in memory and on disk. A program from a file is checked against the sizes of the system before it is
+ * used. */
 #include "integrators/formulations/tangent_record.h"
 #include "base/memory.h"
 #include "dynamics/program_cache.h"

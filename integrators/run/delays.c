@@ -1,4 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Recording of delayed signals and their jumps. The past is polynomials of the dense output at the delayed time; a jump
+ * of a derivative returns after the delay with an order higher by one, until it is smooth enough for the integrator
+ * (Bellen and Zennaro 2003). */
 #include "integrators/run/delays.h"
 #include "backend/machine.h"
 #include "base/memory.h"

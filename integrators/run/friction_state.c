@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Modes at a state without a run: the decisions of runs (integrators/decide) on one state, with a site that evaluates
+ * conditions there. */
 #include "integrators/run/friction_state.h"
 #include "base/memory.h"
+#include "constraints/evaluation/condition_modes.h"
 #include "constraints/tolerances.h"
 #include "dynamics/kinematics/friction_modes.h"
 #include "integrators/friction/friction_elements.h"

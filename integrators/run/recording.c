@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The whole run in memory: numbers of each step in one stream, written and read by the same functions, and stretches of
+ * steps with the same unknowns, for which formulation and integrator are made once. */
 #include "integrators/run/recording.h"
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
+#include "constraints/evaluation/condition_modes.h"
+#include "constraints/evaluation/row_residuals.h"
 #include "integrators/run/runner.h"
 #include "integrators/run/runner_center.h"
 #include "integrators/run/runner_explain.h"

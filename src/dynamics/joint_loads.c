@@ -1,4 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Joint loads by virtual work: the joint is displaced and turned by six inputs in a copy of the tree. Derivatives of
+ * lengths and angles along these inputs give the generalized forces, which are force and moment. Parts along the free
+ * motions are removed at the end. */
 #include "dynamics/joint_loads.h"
 #include "base/context.h"
 #include "constraints/kinds/kind.h"

@@ -1,4 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Programs of accelerations, in groups of outputs that become stages: h, J and h_t; M; C and jdqd; power. With forces
+ * that depend on multipliers jdqd comes before C, and dC/dlambda after it. M and C can wait until their first use
+ * (late): patterns and variants are known before, the program is made under a lock. */
 #include "dynamics/motion.h"
 #include "base/memory.h"
 #include "dynamics/choose_variants.h"
@@ -264,13 +267,13 @@ static kempe_status make_late(kmp_lazy_equations *late)
         return KEMPE_OK;
     /* M and C by the variants that the search has chosen; without a search, by those of the model as it is. */
     kmp_events events = s->events; /* the system has recorded all conditions: none is added */
-    const kmp_derivation_request scene = {.sets = KMP_MOTION_SETS,
-                                          .savings = s->late->chosen.stay ? &s->late->chosen : NULL,
-                                          .quick = true,
-                                          .events = &events,
-                                          .charted = true};
+    const kmp_derivation_request request = {.sets = KMP_MOTION_SETS,
+                                            .savings = s->late->chosen.stay ? &s->late->chosen : NULL,
+                                            .quick = true,
+                                            .events = &events,
+                                            .charted = true};
     kmp_equations eq;
-    KMP_TRY(kmp_equations_derive(&eq, s->model, &scene));
+    KMP_TRY(kmp_equations_derive(&eq, s->model, &request));
     s->motion = kmp_motion_make_again(s, &eq);
     kmp_equations_free(&eq);
     KMP_TRY(kmp_made(s->context, s->motion));

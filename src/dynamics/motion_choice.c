@@ -176,16 +176,17 @@ static kempe_status derive(const kempe_system *s, kmp_bodies *bodies)
     const kmp_program *p = s->late ? s->late->weighing : s->motion;
     const uint32_t nodes = (uint32_t)(s->late ? QUARTERS * p->code[p->stages] : p->code[p->stages]);
     kmp_events events = s->events; /* the system has recorded all conditions: none is added */
-    const kmp_derivation_request scene = {.sets = KMP_SET_ACCELERATION | KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_POWER,
-                                          .efforts = true,
-                                          .nodes = (passes ? NODES_LARGE : NODES) * nodes,
-                                          .first = &bodies->first,
-                                          .quick = true,
-                                          .events = &events,
-                                          .frictionless = s->frictionless,
-                                          .charted = true};
+    const kmp_derivation_request request = {.sets =
+                                                KMP_SET_ACCELERATION | KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_POWER,
+                                            .efforts = true,
+                                            .nodes = (passes ? NODES_LARGE : NODES) * nodes,
+                                            .first = &bodies->first,
+                                            .quick = true,
+                                            .events = &events,
+                                            .frictionless = s->frictionless,
+                                            .charted = true};
     kmp_equations eq;
-    KMP_TRY(kmp_equations_derive(&eq, s->model, &scene));
+    KMP_TRY(kmp_equations_derive(&eq, s->model, &request));
     bool made = kmp_motion_make_bodies(s, bodies, &eq);
     kmp_equations_free(&eq);
     return made ? KEMPE_OK : kmp_fail_memory(s->context);

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Requested outputs as expressions: positions, energies, momenta about points, coordinates of cut joints, and values of
+ * forces. Momenta are sums over rigid parts in ground axes. Outputs of wings come from their rows. */
 #include "dynamics/outputs.h"
 #include "base/wings.h"
 #include "dynamics/closures.h"

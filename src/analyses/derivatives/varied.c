@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "constraints/closing/close_reduced.h"
 #include "constraints/evaluation/charts.h"
+#include "constraints/evaluation/condition_modes.h"
 #include "constraints/tolerances.h"
 #include <math.h>
 #include <string.h>

@@ -4,6 +4,7 @@
 #include "analyses/derivatives/sampled_motion.h"
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
+#include "constraints/evaluation/jacobian_and_mass.h"
 #include "constraints/tolerances.h"
 #include "output/print.h"
 #include <math.h>
