@@ -5,8 +5,8 @@
 #include "base/memory.h"
 #include "dynamics/choose_variants.h"
 #include "exchange/code/sets.h"
+#include "exchange/code/steps.h"
 #include "symbolic/function_table.h"
-#include "symbolic/steps.h"
 #include "testing.h"
 
 static kempe_context *context;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "model/read/model_instances.h"
+#include "ensemble/sampling/model_instances.h"
 #include "base/context.h"
 #include "model/data/variant.h"
 #include "model/read/reader.h"
