@@ -149,7 +149,7 @@ static char sign_of_block(const search *s, const kmp_loop_block *block)
 }
 
 /* Adds q to the list. */
-static void keep(search *s, const double *q, double residual)
+static void add_branch(search *s, const double *q, double residual)
 {
     const kempe_system *system = s->b->system;
     for (int k = 0; k < s->b->count; k++)
@@ -177,19 +177,19 @@ static void keep(search *s, const double *q, double residual)
     s->b->branch[s->b->count++] = branch;
 }
 
-static kempe_status sample(search *s, int seed)
+static kempe_status assemble_sample(search *s, int seed)
 {
     kempe_branches *b = s->b;
     kmp_random_starts random = {.system = b->system, .from = b->assembly->q, .still = b->kept, .far = FAR};
     random.state = (unsigned)seed;
     random.guess = KMP_ARENA_NEW(&b->arena, double, b->system->n);
     int starts = b->system->n > LARGE ? STARTS_OF_LARGE : STARTS;
-    keep(s, b->assembly->q, b->assembly->residual);
+    add_branch(s, b->assembly->q, b->assembly->residual);
     while (b->starts < starts && !b->many && !b->arena.failed && !kmp_interrupted(b->system->context)) {
         kempe_assembly *a = NULL;
         KMP_TRY(kmp_random_starts_next(&random, &a));
         if (a)
-            keep(s, a->q, a->residual);
+            add_branch(s, a->q, a->residual);
         kempe_assembly_free(a);
         b->starts = random.starts;
         b->closed = random.closed;
@@ -198,7 +198,7 @@ static kempe_status sample(search *s, int seed)
     return KEMPE_OK;
 }
 
-static kempe_status find(kempe_branches *b, int seed)
+static kempe_status search_branches(kempe_branches *b, int seed)
 {
     int n = b->system->n;
     search s = {.b = b, .walk = kmp_walk_new(b->system)};
@@ -210,7 +210,7 @@ static kempe_status find(kempe_branches *b, int seed)
         choose_blocks(&s);
         kmp_charts_reset(b->system, s.walk->eval->chart);
         kmp_eval_set_charts(s.walk->eval, s.walk->eval->chart);
-        status = b->arena.failed ? KEMPE_E_MEMORY : sample(&s, seed);
+        status = b->arena.failed ? KEMPE_E_MEMORY : assemble_sample(&s, seed);
         /* All but the first, by signs and then by states. */
         for (int i = 2; i < b->count; i++) {
             kmp_branch moved = b->branch[i];
@@ -386,7 +386,7 @@ kempe_status kempe_branches_new(const kempe_system *system, int seed, kempe_bran
     b->system = system;
     kempe_status status = kempe_assembly_new(system, &b->assembly);
     if (status == KEMPE_OK)
-        status = find(b, seed);
+        status = search_branches(b, seed);
     b->warnings = kmp_context_warnings(system->context);
     b->status = status = kmp_context_verdict(system->context, status);
     return KMP_GIVE_OR_FREE(status, branches, b, kempe_branches_free);

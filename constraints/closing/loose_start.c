@@ -44,7 +44,7 @@ void kmp_loosening_free(kmp_loosening *l)
 /* -- lengths and their rows ------------------------------------------------------------------------------ */
 
 /* Lengths at q. */
-static void measure(kmp_loosening *l, const double *q)
+static void measure_lengths(kmp_loosening *l, const double *q)
 {
     const int places = kmp_goals_place_count(l->s->model), n = l->s->n;
     kmp_machine_set(l->machine, KMP_IN_CHART, l->closer->eval->chart);
@@ -76,7 +76,7 @@ static bool find_changes(kmp_loosening *l, const bool *fixed, const double *q)
     const int n = l->s->n;
     if (l->s->m > 0 && l->closer->place(l->closer->self, 0, q) != 0)
         return false;
-    measure(l, q);
+    measure_lengths(l, q);
     /* The rows of G over their scaled sizes. */
     for (int i = 0; i < l->count; i++) {
         double *row = l->slope + i * n, sum = 0;
@@ -154,7 +154,7 @@ bool kmp_loosening_center(kmp_loosening *l, const bool *hold, double *q)
     const size_t bytes = (size_t)l->s->n * sizeof *q;
     if (l->count == 0)
         return false;
-    measure(l, q);
+    measure_lengths(l, q);
     double *before = is_outside(l) ? KMP_ARENA_NEW(&l->arena, double, l->s->n) : NULL;
     if (!before)
         return false;
@@ -163,7 +163,7 @@ bool kmp_loosening_center(kmp_loosening *l, const bool *hold, double *q)
     for (int k = 0; k < MOST_STEPS && size > KMP_CLOSED_STALLED; k++)
         size = step(l, hold, q);
     double most = 0;
-    measure(l, q);
+    measure_lengths(l, q);
     for (int i = 0; i < l->count; i++)
         most = fmax(most, fabs(l->length[i]));
     if (l->s->m > 0)

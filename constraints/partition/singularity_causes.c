@@ -138,7 +138,7 @@ static double change_of(const kmp_reduction *red, const double *s, int i)
 
 /* Names the coordinates that move together: each alone may move a mass, as in a gimbal whose outer axes are parallel.
  */
-static void name(const kmp_reduction *red, const double *s, kmp_text *why)
+static void name_motion(const kmp_reduction *red, const double *s, kmp_text *why)
 {
     const kempe_model *model = red->eval->system->model;
     int first = 0, others = 0; /* the coordinate with the largest change */
@@ -154,7 +154,7 @@ static void name(const kmp_reduction *red, const double *s, kmp_text *why)
 }
 
 /* found: a regular reduced mass is not reported. false: no memory. */
-static bool search(kmp_reduction *red, bool found, kmp_text *why)
+static bool find_massless(kmp_reduction *red, bool found, kmp_text *why)
 {
     int p = red->p, rank = 0, *row, *col;
     double *mx = KMP_ARENA_NEW(&red->arena, double, red->n), *mr = KMP_ARENA_NEW(&red->arena, double, p *p), *pivot, *s;
@@ -177,18 +177,18 @@ static bool search(kmp_reduction *red, bool found, kmp_text *why)
     rank = rank < p ? rank : p - 1;
     kmp_lu_null_vector(p, p, mr, col, rank, rank, s);
     if (found)
-        name(red, s, why);
+        name_motion(red, s, why);
     return !why->failed;
 }
 
-static kempe_status look(kmp_evaluator *eval, const kmp_partition *part, double t, const double *q, bool found,
-                         kmp_text *why)
+static kempe_status look_for_massless(kmp_evaluator *eval, const kmp_partition *part, double t, const double *q,
+                                      bool found, kmp_text *why)
 {
     kmp_reduction red = {0};
     kempe_status status = kmp_reduction_init(&red, eval, part);
     kmp_eval_closure(eval, t, q);
     kmp_eval_mass(eval);
-    if (status == KEMPE_OK && !kmp_reduction_factor(&red) && !search(&red, found, why))
+    if (status == KEMPE_OK && !kmp_reduction_factor(&red) && !find_massless(&red, found, why))
         status = kmp_fail_memory(eval->system->context);
     kmp_reduction_free(&red);
     return status;
@@ -209,7 +209,7 @@ kempe_status kmp_explain_massless(kmp_evaluator *eval, const kmp_partition *part
         return KEMPE_E_FAILED;
     if (part->p == 0)
         return kmp_fail(eval->system->context, KEMPE_E_FAILED, "the closures do not determine the accelerations");
-    kempe_status status = look(eval, part, t, q, true, &why);
+    kempe_status status = look_for_massless(eval, part, t, q, true, &why);
     if (status == KEMPE_OK)
         status = kmp_fail(eval->system->context, KEMPE_E_FAILED, "%s",
                           why.s ? why.s : "the closures do not determine the accelerations");
@@ -220,5 +220,5 @@ kempe_status kmp_explain_massless(kmp_evaluator *eval, const kmp_partition *part
 kempe_status kmp_foresee_massless(kmp_evaluator *eval, const kmp_partition *part, double t, const double *q,
                                   kmp_text *why)
 {
-    return part->p > 0 ? look(eval, part, t, q, false, why) : KEMPE_OK;
+    return part->p > 0 ? look_for_massless(eval, part, t, q, false, why) : KEMPE_OK;
 }

@@ -101,7 +101,7 @@ static bool write_program(kmp_reduced_program *f, kmp_program **program)
     return written.program;
 }
 
-static kempe_status make(kmp_reduced_program **out, const kmp_reduction *red, bool closes, bool by_saddle)
+static kempe_status make_program(kmp_reduced_program **out, const kmp_reduction *red, bool closes, bool by_saddle)
 {
     int n = red->n, efforts = red->eval->system->force ? n : 0;
     kmp_reduced_program *f = KMP_NEW(kmp_reduced_program, 1);
@@ -151,13 +151,13 @@ kempe_status kmp_reduced_program_new(kmp_reduced_program **out, const kmp_reduct
     /* The program must have all numbers, and the linear algebra be small. */
     bool fits = red->p <= KMP_REDUCED_PROGRAM_FREEDOMS && kmp_motion_known(red->eval->system)->block_count == 0 &&
                 kmp_writer_blocks_fit(red);
-    return fits ? make(out, red, closes, false) : KEMPE_OK;
+    return fits ? make_program(out, red, closes, false) : KEMPE_OK;
 }
 
 kempe_status kmp_reduced_program_new_by_saddle(kmp_reduced_program **out, const kmp_reduction *red, bool closes)
 {
     *out = NULL;
-    return make(out, red, closes, true);
+    return make_program(out, red, closes, true);
 }
 
 void kmp_reduced_program_free(kmp_reduced_program *f)

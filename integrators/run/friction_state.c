@@ -97,7 +97,7 @@ kmp_held_contact kmp_friction_state_closed(const kmp_friction_state *state, int 
 }
 
 /* The state of the site, with all conditions as they are there. Contacts stay as they are. */
-static void visit(kmp_friction_state *x, double t, const double *q, const double *qd)
+static void evaluate_state(kmp_friction_state *x, double t, const double *q, const double *qd)
 {
     kmp_runner *run = x->site;
     int n = run->s->n;
@@ -190,7 +190,7 @@ kempe_status kmp_friction_state_decide(kmp_friction_state *state, double t, cons
 {
     kmp_runner *run = state->site;
     kmp_friction_state_open(run->eval);
-    visit(state, t, q, qd);
+    evaluate_state(state, t, q, qd);
     run->friction->pins = false;
     take_places(state);
     KMP_TRY(check_contacts(state, t, run->state + run->s->n));
@@ -215,7 +215,7 @@ kempe_status kmp_friction_state_decide(kmp_friction_state *state, double t, cons
 
 void kmp_friction_state_look(kmp_friction_state *state, double t, const double *q, const double *qd)
 {
-    visit(state, t, q, qd);
+    evaluate_state(state, t, q, qd);
     take_places(state);
     kmp_friction_state_release(state->site->eval);
 }
@@ -296,7 +296,7 @@ kempe_status kmp_friction_state_lock(kmp_friction_state *state, double t, const 
 {
     kmp_runner *run = state->site;
     kmp_friction_run *f = run->friction;
-    visit(state, t, q, NULL);
+    evaluate_state(state, t, q, NULL);
     kmp_partition_free(&run->part);
     KMP_TRY(kmp_runner_choose(run, t, run->state, -1, NULL, 0));
     for (int i = 0; i < state->count; i++) {
@@ -319,7 +319,7 @@ kempe_status kmp_friction_state_load(kmp_friction_state *state, double t, const 
 {
     kmp_runner *run = state->site;
     kmp_friction_run *f = run->friction;
-    visit(state, t, q, NULL);
+    evaluate_state(state, t, q, NULL);
     kmp_partition_free(&run->part);
     KMP_TRY((kempe_status)kmp_friction_load(run->friction, t, run->state, run->state + run->s->n, &state->part));
     for (int i = 0; i < state->count; i++) {

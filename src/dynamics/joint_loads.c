@@ -71,7 +71,7 @@ typedef struct acting {
     kmp_ref *of, *force;
 } acting;
 
-static void act(acting *a, kmp_ref of, kmp_ref force)
+static void add_acting(acting *a, kmp_ref of, kmp_ref force)
 {
     a->of[a->count] = of;
     a->force[a->count] = force;
@@ -89,7 +89,7 @@ static void add_rows(const kmp_tree *moved, acting *a)
             continue;
         kmp_closure_residual(kind, moved, closure, h);
         for (int k = 0; k < kmp_closure_rows(kind, closure); k++)
-            act(a, h[k], kmp_tree_multiplier(moved, c, k));
+            add_acting(a, h[k], kmp_tree_multiplier(moved, c, k));
     }
 }
 
@@ -109,7 +109,7 @@ static void add_elements(kmp_joint_loads *loads, const kmp_tree *moved, int body
             loads->obstructed = crosses ? body : loads->obstructed;
             of = KMP_ZERO;
         }
-        act(a, of, value);
+        add_acting(a, of, value);
     }
 }
 

@@ -343,7 +343,7 @@ static kempe_status derive_motion(kempe_system *s, kmp_equations *eq, bool closu
     return closures ? derive_rest(s, eq) : KEMPE_OK;
 }
 
-static kempe_status derive(kempe_system *s, bool closures)
+static kempe_status derive_system(kempe_system *s, bool closures)
 {
     kmp_equations eq;
     if (!closures && kmp_motion_may_wait(s)) {
@@ -389,7 +389,7 @@ static kempe_status new_system(const kempe_model *model, kmp_dynamics dynamics, 
     KMP_TRY(kmp_made(model->context, s));
     s->dynamics = dynamics;
     s->frictionless = closures;
-    kempe_status status = derive(s, closures);
+    kempe_status status = derive_system(s, closures);
     s->build_s = kmp_cpu_now() - begin;
     return KMP_GIVE_OR_FREE(status, system, s, kempe_system_free);
 }

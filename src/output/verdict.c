@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Judgement of a run from its rows: residuals of closures, drift of the energy over its scale, and the largest errors
+ * against a reference. A value that is not a number makes its measure the same, so that it cannot pass. */
 #include "output/verdict.h"
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"

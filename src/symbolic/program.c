@@ -512,7 +512,7 @@ static bool select_code(const selection *s, uint32_t *number, uint32_t next, int
     return true;
 }
 
-static bool fill(selection *s, uint32_t *number, int *block, kmp_program *to)
+static bool fill_selection(selection *s, uint32_t *number, int *block, kmp_program *to)
 {
     const kmp_program *p = s->p;
     to->stages = s->stages;
@@ -558,7 +558,7 @@ static kmp_program *select_stages(selection *s)
                                             (size_t)p->constant_count, inputs);
     uint32_t *number = KMP_NEW(uint32_t, leaves(p) + p->code[p->stages]);
     int *block = KMP_NEW(int, p->block_count + 1);
-    bool ok = to && number && block && fill(s, number, block, to);
+    bool ok = to && number && block && fill_selection(s, number, block, to);
     kmp_free(number);
     kmp_free(block);
     if (ok)

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* A motion with sensitivities as a state: predicted from the nearer of two anchors along tangent and curvature, closed
+ * by Newton's method, and differentiated there. Matrices are those of the linear equations at the state. */
 #include "analyses/derivatives/varied.h"
 #include "base/memory.h"
 #include "constraints/closing/close_reduced.h"

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Modes: the quadratic eigenvalue problem, or its substitutes for sampled states and delays; then shapes in all
+ * coordinates, normalised, with the part of each coordinate, and converted to the angles of the user. */
 #include "analyses/modes/eigenmodes.h"
 #include "analyses/derivatives/delayed_spectrum.h"
 #include "analyses/derivatives/sampled_motion.h"

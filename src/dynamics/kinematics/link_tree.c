@@ -306,7 +306,7 @@ static void set_body(kmp_tree *tree, int b)
 }
 
 /* A tree with room for its arrays. False: no memory. */
-static bool begin(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep, bool charted)
+static bool allocate_tree(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep, bool charted)
 {
     *tree = (kmp_tree){.graph = g, .model = model, .keep = keep, .charted = charted, .count = model->motion_count + 1};
     KMP_ARENA_MAKE(&tree->arena, KMP_ROOM(kmp_link, tree->count, &tree->links),
@@ -319,7 +319,7 @@ static bool begin(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_ke
 
 bool kmp_tree_init_again(kmp_tree *tree, const kmp_tree *from)
 {
-    if (!begin(tree, from->graph, from->model, from->keep, from->charted))
+    if (!allocate_tree(tree, from->graph, from->model, from->keep, from->charted))
         return false;
     memcpy(tree->links, from->links, (size_t)from->count * sizeof *from->links);
     memcpy(tree->mounts, from->mounts, (size_t)from->model->body_count * sizeof *from->mounts);
@@ -330,7 +330,7 @@ bool kmp_tree_init_again(kmp_tree *tree, const kmp_tree *from)
 
 bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep, bool charted)
 {
-    if (!begin(tree, g, model, keep, charted) || !kmp_tree_place_charts(tree)) {
+    if (!allocate_tree(tree, g, model, keep, charted) || !kmp_tree_place_charts(tree)) {
         kmp_tree_free(tree);
         return false;
     }
