@@ -9,6 +9,7 @@
 #include "constraints/evaluation/load_multipliers.h"
 #include "exchange/simulator/kempe_simulator.h"
 #include "followed_motion.h"
+#include "model/data/model.h"
 #include <dlfcn.h>
 #include <kempe/generate.h>
 #include <unistd.h>

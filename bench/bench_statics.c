@@ -8,6 +8,7 @@
 #include "bench.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/shown_outputs.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include <kempe/check.h>
 #include <kempe/settings.h>

@@ -22,6 +22,7 @@
 #include "constraints/partition/reduction.h"
 #include "constraints/tolerances.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

@@ -7,6 +7,7 @@
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
+#include "model/data/model.h"
 #include "model/read/loads.h"
 #include <math.h>
 #include <stdlib.h>

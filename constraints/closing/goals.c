@@ -22,6 +22,7 @@
 #include "dynamics/goal_equations.h"
 #include "linalg/dense/dot.h"
 #include "linalg/dense/lapack.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

@@ -4,6 +4,7 @@
 #include "constraints/closing/rotation_vectors.h"
 #include "constraints/kinds/kind.h"
 #include "linalg/dense/dot.h"
+#include "model/data/model.h"
 #include <string.h>
 
 bool kmp_rotation_vectors_init(kmp_rotation_vectors *v, const kempe_system *s, kmp_arena *arena)

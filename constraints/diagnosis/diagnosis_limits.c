@@ -11,6 +11,7 @@
 #include "constraints/evaluation/row_residuals.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dot.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

@@ -14,6 +14,7 @@
 #include "linalg/sparse.h"
 #include "linalg/sparse_complete.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/data/pose.h"
 #include "model/language/expression_value.h"

@@ -3,6 +3,7 @@
  * near their singular position. Angles and rates are converted by the exact rotation and its rate; the user's angles
  * are followed by continuity. */
 #include "constraints/evaluation/charts.h"
+#include "model/data/model.h"
 #include <string.h>
 
 static kmp_chart_joint joint_of(const kempe_system *s, int c)

@@ -4,6 +4,7 @@
  * Conditions may depend on conditions. Repeated passes set one level each, as signals in a circuit without loops
  * settle, and at most as many as there are conditions. */
 #include "constraints/evaluation/condition_modes.h"
+#include "model/data/model.h"
 #include <string.h>
 
 static void set_modes(kmp_evaluator *eval)

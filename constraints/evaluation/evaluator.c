@@ -16,6 +16,7 @@
 #include "constraints/evaluation/load_multipliers.h"
 #include "dynamics/motion.h"
 #include "dynamics/motion_choice.h"
+#include "model/data/model.h"
 #include <string.h>
 
 void kmp_eval_set_all(kmp_evaluator *eval, kmp_input_kind kind, const double *values)

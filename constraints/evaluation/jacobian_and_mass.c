@@ -2,6 +2,7 @@
 /* Products with J and M, and dense copies of them, from the entries that the last evaluation gave. Entries are stored
  * by the patterns of the system: J in row-major order, M by its lower triangle. */
 #include "constraints/evaluation/jacobian_and_mass.h"
+#include "model/data/model.h"
 #include <string.h>
 
 void kmp_eval_mask(const kmp_evaluator *eval, const bool *left_out, double *masked)

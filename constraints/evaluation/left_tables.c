@@ -5,6 +5,7 @@
 #include "constraints/evaluation/left_tables.h"
 #include "constraints/evaluation/condition_modes.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/language/expression_value.h"
 #include <string.h>

@@ -2,6 +2,7 @@
 /* The piece of each input that holds now: a polynomial of samples, one that a caller gave, or a part of a delayed
  * signal's past. Pieces change between steps only; times that differ by rounding are one. */
 #include "constraints/evaluation/present_inputs.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

@@ -19,7 +19,9 @@
 #include "constraints/inexact/nearest_exact.h"
 #include "constraints/tolerances.h"
 #include "dynamics/equations.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "linalg/dense/lapack.h"
+#include "model/data/model.h"
 #include "model/read/loads.h"
 #include <float.h>
 #include <kempe/check.h>

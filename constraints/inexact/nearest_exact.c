@@ -9,6 +9,7 @@
 #include "constraints/tolerances.h"
 #include "dynamics/program_cache.h"
 #include "dynamics/system_record.h"
+#include "model/data/model.h"
 #include <kempe/check.h>
 #include <kempe/settings.h>
 #include <math.h>

@@ -3,6 +3,8 @@
  * the first, then those of the second. */
 #include "constraints/kinds/kind.h"
 #include "base/wings.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 
 const kmp_part kmp_part_none = {0};
 

@@ -4,6 +4,8 @@
 #include "constraints/kinds/kind_parts.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 #include <math.h>
 
 int kmp_part_frame(const kmp_tree *tree, const kmp_closure *closure)

@@ -7,6 +7,7 @@
 #include "constraints/evaluation/intended_rank.h"
 #include "constraints/partition/pivot_columns.h"
 #include "constraints/tolerances.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -7,6 +7,7 @@
 #include "constraints/tolerances.h"
 #include "integrators/decide/dropped_rows.h"
 #include "linalg/dense/dot.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

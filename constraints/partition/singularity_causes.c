@@ -8,6 +8,7 @@
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/dot.h"
+#include "model/data/model.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>

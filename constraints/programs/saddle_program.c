@@ -8,6 +8,7 @@
 #include "constraints/programs/saddle_program_nearby.h"
 #include "constraints/programs/saddle_program_write.h"
 #include "constraints/tolerances.h"
+#include "model/data/model.h"
 #include <float.h>
 #include <limits.h>
 #include <math.h>

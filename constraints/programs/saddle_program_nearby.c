@@ -7,6 +7,7 @@
 #include "constraints/programs/program_records.h"
 #include "constraints/programs/saddle_program_write.h"
 #include "dynamics/choose_variants.h"
+#include "dynamics/equations.h"
 #include "symbolic/contraction.h"
 #include <limits.h>
 #include <math.h>

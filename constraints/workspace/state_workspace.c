@@ -15,6 +15,7 @@
 #include "dynamics/load_dependent.h"
 #include "linalg/dense/dot.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include "model/language/expression_value.h"
 #include <kempe/check.h>
 #include <math.h>

@@ -7,6 +7,7 @@
 #include "constraints/evaluation/row_residuals.h"
 #include "integrators/decide/dropped_rows.h"
 #include "integrators/decide/run_start.h"
+#include "model/data/model.h"
 #include <string.h>
 
 void *kmp_formulation_new(const kmp_formulation_start *start, size_t bytes)

@@ -19,6 +19,7 @@
 #include "integrators/formulations/cost_model.h"
 #include "integrators/formulations/reduced_choice.h"
 #include "integrators/formulations/reduced_programs.h"
+#include "model/data/model.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>

@@ -7,6 +7,7 @@
 #include "integrators/decide/coordinate_exchange.h"
 #include "integrators/formulations/reduced.h"
 #include "integrators/formulations/reduced_programs.h"
+#include "model/data/model.h"
 #include <string.h>
 
 /* With fewer degrees of freedom the reduced mass is the cheapest. */

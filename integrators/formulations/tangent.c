@@ -6,6 +6,7 @@
 #include "backend/lazy_jit.h"
 #include "base/memory.h"
 #include "dynamics/choose_variants.h"
+#include "dynamics/equations.h"
 #include "dynamics/motion.h"
 #include "dynamics/tangent_variants.h"
 #include "integrators/formulations/tangent_numbers.h"

@@ -9,6 +9,7 @@
 #include "dynamics/kinematics/link_tree.h"
 #include "integrators/decide/restart.h"
 #include "integrators/run/event_search.h"
+#include "model/data/model.h"
 #include "model/language/expression_value.h"
 #include <math.h>
 #include <string.h>

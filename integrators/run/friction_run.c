@@ -11,6 +11,7 @@
 #include "integrators/run/runner.h"
 #include "integrators/run/runner_start.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include "model/read/loads.h"
 #include <math.h>
 #include <string.h>

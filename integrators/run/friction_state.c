@@ -12,6 +12,7 @@
 #include "integrators/friction/friction_problem.h"
 #include "integrators/run/runner.h"
 #include "integrators/run/runner_start.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

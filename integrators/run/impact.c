@@ -6,6 +6,7 @@
 #include "integrators/friction/friction_elements.h"
 #include "integrators/impact/impact_problem.h"
 #include "integrators/run/runner.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

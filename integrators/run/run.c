@@ -18,6 +18,7 @@
 #include "integrators/run/runner_integrator.h"
 #include "integrators/run/runner_start.h"
 #include "integrators/run/sampler.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

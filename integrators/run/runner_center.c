@@ -8,6 +8,7 @@
 #include "integrators/run/runner.h"
 #include "integrators/run/runner_change.h"
 #include "integrators/run/runner_start.h"
+#include "model/data/model.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>

@@ -21,6 +21,7 @@
 #include "integrators/run/runner_start.h"
 #include "integrators/run/sampler.h"
 #include "integrators/steppers/singular_step.h"
+#include "model/data/model.h"
 #include <float.h>
 #include <math.h>
 

@@ -9,6 +9,7 @@
 #include "constraints/tolerances.h"
 #include "integrators/run/runner.h"
 #include "integrators/run/runner_center.h"
+#include "model/data/model.h"
 
 const char *kmp_runner_driven_by(const kempe_system *s, int row)
 {

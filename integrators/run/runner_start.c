@@ -24,6 +24,7 @@
 #include "integrators/run/runner_integrator.h"
 #include "integrators/run/runner_site.h"
 #include "integrators/run/sampler.h"
+#include "model/data/model.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>

@@ -5,6 +5,7 @@
  */
 #pragma once
 
+#include "dynamics/closure_row.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "dynamics/variants.h"
 
@@ -71,14 +72,6 @@ typedef struct kmp_derivation_request {
     bool given_delays;           /* the caller sets the states of continuous delays, which have no rate */
     bool modes_alone;            /* of conditions, the modes of friction alone are inputs, in the order of the forces */
 } kmp_derivation_request;
-
-/** A closure row that is kept. */
-typedef struct kmp_row {
-    int closure, component; /* component: of the declared rows, from 0 */
-    int number;             /* among the closure's kept rows, from 0: the k of lambda.CLOSURE.k, less one */
-    int length_power;
-    int of_rates; /* 1: its h is zero everywhere, and its rate is that of no function of the coordinates */
-} kmp_row;
 
 typedef struct kmp_equations {
     kempe_context *context;

@@ -5,6 +5,7 @@
 #include "dynamics/motion.h"
 #include "base/memory.h"
 #include "dynamics/choose_variants.h"
+#include "dynamics/equations.h"
 #include "dynamics/system_record.h"
 #include "linalg/dense/dense.h"
 #include "linalg/sparse.h"

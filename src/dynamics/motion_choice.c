@@ -10,11 +10,13 @@
 #include "base/memory.h"
 #include "constraints/kinds/kind.h"
 #include "dynamics/choose_variants.h"
+#include "dynamics/equations.h"
 #include "dynamics/load_dependent.h"
 #include "dynamics/motion.h"
 #include "dynamics/system_record.h"
 #include "linalg/dense/dense.h"
 #include "linalg/sparse.h"
+#include "model/data/model.h"
 #include "model/read/loads.h"
 #include <math.h>
 

@@ -12,7 +12,10 @@
  * v -> a. The cheapest single variant for all points is taken, then the cheapest closure by closure. */
 #include "dynamics/point_gap.h"
 #include "constraints/kinds/kind.h"
+#include "dynamics/equations.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 #include "symbolic/cost.h"
 #include "symbolic/derivative.h"
 #include "symbolic/rotation.h"

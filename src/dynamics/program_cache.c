@@ -6,6 +6,7 @@
 #include "base/cache/build_identity.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "model/data/model.h"
 #include "symbolic/program_forms.h"
 #include <pthread.h>
 #include <string.h>

@@ -3,7 +3,12 @@
  */
 #pragma once
 
-#include "dynamics/equations.h"
+#include "base/cache/digest.h"
+#include "base/context.h"
+#include "dynamics/closure_row.h"
+#include "dynamics/kinematics/model_conditions.h"
+#include "dynamics/variants.h"
+#include "model/data/run_settings.h"
 #include "symbolic/program.h"
 #include <kempe/extend.h>
 #include <pthread.h>

@@ -8,6 +8,7 @@
 #include "dynamics/motion.h"
 #include "dynamics/motion_choice.h"
 #include "dynamics/program_cache.h"
+#include "model/data/model.h"
 #include "symbolic/program_bytes.h"
 #include <string.h>
 

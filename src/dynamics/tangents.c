@@ -33,6 +33,7 @@
  * one and projected on the joints; their rotation with the links is in S x* F. */
 #include "dynamics/tangents.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "symbolic/partials.h"
 
 /* Twice H and f of a subtree. */

@@ -3,6 +3,7 @@
  * dimensions after reading: an expression with one fits any dimension. */
 #include "ensemble/added_values.h"
 #include "ensemble/expression_arguments.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/language/expression_dimension.h"
 #include "model/language/expression_references.h"

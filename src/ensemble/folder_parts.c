@@ -9,6 +9,7 @@
 #include "ensemble/sampling/parquet_reader.h"
 #include "ensemble/sampling/values.h"
 #include "ensemble/statistics/statistics.h"
+#include "model/data/model.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include <stdio.h>

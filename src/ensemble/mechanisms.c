@@ -5,6 +5,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "ensemble/sampling/model_instances.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -3,6 +3,7 @@
 #include "ensemble/quantity_words.h"
 #include "base/memory.h"
 #include "ensemble/added_values.h"
+#include "model/data/model.h"
 #include "model/language/nearest.h"
 #include "output/print.h"
 #include <ctype.h>

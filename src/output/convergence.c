@@ -7,6 +7,7 @@
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/charts.h"
 #include "integrators/steppers/solver.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

@@ -3,6 +3,7 @@
  * */
 #include "output/print.h"
 #include "constraints/inexact/nearest_exact.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -3,6 +3,7 @@
 #include "output/result_table.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "model/data/model.h"
 #include "output/named_arrays.h"
 #include "output/parquet.h"
 #include "output/print.h"

@@ -7,6 +7,7 @@
 #include "constraints/evaluation/jacobian_and_mass.h"
 #include "constraints/evaluation/row_residuals.h"
 #include "constraints/evaluation/shown_outputs.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

@@ -15,6 +15,7 @@
 #include "ensemble/optimize/optimize_study.h"
 #include "ensemble/result_folder.h"
 #include "ensemble/statistics/statistics.h"
+#include "model/data/model.h"
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "output/result_table.h"

@@ -12,6 +12,7 @@
 #include "constraints/evaluation/row_residuals.h"
 #include "constraints/partition/partition.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include "random.h"
 #include "testing.h"
 #include <kempe/check.h>

@@ -7,6 +7,7 @@
 #include "constraints/diagnosis/diagnosis.h"
 #include "constraints/evaluation/charts.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include "studies/simulate/trajectory.h"
 #include "testing.h"
 #include <kempe/check.h>

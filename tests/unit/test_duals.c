@@ -6,6 +6,7 @@
 #include "constraints/evaluation/condition_modes.h"
 #include "integrators/formulations/tangent.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include "random_model.h"
 #include "testing.h"
 #include <kempe/settings.h>

@@ -7,6 +7,7 @@
 #include "constraints/evaluation/shown_outputs.h"
 #include "inverted.h"
 #include "linalg/dense/lapack.h"
+#include "model/data/model.h"
 #include "symbolic/table_function.h"
 #include <kempe/workspace.h>
 #include <stdio.h>

@@ -4,6 +4,7 @@
 #include "analyses/kinematics/position_sweep.h"
 #include "analyses/kinematics/sweep_point.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include <kempe/kinematics.h>
 #include <kempe/settings.h>
 #include <stdbool.h>

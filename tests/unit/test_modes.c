@@ -5,6 +5,7 @@
 #include "analyses/modes/modes_study.h"
 #include "base/memory.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include "testing.h"
 #include <complex.h>
 #include <kempe/modes.h>

@@ -5,6 +5,7 @@
 #include "constraints/evaluation/shown_outputs.h"
 #include "derived.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "testing.h"
 #include <math.h>

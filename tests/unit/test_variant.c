@@ -5,6 +5,7 @@
 #include "constraints/evaluation/jacobian_and_mass.h"
 #include "constraints/evaluation/shown_outputs.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include "model/data/variant.h"
 #include "random.h"
 #include <kempe/settings.h>

@@ -6,6 +6,7 @@
 #include "constraints/programs/reduced_program.h"
 #include "constraints/programs/saddle_program_nearby.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include "takes_bodies.h"
 #include <kempe/cache.h>
 #include <stdlib.h>

@@ -10,6 +10,7 @@
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/load_dependent.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

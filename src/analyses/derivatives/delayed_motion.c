@@ -7,6 +7,7 @@
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
+#include "model/data/model.h"
 #include <math.h>
 
 enum { MOST_STEPS = 200000, MOST_DOUBLINGS = 200 };

@@ -9,6 +9,7 @@
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/lapack.h"
+#include "model/data/model.h"
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>

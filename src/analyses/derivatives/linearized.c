@@ -12,6 +12,7 @@
 #include "constraints/evaluation/shown_outputs.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/dot.h"
+#include "model/data/model.h"
 #include "model/read/check_mass.h"
 #include <string.h>
 

@@ -5,7 +5,9 @@
 #include "analyses/derivatives/parameter_slopes.h"
 #include "base/arena.h"
 #include "base/memory.h"
+#include "dynamics/equations.h"
 #include "linalg/dense/dot.h"
+#include "model/data/model.h"
 #include "symbolic/derivative.h"
 
 /* Leaves and where each moves. */

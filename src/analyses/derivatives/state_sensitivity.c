@@ -4,6 +4,7 @@
 #include "analyses/derivatives/state_sensitivity.h"
 #include "base/memory.h"
 #include "linalg/dense/dense.h"
+#include "model/data/model.h"
 #include <float.h>
 #include <math.h>
 

@@ -7,6 +7,7 @@
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/condition_modes.h"
 #include "constraints/tolerances.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

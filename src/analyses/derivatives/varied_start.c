@@ -19,6 +19,7 @@
 #include "constraints/evaluation/row_residuals.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/lapack.h"
+#include "model/data/model.h"
 #include <kempe/check.h>
 #include <string.h>
 

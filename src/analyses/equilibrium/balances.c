@@ -19,6 +19,7 @@
 #include "constraints/evaluation/left_tables.h"
 #include "constraints/evaluation/shown_outputs.h"
 #include "constraints/tolerances.h"
+#include "model/data/model.h"
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "output/quantity.h"

@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "model/data/coordinates.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/language/ranges.h"
 #include "model/read/user_lists.h"

@@ -11,6 +11,7 @@
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
 #include "integrators/run/friction_state.h"
+#include "model/data/model.h"
 #include "output/print.h"
 #include <kempe/check.h>
 #include <math.h>

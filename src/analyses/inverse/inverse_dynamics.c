@@ -9,6 +9,7 @@
 #include "linalg/dense/dense.h"
 #include "linalg/dense/dot.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include "output/print.h"
 #include <math.h>
 #include <string.h>

@@ -14,6 +14,7 @@
 #include "integrators/run/run.h"
 #include "model/data/closure_table.h"
 #include "model/data/coordinates.h"
+#include "model/data/model.h"
 #include "model/language/ranges.h"
 #include "model/read/loads.h"
 #include "output/all_loads.h"

@@ -12,6 +12,7 @@
 #include "constraints/evaluation/row_residuals.h"
 #include "constraints/tolerances.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include "output/print.h"
 #include <kempe/check.h>
 #include <math.h>

@@ -2,6 +2,7 @@
 /* A sweep as text and JSON. */
 #include "analyses/kinematics/position_sweep.h"
 #include "analyses/kinematics/sweep_point.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/read/loads.h"
 #include "output/print.h"

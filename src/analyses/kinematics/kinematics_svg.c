@@ -2,6 +2,7 @@
 /* The paths of a sweep's position outputs as a picture, both axes to one scale, in the plane of the two ground axes
  * with the largest extent. The beginning of the sweep and dead centres are marked. */
 #include "analyses/kinematics/position_sweep.h"
+#include "model/data/model.h"
 #include "output/picture_file.h"
 #include "output/plot.h"
 #include <kempe/kinematics.h>

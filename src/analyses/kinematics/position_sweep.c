@@ -11,6 +11,7 @@
 #include "constraints/partition/singularity_causes.h"
 #include "dynamics/load_dependent.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/language/nearest.h"
 #include "model/language/ranges.h"

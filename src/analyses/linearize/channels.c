@@ -7,6 +7,7 @@
 #include "constraints/inexact/nearest_exact.h"
 #include "dynamics/load_dependent.h"
 #include "model/data/coordinates.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "output/print.h"
 #include "studies/simulate/columns.h"

@@ -3,6 +3,7 @@
 #include "analyses/derivatives/sampled_motion.h"
 #include "base/memory.h"
 #include "linalg/dense/dense.h"
+#include "model/data/model.h"
 #include "model/read/loads.h"
 #include "output/print.h"
 #include <math.h>

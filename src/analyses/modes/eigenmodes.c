@@ -8,6 +8,7 @@
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/jacobian_and_mass.h"
 #include "constraints/tolerances.h"
+#include "model/data/model.h"
 #include "output/print.h"
 #include <math.h>
 #include <stdlib.h>

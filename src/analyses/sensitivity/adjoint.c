@@ -19,6 +19,7 @@
 #include "dynamics/load_dependent.h"
 #include "integrators/steppers/solver.h"
 #include "linalg/dense/dot.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

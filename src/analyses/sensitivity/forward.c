@@ -9,6 +9,7 @@
 #include "constraints/evaluation/condition_modes.h"
 #include "constraints/tolerances.h"
 #include "integrators/decide/run_start.h"
+#include "model/data/model.h"
 #include "model/data/run_settings.h"
 #include <kempe/check.h>
 #include <math.h>

@@ -6,6 +6,8 @@
 #include "base/wings.h"
 #include "dynamics/forces/law.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 
 static kmp_force_law *const laws[KMP_FORCE_KINDS] = {
 #define KMP_FORCE(kind, name, place, word, width)         kmp_law_##name,

@@ -4,6 +4,7 @@
 #include "dynamics/kinematics/kinematics_charts.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "model/data/model.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>

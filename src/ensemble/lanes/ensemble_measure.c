@@ -17,6 +17,7 @@
 #include "integrators/run/runner.h"
 #include "integrators/run/runner_inputs.h"
 #include "integrators/steppers/rk.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

@@ -26,6 +26,7 @@
 #include "integrators/formulations/reduced.h"
 #include "integrators/run/friction_state.h"
 #include "integrators/run/runner.h"
+#include "model/data/model.h"
 #include "model/read/check_mass.h"
 #include <kempe/check.h>
 #include <math.h>

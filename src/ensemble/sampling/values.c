@@ -7,6 +7,7 @@
 #include "ensemble/sampling/model_instances.h"
 #include "ensemble/sampling/parquet_reader.h"
 #include "ensemble/sampling/sampling.h"
+#include "model/data/model.h"
 #include "model/language/dimension.h"
 #include "output/csv_reader.h"
 #include "output/print.h"

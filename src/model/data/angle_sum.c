@@ -2,6 +2,7 @@
 /* Axes of the model with all coordinates zero, and rotations between bodies about one of them. */
 #include "model/data/angle_sum.h"
 #include "linalg/dense/dot.h"
+#include "model/data/model.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>

@@ -3,6 +3,7 @@
  * and the first axis a by the second about b; in Ra Rb Rc the components of c across a turn by the first angle, those
  * of a across c by the third, and the sine of the second is the product of a on the first body and c on the second. */
 #include "model/data/cut_coordinates.h"
+#include "model/data/model.h"
 #include "model/language/expression_references.h"
 #include <stdio.h>
 #include <string.h>

@@ -2,6 +2,7 @@
 /* A contact with a law: its geometry, its law as an expression of depth and rate, its friction. */
 #include "model/read/read_compliant.h"
 #include "base/memory.h"
+#include "model/data/model.h"
 #include "model/language/expression_references.h"
 #include "model/language/expression_value.h"
 #include "model/read/read_contacts.h"

@@ -2,6 +2,7 @@
 /* Force elements: the rows of force_kinds.def. */
 #include "model/read/read_forces.h"
 #include "model/data/force_table.h"
+#include "model/data/model.h"
 #include "model/language/expression_references.h"
 #include "model/language/expression_value.h"
 #include "model/read/read_contacts.h"

@@ -2,6 +2,7 @@
 /* Geometry of joints with clearance: the journal in its bearing, the ball in its socket, the slider in its guide. Each
  * is read for compliant and for rigid contacts. */
 #include "model/read/read_journal.h"
+#include "model/data/model.h"
 #include "model/language/expression_references.h"
 #include "model/language/expression_value.h"
 #include "model/read/read_compliant.h"

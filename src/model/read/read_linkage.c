@@ -4,6 +4,7 @@
 #include "model/read/read_linkage.h"
 #include "base/context.h"
 #include "model/data/cut_coordinates.h"
+#include "model/data/model.h"
 #include "model/files/nodes.h"
 #include "model/read/linkage.h"
 #include "model/read/linkage_uses.h"

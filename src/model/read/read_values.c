@@ -3,6 +3,7 @@
 #include "model/read/read_values.h"
 #include "model/data/carried.h"
 #include "model/data/cut_coordinates.h"
+#include "model/data/model.h"
 #include "model/language/expression_dimension.h"
 #include "model/language/expression_value.h"
 #include "model/read/read_include.h"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A table of contacts as text, JSON and CSV. */
 #include "rail/wheel_contact/contact_print.h"
+#include "model/data/model.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include "rail/wheel_contact/contact_pressure.h"

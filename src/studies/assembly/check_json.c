@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* `check` as one object. Keys of the contract first; unknown numbers are null. */
+#include "model/data/model.h"
 #include "model/write/model_json.h"
 #include "model/write/model_print.h"
 #include "studies/assembly/check_print.h"

@@ -3,6 +3,7 @@
 #include "studies/assembly/check_print.h"
 #include "constraints/closing/assembly.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include "model/data/numbers.h"
 #include "model/write/model_print.h"
 #include "model/write/model_show.h"

@@ -13,6 +13,7 @@
 #include "integrators/steppers/sample_times.h"
 #include "integrators/steppers/solver.h"
 #include "model/data/coordinates.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/read/loads.h"
 #include "output/all_loads.h"
