@@ -1,4 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The choice of independent coordinates and rows: columns that a user wants come first, then complete pivoting decides,
+ * then exchanges of columns keep |Bvu| small. A choice of the user that is not possible is an error that names a
+ * possible one. */
 #include "constraints/partition/partition.h"
 #include "base/memory.h"
 #include "constraints/evaluation/intended_rank.h"

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Pulses found before a run: functions of time alone are collected, evaluated with bounds over intervals, and intervals
+ * halved until each is known by its values. The ends of the short ones limit steps. */
 #include "backend/time_scales.h"
 #include "backend/bounds.h"
 #include "base/memory.h"

@@ -1,4 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* A list of derived programs of a system under a lock, and their keys on disk. A key is a digest of the build, of the
+ * model's bytes and of the algorithm, so that a file can be stale but not wrong. Programs for a choice of coordinates
+ * are kept up to a number of choices. */
 #include "dynamics/program_cache.h"
 #include "base/cache/build_identity.h"
 #include "base/context.h"

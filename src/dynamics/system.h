@@ -176,7 +176,7 @@ double kmp_closure_tolerance(const kempe_model *model);
  * lengths of rods. Without these the largest start value of translations, or the largest radius of gyration where that
  * is much longer; else the largest offset of centres of mass.
  * The length is 0 where all are 0: then it is 1 m. */
-kmp_length_scale kmp_system_lever(const kempe_model *model);
+kmp_length_scale kmp_system_length_scale(const kempe_model *model);
 
 /** A system of the model without rows and programs; NULL: no memory. */
 kempe_system *kmp_system_start(const kempe_model *model);

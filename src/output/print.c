@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Parts that reports share: heads, names, numbers in columns, errors, units, and the end of a report in text or JSON.
+ * */
 #include "output/print.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "model/data/model.h"

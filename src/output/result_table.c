@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Tables of columns, one array each, and their writers: CSV, JSON, text, and arrays of binary formats. */
 #include "output/result_table.h"
 #include "base/file.h"
 #include "base/memory.h"

@@ -8,6 +8,8 @@
 #include "constraints/closing/rotation_vectors.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/jacobian_and_mass.h"
+#include "constraints/evaluation/row_residuals.h"
 #include "constraints/partition/partition.h"
 #include "loaded.h"
 #include "model/data/model.h"

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Reading of an inverse equilibrium: released parameters and rates, fixed coordinates, targets of outputs; their
+ * numbers must be equal. The released parameters then are inputs of a variant. */
 #include "analyses/equilibrium/exchange.h"
 #include "backend/machine.h"
 #include "base/memory.h"

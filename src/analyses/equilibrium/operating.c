@@ -1,4 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The state at which a study linearises: the assembled start, or an equilibrium of the kind that its word names, with
+ * friction and contacts in the modes in which a run would begin. Values that are not finite are named with the force.
+ * */
 #include "analyses/equilibrium/operating.h"
 #include "analyses/equilibrium/exchange.h"
 #include "analyses/equilibrium/running_state.h"

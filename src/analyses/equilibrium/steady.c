@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Lists of coordinates with constant rates, from text to numbers, and the reasons why one cannot have such a rate. */
 #include "analyses/equilibrium/steady.h"
 #include "model/data/coordinates.h"
 #include "model/data/model.h"

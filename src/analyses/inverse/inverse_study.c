@@ -7,6 +7,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "constraints/diagnosis/shared_loads.h"
+#include "constraints/evaluation/left_tables.h"
 #include "dynamics/closures.h"
 #include "dynamics/load_dependent.h"
 #include "integrators/run/methods.h"

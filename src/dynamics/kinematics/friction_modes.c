@@ -1,4 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Conditions and forces of elements with modes: dry friction and rigid contacts. Every quantity that a run decides by
+ * (rate, level, place, reserve, distance) is a condition of one role, kmp_role, so that decisions read numbers and know
+ * no laws. Slip of two directions is judged by its rate, or by the direction of its acceleration where it begins. */
 #include "dynamics/kinematics/friction_modes.h"
 #include "base/memory.h"
 #include "base/text.h"

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Compliant contacts: depth, its rate and the slip of two surfaces, or of a journal in its bearing; then the normal
+ * force by the law of the contact, zero apart. */
 #include "dynamics/kinematics/pressing.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/kinematics_numbers.h"

@@ -3,6 +3,9 @@
  * that it does not depend on other instances. A lane's states are those of its interpolant on closed loops. */
 #include "ensemble/lanes/ensemble_measure.h"
 #include "base/memory.h"
+#include "constraints/evaluation/condition_modes.h"
+#include "constraints/evaluation/left_tables.h"
+#include "constraints/evaluation/shown_outputs.h"
 #include "constraints/programs/saddle_program_inside.h"
 #include "constraints/programs/saddle_program_write.h"
 #include "ensemble/lanes/ensemble_kernels.h"

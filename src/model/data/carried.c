@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The joint that a name selects for its load, and the reason if it has none. */
 #include "model/data/carried.h"
 #include "model/data/model.h"
 #include <string.h>

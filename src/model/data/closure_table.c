@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Look-ups in the tables of closures: kinds by name, numbers by key. */
 #include "model/data/closure_table.h"
 #include "model/data/model.h"
 #include <string.h>

@@ -12,11 +12,11 @@
 static kmp_measure_argument axis_on(kmp_arena *arena, const kmp_measure_argument *end, double m[3][3], int k)
 {
     double *e = KMP_ARENA_NEW(arena, double, 3);
-    kmp_measure_argument spot = *end;
+    kmp_measure_argument argument = *end;
     for (int i = 0; e && i < 3; i++)
         e[i] = m[i][k];
-    spot.along = e;
-    return spot;
+    argument.along = e;
+    return argument;
 }
 
 static const kmp_expr *make(kmp_arena *arena, kmp_expr expr)
@@ -83,7 +83,7 @@ const kmp_expr *kmp_cut_coordinate_of(kmp_arena *arena, const char *name, const 
     if (!value || !written)
         return NULL;
     *written = (kmp_measure){.kind = KMP_MEASURE_KINDS, .word = "q", .components = 1, .count = 1};
-    written->spot[0] = (kmp_measure_argument){.point = -1, .axis = -1, .name = name};
+    written->argument[0] = (kmp_measure_argument){.point = -1, .axis = -1, .name = name};
     return make(arena, (kmp_expr){.kind = KMP_EXPR_CUT, .a = value, .measure = written});
 }
 

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Names, units and columns of outputs: the words that a user wrote, in the same order, so that a printed output can be
+ * read back. */
 #include "model/data/output_table.h"
 #include "model/data/compliant.h"
 #include "model/data/force_table.h"

@@ -14,7 +14,7 @@
 
 const char *kmp_contact_unit(const kempe_contacts *t, int k)
 {
-    int hold = t->lead[k].hold;
+    int hold = t->swept[k].hold;
     return hold < 0 ? "" : kmp_quantity_unit(t->system, KMP_QUANTITY_Q, t->hold[hold].coordinate);
 }
 
