@@ -102,16 +102,6 @@ static void all_about(const kmp_tree *tree, kmp_savings *savings)
         savings->about[i - 1] = tree->links[i].mass != KMP_ZERO;
 }
 
-/* Rotations apart, where there is a sum of angles to replace. */
-static void rotations_apart(const kmp_tree *tree, kmp_savings *savings)
-{
-    for (int i = 1; i < tree->count; i++)
-        if (is_parallel(tree, i)) {
-            *savings->apart = !*savings->apart;
-            return;
-        }
-}
-
 /* Masses on the axes, and inertia: what a composite body can always pass on. */
 enum { MASS_AND_INERTIA = KMP_GIVE_MASS | KMP_GIVE_INERTIA };
 
@@ -136,7 +126,6 @@ static const cost_pattern patterns[] = {
              {LUMP, MASS_AND_INERTIA, MASS_AND_INERTIA},
              {GIVE, KMP_GIVE_INERTIA, KMP_GIVE_INERTIA}}},
     {FOR_ALL, .apply = on_the_ground},
-    {FOR_ALL, .apply = rotations_apart},
     {FOR_SMALL, .set = {{ORIGINS, KMP_ORIGIN_MASS, KMP_ORIGIN_MASS}}},
     {FOR_SMALL, .apply = all_about},
     {ON_DEMAND, .set = {{ORIGINS, KMP_ORIGIN_CHILD, KMP_ORIGIN_CHILD}}},

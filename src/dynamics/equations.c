@@ -410,15 +410,9 @@ static void derive_along(kmp_equations *eq)
     kmp_derivative_free(d);
 }
 
-static void set_rules(const kmp_equations *eq, const kmp_derivation_request *scene, bool apart)
-{
-    kmp_graph_set_rules(eq->graph, KMP_RULE_ALL & ~(scene->without | (apart ? KMP_RULE_RUNS : 0)));
-}
-
 static kempe_status derive_dynamics(kmp_equations *eq, const kmp_derivation_request *scene)
 {
     const unsigned sets = scene->sets, energy = requested_energy(eq, sets);
-    set_rules(eq, scene, *eq->savings.apart);
     const unsigned loaded =
         KMP_SET_BIAS | KMP_SET_RESIDUAL | KMP_SET_INVERSE | KMP_SET_ACCELERATION | TANGENT_SETS | KMP_SET_CLOSED;
     if (sets & KMP_SET_MASS)
@@ -559,7 +553,6 @@ void kmp_equations_swap_derived(kmp_equations *eq)
 
 kempe_status kmp_equations_derive_again(kmp_equations *eq, const kmp_derivation_request *scene)
 {
-    set_rules(eq, scene, false);
     kmp_tree_free(&eq->links);
     eq->links.count = 0;
     kmp_graph_return(eq->graph, &eq->mark);
@@ -573,7 +566,7 @@ static kempe_status derive_sets(kmp_equations *eq, const kmp_derivation_request 
     KMP_TRY(kmp_made(eq->context, eq->graph));
     if (scene->labels)
         kmp_graph_keep_labels(eq->graph);
-    set_rules(eq, scene, false);
+    kmp_graph_set_rules(eq->graph, KMP_RULE_ALL & ~scene->without);
     KMP_TRY(kmp_made(eq->context, allocate(eq) && add_tree(eq, scene) && add_savings(eq, scene)));
     kmp_tree_runs(&eq->tree, eq->run);
     KMP_TRY(kmp_closures_derive(eq, scene));
