@@ -106,8 +106,9 @@ static bool derive_closed(kmp_equations *eq, const kmp_ref *jt_lambda, kmp_ref *
 {
     int n = eq->n;
     kmp_partials_all(eq->graph, n, jt_lambda, KMP_IN_Q, n, room);
-    if (kmp_graph_failed(eq->graph) || !kmp_tangents_mirror(eq->graph, n, room))
+    if (kmp_graph_failed(eq->graph))
         return false;
+    kmp_tangents_mirror(n, room);
     for (int k = 0; k < n * n; k++)
         eq->closed_q[k] = kmp_sub(eq->graph, eq->inverse_q[k], room[k]);
     return true;
