@@ -10,6 +10,7 @@
 #include "bench/four_bar_by_hand.h"
 #include "integrators/run/methods.h"
 #include "integrators/run/run.h"
+#include "model/data/model.h"
 #include "output/verdict.h"
 #include <kempe/settings.h>
 #include <stdio.h>

@@ -287,7 +287,7 @@ static void build_once(const kempe_assembly *start, double part[3])
     bench b = {kempe_context_new(), NULL, NULL};
     kmp_partition u;
     kmp_reduction red;
-    kmp_reduced_program *fused = NULL;
+    kmp_reduced_program *program = NULL;
     double begin = bench_now();
     bool ok = kempe_model_read(b.context, model_path, &b.model) == KEMPE_OK;
     part[0] = bench_now() - begin;
@@ -298,10 +298,10 @@ static void build_once(const kempe_assembly *start, double part[3])
         exit(1);
     kmp_eval_closure(eval, 0, start->q);
     if (kmp_partition_init(&u, b.system, eval->jacobian, NULL, 0) || kmp_reduction_init(&red, eval, &u) ||
-        kmp_reduction_factor(&red) || kmp_reduced_program_new(&fused, &red, false))
+        kmp_reduction_factor(&red) || kmp_reduced_program_new(&program, &red, false))
         exit(1);
     part[2] = bench_now() - begin - part[0] - part[1];
-    kmp_reduced_program_free(fused);
+    kmp_reduced_program_free(program);
     kmp_reduction_free(&red);
     kmp_partition_free(&u);
     kmp_eval_free(eval);

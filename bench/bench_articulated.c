@@ -14,6 +14,7 @@
 #include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "linalg/dense/dense.h"
+#include "model/data/model.h"
 #include <kempe/settings.h>
 #include <math.h>
 #include <stdlib.h>

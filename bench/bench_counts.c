@@ -27,7 +27,7 @@ static void right_hand_side(const bench *b, const char *name)
     kempe_assembly *start = NULL;
     kmp_partition part;
     kmp_reduction red;
-    kmp_reduced_program *fused = NULL;
+    kmp_reduced_program *reduced = NULL;
     kmp_evaluator *eval = kmp_eval_new(s, "tape");
     if (!eval || kempe_assembly_new(s, &start) != KEMPE_OK)
         exit(1);
@@ -40,12 +40,12 @@ static void right_hand_side(const bench *b, const char *name)
     put("program: M, C, h, J, gamma", program);
     put("linear algebra", solves);
     put("together", sum(program, solves));
-    if (kmp_reduction_factor(&red) || kmp_reduced_program_new(&fused, &red, false))
+    if (kmp_reduction_factor(&red) || kmp_reduced_program_new(&reduced, &red, false))
         exit(1);
-    if (fused)
-        put("as one program", kmp_program_count(kmp_reduced_program_code(fused), KMP_REDUCED_PROGRAM_RATES,
+    if (reduced)
+        put("as one program", kmp_program_count(kmp_reduced_program_code(reduced), KMP_REDUCED_PROGRAM_RATES,
                                                 KMP_REDUCED_PROGRAM_ACCELERATIONS));
-    kmp_reduced_program_free(fused);
+    kmp_reduced_program_free(reduced);
     kmp_reduction_free(&red);
     kmp_partition_free(&part);
     kmp_eval_free(eval);

@@ -2,6 +2,7 @@
 /* ns of one evaluation of a right-hand side, back to back over states of the motion: by parts, and by the one program
  * that the formulation writes; ms of making that; and ns of a lane where the solved program runs in 4 and 8 lanes. */
 #include "bench.h"
+#include "constraints/evaluation/condition_modes.h"
 #include "constraints/programs/saddle_program.h"
 #include "followed_motion.h"
 #include "integrators/formulations/formulation.h"
@@ -29,7 +30,7 @@ static void make(way *w, const bench *b, const motion *m, const char *formulatio
     *w = (way){.eval = kmp_eval_new(s, "native")};
     if (kmp_eval_add_articulated(w->eval) != KEMPE_OK)
         bench_fail(b, formulation);
-    kmp_eval_take(w->eval, kind->by_bodies);
+    kmp_eval_set_by_bodies(w->eval, kind->by_bodies);
     kmp_eval_closure(w->eval, m->t[0], m->q);
     kmp_eval_freeze(w->eval, m->t[0], m->q, m->qd);
     if (kmp_partition_init(&w->part, s, w->eval->jacobian, NULL, 0) != KEMPE_OK)

@@ -8,6 +8,7 @@
 #include "exchange/code/source.h"
 #include "linalg/dense/dense.h"
 #include "loaded_equations.h"
+#include "model/data/model.h"
 #include <kempe/generate.h>
 #include <string.h>
 

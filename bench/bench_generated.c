@@ -5,9 +5,11 @@
  */
 #include "bench.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/jacobian_and_mass.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "exchange/simulator/kempe_simulator.h"
 #include "followed_motion.h"
+#include "model/data/model.h"
 #include <dlfcn.h>
 #include <kempe/generate.h>
 #include <unistd.h>

@@ -9,7 +9,9 @@
 #include "bench.h"
 #include "bench/trees.h"
 #include "dynamics/choose_variants.h"
+#include "dynamics/equations.h"
 #include "exchange/code/sets.h"
+#include "model/data/model.h"
 #include <dlfcn.h>
 #include <kempe/generate.h>
 #include <math.h>

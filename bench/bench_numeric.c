@@ -11,6 +11,8 @@
 #include "bench/loaded_equations.h"
 #include "bench/numeric_classical.h"
 #include "dynamics/choose_variants.h"
+#include "dynamics/equations.h"
+#include "model/data/model.h"
 
 #include "backend/machine.h"
 #include "bench.h"

@@ -4,6 +4,8 @@
  * L_M), numbers are kept as symbols. Equations are its named scalars (components of omega, beta, alpha, F, L and of the
  * columns); one that is used once stands in its user; sines and cosines are there before the first step. The paper's
  * pendulum is not described further than that it has 9 degrees of freedom in space; so there are several here. */
+#include "dynamics/equations.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "exchange/code/sets.h"
 
 #include "base/memory.h"

@@ -10,6 +10,7 @@
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/assembly.h"
 #include "dynamics/choose_variants.h"
+#include "dynamics/equations.h"
 #include "dynamics/program_cache.h"
 #include "dynamics/system_record.h"
 #include "integrators/formulations/tangent.h"

@@ -11,6 +11,7 @@
 #include "constraints/partition/partition.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
+#include "model/data/model.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>

@@ -4,6 +4,8 @@
  * and three torques on every body as inputs, but for bodies where ROBOTRAN's code has none, each set alone. Bars are on
  * all operations by the paper's rule; beside them what is left at run time, without what depends on numbers alone, and
  * that with `optimize`. The exit code is 1 when a bar is missed. */
+#include "dynamics/equations.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "exchange/code/sets.h"
 
 #include "bench.h"

@@ -108,7 +108,7 @@ typedef struct stand {
     kmp_evaluator *eval;
     kmp_partition part;
     kmp_reduction red;
-    kmp_reduced_program *fused;
+    kmp_reduced_program *reduced;
     kmp_formulation *formulation;
     double y[STATES][2 * N];
     double sink;
@@ -150,7 +150,7 @@ static void run_whole(stand *s, int k)
 static void run_fused(stand *s, int k)
 {
     double dy[2 * N];
-    if (kmp_reduced_program_run(s->fused, 0, s->y[k], dy))
+    if (kmp_reduced_program_run(s->reduced, 0, s->y[k], dy))
         s->sink += dy[1];
 }
 
@@ -235,7 +235,7 @@ static void stand_init(stand *s, const bench *b, const kempe_assembly *start, co
                                    .atol = 1e-10,
                                    .rate_scale = 1};
     s->formulation = kmp_formulation_integrated.create(&kmp_formulation_integrated, &given);
-    if (kmp_reduction_factor(&s->red) || kmp_reduced_program_new(&s->fused, &s->red, false) || !s->fused)
+    if (kmp_reduction_factor(&s->red) || kmp_reduced_program_new(&s->reduced, &s->red, false) || !s->reduced)
         exit(1);
     gather_states(s, start);
 }
@@ -243,7 +243,7 @@ static void stand_init(stand *s, const bench *b, const kempe_assembly *start, co
 static void stand_free(stand *s)
 {
     s->formulation->release(s->formulation);
-    kmp_reduced_program_free(s->fused);
+    kmp_reduced_program_free(s->reduced);
     kmp_reduction_free(&s->red);
     kmp_partition_free(&s->part);
     kmp_eval_free(s->eval);
@@ -254,7 +254,7 @@ static void one_right_hand_side(const bench *b, const kempe_assembly *start, con
     static stand s;
     stand_init(&s, b, start, backend);
     double trig = time_part(&s, run_trig), program = time_part(&s, run_program), algebra = time_part(&s, run_algebra);
-    double fused = time_part(&s, run_fused), whole = time_part(&s, run_whole),
+    double reduced = time_part(&s, run_fused), whole = time_part(&s, run_whole),
            integrator = time_integrator(s.formulation->size);
     kmp_counts c = kmp_program_count(b->system->motion, 1, b->system->motion->stages - 1);
     printf("one right-hand side of reduced/integrated, ns, %s, each part alone over %d states of the motion\n", backend,
@@ -263,11 +263,11 @@ static void one_right_hand_side(const bench *b, const kempe_assembly *start, con
     printf("  %-46s %6.0f\n", "the rest of the program", program - trig);
     printf("  %-46s %6.0f\n", "linear algebra: Jv, Bvu, gamma, Mr, Fr, udd", algebra);
     printf("  %-46s %6.0f\n", "all of it, as the integrator calls it", whole);
-    printf("  %-46s %6.0f\n", "as one program with the linear algebra", fused);
+    printf("  %-46s %6.0f\n", "as one program with the linear algebra", reduced);
     printf("  %-46s %6.0f\n", "the integrator beside it, by call", integrator);
     printf("%s: %ld operations, %.2f ns each (sines and cosines apart)\n\n", backend, c.paper + c.other,
            (program - trig) / (double)(c.paper + c.other));
-    kmp_counts all = kmp_program_count(kmp_reduced_program_code(s.fused), KMP_REDUCED_PROGRAM_RATES,
+    kmp_counts all = kmp_program_count(kmp_reduced_program_code(s.reduced), KMP_REDUCED_PROGRAM_RATES,
                                        KMP_REDUCED_PROGRAM_ACCELERATIONS),
                algebra_count = kmp_reduction_count(&s.red);
     printf("operations: program %ld, linear algebra %ld; as one program %ld (%ld +, %ld *, %ld /, %ld sincos)\n\n",

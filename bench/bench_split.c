@@ -72,9 +72,9 @@ static void disarm(void)
 
 TIMED(at.current == FUSED ? FUSED : MODEL, const double *, kmp_machine_run, (kmp_machine * machine, int stage),
       (machine, stage))
-TIMED(FUSED, bool, kmp_reduced_program_run, (kmp_reduced_program * fused, double t, const double *y, double *dy),
-      (fused, t, y, dy))
-TIMED(FUSED, kmp_reduced_program_end, kmp_reduced_program_at_end, (kmp_reduced_program * fused), (fused))
+TIMED(FUSED, bool, kmp_reduced_program_run, (kmp_reduced_program * program, double t, const double *y, double *dy),
+      (program, t, y, dy))
+TIMED(FUSED, kmp_reduced_program_end, kmp_reduced_program_at_end, (kmp_reduced_program * program), (program))
 
 TIMED(ALGEBRA, int, kmp_lu_factor, (int n, double *a, int *pivot), (n, a, pivot))
 TIMED_VOID(ALGEBRA, kmp_lu_solve, (int n, const double *lu, const int *pivot, int m, double *b), (n, lu, pivot, m, b))
@@ -104,13 +104,13 @@ TIMED_VOID(ALGEBRA, kmp_saddle_accelerations, (kmp_saddle * saddle, double *qdd,
 TIMED_VOID(ALGEBRA, kmp_saddle_solve, (kmp_saddle * saddle, const double *f, const double *b, double *x, double *a),
            (saddle, f, b, x, a))
 
-kempe_status REAL(kmp_reduced_program_new)(kmp_reduced_program **fused, const kmp_reduction *red, bool closes);
-kempe_status OURS(kmp_reduced_program_new)(kmp_reduced_program **fused, const kmp_reduction *red, bool closes);
-kempe_status OURS(kmp_reduced_program_new)(kmp_reduced_program **fused, const kmp_reduction *red, bool closes)
+kempe_status REAL(kmp_reduced_program_new)(kmp_reduced_program **program, const kmp_reduction *red, bool closes);
+kempe_status OURS(kmp_reduced_program_new)(kmp_reduced_program **program, const kmp_reduction *red, bool closes);
+kempe_status OURS(kmp_reduced_program_new)(kmp_reduced_program **program, const kmp_reduction *red, bool closes)
 {
     if (!at.apart)
-        return REAL(kmp_reduced_program_new)(fused, red, closes);
-    *fused = NULL;
+        return REAL(kmp_reduced_program_new)(program, red, closes);
+    *program = NULL;
     return KEMPE_OK;
 }
 
@@ -236,19 +236,19 @@ int main(int argc, char **argv)
     }
     taken plain = run_many(b.system, &spec, start, seconds / 2, false);
     taken timed = run_many(b.system, &spec, start, seconds, true);
-    double model = timed.found[MODEL], algebra = timed.found[ALGEBRA], fused = timed.found[FUSED];
-    if (fused > 0) {
+    double model = timed.found[MODEL], algebra = timed.found[ALGEBRA], program = timed.found[FUSED];
+    if (program > 0) {
         at.apart = true;
         taken apart = run_many(b.system, &spec, start, seconds, true);
         double share = apart.found[MODEL] / (apart.found[MODEL] + apart.found[ALGEBRA]);
-        model += fused * share;
-        algebra += fused * (1 - share);
+        model += program * share;
+        algebra += program * (1 - share);
     }
     double scale = plain.cpu / timed.samples;
     printf("{\"total\": %.6g, \"sampled\": %.6g, \"samples\": %.0f, \"model\": %.6g, \"algebra\": %.6g, "
            "\"integrator\": %.6g, \"fused\": %s, \"steps\": %ld, \"rhs\": %ld, \"factorizations\": %ld}\n",
            plain.cpu, timed.cpu, timed.samples, scale * model, scale * algebra, scale * timed.found[REST],
-           fused > 0 ? "true" : "false", plain.report.steps, plain.report.rhs, plain.report.factorizations);
+           program > 0 ? "true" : "false", plain.report.steps, plain.report.rhs, plain.report.factorizations);
     (void)timer_delete(at.timer);
     kempe_assembly_free(start);
     bench_free(&b);

@@ -3,10 +3,12 @@
  * median of some rounds; without a model examples/limousine, and with KEMPE_MBS limousine63.mbs with a spring in each
  * joint. Exit code 1: examples/limousine takes longer than a tenth of a second, does not carry its weight on its tyres,
  * or grows. */
+#include "analyses/derivatives/spectrum.h"
 #include "analyses/equilibrium/equilibrium_study.h"
 #include "bench.h"
 #include "constraints/closing/assemble.h"
-#include "linalg/dense/spectrum.h"
+#include "constraints/evaluation/shown_outputs.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include <kempe/check.h>
 #include <kempe/settings.h>

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The parts of this build of the library, for kempe.about(). */
 #include "backend/x86/x86.h"
+#include "ensemble/fit/nonlinear_squares.h"
+#include "ensemble/optimize/constrained_minimum.h"
 #include "helpers.h"
-#include "linalg/constrained_minimum.h"
-#include "linalg/nonlinear_squares.h"
 #include <klu.h>
 #include <sundials/sundials_config.h>
 

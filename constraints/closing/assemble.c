@@ -15,11 +15,14 @@
 #include "constraints/closing/random_walk.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/intended_rank.h"
+#include "constraints/evaluation/jacobian_and_mass.h"
+#include "constraints/evaluation/row_residuals.h"
 #include "constraints/kinds/kind.h"
 #include "constraints/partition/partition.h"
 #include "constraints/partition/reduction.h"
 #include "constraints/tolerances.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 
@@ -51,7 +54,6 @@ typedef struct work {
     bool *fixed;        /* n: prescribed rates */
     kmp_partition part; /* choice of u and v for KINSOL */
     double *jacobian;   /* m x n, for KINSOL's matrix */
-    int *held;          /* n: coordinates that are held */
     kmp_loosening loose;
     bool apart;  /* groups of loops were closed one by one */
     int rank;    /* rank of J if other rows stay open by rounding; -1: none */
@@ -85,7 +87,7 @@ static bool is_turned(work *w)
     return turned;
 }
 
-static void polish(work *w);
+static void refine(work *w);
 
 /* Groups of closure rows and free coordinates: those of different groups do not depend on each other. */
 typedef struct groups {
@@ -177,13 +179,13 @@ static void close_group(work *w, groups *g, int group)
     copy(w, w->a->q, w->best);
     evaluate(w);
     if (w->apart && best <= w->near)
-        polish(w);
+        refine(w);
     w->least.hold = w->guess->hold;
     w->eval->left_out = left_out;
 }
 
 /* False: no memory. */
-static bool from_afar(work *w)
+static bool close_from_guess(work *w)
 {
     groups g = {0};
     w->a->iterations += kmp_close_from_afar(&w->closer, w->near, 0, 0, w->a->q, w->trial);
@@ -228,12 +230,12 @@ static int dependent_matrix(void *self, const double *v, double *out)
 static bool choose_dependent(work *w)
 {
     const kmp_partition *part = &w->part;
-    int held = 0;
-    for (int k = 0; k < w->n; k++)
+    int held_count = 0, *held = KMP_ARENA_NEW(&w->arena, int, w->n);
+    for (int k = 0; held && k < w->n; k++)
         if (w->guess->hold[k])
-            w->held[held++] = k;
+            held[held_count++] = k;
     kmp_partition_free(&w->part); /* of a search before */
-    bool chosen = kmp_partition_init(&w->part, w->s, w->eval->jacobian, w->held, held) == KEMPE_OK ||
+    bool chosen = (held && kmp_partition_init(&w->part, w->s, w->eval->jacobian, held, held_count) == KEMPE_OK) ||
                   kmp_partition_init(&w->part, w->s, w->eval->jacobian, NULL, 0) == KEMPE_OK;
     kmp_context_clear(w->s->context);
     if (!chosen || part->r == 0 || part->r > MOST_DENSE ||
@@ -282,7 +284,7 @@ static void close_by_search(work *w)
 }
 
 /* Corrects q to round-off; true if the loops are then closed, otherwise q is restored. */
-static bool finish(work *w)
+static bool correct_to_rounding(work *w)
 {
     const kmp_close_rule rule = kmp_least_change_rule(MOST_CORRECTIONS);
     double before = residual(w);
@@ -297,11 +299,11 @@ static bool finish(work *w)
 }
 
 /* Runs Gauss-Newton from a nearby state until it stalls, then to round-off. */
-static void polish(work *w)
+static void refine(work *w)
 {
     w->a->iterations += kmp_close_from_afar(&w->closer, KMP_CLOSED_ENOUGH, WORTH, 0, w->a->q, w->trial);
     if (residual(w) <= KMP_CLOSED_ENOUGH)
-        (void)finish(w);
+        (void)correct_to_rounding(w);
 }
 
 /* -- rounded numbers --------------------------------------------------------------------------------- */
@@ -333,7 +335,7 @@ static void close_independent(work *w)
         if (!choose_rows(w, dropped) || (pass > 0 && memcmp(before, dropped, bytes) == 0))
             break;
         w->eval->left_out = dropped;
-        polish(w);
+        refine(w);
     }
     w->eval->left_out = dropped;
     evaluate(w);
@@ -479,7 +481,7 @@ static void make_rates(work *w)
 
 /* Finds the gap of each closure, from its rows of lengths, and its angle, from its other rows; where they align axes,
  * the angle of the rotation between these. */
-static void measure(work *w)
+static void measure_gaps(work *w)
 {
     kempe_assembly *a = w->a;
     a->turned = is_turned(w);
@@ -522,11 +524,11 @@ static bool count_drives(work *w)
 }
 
 /* Computes the pivots and the openings of the closures; sorts the open ones by size. false: no memory. */
-static bool judge(work *w)
+static bool judge_closures(work *w)
 {
     kempe_assembly *a = w->a;
     a->residual = w->m > 0 ? residual(w) : 0;
-    measure(w);
+    measure_gaps(w);
     a->closed = a->residual <= KMP_CLOSED_ENOUGH && a->misfit * w->s->length <= w->s->closure_tolerance && !a->turned;
     for (int c = 0; !a->closed && c < w->s->model->closure_count; c++) {
         double extent = kmp_assembly_extent(a, c);
@@ -549,7 +551,7 @@ static bool work_init(work *w, const kempe_system *s, const kmp_guess *guess, ke
     w->rank = guess->rank > 0 ? guess->rank : rounding ? rounding->rank : -1;
     w->near = w->rank < 0 ? KMP_CLOSED_NEAR : fmax(KMP_CLOSED_NEAR, 2 * s->closure_tolerance / s->length);
     KMP_ARENA_MAKE(&w->arena, KMP_ROOM(double, s->n + s->m, &w->trial), KMP_ROOM(double, s->n, &w->from, &w->best),
-                   KMP_ROOM(double, s->m, &w->rate), KMP_ROOM(bool, s->n, &w->fixed), KMP_ROOM(int, s->n, &w->held));
+                   KMP_ROOM(double, s->m, &w->rate), KMP_ROOM(bool, s->n, &w->fixed));
     if (!w->eval || w->arena.failed || !kmp_least_change_init(&w->least, w->eval) ||
         !kmp_rotation_vectors_init(&w->vectors, s, &w->arena))
         return false;
@@ -577,7 +579,8 @@ static void close_near(work *w)
         close_independent(w);
         return;
     }
-    if (open > w->near && (finish(w) || w->apart)) /* undamped steps may still leave a stationary point of |h| */
+    if (open > w->near &&
+        (correct_to_rounding(w) || w->apart)) /* undamped steps may still leave a stationary point of |h| */
         return;
     /* The dependent coordinates follow. The independent ones keep the values of the guess: a start that is closed
      * to its digits keeps them, and with them the forces of stiff springs. */
@@ -587,7 +590,7 @@ static void close_near(work *w)
             close_by_search(w);
         evaluate(w);
     }
-    polish(w);
+    refine(w);
 }
 
 static bool is_closed(work *w)
@@ -613,7 +616,7 @@ static bool search_by_vectors(work *w)
     w->eval->left_out = NULL;
     if (turned || is_turned(w)) {
         w->least.vectors = &w->vectors;
-        bool made = from_afar(w);
+        bool made = close_from_guess(w);
         w->least.vectors = NULL;
         if (!made)
             return false;
@@ -643,7 +646,7 @@ static bool seek_goals(work *w)
     if (w->eval->left_out)
         close_independent(w);
     else if (w->m > 0)
-        polish(w);
+        refine(w);
     return kmp_goals_measure(w->s, w->a->q, goals);
 }
 
@@ -652,14 +655,14 @@ static bool assemble(work *w)
 {
     bool ok = true;
     if (w->m > 0) {
-        ok = from_afar(w);
+        ok = close_from_guess(w);
         close_near(w);
         if (ok && w->vectors.count > 0 && !is_closed(w))
             ok = search_by_vectors(w);
     }
     if (w->s->model->start.goal_count == 0)
         w->a->centred = kmp_loosening_center(&w->loose, w->guess->hold, w->a->q);
-    if (!ok || !seek_goals(w) || !judge(w))
+    if (!ok || !seek_goals(w) || !judge_closures(w))
         return false;
     if (w->a->closed)
         make_rates(w);

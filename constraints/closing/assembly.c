@@ -8,6 +8,7 @@
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include "model/write/model_print.h"
 #include <kempe/check.h>
 #include <math.h>

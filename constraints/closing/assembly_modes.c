@@ -1,9 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Other assembly modes: starts at random, closed one by one, kept where they differ from all before, and named by the
+ * signs of the determinants of Jv's blocks. A watch for a change of the mode follows these signs along a motion; where
+ * rows are redundant it chooses those with the largest pivots anew. */
 #include "constraints/closing/assembly_modes.h"
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
+#include "model/data/model.h"
 #include "model/read/loads.h"
 #include <math.h>
 #include <stdlib.h>
@@ -45,20 +49,20 @@ bool kmp_state_before(const kempe_system *system, double within, const double *a
     return k < system->n && a[k] < b[k];
 }
 
-kempe_status kmp_random_starts_next(kmp_random_starts *scatter, kempe_assembly **closed)
+kempe_status kmp_random_starts_next(kmp_random_starts *random, kempe_assembly **closed)
 {
-    const kempe_system *system = scatter->system;
+    const kempe_system *system = random->system;
     for (int k = 0; k < system->n; k++) {
-        double reach = system->model->motions[k].rotation ? TWO_PI / 2 : scatter->far * system->length;
-        scatter->guess[k] = scatter->from[k];
-        if (!scatter->still[k])
-            scatter->guess[k] += reach * kmp_walk_random(&scatter->state);
+        double reach = system->model->motions[k].rotation ? TWO_PI / 2 : random->far * system->length;
+        random->guess[k] = random->from[k];
+        if (!random->still[k])
+            random->guess[k] += reach * kmp_walk_random(&random->state);
     }
-    kmp_guess guess = {scatter->guess, scatter->still, 0, false, 0};
+    kmp_guess guess = {random->guess, random->still, 0, false, 0};
     KMP_TRY(kmp_assemble_from(system, &guess, closed));
-    scatter->starts++;
+    random->starts++;
     if ((*closed)->closed) {
-        scatter->closed++;
+        random->closed++;
         return KEMPE_OK;
     }
     kempe_assembly_free(*closed);
@@ -146,7 +150,7 @@ static char sign_of_block(const search *s, const kmp_loop_block *block)
 }
 
 /* Adds q to the list. */
-static void keep(search *s, const double *q, double residual)
+static void add_branch(search *s, const double *q, double residual)
 {
     const kempe_system *system = s->b->system;
     for (int k = 0; k < s->b->count; k++)
@@ -174,28 +178,28 @@ static void keep(search *s, const double *q, double residual)
     s->b->branch[s->b->count++] = branch;
 }
 
-static kempe_status sample(search *s, int seed)
+static kempe_status assemble_sample(search *s, int seed)
 {
     kempe_branches *b = s->b;
-    kmp_random_starts scatter = {.system = b->system, .from = b->assembly->q, .still = b->kept, .far = FAR};
-    scatter.state = (unsigned)seed;
-    scatter.guess = KMP_ARENA_NEW(&b->arena, double, b->system->n);
+    kmp_random_starts random = {.system = b->system, .from = b->assembly->q, .still = b->kept, .far = FAR};
+    random.state = (unsigned)seed;
+    random.guess = KMP_ARENA_NEW(&b->arena, double, b->system->n);
     int starts = b->system->n > LARGE ? STARTS_OF_LARGE : STARTS;
-    keep(s, b->assembly->q, b->assembly->residual);
+    add_branch(s, b->assembly->q, b->assembly->residual);
     while (b->starts < starts && !b->many && !b->arena.failed && !kmp_interrupted(b->system->context)) {
         kempe_assembly *a = NULL;
-        KMP_TRY(kmp_random_starts_next(&scatter, &a));
+        KMP_TRY(kmp_random_starts_next(&random, &a));
         if (a)
-            keep(s, a->q, a->residual);
+            add_branch(s, a->q, a->residual);
         kempe_assembly_free(a);
-        b->starts = scatter.starts;
-        b->closed = scatter.closed;
+        b->starts = random.starts;
+        b->closed = random.closed;
         kmp_progress(b->system->context, KMP_PROGRESS_STUDY, b->starts, starts, "starts");
     }
     return KEMPE_OK;
 }
 
-static kempe_status find(kempe_branches *b, int seed)
+static kempe_status search_branches(kempe_branches *b, int seed)
 {
     int n = b->system->n;
     search s = {.b = b, .walk = kmp_walk_new(b->system)};
@@ -207,7 +211,7 @@ static kempe_status find(kempe_branches *b, int seed)
         choose_blocks(&s);
         kmp_charts_reset(b->system, s.walk->eval->chart);
         kmp_eval_set_charts(s.walk->eval, s.walk->eval->chart);
-        status = b->arena.failed ? KEMPE_E_MEMORY : sample(&s, seed);
+        status = b->arena.failed ? KEMPE_E_MEMORY : assemble_sample(&s, seed);
         /* All but the first, by signs and then by states. */
         for (int i = 2; i < b->count; i++) {
             kmp_branch moved = b->branch[i];
@@ -383,7 +387,7 @@ kempe_status kempe_branches_new(const kempe_system *system, int seed, kempe_bran
     b->system = system;
     kempe_status status = kempe_assembly_new(system, &b->assembly);
     if (status == KEMPE_OK)
-        status = find(b, seed);
+        status = search_branches(b, seed);
     b->warnings = kmp_context_warnings(system->context);
     b->status = status = kmp_context_verdict(system->context, status);
     return KMP_GIVE_OR_FREE(status, branches, b, kempe_branches_free);

@@ -22,7 +22,7 @@ typedef struct kmp_random_starts {
 } kmp_random_starts;
 
 /** Assembles from the next start; kempe_assembly_free frees it. NULL: it did not close. */
-kempe_status kmp_random_starts_next(kmp_random_starts *scatter, kempe_assembly **closed);
+kempe_status kmp_random_starts_next(kmp_random_starts *random, kempe_assembly **closed);
 
 /** True if two states (n) differ by at most `within`, scaled. Angles count modulo a turn, those of spherical joints by
  * the rotations they represent; coordinates of the list `apart` do not count. */

@@ -1,5 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Newton's loop for all closings. It ends where a correction is below the requested part of the error weights, or below
+ * rounding. From afar it descends: each correction is bounded, and the bound adapts to how well the last one predicted
+ * |h| (a trust region). */
 #include "constraints/closing/close.h"
+#include "constraints/evaluation/jacobian_and_mass.h"
+#include "constraints/evaluation/row_residuals.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The correction dv = -Jv^-1 h for given u as a kmp_closer, with the blocks of a reduction. */
 #include "constraints/closing/close_reduced.h"
 #include "constraints/closing/close.h"
 

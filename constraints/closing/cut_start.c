@@ -4,10 +4,13 @@
  * the loops: the guess is a compromise, and closing the loops is left to the assembly. */
 #include "constraints/closing/cut_start.h"
 #include "constraints/evaluation/charts.h"
+#include "constraints/evaluation/jacobian_and_mass.h"
+#include "constraints/evaluation/row_residuals.h"
 #include "constraints/tolerances.h"
 #include "dynamics/goal_equations.h"
 #include "linalg/dense/dot.h"
 #include "linalg/dense/lapack.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 
@@ -38,7 +41,7 @@ static int count_given(const kempe_model *model, bool rate)
     return count;
 }
 
-static bool begin(search *x, const kempe_system *s, kmp_evaluator *eval, bool rates)
+static bool begin_search(search *x, const kempe_system *s, kmp_evaluator *eval, bool rates)
 {
     const size_t n = (size_t)s->n, rows = (size_t)(s->m + s->model->cut_coordinate_count) + n;
     *x = (search){.s = s, .eval = eval, .rates = rates, .n = s->n, .m = s->m};
@@ -57,7 +60,7 @@ static bool begin(search *x, const kempe_system *s, kmp_evaluator *eval, bool ra
     return true;
 }
 
-static void end(search *x)
+static void free_search(search *x)
 {
     kmp_machine_free(x->machine);
     kmp_arena_free(&x->arena);
@@ -79,7 +82,7 @@ static double error_of(const kmp_cut_coordinate *c, double value)
 
 /* The scaled rows without columns of fixed coordinates, and minus their values, at q, or of rates qd there; the norm of
  * the latter. */
-static double fill(search *x, const bool *fixed, const double *q, const double *qd)
+static double fill_equations(search *x, const bool *fixed, const double *q, const double *qd)
 {
     const kempe_system *s = x->s;
     const double *value = coordinates_at(x, q), *slope = value + s->model->cut_coordinate_count;
@@ -130,11 +133,11 @@ static double find_step(search *x)
 
 static bool step(search *x, const bool *hold, double *q)
 {
-    double before = fill(x, hold, q, NULL), size = find_step(x), part = size > LONGEST ? LONGEST / size : 1;
+    double before = fill_equations(x, hold, q, NULL), size = find_step(x), part = size > LONGEST ? LONGEST / size : 1;
     for (int k = 0; size > ENOUGH && k < MOST_HALVINGS; k++, part /= 2) {
         for (int i = 0; i < x->n; i++)
             x->trial[i] = q[i] + part * x->dx[i] * x->s->scale[i];
-        if (fill(x, hold, x->trial, NULL) < before) {
+        if (fill_equations(x, hold, x->trial, NULL) < before) {
             memcpy(q, x->trial, (size_t)x->n * sizeof *q);
             return true;
         }
@@ -148,11 +151,11 @@ bool kmp_cut_start_guess(const kempe_system *system, const bool *hold, double *q
     if (count_given(system->model, false) == 0)
         return true;
     kmp_evaluator *eval = kmp_eval_new_of_closures(system);
-    bool ok = eval && begin(&x, system, eval, false);
+    bool ok = eval && begin_search(&x, system, eval, false);
     for (int k = 0; ok && k < MOST_STEPS && step(&x, hold, q); k++)
         ok = !x.arena.failed;
     if (eval)
-        end(&x);
+        free_search(&x);
     kmp_eval_free(eval);
     return ok;
 }
@@ -162,12 +165,12 @@ bool kmp_cut_start_rates(kmp_evaluator *eval, const bool *fixed, const double *q
     search x;
     if (count_given(eval->system->model, true) == 0)
         return true;
-    bool ok = begin(&x, eval->system, eval, true);
-    if (ok && fill(&x, fixed, q, qd) > 0 && find_step(&x) > 0)
+    bool ok = begin_search(&x, eval->system, eval, true);
+    if (ok && fill_equations(&x, fixed, q, qd) > 0 && find_step(&x) > 0)
         for (int k = 0; k < x.n; k++)
             qd[k] += x.dx[k] * x.s->scale[k];
     ok = ok && !x.arena.failed;
-    end(&x);
+    free_search(&x);
     return ok;
 }
 
@@ -179,7 +182,7 @@ int kmp_cut_start_missed(const kempe_system *system, const double *q, const doub
     if (count_given(model, false) + count_given(model, true) == 0)
         return -1;
     kmp_evaluator *eval = kmp_eval_new_of_closures(system);
-    bool ok = eval && begin(&x, system, eval, false);
+    bool ok = eval && begin_search(&x, system, eval, false);
     const double fastest = eval ? kmp_eval_size(eval, qd) : 0, *at = ok ? coordinates_at(&x, q) : NULL,
                  *slope = at ? at + model->cut_coordinate_count : NULL;
     for (int i = 0; ok && i < model->cut_coordinate_count; i++) {
@@ -195,7 +198,7 @@ int kmp_cut_start_missed(const kempe_system *system, const double *q, const doub
         *value = far ? at[i] : speed;
     }
     if (eval)
-        end(&x);
+        free_search(&x);
     kmp_eval_free(eval);
     return ok ? worst : -2;
 }

@@ -22,6 +22,7 @@
 #include "dynamics/goal_equations.h"
 #include "linalg/dense/dot.h"
 #include "linalg/dense/lapack.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 
@@ -133,7 +134,7 @@ static void find_tangents(search *w, place *p)
 }
 
 /* Evaluates p at p->q, where the walk is closed. */
-static void look(search *w, place *p)
+static void evaluate_place(search *w, place *p)
 {
     int n = w->n;
     double whole = norm(w->count * n, p->slope), most = 0;
@@ -255,7 +256,7 @@ static bool make_step(search *w)
     if (!(closing <= MOST_CLOSING * size + NEGLIGIBLE))
         return false;
     evaluate_goals(w, &w->there);
-    look(w, &w->there);
+    evaluate_place(w, &w->there);
     for (int a = 0; a < w->there.d; a++)
         aligned = hypot(aligned, kmp_dot(n, w->step, w->there.tangent + a * n));
     return aligned >= LEAST_ALIGNED * size;
@@ -370,7 +371,7 @@ static void search_free(search *w)
     kmp_arena_free(&w->arena);
 }
 
-static void measure(search *w, const double *q)
+static void measure_goals(search *w, const double *q)
 {
     memcpy(w->here.q, q, (size_t)w->n * sizeof *q);
     evaluate_goals(w, &w->here);
@@ -382,7 +383,7 @@ bool kmp_goals_measure(const kempe_system *system, const double *q, kmp_goals_ve
     search w;
     bool ok = search_init(&w, system, NULL, verdict);
     if (ok)
-        measure(&w, q);
+        measure_goals(&w, q);
     search_free(&w);
     return ok;
 }
@@ -392,9 +393,9 @@ bool kmp_goals_seek(const kempe_system *system, const bool *hold, double *q, kmp
     search w;
     bool ok = search_init(&w, system, hold, verdict) && search_extend(&w);
     if (ok) {
-        measure(&w, q);
+        measure_goals(&w, q);
         kmp_walk_evaluate(w.walk, q);
-        look(&w, &w.here);
+        evaluate_place(&w, &w.here);
         ok = descend(&w);
         memcpy(q, w.here.q, (size_t)w.n * sizeof *q);
         verdict->slope = w.here.level;

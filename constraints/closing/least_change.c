@@ -1,6 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Damped least changes: the Levenberg-Marquardt equations of the closed rows with mu from |h|, so that steps stay
+ * bounded where rows are dependent and convergence is quadratic where they are not. Small ones by the normal equations,
+ * dense; large ones as one sparse matrix, which has no product J J'. */
 #include "constraints/closing/least_change.h"
 #include "base/memory.h"
+#include "constraints/evaluation/row_residuals.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
 #include "linalg/sparse.h"

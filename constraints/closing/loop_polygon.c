@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The sides of a loop: on each body from its joint to the next, up to the common ancestor on both branches. A body that
+ * slides can change its side, and excludes the test. */
 #include "constraints/closing/loop_polygon.h"
+#include "model/data/model.h"
 #include <math.h>
 
 static void position(const kempe_model *model, int point, double at[3])

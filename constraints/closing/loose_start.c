@@ -1,9 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Centring of joints with clearance, and rates that let them rest. Each length has a change of least size that keeps
+ * the loops closed; combinations of these changes are found by pivoting of their small matrix, so that contradictory
+ * lengths are left out one by one. */
 #include "constraints/closing/loose_start.h"
+#include "constraints/evaluation/row_residuals.h"
 #include "constraints/tolerances.h"
 #include "dynamics/goal_equations.h"
 #include "linalg/dense/dot.h"
 #include "linalg/dense/lapack.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 
@@ -40,7 +45,7 @@ void kmp_loosening_free(kmp_loosening *l)
 /* -- lengths and their rows ------------------------------------------------------------------------------ */
 
 /* Lengths at q. */
-static void measure(kmp_loosening *l, const double *q)
+static void measure_lengths(kmp_loosening *l, const double *q)
 {
     const int places = kmp_goals_place_count(l->s->model), n = l->s->n;
     kmp_machine_set(l->machine, KMP_IN_CHART, l->closer->eval->chart);
@@ -72,7 +77,7 @@ static bool find_changes(kmp_loosening *l, const bool *fixed, const double *q)
     const int n = l->s->n;
     if (l->s->m > 0 && l->closer->place(l->closer->self, 0, q) != 0)
         return false;
-    measure(l, q);
+    measure_lengths(l, q);
     /* The rows of G over their scaled sizes. */
     for (int i = 0; i < l->count; i++) {
         double *row = l->slope + i * n, sum = 0;
@@ -150,7 +155,7 @@ bool kmp_loosening_center(kmp_loosening *l, const bool *hold, double *q)
     const size_t bytes = (size_t)l->s->n * sizeof *q;
     if (l->count == 0)
         return false;
-    measure(l, q);
+    measure_lengths(l, q);
     double *before = is_outside(l) ? KMP_ARENA_NEW(&l->arena, double, l->s->n) : NULL;
     if (!before)
         return false;
@@ -159,7 +164,7 @@ bool kmp_loosening_center(kmp_loosening *l, const bool *hold, double *q)
     for (int k = 0; k < MOST_STEPS && size > KMP_CLOSED_STALLED; k++)
         size = step(l, hold, q);
     double most = 0;
-    measure(l, q);
+    measure_lengths(l, q);
     for (int i = 0; i < l->count; i++)
         most = fmax(most, fabs(l->length[i]));
     if (l->s->m > 0)

@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* A walk on closed configurations: null spaces by complete pivoting of the dense scaled J, random combinations of
+ * tangents as steps, least changes back to the loops. Random numbers come from a generator of its own, so that all
+ * machines walk alike. */
 #include "constraints/closing/random_walk.h"
 #include "base/memory.h"
 #include "constraints/evaluation/intended_rank.h"
+#include "constraints/evaluation/jacobian_and_mass.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
 #include <math.h>

@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Rotation vectors of aligned axes, from the skew part and the trace of the relative rotation, and their rates by Bortz
+ * 1971. They replace the rows of a closure while a search is far from it. */
 #include "constraints/closing/rotation_vectors.h"
 #include "constraints/kinds/kind.h"
 #include "linalg/dense/dot.h"
+#include "model/data/model.h"
 #include <string.h>
 
 bool kmp_rotation_vectors_init(kmp_rotation_vectors *v, const kempe_system *s, kmp_arena *arena)

@@ -9,6 +9,7 @@
 #include "constraints/closing/random_walk.h"
 #include "constraints/tolerances.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>

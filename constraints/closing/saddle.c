@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The saddle system by three factorisations behind one interface: dense LU, sparse LU, or Cholesky's of the mobility J
+ * M^-1 J' where articulated bodies give M^-1 J'. The cheaper of the first two is chosen by counts of operations. Rows
+ * that are left out are those of a unit matrix, so that the pattern stays. */
 #include "constraints/closing/saddle.h"
 #include "base/memory.h"
 #include "constraints/evaluation/load_multipliers.h"
+#include "constraints/evaluation/row_residuals.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
 #include <math.h>

@@ -1,4 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The command `check` as a sequence: assemble, choose coordinates, find rank and redundant rows, then the parts of an
+ * examination, each a function in one list; at last accelerations that a run could not evaluate. Models beyond a size
+ * have rank and choice alone. */
 #include "constraints/diagnosis/diagnose.h"
 #include "base/memory.h"
 #include "constraints/diagnosis/diagnosis.h"
@@ -11,6 +14,7 @@
 #include "constraints/kinds/kind.h"
 #include "constraints/partition/singularity_causes.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include "model/read/law_warnings.h"
 #include "model/read/loads.h"
 #include <kempe/check.h>

@@ -65,9 +65,9 @@ typedef struct kmp_limits {
     bool cycle;                  /* the motion is closed */
     const char *ended;           /* reason why the motion is not closed, a sentence */
     double length;               /* path length, scaled */
-    kmp_coordinate_range *swing; /* n */
-    kmp_limit_position landmark[KMP_MOST_LIMIT_POSITIONS];
-    int landmark_count;
+    kmp_coordinate_range *range; /* n */
+    kmp_limit_position limit_position[KMP_MOST_LIMIT_POSITIONS];
+    int limit_position_count;
 } kmp_limits;
 
 typedef struct kmp_diagnosis {

@@ -8,8 +8,10 @@
 #include "base/bracket.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "constraints/evaluation/charts.h"
+#include "constraints/evaluation/row_residuals.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dot.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 
@@ -84,16 +86,16 @@ static void copy(const trace *w, const place *from, place *to)
 }
 
 /* Extends the range of a coordinate. The start may be a dead centre. */
-static void extend(kmp_coordinate_range *swing, double q, bool dead, double scale)
+static void extend(kmp_coordinate_range *range, double q, bool dead, double scale)
 {
     double same = dead ? STANDS * scale : 0;
-    if (q > swing->high - same) {
-        swing->high = fmax(q, swing->high);
-        swing->high_dead = dead;
+    if (q > range->high - same) {
+        range->high = fmax(q, range->high);
+        range->high_dead = dead;
     }
-    if (q < swing->low + same) {
-        swing->low = fmin(q, swing->low);
-        swing->low_dead = dead;
+    if (q < range->low + same) {
+        range->low = fmin(q, range->low);
+        range->low_dead = dead;
     }
 }
 
@@ -107,14 +109,14 @@ static bool is_unseen(const trace *w, int k)
 static void remember(trace *w, int coordinate, const double *q, double margin)
 {
     kmp_limits *l = w->limits;
-    if (l->landmark_count == KMP_MOST_LIMIT_POSITIONS)
+    if (l->limit_position_count == KMP_MOST_LIMIT_POSITIONS)
         return;
     double *copy_q = KMP_ARENA_NEW(w->x->arena, double, w->n);
     if (!copy_q)
         return;
     memcpy(copy_q, q, (size_t)w->n * sizeof *copy_q);
     kmp_charts_show(w->x->system, w->x->walk->eval->chart, q, copy_q, NULL);
-    l->landmark[l->landmark_count++] = (kmp_limit_position){coordinate, copy_q, margin};
+    l->limit_position[l->limit_position_count++] = (kmp_limit_position){coordinate, copy_q, margin};
 }
 
 /* Finds the dead centre of coordinate k between here and next, by the sign of its tangent component. */
@@ -137,7 +139,7 @@ static void dead_centre(trace *w, int k)
             break;
         kmp_bracket_take(&bracket, x, f, (f > 0) == (fb > 0));
     }
-    extend(&w->limits->swing[k], w->trial.q[k], true, w->x->system->scale[k]);
+    extend(&w->limits->range[k], w->trial.q[k], true, w->x->system->scale[k]);
     remember(w, k, w->trial.q, 1);
 }
 
@@ -170,7 +172,7 @@ static void notice(trace *w)
         double one = w->here.tangent[k], two = w->next.tangent[k];
         if ((one > 0) != (two > 0) && fmax(fabs(one), fabs(two)) > 1e-9 && !is_unseen(w, k))
             dead_centre(w, k);
-        extend(&w->limits->swing[k], w->next.q[k], false, 1);
+        extend(&w->limits->range[k], w->next.q[k], false, 1);
     }
     if (w->here.pivot < 0.5 * w->usual && w->here.pivot < w->before.pivot && w->here.pivot <= w->next.pivot &&
         w->before.arc < w->here.arc)
@@ -289,7 +291,7 @@ void kmp_diagnosis_limits(kmp_examination *x)
     l->why_not = why_not(x);
     if (l->why_not)
         return;
-    l->swing = KMP_ARENA_NEW(x->arena, kmp_coordinate_range, w.n);
+    l->range = KMP_ARENA_NEW(x->arena, kmp_coordinate_range, w.n);
     KMP_ARENA_EACH(x->arena, double, w.n, &w.start.q, &w.before.q, &w.here.q, &w.next.q, &w.trial.q, &w.least.q);
     w.sample = KMP_ARENA_NEW(x->arena, double, MOST_SAMPLES *w.n);
     if (!KMP_ARENA_EACH(x->arena, double, w.n, &w.start.tangent, &w.before.tangent, &w.here.tangent, &w.next.tangent,
@@ -304,7 +306,7 @@ void kmp_diagnosis_limits(kmp_examination *x)
             w.start.tangent[k] = -w.start.tangent[k];
     w.usual = fmax(w.start.pivot, x->diagnosis->margin > 0 ? w.start.pivot / x->diagnosis->margin : 0);
     for (int k = 0; k < w.n; k++)
-        l->swing[k] = (kmp_coordinate_range){.low = x->q[k], .high = x->q[k]};
+        l->range[k] = (kmp_coordinate_range){.low = x->q[k], .high = x->q[k]};
     l->walked = true;
     l->ended = trace_one_side(&w);
     l->cycle = !l->ended;
@@ -315,7 +317,7 @@ void kmp_diagnosis_limits(kmp_examination *x)
     }
     /* The coordinates that move, and the full turns of a cycle. */
     for (int k = 0; k < w.n; k++) {
-        kmp_coordinate_range *s = &l->swing[k];
+        kmp_coordinate_range *s = &l->range[k];
         s->moves = s->high - s->low > STANDS * x->system->scale[k];
         if (l->cycle)
             s->turns = (int)lround((w.next.q[k] - w.start.q[k]) / TWO_PI);

@@ -5,6 +5,7 @@
 #include "constraints/closing/loop_polygon.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "constraints/kinds/kind_parts.h"
+#include "model/data/model.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>

@@ -6,6 +6,7 @@
 #include "constraints/closing/rounding.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "constraints/tolerances.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

@@ -14,6 +14,7 @@
 #include "linalg/sparse.h"
 #include "linalg/sparse_complete.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/data/pose.h"
 #include "model/language/expression_value.h"
@@ -74,7 +75,7 @@ static void turned(double r[3][3], const double v[3], double out[3])
 
 /* -- unit loads -------------------------------------------------------------------------------------- */
 
-static void add(search *x, int closure, bool moment, const double direction[3])
+static void add_load(search *x, int closure, bool moment, const double direction[3])
 {
     column *c = &x->columns[x->count++];
     double size = sqrt(kmp_dot(3, direction, direction));
@@ -89,15 +90,15 @@ static void add_across(search *x, int closure, bool moment, const double e[3])
     double unit[3] = {least == 0, least == 1, least == 2}, a[3], b[3];
     kmp_cross3(e, unit, a);
     kmp_cross3(e, a, b);
-    add(x, closure, moment, a);
-    add(x, closure, moment, b);
+    add_load(x, closure, moment, a);
+    add_load(x, closure, moment, b);
 }
 
 static void add_all(search *x, int closure, bool moment)
 {
     for (int i = 0; i < 3; i++) {
         double unit[3] = {i == 0, i == 1, i == 2};
-        add(x, closure, moment, unit);
+        add_load(x, closure, moment, unit);
     }
 }
 
@@ -123,14 +124,14 @@ static bool add_loads(search *x, int c)
     else if (force == &kmp_part_line)
         add_across(x, c, false, e[0]);
     else
-        add(x, c, false, force == &kmp_part_rod ? d : e[0]);
+        add_load(x, c, false, force == &kmp_part_rod ? d : e[0]);
     if (moment == &kmp_part_aligned)
         add_all(x, c, true);
     else if (moment == &kmp_part_parallel)
         add_across(x, c, true, e[1]);
     else if (moment == &kmp_part_perpendicular) {
         kmp_cross3(e[0], e[1], both);
-        add(x, c, true, both);
+        add_load(x, c, true, both);
     }
     return true;
 }
@@ -163,7 +164,7 @@ static void add_curve(search *x, int c)
         memset(row, 0, (size_t)x->n * sizeof *row);
         add_row(x, r, row);
         if (kmp_least_squares(x->n, 3, unit, row, ZERO, f) > 0)
-            add(x, c, false, f);
+            add_load(x, c, false, f);
     }
 }
 
@@ -464,8 +465,8 @@ static bool take_sets(const search *x, kmp_arena *room, double *loads)
 }
 
 /* The loads of closures and `joints` become those of least norm; NULL: they are not requested. */
-static kempe_status look(kmp_evaluator *eval, double t, const double *q, kmp_arena *arena, kmp_shared_loads *found,
-                         int joints, const int *joint, double *loads)
+static kempe_status distribute_loads(kmp_evaluator *eval, double t, const double *q, kmp_arena *arena,
+                                     kmp_shared_loads *found, int joints, const int *joint, double *loads)
 {
     const kempe_system *s = eval->system;
     const kempe_model *model = s->model;
@@ -525,7 +526,7 @@ static kempe_status look(kmp_evaluator *eval, double t, const double *q, kmp_are
 kempe_status kmp_find_shared_loads(kmp_evaluator *eval, double t, const double *q, kmp_arena *arena,
                                    kmp_shared_loads *found)
 {
-    return look(eval, t, q, arena, found, 0, NULL, NULL);
+    return distribute_loads(eval, t, q, arena, found, 0, NULL, NULL);
 }
 
 kempe_status kmp_least_norm_loads(kmp_evaluator *eval, double t, const double *q, int joints, const int *joint,
@@ -534,7 +535,7 @@ kempe_status kmp_least_norm_loads(kmp_evaluator *eval, double t, const double *q
     kmp_arena arena = {0};
     kmp_shared_loads found;
     const int none = 0;
-    kempe_status status = look(eval, t, q, &arena, &found, joints, joint ? joint : &none, loads);
+    kempe_status status = distribute_loads(eval, t, q, &arena, &found, joints, joint ? joint : &none, loads);
     kmp_arena_free(&arena);
     return status;
 }
@@ -683,7 +684,7 @@ static unsigned tell_expression(telling *w, const kempe_model *model, const kmp_
     const bool moment = m && (m->kind == KMP_MEASURE_MOMENT || m->kind == KMP_MEASURE_JOINT_MOMENT);
     const bool joint = m && (m->kind == KMP_MEASURE_JOINT_REACTION || m->kind == KMP_MEASURE_JOINT_MOMENT);
     if (joint || moment || (m && m->kind == KMP_MEASURE_REACTION))
-        shared = tell_load(w, model, joint, m->spot[0].closure, moment, e->number, e->number + 1);
+        shared = tell_load(w, model, joint, m->argument[0].closure, moment, e->number, e->number + 1);
     shared |= tell_expression(w, model, e->a) | tell_expression(w, model, e->b) | tell_expression(w, model, e->c);
     return shared ? 1 : 0;
 }

@@ -1,5 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Charts of spherical joints: the constant rotation C beside three angles, moved between them where the angles come
+ * near their singular position. Angles and rates are converted by the exact rotation and its rate; the user's angles
+ * are followed by continuity. */
 #include "constraints/evaluation/charts.h"
+#include "model/data/model.h"
 #include <string.h>
 
 static kmp_chart_joint joint_of(const kempe_system *s, int c)

@@ -1,23 +1,25 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The numbers of a mechanism at one state: programs of the system, each run stage by stage on its back end.
+ *
+ * An evaluator has up to four machines. `composite` gives h, J, M, C and jdqd, with M by composite rigid bodies;
+ * `articulated` gives accelerations and compliance by the recursion of articulated bodies (Featherstone 1983), in place
+ * of M and C; `judge` gives energies, reactions and outputs; `changes` gives conditions. `motion` is the one of the
+ * first two that the caller has selected. Its stages are cut where the inputs become known: constants and charts, then
+ * (t, q), then qd, then multipliers. A caller that needs h alone pays for nothing else. */
 #include "constraints/evaluation/evaluator.h"
 #include "backend/lazy_jit.h"
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
-#include "constraints/evaluation/intended_rank.h"
+#include "constraints/evaluation/condition_modes.h"
+#include "constraints/evaluation/jacobian_and_mass.h"
+#include "constraints/evaluation/left_tables.h"
 #include "constraints/evaluation/load_multipliers.h"
-#include "dynamics/kinematics/kinematics_conditions.h"
-#include "dynamics/kinematics/link_tree.h"
 #include "dynamics/motion.h"
 #include "dynamics/motion_choice.h"
-#include "model/data/output_table.h"
-#include "model/language/expression_value.h"
-#include <math.h>
+#include "model/data/model.h"
 #include <string.h>
 
-/* -- conditions -------------------------------------------------------------------------------------- */
-
-/* Sets an input of all programs. */
-static void set_all(kmp_evaluator *eval, kmp_input_kind kind, const double *values)
+void kmp_eval_set_all(kmp_evaluator *eval, kmp_input_kind kind, const double *values)
 {
     kmp_machine *machines[] = {eval->composite, eval->articulated, eval->judge, eval->changes};
     for (size_t k = 0; k < sizeof machines / sizeof *machines; k++)
@@ -25,114 +27,11 @@ static void set_all(kmp_evaluator *eval, kmp_input_kind kind, const double *valu
             kmp_machine_set(machines[k], kind, values);
 }
 
-static void set_modes(kmp_evaluator *eval)
-{
-    set_all(eval, KMP_IN_MODE, eval->mode);
-}
-
-/* The mode of a condition at its value. Friction slips by the sign of its rate. */
-static double mode_at(const kmp_condition *condition, const double *change)
-{
-    double rate = condition->role == KMP_ROLE_SENSE ? change[KMP_ROLE_RATE - KMP_ROLE_SENSE] : 0;
-    if (condition->role != KMP_ROLE_NONE)
-        return (rate > 0) - (rate < 0);
-    return *change < 0 && !condition->ends && !condition->kink ? 1 : 0;
-}
-
-/* Takes new inputs of an evaluation; inputs that are NULL keep their last values. */
-static void visit(kmp_evaluator *eval, const double *t, const double *q, const double *qd)
-{
-    if (!eval->changes || eval->frozen)
-        return;
-    if (t)
-        kmp_machine_set(eval->changes, KMP_IN_TIME, kmp_present_inputs_at(&eval->inputs, *t));
-    if (q)
-        kmp_machine_set(eval->changes, KMP_IN_Q, q);
-    if (qd)
-        kmp_machine_set(eval->changes, KMP_IN_QD, qd);
-    /* Updates the conditions to the state. Conditions may depend on conditions: each pass settles one level. */
-    int count = eval->system->events.count;
-    for (int pass = 0; pass <= count; pass++) {
-        bool same = true;
-        const double *change = kmp_machine_run(eval->changes, 1);
-        for (int k = 0; k < count; k++) {
-            const kmp_condition *condition = &eval->system->events.condition[k];
-            bool held = condition->role != KMP_ROLE_NONE &&
-                        (eval->holds_friction ||
-                         ((const kmp_force *)condition->of)->kind == KMP_FORCE_TOUCH /* of a contact */);
-            double mode = held ? eval->mode[k] : mode_at(condition, change + k);
-            same = same && mode == eval->mode[k];
-            eval->mode[k] = mode;
-        }
-        if (same)
-            return;
-        set_modes(eval);
-    }
-}
-
-const double *kmp_eval_changes(kmp_evaluator *eval, double t, const double *q, const double *qd)
-{
-    if (!eval->changes)
-        return NULL;
-    kmp_machine_set(eval->changes, KMP_IN_TIME, kmp_present_inputs_at(&eval->inputs, t));
-    kmp_machine_set(eval->changes, KMP_IN_Q, q);
-    kmp_machine_set(eval->changes, KMP_IN_QD, qd);
-    return kmp_machine_run(eval->changes, 1);
-}
-
-void kmp_eval_all_changes(kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
-                          const double *lambda, double *change)
-{
-    const kmp_events *events = &eval->system->events;
-    const double *now = kmp_eval_changes(eval, t, q, qd), *late = NULL;
-    for (int k = 0; k < events->count; k++)
-        change[k] = now[k];
-    for (int k = 0; k < events->count; k++) {
-        if (!events->condition[k].late)
-            continue;
-        if (!late) {
-            kmp_machine_set(eval->changes, KMP_IN_QDD, qdd);
-            kmp_machine_set(eval->changes, KMP_IN_LAMBDA, lambda);
-            late = kmp_machine_run(eval->changes, 2);
-        }
-        change[k] = *late++;
-    }
-    eval->solved[0] = now + events->count;
-    eval->solved[1] = late;
-}
-
-void kmp_eval_freeze(kmp_evaluator *eval, double t, const double *q, const double *qd)
-{
-    eval->frozen = false;
-    visit(eval, &t, q, qd);
-    eval->frozen = true;
-}
-
-void kmp_eval_set_mode(kmp_evaluator *eval, int condition, bool holds)
-{
-    eval->mode[condition] = holds && !eval->system->events.condition[condition].kink ? 1 : 0;
-    set_modes(eval);
-}
-
-void kmp_eval_set_modes(kmp_evaluator *eval, const double *mode)
-{
-    memmove(eval->mode, mode, (size_t)eval->system->events.count * sizeof *mode);
-    set_modes(eval);
-}
-
-void kmp_eval_set_kink(kmp_evaluator *eval, int condition, double side)
-{
-    eval->mode[condition] = side;
-    set_modes(eval);
-}
-
-/* -- charts ------------------------------------------------------------------------------------------ */
-
 /* Evaluates all values that are constant during steps. */
-static void run_constants(kmp_evaluator *eval)
+static void evaluate_constants(kmp_evaluator *eval)
 {
     kmp_machine *machines[] = {eval->composite, eval->articulated, eval->judge, eval->changes};
-    set_all(eval, KMP_IN_CHART, eval->chart);
+    kmp_eval_set_all(eval, KMP_IN_CHART, eval->chart);
     for (size_t k = 0; k < sizeof machines / sizeof *machines; k++)
         if (machines[k])
             (void)kmp_machine_run(machines[k], KMP_STAGE_PARAMETERS);
@@ -140,30 +39,29 @@ static void run_constants(kmp_evaluator *eval)
 
 void kmp_eval_renew_parameters(kmp_evaluator *eval)
 {
-    set_all(eval, KMP_IN_PARAMETER, eval->system->parameters);
-    run_constants(eval);
+    kmp_eval_set_all(eval, KMP_IN_PARAMETER, eval->system->parameters);
+    evaluate_constants(eval);
 }
 
 void kmp_eval_set_charts(kmp_evaluator *eval, const double *chart)
 {
     memmove(eval->chart, chart, (size_t)(KMP_CHART_SIZE * eval->system->chart_count) * sizeof *chart);
     eval->chart_version++;
-    run_constants(eval);
+    evaluate_constants(eval);
 }
-
-/* -- making one -------------------------------------------------------------------------------------- */
 
 /* The inputs of machines that have been added. */
-static void set_inputs(kmp_evaluator *eval)
+static void set_constant_inputs(kmp_evaluator *eval)
 {
-    set_all(eval, KMP_IN_PARAMETER, eval->system->parameters);
-    set_modes(eval);
-    run_constants(eval);
+    kmp_eval_set_all(eval, KMP_IN_PARAMETER, eval->system->parameters);
+    kmp_eval_set_all(eval, KMP_IN_MODE, eval->mode);
+    evaluate_constants(eval);
 }
 
-static bool prepare(kmp_evaluator *eval, kmp_eval_use use)
+/* Makes the machines, the arrays, and the values that are constant during steps. Programs that are rarely evaluated use
+ * the tape, which needs no compilation. False: no memory. */
+static bool make_machines(kmp_evaluator *eval, kmp_eval_use use)
 {
-    /* Makes the machines. Programs that are rarely evaluated use the tape, which needs no compilation. */
     const kempe_system *s = eval->system;
     const kmp_backend *seldom = kmp_backend_find("tape"), *waiting = kmp_backend_waiting(eval->backend);
     bool follows = s->changes && (!eval->closes_only || s->switches);
@@ -174,9 +72,9 @@ static bool prepare(kmp_evaluator *eval, kmp_eval_use use)
     if (follows)
         eval->changes = kmp_machine_new(s->changes, seldom);
     bool made = eval->motion && (eval->closes_only || eval->judge) && (eval->changes || !follows);
+    eval->left_tables = kmp_left_tables_new(s, &eval->arena);
     KMP_ARENA_MAKE(&eval->arena, KMP_ROOM(bool, eval->m, &eval->dropped),
-                   KMP_ROOM(double, eval->system->events.count, &eval->mode, &eval->change),
-                   KMP_ROOM(bool, eval->system->model->table_count, &eval->told),
+                   KMP_ROOM(double, eval->system->events.count, &eval->mode),
                    KMP_ROOM(double, KMP_CHART_SIZE * eval->system->chart_count, &eval->chart),
                    KMP_ROOM(double, eval->n, &eval->q, &eval->with_force, &eval->effort));
     if (eval->weighs_only)
@@ -188,9 +86,9 @@ static bool prepare(kmp_evaluator *eval, kmp_eval_use use)
     if (!kmp_present_inputs_init(&eval->inputs, &eval->arena, eval->system->model) || eval->arena.failed || !made)
         return false;
     if (eval->nu)
-        set_all(eval, KMP_IN_LAMBDA, eval->nu);
+        kmp_eval_set_all(eval, KMP_IN_LAMBDA, eval->nu);
     kmp_charts_reset(eval->system, eval->chart);
-    set_inputs(eval);
+    set_constant_inputs(eval);
     return true;
 }
 
@@ -212,7 +110,7 @@ kmp_evaluator *kmp_eval_new_for(const kempe_system *system, const char *backend,
         eval->shared.team = team;
         eval->backend = team ? &eval->shared : b;
     }
-    if (!eval || !prepare(eval, use)) {
+    if (!eval || !make_machines(eval, use)) {
         kmp_eval_free(eval);
         (void)kmp_fail_memory(system->context);
         return NULL;
@@ -244,7 +142,7 @@ kempe_status kmp_eval_add_articulated(kmp_evaluator *eval)
     eval->articulated = kmp_machine_new(s->bodies->program, eval->backend);
     KMP_TRY(kmp_made(s->context, eval->articulated));
     kmp_machine_set(eval->articulated, KMP_IN_EFFORT, eval->effort); /* zero, or set before use */
-    set_inputs(eval);
+    set_constant_inputs(eval);
     return KEMPE_OK;
 }
 
@@ -259,13 +157,13 @@ kempe_status kmp_eval_add_composite(kmp_evaluator *eval)
     kmp_machine_free(eval->composite);
     eval->composite = made;
     eval->weighs_only = false;
-    kmp_eval_take(eval, eval->by_bodies);
-    set_inputs(eval);
+    kmp_eval_set_by_bodies(eval, eval->by_bodies);
+    set_constant_inputs(eval);
     return KEMPE_OK;
 }
 
 /* Switches between the two machines. Values of the other one are no longer valid. */
-void kmp_eval_take(kmp_evaluator *eval, bool by_bodies)
+void kmp_eval_set_by_bodies(kmp_evaluator *eval, bool by_bodies)
 {
     eval->by_bodies = by_bodies && eval->articulated;
     eval->motion = eval->by_bodies ? eval->articulated : eval->composite;
@@ -285,11 +183,9 @@ void kmp_eval_free(kmp_evaluator *eval)
     kmp_free(eval);
 }
 
-/* -- evaluation -------------------------------------------------------------------------------------- */
-
 void kmp_eval_closure(kmp_evaluator *eval, double t, const double *q)
 {
-    visit(eval, &t, q, NULL);
+    kmp_eval_follow_conditions(eval, &t, q, NULL);
     kmp_machine_set(eval->motion, KMP_IN_TIME, kmp_present_inputs_at(&eval->inputs, t));
     kmp_machine_set(eval->motion, KMP_IN_Q, q);
     eval->h = kmp_machine_run(eval->motion, KMP_STAGE_CLOSURE);
@@ -307,13 +203,6 @@ void kmp_eval_use_closure(kmp_evaluator *eval, double t, const double *q, const 
     eval->h_t = h_t;
     eval->t = t;
     memmove(eval->q, q, (size_t)eval->n * sizeof *q);
-}
-
-void kmp_eval_mask(const kmp_evaluator *eval, const bool *left_out, double *masked)
-{
-    const kmp_pattern *j = &eval->system->jacobian;
-    for (int e = 0; e < j->count; e++)
-        masked[e] = left_out[j->row[e]] ? 0 : eval->jacobian[e];
 }
 
 void kmp_eval_mass(kmp_evaluator *eval)
@@ -341,7 +230,7 @@ static void accelerate_bodies(kmp_evaluator *eval)
 }
 
 /* Adds generalized forces outside the program to C. */
-static void add_efforts(kmp_evaluator *eval)
+static void add_outer_forces(kmp_evaluator *eval)
 {
     const double *effort = eval->system->force ? eval->effort : NULL;
     eval->bias = eval->own_bias;
@@ -352,11 +241,11 @@ static void add_efforts(kmp_evaluator *eval)
     eval->bias = eval->with_force;
 }
 
-void kmp_eval_give(kmp_evaluator *eval, const double *effort)
+void kmp_eval_set_effort(kmp_evaluator *eval, const double *effort)
 {
     eval->given = effort;
     if (!eval->by_bodies)
-        add_efforts(eval);
+        add_outer_forces(eval);
 }
 
 void kmp_eval_lend_motion(kmp_evaluator *eval, const double *mass, const double *bias)
@@ -364,7 +253,7 @@ void kmp_eval_lend_motion(kmp_evaluator *eval, const double *mass, const double 
     eval->mass = mass;
     eval->own_bias = bias;
     eval->jdqd = bias + eval->n;
-    add_efforts(eval);
+    add_outer_forces(eval);
 }
 
 /* Evaluates C with the present multipliers, after jdqd. */
@@ -401,19 +290,19 @@ static void find_bias(kmp_evaluator *eval, const double *qd)
         jdqd[j->row[k]] -= eval->jacobian[k] * free_qdd[j->col[k]];
     eval->own_bias = bias;
     eval->jdqd = jdqd;
-    add_efforts(eval);
+    add_outer_forces(eval);
 }
 
 void kmp_eval_bias_with(kmp_evaluator *eval, const double *nu)
 {
     memmove(eval->nu, nu, (size_t)eval->m * sizeof *nu);
     run_load_dependent(eval);
-    add_efforts(eval);
+    add_outer_forces(eval);
 }
 
 void kmp_eval_bias(kmp_evaluator *eval, const double *qd)
 {
-    visit(eval, NULL, NULL, qd);
+    kmp_eval_follow_conditions(eval, NULL, NULL, qd);
     kmp_machine_set(eval->motion, KMP_IN_QD, qd);
     (void)kmp_eval_effort(eval, eval->t, eval->q, qd);
     if (eval->by_bodies)
@@ -425,7 +314,7 @@ void kmp_eval_bias(kmp_evaluator *eval, const double *qd)
         eval->jdqd = eval->nu ? eval->own_bias : eval->own_bias + eval->n;
         if (eval->nu)
             run_load_dependent(eval);
-        add_efforts(eval);
+        add_outer_forces(eval);
     }
 }
 
@@ -435,302 +324,4 @@ const double *kmp_eval_effort(kmp_evaluator *eval, double t, const double *q, co
         return NULL;
     kmp_system_effort(eval->system, t, q, qd, eval->effort);
     return eval->effort;
-}
-
-void kmp_eval_dense_jacobian(const kmp_evaluator *eval, double *jacobian)
-{
-    const kmp_pattern *p = &eval->system->jacobian;
-    memset(jacobian, 0, (size_t)(eval->m * eval->n) * sizeof *jacobian);
-    for (int k = 0; k < p->count; k++)
-        jacobian[p->row[k] + p->col[k] * eval->m] = eval->jacobian[k];
-}
-
-void kmp_eval_dense_mass(const kmp_evaluator *eval, double *mass)
-{
-    const kmp_pattern *p = &eval->system->mass;
-    int n = eval->n;
-    memset(mass, 0, (size_t)(n * n) * sizeof *mass);
-    for (int k = 0; k < p->count; k++)
-        mass[p->row[k] + p->col[k] * n] = mass[p->col[k] + p->row[k] * n] = eval->mass[k];
-}
-
-void kmp_eval_add_mass_times(const kmp_evaluator *eval, const double *x, double *out)
-{
-    const kmp_pattern *m = &eval->system->mass;
-    for (int k = 0; k < m->count; k++) {
-        int i = m->row[k], j = m->col[k];
-        out[i] += eval->mass[k] * x[j];
-        if (i != j)
-            out[j] += eval->mass[k] * x[i];
-    }
-}
-
-double kmp_eval_potential(kmp_evaluator *eval, double t, const double *q)
-{
-    visit(eval, &t, q, NULL);
-    kmp_machine_set(eval->judge, KMP_IN_TIME, kmp_present_inputs_at(&eval->inputs, t));
-    kmp_machine_set(eval->judge, KMP_IN_Q, q);
-    return *kmp_machine_run(eval->judge, KMP_STAGE_POTENTIAL);
-}
-
-/* Stages build on each other: the power's needs the potential's. The power uses the multipliers of the last C. */
-double kmp_eval_power(kmp_evaluator *eval, double t, const double *q, const double *qd)
-{
-    visit(eval, &t, q, qd);
-    (void)kmp_eval_potential(eval, t, q);
-    kmp_machine_set(eval->judge, KMP_IN_QD, qd);
-    if (eval->nu)
-        kmp_machine_set(eval->judge, KMP_IN_LAMBDA, eval->nu);
-    double power = *kmp_machine_run(eval->judge, KMP_STAGE_POWER);
-    const double *effort = kmp_eval_effort(eval, t, q, qd);
-    for (int i = 0; effort && i < eval->n; i++)
-        power += effort[i] * qd[i];
-    return power;
-}
-
-double kmp_eval_power_here(kmp_evaluator *eval, const double *qd)
-{
-    if (eval->weighs_only && !eval->by_bodies)
-        return kmp_eval_power(eval, eval->t, eval->q, qd);
-    const kmp_program *program = eval->by_bodies ? eval->system->bodies->program : eval->system->motion;
-    double power = program->stages > KMP_STAGE_WORKING ? *kmp_machine_run(eval->motion, KMP_STAGE_WORKING) : 0;
-    for (int i = 0; eval->system->force && i < eval->n; i++)
-        power += eval->effort[i] * qd[i];
-    return power;
-}
-
-const double *kmp_eval_reactions(kmp_evaluator *eval, double t, const double *q, const double *lambda)
-{
-    (void)kmp_eval_potential(eval, t, q);
-    kmp_machine_set(eval->judge, KMP_IN_LAMBDA, lambda);
-    (void)kmp_machine_run(eval->judge, KMP_STAGE_POWER);
-    return kmp_machine_run(eval->judge, KMP_STAGE_REACTION);
-}
-
-const double *kmp_eval_shown(kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
-                             const double *lambda)
-{
-    visit(eval, &t, q, qd);
-    kmp_machine_set(eval->judge, KMP_IN_QD, qd);
-    kmp_machine_set(eval->judge, KMP_IN_QDD, qdd);
-    (void)kmp_eval_reactions(eval, t, q, lambda);
-    (void)kmp_machine_run(eval->judge, KMP_STAGE_POSITION);
-    return kmp_machine_run(eval->judge, KMP_STAGE_SHOWN);
-}
-
-/* -- tables that are left ---------------------------------------------------------------------------- */
-
-const char *kmp_table_advice(const kmp_named_table *table)
-{
-    return table->outside == KMP_OUTSIDE_ERROR ? "give it more points; 'outside: error' ends a run where forces and "
-                                                 "constraints use the table, not sensors"
-                                               : "give it more points, or say outside: linear, hold or error";
-}
-
-void kmp_doubt_table(kempe_context *context, const kmp_named_table *table, int end, double x, double t)
-{
-    kmp_doubt(context, KMP_TABLE_LEFT, table->name, x, kmp_table_end(table, end - end % 2),
-              kmp_table_end(table, end - end % 2 + 1), t, kmp_table_advice(table));
-}
-
-static void tell_table(kmp_evaluator *eval, const kmp_named_table *table, int end, double x, double t)
-{
-    bool *told = &eval->told[table - eval->system->model->tables];
-    if (!*told)
-        kmp_doubt_table(eval->system->context, table, end, x, t);
-    *told = true;
-}
-
-int kmp_eval_left(const kempe_system *s, const double *shown, int k, double *x)
-{
-    const kmp_named_table *table = &s->model->tables[s->use[k].table];
-    const int first = 2 * s->use[k].variable;
-    *x = shown[kmp_outputs_width(s->model) + k];
-    return *x < kmp_table_end(table, first) ? first : *x > kmp_table_end(table, first + 1) ? first + 1 : -1;
-}
-
-void kmp_eval_tell_shown(kmp_evaluator *eval, double t, const double *shown)
-{
-    for (int k = 0; k < eval->system->use_count; k++) {
-        double x;
-        int end = kmp_eval_left(eval->system, shown, k, &x);
-        if (end >= 0)
-            tell_table(eval, &eval->system->model->tables[eval->system->use[k].table], end, x, t);
-    }
-}
-
-typedef struct use_of {
-    const kempe_model *model;
-    const kmp_expr *part;
-} use_of;
-
-/* Also under a name, or in the equations of implicit variables. */
-static bool has_part(const kmp_expr *e, const void *user)
-{
-    const use_of *use = user;
-    const kmp_unknowns *u = e->kind == KMP_EXPR_UNKNOWN ? &use->model->unknowns[e->index] : NULL;
-    bool found = e == use->part;
-    for (int k = 0; u && !found && k < (u->count > 0 ? u->count : 1); k++)
-        found = kmp_expr_find(u->zero[k], has_part, user);
-    return found;
-}
-
-static bool is_in_closures(const kempe_model *model, const kmp_expr *part)
-{
-    const use_of use = {model, part};
-    for (int k = 0; k < model->closure_count; k++) {
-        const kmp_closure *c = &model->closures[k];
-        if (kmp_expr_find(c->function, has_part, &use) || kmp_expr_find(c->curve[0], has_part, &use) ||
-            kmp_expr_find(c->curve[1], has_part, &use))
-            return true;
-    }
-    return false;
-}
-
-bool kmp_eval_leaves(kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
-                     const double *lambda)
-{
-    const kmp_events *events = &eval->system->events;
-    for (int k = 0; k < events->count; k++)
-        if (events->condition[k].told) {
-            if (qdd)
-                kmp_eval_all_changes(eval, t, q, qd, qdd, lambda, eval->change);
-            else
-                memcpy(eval->change, kmp_eval_changes(eval, t, q, qd), (size_t)events->count * sizeof(double));
-            return true;
-        }
-    return false;
-}
-
-const kmp_named_table *kmp_eval_next_left(const kmp_evaluator *eval, int *from, int *end, double *x)
-{
-    const kmp_events *events = &eval->system->events;
-    while (*from < events->count) {
-        const kmp_condition *c = &events->condition[*from];
-        const double change = eval->change[(*from)++];
-        if (!c->told || !(change < 0))
-            continue;
-        *end = c->number - kmp_table_end_number(c->expr->table, 0);
-        *x = kmp_table_end(c->expr->table, *end) + (*end % 2 ? -change : change);
-        return c->expr->table;
-    }
-    return NULL;
-}
-
-void kmp_eval_tell_tables(kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
-                          const double *lambda, bool forces, const double *shown)
-{
-    int k = kmp_eval_leaves(eval, t, q, qd, qdd, lambda) ? 0 : eval->system->events.count, end;
-    double x;
-    for (const kmp_named_table *left; (left = kmp_eval_next_left(eval, &k, &end, &x));)
-        if (forces || is_in_closures(eval->system->model, eval->system->events.condition[k - 1].expr))
-            tell_table(eval, left, end, x, t);
-    if (shown)
-        kmp_eval_tell_shown(eval, t, shown);
-}
-
-double kmp_eval_drive_power(const kmp_evaluator *eval, const double *lambda)
-{
-    double power = 0;
-    for (int r = 0; eval->h_t && r < eval->m; r++)
-        power -= lambda[r] * eval->h_t[r];
-    return power;
-}
-
-double kmp_eval_kinetic(const kmp_evaluator *eval, const double *qd)
-{
-    const kmp_pattern *p = &eval->system->mass;
-    int coordinates = kmp_model_coordinates(eval->system->model);
-    double sum = 0;
-    for (int k = 0; k < p->count && p->row[k] < coordinates; k++)
-        sum += eval->mass[k] * qd[p->row[k]] * qd[p->col[k]] * (p->row[k] == p->col[k] ? 0.5 : 1);
-    return sum;
-}
-
-bool kmp_eval_counts(const kmp_evaluator *eval, int row)
-{
-    return !eval->dropped[row] && (!eval->left_out || !eval->left_out[row]);
-}
-
-void kmp_eval_drop(kmp_evaluator *eval, int count, const int *rows)
-{
-    if (!kmp_rounding_of(eval->system))
-        return;
-    memset(eval->dropped, 0, (size_t)eval->m * sizeof *eval->dropped);
-    for (int k = 0; k < count; k++)
-        eval->dropped[rows[k]] = true;
-}
-
-void kmp_eval_drop_widest(kmp_evaluator *eval)
-{
-    const kmp_rounding *rounding = kmp_rounding_of(eval->system);
-    if (!rounding)
-        return;
-    memset(eval->dropped, 0, (size_t)eval->m * sizeof *eval->dropped);
-    for (int k = rounding->rank; k < eval->m; k++) {
-        int widest = -1;
-        for (int r = 0; r < eval->m; r++)
-            if (!eval->dropped[r] && (widest < 0 || kmp_eval_opening(eval, r) > kmp_eval_opening(eval, widest)))
-                widest = r;
-        eval->dropped[widest] = true;
-    }
-}
-
-double kmp_eval_size(const kmp_evaluator *eval, const double *x)
-{
-    double size = 0;
-    for (int i = 0; i < eval->n; i++)
-        size = fmax(size, fabs(x[i]) / eval->system->scale[i]);
-    return size;
-}
-
-double kmp_eval_opening(const kmp_evaluator *eval, int row)
-{
-    return fabs(eval->h[row]) / eval->system->row_scale[row];
-}
-
-double kmp_eval_misfit(const kmp_evaluator *eval, int *row)
-{
-    double widest = 0;
-    *row = -1;
-    for (int r = 0; r < eval->m; r++)
-        if (eval->dropped[r] && !(eval->left_out && eval->left_out[r]) && !(kmp_eval_opening(eval, r) <= widest)) {
-            widest = kmp_eval_opening(eval, r);
-            *row = r;
-        }
-    return widest;
-}
-
-double kmp_eval_residual(const kmp_evaluator *eval)
-{
-    double worst = 0;
-    for (int r = 0; r < eval->m; r++) {
-        double open = kmp_eval_counts(eval, r) ? kmp_eval_opening(eval, r) : 0;
-        if (!(open <= worst))
-            worst = isnan(open) ? INFINITY : open;
-    }
-    return worst;
-}
-
-void kmp_eval_rates(const kmp_evaluator *eval, const double *qd, double *rates)
-{
-    const kmp_pattern *p = &eval->system->jacobian;
-    for (int r = 0; r < eval->m; r++)
-        rates[r] = eval->h_t ? eval->h_t[r] : 0;
-    for (int k = 0; k < p->count; k++)
-        rates[p->row[k]] += eval->jacobian[k] * qd[p->col[k]];
-}
-
-double kmp_eval_rate_residual(const kmp_evaluator *eval, const double *qd)
-{
-    const kmp_pattern *p = &eval->system->jacobian;
-    double worst = 0;
-    for (int r = 0, k = 0; r < eval->m; r++) { /* entries are in row-major order */
-        double rate = eval->h_t ? eval->h_t[r] : 0;
-        for (; k < p->count && p->row[k] == r; k++)
-            rate += eval->jacobian[k] * qd[p->col[k]];
-        if (kmp_eval_counts(eval, r))
-            worst = fmax(worst, fabs(rate) / eval->system->row_scale[r]);
-    }
-    return worst;
 }

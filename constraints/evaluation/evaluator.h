@@ -9,6 +9,7 @@
 #include "dynamics/system.h"
 
 typedef struct kmp_load_work kmp_load_work;
+typedef struct kmp_left_tables kmp_left_tables;
 
 typedef struct kmp_evaluator {
     const kempe_system *system;
@@ -52,8 +53,7 @@ typedef struct kmp_evaluator {
     double *nu; /* m: multipliers in the last C (constraints/evaluation/load_multipliers.h); NULL: C has none */
     const double *load_jacobian; /* system->load_jacobian.count values: dC/dlambda, with C */
     kmp_load_work *load;         /* of kmp_load_settle */
-    bool *told;                  /* tables of the model that have been reported */
-    double *change;              /* events.count, of kmp_eval_tell_tables */
+    kmp_left_tables *left_tables;
 } kmp_evaluator;
 
 /** Makes an evaluator; NULL after a message (unknown back end, no memory). */
@@ -83,7 +83,7 @@ kempe_status kmp_eval_add_composite(kmp_evaluator *eval);
 
 /** Selects M and C (initially) or articulated bodies for the values from the next kmp_eval_closure on. A kmp_saddle
  * accepts either. */
-void kmp_eval_take(kmp_evaluator *eval, bool by_bodies);
+void kmp_eval_set_by_bodies(kmp_evaluator *eval, bool by_bodies);
 
 /** Evaluates h, J, h_t at (t, q); then M there; then C and jdqd at qd. Each call needs the ones before it. */
 void kmp_eval_closure(kmp_evaluator *eval, double t, const double *q);
@@ -92,11 +92,14 @@ void kmp_eval_bias(kmp_evaluator *eval, const double *qd);
 
 /** Sets additional generalized forces (n, not owned; NULL: none) for later calls, and for M and C in the last
  * kmp_eval_bias. */
-void kmp_eval_give(kmp_evaluator *eval, const double *effort);
+void kmp_eval_set_effort(kmp_evaluator *eval, const double *effort);
 
 /** Evaluates C again with other multipliers, after kmp_eval_bias, for systems with forces that depend on multipliers
  * (system->load_row_count). */
 void kmp_eval_bias_with(kmp_evaluator *eval, const double *nu);
+
+/** Sets an input of all programs. */
+void kmp_eval_set_all(kmp_evaluator *eval, kmp_input_kind kind, const double *values);
 
 /** Takes new values of the system's parameters; earlier results are no longer valid. */
 void kmp_eval_renew_parameters(kmp_evaluator *eval);
@@ -110,106 +113,8 @@ void kmp_eval_use_closure(kmp_evaluator *eval, double t, const double *q, const 
  * depend on multipliers; the caller keeps them until the next kmp_eval_mass. */
 void kmp_eval_lend_motion(kmp_evaluator *eval, const double *mass, const double *bias);
 
-/** Copies J of the last closure with the rows in `left_out` (m) zero, into room for all entries of J. */
-void kmp_eval_mask(const kmp_evaluator *eval, const bool *left_out, double *masked);
-
-/** For a system of rounded numbers: marks the rows that a choice drops, or the widest rows at the last
- * kmp_eval_closure. Nothing closes them, so that they no longer count as open; kmp_eval_misfit reports them. */
-void kmp_eval_drop(kmp_evaluator *eval, int count, const int *rows);
-void kmp_eval_drop_widest(kmp_evaluator *eval);
-
 /** Sets the charts of the spherical joints (constraints/evaluation/charts.h); earlier results are no longer valid. */
 void kmp_eval_set_charts(kmp_evaluator *eval, const double *chart);
 
-/** first - second of each condition at (t, q, qd); NULL without conditions. A condition holds if this is negative. */
-const double *kmp_eval_changes(kmp_evaluator *eval, double t, const double *q, const double *qd);
-
-/** Evaluates all conditions into `change`, one value per condition, including those that depend on accelerations and
- * multipliers, which kmp_eval_changes gives as zero. */
-void kmp_eval_all_changes(kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
-                          const double *lambda, double *change);
-
-/** Doubts tables that are used beyond their points at a state of a result, each once: in closures, where `forces` in
- * laws, and, with the values of kmp_eval_shown there (NULL: not), in outputs. */
-void kmp_eval_tell_tables(kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
-                          const double *lambda, bool forces, const double *shown);
-
-/** The same in outputs alone. */
-void kmp_eval_tell_shown(kmp_evaluator *eval, double t, const double *shown);
-
-/** The end of its table that use k of the system is beyond in the values of kmp_eval_shown; -1: none. *x: there. */
-int kmp_eval_left(const kempe_system *system, const double *shown, int k, double *x);
-
-/** Evaluates the ends of tables of laws and closures at a state; false: there are none. `qdd` NULL: without those that
- * depend on accelerations and multipliers. Then the next table that is used
- * beyond its points there, from condition *from on, which becomes the one after it; NULL: none. */
-bool kmp_eval_leaves(kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
-                     const double *lambda);
-const kmp_named_table *kmp_eval_next_left(const kmp_evaluator *eval, int *from, int *end, double *x);
-
-/** The doubt: `end` as of kmp_table_end. */
-#define KMP_TABLE_LEFT                                                                                                 \
-    "table '%s' is used at %.6g, beyond its points %.6g .. %.6g, at t = %.6g s: it goes straight on there; %s"
-/** The advice at its end: what a model may say of the table. */
-const char *kmp_table_advice(const kmp_named_table *table);
-void kmp_doubt_table(kempe_context *context, const kmp_named_table *table, int end, double x, double t);
-
-/** Fixes the conditions as they are at (t, q, qd) for all later states, until `frozen` is cleared. kmp_eval_set_mode
- * changes a fixed one. */
-void kmp_eval_freeze(kmp_evaluator *eval, double t, const double *q, const double *qd);
-void kmp_eval_set_mode(kmp_evaluator *eval, int condition, bool holds);
-
-/** Takes all conditions and branches of kinks from another time. */
-void kmp_eval_set_modes(kmp_evaluator *eval, const double *mode);
-
-/** Selects the branch of a kink (kmp_tree_kink); 0, initially: by the state. Not changed by kmp_eval_set_mode. Sets the
- * input of a friction element's role. */
-void kmp_eval_set_kink(kmp_evaluator *eval, int condition, double side);
-
 /** User-defined generalized forces at (t, q, qd), owned by the evaluator, not finite on failure; NULL: none. */
 const double *kmp_eval_effort(kmp_evaluator *eval, double t, const double *q, const double *qd);
-
-/** Dense copies of the last values, column-major: J is m x n, M n x n and symmetric. */
-void kmp_eval_dense_jacobian(const kmp_evaluator *eval, double *jacobian);
-void kmp_eval_dense_mass(const kmp_evaluator *eval, double *mass);
-
-/** out += M x. */
-void kmp_eval_add_mass_times(const kmp_evaluator *eval, const double *x, double *out);
-
-/** Potential energy at (t, q); power of the non-conservative forces at (t, q, qd); closure forces (3 per closure) at
- * (t, q, lambda). */
-double kmp_eval_potential(kmp_evaluator *eval, double t, const double *q);
-double kmp_eval_power(kmp_evaluator *eval, double t, const double *q, const double *qd);
-/** Power of the non-conservative forces from the last kmp_eval_bias, whose rates are qd. */
-double kmp_eval_power_here(kmp_evaluator *eval, const double *qd);
-const double *kmp_eval_reactions(kmp_evaluator *eval, double t, const double *q, const double *lambda);
-
-/** Values of the model's outputs in addition to the table, in their order (model/output_table.h). */
-const double *kmp_eval_shown(kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
-                             const double *lambda);
-
-/** Power of moving closures at given multipliers, lambda' J qd = -lambda' h_t, with h_t of the last
- * kmp_eval_closure. */
-double kmp_eval_drive_power(const kmp_evaluator *eval, const double *lambda);
-
-/** Kinetic energy qd' M qd / 2 of the last kmp_eval_mass. */
-double kmp_eval_kinetic(const kmp_evaluator *eval, const double *qd);
-
-/** The largest |x[i]| / scale (n). */
-double kmp_eval_size(const kmp_evaluator *eval, const double *x);
-
-/** |h| / row scale of a row at the last kmp_eval_closure; the largest of the dropped rows and its index, -1: none is
- * open. */
-double kmp_eval_opening(const kmp_evaluator *eval, int row);
-double kmp_eval_misfit(const kmp_evaluator *eval, int *row);
-/** True if a row must be met. */
-bool kmp_eval_counts(const kmp_evaluator *eval, int row);
-
-/** max |h| / row scale at the last kmp_eval_closure, over the rows that count. */
-double kmp_eval_residual(const kmp_evaluator *eval);
-
-/** J qd + h_t (m values) at the last kmp_eval_closure. */
-void kmp_eval_rates(const kmp_evaluator *eval, const double *qd, double *rates);
-
-/** max |J qd + h_t| / row scale at the last kmp_eval_closure, over the rows that count. */
-double kmp_eval_rate_residual(const kmp_evaluator *eval, const double *qd);

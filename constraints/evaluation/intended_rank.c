@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The intended rank of rounded closures, kept in the system once it is known, and tolerances that follow from it. */
 #include "constraints/evaluation/intended_rank.h"
+#include "constraints/evaluation/row_residuals.h"
 #include "constraints/tolerances.h"
 #include <math.h>
 

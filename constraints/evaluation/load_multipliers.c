@@ -1,4 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Multipliers in forces, by Newton's method with halved steps. Lambda is linear in C, so that its derivative by the few
+ * multipliers nu is one solution of the factored system for each. A second solution is looked for from other starts,
+ * since friction that grows with a reaction may have two. */
 #include "constraints/evaluation/load_multipliers.h"
 #include "base/arena.h"
 #include "base/memory.h"
@@ -48,7 +51,7 @@ typedef struct distance {
 } distance;
 
 /* Measures at the evaluator's bias. Steps are judged by the energy alone: the terms of the part change with nu. */
-static distance look(const kmp_evaluator *eval, const kmp_answer *answer)
+static distance measure_distance(const kmp_evaluator *eval, const kmp_answer *answer)
 {
     const kempe_system *s = eval->system;
     kmp_load_work *w = eval->load;
@@ -119,7 +122,7 @@ void kmp_load_change(const kmp_evaluator *eval, const kmp_answer *answer, double
 }
 
 /* Takes the step, or the part of it that reduces the residual; false: no part does. */
-static bool go(kmp_evaluator *eval, const kmp_answer *answer, distance *now)
+static bool take_step(kmp_evaluator *eval, const kmp_answer *answer, distance *now)
 {
     const kempe_system *s = eval->system;
     kmp_load_work *w = eval->load;
@@ -130,7 +133,7 @@ static bool go(kmp_evaluator *eval, const kmp_answer *answer, distance *now)
         for (int k = 0; k < w->count; k++)
             w->changed[s->load_rows[k]] = w->from[s->load_rows[k]] + part * w->step[k];
         kmp_eval_bias_with(eval, w->changed);
-        *now = look(eval, answer);
+        *now = measure_distance(eval, answer);
         if (now->energy <= (1 - DESCENT * part) * before || (half == 0 && now->part <= KMP_LOAD_ROUNDED))
             return true;
     }
@@ -138,9 +141,9 @@ static bool go(kmp_evaluator *eval, const kmp_answer *answer, distance *now)
 }
 
 /* Iterates from the present nu. */
-static bool settle(kmp_evaluator *eval, const kmp_answer *answer)
+static bool iterate(kmp_evaluator *eval, const kmp_answer *answer)
 {
-    distance now = look(eval, answer);
+    distance now = measure_distance(eval, answer);
     for (int k = 0; k < MAX_NEWTON; k++) {
         if (now.part <= KMP_LOAD_ROUNDING)
             return true;
@@ -149,7 +152,7 @@ static bool settle(kmp_evaluator *eval, const kmp_answer *answer)
             return false;
         memcpy(eval->load->step, eval->load->residual, (size_t)eval->load->count * sizeof(double));
         solve(eval->load);
-        if (!go(eval, answer, &now))
+        if (!take_step(eval, answer, &now))
             return false;
         if (now.part <= KMP_LOAD_ROUNDED && !(now.energy < 0.5 * before))
             return true;
@@ -159,18 +162,18 @@ static bool settle(kmp_evaluator *eval, const kmp_answer *answer)
 
 /* Iterates from other multipliers: with the load of no such force, or from zero where C may have no derivative (a root
  * of squares) from the multipliers that follow from C there. */
-static bool settle_from(kmp_evaluator *eval, const kmp_answer *answer, bool loaded)
+static bool iterate_from(kmp_evaluator *eval, const kmp_answer *answer, bool loaded)
 {
     kmp_load_work *w = eval->load;
     memset(w->changed, 0, (size_t)eval->m * sizeof *w->changed);
     kmp_eval_bias_with(eval, w->changed);
     if (!loaded)
-        return settle(eval, answer);
+        return iterate(eval, answer);
     answer->multipliers(answer->self, eval->bias, false, w->lambda);
     for (int k = 0; k < w->count; k++)
         w->changed[eval->system->load_rows[k]] = w->lambda[eval->system->load_rows[k]];
     kmp_eval_bias_with(eval, w->changed);
-    return settle(eval, answer);
+    return iterate(eval, answer);
 }
 
 bool kmp_load_settle(kmp_evaluator *eval, const kmp_answer *answer)
@@ -179,7 +182,7 @@ bool kmp_load_settle(kmp_evaluator *eval, const kmp_answer *answer)
     if (!w)
         return true;
     /* the last solution may be far away */
-    bool settled = settle(eval, answer) || settle_from(eval, answer, false) || settle_from(eval, answer, true);
+    bool settled = iterate(eval, answer) || iterate_from(eval, answer, false) || iterate_from(eval, answer, true);
     if (!settled) {
         memset(eval->nu, 0, (size_t)eval->m * sizeof *eval->nu);
         return false;
@@ -215,7 +218,7 @@ bool kmp_load_find_other(kmp_evaluator *eval, const kmp_answer *answer, int *row
         for (int r = 0; r < eval->m; r++)
             w->changed[r] = parts[k] * w->first[r];
         kmp_eval_bias_with(eval, w->changed);
-        found = settle(eval, answer) && is_other(eval, row);
+        found = iterate(eval, answer) && is_other(eval, row);
     }
     *value = found ? eval->nu[*row] : 0;
     kmp_eval_bias_with(eval, w->first);

@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The piece of each input that holds now: a polynomial of samples, one that a caller gave, or a part of a delayed
+ * signal's past. Pieces change between steps only; times that differ by rounding are one. */
 #include "constraints/evaluation/present_inputs.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 
@@ -27,7 +30,7 @@ static const kmp_past_signal *past_of(const kmp_present_inputs *inputs, int inpu
     return inputs->past && k >= 0 ? &inputs->past->signal[k] : NULL;
 }
 
-static void renew(const kmp_past_signal *signal, kmp_signal_piece *piece)
+static void extend_piece(const kmp_past_signal *signal, kmp_signal_piece *piece)
 {
     piece->c[LAST] = kmp_past_last(signal, piece->c[LAST]);
     piece->until = kmp_past_piece_of(signal, piece->c[LAST])->to + signal->delay;
@@ -53,7 +56,7 @@ void kmp_present_inputs_recall(kmp_present_inputs *inputs, const kmp_past *past)
         double first = signal->dropped;
         inputs->piece[k] =
             (kmp_signal_piece){.from = -INFINITY, .c = {first, first, KMP_PAST_SMOOTH}, .jump = KMP_SIGNAL_SMOOTH};
-        renew(signal, &inputs->piece[k]);
+        extend_piece(signal, &inputs->piece[k]);
     }
 }
 
@@ -61,7 +64,7 @@ void kmp_present_inputs_renew(kmp_present_inputs *inputs)
 {
     for (int k = 0; k < inputs->count; k++)
         if (past_of(inputs, k))
-            renew(past_of(inputs, k), &inputs->piece[k]);
+            extend_piece(past_of(inputs, k), &inputs->piece[k]);
 }
 
 bool kmp_present_inputs_are_due(const kmp_present_inputs *inputs, double t)
@@ -94,7 +97,7 @@ void kmp_present_inputs_source(const kmp_present_inputs *inputs, int input, doub
 
 /* -- pieces ------------------------------------------------------------------------------------------ */
 
-static void follow(const kmp_present_inputs *inputs, int k, double t)
+static void follow_samples(const kmp_present_inputs *inputs, int k, double t)
 {
     const kmp_signal_piece *piece = &inputs->piece[k];
     const kmp_signal *signal = &inputs->model->inputs[k].signal;
@@ -125,7 +128,7 @@ const double *kmp_present_inputs_at(const kmp_present_inputs *inputs, double t)
             continue;
         }
         if (!inputs->held)
-            follow(inputs, k, t);
+            follow_samples(inputs, k, t);
         kmp_signal_values(&inputs->piece[k], t, inputs->vector + kmp_time_index(k, 0));
     }
     return inputs->vector;
@@ -214,7 +217,7 @@ int kmp_present_inputs_enter(kmp_present_inputs *inputs, double t, int *input)
             *piece = (kmp_signal_piece){.from = from < t && !kmp_same_time(from, t) ? from : t,
                                         .c = {first, first, order},
                                         .jump = order > 0 ? order - 1 : 0};
-            renew(signal, piece);
+            extend_piece(signal, piece);
         } else {
             inputs->piece[k] =
                 inputs->waits[k] ? inputs->given[k] : kmp_signal_at(samples, fmax(t, inputs->piece[k].until));

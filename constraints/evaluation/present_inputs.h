@@ -4,8 +4,8 @@
 #pragma once
 
 #include "constraints/tolerances.h"
-#include "model/data/model.h"
 #include "model/data/past_signals.h"
+#include "model/data/signal.h"
 #include "symbolic/graph.h"
 #include <math.h>
 

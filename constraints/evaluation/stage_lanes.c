@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* An evaluator's constants in the lanes of a program: modes and charts are compared before each run, and set in all
+ * lanes where they differ. The tests of pivots and values run over all lanes at once, as compilers vectorise them. */
 #include "constraints/evaluation/stage_lanes.h"
 #include "base/clones.h"
 #include "base/memory.h"
@@ -7,22 +9,22 @@
 #include <math.h>
 #include <string.h>
 
-static void set(kmp_stage_lanes *stages, kmp_input_kind kind, const double *values)
+static void set_all_lanes(kmp_stage_lanes *stages, kmp_input_kind kind, const double *values)
 {
     for (int lane = 0; lane < KMP_STAGE_LANES; lane++)
         kmp_lanes_set_one(stages->lanes, kind, lane, values);
 }
 
-static void take_mode(kmp_stage_lanes *stages)
+static void set_modes(kmp_stage_lanes *stages)
 {
     memcpy(stages->mode, stages->eval->mode, (size_t)stages->eval->system->events.count * sizeof *stages->mode);
-    set(stages, KMP_IN_MODE, stages->mode);
+    set_all_lanes(stages, KMP_IN_MODE, stages->mode);
 }
 
-static void take_charts(kmp_stage_lanes *stages)
+static void set_charts(kmp_stage_lanes *stages)
 {
     stages->chart_version = stages->eval->chart_version;
-    set(stages, KMP_IN_CHART, stages->eval->chart);
+    set_all_lanes(stages, KMP_IN_CHART, stages->eval->chart);
     (void)kmp_lanes_run(stages->lanes, KMP_STAGE_PARAMETERS);
 }
 
@@ -39,10 +41,10 @@ bool kmp_stage_lanes_init(kmp_stage_lanes *stages, const kmp_program *program, c
         kmp_stage_lanes_free(stages);
         return false;
     }
-    set(stages, KMP_IN_PARAMETER, eval->system->parameters);
+    set_all_lanes(stages, KMP_IN_PARAMETER, eval->system->parameters);
     if (stages->mode)
-        take_mode(stages);
-    take_charts(stages);
+        set_modes(stages);
+    set_charts(stages);
     return true;
 }
 
@@ -55,9 +57,9 @@ const double *kmp_stage_lanes_run(kmp_stage_lanes *stages, int stage, const doub
     const kmp_evaluator *eval = stages->eval;
     if (stages->mode &&
         memcmp(stages->mode, eval->mode, (size_t)eval->system->events.count * sizeof *stages->mode) != 0)
-        take_mode(stages);
+        set_modes(stages);
     if (stages->chart_version != eval->chart_version)
-        take_charts(stages);
+        set_charts(stages);
     kmp_present_inputs_lanes(&stages->eval->inputs, KMP_STAGE_LANES, t, stages->times);
     kmp_lanes_set(stages->lanes, KMP_IN_TIME, stages->times);
     kmp_lanes_set(stages->lanes, KMP_IN_Q, q);

@@ -19,7 +19,9 @@
 #include "constraints/inexact/nearest_exact.h"
 #include "constraints/tolerances.h"
 #include "dynamics/equations.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "linalg/dense/lapack.h"
+#include "model/data/model.h"
 #include "model/read/loads.h"
 #include <float.h>
 #include <kempe/check.h>
@@ -54,7 +56,7 @@ static size_t axes_size(const quantity *n)
 }
 
 /* Adds a number; bodies and points that several loops share are listed once. */
-static void add(listing *x, quantity n)
+static void add_quantity(listing *x, quantity n)
 {
     for (int i = 0; i < x->count; i++)
         if (x->list[i].scalar == n.scalar && x->list[i].axes == n.axes && x->list[i].k == n.k)
@@ -73,20 +75,20 @@ static void add(listing *x, quantity n)
 static void add_scalar(listing *x, kmp_number *scalar)
 {
     if (scalar->value != 0)
-        add(x, (quantity){.scalar = scalar});
+        add_quantity(x, (quantity){.scalar = scalar});
 }
 
 static void add_axis(listing *x, double axis[3])
 {
     for (int k = 0; k < 3; k++)
         if (axis[k] != 0 && fabs(axis[k]) != 1)
-            add(x, (quantity){.axes = axis, .k = k});
+            add_quantity(x, (quantity){.axes = axis, .k = k});
 }
 
 static void add_frame(listing *x, bool turned, double frame[3][3])
 {
     for (int k = 0; turned && k < 3; k++)
-        add(x, (quantity){.axes = &frame[0][0], .frame = true, .k = k});
+        add_quantity(x, (quantity){.axes = &frame[0][0], .frame = true, .k = k});
 }
 
 static void add_point(listing *x, int point)
@@ -308,7 +310,7 @@ static kmp_walk *walk_of(const search *x, const kempe_system *s)
 }
 
 /* Closes the places of `at` again on independent rows of a system. false: no memory. */
-static bool look(search *x, const kempe_system *s, survey *at)
+static bool survey_place(search *x, const kempe_system *s, survey *at)
 {
     size_t n = (size_t)s->n, m = (size_t)s->m;
     double open[MOST_PLACES + 1] = {0};
@@ -378,7 +380,7 @@ static kempe_status try_goal(search *x, bool *reduced)
         return status;
     memcpy(x->trial.q, x->at.q, (size_t)(x->s->n * (x->places + 1)) * sizeof *x->at.q);
     x->trial.widest = s->m < x->s->m ? 0 : INFINITY; /* rows have become exactly zero: the assembly decides */
-    if (s->m == x->s->m && !look(x, s, &x->trial))
+    if (s->m == x->s->m && !survey_place(x, s, &x->trial))
         status = KEMPE_E_MEMORY;
     if (s->m > x->s->m) {
         /* Axes that are parallel as drawn are no longer parallel: the largest condition after the step, in the linear
@@ -452,7 +454,7 @@ static bool is_whole(const kempe_system *s, int rank)
 
 /* -- the search -------------------------------------------------------------------------------------- */
 
-static bool begin(search *x, kmp_arena *arena)
+static bool begin_search(search *x, kmp_arena *arena)
 {
     const kempe_system *s = x->s;
     if (!KMP_ARENA_MAKE(arena, KMP_ROOM(bool, s->m, &x->excluded), KMP_ROOM(bool, MOST_PLACES + 1, &x->counts),
@@ -485,7 +487,7 @@ static bool begin(search *x, kmp_arena *arena)
     x->conditions = x->places * x->left + (x->closed ? s->m : 0);
     for (int r = 0; r < s->m; r++)
         x->w[(x->places * x->left + r) * s->m + r] = 1;
-    return look(x, s, &x->at);
+    return survey_place(x, s, &x->at);
 }
 
 kempe_status kmp_exact_find(const kempe_system *s, const kempe_assembly *a, kmp_variant *variant,
@@ -496,7 +498,7 @@ kempe_status kmp_exact_find(const kempe_system *s, const kempe_assembly *a, kmp_
     for (int strict = 0; strict < 2 && status != KEMPE_E_MEMORY && !exact; strict++) {
         search x = {.s = s, .a = a, .model = kmp_variant_model(variant), .strict = strict, .foreseen = INFINITY};
         kmp_arena arena = {0};
-        status = begin(&x, &arena) ? KEMPE_OK : KEMPE_E_MEMORY;
+        status = begin_search(&x, &arena) ? KEMPE_OK : KEMPE_E_MEMORY;
         double drawn = x.at.widest, unit = find_rounding(x.number, x.count, s->length);
         bool reduced = x.count > 0;
         for (int k = 0; k < STEPS && reduced && status == KEMPE_OK && x.at.widest > KMP_MEND_MET; k++)

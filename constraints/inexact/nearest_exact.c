@@ -1,4 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* From a rounded drawing to a system: assemble, look whether closures are redundant but for rounding, find the nearest
+ * mechanism in which they are exactly so, and derive its equations; or take the closures as written where rounding does
+ * not explain their gaps. */
 #include "constraints/inexact/nearest_exact.h"
 #include "constraints/closing/assembly.h"
 #include "constraints/evaluation/intended_rank.h"
@@ -6,6 +9,7 @@
 #include "constraints/tolerances.h"
 #include "dynamics/program_cache.h"
 #include "dynamics/system_record.h"
+#include "model/data/model.h"
 #include <kempe/check.h>
 #include <kempe/settings.h>
 #include <math.h>
@@ -94,7 +98,7 @@ void kmp_put_misfit(kmp_text *text, const kempe_system *s, int closure)
 
 /* Replaces a rounded system by that of the exact mechanism. If rounding does not explain the misfit, the closures hold
  * as written. The closures alone decide, as in kmp_meant, so that both give the same bits. */
-static kempe_status settle(kempe_system **system, kmp_variant *given, const char *word)
+static kempe_status settle_meaning(kempe_system **system, kmp_variant *given, const char *word)
 {
     kempe_system *s = *system;
     meaning x;
@@ -121,7 +125,7 @@ static kempe_status settle(kempe_system **system, kmp_variant *given, const char
 }
 
 /* Derives a system. `given`: the variant that owns the model, if its parameters vary. */
-static kempe_status derive(const kempe_model *model, kmp_variant *given, const char *word, kempe_system **system)
+static kempe_status derive_system(const kempe_model *model, kmp_variant *given, const char *word, kempe_system **system)
 {
     kempe_system *s = NULL;
     kempe_assembly *a = NULL;
@@ -131,7 +135,7 @@ static kempe_status derive(const kempe_model *model, kmp_variant *given, const c
         status = assemble_first(s, &a, &rounded);
     kempe_assembly_free(a);
     if (status == KEMPE_OK && rounded)
-        status = settle(&s, given, word);
+        status = settle_meaning(&s, given, word);
     else if (status == KEMPE_OK && !given && !kmp_rounding_of(s)) {
         kmp_program_cache_set_key(s, word);
         kmp_system_keep(s);
@@ -157,7 +161,7 @@ static kempe_status new_system(const kempe_model *model, kmp_variant *given, con
     if (s)
         kmp_context_clear(model->context);
     else
-        KMP_TRY(derive(model, given, word, &s));
+        KMP_TRY(derive_system(model, given, word, &s));
     report_misfits(s);
     *system = s;
     return KEMPE_OK;

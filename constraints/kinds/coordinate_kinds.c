@@ -2,6 +2,8 @@
 /* Closures of coordinates: h is an expression of coordinates and time, lambda the generalized force. */
 #include "constraints/kinds/kind.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 #include <math.h>
 
 /* An expression stays zero. */

@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Parts of closures: ball, rod, products of axes with the distance or with other axes, aligned axes. Each gives its
+ * rows as expressions, in the frame of the nearest common ancestor, and force or moment of its multipliers. */
 #include "constraints/kinds/kind_parts.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 #include <math.h>
 
 int kmp_part_frame(const kmp_tree *tree, const kmp_closure *closure)

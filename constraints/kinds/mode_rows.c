@@ -5,7 +5,9 @@
  * are. */
 #include "constraints/kinds/kind.h"
 #include "dynamics/kinematics/friction_modes.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "dynamics/kinematics/touching.h"
+#include "model/data/model.h"
 
 static void friction(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)
 {

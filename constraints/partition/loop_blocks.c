@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Diagonal blocks of Jv as loops for reports: the permutation to block triangular form is that of the reduction. */
 #include "constraints/partition/loop_blocks.h"
 #include "constraints/partition/reduction.h"
 

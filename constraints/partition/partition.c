@@ -1,9 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The choice of independent coordinates and rows: columns that a user wants come first, then complete pivoting decides,
+ * then exchanges of columns keep |Bvu| small. A choice of the user that is not possible is an error that names a
+ * possible one. */
 #include "constraints/partition/partition.h"
 #include "base/memory.h"
 #include "constraints/evaluation/intended_rank.h"
 #include "constraints/partition/pivot_columns.h"
 #include "constraints/tolerances.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Complete pivoting of the scaled J, and exchanges of columns in a tableau -Jv^-1 Ju: a column enters in place of one
+ * where its entry is largest, until none is above the bound. Sparse matrices keep the same pivots. */
 #include "constraints/partition/pivot_columns.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"

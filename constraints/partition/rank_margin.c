@@ -1,9 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The margin of rank along a run: inverse iteration for the least combination of rows, always from the same vector, so
+ * that w is smooth in q. A line through the last two values predicts where it passes zero. Cheap tests of pivots and
+ * signs exclude that in most steps. */
 #include "constraints/partition/rank_margin.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "integrators/decide/dropped_rows.h"
 #include "linalg/dense/dot.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 
@@ -195,7 +199,7 @@ static void find_t(kmp_rank_margin *margin)
     }
 }
 
-static void take(kmp_rank_margin *margin, const kmp_evaluator *eval)
+static void scale_jacobian(kmp_rank_margin *margin, const kmp_evaluator *eval)
 {
     for (int e = 0; e < margin->system->jacobian.count; e++)
         margin->now.jacobian[e] = margin->weight[e] * eval->jacobian[e];
@@ -209,7 +213,7 @@ static bool factor(kmp_rank_margin *margin)
 }
 
 /* Measures the margin of the J taken; zero if singular. Returns the staleness of its columns. */
-static double measure(kmp_rank_margin *margin)
+static double measure_margin(kmp_rank_margin *margin)
 {
     double stale = 0;
     margin->last = 0;
@@ -229,8 +233,8 @@ static double measure(kmp_rank_margin *margin)
 static double margin_at(kmp_rank_margin *margin, kmp_evaluator *eval, double t, const double *q)
 {
     kmp_eval_closure(eval, t, q);
-    take(margin, eval);
-    (void)measure(margin);
+    scale_jacobian(margin, eval);
+    (void)measure_margin(margin);
     return margin->last;
 }
 
@@ -243,11 +247,11 @@ double kmp_rank_margin_at(kmp_rank_margin *margin, const kmp_evaluator *eval)
 {
     if (margin->r == 0)
         return 1;
-    take(margin, eval);
-    if (measure(margin) > KMP_MARGIN_STALE &&
+    scale_jacobian(margin, eval);
+    if (measure_margin(margin) > KMP_MARGIN_STALE &&
         kmp_partition_exchange(&margin->part, margin->system, eval->jacobian, KMP_PICK_GROWTH) == KEMPE_OK &&
         renew_block(margin))
-        (void)measure(margin);
+        (void)measure_margin(margin);
     margin->usual = fmax(margin->usual, margin->last);
     if (!(margin->pivot > 0) && margin->last > 0) /* usual pivot of a new block */
         margin->pivot = kmp_block_smallest(margin->block) * margin->usual / margin->last;
@@ -396,7 +400,7 @@ static bool looks_well(kmp_rank_margin *margin, const kmp_evaluator *eval)
 {
     if (!margin->stands || margin->refused || !(margin->pivot > 0))
         return false;
-    take(margin, eval);
+    scale_jacobian(margin, eval);
     double least = factor(margin) ? kmp_block_smallest(margin->block) : 0;
     margin->rows = INFINITY;
     if (least > 0)
@@ -421,7 +425,7 @@ static void catch_up(kmp_rank_margin *margin)
     if (!margin->stands || margin->seen)
         return;
     exchange_views(margin);
-    (void)measure(margin);
+    (void)measure_margin(margin);
     kmp_block_take_signs(margin->block, margin->signs_stood);
     exchange_views(margin);
     margin->seen = true;

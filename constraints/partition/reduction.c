@@ -1,7 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Coordinate partitioning: Jv by blocks, its tangent with all zeros of the pattern, the reduced mass X' M X and its
+ * Cholesky factor. Trees skip all that: there X is a permutation. Multipliers follow from the rows of v in M qdd + C =
+ * J' lambda. */
 #include "constraints/partition/reduction.h"
 #include "base/memory.h"
+#include "constraints/evaluation/jacobian_and_mass.h"
 #include "constraints/evaluation/load_multipliers.h"
+#include "constraints/evaluation/row_residuals.h"
 #include "constraints/partition/sparse_tangent_numbers.h"
 #include "integrators/decide/coordinate_exchange.h"
 #include "linalg/dense/dot.h"

@@ -1,9 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Reasons for accelerations that do not exist, in the order in which they are looked for: a singular position of
+ * angles, a value that is not finite, a motion without mass. The last is a null vector of the scaled reduced mass,
+ * found by complete pivoting. */
 #include "constraints/partition/singularity_causes.h"
+#include "constraints/evaluation/jacobian_and_mass.h"
 #include "constraints/partition/reduction.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/dot.h"
+#include "model/data/model.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -111,9 +116,9 @@ bool kmp_put_not_finite(kmp_evaluator *eval, double t, const double *q, const do
     bool by_bodies = eval->by_bodies;
     if (kmp_eval_add_composite(eval) != KEMPE_OK)
         return false;
-    kmp_eval_take(eval, false);
+    kmp_eval_set_by_bodies(eval, false);
     bool found = put_not_finite(eval, t, q, qd, text);
-    kmp_eval_take(eval, by_bodies);
+    kmp_eval_set_by_bodies(eval, by_bodies);
     return found;
 }
 
@@ -134,7 +139,7 @@ static double change_of(const kmp_reduction *red, const double *s, int i)
 
 /* Names the coordinates that move together: each alone may move a mass, as in a gimbal whose outer axes are parallel.
  */
-static void name(const kmp_reduction *red, const double *s, kmp_text *why)
+static void name_motion(const kmp_reduction *red, const double *s, kmp_text *why)
 {
     const kempe_model *model = red->eval->system->model;
     int first = 0, others = 0; /* the coordinate with the largest change */
@@ -150,7 +155,7 @@ static void name(const kmp_reduction *red, const double *s, kmp_text *why)
 }
 
 /* found: a regular reduced mass is not reported. false: no memory. */
-static bool search(kmp_reduction *red, bool found, kmp_text *why)
+static bool find_massless(kmp_reduction *red, bool found, kmp_text *why)
 {
     int p = red->p, rank = 0, *row, *col;
     double *mx = KMP_ARENA_NEW(&red->arena, double, red->n), *mr = KMP_ARENA_NEW(&red->arena, double, p *p), *pivot, *s;
@@ -173,18 +178,18 @@ static bool search(kmp_reduction *red, bool found, kmp_text *why)
     rank = rank < p ? rank : p - 1;
     kmp_lu_null_vector(p, p, mr, col, rank, rank, s);
     if (found)
-        name(red, s, why);
+        name_motion(red, s, why);
     return !why->failed;
 }
 
-static kempe_status look(kmp_evaluator *eval, const kmp_partition *part, double t, const double *q, bool found,
-                         kmp_text *why)
+static kempe_status look_for_massless(kmp_evaluator *eval, const kmp_partition *part, double t, const double *q,
+                                      bool found, kmp_text *why)
 {
     kmp_reduction red = {0};
     kempe_status status = kmp_reduction_init(&red, eval, part);
     kmp_eval_closure(eval, t, q);
     kmp_eval_mass(eval);
-    if (status == KEMPE_OK && !kmp_reduction_factor(&red) && !search(&red, found, why))
+    if (status == KEMPE_OK && !kmp_reduction_factor(&red) && !find_massless(&red, found, why))
         status = kmp_fail_memory(eval->system->context);
     kmp_reduction_free(&red);
     return status;
@@ -205,7 +210,7 @@ kempe_status kmp_explain_massless(kmp_evaluator *eval, const kmp_partition *part
         return KEMPE_E_FAILED;
     if (part->p == 0)
         return kmp_fail(eval->system->context, KEMPE_E_FAILED, "the closures do not determine the accelerations");
-    kempe_status status = look(eval, part, t, q, true, &why);
+    kempe_status status = look_for_massless(eval, part, t, q, true, &why);
     if (status == KEMPE_OK)
         status = kmp_fail(eval->system->context, KEMPE_E_FAILED, "%s",
                           why.s ? why.s : "the closures do not determine the accelerations");
@@ -216,5 +221,5 @@ kempe_status kmp_explain_massless(kmp_evaluator *eval, const kmp_partition *part
 kempe_status kmp_foresee_massless(kmp_evaluator *eval, const kmp_partition *part, double t, const double *q,
                                   kmp_text *why)
 {
-    return part->p > 0 ? look(eval, part, t, q, false, why) : KEMPE_OK;
+    return part->p > 0 ? look_for_massless(eval, part, t, q, false, why) : KEMPE_OK;
 }

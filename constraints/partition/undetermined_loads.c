@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Shares of load by redundant rows: a dropped row is a combination of the kept ones, and each kept row with a share in
+ * it has a multiplier that is not determined. */
 #include "constraints/partition/undetermined_loads.h"
 #include "base/memory.h"
 #include "constraints/partition/reduction.h"

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Written programs by name: a digest of coordinates, rows and the pattern of charts. A program from the cache is
+ * checked in its numbers before it is used, and is written again if it fails. */
 #include "constraints/programs/program_records.h"
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
@@ -30,7 +32,7 @@ kmp_program_cache_name kmp_writer_name(const char *what, const kmp_evaluator *ev
 
 /* -- records ------------------------------------------------------------------------------------------- */
 
-static void clear(kmp_program_record *record)
+static void clear_record(kmp_program_record *record)
 {
     kmp_program_free(record->program);
     kmp_free(record->row);
@@ -39,7 +41,7 @@ static void clear(kmp_program_record *record)
 }
 
 /* The layouts have the same count. */
-static bool copy(const kmp_program_record *from, kmp_program_record *to)
+static bool copy_record(const kmp_program_record *from, kmp_program_record *to)
 {
     to->multipliers = from->multipliers;
     to->row = KMP_NEW(kmp_eliminated, 1 + from->multipliers);
@@ -56,19 +58,19 @@ static bool copy(const kmp_program_record *from, kmp_program_record *to)
 static void release(void *made)
 {
     kmp_program_record *record = made;
-    clear(record);
+    clear_record(record);
     kmp_free(record->layout);
     kmp_free(record);
 }
 
 /* Keeps a copy, without which all works as well. */
-static void keep(const kempe_system *s, kmp_program_cache_name name, const kmp_program_record *record)
+static void keep_copy(const kempe_system *s, kmp_program_cache_name name, const kmp_program_record *record)
 {
     kmp_program_record *kept = KMP_NEW(kmp_program_record, 1);
     int *layout = KMP_NEW(int, 1 + record->count);
     if (kept)
         *kept = (kmp_program_record){.layout = layout, .count = record->count};
-    if (kept && layout && copy(record, kept)) {
+    if (kept && layout && copy_record(record, kept)) {
         (void)kmp_program_cache_add(s, name, kept, release);
         return;
     }
@@ -91,7 +93,7 @@ static bool is_sound(const kempe_system *s, const kmp_program_record *record)
     return good;
 }
 
-static bool take(kmp_byte_source *b, const kempe_system *s, kmp_program_record *record)
+static bool read_record(kmp_byte_source *b, const kempe_system *s, kmp_program_record *record)
 {
     kmp_table_pool pool = {0};
     record->multipliers = kmp_bytes_take_count(b, sizeof *record->row);
@@ -104,7 +106,7 @@ static bool take(kmp_byte_source *b, const kempe_system *s, kmp_program_record *
     kmp_table_pool_free(&pool);
     if (!b->failed && b->at == b->end && is_sound(s, record))
         return true;
-    clear(record);
+    clear_record(record);
     return false;
 }
 
@@ -114,14 +116,14 @@ bool kmp_writer_recall(const kempe_system *s, kmp_program_cache_name name, kmp_p
 {
     const kmp_program_record *kept = kmp_program_cache_find(s, name);
     if (kept)
-        return copy(kept, record);
+        return copy_record(kept, record);
     kmp_cached file = kmp_program_cache_recall(s, name);
     kmp_byte_source b = kmp_byte_source_of(file.bytes, file.size);
-    bool good = file.whole && take(&b, s, record);
+    bool good = file.whole && read_record(&b, s, record);
     kmp_free(file.whole);
     if (good) {
         kmp_program_cache_name_program(s, name, record->program);
-        keep(s, name, record);
+        keep_copy(s, name, record);
     }
     return good;
 }
@@ -143,5 +145,5 @@ void kmp_writer_keep(const kempe_system *s, kmp_program_cache_name name, const k
         kmp_bytes_free(&b);
     }
     kmp_program_cache_name_program(s, name, record->program);
-    keep(s, name, record);
+    keep_copy(s, name, record);
 }

@@ -1,4 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Writing a program from another one: import a motion program into a graph, with charts and coordinates replaced; add
+ * expressions of the linear algebra; put the outputs of each stage; schedule. The second half runs such a program, and
+ * knows when a chart has left the pattern that it was written for. */
 #include "constraints/programs/program_writer.h"
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"

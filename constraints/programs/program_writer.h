@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A program that is written from the outputs of a motion program: linear algebra as expressions of them, then all in
- * stages. Common part of fused_write.c and solved_write.c; and of fused.c and solved.c, which run such programs. */
+ * stages. Common part of reduced_program_write.c and saddle_program_write.c; and of reduced_program.c and
+ * saddle_program.c, which run such programs. */
 #pragma once
 
 #include "constraints/evaluation/evaluator.h"

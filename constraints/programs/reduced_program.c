@@ -1,4 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The reduced right-hand side as a program: it is written, run once at the state at rest, and kept if its pivots are
+ * good there. After a run the factors are checked by the same bounds, and a step's end can lend h, J, Bvu and the
+ * correction of v from its last stage. */
 #include "constraints/programs/reduced_program.h"
 #include "base/arena.h"
 #include "base/memory.h"
@@ -98,7 +101,7 @@ static bool write_program(kmp_reduced_program *f, kmp_program **program)
     return written.program;
 }
 
-static kempe_status make(kmp_reduced_program **out, const kmp_reduction *red, bool closes, bool by_saddle)
+static kempe_status make_program(kmp_reduced_program **out, const kmp_reduction *red, bool closes, bool by_saddle)
 {
     int n = red->n, efforts = red->eval->system->force ? n : 0;
     kmp_reduced_program *f = KMP_NEW(kmp_reduced_program, 1);
@@ -148,13 +151,13 @@ kempe_status kmp_reduced_program_new(kmp_reduced_program **out, const kmp_reduct
     /* The program must have all numbers, and the linear algebra be small. */
     bool fits = red->p <= KMP_REDUCED_PROGRAM_FREEDOMS && kmp_motion_known(red->eval->system)->block_count == 0 &&
                 kmp_writer_blocks_fit(red);
-    return fits ? make(out, red, closes, false) : KEMPE_OK;
+    return fits ? make_program(out, red, closes, false) : KEMPE_OK;
 }
 
 kempe_status kmp_reduced_program_new_by_saddle(kmp_reduced_program **out, const kmp_reduction *red, bool closes)
 {
     *out = NULL;
-    return make(out, red, closes, true);
+    return make_program(out, red, closes, true);
 }
 
 void kmp_reduced_program_free(kmp_reduced_program *f)

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The reduced right-hand side as one program for one choice of u: from t, q and ud to qd and udd, with zeros and unused
  * values left out. By the reduced mass, the linear algebra of eqs. (43)-(46) of Fisette and Samin 1996 is written out
- * with the equations; with many degrees of freedom that of the saddle system (solved.h). The numbers equal those of
- * reduction.h but for rounding. */
+ * with the equations; with many degrees of freedom that of the saddle system (saddle_program.h). The numbers equal
+ * those of reduction.h but for rounding. */
 #pragma once
 
 #include "constraints/partition/reduction.h"
@@ -11,35 +11,35 @@
 typedef struct kmp_reduced_program kmp_reduced_program;
 
 /** Makes the program from a reduction with its factors at the evaluator's last closure, whose values determine the
- * order of elimination. *fused is NULL if there is none. By the reduced mass: large blocks, many degrees of freedom,
+ * order of elimination. *program is NULL if there is none. By the reduced mass: large blocks, many degrees of freedom,
  * implicit blocks; by the saddle system as kmp_saddle_program_new. `closes`: it corrects v before
  * (kmp_reduced_program_close). KEMPE_E_MEMORY. */
-kempe_status kmp_reduced_program_new(kmp_reduced_program **fused, const kmp_reduction *red, bool closes);
-kempe_status kmp_reduced_program_new_by_saddle(kmp_reduced_program **fused, const kmp_reduction *red, bool closes);
-void kmp_reduced_program_free(kmp_reduced_program *fused);
+kempe_status kmp_reduced_program_new(kmp_reduced_program **program, const kmp_reduction *red, bool closes);
+kempe_status kmp_reduced_program_new_by_saddle(kmp_reduced_program **program, const kmp_reduction *red, bool closes);
+void kmp_reduced_program_free(kmp_reduced_program *program);
 
 /** True for a program by the saddle system. */
-bool kmp_reduced_program_is_by_saddle(const kmp_reduced_program *fused);
+bool kmp_reduced_program_is_by_saddle(const kmp_reduced_program *program);
 
 /** Evaluates at (t, y), y = (u, ud, v), with the evaluator's charts and frozen conditions: dy = (ud, udd, vd), which
  * may be NaN. false: the reduced mass is not positive, or as kmp_saddle_program_run. No allocation. */
-bool kmp_reduced_program_run(kmp_reduced_program *fused, double t, const double *y, double *dy);
+bool kmp_reduced_program_run(kmp_reduced_program *program, double t, const double *y, double *dy);
 
 /** Correction of v, -Jv^-1 h, at (t, y): dv (r), owned by the program, and the largest angle by which it turns a sine
  * or cosine. If that is at most KMP_TURN_SMALL, kmp_reduced_program_finish does the rest of kmp_reduced_program_run at
  * v + dv, and kmp_reduced_program_left returns the correction (r) that is left there. kmp_reduced_program_run does all.
  */
-kmp_writer_correction kmp_reduced_program_close(kmp_reduced_program *fused, double t, const double *y);
-bool kmp_reduced_program_finish(kmp_reduced_program *fused, double t, const double *y, double *dy);
-const double *kmp_reduced_program_left(const kmp_reduced_program *fused);
+kmp_writer_correction kmp_reduced_program_close(kmp_reduced_program *program, double t, const double *y);
+bool kmp_reduced_program_finish(kmp_reduced_program *program, double t, const double *y, double *dy);
+const double *kmp_reduced_program_left(const kmp_reduced_program *program);
 
 /** The power of non-conservative forces, user-defined ones included, at the last run; by the saddle system also that of
  * moving closures. */
-double kmp_reduced_program_power(const kmp_reduced_program *fused);
+double kmp_reduced_program_power(const kmp_reduced_program *program);
 
 /** True if the program may be used now; true if it must be made again (kmp_writer_machine_applies, _is_stale). */
-bool kmp_reduced_program_applies(kmp_reduced_program *fused);
-bool kmp_reduced_program_is_stale(kmp_reduced_program *fused);
+bool kmp_reduced_program_applies(kmp_reduced_program *program);
+bool kmp_reduced_program_is_stale(kmp_reduced_program *program);
 
 /** Values needed at the end of a step, at the place of the last kmp_reduced_program_run; valid until the next run. Not
  * by the saddle system. */
@@ -52,18 +52,19 @@ typedef struct kmp_reduced_program_end {
     const double *x_t, *a0;           /* r, of v, as there; NULL unless it closes */
 } kmp_reduced_program_end;
 
-kmp_reduced_program_end kmp_reduced_program_at_end(kmp_reduced_program *fused);
+kmp_reduced_program_end kmp_reduced_program_at_end(kmp_reduced_program *program);
 
 /** By the saddle system, at the end of a step: lends h, J and h_t at the place of the last run, (t, q), to the
  * evaluator, until the next run; *cancelled: as kmp_saddle_program_is_cancelled. True: the order of elimination is
  * good. */
-bool kmp_reduced_program_lend(kmp_reduced_program *fused, double t, const double *q, double rtol, double rate_scale,
+bool kmp_reduced_program_lend(kmp_reduced_program *program, double t, const double *q, double rtol, double rate_scale,
                               bool *cancelled);
 
 /** True if the order of elimination is good at (t, y); by the saddle system, also its pivots. */
-bool kmp_reduced_program_is_good(kmp_reduced_program *fused, double t, const double *y);
+bool kmp_reduced_program_is_good(kmp_reduced_program *program, double t, const double *y);
 
-/** The program for kmp_lanes, whose inputs and outputs are those of fused_inside.h or solved.h; NULL: with user-defined
- * forces it does not have all of the right-hand side. Positions of its outputs: of its stage of slopes, and of END. */
-const kmp_program *kmp_reduced_program_code(const kmp_reduced_program *fused);
-const kmp_saddle_program_layout *kmp_reduced_program_layout_of(const kmp_reduced_program *fused);
+/** The program for kmp_lanes, whose inputs and outputs are those of reduced_program_inside.h or saddle_program.h; NULL:
+ * with user-defined forces it does not have all of the right-hand side. Positions of its outputs: of its stage of
+ * slopes, and of END. */
+const kmp_program *kmp_reduced_program_code(const kmp_reduced_program *program);
+const kmp_saddle_program_layout *kmp_reduced_program_layout_of(const kmp_reduced_program *program);

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The program of fused.c, made by fused_write.c. */
+/* The program of reduced_program.c, made by reduced_program_write.c. */
 #pragma once
 
 #include "constraints/programs/writer_blocks.h"
 
-/* Bounds: independent coordinates in one run, for which the solved program is better beyond; of any program. */
+/* Bounds: independent coordinates in one run, for which that by the saddle system is better beyond; of any program. */
 enum { KMP_REDUCED_PROGRAM_FREEDOMS = 8, KMP_REDUCED_PROGRAM_MOST = 48 };
 
 /* Stages: where it is asked for, the correction dv of v, and the angles by which it turns sines and cosines; then, at v

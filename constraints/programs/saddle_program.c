@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The saddle system as a program: it is made once its cost, in operations, is less than what the evaluations of a run
+ * would save. It serves corrections and closings as a kmp_closer, too, with the factors of its last run. */
 #include "constraints/programs/saddle_program.h"
 #include "base/arena.h"
 #include "base/memory.h"
@@ -6,6 +8,7 @@
 #include "constraints/programs/saddle_program_nearby.h"
 #include "constraints/programs/saddle_program_write.h"
 #include "constraints/tolerances.h"
+#include "model/data/model.h"
 #include <float.h>
 #include <limits.h>
 #include <math.h>
@@ -33,51 +36,51 @@ kempe_status kmp_saddle_program_new(kmp_saddle_program **out, kmp_evaluator *eva
     kmp_saddle_program_written written = {0};
     bool good = false;
     *out = NULL;
-    kmp_saddle_program *solved = KMP_NEW(kmp_saddle_program, 1);
-    if (solved)
-        *solved = (kmp_saddle_program){.eval = eval};
-    double *still = solved ? KMP_ARENA_NEW(&solved->arena, double, s->n) : NULL;
+    kmp_saddle_program *program = KMP_NEW(kmp_saddle_program, 1);
+    if (program)
+        *program = (kmp_saddle_program){.eval = eval};
+    double *still = program ? KMP_ARENA_NEW(&program->arena, double, s->n) : NULL;
     if (still && s->force)
-        solved->effort = KMP_ARENA_NEW(&solved->arena, double, s->n);
+        program->effort = KMP_ARENA_NEW(&program->arena, double, s->n);
     const kmp_saddle_program_plan plan = {.part = part};
-    bool made = still && !solved->arena.failed && kmp_saddle_program_write(eval, &plan, &written);
+    bool made = still && !program->arena.failed && kmp_saddle_program_write(eval, &plan, &written);
     kmp_free(written.row); /* no elimination of v */
-    if (!made || (written.program && !kmp_writer_machine_init(&solved->made, eval, written.program))) {
-        kmp_saddle_program_free(solved);
+    if (!made || (written.program && !kmp_writer_machine_init(&program->made, eval, written.program))) {
+        kmp_saddle_program_free(program);
         return kmp_fail_memory(s->context);
     }
-    solved->layout = written.layout;
+    program->layout = written.layout;
     if (written.program) {
         /* Pivots do not depend on rates and efforts, which may be zero here. */
-        kmp_machine_set(solved->made.machine, KMP_IN_QD, still);
-        kmp_writer_machine_place(&solved->made, eval->t, eval->q);
-        good = kmp_saddle_program_is_good(&solved->layout,
-                                          kmp_machine_run(solved->made.machine, KMP_SADDLE_PROGRAM_RUN), 1);
+        kmp_machine_set(program->made.machine, KMP_IN_QD, still);
+        kmp_writer_machine_place(&program->made, eval->t, eval->q);
+        good = kmp_saddle_program_is_good(&program->layout,
+                                          kmp_machine_run(program->made.machine, KMP_SADDLE_PROGRAM_RUN), 1);
     }
     if (good)
-        *out = solved;
+        *out = program;
     else
-        kmp_saddle_program_free(solved);
+        kmp_saddle_program_free(program);
     return KEMPE_OK;
 }
 
-void kmp_saddle_program_free(kmp_saddle_program *solved)
+void kmp_saddle_program_free(kmp_saddle_program *program)
 {
-    if (!solved)
+    if (!program)
         return;
-    kmp_writer_machine_free(&solved->made);
-    kmp_arena_free(&solved->arena);
-    kmp_free(solved);
+    kmp_writer_machine_free(&program->made);
+    kmp_arena_free(&program->arena);
+    kmp_free(program);
 }
 
-const kmp_saddle_program_layout *kmp_saddle_program_layout_of(const kmp_saddle_program *solved)
+const kmp_saddle_program_layout *kmp_saddle_program_layout_of(const kmp_saddle_program *program)
 {
-    return &solved->layout;
+    return &program->layout;
 }
 
-kmp_counts kmp_saddle_program_count(const kmp_saddle_program *solved)
+kmp_counts kmp_saddle_program_count(const kmp_saddle_program *program)
 {
-    return kmp_program_count(solved->made.program, KMP_SADDLE_PROGRAM_RATES, KMP_SADDLE_PROGRAM_RUN);
+    return kmp_program_count(program->made.program, KMP_SADDLE_PROGRAM_RATES, KMP_SADDLE_PROGRAM_RUN);
 }
 
 long kmp_saddle_program_wait(const kmp_evaluator *eval, const kmp_partition *part, double operations, bool lanes)
@@ -91,14 +94,14 @@ long kmp_saddle_program_wait(const kmp_evaluator *eval, const kmp_partition *par
 
 /* -- running ------------------------------------------------------------------------------------------- */
 
-bool kmp_saddle_program_applies(kmp_saddle_program *solved)
+bool kmp_saddle_program_applies(kmp_saddle_program *program)
 {
-    return kmp_writer_machine_applies(&solved->made) && !solved->eval->given;
+    return kmp_writer_machine_applies(&program->made) && !program->eval->given;
 }
 
-bool kmp_saddle_program_is_stale(kmp_saddle_program *solved)
+bool kmp_saddle_program_is_stale(kmp_saddle_program *program)
 {
-    return kmp_writer_machine_is_stale(&solved->made);
+    return kmp_writer_machine_is_stale(&program->made);
 }
 
 bool kmp_saddle_program_is_good(const kmp_saddle_program_layout *layout, const double *out, int stride)
@@ -110,17 +113,17 @@ bool kmp_saddle_program_is_good(const kmp_saddle_program_layout *layout, const d
     return true;
 }
 
-const double *kmp_saddle_program_run(kmp_saddle_program *solved, double t, const double *q, const double *qd,
+const double *kmp_saddle_program_run(kmp_saddle_program *program, double t, const double *q, const double *qd,
                                      bool *good)
 {
-    kmp_writer_machine_place(&solved->made, t, q);
-    kmp_machine_set(solved->made.machine, KMP_IN_QD, qd);
-    if (solved->effort) {
-        kmp_system_effort(solved->eval->system, t, q, qd, solved->effort);
-        kmp_machine_set(solved->made.machine, KMP_IN_EFFORT, solved->effort);
+    kmp_writer_machine_place(&program->made, t, q);
+    kmp_machine_set(program->made.machine, KMP_IN_QD, qd);
+    if (program->effort) {
+        kmp_system_effort(program->eval->system, t, q, qd, program->effort);
+        kmp_machine_set(program->made.machine, KMP_IN_EFFORT, program->effort);
     }
-    const double *out = kmp_machine_run(solved->made.machine, KMP_SADDLE_PROGRAM_RUN);
-    *good = kmp_saddle_program_is_good(&solved->layout, out, 1);
+    const double *out = kmp_machine_run(program->made.machine, KMP_SADDLE_PROGRAM_RUN);
+    *good = kmp_saddle_program_is_good(&program->layout, out, 1);
     return out;
 }
 
@@ -132,9 +135,9 @@ const double *kmp_saddle_program_end(kmp_writer_machine *made, const kmp_saddle_
     return out;
 }
 
-void kmp_saddle_program_lend(kmp_saddle_program *solved, double t, const double *q)
+void kmp_saddle_program_lend(kmp_saddle_program *program, double t, const double *q)
 {
-    solved->end = kmp_saddle_program_end(&solved->made, &solved->layout, solved->eval, t, q);
+    program->end = kmp_saddle_program_end(&program->made, &program->layout, program->eval, t, q);
 }
 
 bool kmp_saddle_program_cancels(const kmp_saddle_program_layout *l, const kempe_system *s, const double *end,
@@ -147,16 +150,16 @@ bool kmp_saddle_program_cancels(const kmp_saddle_program_layout *l, const kempe_
     return DBL_EPSILON * most > KMP_MARGIN_CANCELLED * rtol * rate_scale * rate_scale;
 }
 
-bool kmp_saddle_program_is_cancelled(const kmp_saddle_program *solved, double rtol, double rate_scale)
+bool kmp_saddle_program_is_cancelled(const kmp_saddle_program *program, double rtol, double rate_scale)
 {
-    return kmp_saddle_program_cancels(&solved->layout, solved->eval->system, solved->end, rtol, rate_scale);
+    return kmp_saddle_program_cancels(&program->layout, program->eval->system, program->end, rtol, rate_scale);
 }
 
-void kmp_saddle_program_correct(kmp_saddle_program *solved, const double *violation, double *dx)
+void kmp_saddle_program_correct(kmp_saddle_program *program, const double *violation, double *dx)
 {
-    kmp_machine_set(solved->made.machine, KMP_IN_MU, violation);
-    memcpy(dx, kmp_machine_run(solved->made.machine, KMP_SADDLE_PROGRAM_CORRECT),
-           (size_t)solved->layout.n * sizeof *dx);
+    kmp_machine_set(program->made.machine, KMP_IN_MU, violation);
+    memcpy(dx, kmp_machine_run(program->made.machine, KMP_SADDLE_PROGRAM_CORRECT),
+           (size_t)program->layout.n * sizeof *dx);
 }
 
 /* -- closing ------------------------------------------------------------------------------------------- */
@@ -165,21 +168,21 @@ static int place(void *self, double t, const double *q)
 {
     kmp_saddle_program_closing *closing = self;
     bool good;
-    (void)kmp_saddle_program_run(closing->solved, t, q, closing->qd, &good);
-    kmp_saddle_program_lend(closing->solved, t, q);
+    (void)kmp_saddle_program_run(closing->program, t, q, closing->qd, &good);
+    kmp_saddle_program_lend(closing->program, t, q);
     return !good;
 }
 
 static bool correct(void *self, const double *violation, double *dx)
 {
     kmp_saddle_program_closing *closing = self;
-    kmp_saddle_program_correct(closing->solved, violation, dx);
+    kmp_saddle_program_correct(closing->program, violation, dx);
     return true;
 }
 
 kmp_closer kmp_saddle_program_closer(kmp_saddle_program_closing *closing, double *dx)
 {
-    kmp_evaluator *eval = closing->solved->eval;
+    kmp_evaluator *eval = closing->program->eval;
     return (kmp_closer){.self = closing,
                         .eval = eval,
                         .scale = eval->system->scale,
@@ -189,19 +192,19 @@ kmp_closer kmp_saddle_program_closer(kmp_saddle_program_closing *closing, double
                         .correct = correct};
 }
 
-const kmp_program *kmp_saddle_program_code(const kmp_saddle_program *solved)
+const kmp_program *kmp_saddle_program_code(const kmp_saddle_program *program)
 {
-    return solved->made.program;
+    return program->made.program;
 }
 
-kempe_status kmp_saddle_program_write_nearby(const kmp_saddle_program *solved, const kmp_partition *part,
-                                             kmp_program **program)
+kempe_status kmp_saddle_program_write_nearby(const kmp_saddle_program *program, const kmp_partition *part,
+                                             kmp_program **nearby)
 {
-    *program = NULL;
-    if (solved->effort || solved->layout.factors == 0)
+    *nearby = NULL;
+    if (program->effort || program->layout.factors == 0)
         return KEMPE_OK;
-    double run = (double)kmp_saddle_program_count(solved).paper;
-    return kmp_saddle_program_write_near(solved->eval, part, run, program)
+    double run = (double)kmp_saddle_program_count(program).paper;
+    return kmp_saddle_program_write_near(program->eval, part, run, nearby)
                ? KEMPE_OK
-               : kmp_fail_memory(solved->eval->system->context);
+               : kmp_fail_memory(program->eval->system->context);
 }

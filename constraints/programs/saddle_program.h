@@ -49,56 +49,56 @@ typedef struct kmp_saddle_program_layout {
 
 typedef struct kmp_saddle_program kmp_saddle_program;
 
-/** Makes the program for the partition's independent rows. *solved is NULL if there is none: implicit blocks, forces
+/** Makes the program for the partition's independent rows. *program is NULL if there is none: implicit blocks, forces
  * that depend on multipliers, too many operations, or bad pivots at the evaluator's last closure. KEMPE_E_MEMORY. */
-kempe_status kmp_saddle_program_new(kmp_saddle_program **solved, kmp_evaluator *eval, const kmp_partition *part);
-void kmp_saddle_program_free(kmp_saddle_program *solved);
+kempe_status kmp_saddle_program_new(kmp_saddle_program **program, kmp_evaluator *eval, const kmp_partition *part);
+void kmp_saddle_program_free(kmp_saddle_program *program);
 
 /** The number of evaluations of so many operations after which the program pays: as many as it saves in its making. A
  * run that ends before does without. 0: so few that it is made at once, or it is needed for several stages in `lanes`;
  * LONG_MAX: it never does; -1: no memory. */
 long kmp_saddle_program_wait(const kmp_evaluator *eval, const kmp_partition *part, double operations, bool lanes);
 
-const kmp_saddle_program_layout *kmp_saddle_program_layout_of(const kmp_saddle_program *solved);
+const kmp_saddle_program_layout *kmp_saddle_program_layout_of(const kmp_saddle_program *program);
 
 /** Operation count of RUN. */
-kmp_counts kmp_saddle_program_count(const kmp_saddle_program *solved);
+kmp_counts kmp_saddle_program_count(const kmp_saddle_program *program);
 
 /** True if the program may be used now: conditions are frozen (kmp_eval_freeze), no further forces are given
- * (kmp_eval_give), and it is not stale. True if it must be made again, because of other charts. */
-bool kmp_saddle_program_applies(kmp_saddle_program *solved);
-bool kmp_saddle_program_is_stale(kmp_saddle_program *solved);
+ * (kmp_eval_set_effort), and it is not stale. True if it must be made again, because of other charts. */
+bool kmp_saddle_program_applies(kmp_saddle_program *program);
+bool kmp_saddle_program_is_stale(kmp_saddle_program *program);
 
 /** Runs at (t, q, qd), with the evaluator's charts and frozen conditions. Returns the outputs of RUN, valid until the
  * next run, which may be NaN. *good: pivots are positive and have not lost many digits. No allocation. */
-const double *kmp_saddle_program_run(kmp_saddle_program *solved, double t, const double *q, const double *qd,
+const double *kmp_saddle_program_run(kmp_saddle_program *program, double t, const double *q, const double *qd,
                                      bool *good);
 
 /** True if the pivots of a run are good: outputs of RUN, of which value k is at k stride. */
 bool kmp_saddle_program_is_good(const kmp_saddle_program_layout *layout, const double *out, int stride);
 
 /** Lends h, J and h_t at the place of the last run, (t, q), to the evaluator, until the next run. */
-void kmp_saddle_program_lend(kmp_saddle_program *solved, double t, const double *q);
+void kmp_saddle_program_lend(kmp_saddle_program *program, double t, const double *q);
 
 /** True if rounding shows in accelerations at a relative tolerance, `rate_scale` the size of rates: those with the
  * loops open, of which they are a part, are so large because some joint moves almost no inertia. After
  * kmp_saddle_program_lend.
  */
-bool kmp_saddle_program_is_cancelled(const kmp_saddle_program *solved, double rtol, double rate_scale);
+bool kmp_saddle_program_is_cancelled(const kmp_saddle_program *program, double rtol, double rate_scale);
 
 /** The mass-orthogonal correction dx (n) with J dx = -violation (m), with the factors of the last run. */
-void kmp_saddle_program_correct(kmp_saddle_program *solved, const double *violation, double *dx);
+void kmp_saddle_program_correct(kmp_saddle_program *program, const double *violation, double *dx);
 
 /** Closer along the mass-orthogonal direction, with factors at rates qd (n); dx: n values of work space. It places the
- * evaluator by kmp_saddle_program_lend. `solved` must apply. */
+ * evaluator by kmp_saddle_program_lend. `program` must apply. */
 typedef struct kmp_saddle_program_closing {
-    kmp_saddle_program *solved;
+    kmp_saddle_program *program;
     const double *qd;
 } kmp_saddle_program_closing;
 kmp_closer kmp_saddle_program_closer(kmp_saddle_program_closing *closing, double *dx);
 
 /** The program, whose inputs and outputs are those above; with user-defined forces these are inputs. */
-const kmp_program *kmp_saddle_program_code(const kmp_saddle_program *solved);
+const kmp_program *kmp_saddle_program_code(const kmp_saddle_program *program);
 
 /** A program of one stage that improves accelerations and multipliers at a place near that of a RUN, with its factors,
  *
@@ -108,8 +108,8 @@ const kmp_program *kmp_saddle_program_code(const kmp_saddle_program *solved);
  * its own. Inputs as RUN, KMP_IN_MU the factors, KMP_IN_QDD and KMP_IN_LAMBDA (r) what is to be improved. Outputs: both
  * improved, then the power if the system is dissipative. *program is NULL where there is none, or where it has more
  * than KMP_SADDLE_PROGRAM_NEARBY of the operations of RUN. The caller frees it. KEMPE_E_MEMORY. */
-kempe_status kmp_saddle_program_write_nearby(const kmp_saddle_program *solved, const kmp_partition *part,
-                                             kmp_program **program);
+kempe_status kmp_saddle_program_write_nearby(const kmp_saddle_program *program, const kmp_partition *part,
+                                             kmp_program **nearby);
 #define KMP_SADDLE_PROGRAM_NEARBY 0.7
 
 /** Runs END, and lends h, J and h_t at the place of the last run, (t, q), to the evaluator. Returns the outputs. */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The program of solved.c, made by solved_write.c. */
+/* The program of saddle_program.c, made by saddle_program_write.c. */
 #pragma once
 
 #include "constraints/programs/saddle_program.h"

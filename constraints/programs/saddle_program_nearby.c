@@ -7,6 +7,7 @@
 #include "constraints/programs/program_records.h"
 #include "constraints/programs/saddle_program_write.h"
 #include "dynamics/choose_variants.h"
+#include "dynamics/equations.h"
 #include "symbolic/contraction.h"
 #include <limits.h>
 #include <math.h>
@@ -26,7 +27,7 @@ typedef struct writer {
 } writer;
 
 /* False: no memory, or there are no such equations. */
-static bool derive(writer *w)
+static bool write_nearby(writer *w)
 {
     kmp_equations eq;
     kmp_events events = w->s->events; /* the system has recorded all conditions: none is added */
@@ -51,7 +52,7 @@ static bool derive(writer *w)
     return w->source;
 }
 
-/* Charts become numbers, as in the solved program; multipliers are numbered by independent rows. */
+/* Charts become numbers, as in the saddle program; multipliers are numbered by independent rows. */
 static bool import(writer *w)
 {
     int m = w->s->m, charts = KMP_CHART_SIZE * w->s->chart_count;
@@ -133,8 +134,8 @@ bool kmp_saddle_program_write_near(const kmp_evaluator *eval, const kmp_partitio
     bool ordered = kmp_saddle_program_order(eval, part, &w.arena, &w.ldl);
     /* Short enough, with a residual that has about the operations of M, C, J and gamma. */
     double solution = ordered ? 4.0 * w.ldl.start[w.ldl.size] + w.ldl.size : INFINITY;
-    if (ordered && kmp_writer_operations(eval, false) + solution <= KMP_SADDLE_PROGRAM_NEARBY * run && derive(&w) &&
-        import(&w) && take_factors(&w))
+    if (ordered && kmp_writer_operations(eval, false) + solution <= KMP_SADDLE_PROGRAM_NEARBY * run &&
+        write_nearby(&w) && import(&w) && take_factors(&w))
         *program = improve(&w);
     kmp_program_free(w.source);
     kmp_graph_free(w.g);

@@ -192,7 +192,7 @@ static kmp_program *schedule(maker *k)
 }
 
 /* Efforts are inputs of articulated bodies, zero without the user's force. */
-static bool begin(maker *k)
+static bool begin_writing(maker *k)
 {
     int efforts = k->plan.by_bodies && !k->s->force ? k->n : 0;
     if (!kmp_writer_init(&k->w, k->eval, NULL, k->plan.by_bodies, efforts + (k->red ? 2 * k->n : 0)))
@@ -359,7 +359,7 @@ bool kmp_saddle_program_write(const kmp_evaluator *eval, const kmp_saddle_progra
                .n = part->n,
                .r = part->r};
     unsigned long failures = kmp_memory_failures();
-    if (place_rows(&k) && choose(&k) && k.plan.operations <= KMP_SADDLE_PROGRAM_OPERATIONS && begin(&k)) {
+    if (place_rows(&k) && choose(&k) && k.plan.operations <= KMP_SADDLE_PROGRAM_OPERATIONS && begin_writing(&k)) {
         written->program = write_program(&k);
         written->layout = lay_out(&k);
         written->row = kmp_writer_rows(&k.jv);

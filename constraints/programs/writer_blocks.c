@@ -1,4 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Expressions for Jv^-1, block by block from the last to the first. The order of elimination in a block is that of
+ * complete pivoting at the state where the program is written; bounds of the multipliers tell at other states that it
+ * is no longer good. */
 #include "constraints/programs/writer_blocks.h"
 #include "base/memory.h"
 #include "linalg/dense/dense.h"

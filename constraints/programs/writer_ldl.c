@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* L D L' over expressions: the order by least degree on the pattern, then columns of L from those before. Entries that
+ * are zero by the pattern are never made. */
 #include "constraints/programs/writer_ldl.h"
 
 /* -- order --------------------------------------------------------------------------------------------- */

@@ -5,12 +5,17 @@
 #include "constraints/workspace/state_workspace.h"
 #include "base/memory.h"
 #include "constraints/closing/assemble.h"
+#include "constraints/evaluation/jacobian_and_mass.h"
+#include "constraints/evaluation/left_tables.h"
 #include "constraints/evaluation/load_multipliers.h"
+#include "constraints/evaluation/row_residuals.h"
+#include "constraints/evaluation/shown_outputs.h"
 #include "constraints/tolerances.h"
 #include "constraints/workspace/workspace_inside.h"
 #include "dynamics/load_dependent.h"
 #include "linalg/dense/dot.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include "model/language/expression_value.h"
 #include <kempe/check.h>
 #include <math.h>
@@ -325,17 +330,17 @@ static bool by_bodies(kempe_workspace *ws, double t, const double *q, const doub
     ws->message[0] = ws->visits ? ws->message[0] : '\0';
     kmp_workspace_keep_state(ws, t, q, qd);
     ws->stale = true;
-    kmp_eval_take(eval, true);
+    kmp_eval_set_by_bodies(eval, true);
     kmp_eval_closure(eval, t, ws->q);
     kmp_eval_mass(eval);
-    kmp_eval_give(eval, Q);
+    kmp_eval_set_effort(eval, Q);
     kmp_eval_bias(eval, ws->qd);
     note_left(ws);
     bool good = kmp_saddle_factor(&ws->bodies) == 0 && kmp_saddle_spread(&ws->bodies) >= KMP_ARTICULATED_PIVOT;
     if (good)
         kmp_saddle_accelerations(&ws->bodies, ws->answer, ws->answer + ws->n);
-    kmp_eval_give(eval, NULL);
-    kmp_eval_take(eval, false);
+    kmp_eval_set_effort(eval, NULL);
+    kmp_eval_set_by_bodies(eval, false);
     return good && kmp_all_finite(ws->n + ws->m, ws->answer);
 }
 
@@ -350,9 +355,9 @@ static kempe_status choose_bodies(kempe_workspace *ws, const kempe_assembly *a)
     kempe_status status = kmp_eval_add_articulated(ws->eval);
     if (status == KEMPE_OK && !s->bodies->program)
         return KEMPE_OK;
-    kmp_eval_take(ws->eval, true);
+    kmp_eval_set_by_bodies(ws->eval, true);
     bool made = status == KEMPE_OK && kmp_saddle_init(&ws->bodies, ws->eval, &ws->part);
-    kmp_eval_take(ws->eval, false);
+    kmp_eval_set_by_bodies(ws->eval, false);
     if (!made)
         return KEMPE_E_MEMORY;
     bool good = kempe_workspace_forward_dynamics(ws, 0, a->q, a->qd, NULL, ws->trial, NULL) == KEMPE_OK &&
@@ -374,9 +379,9 @@ static void put_answer(const kempe_workspace *ws, double *qdd, double *lambda)
 
 kempe_status kmp_workspace_accelerate(kempe_workspace *ws, const double *Q, double *qdd, double *lambda)
 {
-    kmp_eval_give(ws->eval, Q);
+    kmp_eval_set_effort(ws->eval, Q);
     kempe_status status = by_partition(ws) ? KEMPE_OK : by_saddle(ws);
-    kmp_eval_give(ws->eval, NULL);
+    kmp_eval_set_effort(ws->eval, NULL);
     if (status != KEMPE_OK)
         return status;
     memcpy(ws->bias, ws->eval->bias, (size_t)ws->n * sizeof *ws->bias);

@@ -2,6 +2,7 @@
 /* The equations, and accelerations by them, at many states. The motion program runs at a group of states in the lanes
  * of vector registers, with the bits that it has at each of them alone. States that remain, and all states of models
  * with conditions, forces that depend on multipliers or a user-defined force, are evaluated one at a time. */
+#include "constraints/evaluation/jacobian_and_mass.h"
 #include "constraints/workspace/state_workspace.h"
 #include "constraints/workspace/workspace_inside.h"
 #include "dynamics/load_dependent.h"
@@ -57,7 +58,7 @@ static void to_lanes(int count, const double *rows, double *lanes)
 }
 
 /* Evaluates W states into `values`. false: some value may not be finite. */
-static bool run(kempe_workspace *ws, const state_rows *in, size_t first)
+static bool run_lanes(kempe_workspace *ws, const state_rows *in, size_t first)
 {
     kmp_state_lanes *many = &ws->many;
     size_t at = first * (size_t)ws->n;
@@ -85,7 +86,7 @@ static bool run(kempe_workspace *ws, const state_rows *in, size_t first)
     return true;
 }
 
-static void put(double *rows, int width, size_t state, const double *values)
+static void put_values(double *rows, int width, size_t state, const double *values)
 {
     if (rows && width > 0)
         memcpy(rows + state * (size_t)width, values, (size_t)width * sizeof *rows);
@@ -110,9 +111,9 @@ static kempe_status finish(kempe_workspace *ws, const state_rows *in, size_t sta
         kmp_eval_dense_mass(eval, out->mass + state * n * n);
     if (out->jacobian)
         kmp_eval_dense_jacobian(eval, out->jacobian + state * m * n);
-    put(out->bias, ws->n, state, eval->bias);
-    put(out->h, ws->m, state, eval->h);
-    put(out->jdqd, ws->m, state, eval->jdqd);
+    put_values(out->bias, ws->n, state, eval->bias);
+    put_values(out->h, ws->m, state, eval->h);
+    put_values(out->jdqd, ws->m, state, eval->jdqd);
     return KEMPE_OK;
 }
 
@@ -138,7 +139,7 @@ static kempe_status finish_lane(kempe_workspace *ws, const state_rows *in, size_
     return status;
 }
 
-static kempe_status visit(kempe_workspace *ws, const state_rows *in, bool lanes, int count, int *failed)
+static kempe_status visit_states(kempe_workspace *ws, const state_rows *in, bool lanes, int count, int *failed)
 {
     kempe_status status = KEMPE_OK;
     int done = 0;
@@ -148,7 +149,7 @@ static kempe_status visit(kempe_workspace *ws, const state_rows *in, bool lanes,
     ws->message[0] = '\0';
     ws->visits = true;
     while (status == KEMPE_OK && done < count) {
-        int group = lanes && count - done >= W && run(ws, in, (size_t)done) ? W : 0;
+        int group = lanes && count - done >= W && run_lanes(ws, in, (size_t)done) ? W : 0;
         for (int l = 0; l < group && status == KEMPE_OK; l++, done++)
             status = finish_lane(ws, in, (size_t)done, l, done + 1 == count);
         if (group > 0)
@@ -175,7 +176,7 @@ kempe_status kempe_workspace_evaluate_states(kempe_workspace *ws, int count, con
     KMP_WANTED(NULL, ws, "workspace");
     if (!kmp_workspace_given(ws, "t", t) || !kmp_workspace_given(ws, "q", q) || !kmp_workspace_given(ws, "rows", rows))
         return KEMPE_E_ARGUMENT;
-    return visit(ws, &in, by_lanes(ws, count), count, failed);
+    return visit_states(ws, &in, by_lanes(ws, count), count, failed);
 }
 
 kempe_status kempe_workspace_forward_states(kempe_workspace *ws, int count, const double *t, int t_step,
@@ -189,5 +190,5 @@ kempe_status kempe_workspace_forward_states(kempe_workspace *ws, int count, cons
         return KEMPE_E_ARGUMENT;
     bool lanes =
         !ws->by_bodies && by_lanes(ws, count) && kmp_refuse_contacts(ws->system->model, "forward dynamics") == KEMPE_OK;
-    return visit(ws, &in, lanes, count, failed);
+    return visit_states(ws, &in, lanes, count, failed);
 }

@@ -30,8 +30,8 @@ static inline bool kmp_location_has_changed(const kmp_location_site *s, int k)
 }
 
 /* Narrows (from, *high], at whose end condition k has changed, to rounding; its value at `from` is f_low. First finds a
- * point from there on where it has its fixed state: after a start just behind an event rounding decides. Where there is
- * none it changes at once. The site is left at *high. */
+ * point from there on where it has its fixed state: after a start just behind an event rounding decides. If there is
+ * none, it changes at once. The site is left at *high. */
 static inline int kmp_location_narrow(const kmp_location_site *s, int k, double from, double f_low, double *high)
 {
     const double f_high = s->change[k];

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* What all decisions need: tolerances, the C library, and the linkage of small functions in headers that generated
+/* The needs of all decisions: tolerances, the C library, and the linkage of small functions in headers that generated
  * simulators have too. C99. */
 #pragma once
 

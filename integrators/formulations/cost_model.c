@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Counted cycles of an evaluation: linear in its operations, with constants that were fitted once. Choices by cost
+ * thereby depend on the model alone, never on the machine or its load. */
 #include "integrators/formulations/cost_model.h"
 #include "backend/x86/x86.h"
 #include "constraints/evaluation/stage_lanes.h"

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Programs of expressions at the state of an evaluator: the same conditions, charts and parameters, taken over when
+ * they have changed, and outputs listed with their places. */
 #include "integrators/formulations/evaluation_point.h"
 #include "base/memory.h"
 

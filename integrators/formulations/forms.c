@@ -19,6 +19,7 @@
 #include "integrators/formulations/formulation.h"
 #include "integrators/formulations/tangent.h"
 #include "linalg/dense/dot.h"
+#include "model/data/model.h"
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,9 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Common parts of formulations: allocation, unknowns (q, qd) with their tolerances, rows in one array. Dropped rows are
+ * checked at each accepted step: if one opens, the start was a change point of lower rank. */
 #include "integrators/formulations/formulation.h"
 #include "base/memory.h"
 #include "constraints/evaluation/intended_rank.h"
+#include "constraints/evaluation/row_residuals.h"
 #include "integrators/decide/dropped_rows.h"
 #include "integrators/decide/run_start.h"
+#include "model/data/model.h"
 #include <string.h>
 
 void *kmp_formulation_new(const kmp_formulation_start *start, size_t bytes)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The projected formulation: y = (q, qd[, work]); accelerations from the saddle system, by the solved program
+/* The projected formulation: y = (q, qd[, work]); accelerations from the saddle system, by the saddle program
  * (constraints/programs/saddle_program.h) where there is one and its pivots are good. After each accepted step q and qd
  * return to the closures along the mass-orthogonal direction, by one simplified Newton step with the present factors.
  * It needs no choice of u. The independent rows are those of the start; dropped ones are monitored.
@@ -8,6 +8,9 @@
  * (singular_step.h) then has each state closed first: off the closures accelerations are not those of the motion if J
  * is near to losing a row. */
 #include "integrators/formulations/projected.h"
+#include "constraints/evaluation/jacobian_and_mass.h"
+#include "constraints/evaluation/row_residuals.h"
+#include "constraints/evaluation/shown_outputs.h"
 #include "constraints/evaluation/stage_lanes.h"
 #include "constraints/programs/saddle_program.h"
 #include "constraints/tolerances.h"
@@ -24,7 +27,7 @@ enum { MOST_CORRECTIONS = 8 };
 /* Runs in lanes after which the program of places nearby is made: about as many as it takes to save what its making
  * costs, 900 to 2100 (bench/bench_sweeps.c). */
 #define NEARBY_AFTER 1500
-/* It must take less than this part of the cycles of the solved program. */
+/* It must take less than this part of the cycles of the saddle program. */
 #define NEARBY_WORTH 0.7
 
 typedef struct projected {
@@ -34,19 +37,19 @@ typedef struct projected {
     kmp_rank_margin *margin;
     const kmp_partition *part;
     kmp_saddle saddle;
-    kmp_saddle_program *solved; /* NULL: there is none */
-    kmp_stage_lanes stages;     /* the solved program for several stages at once */
-    kmp_program *nearby;        /* kmp_saddle_program_write_nearby; NULL: there is none */
-    kmp_stage_lanes near;       /* that program for several stages at once */
+    kmp_saddle_program *saddle_program; /* NULL: there is none */
+    kmp_stage_lanes stages;             /* the saddle program for several stages at once */
+    kmp_program *nearby;                /* kmp_saddle_program_write_nearby; NULL: there is none */
+    kmp_stage_lanes near;               /* that program for several stages at once */
     const double *of_run;  /* outputs of the last run of `stages`, whose factors `near` does not have; NULL: it has */
     double cycles_near;    /* of a run of `near`; 0: there is none */
     bool may_write;        /* programs may be made between steps */
     bool is_near;          /* the factors in `near` are those of the last run of `stages` */
     long sweeps;           /* runs of `stages` without that program */
     bool lanes;            /* the integrator uses them */
-    bool by_solved;        /* the last evaluation was by the solved program, whose factors serve corrections */
+    bool by_program;       /* the last evaluation was by the saddle program, whose factors serve corrections */
     bool cancelled;        /* rounding showed in its accelerations */
-    long runs;             /* of the solved program */
+    long runs;             /* of the saddle program */
     long evaluations, due; /* without it; the number from which on it pays */
     double rtol, rate_scale;
     bool has_work;
@@ -63,9 +66,9 @@ typedef struct projected {
 } projected;
 
 /* Evaluates bias and factors at (t, q, qd). */
-static int place(projected *d, double t, const double *q, const double *qd)
+static int factor_at(projected *d, double t, const double *q, const double *qd)
 {
-    d->by_solved = false;
+    d->by_program = false;
     kmp_eval_closure(d->eval, t, q);
     kmp_eval_mass(d->eval);
     kmp_eval_bias(d->eval, qd);
@@ -73,7 +76,7 @@ static int place(projected *d, double t, const double *q, const double *qd)
 }
 
 /* dy at the state of the evaluator and the factors. */
-static int give(projected *d, const double *y, double *dy)
+static int put_derivative(projected *d, const double *y, double *dy)
 {
     int n = d->n;
     memcpy(dy, y + n, (size_t)n * sizeof *dy);
@@ -87,19 +90,19 @@ static int give(projected *d, const double *y, double *dy)
 
 static bool applies(const projected *d)
 {
-    return d->solved && !d->cancelled && kmp_saddle_program_applies(d->solved);
+    return d->saddle_program && !d->cancelled && kmp_saddle_program_applies(d->saddle_program);
 }
 
-/* Runs the solved program; NULL: there is none, it does not apply, or its pivots are bad. */
-static const double *run_solved(projected *d, double t, const double *q, const double *qd)
+/* Runs the saddle program; NULL: there is none, it does not apply, or its pivots are bad. */
+static const double *run_program(projected *d, double t, const double *q, const double *qd)
 {
     bool good = false;
     const double *out = NULL;
     if (applies(d)) {
-        out = kmp_saddle_program_run(d->solved, t, q, qd, &good);
+        out = kmp_saddle_program_run(d->saddle_program, t, q, qd, &good);
         d->runs++;
     }
-    d->by_solved = good;
+    d->by_program = good;
     return good ? out : NULL;
 }
 
@@ -107,12 +110,12 @@ static int rhs(void *self, double t, const double *y, double *dy)
 {
     projected *d = self;
     size_t n = (size_t)d->n;
-    const double *out = run_solved(d, t, y, y + n);
+    const double *out = run_program(d, t, y, y + n);
     if (!out) {
         d->evaluations++;
-        return place(d, t, y, y + n) == KMP_GO ? give(d, y, dy) : KMP_RETRY;
+        return factor_at(d, t, y, y + n) == KMP_GO ? put_derivative(d, y, dy) : KMP_RETRY;
     }
-    const kmp_saddle_program_layout *layout = kmp_saddle_program_layout_of(d->solved);
+    const kmp_saddle_program_layout *layout = kmp_saddle_program_layout_of(d->saddle_program);
     memcpy(dy, y + n, n * sizeof *dy);
     memcpy(dy + n, out + layout->qdd, n * sizeof *dy);
     if (d->has_work)
@@ -127,7 +130,7 @@ static int rhs_of_stages(void *self, const double *t, const double *y, double *d
     kmp_stage_lanes *stages = &d->stages;
     if (!stages->lanes || !applies(d))
         return KMP_APART;
-    const kmp_saddle_program_layout *layout = kmp_saddle_program_layout_of(d->solved);
+    const kmp_saddle_program_layout *layout = kmp_saddle_program_layout_of(d->saddle_program);
     size_t w = KMP_STAGE_LANES, n = (size_t)d->n;
     const double *out = kmp_stage_lanes_run(stages, KMP_SADDLE_PROGRAM_RUN, t, y, y + n * w);
     d->runs++;
@@ -154,7 +157,7 @@ static int improve_stages(void *self, const double *t, const double *y, double *
     if (d->of_run) {
         kmp_lanes_set(d->near.lanes, KMP_IN_MU, kmp_lanes_run(d->stages.lanes, KMP_SADDLE_PROGRAM_FACTORS));
         kmp_lanes_set(d->near.lanes, KMP_IN_LAMBDA,
-                      d->of_run + (size_t)kmp_saddle_program_layout_of(d->solved)->lambda * w);
+                      d->of_run + (size_t)kmp_saddle_program_layout_of(d->saddle_program)->lambda * w);
     }
     d->of_run = NULL;
     d->is_near = true;
@@ -177,14 +180,14 @@ static int closed(void *self, double t, double *y, bool as_it_is, double *dy, do
     int n = d->n, said = KMP_GO;
     if (!dy)
         kmp_eval_closure(d->eval, t, y);
-    else if ((!as_it_is && !kmp_close(&closer, &rule, t, y).closed) || place(d, t, y, y + n) != KMP_GO)
+    else if ((!as_it_is && !kmp_close(&closer, &rule, t, y).closed) || factor_at(d, t, y, y + n) != KMP_GO)
         said = KMP_RETRY;
     else {
         if (!as_it_is) {
             kmp_close_rates(&closer, d->violation, y + n);
             kmp_eval_bias(d->eval, y + n);
         }
-        said = give(d, y, dy);
+        said = put_derivative(d, y, dy);
     }
     if (distance)
         *distance = kmp_rank_margin_at(d->margin, d->eval);
@@ -201,7 +204,7 @@ static bool is_small(int n, const double *dx, const double *w)
 }
 
 /* The largest scaled component. */
-static double size_of(const projected *d, const double *x)
+static double scaled_size(const projected *d, const double *x)
 {
     double size = 0;
     for (int i = 0; i < d->n; i++)
@@ -215,7 +218,7 @@ static double size_of(const projected *d, const double *x)
  * a relative error of dx / sigma = dx^2 / h at q + dx. */
 static bool is_rounding(projected *d, double t, double open, const double *dqd, const double *qd)
 {
-    double most = size_of(d, dqd), fastest = size_of(d, qd), h = t - d->t, moved = size_of(d, d->dx);
+    double most = scaled_size(d, dqd), fastest = scaled_size(d, qd), h = t - d->t, moved = scaled_size(d, d->dx);
     double lost = open <= KMP_CLOSED ? KMP_RATE_MARGIN * moved * moved / fmax(open, DBL_EPSILON) : 0;
     bool stays = d->refused_h > 0 && h <= 0.6 * d->refused_h && most > 0.5 * d->refused_size;
     d->refused_h = h;
@@ -228,8 +231,8 @@ static bool is_rounding(projected *d, double t, double open, const double *dqd, 
 /* The mass-orthogonal correction with the factors of the last evaluation. */
 static void correct(projected *d, const double *violation, double *dx)
 {
-    if (d->by_solved)
-        kmp_saddle_program_correct(d->solved, violation, dx);
+    if (d->by_program)
+        kmp_saddle_program_correct(d->saddle_program, violation, dx);
     else
         kmp_saddle_solve(&d->saddle, NULL, violation, dx, NULL);
 }
@@ -241,9 +244,9 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     projected *d = self;
     int n = d->n;
     (void)dy;
-    if (d->by_solved) {
-        kmp_saddle_program_lend(d->solved, t, y);
-        d->cancelled = kmp_saddle_program_is_cancelled(d->solved, d->rtol, d->rate_scale);
+    if (d->by_program) {
+        kmp_saddle_program_lend(d->saddle_program, t, y);
+        d->cancelled = kmp_saddle_program_is_cancelled(d->saddle_program, d->rtol, d->rate_scale);
     }
     if (kmp_redundant_check(d->eval, d->part, t, d->tolerance, &d->formulation.reason) != KMP_GO)
         return KMP_HALT;
@@ -272,18 +275,18 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     return KMP_GO;
 }
 
-/* Closes a row's state to round-off; by the solved program, then by the saddle system. false: it stays open. */
+/* Closes a row's state to round-off; by the saddle program, then by the saddle system. false: it stays open. */
 static bool close_row(projected *d, double t, const double *y, double *q, double *qd)
 {
     size_t bytes = (size_t)d->n * sizeof *q;
-    kmp_saddle_program_closing closing = {d->solved, y + d->n};
+    kmp_saddle_program_closing closing = {d->saddle_program, y + d->n};
     for (int attempt = applies(d) ? 0 : 1; attempt < 2; attempt++) {
         const kmp_closer closer =
             attempt == 0 ? kmp_saddle_program_closer(&closing, d->dx) : kmp_saddle_closer(&d->saddle, d->dx);
         memcpy(q, y, bytes);
         memcpy(qd, y + d->n, bytes);
         if (kmp_close_state(&closer, d->violation, t, q, qd)) {
-            d->by_solved = attempt == 0;
+            d->by_program = attempt == 0;
             return true;
         }
     }
@@ -293,18 +296,18 @@ static bool close_row(projected *d, double t, const double *y, double *q, double
 /* Accelerations and multipliers of a row that close_row has closed. */
 static void accelerate_row(projected *d, double t, const double *q, const double *qd, double *qdd, double *lambda)
 {
-    bool closed_by_solved = d->by_solved;
-    const double *out = closed_by_solved ? run_solved(d, t, q, qd) : NULL;
+    bool closed_by_program = d->by_program;
+    const double *out = closed_by_program ? run_program(d, t, q, qd) : NULL;
     if (out) {
-        const kmp_saddle_program_layout *layout = kmp_saddle_program_layout_of(d->solved);
+        const kmp_saddle_program_layout *layout = kmp_saddle_program_layout_of(d->saddle_program);
         memcpy(qdd, out + layout->qdd, (size_t)d->n * sizeof *qdd);
         memset(lambda, 0, (size_t)d->m * sizeof *lambda);
         for (int k = 0; k < layout->r; k++)
             lambda[d->part->rows[k]] = out[layout->lambda + k];
         return;
     }
-    if (closed_by_solved)
-        (void)place(d, t, q, qd);
+    if (closed_by_program)
+        (void)factor_at(d, t, q, qd);
     else
         kmp_eval_bias(d->eval, qd);
     kmp_saddle_accelerations(&d->saddle, qdd, lambda);
@@ -340,8 +343,8 @@ static void drop_nearby(projected *d)
 /* Makes the program of places nearby, if that is shorter enough. KMP_GO or KMP_HALT. */
 static int make_nearby(projected *d)
 {
-    d->sweeps = LONG_MIN; /* once for a solved program */
-    if (kmp_saddle_program_write_nearby(d->solved, d->part, &d->nearby) != KEMPE_OK)
+    d->sweeps = LONG_MIN; /* once for a saddle program */
+    if (kmp_saddle_program_write_nearby(d->saddle_program, d->part, &d->nearby) != KEMPE_OK)
         return KMP_HALT;
     if (!d->nearby)
         return KMP_GO;
@@ -355,42 +358,43 @@ static int make_nearby(projected *d)
     return KMP_GO;
 }
 
-/* Makes the solved program for the charts at (t, q). KMP_GO or KMP_HALT. */
-static int make_solved(projected *d, double t, const double *q)
+/* Makes the saddle program for the charts at (t, q). KMP_GO or KMP_HALT. */
+static int make_program(projected *d, double t, const double *q)
 {
     drop_nearby(d);
     kmp_stage_lanes_free(&d->stages);
-    kmp_saddle_program_free(d->solved);
-    d->solved = NULL;
-    d->by_solved = false;
+    kmp_saddle_program_free(d->saddle_program);
+    d->saddle_program = NULL;
+    d->by_program = false;
     kmp_eval_closure(d->eval, t, q);
-    if (kmp_saddle_program_new(&d->solved, d->eval, d->part) != KEMPE_OK)
+    if (kmp_saddle_program_new(&d->saddle_program, d->eval, d->part) != KEMPE_OK)
         return KMP_HALT;
-    const kmp_program *program = d->lanes && d->solved && !d->s->force ? kmp_saddle_program_code(d->solved) : NULL;
-    if (d->solved)
-        d->formulation.ode.cycles = kmp_cycles_of_one(kmp_saddle_program_count(d->solved));
+    const kmp_program *program =
+        d->lanes && d->saddle_program && !d->s->force ? kmp_saddle_program_code(d->saddle_program) : NULL;
+    if (d->saddle_program)
+        d->formulation.ode.cycles = kmp_cycles_of_one(kmp_saddle_program_count(d->saddle_program));
     if (program)
-        d->formulation.ode.cycles_of_lanes = kmp_cycles_of_lanes(kmp_saddle_program_count(d->solved),
-                                                                 kmp_saddle_program_layout_of(d->solved)->by_bodies);
+        d->formulation.ode.cycles_of_lanes = kmp_cycles_of_lanes(
+            kmp_saddle_program_count(d->saddle_program), kmp_saddle_program_layout_of(d->saddle_program)->by_bodies);
     return kmp_stage_lanes_init(&d->stages, program, d->eval) ? KMP_GO : KMP_HALT;
 }
 
-/* Makes the solved program from when on it pays. */
-static int renew_solved(projected *d, double t, const double *q)
+/* Makes the saddle program from when on it pays. */
+static int renew_program(projected *d, double t, const double *q)
 {
     if (d->may_write && d->sweeps >= NEARBY_AFTER && make_nearby(d) != KMP_GO)
         return KMP_HALT;
     if (d->evaluations < d->due)
         return KMP_GO;
     d->due = LONG_MAX;
-    return make_solved(d, t, q);
+    return make_program(d, t, q);
 }
 
 /* Between steps. */
 static int renew(kmp_formulation *formulation, double t, double *y, double *yp)
 {
     (void)yp;
-    return renew_solved((projected *)formulation, t, y);
+    return renew_program((projected *)formulation, t, y);
 }
 
 static int resume(kmp_formulation *formulation, double t, const double *q, const double *qd, double *y, double *yp)
@@ -400,7 +404,7 @@ static int resume(kmp_formulation *formulation, double t, const double *q, const
     (void)yp;
     memcpy(y, q, (size_t)d->n * sizeof *y);
     memcpy(y + d->n, qd, (size_t)d->n * sizeof *y);
-    return d->solved && kmp_saddle_program_is_stale(d->solved) ? make_solved(d, t, q) : KMP_GO;
+    return d->saddle_program && kmp_saddle_program_is_stale(d->saddle_program) ? make_program(d, t, q) : KMP_GO;
 }
 
 static void release(kmp_formulation *formulation)
@@ -408,7 +412,7 @@ static void release(kmp_formulation *formulation)
     kmp_saddle_free(&((projected *)formulation)->saddle);
     drop_nearby((projected *)formulation);
     kmp_stage_lanes_free(&((projected *)formulation)->stages);
-    kmp_saddle_program_free(((projected *)formulation)->solved);
+    kmp_saddle_program_free(((projected *)formulation)->saddle_program);
     kmp_formulation_free(formulation);
 }
 
@@ -450,7 +454,7 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     bool made = !d->formulation.arena.failed && kmp_saddle_init(&d->saddle, d->eval, d->part);
     bool solves = made && kind != &kmp_formulation_near_singular;
     const kmp_program *program = d->eval->by_bodies ? d->s->bodies->program : d->s->motion;
-    double operations = 0; /* of an evaluation without the solved program */
+    double operations = 0; /* of an evaluation without the saddle program */
     if (made)
         operations =
             (double)kmp_program_count(program, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS).paper + kmp_saddle_cost(&d->saddle);
@@ -460,7 +464,7 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
         d->due = 0;
     bool failed = !made || d->due < 0;
     if (!failed && d->due == 0 && !start->brief)
-        failed = renew_solved(d, start->t, start->q) != KMP_GO;
+        failed = renew_program(d, start->t, start->q) != KMP_GO;
     if (failed) {
         (void)kmp_fail_memory(start->system->context);
         release(&d->formulation);

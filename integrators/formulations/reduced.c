@@ -9,6 +9,9 @@
  *   fails and shortens the step. */
 #include "integrators/formulations/reduced.h"
 #include "constraints/closing/close_reduced.h"
+#include "constraints/evaluation/jacobian_and_mass.h"
+#include "constraints/evaluation/row_residuals.h"
+#include "constraints/evaluation/shown_outputs.h"
 #include "constraints/programs/reduced_program_inside.h"
 #include "constraints/tolerances.h"
 #include "integrators/decide/closing.h"
@@ -16,6 +19,7 @@
 #include "integrators/formulations/cost_model.h"
 #include "integrators/formulations/reduced_choice.h"
 #include "integrators/formulations/reduced_programs.h"
+#include "model/data/model.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -43,6 +47,84 @@ void kmp_reduced_set_tolerances(kmp_reduced *d)
     if (d->has_work)
         atol[kmp_reduced_work(d)] = KMP_UNCONTROLLED;
 }
+
+/* -- prediction of v ---------------------------------------------------------------------------------- */
+
+/* Prediction of v in the newton form where it is not among the unknowns: along its tangent and curvature from the last
+ * accepted step. */
+
+/* B du + x_t tau + c s^2 / 2. */
+void kmp_reduced_predict(kmp_reduced *d, double t, const double *u)
+{
+    double tau = t - d->t, s = 0; /* progress of u since the last accepted step, in its time */
+    for (int k = 0; k < d->p; k++)
+        s += d->anchor_w[k] * (u[k] - d->anchor_u[k]);
+    s = d->by_time ? tau : s;
+    const double half = 0.5 * s * s;
+    const kmp_sparse_tangent *zeros = d->red.zeros;
+    for (int i = 0; i < d->r; i++)
+        d->v[i] = d->anchor_v[i] + tau * d->anchor_t[i] + half * d->anchor_c[i];
+    for (int k = 0; k < d->p; k++) {
+        const double *b = d->anchor_b + k * d->r;
+        double du = u[k] - d->anchor_u[k];
+        if (zeros) {
+            const int *row;
+            for (int e = 0, count = kmp_sparse_tangent_rows(zeros, k, &row); e < count; e++)
+                d->v[row[e]] += b[row[e]] * du;
+            continue;
+        }
+        for (int i = 0; i < d->r; i++)
+            d->v[i] += b[i] * du;
+    }
+}
+
+void kmp_reduced_remember_place(kmp_reduced *d, double t, const double *y)
+{
+    d->t = t;
+    if (d->integrated)
+        return;
+    /* Weights of errors of v, and the noise of closing. */
+    for (int i = 0; i < d->n; i++)
+        d->weight[i] = d->start.atol * d->s->scale[i] + d->start.rtol * fabs(d->q[i]);
+    for (int i = 0; i < d->r; i++) {
+        d->by_scale[i] = 1 / d->s->scale[d->part.v[i]];
+        d->by_weight[i] = 1 / d->weight[d->part.v[i]];
+    }
+    d->noise = kmp_close_noise(d->n, d->s->scale, d->q);
+    if (d->has_v)
+        return;
+    memcpy(d->anchor_u, y, (size_t)d->p * sizeof *d->anchor_u);
+    /* The weights of u in the progress: rates over their square, in scales. */
+    const double *ud = y + d->p;
+    double speed = 0;
+    for (int k = 0; k < d->p; k++) {
+        double scale = d->s->scale[d->part.u[k]];
+        d->anchor_w[k] = ud[k] / (scale * scale);
+        speed += d->anchor_w[k] * ud[k];
+    }
+    d->by_time = d->s->rheonomic || !(speed > DBL_MIN);
+    for (int k = 0; k < d->p; k++)
+        d->anchor_w[k] /= speed;
+    memcpy(d->anchor_b, d->red.bvu, (size_t)(d->r * d->p) * sizeof *d->anchor_b);
+    for (int i = 0; i < d->r; i++) {
+        d->anchor_v[i] = d->q[d->part.v[i]];
+        d->anchor_t[i] = d->red.x_t[d->part.v[i]];
+    }
+}
+
+void kmp_reduced_remember(kmp_reduced *d, double t, const double *y)
+{
+    kmp_reduced_remember_place(d, t, y);
+    for (int i = 0; !d->has_v && i < d->r; i++) {
+        /* The i-th component of vdd without the part of udd. */
+        double vdd = d->by_saddle ? d->qdd[d->part.v[i]] : d->red.a0[d->part.v[i]];
+        for (int k = 0; d->by_saddle && k < d->p; k++)
+            vdd -= d->red.bvu[i + k * d->r] * d->qdd[d->part.u[k]];
+        d->anchor_c[i] = vdd;
+    }
+}
+
+/* -- evaluation --------------------------------------------------------------------------------------- */
 
 static void place_q(kmp_reduced *d, const double *u, const double *v)
 {
@@ -106,7 +188,7 @@ int kmp_reduced_evaluate(kmp_reduced *d, double t, const double *y)
 }
 
 /* qdd and lambda from udd. */
-static void complete(kmp_reduced *d)
+static void find_multipliers(kmp_reduced *d)
 {
     if (d->by_saddle)
         return;
@@ -118,15 +200,100 @@ double kmp_reduced_drive_power(kmp_reduced *d)
 {
     if (!d->s->rheonomic)
         return 0;
-    complete(d);
+    find_multipliers(d);
     return kmp_eval_drive_power(d->eval, d->lambda);
 }
+
+/* -- newton form by the program ----------------------------------------------------------------------- */
+
+/* An evaluation of the newton form by the program: corrections of the predicted v until the rest of
+ * the program, which is evaluated at the corrected v, finds it closed. The correction that is left there tests that. */
+
+/* The largest component of a correction of v, in scales and in error weights; infinite where one is not finite. */
+typedef struct extent {
+    double scaled, weighted;
+} extent;
+
+static extent measure(const kmp_reduced *d, const double *dv)
+{
+    extent e = {0};
+    double sum = 0;
+    for (int i = 0; i < d->r; i++) {
+        double change = fabs(dv[i]), scaled = change * d->by_scale[i], part = change * d->by_weight[i];
+        sum += change;
+        e.scaled = scaled > e.scaled ? scaled : e.scaled;
+        e.weighted = part > e.weighted ? part : e.weighted;
+    }
+    return sum <= DBL_MAX ? e : (extent){INFINITY, INFINITY};
+}
+
+static bool is_small(const kmp_reduced *d, extent e)
+{
+    return e.weighted <= KMP_CORRECTION_IN_STAGE || e.scaled <= d->noise;
+}
+
+static void add(kmp_reduced *d, const double *dv)
+{
+    for (int i = 0; i < d->r; i++)
+        d->v[i] += dv[i];
+}
+
+/* Closes d->v and evaluates there. false: corrections do not contract, or pivots are bad. */
+static bool close_and_finish(kmp_reduced *d, double t, double *dy)
+{
+    kmp_reduced_program *program = d->programs.scalar;
+    double last = INFINITY, *v = d->state + 2 * d->p;
+    for (int k = 0; k < KMP_CLOSING_PASSES; k++) {
+        memcpy(v, d->v, (size_t)d->r * sizeof *v);
+        kmp_writer_correction c = kmp_reduced_program_close(program, t, d->state);
+        extent e = measure(d, c.dv), next = {d->contraction * e.scaled * e.scaled, INFINITY};
+        d->red.newton++;
+        if (!is_small(d, e) && !kmp_closing_contracts(e.scaled, last))
+            return false;
+        add(d, c.dv);
+        last = e.scaled;
+        /* The next correction is about the square of this one, times a factor that the last corrections had: the rest
+         * of the program follows once that is small. */
+        next.weighted = e.scaled > 0 ? next.scaled * e.weighted / e.scaled : 0;
+        if (c.turn > KMP_TURN_SMALL || !is_small(d, next))
+            continue;
+        bool regular = kmp_reduced_program_finish(program, t, d->state, dy);
+        extent left = measure(d, kmp_reduced_program_left(program));
+        if (left.scaled > d->noise)
+            d->contraction = left.scaled / (e.scaled * e.scaled);
+        if (!is_small(d, left) && !kmp_closing_contracts(left.scaled, last))
+            return false;
+        add(d, kmp_reduced_program_left(program));
+        last = left.scaled;
+        if (is_small(d, left))
+            return regular;
+    }
+    return false;
+}
+
+bool kmp_reduced_evaluate_closing(kmp_reduced *d, double t, const double *y, double *dy)
+{
+    size_t p = (size_t)d->p, r = (size_t)d->r;
+    double *slope = d->has_v ? dy : d->slope;
+    if (d->has_v)
+        memcpy(d->v, y + 2 * p, r * sizeof *y);
+    else
+        kmp_reduced_predict(d, t, y);
+    memcpy(d->state, y, 2 * p * sizeof *y);
+    bool closed = close_and_finish(d, t, slope);
+    if (!d->has_v)
+        memcpy(dy, slope, 2 * p * sizeof *dy);
+    d->closed_by_program = closed && !kmp_reduced_has_saddle_program(d);
+    return closed;
+}
+
+/* -- right-hand side ---------------------------------------------------------------------------------- */
 
 /* True if the program of the present choice may be used now. */
 static inline bool applies(const kmp_reduced *d)
 {
-    return d->programs.fused && !d->apart && !(d->cancelled && kmp_reduced_is_solved(d)) &&
-           kmp_reduced_program_applies(d->programs.fused);
+    return d->programs.scalar && !d->apart && !(d->cancelled && kmp_reduced_has_saddle_program(d)) &&
+           kmp_reduced_program_applies(d->programs.scalar);
 }
 
 /* Evaluates q, qd and udd at (t, y), and dy. The program gives dy alone. */
@@ -147,17 +314,17 @@ static int evaluate_apart(kmp_reduced *d, double t, const double *y, double *dy)
 int kmp_reduced_rhs(void *self, double t, const double *y, double *dy)
 {
     kmp_reduced *d = self;
-    bool runs = applies(d), solved = runs && kmp_reduced_is_solved(d), made = false;
+    bool runs = applies(d), by_saddle = runs && kmp_reduced_has_saddle_program(d), made = false;
     if (runs)
-        made = d->integrated ? kmp_reduced_program_run(d->programs.fused, t, y, dy)
+        made = d->integrated ? kmp_reduced_program_run(d->programs.scalar, t, y, dy)
                              : kmp_reduced_evaluate_closing(d, t, y, dy);
-    d->by_solved = made && solved;
-    int said = made ? KMP_GO : runs && d->integrated && !solved ? KMP_RETRY : evaluate_apart(d, t, y, dy);
+    d->by_saddle_program = made && by_saddle;
+    int said = made ? KMP_GO : runs && d->integrated && !by_saddle ? KMP_RETRY : evaluate_apart(d, t, y, dy);
     for (int k = 0; said == KMP_GO && k < d->p; k++)
         if (!isfinite(dy[d->p + k]))
             return KMP_RETRY;
     if (said == KMP_GO && d->has_work)
-        dy[kmp_reduced_work(d)] = made ? kmp_reduced_program_power(d->programs.fused)
+        dy[kmp_reduced_work(d)] = made ? kmp_reduced_program_power(d->programs.scalar)
                                        : kmp_eval_power_here(d->eval, d->qd) + kmp_reduced_drive_power(d);
     return said;
 }
@@ -169,17 +336,17 @@ static int rhs_of_stages(void *self, const double *t, const double *y, double *d
     kmp_reduced *d = self;
     if (!d->programs.stages.lanes || !applies(d))
         return KMP_APART;
-    const kmp_saddle_program_layout *l = kmp_reduced_program_layout_of(d->programs.fused);
+    const kmp_saddle_program_layout *l = kmp_reduced_program_layout_of(d->programs.scalar);
     size_t w = KMP_STAGE_LANES, p = (size_t)d->p, r = (size_t)d->r;
-    bool solved = kmp_reduced_is_solved(d);
+    bool by_saddle = kmp_reduced_has_saddle_program(d);
     const double *out = kmp_stage_lanes_run(&d->programs.stages, l->stage, t, y, NULL);
     memcpy(dy + p * w, out, p * w * sizeof *dy);
     memcpy(dy + 2 * p * w, out + (size_t)l->rates * w, r * w * sizeof *dy);
     if (d->has_work)
         memcpy(dy + (size_t)kmp_reduced_work(d) * w, out + (size_t)l->power * w, w * sizeof *dy);
     if (!kmp_stage_lanes_exceed(l->pivots, out + (size_t)l->pivot * w, KMP_SADDLE_PROGRAM_PIVOT,
-                                solved ? out + (size_t)l->diagonal * w : NULL))
-        return solved ? KMP_APART : KMP_RETRY;
+                                by_saddle ? out + (size_t)l->diagonal * w : NULL))
+        return by_saddle ? KMP_APART : KMP_RETRY;
     return kmp_stage_lanes_finite(d->p + d->r, dy + p * w) ? KMP_GO : KMP_RETRY;
 }
 
@@ -205,37 +372,38 @@ static int jacobian(void *self, double t, const double *y, double *j)
 /* True if the program that the last step did without may make the next ones. */
 static bool is_good_again(kmp_reduced *d, double t, const double *y)
 {
-    if (!d->programs.fused || (kmp_reduced_is_solved(d) && !d->apart))
-        return d->programs.fused;
+    if (!d->programs.scalar || (kmp_reduced_has_saddle_program(d) && !d->apart))
+        return d->programs.scalar;
     if (!d->integrated) {
         memcpy(d->state, y, (size_t)(2 * d->p) * sizeof *y);
         for (int i = 0; i < d->r; i++)
             d->state[2 * d->p + i] = d->q[d->part.v[i]];
     }
-    return kmp_reduced_program_is_good(d->programs.fused, t, d->integrated ? y : d->state);
+    return kmp_reduced_program_is_good(d->programs.scalar, t, d->integrated ? y : d->state);
 }
 
 int kmp_reduced_come_to_end(kmp_reduced *d, double t, const double *y, kmp_reduced_program_end *end)
 {
-    bool solved = kmp_reduced_is_solved(d), good = false;
-    if (solved || !applies(d) || (!d->integrated && !d->closed_fused)) { /* h and the factors are available */
-        if (d->by_solved) {
+    bool by_saddle = kmp_reduced_has_saddle_program(d), good = false;
+    if (by_saddle || !applies(d) || (!d->integrated && !d->closed_by_program)) { /* h and the factors are available */
+        if (d->by_saddle_program) {
             place_q(d, y, d->integrated ? y + 2 * d->p : d->v);
-            good =
-                kmp_reduced_program_lend(d->programs.fused, t, d->q, d->start.rtol, d->start.rate_scale, &d->cancelled);
+            good = kmp_reduced_program_lend(d->programs.scalar, t, d->q, d->start.rtol, d->start.rate_scale,
+                                            &d->cancelled);
             if (kmp_reduction_factor(&d->red))
                 return KMP_RETRY;
         }
-        if (d->by_saddle || d->by_solved)
+        if (d->by_saddle || d->by_saddle_program)
             kmp_reduction_tangent(&d->red);
         if (d->integrated)
             kmp_reduction_correction(&d->red);
         if (d->r > 0)
             kmp_block_take_signs(d->red.block, d->signs_now);
-        *end = (kmp_reduced_program_end){.good = d->by_solved ? good : is_good_again(d, t, y), .signs = d->signs_now};
+        *end = (kmp_reduced_program_end){.good = d->by_saddle_program ? good : is_good_again(d, t, y),
+                                         .signs = d->signs_now};
         return KMP_GO;
     }
-    *end = kmp_reduced_program_at_end(d->programs.fused);
+    *end = kmp_reduced_program_at_end(d->programs.scalar);
     place_q(d, y, d->integrated ? y + 2 * d->p : d->v);
     kmp_eval_use_closure(d->eval, t, d->q, end->h, end->jacobian, end->h_t);
     if (d->r > 0) {
@@ -279,7 +447,7 @@ int kmp_reduced_may_end(kmp_reduced *d, double t, const double *y, const kmp_red
     d->formulation.newton = d->red.newton;
     d->formulation.factorizations = d->red.factorizations + d->saddle.factorizations;
     d->steps++;
-    d->apart = d->programs.fused && !end->good;
+    d->apart = d->programs.scalar && !end->good;
     return KMP_GO;
 }
 
@@ -323,7 +491,7 @@ static int row_of_rates(kmp_reduced *d, double t, const double *y, double *qd, d
         return KMP_GO;
     if (accelerate_closed(d) != KMP_GO)
         return KMP_HALT;
-    complete(d);
+    find_multipliers(d);
     memcpy(qdd, d->qdd, (size_t)d->n * sizeof *qdd);
     memcpy(lambda, d->lambda, (size_t)d->part.m * sizeof *lambda);
     return KMP_GO;
@@ -407,7 +575,8 @@ static int resume(kmp_formulation *formulation, double t, const double *q, const
     kmp_reduced_judge(d);
     if (d->due && kmp_reduced_exchange(d, t, y) != KMP_GO)
         return KMP_HALT;
-    if (d->programs.fused && kmp_reduced_program_is_stale(d->programs.fused) && kmp_reduced_fuse(d, true) != KMP_GO)
+    if (d->programs.scalar && kmp_reduced_program_is_stale(d->programs.scalar) &&
+        kmp_reduced_make_program(d, true) != KMP_GO)
         return KMP_HALT;
     return put_slope(d, t, y, yp);
 }
@@ -424,207 +593,7 @@ static int stand(kmp_formulation *formulation, double t, const double *y, const 
     return said == KMP_GO ? KMP_GO : KMP_HALT;
 }
 
-/* -- making one -------------------------------------------------------------------------------------- */
-
-static void release(kmp_formulation *formulation)
-{
-    kmp_reduced *d = (kmp_reduced *)formulation;
-    kmp_reduced_free_programs(d);
-    kmp_reduced_jacobian_free(&d->tangents);
-    kmp_reduction_free(&d->red);
-    kmp_saddle_free(&d->saddle);
-    kmp_partition_free(&d->part);
-    kmp_formulation_free(formulation);
-}
-
-static kempe_status prepare(kmp_reduced *d, const kmp_formulation_start *start)
-{
-    bool implicit = start->implicit || start->dae;
-    KMP_TRY(kmp_reduction_init(&d->red, start->eval, &d->part));
-    d->by_saddle = d->eval->by_bodies;
-    if (!kmp_reduced_renew_saddle(d) || (!implicit && !kmp_reduced_try_saddle(d)))
-        return kmp_fail_memory(d->s->context);
-    memcpy(d->q, start->q, (size_t)d->n * sizeof *d->q);
-    kmp_reduced_pack(&d->part, d->has_v, start->q, start->qd, d->formulation.y);
-    if (d->has_work)
-        d->formulation.y[kmp_reduced_work(d)] = start->work;
-    if (kmp_reduced_linearise_at(d, start->t, d->formulation.y) != KMP_GO)
-        return kmp_fail(d->s->context, KEMPE_E_FAILED, "Jv is singular at t = %.9g", start->t);
-    kmp_reduced_set_tolerances(d);
-    if (kmp_reduced_fuse(d, !start->brief) != KMP_GO || kmp_reduced_count(d) != KMP_GO)
-        return KEMPE_E_FAILED;
-    const kmp_ode *ode = &d->formulation.ode;
-    bool lanes = start->lanes || (start->may_change && kmp_cycles_ratio(ode, start->rtol) < KMP_RATIO_WORTH);
-    if (lanes && d->integrated && make_lanes(d, start->t) != KMP_GO)
-        return KEMPE_E_FAILED;
-    if (!implicit || d->integrated)
-        return KEMPE_OK;
-    d->formulation.ode.jacobian = jacobian;
-    KMP_TRY(kmp_reduced_jacobian_init(&d->tangents, &d->red, d->has_work));
-    return start->dae ? kmp_reduced_describe(d, start->t) : KEMPE_OK;
-}
-
-/* Without v among the unknowns the closures determine v, and rows between rates cannot. */
-static bool can_follow(const kmp_reduced *d)
-{
-    const char *row = kmp_formulation_row_of_rates(d->s);
-    if (d->has_v || !row)
-        return true;
-    (void)kmp_fail(d->s->context, KEMPE_E_INPUT,
-                   "the form newton with this integrator finds dependent coordinates from closures alone, and '%s' "
-                   "holds rates of no function of coordinates; use the form integrated, or the integrator dop853",
-                   row);
-    return false;
-}
-
-static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formulation_start *start)
-{
-    const kmp_partition *part = start->part;
-    kmp_reduced *d = kmp_formulation_new(start, sizeof *d);
-    if (!d)
-        return NULL;
-    d->start = *start;
-    d->start.lanes = false;
-    d->s = start->system;
-    d->eval = start->eval;
-    d->integrated = kind->corrected || part->p == 0; /* without other unknowns, v controls the step size */
-    d->has_v = d->integrated || !(start->restarts || start->implicit || start->dae);
-    d->has_work = start->system->dissipative;
-    d->n = part->n;
-    d->p = part->p;
-    d->r = part->r;
-    d->corrected.t = NAN;
-    d->formulation.release = release;
-    d->formulation.row = row;
-    d->formulation.position = position;
-    d->formulation.renew = renew;
-    d->formulation.resume = resume;
-    d->formulation.explain = kmp_reduced_explain;
-    d->formulation.stand = d->has_v ? NULL : stand;
-    d->formulation.curves = d->has_v ? 0 : d->r;
-    d->formulation.part = &d->part;
-    kmp_formulation_make_unknowns(&d->formulation, kmp_reduced_work(d) + d->has_work, false);
-    bool made =
-        kmp_partition_copy(&d->part, part) &&
-        KMP_ARENA_MAKE(
-            &d->formulation.arena, KMP_ROOM(int, d->r, &d->signs, &d->signs_now),
-            KMP_ROOM(double, d->n, &d->q, &d->qd, &d->qdd, &d->weight), KMP_ROOM(double, part->m, &d->lambda),
-            KMP_ROOM(double, d->p, &d->udd, &d->anchor_u, &d->anchor_w), KMP_ROOM(double, d->r * d->p, &d->anchor_b),
-            KMP_ROOM(double, 2 * d->p + d->r, &d->state, &d->slope),
-            KMP_ROOM(double, d->r, &d->anchor_v, &d->anchor_t, &d->anchor_c, &d->v, &d->by_scale, &d->by_weight));
-    d->formulation.curve = d->anchor_c;
-    if (!made) {
-        (void)kmp_fail_memory(start->system->context);
-    } else if (can_follow(d)) {
-        d->formulation.ode = (kmp_ode){.n = d->formulation.size,
-                                       .self = d,
-                                       .rhs = kmp_reduced_rhs,
-                                       .accept = accept,
-                                       .make_lanes = d->integrated ? make_lanes : NULL,
-                                       .positions = d->p,
-                                       .quadratures = d->has_work};
-        if (prepare(d, start) == KEMPE_OK)
-            return &d->formulation;
-    }
-    release(&d->formulation);
-    return NULL;
-}
-
-const kmp_formulation_kind kmp_formulation_integrated = {.formulation = "reduced",
-                                                         .form = "integrated",
-                                                         .standard = true,
-                                                         .corrected = true,
-                                                         .by_bodies = true,
-                                                         .in_lanes = true,
-                                                         .create = create};
-const kmp_formulation_kind kmp_formulation_newton = {.formulation = "reduced",
-                                                     .form = "newton",
-                                                     .standard = true,
-                                                     .both = true,
-                                                     .jacobian = true,
-                                                     .by_bodies = true,
-                                                     .create = create};
-
-/* An evaluation of the newton form by the fused or the solved program: corrections of the predicted v until the rest of
- * the program, which is evaluated at the corrected v, finds it closed. The correction that is left there tests that. */
-
-/* The largest component of a correction of v, in scales and in error weights; infinite where one is not finite. */
-typedef struct extent {
-    double scaled, weighted;
-} extent;
-
-static extent measure(const kmp_reduced *d, const double *dv)
-{
-    extent e = {0};
-    double sum = 0;
-    for (int i = 0; i < d->r; i++) {
-        double change = fabs(dv[i]), scaled = change * d->by_scale[i], part = change * d->by_weight[i];
-        sum += change;
-        e.scaled = scaled > e.scaled ? scaled : e.scaled;
-        e.weighted = part > e.weighted ? part : e.weighted;
-    }
-    return sum <= DBL_MAX ? e : (extent){INFINITY, INFINITY};
-}
-
-static bool is_small(const kmp_reduced *d, extent e)
-{
-    return e.weighted <= KMP_CORRECTION_IN_STAGE || e.scaled <= d->noise;
-}
-
-static void add(kmp_reduced *d, const double *dv)
-{
-    for (int i = 0; i < d->r; i++)
-        d->v[i] += dv[i];
-}
-
-/* Closes d->v and evaluates there. false: corrections do not contract, or pivots are bad. */
-static bool close_and_finish(kmp_reduced *d, double t, double *dy)
-{
-    kmp_reduced_program *program = d->programs.fused;
-    double last = INFINITY, *v = d->state + 2 * d->p;
-    for (int k = 0; k < KMP_CLOSING_PASSES; k++) {
-        memcpy(v, d->v, (size_t)d->r * sizeof *v);
-        kmp_writer_correction c = kmp_reduced_program_close(program, t, d->state);
-        extent e = measure(d, c.dv), next = {d->contraction * e.scaled * e.scaled, INFINITY};
-        d->red.newton++;
-        if (!is_small(d, e) && !kmp_closing_contracts(e.scaled, last))
-            return false;
-        add(d, c.dv);
-        last = e.scaled;
-        /* The next correction is about the square of this one, times a factor that the last corrections had: the rest
-         * of the program follows once that is small. */
-        next.weighted = e.scaled > 0 ? next.scaled * e.weighted / e.scaled : 0;
-        if (c.turn > KMP_TURN_SMALL || !is_small(d, next))
-            continue;
-        bool regular = kmp_reduced_program_finish(program, t, d->state, dy);
-        extent left = measure(d, kmp_reduced_program_left(program));
-        if (left.scaled > d->noise)
-            d->contraction = left.scaled / (e.scaled * e.scaled);
-        if (!is_small(d, left) && !kmp_closing_contracts(left.scaled, last))
-            return false;
-        add(d, kmp_reduced_program_left(program));
-        last = left.scaled;
-        if (is_small(d, left))
-            return regular;
-    }
-    return false;
-}
-
-bool kmp_reduced_evaluate_closing(kmp_reduced *d, double t, const double *y, double *dy)
-{
-    size_t p = (size_t)d->p, r = (size_t)d->r;
-    double *slope = d->has_v ? dy : d->slope;
-    if (d->has_v)
-        memcpy(d->v, y + 2 * p, r * sizeof *y);
-    else
-        kmp_reduced_predict(d, t, y);
-    memcpy(d->state, y, 2 * p * sizeof *y);
-    bool closed = close_and_finish(d, t, slope);
-    if (!d->has_v)
-        memcpy(dy, slope, 2 * p * sizeof *dy);
-    d->closed_fused = closed && !kmp_reduced_is_solved(d);
-    return closed;
-}
+/* -- as a DAE ----------------------------------------------------------------------------------------- */
 
 /* The reduced equations of motion in implicit form, for an integrator of F(t, y, y') = 0: no reduced mass is factored,
  * and a residual needs none. With y = (u, ud[, work]):
@@ -726,76 +695,123 @@ kempe_status kmp_reduced_describe(kmp_reduced *d, double t)
     return kmp_fail(d->s->context, KEMPE_E_FAILED, "the accelerations cannot be evaluated at t = %.9g", t);
 }
 
-/* Prediction of v in the newton form where it is not among the unknowns: along its tangent and curvature from the last
- * accepted step. */
+/* -- making one -------------------------------------------------------------------------------------- */
 
-/* B du + x_t tau + c s^2 / 2. */
-void kmp_reduced_predict(kmp_reduced *d, double t, const double *u)
+static void release(kmp_formulation *formulation)
 {
-    double tau = t - d->t, s = 0; /* progress of u since the last accepted step, in its time */
-    for (int k = 0; k < d->p; k++)
-        s += d->anchor_w[k] * (u[k] - d->anchor_u[k]);
-    s = d->by_time ? tau : s;
-    const double half = 0.5 * s * s;
-    const kmp_sparse_tangent *zeros = d->red.zeros;
-    for (int i = 0; i < d->r; i++)
-        d->v[i] = d->anchor_v[i] + tau * d->anchor_t[i] + half * d->anchor_c[i];
-    for (int k = 0; k < d->p; k++) {
-        const double *b = d->anchor_b + k * d->r;
-        double du = u[k] - d->anchor_u[k];
-        if (zeros) {
-            const int *row;
-            for (int e = 0, count = kmp_sparse_tangent_rows(zeros, k, &row); e < count; e++)
-                d->v[row[e]] += b[row[e]] * du;
-            continue;
-        }
-        for (int i = 0; i < d->r; i++)
-            d->v[i] += b[i] * du;
-    }
+    kmp_reduced *d = (kmp_reduced *)formulation;
+    kmp_reduced_free_programs(d);
+    kmp_reduced_jacobian_free(&d->tangents);
+    kmp_reduction_free(&d->red);
+    kmp_saddle_free(&d->saddle);
+    kmp_partition_free(&d->part);
+    kmp_formulation_free(formulation);
 }
 
-void kmp_reduced_remember_place(kmp_reduced *d, double t, const double *y)
+static kempe_status prepare(kmp_reduced *d, const kmp_formulation_start *start)
 {
-    d->t = t;
-    if (d->integrated)
-        return;
-    /* Weights of errors of v, and the noise of closing. */
-    for (int i = 0; i < d->n; i++)
-        d->weight[i] = d->start.atol * d->s->scale[i] + d->start.rtol * fabs(d->q[i]);
-    for (int i = 0; i < d->r; i++) {
-        d->by_scale[i] = 1 / d->s->scale[d->part.v[i]];
-        d->by_weight[i] = 1 / d->weight[d->part.v[i]];
-    }
-    d->noise = kmp_close_noise(d->n, d->s->scale, d->q);
-    if (d->has_v)
-        return;
-    memcpy(d->anchor_u, y, (size_t)d->p * sizeof *d->anchor_u);
-    /* The weights of u in the progress: rates over their square, in scales. */
-    const double *ud = y + d->p;
-    double speed = 0;
-    for (int k = 0; k < d->p; k++) {
-        double scale = d->s->scale[d->part.u[k]];
-        d->anchor_w[k] = ud[k] / (scale * scale);
-        speed += d->anchor_w[k] * ud[k];
-    }
-    d->by_time = d->s->rheonomic || !(speed > DBL_MIN);
-    for (int k = 0; k < d->p; k++)
-        d->anchor_w[k] /= speed;
-    memcpy(d->anchor_b, d->red.bvu, (size_t)(d->r * d->p) * sizeof *d->anchor_b);
-    for (int i = 0; i < d->r; i++) {
-        d->anchor_v[i] = d->q[d->part.v[i]];
-        d->anchor_t[i] = d->red.x_t[d->part.v[i]];
-    }
+    bool implicit = start->implicit || start->dae;
+    KMP_TRY(kmp_reduction_init(&d->red, start->eval, &d->part));
+    d->by_saddle = d->eval->by_bodies;
+    if (!kmp_reduced_renew_saddle(d) || (!implicit && !kmp_reduced_try_saddle(d)))
+        return kmp_fail_memory(d->s->context);
+    memcpy(d->q, start->q, (size_t)d->n * sizeof *d->q);
+    kmp_reduced_pack(&d->part, d->has_v, start->q, start->qd, d->formulation.y);
+    if (d->has_work)
+        d->formulation.y[kmp_reduced_work(d)] = start->work;
+    if (kmp_reduced_linearise_at(d, start->t, d->formulation.y) != KMP_GO)
+        return kmp_fail(d->s->context, KEMPE_E_FAILED, "Jv is singular at t = %.9g", start->t);
+    kmp_reduced_set_tolerances(d);
+    if (kmp_reduced_make_program(d, !start->brief) != KMP_GO || kmp_reduced_count(d) != KMP_GO)
+        return KEMPE_E_FAILED;
+    const kmp_ode *ode = &d->formulation.ode;
+    bool lanes = start->lanes || (start->may_change && kmp_cycles_ratio(ode, start->rtol) < KMP_RATIO_WORTH);
+    if (lanes && d->integrated && make_lanes(d, start->t) != KMP_GO)
+        return KEMPE_E_FAILED;
+    if (!implicit || d->integrated)
+        return KEMPE_OK;
+    d->formulation.ode.jacobian = jacobian;
+    KMP_TRY(kmp_reduced_jacobian_init(&d->tangents, &d->red, d->has_work));
+    return start->dae ? kmp_reduced_describe(d, start->t) : KEMPE_OK;
 }
 
-void kmp_reduced_remember(kmp_reduced *d, double t, const double *y)
+/* Without v among the unknowns the closures determine v, and rows between rates cannot. */
+static bool can_follow(const kmp_reduced *d)
 {
-    kmp_reduced_remember_place(d, t, y);
-    for (int i = 0; !d->has_v && i < d->r; i++) {
-        /* The i-th component of vdd without the part of udd. */
-        double vdd = d->by_saddle ? d->qdd[d->part.v[i]] : d->red.a0[d->part.v[i]];
-        for (int k = 0; d->by_saddle && k < d->p; k++)
-            vdd -= d->red.bvu[i + k * d->r] * d->qdd[d->part.u[k]];
-        d->anchor_c[i] = vdd;
-    }
+    const char *row = kmp_formulation_row_of_rates(d->s);
+    if (d->has_v || !row)
+        return true;
+    (void)kmp_fail(d->s->context, KEMPE_E_INPUT,
+                   "the form newton with this integrator finds dependent coordinates from closures alone, and '%s' "
+                   "holds rates of no function of coordinates; use the form integrated, or the integrator dop853",
+                   row);
+    return false;
 }
+
+static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formulation_start *start)
+{
+    const kmp_partition *part = start->part;
+    kmp_reduced *d = kmp_formulation_new(start, sizeof *d);
+    if (!d)
+        return NULL;
+    d->start = *start;
+    d->start.lanes = false;
+    d->s = start->system;
+    d->eval = start->eval;
+    d->integrated = kind->corrected || part->p == 0; /* without other unknowns, v controls the step size */
+    d->has_v = d->integrated || !(start->restarts || start->implicit || start->dae);
+    d->has_work = start->system->dissipative;
+    d->n = part->n;
+    d->p = part->p;
+    d->r = part->r;
+    d->corrected.t = NAN;
+    d->formulation.release = release;
+    d->formulation.row = row;
+    d->formulation.position = position;
+    d->formulation.renew = renew;
+    d->formulation.resume = resume;
+    d->formulation.explain = kmp_reduced_explain;
+    d->formulation.stand = d->has_v ? NULL : stand;
+    d->formulation.curves = d->has_v ? 0 : d->r;
+    d->formulation.part = &d->part;
+    kmp_formulation_make_unknowns(&d->formulation, kmp_reduced_work(d) + d->has_work, false);
+    bool made =
+        kmp_partition_copy(&d->part, part) &&
+        KMP_ARENA_MAKE(
+            &d->formulation.arena, KMP_ROOM(int, d->r, &d->signs, &d->signs_now),
+            KMP_ROOM(double, d->n, &d->q, &d->qd, &d->qdd, &d->weight), KMP_ROOM(double, part->m, &d->lambda),
+            KMP_ROOM(double, d->p, &d->udd, &d->anchor_u, &d->anchor_w), KMP_ROOM(double, d->r * d->p, &d->anchor_b),
+            KMP_ROOM(double, 2 * d->p + d->r, &d->state, &d->slope),
+            KMP_ROOM(double, d->r, &d->anchor_v, &d->anchor_t, &d->anchor_c, &d->v, &d->by_scale, &d->by_weight));
+    d->formulation.curve = d->anchor_c;
+    if (!made) {
+        (void)kmp_fail_memory(start->system->context);
+    } else if (can_follow(d)) {
+        d->formulation.ode = (kmp_ode){.n = d->formulation.size,
+                                       .self = d,
+                                       .rhs = kmp_reduced_rhs,
+                                       .accept = accept,
+                                       .make_lanes = d->integrated ? make_lanes : NULL,
+                                       .positions = d->p,
+                                       .quadratures = d->has_work};
+        if (prepare(d, start) == KEMPE_OK)
+            return &d->formulation;
+    }
+    release(&d->formulation);
+    return NULL;
+}
+
+const kmp_formulation_kind kmp_formulation_integrated = {.formulation = "reduced",
+                                                         .form = "integrated",
+                                                         .standard = true,
+                                                         .corrected = true,
+                                                         .by_bodies = true,
+                                                         .in_lanes = true,
+                                                         .create = create};
+const kmp_formulation_kind kmp_formulation_newton = {.formulation = "reduced",
+                                                     .form = "newton",
+                                                     .standard = true,
+                                                     .both = true,
+                                                     .jacobian = true,
+                                                     .by_bodies = true,
+                                                     .create = create};

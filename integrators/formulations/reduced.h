@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Internals of the reduced formulation: states, steps and rows, monitoring of the choice of u and exchanges
- * (reduced_choice.c), programs (reduced_programs.c), prediction of v, the equations as a DAE
- *. */
+ * (reduced_choice.c), programs (reduced_programs.c), prediction of v, the equations as a DAE. */
 #pragma once
 
 #include "constraints/evaluation/stage_lanes.h"
@@ -12,10 +11,10 @@
 /* Earlier choices of u whose programs are kept. */
 enum { KMP_REDUCED_KEPT = 8 };
 
-/* The program of one choice of u: by the reduced mass it is the fused one, by the saddle system the solved one. */
+/* The program of one choice of u: by the reduced mass, or by the saddle system with many degrees of freedom. */
 typedef struct kmp_reduced_programs {
-    kmp_reduced_program *fused; /* by the saddle system with many degrees of freedom; NULL: there is none */
-    kmp_stage_lanes stages;     /* it for several stages at once */
+    kmp_reduced_program *scalar; /* for one stage; NULL: there is none */
+    kmp_stage_lanes stages;      /* it for several stages at once */
 } kmp_reduced_programs;
 
 typedef struct kmp_reduced {
@@ -25,18 +24,18 @@ typedef struct kmp_reduced {
     kmp_evaluator *eval;
     kmp_partition part; /* own copy: exchanges change it */
     kmp_reduction red;
-    kmp_reduced_programs programs; /* of the present choice */
-    bool closed_fused;             /* newton: the fused program made the last evaluation */
-    struct kmp_reduced_kept *kept; /* of earlier choices; NULL: none yet */
-    int kept_next;                 /* record for the next new one */
-    bool had_solved;               /* the last choice had a solved program */
-    long evaluations, due_solved;  /* by parts; the number from which on the solved program pays */
-    double of_program;             /* operations of the equations in an evaluation; 0: not counted yet */
-    bool by_solved;                /* it made the last evaluation */
-    bool cancelled;                /* rounding showed in its accelerations */
-    bool apart;                    /* the order of elimination in either is bad at the end of the last step */
-    long steps;                    /* since the last exchange, or since the fused program was made */
-    bool fuses_late;               /* the fused program is made once it lasts for KMP_FORMULATION_BRIEF steps */
+    kmp_reduced_programs programs;        /* of the present choice */
+    bool closed_by_program;               /* newton: the reduced program made the last evaluation */
+    struct kmp_reduced_kept *kept;        /* of earlier choices; NULL: none yet */
+    int kept_next;                        /* record for the next new one */
+    bool had_saddle_program;              /* the last choice had a program by the saddle system */
+    long evaluations, due_saddle_program; /* by parts; the number from which on the program by the saddle system pays */
+    double of_program;                    /* operations of the equations in an evaluation; 0: not counted yet */
+    bool by_saddle_program;               /* it made the last evaluation */
+    bool cancelled;                       /* rounding showed in its accelerations */
+    bool apart;                           /* the order of elimination in either is bad at the end of the last step */
+    long steps;                           /* since the last exchange, or since the reduced program was made */
+    bool made_late;    /* the reduced program is made once it lasts for KMP_FORMULATION_BRIEF steps */
     bool by_saddle;    /* accelerations and multipliers come from the saddle system: by articulated bodies, or with many
                         * degrees of freedom */
     kmp_saddle saddle; /* rates of v come from the reduction in any case */
@@ -96,20 +95,16 @@ double kmp_reduced_drive_power(kmp_reduced *d);
 /** dy = f(t, y); self is a kmp_reduced. */
 int kmp_reduced_rhs(void *self, double t, const double *y, double *dy);
 
-/** h, J, Bvu and the correction of v at the step's end, the last evaluation. `end`: values of the fused program, if
+/** h, J, Bvu and the correction of v at the step's end, the last evaluation. `end`: values of the reduced program, if
  * that made the evaluation. */
 int kmp_reduced_come_to_end(kmp_reduced *d, double t, const double *y, kmp_reduced_program_end *end);
 
 /** Decides if the step may end at y, evaluated by kmp_reduced_come_to_end, and then records the end. */
 int kmp_reduced_may_end(kmp_reduced *d, double t, const double *y, const kmp_reduced_program_end *end);
 
-/* reduced.c */
-
 /** Evaluates the newton form by the program: d->v is then closed, and dy its derivative. false: the program fails here.
  */
 bool kmp_reduced_evaluate_closing(kmp_reduced *d, double t, const double *y, double *dy);
-
-/* reduced.c */
 
 /** Predicts d->v of (t, u) from the last accepted step. */
 void kmp_reduced_predict(kmp_reduced *d, double t, const double *u);
@@ -120,13 +115,11 @@ void kmp_reduced_remember(kmp_reduced *d, double t, const double *y);
 
 /* reduced_programs.c */
 
-/** True if there is a solved program. */
-static inline bool kmp_reduced_is_solved(const kmp_reduced *d)
+/** True if there is a program by the saddle system. */
+static inline bool kmp_reduced_has_saddle_program(const kmp_reduced *d)
 {
-    return d->programs.fused && kmp_reduced_program_is_by_saddle(d->programs.fused);
+    return d->programs.scalar && kmp_reduced_program_is_by_saddle(d->programs.scalar);
 }
-
-/* reduced.c */
 
 /** Makes the formulation a DAE, starting at t. */
 kempe_status kmp_reduced_describe(kmp_reduced *d, double t);

@@ -7,6 +7,7 @@
 #include "integrators/decide/coordinate_exchange.h"
 #include "integrators/formulations/reduced.h"
 #include "integrators/formulations/reduced_programs.h"
+#include "model/data/model.h"
 #include <string.h>
 
 /* With fewer degrees of freedom the reduced mass is the cheapest. */
@@ -160,7 +161,7 @@ int kmp_reduced_exchange(kmp_reduced *d, double t, double *y)
         kmp_reduced_set_tolerances(d);
         d->formulation.exchanges++;
         bool worth = d->steps >= KMP_FORMULATION_BRIEF;
-        said = kmp_reduced_linearise_at(d, t, y) == KMP_GO ? kmp_reduced_fuse(d, worth) : KMP_HALT;
+        said = kmp_reduced_linearise_at(d, t, y) == KMP_GO ? kmp_reduced_make_program(d, worth) : KMP_HALT;
     }
     if (said == KMP_GO)
         log_exchange(d, t, &before);

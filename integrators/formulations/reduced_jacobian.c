@@ -1,4 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Columns of the reduced Jacobian, one for each unknown: spread to q and qd by the tangent, through the exact
+ * derivatives of the residual, and back by X'. Columns are independent of each other, and are shared among threads in
+ * pieces. */
 #include "integrators/formulations/reduced_jacobian.h"
 #include "base/memory.h"
 #include "linalg/dense/dot.h"
@@ -81,8 +84,8 @@ kempe_status kmp_reduced_jacobian_init(kmp_reduced_jacobian *jacobian, kmp_reduc
 KMP_CLEARS(kmp_reduced_jacobian, jacobian, kmp_tangents_free(&jacobian->tangents), kmp_arena_free(&jacobian->arena))
 
 /* Derivatives at (t, q, qd, udd), with the multipliers of the evaluator's state. */
-static const double *derive(kmp_reduced_jacobian *jacobian, bool moving, double t, const double *q, const double *qd,
-                            const double *udd)
+static const double *differentiate(kmp_reduced_jacobian *jacobian, bool moving, double t, const double *q,
+                                   const double *qd, const double *udd)
 {
     kmp_reduction *red = jacobian->red;
     kmp_reduction_accelerations(red, udd, jacobian->qdd);
@@ -103,7 +106,7 @@ typedef struct columns {
 } columns;
 
 /* Follows column c, of u and then of ud: sets dR, returns the change of the power. */
-static double follow(const columns *all, int c, double *room, double *residual)
+static double follow_column(const columns *all, int c, double *room, double *residual)
 {
     kmp_reduction *red = all->jacobian->red;
     const kmp_tangents *t = &all->jacobian->tangents;
@@ -129,7 +132,7 @@ static void follow_piece(void *self, int piece)
     double *room = jacobian->room + (size_t)piece * jacobian->room_of_piece, sign = all->moving ? 1 : -1;
     last = last < 2 * p ? last : 2 * p;
     for (int c = first; c < last; c++) {
-        double *column = all->j + (ptrdiff_t)c * size, power = follow(all, c, room, column + p);
+        double *column = all->j + (ptrdiff_t)c * size, power = follow_column(all, c, room, column + p);
         for (int k = 0; all->moving && k < p; k++)
             column[p + k] = -column[p + k];
         if (size > 2 * p)
@@ -152,7 +155,7 @@ void kmp_reduced_jacobian_eval(kmp_reduced_jacobian *jacobian, double t, const d
                                const double *udd, int size, double *j)
 {
     int p = jacobian->red->p;
-    columns all = {jacobian, derive(jacobian, true, t, q, qd, udd), true, 0, size, j};
+    columns all = {jacobian, differentiate(jacobian, true, t, q, qd, udd), true, 0, size, j};
     follow_all(&all);
     for (int c = p; c < 2 * p; c++)
         j[c - p + (ptrdiff_t)c * size] = 1;
@@ -163,7 +166,7 @@ void kmp_reduced_jacobian_of_residual(kmp_reduced_jacobian *jacobian, double t, 
                                       const double *qd, const double *udd, int size, double *j)
 {
     int p = jacobian->red->p;
-    columns all = {jacobian, derive(jacobian, false, t, q, qd, udd), false, cj, size, j};
+    columns all = {jacobian, differentiate(jacobian, false, t, q, qd, udd), false, cj, size, j};
     follow_all(&all);
     for (int c = 0; c < 2 * p; c++)
         j[c % p + (ptrdiff_t)c * size] = c < p ? cj : -1;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Programs of the reduced formulation for the present choice of u: the fused program, or the solved one where that
- * pays. Those of earlier choices are kept, because a motion returns to them: a rocker that swings exchanges u at each
- * end. */
+/* Programs of the reduced formulation for the present choice of u: the program by the reduced mass, or the one by the
+ * saddle system where that pays. Those of earlier choices are kept, because a motion returns to them: a rocker that
+ * swings exchanges u at each end. */
 #include "integrators/formulations/reduced_programs.h"
 #include "base/memory.h"
 #include "constraints/programs/reduced_program_inside.h"
@@ -24,7 +24,7 @@ struct kmp_reduced_kept {
 static void release(kmp_reduced_programs *programs)
 {
     kmp_stage_lanes_free(&programs->stages);
-    kmp_reduced_program_free(programs->fused);
+    kmp_reduced_program_free(programs->scalar);
     *programs = (kmp_reduced_programs){0};
 }
 
@@ -72,15 +72,15 @@ bool kmp_reduced_keep(kmp_reduced *d)
     }
     release(&kept->programs);
     kept->programs = d->programs;
-    d->had_solved = kmp_reduced_is_solved(d);
+    d->had_saddle_program = kmp_reduced_has_saddle_program(d);
     d->programs = (kmp_reduced_programs){0};
     return true;
 }
 
 /* -- programs ------------------------------------------------------------------------------------------ */
 
-/* True if a fused program is possible. Without a reduced mass there is nothing to write out. The power of a drive needs
- * multipliers, and so do forces that depend on them, by iteration. */
+/* True if a program by the reduced mass is possible. Without a reduced mass there is nothing to write out. The power of
+ * a drive needs multipliers, and so do forces that depend on them, by iteration. */
 static bool can_fuse(const kmp_reduced *d)
 {
     bool explicit = !d->start.implicit && !d->start.dae;
@@ -105,14 +105,14 @@ static int wait_for_solved(kmp_reduced *d, bool at_once)
 {
     long wait = d->has_v ? kmp_saddle_program_wait(d->eval, &d->part, operations_of(d), d->start.lanes) : LONG_MAX;
     if (wait >= 0)
-        d->due_solved = wait < LONG_MAX - d->evaluations ? d->evaluations + (at_once ? 0 : wait) : LONG_MAX;
+        d->due_saddle_program = wait < LONG_MAX - d->evaluations ? d->evaluations + (at_once ? 0 : wait) : LONG_MAX;
     return wait < 0 ? KMP_HALT : KMP_GO;
 }
 
 /* Lanes of a program of states, if the integrator uses them. */
 static int prepare_stages(kmp_reduced *d)
 {
-    const kmp_program *program = d->programs.fused ? kmp_reduced_program_code(d->programs.fused) : NULL;
+    const kmp_program *program = d->programs.scalar ? kmp_reduced_program_code(d->programs.scalar) : NULL;
     if (!d->start.lanes || !d->integrated || kmp_stage_lanes_init(&d->programs.stages, program, d->eval))
         return KMP_GO;
     (void)kmp_fail_memory(d->s->context);
@@ -121,17 +121,17 @@ static int prepare_stages(kmp_reduced *d)
 
 int kmp_reduced_solve(kmp_reduced *d, double t)
 {
-    bool fuses = d->fuses_late && d->steps >= KMP_FORMULATION_BRIEF;
-    if (!fuses && d->evaluations < d->due_solved)
+    bool fuses = d->made_late && d->steps >= KMP_FORMULATION_BRIEF;
+    if (!fuses && d->evaluations < d->due_saddle_program)
         return KMP_GO;
     kmp_eval_closure(d->eval, t, d->q);
     bool regular = !kmp_reduction_factor(&d->red);
     if (fuses)
-        return regular ? kmp_reduced_fuse(d, true) : KMP_GO;
-    d->due_solved = LONG_MAX;
+        return regular ? kmp_reduced_make_program(d, true) : KMP_GO;
+    d->due_saddle_program = LONG_MAX;
     if (!regular)
         return KMP_GO;
-    if (kmp_reduced_program_new_by_saddle(&d->programs.fused, &d->red, !d->integrated) != KEMPE_OK)
+    if (kmp_reduced_program_new_by_saddle(&d->programs.scalar, &d->red, !d->integrated) != KEMPE_OK)
         return KMP_HALT;
     return prepare_stages(d);
 }
@@ -141,28 +141,29 @@ int kmp_reduced_make_lanes(kmp_reduced *d, double t)
     if (d->start.lanes)
         return KMP_GO;
     d->start.lanes = true;
-    if (d->programs.fused)
+    if (d->programs.scalar)
         return prepare_stages(d);
-    bool at_once = !d->fuses_late;
+    bool at_once = !d->made_late;
     return wait_for_solved(d, at_once) == KMP_GO ? kmp_reduced_solve(d, t) : KMP_HALT;
 }
 
 int kmp_reduced_count(kmp_reduced *d)
 {
     kmp_ode *ode = &d->formulation.ode;
-    bool lanes = d->integrated && !d->s->force, fused = d->programs.fused && !kmp_reduced_is_solved(d);
-    double operations = lanes && !fused ? kmp_saddle_program_operations(d->eval, &d->part) : INFINITY;
+    bool lanes = d->integrated && !d->s->force, scalar = d->programs.scalar && !kmp_reduced_has_saddle_program(d);
+    double operations = lanes && !scalar ? kmp_saddle_program_operations(d->eval, &d->part) : INFINITY;
     ode->cycles = kmp_cycles_by_parts(operations_of(d), d->eval->by_bodies);
-    if (lanes && fused) {
-        kmp_counts count = kmp_program_count(kmp_reduced_program_code(d->programs.fused), KMP_REDUCED_PROGRAM_RATES,
+    if (lanes && scalar) {
+        kmp_counts count = kmp_program_count(kmp_reduced_program_code(d->programs.scalar), KMP_REDUCED_PROGRAM_RATES,
                                              KMP_REDUCED_PROGRAM_RATES);
         ode->cycles = kmp_cycles_of_one(count);
         ode->cycles_of_lanes = kmp_cycles_of_lanes(count, false);
     } else if (operations >= 0 && isfinite(operations)) {
-        /* The solved program is counted before it is written. Explicit methods wait for it, some runs to their end. */
+        /* The program by the saddle system is counted before it is written. Explicit methods wait for it, some runs to
+         * their end. */
         kmp_counts count = kmp_program_count(kmp_motion_known(d->s), KMP_STAGE_CLOSURE, KMP_STAGE_BIAS);
         count.paper = (long)operations;
-        if (d->due_solved <= d->evaluations || d->programs.fused)
+        if (d->due_saddle_program <= d->evaluations || d->programs.scalar)
             ode->cycles = kmp_cycles_of_one(count);
         ode->cycles_of_lanes = kmp_cycles_of_lanes(count, d->eval->by_bodies);
     } else {
@@ -171,35 +172,35 @@ int kmp_reduced_count(kmp_reduced *d)
     return operations < 0 ? KMP_HALT : KMP_GO;
 }
 
-int kmp_reduced_fuse(kmp_reduced *d, bool worth)
+int kmp_reduced_make_program(kmp_reduced *d, bool worth)
 {
-    bool at_once = worth && (kmp_reduced_is_solved(d) || d->had_solved || d->start.lanes);
+    bool at_once = worth && (kmp_reduced_has_saddle_program(d) || d->had_saddle_program || d->start.lanes);
     release(&d->programs);
-    d->by_solved = false;
+    d->by_saddle_program = false;
     d->apart = false;
     d->steps = 0;
     struct kmp_reduced_kept *kept = find_kept(d);
-    d->fuses_late = !worth && !kept && can_fuse(d);
+    d->made_late = !worth && !kept && can_fuse(d);
     if (kept) {
         /* The programs that were kept for the present choice, if their order of elimination is good at d->q. */
-        kmp_reduced_program *fused = kept->programs.fused;
+        kmp_reduced_program *scalar = kept->programs.scalar;
         kmp_reduced_pack(&d->part, true, d->q, d->qd, d->state);
-        if (fused && !kmp_reduced_program_is_stale(fused) && kmp_reduced_program_is_good(fused, d->t, d->state)) {
+        if (scalar && !kmp_reduced_program_is_stale(scalar) && kmp_reduced_program_is_good(scalar, d->t, d->state)) {
             d->programs = kept->programs;
             kept->programs = (kmp_reduced_programs){0};
         } else {
             release(&kept->programs);
         }
     }
-    if (d->programs.fused) {
-        d->due_solved = LONG_MAX;
+    if (d->programs.scalar) {
+        d->due_saddle_program = LONG_MAX;
         return KMP_GO;
     }
     worth = worth || kept;
-    if (worth && can_fuse(d) && kmp_reduced_program_new(&d->programs.fused, &d->red, !d->integrated) != KEMPE_OK)
+    if (worth && can_fuse(d) && kmp_reduced_program_new(&d->programs.scalar, &d->red, !d->integrated) != KEMPE_OK)
         return KMP_HALT;
-    if (!d->programs.fused)
+    if (!d->programs.scalar)
         return wait_for_solved(d, at_once);
-    d->due_solved = LONG_MAX;
+    d->due_saddle_program = LONG_MAX;
     return prepare_stages(d);
 }

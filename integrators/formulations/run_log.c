@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Entries of a run between its steps, and the times of contacts, each with its largest value. */
 #include "integrators/formulations/run_log.h"
 #include "base/memory.h"
 #include <math.h>

@@ -1,8 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Exact tangents of the residual: forward differentiation column by column, or composite bodies where these take fewer
+ * operations. Entries that are zero for every state are left out, and the others listed by column, as sparse matrices
+ * have them. */
 #include "integrators/formulations/tangent.h"
 #include "backend/lazy_jit.h"
 #include "base/memory.h"
 #include "dynamics/choose_variants.h"
+#include "dynamics/equations.h"
 #include "dynamics/motion.h"
 #include "dynamics/tangent_variants.h"
 #include "integrators/formulations/tangent_numbers.h"
@@ -289,7 +293,7 @@ static int outputs_of(const kmp_formulas *formulas)
 }
 
 /* Derives the programs and lists their entries. */
-static kempe_status derive(kmp_tangents *tangents, const kempe_system *system, unsigned values)
+static kempe_status derive_programs(kmp_tangents *tangents, const kempe_system *system, unsigned values)
 {
     unsigned sets = KMP_SET_MASS | KMP_SET_CLOSURE | KMP_SET_RESIDUAL;
     KMP_TRY(kmp_motion_need(system));
@@ -342,7 +346,7 @@ kempe_status kmp_tangents_init(kmp_tangents *tangents, const kempe_system *syste
     kempe_status status = KEMPE_OK;
     *tangents = (kmp_tangents){.n = system->n, .m = system->m, .forced = system->force ? system : NULL};
     if (!kmp_tangents_recall(tangents, system, values)) {
-        status = derive(tangents, system, values);
+        status = derive_programs(tangents, system, values);
         if (status == KEMPE_OK)
             kmp_tangents_keep(tangents, system, values);
     }

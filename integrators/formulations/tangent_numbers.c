@@ -53,7 +53,7 @@ typedef struct pass {
 } pass;
 
 /* Adds factor * derivatives of an output to a row of a block. */
-static void add(const pass *p, kmp_tangent_block block, int row, int output, double factor)
+static void add_entry(const pass *p, kmp_tangent_block block, int row, int output, double factor)
 {
     kmp_tangent_numbers *x = p->numbers;
     ptrdiff_t place = x->at[block] + (ptrdiff_t)row * x->n + p->first;
@@ -81,9 +81,9 @@ static void add_mass(const pass *p)
     const double *qdd = p->at ? p->at->qdd : NULL;
     for (int e = 0; e < mass->count; e++) {
         int row = mass->row[e], col = mass->col[e];
-        add(p, KMP_R_Q, row, p->out.mass + e, entry(qdd, col));
+        add_entry(p, KMP_R_Q, row, p->out.mass + e, entry(qdd, col));
         if (row != col)
-            add(p, KMP_R_Q, col, p->out.mass + e, entry(qdd, row));
+            add_entry(p, KMP_R_Q, col, p->out.mass + e, entry(qdd, row));
     }
 }
 
@@ -93,16 +93,16 @@ static void add_jacobian(const pass *p)
     const kmp_instant *at = p->at;
     for (int e = 0; e < jacobian->count; e++) {
         int row = jacobian->row[e], col = jacobian->col[e], output = p->out.jacobian + e;
-        add(p, KMP_R_Q, col, output, -entry(at ? at->lambda : NULL, row));
-        add(p, KMP_RATE_Q, row, output, entry(at ? at->qd : NULL, col));
-        add(p, KMP_CURVE_Q, row, output, entry(at ? at->qdd : NULL, col));
+        add_entry(p, KMP_R_Q, col, output, -entry(at ? at->lambda : NULL, row));
+        add_entry(p, KMP_RATE_Q, row, output, entry(at ? at->qd : NULL, col));
+        add_entry(p, KMP_CURVE_Q, row, output, entry(at ? at->qdd : NULL, col));
     }
 }
 
 static void add_rows(const pass *p, kmp_tangent_block block, int output, int rows)
 {
     for (int k = 0; k < rows; k++)
-        add(p, block, k, output + k, 1);
+        add_entry(p, block, k, output + k, 1);
 }
 
 static void along(const pass *p, kmp_input_kind kind)

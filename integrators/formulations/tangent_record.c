@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Tangent programs in memory and on disk. A program from a file is checked against the sizes of the system before it is
+ * used. */
 #include "integrators/formulations/tangent_record.h"
 #include "base/memory.h"
 #include "dynamics/program_cache.h"
@@ -28,7 +30,7 @@ static void name_programs(const kmp_tangents *t, const kempe_system *system, uns
 /* -- what is kept --------------------------------------------------------------------------------------- */
 
 /* Programs that are shared, and a list of entries of its own; no machines. */
-static bool copy(const kmp_tangents *from, kmp_tangents *to)
+static bool copy_programs(const kmp_tangents *from, kmp_tangents *to)
 {
     int count = from->start[KMP_TANGENT_BLOCKS];
     kmp_tangent *entry = KMP_NEW(kmp_tangent, count);
@@ -53,10 +55,10 @@ static void release(void *made)
 }
 
 /* Keeps a copy, without which all works as well. */
-static void keep(const kmp_tangents *t, const kempe_system *system, unsigned values)
+static void keep_copy(const kmp_tangents *t, const kempe_system *system, unsigned values)
 {
     kmp_tangents *kept = KMP_NEW(kmp_tangents, 1);
-    if (kept && copy(t, kept))
+    if (kept && copy_programs(t, kept))
         (void)kmp_program_cache_add(system, name_of(system, values), kept, release);
     else
         kmp_free(kept);
@@ -80,7 +82,7 @@ void kmp_tangents_keep(const kmp_tangents *t, const kempe_system *system, unsign
         kmp_bytes_free(&b);
     }
     name_programs(t, system, values);
-    keep(t, system, values);
+    keep_copy(t, system, values);
 }
 
 /* -- reading ---------------------------------------------------------------------------------------------- */
@@ -122,7 +124,7 @@ bool kmp_tangents_recall(kmp_tangents *tangents, const kempe_system *system, uns
 {
     const kmp_tangents *kept = kmp_program_cache_find(system, name_of(system, values));
     if (kept)
-        return copy(kept, tangents);
+        return copy_programs(kept, tangents);
     kmp_cached file = kmp_program_cache_recall(system, name_of(system, values));
     kmp_byte_source s = kmp_byte_source_of(file.bytes, file.size);
     kmp_tangents t = *tangents;
@@ -140,7 +142,7 @@ bool kmp_tangents_recall(kmp_tangents *tangents, const kempe_system *system, uns
     kmp_free(file.whole);
     if (good) {
         name_programs(&t, system, values);
-        keep(&t, system, values);
+        keep_copy(&t, system, values);
         *tangents = t;
     } else if (file.whole) {
         kmp_tangents_free(&t);

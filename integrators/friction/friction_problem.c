@@ -26,7 +26,7 @@ static bool is_open(const kmp_friction_run *x, const kmp_friction_element *e, do
            kmp_friction_at(x, e, KMP_ROLE_RATE) > fmax(KMP_FRICTION_STILL * size * rate, e->stopped);
 }
 
-static void list(kmp_friction_run *x, int i)
+static void list_element(kmp_friction_run *x, int i)
 {
     kmp_friction_set_given(x, &x->element[i], 0, 0);
     x->which[x->rest++] = i;
@@ -41,7 +41,7 @@ static void list_contact(kmp_friction_run *x, int i, double rate)
         kmp_friction_set_moving(x, e, 1, rate);
     } else {
         e->lift = e->was == KMP_FRICTION_SLIPS ? e->lift : 0;
-        list(x, i);
+        list_element(x, i);
     }
 }
 
@@ -59,9 +59,9 @@ static void list_friction(kmp_friction_run *x, int i, double rate)
     } else if (kmp_friction_stays_smooth(x, e)) {
         kmp_friction_set_smooth(x, e);
     } else if (fabs(v) <= still) {
-        list(x, i);
+        list_element(x, i);
     } else if (base) {
-        list(x, i);
+        list_element(x, i);
         e->rubs = v > 0 ? 1 : -1;
     } else {
         kmp_friction_set_moving(x, e, v > 0 ? 1 : -1, rate);
@@ -83,7 +83,7 @@ static void list_across(kmp_friction_run *x, int i, double rate)
             kmp_friction_set_off(x, pair[k]);
             continue;
         }
-        list(x, k == 0 ? i : pair[0]->twin);
+        list_element(x, k == 0 ? i : pair[0]->twin);
         pair[k]->rubs = size > still;
         pair[k]->along = size > still ? v[k] / size : 0;
     }

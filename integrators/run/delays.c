@@ -1,10 +1,15 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Recording of delayed signals and their jumps. The past is polynomials of the dense output at the delayed time; a jump
+ * of a derivative returns after the delay with an order higher by one, until it is smooth enough for the integrator
+ * (Bellen and Zennaro 2003). */
 #include "integrators/run/delays.h"
 #include "backend/machine.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 #include "model/language/expression_value.h"
 #include <math.h>
 #include <string.h>
@@ -89,7 +94,7 @@ static bool has_state(const kmp_expr *expr, const void *motion)
     return expr->kind == KMP_EXPR_UNKNOWN || (expr->kind == KMP_EXPR_QD && expr->index == *(const int *)motion);
 }
 
-static kempe_status make(kmp_runner *run)
+static kempe_status make_delays(kmp_runner *run)
 {
     const kempe_model *model = run->s->model;
     const int room = model->delay_count;
@@ -154,7 +159,7 @@ static double tolerance(void *user, int k, double size)
 }
 
 /* Adds polynomials over [from, to] to the signals from number `first` to `last`. */
-static kempe_status add(kmp_runner *run, double from, double to, bool early, int first, int last)
+static kempe_status add_pieces(kmp_runner *run, double from, double to, bool early, int first, int last)
 {
     kmp_delays *x = run->delays;
     const kmp_past_source source = {x->past, first, last, x->values, run, early ? sample_before : sample, tolerance};
@@ -168,7 +173,7 @@ static kempe_status add(kmp_runner *run, double from, double to, bool early, int
 }
 
 /* Forgets what neither a later step nor a checkpoint needs. */
-static void forget(kmp_runner *run)
+static void forget_past(kmp_runner *run)
 {
     kmp_past *past = run->delays->past;
     const double since = run->spec.kept_past ? fmin(run->spec.kept_past->since, past->known) : past->known;
@@ -193,9 +198,9 @@ kempe_status kmp_delays_record(kmp_runner *run, double t)
     if (x->past->known < kmp_runner_t_old(run) && !kmp_same_time(x->past->known, kmp_runner_t_old(run)))
         return kmp_fail(run->s->context, KEMPE_E_FAILED, "the past of delayed signals has a gap at t = %.9g s",
                         x->past->known);
-    KMP_TRY(add(run, x->past->known, t, false, 0, x->count - 1));
+    KMP_TRY(add_pieces(run, x->past->known, t, false, 0, x->count - 1));
     x->past->known = t;
-    forget(run);
+    forget_past(run);
     kmp_present_inputs_renew(&run->eval->inputs);
     return KEMPE_OK;
 }
@@ -299,7 +304,7 @@ static kempe_status begin_past(kmp_runner *run, double t)
         kmp_past_signal *signal = &x->past->signal[k];
         signal->jump = KMP_PAST_SMOOTH;
         if (state_of(run, k)->before) {
-            KMP_TRY(add(run, t - signal->delay, t, true, k, k));
+            KMP_TRY(add_pieces(run, t - signal->delay, t, true, k, k));
             continue;
         }
         for (int i = 0; i < NODES; i++)
@@ -348,7 +353,7 @@ kempe_status kmp_delays_begin(kmp_runner *run, double t)
     if (run->s->model->delay_count == 0)
         return KEMPE_OK;
     const kmp_past *past = run->spec.past_start ? run->spec.past_start : run->eval->inputs.past;
-    KMP_TRY(make(run));
+    KMP_TRY(make_delays(run));
     run->spec.past_start = NULL; /* the caller's, until here */
     if (past) {
         KMP_TRY(continue_past(run, t, past));

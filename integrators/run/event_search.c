@@ -7,6 +7,7 @@
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "integrators/decide/event_location.h"
 #include "integrators/run/events.h"
+#include "model/data/model.h"
 #include "model/language/expression_value.h"
 #include <math.h>
 #include <string.h>

@@ -2,11 +2,14 @@
 /* Evaluation of conditions, and their changes at the events that event_search.c has found. */
 #include "integrators/run/events.h"
 #include "base/memory.h"
+#include "constraints/evaluation/condition_modes.h"
+#include "constraints/evaluation/left_tables.h"
 #include "constraints/tolerances.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "integrators/decide/restart.h"
 #include "integrators/run/event_search.h"
+#include "model/data/model.h"
 #include "model/language/expression_value.h"
 #include <math.h>
 #include <string.h>

@@ -96,28 +96,28 @@ void kmp_event_tracker_begin_past(const kempe_system *system, kmp_condition_past
 /** The length with which a step between two times is made again up to the event that kmp_event_tracker_find has found;
  * 0: it is not. At the end of a compliant contact the law is continued beyond by the modulus of the depth, with a kink:
  * the polynomial of a step that meets it is wrong before it too. */
-double kmp_event_tracker_shortens(const kmp_event_tracker *crossing, double from, double event, double to,
+double kmp_event_tracker_shortens(const kmp_event_tracker *tracker, double from, double event, double to,
                                   kmp_repeated repeats);
 
 /** Finds the event at a start. */
-kempe_status kmp_event_tracker_begin(kmp_event_tracker *crossing, double t, bool *ends);
+kempe_status kmp_event_tracker_begin(kmp_event_tracker *tracker, double t, bool *ends);
 
 /** Changes the conditions at t of an event. The crossing has the state there on closed loops, with accelerations and
  * multipliers after the change if `rates`. KEMPE_E_FAILED with a message when conditions change back and forth without
  * end. */
-kempe_status kmp_event_tracker_pass(kmp_event_tracker *crossing, double t, bool rates);
+kempe_status kmp_event_tracker_pass(kmp_event_tracker *tracker, double t, bool rates);
 
 /** Changes the conditions at t of an event for a moment, until kmp_eval_set_modes with those `before`. The crossing has
  * the state there. */
-kempe_status kmp_event_tracker_foresee(kmp_event_tracker *crossing, double t);
+kempe_status kmp_event_tracker_foresee(kmp_event_tracker *tracker, double t);
 
 /** Notes the values of the conditions at t before states take next values. A condition that has changed at t, and whose
  * value the states do not change, then stays: positions that are closed again differ by rounding. */
-void kmp_event_tracker_note(kmp_event_tracker *crossing, double t, const double *q, const double *qd);
+void kmp_event_tracker_note(kmp_event_tracker *tracker, double t, const double *q, const double *qd);
 
 /** Changes the conditions at t of an event with the closed state (q, qd). `again`: repeated with other rates. Earlier
  * changes are then kept, because positions that are closed again differ by rounding. *changed: a condition did. */
-kempe_status kmp_event_tracker_change(kmp_event_tracker *crossing, double t, const double *q, const double *qd,
+kempe_status kmp_event_tracker_change(kmp_event_tracker *tracker, double t, const double *q, const double *qd,
                                       bool again, bool *changed);
 
 /* Shared by events.c and event_search.c. */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Friction of a run: its elements, the site of a runner, sentences and log. */
 #include "integrators/run/friction_run.h"
+#include "constraints/evaluation/condition_modes.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/tolerances.h"
 #include "dynamics/kinematics/friction_modes.h"
@@ -10,6 +11,7 @@
 #include "integrators/run/runner.h"
 #include "integrators/run/runner_start.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include "model/read/loads.h"
 #include <math.h>
 #include <string.h>

@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Modes at a state without a run: the decisions of runs (integrators/decide) on one state, with a site that evaluates
+ * conditions there. */
 #include "integrators/run/friction_state.h"
 #include "base/memory.h"
+#include "constraints/evaluation/condition_modes.h"
 #include "constraints/tolerances.h"
 #include "dynamics/kinematics/friction_modes.h"
 #include "integrators/friction/friction_elements.h"
@@ -9,6 +12,7 @@
 #include "integrators/friction/friction_problem.h"
 #include "integrators/run/runner.h"
 #include "integrators/run/runner_start.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 
@@ -94,7 +98,7 @@ kmp_held_contact kmp_friction_state_closed(const kmp_friction_state *state, int 
 }
 
 /* The state of the site, with all conditions as they are there. Contacts stay as they are. */
-static void visit(kmp_friction_state *x, double t, const double *q, const double *qd)
+static void evaluate_state(kmp_friction_state *x, double t, const double *q, const double *qd)
 {
     kmp_runner *run = x->site;
     int n = run->s->n;
@@ -187,7 +191,7 @@ kempe_status kmp_friction_state_decide(kmp_friction_state *state, double t, cons
 {
     kmp_runner *run = state->site;
     kmp_friction_state_open(run->eval);
-    visit(state, t, q, qd);
+    evaluate_state(state, t, q, qd);
     run->friction->pins = false;
     take_places(state);
     KMP_TRY(check_contacts(state, t, run->state + run->s->n));
@@ -212,7 +216,7 @@ kempe_status kmp_friction_state_decide(kmp_friction_state *state, double t, cons
 
 void kmp_friction_state_look(kmp_friction_state *state, double t, const double *q, const double *qd)
 {
-    visit(state, t, q, qd);
+    evaluate_state(state, t, q, qd);
     take_places(state);
     kmp_friction_state_release(state->site->eval);
 }
@@ -293,7 +297,7 @@ kempe_status kmp_friction_state_lock(kmp_friction_state *state, double t, const 
 {
     kmp_runner *run = state->site;
     kmp_friction_run *f = run->friction;
-    visit(state, t, q, NULL);
+    evaluate_state(state, t, q, NULL);
     kmp_partition_free(&run->part);
     KMP_TRY(kmp_runner_choose(run, t, run->state, -1, NULL, 0));
     for (int i = 0; i < state->count; i++) {
@@ -316,7 +320,7 @@ kempe_status kmp_friction_state_load(kmp_friction_state *state, double t, const 
 {
     kmp_runner *run = state->site;
     kmp_friction_run *f = run->friction;
-    visit(state, t, q, NULL);
+    evaluate_state(state, t, q, NULL);
     kmp_partition_free(&run->part);
     KMP_TRY((kempe_status)kmp_friction_load(run->friction, t, run->state, run->state + run->s->n, &state->part));
     for (int i = 0; i < state->count; i++) {

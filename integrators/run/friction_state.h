@@ -17,7 +17,7 @@ typedef enum kmp_friction_word {
 /* Of a contact: `slips` is open, `sticks` is closed by its row, `shares` closed by the rows of others; its place is the
  * distance, and it has no largest force. */
 typedef struct kmp_friction_view {
-    const kmp_force *element;
+    const struct kmp_force *element;
     bool contact;
     bool off;   /* friction of an open contact */
     bool limit; /* a contact that touches without a force, after kmp_friction_state_decide */

@@ -4,6 +4,7 @@
 #include "constraints/workspace/workspace_inside.h"
 #include "dynamics/load_dependent.h"
 #include "integrators/run/friction_state.h"
+#include "model/data/model.h"
 #include <kempe/workspace.h>
 #include <string.h>
 

@@ -8,6 +8,7 @@
 #include "integrators/run/run.h"
 #include "integrators/steppers/solver.h"
 #include "integrators/sundials/linear.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

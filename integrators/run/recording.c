@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The whole run in memory: numbers of each step in one stream, written and read by the same functions, and stretches of
+ * steps with the same unknowns, for which formulation and integrator are made once. */
 #include "integrators/run/recording.h"
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
+#include "constraints/evaluation/condition_modes.h"
+#include "constraints/evaluation/row_residuals.h"
 #include "integrators/run/runner.h"
 #include "integrators/run/runner_center.h"
 #include "integrators/run/runner_explain.h"
@@ -47,7 +51,7 @@ kmp_recording *kmp_recording_new(double most)
     return recording;
 }
 
-static void forget(kmp_recording *recording)
+static void forget_steps(kmp_recording *recording)
 {
     for (int k = 0; k < recording->stretch_count; k++)
         kmp_partition_free(&recording->stretches[k].part);
@@ -68,7 +72,7 @@ void kmp_recording_free(kmp_recording *recording)
     if (!recording)
         return;
     kmp_runner_free(recording->runner);
-    forget(recording);
+    forget_steps(recording);
     kmp_free(recording);
 }
 
@@ -194,7 +198,7 @@ kempe_status kmp_recording_add(kmp_recording *r, kmp_runner *run)
     r->held += (double)r->steps[r->step_count - 1].count * sizeof(double);
     r->over = r->most > 0 && r->held > r->most;
     if (r->over)
-        forget(r);
+        forget_steps(r);
     return KEMPE_OK;
 }
 

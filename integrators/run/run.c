@@ -4,6 +4,8 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "constraints/closing/assembly.h"
+#include "constraints/evaluation/jacobian_and_mass.h"
+#include "constraints/evaluation/shown_outputs.h"
 #include "integrators/run/delays.h"
 #include "integrators/run/event_search.h"
 #include "integrators/run/recording.h"
@@ -16,6 +18,7 @@
 #include "integrators/run/runner_integrator.h"
 #include "integrators/run/runner_start.h"
 #include "integrators/run/sampler.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

@@ -88,7 +88,7 @@ static bool repeat(kmp_runner *run, double start, double t, double *row, double 
     bool found = run->kind->dense(run->solver, start, run->y, run->yp) == KEMPE_OK &&
                  own->row(own, start, run->y, b.q, b.qd, NULL, NULL, &b.work) == KMP_GO;
     found = found && kmp_eval_add_composite(run->eval) == KEMPE_OK;
-    kmp_eval_take(run->eval, false);
+    kmp_eval_set_by_bodies(run->eval, false);
     while (found && b.t < t) {
         found = set_up(&b) && march(&b) && b.kind->dense(b.solver, b.t, b.y, NULL) == KEMPE_OK &&
                 kmp_formulation_row(b.formulation, b.t, b.y, row, &b.work) == KMP_GO;
@@ -109,7 +109,7 @@ bool kmp_runner_bridge(kmp_runner *run, double t, double *row, double *work)
     bool known = kmp_formulation_find(run->method->formulation, run->method->form) ==
                  run->method; /* others have other unknowns */
     bool found = state && start < t && known && repeat(run, start, t, state, &done);
-    kmp_eval_take(run->eval, by_bodies);
+    kmp_eval_set_by_bodies(run->eval, by_bodies);
     if (found) {
         memcpy(row, state, size * sizeof *row);
         *work = done;

@@ -8,6 +8,7 @@
 #include "integrators/run/runner.h"
 #include "integrators/run/runner_change.h"
 #include "integrators/run/runner_start.h"
+#include "model/data/model.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>
@@ -28,7 +29,7 @@ static bool has_moved(const kmp_runner *run)
 
 /* Follows the user's coordinates from run->seen to q of the charts. false, with nothing changed: the change is too
  * large to be continuous, and `anyhow` is not set. */
-static bool look(kmp_runner *run, const double *q, bool anyhow)
+static bool follow_angles(kmp_runner *run, const double *q, bool anyhow)
 {
     const kempe_system *s = run->s;
     double *seen = run->seen, *next = run->next_seen;
@@ -66,7 +67,7 @@ void kmp_runner_follow(kmp_runner *run, double t)
     for (int halvings = 0; run->seen_t < t;) {
         if (kmp_runner_position(run, end, q) != KEMPE_OK)
             return;
-        if (!look(run, q, halvings >= MOST_HALVINGS)) {
+        if (!follow_angles(run, q, halvings >= MOST_HALVINGS)) {
             end = from + (end - from) / 2;
             halvings++;
             continue;
@@ -86,7 +87,7 @@ void kmp_runner_show(kmp_runner *run, double *q, double *qd, double *qdd)
 
 /* -- centring ---------------------------------------------------------------------------------------- */
 
-static void note(const kmp_runner *run, int c, double t, double regular)
+static void note_center(const kmp_runner *run, int c, double t, double regular)
 {
     const kempe_model *model = run->s->model;
     kmp_run_log_add(run->log, "centring", t, regular, 1,
@@ -110,7 +111,7 @@ void kmp_runner_center_start(kmp_runner *run, const kempe_assembly *start)
             (!run->spec.own_angles && kmp_chart_regular(run->s, c, q) < KMP_AXES_CENTRED)) {
             kmp_chart_center(run->s, c, run->eval->chart, q, qd, NULL);
             run->centrings++;
-            note(run, c, run->spec.t_start, kmp_chart_regular(run->s, c, start->q));
+            note_center(run, c, run->spec.t_start, kmp_chart_regular(run->s, c, start->q));
         }
     if (run->centrings > 0)
         kmp_eval_set_charts(run->eval, run->eval->chart);
@@ -143,7 +144,7 @@ static void center(kmp_runner *run, double t, double *q, double *qd, double *qdd
             continue;
         kmp_chart_center(run->s, c, run->eval->chart, q, qd, qdd);
         run->centrings++;
-        note(run, c, t, regular);
+        note_center(run, c, t, regular);
     }
     kmp_eval_set_charts(run->eval, run->eval->chart);
 }

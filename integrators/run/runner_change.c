@@ -2,6 +2,8 @@
 /* Changes between steps: events, change points, other rows or unknowns, a second chance for a stopped integrator. */
 #include "integrators/run/runner_change.h"
 #include "base/memory.h"
+#include "constraints/evaluation/condition_modes.h"
+#include "constraints/evaluation/jacobian_and_mass.h"
 #include "constraints/tolerances.h"
 #include "integrators/decide/dropped_rows.h"
 #include "integrators/decide/restart.h"
@@ -19,6 +21,7 @@
 #include "integrators/run/runner_start.h"
 #include "integrators/run/sampler.h"
 #include "integrators/steppers/singular_step.h"
+#include "model/data/model.h"
 #include <float.h>
 #include <math.h>
 
@@ -112,7 +115,7 @@ static bool lies_ahead(kmp_runner *run, double t, double tau)
 {
     int n = run->s->n;
     const double *q = run->state, *qd = q + n, tried = run->margin.tried;
-    double *method = run->moved, *jerk = method + 2 * n, before = 0, farthest = 0;
+    double *predicted = run->moved, *jerk = predicted + 2 * n, before = 0, farthest = 0;
     const double there = KMP_MARGIN_THERE * run->margin.last / run->margin.usual;
     bool found = false;
     find_jerk(run, t, jerk);
@@ -120,8 +123,8 @@ static bool lies_ahead(kmp_runner *run, double t, double tau)
     for (int k = 0; k < PROBES && tau > 0 && isfinite(tau) && !found && size < KMP_MARGIN_AHEAD * last; k++) {
         double when, next;
         for (int i = 0; i < n; i++)
-            method[i] = q[i] + tau * (qd[i] + 0.5 * tau * (run->qdd[i] + tau / 3 * jerk[i]));
-        kmp_eval_closure(run->eval, t + tau, method);
+            predicted[i] = q[i] + tau * (qd[i] + 0.5 * tau * (run->qdd[i] + tau / 3 * jerk[i]));
+        kmp_eval_closure(run->eval, t + tau, predicted);
         found = kmp_rank_margin_at(&run->margin, run->eval) < there;
         when = kmp_rank_margin_when(&run->margin);
         kmp_rank_margin_stand(&run->margin);
@@ -251,7 +254,7 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy, dou
     double *q = run->state, *qd = q + run->s->n, before = 0;
     bool changed = true, any = false;
     KMP_TRY(kmp_eval_add_composite(run->eval));
-    kmp_eval_take(run->eval, false);
+    kmp_eval_set_by_bodies(run->eval, false);
     if (run->friction)
         KMP_TRY(let_go(run, t, q, qd));
     for (int pass = 0; changed; pass++) { /* each changes once at most */

@@ -6,6 +6,7 @@
 #include "integrators/run/runner.h"
 #include "integrators/run/runner_change.h"
 #include "integrators/run/sampler.h"
+#include "model/data/model.h"
 #include "model/read/loads.h"
 
 /* An input of a closure must have no jump in value and rate, which no force can follow. */

@@ -2,8 +2,11 @@
 /* The start of a run: independent rows and coordinates, consistent rates and accelerations, a formulation and an
  * integrator. */
 #include "integrators/run/runner_start.h"
+#include "constraints/evaluation/condition_modes.h"
 #include "constraints/evaluation/intended_rank.h"
+#include "constraints/evaluation/jacobian_and_mass.h"
 #include "constraints/evaluation/load_multipliers.h"
+#include "constraints/evaluation/row_residuals.h"
 #include "constraints/partition/singularity_causes.h"
 #include "constraints/partition/undetermined_loads.h"
 #include "constraints/tolerances.h"
@@ -21,6 +24,7 @@
 #include "integrators/run/runner_integrator.h"
 #include "integrators/run/runner_site.h"
 #include "integrators/run/sampler.h"
+#include "model/data/model.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>
@@ -165,7 +169,7 @@ static kempe_status make_formulation(kmp_runner *run, double t, const double *q,
     bool by_bodies = run->by_bodies && kind->by_bodies && !given.implicit && !given.dae;
     if (!by_bodies)
         KMP_TRY(kmp_eval_add_composite(run->eval));
-    kmp_eval_take(run->eval, by_bodies);
+    kmp_eval_set_by_bodies(run->eval, by_bodies);
     run->before.by_bodies = run->before.by_bodies || run->eval->by_bodies;
     run->formulation = kind->create(kind, &given);
     return run->formulation ? KEMPE_OK : KEMPE_E_FAILED;
@@ -177,7 +181,7 @@ static kempe_status compare_bodies(kmp_runner *run, const double *q, const doubl
     const kempe_system *s = run->s;
     kmp_saddle saddle;
     double *qdd = run->moved, size = run->rate_scale * run->rate_scale;
-    kmp_eval_take(run->eval, true);
+    kmp_eval_set_by_bodies(run->eval, true);
     kmp_eval_closure(run->eval, run->spec.t_start, q);
     kmp_eval_mass(run->eval);
     kmp_eval_bias(run->eval, qd);
@@ -223,7 +227,7 @@ static kempe_status choose_dynamics(kmp_runner *run, const double *q, const doub
     run->by_bodies = off <= KMP_ARTICULATED_AGREE;
     if (!run->by_bodies && run->eval->weighs_only && run->s->dynamics == KMP_DYNAMICS_AUTO) {
         KMP_TRY(kmp_eval_add_composite(run->eval));
-        kmp_eval_take(run->eval, false);
+        kmp_eval_set_by_bodies(run->eval, false);
         kmp_eval_closure(run->eval, run->spec.t_start, q);
         return kmp_runner_accelerate(run, run->spec.t_start, q, qd);
     }
@@ -247,7 +251,7 @@ static kempe_status state_within(void *user, double t, bool rates, bool again, d
     return said == KMP_GO ? KEMPE_OK : KEMPE_E_FAILED;
 }
 
-static kmp_event_tracker *make_crossing(kmp_runner *run)
+static kmp_event_tracker *make_tracker(kmp_runner *run)
 {
     bool past = run->spec.slopes && run->delays; /* the past of derivatives has a jump at a kink of a signal */
     const kmp_event_setup plan = {.system = run->s,
@@ -273,7 +277,7 @@ kempe_status kmp_runner_make(kmp_runner *run, double t, const double *q, const d
     if (!run->s->changes)
         return KEMPE_OK;
     if (!run->crossing)
-        run->crossing = make_crossing(run);
+        run->crossing = make_tracker(run);
     KMP_TRY(kmp_made(run->s->context, run->crossing));
     run->crossing->search.ready = false;
     return KEMPE_OK;

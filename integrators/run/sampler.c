@@ -9,6 +9,7 @@
 #include "dynamics/kinematics/pressing.h"
 #include "integrators/run/delays.h"
 #include "integrators/run/runner.h"
+#include "model/data/model.h"
 #include <math.h>
 
 struct kmp_sampler {

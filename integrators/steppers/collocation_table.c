@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Coefficients by Legendre polynomials: nodes as zeros of the difference of two of them, A by Gauss's rule exact for
+ * the degree, eigenvalues of A by the method of Durand and Kerner. All is computed once for a number of stages. */
 #include "integrators/steppers/collocation_table.h"
 #include "base/clones.h"
 #include "base/simd4.h"

@@ -267,7 +267,7 @@ static double roughness(singular_step *s)
 typedef enum outcome { SMOOTHLY, TURNS, UNSETTLED } outcome;
 
 /* Picard's iteration until it ends. */
-static outcome settle(singular_step *s)
+static outcome converge(singular_step *s)
 {
     double change = INFINITY, last = INFINITY;
     if (predict(s) != KMP_GO)
@@ -309,7 +309,7 @@ static outcome step_to(singular_step *s, double now, double landing)
             break;
         s->h = h;
         end = h == left ? s->base.t_end : s->base.t + h;
-        what = end > s->base.t ? settle(s) : UNSETTLED;
+        what = end > s->base.t ? converge(s) : UNSETTLED;
         if (!(end > s->base.t) || place <= 0)
             break;
     }

@@ -1,4 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Integrators as rows of integrators.def, and what all share: counts of calls, the time of the last steps, and the
+ * first step by the size of the second derivative (Hairer, Norsett and Wanner, Solving Ordinary Differential Equations
+ * I, II.4). */
 #include "integrators/steppers/solver.h"
 #include "base/memory.h"
 #include "integrators/decide/run_start.h"

@@ -1,4 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The adapter of SUNDIALS. The formulation is asked after each step; a rejected one is repeated shorter from a copy of
+ * the state, since the packages have no such callback. An integral that nothing depends on is completed by a rule of
+ * its own. */
 #include "integrators/sundials/sundials_host.h"
 #include "integrators/decide/step_control.h"
 #include "integrators/sundials/host_vector.h"

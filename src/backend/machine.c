@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The list of back ends, and calls through their five functions. */
 #include "backend/machine.h"
 #include "base/memory.h"
 #include <string.h>

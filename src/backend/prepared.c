@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Layout and code of a program, made once for all threads, kept as a form of the program and as bytes in the cache.
+ * Bytes from a file are checked in all their places before they are used. */
 #include "backend/prepared.h"
 #include "base/memory.h"
 #include <string.h>

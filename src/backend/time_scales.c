@@ -1,9 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Pulses found before a run: functions of time alone are collected, evaluated with bounds over intervals, and intervals
+ * halved until each is known by its values. The ends of the short ones limit steps. */
 #include "backend/time_scales.h"
 #include "backend/bounds.h"
 #include "base/memory.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 #include "model/language/expression_value.h"
 #include <math.h>
 #include <stdlib.h>

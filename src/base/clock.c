@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Clocks of the processor and of the wall, in seconds. */
 #include "base/clock.h"
 #include <time.h>
 

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The writer of JSON: levels, keys and commas, numbers with the fewest digits that read back, templates of members, and
+ * arrays of numbers as base64. */
 #include "base/json.h"
 #include <stdarg.h>
 #include <stdio.h>

@@ -3,6 +3,7 @@
 #include "base/clones.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 #include "symbolic/implicit.h"
 
 /* The value of a name, or all variables of a group. */

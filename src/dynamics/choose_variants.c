@@ -11,6 +11,8 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "dynamics/equations.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 #include "symbolic/cost.h"
 #include "symbolic/trig.h"
 #include <limits.h>

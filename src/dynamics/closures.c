@@ -4,12 +4,15 @@
 #include "dynamics/closures.h"
 #include "base/memory.h"
 #include "constraints/kinds/kind.h"
+#include "dynamics/equations.h"
 #include "dynamics/kinematics/friction_modes.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "dynamics/point_gap.h"
 #include "dynamics/system.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include "model/language/expression_value.h"
 #include "model/read/loads.h"
 #include "symbolic/derivative.h"
@@ -210,7 +213,7 @@ static kempe_status refuse_bilinear(const kmp_equations *eq, const kmp_closure *
     return KEMPE_OK;
 }
 
-static kempe_status derive_rows(kmp_equations *eq, const kmp_derivation_request *scene)
+static kempe_status derive_rows(kmp_equations *eq, const kmp_derivation_request *request)
 {
     const kempe_model *model = eq->model;
     kempe_status status = KEMPE_OK;
@@ -226,8 +229,8 @@ static kempe_status derive_rows(kmp_equations *eq, const kmp_derivation_request 
         int kept = 0;
         if (!kind)
             return kmp_fail(eq->context, KEMPE_E_BUG, "closure '%s' is of no kind", closure->name);
-        if ((scene->loops_alone && kmp_closure_is_drive(closure)) ||
-            (scene->frictionless && kmp_closure_is_of_modes(closure)))
+        if ((request->loops_alone && kmp_closure_is_drive(closure)) ||
+            (request->frictionless && kmp_closure_is_of_modes(closure)))
             continue;
         KMP_TRY(refuse_bilinear(eq, closure));
         /* The rows of a closure: h, or, where the rows are between rates, these in `rates`, and h stays zero. */
@@ -242,7 +245,7 @@ static kempe_status derive_rows(kmp_equations *eq, const kmp_derivation_request 
             bool moves = depends_on(eq, moved[k], KMP_IN_Q) && !is_rounding(eq, moved[k]);
             h[k] = moves ? h[k] : is_rounding(eq, moved[k]) ? KMP_ZERO : moved[k];
             if (moves || (of_rates && depends_on(eq, moved[KMP_KIND_MAX_ROWS + k], KMP_IN_QD)) ||
-                (scene->keep_modes && kmp_closure_is_of_modes(closure)) || slides_otherwise(eq, closure)) {
+                (request->keep_modes && kmp_closure_is_of_modes(closure)) || slides_otherwise(eq, closure)) {
                 eq->h[eq->m] = h[k];
                 eq->rate[eq->m] = rates[k];
                 eq->row[KMP_CLOSURE_ROWS * c + k] = eq->m;
@@ -354,9 +357,9 @@ void kmp_closures_transposed(kmp_equations *eq, kmp_input_kind kind, kmp_ref *ou
         }
 }
 
-kempe_status kmp_closures_derive(kmp_equations *eq, const kmp_derivation_request *scene)
+kempe_status kmp_closures_derive(kmp_equations *eq, const kmp_derivation_request *request)
 {
-    unsigned sets = scene->sets;
+    unsigned sets = request->sets;
     if (sets & KMP_SET_ACCELERATION)
         sets |= KMP_SET_CLOSURE | KMP_SET_JDQD;
     if (sets & (KMP_SET_CLOSED | KMP_SET_CLOSED_Q))
@@ -364,8 +367,8 @@ kempe_status kmp_closures_derive(kmp_equations *eq, const kmp_derivation_request
     const unsigned needing = KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL | KMP_SET_REACTION | KMP_SET_OUTPUT;
     if (!(sets & needing) && !kmp_model_has_loads(eq->model))
         return KEMPE_OK;
-    KMP_TRY(derive_rows(eq, scene));
-    if (!scene->loops_alone)
+    KMP_TRY(derive_rows(eq, request));
+    if (!request->loops_alone)
         KMP_TRY(check_multipliers(eq));
     if (sets & (KMP_SET_CLOSURE | KMP_SET_RESIDUAL)) {
         kmp_partials_all(eq->graph, eq->m, eq->h, KMP_IN_Q, eq->n, eq->jacobian);
@@ -397,7 +400,7 @@ kempe_status kmp_closures_derive(kmp_equations *eq, const kmp_derivation_request
     }
     if (sets & KMP_SET_JDQD) /* at constant qd */
         differentiate(eq, eq->hdot, eq->jdqd);
-    if (kmp_graph_failed(eq->graph) || (!scene->plain && !kmp_gaps_shorten(eq, sets, !scene->savings)))
+    if (kmp_graph_failed(eq->graph) || (!request->plain && !kmp_gaps_shorten(eq, sets, !request->savings)))
         return kmp_fail_memory(eq->context);
     if (sets & KMP_SET_REACTION) {
         /* Forces of closures on their second bodies. */

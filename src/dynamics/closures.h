@@ -4,8 +4,8 @@
 
 #include "dynamics/equations.h"
 
-/** Derives the sets that the scene requests. KEMPE_E_INPUT when a closure can never be met, KEMPE_E_MEMORY. */
-kempe_status kmp_closures_derive(kmp_equations *eq, const kmp_derivation_request *scene);
+/** Derives the sets that the request requests. KEMPE_E_INPUT when a closure can never be met, KEMPE_E_MEMORY. */
+kempe_status kmp_closures_derive(kmp_equations *eq, const kmp_derivation_request *request);
 
 /** J' times the inputs of a kind, which has an entry a row: out (n). */
 void kmp_closures_transposed(kmp_equations *eq, kmp_input_kind kind, kmp_ref *out);

@@ -1,5 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Derives the sets in the order in which they share: closures, mass, bias, residual, the rest. */
+/* Derives the equations of a model as expressions in one graph: the sets that a request names, and only these.
+ *
+ * One function, derive_dynamics, goes through the sets in the order in which they share nodes: closures, M, forces with
+ * C and the residual, accelerations, then friction, contacts, conditions and derivatives. M comes from composite rigid
+ * bodies, C and the residual from the recursion of Newton and Euler, accelerations from articulated bodies; tangents
+ * from one of two methods, the shorter one if the request leaves it open (Fisette and Samin 1996; Featherstone 1983).
+ * A derivation can be repeated with other variants: the graph then returns to its state after the closures. */
 #include "dynamics/equations.h"
 #include "base/context.h"
 #include "base/memory.h"
@@ -12,11 +18,13 @@
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "dynamics/kinematics/pressing.h"
 #include "dynamics/outputs.h"
 #include "dynamics/tangent_variants.h"
 #include "dynamics/tangents.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "symbolic/derivative.h"
 #include "symbolic/graph.h"
@@ -26,8 +34,8 @@
 
 /* -- dynamics ---------------------------------------------------------------------------------------- */
 
-/* The links of the dynamics. */
-static const kmp_tree *frames(const kmp_equations *eq)
+/* The links of the dynamics: those with variants, if there are any. */
+static const kmp_tree *dynamic_links(const kmp_equations *eq)
 {
     return eq->links.count ? &eq->links : &eq->tree;
 }
@@ -39,7 +47,7 @@ static void derive_efforts(kmp_equations *eq, const kmp_forces *forces, bool acc
     for (int k = 0; qdd && accelerated && k < eq->n; k++)
         qdd[k] = kmp_input(eq->graph, KMP_IN_QDD, (uint32_t)k);
     if (qdd)
-        kmp_newton_euler(frames(eq), qdd, forces->applied, out);
+        kmp_newton_euler(dynamic_links(eq), qdd, forces->applied, out);
     for (int k = 0; k < eq->n; k++)
         out[k] = kmp_sub(eq->graph, out[k], forces->effort[k]);
 }
@@ -136,7 +144,7 @@ static void derive_tangents(kmp_equations *eq, const kmp_forces *forces, unsigne
     eq->inverse_q = room + 4 * size;
     eq->inverse_qd = room + 5 * size;
     eq->closed_q = room + 6 * size;
-    if (!derive_by_both(eq, frames(eq), forces, sets, &b, qdd) ||
+    if (!derive_by_both(eq, dynamic_links(eq), forces, sets, &b, qdd) ||
         (sets & KMP_SET_CLOSED_Q && !derive_closed(eq, jt_lambda, room)))
         kmp_graph_fail(eq->graph);
 }
@@ -156,9 +164,9 @@ static kempe_status derive_accelerations(kmp_equations *eq, const kmp_forces *fo
     kmp_articulated bodies;
     kmp_wrench *share = KMP_GRAPH_NEW(eq->graph, kmp_wrench, eq->tree.count);
     kmp_ref *effort = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n);
-    KMP_TRY(kmp_articulated_init(&bodies, frames(eq)));
+    KMP_TRY(kmp_articulated_init(&bodies, dynamic_links(eq)));
     KMP_TRY(kmp_made(eq->context, share && effort));
-    kmp_newton_euler_shares(frames(eq), forces->applied, share);
+    kmp_newton_euler_shares(dynamic_links(eq), forces->applied, share);
     for (int k = 0; k < eq->n; k++) {
         kmp_ref given = efforts ? kmp_input(eq->graph, KMP_IN_EFFORT, (uint32_t)k) : KMP_ZERO;
         effort[k] = kmp_add(eq->graph, forces->effort[k], given);
@@ -183,7 +191,7 @@ static kempe_status derive_accelerations(kmp_equations *eq, const kmp_forces *fo
 
 /* -- the whole --------------------------------------------------------------------------------------- */
 
-static bool allocate(kmp_equations *eq)
+static bool allocate_outputs(kmp_equations *eq)
 {
     const kempe_model *model = eq->model;
     int n = model->motion_count, rows = KMP_KIND_MAX_ROWS * model->closure_count;
@@ -215,12 +223,12 @@ static unsigned requested_energy(const kmp_equations *eq, unsigned sets)
 }
 
 /* The forces, and what is derived from them. */
-static kempe_status derive_loaded(kmp_equations *eq, const kmp_derivation_request *scene, unsigned energy)
+static kempe_status derive_loaded(kmp_equations *eq, const kmp_derivation_request *request, unsigned energy)
 {
     static const kmp_force none;
-    const unsigned sets = scene->sets, tangents = TANGENT_SETS | KMP_SET_CLOSED;
+    const unsigned sets = request->sets, tangents = TANGENT_SETS | KMP_SET_CLOSED;
     kmp_forces forces;
-    kmp_forces_init(&forces, frames(eq), energy, scene->unloaded ? &none : scene->alone);
+    kmp_forces_init(&forces, dynamic_links(eq), energy, request->unloaded ? &none : request->alone);
     if (kmp_graph_failed(eq->graph))
         return kmp_fail_memory(eq->context);
     if (sets & KMP_SET_BIAS)
@@ -237,7 +245,7 @@ static kempe_status derive_loaded(kmp_equations *eq, const kmp_derivation_reques
     if (sets & tangents)
         derive_tangents(eq, &forces, sets);
     if (sets & KMP_SET_ACCELERATION)
-        KMP_TRY(derive_accelerations(eq, &forces, scene->efforts));
+        KMP_TRY(derive_accelerations(eq, &forces, request->efforts));
     if (sets & KMP_SET_OUTPUT)
         KMP_TRY(kmp_outputs_derive(eq, &forces));
     eq->potential = forces.potential;
@@ -370,12 +378,6 @@ kmp_directions kmp_equations_directions(const kempe_model *model, int rows)
     return (kmp_directions){parameters, q, q + n, q + 2 * n, q + 3 * n, q + 3 * n + rows};
 }
 
-static void put_along(kmp_equations *eq, kmp_derivative *d, int count, const kmp_ref *of)
-{
-    for (int k = 0; k < count; k++)
-        eq->along[eq->along_count++] = kmp_derivative_of(d, of[k]);
-}
-
 static void derive_along(kmp_equations *eq)
 {
     const int m = eq->m;
@@ -391,35 +393,41 @@ static void derive_along(kmp_equations *eq)
                 {KMP_IN_Q, at.q, at.qd},         {KMP_IN_QD, at.qd, at.qdd},
                 {KMP_IN_QDD, at.qdd, at.lambda}, {KMP_IN_LAMBDA, at.lambda, at.count}};
     kmp_graph *g = eq->graph;
-    kmp_ref *leaf = KMP_GRAPH_NEW(g, kmp_ref, at.count), *way = KMP_GRAPH_NEW(g, kmp_ref, at.count);
-    for (size_t k = 0; leaf && way && k < sizeof list / sizeof *list; k++)
+    kmp_ref *leaf = KMP_GRAPH_NEW(g, kmp_ref, at.count), *direction = KMP_GRAPH_NEW(g, kmp_ref, at.count);
+    for (size_t k = 0; leaf && direction && k < sizeof list / sizeof *list; k++)
         for (int i = list[k].from; i < list[k].to; i++) {
             leaf[i] = kmp_input(g, list[k].kind, (uint32_t)(i - list[k].from));
-            way[i] = kmp_input(g, KMP_IN_ALONG, (uint32_t)i);
+            direction[i] = kmp_input(g, KMP_IN_ALONG, (uint32_t)i);
         }
-    kmp_derivative *d = leaf && way ? kmp_derivative_new(g, at.count, leaf, way) : NULL;
+    kmp_derivative *d = leaf && direction ? kmp_derivative_new(g, at.count, leaf, direction) : NULL;
     eq->along_count = 0;
     eq->along = KMP_GRAPH_NEW(eq->graph, kmp_ref, eq->n + 3 * m + eq->shown_count + eq->change_count);
     if (!curve || !d || !eq->along)
         return;
-    put_along(eq, d, eq->n, eq->closed);
-    put_along(eq, d, m, eq->h);
-    put_along(eq, d, m, eq->hdot);
-    put_along(eq, d, m, curve);
-    put_along(eq, d, eq->shown_count, eq->shown);
-    put_along(eq, d, eq->change_count, eq->changes);
+    const struct {
+        int count;
+        const kmp_ref *value;
+    } set[] = {{eq->n, eq->closed},
+               {m, eq->h},
+               {m, eq->hdot},
+               {m, curve},
+               {eq->shown_count, eq->shown},
+               {eq->change_count, eq->changes}};
+    for (size_t k = 0; k < sizeof set / sizeof *set; k++)
+        for (int i = 0; i < set[k].count; i++)
+            eq->along[eq->along_count++] = kmp_derivative_of(d, set[k].value[i]);
     kmp_derivative_free(d);
 }
 
-static kempe_status derive_dynamics(kmp_equations *eq, const kmp_derivation_request *scene)
+static kempe_status derive_dynamics(kmp_equations *eq, const kmp_derivation_request *request)
 {
-    const unsigned sets = scene->sets, energy = requested_energy(eq, sets);
+    const unsigned sets = request->sets, energy = requested_energy(eq, sets);
     const unsigned loaded =
         KMP_SET_BIAS | KMP_SET_RESIDUAL | KMP_SET_INVERSE | KMP_SET_ACCELERATION | TANGENT_SETS | KMP_SET_CLOSED;
     if (sets & KMP_SET_MASS)
-        (scene->scheme == KMP_SCHEME_NER ? kmp_mass_ner : kmp_mass_composite)(frames(eq), eq->mass);
+        (request->scheme == KMP_SCHEME_NER ? kmp_mass_ner : kmp_mass_composite)(dynamic_links(eq), eq->mass);
     if (sets & loaded || energy)
-        KMP_TRY(derive_loaded(eq, scene, energy));
+        KMP_TRY(derive_loaded(eq, request, energy));
     else if (sets & KMP_SET_OUTPUT)
         KMP_TRY(kmp_outputs_derive(eq, NULL));
     eq->friction_count = 0;
@@ -463,48 +471,48 @@ static kempe_status derive_dynamics(kmp_equations *eq, const kmp_derivation_requ
         derive_loads(eq);
     eq->change_count = eq->watched_count = 0;
     if (sets & KMP_SET_CONDITIONS)
-        KMP_TRY(derive_changes(eq, scene->events));
+        KMP_TRY(derive_changes(eq, request->events));
     if (sets & KMP_SET_ALONG)
         derive_along(eq);
     return kmp_graph_failed(eq->graph) ? kmp_fail_memory(eq->context) : KEMPE_OK;
 }
 
-static bool init_tree(kmp_equations *eq, const kmp_derivation_request *scene, kmp_tree *tree)
+static bool init_tree(kmp_equations *eq, const kmp_derivation_request *request, kmp_tree *tree)
 {
     /* The links of the dynamics are those of the other tree, before their variants: where equal nodes are one, links
      * made again are these. */
-    bool again = tree == &eq->links && !scene->body_inputs && kmp_graph_has_rule(eq->graph, KMP_RULE_SHARE);
+    bool again = tree == &eq->links && !request->body_inputs && kmp_graph_has_rule(eq->graph, KMP_RULE_SHARE);
     if (!(again ? kmp_tree_init_again(tree, &eq->tree)
-                : kmp_tree_init(tree, eq->graph, eq->model, scene->keep, scene->charted)))
+                : kmp_tree_init(tree, eq->graph, eq->model, request->keep, request->charted)))
         return false;
-    tree->events = scene->events;
+    tree->events = request->events;
     tree->noted = eq->noted;
     tree->row = eq->row;
     tree->reaction = kmp_closure_load;
-    for (int k = 0; scene->modes_alone && k < eq->model->force_count; k++)
+    for (int k = 0; request->modes_alone && k < eq->model->force_count; k++)
         if (kmp_force_has_modes(&eq->model->forces[k]))
             (void)kmp_friction_find(tree, &eq->model->forces[k]);
-    tree->settled = scene->modes_alone;
-    tree->given_delays = scene->given_delays;
+    tree->settled = request->modes_alone;
+    tree->given_delays = request->given_delays;
     return !kmp_graph_failed(eq->graph);
 }
 
-static bool add_tree(kmp_equations *eq, const kmp_derivation_request *scene)
+static bool add_tree(kmp_equations *eq, const kmp_derivation_request *request)
 {
-    if (!init_tree(eq, scene, &eq->tree))
+    if (!init_tree(eq, request, &eq->tree))
         return false;
     kmp_tree_sum_up(&eq->tree);
-    if (scene->body_inputs)
-        kmp_tree_add_inputs(&eq->tree, scene->no_inputs);
+    if (request->body_inputs)
+        kmp_tree_add_inputs(&eq->tree, request->no_inputs);
     return true;
 }
 
-/* Adds the links with the scene's variants. */
-static bool add_links(kmp_equations *eq, const kmp_derivation_request *scene)
+/* Adds the links with the request's variants. */
+static bool add_links(kmp_equations *eq, const kmp_derivation_request *request)
 {
-    const kmp_savings *savings = scene->savings;
+    const kmp_savings *savings = request->savings;
     kmp_tree *tree = &eq->links;
-    if (!init_tree(eq, scene, tree))
+    if (!init_tree(eq, request, tree))
         return false;
     kmp_move_origins(tree, savings->origin);
     kmp_tree_sum_up(tree);
@@ -513,25 +521,25 @@ static bool add_links(kmp_equations *eq, const kmp_derivation_request *scene)
     kmp_regroup(tree, savings->give);
     kmp_lump(tree, savings->lump);
     kmp_let_stay(tree, savings->stay);
-    if (scene->body_inputs)
-        kmp_tree_add_inputs(tree, scene->no_inputs);
+    if (request->body_inputs)
+        kmp_tree_add_inputs(tree, request->no_inputs);
     return true;
 }
 
 /* Sets the variants of the dynamics, and makes a second tree when they differ from the model. */
-static bool set_frames(kmp_equations *eq, const kmp_derivation_request *scene)
+static bool set_frames(kmp_equations *eq, const kmp_derivation_request *request)
 {
-    kmp_savings_copy(&eq->savings, scene->savings, eq->model);
-    return kmp_savings_plain(scene->savings, eq->model) || add_links(eq, scene);
+    kmp_savings_copy(&eq->savings, request->savings, eq->model);
+    return kmp_savings_plain(request->savings, eq->model) || add_links(eq, request);
 }
 
-/* A copy of the scene's variants, or room for them. */
-static bool add_savings(kmp_equations *eq, const kmp_derivation_request *scene)
+/* A copy of the request's variants, or room for them. */
+static bool add_savings(kmp_equations *eq, const kmp_derivation_request *request)
 {
     if (!kmp_savings_init(&eq->savings, eq->model))
         return false;
-    eq->savings.by_q = eq->savings.by_qd = scene->tangents;
-    return !scene->savings || set_frames(eq, scene);
+    eq->savings.by_q = eq->savings.by_qd = request->tangents;
+    return !request->savings || set_frames(eq, request);
 }
 
 static void swap(kmp_ref *a, kmp_ref *b, int count)
@@ -552,34 +560,35 @@ void kmp_equations_swap_derived(kmp_equations *eq)
     swap(eq->jacobian, eq->derived + 3 * m, m * eq->n);
 }
 
-kempe_status kmp_equations_derive_again(kmp_equations *eq, const kmp_derivation_request *scene)
+kempe_status kmp_equations_derive_again(kmp_equations *eq, const kmp_derivation_request *request)
 {
     kmp_tree_free(&eq->links);
     eq->links.count = 0;
     kmp_graph_return(eq->graph, &eq->mark);
     kmp_tree_forget(&eq->tree);
-    return set_frames(eq, scene) ? derive_dynamics(eq, scene) : kmp_fail_memory(eq->context);
+    return set_frames(eq, request) ? derive_dynamics(eq, request) : kmp_fail_memory(eq->context);
 }
 
-static kempe_status derive_sets(kmp_equations *eq, const kmp_derivation_request *scene)
+static kempe_status derive_sets(kmp_equations *eq, const kmp_derivation_request *request)
 {
-    eq->graph = kmp_graph_new_for(scene->nodes);
+    eq->graph = kmp_graph_new_for(request->nodes);
     KMP_TRY(kmp_made(eq->context, eq->graph));
-    if (scene->labels)
+    if (request->labels)
         kmp_graph_keep_labels(eq->graph);
-    kmp_graph_set_rules(eq->graph, KMP_RULE_ALL & ~scene->without);
-    KMP_TRY(kmp_made(eq->context, allocate(eq) && add_tree(eq, scene) && add_savings(eq, scene)));
+    kmp_graph_set_rules(eq->graph, KMP_RULE_ALL & ~request->without);
+    KMP_TRY(kmp_made(eq->context, allocate_outputs(eq) && add_tree(eq, request) && add_savings(eq, request)));
     kmp_tree_runs(&eq->tree, eq->run);
-    KMP_TRY(kmp_closures_derive(eq, scene));
-    if (scene->returns)
+    KMP_TRY(kmp_closures_derive(eq, request));
+    if (request->returns)
         KMP_TRY(kmp_made(eq->context, kmp_graph_mark_init(&eq->mark, eq->graph)));
-    return derive_dynamics(eq, scene);
+    return derive_dynamics(eq, request);
 }
 
-kempe_status kmp_equations_derive_once(kmp_equations *eq, const kempe_model *model, const kmp_derivation_request *scene)
+kempe_status kmp_equations_derive_once(kmp_equations *eq, const kempe_model *model,
+                                       const kmp_derivation_request *request)
 {
     *eq = (kmp_equations){.context = model->context, .model = model, .n = model->motion_count};
-    kempe_status status = derive_sets(eq, scene);
+    kempe_status status = derive_sets(eq, request);
     if (status != KEMPE_OK)
         kmp_equations_free(eq);
     return status;
@@ -588,9 +597,9 @@ kempe_status kmp_equations_derive_once(kmp_equations *eq, const kempe_model *mod
 kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
                                 bool keep_parameters)
 {
-    const kmp_derivation_request scene = {
+    const kmp_derivation_request request = {
         .sets = sets, .scheme = scheme, .keep = keep_parameters ? KMP_KEEP_PARAMETERS : KMP_KEEP_NOTHING};
-    return kmp_equations_derive(eq, model, &scene);
+    return kmp_equations_derive(eq, model, &request);
 }
 
 kmp_ref kmp_equations_curve(const kmp_equations *eq, int row)

@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The equations of one scene: the requested sets, in one graph.
+/* The equations of one request: the requested sets, in one graph.
  *
  *     M qdd + C = J' lambda      h = 0      J qd + h_t = 0      J qdd + jdqd = 0
  */
 #pragma once
 
+#include "dynamics/closure_row.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "dynamics/variants.h"
 
@@ -32,7 +33,7 @@ enum {
     KMP_SET_IMPACT = 262144,  /* rates of all rows after an impact; with KMP_SET_CLOSURE */
     KMP_SET_POWER_SLOPES = 524288, /* of the power by q and qd, with derivatives by composite bodies: they share most */
     KMP_SET_DELAYED = 1048576,     /* signals of continuous delays, those before the start, and the delays */
-    KMP_SET_CONDITIONS = 2097152,  /* values of the scene's conditions, of which all laws have been derived */
+    KMP_SET_CONDITIONS = 2097152,  /* values of the request's conditions, of which all laws have been derived */
     KMP_SET_LOADS = 8388608,       /* derivatives of C by the multipliers; with C and the closures */
     KMP_SET_ALONG = 4194304,       /* changes along a direction; with the sets that it differentiates */
     KMP_SET_START = 16777216       /* start values of the coordinates and rates, as given */
@@ -72,20 +73,12 @@ typedef struct kmp_derivation_request {
     bool modes_alone;            /* of conditions, the modes of friction alone are inputs, in the order of the forces */
 } kmp_derivation_request;
 
-/** A closure row that is kept. */
-typedef struct kmp_row {
-    int closure, component; /* component: of the declared rows, from 0 */
-    int number;             /* among the closure's kept rows, from 0: the k of lambda.CLOSURE.k, less one */
-    int length_power;
-    int of_rates; /* 1: its h is zero everywhere, and its rate is that of no function of the coordinates */
-} kmp_row;
-
 typedef struct kmp_equations {
     kempe_context *context;
     const kempe_model *model;
     kmp_graph *graph; /* has the room of all arrays */
     kmp_noted *noted;
-    kmp_graph_mark mark; /* the graph with the closures alone, for a scene that returns to it */
+    kmp_graph_mark mark; /* the graph with the closures alone, for a request that returns to it */
     kmp_tree tree;       /* for closures, outputs and users */
     kmp_tree links;      /* for the dynamics, when the variants have other links */
     kmp_savings savings;
@@ -144,16 +137,16 @@ bool kmp_is_late(const kmp_graph *g, kmp_ref value);
  * the second depend on accelerations or multipliers. NULL: no memory. */
 kmp_ref *kmp_conditions_with_solved(kmp_graph *g, const kmp_ref *conditions, int counts[2]);
 
-/** Derives the equations by the scene's variants. Without variants all axes turn with their links, and closures use the
- * shortest variants. Errors as kmp_equations_derive. */
+/** Derives the equations by the request's variants. Without variants all axes turn with their links, and closures use
+ * the shortest variants. Errors as kmp_equations_derive. */
 kempe_status kmp_equations_derive_once(kmp_equations *eq, const kempe_model *model,
-                                       const kmp_derivation_request *scene);
+                                       const kmp_derivation_request *request);
 /** Exchanges the closures' rows for eq->derived, and back. */
 void kmp_equations_swap_derived(kmp_equations *eq);
-/** Derives M, C, inverse dynamics and accelerations of a scene that returns again, by other variants. The closures are
- * unchanged, and the earlier dynamics are gone. */
-kempe_status kmp_equations_derive_again(kmp_equations *eq, const kmp_derivation_request *scene);
-/** Derives the equations of a scene with these members, all others zero. Errors as kmp_equations_derive. */
+/** Derives M, C, inverse dynamics and accelerations of a request that returns again, by other variants. The closures
+ * are unchanged, and the earlier dynamics are gone. */
+kempe_status kmp_equations_derive_again(kmp_equations *eq, const kmp_derivation_request *request);
+/** Derives the equations of a request with these members, all others zero. Errors as kmp_equations_derive. */
 kempe_status kmp_equations_init(kmp_equations *eq, const kempe_model *model, unsigned sets, kmp_scheme scheme,
                                 bool keep_parameters);
 void kmp_equations_free(kmp_equations *eq);

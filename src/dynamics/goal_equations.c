@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The program of places that a start aims at. All places are coordinates of points or lengths of joints, so that one
+ * list of expressions and its derivatives by q serves goals, clearances and cut joints. */
 #include "dynamics/goal_equations.h"
+#include "dynamics/equations.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "model/data/model.h"
 #include "symbolic/derivative.h"
 #include "symbolic/partials.h"
 #include <string.h>

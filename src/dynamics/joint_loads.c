@@ -1,14 +1,20 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Joint loads by virtual work: the joint is displaced and turned by six inputs in a copy of the tree. Derivatives of
+ * lengths and angles along these inputs give the generalized forces, which are force and moment. Parts along the free
+ * motions are removed at the end. */
 #include "dynamics/joint_loads.h"
 #include "base/context.h"
 #include "constraints/kinds/kind.h"
+#include "dynamics/equations.h"
 #include "dynamics/forces/forces.h"
 #include "dynamics/kinematics/friction_modes.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "dynamics/kinematics/touching.h"
 #include "model/data/carried.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include "model/language/expression_value.h"
 #include "symbolic/partials.h"
 #include "symbolic/substitute.h"
@@ -68,7 +74,7 @@ typedef struct acting {
     kmp_ref *of, *force;
 } acting;
 
-static void act(acting *a, kmp_ref of, kmp_ref force)
+static void add_acting(acting *a, kmp_ref of, kmp_ref force)
 {
     a->of[a->count] = of;
     a->force[a->count] = force;
@@ -86,7 +92,7 @@ static void add_rows(const kmp_tree *moved, acting *a)
             continue;
         kmp_closure_residual(kind, moved, closure, h);
         for (int k = 0; k < kmp_closure_rows(kind, closure); k++)
-            act(a, h[k], kmp_tree_multiplier(moved, c, k));
+            add_acting(a, h[k], kmp_tree_multiplier(moved, c, k));
     }
 }
 
@@ -106,7 +112,7 @@ static void add_elements(kmp_joint_loads *loads, const kmp_tree *moved, int body
             loads->obstructed = crosses ? body : loads->obstructed;
             of = KMP_ZERO;
         }
-        act(a, of, value);
+        add_acting(a, of, value);
     }
 }
 

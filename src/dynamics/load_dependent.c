@@ -2,6 +2,7 @@
 /* Finds the force that depends on multipliers, and rejects analyses that do not support one. */
 #include "dynamics/load_dependent.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include "model/read/loads.h"
 #include <math.h>
 #include <string.h>

@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Programs of accelerations, in groups of outputs that become stages: h, J and h_t; M; C and jdqd; power. With forces
+ * that depend on multipliers jdqd comes before C, and dC/dlambda after it. M and C can wait until their first use
+ * (late): patterns and variants are known before, the program is made under a lock. */
 #include "dynamics/motion.h"
 #include "base/memory.h"
 #include "dynamics/choose_variants.h"
+#include "dynamics/equations.h"
 #include "dynamics/system_record.h"
 #include "linalg/dense/dense.h"
 #include "linalg/sparse.h"
@@ -19,7 +23,7 @@ typedef struct groups {
     int count[5];
 } groups;
 
-static void put(groups *g, int count, const kmp_ref *of)
+static void put_outputs(groups *g, int count, const kmp_ref *of)
 {
     memcpy(g->out + g->total, of, (size_t)count * sizeof *of);
     g->total += count;
@@ -35,17 +39,17 @@ static void put_pattern(groups *g, kmp_arena *arena, kmp_pattern *pattern, int r
 }
 
 /* The rows, in room for all groups. False: no memory. */
-static bool begin(groups *g, const kempe_system *s, const kmp_equations *eq)
+static bool begin_groups(groups *g, const kempe_system *s, const kmp_equations *eq)
 {
     int n = s->n, m = s->m, most = m * (2 * n + m + 4) + n * (n + 1) + 1;
     *g = (groups){.out = KMP_GRAPH_NEW(eq->graph, kmp_ref, (uint32_t)(most + n * m) + kmp_graph_count(eq->graph))};
     if (!g->out)
         return false;
-    put(g, m, eq->h);
+    put_outputs(g, m, eq->h);
     for (int k = 0; k < s->jacobian.count; k++)
-        put(g, 1, &eq->jacobian[s->jacobian.row[k] * n + s->jacobian.col[k]]);
+        put_outputs(g, 1, &eq->jacobian[s->jacobian.row[k] * n + s->jacobian.col[k]]);
     if (s->rheonomic)
-        put(g, m, eq->h_t);
+        put_outputs(g, m, eq->h_t);
     return true;
 }
 
@@ -56,7 +60,7 @@ static kmp_program *program_of(groups *g, const kempe_system *s, const kmp_equat
     const kmp_ref *group[5] = {g->out};
     g->last = 4;
     if (eq->power != KMP_ZERO)
-        put(g, 1, &eq->power);
+        put_outputs(g, 1, &eq->power);
     for (int k = 1; k < 5; k++)
         group[k] = group[k - 1] + count[k - 1];
     if (s->arena.failed || (shorter && !kmp_equations_shorten(eq, g->total, g->out)))
@@ -149,12 +153,12 @@ static bool put_load_dependent(groups *g, kempe_system *s, const kmp_equations *
         return false;
     memcpy(last, eq->bias, (size_t)n * sizeof *last);
     kmp_pattern_init(&s->load_jacobian, &s->arena, n, m, entry, last + n);
-    put(g, m, eq->jdqd);
+    put_outputs(g, m, eq->jdqd);
     if (!kmp_list_unloaded(eq->graph, n + s->load_jacobian.count, last, g->out + g->total, &found))
         return false;
     g->total += found;
     g->count[g->last++] += found;
-    put(g, n + s->load_jacobian.count, last);
+    put_outputs(g, n + s->load_jacobian.count, last);
     return true;
 }
 
@@ -171,14 +175,14 @@ static bool is_load_dependent(const kmp_equations *eq)
 bool kmp_motion_make(kempe_system *s, kmp_equations *eq)
 {
     groups g;
-    if (!find_jacobian(s, eq) || !begin(&g, s, eq))
+    if (!find_jacobian(s, eq) || !begin_groups(&g, s, eq))
         return false;
     g.last = 1;
     put_pattern(&g, &s->arena, &s->mass, s->n, s->n, eq->mass);
     g.last = 2;
     if (!is_load_dependent(eq)) {
-        put(&g, s->n, eq->bias);
-        put(&g, s->m, eq->jdqd);
+        put_outputs(&g, s->n, eq->bias);
+        put_outputs(&g, s->m, eq->jdqd);
     } else if (!put_load_dependent(&g, s, eq)) {
         return false;
     }
@@ -189,7 +193,7 @@ bool kmp_motion_make(kempe_system *s, kmp_equations *eq)
 bool kmp_motion_make_weighing(kempe_system *s, kmp_equations *eq)
 {
     groups g;
-    if (!find_jacobian(s, eq) || !begin(&g, s, eq))
+    if (!find_jacobian(s, eq) || !begin_groups(&g, s, eq))
         return false;
     g.last = 1;
     put_pattern(&g, &s->arena, &s->mass, s->n, s->n, eq->mass);
@@ -202,28 +206,28 @@ bool kmp_motion_make_weighing(kempe_system *s, kmp_equations *eq)
 kmp_program *kmp_motion_make_again(const kempe_system *s, kmp_equations *eq)
 {
     groups g;
-    if (!begin(&g, s, eq))
+    if (!begin_groups(&g, s, eq))
         return NULL;
     g.last = 1;
     for (int k = 0; k < s->mass.count; k++)
-        put(&g, 1, &eq->mass[s->mass.row[k] * s->n + s->mass.col[k]]);
+        put_outputs(&g, 1, &eq->mass[s->mass.row[k] * s->n + s->mass.col[k]]);
     g.last = 2;
-    put(&g, s->n, eq->bias);
-    put(&g, s->m, eq->jdqd);
+    put_outputs(&g, s->n, eq->bias);
+    put_outputs(&g, s->m, eq->jdqd);
     return program_of(&g, s, eq, true);
 }
 
 bool kmp_motion_make_bodies(const kempe_system *s, kmp_bodies *bodies, kmp_equations *eq)
 {
     groups g;
-    if (!begin(&g, s, eq))
+    if (!begin_groups(&g, s, eq))
         return false;
     g.last = 1;
     put_pattern(&g, &bodies->arena, &bodies->compliance, s->m, s->n, eq->compliance);
     put_pattern(&g, &bodies->arena, &bodies->mobility, s->m, s->m, eq->mobility);
     g.last = 2;
-    put(&g, s->n, eq->free_qdd);
-    put(&g, s->m, eq->drift);
+    put_outputs(&g, s->n, eq->free_qdd);
+    put_outputs(&g, s->m, eq->drift);
     bool shorter = !s->late; /* their contacts take most of a right-hand side, which the passes do not shorten */
     bodies->program = bodies->arena.failed ? NULL : program_of(&g, s, eq, shorter);
     return bodies->program;
@@ -264,13 +268,13 @@ static kempe_status make_late(kmp_lazy_equations *late)
         return KEMPE_OK;
     /* M and C by the variants that the search has chosen; without a search, by those of the model as it is. */
     kmp_events events = s->events; /* the system has recorded all conditions: none is added */
-    const kmp_derivation_request scene = {.sets = KMP_MOTION_SETS,
-                                          .savings = s->late->chosen.stay ? &s->late->chosen : NULL,
-                                          .quick = true,
-                                          .events = &events,
-                                          .charted = true};
+    const kmp_derivation_request request = {.sets = KMP_MOTION_SETS,
+                                            .savings = s->late->chosen.stay ? &s->late->chosen : NULL,
+                                            .quick = true,
+                                            .events = &events,
+                                            .charted = true};
     kmp_equations eq;
-    KMP_TRY(kmp_equations_derive(&eq, s->model, &scene));
+    KMP_TRY(kmp_equations_derive(&eq, s->model, &request));
     s->motion = kmp_motion_make_again(s, &eq);
     kmp_equations_free(&eq);
     KMP_TRY(kmp_made(s->context, s->motion));

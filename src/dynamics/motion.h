@@ -3,6 +3,7 @@
  */
 #pragma once
 
+#include "dynamics/equations.h"
 #include "dynamics/system.h"
 
 /** The sets for accelerations by M and C. */

@@ -10,11 +10,13 @@
 #include "base/memory.h"
 #include "constraints/kinds/kind.h"
 #include "dynamics/choose_variants.h"
+#include "dynamics/equations.h"
 #include "dynamics/load_dependent.h"
 #include "dynamics/motion.h"
 #include "dynamics/system_record.h"
 #include "linalg/dense/dense.h"
 #include "linalg/sparse.h"
+#include "model/data/model.h"
 #include "model/read/loads.h"
 #include <math.h>
 
@@ -169,23 +171,24 @@ bool kmp_motion_may_wait(const kempe_system *s)
 
 /* -- the derivation ---------------------------------------------------------------------------------- */
 
-static kempe_status derive(const kempe_system *s, kmp_bodies *bodies)
+static kempe_status derive_bodies(const kempe_system *s, kmp_bodies *bodies)
 {
     enum { QUARTERS = 4 }; /* operations of closures and M are a quarter of those by M and C, about */
     bool passes = kmp_equations_are_large(s->model) && !s->late;
     const kmp_program *p = s->late ? s->late->weighing : s->motion;
     const uint32_t nodes = (uint32_t)(s->late ? QUARTERS * p->code[p->stages] : p->code[p->stages]);
     kmp_events events = s->events; /* the system has recorded all conditions: none is added */
-    const kmp_derivation_request scene = {.sets = KMP_SET_ACCELERATION | KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_POWER,
-                                          .efforts = true,
-                                          .nodes = (passes ? NODES_LARGE : NODES) * nodes,
-                                          .first = &bodies->first,
-                                          .quick = true,
-                                          .events = &events,
-                                          .frictionless = s->frictionless,
-                                          .charted = true};
+    const kmp_derivation_request request = {.sets =
+                                                KMP_SET_ACCELERATION | KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_POWER,
+                                            .efforts = true,
+                                            .nodes = (passes ? NODES_LARGE : NODES) * nodes,
+                                            .first = &bodies->first,
+                                            .quick = true,
+                                            .events = &events,
+                                            .frictionless = s->frictionless,
+                                            .charted = true};
     kmp_equations eq;
-    KMP_TRY(kmp_equations_derive(&eq, s->model, &scene));
+    KMP_TRY(kmp_equations_derive(&eq, s->model, &request));
     bool made = kmp_motion_make_bodies(s, bodies, &eq);
     kmp_equations_free(&eq);
     return made ? KEMPE_OK : kmp_fail_memory(s->context);
@@ -199,7 +202,7 @@ static kempe_status try_them(const kempe_system *s, kmp_bodies *bodies)
     if (status != KEMPE_OK || !may_pay)
         return status;
     bool pay = true;
-    status = derive(s, bodies);
+    status = derive_bodies(s, bodies);
     if (status == KEMPE_OK)
         status = compare(s, bodies, &pay);
     if (status == KEMPE_OK && !pay)
@@ -210,7 +213,7 @@ static kempe_status try_them(const kempe_system *s, kmp_bodies *bodies)
     return KEMPE_OK;
 }
 
-static kempe_status make(const kempe_system *s, kmp_bodies *bodies)
+static kempe_status make_bodies(const kempe_system *s, kmp_bodies *bodies)
 {
     bool pressed = s->load_row_count > 0;
     if (s->dynamics == KMP_DYNAMICS_AUTO)
@@ -230,7 +233,7 @@ static kempe_status make(const kempe_system *s, kmp_bodies *bodies)
                         "algorithm articulated: the forces of %d closure rows on %d coordinates exceed the limit of "
                         "%d; use the algorithm composite",
                         s->m, s->n, MOST_ENTRIES);
-    return derive(s, bodies);
+    return derive_bodies(s, bodies);
 }
 
 /* -- the store --------------------------------------------------------------------------------------- */
@@ -272,7 +275,7 @@ kempe_status kmp_motion_need_bodies(const kempe_system *s)
     pthread_mutex_lock(&bodies->lock);
     if (!atomic_load(&bodies->made)) {
         bool recalled = kmp_bodies_recall(s);
-        status = recalled ? KEMPE_OK : make(s, bodies);
+        status = recalled ? KEMPE_OK : make_bodies(s, bodies);
         if (status == KEMPE_OK && !recalled)
             kmp_bodies_keep(s);
         if (status != KEMPE_OK)

@@ -1,14 +1,19 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Requested outputs as expressions: positions, energies, momenta about points, coordinates of cut joints, and values of
+ * forces. Momenta are sums over rigid parts in ground axes. Outputs of wings come from their rows. */
 #include "dynamics/outputs.h"
 #include "base/wings.h"
 #include "dynamics/closures.h"
+#include "dynamics/equations.h"
 #include "dynamics/formalisms/newton_euler.h"
 #include "dynamics/joint_loads.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/kinematics_measures.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "dynamics/kinematics/touching.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/write/model_print.h"
 
@@ -192,7 +197,7 @@ static void show_axes(kmp_equations *eq, int point)
         eq->shown[eq->shown_count++] = axes[k / 3].x[k % 3];
 }
 
-static void show(kmp_equations *eq, const kmp_forces *forces, const kmp_output *output)
+static void derive_output(kmp_equations *eq, const kmp_forces *forces, const kmp_output *output)
 {
     if (output->kind == KMP_OUTPUT_AXES) {
         show_axes(eq, output->index);
@@ -230,7 +235,7 @@ kempe_status kmp_outputs_derive(kmp_equations *eq, const kmp_forces *forces)
     /* In the order of the model. */
     for (int o = 0; !kmp_graph_failed(eq->graph) && o < eq->model->output_count; o++)
         if (!show_by_wing(eq, &eq->model->outputs[o]))
-            show(eq, forces, &eq->model->outputs[o]);
+            derive_output(eq, forces, &eq->model->outputs[o]);
     eq->tree.uses = NULL;
     eq->tree.settled = settled;
     KMP_TRY(kmp_joint_loads_end(eq));

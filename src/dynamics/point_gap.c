@@ -12,7 +12,10 @@
  * v -> a. The cheapest single variant for all points is taken, then the cheapest closure by closure. */
 #include "dynamics/point_gap.h"
 #include "constraints/kinds/kind.h"
+#include "dynamics/equations.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 #include "symbolic/cost.h"
 #include "symbolic/derivative.h"
 #include "symbolic/rotation.h"
@@ -561,7 +564,7 @@ static bool choose(gaps *s)
 
 /* Puts a closure by variants into h, hdot, jdqd and J (of all rows); both parts are derived before either is replaced.
  * False: no memory. */
-static bool put(gaps *s, gap *p, gap_variant by[PARTS][2], kmp_ref *const to[4])
+static bool put_gap(gaps *s, gap *p, gap_variant by[PARTS][2], kmp_ref *const to[4])
 {
     size_t rows = (size_t)p->count * sizeof(kmp_ref);
     const gap_version *v[PARTS] = {NULL, NULL};
@@ -596,7 +599,7 @@ static bool keep_derived(gaps *s)
     memcpy(to[2], eq->jdqd, m * sizeof *all);
     memcpy(to[3], eq->jacobian, m * n * sizeof *all);
     for (int i = 0; i < s->count; i++)
-        if (!put(s, &s->list[i], by, to))
+        if (!put_gap(s, &s->list[i], by, to))
             return false;
     return !kmp_graph_failed(eq->graph);
 }
@@ -640,7 +643,7 @@ bool kmp_gaps_shorten(kmp_equations *eq, unsigned sets, bool search)
         }
     }
     for (int i = 0; ok && i < s.count; i++)
-        ok = put(&s, &s.list[i], s.list[i].chosen, (kmp_ref *const[]){eq->h, eq->hdot, eq->jdqd, eq->jacobian});
+        ok = put_gap(&s, &s.list[i], s.list[i].chosen, (kmp_ref *const[]){eq->h, eq->hdot, eq->jdqd, eq->jacobian});
     kmp_derivative_free(s.derivative);
     return ok;
 }

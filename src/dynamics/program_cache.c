@@ -1,8 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* A list of derived programs of a system under a lock, and their keys on disk. A key is a digest of the build, of the
+ * model's bytes and of the algorithm, so that a file can be stale but not wrong. Programs for a choice of coordinates
+ * are kept up to a number of choices. */
 #include "dynamics/program_cache.h"
 #include "base/cache/build_identity.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "model/data/model.h"
 #include "symbolic/program_forms.h"
 #include <pthread.h>
 #include <string.h>

@@ -4,6 +4,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "dynamics/choose_variants.h"
+#include "dynamics/equations.h"
 #include "dynamics/goal_equations.h"
 #include "dynamics/kinematics/kinematics_charts.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
@@ -11,6 +12,7 @@
 #include "dynamics/motion_choice.h"
 #include "dynamics/program_cache.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include "model/data/spherical.h"
 #include "model/data/variant.h"
 #include "model/language/expression_value.h"
@@ -46,17 +48,17 @@ static double norm3(const kmp_number v[3])
 /* `best` becomes |to - from| if that is longer; from NULL: zero. */
 static void offer(kmp_length_scale *best, const kmp_number to[3], const kmp_number *from)
 {
-    kmp_length_scale lever = {0};
+    kmp_length_scale distance = {0};
     kmp_number d[3] = {{0}};
     for (int k = 0; k < 3; k++) {
-        lever.to[k] = to[k];
+        distance.to[k] = to[k];
         if (from)
-            lever.from[k] = from[k];
-        d[k].value = lever.to[k].value - lever.from[k].value;
+            distance.from[k] = from[k];
+        d[k].value = distance.to[k].value - distance.from[k].value;
     }
-    lever.length = norm3(d);
-    if (lever.length > best->length)
-        *best = lever;
+    distance.length = norm3(d);
+    if (distance.length > best->length)
+        *best = distance;
 }
 
 /* Takes the distance of a point from its body's joint, if it is larger. */
@@ -89,7 +91,7 @@ static void offer_gyration(kmp_length_scale *best, const kempe_model *model)
         *best = found;
 }
 
-kmp_length_scale kmp_system_lever(const kempe_model *model)
+kmp_length_scale kmp_system_length_scale(const kempe_model *model)
 {
     kmp_length_scale best = {0};
     for (int b = 1; b < model->body_count; b++)
@@ -103,23 +105,23 @@ kmp_length_scale kmp_system_lever(const kempe_model *model)
             if (model->closures[c].point[k] >= 0 && model->points[model->closures[c].point[k]].body > 0)
                 offer_point(&best, model, model->closures[c].point[k]);
     }
-    bool levers = best.length > 0;
-    for (int k = 0; !levers && k < model->motion_count; k++)
+    bool found_any = best.length > 0;
+    for (int k = 0; !found_any && k < model->motion_count; k++)
         if (!model->motions[k].rotation)
             offer_number(&best, &model->start.q[k]);
-    if (!levers)
+    if (!found_any)
         offer_gyration(&best, model);
-    levers = best.length > 0;
-    for (int b = 1; !levers && b < model->body_count; b++) {
+    found_any = best.length > 0;
+    for (int b = 1; !found_any && b < model->body_count; b++) {
         offer(&best, model->bodies[b].com, NULL);
-        levers = best.length > 0;
+        found_any = best.length > 0;
     }
     return best;
 }
 
 double kmp_system_length(const kempe_model *model)
 {
-    double length = kmp_system_lever(model).length;
+    double length = kmp_system_length_scale(model).length;
     return length > 0 ? length : 1;
 }
 
@@ -294,16 +296,16 @@ enum { JUDGE_SETS = KMP_SET_ENERGY | KMP_SET_REACTION | KMP_SET_OUTPUT };
 /* For programs that integrate: with conditions and the charts of spherical joints as inputs. */
 static kempe_status derive_sets(kempe_system *s, unsigned sets, kmp_savings *found, kmp_equations *eq)
 {
-    const kmp_derivation_request scene = {.sets = sets,
-                                          .scheme =
-                                              s->dynamics == KMP_DYNAMICS_NER ? KMP_SCHEME_NER : KMP_SCHEME_COMPOSITE,
-                                          .plain = s->dynamics == KMP_DYNAMICS_PLAIN,
-                                          .quick = true,
-                                          .found = found,
-                                          .events = &s->events,
-                                          .frictionless = s->frictionless,
-                                          .charted = true};
-    return kmp_equations_derive(eq, s->model, &scene);
+    const kmp_derivation_request request = {.sets = sets,
+                                            .scheme =
+                                                s->dynamics == KMP_DYNAMICS_NER ? KMP_SCHEME_NER : KMP_SCHEME_COMPOSITE,
+                                            .plain = s->dynamics == KMP_DYNAMICS_PLAIN,
+                                            .quick = true,
+                                            .found = found,
+                                            .events = &s->events,
+                                            .frictionless = s->frictionless,
+                                            .charted = true};
+    return kmp_equations_derive(eq, s->model, &request);
 }
 
 /* Derives the programs that follow those of motion, from equations that have all conditions and goals. */
@@ -317,15 +319,15 @@ static kempe_status derive_rest(kempe_system *s, kmp_equations *eq)
 /* Derives closures, M and the programs that follow those of motion. The variants of M and C are found on the way. */
 static kempe_status derive_late(kempe_system *s)
 {
-    const kmp_derivation_request scene = {.sets = KMP_MOTION_SETS | KMP_SET_REACTION,
-                                          .then = KMP_SET_CLOSURE | KMP_SET_MASS | JUDGE_SETS,
-                                          .quick = true,
-                                          .found = &s->bodies->first,
-                                          .chosen = &s->late->chosen,
-                                          .events = &s->events,
-                                          .charted = true};
+    const kmp_derivation_request request = {.sets = KMP_MOTION_SETS | KMP_SET_REACTION,
+                                            .then = KMP_SET_CLOSURE | KMP_SET_MASS | JUDGE_SETS,
+                                            .quick = true,
+                                            .found = &s->bodies->first,
+                                            .chosen = &s->late->chosen,
+                                            .events = &s->events,
+                                            .charted = true};
     kmp_equations eq;
-    KMP_TRY(kmp_equations_derive(&eq, s->model, &scene));
+    KMP_TRY(kmp_equations_derive(&eq, s->model, &request));
     bool made = kmp_system_set_rows(s, eq.n, eq.m, eq.rows, eq.misfit) && kmp_motion_make_weighing(s, &eq);
     s->closing = made ? kmp_program_first(s->late->weighing, KMP_STAGE_MASS) : NULL;
     kempe_status status = kmp_made(s->context, s->closing);
@@ -343,7 +345,7 @@ static kempe_status derive_motion(kempe_system *s, kmp_equations *eq, bool closu
     return closures ? derive_rest(s, eq) : KEMPE_OK;
 }
 
-static kempe_status derive(kempe_system *s, bool closures)
+static kempe_status derive_system(kempe_system *s, bool closures)
 {
     kmp_equations eq;
     if (!closures && kmp_motion_may_wait(s)) {
@@ -389,7 +391,7 @@ static kempe_status new_system(const kempe_model *model, kmp_dynamics dynamics, 
     KMP_TRY(kmp_made(model->context, s));
     s->dynamics = dynamics;
     s->frictionless = closures;
-    kempe_status status = derive(s, closures);
+    kempe_status status = derive_system(s, closures);
     s->build_s = kmp_cpu_now() - begin;
     return KMP_GIVE_OR_FREE(status, system, s, kempe_system_free);
 }

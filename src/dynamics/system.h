@@ -3,7 +3,12 @@
  */
 #pragma once
 
-#include "dynamics/equations.h"
+#include "base/cache/digest.h"
+#include "base/context.h"
+#include "dynamics/closure_row.h"
+#include "dynamics/kinematics/model_conditions.h"
+#include "dynamics/variants.h"
+#include "model/data/run_settings.h"
 #include "symbolic/program.h"
 #include <kempe/extend.h>
 #include <pthread.h>
@@ -171,7 +176,7 @@ double kmp_closure_tolerance(const kempe_model *model);
  * lengths of rods. Without these the largest start value of translations, or the largest radius of gyration where that
  * is much longer; else the largest offset of centres of mass.
  * The length is 0 where all are 0: then it is 1 m. */
-kmp_length_scale kmp_system_lever(const kempe_model *model);
+kmp_length_scale kmp_system_length_scale(const kempe_model *model);
 
 /** A system of the model without rows and programs; NULL: no memory. */
 kempe_system *kmp_system_start(const kempe_model *model);

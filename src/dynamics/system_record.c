@@ -8,6 +8,7 @@
 #include "dynamics/motion.h"
 #include "dynamics/motion_choice.h"
 #include "dynamics/program_cache.h"
+#include "model/data/model.h"
 #include "symbolic/program_bytes.h"
 #include <string.h>
 
@@ -293,7 +294,7 @@ static bool take_rows(kmp_byte_source *b, kempe_system *s)
     return good;
 }
 
-static bool fill(kmp_byte_source *b, kempe_system *s)
+static bool read_system(kmp_byte_source *b, kempe_system *s)
 {
     if (!take_rows(b, s))
         return false;
@@ -342,7 +343,7 @@ kempe_system *kmp_system_recall(const kempe_model *model, const char *word)
         kmp_program_cache_set_key(s, word);
     kmp_cached file = s ? kmp_program_cache_recall(s, whole) : (kmp_cached){0};
     kmp_byte_source b = kmp_byte_source_of(file.bytes, file.size);
-    bool made = file.whole && fill(&b, s);
+    bool made = file.whole && read_system(&b, s);
     kmp_free(file.whole);
     if (made) {
         s->build_s = kmp_cpu_now() - begin;

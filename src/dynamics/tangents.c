@@ -33,6 +33,7 @@
  * one and projected on the joints; their rotation with the links is in S x* F. */
 #include "dynamics/tangents.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "symbolic/partials.h"
 
 /* Twice H and f of a subtree. */
@@ -186,7 +187,7 @@ static kmp_wrench moved(const kmp_tree *tree, int k, kmp_wrench w)
 }
 
 /* Signed like q_i and q_k. */
-static void put(scheme *s, kmp_ref *to, int i, int k, kmp_ref x)
+static void put_entry(scheme *s, kmp_ref *to, int i, int k, kmp_ref x)
 {
     const kmp_link *links = s->tree->links;
     to[(i - 1) * (s->tree->count - 1) + k - 1] = links[i].reversed != links[k].reversed ? kmp_neg(x) : x;
@@ -206,10 +207,10 @@ static void cross_at(scheme *s, int i, int h, pass *p)
     } else {
         qd = kmp_vec_dot(g, p->inertia.force, c->twice);
     }
-    put(s, s->by_q, h, i, *kmp_wrench_along(link, &p->by_q));
-    put(s, s->by_qd, h, i, *kmp_wrench_along(link, &p->by_qd));
-    put(s, s->by_q, i, h, q);
-    put(s, s->by_qd, i, h, qd);
+    put_entry(s, s->by_q, h, i, *kmp_wrench_along(link, &p->by_q));
+    put_entry(s, s->by_qd, h, i, *kmp_wrench_along(link, &p->by_qd));
+    put_entry(s, s->by_q, i, h, q);
+    put_entry(s, s->by_qd, i, h, qd);
 }
 
 static void all_passes(scheme *s)
@@ -217,8 +218,8 @@ static void all_passes(scheme *s)
     const kmp_link *links = s->tree->links;
     for (int i = s->tree->count - 1; i > 0; i--) {
         pass p = pass_from(s, i);
-        put(s, s->by_q, i, i, *kmp_wrench_along(&links[i], &p.by_q));
-        put(s, s->by_qd, i, i, *kmp_wrench_along(&links[i], &p.by_qd));
+        put_entry(s, s->by_q, i, i, *kmp_wrench_along(&links[i], &p.by_q));
+        put_entry(s, s->by_qd, i, i, *kmp_wrench_along(&links[i], &p.by_qd));
         for (int k = i; links[k].parent > 0; k = links[k].parent) {
             /* Passes the data from link k to its parent. */
             kmp_graph *g = s->g;

@@ -2,6 +2,8 @@
 #include "dynamics/variants.h"
 #include "base/memory.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 #include "symbolic/rotation.h"
 #include <limits.h>
 #include <string.h>

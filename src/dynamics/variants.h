@@ -3,8 +3,11 @@
 #pragma once
 
 #include "base/cache/bytes.h"
-#include "dynamics/kinematics/link_tree.h"
+#include <kempe/kempe.h>
+#include <stdbool.h>
 #include <stdint.h>
+
+struct kmp_tree;
 
 /** Methods for derivatives of the inverse dynamics (formalisms/tangents.h). */
 typedef enum kmp_tangent_method { KMP_TANGENT_SHORTER, KMP_TANGENT_FORWARD, KMP_TANGENT_COMPOSITE } kmp_tangent_method;
@@ -68,15 +71,15 @@ bool kmp_savings_plain(const kmp_savings *savings, const kempe_model *model);
 
 /** Moves the origin of each motion, from the ground outwards, each after those before it. Points, and thus all results,
  * are unchanged. The links have inertias about centres of mass alone. */
-void kmp_move_origins(kmp_tree *tree, const uint8_t *origin);
+void kmp_move_origins(struct kmp_tree *tree, const uint8_t *origin);
 
 /** Regroups masses by `give` of each motion; links carried by the ground give nothing. Changes kmp_link.own alone,
  * whose links use moments about their joints from then on. */
-void kmp_regroup(kmp_tree *tree, const uint8_t *give);
+void kmp_regroup(struct kmp_tree *tree, const uint8_t *give);
 
 /** Regroups composite bodies, changing kmp_link.base. The mass they receive is that of all carried bodies at the
  * joint's current position: it then moves with the parent, through a translation too. */
-void kmp_lump(kmp_tree *tree, const uint8_t *give);
+void kmp_lump(struct kmp_tree *tree, const uint8_t *give);
 
 /** Sets `stay` of each motion, of rotations alone. */
-void kmp_let_stay(kmp_tree *tree, const uint8_t *stay);
+void kmp_let_stay(struct kmp_tree *tree, const uint8_t *stay);

@@ -8,6 +8,7 @@
 #include "ensemble/quantity_words.h"
 #include "ensemble/sampling/values.h"
 #include "ensemble/statistics/statistics.h"
+#include "model/data/model.h"
 #include "model/read/loads.h"
 #include "output/convergence.h"
 #include "output/print.h"

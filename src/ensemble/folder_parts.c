@@ -5,10 +5,11 @@
 #include "base/memory.h"
 #include "ensemble/manifest.h"
 #include "ensemble/result_folder.h"
+#include "ensemble/sampling/model_instances.h"
+#include "ensemble/sampling/parquet_reader.h"
 #include "ensemble/sampling/values.h"
 #include "ensemble/statistics/statistics.h"
-#include "model/read/model_instances.h"
-#include "output/parquet_reader.h"
+#include "model/data/model.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include <stdio.h>

@@ -8,6 +8,7 @@
 #include "base/memory.h"
 #include "ensemble/result_folder.h"
 #include "ensemble/sampling/values.h"
+#include "model/data/model.h"
 #include "studies/simulate/trajectory.h"
 #include <errno.h>
 #include <stdlib.h>

@@ -4,7 +4,8 @@
 #include "ensemble/mechanisms.h"
 #include "base/context.h"
 #include "base/memory.h"
-#include "model/read/model_instances.h"
+#include "ensemble/sampling/model_instances.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

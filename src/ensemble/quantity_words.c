@@ -2,8 +2,9 @@
 /* A quantity is [NAME =] WORD(EXPRESSION) [from TIME [to TIME]], or an expression alone: its value at the end. */
 #include "ensemble/quantity_words.h"
 #include "base/memory.h"
+#include "ensemble/added_values.h"
+#include "model/data/model.h"
 #include "model/language/nearest.h"
-#include "model/read/added_values.h"
 #include "output/print.h"
 #include <ctype.h>
 #include <math.h>

@@ -6,6 +6,7 @@
 #include "ensemble/histories.h"
 #include "ensemble/manifest.h"
 #include "ensemble/statistics/statistics.h"
+#include "model/data/model.h"
 #include "output/print.h"
 #include <limits.h>
 #include <math.h>

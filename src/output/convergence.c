@@ -1,9 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Convergence of results by repeat runs: a coarser run first, a finer one in doubt, and for long runs parts at equal
+ * distances of steps. Differences are compared with what a user would see and with the tolerance; words for the outcome
+ * are at the end. */
 #include "output/convergence.h"
 #include "base/memory.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/charts.h"
 #include "integrators/steppers/solver.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

@@ -5,6 +5,7 @@
 #include "model/data/carried.h"
 #include "model/data/closure_table.h"
 #include "model/data/force_table.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

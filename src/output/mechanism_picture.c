@@ -2,6 +2,7 @@
 /* A mechanism whose points are in a plane of the axes is seen from its front, any other one from above and aside. */
 #include "output/mechanism_picture.h"
 #include "base/memory.h"
+#include "model/data/model.h"
 #include "model/data/pose.h"
 #include "output/drawing.h"
 #include "output/plot.h"

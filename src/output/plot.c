@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* SVG plots: axes with ticks at 1, 2 and 5 times powers of ten, linear or logarithmic; curves as paths, with gaps where
+ * values are missing. */
 #include "output/plot.h"
 #include <math.h>
 

@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Parts that reports share: heads, names, numbers in columns, errors, units, and the end of a report in text or JSON.
+ * */
 #include "output/print.h"
 #include "constraints/inexact/nearest_exact.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "output/quantity.h"
+#include "model/data/model.h"
 #include <string.h>
 
 const char *kmp_quantity_prefix(kmp_quantity quantity)

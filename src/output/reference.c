@@ -2,6 +2,7 @@
 /* Reading reference values: the header is resolved to entries once, then each line is fields. */
 #include "output/reference.h"
 #include "base/memory.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/language/nearest.h"
 #include "output/csv_reader.h"

@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Tables of columns, one array each, and their writers: CSV, JSON, text, and arrays of binary formats. */
 #include "output/result_table.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "model/data/model.h"
 #include "output/named_arrays.h"
 #include "output/parquet.h"
 #include "output/print.h"

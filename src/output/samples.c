@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Rows of a run in one array that doubles when it is full, and a limit of their number. */
 #include "output/samples.h"
 #include "base/memory.h"
 #include <math.h>

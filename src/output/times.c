@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "output/times.h"
 #include "base/memory.h"
+#include "model/data/model.h"
 #include <math.h>
 
 enum { DEFAULT_ROWS = 200 };

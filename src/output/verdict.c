@@ -1,7 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Judgement of a run from its rows: residuals of closures, drift of the energy over its scale, and the largest errors
+ * against a reference. A value that is not a number makes its measure the same, so that it cannot pass. */
 #include "output/verdict.h"
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
+#include "constraints/evaluation/jacobian_and_mass.h"
+#include "constraints/evaluation/row_residuals.h"
+#include "constraints/evaluation/shown_outputs.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

@@ -10,6 +10,7 @@
 #include "constraints/inexact/nearest_exact.h"
 #include "constraints/tolerances.h"
 #include "dynamics/program_cache.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "output/print.h"
 #include "output/weighting.h"

@@ -2,6 +2,7 @@
 #include "report/contact_drawing.h"
 #include "base/memory.h"
 #include "model/data/compliant.h"
+#include "model/data/model.h"
 #include "studies/simulate/observed.h"
 #include "studies/simulate/trajectory.h"
 #include "studies/simulate/trajectory_print.h"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Data of a comparison's page: the comparison, the runs in detail, the picture. */
 #include "report/data.h"
+#include "model/data/model.h"
 #include "report/motion_picture.h"
 #include "studies/compare/compare_advice.h"
 #include "studies/compare/compare_levels.h"

@@ -5,6 +5,7 @@
 #include "analyses/modes/modes_study.h"
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
+#include "model/data/model.h"
 #include "output/quantity.h"
 #include "report/motion_picture.h"
 #include "report/page.h"

@@ -4,6 +4,7 @@
  * are thinned: their vertices are 16-bit integers within the box of their mesh. Rails are drawn over the range of the
  * wheels, and a little more. */
 #include "report/motion_picture.h"
+#include "model/data/model.h"
 #include "model/data/pose.h"
 #include "model/write/model_print.h"
 #include "output/drawing.h"

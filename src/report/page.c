@@ -2,6 +2,7 @@
 /* The report of a comparison: runs made once more, and the page with them. */
 #include "report/page.h"
 #include "base/memory.h"
+#include "model/data/model.h"
 #include "model/read/loads.h"
 #include "report/data.h"
 #include "report/motion_picture.h"

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "ensemble/statistics/statistics.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include "model/write/model_print.h"
 #include "model/write/model_show.h"
 #include "output/print.h"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The report of a simulation: the run once more with monitoring, and all its outputs. */
 #include "base/memory.h"
+#include "model/data/model.h"
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "output/result_table.h"

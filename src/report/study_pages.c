@@ -15,6 +15,7 @@
 #include "ensemble/optimize/optimize_study.h"
 #include "ensemble/result_folder.h"
 #include "ensemble/statistics/statistics.h"
+#include "model/data/model.h"
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "output/result_table.h"
@@ -136,7 +137,7 @@ static kempe_status fill_kinematics(study_page *s, const void *result)
     KMP_TRY(kempe_kinematics_table(k, "rows", &s->table));
     /* A column of the swept value if it ascends all along, otherwise s, which always does. */
     const char *swept =
-        k->time >= 0 ? "t" : kmp_arena_printf(&s->arena, "q.%s", kmp_kinematics_name(k, &k->lead[k->first]));
+        k->time >= 0 ? "t" : kmp_arena_printf(&s->arena, "q.%s", kmp_kinematics_name(k, &k->parameter[k->first]));
     int column = swept ? kempe_table_find(s->table, swept) : -1;
     const double *x = column >= 0 ? kempe_table_values(s->table, column) : NULL;
     s->page.x = x ? swept : "s";

@@ -2,6 +2,7 @@
 #include "report/vehicle_drawing.h"
 #include "analyses/comfort/comfort_study.h"
 #include "base/memory.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "rail/running_safety.h"
 #include "symbolic/table_function.h"

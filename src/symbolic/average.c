@@ -21,8 +21,8 @@ enum { LANES = KMP_SCAN_GROUP, EXPONENT = 1, AVERAGED = 2 }; /* stages */
 
 /* -- in the graph ------------------------------------------------------------------------------------ */
 
-static bool begin(kmp_implicit *b, kmp_ref exponent, kmp_ref needed, int count, const kmp_ref *averaged, int places,
-                  const double *place)
+static bool make_average_block(kmp_implicit *b, kmp_ref exponent, kmp_ref needed, int count, const kmp_ref *averaged,
+                               int places, const double *place)
 {
     b->row = KMP_GRAPH_NEW(b->local, kmp_ref, count + 2);
     b->derived = KMP_GRAPH_NEW(b->local, int, 1);
@@ -48,7 +48,7 @@ kmp_implicit *kmp_average_new(kmp_graph *local, int arguments, kmp_ref exponent,
     }
     b->local = local;
     b->block = (kmp_program_block){.unknowns = count + 1, .arguments = arguments, .averages = true};
-    if (begin(b, exponent, needed, count, averaged, places, place))
+    if (make_average_block(b, exponent, needed, count, averaged, places, place))
         return b;
     kmp_implicit_free(b);
     return NULL;
@@ -174,7 +174,7 @@ struct kmp_average {
 };
 
 /* The weights of places, and the places in the middle of groups. */
-static void measure(kmp_average *a)
+static void set_places(kmp_average *a)
 {
     const kmp_program_block *b = a->block;
     size_t width = a->groups * LANES, places = (size_t)b->candidates;
@@ -202,7 +202,7 @@ kmp_average *kmp_average_room(const kmp_program_block *block, kmp_row_writer *ro
     a->spacing = kmp_arena_aligned(&a->arena, width);
     a->weight = kmp_arena_aligned(&a->arena, width);
     if (!a->arena.failed) {
-        measure(a);
+        set_places(a);
         a->scan = kmp_scan_new(block, (int)(width + a->groups), a->place, rows);
     }
     if (!a->scan) {

@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Hash-consing, signs and commutative order. A node is only made when no rule has a shorter form: the rules are those
- * of src/symbolic. Equal expressions are one node, so that an expression that occurs twice is an auxiliary
- * variable (Fisette and Samin 1996, section 3.1). */
+/* The graph of expressions: hash-consing, signs and commutative order. A node is only made when no rule has a shorter
+ * form: the rules are those of src/symbolic. Equal expressions are one node, so that an expression that occurs twice is
+ * an auxiliary variable (Fisette and Samin 1996, section 3.1).
+ *
+ * A reference is the number of a node and a sign, so that a negative costs no node. Numbers follow the order of making:
+ * operands are older than their uses, every traversal is a loop, and results do not depend on addresses. The table of
+ * nodes is open-addressed and searched from near the youngest operand, where a large graph is in the cache. */
 #include "symbolic/graph.h"
 #include "base/arena.h"
 #include "base/memory.h"
@@ -18,7 +22,7 @@
 #include <string.h>
 
 struct kmp_graph {
-    kmp_graph_seen seen; /* first */
+    kmp_graph_head head; /* first */
     uint32_t capacity, value_count, value_capacity;
     uint32_t room_for; /* nodes, before `nodes` or `table` grows */
     uint32_t *table;   /* id + 1, 0 = free */
@@ -31,7 +35,7 @@ struct kmp_graph {
     int table_count;
     kmp_implicit **implicits, **unused; /* unused: averages of a state that the graph has returned from */
     int implicit_count, unused_count;
-    kmp_arena room;
+    kmp_arena arena;
     bool keeps_labels, failed;
 };
 
@@ -50,7 +54,7 @@ static uint32_t hash_node(const kmp_graph *g, const kmp_node *n)
     uint64_t bits;
     if (n->op != KMP_OP_CONST)
         return mix(n->op, n->a, n->b, n->c);
-    memcpy(&bits, &g->seen.values[n->a], sizeof bits);
+    memcpy(&bits, &g->head.values[n->a], sizeof bits);
     return mix(n->op, (uint32_t)bits, (uint32_t)(bits >> 32), 0);
 }
 
@@ -59,12 +63,12 @@ static bool same_node(const kmp_graph *g, const kmp_node *n, const kmp_node *m)
     if (n->op != m->op)
         return false;
     if (n->op == KMP_OP_CONST)
-        return memcmp(&g->seen.values[n->a], &g->seen.values[m->a], sizeof(double)) == 0;
+        return memcmp(&g->head.values[n->a], &g->head.values[m->a], sizeof(double)) == 0;
     return n->a == m->a && n->b == m->b && n->c == m->c;
 }
 
 /* The younger of the operands. */
-static uint32_t latest(const kmp_node *n)
+static uint32_t youngest_operand(const kmp_node *n)
 {
     if (kmp_op_arity((kmp_op)n->op) == 0)
         return 0;
@@ -78,14 +82,14 @@ enum { WINDOW = 4096, NEAR = 16, LEAST = 1024, WIDER = 4 };
  * graph uses a small part of its table. After a few probes it continues anywhere. */
 static uint32_t first_slot(const kmp_graph *g, const kmp_node *n, uint32_t hash)
 {
-    return ((2 * latest(n) & ~(WINDOW - 1u)) + (hash & (WINDOW - 1u))) & (g->table_size - 1);
+    return ((2 * youngest_operand(n) & ~(WINDOW - 1u)) + (hash & (WINDOW - 1u))) & (g->table_size - 1);
 }
 
 /* The slot of the equal node (if `shared`), or a free one. */
 static uint32_t find_slot(const kmp_graph *g, const kmp_node *n, bool shared)
 {
     uint32_t hash = hash_node(g, n), last = g->table_size - 1, k = first_slot(g, n, hash);
-    for (int step = 1; g->table[k] && !(shared && same_node(g, &g->seen.nodes[g->table[k] - 1], n)); step++)
+    for (int step = 1; g->table[k] && !(shared && same_node(g, &g->head.nodes[g->table[k] - 1], n)); step++)
         k = (step == NEAR ? hash : k + 1) & last;
     return k;
 }
@@ -99,18 +103,18 @@ static bool grow_table(kmp_graph *g)
     g->table = table;
     g->table_size = size;
     /* Enters all nodes into a table without entries. */
-    for (uint32_t id = 0; id < g->seen.count; id++)
-        g->table[find_slot(g, &g->seen.nodes[id], false)] = id + 1;
+    for (uint32_t id = 0; id < g->head.count; id++)
+        g->table[find_slot(g, &g->head.nodes[id], false)] = id + 1;
     return true;
 }
 
 static bool grow_nodes(kmp_graph *g)
 {
     uint32_t capacity = g->capacity ? 2 * g->capacity : g->first_size / 2;
-    kmp_node *nodes = kmp_realloc(g->seen.nodes, capacity, sizeof *nodes);
+    kmp_node *nodes = kmp_realloc(g->head.nodes, capacity, sizeof *nodes);
     if (!nodes)
         return false;
-    g->seen.nodes = nodes;
+    g->head.nodes = nodes;
     g->capacity = capacity;
     return true;
 }
@@ -118,8 +122,8 @@ static bool grow_nodes(kmp_graph *g)
 /* More room for nodes; half of the table remains free. */
 static bool make_room(kmp_graph *g)
 {
-    if (g->failed || g->seen.count >= UINT32_MAX / 4 || (g->seen.count == g->table_size / 2 && !grow_table(g)) ||
-        (g->seen.count == g->capacity && !grow_nodes(g)))
+    if (g->failed || g->head.count >= UINT32_MAX / 4 || (g->head.count == g->table_size / 2 && !grow_table(g)) ||
+        (g->head.count == g->capacity && !grow_nodes(g)))
         return false;
     g->room_for = g->table_size / 2 < g->capacity ? g->table_size / 2 : g->capacity;
     return true;
@@ -133,25 +137,25 @@ static uint16_t depends_of(const kmp_graph *g, const kmp_node *n)
         return (uint16_t)(1u << n->a);
     uint16_t d = 0;
     for (int k = 0; k < kmp_op_arity((kmp_op)n->op); k++)
-        d |= g->seen.nodes[kmp_id(kmp_operand(n, k))].depends;
+        d |= g->head.nodes[kmp_id(kmp_operand(n, k))].depends;
     return d;
 }
 
 static kmp_ref add_node(kmp_graph *g, kmp_node n, uint32_t slot)
 {
-    g->seen.nodes[g->seen.count] = n;
-    g->table[slot] = ++g->seen.count;
-    return (g->seen.count - 1) << 1;
+    g->head.nodes[g->head.count] = n;
+    g->table[slot] = ++g->head.count;
+    return (g->head.count - 1) << 1;
 }
 
 /* The node, or an equal one that exists. */
 kmp_ref kmp_graph_intern(kmp_graph *g, kmp_node n)
 {
-    if (g->seen.count == g->room_for && !make_room(g)) {
+    if (g->head.count == g->room_for && !make_room(g)) {
         g->failed = true;
         return KMP_ZERO;
     }
-    bool shared = g->seen.rules & KMP_RULE_SHARE || n.op == KMP_OP_CONST || n.op == KMP_OP_INPUT;
+    bool shared = g->head.rules & KMP_RULE_SHARE || n.op == KMP_OP_CONST || n.op == KMP_OP_INPUT;
     uint32_t k = find_slot(g, &n, shared);
     if (g->table[k])
         return (g->table[k] - 1) << 1;
@@ -163,17 +167,17 @@ kmp_ref kmp_graph_intern(kmp_graph *g, kmp_node n)
 static inline kmp_ref intern_pair(kmp_graph *g, kmp_op op, kmp_ref a, kmp_ref b)
 {
     const kmp_node n = {.op = (uint8_t)op, .a = a, .b = b};
-    if (g->seen.count == g->room_for || !(g->seen.rules & KMP_RULE_SHARE))
+    if (g->head.count == g->room_for || !(g->head.rules & KMP_RULE_SHARE))
         return kmp_graph_intern(g, n);
     uint32_t hash = mix(op, a, b, 0), last = g->table_size - 1, slot;
     uint32_t k = (((b > a ? b : a) & ~(WINDOW - 1u)) + (hash & (WINDOW - 1u))) & last;
     for (int step = 1; (slot = g->table[k]) != 0; step++) {
-        const kmp_node *m = &g->seen.nodes[slot - 1];
+        const kmp_node *m = &g->head.nodes[slot - 1];
         if (m->a == a && m->b == b && m->op == op)
             return (slot - 1) << 1;
         k = (step == NEAR ? hash : k + 1) & last;
     }
-    uint16_t depends = g->seen.nodes[kmp_id(a)].depends | g->seen.nodes[kmp_id(b)].depends;
+    uint16_t depends = g->head.nodes[kmp_id(a)].depends | g->head.nodes[kmp_id(b)].depends;
     return add_node(g, (kmp_node){.op = (uint8_t)op, .depends = depends, .a = a, .b = b}, k);
 }
 
@@ -189,11 +193,11 @@ kmp_graph *kmp_graph_new_for(uint32_t nodes)
         return NULL;
     for (g->first_size = LEAST; g->first_size / 2 < nodes && g->first_size < UINT32_MAX / WIDER;)
         g->first_size *= WIDER;
-    g->seen.rules = KMP_RULE_ALL;
+    g->head.rules = KMP_RULE_ALL;
     g->rotations = kmp_rotations_new();
     (void)kmp_const(g, 0.0);
     (void)kmp_const(g, 1.0);
-    if (g->failed || !g->rotations || g->seen.count != 2) {
+    if (g->failed || !g->rotations || g->head.count != 2) {
         kmp_graph_free(g);
         return NULL;
     }
@@ -202,7 +206,7 @@ kmp_graph *kmp_graph_new_for(uint32_t nodes)
 
 void kmp_graph_set_rules(kmp_graph *g, unsigned rules)
 {
-    g->seen.rules = rules;
+    g->head.rules = rules;
 }
 
 void kmp_graph_free(kmp_graph *g)
@@ -221,16 +225,16 @@ void kmp_graph_free(kmp_graph *g)
         kmp_implicit_free(g->unused[k]);
     kmp_free(g->implicits);
     kmp_free(g->unused);
-    kmp_free(g->seen.nodes);
-    kmp_free(g->seen.values);
+    kmp_free(g->head.nodes);
+    kmp_free(g->head.values);
     kmp_free(g->table);
-    kmp_arena_free(&g->room);
+    kmp_arena_free(&g->arena);
     kmp_free(g);
 }
 
 kmp_arena *kmp_graph_arena(kmp_graph *g)
 {
-    return &g->room;
+    return &g->arena;
 }
 
 void kmp_graph_fail(kmp_graph *g)
@@ -240,7 +244,7 @@ void kmp_graph_fail(kmp_graph *g)
 
 bool kmp_graph_failed(const kmp_graph *g)
 {
-    return g->failed || g->room.failed || kmp_rotations_failed(g->rotations);
+    return g->failed || g->arena.failed || kmp_rotations_failed(g->rotations);
 }
 
 struct kmp_derivative **kmp_graph_spare(kmp_graph *g)
@@ -257,7 +261,7 @@ kmp_rotations *kmp_graph_rotations(kmp_graph *g)
 
 bool kmp_graph_mark_init(kmp_graph_mark *mark, const kmp_graph *g)
 {
-    *mark = (kmp_graph_mark){g->seen.count, g->value_count, g->table_count, g->implicit_count,
+    *mark = (kmp_graph_mark){g->head.count, g->value_count, g->table_count, g->implicit_count,
                              kmp_rotations_copy(g->rotations)};
     return mark->rotations;
 }
@@ -275,7 +279,7 @@ void kmp_graph_return(kmp_graph *g, const kmp_graph_mark *mark)
     uint32_t *table = g->table;
     for (uint32_t k = 0; k < size; k++)
         table[k] = table[k] > first ? 0 : table[k];
-    g->seen.count = first;
+    g->head.count = first;
     g->value_count = mark->values;
     while (g->table_count > mark->tables)
         kmp_table_free(g->tables[--g->table_count]);
@@ -307,25 +311,25 @@ void kmp_graph_return(kmp_graph *g, const kmp_graph_mark *mark)
 
 kmp_ref kmp_const(kmp_graph *g, double value)
 {
-    if (value == 0 && g->seen.count > 0)
+    if (value == 0 && g->head.count > 0)
         return KMP_ZERO;
-    if (fabs(value) == 1 && g->seen.count > 1)
+    if (fabs(value) == 1 && g->head.count > 1)
         return value < 0 ? kmp_neg(KMP_ONE) : KMP_ONE;
     bool negative = value < 0;
     if (g->value_count == g->value_capacity) {
         uint32_t capacity = g->value_capacity ? 2 * g->value_capacity : 64;
-        double *values = kmp_realloc(g->seen.values, capacity, sizeof *values);
+        double *values = kmp_realloc(g->head.values, capacity, sizeof *values);
         if (!values) {
             g->failed = true;
             return KMP_ZERO;
         }
-        g->seen.values = values;
+        g->head.values = values;
         g->value_capacity = capacity;
     }
-    g->seen.values[g->value_count] = fabs(value);
-    uint32_t before = g->seen.count;
+    g->head.values[g->value_count] = fabs(value);
+    uint32_t before = g->head.count;
     kmp_ref r = kmp_graph_intern(g, (kmp_node){.op = KMP_OP_CONST, .a = g->value_count});
-    if (g->seen.count > before)
+    if (g->head.count > before)
         g->value_count++;
     return negative ? kmp_neg(r) : r;
 }
@@ -337,11 +341,11 @@ kmp_ref kmp_input(kmp_graph *g, kmp_input_kind kind, uint32_t index)
 
 static bool is_number(const kmp_graph *g, kmp_ref r)
 {
-    return g->seen.nodes[kmp_id(r)].op == KMP_OP_CONST;
+    return g->head.nodes[kmp_id(r)].op == KMP_OP_CONST;
 }
 
 /* Numbers first, then by id. */
-static void order(const kmp_graph *g, kmp_ref *a, kmp_ref *b)
+static void order_operands(const kmp_graph *g, kmp_ref *a, kmp_ref *b)
 {
     bool swap = is_number(g, *a) != is_number(g, *b) ? is_number(g, *b) : kmp_id(*b) < kmp_id(*a);
     if (swap) {
@@ -353,19 +357,19 @@ static void order(const kmp_graph *g, kmp_ref *a, kmp_ref *b)
 
 static bool is_square(const kmp_graph *g, kmp_ref r)
 {
-    const kmp_node *n = &g->seen.nodes[kmp_id(r)];
+    const kmp_node *n = &g->head.nodes[kmp_id(r)];
     return n->op == KMP_OP_MUL && n->a == n->b;
 }
 
 /* The rules that may have a shorter form of a sum; each looks further. `same`: the terms differ by a number. */
 static inline unsigned rules_of_sum(const kmp_graph *g, kmp_ref a, kmp_ref b, bool *same)
 {
-    const kmp_node *x = &g->seen.nodes[kmp_id(a)], *y = &g->seen.nodes[kmp_id(b)];
+    const kmp_node *x = &g->head.nodes[kmp_id(a)], *y = &g->head.nodes[kmp_id(b)];
     double coefficient;
     kmp_ref p = kmp_split_coefficient(g, a, &coefficient), q = kmp_split_coefficient(g, b, &coefficient);
     *same = p == q;
     bool numbers = x->op == KMP_OP_CONST && y->op == KMP_OP_CONST, sums = x->op == KMP_OP_ADD || y->op == KMP_OP_ADD;
-    return g->seen.rules &
+    return g->head.rules &
            ((a == KMP_ZERO || b == KMP_ZERO || numbers ? KMP_RULE_ZERO : 0u) | (p == q || sums ? KMP_RULE_CANCEL : 0u) |
             (is_square(g, p) && is_square(g, q) ? KMP_RULE_TRIG : 0u));
 }
@@ -380,7 +384,7 @@ kmp_ref kmp_graph_add(kmp_graph *g, kmp_ref a, kmp_ref b)
                   (rules & KMP_RULE_TRIG && kmp_pythagoras(g, a, b, &r)) ||
                   (rules & KMP_RULE_CANCEL && kmp_cancel_in_sums(g, a, b, &r))))
         return r;
-    order(g, &a, &b);
+    order_operands(g, &a, &b);
     kmp_ref sign = a & 1;
     return intern_pair(g, KMP_OP_ADD, a ^ sign, b ^ sign) ^ sign;
 }
@@ -388,7 +392,7 @@ kmp_ref kmp_graph_add(kmp_graph *g, kmp_ref a, kmp_ref b)
 /* True if w is a factor of the product p, which then may have it squared. */
 static bool has_factor(const kmp_graph *g, kmp_ref p, kmp_ref w)
 {
-    const kmp_node *n = &g->seen.nodes[kmp_id(p)];
+    const kmp_node *n = &g->head.nodes[kmp_id(p)];
     return n->op == KMP_OP_MUL && (n->a == w || n->b == w);
 }
 
@@ -397,10 +401,10 @@ kmp_ref kmp_graph_mul(kmp_graph *g, kmp_ref a, kmp_ref b)
     kmp_ref r, sign = (a ^ b) & 1;
     a &= ~(kmp_ref)1;
     b &= ~(kmp_ref)1;
-    order(g, &a, &b);
-    if (is_number(g, a) && g->seen.rules & KMP_RULE_ZERO && kmp_sparse_tangent_mul(g, a, b, sign, &r))
+    order_operands(g, &a, &b);
+    if (is_number(g, a) && g->head.rules & KMP_RULE_ZERO && kmp_sparse_tangent_mul(g, a, b, sign, &r))
         return r;
-    bool squares = g->seen.rules & KMP_RULE_SHARE && (has_factor(g, a, b) || has_factor(g, b, a));
+    bool squares = g->head.rules & KMP_RULE_SHARE && (has_factor(g, a, b) || has_factor(g, b, a));
     if (squares && kmp_squares(g, a, b, &r)) {
         if (g->failed)
             return KMP_ZERO;
@@ -414,9 +418,9 @@ kmp_ref(kmp_div)(kmp_graph *g, kmp_ref a, kmp_ref b)
     kmp_ref r, sign = (a ^ b) & 1;
     a &= ~(kmp_ref)1;
     b &= ~(kmp_ref)1;
-    if (g->seen.rules & KMP_RULE_ZERO && kmp_sparse_tangent_div(g, a, b, sign, &r))
+    if (g->head.rules & KMP_RULE_ZERO && kmp_sparse_tangent_div(g, a, b, sign, &r))
         return r;
-    if (g->seen.rules & KMP_RULE_CANCEL && a == b)
+    if (g->head.rules & KMP_RULE_CANCEL && a == b)
         return KMP_ONE ^ sign;
     return intern_pair(g, KMP_OP_DIV, a, b) ^ sign;
 }
@@ -533,11 +537,9 @@ const kmp_label *kmp_graph_label_of(const kmp_graph *g, uint32_t id)
     return id < g->label_count && g->labels[id].quantity ? &g->labels[id] : NULL;
 }
 
-/* Digests and values of the nodes of a graph. */
-
 /* -- digests --------------------------------------------------------------------------------------- */
 
-static uint64_t stir(uint64_t digest, uint64_t more)
+static uint64_t mix_digest(uint64_t digest, uint64_t more)
 {
     digest = (digest ^ more) * 0x9e3779b97f4a7c15u;
     return digest ^ digest >> 29;
@@ -552,16 +554,16 @@ static uint64_t bits_of(double value)
 
 uint64_t kmp_graph_digest(const kmp_graph *g, uint32_t first, int count, const kmp_ref *outputs)
 {
-    uint64_t digest = stir(kmp_graph_count(g), (uint64_t)count);
+    uint64_t digest = mix_digest(kmp_graph_count(g), (uint64_t)count);
     for (uint32_t id = first; id < kmp_graph_count(g); id++) {
         const kmp_node *n = kmp_graph_node(g, id);
         uint64_t whole = (uint64_t)n->b << 32 | n->c;
         if (n->op == KMP_OP_CONST)
             whole = bits_of(kmp_graph_value(g, id));
-        digest = stir(stir(digest, (uint64_t)n->a << 8 | n->op), whole);
+        digest = mix_digest(mix_digest(digest, (uint64_t)n->a << 8 | n->op), whole);
     }
     for (int k = 0; k < count; k++)
-        digest = stir(digest, outputs[k]);
+        digest = mix_digest(digest, outputs[k]);
     return digest;
 }
 

@@ -119,28 +119,28 @@ static inline kmp_ref kmp_neg(kmp_ref r)
 }
 
 /* The first members of a graph: for the inline functions below alone, which every traversal of a graph calls. */
-typedef struct kmp_graph_seen {
+typedef struct kmp_graph_head {
     kmp_node *nodes;
     double *values; /* of CONST nodes */
     uint32_t count;
     unsigned rules;
-} kmp_graph_seen;
+} kmp_graph_head;
 
 static inline bool kmp_graph_has_rule(const kmp_graph *g, unsigned rule)
 {
-    return ((const kmp_graph_seen *)g)->rules & rule;
+    return ((const kmp_graph_head *)g)->rules & rule;
 }
 static inline unsigned kmp_graph_rules(const kmp_graph *g)
 {
-    return ((const kmp_graph_seen *)g)->rules;
+    return ((const kmp_graph_head *)g)->rules;
 }
 static inline uint32_t kmp_graph_count(const kmp_graph *g)
 {
-    return ((const kmp_graph_seen *)g)->count;
+    return ((const kmp_graph_head *)g)->count;
 }
 static inline const kmp_node *kmp_graph_node(const kmp_graph *g, uint32_t id)
 {
-    return &((const kmp_graph_seen *)g)->nodes[id];
+    return &((const kmp_graph_head *)g)->nodes[id];
 }
 /** The form of a reference, from those of nodes. */
 static inline kmp_ref kmp_mapped(const kmp_ref *map, kmp_ref r)
@@ -150,7 +150,7 @@ static inline kmp_ref kmp_mapped(const kmp_ref *map, kmp_ref r)
 /** Value of a CONST node. */
 static inline double kmp_graph_value(const kmp_graph *g, uint32_t id)
 {
-    return ((const kmp_graph_seen *)g)->values[kmp_graph_node(g, id)->a];
+    return ((const kmp_graph_head *)g)->values[kmp_graph_node(g, id)->a];
 }
 /** True when r is a number, stored in *value. */
 static inline bool kmp_is_const(const kmp_graph *g, kmp_ref r, double *value)

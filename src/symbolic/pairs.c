@@ -206,7 +206,7 @@ static bool stands(const sharing *s, const list *l, const pair *p, int at[2], km
 }
 
 /* Returns the number of the item that replaces a pair; 0: no memory. */
-static uint32_t make(sharing *s, const pair *p)
+static uint32_t add_pair(sharing *s, const pair *p)
 {
     kmp_ref(*made)[2] = kmp_list_room(s->made, s->made_count, sizeof *made);
     if (!made)
@@ -226,7 +226,7 @@ static bool share(sharing *s, const pair *p, const int *member)
         found += stands(s, &s->lists[member[k]], p, at, &sign);
     if (found < 2)
         return false;
-    uint32_t number = make(s, p);
+    uint32_t number = add_pair(s, p);
     if (!number) {
         s->failed = true;
         return false;

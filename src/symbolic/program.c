@@ -1,5 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Scheduling: mark the nodes that each stage needs, number them, write them as instructions. */
+/* Programs: straight-line code in stages, made from a graph, and what is done with it as a whole.
+ *
+ * Scheduling marks the nodes that each stage needs, backwards from its outputs. A node belongs to the first stage that
+ * needs it; those that depend on parameters and charts alone go to stage 0, which runs once. Nodes keep the order in
+ * which the graph made them, which puts operands before their uses, and are numbered: constants, inputs, then
+ * instructions. The other sections copy, compare and count programs, select stages of them, bring them back into a
+ * graph, and print their text (docs/program_format.md). */
 #include "symbolic/program.h"
 #include "base/memory.h"
 #include "symbolic/function_table.h"
@@ -12,6 +18,8 @@
 #include "symbolic/trig.h"
 #include <math.h>
 #include <string.h>
+
+/* -- scheduling ---------------------------------------------------------------------------------------- */
 
 enum { PARAMETER_STAGE = 1 }; /* marks are stage + 1 */
 
@@ -87,7 +95,7 @@ kmp_program *kmp_program_with_room(size_t stages, size_t code, size_t outputs, s
 }
 
 /* Copies the blocks in use, numbered in their order. */
-static bool take_blocks(kmp_graph *g, kmp_program *p)
+static bool copy_blocks(kmp_graph *g, kmp_program *p)
 {
     int blocks = 0;
     while (kmp_graph_implicit(g, blocks))
@@ -107,7 +115,7 @@ static bool take_blocks(kmp_graph *g, kmp_program *p)
 }
 
 /* Copies the tables in use, numbered in their order. */
-static bool take_tables(const kmp_graph *g, kmp_program *p)
+static bool copy_tables(const kmp_graph *g, kmp_program *p)
 {
     for (int i = 0; i < p->code[p->stages]; i++) {
         kmp_instruction *in = &p->instruction[i];
@@ -121,7 +129,7 @@ static bool take_tables(const kmp_graph *g, kmp_program *p)
     return true;
 }
 
-static bool take_labels(const needed *n, kmp_program *p)
+static bool copy_labels(const needed *n, kmp_program *p)
 {
     int leaves = p->constant_count + p->input_count;
     if (!kmp_graph_has_labels(n->graph))
@@ -182,7 +190,7 @@ static kmp_program *schedule(kmp_graph *g, needed *n, int groups, const int *cou
         p->outputs[k + 2] = p->outputs[k + 1] + count[k];
     for (int k = 0; k < total; k++)
         p->output[k] = operand(n->number, outputs[k]);
-    if (take_tables(g, p) && take_blocks(g, p) && take_labels(n, p))
+    if (copy_tables(g, p) && copy_blocks(g, p) && copy_labels(n, p))
         return p;
     kmp_program_free(p);
     return NULL;
@@ -199,7 +207,8 @@ static uint8_t *mark_groups(const kmp_graph *g, kmp_arena *room, int groups, con
     return mark;
 }
 
-static kmp_program *make(kmp_graph *g, int groups, const int *count, const kmp_ref *const *outputs, unsigned still)
+static kmp_program *schedule_groups(kmp_graph *g, int groups, const int *count, const kmp_ref *const *outputs,
+                                    unsigned still)
 {
     int total = 0;
     needed n = {.graph = g, .still = still};
@@ -228,13 +237,15 @@ static kmp_program *make(kmp_graph *g, int groups, const int *count, const kmp_r
 
 kmp_program *kmp_program_new(kmp_graph *g, int groups, const int *count, const kmp_ref *const *outputs)
 {
-    return make(g, groups, count, outputs, 1u << KMP_IN_PARAMETER | 1u << KMP_IN_CHART);
+    return schedule_groups(g, groups, count, outputs, 1u << KMP_IN_PARAMETER | 1u << KMP_IN_CHART);
 }
 
 kmp_program *kmp_program_of_parameters(kmp_graph *g, int count, const kmp_ref *outputs)
 {
-    return make(g, 1, &count, &outputs, 1u << KMP_IN_PARAMETER);
+    return schedule_groups(g, 1, &count, &outputs, 1u << KMP_IN_PARAMETER);
 }
+
+/* -- copies and comparison --------------------------------------------------------------------------------- */
 
 void kmp_program_free(kmp_program *p)
 {
@@ -368,6 +379,8 @@ double kmp_program_value(const kmp_program *p, int i, double x, double y, double
     return kmp_op_value((kmp_op)in->op, x, y, z);
 }
 
+/* -- counts of operations ---------------------------------------------------------------------------------- */
+
 /* Signs of operands that an instruction applies: a difference has none. */
 static int count_signs(const kmp_instruction *in)
 {
@@ -429,6 +442,8 @@ kmp_counts kmp_program_count(const kmp_program *p, int first_stage, int last_sta
     return c;
 }
 
+/* -- selection of stages --------------------------------------------------------------------------------- */
+
 /* The first stages of a program are taken over. Instructions of `given` (NULL: none) become inputs. */
 typedef struct selection {
     const kmp_program *p;
@@ -441,11 +456,6 @@ typedef struct selection {
 static int leaves(const kmp_program *p)
 {
     return p->constant_count + p->input_count;
-}
-
-static void need(uint32_t *number, uint32_t operand)
-{
-    number[operand >> 1] = 1;
 }
 
 static uint32_t renumbered(const uint32_t *number, uint32_t operand)
@@ -466,7 +476,7 @@ static kmp_instruction renumber(const kmp_instruction *in, const uint32_t *numbe
 }
 
 /* The table or block that an instruction applies; false: no memory. */
-static bool take_applied(const kmp_program *p, kmp_instruction *in, int *block, kmp_program *to)
+static bool select_applied(const kmp_program *p, kmp_instruction *in, int *block, kmp_program *to)
 {
     int number = 0;
     if (in->op == KMP_OP_TABLE) {
@@ -482,7 +492,7 @@ static bool take_applied(const kmp_program *p, kmp_instruction *in, int *block, 
     return number >= 0;
 }
 
-static bool take_code(const selection *s, uint32_t *number, uint32_t next, int *block, kmp_program *to)
+static bool select_code(const selection *s, uint32_t *number, uint32_t next, int *block, kmp_program *to)
 {
     const kmp_program *p = s->p;
     int count = 0;
@@ -494,7 +504,7 @@ static bool take_code(const selection *s, uint32_t *number, uint32_t next, int *
             kmp_instruction *in = &to->instruction[count++];
             *in = renumber(&p->instruction[i], number);
             number[leaves(p) + i] = ++next;
-            if (!take_applied(p, in, block, to))
+            if (!select_applied(p, in, block, to))
                 return false;
         }
     }
@@ -502,18 +512,18 @@ static bool take_code(const selection *s, uint32_t *number, uint32_t next, int *
     return true;
 }
 
-static bool fill(selection *s, uint32_t *number, int *block, kmp_program *to)
+static bool fill_selection(selection *s, uint32_t *number, int *block, kmp_program *to)
 {
     const kmp_program *p = s->p;
     to->stages = s->stages;
     to->graph_nodes = p->graph_nodes;
     /* Marks the values that outputs of the stages need, backwards. */
     for (int k = 0; k < p->outputs[s->stages]; k++)
-        need(number, p->output[k]);
+        number[p->output[k] >> 1] = 1;
     for (int i = p->code[s->stages]; i-- > 0;)
         for (int k = 0;
              number[leaves(p) + i] && !(s->given && s->given[i]) && k < kmp_op_arity((kmp_op)p->instruction[i].op); k++)
-            need(number, kmp_instruction_operand(&p->instruction[i], k));
+            number[kmp_instruction_operand(&p->instruction[i], k) >> 1] = 1;
     /* Copies the constants and inputs in use; marks become numbers + 1. */
     uint32_t next = 0;
     for (int k = 0; k < p->constant_count; k++)
@@ -532,7 +542,7 @@ static bool fill(selection *s, uint32_t *number, int *block, kmp_program *to)
             s->list[s->count++] = i;
             number[leaves(p) + i] = ++next;
         }
-    if (!take_code(s, number, next, block, to))
+    if (!select_code(s, number, next, block, to))
         return false;
     memcpy(to->outputs, p->outputs, (size_t)(s->stages + 1) * sizeof *to->outputs);
     for (int k = 0; k < to->outputs[s->stages]; k++)
@@ -540,7 +550,7 @@ static bool fill(selection *s, uint32_t *number, int *block, kmp_program *to)
     return true;
 }
 
-static kmp_program *take(selection *s)
+static kmp_program *select_stages(selection *s)
 {
     const kmp_program *p = s->p;
     const size_t code = (size_t)p->code[s->stages], inputs = (size_t)p->input_count + (s->given ? code : 0);
@@ -548,7 +558,7 @@ static kmp_program *take(selection *s)
                                             (size_t)p->constant_count, inputs);
     uint32_t *number = KMP_NEW(uint32_t, leaves(p) + p->code[p->stages]);
     int *block = KMP_NEW(int, p->block_count + 1);
-    bool ok = to && number && block && fill(s, number, block, to);
+    bool ok = to && number && block && fill_selection(s, number, block, to);
     kmp_free(number);
     kmp_free(block);
     if (ok)
@@ -560,23 +570,25 @@ static kmp_program *take(selection *s)
 kmp_program *kmp_program_first(const kmp_program *p, int stages)
 {
     selection s = {.p = p, .stages = stages};
-    return take(&s);
+    return select_stages(&s);
 }
 
 kmp_program *kmp_program_given(const kmp_program *p, const bool *given, int first, int *list, int *count)
 {
     selection s = {.p = p, .stages = p->stages, .given = given, .first = first, .list = list};
-    kmp_program *to = take(&s);
+    kmp_program *to = select_stages(&s);
     *count = s.count;
     return to;
 }
+
+/* -- import: leaves and instructions ------------------------------------------------------------------------ */
 
 static kmp_ref operand_of(const kmp_ref *value, uint32_t operand)
 {
     return operand & 1 ? kmp_neg(value[operand >> 1]) : value[operand >> 1];
 }
 
-static kmp_ref import(const kmp_program *p, kmp_graph *g, const kmp_instruction *in, const kmp_ref *value)
+static kmp_ref import_instruction(const kmp_program *p, kmp_graph *g, const kmp_instruction *in, const kmp_ref *value)
 {
     kmp_ref x[3] = {0};
     for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++)
@@ -609,7 +621,7 @@ static bool import_leaves(const kmp_program *p, kmp_graph *g, int count, const k
     return made;
 }
 
-/* -- two places near each other ------------------------------------------------------------------------ */
+/* -- import at two places near each other ------------------------------------------------------------------ */
 
 /* Instructions whose values at the first place are needed: operands of sines and cosines, and what these need. */
 static void mark_needed(const kmp_program *p, bool *is_used)
@@ -627,7 +639,7 @@ static void mark_needed(const kmp_program *p, bool *is_used)
 }
 
 /* sin d and cos d - 1 of a small angle, by their series. */
-static void small_angle(kmp_graph *g, kmp_ref d, kmp_ref *sine, kmp_ref *versine)
+static void small_angle_series(kmp_graph *g, kmp_ref d, kmp_ref *sine, kmp_ref *versine)
 {
     kmp_ref square = kmp_mul(g, d, d);
     *sine = kmp_mul(g, d, kmp_sub(g, KMP_ONE, kmp_mul(g, square, kmp_const(g, 1.0 / 6))));
@@ -649,13 +661,13 @@ static kmp_ref turn(kmp_graph *g, kmp_op op, kmp_ref a, kmp_ref b, kmp_angle_upd
     if (d == KMP_ZERO)
         return kmp_unary(g, op, a);
     note_turn(turns, d);
-    small_angle(g, d, &sine, &versine);
+    small_angle_series(g, d, &sine, &versine);
     if (op == KMP_OP_SIN)
         return kmp_add(g, s, kmp_add(g, kmp_mul(g, c, sine), kmp_mul(g, s, versine)));
     return kmp_add(g, c, kmp_sub(g, kmp_mul(g, c, versine), kmp_mul(g, s, sine)));
 }
 
-/* -- import -------------------------------------------------------------------------------------------- */
+/* -- import of a program ------------------------------------------------------------------------------------ */
 
 bool kmp_program_import(const kmp_program *p, kmp_graph *g, const kmp_importing *how, kmp_ref *outputs)
 {
@@ -673,10 +685,10 @@ bool kmp_program_import(const kmp_program *p, kmp_graph *g, const kmp_importing 
             const kmp_instruction *in = &p->instruction[i];
             bool turned = at && (in->op == KMP_OP_SIN || in->op == KMP_OP_COS);
             if (at && is_used[i])
-                at[leaves + i] = import(p, g, in, at);
+                at[leaves + i] = import_instruction(p, g, in, at);
             value[leaves + i] =
                 turned ? turn(g, (kmp_op)in->op, operand_of(at, in->a), operand_of(value, in->a), how->turns)
-                       : import(p, g, in, value);
+                       : import_instruction(p, g, in, value);
         }
     }
     for (int k = 0; made && k < p->outputs[stages]; k++)
@@ -687,7 +699,7 @@ bool kmp_program_import(const kmp_program *p, kmp_graph *g, const kmp_importing 
     return made && !kmp_graph_failed(g);
 }
 
-/* The text of a program: docs/program_format.md. */
+/* -- text ------------------------------------------------------------------------------------------------- */
 
 static const char *const input_words[KMP_IN_COUNT] = {"p",    "t",     "q",     "qd",    "qdd",    "lambda", "mu",
                                                       "mode", "place", "chart", "force", "torque", "effort", "along"};

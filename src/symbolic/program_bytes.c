@@ -265,7 +265,7 @@ static bool get_block(kmp_byte_source *s, kmp_table_pool *pool, int depth, kmp_p
     return good;
 }
 
-static bool fill(kmp_byte_source *s, kmp_table_pool *pool, int depth, const int *size, kmp_program *p)
+static bool read_program_body(kmp_byte_source *s, kmp_table_pool *pool, int depth, const int *size, kmp_program *p)
 {
     p->stages = size[0];
     p->constant_count = size[3];
@@ -318,7 +318,7 @@ static kmp_program *get_program(kmp_byte_source *s, kmp_table_pool *pool, int de
                                                  (size_t)size[4]);
     if (p && contracts)
         p->contraction = KMP_ARENA_NEW(&p->arena, uint8_t, size[1]);
-    if (p && !p->arena.failed && fill(s, pool, depth, size, p)) {
+    if (p && !p->arena.failed && read_program_body(s, pool, depth, size, p)) {
         p->graph_nodes = nodes;
         return p;
     }

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Sharing of programs and of their forms without locks: a count of users, and a list of forms that only grows, by
+ * compare and exchange. A thread that makes a form twice releases its own and takes the earlier one. */
 #include "symbolic/program_forms.h"
 #include "base/context.h"
 

@@ -1,4 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* One pass over a graph: live nodes in their order, rewritten from operands to uses. A result is kept only if it costs
+ * less than what it replaces (symbolic/cost.h), so that a pass never makes a program longer. Sums and products are
+ * flattened into lists of terms, but for parts that other nodes use too. */
 #include "symbolic/rewrite.h"
 #include "base/memory.h"
 #include "symbolic/cost.h"

@@ -113,7 +113,7 @@ static bool is_kept(two p)
 }
 
 /* The turn from the pair that is kept to p, which becomes that pair. A pair of zeros has none. */
-static unsigned keep(two *p)
+static unsigned turn_to_kept(two *p)
 {
     unsigned turn = 0;
     for (two q = *p; !is_kept(q) && ++turn < TURNS;)
@@ -185,7 +185,7 @@ static const entry *find(const kmp_rotations *r, two kept)
 static void remember(kmp_rotations *r, two pair, two source, kmp_ref angle)
 {
     two kept = pair;
-    unsigned turn = keep(&kept);
+    unsigned turn = turn_to_kept(&kept);
     if (turn == TURNS || find(r, kept) || !reserve(r))
         return;
     uint32_t index = r->count++;
@@ -245,7 +245,7 @@ void kmp_rotate(kmp_graph *g, kmp_ref angle, kmp_ref *y, kmp_ref *z)
     if (*y == KMP_ZERO && *z == KMP_ZERO && kmp_graph_has_rule(g, KMP_RULE_ZERO))
         return;
     two kept = {*y, *z};
-    unsigned turn = keep(&kept);
+    unsigned turn = turn_to_kept(&kept);
     const entry *e = collapse && turn < TURNS ? find(r, kept) : NULL;
     kmp_ref sum = e ? kmp_angle_add(g, e->angle, angle) : angle;
     if (e) {

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The rules of the graph: zeros and ones, cancellation of terms, squares collected, and sin^2 + cos^2 = 1. Each looks
+ * one or two levels deep, since it runs for every node that is made. */
 #include "symbolic/rules.h"
 
 /* -- zeros ------------------------------------------------------------------------------------------ */

@@ -367,7 +367,7 @@ static bool place_rows(kmp_scan *s)
     return made;
 }
 
-static void fill(double *to, size_t width, double value)
+static void fill_lanes(double *to, size_t width, double value)
 {
     for (size_t l = 0; l < width; l++)
         to[l] = value;
@@ -483,10 +483,10 @@ static bool init(kmp_scan *s, int places, const double *place, kmp_row_writer *r
     /* Sets numbers and places, and computes the values that depend on them alone. */
     const groups all = {s->width / LANES, s->every, 0};
     for (int k = 0; k < p->constant_count; k++)
-        fill(s->row[k], LANES, p->constant[k]);
+        fill_lanes(s->row[k], LANES, p->constant[k]);
     for (int k = 0; k < p->input_count; k++)
         if (s->need[p->constant_count + k] == STANDING) {
-            fill(s->row[p->constant_count + k], s->width, place[0]);
+            fill_lanes(s->row[p->constant_count + k], s->width, place[0]);
             memcpy(s->row[p->constant_count + k], place, (size_t)places * sizeof *place);
         }
     for (int i = p->code[FIRST]; i < p->code[LAST + 1]; i++)
@@ -533,7 +533,7 @@ void kmp_scan_set(kmp_scan *s, const double *arguments)
     (void)kmp_interpreter_run(s->first, 0);
     const double *values = kmp_interpreter_values(s->first);
     for (int k = 0; k < s->common_count; k++)
-        fill(s->row[s->common[k]], LANES, values[s->common[k]]);
+        fill_lanes(s->row[s->common[k]], LANES, values[s->common[k]]);
 }
 
 void kmp_scan_groups(kmp_scan *s, int stage, size_t count, const size_t *first, size_t slot)

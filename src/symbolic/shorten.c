@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The list of passes over finished outputs, and the loop through it: addition theorems, trigonometric sums, common
+ * factors, common parts of sums and of products. A pass is a row. */
 #include "symbolic/shorten.h"
 #include "symbolic/rewrite.h"
 

@@ -75,7 +75,7 @@ static bool prepare_block(kmp_solving *s)
 }
 
 /* Without a program's code or room. */
-static kmp_solving *begin(const kmp_program_block *block, const kmp_block_runner *runner)
+static kmp_solving *make_solving(const kmp_program_block *block, const kmp_block_runner *runner)
 {
     kmp_solving *s = KMP_NEW(kmp_solving, 1);
     if (!s)
@@ -94,7 +94,7 @@ static kmp_solving *begin(const kmp_program_block *block, const kmp_block_runner
 
 kmp_solving *kmp_solving_new(const kmp_program_block *block, const kmp_block_runner *runner)
 {
-    kmp_solving *s = begin(block, runner);
+    kmp_solving *s = make_solving(block, runner);
     if (s && !prepare_block(s)) {
         kmp_solving_free(s);
         return NULL;
@@ -104,7 +104,7 @@ kmp_solving *kmp_solving_new(const kmp_program_block *block, const kmp_block_run
 
 kmp_solving *kmp_solving_beside(const kmp_solving *other)
 {
-    kmp_solving *s = begin(other->block, other->runner);
+    kmp_solving *s = make_solving(other->block, other->runner);
     if (!s)
         return NULL;
     s->shares = true;

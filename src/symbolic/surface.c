@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Tables of two variables from tables of one: for each knot of the shorter variable a table that is 1 there, and a
+ * table through the values along the other. Derivatives and extrapolation are those of tables. */
 #include "symbolic/surface.h"
 #include "base/memory.h"
 #include "symbolic/function_table.h"

@@ -40,14 +40,14 @@ static int find_closure(void *user, const char *name)
     return find(closures, 2, name);
 }
 
-static bool find_point(void *user, const char *text, const char *word, int column, kmp_measure_argument *spot)
+static bool find_point(void *user, const char *text, const char *word, int column, kmp_measure_argument *argument)
 {
     kempe_context *context = user;
     int point = find(points, 2, text);
     if (point < 0)
         (void)kmp_complain(context, "expression", 1, column, "%s: no point '%s'", word, text);
     else
-        *spot = (kmp_measure_argument){.point = point, .name = points[point]};
+        *argument = (kmp_measure_argument){.point = point, .name = points[point]};
     return point >= 0;
 }
 

@@ -3,8 +3,8 @@
  * two bytes of the footer's length, then pages and footer, between which the marks and the length are put. */
 #include "base/context.h"
 #include "base/memory.h"
+#include "ensemble/sampling/parquet_reader.h"
 #include "fuzz.h"
-#include "output/parquet_reader.h"
 #include <kempe/ensemble.h>
 #include <math.h>
 

@@ -8,6 +8,7 @@
 #include "generate/models.h"
 #include "model/data/compliant.h"
 #include "model/data/force_table.h"
+#include "model/data/model.h"
 #include "model/language/expression_value.h"
 #include "testing.h"
 #include "unit/random.h"

@@ -8,8 +8,11 @@
 #include "constraints/closing/rotation_vectors.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/jacobian_and_mass.h"
+#include "constraints/evaluation/row_residuals.h"
 #include "constraints/partition/partition.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include "random.h"
 #include "testing.h"
 #include <kempe/check.h>

@@ -5,6 +5,7 @@
 #include "base/text.h"
 #include "dynamics/system.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include "random.h"
 #include "symbolic/implicit.h"
 #include "symbolic/interpreter.h"

@@ -5,6 +5,7 @@
 #include "api/sampled.h"
 #include "four_bar_text.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include <kempe/output_handles.h>
 #include <kempe/table.h>

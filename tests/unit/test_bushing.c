@@ -4,9 +4,12 @@
  * both bodies changed for each other; energy. */
 #include "analyses/equilibrium/equilibrium_study.h"
 #include "constraints/closing/assemble.h"
+#include "constraints/evaluation/shown_outputs.h"
 #include "derived.h"
 #include "distance.h"
+#include "dynamics/equations.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "random_model.h"
 #include "studies/simulate/trajectory.h"

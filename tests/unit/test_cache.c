@@ -7,6 +7,7 @@
 #include "dynamics/program_cache.h"
 #include "dynamics/system_record.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include "model/data/variant.h"
 #include "symbolic/program_bytes.h"
 #include "takes_bodies.h"

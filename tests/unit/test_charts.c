@@ -7,6 +7,7 @@
 #include "constraints/diagnosis/diagnosis.h"
 #include "constraints/evaluation/charts.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include "studies/simulate/trajectory.h"
 #include "testing.h"
 #include <kempe/check.h>
@@ -725,8 +726,8 @@ static void test_singular_loop(void)
     }
     if (check && branches) {
         const kmp_limits *limits = &check->diagnosis.limits;
-        CHECK(limits->cycle && abs(limits->swing[0].turns) == 1 && limits->swing[2].unseen);
-        CHECK_NEAR(limits->swing[1].low, -0.0150481115611, 1e-10);
+        CHECK(limits->cycle && abs(limits->range[0].turns) == 1 && limits->range[2].unseen);
+        CHECK_NEAR(limits->range[1].low, -0.0150481115611, 1e-10);
         CHECK(branches->kept[0] && !branches->kept[2] && !branches->kept[3] && !branches->kept[4]);
         CHECK(kempe_branches_count(branches) == 4);
     }

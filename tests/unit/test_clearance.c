@@ -2,6 +2,7 @@
 /* Joints with clearance beyond the compliant journal: a rigid journal against the digits of
  * examples/loose_pin/reference_loose_pin.py, sliders in guides against closed forms, a ball in its socket against the
  * closed form of an elastic impact. That of examples/loose_slider has equations of its own. */
+#include "model/data/model.h"
 #include "ways.h"
 #include <kempe/check.h>
 #include <kempe/sensitivity.h>

@@ -3,7 +3,10 @@
  * differentiation, in axes that turn or stay, and both as two-sided differences say. The power of the forces goes
  * along. */
 #include "derived.h"
+#include "dynamics/equations.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "integrators/formulations/tangent.h"
+#include "model/data/model.h"
 #include "random_model.h"
 #include "testing.h"
 

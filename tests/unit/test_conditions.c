@@ -9,6 +9,7 @@
 #include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include "testing.h"
 #include <kempe/stepper.h>
 

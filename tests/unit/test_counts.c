@@ -4,9 +4,11 @@
 #include "backend/machine.h"
 #include "base/memory.h"
 #include "dynamics/choose_variants.h"
+#include "dynamics/equations.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "exchange/code/sets.h"
+#include "exchange/code/steps.h"
 #include "symbolic/function_table.h"
-#include "symbolic/steps.h"
 #include "testing.h"
 
 static kempe_context *context;

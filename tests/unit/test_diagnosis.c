@@ -189,14 +189,14 @@ static void a_parallelogram_flat_and_upright(void)
     d = &p.check->diagnosis;
     CHECK(p.check->part.p == 1 && d->set_count == 0 && d->second == KMP_SECOND_UNTRIED);
     int change_points = 0;
-    for (int k = 0; k < d->limits.landmark_count; k++) {
-        const kmp_limit_position *mark = &d->limits.landmark[k];
+    for (int k = 0; k < d->limits.limit_position_count; k++) {
+        const kmp_limit_position *mark = &d->limits.limit_position[k];
         if (mark->coordinate >= 0)
             continue;
         change_points++;
         CHECK(mark->margin == 0 && fabs(sin(mark->q[0])) < 1e-6);
     }
-    CHECK(change_points == 2 && d->limits.cycle && d->limits.swing[0].turns == 1);
+    CHECK(change_points == 2 && d->limits.cycle && d->limits.range[0].turns == 1);
     dismiss(&p);
 }
 
@@ -223,7 +223,7 @@ static double cosine_law(double one, double two, double opposite)
 
 static void swings(const kmp_diagnosis *d, int k, double low, double high)
 {
-    const kmp_coordinate_range *s = &d->limits.swing[k];
+    const kmp_coordinate_range *s = &d->limits.range[k];
     CHECK(d->limits.walked && s->moves && s->turns == 0 && s->low_dead && s->high_dead);
     CHECK_NEAR(s->low, low, 1e-10);
     CHECK_NEAR(s->high, high, 1e-10);
@@ -245,7 +245,7 @@ static void crank_rocker(double g, double a, double b, double c)
     patient p =
         admit_text(four_bar(g, a, b, c, one_loop, "q: {A: 90 deg, B: -60 deg, D: 120 deg}, hold: [A]"), KEMPE_OK);
     const kmp_diagnosis *d = &p.check->diagnosis;
-    CHECK(d->limits.cycle && abs(d->limits.swing[0].turns) == 1);
+    CHECK(d->limits.cycle && abs(d->limits.range[0].turns) == 1);
     swings(d, 2, pi - cosine_law(g, c, b + a), pi - cosine_law(g, c, b - a));
     says(&p, "A  rotates fully");
     dismiss(&p);
@@ -265,9 +265,9 @@ static void slider_crank_dead_centres(void)
     const kmp_diagnosis *d = &p.check->diagnosis;
     int dead = 0;
     swings(d, 2, -0.4, 0); /* crank 0.2; zero at the outer dead centre */
-    for (int k = 0; k < d->limits.landmark_count; k++)
-        dead += d->limits.landmark[k].coordinate == 2 && fabs(sin(d->limits.landmark[k].q[0])) < 1e-10;
-    CHECK(dead == 2 && d->limits.landmark_count >= 2);
+    for (int k = 0; k < d->limits.limit_position_count; k++)
+        dead += d->limits.limit_position[k].coordinate == 2 && fabs(sin(d->limits.limit_position[k].q[0])) < 1e-10;
+    CHECK(dead == 2 && d->limits.limit_position_count >= 2);
     CHECK(d->alternatives[2].max_b > 1e3 && d->alternatives[0].max_b < 1e3);
     says(&p, "cannot be u here     slider");
     dismiss(&p);
@@ -318,13 +318,13 @@ static void look_at_landmarks(const patient *p, int *dead_centres)
     const kmp_diagnosis *d = &p->check->diagnosis;
     kmp_walk *w = kmp_walk_new(p->system);
     int n = p->system->n, m = p->system->m;
-    for (int i = 0; i < d->limits.landmark_count; i++) {
-        const kmp_limit_position *mark = &d->limits.landmark[i];
+    for (int i = 0; i < d->limits.limit_position_count; i++) {
+        const kmp_limit_position *mark = &d->limits.limit_position[i];
         kmp_walk_evaluate(w, mark->q);
         for (int r = 0; r < m; r++)
             CHECK(fabs(w->h[r]) < 1e-10);
         for (int k = 0; k < n; k++)
-            CHECK(mark->q[k] >= d->limits.swing[k].low - 1e-9 && mark->q[k] <= d->limits.swing[k].high + 1e-9);
+            CHECK(mark->q[k] >= d->limits.range[k].low - 1e-9 && mark->q[k] <= d->limits.range[k].high + 1e-9);
         if (mark->coordinate < 0)
             continue;
         ++*dead_centres;
@@ -383,10 +383,10 @@ static void grashof(const double side[4], bool turns[3])
 }
 
 /* Both bounds of a bar are where the two others are in line, stretched or folded. */
-static void bounds_by_cosine_law(const kmp_coordinate_range *swing, double own, double ground, double two, double three,
+static void bounds_by_cosine_law(const kmp_coordinate_range *range, double own, double ground, double two, double three,
                                  bool rocker)
 {
-    const double bound[2] = {swing->low, swing->high};
+    const double bound[2] = {range->low, range->high};
     for (int k = 0; k < 2; k++) {
         double opposite = sqrt(own * own + ground * ground - (rocker ? -2 : 2) * own * ground * cos(bound[k]));
         CHECK(fmin(fabs(opposite - (two + three)), fabs(opposite - fabs(two - three))) < 1e-9);
@@ -406,17 +406,17 @@ static void random_four_bars_obey_grashof(void)
         snprintf(start, sizeof start, "q: {A: %.17g, B: %.17g, D: %.17g}, hold: [A]", qa, qb, atan2(y, x));
         patient p = admit_text(four_bar(side[0], side[1], side[2], side[3], one_loop, start), KEMPE_OK);
         const kmp_limits *l = &p.check->diagnosis.limits;
-        bool turns[3], marked = l->landmark_count == KMP_MOST_LIMIT_POSITIONS;
-        for (int k = 0; k < l->landmark_count; k++)
-            marked = marked || l->landmark[k].coordinate < 0;
+        bool turns[3], marked = l->limit_position_count == KMP_MOST_LIMIT_POSITIONS;
+        for (int k = 0; k < l->limit_position_count; k++)
+            marked = marked || l->limit_position[k].coordinate < 0;
         grashof(side, turns);
         CHECK(l->walked && l->cycle);
         for (int k = 0; k < 3; k++)
-            CHECK((l->swing[k].turns != 0) == turns[k] && abs(l->swing[k].turns) <= 1);
+            CHECK((l->range[k].turns != 0) == turns[k] && abs(l->range[k].turns) <= 1);
         if (!turns[0])
-            bounds_by_cosine_law(&l->swing[0], side[1], side[0], side[2], side[3], false);
+            bounds_by_cosine_law(&l->range[0], side[1], side[0], side[2], side[3], false);
         if (!turns[2])
-            bounds_by_cosine_law(&l->swing[2], side[3], side[0], side[1], side[2], true);
+            bounds_by_cosine_law(&l->range[2], side[3], side[0], side[1], side[2], true);
         full += turns[0] || turns[1] || turns[2];
         near += marked;
         dismiss(&p);

@@ -3,8 +3,10 @@
  * with functions of time; and that few evaluations and many give the same. */
 #include "analyses/derivatives/linearized.h"
 #include "base/text.h"
+#include "constraints/evaluation/condition_modes.h"
 #include "integrators/formulations/tangent.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include "random_model.h"
 #include "testing.h"
 #include <kempe/settings.h>

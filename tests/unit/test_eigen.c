@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Quadratic pencils: right and left vectors against the equations that they solve, both ways against each other, zeros
  * that are exact and their chains. */
+#include "analyses/derivatives/spectrum.h"
 #include "linalg/dense/lapack.h"
-#include "linalg/dense/spectrum.h"
 #include "testing.h"
 
 enum { MOST = 12 };

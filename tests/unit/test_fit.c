@@ -2,7 +2,7 @@
 /* ctest: slow 10 */
 /* Parameters from measured motions, against the normal equations of a linear fit, motions in closed form, and exact
  * combinations that a motion does not determine. */
-#include "linalg/nonlinear_squares.h"
+#include "ensemble/fit/nonlinear_squares.h"
 #include "loaded.h"
 #include "random.h"
 #include <kempe/fit.h>

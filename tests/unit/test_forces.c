@@ -2,6 +2,7 @@
 /* Force elements: their efforts against formulas written out, and their bookkeeping: what they do to the motion is what
  * their potential and their power say. */
 #include "derived.h"
+#include "dynamics/equations.h"
 #include "model/data/model.h"
 #include "testing.h"
 #include <math.h>

@@ -9,7 +9,10 @@
 #include "derived.h"
 #include "distance.h"
 #include "dynamics/choose_variants.h"
+#include "dynamics/equations.h"
 #include "dynamics/forces/forces.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 #include "random_model.h"
 #include "testing.h"
 #include <kempe/settings.h>

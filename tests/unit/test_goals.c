@@ -5,6 +5,7 @@
 #include "constraints/closing/goals.h"
 #include "constraints/evaluation/evaluator.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include "random.h"
 #include "testing.h"
 #include <kempe/build.h>

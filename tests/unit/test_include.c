@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Included models: what they become, and that their equations are those of the model written out. */
 #include "derived.h"
+#include "dynamics/equations.h"
 #include "model/data/model.h"
 #include "testing.h"
 #include <kempe/settings.h>

@@ -3,8 +3,11 @@
  * back, and the conditions of least norm solved as one dense system. */
 #include "analyses/inverse/inverse_dynamics.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/jacobian_and_mass.h"
+#include "constraints/evaluation/shown_outputs.h"
 #include "inverted.h"
 #include "linalg/dense/lapack.h"
+#include "model/data/model.h"
 #include "symbolic/table_function.h"
 #include <kempe/workspace.h>
 #include <stdio.h>

@@ -5,6 +5,7 @@
 #include "analyses/inverse/inverse_study.h"
 #include "balance_of_body.h"
 #include "constraints/diagnosis/shared_loads.h"
+#include "model/data/model.h"
 #include "studies/simulate/trajectory.h"
 #include "ways.h"
 #include <kempe/check.h>

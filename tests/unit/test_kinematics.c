@@ -4,6 +4,7 @@
 #include "analyses/kinematics/position_sweep.h"
 #include "analyses/kinematics/sweep_point.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include <kempe/kinematics.h>
 #include <kempe/settings.h>
 #include <stdbool.h>
@@ -104,7 +105,7 @@ static double cell(const kempe_kinematics *k, int row, const char *column)
 
 static double time_at(const kempe_kinematics *k, int row)
 {
-    return k->time < 0 ? k->s[row] / k->rate : kmp_sweep_parameter_value(&k->lead[k->time], k->s[row]);
+    return k->time < 0 ? k->s[row] / k->rate : kmp_sweep_parameter_value(&k->parameter[k->time], k->s[row]);
 }
 
 /* All rows on the closed form of their branch, angles without a jump. */
@@ -521,7 +522,7 @@ static void a_drive_locks(void)
     CHECK(k && k->dead_count == 2);
     CHECK_NEAR(k->dead[0].value, -0.5, 1e-14); /* where -0.1 - 0.2 t is 0, and -0.4 */
     CHECK_NEAR(k->dead[1].value, 1.5, 1e-14);
-    CHECK_TEXT(kmp_kinematics_name(k, &k->lead[k->first]), "t");
+    CHECK_TEXT(kmp_kinematics_name(k, &k->parameter[k->first]), "t");
     CHECK(strstr(kempe_kinematics_reason(k), "locks"));
     CHECK(k->count == 201 && time_at(k, 0) == -0.5);
     CHECK_NEAR(qd_at(k, 100)[2], -0.2, 1e-15);

@@ -4,6 +4,8 @@
  */
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/evaluation/jacobian_and_mass.h"
+#include "constraints/evaluation/shown_outputs.h"
 #include "dynamics/motion.h"
 #include "loaded.h"
 #include "random.h"
@@ -132,8 +134,8 @@ static void check_values(kempe_system *s, const kempe_assembly *at, bool pushed)
         kempe_system_set_force(s, pushed ? push : NULL, &n);
         place(weighing, 0.1 * k, at->q, qd);
         place(whole, 0.1 * k, at->q, qd);
-        kmp_eval_give(weighing, pushed ? given : NULL);
-        kmp_eval_give(whole, pushed ? given : NULL);
+        kmp_eval_set_effort(weighing, pushed ? given : NULL);
+        kmp_eval_set_effort(whole, pushed ? given : NULL);
         CHECK(worst_of(s->mass.count, weighing->mass, whole->mass) < 1e-12);
         CHECK(worst_of(n, weighing->bias, whole->bias) < 1e-9);
         CHECK(worst_of(s->m, weighing->jdqd, whole->jdqd) < 1e-9);

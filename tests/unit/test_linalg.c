@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Dense factorisations against random matrices, the block solver against dense LU. */
+#include "analyses/modes/assign.h"
 #include "base/memory.h"
-#include "linalg/assign.h"
 #include "linalg/block.h"
 #include "linalg/dense/dense.h"
 #include "testing.h"

@@ -3,6 +3,7 @@
 #include "constraints/kinds/kind.h"
 #include "joint_graphs.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include "testing.h"
 #include <kempe/check.h>
 #include <math.h>

@@ -2,7 +2,9 @@
 /* Graphs of joints have the equations of trees and closures, wherever their bodies have their origins and axes. */
 #include "derived.h"
 #include "distance.h"
+#include "dynamics/equations.h"
 #include "joint_graphs.h"
+#include "model/data/model.h"
 #include "testing.h"
 
 static void check_close(const char *what, int n, const double *a, const double *b)

@@ -4,6 +4,7 @@
  * are. */
 #include "distance.h"
 #include "joint_graphs.h"
+#include "model/data/model.h"
 #include "random_model.h"
 #include "testing.h"
 

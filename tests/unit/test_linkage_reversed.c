@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Joints seen from their second body, and a body's own joint that is turned round. */
 #include "joint_graphs.h"
+#include "model/data/model.h"
 #include "random_model.h"
 #include "testing.h"
 

@@ -7,6 +7,7 @@
 #include "integrators/formulations/formulation.h"
 #include "integrators/formulations/reduced_jacobian.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include "studies/simulate/trajectory.h"
 #include <kempe/settings.h>
 #include <kempe/workspace.h>

@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Modes against closed forms, against each other in other independent coordinates, against a companion matrix, and
  * against simulations that begin on one; and what becomes of them when a parameter varies. */
+#include "analyses/modes/assign.h"
 #include "analyses/modes/modes_study.h"
 #include "base/memory.h"
-#include "linalg/assign.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include "testing.h"
 #include <complex.h>
 #include <kempe/modes.h>

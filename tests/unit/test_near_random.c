@@ -5,6 +5,7 @@
  * backwards; eigenvalues' derivatives against differences of eigenvalues. */
 #include "analyses/modes/mode_slopes.h"
 #include "constraints/closing/assemble.h"
+#include "model/data/model.h"
 #include "model/data/variant.h"
 #include "random_model.h"
 #include "testing.h"

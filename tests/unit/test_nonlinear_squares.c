@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Nonlinear least squares against minima in closed form: inside bounds, at them, with places that do not exist, and
  * with an end in between. */
-#include "linalg/nonlinear_squares.h"
+#include "ensemble/fit/nonlinear_squares.h"
 #include "testing.h"
 
 typedef struct problem {

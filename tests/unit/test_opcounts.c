@@ -3,6 +3,7 @@
 /* Costs of the formalisms on the trees that Fisette and Samin 1996 compare them on: the shorter one, and the number of
  * bodies from which on it is. */
 #include "bench/formalisms.h"
+#include "dynamics/equations.h"
 #include "testing.h"
 #include <math.h>
 #include <stdlib.h>

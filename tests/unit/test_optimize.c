@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Optima against closed forms: of values at the end and at a time, of extremes, with limits, with exact slopes and
  * without; slopes against differences; trials that do not run; interrupts; threads. */
+#include "ensemble/optimize/constrained_minimum.h"
 #include "ensemble/optimize/optimize_study.h"
-#include "linalg/constrained_minimum.h"
 #include "loaded.h"
 #include <kempe/optimize.h>
 #include <stdlib.h>

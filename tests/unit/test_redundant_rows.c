@@ -270,7 +270,7 @@ static void a_row_by_another_way(void)
 static bool is_fused(const kmp_runner *runner)
 {
     const kmp_reduced *d = (const kmp_reduced *)runner->formulation;
-    return d->programs.fused && !kmp_reduced_is_solved(d);
+    return d->programs.scalar && !kmp_reduced_has_saddle_program(d);
 }
 
 /* After a formulation of few steps the next one begins without a fused program, and makes it once it lasts. */
@@ -352,9 +352,9 @@ static void programs_return_with_their_choice(void)
         while (kmp_runner_t(runner) < spec.t_end && kmp_runner_step(runner) == KEMPE_OK) {
             const kmp_reduced *d = (const kmp_reduced *)runner->formulation;
             const kmp_reduced_program *before = program[d->part.u[0]];
-            returns += d->part.u[0] != u && before && d->programs.fused == before;
+            returns += d->part.u[0] != u && before && d->programs.scalar == before;
             u = d->part.u[0];
-            program[u] = d->programs.fused ? d->programs.fused : program[u];
+            program[u] = d->programs.scalar ? d->programs.scalar : program[u];
         }
         CHECK(kmp_runner_t(runner) >= spec.t_end && returns > 3);
         kmp_runner_free(runner);

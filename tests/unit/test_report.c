@@ -7,6 +7,7 @@
 #include "dynamics/kinematics/link_tree.h"
 #include "integrators/run/methods.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include "model/data/pose.h"
 #include "output/drawing.h"
 #include "random.h"

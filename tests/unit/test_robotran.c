@@ -5,9 +5,12 @@
  * folder KEMPE_MBS has them. */
 #include "backend/machine.h"
 #include "dynamics/choose_variants.h"
+#include "dynamics/equations.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "exchange/code/sets.h"
 #include "foreign_models.h"
+#include "model/data/model.h"
 #include <dirent.h>
 #include <math.h>
 #include <stdlib.h>

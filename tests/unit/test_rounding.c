@@ -8,6 +8,7 @@
 #include "constraints/diagnosis/diagnosis.h"
 #include "integrators/run/run.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include "studies/simulate/trajectory.h"
 #include "testing.h"
 #include <kempe/check.h>

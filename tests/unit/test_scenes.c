@@ -3,6 +3,7 @@
  * without what was not asked for. */
 #include "constraints/evaluation/evaluator.h"
 #include "derived.h"
+#include "dynamics/equations.h"
 #include "loaded.h"
 #include "model/data/model.h"
 #include "testing.h"

@@ -5,6 +5,7 @@
 #include "analyses/derivatives/second_derivatives.h"
 #include "integrators/formulations/tangent.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include "model/data/variant.h"
 #include "random.h"
 

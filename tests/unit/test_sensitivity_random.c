@@ -6,6 +6,7 @@
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
+#include "model/data/model.h"
 #include "random_model.h"
 #include "testing.h"
 #include <kempe/check.h>

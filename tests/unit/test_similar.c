@@ -3,6 +3,7 @@
 /* Wheelsets of one shape and many sizes, of one material: at poses and rates that are alike, places, semi-axes and
  * penetrations go with the size, forces with its square, creepages not at all. Models of 1:10 stand on rigs. */
 #include "derived.h"
+#include "dynamics/equations.h"
 #include "symbolic/table_function.h"
 #include "testing.h"
 #include <kempe/kempe.h>

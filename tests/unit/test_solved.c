@@ -2,6 +2,9 @@
 /* Accelerations and multipliers of the solved program against the dense saddle system, at states along the motion of
  * examples; its lanes against its scalar code, to the last bit. */
 #include "constraints/closing/saddle.h"
+#include "constraints/evaluation/condition_modes.h"
+#include "constraints/evaluation/jacobian_and_mass.h"
+#include "constraints/evaluation/shown_outputs.h"
 #include "constraints/programs/reduced_program.h"
 #include "constraints/programs/saddle_program_nearby.h"
 #include "constraints/tolerances.h"
@@ -67,7 +70,7 @@ static bool prepare(bench *b, const kempe_system *s, const states *at, bool by_b
     *b = (bench){.eval = kmp_eval_new(s, "native"), .by_mass = kmp_eval_new(s, "tape")};
     if (by_bodies) {
         CHECK(kmp_eval_add_articulated(b->eval) == KEMPE_OK && b->eval->articulated);
-        kmp_eval_take(b->eval, true);
+        kmp_eval_set_by_bodies(b->eval, true);
     }
     kmp_eval_closure(b->eval, at->t[0], at->q);
     kmp_eval_closure(b->by_mass, at->t[0], at->q);

@@ -3,6 +3,7 @@
 /* Values that are not evaluated twice: the power of forces comes with the forces and equals that of the judging
  * program; rows without rates, accelerations and multipliers are the rows with them. */
 #include "constraints/closing/assemble.h"
+#include "constraints/evaluation/shown_outputs.h"
 #include "constraints/programs/reduced_program.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/formulations/projected.h"
@@ -54,7 +55,7 @@ static double power_apart(kmp_evaluator *eval, const kempe_assembly *at, bool by
 {
     double qd[MOST], worst = 0, most = 1e-300;
     random_seed(5);
-    kmp_eval_take(eval, by_bodies);
+    kmp_eval_set_by_bodies(eval, by_bodies);
     for (int k = 0; k < STATES; k++) {
         for (int i = 0; i < eval->n; i++)
             qd[i] = at->qd[i] + 0.1 * between(-1, 1);

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Vector step indices: of small programs by hand, and of the pendulum of Fisette and Samin 1996, section 3.2. */
+#include "dynamics/equations.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "exchange/code/sets.h"
+#include "exchange/code/steps.h"
 #include "symbolic/function_table.h"
 #include "symbolic/program.h"
-#include "symbolic/steps.h"
 #include "testing.h"
 
 static int steps_of(kmp_graph *g, int count, const kmp_ref *out)

@@ -3,6 +3,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "derived.h"
+#include "dynamics/equations.h"
 #include "loaded.h"
 #include "model/data/model.h"
 #include "symbolic/table_function.h"

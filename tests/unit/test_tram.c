@@ -5,6 +5,7 @@
 #include "analyses/equilibrium/balances.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include <kempe/check.h>
 #include <kempe/equilibrium.h>
 #include <kempe/settings.h>

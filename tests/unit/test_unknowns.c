@@ -2,6 +2,7 @@
 /* Unknowns of equations in models: beside models that have the solution as a formula, in every set of equations with
  * all derivatives, on all formulations; against differences; and as text. */
 #include "derived.h"
+#include "dynamics/equations.h"
 #include "loaded.h"
 #include "model/data/model.h"
 #include <math.h>

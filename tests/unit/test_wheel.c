@@ -2,6 +2,8 @@
 /* Wheels on rails: the gap against the least distance of both surfaces in space, its derivatives against differences,
  * left and right, closed forms, and both forms of contact against each other. */
 #include "derived.h"
+#include "dynamics/equations.h"
+#include "model/data/model.h"
 #include "model/read/loads.h"
 #include "rail/wheel/pair.h"
 #include "symbolic/table_function.h"

@@ -6,6 +6,7 @@
 #include "constraints/programs/reduced_program.h"
 #include "constraints/programs/saddle_program_nearby.h"
 #include "loaded.h"
+#include "model/data/model.h"
 #include "takes_bodies.h"
 #include <kempe/cache.h>
 #include <stdlib.h>
@@ -135,7 +136,7 @@ static void names(void)
     kmp_swap_int(&order[0], &order[1]);
     name[3] = kmp_writer_name("fused", c.eval, &c.part, order, 0);
     CHECK(kmp_eval_add_articulated(c.eval) == KEMPE_OK && takes_bodies(l.system));
-    kmp_eval_take(c.eval, true);
+    kmp_eval_set_by_bodies(c.eval, true);
     name[4] = kmp_writer_name("fused", c.eval, &c.part, NULL, 0);
     kmp_swap_int(&c.part.rows[0], &c.part.rows[1]);
     name[5] = kmp_writer_name("fused", c.eval, &c.part, NULL, 0);

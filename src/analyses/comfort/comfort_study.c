@@ -3,6 +3,7 @@
 #include "analyses/comfort/comfort_study.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/read/loads.h"
 #include "output/print.h"

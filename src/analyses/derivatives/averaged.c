@@ -1,12 +1,16 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* A copy of the model in which sampled states and delays have rates, derived as a system of its own. States that change
+ * at events are constants of it, unless the condition of their change is near: then they are judged at the state. */
 #include "analyses/derivatives/averaged.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "constraints/evaluation/condition_modes.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "constraints/tolerances.h"
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/load_dependent.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

@@ -1,9 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The characteristic equation of a model with delays, and the number of its roots to the right of a line: the argument
+ * of its determinant along that line (principle of the argument), in steps that two halves confirm, up to where its
+ * leading term alone counts. */
 #include "analyses/derivatives/delayed_motion.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
+#include "model/data/model.h"
 #include <math.h>
 
 enum { MOST_STEPS = 200000, MOST_DOUBLINGS = 200 };

@@ -1,4 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Rightmost roots: eigenvalues of the discretised delays as starts, Newton's method on P(s) x = 0 by inverse iteration
+ * (Ruhe 1973), a residual for each root, and a count by the argument that shows if one is missing. The points of a
+ * delay are doubled until none is. */
 #include "analyses/derivatives/delayed_spectrum.h"
 #include "analyses/derivatives/sampled_motion.h"
 #include "base/context.h"
@@ -6,6 +9,7 @@
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/lapack.h"
+#include "model/data/model.h"
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>

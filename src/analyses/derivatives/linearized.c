@@ -6,9 +6,13 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "constraints/closing/close_reduced.h"
+#include "constraints/evaluation/condition_modes.h"
 #include "constraints/evaluation/intended_rank.h"
+#include "constraints/evaluation/left_tables.h"
+#include "constraints/evaluation/shown_outputs.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/dot.h"
+#include "model/data/model.h"
 #include "model/read/check_mass.h"
 #include <string.h>
 

@@ -12,9 +12,9 @@
  * need not be an equilibrium. */
 #pragma once
 
+#include "analyses/derivatives/spectrum.h"
 #include "base/arena.h"
 #include "integrators/formulations/reduced_jacobian.h"
-#include "linalg/dense/spectrum.h"
 #include "model/data/variant.h"
 
 typedef struct kmp_linear {

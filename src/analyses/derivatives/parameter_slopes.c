@@ -5,8 +5,11 @@
 #include "base/arena.h"
 #include "base/memory.h"
 #include "dynamics/choose_variants.h"
+#include "dynamics/equations.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 #include "model/data/variant.h"
 #include "symbolic/derivative.h"
 #include "symbolic/function_table.h"
@@ -87,19 +90,19 @@ void kmp_slopes_collect(const kmp_equations *eq, kmp_ref *of)
 static kmp_ref length(const gather *g)
 {
     kmp_graph *graph = g->eq.graph;
-    const kmp_length_scale lever = kmp_system_lever(g->eq.model);
+    const kmp_length_scale scale = kmp_system_length_scale(g->eq.model);
     kmp_ref square = KMP_ZERO;
-    if (lever.body > 0) {
-        const kmp_body *body = &g->eq.model->bodies[lever.body];
-        return kmp_sqrt(graph, kmp_div(graph, kmp_tree_number(&g->eq.tree, &body->inertia[lever.axis]),
+    if (scale.body > 0) {
+        const kmp_body *body = &g->eq.model->bodies[scale.body];
+        return kmp_sqrt(graph, kmp_div(graph, kmp_tree_number(&g->eq.tree, &body->inertia[scale.axis]),
                                        kmp_tree_number(&g->eq.tree, &body->mass)));
     }
     for (int i = 0; i < 3; i++) {
         kmp_ref d =
-            kmp_sub(graph, kmp_tree_number(&g->eq.tree, &lever.to[i]), kmp_tree_number(&g->eq.tree, &lever.from[i]));
+            kmp_sub(graph, kmp_tree_number(&g->eq.tree, &scale.to[i]), kmp_tree_number(&g->eq.tree, &scale.from[i]));
         square = kmp_add(graph, square, kmp_mul(graph, d, d));
     }
-    return lever.length > 0 ? kmp_sqrt(graph, square) : KMP_ONE;
+    return scale.length > 0 ? kmp_sqrt(graph, square) : KMP_ONE;
 }
 
 static bool add_equations(gather *g)

@@ -7,6 +7,7 @@
 #include "constraints/tolerances.h"
 #include "linalg/dense/exponential.h"
 #include "linalg/dense/lapack.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

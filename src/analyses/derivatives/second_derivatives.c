@@ -1,9 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Second derivatives along two directions: forward differentiation applied twice in the graph, first along a and then
+ * along b, so that one program gives them for any directions. */
 #include "analyses/derivatives/second_derivatives.h"
 #include "analyses/derivatives/parameter_slopes.h"
 #include "base/arena.h"
 #include "base/memory.h"
+#include "dynamics/equations.h"
 #include "linalg/dense/dot.h"
+#include "model/data/model.h"
 #include "symbolic/derivative.h"
 
 /* Leaves and where each moves. */

@@ -4,6 +4,7 @@
 #include "analyses/derivatives/state_sensitivity.h"
 #include "base/memory.h"
 #include "linalg/dense/dense.h"
+#include "model/data/model.h"
 #include <float.h>
 #include <math.h>
 
@@ -136,13 +137,13 @@ static const double *gather(const kmp_linear *l, const double *column, double *o
 }
 
 kempe_status kmp_state_sensitivity_at(kmp_state_sensitivity *sensitivity_of_state, kmp_linear *linear,
-                                      kmp_slopes *slopes, kmp_fixed_quantity keeping, const double *q, const double *qd)
+                                      kmp_slopes *slopes, kmp_fixed_quantity fixed, const double *q, const double *qd)
 {
     kmp_instant at = kmp_linear_instant(linear);
     kmp_slopes_at(slopes, &at);
     kmp_linear_matrices(linear);
     kmp_linear_tell_tables(linear);
-    bool equilibrium = keeping == KMP_KEEP_EQUILIBRIUM;
+    bool equilibrium = fixed == KMP_KEEP_EQUILIBRIUM;
     int rank = factor(sensitivity_of_state, linear, equilibrium);
     for (int k = 0; k < sensitivity_of_state->count; k++) {
         kmp_change change = kmp_slopes_change(slopes, k, sensitivity_of_state->part);

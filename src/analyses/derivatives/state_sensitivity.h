@@ -36,5 +36,4 @@ void kmp_state_sensitivity_free(kmp_state_sensitivity *sensitivity_of_state);
  * that nothing depends on stay constant. KEMPE_E_FAILED: R = 0 leaves other directions undetermined, which the message
  * names. */
 kempe_status kmp_state_sensitivity_at(kmp_state_sensitivity *sensitivity_of_state, kmp_linear *linear,
-                                      kmp_slopes *slopes, kmp_fixed_quantity keeping, const double *q,
-                                      const double *qd);
+                                      kmp_slopes *slopes, kmp_fixed_quantity fixed, const double *q, const double *qd);

@@ -1,9 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* A motion with sensitivities as a state: predicted from the nearer of two anchors along tangent and curvature, closed
+ * by Newton's method, and differentiated there. Matrices are those of the linear equations at the state. */
 #include "analyses/derivatives/varied.h"
 #include "base/memory.h"
 #include "constraints/closing/close_reduced.h"
 #include "constraints/evaluation/charts.h"
+#include "constraints/evaluation/condition_modes.h"
 #include "constraints/tolerances.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

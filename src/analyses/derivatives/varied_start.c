@@ -15,8 +15,11 @@
 #include "analyses/derivatives/varied.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/intended_rank.h"
+#include "constraints/evaluation/jacobian_and_mass.h"
+#include "constraints/evaluation/row_residuals.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/lapack.h"
+#include "model/data/model.h"
 #include <kempe/check.h>
 #include <string.h>
 

@@ -6,6 +6,7 @@
 #include "base/bracket.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

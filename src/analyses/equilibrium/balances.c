@@ -4,6 +4,7 @@
 #include "analyses/equilibrium/balances.h"
 #include "analyses/derivatives/delayed_motion.h"
 #include "analyses/derivatives/sampled_motion.h"
+#include "analyses/derivatives/spectrum.h"
 #include "analyses/equilibrium/balance_friction.h"
 #include "analyses/equilibrium/contact_set.h"
 #include "analyses/equilibrium/equilibrium_study.h"
@@ -15,8 +16,10 @@
 #include "constraints/closing/assembly_modes.h"
 #include "constraints/diagnosis/shared_loads.h"
 #include "constraints/evaluation/charts.h"
+#include "constraints/evaluation/left_tables.h"
+#include "constraints/evaluation/shown_outputs.h"
 #include "constraints/tolerances.h"
-#include "linalg/dense/spectrum.h"
+#include "model/data/model.h"
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "output/quantity.h"
@@ -513,12 +516,12 @@ static kempe_status sample(kempe_equilibrium *e, kmp_linear *linear, const kempe
         still[e->balance[0].idle[k]] = true;
     for (int k = 0; k < e->rate_count; k++)
         still[e->rates[k].coordinate] = true;
-    kmp_random_starts scatter = {e->system, start->q, still, FAR, guess, (unsigned)seed, 0, 0};
+    kmp_random_starts random = {e->system, start->q, still, FAR, guess, (unsigned)seed, 0, 0};
     while (e->starts < starts && !e->many && !kmp_interrupted(e->system->context)) {
         kempe_assembly *a = NULL;
-        kempe_status status = kmp_random_starts_next(&scatter, &a);
-        e->starts = scatter.starts;
-        e->closed = scatter.closed;
+        kempe_status status = kmp_random_starts_next(&random, &a);
+        e->starts = random.starts;
+        e->closed = random.closed;
         kmp_progress(e->system->context, KMP_PROGRESS_STUDY, e->starts, starts, "starts");
         if (a)
             status = try_start(e, linear, a, guess, start->q);

@@ -23,7 +23,7 @@ typedef enum kmp_stability_word {
 typedef struct kmp_stability {
     kmp_stability_word word;
     int growing;   /* eigenvalues with a positive real part */
-    bool secular;  /* motions grow as a power of time (linalg/dense/spectrum.h) */
+    bool secular;  /* motions grow as a power of time (analyses/derivatives/spectrum.h) */
     double re, im; /* the eigenvalue whose real part is largest, zeros left out; NaN: there is none */
     int still;     /* directions in which R does not change */
     int *along;    /* the coordinates that move most in each */

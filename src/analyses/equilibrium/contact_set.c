@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Pressing contacts by an active set: surfaces that are met become rows of J, and the contact that pulls most leaves at
+ * an equilibrium. */
 #include "analyses/equilibrium/contact_set.h"
 #include "constraints/tolerances.h"
 #include "model/read/loads.h"

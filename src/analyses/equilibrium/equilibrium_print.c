@@ -4,6 +4,7 @@
 #include "analyses/equilibrium/balances.h"
 #include "base/memory.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "output/result_table.h"

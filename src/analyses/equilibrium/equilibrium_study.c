@@ -12,9 +12,11 @@
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"
 #include "dynamics/choose_variants.h"
+#include "dynamics/equations.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/dot.h"
 #include "linalg/dense/lapack.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

@@ -1,9 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Reading of an inverse equilibrium: released parameters and rates, fixed coordinates, targets of outputs; their
+ * numbers must be equal. The released parameters then are inputs of a variant. */
 #include "analyses/equilibrium/exchange.h"
 #include "backend/machine.h"
 #include "base/memory.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "model/data/coordinates.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/language/ranges.h"
 #include "model/read/user_lists.h"

@@ -1,4 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The state at which a study linearises: the assembled start, or an equilibrium of the kind that its word names, with
+ * friction and contacts in the modes in which a run would begin. Values that are not finite are named with the force.
+ * */
 #include "analyses/equilibrium/operating.h"
 #include "analyses/equilibrium/exchange.h"
 #include "analyses/equilibrium/running_state.h"
@@ -8,6 +11,7 @@
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
 #include "integrators/run/friction_state.h"
+#include "model/data/model.h"
 #include "output/print.h"
 #include <kempe/check.h>
 #include <math.h>

@@ -7,6 +7,7 @@
 #include "analyses/equilibrium/equilibrium_study.h"
 #include "base/memory.h"
 #include "linalg/dense/lapack.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Lists of coordinates with constant rates, from text to numbers, and the reasons why one cannot have such a rate. */
 #include "analyses/equilibrium/steady.h"
 #include "model/data/coordinates.h"
+#include "model/data/model.h"
 #include <string.h>
 
 kempe_status kmp_steady_take(const kempe_model *model, const kmp_ranges *ranges, kmp_arena *arena, int *varies,

@@ -2,6 +2,7 @@
 /* An inverse dynamics as a report and as one JSON object. */
 #include "analyses/inverse/inverse_study.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include <kempe/inverse.h>

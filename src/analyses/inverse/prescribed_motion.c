@@ -8,8 +8,11 @@
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/close_reduced.h"
 #include "constraints/evaluation/intended_rank.h"
+#include "constraints/evaluation/jacobian_and_mass.h"
+#include "constraints/evaluation/row_residuals.h"
 #include "constraints/tolerances.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include "output/print.h"
 #include <kempe/check.h>
 #include <math.h>

@@ -2,6 +2,7 @@
 /* A sweep as text and JSON. */
 #include "analyses/kinematics/position_sweep.h"
 #include "analyses/kinematics/sweep_point.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/read/loads.h"
 #include "output/print.h"
@@ -11,14 +12,14 @@
 
 /* -- parts ------------------------------------------------------------------------------------------- */
 
-static kmp_shown shown_as(const kempe_kinematics *k, const kmp_sweep_parameter *lead)
+static kmp_shown shown_as(const kempe_kinematics *k, const kmp_sweep_parameter *parameter)
 {
-    return kmp_shown_as(k->system->context, kmp_kinematics_unit(k, lead));
+    return kmp_shown_as(k->system->context, kmp_kinematics_unit(k, parameter));
 }
 
 static double value_at(const kempe_kinematics *k, double s)
 {
-    return kmp_sweep_parameter_value(&k->lead[k->first], s);
+    return kmp_sweep_parameter_value(&k->parameter[k->first], s);
 }
 
 /* An output of the model that is in no row: it needs multipliers. */
@@ -54,15 +55,16 @@ static void show_dead(kmp_text *text, const kempe_kinematics *k)
 {
     for (int d = 0; d < k->dead_count; d++) {
         const kmp_dead_centre *c = &k->dead[d];
-        const kmp_sweep_parameter *lead = &k->lead[k->first];
+        const kmp_sweep_parameter *parameter = &k->parameter[k->first];
         kmp_text_printf(text, "\ndead centre at %s = %.15g %s, its %s value on this branch\n",
-                        kmp_kinematics_name(k, lead), shown_as(k, lead).factor * c->value, shown_as(k, lead).unit,
-                        c->largest ? "greatest" : "least");
-        for (int i = 0; i < k->lead_count; i++)
-            if (i != k->first && k->lead[i].from != k->lead[i].to)
-                kmp_text_printf(text, "  with %s = %.15g %s\n", kmp_kinematics_name(k, &k->lead[i]),
-                                shown_as(k, &k->lead[i]).factor * kmp_sweep_parameter_value(&k->lead[i], c->s),
-                                shown_as(k, &k->lead[i]).unit);
+                        kmp_kinematics_name(k, parameter), shown_as(k, parameter).factor * c->value,
+                        shown_as(k, parameter).unit, c->largest ? "greatest" : "least");
+        for (int i = 0; i < k->parameter_count; i++)
+            if (i != k->first && k->parameter[i].from != k->parameter[i].to)
+                kmp_text_printf(text, "  with %s = %.15g %s\n", kmp_kinematics_name(k, &k->parameter[i]),
+                                shown_as(k, &k->parameter[i]).factor *
+                                    kmp_sweep_parameter_value(&k->parameter[i], c->s),
+                                shown_as(k, &k->parameter[i]).unit);
         kmp_text_printf(text,
                         "  two branches meet there; the rates of the other coordinates relative to it are unbounded\n  "
                         "the swept coordinates determine the others to %.1e, margin of the closures %.2g\n",
@@ -80,17 +82,17 @@ static void show_all(kmp_text *text, const void *result)
     const kempe_kinematics *k = result;
     kmp_text_printf(text, "%s: %s, %d of %d rows\n", k->system->model->name, kmp_status_word(k->status), k->count,
                     k->requested);
-    for (int i = 0; i < k->lead_count; i++) {
-        const kmp_sweep_parameter *lead = &k->lead[i];
-        kmp_shown as = shown_as(k, lead);
-        if (kmp_state_of(k->system->model, lead->coordinate))
+    for (int i = 0; i < k->parameter_count; i++) {
+        const kmp_sweep_parameter *parameter = &k->parameter[i];
+        kmp_shown as = shown_as(k, parameter);
+        if (kmp_state_of(k->system->model, parameter->coordinate))
             continue;
-        if (lead->from != lead->to)
-            kmp_text_printf(text, "  %s swept from %.9g to %.9g %s", kmp_kinematics_name(k, lead),
-                            as.factor * lead->from, as.factor * lead->to, as.unit);
+        if (parameter->from != parameter->to)
+            kmp_text_printf(text, "  %s swept from %.9g to %.9g %s", kmp_kinematics_name(k, parameter),
+                            as.factor * parameter->from, as.factor * parameter->to, as.unit);
         else
-            kmp_text_printf(text, "  %s held at %.9g %s", kmp_kinematics_name(k, lead), as.factor * lead->from,
-                            as.unit);
+            kmp_text_printf(text, "  %s held at %.9g %s", kmp_kinematics_name(k, parameter),
+                            as.factor * parameter->from, as.unit);
         if (i == k->first && isfinite(k->speed))
             kmp_text_printf(text, ", at %.6g %s/s", as.factor * k->speed, as.unit);
         kmp_text_put(text, "\n");
@@ -118,13 +120,13 @@ static void show_all(kmp_text *text, const void *result)
         }
     }
     show_dead(text, k);
-    kmp_shown as = shown_as(k, &k->lead[k->first]);
+    kmp_shown as = shown_as(k, &k->parameter[k->first]);
     for (int c = 0; c < k->change_count; c++)
         kmp_text_printf(text,
                         "\nchange point at %s = %.8g %s: a bifurcation, branches meet there (margin of the closures "
                         "below %.1e); the sweep goes straight on\n",
-                        kmp_kinematics_name(k, &k->lead[k->first]), as.factor * value_at(k, k->change[c].s), as.unit,
-                        k->change[c].margin);
+                        kmp_kinematics_name(k, &k->parameter[k->first]), as.factor * value_at(k, k->change[c].s),
+                        as.unit, k->change[c].margin);
     const kempe_model *model = k->system->model;
     int listed = 0;
     for (int o = 0; o < model->output_count; o++)
@@ -146,12 +148,12 @@ static void json_all(kmp_text *text, const void *result)
     kmp_json j = kmp_json_begin(text);
     kmp_print_head(&j, k->system, kmp_status_word(k->status), k->reason, k->system->build_s, k->warnings);
     kmp_json_array(&j, "driven");
-    for (int i = 0; i < k->lead_count; i++) {
-        const kmp_sweep_parameter *lead = &k->lead[i];
-        if (kmp_state_of(k->system->model, lead->coordinate))
+    for (int i = 0; i < k->parameter_count; i++) {
+        const kmp_sweep_parameter *parameter = &k->parameter[i];
+        if (kmp_state_of(k->system->model, parameter->coordinate))
             continue;
-        kmp_json_put(&j, "{ name %s unit %s from %g to %g held %d }", kmp_kinematics_name(k, lead),
-                     kmp_kinematics_unit(k, lead), lead->from, lead->to, i >= k->driven);
+        kmp_json_put(&j, "{ name %s unit %s from %g to %g held %d }", kmp_kinematics_name(k, parameter),
+                     kmp_kinematics_unit(k, parameter), parameter->from, parameter->to, i >= k->driven);
     }
     kmp_json_put(&j, "] speed %g released [", k->speed);
     for (int c = 0; c < k->system->model->closure_count; c++)
@@ -174,7 +176,7 @@ static void json_all(kmp_text *text, const void *result)
     for (int d = 0; d < k->dead_count; d++) {
         const kmp_dead_centre *c = &k->dead[d];
         kmp_json_put(&j, "{ s %g coordinate %s value %g extreme %s determined %g margin %g instead %s", c->s,
-                     kmp_kinematics_name(k, &k->lead[k->first]), c->value, c->largest ? "greatest" : "least",
+                     kmp_kinematics_name(k, &k->parameter[k->first]), c->value, c->largest ? "greatest" : "least",
                      c->determined, c->margin, c->instead);
         kmp_print_entries(&j, "q", k->system, KMP_QUANTITY_Q, c->q);
         kmp_json_end(&j);
@@ -218,7 +220,7 @@ static void fill_rows(kempe_table *table, const void *result)
     for (int row = 0; row < k->count; row++) {
         ptrdiff_t at = (ptrdiff_t)row * s->n;
         KMP_TABULATE(table, "%g %g", k->s[row],
-                     k->time < 0 ? k->s[row] / k->rate : kmp_sweep_parameter_value(&k->lead[k->time], k->s[row]));
+                     k->time < 0 ? k->s[row] / k->rate : kmp_sweep_parameter_value(&k->parameter[k->time], k->s[row]));
         kmp_tabulate_values(table, s, KMP_QUANTITY_Q, k->q + at);
         kmp_tabulate_values(table, s, KMP_QUANTITY_QD, k->qd + at);
         kmp_tabulate_values(table, s, KMP_QUANTITY_QDD, k->qdd + at);
@@ -229,13 +231,13 @@ static void fill_rows(kempe_table *table, const void *result)
 static void fill_dead_centres(kempe_table *table, const void *result)
 {
     const kempe_kinematics *k = result;
-    const kmp_sweep_parameter *lead = &k->lead[k->first];
+    const kmp_sweep_parameter *parameter = &k->parameter[k->first];
     kmp_tabulate_columns(table, "s coordinate[words]");
-    kmp_tabulate_column(table, kmp_kinematics_unit(k, lead), "value");
+    kmp_tabulate_column(table, kmp_kinematics_unit(k, parameter), "value");
     kmp_tabulate_columns(table, "extreme[words] determined margin instead[words]");
     kmp_tabulate_quantity(table, k->system, KMP_QUANTITY_Q);
     for (const kmp_dead_centre *dead = k->dead; dead < k->dead + k->dead_count; dead++) {
-        KMP_TABULATE(table, "%g %s %g %s %g %g %s", dead->s, kmp_kinematics_name(k, lead), dead->value,
+        KMP_TABULATE(table, "%g %s %g %s %g %g %s", dead->s, kmp_kinematics_name(k, parameter), dead->value,
                      dead->largest ? "greatest" : "least", dead->determined, dead->margin, dead->instead);
         kmp_tabulate_values(table, k->system, KMP_QUANTITY_Q, dead->q);
     }
@@ -244,13 +246,13 @@ static void fill_dead_centres(kempe_table *table, const void *result)
 static void fill_change_points(kempe_table *table, const void *result)
 {
     const kempe_kinematics *k = result;
-    const kmp_sweep_parameter *lead = &k->lead[k->first];
+    const kmp_sweep_parameter *parameter = &k->parameter[k->first];
     kmp_tabulate_columns(table, "s");
-    kmp_tabulate_column(table, kmp_kinematics_unit(k, lead), "value");
+    kmp_tabulate_column(table, kmp_kinematics_unit(k, parameter), "value");
     kmp_tabulate_columns(table, "margin");
     kmp_tabulate_quantity(table, k->system, KMP_QUANTITY_Q);
     for (const kmp_change_point *change = k->change; change < k->change + k->change_count; change++) {
-        KMP_TABULATE(table, "%g %g %g", change->s, kmp_sweep_parameter_value(lead, change->s), change->margin);
+        KMP_TABULATE(table, "%g %g %g", change->s, kmp_sweep_parameter_value(parameter, change->s), change->margin);
         kmp_tabulate_values(table, k->system, KMP_QUANTITY_Q, change->q);
     }
 }

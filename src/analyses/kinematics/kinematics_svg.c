@@ -2,6 +2,7 @@
 /* The paths of a sweep's position outputs as a picture, both axes to one scale, in the plane of the two ground axes
  * with the largest extent. The beginning of the sweep and dead centres are marked. */
 #include "analyses/kinematics/position_sweep.h"
+#include "model/data/model.h"
 #include "output/picture_file.h"
 #include "output/plot.h"
 #include <kempe/kinematics.h>
@@ -83,7 +84,7 @@ static void draw(const kempe_kinematics *k, kmp_text *text, int paths)
         }
     if (k->dead_count > 0)
         kmp_picture_words(text, EDGE, LINE * (line + 1) + 4, "", "\xc3\x97 dead centre of %s",
-                          kmp_kinematics_name(k, &k->lead[k->first]));
+                          kmp_kinematics_name(k, &k->parameter[k->first]));
     kmp_plot p = kmp_plot_inside(text, 0, top, side[0], side[1]);
     for (int i = 0; i < 2; i++)
         p.axis[i] = axis[plane[i]];

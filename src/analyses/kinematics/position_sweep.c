@@ -6,9 +6,12 @@
 #include "base/clock.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "constraints/evaluation/left_tables.h"
+#include "constraints/evaluation/shown_outputs.h"
 #include "constraints/partition/singularity_causes.h"
 #include "dynamics/load_dependent.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/language/nearest.h"
 #include "model/language/ranges.h"
@@ -80,27 +83,28 @@ static kempe_status find(const kempe_model *model, const char *name, int *coordi
     return *coordinate == -2 ? refuse_name(model, name, true, "coordinate or drive") : KEMPE_OK;
 }
 
-const char *kmp_kinematics_name(const kempe_kinematics *k, const kmp_sweep_parameter *lead)
+const char *kmp_kinematics_name(const kempe_kinematics *k, const kmp_sweep_parameter *parameter)
 {
-    return lead->coordinate < 0 ? "t" : k->system->model->motions[lead->coordinate].name;
+    return parameter->coordinate < 0 ? "t" : k->system->model->motions[parameter->coordinate].name;
 }
 
-const char *kmp_kinematics_unit(const kempe_kinematics *k, const kmp_sweep_parameter *lead)
+const char *kmp_kinematics_unit(const kempe_kinematics *k, const kmp_sweep_parameter *parameter)
 {
-    return lead->coordinate < 0 ? "s" : kmp_quantity_unit(k->system, KMP_QUANTITY_Q, lead->coordinate);
+    return parameter->coordinate < 0 ? "s" : kmp_quantity_unit(k->system, KMP_QUANTITY_Q, parameter->coordinate);
 }
 
 static kempe_status add_lead(kempe_kinematics *k, const kmp_range *range)
 {
     kempe_context *context = k->system->context;
     const char *name = range->name;
-    kmp_sweep_parameter lead = {0, range->from, range->to};
-    KMP_TRY(find(k->system->model, name, &lead.coordinate));
-    if (lead.coordinate < 0)
+    kmp_sweep_parameter parameter = {0, range->from, range->to};
+    KMP_TRY(find(k->system->model, name, &parameter.coordinate));
+    if (parameter.coordinate < 0)
         KMP_TRY(kmp_range_fits(context, "sweep", range, KMP_DIM_TIME));
     else
-        KMP_TRY(kmp_range_fits_motion(context, "sweep", range, k->system->model->motions[lead.coordinate].rotation, 0));
-    if (lead.coordinate >= 0 && k->system->model->motions[lead.coordinate].rotation) {
+        KMP_TRY(kmp_range_fits_motion(context, "sweep", range, k->system->model->motions[parameter.coordinate].rotation,
+                                      0));
+    if (parameter.coordinate >= 0 && k->system->model->motions[parameter.coordinate].rotation) {
         /* Bare numbers of an angle are in rad: many turns are rather degrees. */
         double most = fmax(fabs(range->from), fabs(range->to));
         if (range->dimension.kind == KMP_DIMENSION_BARE && !range->angle[1] && most >= MANY_TURNS)
@@ -108,12 +112,12 @@ static kempe_status add_lead(kempe_kinematics *k, const kmp_range *range)
                     "the sweep of '%s' from %g to %g is in rad, up to %.3g turns: for degrees write '%g deg'",
                     range->name, range->from, range->to, most / TURN, range->to);
     }
-    for (int i = 0; i < k->lead_count; i++)
-        if (k->lead[i].coordinate == lead.coordinate)
+    for (int i = 0; i < k->parameter_count; i++)
+        if (k->parameter[i].coordinate == parameter.coordinate)
             return kmp_fail(context, KEMPE_E_ARGUMENT, "'%s' is swept or held twice", name);
-    if (lead.coordinate < 0)
-        k->time = k->lead_count;
-    k->lead[k->lead_count++] = lead;
+    if (parameter.coordinate < 0)
+        k->time = k->parameter_count;
+    k->parameter[k->parameter_count++] = parameter;
     return KEMPE_OK;
 }
 
@@ -121,9 +125,9 @@ static kempe_status add_ranges(kempe_kinematics *k, const kmp_ranges *ranges)
 {
     for (int i = 0; i < ranges->count; i++)
         KMP_TRY(add_lead(k, &ranges->range[i]));
-    k->driven = k->lead_count;
+    k->driven = k->parameter_count;
     for (int i = k->driven - 1; i >= 0; i--)
-        if (k->lead[i].from != k->lead[i].to)
+        if (k->parameter[i].from != k->parameter[i].to)
             k->first = i;
     if (k->first >= 0)
         return KEMPE_OK;
@@ -137,8 +141,8 @@ static kempe_status release(kempe_kinematics *k, int count, char *const *names)
     const kempe_model *model = k->system->model;
     for (int c = 0; c < model->closure_count; c++)
         for (int i = 0; i < k->driven; i++)
-            if (k->lead[i].coordinate >= 0 && kmp_closure_is_drive(&model->closures[c]) &&
-                model->closures[c].motion == k->lead[i].coordinate)
+            if (k->parameter[i].coordinate >= 0 && kmp_closure_is_drive(&model->closures[c]) &&
+                model->closures[c].motion == k->parameter[i].coordinate)
                 k->released[c] = true;
     for (int i = 0; i < count; i++) {
         int drive = find_drive(model, names[i]);
@@ -153,17 +157,17 @@ static kempe_status release(kempe_kinematics *k, int count, char *const *names)
 static kempe_status read_speed(const kempe_kinematics *k, const char *speed, double *value)
 {
     kempe_context *context = k->system->context;
-    const kmp_sweep_parameter *lead = &k->lead[k->first];
+    const kmp_sweep_parameter *parameter = &k->parameter[k->first];
     kmp_ranges ranges = {0};
     kmp_text text = {0};
-    kmp_text_printf(&text, "%s=%s", kmp_kinematics_name(k, lead), speed);
+    kmp_text_printf(&text, "%s=%s", kmp_kinematics_name(k, parameter), speed);
     kempe_status status = text.failed ? kmp_fail_memory(context) : kmp_ranges_read(context, text.s, &ranges);
     kmp_text_free(&text);
     const kmp_range *range = ranges.range;
     bool good = status == KEMPE_OK && range && ranges.count == 1 && range->count == 1 && range->from > 0;
     if (status == KEMPE_OK)
         status = good ? kmp_range_fits_motion(context, "speed", range,
-                                              k->system->model->motions[lead->coordinate].rotation, 1)
+                                              k->system->model->motions[parameter->coordinate].rotation, 1)
                       : kmp_fail(context, KEMPE_E_ARGUMENT, "speed: one positive value is expected, not '%s'", speed);
     *value = good ? range->from : NAN;
     kmp_ranges_free(&ranges);
@@ -175,20 +179,21 @@ static kempe_status take_all(kempe_kinematics *k, const kempe_kinematics_options
     char **held, **released;
     int hold_count = kmp_text_words(&k->arena, options->hold, &held);
     int release_count = kmp_text_words(&k->arena, options->release, &released);
-    k->lead = KMP_ARENA_NEW(&k->arena, kmp_sweep_parameter, ranges->count + hold_count + k->system->model->state_count);
+    k->parameter =
+        KMP_ARENA_NEW(&k->arena, kmp_sweep_parameter, ranges->count + hold_count + k->system->model->state_count);
     k->released = KMP_ARENA_NEW(&k->arena, bool, k->system->model->closure_count);
     KMP_TRY(kmp_made(k->system->context, !k->arena.failed));
     KMP_TRY(add_ranges(k, ranges));
     for (int i = 0; i < hold_count; i++) {
         char *name = held[i];
         KMP_TRY(add_lead(k, &(kmp_range){.name = name}));
-        if (k->time == k->lead_count - 1)
+        if (k->time == k->parameter_count - 1)
             return kmp_fail(k->system->context, KEMPE_E_ARGUMENT, "the time cannot be held: without a sweep it is 0");
     }
     /* States keep their values: the integrals that stand for them move nothing, and rest. */
     const kempe_model *model = k->system->model;
     for (int i = 0; i < model->state_count; i++)
-        k->lead[k->lead_count++] = (kmp_sweep_parameter){.coordinate = kmp_model_coordinates(model) + i};
+        k->parameter[k->parameter_count++] = (kmp_sweep_parameter){.coordinate = kmp_model_coordinates(model) + i};
     /* One count for all ranges, from whichever gives it. */
     int points = options->points;
     int count = points;
@@ -207,14 +212,15 @@ static kempe_status take_all(kempe_kinematics *k, const kempe_kinematics_options
         return kmp_fail(k->system->context, KEMPE_E_ARGUMENT, "%d rows are not possible: 2 to %d", k->requested,
                         MOST_ROWS);
     const char *speed = options->speed;
-    const kmp_sweep_parameter *lead = &k->lead[k->first];
-    bool timed = k->time >= 0 && k->lead[k->time].from != k->lead[k->time].to;
+    const kmp_sweep_parameter *parameter = &k->parameter[k->first];
+    bool timed = k->time >= 0 && k->parameter[k->time].from != k->parameter[k->time].to;
     if (timed && speed)
         return kmp_fail(k->system->context, KEMPE_E_ARGUMENT,
                         "a speed and a range of t exclude each other: the rate of the time is 1");
     k->speed = timed ? NAN : 1;
     KMP_TRY(speed ? read_speed(k, speed, &k->speed) : KEMPE_OK);
-    k->rate = timed ? 1 / (k->lead[k->time].to - k->lead[k->time].from) : k->speed / fabs(lead->to - lead->from);
+    k->rate = timed ? 1 / (k->parameter[k->time].to - k->parameter[k->time].from)
+                    : k->speed / fabs(parameter->to - parameter->from);
     return release(k, release_count, released);
 }
 
@@ -240,10 +246,10 @@ static kempe_status check_leads(kempe_kinematics *k, kmp_sweep *sweep)
     bool *given = KMP_ARENA_NEW(&k->arena, bool, sweep->n);
     kmp_text names = {0};
     KMP_TRY(kmp_made(model->context, !k->arena.failed));
-    for (int i = 0; i < k->lead_count; i++)
-        if (k->lead[i].coordinate >= 0) {
-            given[k->lead[i].coordinate] = true;
-            have += !kmp_state_of(model, k->lead[i].coordinate);
+    for (int i = 0; i < k->parameter_count; i++)
+        if (k->parameter[i].coordinate >= 0) {
+            given[k->parameter[i].coordinate] = true;
+            have += !kmp_state_of(model, k->parameter[i].coordinate);
         }
     int rank = kmp_sweep_order(sweep, given, order);
     KMP_TRY(kmp_made(model->context, rank >= 0));
@@ -339,7 +345,7 @@ typedef struct job {
 static void show(job *j, double s, const double *q, const double *qd, const double *qdd, double *out)
 {
     const kempe_kinematics *k = j->k;
-    double t = k->time < 0 ? 0 : kmp_sweep_parameter_value(&k->lead[k->time], s);
+    double t = k->time < 0 ? 0 : kmp_sweep_parameter_value(&k->parameter[k->time], s);
     const double *all = k->width > 0 ? kmp_eval_shown(j->sweep.eval, t, q, qd, qdd, j->zero) : NULL;
     kmp_eval_tell_tables(j->sweep.eval, t, q, qd, qdd, j->zero, false, all);
     for (int c = 0; c < k->width; c++)
@@ -377,10 +383,10 @@ static void take_change(void *user, const kmp_sweep_pose *pose, double margin)
 
 /* -- dead centres ------------------------------------------------------------------------------------ */
 
-static bool leads(const kempe_kinematics *k, int coordinate)
+static bool is_swept(const kempe_kinematics *k, int coordinate)
 {
-    for (int i = 0; i < k->lead_count; i++)
-        if (k->lead[i].coordinate == coordinate)
+    for (int i = 0; i < k->parameter_count; i++)
+        if (k->parameter[i].coordinate == coordinate)
             return true;
     return false;
 }
@@ -397,7 +403,7 @@ static char *list_instead(const job *j)
     kmp_text text = {0};
     int count = 0, *best = KMP_ARENA_NEW(&j->k->arena, int, s->n);
     for (int c = 0; best && c < s->n; c++) {
-        if (leads(j->k, c) || speed_here(j, c) <= SHARE * kmp_sweep_fastest(&j->sweep, &j->sweep.here))
+        if (is_swept(j->k, c) || speed_here(j, c) <= SHARE * kmp_sweep_fastest(&j->sweep, &j->sweep.here))
             continue;
         int at = count++;
         for (; at > 0 && speed_here(j, best[at - 1]) < speed_here(j, c); at--)
@@ -414,9 +420,10 @@ static double s_here(const job *j)
     return j->sweep.here.x[j->sweep.n];
 }
 
-static double value_here(const job *j, const kmp_sweep_parameter *lead)
+static double value_here(const job *j, const kmp_sweep_parameter *parameter)
 {
-    return lead->coordinate < 0 ? kmp_sweep_parameter_value(lead, s_here(j)) : j->sweep.here.x[lead->coordinate];
+    return parameter->coordinate < 0 ? kmp_sweep_parameter_value(parameter, s_here(j))
+                                     : j->sweep.here.x[parameter->coordinate];
 }
 
 /* Stores the current state as a dead centre; `up`: s was increasing. */
@@ -424,13 +431,13 @@ static kempe_status take_dead(job *j, bool up)
 {
     kempe_kinematics *k = j->k;
     kmp_sweep_pose *here = &j->sweep.here;
-    const kmp_sweep_parameter *lead = &k->lead[k->first];
+    const kmp_sweep_parameter *parameter = &k->parameter[k->first];
     size_t n = (size_t)k->system->n;
     double *nothing = KMP_ARENA_NEW(&k->arena, double, n), *still = KMP_ARENA_NEW(&k->arena, double, n);
     kmp_dead_centre *dead = &k->dead[k->dead_count++];
     *dead = (kmp_dead_centre){.s = s_here(j),
-                              .value = value_here(j, lead),
-                              .largest = up == (lead->to > lead->from),
+                              .value = value_here(j, parameter),
+                              .largest = up == (parameter->to > parameter->from),
                               .determined = kmp_sweep_hold(&j->sweep, here),
                               .margin = kmp_sweep_margin(&j->sweep, here),
                               .instead = list_instead(j),
@@ -450,13 +457,13 @@ static void say_dead(job *j, int d)
 {
     const kempe_kinematics *k = j->k;
     const kmp_dead_centre *dead = &k->dead[d];
-    kmp_shown as = kmp_shown_as(k->system->context, kmp_kinematics_unit(k, &k->lead[k->first]));
+    kmp_shown as = kmp_shown_as(k->system->context, kmp_kinematics_unit(k, &k->parameter[k->first]));
     int moving = 0;
-    for (int i = 0; i < k->lead_count; i++)
-        moving += k->lead[i].from != k->lead[i].to;
+    for (int i = 0; i < k->parameter_count; i++)
+        moving += k->parameter[i].from != k->parameter[i].to;
     kmp_text_printf(&j->reason, "%sdead centre: %s'%s' becomes no %s than %.15g %s on this branch",
                     j->reason.length ? "; " : "", moving > 1 ? "the swept coordinates cannot continue together: " : "",
-                    kmp_kinematics_name(k, &k->lead[k->first]), dead->largest ? "larger" : "smaller",
+                    kmp_kinematics_name(k, &k->parameter[k->first]), dead->largest ? "larger" : "smaller",
                     as.factor * dead->value, as.unit);
     if (k->first == k->time)
         kmp_text_put(&j->reason, ", where the prescribed motion locks");
@@ -470,11 +477,11 @@ static kempe_status end_of(job *j, kmp_sweep_end end)
         return kmp_fail_memory(j->k->system->context);
     if (end == KMP_SWEEP_LOST) {
         const kempe_kinematics *k = j->k;
-        const kmp_sweep_parameter *lead = &k->lead[k->first];
+        const kmp_sweep_parameter *parameter = &k->parameter[k->first];
         const kmp_sweep_pose *here = &j->sweep.here;
-        kmp_shown as = kmp_shown_as(k->system->context, kmp_kinematics_unit(k, lead));
+        kmp_shown as = kmp_shown_as(k->system->context, kmp_kinematics_unit(k, parameter));
         kmp_text_printf(&j->reason, "the step size became too small at %s = %.9g %s (margin of the closures %.1e)",
-                        kmp_kinematics_name(k, lead), as.factor * value_here(j, lead), as.unit,
+                        kmp_kinematics_name(k, parameter), as.factor * value_here(j, parameter), as.unit,
                         kmp_sweep_margin(&j->sweep, here));
         kmp_angles_explain(k->system->model, here->x, &j->reason);
         return KEMPE_E_FAILED;
@@ -489,24 +496,24 @@ static kempe_status end_of(job *j, kmp_sweep_end end)
 static bool on_line(const job *j, double *s)
 {
     const kempe_kinematics *k = j->k;
-    const kmp_sweep_parameter *first = &k->lead[k->first];
+    const kmp_sweep_parameter *first = &k->parameter[k->first];
     *s = (j->start[k->first] - first->from) / (first->to - first->from);
-    for (int i = 0; i < k->lead_count; i++)
-        if (i != k->first && (k->lead[i].from != k->lead[i].to || k->lead[i].from != j->start[i]))
+    for (int i = 0; i < k->parameter_count; i++)
+        if (i != k->first && (k->parameter[i].from != k->parameter[i].to || k->parameter[i].from != j->start[i]))
             return false;
     return true;
 }
 
 /* The given driven values apply from s on. */
-static kempe_status lead(job *j, const kmp_sweep_parameter *leads, double s)
+static kempe_status sweep_to(job *j, const kmp_sweep_parameter *parameters, double s)
 {
     const kempe_kinematics *k = j->k;
-    kempe_status status = kmp_sweep_lead(&j->sweep, k->lead_count, leads, s);
+    kempe_status status = kmp_sweep_along(&j->sweep, k->parameter_count, parameters, s);
     return status != KEMPE_E_FAILED ? status
                                     : kmp_fail(k->system->context, status,
                                                "the swept coordinates do not determine the others at the beginning of "
                                                "the sweep: a dead centre of '%s'",
-                                               kmp_kinematics_name(k, &k->lead[k->first]));
+                                               kmp_kinematics_name(k, &k->parameter[k->first]));
 }
 
 /* Goes to s_end, with `rows` rows on the path. */
@@ -524,23 +531,23 @@ static kempe_status go(job *j, double s_end, int rows, kmp_sweep_end *end)
 static kempe_status approach_aside(job *j)
 {
     kempe_kinematics *k = j->k;
-    kmp_sweep_parameter *path = KMP_ARENA_NEW(&k->arena, kmp_sweep_parameter, k->lead_count);
+    kmp_sweep_parameter *path = KMP_ARENA_NEW(&k->arena, kmp_sweep_parameter, k->parameter_count);
     kmp_sweep_end end;
     bool moves = false;
     KMP_TRY(kmp_made(k->system->context, path));
-    for (int i = 0; i < k->lead_count; i++) {
-        path[i] = (kmp_sweep_parameter){k->lead[i].coordinate, j->start[i], k->lead[i].from};
+    for (int i = 0; i < k->parameter_count; i++) {
+        path[i] = (kmp_sweep_parameter){k->parameter[i].coordinate, j->start[i], k->parameter[i].from};
         moves = moves || path[i].from != path[i].to;
     }
     if (!moves)
         return KEMPE_OK;
-    KMP_TRY(lead(j, path, 0));
+    KMP_TRY(sweep_to(j, path, 0));
     KMP_TRY(go(j, 1, 0, &end));
     if (end == KMP_SWEEP_DEAD)
         return kmp_fail(k->system->context, KEMPE_E_FAILED,
                         "the beginning of the ranges cannot be reached from the assembled position: there is a dead "
                         "centre at '%s' = %.9g before it",
-                        kmp_kinematics_name(k, &k->lead[k->first]), value_here(j, &k->lead[k->first]));
+                        kmp_kinematics_name(k, &k->parameter[k->first]), value_here(j, &k->parameter[k->first]));
     if (s_here(j) == 1)
         return KEMPE_OK;
     return kmp_fail(k->system->context, KEMPE_E_FAILED,
@@ -553,7 +560,7 @@ static kempe_status approach_along(job *j, double s)
 {
     kempe_kinematics *k = j->k;
     kmp_sweep_end end;
-    KMP_TRY(lead(j, k->lead, s));
+    KMP_TRY(sweep_to(j, k->parameter, s));
     KMP_TRY(go(j, 0, 0, &end));
     if (end != KMP_SWEEP_DEAD)
         return KEMPE_OK;
@@ -573,7 +580,7 @@ static kempe_status follow(job *j)
         KMP_TRY(approach_aside(j));
         s = 0;
     }
-    KMP_TRY(s != 0 ? approach_along(j, s) : lead(j, j->k->lead, 0));
+    KMP_TRY(s != 0 ? approach_along(j, s) : sweep_to(j, j->k->parameter, 0));
     kempe_kinematics *k = j->k;
     int rows = k->requested - k->begin;
     kmp_sweep_end end;
@@ -598,19 +605,19 @@ static kempe_status run(job *j, const kempe_kinematics_options *options)
                         kmp_backend_names());
     KMP_TRY(kempe_assembly_new(s, &j->assembly));
     j->zero = KMP_ARENA_NEW(&k->arena, double, s->m);
-    j->start = KMP_ARENA_NEW(&k->arena, double, k->lead_count);
+    j->start = KMP_ARENA_NEW(&k->arena, double, k->parameter_count);
     KMP_TRY(kmp_made(s->context, !k->arena.failed));
     KMP_TRY(kmp_sweep_init(&j->sweep, s, backend, k->released));
     /* Sweeps from the assembled state q. */
     const double *q = j->assembly->q;
-    for (int i = 0; i < k->lead_count; i++) {
-        int c = k->lead[i].coordinate;
+    for (int i = 0; i < k->parameter_count; i++) {
+        int c = k->parameter[i].coordinate;
         j->start[i] = c < 0 ? 0 : q[c];
         if (i >= k->driven)
-            k->lead[i].from = k->lead[i].to = q[c];
+            k->parameter[i].from = k->parameter[i].to = q[c];
     }
-    bool timed = k->time >= 0 && k->lead[k->time].from != k->lead[k->time].to;
-    const kmp_sweep_parameter from_zero = {-1, 0, timed ? k->lead[k->time].to : 0};
+    bool timed = k->time >= 0 && k->parameter[k->time].from != k->parameter[k->time].to;
+    const kmp_sweep_parameter from_zero = {-1, 0, timed ? k->parameter[k->time].to : 0};
     KMP_TRY(kmp_sweep_stand(&j->sweep, 0, q));
     KMP_TRY(check_leads(k, &j->sweep));
     if (timed)

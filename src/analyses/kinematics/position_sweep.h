@@ -35,14 +35,14 @@ struct kempe_kinematics {
     kempe_status status;
     char *reason;   /* NULL: none */
     char *warnings; /* of the computation, one per line */
-    int lead_count, driven;
-    kmp_sweep_parameter *lead; /* driven coordinates, then fixed ones */
-    int first;                 /* the first that moves */
-    int time;                  /* the time's, -1 */
-    double speed;              /* of the first, NaN with the time */
-    double rate;               /* ds/dt */
-    bool *released;            /* closures of the model that were */
-    int requested;             /* rows */
+    int parameter_count, driven;
+    kmp_sweep_parameter *parameter; /* driven coordinates, then fixed ones */
+    int first;                      /* the first that moves */
+    int time;                       /* the time's, -1 */
+    double speed;                   /* of the first, NaN with the time */
+    double rate;                    /* ds/dt */
+    bool *released;                 /* closures of the model that were */
+    int requested;                  /* rows */
     double *requested_s;
     int begin, count;         /* the first row that was reached, and the number of rows */
     double *s, *q, *qd, *qdd; /* `requested` rows; n each */
@@ -58,5 +58,5 @@ struct kempe_kinematics {
 };
 
 /** "crank", or "t"; and its unit. */
-const char *kmp_kinematics_name(const kempe_kinematics *k, const kmp_sweep_parameter *lead);
-const char *kmp_kinematics_unit(const kempe_kinematics *k, const kmp_sweep_parameter *lead);
+const char *kmp_kinematics_name(const kempe_kinematics *k, const kmp_sweep_parameter *parameter);
+const char *kmp_kinematics_unit(const kempe_kinematics *k, const kmp_sweep_parameter *parameter);

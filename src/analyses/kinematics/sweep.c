@@ -91,19 +91,19 @@ static void forget_choice(kmp_sweep *w)
 }
 
 /* Room for `count` other driven values. */
-static bool renew_leads(kmp_sweep *w, int count, const kmp_sweep_parameter *leads)
+static bool renew_parameters(kmp_sweep *w, int count, const kmp_sweep_parameter *parameters)
 {
     int p = w->p;
     kmp_arena *arena = &w->of_leads;
     kmp_arena_free(arena);
     w->count = count;
     w->time = -1;
-    w->lead = KMP_ARENA_NEW(arena, kmp_sweep_parameter, count);
+    w->parameter = KMP_ARENA_NEW(arena, kmp_sweep_parameter, count);
     w->order = KMP_ARENA_NEW(arena, int, 2 * (p + 1));
     if (!KMP_ARENA_MAKE(arena, KMP_ROOM(double, (p + 1) * (w->n + 1), &w->gradient),
                         KMP_ROOM(double, (p + 1) * (p + 1), &w->matrix), KMP_ROOM(double, p + 1, &w->rhs, &w->pivots)))
         return false;
-    memcpy(w->lead, leads, (size_t)count * sizeof *leads);
+    memcpy(w->parameter, parameters, (size_t)count * sizeof *parameters);
     return true;
 }
 
@@ -125,7 +125,7 @@ static kempe_status choose(kmp_sweep *w, int rank)
 
 kempe_status kmp_sweep_stand(kmp_sweep *w, double t, const double *q)
 {
-    KMP_TRY(kmp_made(w->system->context, renew_leads(w, 1, &(kmp_sweep_parameter){-1, t, t})));
+    KMP_TRY(kmp_made(w->system->context, renew_parameters(w, 1, &(kmp_sweep_parameter){-1, t, t})));
     w->time = 0;
     memcpy(w->here.x, q, (size_t)w->n * sizeof *q);
     w->here.x[w->n] = 0;
@@ -205,15 +205,15 @@ int kmp_sweep_order(kmp_sweep *w, const bool *given, int *order)
     return rank;
 }
 
-kempe_status kmp_sweep_lead(kmp_sweep *w, int count, const kmp_sweep_parameter *leads, double s)
+kempe_status kmp_sweep_along(kmp_sweep *w, int count, const kmp_sweep_parameter *parameters, double s)
 {
-    KMP_TRY(kmp_made(w->system->context, renew_leads(w, count, leads)));
+    KMP_TRY(kmp_made(w->system->context, renew_parameters(w, count, parameters)));
     double size = 0; /* the range of the driven coordinate, 1 for the time */
     for (int k = 0; k < count; k++) {
-        double range = fabs(leads[k].to - leads[k].from);
-        if (leads[k].coordinate < 0)
+        double range = fabs(parameters[k].to - parameters[k].from);
+        if (parameters[k].coordinate < 0)
             w->time = k;
-        size = fmax(size, leads[k].coordinate < 0 ? range > 0 : range / w->unit[leads[k].coordinate]);
+        size = fmax(size, parameters[k].coordinate < 0 ? range > 0 : range / w->unit[parameters[k].coordinate]);
     }
     w->unit[w->n] = 1 / size;
     w->here.x[w->n] = s;
@@ -405,9 +405,9 @@ static double slack_of(const kmp_sweep *w)
 {
     double most = 1;
     for (int k = 0; k < w->count; k++) {
-        double range = fabs(w->lead[k].to - w->lead[k].from);
+        double range = fabs(w->parameter[k].to - w->parameter[k].from);
         if (range > 0)
-            most = fmax(most, fmax(fabs(w->lead[k].from), fabs(w->lead[k].to)) / range);
+            most = fmax(most, fmax(fabs(w->parameter[k].from), fabs(w->parameter[k].to)) / range);
     }
     return EPSILONS * DBL_EPSILON * most;
 }
@@ -419,10 +419,10 @@ static void give(trace *y, double *x)
     double s = y->task->s[y->row++];
     for (int k = 0; k < w->count; k++)
         if (k != w->time) {
-            const kmp_sweep_parameter *lead = &w->lead[k];
-            x[lead->coordinate] = kmp_sweep_parameter_value(lead, s);
-            w->xs[lead->coordinate] = lead->to - lead->from;
-            w->xss[lead->coordinate] = 0;
+            const kmp_sweep_parameter *parameter = &w->parameter[k];
+            x[parameter->coordinate] = kmp_sweep_parameter_value(parameter, s);
+            w->xs[parameter->coordinate] = parameter->to - parameter->from;
+            w->xss[parameter->coordinate] = 0;
         }
     y->task->row(y->task->user, s, x, w->xs, w->xss);
 }

@@ -35,7 +35,7 @@ typedef struct kmp_sweep {
     kmp_rank_margin margin;
     int n, p;
     int count; /* driven values: as many coordinates as make p with the moving rows; and the time when it is swept */
-    kmp_sweep_parameter *lead;
+    kmp_sweep_parameter *parameter;
     int time;      /* its index among the driven values, -1: it stays 0 */
     double *unit;  /* of x in the arc: scales of coordinates, and the s by which a driven one changes by one scale */
     bool *dropped; /* rows that count as none */
@@ -73,7 +73,7 @@ int kmp_sweep_order(kmp_sweep *sweep, const bool *given, int *order);
 
 /** Sets the driven values from here on, and s of the current state; driven coordinates and moving rows are p. Copied.
  * KEMPE_E_FAILED without message: they do not determine the rest. */
-kempe_status kmp_sweep_lead(kmp_sweep *sweep, int count, const kmp_sweep_parameter *leads, double s);
+kempe_status kmp_sweep_along(kmp_sweep *sweep, int count, const kmp_sweep_parameter *parameters, double s);
 
 typedef struct kmp_sweep_task {
     double s_end;

@@ -3,6 +3,7 @@
  * derivatives follow from one factorisation. */
 #include "analyses/kinematics/sweep_point.h"
 #include "constraints/closing/close.h"
+#include "constraints/evaluation/jacobian_and_mass.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/dot.h"
 #include <math.h>
@@ -12,20 +13,20 @@ enum { MAX_NEWTON = 12 };
 /* Corrections below this part of the step cannot change the branch, and shrink as far as rounding permits. */
 #define SEEN 1e-3
 
-double kmp_sweep_parameter_value(const kmp_sweep_parameter *lead, double s)
+double kmp_sweep_parameter_value(const kmp_sweep_parameter *parameter, double s)
 {
-    return s == 1 ? lead->to : lead->from + s * (lead->to - lead->from);
+    return s == 1 ? parameter->to : parameter->from + s * (parameter->to - parameter->from);
 }
 
 /* t at s, and dt/ds */
 static double time_at(const kmp_sweep *w, double s)
 {
-    return w->time < 0 ? 0 : kmp_sweep_parameter_value(&w->lead[w->time], s);
+    return w->time < 0 ? 0 : kmp_sweep_parameter_value(&w->parameter[w->time], s);
 }
 
 static double pace_of_time(const kmp_sweep *w)
 {
-    return w->time < 0 ? 0 : w->lead[w->time].to - w->lead[w->time].from;
+    return w->time < 0 ? 0 : w->parameter[w->time].to - w->parameter[w->time].from;
 }
 
 /* Derivatives of each x along each of u and along s, in their units: rows of w->span. */
@@ -105,9 +106,9 @@ static void put_gradients(kmp_sweep *w, const kmp_sweep_pose *base)
     memset(row, 0, (size_t)((w->p + 1) * (n + 1)) * sizeof *row);
     for (int k = 0; k < w->count; k++)
         if (k != w->time) {
-            const kmp_sweep_parameter *lead = &w->lead[k];
-            row[lead->coordinate] = 1 / w->unit[lead->coordinate];
-            row[n] = (lead->from - lead->to) / w->unit[lead->coordinate];
+            const kmp_sweep_parameter *parameter = &w->parameter[k];
+            row[parameter->coordinate] = 1 / w->unit[parameter->coordinate];
+            row[n] = (parameter->from - parameter->to) / w->unit[parameter->coordinate];
             row += n + 1;
         }
     for (int k = 0; k < w->moving_count; k++, row += n + 1) {
@@ -188,8 +189,8 @@ static bool correct(void *self, const double *violation, double *dx)
         return false;
     for (int k = 0; k < w->count; k++)
         if (k != w->time) {
-            int i = w->lead[k].coordinate;
-            w->rhs[row++] = (kmp_sweep_parameter_value(&w->lead[k], c->x[w->n]) - c->x[i]) / w->unit[i];
+            int i = w->parameter[k].coordinate;
+            w->rhs[row++] = (kmp_sweep_parameter_value(&w->parameter[k], c->x[w->n]) - c->x[i]) / w->unit[i];
         }
     for (int k = 0; k < w->moving_count; k++)
         w->rhs[row++] = -violation[w->moving[k]] / w->system->row_scale[w->moving[k]];

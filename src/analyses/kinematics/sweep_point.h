@@ -31,7 +31,7 @@ double kmp_sweep_offset(const kmp_sweep *sweep, const kmp_sweep_pose *a, const k
 /** dx/ds and d2x/ds2 at a closed pose, where s determines it. false: it does not. */
 bool kmp_sweep_derivatives(kmp_sweep *sweep, const kmp_sweep_pose *pose, double *xs, double *xss);
 
-double kmp_sweep_parameter_value(const kmp_sweep_parameter *lead, double s);
+double kmp_sweep_parameter_value(const kmp_sweep_parameter *parameter, double s);
 
 /** The largest |dq_i| in scales. */
 double kmp_sweep_fastest(const kmp_sweep *sweep, const kmp_sweep_pose *pose);

@@ -8,6 +8,7 @@
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/lapack.h"
+#include "model/data/model.h"
 #include "model/language/ranges.h"
 #include "output/print.h"
 #include <math.h>

@@ -2,6 +2,7 @@
 /* Output of cycles: Hopf points, and the cycles of each branch, as text, JSON and tables. */
 #include "analyses/limit_cycles/limit_cycles_study.h"
 #include "constraints/tolerances.h"
+#include "model/data/model.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include <math.h>

@@ -8,6 +8,7 @@
 #include "constraints/inexact/nearest_exact.h"
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
+#include "model/data/model.h"
 #include "model/language/ranges.h"
 #include "model/read/loads.h"
 #include "output/print.h"

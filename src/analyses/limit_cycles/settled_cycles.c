@@ -9,6 +9,7 @@
 #include "constraints/evaluation/charts.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "constraints/tolerances.h"
+#include "model/data/model.h"
 #include "model/language/ranges.h"
 #include "pipeline.h"
 #include <math.h>

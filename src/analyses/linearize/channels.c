@@ -7,6 +7,7 @@
 #include "constraints/inexact/nearest_exact.h"
 #include "dynamics/load_dependent.h"
 #include "model/data/coordinates.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "output/print.h"
 #include "studies/simulate/columns.h"
@@ -96,16 +97,16 @@ static bool name_loads(kmp_channels *c)
 /* -- outputs ----------------------------------------------------------------------------------------- */
 
 /* The columns of a run's table that the outputs select; NULL parts: all. */
-static kempe_status take_columns(kmp_channels *c, const unsigned *parts, bool none, kmp_output_source **seen)
+static kempe_status take_columns(kmp_channels *c, const unsigned *parts, bool none, kmp_output_source **source)
 {
     kmp_columns columns;
     KMP_TRY(kmp_made(c->system->context, kmp_columns_init(&columns, c->system, c->system->model, parts)));
     int count = none ? 0 : columns.count - 1; /* without time */
-    *seen = KMP_ARENA_NEW(&c->arena, kmp_output_source, count);
+    *source = KMP_ARENA_NEW(&c->arena, kmp_output_source, count);
     bool ok = names_init(c, &c->outputs, count);
     for (int k = 0; ok && k < count; k++) {
         const kmp_column *of = &columns.of[k + 1];
-        (*seen)[k] = (kmp_output_source){(kmp_output_kind_of_source)of->quantity, of->index};
+        (*source)[k] = (kmp_output_source){(kmp_output_kind_of_source)of->quantity, of->index};
         c->outputs.name[k] = kmp_arena_strdup(&c->arena, columns.name[k + 1]);
         c->outputs.unit[k] = kmp_arena_strdup(&c->arena, columns.unit[k + 1]);
     }
@@ -210,7 +211,7 @@ static kempe_status build(kmp_channels *c, const kmp_channels_options *options)
     const char *backend = options->backend ? options->backend : kmp_backend_default();
     int parameters;
     unsigned *parts = NULL;
-    kmp_output_source *seen = NULL;
+    kmp_output_source *source = NULL;
     KMP_TRY(options->inputs ? kmp_requested_inputs_read(c->system->model, options->inputs, &c->inputs) : KEMPE_OK);
     bool none = !options->outputs && c->inputs.count == 0;
     const char **names = KMP_ARENA_NEW(&c->arena, const char *, KMP_TIME_NUMBERS * c->inputs.count);
@@ -223,7 +224,7 @@ static kempe_status build(kmp_channels *c, const kmp_channels_options *options)
         own = own || c->inputs.input[k].kind == KMP_REQUESTED_FORCE;
     if (own)
         KMP_TRY(make_system(c, options, parameters, names, &parts, place));
-    KMP_TRY(take_columns(c, parts, none, &seen));
+    KMP_TRY(take_columns(c, parts, none, &source));
     /* The state, in whose charts and coordinates the equations are linear. */
     int *wish = KMP_ARENA_NEW(&c->arena, int, c->system->n), wish_count = 0;
     KMP_TRY(kmp_made(c->system->context, wish));
@@ -240,7 +241,7 @@ static kempe_status build(kmp_channels *c, const kmp_channels_options *options)
     kmp_linear_tell_tables(&c->linear);
     KMP_TRY(kmp_averaged_judge(c->averaged, &c->linear));
     KMP_TRY(kmp_slopes_new(c->system, backend, count, names, true, &c->slopes));
-    KMP_TRY(kmp_transfer_init(&c->transfer, &c->linear, c->slopes, &c->inputs, place, c->outputs.count, seen));
+    KMP_TRY(kmp_transfer_init(&c->transfer, &c->linear, c->slopes, &c->inputs, place, c->outputs.count, source));
     KMP_TRY(kmp_made(c->system->context, name_states(c) && name_loads(c)));
     kmp_transfer_eval(&c->transfer);
     return KEMPE_OK;

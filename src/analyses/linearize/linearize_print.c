@@ -2,6 +2,7 @@
 /* Output of `linearize`: the state, names, the matrices that are small enough to be read. */
 #include "analyses/linearize/linearize_study.h"
 #include "base/memory.h"
+#include "model/data/model.h"
 #include "output/print.h"
 #include <kempe/linearize.h>
 #include <math.h>

@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "dynamics/load_dependent.h"
 #include "linalg/dense/lapack.h"
+#include "model/data/model.h"
 #include "model/read/loads.h"
 #include "output/named_arrays.h"
 #include "output/print.h"

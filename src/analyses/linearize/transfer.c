@@ -3,6 +3,7 @@
 #include "analyses/derivatives/sampled_motion.h"
 #include "base/memory.h"
 #include "linalg/dense/dense.h"
+#include "model/data/model.h"
 #include "model/read/loads.h"
 #include "output/print.h"
 #include <math.h>
@@ -18,7 +19,7 @@ int kmp_transfer_orders(const kempe_model *model, const kmp_requested_input *inp
 
 kempe_status kmp_transfer_init(kmp_transfer *t, kmp_linear *linear, kmp_slopes *slopes,
                                const kmp_requested_inputs *inputs, const int *place, int outputs,
-                               const kmp_output_source *seen)
+                               const kmp_output_source *source)
 {
     ptrdiff_t n = linear->n, m = linear->m, p = linear->p, columns = 0;
     for (int i = 0; i < inputs->count; i++)
@@ -31,7 +32,7 @@ kempe_status kmp_transfer_init(kmp_transfer *t, kmp_linear *linear, kmp_slopes *
                         .inputs = inputs,
                         .outputs = outputs,
                         .columns = (int)columns};
-    t->seen = KMP_ARENA_NEW(&t->arena, kmp_output_source, outputs);
+    t->source = KMP_ARENA_NEW(&t->arena, kmp_output_source, outputs);
     t->load = KMP_ARENA_NEW(&t->arena, kmp_load, columns);
     KMP_TRY(
         kmp_made(linear->system->context,
@@ -41,7 +42,7 @@ kempe_status kmp_transfer_init(kmp_transfer *t, kmp_linear *linear, kmp_slopes *
                                 KMP_ROOM(double, outputs *columns, &t->direct), KMP_ROOM(double, outputs, &t->value),
                                 KMP_ROOM(double, 3 * m + n, &t->side), KMP_ROOM(double, 3 * n + m, &t->moved),
                                 KMP_ROOM(double, p, &t->unit), KMP_ROOM(double, slopes->shown, &t->shown))));
-    memcpy(t->seen, seen, (size_t)outputs * sizeof *seen);
+    memcpy(t->source, source, (size_t)outputs * sizeof *source);
     int at = 0;
     for (int i = 0; i < t->inputs->count; i++) {
         const kmp_requested_input *input = &t->inputs->input[i];
@@ -66,7 +67,7 @@ static void see(const kmp_transfer *t, const double *q, const double *qd, const 
 {
     const double *in[] = {q, qd, qdd, lambda, shown};
     for (int k = 0; k < t->outputs; k++)
-        out[k] = in[t->seen[k].in][t->seen[k].index];
+        out[k] = in[t->source[k].in][t->source[k].index];
 }
 
 /* The response to a change, including parameter k (-1: none): dR, and the outputs into out. */

@@ -43,7 +43,7 @@ typedef struct kmp_transfer {
     int n, m, p;
     const kmp_requested_inputs *inputs;
     int outputs, columns;
-    kmp_output_source *seen;       /* outputs */
+    kmp_output_source *source;     /* outputs */
     kmp_load *load;                /* columns */
     double *map, *map_rate;        /* n x p: dq = N du, dqd = N dud + Nd du */
     double *loads;                 /* p x columns: L */
@@ -62,7 +62,7 @@ int kmp_transfer_orders(const kempe_model *model, const kmp_requested_input *inp
  * (forces alone), or of its first derivative (parameters and inputs of the model alone). KEMPE_E_MEMORY. */
 kempe_status kmp_transfer_init(kmp_transfer *transfer, kmp_linear *linear, kmp_slopes *slopes,
                                const kmp_requested_inputs *inputs, const int *place, int outputs,
-                               const kmp_output_source *seen);
+                               const kmp_output_source *source);
 void kmp_transfer_free(kmp_transfer *transfer);
 
 /** Evaluates all at the state of the linear equations, which must have Mr, Gr and Kr. No allocation. */

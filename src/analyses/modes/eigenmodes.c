@@ -1,10 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Modes: the quadratic eigenvalue problem, or its substitutes for sampled states and delays; then shapes in all
+ * coordinates, normalised, with the part of each coordinate, and converted to the angles of the user. */
 #include "analyses/modes/eigenmodes.h"
 #include "analyses/derivatives/delayed_spectrum.h"
 #include "analyses/derivatives/sampled_motion.h"
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
+#include "constraints/evaluation/jacobian_and_mass.h"
 #include "constraints/tolerances.h"
+#include "model/data/model.h"
 #include "output/print.h"
 #include <math.h>
 #include <stdlib.h>

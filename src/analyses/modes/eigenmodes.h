@@ -5,8 +5,8 @@
 #pragma once
 
 #include "analyses/derivatives/linearized.h"
+#include "analyses/derivatives/spectrum.h"
 #include "base/arena.h"
-#include "linalg/dense/spectrum.h"
 
 typedef struct kmp_modes {
     const kempe_system *system;

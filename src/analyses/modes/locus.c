@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Eigenvalues are followed from value to value by an assignment of least cost (linalg/assign.h), with halved steps in
- * cases of doubt. Critical values are bracketed and refined (base/bracket.h). */
+/* Eigenvalues are followed from value to value by an assignment of least cost (analyses/modes/assign.h), with halved
+ * steps in cases of doubt. Critical values are bracketed and refined (base/bracket.h). */
 #include "analyses/modes/locus.h"
+#include "analyses/modes/assign.h"
 #include "base/bracket.h"
 #include "base/context.h"
 #include "base/memory.h"
-#include "linalg/assign.h"
+#include "model/data/model.h"
 #include "output/print.h"
 #include <math.h>
 #include <string.h>

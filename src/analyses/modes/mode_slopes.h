@@ -12,8 +12,8 @@
 #pragma once
 
 #include "analyses/derivatives/second_derivatives.h"
+#include "analyses/derivatives/spectrum.h"
 #include "analyses/derivatives/state_sensitivity.h"
-#include "linalg/dense/spectrum.h"
 
 /** Availability of an eigenvalue's derivatives. */
 typedef enum kmp_mode_kind {

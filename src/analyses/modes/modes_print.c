@@ -2,6 +2,7 @@
 /* Modes as text, JSON and tables. */
 #include "analyses/modes/modes_print.h"
 #include "analyses/modes/modes_study.h"
+#include "model/data/model.h"
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "output/quantity.h"

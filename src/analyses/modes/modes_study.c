@@ -7,6 +7,7 @@
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
 #include "model/data/coordinates.h"
+#include "model/data/model.h"
 #include "model/read/loads.h"
 #include "output/print.h"
 #include <math.h>

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* States along a varied parameter: each equilibrium begins at the last one, with the rates that the start has at the
+ * new value. */
 #include "analyses/modes/operating_family.h"
 #include "base/memory.h"
 #include "constraints/closing/close_reduced.h"

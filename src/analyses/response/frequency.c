@@ -8,6 +8,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "linalg/dense/dense.h"
+#include "model/data/model.h"
 #include "output/print.h"
 #include <complex.h>
 #include <float.h>

@@ -13,8 +13,8 @@
  */
 #pragma once
 
+#include "analyses/derivatives/spectrum.h"
 #include "analyses/linearize/transfer.h"
-#include "linalg/dense/spectrum.h"
 
 /** A maximum of an amplitude between the ends of the range. */
 typedef struct kmp_peak {

@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
+#include "model/data/model.h"
 #include "model/language/ranges.h"
 #include "model/read/loads.h"
 #include "output/print.h"

@@ -3,6 +3,7 @@
  * through its peaks, which is open at undamped poles. */
 #include "analyses/response/response_study.h"
 #include "base/memory.h"
+#include "model/data/model.h"
 #include "output/picture_file.h"
 #include "output/plot.h"
 #include <kempe/response.h>

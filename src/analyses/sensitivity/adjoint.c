@@ -14,10 +14,12 @@
 #include "analyses/sensitivity/adjoint.h"
 #include "analyses/sensitivity/forward.h"
 #include "base/memory.h"
+#include "constraints/evaluation/condition_modes.h"
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
 #include "integrators/steppers/solver.h"
 #include "linalg/dense/dot.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

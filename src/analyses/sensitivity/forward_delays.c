@@ -13,6 +13,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

@@ -11,6 +11,7 @@
 #include "constraints/inexact/nearest_exact.h"
 #include "dynamics/load_dependent.h"
 #include "model/data/coordinates.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/data/variant.h"
 #include "model/read/loads.h"

@@ -8,6 +8,7 @@
 #include "analyses/modes/mode_slopes.h"
 #include "analyses/sensitivity/sensitivity_study.h"
 #include "dynamics/load_dependent.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include <kempe/sensitivity.h>
 #include <math.h>

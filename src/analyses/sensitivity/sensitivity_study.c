@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "dynamics/load_dependent.h"
+#include "model/data/model.h"
 #include "model/read/loads.h"
 #include "model/read/user_lists.h"
 #include "output/print.h"

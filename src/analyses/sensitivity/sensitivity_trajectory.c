@@ -11,6 +11,7 @@
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
 #include "integrators/steppers/solver.h"
+#include "model/data/model.h"
 #include "output/print.h"
 #include "output/times.h"
 #include "pipeline.h"

@@ -1,4 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Register allocation in one pass over straight-line code: next uses are known, so the value with the farthest one
+ * leaves (Belady 1966). Values live in a register, in a place in memory, or in both; a store happens only if the value
+ * is read again. */
 #include "backend/x86/registers.h"
 #include <string.h>
 

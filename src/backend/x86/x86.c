@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Encoding of instructions: prefix, opcode, registers or an address with the shortest distance. Code goes to pages that
+ * are first written, then executed, never both at once. */
 #include "backend/x86/x86.h"
 #include "base/clones.h"
 #include "base/memory.h"

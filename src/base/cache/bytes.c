@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Writing and reading of bytes with a sticky failure: sizes are bounded before anything is allocated, so that a damaged
+ * file costs no memory. */
 #include "base/cache/bytes.h"
 #include "base/memory.h"
 #include <limits.h>

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Files of the cache: written under a temporary name and renamed; read only if whole, of this key, and the user's own;
+ * the oldest removed when the folder has become too large. */
 #include "base/cache/cache_files.h"
 #include "base/memory.h"
 #include "base/text.h"

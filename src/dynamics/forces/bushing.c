@@ -19,6 +19,8 @@
 #include "dynamics/forces/forces.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 
 typedef struct bushing {
     const kmp_tree *tree;

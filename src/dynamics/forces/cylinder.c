@@ -4,6 +4,8 @@
  */
 #include "dynamics/forces/line.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 #include "model/language/expression_value.h"
 
 void kmp_law_cylinder(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)

@@ -2,6 +2,8 @@
 /* An effort given as an expression. A constant one has a potential; any other counts its power. */
 #include "dynamics/forces/forces.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 #include "model/language/expression_value.h"
 
 void kmp_law_effort(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)

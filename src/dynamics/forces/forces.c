@@ -1,8 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The sum of all force elements: a table of laws by kind, completed by the wings, each of which adds its wrenches,
+ * efforts and energy. Gravity is no force here: it accelerates the ground in the recursions, and has its potential
+ * alone. */
 #include "dynamics/forces/forces.h"
 #include "base/wings.h"
 #include "dynamics/forces/law.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 
 static kmp_force_law *const laws[KMP_FORCE_KINDS] = {
 #define KMP_FORCE(kind, name, place, word, width)         kmp_law_##name,

@@ -6,6 +6,8 @@
 #include "dynamics/forces/forces.h"
 #include "dynamics/kinematics/friction_modes.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 #include "symbolic/function_table.h"
 #include "symbolic/partials.h"
 

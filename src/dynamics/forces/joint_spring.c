@@ -2,6 +2,8 @@
 /* Spring-damper in a joint: effort -k (q - rest) - c qd, potential k (q - rest)^2 / 2, power -c qd^2. */
 #include "dynamics/forces/forces.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 
 void kmp_law_joint_spring(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,
                           kmp_ref *value)

@@ -7,7 +7,9 @@
 #include "dynamics/kinematics/kinematics_measures.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "model/data/force_table.h"
+#include "model/data/model.h"
 #include "model/language/expression_value.h"
 #include "symbolic/function_table.h"
 

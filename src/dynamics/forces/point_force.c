@@ -3,6 +3,8 @@
 #include "dynamics/forces/forces.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 #include "model/language/expression_value.h"
 
 void kmp_law_point_force(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,

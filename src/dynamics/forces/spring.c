@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The law of a spring and damper between two points, with the tension k (L - L0) + c Ld. With d from the first point to
+ * the second and Ld = d.dd / L the force on the first point is (k - k L0 / L + c d.dd / L^2) d. Points at a constant
+ * distance have a tension, too. */
 #include "dynamics/forces/forces.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 #include "symbolic/function_table.h"
 
-/* Point-to-point spring-damper: tension k (L - L0) + c Ld. With d from the first point to the second and Ld = d.dd / L
- * the force on the first point is (k - k L0 / L + c d.dd / L^2) d. Points at a constant distance have a tension, too.
- */
 void kmp_law_spring(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)
 {
     kmp_graph *g = tree->graph;

@@ -3,6 +3,8 @@
  * caller sets has no rate. */
 #include "dynamics/forces/forces.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 
 void kmp_law_state_rate(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy,
                         kmp_ref *value)

@@ -9,6 +9,8 @@
  * derivatives exist everywhere. */
 #include "dynamics/forces/forces.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 #include "symbolic/function_table.h"
 
 /* The effort of one end. */

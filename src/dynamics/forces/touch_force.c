@@ -4,7 +4,9 @@
 #include "dynamics/forces/forces.h"
 #include "dynamics/kinematics/friction_modes.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "dynamics/kinematics/touching.h"
+#include "model/data/model.h"
 #include "symbolic/function_table.h"
 
 void kmp_law_touch(kmp_forces *forces, const kmp_tree *tree, const kmp_force *force, unsigned energy, kmp_ref *value)

@@ -13,6 +13,8 @@
 #include "dynamics/formalisms/articulated.h"
 #include "base/context.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 
 typedef struct inertia {
     kmp_tensor k, a;

@@ -3,6 +3,7 @@
  * Applied forces enter with their moment about the link's origin instead of the centre of mass. */
 #include "dynamics/formalisms/newton_euler.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "symbolic/graph.h"
 #include "symbolic/label.h"
 

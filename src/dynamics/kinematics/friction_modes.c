@@ -1,11 +1,16 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Conditions and forces of elements with modes: dry friction and rigid contacts. Every quantity that a run decides by
+ * (rate, level, place, reserve, distance) is a condition of one role, kmp_role, so that decisions read numbers and know
+ * no laws. Slip of two directions is judged by its rate, or by the direction of its acceleration where it begins. */
 #include "dynamics/kinematics/friction_modes.h"
 #include "base/memory.h"
 #include "base/text.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "dynamics/kinematics/touching.h"
+#include "model/data/model.h"
 #include "symbolic/derivative.h"
 #include "symbolic/function_table.h"
 

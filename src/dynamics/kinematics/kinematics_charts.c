@@ -3,6 +3,7 @@
 #include "dynamics/kinematics/kinematics_charts.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "model/data/force_table.h"
+#include "model/data/model.h"
 #include "model/data/spherical.h"
 
 /* True if a body moves with b: b itself, or welded to one that does. */

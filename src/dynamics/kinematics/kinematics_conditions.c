@@ -7,6 +7,7 @@
 #include "dynamics/kinematics/friction_modes.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 #include "model/language/expression_value.h"
 #include "symbolic/function_table.h"
 #include "symbolic/surface.h"

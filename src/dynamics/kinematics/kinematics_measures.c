@@ -59,10 +59,10 @@ kmp_vec kmp_point_measure(const kmp_tree *tree, kmp_measure_kind kind, int point
     }
 }
 
-static kmp_vec axis_of(const kmp_tree *tree, const kmp_measure_argument *spot, int axis, int frame)
+static kmp_vec axis_of(const kmp_tree *tree, const kmp_measure_argument *argument, int axis, int frame)
 {
     double e[3] = {axis == 0, axis == 1, axis == 2};
-    return kmp_point_direction(tree, spot->point, spot->along ? spot->along : e, frame);
+    return kmp_point_direction(tree, argument->point, argument->along ? argument->along : e, frame);
 }
 
 /* -- numbers ------------------------------------------------------------------------------------------- */
@@ -95,7 +95,7 @@ static bool sum_of_angles(const kmp_tree *tree, const kmp_measure_argument axis[
 static kmp_ref angle(const kmp_tree *tree, const kmp_measure *measure)
 {
     kmp_graph *g = tree->graph;
-    const kmp_measure_argument *of = measure->spot;
+    const kmp_measure_argument *of = measure->argument;
     kmp_ref sum;
     if (measure->count == 3 && sum_of_angles(tree, of, &sum))
         return sum;
@@ -114,7 +114,7 @@ static kmp_ref angle(const kmp_tree *tree, const kmp_measure *measure)
 
 kmp_ref kmp_tree_measure(const kmp_tree *tree, const kmp_measure *measure, int number)
 {
-    const kmp_measure_argument *of = measure->spot;
+    const kmp_measure_argument *of = measure->argument;
     switch (measure->kind) {
     case KMP_MEASURE_DISTANCE:
         return distance(tree, of[0].point, of[1].point);
@@ -159,7 +159,7 @@ kmp_ref kmp_point_approach(const kmp_tree *tree, int a, int b)
 kmp_ref kmp_tree_rate(const kmp_tree *tree, const kmp_expr *of)
 {
     if (of->kind == KMP_EXPR_MEASURE && of->measure->kind == KMP_MEASURE_DISTANCE)
-        return kmp_point_approach(tree, of->measure->spot[0].point, of->measure->spot[1].point);
+        return kmp_point_approach(tree, of->measure->argument[0].point, of->measure->argument[1].point);
     kmp_ref x = kmp_tree_expression(tree, of);
     kmp_derivative *d = kmp_time_derivative(tree);
     kmp_ref rate = kmp_derivative_of(d, x);

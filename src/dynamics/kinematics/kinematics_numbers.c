@@ -7,6 +7,7 @@
 #include "dynamics/kinematics/kinematics_vectors.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include "model/data/variant.h"
 #include "symbolic/function_table.h"
 #include "symbolic/surface.h"

@@ -4,6 +4,7 @@
 #include "dynamics/kinematics/kinematics_charts.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "model/data/model.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -118,10 +119,10 @@ static void relate_chart(kmp_graph *g, kmp_link *link, kmp_link *parent, double 
 /* v in axes that turn with the body's link, also where the link's own axes do not. */
 static kmp_vec turning_vector(const kmp_tree *tree, int body, kmp_vec v)
 {
-    kmp_body_on_link *mount = &tree->mounts[body];
-    kmp_link *link = &tree->links[mount->link];
-    if (mount->turned)
-        v = apply(tree->graph, mount->r, false, v);
+    kmp_body_on_link *place = &tree->mounts[body];
+    kmp_link *link = &tree->links[place->link];
+    if (place->turned)
+        v = apply(tree->graph, place->r, false, v);
     v = apply_chart(tree->graph, link->after, false, v);
     return link->axis == 2 && link->a[2][2] != 1 ? apply(tree->graph, link->a, true, v) : v;
 }
@@ -137,12 +138,12 @@ kmp_vec kmp_body_vector(const kmp_tree *tree, int body, kmp_vec v)
 /* The inverse of turning_vector. */
 static kmp_vec own_vector(const kmp_tree *tree, int body, kmp_vec v)
 {
-    kmp_body_on_link *mount = &tree->mounts[body];
-    kmp_link *link = &tree->links[mount->link];
+    kmp_body_on_link *place = &tree->mounts[body];
+    kmp_link *link = &tree->links[place->link];
     if (link->axis == 2 && link->a[2][2] != 1)
         v = apply(tree->graph, link->a, false, v);
     v = apply_chart(tree->graph, link->after, true, v);
-    return mount->turned ? apply(tree->graph, mount->r, true, v) : v;
+    return place->turned ? apply(tree->graph, place->r, true, v) : v;
 }
 
 kmp_vec kmp_body_vector_back(const kmp_tree *tree, int body, kmp_vec v)
@@ -159,13 +160,13 @@ static kmp_tensor body_inertia(const kmp_tree *tree, int body)
 {
     static const int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
     const kmp_number *number = tree->model->bodies[body].inertia;
-    kmp_body_on_link *mount = &tree->mounts[body];
-    const kmp_link *link = &tree->links[mount->link];
+    kmp_body_on_link *place = &tree->mounts[body];
+    const kmp_link *link = &tree->links[place->link];
     double b[3][3];
     kmp_tensor t, r;
     for (int k = 0; k < 6; k++)
         t.x[k] = kmp_tree_number(tree, &number[k]);
-    multiply(mount->r, true, tree->links[mount->link].a, b);
+    multiply(place->r, true, tree->links[place->link].a, b);
     bool charted = link->after >= 0;
     if (is_identity(b) && !charted)
         return t;
@@ -259,17 +260,17 @@ static void hang(kmp_tree *tree, int b, const kmp_body_on_link *end)
 {
     const kempe_model *model = tree->model;
     kmp_body *body = &model->bodies[b];
-    kmp_body_on_link *mount = &tree->mounts[b];
-    *mount = *end;
+    kmp_body_on_link *place = &tree->mounts[b];
+    *place = *end;
     if (body->turned && body->reversed)
-        turn_back(mount->r, body->frame);
+        turn_back(place->r, body->frame);
     if (body->to >= 0 && model->points[body->to].turned)
-        turn_back(mount->r, model->points[body->to].axes);
-    mount->turned = !is_identity(mount->r);
+        turn_back(place->r, model->points[body->to].axes);
+    place->turned = !is_identity(place->r);
     if (body->to < 0)
         return;
     kmp_vec at = kmp_body_vector(tree, b, kmp_tree_vector(tree, model->points[body->to].at));
-    mount->p = kmp_vec_sub(tree->graph, mount->p, at);
+    place->p = kmp_vec_sub(tree->graph, place->p, at);
 }
 
 static void set_body(kmp_tree *tree, int b)
@@ -306,7 +307,7 @@ static void set_body(kmp_tree *tree, int b)
 }
 
 /* A tree with room for its arrays. False: no memory. */
-static bool begin(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep, bool charted)
+static bool allocate_tree(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep, bool charted)
 {
     *tree = (kmp_tree){.graph = g, .model = model, .keep = keep, .charted = charted, .count = model->motion_count + 1};
     KMP_ARENA_MAKE(&tree->arena, KMP_ROOM(kmp_link, tree->count, &tree->links),
@@ -319,7 +320,7 @@ static bool begin(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_ke
 
 bool kmp_tree_init_again(kmp_tree *tree, const kmp_tree *from)
 {
-    if (!begin(tree, from->graph, from->model, from->keep, from->charted))
+    if (!allocate_tree(tree, from->graph, from->model, from->keep, from->charted))
         return false;
     memcpy(tree->links, from->links, (size_t)from->count * sizeof *from->links);
     memcpy(tree->mounts, from->mounts, (size_t)from->model->body_count * sizeof *from->mounts);
@@ -330,7 +331,7 @@ bool kmp_tree_init_again(kmp_tree *tree, const kmp_tree *from)
 
 bool kmp_tree_init(kmp_tree *tree, kmp_graph *g, const kempe_model *model, kmp_keep keep, bool charted)
 {
-    if (!begin(tree, g, model, keep, charted) || !kmp_tree_place_charts(tree)) {
+    if (!allocate_tree(tree, g, model, keep, charted) || !kmp_tree_place_charts(tree)) {
         kmp_tree_free(tree);
         return false;
     }

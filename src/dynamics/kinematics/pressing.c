@@ -1,9 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Compliant contacts: depth, its rate and the slip of two surfaces, or of a journal in its bearing; then the normal
+ * force by the law of the contact, zero apart. */
 #include "dynamics/kinematics/pressing.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "dynamics/kinematics/touching.h"
+#include "model/data/model.h"
 #include "symbolic/function_table.h"
 #include <math.h>
 #include <string.h>

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Vectors and tensors over the graph. Symmetric tensors turn about one axis by pairs of entries, and composite bodies
+ * shift by products that share their terms, which are the operation counts of Fisette and Samin 1996. */
 #include "dynamics/kinematics/vector.h"
 #include "symbolic/function_table.h"
 #include "symbolic/rotation.h"

@@ -9,6 +9,7 @@
 #include "ensemble/fit/fit_statistics.h"
 #include "ensemble/sampling/designs.h"
 #include "ensemble/statistics/shares.h"
+#include "model/data/model.h"
 #include "model/data/variant.h"
 #include "model/read/loads.h"
 #include "output/print.h"

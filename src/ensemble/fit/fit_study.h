@@ -5,7 +5,7 @@
 #include "analyses/sensitivity/sensitivity_trajectory.h"
 #include "ensemble/fit/bounded.h"
 #include "ensemble/fit/measured.h"
-#include "linalg/nonlinear_squares.h"
+#include "ensemble/fit/nonlinear_squares.h"
 #include <kempe/fit.h>
 
 typedef enum kmp_fit_state {

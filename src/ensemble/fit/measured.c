@@ -2,6 +2,7 @@
 /* Two passes: names and times before the equations are derived, values when their units are known. */
 #include "ensemble/fit/measured.h"
 #include "base/memory.h"
+#include "model/data/model.h"
 #include "model/read/user_lists.h"
 #include <math.h>
 #include <string.h>

@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "constraints/closing/assembly.h"
 #include "constraints/evaluation/charts.h"
+#include "constraints/evaluation/condition_modes.h"
 #include "constraints/tolerances.h"
 #include "ensemble/lanes/ensemble_engine.h"
 #include "ensemble/lanes/ensemble_inside.h"

@@ -2,6 +2,7 @@
 /* Conditions of instances in lanes. Their values at both ends of a step are evaluated in all lanes together, and bounds
  * between them decide most steps. The search of a run decides the others one by one, and locates the event. */
 #include "ensemble/lanes/ensemble_conditions.h"
+#include "constraints/evaluation/condition_modes.h"
 #include "ensemble/lanes/ensemble_kernels.h"
 #include "ensemble/lanes/ensemble_measure.h"
 #include "ensemble/lanes/ensemble_within.h"

@@ -15,6 +15,7 @@
 #include "ensemble/lanes/lane_group.h"
 #include "ensemble/lanes/lane_state.h"
 #include "integrators/run/runner_site.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

@@ -16,6 +16,7 @@
 #include "ensemble/lanes/lane_state.h"
 #include "integrators/decide/dropped_rows.h"
 #include "integrators/steppers/rk.h"
+#include "model/data/model.h"
 #include "model/read/loads.h"
 #include <math.h>
 #include <string.h>

@@ -11,6 +11,7 @@
 #include "ensemble/lanes/ensemble_inside.h"
 #include "ensemble/lanes/lane_group.h"
 #include "integrators/run/methods.h"
+#include "model/data/model.h"
 #include "model/language/expression_value.h"
 #include <math.h>
 #include <pthread.h>

@@ -5,8 +5,12 @@
 #include "base/memory.h"
 #include "constraints/closing/close_reduced.h"
 #include "constraints/evaluation/charts.h"
+#include "constraints/evaluation/condition_modes.h"
 #include "constraints/evaluation/intended_rank.h"
+#include "constraints/evaluation/jacobian_and_mass.h"
 #include "constraints/evaluation/load_multipliers.h"
+#include "constraints/evaluation/row_residuals.h"
+#include "constraints/evaluation/shown_outputs.h"
 #include "constraints/tolerances.h"
 #include "dynamics/motion.h"
 #include "ensemble/lanes/ensemble_apart.h"
@@ -22,6 +26,7 @@
 #include "integrators/formulations/reduced.h"
 #include "integrators/run/friction_state.h"
 #include "integrators/run/runner.h"
+#include "model/data/model.h"
 #include "model/read/check_mass.h"
 #include <kempe/check.h>
 #include <math.h>

@@ -16,6 +16,7 @@
 #include "integrators/run/runner_site.h"
 #include "integrators/run/runner_start.h"
 #include "integrators/run/sampler.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

@@ -10,6 +10,7 @@
 #include "integrators/decide/run_start.h"
 #include "integrators/run/event_search.h"
 #include "integrators/steppers/dop853.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

@@ -4,6 +4,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "ensemble/batch.h"
+#include "model/data/model.h"
 #include "output/print.h"
 #include <math.h>
 #include <string.h>

@@ -9,6 +9,7 @@
 #include "constraints/tolerances.h"
 #include "ensemble/fit/search_threads.h"
 #include "ensemble/sampling/designs.h"
+#include "model/data/model.h"
 #include "model/read/loads.h"
 #include <math.h>
 #include <stdlib.h>

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "ensemble/fit/bounded.h"
+#include "ensemble/optimize/constrained_minimum.h"
 #include "ensemble/optimize/objective.h"
-#include "linalg/constrained_minimum.h"
 #include <kempe/optimize.h>
 
 /** An evaluation: NaN where the model did not run. */

@@ -4,10 +4,10 @@
 #include "ensemble/sampling/sampling.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
+#include "ensemble/sampling/model_instances.h"
 #include "model/data/model.h"
 #include "model/data/variant.h"
 #include "model/language/ranges.h"
-#include "model/read/model_instances.h"
 #include "output/print.h"
 #include <ctype.h>
 #include <limits.h>

@@ -4,11 +4,12 @@
 #include "base/context.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "ensemble/sampling/model_instances.h"
+#include "ensemble/sampling/parquet_reader.h"
 #include "ensemble/sampling/sampling.h"
+#include "model/data/model.h"
 #include "model/language/dimension.h"
-#include "model/read/model_instances.h"
 #include "output/csv_reader.h"
-#include "output/parquet_reader.h"
 #include "output/print.h"
 #include <kempe/ensemble.h>
 #include <limits.h>

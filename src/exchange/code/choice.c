@@ -1,9 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "exchange/code/choice.h"
 #include "base/context.h"
+#include "dynamics/equations.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "dynamics/load_dependent.h"
 #include "exchange/code/simulated.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/language/expression_value.h"
 #include "model/read/loads.h"

@@ -3,6 +3,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "exchange/code/choice.h"
+#include "model/data/model.h"
 #include "output/print.h"
 #include <kempe/generate.h>
 #include <string.h>

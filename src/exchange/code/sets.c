@@ -2,6 +2,8 @@
 #include "exchange/code/sets.h"
 #include "base/memory.h"
 #include "dynamics/choose_variants.h"
+#include "dynamics/equations.h"
+#include "model/data/model.h"
 #include "symbolic/live.h"
 #include "symbolic/ops.h"
 #include <string.h>

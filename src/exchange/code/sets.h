@@ -4,7 +4,7 @@
 
 #include "base/text.h"
 #include "dynamics/equations.h"
-#include "symbolic/steps.h"
+#include "exchange/code/steps.h"
 
 /* The rows of sets.def; several together are bits 1 << set. */
 typedef enum kmp_eq_set {

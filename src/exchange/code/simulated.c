@@ -14,6 +14,7 @@
 #include "exchange/simulator/kempe_simulator.h"
 #include "integrators/friction/friction_inside.h"
 #include "integrators/run/friction_run.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include <string.h>
 

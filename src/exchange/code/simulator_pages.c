@@ -3,6 +3,7 @@
  * form for all models. */
 #include "exchange/code/simulator_pages.h"
 #include "backend/time_scales.h"
+#include "dynamics/equations.h"
 #include "exchange/code/runtime_files.h"
 #include "exchange/code/simulated.h"
 #include "exchange/code/watch.h"

@@ -5,6 +5,7 @@
 #include "constraints/programs/reduced_program_write.h"
 #include "constraints/tolerances.h"
 #include "dynamics/choose_variants.h"
+#include "dynamics/equations.h"
 #include "dynamics/motion.h"
 #include "exchange/code/simulated.h"
 #include <kempe/stepper.h>

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Searches all numbers of a model; the one with the symbol gives the name. */
 #include "exchange/code/symbols.h"
+#include "model/data/model.h"
 #include "model/data/numbers.h"
 
 typedef struct search {

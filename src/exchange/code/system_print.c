@@ -5,9 +5,12 @@
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
 #include "dynamics/choose_variants.h"
+#include "dynamics/equations.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "dynamics/motion.h"
 #include "dynamics/motion_choice.h"
 #include "exchange/code/sets.h"
+#include "model/data/model.h"
 #include "output/print.h"
 #include "symbolic/cost.h"
 #include "symbolic/rewrite.h"
@@ -103,7 +106,7 @@ static kempe_status count_at(const kempe_system *system, const kempe_assembly *s
     if (status == KEMPE_OK && system->bodies->program)
         status = kmp_eval_add_articulated(eval);
     if (status == KEMPE_OK) {
-        kmp_eval_take(eval, eval->articulated != NULL);
+        kmp_eval_set_by_bodies(eval, eval->articulated != NULL);
         kmp_eval_closure(eval, 0, kempe_assembly_q(start));
         kmp_eval_mass(eval);
         kmp_eval_bias(eval, kempe_assembly_qd(start));

@@ -6,6 +6,7 @@
 #include "exchange/code/levels.h"
 #include "exchange/code/scalar.h"
 #include "exchange/code/vectorised.h"
+#include "model/data/model.h"
 #include "symbolic/ops.h"
 #include "symbolic/table_function.h"
 #include <math.h>

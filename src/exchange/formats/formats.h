@@ -3,9 +3,9 @@
  * elements that they come from, so that the reader's messages point into the foreign file. */
 #pragma once
 
+#include "exchange/formats/xml.h"
 #include "model/files/document.h"
 #include "model/files/nodes.h"
-#include "model/files/xml.h"
 #include "model/files/yaml.h"
 
 /** A conversion at work. */

@@ -6,6 +6,7 @@
 #include "exchange/formats/mjcf.h"
 #include "exchange/formats/sdf_model.h"
 #include "exchange/formats/urdf_robot.h"
+#include "model/data/model.h"
 #include <string.h>
 
 /* Kinds of parts that are named; further ones are counted. */

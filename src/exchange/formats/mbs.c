@@ -5,6 +5,7 @@
 #include "exchange/formats/mbs.h"
 #include "exchange/formats/formats.h"
 #include "exchange/formats/importing.h"
+#include "model/data/model.h"
 #include <stdlib.h>
 #include <string.h>
 

@@ -8,6 +8,7 @@
 #include "exchange/formats/mjcf_defaults.h"
 #include "exchange/formats/mjcf_equality.h"
 #include "exchange/formats/mjcf_tendons.h"
+#include "model/data/model.h"
 #include "model/language/limits.h"
 #include <string.h>
 

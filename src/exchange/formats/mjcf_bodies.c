@@ -6,6 +6,7 @@
 #include "exchange/formats/mjcf.h"
 #include "exchange/formats/mjcf_defaults.h"
 #include "exchange/formats/mjcf_geoms.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

@@ -6,6 +6,7 @@
 #include "exchange/formats/written_pictures.h"
 #include "exchange/formats/written_tree.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include <string.h>
 
 static void put_value(kmp_text *text, const char *key, int count, const double *values)

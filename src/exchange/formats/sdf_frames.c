@@ -6,6 +6,7 @@
 #include "exchange/formats/foreign_frames.h"
 #include "exchange/formats/importing.h"
 #include "exchange/formats/sdf_parts.h"
+#include "model/data/model.h"
 #include "model/language/limits.h"
 #include <math.h>
 #include <stdlib.h>

@@ -7,6 +7,7 @@
 #include "exchange/formats/written_pictures.h"
 #include "exchange/formats/written_tree.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

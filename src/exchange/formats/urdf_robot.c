@@ -6,6 +6,7 @@
 #include "exchange/formats/foreign_frames.h"
 #include "exchange/formats/foreign_meshes.h"
 #include "exchange/formats/importing.h"
+#include "model/data/model.h"
 #include <string.h>
 
 /* An element with the names that Kempe gives to it and to what it connects. */

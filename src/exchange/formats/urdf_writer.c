@@ -5,6 +5,7 @@
 #include "exchange/formats/written_pictures.h"
 #include "exchange/formats/written_tree.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include "model/read/read_axes.h"
 #include <string.h>
 

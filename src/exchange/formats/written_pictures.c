@@ -3,6 +3,7 @@
 #include "exchange/formats/written_pictures.h"
 #include "exchange/formats/foreign_frames.h"
 #include "exchange/formats/written_tree.h"
+#include "model/data/model.h"
 #include "model/read/read_axes.h"
 #include <string.h>
 

@@ -7,6 +7,7 @@
 #include "exchange/formats/sdf_writer.h"
 #include "exchange/formats/urdf_writer.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <string.h>
 

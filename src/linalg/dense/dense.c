@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Complex LU with partial pivoting, complete pivoting for pivots alone, and counts of operations. Loops run down
+ * columns, as compilers vectorise them. */
 #include "linalg/dense/dense.h"
 #include <complex.h>
 

@@ -2,6 +2,7 @@
 /* Axes of the model with all coordinates zero, and rotations between bodies about one of them. */
 #include "model/data/angle_sum.h"
 #include "linalg/dense/dot.h"
+#include "model/data/model.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -51,14 +52,14 @@ static rotation rest(const kempe_model *model, int b, bool base)
     return r;
 }
 
-static void rest_axis(const kempe_model *model, const kmp_measure_argument *spot, double out[3])
+static void rest_axis(const kempe_model *model, const kmp_measure_argument *argument, double out[3])
 {
-    kmp_point *point = &model->points[spot->point];
+    kmp_point *point = &model->points[argument->point];
     rotation r = rest(model, point->body, false);
     if (point->turned)
         r = times(&r, point->axes, false);
-    const double unit[3] = {spot->axis == 0, spot->axis == 1, spot->axis == 2};
-    apply(&r, spot->along ? spot->along : unit, out);
+    const double unit[3] = {argument->axis == 0, argument->axis == 1, argument->axis == 2};
+    apply(&r, argument->along ? argument->along : unit, out);
 }
 
 /* Adds `sign` for each rotation between a body and its ancestor; false where one is about another axis than w. Without

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The joint that a name selects for its load, and the reason if it has none. */
 #include "model/data/carried.h"
+#include "model/data/model.h"
 #include <string.h>
 
 int kmp_joint_find(const kempe_model *model, const char *name)

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Look-ups in the tables of closures: kinds by name, numbers by key. */
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include <string.h>
 
 const kmp_closure_row kmp_closure_table[KMP_CLOSURE_KINDS] = {

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/data/compliant.h"
 #include "base/memory.h"
+#include "model/data/model.h"
 #include "model/language/expression_value.h"
 #include <math.h>
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/data/coordinates.h"
+#include "model/data/model.h"
 #include "model/language/nearest.h"
 #include <string.h>
 

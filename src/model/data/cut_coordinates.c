@@ -3,6 +3,7 @@
  * and the first axis a by the second about b; in Ra Rb Rc the components of c across a turn by the first angle, those
  * of a across c by the third, and the sine of the second is the product of a on the first body and c on the second. */
 #include "model/data/cut_coordinates.h"
+#include "model/data/model.h"
 #include "model/language/expression_references.h"
 #include <stdio.h>
 #include <string.h>
@@ -11,11 +12,11 @@
 static kmp_measure_argument axis_on(kmp_arena *arena, const kmp_measure_argument *end, double m[3][3], int k)
 {
     double *e = KMP_ARENA_NEW(arena, double, 3);
-    kmp_measure_argument spot = *end;
+    kmp_measure_argument argument = *end;
     for (int i = 0; e && i < 3; i++)
         e[i] = m[i][k];
-    spot.along = e;
-    return spot;
+    argument.along = e;
+    return argument;
 }
 
 static const kmp_expr *make(kmp_arena *arena, kmp_expr expr)
@@ -82,7 +83,7 @@ const kmp_expr *kmp_cut_coordinate_of(kmp_arena *arena, const char *name, const 
     if (!value || !written)
         return NULL;
     *written = (kmp_measure){.kind = KMP_MEASURE_KINDS, .word = "q", .components = 1, .count = 1};
-    written->spot[0] = (kmp_measure_argument){.point = -1, .axis = -1, .name = name};
+    written->argument[0] = (kmp_measure_argument){.point = -1, .axis = -1, .name = name};
     return make(arena, (kmp_expr){.kind = KMP_EXPR_CUT, .a = value, .measure = written});
 }
 

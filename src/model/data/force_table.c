@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Look-ups in the table of forces: fields by key, their numbers and points, and rules between them. Readers, printers
+ * and reports go through these rows, and know no kind of force. */
 #include "model/data/force_table.h"
+#include "model/data/model.h"
 #include <stddef.h>
 #include <string.h>
 

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Look-ups in the tables of joints and of cut joints. */
 #include "model/data/joint_table.h"
 #include <string.h>
 

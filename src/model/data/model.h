@@ -373,10 +373,10 @@ static inline int kmp_model_coordinates(const kempe_model *model)
 }
 
 /** The state whose motion it is; NULL: it is a motion of a body. */
-static inline const kmp_state *kmp_state_of(const kempe_model *model, int motion)
+static inline const kmp_state *kmp_state_of(const kempe_model *model, int k)
 {
     int first = kmp_model_coordinates(model);
-    return motion >= first ? &model->states[motion - first] : NULL;
+    return k >= first ? &model->states[k - first] : NULL;
 }
 
 /** The number of inputs that are given by a user. */

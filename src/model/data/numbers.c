@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* One visit to every number of a model: parameters, variants and sensitivities find their numbers by it. */
 #include "model/data/numbers.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include <stddef.h>
 
 const char *const kmp_inertia_names[6] = {"xx", "yy", "zz", "xy", "xz", "yz"};

@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Names, units and columns of outputs: the words that a user wrote, in the same order, so that a printed output can be
+ * read back. */
 #include "model/data/output_table.h"
 #include "model/data/compliant.h"
 #include "model/data/force_table.h"
+#include "model/data/model.h"
 
 const kmp_output_row kmp_output_rows[KMP_OUTPUT_KINDS] = {
 #define KMP_OUTPUT(kind, word, argument, width, unit, meaning) {word, unit, KMP_OUTPUT_OF_##argument, width},

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* A parallel curve as a spline through places on normals of the profile; it fails where the curve would turn back, at
+ * the inside of a curvature that is too narrow. */
 #include "model/data/parallel_curve.h"
 #include "base/memory.h"
 #include <math.h>

@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The past of a signal as Chebyshev polynomials: a step is halved until the last coefficients are far below the
+ * tolerance, and evaluated by Clenshaw's recurrence with three derivatives. */
 #include "model/data/past_signals.h"
 #include "base/context.h"
 #include "base/memory.h"

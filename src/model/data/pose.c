@@ -2,6 +2,7 @@
 /* The position of a body relative to its parent: from the parent's point over the frame along the chain of motions to
  * its own point, as in symbols in dynamics/kinematics/link_tree.c. */
 #include "model/data/pose.h"
+#include "model/data/model.h"
 #include <math.h>
 #include <stddef.h>
 #include <string.h>

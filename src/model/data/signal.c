@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Samples as pieces: constant between samples, linear or cubic, each a polynomial in the time from its beginning. */
 #include "model/data/signal.h"
 #include "base/spline.h"
 #include <math.h>

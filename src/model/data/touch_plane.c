@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The plane in which two surfaces move and touch, from the normal of a plane or the plane of a profile. */
 #include "model/data/touch_plane.h"
 #include "model/data/angle_sum.h"
 

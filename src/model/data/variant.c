@@ -5,6 +5,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include "model/data/numbers.h"
 #include "model/language/expression_value.h"
 #include <math.h>

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Documents in memory: mappings keep their order, and those with many keys get an index by hash. */
 #include "model/files/nodes.h"
 #include <string.h>
 

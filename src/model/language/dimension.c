@@ -1,4 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Dimensions as three exponents, which may be fractions, and units as a factor with a dimension, read from text and
+ * printed with the fewest words. */
 #include "model/language/dimension.h"
 #include <math.h>
 #include <string.h>

@@ -71,7 +71,7 @@ typedef struct kmp_measure {
     const char *word;
     int components; /* as in measures.def */
     int count;
-    kmp_measure_argument spot[3];
+    kmp_measure_argument argument[3];
 } kmp_measure;
 
 /** Continuation of a table beyond its points: straight on, which is a doubt unless the model says so; the value at the
@@ -182,7 +182,7 @@ typedef struct kmp_expr_scope {
     int (*unknown)(void *user, const char *name, const struct kmp_unknowns **unknowns, int *number);
     /* Sets the point and its name from the text BODY.POINT at a column; false: there is none, which is reported with
      * `word` as its beginning. NULL: points and rates are not allowed. */
-    bool (*point)(void *user, const char *text, const char *word, int column, kmp_measure_argument *spot);
+    bool (*point)(void *user, const char *text, const char *word, int column, kmp_measure_argument *argument);
     bool accelerations;                                   /* accelerations of points are allowed */
     const char *(*contact)(void *user, const char *name); /* a contact's name in the model; NULL: there is none */
     const kmp_expr_locals *locals;                        /* NULL: none */

@@ -51,10 +51,10 @@ static void print_measure(kmp_text *text, const kmp_measure *measure, int number
 {
     kmp_text_printf(text, "%s(", measure->word);
     for (int k = 0; k < measure->count; k++) {
-        const kmp_measure_argument *spot = &measure->spot[k];
-        kmp_text_printf(text, "%s%s", k ? ", " : "", spot->name);
-        if (spot->axis >= 0)
-            kmp_text_printf(text, ".%c", "xyz"[spot->axis]);
+        const kmp_measure_argument *argument = &measure->argument[k];
+        kmp_text_printf(text, "%s%s", k ? ", " : "", argument->name);
+        if (argument->axis >= 0)
+            kmp_text_printf(text, ".%c", "xyz"[argument->axis]);
     }
     kmp_text_put(text, ")");
     if (measure->components > 3)

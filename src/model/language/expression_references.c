@@ -120,7 +120,7 @@ static int take_component(kmp_parser *p)
 }
 
 /* BODY.POINT, with axes BODY.POINT.x: false after an error. */
-static bool parse_spot(kmp_parser *p, const char *word, bool axes, kmp_measure_argument *spot)
+static bool parse_point_or_axis(kmp_parser *p, const char *word, bool axes, kmp_measure_argument *argument)
 {
     kmp_parse_skip_space(p);
     const char *start = p->at;
@@ -130,51 +130,51 @@ static bool parse_spot(kmp_parser *p, const char *word, bool axes, kmp_measure_a
         return false;
     }
     const char *name = kmp_parse_copy(p, n + 1 + m);
-    if (!name || !p->scope->point(p->scope->user, name, word, kmp_parse_column(p, start), spot))
+    if (!name || !p->scope->point(p->scope->user, name, word, kmp_parse_column(p, start), argument))
         return false;
-    spot->axis = axes ? take_component(p) : -1;
-    if (axes && spot->axis < 0)
+    argument->axis = axes ? take_component(p) : -1;
+    if (axes && argument->axis < 0)
         kmp_parse_complain(p, p->at, "an axis is expected here: %s.x, %s.y or %s.z", name, name, name);
-    return !axes || spot->axis >= 0;
+    return !axes || argument->axis >= 0;
 }
 
-static bool parse_contact(kmp_parser *p, const char *word, kmp_measure_argument *spot)
+static bool parse_contact(kmp_parser *p, const char *word, kmp_measure_argument *argument)
 {
     kmp_parse_skip_space(p);
     const char *start = p->at, *name = kmp_parse_copy(p, kmp_parse_word_length(start));
     const char *found = name && p->scope->contact ? p->scope->contact(p->scope->user, name) : NULL;
-    *spot = (kmp_measure_argument){.point = -1, .axis = -1, .name = found};
+    *argument = (kmp_measure_argument){.point = -1, .axis = -1, .name = found};
     if (name && !found)
         kmp_parse_complain(p, start, "%s: '%s' is not a contact with a law", word, name);
     return found;
 }
 
-static bool parse_loop(kmp_parser *p, kmp_measure_argument *spot)
+static bool parse_loop(kmp_parser *p, kmp_measure_argument *argument)
 {
-    *spot = (kmp_measure_argument){.point = -1, .axis = -1};
-    spot->closure = parse_closure(p, &spot->name);
-    return spot->closure >= 0;
+    *argument = (kmp_measure_argument){.point = -1, .axis = -1};
+    argument->closure = parse_closure(p, &argument->name);
+    return argument->closure >= 0;
 }
 
-static bool parse_joint(kmp_parser *p, const char *word, kmp_measure_argument *spot)
+static bool parse_joint(kmp_parser *p, const char *word, kmp_measure_argument *argument)
 {
     kmp_parse_skip_space(p);
     const char *start = p->at, *name = kmp_parse_copy(p, kmp_parse_word_length(start)), *obstacle = NULL;
     int body = name ? p->scope->joint(p->scope->user, &name, &obstacle) : -1;
-    *spot = (kmp_measure_argument){.point = -1, .axis = -1, .closure = body, .name = name};
+    *argument = (kmp_measure_argument){.point = -1, .axis = -1, .closure = body, .name = name};
     if (obstacle)
         kmp_parse_complain(p, start, "%s: the load of joint '%s' is not known: %s", word, name, obstacle);
     return body >= 0 && !obstacle;
 }
 
-static bool parse_argument(kmp_parser *p, kmp_measure_kind kind, kmp_measure_argument *spot)
+static bool parse_argument(kmp_parser *p, kmp_measure_kind kind, kmp_measure_argument *argument)
 {
     if (rows[kind].of == OF_LOOP)
-        return parse_loop(p, spot);
+        return parse_loop(p, argument);
     if (rows[kind].of == OF_JOINT)
-        return parse_joint(p, rows[kind].word, spot);
-    return rows[kind].of == OF_CONTACT ? parse_contact(p, rows[kind].word, spot)
-                                       : parse_spot(p, rows[kind].word, rows[kind].of == OF_AXIS, spot);
+        return parse_joint(p, rows[kind].word, argument);
+    return rows[kind].of == OF_CONTACT ? parse_contact(p, rows[kind].word, argument)
+                                       : parse_point_or_axis(p, rows[kind].word, rows[kind].of == OF_AXIS, argument);
 }
 
 /* The component of a vector, or of one of three, after the closing parenthesis. */
@@ -189,7 +189,8 @@ static bool parse_component(kmp_parser *p, kmp_measure_kind kind, int *number)
     return first >= 0 && second >= 0;
 }
 
-const kmp_expr *kmp_expr_measure(kmp_arena *arena, kmp_measure_kind kind, int count, const kmp_measure_argument *spot)
+const kmp_expr *kmp_expr_measure(kmp_arena *arena, kmp_measure_kind kind, int count,
+                                 const kmp_measure_argument *argument)
 {
     kmp_measure *measure = KMP_ARENA_NEW(arena, kmp_measure, 1);
     kmp_expr *expr = KMP_ARENA_NEW(arena, kmp_expr, 1);
@@ -197,7 +198,7 @@ const kmp_expr *kmp_expr_measure(kmp_arena *arena, kmp_measure_kind kind, int co
         return NULL;
     *measure =
         (kmp_measure){.kind = kind, .word = rows[kind].word, .components = rows[kind].components, .count = count};
-    memcpy(measure->spot, spot, (size_t)count * sizeof *spot);
+    memcpy(measure->argument, argument, (size_t)count * sizeof *argument);
     *expr = (kmp_expr){.kind = KMP_EXPR_MEASURE, .measure = measure};
     return expr;
 }
@@ -254,7 +255,7 @@ static const kmp_expr *parse_measure(kmp_parser *p, const char *where, kmp_measu
     do {
         if (measure->count == rows[kind].most)
             return kmp_parse_wanted(p, "')'");
-        if (!parse_argument(p, kind, &measure->spot[measure->count++]))
+        if (!parse_argument(p, kind, &measure->argument[measure->count++]))
             return NULL;
     } while (kmp_parse_take(p, ','));
     if (measure->count < rows[kind].least)
@@ -263,11 +264,11 @@ static const kmp_expr *parse_measure(kmp_parser *p, const char *where, kmp_measu
         return kmp_parse_wanted(p, measure->count < rows[kind].most ? "',' or ')'" : "')'");
     if (!parse_component(p, kind, &number))
         return NULL;
-    if (kind == KMP_MEASURE_DISTANCE && measure->spot[0].point == measure->spot[1].point)
-        return kmp_parse_complain(p, where, "distance of the point %s from itself", measure->spot[0].name);
+    if (kind == KMP_MEASURE_DISTANCE && measure->argument[0].point == measure->argument[1].point)
+        return kmp_parse_complain(p, where, "distance of the point %s from itself", measure->argument[0].name);
     return kmp_parse_make(p, where,
                           (kmp_expr){.kind = of_loop ? KMP_EXPR_LAMBDA : KMP_EXPR_MEASURE,
-                                     .index = of_loop ? measure->spot[0].closure : 0,
+                                     .index = of_loop ? measure->argument[0].closure : 0,
                                      .number = number,
                                      .measure = measure});
 }

@@ -8,7 +8,8 @@
 extern const kmp_name_list kmp_measure_words;
 
 /** A measure without components, or the rate of an expression, as if they were written; NULL: no memory. */
-const kmp_expr *kmp_expr_measure(kmp_arena *arena, kmp_measure_kind kind, int count, const kmp_measure_argument *spot);
+const kmp_expr *kmp_expr_measure(kmp_arena *arena, kmp_measure_kind kind, int count,
+                                 const kmp_measure_argument *argument);
 const kmp_expr *kmp_expr_rate(kmp_arena *arena, const kmp_expr *of);
 
 /** The first operand that depends on accelerations; NULL when there is none. */

@@ -121,8 +121,8 @@ static bool same_measure(const kmp_measure *a, const kmp_measure *b)
 {
     bool same = a->kind == b->kind && a->count == b->count;
     for (int k = 0; same && k < a->count; k++)
-        same = a->spot[k].point == b->spot[k].point && a->spot[k].axis == b->spot[k].axis &&
-               a->spot[k].closure == b->spot[k].closure;
+        same = a->argument[k].point == b->argument[k].point && a->argument[k].axis == b->argument[k].axis &&
+               a->argument[k].closure == b->argument[k].closure;
     return same;
 }
 

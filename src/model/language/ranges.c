@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The reader of ranges: name, ends with their units, count; an error names the place in the text. */
 #include "model/language/ranges.h"
 #include "base/memory.h"
 #include <ctype.h>

@@ -2,6 +2,7 @@
 /* The files of a model, and errors in their order: each message is `label:line:column: sentence`, which is parsed again
  * for sorting. */
 #include "model/read/files.h"
+#include "model/data/model.h"
 #include "model/files/document.h"
 #include "model/read/read_points.h"
 #include "model/read/reading.h"

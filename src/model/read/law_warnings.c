@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "model/read/law_warnings.h"
+#include "model/data/model.h"
 #include "model/language/expression_references.h"
 #include "model/language/expression_value.h"
 

@@ -3,6 +3,7 @@
  * reader's. Errors show the call in place of the file. */
 #include "model/read/model_builder.h"
 #include "base/memory.h"
+#include "model/data/model.h"
 #include "model/data/numbers.h"
 #include "model/files/nodes.h"
 #include "model/read/reader.h"

@@ -2,6 +2,7 @@
 /* Algebraic variables, and expressions under a name. Each may use those before it. Expressions that depend on
  * multipliers wait until the closures are read; closures cannot depend on them. */
 #include "model/read/read_algebraic.h"
+#include "model/data/model.h"
 #include "model/language/expression_value.h"
 #include "model/read/linkage_uses.h"
 #include "model/read/read_include.h"

@@ -2,6 +2,7 @@
 /* Bodies, their order and their points. The tree comes from the joints' `at`; parents are put before their
  * children, the file's order kept otherwise. */
 #include "model/read/read_bodies.h"
+#include "model/data/model.h"
 #include "model/language/number_algebra.h"
 #include "model/read/read_axes.h"
 #include "model/read/read_include.h"

@@ -2,6 +2,7 @@
 /* Loop closures and drives. */
 #include "model/read/read_closures.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include "model/language/expression_references.h"
 #include "model/language/expression_value.h"
 #include "model/read/read_axes.h"

@@ -2,6 +2,7 @@
 /* A contact with a law: its geometry, its law as an expression of depth and rate, its friction. */
 #include "model/read/read_compliant.h"
 #include "base/memory.h"
+#include "model/data/model.h"
 #include "model/language/expression_references.h"
 #include "model/language/expression_value.h"
 #include "model/read/read_contacts.h"
@@ -455,10 +456,10 @@ void kmp_read_compliant(kmp_reader *r, const kmp_yaml *map, const char *what, km
              : kmp_read_as_expr(c.r, &least);
     if (c.made->state < 0 || !given)
         return;
-    const kmp_measure_argument spot = {.point = -1, .axis = -1, .name = c.force->name};
+    const kmp_measure_argument argument = {.point = -1, .axis = -1, .name = c.force->name};
     kmp_expr_locals locals = {0};
     kmp_add_local(&locals, "least", given);
-    kmp_add_local(&locals, "rate", kmp_expr_measure(&model->arena, KMP_MEASURE_APPROACH, 1, &spot));
+    kmp_add_local(&locals, "rate", kmp_expr_measure(&model->arena, KMP_MEASURE_APPROACH, 1, &argument));
     kmp_state *state = &model->states[c.made->state];
     state->next = kmp_read_formula(c.r, "max(rate, least)", &locals);
     state->start = kmp_number_of(given, value_of(&c, given));

@@ -4,6 +4,7 @@
 #include "model/read/read_contacts.h"
 #include "model/data/angle_sum.h"
 #include "model/data/cut_coordinates.h"
+#include "model/data/model.h"
 #include "model/data/parallel_curve.h"
 #include "model/data/touch_plane.h"
 #include "model/language/expression_references.h"

@@ -5,6 +5,7 @@
  * v)/Tt, where d is the derivative of e through a lag of Tf, (e - f)/Tf with f' = d. A sampled one has the integral by
  * forward and the derivative by backward differences. */
 #include "model/read/read_controllers.h"
+#include "model/data/model.h"
 #include "model/read/function_block.h"
 #include "model/read/read_states.h"
 #include "model/read/read_values.h"

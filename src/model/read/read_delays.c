@@ -8,6 +8,7 @@
  * recorded past (integrators/run/delays.h). The term 0 u makes conditions and kinks of u those of the equations, so
  * that they are located. */
 #include "model/read/read_delays.h"
+#include "model/data/model.h"
 #include "model/language/limits.h"
 #include "model/read/function_block.h"
 #include "model/read/read_states.h"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The film of a journal: its law over the place and the rate of the journal, as rows and steps of film_laws.def. */
 #include "model/read/read_film.h"
+#include "model/data/model.h"
 #include "model/language/expression_value.h"
 #include "model/read/read_journal.h"
 #include "model/read/read_values.h"

@@ -7,6 +7,7 @@
  * Without b_0 the output is the first state. A sampled one is a function of z in place of s: x_i' is the next value
  * of x_i, and its output is held between samples in a state of its own, before the others. */
 #include "model/read/read_filters.h"
+#include "model/data/model.h"
 #include "model/read/function_block.h"
 #include "model/read/read_states.h"
 #include "model/read/read_values.h"

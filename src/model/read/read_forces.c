@@ -2,6 +2,7 @@
 /* Force elements: the rows of force_kinds.def. */
 #include "model/read/read_forces.h"
 #include "model/data/force_table.h"
+#include "model/data/model.h"
 #include "model/language/expression_references.h"
 #include "model/language/expression_value.h"
 #include "model/read/read_contacts.h"
@@ -375,7 +376,7 @@ static void set_distance(element *e)
     for (int k = 0; k <= e->force->through_count; k++) {
         kmp_measure_argument ends[2];
         for (int i = 0; i < 2; i++)
-            if (!kmp_reader_spot(e->r, kmp_force_point(e->force, k + i), -1, &ends[i]))
+            if (!kmp_reader_measure_argument(e->r, kmp_force_point(e->force, k + i), -1, &ends[i]))
                 return;
         const kmp_expr *part = kmp_expr_measure(arena, KMP_MEASURE_DISTANCE, 2, ends);
         kmp_expr *sum = k > 0 ? KMP_ARENA_NEW(arena, kmp_expr, 1) : NULL;
@@ -393,8 +394,9 @@ static void set_angle(element *e)
     kmp_arena *arena = &e->r->model->arena;
     const int *point = e->force->point;
     int about = e->force->axis, from = (about + 1) % 3;
-    if (!kmp_reader_spot(e->r, point[0], from, &axes[0]) || !kmp_reader_spot(e->r, point[1], from, &axes[1]) ||
-        !kmp_reader_spot(e->r, point[0], about, &axes[2]))
+    if (!kmp_reader_measure_argument(e->r, point[0], from, &axes[0]) ||
+        !kmp_reader_measure_argument(e->r, point[1], from, &axes[1]) ||
+        !kmp_reader_measure_argument(e->r, point[0], about, &axes[2]))
         return;
     const kmp_expr *angle = kmp_expr_measure(arena, KMP_MEASURE_ANGLE, 3, axes);
     set_locals(e, "angle", angle, kmp_expr_rate(arena, angle), false);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Goals of the start: COORDINATE: number, position(BODY.POINT): [x, y, z], or either as {value: .., weight: ..}. */
 #include "model/read/read_goals.h"
+#include "model/data/model.h"
 #include "model/read/read_include.h"
 #include "model/read/read_values.h"
 #include "model/read/reading.h"

@@ -4,6 +4,7 @@
  * (kmp_reader_name), by the file of the referring node. Its ground is a point of the body that it is put on. */
 #include "model/read/read_include.h"
 #include "base/memory.h"
+#include "model/data/model.h"
 #include "model/files/document.h"
 #include "model/files/nodes.h"
 #include "model/language/limits.h"

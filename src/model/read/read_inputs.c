@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Inputs: their defaults and samples, and values given by settings: a number, or FILE:COLUMN:METHOD. */
 #include "model/read/read_inputs.h"
+#include "model/data/model.h"
 #include "model/files/nodes.h"
 #include "model/read/files.h"
 #include "model/read/read_include.h"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Joints as chains of elementary motions: a row of joints.def with its axis, or the chain written out. */
 #include "model/read/read_joints.h"
+#include "model/data/model.h"
 #include "model/read/read_axes.h"
 #include "model/read/read_include.h"
 #include "model/read/read_linkage.h"

@@ -2,6 +2,7 @@
 /* Geometry of joints with clearance: the journal in its bearing, the ball in its socket, the slider in its guide. Each
  * is read for compliant and for rigid contacts. */
 #include "model/read/read_journal.h"
+#include "model/data/model.h"
 #include "model/language/expression_references.h"
 #include "model/language/expression_value.h"
 #include "model/read/read_compliant.h"
@@ -80,10 +81,11 @@ static const kmp_expr *coordinate(kmp_reader *r, kmp_expr_kind kind, const kmp_b
 /* A component of a measure of the second point in the axes of the first. */
 static const kmp_expr *component(kmp_reader *r, kmp_measure_kind kind, const int point[2], int number)
 {
-    kmp_measure_argument spots[2];
-    if (!kmp_reader_spot(r, point[1], -1, &spots[0]) || !kmp_reader_spot(r, point[0], -1, &spots[1]))
+    kmp_measure_argument arguments[2];
+    if (!kmp_reader_measure_argument(r, point[1], -1, &arguments[0]) ||
+        !kmp_reader_measure_argument(r, point[0], -1, &arguments[1]))
         return NULL;
-    const kmp_expr *whole = kmp_expr_measure(&r->model->arena, kind, 2, spots);
+    const kmp_expr *whole = kmp_expr_measure(&r->model->arena, kind, 2, arguments);
     kmp_expr *e = whole ? KMP_ARENA_NEW(&r->model->arena, kmp_expr, 1) : NULL;
     if (e) {
         *e = *whole;

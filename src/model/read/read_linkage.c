@@ -4,6 +4,7 @@
 #include "model/read/read_linkage.h"
 #include "base/context.h"
 #include "model/data/cut_coordinates.h"
+#include "model/data/model.h"
 #include "model/files/nodes.h"
 #include "model/read/linkage.h"
 #include "model/read/linkage_uses.h"
@@ -418,8 +419,8 @@ void kmp_linkage_read_coordinates(kmp_reader *r, const kmp_yaml *made, const kmp
     const kmp_edge *edge = edge_of(r, made);
     double m[3][3] = {{0, 1, 0}, {0, 0, 1}, {1, 0, 0}};
     kmp_measure_argument end[2];
-    if (!edge || edge->freedoms == 0 || !kmp_reader_spot(r, closure->point[0], -1, &end[0]) ||
-        !kmp_reader_spot(r, closure->point[1], -1, &end[1]))
+    if (!edge || edge->freedoms == 0 || !kmp_reader_measure_argument(r, closure->point[0], -1, &end[0]) ||
+        !kmp_reader_measure_argument(r, closure->point[1], -1, &end[1]))
         return;
     kmp_read_chain_axes(r, edge->kind->chain, axis_of(r, edge), kmp_edge_what(r, edge), m);
     for (int k = 0; k < edge->freedoms; k++) {

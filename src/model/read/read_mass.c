@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Mass, centre of mass and inertia, and the check that a body can have them. */
 #include "model/read/read_mass.h"
+#include "model/data/model.h"
 #include "model/data/shape_mass.h"
 #include "model/read/files.h"
 #include "model/read/read_bodies.h"

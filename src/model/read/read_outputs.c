@@ -3,6 +3,7 @@
 #include "model/read/read_outputs.h"
 #include "model/data/carried.h"
 #include "model/data/cut_coordinates.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/read/read_values.h"
 #include "model/read/reading.h"

@@ -2,6 +2,7 @@
 /* Parameters: any may refer to any other. Each is valued as soon as its operands are; those left when nothing more can
  * be valued form a cycle. */
 #include "model/read/read_parameters.h"
+#include "model/data/model.h"
 #include "model/files/nodes.h"
 #include "model/language/expression_value.h"
 #include "model/read/files.h"

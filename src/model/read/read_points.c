@@ -3,6 +3,7 @@
 #include "model/read/read_points.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "model/data/model.h"
 #include "model/read/files.h"
 #include "model/read/read_values.h"
 #include "model/read/reading.h"

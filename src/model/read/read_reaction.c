@@ -7,6 +7,7 @@
 #include "linalg/dense/dot.h"
 #include "model/data/carried.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include "model/read/read_include.h"
 #include "model/read/reading.h"
 #include <float.h>

@@ -2,6 +2,7 @@
 /* Start values and settings of runs. */
 #include "model/read/read_run.h"
 #include "model/data/cut_coordinates.h"
+#include "model/data/model.h"
 #include "model/data/run_settings.h"
 #include "model/language/limits.h"
 #include "model/read/read_goals.h"

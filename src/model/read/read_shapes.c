@@ -3,6 +3,7 @@
 #include "model/read/read_shapes.h"
 #include "base/memory.h"
 #include "model/data/mesh_volume.h"
+#include "model/data/model.h"
 #include "model/language/limits.h"
 #include "model/language/number_algebra.h"
 #include "model/read/read_axes.h"

@@ -2,6 +2,7 @@
 /* States and function blocks: their names and motions before any expression is read that may contain them; the laws of
  * states after all that those may contain, the value of a block that is an expression where it is first used. */
 #include "model/read/read_states.h"
+#include "model/data/model.h"
 #include "model/language/expression_functions.h"
 #include "model/language/expression_references.h"
 #include "model/language/expression_value.h"

@@ -2,6 +2,7 @@
 /* Tables: functions of one variable by points, in the file or in columns of a CSV file in its folder, and of two
  * variables by a grid of points. */
 #include "model/read/read_tables.h"
+#include "model/data/model.h"
 #include "model/language/expression_functions.h"
 #include "model/read/files.h"
 #include "model/read/read_points.h"

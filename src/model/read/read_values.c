@@ -3,6 +3,7 @@
 #include "model/read/read_values.h"
 #include "model/data/carried.h"
 #include "model/data/cut_coordinates.h"
+#include "model/data/model.h"
 #include "model/language/expression_dimension.h"
 #include "model/language/expression_value.h"
 #include "model/read/read_include.h"
@@ -177,20 +178,20 @@ static void suggest_closure(kmp_reader *r, const char *name, kmp_text *sentence)
     kmp_nearest_suggest(&nearest, sentence);
 }
 
-bool kmp_reader_spot(kmp_reader *r, int point, int axis, kmp_measure_argument *spot)
+bool kmp_reader_measure_argument(kmp_reader *r, int point, int axis, kmp_measure_argument *argument)
 {
     const kmp_point *p = &r->model->points[point];
     kmp_text name = {0};
     kmp_text_printf(&name, "%s.%s", r->model->bodies[p->body].name, p->name);
-    *spot = (kmp_measure_argument){.point = point, .axis = axis, .name = kmp_text_keep(&name, &r->model->arena)};
-    return spot->name;
+    *argument = (kmp_measure_argument){.point = point, .axis = axis, .name = kmp_text_keep(&name, &r->model->arena)};
+    return argument->name;
 }
 
-static bool find_spot(void *user, const char *text, const char *word, int column, kmp_measure_argument *spot)
+static bool find_argument(void *user, const char *text, const char *word, int column, kmp_measure_argument *argument)
 {
     kmp_reader *r = user;
     int point = kmp_read_point_text(r, (kmp_place){r->scope_line, column, r->scope}, text, word);
-    return point >= 0 && kmp_reader_spot(r, point, -1, spot);
+    return point >= 0 && kmp_reader_measure_argument(r, point, -1, argument);
 }
 
 /* Contacts with a law are known before they are read. */
@@ -235,7 +236,7 @@ static const kmp_expr *parse_unused(kmp_reader *r, const kmp_yaml *node, const c
                             .parameter = find_parameter,
                             .coordinate = of_state ? find_in_expression : NULL,
                             .cut = of_state ? find_cut : NULL,
-                            .point = of_state ? find_spot : NULL,
+                            .point = of_state ? find_argument : NULL,
                             .closure = of_loads ? find_closure : NULL,
                             .joint = of_loads ? find_carried : NULL,
                             .accelerations = of_motion,

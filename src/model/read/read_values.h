@@ -51,7 +51,7 @@ const kmp_expr *kmp_read_function(kmp_reader *r, const kmp_yaml *node, const cha
                                   double *first);
 
 /** A point of the model, or an axis of it (-1: the point itself), for measures; false: no memory. */
-bool kmp_reader_spot(kmp_reader *r, int point, int axis, kmp_measure_argument *spot);
+bool kmp_reader_measure_argument(kmp_reader *r, int point, int axis, kmp_measure_argument *argument);
 
 /** The dimension of a coordinate, times s^power: that of its rate with -1. */
 kmp_dimension kmp_motion_dimension(const kempe_model *model, int motion, double power);

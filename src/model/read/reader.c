@@ -6,6 +6,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "base/wings.h"
+#include "model/data/model.h"
 #include "model/data/variant.h"
 #include "model/files/document.h"
 #include "model/read/clearance.h"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Errors and nodes: functions for every part of the reader. */
 #include "model/read/reading.h"
+#include "model/data/model.h"
 #include "model/read/read_include.h"
 #include <string.h>
 

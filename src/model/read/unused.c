@@ -3,6 +3,7 @@
  * itself, and of any that is set in vain: by --set, or by the file that includes theirs. */
 #include "model/read/unused.h"
 #include "base/context.h"
+#include "model/data/model.h"
 #include "model/read/read_include.h"
 #include "model/read/read_values.h"
 #include "model/read/reading.h"

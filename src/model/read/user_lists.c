@@ -3,6 +3,7 @@
  * Errors begin with the list's name in place of file, line and column. */
 #include "model/read/user_lists.h"
 #include "base/memory.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/read/read_outputs.h"
 #include "model/read/read_values.h"

@@ -3,6 +3,7 @@
 #include "model/write/model_json.h"
 #include "model/data/closure_table.h"
 #include "model/data/compliant.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/language/expression_functions.h"
 #include "model/read/loads.h"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The model as the reader understood it: common parts of its summary and its JSON, and the choice of one. */
 #include "model/write/model_print.h"
+#include "model/data/model.h"
 #include "model/data/numbers.h"
 #include "model/language/expression_print.h"
 #include "model/write/model_json.h"

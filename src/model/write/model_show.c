@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "model/data/closure_table.h"
 #include "model/data/compliant.h"
+#include "model/data/model.h"
 #include "model/data/numbers.h"
 #include "model/data/output_table.h"
 #include "model/language/expression_functions.h"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Profiles and tracks, as they were understood, in both forms. */
 #include "model/write/model_tracks.h"
+#include "model/data/model.h"
 #include "model/write/model_json.h"
 #include "model/write/model_print.h"
 #include "symbolic/table_function.h"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Wheels as the reader understood them, in both forms. */
 #include "model/write/model_wheels.h"
+#include "model/data/model.h"
 #include "model/write/model_json.h"
 #include "model/write/model_print.h"
 

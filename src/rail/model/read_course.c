@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The course of a track, piece by piece. */
 #include "rail/model/read_course.h"
+#include "model/data/model.h"
 #include "model/language/limits.h"
 #include "model/read/read_values.h"
 #include "rail/model/course.h"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Profiles: cross-sections of wheels and rails, by points. */
 #include "rail/model/read_profiles.h"
+#include "model/data/model.h"
 #include "model/read/read_points.h"
 #include "model/read/read_values.h"
 #include "rail/model/profile_files.h"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Tracks: two rails, and their positions. */
 #include "rail/model/read_tracks.h"
+#include "model/data/model.h"
 #include "model/read/read_values.h"
 #include "rail/model/rail.h"
 #include "rail/model/read_course.h"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Wheels on rails: each becomes a force, and where its contact is rigid a closure, of its name. */
 #include "rail/model/read_wheels.h"
+#include "model/data/model.h"
 #include "model/data/numbers.h"
 #include "model/read/read_values.h"
 #include "rail/model/read_profiles.h"

@@ -19,6 +19,8 @@
  * from 1 to 0 around the border as the next zone's rises. */
 #include "rail/wheel/pair.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 #include "symbolic/derivative.h"
 #include "symbolic/function_table.h"
 #include "symbolic/table_function.h"

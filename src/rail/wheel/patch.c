@@ -5,6 +5,8 @@
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 #include "rail/wheel/pair.h"
 #include "symbolic/average.h"
 #include "symbolic/blocks.h"

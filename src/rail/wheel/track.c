@@ -3,6 +3,7 @@
  * distance to the middle line r: (p - r(s)) . r'(s) = 0. */
 #include "rail/wheel/track.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "symbolic/function_table.h"
 #include "symbolic/graph.h"
 #include "symbolic/implicit.h"

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A rigid wheel on a rigid rail: h is the gap along the normal at the closest points; lambda is the normal force. */
 #include "rail/wheel/wheel_closure.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 #include "rail/wheel/patch.h"
 
 static void residual(const kmp_tree *tree, const kmp_closure *closure, kmp_ref *h)

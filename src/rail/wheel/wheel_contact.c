@@ -3,6 +3,7 @@
  * contact it is the multiplier of the wheel's closure. Creep forces follow from it by the wheel's law. */
 #include "rail/wheel/wheel_contact.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
+#include "dynamics/kinematics/link_tree.h"
 #include "symbolic/function_table.h"
 
 static kmp_touch touch_of(const kmp_tree *tree, const kmp_wheel *wheel, const kmp_patch *patch)

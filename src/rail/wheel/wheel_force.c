@@ -9,6 +9,8 @@
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "model/data/model.h"
 #include "rail/wheel/wheel_contact.h"
 #include "symbolic/table_function.h"
 

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "rail/wheel/wheel_outputs.h"
+#include "dynamics/equations.h"
+#include "model/data/model.h"
 #include "rail/wheel/wheel_contact.h"
 
 /* The values of each contact of a wheel, or the sums that guide it; Y/Q is zero where no load is. */

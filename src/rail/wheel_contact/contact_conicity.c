@@ -2,6 +2,7 @@
 /* The equivalent conicity of a pair of wheels, from the rolling radii of a table of contacts (rail/contact/klingel.c).
  */
 #include "rail/wheel_contact/contact_conicity.h"
+#include "model/data/model.h"
 #include "model/language/nearest.h"
 #include "rail/wheel_contact/contact_sweep.h"
 #include <kempe/rolling_contact.h>

@@ -3,6 +3,7 @@
  * normal force of the patch, by strips, and from that on a grid. The equilibrium does not depend on it: normal force,
  * place and angle are those of the ellipse. */
 #include "rail/wheel_contact/contact_pressure.h"
+#include "model/data/model.h"
 #include "rail/contact/half_space.h"
 #include "rail/contact/strips.h"
 #include "rail/wheel/wheel_gap.h"

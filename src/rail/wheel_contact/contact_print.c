@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A table of contacts as text, JSON and CSV. */
 #include "rail/wheel_contact/contact_print.h"
+#include "model/data/model.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include "rail/wheel_contact/contact_pressure.h"
@@ -13,7 +14,7 @@
 
 const char *kmp_contact_unit(const kempe_contacts *t, int k)
 {
-    int hold = t->lead[k].hold;
+    int hold = t->swept[k].hold;
     return hold < 0 ? "" : kmp_quantity_unit(t->system, KMP_QUANTITY_Q, t->hold[hold].coordinate);
 }
 

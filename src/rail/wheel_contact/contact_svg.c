@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A table of contacts as a picture. For each wheel it has the two profiles, a little apart, with the points that touch
  * at each value joined; below, the contacts' values over the swept quantity. */
+#include "model/data/model.h"
 #include "output/picture_file.h"
 #include "output/plot.h"
 #include "rail/wheel_contact/contact_print.h"

@@ -6,9 +6,12 @@
 #include "base/memory.h"
 #include "base/substep.h"
 #include "constraints/evaluation/charts.h"
+#include "constraints/evaluation/condition_modes.h"
+#include "constraints/evaluation/shown_outputs.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "dynamics/load_dependent.h"
 #include "model/data/coordinates.h"
+#include "model/data/model.h"
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "rail/wheel_contact/contact_conicity.h"
@@ -60,7 +63,7 @@ static int hold_of(const kempe_contacts *t, int coordinate)
 
 /* -- swept quantities ---------------------------------------------------------------------------------- */
 
-static kempe_status add_coordinate(kempe_contacts *t, const kmp_range *range, kmp_swept_parameter *lead)
+static kempe_status add_coordinate(kempe_contacts *t, const kmp_range *range, kmp_swept_parameter *swept)
 {
     const kempe_model *model = t->given->model;
     int c = -1;
@@ -68,7 +71,7 @@ static kempe_status add_coordinate(kempe_contacts *t, const kmp_range *range, km
     KMP_TRY(kmp_range_fits_motion(t->given->context, "sweep", range, model->motions[c].rotation, 0));
     if (hold_of(t, c) >= 0)
         return kmp_fail(t->given->context, KEMPE_E_ARGUMENT, "--sweep: '%s' is given twice", range->name);
-    *lead = (kmp_swept_parameter){-1, t->hold_count};
+    *swept = (kmp_swept_parameter){-1, t->hold_count};
     t->hold[t->hold_count++] = (kmp_steady){.coordinate = c, .how = KMP_RATE_HELD};
     return KEMPE_OK;
 }
@@ -134,13 +137,13 @@ static kempe_status read_request(kempe_contacts *t, const kempe_contact_options 
     KMP_TRY(kmp_ranges_read(context, options->sweep, &t->over));
     if (t->over.count > t->given->n + t->given->model->parameter_count)
         return kmp_fail(context, KEMPE_E_ARGUMENT, "--sweep: there are more ranges than coordinates and parameters");
-    t->lead = KMP_ARENA_NEW(&t->arena, kmp_swept_parameter, t->over.count);
-    KMP_TRY(kmp_made(t->given->context, t->lead));
+    t->swept = KMP_ARENA_NEW(&t->arena, kmp_swept_parameter, t->over.count);
+    KMP_TRY(kmp_made(t->given->context, t->swept));
     for (int k = 0; k < t->over.count; k++)
         if (kmp_parameter_find(t->given->model, t->over.range[k].name) >= 0)
-            t->lead[k] = (kmp_swept_parameter){t->parameter_count++, -1};
+            t->swept[k] = (kmp_swept_parameter){t->parameter_count++, -1};
         else
-            KMP_TRY(add_coordinate(t, &t->over.range[k], &t->lead[k]));
+            KMP_TRY(add_coordinate(t, &t->over.range[k], &t->swept[k]));
     int points = options->points;
     int count = points;
     bool varies = false;
@@ -186,8 +189,8 @@ static kempe_status make_system(kempe_contacts *t)
     const char **names = KMP_ARENA_NEW(&t->arena, const char *, t->over.count);
     KMP_TRY(kmp_made(t->given->context, names));
     for (int k = 0; k < t->over.count; k++)
-        if (t->lead[k].parameter >= 0)
-            names[t->lead[k].parameter] = t->over.range[k].name;
+        if (t->swept[k].parameter >= 0)
+            names[t->swept[k].parameter] = t->over.range[k].name;
     KMP_TRY(kmp_variant_new(t->given->model, t->parameter_count, names, &t->variant));
     KMP_TRY(add_outputs(kmp_variant_model(t->variant), t->pressure != KMP_PRESSURE_NONE || t->conicities.count > 0));
     return kmp_system_of_variant(t->variant, &t->system);
@@ -221,8 +224,8 @@ static kempe_status set_parameters(job *j, const double *point)
     if (t->parameter_count == 0)
         return KEMPE_OK;
     for (int k = 0; k < t->over.count; k++)
-        if (t->lead[k].parameter >= 0)
-            j->parameters[t->lead[k].parameter] = point[k];
+        if (t->swept[k].parameter >= 0)
+            j->parameters[t->swept[k].parameter] = point[k];
     return kmp_linear_vary(&j->linear, t->system, t->variant, j->parameters);
 }
 
@@ -281,8 +284,8 @@ static kempe_status begin(job *j, const kempe_contact_options *options)
     for (int k = 0; k < t->hold_count; k++)
         t->hold[k].rate = j->start->inner_qd[t->hold[k].coordinate];
     for (int k = 0; k < t->over.count; k++)
-        if (t->lead[k].hold >= 0)
-            j->here[k] = j->q[t->hold[t->lead[k].hold].coordinate];
+        if (t->swept[k].hold >= 0)
+            j->here[k] = j->q[t->hold[t->swept[k].hold].coordinate];
     return options->solve_for ? read_freed(j, options->solve_for) : KEMPE_OK;
 }
 
@@ -296,8 +299,8 @@ static kempe_status try_point(job *j, const double *point)
     kempe_status status = set_parameters(j, point);
     memcpy(j->before, j->q, size);
     for (int k = 0; k < t->over.count; k++)
-        if (t->lead[k].hold >= 0)
-            j->q[t->hold[t->lead[k].hold].coordinate] = point[k];
+        if (t->swept[k].hold >= 0)
+            j->q[t->hold[t->swept[k].hold].coordinate] = point[k];
     if (status == KEMPE_OK)
         status = kmp_equilibrium_find(&j->linear, 0, j->q, &search);
     t->iterations += search.iterations;

@@ -78,7 +78,7 @@ struct kempe_contacts {
     char *reason;   /* NULL: none */
     char *warnings; /* of the computation, one per line */
     kmp_ranges over;
-    kmp_swept_parameter *lead;
+    kmp_swept_parameter *swept;
     int parameter_count;
     kmp_steady *hold; /* coordinates with swept or steady values */
     int hold_count;

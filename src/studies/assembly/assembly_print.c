@@ -2,6 +2,7 @@
 /* Output of `assemble`, as text and as JSON. */
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/assembly.h"
+#include "model/data/model.h"
 #include "model/write/model_print.h"
 #include "output/print.h"
 #include <kempe/check.h>

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Output of `assemble --branches`: each assembly mode, and the start values that select it. */
 #include "constraints/closing/assembly_modes.h"
+#include "model/data/model.h"
 #include "output/print.h"
 #include <kempe/check.h>
 

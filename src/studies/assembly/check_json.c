@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* `check` as one object. Keys of the contract first; unknown numbers are null. */
+#include "model/data/model.h"
 #include "model/write/model_json.h"
 #include "model/write/model_print.h"
 #include "studies/assembly/check_print.h"
@@ -95,13 +96,13 @@ static void json_assembled(kmp_json *json, const kempe_check *check)
     kmp_json_put(json, "limits { walked %d cycle %d reason %s range {", l->walked, l->cycle,
                  l->walked ? l->ended : l->why_not);
     for (int k = 0; l->walked && k < check->system->n; k++) {
-        const kmp_coordinate_range *swing = &l->swing[k];
+        const kmp_coordinate_range *range = &l->range[k];
         kmp_json_put(json, "%s { low %g high %g turns %d low_dead_centre %d high_dead_centre %d }",
-                     motion_name(check, k), swing->low, swing->high, swing->turns, swing->low_dead, swing->high_dead);
+                     motion_name(check, k), range->low, range->high, range->turns, range->low_dead, range->high_dead);
     }
     kmp_json_put(json, "} met [");
-    for (int i = 0; i < l->landmark_count; i++) {
-        const kmp_limit_position *mark = &l->landmark[i];
+    for (int i = 0; i < l->limit_position_count; i++) {
+        const kmp_limit_position *mark = &l->limit_position[i];
         kmp_json_put(json, "{ what %s coordinate %s margin %g", mark->coordinate >= 0 ? "dead centre" : "change point",
                      motion_name(check, mark->coordinate), mark->margin);
         kmp_print_entries(json, "q", check->system, KMP_QUANTITY_Q, mark->q);

@@ -3,6 +3,7 @@
 #include "studies/assembly/check_print.h"
 #include "constraints/closing/assembly.h"
 #include "model/data/closure_table.h"
+#include "model/data/model.h"
 #include "model/data/numbers.h"
 #include "model/write/model_print.h"
 #include "model/write/model_show.h"
@@ -165,13 +166,13 @@ static double clean(double x)
 static void put_swing(kmp_text *text, const kempe_check *check, int k)
 {
     const kmp_limits *l = &check->diagnosis.limits;
-    const kmp_coordinate_range *s = &l->swing[k];
+    const kmp_coordinate_range *s = &l->range[k];
     const char *unit = kmp_print_unit(check->system, k);
     double low = kmp_print_value(check->system, k, clean(s->low)),
            high = kmp_print_value(check->system, k, clean(s->high));
     int dead = 0;
-    for (int i = 0; i < l->landmark_count; i++)
-        dead += l->landmark[i].coordinate == k;
+    for (int i = 0; i < l->limit_position_count; i++)
+        dead += l->limit_position[i].coordinate == k;
     if (!s->moves) {
         kmp_text_put(text, "does not move");
         return;
@@ -453,8 +454,8 @@ static void show_limits(kmp_text *text, const kempe_check *check, int most)
         kmp_text_put(text, "\n");
     }
     int u = check->part.u[0];
-    for (int i = 0; i < l->landmark_count; i++) {
-        const kmp_limit_position *mark = &l->landmark[i];
+    for (int i = 0; i < l->limit_position_count; i++) {
+        const kmp_limit_position *mark = &l->limit_position[i];
         if (mark->coordinate >= 0)
             continue;
         const char *name = name_of(check, u), *unit = kmp_print_unit(check->system, u);
@@ -598,7 +599,7 @@ static void fill_coordinates(kempe_table *table, const void *result)
                      a && a->instead >= 0 ? kmp_name_of_coordinate(check->system, a->instead) : "", a ? a->max_b : NAN);
         if (!check->assembled || !l->walked)
             continue;
-        const kmp_coordinate_range *s = &l->swing[k];
+        const kmp_coordinate_range *s = &l->range[k];
         kmp_tabulate_cells(table, "%g %g %d %d %d", kmp_print_value(check->system, k, s->low),
                            kmp_print_value(check->system, k, s->high), s->turns, s->low_dead, s->high_dead);
     }

@@ -3,6 +3,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "constraints/evaluation/present_inputs.h"
+#include "model/data/model.h"
 #include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>

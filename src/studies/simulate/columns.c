@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "studies/simulate/columns.h"
 #include "base/memory.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "output/print.h"
 

@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "studies/simulate/observed.h"
 #include "base/memory.h"
+#include "dynamics/equations.h"
 #include "model/data/closure_table.h"
 #include "model/data/force_table.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/read/user_lists.h"
 #include "output/print.h"

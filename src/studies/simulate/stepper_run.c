@@ -13,6 +13,7 @@
 #include "integrators/run/runner_site.h"
 #include "integrators/run/runner_stand_in.h"
 #include "integrators/steppers/sample_times.h"
+#include "model/data/model.h"
 #include "model/data/variant.h"
 #include "model/read/loads.h"
 #include "output/print.h"

@@ -5,6 +5,7 @@
 #include "integrators/formulations/cost_model.h"
 #include "model/data/closure_table.h"
 #include "model/data/compliant.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "output/print.h"
 #include "output/result_table.h"

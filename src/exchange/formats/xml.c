@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Expat's events become elements in an arena. Nothing recurses here, but functions that traverse the tree may: its
  * depth is limited. */
-#include "model/files/xml.h"
+#include "exchange/formats/xml.h"
 #include "base/memory.h"
 #include "model/language/limits.h"
 #include <expat.h>

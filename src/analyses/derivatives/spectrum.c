@@ -2,7 +2,7 @@
 /* Quadratic eigenvalue problem: the symmetric solver where there is no damping, otherwise a scaled companion matrix
  * (Tisseur and Meerbergen 2001, section 3). Zeros are deflated first: null spaces are separated stage by stage, by
  * singular values (Kublanovskaya 1966). */
-#include "linalg/dense/spectrum.h"
+#include "analyses/derivatives/spectrum.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/lapack.h"
 #include <float.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The footer is read by Thrift's compact protocol, with the fields that matter taken and all others skipped; then the
  * pages of each column, one after another. */
-#include "output/parquet_reader.h"
+#include "ensemble/sampling/parquet_reader.h"
 #include "base/file.h"
 #include "base/memory.h"
 #include <limits.h>

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "linalg/assign.h"
+#include "analyses/modes/assign.h"
 #include "base/arena.h"
 #include <math.h>
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "model/read/model_instances.h"
+#include "ensemble/sampling/model_instances.h"
 #include "base/context.h"
+#include "model/data/model.h"
 #include "model/data/variant.h"
 #include "model/read/reader.h"
 #include <string.h>

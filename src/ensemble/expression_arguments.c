@@ -2,7 +2,7 @@
 /* Functions of an expression that may change between points at which they are sampled, however smooth what they are
  * taken of is: sin(1000 q), exp(-(q/w)^2), max(0, 1 - abs(q)/w), a table of many points. Each is listed with its
  * argument, in a unit in which the function is smooth over 1. */
-#include "model/language/expression_arguments.h"
+#include "ensemble/expression_arguments.h"
 #include "base/clones.h"
 #include "model/language/expression.h"
 #include "model/language/expression_value.h"

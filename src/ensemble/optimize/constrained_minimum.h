@@ -5,7 +5,7 @@
  * takes a shorter step. */
 #pragma once
 
-#include "linalg/nonlinear_squares.h"
+#include "ensemble/fit/nonlinear_squares.h"
 
 /** Evaluates the function and `limits` inequalities, in their sizes, with slopes (count; limits x count, row-major)
  * where they are requested. */

@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "integrators/quantities/run_quantities.h"
+/* Extremes, integrals and conditions of a run, from polynomials over halved parts of each step. A part is resolved when
+ * the last coefficients of every quantity that takes part are below its tolerance; kinks are located and cut at, jumps
+ * become straight lines. Arguments of functions are watched, too, since a function can hide a peak between samples. */
+#include "ensemble/quantities/run_quantities.h"
 #include "base/text.h"
-#include "integrators/quantities/smooth_piece.h"
+#include "ensemble/quantities/smooth_piece.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "linalg/nonlinear_squares.h"
+#include "ensemble/fit/nonlinear_squares.h"
 #include "base/arena.h"
 #include "linalg/dense/dot.h"
 #include <float.h>

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Expressions become sensors of the copy, read by the functions of the file's reader. Parameters have no known
  * dimensions after reading: an expression with one fits any dimension. */
-#include "model/read/added_values.h"
+#include "ensemble/added_values.h"
+#include "ensemble/expression_arguments.h"
+#include "model/data/model.h"
 #include "model/data/output_table.h"
-#include "model/language/expression_arguments.h"
 #include "model/language/expression_dimension.h"
 #include "model/language/expression_references.h"
 #include "model/language/expression_value.h"

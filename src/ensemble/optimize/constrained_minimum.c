@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "linalg/constrained_minimum.h"
+#include "ensemble/optimize/constrained_minimum.h"
 #include "base/arena.h"
 #include <math.h>
 #include <stddef.h>
