@@ -1,6 +1,4 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Bounds of conditions over pieces of a step, and bisection by them: a piece is decided where value, rate or a parabola
- * excludes a change. The earlier half comes first, so that the first change found is the earliest. */
 #include "integrators/events/event_pieces.h"
 #include <math.h>
 #include <string.h>

@@ -1,7 +1,4 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Impulses at an impact: the minimum of a quadratic in the inverse inertia of the contacts, within bounds; those of
- * friction follow the normal impulses of the pass before, by damped fixed-point passes. Restitution is Newton's.
- * Sequences whose next impact would follow at once end here, and an impact that would gain energy is plastic. */
 #include "integrators/impact/impact_problem.h"
 #include "constraints/tolerances.h"
 #include "integrators/friction/friction_elements.h"

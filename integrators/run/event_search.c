@@ -44,31 +44,31 @@ static void note_outside(kmp_event_tracker *c, const double *change)
         c->past[k].outside = change && c->s->events.condition[k].told && (c->past[k].outside || change[k] < 0);
 }
 
-/* Completes the state at t and evaluates the conditions there, into a look. */
-static int look_at(void *self, double t, kmp_event_probe *look)
+/* Completes the state at t and evaluates the conditions there, into a probe. */
+static int look_at(void *self, double t, kmp_event_probe *probe)
 {
     kmp_event_tracker *c = self;
     const size_t n = (size_t)c->s->n, size = n * sizeof(double);
     KMP_TRY(kmp_event_tracker_look(c, t));
-    look->t = t;
-    memcpy(look->change, c->change, (size_t)c->s->events.count * sizeof(double));
-    memcpy(look->state, c->q, size);
-    memcpy(look->state + n, c->qd, size);
+    probe->t = t;
+    memcpy(probe->change, c->change, (size_t)c->s->events.count * sizeof(double));
+    memcpy(probe->state, c->q, size);
+    memcpy(probe->state + n, c->qd, size);
     if (c->s->changes_by_rates) {
-        memcpy(look->state + 2 * n, c->qdd, size);
-        memcpy(look->state + 3 * n, c->lambda, (size_t)c->s->m * sizeof(double));
+        memcpy(probe->state + 2 * n, c->qdd, size);
+        memcpy(probe->state + 3 * n, c->lambda, (size_t)c->s->m * sizeof(double));
     }
     for (int i = 0, at = 0; i < 2; at += c->search.solved[i++])
         if (c->search.solved[i] > 0)
-            memcpy(look->solved + at, c->eval->solved[i], (size_t)c->search.solved[i] * sizeof(double));
-    note_outside(c, look->change);
+            memcpy(probe->solved + at, c->eval->solved[i], (size_t)c->search.solved[i] * sizeof(double));
+    note_outside(c, probe->change);
     return KEMPE_OK;
 }
 
-static bool any_differs(const kmp_event_tracker *c, const kmp_event_probe *look)
+static bool any_differs(const kmp_event_tracker *c, const kmp_event_probe *probe)
 {
     for (int k = 0; k < c->s->events.count; k++)
-        if (kmp_event_tracker_differs(c, k, look->change[k]))
+        if (kmp_event_tracker_differs(c, k, probe->change[k]))
             return true;
     return false;
 }

@@ -14,7 +14,7 @@ bool kmp_event_tracker_is_undecided(const kmp_event_tracker *tracker, kmp_text *
 kempe_status kmp_event_tracker_find(kmp_event_tracker *tracker, double from, double to, double *t, bool *found);
 
 /** True if the values at the ends of a step, and in its middle if that is given, decide that no condition changes
- * within it; the crossing then takes them into account, as kmp_event_tracker_find does. Their `solved` may be NULL
+ * within it; the tracker then takes them into account, as kmp_event_tracker_find does. Their `solved` may be NULL
  * where no condition has an implicit block, and no kink is to be fixed. */
 bool kmp_event_tracker_is_clear(kmp_event_tracker *tracker, const kmp_event_probe *from, const kmp_event_probe *middle,
                                 const kmp_event_probe *to);

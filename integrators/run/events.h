@@ -83,7 +83,7 @@ typedef struct kmp_event_tracker {
     kmp_event_search search;
 } kmp_event_tracker;
 
-/** Makes a crossing, in the arena; NULL: no memory.
+/** Makes a tracker, in the arena; NULL: no memory.
  *
  * For one-step methods kinks of abs, min and max are passed like events: between them the equations are smooth, as high
  * orders need. They are neither counted nor noted. Multistep methods, which restart at order one after each kink, gain
@@ -102,12 +102,12 @@ double kmp_event_tracker_shortens(const kmp_event_tracker *tracker, double from,
 /** Finds the event at a start. */
 kempe_status kmp_event_tracker_begin(kmp_event_tracker *tracker, double t, bool *ends);
 
-/** Changes the conditions at t of an event. The crossing has the state there on closed loops, with accelerations and
+/** Changes the conditions at t of an event. The tracker has the state there on closed loops, with accelerations and
  * multipliers after the change if `rates`. KEMPE_E_FAILED with a message when conditions change back and forth without
  * end. */
 kempe_status kmp_event_tracker_pass(kmp_event_tracker *tracker, double t, bool rates);
 
-/** Changes the conditions at t of an event for a moment, until kmp_eval_set_modes with those `before`. The crossing has
+/** Changes the conditions at t of an event for a moment, until kmp_eval_set_modes with those `before`. The tracker has
  * the state there. */
 kempe_status kmp_event_tracker_foresee(kmp_event_tracker *tracker, double t);
 

@@ -1,6 +1,4 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Chandrupatla's bracketing: the next place by inverse quadratic interpolation where that is monotonic, else the
- * middle. */
 #include "base/bracket.h"
 #include <math.h>
 
