@@ -14,7 +14,7 @@ typedef struct kmp_delays kmp_delays;
 kempe_status kmp_delays_begin(kmp_runner *run, double t);
 void kmp_delays_free(kmp_runner *run);
 
-/** Completes the past of the delayed signals up to t, within the last step. */
+/** Records the last step up to t. */
 kempe_status kmp_delays_record(kmp_runner *run, double t);
 
 /** Notes that derivatives of this order and higher ones of all signals may jump at the end of the past. */
