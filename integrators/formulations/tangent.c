@@ -167,7 +167,7 @@ static void add_matrices(gather *g)
         add_matrix(g, plain[k], g->matrix[plain[k]]);
     /* J' mu is the gradient of mu' h. */
     if (g->matrix[KMP_JTMU_Q])
-        kmp_tangents_mirror(g->eq.n, g->matrix[KMP_JTMU_Q]);
+        g->list.failed = g->list.failed || !kmp_tangents_mirror(g->eq.graph, g->eq.n, g->matrix[KMP_JTMU_Q]);
     add_matrix(g, KMP_JTMU_Q, g->matrix[KMP_JTMU_Q]);
     /* The derivative of the second time derivative of h(q, t) by qd is twice that of the first one by q. */
     int count = rows_of(g, KMP_CURVE_QD) * g->eq.n;

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Equations of equal value have many variants (variants.h), and the shortest is found by counting operations. Patterns
  * that follow from the tree are tried one after the other, each in addition to the best so far; with `optimize` also
- * each joint separately. The closures and their variants are found once: a trial returns to the graph that has them
- * alone, and derives the dynamics. The result is derived once more: for runs in the same graph, otherwise in one of its
- * own.
+ * each joint and body separately. The closures and their variants are found once: a trial returns to the graph that has
+ * them alone, and derives the dynamics. The result is derived once more: for runs in the same graph, otherwise in one
+ * of its own.
  *
  * Of large mechanisms a second set of equations has mostly the same best variants as the first one: its search begins
  * there, and tries at most the first pattern. */
@@ -104,6 +104,16 @@ static void all_about(const kmp_tree *tree, kmp_savings *savings)
         savings->about[i - 1] = tree->links[i].mass != KMP_ZERO;
 }
 
+/* Rotations apart, where there is a sum of angles to replace. */
+static void rotations_apart(const kmp_tree *tree, kmp_savings *savings)
+{
+    for (int i = 1; i < tree->count; i++)
+        if (is_parallel(tree, i)) {
+            *savings->apart = !*savings->apart;
+            return;
+        }
+}
+
 /* Masses on the axes, and inertia: what a composite body can always pass on. */
 enum { MASS_AND_INERTIA = KMP_GIVE_MASS | KMP_GIVE_INERTIA };
 
@@ -128,9 +138,14 @@ static const cost_pattern patterns[] = {
              {LUMP, MASS_AND_INERTIA, MASS_AND_INERTIA},
              {GIVE, KMP_GIVE_INERTIA, KMP_GIVE_INERTIA}}},
     {FOR_ALL, .apply = on_the_ground},
+    {FOR_ALL, .apply = rotations_apart},
     {FOR_SMALL, .set = {{ORIGINS, KMP_ORIGIN_MASS, KMP_ORIGIN_MASS}}},
     {FOR_SMALL, .apply = all_about},
     {ON_DEMAND, .set = {{ORIGINS, KMP_ORIGIN_CHILD, KMP_ORIGIN_CHILD}}},
+    {ON_DEMAND, .set = {{LUMP, KMP_GIVE_ALL, KMP_GIVE_ALL}}},
+    {ON_DEMAND, .set = {{LUMP, 0, 0}}},
+    {ON_DEMAND, .set = {{GIVE, 0, 0}}},
+    {ON_DEMAND, .set = {{ORIGINS, KMP_ORIGIN_PARENT, KMP_ORIGIN_PARENT}}},
 };
 
 enum { PATTERNS = sizeof patterns / sizeof *patterns };
@@ -301,14 +316,14 @@ static kempe_status try_patterns(search *s, bool *better)
 static const uint8_t gifts[] = {0, KMP_GIVE_MASS, KMP_GIVE_INERTIA, KMP_GIVE_MASS | KMP_GIVE_INERTIA, KMP_GIVE_ALL};
 enum { GIFTS = sizeof gifts / sizeof *gifts };
 
-/* Tries the gifts of a motion, to wrenches and to composite bodies. */
-static kempe_status try_gifts(search *s, int motion, bool *better)
+/* Tries the same gift of `count` motions, to wrenches and to composite bodies. */
+static kempe_status try_gifts(search *s, int first, int count, bool *better)
 {
     uint8_t *const savings[] = {s->tried.give, s->tried.lump};
     for (int to = 0; to < (s->scene.sets & KMP_SET_MASS ? 2 : 1); to++)
         for (int v = 0; v < GIFTS; v++) {
             kmp_savings_copy(&s->tried, &s->best, s->model);
-            savings[to][motion] = gifts[v];
+            memset(savings[to] + first, gifts[v], (size_t)count);
             KMP_TRY(try_it(s, better));
         }
     return KEMPE_OK;
@@ -322,14 +337,22 @@ static kempe_status try_joints(search *s, bool *better)
             s->tried.stay[k] = !s->tried.stay[k];
             KMP_TRY(try_it(s, better));
         }
+        if (s->work->tree.links[k + 1].mass != KMP_ZERO) {
+            kmp_savings_copy(&s->tried, &s->best, s->model);
+            s->tried.about[k] = !s->tried.about[k];
+            KMP_TRY(try_it(s, better));
+        }
         for (int o = 0; o < KMP_ORIGINS; o++) {
             kmp_savings_copy(&s->tried, &s->best, s->model);
             s->tried.origin[k] = (uint8_t)o;
             KMP_TRY(try_it(s, better));
         }
         if (s->work->tree.links[k + 1].parent > 0)
-            KMP_TRY(try_gifts(s, k, better));
+            KMP_TRY(try_gifts(s, k, 1, better));
     }
+    for (int b = 1; b < s->model->body_count; b++)
+        if (s->model->bodies[b].motion_count > 1)
+            KMP_TRY(try_gifts(s, s->model->bodies[b].first_motion, s->model->bodies[b].motion_count, better));
     return KEMPE_OK;
 }
 

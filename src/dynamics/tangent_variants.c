@@ -1,18 +1,58 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The choice of the shorter derivation of the same matrices. */
 #include "dynamics/tangent_variants.h"
+#include "base/memory.h"
 #include "dynamics/tangents.h"
 #include "symbolic/cost.h"
 
-void kmp_tangents_mirror(int n, kmp_ref *matrix)
+static void mirror(int n, const kmp_ref *from, bool upper, kmp_ref *to)
 {
     for (int i = 0; i < n; i++)
-        for (int k = 0; k < i; k++) {
-            kmp_ref *below = &matrix[i * n + k], *above = &matrix[k * n + i];
-            if (*below == KMP_ZERO)
-                *above = KMP_ZERO;
-            *below = *above;
+        for (int k = 0; k <= i; k++)
+            to[i * n + k] = to[k * n + i] = from[upper ? k * n + i : i * n + k];
+}
+
+/* The first of the lists with the fewest operations. false: no memory. */
+static bool find_shortest(const kmp_graph *g, int count, const kmp_ref *const *list, int lists, int *best)
+{
+    kmp_cost cost = {0};
+    long least = -1;
+    bool ok = kmp_cost_init(&cost, g, KMP_COST_ADDITION);
+    for (int k = 0; ok && k < lists; k++) {
+        kmp_cost_add(&cost, count, list[k]);
+        if (k > 0)
+            kmp_cost_remove(&cost, count, list[k - 1]);
+        ok = !cost.failed;
+        if (least < 0 || cost.operations < least) {
+            least = cost.operations;
+            *best = k;
         }
+    }
+    kmp_cost_free(&cost);
+    return ok;
+}
+
+bool kmp_tangents_mirror(const kmp_graph *g, int n, kmp_ref *matrix)
+{
+    kmp_ref *lower = KMP_NEW(kmp_ref, n * n), *upper = KMP_NEW(kmp_ref, n * n);
+    const kmp_ref *const savings[3] = {matrix, lower, upper};
+    bool ok = lower && upper;
+    if (ok) {
+        int best = 0;
+        /* An entry that is zero has a twin that is. */
+        for (int i = 0; i < n; i++)
+            for (int k = 0; k < i; k++)
+                if (matrix[i * n + k] == KMP_ZERO || matrix[k * n + i] == KMP_ZERO)
+                    matrix[i * n + k] = matrix[k * n + i] = KMP_ZERO;
+        mirror(n, matrix, false, lower);
+        mirror(n, matrix, true, upper);
+        ok = find_shortest(g, n * n, savings, 3, &best);
+        for (int k = 0; ok && k < n * n; k++)
+            matrix[k] = savings[best][k];
+    }
+    kmp_free(lower);
+    kmp_free(upper);
+    return ok;
 }
 
 static void share_zeros(int count, kmp_ref *const of[2])

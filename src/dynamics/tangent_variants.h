@@ -4,9 +4,10 @@
 
 #include "dynamics/tangents.h"
 
-/** For an n x n matrix that is known to be symmetric: entries above the diagonal replace those below it. Those that are
- * zero on one side become zero on the other. */
-void kmp_tangents_mirror(int n, kmp_ref *matrix);
+/** For an n x n matrix that is known to be symmetric: entries of the side with fewer operations replace those on the
+ * other side of the diagonal, if there is a difference. Entries that are zero on one side become zero on the other.
+ * False: no memory. */
+bool kmp_tangents_mirror(const kmp_graph *g, int n, kmp_ref *matrix);
 
 /** Chooses, from two derivations of each of two matrices (`count` entries; both NULL: not requested), those that
  * together with other outputs take the fewest operations. Entries that are zero in one derivation become zero in the

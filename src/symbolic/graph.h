@@ -71,7 +71,8 @@ enum {
     KMP_RULE_CANCEL = 2, /* a - a, a + b - a, terms with the same base */
     KMP_RULE_SHARE = 4,  /* equal nodes are one, and become auxiliary variables; squares are collected */
     KMP_RULE_TRIG = 8,   /* cos^2 + sin^2, rotations of rotated pairs about the same axis */
-    KMP_RULE_ALL = 15
+    KMP_RULE_RUNS = 16,  /* rotations by the sum of both angles; without it only back to the source */
+    KMP_RULE_ALL = 31
 };
 
 kmp_graph *kmp_graph_new(void);

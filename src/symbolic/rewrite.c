@@ -42,9 +42,15 @@ static bool make_room(kmp_rewrite *r)
     return r->now;
 }
 
-static KMP_CLEARS(kmp_rewrite, r, kmp_free(r->uses), kmp_free(r->now), kmp_free(r->live.id))
+bool kmp_rewrite_init(kmp_rewrite *r, kmp_graph *g, int count, const kmp_ref *outputs)
+{
+    *r = (kmp_rewrite){.graph = g};
+    return find_demand(r, count, outputs) && make_room(r);
+}
 
-    static bool is_same(const kmp_rewrite *r, int count, const kmp_ref *outputs)
+KMP_CLEARS(kmp_rewrite, r, kmp_free(r->uses), kmp_free(r->now), kmp_free(r->live.id))
+
+static bool is_same(const kmp_rewrite *r, int count, const kmp_ref *outputs)
 {
     for (int k = 0; k < count; k++)
         if (kmp_rewritten(r, outputs[k]) != outputs[k])
@@ -85,8 +91,8 @@ bool kmp_rewrite_finish(kmp_rewrite *r, int sum_price, int count, kmp_ref *outpu
 
 bool kmp_rewrite_alone(kmp_graph *g, kmp_pass_fn *pass, const kmp_parallel *parallel, int count, kmp_ref *outputs)
 {
-    kmp_rewrite r = {.graph = g};
-    bool ok = find_demand(&r, count, outputs) && make_room(&r) && pass(&r, parallel, count, outputs);
+    kmp_rewrite r;
+    bool ok = kmp_rewrite_init(&r, g, count, outputs) && pass(&r, parallel, count, outputs);
     kmp_rewrite_free(&r);
     return ok;
 }

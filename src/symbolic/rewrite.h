@@ -16,6 +16,10 @@ typedef struct kmp_rewrite {
     kmp_stack live; /* the needed nodes, the first one last */
 } kmp_rewrite;
 
+/** One for all passes over the same outputs, one after another. false: no memory. kmp_rewrite_free in any case. */
+bool kmp_rewrite_init(kmp_rewrite *r, kmp_graph *g, int count, const kmp_ref *outputs);
+void kmp_rewrite_free(kmp_rewrite *r);
+
 /** Needed node k, from 0, in the order of the graph. */
 static inline uint32_t kmp_rewrite_live(const kmp_rewrite *r, uint32_t k)
 {
@@ -39,7 +43,7 @@ static inline kmp_ref kmp_rewrite_node(const kmp_rewrite *r, uint32_t id)
  * memory. */
 bool kmp_rewrite_finish(kmp_rewrite *r, int sum_price, int count, kmp_ref *outputs);
 
-/** Runs a pass by itself. False: no memory. */
+/** Runs a pass by itself. */
 bool kmp_rewrite_alone(kmp_graph *g, kmp_pass_fn *pass, const kmp_parallel *parallel, int count, kmp_ref *outputs);
 
 /** A pass that rewrites sums, the operands of each first; other nodes follow. `user` is passed on to `rewrite`, which

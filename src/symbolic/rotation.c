@@ -248,7 +248,7 @@ void kmp_rotate(kmp_graph *g, kmp_ref angle, kmp_ref *y, kmp_ref *z)
     unsigned turn = turn_to_kept(&kept);
     const entry *e = collapse && turn < TURNS ? find(r, kept) : NULL;
     kmp_ref sum = e ? kmp_angle_add(g, e->angle, angle) : angle;
-    if (e) {
+    if (e && (sum == KMP_ZERO || kmp_graph_has_rule(g, KMP_RULE_RUNS))) {
         two source = turned(e->source, turn);
         *y = source.y;
         *z = source.z;

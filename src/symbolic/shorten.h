@@ -24,11 +24,13 @@ typedef struct kmp_pass {
 } kmp_pass;
 
 /** The passes in order. */
-enum { KMP_PASSES = 4 };
+enum { KMP_PASSES = 5 };
 extern const kmp_pass kmp_passes[KMP_PASSES];
 
 /** Runs all passes. Values are equal up to rounding. */
 bool kmp_shorten(kmp_graph *g, const kmp_parallel *parallel, int count, kmp_ref *outputs);
+/** Runs a pass by itself. */
+bool kmp_pass_run(const kmp_pass *pass, kmp_graph *g, const kmp_parallel *parallel, int count, kmp_ref *outputs);
 
 /** Trigonometric simplification of sums of products (Fisette and Samin 1996, section 3.1):
  *

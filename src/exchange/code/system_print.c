@@ -13,7 +13,7 @@
 #include "model/data/model.h"
 #include "output/print.h"
 #include "symbolic/cost.h"
-#include "symbolic/rewrite.h"
+#include "symbolic/shorten.h"
 #include "symbolic/trig.h"
 #include <kempe/check.h>
 #include <string.h>
@@ -70,7 +70,7 @@ static bool put_passes(kmp_text *text, kmp_equations *eq, int count, kmp_assignm
     for (int p = 0; ok && p < KMP_PASSES; p++) {
         if (count)
             memcpy(before, now, (size_t)count * sizeof *now);
-        ok = kmp_rewrite_alone(eq->graph, kmp_passes[p].run, &parallel, count, now);
+        ok = kmp_pass_run(&kmp_passes[p], eq->graph, &parallel, count, now);
         if (!ok || count == 0 || memcmp(before, now, (size_t)count * sizeof *now) == 0)
             continue;
         kmp_text_printf(text, "\n# after '%s'\n", kmp_passes[p].name);
@@ -136,7 +136,7 @@ static kempe_status count_blocks(const kempe_system *system, kmp_block_counts *c
 /* The simplifications one after the other, each with those before it: M, C, h, J and jdqd as one program, numbers kept
  * as symbols. Rules applied when nodes are made are switched on in turn, then the variants of the equations are chosen,
  * then the passes run. The variants were chosen together; each one's gain is measured by removing it alone. */
-enum { MOST_STEPS = 16, VARIANTS = 5 };
+enum { MOST_STEPS = 16, VARIANTS = 6 };
 
 typedef struct step_gain {
     const char *name;
@@ -220,8 +220,8 @@ static kempe_status try_rules(const kempe_model *model, kmp_derivation_request s
     return status;
 }
 
-static const char *const kind_names[VARIANTS] = {"closures point by point", "origins along axes", "base parameters",
-                                                 "axes that stay", "moments about joints"};
+static const char *const kind_names[VARIANTS] = {"closures point by point", "origins along axes",   "base parameters",
+                                                 "axes that stay",          "moments about joints", "rotations apart"};
 
 static void take_away(kmp_savings *savings, const kempe_model *model, int kind)
 {
@@ -229,8 +229,8 @@ static void take_away(kmp_savings *savings, const kempe_model *model, int kind)
     const struct {
         uint8_t *choice;
         size_t count;
-    } list[VARIANTS] = {
-        {savings->point, points}, {savings->origin, n}, {savings->give, n}, {savings->stay, n}, {savings->about, n}};
+    } list[VARIANTS] = {{savings->point, points}, {savings->origin, n}, {savings->give, n},
+                        {savings->stay, n},       {savings->about, n},  {savings->apart, 1}};
     memset(list[kind].choice, 0, list[kind].count);
     if (list[kind].choice == savings->give)
         memset(savings->lump, 0, n);
@@ -309,7 +309,7 @@ static kempe_status try_passes(kmp_equations *eq, gain_table *gains)
         put_step(gains, "choice of variants", amount_of(eq->graph, count, out, KMP_COST_ADDITION));
     }
     for (int k = 0; ok && k < KMP_PASSES; k++) {
-        ok = kmp_rewrite_alone(eq->graph, kmp_passes[k].run, &parallel, count, out);
+        ok = kmp_pass_run(&kmp_passes[k], eq->graph, &parallel, count, out);
         put_step(gains, kmp_passes[k].name, written_out(eq->graph, count, out));
     }
     kmp_program *p = ok ? kmp_program_new(eq->graph, 1, &count, (const kmp_ref *const *)&out) : NULL;
