@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* wings: rail */
 /* ctest: not_sanitized */
 /* Values that are not evaluated twice: the power of forces comes with the forces and equals that of the judging
  * program; rows without rates, accelerations and multipliers are the rows with them. */
