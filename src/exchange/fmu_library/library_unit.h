@@ -3,8 +3,8 @@
  * library takes the place of the generated simulator. The layers of the FMI are those of units of sources. */
 #pragma once
 
-#include "exchange/simulator/kempe_fmu.h"
 #include "exchange/fmu/unit_parts.h"
+#include "exchange/simulator/kempe_fmu.h"
 #include <kempe/output_handles.h>
 #include <kempe/settings.h>
 #include <kempe/stepper.h>
