@@ -230,7 +230,7 @@ static kempe_status resolve_numbers(const kempe_system *system, kmp_run_spec *sp
     const double atol = spec->atol;
 #define KMP_RUN_OPTION(name, type, key, engine, ...)                                                                   \
     KMP_RUN_IF_RUN_##engine(                                                                                           \
-        KMP_RUN_IF_KEY_##key(KMP_RUN_IF_NUMBER_##type(spec->name = spec->name ? spec->name : model->name;)))
+        KMP_RUN_IF_KEY_##key(KMP_RUN_IF_NUMBER_##type(spec->name = spec->name != 0 ? spec->name : model->name;)))
 #include "model/data/run_options.def"
 #undef KMP_RUN_OPTION
     spec->rtol = spec->rtol > 0 ? spec->rtol : usual;

@@ -240,7 +240,7 @@ static void take_run_options(kempe_run_options *run, const kempe_folder *folder)
     if (run->rtol > 0) /* another relative tolerance changes the absolute one in proportion */
         there.atol *= run->rtol / there.rtol;
 #define KMP_RUN_OPTION(name, type, key, engine, folder, ...)                                                           \
-    KMP_RUN_IF_FOLDER_##folder(run->name = run->name ? run->name : there.name;)
+    KMP_RUN_IF_FOLDER_##folder(run->name = run->name != 0 ? run->name : there.name;)
 #include "model/data/run_options.def"
 #undef KMP_RUN_OPTION
     run->output_step = run->output_step > 0 ? run->output_step : there.output_step;
