@@ -686,9 +686,12 @@ bool kmp_program_import(const kmp_program *p, kmp_graph *g, const kmp_importing 
             bool turned = at && (in->op == KMP_OP_SIN || in->op == KMP_OP_COS);
             if (at && is_used[i])
                 at[leaves + i] = import_instruction(p, g, in, at);
-            value[leaves + i] =
-                turned ? turn(g, (kmp_op)in->op, operand_of(at, in->a), operand_of(value, in->a), how->turns)
-                       : import_instruction(p, g, in, value);
+            if (!turned) {
+                value[leaves + i] = import_instruction(p, g, in, value);
+                continue;
+            }
+            const kmp_ref from = operand_of(at, in->a), to = operand_of(value, in->a);
+            value[leaves + i] = turn(g, (kmp_op)in->op, from, to, how->turns);
         }
     }
     for (int k = 0; made && k < p->outputs[stages]; k++)
