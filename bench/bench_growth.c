@@ -10,8 +10,8 @@
 #include "bench/trees.h"
 #include "dynamics/choose_variants.h"
 #include "dynamics/equations.h"
-#include "exchange/code/sets.h"
 #include "model/data/model.h"
+#include "studies/show/sets.h"
 #include <dlfcn.h>
 #include <kempe/generate.h>
 #include <math.h>

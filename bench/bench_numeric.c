@@ -16,7 +16,7 @@
 
 #include "backend/machine.h"
 #include "bench.h"
-#include "exchange/code/sets.h"
+#include "studies/show/sets.h"
 #include <math.h>
 
 enum { STATES = 16, TURNS = 101, WAYS = 6, TASKS = 3 };

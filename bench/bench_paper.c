@@ -6,7 +6,7 @@
  * pendulum is not described further than that it has 9 degrees of freedom in space; so there are several here. */
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/link_tree.h"
-#include "exchange/code/sets.h"
+#include "studies/show/sets.h"
 
 #include "base/memory.h"
 #include "bench.h"
@@ -147,7 +147,7 @@ static steps count_steps(const scheme *s)
     return found;
 }
 
-/* Steps of single operations, as array languages are written (generate/levels.h). */
+/* Steps of single operations, as array languages are written (exchange/code/levels.h). */
 static int count_levels(const kempe_model *model)
 {
     const kempe_generate_options g = {.sets = "M_C", .scheme = "ner", .keep_parameters = 1, .vectorised = 1};

@@ -6,7 +6,7 @@
  * that with `optimize`. The exit code is 1 when a bar is missed. */
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/link_tree.h"
-#include "exchange/code/sets.h"
+#include "studies/show/sets.h"
 
 #include "bench.h"
 #include <math.h>

@@ -7,8 +7,8 @@
  * differentiation and as chosen. */
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/link_tree.h"
-#include "exchange/code/sets.h"
 #include "integrators/formulations/tangent.h"
+#include "studies/show/sets.h"
 
 #include "bench.h"
 #include <string.h>

@@ -9,7 +9,7 @@
 #include "bench/trees.h"
 #include "dynamics/equations.h"
 #include "dynamics/forces/forces.h"
-#include "exchange/code/sets.h"
+#include "studies/show/sets.h"
 #include "symbolic/program.h"
 
 typedef enum formalism {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Accelerations in O(N) as dynamics/articulated.c has them, but with articulated inertias as matrices of 6 x 6 entries
+/* Accelerations in O(N) as dynamics/formalisms/articulated.c has them, but with articulated inertias as matrices of 6 x 6 entries
  * of which none is taken for another one, as programs with a table of matrices do (Featherstone, Rigid Body Dynamics
  * Algorithms, 2008, table 7.1). Terms that are identically zero are left out. With U = I S, D = S.U and p the force
  * that a link needs at qdd = 0,

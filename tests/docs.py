@@ -289,7 +289,7 @@ class Tables(unittest.TestCase):
         text = re.sub(r"/\*.*?\*/", "", (ROOT / "src/exchange/code/languages.def").read_text(), flags=re.S)
         for language in re.findall(r"KMP_LANGUAGE\((\w+)\)", text):
             self.assertIn(f"--lang {language} ", page)
-        sets = re.sub(r"/\*.*?\*/", "", (ROOT / "src/exchange/code/sets.def").read_text(), flags=re.S)
+        sets = re.sub(r"/\*.*?\*/", "", (ROOT / "src/studies/show/sets.def").read_text(), flags=re.S)
         self.assertEqual(set(re.findall(r'KMP_(?:EQUATIONS\(\w+, |GROUP\()"(\w+)"', sets)) - words(page), set())
 
 

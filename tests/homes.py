@@ -9,7 +9,8 @@
 Shared are functions and tables kmp_... and kempe_... that a header of the library declares and a .c file defines. X.c and X.h of one
 folder are a home. Those declared in a header of INTERFACES are counted apart: these headers are handed out, and are ordered for their
 readers. At most MOST percent of the others are declared elsewhere in the folder of their file. None is declared in another folder, but
-for those of ACROSS.
+for those of ACROSS. A function of a wing (tests/includes.py) is called by that wing and those that may see it alone, also where a public
+header declares it: a build may be without the wing.
 
 Definitions that a macro makes, KMP_NAME(...) on lines of its own, are those of its text with the arguments put in.
 """
@@ -18,6 +19,8 @@ import pathlib
 import re
 import sys
 import tempfile
+
+from includes import WINGS
 
 LIBRARY = ("include", "src", "constraints", "integrators")
 INTERFACES = ("include/kempe/", "src/exchange/simulator/kempe_simulator.h", "src/exchange/simulator/kempe_fmu.h")
@@ -128,6 +131,25 @@ def folder(path):
     return path.rpartition("/")[0]
 
 
+def wing(path):
+    """The wing of a source; "": the core. The command and the library of units are programs: they see what their builds have."""
+    part = path.split("/")[1] if path.startswith("src/") else ""
+    return part if part in WINGS else ""
+
+
+def calls_of_wings(texts, declared, defined):
+    """Calls of functions of a wing by sources that must do without it, also over public headers."""
+    owner = {name: wing(sources[0]) for name, sources in defined.items() if name in declared and wing(sources[0])}
+    for path, text in texts.items():
+        if path.startswith(("include/", "src/cli/", "src/exchange/fmu_library/")):
+            continue
+        own = wing(path)
+        seen = {own, *WINGS.get(own, "").split()}
+        for name in sorted(set(re.findall(rf"\b({NAME})\b", QUIET.sub(" ", text))) & set(owner)):
+            if owner[name] not in seen:
+                yield f"{path}: {name} is of the wing {owner[name]}, which {own or 'the core'} does without"
+
+
 def check(texts, across):
     """(counts, functions that are declared elsewhere as (name, header, source, across folders), problems)."""
     shared = {}
@@ -141,7 +163,7 @@ def check(texts, across):
             declared[name].append(path)
         for name in made if path.endswith(".c") else ():
             defined[name].append(path)
-    counts, elsewhere = collections.Counter(), []
+    counts, elsewhere, calls = collections.Counter(), [], list(calls_of_wings(texts, declared, defined))
     for name, sources in sorted(defined.items()):
         headers = declared.get(name, [])
         if not headers:
@@ -155,6 +177,7 @@ def check(texts, across):
             elsewhere.append((name, headers[0], sources[0], apart))
     problems = [f"{header}: {name} is defined in another folder, {source}" for name, header, source, apart in elsewhere
                 if apart and name not in across]
+    problems += calls
     outside = {name for name, _, _, apart in elsewhere if apart}
     problems += [f"ACROSS: {name} is no longer declared in another folder" for name in sorted(set(across) - outside)]
     if len(elsewhere) * 100 > MOST * counts["shared"]:
@@ -172,6 +195,9 @@ MADE = "#define KMP_FREES(type, ...) \\\n    void type##_free(type *it) \\\n    
 PLANTED = [  # files, whether a mistake is found
     ({"src/a/x.h": RIGHT, "src/a/x.c": A}, False),
     ({"src/a/y.h": RIGHT, "src/a/x.c": A}, True),
+    ({"src/rail/x.h": RIGHT, "src/rail/x.c": A, "src/report/y.c": "int y(void)\n{\n    return kmp_a(1);\n}\n"}, False),
+    ({"src/report/x.h": RIGHT, "src/report/x.c": A, "src/rail/y.c": "int y(void)\n{\n    return kmp_a(1);\n}\n"}, True),
+    ({"include/kempe/x.h": RIGHT, "src/rail/x.c": A, "src/a/y.c": "int y(void)\n{\n    return kmp_a(1);\n}\n"}, True),
     ({"src/b/x.h": RIGHT, "src/a/x.c": A}, True),
     ({"src/a/x.h": RIGHT + MANY[0], "src/a/x.c": MANY[1], "src/a/y.c": A}, False),
     ({"src/b/x.h": RIGHT, "src/a/x.h": MANY[0], "src/a/x.c": MANY[1], "src/a/y.c": A}, True),

@@ -39,7 +39,8 @@ LAYERS["output"] = CORE
 LAYERS["studies/assembly"] = CORE
 LAYERS["studies/simulate"] = f"{CORE} studies/assembly"
 LAYERS["studies/compare"] = f"{CORE} studies/assembly"
-LAYERS["pipeline"] = f"{CORE} studies/assembly studies/simulate studies/compare"
+LAYERS["studies/show"] = CORE
+LAYERS["pipeline"] = f"{CORE} studies/assembly studies/simulate studies/compare studies/show"
 # The wings: what they see of each other; the core sees none of them.
 WINGS = {"analyses": "", "rail": "analyses", "exchange": "", "ensemble": "analyses", "report": "analyses rail ensemble"}
 ANALYSES = {  # an analysis: the others that it uses

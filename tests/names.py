@@ -10,6 +10,7 @@
 - Two models of one stem are X.yaml and X.mbs, X.urdf, X.mjcf or X.sdf of one folder. A model is named for its mechanism; programs may be, too.
 - No type name `kmp_...` or `kempe_...` is defined twice. Types of one file alone have bare names.
 - A public function that returns a whole number is a count, `..._count`, or one of WHOLE.
+- A source that a comment of the library names is a file of the tree, or one of MADE.
 - No source in a language that `kempe generate` writes stands in the root, where a trial of it would leave one.
 """
 import collections
@@ -33,6 +34,8 @@ CASES = {
     r"\.[\w-]+": "settings of a tool, whose names the tool fixes",
     r"(?:.*/)?LICENSE": "no program",
 }
+LIBRARY = ("include/", "src/", "constraints/", "integrators/")
+MADE = {"kempe_newton.h", "kempe_runtime.h", "wings.c", "crane_simulator.h", "s.c", "s_simulator.c"}  # by builds, and by users
 WHOLE = re.compile(r"_count$|_is_\w+$|_dof$|_rank$|_find$")
 RETURNS_WHOLE = re.compile(r"^KEMPE_API (?:int|long|size_t) (\w+)\(", re.M)
 DEFINED = re.compile(r"^(?:typedef [^;{}()]*?\b|\} )((?:kmp|kempe)_\w+)(?:;|\()", re.M)
@@ -77,6 +80,18 @@ def check_counts(texts):
                 yield f"{name}: a count ends with _count"
 
 
+def check_named(names, texts):
+    """Sources that comments name, which renames leave behind."""
+    known = MADE | {name.rpartition("/")[2] for name in names}
+    for name, text in texts.items():
+        if not name.startswith(LIBRARY):
+            continue
+        for comment in re.finditer(r"/\*.*?\*/", text, re.S):
+            for word in re.findall(r"(?<![\w/<.])(?:\w+/)*[a-z]\w*\.(?:c|h|def)\b(?!\()", comment[0]):
+                if word.rpartition("/")[2] not in known and f"<{word}>" not in text:
+                    yield f"{name}:{text.count(chr(10), 0, comment.start()) + 1}: a comment names {word}, which is no file"
+
+
 def check_root(names):
     for name in names:
         if "/" not in name and pathlib.PurePosixPath(name).suffix in GENERATED:
@@ -85,14 +100,17 @@ def check_root(names):
 
 def check(root):
     names = tracked(root)
-    texts = {name: (root / name).read_text() for name in names if name.endswith((".c", ".h"))}
+    texts = {name: (root / name).read_text() for name in names if name.endswith((".c", ".h", ".def"))}
     headers = {name: text for name, text in texts.items() if name.startswith("include/")}
-    return len(names), [*repeated(names, PROGRAMS), *repeated(names, MODELS), *check_types(texts), *check_counts(headers), *check_root(names)]
+    return len(names), [*repeated(names, PROGRAMS), *repeated(names, MODELS), *check_types(texts), *check_counts(headers), *check_named(names, texts),
+                        *check_root(names)]
 
 
 PLANTED = [
     ({"src/base/a.c": "", "src/model/a.h": ""}, True),
     ({"src/base/a.c": "", "src/base/a.h": "", "src/base/a.def": ""}, False),
+    ({"src/base/a.c": "/* The inverse of b.c. */\n", "src/base/a.h": ""}, True),
+    ({"src/base/a.c": "/* The contract is in base/a.h. */\n", "src/base/a.h": ""}, False),
     ({"src/base/a.c": "", "include/kempe/a.h": ""}, True),
     ({"src/base/a.c": "", "tests/a.py": ""}, True),
     ({"src/base/a.c": "", "bench/a": ""}, True),

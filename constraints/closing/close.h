@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Newton's method on h(q, t) = 0, the one loop that closes states. The corrections differ: the dependent coordinates
  * for given independent ones (constraints/partition/reduction.h), the mass-orthogonal direction
- * (constraints/closing/saddle.h), least changes (constraints/diagnosis/doctor_walk.h), or a swept motion
+ * (constraints/closing/saddle.h), least changes (constraints/closing/random_walk.h), or a swept motion
  * (analyses/kinematics/sweep.h). */
 #pragma once
 

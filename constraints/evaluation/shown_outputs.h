@@ -12,6 +12,6 @@ double kmp_eval_power(kmp_evaluator *eval, double t, const double *q, const doub
 double kmp_eval_power_here(kmp_evaluator *eval, const double *qd);
 const double *kmp_eval_reactions(kmp_evaluator *eval, double t, const double *q, const double *lambda);
 
-/** Values of the model's outputs in addition to the table, in their order (model/output_table.h). */
+/** Values of the model's outputs in addition to the table, in their order (model/data/output_table.h). */
 const double *kmp_eval_shown(kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
                              const double *lambda);

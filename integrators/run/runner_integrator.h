@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The integrator of a run. If the user chose none, the reduced formulation begins with the one of less counted time
- * (cycles.h), and later tries the other: that with more time simulated in a counted cycle continues. */
+ * (cost_model.h), and later tries the other: that with more time simulated in a counted cycle continues. */
 #pragma once
 
 #include "integrators/run/run.h"

@@ -61,18 +61,19 @@ static kempe_status print_view(const cli_job *j, const void *object, kempe_forma
     (void)object;
     if (s->show_model)
         return kempe_model_print(j->model, format, text);
+    if (s->show_as) {
 #ifdef KEMPE_EXCHANGE
-    if (s->show_as)
         return kempe_model_export(j->model, s->show_as, text);
+#else
+        cli_lacks_wing("EXCHANGE");
+        return KEMPE_E_ARGUMENT;
+#endif
+    }
     kempe_view view = s->show_program      ? KEMPE_VIEW_PROGRAM
                       : !s->show_equations ? KEMPE_VIEW_STATS
                       : s->show_stats      ? KEMPE_VIEW_PASSES
                                            : KEMPE_VIEW_EQUATIONS;
     return kempe_system_print(j->system, view, format, text);
-#else
-    cli_lacks_wing("EXCHANGE");
-    return KEMPE_E_ARGUMENT;
-#endif
 }
 
 static kempe_status run_show(const cli_job *j)

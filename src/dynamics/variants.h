@@ -9,7 +9,7 @@
 
 struct kmp_tree;
 
-/** Methods for derivatives of the inverse dynamics (formalisms/tangents.h). */
+/** Methods for derivatives of the inverse dynamics (tangents.h). */
 typedef enum kmp_tangent_method { KMP_TANGENT_SHORTER, KMP_TANGENT_FORWARD, KMP_TANGENT_COMPOSITE } kmp_tangent_method;
 
 /** Targets of an origin, as far as the joint permits: a rotation's may be anywhere along its axis, that of a
@@ -41,7 +41,7 @@ typedef struct kmp_savings {
     uint8_t *point; /* four a closure: the variants of its two points, for h and J, and for their rates (point_gap.h) */
     uint8_t *apart; /* one: consecutive rotations about parallel axes are not merged, except back to the source */
     kmp_tangent_method by_q, by_qd; /* SHORTER: both are chosen together */
-    unsigned patterns;              /* bits of those that a search has taken (shortest.c) */
+    unsigned patterns;              /* bits of those that a search has taken (choose_variants.c) */
 } kmp_savings;
 
 /** None taken anywhere. false: no memory. To be freed in any case. */

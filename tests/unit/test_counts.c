@@ -6,8 +6,8 @@
 #include "dynamics/choose_variants.h"
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/link_tree.h"
-#include "exchange/code/sets.h"
-#include "exchange/code/steps.h"
+#include "studies/show/sets.h"
+#include "studies/show/steps.h"
 #include "symbolic/function_table.h"
 #include "testing.h"
 

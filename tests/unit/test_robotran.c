@@ -8,9 +8,9 @@
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/link_tree.h"
-#include "exchange/code/sets.h"
 #include "foreign_models.h"
 #include "model/data/model.h"
+#include "studies/show/sets.h"
 #include <dirent.h>
 #include <math.h>
 #include <stdlib.h>

@@ -65,7 +65,7 @@ static void test_turns(void)
     CHECK(kmp_piece_turns(&flat, x) == 3);
     CHECK_NEAR(kmp_piece_time(&flat, x[1]), 0, 1e-14);
     CHECK(kmp_piece_turns(&up, x) == 2);
-    kmp_piece_bounds(&p, &low, &high);
+    kmp_piece_extremes(&p, &low, &high);
     CHECK(low <= -1 && high >= cos(0.5) && high < 3);
 }
 

@@ -2,8 +2,8 @@
 /* Vector step indices: of small programs by hand, and of the pendulum of Fisette and Samin 1996, section 3.2. */
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/link_tree.h"
-#include "exchange/code/sets.h"
-#include "exchange/code/steps.h"
+#include "studies/show/sets.h"
+#include "studies/show/steps.h"
 #include "symbolic/function_table.h"
 #include "symbolic/program.h"
 #include "testing.h"

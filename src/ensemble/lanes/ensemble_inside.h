@@ -226,7 +226,7 @@ typedef struct kmp_lane_watched {
         quiet[KMP_LANES_MOST]; /* v is corrected, and neither pivots nor |Bvu| nor a limit of time need a decision */
 } kmp_lane_watched;
 
-/* ensemble_site.c: what happens to one instance between its steps, as in a run */
+/* lane_events.c: what happens to one instance between its steps, as in a run */
 
 #define KMP_LANE_SMOOTH "friction that is regularised for a time"
 
@@ -234,9 +234,9 @@ typedef struct kmp_lane_watched {
 
 /* ensemble_apart.c: separate runs. */
 
-/* ensemble_pool.c */
+/* lane_group.c */
 
-/* ensemble_room.c, ensemble_lanes.c */
+/* lane_state.c, ensemble_lanes.c */
 
 /** The largest number of unknowns in lanes. */
 static inline int kmp_lane_most(const kmp_engine *e)

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Attempts of steps in the lanes of a pool (ensemble_lanes.c), with what they need: the lanes' numbers and evaluations
- * (ensemble_room.c), and events and quantities within accepted steps. */
+ * (lane_state.c), and events and quantities within accepted steps. */
 #pragma once
 
 #include "ensemble/lanes/ensemble_inside.h"
 
-/* ensemble_room.c */
+/* lane_state.c */
 
 /** Sets the times of evaluations to a part c of each lane's step; puts the inputs of each lane at its time. */
 void kmp_room_set_times(kmp_lane_state *room, double c);

@@ -109,7 +109,7 @@ static bool covers(const kmp_run_quantity *q, double from, double to)
 static void take_largest(const kmp_piece *piece, double sign, double *value, double *time)
 {
     double low, high, x[KMP_PIECE_POINTS];
-    kmp_piece_bounds(piece, &low, &high);
+    kmp_piece_extremes(piece, &low, &high);
     if ((sign > 0 ? high : -low) <= *value * sign)
         return;
     int count = kmp_piece_turns(piece, x);
@@ -329,7 +329,7 @@ static double excess_of_quantity(const measuring *m, int k, const part *at, doub
         return 0;
     if (square || q->kind == KMP_TAKE_MEAN || q->kind == KMP_TAKE_INTEGRAL)
         part_of_step = (at->to - at->from) / (m->step->to - m->step->from);
-    kmp_piece_bounds(&piece, &low, &high);
+    kmp_piece_extremes(&piece, &low, &high);
     return is_indifferent(q, low - MARGIN * error, high + MARGIN * error, m->account + (ptrdiff_t)NUMBERS * k)
                ? 0
                : error * part_of_step / tolerance;

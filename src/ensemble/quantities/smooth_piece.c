@@ -114,7 +114,7 @@ double kmp_piece_time(const kmp_piece *piece, double x)
     return piece->from + 0.5 * (1 + x) * (piece->to - piece->from);
 }
 
-void kmp_piece_bounds(const kmp_piece *piece, double *low, double *high)
+void kmp_piece_extremes(const kmp_piece *piece, double *low, double *high)
 {
     double reach = 0;
     for (int k = 1; k <= DEGREE; k++)

@@ -33,7 +33,7 @@ double kmp_piece_value(const kmp_piece *piece, double x);
 double kmp_piece_time(const kmp_piece *piece, double x);
 
 /** Bounds that no value passes. */
-void kmp_piece_bounds(const kmp_piece *piece, double *low, double *high);
+void kmp_piece_extremes(const kmp_piece *piece, double *low, double *high);
 
 /** Abscissae between which the polynomial rises or falls throughout, from -1 to 1, both included; their number, at most
  * KMP_PIECE_POINTS. */

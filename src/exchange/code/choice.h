@@ -2,7 +2,7 @@
 /* The requested sets of equations and their derivation: kempe_generate_options, read. */
 #pragma once
 
-#include "exchange/code/sets.h"
+#include "studies/show/sets.h"
 #include <kempe/generate.h>
 
 enum { KMP_MOST_CHOSEN = 32, KMP_CHOICE_NAME = 40 };

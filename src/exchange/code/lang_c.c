@@ -75,7 +75,7 @@ static void put_preparation(kmp_text *text, const struct kmp_code_block *b, cons
 static void put_numbers(kmp_text *text, int count, const double *x)
 {
     for (int k = 0; k < count; k++) {
-        kmp_list_item(text, &kmp_language_c.numbers, k);
+        kmp_put_list_item(text, &kmp_language_c.numbers, k);
         kmp_language_number(text, &kmp_language_c, x[k]);
     }
     kmp_text_put(text, "};\n\n");

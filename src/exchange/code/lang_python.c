@@ -68,7 +68,7 @@ static void put_rows(const kmp_code_writer *w, const struct kmp_code_block *b, k
     for (int k = 0; k < b->block->candidates; k++) {
         kmp_text_put(w->text, k > 0 ? ",\n    " : "");
         for (int i = 0; i < rows->width; i++) {
-            kmp_list_item(w->text, list, i);
+            kmp_put_list_item(w->text, list, i);
             kmp_language_number(w->text, w->language, rows->rows[k * rows->width + i]);
         }
         kmp_list_end(w->text, list, rows->width);

@@ -30,7 +30,7 @@ static void put_doubles(kmp_text *text, const char *name, int count, const void 
     const double *x = list;
     kmp_text_printf(text, "static const double %s[] = ", name);
     for (int k = 0; k < count; k++) {
-        kmp_list_item(text, &kmp_language_c.numbers, k);
+        kmp_put_list_item(text, &kmp_language_c.numbers, k);
         kmp_language_number(text, &kmp_language_c, x[k]);
     }
     kmp_text_printf(text, "%s};\n", count ? "" : "{0");
@@ -41,7 +41,7 @@ static void put_names(kmp_text *text, const char *name, int count, const void *l
     char *const *names = list;
     kmp_text_printf(text, "static const char *const %s[] = ", name);
     for (int k = 0; k < count; k++) {
-        kmp_list_item(text, &kmp_language_c.names, k);
+        kmp_put_list_item(text, &kmp_language_c.names, k);
         kmp_language_string(text, &kmp_language_c, names[k]);
     }
     kmp_text_printf(text, "%s};\n", count ? "" : "{\"\"");

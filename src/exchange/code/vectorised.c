@@ -15,7 +15,7 @@ void kmp_vectorised_list(const kmp_code_writer *w)
 {
     const kmp_array_spelling *spelling = &w->language->arrays;
     for (int k = 0; k < w->count; k++) {
-        kmp_list_item(w->text, &w->language->places, k);
+        kmp_put_list_item(w->text, &w->language->places, k);
         if (w->places)
             kmp_text_printf(w->text, "%d", w->places[k] + w->language->base);
         else

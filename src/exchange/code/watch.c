@@ -69,7 +69,7 @@ static void put_doubles(kmp_text *text, const char *name, int number, int count,
 {
     kmp_text_printf(text, "static const double %s%d[] = ", name, number);
     for (int k = 0; k < count; k++) {
-        kmp_list_item(text, &kmp_language_c.numbers, k);
+        kmp_put_list_item(text, &kmp_language_c.numbers, k);
         kmp_language_number(text, &kmp_language_c, x[k]);
     }
     kmp_text_printf(text, "%s};\n", count ? "" : "{0");

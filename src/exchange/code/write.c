@@ -14,7 +14,7 @@
 
 /* -- lists ------------------------------------------------------------------------------------------- */
 
-void kmp_list_item(kmp_text *text, const kmp_list_spelling *list, int k)
+void kmp_put_list_item(kmp_text *text, const kmp_list_spelling *list, int k)
 {
     kmp_text_put(text, k == 0 ? list->open : list->a_line && k % list->a_line == 0 ? list->broken : list->between);
 }
@@ -41,7 +41,7 @@ void kmp_language_number(kmp_text *text, const kmp_language *language, double x)
 static void put_numbers(const kmp_code_writer *w, const kmp_list_spelling *list, int count, const double *x)
 {
     for (int k = 0; k < count; k++) {
-        kmp_list_item(w->text, list, k);
+        kmp_put_list_item(w->text, list, k);
         kmp_language_number(w->text, w->language, x[k]);
     }
     kmp_list_end(w->text, list, count);
@@ -50,7 +50,7 @@ static void put_numbers(const kmp_code_writer *w, const kmp_list_spelling *list,
 static void put_integers(const kmp_code_writer *w, int count, const int *list, int base)
 {
     for (int k = 0; k < count; k++) {
-        kmp_list_item(w->text, &w->language->numbers, k);
+        kmp_put_list_item(w->text, &w->language->numbers, k);
         kmp_text_printf(w->text, "%d", list[k] + base);
     }
     kmp_list_end(w->text, &w->language->numbers, count);
@@ -71,7 +71,7 @@ void kmp_language_string(kmp_text *text, const kmp_language *language, const cha
 static void put_names(const kmp_code_writer *w, int count, char *const *names)
 {
     for (int k = 0; names && k < count; k++) {
-        kmp_list_item(w->text, &w->language->names, k);
+        kmp_put_list_item(w->text, &w->language->names, k);
         kmp_language_string(w->text, w->language, names[k]);
     }
     kmp_list_end(w->text, &w->language->names, count);
@@ -90,7 +90,7 @@ static void put_pieces(const kmp_code_writer *w)
 {
     const kmp_table *table = table_of(w);
     for (int k = 0; k < table->count - 1; k++) {
-        kmp_list_item(w->text, &w->language->pieces, k);
+        kmp_put_list_item(w->text, &w->language->pieces, k);
         put_numbers(w, &w->language->piece, 4, table->piece[k]);
     }
     kmp_list_end(w->text, &w->language->pieces, table->count - 1);

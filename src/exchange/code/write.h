@@ -20,5 +20,5 @@ void kmp_language_number(kmp_text *text, const kmp_language *language, double x)
 void kmp_language_string(kmp_text *text, const kmp_language *language, const char *s);
 
 /** The beginning of item k of a list; the end of a list with `count` items. */
-void kmp_list_item(kmp_text *text, const kmp_list_spelling *list, int k);
+void kmp_put_list_item(kmp_text *text, const kmp_list_spelling *list, int k);
 void kmp_list_end(kmp_text *text, const kmp_list_spelling *list, int count);

@@ -165,7 +165,7 @@ typedef struct kmp_points {
     kmp_place *place;
 } kmp_points;
 
-/* -- shapes (shapes/read_shapes.c), after points ------------------------------------------------------ */
+/* -- shapes (read_shapes.c), after points ------------------------------------------------------ */
 
 /** Of what a mapping has the key `shape`. */
 typedef struct kmp_shape_owner {

@@ -14,7 +14,7 @@
  *     load = pi E* d I1/I3,   I1 = integral of sqrt(l^2 - x^2),   I3 = integral of sqrt(l^2 - x^2)/distance.
  *
  * In a strip at the distance e the integral over x of I3 is 2 l^2/r D(e/r), r^2 = l^2 + e^2, D the elliptic integral of
- * elliptic.h; the mean over the middle strip, of width h, is 2 l log(8 l/h). */
+ * hertz.h; the mean over the middle strip, of width h, is 2 l log(8 l/h). */
 #include "rail/contact/strips.h"
 #include "base/bracket.h"
 #include "rail/contact/hertz.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Steps of a program: the longest chain of named variables, found in one loop through the instructions. A value that is
  * used once is a part of the expression that uses it, and no step of its own. */
-#include "exchange/code/steps.h"
+#include "studies/show/steps.h"
 
 typedef struct work {
     const kmp_program *p;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-#include "exchange/code/sets.h"
+#include "studies/show/sets.h"
 #include "base/memory.h"
 #include "dynamics/choose_variants.h"
 #include "dynamics/equations.h"
@@ -14,7 +14,7 @@ static const struct {
 } groups[] = {
 #define KMP_EQUATIONS(id, name, derive, rows, columns, lower, entries, inputs, array, meaning)
 #define KMP_GROUP(name, members) {name, members},
-#include "exchange/code/sets.def"
+#include "studies/show/sets.def"
 #undef KMP_EQUATIONS
 #undef KMP_GROUP
 };
@@ -39,7 +39,7 @@ kmp_set kmp_set_of(const kmp_equations *eq, int set)
 #define KMP_EQUATIONS(id, name, derive, rows, columns, lower, entries, inputs, array, meaning)                         \
     {name, derive, rows, columns, lower, of->entries, inputs, array, meaning},
 #define KMP_GROUP(name, members)
-#include "exchange/code/sets.def"
+#include "studies/show/sets.def"
 #undef KMP_EQUATIONS
 #undef KMP_GROUP
     };

@@ -4,13 +4,13 @@
 
 #include "base/text.h"
 #include "dynamics/equations.h"
-#include "exchange/code/steps.h"
+#include "studies/show/steps.h"
 
 /* The rows of sets.def; several together are bits 1 << set. */
 typedef enum kmp_eq_set {
 #define KMP_EQUATIONS(id, name, derive, rows, columns, lower, entries, inputs, array, meaning) KMP_EQ_##id,
 #define KMP_GROUP(name, sets)
-#include "exchange/code/sets.def"
+#include "studies/show/sets.def"
 #undef KMP_EQUATIONS
 #undef KMP_GROUP
     KMP_EQ_SETS
