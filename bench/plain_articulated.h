@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Accelerations in O(N) as dynamics/formalisms/articulated.c has them, but with articulated inertias as matrices of 6 x 6 entries
- * of which none is taken for another one, as programs with a table of matrices do (Featherstone, Rigid Body Dynamics
- * Algorithms, 2008, table 7.1). Terms that are identically zero are left out. With U = I S, D = S.U and p the force
- * that a link needs at qdd = 0,
+/* Accelerations in O(N) as dynamics/formalisms/articulated.c has them, but with articulated inertias as matrices of 6 x
+ * 6 entries of which none is taken for another one, as programs with a table of matrices do (Featherstone, Rigid Body
+ * Dynamics Algorithms, 2008, table 7.1). Terms that are identically zero are left out. With U = I S, D = S.U and p the
+ * force that a link needs at qdd = 0,
  *
  *     I_h += X' (I - U U' / D) X      p_h += X' (p + U (tau - S.p) / D)      qdd = (tau - S.p - U.a) / D
  */

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Structural zeros of X = (1; Bvu), M X and the reduced mass X' M X: a loop moves only with the coordinates that its
  * block of Jv reaches. The reduced mass is eliminated in an order of little fill. Zeros are found once for a choice of
- * u, v and rows (sparse_tangent.c); numbers are computed without allocation, four columns at once (sparse_tangent_numbers.c). */
+ * u, v and rows (sparse_tangent.c); numbers are computed without allocation, four columns at once
+ * (sparse_tangent_numbers.c). */
 #pragma once
 
 #include "base/arena.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The integrator of a run. If the user chose none, the reduced formulation begins with the one of less counted time
- * (cost_model.h), and later tries the other: that with more time simulated in a counted cycle continues. A trial is part of
- * the run. No clock decides, so the same input has the same result. */
+ * (cost_model.h), and later tries the other: that with more time simulated in a counted cycle continues. A trial is
+ * part of the run. No clock decides, so the same input has the same result. */
 #include "integrators/run/runner_integrator.h"
 #include "integrators/formulations/cost_model.h"
 #include "integrators/run/runner.h"

@@ -81,7 +81,8 @@ static inline void put_needs(kmp_text *text, const kempe_model *model, const cha
         kmp_text_printf(text, ", %s", random_curves[pick(5)]);
 }
 
-/* Two rows of closure_kinds.def, by the seed, so that all have their turn; plain ones are the first two: ball and rod. */
+/* Two rows of closure_kinds.def, by the seed, so that all have their turn; plain ones are the first two: ball and rod.
+ */
 static inline void put_loops(kmp_text *text, const kempe_model *model, uint64_t seed, int bodies, unsigned flags)
 {
     static const struct {

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Tests of the lanes at the end of their steps, as those of reduced.c, rank_margin.c and runner_change.c for one run. */
+/* Tests of the lanes at the end of their steps, as those of reduced.c, rank_margin.c and runner_change.c for one run.
+ */
 #include "ensemble/lanes/ensemble_watch.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/tolerances.h"

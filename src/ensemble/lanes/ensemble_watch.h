@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Tests of the lanes at the end of their steps, as those of reduced.c, rank_margin.c and runner_change.c for one run. */
+/* Tests of the lanes at the end of their steps, as those of reduced.c, rank_margin.c and runner_change.c for one run.
+ */
 #pragma once
 
 #include "ensemble/lanes/ensemble_inside.h"

@@ -4,9 +4,9 @@
 
 #include "model/data/model.h"
 
-/** Coordinate k of a joint between two points by its chain of motions (model/data/joints.def), whose axes a, b and c are
- * the columns of m in the axes of either point: a rotation in (-pi, pi], where it is not a sum of coordinates. As the
- * expression `q(name)`; NULL: no memory. */
+/** Coordinate k of a joint between two points by its chain of motions (model/data/joints.def), whose axes a, b and c
+ * are the columns of m in the axes of either point: a rotation in (-pi, pi], where it is not a sum of coordinates. As
+ * the expression `q(name)`; NULL: no memory. */
 const kmp_expr *kmp_cut_coordinate_of(kmp_arena *arena, const char *name, const char *chain, int k, double m[3][3],
                                       const kmp_measure_argument end[2]);
 
