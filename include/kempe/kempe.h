@@ -174,8 +174,8 @@ KEMPE_API kempe_status kempe_model_print(const kempe_model *model, kempe_format 
 
 /** Writes the model in another format, "urdf+", "sdf" or "mjcf". A part that the format cannot say is named in the log;
  * in a strict context (kempe/settings.h) it is an error, KEMPE_E_INPUT. "yaml": Kempe's language, of a model that was
- * read from another format or built in code. KEMPE_E_ARGUMENT: an unknown format, or a file in that language already.
- */
+ * read from another format or built in code. KEMPE_E_ARGUMENT: an unknown format, or a file in that language already. In
+ * libraries built with KEMPE_EXCHANGE, the default. */
 KEMPE_API kempe_status kempe_model_export(const kempe_model *model, const char *format, char **text);
 
 /* -- system: the derived equations ----------------------------------------------------------------- */
@@ -311,7 +311,8 @@ KEMPE_API kempe_status kempe_trajectory_outputs(const kempe_trajectory *trajecto
 
 /** Writes a self-contained HTML page: the mechanism moving up to the end of the run, all outputs over time with their
  * extreme values, events, energies, residuals, parameters and the text of the model. The run is repeated with
- * monitoring. KEMPE_E_IO: the path cannot be written, or an error of kempe_report_check (compare.h). */
+ * monitoring. KEMPE_E_IO: the path cannot be written, or an error of kempe_report_check (compare.h). As all functions
+ * ..._write_report it is in libraries built with KEMPE_REPORT, the default. */
 KEMPE_API kempe_status kempe_trajectory_write_report(kempe_trajectory *trajectory, const char *path);
 
 /** Writes text to a file whole or not at all (through a temporary file in the same folder, then renamed). */

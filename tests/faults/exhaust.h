@@ -123,11 +123,11 @@ static kempe_status run_anew(scene *s, stage_fn *stage, unsigned long fail_at)
     return status;
 }
 
-/* Long stages do the same many times, and many begin alike: beyond the first 60 allocations (600 in ./check full) one
+/* Long stages do the same many times, and many begin alike: beyond the first 150 allocations (600 in ./check full) one
  * of `stride` fails. */
 static void exhaust(scene *s, const char *name, stage_fn *stage, unsigned stride)
 {
-    unsigned long before = kmp_memory_count(), dense = check_full() ? 600 : 60, count, done = 0;
+    unsigned long before = kmp_memory_count(), dense = check_full() ? 600 : 150, count, done = 0;
     CHECK(run_anew(s, stage, 0) == KEMPE_OK);
     count = kmp_memory_count() - before;
     for (unsigned long n = 1; n <= count; n += n > dense ? stride : 1) {
