@@ -174,8 +174,8 @@ KEMPE_API kempe_status kempe_model_print(const kempe_model *model, kempe_format 
 
 /** Writes the model in another format, "urdf+", "sdf" or "mjcf". A part that the format cannot say is named in the log;
  * in a strict context (kempe/settings.h) it is an error, KEMPE_E_INPUT. "yaml": Kempe's language, of a model that was
- * read from another format or built in code. KEMPE_E_ARGUMENT: an unknown format, or a file in that language already. In
- * libraries built with KEMPE_EXCHANGE, the default. */
+ * read from another format or built in code. KEMPE_E_ARGUMENT: an unknown format, or a file in that language already.
+ * In libraries built with KEMPE_EXCHANGE, the default. */
 KEMPE_API kempe_status kempe_model_export(const kempe_model *model, const char *format, char **text);
 
 /* -- system: the derived equations ----------------------------------------------------------------- */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The graph of expressions: hash-consing, signs and commutative order. A node is only made when no rule has a shorter
- * form: the rules are those of src/symbolic. Equal expressions are one node, so that an expression that occurs twice is
+ * form: the rules are those of rules.c. Equal expressions are one node, so that an expression that occurs twice is
  * an auxiliary variable (Fisette and Samin 1996, section 3.1).
  *
  * A reference is the number of a node and a sign, so that a negative costs no node. Numbers follow the order of making:
