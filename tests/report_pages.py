@@ -13,18 +13,18 @@ import json
 import os
 import pathlib
 import re
-import shutil
 import struct
 import subprocess
 import sys
 import tempfile
 import unittest
 
+import browser
+from browser import Screen
+
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 MOST_BYTES = 3_000_000
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 LIBRARIES = [pathlib.Path("/usr/share/javascript") / name for name in ("three/three.min.js", "chart.js/chart.min.js")]
-HARMLESS = re.compile("software WebGL|GPU stall|GL Driver Message")  # of a machine without a graphics card
 COST, HISTORY, CLOSURES = ["by-cpu", "by-rhs"], ["over-energy", "over-step"], ["over-h", "over-hdot"]
 KEMPE = "kempe"  # set by main
 
@@ -34,38 +34,19 @@ def sampled(cases, every):
     return cases if "KEMPE_FULL" in os.environ else dict(list(cases.items())[::every])
 
 
-# A window of Chromium is at least 500 px wide; a frame is laid out at its own width. Its document takes the place of the frame's,
-# with the elements that are wider than it, unless they scroll by themselves.
-NARROW = 360
-FRAME = """<!doctype html>
-<html><body><iframe width="%d" height="740" src="%s"></iframe><script>
-function look(tries) {
-    const page = document.querySelector("iframe").contentDocument, root = page.documentElement;
-    if (root.dataset.ready !== "yes" && tries > 0)
-        return setTimeout(look, 50, tries - 1);
-    const scrolls = (e) => e && e !== root && (/auto|scroll|hidden/.test(getComputedStyle(e).overflowX) || scrolls(e.parentElement));
-    const wide = [...page.body.querySelectorAll("*")].filter((e) => e.getBoundingClientRect().right > root.clientWidth + 0.5 && !scrolls(e.parentElement));
-    root.dataset.width = root.clientWidth;
-    root.dataset.wide = wide.map((e) => e.tagName + "#" + e.id + "." + e.className).join(" ");
-    root.dataset.scrolls = root.scrollWidth > root.clientWidth;
-    document.replaceChild(document.adoptNode(root), document.documentElement);
-}
-addEventListener("load", () => look(100));
-</script></body></html>
-"""
-TELEPHONE = ["--allow-file-access-from-files"]  # of the frame, to read the page
+TELEPHONE = Screen(width=360, height=740)
 
-#   name: model, options, exit code, runs shown in detail, whether it moves, options of the browser
-FLAT, DARK = ["--disable-3d-apis"], ["--blink-settings=preferredColorScheme=0", "--window-size=500,800"]
+#   name: model, options, exit code, runs shown in detail, whether it moves, the screen
+FLAT, DARK = Screen(flat=True), Screen(width=500, dark=True)
 CASES = {
     "stewart": ("examples/stewart/stewart.yaml", ["--rtol", "1e-5,1e-7", "--t-end", "0.2"], 0, 3, True, DARK),
-    "andrews": ("examples/andrews/andrews.yaml", ["--rtol", "1e-4,1e-6,1e-8,1e-10"], 0, 3, True, []),
+    "andrews": ("examples/andrews/andrews.yaml", ["--rtol", "1e-4,1e-6,1e-8,1e-10"], 0, 3, True, Screen()),
     "pendulum": ("tests/models/pendulum.yaml", ["--rtol", "1e-5,1e-7", "--t-end", "1"], 0, 3, True, TELEPHONE),
     "four_bar": ("examples/four_bar/four_bar.yaml", ["--rtol", "1e-5,1e-7,1e-9", "--t-end", "0.5"], 0, 3, True, FLAT),
-    "parallelogram": ("tests/models/parallelogram.yaml", ["--rtol", "1e-5,1e-7", "--t-end", "0.6"], 0, 3, True, []),
+    "parallelogram": ("tests/models/parallelogram.yaml", ["--rtol", "1e-5,1e-7", "--t-end", "0.6"], 0, 3, True, Screen()),
     "rolling": ("examples/rolling_wheel/rolling_wheel.yaml", ["--rtol", "1e-5,1e-7", "--t-end", "2", "--integrators", "radau5,ida"], 0, 2, True, FLAT),
-    "friction": ("tests/models/friction_loop.yaml", ["--rtol", "1e-5"], 1, 0, False, []),
-    "open": ("tests/models/robotran.yaml", ["--rtol", "1e-5"], 1, 0, False, []),
+    "friction": ("tests/models/friction_loop.yaml", ["--rtol", "1e-5"], 1, 0, False, Screen()),
+    "open": ("tests/models/robotran.yaml", ["--rtol", "1e-5"], 1, 0, False, Screen()),
 }
 
 #   name: model, options, modes in the list, of these zeros, curves in the plane, critical values
@@ -112,27 +93,18 @@ def kempe(*words, **environment):
                           env={**os.environ, **environment})
 
 
-def browse(page, profile, *options):
-    """The page in Chromium: its document, and its messages."""
-    if set(TELEPHONE) <= set(options):
-        frame = page.with_name(f"{page.stem}_narrow.html")
-        frame.write_text(FRAME % (NARROW, page.name))
-        page = frame
-    command = [CHROMIUM, "--headless", "--no-sandbox", f"--user-data-dir={profile}", "--window-size=1280,800",
-               "--disable-dev-shm-usage", "--virtual-time-budget=500", "--enable-logging=stderr", "--dump-dom", *options,
-               page.as_uri()]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
-    said = [line for line in done.stderr.split("\n") if "CONSOLE" in line and not HARMLESS.search(line)]
-    return Page(done.stdout), said
+def open_page(page, screen=Screen()):
+    """The page as it is drawn, and its complaints."""
+    text, said = browser.draw(page, screen)
+    return Page(text), said
 
 
-def check_narrow(self, drawn, options):
+def check_narrow(self, drawn, screen):
     """Nothing is wider than a telephone, and the page does not scroll sideways."""
-    if not set(TELEPHONE) <= set(options):
+    if screen.width > TELEPHONE.width:
         return
     root = drawn.tags[0][1]
-    self.assertTrue(0 < int(root["data-width"]) <= NARROW, root)
-    self.assertEqual((root["data-wide"], root["data-scrolls"]), ("", "false"))
+    self.assertEqual((int(root["data-width"]), root["data-wide"], root["data-scrolls"]), (TELEPHONE.width, "", "false"))
 
 
 def check_by_itself(self, page):
@@ -208,9 +180,9 @@ class Case(Folder):
         self.assertEqual(int(page.by_id["by-cpu"]["data-points"]), points)
 
     def check_stage(self, name, stage, data):
-        _, _, _, _, moves, options = CASES[name]
+        _, _, _, _, moves, screen = CASES[name]
         self.assertGreater(int(stage["data-ink"]), 100)
-        self.assertIn(stage["data-view"], ["canvas"] if options == FLAT else ["canvas", "webgl"])
+        self.assertIn(stage["data-view"], ["canvas"] if screen == FLAT else ["canvas", "webgl"])
         self.assertEqual(stage["data-planar"], str(name not in ("stewart", "open")).lower())
         self.assertEqual(stage["data-follows"], str(name == "rolling").lower())
         self.assertEqual(int(stage["data-frames"]) > 1, moves)
@@ -218,11 +190,11 @@ class Case(Folder):
     def test_drawn(self):
         for name, page in self.pages.items():
             with self.subTest(name):
-                _, _, code, shown, _, options = CASES[name]
-                drawn, said = browse(page, self.folder / "profile", *options)
+                _, _, code, shown, _, screen = CASES[name]
+                drawn, said = open_page(page, screen)
                 self.assertEqual(said, [])
                 self.assertEqual(drawn.tags[0][1].get("data-ready"), "yes")
-                check_narrow(self, drawn, options)
+                check_narrow(self, drawn, screen)
                 data = json.loads(drawn.data)
                 ended = {data["methods"][run["method"]]["name"].split()[0] for run in data["runs"] if run["status"].startswith("complete")}
                 shown = len(ended) if name == "rolling" else shown  # slow runs are left out after a time
@@ -242,7 +214,7 @@ class Case(Folder):
         text = self.pages["pendulum"].read_text()
         broken.write_text(text.replace("\nbegin();\n", "\nbegin();\nbyId('rates').click();\n"
                                        "new Image().src = 'https://kempe.invalid/';\nnone();\n"))
-        drawn, said = browse(broken, self.folder / "profile")
+        drawn, said = open_page(broken)
         self.assertTrue(any("none is not defined" in line for line in said), said)
         self.assertTrue(any("Content Security Policy" in line for line in said), said)
         self.assertEqual((drawn.by_id["rates"]["aria-pressed"], drawn.by_id["by-cpu"]["data-quantity"]), ("true", "qd"))
@@ -285,11 +257,11 @@ class Modes(Folder):
             with self.subTest(name):
                 page = self.make(name)
                 check_by_itself(self, page)
-                options = TELEPHONE if name == "car" else []
-                drawn, said = browse(page, self.folder / "profile", *options)
+                screen = TELEPHONE if name == "car" else Screen()
+                drawn, said = open_page(page, screen)
                 self.assertEqual(said, [])
                 self.assertEqual(drawn.tags[0][1].get("data-ready"), "yes")
-                check_narrow(self, drawn, options)
+                check_narrow(self, drawn, screen)
                 data = json.loads(drawn.data)
                 self.assertEqual((len(data["modes"]), sum(mode["zero"] for mode in data["modes"])), (modes, zeros))
                 buttons = [a for tag, a in drawn.tags if tag == "button" and "data-mode" in a]
@@ -311,7 +283,7 @@ class Modes(Folder):
         other = self.folder / "other.html"
         text = page.read_text()
         other.write_text(text.replace("\nbegin();\n", "\nbegin();\ndocument.querySelectorAll('#modes button')[1].click();\n"))
-        drawn, said = browse(other, self.folder / "profile")
+        drawn, said = open_page(other)
         self.assertEqual(said, [])
         self.assertIn("Mode 2:", drawn.words("stage-note"))
         data = json.loads(drawn.data)
@@ -334,7 +306,7 @@ def main():
     if len(sys.argv) < 2:
         sys.exit(__doc__)
     KEMPE = os.path.abspath(sys.argv.pop(1))
-    missing = [str(path) for path in LIBRARIES if not path.exists()] + ([] if CHROMIUM else ["chromium"])
+    missing = [str(path) for path in LIBRARIES if not path.exists()] + ([] if browser.CHROMIUM else ["chromium"])
     if missing:
         print(f"skipped: not installed here: {', '.join(missing)}")
         sys.exit(77)

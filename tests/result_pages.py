@@ -22,11 +22,12 @@ import unittest
 import xml.etree.ElementTree
 
 import report_pages
-from report_pages import ROOT, TELEPHONE, Page, browse, check_by_itself, check_narrow, kempe, sampled
+from browser import Screen
+from report_pages import FLAT, ROOT, TELEPHONE, Page, check_by_itself, check_narrow, kempe, open_page, sampled
 
-DESKTOP, DARK = [], ["--blink-settings=preferredColorScheme=0"]
+DESKTOP, DARK, DARK_TELEPHONE = Screen(), Screen(dark=True), Screen(width=360, height=740, dark=True)
 
-#   name: model, options of the command, options of the browser
+#   name: model, options of the command, the screen
 EXAMPLES = {
     "four_bar": ("examples/four_bar/four_bar.yaml", [], DESKTOP),
     "andrews": ("examples/andrews/andrews.yaml", [], TELEPHONE),
@@ -84,11 +85,11 @@ class Case(report_pages.Folder):
         check_by_itself(self, page)
         return page
 
-    def open(self, page, *options):
-        drawn, said = browse(page, self.folder / "profile", *options)
+    def open(self, page, screen=DESKTOP):
+        drawn, said = open_page(page, screen)
         self.assertEqual(said, [])
         self.assertEqual(drawn.tags[0][1].get("data-ready"), "yes")
-        check_narrow(self, drawn, options)
+        check_narrow(self, drawn, screen)
         return drawn, json.loads(drawn.data)
 
     def check_drawn(self, drawn, data):
@@ -108,9 +109,9 @@ class Case(report_pages.Folder):
 
 class Simulations(Case):
     def test_examples(self):
-        for name, (model, options, browser) in sampled(EXAMPLES, 4).items():
+        for name, (model, options, screen) in sampled(EXAMPLES, 4).items():
             with self.subTest(name):
-                drawn, data = self.open(self.make("simulate", model, *options, name=name), *browser)
+                drawn, data = self.open(self.make("simulate", model, *options, name=name), screen)
                 self.check_drawn(drawn, data)
                 self.assertEqual((data["status"].split(",")[0], data["stopped_at"]), ("complete", []))
                 self.assertGreater(int(drawn.by_id["view"]["data-frames"]), 300)
@@ -209,8 +210,8 @@ document.documentElement.dataset.now = document.querySelector("#extremes [data-c
     def test_bodies_names_and_scale(self):
         """A body is switched off and on, a joint tells its name to the pointer, and the scale is that of the picture."""
         page, other = self.make("simulate", "examples/four_bar/four_bar.yaml"), self.folder / "stage.html"
-        for browser in ([], ["--disable-3d-apis"]):
-            with self.subTest(browser):
+        for screen in (DESKTOP, FLAT):
+            with self.subTest(screen):
                 other.write_text(page.read_text().replace("\nbegin();\n", """
 begin();
 stage.seek(0);
@@ -226,7 +227,7 @@ root.off = String(ink(view) < all) + names()[1].getAttribute("aria-pressed");
 names()[1].click();
 root.on = String(ink(view) === all) + names()[1].getAttribute("aria-pressed");
 """))
-                drawn, _ = self.open(other, *browser)
+                drawn, _ = self.open(other, screen)
                 root = drawn.tags[0][1]
                 self.assertEqual((root["data-off"], root["data-on"]), ("truefalse", "truetrue"))
                 for name in ("crank", "coupler", "rocker"):
@@ -238,8 +239,8 @@ root.on = String(ink(view) === all) + names()[1].getAttribute("aria-pressed");
     def test_shapes(self):
         """Solids are drawn on either kind of canvas, also of the ground; they tell the name of their body, and go with it."""
         page, other = self.make("simulate", "tests/models/shapes.yaml", "--t-end", "0.2"), self.folder / "solids.html"
-        for browser in ([], ["--disable-3d-apis"], TELEPHONE + DARK):
-            with self.subTest(browser):
+        for screen in (DESKTOP, FLAT, DARK_TELEPHONE):
+            with self.subTest(screen):
                 other.write_text(page.read_text().replace("\nbegin();\n", """
 begin();
 stage.seek(0);
@@ -254,7 +255,7 @@ root.ink = all;
 byId("names").children[0].click();
 root.without = ink(view);
 """))
-                drawn, _ = self.open(other, *browser)
+                drawn, _ = self.open(other, screen)
                 root = drawn.tags[0][1]
                 self.assertEqual(root["data-solids"], "cylinder,box|box,cylinder,cylinder,line|capsule,sphere,line,mesh")
                 for name in ("ground", "arm", "rod"):
@@ -303,9 +304,9 @@ document.documentElement.dataset.said = JSON.stringify([m.barrels.length, m.guid
         """The path of the journal in the circle of its clearance, and a histogram of depths, without being asked for."""
         page = self.make("simulate", "examples/loose_pin/loose_pin.yaml", name="loose_pin")
         result = json.loads(kempe("simulate", ROOT / "examples/loose_pin/loose_pin.yaml", "--json", "-").stdout)
-        for browser in (DESKTOP, TELEPHONE + DARK):
-            with self.subTest(browser):
-                drawn, data = self.open(page, *browser)
+        for screen in (DESKTOP, DARK_TELEPHONE):
+            with self.subTest(screen):
+                drawn, data = self.open(page, screen)
                 [pin], [told] = data["contacts"], result["contacts"]
                 svg = [a for tag, a in drawn.tags if tag == "svg"]
                 self.assertIn(str(len(numbers(pin["x"]))), [a.get("data-points") for a in svg])
@@ -364,7 +365,7 @@ class Studies(Case):
             if command not in sampled(STUDIES, 2):
                 continue
             with self.subTest(command):
-                drawn, data = self.open(self.make(command, model, *options, name=command), *[DESKTOP, TELEPHONE, TELEPHONE + DARK][k % 3])
+                drawn, data = self.open(self.make(command, model, *options, name=command), [DESKTOP, TELEPHONE, DARK_TELEPHONE][k % 3])
                 self.assertEqual(data["series"]["first"] if first else [], first)
                 self.assertIn(answer, drawn.words("answer"))
                 self.assertEqual(int(drawn.by_id["view"]["data-frames"]), frames)
@@ -419,7 +420,7 @@ class Studies(Case):
         done = kempe("fit", ROOT / model, data, "--parameter", "slider_mass:0.1:10", "--report", page, "--json", told)
         self.assertEqual(done.returncode, 0, done.stderr)
         check_by_itself(self, page)
-        drawn, shown = self.open(page, *DESKTOP)
+        drawn, shown = self.open(page)
         names = ["q.crank", "q.slider", "qd.crank"]
         self.assertEqual(shown["series"]["first"], [name + ending for name in names for ending in ("", ".measured", ".residual")])
         for name, found in json.loads(told.read_text())["columns"].items():
@@ -450,7 +451,7 @@ class Studies(Case):
         table, model = self.folder / "instances.csv", STUDIES["ensemble"][0]
         options = ["--sample", "crank=0.28:0.32,base=0.88:0.92", "--design", "saltelli", "--instances", "200", "--t-end", "0.3", "--quantity",
                    "swing = range(q(rocker)), fast = max(qd(rocker))", "--limit", "fast < 8.3", "-o", table]
-        drawn, data = self.open(self.make("ensemble", model, *options), *DESKTOP)
+        drawn, data = self.open(self.make("ensemble", model, *options))
         with table.open() as file:
             rows = list(csv.DictReader(file))
         self.assertEqual(data["series"]["first"], ["swing", "fast", "fast.time"])
