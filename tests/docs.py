@@ -37,7 +37,7 @@ QUICK_CC = "cc"  # without optimisation, set where commands run
 FULL = "KEMPE_FULL" in os.environ
 os.environ["BROWSER"] = "true"  # `kempe view` opens nothing
 # With KEMPE_FULL=1 alone: tests/bogie_track.py has other modes of the same model, docs/problems.py runs of the same two,
-# tests/limit_cycles_published.py the same cycles.
+# tests/limit_cycles_published.py the same branch.
 LONG = ("cycles examples/cooperrider/cooperrider.yaml --set start=0 --sweep V=60:75:16", "--sweep speed=0.5:20:40", "compare examples/wheelset/wheelset.yaml", "compare examples/four_bar/four_bar_ill.yaml")
 # Commands that a page shows for an end before their end (1) or a doubt (5), by their page and first words. All others exit with 0.
 ENDS = {
