@@ -37,8 +37,10 @@ QUICK_CC = "cc"  # without optimisation, set where commands run
 FULL = "KEMPE_FULL" in os.environ
 os.environ["BROWSER"] = "true"  # `kempe view` opens nothing
 # With KEMPE_FULL=1 alone: tests/bogie_track.py has other modes of the same model, docs/problems.py runs of the same two,
-# tests/limit_cycles_published.py the same branch.
-LONG = ("cycles examples/cooperrider/cooperrider.yaml --set start=0 --sweep V=60:75:16", "--sweep speed=0.5:20:40", "compare examples/wheelset/wheelset.yaml", "compare examples/four_bar/four_bar_ill.yaml")
+# tests/limit_cycles_published.py the same branch and other wheels on rails, docs/ensemble.md the same tracks for 2 s.
+LONG = ("cycles examples/cooperrider/cooperrider.yaml --set start=0 --sweep V=60:75:16", "cycles examples/wheelset/wheelset.yaml",
+        "--sweep speed=0.5:20:40", "compare examples/wheelset/wheelset.yaml", "compare examples/four_bar/four_bar_ill.yaml",
+        "manchester_vehicle_track.yaml --sample seed=1:20:20")
 # Commands that a page shows for an end before their end (1) or a doubt (5), by their page and first words. All others exit with 0.
 ENDS = {
     ("docs/howto.md", "equilibrium friction.yaml --stick"): 5,
@@ -91,10 +93,13 @@ def commands(page):
 
 def shortened(line):
     """Comparisons at two tolerances, the first two that are listed or 1e-4 and 1e-6; sweeps of at most five values, of limit cycles and ensembles two;
-    units compiled without optimisation. Integers stay integers, such as the seeds of tracks."""
+    motions that settle for a tenth of the time; units compiled without optimisation. Integers stay integers, such as the seeds of tracks."""
     most = 2 if line[0] in ("cycles", "ensemble") else 5
     line = [re.sub(r"=1:(\d+):\1$", lambda m: f"=1:{min(int(m.group(1)), most)}:{min(int(m.group(1)), most)}", word) for word in line]
     line = [re.sub(r"(=[^:,]+:[^:,]+):(\d+)$", lambda m: f"{m.group(1)}:{min(int(m.group(2)), most)}", word) for word in line]
+    if line[0] == "cycles" and "--settle" in line:
+        k = line.index("--settle") + 1
+        line = [*line[:k], re.sub(r"0 s$", " s", line[k]), *line[k + 1:]]
     if line[0] == "fmu" and not {"--no-binary", "--binary", "--compiler"} & set(line):
         return [*line, "--compiler", QUICK_CC]
     if line[0] != "compare":
