@@ -35,17 +35,25 @@ FAULTS = {  # what a complaint about each says
 }
 
 
+FACTORS = {"friction of the wrong direction": -1.0, "friction less by 1e-5": 1 - 1e-5}  # of faults that change the motion
+
+
 class FrictionRows(Comparison):
-    def __init__(self, mechanism, table, fault=""):
+    def __init__(self, mechanism, table, fault="", plain=None):
+        """`plain`: the same rows without a fault, whose motion serves where the fault is one of the laws."""
         self.mechanism, self.table, self.complaints, self.worst, self.fault = mechanism, table, [], 0.0, fault
         names = mechanism.columns
         self.q, self.qd, self.qdd = (table.columns(word, names) for word in ("q", "qd", "qdd"))
-        self.motion = Motion(mechanism, table.column("t"), self.q, self.qd, table.multipliers())
-        self.motion.friction = {f.name: self.planted(table.column("force." + f.name)) for f in self.elements()}
-        self.motion.friction.update({f.name: table.column("force." + f.name) for f in self.stops()})
-        self.motion.solve()
         self.cond = None
         self.clear = np.ones(len(self.q), bool)
+        if plain and fault not in FACTORS:
+            self.motion, self.joint_forces = plain.motion, plain.joint_forces
+            return
+        self.motion = Motion(mechanism, table.column("t"), self.q, self.qd, table.multipliers())
+        factor = FACTORS.get(fault, 1.0)
+        self.motion.friction = {f.name: factor * table.column("force." + f.name) for f in self.elements()}
+        self.motion.friction.update({f.name: table.column("force." + f.name) for f in self.stops()})
+        self.motion.solve()
         k, b, (_, z, y) = self.motion.system()
         self.joint_forces = np.linalg.solve(k, b[..., None])[:, z.stop:y.start, 0]
 
@@ -54,10 +62,6 @@ class FrictionRows(Comparison):
 
     def stops(self):
         return [f for f in self.mechanism.forces if f.kind == "joint_contact"]
-
-    def planted(self, force):
-        factor = {"friction of the wrong direction": -1.0, "friction less by 1e-5": 1 - 1e-5}.get(self.fault, 1.0)
-        return factor * force
 
     def run(self):
         self.compare_closures()
