@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Applies docs/extending.md: a copy of the sources gets exactly the files and rows that the page shows, is built, and
 runs the page's model with the new kinds of joint and closure, the new function and the new back end; its equations
-are written in the new language. The build is that of tests/packaging/consume.sh shared, which is tested by it.
+are written in the new language. The build is that of tests/packaging/consume.sh shared, which is tested by it, of the core and
+the wing that has the languages.
 
     CC=cc BUILD=build/dev python3 tests/extending.py
 """
@@ -16,6 +17,7 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
+WINGS = "-DKEMPE_ANALYSES=OFF -DKEMPE_RAIL=OFF -DKEMPE_ENSEMBLE=OFF -DKEMPE_REPORT=OFF"
 STEP = re.compile(r"^`([^`]+)`, (a new file|one row more):\n\n((?:    .*\n|\n)+)", re.MULTILINE)
 PARTS = "CMakeLists.txt LICENSE README.md packaging schema include src constraints integrators docs bench examples tests/packaging".split()
 
@@ -60,7 +62,7 @@ def build(root):
     work = root / "work"
     work.mkdir()
     done = subprocess.run([root / "tests/packaging/consume.sh", "shared"], capture_output=True, text=True, timeout=500,
-                          env={**os.environ, "SOURCE": str(root), "WORK": str(work), "BUILD": os.path.abspath(os.environ["BUILD"])})
+                          env={**os.environ, "SOURCE": str(root), "WORK": str(work), "OPTIONS": WINGS, "BUILD": os.path.abspath(os.environ["BUILD"])})
     print(done.stdout[-3000:], done.stderr[-3000:], sep="")
     if done.returncode:
         sys.exit(done.returncode)

@@ -5,7 +5,7 @@
 #     SOURCE=. BUILD=build tests/packaging/consume.sh find_package | pkg_config | add_subdirectory | shared | private
 #
 # add_subdirectory is only configured, with all defaults; `shared` builds Kempe as a part of a project, a shared library with
-# its command, and installs that. With WORK, a folder that is there, the results stay: the command is $WORK/prefix/bin/kempe.
+# its command, and installs that; OPTIONS are words of its configuration. With WORK, a folder that is there, the results stay: the command is $WORK/prefix/bin/kempe.
 #
 # Exit code 77: a tool that this way needs is not there.
 set -eu
@@ -127,8 +127,9 @@ add_subdirectory)
 shared)
     need objdump
     make_private
+    # shellcheck disable=SC2086
     by_cmake -DKEMPE_SOURCE="$SOURCE" -DBUILD_SHARED_LIBS=ON -DKEMPE_COMMAND=ON -DKEMPE_INSTALL=ON -DKEMPE_WERROR=ON \
-        -DCMAKE_C_FLAGS_DEBUG= \
+        -DCMAKE_C_FLAGS_DEBUG= ${OPTIONS:-} \
         -DCMAKE_PREFIX_PATH="$work/own"
     quietly cmake --install "$work/consumer/kempe" --prefix "$work/first"
     rm -r "$work/consumer"
