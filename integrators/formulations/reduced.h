@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Internals of the reduced formulation: states, steps and rows, monitoring of the choice of u and exchanges
- * (reduced_choice.c), programs (reduced_programs.c), prediction of v, the equations as a DAE. */
+/* Internals of the reduced formulation: states, steps and rows, monitoring of the choice of u and exchanges, programs
+ * (reduced_programs.c), prediction of v, the equations as a DAE. */
 #pragma once
 
 #include "constraints/evaluation/stage_lanes.h"
@@ -71,47 +71,11 @@ typedef struct kmp_reduced {
     int growth_v, growth_u;
 } kmp_reduced;
 
-/* reduced.c */
-
-/** Index of the work among the unknowns. */
-int kmp_reduced_work(const kmp_reduced *d);
-
 /** Sets the unknowns of a state, except the work, with v if it is among them. */
 void kmp_reduced_pack(const kmp_partition *part, bool has_v, const double *q, const double *qd, double *y);
 
-/** Sets the tolerances of the unknowns. */
-void kmp_reduced_set_tolerances(kmp_reduced *d);
-
-/** Computes factors, tangent, signs and anchor of d->q with the present partition. */
-int kmp_reduced_linearise_at(kmp_reduced *d, double t, const double *y);
-
-/** Computes d->q and d->qd at (t, y), factors of Jv and the tangent; then d->udd, too. KMP_GO or KMP_RETRY. */
-int kmp_reduced_place(kmp_reduced *d, double t, const double *y);
-int kmp_reduced_evaluate(kmp_reduced *d, double t, const double *y);
-
-/** Power of moving closures, after any accelerations. */
-double kmp_reduced_drive_power(kmp_reduced *d);
-
 /** dy = f(t, y); self is a kmp_reduced. */
 int kmp_reduced_rhs(void *self, double t, const double *y, double *dy);
-
-/** h, J, Bvu and the correction of v at the step's end, the last evaluation. `end`: values of the reduced program, if
- * that made the evaluation. */
-int kmp_reduced_come_to_end(kmp_reduced *d, double t, const double *y, kmp_reduced_program_end *end);
-
-/** Decides if the step may end at y, evaluated by kmp_reduced_come_to_end, and then records the end. */
-int kmp_reduced_may_end(kmp_reduced *d, double t, const double *y, const kmp_reduced_program_end *end);
-
-/** Evaluates the newton form by the program: d->v is then closed, and dy its derivative. false: the program fails here.
- */
-bool kmp_reduced_evaluate_closing(kmp_reduced *d, double t, const double *y, double *dy);
-
-/** Predicts d->v of (t, u) from the last accepted step. */
-void kmp_reduced_predict(kmp_reduced *d, double t, const double *u);
-/** kmp_reduced_remember: records the end of a step, from which v is predicted. kmp_reduced_remember_place: without
- * anchor_c, which needs accelerations. */
-void kmp_reduced_remember_place(kmp_reduced *d, double t, const double *y);
-void kmp_reduced_remember(kmp_reduced *d, double t, const double *y);
 
 /* reduced_programs.c */
 
@@ -120,6 +84,3 @@ static inline bool kmp_reduced_has_saddle_program(const kmp_reduced *d)
 {
     return d->programs.scalar && kmp_reduced_program_is_by_saddle(d->programs.scalar);
 }
-
-/** Makes the formulation a DAE, starting at t. */
-kempe_status kmp_reduced_describe(kmp_reduced *d, double t);

@@ -4,8 +4,8 @@
  * swings exchanges u at each end. */
 #include "integrators/formulations/reduced_programs.h"
 #include "base/memory.h"
-#include "constraints/programs/reduced_program_inside.h"
-#include "constraints/programs/saddle_program_write.h"
+#include "constraints/programs/reduced_program.h"
+#include "constraints/programs/saddle_program.h"
 #include "dynamics/motion.h"
 #include "integrators/formulations/cost_model.h"
 #include "integrators/formulations/reduced.h"

@@ -2,8 +2,7 @@
 /* The newton form closes the loops in every evaluation: from predicted v that are off, accelerations are those of the
  * closed state to a fraction of the tolerances, by the fused program, by the solved one and in separate parts. */
 #include "base/memory.h"
-#include "constraints/evaluation/condition_modes.h"
-#include "constraints/evaluation/row_residuals.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "integrators/formulations/reduced.h"
 #include "integrators/formulations/reduced_programs.h"
