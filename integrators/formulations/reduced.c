@@ -173,25 +173,25 @@ static void reduced_remember_place(kmp_reduced *d, double t, const double *y)
         d->by_scale[i] = 1 / d->s->scale[d->part.v[i]];
         d->by_weight[i] = 1 / d->weight[d->part.v[i]];
     }
-    d->noise = kmp_close_noise(d->n, d->s->scale, d->q);
+    d->anchor.noise = kmp_close_noise(d->n, d->s->scale, d->q);
     if (d->has_v)
         return;
-    memcpy(d->anchor_u, y, (size_t)d->p * sizeof *d->anchor_u);
+    memcpy(d->anchor.u, y, (size_t)d->p * sizeof *d->anchor.u);
     /* The weights of u in the progress: rates over their square, in scales. */
     const double *ud = y + d->p;
     double speed = 0;
     for (int k = 0; k < d->p; k++) {
         double scale = d->s->scale[d->part.u[k]];
-        d->anchor_w[k] = ud[k] / (scale * scale);
-        speed += d->anchor_w[k] * ud[k];
+        d->anchor.w[k] = ud[k] / (scale * scale);
+        speed += d->anchor.w[k] * ud[k];
     }
-    d->by_time = d->s->rheonomic || !(speed > DBL_MIN);
+    d->anchor.by_time = d->s->rheonomic || !(speed > DBL_MIN);
     for (int k = 0; k < d->p; k++)
-        d->anchor_w[k] /= speed;
-    memcpy(d->anchor_b, d->red.bvu, (size_t)(d->r * d->p) * sizeof *d->anchor_b);
+        d->anchor.w[k] /= speed;
+    memcpy(d->anchor.b, d->red.bvu, (size_t)(d->r * d->p) * sizeof *d->anchor.b);
     for (int i = 0; i < d->r; i++) {
-        d->anchor_v[i] = d->q[d->part.v[i]];
-        d->anchor_t[i] = d->red.x_t[d->part.v[i]];
+        d->anchor.v[i] = d->q[d->part.v[i]];
+        d->anchor.t[i] = d->red.x_t[d->part.v[i]];
     }
 }
 
@@ -203,7 +203,7 @@ static void reduced_remember(kmp_reduced *d, double t, const double *y)
         double vdd = d->by_saddle ? d->qdd[d->part.v[i]] : d->red.a0[d->part.v[i]];
         for (int k = 0; d->by_saddle && k < d->p; k++)
             vdd -= d->red.bvu[i + k * d->r] * d->qdd[d->part.u[k]];
-        d->anchor_c[i] = vdd;
+        d->anchor.c[i] = vdd;
     }
 }
 
@@ -244,7 +244,7 @@ static int reduced_exchange(kmp_reduced *d, double t, double *y)
         kmp_reduced_pack(&d->part, d->has_v, d->q, d->qd, y);
         reduced_set_tolerances(d);
         d->formulation.exchanges++;
-        bool worth = d->steps >= KMP_FORMULATION_BRIEF;
+        bool worth = d->use.steps >= KMP_FORMULATION_BRIEF;
         said = reduced_linearise_at(d, t, y) == KMP_GO ? kmp_reduced_make_program(d, worth) : KMP_HALT;
     }
     if (said == KMP_GO) {
@@ -285,15 +285,15 @@ static void reduced_predict(kmp_reduced *d, double t, const double *u)
 {
     double tau = t - d->t, s = 0; /* progress of u since the last accepted step, in its time */
     for (int k = 0; k < d->p; k++)
-        s += d->anchor_w[k] * (u[k] - d->anchor_u[k]);
-    s = d->by_time ? tau : s;
+        s += d->anchor.w[k] * (u[k] - d->anchor.u[k]);
+    s = d->anchor.by_time ? tau : s;
     const double half = 0.5 * s * s;
     const kmp_sparse_tangent *zeros = d->red.zeros;
     for (int i = 0; i < d->r; i++)
-        d->v[i] = d->anchor_v[i] + tau * d->anchor_t[i] + half * d->anchor_c[i];
+        d->v[i] = d->anchor.v[i] + tau * d->anchor.t[i] + half * d->anchor.c[i];
     for (int k = 0; k < d->p; k++) {
-        const double *b = d->anchor_b + k * d->r;
-        double du = u[k] - d->anchor_u[k];
+        const double *b = d->anchor.b + k * d->r;
+        double du = u[k] - d->anchor.u[k];
         if (zeros) {
             const int *row;
             for (int e = 0, count = kmp_sparse_tangent_rows(zeros, k, &row); e < count; e++)
@@ -412,7 +412,7 @@ static extent measure(const kmp_reduced *d, const double *dv)
 
 static bool is_small(const kmp_reduced *d, extent e)
 {
-    return e.weighted <= KMP_CORRECTION_IN_STAGE || e.scaled <= d->noise;
+    return e.weighted <= KMP_CORRECTION_IN_STAGE || e.scaled <= d->anchor.noise;
 }
 
 static void add(kmp_reduced *d, const double *dv)
@@ -442,7 +442,7 @@ static bool close_and_finish(kmp_reduced *d, double t, double *dy)
             continue;
         bool regular = kmp_reduced_program_finish(program, t, d->state, dy);
         extent left = measure(d, kmp_reduced_program_left(program));
-        if (left.scaled > d->noise)
+        if (left.scaled > d->anchor.noise)
             d->contraction = left.scaled / (e.scaled * e.scaled);
         if (!is_small(d, left) && !kmp_closing_contracts(left.scaled, last))
             return false;
@@ -468,7 +468,7 @@ static bool reduced_evaluate_closing(kmp_reduced *d, double t, const double *y, 
     bool closed = close_and_finish(d, t, slope);
     if (!d->has_v)
         memcpy(dy, slope, 2 * p * sizeof *dy);
-    d->closed_by_program = closed && !kmp_reduced_has_saddle_program(d);
+    d->use.closed_by_program = closed && !kmp_reduced_has_saddle_program(d);
     return closed;
 }
 
@@ -477,14 +477,14 @@ static bool reduced_evaluate_closing(kmp_reduced *d, double t, const double *y, 
 /* True if the program of the present choice may be used now. */
 static inline bool applies(const kmp_reduced *d)
 {
-    return d->programs.scalar && !d->apart && !(d->cancelled && kmp_reduced_has_saddle_program(d)) &&
+    return d->programs.scalar && !d->use.apart && !(d->use.cancelled && kmp_reduced_has_saddle_program(d)) &&
            kmp_reduced_program_applies(d->programs.scalar);
 }
 
 /* Evaluates q, qd and udd at (t, y), and dy. The program gives dy alone. */
 static int evaluate_apart(kmp_reduced *d, double t, const double *y, double *dy)
 {
-    d->evaluations++;
+    d->use.evaluations++;
     if (reduced_evaluate(d, t, y) != KMP_GO)
         return KMP_RETRY;
     for (int k = 0; k < d->p; k++) {
@@ -503,7 +503,7 @@ int kmp_reduced_rhs(void *self, double t, const double *y, double *dy)
     if (runs)
         made = d->integrated ? kmp_reduced_program_run(d->programs.scalar, t, y, dy)
                              : reduced_evaluate_closing(d, t, y, dy);
-    d->by_saddle_program = made && by_saddle;
+    d->use.by_saddle_program = made && by_saddle;
     int said = made ? KMP_GO : runs && d->integrated && !by_saddle ? KMP_RETRY : evaluate_apart(d, t, y, dy);
     for (int k = 0; said == KMP_GO && k < d->p; k++)
         if (!isfinite(dy[d->p + k]))
@@ -557,7 +557,7 @@ static int jacobian(void *self, double t, const double *y, double *j)
 /* True if the program that the last step did without may make the next ones. */
 static bool is_good_again(kmp_reduced *d, double t, const double *y)
 {
-    if (!d->programs.scalar || (kmp_reduced_has_saddle_program(d) && !d->apart))
+    if (!d->programs.scalar || (kmp_reduced_has_saddle_program(d) && !d->use.apart))
         return d->programs.scalar;
     if (!d->integrated) {
         memcpy(d->state, y, (size_t)(2 * d->p) * sizeof *y);
@@ -572,21 +572,22 @@ static bool is_good_again(kmp_reduced *d, double t, const double *y)
 static int reduced_come_to_end(kmp_reduced *d, double t, const double *y, kmp_reduced_program_end *end)
 {
     bool by_saddle = kmp_reduced_has_saddle_program(d), good = false;
-    if (by_saddle || !applies(d) || (!d->integrated && !d->closed_by_program)) { /* h and the factors are available */
-        if (d->by_saddle_program) {
+    if (by_saddle || !applies(d) ||
+        (!d->integrated && !d->use.closed_by_program)) { /* h and the factors are available */
+        if (d->use.by_saddle_program) {
             place_q(d, y, d->integrated ? y + 2 * d->p : d->v);
             good = kmp_reduced_program_lend(d->programs.scalar, t, d->q, d->start.rtol, d->start.rate_scale,
-                                            &d->cancelled);
+                                            &d->use.cancelled);
             if (kmp_reduction_factor(&d->red))
                 return KMP_RETRY;
         }
-        if (d->by_saddle || d->by_saddle_program)
+        if (d->by_saddle || d->use.by_saddle_program)
             kmp_reduction_tangent(&d->red);
         if (d->integrated)
             kmp_reduction_correction(&d->red);
         if (d->r > 0)
             kmp_block_take_signs(d->red.block, d->signs_now);
-        *end = (kmp_reduced_program_end){.good = d->by_saddle_program ? good : is_good_again(d, t, y),
+        *end = (kmp_reduced_program_end){.good = d->use.by_saddle_program ? good : is_good_again(d, t, y),
                                          .signs = d->signs_now};
         return KMP_GO;
     }
@@ -634,8 +635,8 @@ static int reduced_may_end(kmp_reduced *d, double t, const double *y, const kmp_
     reduced_remember(d, t, y);
     d->formulation.newton = d->red.newton;
     d->formulation.factorizations = d->red.factorizations + d->saddle.factorizations;
-    d->steps++;
-    d->apart = d->programs.scalar && !end->good;
+    d->use.steps++;
+    d->use.apart = d->programs.scalar && !end->good;
     return KMP_GO;
 }
 
@@ -951,10 +952,10 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
         KMP_ARENA_MAKE(
             &d->formulation.arena, KMP_ROOM(int, d->r, &d->signs, &d->signs_now),
             KMP_ROOM(double, d->n, &d->q, &d->qd, &d->qdd, &d->weight), KMP_ROOM(double, part->m, &d->lambda),
-            KMP_ROOM(double, d->p, &d->udd, &d->anchor_u, &d->anchor_w), KMP_ROOM(double, d->r * d->p, &d->anchor_b),
+            KMP_ROOM(double, d->p, &d->udd, &d->anchor.u, &d->anchor.w), KMP_ROOM(double, d->r * d->p, &d->anchor.b),
             KMP_ROOM(double, 2 * d->p + d->r, &d->state, &d->slope),
-            KMP_ROOM(double, d->r, &d->anchor_v, &d->anchor_t, &d->anchor_c, &d->v, &d->by_scale, &d->by_weight));
-    d->formulation.curve = d->anchor_c;
+            KMP_ROOM(double, d->r, &d->anchor.v, &d->anchor.t, &d->anchor.c, &d->v, &d->by_scale, &d->by_weight));
+    d->formulation.curve = d->anchor.c;
     if (!made) {
         (void)kmp_fail_memory(start->system->context);
     } else if (can_follow(d)) {

@@ -63,7 +63,7 @@ typedef struct kmp_coupled_stages {
     int *pivot;
 } kmp_coupled_stages;
 
-/* What the choice of an iteration knows of recent steps. */
+/* The choice of an iteration, by recent steps. */
 typedef struct kmp_iteration_choice {
     kmp_iteration before;             /* on trial: the iteration to compare with */
     int trial_steps;                  /* until the judgement of a trial; 0: none */

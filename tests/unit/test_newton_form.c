@@ -43,7 +43,7 @@ static bool make(form *f, const kempe_system *s, const states *at, way by)
                                          .brief = by == IN_PARTS};
     f->reduced = (kmp_reduced *)kind->create(kind, &start);
     if (f->reduced && by == SOLVED) {
-        f->reduced->due_saddle_program = 0; /* otherwise after as many evaluations as it saves */
+        f->reduced->use.due_saddle_program = 0; /* otherwise after as many evaluations as it saves */
         CHECK(kmp_reduced_solve(f->reduced, at->t[0]) == KMP_GO);
     }
     return f->reduced;
@@ -82,7 +82,7 @@ static double evaluate_open(form *f, const double *y, double off, double *open)
         z[2 * d->p + i] += off * between(-1, 1) * s->scale[d->part.v[i]];
     CHECK(kmp_reduced_rhs(d, f->reduced->t, z, dy) == KMP_GO);
     double worst = relative(size, dy, exact);
-    for (int i = 0; (d->by_saddle_program || (d->programs.scalar && d->closed_by_program)) && i < d->r; i++)
+    for (int i = 0; (d->use.by_saddle_program || (d->programs.scalar && d->use.closed_by_program)) && i < d->r; i++)
         d->q[d->part.v[i]] = d->v[i];
     for (int k = 0; k < d->p; k++)
         d->q[d->part.u[k]] = y[k];
@@ -112,7 +112,7 @@ static void one_form(const char *name, const kempe_system *s, const states *at, 
             worst = check_max(worst, evaluate_open(&f, formulation->y, pow(10, -2.5 - 0.5 * try), &open));
     }
     bool fused = f.reduced->programs.scalar && !kmp_reduced_has_saddle_program(f.reduced);
-    way used = fused ? FUSED : f.reduced->by_saddle_program ? SOLVED : IN_PARTS;
+    way used = fused ? FUSED : f.reduced->use.by_saddle_program ? SOLVED : IN_PARTS;
     printf("  %-30s %s: slopes %.1e, |h| %.1e\n", name, ways[used], worst, open);
     CHECK(formulation->exchanges > 0 || used == by);
     CHECK(worst < gain * KMP_CORRECTION_IN_STAGE * TOLERANCE);
