@@ -4,7 +4,6 @@
 #include "bench.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/programs/reduced_program.h"
-#include "constraints/programs/reduced_program_inside.h"
 #include <kempe/check.h>
 
 static void put(const char *name, kmp_counts c)

@@ -2,7 +2,7 @@
 /* ns of one evaluation of a right-hand side, back to back over states of the motion: by parts, and by the one program
  * that the formulation writes; ms of making that; and ns of a lane where the solved program runs in 4 and 8 lanes. */
 #include "bench.h"
-#include "constraints/evaluation/condition_modes.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/programs/saddle_program.h"
 #include "followed_motion.h"
 #include "integrators/formulations/formulation.h"

@@ -10,7 +10,7 @@
 #include "bench.h"
 #include "constraints/sundials_compat.h"
 #include "dae_by_hand.h"
-#include "integrators/sundials/host_vector.h"
+#include "integrators/sundials/sundials_host.h"
 #include "judged.h"
 
 #include <ida/ida.h>

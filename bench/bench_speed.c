@@ -6,7 +6,6 @@
 #include "backend/sincos.h"
 #include "bench.h"
 #include "constraints/programs/reduced_program.h"
-#include "constraints/programs/reduced_program_inside.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/run/methods.h"
 #include "integrators/run/run.h"

@@ -7,7 +7,7 @@
 #include "analyses/equilibrium/equilibrium_study.h"
 #include "bench.h"
 #include "constraints/closing/assemble.h"
-#include "constraints/evaluation/shown_outputs.h"
+#include "constraints/evaluation/evaluator.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
 #include <kempe/check.h>

@@ -11,7 +11,7 @@
 #include "base/memory.h"
 #include "bench.h"
 #include "chain.h"
-#include "constraints/programs/saddle_program_nearby.h"
+#include "constraints/programs/saddle_program.h"
 #include "integrators/run/methods.h"
 #include "integrators/run/runner.h"
 #include "integrators/steppers/collocation.h"

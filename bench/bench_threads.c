@@ -7,7 +7,7 @@
  * By the clock on the wall, all numbers of threads in turn: an evaluation's time is the least median of many rounds, a
  * run's the least of a few. */
 #include "bench.h"
-#include "constraints/evaluation/shown_outputs.h"
+#include "constraints/evaluation/evaluator.h"
 #include "integrators/run/methods.h"
 #include "integrators/run/runner.h"
 #include <kempe/check.h>

@@ -6,7 +6,6 @@
 
 #include "bench/battery.h"
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/evaluation/jacobian_and_mass.h"
 #include "constraints/partition/partition.h"
 #include <kempe/check.h>
 

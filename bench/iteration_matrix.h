@@ -5,7 +5,6 @@
 
 #include "bench.h"
 #include "integrators/run/runner.h"
-#include "integrators/sundials/host_vector.h"
 #include "integrators/sundials/linear.h"
 #include "integrators/sundials/sundials_host.h"
 #include <string.h>

@@ -6,7 +6,6 @@
 #include "base/memory.h"
 #include "bench.h"
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/evaluation/row_residuals.h"
 #include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "output/reference.h"

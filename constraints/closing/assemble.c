@@ -7,16 +7,14 @@
  * where that does not contract. Gauss-Newton without a bound then converges to round-off. */
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/assembly.h"
-#include "constraints/closing/close_reduced.h"
+#include "constraints/closing/close.h"
 #include "constraints/closing/cut_start.h"
 #include "constraints/closing/goals.h"
 #include "constraints/closing/kinsol.h"
 #include "constraints/closing/least_change.h"
 #include "constraints/closing/random_walk.h"
 #include "constraints/evaluation/charts.h"
-#include "constraints/evaluation/intended_rank.h"
-#include "constraints/evaluation/jacobian_and_mass.h"
-#include "constraints/evaluation/row_residuals.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/kinds/kind.h"
 #include "constraints/partition/partition.h"
 #include "constraints/partition/reduction.h"
@@ -442,31 +440,27 @@ static double fastest(const work *w)
     return size;
 }
 
-/* Makes the rates consistent with the closures. Given rates are kept if these allow it. */
-static void meet_closures(work *w)
-{
-    bool given = false;
-    for (int k = 0; k < w->n; k++)
-        given = given || w->fixed[k];
-    evaluate(w);
-    double size = fastest(w), left = correct_rates(w, w->fixed);
-    if (given && left > KMP_CLOSED_RATES * fmax(size, fastest(w))) {
-        w->a->rates_changed = true;
-        given_rates(w);
-        left = correct_rates(w, NULL);
-    }
-    size = fmax(size, fastest(w));
-    w->a->rates_left = left > KMP_CLOSED_RATES * size ? left / size : 0;
-}
-
 static void make_rates(work *w)
 {
     given_rates(w);
     evaluate(w);
     if (!kmp_cut_start_rates(w->eval, w->fixed, w->a->q, w->a->qd))
         w->arena.failed = true;
-    if (w->m > 0)
-        meet_closures(w);
+    if (w->m > 0) {
+        /* Makes the rates consistent with the closures. Given rates are kept if these allow it. */
+        bool given = false;
+        for (int k = 0; k < w->n; k++)
+            given = given || w->fixed[k];
+        evaluate(w);
+        double size = fastest(w), left = correct_rates(w, w->fixed);
+        if (given && left > KMP_CLOSED_RATES * fmax(size, fastest(w))) {
+            w->a->rates_changed = true;
+            given_rates(w);
+            left = correct_rates(w, NULL);
+        }
+        size = fmax(size, fastest(w));
+        w->a->rates_left = left > KMP_CLOSED_RATES * size ? left / size : 0;
+    }
     if (w->a->rates_changed)
         return;
     /* Joints with clearance rest in their bearings, as far as the given rates let them. */
@@ -598,7 +592,7 @@ static bool is_closed(work *w)
     return residual(w) <= KMP_CLOSED_ENOUGH && !is_turned(w);
 }
 
-/* Searches again from the guess by rotation vectors (constraints/closing/rotation_vectors.h), whose search does not end
+/* Searches again from the guess by rotation vectors (constraints/closing/least_change.h), whose search does not end
  * at half a turn, if axes that should be parallel were turned by more than a right angle, or are. The last steps are by
  * the closures' rows. Keeps the state found before if it does not close. False: no memory. */
 static bool search_by_vectors(work *w)

@@ -6,7 +6,7 @@
 #include "base/arena.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/random_walk.h"
-#include "constraints/partition/loop_blocks.h"
+#include "constraints/partition/partition.h"
 #include <kempe/check.h>
 
 /** Random starts: uniform over all angles, and translations within some characteristic lengths. The loops are then

@@ -6,6 +6,7 @@
 #pragma once
 
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/partition/reduction.h"
 #include "integrators/decide/closing.h"
 
 /* A method of correcting x, whose first coordinates are q. */
@@ -55,3 +56,8 @@ void kmp_close_rates(const kmp_closer *closer, double *room, double *qd);
 
 /** Brings q and qd to round-off. false: they are not closed. */
 bool kmp_close_state(const kmp_closer *closer, double *room, double t, double *q, double *qd);
+
+/** Closes v of q for its u by Newton's method from the given v, with a new Jacobian in each iteration. Ends when a
+ * correction is within `fraction` of the weights w (n; NULL: to round-off). The evaluator's closure and the factors are
+ * then those of q to that accuracy. 0; 1 when corrections no longer contract or Jv is singular. */
+int kmp_reduction_close(kmp_reduction *red, double t, double *q, const double *w, double fraction);

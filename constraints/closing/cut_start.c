@@ -4,8 +4,7 @@
  * the loops: the guess is a compromise, and closing the loops is left to the assembly. */
 #include "constraints/closing/cut_start.h"
 #include "constraints/evaluation/charts.h"
-#include "constraints/evaluation/jacobian_and_mass.h"
-#include "constraints/evaluation/row_residuals.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "dynamics/goal_equations.h"
 #include "linalg/dense/dot.h"

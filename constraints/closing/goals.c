@@ -17,7 +17,7 @@
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/random_walk.h"
 #include "constraints/evaluation/charts.h"
-#include "constraints/evaluation/intended_rank.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "dynamics/goal_equations.h"
 #include "linalg/dense/dot.h"

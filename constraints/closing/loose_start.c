@@ -3,7 +3,7 @@
  * the loops closed; combinations of these changes are found by pivoting of their small matrix, so that contradictory
  * lengths are left out one by one. */
 #include "constraints/closing/loose_start.h"
-#include "constraints/evaluation/row_residuals.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "dynamics/goal_equations.h"
 #include "linalg/dense/dot.h"

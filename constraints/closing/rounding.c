@@ -5,7 +5,6 @@
  * square of the distance and soon exceed the tolerance. A small loop in a large mechanism cannot open far: its own size
  * is the measure. */
 #include "constraints/closing/rounding.h"
-#include "constraints/closing/loop_polygon.h"
 #include "constraints/closing/random_walk.h"
 #include "constraints/tolerances.h"
 #include "model/data/closure_table.h"
@@ -13,6 +12,66 @@
 #include <float.h>
 #include <math.h>
 #include <string.h>
+
+/* The sides of a loop: on each body from its joint to the next, up to the common ancestor on both branches. A body that
+ * slides can change its side, and excludes the test. */
+
+static void position(const kempe_model *model, int point, double at[3])
+{
+    for (int k = 0; k < 3; k++)
+        at[k] = point < 0 ? 0 : model->points[point].at[k].value;
+}
+
+static void add_side(kmp_loop_polygon *p, int body, int from, int to)
+{
+    double a[3], b[3];
+    position(p->model, from, a);
+    position(p->model, to, b);
+    double length = hypot(hypot(b[0] - a[0], b[1] - a[1]), b[2] - a[2]);
+    p->sum += length;
+    if (length > p->longest) {
+        p->longest = length;
+        p->body = body;
+        p->from = from;
+        p->to = to;
+    }
+}
+
+static bool turns_only(const kempe_model *model, int body)
+{
+    for (int k = 0; k < model->bodies[body].motion_count; k++)
+        if (!model->motions[model->bodies[body].first_motion + k].rotation)
+            return false;
+    return true;
+}
+
+/* Adds the sides on the bodies from point `at` of `body` up to `top`. *at is then a point of `top`. */
+static void climb(kmp_loop_polygon *p, int body, int top, int *at)
+{
+    for (; body != top; body = p->model->bodies[body].parent) {
+        p->slides = p->slides || !turns_only(p->model, body);
+        add_side(p, body, p->model->bodies[body].to, *at);
+        *at = p->model->bodies[body].at;
+    }
+}
+
+kmp_loop_polygon kmp_loop_polygon_of(const kempe_model *model, const kmp_closure *c)
+{
+    kmp_loop_polygon p = {.model = model, .from = -1, .to = -1};
+    int at = c->point[0], bt = c->point[1];
+    int a = model->points[at].body, b = model->points[bt].body, top = kmp_model_common_body(model, a, b);
+    climb(&p, a, top, &at);
+    climb(&p, b, top, &bt);
+    add_side(&p, top, at, bt);
+    return p;
+}
+
+/* The longest distance of two joints or closure points on one body around a loop, m; 0 if no body has two. */
+static double loop_longest_side(const kempe_model *model, int closure)
+{
+    const kmp_closure *c = &model->closures[closure];
+    return c->point[0] >= 0 && c->point[1] >= 0 ? kmp_loop_polygon_of(model, c).longest : 0;
+}
 
 enum { SEED = 7, PLACES = 24, TRIES = 3, ON = 6, LEAST_FAR = 4 };
 
@@ -112,7 +171,7 @@ bool kmp_rounding_try(kmp_rounding_trial *t, const kempe_system *system, const d
         /* The tolerance of each row, relative: positions in a loop smaller than the mechanism have less. */
         for (int r = 0; r < system->m; r++) {
             double size =
-                system->rows[r].length_power > 0 ? kmp_loop_longest_side(system->model, system->rows[r].closure) : 0;
+                system->rows[r].length_power > 0 ? loop_longest_side(system->model, system->rows[r].closure) : 0;
             part[r] = size > 0 ? fmin(1, size / system->length) : 1;
         }
         memcpy(q, from, (size_t)n * sizeof *q);

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A trial of a rank by finite motions: it shows whether closures are redundant but for rounding of the model's numbers.
- * Its result is kept in the system (constraints/evaluation/intended_rank.h). */
+ * Its result is kept in the system (constraints/evaluation/evaluator.h). */
 #pragma once
 
-#include "constraints/evaluation/intended_rank.h"
+#include "constraints/evaluation/evaluator.h"
+#include "model/data/model.h"
 
 struct kmp_walk;
 
@@ -46,3 +47,16 @@ int kmp_rounding_drives(const kempe_system *system, const bool *dropped, bool *d
 
 /** Writes a trial that holds into the system, unless another assembly has. */
 void kmp_rounding_keep(const kempe_system *system, const kmp_rounding_trial *trial);
+
+/* The links of a loop as a polygon, which closes only if no side is longer than all others together. */
+
+/** The polygon of one loop: its longest side and the sum of all sides, m. */
+typedef struct kmp_loop_polygon {
+    const kempe_model *model;
+    double longest, sum;
+    bool slides;        /* a joint of the loop slides */
+    int body, from, to; /* of the longest side: points, -1 the origin */
+} kmp_loop_polygon;
+
+/** The polygon of a closure between two points. */
+kmp_loop_polygon kmp_loop_polygon_of(const kempe_model *model, const kmp_closure *closure);

@@ -4,8 +4,8 @@
  * that are left out are those of a unit matrix, so that the pattern stays. */
 #include "constraints/closing/saddle.h"
 #include "base/memory.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/load_multipliers.h"
-#include "constraints/evaluation/row_residuals.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
 #include <math.h>
@@ -64,27 +64,6 @@ static double value_of(const kmp_saddle *saddle, int entry)
     if (from < 0 || out)
         return from < 0 && out ? 1 : 0;
     return transposed ? -eval->jacobian[from - masses] : eval->jacobian[from - masses];
-}
-
-/* -- rows chosen at each factorisation ----------------------------------------------------------------- */
-
-/* Partitions all rows; those that are independent at the evaluator's last closure stay in. */
-static void choose_rows(kmp_saddle *saddle)
-{
-    const kempe_system *s = saddle->eval->system;
-    int m = s->m;
-    memset(saddle->scaled, 0, (size_t)(m * s->n) * sizeof *saddle->scaled);
-    for (int e = 0; e < s->jacobian.count; e++) {
-        int r = s->jacobian.row[e], k = s->jacobian.col[e];
-        saddle->scaled[r + k * m] = saddle->eval->jacobian[e] * s->scale[k] / s->row_scale[r];
-    }
-    kmp_pivots_complete(m, s->n, saddle->scaled, saddle->largest, saddle->row, saddle->col, saddle->pivots);
-    int rank = kmp_partition_rank(s, saddle->pivots);
-    double undecided = KMP_CLOSED_DECIDED * kmp_eval_residual(saddle->eval) * (rank > 0 ? saddle->pivots[0] : 0);
-    while (saddle->rank >= 0 && rank > saddle->rank && !(saddle->pivots[rank - 1] > undecided))
-        rank--;
-    for (int i = 0; i < m; i++)
-        saddle->out[saddle->row[i]] = i >= rank;
 }
 
 /* -- by articulated bodies ---------------------------------------------------------------------------- */
@@ -181,8 +160,23 @@ KMP_CLEARS(kmp_saddle, saddle, kmp_sparse_free(saddle->sparse), kmp_arena_free(&
 int kmp_saddle_factor(kmp_saddle *saddle)
 {
     saddle->factorizations++;
-    if (saddle->out)
-        choose_rows(saddle);
+    if (saddle->out) {
+        /* Partitions all rows; those that are independent at the evaluator's last closure stay in. */
+        const kempe_system *s = saddle->eval->system;
+        int m = s->m;
+        memset(saddle->scaled, 0, (size_t)(m * s->n) * sizeof *saddle->scaled);
+        for (int e = 0; e < s->jacobian.count; e++) {
+            int r = s->jacobian.row[e], k = s->jacobian.col[e];
+            saddle->scaled[r + k * m] = saddle->eval->jacobian[e] * s->scale[k] / s->row_scale[r];
+        }
+        kmp_pivots_complete(m, s->n, saddle->scaled, saddle->largest, saddle->row, saddle->col, saddle->pivots);
+        int rank = kmp_partition_rank(s, saddle->pivots);
+        double undecided = KMP_CLOSED_DECIDED * kmp_eval_residual(saddle->eval) * (rank > 0 ? saddle->pivots[0] : 0);
+        while (saddle->rank >= 0 && rank > saddle->rank && !(saddle->pivots[rank - 1] > undecided))
+            rank--;
+        for (int i = 0; i < m; i++)
+            saddle->out[saddle->row[i]] = i >= rank;
+    }
     if (saddle->kind == KMP_SADDLE_BY_BODIES)
         return factor_mobility(saddle);
     if (saddle->kind == KMP_SADDLE_SPARSE) {

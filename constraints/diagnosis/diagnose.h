@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* The command `check`. */
 #pragma once
 
+#include "constraints/diagnosis/diagnosis.h"
 #include <kempe/check.h>
 
 /** The work of kempe_check_new. */

@@ -8,7 +8,6 @@
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/random_walk.h"
 #include "constraints/diagnosis/shared_loads.h"
-#include "constraints/partition/loop_blocks.h"
 #include "constraints/partition/partition.h"
 #include <kempe/check.h>
 

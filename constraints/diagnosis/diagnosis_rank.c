@@ -252,20 +252,6 @@ static void polarise(const kmp_examination *x, quadratic *f)
         }
 }
 
-static void contract(const kmp_examination *x, quadratic *f)
-{
-    int m = x->system->m;
-    for (int p = 0; p < f->pairs; p++)
-        for (int l = 0; l < f->l; l++) {
-            double sum = 0, size = 0;
-            for (int r = 0; r < m; r++) {
-                sum += f->left[r + l * m] * f->gamma[r + p * m];
-                size += f->left[r + l * m] * f->left[r + l * m];
-            }
-            f->form[l + p * f->l] = sum / sqrt(size);
-        }
-}
-
 static bool binds(const quadratic *f, int l)
 {
     for (int p = 0; p < f->pairs; p++)
@@ -334,7 +320,16 @@ void kmp_diagnosis_second_order(kmp_examination *x)
     kmp_eval_mass(x->walk->eval);
     gamma_of(x, f.qd, NULL, &f, f.gamma0); /* d and gamma0 are both zero here */
     polarise(x, &f);
-    contract(x, &f);
+    int m = x->system->m;
+    for (int p = 0; p < f.pairs; p++)
+        for (int l = 0; l < f.l; l++) {
+            double sum = 0, size = 0;
+            for (int r = 0; r < m; r++) {
+                sum += f.left[r + l * m] * f.gamma[r + p * m];
+                size += f.left[r + l * m] * f.left[r + l * m];
+            }
+            f.form[l + p * f.l] = sum / sqrt(size);
+        }
     int first = -1; /* of the conditions that bind */
     for (int l = f.l - 1; l >= 0; l--)
         if (binds(&f, l)) {

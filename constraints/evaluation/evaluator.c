@@ -10,16 +10,203 @@
 #include "backend/lazy_jit.h"
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
-#include "constraints/evaluation/condition_modes.h"
-#include "constraints/evaluation/jacobian_and_mass.h"
 #include "constraints/evaluation/left_tables.h"
 #include "constraints/evaluation/load_multipliers.h"
+#include "constraints/tolerances.h"
 #include "dynamics/motion.h"
 #include "dynamics/motion_choice.h"
 #include "model/data/model.h"
+#include "model/data/output_table.h"
+#include <math.h>
 #include <string.h>
 
-void kmp_eval_set_all(kmp_evaluator *eval, kmp_input_kind kind, const double *values)
+/* The intended rank of rounded closures, kept in the system once it is known, and tolerances that follow from it. */
+
+const kmp_rounding *kmp_rounding_of(const kempe_system *system)
+{
+    return system->rounding && atomic_load(&system->rounding->state) == KMP_ROUNDING_PRESENT ? system->rounding : NULL;
+}
+
+bool kmp_rounding_is_known(const kempe_system *system)
+{
+    return system->rounding && atomic_load(&system->rounding->state) >= KMP_ROUNDING_PRESENT;
+}
+
+void kmp_rounding_keep_none(const kempe_system *system)
+{
+    int none = KMP_ROUNDING_UNKNOWN;
+    (void)atomic_compare_exchange_strong(&system->rounding->state, &none, KMP_ROUNDING_NONE);
+}
+
+bool kmp_rounding_closed(const kmp_evaluator *eval)
+{
+    int row;
+    const kmp_rounding *rounding = kmp_rounding_of(eval->system);
+    return kmp_eval_residual(eval) <= KMP_CLOSED_DROPPED &&
+           kmp_eval_misfit(eval, &row) <= fmax(KMP_CLOSED_DROPPED, rounding ? rounding->tolerance : 0);
+}
+
+double kmp_rounding_zero(const kempe_system *system, double strict)
+{
+    const kmp_rounding *rounding = kmp_rounding_of(system);
+    return rounding ? fmax(strict, rounding->zero) : strict;
+}
+
+/* Products with J and M, and dense copies of them, from the entries that the last evaluation gave. Entries are stored
+ * by the patterns of the system: J in row-major order, M by its lower triangle. */
+
+void kmp_eval_mask(const kmp_evaluator *eval, const bool *left_out, double *masked)
+{
+    const kmp_pattern *j = &eval->system->jacobian;
+    for (int e = 0; e < j->count; e++)
+        masked[e] = left_out[j->row[e]] ? 0 : eval->jacobian[e];
+}
+
+void kmp_eval_dense_jacobian(const kmp_evaluator *eval, double *jacobian)
+{
+    const kmp_pattern *p = &eval->system->jacobian;
+    memset(jacobian, 0, (size_t)(eval->m * eval->n) * sizeof *jacobian);
+    for (int k = 0; k < p->count; k++)
+        jacobian[p->row[k] + p->col[k] * eval->m] = eval->jacobian[k];
+}
+
+void kmp_eval_rates(const kmp_evaluator *eval, const double *qd, double *rates)
+{
+    const kmp_pattern *p = &eval->system->jacobian;
+    for (int r = 0; r < eval->m; r++)
+        rates[r] = eval->h_t ? eval->h_t[r] : 0;
+    for (int k = 0; k < p->count; k++)
+        rates[p->row[k]] += eval->jacobian[k] * qd[p->col[k]];
+}
+
+double kmp_eval_drive_power(const kmp_evaluator *eval, const double *lambda)
+{
+    double power = 0;
+    for (int r = 0; eval->h_t && r < eval->m; r++)
+        power -= lambda[r] * eval->h_t[r];
+    return power;
+}
+
+void kmp_eval_dense_mass(const kmp_evaluator *eval, double *mass)
+{
+    const kmp_pattern *p = &eval->system->mass;
+    int n = eval->n;
+    memset(mass, 0, (size_t)(n * n) * sizeof *mass);
+    for (int k = 0; k < p->count; k++)
+        mass[p->row[k] + p->col[k] * n] = mass[p->col[k] + p->row[k] * n] = eval->mass[k];
+}
+
+void kmp_eval_add_mass_times(const kmp_evaluator *eval, const double *x, double *out)
+{
+    const kmp_pattern *m = &eval->system->mass;
+    for (int k = 0; k < m->count; k++) {
+        int i = m->row[k], j = m->col[k];
+        out[i] += eval->mass[k] * x[j];
+        if (i != j)
+            out[j] += eval->mass[k] * x[i];
+    }
+}
+
+double kmp_eval_kinetic(const kmp_evaluator *eval, const double *qd)
+{
+    const kmp_pattern *p = &eval->system->mass;
+    int coordinates = kmp_model_coordinates(eval->system->model);
+    double sum = 0;
+    for (int k = 0; k < p->count && p->row[k] < coordinates; k++)
+        sum += eval->mass[k] * qd[p->row[k]] * qd[p->col[k]] * (p->row[k] == p->col[k] ? 0.5 : 1);
+    return sum;
+}
+
+/* Residuals of closures, scaled by row, and the rows that count in them. A model of rounded numbers can have dependent
+ * rows that agree only roughly. As many rows as the rank exceeds are dropped, and what stays open in them, the misfit,
+ * is reported apart from the residual. */
+
+bool kmp_eval_counts(const kmp_evaluator *eval, int row)
+{
+    return !eval->dropped[row] && (!eval->left_out || !eval->left_out[row]);
+}
+
+void kmp_eval_drop(kmp_evaluator *eval, int count, const int *rows)
+{
+    if (!kmp_rounding_of(eval->system))
+        return;
+    memset(eval->dropped, 0, (size_t)eval->m * sizeof *eval->dropped);
+    for (int k = 0; k < count; k++)
+        eval->dropped[rows[k]] = true;
+}
+
+void kmp_eval_drop_widest(kmp_evaluator *eval)
+{
+    const kmp_rounding *rounding = kmp_rounding_of(eval->system);
+    if (!rounding)
+        return;
+    memset(eval->dropped, 0, (size_t)eval->m * sizeof *eval->dropped);
+    for (int k = rounding->rank; k < eval->m; k++) {
+        int widest = -1;
+        for (int r = 0; r < eval->m; r++)
+            if (!eval->dropped[r] && (widest < 0 || kmp_eval_opening(eval, r) > kmp_eval_opening(eval, widest)))
+                widest = r;
+        eval->dropped[widest] = true;
+    }
+}
+
+double kmp_eval_opening(const kmp_evaluator *eval, int row)
+{
+    return fabs(eval->h[row]) / eval->system->row_scale[row];
+}
+
+double kmp_eval_misfit(const kmp_evaluator *eval, int *row)
+{
+    double widest = 0;
+    *row = -1;
+    for (int r = 0; r < eval->m; r++)
+        if (eval->dropped[r] && !(eval->left_out && eval->left_out[r]) && !(kmp_eval_opening(eval, r) <= widest)) {
+            widest = kmp_eval_opening(eval, r);
+            *row = r;
+        }
+    return widest;
+}
+
+double kmp_eval_residual(const kmp_evaluator *eval)
+{
+    double worst = 0;
+    for (int r = 0; r < eval->m; r++) {
+        double open = kmp_eval_counts(eval, r) ? kmp_eval_opening(eval, r) : 0;
+        if (!(open <= worst))
+            worst = isnan(open) ? INFINITY : open;
+    }
+    return worst;
+}
+
+double kmp_eval_rate_residual(const kmp_evaluator *eval, const double *qd)
+{
+    const kmp_pattern *p = &eval->system->jacobian;
+    double worst = 0;
+    for (int r = 0, k = 0; r < eval->m; r++) { /* entries are in row-major order */
+        double rate = eval->h_t ? eval->h_t[r] : 0;
+        for (; k < p->count && p->row[k] == r; k++)
+            rate += eval->jacobian[k] * qd[p->col[k]];
+        if (kmp_eval_counts(eval, r))
+            worst = fmax(worst, fabs(rate) / eval->system->row_scale[r]);
+    }
+    return worst;
+}
+
+double kmp_eval_size(const kmp_evaluator *eval, const double *x)
+{
+    double size = 0;
+    for (int i = 0; i < eval->n; i++)
+        size = fmax(size, fabs(x[i]) / eval->system->scale[i]);
+    return size;
+}
+
+/* The conditions of piecewise laws: which branch holds at a state. The program of conditions gives first - second of
+ * each one; a machine reads the branches as constants, so that its laws are smooth while a step is integrated.
+ * Conditions may depend on conditions. Repeated passes set one level each, as signals in a circuit without loops
+ * settle, and at most as many as there are conditions. */
+
+/* Sets an input of all programs. */
+static void eval_set_all(kmp_evaluator *eval, kmp_input_kind kind, const double *values)
 {
     kmp_machine *machines[] = {eval->composite, eval->articulated, eval->judge, eval->changes};
     for (size_t k = 0; k < sizeof machines / sizeof *machines; k++)
@@ -27,11 +214,170 @@ void kmp_eval_set_all(kmp_evaluator *eval, kmp_input_kind kind, const double *va
             kmp_machine_set(machines[k], kind, values);
 }
 
+static void set_modes(kmp_evaluator *eval)
+{
+    eval_set_all(eval, KMP_IN_MODE, eval->mode);
+}
+
+/* The mode of a condition at its value. Friction slips by the sign of its rate. */
+static double mode_at(const kmp_condition *condition, const double *change)
+{
+    double rate = condition->role == KMP_ROLE_SENSE ? change[KMP_ROLE_RATE - KMP_ROLE_SENSE] : 0;
+    if (condition->role != KMP_ROLE_NONE)
+        return (rate > 0) - (rate < 0);
+    return *change < 0 && !condition->ends && !condition->kink ? 1 : 0;
+}
+
+/* Takes new inputs of an evaluation, NULL: the last values, and sets the conditions to that state, unless they are
+ * fixed. Every evaluation does so first. */
+static void eval_follow_conditions(kmp_evaluator *eval, const double *t, const double *q, const double *qd)
+{
+    if (!eval->changes || eval->frozen)
+        return;
+    if (t)
+        kmp_machine_set(eval->changes, KMP_IN_TIME, kmp_present_inputs_at(&eval->inputs, *t));
+    if (q)
+        kmp_machine_set(eval->changes, KMP_IN_Q, q);
+    if (qd)
+        kmp_machine_set(eval->changes, KMP_IN_QD, qd);
+    /* Updates the conditions to the state. Conditions may depend on conditions: each pass settles one level. */
+    int count = eval->system->events.count;
+    for (int pass = 0; pass <= count; pass++) {
+        bool same = true;
+        const double *change = kmp_machine_run(eval->changes, 1);
+        for (int k = 0; k < count; k++) {
+            const kmp_condition *condition = &eval->system->events.condition[k];
+            bool held = condition->role != KMP_ROLE_NONE &&
+                        (eval->holds_friction ||
+                         ((const kmp_force *)condition->of)->kind == KMP_FORCE_TOUCH /* of a contact */);
+            double mode = held ? eval->mode[k] : mode_at(condition, change + k);
+            same = same && mode == eval->mode[k];
+            eval->mode[k] = mode;
+        }
+        if (same)
+            return;
+        set_modes(eval);
+    }
+}
+
+const double *kmp_eval_changes(kmp_evaluator *eval, double t, const double *q, const double *qd)
+{
+    if (!eval->changes)
+        return NULL;
+    kmp_machine_set(eval->changes, KMP_IN_TIME, kmp_present_inputs_at(&eval->inputs, t));
+    kmp_machine_set(eval->changes, KMP_IN_Q, q);
+    kmp_machine_set(eval->changes, KMP_IN_QD, qd);
+    return kmp_machine_run(eval->changes, 1);
+}
+
+void kmp_eval_all_changes(kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
+                          const double *lambda, double *change)
+{
+    const kmp_events *events = &eval->system->events;
+    const double *now = kmp_eval_changes(eval, t, q, qd), *late = NULL;
+    for (int k = 0; k < events->count; k++)
+        change[k] = now[k];
+    for (int k = 0; k < events->count; k++) {
+        if (!events->condition[k].late)
+            continue;
+        if (!late) {
+            kmp_machine_set(eval->changes, KMP_IN_QDD, qdd);
+            kmp_machine_set(eval->changes, KMP_IN_LAMBDA, lambda);
+            late = kmp_machine_run(eval->changes, 2);
+        }
+        change[k] = *late++;
+    }
+    eval->solved[0] = now + events->count;
+    eval->solved[1] = late;
+}
+
+void kmp_eval_freeze(kmp_evaluator *eval, double t, const double *q, const double *qd)
+{
+    eval->frozen = false;
+    eval_follow_conditions(eval, &t, q, qd);
+    eval->frozen = true;
+}
+
+void kmp_eval_set_mode(kmp_evaluator *eval, int condition, bool holds)
+{
+    eval->mode[condition] = holds && !eval->system->events.condition[condition].kink ? 1 : 0;
+    set_modes(eval);
+}
+
+void kmp_eval_set_modes(kmp_evaluator *eval, const double *mode)
+{
+    memmove(eval->mode, mode, (size_t)eval->system->events.count * sizeof *mode);
+    set_modes(eval);
+}
+
+void kmp_eval_set_kink(kmp_evaluator *eval, int condition, double side)
+{
+    eval->mode[condition] = side;
+    set_modes(eval);
+}
+
+/* Values that judge or show a motion and do not make it: energy, power, reactions, outputs. They have a program of
+ * their own, so that steps do not pay for them. Its stages build on each other in this order: potential, power,
+ * reactions, positions, outputs; each function runs the stages that it needs. */
+
+double kmp_eval_potential(kmp_evaluator *eval, double t, const double *q)
+{
+    eval_follow_conditions(eval, &t, q, NULL);
+    kmp_machine_set(eval->judge, KMP_IN_TIME, kmp_present_inputs_at(&eval->inputs, t));
+    kmp_machine_set(eval->judge, KMP_IN_Q, q);
+    return *kmp_machine_run(eval->judge, KMP_STAGE_POTENTIAL);
+}
+
+/* Stages build on each other: the power's needs the potential's. The power uses the multipliers of the last C. */
+double kmp_eval_power(kmp_evaluator *eval, double t, const double *q, const double *qd)
+{
+    eval_follow_conditions(eval, &t, q, qd);
+    (void)kmp_eval_potential(eval, t, q);
+    kmp_machine_set(eval->judge, KMP_IN_QD, qd);
+    if (eval->nu)
+        kmp_machine_set(eval->judge, KMP_IN_LAMBDA, eval->nu);
+    double power = *kmp_machine_run(eval->judge, KMP_STAGE_POWER);
+    const double *effort = kmp_eval_effort(eval, t, q, qd);
+    for (int i = 0; effort && i < eval->n; i++)
+        power += effort[i] * qd[i];
+    return power;
+}
+
+double kmp_eval_power_here(kmp_evaluator *eval, const double *qd)
+{
+    if (eval->weighs_only && !eval->by_bodies)
+        return kmp_eval_power(eval, eval->t, eval->q, qd);
+    const kmp_program *program = eval->by_bodies ? eval->system->bodies->program : eval->system->motion;
+    double power = program->stages > KMP_STAGE_WORKING ? *kmp_machine_run(eval->motion, KMP_STAGE_WORKING) : 0;
+    for (int i = 0; eval->system->force && i < eval->n; i++)
+        power += eval->effort[i] * qd[i];
+    return power;
+}
+
+const double *kmp_eval_reactions(kmp_evaluator *eval, double t, const double *q, const double *lambda)
+{
+    (void)kmp_eval_potential(eval, t, q);
+    kmp_machine_set(eval->judge, KMP_IN_LAMBDA, lambda);
+    (void)kmp_machine_run(eval->judge, KMP_STAGE_POWER);
+    return kmp_machine_run(eval->judge, KMP_STAGE_REACTION);
+}
+
+const double *kmp_eval_shown(kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
+                             const double *lambda)
+{
+    eval_follow_conditions(eval, &t, q, qd);
+    kmp_machine_set(eval->judge, KMP_IN_QD, qd);
+    kmp_machine_set(eval->judge, KMP_IN_QDD, qdd);
+    (void)kmp_eval_reactions(eval, t, q, lambda);
+    (void)kmp_machine_run(eval->judge, KMP_STAGE_POSITION);
+    return kmp_machine_run(eval->judge, KMP_STAGE_SHOWN);
+}
+
 /* Evaluates all values that are constant during steps. */
 static void evaluate_constants(kmp_evaluator *eval)
 {
     kmp_machine *machines[] = {eval->composite, eval->articulated, eval->judge, eval->changes};
-    kmp_eval_set_all(eval, KMP_IN_CHART, eval->chart);
+    eval_set_all(eval, KMP_IN_CHART, eval->chart);
     for (size_t k = 0; k < sizeof machines / sizeof *machines; k++)
         if (machines[k])
             (void)kmp_machine_run(machines[k], KMP_STAGE_PARAMETERS);
@@ -39,7 +385,7 @@ static void evaluate_constants(kmp_evaluator *eval)
 
 void kmp_eval_renew_parameters(kmp_evaluator *eval)
 {
-    kmp_eval_set_all(eval, KMP_IN_PARAMETER, eval->system->parameters);
+    eval_set_all(eval, KMP_IN_PARAMETER, eval->system->parameters);
     evaluate_constants(eval);
 }
 
@@ -53,8 +399,8 @@ void kmp_eval_set_charts(kmp_evaluator *eval, const double *chart)
 /* The inputs of machines that have been added. */
 static void set_constant_inputs(kmp_evaluator *eval)
 {
-    kmp_eval_set_all(eval, KMP_IN_PARAMETER, eval->system->parameters);
-    kmp_eval_set_all(eval, KMP_IN_MODE, eval->mode);
+    eval_set_all(eval, KMP_IN_PARAMETER, eval->system->parameters);
+    eval_set_all(eval, KMP_IN_MODE, eval->mode);
     evaluate_constants(eval);
 }
 
@@ -86,7 +432,7 @@ static bool make_machines(kmp_evaluator *eval, kmp_eval_use use)
     if (!kmp_present_inputs_init(&eval->inputs, &eval->arena, eval->system->model) || eval->arena.failed || !made)
         return false;
     if (eval->nu)
-        kmp_eval_set_all(eval, KMP_IN_LAMBDA, eval->nu);
+        eval_set_all(eval, KMP_IN_LAMBDA, eval->nu);
     kmp_charts_reset(eval->system, eval->chart);
     set_constant_inputs(eval);
     return true;
@@ -185,7 +531,7 @@ void kmp_eval_free(kmp_evaluator *eval)
 
 void kmp_eval_closure(kmp_evaluator *eval, double t, const double *q)
 {
-    kmp_eval_follow_conditions(eval, &t, q, NULL);
+    eval_follow_conditions(eval, &t, q, NULL);
     kmp_machine_set(eval->motion, KMP_IN_TIME, kmp_present_inputs_at(&eval->inputs, t));
     kmp_machine_set(eval->motion, KMP_IN_Q, q);
     eval->h = kmp_machine_run(eval->motion, KMP_STAGE_CLOSURE);
@@ -302,7 +648,7 @@ void kmp_eval_bias_with(kmp_evaluator *eval, const double *nu)
 
 void kmp_eval_bias(kmp_evaluator *eval, const double *qd)
 {
-    kmp_eval_follow_conditions(eval, NULL, NULL, qd);
+    eval_follow_conditions(eval, NULL, NULL, qd);
     kmp_machine_set(eval->motion, KMP_IN_QD, qd);
     (void)kmp_eval_effort(eval, eval->t, eval->q, qd);
     if (eval->by_bodies)

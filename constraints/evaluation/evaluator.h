@@ -98,9 +98,6 @@ void kmp_eval_set_effort(kmp_evaluator *eval, const double *effort);
  * (system->load_row_count). */
 void kmp_eval_bias_with(kmp_evaluator *eval, const double *nu);
 
-/** Sets an input of all programs. */
-void kmp_eval_set_all(kmp_evaluator *eval, kmp_input_kind kind, const double *values);
-
 /** Takes new values of the system's parameters; earlier results are no longer valid. */
 void kmp_eval_renew_parameters(kmp_evaluator *eval);
 
@@ -118,3 +115,105 @@ void kmp_eval_set_charts(kmp_evaluator *eval, const double *chart);
 
 /** User-defined generalized forces at (t, q, qd), owned by the evaluator, not finite on failure; NULL: none. */
 const double *kmp_eval_effort(kmp_evaluator *eval, double t, const double *q, const double *qd);
+
+/* Products with J and M of the last evaluation. */
+
+/** Copies J of the last closure with the rows in `left_out` (m) zero, into room for all entries of J. */
+void kmp_eval_mask(const kmp_evaluator *eval, const bool *left_out, double *masked);
+
+/** Dense copies of the last values, column-major: J is m x n, M n x n and symmetric. */
+void kmp_eval_dense_jacobian(const kmp_evaluator *eval, double *jacobian);
+void kmp_eval_dense_mass(const kmp_evaluator *eval, double *mass);
+
+/** J qd + h_t (m values) at the last kmp_eval_closure. */
+void kmp_eval_rates(const kmp_evaluator *eval, const double *qd, double *rates);
+
+/** Power of moving closures at given multipliers, lambda' J qd = -lambda' h_t, with h_t of the last
+ * kmp_eval_closure. */
+double kmp_eval_drive_power(const kmp_evaluator *eval, const double *lambda);
+
+/** out += M x. */
+void kmp_eval_add_mass_times(const kmp_evaluator *eval, const double *x, double *out);
+
+/** Kinetic energy qd' M qd / 2 of the last kmp_eval_mass. */
+double kmp_eval_kinetic(const kmp_evaluator *eval, const double *qd);
+
+/* Residuals of closures, the rows that count in them, and rows that are dropped. */
+
+/** For a system of rounded numbers: marks the rows that a choice drops, or the widest rows at the last
+ * kmp_eval_closure. Nothing closes them, so that they no longer count as open; kmp_eval_misfit reports them. */
+void kmp_eval_drop(kmp_evaluator *eval, int count, const int *rows);
+void kmp_eval_drop_widest(kmp_evaluator *eval);
+
+/** |h| / row scale of a row at the last kmp_eval_closure; the largest of the dropped rows and its index, -1: none is
+ * open. */
+double kmp_eval_opening(const kmp_evaluator *eval, int row);
+double kmp_eval_misfit(const kmp_evaluator *eval, int *row);
+/** True if a row must be met. */
+bool kmp_eval_counts(const kmp_evaluator *eval, int row);
+
+/** max |h| / row scale at the last kmp_eval_closure, over the rows that count. */
+double kmp_eval_residual(const kmp_evaluator *eval);
+
+/** max |J qd + h_t| / row scale at the last kmp_eval_closure, over the rows that count. */
+double kmp_eval_rate_residual(const kmp_evaluator *eval, const double *qd);
+
+/** The largest |x[i]| / scale (n). */
+double kmp_eval_size(const kmp_evaluator *eval, const double *x);
+
+/* Conditions of piecewise laws and branches of kinks, at a state or fixed. */
+
+/** first - second of each condition at (t, q, qd); NULL without conditions. A condition holds if this is negative. */
+const double *kmp_eval_changes(kmp_evaluator *eval, double t, const double *q, const double *qd);
+
+/** Evaluates all conditions into `change`, one value per condition, including those that depend on accelerations and
+ * multipliers, which kmp_eval_changes gives as zero. */
+void kmp_eval_all_changes(kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
+                          const double *lambda, double *change);
+
+/** Fixes the conditions as they are at (t, q, qd) for all later states, until `frozen` is cleared. kmp_eval_set_mode
+ * changes a fixed one. */
+void kmp_eval_freeze(kmp_evaluator *eval, double t, const double *q, const double *qd);
+void kmp_eval_set_mode(kmp_evaluator *eval, int condition, bool holds);
+
+/** Takes all conditions and branches of kinks from another time. */
+void kmp_eval_set_modes(kmp_evaluator *eval, const double *mode);
+
+/** Selects the branch of a kink (kmp_tree_kink); 0, initially: by the state. Not changed by kmp_eval_set_mode. Sets the
+ * input of a friction element's role. */
+void kmp_eval_set_kink(kmp_evaluator *eval, int condition, double side);
+
+/* Energies, power, reactions and outputs at a state. */
+
+/** Potential energy at (t, q); power of the non-conservative forces at (t, q, qd); closure forces (3 per closure) at
+ * (t, q, lambda). */
+double kmp_eval_potential(kmp_evaluator *eval, double t, const double *q);
+double kmp_eval_power(kmp_evaluator *eval, double t, const double *q, const double *qd);
+/** Power of the non-conservative forces from the last kmp_eval_bias, whose rates are qd. */
+double kmp_eval_power_here(kmp_evaluator *eval, const double *qd);
+const double *kmp_eval_reactions(kmp_evaluator *eval, double t, const double *q, const double *lambda);
+
+/** Values of the model's outputs in addition to the table, in their order (model/data/output_table.h). */
+const double *kmp_eval_shown(kmp_evaluator *eval, double t, const double *q, const double *qd, const double *qdd,
+                             const double *lambda);
+
+/* The rank that a rounded drawing means: closures that are redundant but for rounding of the model's numbers. J of such
+ * a mechanism has a higher rank than the intended mechanism, with pivots of the size of the rounding, and its loops
+ * close nowhere or at a few places. The intended rank is found once, when the loops are assembled
+ * (constraints/closing/rounding.h), and kept in the system: every choice of rows uses it. Rows beyond it are dropped;
+ * they stay open by their misfit, which is monitored. */
+
+/** NULL: closures hold as written. */
+const kmp_rounding *kmp_rounding_of(const kempe_system *system);
+
+/** True if the assembly at the start has looked for redundant closures with the present numbers; it has found none
+ * after kmp_rounding_keep_none. */
+bool kmp_rounding_is_known(const kempe_system *system);
+void kmp_rounding_keep_none(const kempe_system *system);
+
+/** Zero tolerance for pivots of J, and for directions of its rows: `strict`, or more if numbers are rounded. */
+double kmp_rounding_zero(const kempe_system *system, double strict);
+
+/** True if every row, dropped ones included, is closed at the evaluator's last closure up to rounding of the model's
+ * numbers. With the kept rows alone a long step may reach another branch. */
+bool kmp_rounding_closed(const kmp_evaluator *eval);

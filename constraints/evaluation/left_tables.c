@@ -3,7 +3,7 @@
  * admit. Laws and closures have a condition for each end of a table; outputs have the argument of each use among
  * their values. A table is doubted once for an evaluator. */
 #include "constraints/evaluation/left_tables.h"
-#include "constraints/evaluation/condition_modes.h"
+#include "constraints/evaluation/evaluator.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"

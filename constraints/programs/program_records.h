@@ -4,7 +4,7 @@
  */
 #pragma once
 
-#include "constraints/programs/writer_blocks.h"
+#include "constraints/programs/program_writer.h"
 #include "dynamics/program_cache.h"
 
 /** A program as its writer has made it. */

@@ -6,7 +6,9 @@
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
 #include "dynamics/motion.h"
+#include "linalg/dense/dense.h"
 #include "symbolic/contraction.h"
+#include "symbolic/function_table.h"
 #include "symbolic/ops.h"
 #include <math.h>
 #include <string.h>
@@ -100,7 +102,8 @@ bool kmp_writer_take_rates(kmp_program_writer *w, const kmp_partition *part, con
     return kmp_writer_import(w);
 }
 
-bool kmp_writer_correct(kmp_program_writer *w, const kmp_partition *part, const kmp_ref *dv)
+/* Adds corrections (r) to v of such a state: later imports are those of the corrected state. */
+static bool writer_correct(kmp_program_writer *w, const kmp_partition *part, const kmp_ref *dv)
 {
     w->at = KMP_ARENA_NEW(&w->arena, kmp_ref, w->inputs);
     w->turns.angle = KMP_ARENA_NEW(&w->arena, kmp_ref, w->source->code[w->source->stages]);
@@ -128,7 +131,7 @@ static bool import(kmp_program_writer *w, int stages)
     return true;
 }
 
-bool kmp_writer_import_closure(kmp_program_writer *w)
+static bool writer_import_closure(kmp_program_writer *w)
 {
     return import(w, KMP_STAGE_CLOSURE + 1);
 }
@@ -154,17 +157,17 @@ bool kmp_writer_import(kmp_program_writer *w)
 
 /* -- count --------------------------------------------------------------------------------------------- */
 
-typedef enum number { ANY, NUMBER_ZERO, NUMBER_ONE } number;
+typedef enum known_number { ANY, NUMBER_ZERO, NUMBER_ONE } known_number;
 
-static number number_of(double x)
+static known_number number_of(double x)
 {
     return x == 0 ? NUMBER_ZERO : x == 1 ? NUMBER_ONE : ANY;
 }
 
 /* Returns the constant value of an instruction, as far as it is known; *free: it needs no operation. */
-static number simplify(const kmp_instruction *in, const number *known, bool *free)
+static known_number simplify(const kmp_instruction *in, const known_number *known, bool *free)
 {
-    number a = known[in->a >> 1], b = kmp_op_arity((kmp_op)in->op) > 1 ? known[in->b >> 1] : ANY;
+    known_number a = known[in->a >> 1], b = kmp_op_arity((kmp_op)in->op) > 1 ? known[in->b >> 1] : ANY;
     bool product = in->op == KMP_OP_MUL;
     bool zero = a == NUMBER_ZERO || b == NUMBER_ZERO, both = a == NUMBER_ZERO && b == NUMBER_ZERO;
     *free = product ? zero || a == NUMBER_ONE || b == NUMBER_ONE : in->op == KMP_OP_ADD && zero;
@@ -177,7 +180,7 @@ double kmp_writer_operations(const kmp_evaluator *eval, bool by_bodies)
         return -1;
     const kmp_program *p = by_bodies ? eval->system->bodies->program : eval->system->motion;
     int leaves = p->constant_count + p->input_count;
-    number *known = KMP_NEW(number, leaves + p->code[p->stages]);
+    known_number *known = KMP_NEW(known_number, leaves + p->code[p->stages]);
     double count = known ? 0 : -1;
     for (int k = 0; known && k < p->constant_count; k++)
         known[k] = number_of(p->constant[k]);
@@ -317,4 +320,388 @@ bool kmp_writer_machine_is_stale(kmp_writer_machine *w)
 bool kmp_writer_machine_applies(kmp_writer_machine *w)
 {
     return !kmp_writer_machine_is_stale(w) && (w->eval->frozen || w->eval->system->events.count == 0);
+}
+
+/* Expressions for Jv^-1, block by block from the last to the first. The order of elimination in a block is that of
+ * complete pivoting at the state where the program is written; bounds of the multipliers tell at other states that it
+ * is no longer good. */
+
+/* A diagonal block: its matrix, then its factors; rows in the order of elimination. */
+struct kmp_writer_block {
+    int size, row[KMP_WRITER_BLOCK], col[KMP_WRITER_BLOCK];
+    kmp_ref a[KMP_WRITER_BLOCK][KMP_WRITER_BLOCK];
+    kmp_ref inverse[KMP_WRITER_BLOCK]; /* of the pivots; for two rows: of the determinant */
+};
+
+/* Largest multiplier of the elimination, rows scaled, for which its order is good. */
+#define MULTIPLIER 10.0
+
+bool kmp_writer_order_is_good(int count, const kmp_eliminated *rows, const double *multiplier, const double *row_scale,
+                              size_t stride)
+{
+    for (int k = 0; k < count; k++) {
+        double by = row_scale[(size_t)rows[k].by * stride], row = row_scale[(size_t)rows[k].row * stride];
+        if (!(fabs(multiplier[(size_t)k * stride]) * by <= MULTIPLIER * row))
+            return false;
+    }
+    return true;
+}
+
+void kmp_writer_order(const kmp_reduction *red, int *order)
+{
+    const double *scale = red->eval->system->row_scale;
+    double value[KMP_WRITER_BLOCK * KMP_WRITER_BLOCK];
+    int size, pivot[KMP_WRITER_BLOCK];
+    for (int number = 0, count = kmp_block_count(red->block); number < count; number++, order += size) {
+        const int *col = kmp_block_columns(red->block, number, &size), *row = kmp_block_rows(red->block, number);
+        memcpy(order, row, (size_t)size * sizeof *order);
+        if (size <= 2) /* by the determinant */
+            continue;
+        for (int i = 0; i < size; i++)
+            for (int j = 0; j < size; j++) {
+                int e = 0;
+                while (e < red->jv_count && (red->jv_row[e] != row[i] || red->jv_col[e] != col[j]))
+                    e++;
+                double entry = e < red->jv_count ? red->eval->jacobian[red->jv_entry[e]] : 0;
+                value[i + j * size] = entry / scale[red->part->rows[row[i]]];
+            }
+        int fault = kmp_lu_factor(size, value, pivot);
+        for (int i = 0; i < (fault ? fault - 1 : size); i++)
+            kmp_swap_int(&order[i], &order[pivot[i]]);
+    }
+}
+
+static void solve_block(kmp_graph *g, const struct kmp_writer_block *b, kmp_ref *x)
+{
+    if (b->size == 2) {
+        kmp_ref y = x[0], z = x[1], w = b->inverse[0];
+        x[0] = kmp_sub(g, kmp_mul(g, kmp_mul(g, b->a[1][1], w), y), kmp_mul(g, kmp_mul(g, b->a[0][1], w), z));
+        x[1] = kmp_sub(g, kmp_mul(g, kmp_mul(g, b->a[0][0], w), z), kmp_mul(g, kmp_mul(g, b->a[1][0], w), y));
+        return;
+    }
+    for (int i = 1; i < b->size; i++)
+        for (int j = 0; j < i; j++)
+            x[i] = kmp_sub(g, x[i], kmp_mul(g, b->a[i][j], x[j]));
+    for (int i = b->size - 1; i >= 0; i--) {
+        for (int j = i + 1; j < b->size; j++)
+            x[i] = kmp_sub(g, x[i], kmp_mul(g, b->a[i][j], x[j]));
+        x[i] = kmp_mul(g, x[i], b->inverse[i]);
+    }
+}
+
+/* The right-hand side of a row minus the known part of the solution: columns of later blocks. */
+static kmp_ref left_over(const kmp_writer_blocks *k, int row, kmp_ref rhs, const kmp_ref *x, int stride, int number)
+{
+    for (int col = 0; col < k->red->r; col++)
+        if (k->block_of[col] > number && k->jv[row * k->red->r + col] != KMP_ZERO)
+            rhs = kmp_sub(k->g, rhs, kmp_mul(k->g, k->jv[row * k->red->r + col], x[col * stride]));
+    return rhs;
+}
+
+void kmp_writer_blocks_solve(const kmp_writer_blocks *k, int number, int columns, const kmp_ref *rhs, kmp_ref *x)
+{
+    const struct kmp_writer_block *b = &k->block[number];
+    for (int c = 0; c < columns; c++) {
+        kmp_ref y[KMP_WRITER_BLOCK] = {0};
+        for (int i = 0; i < b->size; i++)
+            y[i] = left_over(k, b->row[i], rhs[b->row[i] * columns + c], x + c, columns, number);
+        solve_block(k->g, b, y);
+        for (int i = 0; i < b->size; i++)
+            x[b->col[i] * columns + c] = y[i];
+    }
+}
+
+bool kmp_writer_blocks_init(kmp_writer_blocks *k, kmp_arena *arena, kmp_graph *g, const kmp_ref *jacobian)
+{
+    int r = k->red->r;
+    k->g = g;
+    KMP_ARENA_MAKE(arena, KMP_ROOM(struct kmp_writer_block, kmp_block_count(k->red->block), &k->block),
+                   KMP_ROOM(int, r, &k->block_of), KMP_ROOM(kmp_eliminated, r * KMP_WRITER_BLOCK, &k->row),
+                   KMP_ROOM(kmp_ref, r * k->red->p, &k->ju), KMP_ROOM(kmp_ref, r * KMP_WRITER_BLOCK, &k->multiplier),
+                   KMP_ROOM(kmp_ref, r, &k->pivot));
+    if (!KMP_ARENA_EACH(arena, kmp_ref, r * r, &k->jv))
+        return false;
+    /* Sorts the entries of J into Jv and Ju. */
+    const kmp_reduction *red = k->red;
+    for (int e = 0; e < red->jv_count; e++)
+        k->jv[red->jv_row[e] * red->r + red->jv_col[e]] = jacobian[red->jv_entry[e]];
+    for (int e = 0; e < red->ju_count; e++)
+        k->ju[red->ju_row[e] * red->p + red->ju_col[e]] = jacobian[red->ju_entry[e]];
+    for (int number = kmp_block_count(red->block); number-- > 0;) {
+        int size;
+        const int *col = kmp_block_columns(red->block, number, &size);
+        for (int i = 0; i < size; i++)
+            k->block_of[col[i]] = number;
+    }
+    return true;
+}
+
+void kmp_writer_blocks_factor(kmp_writer_blocks *k, int number)
+{
+    /* Rows of a block in the order of elimination. */
+    struct kmp_writer_block *b = &k->block[number];
+    const int *col = kmp_block_columns(k->red->block, number, &b->size), *order = k->order;
+    for (int before = 0, size; before < number; before++, order += size)
+        (void)kmp_block_columns(k->red->block, before, &size);
+    for (int i = 0; i < b->size; i++) {
+        b->col[i] = col[i];
+        b->row[i] = order[i];
+    }
+    for (int i = 0; i < b->size; i++)
+        for (int j = 0; j < b->size; j++)
+            b->a[i][j] = k->jv[b->row[i] * k->red->r + b->col[j]];
+    /* Factors a block. One row: its inverse. Two rows: the inverse of the determinant. More: L below the diagonal, U on
+     * and above it. */
+    kmp_graph *g = k->g;
+    if (b->size == 2) {
+        kmp_ref det = kmp_sub(g, kmp_mul(g, b->a[0][0], b->a[1][1]), kmp_mul(g, b->a[0][1], b->a[1][0]));
+        b->inverse[0] = kmp_div(g, KMP_ONE, det);
+        k->pivot[k->pivots++] = det;
+        return;
+    }
+    for (int c = 0; c < b->size; c++) {
+        k->pivot[k->pivots++] = b->a[c][c];
+        b->inverse[c] = kmp_div(g, KMP_ONE, b->a[c][c]);
+        for (int i = c + 1; i < b->size; i++) {
+            if (b->a[i][c] == KMP_ZERO)
+                continue;
+            b->a[i][c] = kmp_mul(g, b->a[i][c], b->inverse[c]);
+            k->multiplier[k->multipliers] = b->a[i][c];
+            k->row[k->multipliers++] =
+                (kmp_eliminated){.row = k->red->part->rows[b->row[i]], .by = k->red->part->rows[b->row[c]]};
+            for (int j = c + 1; j < b->size; j++)
+                b->a[i][j] = kmp_sub(g, b->a[i][j], kmp_mul(g, b->a[i][c], b->a[c][j]));
+        }
+    }
+}
+
+void kmp_writer_blocks_correct(const kmp_writer_blocks *k, const kmp_ref *h, kmp_ref *room, kmp_ref *x)
+{
+    for (int i = 0; i < k->red->r; i++)
+        room[i] = h[k->red->part->rows[i]];
+    for (int number = kmp_block_count(k->red->block); number-- > 0;)
+        kmp_writer_blocks_solve(k, number, 1, room, x);
+    for (int i = 0; i < k->red->r; i++)
+        x[i] = kmp_neg(x[i]);
+}
+
+bool kmp_writer_close(kmp_program_writer *w, kmp_writer_blocks k, kmp_ref *dv)
+{
+    kmp_ref *room = KMP_ARENA_NEW(&w->arena, kmp_ref, k.red->r);
+    if (!room || !writer_import_closure(w) || !kmp_writer_blocks_init(&k, &w->arena, w->g, w->jacobian))
+        return false;
+    for (int number = kmp_block_count(k.red->block); number-- > 0;)
+        kmp_writer_blocks_factor(&k, number);
+    kmp_writer_blocks_correct(&k, w->h, room, dv);
+    return writer_correct(w, k.red->part, dv);
+}
+
+kmp_ref kmp_writer_blocks_excess(const kmp_writer_blocks *k)
+{
+    const double *row_scale = k->red->eval->system->row_scale;
+    kmp_ref most = KMP_ZERO;
+    for (int i = 0; i < k->multipliers; i++) {
+        double bound = MULTIPLIER * row_scale[k->row[i].row] / row_scale[k->row[i].by];
+        kmp_ref part = kmp_mul(k->g, kmp_unary(k->g, KMP_OP_ABS, k->multiplier[i]), kmp_const(k->g, 1 / bound));
+        most = i > 0 ? kmp_binary(k->g, KMP_OP_MAX, most, part) : part;
+    }
+    return most;
+}
+
+kmp_eliminated *kmp_writer_rows(const kmp_writer_blocks *k)
+{
+    kmp_eliminated *row = KMP_NEW(kmp_eliminated, 1 + k->multipliers);
+    if (row && k->multipliers > 0)
+        memcpy(row, k->row, (size_t)k->multipliers * sizeof *row);
+    return row;
+}
+
+bool kmp_writer_blocks_fit(const kmp_reduction *red)
+{
+    return kmp_block_largest(red->block) <= KMP_WRITER_BLOCK;
+}
+
+/* L D L' over expressions: the order by least degree on the pattern, then columns of L from those before. Entries that
+ * are zero by the pattern are never made. */
+
+/* -- order --------------------------------------------------------------------------------------------- */
+
+/* State of the search for an order. */
+typedef struct search {
+    kmp_writer_ldl *ldl;
+    unsigned char *pattern;
+    int *degree; /* of each unknown: neighbours that are not eliminated yet */
+    int *waits;  /* of a trailing unknown: leading ones among them */
+    int *list;
+} search;
+
+static const unsigned char *row_of(const search *s, int i)
+{
+    return s->pattern + (size_t)i * (size_t)s->ldl->size;
+}
+
+static void count_neighbours(const search *s, int i)
+{
+    const kmp_writer_ldl *ldl = s->ldl;
+    const unsigned char *row = row_of(s, i);
+    s->degree[i] = s->waits[i] = 0;
+    for (int j = 0; j < ldl->size; j++) {
+        bool coupled = row[j] && j != i && ldl->step[j] < 0;
+        s->degree[i] += coupled;
+        s->waits[i] += coupled && i >= ldl->leading && j < ldl->leading;
+    }
+}
+
+/* The unknown of least degree, the last one of several: in a tree of bodies leaves come first. */
+static int choose(const search *s)
+{
+    int best = -1;
+    for (int i = s->ldl->size; i-- > 0;)
+        if (s->ldl->step[i] < 0 && s->waits[i] == 0 && (best < 0 || s->degree[i] < s->degree[best]))
+            best = i;
+    return best;
+}
+
+/* Eliminates an unknown, which couples its neighbours with each other. Returns their number. */
+static long eliminate(const search *s, int i, int step)
+{
+    /* Lists the neighbours of an unknown that are not eliminated. */
+    const unsigned char *row = row_of(s, i);
+    int count = 0;
+    for (int j = 0; j < s->ldl->size; j++)
+        if (row[j] && j != i && s->ldl->step[j] < 0)
+            s->list[count++] = j;
+    size_t size = (size_t)s->ldl->size;
+    s->ldl->order[step] = i;
+    s->ldl->step[i] = step;
+    for (int a = 0; a < count; a++)
+        for (int b = 0; b < count; b++)
+            s->pattern[(size_t)s->list[a] * size + (size_t)s->list[b]] = 1;
+    for (int a = 0; a < count; a++)
+        count_neighbours(s, s->list[a]);
+    return count;
+}
+
+/* Returns the entries of L. */
+static int find_order(const search *s)
+{
+    kmp_writer_ldl *ldl = s->ldl;
+    int entries = 0;
+    for (int i = 0; i < ldl->size; i++)
+        ldl->step[i] = -1;
+    for (int i = 0; i < ldl->size; i++)
+        count_neighbours(s, i);
+    for (int k = 0; k < ldl->size; k++) {
+        long degree = eliminate(s, choose(s), k);
+        entries += (int)degree;
+        ldl->operations += 2 + degree * (degree + 6);
+    }
+    return entries;
+}
+
+/* Lists the entries of L by columns, in the order of elimination; counts them by rows. */
+static void list_columns(kmp_writer_ldl *ldl, const unsigned char *pattern)
+{
+    size_t size = (size_t)ldl->size;
+    int entries = 0;
+    for (int k = 0; k < ldl->size; k++) {
+        const unsigned char *row = pattern + (size_t)ldl->order[k] * size;
+        for (int later = k + 1; later < ldl->size; later++)
+            if (row[ldl->order[later]]) {
+                ldl->row[entries++] = ldl->order[later];
+                ldl->row_start[ldl->order[later] + 1]++;
+            }
+        ldl->start[k + 1] = entries;
+    }
+}
+
+bool kmp_writer_ldl_analyse(kmp_writer_ldl *ldl, kmp_arena *arena, int size, int leading, unsigned char *pattern)
+{
+    *ldl = (kmp_writer_ldl){.size = size, .leading = leading};
+    search s = {.ldl = ldl, .pattern = pattern};
+    KMP_ARENA_EACH(arena, int, size, &ldl->order, &ldl->step, &s.degree, &s.waits, &s.list);
+    if (!KMP_ARENA_EACH(arena, int, size + 1, &ldl->start, &ldl->row_start))
+        return false;
+    int entries = find_order(&s);
+    if (!KMP_ARENA_EACH(arena, int, entries, &ldl->row, &ldl->col, &ldl->at))
+        return false;
+    list_columns(ldl, pattern);
+    /* Lists them by rows. `next`: room for `size`. */
+    for (int i = 0; i < ldl->size; i++) {
+        ldl->row_start[i + 1] += ldl->row_start[i];
+        s.list[i] = ldl->row_start[i];
+    }
+    for (int k = 0; k < ldl->size; k++)
+        for (int e = ldl->start[k]; e < ldl->start[k + 1]; e++) {
+            int to = s.list[ldl->row[e]]++;
+            ldl->col[to] = k;
+            ldl->at[to] = e;
+        }
+    return true;
+}
+
+/* -- factors ------------------------------------------------------------------------------------------- */
+
+/* x minus the products of earlier steps for an entry of L D. */
+static kmp_ref reduce(const kmp_writer_ldl *ldl, kmp_graph *g, int i, int j, kmp_ref x)
+{
+    int a = ldl->row_start[i], b = ldl->row_start[j];
+    while (a < ldl->row_start[i + 1] && b < ldl->row_start[j + 1]) {
+        if (ldl->col[a] == ldl->col[b])
+            x = kmp_sub(g, x, kmp_mul(g, ldl->l[ldl->at[a]], ldl->scaled[ldl->at[b]]));
+        int step = ldl->col[a];
+        a += step <= ldl->col[b];
+        b += step >= ldl->col[b];
+    }
+    return x;
+}
+
+/* x minus the products of earlier steps of leading or of trailing unknowns for the diagonal. */
+static kmp_ref reduce_diagonal(const kmp_writer_ldl *ldl, kmp_graph *g, int i, bool leading, kmp_ref x)
+{
+    for (int a = ldl->row_start[i]; a < ldl->row_start[i + 1]; a++)
+        if ((ldl->order[ldl->col[a]] < ldl->leading) == leading)
+            x = kmp_sub(g, x, kmp_mul(g, ldl->l[ldl->at[a]], ldl->scaled[ldl->at[a]]));
+    return x;
+}
+
+bool kmp_writer_ldl_factor(kmp_writer_ldl *ldl, kmp_arena *arena, kmp_graph *g, const kmp_ref *matrix)
+{
+    int entries = ldl->start[ldl->size];
+    KMP_ARENA_EACH(arena, kmp_ref, entries, &ldl->l, &ldl->scaled);
+    if (!KMP_ARENA_EACH(arena, kmp_ref, ldl->size, &ldl->diagonal, &ldl->pivot, &ldl->inverse))
+        return false;
+    for (int k = 0; k < ldl->size; k++) {
+        /* Column k of L, from the columns before it. A trailing unknown's diagonal is that of the Schur complement. */
+        int i = ldl->order[k], size = ldl->size;
+        kmp_ref diagonal = matrix[i * size + i], reduced = reduce_diagonal(ldl, g, i, true, diagonal);
+        ldl->diagonal[i] = i < ldl->leading ? diagonal : reduced;
+        ldl->pivot[i] = reduce_diagonal(ldl, g, i, false, reduced);
+        if (ldl->pivot[i] == KMP_ZERO)
+            return false;
+        ldl->inverse[i] = kmp_div(g, KMP_ONE, ldl->pivot[i]);
+        for (int e = ldl->start[k]; e < ldl->start[k + 1]; e++) {
+            ldl->scaled[e] = reduce(ldl, g, ldl->row[e], i, matrix[ldl->row[e] * size + i]);
+            ldl->l[e] = kmp_mul(g, ldl->scaled[e], ldl->inverse[i]);
+        }
+    }
+    return true;
+}
+
+void kmp_writer_ldl_solve(const kmp_writer_ldl *ldl, kmp_graph *g, int unknowns, kmp_ref *x)
+{
+    for (int k = 0; k < ldl->size; k++) {
+        int i = ldl->order[k];
+        for (int a = ldl->row_start[i]; i < unknowns && a < ldl->row_start[i + 1]; a++)
+            x[i] = kmp_sub(g, x[i], kmp_mul(g, ldl->l[ldl->at[a]], x[ldl->order[ldl->col[a]]]));
+    }
+    for (int k = ldl->size; k-- > 0;) {
+        int i = ldl->order[k];
+        if (i >= unknowns)
+            continue;
+        x[i] = kmp_mul(g, x[i], ldl->inverse[i]);
+        for (int e = ldl->start[k]; e < ldl->start[k + 1]; e++)
+            if (ldl->row[e] < unknowns)
+                x[i] = kmp_sub(g, x[i], kmp_mul(g, ldl->l[e], x[ldl->row[e]]));
+    }
 }

@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A program that is written from the outputs of a motion program: linear algebra as expressions of them, then all in
- * stages. Common part of reduced_program_write.c and saddle_program_write.c; and of reduced_program.c and
- * saddle_program.c, which run such programs. */
+ * stages. Common part of reduced_program.c and saddle_program.c, which write and run such programs. */
 #pragma once
 
+#include "base/arena.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
+#include "constraints/partition/reduction.h"
+#include "symbolic/graph.h"
 
 enum { KMP_WRITER_STAGES = 6 }; /* bound, without stage 0 */
 
@@ -53,15 +55,11 @@ void kmp_writer_replace(kmp_program_writer *w, kmp_input_kind kind, int index, k
 /** Brings the outputs of the source into the graph, with the present replacements, and sorts them; or those of the
  * closures alone. False: no memory, or implicit blocks. */
 bool kmp_writer_import(kmp_program_writer *w);
-bool kmp_writer_import_closure(kmp_program_writer *w);
 
 /** Replaces q and qd by positions in the state (u, ud, v) of a partition, given as q, and in the rates of v, which
  * follow it, given as qd. Then, where rates of v are expressions (r), imports again with these. */
 void kmp_writer_take_state(kmp_program_writer *w, const kmp_partition *part);
 bool kmp_writer_take_rates(kmp_program_writer *w, const kmp_partition *part, const kmp_ref *rate);
-
-/** Adds corrections (r) to v of such a state: later imports are those of the corrected state. */
-bool kmp_writer_correct(kmp_program_writer *w, const kmp_partition *part, const kmp_ref *dv);
 
 /** The rate of a coordinate: of such a state, before its rates are expressions, or among qd where part is NULL. */
 kmp_ref kmp_writer_rate(const kmp_program_writer *w, const kmp_partition *part, int coordinate);
@@ -136,3 +134,86 @@ bool kmp_writer_machine_is_stale(kmp_writer_machine *w);
 /** True if the program is not stale, and the model has no conditions or they are frozen (kmp_eval_freeze): the program
  * does not look for their changes. */
 bool kmp_writer_machine_applies(kmp_writer_machine *w);
+
+/* Jv of a reduction factored block by block, written out as expressions. Blocks of one and two rows are solved by their
+ * determinant, larger ones by elimination in a given order. */
+
+enum { KMP_WRITER_BLOCK = 32 }; /* bound: rows of a block */
+
+/** Rows of h that a multiplier of the elimination belongs to: the one that it changes, and the one that it takes. */
+typedef struct kmp_eliminated {
+    int row, by;
+} kmp_eliminated;
+
+/** True if the order of the elimination is good: no multiplier is large when rows are scaled. Multiplier k is at k
+ * stride, the scale of row r (m of them) at r stride. */
+bool kmp_writer_order_is_good(int count, const kmp_eliminated *rows, const double *multiplier, const double *row_scale,
+                              size_t stride);
+
+typedef struct kmp_writer_blocks {
+    const kmp_reduction *red; /* the first two are set by the caller */
+    const int *order;         /* of rows in the elimination: r positions among the independent rows, block by block */
+    kmp_graph *g;
+    struct kmp_writer_block *block;
+    kmp_ref *jv, *ju;    /* r x r and r x p, row by row */
+    int *block_of;       /* by column */
+    kmp_ref *multiplier; /* of all blocks */
+    kmp_eliminated *row; /* of each multiplier */
+    int multipliers;
+    kmp_ref *pivot; /* factors of det Jv, but for the sign of a permutation */
+    int pivots;
+} kmp_writer_blocks;
+
+/** True if no block is too large. */
+bool kmp_writer_blocks_fit(const kmp_reduction *red);
+
+/** The order in which partial pivoting takes the rows at the evaluator's last closure. */
+void kmp_writer_order(const kmp_reduction *red, int *order);
+
+/** Takes the entries of J, in an arena. False: no memory. */
+bool kmp_writer_blocks_init(kmp_writer_blocks *k, kmp_arena *arena, kmp_graph *g, const kmp_ref *jacobian);
+
+/** Factors a block; solves its part of x = Jv^-1 rhs for every column (r x columns, row by row) after later blocks. The
+ * last block comes first. */
+void kmp_writer_blocks_factor(kmp_writer_blocks *k, int number);
+void kmp_writer_blocks_solve(const kmp_writer_blocks *k, int number, int columns, const kmp_ref *rhs, kmp_ref *x);
+
+/** x = -Jv^-1 of all rows (m) of h, in the order of the partition; `room`: r. */
+void kmp_writer_blocks_correct(const kmp_writer_blocks *k, const kmp_ref *h, kmp_ref *room, kmp_ref *x);
+
+/** The largest multiplier over its bound: the order of the elimination is good where it is at most 1. */
+kmp_ref kmp_writer_blocks_excess(const kmp_writer_blocks *k);
+
+/** A copy of `row`, which the caller frees; NULL: no memory. */
+kmp_eliminated *kmp_writer_rows(const kmp_writer_blocks *k);
+
+/** Writes the correction dv (r) of v of a state (kmp_writer_take_state), and adds it: later imports are those of the
+ * corrected state. `k` has what the caller sets. False: no memory. */
+bool kmp_writer_close(kmp_program_writer *w, kmp_writer_blocks k, kmp_ref *dv);
+
+/* L D L' of a sparse symmetric matrix of expressions, written out without zeros. The order of elimination is that of
+ * least degree (Tinney and Walker, Proc. IEEE 55 (1967) 1801), its fill is known before.
+ *
+ * Trailing unknowns may have a zero diagonal, as the multipliers of [M J'; J 0]. Each is eliminated after the leading
+ * ones that it is coupled with, so that its pivot is that of the Schur complement -J M^-1 J'. */
+
+typedef struct kmp_writer_ldl {
+    int size, leading;
+    int *order, *step;         /* unknown of each step, and the reverse */
+    int *start, *row;          /* L by columns, which are steps: unknowns of later steps, in their order */
+    int *row_start, *col, *at; /* L by rows, which are unknowns: earlier steps, ascending, and their entry in `row` */
+    long operations;           /* of the factors and one solution */
+    kmp_ref *l, *scaled;       /* L, L D, as `row` */
+    kmp_ref *diagonal, *pivot; /* by unknowns: of the matrix or its Schur complement; D */
+    kmp_ref *inverse;          /* of D */
+} kmp_writer_ldl;
+
+/** Finds the order and the fill from a pattern (size x size, nonzero where an entry is), which is destroyed. False: no
+ * memory. */
+bool kmp_writer_ldl_analyse(kmp_writer_ldl *ldl, kmp_arena *arena, int size, int leading, unsigned char *pattern);
+
+/** Writes the factors of a matrix (size x size, symmetric) of that pattern. False: no memory, or a pivot is zero. */
+bool kmp_writer_ldl_factor(kmp_writer_ldl *ldl, kmp_arena *arena, kmp_graph *g, const kmp_ref *matrix);
+
+/** x <- A^-1 x, with all unknowns; or with the leading part of A, which no trailing unknown changes. */
+void kmp_writer_ldl_solve(const kmp_writer_ldl *ldl, kmp_graph *g, int unknowns, kmp_ref *x);

@@ -5,15 +5,500 @@
 #include "constraints/programs/reduced_program.h"
 #include "base/arena.h"
 #include "base/memory.h"
-#include "constraints/programs/reduced_program_inside.h"
-#include "constraints/programs/reduced_program_write.h"
+#include "constraints/programs/program_records.h"
+#include "constraints/programs/program_writer.h"
 #include "constraints/programs/saddle_program.h"
-#include "constraints/programs/saddle_program_inside.h"
-#include "constraints/programs/saddle_program_write.h"
 #include "dynamics/motion.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
+
+/* The linear algebra of a reduction written out, on the outputs of the motion program. Blocks of one and two rows are
+ * solved by their determinant, larger ones by elimination in a given order. */
+
+/* State of the writer. */
+typedef struct maker {
+    const kmp_reduction *red;
+    kmp_program_writer w;
+    kmp_graph *g; /* its graph */
+    const kmp_reduced_program_plan *plan;
+    int n, p, r;
+    kmp_writer_blocks jv;
+    kmp_ref *h, *h_t, *jdqd; /* r, of the independent rows; h_t is NULL if there is none */
+    kmp_ref *b, *x_t, *a0;   /* r x p row by row, r, r */
+    kmp_ref *dv;             /* r: the correction of v */
+    kmp_ref *first;          /* r: the one before, with which v is closed */
+    kmp_ref *rate;           /* r: qd of v */
+    kmp_ref *mx;             /* n x p, row by row */
+    int loads, *load;        /* load rows in the partition: positions among its rows */
+    kmp_ref *nu;             /* of these: the multipliers that C has, */
+    kmp_ref *residual;       /* those that follow from C less these, */
+    kmp_ref *newton;         /* and the step to their solution */
+    kmp_ref *column;         /* r x r: of Jv^-1, by independent rows, where they are needed */
+    kmp_ref *lambda;         /* r */
+} maker;
+
+/* Factors of the reduced mass, L D L'. */
+typedef struct reduced {
+    kmp_ref m[KMP_REDUCED_PROGRAM_MOST][KMP_REDUCED_PROGRAM_MOST], inverse[KMP_REDUCED_PROGRAM_MOST];
+} reduced;
+
+static void negate(int count, kmp_ref *x)
+{
+    for (int i = 0; i < count; i++)
+        x[i] = kmp_neg(x[i]);
+}
+
+/* Rows of independent closures in the order of the partition, selected from all rows. */
+static void select_rows(const maker *k, const kmp_ref *all, kmp_ref *into)
+{
+    for (int i = 0; i < k->r; i++)
+        into[i] = all[k->red->part->rows[i]];
+}
+
+/* Entry of X = (1; Bvu) in the row of a coordinate. */
+static kmp_ref x_entry(const maker *k, int coordinate, int column)
+{
+    int place = k->red->place[coordinate];
+    if (place >= 0)
+        return k->b[place * k->p + column];
+    return -1 - place == column ? KMP_ONE : KMP_ZERO;
+}
+
+/* Mr = X' M X, lower triangle, and -Fr = -X' C - (M X)' a0. */
+static void make_reduced(maker *k, kmp_ref mr[KMP_REDUCED_PROGRAM_MOST][KMP_REDUCED_PROGRAM_MOST],
+                         kmp_ref force[KMP_REDUCED_PROGRAM_MOST])
+{
+    for (int c = 0; c < k->p; c++) {
+        force[c] = KMP_ZERO;
+        for (int i = 0; i < k->n; i++) {
+            kmp_writer_add_product(k->g, &force[c], x_entry(k, i, c), k->w.bias[i]);
+            if (k->red->place[i] >= 0)
+                kmp_writer_add_product(k->g, &force[c], k->mx[i * k->p + c], k->a0[k->red->place[i]]);
+        }
+        force[c] = kmp_neg(force[c]);
+        for (int d = 0; d <= c; d++) {
+            mr[c][d] = KMP_ZERO;
+            for (int i = 0; i < k->n; i++)
+                kmp_writer_add_product(k->g, &mr[c][d], x_entry(k, i, c), k->mx[i * k->p + d]);
+        }
+    }
+}
+
+/* Factors Mr = L D L' in place. The pivots D are returned, too. */
+static void factor_reduced(maker *k, reduced *mr, kmp_ref *pivot)
+{
+    kmp_graph *g = k->g;
+    for (int j = 0; j < k->p; j++) {
+        pivot[j] = mr->m[j][j];
+        mr->inverse[j] = kmp_div(g, KMP_ONE, pivot[j]);
+        for (int i = j + 1; i < k->p; i++) {
+            kmp_ref l = kmp_mul(g, mr->m[i][j], mr->inverse[j]);
+            for (int c = j + 1; c <= i; c++)
+                mr->m[i][c] = kmp_sub(g, mr->m[i][c], kmp_mul(g, l, mr->m[c][j]));
+        }
+        for (int i = j + 1; i < k->p; i++)
+            mr->m[i][j] = kmp_mul(g, mr->m[i][j], mr->inverse[j]);
+    }
+}
+
+/* x = Mr^-1 x */
+static void solve_reduced(const maker *k, const reduced *mr, kmp_ref *x)
+{
+    kmp_graph *g = k->g;
+    for (int i = 0; i < k->p; i++)
+        for (int j = 0; j < i; j++)
+            x[i] = kmp_sub(g, x[i], kmp_mul(g, mr->m[i][j], x[j]));
+    for (int i = k->p - 1; i >= 0; i--) {
+        x[i] = kmp_mul(g, x[i], mr->inverse[i]);
+        for (int j = i + 1; j < k->p; j++)
+            x[i] = kmp_sub(g, x[i], kmp_mul(g, mr->m[j][i], x[j]));
+    }
+}
+
+/* Adds to a force of coordinate i that of the accelerations a0. */
+static void add_curvature(const maker *k, int i, kmp_ref *force)
+{
+    const kmp_pattern *m = &k->w.s->mass;
+    for (int e = 0; e < m->count; e++) {
+        int other = m->row[e] == i ? m->col[e] : m->col[e] == i ? m->row[e] : -1;
+        if (other >= 0 && k->red->place[other] >= 0)
+            kmp_writer_add_product(k->g, force, k->w.mass[e], k->a0[k->red->place[other]]);
+    }
+}
+
+/* The force of coordinate i, among v, that M qdd + C leaves to the closures. */
+static kmp_ref force_of(const maker *k, int i, const kmp_ref *udd)
+{
+    kmp_ref force = k->w.bias[i];
+    for (int c = 0; c < k->p; c++)
+        kmp_writer_add_product(k->g, &force, k->mx[i * k->p + c], udd[c]);
+    add_curvature(k, i, &force);
+    return force;
+}
+
+/* -- multipliers -------------------------------------------------------------------------------------- */
+
+/* The column of Jv^-1 of an independent row: the multiplier of this row is its product with the forces of v. */
+static const kmp_ref *column_of(maker *k, int row)
+{
+    kmp_ref *column = k->column + row * k->r, *unit = k->lambda; /* which is written later */
+    for (int i = 0; i < k->r; i++)
+        unit[i] = i == row ? KMP_ONE : KMP_ZERO;
+    for (int number = kmp_block_count(k->red->block); number-- > 0;)
+        kmp_writer_blocks_solve(&k->jv, number, 1, unit, column);
+    return column;
+}
+
+/* The multiplier of load row j as it follows from C: influence' C + the value returned. udd = -Mr^-1 (X' C + (M X)' a0)
+ * is left out. */
+static kmp_ref find_influence(maker *k, const reduced *mr, int j, kmp_ref *influence)
+{
+    const kmp_ref *column = column_of(k, k->load[j]);
+    kmp_ref z[KMP_REDUCED_PROGRAM_MOST] = {0}, constant = KMP_ZERO;
+    for (int i = 0; i < k->n; i++) {
+        int place = k->red->place[i];
+        kmp_ref force = KMP_ZERO;
+        influence[i] = place >= 0 ? column[place] : KMP_ZERO;
+        for (int c = 0; place >= 0 && c < k->p; c++)
+            kmp_writer_add_product(k->g, &z[c], column[place], k->mx[i * k->p + c]);
+        if (place >= 0)
+            add_curvature(k, i, &force);
+        if (place >= 0)
+            kmp_writer_add_product(k->g, &constant, column[place], force);
+    }
+    solve_reduced(k, mr, z);
+    for (int i = 0; i < k->n; i++)
+        for (int c = 0; c < k->p; c++) {
+            kmp_ref less = kmp_neg(z[c]);
+            kmp_writer_add_product(k->g, &influence[i], less, x_entry(k, i, c));
+            if (k->red->place[i] >= 0)
+                kmp_writer_add_product(k->g, &constant, less,
+                                       kmp_mul(k->g, k->mx[i * k->p + c], k->a0[k->red->place[i]]));
+        }
+    return constant;
+}
+
+/* Solves a x = b in place, in the order of the rows: the diagonal of dLambda/dnu - 1 is far from zero wherever the
+ * multipliers are determined. */
+static void eliminate(kmp_graph *g, int count, kmp_ref *a, kmp_ref *b)
+{
+    for (int j = 0; j < count; j++) {
+        kmp_ref inverse = kmp_div(g, KMP_ONE, a[j * count + j]);
+        for (int i = j + 1; i < count; i++) {
+            kmp_ref l = kmp_neg(kmp_mul(g, a[i * count + j], inverse));
+            for (int c = j + 1; c < count; c++)
+                kmp_writer_add_product(g, &a[i * count + c], l, a[j * count + c]);
+            kmp_writer_add_product(g, &b[i], l, b[j]);
+        }
+    }
+    for (int i = count; i-- > 0;) {
+        for (int c = i + 1; c < count; c++)
+            b[i] = kmp_sub(g, b[i], kmp_mul(g, a[i * count + c], b[c]));
+        b[i] = kmp_div(g, b[i], a[i * count + i]);
+    }
+}
+
+/* The residual of the multipliers in C, and Newton's step. False: no memory. */
+static bool make_loads(maker *k, const reduced *mr)
+{
+    const kmp_pattern *load = &k->w.s->load_jacobian;
+    kmp_ref *influence = KMP_ARENA_NEW(&k->w.arena, kmp_ref, k->n);
+    kmp_ref *a = KMP_ARENA_NEW(&k->w.arena, kmp_ref, k->loads * k->loads);
+    if (!influence || !a)
+        return false;
+    for (int j = 0; j < k->loads; j++) {
+        kmp_ref value = find_influence(k, mr, j, influence);
+        for (int i = 0; i < k->n; i++)
+            kmp_writer_add_product(k->g, &value, influence[i], k->w.bias[i]);
+        k->residual[j] = kmp_sub(k->g, value, k->nu[j]);
+        k->newton[j] = kmp_neg(k->residual[j]);
+        for (int l = 0; l < k->loads; l++) {
+            a[j * k->loads + l] = j == l ? kmp_neg(KMP_ONE) : KMP_ZERO;
+            for (int e = 0; e < load->count; e++)
+                if (load->col[e] == k->red->part->rows[k->load[l]])
+                    kmp_writer_add_product(k->g, &a[j * k->loads + l], influence[load->row[e]], k->w.load[e]);
+        }
+    }
+    eliminate(k->g, k->loads, a, k->newton);
+    return true;
+}
+
+/* The multipliers of all independent rows. False: no memory. */
+static bool make_multipliers(maker *k, const kmp_ref *udd)
+{
+    kmp_ref *force = KMP_ARENA_NEW(&k->w.arena, kmp_ref, k->r);
+    if (!force)
+        return false;
+    for (int i = 0; i < k->n; i++)
+        if (k->red->place[i] >= 0)
+            force[k->red->place[i]] = force_of(k, i, udd);
+    for (int row = 0; row < k->r; row++)
+        (void)column_of(k, row);
+    for (int row = 0; row < k->r; row++) {
+        k->lambda[row] = KMP_ZERO;
+        for (int i = 0; i < k->r; i++)
+            kmp_writer_add_product(k->g, &k->lambda[row], k->column[row * k->r + i], force[i]);
+    }
+    return true;
+}
+
+/* Lists the load rows of the partition, whose multipliers are inputs; those of the others are zero. */
+static void take_loads(maker *k)
+{
+    const kempe_system *s = k->w.s;
+    for (int j = 0; j < s->load_row_count; j++) {
+        int at = -1, row = s->load_rows[j];
+        for (int i = 0; i < k->r; i++)
+            at = k->red->part->rows[i] == row ? i : at;
+        if (at < 0) {
+            kmp_writer_replace(&k->w, KMP_IN_LAMBDA, row, KMP_ZERO);
+            continue;
+        }
+        k->nu[k->loads] = kmp_input(k->g, KMP_IN_LAMBDA, (uint32_t)row);
+        k->load[k->loads++] = at;
+    }
+}
+
+/* -- making ------------------------------------------------------------------------------------------ */
+
+/* Writes the last stage. */
+static kmp_program *finish(maker *k)
+{
+    kmp_program_writer *w = &k->w;
+    kmp_writer_stage(w);
+    kmp_writer_put(w, k->jv.multipliers, k->jv.multiplier);
+    kmp_writer_put(w, k->jv.pivots, k->jv.pivot);
+    kmp_writer_put(w, kmp_writer_closure_count(w->s), w->closure);
+    for (int c = 0; c < k->p; c++)
+        for (int i = 0; i < k->r; i++)
+            kmp_writer_put(w, 1, &k->b[i * k->p + c]);
+    kmp_writer_put(w, k->r, k->dv);
+    if (k->plan->closes)
+        kmp_writer_put(w, k->r, k->x_t);
+    if (k->plan->closes || k->plan->curvature)
+        kmp_writer_put(w, k->r, k->a0);
+    if (k->plan->forces)
+        kmp_writer_put(w, k->r, k->lambda);
+    return kmp_writer_program(w);
+}
+
+/* Puts C, the residual and Newton's step. */
+static void put_loads(maker *k)
+{
+    kmp_writer_put(&k->w, k->n, k->w.bias);
+    kmp_writer_put(&k->w, k->loads, k->residual);
+    kmp_writer_put(&k->w, k->loads, k->newton);
+}
+
+/* Puts the right-hand side. */
+static void put_slopes(maker *k, const kmp_ref *end)
+{
+    kmp_writer_put(&k->w, k->p, end);
+    kmp_writer_put(&k->w, k->r, k->rate);
+    kmp_writer_put(&k->w, k->p, end + k->p);
+    kmp_writer_put(&k->w, k->plan->power, &k->w.power);
+}
+
+/* The stages before the last one, where C depends on multipliers. False: no memory. */
+static bool schedule_loads(maker *k, const kmp_ref *end)
+{
+    kmp_program_writer *w = &k->w;
+    kmp_ref *unloaded = KMP_ARENA_NEW(&w->arena, kmp_ref, kmp_graph_count(k->g)), *from = w->to;
+    int found, stages = w->stages;
+    kmp_writer_stage(w);
+    put_loads(k);
+    put_slopes(k, end);
+    if (!unloaded || !kmp_list_unloaded(k->g, (int)(w->to - from), from, unloaded, &found))
+        return false;
+    w->stages = stages; /* they were put to be listed */
+    w->count[stages] = 0;
+    w->to = from;
+    kmp_writer_stage(w);
+    kmp_writer_put(w, found, unloaded);
+    kmp_writer_stage(w);
+    put_loads(k);
+    kmp_writer_stage(w);
+    put_slopes(k, end);
+    return true;
+}
+
+/* Writes the outputs of all stages; `end`: udd, then the pivots of the reduced mass. */
+static kmp_program *schedule(maker *k, const kmp_ref *end)
+{
+    kmp_program_writer *w = &k->w;
+    int closures = kmp_writer_closure_count(w->s);
+    int loaded = w->load ? k->n + 2 * k->loads + (int)kmp_graph_count(k->g) : 0;
+    if (!kmp_writer_room(w, 7 * k->r + 2 * k->p + 1 + w->turns.count + k->jv.multipliers + k->jv.pivots + closures +
+                                k->r * k->p + loaded))
+        return NULL;
+    if (w->load)
+        return schedule_loads(k, end) ? finish(k) : NULL;
+    kmp_writer_stage(w);
+    if (k->plan->closes) {
+        kmp_writer_put(w, k->r, k->first);
+        kmp_writer_put(w, w->turns.count, w->turns.angle);
+    }
+    kmp_writer_stage(w);
+    if (!w->s->force)
+        kmp_writer_put(w, k->p, end);
+    kmp_writer_put(w, k->r, k->rate);
+    if (!w->s->force) {
+        kmp_writer_put(w, k->p, end + k->p);
+        kmp_writer_put(w, k->plan->power, &w->power);
+    }
+    if (k->plan->closes)
+        kmp_writer_put(w, k->r, k->dv);
+    kmp_writer_stage(w);
+    if (w->s->force) {
+        kmp_writer_put(w, 2 * k->p, end);
+        kmp_writer_put(w, k->plan->power, &w->power);
+    }
+    return finish(k);
+}
+
+/* The right-hand side in one stage. */
+static kmp_program *schedule_slopes(maker *k, const kmp_ref *end)
+{
+    kmp_program_writer *w = &k->w;
+    const int count = k->p + k->r + 2;
+    kmp_ref least = k->p > 0 ? end[k->p] : KMP_ONE, excess = kmp_writer_blocks_excess(&k->jv);
+    if (w->load || !kmp_writer_room(w, count))
+        return NULL;
+    for (int c = 1; c < k->p; c++)
+        least = kmp_binary(k->g, KMP_OP_MIN, least, end[k->p + c]);
+    kmp_writer_stage(w);
+    kmp_writer_put(w, k->p, end);
+    kmp_writer_put(w, k->r, k->rate);
+    kmp_writer_put(w, 1, &least);
+    kmp_writer_put(w, 1, &excess);
+    return kmp_graph_failed(k->g) ? NULL : kmp_program_of_parameters(k->g, count, w->group[0]);
+}
+
+static kmp_program *write_program(maker *k)
+{
+    reduced mr = {0};
+    kmp_ref end[2 * KMP_REDUCED_PROGRAM_MOST] = {0};
+    select_rows(k, k->w.h, k->h);
+    if (k->h_t)
+        select_rows(k, k->w.h_t, k->h_t);
+    if (!kmp_writer_blocks_init(&k->jv, &k->w.arena, k->g, k->w.jacobian))
+        return NULL;
+    /* Bvu, x_t and the correction: -Jv^-1 of Ju, h_t and h. */
+    for (int number = kmp_block_count(k->red->block); number-- > 0;) {
+        kmp_writer_blocks_factor(&k->jv, number);
+        kmp_writer_blocks_solve(&k->jv, number, k->p, k->jv.ju, k->b);
+        if (k->h_t)
+            kmp_writer_blocks_solve(&k->jv, number, 1, k->h_t, k->x_t);
+        kmp_writer_blocks_solve(&k->jv, number, 1, k->h, k->dv);
+    }
+    negate(k->r * k->p, k->b);
+    negate(k->r, k->x_t);
+    negate(k->r, k->dv);
+    /* qd of v. */
+    for (int i = 0; i < k->r; i++) {
+        k->rate[i] = k->x_t[i];
+        for (int c = 0; c < k->p; c++)
+            kmp_writer_add_product(k->g, &k->rate[i], k->b[i * k->p + c],
+                                   kmp_writer_rate(&k->w, k->red->part, k->red->part->u[c]));
+    }
+    /* Without user-defined forces, which are functions of qd, the rates of v are expressions. */
+    if (!k->w.s->force && !kmp_writer_take_rates(&k->w, k->red->part, k->rate))
+        return NULL;
+    kmp_writer_add_efforts(&k->w);
+    select_rows(k, k->w.jdqd, k->jdqd);
+    /* a0 = -Jv^-1 jdqd. */
+    for (int number = kmp_block_count(k->red->block); number-- > 0;)
+        kmp_writer_blocks_solve(&k->jv, number, 1, k->jdqd, k->a0);
+    negate(k->r, k->a0);
+    /* M X. */
+    const kmp_pattern *m = &k->w.s->mass;
+    for (int e = 0; e < m->count; e++)
+        for (int c = 0; c < k->p; c++) {
+            int i = m->row[e], j = m->col[e];
+            kmp_writer_add_product(k->g, &k->mx[i * k->p + c], k->w.mass[e], x_entry(k, j, c));
+            if (i != j)
+                kmp_writer_add_product(k->g, &k->mx[j * k->p + c], k->w.mass[e], x_entry(k, i, c));
+        }
+    make_reduced(k, mr.m, end);
+    factor_reduced(k, &mr, end + k->p);
+    solve_reduced(k, &mr, end);
+    if (k->w.by_coordinate)
+        return schedule_slopes(k, end);
+    /* Adds the power of closures that move in time, -lambda' h_t. The multipliers are Jv'^-1 f with the forces f of v
+     * that M qdd + C leaves to the closures, so that the power is f' x_t. */
+    for (int i = 0; k->plan->drives && k->h_t && i < k->n; i++) {
+        int place = k->red->place[i];
+        if (place >= 0 && k->x_t[place] != KMP_ZERO)
+            kmp_writer_add_product(k->g, &k->w.power, force_of(k, i, end), k->x_t[place]);
+    }
+    if ((k->w.load && !make_loads(k, &mr)) || (k->plan->forces && !make_multipliers(k, end)))
+        return NULL;
+    return schedule(k, end);
+}
+
+static kmp_program *make_program(maker *k, bool by_coordinate)
+{
+    const kempe_system *s = k->red->eval->system;
+    bool begun = kmp_writer_init(&k->w, k->red->eval, k->plan->motion, false, 2 * k->n + s->load_row_count);
+    k->g = k->w.g;
+    k->w.by_coordinate = by_coordinate;
+    if (!begun)
+        return NULL;
+    kmp_arena *a = &k->w.arena;
+    int r = k->r;
+    k->mx = KMP_ARENA_NEW(a, kmp_ref, k->n * k->p);
+    k->h_t = k->w.s->rheonomic ? KMP_ARENA_NEW(a, kmp_ref, r) : NULL;
+    k->b = KMP_ARENA_NEW(a, kmp_ref, r * k->p);
+    k->column = KMP_ARENA_NEW(a, kmp_ref, r * r);
+    k->load = KMP_ARENA_NEW(a, int, r);
+    if (!KMP_ARENA_EACH(a, kmp_ref, r, &k->h, &k->jdqd, &k->x_t, &k->a0, &k->dv, &k->first, &k->rate, &k->nu,
+                        &k->residual, &k->newton, &k->lambda) ||
+        !k->column || !k->load)
+        return NULL;
+    take_loads(k);
+    kmp_writer_take_state(&k->w, k->red->part);
+    if (k->plan->closes && !kmp_writer_close(&k->w, k->jv, k->first))
+        return NULL;
+    return kmp_writer_import(&k->w) ? write_program(k) : NULL;
+}
+
+static maker maker_of(const kmp_reduction *red, const kmp_reduced_program_plan *plan)
+{
+    return (maker){
+        .red = red, .plan = plan, .jv = {.red = red, .order = plan->order}, .n = red->n, .p = red->p, .r = red->r};
+}
+
+kmp_program *kmp_reduced_program_write_slopes(const kmp_reduction *red, const kmp_reduced_program_plan *plan)
+{
+    maker k = maker_of(red, plan);
+    kmp_program *program = make_program(&k, true);
+    kmp_writer_free(&k.w);
+    return program;
+}
+
+kmp_reduced_program_written kmp_reduced_program_write(const kmp_reduction *red, const kmp_reduced_program_plan *plan)
+{
+    const kempe_system *s = red->eval->system;
+    unsigned options = plan->power + 2u * plan->closes + 4u * plan->drives + 8u * plan->curvature + 16u * plan->forces;
+    const kmp_program_cache_name name = kmp_writer_name("fused", red->eval, red->part, plan->order, options);
+    kmp_reduced_program_layout layout;
+    kmp_program_record record = {.layout = (int *)&layout, .count = sizeof layout / sizeof(int)};
+    if (kmp_writer_recall(s, name, &record))
+        return (kmp_reduced_program_written){record.program, record.row, layout};
+    maker k = maker_of(red, plan);
+    record.program = make_program(&k, false);
+    record.row = record.program ? kmp_writer_rows(&k.jv) : NULL;
+    layout = (kmp_reduced_program_layout){k.jv.multipliers, k.jv.pivots, k.w.turns.count, k.loads};
+    kmp_writer_free(&k.w);
+    if (!record.row) {
+        kmp_program_free(record.program);
+        return (kmp_reduced_program_written){0};
+    }
+    record.multipliers = layout.multipliers;
+    kmp_writer_keep(s, name, &record);
+    return (kmp_reduced_program_written){record.program, record.row, layout};
+}
 
 _Static_assert((int)KMP_REDUCED_PROGRAM_CLOSE == KMP_SADDLE_PROGRAM_CLOSE &&
                    (int)KMP_REDUCED_PROGRAM_RATES == KMP_SADDLE_PROGRAM_RATES &&
@@ -66,7 +551,7 @@ static const double *run_stages(kmp_reduced_program *f, double t, const double *
 /* -- making ------------------------------------------------------------------------------------------ */
 
 /* *program: NULL if there is none by the saddle system. False: no memory. */
-static bool write_program(kmp_reduced_program *f, kmp_program **program)
+static bool choose_program(kmp_reduced_program *f, kmp_program **program)
 {
     const kempe_system *s = f->red->eval->system;
     int *order = KMP_ARENA_NEW(&f->arena, int, f->red->r), p = f->red->p, r = f->red->r;
@@ -101,7 +586,7 @@ static bool write_program(kmp_reduced_program *f, kmp_program **program)
     return written.program;
 }
 
-static kempe_status make_program(kmp_reduced_program **out, const kmp_reduction *red, bool closes, bool by_saddle)
+static kempe_status build_program(kmp_reduced_program **out, const kmp_reduction *red, bool closes, bool by_saddle)
 {
     int n = red->n, efforts = red->eval->system->force ? n : 0;
     kmp_reduced_program *f = KMP_NEW(kmp_reduced_program, 1);
@@ -109,7 +594,7 @@ static kempe_status make_program(kmp_reduced_program **out, const kmp_reduction 
         *f = (kmp_reduced_program){.red = red, .closes = closes, .by_saddle = by_saddle};
     kmp_program *program = NULL;
     bool made =
-        f && write_program(f, &program) && (!program || kmp_writer_machine_init(&f->made, red->eval, program)) &&
+        f && choose_program(f, &program) && (!program || kmp_writer_machine_init(&f->made, red->eval, program)) &&
         KMP_ARENA_MAKE(&f->arena, KMP_ROOM(double, 2 * n, &f->given.state), KMP_ROOM(int, red->r, &f->turn, &f->signs),
                        KMP_ROOM(double, efforts, &f->given.q, &f->given.qd));
     if (made && efforts > 0)
@@ -151,13 +636,13 @@ kempe_status kmp_reduced_program_new(kmp_reduced_program **out, const kmp_reduct
     /* The program must have all numbers, and the linear algebra be small. */
     bool fits = red->p <= KMP_REDUCED_PROGRAM_FREEDOMS && kmp_motion_known(red->eval->system)->block_count == 0 &&
                 kmp_writer_blocks_fit(red);
-    return fits ? make_program(out, red, closes, false) : KEMPE_OK;
+    return fits ? build_program(out, red, closes, false) : KEMPE_OK;
 }
 
 kempe_status kmp_reduced_program_new_by_saddle(kmp_reduced_program **out, const kmp_reduction *red, bool closes)
 {
     *out = NULL;
-    return make_program(out, red, closes, true);
+    return build_program(out, red, closes, true);
 }
 
 void kmp_reduced_program_free(kmp_reduced_program *f)

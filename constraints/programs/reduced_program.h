@@ -6,6 +6,7 @@
 #pragma once
 
 #include "constraints/partition/reduction.h"
+#include "constraints/programs/program_writer.h"
 #include "constraints/programs/saddle_program.h"
 
 typedef struct kmp_reduced_program kmp_reduced_program;
@@ -63,8 +64,62 @@ bool kmp_reduced_program_lend(kmp_reduced_program *program, double t, const doub
 /** True if the order of elimination is good at (t, y); by the saddle system, also its pivots. */
 bool kmp_reduced_program_is_good(kmp_reduced_program *program, double t, const double *y);
 
-/** The program for kmp_lanes, whose inputs and outputs are those of reduced_program_inside.h or saddle_program.h; NULL:
+/** The program for kmp_lanes, whose inputs and outputs are as below, or those of saddle_program.h; NULL:
  * with user-defined forces it does not have all of the right-hand side. Positions of its outputs: of its stage of
  * slopes, and of END. */
 const kmp_program *kmp_reduced_program_code(const kmp_reduced_program *program);
 const kmp_saddle_program_layout *kmp_reduced_program_layout_of(const kmp_reduced_program *program);
+
+/* Bounds: independent coordinates in one run, for which that by the saddle system is better beyond; of any program. */
+enum { KMP_REDUCED_PROGRAM_FREEDOMS = 8, KMP_REDUCED_PROGRAM_MOST = 48 };
+
+/* Stages: where it is asked for, the correction dv of v, and the angles by which it turns sines and cosines; then, at v
+ * + dv, qd of v from (t, q) and qd of u; udd, then the pivots of the reduced mass; values for the end of a step.
+ * Without user-defined forces, which are functions of qd, the second stage has all of these: udd, qd of v, pivots,
+ * power. With KMP_REDUCED_PROGRAM_CLOSE it ends with the next correction. */
+enum {
+    KMP_REDUCED_PROGRAM_CLOSE = 1,
+    KMP_REDUCED_PROGRAM_RATES,
+    KMP_REDUCED_PROGRAM_ACCELERATIONS,
+    KMP_REDUCED_PROGRAM_END,
+    KMP_REDUCED_PROGRAM_STAGES
+};
+
+/* If forces depend on multipliers, the first stage has all values that these do not change. With multipliers nu of the
+ * load rows of the partition as KMP_IN_LAMBDA the second one has C (n), Lambda(nu) - nu of these rows, and the step of
+ * Newton's method to their solution. The third one has all of the right-hand side
+ * (constraints/evaluation/load_multipliers.h). */
+
+/* Outputs of the last stage: the multipliers of the elimination in the blocks, a pivot or determinant for each factor
+ * of det Jv, h, J, h_t if there is one, Bvu, the correction of v; with KMP_REDUCED_PROGRAM_CLOSE also the parts of qd
+ * and qdd of v that do not depend on ud and udd. On request the second of these alone. */
+typedef struct kmp_reduced_program_layout {
+    int multipliers, pivots, turns;
+    int loads; /* number of load rows in the partition */
+} kmp_reduced_program_layout;
+
+/** A program; the caller frees the first two. */
+typedef struct kmp_reduced_program_written {
+    kmp_program *program; /* NULL: no memory */
+    kmp_eliminated *row;  /* of each multiplier */
+    kmp_reduced_program_layout layout;
+} kmp_reduced_program_written;
+
+/** Options of the program. */
+typedef struct kmp_reduced_program_plan {
+    const int *order;          /* of rows in the elimination: r positions among the independent rows, block by block */
+    const kmp_program *motion; /* with the system's patterns; NULL: that of the system */
+    bool power;                /* power of non-conservative forces, after the pivots of the reduced mass */
+    bool closes;               /* with KMP_REDUCED_PROGRAM_CLOSE */
+    bool drives;               /* the power has that of closures that move in time */
+    bool curvature;            /* the last stage ends with the part of qdd of v that does not depend on udd */
+    bool forces;               /* and then with the multipliers of the independent rows */
+} kmp_reduced_program_plan;
+
+/** The right-hand side alone, in one stage, with the power left out, as a function of t, q and qd of the coordinates:
+ * udd (p); qd of v (r); the least pivot of the reduced mass; kmp_writer_blocks_excess. Without contraction. NULL: no
+ * memory, or forces that depend on multipliers. */
+kmp_program *kmp_reduced_program_write_slopes(const kmp_reduction *red, const kmp_reduced_program_plan *plan);
+
+/** Writes the program, or takes the one that the system keeps for this choice. */
+kmp_reduced_program_written kmp_reduced_program_write(const kmp_reduction *red, const kmp_reduced_program_plan *plan);

@@ -4,15 +4,383 @@
 #include "constraints/programs/saddle_program.h"
 #include "base/arena.h"
 #include "base/memory.h"
-#include "constraints/programs/saddle_program_inside.h"
-#include "constraints/programs/saddle_program_nearby.h"
-#include "constraints/programs/saddle_program_write.h"
+#include "constraints/evaluation/charts.h"
+#include "constraints/programs/program_records.h"
+#include "constraints/programs/program_writer.h"
 #include "constraints/tolerances.h"
+#include "dynamics/choose_variants.h"
+#include "dynamics/equations.h"
+#include "dynamics/motion.h"
 #include "model/data/model.h"
+#include "symbolic/contraction.h"
 #include <float.h>
 #include <limits.h>
 #include <math.h>
 #include <string.h>
+
+/* The solution of the saddle system written out, on the outputs of a motion program. By M and C it is L D L' of
+ *
+ *     [M J'; J 0] (qdd; -lambda) = (-C; -jdqd),
+ *
+ * in which each multiplier is eliminated after its coordinates: its pivot is that of -S. By articulated bodies it is
+ * that of S alone. */
+
+/* A way to solve, before anything is written. */
+typedef struct elimination {
+    bool by_bodies;
+    int coordinates; /* among the unknowns: n, or none by articulated bodies */
+    kmp_writer_ldl ldl;
+    double operations;
+} elimination;
+
+/* State of the writer. */
+typedef struct maker {
+    const kmp_evaluator *eval;
+    const kempe_system *s;
+    const kmp_partition *part;
+    const kmp_reduction *red; /* of the state (u, ud, v); NULL: of q and qd */
+    kmp_writer_blocks jv;     /* of such a state */
+    kmp_ref *rate, *right;    /* r: qd of v; right-hand side */
+    bool closes;              /* of such a state */
+    kmp_ref *first, *left;    /* r: correction of v; the one that is left */
+    kmp_arena arena;
+    elimination plan;
+    kmp_program_writer w;
+    kmp_graph *g;
+    int n, r, size;
+    int *position;             /* m: of a row among the unknowns; -1: it is not independent */
+    kmp_ref *matrix;           /* size x size */
+    kmp_ref *x;                /* size */
+    kmp_ref *qdd, *dx, *open;  /* n */
+    kmp_ref *lambda;           /* r */
+    kmp_ref *pivot, *diagonal; /* size */
+    kmp_ref power;
+} maker;
+
+/* -- choice -------------------------------------------------------------------------------------------- */
+
+static void couple(unsigned char *pattern, int size, int i, int j)
+{
+    if (i >= 0 && j >= 0)
+        pattern[(size_t)i * (size_t)size + (size_t)j] = pattern[(size_t)j * (size_t)size + (size_t)i] = 1;
+}
+
+/* False: no memory. */
+static bool analyse(maker *k, bool by_bodies, elimination *p)
+{
+    const kempe_system *s = k->s;
+    double source = kmp_writer_operations(k->eval, by_bodies);
+    *p = (elimination){.by_bodies = by_bodies, .coordinates = by_bodies ? 0 : k->n};
+    int size = p->coordinates + k->r;
+    unsigned char *pattern = KMP_NEW(unsigned char, (size_t)size *(size_t)size);
+    if (pattern) {
+        /* Pairs of unknowns that M^-1 or M and J couple. */
+        const int *position = k->position;
+        const kmp_pattern *mobility = &s->bodies->mobility, *mass = &s->mass, *jacobian = &s->jacobian;
+        for (int i = 0; p->by_bodies && i < mobility->count; i++)
+            couple(pattern, size, position[mobility->row[i]], position[mobility->col[i]]);
+        for (int i = 0; !p->by_bodies && i < mass->count; i++)
+            couple(pattern, size, mass->row[i], mass->col[i]);
+        for (int i = 0; !p->by_bodies && i < jacobian->count; i++)
+            if (position[jacobian->row[i]] >= 0)
+                couple(pattern, size, p->coordinates + position[jacobian->row[i]], jacobian->col[i]);
+    }
+    bool made = pattern && kmp_writer_ldl_analyse(&p->ldl, &k->arena, size, p->coordinates, pattern);
+    kmp_free(pattern);
+    p->operations = (double)p->ldl.operations + (by_bodies ? 2.0 * s->bodies->compliance.count : 0) + source;
+    return made && source >= 0;
+}
+
+/* Plans the cheaper way. False: no memory. */
+static bool choose(maker *k)
+{
+    elimination other;
+    bool bodies = k->eval->by_bodies, forced = k->s->dynamics == KMP_DYNAMICS_ARTICULATED && bodies;
+    if (!analyse(k, forced, &k->plan))
+        return false;
+    if (!bodies || forced)
+        return true;
+    if (!analyse(k, true, &other))
+        return false;
+    if (other.operations < k->plan.operations)
+        k->plan = other;
+    return true;
+}
+
+/* -- solution ------------------------------------------------------------------------------------------ */
+
+static void put_entry(maker *k, int i, int j, kmp_ref value)
+{
+    if (i >= 0 && j >= 0)
+        k->matrix[i * k->size + j] = k->matrix[j * k->size + i] = value;
+}
+
+/* Solves x, which has minus the right-hand side of J; and of M, -C. `alone` (NULL: zero): accelerations without closure
+ * forces by articulated bodies. Results: coordinates (n) and multipliers (r, NULL: not wanted). */
+static void solve(maker *k, const kmp_ref *alone, kmp_ref *coordinates, kmp_ref *multipliers)
+{
+    const kmp_pattern *compliance = &k->s->bodies->compliance;
+    int rows = k->plan.coordinates;
+    kmp_writer_ldl_solve(&k->plan.ldl, k->g, k->plan.ldl.size, k->x);
+    for (int i = 0; i < k->n; i++)
+        coordinates[i] = rows ? k->x[i] : alone ? alone[i] : KMP_ZERO;
+    for (int e = 0; k->plan.by_bodies && e < compliance->count; e++)
+        if (k->position[compliance->row[e]] >= 0)
+            kmp_writer_add_product(k->g, &coordinates[compliance->col[e]], k->w.compliance[e],
+                                   k->x[k->position[compliance->row[e]]]);
+    for (int i = 0; multipliers && i < k->r; i++)
+        multipliers[i] = k->plan.by_bodies ? k->x[i] : kmp_neg(k->x[rows + i]);
+}
+
+/* -- program ------------------------------------------------------------------------------------------- */
+
+static bool has_factors(const maker *k)
+{
+    return !k->red && !k->plan.by_bodies;
+}
+
+static kmp_saddle_program_layout lay_out(const maker *k)
+{
+    const kempe_system *s = k->s;
+    kmp_saddle_program_layout l = {
+        .n = k->n, .r = k->r, .pivots = k->size, .multipliers = k->jv.multipliers, .stage = KMP_SADDLE_PROGRAM_RUN};
+    l.lambda = k->red ? k->part->p : k->n;
+    l.rates = s->force ? 0 : l.lambda;
+    l.power = l.lambda + (k->red && s->force ? 0 : k->r);
+    l.pivot = l.power + s->dissipative;
+    l.power = s->dissipative ? l.power : -1;
+    l.diagonal = l.pivot + l.pivots;
+    l.left = l.diagonal + l.pivots;
+    l.turns = k->w.turns.count;
+    l.jacobian = l.h + s->m;
+    l.h_t = s->rheonomic ? l.jacobian + s->jacobian.count : -1;
+    l.open = kmp_writer_closure_count(s);
+    l.multiplier = l.open + k->n;
+    l.by_bodies = k->plan.by_bodies;
+    l.factors = has_factors(k) ? k->plan.ldl.start[k->size] + k->size : 0;
+    return l;
+}
+
+static kmp_program *schedule(maker *k)
+{
+    kmp_program_writer *w = &k->w;
+    int closures = kmp_writer_closure_count(k->s), factors = has_factors(k) ? k->plan.ldl.start[k->size] + k->size : 0;
+    if (!kmp_writer_room(w, 3 * k->n + 4 * k->r + w->turns.count + k->jv.multipliers + 1 + 2 * k->size + closures +
+                                factors))
+        return NULL;
+    kmp_writer_stage(w);
+    kmp_writer_put(w, k->closes ? k->r : 0, k->first);
+    kmp_writer_put(w, w->turns.count, w->turns.angle);
+    kmp_writer_stage(w);
+    if (k->red && k->s->force)
+        kmp_writer_put(w, k->r, k->rate);
+    kmp_writer_stage(w);
+    for (int i = 0; k->red && i < k->part->p; i++)
+        kmp_writer_put(w, 1, &k->qdd[k->part->u[i]]);
+    if (k->red && !k->s->force)
+        kmp_writer_put(w, k->r, k->rate);
+    if (!k->red) {
+        kmp_writer_put(w, k->n, k->qdd);
+        kmp_writer_put(w, k->r, k->lambda);
+    }
+    kmp_writer_put(w, k->s->dissipative, &k->power);
+    kmp_writer_put(w, k->size, k->pivot);
+    kmp_writer_put(w, k->size, k->diagonal);
+    kmp_writer_put(w, k->closes ? k->r : 0, k->left);
+    kmp_writer_stage(w);
+    kmp_writer_put(w, closures, w->closure);
+    kmp_writer_put(w, k->n, k->open);
+    kmp_writer_put(w, k->jv.multipliers, k->jv.multiplier);
+    kmp_writer_stage(w);
+    if (!k->red)
+        kmp_writer_put(w, k->n, k->dx);
+    kmp_writer_stage(w);
+    if (has_factors(k)) {
+        kmp_writer_put(w, k->plan.ldl.start[k->size], k->plan.ldl.l);
+        kmp_writer_put(w, k->size, k->plan.ldl.inverse);
+    }
+    return kmp_writer_program(w);
+}
+
+/* Efforts are inputs of articulated bodies, zero without the user's force. */
+static bool begin_writing(maker *k)
+{
+    int efforts = k->plan.by_bodies && !k->s->force ? k->n : 0;
+    if (!kmp_writer_init(&k->w, k->eval, NULL, k->plan.by_bodies, efforts + (k->red ? 2 * k->n : 0)))
+        return false;
+    k->g = k->w.g;
+    for (int i = 0; i < efforts; i++)
+        kmp_writer_replace(&k->w, KMP_IN_EFFORT, i, KMP_ZERO);
+    k->size = k->plan.ldl.size;
+    k->matrix = KMP_ARENA_NEW(&k->arena, kmp_ref, (size_t)k->size * (size_t)k->size);
+    KMP_ARENA_EACH(&k->arena, kmp_ref, k->r, &k->lambda, &k->rate, &k->right, &k->first, &k->left);
+    if (k->red)
+        kmp_writer_take_state(&k->w, k->part);
+    if (k->closes && !kmp_writer_close(&k->w, k->jv, k->first))
+        return false;
+    KMP_ARENA_EACH(&k->arena, kmp_ref, k->size, &k->x, &k->pivot, &k->diagonal);
+    return KMP_ARENA_EACH(&k->arena, kmp_ref, k->n, &k->qdd, &k->dx, &k->open) && kmp_writer_import(&k->w);
+}
+
+/* qd of v: -Jv^-1 (Ju ud + h_t). */
+static bool make_rates(maker *k)
+{
+    if (!kmp_writer_blocks_init(&k->jv, &k->arena, k->g, k->w.jacobian))
+        return false;
+    for (int i = 0; i < k->r; i++) {
+        k->right[i] = k->w.h_t ? k->w.h_t[k->part->rows[i]] : KMP_ZERO;
+        for (int c = 0; c < k->part->p; c++)
+            kmp_writer_add_product(k->g, &k->right[i], k->jv.ju[i * k->part->p + c],
+                                   kmp_writer_rate(&k->w, k->part, k->part->u[c]));
+        k->right[i] = kmp_neg(k->right[i]);
+    }
+    for (int number = kmp_block_count(k->red->block); number-- > 0;) {
+        kmp_writer_blocks_factor(&k->jv, number);
+        kmp_writer_blocks_solve(&k->jv, number, 1, k->right, k->rate);
+    }
+    if (k->closes)
+        kmp_writer_blocks_correct(&k->jv, k->w.h, k->right, k->left);
+    return k->s->force || kmp_writer_take_rates(&k->w, k->part, k->rate);
+}
+
+/* NULL: no memory, or a pivot is zero. */
+static kmp_program *write_program(maker *k)
+{
+    if (k->red && !make_rates(k))
+        return NULL;
+    /* The matrix of the saddle system. */
+    const kmp_pattern *mobility = &k->s->bodies->mobility, *mass = &k->s->mass, *jacobian = &k->s->jacobian;
+    for (int e = 0; k->w.mobility && e < mobility->count; e++)
+        put_entry(k, k->position[mobility->row[e]], k->position[mobility->col[e]], k->w.mobility[e]);
+    for (int e = 0; k->w.mass && e < mass->count; e++)
+        put_entry(k, mass->row[e], mass->col[e], k->w.mass[e]);
+    for (int e = 0; k->w.mass && e < jacobian->count; e++)
+        if (k->position[jacobian->row[e]] >= 0)
+            put_entry(k, k->n + k->position[jacobian->row[e]], jacobian->col[e], k->w.jacobian[e]);
+    kmp_writer_add_efforts(&k->w);
+    if (!kmp_writer_ldl_factor(&k->plan.ldl, &k->arena, k->g, k->matrix))
+        return NULL;
+    /* Its right side, and the accelerations and multipliers. */
+    int rows = k->plan.coordinates;
+    for (int i = 0; i < rows; i++)
+        k->x[i] = kmp_neg(k->w.bias[i]);
+    for (int i = 0; i < k->r; i++)
+        k->x[rows + i] = kmp_neg(k->w.jdqd[k->part->rows[i]]);
+    solve(k, k->w.bias, k->qdd, k->lambda);
+    /* Pivots of M and S, which are positive. */
+    const kmp_writer_ldl *ldl = &k->plan.ldl;
+    for (int i = 0; i < k->size; i++) {
+        bool negative = i >= k->plan.coordinates && !k->plan.by_bodies;
+        k->pivot[i] = negative ? kmp_neg(ldl->pivot[i]) : ldl->pivot[i];
+        k->diagonal[i] = negative ? kmp_neg(ldl->diagonal[i]) : ldl->diagonal[i];
+    }
+    /* Power of all that does work besides the potential: -lambda' h_t is that of moving closures. */
+    k->power = k->w.power;
+    for (int i = 0; k->s->force && i < k->n; i++) {
+        kmp_ref rate = kmp_writer_rate(&k->w, k->red ? k->part : NULL, i);
+        kmp_writer_add_product(k->g, &k->power, kmp_input(k->g, KMP_IN_EFFORT, (uint32_t)i), rate);
+    }
+    for (int i = 0; k->w.h_t && i < k->r; i++)
+        kmp_writer_add_product(k->g, &k->power, kmp_neg(k->lambda[i]), k->w.h_t[k->part->rows[i]]);
+    /* Accelerations with the loops open. */
+    for (int i = 0; i < k->plan.coordinates; i++)
+        k->x[i] = kmp_neg(k->w.bias[i]);
+    kmp_writer_ldl_solve(&k->plan.ldl, k->g, k->plan.ldl.leading, k->x);
+    for (int i = 0; i < k->n; i++)
+        k->open[i] = k->plan.by_bodies ? k->w.bias[i] : k->x[i];
+    /* The mass-orthogonal correction. */
+    for (int i = 0; i < rows; i++)
+        k->x[i] = KMP_ZERO;
+    for (int i = 0; i < k->r; i++)
+        k->x[rows + i] = kmp_neg(kmp_input(k->g, KMP_IN_MU, (uint32_t)k->part->rows[i]));
+    solve(k, NULL, k->dx, NULL);
+    return schedule(k);
+}
+
+static bool place_rows(maker *k)
+{
+    k->position = KMP_ARENA_NEW(&k->arena, int, k->part->m);
+    for (int i = 0; k->position && i < k->part->m; i++)
+        k->position[i] = -1;
+    for (int i = 0; k->position && i < k->r; i++)
+        k->position[k->part->rows[i]] = i;
+    return k->position;
+}
+
+const char *kmp_saddle_program_obstacle(const kempe_system *s, int unknowns)
+{
+    return kmp_motion_known(s)->block_count > 0     ? "the model has equations that are solved by iteration"
+           : s->load_row_count > 0                  ? "the model has forces that depend on multipliers"
+           : unknowns > KMP_SADDLE_PROGRAM_UNKNOWNS ? "the model has too many coordinates and closure rows"
+                                                    : NULL;
+}
+
+double kmp_saddle_program_operations(const kmp_evaluator *eval, const kmp_partition *part)
+{
+    if (kmp_saddle_program_obstacle(eval->system, part->n + part->r))
+        return INFINITY;
+    const kmp_program_cache_name name = kmp_writer_name("operations", eval, part, NULL, 0);
+    const double *kept = kmp_program_cache_find(eval->system, name);
+    if (kept)
+        return *kept;
+    maker k = {.eval = eval, .s = eval->system, .part = part, .n = part->n, .r = part->r};
+    double operations = place_rows(&k) && choose(&k) ? k.plan.operations : -1;
+    kmp_arena_free(&k.arena);
+    operations = operations > KMP_SADDLE_PROGRAM_OPERATIONS ? INFINITY : operations;
+    double *made = operations >= 0 ? KMP_NEW(double, 1) : NULL;
+    if (made) {
+        *made = operations;
+        (void)kmp_program_cache_add(eval->system, name, made, kmp_free);
+    }
+    return operations;
+}
+
+bool kmp_saddle_program_write(const kmp_evaluator *eval, const kmp_saddle_program_plan *requested,
+                              kmp_saddle_program_written *written)
+{
+    const kmp_partition *part = requested->part;
+    unsigned options = (requested->red != NULL) + 2u * requested->closes;
+    *written = (kmp_saddle_program_written){0};
+    if (kmp_saddle_program_obstacle(eval->system, part->n + part->r) ||
+        (requested->red && !kmp_writer_blocks_fit(requested->red)))
+        return true;
+    const kmp_program_cache_name name = kmp_writer_name("solved", eval, part, requested->order, options);
+    kmp_saddle_program_layout layout;
+    kmp_program_record record = {.layout = (int *)&layout, .count = sizeof layout / sizeof(int)};
+    if (kmp_writer_recall(eval->system, name, &record)) {
+        *written = (kmp_saddle_program_written){record.program, layout, record.row};
+        return true;
+    }
+    maker k = {.eval = eval,
+               .s = eval->system,
+               .part = part,
+               .red = requested->red,
+               .closes = requested->closes,
+               .jv = {.red = requested->red, .order = requested->order},
+               .n = part->n,
+               .r = part->r};
+    unsigned long failures = kmp_memory_failures();
+    if (place_rows(&k) && choose(&k) && k.plan.operations <= KMP_SADDLE_PROGRAM_OPERATIONS && begin_writing(&k)) {
+        written->program = write_program(&k);
+        written->layout = lay_out(&k);
+        written->row = kmp_writer_rows(&k.jv);
+    }
+    kmp_writer_free(&k.w);
+    kmp_arena_free(&k.arena);
+    if (kmp_memory_failures() != failures) {
+        kmp_program_free(written->program);
+        kmp_free(written->row);
+        *written = (kmp_saddle_program_written){0};
+        return false;
+    }
+    layout = written->layout;
+    record.program = written->program;
+    record.row = written->row;
+    record.multipliers = layout.multipliers;
+    if (written->program)
+        kmp_writer_keep(eval->system, name, &record);
+    return true;
+}
 
 /* Cost of making the program, in operations for each of its own: measured by bench/bench_evaluations.c, 450 to 1200. */
 #define MAKING 700.0
@@ -207,4 +575,148 @@ kempe_status kmp_saddle_program_write_nearby(const kmp_saddle_program *program, 
     return kmp_saddle_program_write_near(program->eval, part, run, nearby)
                ? KEMPE_OK
                : kmp_fail_memory(program->eval->system->context);
+}
+
+/* Accelerations and multipliers near the place of known factors: one residual, one solution, no factors. The residual
+ * is that of Newton and Euler's equations with J' lambda, shorter than M qdd + C - J' lambda. */
+
+typedef struct writer {
+    const kmp_evaluator *eval;
+    const kempe_system *s;
+    const kmp_partition *part;
+    int n, r, count; /* of `value` */
+    kmp_arena arena;
+    kmp_writer_ldl ldl;
+    kmp_program *source; /* of the values */
+    kmp_graph *g;
+    kmp_ref *value;   /* residual (n), curves (r), h_t (r) where closures move, power where there is one */
+    kmp_ref *x, *out; /* n + r, and n + r + 1 */
+} writer;
+
+/* False: no memory, or there are no such equations. */
+static bool write_nearby(writer *w)
+{
+    kmp_equations eq;
+    kmp_events events = w->s->events; /* the system has recorded all conditions: none is added */
+    unsigned sets = KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_CLOSED;
+    const kmp_derivation_request scene = {
+        .sets = sets | (w->s->dissipative ? KMP_SET_POWER : 0), .events = &events, .charted = true, .plain = true};
+    if (kmp_equations_derive(&eq, w->s->model, &scene) != KEMPE_OK)
+        return false;
+    bool made = eq.n == w->n && eq.m == w->s->m;
+    kmp_ref *value = w->value = KMP_ARENA_NEW(&w->arena, kmp_ref, w->n + 2 * w->r + 1);
+    for (int i = 0; made && value && i < w->n; i++)
+        value[w->count++] = eq.closed[i];
+    for (int i = 0; made && value && i < w->r; i++)
+        value[w->count++] = kmp_equations_curve(&eq, w->part->rows[i]);
+    for (int i = 0; made && value && w->s->rheonomic && i < w->r; i++)
+        value[w->count++] = eq.h_t[w->part->rows[i]];
+    if (made && value && w->s->dissipative)
+        value[w->count++] = eq.power;
+    const kmp_ref *group = value;
+    w->source = made && value ? kmp_program_new(eq.graph, 1, &w->count, &group) : NULL;
+    kmp_equations_free(&eq);
+    return w->source;
+}
+
+/* Charts become numbers, as in the saddle program; multipliers are numbered by independent rows. */
+static bool import(writer *w)
+{
+    int m = w->s->m, charts = KMP_CHART_SIZE * w->s->chart_count;
+    kmp_ref *input, *by, *all = KMP_ARENA_NEW(&w->arena, kmp_ref, w->source->outputs[w->source->stages]);
+    w->g = kmp_graph_new();
+    if (!KMP_ARENA_EACH(&w->arena, kmp_ref, m + charts, &input, &by) || !w->g || !all)
+        return false;
+    for (int i = 0; i < m; i++) {
+        input[i] = kmp_input(w->g, KMP_IN_LAMBDA, (uint32_t)i);
+        by[i] = KMP_ZERO;
+    }
+    for (int i = 0; i < w->r; i++)
+        by[w->part->rows[i]] = kmp_input(w->g, KMP_IN_LAMBDA, (uint32_t)i);
+    int inputs = m + kmp_writer_plain_charts(w->eval, w->g, input + m, by + m);
+    const kmp_importing how = {.count = inputs, .input = input, .by = by};
+    if (!kmp_program_import(w->source, w->g, &how, all))
+        return false;
+    memcpy(w->value, all + w->source->outputs[1], (size_t)w->count * sizeof *w->value);
+    return true;
+}
+
+static bool take_factors(writer *w)
+{
+    int entries = w->ldl.start[w->ldl.size];
+    w->ldl.l = KMP_ARENA_NEW(&w->arena, kmp_ref, entries);
+    w->ldl.inverse = KMP_ARENA_NEW(&w->arena, kmp_ref, w->ldl.size);
+    if (!w->ldl.l || !w->ldl.inverse)
+        return false;
+    for (int e = 0; e < entries; e++)
+        w->ldl.l[e] = kmp_input(w->g, KMP_IN_MU, (uint32_t)e);
+    for (int i = 0; i < w->ldl.size; i++)
+        w->ldl.inverse[i] = kmp_input(w->g, KMP_IN_MU, (uint32_t)(entries + i));
+    return true;
+}
+
+/* NULL: no memory. */
+static kmp_program *improve(writer *w)
+{
+    int n = w->n, r = w->r, count = n + r + w->s->dissipative;
+    kmp_graph *g = w->g;
+    w->x = KMP_ARENA_NEW(&w->arena, kmp_ref, n + r);
+    w->out = KMP_ARENA_NEW(&w->arena, kmp_ref, count);
+    if (!w->x || !w->out)
+        return NULL;
+    for (int i = 0; i < n + r; i++)
+        w->x[i] = kmp_neg(w->value[i]);
+    kmp_writer_ldl_solve(&w->ldl, g, w->ldl.size, w->x);
+    for (int i = 0; i < n; i++)
+        w->out[i] = kmp_add(g, kmp_input(g, KMP_IN_QDD, (uint32_t)i), w->x[i]);
+    for (int i = 0; i < r; i++)
+        w->out[n + i] = kmp_sub(g, kmp_input(g, KMP_IN_LAMBDA, (uint32_t)i), w->x[n + i]);
+    kmp_ref power = w->s->dissipative ? w->value[w->count - 1] : KMP_ZERO;
+    for (int i = 0; w->s->rheonomic && i < r; i++)
+        kmp_writer_add_product(g, &power, kmp_neg(w->out[n + i]), w->value[n + r + i]);
+    if (w->s->dissipative)
+        w->out[n + r] = power;
+    const kmp_ref *group = w->out;
+    kmp_program *p = kmp_graph_failed(g) ? NULL : kmp_program_new(g, 1, &count, &group);
+    if (!p || kmp_program_contract(p, 0, 0))
+        return p;
+    kmp_program_free(p);
+    return NULL;
+}
+
+bool kmp_saddle_program_write_near(const kmp_evaluator *eval, const kmp_partition *part, double run,
+                                   kmp_program **program)
+{
+    unsigned most = run < UINT_MAX ? (unsigned)run : UINT_MAX;
+    const kmp_program_cache_name name = kmp_writer_name("nearby", eval, part, NULL, most);
+    kmp_program_record record = {0};
+    *program = NULL;
+    if (kmp_writer_recall(eval->system, name, &record)) {
+        kmp_free(record.row);
+        *program = record.program;
+        return true;
+    }
+    writer w = {.eval = eval, .s = eval->system, .part = part, .n = part->n, .r = part->r};
+    unsigned long failures = kmp_memory_failures();
+    /* The order of elimination by M and C, in the arena. */
+    maker k = {.eval = eval, .s = eval->system, .part = part, .n = part->n, .r = part->r};
+    bool ordered = place_rows(&k) && analyse(&k, false, &k.plan);
+    w.arena = k.arena;
+    w.ldl = k.plan.ldl;
+    /* Short enough, with a residual that has about the operations of M, C, J and gamma. */
+    double solution = ordered ? 4.0 * w.ldl.start[w.ldl.size] + w.ldl.size : INFINITY;
+    if (ordered && kmp_writer_operations(eval, false) + solution <= KMP_SADDLE_PROGRAM_NEARBY * run &&
+        write_nearby(&w) && import(&w) && take_factors(&w))
+        *program = improve(&w);
+    kmp_program_free(w.source);
+    kmp_graph_free(w.g);
+    kmp_arena_free(&w.arena);
+    if (kmp_memory_failures() != failures) {
+        kmp_program_free(*program);
+        *program = NULL;
+        return false;
+    }
+    record.program = *program;
+    kmp_writer_keep(eval->system, name, &record);
+    return true;
 }

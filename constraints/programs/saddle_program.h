@@ -11,6 +11,7 @@
 
 #include "constraints/closing/close.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/partition/partition.h"
 #include "constraints/programs/program_writer.h"
 
 /* Stages. CLOSE is that of a program which closes the loops of a state: the correction dv of v, and the angles by which
@@ -119,3 +120,37 @@ const double *kmp_saddle_program_end(kmp_writer_machine *made, const kmp_saddle_
 /** kmp_saddle_program_is_cancelled by these outputs. */
 bool kmp_saddle_program_cancels(const kmp_saddle_program_layout *layout, const kempe_system *system, const double *end,
                                 double rtol, double rate_scale);
+
+/** Most unknowns, qdd and lambda, and most operations of a run: the preparation takes microseconds an operation, and
+ * code beyond the second cache is no faster than loops over entries. */
+enum { KMP_SADDLE_PROGRAM_UNKNOWNS = 400, KMP_SADDLE_PROGRAM_OPERATIONS = 100000 };
+
+/* Unknowns of the program: q and qd, or a state (u, ud, v) of a reduction with its order of elimination. */
+typedef struct kmp_saddle_program_plan {
+    const kmp_partition *part;
+    const kmp_reduction *red; /* NULL: q and qd */
+    const int *order;         /* kmp_writer_order */
+    bool closes;              /* with KMP_SADDLE_PROGRAM_CLOSE */
+} kmp_saddle_program_plan;
+
+typedef struct kmp_saddle_program_written {
+    kmp_program *program; /* NULL: there is none */
+    kmp_saddle_program_layout layout;
+    kmp_eliminated *row; /* of each multiplier of the elimination; the caller's */
+} kmp_saddle_program_written;
+
+/** The obstacle to a program for every choice of rows, as part of a sentence: implicit blocks, forces that depend on
+ * multipliers, too many coordinates and independent rows. NULL: there is none. */
+const char *kmp_saddle_program_obstacle(const kempe_system *system, int unknowns);
+
+/** Operations of a run, before it is written; infinite if there is none, -1: no memory. */
+double kmp_saddle_program_operations(const kmp_evaluator *eval, const kmp_partition *part);
+
+/** Writes the program of the cheaper dynamics, of those that the evaluator has, or takes the one that the system keeps
+ * for this choice. False: no memory. */
+bool kmp_saddle_program_write(const kmp_evaluator *eval, const kmp_saddle_program_plan *plan,
+                              kmp_saddle_program_written *written);
+
+/** kmp_saddle_program_write_nearby for a run of so many operations. False: no memory. */
+bool kmp_saddle_program_write_near(const kmp_evaluator *eval, const kmp_partition *part, double run,
+                                   kmp_program **program);

@@ -3,7 +3,54 @@
  * on the independent rows and coordinates of the start while these are good. */
 #pragma once
 
-#include "constraints/workspace/workspace_inside.h"
+#include "constraints/closing/least_change.h"
+#include "constraints/closing/saddle.h"
+#include "constraints/evaluation/stage_lanes.h"
+#include "constraints/partition/reduction.h"
+#include <kempe/workspace.h>
+
+/* Equations at several states at once. */
+typedef struct kmp_state_lanes {
+    size_t seen;            /* states in calls for many, until the lanes are prepared */
+    kmp_stage_lanes stages; /* the motion program; without lanes: not prepared */
+    int count[3], size;     /* outputs of closures, M and bias; all of them */
+    double *t, *q, *qd;     /* of all lanes, in their order of numbers */
+    double *values;         /* outputs lane by lane */
+} kmp_state_lanes;
+
+/* Modes of friction at each state (integrators/run/friction_workspace.c). */
+typedef struct kmp_workspace_friction {
+    void *self; /* NULL: friction follows the sign of its rates, or there is none */
+    kempe_status (*decide)(void *self, double t, const double *q, const double *qd);
+    void (*release)(kmp_evaluator *eval); /* no row is held until the next decision */
+    void (*free)(void *self);
+} kmp_workspace_friction;
+
+struct kempe_workspace {
+    const kempe_system *system;
+    kmp_arena arena;
+    kmp_evaluator *eval;
+    kmp_saddle saddle;
+    kmp_least_change least;
+    int n, m;
+    bool chosen;        /* the start can be assembled */
+    kmp_partition part; /* choice of rows and coordinates at the start */
+    kmp_reduction red;
+    bool by_bodies;                            /* accelerations are computed by articulated bodies */
+    kmp_saddle bodies;                         /* closure forces for the articulated bodies */
+    bool stale;                                /* the values below belong to an earlier state than q */
+    double t, *q, *qd;                         /* n: of the last call; dense copies of its values follow */
+    double *mass, *bias, *h, *jdqd, *jacobian; /* n x n, n, m, m, m x n */
+    double *trial;                             /* n: q while closing */
+    double *answer;                            /* n + m: accelerations and multipliers, or shares */
+    double *row;                               /* n, or m: a row of J, or rates of the rows */
+    bool *hold;                                /* n */
+    int *closure_rows, closure_count;          /* m; those that are of no friction and no contact */
+    kmp_workspace_friction friction;
+    kmp_state_lanes many;
+    bool visits; /* states of one call: the message of an earlier one stays */
+    char message[400];
+};
 
 /** The inputs of a workspace. */
 kmp_present_inputs *kmp_workspace_inputs(struct kempe_workspace *workspace);
@@ -14,15 +61,3 @@ kempe_status kmp_workspace_new(const kempe_system *system, kempe_workspace **wor
 /** Lets friction decide on its modes at each state, and chooses rows there. KEMPE_E_MEMORY; the caller frees `friction`
  * then. */
 kempe_status kmp_workspace_take_friction(kempe_workspace *ws, kmp_workspace_friction friction);
-
-/** Reports a NULL argument; false: it is NULL. */
-bool kmp_workspace_given(kempe_workspace *ws, const char *name, const void *argument);
-
-/** Keeps the state of a call: `qd` may be NULL, and q and qd may be outputs of the caller. */
-void kmp_workspace_keep_state(kempe_workspace *ws, double t, const double *q, const double *qd);
-
-/** Copies the evaluator's values. */
-void kmp_workspace_copy(kempe_workspace *ws);
-
-/** Accelerations and multipliers from the evaluator's M, C, h, J and jdqd, as kempe_workspace_forward_dynamics. */
-kempe_status kmp_workspace_accelerate(kempe_workspace *ws, const double *Q, double *qdd, double *lambda);

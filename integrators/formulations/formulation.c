@@ -3,8 +3,7 @@
  * checked at each accepted step: if one opens, the start was a change point of lower rank. */
 #include "integrators/formulations/formulation.h"
 #include "base/memory.h"
-#include "constraints/evaluation/intended_rank.h"
-#include "constraints/evaluation/row_residuals.h"
+#include "constraints/evaluation/evaluator.h"
 #include "integrators/decide/dropped_rows.h"
 #include "integrators/decide/run_start.h"
 #include "model/data/model.h"

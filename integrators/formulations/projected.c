@@ -8,9 +8,7 @@
  * (singular_step.h) then has each state closed first: off the closures accelerations are not those of the motion if J
  * is near to losing a row. */
 #include "integrators/formulations/projected.h"
-#include "constraints/evaluation/jacobian_and_mass.h"
-#include "constraints/evaluation/row_residuals.h"
-#include "constraints/evaluation/shown_outputs.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/stage_lanes.h"
 #include "constraints/programs/saddle_program.h"
 #include "constraints/tolerances.h"

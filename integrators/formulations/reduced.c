@@ -8,25 +8,261 @@
  *   it, others along the tangent from the last accepted step only. An evaluation whose corrections stop contracting
  *   fails and shortens the step. */
 #include "integrators/formulations/reduced.h"
-#include "constraints/closing/close_reduced.h"
-#include "constraints/evaluation/jacobian_and_mass.h"
-#include "constraints/evaluation/row_residuals.h"
-#include "constraints/evaluation/shown_outputs.h"
-#include "constraints/programs/reduced_program_inside.h"
+#include "constraints/closing/close.h"
+#include "constraints/evaluation/evaluator.h"
+#include "constraints/programs/reduced_program.h"
 #include "constraints/tolerances.h"
 #include "integrators/decide/closing.h"
+#include "integrators/decide/coordinate_exchange.h"
 #include "integrators/decide/run_start.h"
 #include "integrators/formulations/cost_model.h"
-#include "integrators/formulations/reduced_choice.h"
 #include "integrators/formulations/reduced_programs.h"
 #include "model/data/model.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-int kmp_reduced_work(const kmp_reduced *d)
+/* The choice of u on the reduced formulation. It ends at a dead centre: |Bvu| grows without bound and det Jv changes
+ * sign. Both are monitored at every accepted step, because the ODE may pass such a point and continue wrongly without
+ * any other sign. Before a dead centre u and v are exchanged, unless u is fixed. */
+
+/* With fewer degrees of freedom the reduced mass is the cheapest. */
+#define MANY_FREEDOMS 12
+/* Cost of an operation of a reduced mass with zeros, relative to one without. */
+#define BY_LISTS 2
+
+/* -- monitoring ---------------------------------------------------------------------------------------- */
+
+static const char *name_of(const kmp_reduced *d, int k)
+{
+    return k >= 0 ? d->s->model->motions[k].name : "?";
+}
+
+static int dead_centre(kmp_reduced *d, double t, const char *sign, int v, int u)
+{
+    kmp_text_printf(
+        &d->formulation.reason,
+        "independent coordinate '%s' reached a dead centre at t = %.9g: %s for dependent '%s'; beyond it '%s' no "
+        "longer determines the mechanism. Choose another with --independent, or use the projected formulation",
+        name_of(d, u), t, sign, name_of(d, v), name_of(d, u));
+    return KMP_HALT;
+}
+
+/* The right-hand side is a function of u alone where v is closed for it. An integrator that restarts at each exchange
+ * would lose more than it gains. */
+static double exchange_limit(const kmp_reduced *d, bool of_user)
+{
+    return kmp_exchange_limit(of_user, !d->integrated && !d->start.restarts);
+}
+
+/* Computes |Bvu| of the present tangent, and decides if an exchange is due. */
+static void reduced_judge(kmp_reduced *d)
+{
+    if (d->r == 0)
+        return;
+    d->growth = kmp_reduction_growth(&d->red, &d->growth_v, &d->growth_u);
+    d->due = !d->start.fixed && d->growth > exchange_limit(d, d->part.user);
+}
+
+/* Judges |Bvu| at the step's end, with the signs of Jv's blocks there: KMP_GO, KMP_RETRY, KMP_HALT. */
+static int reduced_watch(kmp_reduced *d, double t, const int *signs)
+{
+    if (d->r == 0)
+        return KMP_GO;
+    reduced_judge(d);
+    /* A block of Jv that was singular within the step may be an ignored change point, and no dead centre of u, at which
+     * |Bvu| grows. */
+    bool passed = d->start.margin->ignored && d->growth <= KMP_EXCHANGE_WISH;
+    size_t bytes = (size_t)kmp_block_count(d->red.block) * sizeof *signs;
+    bool crossed = memcmp(signs, d->signs, bytes) != 0 && !passed;
+    if (d->start.fixed && crossed)
+        return dead_centre(d, t, "det Jv changed its sign, |dv/du| is largest", d->growth_v, d->growth_u);
+    if (d->start.fixed && d->growth > KMP_GROWTH_LIMIT)
+        return dead_centre(d, t, "|dv/du| exceeds 1000", d->growth_v, d->growth_u);
+    d->crossed = crossed;
+    if (!crossed)
+        memcpy(d->signs, signs, bytes);
+    return crossed ? KMP_RETRY : KMP_GO;
+}
+
+/* Reports why steps have shrunk to nothing: at a dead centre that evaluations cannot pass, or where det Jv repeatedly
+ * changes its sign. */
+static void reduced_explain(kmp_formulation *formulation)
+{
+    kmp_reduced *d = (kmp_reduced *)formulation;
+    kmp_text what = {0};
+    if (d->growth >= KMP_GROWTH_EXPLAINS) {
+        kmp_text_printf(&what, "the loops cannot be closed beyond it, |dv/du| has grown to %.3g", d->growth);
+        (void)dead_centre(d, d->t, what.s ? what.s : "", d->growth_v, d->growth_u);
+        kmp_text_free(&what);
+    } else if (d->crossed) {
+        kmp_text_printf(&formulation->reason,
+                        "the closures lose a row at t = %.9g: det Jv changes its sign while |dv/du| remains %.3g, so "
+                        "two branches of the mechanism meet there and the motion may continue on either; change the "
+                        "start or the lengths, or use the projected formulation",
+                        d->t, d->growth);
+    }
+}
+
+/* -- evaluators --------------------------------------------------------------------------------------- */
+
+/* With many degrees of freedom the sparse saddle system costs less than the reduced mass, which has fewer zeros. */
+static bool reduced_try_saddle(kmp_reduced *d)
+{
+    if (d->p < MANY_FREEDOMS || d->eval->by_bodies)
+        return true;
+    if (!kmp_saddle_init(&d->saddle, d->eval, &d->part))
+        return false;
+    double cost = d->saddle.sparse ? kmp_sparse_operations(d->saddle.sparse) : 0,
+           count = (double)kmp_reduction_count(&d->red).paper;
+    count *= d->red.zeros ? BY_LISTS : 1;
+    d->by_saddle = cost > 0 && KMP_SPARSE_COST * cost < count;
+    if (!d->by_saddle)
+        kmp_saddle_free(&d->saddle);
+    return true;
+}
+
+/* Makes the saddle system of the partition's rows, if it is used, where the evaluator already uses the formulation's
+ * dynamics. false: no memory. */
+static bool reduced_renew_saddle(kmp_reduced *d)
+{
+    long factorizations = d->saddle.factorizations;
+    kmp_saddle_free(&d->saddle);
+    bool made = !d->by_saddle || kmp_saddle_init(&d->saddle, d->eval, &d->part);
+    d->saddle.factorizations = factorizations;
+    return made;
+}
+
+/* -- exchanges --------------------------------------------------------------------------------------- */
+
+static bool is_among(const int *list, int count, int k)
+{
+    for (int i = 0; i < count; i++)
+        if (list[i] == k)
+            return true;
+    return false;
+}
+
+/* Index of the work among the unknowns. */
+static int reduced_work(const kmp_reduced *d)
 {
     return 2 * d->p + (d->has_v ? d->r : 0);
+}
+
+/* Sets the tolerances of the unknowns. */
+static void reduced_set_tolerances(kmp_reduced *d)
+{
+    double *atol = d->formulation.atol;
+    kmp_start_tolerances(d->p, d->part.u, d->has_v ? d->r : 0, d->part.v, kmp_model_coordinates(d->s->model),
+                         d->s->scale, d->start.atol, d->start.rate_scale, 1, atol);
+    if (d->has_work)
+        atol[reduced_work(d)] = KMP_UNCONTROLLED;
+}
+
+/* reduced_remember: records the end of a step, from which v is predicted. reduced_remember_place: without
+ * anchor_c, which needs accelerations. */
+static void reduced_remember_place(kmp_reduced *d, double t, const double *y)
+{
+    d->t = t;
+    if (d->integrated)
+        return;
+    /* Weights of errors of v, and the noise of closing. */
+    for (int i = 0; i < d->n; i++)
+        d->weight[i] = d->start.atol * d->s->scale[i] + d->start.rtol * fabs(d->q[i]);
+    for (int i = 0; i < d->r; i++) {
+        d->by_scale[i] = 1 / d->s->scale[d->part.v[i]];
+        d->by_weight[i] = 1 / d->weight[d->part.v[i]];
+    }
+    d->anchor.noise = kmp_close_noise(d->n, d->s->scale, d->q);
+    if (d->has_v)
+        return;
+    memcpy(d->anchor.u, y, (size_t)d->p * sizeof *d->anchor.u);
+    /* The weights of u in the progress: rates over their square, in scales. */
+    const double *ud = y + d->p;
+    double speed = 0;
+    for (int k = 0; k < d->p; k++) {
+        double scale = d->s->scale[d->part.u[k]];
+        d->anchor.w[k] = ud[k] / (scale * scale);
+        speed += d->anchor.w[k] * ud[k];
+    }
+    d->anchor.by_time = d->s->rheonomic || !(speed > DBL_MIN);
+    for (int k = 0; k < d->p; k++)
+        d->anchor.w[k] /= speed;
+    memcpy(d->anchor.b, d->red.bvu, (size_t)(d->r * d->p) * sizeof *d->anchor.b);
+    for (int i = 0; i < d->r; i++) {
+        d->anchor.v[i] = d->q[d->part.v[i]];
+        d->anchor.t[i] = d->red.x_t[d->part.v[i]];
+    }
+}
+
+static void reduced_remember(kmp_reduced *d, double t, const double *y)
+{
+    reduced_remember_place(d, t, y);
+    for (int i = 0; !d->has_v && i < d->r; i++) {
+        /* The i-th component of vdd without the part of udd. */
+        double vdd = d->by_saddle ? d->qdd[d->part.v[i]] : d->red.a0[d->part.v[i]];
+        for (int k = 0; d->by_saddle && k < d->p; k++)
+            vdd -= d->red.bvu[i + k * d->r] * d->qdd[d->part.u[k]];
+        d->anchor.c[i] = vdd;
+    }
+}
+
+/* Computes factors, tangent, signs and anchor of d->q with the present partition. */
+static int reduced_linearise_at(kmp_reduced *d, double t, const double *y)
+{
+    d->contraction = 0;
+    kmp_eval_closure(d->eval, t, d->q);
+    if (kmp_reduction_factor(&d->red))
+        return KMP_HALT;
+    kmp_reduction_tangent(&d->red);
+    if (d->r > 0)
+        kmp_block_take_signs(d->red.block, d->signs);
+    reduced_remember(d, t, y);
+    return KMP_GO;
+}
+
+/* Makes a due exchange at d->q and d->qd, the evaluator's place; y becomes the state in the new unknowns. */
+static int reduced_exchange(kmp_reduced *d, double t, double *y)
+{
+    kmp_partition before;
+    d->due = false;
+    if (!kmp_reduced_keep(d) || !kmp_partition_copy(&before, &d->part))
+        return KMP_HALT;
+    /* The workspace of the new partition, then the state in its unknowns. */
+    kmp_reduction red = d->red;
+    bool made = kmp_partition_exchange(&d->part, d->s, d->eval->jacobian, exchange_limit(d, false)) == KEMPE_OK &&
+                kmp_reduction_init(&d->red, d->eval, &d->part) == KEMPE_OK;
+    if (made) {
+        d->red.newton = red.newton;
+        d->red.factorizations = red.factorizations;
+        kmp_reduction_free(&red);
+    } else {
+        d->red = red;
+    }
+    int said = KMP_HALT;
+    if (made && reduced_renew_saddle(d)) {
+        kmp_reduced_pack(&d->part, d->has_v, d->q, d->qd, y);
+        reduced_set_tolerances(d);
+        d->formulation.exchanges++;
+        bool worth = d->use.steps >= KMP_FORMULATION_BRIEF;
+        said = reduced_linearise_at(d, t, y) == KMP_GO ? kmp_reduced_make_program(d, worth) : KMP_HALT;
+    }
+    if (said == KMP_GO) {
+        kmp_text out = {0}, in = {0};
+        for (int k = 0; k < d->p; k++) {
+            if (!is_among(d->part.u, d->p, before.u[k]))
+                kmp_text_printf(&out, "%s'%s'", out.length ? ", " : "", name_of(d, before.u[k]));
+            if (!is_among(before.u, d->p, d->part.u[k]))
+                kmp_text_printf(&in, "%s'%s'", in.length ? ", " : "", name_of(d, d->part.u[k]));
+        }
+        kmp_run_log_add(d->start.log, "exchange", t, d->growth, d->part.max_b,
+                        "%s instead of %s as independent coordinate: |dv/du| %.3g -> %.3g", in.s ? in.s : "",
+                        out.s ? out.s : "", d->growth, d->part.max_b);
+        kmp_text_free(&out);
+        kmp_text_free(&in);
+    }
+    kmp_partition_free(&before);
+    return said;
 }
 
 void kmp_reduced_pack(const kmp_partition *part, bool has_v, const double *q, const double *qd, double *y)
@@ -39,34 +275,25 @@ void kmp_reduced_pack(const kmp_partition *part, bool has_v, const double *q, co
         y[2 * part->p + i] = q[part->v[i]];
 }
 
-void kmp_reduced_set_tolerances(kmp_reduced *d)
-{
-    double *atol = d->formulation.atol;
-    kmp_start_tolerances(d->p, d->part.u, d->has_v ? d->r : 0, d->part.v, kmp_model_coordinates(d->s->model),
-                         d->s->scale, d->start.atol, d->start.rate_scale, 1, atol);
-    if (d->has_work)
-        atol[kmp_reduced_work(d)] = KMP_UNCONTROLLED;
-}
-
 /* -- prediction of v ---------------------------------------------------------------------------------- */
 
 /* Prediction of v in the newton form where it is not among the unknowns: along its tangent and curvature from the last
  * accepted step. */
 
-/* B du + x_t tau + c s^2 / 2. */
-void kmp_reduced_predict(kmp_reduced *d, double t, const double *u)
+/* Predicts d->v of (t, u) from the last accepted step: B du + x_t tau + c s^2 / 2. */
+static void reduced_predict(kmp_reduced *d, double t, const double *u)
 {
     double tau = t - d->t, s = 0; /* progress of u since the last accepted step, in its time */
     for (int k = 0; k < d->p; k++)
-        s += d->anchor_w[k] * (u[k] - d->anchor_u[k]);
-    s = d->by_time ? tau : s;
+        s += d->anchor.w[k] * (u[k] - d->anchor.u[k]);
+    s = d->anchor.by_time ? tau : s;
     const double half = 0.5 * s * s;
     const kmp_sparse_tangent *zeros = d->red.zeros;
     for (int i = 0; i < d->r; i++)
-        d->v[i] = d->anchor_v[i] + tau * d->anchor_t[i] + half * d->anchor_c[i];
+        d->v[i] = d->anchor.v[i] + tau * d->anchor.t[i] + half * d->anchor.c[i];
     for (int k = 0; k < d->p; k++) {
-        const double *b = d->anchor_b + k * d->r;
-        double du = u[k] - d->anchor_u[k];
+        const double *b = d->anchor.b + k * d->r;
+        double du = u[k] - d->anchor.u[k];
         if (zeros) {
             const int *row;
             for (int e = 0, count = kmp_sparse_tangent_rows(zeros, k, &row); e < count; e++)
@@ -75,52 +302,6 @@ void kmp_reduced_predict(kmp_reduced *d, double t, const double *u)
         }
         for (int i = 0; i < d->r; i++)
             d->v[i] += b[i] * du;
-    }
-}
-
-void kmp_reduced_remember_place(kmp_reduced *d, double t, const double *y)
-{
-    d->t = t;
-    if (d->integrated)
-        return;
-    /* Weights of errors of v, and the noise of closing. */
-    for (int i = 0; i < d->n; i++)
-        d->weight[i] = d->start.atol * d->s->scale[i] + d->start.rtol * fabs(d->q[i]);
-    for (int i = 0; i < d->r; i++) {
-        d->by_scale[i] = 1 / d->s->scale[d->part.v[i]];
-        d->by_weight[i] = 1 / d->weight[d->part.v[i]];
-    }
-    d->noise = kmp_close_noise(d->n, d->s->scale, d->q);
-    if (d->has_v)
-        return;
-    memcpy(d->anchor_u, y, (size_t)d->p * sizeof *d->anchor_u);
-    /* The weights of u in the progress: rates over their square, in scales. */
-    const double *ud = y + d->p;
-    double speed = 0;
-    for (int k = 0; k < d->p; k++) {
-        double scale = d->s->scale[d->part.u[k]];
-        d->anchor_w[k] = ud[k] / (scale * scale);
-        speed += d->anchor_w[k] * ud[k];
-    }
-    d->by_time = d->s->rheonomic || !(speed > DBL_MIN);
-    for (int k = 0; k < d->p; k++)
-        d->anchor_w[k] /= speed;
-    memcpy(d->anchor_b, d->red.bvu, (size_t)(d->r * d->p) * sizeof *d->anchor_b);
-    for (int i = 0; i < d->r; i++) {
-        d->anchor_v[i] = d->q[d->part.v[i]];
-        d->anchor_t[i] = d->red.x_t[d->part.v[i]];
-    }
-}
-
-void kmp_reduced_remember(kmp_reduced *d, double t, const double *y)
-{
-    kmp_reduced_remember_place(d, t, y);
-    for (int i = 0; !d->has_v && i < d->r; i++) {
-        /* The i-th component of vdd without the part of udd. */
-        double vdd = d->by_saddle ? d->qdd[d->part.v[i]] : d->red.a0[d->part.v[i]];
-        for (int k = 0; d->by_saddle && k < d->p; k++)
-            vdd -= d->red.bvu[i + k * d->r] * d->qdd[d->part.u[k]];
-        d->anchor_c[i] = vdd;
     }
 }
 
@@ -138,7 +319,7 @@ static void place_q(kmp_reduced *d, const double *u, const double *v)
 static void put_q(kmp_reduced *d, double t, const double *y)
 {
     if (!d->has_v)
-        kmp_reduced_predict(d, t, y);
+        reduced_predict(d, t, y);
     place_q(d, y, d->has_v ? y + 2 * d->p : d->v);
 }
 
@@ -151,8 +332,9 @@ static void close_rates(kmp_reduced *d, const double *ud)
         kmp_reduction_rates(&d->red, ud, d->qd);
 }
 
-/* Accelerations by articulated bodies need no tangent. */
-int kmp_reduced_place(kmp_reduced *d, double t, const double *y)
+/* Computes d->q and d->qd at (t, y), factors of Jv and the tangent; then d->udd, too. KMP_GO or KMP_RETRY.
+ * Accelerations by articulated bodies need no tangent. */
+static int reduced_place(kmp_reduced *d, double t, const double *y)
 {
     put_q(d, t, y);
     if (d->integrated)
@@ -182,9 +364,9 @@ static int accelerate_closed(kmp_reduced *d)
     return KMP_GO;
 }
 
-int kmp_reduced_evaluate(kmp_reduced *d, double t, const double *y)
+static int reduced_evaluate(kmp_reduced *d, double t, const double *y)
 {
-    return kmp_reduced_place(d, t, y) == KMP_GO ? accelerate_closed(d) : KMP_RETRY;
+    return reduced_place(d, t, y) == KMP_GO ? accelerate_closed(d) : KMP_RETRY;
 }
 
 /* qdd and lambda from udd. */
@@ -196,7 +378,8 @@ static void find_multipliers(kmp_reduced *d)
     kmp_reduction_multipliers(&d->red, d->qdd, d->lambda);
 }
 
-double kmp_reduced_drive_power(kmp_reduced *d)
+/* Power of moving closures, after any accelerations. */
+static double reduced_drive_power(kmp_reduced *d)
 {
     if (!d->s->rheonomic)
         return 0;
@@ -229,7 +412,7 @@ static extent measure(const kmp_reduced *d, const double *dv)
 
 static bool is_small(const kmp_reduced *d, extent e)
 {
-    return e.weighted <= KMP_CORRECTION_IN_STAGE || e.scaled <= d->noise;
+    return e.weighted <= KMP_CORRECTION_IN_STAGE || e.scaled <= d->anchor.noise;
 }
 
 static void add(kmp_reduced *d, const double *dv)
@@ -259,7 +442,7 @@ static bool close_and_finish(kmp_reduced *d, double t, double *dy)
             continue;
         bool regular = kmp_reduced_program_finish(program, t, d->state, dy);
         extent left = measure(d, kmp_reduced_program_left(program));
-        if (left.scaled > d->noise)
+        if (left.scaled > d->anchor.noise)
             d->contraction = left.scaled / (e.scaled * e.scaled);
         if (!is_small(d, left) && !kmp_closing_contracts(left.scaled, last))
             return false;
@@ -271,19 +454,21 @@ static bool close_and_finish(kmp_reduced *d, double t, double *dy)
     return false;
 }
 
-bool kmp_reduced_evaluate_closing(kmp_reduced *d, double t, const double *y, double *dy)
+/* Evaluates the newton form by the program: d->v is then closed, and dy its derivative. false: the program fails here.
+ */
+static bool reduced_evaluate_closing(kmp_reduced *d, double t, const double *y, double *dy)
 {
     size_t p = (size_t)d->p, r = (size_t)d->r;
     double *slope = d->has_v ? dy : d->slope;
     if (d->has_v)
         memcpy(d->v, y + 2 * p, r * sizeof *y);
     else
-        kmp_reduced_predict(d, t, y);
+        reduced_predict(d, t, y);
     memcpy(d->state, y, 2 * p * sizeof *y);
     bool closed = close_and_finish(d, t, slope);
     if (!d->has_v)
         memcpy(dy, slope, 2 * p * sizeof *dy);
-    d->closed_by_program = closed && !kmp_reduced_has_saddle_program(d);
+    d->use.closed_by_program = closed && !kmp_reduced_has_saddle_program(d);
     return closed;
 }
 
@@ -292,15 +477,15 @@ bool kmp_reduced_evaluate_closing(kmp_reduced *d, double t, const double *y, dou
 /* True if the program of the present choice may be used now. */
 static inline bool applies(const kmp_reduced *d)
 {
-    return d->programs.scalar && !d->apart && !(d->cancelled && kmp_reduced_has_saddle_program(d)) &&
+    return d->programs.scalar && !d->use.apart && !(d->use.cancelled && kmp_reduced_has_saddle_program(d)) &&
            kmp_reduced_program_applies(d->programs.scalar);
 }
 
 /* Evaluates q, qd and udd at (t, y), and dy. The program gives dy alone. */
 static int evaluate_apart(kmp_reduced *d, double t, const double *y, double *dy)
 {
-    d->evaluations++;
-    if (kmp_reduced_evaluate(d, t, y) != KMP_GO)
+    d->use.evaluations++;
+    if (reduced_evaluate(d, t, y) != KMP_GO)
         return KMP_RETRY;
     for (int k = 0; k < d->p; k++) {
         dy[k] = y[d->p + k];
@@ -317,15 +502,15 @@ int kmp_reduced_rhs(void *self, double t, const double *y, double *dy)
     bool runs = applies(d), by_saddle = runs && kmp_reduced_has_saddle_program(d), made = false;
     if (runs)
         made = d->integrated ? kmp_reduced_program_run(d->programs.scalar, t, y, dy)
-                             : kmp_reduced_evaluate_closing(d, t, y, dy);
-    d->by_saddle_program = made && by_saddle;
+                             : reduced_evaluate_closing(d, t, y, dy);
+    d->use.by_saddle_program = made && by_saddle;
     int said = made ? KMP_GO : runs && d->integrated && !by_saddle ? KMP_RETRY : evaluate_apart(d, t, y, dy);
     for (int k = 0; said == KMP_GO && k < d->p; k++)
         if (!isfinite(dy[d->p + k]))
             return KMP_RETRY;
     if (said == KMP_GO && d->has_work)
-        dy[kmp_reduced_work(d)] = made ? kmp_reduced_program_power(d->programs.scalar)
-                                       : kmp_eval_power_here(d->eval, d->qd) + kmp_reduced_drive_power(d);
+        dy[reduced_work(d)] = made ? kmp_reduced_program_power(d->programs.scalar)
+                                   : kmp_eval_power_here(d->eval, d->qd) + reduced_drive_power(d);
     return said;
 }
 
@@ -343,7 +528,7 @@ static int rhs_of_stages(void *self, const double *t, const double *y, double *d
     memcpy(dy + p * w, out, p * w * sizeof *dy);
     memcpy(dy + 2 * p * w, out + (size_t)l->rates * w, r * w * sizeof *dy);
     if (d->has_work)
-        memcpy(dy + (size_t)kmp_reduced_work(d) * w, out + (size_t)l->power * w, w * sizeof *dy);
+        memcpy(dy + (size_t)reduced_work(d) * w, out + (size_t)l->power * w, w * sizeof *dy);
     if (!kmp_stage_lanes_exceed(l->pivots, out + (size_t)l->pivot * w, KMP_SADDLE_PROGRAM_PIVOT,
                                 by_saddle ? out + (size_t)l->diagonal * w : NULL))
         return by_saddle ? KMP_APART : KMP_RETRY;
@@ -361,7 +546,7 @@ static int make_lanes(void *self, double t)
 static int jacobian(void *self, double t, const double *y, double *j)
 {
     kmp_reduced *d = self;
-    if (kmp_reduced_evaluate(d, t, y) != KMP_GO)
+    if (reduced_evaluate(d, t, y) != KMP_GO)
         return KMP_RETRY;
     kmp_reduced_jacobian_eval(&d->tangents, t, d->q, d->qd, d->udd, d->formulation.size, j);
     return KMP_GO;
@@ -372,7 +557,7 @@ static int jacobian(void *self, double t, const double *y, double *j)
 /* True if the program that the last step did without may make the next ones. */
 static bool is_good_again(kmp_reduced *d, double t, const double *y)
 {
-    if (!d->programs.scalar || (kmp_reduced_has_saddle_program(d) && !d->apart))
+    if (!d->programs.scalar || (kmp_reduced_has_saddle_program(d) && !d->use.apart))
         return d->programs.scalar;
     if (!d->integrated) {
         memcpy(d->state, y, (size_t)(2 * d->p) * sizeof *y);
@@ -382,24 +567,27 @@ static bool is_good_again(kmp_reduced *d, double t, const double *y)
     return kmp_reduced_program_is_good(d->programs.scalar, t, d->integrated ? y : d->state);
 }
 
-int kmp_reduced_come_to_end(kmp_reduced *d, double t, const double *y, kmp_reduced_program_end *end)
+/* h, J, Bvu and the correction of v at the step's end, the last evaluation. `end`: values of the reduced program, if
+ * that made the evaluation. */
+static int reduced_come_to_end(kmp_reduced *d, double t, const double *y, kmp_reduced_program_end *end)
 {
     bool by_saddle = kmp_reduced_has_saddle_program(d), good = false;
-    if (by_saddle || !applies(d) || (!d->integrated && !d->closed_by_program)) { /* h and the factors are available */
-        if (d->by_saddle_program) {
+    if (by_saddle || !applies(d) ||
+        (!d->integrated && !d->use.closed_by_program)) { /* h and the factors are available */
+        if (d->use.by_saddle_program) {
             place_q(d, y, d->integrated ? y + 2 * d->p : d->v);
             good = kmp_reduced_program_lend(d->programs.scalar, t, d->q, d->start.rtol, d->start.rate_scale,
-                                            &d->cancelled);
+                                            &d->use.cancelled);
             if (kmp_reduction_factor(&d->red))
                 return KMP_RETRY;
         }
-        if (d->by_saddle || d->by_saddle_program)
+        if (d->by_saddle || d->use.by_saddle_program)
             kmp_reduction_tangent(&d->red);
         if (d->integrated)
             kmp_reduction_correction(&d->red);
         if (d->r > 0)
             kmp_block_take_signs(d->red.block, d->signs_now);
-        *end = (kmp_reduced_program_end){.good = d->by_saddle_program ? good : is_good_again(d, t, y),
+        *end = (kmp_reduced_program_end){.good = d->use.by_saddle_program ? good : is_good_again(d, t, y),
                                          .signs = d->signs_now};
         return KMP_GO;
     }
@@ -434,20 +622,21 @@ static int correct(kmp_reduced *d, double *v, const double *w)
     return KMP_GO;
 }
 
-int kmp_reduced_may_end(kmp_reduced *d, double t, const double *y, const kmp_reduced_program_end *end)
+/* Decides if the step may end at y, evaluated by reduced_come_to_end, and then records the end. */
+static int reduced_may_end(kmp_reduced *d, double t, const double *y, const kmp_reduced_program_end *end)
 {
-    int said = kmp_reduced_watch(d, t, end->signs);
+    int said = reduced_watch(d, t, end->signs);
     if (said == KMP_GO)
         said = kmp_redundant_check(d->eval, &d->part, t, d->start.atol + d->start.rtol, &d->formulation.reason);
     if (said == KMP_GO && kmp_rank_margin_refuses(d->start.margin, d->eval, t))
         said = KMP_RETRY;
     if (said != KMP_GO)
         return said;
-    kmp_reduced_remember(d, t, y);
+    reduced_remember(d, t, y);
     d->formulation.newton = d->red.newton;
     d->formulation.factorizations = d->red.factorizations + d->saddle.factorizations;
-    d->steps++;
-    d->apart = d->programs.scalar && !end->good;
+    d->use.steps++;
+    d->use.apart = d->programs.scalar && !end->good;
     return KMP_GO;
 }
 
@@ -456,11 +645,11 @@ static int accept(void *self, double t, double *y, const double *dy, const doubl
     kmp_reduced *d = self;
     kmp_reduced_program_end end;
     (void)dy;
-    int said = kmp_reduced_come_to_end(d, t, y, &end);
+    int said = reduced_come_to_end(d, t, y, &end);
     if (said == KMP_GO)
         said = correct(d, y + 2 * d->p, w + 2 * d->p);
     if (said == KMP_GO)
-        said = kmp_reduced_may_end(d, t, y, &end);
+        said = reduced_may_end(d, t, y, &end);
     for (int i = 0; said == KMP_GO && d->has_v && !d->integrated && i < d->r; i++)
         y[2 * d->p + i] = d->q[d->part.v[i]];
     return said;
@@ -474,7 +663,7 @@ static void position(kmp_formulation *formulation, double t, const double *y, do
     if (d->has_v)
         put_q(d, t, y);
     else
-        (void)kmp_reduced_place(d, t, y);
+        (void)reduced_place(d, t, y);
     memcpy(q, d->q, (size_t)d->n * sizeof *q);
 }
 
@@ -497,57 +686,40 @@ static int row_of_rates(kmp_reduced *d, double t, const double *y, double *qd, d
     return KMP_GO;
 }
 
-/* Reports the row that stays open, and its gap. */
-static void explain_open(kmp_reduced *d, double t)
-{
-    const kmp_partition *part = &d->part;
-    int worst = 0;
-    double most = -1;
-    for (int r = 0; r < part->m; r++) {
-        double open = kmp_eval_opening(d->eval, r);
-        if (!(open <= most)) {
-            most = open;
-            worst = r;
-        }
-    }
-    kmp_text_printf(
-        &d->formulation.reason,
-        "the closures could not be solved at the output time t = %.9g: row '%s' has the residual %.2g (scaled)", t,
-        part->m > 0 ? d->s->row_names[worst] : "", most);
-    for (int k = 0; k < part->m - part->r; k++)
-        if (part->redundant[k] == worst)
-            kmp_text_put(&d->formulation.reason, ". It is redundant, but agrees with the other rows only roughly: give "
-                                                 "the model's numbers more digits, or remove the row");
-}
-
 static int row(kmp_formulation *formulation, double t, const double *y, double *q, double *qd, double *qdd,
                double *lambda, double *work)
 {
     kmp_reduced *d = (kmp_reduced *)formulation;
     put_q(d, t, y);
     if (kmp_reduction_close(&d->red, t, d->q, NULL, 0)) {
-        explain_open(d, t);
+        /* Reports the row that stays open, and its gap. */
+        const kmp_partition *part = &d->part;
+        int worst = 0;
+        double most = -1;
+        for (int r = 0; r < part->m; r++) {
+            double open = kmp_eval_opening(d->eval, r);
+            if (!(open <= most)) {
+                most = open;
+                worst = r;
+            }
+        }
+        kmp_text_printf(
+            &d->formulation.reason,
+            "the closures could not be solved at the output time t = %.9g: row '%s' has the residual %.2g (scaled)", t,
+            part->m > 0 ? d->s->row_names[worst] : "", most);
+        for (int k = 0; k < part->m - part->r; k++)
+            if (part->redundant[k] == worst)
+                kmp_text_put(&d->formulation.reason,
+                             ". It is redundant, but agrees with the other rows only roughly: give "
+                             "the model's numbers more digits, or remove the row");
         return KMP_HALT;
     }
     memcpy(q, d->q, (size_t)d->n * sizeof *q);
-    *work = d->has_work ? y[kmp_reduced_work(d)] : 0;
+    *work = d->has_work ? y[reduced_work(d)] : 0;
     return qd ? row_of_rates(d, t, y, qd, qdd, lambda) : KMP_GO;
 }
 
 /* -- new starts --------------------------------------------------------------------------------------- */
-
-int kmp_reduced_linearise_at(kmp_reduced *d, double t, const double *y)
-{
-    d->contraction = 0;
-    kmp_eval_closure(d->eval, t, d->q);
-    if (kmp_reduction_factor(&d->red))
-        return KMP_HALT;
-    kmp_reduction_tangent(&d->red);
-    if (d->r > 0)
-        kmp_block_take_signs(d->red.block, d->signs);
-    kmp_reduced_remember(d, t, y);
-    return KMP_GO;
-}
 
 /* y' of a new start, if wanted. */
 static int put_slope(kmp_reduced *d, double t, const double *y, double *yp)
@@ -560,7 +732,7 @@ static int renew(kmp_formulation *formulation, double t, double *y, double *yp)
     kmp_reduced *d = (kmp_reduced *)formulation;
     if (!d->due)
         return kmp_reduced_solve(d, t);
-    int said = kmp_reduced_place(d, t, y) == KMP_GO ? kmp_reduced_exchange(d, t, y) : KMP_HALT;
+    int said = reduced_place(d, t, y) == KMP_GO ? reduced_exchange(d, t, y) : KMP_HALT;
     return said == KMP_GO && put_slope(d, t, y, yp) == KMP_GO ? KMP_CHANGED : KMP_HALT;
 }
 
@@ -570,10 +742,10 @@ static int resume(kmp_formulation *formulation, double t, const double *q, const
     memcpy(d->q, q, (size_t)d->n * sizeof *q);
     memcpy(d->qd, qd, (size_t)d->n * sizeof *qd);
     kmp_reduced_pack(&d->part, d->has_v, q, qd, y);
-    if (kmp_reduced_linearise_at(d, t, y) != KMP_GO)
+    if (reduced_linearise_at(d, t, y) != KMP_GO)
         return KMP_HALT;
-    kmp_reduced_judge(d);
-    if (d->due && kmp_reduced_exchange(d, t, y) != KMP_GO)
+    reduced_judge(d);
+    if (d->due && reduced_exchange(d, t, y) != KMP_GO)
         return KMP_HALT;
     if (d->programs.scalar && kmp_reduced_program_is_stale(d->programs.scalar) &&
         kmp_reduced_make_program(d, true) != KMP_GO)
@@ -585,11 +757,11 @@ static int stand(kmp_formulation *formulation, double t, const double *y, const 
 {
     kmp_reduced *d = (kmp_reduced *)formulation;
     memcpy(d->q, q, (size_t)d->n * sizeof *q);
-    int said = kmp_reduced_linearise_at(d, t, y);
+    int said = reduced_linearise_at(d, t, y);
     if (said == KMP_GO)
-        said = d->by_saddle ? kmp_reduced_evaluate(d, t, y) : kmp_reduced_place(d, t, y);
+        said = d->by_saddle ? reduced_evaluate(d, t, y) : reduced_place(d, t, y);
     memcpy(d->q, q, (size_t)d->n * sizeof *q);
-    kmp_reduced_remember_place(d, t, y);
+    reduced_remember_place(d, t, y);
     return said == KMP_GO ? KMP_GO : KMP_HALT;
 }
 
@@ -603,7 +775,7 @@ static int stand(kmp_formulation *formulation, double t, const double *y, const 
 /* Evaluates the state of a residual: q, qd, M and C. */
 static int prepare_residual(kmp_reduced *d, double t, const double *y)
 {
-    if (kmp_reduced_place(d, t, y) != KMP_GO)
+    if (reduced_place(d, t, y) != KMP_GO)
         return KMP_RETRY;
     kmp_eval_mass(d->eval);
     kmp_eval_bias(d->eval, d->qd);
@@ -623,8 +795,7 @@ static int residual(void *self, double t, const double *y, const double *yp, dou
             return KMP_RETRY;
     }
     if (d->has_work)
-        r[kmp_reduced_work(d)] =
-            yp[kmp_reduced_work(d)] - kmp_eval_power_here(d->eval, d->qd) - kmp_reduced_drive_power(d);
+        r[reduced_work(d)] = yp[reduced_work(d)] - kmp_eval_power_here(d->eval, d->qd) - reduced_drive_power(d);
     return KMP_GO;
 }
 
@@ -649,9 +820,9 @@ static int accept_dae(void *self, double t, const double *y, const double *yp)
     kmp_reduced *d = self;
     kmp_reduced_program_end end;
     (void)yp;
-    if (kmp_reduced_evaluate(d, t, y) != KMP_GO || kmp_reduced_come_to_end(d, t, y, &end) != KMP_GO)
+    if (reduced_evaluate(d, t, y) != KMP_GO || reduced_come_to_end(d, t, y, &end) != KMP_GO)
         return KMP_RETRY;
-    return kmp_reduced_may_end(d, t, y, &end);
+    return reduced_may_end(d, t, y, &end);
 }
 
 /* Pattern of column k: u'[k] or -ud[k], then the rows of the motion and of the work, which are full. */
@@ -669,7 +840,8 @@ static int fill_pattern(const kmp_reduced *d, long *col_start, long *row)
     return nz;
 }
 
-kempe_status kmp_reduced_describe(kmp_reduced *d, double t)
+/* Makes the formulation a DAE, starting at t. */
+static kempe_status reduced_describe(kmp_reduced *d, double t)
 {
     kmp_arena *a = &d->formulation.arena;
     int size = d->formulation.size;
@@ -713,15 +885,15 @@ static kempe_status prepare(kmp_reduced *d, const kmp_formulation_start *start)
     bool implicit = start->implicit || start->dae;
     KMP_TRY(kmp_reduction_init(&d->red, start->eval, &d->part));
     d->by_saddle = d->eval->by_bodies;
-    if (!kmp_reduced_renew_saddle(d) || (!implicit && !kmp_reduced_try_saddle(d)))
+    if (!reduced_renew_saddle(d) || (!implicit && !reduced_try_saddle(d)))
         return kmp_fail_memory(d->s->context);
     memcpy(d->q, start->q, (size_t)d->n * sizeof *d->q);
     kmp_reduced_pack(&d->part, d->has_v, start->q, start->qd, d->formulation.y);
     if (d->has_work)
-        d->formulation.y[kmp_reduced_work(d)] = start->work;
-    if (kmp_reduced_linearise_at(d, start->t, d->formulation.y) != KMP_GO)
+        d->formulation.y[reduced_work(d)] = start->work;
+    if (reduced_linearise_at(d, start->t, d->formulation.y) != KMP_GO)
         return kmp_fail(d->s->context, KEMPE_E_FAILED, "Jv is singular at t = %.9g", start->t);
-    kmp_reduced_set_tolerances(d);
+    reduced_set_tolerances(d);
     if (kmp_reduced_make_program(d, !start->brief) != KMP_GO || kmp_reduced_count(d) != KMP_GO)
         return KEMPE_E_FAILED;
     const kmp_ode *ode = &d->formulation.ode;
@@ -732,7 +904,7 @@ static kempe_status prepare(kmp_reduced *d, const kmp_formulation_start *start)
         return KEMPE_OK;
     d->formulation.ode.jacobian = jacobian;
     KMP_TRY(kmp_reduced_jacobian_init(&d->tangents, &d->red, d->has_work));
-    return start->dae ? kmp_reduced_describe(d, start->t) : KEMPE_OK;
+    return start->dae ? reduced_describe(d, start->t) : KEMPE_OK;
 }
 
 /* Without v among the unknowns the closures determine v, and rows between rates cannot. */
@@ -770,20 +942,20 @@ static kmp_formulation *create(const kmp_formulation_kind *kind, const kmp_formu
     d->formulation.position = position;
     d->formulation.renew = renew;
     d->formulation.resume = resume;
-    d->formulation.explain = kmp_reduced_explain;
+    d->formulation.explain = reduced_explain;
     d->formulation.stand = d->has_v ? NULL : stand;
     d->formulation.curves = d->has_v ? 0 : d->r;
     d->formulation.part = &d->part;
-    kmp_formulation_make_unknowns(&d->formulation, kmp_reduced_work(d) + d->has_work, false);
+    kmp_formulation_make_unknowns(&d->formulation, reduced_work(d) + d->has_work, false);
     bool made =
         kmp_partition_copy(&d->part, part) &&
         KMP_ARENA_MAKE(
             &d->formulation.arena, KMP_ROOM(int, d->r, &d->signs, &d->signs_now),
             KMP_ROOM(double, d->n, &d->q, &d->qd, &d->qdd, &d->weight), KMP_ROOM(double, part->m, &d->lambda),
-            KMP_ROOM(double, d->p, &d->udd, &d->anchor_u, &d->anchor_w), KMP_ROOM(double, d->r * d->p, &d->anchor_b),
+            KMP_ROOM(double, d->p, &d->udd, &d->anchor.u, &d->anchor.w), KMP_ROOM(double, d->r * d->p, &d->anchor.b),
             KMP_ROOM(double, 2 * d->p + d->r, &d->state, &d->slope),
-            KMP_ROOM(double, d->r, &d->anchor_v, &d->anchor_t, &d->anchor_c, &d->v, &d->by_scale, &d->by_weight));
-    d->formulation.curve = d->anchor_c;
+            KMP_ROOM(double, d->r, &d->anchor.v, &d->anchor.t, &d->anchor.c, &d->v, &d->by_scale, &d->by_weight));
+    d->formulation.curve = d->anchor.c;
     if (!made) {
         (void)kmp_fail_memory(start->system->context);
     } else if (can_follow(d)) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Internals of the reduced formulation: states, steps and rows, monitoring of the choice of u and exchanges
- * (reduced_choice.c), programs (reduced_programs.c), prediction of v, the equations as a DAE. */
+/* Internals of the reduced formulation: states, steps and rows, monitoring of the choice of u and exchanges, programs
+ * (reduced_programs.c), prediction of v, the equations as a DAE. */
 #pragma once
 
 #include "constraints/evaluation/stage_lanes.h"
@@ -17,14 +17,8 @@ typedef struct kmp_reduced_programs {
     kmp_stage_lanes stages;      /* it for several stages at once */
 } kmp_reduced_programs;
 
-typedef struct kmp_reduced {
-    kmp_formulation formulation; /* first */
-    kmp_formulation_start start; /* without the state */
-    const kempe_system *s;
-    kmp_evaluator *eval;
-    kmp_partition part; /* own copy: exchanges change it */
-    kmp_reduction red;
-    kmp_reduced_programs programs;        /* of the present choice */
+/* The use of programs, from one choice of u to the next. */
+typedef struct kmp_program_use {
     bool closed_by_program;               /* newton: the reduced program made the last evaluation */
     struct kmp_reduced_kept *kept;        /* of earlier choices; NULL: none yet */
     int kept_next;                        /* record for the next new one */
@@ -35,7 +29,30 @@ typedef struct kmp_reduced {
     bool cancelled;                       /* rounding showed in its accelerations */
     bool apart;                           /* the order of elimination in either is bad at the end of the last step */
     long steps;                           /* since the last exchange, or since the reduced program was made */
-    bool made_late;    /* the reduced program is made once it lasts for KMP_FORMULATION_BRIEF steps */
+    bool made_late; /* the reduced program is made once it lasts for KMP_FORMULATION_BRIEF steps */
+} kmp_program_use;
+
+/* The last accepted step, from which v is predicted. */
+typedef struct kmp_step_anchor {
+    double *u;    /* p */
+    double *w;    /* p: weights of u in the progress since then */
+    double *v;    /* r */
+    double *b;    /* r x p: tangent */
+    double *t;    /* r: part of vd from moving closures */
+    double *c;    /* r: vdd without the part of udd */
+    bool by_time; /* the progress is the time */
+    double noise; /* rounding of closed coordinates */
+} kmp_step_anchor;
+
+typedef struct kmp_reduced {
+    kmp_formulation formulation; /* first */
+    kmp_formulation_start start; /* without the state */
+    const kempe_system *s;
+    kmp_evaluator *eval;
+    kmp_partition part; /* own copy: exchanges change it */
+    kmp_reduction red;
+    kmp_reduced_programs programs; /* of the present choice of u */
+    kmp_program_use use;
     bool by_saddle;    /* accelerations and multipliers come from the saddle system: by articulated bodies, or with many
                         * degrees of freedom */
     kmp_saddle saddle; /* rates of v come from the reduction in any case */
@@ -46,16 +63,9 @@ typedef struct kmp_reduced {
                  */
     bool due;   /* an exchange is due before the next step */
     int n, p, r;
-    double *q, *qd;               /* n */
-    double *weight;               /* n: error weights of coordinates at the last accepted step */
-    bool by_time;                 /* the progress is the time */
-    double noise;                 /* rounding of closed coordinates there */
-    double *anchor_u;             /* p, of the last accepted step */
-    double *anchor_w;             /* p: weights of u in the progress since then */
-    double *anchor_v;             /* r */
-    double *anchor_b;             /* r x p: tangent of the last accepted step */
-    double *anchor_t;             /* r: part of vd from moving closures, in the last accepted step */
-    double *anchor_c;             /* r: vdd of the last accepted step without the part of udd */
+    double *q, *qd; /* n */
+    double *weight; /* n: error weights of coordinates at the last accepted step */
+    kmp_step_anchor anchor;
     double *v;                    /* r: of the present evaluation of the newton form */
     double contraction;           /* of the last evaluation: a scaled correction over the square of the one before */
     double *by_scale, *by_weight; /* r: reciprocal scales and error weights of v */
@@ -71,55 +81,14 @@ typedef struct kmp_reduced {
     int growth_v, growth_u;
 } kmp_reduced;
 
-/* reduced.c */
-
-/** Index of the work among the unknowns. */
-int kmp_reduced_work(const kmp_reduced *d);
-
 /** Sets the unknowns of a state, except the work, with v if it is among them. */
 void kmp_reduced_pack(const kmp_partition *part, bool has_v, const double *q, const double *qd, double *y);
 
-/** Sets the tolerances of the unknowns. */
-void kmp_reduced_set_tolerances(kmp_reduced *d);
-
-/** Computes factors, tangent, signs and anchor of d->q with the present partition. */
-int kmp_reduced_linearise_at(kmp_reduced *d, double t, const double *y);
-
-/** Computes d->q and d->qd at (t, y), factors of Jv and the tangent; then d->udd, too. KMP_GO or KMP_RETRY. */
-int kmp_reduced_place(kmp_reduced *d, double t, const double *y);
-int kmp_reduced_evaluate(kmp_reduced *d, double t, const double *y);
-
-/** Power of moving closures, after any accelerations. */
-double kmp_reduced_drive_power(kmp_reduced *d);
-
 /** dy = f(t, y); self is a kmp_reduced. */
 int kmp_reduced_rhs(void *self, double t, const double *y, double *dy);
-
-/** h, J, Bvu and the correction of v at the step's end, the last evaluation. `end`: values of the reduced program, if
- * that made the evaluation. */
-int kmp_reduced_come_to_end(kmp_reduced *d, double t, const double *y, kmp_reduced_program_end *end);
-
-/** Decides if the step may end at y, evaluated by kmp_reduced_come_to_end, and then records the end. */
-int kmp_reduced_may_end(kmp_reduced *d, double t, const double *y, const kmp_reduced_program_end *end);
-
-/** Evaluates the newton form by the program: d->v is then closed, and dy its derivative. false: the program fails here.
- */
-bool kmp_reduced_evaluate_closing(kmp_reduced *d, double t, const double *y, double *dy);
-
-/** Predicts d->v of (t, u) from the last accepted step. */
-void kmp_reduced_predict(kmp_reduced *d, double t, const double *u);
-/** kmp_reduced_remember: records the end of a step, from which v is predicted. kmp_reduced_remember_place: without
- * anchor_c, which needs accelerations. */
-void kmp_reduced_remember_place(kmp_reduced *d, double t, const double *y);
-void kmp_reduced_remember(kmp_reduced *d, double t, const double *y);
-
-/* reduced_programs.c */
 
 /** True if there is a program by the saddle system. */
 static inline bool kmp_reduced_has_saddle_program(const kmp_reduced *d)
 {
     return d->programs.scalar && kmp_reduced_program_is_by_saddle(d->programs.scalar);
 }
-
-/** Makes the formulation a DAE, starting at t. */
-kempe_status kmp_reduced_describe(kmp_reduced *d, double t);

@@ -4,8 +4,8 @@
  * swings exchanges u at each end. */
 #include "integrators/formulations/reduced_programs.h"
 #include "base/memory.h"
-#include "constraints/programs/reduced_program_inside.h"
-#include "constraints/programs/saddle_program_write.h"
+#include "constraints/programs/reduced_program.h"
+#include "constraints/programs/saddle_program.h"
 #include "dynamics/motion.h"
 #include "integrators/formulations/cost_model.h"
 #include "integrators/formulations/reduced.h"
@@ -30,11 +30,11 @@ static void release(kmp_reduced_programs *programs)
 
 void kmp_reduced_free_programs(kmp_reduced *d)
 {
-    for (int k = 0; k < KMP_REDUCED_KEPT && d->kept; k++) {
-        release(&d->kept[k].programs);
-        kmp_free(d->kept[k].u);
+    for (int k = 0; k < KMP_REDUCED_KEPT && d->use.kept; k++) {
+        release(&d->use.kept[k].programs);
+        kmp_free(d->use.kept[k].u);
     }
-    kmp_free(d->kept);
+    kmp_free(d->use.kept);
     release(&d->programs);
 }
 
@@ -42,8 +42,8 @@ void kmp_reduced_free_programs(kmp_reduced *d)
 static struct kmp_reduced_kept *find_kept(const kmp_reduced *d)
 {
     const kmp_partition *part = &d->part;
-    for (int k = 0; k < KMP_REDUCED_KEPT && d->kept; k++) {
-        struct kmp_reduced_kept *kept = &d->kept[k];
+    for (int k = 0; k < KMP_REDUCED_KEPT && d->use.kept; k++) {
+        struct kmp_reduced_kept *kept = &d->use.kept[k];
         if (kept->u && memcmp(kept->u, part->u, (size_t)part->p * sizeof *part->u) == 0 &&
             memcmp(kept->rows, part->rows, (size_t)part->r * sizeof *part->rows) == 0)
             return kept;
@@ -55,12 +55,12 @@ bool kmp_reduced_keep(kmp_reduced *d)
 {
     const kmp_partition *part = &d->part;
     struct kmp_reduced_kept *kept = find_kept(d);
-    if (!d->kept && !(d->kept = KMP_NEW(struct kmp_reduced_kept, KMP_REDUCED_KEPT)))
+    if (!d->use.kept && !(d->use.kept = KMP_NEW(struct kmp_reduced_kept, KMP_REDUCED_KEPT)))
         return kmp_fail_memory(d->s->context) == KEMPE_OK;
     if (!kept) {
         /* A record for the present choice, in place of the oldest one. */
-        kept = &d->kept[d->kept_next];
-        d->kept_next = (d->kept_next + 1) % KMP_REDUCED_KEPT;
+        kept = &d->use.kept[d->use.kept_next];
+        d->use.kept_next = (d->use.kept_next + 1) % KMP_REDUCED_KEPT;
         release(&kept->programs);
         kmp_free(kept->u);
         *kept = (struct kmp_reduced_kept){.u = KMP_NEW(int, 1 + part->p + part->r)};
@@ -72,7 +72,7 @@ bool kmp_reduced_keep(kmp_reduced *d)
     }
     release(&kept->programs);
     kept->programs = d->programs;
-    d->had_saddle_program = kmp_reduced_has_saddle_program(d);
+    d->use.had_saddle_program = kmp_reduced_has_saddle_program(d);
     d->programs = (kmp_reduced_programs){0};
     return true;
 }
@@ -92,9 +92,9 @@ static bool can_fuse(const kmp_reduced *d)
 static double operations_of(kmp_reduced *d)
 {
     const kmp_program *program = d->eval->by_bodies ? d->s->bodies->program : d->s->motion;
-    if (!(d->of_program > 0))
-        d->of_program = (double)kmp_program_count(program, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS).paper;
-    double sum = d->of_program;
+    if (!(d->use.of_program > 0))
+        d->use.of_program = (double)kmp_program_count(program, KMP_STAGE_CLOSURE, KMP_STAGE_BIAS).paper;
+    double sum = d->use.of_program;
     double reduction = KMP_LOOPS_COST * (double)kmp_reduction_count(&d->red).paper;
     return sum + (d->by_saddle ? kmp_saddle_cost(&d->saddle) : reduction);
 }
@@ -105,7 +105,8 @@ static int wait_for_solved(kmp_reduced *d, bool at_once)
 {
     long wait = d->has_v ? kmp_saddle_program_wait(d->eval, &d->part, operations_of(d), d->start.lanes) : LONG_MAX;
     if (wait >= 0)
-        d->due_saddle_program = wait < LONG_MAX - d->evaluations ? d->evaluations + (at_once ? 0 : wait) : LONG_MAX;
+        d->use.due_saddle_program =
+            wait < LONG_MAX - d->use.evaluations ? d->use.evaluations + (at_once ? 0 : wait) : LONG_MAX;
     return wait < 0 ? KMP_HALT : KMP_GO;
 }
 
@@ -121,14 +122,14 @@ static int prepare_stages(kmp_reduced *d)
 
 int kmp_reduced_solve(kmp_reduced *d, double t)
 {
-    bool fuses = d->made_late && d->steps >= KMP_FORMULATION_BRIEF;
-    if (!fuses && d->evaluations < d->due_saddle_program)
+    bool fuses = d->use.made_late && d->use.steps >= KMP_FORMULATION_BRIEF;
+    if (!fuses && d->use.evaluations < d->use.due_saddle_program)
         return KMP_GO;
     kmp_eval_closure(d->eval, t, d->q);
     bool regular = !kmp_reduction_factor(&d->red);
     if (fuses)
         return regular ? kmp_reduced_make_program(d, true) : KMP_GO;
-    d->due_saddle_program = LONG_MAX;
+    d->use.due_saddle_program = LONG_MAX;
     if (!regular)
         return KMP_GO;
     if (kmp_reduced_program_new_by_saddle(&d->programs.scalar, &d->red, !d->integrated) != KEMPE_OK)
@@ -143,7 +144,7 @@ int kmp_reduced_make_lanes(kmp_reduced *d, double t)
     d->start.lanes = true;
     if (d->programs.scalar)
         return prepare_stages(d);
-    bool at_once = !d->made_late;
+    bool at_once = !d->use.made_late;
     return wait_for_solved(d, at_once) == KMP_GO ? kmp_reduced_solve(d, t) : KMP_HALT;
 }
 
@@ -163,7 +164,7 @@ int kmp_reduced_count(kmp_reduced *d)
          * their end. */
         kmp_counts count = kmp_program_count(kmp_motion_known(d->s), KMP_STAGE_CLOSURE, KMP_STAGE_BIAS);
         count.paper = (long)operations;
-        if (d->due_saddle_program <= d->evaluations || d->programs.scalar)
+        if (d->use.due_saddle_program <= d->use.evaluations || d->programs.scalar)
             ode->cycles = kmp_cycles_of_one(count);
         ode->cycles_of_lanes = kmp_cycles_of_lanes(count, d->eval->by_bodies);
     } else {
@@ -174,13 +175,13 @@ int kmp_reduced_count(kmp_reduced *d)
 
 int kmp_reduced_make_program(kmp_reduced *d, bool worth)
 {
-    bool at_once = worth && (kmp_reduced_has_saddle_program(d) || d->had_saddle_program || d->start.lanes);
+    bool at_once = worth && (kmp_reduced_has_saddle_program(d) || d->use.had_saddle_program || d->start.lanes);
     release(&d->programs);
-    d->by_saddle_program = false;
-    d->apart = false;
-    d->steps = 0;
+    d->use.by_saddle_program = false;
+    d->use.apart = false;
+    d->use.steps = 0;
     struct kmp_reduced_kept *kept = find_kept(d);
-    d->made_late = !worth && !kept && can_fuse(d);
+    d->use.made_late = !worth && !kept && can_fuse(d);
     if (kept) {
         /* The programs that were kept for the present choice, if their order of elimination is good at d->q. */
         kmp_reduced_program *scalar = kept->programs.scalar;
@@ -193,7 +194,7 @@ int kmp_reduced_make_program(kmp_reduced *d, bool worth)
         }
     }
     if (d->programs.scalar) {
-        d->due_saddle_program = LONG_MAX;
+        d->use.due_saddle_program = LONG_MAX;
         return KMP_GO;
     }
     worth = worth || kept;
@@ -201,6 +202,6 @@ int kmp_reduced_make_program(kmp_reduced *d, bool worth)
         return KMP_HALT;
     if (!d->programs.scalar)
         return wait_for_solved(d, at_once);
-    d->due_saddle_program = LONG_MAX;
+    d->use.due_saddle_program = LONG_MAX;
     return prepare_stages(d);
 }

@@ -90,9 +90,3 @@ void kmp_tangents_add(const kmp_tangents *tangents, kmp_tangent_block block, con
 /** out += factor * block' * x. */
 void kmp_tangents_add_transposed(const kmp_tangents *tangents, kmp_tangent_block block, const double *d, double factor,
                                  const double *x, double *out);
-
-/* tangent_record.c: programs and entries of the same values, as an earlier run of the system, or of an equal one in
- * another process, has derived them. */
-
-/* tangent_numbers.c: tangents of R, rate and curve at a few places, from those of the system's own M, C, J, h_t and
- * jdqd by dual numbers (backend/duals.h). No expressions are derived. */

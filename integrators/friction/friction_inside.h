@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Decisions on the modes of friction that sticks, on plain arrays: elements and their inputs (friction_elements.c), the
- * decision at a state (friction_problem.c), growth of levels (friction_growth.c), division of loads (friction_load.c),
- * the modes that follow (friction_settle.c). The mechanism is that of a site, which evaluates it: a run of the library
- * (friction_run.c), or a generated simulator. These files need no other memory than that of the caller. */
+ * decision at a state, growth of levels, division of loads, the modes that follow (friction_problem.c). The mechanism
+ * is that of a site, which evaluates it: a run of the library (friction_run.c), or a generated simulator. These files
+ * need no other memory than that of the caller. */
 #pragma once
 
 #include "dynamics/kinematics/friction_roles.h"

@@ -4,10 +4,64 @@
 #include "integrators/friction/friction_problem.h"
 #include "constraints/tolerances.h"
 #include "integrators/friction/friction_elements.h"
-#include "integrators/friction/friction_growth.h"
 #include "integrators/friction/friction_inside.h"
 #include <math.h>
 #include <string.h>
+
+/* The growth of levels with friction: the largest row sum of |dF_i/df_j|, with levels F that depend on multipliers,
+ * which depend on the friction f. Below 1 the iteration for levels contracts, so that there is one solution. */
+
+static double level_of(const kmp_friction_run *x, int i)
+{
+    return kmp_friction_level_at(x, &x->element[i], KMP_ROLE_LEVEL);
+}
+
+static int add_column(kmp_friction_run *x, int j, double t, const double *q, const double *qd)
+{
+    double unit = KMP_FRICTION_UNIT * (x->tried[j] > 0 ? x->tried[j] : 1); /* the sizes of reactions have kinks */
+    kmp_friction_set_given(x, &x->element[j], unit, 0);
+    KMP_FRICTION_TRY(kmp_friction_measure(x, t, q, qd));
+    for (int i = 0; i < x->count; i++)
+        x->aside[i] += fabs(level_of(x, i) - x->tried[i]) / unit;
+    kmp_friction_set_given(x, &x->element[j], 0, 0);
+    return 0;
+}
+
+/* The growth of levels with friction at a state, and the element whose level grows most. No row is held afterwards. */
+static int friction_grow(kmp_friction_run *x, double t, const double *q, const double *qd, double *growth, int *most)
+{
+    *growth = 0;
+    *most = 0;
+    for (int i = 0; i < x->count; i++)
+        kmp_friction_set_given(x, &x->element[i], 0, 0);
+    KMP_FRICTION_TRY(kmp_friction_choose(x, t, q));
+    KMP_FRICTION_TRY(kmp_friction_measure(x, t, q, qd));
+    for (int i = 0; i < x->count; i++) {
+        x->tried[i] = level_of(x, i);
+        x->aside[i] = 0;
+    }
+    for (int j = 0; j < x->count; j++)
+        if (!x->element[j].contact) /* the force of a contact is no friction */
+            KMP_FRICTION_TRY(add_column(x, j, t, q, qd));
+    for (int i = 0; i < x->count; i++) {
+        *most = x->aside[i] > *growth ? i : *most;
+        *growth = fmax(*growth, x->aside[i]);
+    }
+    if (x->site->forget_loads)
+        x->site->forget_loads(x->site->self);
+    return 0;
+}
+
+/* Fails with the elements that can neither slip nor stick, and the growth of a level if that is the reason. */
+static int friction_complain(kmp_friction_run *x, double t, const double *q, const double *qd)
+{
+    for (int k = 0; k < x->rest; k++)
+        x->element[x->which[k]].tries = true;
+    if (friction_grow(x, t, q, qd, &x->growth, &x->most) != 0)
+        x->growth = 0;
+    x->site->forget(x->site->self);
+    return x->site->fail(x->site->self, KMP_FRICTION_IMPOSSIBLE, t);
+}
 
 enum {
     MOST_LEVELS = 60, /* passes of the iteration for levels that depend on multipliers */
@@ -215,7 +269,8 @@ static int find_forces(kmp_friction_run *x, double t)
     return x->site->fail(x->site->self, outcome == KMP_BOX_UNBOUNDED ? KMP_FRICTION_FORCED : KMP_FRICTION_UNDECIDED, t);
 }
 
-KMP_LOCAL double kmp_friction_changed(const kmp_friction_run *x)
+/* Largest change of a force from the last pass, x->tried, over the largest force. */
+static double friction_changed(const kmp_friction_run *x)
 {
     double most = 0, size = 0;
     for (int i = 0; i < x->rest; i++) {
@@ -247,7 +302,7 @@ static int solve_levels(kmp_friction_run *x, double t, const double *q, const do
                 x->a[i] -= x->d[i + j * n] * x->f[j];
         }
         KMP_FRICTION_TRY(find_forces(x, t));
-        if (!x->open && kmp_friction_changed(x) <= KMP_FRICTION_SETTLED)
+        if (!x->open && friction_changed(x) <= KMP_FRICTION_SETTLED)
             return 0;
     }
     x->open = x->open || x->loads;
@@ -428,7 +483,7 @@ static bool make_smooth(kmp_friction_run *x, double t, const double *q, const do
     int chosen, most = -1, count = list_smooth(x, &chosen);
     if (count == 0)
         return false;
-    if (count > 1 && kmp_friction_grow(x, t, q, qd, &growth, &most) != 0)
+    if (count > 1 && friction_grow(x, t, q, qd, &growth, &most) != 0)
         x->site->forget(x->site->self);
     for (int k = 0; k < x->rest && count > 1; k++)
         chosen = x->which[k] == most && may_be_smooth(&x->element[most]) ? most : chosen;
@@ -443,7 +498,7 @@ static int enumerate(kmp_friction_run *x, double t, const double *q, const doubl
     int total = 1, first = -1, found = 0;
     for (int k = 0; k < x->rest; k++)
         if (x->partner[k] >= 0) /* their directions are no combinations */
-            return kmp_friction_complain(x, t, q, qd);
+            return friction_complain(x, t, q, qd);
     for (int k = 0; k < x->rest && k < MOST_TRIED; k++)
         total *= 3;
     for (int code = 0; code < total && x->rest <= MOST_TRIED; code++) {
@@ -461,7 +516,7 @@ static int enumerate(kmp_friction_run *x, double t, const double *q, const doubl
     if (found != 1 && make_smooth(x, t, q, qd))
         return 0;
     if (first < 0)
-        return kmp_friction_complain(x, t, q, qd);
+        return friction_complain(x, t, q, qd);
     if (found > 1)
         kmp_friction_tell(x, KMP_FRICTION_TELLS_SEVERAL, -1, t, found);
     KMP_FRICTION_TRY(try_modes(x, first, t, q, qd));
@@ -496,7 +551,8 @@ static int solve_modes(kmp_friction_run *x, double t, const double *q, const dou
     return x->open || turns_back(x) ? enumerate(x, t, q, qd, rate) : 0;
 }
 
-KMP_LOCAL int kmp_friction_pose(kmp_friction_run *x, double t, const double *q, const double *qd, double rate)
+/* Sets up the problem of the elements at rest: x->which, a, d, and the levels in x->upper. */
+static int friction_pose(kmp_friction_run *x, double t, const double *q, const double *qd, double rate)
 {
     list_resting(x, rate);
     KMP_FRICTION_TRY(kmp_friction_choose(x, t, q));
@@ -512,21 +568,23 @@ static int may_be_several(kmp_friction_run *x, double t, const double *q, const 
     *may = list_smooth(x, &first) > 0;
     if (!*may)
         return 0;
-    int status = kmp_friction_grow(x, t, q, qd, &growth, &most);
+    int status = friction_grow(x, t, q, qd, &growth, &most);
     if (status == x->site->failed)
         x->site->forget(x->site->self);
     else
         KMP_FRICTION_TRY(status);
     *may = (status == x->site->failed || growth >= 1) && x->rest <= MOST_TRIED;
-    return kmp_friction_pose(x, t, q, qd, rate); /* the growth was found without any modes */
+    return friction_pose(x, t, q, qd, rate); /* the growth was found without any modes */
 }
 
-KMP_LOCAL int kmp_friction_decide(kmp_friction_run *x, double t, const double *q, const double *qd, double rate)
+/* Decides which elements at rest slip (`broken`, `sense`); x->f has the forces of the others. `rate`: of the motion,
+ * 1/s. */
+static int friction_decide(kmp_friction_run *x, double t, const double *q, const double *qd, double rate)
 {
     bool several;
     do {
         x->again = false;
-        KMP_FRICTION_TRY(kmp_friction_pose(x, t, q, qd, rate));
+        KMP_FRICTION_TRY(friction_pose(x, t, q, qd, rate));
         if (x->rest == 0)
             return 0;
         KMP_FRICTION_TRY(may_be_several(x, t, q, qd, rate, &several));
@@ -539,4 +597,308 @@ KMP_LOCAL int kmp_friction_decide(kmp_friction_run *x, double t, const double *q
         KMP_FRICTION_TRY((several ? enumerate : solve_modes)(x, t, q, qd, rate));
     } while (x->again);
     return 0;
+}
+
+/* The part of their static levels with which friction elements keep a mechanism at rest: the least s for which forces
+ * |f| <= s F exist with a + D f = 0. If the forces are unique, they give s. Otherwise s is bracketed, since every
+ * larger part suffices as well. Levels that depend on multipliers are those at the forces that are found. */
+
+enum { MOST_DIVISIONS = 60, MOST_HALVINGS = 60 };
+
+#define FAR_OFF    1e6  /* forces beyond this multiple of the largest one that a single element may need: none hold */
+#define JUST_BELOW 1e-3 /* a part below the least one by this */
+#define CLOSE      1e-8 /* to a bracket that rounding has ended */
+#define UNIQUE     1e-6 /* A bound on forces that are not bounded by levels. */
+static double far_away(const kmp_friction_run *x)
+{
+    double far = 0;
+    for (int i = 0; i < x->rest; i++)
+        if (x->d[i + i * x->rest] > 0)
+            far = fmax(far, fabs(x->a[i]) / x->d[i + i * x->rest]);
+    return FAR_OFF * far;
+}
+
+/* True for a closed contact without friction of its own: its force may be another one, as no level depends on it. */
+static bool may_push(const kmp_friction_run *x, int i)
+{
+    const kmp_friction_element *e = &x->element[x->which[i]];
+    bool may = e->contact && !e->broken && x->found[i] > 0;
+    for (int k = 0; k < x->count; k++)
+        may = may && x->element[k].base != x->which[i];
+    return may;
+}
+
+/* True if forces within a part of the levels (INFINITY: any) hold all elements that do not slip; they are in x->f. */
+static bool suffices(kmp_friction_run *x, double part)
+{
+    double far = far_away(x);
+    for (int i = 0; i < x->rest; i++) {
+        const kmp_friction_element *e = &x->element[x->which[i]];
+        if (e->contact) {
+            bool pushes = may_push(x, i);
+            x->f[i] = pushes && e->fired ? 0 : x->found[i]; /* friction has taken its load */
+            x->lower[i] = pushes ? 0 : x->f[i];
+            x->tried[i] = pushes && !e->fired ? fmax(far, x->f[i]) : x->f[i];
+            continue;
+        }
+        bool free = e->implied || !(x->upper[i] > 0) || (x->spares && e->loaded);
+        double most = free ? 0 : part < INFINITY ? part * x->upper[i] : far;
+        double slip = -e->sense * fmax(kmp_friction_level_at(x, e, KMP_ROLE_LEVEL), 0);
+        x->lower[i] = e->broken ? slip : -most;
+        x->tried[i] = e->broken ? slip : most;
+        x->f[i] = 0;
+    }
+    bool holds = kmp_friction_minimum(x, x->lower, x->tried) == KMP_BOX_FOUND;
+    for (int i = 0; holds && i < x->rest; i++)
+        holds = x->element[x->which[i]].broken || fabs(x->y[i]) <= kmp_friction_rounding(x, i);
+    return holds;
+}
+
+/* The least part with the levels in x->upper, and its forces. */
+static double least_part(kmp_friction_run *x)
+{
+    if (!suffices(x, INFINITY))
+        return INFINITY;
+    double high = 0, low = 0;
+    for (int i = 0; i < x->rest; i++)
+        if (x->f[i] != 0 && !x->element[x->which[i]].broken)
+            high = fmax(high, kmp_friction_size(x, i) / x->upper[i]);
+    bool unique = high == 0 || !suffices(x, high * (1 - UNIQUE));
+    for (int k = 0; !unique && k < MOST_HALVINGS; k++) {
+        double part = (low + high) / 2;
+        if (suffices(x, part))
+            high = part;
+        else
+            low = part;
+    }
+    (void)suffices(x, unique ? INFINITY : high);
+    if (unique)
+        return high;
+    memcpy(x->aside, x->f, (size_t)x->rest * sizeof *x->f);
+    /* Below the least part the largest acceleration falls linearly with the part, as long as the same forces are at
+     * their bounds: its zero is more exact than a bracket, where tolerances of rounding decide. */
+    double at[2] = {high * (1 - JUST_BELOW), high * (1 - 2 * JUST_BELOW)}, y[2];
+    int most = 0;
+    (void)suffices(x, at[0]);
+    for (int i = 0; i < x->rest; i++)
+        most = fabs(x->y[i]) > fabs(x->y[most]) ? i : most;
+    y[0] = x->y[most];
+    (void)suffices(x, at[1]);
+    y[1] = x->y[most];
+    double zero = at[0] + y[0] * (at[0] - at[1]) / (y[1] - y[0]);
+    double part = fabs(zero - high) <= CLOSE * high ? zero : high;
+    memcpy(x->f, x->aside, (size_t)x->rest * sizeof *x->f);
+    return part;
+}
+
+/* Divides the load of the elements that do not slip in x->f so that the largest part of a static level is least; if
+ * possible without elements whose level depends on multipliers, and may fall at any time. */
+static void friction_share(kmp_friction_run *x)
+{
+    memcpy(x->found, x->f, (size_t)x->rest * sizeof *x->f);
+    x->spares = true;
+    bool divided = least_part(x) <= 1;
+    x->spares = false;
+    if (!divided && least_part(x) > 1)
+        memcpy(x->f, x->found, (size_t)x->rest * sizeof *x->f);
+}
+
+KMP_LOCAL int kmp_friction_load(kmp_friction_run *x, double t, const double *q, const double *qd, double *part)
+{
+    KMP_FRICTION_TRY(friction_pose(x, t, q, qd, 1 / x->site->numbers(x->site->self).span));
+    double change = INFINITY;
+    memset(x->f, 0, (size_t)x->count * sizeof *x->f);
+    *part = 0;
+    for (int pass = 0; pass < MOST_DIVISIONS && change > KMP_FRICTION_SETTLED && *part < INFINITY; pass++) {
+        for (int i = 0; i < x->rest; i++)
+            kmp_friction_put(x, &x->element[x->which[i]], KMP_ROLE_GIVEN, x->f[i]);
+        KMP_FRICTION_TRY(kmp_friction_measure(x, t, q, qd));
+        for (int i = 0; i < x->rest; i++) {
+            const kmp_friction_element *e = &x->element[x->which[i]];
+            double level = fmax(kmp_friction_level_at(x, e, KMP_ROLE_LEVEL), 0);
+            x->upper[i] = fmax(kmp_friction_level_at(x, e, KMP_ROLE_STATIC), level);
+        }
+        double before = *part;
+        *part = least_part(x);
+        change = pass == 0 && x->loads ? INFINITY : fabs(*part - before) / *part;
+    }
+    if (change > KMP_FRICTION_TIE && *part < INFINITY)
+        return x->site->fail(x->site->self, KMP_FRICTION_UNDECIDED, t);
+    for (int i = 0; i < x->rest; i++)
+        kmp_friction_put(x, &x->element[x->which[i]], KMP_ROLE_GIVEN, x->f[i]);
+    KMP_FRICTION_TRY(kmp_friction_measure(x, t, q, qd));
+    /* Forces by element in place of by number among those at rest. */
+    for (int i = x->count - 1, k = x->rest - 1; i >= 0; i--) {
+        bool rests = k >= 0 && x->which[k] == i;
+        x->f[i] = rests ? x->f[k] : 0;
+        x->upper[i] = rests ? x->upper[k] : fmax(kmp_friction_level_at(x, &x->element[i], KMP_ROLE_STATIC), 0);
+        k -= rests;
+    }
+    return 0;
+}
+
+/* Modes of all elements at a state: the decision, rows that are held, and what changes. */
+
+/* That of a contact is its force, by which it can be relieved. */
+static double reserve(const kmp_friction_run *x, int i)
+{
+    return x->element[x->which[i]].contact ? x->f[i] : x->upper[i] - kmp_friction_size(x, i);
+}
+
+/* True for a contact with a force. One without would open at once by rounding where friction can hold its place. */
+static bool pushes(const kmp_friction_run *x, int i)
+{
+    const kmp_friction_element *e = &x->element[x->which[i]];
+    return e->contact && x->f[i] * x->d[i + i * x->rest] > e->still;
+}
+
+/* True if the row of element j comes before that of i: contacts that push first, then by their reserve. */
+static bool is_before(const kmp_friction_run *x, int j, int i)
+{
+    bool first = pushes(x, j), second = pushes(x, i);
+    double a = reserve(x, j), b = reserve(x, i);
+    return first != second ? first : a > b || (a == b && j < i);
+}
+
+/* The element at rest with the k-th largest reserve; of equal ones the first. */
+static int with_reserve(const kmp_friction_run *x, int k)
+{
+    for (int i = 0; i < x->rest; i++) {
+        int above = 0;
+        for (int j = 0; j < x->rest; j++)
+            above += is_before(x, j, i);
+        if (above == k)
+            return i;
+    }
+    return 0;
+}
+
+/* Sets the modes of the elements at rest. Rows that others imply are not added: those of the elements with the largest
+ * reserve come first. */
+static int set_modes(kmp_friction_run *x, double t, const double *q, double rate)
+{
+    if (x->loads) /* levels may fall below forces that are given */
+        friction_share(x);
+    for (int k = 0; k < x->rest; k++) {
+        kmp_friction_element *e = &x->element[x->which[k]];
+        if (e->broken)
+            kmp_friction_set_moving(x, e, e->sense, rate);
+        else
+            kmp_friction_set_given(x, e, 0, 0);
+    }
+    for (int i = 0; i < x->count; i++) /* friction of contacts that open in this decision */
+        if (x->element[i].base >= 0 && x->element[x->element[i].base].broken)
+            kmp_friction_set_off(x, &x->element[i]);
+    KMP_FRICTION_TRY(kmp_friction_choose(x, t, q));
+    for (int k = 0; k < x->rest; k++) {
+        int i = with_reserve(x, k);
+        kmp_friction_element *e = &x->element[x->which[i]];
+        bool adds = false;
+        if (e->broken || (e->base >= 0 && x->element[e->base].broken))
+            continue;
+        if (!e->implied)
+            KMP_FRICTION_TRY(kmp_friction_adds_row(x, e, t, q, &adds));
+        if (adds)
+            continue;
+        /* It keeps its force, unless that is rounding: that of all accelerations would exceed a level that is rounding
+         * as well. */
+        bool none = e->implied || fabs(x->d[i + i * x->rest] * x->f[i]) <= kmp_friction_rounding(x, i);
+        kmp_friction_set_given(x, e, none ? 0 : x->f[i], kmp_friction_still(x) * e->size * rate);
+        e->stance = e->implied ? KMP_FRICTION_IDLE : KMP_FRICTION_CARRIED;
+        KMP_FRICTION_TRY(kmp_friction_choose(x, t, q));
+    }
+    return 0;
+}
+
+/* -- changes --------------------------------------------------------------------------------------------- */
+
+static bool is_as_before(const kmp_friction_element *e)
+{
+    bool rests = e->stance == KMP_FRICTION_HELD || e->stance == KMP_FRICTION_CARRIED,
+         rested = e->was == KMP_FRICTION_HELD || e->was == KMP_FRICTION_CARRIED;
+    if (e->across == 2) /* the first component tells of both */
+        return true;
+    bool off = e->stance == KMP_FRICTION_SLIPS && (e->contact ? !e->known : e->sense == 0);
+    return off || (e->known && (rests ? rested : e->stance == e->was && e->sense == e->before_sense));
+}
+
+/* Notes which elements change in this decision, or have used up their reserve. True: any does. */
+static bool count_changes(kmp_friction_run *x)
+{
+    bool any = false;
+    for (int i = 0; i < x->count; i++) {
+        kmp_friction_element *e = &x->element[i];
+        bool changes = e->fired || !is_as_before(e);
+        e->changes += changes;
+        any = any || changes;
+    }
+    return any;
+}
+
+/* Fails where modes change without progress of time: at one instant, or too often within a short part of the motion. */
+static int watch(kmp_friction_run *x, double t, double rate)
+{
+    double span = x->site->numbers(x->site->self).span;
+    x->past.repeats = t - x->past.t <= KMP_FRICTION_INSTANT * span ? x->past.repeats + 1 : 0;
+    x->past.t = t;
+    bool begins = !((t - x->past.since) * rate <= KMP_FRICTION_CROWD); /* another count */
+    x->past.since = begins ? t : x->past.since;
+    x->past.changes = begins ? 0 : x->past.changes;
+    for (int i = 0; begins && i < x->count; i++)
+        x->element[i].changes = 0;
+    x->past.changes += count_changes(x);
+    bool goes_on = x->past.repeats < KMP_FRICTION_REPEATS && x->past.changes < KMP_FRICTION_CROWDED;
+    return goes_on ? 0 : x->site->fail(x->site->self, KMP_FRICTION_ALTERNATES, t);
+}
+
+/* Tells at the start of levels that grow so much with the friction that there may be several solutions or none. */
+static int tell_growth(kmp_friction_run *x, double t, const double *q, const double *qd)
+{
+    double growth;
+    int most;
+    int status = friction_grow(x, t, q, qd, &growth, &most);
+    if (status == x->site->failed)
+        x->site->forget(x->site->self);
+    else
+        KMP_FRICTION_TRY(status);
+    if (status == 0 && growth >= 1)
+        kmp_friction_tell(x, KMP_FRICTION_TELLS_GROWTH, most, t, growth);
+    return 0;
+}
+
+KMP_LOCAL int kmp_friction_settle_modes(kmp_friction_run *x, double t, double *q, double *qd)
+{
+    for (int i = 0; i < x->count; i++) {
+        x->element[i].was = x->element[i].stance;
+        x->element[i].before_sense = x->element[i].sense;
+    }
+    KMP_FRICTION_TRY(x->past.known || !x->loads ? 0 : tell_growth(x, t, q, qd));
+    double rate = x->site->pace(x->site->self, qd);
+    x->site->look(x->site->self, t, q, qd, x->change);
+    int status = friction_decide(x, t, q, qd, rate);
+    if (status == 0 && x->rest > 0)
+        status = set_modes(x, t, q, rate);
+    if (status == 0)
+        status = x->site->finish(x->site->self, t, q, qd);
+    if (status == x->site->failed && x->site->is_unsettled(x->site->self))
+        return friction_complain(x, t, q, qd);
+    KMP_FRICTION_TRY(status);
+    x->past.known = true;
+    status = watch(x, t, x->site->pace(x->site->self, qd));
+    for (int i = 0; i < x->count; i++) {
+        kmp_friction_element *e = &x->element[i];
+        bool changes = !is_as_before(e);
+        x->past.total += changes;
+        bool leaves = e->smooth && e->stance != KMP_FRICTION_SMOOTH; /* it is no longer regularised */
+        e->smooth = e->smooth && !leaves;
+        if (leaves)
+            kmp_friction_tell(x, KMP_FRICTION_TELLS_LEFT, i, t, e->regularise);
+        if (changes)
+            kmp_friction_tell(x, KMP_FRICTION_TELLS_CHANGE, i, t, e->sense);
+        e->known = true;
+        e->struck = false;
+        e->stopped = 0;
+        e->fired = false;
+    }
+    return status;
 }

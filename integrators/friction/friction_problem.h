@@ -5,15 +5,13 @@
 
 #include "integrators/friction/friction_site.h"
 
-/** Decides which elements at rest slip (`broken`, `sense`); x->f has the forces of the others. `rate`: of the motion,
- * 1/s. */
-KMP_LOCAL int kmp_friction_decide(kmp_friction_run *x, double t, const double *q, const double *qd, double rate);
-
-/** Sets up the problem of the elements at rest: x->which, a, d, and the levels in x->upper. */
-KMP_LOCAL int kmp_friction_pose(kmp_friction_run *x, double t, const double *q, const double *qd, double rate);
-
 /** Rounding of the acceleration of element i of those at rest. */
 KMP_LOCAL double kmp_friction_rounding(const kmp_friction_run *x, int i);
 
-/** Largest change of a force from the last pass, x->tried, over the largest force. */
-KMP_LOCAL double kmp_friction_changed(const kmp_friction_run *x);
+/** At rest: *part of the static levels that friction needs to keep all elements at rest, INFINITY if it cannot; forces
+ * in x->f, static levels in x->upper, by element. */
+KMP_LOCAL int kmp_friction_load(kmp_friction_run *x, double t, const double *q, const double *qd, double *part);
+
+/** Decides on modes at t and the state (q, qd); rates are made consistent with the rows that are held, and the site is
+ * evaluated there. */
+KMP_LOCAL int kmp_friction_settle_modes(kmp_friction_run *x, double t, double *q, double *qd);

@@ -51,18 +51,6 @@ static bool list_touching(kmp_impact_run *p, double rate)
 
 /* -- the impulses ------------------------------------------------------------------------------------------ */
 
-/* The rows of all that take part. */
-static void find_rows(kmp_impact_run *p, double t, const double *q)
-{
-    for (int k = 0; k < p->count; k++) {
-        p->rows[k] = kmp_impact_element(p, k)->row;
-        kmp_friction_put(p->friction, kmp_impact_element(p, k), KMP_ROLE_HELD, 1);
-    }
-    p->site->rows(self_of(p), t, q, p->count, p->rows, p->row);
-    for (int k = 0; k < p->count; k++)
-        kmp_friction_put(p->friction, kmp_impact_element(p, k), KMP_ROLE_HELD, 0);
-}
-
 /* The closures imply some rows: no impulse along these changes a rate. */
 static int clear_implied(kmp_impact_run *p, double t, const double *q)
 {
@@ -89,7 +77,14 @@ static double product(int n, const double *a, const double *b)
 static int find_inverse_inertia(kmp_impact_run *p, double t, const double *q)
 {
     int n = p->n;
-    find_rows(p, t, q);
+    /* The rows of all that take part. */
+    for (int k = 0; k < p->count; k++) {
+        p->rows[k] = kmp_impact_element(p, k)->row;
+        kmp_friction_put(p->friction, kmp_impact_element(p, k), KMP_ROLE_HELD, 1);
+    }
+    p->site->rows(self_of(p), t, q, p->count, p->rows, p->row);
+    for (int k = 0; k < p->count; k++)
+        kmp_friction_put(p->friction, kmp_impact_element(p, k), KMP_ROLE_HELD, 0);
     KMP_FRICTION_TRY(clear_implied(p, t, q));
     KMP_FRICTION_TRY(p->site->ways(self_of(p), t, q, p->count, p->row, p->way));
     for (int i = 0; i < p->count; i++)
@@ -234,24 +229,6 @@ static bool is_last(const kmp_impact_run *p, int k, double since, double least)
     return e > 0 && (e * since < least || (e < 1 && lost < KMP_IMPACT_DEEP * p->deep[p->which[k]]));
 }
 
-/* Ends sequences of impacts whose next one would follow at once. A contact that rebounds takes its rate away. When
- * contacts strike in turn, each throws the others off by a rate that is no more than that of a fall in this time: they
- * stay. */
-static void end_sequences(kmp_impact_run *p, double t, double rate)
-{
-    double least = KMP_IMPACT_SPACING * p->friction->site->numbers(self_of(p)).span;
-    for (int k = 0; k < p->count; k++) {
-        const kmp_friction_element *element = kmp_impact_element(p, k);
-        double e = p->e[k], since = t - element->last;
-        p->held[k] = element->contact && since < least && fabs(p->v[k]) < least * element->size * rate * rate;
-        if (!is_last(p, k, since, least))
-            continue;
-        if (p->site->tell_sequence)
-            p->site->tell_sequence(self_of(p), p->which[k], t, since, e < 1 ? t + e * since / (1 - e) : t);
-        p->e[k] = 0;
-    }
-}
-
 static void note_impacts(kmp_impact_run *p, double t, double gain)
 {
     if (p->site->tell_impact)
@@ -304,7 +281,20 @@ KMP_LOCAL int kmp_impact_decide(kmp_impact_run *p, double t, double *q, double *
         (void)list_touching(p, rate);
         KMP_FRICTION_TRY(find_inverse_inertia(p, t, q));
     }
-    end_sequences(p, t, rate);
+    /* Ends sequences of impacts whose next one would follow at once. A contact that rebounds takes its rate away. When
+     * contacts strike in turn, each throws the others off by a rate that is no more than that of a fall in this time:
+     * they stay. */
+    double least = KMP_IMPACT_SPACING * p->friction->site->numbers(self_of(p)).span;
+    for (int k = 0; k < p->count; k++) {
+        const kmp_friction_element *element = kmp_impact_element(p, k);
+        double e = p->e[k], since = t - element->last;
+        p->held[k] = element->contact && since < least && fabs(p->v[k]) < least * element->size * rate * rate;
+        if (!is_last(p, k, since, least))
+            continue;
+        if (p->site->tell_sequence)
+            p->site->tell_sequence(self_of(p), p->which[k], t, since, e < 1 ? t + e * since / (1 - e) : t);
+        p->e[k] = 0;
+    }
     KMP_FRICTION_TRY(solve_impulses(p, t));
     *gain = apply(p, qd);
     KMP_FRICTION_TRY(keep_from_gaining(p, t, qd, gain));

@@ -1,18 +1,407 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Evaluation of conditions, and their changes at the events that event_search.c has found. */
+/* The earliest event of a step of a run (integrators/events/event_pieces.h). Bounds use cubics for the coordinates,
+ * through their values and rates at both ends of the piece. Accelerations, multipliers and solutions of implicit
+ * blocks, with unknown rates, are parabolas through the values at both ends and in the middle. Then the
+ * conditions change. */
 #include "integrators/run/events.h"
 #include "base/memory.h"
-#include "constraints/evaluation/condition_modes.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/left_tables.h"
 #include "constraints/tolerances.h"
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/link_tree.h"
+#include "integrators/decide/event_location.h"
 #include "integrators/decide/restart.h"
-#include "integrators/run/event_search.h"
 #include "model/data/model.h"
 #include "model/language/expression_value.h"
 #include <math.h>
 #include <string.h>
+
+/* Of the range of a table: a motion that passes its end by less does not leave it. */
+#define AT_END 1e-6
+
+enum { CLOSELY = 2 }; /* least number of halvings in a run that checks another one */
+
+/* -- evaluation ---------------------------------------------------------------------------------------- */
+
+/* Notes that a table is left at one of the places that have been evaluated, or forgets it: it need not be found. */
+static void note_outside(kmp_event_tracker *c, const double *change)
+{
+    for (int k = 0; c->tells && k < c->s->events.count; k++)
+        c->past[k].outside = change && c->s->events.condition[k].told && (c->past[k].outside || change[k] < 0);
+}
+
+/* Completes the state at t and evaluates the conditions there, into a probe. */
+static int look_at(void *self, double t, kmp_event_probe *probe)
+{
+    kmp_event_tracker *c = self;
+    const size_t n = (size_t)c->s->n, size = n * sizeof(double);
+    KMP_TRY(kmp_event_tracker_look(c, t));
+    probe->t = t;
+    memcpy(probe->change, c->change, (size_t)c->s->events.count * sizeof(double));
+    memcpy(probe->state, c->q, size);
+    memcpy(probe->state + n, c->qd, size);
+    if (c->s->changes_by_rates) {
+        memcpy(probe->state + 2 * n, c->qdd, size);
+        memcpy(probe->state + 3 * n, c->lambda, (size_t)c->s->m * sizeof(double));
+    }
+    for (int i = 0, at = 0; i < 2; at += c->search.solved[i++])
+        if (c->search.solved[i] > 0)
+            memcpy(probe->solved + at, c->eval->solved[i], (size_t)c->search.solved[i] * sizeof(double));
+    note_outside(c, probe->change);
+    return KEMPE_OK;
+}
+
+static bool any_differs(const kmp_event_tracker *c, const kmp_event_probe *probe)
+{
+    for (int k = 0; k < c->s->events.count; k++)
+        if (kmp_event_tracker_differs(c, k, probe->change[k]))
+            return true;
+    return false;
+}
+
+/* The largest value of the parabola through three points in turn, the middle one above the others. */
+static double vertex(const double *t, const double *x, double t2, double x2)
+{
+    double h0 = t[1] - t[0], h1 = t2 - t[1], s0 = (x[1] - x[0]) / h0, s1 = (x2 - x[1]) / h1;
+    double bend = (s1 - s0) / (h0 + h1), slope = s0 + bend * h0; /* of the parabola, at the middle point */
+    return bend < 0 ? x[1] - 0.25 * slope * slope / bend : x[1];
+}
+
+/* The largest size of a measured condition, also between steps. */
+static void note_peak(kmp_event_tracker *c, int k, double t, double size)
+{
+    kmp_last_values *v = &c->past[k].latest;
+    if (v->count > 0 && !(t > v->t[1]))
+        return;
+    if (v->count == 2 && v->x[1] >= v->x[0] && v->x[1] >= size)
+        c->past[k].peak = fmax(c->past[k].peak, vertex(v->t, v->x, t, size));
+    v->t[0] = v->t[1];
+    v->x[0] = v->x[1];
+    v->t[1] = t;
+    v->x[1] = size;
+    v->count = v->count > 0 ? 2 : 1;
+}
+
+/* True if the table of condition k has been reported, at either of its ends and calls. */
+static bool is_told(const kmp_event_tracker *c, int k)
+{
+    const kmp_condition *condition = c->s->events.condition;
+    for (int i = 0; i < c->s->events.count; i++)
+        if (c->past[i].told && condition[i].expr->table == condition[k].expr->table)
+            return true;
+    return false;
+}
+
+/* Reports the tables that the motion has left by an evaluation at t. */
+static void event_tracker_tell(kmp_event_tracker *c, double t, const double *change)
+{
+    for (int k = 0; k < c->s->events.count; k++) {
+        const kmp_condition *condition = &c->s->events.condition[k];
+        if (!condition->told || !(change[k] < 0))
+            continue;
+        atomic_store_explicit(&c->s->left[k], true, memory_order_relaxed);
+        if (is_told(c, k))
+            continue;
+        const kmp_named_table *table = condition->expr->table;
+        const int end = condition->number - kmp_table_end_number(table, 0);
+        const double first = kmp_table_end(table, end - end % 2), last = kmp_table_end(table, end - end % 2 + 1);
+        const double x = end % 2 ? last - change[k] : first + change[k];
+        c->past[k].told = true;
+        kmp_run_log_add(c->plan.log, "table", t, x, NAN, "table '%s' is used at %.6g, beyond its points %.6g .. %.6g",
+                        table->name, x, first, last);
+        kmp_doubt_table(c->s->context, table, end, x, t);
+    }
+}
+
+/* Records the sizes of values at a point where no condition has changed. */
+static void note_sizes(kmp_event_tracker *c, double t, const double *change)
+{
+    for (int k = 0; k < c->s->events.count; k++) {
+        c->past[k].most = fmax(c->past[k].most, fabs(change[k]));
+        if (c->s->events.condition[k].measured && c->mode[k] > 0)
+            note_peak(c, k, t, fabs(change[k]));
+    }
+    event_tracker_tell(c, t, change);
+}
+
+/* -- bounds over a piece ------------------------------------------------------------------------------ */
+
+/* Bound of the time, or of an input of the model: a cubic between its ends, of a derivative one of lower degree. */
+static kmp_bound time_over(const kmp_event_tracker *c, uint32_t index, const kmp_step_piece *p)
+{
+    double a[KMP_TIME_NUMBERS + 2] = {0}, b[KMP_TIME_NUMBERS + 2] = {0};
+    if (index == 0)
+        return (kmp_bound){p->a->t, p->b->t, 1, 1};
+    const kmp_signal_piece *cubic = &c->inputs->piece[(index - 1) / KMP_TIME_NUMBERS];
+    uint32_t d = (index - 1) % KMP_TIME_NUMBERS;
+    kmp_signal_values(cubic, p->a->t, a);
+    kmp_signal_values(cubic, p->b->t, b);
+    a[KMP_TIME_NUMBERS] = b[KMP_TIME_NUMBERS] = 6 * cubic->c[3];
+    return kmp_bound_over(p->b->t - p->a->t, a[d], a[d + 1], b[d], b[d + 1]);
+}
+
+static kmp_bound input_over(const kmp_event_tracker *c, const kmp_program_input *in, const kmp_step_piece *p)
+{
+    size_t n = (size_t)c->s->n, i = in->index;
+    const double *x = p->a->state, *y = p->b->state;
+    double h = p->b->t - p->a->t;
+    switch (in->kind) {
+    case KMP_IN_TIME:
+        return time_over(c, in->index, p);
+    case KMP_IN_Q:
+        return kmp_bound_over(h, x[i], x[n + i], y[i], y[n + i]);
+    case KMP_IN_QD:
+        return kmp_bound_over(h, x[n + i], x[2 * n + i], y[n + i], y[2 * n + i]);
+    case KMP_IN_MODE:
+        return kmp_bound_still(c->mode[i]);
+    case KMP_IN_CHART:
+        return kmp_bound_still(c->eval->chart[i]);
+    case KMP_IN_PARAMETER:
+        return kmp_bound_still(c->parameters[i]);
+    default: /* accelerations and multipliers */
+        i += in->kind == KMP_IN_QDD ? 2 * n : 3 * n;
+        return p->m ? kmp_bound_through(h, x[i], p->m->state[i], y[i]) : kmp_bound_still(x[i]);
+    }
+}
+
+static void bind(void *self, const kmp_step_piece *p)
+{
+    kmp_event_tracker *c = self;
+    const kmp_program *program = c->s->changes;
+    kmp_event_search *s = &c->search;
+    for (int k = 0; k < program->input_count; k++)
+        kmp_bounds_set(s->bounds, k, input_over(c, &program->input[k], p));
+    for (int i = 0, at = 0; p->m && i < 2; i++)
+        for (int k = 0; k < s->solved[i]; k++, at++)
+            if (kmp_bounds_is_solved(s->bounds, s->first_solved[i] + k))
+                kmp_bound_give(
+                    s->bounds->value, s->bounds->output[s->first_solved[i] + k],
+                    kmp_bound_through(p->b->t - p->a->t, p->a->solved[at], p->m->solved[at], p->b->solved[at]));
+    kmp_bounds_run(s->bounds, s->charts != c->eval->chart_version);
+    s->charts = c->eval->chart_version;
+}
+
+static kmp_bound bound_of(const void *self, int k)
+{
+    const kmp_event_tracker *c = self;
+    const kmp_condition *condition = &c->s->events.condition[k];
+    kmp_bound bound = kmp_bounds_get(c->search.bounds, c->search.output[k]);
+    if (!condition->told)
+        return bound;
+    const int end = condition->number - kmp_table_end_number(condition->expr->table, 0);
+    const double slack =
+        AT_END * (kmp_table_end(condition->expr->table, end | 1) - kmp_table_end(condition->expr->table, end & ~1));
+    bound.low += slack;
+    bound.high += slack;
+    return c->past[k].told || c->past[k].outside ? kmp_bound_still(1) : bound;
+}
+
+static bool holds(const void *self, int k)
+{
+    const kmp_event_tracker *c = self;
+    return kmp_condition_holds((kmp_condition_kind)c->kind[k], c->mode[k]);
+}
+
+/* The end of a table is bounded until it has been left. */
+static bool may_change(const void *self, int k)
+{
+    const kmp_event_tracker *c = self;
+    const bool sense = c->s->events.condition[k].role == KMP_ROLE_SENSE;
+    return c->kind[k] == KMP_CONDITION_TOLD ||
+           kmp_condition_may_change((kmp_condition_kind)c->kind[k], sense, &c->mode[k]);
+}
+
+/* -- narrowing --------------------------------------------------------------------------------------- */
+
+static int look_alone(void *self, double t)
+{
+    return kmp_event_tracker_look(self, t);
+}
+
+static void note_before(void *self, int k, double value)
+{
+    kmp_event_tracker *c = self;
+    c->past[k].most = fmax(c->past[k].most, fabs(value));
+}
+
+/* Records the distance that a condition with a lag has covered since its last change, to distinguish chattering. */
+static int note_crossing(void *self, int k, double low, double high)
+{
+    kmp_event_tracker *c = self;
+    if (!(c->s->events.condition[k].lag > 0))
+        return KEMPE_OK;
+    KMP_TRY(kmp_event_tracker_look(c, low + (high - low) / 2));
+    c->past[k].most = fmax(c->past[k].most, kmp_event_tracker_changed(c, k) ? 0 : fabs(c->change[k]));
+    return kmp_event_tracker_look(c, high);
+}
+
+static bool is_contact(const void *self, int k)
+{
+    const kmp_condition *condition = &((const kmp_event_tracker *)self)->s->events.condition[k];
+    return condition->role == KMP_ROLE_SENSE && ((const kmp_force *)condition->of)->kind == KMP_FORCE_TOUCH;
+}
+
+/* -- the search -------------------------------------------------------------------------------------- */
+
+/* Ends a piece that its ends decide. */
+static int end_piece(void *self, const kmp_event_probe *a, const kmp_event_probe *b, bool *found)
+{
+    kmp_event_tracker *c = self;
+    if (any_differs(c, b)) {
+        *found = true;
+        /* Finds the earliest change in (a, b]. Leaves c there. */
+        const kmp_location_site location = {c,          c->s->events.count, c->kind,       c->mode,   c->change,
+                                            look_alone, note_before,        note_crossing, is_contact};
+        c->search.event = b->t;
+        memcpy(c->change, b->change, (size_t)c->s->events.count * sizeof *c->change);
+        const int status = kmp_location_earliest(&location, a->t, a->change, &c->search.event);
+        return status == KEMPE_OK ? kmp_location_surface(&location, a->t, &c->search.event) : status;
+    }
+    note_sizes(c, b->t, b->change);
+    return KEMPE_OK;
+}
+
+static const kmp_piece_site site = {look_at, bind, bound_of, may_change, holds, end_piece};
+
+/* Allocates a search in the arena; false: no memory. */
+static bool event_search_init(kmp_event_search *s, const kempe_system *system, bool closely, kmp_arena *arena)
+{
+    int count = system->events.count;
+    s->charts = -1;
+    s->bounds = kmp_bounds_new(system->changes, arena);
+    if (!KMP_ARENA_MAKE(arena, KMP_ROOM(int, count, &s->output), KMP_ROOM(bool, count, &s->third),
+                        KMP_ROOM(bool, count *(KMP_SEARCH_DEPTH + 1), &s->open)))
+        return false;
+    s->pieces = (kmp_piece_search){
+        .site = &site, .conditions = count, .third = s->third, .open = s->open, .least = closely ? CLOSELY : 0};
+    /* Late conditions have an output in both stages; that of the first stage is zero. */
+    const int *outputs = system->changes->outputs;
+    int late = outputs[2];
+    for (int k = 0; k < system->events.count; k++) {
+        bool is_late = system->events.condition[k].late;
+        s->output[k] = is_late ? late++ : outputs[1] + k;
+        s->third[k] = is_late || s->bounds->given[s->output[k]];
+    }
+    s->first_solved[0] = outputs[1] + system->events.count;
+    s->first_solved[1] = late;
+    for (int i = 0; i < 2; i++)
+        s->solved[i] = outputs[i + 2] - s->first_solved[i];
+    for (int i = 0; i < KMP_SEARCH_LOOKS; i++)
+        KMP_ARENA_MAKE(arena, KMP_ROOM(double, count, &s->pieces.look[i].change),
+                       KMP_ROOM(double, 3 * system->n + system->m, &s->pieces.look[i].state),
+                       KMP_ROOM(double, s->solved[0] + s->solved[1], &s->pieces.look[i].solved));
+    return !arena->failed;
+}
+
+/* Takes a value of a kink into account; true if it is free and due to be fixed. */
+static bool is_away(kmp_event_tracker *c, int k, double change)
+{
+    return c->s->events.condition[k].kink && kmp_kink_is_away(c->mode[k], change, c->kink, &c->past[k].largest);
+}
+
+/* True if a free kink is away from zero in an evaluation at the end of a step. */
+static bool event_tracker_would_hold(kmp_event_tracker *c, const double *change)
+{
+    bool any = false;
+    for (int k = 0; c->kink > 0 && k < c->s->events.count; k++)
+        any = is_away(c, k, change[k]) || any;
+    return any;
+}
+
+bool kmp_event_tracker_is_clear(kmp_event_tracker *c, const kmp_event_probe *a, const kmp_event_probe *m,
+                                const kmp_event_probe *b)
+{
+    c->search.pieces.self = c;
+    note_outside(c, NULL);
+    note_outside(c, b->change);
+    if (m)
+        note_outside(c, m->change);
+    if (event_tracker_would_hold(c, b->change) || any_differs(c, b) || (m && any_differs(c, m)) ||
+        !kmp_pieces_are_clear(&c->search.pieces, &(kmp_step_piece){a, m, b}))
+        return false;
+    if (m)
+        note_sizes(c, m->t, m->change);
+    note_sizes(c, b->t, b->change);
+    return true;
+}
+
+void kmp_event_tracker_take(kmp_event_tracker *c, const double *mode, const double *parameters,
+                            const kmp_present_inputs *inputs, kmp_condition_past *past)
+{
+    c->mode = mode;
+    c->parameters = parameters;
+    c->inputs = inputs;
+    c->past = past;
+    c->search.ready = false;
+    c->search.charts = -1;
+    c->search.pieces.undecided = 0;
+}
+
+static kmp_event_probe *near_start(kmp_event_tracker *c)
+{
+    return &c->search.pieces.look[2];
+}
+
+bool kmp_event_tracker_hold_passed(kmp_event_tracker *c)
+{
+    bool passed = c->passed;
+    if (passed) {
+        kmp_event_tracker_hold_free(c, NULL, near_start(c)->change);
+        c->search.ready = false;
+    }
+    return passed;
+}
+
+bool kmp_event_tracker_is_undecided(const kmp_event_tracker *c, kmp_text *why)
+{
+    const kmp_piece_search *pieces = &c->search.pieces;
+    if (pieces->undecided > 0)
+        kmp_text_printf(
+            why,
+            "%s: whether this changes is not decided in the step from t = %.9g s on, by as many evaluations "
+            "as a step may have. A change may be missed: set a max_step",
+            c->s->event_text[pieces->which], pieces->since);
+    return pieces->undecided > 0;
+}
+
+kempe_status kmp_event_tracker_find(kmp_event_tracker *c, double from, double to, double *t, bool *found)
+{
+    kmp_event_search *s = &c->search;
+    *found = false;
+    c->end = -1;
+    if (!(to > from))
+        return KEMPE_OK;
+    note_outside(c, NULL);
+    bool ready = s->ready && s->pieces.look[0].t == from && s->charts == c->eval->chart_version;
+    s->ready = false;
+    if (!ready)
+        KMP_TRY((kempe_status)look_at(c, from, &s->pieces.look[0]));
+    KMP_TRY((kempe_status)look_at(c, to, &s->pieces.look[1]));
+    s->pieces.self = c;
+    const long before = s->pieces.undecided;
+    KMP_TRY((kempe_status)kmp_pieces_search(&s->pieces, found));
+    kmp_text why = {0};
+    if (before == 0 && kmp_event_tracker_is_undecided(c, &why) && !why.failed)
+        kmp_doubt(c->s->context, "%s", why.s);
+    kmp_text_free(&why);
+    if (*found) {
+        *t = s->event;
+        c->end = kmp_event_tracker_first_end(c);
+        return KEMPE_OK;
+    }
+    /* Free kinks that the step has not passed are fixed. */
+    c->passed = false;
+    if (event_tracker_would_hold(c, s->pieces.look[1].change)) {
+        KMP_TRY((kempe_status)look_at(c, from + KMP_STEP_NEAR * (to - from), near_start(c)));
+        kmp_event_tracker_hold_free(c, near_start(c)->change, s->pieces.look[1].change);
+    }
+    kmp_event_probe last = s->pieces.look[1];
+    s->pieces.look[1] = s->pieces.look[0];
+    s->pieces.look[0] = last;
+    s->ready = true;
+    return KEMPE_OK;
+}
 
 /* Changes of a condition with a lag count as simultaneous within this multiple of its lag. */
 #define LAGS 100
@@ -51,7 +440,7 @@ kmp_event_tracker *kmp_event_tracker_new(const kmp_event_setup *plan, kmp_arena 
     c->past = KMP_ARENA_NEW(a, kmp_condition_past, count);
     if (!KMP_ARENA_MAKE(a, KMP_ROOM(double, n, &c->q, &c->qd, &c->qdd), KMP_ROOM(double, system->m, &c->lambda),
                         KMP_ROOM(double, count, &c->change, &c->before)) ||
-        !kmp_event_search_init(&c->search, system, plan->closely, a))
+        !event_search_init(&c->search, system, plan->closely, a))
         return NULL;
     kmp_event_tracker_begin_past(system, c->past);
     kmp_event_tracker_take(c, plan->eval->mode, system->parameters, &plan->eval->inputs, c->past);
@@ -108,20 +497,6 @@ kempe_status kmp_event_tracker_look(kmp_event_tracker *c, double t)
     return complete(c, t, c->s->changes_by_rates, false);
 }
 
-/* Takes a value of a kink into account; true if it is free and due to be fixed. */
-static bool is_away(kmp_event_tracker *c, int k, double change)
-{
-    return c->s->events.condition[k].kink && kmp_kink_is_away(c->mode[k], change, c->kink, &c->past[k].largest);
-}
-
-bool kmp_event_tracker_would_hold(kmp_event_tracker *c, const double *change)
-{
-    bool any = false;
-    for (int k = 0; c->kink > 0 && k < c->s->events.count; k++)
-        any = is_away(c, k, change[k]) || any;
-    return any;
-}
-
 void kmp_event_tracker_hold_free(kmp_event_tracker *c, const double *before, const double *change)
 {
     c->passed = false;
@@ -135,36 +510,6 @@ void kmp_event_tracker_hold_free(kmp_event_tracker *c, const double *before, con
     }
 }
 
-/* True if the table of condition k has been reported, at either of its ends and calls. */
-static bool is_told(const kmp_event_tracker *c, int k)
-{
-    const kmp_condition *condition = c->s->events.condition;
-    for (int i = 0; i < c->s->events.count; i++)
-        if (c->past[i].told && condition[i].expr->table == condition[k].expr->table)
-            return true;
-    return false;
-}
-
-void kmp_event_tracker_tell(kmp_event_tracker *c, double t, const double *change)
-{
-    for (int k = 0; k < c->s->events.count; k++) {
-        const kmp_condition *condition = &c->s->events.condition[k];
-        if (!condition->told || !(change[k] < 0))
-            continue;
-        atomic_store_explicit(&c->s->left[k], true, memory_order_relaxed);
-        if (is_told(c, k))
-            continue;
-        const kmp_named_table *table = condition->expr->table;
-        const int end = condition->number - kmp_table_end_number(table, 0);
-        const double first = kmp_table_end(table, end - end % 2), last = kmp_table_end(table, end - end % 2 + 1);
-        const double x = end % 2 ? last - change[k] : first + change[k];
-        c->past[k].told = true;
-        kmp_run_log_add(c->plan.log, "table", t, x, NAN, "table '%s' is used at %.6g, beyond its points %.6g .. %.6g",
-                        table->name, x, first, last);
-        kmp_doubt_table(c->s->context, table, end, x, t);
-    }
-}
-
 kempe_status kmp_event_tracker_begin(kmp_event_tracker *c, double t, bool *ends)
 {
     bool any = false;
@@ -175,7 +520,7 @@ kempe_status kmp_event_tracker_begin(kmp_event_tracker *c, double t, bool *ends)
         return KEMPE_OK;
     KMP_TRY(kmp_event_tracker_look(c, t));
     kmp_event_tracker_hold_free(c, NULL, c->change);
-    kmp_event_tracker_tell(c, t, c->change);
+    event_tracker_tell(c, t, c->change);
     c->end = kmp_event_tracker_first_end(c);
     *ends = c->end >= 0;
     return KEMPE_OK;

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Events: a condition of the model changes within a step. The step was made with all conditions fixed, so the solution
- * is smooth beyond the event. It is cut there, the conditions change, and the integrator restarts. events.c changes
- * conditions, event_search.c locates events. */
+ * is smooth beyond the event. It is cut there, the conditions change, and the integrator restarts. */
 #pragma once
 
 #include "backend/bounds.h"
@@ -120,8 +119,6 @@ void kmp_event_tracker_note(kmp_event_tracker *tracker, double t, const double *
 kempe_status kmp_event_tracker_change(kmp_event_tracker *tracker, double t, const double *q, const double *qd,
                                       bool again, bool *changed);
 
-/* Shared by events.c and event_search.c. */
-
 /** True if condition k with the value `change` differs from its fixed state. */
 static inline bool kmp_event_tracker_differs(const kmp_event_tracker *c, int k, double change)
 {
@@ -132,15 +129,9 @@ static inline bool kmp_event_tracker_changed(const kmp_event_tracker *c, int k)
     return kmp_event_tracker_differs(c, k, c->change[k]);
 }
 
-/** True if a free kink is away from zero in an evaluation at the end of a step. */
-bool kmp_event_tracker_would_hold(kmp_event_tracker *c, const double *change);
-
 /** Fixes free kinks that are away from zero in an evaluation at the end of a step. A kink that was away on the other
  * side in an evaluation before (NULL: there is none) stays free. */
 void kmp_event_tracker_hold_free(kmp_event_tracker *c, const double *before, const double *change);
-
-/** Reports the tables that the motion has left by an evaluation at t. */
-void kmp_event_tracker_tell(kmp_event_tracker *c, double t, const double *change);
 
 /** The first changed condition that ends the run and that no other follows, -1: none. */
 int kmp_event_tracker_first_end(const kmp_event_tracker *c);
@@ -148,3 +139,26 @@ int kmp_event_tracker_first_end(const kmp_event_tracker *c);
 /** Completes the state at a time within the last step, with accelerations and multipliers where conditions depend on
  * them, and evaluates the conditions. */
 kempe_status kmp_event_tracker_look(kmp_event_tracker *c, double t);
+
+/** True if a step had changes that bounds could not exclude within the bound of work, with a sentence that names the
+ * first condition. The result is not trustworthy. */
+bool kmp_event_tracker_is_undecided(const kmp_event_tracker *tracker, kmp_text *why);
+
+/** Finds the earliest event of the step between two times. *t is its time, just beyond the change; unchanged if there
+ * is none. */
+kempe_status kmp_event_tracker_find(kmp_event_tracker *tracker, double from, double to, double *t, bool *found);
+
+/** True if the values at the ends of a step, and in its middle if that is given, decide that no condition changes
+ * within it; the tracker then takes them into account, as kmp_event_tracker_find does. Their `solved` may be NULL
+ * where no condition has an implicit block, and no kink is to be fixed. */
+bool kmp_event_tracker_is_clear(kmp_event_tracker *tracker, const kmp_event_probe *from, const kmp_event_probe *middle,
+                                const kmp_event_probe *to);
+
+/** Fixes the free kinks that the step of the last kmp_event_tracker_find has passed, on the side where it began, so
+ * that the step can be made again up to the kink. False: there are none. */
+bool kmp_event_tracker_hold_passed(kmp_event_tracker *tracker);
+
+/** Watches the motion of another instance of the mechanism: its conditions, parameters, inputs and pasts. To
+ * find and pass events, the evaluator must have the same. */
+void kmp_event_tracker_take(kmp_event_tracker *tracker, const double *mode, const double *parameters,
+                            const kmp_present_inputs *inputs, kmp_condition_past *past);

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Friction of a run: its elements, the site of a runner, sentences and log. */
 #include "integrators/run/friction_run.h"
-#include "constraints/evaluation/condition_modes.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/tolerances.h"
 #include "dynamics/kinematics/friction_modes.h"
 #include "integrators/friction/friction_elements.h"
 #include "integrators/friction/friction_inside.h"
-#include "integrators/friction/friction_settle.h"
+#include "integrators/friction/friction_problem.h"
 #include "integrators/run/runner.h"
 #include "integrators/run/runner_start.h"
 #include "model/data/closure_table.h"
@@ -124,22 +124,16 @@ static const char *name_of(const kmp_runner *run, const kmp_friction_element *e)
     return force_of(run, e)->name;
 }
 
-/* The largest ratio of inertias between directions of two rows of D; 0 where they are dependent. */
-static double spread_of(int n, const double *d)
+void kmp_friction_put_spread(kmp_text *text, int n, const double *d)
 {
-    double most = 0;
+    /* The largest ratio of inertias between directions of two rows of D; 0 where they are dependent. */
+    double spread = 0;
     for (int i = 0; i < n; i++)
         for (int j = 0; j < i; j++) {
             double a = d[i + i * n], c = d[j + j * n], b = d[i + j * n], sum = a + c, rest = a * c - b * b;
             if (rest > KMP_SAME_ROW * sum * sum)
-                most = fmax(most, sum * sum / rest);
+                spread = fmax(spread, sum * sum / rest);
         }
-    return most;
-}
-
-void kmp_friction_put_spread(kmp_text *text, int n, const double *d)
-{
-    double spread = spread_of(n, d);
     if (spread > KMP_INERTIA_SPREAD)
         kmp_text_printf(text,
                         "; the inertia at its surface differs by the factor %.2g between directions: give the body a "

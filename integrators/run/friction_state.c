@@ -3,12 +3,11 @@
  * conditions there. */
 #include "integrators/run/friction_state.h"
 #include "base/memory.h"
-#include "constraints/evaluation/condition_modes.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "dynamics/kinematics/friction_modes.h"
 #include "integrators/friction/friction_elements.h"
 #include "integrators/friction/friction_inside.h"
-#include "integrators/friction/friction_load.h"
 #include "integrators/friction/friction_problem.h"
 #include "integrators/run/runner.h"
 #include "integrators/run/runner_start.h"

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Workspaces of models with dry friction that sticks. The modes at a state are those of a run that starts there. */
 #include "constraints/workspace/state_workspace.h"
-#include "constraints/workspace/workspace_inside.h"
 #include "dynamics/load_dependent.h"
 #include "integrators/run/friction_state.h"
 #include "model/data/model.h"

@@ -2,7 +2,7 @@
 /* Impacts of a run: the site of a runner, sentences and log. */
 #include "integrators/run/impact.h"
 #include "constraints/closing/saddle.h"
-#include "constraints/evaluation/jacobian_and_mass.h"
+#include "constraints/evaluation/evaluator.h"
 #include "integrators/friction/friction_elements.h"
 #include "integrators/impact/impact_problem.h"
 #include "integrators/run/runner.h"

@@ -3,7 +3,7 @@
 #include "integrators/run/methods.h"
 #include "backend/machine.h"
 #include "backend/x86/x86.h"
-#include "constraints/programs/saddle_program_write.h"
+#include "constraints/programs/saddle_program.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/run/run.h"
 #include "integrators/steppers/solver.h"

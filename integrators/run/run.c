@@ -4,23 +4,187 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "constraints/closing/assembly.h"
-#include "constraints/evaluation/jacobian_and_mass.h"
-#include "constraints/evaluation/shown_outputs.h"
+#include "constraints/evaluation/evaluator.h"
+#include "integrators/decide/dropped_rows.h"
 #include "integrators/run/delays.h"
-#include "integrators/run/event_search.h"
+#include "integrators/run/events.h"
+#include "integrators/run/methods.h"
 #include "integrators/run/recording.h"
 #include "integrators/run/runner.h"
-#include "integrators/run/runner_bridge.h"
 #include "integrators/run/runner_center.h"
 #include "integrators/run/runner_change.h"
 #include "integrators/run/runner_explain.h"
-#include "integrators/run/runner_inputs.h"
 #include "integrators/run/runner_integrator.h"
 #include "integrators/run/runner_start.h"
 #include "integrators/run/sampler.h"
 #include "model/data/model.h"
+#include <limits.h>
 #include <math.h>
 #include <string.h>
+
+/* The default bound judges progress over the last window, not a total: a run may be long while it advances, and a phase
+ * of short steps has no effect unless it fills a window. */
+
+/* Steps of a window: about half a second for a small mechanism. Short phases, as oscillations of microseconds, take a
+ * tenth of it even at the finest tolerances (bench/results/light_carriage.txt). */
+enum { WINDOW = 100000 };
+/* Largest number of steps still needed at the pace of the last window: some minutes for the smallest mechanism. The
+ * longest runs of the examples and benchmarks take 1e6. */
+static const double MOST_TO_COME = 1e8;
+
+long kmp_work_bound_spare(const kmp_work_bound *bound, long tried)
+{
+    if (bound->most != 0)
+        return bound->most < 0 ? LONG_MAX : bound->most - tried - 1;
+    return bound->has_looked ? bound->seen + WINDOW - tried - 1 : 0;
+}
+
+bool kmp_work_bound_passed(kmp_work_bound *bound, long tried, double t, double t_end, kmp_text *why)
+{
+    if (bound->most != 0) {
+        const bool reached = bound->most > 0 && tried >= bound->most && t < t_end;
+        if (reached && why)
+            kmp_text_printf(why, "the limit of %ld steps (max_steps) is reached at t = %.9g s of %.9g s", bound->most,
+                            t, t_end);
+        return reached;
+    }
+    if (bound->has_looked && tried - bound->seen < WINDOW)
+        return false;
+    double made = t - bound->seen_t, taken = (double)(tried - bound->seen), left = t_end - t;
+    bool slow = bound->has_looked && left * taken > MOST_TO_COME * made;
+    bound->has_looked = true;
+    bound->seen = tried;
+    bound->seen_t = t;
+    if (!slow || !why)
+        return slow;
+    kmp_text_printf(why,
+                    "too much work: at t = %.9g s the last %.0f steps advanced %.3g s. To reach t_end = %.9g s about "
+                    "%.1g more steps are needed. The motion is very fast or nearly singular: check start, masses and "
+                    "forces, or allow more steps (max_steps)",
+                    t, taken, made, t_end, made > 0 ? left * taken / made : 1e300);
+    return true;
+}
+
+/* A row within the last step that its formulation cannot complete: inside a step its u, or the rows it keeps, may be
+ * singular although they are good at both ends. The step is then repeated from its start to the time of the row by the
+ * projected formulation, which needs no u, with rows chosen again as often as necessary. */
+
+/* Largest number of its steps. */
+enum { MOST_STEPS = 1000 };
+
+typedef struct bridge {
+    kmp_runner *run;
+    double t, end, work;
+    double *q, *qd; /* at t */
+    kmp_partition part;
+    kmp_rank_margin margin;
+    kmp_formulation *formulation;
+    const kmp_solver_kind *kind;
+    kmp_solver *solver;
+    double *y;
+    int steps;
+} bridge;
+
+static void tear_down(bridge *b)
+{
+    if (b->solver)
+        b->kind->release(b->solver);
+    if (b->formulation)
+        b->formulation->release(b->formulation);
+    kmp_rank_margin_free(&b->margin);
+    kmp_partition_free(&b->part);
+    b->solver = NULL;
+    b->formulation = NULL;
+    b->y = NULL;
+}
+
+/* Makes rows, formulation and integrator for the present state. */
+static bool set_up(bridge *b)
+{
+    kmp_runner *run = b->run;
+    kmp_eval_closure(run->eval, b->t, b->q);
+    if (kmp_partition_of_rank(&b->part, run->s, run->eval->jacobian, run->margin.r, NULL, 0) != KEMPE_OK ||
+        !kmp_rank_margin_init(&b->margin, run->s, &b->part))
+        return false;
+    kmp_rank_margin_ignore(&b->margin);
+    kmp_formulation_start given = kmp_runner_given(run, b->t, b->q, b->qd, b->work);
+    given.part = &b->part;
+    given.margin = &b->margin;
+    b->formulation = kmp_formulation_projected.create(&kmp_formulation_projected, &given);
+    if (!b->formulation)
+        return false;
+    b->kind = kmp_solver_find("dop853");
+    b->y = KMP_ARENA_NEW(&b->formulation->arena, double, b->formulation->size);
+    b->solver = b->kind->create(b->kind, &(kmp_solver_setup){.context = run->s->context,
+                                                             .ode = &b->formulation->ode,
+                                                             .dae = &b->formulation->dae,
+                                                             .tolerance = {run->spec.rtol, b->formulation->atol}});
+    return b->solver && b->y && b->kind->start(b->solver, b->t, b->formulation->y, NULL, b->end, 0) == KEMPE_OK;
+}
+
+/* Makes steps until the end, or until other rows are needed. false: they failed. */
+static bool march(bridge *b)
+{
+    bool good = true, stays = true;
+    while (good && stays && b->t < b->end) {
+        good = b->steps++ < MOST_STEPS && b->kind->step(b->solver) == KEMPE_OK;
+        b->t = b->solver->t;
+        if (!good || b->part.r == b->part.m)
+            continue;
+        (void)kmp_rank_margin_after_step(&b->margin, b->run->eval, b->t);
+        kmp_rank_margin_stand(&b->margin);
+        stays = kmp_dropped_judge(b->margin.rows) == KMP_KEPT_WELL;
+    }
+    return good;
+}
+
+/* Repeats the step from `start` to t, in `row`; false: it failed. */
+static bool repeat(kmp_runner *run, double start, double t, double *row, double *work)
+{
+    kmp_formulation *own = run->formulation;
+    bridge b = {.run = run, .t = start, .end = t, .q = row, .qd = row + run->s->n};
+    bool found = run->kind->dense(run->solver, start, run->y, run->yp) == KEMPE_OK &&
+                 own->row(own, start, run->y, b.q, b.qd, NULL, NULL, &b.work) == KMP_GO;
+    found = found && kmp_eval_add_composite(run->eval) == KEMPE_OK;
+    kmp_eval_set_by_bodies(run->eval, false);
+    while (found && b.t < t) {
+        found = set_up(&b) && march(&b) && b.kind->dense(b.solver, b.t, b.y, NULL) == KEMPE_OK &&
+                kmp_formulation_row(b.formulation, b.t, b.y, row, &b.work) == KMP_GO;
+        tear_down(&b);
+    }
+    *work = b.work;
+    return found;
+}
+
+bool kmp_runner_bridge(kmp_runner *run, double t, double *row, double *work)
+{
+    kmp_formulation *own = run->formulation;
+    size_t size = 3 * (size_t)run->s->n + (size_t)run->s->m;
+    double *state = KMP_NEW(double, size), start = kmp_runner_t_old(run), done;
+    kmp_text why = own->reason;
+    own->reason = (kmp_text){0};
+    bool by_bodies = run->eval->by_bodies;
+    bool known = kmp_formulation_find(run->method->formulation, run->method->form) ==
+                 run->method; /* others have other unknowns */
+    bool found = state && start < t && known && repeat(run, start, t, state, &done);
+    kmp_eval_set_by_bodies(run->eval, by_bodies);
+    if (found) {
+        memcpy(row, state, size * sizeof *row);
+        *work = done;
+    }
+    kmp_free(state);
+    kmp_text_free(&own->reason);
+    if (!found) {
+        own->reason = why;
+        return false;
+    }
+    kmp_context_clear(run->s->context);
+    kmp_run_log_add(run->log, "row", t, NAN, NAN,
+                    "%s: the step from t = %.9g was repeated up to this time with the projected formulation",
+                    why.length ? why.s : "the state could not be completed", start);
+    kmp_text_free(&why);
+    return true;
+}
 
 long kmp_runner_tried(const kmp_runner *run)
 {
@@ -100,16 +264,6 @@ static double cpu_of(const kmp_runner *run)
     return kmp_cpu_now() + kmp_team_cpu(run ? run->team : NULL);
 }
 
-/* Joints with clearance that start as without it, where the start follows from that. */
-static void log_loose(kmp_runner *run, const kempe_assembly *start)
-{
-    kmp_text names = {0};
-    if ((start->rested || start->centred) && kmp_assembly_put_loose(&names, start, KMP_LOOSE_REST) > 0)
-        kmp_run_log_add(run->log, "start", run->spec.t_start, NAN, NAN, "%s as without clearance%s", names.s,
-                        start->centred ? ", centred because a guess was outside its bearing" : "");
-    kmp_text_free(&names);
-}
-
 kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec, const kempe_assembly *start,
                             kmp_runner **runner)
 {
@@ -139,8 +293,14 @@ kempe_status kmp_runner_new(const kempe_system *system, const kmp_run_spec *spec
         status = find_time_scales(run);
     if (status == KEMPE_OK)
         status = kmp_runner_prepare(run, start);
-    if (status == KEMPE_OK)
-        log_loose(run, start);
+    if (status == KEMPE_OK) {
+        /* Joints with clearance that start as without it, where the start follows from that. */
+        kmp_text names = {0};
+        if ((start->rested || start->centred) && kmp_assembly_put_loose(&names, start, KMP_LOOSE_REST) > 0)
+            kmp_run_log_add(run->log, "start", run->spec.t_start, NAN, NAN, "%s as without clearance%s", names.s,
+                            start->centred ? ", centred because a guess was outside its bearing" : "");
+        kmp_text_free(&names);
+    }
     kempe_assembly_free(own);
     run->build_s = cpu_of(run) - begin_s;
     if (status != KEMPE_OK) {

@@ -2,11 +2,13 @@
 /* One run: assembles, combines a formulation and an integrator by name, advances, delivers rows. */
 #pragma once
 
+#include "base/text.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/present_inputs.h"
 #include "dynamics/system.h"
 #include "integrators/formulations/run_log.h"
 #include <kempe/check.h>
+#include <stdbool.h>
 
 struct kmp_recording;
 struct kmp_formulation_kind;
@@ -17,7 +19,7 @@ typedef struct kmp_runner kmp_runner;
  * no state. */
 typedef int kmp_step_fn(void *user, kmp_runner *runner, double from, double to);
 
-/** The one-step method that continues a multistep method while restarts are frequent (runner_stand_in.c). */
+/** The one-step method that continues a multistep method while restarts are frequent (runner_change.c). */
 typedef struct kmp_stand_in {
     bool active;
     long returns; /* times that the multistep method has continued */
@@ -48,7 +50,7 @@ typedef struct kmp_program_cache_past {
 
 typedef struct kmp_run_spec {
 /* The rows of run_options.def that all runs obey. Names are static ones when resolved; max_steps is attempted steps, 0:
- * as work_bound.h, -1: no bound. */
+ * by progress, -1: no bound. */
 #define KMP_RUN_OPTION(name, type, key, engine, ...) KMP_RUN_IF_RUN_##engine(KMP_RUN_TYPE_##type name;)
 #include "model/data/run_options.def"
 #undef KMP_RUN_OPTION
@@ -167,3 +169,24 @@ void kmp_runner_add_report(const kmp_runner *run, kmp_run_report *report);
 
 /** Number of attempted steps, rejected and refused ones included. */
 long kmp_runner_tried(const kmp_runner *run);
+
+/* Bound on the work of a run: a given number of steps, or else one by its progress. */
+
+typedef struct kmp_work_bound {
+    long most;       /* attempted steps, rejected and refused ones included; 0: by progress; -1: no bound */
+    long seen;       /* attempted steps at the last look at progress */
+    double seen_t;   /* time of the run then */
+    bool has_looked; /* a look was taken */
+} kmp_work_bound;
+
+/** After a step: `tried` attempts so far, the run is at t and ends at t_end. True when it must stop, with the sentence
+ * in `why` (NULL: not wanted). A default bound judges steps in long windows; it ends a run whose last window would have
+ * to be repeated hundreds of times. */
+bool kmp_work_bound_passed(kmp_work_bound *bound, long tried, double t, double t_end, kmp_text *why);
+
+/** The number of further steps for which a bound that was asked at `tried` steps need not be asked. */
+long kmp_work_bound_spare(const kmp_work_bound *bound, long tried);
+
+/** Computes the row at t within the last step by another formulation after its own has failed, and notes it in the
+ * log; arguments as for kmp_runner_inner_row. false: not available, and nothing is changed. */
+bool kmp_runner_bridge(kmp_runner *run, double t, double *row, double *work);

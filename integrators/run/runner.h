@@ -12,7 +12,6 @@
 #include "integrators/run/friction_run.h"
 #include "integrators/run/impact.h"
 #include "integrators/run/run.h"
-#include "integrators/run/work_bound.h"
 #include "integrators/steppers/sample_times.h"
 #include "integrators/steppers/solver.h"
 #include <kempe/check.h>
@@ -90,7 +89,3 @@ struct kmp_runner {
     kmp_time_scales scales; /* of the functions of time, unless no step may be longer than spec.max_step */
     bool ended, requested;  /* by a condition; by one of the model's `until` */
 };
-
-/* runner_start.c */
-
-/* runner_site.c: a run that makes no steps. It stands at states of other motions of its system in turn. */

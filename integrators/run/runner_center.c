@@ -135,20 +135,6 @@ static bool is_due(const kmp_runner *run, const double *q)
     return false;
 }
 
-/* Centres due joints and those to be centred with them, from q, qd, qdd on. */
-static void center(kmp_runner *run, double t, double *q, double *qd, double *qdd)
-{
-    for (int c = 0; c < kmp_charts_count(run->s); c++) {
-        double regular = kmp_chart_regular(run->s, c, q);
-        if (!may_center(run, c) || regular > KMP_AXES_ALONG)
-            continue;
-        kmp_chart_center(run->s, c, run->eval->chart, q, qd, qdd);
-        run->centrings++;
-        note_center(run, c, t, regular);
-    }
-    kmp_eval_set_charts(run->eval, run->eval->chart);
-}
-
 /* True if the formulation has the given state: its rates are those given. */
 static bool is_same(const kmp_runner *run, const double *qd, const double *given)
 {
@@ -185,7 +171,16 @@ kempe_status kmp_runner_center(kmp_runner *run, double t)
     if (!has_moved(run))
         memcpy(run->seen, q, (size_t)run->s->n * sizeof *q);
     run->seen_t = t;
-    center(run, t, q, qd, run->qdd);
+    /* Centres due joints and those to be centred with them, from q, qd, qdd on. */
+    for (int c = 0; c < kmp_charts_count(run->s); c++) {
+        double regular = kmp_chart_regular(run->s, c, q);
+        if (!may_center(run, c) || regular > KMP_AXES_ALONG)
+            continue;
+        kmp_chart_center(run->s, c, run->eval->chart, q, qd, run->qdd);
+        run->centrings++;
+        note_center(run, c, t, regular);
+    }
+    kmp_eval_set_charts(run->eval, run->eval->chart);
     kmp_eval_closure(run->eval, t, q);
     kmp_rank_margin_stand_anew(&run->margin, run->eval);
     if (!resume(run, t))

@@ -2,8 +2,7 @@
 /* Changes between steps: events, change points, other rows or unknowns, a second chance for a stopped integrator. */
 #include "integrators/run/runner_change.h"
 #include "base/memory.h"
-#include "constraints/evaluation/condition_modes.h"
-#include "constraints/evaluation/jacobian_and_mass.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "integrators/decide/dropped_rows.h"
 #include "integrators/decide/restart.h"
@@ -15,15 +14,188 @@
 #include "integrators/run/runner.h"
 #include "integrators/run/runner_center.h"
 #include "integrators/run/runner_explain.h"
-#include "integrators/run/runner_inputs.h"
 #include "integrators/run/runner_integrator.h"
-#include "integrators/run/runner_stand_in.h"
 #include "integrators/run/runner_start.h"
 #include "integrators/run/sampler.h"
 #include "integrators/steppers/singular_step.h"
 #include "model/data/model.h"
+#include "model/read/loads.h"
 #include <float.h>
 #include <math.h>
+
+/* Inputs of the model during a run. Each step has one polynomial for each input: it ends at the next sample. Beyond it
+ * the integrator restarts where a value jumps, and continues in its order elsewhere. */
+
+/* An input of a closure must have no jump in value and rate, which no force can follow. */
+static kempe_status check_closures(const kmp_runner *run, double t)
+{
+    const kmp_present_inputs *inputs = &run->eval->inputs;
+    const kempe_model *model = run->s->model;
+    for (int k = 0; k < inputs->count; k++) {
+        const kmp_signal_piece *piece = &inputs->piece[k];
+        bool jumps =
+            kmp_same_time(piece->from, t) && piece->jump < 2 && !inputs->replaced[k]; /* callers' are checked before */
+        const kmp_closure *closure = jumps ? kmp_model_moved_by(model, k) : NULL;
+        if (closure)
+            return kmp_fail(run->s->context, KEMPE_E_FAILED,
+                            "%s:%d:%d: closure '%s' depends on input '%s', whose %s jumps at t = %.9g s: let its "
+                            "samples be cubic and extend beyond the end of the run",
+                            model->files[closure->place.file], closure->place.line, closure->place.column,
+                            closure->name, model->inputs[k].name, piece->jump ? "rate" : "value", t);
+    }
+    return KEMPE_OK;
+}
+
+/* Takes the inputs from t on, after the row at t within the last step has been made. */
+static kempe_status runner_take_inputs(kmp_runner *run, double t)
+{
+    int input;
+    if (run->eval->inputs.count == 0 || kmp_present_inputs_enter(&run->eval->inputs, t, &input) >= 2)
+        return KEMPE_OK;
+    return check_closures(run, t);
+}
+
+/* Ends the run at t with the sentence of a condition: KEMPE_STOPPED. */
+static kempe_status runner_end(kmp_runner *run, double t, int condition)
+{
+    kmp_text text = {0};
+    run->ended = true;
+    run->requested = !run->s->events.condition[condition].advice;
+    if (run->reason)
+        return KEMPE_STOPPED;
+    kmp_runner_put_end(run, condition, t, &text);
+    run->reason = kmp_text_take(&text);
+    return run->reason ? KEMPE_STOPPED : kmp_fail_memory(run->s->context);
+}
+
+/* Changes the conditions that the inputs from t on have changed, at the state in run->state; ends the run where one of
+ * them says so. */
+static kempe_status runner_take_conditions(kmp_runner *run, double t)
+{
+    const double *q = run->state, *qd = q + run->s->n;
+    bool changed;
+    if (!run->crossing || (run->eval->inputs.count == 0 && !run->sampler))
+        return KEMPE_OK;
+    KMP_TRY(kmp_event_tracker_change(run->crossing, t, q, qd, false, &changed));
+    run->crossing->end = kmp_event_tracker_first_end(run->crossing);
+    return run->crossing->end >= 0 ? runner_end(run, t, run->crossing->end) : KEMPE_OK;
+}
+
+/* Goes on beyond a sample of an input where the last step has ended at it: restarts the integrator where the value
+ * jumps. */
+static kempe_status runner_pass_samples(kmp_runner *run, double t)
+{
+    kmp_present_inputs *inputs = &run->eval->inputs;
+    int input, jump;
+    if (kmp_present_inputs_are_due(inputs, t)) {
+        jump = kmp_present_inputs_enter(inputs, t, &input);
+        if (jump < 2)
+            KMP_TRY(check_closures(run, t));
+        run->anew = run->anew || jump == 0 || (jump == 1 && run->spec.slopes && run->delays);
+        kmp_delays_follow(run, t);
+    }
+    if (kmp_runner_sample_is_due(run, t)) {
+        run->anew = true;
+        kmp_delays_jump(run, 0);
+    }
+    double limit = kmp_runner_limit(run, t);
+    if (run->anew || run->solver->t_end == limit)
+        return KEMPE_OK;
+    if (run->kind->extend)
+        return run->kind->extend(run->solver, limit);
+    run->solver->t_end = limit;
+    return KEMPE_OK;
+}
+
+void kmp_runner_stop_at(kmp_runner *run, double stop)
+{
+    run->stop = stop;
+}
+
+kmp_present_inputs *kmp_runner_inputs(kmp_runner *run)
+{
+    return &run->eval->inputs;
+}
+
+const double *kmp_runner_modes(const kmp_runner *run)
+{
+    return run->eval->mode;
+}
+
+kempe_status kmp_runner_recall(kmp_runner *run, double t)
+{
+    return kmp_delays_record(run, t);
+}
+
+double kmp_runner_rate_scale(const kmp_runner *run)
+{
+    return run->rate_scale;
+}
+
+kempe_status kmp_runner_pass(kmp_runner *run, double t, bool *passed)
+{
+    *passed = run->at_event && t == run->event_t;
+    return *passed ? kmp_runner_change(run, t) : KEMPE_OK;
+}
+
+/* Multistep methods under inputs that jump. Each restart is at order one, in many short steps whose errors are near the
+ * tolerance and add up: with samples every 1 to 50 ms they were 10 to 500 times the tolerance, in two to five times the
+ * evaluations of a one-step method, which keeps order and step size. Gear (ACM TOMS 6 (1980) 263) starts multistep
+ * methods by Runge-Kutta steps; a history cannot be given to SUNDIALS, so a one-step method stands in until restarts
+ * have become rare: an explicit one for Adams, a stiffly accurate one for BDF. */
+
+/* A restart is frequent after fewer steps of the multistep method: its start at order one takes 20 to 35 of them. The
+ * multistep method returns after so many steps of the one-step method, which simulate some 100 of its own, and twice as
+ * many after each return. */
+enum { FREQUENT = 100, QUIET = 24, MOST_DOUBLED = 16 };
+
+kmp_stand_in kmp_runner_stand_in(const kmp_runner *run)
+{
+    return run->stand_in;
+}
+
+/* At a restart for inputs: true if another integrator shall continue, for which the formulation is made anew. */
+static bool runner_relieve(kmp_runner *run, double t)
+{
+    long tried = kmp_runner_tried(run), steps = tried - run->restarted;
+    const kmp_solver_kind *own = run->kind;
+    run->restarted = tried;
+    /* At the start of a run, a limit of steps before its end announces the first restart. */
+    const bool frequent = steps > 0 ? steps < FREQUENT : kmp_runner_pause(run) < run->spec.t_end;
+    if (!own->stand_in || !frequent)
+        return false;
+    run->stand_in.active = true;
+    run->choice.kind = own->stand_in;
+    kmp_run_log_add(run->log, "integrator", t, (double)steps, FREQUENT,
+                    "%s continues in place of %s: inputs jump, and each start at order one would add its errors",
+                    own->stand_in->name, own->name);
+    return true;
+}
+
+/* Continues at t with a new formulation for the present integrator, from the state that the old one completes, with
+ * `first_step`. */
+static kempe_status runner_change_formulation(kmp_runner *run, double t, bool near_singular, double first_step)
+{
+    double work;
+    KMP_TRY(kmp_runner_inner_row(run, t, true, run->state, &work));
+    return kmp_runner_restart(run, t, near_singular, work, first_step);
+}
+
+/* Between steps, at t: returns to the multistep method after enough steps without a restart. */
+static kempe_status runner_return(kmp_runner *run, double t)
+{
+    long returns = run->stand_in.returns < MOST_DOUBLED ? run->stand_in.returns : MOST_DOUBLED;
+    if (!run->stand_in.active || run->anew || run->near_singular ||
+        kmp_runner_tried(run) - run->restarted < (long)QUIET << returns)
+        return KEMPE_OK;
+    run->stand_in.active = false;
+    run->stand_in.returns++;
+    run->restarted = kmp_runner_tried(run);
+    run->choice.kind = NULL;
+    kmp_run_log_add(run->log, "integrator", t, NAN, NAN, "%s continues: inputs have not jumped for %ld steps",
+                    run->spec.integrator, (long)QUIET << returns);
+    return runner_change_formulation(run, t, false, 0);
+}
 
 /* Number of looks for a change point near its predicted place. */
 enum { PROBES = 10 };
@@ -71,30 +243,11 @@ kempe_status kmp_runner_restart(kmp_runner *run, double t, bool near_singular, d
     return kmp_runner_start(run, t, run->formulation->y, run->formulation->yp, first_step);
 }
 
-kempe_status kmp_runner_change_formulation(kmp_runner *run, double t, bool near_singular, double first_step)
-{
-    double work;
-    KMP_TRY(kmp_runner_inner_row(run, t, true, run->state, &work));
-    return kmp_runner_restart(run, t, near_singular, work, first_step);
-}
-
 /* Continues at t with another formulation, and makes a step. */
 static kempe_status step_with_another(kmp_runner *run, double t, bool near_singular)
 {
-    KMP_TRY(kmp_runner_change_formulation(run, t, near_singular, 0));
+    KMP_TRY(runner_change_formulation(run, t, near_singular, 0));
     return run->kind->step(run->solver);
-}
-
-/* Exchanges dropped rows with large coefficients in kept rows. */
-static kempe_status change_rows(kmp_runner *run, double t)
-{
-    double before = run->margin.rows, h = run->solver->h;
-    KMP_TRY(kmp_runner_change_formulation(run, t, false, h));
-    kmp_run_log_add(run->log, "rows", t, before, run->margin.rows,
-                    "the choice of independent closure rows changed: largest dependence of a redundant row on "
-                    "them %.2g, now %.2g",
-                    before, run->margin.rows);
-    return KEMPE_OK;
 }
 
 /* Writes the rates of the accelerations to `jerk`, by those in the middle of the last step; zero if these are not
@@ -154,7 +307,7 @@ static kempe_status leave_near_singular(kmp_runner *run, double t)
     if (!walked)
         kmp_singular_step_nearest(run->solver, &at, &size);
     run->walks = false;
-    KMP_TRY(kmp_runner_change_formulation(run, t, false, 0));
+    KMP_TRY(runner_change_formulation(run, t, false, 0));
     if (walked)
         kmp_run_log_add(run->log, "change point", t, NAN, NAN,
                         "the integrator stopped near a change point; the projected formulation continued from t = "
@@ -182,14 +335,22 @@ static kempe_status watch_margin(kmp_runner *run, double t)
     kmp_rank_margin_stand(&run->margin);
     if (run->near_singular)
         return run->margin.last > KMP_NEAR_SINGULAR_OUT * run->margin.usual ? leave_near_singular(run, t) : KEMPE_OK;
-    if (kmp_dropped_judge(run->margin.rows) != KMP_KEPT_WELL)
-        return change_rows(run, t);
+    if (kmp_dropped_judge(run->margin.rows) != KMP_KEPT_WELL) {
+        /* Exchanges dropped rows with large coefficients in kept rows. */
+        double before = run->margin.rows, h = run->solver->h;
+        KMP_TRY(runner_change_formulation(run, t, false, h));
+        kmp_run_log_add(run->log, "rows", t, before, run->margin.rows,
+                        "the choice of independent closure rows changed: largest dependence of a redundant row on "
+                        "them %.2g, now %.2g",
+                        before, run->margin.rows);
+        return KEMPE_OK;
+    }
     if (!enters)
         return KEMPE_OK;
     double work;
     KMP_TRY(kmp_runner_inner_row(run, t, true, run->state, &work));
     bool ahead = lies_ahead(run, t, when * (t - kmp_runner_t_old(run)));
-    return ahead ? kmp_runner_change_formulation(run, t, true, 0) : KEMPE_OK;
+    return ahead ? runner_change_formulation(run, t, true, 0) : KEMPE_OK;
 }
 
 /* By articulated bodies accelerations are the sum of those with the loops open and of the closure forces' part. If the
@@ -204,7 +365,7 @@ static kempe_status watch_bodies(kmp_runner *run, double t)
     if (DBL_EPSILON * most <= KMP_MARGIN_CANCELLED * run->spec.rtol * size || !(t > kmp_runner_t_old(run)))
         return KEMPE_OK;
     run->by_bodies = false;
-    KMP_TRY(kmp_runner_change_formulation(run, t, false, 0));
+    KMP_TRY(runner_change_formulation(run, t, false, 0));
     kmp_run_log_add(run->log, "dynamics", t, most, size,
                     "with open loops some joint moves almost no inertia: M and C are used from this time on, not "
                     "the articulated-body algorithm");
@@ -230,21 +391,6 @@ static kempe_status renew(kmp_runner *run, double t)
     }
 }
 
-/* Removes the rows of friction and contacts, whose modes are decided anew. Small rates of closed contacts that remain
- * from the integration would make them strike or part. */
-static kempe_status let_go(kmp_runner *run, double t, double *q, double *qd)
-{
-    memcpy(run->friction->change, run->crossing->change, (size_t)run->s->events.count * sizeof(double));
-    kmp_friction_note_values(run->friction);
-    if (run->impacts)
-        KMP_TRY(kmp_runner_project(run, t, q, qd));
-    kmp_friction_let_go(run->friction);
-    kmp_partition_free(&run->part);
-    KMP_TRY(kmp_runner_choose(run, t, q, -1, NULL, 0));
-    kmp_rank_margin_free(&run->margin);
-    return kmp_runner_compute_margin(run, t, q);
-}
-
 /* Makes rates consistent with the present closures: the nearest ones in the kinetic energy, as after impulses along the
  * rows' forces. This is a plastic impact with the least loss of energy. Conditions may depend on rates, so that further
  * ones change. Then contacts strike, and modes are decided. Gains of kinetic energy, J: *energy by closures that
@@ -255,8 +401,19 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy, dou
     bool changed = true, any = false;
     KMP_TRY(kmp_eval_add_composite(run->eval));
     kmp_eval_set_by_bodies(run->eval, false);
-    if (run->friction)
-        KMP_TRY(let_go(run, t, q, qd));
+    if (run->friction) {
+        /* Removes the rows of friction and contacts, whose modes are decided anew. Small rates of closed contacts that
+         * remain from the integration would make them strike or part. */
+        memcpy(run->friction->change, run->crossing->change, (size_t)run->s->events.count * sizeof(double));
+        kmp_friction_note_values(run->friction);
+        if (run->impacts)
+            KMP_TRY(kmp_runner_project(run, t, q, qd));
+        kmp_friction_let_go(run->friction);
+        kmp_partition_free(&run->part);
+        KMP_TRY(kmp_runner_choose(run, t, q, -1, NULL, 0));
+        kmp_rank_margin_free(&run->margin);
+        KMP_TRY(kmp_runner_compute_margin(run, t, q));
+    }
     for (int pass = 0; changed; pass++) { /* each changes once at most */
         KMP_TRY(kmp_event_tracker_change(run->crossing, t, q, qd, pass > 0, &changed));
         if (changed || (pass == 0 && !run->friction)) /* which has let go */
@@ -287,7 +444,7 @@ static kempe_status meet_closures(kmp_runner *run, double t, double *energy, dou
 /* Meets the closures at t from the state before it in run->state. */
 static kempe_status switch_here(kmp_runner *run, double t, double *energy, double *gain)
 {
-    KMP_TRY(kmp_runner_take_inputs(run, t));
+    KMP_TRY(runner_take_inputs(run, t));
     kmp_runner_take_samples(run, t);
     return meet_closures(run, t, energy, gain);
 }
@@ -315,18 +472,6 @@ static kempe_status pass_switch(kmp_runner *run, double t)
     const double begin = run->solver->t_old, instant = KMP_FRICTION_INSTANT * kmp_friction_span(run);
     const double h = kmp_restart_length(run->solver->t - begin, t - begin, instant, kmp_impact_since(run->impacts));
     return kmp_runner_restart(run, t, false, work + energy + gain, h);
-}
-
-kempe_status kmp_runner_end(kmp_runner *run, double t, int condition)
-{
-    kmp_text text = {0};
-    run->ended = true;
-    run->requested = !run->s->events.condition[condition].advice;
-    if (run->reason)
-        return KEMPE_STOPPED;
-    kmp_runner_put_end(run, condition, t, &text);
-    run->reason = kmp_text_take(&text);
-    return run->reason ? KEMPE_STOPPED : kmp_fail_memory(run->s->context);
 }
 
 /* Part of the largest entry of J within which it does not jump at an event, which is located to rounding. */
@@ -366,7 +511,7 @@ static kempe_status pass_event(kmp_runner *run, double t)
     if (!run->at_event)
         return KEMPE_OK;
     if (run->crossing->end >= 0)
-        return kmp_runner_end(run, t, run->crossing->end);
+        return runner_end(run, t, run->crossing->end);
     const bool switches = run->s->switches && !keeps_rows(run, t);
     kmp_event_tracker *c = run->crossing;
     kempe_status status = switches ? pass_switch(run, t) : kmp_event_tracker_pass(c, t, true);
@@ -392,20 +537,6 @@ double kmp_runner_step_size(const kmp_runner *run)
     return !run->kind->corrects ? 0 : begins ? run->spec.first_step : step_it_had(run, t);
 }
 
-/* Sampled states and those of events, and the conditions that they change, which may be events of others. A state that
- * changes without end is left as it is after some passes: conditions that change back and forth are reported elsewhere.
- */
-static kempe_status take_discrete(kmp_runner *run, double t)
-{
-    bool more = true;
-    for (int pass = 0; more && pass <= run->s->model->state_count; pass++) {
-        kmp_runner_take_samples(run, t);
-        KMP_TRY(kmp_runner_take_conditions(run, t));
-        more = kmp_runner_meets_events(run);
-    }
-    return KEMPE_OK;
-}
-
 /* True if inputs and states may change closures. */
 static bool gives_switches(const kmp_runner *run)
 {
@@ -417,8 +548,17 @@ static kempe_status renew_here(kmp_runner *run, double t)
 {
     if (run->crossing && run->sampler)
         kmp_event_tracker_note(run->crossing, t, run->state, run->state + run->s->n);
-    KMP_TRY(kmp_runner_take_inputs(run, t));
-    KMP_TRY(take_discrete(run, t));
+    KMP_TRY(runner_take_inputs(run, t));
+    /* Sampled states and those of events, and the conditions that they change, which may be events of others. A state
+     * that changes without end is left as it is after some passes: conditions that change back and forth are reported
+     * elsewhere.
+     */
+    bool more = true;
+    for (int pass = 0; more && pass <= run->s->model->state_count; pass++) {
+        kmp_runner_take_samples(run, t);
+        KMP_TRY(runner_take_conditions(run, t));
+        more = kmp_runner_meets_events(run);
+    }
     if (run->crossing)
         run->crossing->noted = false;
     return KEMPE_OK;
@@ -439,17 +579,17 @@ kempe_status kmp_runner_pass_here(kmp_runner *run, double t, bool event, double 
         return renew_here(run, t);
     KMP_TRY(switch_here(run, t, &energy, &gain));
     *work += energy + gain;
-    return kmp_runner_take_conditions(run, t);
+    return runner_take_conditions(run, t);
 }
 
 kempe_status kmp_runner_begin_anew(kmp_runner *run, double t)
 {
     double *q = run->state, *qd = q + run->s->n, work, h = step_it_had(run, t);
-    bool relieved = kmp_runner_relieve(run, t);
+    bool relieved = runner_relieve(run, t);
     if (gives_switches(run)) {
         run->anew = false;
         KMP_TRY(pass_switch(run, t));
-        return kmp_runner_take_conditions(run, t);
+        return runner_take_conditions(run, t);
     }
     KMP_TRY(kmp_runner_inner_row(run, t, true, run->state, &work));
     KMP_TRY(renew_here(run, t));
@@ -479,9 +619,9 @@ kempe_status kmp_runner_change(kmp_runner *run, double t)
     KMP_TRY(watch_margin(run, t));
     KMP_TRY(watch_bodies(run, t));
     KMP_TRY(renew(run, t));
-    KMP_TRY(kmp_runner_pass_samples(run, t));
+    KMP_TRY(runner_pass_samples(run, t));
     KMP_TRY(kmp_runner_try_integrator(run, t));
-    KMP_TRY(kmp_runner_return(run, t));
+    KMP_TRY(runner_return(run, t));
     return run->anew ? kmp_runner_begin_anew(run, t) : KEMPE_OK;
 }
 
@@ -553,7 +693,7 @@ kempe_status kmp_runner_rescue(kmp_runner *run, double t)
     if (run->near_singular && !run->walks) {
         /* The motion turns before the predicted change point: the formulation continues from there, and change points
          * are ignored until it has left the surroundings. */
-        kempe_status status = kmp_runner_change_formulation(run, t, false, 0);
+        kempe_status status = runner_change_formulation(run, t, false, 0);
         run->margin.tried = run->margin.last; /* at t again: the step across evaluated it elsewhere */
         if (status == KEMPE_OK)
             status = run->kind->step(run->solver);

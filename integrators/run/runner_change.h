@@ -6,10 +6,6 @@
 
 double kmp_runner_step_size(const kmp_runner *runner);
 
-/** Continues at t with a new formulation for the present integrator, from the state that the old one completes, with
- * `first_step`. */
-kempe_status kmp_runner_change_formulation(kmp_runner *run, double t, bool near_singular, double first_step);
-
 /** Handles the end of the last step at t: passes an event, changes the formulation or the unknowns. */
 kempe_status kmp_runner_change(kmp_runner *run, double t);
 
@@ -21,9 +17,6 @@ kempe_status kmp_runner_begin_anew(kmp_runner *run, double t);
  * if the user did not choose it, is replaced by the projected one. */
 kempe_status kmp_runner_rescue(kmp_runner *run, double t);
 
-/** Ends the run at t with the sentence of a condition: KEMPE_STOPPED. */
-kempe_status kmp_runner_end(kmp_runner *run, double t, int condition);
-
 /** Passes what happens at t, at the closed state in run->state: the `event` that the crossing has looked at, samples,
  * states that change at events, jumps of inputs, and the impacts and modes that follow. *work: of impacts, J. */
 kempe_status kmp_runner_pass_here(kmp_runner *run, double t, bool event, double *work);
@@ -31,3 +24,24 @@ kempe_status kmp_runner_pass_here(kmp_runner *run, double t, bool event, double 
 /** Continues with another formulation from a state in the present charts (q, qd, qdd in run->state) with a first
  * step. */
 kempe_status kmp_runner_restart(kmp_runner *run, double t, bool near_singular, double work, double first_step);
+
+/** Sets a limit that no further step goes beyond, not before the end of the last step. */
+void kmp_runner_stop_at(kmp_runner *runner, double stop);
+
+/** The inputs of the run: a caller may give one (kmp_present_inputs_give). It acts from the next step on, or from a
+ * following kmp_runner_cut on. */
+kmp_present_inputs *kmp_runner_inputs(kmp_runner *runner);
+
+/** The data that a run needs, beside a row, to continue from it: the conditions (a value for each), the scale of rates
+ * in the tolerances, the next step of a one-step method (0: another method), the method that stands in. */
+const double *kmp_runner_modes(const kmp_runner *runner);
+
+/** Completes the past of delayed signals up to t within the last step. */
+kempe_status kmp_runner_recall(kmp_runner *runner, double t);
+
+double kmp_runner_rate_scale(const kmp_runner *runner);
+
+/** Passes an event at t, the end of the last step, as the next step would; *passed: there was one. */
+kempe_status kmp_runner_pass(kmp_runner *runner, double t, bool *passed);
+
+kmp_stand_in kmp_runner_stand_in(const kmp_runner *runner);

@@ -2,9 +2,8 @@
 /* Reason of a run's end, as a sentence. */
 #include "integrators/run/runner_explain.h"
 #include "base/memory.h"
-#include "constraints/evaluation/condition_modes.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/load_multipliers.h"
-#include "constraints/evaluation/row_residuals.h"
 #include "constraints/partition/singularity_causes.h"
 #include "constraints/tolerances.h"
 #include "integrators/run/runner.h"

@@ -2,11 +2,9 @@
 /* The start of a run: independent rows and coordinates, consistent rates and accelerations, a formulation and an
  * integrator. */
 #include "integrators/run/runner_start.h"
-#include "constraints/evaluation/condition_modes.h"
-#include "constraints/evaluation/intended_rank.h"
-#include "constraints/evaluation/jacobian_and_mass.h"
+#include "base/memory.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/load_multipliers.h"
-#include "constraints/evaluation/row_residuals.h"
 #include "constraints/partition/singularity_causes.h"
 #include "constraints/partition/undetermined_loads.h"
 #include "constraints/tolerances.h"
@@ -22,7 +20,6 @@
 #include "integrators/run/runner_center.h"
 #include "integrators/run/runner_explain.h"
 #include "integrators/run/runner_integrator.h"
-#include "integrators/run/runner_site.h"
 #include "integrators/run/sampler.h"
 #include "model/data/model.h"
 #include <kempe/check.h>
@@ -175,27 +172,6 @@ static kempe_status make_formulation(kmp_runner *run, double t, const double *q,
     return run->formulation ? KEMPE_OK : KEMPE_E_FAILED;
 }
 
-/* Relative difference of the accelerations at the start between articulated bodies and M and C. */
-static kempe_status compare_bodies(kmp_runner *run, const double *q, const double *qd, double *off)
-{
-    const kempe_system *s = run->s;
-    kmp_saddle saddle;
-    double *qdd = run->moved, size = run->rate_scale * run->rate_scale;
-    kmp_eval_set_by_bodies(run->eval, true);
-    kmp_eval_closure(run->eval, run->spec.t_start, q);
-    kmp_eval_mass(run->eval);
-    kmp_eval_bias(run->eval, qd);
-    KMP_TRY(make_saddle(run, &saddle));
-    if (!kmp_saddle_factor(&saddle)) {
-        kmp_saddle_accelerations(&saddle, qdd, NULL);
-        *off = 0;
-        for (int i = 0; i < s->n; i++)
-            *off = isfinite(qdd[i]) ? fmax(*off, fabs(qdd[i] - run->qdd[i]) / (s->scale[i] * size)) : INFINITY;
-    }
-    kmp_saddle_free(&saddle);
-    return KEMPE_OK;
-}
-
 static const kmp_formulation_kind *method_of(const kmp_runner *run)
 {
     return run->spec.kind ? run->spec.kind : kmp_formulation_find(run->spec.formulation, run->spec.form);
@@ -223,7 +199,22 @@ static kempe_status choose_dynamics(kmp_runner *run, const double *q, const doub
     if (!run->may_take_bodies)
         return KEMPE_OK;
     KMP_TRY(kmp_eval_add_articulated(run->eval));
-    KMP_TRY(compare_bodies(run, q, qd, &off));
+    /* Relative difference of the accelerations at the start between articulated bodies and M and C. */
+    const kempe_system *s = run->s;
+    kmp_saddle saddle;
+    double *qdd = run->moved, size = run->rate_scale * run->rate_scale;
+    kmp_eval_set_by_bodies(run->eval, true);
+    kmp_eval_closure(run->eval, run->spec.t_start, q);
+    kmp_eval_mass(run->eval);
+    kmp_eval_bias(run->eval, qd);
+    KMP_TRY(make_saddle(run, &saddle));
+    if (!kmp_saddle_factor(&saddle)) {
+        kmp_saddle_accelerations(&saddle, qdd, NULL);
+        off = 0;
+        for (int i = 0; i < s->n; i++)
+            off = isfinite(qdd[i]) ? fmax(off, fabs(qdd[i] - run->qdd[i]) / (s->scale[i] * size)) : INFINITY;
+    }
+    kmp_saddle_free(&saddle);
     run->by_bodies = off <= KMP_ARTICULATED_AGREE;
     if (!run->by_bodies && run->eval->weighs_only && run->s->dynamics == KMP_DYNAMICS_AUTO) {
         KMP_TRY(kmp_eval_add_composite(run->eval));
@@ -314,33 +305,8 @@ static bool has_modes(const kmp_runner *run)
     return run->spec.due && !run->spec.elsewhere;
 }
 
-/* Conditions of a run that continues may depend on its past. */
-static void take_modes(kmp_runner *run)
-{
-    const kmp_condition *condition = run->s->events.condition;
-    const double *mode = run->spec.mode_start;
-    for (int k = 0; mode && k < run->s->events.count; k++)
-        if (condition[k].role != KMP_ROLE_NONE && has_modes(run))
-            kmp_eval_set_kink(run->eval, k, mode[k]);
-        else if (!condition[k].kink && condition[k].role == KMP_ROLE_NONE)
-            kmp_eval_set_mode(run->eval, k, mode[k] > 0);
-    run->spec.mode_start = NULL;
-}
-
-/* Decides on modes at the start, after impacts there. */
-static kempe_status begin_modes(kmp_runner *run, double t, double *q, double *qd)
-{
-    double gain;
-    if (!run->friction || has_modes(run))
-        return kmp_runner_accelerate(run, t, q, qd);
-    if (run->impacts) {
-        KMP_TRY(kmp_impact_check_start(run, t, q, qd));
-        KMP_TRY((kempe_status)kmp_impact_decide(&run->impacts->run, t, q, qd, &gain));
-    }
-    return kmp_friction_settle(run, t, q, qd);
-}
-
-kempe_status kmp_runner_make_parts(kmp_runner *run)
+/* Makes the room of a run's state, and what states that take next values, friction and contacts need. */
+static kempe_status runner_make_parts(kmp_runner *run)
 {
     int n = run->s->n, m = run->s->m;
     bool made = KMP_ARENA_MAKE(&run->arena, KMP_ROOM(double, n, &run->seen, &run->next_seen),
@@ -383,7 +349,15 @@ kempe_status kmp_runner_begin_at(kmp_runner *run, const kempe_assembly *start)
     KMP_TRY(kmp_delays_begin(run, t));
     if (run->delays)
         kmp_eval_freeze(run->eval, t, q, qd);
-    take_modes(run);
+    /* Conditions of a run that continues may depend on its past. */
+    const kmp_condition *condition = run->s->events.condition;
+    const double *mode = run->spec.mode_start;
+    for (int k = 0; mode && k < run->s->events.count; k++)
+        if (condition[k].role != KMP_ROLE_NONE && has_modes(run))
+            kmp_eval_set_kink(run->eval, k, mode[k]);
+        else if (!condition[k].kink && condition[k].role == KMP_ROLE_NONE)
+            kmp_eval_set_mode(run->eval, k, mode[k] > 0);
+    run->spec.mode_start = NULL;
     if (!run->spec.memory_start)
         kmp_runner_note_events(run);
     run->spec.memory_start = NULL; /* the caller's, until here */
@@ -392,7 +366,15 @@ kempe_status kmp_runner_begin_at(kmp_runner *run, const kempe_assembly *start)
     if (kmp_runner_is_off(run, t, q))
         KMP_TRY(kmp_runner_project(run, t, q, qd));
     KMP_TRY(check_rates(run, qd));
-    return begin_modes(run, t, q, qd);
+    /* Decides on modes at the start, after impacts there. */
+    double gain;
+    if (!run->friction || has_modes(run))
+        return kmp_runner_accelerate(run, t, q, qd);
+    if (run->impacts) {
+        KMP_TRY(kmp_impact_check_start(run, t, q, qd));
+        KMP_TRY((kempe_status)kmp_impact_decide(&run->impacts->run, t, q, qd, &gain));
+    }
+    return kmp_friction_settle(run, t, q, qd);
 }
 
 kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
@@ -406,7 +388,7 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     if (run->eval && run->eval->weighs_only)
         KMP_TRY(kmp_eval_add_articulated(run->eval));
     KMP_TRY(kmp_made(run->s->context, run->eval));
-    KMP_TRY(kmp_runner_make_parts(run));
+    KMP_TRY(runner_make_parts(run));
     KMP_TRY(kmp_runner_begin_at(run, start));
     const double *q = run->state, *qd = q + run->s->n;
     KMP_TRY(note_other_solution(run));
@@ -426,4 +408,61 @@ kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start)
     run->near_singular = run->margin.near;
     KMP_TRY(choose_dynamics(run, q, qd));
     return kmp_runner_make(run, t, q, qd, run->spec.work_start);
+}
+
+/* A run that makes no steps. It stands at states of other motions of its system, as those of instances in lanes, where
+ * impacts, modes and next values of states are decided as in a run. Each motion has a memory for what it knows of its
+ * past. */
+
+enum { MOST_PIECES = 8 };
+
+kempe_status kmp_runner_site_new(kmp_evaluator *eval, const kmp_run_spec *spec, kmp_runner **site)
+{
+    KMP_MAKE(eval->system->context, kmp_runner, run);
+    run->s = eval->system;
+    run->spec = *spec;
+    run->eval = eval;
+    run->stop = spec->t_end;
+    kempe_status status = runner_make_parts(run);
+    return KMP_GIVE_OR_FREE(status, site, run, kmp_runner_site_free);
+}
+
+void kmp_runner_site_free(kmp_runner *site)
+{
+    if (!site)
+        return;
+    site->eval = NULL; /* the caller's */
+    kmp_runner_free(site);
+}
+
+static int list_pieces(kmp_runner *run, kmp_memory_piece *piece)
+{
+    int count = kmp_runner_sampler_memory(run, piece);
+    count += kmp_friction_memory(run->friction, piece + count);
+    return count + kmp_impact_memory(run->impacts, piece + count);
+}
+
+size_t kmp_runner_memory_size(const kempe_system *system)
+{
+    return kmp_sampler_memory_size(system->model) + kmp_friction_memory_size(&system->events) +
+           kmp_impact_memory_size(&system->events);
+}
+
+void kmp_runner_keep_memory(kmp_runner *run, void *memory)
+{
+    kmp_memory_piece piece[MOST_PIECES];
+    char *to = memory;
+    int count = list_pieces(run, piece);
+    for (int k = 0; k < count; to += piece[k++].size)
+        memcpy(to, piece[k].at, piece[k].size);
+}
+
+void kmp_runner_take_memory(kmp_runner *run, const void *memory, bool elsewhere)
+{
+    kmp_memory_piece piece[MOST_PIECES];
+    const char *from = memory;
+    int count = elsewhere ? kmp_runner_sampler_memory(run, piece) : list_pieces(run, piece);
+    for (int k = 0; k < count; from += piece[k++].size)
+        memcpy(piece[k].at, from, piece[k].size);
+    kmp_friction_renew(run);
 }

@@ -9,9 +9,6 @@
 /** Makes everything that a run needs before its integrator starts. */
 kempe_status kmp_runner_prepare(kmp_runner *run, const kempe_assembly *start);
 
-/** Makes the room of a run's state, and what states that take next values, friction and contacts need. */
-kempe_status kmp_runner_make_parts(kmp_runner *run);
-
 /** Begins at spec.t_start: inputs, sampled states, conditions, rows, impacts and modes. The state is in run->state, the
  * rows in run->part. */
 kempe_status kmp_runner_begin_at(kmp_runner *run, const kempe_assembly *start);
@@ -38,3 +35,16 @@ kempe_status kmp_runner_make(kmp_runner *run, double t, const double *q, const d
 
 /** Starts the integrator at (t, y[, yp]), a one-step method with a step h (0: of its own choice). */
 kempe_status kmp_runner_start(kmp_runner *run, double t, const double *y, const double *yp, double h);
+
+/** A memory has the samples, modes and impacts of a run, which it needs to continue beside its state, conditions and
+ * inputs: its size in bytes, and a copy. */
+size_t kmp_runner_memory_size(const kempe_system *system);
+void kmp_runner_keep_memory(kmp_runner *runner, void *memory);
+
+/** Makes one with the evaluator of the caller, which has the numbers and conditions of the present motion. */
+kempe_status kmp_runner_site_new(kmp_evaluator *eval, const kmp_run_spec *spec, kmp_runner **site);
+void kmp_runner_site_free(kmp_runner *site);
+
+/** Takes the memory of any run of the system; `elsewhere`: for another state, at which modes and impacts begin as at a
+ * start. */
+void kmp_runner_take_memory(kmp_runner *run, const void *memory, bool elsewhere);

@@ -7,12 +7,210 @@
  * A one-step method: the formulation corrects y between steps. */
 #include "integrators/steppers/collocation.h"
 #include "integrators/decide/step_control.h"
-#include "integrators/steppers/collocation_choice.h"
-#include "integrators/steppers/collocation_coupled.h"
+#include "integrators/steppers/collocation_newton.h"
 #include "integrators/steppers/collocation_step.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
+
+/* The choice of the iteration for the stages, from step to step: by contraction, and by the time simulated in a counted
+ * processor cycle. */
+
+/* Contraction of Picard's iteration that the next step aims at. */
+static const double CONTRACTS = 0.3;
+/* The next iteration is tried when the error permits steps WORTH times as long as this one for the cycles of a step,
+ * SEVERAL times, which do not grow by HELD; Picard's returns when that contracts by EASY, SEVERAL times. A trial has
+ * TRIAL steps. After one without success the next is twice as late. */
+static const double WORTH = 1.3, EASY = 0.1, HELD = 1.2;
+enum { SEVERAL = 3, TRIAL = 5, TRUST = 40, MOST_PATIENCE = 1000 };
+/* Places are nearby where the first correction is less than this part of the values. */
+static const double NEAR = 0.02;
+/* Weight of the steps before in the pace of an iteration; steps longer by GROWS than the last one begin a new pace. The
+ * costlier iteration must be BETTER: its longer steps have larger errors at the same tolerance. */
+static const double FADES = 0.95, GROWS = 1.5, BETTER = 1.1;
+/* Growth of the bound on steps after an iteration that failed; and where the iteration contracts by SURE. */
+static const double RECOVERS = 1.1, RECOVERS_SURELY = 2, SURE = 0.01;
+/* Cycles of an exact Jacobian over those of an evaluation, about. */
+static const double EXACT = 3;
+
+bool kmp_collocation_in_lanes(const kmp_collocation *s)
+{
+    return s->base.ode.lanes && s->base.ode.width == s->w;
+}
+
+/* The program of all stages, and sums over the stages. */
+double kmp_collocation_sweep_cost(const kmp_collocation *s)
+{
+    const kmp_ode *ode = &s->base.ode;
+    bool lanes = kmp_collocation_in_lanes(s) && ode->cycles_of_lanes > 0;
+    return (lanes ? ode->cycles_of_lanes : s->s * ode->cycles) + KMP_SWEEP_CYCLES_OF_UNKNOWN * (s->p + s->inner);
+}
+
+/* The next two are fitted to measured cycles of systems of 1 to 63 unknowns, 7 stages. */
+double kmp_collocation_correction_cost(const kmp_collocation *s, kmp_iteration iteration)
+{
+    double n = s->inner, count = n * s->s, rows = n * s->w / 8;
+    return iteration == KMP_ITERATION_PICARD   ? 0
+           : iteration == KMP_ITERATION_NEWTON ? 60 + 8 * n * n + 8 * count
+                                               : 60 + 3.4 * count * rows;
+}
+
+double kmp_collocation_matrix_cost(const kmp_collocation *s, kmp_iteration iteration)
+{
+    double n = s->inner, count = n * s->s, rows = n * s->w / 8;
+    return iteration == KMP_ITERATION_PICARD   ? 0
+           : iteration == KMP_ITERATION_NEWTON ? 500 + 10 * n * n + 1.7 * n * n * n
+                                               : count * (100 + 21 * rows + 2.1 * count * rows);
+}
+
+double kmp_collocation_jacobian_cost(const kmp_collocation *s)
+{
+    double columns = ceil((s->p + s->inner) / (s->w - 1.0)), sweep = kmp_collocation_sweep_cost(s);
+    return s->newton.whole ? sweep + EXACT * s->base.ode.cycles : columns * sweep;
+}
+
+/* -- choice -------------------------------------------------------------------------------------------- */
+
+/* The length at which an iteration contracts well, from its contraction in a step h. */
+static double length_of(const kmp_collocation *s, double h, double contraction)
+{
+    double fresh = s->iteration == KMP_ITERATION_NEWTON ? contraction / (2 * s->newton.age + 1) : contraction;
+    bool measured = s->iteration != KMP_ITERATION_COUPLED && fresh > 0;
+    return measured ? h * fmax(0.5, sqrt(CONTRACTS / fresh)) : INFINITY;
+}
+
+/* The longest step with a good contraction, by the one of a step h. With one Jacobian that is in proportion to the
+ * longest way from there to a stage: half a step for a new one, a step more each time it is kept. */
+static double collocation_longest(kmp_collocation *s, double h)
+{
+    double fresh = s->iteration == KMP_ITERATION_NEWTON ? s->contraction / (2 * s->newton.age + 1) : s->contraction;
+    double most = length_of(s, h, s->contraction);
+    if (s->ceiling > 0) {
+        most = fmin(most, s->ceiling);
+        s->ceiling *= fresh < SURE ? RECOVERS_SURELY : RECOVERS;
+    }
+    return most;
+}
+
+static void change_iteration(kmp_collocation *s, kmp_iteration to)
+{
+    s->iteration = to;
+    s->choice.trial_steps = s->choice.limited = s->choice.free = 0;
+    s->choice.trust = TRUST;
+    s->ceiling = 0;
+    s->newton.has_jacobian = s->newton.fresh = s->newton.factored = false;
+}
+
+void kmp_collocation_begin_with(kmp_collocation *s, kmp_iteration iteration)
+{
+    for (int k = 0; k < KMP_ITERATIONS; k++)
+        s->choice.patience[k] = SEVERAL;
+    s->choice.simulated[iteration] = s->choice.spent[iteration] = 0;
+    change_iteration(s, iteration);
+}
+
+/* Tries an iteration, and judges the trial after some steps. */
+static void try_iteration(kmp_collocation *s, kmp_iteration to)
+{
+    s->choice.before = s->iteration;
+    change_iteration(s, to);
+    s->choice.simulated[to] = s->choice.spent[to] = 0;
+    s->choice.trial_steps = TRIAL;
+}
+
+/* Returns to the iteration before, whose next trial is later. */
+static void end_trial(kmp_collocation *s)
+{
+    int *patience = &s->choice.patience[s->iteration];
+    *patience = *patience < MOST_PATIENCE ? 2 * *patience : MOST_PATIENCE;
+    change_iteration(s, s->choice.before);
+    s->choice.trust = *patience * TRUST / SEVERAL;
+}
+
+/* True if the iteration simulates less time in a cycle than the other one did recently. */
+static bool is_slower(const kmp_collocation *s, kmp_iteration other)
+{
+    double better = other > s->iteration ? 1 / BETTER : BETTER;
+    return s->choice.simulated[s->iteration] * s->choice.spent[other] <
+           better * s->choice.simulated[other] * s->choice.spent[s->iteration];
+}
+
+/* About the cycles of a step by an iteration, with as many sweeps as the last one. A trial of Newton's method keeps one
+ * Jacobian; those of each stage are not kept. */
+static double step_cost(const kmp_collocation *s, kmp_iteration iteration)
+{
+    double sweep = kmp_collocation_sweep_cost(s), matrix = kmp_collocation_matrix_cost(s, iteration);
+    double stages = KMP_STEP_CYCLES + s->sweeps * (sweep + kmp_collocation_correction_cost(s, iteration));
+    double one = kmp_collocation_jacobian_cost(s), all = s->newton.whole ? s->s * one : (1 + s->p + s->inner) * sweep;
+    return stages + (iteration == KMP_ITERATION_PICARD   ? 0
+                     : iteration == KMP_ITERATION_NEWTON ? (one + matrix) / TRIAL
+                                                         : all + matrix);
+}
+
+/* True if the next iteration exists and steps may be so much longer by the error that it may be worth its cost. */
+static bool is_worth(const kmp_collocation *s, double by_error, double by_iteration)
+{
+    kmp_iteration next = s->iteration + 1;
+    if (next == KMP_ITERATIONS || (next == KMP_ITERATION_COUPLED && !s->coupled.all))
+        return false;
+    return by_error * step_cost(s, s->iteration) > WORTH * by_iteration * step_cost(s, next);
+}
+
+/* Chooses the iteration of the next step, after one of length h that could be as long as `by_error` and
+ * `by_iteration`. The next iteration is tried when this one has kept several steps far below the error's limit.
+ * Picard's returns when it would contract well, one Jacobian for all stages after some time. */
+static void collocation_choose(kmp_collocation *s, double h, double by_error, double by_iteration)
+{
+    /* Adds a step to the time simulated and the cycles spent of its iteration; those of steps before fade. */
+    double *simulated = &s->choice.simulated[s->iteration], *spent = &s->choice.spent[s->iteration];
+    s->base.cycles += KMP_STEP_CYCLES;
+    double fades = h > GROWS * s->h_old ? 0 : FADES;
+    *simulated = fades * *simulated + h;
+    *spent = fades * *spent + s->base.cycles - s->choice.cycles_before;
+    s->choice.cycles_before = s->base.cycles;
+    s->far -= s->far > 0;
+    if (s->mixing.on)
+        by_iteration = fmin(by_iteration, length_of(s, h, s->unmixed));
+    bool held = by_iteration < HELD * h && is_worth(s, by_error, by_iteration);
+    s->choice.limited = held ? s->choice.limited + 1 : 0;
+    s->choice.free =
+        s->iteration > s->method->cheapest && !s->newton.whole && s->choice.picard < EASY ? s->choice.free + 1 : 0;
+    if (s->choice.trial_steps > 0 && --s->choice.trial_steps == 0 && is_slower(s, s->choice.before))
+        end_trial(s);
+    else if (s->choice.trial_steps > 0)
+        return;
+    else if (s->choice.free >= SEVERAL)
+        kmp_collocation_begin_with(s, s->method->cheapest);
+    else if (s->iteration < KMP_ITERATION_COUPLED && s->choice.limited >= s->choice.patience[s->iteration + 1])
+        try_iteration(s, s->iteration + 1);
+    else if (s->iteration == KMP_ITERATION_COUPLED && --s->choice.trust <= 0)
+        try_iteration(s, KMP_ITERATION_NEWTON);
+}
+
+bool kmp_collocation_is_near(const kmp_collocation *s, double size)
+{
+    const kmp_ode *ode = &s->base.ode;
+    bool can = ode->improve && *ode->cycles_of_improve > 0 && s->iteration != KMP_ITERATION_COUPLED;
+    return can && s->far == 0 && kmp_collocation_in_lanes(s) && size * s->widen * s->base.tolerance.rtol < NEAR;
+}
+
+void kmp_collocation_go_far(kmp_collocation *s)
+{
+    s->farther = s->farther == 0 ? TRUST : s->farther < MOST_PATIENCE ? 2 * s->farther : MOST_PATIENCE;
+    s->far = s->farther;
+}
+
+/* True if corrections with the present Jacobian cost less in the next step than a new one and its corrections. */
+static bool collocation_keeps_jacobian(const kmp_collocation *s)
+{
+    double later = s->contraction * (2 * s->newton.age + 3) / (2 * s->newton.age + 1);
+    if (!s->newton.has_jacobian || s->iteration != KMP_ITERATION_NEWTON || !(later < 1))
+        return false;
+    double sweep = kmp_collocation_sweep_cost(s);
+    double more = s->contraction > 0 ? s->sweeps * (log(s->contraction) / log(later) - 1) : 0;
+    return more * (sweep + kmp_collocation_correction_cost(s, KMP_ITERATION_NEWTON)) <
+           kmp_collocation_jacobian_cost(s) + kmp_collocation_matrix_cost(s, KMP_ITERATION_NEWTON);
+}
 
 enum { MOST_SWEEPS = 16 };
 
@@ -48,10 +246,10 @@ static void set_constants(kmp_collocation *s)
     }
     for (int j = 0; j < s->s; j++)
         for (int e = 0; e < E; e++) {
-            s->into[2 * E * j + e] = t->into_re[e][j];
-            s->into[2 * E * j + E + e] = t->into_im[e][j];
-            s->outof[2 * e * s->w + j] = t->outof_re[j][e];
-            s->outof[(2 * e + 1) * s->w + j] = t->outof_im[j][e];
+            s->newton.into[2 * E * j + e] = t->into_re[e][j];
+            s->newton.into[2 * E * j + E + e] = t->into_im[e][j];
+            s->newton.outof[2 * e * s->w + j] = t->outof_re[j][e];
+            s->newton.outof[(2 * e + 1) * s->w + j] = t->outof_im[j][e];
         }
 }
 
@@ -83,9 +281,9 @@ static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
                          KMP_ROOM(double, s->n, &s->y, &s->y_old, &s->dy, &s->dy_new, &s->trial, &s->slope, &s->scale,
                                   &s->per_scale, &s->w_accept, &s->error, &s->fix, &s->slip),
                          KMP_ROOM(double, inner, &s->weight, &s->g_start, &s->g_start_old, &s->lead, &s->lead_old),
-                         KMP_ROOM(double, (s->p + s->inner) * s->inner, &s->jacobian),
-                         KMP_ROOM(double, s->n, &s->place), KMP_ROOM(int, s->inner, &s->pivot));
-    s->whole = ode->jacobian ? KMP_ARENA_NEW(a, double, s->n * s->n) : NULL;
+                         KMP_ROOM(double, (s->p + s->inner) * s->inner, &s->newton.jacobian),
+                         KMP_ROOM(double, s->n, &s->newton.place), KMP_ROOM(int, s->inner, &s->newton.pivot));
+    s->newton.whole = ode->jacobian ? KMP_ARENA_NEW(a, double, s->n * s->n) : NULL;
     struct {
         double **to;
         int size;
@@ -110,7 +308,7 @@ static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
                  {&s->filter, 1},
                  {&s->decay, s->s},
                  {&s->decay_start, 1},
-                 {&s->outof, 2 * KMP_COLLOCATION_EIGENVALUES},
+                 {&s->newton.outof, 2 * KMP_COLLOCATION_EIGENVALUES},
                  {&s->mixing.change, s->inner},
                  {&s->mixing.place, s->inner},
                  {&s->mixing.open, s->inner}};
@@ -121,9 +319,9 @@ static void *create(const kmp_solver_kind *kind, const kmp_solver_setup *setup)
         s->mixing.to[k] = kmp_arena_aligned(a, (size_t)s->inner * (size_t)s->w);
     }
     const size_t complex = 2 * KMP_COLLOCATION_EIGENVALUES; /* numbers of all eigenvalues */
-    s->lu = kmp_arena_aligned(a, complex * (size_t)s->inner * (size_t)s->inner);
-    s->z = kmp_arena_aligned(a, complex * (size_t)s->inner);
-    s->into = kmp_arena_aligned(a, complex * (size_t)s->s);
+    s->newton.lu = kmp_arena_aligned(a, complex * (size_t)s->inner * (size_t)s->inner);
+    s->newton.z = kmp_arena_aligned(a, complex * (size_t)s->inner);
+    s->newton.into = kmp_arena_aligned(a, complex * (size_t)s->s);
     if (kmp_collocation_allocate_coupled(s) && !a->failed)
         set_constants(s);
     return kmp_solver_made(s);
@@ -145,10 +343,10 @@ static kempe_status start(void *solver, double t, const double *y, const double 
     (void)yp;
     kmp_solver_begin(&s->base, t, t_end, h0);
     s->first = true;
-    s->rejected = s->has_step = s->collapsed = s->has_jacobian = s->fresh = s->factored = false;
-    s->limited = s->free = 0;
+    s->rejected = s->has_step = s->collapsed = s->newton.has_jacobian = s->newton.fresh = s->newton.factored = false;
+    s->choice.limited = s->choice.free = 0;
     s->ceiling = 0;
-    s->cycles_before = s->base.cycles;
+    s->choice.cycles_before = s->base.cycles;
     memcpy(s->y, y, (size_t)s->n * sizeof *y);
     int said = kmp_solver_call(&s->base, t, s->y, s->dy);
     if (said == KMP_GO && h0 == 0 && t_end > t) {
@@ -202,7 +400,7 @@ static void take(kmp_collocation *s, double h, double t_new, double error)
         next =
             fmin(next, after_error(h, SAFETY * h / s->h_old * pow(s->error_old / (error * error), 1.0 / (s->s + 1))));
     kmp_iteration iteration = s->iteration;
-    double most = kmp_collocation_longest(s, h), by_error = h * by;
+    double most = collocation_longest(s, h), by_error = h * by;
     /* The derivatives at the start of the step: those of f; without the stiff part of their difference from the stages'
      * polynomial where Newton's method has solved for these. */
     bool newton = iteration != KMP_ITERATION_PICARD;
@@ -215,14 +413,14 @@ static void take(kmp_collocation *s, double h, double t_new, double error)
     }
     if (s->method->by_rates)
         memcpy(s->slip, s->error + s->p, (size_t)s->p * sizeof *s->slip);
-    kmp_collocation_choose(s, h, by_error, most);
+    collocation_choose(s, h, by_error, most);
     next = s->iteration > iteration ? next : fmin(next, most);
     if (s->rejected)
         next = fmin(next, h);
-    s->has_jacobian = kmp_collocation_keeps_jacobian(s);
-    s->age++;
-    s->fresh = false;
-    if (s->has_jacobian && next >= h && next <= KEEP_STEP * h)
+    s->newton.has_jacobian = collocation_keeps_jacobian(s);
+    s->newton.age++;
+    s->newton.fresh = false;
+    if (s->newton.has_jacobian && next >= h && next <= KEEP_STEP * h)
         next = h;
     s->base.work.steps++;
     s->base.stiff = iteration != KMP_ITERATION_PICARD;
@@ -269,7 +467,7 @@ static kempe_status step(void *solver)
                                                             : h / 2;
         if (what == KMP_COLLOCATION_BAD_ITERATION) {
             s->ceiling = s->base.h;
-            s->has_jacobian = s->has_jacobian && s->fresh;
+            s->newton.has_jacobian = s->newton.has_jacobian && s->newton.fresh;
         }
         s->rejected = true;
     }
@@ -285,7 +483,7 @@ static void undo(void *solver, double h)
     kmp_solver_swap(&s->y, &s->y_old);
     kmp_solver_swap(&s->dy, &s->dy_new);
     s->first = true;
-    s->has_step = s->has_jacobian = s->collapsed = false;
+    s->has_step = s->newton.has_jacobian = s->collapsed = false;
 }
 
 /* -- dense output -------------------------------------------------------------------------------------- */

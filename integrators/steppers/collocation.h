@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Internals of Radau IIA with the stages of a step in the lanes of vector registers: control and dense output
- * (collocation.c), stages by Picard's or Newton's iteration (collocation_step.c), their choice (collocation_choice.c),
- * Newton's matrices for one Jacobian (collocation_newton.c) and for one of each stage (collocation_coupled.c).
+/* Internals of Radau IIA with the stages of a step in the lanes of vector registers: control, choice
+ * of an iteration and dense output (collocation.c), stages by Picard's or Newton's iteration (collocation_step.c),
+ * Newton's matrices for one Jacobian and for one of each stage (collocation_newton.c).
  *
  * The unknowns of the stages are their derivatives g, without those of positions, which are rates, and of quadratures:
  *
@@ -14,7 +14,7 @@
 /* Corrections that are combined, at most, less one. */
 enum { KMP_COLLOCATION_MIXED = 6 };
 
-/* Anderson's mixing of the corrections of an iteration (collocation_mixing.c). Arrays have inner x w numbers. */
+/* Anderson's mixing of the corrections of an iteration (collocation_newton.c). Arrays have inner x w numbers. */
 typedef struct kmp_mixing {
     double *by[KMP_COLLOCATION_MIXED]; /* differences of corrections, orthonormal */
     double *to[KMP_COLLOCATION_MIXED]; /* those of the places that the corrections lead to */
@@ -42,6 +42,39 @@ typedef struct kmp_collocation_method {
                     * otherwise by their derivatives and the initial rate, one order more accurate where nothing is
                     * stiff */
 } kmp_collocation_method;
+
+/* Newton's method with one Jacobian for all stages. */
+typedef struct kmp_newton_stages {
+    double *jacobian;              /* inner x (p + inner), column-major: df/dy without positions and quadratures */
+    double *whole;                 /* n x n: that of the formulation; NULL: it has none */
+    double *lu, *z, *into, *outof; /* factors, a right-hand side, eigenvectors */
+    int *pivot;
+    double *place;                      /* n: where the Jacobian is evaluated */
+    double h_matrix;                    /* step size of the factors */
+    bool has_jacobian, fresh, factored; /* fresh: made in this step */
+    int age;                            /* steps since the Jacobian was made */
+} kmp_newton_stages;
+
+/* Newton's method with a Jacobian of each stage. */
+typedef struct kmp_coupled_stages {
+    double *all;    /* the Jacobians of the stages, which are lanes; NULL, as the others: their system is too large */
+    double *system; /* the system of all stages, then its inverse; column-major */
+    double *joint, *open, *at_prediction;
+    int *pivot;
+} kmp_coupled_stages;
+
+/* The choice of an iteration, by recent steps. */
+typedef struct kmp_iteration_choice {
+    kmp_iteration before;             /* on trial: the iteration to compare with */
+    int trial_steps;                  /* until the judgement of a trial; 0: none */
+    int limited, free;                /* successive steps that the iteration has limited; that Picard's would not */
+    int patience[KMP_ITERATIONS];     /* limited steps until a trial of that iteration */
+    int trust;                        /* steps until a trial of a cheaper iteration */
+    double cycles_before;             /* base.cycles at the end of the last step */
+    double simulated[KMP_ITERATIONS]; /* time by each iteration in recent steps */
+    double spent[KMP_ITERATIONS];     /* cycles of these steps */
+    double picard; /* estimate of the contraction of Picard's iteration by a correction of Newton's */
+} kmp_iteration_choice;
 
 typedef struct kmp_collocation {
     kmp_solver base; /* first */
@@ -73,37 +106,20 @@ typedef struct kmp_collocation {
     double *decay, *decay_start;      /* s w and w: columns of the last Legendre coefficients */
     double decay_power;               /* the error's power of their ratio */
     double *one, *zero, *hc, *filter; /* w */
-    double *jacobian;                 /* inner x (p + inner), column-major: df/dy without positions and quadratures */
-    double *whole;                    /* n x n: that of the formulation; NULL: it has none */
-    double *lu, *z, *into, *outof;    /* of Newton's method: factors, a right-hand side, eigenvectors */
-    int *pivot;
-    double *place; /* n */
-    double *all;   /* the Jacobians of the stages, which are lanes; NULL, as the next five: their system is too large */
-    double *coupled; /* the system of all stages, then its inverse; column-major */
-    double *joint, *open, *at_prediction;
-    int *coupled_pivot;
+    kmp_newton_stages newton;
+    kmp_coupled_stages coupled;
     kmp_mixing mixing;
-    double h_matrix;        /* step size of the factors */
     double contraction;     /* of the last iteration */
     double unmixed;         /* the same of its first two corrections, which are not combined */
     double tried, expected; /* its step; the contraction in this attempt, by that of the one before */
-    double picard;          /* estimate of the contraction of Picard's iteration by a correction of Newton's */
     double ready;           /* bound of the remainder of a correction, over its size */
     double error_old, h_old, ceiling;
     kmp_iteration iteration;
-    kmp_iteration before;               /* on trial: the iteration to compare with */
-    int trial_steps;                    /* until the judgement of a trial; 0: none */
-    int limited, free;                  /* successive steps that the iteration has limited; that Picard's would not */
-    int patience[KMP_ITERATIONS];       /* limited steps until a trial of that iteration */
-    int trust;                          /* steps until a trial of a cheaper iteration */
-    double cycles_before;               /* base.cycles at the end of the last step */
-    double simulated[KMP_ITERATIONS];   /* time by each iteration in recent steps */
-    double spent[KMP_ITERATIONS];       /* cycles of these steps */
-    bool has_jacobian, fresh, factored; /* fresh: made in this step */
-    int age, sweeps;                    /* steps since the Jacobian was made; sweeps of the last step */
-    bool evaluated;                     /* f is known where the stages are predicted */
-    bool near;                          /* the next sweeps are by kmp_ode.improve */
-    int far, farther;                   /* steps without it: still, and after the last step that converged without */
+    kmp_iteration_choice choice;
+    int sweeps;       /* of the last step */
+    bool evaluated;   /* f is known where the stages are predicted */
+    bool near;        /* the next sweeps are by kmp_ode.improve */
+    int far, farther; /* steps without it: still, and after the last step that converged without */
     bool first, rejected, has_step, collapsed;
 } kmp_collocation;
 
@@ -117,10 +133,27 @@ typedef enum kmp_collocation_outcome {
     KMP_COLLOCATION_HALTED
 } kmp_collocation_outcome;
 
-/* collocation_newton.c */
-
-/* collocation_coupled.c: the same for a Jacobian of each stage */
-
 /* Cycles of a step besides its sweeps and matrices, and of a sweep for each unknown besides its evaluation, about. */
 #define KMP_STEP_CYCLES             3900
 #define KMP_SWEEP_CYCLES_OF_UNKNOWN 45
+
+/** Takes an iteration, without the experience of steps before. */
+void kmp_collocation_begin_with(kmp_collocation *s, kmp_iteration iteration);
+
+/** True if further sweeps after a first one with a correction of this weighted size are by kmp_ode.improve: where that
+ * is possible, and the places of the stages change little. */
+bool kmp_collocation_is_near(const kmp_collocation *s, double size);
+
+/** After a step that converged by f alone, and not by such sweeps: makes some steps without them, twice as many each
+ * time. */
+void kmp_collocation_go_far(kmp_collocation *s);
+
+/** True if all stages are evaluated at once. */
+bool kmp_collocation_in_lanes(const kmp_collocation *s);
+
+/** About the processor cycles of an evaluation of all stages, of Newton's corrections by an iteration, of a renewal of
+ * its matrices without evaluations, and of a Jacobian. */
+double kmp_collocation_sweep_cost(const kmp_collocation *s);
+double kmp_collocation_correction_cost(const kmp_collocation *s, kmp_iteration iteration);
+double kmp_collocation_matrix_cost(const kmp_collocation *s, kmp_iteration iteration);
+double kmp_collocation_jacobian_cost(const kmp_collocation *s);

@@ -9,12 +9,100 @@
 #include "base/clones.h"
 #include "base/simd4.h"
 #include "integrators/steppers/collocation.h"
-#include "integrators/steppers/collocation_choice.h"
 #include "integrators/steppers/collocation_step.h"
-
 #include <float.h>
 #include <math.h>
 #include <string.h>
+
+/* Anderson's mixing of the corrections of Newton's method (J. ACM 12 (1965) 547; Walker and Ni, SIAM J. Numer. Anal. 49
+ * (2011) 1715). One Jacobian for all stages is wrong by a few forces: a contact that begins between two stages, a
+ * damper that turns along the step. The difference has a low rank, which the last corrections span. The next place is
+ * that of their combination with the least weighted square; on a linear system these are the places of GMRES. */
+
+/* Corrections are combined from this quotient of two on. */
+static const double SLOWLY = 0.1;
+/* The part of a difference that must be left beside the others: less is rounding. */
+static const double INDEPENDENT = 1e-6;
+
+static size_t size_of(const kmp_collocation *s)
+{
+    return (size_t)s->inner * (size_t)s->w;
+}
+
+static double product(const kmp_collocation *s, const double *x, const double *y)
+{
+    double sum = 0;
+    for (int k = 0; k < s->inner; k++)
+        for (int j = 0; j < s->s; j++) {
+            int i = k * s->w + j;
+            sum += (s->weight[k] * x[i]) * (s->weight[k] * y[i]);
+        }
+    return sum;
+}
+
+double kmp_collocation_square(const kmp_collocation *s, const double *x)
+{
+    return product(s, x, x);
+}
+
+static void subtract(const kmp_collocation *s, double factor, const double *of, double *from)
+{
+    for (size_t k = 0; k < size_of(s); k++)
+        from[k] -= factor * of[k];
+}
+
+static void scale(const kmp_collocation *s, double factor, double *x)
+{
+    for (size_t k = 0; k < size_of(s); k++)
+        x[k] *= factor;
+}
+
+/* Adds the differences from the sweep before, made orthogonal to the others; where there is no room, all are forgotten
+ * first. */
+static void add_difference(kmp_collocation *s)
+{
+    kmp_mixing *m = &s->mixing;
+    m->count = m->count < KMP_COLLOCATION_MIXED ? m->count : 0;
+    double *by = m->by[m->count], *to = m->to[m->count];
+    for (size_t k = 0; k < size_of(s); k++) {
+        by[k] = s->change[k] - m->change[k];
+        to[k] = s->g[k] + s->change[k] - m->place[k];
+    }
+    double whole = kmp_collocation_square(s, by);
+    for (int j = 0; j < m->count; j++) {
+        double part = product(s, m->by[j], by);
+        subtract(s, part, m->by[j], by);
+        subtract(s, part, m->to[j], to);
+    }
+    double left = kmp_collocation_square(s, by);
+    if (!(left > INDEPENDENT * INDEPENDENT * whole && left <= DBL_MAX))
+        return;
+    scale(s, 1 / sqrt(left), by);
+    scale(s, 1 / sqrt(left), to);
+    m->count++;
+}
+
+double kmp_collocation_mix(kmp_collocation *s, bool first)
+{
+    kmp_mixing *m = &s->mixing;
+    double size = kmp_collocation_square(s, s->change);
+    if (!first)
+        add_difference(s);
+    memcpy(m->change, s->change, size_of(s) * sizeof *s->change);
+    for (size_t k = 0; k < size_of(s); k++)
+        m->place[k] = s->g[k] + s->change[k];
+    m->on = m->on || (!first && size > SLOWLY * SLOWLY * m->size);
+    m->size = size;
+    if (!m->on)
+        return size;
+    memcpy(m->open, s->change, size_of(s) * sizeof *s->change);
+    for (int j = 0; j < m->count; j++) {
+        double part = product(s, m->by[j], m->open);
+        subtract(s, part, m->by[j], m->open);
+        subtract(s, part, m->to[j], s->change);
+    }
+    return fmax(size, kmp_collocation_square(s, s->change));
+}
 
 enum { E = KMP_COLLOCATION_EIGENVALUES };
 
@@ -23,11 +111,12 @@ static const double DIFFERENCE = 1e-7;
 
 /* -- the Jacobian -------------------------------------------------------------------------------------- */
 
-int kmp_collocation_take_exact(kmp_collocation *s, double t, const double *y, double *jacobian)
+/* The exact Jacobian at (t, y), without positions and quadratures. */
+static int collocation_take_exact(kmp_collocation *s, double t, const double *y, double *jacobian)
 {
     s->base.cycles += kmp_collocation_jacobian_cost(s);
     size_t n = (size_t)s->n;
-    double *j = s->whole;
+    double *j = s->newton.whole;
     memset(j, 0, n * n * sizeof *j);
     int said = s->base.ode.jacobian(s->base.ode.self, t, y, j);
     for (int c = 0; c < s->p + s->inner; c++)
@@ -35,7 +124,8 @@ int kmp_collocation_take_exact(kmp_collocation *s, double t, const double *y, do
     return said;
 }
 
-double kmp_collocation_displace(const kmp_collocation *s, int k, double *x)
+/* Changes unknown k, *x, for a difference; returns by how much. */
+static double collocation_displace(const kmp_collocation *s, int k, double *x)
 {
     double size = fabs(*x) + s->base.tolerance.atol[k] / s->base.tolerance.rtol, before = *x;
     volatile double moved = before + DIFFERENCE * size;
@@ -57,16 +147,17 @@ static int differentiate(kmp_collocation *s, double t, const double *y)
             for (int l = 0; l < w; l++)
                 s->stage[k * w + l] = y[k];
         for (int l = 1; l <= count; l++)
-            by[l] = kmp_collocation_displace(s, c + l - 1, &s->stage[(c + l - 1) * w + l]);
+            by[l] = collocation_displace(s, c + l - 1, &s->stage[(c + l - 1) * w + l]);
         said = kmp_collocation_evaluate(s, count + 1);
         for (int l = 1; l <= count && said == KMP_GO; l++)
             for (int k = 0; k < s->inner; k++)
-                s->jacobian[(c + l - 1) * s->inner + k] = (f[k * w + l] - f[k * w]) / by[l];
+                s->newton.jacobian[(c + l - 1) * s->inner + k] = (f[k * w + l] - f[k * w]) / by[l];
     }
     return said;
 }
 
-double kmp_collocation_copy_stage(const kmp_collocation *s, int i, double *y)
+/* Copies the predicted stage i; returns its time. */
+static double collocation_copy_stage(const kmp_collocation *s, int i, double *y)
 {
     for (int k = 0; k < s->n; k++)
         y[k] = k < s->p + s->inner ? s->stage[k * s->w + i] : s->y[k];
@@ -76,16 +167,17 @@ double kmp_collocation_copy_stage(const kmp_collocation *s, int i, double *y)
 /* At the predicted middle stage; after an attempt that failed, when predictions are not to be trusted, at the start. */
 static int renew_jacobian(kmp_collocation *s)
 {
-    double t = kmp_collocation_copy_stage(s, s->s / 2, s->place);
+    double t = collocation_copy_stage(s, s->s / 2, s->newton.place);
     if (s->rejected) {
         t = s->base.t;
-        memcpy(s->place, s->y, (size_t)s->n * sizeof *s->y);
+        memcpy(s->newton.place, s->y, (size_t)s->n * sizeof *s->y);
     }
     s->base.work.matrices++;
-    s->factored = false;
-    int said = s->whole ? kmp_collocation_take_exact(s, t, s->place, s->jacobian) : differentiate(s, t, s->place);
-    s->has_jacobian = s->fresh = said == KMP_GO;
-    s->age = 0;
+    s->newton.factored = false;
+    int said = s->newton.whole ? collocation_take_exact(s, t, s->newton.place, s->newton.jacobian)
+                               : differentiate(s, t, s->newton.place);
+    s->newton.has_jacobian = s->newton.fresh = said == KMP_GO;
+    s->newton.age = 0;
     return said;
 }
 
@@ -210,24 +302,25 @@ static KMP_CLONES void fill_lanes(int n, int p, const kmp_collocation_table *t, 
         }
 }
 
-bool kmp_collocation_factor(kmp_collocation *s, double h)
+/* Factors the matrices of a step h with s->newton.jacobian, if that has not been done. false: they are singular. */
+static bool collocation_factor(kmp_collocation *s, double h)
 {
-    if (s->factored && s->h_matrix == h)
+    if (s->newton.factored && s->newton.h_matrix == h)
         return true;
     s->base.cycles += kmp_collocation_matrix_cost(s, KMP_ITERATION_NEWTON);
     s->base.work.factorizations++;
-    fill_lanes(s->inner, s->p, s->table, h, s->jacobian, s->lu);
-    s->h_matrix = h;
-    s->factored = factor_lanes(s->inner, s->lu, s->pivot);
-    return s->factored;
+    fill_lanes(s->inner, s->p, s->table, h, s->newton.jacobian, s->newton.lu);
+    s->newton.h_matrix = h;
+    s->newton.factored = factor_lanes(s->inner, s->newton.lu, s->newton.pivot);
+    return s->newton.factored;
 }
 
 kmp_collocation_outcome kmp_collocation_prepare_newton(kmp_collocation *s, double h)
 {
-    int said = s->has_jacobian ? KMP_GO : renew_jacobian(s);
+    int said = s->newton.has_jacobian ? KMP_GO : renew_jacobian(s);
     if (said != KMP_GO)
         return said == KMP_RETRY ? KMP_COLLOCATION_BAD_STAGE : KMP_COLLOCATION_HALTED;
-    return kmp_collocation_factor(s, h) ? KMP_COLLOCATION_TAKEN : KMP_COLLOCATION_BAD_ITERATION;
+    return collocation_factor(s, h) ? KMP_COLLOCATION_TAKEN : KMP_COLLOCATION_BAD_ITERATION;
 }
 
 /* -- corrections --------------------------------------------------------------------------------------- */
@@ -261,27 +354,277 @@ static KMP_CLONES void transform_back(int n, int w, const double *outof, const d
 
 void kmp_collocation_correct_newton(kmp_collocation *s)
 {
-    transform(s->inner, s->s, s->w, s->into, s->change, s->z);
-    solve_lanes(s->inner, s->lu, s->pivot, s->z);
-    transform_back(s->inner, s->w, s->outof, s->z, s->change);
+    transform(s->inner, s->s, s->w, s->newton.into, s->change, s->newton.z);
+    solve_lanes(s->inner, s->newton.lu, s->newton.pivot, s->newton.z);
+    transform_back(s->inner, s->w, s->newton.outof, s->newton.z, s->change);
 }
 
 /* With x = h filter: (I - x f_v - x^2 f_q) e_v <- e_v + x f_q e_q, e_q <- e_q + x e_v. */
 void kmp_collocation_filter(kmp_collocation *s)
 {
     int n = s->inner;
-    double x = s->h_matrix * s->table->filter, *error = s->error + s->p;
-    memset(s->z, 0, (size_t)(2 * E * n) * sizeof *s->z);
+    double x = s->newton.h_matrix * s->table->filter, *error = s->error + s->p;
+    memset(s->newton.z, 0, (size_t)(2 * E * n) * sizeof *s->newton.z);
     for (int k = 0; k < n; k++) {
         double sum = error[k];
         for (int j = 0; j < s->p; j++)
-            sum += x * s->jacobian[j * n + k] * s->error[j];
+            sum += x * s->newton.jacobian[j * n + k] * s->error[j];
         for (int e = 0; e < E; e++)
-            s->z[2 * E * k + e] = sum;
+            s->newton.z[2 * E * k + e] = sum;
     }
-    solve_lanes(n, s->lu, s->pivot, s->z);
+    solve_lanes(n, s->newton.lu, s->newton.pivot, s->newton.z);
     for (int k = 0; k < n; k++)
-        error[k] = s->z[2 * E * k];
+        error[k] = s->newton.z[2 * E * k];
     for (int k = 0; k < s->p; k++)
         s->error[k] += x * error[k];
+}
+
+/* Newton's method for the stages with a Jacobian of each, in one system of all stages:
+ *
+ *     sum over the stages j of (delta_ij I - h A_ij f_v - (h A)^2_ij f_q) change_j = f(stage i) - g_i
+ *
+ * with f_q, f_v at stage i. If a stiff force turns its direction along a step, one Jacobian for all stages converges
+ * slowly, however smooth the solution is: its error is the stiffness times the turn. This system has no such error and
+ * costs more. A column of all Jacobians is one evaluation of all stages, which are the lanes of the rows.
+ *
+ * The matrix is inverted in place, by Gauss and Jordan: a solution is then a sum of columns, which vector registers do
+ * several times as fast as two triangular solutions, each a chain of dependent operations. */
+
+typedef double eight __attribute__((vector_size(64), aligned(8), may_alias));
+typedef int64_t eight_mask __attribute__((vector_size(64), aligned(8), may_alias));
+
+/* Largest system of all stages; lanes of a vector. */
+enum { MOST_COUPLED = 240, V = 8 };
+
+/* Rows of the system: all lanes of all unknowns, up to a multiple of V. The rows of lanes without a stage are zero. */
+static int row_count(const kmp_collocation *s)
+{
+    return (s->inner * s->w + V - 1) / V * V;
+}
+
+bool kmp_collocation_allocate_coupled(kmp_collocation *s)
+{
+    kmp_arena *a = &s->base.arena;
+    int count = s->inner * s->s;
+    size_t rows = (size_t)row_count(s);
+    if (count > MOST_COUPLED)
+        return true;
+    s->coupled.all = kmp_arena_aligned(a, (size_t)(s->p + s->inner) * (size_t)s->inner * (size_t)s->w);
+    s->coupled.system = kmp_arena_aligned(a, rows * (size_t)count);
+    s->coupled.joint = kmp_arena_aligned(a, 2 * rows);
+    s->coupled.open = kmp_arena_aligned(a, rows);
+    s->coupled.at_prediction = kmp_arena_aligned(a, (size_t)s->n * (size_t)s->w);
+    s->coupled.pivot = KMP_ARENA_NEW(a, int, count);
+    return !a->failed;
+}
+
+/* -- Jacobians ----------------------------------------------------------------------------------------- */
+
+/* Column c of the Jacobians of all stages, f_c; zero in lanes without a stage. */
+static int differentiate_at_stages(kmp_collocation *s, int c)
+{
+    int w = s->w;
+    double before[V], by[V] = {0}, *x = s->stage + c * w, *column = s->coupled.all + c * s->inner * w;
+    const double *f = s->f + s->p * w, *base = s->coupled.at_prediction + s->p * w;
+    memcpy(before, x, (size_t)w * sizeof *x);
+    for (int l = 0; l < w; l++)
+        by[l] = collocation_displace(s, c, &x[l]);
+    int said = kmp_collocation_evaluate(s, s->s);
+    memcpy(x, before, (size_t)w * sizeof *x);
+    for (int k = 0; k < s->inner; k++)
+        for (int l = 0; l < w; l++)
+            column[k * w + l] = l < s->s ? (f[k * w + l] - base[k * w + l]) / by[l] : 0;
+    return said;
+}
+
+/* The evaluation at the predicted stages is that of the first iteration, too. */
+static int differentiate_all(kmp_collocation *s)
+{
+    size_t bytes = (size_t)(s->n * s->w) * sizeof *s->f;
+    int said = kmp_collocation_evaluate(s, s->s);
+    memcpy(s->coupled.at_prediction, s->f, bytes);
+    for (int c = 0; c < s->p + s->inner && said == KMP_GO; c++)
+        said = differentiate_at_stages(s, c);
+    memcpy(s->f, s->coupled.at_prediction, bytes);
+    s->evaluated = said == KMP_GO;
+    return said;
+}
+
+/* -- the system of all stages -------------------------------------------------------------------------- */
+
+/* column[k] = -once of_v[k] - twice of_q[k], for n unknowns of w lanes; of_q NULL: without. */
+static KMP_CLONES void fill_column(int n, int w, const double *once, const double *of_v, const double *twice,
+                                   const double *of_q, double *column)
+{
+    for (int l = 0; l < w; l += KMP_FOUR)
+        for (int k = l; k < n * w; k += w)
+            KMP_FOUR_AT(column + k) = KMP_FOUR_CONST(once + l) * -KMP_FOUR_CONST(of_v + k);
+    for (int l = 0; of_q && l < w; l += KMP_FOUR)
+        for (int k = l; k < n * w; k += w)
+            KMP_FOUR_AT(column + k) -= KMP_FOUR_CONST(twice + l) * KMP_FOUR_CONST(of_q + k);
+}
+
+/* The open row with the largest magnitude, the first of such rows; -1: none is usable. */
+static KMP_INTO_CLONES int find_open_row(int rows, const double *column, const double *open)
+{
+    eight most = {0};
+    eight_mask at = {0}, here = {0, 1, 2, 3, 4, 5, 6, 7};
+    double best = 0;
+    int row = -1;
+    for (int i = 0; i < rows; i += V, here += V) {
+        eight x = *(const eight *)(column + i) * *(const eight *)(open + i), size = (eight)((eight_mask)x & INT64_MAX);
+        eight_mask more = size > most;
+        most = (eight)((more & (eight_mask)size) | (~more & (eight_mask)most));
+        at = (more & here) | (~more & at);
+    }
+    for (int l = 0; l < V; l++)
+        if (most[l] > best || (row >= 0 && most[l] == best && at[l] < row)) {
+            best = most[l];
+            row = (int)at[l];
+        }
+    return best <= DBL_MAX ? row : -1;
+}
+
+/* A row of the elimination, the inverse of its pivot, and the column of that, zero in that row. */
+typedef struct pivoted {
+    int row;
+    double inverse, *column;
+} pivoted;
+
+/* Takes the pivot of a column, which becomes that of the inverse. false: none is usable. */
+static KMP_INTO_CLONES bool take_pivot(int rows, double *own, double *open, pivoted *p)
+{
+    p->row = find_open_row(rows, own, open);
+    if (p->row < 0)
+        return false;
+    p->inverse = 1 / own[p->row];
+    open[p->row] = 0;
+    memcpy(p->column, own, (size_t)rows * sizeof *own);
+    p->column[p->row] = 0;
+    for (int i = 0; i < rows; i += V)
+        *(eight *)(own + i) = *(eight *)(p->column + i) * -p->inverse;
+    own[p->row] = p->inverse;
+    return true;
+}
+
+static KMP_INTO_CLONES void eliminate_one(int rows, const pivoted *p, double *other)
+{
+    double f = other[p->row] * p->inverse;
+    for (int i = 0; i < rows; i += V)
+        *(eight *)(other + i) -= f * *(const eight *)(p->column + i);
+    other[p->row] = f;
+}
+
+/* One elimination after the other in one pass over the column, which halves the transfers from and to memory. */
+static KMP_INTO_CLONES void eliminate_two(int rows, const pivoted *p, const pivoted *next, double *restrict other)
+{
+    const double *x = p->column, *y = next->column;
+    double f = other[p->row] * p->inverse, g = (other[next->row] - f * x[next->row]) * next->inverse;
+    for (int i = 0; i < rows; i += V)
+        *(eight *)(other + i) = (*(eight *)(other + i) - f * *(const eight *)(x + i)) - g * *(const eight *)(y + i);
+    other[p->row] = f - g * y[p->row];
+    other[next->row] = g;
+}
+
+/* Eliminates columns k and k + 1, or k alone if it is the last, from all others. */
+static KMP_INTO_CLONES bool eliminate_pair(int rows, int count, int k, double *a, double *room, double *open,
+                                           int *pivot)
+{
+    double *own = a + (ptrdiff_t)k * rows, *beside = own + rows;
+    pivoted p = {.column = room}, next = {.column = room + rows};
+    bool single = k + 1 == count;
+    if (!take_pivot(rows, own, open, &p))
+        return false;
+    pivot[k] = p.row;
+    if (!single) {
+        eliminate_one(rows, &p, beside);
+        if (!take_pivot(rows, beside, open, &next))
+            return false;
+        pivot[k + 1] = next.row;
+        eliminate_one(rows, &next, own);
+    }
+    for (int j = 0; j < count; j++) {
+        double *other = a + (ptrdiff_t)j * rows;
+        if (j == k || j == k + 1)
+            continue;
+        if (single)
+            eliminate_one(rows, &p, other);
+        else
+            eliminate_two(rows, &p, &next, other);
+    }
+    return true;
+}
+
+static KMP_INTO_CLONES bool invert_rows(int rows, int count, double *a, double *room, double *open, int *pivot)
+{
+    for (int i = 0; i < rows; i++)
+        open[i] = 1;
+    for (int k = 0; k < count; k += 2)
+        if (!eliminate_pair(rows, count, k, a, room, open, pivot))
+            return false;
+    return true;
+}
+
+/* Inverts in place, rows x count: the row of unknown k is pivot[k], whose column is that of b[pivot[k]]. No row moves:
+ * `open` is 1 in those that may be pivots. room: 2 rows values. Loops over the rows of four unknowns and fewer are
+ * unrolled. false: singular. */
+static KMP_CLONES bool invert(int rows, int count, double *a, double *room, double *open, int *pivot)
+{
+    return rows == V       ? invert_rows(V, count, a, room, open, pivot)
+           : rows == 2 * V ? invert_rows(2 * V, count, a, room, open, pivot)
+           : rows == 4 * V ? invert_rows(4 * V, count, a, room, open, pivot)
+                           : invert_rows(rows, count, a, room, open, pivot);
+}
+
+/* x = sum of the columns times b. */
+static KMP_CLONES void multiply(int rows, int count, const double *a, const int *pivot, const double *b, double *x)
+{
+    for (int i = 0; i < rows; i += V) {
+        eight sum = {0};
+        for (int j = 0; j < count; j++)
+            sum += b[pivot[j]] * *(const eight *)(a + (ptrdiff_t)j * rows + i);
+        *(eight *)(x + i) = sum;
+    }
+}
+
+kmp_collocation_outcome kmp_collocation_prepare_coupled(kmp_collocation *s, double h)
+{
+    /* Matrices of all stages. */
+    s->base.work.matrices += s->s;
+    s->newton.factored = false;
+    int said = s->newton.whole ? KMP_GO : differentiate_all(s);
+    for (int i = 0; s->newton.whole && i < s->s && said == KMP_GO; i++) {
+        double t = collocation_copy_stage(s, i, s->newton.place);
+        said = collocation_take_exact(s, t, s->newton.place, s->newton.jacobian);
+        for (int k = 0; k < (s->p + s->inner) * s->inner; k++)
+            s->coupled.all[k * s->w + i] = s->newton.jacobian[k];
+    }
+    for (int k = 0; k < (s->p + s->inner) * s->inner; k++) /* for the filter of the estimate */
+        s->newton.jacobian[k] = s->coupled.all[k * s->w];
+    if (said != KMP_GO)
+        return said == KMP_RETRY ? KMP_COLLOCATION_BAD_STAGE : KMP_COLLOCATION_HALTED;
+    if (!collocation_factor(s, h))
+        return KMP_COLLOCATION_BAD_ITERATION;
+    /* Columns of unknowns c of stages j; rows of an unknown are its lanes. */
+    int n = s->inner, w = s->w, rows = row_count(s), size = n * w;
+    for (int c = 0; c < n; c++)
+        for (int j = 0; j < s->s; j++) {
+            double *column = s->coupled.system + (ptrdiff_t)(c * s->s + j) * rows;
+            fill_column(n, w, s->once + j * w, s->coupled.all + (s->p + c) * size, s->twice + j * w,
+                        c < s->p ? s->coupled.all + c * size : NULL, column);
+            column[c * w + j] += 1;
+            memset(column + size, 0, (size_t)(rows - size) * sizeof *column);
+        }
+    s->base.cycles += kmp_collocation_matrix_cost(s, KMP_ITERATION_COUPLED);
+    return invert(row_count(s), s->inner * s->s, s->coupled.system, s->coupled.joint, s->coupled.open, s->coupled.pivot)
+               ? KMP_COLLOCATION_TAKEN
+               : KMP_COLLOCATION_BAD_ITERATION;
+}
+
+void kmp_collocation_correct_coupled(kmp_collocation *s)
+{
+    int w = s->w, count = s->inner * s->s;
+    multiply(row_count(s), count, s->coupled.system, s->coupled.pivot, s->change, s->coupled.joint);
+    for (int k = 0; k < count; k++)
+        s->change[k / s->s * w + k % s->s] = s->coupled.joint[s->coupled.pivot[k]];
 }

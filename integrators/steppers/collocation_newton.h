@@ -9,20 +9,21 @@
  * are singular. */
 kmp_collocation_outcome kmp_collocation_prepare_newton(kmp_collocation *s, double h);
 
-/** Factors the matrices of a step h with s->jacobian, if that has not been done. false: they are singular. */
-bool kmp_collocation_factor(kmp_collocation *s, double h);
-
 /** Turns the residuals in `change` into Newton's corrections. */
 void kmp_collocation_correct_newton(kmp_collocation *s);
 
 /** Removes the stiff part of the estimate in `error`. */
 void kmp_collocation_filter(kmp_collocation *s);
 
-/** The exact Jacobian at (t, y), without positions and quadratures. */
-int kmp_collocation_take_exact(kmp_collocation *s, double t, const double *y, double *jacobian);
+/** Takes a correction s->change of g in a sweep, and combines it with those before where they fall slowly. Returns the
+ * larger weighted square of the correction and of the combination. */
+double kmp_collocation_mix(kmp_collocation *s, bool first);
 
-/** Changes unknown k, *x, for a difference; returns by how much. */
-double kmp_collocation_displace(const kmp_collocation *s, int k, double *x);
+/** The weighted square of x (inner x w). */
+double kmp_collocation_square(const kmp_collocation *s, const double *x);
 
-/** Copies the predicted stage i; returns its time. */
-double kmp_collocation_copy_stage(const kmp_collocation *s, int i, double *y);
+/* Newton's method for the stages with a Jacobian of each, in one system of all stages. */
+
+bool kmp_collocation_allocate_coupled(kmp_collocation *s);
+kmp_collocation_outcome kmp_collocation_prepare_coupled(kmp_collocation *s, double h);
+void kmp_collocation_correct_coupled(kmp_collocation *s);

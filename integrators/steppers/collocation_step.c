@@ -1,13 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The stages of a step. Picard's iteration evaluates f at all stages and takes the result: it needs no matrix, and
  * contracts with the step size times the rate of the fastest forces. Newton's method solves for the change
- * (collocation_newton.c, collocation_coupled.c). */
+ * (collocation_newton.c). */
 #include "integrators/steppers/collocation_step.h"
 #include "base/clones.h"
 #include "integrators/steppers/collocation.h"
-#include "integrators/steppers/collocation_choice.h"
-#include "integrators/steppers/collocation_coupled.h"
-#include "integrators/steppers/collocation_mixing.h"
 #include "integrators/steppers/collocation_newton.h"
 #include <float.h>
 #include <math.h>
@@ -196,20 +193,6 @@ static void place(kmp_collocation *s)
     sum_lanes(s->w, s->inner, s->s, s->g, s->once, &(lane_terms){v, s->one, v, s->zero}, s->stage + s->p * s->w);
 }
 
-/* Predicts the derivatives of the stages by the last step's polynomial, or as constant. */
-static void predict(kmp_collocation *s, double h)
-{
-    int stages = s->has_step ? s->s : 0;
-    if (s->has_step) {
-        double x[KMP_COLLOCATION_LANES];
-        for (int l = 0; l < s->w; l++)
-            x[l] = 1 + s->c[l] * h / s->taken;
-        kmp_collocation_weights(s->table, s->w, x, s->ahead);
-    }
-    const double *base = s->has_step ? s->g_start_old : s->dy + s->p, *lanes = s->has_step ? s->ahead : s->one;
-    sum_lanes(s->w, s->inner, stages, s->g_old, s->ahead + s->w, &(lane_terms){base, lanes, base, s->zero}, s->g);
-}
-
 /* -- end ----------------------------------------------------------------------------------------------- */
 
 static void find_lead(kmp_collocation *s)
@@ -319,7 +302,7 @@ static void correct(kmp_collocation *s, bool first)
     if (!first)
         return;
     subtract(s->w * s->inner, s->change, s->g_before, s->g_before);
-    s->picard = sqrt(kmp_collocation_square(s, s->g_before) / fmax(residual, DBL_MIN));
+    s->choice.picard = sqrt(kmp_collocation_square(s, s->g_before) / fmax(residual, DBL_MIN));
 }
 
 /* Makes one sweep; returns the weighted size of its correction, or a negative result of f. */
@@ -404,7 +387,16 @@ static void begin(kmp_collocation *s, double h)
     s->mixing.count = 0;
     s->mixing.on = false;
     set_columns(s, h);
-    predict(s, h);
+    /* Predicts the derivatives of the stages by the last step's polynomial, or as constant. */
+    int stages = s->has_step ? s->s : 0;
+    if (s->has_step) {
+        double x[KMP_COLLOCATION_LANES];
+        for (int l = 0; l < s->w; l++)
+            x[l] = 1 + s->c[l] * h / s->taken;
+        kmp_collocation_weights(s->table, s->w, x, s->ahead);
+    }
+    const double *base = s->has_step ? s->g_start_old : s->dy + s->p, *lanes = s->has_step ? s->ahead : s->one;
+    sum_lanes(s->w, s->inner, stages, s->g_old, s->ahead + s->w, &(lane_terms){base, lanes, base, s->zero}, s->g);
 }
 
 kmp_collocation_outcome kmp_collocation_find_stages(kmp_collocation *s, double h, double *error, double *shorter)

@@ -5,7 +5,6 @@
 
 #include "constraints/sundials_compat.h"
 #include "integrators/steppers/solver.h"
-
 #include <stdbool.h>
 #include <sundials/sundials_linearsolver.h>
 #include <sundials/sundials_matrix.h>
@@ -133,3 +132,8 @@ void kmp_sun_transfer(void *solver, kmp_number_stream *stream);
 
 /** Writes the pattern of a DAE's matrix. */
 void kmp_sun_put_pattern(const kmp_dae *dae, SUNMatrix a);
+
+/** A serial vector of n numbers with Kempe's arithmetic, and its clones. For a small mechanism the
+ * vector operations of an implicit integrator between two evaluations cost more than the equations. NULL: no memory.
+ * N_VDestroy frees it. */
+N_Vector kmp_vector_new(sunindextype n, SUNContext context);

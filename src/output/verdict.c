@@ -4,9 +4,7 @@
 #include "output/verdict.h"
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
-#include "constraints/evaluation/jacobian_and_mass.h"
-#include "constraints/evaluation/row_residuals.h"
-#include "constraints/evaluation/shown_outputs.h"
+#include "constraints/evaluation/evaluator.h"
 #include "model/data/model.h"
 #include <math.h>
 #include <string.h>

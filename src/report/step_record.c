@@ -3,9 +3,7 @@
  * ranges of steps, neighbours are merged in pairs, and from then on each range has twice as many steps. */
 #include "report/step_record.h"
 #include "base/memory.h"
-#include "constraints/evaluation/jacobian_and_mass.h"
-#include "constraints/evaluation/row_residuals.h"
-#include "constraints/evaluation/shown_outputs.h"
+#include "constraints/evaluation/evaluator.h"
 #include "integrators/run/methods.h"
 #include "output/print.h"
 #include <kempe/check.h>

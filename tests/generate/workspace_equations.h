@@ -3,9 +3,7 @@
 #ifndef KEMPE_TESTS_WORKSPACE_EQUATIONS_H
 #define KEMPE_TESTS_WORKSPACE_EQUATIONS_H
 
-#include "constraints/evaluation/condition_modes.h"
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/evaluation/jacobian_and_mass.h"
 #include "generate/compiled_equations.h"
 
 static inline double largest(int count, const double *x)

@@ -3,7 +3,7 @@
  * its length. */
 #include "integrators/decide/endless_growth.h"
 #include "integrators/decide/step_control.h"
-#include "integrators/run/work_bound.h"
+#include "integrators/run/run.h"
 #include "loaded.h"
 #include "testing.h"
 #include <float.h>

@@ -4,7 +4,7 @@
  * both bodies changed for each other; energy. */
 #include "analyses/equilibrium/equilibrium_study.h"
 #include "constraints/closing/assemble.h"
-#include "constraints/evaluation/shown_outputs.h"
+#include "constraints/evaluation/evaluator.h"
 #include "derived.h"
 #include "distance.h"
 #include "dynamics/equations.h"

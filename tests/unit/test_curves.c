@@ -3,7 +3,6 @@
  * test's own. A bead moves freely in its plane or in space; the curve is all that holds it. */
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/evaluation/shown_outputs.h"
 #include "loaded.h"
 #include "testing.h"
 #include <kempe/check.h>

@@ -3,7 +3,7 @@
  * with functions of time; and that few evaluations and many give the same. */
 #include "analyses/derivatives/linearized.h"
 #include "base/text.h"
-#include "constraints/evaluation/condition_modes.h"
+#include "constraints/evaluation/evaluator.h"
 #include "integrators/formulations/tangent.h"
 #include "loaded.h"
 #include "model/data/model.h"

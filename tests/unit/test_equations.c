@@ -3,8 +3,6 @@
 /* The equations of random spatial mechanisms against each other and against plain mechanics: Lagrange's equations by
  * differences, kinematics by rotation matrices. */
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/evaluation/jacobian_and_mass.h"
-#include "constraints/evaluation/shown_outputs.h"
 #include "derived.h"
 #include "distance.h"
 #include "dynamics/equations.h"

@@ -6,8 +6,6 @@
 #include "analyses/equilibrium/operating.h"
 #include "backend/machine.h"
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/evaluation/row_residuals.h"
-#include "constraints/evaluation/shown_outputs.h"
 #include "loaded.h"
 #include <complex.h>
 #include <kempe/equilibrium.h>

@@ -3,8 +3,6 @@
  * problems of tests/models. A choice of u that fails must be reported. */
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/evaluation/jacobian_and_mass.h"
-#include "constraints/evaluation/shown_outputs.h"
 #include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "integrators/sundials/linear.h"

@@ -4,7 +4,7 @@
  * case known to miss its bar must miss it by no more than is known. */
 #include "bench/battery.h"
 #include "bench/inconsistent.h"
-#include "constraints/evaluation/shown_outputs.h"
+#include "constraints/evaluation/evaluator.h"
 #include "integrators/run/methods.h"
 #include "testing.h"
 

@@ -3,8 +3,6 @@
  * back, and the conditions of least norm solved as one dense system. */
 #include "analyses/inverse/inverse_dynamics.h"
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/evaluation/jacobian_and_mass.h"
-#include "constraints/evaluation/shown_outputs.h"
 #include "inverted.h"
 #include "linalg/dense/lapack.h"
 #include "model/data/model.h"

@@ -4,8 +4,6 @@
  */
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/evaluation/jacobian_and_mass.h"
-#include "constraints/evaluation/shown_outputs.h"
 #include "dynamics/motion.h"
 #include "loaded.h"
 #include "random.h"

@@ -2,8 +2,7 @@
 /* The newton form closes the loops in every evaluation: from predicted v that are off, accelerations are those of the
  * closed state to a fraction of the tolerances, by the fused program, by the solved one and in separate parts. */
 #include "base/memory.h"
-#include "constraints/evaluation/condition_modes.h"
-#include "constraints/evaluation/row_residuals.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "integrators/formulations/reduced.h"
 #include "integrators/formulations/reduced_programs.h"
@@ -44,7 +43,7 @@ static bool make(form *f, const kempe_system *s, const states *at, way by)
                                          .brief = by == IN_PARTS};
     f->reduced = (kmp_reduced *)kind->create(kind, &start);
     if (f->reduced && by == SOLVED) {
-        f->reduced->due_saddle_program = 0; /* otherwise after as many evaluations as it saves */
+        f->reduced->use.due_saddle_program = 0; /* otherwise after as many evaluations as it saves */
         CHECK(kmp_reduced_solve(f->reduced, at->t[0]) == KMP_GO);
     }
     return f->reduced;
@@ -83,7 +82,7 @@ static double evaluate_open(form *f, const double *y, double off, double *open)
         z[2 * d->p + i] += off * between(-1, 1) * s->scale[d->part.v[i]];
     CHECK(kmp_reduced_rhs(d, f->reduced->t, z, dy) == KMP_GO);
     double worst = relative(size, dy, exact);
-    for (int i = 0; (d->by_saddle_program || (d->programs.scalar && d->closed_by_program)) && i < d->r; i++)
+    for (int i = 0; (d->use.by_saddle_program || (d->programs.scalar && d->use.closed_by_program)) && i < d->r; i++)
         d->q[d->part.v[i]] = d->v[i];
     for (int k = 0; k < d->p; k++)
         d->q[d->part.u[k]] = y[k];
@@ -113,7 +112,7 @@ static void one_form(const char *name, const kempe_system *s, const states *at, 
             worst = check_max(worst, evaluate_open(&f, formulation->y, pow(10, -2.5 - 0.5 * try), &open));
     }
     bool fused = f.reduced->programs.scalar && !kmp_reduced_has_saddle_program(f.reduced);
-    way used = fused ? FUSED : f.reduced->by_saddle_program ? SOLVED : IN_PARTS;
+    way used = fused ? FUSED : f.reduced->use.by_saddle_program ? SOLVED : IN_PARTS;
     printf("  %-30s %s: slopes %.1e, |h| %.1e\n", name, ways[used], worst, open);
     CHECK(formulation->exchanges > 0 || used == by);
     CHECK(worst < gain * KMP_CORRECTION_IN_STAGE * TOLERANCE);

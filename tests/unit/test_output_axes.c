@@ -3,7 +3,7 @@
 /* Axes as the manual has them: of what closures transmit, those of the ground, however the bodies hang; of their rows
  * those of the nearest common ancestor; of one axis that is given alone, those of the shortest turn. */
 #include "balance_of_body.h"
-#include "constraints/evaluation/shown_outputs.h"
+#include "constraints/evaluation/evaluator.h"
 #include "model/read/read_axes.h"
 #include "studies/simulate/trajectory.h"
 #include "testing.h"

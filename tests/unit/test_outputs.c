@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Outputs and sensors against differences and formulas, and that those not asked for cost nothing. */
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/evaluation/jacobian_and_mass.h"
-#include "constraints/evaluation/shown_outputs.h"
 #include "derived.h"
 #include "loaded.h"
 #include "model/data/model.h"

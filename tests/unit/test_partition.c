@@ -6,7 +6,6 @@
 #include "constraints/closing/assemble.h"
 #include "constraints/diagnosis/diagnosis.h"
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/evaluation/jacobian_and_mass.h"
 #include "constraints/partition/partition.h"
 #include "constraints/partition/reduction.h"
 #include "integrators/run/methods.h"

@@ -4,7 +4,7 @@
 #include "base/memory.h"
 #include "constraints/programs/program_records.h"
 #include "constraints/programs/reduced_program.h"
-#include "constraints/programs/saddle_program_nearby.h"
+#include "constraints/programs/saddle_program.h"
 #include "loaded.h"
 #include "model/data/model.h"
 #include "takes_bodies.h"

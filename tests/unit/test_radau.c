@@ -2,7 +2,6 @@
 /* Radau IIA of fixed orders for stiff motion: orders by halving steps, with one Jacobian and with those of all stages,
  * dense output, van der Pol's equation, how long a Jacobian is kept. */
 #include "integrators/steppers/collocation.h"
-#include "integrators/steppers/collocation_choice.h"
 #include "testing.h"
 #include <stdlib.h>
 

@@ -2,10 +2,8 @@
 /* The reduced right-hand side as one program against the same by parts, on the examples: at the start, and at states
  * along the motion for which the order of elimination was not chosen. */
 #include "base/memory.h"
-#include "constraints/evaluation/row_residuals.h"
-#include "constraints/evaluation/shown_outputs.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/programs/reduced_program.h"
-#include "constraints/programs/reduced_program_inside.h"
 #include "constraints/tolerances.h"
 #include "random.h"
 #include "states.h"

@@ -8,7 +8,6 @@
 #include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "integrators/run/runner.h"
-#include "integrators/run/runner_bridge.h"
 #include "integrators/run/runner_change.h"
 #include "loaded.h"
 #include "testing.h"

@@ -2,11 +2,9 @@
 /* Accelerations and multipliers of the solved program against the dense saddle system, at states along the motion of
  * examples; its lanes against its scalar code, to the last bit. */
 #include "constraints/closing/saddle.h"
-#include "constraints/evaluation/condition_modes.h"
-#include "constraints/evaluation/jacobian_and_mass.h"
-#include "constraints/evaluation/shown_outputs.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/programs/reduced_program.h"
-#include "constraints/programs/saddle_program_nearby.h"
+#include "constraints/programs/saddle_program.h"
 #include "constraints/tolerances.h"
 #include "random.h"
 #include "states.h"

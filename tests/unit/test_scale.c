@@ -6,7 +6,7 @@
 #include "bench/chain.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/diagnosis/diagnosis.h"
-#include "constraints/partition/pivot_columns.h"
+#include "constraints/partition/partition.h"
 #include "integrators/run/methods.h"
 #include "integrators/run/run.h"
 #include "integrators/run/runner.h"

@@ -3,10 +3,7 @@
  * of the numbers that a run works with, of the best step; those of the outputs by the state likewise; what follows from
  * a parameter, what stands for itself. */
 #include "analyses/derivatives/parameter_slopes.h"
-#include "constraints/evaluation/condition_modes.h"
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/evaluation/jacobian_and_mass.h"
-#include "constraints/evaluation/shown_outputs.h"
 #include "loaded.h"
 #include "model/data/model.h"
 #include "model/data/variant.h"

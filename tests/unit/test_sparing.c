@@ -4,7 +4,7 @@
 /* Values that are not evaluated twice: the power of forces comes with the forces and equals that of the judging
  * program; rows without rates, accelerations and multipliers are the rows with them. */
 #include "constraints/closing/assemble.h"
-#include "constraints/evaluation/shown_outputs.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/programs/reduced_program.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/formulations/projected.h"

@@ -4,8 +4,7 @@
  */
 #include "analyses/linearize/channels.h"
 #include "analyses/linearize/linearize_study.h"
-#include "constraints/evaluation/condition_modes.h"
-#include "constraints/evaluation/shown_outputs.h"
+#include "constraints/evaluation/evaluator.h"
 #include "integrators/formulations/reduced_jacobian.h"
 #include "loaded.h"
 #include "testing.h"

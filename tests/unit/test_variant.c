@@ -2,8 +2,6 @@
 /* A system that keeps parameters open against models read with their values: the numbers of the equations at any state,
  * the scales, the start; values that are zero in the file; what cannot vary, and values that a model cannot have. */
 #include "constraints/evaluation/evaluator.h"
-#include "constraints/evaluation/jacobian_and_mass.h"
-#include "constraints/evaluation/shown_outputs.h"
 #include "loaded.h"
 #include "model/data/model.h"
 #include "model/data/variant.h"

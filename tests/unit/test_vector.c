@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Vectors of implicit integrators: every operation of ours against plain loops, at lengths around those of lanes, on
  * clones, and where the result takes the place of an operand. */
-#include "integrators/sundials/host_vector.h"
+#include "integrators/sundials/sundials_host.h"
 #include "testing.h"
 
 #include <stdbool.h>

@@ -2,7 +2,7 @@
 /* The equations at many states have the bits of single evaluations, in lanes and one at a time; which models run in
  * lanes; and the state that the workspace keeps. */
 #include "base/memory.h"
-#include "constraints/workspace/workspace_inside.h"
+#include "constraints/workspace/state_workspace.h"
 #include "loaded.h"
 #include <kempe/check.h>
 #include <kempe/extend.h>

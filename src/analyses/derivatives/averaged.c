@@ -4,7 +4,7 @@
 #include "analyses/derivatives/averaged.h"
 #include "base/context.h"
 #include "base/memory.h"
-#include "constraints/evaluation/condition_modes.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "constraints/tolerances.h"
 #include "dynamics/equations.h"

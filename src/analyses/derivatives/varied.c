@@ -3,9 +3,9 @@
  * by Newton's method, and differentiated there. Matrices are those of the linear equations at the state. */
 #include "analyses/derivatives/varied.h"
 #include "base/memory.h"
-#include "constraints/closing/close_reduced.h"
+#include "constraints/closing/close.h"
 #include "constraints/evaluation/charts.h"
-#include "constraints/evaluation/condition_modes.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "model/data/model.h"
 #include <math.h>

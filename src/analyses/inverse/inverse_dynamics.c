@@ -3,7 +3,7 @@
  * coordinates. The multipliers follow from the remaining rows (Fisette and Samin 1996, eq. 44). */
 #include "analyses/inverse/inverse_dynamics.h"
 #include "base/memory.h"
-#include "constraints/evaluation/jacobian_and_mass.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/load_multipliers.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"

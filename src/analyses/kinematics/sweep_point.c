@@ -3,7 +3,7 @@
  * derivatives follow from one factorisation. */
 #include "analyses/kinematics/sweep_point.h"
 #include "constraints/closing/close.h"
-#include "constraints/evaluation/jacobian_and_mass.h"
+#include "constraints/evaluation/evaluator.h"
 #include "linalg/dense/dense.h"
 #include "linalg/dense/dot.h"
 #include <math.h>

@@ -6,7 +6,7 @@
 #include "analyses/derivatives/sampled_motion.h"
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
-#include "constraints/evaluation/jacobian_and_mass.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "model/data/model.h"
 #include "output/print.h"

@@ -3,7 +3,7 @@
  * new value. */
 #include "analyses/modes/operating_family.h"
 #include "base/memory.h"
-#include "constraints/closing/close_reduced.h"
+#include "constraints/closing/close.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "output/print.h"
 #include <math.h>

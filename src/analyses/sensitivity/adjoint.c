@@ -14,7 +14,7 @@
 #include "analyses/sensitivity/adjoint.h"
 #include "analyses/sensitivity/forward.h"
 #include "base/memory.h"
-#include "constraints/evaluation/condition_modes.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
 #include "integrators/steppers/solver.h"

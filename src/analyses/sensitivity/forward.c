@@ -6,7 +6,7 @@
 #include "analyses/sensitivity/forward_delays.h"
 #include "analyses/sensitivity/forward_inside.h"
 #include "base/memory.h"
-#include "constraints/evaluation/condition_modes.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "integrators/decide/run_start.h"
 #include "model/data/model.h"

@@ -7,7 +7,7 @@
 #include "base/arena.h"
 #include "base/memory.h"
 #include "base/substep.h"
-#include "constraints/closing/close_reduced.h"
+#include "constraints/closing/close.h"
 #include "constraints/inexact/nearest_exact.h"
 #include "dynamics/load_dependent.h"
 #include "model/data/coordinates.h"

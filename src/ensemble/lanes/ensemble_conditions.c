@@ -2,12 +2,11 @@
 /* Conditions of instances in lanes. Their values at both ends of a step are evaluated in all lanes together, and bounds
  * between them decide most steps. The search of a run decides the others one by one, and locates the event. */
 #include "ensemble/lanes/ensemble_conditions.h"
-#include "constraints/evaluation/condition_modes.h"
+#include "constraints/evaluation/evaluator.h"
 #include "ensemble/lanes/ensemble_kernels.h"
 #include "ensemble/lanes/ensemble_measure.h"
 #include "ensemble/lanes/ensemble_within.h"
 #include "ensemble/lanes/lane_state.h"
-#include "integrators/run/event_search.h"
 #include "integrators/run/events.h"
 #include "integrators/steppers/rk.h"
 #include <string.h>

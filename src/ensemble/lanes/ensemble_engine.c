@@ -14,7 +14,7 @@
 #include "ensemble/lanes/lane_events.h"
 #include "ensemble/lanes/lane_group.h"
 #include "ensemble/lanes/lane_state.h"
-#include "integrators/run/runner_site.h"
+#include "integrators/run/runner_start.h"
 #include "model/data/model.h"
 #include <math.h>
 #include <string.h>

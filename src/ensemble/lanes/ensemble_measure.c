@@ -3,11 +3,9 @@
  * that it does not depend on other instances. A lane's states are those of its interpolant on closed loops. */
 #include "ensemble/lanes/ensemble_measure.h"
 #include "base/memory.h"
-#include "constraints/evaluation/condition_modes.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/evaluation/left_tables.h"
-#include "constraints/evaluation/shown_outputs.h"
-#include "constraints/programs/saddle_program_inside.h"
-#include "constraints/programs/saddle_program_write.h"
+#include "constraints/programs/saddle_program.h"
 #include "ensemble/lanes/ensemble_kernels.h"
 #include "ensemble/lanes/ensemble_start.h"
 #include "ensemble/lanes/ensemble_within.h"
@@ -15,7 +13,7 @@
 #include "ensemble/quantities/smooth_piece.h"
 #include "integrators/formulations/formulation.h"
 #include "integrators/run/runner.h"
-#include "integrators/run/runner_inputs.h"
+#include "integrators/run/runner_change.h"
 #include "integrators/steppers/rk.h"
 #include "model/data/model.h"
 #include <math.h>

@@ -13,7 +13,6 @@
 #include "ensemble/lanes/ensemble_within.h"
 #include "integrators/decide/restart.h"
 #include "integrators/run/runner_change.h"
-#include "integrators/run/runner_site.h"
 #include "integrators/run/runner_start.h"
 #include "integrators/run/sampler.h"
 #include "model/data/model.h"

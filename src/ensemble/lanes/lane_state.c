@@ -8,7 +8,7 @@
 #include "ensemble/lanes/ensemble_measure.h"
 #include "ensemble/lanes/ensemble_watch.h"
 #include "integrators/decide/run_start.h"
-#include "integrators/run/event_search.h"
+#include "integrators/run/events.h"
 #include "integrators/steppers/dop853.h"
 #include "model/data/model.h"
 #include <math.h>

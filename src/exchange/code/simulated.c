@@ -3,7 +3,7 @@
 #include "base/context.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/evaluation/charts.h"
-#include "constraints/evaluation/intended_rank.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/partition/partition.h"
 #include "constraints/tolerances.h"
 #include "dynamics/kinematics/kinematics_conditions.h"

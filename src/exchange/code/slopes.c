@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "exchange/code/slopes.h"
 #include "base/context.h"
-#include "constraints/programs/reduced_program_inside.h"
-#include "constraints/programs/reduced_program_write.h"
+#include "constraints/programs/reduced_program.h"
 #include "constraints/tolerances.h"
 #include "dynamics/choose_variants.h"
 #include "dynamics/equations.h"

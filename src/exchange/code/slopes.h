@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The right-hand side of a simulator for a choice of coordinates and rows, with the linear algebra written out
- * (constraints/programs/reduced_program_inside.h). For other choices the runtime solves the linear systems. */
+ * (constraints/programs/reduced_program.h). For other choices the runtime solves the linear systems. */
 #pragma once
 
 #include "constraints/evaluation/evaluator.h"

@@ -3,7 +3,7 @@
  * kempe_simulator.h. The sites are those of simulator_friction.h and simulator_impact.h. */
 #include "exchange/simulator/kempe_simulator.h"
 #include "integrators/friction/friction_elements.h"
-#include "integrators/friction/friction_settle.h"
+#include "integrators/friction/friction_problem.h"
 #include "integrators/impact/impact_inside.h"
 #include "integrators/impact/impact_problem.h"
 #include <stddef.h>

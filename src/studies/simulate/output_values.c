@@ -6,7 +6,7 @@
 #include "constraints/tolerances.h"
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/kinematics_vectors.h"
-#include "integrators/run/runner_inputs.h"
+#include "integrators/run/runner_change.h"
 #include "model/data/coordinates.h"
 #include "model/data/model.h"
 #include "model/read/loads.h"
