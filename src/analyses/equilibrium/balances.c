@@ -2,12 +2,12 @@
 /* Searches equilibria from the assembled start and, for a global search, from random starts whose loops are closed.
  * Equal states are merged. */
 #include "analyses/equilibrium/balances.h"
-#include "analyses/derivatives/delayed_motion.h"
+#include "analyses/derivatives/delayed_spectrum.h"
 #include "analyses/derivatives/sampled_motion.h"
 #include "analyses/derivatives/spectrum.h"
 #include "analyses/equilibrium/balance_friction.h"
-#include "analyses/equilibrium/contact_set.h"
 #include "analyses/equilibrium/equilibrium_study.h"
+#include "analyses/equilibrium/exchange.h"
 #include "analyses/equilibrium/operating.h"
 #include "analyses/equilibrium/running_state.h"
 #include "backend/machine.h"

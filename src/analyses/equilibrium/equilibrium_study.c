@@ -3,7 +3,6 @@
  * method by damped least squares, with which all searches end; before it, the descent from afar. Unknowns are the
  * positions u_k, or rates in their place; held rates are left out. */
 #include "analyses/equilibrium/equilibrium_study.h"
-#include "analyses/equilibrium/contact_set.h"
 #include "analyses/equilibrium/exchange.h"
 #include "base/arena.h"
 #include "base/bracket.h"

@@ -2,7 +2,7 @@
 /* A position study: approaches the beginning of the range from the assembled start, along the range's own line if the
  * start lies on it, then sweeps through it. A dead centre ends the sweep. */
 #include "analyses/kinematics/position_sweep.h"
-#include "analyses/kinematics/sweep_point.h"
+#include "analyses/kinematics/sweep.h"
 #include "base/clock.h"
 #include "base/context.h"
 #include "base/memory.h"

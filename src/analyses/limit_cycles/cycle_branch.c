@@ -186,6 +186,13 @@ enum { MOST_CORRECTIONS = 10 };
 /* Corrections that grow by more do not converge. */
 #define GROWS 2.0
 
+bool kmp_cycles_stable_between(const kmp_cycle *a, const kmp_cycle *b)
+{
+    bool one = a->stability == KMP_CYCLE_STABLE || b->stability == KMP_CYCLE_STABLE;
+    return one && (a->stability == KMP_CYCLE_STABLE || a->word != KMP_CYCLE_REGULAR) &&
+           (b->stability == KMP_CYCLE_STABLE || b->word != KMP_CYCLE_REGULAR);
+}
+
 const char *kmp_cycle_stability_text(const kmp_cycle *cycle)
 {
     static const char *const words[] = {"stable", "unstable", "undecided"};

@@ -2,7 +2,7 @@
 /* The formulation of a motion with sensitivities (forward.h): its unknowns and their ODE, its changes between steps,
  * its creation, its rows and its run. Delayed signals are in forward_delays.c. */
 #include "analyses/sensitivity/forward.h"
-#include "analyses/derivatives/varied_start.h"
+#include "analyses/derivatives/varied.h"
 #include "analyses/sensitivity/forward_delays.h"
 #include "analyses/sensitivity/forward_inside.h"
 #include "base/memory.h"

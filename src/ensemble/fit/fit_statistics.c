@@ -11,7 +11,7 @@
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "ensemble/fit/fit_study.h"
-#include "ensemble/statistics/shares.h"
+#include "ensemble/statistics/statistics.h"
 #include "linalg/dense/lapack.h"
 #include <float.h>
 #include <math.h>

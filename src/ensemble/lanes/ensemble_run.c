@@ -9,7 +9,7 @@
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "ensemble/lanes/ensemble_engine.h"
 #include "ensemble/lanes/ensemble_inside.h"
-#include "ensemble/lanes/lane_group.h"
+#include "ensemble/lanes/lane_state.h"
 #include "integrators/run/methods.h"
 #include "model/data/model.h"
 #include "model/language/expression_value.h"
