@@ -4,7 +4,7 @@
  * of such counts are in; and compares the scatter of the estimates with the mean standard error. Fails when a count is
  * outside the band. */
 #include "bench.h"
-#include "ensemble/statistics/shares.h"
+#include "ensemble/statistics/statistics.h"
 #include <kempe/fit.h>
 #include <kempe/settings.h>
 #include <math.h>

@@ -1,17 +1,364 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* An ensemble run into a folder: chunk after chunk, each a whole part. Memory is that of one chunk. */
 #include "base/clock.h"
+#include "base/context.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "base/thread_pool.h"
 #include "ensemble/histories.h"
-#include "ensemble/manifest.h"
-#include "ensemble/processes/part_claims.h"
-#include "ensemble/processes/shard.h"
 #include "ensemble/result_folder.h"
 #include "ensemble/sampling/values.h"
 #include "output/parquet.h"
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <limits.h>
+#include <pthread.h>
+#include <signal.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+/* -- claims ------------------------------------------------------------------------------------------------- */
+
+/* Claims on the parts of a folder: files that are made exclusively, so that processes on several hosts share the work.
+ * A claim has the name of its process. Another process takes it over when that process has ended: on the same host by
+ * its process number and start time, on another one when nobody has touched the claim for STALE seconds. A thread of
+ * the owner touches it. A part that two processes make nevertheless has the same bytes from both. */
+
+enum { STALE = 300, BEAT = 15 }; /* s */
+
+static const char subfolder[] = "claims", unfinished[] = ".tmp-";
+
+typedef struct process_claims {
+    kempe_context *context;
+    kmp_text folder; /* of the process_claims */
+    kmp_text owner;  /* content of the claims of this process */
+    kmp_text held;   /* path; empty: none */
+    pthread_t beat;
+    pthread_mutex_t lock; /* of `held` and `ends` */
+    pthread_cond_t wake;
+    bool has_beat, ends;
+} process_claims;
+
+/* -- processes --------------------------------------------------------------------------------------- */
+
+/* The start time of a process in clock ticks (proc_pid_stat(5), field 22); 0: it does not run, or is a zombie. */
+static unsigned long long start_of(long process)
+{
+    char path[64], text[1024];
+    (void)snprintf(path, sizeof path, "/proc/%ld/stat", process);
+    FILE *file = fopen(path, "r");
+    size_t length = file ? fread(text, 1, sizeof text - 1, file) : 0;
+    if (file)
+        fclose(file);
+    text[length] = '\0';
+    const char *s = strrchr(text, ')'); /* its name may have blanks */
+    if (!s || s[1] != ' ' || s[2] == 'Z' || s[2] == 'X')
+        return 0;
+    for (int field = 2; s && field < 22; field++)
+        s = strchr(s + 1, ' ');
+    return s ? strtoull(s + 1, NULL, 10) : 0;
+}
+
+/* -- claims of others -------------------------------------------------------------------------------- */
+
+/* Seconds since the last touch of a file by the clock of its file system; negative: unknown. */
+static double age_of(process_claims *c, const char *path)
+{
+    struct stat about, now;
+    kmp_text probe = {0};
+    double age = -1;
+    kmp_text_printf(&probe, "%s/now%s%ld-XXXXXX", c->folder.s, unfinished, (long)getpid());
+    int fd = probe.failed ? -1 : mkstemp(probe.s);
+    if (fd >= 0) {
+        if (fstat(fd, &now) == 0 && stat(path, &about) == 0)
+            age = (double)(now.st_mtim.tv_sec - about.st_mtim.tv_sec);
+        close(fd);
+        unlink(probe.s);
+    }
+    kmp_text_free(&probe);
+    return age;
+}
+
+/* True if the owner of a claim has ended. */
+static bool is_stale(process_claims *c, const char *path, const char *content)
+{
+    long process = 0;
+    unsigned long long start = 0;
+    size_t host = strcspn(content, " ");
+    bool here = strncmp(content, c->owner.s, host + 1) == 0 && content[host] == ' ';
+    if (here && sscanf(content + host, " %ld %llu", &process, &start) == 2)
+        return start_of(process) != start;
+    return age_of(c, path) > STALE;
+}
+
+/* Removes a claim whose owner has ended. It takes another name first: of several processes that try, one does. */
+static bool remove_stale(process_claims *c, const char *path)
+{
+    char *content = NULL;
+    size_t length;
+    kmp_text name = {0};
+    bool removed = false;
+    if (kmp_file_read(c->context, KMP_FILE_RECORD, path, &content, &length) != KEMPE_OK) {
+        kmp_context_clear(c->context);
+        return access(path, F_OK) != 0; /* its owner has released it */
+    }
+    if (is_stale(c, path, content)) {
+        kmp_text_printf(&name, "%s%sold-%ld", path, unfinished, (long)getpid());
+        removed = !name.failed && rename(path, name.s) == 0 && unlink(name.s) == 0;
+    }
+    kmp_text_free(&name);
+    kmp_free(content);
+    return removed;
+}
+
+/* -- own claims -------------------------------------------------------------------------------------- */
+
+/* Touches the claim from time to time, so that other hosts see that its owner lives. */
+static void *beat(void *self)
+{
+    process_claims *c = self;
+    pthread_mutex_lock(&c->lock);
+    while (!c->ends) {
+        struct timespec until;
+        clock_gettime(CLOCK_REALTIME, &until);
+        until.tv_sec += BEAT;
+        (void)pthread_cond_timedwait(&c->wake, &c->lock, &until);
+        if (c->held.length > 0)
+            (void)utimensat(AT_FDCWD, c->held.s, NULL, 0);
+    }
+    pthread_mutex_unlock(&c->lock);
+    return NULL;
+}
+
+static void hold(process_claims *c, kmp_text path)
+{
+    pthread_mutex_lock(&c->lock);
+    kmp_text_free(&c->held);
+    c->held = path;
+    pthread_mutex_unlock(&c->lock);
+}
+
+static void claims_release(process_claims *c)
+{
+    if (c->held.length > 0)
+        (void)unlink(c->held.s);
+    hold(c, (kmp_text){0});
+}
+
+/* Releases a claim that is still held. */
+static void claims_free(process_claims *c)
+{
+    if (!c)
+        return;
+    claims_release(c);
+    if (c->has_beat) {
+        pthread_mutex_lock(&c->lock);
+        c->ends = true;
+        pthread_cond_signal(&c->wake);
+        pthread_mutex_unlock(&c->lock);
+        pthread_join(c->beat, NULL);
+    }
+    if (c->folder.length > 0)
+        (void)rmdir(c->folder.s); /* fails where others have process_claims */
+    pthread_cond_destroy(&c->wake);
+    pthread_mutex_destroy(&c->lock);
+    kmp_text_free(&c->folder);
+    kmp_text_free(&c->owner);
+    kmp_text_free(&c->held);
+    kmp_free(c);
+}
+
+/* Makes the subfolder of the claims. KEMPE_E_IO: it cannot be made. */
+static kempe_status claims_new(kempe_context *context, const char *folder, process_claims **claims)
+{
+    KMP_MAKE(context, process_claims, c);
+    c->context = context;
+    pthread_mutex_init(&c->lock, NULL);
+    pthread_cond_init(&c->wake, NULL);
+    kmp_text_printf(&c->folder, "%s/%s", folder, subfolder);
+    /* Appends a word that processes share whose numbers have one meaning: host, start of its system, space of numbers.
+     */
+    kmp_text *text = &c->owner;
+    char name[HOST_NAME_MAX + 1] = "", boot[40] = "", space[64] = "";
+    (void)gethostname(name, sizeof name - 1);
+    FILE *file = fopen("/proc/sys/kernel/random/boot_id", "r");
+    if (file) {
+        boot[strcspn(fgets(boot, sizeof boot, file) ? boot : "", "\n")] = '\0';
+        fclose(file);
+    }
+    ssize_t length = readlink("/proc/self/ns/pid", space, sizeof space - 1);
+    space[length > 0 ? length : 0] = '\0';
+    for (char *s = name; *s; s++)
+        *s = (unsigned char)*s <= ' ' ? '_' : *s;
+    kmp_text_printf(text, "%s/%s/%s", name, boot, space);
+    kmp_text_printf(&c->owner, " %ld %llu\n", (long)getpid(), start_of((long)getpid()));
+    kempe_status status = kmp_made(context, !c->folder.failed && !c->owner.failed);
+    if (status == KEMPE_OK)
+        status = kmp_folder_make(context, c->folder.s);
+    if (status == KEMPE_OK) {
+        /* Signals go to the other threads. */
+        sigset_t all, old;
+        sigfillset(&all);
+        pthread_sigmask(SIG_SETMASK, &all, &old);
+        c->has_beat = kmp_thread_start(&c->beat, beat, c);
+        pthread_sigmask(SIG_SETMASK, &old, NULL);
+        status = kmp_made(context, c->has_beat);
+    }
+    return KMP_GIVE_OR_FREE(status, claims, c, claims_free);
+}
+
+/* Makes the claim, and its folder again where another process has removed it with its own last claim. */
+static kempe_status make_claim(process_claims *c, const char *path, bool *taken)
+{
+    enum { TRIES = 3 };
+    kempe_status status = KEMPE_OK;
+    *taken = false;
+    for (int k = 0; k < TRIES && !*taken; k++) {
+        status = kmp_file_make(c->context, path, c->owner.s, false, taken);
+        if (status == KEMPE_OK && !*taken && !remove_stale(c, path))
+            return KEMPE_OK;
+        if (status == KEMPE_E_IO && access(c->folder.s, F_OK) != 0) {
+            kmp_context_clear(c->context);
+            status = kmp_folder_make(c->context, c->folder.s);
+        }
+        if (status != KEMPE_OK)
+            return status;
+    }
+    return status;
+}
+
+/* Claims a part, one at a time; *taken is false where another living process has it. KEMPE_E_IO. */
+static kempe_status claims_take(process_claims *c, int part, bool *taken)
+{
+    kmp_text path = {0};
+    kmp_text_printf(&path, "%s/%06d", c->folder.s, part);
+    kempe_status status = kmp_made(c->context, !path.failed);
+    *taken = false;
+    if (status == KEMPE_OK)
+        status = make_claim(c, path.s, taken);
+    if (*taken)
+        hold(c, path);
+    else
+        kmp_text_free(&path);
+    return status;
+}
+
+/* -- the end ----------------------------------------------------------------------------------------- */
+
+/* Removes the files of a folder whose names have `part` (all: NULL). */
+static void remove_files(const char *path, const char *part)
+{
+    DIR *folder = opendir(path);
+    struct stat about;
+    for (const struct dirent *d = folder ? readdir(folder) : NULL; d; d = readdir(folder))
+        if ((!part || strstr(d->d_name, part)) && fstatat(dirfd(folder), d->d_name, &about, AT_SYMLINK_NOFOLLOW) == 0 &&
+            S_ISREG(about.st_mode))
+            (void)unlinkat(dirfd(folder), d->d_name, 0);
+    if (folder)
+        closedir(folder);
+}
+
+/* -- shares of processes ------------------------------------------------------------------------------------ */
+
+/* Number and count of this process: number from 1 to count. */
+typedef struct process_share {
+    int number, count;
+} process_share;
+
+/* Variables of launchers, in the order in which they count: mpirun in an allocation of Slurm has its own. */
+static const struct {
+    const char *engine, *number, *count; /* number: from 0 on */
+} launchers[] = {{"Open MPI", "OMPI_COMM_WORLD_RANK", "OMPI_COMM_WORLD_SIZE"},
+                 {"PMI", "PMI_RANK", "PMI_SIZE"},
+                 {"srun", "SLURM_PROCID", "SLURM_STEP_NUM_TASKS"},
+                 {"Slurm", "SLURM_PROCID", "SLURM_NTASKS"}};
+
+static bool to_whole(const char *text, int *value)
+{
+    char *end;
+    long x = text && *text >= '0' && *text <= '9' ? strtol(text, &end, 10) : -1;
+    if (x < 0 || x > 1000000 || *end)
+        return false;
+    *value = (int)x;
+    return true;
+}
+
+/* The process within its launcher; none: 0 of 1. */
+static kempe_status find_rank(kempe_context *context, int *index, int *count, bool *found)
+{
+    *index = 0;
+    *count = 1;
+    for (size_t k = 0; k < sizeof launchers / sizeof *launchers; k++)
+        if (to_whole(getenv(launchers[k].number), index) && to_whole(getenv(launchers[k].count), count)) {
+            *found = true;
+            return *index < *count
+                       ? KEMPE_OK
+                       : kmp_fail(context, KEMPE_E_ARGUMENT, "shard auto: the variables of %s say process %d of %d",
+                                  launchers[k].engine, *index, *count);
+        }
+    *index = 0;
+    *count = 1;
+    return KEMPE_OK;
+}
+
+/* The task within a job array of Slurm, with its smallest number and step; none: 0 of 1. */
+static kempe_status find_task(kempe_context *context, int *index, int *count, bool *found)
+{
+    int task, least = 0, step = 1;
+    *index = 0;
+    *count = 1;
+    if (!to_whole(getenv("SLURM_ARRAY_TASK_ID"), &task) || !to_whole(getenv("SLURM_ARRAY_TASK_COUNT"), count)) {
+        *count = 1;
+        return KEMPE_OK;
+    }
+    (void)to_whole(getenv("SLURM_ARRAY_TASK_MIN"), &least);
+    (void)to_whole(getenv("SLURM_ARRAY_TASK_STEP"), &step);
+    *found = true;
+    if (task < least || step < 1 || (task - least) % step != 0 || (task - least) / step >= *count)
+        return kmp_fail(context, KEMPE_E_ARGUMENT,
+                        "shard auto: task %d of the job array is none of %d from %d on in steps of %d; give the array "
+                        "as FIRST-LAST, or --shard I/N",
+                        task, *count, least, step);
+    *index = (task - least) / step;
+    return KEMPE_OK;
+}
+
+/* Reads "I/N", or "auto": the variables of the engine that started this process. NULL: one share, all of it.
+ * KEMPE_E_ARGUMENT: the word is neither, or no engine's variables are set. */
+static kempe_status shard_read(kempe_context *context, const char *word, process_share *shard)
+{
+    char number[12] = "";
+    *shard = (process_share){1, 1};
+    if (!word)
+        return KEMPE_OK;
+    if (strcmp(word, "auto") == 0) {
+        /* The tasks of an array, each with the processes of its launcher. GNU parallel does not give the number of its
+         * jobs: they share all parts by claims. */
+        int task, tasks, rank, ranks, job;
+        bool found = false;
+        KMP_TRY(find_task(context, &task, &tasks, &found));
+        KMP_TRY(find_rank(context, &rank, &ranks, &found));
+        if (!found && !to_whole(getenv("PARALLEL_SEQ"), &job))
+            return kmp_fail(context, KEMPE_E_ARGUMENT,
+                            "shard auto: no variables of Slurm, Open MPI, PMI or GNU parallel are set; give I/N");
+        *shard = (process_share){task * ranks + rank + 1, tasks * ranks};
+        return KEMPE_OK;
+    }
+    size_t length = strcspn(word, "/");
+    if (length < sizeof number)
+        memcpy(number, word, length);
+    if (word[length] && to_whole(number, &shard->number) && to_whole(word + length + 1, &shard->count) &&
+        shard->number >= 1 && shard->number <= shard->count)
+        return KEMPE_OK;
+    return kmp_fail(context, KEMPE_E_ARGUMENT, "shard '%s' is not I/N with 1 <= I <= N, as 2/7, or auto", word);
+}
+
+/* -- the run ------------------------------------------------------------------------------------------------ */
 
 typedef struct folder_run {
     kempe_ensemble *ensemble;
@@ -19,7 +366,7 @@ typedef struct folder_run {
     const kempe_run_options *run;
     int lanes;
     kempe_folder *folder;
-    kmp_claims *claims;
+    process_claims *claims;
     bool *done; /* of the parts of this run */
     long before, total;
     char first_failure[200];
@@ -215,11 +562,11 @@ static kempe_status try_part(folder_run *r, int part, bool *fresh)
 {
     bool taken = false;
     if (!kmp_folder_has_part(r->folder, part)) {
-        KMP_TRY(kmp_claims_take(r->claims, part, &taken));
+        KMP_TRY(claims_take(r->claims, part, &taken));
         if (!taken)
             return KEMPE_OK;
         kempe_status status = kmp_folder_has_part(r->folder, part) ? KEMPE_OK : run_part(r, part);
-        kmp_claims_release(r->claims);
+        claims_release(r->claims);
         KMP_TRY(status);
     }
     r->done[part] = *fresh = true;
@@ -229,13 +576,6 @@ static kempe_status try_part(folder_run *r, int part, bool *fresh)
 
 /* -- all parts --------------------------------------------------------------------------------------- */
 
-static void begin(folder_run *r)
-{
-    const kempe_folder *f = r->folder;
-    for (int k = f->first; k < f->parts; k += f->step)
-        r->total += kmp_folder_part_size(f, k);
-}
-
 static void end(folder_run *r)
 {
     kempe_folder *f = r->folder;
@@ -243,8 +583,18 @@ static void end(folder_run *r)
     for (int k = f->first; k < f->parts; k += f->step)
         f->missing += !r->done[k];
     f->elsewhere = f->interrupted ? 0 : f->missing;
-    if (f->whole == f->parts)
-        kmp_claims_clear(f->path);
+    if (f->whole == f->parts) {
+        /* Removes all claims, their folder, and unfinished files of parts, when every part is whole. */
+        const char *folder = f->path;
+        kmp_text path = {0};
+        kmp_text_printf(&path, "%s/%s", folder, subfolder);
+        if (!path.failed) {
+            remove_files(path.s, NULL);
+            (void)rmdir(path.s);
+            remove_files(folder, unfinished);
+        }
+        kmp_text_free(&path);
+    }
 }
 
 static kempe_status run_folder(folder_run *r)
@@ -254,8 +604,10 @@ static kempe_status run_folder(folder_run *r)
     r->folder->ran = true;
     r->done = KMP_NEW(bool, r->folder->parts);
     KMP_TRY(kmp_made(r->context, r->done));
-    begin(r);
-    KMP_TRY(kmp_claims_new(r->context, r->folder->path, &r->claims));
+    const kempe_folder *folder = r->folder;
+    for (int k = folder->first; k < folder->parts; k += folder->step)
+        r->total += kmp_folder_part_size(folder, k);
+    KMP_TRY(claims_new(r->context, r->folder->path, &r->claims));
     /* Parts of other processes are tried again as long as there is progress: their owners may have ended. */
     const kempe_folder *f = r->folder;
     kempe_status status = KEMPE_OK;
@@ -267,7 +619,7 @@ static kempe_status run_folder(folder_run *r)
             status = kmp_interrupted(r->context) ? KEMPE_STOPPED : try_part(r, k, &fresh);
         }
     }
-    kmp_claims_free(r->claims);
+    claims_free(r->claims);
     r->folder->interrupted = status == KEMPE_STOPPED;
     r->folder->wall_s = kmp_wall_now() - began;
     end(r);
@@ -288,7 +640,7 @@ kempe_status kempe_ensemble_run_folder(kempe_ensemble *ensemble, const kempe_run
     KMP_OPTIONS(context, kempe_run_options, run);
     KMP_OPTIONS(context, kempe_folder_options, options);
     folder_run r = {.ensemble = ensemble, .context = context, .run = run, .lanes = lanes};
-    kmp_shard shard;
+    process_share shard;
     kmp_ensemble_begin(ensemble);
     KMP_TRY(kmp_batch_check_lanes(ensemble, lanes));
     if (options->chunk < 0)
@@ -298,7 +650,7 @@ kempe_status kempe_ensemble_run_folder(kempe_ensemble *ensemble, const kempe_run
         return kmp_fail(context, KEMPE_E_ARGUMENT,
                         "%d instances in parts of %d are more than %d parts; choose more instances of a part (--chunk)",
                         instances, options->chunk, KMP_FOLDER_MOST_PARTS);
-    KMP_TRY(kmp_shard_read(context, options->shard, &shard));
+    KMP_TRY(shard_read(context, options->shard, &shard));
     KMP_TRY(enter(&r, path, options));
     r.folder->first = shard.number - 1;
     r.folder->step = shard.count;

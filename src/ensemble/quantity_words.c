@@ -1,14 +1,492 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A quantity is [NAME =] WORD(EXPRESSION) [from TIME [to TIME]], or an expression alone: its value at the end. */
 #include "ensemble/quantity_words.h"
+#include "base/clones.h"
 #include "base/memory.h"
-#include "ensemble/added_values.h"
 #include "model/data/model.h"
+#include "model/data/output_table.h"
+#include "model/language/expression.h"
+#include "model/language/expression_dimension.h"
+#include "model/language/expression_references.h"
+#include "model/language/expression_value.h"
 #include "model/language/nearest.h"
+#include "model/read/read_values.h"
+#include "model/read/reading.h"
+#include "model/read/user_lists.h"
 #include "output/print.h"
+#include "symbolic/surface.h"
+#include "symbolic/table_function.h"
 #include <ctype.h>
 #include <math.h>
 #include <string.h>
+
+typedef struct kmp_added_value {
+    const char *text;
+    int column;     /* of its first character, in messages */
+    bool condition; /* the text is a comparison: the value is negative where it holds */
+    /* found: */
+    bool or_equal;    /* a condition that holds at zero too */
+    bool rates, late; /* it depends on rates; on accelerations or multipliers */
+    int shown;        /* its number among the computed outputs of the copy (kmp_eval_shown), or -1 - a coordinate's
+                       * number among q, qd and qdd */
+    const char *unit; /* SI, in the copy's arena */
+} kmp_added_value;
+
+/* An argument of a function within the values (model/language/expression.h). */
+typedef struct kmp_added_argument {
+    kmp_argument_kind kind;
+    int of;    /* the value that it belongs to */
+    int shown; /* as of a value */
+} kmp_added_argument;
+
+typedef struct kmp_added_arguments {
+    int count;
+    kmp_added_argument *of; /* in the copy's arena */
+    int outputs;            /* of them, the last ones of the copy */
+    bool turns;             /* some value is a wave of the angles of the mechanism, as positions and loads are */
+} kmp_added_arguments;
+
+/* -- arguments of functions --------------------------------------------------------------------------------- */
+
+/* Functions of an expression that may change between points at which they are sampled, however smooth what they are
+ * taken of is: sin(1000 q), exp(-(q/w)^2), max(0, 1 - abs(q)/w), a table of many points. Each is listed with its
+ * argument, in a unit in which the function is smooth over 1. */
+
+typedef struct listing {
+    kmp_arena *arena;
+    kmp_expr_argument *first;
+    bool failed;
+} listing;
+
+KMP_NOINLINE static const kmp_expr *node(listing *l, kmp_expr e)
+{
+    kmp_expr *made = KMP_ARENA_NEW(l->arena, kmp_expr, 1);
+    l->failed = l->failed || !made;
+    if (made)
+        *made = e;
+    return made;
+}
+
+static const kmp_expr *call(listing *l, kmp_function function, const kmp_expr *a)
+{
+    return node(l, (kmp_expr){.kind = KMP_EXPR_CALL, .function = function, .a = a});
+}
+
+static const kmp_expr *of_two(listing *l, kmp_expr_kind kind, const kmp_expr *a, const kmp_expr *b)
+{
+    return node(l, (kmp_expr){.kind = kind, .a = a, .b = b});
+}
+
+static const kmp_expr *times(listing *l, double factor, const kmp_expr *a)
+{
+    return of_two(l, KMP_EXPR_MUL, node(l, (kmp_expr){.kind = KMP_EXPR_NUMBER, .value = factor}), a);
+}
+
+static void list_function(listing *l, const kmp_expr *in, kmp_argument_kind kind, const kmp_expr *argument)
+{
+    kmp_expr_argument *made = KMP_ARENA_NEW(l->arena, kmp_expr_argument, 1);
+    l->failed = l->failed || !made || !argument;
+    if (!made)
+        return;
+    *made = (kmp_expr_argument){.kind = kind, .of = argument, .in = in, .next = l->first};
+    l->first = made;
+}
+
+/* log |a|: of a quotient and a power the size is exp of a multiple of it. */
+static const kmp_expr *log_of(listing *l, const kmp_expr *a)
+{
+    return call(l, KMP_FUNCTION_log, call(l, KMP_FUNCTION_abs, a));
+}
+
+/* Low powers are smooth, and a root is smooth but where it is zero. */
+KMP_NOINLINE static void add_power(listing *l, const kmp_expr *e)
+{
+    const double n = e->b->kind == KMP_EXPR_NUMBER ? e->b->value : NAN;
+    if (n != 0.5 && n != 1 && n != 2 && n != 3)
+        list_function(l, e, KMP_ARGUMENT_PEAK, of_two(l, KMP_EXPR_MUL, e->b, log_of(l, e->a)));
+}
+
+KMP_NOINLINE static void add_table(listing *l, const kmp_expr *e)
+{
+    const kmp_named_table *t = e->table;
+    const kmp_expr *const argument[] = {e->a, e->b};
+    for (int k = 0; k < (t->of_two ? 2 : 1); k++) {
+        int count = t->of_two ? t->surface->count[k] : t->table->count;
+        const double *x = t->of_two ? t->surface->knot[k] : t->table->x;
+        if (count > 1 && !kmp_expr_is_constant(argument[k]))
+            list_function(l, e, KMP_ARGUMENT_WAVE, times(l, (count - 1) / (x[count - 1] - x[0]), argument[k]));
+    }
+}
+
+KMP_NOINLINE static void add_call(listing *l, const kmp_expr *e)
+{
+    switch (e->function) {
+    case KMP_FUNCTION_sin:
+    case KMP_FUNCTION_cos:
+        list_function(l, e, KMP_ARGUMENT_WAVE, e->a);
+        break;
+    case KMP_FUNCTION_tan:
+        list_function(l, e, KMP_ARGUMENT_WAVE, times(l, 2, e->a));
+        break;
+    case KMP_FUNCTION_exp:
+        list_function(l, e, KMP_ARGUMENT_PEAK, e->a);
+        break;
+    case KMP_FUNCTION_sinh:
+    case KMP_FUNCTION_cosh:
+        list_function(l, e, KMP_ARGUMENT_PEAK, call(l, KMP_FUNCTION_abs, e->a));
+        break;
+    case KMP_FUNCTION_asin:
+    case KMP_FUNCTION_acos:
+    case KMP_FUNCTION_atan:
+    case KMP_FUNCTION_tanh:
+        list_function(l, e, KMP_ARGUMENT_STEP, e->a);
+        break;
+    case KMP_FUNCTION_log:
+        list_function(l, e, KMP_ARGUMENT_STEP, log_of(l, e->a));
+        break;
+    case KMP_FUNCTION_pow:
+        add_power(l, e);
+        break;
+    case KMP_FUNCTION_abs:
+        list_function(l, e, KMP_ARGUMENT_SIZE, e->a);
+        break;
+    case KMP_FUNCTION_sign:
+        list_function(l, e, KMP_ARGUMENT_KINK, e->a);
+        break;
+    case KMP_FUNCTION_min:
+    case KMP_FUNCTION_max:
+        list_function(l, e, KMP_ARGUMENT_KINK, of_two(l, KMP_EXPR_SUB, e->a, e->b));
+        break;
+    default:
+        break;
+    }
+}
+
+static void visit(listing *l, const kmp_expr *e)
+{
+    if (!e || kmp_expr_is_constant(e))
+        return;
+    for (const kmp_expr_argument *k = l->first; k; k = k->next)
+        if (k->in == e)
+            return;
+    switch (e->kind) {
+    case KMP_EXPR_CALL:
+        add_call(l, e);
+        break;
+    case KMP_EXPR_LESS:
+    case KMP_EXPR_AT_MOST:
+    case KMP_EXPR_GREATER:
+    case KMP_EXPR_AT_LEAST:
+        list_function(l, e, KMP_ARGUMENT_KINK, of_two(l, KMP_EXPR_SUB, e->a, e->b));
+        break;
+    case KMP_EXPR_DIV:
+        if (!kmp_expr_is_constant(e->b))
+            list_function(l, e, KMP_ARGUMENT_PEAK, node(l, (kmp_expr){.kind = KMP_EXPR_NEG, .a = log_of(l, e->b)}));
+        break;
+    case KMP_EXPR_POW:
+        add_power(l, e);
+        break;
+    case KMP_EXPR_TABLE:
+        add_table(l, e);
+        break;
+    case KMP_EXPR_UNKNOWN:
+        if (e->unknowns->count == 0)
+            visit(l, e->unknowns->zero[0]);
+        return;
+    default:
+        break;
+    }
+    visit(l, e->a);
+    visit(l, e->b);
+    visit(l, e->c);
+}
+
+/* -- values at a state -------------------------------------------------------------------------------------- */
+
+/* Expressions become sensors of the copy, read by the functions of the file's reader. Parameters have no known
+ * dimensions after reading: an expression with one fits any dimension. */
+
+/* A reader of one text on a copy of a model. */
+typedef struct adding {
+    kmp_reader r;
+    const char *label[1];
+    const char **files;
+    int file_count;
+    kmp_expr_locals locals; /* the sensors of the model, by name */
+} adding;
+
+static kempe_status begin(adding *a, kempe_model *copy, const char *label)
+{
+    int count = copy->parameter_count;
+    *a = (adding){.label = {label}, .files = copy->files, .file_count = copy->file_count};
+    a->r = (kmp_reader){.context = copy->context, .model = copy, .file = label, .locals = &a->locals};
+    copy->files = a->label;
+    copy->file_count = 1;
+    a->r.parameter_known = KMP_ARENA_NEW(&a->r.scratch, bool, count);
+    a->r.parameter_values = KMP_ARENA_NEW(&a->r.scratch, double, count);
+    a->r.parameter_dimensions = KMP_ARENA_NEW(&a->r.scratch, kmp_dimension, count);
+    for (int k = 0; k < count && !a->r.scratch.failed; k++) {
+        a->r.parameter_known[k] = true;
+        a->r.parameter_values[k] = copy->parameters[k].number.value;
+        a->r.parameter_dimensions[k] = KMP_DIM_ANY;
+    }
+    for (int k = 0; k < copy->sensor_count && k < KMP_LOCALS_MOST; k++)
+        a->locals.local[a->locals.count++] = (kmp_expr_local){copy->sensors[k].name, copy->sensors[k].expr, true};
+    return KEMPE_OK;
+}
+
+static kempe_status end(adding *a)
+{
+    kempe_model *copy = a->r.model;
+    bool ok = !a->r.scratch.failed && !copy->arena.failed;
+    copy->files = a->files;
+    copy->file_count = a->file_count;
+    kmp_arena_free(&a->r.scratch);
+    return !ok ? kmp_fail_memory(copy->context) : a->r.wrong ? KEMPE_E_ARGUMENT : KEMPE_OK;
+}
+
+static kmp_yaml node_of(const char *text, int column)
+{
+    const kmp_place place = {1, column, 0};
+    return (kmp_yaml){.kind = KMP_YAML_SCALAR, .place = place, .text_place = place, .text = text, .empty = !*text};
+}
+
+/* -- outputs ----------------------------------------------------------------------------------------- */
+
+/* True if a text is an output that no expression can be. */
+static bool is_output(const char *text)
+{
+    static const kmp_output_kind kinds[] = {
+        KMP_OUTPUT_FORCE,    KMP_OUTPUT_GAP,  KMP_OUTPUT_ENERGY,           KMP_OUTPUT_MOMENTUM, KMP_OUTPUT_CONTACT,
+        KMP_OUTPUT_GUIDANCE, KMP_OUTPUT_POSE, KMP_OUTPUT_ANGULAR_MOMENTUM, KMP_OUTPUT_CUT_QDD};
+    size_t length = strcspn(text, "(.");
+    for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
+        const char *word = kmp_output_rows[kinds[k]].word;
+        if (strlen(word) == length && strncmp(text, word, length) == 0)
+            return true;
+    }
+    return false;
+}
+
+/* -- expressions ------------------------------------------------------------------------------------- */
+
+/* The unit of an expression: of a coordinate or a measure its own, otherwise by its dimension. */
+static const char *unit_of_expression(kempe_model *copy, adding *a, const kmp_expr *e)
+{
+    static const char *const units[] = {
+#define KMP_MEASURE(kind, word, argument, least, most, components, order, unit, ...) unit,
+#include "model/language/measures.def"
+#undef KMP_MEASURE
+    };
+    bool coordinate = e->kind == KMP_EXPR_Q || (e->kind == KMP_EXPR_QD && e->index < kmp_model_coordinates(copy));
+    if (coordinate) {
+        bool turns = copy->motions[e->index].rotation;
+        return e->kind == KMP_EXPR_Q ? (turns ? "rad" : "m") : turns ? "rad/s" : "m/s";
+    }
+    if (e->kind == KMP_EXPR_MEASURE)
+        return units[e->measure->kind];
+    kmp_text text = {0};
+    kmp_expr_fault fault = {0};
+    kmp_dimension d = kmp_expr_dimension(e, a->r.parameter_dimensions, a->r.parameter_values, &fault);
+    if (!kmp_dimension_is_physical(d))
+        return "";
+    kmp_dimension_print(&text, d);
+    return kmp_text_keep(&text, &copy->arena);
+}
+
+static const kmp_expr *difference_of(kempe_model *copy, const kmp_expr *e, bool *or_equal)
+{
+    bool less = e->kind == KMP_EXPR_LESS || e->kind == KMP_EXPR_AT_MOST;
+    kmp_expr *made = KMP_ARENA_NEW(&copy->arena, kmp_expr, 1);
+    *or_equal = e->kind == KMP_EXPR_AT_MOST || e->kind == KMP_EXPR_AT_LEAST;
+    if (made)
+        *made = (kmp_expr){.kind = KMP_EXPR_SUB, .a = less ? e->a : e->b, .b = less ? e->b : e->a, .column = e->column};
+    return made;
+}
+
+static bool is_measure(const kmp_expr *e, const void *unused)
+{
+    (void)unused;
+    return e->kind == KMP_EXPR_MEASURE;
+}
+
+static bool is_unknown(const kmp_expr *e, const void *unused)
+{
+    (void)unused;
+    return e->kind == KMP_EXPR_UNKNOWN;
+}
+
+static kempe_status add_expression(kempe_model *copy, const char *label, kmp_added_value *v, kmp_sensor *sensor)
+{
+    adding a;
+    KMP_TRY(begin(&a, copy, label));
+    const kmp_yaml node = node_of(v->text, v->column);
+    int known = v->condition ? -1 : kmp_name_find(KMP_NAMED(copy, sensor), v->text);
+    const kmp_expr *e = known >= 0 ? copy->sensors[known].expr
+                                   : kmp_read_expr(&a.r, &node, v->condition ? "a condition" : "a quantity",
+                                                   KMP_DIM_ANY, v->condition ? KMP_COMPARISON : KMP_OF_MOTION);
+    if (e && v->condition)
+        e = difference_of(copy, e, &v->or_equal);
+    if (e) {
+        v->unit = v->condition ? "" : unit_of_expression(copy, &a, e);
+        v->late = kmp_expr_acceleration(e) || kmp_expr_lambda(e);
+        v->rates = v->late || kmp_expr_find(e, kmp_expr_is_rate, NULL) || kmp_expr_find(e, is_unknown, NULL);
+        *sensor = (kmp_sensor){.name = v->text, .expr = e};
+    }
+    return end(&a);
+}
+
+/* -- all --------------------------------------------------------------------------------------------- */
+
+/* The coordinate of "qdd(NAME)", which expressions do not have; -1: it is something else. */
+static int acceleration_of(const kempe_model *copy, const char *text, kmp_arena *arena)
+{
+    size_t length = strlen(text);
+    if (strncmp(text, "qdd(", 4) != 0 || text[length - 1] != ')')
+        return -1;
+    const char *name = kmp_arena_printf(arena, "%.*s", (int)length - 5, text + 4);
+    return name ? kmp_name_find(KMP_COORDINATES(copy), name) : -1;
+}
+
+/* A coordinate, its rate or its acceleration is in every row. */
+static bool is_in_rows(kempe_model *copy, kmp_added_value *v, const kmp_expr *e, int n)
+{
+    int acceleration = e ? -1 : acceleration_of(copy, v->text, &copy->arena);
+    bool state = e && (e->kind == KMP_EXPR_Q || e->kind == KMP_EXPR_QD);
+    if (acceleration >= 0)
+        v->unit = copy->motions[acceleration].rotation ? "rad/s^2" : "m/s^2";
+    if (acceleration >= 0)
+        v->late = true;
+    if (!state && acceleration < 0)
+        return false;
+    v->rates = v->late || e->kind == KMP_EXPR_QD;
+    v->shown = -1 - (acceleration >= 0 ? 2 * n + acceleration : e->kind == KMP_EXPR_Q ? e->index : n + e->index);
+    return true;
+}
+
+/* The values as they are read, and the outputs that the copy gets. */
+typedef struct making {
+    kempe_model *copy;
+    kmp_sensor *read;               /* of each value that is an expression */
+    const kmp_expr_argument **list; /* of each value */
+    bool turns;                     /* some value depends on positions or loads */
+    int known;                      /* arguments in all lists */
+    kmp_output *output;
+    kmp_sensor *sensor;
+    int outputs, sensors, place;
+} making;
+
+static kempe_status read_value(making *m, const char *label, int k, kmp_added_value *v)
+{
+    int n = m->copy->motion_count;
+    if (!v->condition && is_in_rows(m->copy, v, NULL, n))
+        return KEMPE_OK;
+    m->turns = m->turns || (!v->condition && is_output(v->text));
+    if (!v->condition && is_output(v->text))
+        return KEMPE_OK;
+    KMP_TRY(add_expression(m->copy, label, v, &m->read[k]));
+    if (is_in_rows(m->copy, v, m->read[k].expr, n))
+        return KEMPE_OK;
+    m->turns = m->turns || v->late || kmp_expr_find(m->read[k].expr, is_measure, NULL);
+    /* The functions of the expression that are no polynomials. */
+    listing l = {.arena = &m->copy->arena};
+    visit(&l, m->read[k].expr);
+    m->list[k] = l.first;
+    bool listed = !l.failed;
+    for (const kmp_expr_argument *a = m->list[k]; a; a = a->next)
+        m->known++;
+    return kmp_made(m->copy->context, listed);
+}
+
+/* Makes an expression an output, unless it is in every row; its number as in kmp_added_value. */
+static int place_expression(making *m, const char *name, const kmp_expr *e)
+{
+    kmp_added_value row = {.text = "?"};
+    if (is_in_rows(m->copy, &row, e, m->copy->motion_count))
+        return row.shown;
+    m->sensor[m->sensors] = (kmp_sensor){.name = name, .expr = e};
+    m->output[m->outputs++] = (kmp_output){.kind = KMP_OUTPUT_SENSOR, .index = m->sensors++};
+    return m->place++;
+}
+
+static kempe_status place_value(making *m, const char *label, int k, kmp_added_value *v)
+{
+    int part = 0;
+    if (v->shown < 0)
+        return KEMPE_OK;
+    if (m->read[k].expr) {
+        v->shown = place_expression(m, v->text, m->read[k].expr);
+        return KEMPE_OK;
+    }
+    /* The unit of a component, from the row of its output. */
+    kempe_model *copy = m->copy;
+    unsigned *parts = NULL;
+    KMP_TRY(kmp_requested_outputs_at(copy, label, (kmp_place){1, v->column, 0}, v->text, &parts));
+    int width = copy->output_count == 1 ? kmp_output_width(copy, copy->outputs) : 0;
+    part = 0;
+    while (width > 1 && part < width && parts[0] != 1u << part)
+        ++part;
+    if (width == 0 || part >= width)
+        return kmp_fail(copy->context, KEMPE_E_ARGUMENT, "%s:1:%d: '%s' is not one number: give one component of it",
+                        label, v->column, v->text);
+    m->output[m->outputs] = copy->outputs[0];
+    v->rates = true;
+    v->unit = kmp_output_unit(copy, &m->output[m->outputs], part);
+    v->late = m->output[m->outputs].kind != KMP_OUTPUT_ENERGY && m->output[m->outputs].kind != KMP_OUTPUT_MOMENTUM &&
+              m->output[m->outputs].kind != KMP_OUTPUT_ANGULAR_MOMENTUM && m->output[m->outputs].kind != KMP_OUTPUT_GAP;
+    v->shown = m->place + part;
+    m->place += kmp_output_width(m->copy, &m->output[m->outputs++]);
+    return KEMPE_OK;
+}
+
+/* Makes the values, and the arguments of their functions behind them, the outputs of a copy of a model
+ * (model/data/variant.h). KEMPE_E_ARGUMENT: sentences that begin with `label` and a column. */
+static kempe_status add_values(kempe_model *copy, const char *label, int count, kmp_added_value *values,
+                               kmp_added_arguments *arguments)
+{
+    making m = {.copy = copy, .sensors = copy->sensor_count};
+    kmp_arena *arena = &copy->arena;
+    *arguments = (kmp_added_arguments){0};
+    m.read = KMP_ARENA_NEW(arena, kmp_sensor, count);
+    m.list = KMP_ARENA_NEW(arena, const kmp_expr_argument *, count);
+    KMP_TRY(kmp_made(copy->context, m.read && m.list));
+    for (int k = 0; k < count; k++)
+        KMP_TRY(read_value(&m, label, k, &values[k]));
+    m.output = KMP_ARENA_NEW(arena, kmp_output, count + m.known);
+    m.sensor = KMP_ARENA_NEW(arena, kmp_sensor, m.sensors + count + m.known);
+    arguments->of = KMP_ARENA_NEW(arena, kmp_added_argument, m.known);
+    KMP_TRY(kmp_made(copy->context, m.output && m.sensor && arguments->of));
+    if (m.sensors > 0)
+        memcpy(m.sensor, copy->sensors, (size_t)m.sensors * sizeof *m.sensor);
+    for (int k = 0; k < count; k++)
+        KMP_TRY(place_value(&m, label, k, &values[k]));
+    int own = m.outputs;
+    for (int k = 0; k < count; k++)
+        for (const kmp_expr_argument *a = m.list[k]; a; a = a->next) {
+            int shown = place_expression(&m, values[k].text, a->of);
+            arguments->of[arguments->count++] = (kmp_added_argument){a->kind, k, shown};
+        }
+    arguments->outputs = m.outputs - own;
+    arguments->turns = m.turns;
+    copy->sensors = m.sensor;
+    copy->sensor_count = m.sensors;
+    copy->outputs = m.output;
+    copy->output_count = m.outputs;
+    return KEMPE_OK;
+}
+
+/* A number of parameters with a dimension, such as a time, read as in the file. KEMPE_E_ARGUMENT as above. */
+static kempe_status added_number(kempe_model *copy, const char *label, const char *text, int column, const char *what,
+                                 kmp_dimension dimension, double *number)
+{
+    adding a;
+    KMP_TRY(begin(&a, copy, label));
+    const kmp_yaml node = node_of(text, column);
+    (void)kmp_read_fixed(&a.r, &node, what, dimension, number);
+    return end(&a);
+}
+
+/* -- words of quantities ------------------------------------------------------------------------------------ */
 
 /* The words of quantities: the number of arguments, and whether the first one is a condition. */
 static const struct {
@@ -180,7 +658,7 @@ static kempe_status read_time(reading *r, part text, double *time)
 {
     const char *s = copy_of(r, text);
     KMP_TRY(kmp_made(r->context, s));
-    KMP_TRY(kmp_added_number(r->copy, r->label, s, text.column, "the time", KMP_DIM_TIME, time));
+    KMP_TRY(added_number(r->copy, r->label, s, text.column, "the time", KMP_DIM_TIME, time));
     if (*time < 0)
         return complain(r, text, "the time must not be negative");
     r->list->last_time = fmax(r->list->last_time, *time);
@@ -284,7 +762,7 @@ static kempe_status add_limit(reading *r, part item)
     *limit = (kmp_quantity_limit){
         .text = copy_of(r, item), .value = value, .sign = item.s[sign] == '<' ? 1 : -1, .or_equal = or_equal};
     KMP_TRY(kmp_made(r->context, bound && limit->text));
-    return kmp_added_number(r->copy, r->label, bound, right.column, "the limit", KMP_DIM_ANY, &limit->bound);
+    return added_number(r->copy, r->label, bound, right.column, "the limit", KMP_DIM_ANY, &limit->bound);
 }
 
 bool kmp_limit_holds(const kmp_quantity_limit *limit, double value)
@@ -346,7 +824,7 @@ static kempe_status read_all(kmp_quantity_list *list, const kempe_model *model, 
     KMP_TRY(each_item(&r, quantities, "quantity", add_quantity));
     KMP_TRY(each_item(&r, limits, "limit", add_limit));
     kmp_added_arguments arguments;
-    KMP_TRY(kmp_add_values(r.copy, "quantity", list->run.channels, r.channel, &arguments));
+    KMP_TRY(add_values(r.copy, "quantity", list->run.channels, r.channel, &arguments));
     kmp_run_quantities *run = &r.list->run;
     for (int k = 0; k < run->count; k++) {
         kmp_run_quantity *q = &r.of[k];

@@ -2,7 +2,7 @@
 /* Sweeps of coordinates against closed forms, and against themselves: rates against differences, dead centres, branches
  * kept, what is told of drives that are too few or too many. */
 #include "analyses/kinematics/position_sweep.h"
-#include "analyses/kinematics/sweep_point.h"
+#include "analyses/kinematics/sweep.h"
 #include "loaded.h"
 #include "model/data/model.h"
 #include <kempe/kinematics.h>

@@ -4,7 +4,7 @@
  * equal, with as many vectors and with fewer; what nothing holds. */
 #include "analyses/equilibrium/equilibrium_study.h"
 #include "analyses/equilibrium/operating.h"
-#include "analyses/modes/mode_slopes.h"
+#include "analyses/modes/eigenmodes.h"
 #include "loaded.h"
 #include "model/data/model.h"
 #include "model/data/variant.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Modes against closed forms, against each other in other independent coordinates, against a companion matrix, and
  * against simulations that begin on one; and what becomes of them when a parameter varies. */
-#include "analyses/modes/assign.h"
+#include "analyses/modes/locus.h"
 #include "analyses/modes/modes_study.h"
 #include "base/memory.h"
 #include "loaded.h"

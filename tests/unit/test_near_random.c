@@ -3,7 +3,7 @@
 /* Random mechanisms with loops, drives, bushings, springs and dampers near a closed state: what follows of a small
  * change of the independent coordinates and of the parameters against differences of the state found anew; the same
  * backwards; eigenvalues' derivatives against differences of eigenvalues. */
-#include "analyses/modes/mode_slopes.h"
+#include "analyses/modes/eigenmodes.h"
 #include "constraints/closing/assemble.h"
 #include "model/data/model.h"
 #include "model/data/variant.h"

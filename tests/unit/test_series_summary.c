@@ -47,7 +47,6 @@ static void few_rows(void)
 {
     const double x[] = {7}, y[] = {-2}, unknown[] = {NAN};
     kmp_series_summary one = kmp_series_summarise(1, x, y, 1), none = kmp_series_summarise(0, x, y, 1);
-#include "testing.h"
     kmp_series_summary hidden = kmp_series_summarise(1, x, unknown, 1);
     CHECK(one.low == -2 && one.high_at == 7 && one.mean == -2 && one.rms == 2);
     CHECK(isnan(none.low) && isnan(none.mean) && isnan(none.rms));

@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Statistics of ensembles against closed forms: Sobol's indices of Ishigami's function, moments, quantiles and
  * regression of a linear chain of tolerances, all within three standard errors; shares of distributions. */
-#include "ensemble/sampling/distributions.h"
-#include "ensemble/statistics/contributions.h"
-#include "ensemble/statistics/shares.h"
+#include "ensemble/sampling/sampling.h"
+#include "ensemble/statistics/statistics.h"
 #include "testing.h"
 #include <kempe/ensemble.h>
 #include <kempe/table.h>

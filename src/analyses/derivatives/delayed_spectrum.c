@@ -15,6 +15,193 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* The characteristic equation P(s) x = 0 of the unknowns that move: coordinates and values of states. The row of a
+ * delay is multiplied by e^(-s T). */
+typedef struct delayed_equation {
+    const kmp_linear *linear;
+    kmp_arena arena;         /* of all arrays */
+    int count;               /* of unknowns */
+    int *place;              /* count: each among u */
+    int order;               /* of the determinant in s */
+    double longest;          /* the sum of the delays */
+    double _Complex *matrix; /* count x count: work */
+    int *pivot;
+} delayed_equation;
+
+/* An entry of P(s), its derivative by s, and the sum of the moduli of its terms. */
+typedef struct delayed_entry {
+    double complex value, slope;
+    double size;
+} delayed_entry;
+
+/* -- the characteristic equation, and the roots to the right of a line -------------------------------------- */
+
+enum { MOST_TURNS = 200000, MOST_DOUBLINGS = 200 };
+
+static const double half_turn = 3.14159265358979323846264338328;
+
+double kmp_delay_of(const kmp_linear *linear, int k)
+{
+    const kmp_state *state = kmp_state_of(linear->system->model, linear->part.u[k]);
+    return state ? state->delay.value : 0;
+}
+
+static bool is_state(const kmp_linear *l, int k)
+{
+    return kmp_state_of(l->system->model, l->part.u[k]);
+}
+
+/* With the linear equations at a state. KEMPE_E_MEMORY. */
+static kempe_status delayed_equation_init(delayed_equation *e, const kmp_linear *linear)
+{
+    *e = (delayed_equation){.linear = linear, .count = kmp_linear_moving(linear, NULL)};
+    const ptrdiff_t count = e->count;
+    const bool made = KMP_ARENA_MAKE(&e->arena, KMP_ROOM(double complex, count *count, &e->matrix),
+                                     KMP_ROOM(int, count, &e->pivot), KMP_ROOM(int, count, &e->place));
+    KMP_TRY(kmp_made(linear->system->context, made && e->place));
+    kmp_linear_moving(linear, e->place);
+    for (int k = 0; k < e->count; k++) {
+        const double delay = kmp_delay_of(linear, e->place[k]);
+        e->order += delay > 0 ? 0 : is_state(linear, e->place[k]) ? 1 : 2;
+        e->longest += delay;
+    }
+    return KEMPE_OK;
+}
+
+static delayed_entry delayed_entry_at(const delayed_equation *equation, double complex s, int row, int column)
+{
+    const kmp_linear *l = equation->linear;
+    const int i = equation->place[row], j = equation->place[column], at = i + j * l->p;
+    const double m = l->mass[at], g = l->damping[at], k = l->stiffness[at], late = kmp_delay_of(l, i);
+    const double complex past = late > 0 ? cexp(-s * late) : 1;
+    if (late > 0 && row == column) {
+        const double complex now = (g - m / late) * past;
+        return (delayed_entry){m / late + now, -late * now, fabs(m / late) + cabs(now)};
+    }
+    const bool first = is_state(l, j);
+    const double complex value = first ? g + s * m : k + s * g + s * s * m, slope = first ? m : g + 2 * s * m;
+    const double size = cabs(s), terms = first ? fabs(g) + size * fabs(m) : fabs(k) + size * (fabs(g) + size * fabs(m));
+    if (late > 0)
+        return (delayed_entry){value * past, (slope - late * value) * past, terms * cabs(past)};
+    return (delayed_entry){value, slope, terms};
+}
+
+/* The part of an entry that leads in s, over its power. */
+static double leading(const delayed_equation *c, int row, int column)
+{
+    const kmp_linear *l = c->linear;
+    const int i = c->place[row], j = c->place[column];
+    const double m = l->mass[i + j * l->p], delay = kmp_delay_of(l, j);
+    if (kmp_delay_of(l, i) > 0 || delay > 0)
+        return row == column ? m / delay : 0;
+    return m;
+}
+
+/* The logarithm of the determinant: of its modulus, and the argument up to turns; of its leading part in s where
+ * `leads`. */
+static double complex log_determinant(const delayed_equation *c, double complex s, bool leads)
+{
+    const int p = c->count;
+    double complex sum = 0;
+    for (int k = 0; k < p; k++)
+        for (int i = 0; i < p; i++)
+            c->matrix[i + k * p] = leads ? leading(c, i, k) : delayed_entry_at(c, s, i, k).value;
+    if (kmp_lu_complex_factor(p, c->matrix, c->pivot) != 0)
+        return -INFINITY;
+    for (int k = 0; k < p; k++) { /* pivots are kept as reciprocals */
+        sum -= clog(c->matrix[k + k * p]);
+        sum += c->pivot[k] != k ? I * half_turn : 0;
+    }
+    return sum;
+}
+
+static double wrapped(double angle)
+{
+    return remainder(angle, 2 * half_turn);
+}
+
+/* The least power of two from `w` on beyond which the determinant is near its leading term on the line of `bound`, and
+ * the argument that is left from there to infinity; 0: none. */
+static double far_end(const delayed_equation *c, double bound, double w, double *rest)
+{
+    double complex lead = log_determinant(c, 0, true);
+    double found = 0;
+    int near = 0;
+    for (int k = 0; isfinite(creal(lead)) && near < 3 && k < MOST_DOUBLINGS; k++, w *= 2) {
+        const double complex s = bound + I * w;
+        double complex part = log_determinant(c, s, false) - lead - c->order * clog(s);
+        double complex off = cexp(creal(part) + I * wrapped(cimag(part))) - 1;
+        near = cabs(off) < 0.3 ? near + 1 : 0;
+        found = w;
+        *rest = -wrapped(cimag(part)) + c->order * (0.5 * half_turn - carg(s));
+    }
+    return near == 3 ? found : 0;
+}
+
+/* The argument by which the determinant turns between two points of the line of `bound`, in steps that two halves
+ * confirm; NaN: not found. */
+static double turn(const delayed_equation *c, double bound, double from, double to)
+{
+    double sum = 0, w = from, step = from > 0 ? 0.1 * from : 0.1 / c->longest;
+    double now = cimag(log_determinant(c, bound + I * w, false));
+    for (int k = 0; k < MOST_TURNS && w < to; k++) {
+        step = fmin(fmin(step, to - w), 0.5 / c->longest);
+        double complex middle = log_determinant(c, bound + I * (w + 0.5 * step), false);
+        double complex end = log_determinant(c, bound + I * (w + step), false);
+        double first = wrapped(cimag(middle) - now), second = wrapped(cimag(end) - cimag(middle));
+        bool good = fabs(first) < 0.3 && fabs(second) < 0.3 && isfinite(creal(middle)) && isfinite(creal(end));
+        if (!good && step < 1e-9 * fmax(w, 1 / c->longest))
+            return NAN;
+        if (!good) {
+            step *= 0.5;
+            continue;
+        }
+        sum += first + second;
+        now = cimag(end);
+        w = to - w <= step ? to : w + step;
+        step *= 1.5;
+    }
+    return w < to ? NAN : sum;
+}
+
+static kempe_status take_whole(double roots, int *count)
+{
+    *count = isfinite(roots) ? (int)lround(roots) : -1;
+    return fabs(roots - *count) < 0.01 && *count >= 0 ? KEMPE_OK : KEMPE_E_FAILED;
+}
+
+/* The number of roots with a real part above `bound`, which is not that of a root, by the principle of the argument:
+ * the argument of the determinant over s = bound + i w from w = 0 to infinity turns by half a turn less for each of
+ * them. KEMPE_E_FAILED without a message: a root is too close to that line. */
+static kempe_status delayed_right_of(const delayed_equation *equation, double bound, int *count)
+{
+    double rest = 0, end = far_end(equation, bound, 1 / equation->longest, &rest);
+    if (!(end > 0))
+        return KEMPE_E_FAILED;
+    return take_whole(0.5 * equation->order - (turn(equation, bound, 0, end) + rest) / half_turn, count);
+}
+
+static kempe_status count_roots(const delayed_equation *c, int *growing, int *zeros)
+{
+    double rest = 0, end = far_end(c, 0, 1 / c->longest, &rest), low = KMP_DELAYED_STILL * end;
+    if (!(end > 0))
+        return KEMPE_E_FAILED;
+    double at_low = creal(log_determinant(c, I * low, false)),
+           at_double = creal(log_determinant(c, 2 * I * low, false));
+    KMP_TRY(take_whole((at_double - at_low) / log(2), zeros));
+    return take_whole(0.5 * (c->order - *zeros) - (turn(c, 0, low, end) + rest) / half_turn, growing);
+}
+
+kempe_status kmp_delayed_growing(const kmp_linear *linear, int *growing, int *zeros)
+{
+    delayed_equation c;
+    kempe_status status = delayed_equation_init(&c, linear);
+    if (status == KEMPE_OK)
+        status = count_roots(&c, growing, zeros);
+    kmp_arena_free(&c.arena);
+    return status;
+}
+
 /* Points of a delay: the first number of them, doubled until the roots are complete, within a size of the system. MORE
  * roots than the system has states without delays are listed. Lines between neighbours are tried, LINES of them. */
 enum { FIRST_POINTS = 32, LEVELS = 2, MOST_SIZE = 600, MORE = 10, LINES = 3, MOST_STEPS = 40 };
@@ -25,7 +212,7 @@ typedef struct root {
 } root;
 
 typedef struct search {
-    kmp_delayed_equation equation;
+    delayed_equation equation;
     const kmp_linear *linear;
     kmp_arena arena;
     int width, *place; /* the first-order form of the averaged system, x' = a x */
@@ -66,20 +253,6 @@ static void put(search *m, int row, int column, double x)
     m->generator[row + (ptrdiff_t)column * m->size] += x;
 }
 
-/* The signal before the delay of entry i has T (a x)_i + x_i, where a has (u - y)/T. */
-static void put_delay(search *m, int i, const double *differences)
-{
-    const int n = m->points, first = m->at[i] - n + 1;
-    const double T = delay_of(m, i);
-    for (int j = 1; j <= n; j++) {
-        const double *row = differences + (ptrdiff_t)j * (n + 1);
-        for (int k = 1; k <= n; k++)
-            put(m, first + j - 1, first + k - 1, 2 / T * row[k]);
-        for (int k = 0; k < m->width; k++)
-            put(m, first + j - 1, m->at[k], 2 / T * row[0] * (T * m->a[i + (ptrdiff_t)k * m->width] + (k == i)));
-    }
-}
-
 static kempe_status discretise(search *m, int points)
 {
     const ptrdiff_t most = m->plain + (ptrdiff_t)m->delays * points, n = points;
@@ -98,9 +271,19 @@ static kempe_status discretise(search *m, int points)
         for (int k = 0; k <= points; k++)
             differences[j * (n + 1) + k] = derivative(points, j, k);
     for (int i = 0; i < m->width; i++)
-        if (delay_of(m, i) > 0)
-            put_delay(m, i, differences);
-        else
+        if (delay_of(m, i) > 0) {
+            /* The signal before the delay of entry i has T (a x)_i + x_i, where a has (u - y)/T. */
+            const int order = m->points, first = m->at[i] - order + 1;
+            const double T = delay_of(m, i);
+            for (int j = 1; j <= order; j++) {
+                const double *row = differences + (ptrdiff_t)j * (order + 1);
+                for (int k = 1; k <= order; k++)
+                    put(m, first + j - 1, first + k - 1, 2 / T * row[k]);
+                for (int k = 0; k < m->width; k++)
+                    put(m, first + j - 1, m->at[k],
+                        2 / T * row[0] * (T * m->a[i + (ptrdiff_t)k * m->width] + (k == i)));
+            }
+        } else
             for (int k = 0; k < m->width; k++)
                 put(m, m->at[i], m->at[k], m->a[i + (ptrdiff_t)k * m->width]);
     if (kmp_eigen_general(m->size, m->generator, m->re, m->im, m->v_re, m->v_im, m->left, m->left) == 0)
@@ -113,11 +296,11 @@ static kempe_status discretise(search *m, int points)
 /* P(s) in factors, rows of the size one. */
 static bool factor(search *m, double complex s)
 {
-    kmp_delayed_equation *e = &m->equation;
+    delayed_equation *e = &m->equation;
     for (int i = 0; i < e->count; i++) {
         m->row[i] = 0;
         for (int k = 0; k < e->count; k++) {
-            const kmp_delayed_entry x = kmp_delayed_entry_at(e, s, i, k);
+            const delayed_entry x = delayed_entry_at(e, s, i, k);
             e->matrix[i + k * e->count] = x.value;
             m->row[i] = fmax(m->row[i], x.size);
         }
@@ -130,11 +313,11 @@ static bool factor(search *m, double complex s)
 /* P(s)^-1 of P'(s) x, or of ones where x is NULL. */
 static void solve(search *m, double complex s, const double complex *x, double complex *out)
 {
-    kmp_delayed_equation *e = &m->equation;
+    delayed_equation *e = &m->equation;
     for (int i = 0; i < e->count; i++) {
         double complex sum = x ? 0 : 1;
         for (int k = 0; x && k < e->count; k++)
-            sum += kmp_delayed_entry_at(e, s, i, k).slope * x[k];
+            sum += delayed_entry_at(e, s, i, k).slope * x[k];
         out[i] = sum / (x && m->row[i] > 0 ? m->row[i] : 1);
     }
     kmp_lu_complex_solve(e->count, e->matrix, e->pivot, out);
@@ -143,13 +326,13 @@ static void solve(search *m, double complex s, const double complex *x, double c
 /* Relative to the terms of each row. */
 static double residual_of(const search *m, const root *r)
 {
-    const kmp_delayed_equation *e = &m->equation;
+    const delayed_equation *e = &m->equation;
     double worst = 0;
     for (int i = 0; i < e->count; i++) {
         double complex sum = 0;
         double terms = 0;
         for (int k = 0; k < e->count; k++) {
-            const kmp_delayed_entry x = kmp_delayed_entry_at(e, r->s, i, k);
+            const delayed_entry x = delayed_entry_at(e, r->s, i, k);
             sum += x.value * r->x[k];
             terms += x.size * cabs(r->x[k]);
         }
@@ -205,28 +388,6 @@ static bool is_known(const search *m, double complex s)
     return false;
 }
 
-/* A real root has a real vector. One that an upper eigenvalue, which has a conjugate, has led to is double: the other
- * part of its vector is that of the second one. */
-static void split(search *m, root *r, bool twice)
-{
-    const int n = m->equation.count;
-    double re = 0, im = 0;
-    for (int k = 0; k < n; k++) {
-        re = fmax(re, fabs(creal(r->x[k])));
-        im = fmax(im, fabs(cimag(r->x[k])));
-    }
-    r->s = creal(r->s);
-    root *other = &m->root[m->count];
-    for (int k = 0; twice && k < n; k++)
-        other->x[k] = im > KMP_DELAYED_NEAR * re ? cimag(r->x[k]) : creal(r->x[k]);
-    for (int k = 0; k < n; k++)
-        r->x[k] = re > 0 ? creal(r->x[k]) : cimag(r->x[k]);
-    if (twice) {
-        other->s = r->s;
-        other->k = m->count++;
-    }
-}
-
 /* Refines the root behind the last one, from s. It stays where it is a root within `reach` of s. */
 static void take(search *m, double complex s, double reach, double complex *next)
 {
@@ -239,8 +400,27 @@ static void take(search *m, double complex s, double reach, double complex *next
     if (!real && cimag(r->s) < 0)
         return;
     m->count++;
-    if (real)
-        split(m, r, cimag(s) > 0);
+    if (real) {
+        /* A real root has a real vector. One that an upper eigenvalue, which has a conjugate, has led to is double: the
+         * other part of its vector is that of the second one. */
+        const bool twice = cimag(s) > 0;
+        const int n = m->equation.count;
+        double re = 0, im = 0;
+        for (int k = 0; k < n; k++) {
+            re = fmax(re, fabs(creal(r->x[k])));
+            im = fmax(im, fabs(cimag(r->x[k])));
+        }
+        r->s = creal(r->s);
+        root *other = &m->root[m->count];
+        for (int k = 0; twice && k < n; k++)
+            other->x[k] = im > KMP_DELAYED_NEAR * re ? cimag(r->x[k]) : creal(r->x[k]);
+        for (int k = 0; k < n; k++)
+            r->x[k] = re > 0 ? creal(r->x[k]) : cimag(r->x[k]);
+        if (twice) {
+            other->s = r->s;
+            other->k = m->count++;
+        }
+    }
 }
 
 /* The eigenvector c of the discretised system: coordinates, values of states, and ends of delays. */
@@ -339,7 +519,7 @@ static int find_line(search *m, double *bound)
         if (!isfinite(line) || (m->zeros > 0 && line >= 0))
             continue;
         tried++;
-        if (kmp_delayed_right_of(&m->equation, line, &right) == KEMPE_OK && right == roots) {
+        if (delayed_right_of(&m->equation, line, &right) == KEMPE_OK && right == roots) {
             *bound = line;
             return kept;
         }
@@ -381,24 +561,10 @@ static kempe_status find(search *m, bool brief, int *kept, double *bound)
 
 /* -- result ------------------------------------------------------------------------------------------ */
 
-static void put_root(const search *m, kmp_delayed_spectrum *out, const root *r)
-{
-    for (int half = 0; half < multiplicity(r); half++) {
-        const int c = out->count++;
-        out->re[c] = creal(r->s);
-        out->im[c] = half ? -cimag(r->s) : cimag(r->s);
-        for (int k = 0; k < m->equation.count; k++) {
-            const ptrdiff_t at = m->equation.place[k] + (ptrdiff_t)c * out->p;
-            out->x_re[at] = creal(r->x[k]);
-            out->x_im[at] = half ? -cimag(r->x[k]) : cimag(r->x[k]);
-        }
-    }
-}
-
 /* A basis of the null space of P(0), its rows of the size one. */
 static kempe_status put_zeros(search *m, kmp_delayed_spectrum *out)
 {
-    const kmp_delayed_equation *e = &m->equation;
+    const delayed_equation *e = &m->equation;
     const int n = e->count;
     double *a = NULL, *pivots = NULL, *x = NULL;
     int *row = NULL, *column = NULL;
@@ -408,7 +574,7 @@ static kempe_status put_zeros(search *m, kmp_delayed_spectrum *out)
     for (int i = 0; i < n; i++) {
         double size = 0;
         for (int k = 0; k < n; k++) {
-            const kmp_delayed_entry entry = kmp_delayed_entry_at(e, 0, i, k);
+            const delayed_entry entry = delayed_entry_at(e, 0, i, k);
             a[i + k * n] = creal(entry.value);
             size = fmax(size, entry.size);
         }
@@ -440,7 +606,16 @@ static kempe_status give(search *m, int kept, kmp_delayed_spectrum *out)
     qsort(m->root, (size_t)kept, sizeof *m->root, by_modulus);
     for (int k = 0; k < m->count; k++) {
         out->shown = k == kept ? out->count : out->shown;
-        put_root(m, out, &m->root[k]);
+        for (int half = 0; half < multiplicity(&m->root[k]); half++) {
+            const int c = out->count++;
+            out->re[c] = creal(m->root[k].s);
+            out->im[c] = half ? -cimag(m->root[k].s) : cimag(m->root[k].s);
+            for (int i = 0; i < m->equation.count; i++) {
+                const ptrdiff_t at = m->equation.place[i] + (ptrdiff_t)c * out->p;
+                out->x_re[at] = creal(m->root[k].x[i]);
+                out->x_im[at] = half ? -cimag(m->root[k].x[i]) : cimag(m->root[k].x[i]);
+            }
+        }
     }
     out->shown = kept == m->count ? out->count : out->shown;
     return KEMPE_OK;
@@ -449,7 +624,7 @@ static kempe_status give(search *m, int kept, kmp_delayed_spectrum *out)
 static kempe_status begin(search *m, const kmp_linear *linear)
 {
     const ptrdiff_t n = 2 * (ptrdiff_t)linear->p, count = linear->p;
-    KMP_TRY(kmp_delayed_equation_init(&m->equation, linear));
+    KMP_TRY(delayed_equation_init(&m->equation, linear));
     KMP_TRY(kmp_made(linear->system->context,
                      KMP_ARENA_MAKE(&m->arena, KMP_ROOM(int, n, &m->place, &m->at), KMP_ROOM(double, n *n, &m->a),
                                     KMP_ROOM(double, count, &m->row)) &&
@@ -505,7 +680,7 @@ kempe_status kmp_delayed_spectrum_init(kmp_delayed_spectrum *spectrum, const kmp
         status = find(&m, brief, &kept, &spectrum->bound);
     if (status == KEMPE_OK)
         status = give(&m, kept, spectrum);
-    kmp_delayed_equation_free(&m.equation);
+    kmp_arena_free(&m.equation.arena);
     kmp_arena_free(&m.arena);
     return status;
 }

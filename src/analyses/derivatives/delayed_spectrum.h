@@ -8,7 +8,15 @@
  * checked. The principle of the argument then counts the roots to the right of a line, none of which may be absent. */
 #pragma once
 
-#include "analyses/derivatives/delayed_motion.h"
+#include "analyses/derivatives/linearized.h"
+#include <complex.h>
+
+/** The delay of unknown k; 0: it is none. */
+double kmp_delay_of(const kmp_linear *linear, int k);
+
+/** Finds how many roots have a positive real part, and how many are zero. With the linear equations at a state.
+ * KEMPE_E_MEMORY; KEMPE_E_FAILED without a message: a root is too close to the axis. */
+kempe_status kmp_delayed_growing(const kmp_linear *linear, int *growing, int *zeros);
 
 typedef struct kmp_delayed_spectrum {
     kmp_arena arena;  /* of all arrays */

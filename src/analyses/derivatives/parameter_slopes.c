@@ -9,6 +9,7 @@
 #include "dynamics/kinematics/kinematics_conditions.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/link_tree.h"
+#include "linalg/dense/dot.h"
 #include "model/data/model.h"
 #include "model/data/variant.h"
 #include "symbolic/derivative.h"
@@ -40,7 +41,10 @@ static void end_column(gather *g)
 
 /* -- directions of parameters ------------------------------------------------------------------------ */
 
-int kmp_slopes_lead(const kmp_tree *tree, int count, kmp_ref *leaf, kmp_ref *direction)
+/* Appends the dependent parameters to leaves (`count`, with room for all parameters) that change in some directions,
+ * each after those that it needs, with the derivatives of their expressions. Returns the new number of leaves; -1: no
+ * memory. */
+static int lead_parameters(const kmp_tree *tree, int count, kmp_ref *leaf, kmp_ref *direction)
 {
     const kempe_model *m = tree->model;
     kmp_derivative *along = kmp_derivative_new(tree->graph, count, leaf, direction);
@@ -64,7 +68,7 @@ static bool add_parameters(gather *g)
         g->leaf[0] = named >= 0 ? kmp_input(g->eq.graph, KMP_IN_PARAMETER, (uint32_t)named)
                                 : kmp_input(g->eq.graph, KMP_IN_TIME, (uint32_t)(-1 - named));
         g->direction[0] = KMP_ONE;
-        int leaves = kmp_slopes_lead(&g->eq.tree, 1, g->leaf, g->direction);
+        int leaves = lead_parameters(&g->eq.tree, 1, g->leaf, g->direction);
         ok = leaves > 0 && kmp_derivative_restart(g->along, leaves, g->leaf, g->direction);
         for (int i = 0; ok && i < g->of_count; i++)
             kmp_listing_put(&g->list, 0, i, g->x->columns, kmp_derivative_of(g->along, g->of[i]));
@@ -75,7 +79,8 @@ static bool add_parameters(gather *g)
 
 /* -- the equations ----------------------------------------------------------------------------------- */
 
-void kmp_slopes_collect(const kmp_equations *eq, kmp_ref *of)
+/* The equations to differentiate: h, J qd + h_t and J qdd + jdqd (m each), M qdd + C - J' lambda (n). */
+static void collect_sets(const kmp_equations *eq, kmp_ref *of)
 {
     int n = eq->n, m = eq->m;
     for (int i = 0; i < m; i++) {
@@ -112,7 +117,7 @@ static bool add_equations(gather *g)
     g->of = KMP_ARENA_NEW(&g->arena, kmp_ref, 3 * m + 3 * n + 1);
     if (!g->of)
         return false;
-    kmp_slopes_collect(&g->eq, g->of);
+    collect_sets(&g->eq, g->of);
     for (int i = 0; i < n; i++) {
         g->of[3 * m + n + i] = kmp_tree_number(&g->eq.tree, &start->q[i]);
         g->of[3 * m + 2 * n + i] = kmp_tree_number(&g->eq.tree, &start->qd[i]);
@@ -130,17 +135,6 @@ enum { COLUMN_KINDS = sizeof columns / sizeof *columns };
 static int size_of(const kmp_slopes *s, int kind)
 {
     return columns[kind] == KMP_IN_TIME ? 1 : columns[kind] == KMP_IN_LAMBDA ? s->m : s->n;
-}
-
-static bool add_column(gather *g, kmp_partials *partials, kmp_ref leaf)
-{
-    const int *which;
-    const kmp_ref *value;
-    int count = kmp_partials_along(partials, leaf, &which, &value);
-    for (int i = 0; i < count; i++)
-        kmp_listing_put(&g->list, 0, which[i], g->x->columns, value[i]);
-    end_column(g);
-    return count >= 0;
 }
 
 /* Adds the derivatives along a leaf, times `by`, to `total`. */
@@ -184,8 +178,16 @@ static bool add_state(gather *g)
     kmp_partials *partials = kmp_partials_new(graph, g->of_count, g->of);
     bool ok = partials && add_time(g, partials);
     for (int c = 1; c < COLUMN_KINDS; c++)
-        for (int k = 0; ok && k < size_of(g->s, c); k++)
-            ok = add_column(g, partials, kmp_input(graph, columns[c], (uint32_t)k));
+        for (int k = 0; ok && k < size_of(g->s, c); k++) {
+            const kmp_ref leaf = kmp_input(graph, columns[c], (uint32_t)k);
+            const int *which;
+            const kmp_ref *value;
+            int count = kmp_partials_along(partials, leaf, &which, &value);
+            for (int i = 0; i < count; i++)
+                kmp_listing_put(&g->list, 0, which[i], g->x->columns, value[i]);
+            end_column(g);
+            ok = count >= 0;
+        }
     kmp_partials_free(partials);
     return ok;
 }
@@ -274,7 +276,8 @@ static bool make_machine(gather *g, const kmp_backend *backend)
                                                         backend, g->s->system->parameters);
 }
 
-kempe_status kmp_slopes_equations(kmp_equations *eq, const kempe_system *system, kmp_events *events, unsigned sets)
+/* The equations of a system that has met all its conditions: none is added. `events` outlive them. */
+static kempe_status derive_for_slopes(kmp_equations *eq, const kempe_system *system, kmp_events *events, unsigned sets)
 {
     *events = system->events;
     const kmp_derivation_request scene = {
@@ -289,7 +292,7 @@ static kempe_status derive(kmp_slopes *s, unsigned sets, bool (*add)(gather *g),
     const kmp_derivation_request in_place = {.sets = sets, .plain = true, .charted = true};
     kmp_events events;
     KMP_TRY(x == &s->samples ? kmp_equations_derive(&g.eq, s->system->model, &in_place)
-                             : kmp_slopes_equations(&g.eq, s->system, &events, sets));
+                             : derive_for_slopes(&g.eq, s->system, &events, sets));
     int parameters = g.eq.model->parameter_count, width = 1 + 3 * g.s->n + g.s->m + g.s->count;
     g.x->start = KMP_NEW(int, width + 1);
     g.leaf = KMP_ARENA_NEW(&g.arena, kmp_ref, parameters + 1);
@@ -320,19 +323,8 @@ static int find_given(const kempe_model *m, const char *name)
     return 0;
 }
 
-/* Of parameters and inputs (named_leaf). */
-static kempe_status find_names(const kempe_system *system, int count, const char *const *names, int *named)
-{
-    for (int p = 0; p < count; p++) {
-        int given = find_given(system->model, names[p]);
-        named[p] = -1 - given;
-        if (!given)
-            KMP_TRY(kmp_slopes_find(system, 1, names + p, named + p));
-    }
-    return KEMPE_OK;
-}
-
-kempe_status kmp_slopes_find(const kempe_system *system, int count, const char *const *names, int *parameter)
+/* The numbers of the named parameters. KEMPE_E_ARGUMENT: a parameter that is not variable. */
+static kempe_status find_parameters(const kempe_system *system, int count, const char *const *names, int *parameter)
 {
     const kempe_model *m = system->model;
     for (int p = 0; p < count; p++) {
@@ -341,6 +333,18 @@ kempe_status kmp_slopes_find(const kempe_system *system, int count, const char *
             return kmp_fail(system->context, KEMPE_E_ARGUMENT,
                             "parameter '%s' is not a variable parameter of the equations", names[p]);
         parameter[p] = k;
+    }
+    return KEMPE_OK;
+}
+
+/* Of parameters and inputs (named_leaf). */
+static kempe_status find_names(const kempe_system *system, int count, const char *const *names, int *named)
+{
+    for (int p = 0; p < count; p++) {
+        int given = find_given(system->model, names[p]);
+        named[p] = -1 - given;
+        if (!given)
+            KMP_TRY(find_parameters(system, 1, names + p, named + p));
     }
     return KEMPE_OK;
 }
@@ -496,4 +500,119 @@ void kmp_slopes_gradient(const kmp_slopes *slopes, const kmp_slope_matrix *of, c
         for (int k = 0; k < part_size(slopes, c); k++, column++)
             for (int e = of->start[column]; part[c] && e < of->start[column + 1]; e++)
                 part[c][k] += of->value[of->entry[e].source] * w[of->entry[e].row];
+}
+
+/* -- second derivatives: forward differentiation twice, first along a and then along b ---------------------- */
+
+/* Leaves and where each moves. */
+typedef struct motion {
+    kmp_ref *leaf, *direction;
+    int count;
+} motion;
+
+static motion motion_of(kmp_arena *arena, int most)
+{
+    return (motion){KMP_ARENA_NEW(arena, kmp_ref, most), KMP_ARENA_NEW(arena, kmp_ref, most), 0};
+}
+
+/* Adds an input to the motion, with another input as its direction. */
+static void move(motion *x, kmp_graph *g, kmp_input_kind kind, int index, int along)
+{
+    x->leaf[x->count] = kmp_input(g, kind, (uint32_t)index);
+    x->direction[x->count++] = kmp_input(g, KMP_IN_ALONG, (uint32_t)along);
+}
+
+/* q, qd, qdd and lambda along inputs from `at` on. */
+static void move_state(motion *x, const kmp_equations *eq, int at)
+{
+    static const kmp_input_kind kind[] = {KMP_IN_Q, KMP_IN_QD, KMP_IN_QDD, KMP_IN_LAMBDA};
+    int n = eq->n;
+    for (int k = 0; k < 3 * n + eq->m; k++)
+        move(x, eq->graph, kind[k < 3 * n ? k / n : 3], k < 3 * n ? k % n : k - 3 * n, at + k);
+}
+
+/* -- the program ------------------------------------------------------------------------------------- */
+
+static bool differentiate(const motion *x, kmp_graph *g, int count, kmp_ref *of)
+{
+    kmp_derivative *d = kmp_derivative_new(g, x->count, x->leaf, x->direction);
+    for (int k = 0; d && k < count; k++)
+        of[k] = kmp_derivative_of(d, of[k]);
+    kmp_derivative_free(d);
+    return d && !kmp_graph_failed(g);
+}
+
+static kempe_status derive_all(kmp_second_derivatives *second, const kempe_system *system, const kmp_backend *backend,
+                               const int *parameter)
+{
+    kmp_equations eq;
+    kmp_events events;
+    KMP_TRY(derive_for_slopes(&eq, system, &events, KMP_SET_CLOSURE | KMP_SET_JDQD | KMP_SET_RESIDUAL));
+    /* Parameters go along b as given, and with them those that follow. */
+    int state = 3 * eq.n + eq.m, count = eq.n + 3 * eq.m;
+    kmp_arena arena = {0};
+    kmp_ref *of = KMP_ARENA_NEW(&arena, kmp_ref, count);
+    motion a = motion_of(&arena, state), b = motion_of(&arena, state + eq.model->parameter_count);
+    bool ok = !arena.failed;
+    if (ok) {
+        collect_sets(&eq, of);
+        move_state(&a, &eq, 0);
+        move_state(&b, &eq, state);
+        for (int i = 0; i < second->count; i++)
+            move(&b, eq.graph, KMP_IN_PARAMETER, parameter[i], 2 * state + i);
+        b.count = lead_parameters(&eq.tree, b.count, b.leaf, b.direction);
+        ok = b.count >= 0 && differentiate(&a, eq.graph, count, of) && differentiate(&b, eq.graph, count, of) &&
+             kmp_formulas_init(&second->bent, eq.graph, count, of, backend, system->parameters);
+    }
+    kmp_arena_free(&arena);
+    kmp_equations_free(&eq);
+    return ok ? KEMPE_OK : kmp_fail_memory(system->context);
+}
+
+kempe_status kmp_second_derivatives_init(kmp_second_derivatives *second, const kempe_system *system,
+                                         const kmp_backend *backend, int count, const char *const *names)
+{
+    *second = (kmp_second_derivatives){.n = system->n, .m = system->m, .count = count};
+    if (system->force)
+        return kmp_fail(system->context, KEMPE_E_FAILED,
+                        "second derivatives are required, and those of a user-defined force are unknown: define it as "
+                        "a force of the model");
+    int *parameter = KMP_NEW(int, count);
+    second->along = KMP_NEW(double, 2 * (3 * system->n + system->m) + count);
+    kempe_status status = parameter && second->along ? find_parameters(system, count, names, parameter)
+                                                     : kmp_fail_memory(system->context);
+    if (status == KEMPE_OK)
+        status = derive_all(second, system, backend, parameter);
+    kmp_free(parameter);
+    if (status != KEMPE_OK)
+        kmp_second_derivatives_free(second);
+    return status;
+}
+
+KMP_CLEARS(kmp_second_derivatives, second, kmp_formulas_free(&second->bent), kmp_free(second->along))
+
+/* -- numbers ----------------------------------------------------------------------------------------- */
+
+static double *put(double *to, int count, const double *from)
+{
+    kmp_copy_or_zero(count, from, to);
+    return to + count;
+}
+
+kmp_second_values kmp_second_derivatives_along(kmp_second_derivatives *second, const kmp_variation *a,
+                                               const kmp_variation *b, const double *parameter)
+{
+    const kmp_variation *course[] = {a, b};
+    double *to = second->along;
+    for (int k = 0; k < 2; k++) {
+        to = put(to, second->n, course[k]->q);
+        to = put(to, second->n, course[k]->qd);
+        to = put(to, second->n, course[k]->qdd);
+        to = put(to, second->m, course[k]->lambda);
+    }
+    (void)put(to, second->count, parameter);
+    kmp_machine_set(second->bent.machine, KMP_IN_ALONG, second->along);
+    const double *out = kmp_machine_run(second->bent.machine, 1);
+    int m = second->m;
+    return (kmp_second_values){out + 3 * m, out, out + m, out + 2 * m};
 }

@@ -5,6 +5,7 @@
  * response of a mechanism. Derived once; values of parameters may change. */
 #pragma once
 
+#include "integrators/formulations/evaluation_point.h"
 #include "integrators/formulations/reduced_jacobian.h"
 
 /** Derivatives of one program by columns, and the program. */
@@ -30,22 +31,8 @@ typedef struct kmp_slopes {
     kmp_slope_matrix samples; /* of the next values of states that are sampled or change at events, in rows: these */
 } kmp_slopes;
 
-/** The equations of a system that has met all its conditions: none is added. `events` outlive them. */
-kempe_status kmp_slopes_equations(kmp_equations *eq, const kempe_system *system, kmp_events *events, unsigned sets);
-
-/** The equations to differentiate: h, J qd + h_t and J qdd + jdqd (m each), M qdd + C - J' lambda (n). */
-void kmp_slopes_collect(const kmp_equations *eq, kmp_ref *of);
-
 /** Ends of names of an input of the model, by the order of the derivative: u, u.d, u.dd. */
 extern const char *const kmp_derivative_ends[KMP_TIME_NUMBERS];
-
-/** The numbers of the named parameters. KEMPE_E_ARGUMENT: a parameter that is not variable. */
-kempe_status kmp_slopes_find(const kempe_system *system, int count, const char *const *names, int *parameter);
-
-/** Appends the dependent parameters to leaves (`count`, with room for all parameters) that change in some directions,
- * each after those that it needs, with the derivatives of their expressions. Returns the new number of leaves; -1: no
- * memory. */
-int kmp_slopes_lead(const kmp_tree *tree, int count, kmp_ref *leaf, kmp_ref *direction);
 
 /** Derives the partial derivatives for a system of a variant's model; `names`: of variable parameters, and of inputs of
  * the model and their derivatives. Includes the
@@ -90,3 +77,36 @@ void kmp_slopes_along(const kmp_slopes *slopes, const kmp_slope_matrix *of, cons
 /** Adds the derivatives of w' values to each member that is not NULL. */
 void kmp_slopes_gradient(const kmp_slopes *slopes, const kmp_slope_matrix *of, const double *w,
                          const kmp_direction *gradient);
+
+/** Second derivatives of the equations along two numeric directions, for the change of a motion near a state when state
+ * and parameters change. One program, derived once,
+ *
+ *     d/db d/da (R, h, rate, curve),    R = M qdd + C - J' lambda, rate = J qd + h_t, curve = J qdd + jdqd,
+ *
+ * with a a direction of (q, qd, qdd, lambda), and b a direction of these and of the variable parameters. */
+typedef struct kmp_second_derivatives {
+    kmp_formulas bent;
+    int n, m, count; /* coordinates, rows, parameters */
+    double *along;   /* of the program: a (3 n + m), b (3 n + m + count) */
+} kmp_second_derivatives;
+
+/** A direction: changes of q, qd, qdd (n each) and lambda (m). NULL: none. */
+typedef struct kmp_variation {
+    const double *q, *qd, *qdd, *lambda;
+} kmp_variation;
+
+/** Second derivatives of R (n), h, rate and curve (m each), valid until the next call. */
+typedef struct kmp_second_values {
+    const double *force, *h, *rate, *curve;
+} kmp_second_values;
+
+/** `names`: of variable parameters of the system's model; dependent parameters change with them. KEMPE_E_ARGUMENT: a
+ * name that is not variable. KEMPE_E_FAILED: the user's force has no second derivatives. KEMPE_E_MEMORY. */
+kempe_status kmp_second_derivatives_init(kmp_second_derivatives *second, const kempe_system *system,
+                                         const kmp_backend *backend, int count, const char *const *names);
+void kmp_second_derivatives_free(kmp_second_derivatives *second);
+
+/** Evaluates them at the state of `bent`, along a and b; `parameter` is the change of each parameter along b (NULL:
+ * none). No allocation. */
+kmp_second_values kmp_second_derivatives_along(kmp_second_derivatives *second, const kmp_variation *a,
+                                               const kmp_variation *b, const double *parameter);

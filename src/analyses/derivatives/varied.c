@@ -3,11 +3,14 @@
  * by Newton's method, and differentiated there. Matrices are those of the linear equations at the state. */
 #include "analyses/derivatives/varied.h"
 #include "base/memory.h"
+#include "constraints/closing/assemble.h"
 #include "constraints/closing/close.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
+#include "linalg/dense/lapack.h"
 #include "model/data/model.h"
+#include <kempe/check.h>
 #include <math.h>
 #include <string.h>
 
@@ -203,4 +206,238 @@ void kmp_sensitivity_equations_follow(kmp_sensitivity_equations *varied, int k, 
         change.udd = varied->udd;
     }
     kmp_linear_follow(&varied->linear, &change, &(kmp_response){q, qd, qdd, lambda, NULL});
+}
+
+/* -- the derivative of assembly (constraints/closing/assemble.c) at its solution ---------------------------- */
+
+/* Positions: held coordinates keep their start values. If these do not fix the position, so do the coordinates that
+ * assembly leaves unchanged: it moves the dependent coordinates of its choice when the guess is nearly closed. From a
+ * guess farther away the position depends on the iterations, and the model does not determine the derivative.
+ *
+ * Rates: given rates are kept, the others are corrected by the least norm,
+ *
+ *     d = S Jf' mu      Jf d = -(J qd_given + h_t)      S = scale^2 of the free coordinates,
+ *
+ * whose derivative is dd = dS Jf' mu + S (dJf' mu + Jf' dmu) with Jf dd from the closures; dS from the characteristic
+ * length. */
+
+#define LARGE (1 << 14)
+
+typedef struct beginning {
+    kmp_sensitivity_equations *v;
+    kmp_arena arena;
+    const kempe_assembly *a;
+    int n, m, held, *hold;
+    bool *free;                /* n: rates that are corrected */
+    double *jacobian, *scaled; /* m x n; the free columns over the row scales */
+    double *mu, *x, *zero;     /* m; n; n */
+    double *with, *without;    /* count x n: N' of J' mu by parameters; room */
+    double *pulled;            /* n */
+} beginning;
+
+/* -- positions --------------------------------------------------------------------------------------- */
+
+static bool is_nearly_closed(beginning *b)
+{
+    const kempe_system *s = b->v->system;
+    for (int i = 0; i < b->n; i++)
+        b->x[i] = s->model->start.q[i].value;
+    kmp_eval_closure(b->v->linear.eval, 0, b->x);
+    return kmp_eval_residual(b->v->linear.eval) <= KMP_CLOSED_NEAR;
+}
+
+static kempe_status choose_as_assembled(beginning *b)
+{
+    const kempe_system *s = b->v->system;
+    kmp_linear *l = &b->v->linear;
+    for (int i = 0; i < b->n; i++)
+        if (s->model->start.hold[i])
+            b->hold[b->held++] = i;
+    bool near = b->m > 0 && (long)b->m * b->n <= LARGE && is_nearly_closed(b);
+    kempe_status status = kmp_linear_choose(l, 0, b->a->q, b->hold, b->held);
+    if (status == KEMPE_E_MEMORY)
+        return status;
+    if (status != KEMPE_OK)
+        return kmp_fail(s->context, KEMPE_E_FAILED,
+                        "the start has no derivative with respect to parameters: not all held coordinates can be "
+                        "independent there; hold others, as many as the degrees of freedom (start: hold)");
+    const int freedoms = l->p - s->model->state_count; /* assembly moves no state */
+    if (freedoms == b->held || b->m == 0 || near)
+        return KEMPE_OK;
+    kmp_text sentence = {0};
+    kmp_text_printf(&sentence,
+                    "the start has no derivative with respect to parameters: the mechanism has %d degrees of freedom, "
+                    "its start holds %d, and the result of the assembly depends on the guess; hold",
+                    freedoms, b->held);
+    for (int k = 0, named = 0; k < l->p; k++)
+        if (l->part.u[k] < kmp_model_coordinates(s->model) && !s->model->start.hold[l->part.u[k]])
+            kmp_text_printf(&sentence, "%s %s", named++ ? "," : "", s->model->motions[l->part.u[k]].name);
+    kmp_text_put(&sentence, " too (start: hold), or give a closed start");
+    return kmp_fail_text(s->context, KEMPE_E_FAILED, &sentence);
+}
+
+/* -- rates ------------------------------------------------------------------------------------------- */
+
+static double row_scale(const beginning *b, int r)
+{
+    return b->v->system->row_scale[r];
+}
+
+/* Finds the kept rates, and mu / row scales of the correction of the others by assembly: scale Jf' mu, of least norm.
+ * False: no memory. */
+static bool find_correction(beginning *b)
+{
+    const kmp_start *start = &b->v->system->model->start;
+    double *transposed = KMP_ARENA_NEW(&b->arena, double, (size_t)b->m *(size_t)b->n);
+    kmp_eval_dense_jacobian(b->v->linear.eval, b->jacobian);
+    for (int i = 0; i < b->n; i++) {
+        b->free[i] = b->a->rates_changed || !start->qd_given[i];
+        b->x[i] = b->free[i] ? (b->a->qd[i] - start->qd[i].value) / b->v->system->scale[i] : 0;
+    }
+    for (int i = 0; i < b->n; i++)
+        for (int r = 0; r < b->m; r++)
+            b->scaled[r + i * b->m] =
+                b->free[i] ? b->jacobian[r + i * b->m] * b->v->system->scale[i] / row_scale(b, r) : 0;
+    for (int i = 0; transposed && i < b->n; i++)
+        for (int r = 0; r < b->m; r++)
+            transposed[i + r * b->n] = b->scaled[r + i * b->m];
+    bool ok = transposed &&
+              kmp_least_squares(b->n, b->m, transposed, b->x, kmp_rounding_zero(b->v->system, KMP_RANK), b->mu) >= 0;
+    for (int r = 0; ok && r < b->m; r++)
+        b->mu[r] /= row_scale(b, r);
+    return ok;
+}
+
+/* dqd of one parameter: given rates as they move, c = dS Jf' mu + S dJf' mu, and the least correction to the closures.
+ */
+static bool move_rate(beginning *b, int k, const double *dq, double *dqd)
+{
+    kmp_sensitivity_equations *v = b->v;
+    int n = b->n, m = b->m;
+    const double *scale = v->system->scale;
+    double *rows = b->without + m; /* of the rate */
+    double longer = 2 * kmp_slopes_of_start(v->slopes, k, b->x, dqd) / v->system->length;
+    for (int i = 0; i < n; i++) {
+        bool moves = b->free[i] && !v->system->model->motions[i].rotation;
+        dqd[i] += b->free[i] ? scale[i] * scale[i] * b->with[k * n + i] : 0;
+        dqd[i] += moves ? longer * (b->a->qd[i] - v->system->model->start.qd[i].value) : 0;
+    }
+    (void)kmp_slopes_change(v->slopes, k, b->without);
+    kmp_tangents_add(&v->linear.tangents, KMP_RATE_Q, v->linear.d, 1, dq, rows);
+    for (int r = 0; r < m; r++) {
+        for (int i = 0; i < n; i++)
+            rows[r] += b->jacobian[r + i * m] * dqd[i];
+        rows[r] /= -row_scale(b, r);
+    }
+    if (m > 0 && kmp_least_squares(m, n, b->scaled, rows, kmp_rounding_zero(b->v->system, KMP_RANK), b->x) < 0)
+        return false;
+    for (int i = 0; m > 0 && i < n; i++)
+        dqd[i] += scale[i] * b->x[i];
+    return true;
+}
+
+/* Derivatives of the rates. Afterwards parameter derivatives and tangents are those at the start, with its own rates.
+ */
+static bool move_rates(beginning *b, const double *dq, double *dqd)
+{
+    bool ok = b->m == 0 || find_correction(b);
+    if (ok) {
+        /* (J' mu)_q dq + (J' mu)_p of all parameters into b->with. */
+        kmp_sensitivity_equations *v = b->v;
+        int n = b->n, m = b->m;
+        memset(b->with, 0, (size_t)(v->count * n) * sizeof(double));
+        for (int side = 0; side < 2; side++) {
+            /* M qdd + C - J' lambda and its derivatives depend on lambda by J' lambda alone: (J' mu)_p and (J' mu)_q
+             * are the differences due to mu. First the parameter derivatives with mu, into b->with. */
+            const kmp_linear *l = &v->linear;
+            kmp_instant at = kmp_linear_instant(&v->linear);
+            at.qdd = b->zero;
+            at.lambda = side == 0 ? b->mu : b->zero;
+            at.qd = l->qd;
+            kmp_slopes_at(v->slopes, &at);
+            v->linear.d = kmp_tangents_derivatives(&v->linear.tangents, &at);
+            for (int k = 0; k < v->count; k++) {
+                double *force = b->without + 3 * m;
+                (void)kmp_slopes_change(v->slopes, k, b->without);
+                kmp_tangents_add(&v->linear.tangents, KMP_R_Q, v->linear.d, 1, dq + k * n, force);
+                for (int i = 0; i < n; i++)
+                    b->with[k * n + i] += side == 0 ? -force[i] : force[i];
+            }
+        }
+    }
+    for (int k = 0; ok && k < b->v->count; k++)
+        ok = move_rate(b, k, dq + k * b->n, dqd + k * b->n);
+    return ok;
+}
+
+/* -- the whole --------------------------------------------------------------------------------------- */
+
+static kempe_status check(const kempe_system *s, const kempe_assembly *a)
+{
+    if (s->model->start.goal_count > 0)
+        return kmp_fail(s->context, KEMPE_E_FAILED,
+                        "the start has no derivative with respect to parameters: it is the position nearest to goals "
+                        "(start: goals); give the resulting coordinates as start values, and hold them");
+    if (a->centred || a->rested)
+        return kmp_fail(s->context, KEMPE_E_FAILED,
+                        "the start has no derivative with respect to parameters: its %s are those of the mechanism "
+                        "without clearance; give the %s of all coordinates (start: %s)",
+                        a->centred ? "positions" : "rates", a->centred ? "closed positions" : "rates",
+                        a->centred ? "q" : "qd");
+    if (a->inner_q)
+        return kmp_fail(s->context, KEMPE_E_FAILED,
+                        "the start has no derivative with respect to parameters: a spherical joint is near its "
+                        "singular position there; give it other axes");
+    return KEMPE_OK;
+}
+
+static kempe_status differentiate(beginning *b, double *dq, double *dqd)
+{
+    kmp_arena *a = &b->arena;
+    int n = b->n, m = b->m;
+    KMP_TRY(kmp_made(b->v->system->context,
+                     KMP_ARENA_MAKE(a, KMP_ROOM(int, n, &b->hold), KMP_ROOM(bool, n, &b->free),
+                                    KMP_ROOM(double, n, &b->x, &b->pulled), KMP_ROOM(double, m, &b->mu),
+                                    KMP_ROOM(double, n + m, &b->zero), KMP_ROOM(double, 3 * m + n, &b->without),
+                                    KMP_ROOM(double, m *n, &b->jacobian, &b->scaled),
+                                    KMP_ROOM(double, b->v->count *n, &b->with))));
+    KMP_TRY(choose_as_assembled(b));
+    /* The linear state stands at the start; tangents and parameter derivatives have its rates. */
+    kmp_sensitivity_equations *v = b->v;
+    kmp_linear *l = &v->linear;
+    if (kmp_linear_at_rates(l, 0, b->a->q, b->a->qd, true) != KEMPE_OK)
+        return kmp_fail(v->system->context, KEMPE_E_FAILED,
+                        "the start has no derivative with respect to parameters: its closures are singular, or a "
+                        "coordinate moves no mass");
+    kmp_instant at = kmp_linear_instant(&v->linear);
+    kmp_slopes_at(v->slopes, &at);
+    for (int k = 0; k < v->count; k++) {
+        double *to = dq + k * b->n;
+        (void)kmp_slopes_of_start(v->slopes, k, b->x, b->pulled);
+        for (int i = 0; i < l->p; i++)
+            v->udd[i] = b->x[l->part.u[i]];
+        kmp_sensitivity_equations_follow(v, k, v->udd, NULL, to, NULL, NULL, NULL);
+    }
+    return move_rates(b, dq, dqd) ? KEMPE_OK : kmp_fail_memory(b->v->system->context);
+}
+
+kempe_status kmp_sensitivity_equations_start(kmp_sensitivity_equations *varied, double *q, double *qd, double *dq,
+                                             double *dqd)
+{
+    kempe_assembly *a = NULL;
+    beginning b = {.v = varied, .n = varied->n, .m = varied->m};
+    kempe_status status = kempe_assembly_new(varied->system, &a);
+    if (status == KEMPE_OK && varied->count > 0)
+        status = check(varied->system, a);
+    b.a = a;
+    varied->linear.held = false;
+    if (status == KEMPE_OK && varied->count > 0)
+        status = differentiate(&b, dq, dqd);
+    if (status == KEMPE_OK) {
+        memcpy(q, a->q, (size_t)varied->n * sizeof *q);
+        memcpy(qd, a->qd, (size_t)varied->n * sizeof *qd);
+    }
+    kmp_arena_free(&b.arena);
+    kempe_assembly_free(a);
+    return status;
 }

@@ -75,3 +75,9 @@ void kmp_sensitivity_equations_follow(kmp_sensitivity_equations *varied, int k, 
 
 /** The name of the joint that is too near to its singular position for derivatives; NULL: none. */
 const char *kmp_sensitivity_equations_singular(const kmp_sensitivity_equations *varied);
+
+/** The start of kempe_assembly_new and its derivative for each parameter: q, qd (n), dq, dqd (n x count).
+ * KEMPE_E_FAILED: it cannot be assembled, or its derivative depends on choices that the model leaves open; the message
+ * lists coordinates to hold. */
+kempe_status kmp_sensitivity_equations_start(kmp_sensitivity_equations *varied, double *q, double *qd, double *dq,
+                                             double *dqd);

@@ -2,16 +2,322 @@
 /* Pseudo-arclength continuation (Keller 1977; Allgower and Georg 1990): predictor along the tangent, Newton corrector
  * across it, step control by the angle of tangents and the convergence of corrections. */
 #include "analyses/kinematics/sweep.h"
-#include "analyses/kinematics/sweep_point.h"
 #include "base/bracket.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "constraints/closing/close.h"
+#include "constraints/evaluation/evaluator.h"
 #include "constraints/tolerances.h"
 #include "linalg/dense/dense.h"
+#include "linalg/dense/dot.h"
 #include "output/print.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
+
+/* The end of a corrector: at s (base NULL), or at the distance `offset` along the tangent of `base`. */
+typedef struct kmp_sweep_target {
+    const kmp_sweep_pose *base;
+    double offset, s;
+} kmp_sweep_target;
+
+/* -- one state ---------------------------------------------------------------------------------------------- */
+
+/* Newton's method on scaled h and the driving conditions, over u and s. Tangent and second derivatives follow from one
+ * factorisation. */
+
+enum { MAX_NEWTON = 12 };
+/* Corrections below this part of the step cannot change the branch, and shrink as far as rounding permits. */
+#define SEEN 1e-3
+
+double kmp_sweep_parameter_value(const kmp_sweep_parameter *parameter, double s)
+{
+    return s == 1 ? parameter->to : parameter->from + s * (parameter->to - parameter->from);
+}
+
+/* t at s, and dt/ds */
+static double time_at(const kmp_sweep *w, double s)
+{
+    return w->time < 0 ? 0 : kmp_sweep_parameter_value(&w->parameter[w->time], s);
+}
+
+static double pace_of_time(const kmp_sweep *w)
+{
+    return w->time < 0 ? 0 : w->parameter[w->time].to - w->parameter[w->time].from;
+}
+
+/* Derivatives of each x along each of u and along s, in their units: rows of w->span. */
+static void span(kmp_sweep *w)
+{
+    int n = w->n, p = w->part.p;
+    double *row = w->span, pace = pace_of_time(w) * w->unit[n];
+    for (int i = 0; i < n; i++, row += p + 1) {
+        for (int j = 0; j < p; j++)
+            row[j] = w->red.x[i + j * n] * w->unit[w->part.u[j]];
+        row[p] = w->red.x_t[i] * pace;
+    }
+    row[p] = w->unit[n];
+}
+
+/* Closures, factors and the tangent space at x. false: Jv is singular. */
+static bool evaluate_at(kmp_sweep *w, const double *x)
+{
+    kmp_eval_closure(w->eval, time_at(w, x[w->n]), x);
+    if (!w->red.eval || kmp_reduction_factor(&w->red))
+        return false;
+    kmp_reduction_tangent(&w->red);
+    span(w);
+    return true;
+}
+
+/* J of the evaluator's last closure without the dropped rows, valid until the next call. */
+static const double *dropped_jacobian(kmp_sweep *w)
+{
+    if (!w->any_dropped)
+        return w->eval->jacobian;
+    kmp_eval_mask(w->eval, w->dropped, w->masked);
+    return w->masked;
+}
+
+double kmp_sweep_margin(kmp_sweep *w, const kmp_sweep_pose *pose)
+{
+    double t = time_at(w, pose->x[w->n]);
+    kmp_eval_closure(w->eval, t, pose->x);
+    kmp_eval_use_closure(w->eval, t, pose->x, w->eval->h, dropped_jacobian(w), w->eval->h_t);
+    return kmp_rank_margin_at(&w->margin, w->eval);
+}
+
+/* -- measures ---------------------------------------------------------------------------------------- */
+
+/* <a's tangent, b's tangent>, and the offset of b along a's tangent. */
+static double cosine_between(const kmp_sweep *w, const kmp_sweep_pose *a, const kmp_sweep_pose *b)
+{
+    double sum = 0;
+    for (int i = 0; i <= w->n; i++)
+        sum += a->dx[i] / w->unit[i] * (b->dx[i] / w->unit[i]);
+    return sum;
+}
+
+static double offset_along(const kmp_sweep *w, const kmp_sweep_pose *a, const kmp_sweep_pose *b)
+{
+    double sum = 0;
+    for (int i = 0; i <= w->n; i++)
+        sum += a->dx[i] / w->unit[i] * ((b->x[i] - a->x[i]) / w->unit[i]);
+    return sum;
+}
+
+double kmp_sweep_fastest(const kmp_sweep *w, const kmp_sweep_pose *pose)
+{
+    double most = 0;
+    for (int i = 0; i < w->n; i++)
+        most = fmax(most, fabs(pose->dx[i]) / w->unit[i]);
+    return most;
+}
+
+/* -- conditions on u and s --------------------------------------------------------------------------- */
+
+/* Gradients with respect to x of the conditions, normalised, each a row of w->gradient: driven coordinates are on their
+ * line, moving rows are closed. The last condition is the distance along the tangent of `base` (NULL: along s). */
+static void put_gradients(kmp_sweep *w, const kmp_sweep_pose *base)
+{
+    const kmp_pattern *j = &w->system->jacobian;
+    int n = w->n;
+    double *row = w->gradient;
+    memset(row, 0, (size_t)((w->p + 1) * (n + 1)) * sizeof *row);
+    for (int k = 0; k < w->count; k++)
+        if (k != w->time) {
+            const kmp_sweep_parameter *parameter = &w->parameter[k];
+            row[parameter->coordinate] = 1 / w->unit[parameter->coordinate];
+            row[n] = (parameter->from - parameter->to) / w->unit[parameter->coordinate];
+            row += n + 1;
+        }
+    for (int k = 0; k < w->moving_count; k++, row += n + 1) {
+        int r = w->moving[k];
+        for (int e = 0; e < j->count; e++)
+            if (j->row[e] == r)
+                row[j->col[e]] = w->eval->jacobian[e] / w->system->row_scale[r];
+        row[n] = w->eval->h_t[r] * pace_of_time(w) / w->system->row_scale[r];
+    }
+    for (int i = 0; base && i <= n; i++)
+        row[i] = base->dx[i] / (w->unit[i] * w->unit[i]);
+    if (!base)
+        row[n] = 1 / w->unit[n];
+}
+
+/* Changes of the first `count` conditions along as many columns of the span; most gradients are sparse. */
+static void put_matrix(kmp_sweep *w, int count)
+{
+    const double *g = w->gradient;
+    memset(w->matrix, 0, (size_t)(count * count) * sizeof *w->matrix);
+    for (int k = 0; k < count; k++)
+        for (int i = 0; i <= w->n; i++, g++)
+            for (int j = 0; *g != 0 && j < count; j++)
+                w->matrix[k + j * count] += *g * w->span[i * (w->p + 1) + j];
+}
+
+/* Factors all conditions at the last evaluation; no right-hand side is needed. False: they are singular. */
+static bool factor(kmp_sweep *w, const kmp_sweep_pose *base)
+{
+    put_gradients(w, base);
+    put_matrix(w, w->p + 1);
+    memset(w->rhs, 0, (size_t)(w->p + 1) * sizeof *w->rhs);
+    return kmp_lu_factor(w->p + 1, w->matrix, w->order) == 0;
+}
+
+/* v drifts by -Jv^-1 rows while u and s stay. */
+static void take_drift(kmp_sweep *w, const double *rows)
+{
+    memset(w->drift, 0, (size_t)(w->n + 1) * sizeof *w->drift);
+    kmp_reduction_push_in(&w->red, -1, rows, w->red.room, w->drift);
+    for (int k = 0; k <= w->p; k++)
+        w->rhs[k] -= kmp_dot(w->n + 1, w->gradient + k * (w->n + 1), w->drift);
+}
+
+/* dx for the changes w->rhs of the conditions, in addition to the drift (NULL: none). */
+static void meet(kmp_sweep *w, const double *drift, double *dx)
+{
+    int all = w->p + 1;
+    kmp_lu_solve(all, w->matrix, w->order, 1, w->rhs);
+    for (int i = 0; i <= w->n; i++)
+        dx[i] = (drift ? drift[i] : 0) + kmp_dot(all, w->span + i * all, w->rhs);
+}
+
+/* -- closing ----------------------------------------------------------------------------------------- */
+
+/* A state that is being closed, towards a target. */
+typedef struct closing {
+    kmp_sweep *w;
+    const kmp_sweep_target *target;
+    const double *x; /* of the last `place` */
+} closing;
+
+static int place(void *self, double t, const double *x)
+{
+    closing *c = self;
+    (void)t;
+    c->x = x;
+    return !evaluate_at(c->w, x);
+}
+
+static bool correct(void *self, const double *violation, double *dx)
+{
+    closing *c = self;
+    kmp_sweep *w = c->w;
+    const kmp_sweep_pose *base = c->target->base;
+    int row = 0;
+    if (!factor(w, base))
+        return false;
+    for (int k = 0; k < w->count; k++)
+        if (k != w->time) {
+            int i = w->parameter[k].coordinate;
+            w->rhs[row++] = (kmp_sweep_parameter_value(&w->parameter[k], c->x[w->n]) - c->x[i]) / w->unit[i];
+        }
+    for (int k = 0; k < w->moving_count; k++)
+        w->rhs[row++] = -violation[w->moving[k]] / w->system->row_scale[w->moving[k]];
+    w->rhs[row] = (c->target->s - c->x[w->n]) / w->unit[w->n];
+    if (base)
+        w->rhs[row] = c->target->offset - offset_along(w, base, &(kmp_sweep_pose){.x = (double *)c->x});
+    take_drift(w, violation);
+    meet(w, w->drift, dx);
+    w->effort.newton++;
+    return true;
+}
+
+/* Closes `pose` by Newton; `first`: the size of the first correction, `ratio`: the worst of one over that before it
+ * while they are above rounding. false: it does not converge. */
+static bool close_pose(kmp_sweep *w, const kmp_sweep_target *target, kmp_sweep_pose *pose, double *first, double *ratio)
+{
+    closing c = {.w = w, .target = target};
+    const kmp_closer closer = {.self = &c,
+                               .eval = w->eval,
+                               .scale = w->unit,
+                               .count = w->n + 1,
+                               .dx = w->dx,
+                               .place = place,
+                               .correct = correct};
+    const kmp_close_rule rule = {.most = MAX_NEWTON,
+                                 .contracting = true,
+                                 .led = true,
+                                 .enough = kmp_close_rounding(w->system),
+                                 .seen = SEEN * fabs(target->offset)};
+    kmp_closed closed = kmp_close(&closer, &rule, 0, pose->x);
+    *first = closed.first;
+    *ratio = closed.ratio;
+    return closed.closed;
+}
+
+/* -- tangent and derivatives ------------------------------------------------------------------------- */
+
+/* The unit tangent at a closed pose, along that of `along` (NULL: with increasing s). False: Jv is singular. */
+static bool find_tangent(kmp_sweep *w, kmp_sweep_pose *pose, const kmp_sweep_pose *along)
+{
+    if (!evaluate_at(w, pose->x) || !factor(w, along))
+        return false;
+    w->rhs[w->p] = 1;
+    meet(w, NULL, pose->dx);
+    double length = sqrt(cosine_between(w, pose, pose));
+    for (int i = 0; i <= w->n; i++)
+        pose->dx[i] /= length;
+    return isfinite(length);
+}
+
+double kmp_sweep_hold(kmp_sweep *w, const kmp_sweep_pose *pose)
+{
+    int p = w->p;
+    if (p == 0)
+        return 1;
+    if (!evaluate_at(w, pose->x))
+        return 0;
+    put_gradients(w, NULL);
+    put_matrix(w, p);
+    kmp_lu_complete(p, p, w->matrix, NULL, w->order, w->order + p + 1, w->pivots);
+    /* Each leading row is at most as long as the motion that X can show: 1.5 a column. */
+    return w->pivots[p - 1] / fmax(1, w->pivots[0]);
+}
+
+/* jdqd at rates qs: at constant time it is the second-order part of the rates alone. */
+static void take_curve(kmp_sweep *w, const double *qs)
+{
+    kmp_evaluator *eval = w->eval;
+    double pace = pace_of_time(w);
+    int m = w->system->m;
+    kmp_eval_mass(eval);
+    if (pace != 0 || !eval->h_t) {
+        for (int i = 0; i < w->n; i++)
+            w->dx[i] = pace != 0 ? qs[i] / pace : qs[i];
+        kmp_eval_bias(eval, w->dx);
+        for (int r = 0; r < m; r++)
+            w->jd[r] = eval->jdqd[r] * (pace != 0 ? pace * pace : 1);
+        return;
+    }
+    memset(w->jd, 0, (size_t)m * sizeof *w->jd);
+    for (int k = -1; k <= 1; k++) {
+        for (int i = 0; i < w->n; i++)
+            w->dx[i] = k * qs[i];
+        kmp_eval_bias(eval, w->dx);
+        for (int r = 0; r < m; r++)
+            w->jd[r] += k == 0 ? -eval->jdqd[r] : eval->jdqd[r] / 2;
+    }
+}
+
+/* dx/ds and d2x/ds2 at a closed pose, where s determines it. false: it does not. */
+static bool find_derivatives(kmp_sweep *w, const kmp_sweep_pose *pose, double *qs, double *qss)
+{
+    if (!evaluate_at(w, pose->x) || !factor(w, NULL))
+        return false;
+    w->rhs[w->p] = 1 / w->unit[w->n];
+    meet(w, NULL, qs);
+    take_curve(w, qs);
+    memset(w->rhs, 0, (size_t)(w->p + 1) * sizeof *w->rhs);
+    for (int k = 0; k < w->moving_count; k++)
+        w->rhs[w->p - w->moving_count + k] = -w->jd[w->moving[k]] / w->system->row_scale[w->moving[k]];
+    take_drift(w, w->jd);
+    meet(w, w->drift, qss);
+    bool finite = true;
+    for (int i = 0; i < w->n; i++)
+        finite = finite && isfinite(qs[i]) && isfinite(qss[i]);
+    return finite;
+}
 
 /* A step: the first one, the longest (of any coordinate, scaled; of s when time is swept), the shortest. */
 #define FIRST_STEP 0.02
@@ -53,23 +359,18 @@ static void poses_swap(kmp_sweep_pose *a, kmp_sweep_pose *b)
     *b = c;
 }
 
-static bool make_room(kmp_sweep *w)
-{
-    ptrdiff_t x = w->n + 1, m = w->system->m, entries = w->system->jacobian.count;
-    return KMP_ARENA_MAKE(&w->arena, KMP_ROOM(bool, m, &w->dropped), KMP_ROOM(int, m, &w->moving),
-                          KMP_ROOM(double, x, &w->here.x, &w->here.dx, &w->next.x, &w->next.dx, &w->between.x,
-                                   &w->between.dx, &w->entry.x, &w->entry.dx, &w->unit, &w->drift, &w->dx, &w->xs,
-                                   &w->xss),
-                          KMP_ROOM(double, m, &w->jd), KMP_ROOM(double, entries, &w->masked));
-}
-
 kempe_status kmp_sweep_init(kmp_sweep *sweep, const kempe_system *system, const char *backend, const bool *closures)
 {
     *sweep = (kmp_sweep){.system = system, .n = system->n, .time = -1};
     sweep->eval = kmp_eval_new(system, backend);
     if (!sweep->eval)
         return KEMPE_E_MEMORY;
-    if (!make_room(sweep)) {
+    ptrdiff_t x = sweep->n + 1, m = sweep->system->m, entries = sweep->system->jacobian.count;
+    if (!KMP_ARENA_MAKE(&sweep->arena, KMP_ROOM(bool, m, &sweep->dropped), KMP_ROOM(int, m, &sweep->moving),
+                        KMP_ROOM(double, x, &sweep->here.x, &sweep->here.dx, &sweep->next.x, &sweep->next.dx,
+                                 &sweep->between.x, &sweep->between.dx, &sweep->entry.x, &sweep->entry.dx, &sweep->unit,
+                                 &sweep->drift, &sweep->dx, &sweep->xs, &sweep->xss),
+                        KMP_ROOM(double, m, &sweep->jd), KMP_ROOM(double, entries, &sweep->masked))) {
         kmp_sweep_free(sweep);
         return kmp_fail_memory(system->context);
     }
@@ -114,7 +415,7 @@ KMP_CLEARS(kmp_sweep, sweep, forget_choice(sweep), kmp_rank_margin_free(&sweep->
 static kempe_status choose(kmp_sweep *w, int rank)
 {
     forget_choice(w);
-    KMP_TRY(kmp_partition_of_rank(&w->part, w->system, kmp_sweep_jacobian(w), rank, NULL, 0));
+    KMP_TRY(kmp_partition_of_rank(&w->part, w->system, dropped_jacobian(w), rank, NULL, 0));
     if (w->margin.system && !kmp_rank_margin_choose(&w->margin, &w->part))
         return kmp_fail_memory(w->system->context);
     KMP_TRY(kmp_reduction_init(&w->red, w->eval, &w->part));
@@ -130,7 +431,7 @@ kempe_status kmp_sweep_stand(kmp_sweep *w, double t, const double *q)
     memcpy(w->here.x, q, (size_t)w->n * sizeof *q);
     w->here.x[w->n] = 0;
     kmp_rank_margin_free(&w->margin);
-    (void)kmp_sweep_evaluate(w, w->here.x); /* the closure; nothing is chosen yet */
+    (void)evaluate_at(w, w->here.x); /* the closure; nothing is chosen yet */
     KMP_TRY(choose(w, -1));
     w->p = w->part.p;
     KMP_TRY(kmp_made(w->system->context, kmp_rank_margin_init(&w->margin, w->system, &w->part)));
@@ -138,7 +439,7 @@ kempe_status kmp_sweep_stand(kmp_sweep *w, double t, const double *q)
         w->margin.near = w->part.r > 0 && w->part.pivots[w->part.r - 1] < KMP_MARGIN_EXACT * w->part.pivots[0];
     else
         kmp_rank_margin_begin(&w->margin, w->eval, t, q);
-    (void)kmp_sweep_evaluate(w, w->here.x);
+    (void)evaluate_at(w, w->here.x);
     if (w->margin.near)
         return kmp_fail(w->system->context, KEMPE_E_FAILED,
                         "the start is near a change point, where branches meet (last pivot of J %.1e of its usual "
@@ -220,7 +521,7 @@ kempe_status kmp_sweep_along(kmp_sweep *w, int count, const kmp_sweep_parameter 
     w->last_margin = w->last_step = w->fastest = 0;
     if (!(size > 0) || kmp_sweep_hold(w, &w->here) < FOLLOWS)
         return KEMPE_E_FAILED;
-    return kmp_sweep_tangent(w, &w->here, NULL) ? KEMPE_OK : KEMPE_E_FAILED;
+    return find_tangent(w, &w->here, NULL) ? KEMPE_OK : KEMPE_E_FAILED;
 }
 
 /* -- between two poses ------------------------------------------------------------------------------- */
@@ -233,7 +534,7 @@ typedef struct stretch {
 
 static stretch between(const kmp_sweep *w, const kmp_sweep_pose *a, const kmp_sweep_pose *b)
 {
-    return (stretch){a, b, kmp_sweep_offset(w, a, b), kmp_sweep_cosine(w, a, b)};
+    return (stretch){a, b, offset_along(w, a, b), cosine_between(w, a, b)};
 }
 
 /* Hermite's cubic of x_i at a part of the length; derivative by the offset, of order 0, 1 or 2. */
@@ -250,15 +551,6 @@ static void x_at(const kmp_sweep *w, const stretch *e, double part, int order, d
 {
     for (int i = 0; i <= w->n; i++)
         x[i] = hermite(e, i, part, order);
-}
-
-/* The closed pose at a part of the length, with its tangent, in between. */
-static bool pose_at(kmp_sweep *w, const stretch *e, double part)
-{
-    double first, ratio;
-    kmp_sweep_target target = {.base = e->a, .offset = part * e->length};
-    x_at(w, e, part, 0, w->between.x);
-    return kmp_sweep_close(w, &target, &w->between, &first, &ratio) && kmp_sweep_tangent(w, &w->between, e->a);
 }
 
 /* The part of the cubic at which s is reached: s is monotonic. */
@@ -281,7 +573,11 @@ static bool enclose(kmp_sweep *w, const stretch *e, bool turn, double s)
     double f1 = turn ? e->b->dx[n] : e->b->x[n] - s, part;
     kmp_bracket bracket = kmp_bracket_of(0, turn ? e->a->dx[n] : e->a->x[n] - s, 1, f1);
     while (kmp_bracket_next(&bracket, 4 * DBL_EPSILON, &part)) {
-        if (!pose_at(w, e, part))
+        /* The closed pose at a part of the length, with its tangent, in between. */
+        double first, ratio;
+        kmp_sweep_target target = {.base = e->a, .offset = part * e->length};
+        x_at(w, e, part, 0, w->between.x);
+        if (!close_pose(w, &target, &w->between, &first, &ratio) || !find_tangent(w, &w->between, e->a))
             return false;
         double f = turn ? w->between.dx[n] : w->between.x[n] - s;
         if (f == 0 || (!turn && fabs(f) <= DBL_EPSILON * (1 + fabs(s))))
@@ -305,7 +601,7 @@ static bool land(kmp_sweep *w, const stretch *e, double s)
     x_at(w, e, guess_part(w, e, s), 0, w->between.x);
     w->between.x[w->n] = s;
     if (fmin(pace(w, e->a), pace(w, e->b)) >= SLOW * w->fastest)
-        return kmp_sweep_close(w, &target, &w->between, &first, &ratio) && first <= MOST_OFF * fabs(e->length) + 1e-9;
+        return close_pose(w, &target, &w->between, &first, &ratio) && first <= MOST_OFF * fabs(e->length) + 1e-9;
     bool found = enclose(w, e, false, s);
     w->between.x[w->n] = s;
     return found;
@@ -323,11 +619,11 @@ static double longest_step(const kmp_sweep *w)
 static kempe_status refresh(kmp_sweep *w)
 {
     int v, u;
-    if (!kmp_sweep_evaluate(w, w->here.x) || kmp_reduction_growth(&w->red, &v, &u) > KMP_EXCHANGE_SWEEP ||
+    if (!evaluate_at(w, w->here.x) || kmp_reduction_growth(&w->red, &v, &u) > KMP_EXCHANGE_SWEEP ||
         w->margin.rows > KMP_ROWS_SWEEP) {
         w->effort.exchanges++;
         KMP_TRY(choose(w, w->margin.r));
-        if (!kmp_sweep_evaluate(w, w->here.x))
+        if (!evaluate_at(w, w->here.x))
             return KEMPE_E_FAILED;
     }
     if (w->red.block)
@@ -357,9 +653,9 @@ static verdict try_step(kmp_sweep *w, const kmp_sweep_pose *from, double step, b
     kmp_sweep_target target = {.base = from, .offset = step};
     for (int i = 0; i <= w->n; i++)
         to->x[i] = from->x[i] + step * from->dx[i];
-    if (!kmp_sweep_close(w, &target, to, &first, &ratio) || first > MOST_OFF * step || ratio > CONTRACTION)
+    if (!close_pose(w, &target, to, &first, &ratio) || first > MOST_OFF * step || ratio > CONTRACTION)
         return BAD;
-    if (!kmp_sweep_tangent(w, to, from) || kmp_sweep_cosine(w, from, to) < LEAST_COSINE)
+    if (!find_tangent(w, to, from) || cosine_between(w, from, to) < LEAST_COSINE)
         return BAD;
     bool same = leap || !w->red.block || kmp_block_has_signs(w->red.block, w->signs);
     stretch e = between(w, from, to);
@@ -369,7 +665,7 @@ static verdict try_step(kmp_sweep *w, const kmp_sweep_pose *from, double step, b
 /* Steps straight across a change point, from the last state well before it; farther where it lies deeper. */
 static bool leap(kmp_sweep *w)
 {
-    double gone = kmp_sweep_offset(w, &w->entry, &w->here), step = 2 * gone + KMP_MARGIN_ENTRY;
+    double gone = offset_along(w, &w->entry, &w->here), step = 2 * gone + KMP_MARGIN_ENTRY;
     for (int k = 0; k < MOST_LEAPS; k++, step *= 2)
         if (try_step(w, &w->entry, step, true) == GOOD && kmp_sweep_margin(w, &w->next) > KMP_MARGIN_ENTRY / 2)
             return true;
@@ -412,35 +708,6 @@ static double slack_of(const kmp_sweep *w)
     return EPSILONS * DBL_EPSILON * most;
 }
 
-/* The row at x, with the derivatives in xs and xss; driven values are set without rounding. */
-static void give(trace *y, double *x)
-{
-    kmp_sweep *w = y->w;
-    double s = y->task->s[y->row++];
-    for (int k = 0; k < w->count; k++)
-        if (k != w->time) {
-            const kmp_sweep_parameter *parameter = &w->parameter[k];
-            x[parameter->coordinate] = kmp_sweep_parameter_value(parameter, s);
-            w->xs[parameter->coordinate] = parameter->to - parameter->from;
-            w->xss[parameter->coordinate] = 0;
-        }
-    y->task->row(y->task->user, s, x, w->xs, w->xss);
-}
-
-/* Derivatives by s of the cubic, where no state can be closed. */
-static void differentiate_cubic(kmp_sweep *w, const stretch *e, double s)
-{
-    double part = guess_part(w, e, s);
-    x_at(w, e, part, 0, w->between.x);
-    x_at(w, e, part, 1, w->xs);
-    x_at(w, e, part, 2, w->xss);
-    double s1 = w->xs[w->n], s2 = w->xss[w->n];
-    for (int i = 0; i < w->n; i++) {
-        w->xss[i] = (w->xss[i] - w->xs[i] / s1 * s2) / (s1 * s1);
-        w->xs[i] /= s1;
-    }
-}
-
 /* The rows of a stretch up to `limit`; `crossing`: a change point lies in it. False: the branch has been lost. */
 static bool give_rows(trace *y, const stretch *e, double limit, bool crossing)
 {
@@ -448,11 +715,29 @@ static bool give_rows(trace *y, const stretch *e, double limit, bool crossing)
     const kmp_sweep_task *t = y->task;
     while (y->row < t->count && reaches(y, limit, t->s[y->row])) {
         double s = t->s[y->row];
-        if (crossing)
-            differentiate_cubic(w, e, s);
-        else if (!land(w, e, s) || !kmp_sweep_derivatives(w, &w->between, w->xs, w->xss))
+        if (crossing) {
+            /* Derivatives by s of the cubic, where no state can be closed. */
+            double part = guess_part(w, e, s);
+            x_at(w, e, part, 0, w->between.x);
+            x_at(w, e, part, 1, w->xs);
+            x_at(w, e, part, 2, w->xss);
+            double s1 = w->xs[w->n], s2 = w->xss[w->n];
+            for (int i = 0; i < w->n; i++) {
+                w->xss[i] = (w->xss[i] - w->xs[i] / s1 * s2) / (s1 * s1);
+                w->xs[i] /= s1;
+            }
+        } else if (!land(w, e, s) || !find_derivatives(w, &w->between, w->xs, w->xss))
             return false;
-        give(y, w->between.x);
+        /* The row at x, with the derivatives in xs and xss; driven values are set without rounding. */
+        for (int k = 0; k < w->count; k++)
+            if (k != w->time) {
+                const kmp_sweep_parameter *parameter = &w->parameter[k];
+                w->between.x[parameter->coordinate] = kmp_sweep_parameter_value(parameter, s);
+                w->xs[parameter->coordinate] = parameter->to - parameter->from;
+                w->xss[parameter->coordinate] = 0;
+            }
+        y->row++;
+        t->row(t->user, s, w->between.x, w->xs, w->xss);
     }
     return true;
 }
@@ -469,7 +754,7 @@ static void give_dead(trace *y)
 static kmp_sweep_end arrive(trace *y, const stretch *e)
 {
     kmp_sweep *w = y->w;
-    if (!land(w, e, y->task->s_end) || !kmp_sweep_tangent(w, &w->between, e->a))
+    if (!land(w, e, y->task->s_end) || !find_tangent(w, &w->between, e->a))
         return KMP_SWEEP_LOST;
     pose_copy(w, &w->between, &w->here);
     return KMP_SWEEP_ARRIVED;
@@ -487,7 +772,7 @@ static kmp_sweep_end cross(trace *y, double margin)
     if (!leap(w) || !goes_on(y))
         return KMP_SWEEP_LOST;
     stretch e = between(w, &w->entry, &w->next);
-    double gone = kmp_sweep_offset(w, &w->entry, &w->here), at = kmp_sweep_margin(w, &w->entry);
+    double gone = offset_along(w, &w->entry, &w->here), at = kmp_sweep_margin(w, &w->entry);
     double part = fmin(1, (gone + gone * margin / fmax(at - margin, margin)) / e.length);
     (void)give_rows(y, &e, w->next.x[w->n], true);
     x_at(w, &e, part, 0, w->between.x);

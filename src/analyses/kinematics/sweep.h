@@ -98,3 +98,15 @@ typedef enum kmp_sweep_end {
 /** Goes to s_end, or if that lies in a change point to a state not far below it. From a dead centre it returns in the
  * reverse direction, towards s_end. */
 kmp_sweep_end kmp_sweep_go(kmp_sweep *sweep, const kmp_sweep_task *task);
+
+double kmp_sweep_parameter_value(const kmp_sweep_parameter *parameter, double s);
+
+/** The largest |dq_i| in scales. */
+double kmp_sweep_fastest(const kmp_sweep *sweep, const kmp_sweep_pose *pose);
+
+/** The conditioning of the driven coordinates here: the smallest pivot over the largest of their directions among all
+ * motions; 0 in a dead centre. */
+double kmp_sweep_hold(kmp_sweep *sweep, const kmp_sweep_pose *pose);
+
+/** The margin of all rows at a pose (constraints/partition/rank_margin.h). */
+double kmp_sweep_margin(kmp_sweep *sweep, const kmp_sweep_pose *pose);

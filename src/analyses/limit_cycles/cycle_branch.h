@@ -165,3 +165,6 @@ kempe_status kmp_branch_follow(kmp_shooting *shooting, const kmp_branch_options 
 
 /** Adds a cycle to the list, which is in the arena. KEMPE_E_MEMORY. */
 kempe_status kmp_branch_add(kempe_context *context, kmp_arena *arena, kmp_cycle_branch *branch, kmp_cycle *cycle);
+
+/** A piece between two cycles is stable where both are, or one and a fold or a Hopf point at its end. */
+bool kmp_cycles_stable_between(const kmp_cycle *a, const kmp_cycle *b);

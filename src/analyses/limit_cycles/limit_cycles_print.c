@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Output of cycles: Hopf points, and the cycles of each branch, as text, JSON and tables. */
+/* Output of cycles: Hopf points, and the cycles of each branch, as text, JSON, tables and a picture. */
+#include "analyses/limit_cycles/cycle_branch.h"
 #include "analyses/limit_cycles/limit_cycles_study.h"
 #include "constraints/tolerances.h"
 #include "model/data/model.h"
+#include "output/picture_file.h"
+#include "output/plot.h"
 #include "output/print.h"
 #include "output/result_table.h"
 #include <math.h>
@@ -43,23 +46,6 @@ static int shown_outputs(const kempe_limit_cycles *c)
     return columns < MOST_OUTPUTS ? columns : MOST_OUTPUTS;
 }
 
-static void show_cycle(kmp_text *text, const kempe_limit_cycles *c, const kmp_cycle *x)
-{
-    bool hopf = x->word == KMP_CYCLE_HOPF;
-    kmp_text_printf(text, "  %-9s  %14.10g  %13.9g  %-9s  ", kmp_cycle_text(x),
-                    kmp_limit_cycles_shown(c).factor * x->value, x->period, hopf ? "" : kmp_cycle_stability_text(x));
-    if (hopf)
-        kmp_text_printf(text, "%11s", "");
-    else
-        kmp_print_cells(text, "%11.7f", x->multipliers > 0 ? hypot(x->re[0], x->im[0]) : NAN);
-    for (int k = 0; k < c->held; k++)
-        kmp_print_cells(text, "  %13.7g", x->load[k]);
-    for (int k = 0; k < shown_outputs(c); k++)
-        kmp_print_cells(text, "  %13.8g",
-                        kmp_shown_as(c->system->context, c->unit[k]).factor * kmp_cycle_amplitude(x, k));
-    kmp_text_put(text, "\n");
-}
-
 static void show_branch(kmp_text *text, const kempe_limit_cycles *c, int branch)
 {
     const kmp_cycle_branch *b = &c->branch[branch];
@@ -77,8 +63,23 @@ static void show_branch(kmp_text *text, const kempe_limit_cycles *c, int branch)
     for (int k = 0; k < shown_outputs(c); k++)
         kmp_text_printf(text, "  %13s", kmp_shown_as(c->system->context, c->unit[k]).unit);
     kmp_text_put(text, "\n");
-    for (int k = 0; k < b->count && k < MOST_ROWS; k++)
-        show_cycle(text, c, b->cycle[k]);
+    for (int k = 0; k < b->count && k < MOST_ROWS; k++) {
+        const kmp_cycle *x = b->cycle[k];
+        bool hopf = x->word == KMP_CYCLE_HOPF;
+        kmp_text_printf(text, "  %-9s  %14.10g  %13.9g  %-9s  ", kmp_cycle_text(x),
+                        kmp_limit_cycles_shown(c).factor * x->value, x->period,
+                        hopf ? "" : kmp_cycle_stability_text(x));
+        if (hopf)
+            kmp_text_printf(text, "%11s", "");
+        else
+            kmp_print_cells(text, "%11.7f", x->multipliers > 0 ? hypot(x->re[0], x->im[0]) : NAN);
+        for (int i = 0; i < c->held; i++)
+            kmp_print_cells(text, "  %13.7g", x->load[i]);
+        for (int i = 0; i < shown_outputs(c); i++)
+            kmp_print_cells(text, "  %13.8g",
+                            kmp_shown_as(c->system->context, c->unit[i]).factor * kmp_cycle_amplitude(x, i));
+        kmp_text_put(text, "\n");
+    }
     if (b->count > MOST_ROWS)
         kmp_text_printf(text, "  and %d more, in --output\n", b->count - MOST_ROWS);
 }
@@ -114,26 +115,6 @@ static void show(kmp_text *text, const void *result)
 
 /* -- JSON ---------------------------------------------------------------------------------------------------- */
 
-static void json_cycle(kmp_json *j, const kempe_limit_cycles *c, const kmp_cycle *x)
-{
-    bool hopf = x->word == KMP_CYCLE_HOPF;
-    kmp_json_put(j, "{ value %g period %g point %s", x->value, x->period, x->word ? kmp_cycle_text(x) : NULL);
-    for (int k = 0; k < c->held; k++)
-        kmp_json_put(j, k == 0 ? "loads { %s %g" : "%s %g", held_name(c, k), x->load[k]);
-    if (c->held > 0)
-        kmp_json_end(j);
-    if (!hopf) {
-        kmp_json_put(j, "stability %s along %g residual %g", kmp_cycle_stability_text(x), x->along, x->residual);
-        kmp_print_pairs(j, "multipliers", x->multipliers, x->re, x->im);
-        kmp_json_object(j, "outputs");
-        for (int k = 0; k < c->outputs; k++)
-            kmp_json_put(j, "%s { amplitude %g max %g min %g }", c->output[k], kmp_cycle_amplitude(x, k), x->high[k],
-                         x->low[k]);
-        kmp_json_end(j);
-    }
-    kmp_json_end(j);
-}
-
 static void json(kmp_text *text, const void *result)
 {
     const kempe_limit_cycles *c = result;
@@ -149,8 +130,26 @@ static void json(kmp_text *text, const void *result)
     kmp_json_put(&j, "] branches [");
     for (int b = 0; b < c->branches; b++) {
         kmp_json_put(&j, "{ end %s cycles [", c->branch[b].end);
-        for (int k = 0; k < c->branch[b].count; k++)
-            json_cycle(&j, c, c->branch[b].cycle[k]);
+        for (int k = 0; k < c->branch[b].count; k++) {
+            const kmp_cycle *x = c->branch[b].cycle[k];
+            bool hopf = x->word == KMP_CYCLE_HOPF;
+            kmp_json_put(&j, "{ value %g period %g point %s", x->value, x->period, x->word ? kmp_cycle_text(x) : NULL);
+            for (int i = 0; i < c->held; i++)
+                kmp_json_put(&j, i == 0 ? "loads { %s %g" : "%s %g", held_name(c, i), x->load[i]);
+            if (c->held > 0)
+                kmp_json_end(&j);
+            if (!hopf) {
+                kmp_json_put(&j, "stability %s along %g residual %g", kmp_cycle_stability_text(x), x->along,
+                             x->residual);
+                kmp_print_pairs(&j, "multipliers", x->multipliers, x->re, x->im);
+                kmp_json_object(&j, "outputs");
+                for (int i = 0; i < c->outputs; i++)
+                    kmp_json_put(&j, "%s { amplitude %g max %g min %g }", c->output[i], kmp_cycle_amplitude(x, i),
+                                 x->high[i], x->low[i]);
+                kmp_json_end(&j);
+            }
+            kmp_json_end(&j);
+        }
         kmp_json_put(&j, "] }");
     }
     kmp_json_put(&j, "] }");
@@ -161,19 +160,6 @@ KMP_PRINT(kempe_limit_cycles, cycles, cycles->system->context, json, show)
 static void add_parameter(kempe_table *table, const kempe_limit_cycles *c)
 {
     kmp_tabulate_column(table, kmp_quantity_unit_of(c->system, c->name), "%s", c->name);
-}
-
-static void put_row(kempe_table *table, const kempe_limit_cycles *c, int branch, const kmp_cycle *x)
-{
-    bool hopf = x->word == KMP_CYCLE_HOPF;
-    KMP_TABULATE(table, "%d %g %g %s %s %g %g %g", branch, x->value, x->period, kmp_cycle_text(x),
-                 hopf ? "" : kmp_cycle_stability_text(x), x->multipliers > 0 ? hypot(x->re[0], x->im[0]) : NAN,
-                 hopf ? NAN : x->along, hopf ? NAN : x->residual);
-    if (c->held > 0)
-        kmp_tabulate_numbers(table, c->held, x->load);
-    for (int k = 0; k < c->outputs; k++)
-        kmp_tabulate_cells(table, "%g %g %g", kmp_cycle_amplitude(x, k), hopf ? NAN : x->high[k],
-                           hopf ? NAN : x->low[k]);
 }
 
 static void fill_rows(kempe_table *table, const void *result)
@@ -191,8 +177,19 @@ static void fill_rows(kempe_table *table, const void *result)
         kmp_tabulate_column(table, c->unit[k], "%s.min", c->output[k]);
     }
     for (int b = 0; b < c->branches; b++)
-        for (int k = 0; k < c->branch[b].count; k++)
-            put_row(table, c, b + 1, c->branch[b].cycle[k]);
+        for (int k = 0; k < c->branch[b].count; k++) {
+            const int branch = b + 1;
+            const kmp_cycle *x = c->branch[b].cycle[k];
+            bool hopf = x->word == KMP_CYCLE_HOPF;
+            KMP_TABULATE(table, "%d %g %g %s %s %g %g %g", branch, x->value, x->period, kmp_cycle_text(x),
+                         hopf ? "" : kmp_cycle_stability_text(x), x->multipliers > 0 ? hypot(x->re[0], x->im[0]) : NAN,
+                         hopf ? NAN : x->along, hopf ? NAN : x->residual);
+            if (c->held > 0)
+                kmp_tabulate_numbers(table, c->held, x->load);
+            for (int i = 0; i < c->outputs; i++)
+                kmp_tabulate_cells(table, "%g %g %g", kmp_cycle_amplitude(x, i), hopf ? NAN : x->high[i],
+                                   hopf ? NAN : x->low[i]);
+        }
 }
 
 static void fill_multipliers(kempe_table *table, const void *result)
@@ -254,3 +251,106 @@ static void fill_critical(kempe_table *table, const void *result)
 
 KMP_TABLES(kempe_limit_cycles, cycles, cycles->system->context, {"rows", fill_rows}, {"multipliers", fill_multipliers},
            {"states", fill_states}, {"equilibria", fill_equilibria}, {"critical", fill_critical})
+
+/* -- picture ------------------------------------------------------------------------------------------------ */
+
+/* The bifurcation diagram: amplitudes over the parameter, a plot for each output. Stable parts are solid, all others
+ * dashed; an equilibrium has no amplitude. */
+
+enum { WIDTH = 640, HEIGHT = 400, MOST_PLOTS = 8 };
+
+typedef struct drawing {
+    const kempe_limit_cycles *c;
+    kmp_plot plot;
+    int output;
+    double factor;        /* of the parameter */
+    double output_factor; /* of the output */
+} drawing;
+
+static double height(const drawing *d, const kmp_cycle *x)
+{
+    return d->output_factor * kmp_cycle_amplitude(x, d->output);
+}
+
+/* The value between two of the locus at which the equilibrium loses its stability; the middle where it is no Hopf
+ * point. */
+static double change_between(const kmp_locus *l, double a, double b)
+{
+    for (int k = 0; k < l->critical_count; k++)
+        if ((l->critical[k].value - a) * (l->critical[k].value - b) <= 0)
+            return l->critical[k].value;
+    return (a + b) / 2;
+}
+
+static void put_plot(kmp_text *text, const kempe_limit_cycles *c, int output, int place)
+{
+    kmp_shown by = kmp_limit_cycles_shown(c),
+              as = kmp_shown_as(c->system->context, output < c->outputs ? c->unit[output] : "");
+    drawing d = {c, kmp_plot_inside(text, 0, HEIGHT * place, WIDTH, HEIGHT), output, by.factor, as.factor};
+    kmp_plot_reach(&d.plot, by.factor * c->from, 0);
+    kmp_plot_reach(&d.plot, by.factor * c->to, 0);
+    for (int b = 0; b < c->branches; b++)
+        for (int k = 0; k < c->branch[b].count; k++)
+            kmp_plot_reach(&d.plot, by.factor * c->branch[b].cycle[k]->value, height(&d, c->branch[b].cycle[k]));
+    d.plot.axis[0].name = c->name;
+    d.plot.axis[0].unit = by.unit;
+    d.plot.axis[1].name = output < c->outputs ? c->output[output] : "amplitude";
+    d.plot.axis[1].unit = as.unit;
+    kmp_plot_begin(&d.plot, "Amplitude of limit cycles: solid stable, dashed unstable");
+    /* The equilibria, dashed where they are unstable. */
+    const kmp_locus *l = &d.c->locus;
+    for (int k = 0; k + 1 < l->reached; k++) {
+        bool grows[] = {kmp_limit_cycles_growth(d.c, k) > 0, kmp_limit_cycles_growth(d.c, k + 1) > 0};
+        double ends[] = {l->value[k], change_between(l, l->value[k], l->value[k + 1]), l->value[k + 1]};
+        for (int half = 0; half < 2; half++) {
+            kmp_curve_begin(&d.plot, grows[half] ? "dashed" : "curve", "#4a545a");
+            kmp_curve_to(&d.plot, d.factor * ends[half], 0);
+            kmp_curve_to(&d.plot, d.factor * ends[half + 1], 0);
+            kmp_curve_end(&d.plot);
+        }
+    }
+    for (int b = 0; b < c->branches; b++) {
+        const char *colour = kmp_plot_colour(b);
+        int from = 0;
+        for (int k = 1; k < c->branch[b].count; k++) {
+            bool stable = kmp_cycles_stable_between(c->branch[b].cycle[k - 1], c->branch[b].cycle[k]);
+            if (k + 1 < c->branch[b].count &&
+                kmp_cycles_stable_between(c->branch[b].cycle[k], c->branch[b].cycle[k + 1]) == stable)
+                continue;
+            kmp_curve_begin(&d.plot, stable ? "curve" : "dashed", colour);
+            for (int i = from; i <= k; i++)
+                kmp_curve_to(&d.plot, d.factor * c->branch[b].cycle[i]->value, height(&d, c->branch[b].cycle[i]));
+            kmp_curve_end(&d.plot);
+            from = k;
+        }
+        for (int k = 0; k < c->branch[b].count; k++)
+            if (c->branch[b].cycle[k]->word != KMP_CYCLE_REGULAR)
+                kmp_plot_dot(&d.plot, d.factor * c->branch[b].cycle[k]->value, height(&d, c->branch[b].cycle[k]),
+                             colour);
+    }
+    kmp_plot_end(&d.plot);
+}
+
+kempe_status kempe_limit_cycles_write_picture(const kempe_limit_cycles *cycles, const char *path)
+{
+    KMP_WANTED(NULL, cycles, "cycles");
+    KMP_WANTED(cycles->system->context, path, "path");
+    int shown[MOST_PLOTS], count = 0, columns = cycles->outputs;
+    kmp_text text = {0};
+    kmp_context_clear(cycles->system->context);
+    for (int o = 0; o < columns && count < MOST_PLOTS; o++) {
+        bool periodic = false; /* at least in one cycle */
+        for (int b = 0; b < cycles->branches; b++)
+            for (int k = 1; k < cycles->branch[b].count; k++)
+                periodic = periodic || isfinite(cycles->branch[b].cycle[k]->high[o]);
+        if (periodic)
+            shown[count++] = o;
+    }
+    kmp_picture_begin(&text, WIDTH, HEIGHT * (count > 0 ? count : 1), "");
+    for (int k = 0; k < count; k++)
+        put_plot(&text, cycles, shown[k], k);
+    if (count == 0)
+        put_plot(&text, cycles, 0, 0);
+    kmp_picture_end(&text);
+    return kmp_picture_write(cycles->system->context, path, &text);
+}

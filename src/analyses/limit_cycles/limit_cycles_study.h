@@ -58,19 +58,3 @@ static inline const char *kmp_cycles_load_unit(const kempe_limit_cycles *c, int 
 {
     return c->system->model->motions[c->held_motion[k]].rotation ? "N m" : "N";
 }
-
-/** Finds the coordinates whose rates a load holds, and makes the equations with their drives.
- * KEMPE_E_FAILED: there is no equilibrium at the first value, the start does not give such a rate, or the track is no
- * straight one. With `settle` these are no errors: the speed is then free. */
-kempe_status kmp_cycles_hold_speed(kempe_limit_cycles *cycles);
-
-/** Appends `outputs` and the loads; false: no memory. Takes the names and units of the columns of such a run: those
- * of the outputs are kept, and *load (held) are those of the loads; -1: there is none. KEMPE_E_MEMORY. */
-bool kmp_cycles_words(const kempe_limit_cycles *cycles, const char *outputs, kmp_text *words);
-kempe_status kmp_cycles_name(kempe_limit_cycles *cycles, int count, char *const *columns, char *const *units,
-                             int **load);
-
-/** Start values that a periodic motion repeats, in `entry` with room for 2 n: not positions of coordinates that nothing
- * depends on, at the state of `linear`; `keeps`: a rate that stays that of the
- * start, -1: none. KEMPE_E_MEMORY. */
-kempe_status kmp_moving_entries(kmp_linear *linear, int keeps, int *count, kmp_flow_entry *entry);

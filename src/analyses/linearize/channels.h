@@ -3,9 +3,72 @@
 #pragma once
 
 #include "analyses/derivatives/averaged.h"
+#include "analyses/derivatives/linearized.h"
+#include "analyses/derivatives/parameter_slopes.h"
 #include "analyses/equilibrium/operating.h"
-#include "analyses/linearize/transfer.h"
+#include "base/arena.h"
 #include "model/data/variant.h"
+#include "model/read/user_lists.h"
+
+/** The source of an output's value: number `index` of q, qd, qdd, lambda, or of the additional outputs. */
+typedef enum kmp_output_kind_of_source {
+    KMP_SOURCE_Q,
+    KMP_SOURCE_QD,
+    KMP_SOURCE_QDD,
+    KMP_SOURCE_LAMBDA,
+    KMP_SOURCE_SHOWN
+} kmp_output_kind_of_source;
+
+typedef struct kmp_output_source {
+    kmp_output_kind_of_source in;
+    int index;
+} kmp_output_source;
+
+/** A column of L: an input, or its `order`-th time derivative, which acts separately where the input moves a closure.
+ */
+typedef struct kmp_load {
+    int input, order;
+    int parameter; /* of the parameter derivatives, also of an input of the model; -1: it is none */
+    int place;     /* of a force: first of the three shown values that are its point's position */
+} kmp_load;
+
+typedef struct kmp_transfer {
+    kmp_arena arena;    /* of all arrays */
+    kmp_linear *linear; /* not owned, at the state */
+    kmp_slopes *slopes; /* not owned */
+    int n, m, p;
+    const kmp_requested_inputs *inputs;
+    int outputs, columns;
+    kmp_output_source *source;     /* outputs */
+    kmp_load *load;                /* columns */
+    double *map, *map_rate;        /* n x p: dq = N du, dqd = N dud + Nd du */
+    double *loads;                 /* p x columns: L */
+    double *by_u, *by_ud, *by_udd; /* outputs x p */
+    double *direct;                /* outputs x columns: Yw */
+    double *value;                 /* outputs: y at the state */
+    double *side, *moved, *shown;  /* work: of a change of the equations, of a kmp_response, of additional outputs */
+    double *unit;                  /* p: zeros */
+} kmp_transfer;
+
+void kmp_transfer_free(kmp_transfer *transfer);
+
+/** True if a parameter among the inputs moves closures: its rate then acts, too, for which there is no column. */
+bool kmp_transfer_moves_closures(const kmp_transfer *transfer, int input);
+
+/** The states x of a state space: du and dud without the integrals of states of the model, and without states that are
+ * constant. Number k of x among the 2p.
+ */
+int kmp_transfer_width(const kmp_transfer *transfer);
+int kmp_transfer_state(const kmp_transfer *transfer, int k);
+
+/** A (w x w, w the width, in room for 2p x 2p), B (w x columns), C (outputs x w) and D (outputs x columns),
+ * column-major. 0; 1 + k: the reduced mass
+ *  is not positive for u[k]; -1: no memory; -2: Mr is singular. */
+int kmp_transfer_first_order(const kmp_transfer *transfer, double *a, double *b, double *c, double *d);
+
+/** Replaces A and B of an averaged system (analyses/derivatives/averaged.h) by those from one common sample to the
+ * next, for inputs that are held between; *period: that time. Results as kmp_sampled_map. */
+int kmp_transfer_sample(const kmp_transfer *transfer, double *a, double *b, double *period);
 
 /** NULL: the default of each. */
 typedef struct kmp_channels_options {

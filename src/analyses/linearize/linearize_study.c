@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* State spaces: one made, its matrices, and their file. */
+/* State spaces: one made, its matrices, their file, and their output. */
 #include "analyses/linearize/linearize_study.h"
-#include "analyses/derivatives/delayed_motion.h"
+#include "analyses/derivatives/delayed_spectrum.h"
 #include "analyses/derivatives/sampled_motion.h"
 #include "base/memory.h"
 #include "dynamics/load_dependent.h"
@@ -15,7 +15,14 @@
 #include <math.h>
 #include <string.h>
 
-kmp_matrix_row kmp_linearization_row(const kempe_linearization *l, int k)
+/* A matrix by its row of matrices.def: its name, its description, its values. */
+typedef struct kmp_matrix_row {
+    const char *name, *meaning;
+    const double *values;
+    int rows, columns;
+} kmp_matrix_row;
+
+static kmp_matrix_row matrix_row(const kempe_linearization *l, int k)
 {
     int p = l->count, n = l->channels.transfer.n, width = l->width, second = l->z ? 0 : p;
     int inputs = l->channels.loads.count, outputs = l->channels.outputs.count;
@@ -257,7 +264,7 @@ KMP_FREES(kempe_linearization, l, kmp_channels_free(&l->channels))
 const double *kempe_linearization_matrix(const kempe_linearization *l, kempe_matrix matrix, int *rows, int *columns)
 {
     KMP_GIVEN(l, NULL);
-    kmp_matrix_row row = kmp_linearization_row(l, (int)matrix);
+    kmp_matrix_row row = matrix_row(l, (int)matrix);
     if (rows)
         *rows = row.rows;
     if (columns)
@@ -310,7 +317,7 @@ kempe_status kempe_linearization_write(const kempe_linearization *l, const char 
     char **coordinates = KMP_NEW(char *, n);
     arrays.failed = !coordinates;
     for (int k = 0; k < KMP_MATRICES; k++) {
-        kmp_matrix_row row = kmp_linearization_row(l, k);
+        kmp_matrix_row row = matrix_row(l, k);
         if (k != KEMPE_MATRIX_Z || l->z)
             kmp_arrays_matrix(&arrays, row.name, row.rows, row.columns, row.values);
     }
@@ -332,3 +339,138 @@ kempe_status kempe_linearization_write(const kempe_linearization *l, const char 
     kmp_free(coordinates);
     return status;
 }
+
+/* -- output: the state, names, the matrices that are small enough to be read -------------------------------- */
+
+enum { MOST_COLUMNS = 8, MOST_ROWS = 24 };
+
+/* -- text -------------------------------------------------------------------------------------------- */
+
+static const char *state_sentence(const kmp_channels *c)
+{
+    return c->at->equilibrium ? (c->goes_on ? "about the steady motion" : "at the equilibrium")
+           : c->goes_on       ? "at the start, which is a steady motion"
+           : c->rests         ? "at the start, which is an equilibrium"
+                              : "at the start, which is not steady: the matrices hold at this instant";
+}
+
+static void list(kmp_text *text, const char *what, const kmp_names *names)
+{
+    if (names->count == 0)
+        return;
+    kmp_text_printf(text, "  %-8s ", what);
+    for (int k = 0; k < names->count; k++)
+        kmp_text_printf(text, "%s%s%s%s%s", k ? ", " : "", names->name[k], names->unit[k][0] ? " [" : "",
+                        names->unit[k], names->unit[k][0] ? "]" : "");
+    kmp_text_put(text, "\n");
+}
+
+static void show_matrix(kmp_text *text, const kmp_matrix_row *row)
+{
+    if (row->rows == 0 || row->columns == 0)
+        return;
+    bool fits = row->columns <= MOST_COLUMNS && row->rows <= MOST_ROWS;
+    kmp_text_printf(text, "\n%s  %d x %d%s%s%s\n", row->name, row->rows, row->columns, row->meaning[0] ? "   " : "",
+                    row->meaning, fits ? "" : "   (in -o FILE.npz and --json)");
+    for (int i = 0; fits && i < row->rows; i++) {
+        for (int k = 0; k < row->columns; k++)
+            kmp_text_printf(text, " %13.6g", row->values[i + k * row->rows] + 0.0);
+        kmp_text_put(text, "\n");
+    }
+}
+
+static double largest_of(const kempe_linearization *l)
+{
+    kmp_matrix_row z = matrix_row(l, KEMPE_MATRIX_Z);
+    double largest = 0;
+    for (int k = 0; k < z.rows; k++)
+        largest = fmax(largest, hypot(z.values[k], z.values[k + z.rows]));
+    return largest;
+}
+
+static void show(kmp_text *text, const void *result)
+{
+    const kempe_linearization *l = result;
+    const kmp_channels *c = &l->channels;
+    int freedoms = c->linear.p - c->system->model->state_count;
+    kmp_print_title(text, c->system->model, kmp_status_word(c->status));
+    kmp_text_printf(text, "linear %s (t = 0), %d degree%s of freedom\n", state_sentence(c), freedoms,
+                    freedoms == 1 ? "" : "s");
+    if (l->period > 0)
+        kmp_text_printf(text, "  samples  from one to the next after %.9g s: largest |z| %.9g, %s\n", l->period,
+                        largest_of(l),
+                        largest_of(l) < 1   ? "stable"
+                        : largest_of(l) > 1 ? "unstable"
+                                            : "neutral");
+    kmp_print_held(text, "  held     ", c->system, c->at->qd);
+    list(text, "states", &c->states);
+    list(text, "inputs", &c->loads);
+    list(text, "outputs", &c->outputs);
+    for (int k = 0; k < l->delays.count; k++) {
+        kmp_shown as = kmp_shown_as(c->system->context, "s");
+        kmp_text_printf(text, "  delays   input %s is the output of that name %.9g %s before\n", l->delays.name[k],
+                        as.factor * l->delay[k], as.unit);
+    }
+    for (int k = 0; k < KMP_MATRICES; k++) {
+        kmp_matrix_row row = matrix_row(l, k);
+        show_matrix(text, &row);
+    }
+}
+
+/* -- JSON -------------------------------------------------------------------------------------------- */
+
+static void json_names(kmp_json *j, const char *key, const kmp_names *names)
+{
+    kmp_json_array(j, key);
+    for (int k = 0; k < names->count; k++)
+        kmp_json_put(j, "{ name %s unit %s }", names->name[k], names->unit[k]);
+    kmp_json_end(j);
+}
+
+static void json(kmp_text *text, const void *result)
+{
+    const kempe_linearization *l = result;
+    const kmp_channels *c = &l->channels;
+    kmp_json j = kmp_json_begin(text);
+    kmp_print_head(&j, c->system, kmp_status_word(c->status), "", c->build_s, c->warnings);
+    kmp_json_put(&j, "at %s state %s residual %g", c->at->equilibrium ? "equilibrium" : "start",
+                 c->goes_on ? "steady"
+                 : c->rests ? "rests"
+                            : "moves",
+                 c->residual);
+    kmp_print_names(&j, "u", c->system, kmp_name_of_coordinate, l->count, l->u);
+    kmp_print_entries(&j, "q", c->system, KMP_QUANTITY_Q, c->at->q);
+    kmp_print_entries(&j, "qd", c->system, KMP_QUANTITY_QD, c->at->qd);
+    if (l->period > 0)
+        kmp_json_number(&j, "sample_time", l->period);
+    kmp_print_held_json(&j, c->system, c->at->qd);
+    json_names(&j, "states", &c->states);
+    json_names(&j, "inputs", &c->loads);
+    json_names(&j, "outputs", &c->outputs);
+    if (l->delays.count > 0) {
+        kmp_json_array(&j, "delays");
+        for (int k = 0; k < l->delays.count; k++)
+            kmp_json_put(&j, "{ name %s time %g }", l->delays.name[k], l->delay[k]);
+        kmp_json_end(&j);
+    }
+    kmp_json_numbers(&j, "y", c->outputs.count, l->y);
+    for (int k = 0; k < KMP_MATRICES; k++) {
+        kmp_matrix_row row = matrix_row(l, k);
+        if (k != KEMPE_MATRIX_Z || l->z) {
+            /* One array per row. */
+            double *room = KMP_NEW(double, row.columns);
+            j.text->failed = j.text->failed || !room;
+            kmp_json_array(&j, row.name);
+            for (int i = 0; room && i < row.rows; i++) {
+                for (int r = 0; r < row.columns; r++)
+                    room[r] = row.values[i + r * row.rows] + 0.0;
+                kmp_json_numbers(&j, NULL, row.columns, room);
+            }
+            kmp_json_end(&j);
+            kmp_free(room);
+        }
+    }
+    kmp_json_end(&j);
+}
+
+KMP_PRINT(kempe_linearization, linearization, linearization->channels.system->context, json, show)

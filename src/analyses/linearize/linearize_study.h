@@ -17,18 +17,9 @@ struct kempe_linearization {
     double *z;     /* width x 2: eigenvalues of that map, real and imaginary part; NULL without samples */
 };
 
-/** A matrix by its row of matrices.def: its name, its description, its values. */
-typedef struct kmp_matrix_row {
-    const char *name, *meaning;
-    const double *values;
-    int rows, columns;
-} kmp_matrix_row;
-
 enum {
     KMP_MATRICES = 0
 #define KMP_MATRIX(name, word, rows, columns, values, meaning) +1
 #include "analyses/linearize/matrices.def"
 #undef KMP_MATRIX
 };
-
-kmp_matrix_row kmp_linearization_row(const kempe_linearization *linearization, int k);

@@ -4,7 +4,6 @@
 
 #include "analyses/derivatives/averaged.h"
 #include "analyses/modes/locus.h"
-#include "analyses/modes/operating_family.h"
 #include "base/context.h"
 #include <kempe/modes.h>
 #include <math.h>

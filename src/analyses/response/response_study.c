@@ -1,50 +1,492 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The frequency response study: its computation, results and table. */
 #include "analyses/response/response_study.h"
+#include "analyses/derivatives/delayed_spectrum.h"
 #include "analyses/derivatives/sampled_motion.h"
+#include "base/bracket.h"
+#include "base/context.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
 #include "dynamics/load_dependent.h"
+#include "linalg/dense/dense.h"
 #include "model/data/model.h"
 #include "model/language/ranges.h"
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "output/result_table.h"
+#include <complex.h>
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
-enum { DEFAULT_COUNT = 200 };
+/* -- responses ---------------------------------------------------------------------------------------------- */
+
+/* One complex solution for each frequency. Peaks are searched between frequencies around the poles and refined by
+ * golden section (base/bracket.h); a rounding estimate marks unreliable values. */
 
 static const double two_pi = 6.283185307179586476925286766559;
 
-/* -- frequencies ------------------------------------------------------------------------------------- */
+/* A real part this small relative to the modulus is rounding. */
+static const double on_axis = 1e-10;
 
-/* Whole decades around the natural frequencies; 0.1 to 100 Hz where there are none. */
-static kempe_status usual_range(const kmp_channels *c, kmp_range *range)
+/* A static response this small relative to the largest one is rounding. */
+static const double no_answer = 1e-12;
+
+/* -- construction ------------------------------------------------------------------------------------ */
+
+static kempe_status make_samples(kmp_frequency *f)
 {
-    const kmp_linear *l = &c->linear;
-    kmp_spectrum s;
-    double least = INFINITY, most = 0;
-    kempe_status status = kmp_linear_spectrum(l, &s);
-    if (status == KEMPE_E_MEMORY)
-        return status;
-    for (int k = 0; status == KEMPE_OK && k < s.count; k++) {
-        double hz = hypot(s.re[k], s.im[k]) / two_pi;
-        if (s.im[k] > 0) {
-            least = fmin(least, hz);
-            most = fmax(most, hz);
+    const kmp_transfer *t = f->transfer;
+    kempe_context *context = t->linear->system->context;
+    ptrdiff_t p = t->p, width = f->size;
+    KMP_TRY(kmp_made(context, KMP_ARENA_MAKE(&f->arena, KMP_ROOM(double, 4 * p * p, &f->phi),
+                                             KMP_ROOM(double, 2 * p * t->columns, &f->gamma),
+                                             KMP_ROOM(double, 2 * p * t->outputs, &f->c),
+                                             KMP_ROOM(double, (ptrdiff_t)t->outputs * t->columns, &f->d))));
+    int failed = kmp_transfer_first_order(t, f->phi, f->gamma, f->c, f->d);
+    KMP_TRY(kmp_made(context, failed != -1));
+    if (failed)
+        return kmp_sampled_complain(context, -3);
+    failed = kmp_transfer_sample(t, f->phi, f->gamma, &f->period);
+    return failed == 0 || width == 0 ? KEMPE_OK : kmp_sampled_complain(context, failed);
+}
+
+/* Makes room for frequencies that the caller fills in. `sampled`: the transfer is that of an averaged system
+ * (analyses/derivatives/averaged.h). KEMPE_E_MEMORY; KEMPE_E_FAILED with a sentence: there is no map between samples.
+ */
+static kempe_status frequency_init(kmp_frequency *f, const kmp_transfer *transfer, bool sampled, int count)
+{
+    ptrdiff_t block = (ptrdiff_t)transfer->inputs->count * transfer->outputs, all = block * count;
+    *f = (kmp_frequency){
+        .transfer = transfer, .inputs = transfer->inputs->count, .outputs = transfer->outputs, .count = count};
+    ptrdiff_t size = f->size = sampled ? kmp_transfer_width(transfer) : transfer->p;
+    f->pole = KMP_ARENA_NEW(&f->arena, bool, count);
+    f->pivot = KMP_ARENA_NEW(&f->arena, int, size);
+    KMP_TRY(kmp_made(transfer->linear->system->context,
+                     KMP_ARENA_MAKE(&f->arena, KMP_ROOM(double, all, &f->re, &f->im), KMP_ROOM(double, count, &f->at),
+                                    KMP_ROOM(double, block, &f->still, &f->h_re, &f->h_im),
+                                    KMP_ROOM(double, size *size, &f->terms), KMP_ROOM(double, size, &f->scale),
+                                    KMP_ROOM(double complex, size *size, &f->a),
+                                    KMP_ROOM(double complex, size, &f->du, &f->off))));
+    return sampled ? make_samples(f) : KEMPE_OK;
+}
+
+KMP_CLEARS(kmp_frequency, frequency, kmp_arena_free(&frequency->arena), kmp_free(frequency->peak),
+           kmp_spectrum_free(&frequency->poles))
+
+/* True if unknown k is the value of a state. */
+static bool is_state(const kmp_frequency *f, int k)
+{
+    const kmp_linear *l = f->transfer->linear;
+    return kmp_state_of(l->system->model, l->part.u[k]);
+}
+
+/* -- one frequency ----------------------------------------------------------------------------------- */
+
+/* An entry of -w^2 Mr + i w Gr + Kr; of the column of a state, whose unknown is its value, of i w Mr + Gr. With sampled
+ * states of z - phi. */
+typedef struct entry {
+    double re, im, size;
+} entry;
+
+static entry entry_of(const kmp_frequency *f, double w, int row, int column)
+{
+    const kmp_linear *l = f->transfer->linear;
+    if (f->phi) {
+        double phi = f->phi[row + (ptrdiff_t)column * f->size];
+        double complex z = row == column ? cexp(I * w * f->period) : 0;
+        return (entry){creal(z) - phi, cimag(z), fabs(phi) + cabs(z)};
+    }
+    int e = row + column * f->transfer->p;
+    double m = l->mass[e], g = l->damping[e], k = l->stiffness[e];
+    double delay = kmp_delay_of(l, column);
+    if (delay > 0) {
+        double complex y = m * (cexp(I * w * delay) - 1) / delay;
+        return (entry){g + creal(y), cimag(y), fabs(g) + fabs(m) / delay};
+    }
+    if (is_state(f, column))
+        return (entry){g, w * m, fabs(g) + w * fabs(m)};
+    return (entry){k - w * w * m, w * g, fabs(k) + w * fabs(g) + w * w * fabs(m)};
+}
+
+/* The larger of its terms. */
+static double size_of_diagonal(const kmp_frequency *f, double w, int k)
+{
+    const kmp_linear *l = f->transfer->linear;
+    if (f->phi)
+        return fmax(1, fabs(f->phi[k + (ptrdiff_t)k * f->size]));
+    int e = k + k * f->transfer->p;
+    double m = fabs(l->mass[e]), g = fabs(l->damping[e]);
+    if (kmp_delay_of(l, k) > 0)
+        return fmax(g, m / kmp_delay_of(l, k));
+    return is_state(f, k) ? fmax(g, w * m) : fmax(fmax(fabs(l->stiffness[e]), w * g), w * w * m);
+}
+
+static double size_of(double complex x)
+{
+    return fabs(creal(x)) + fabs(cimag(x));
+}
+
+/* S (-w^2 Mr + i w Gr + Kr) S, or S (z - phi) S, its diagonal of the size of one, in factors. false: singular. */
+static bool factor(kmp_frequency *f, double w)
+{
+    int p = f->size;
+    for (int k = 0; k < p; k++) {
+        double size = size_of_diagonal(f, w, k);
+        f->scale[k] = size > 0 ? 1 / sqrt(size) : 1;
+    }
+    for (int k = 0; k < p; k++)
+        for (int i = 0; i < p; i++) {
+            int e = i + k * p;
+            double s = f->scale[i] * f->scale[k];
+            entry x = entry_of(f, w, i, k);
+            f->a[e] = KMP_COMPLEX(s * x.re, s * x.im);
+            f->terms[e] = s * x.size;
+        }
+    if (kmp_lu_complex_factor(p, f->a, f->pivot) != 0)
+        return false;
+    for (int k = 0; k < p; k++) { /* pivots are kept as reciprocals: of singular matrices they are rounding */
+        if (size_of(f->a[k + k * p]) * p * 32 * DBL_EPSILON > 1)
+            return false;
+    }
+    return true;
+}
+
+/* (i w)^order */
+static double complex power(double w, int order)
+{
+    return order == 0 ? 1 : order == 1 ? w * I : -w * w;
+}
+
+static double largest(int count, const double complex *x)
+{
+    double most = 0;
+    for (int i = 0; i < count; i++)
+        most = fmax(most, cabs(x[i]));
+    return most;
+}
+
+static void solve(kmp_frequency *f, double w, int input)
+{
+    int p = f->size;
+    /* The loads of an input on the right side: -L, or gamma. */
+    const kmp_transfer *t = f->transfer;
+    memset(f->du, 0, (size_t)p * sizeof *f->du);
+    for (int c = 0; c < t->columns; c++) {
+        const double *load = f->phi ? f->gamma + (ptrdiff_t)c * p : t->loads + (ptrdiff_t)c * p;
+        double complex swing = f->phi ? -1 : power(w, t->load[c].order);
+        for (int i = 0; t->load[c].input == input && i < p; i++)
+            f->du[i] -= KMP_COMPLEX(f->scale[i] * creal(swing) * load[i], f->scale[i] * cimag(swing) * load[i]);
+    }
+    kmp_lu_complex_solve(p, f->a, f->pivot, f->du);
+    /* The effect of rounding in the equations' terms on du. */
+    memset(f->off, 0, (size_t)p * sizeof *f->off);
+    for (int k = 0; k < p; k++)
+        for (int i = 0; i < p; i++)
+            f->off[i] += DBL_EPSILON * f->terms[i + k * p] * cabs(f->du[k]);
+    kmp_lu_complex_solve(p, f->a, f->pivot, f->off);
+    double size = largest(p, f->du), off = largest(p, f->off);
+    f->rounding = size > 0 ? fmax(f->rounding, off / size) : f->rounding;
+    for (int i = 0; i < p; i++)
+        f->du[i] *= f->scale[i];
+}
+
+/* The derivative of an output by unknown k. */
+static double complex seen_of(const kmp_frequency *f, double w, int output, int k)
+{
+    const kmp_transfer *t = f->transfer;
+    int at = output + k * t->outputs;
+    if (f->phi)
+        return f->c[at];
+    return is_state(f, k) ? t->by_ud[at] + w * t->by_udd[at] * I
+                          : t->by_u[at] - w * w * t->by_udd[at] + w * t->by_ud[at] * I;
+}
+
+/* Evaluates h_re and h_im at a frequency. False: on an undamped pole. */
+static bool evaluate(kmp_frequency *f, double hz)
+{
+    double w = two_pi * hz;
+    f->rounding = 0;
+    if (!factor(f, w))
+        return false;
+    for (int i = 0; i < f->inputs; i++) {
+        solve(f, w, i);
+        for (int o = 0; o < f->outputs; o++) {
+            /* Output sums that cancel to rounding are zero, and have no peaks. */
+            const kmp_transfer *t = f->transfer;
+            int e = o + i * f->outputs;
+            double complex sum = 0;
+            double size = 0; /* of its terms */
+            for (int k = 0; k < f->size; k++) {
+                double complex by = seen_of(f, w, o, k);
+                double complex du = f->du[k];
+                sum += by * du;
+                size += size_of(by) * size_of(du);
+            }
+            for (int c = 0; c < t->columns; c++)
+                if (t->load[c].input == i) {
+                    double complex direct = f->phi ? f->d[o + c * t->outputs] : t->direct[o + c * t->outputs];
+                    double complex term = direct * power(w, t->load[c].order);
+                    sum += term;
+                    size += size_of(term);
+                }
+            bool nothing = size_of(sum) <= 16 * (f->size + 1) * DBL_EPSILON * size;
+            f->h_re[e] = nothing ? 0 : creal(sum);
+            f->h_im[e] = nothing ? 0 : cimag(sum);
         }
     }
-    if (status == KEMPE_OK)
-        kmp_spectrum_free(&s);
-    else
-        kmp_context_clear(c->system->context);
-    *range = (kmp_range){.from = 0.1, .to = 100, .count = DEFAULT_COUNT};
-    if (most > 0) {
-        range->from = pow(10, floor(log10(least) - 0.5));
-        range->to = pow(10, ceil(log10(most) + 0.5));
-    }
-    return KEMPE_OK;
+    return true;
 }
+
+/* -- peaks ------------------------------------------------------------------------------------------- */
+
+bool kmp_frequency_undamped(const kmp_frequency *frequency, int k)
+{
+    const kmp_spectrum *s = &frequency->poles;
+    return s->im[k] > 0 && fabs(s->re[k]) <= on_axis * hypot(s->re[k], s->im[k]);
+}
+
+static double amplitude(const kmp_frequency *f, int e)
+{
+    return hypot(f->h_re[e], f->h_im[e]);
+}
+
+/* NaN on a pole. */
+static double amplitude_at(kmp_frequency *f, double hz, int e)
+{
+    return evaluate(f, hz) ? amplitude(f, e) : NAN;
+}
+
+static int ascending(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return x < y ? -1 : x > y;
+}
+
+/* Frequencies to evaluate: the requested ones, and others around each pole; without those on undamped poles. NULL: no
+ * memory. */
+static double *places(const kmp_frequency *f, int *count)
+{
+    static const double aside[] = {-3, -1, -0.3, 0, 0.3, 1, 3};
+    enum { ASIDE = sizeof aside / sizeof *aside };
+    int poles = f->has_spectrum ? f->poles.count : 0, many = 0, kept = 0;
+    double *list = KMP_NEW(double, f->count + ASIDE * poles), first = f->at[0], last = f->at[f->count - 1];
+    if (!list)
+        return NULL;
+    for (int k = 0; k < f->count; k++)
+        if (!f->pole[k])
+            list[many++] = f->at[k];
+    for (int k = 0; k < poles; k++) {
+        double re = fabs(f->poles.re[k]), im = f->poles.im[k];
+        for (int j = 0; j < ASIDE && im > re && !kmp_frequency_undamped(f, k); j++) {
+            double hz = (sqrt((im - re) * (im + re)) + aside[j] * re) / two_pi;
+            if (hz > first && hz < last)
+                list[many++] = hz;
+        }
+    }
+    qsort(list, (size_t)many, sizeof *list, ascending);
+    for (int k = 0; k < many; k++)
+        if (k == 0 || list[k] > list[kept - 1])
+            list[kept++] = list[k];
+    *count = kept;
+    return list;
+}
+
+static bool add_peak(kmp_frequency *f, kmp_peak peak)
+{
+    kmp_peak *grown = kmp_realloc(f->peak, (size_t)f->peak_count + 1, sizeof *grown);
+    if (!grown)
+        return false;
+    f->peak = grown;
+    double still = f->still[peak.output + peak.input * f->outputs];
+    peak.gain = still > 0 ? peak.amplitude / still : NAN;
+    f->peak[f->peak_count++] = peak;
+    return true;
+}
+
+typedef struct pair {
+    kmp_frequency *f;
+    int e;
+} pair;
+
+static double less_at(void *self, double hz)
+{
+    const pair *x = self;
+    return -amplitude_at(x->f, hz, x->e);
+}
+
+/* True if there is an undamped pole between the places low and high. */
+static bool parted(const kmp_frequency *f, double low, double high)
+{
+    for (int k = 0; f->has_spectrum && k < f->poles.count; k++) {
+        double hz = f->poles.im[k] / two_pi;
+        if (kmp_frequency_undamped(f, k) && hz > low && hz < high)
+            return true;
+    }
+    return false;
+}
+
+/* Relative accuracy of the frequency of a maximum, limited by that of the values. */
+static const double as_near = 1e-9;
+
+/* A maximum counts that rises and falls by more than rounding. */
+static const double risen = 1e-9;
+
+/* values: amplitudes of all pairs at all places, none of them on a pole. */
+static bool find_maxima(kmp_frequency *f, int count, const double *place, const double *values, int input, int output)
+{
+    size_t block = (size_t)f->inputs * (size_t)f->outputs;
+    const double *v = values + output + input * f->outputs;
+    double low = INFINITY;
+    int best = -1; /* the highest place so far while the amplitude rises */
+    bool ok = true;
+    for (int k = 0; ok && k < count; k++) {
+        double now = v[(size_t)k * block], most = best >= 0 ? v[(size_t)best * block] : 0;
+        if (k > 0 && parted(f, place[k - 1], place[k])) { /* it decreased from infinity */
+            best = -1;
+            low = now;
+        } else if (best < 0) {
+            best = now > low * (1 + risen) ? k : -1;
+            low = fmin(low, now);
+        } else if (now > most) {
+            best = k;
+        } else if (now < most * (1 - risen)) {
+            int e = output + input * f->outputs;
+            pair x = {f, e};
+            double hz = kmp_bracket_least(less_at, &x, place[best - 1], place[best + 1], as_near * place[best + 1]);
+            (void)evaluate(f, hz);
+            ok = add_peak(f, (kmp_peak){input, output, hz, amplitude(f, e), atan2(f->h_im[e], f->h_re[e]), 0});
+            best = -1;
+            low = now;
+        }
+    }
+    return ok;
+}
+
+static bool find_poles(kmp_frequency *f, int input, int output)
+{
+    bool ok = true;
+    for (int k = 0; ok && f->has_spectrum && k < f->poles.count; k++) {
+        double hz = f->poles.im[k] / two_pi;
+        if (!kmp_frequency_undamped(f, k) || hz < f->at[0] || hz > f->at[f->count - 1])
+            continue;
+        /* The pole is in this response where the amplitude near it varies with the inverse of the distance. */
+        int e = output + input * f->outputs;
+        double near = amplitude_at(f, hz * (1 + 1e-9), e), far = amplitude_at(f, hz * (1 + 1e-3), e);
+        if (isnan(near) || near > 100 * far)
+            ok = add_peak(f, (kmp_peak){input, output, hz, INFINITY, NAN, 0});
+    }
+    return ok;
+}
+
+static int by_place(const void *a, const void *b)
+{
+    const kmp_peak *x = a, *y = b;
+    if (x->input != y->input)
+        return x->input - y->input;
+    if (x->output != y->output)
+        return x->output - y->output;
+    return ascending(&x->frequency, &y->frequency);
+}
+
+static kempe_status look_for_peaks(kmp_frequency *f)
+{
+    kempe_context *context = f->transfer->linear->system->context;
+    size_t block = (size_t)f->inputs * (size_t)f->outputs;
+    int count = 0;
+    double *place = places(f, &count), *values = place ? KMP_NEW(double, (size_t)count *block) : NULL;
+    bool ok = values;
+    for (int k = 0; ok && k < count; k++) {
+        bool there = evaluate(f, place[k]);
+        for (size_t e = 0; e < block; e++)
+            values[(size_t)k * block + e] = there ? amplitude(f, (int)e) : 0;
+    }
+    for (int i = 0; i < f->inputs; i++)
+        for (int o = 0; ok && o < f->outputs && !kmp_interrupted(context); o++)
+            ok = find_maxima(f, count, place, values, i, o) && find_poles(f, i, o);
+    if (f->peak_count > 0)
+        qsort(f->peak, (size_t)f->peak_count, sizeof *f->peak, by_place);
+    kmp_free(place);
+    kmp_free(values);
+    if (kmp_interrupted(context))
+        return KEMPE_STOPPED;
+    return ok ? KEMPE_OK : kmp_fail_memory(context);
+}
+
+/* -- all frequencies --------------------------------------------------------------------------------- */
+
+/* Poles as ln(z)/T of the map. */
+static kempe_status find_sampled_poles(kmp_frequency *f)
+{
+    kmp_sampled_spectrum map;
+    kmp_spectrum *s = &f->poles;
+    kempe_status status = kmp_sampled_spectrum_init(&map, f->transfer->linear);
+    if (status == KEMPE_OK)
+        status = kmp_made(f->transfer->linear->system->context,
+                          KMP_ARENA_MAKE(&s->arena, KMP_ROOM(double, map.count, &s->re, &s->im)));
+    s->count = status == KEMPE_OK ? map.count : 0;
+    for (int k = 0; k < s->count; k++)
+        kmp_sampled_rate(&map, k, &s->re[k], &s->im[k]);
+    kmp_sampled_spectrum_free(&map);
+    return status;
+}
+
+/* A root too close to the axis counts as growing: the response is then not attained in a time that matters. */
+static kempe_status judge_delays(kmp_frequency *f)
+{
+    int zeros;
+    kempe_status status = kmp_delayed_growing(f->transfer->linear, &f->growing, &zeros);
+    if (status == KEMPE_E_FAILED)
+        f->growing = -1;
+    return status == KEMPE_E_FAILED ? KEMPE_OK : status;
+}
+
+/* Computes the responses at all frequencies, the poles, and the peaks: between the given frequencies, too, which are
+ * searched near the poles. KEMPE_E_MEMORY; KEMPE_STOPPED when interrupted. */
+static kempe_status run_over_frequencies(kmp_frequency *f)
+{
+    const kmp_linear *l = f->transfer->linear;
+    kempe_context *context = l->system->context;
+    for (int k = 0; k < f->count; k++) {
+        size_t block = (size_t)f->inputs * (size_t)f->outputs, first = (size_t)k * block;
+        f->pole[k] = !evaluate(f, f->at[k]);
+        if (!f->pole[k] && f->rounding > f->worst) {
+            f->worst = f->rounding;
+            f->worst_at = f->at[k];
+        }
+        for (size_t e = 0; e < block; e++) {
+            f->re[first + e] = f->pole[k] ? NAN : f->h_re[e];
+            f->im[first + e] = f->pole[k] ? NAN : f->h_im[e];
+        }
+        kmp_progress(context, KMP_PROGRESS_STUDY, k + 1, f->count, "frequencies");
+        if (kmp_interrupted(context))
+            return KEMPE_STOPPED;
+    }
+    bool endless = l->system->model->delay_count > 0; /* the poles of delays are */
+    kempe_status status = endless ? KEMPE_OK : f->phi ? find_sampled_poles(f) : kmp_linear_spectrum(l, &f->poles);
+    f->has_spectrum = status == KEMPE_OK && !endless;
+    if (status == KEMPE_E_MEMORY)
+        return status;
+    kmp_context_clear(context);
+    KMP_TRY(endless ? judge_delays(f) : KEMPE_OK);
+    /* The response at rest, zero where it is rounding of the largest one. */
+    bool rests = evaluate(f, 0);
+    size_t block = (size_t)f->inputs * (size_t)f->outputs, all = block * (size_t)f->count;
+    for (size_t e = 0; e < block; e++) {
+        double most = 0, still = rests ? amplitude(f, (int)e) : NAN;
+        for (size_t k = e; k < all; k += block)
+            most = fmax(most, hypot(f->re[k], f->im[k])); /* of a pole: NaN, which fmax ignores */
+        f->still[e] = still <= no_answer * most ? 0 : still;
+    }
+    return look_for_peaks(f);
+}
+
+/* -- the study ---------------------------------------------------------------------------------------------- */
+
+enum { DEFAULT_COUNT = 200 };
+
+/* -- frequencies ------------------------------------------------------------------------------------- */
 
 /* Frequencies are cycles per time: an angle per time, such as rad/s and rpm, is divided by that of a cycle. */
 static double in_cycles(double rate, int angle)
@@ -85,8 +527,32 @@ static kempe_status read_range(const kmp_channels *c, const kempe_response_optio
     kempe_context *context = c->system->context;
     kmp_ranges ranges = {0};
     kmp_text text = {0};
-    if (!options->frequencies)
-        return usual_range(c, range);
+    if (!options->frequencies) {
+        /* Whole decades around the natural frequencies; 0.1 to 100 Hz where there are none. */
+        const kmp_linear *l = &c->linear;
+        kmp_spectrum s;
+        double least = INFINITY, most = 0;
+        kempe_status status = kmp_linear_spectrum(l, &s);
+        if (status == KEMPE_E_MEMORY)
+            return status;
+        for (int k = 0; status == KEMPE_OK && k < s.count; k++) {
+            double hz = hypot(s.re[k], s.im[k]) / two_pi;
+            if (s.im[k] > 0) {
+                least = fmin(least, hz);
+                most = fmax(most, hz);
+            }
+        }
+        if (status == KEMPE_OK)
+            kmp_spectrum_free(&s);
+        else
+            kmp_context_clear(c->system->context);
+        *range = (kmp_range){.from = 0.1, .to = 100, .count = DEFAULT_COUNT};
+        if (most > 0) {
+            range->from = pow(10, floor(log10(least) - 0.5));
+            range->to = pow(10, ceil(log10(most) + 0.5));
+        }
+        return KEMPE_OK;
+    }
     kmp_text_printf(&text, "frequencies=%s", options->frequencies);
     kempe_status status = text.failed ? kmp_fail_memory(context) : kmp_ranges_read(context, text.s, &ranges);
     kmp_text_free(&text);
@@ -142,7 +608,7 @@ static kempe_status make(kempe_response *r, const kempe_system *system, const ke
                             "a force, an effort or a parameter",
                             c->inputs.input[c->transfer.load[k].input].name);
     KMP_TRY(read_range(&r->channels, options, &range));
-    KMP_TRY(kmp_frequency_init(&r->frequency, &r->channels.transfer, samples, range.count));
+    KMP_TRY(frequency_init(&r->frequency, &r->channels.transfer, samples, range.count));
     KMP_TRY(check_samples(r, options, &range));
     r->linear = options->linear;
     kmp_range logarithms = {.from = log(range.from), .to = log(range.to), .count = range.count};
@@ -151,7 +617,7 @@ static kempe_status make(kempe_response *r, const kempe_system *system, const ke
                              : k == 0               ? range.from
                              : k == range.count - 1 ? range.to
                                                     : exp(kmp_range_value(&logarithms, k, range.count));
-    KMP_TRY(kmp_frequency_run(&r->frequency));
+    KMP_TRY(run_over_frequencies(&r->frequency));
     if (r->frequency.worst > KMP_RESPONSE_HOLDS)
         kmp_doubt(system->context,
                   "do not trust the response at %.9g Hz: rounding of the equations changes it by %.2g of its size; an "

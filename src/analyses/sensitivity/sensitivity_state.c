@@ -3,9 +3,8 @@
  * real and imaginary part, frequency and damping of each. */
 #include "analyses/derivatives/state_sensitivity.h"
 #include "analyses/derivatives/varied.h"
-#include "analyses/derivatives/varied_start.h"
 #include "analyses/equilibrium/operating.h"
-#include "analyses/modes/mode_slopes.h"
+#include "analyses/modes/eigenmodes.h"
 #include "analyses/sensitivity/sensitivity_study.h"
 #include "dynamics/load_dependent.h"
 #include "model/data/model.h"

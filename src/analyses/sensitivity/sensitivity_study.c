@@ -9,57 +9,34 @@
 #include "model/read/loads.h"
 #include "model/read/user_lists.h"
 #include "output/print.h"
+#include "output/result_table.h"
 #include <kempe/sensitivity.h>
 #include <math.h>
 #include <string.h>
 
-static const kmp_sensitivity_kind *const kinds[] = {
+static const kmp_sensitivity_kind *const subjects[] = {
 #define KMP_SENSITIVITY(name) &kmp_sensitivity_##name,
 #include "analyses/sensitivity/sensitivities.def"
 #undef KMP_SENSITIVITY
 };
 
-enum { KINDS = sizeof kinds / sizeof *kinds };
+enum { KINDS = sizeof subjects / sizeof *subjects };
 
 /* -- options ----------------------------------------------------------------------------------------- */
 
 static kempe_status find_kind(kempe_sensitivity *s)
 {
-    const char *word = s->options->of ? s->options->of : kinds[0]->name;
+    const char *word = s->options->of ? s->options->of : subjects[0]->name;
     kmp_text sentence = {0};
     for (int k = 0; k < KINDS; k++)
-        if (strcmp(kinds[k]->name, word) == 0) {
-            s->kind = kinds[k];
+        if (strcmp(subjects[k]->name, word) == 0) {
+            s->kind = subjects[k];
             return KEMPE_OK;
         }
     kmp_text_printf(&sentence, "sensitivities of '%s' are unknown; available: ", word);
     for (int k = 0; k < KINDS; k++)
-        kmp_text_printf(&sentence, "%s%s", k ? ", " : "", kinds[k]->name);
+        kmp_text_printf(&sentence, "%s%s", k ? ", " : "", subjects[k]->name);
     return kmp_fail_text(s->context, KEMPE_E_ARGUMENT, &sentence);
-}
-
-static kempe_status check_method(const kempe_sensitivity *s)
-{
-    const char *method = s->options->method;
-    if (method && strcmp(method, "forward") != 0 && strcmp(method, "adjoint") != 0)
-        return kmp_fail(s->context, KEMPE_E_ARGUMENT, "unknown method '%s'; available: forward, adjoint", method);
-    if ((method || s->options->integral) && !s->kind->integrals)
-        return kmp_fail(s->context, KEMPE_E_ARGUMENT, "sensitivities of '%s' have no integral and only one method",
-                        s->kind->name);
-    bool start = s->options->at && strcmp(s->options->at, "start") == 0;
-    if (!s->differences)
-        KMP_TRY(kmp_refuse_friction(s->model, "sensitivities"));
-    if (!s->kind->rests || start) /* at an equilibrium contacts that press stay closed */
-        KMP_TRY(kmp_refuse_contacts(s->model, "sensitivities"));
-    if (s->run->checkpoint || s->run->resume)
-        return kmp_fail(
-            s->context, KEMPE_E_ARGUMENT,
-            "sensitivities have no checkpoints: the rows of a checkpoint have no derivatives to continue from");
-    if (s->options->at && s->kind->integrals && strcmp(s->options->at, "start") != 0)
-        return kmp_fail(s->context, KEMPE_E_ARGUMENT,
-                        "a trajectory begins at the start, not at '%s': use --of reactions, modes or equilibrium there",
-                        s->options->at);
-    return KEMPE_OK;
 }
 
 static void add_name(kempe_sensitivity *s, const char *name, size_t length)
@@ -137,7 +114,7 @@ static kempe_status begin(const kempe_model *model, const kempe_sensitivity_opti
                           const kempe_run_options *run, bool differences, kempe_sensitivity **sensitivity)
 {
     KMP_MAKE(model->context, kempe_sensitivity, s);
-    *s = (kempe_sensitivity){.kind = kinds[0],
+    *s = (kempe_sensitivity){.kind = subjects[0],
                              .model = model,
                              .context = model->context,
                              .options = options,
@@ -149,7 +126,25 @@ static kempe_status begin(const kempe_model *model, const kempe_sensitivity_opti
     *sensitivity = s;
     KMP_TRY(find_kind(s));
     KMP_TRY(take_samples(s));
-    KMP_TRY(check_method(s));
+    const char *method = s->options->method;
+    if (method && strcmp(method, "forward") != 0 && strcmp(method, "adjoint") != 0)
+        return kmp_fail(s->context, KEMPE_E_ARGUMENT, "unknown method '%s'; available: forward, adjoint", method);
+    if ((method || s->options->integral) && !s->kind->integrals)
+        return kmp_fail(s->context, KEMPE_E_ARGUMENT, "sensitivities of '%s' have no integral and only one method",
+                        s->kind->name);
+    bool start = s->options->at && strcmp(s->options->at, "start") == 0;
+    if (!s->differences)
+        KMP_TRY(kmp_refuse_friction(s->model, "sensitivities"));
+    if (!s->kind->rests || start) /* at an equilibrium contacts that press stay closed */
+        KMP_TRY(kmp_refuse_contacts(s->model, "sensitivities"));
+    if (s->run->checkpoint || s->run->resume)
+        return kmp_fail(
+            s->context, KEMPE_E_ARGUMENT,
+            "sensitivities have no checkpoints: the rows of a checkpoint have no derivatives to continue from");
+    if (s->options->at && s->kind->integrals && strcmp(s->options->at, "start") != 0)
+        return kmp_fail(s->context, KEMPE_E_ARGUMENT,
+                        "a trajectory begins at the start, not at '%s': use --of reactions, modes or equilibrium there",
+                        s->options->at);
     name_parameters(s, s->options->parameters);
     KMP_TRY(kmp_made(s->context, !s->arena.failed));
     if (s->count == 0)
@@ -260,3 +255,147 @@ double *kmp_sensitivity_add_row(kempe_sensitivity *s, double at)
 
 KMP_GETTER(const char *kempe_sensitivity_method(const kempe_sensitivity *s), s, s->method, "")
 KMP_GETTER(kempe_slope_work kempe_sensitivity_work(const kempe_sensitivity *s), s, s->work, (kempe_slope_work){0})
+
+enum { A_LINE = 5 }; /* parameters */
+
+/* -- text -------------------------------------------------------------------------------------------- */
+
+/* The factor of a column and its derivatives from SI to the shown unit; that unit, of the time integral too. */
+static double factor_of(const kempe_sensitivity *s, int column)
+{
+    return kmp_shown_as(s->context, s->unit[column]).factor;
+}
+
+static void put_unit(kmp_text *text, const kempe_sensitivity *s, int column)
+{
+    const char *unit = kmp_shown_as(s->context, s->unit[column]).unit;
+    kmp_text_printf(text, "%s%s", unit, s->integral && *unit ? " s" : "");
+}
+
+static void put_text(kmp_text *text, const void *result)
+{
+    const kempe_sensitivity *s = result;
+    int name_width = kmp_print_widest(s->columns, s->column, 8);
+    kmp_print_title(text, s->model, kmp_checked_word(s->status, !s->unchecked));
+    kmp_text_printf(text, "%s with respect to %d parameter%s\n\n", s->kind->name, s->count, s->count == 1 ? "" : "s");
+    if (s->reason[0])
+        kmp_text_printf(text, "reason    %s\n", s->reason);
+    if (s->t_end > 0) {
+        kmp_text_printf(text, "run       %s, %s to t = %g s, rtol %g, atol %g\n", s->method, s->integrator, s->t_end,
+                        s->rtol, s->atol);
+        kmp_convergence_show(text, s->context, &s->again, "a number", s->again_name, NULL);
+        kmp_text_printf(text, "work      steps %ld, rejected %ld, failed %ld, right-hand sides %ld, exchanges %ld\n",
+                        s->work.steps, s->work.rejected, s->work.refused, s->work.rhs, s->work.exchanges);
+        if (s->backwards > 0)
+            kmp_text_printf(text, "adjoint   steps %.0f, %.3g MB of the motion stored\n", s->backwards, s->kept * 1e-6);
+    }
+    kmp_text_printf(text, "cpu       %.3f s, and %.3f s to derive the equations\n", s->cpu_s, s->build_s);
+    if (s->rows > 0 && s->kind->row)
+        kmp_text_printf(text, "rows      %d, the last one at %s = %.9g:\n", s->rows, s->kind->row, s->at[s->rows - 1]);
+    for (int first = 0; s->rows > 0 && first < s->count; first += A_LINE) {
+        /* The last row by some of the parameters. */
+        int end = first + A_LINE < s->count ? first + A_LINE : s->count, row = s->rows - 1;
+        kmp_text_printf(text, "\n  %-*s  %15s", name_width, "", "value");
+        for (int k = first; k < end; k++)
+            kmp_text_printf(text, "  d/d %-*s", kmp_print_widest(1, &s->name[k], 11), s->name[k]);
+        kmp_text_put(text, "\n");
+        for (int c = 0; c < s->columns; c++) {
+            kmp_text_printf(text, "  %-*s", name_width, s->column[c]);
+            kmp_print_cells(text, "  %15.8g", factor_of(s, c) * kmp_sensitivity_value(s, row, c));
+            for (int k = first; k < end; k++)
+                kmp_print_cells(text, "  %*.8g", kmp_print_widest(1, &s->name[k], 11) + 4,
+                                factor_of(s, c) * kmp_sensitivity_slope(s, row, c, k));
+            kmp_text_put(text, "  ");
+            put_unit(text, s, c);
+            kmp_text_put(text, "\n");
+        }
+    }
+    if (s->note)
+        kmp_text_printf(text, "\nnote      %s\n", s->note);
+}
+
+/* -- JSON -------------------------------------------------------------------------------------------- */
+
+static void put_json(kmp_text *text, const void *result)
+{
+    const kempe_sensitivity *s = result;
+    kmp_json json = kmp_json_begin(text);
+    kmp_print_head(&json, s->system, kmp_checked_word(s->status, !s->unchecked), s->reason, s->build_s, s->warnings);
+    kmp_json_string(&json, "of", s->kind->name);
+    if (s->t_end > 0) {
+        kmp_json_put(&json, "method %s integrator %s t_end %g rtol %g atol %g", s->method, s->integrator, s->t_end,
+                     s->rtol, s->atol);
+        kmp_convergence_json(&json, &s->again, s->again_name);
+        kmp_json_put(
+            &json, "work { steps %ld rejected %ld refused %ld rhs %ld exchanges %ld backwards %g kept_bytes %g }",
+            s->work.steps, s->work.rejected, s->work.refused, s->work.rhs, s->work.exchanges, s->backwards, s->kept);
+    }
+    kmp_json_put(&json, "cpu_s %g parameters {", s->cpu_s);
+    for (int k = 0; k < s->count; k++)
+        kmp_json_number(&json, s->name[k], s->parameter[k]);
+    kmp_json_end(&json);
+    if (s->note)
+        kmp_json_string(&json, "note", s->note);
+    kmp_json_whole(&json, "rows", s->rows);
+    if (s->rows > 0) {
+        int row = s->rows - 1;
+        kmp_json_object(&json, "end");
+        if (s->kind->row)
+            kmp_json_number(&json, s->kind->row, s->at[row]);
+        kmp_json_object(&json, "values");
+        for (int c = 0; c < s->columns; c++)
+            kmp_json_number(&json, s->column[c], kmp_sensitivity_value(s, row, c));
+        kmp_json_put(&json, "} derivatives {");
+        for (int c = 0; c < s->columns; c++) {
+            kmp_json_object(&json, s->column[c]);
+            for (int k = 0; k < s->count; k++)
+                kmp_json_number(&json, s->name[k], kmp_sensitivity_slope(s, row, c, k));
+            kmp_json_end(&json);
+        }
+        kmp_json_put(&json, "} }");
+    }
+    kmp_json_end(&json);
+}
+
+KMP_PRINT(kempe_sensitivity, sensitivity, sensitivity->context, put_json, put_text)
+
+/* -- tables ------------------------------------------------------------------------------------------ */
+
+static void fill_rows(kempe_table *table, const void *result)
+{
+    const kempe_sensitivity *s = result;
+    bool times = s->kind->row && strcmp(s->kind->row, "t") == 0;
+    kmp_tabulate_column(table, times ? "s" : "", "%s", s->kind->row ? s->kind->row : "row");
+    for (int c = 0; c < s->columns; c++) {
+        /* A column and its derivatives: [NAME] is the SI unit of a parameter. */
+        kmp_text unit = {0};
+        kmp_text_put(&unit, "");
+        put_unit(&unit, s, c);
+        kmp_tabulate_column(table, unit.s ? unit.s : "", "%s", s->column[c]);
+        for (int k = 0; k < s->count; k++) {
+            kmp_text by = {0};
+            kmp_text_printf(&by, "%s/[%s]", unit.s && *unit.s ? unit.s : "1", s->name[k]);
+            kmp_tabulate_column(table, by.s ? by.s : "", "%s/%s", s->column[c], s->name[k]);
+            kmp_text_free(&by);
+        }
+        kmp_text_free(&unit);
+    }
+    for (int row = 0; row < s->rows; row++) {
+        KMP_TABULATE(table, "%g", s->at[row]);
+        for (int c = 0; c < s->columns; c++) {
+            kmp_tabulate_number(table, factor_of(s, c) * kmp_sensitivity_value(s, row, c));
+            for (int k = 0; k < s->count; k++)
+                kmp_tabulate_number(table, factor_of(s, c) * kmp_sensitivity_slope(s, row, c, k));
+        }
+    }
+}
+
+static void fill_parameters(kempe_table *table, const void *result)
+{
+    const kempe_sensitivity *s = result;
+    kmp_tabulate_columns(table, "parameter[words] value");
+    for (int k = 0; k < s->count; k++)
+        KMP_TABULATE(table, "%s %g", s->name[k], s->parameter[k]);
+}
+
+KMP_TABLES(kempe_sensitivity, sensitivity, sensitivity->context, {"rows", fill_rows}, {"parameters", fill_parameters})

@@ -5,20 +5,20 @@
 #include "base/memory.h"
 #include "base/thread_pool.h"
 #include "constraints/tolerances.h"
-#include "ensemble/fit/fit_searches.h"
 #include "ensemble/fit/fit_statistics.h"
-#include "ensemble/sampling/designs.h"
-#include "ensemble/statistics/shares.h"
+#include "ensemble/fit/search_threads.h"
+#include "ensemble/sampling/sampling.h"
+#include "ensemble/statistics/statistics.h"
 #include "model/data/model.h"
 #include "model/data/variant.h"
 #include "model/read/loads.h"
 #include "output/print.h"
 #include <float.h>
+#include <kempe/fit.h>
 #include <math.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
-
-enum { MOST_RUNS = 200, MOST_ROUNDS = 10, USUAL_STARTS = 8, LEAST_FOR_NOISE = 20 };
 
 /* -- options ----------------------------------------------------------------------------------------- */
 
@@ -89,7 +89,9 @@ static int column_of(const kempe_fit *f, const kmp_fit_cell *at)
     return f->run[at->run].among[at->column];
 }
 
-void kmp_fit_weigh(const kempe_fit *fit, kmp_slope_runs *const *runs, double *residual, double *slope)
+/* Weighted residuals and their derivatives at the last rows of runs, one for each data file; NULL: those of the fit.
+ */
+static void weigh_residuals(const kempe_fit *fit, kmp_slope_runs *const *runs, double *residual, double *slope)
 {
     int i = 0;
     for (kmp_fit_cell at = KMP_FIT_BEGIN; kmp_fit_next(fit, &at); i++) {
@@ -106,8 +108,10 @@ void kmp_fit_weigh(const kempe_fit *fit, kmp_slope_runs *const *runs, double *re
     }
 }
 
-kempe_status kmp_fit_run_all(const kempe_fit *fit, kmp_slope_runs *const *runs, double factor, const double *x,
-                             double *value)
+/* Runs of all data files with these values at a multiple of the tolerance, up to one that fails; `runs` as above.
+ * `value`: room for those of one run. */
+static kempe_status run_all(const kempe_fit *fit, kmp_slope_runs *const *runs, double factor, const double *x,
+                            double *value)
 {
     kempe_status status = KEMPE_OK;
     for (int k = 0; k < fit->run_count && status == KEMPE_OK; k++) {
@@ -151,16 +155,245 @@ static bool weigh_again(kempe_fit *f, const double *scatter)
     return changed;
 }
 
+/* -- searches ----------------------------------------------------------------------------------------------- */
+
+/* Searches of a fit from several starts. Each thread has runs of its own, with the same bound on their steps. */
+
+/* A trial fails beyond so many times the steps of the first one, and beyond a number that any short run may take: near
+ * a dead centre runs become as long as one likes. */
+enum { MOST_TIMES = 100, SHORT_RUN = 10000 };
+
+typedef struct shared_fit {
+    kempe_fit *f;
+    atomic_int tried; /* runs of all threads */
+} shared_fit;
+
+/* The runs of one thread. Those of the caller are the fit's. */
+typedef struct searcher {
+    shared_fit *shared;
+    kempe_fit *f;
+    kempe_context *context;
+    bool caller;
+    kmp_variant **copy; /* the models, with this context */
+    kmp_slope_runs **runs;
+    double *value; /* of one run */
+    kmp_fit_search *search;
+    kempe_status status;
+} searcher;
+
+static kmp_lm_message try(void *user, const double *x, double *residual, double *slope)
+{
+    searcher *w = user;
+    const kempe_fit *f = w->f;
+    kmp_fit_search *s = w->search;
+    kmp_progress(w->context, KMP_PROGRESS_STUDY, atomic_fetch_add(&w->shared->tried, 1), (double)f->most * f->starts,
+                 "runs");
+    s->evaluations++;
+    w->status = run_all(f, w->runs, 1, x, w->value);
+    if (w->status == KEMPE_E_FAILED) {
+        kmp_free(s->refusal);
+        s->refusal = kmp_strdup(kempe_context_message(w->context));
+        return s->refusal ? KMP_SQUARES_NOWHERE : KMP_SQUARES_END;
+    }
+    if (w->status != KEMPE_OK)
+        return KMP_SQUARES_END;
+    /* The first trial that runs bounds the others, unless there is a bound. */
+    kmp_slope_runs *const *runs = w->runs;
+    for (int k = 0; k < f->run_count; k++)
+        kmp_slope_runs_bound(runs[k], MOST_TIMES, SHORT_RUN);
+    weigh_residuals(f, w->runs, residual, slope);
+    int count = f->residuals;
+    double size = 0;
+    for (int k = 0; k < count; k++)
+        size += residual[k] * residual[k];
+    if (!(size >= s->size)) {
+        s->size = size;
+        memcpy(s->best, x, (size_t)f->count * sizeof *x);
+    }
+    return KMP_SQUARES_GO;
+}
+
+/* -- one thread -------------------------------------------------------------------------------------- */
+
+static kempe_status begin_searcher(void *self, void *job, kempe_context *context, bool caller)
+{
+    searcher *w = self;
+    w->shared = job;
+    w->f = w->shared->f;
+    w->context = context;
+    w->caller = caller;
+    w->copy = KMP_NEW(kmp_variant *, w->f->run_count);
+    w->runs = KMP_NEW(kmp_slope_runs *, w->f->run_count);
+    w->value = KMP_NEW(double, w->f->count);
+    if (!w->copy || !w->runs || !w->value)
+        return KEMPE_E_MEMORY;
+    for (int k = 0; k < w->f->run_count; k++)
+        if (caller)
+            w->runs[k] = w->f->run[k].runs;
+        else {
+            /* Another thread derives the equations anew, in a context of its own. */
+            const kmp_fit_run *r = &w->f->run[k];
+            const kempe_sensitivity_options ask = {
+                .parameters = r->names, .outputs = r->measured.outputs, .run = &w->f->run_options};
+            KMP_TRY(kmp_variant_new_in(w->context, r->own ? r->own : w->f->model, 0, NULL, &w->copy[k]));
+            KMP_TRY(kmp_slope_runs_new(kmp_variant_model(w->copy[k]), &ask, r->measured.rows, r->measured.t, true,
+                                       &w->runs[k]));
+        }
+    return KEMPE_OK;
+}
+
+static void end_searcher(void *self)
+{
+    searcher *w = self;
+    for (int k = 0; !w->caller && w->copy && w->runs && k < w->f->run_count; k++) {
+        if (w->runs[k]) {
+            w->f->helped_s += kmp_slope_runs_rows(w->runs[k])->cpu_s;
+            w->f->helped_build_s += kmp_slope_runs_rows(w->runs[k])->build_s;
+        }
+        kmp_slope_runs_free(w->runs[k]);
+        kmp_variant_free(w->copy[k]);
+    }
+    kmp_free(w->copy);
+    kmp_free(w->runs);
+    kmp_free(w->value);
+}
+
+/* A start at which the model does not run is no failure. */
+static kempe_status search_from(void *self, int number)
+{
+    searcher *w = self;
+    const kempe_fit *f = w->f;
+    kmp_fit_search *s = &w->f->search[number];
+    const kmp_squares squares = {.rows = f->residuals,
+                                 .count = f->count,
+                                 .lower = f->lower,
+                                 .upper = f->upper,
+                                 .tolerance = KMP_FIT_ENOUGH,
+                                 .most = f->most,
+                                 .at = try,
+                                 .user = w};
+    kmp_squares_report report = {0};
+    w->search = s;
+    w->status = KEMPE_OK;
+    s->begun = true;
+    for (int k = 0; k < f->run_count; k++)
+        kmp_slope_runs_set_most(w->runs[k], f->run[k].most_steps);
+    if (!kmp_squares_minimise(&squares, s->value, &report))
+        return kmp_fail_memory(w->context);
+    s->iterations = report.iterations;
+    s->refused = report.refused;
+    s->outcome = report.outcome;
+    for (int k = 0; k < f->run_count; k++)
+        s->most_steps[k] = kmp_slope_runs_most(w->runs[k]);
+    if (w->status == KEMPE_E_FAILED && !s->refusal)
+        return kmp_fail_memory(w->context);
+    return w->status == KEMPE_E_FAILED ? KEMPE_OK : w->status;
+}
+
+/* -- all searches ------------------------------------------------------------------------------------ */
+
+/* Adds a search to the fit. */
+static void take_search(kempe_fit *f, kmp_fit_search *s)
+{
+    f->searches += f->rounds == 0; /* later ones go on from the best */
+    f->evaluations += s->evaluations;
+    f->iterations += s->iterations;
+    f->refused += s->refused;
+    if (s->refusal) {
+        kmp_free(f->refusal);
+        f->refusal = s->refusal;
+        s->refusal = NULL;
+    }
+    if (s->size >= f->size)
+        return;
+    f->size = s->size;
+    f->outcome = s->outcome;
+    memcpy(f->best, s->best, (size_t)f->count * sizeof *f->best);
+    for (int k = 0; k < f->run_count; k++)
+        f->run[k].most_steps = s->most_steps[k];
+}
+
+/* Of several searches the trial at the first start bounds the steps of all. */
+static kempe_status bound_all(kempe_fit *f)
+{
+    kempe_status status = run_all(f, NULL, 1, f->value, f->room);
+    f->evaluations++;
+    if (status != KEMPE_OK) {
+        kmp_context_clear(f->context);
+        return status == KEMPE_E_FAILED ? KEMPE_OK : status;
+    }
+    for (int k = 0; k < f->run_count; k++) {
+        kmp_slope_runs_bound(f->run[k].runs, MOST_TIMES, SHORT_RUN);
+        f->run[k].most_steps = kmp_slope_runs_most(f->run[k].runs);
+    }
+    return KEMPE_OK;
+}
+
+static kempe_status search_all(kempe_fit *f, int count)
+{
+    static const kmp_searcher_kind kind = {sizeof(searcher), begin_searcher, search_from, end_searcher};
+    shared_fit shared = {.f = f};
+    double waited_s = 0; /* of threads, beside their runs */
+    KMP_TRY(count > 1 ? bound_all(f) : KEMPE_OK);
+    atomic_init(&shared.tried, f->evaluations);
+    kempe_status status = kmp_share_searches(f->context, &kind, &shared, f->threads, count, &waited_s);
+    for (int k = 0; k < count; k++)
+        if (f->search[k].begun)
+            take_search(f, &f->search[k]);
+    for (int k = 0; k < f->run_count; k++)
+        kmp_slope_runs_set_most(f->run[k].runs, f->run[k].most_steps);
+    KMP_TRY(status);
+    kmp_context_clear(f->context);
+    if (isfinite(f->size)) {
+        memcpy(f->value, f->best, (size_t)f->count * sizeof *f->best);
+        return KEMPE_OK;
+    }
+    return kmp_fail(f->context, KEMPE_E_FAILED, "the model does not run with the values of the start: %s",
+                    f->refusal ? f->refusal : "");
+}
+
+/* Searches from `count` starts by the threads of the fit. Their results are added to it, in the order of the starts;
+ * the best values change only where a better one is found. KEMPE_E_FAILED: the model runs at no start. KEMPE_STOPPED:
+ * an interrupt, with the best values so far. */
+static kempe_status fit_searches(kempe_fit *fit, int count)
+{
+    kmp_arena arena = {0};
+    /* The first start is that of the fit, the others are places of a Sobol sequence between the bounds. */
+    fit->search = KMP_ARENA_NEW(&arena, kmp_fit_search, count);
+    for (int k = 0; fit->search && k < count; k++) {
+        kmp_fit_search *s = &fit->search[k];
+        s->value = KMP_ARENA_NEW(&arena, double, fit->count);
+        s->best = KMP_ARENA_NEW(&arena, double, fit->count);
+        s->most_steps = KMP_ARENA_NEW(&arena, long, fit->run_count);
+        s->size = INFINITY;
+        s->outcome = KMP_SQUARES_NO_START;
+        for (int p = 0; s->value && p < fit->count; p++) {
+            double part = k > 0 ? kmp_design_point(KMP_DESIGN_SOBOL, 1, (uint64_t)k - 1, 0, p, fit->count) : 0;
+            s->value[p] = k > 0 ? fit->lower[p] + part * (fit->upper[p] - fit->lower[p]) : fit->value[p];
+        }
+    }
+    kempe_status status = kmp_made(fit->context, !arena.failed);
+    if (status == KEMPE_OK)
+        status = search_all(fit, count);
+    for (int k = 0; fit->search && k < count; k++)
+        kmp_free(fit->search[k].refusal);
+    fit->search = NULL;
+    kmp_arena_free(&arena);
+    return status;
+}
+
+enum { MOST_RUNS = 200, MOST_ROUNDS = 10, USUAL_STARTS = 8, LEAST_FOR_NOISE = 20 };
+
 /* -- the search -------------------------------------------------------------------------------------- */
 
 /* Rows, residuals and derivatives at the estimates. */
 static kempe_status stand_at_estimates(kempe_fit *f)
 {
     const bool quiet = kmp_context_quiet(f->context, false); /* what these runs are doubted for */
-    kempe_status run = kmp_fit_run_all(f, NULL, 1, f->value, f->room);
+    kempe_status run = run_all(f, NULL, 1, f->value, f->room);
     (void)kmp_context_quiet(f->context, quiet);
     KMP_TRY(run);
-    kmp_fit_weigh(f, NULL, f->residual, f->slope);
+    weigh_residuals(f, NULL, f->residual, f->slope);
     /* The root mean square of what remains, of each column. */
     memset(f->rms, 0, (size_t)f->columns * sizeof *f->rms);
     for (kmp_fit_cell at = KMP_FIT_BEGIN; kmp_fit_next(f, &at);) {
@@ -203,13 +436,13 @@ static kempe_status search(kempe_fit *f)
     f->unsettled = true;
     while (f->unsettled && f->rounds < MOST_ROUNDS) {
         f->size = INFINITY;
-        KMP_TRY(kmp_fit_searches(f, f->rounds == 0 ? f->starts : 1));
+        KMP_TRY(fit_searches(f, f->rounds == 0 ? f->starts : 1));
         f->rounds++;
         KMP_TRY(stand_at_estimates(f));
         KMP_TRY(kmp_fit_judge(f));
         f->unsettled = !f->given && weigh_again(f, scatter) && f->columns > 1 && f->outcome == KMP_SQUARES_FOUND;
     }
-    kmp_fit_weigh(f, NULL, f->residual, f->slope);
+    weigh_residuals(f, NULL, f->residual, f->slope);
     return KEMPE_OK;
 }
 
@@ -217,7 +450,7 @@ static kempe_status search(kempe_fit *f)
 static kempe_status check_tolerance(kempe_fit *f)
 {
     enum { COARSER = 100 };
-    kempe_status status = kmp_fit_run_all(f, NULL, COARSER, f->value, f->room);
+    kempe_status status = run_all(f, NULL, COARSER, f->value, f->room);
     if (status != KEMPE_OK)
         return status == KEMPE_E_FAILED ? KEMPE_OK : status;
     f->coarser = 0;
@@ -305,22 +538,6 @@ static kempe_status set_own(kempe_fit *f, int k, const char *list)
     return own > 0 ? kmp_variant_instance(f->model, own, name, value, &f->run[k].own) : KEMPE_OK;
 }
 
-/* Columns of the data are columns of the rows, in any order, and one of the fit for all files that have its name. */
-static void match_columns(kempe_fit *f, kmp_fit_run *r)
-{
-    const kempe_sensitivity *rows = kmp_slope_runs_rows(r->runs);
-    for (int c = 0; c < r->measured.columns; c++) {
-        char *name = r->measured.name[c];
-        for (int k = 0; k < rows->columns; k++)
-            if (strcmp(rows->column[k], name) == 0)
-                r->column[c] = k;
-        r->among[c] = data_column(f, name, strlen(name));
-        f->column_name[r->among[c]] = name;
-        f->column_unit[r->among[c]] = rows->unit[r->column[c]];
-        f->columns += r->among[c] == f->columns;
-    }
-}
-
 static kempe_status derive_run(kempe_fit *f, int k, const kempe_fit_options *options)
 {
     kmp_fit_run *r = &f->run[k];
@@ -341,7 +558,18 @@ static kempe_status derive_run(kempe_fit *f, int k, const kempe_fit_options *opt
     KMP_TRY(kmp_slope_runs_new(r->own ? r->own : f->model, &ask, r->measured.rows, r->measured.t, true, &r->runs));
     r->most_steps = kmp_slope_runs_most(r->runs);
     KMP_TRY(kmp_measured_read(kmp_slope_runs_rows(r->runs), r->file, &r->measured));
-    match_columns(f, r);
+    /* Columns of the data are columns of the rows, in any order, and one of the fit for all files with its name. */
+    const kempe_sensitivity *rows = kmp_slope_runs_rows(r->runs);
+    for (int c = 0; c < r->measured.columns; c++) {
+        char *name = r->measured.name[c];
+        for (int i = 0; i < rows->columns; i++)
+            if (strcmp(rows->column[i], name) == 0)
+                r->column[c] = i;
+        r->among[c] = data_column(f, name, strlen(name));
+        f->column_name[r->among[c]] = name;
+        f->column_unit[r->among[c]] = rows->unit[r->column[c]];
+        f->columns += r->among[c] == f->columns;
+    }
     for (int p = 0; p < r->count; p++) {
         double *start = &f->start[r->parameter[p]];
         *start = isnan(*start) ? kmp_slope_runs_rows(r->runs)->parameter[p] : *start;
@@ -350,20 +578,6 @@ static kempe_status derive_run(kempe_fit *f, int k, const kempe_fit_options *opt
 }
 
 /* -- construction ------------------------------------------------------------------------------------ */
-
-static kempe_status count_run(kempe_fit *f, const kmp_fit_run *r)
-{
-    for (int c = 0; c < r->measured.columns; c++) {
-        int known = 0;
-        for (int row = 0; row < r->measured.rows; row++)
-            known += !isnan(r->measured.value[(ptrdiff_t)row * r->measured.columns + c]);
-        if (known == 0)
-            return kmp_complain(f->context, r->file, 0, 0, "the column '%s' is empty", r->measured.name[c]);
-        f->number[r->among[c]] += known;
-        f->residuals += known;
-    }
-    return KEMPE_OK;
-}
 
 /* Several starts need places between bounds; they are usual where all parameters have both. */
 static kempe_status choose_starts(kempe_fit *f, int asked)
@@ -404,7 +618,15 @@ static kempe_status derive(kempe_fit *f, const kempe_fit_options *options)
     memcpy(f->value, f->start, (size_t)f->count * sizeof *f->start);
     for (int k = 0; k < f->run_count; k++) {
         kmp_fit_run *r = &f->run[k];
-        KMP_TRY(count_run(f, r));
+        for (int c = 0; c < r->measured.columns; c++) {
+            int known = 0;
+            for (int row = 0; row < r->measured.rows; row++)
+                known += !isnan(r->measured.value[(ptrdiff_t)row * r->measured.columns + c]);
+            if (known == 0)
+                return kmp_complain(f->context, r->file, 0, 0, "the column '%s' is empty", r->measured.name[c]);
+            f->number[r->among[c]] += known;
+            f->residuals += known;
+        }
         r->motion = KMP_ARENA_NEW(&f->arena, double, (ptrdiff_t)r->measured.rows * r->measured.columns);
         KMP_TRY(kmp_made(f->context, r->motion));
     }
@@ -543,16 +765,6 @@ static kempe_status keep_best(kempe_fit *f)
     return KEMPE_STOPPED;
 }
 
-static kempe_status find(kempe_fit *f)
-{
-    kempe_status status = search(f);
-    if (status == KEMPE_OK)
-        status = kmp_fit_judge(f);
-    if (status == KEMPE_OK)
-        status = check_tolerance(f);
-    return status == KEMPE_STOPPED ? keep_best(f) : status;
-}
-
 kempe_status kempe_fit_new(const kempe_model *model, const kempe_fit_options *options, kempe_fit **fit)
 {
     KMP_WANTED_BOTH(model, fit);
@@ -565,7 +777,12 @@ kempe_status kempe_fit_new(const kempe_model *model, const kempe_fit_options *op
     kempe_status status = prepare(f, options);
     if (status == KEMPE_OK) {
         const bool quiet = kmp_context_quiet(f->context, true);
-        status = find(f);
+        status = search(f);
+        if (status == KEMPE_OK)
+            status = kmp_fit_judge(f);
+        if (status == KEMPE_OK)
+            status = check_tolerance(f);
+        status = status == KEMPE_STOPPED ? keep_best(f) : status;
         (void)kmp_context_quiet(f->context, quiet);
     }
     bool given = status == KEMPE_OK || (status == KEMPE_STOPPED && isfinite(f->size));

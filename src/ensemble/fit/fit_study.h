@@ -94,12 +94,3 @@ typedef struct kmp_fit_cell {
 
 #define KMP_FIT_BEGIN ((kmp_fit_cell){0, 0, -1})
 bool kmp_fit_next(const kempe_fit *fit, kmp_fit_cell *at);
-
-/** Weighted residuals and their derivatives at the last rows of runs, one for each data file; NULL: those of the fit.
- */
-void kmp_fit_weigh(const kempe_fit *fit, kmp_slope_runs *const *runs, double *residual, double *slope);
-
-/** Runs of all data files with these values at a multiple of the tolerance, up to one that fails; `runs` as above.
- * `value`: room for those of one run. */
-kempe_status kmp_fit_run_all(const kempe_fit *fit, kmp_slope_runs *const *runs, double factor, const double *x,
-                             double *value);

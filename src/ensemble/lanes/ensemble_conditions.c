@@ -2,14 +2,126 @@
 /* Conditions of instances in lanes. Their values at both ends of a step are evaluated in all lanes together, and bounds
  * between them decide most steps. The search of a run decides the others one by one, and locates the event. */
 #include "ensemble/lanes/ensemble_conditions.h"
+#include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"
+#include "constraints/tolerances.h"
+#include "ensemble/lanes/ensemble_engine.h"
+#include "ensemble/lanes/ensemble_inside.h"
 #include "ensemble/lanes/ensemble_kernels.h"
 #include "ensemble/lanes/ensemble_measure.h"
-#include "ensemble/lanes/ensemble_within.h"
+#include "ensemble/lanes/ensemble_start.h"
 #include "ensemble/lanes/lane_state.h"
+#include "integrators/decide/restart.h"
 #include "integrators/run/events.h"
+#include "integrators/run/runner_change.h"
+#include "integrators/run/runner_start.h"
+#include "integrators/run/sampler.h"
 #include "integrators/steppers/rk.h"
+#include "model/data/model.h"
+#include <math.h>
 #include <string.h>
+
+/* -- states within a step ----------------------------------------------------------------------------------- */
+
+/* States within the present step of a lane: those of its interpolant, on closed loops. */
+
+bool kmp_within_init(kmp_engine *e)
+{
+    kmp_arena *a = &e->run_arena;
+    kmp_lane_within *in = &e->within;
+    *in = (kmp_lane_within){.lane = 0};
+    for (int k = 0; k < KMP_LANE_VECTORS; k++)
+        in->vector[k] = KMP_ARENA_NEW(a, double, kmp_lane_most(e));
+    return KMP_ARENA_MAKE(a, KMP_ROOM(double, kmp_lane_most(e), &in->y, &in->udd));
+}
+
+void kmp_within_begin(kmp_engine *e, kmp_lane_group *pool, size_t l)
+{
+    kmp_lane_within *in = &e->within;
+    in->pool = pool;
+    in->lane = l;
+    in->current = in->ready = false;
+}
+
+/* Prepares the interpolant. */
+static void prepare(kmp_engine *e)
+{
+    const kmp_lane_state *room = &e->room;
+    kmp_lane_within *in = &e->within;
+    const size_t l = in->lane, w = room->w;
+    if (!in->ready) {
+        kmp_rk_cubics(e->size, w, room->step[l], room->y + l, room->y_new + l, room->k[1] + l, room->k[13] + l,
+                      in->vector);
+        kmp_dop853_dense_all(e->size, l, w, room->step[l], room->k, in->vector);
+    }
+    in->ready = true;
+}
+
+static bool within_is_exact(kmp_engine *e)
+{
+    const kmp_lane_state *room = &e->room;
+    const kmp_lane_within *in = &e->within;
+    prepare(e);
+    return !kmp_rk_is_coarse(e->size, KMP_LANE_VECTORS, in->vector[KMP_LANE_VECTORS - 1], 1, room->weight + in->lane,
+                             room->w);
+}
+
+void kmp_engine_hold_inputs(kmp_engine *e, const kmp_present_inputs *inputs)
+{
+    kmp_present_inputs *own = &e->eval->inputs;
+    if (inputs)
+        kmp_present_inputs_copy(own, inputs);
+    else
+        kmp_present_inputs_forget(own);
+    own->held = inputs != NULL;
+}
+
+/* Makes the instance of that lane the current one with the inputs of its step, if it is not; then takes these back. */
+static void stand_within(kmp_engine *e)
+{
+    kmp_lane_within *in = &e->within;
+    const kmp_instance *x = &e->instances[e->room.who[in->lane]];
+    if (in->current)
+        return;
+    kmp_instance_current(e, x);
+    for (int r = 0; e->eval->nu && r < e->m; r++)
+        e->eval->nu[r] = e->room.nu[(size_t)r * e->room.w + in->lane];
+    kmp_engine_hold_inputs(e, &x->inputs);
+    in->current = true;
+}
+
+void kmp_within_end(kmp_engine *e)
+{
+    if (e->within.current)
+        kmp_engine_hold_inputs(e, NULL);
+    e->within.current = false;
+}
+
+bool kmp_instance_complete(kmp_engine *e, kmp_lane_group *pool, const double *qd, double *qdd, double *lambda)
+{
+    double *udd = e->within.udd;
+    kmp_eval_mass(e->eval);
+    kmp_eval_bias(e->eval, qd);
+    if (kmp_reduction_accelerate(&pool->red, udd))
+        return false;
+    kmp_reduction_accelerations(&pool->red, udd, qdd);
+    if (lambda)
+        kmp_reduction_multipliers(&pool->red, qdd, lambda);
+    return true;
+}
+
+bool kmp_within_state(kmp_engine *e, double t, bool rates, double *q, double *qd, double *qdd, double *lambda)
+{
+    kmp_lane_within *in = &e->within;
+    const kmp_lane_state *room = &e->room;
+    stand_within(e);
+    prepare(e);
+    kmp_rk_interpolate(e->size, KMP_LANE_VECTORS, in->vector, (t - room->t[in->lane]) / room->step[in->lane], in->y);
+    return kmp_instance_state(e, in->pool, t, in->y, q, qd, true) &&
+           (!rates || kmp_instance_complete(e, in->pool, qd, qdd, lambda));
+}
+
+/* -- conditions --------------------------------------------------------------------------------------------- */
 
 enum { PLACES = 3 }; /* of the present steps: both ends, and the middle */
 
@@ -91,12 +203,14 @@ bool kmp_conditions_init(kmp_engine *e)
 
 /* -- one instance ------------------------------------------------------------------------------------ */
 
-void kmp_instance_keep_modes(const kmp_engine *e, kmp_instance *x)
+/* Keeps the evaluator's conditions as those of the current instance. */
+static void keep_modes(const kmp_engine *e, kmp_instance *x)
 {
     memcpy(x->mode, e->eval->mode, (size_t)e->s->events.count * sizeof *x->mode);
 }
 
-kmp_event_tracker *kmp_instance_crossing(kmp_engine *e, kmp_instance *x)
+/* The crossing for the current instance; NULL: there are no conditions. */
+static kmp_event_tracker *crossing_of(kmp_engine *e, kmp_instance *x)
 {
     kmp_event_tracker *c = e->conditions ? e->conditions->passing : NULL;
     if (c)
@@ -106,7 +220,7 @@ kmp_event_tracker *kmp_instance_crossing(kmp_engine *e, kmp_instance *x)
 
 bool kmp_instance_begin_conditions(kmp_engine *e, kmp_instance *x, const double *q, const double *qd)
 {
-    kmp_event_tracker *c = kmp_instance_crossing(e, x);
+    kmp_event_tracker *c = crossing_of(e, x);
     if (!c)
         return true;
     kmp_event_tracker_begin_past(e->s, x->past);
@@ -117,7 +231,7 @@ bool kmp_instance_begin_conditions(kmp_engine *e, kmp_instance *x, const double 
         memcpy(c->change, kmp_eval_changes(e->eval, 0, q, qd), (size_t)e->s->events.count * sizeof *c->change);
     }
     kmp_event_tracker_hold_free(c, NULL, c->change);
-    kmp_instance_keep_modes(e, x);
+    keep_modes(e, x);
     return kmp_event_tracker_first_end(c) < 0;
 }
 
@@ -193,8 +307,8 @@ static bool is_clear(kmp_engine *e, size_t l, bool middle)
 /* Makes the lane's instance the one whose conditions the evaluator has. */
 static kmp_event_tracker *stand(kmp_engine *e)
 {
-    kmp_within_stand(e);
-    return kmp_instance_crossing(e, &e->instances[e->room.who[e->within.lane]]);
+    stand_within(e);
+    return crossing_of(e, &e->instances[e->room.who[e->within.lane]]);
 }
 
 /* Searches the step of the lane of kmp_within_begin: *found, at *t; *shorter: the step is made again with this length,
@@ -214,7 +328,7 @@ static const char *search(kmp_engine *e, double *t, bool *found, double *shorter
         *found = true;
         *shorter = room->t_new[l] - room->t[l];
     }
-    kmp_instance_keep_modes(e, x);
+    keep_modes(e, x);
     return !*found || *shorter > 0                      ? NULL
            : c->end >= 0                                ? "a condition that ends the run"
            : *t >= kmp_present_inputs_until(&x->inputs) ? "a condition that changes at a sample of an input"
@@ -230,32 +344,13 @@ bool kmp_lane_visit_event(kmp_engine *e, double t, bool pass)
     if ((pass ? kmp_event_tracker_pass(c, t, false) : kmp_event_tracker_look(c, t)) != KEMPE_OK)
         return false;
     if (pass)
-        kmp_instance_keep_modes(e, x);
+        keep_modes(e, x);
     x->t = t;
     memcpy(e->state, c->q, (size_t)e->n * sizeof *c->q);
     memcpy(e->state + e->n, c->qd, (size_t)e->n * sizeof *c->qd);
     if (e->s->dissipative)
         x->y[e->n + part->p] = e->within.y[e->n + part->p];
     return true;
-}
-
-/* The conditions in the middle of the steps, for lanes that both ends do not decide. */
-static void look_at_middle(kmp_engine *e, kmp_lane_group *pool)
-{
-    kmp_lane_state *room = &e->room;
-    const kmp_dop853_step step = {.y = room->y, .h = room->step, .k = room->k, .y_new = room->y_new};
-    double *const *wide = e->conditions->wide;
-    kmp_lanes_interpolant(room->w, (size_t)e->size, &step, true, wide);
-    kmp_lanes_interpolate(room->w, (size_t)e->size, KMP_LANE_VECTORS, wide, 0.5, room->stage);
-    kmp_room_set_times(room, 0.5);
-    kmp_room_evaluate(e, pool, room->stage, room->k[2]);
-    for (size_t l = 0; l < room->w; l++) {
-        room->dense_bad[l] = room->dense_bad[l] || room->bad[l] != 0;
-        room->bad[l] = 0;
-    }
-    kmp_room_find_accelerations(e, pool, kmp_lanes_run(pool->lanes, KMP_REDUCED_PROGRAM_END), room->k[2],
-                                room->vdd_middle);
-    evaluate(e, pool, 2, room->stage, room->k[2], room->vdd_middle);
 }
 
 /* Searches the step of a lane for an event. It is made again, with half its length, where the dense output is less
@@ -267,7 +362,7 @@ static kmp_attempt find_event(kmp_engine *e, kmp_lane_group *pool, size_t l)
     bool found = false;
     double shorter = 0;
     kmp_within_begin(e, pool, l);
-    if (room->dense_bad[l] || !kmp_within_is_exact(e))
+    if (room->dense_bad[l] || !within_is_exact(e))
         return KMP_ATTEMPT_BAD_STEP;
     const char *why = search(e, &room->event[l], &found, &shorter);
     kmp_within_end(e);
@@ -309,8 +404,22 @@ bool kmp_taken_watch(kmp_engine *e, kmp_lane_group *pool, const kmp_lane_watched
         return false;
     kmp_room_run_dense_stages(e, pool);
     const bool middle = room->late;
-    if (middle)
-        look_at_middle(e, pool);
+    if (middle) {
+        /* The conditions in the middle of the steps, for lanes that both ends do not decide. */
+        const kmp_dop853_step step = {.y = room->y, .h = room->step, .k = room->k, .y_new = room->y_new};
+        double *const *wide = e->conditions->wide;
+        kmp_lanes_interpolant(room->w, (size_t)e->size, &step, true, wide);
+        kmp_lanes_interpolate(room->w, (size_t)e->size, KMP_LANE_VECTORS, wide, 0.5, room->stage);
+        kmp_room_set_times(room, 0.5);
+        kmp_room_evaluate(e, pool, room->stage, room->k[2]);
+        for (size_t l = 0; l < room->w; l++) {
+            room->dense_bad[l] = room->dense_bad[l] || room->bad[l] != 0;
+            room->bad[l] = 0;
+        }
+        kmp_room_find_accelerations(e, pool, kmp_lanes_run(pool->lanes, KMP_REDUCED_PROGRAM_END), room->k[2],
+                                    room->vdd_middle);
+        evaluate(e, pool, 2, room->stage, room->k[2], room->vdd_middle);
+    }
     for (size_t l = 0; l < room->w; l++) {
         if (!searched[l])
             continue;
@@ -319,4 +428,128 @@ bool kmp_taken_watch(kmp_engine *e, kmp_lane_group *pool, const kmp_lane_watched
             what[l] = find_event(e, pool, l);
     }
     return true;
+}
+
+/* -- events ------------------------------------------------------------------------------------------------- */
+
+/* Impacts, changes of modes and of closures, and samples of states happen to an instance between two of its steps. It
+ * stands at the site of its engine, a run that makes no steps, where all this is decided as in any run. It goes on
+ * in lanes, with other conditions and perhaps other rows. */
+
+kempe_status kmp_site_init(kmp_engine *e)
+{
+    const kempe_system *s = e->s;
+    bool any = s->switches || s->load_row_count > 0 || kmp_model_has_samples(s->model) || kmp_has_late_conditions(s);
+    for (int k = 0; k < s->events.count; k++)
+        any = any || s->events.condition[k].role != KMP_ROLE_NONE;
+    if (!any)
+        return KEMPE_OK;
+    KMP_TRY(kmp_runner_site_new(e->eval, &e->spec, &e->site));
+    e->fresh = KMP_ARENA_NEW(&e->run_arena, char, kmp_runner_memory_size(e->s) + 1);
+    KMP_TRY(kmp_made(e->context, e->fresh));
+    kmp_runner_keep_memory(e->site, e->fresh);
+    return KEMPE_OK;
+}
+
+/* Takes what an instance has after its stand. */
+static void depart(kmp_engine *e, kmp_instance *x)
+{
+    kmp_runner_keep_memory(e->site, x->memory);
+    x->next_sample = kmp_runner_next_sample(e->site);
+    if (e->conditions)
+        keep_modes(e, x);
+    if (e->eval->nu)
+        memcpy(x->nu, e->eval->nu, (size_t)e->m * sizeof *x->nu);
+    kmp_present_inputs_copy(&x->inputs, &e->eval->inputs);
+    e->site->crossing = NULL;
+}
+
+kempe_status kmp_instance_restart(kmp_engine *e, kmp_instance *x, const kempe_assembly *a)
+{
+    kmp_runner *site = e->site;
+    kmp_runner_take_memory(site, e->fresh, false);
+    site->spec.inputs_start = &x->inputs;
+    site->rate_scale = 0;
+    kempe_status status = kmp_runner_begin_at(site, a);
+    if (status == KEMPE_OK)
+        depart(e, x);
+    x->stood = status == KEMPE_OK;
+    kmp_engine_hold_inputs(e, NULL);
+    return status;
+}
+
+/* The rows of the site become those of a pool. */
+static kempe_status take_rows(kmp_engine *e, const kmp_lane_group *from, double t)
+{
+    kmp_runner *site = e->site;
+    kmp_partition_free(&site->part);
+    KMP_TRY(kmp_made(e->context, kmp_partition_copy(&site->part, &from->part)));
+    if (!e->s->switches)
+        return KEMPE_OK;
+    kmp_rank_margin_free(&site->margin);
+    return kmp_runner_compute_margin(site, t, site->state);
+}
+
+/* Goes on in lanes, or in a separate run, from the site. */
+static kempe_status go_on(kmp_engine *e, const kmp_lane_group *from, int i, double work)
+{
+    kmp_instance *x = &e->instances[i];
+    kmp_runner *site = e->site;
+    kmp_partition part;
+    double limit = x->limit;
+    memcpy(e->state, site->state, 2 * (size_t)e->n * sizeof *e->state);
+    if (kmp_friction_is_smooth(site->friction))
+        return kmp_instance_start_apart(e, i, site->part.r, 0, e->state, e->state + e->n, work, KMP_LANE_SMOOTH);
+    KMP_TRY(kmp_made(e->context, kmp_partition_copy(&part, e->s->switches ? &site->part : &from->part)));
+    if (e->s->switches)
+        x->usual = part.r > 0 ? part.pivots[part.r - 1] : 1;
+    if (e->s->dissipative)
+        x->y[e->n + part.p] = work;
+    x->seen_t = x->corrected.t = -1;
+    kmp_eval_closure(e->eval, x->t, e->state);
+    KMP_TRY(kmp_instance_go_on(e, i, KEMPE_OK, &part, e->state, e->state + e->n));
+    x->limit = e->s->switches ? x->limit : limit;
+    return KEMPE_OK;
+}
+
+kempe_status kmp_instance_pass(kmp_engine *e, kmp_lane_group *from, int i, bool event, double since)
+{
+    kmp_instance *x = &e->instances[i];
+    kmp_runner *site = e->site;
+    double work, before = e->s->dissipative ? x->y[e->n + from->part.p] : 0;
+    memcpy(site->state, e->state, 2 * (size_t)e->n * sizeof *site->state);
+    site->crossing = crossing_of(e, x);
+    site->rate_scale = x->rate_scale;
+    kempe_status status = kmp_instance_take_values(e, i); /* impacts have those of the model */
+    kmp_constants_take(e->s, &x->constants);
+    kmp_runner_take_memory(site, x->memory, false);
+    if (status == KEMPE_OK)
+        status = take_rows(e, from, x->t);
+    if (status == KEMPE_OK)
+        status = kmp_runner_pass_here(site, x->t, event, &work);
+    if (status == KEMPE_OK)
+        depart(e, x);
+    if (event && e->s->switches) { /* pass_switch of runner_change.c */
+        x->h = kmp_restart_length(x->h, since, KMP_FRICTION_INSTANT * e->spec.t_end, kmp_impact_since(site->impacts));
+        x->has_step = x->h > 0;
+    }
+    kmp_engine_hold_inputs(e, NULL);
+    if (status == KEMPE_OK)
+        return go_on(e, from, i, before + work);
+    kmp_free(site->reason);
+    site->reason = NULL;
+    site->ended = false;
+    if (status != KEMPE_E_FAILED && status != KEMPE_STOPPED)
+        return status;
+    kmp_context_clear(e->context);
+    kmp_instance_leave(e, i, "an event that a lane cannot pass"); /* a run from the start says why */
+    return KEMPE_OK;
+}
+
+kempe_status kmp_instance_meet(kmp_engine *e, kmp_lane_group *from, int i)
+{
+    if (!kmp_instance_unpack(e, from, i, true))
+        return KEMPE_OK;
+    kmp_engine_hold_inputs(e, &e->instances[i].inputs);
+    return kmp_instance_pass(e, from, i, false, 0);
 }

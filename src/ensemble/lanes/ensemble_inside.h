@@ -205,14 +205,14 @@ typedef struct kmp_engine {
 
 /* ensemble_start.c: one instance at a time. Statuses concern the whole ensemble: memory. */
 
-/* ensemble_within.c: states within the present step of a lane */
+/* ensemble_conditions.c: states within the present step of a lane */
 
 #define KMP_LANE_SINGULAR_ANGLES "a spherical joint near the singular position of its angles"
 #define KMP_LANE_NO_STATES       "states between steps that are not available"
 
 /* ensemble_conditions.c: conditions of instances */
 
-/* ensemble_watch.c: tests at the end of steps */
+/* ensemble_engine.c: tests at the end of steps */
 
 /** Values of a pool's last stage at the end of the present steps, by lanes. */
 typedef struct kmp_lane_watched {
@@ -226,17 +226,15 @@ typedef struct kmp_lane_watched {
         quiet[KMP_LANES_MOST]; /* v is corrected, and neither pivots nor |Bvu| nor a limit of time need a decision */
 } kmp_lane_watched;
 
-/* lane_events.c: what happens to one instance between its steps, as in a run */
+/* ensemble_conditions.c: what happens to one instance between its steps, as in a run */
 
 #define KMP_LANE_SMOOTH "friction that is regularised for a time"
 
 /* ensemble_measure.c: quantities of instances */
 
-/* ensemble_apart.c: separate runs. */
+/* ensemble_start.c: separate runs. */
 
-/* lane_group.c */
-
-/* lane_state.c, ensemble_lanes.c */
+/* lane_state.c */
 
 /** The largest number of unknowns in lanes. */
 static inline int kmp_lane_most(const kmp_engine *e)

@@ -27,10 +27,6 @@ void kmp_instance_leave(kmp_engine *e, int i, const char *why);
 
 /** Puts the values of an instance into the model. KEMPE_E_INPUT: they are impossible, and its result says why. */
 kempe_status kmp_instance_take_values(kmp_engine *e, int i);
-/** Takes the values of an instance, assembles it, and measures its energies: KEMPE_E_INPUT, or the status of the
- * assembly. */
-kempe_status kmp_instance_assemble(kmp_engine *e, int i, kempe_assembly **a);
-
 /** Puts q and qd of an instance in the unknowns of a pool into e->state, with factors and tangent, closed on request.
  * false: Jv is singular, and the instance is left to a separate run. */
 bool kmp_instance_unpack(kmp_engine *e, kmp_lane_group *pool, int i, bool closed);
@@ -41,9 +37,6 @@ bool kmp_instance_has_angles(const kmp_engine *e, const double *q, double least)
 /** Goes on from (q, qd) at x->t with another partition, which it frees; `status`: of its choice. */
 kempe_status kmp_instance_go_on(kmp_engine *e, int i, kempe_status status, kmp_partition *part, const double *q,
                                 const double *qd);
-/** Measures the end of an instance; the evaluator's closure is that of q. */
-void kmp_instance_judge(kmp_engine *e, int i, double t, const double *q, const double *qd, double work);
-
 /** Makes an instance that was current before current again. */
 void kmp_instance_current(kmp_engine *e, const kmp_instance *x);
 
@@ -51,3 +44,15 @@ void kmp_instance_current(kmp_engine *e, const kmp_instance *x);
  * loops if `closed`. false: Jv is singular. */
 bool kmp_instance_state(kmp_engine *e, kmp_lane_group *pool, double t, const double *y, double *q, double *qd,
                         bool closed);
+
+/* Separate runs of an instance: from its start to its end if lanes cannot run it; or from where a lane left it to
+ * where lanes can take it back. A part begins and ends where the instance alone says so. */
+
+/** Repeats an instance in a separate run from its start. */
+kempe_status kmp_instance_alone(kmp_engine *e, int i);
+/** Continues an instance from t and y in a separate run, until lanes can take it back or to its end. `margin`: that of
+ * the closures over its usual size; 0: the run finds it. If such a run fails, the instance is left to one from its
+ * start. The second begins such a run at a state with closures of this rank. */
+kempe_status kmp_instance_apart(kmp_engine *e, kmp_lane_group *from, int i, double margin, const char *why);
+kempe_status kmp_instance_start_apart(kmp_engine *e, int i, int rank, double margin, const double *q, const double *qd,
+                                      double work, const char *why);

@@ -1,11 +1,25 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Attempts of steps in the lanes of a pool (ensemble_lanes.c), with what they need: the lanes' numbers and evaluations
+/* Attempts of steps in the lanes of a pool (ensemble_engine.c), with what they need: the lanes' numbers and evaluations
  * (lane_state.c), and events and quantities within accepted steps. */
 #pragma once
 
 #include "ensemble/lanes/ensemble_inside.h"
 
-/* lane_state.c */
+/* Pools are found by the inputs of their program, so that an instance runs in the same pool whatever the other
+ * instances are. */
+
+/** Finds the pool of a partition; Jv at the evaluator's last closure determines the order of elimination. NULL in
+ * *pool: its program cannot be written. */
+kempe_status kmp_lane_group_find(kmp_engine *e, const kmp_partition *part, kmp_lane_group **pool);
+/** The first pool of a partition in any order of elimination; NULL: there is none. */
+kmp_lane_group *kmp_lane_group_of_choice(kmp_engine *e, const kmp_partition *part);
+/** True if a pool has the only order of elimination of its partition. */
+bool kmp_lane_group_is_ordered(const kmp_lane_group *pool);
+void kmp_lane_group_free(kmp_lane_group *pool);
+/** True if an engine has a pool of the same choice and order. */
+bool kmp_lane_group_among(const kmp_engine *e, const kmp_lane_group *pool);
+void kmp_lane_group_put(kmp_engine *e, kmp_lane_group *pool, int i);
+int kmp_lane_group_take(kmp_engine *e, kmp_lane_group *pool);
 
 /** Sets the times of evaluations to a part c of each lane's step; puts the inputs of each lane at its time. */
 void kmp_room_set_times(kmp_lane_state *room, double c);
@@ -44,9 +58,6 @@ void kmp_room_begin(kmp_engine *e, kmp_lane_group *pool);
 
 /** Gives the programs of a lane the conditions of its instance. */
 void kmp_lane_set_modes(kmp_engine *e, kmp_lane_group *pool, size_t lane);
-
-/** Gives one instance's numbers of a kind to all programs of a lane: of the pool, of quantities, of conditions. */
-void kmp_lane_give(kmp_engine *e, const kmp_lane_group *pool, kmp_input_kind kind, size_t lane, const double *x);
 
 /** Makes the lanes of an engine, in the arena of its run. false: no memory. */
 bool kmp_lane_state_init(kmp_engine *e, int width);

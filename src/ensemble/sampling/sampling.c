@@ -4,15 +4,249 @@
 #include "ensemble/sampling/sampling.h"
 #include "base/memory.h"
 #include "constraints/tolerances.h"
-#include "ensemble/sampling/model_instances.h"
+#include "ensemble/sampling/values.h"
 #include "model/data/model.h"
 #include "model/data/variant.h"
 #include "model/language/ranges.h"
 #include "output/print.h"
 #include <ctype.h>
+#include <float.h>
 #include <limits.h>
 #include <math.h>
+#include <stddef.h>
 #include <string.h>
+
+/* The design of a word of designs; false: there is none of it. */
+static bool find_design(const char *word, kmp_design *design)
+{
+    static const char *const words[] = {[KMP_DESIGN_RANDOM] = "random",
+                                        [KMP_DESIGN_LATIN] = "latin",
+                                        [KMP_DESIGN_SOBOL] = "sobol",
+                                        [KMP_DESIGN_SALTELLI] = "saltelli",
+                                        [KMP_DESIGN_GRID] = "grid"};
+    for (int k = 0; k <= KMP_DESIGN_GRID; k++)
+        if (strcmp(word, words[k]) == 0) {
+            *design = (kmp_design)k;
+            return true;
+        }
+    return false;
+}
+
+/* -- random numbers by their place -------------------------------------------------------------------- */
+
+/* Without a state: Philox 4x64 of 10 rounds (Salmon, Moraes, Dror, Shaw, Parallel random numbers: as easy as 1, 2, 3,
+ * SC11, 2011). */
+enum { ROUNDS = 10 };
+
+/* The upper half of a product; *low: the lower one. */
+static uint64_t product(uint64_t a, uint64_t b, uint64_t *low)
+{
+    __extension__ typedef unsigned __int128 wide;
+    wide p = (wide)a * b;
+    *low = (uint64_t)p;
+    return (uint64_t)(p >> 64);
+}
+
+/* The four numbers of a counter under a key. */
+static void philox(const uint64_t key[2], const uint64_t counter[4], uint64_t x[4])
+{
+    uint64_t k0 = key[0], k1 = key[1];
+    for (int i = 0; i < 4; i++)
+        x[i] = counter[i];
+    for (int round = 0; round < ROUNDS; round++) {
+        uint64_t low0, low2, high0 = product(0xD2E7470EE14C6C93u, x[0], &low0),
+                             high2 = product(0xCA5A826395121157u, x[2], &low2);
+        x[0] = high2 ^ x[1] ^ k0;
+        x[1] = low2;
+        x[2] = high0 ^ x[3] ^ k1;
+        x[3] = low0;
+        k0 += 0x9E3779B97F4A7C15u;
+        k1 += 0xBB67AE8584CAA73Bu;
+    }
+}
+
+/* A whole number of 64 bits: that of place (i, j) of the stream of a seed. */
+static uint64_t chance_bits(uint64_t seed, uint64_t stream, uint64_t i, uint64_t j)
+{
+    uint64_t numbers[4];
+    philox((const uint64_t[]){seed, stream}, (const uint64_t[]){i, j, 0, 0}, numbers);
+    return numbers[0];
+}
+
+/* A number in (0, 1), in the middle of one of 2^52 equal intervals. */
+static double chance_at(uint64_t seed, uint64_t stream, uint64_t i, uint64_t j)
+{
+    return ((double)(chance_bits(seed, stream, i, j) >> 12) + 0.5) * 0x1p-52;
+}
+
+/* Streams of random numbers of one seed. */
+enum { STREAM_POINTS, STREAM_ORDER };
+
+/* -- Latin hypercube --------------------------------------------------------------------------------- */
+
+/* A permutation of 0 .. count - 1, different for each column: a Feistel network of four rounds on the least even number
+ * of bits that count - 1 fits into, applied until the result is below count (cycle walking; Black, Rogaway, Ciphers
+ * with arbitrary finite domains, CT-RSA 2002). */
+static uint64_t permuted(uint64_t seed, uint64_t k, uint64_t count, int column)
+{
+    int half = 1;
+    while (half < 32 && (count - 1) >> (2 * half))
+        half++;
+    uint64_t mask = ((uint64_t)1 << half) - 1;
+    do {
+        uint64_t left = k >> half, right = k & mask;
+        for (uint64_t round = 0; round < 4; round++) {
+            uint64_t turned = chance_bits(seed, STREAM_ORDER, right, (uint64_t)column * 4 + round) & mask;
+            uint64_t next = left ^ turned;
+            left = right;
+            right = next;
+        }
+        k = left << half | right;
+    } while (k >= count);
+    return k;
+}
+
+/* -- Sobol ------------------------------------------------------------------------------------------- */
+
+typedef struct sobol_row {
+    unsigned degree, coefficients;
+    uint32_t first[18];
+} sobol_row;
+
+static const sobol_row sobol_rows[KMP_SOBOL_MOST] = {
+    {0},
+#define KMP_SOBOL(degree, coefficients, ...) {degree, coefficients, {__VA_ARGS__}},
+#include "ensemble/sampling/sobol.def"
+#undef KMP_SOBOL
+};
+
+/* Direction number i of a column, i from 0, by the recurrence of Bratley and Fox (ACM TOMS 14 (1988) 88). */
+static uint32_t direction(const sobol_row *row, int i, uint32_t *v)
+{
+    int degree = (int)row->degree;
+    if (degree == 0)
+        return v[i] = (uint32_t)1 << (31 - i);
+    if (i < degree)
+        return v[i] = row->first[i] << (31 - i);
+    uint32_t x = v[i - degree] ^ (v[i - degree] >> degree);
+    for (int j = 1; j < degree; j++)
+        if (row->coefficients >> (degree - 1 - j) & 1)
+            x ^= v[i - j];
+    return v[i] = x;
+}
+
+double kmp_design_point(kmp_design design, uint64_t seed, uint64_t k, uint64_t count, int column, int columns)
+{
+    if (design == KMP_DESIGN_SALTELLI) {
+        /* The two points of a group have places of their own in the stream. */
+        uint64_t size = (uint64_t)kmp_saltelli_group(columns), group = k / size;
+        int member = (int)(k % size);
+        bool second = member == 1 || member == 2 + column;
+        return chance_at(seed, STREAM_POINTS, group, (uint64_t)(second ? columns + column : column));
+    }
+    double chance = design == KMP_DESIGN_SOBOL ? 0.5 : chance_at(seed, STREAM_POINTS, k, (uint64_t)column);
+    if (design == KMP_DESIGN_LATIN)
+        return ((double)permuted(seed, k, count, column) + chance) / (double)count;
+    if (design == KMP_DESIGN_SOBOL) {
+        /* Point k is the sum of the direction numbers of the bits of its Gray code (Antonov, Saleev, 1979). */
+        uint32_t x = 0, v[32], gray = (uint32_t)(k ^ (k >> 1));
+        for (int i = 0; i < 32 && gray >> i; i++) {
+            uint32_t d = direction(&sobol_rows[column], i, v);
+            x ^= gray >> i & 1 ? d : 0;
+        }
+        return (x + 0.5) * 0x1p-32;
+    }
+    return chance;
+}
+
+double kmp_normal_share(double z)
+{
+    return 0.5 * erfc(-z * 0.70710678118654752440);
+}
+
+/* Halley's iteration on the share of the nearer tail, from a fit of 4e-4 (Abramowitz, Stegun, 26.2.23). */
+double kmp_normal_quantile(double part)
+{
+    double tail = part < 0.5 ? part : 1 - part, r = sqrt(-2 * log(tail));
+    double z = r - (2.515517 + r * (0.802853 + r * 0.010328)) / (1 + r * (1.432788 + r * (0.189269 + r * 0.001308)));
+    for (int k = 0; k < 3; k++) {
+        double density = 0.39894228040143267794 * exp(-0.5 * z * z);
+        double step = (kmp_normal_share(-z) - tail) / density;
+        z += step / (1 - 0.5 * z * step);
+    }
+    return part < 0.5 ? -z : z;
+}
+
+static double normal(const kmp_distribution *d, double part)
+{
+    double below = kmp_normal_share((d->least - d->centre) / d->width);
+    double above = kmp_normal_share((d->centre - d->most) / d->width);
+    double z = kmp_normal_quantile(below + part * (1 - below - above));
+    return fmin(fmax(d->centre + d->width * z, d->least), d->most);
+}
+
+static double triangular(const kmp_distribution *d, double part)
+{
+    double size = d->most - d->least, rise = d->centre - d->least;
+    return part * size < rise ? d->least + sqrt(part * size * rise)
+                              : d->most - sqrt((1 - part) * size * (d->most - d->centre));
+}
+
+/* The value below which the share `part` of all values lies, 0 < part < 1. */
+static double quantile_of(const kmp_distribution *d, double part)
+{
+    switch (d->kind) {
+    case KMP_NORMAL:
+        return normal(d, part);
+    case KMP_TRIANGULAR:
+        return triangular(d, part);
+    case KMP_UNIFORM:
+        break;
+    }
+    return d->least + part * (d->most - d->least);
+}
+
+/* -- ISO 286-1 --------------------------------------------------------------------------------------- */
+
+/* Standard tolerances in micrometres of IT5 to IT18, up to and including a size in mm (ISO 286-1:2010, table 1). */
+static const struct {
+    double size;
+    int tolerance[KMP_GRADE_MOST - KMP_GRADE_LEAST + 1];
+} grades[] = {
+    {3, {4, 6, 10, 14, 25, 40, 60, 100, 140, 250, 400, 600, 1000, 1400}},
+    {6, {5, 8, 12, 18, 30, 48, 75, 120, 180, 300, 480, 750, 1200, 1800}},
+    {10, {6, 9, 15, 22, 36, 58, 90, 150, 220, 360, 580, 900, 1500, 2200}},
+    {18, {8, 11, 18, 27, 43, 70, 110, 180, 270, 430, 700, 1100, 1800, 2700}},
+    {30, {9, 13, 21, 33, 52, 84, 130, 210, 330, 520, 840, 1300, 2100, 3300}},
+    {50, {11, 16, 25, 39, 62, 100, 160, 250, 390, 620, 1000, 1600, 2500, 3900}},
+    {80, {13, 19, 30, 46, 74, 120, 190, 300, 460, 740, 1200, 1900, 3000, 4600}},
+    {120, {15, 22, 35, 54, 87, 140, 220, 350, 540, 870, 1400, 2200, 3500, 5400}},
+    {180, {18, 25, 40, 63, 100, 160, 250, 400, 630, 1000, 1600, 2500, 4000, 6300}},
+    {250, {20, 29, 46, 72, 115, 185, 290, 460, 720, 1150, 1850, 2900, 4600, 7200}},
+    {315, {23, 32, 52, 81, 130, 210, 320, 520, 810, 1300, 2100, 3200, 5200, 8100}},
+    {400, {25, 36, 57, 89, 140, 230, 360, 570, 890, 1400, 2300, 3600, 5700, 8900}},
+    {500, {27, 40, 63, 97, 155, 250, 400, 630, 970, 1550, 2500, 4000, 6300, 9700}},
+    {630, {32, 44, 70, 110, 175, 280, 440, 700, 1100, 1750, 2800, 4400, 7000, 11000}},
+    {800, {36, 50, 80, 125, 200, 320, 500, 800, 1250, 2000, 3200, 5000, 8000, 12500}},
+    {1000, {40, 56, 90, 140, 230, 360, 560, 900, 1400, 2300, 3600, 5600, 9000, 14000}},
+    {1250, {47, 66, 105, 165, 260, 420, 660, 1050, 1650, 2600, 4200, 6600, 10500, 16500}},
+    {1600, {55, 78, 125, 195, 310, 500, 780, 1250, 1950, 3100, 5000, 7800, 12500, 19500}},
+    {2000, {65, 92, 150, 230, 370, 600, 920, 1500, 2300, 3700, 6000, 9200, 15000, 23000}},
+    {2500, {78, 110, 175, 280, 440, 700, 1100, 1750, 2800, 4400, 7000, 11000, 17500, 28000}},
+    {3150, {96, 135, 210, 330, 540, 860, 1350, 2100, 3300, 5400, 8600, 13500, 21000, 33000}},
+};
+
+/* The tolerance of a nominal size by a grade of ISO 286-1, 5 to 18, in m; 0: the size is not above 0, or above 3.15 m.
+ */
+static double tolerance_grade(int grade, double size)
+{
+    for (size_t k = 0; size > 0 && k < sizeof grades / sizeof *grades; k++)
+        if (size * 1e3 <= grades[k].size * (1 + 4 * DBL_EPSILON))
+            return grades[k].tolerance[grade - KMP_GRADE_LEAST] * 1e-6;
+    return 0;
+}
+
+/* -- samples ------------------------------------------------------------------------------------------------ */
 
 enum { MOST_NUMBERS = 4 };
 
@@ -70,28 +304,6 @@ static kempe_status read_numbers(const reader *r, const char *name, const char *
     return KEMPE_OK;
 }
 
-static kempe_status take_normal(const reader *r, int count, const double *x, kmp_distribution *d)
-{
-    *d = (kmp_distribution){KMP_NORMAL, count > 2 ? x[2] : -INFINITY, count > 2 ? x[3] : INFINITY, x[0], x[1]};
-    if (!(d->width > 0))
-        return refuse(r, "the standard deviation must be positive");
-    if (!(d->least < d->most))
-        return refuse(r, "the least value must be below the largest one");
-    double above = kmp_normal_share((d->centre - d->most) / d->width);
-    double below = kmp_normal_share((d->least - d->centre) / d->width);
-    return 1 - above - below > KMP_TRUNCATED_LEAST
-               ? KEMPE_OK
-               : refuse(r, "almost nothing of the distribution lies between its limits");
-}
-
-static kempe_status take_triangular(const reader *r, const double *x, kmp_distribution *d)
-{
-    *d = (kmp_distribution){.kind = KMP_TRIANGULAR, .least = x[0], .centre = x[1], .most = x[2]};
-    return d->least <= d->centre && d->centre <= d->most && d->least < d->most
-               ? KEMPE_OK
-               : refuse(r, "the least, the most frequent and the largest value must be in this order");
-}
-
 /* "IT7", "IT7(uniform)": about the model's own value. */
 static kempe_status take_grade(const reader *r, const char *name, const char *text, kmp_distribution *d)
 {
@@ -104,7 +316,7 @@ static kempe_status take_grade(const reader *r, const char *name, const char *te
         return refuse(r, "grades of ISO 286 are IT5 to IT18, as 'IT7' or 'IT7(uniform)'");
     if (at < 0)
         return refuse(r, "a grade of ISO 286 applies to a parameter of the model, a length");
-    double size = r->s->model->parameters[at].number.value, tolerance = kmp_tolerance_grade(grade, size);
+    double size = r->s->model->parameters[at].number.value, tolerance = tolerance_grade(grade, size);
     if (tolerance == 0)
         return kmp_fail(r->context, KEMPE_E_ARGUMENT, "'%s': ISO 286 has sizes above 0 and up to 3.15 m, not %.6g m",
                         r->entry, size);
@@ -148,11 +360,23 @@ static kempe_status read_column(const reader *r, kmp_sampled_column *c)
     value++;
     if (strncmp(value, normal.form, strlen(normal.form)) == 0) {
         KMP_TRY(read_numbers(r, c->name, value + strlen(normal.form), &normal, x, &count));
-        return take_normal(r, count, x, &c->d);
+        c->d = (kmp_distribution){KMP_NORMAL, count > 2 ? x[2] : -INFINITY, count > 2 ? x[3] : INFINITY, x[0], x[1]};
+        if (!(c->d.width > 0))
+            return refuse(r, "the standard deviation must be positive");
+        if (!(c->d.least < c->d.most))
+            return refuse(r, "the least value must be below the largest one");
+        double above = kmp_normal_share((c->d.centre - c->d.most) / c->d.width);
+        double below = kmp_normal_share((c->d.least - c->d.centre) / c->d.width);
+        return 1 - above - below > KMP_TRUNCATED_LEAST
+                   ? KEMPE_OK
+                   : refuse(r, "almost nothing of the distribution lies between its limits");
     }
     if (strncmp(value, triangular.form, strlen(triangular.form)) == 0) {
         KMP_TRY(read_numbers(r, c->name, value + strlen(triangular.form), &triangular, x, &count));
-        return take_triangular(r, x, &c->d);
+        c->d = (kmp_distribution){.kind = KMP_TRIANGULAR, .least = x[0], .centre = x[1], .most = x[2]};
+        return c->d.least <= c->d.centre && c->d.centre <= c->d.most && c->d.least < c->d.most
+                   ? KEMPE_OK
+                   : refuse(r, "the least, the most frequent and the largest value must be in this order");
     }
     if (strncmp(value, "IT", 2) == 0)
         return take_grade(r, c->name, value, &c->d);
@@ -241,7 +465,7 @@ static kempe_status make(kmp_sampling *s, const kempe_sample_options *options)
 {
     kempe_context *context = s->model->context;
     const char *word = options->design ? options->design : "random";
-    if (!kmp_design_find(word, &s->design))
+    if (!find_design(word, &s->design))
         return kmp_fail(context, KEMPE_E_ARGUMENT,
                         "unknown design '%s'; there are random, latin, sobol, saltelli and grid", word);
     KMP_TRY(read_columns(s, options->ranges));
@@ -319,5 +543,5 @@ void kmp_sampling_row(const kmp_sampling *s, int k, double *row)
         row[c] = fmin(fmax(kmp_normal_share(score), 0x1p-60), 1 - 0x1p-53);
     }
     for (int c = 0; c < n; c++)
-        row[c] = kmp_distribution_quantile(&s->column[c].d, row[c]);
+        row[c] = quantile_of(&s->column[c].d, row[c]);
 }

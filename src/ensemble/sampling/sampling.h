@@ -1,10 +1,47 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Distributions of several quantities as users write them, and their samples, each found by its number alone. */
+/* Designs of experiments, distributions, and distributions of several quantities as users write them with their
+ * samples, each found by its number alone. */
 #pragma once
 
 #include "base/arena.h"
-#include "ensemble/sampling/designs.h"
-#include "ensemble/sampling/distributions.h"
+#include <kempe/ensemble.h>
+#include <kempe/kempe.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+/* Designs of experiments: points of the unit cube, each found by its number alone. */
+
+typedef enum kmp_design {
+    KMP_DESIGN_RANDOM,
+    KMP_DESIGN_LATIN,
+    KMP_DESIGN_SOBOL,
+    KMP_DESIGN_SALTELLI,
+    KMP_DESIGN_GRID
+} kmp_design;
+enum { KMP_SOBOL_MOST = 128 }; /* columns */
+
+/** Coordinate `column` of point k of `count`, in (0, 1), of a design of `columns`. Not for grids. */
+double kmp_design_point(kmp_design design, uint64_t seed, uint64_t k, uint64_t count, int column, int columns);
+
+/** Points of a group of Saltelli's design: two random ones A and B, then for each column A with that column of B. */
+static inline int kmp_saltelli_group(int columns)
+{
+    return columns + 2;
+}
+
+typedef enum kmp_distribution_kind { KMP_UNIFORM, KMP_NORMAL, KMP_TRIANGULAR } kmp_distribution_kind;
+
+typedef struct kmp_distribution {
+    kmp_distribution_kind kind;
+    double least, most;   /* infinite for a normal one that is not truncated */
+    double centre, width; /* mean and standard deviation of the normal distribution before truncation; mode */
+} kmp_distribution;
+
+/** Standard normal distribution: the share below z, and its inverse. */
+double kmp_normal_share(double z);
+double kmp_normal_quantile(double part);
+
+enum { KMP_GRADE_LEAST = 5, KMP_GRADE_MOST = 18 };
 
 typedef struct kmp_sampled_column {
     const char *name;

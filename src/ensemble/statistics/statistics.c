@@ -2,18 +2,276 @@
 /* Statistics of the table "instances": they need no more than its columns, so that tables of parts can be gathered
  * first. */
 #include "ensemble/statistics/statistics.h"
+#include "base/arena.h"
 #include "base/memory.h"
-#include "ensemble/sampling/designs.h"
-#include "ensemble/sampling/distributions.h"
+#include "constraints/tolerances.h"
+#include "ensemble/sampling/sampling.h"
 #include "ensemble/sampling/values.h"
-#include "ensemble/statistics/contributions.h"
-#include "ensemble/statistics/shares.h"
+#include "linalg/dense/dense.h"
 #include "output/print.h"
 #include "output/result_table.h"
+#include <float.h>
 #include <kempe/ensemble.h>
 #include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
+
+enum { MOST_TERMS = 20000, MOST_HALVINGS = 200 };
+
+/* The continued fraction of the incomplete beta function by Lentz's method (DLMF 8.17.22). */
+static double fraction(double x, double a, double b)
+{
+    double c = 1, d = 1 - (a + b) * x / (a + 1);
+    d = 1 / (fabs(d) < DBL_MIN ? DBL_MIN : d);
+    double h = d;
+    for (int m = 1; m < MOST_TERMS; m++) {
+        const double terms[2] = {m * (b - m) * x / ((a + 2 * m - 1) * (a + 2 * m)),
+                                 -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1))};
+        double change = 1;
+        for (int i = 0; i < 2; i++) {
+            d = 1 + terms[i] * d;
+            c = 1 + terms[i] / c;
+            d = 1 / (fabs(d) < DBL_MIN ? DBL_MIN : d);
+            c = fabs(c) < DBL_MIN ? DBL_MIN : c;
+            change = c * d;
+            h *= change;
+        }
+        if (fabs(change - 1) < 2 * DBL_EPSILON)
+            break;
+    }
+    return h;
+}
+
+double kmp_beta_share(double x, double a, double b)
+{
+    if (!(x > 0))
+        return 0;
+    if (x >= 1)
+        return 1;
+    double front = exp(lgamma(a + b) - lgamma(a) - lgamma(b) + a * log(x) + b * log1p(-x));
+    return x < (a + 1) / (a + b + 2) ? front * fraction(x, a, b) / a : 1 - front * fraction(1 - x, b, a) / b;
+}
+
+/* Bisection: shares are monotone, and steps of Newton's method may leave the interval. */
+double kmp_beta_quantile(double part, double a, double b)
+{
+    double low = 0, high = 1;
+    if (!(a > 0) || !(b > 0))
+        return a > 0 ? 1 : 0;
+    for (int k = 0; k < MOST_HALVINGS && high - low > DBL_EPSILON * high; k++) {
+        double middle = 0.5 * (low + high);
+        if (kmp_beta_share(middle, a, b) < part)
+            low = middle;
+        else
+            high = middle;
+    }
+    return 0.5 * (low + high);
+}
+
+/* The share of both tails beyond t is I_x(f/2, 1/2) at x = f/(f + t^2); near t = 0 its complement has the digits. */
+double kmp_student_quantile(double part, double freedoms)
+{
+    double tail = part < 0.5 ? part : 1 - part, square;
+    if (tail < 0.25) {
+        double x = kmp_beta_quantile(2 * tail, freedoms / 2, 0.5);
+        square = freedoms * (1 - x) / x;
+    } else {
+        double y = kmp_beta_quantile(1 - 2 * tail, 0.5, freedoms / 2);
+        square = freedoms * y / (1 - y);
+    }
+    return part < 0.5 ? -sqrt(square) : sqrt(square);
+}
+
+double kmp_binomial_share(int k, int n, double p)
+{
+    return k < 0 ? 0 : k >= n ? 1 : kmp_beta_share(1 - p, n - k, k + 1.0);
+}
+
+void kmp_chance_interval(int k, int n, double confidence, double *low, double *high)
+{
+    double tail = 0.5 * (1 - confidence);
+    *low = kmp_beta_quantile(tail, k, n - k + 1.0);
+    *high = kmp_beta_quantile(1 - tail, k + 1.0, n - k);
+}
+
+/* The largest place whose samples above it hold the quantile; `above`: the least place above it. */
+static int place_beside(int n, double part, double tail, bool above)
+{
+    int from = 0, to = n + 1;
+    while (to - from > 1) {
+        int middle = from + (to - from) / 2;
+        double share = kmp_binomial_share(middle - 1, n, part);
+        if (above ? 1 - share <= tail : share > tail)
+            to = middle;
+        else
+            from = middle;
+    }
+    return above ? to : from;
+}
+
+void kmp_quantile_places(int n, double part, double confidence, int *low, int *high)
+{
+    double tail = 0.5 * (1 - confidence);
+    *low = place_beside(n, part, tail, false);
+    *high = place_beside(n, part, tail, true);
+}
+
+/* -- contributions ------------------------------------------------------------------------------------------ */
+
+/* Saltelli, Annoni, Azzini, Campolongo, Ratto, Tarantola, Computer Physics Communications 181 (2010) 259, table 2; the
+ * standard errors are those of ratios of means. */
+
+/* -- regression --------------------------------------------------------------------------------------- */
+
+/* Correlations of the inputs, and of each with the value, from deviations in units of standard deviations. */
+static bool correlate(int count, int columns, const double *rows, const double *value, double *scaled, double *matrix,
+                      double *with)
+{
+    int all = columns + 1;
+    for (int c = 0; c < all; c++) {
+        const double *x = c < columns ? rows + c : value;
+        ptrdiff_t stride = c < columns ? columns : 1;
+        double sum = 0;
+        for (int k = 0; k < count; k++)
+            sum += x[k * stride];
+        double mean = sum / count, square = 0;
+        for (int k = 0; k < count; k++) {
+            double d = scaled[(ptrdiff_t)k * all + c] = x[k * stride] - mean;
+            square += d * d;
+        }
+        if (!(square > 0))
+            return false;
+        for (int k = 0; k < count; k++)
+            scaled[(ptrdiff_t)k * all + c] /= sqrt(square);
+    }
+    for (int i = 0; i < columns; i++)
+        for (int j = 0; j < all; j++) {
+            double sum = 0;
+            for (int k = 0; k < count; k++)
+                sum += scaled[(ptrdiff_t)k * all + i] * scaled[(ptrdiff_t)k * all + j];
+            if (j < columns)
+                matrix[i + j * columns] = sum;
+            else
+                with[i] = sum;
+        }
+    return true;
+}
+
+static bool solve(int columns, double *matrix, const double *with, double *coefficients, double *explained)
+{
+    if (kmp_cholesky_factor(columns, matrix))
+        return false;
+    for (int c = 0; c < columns; c++)
+        if (!(matrix[c + c * columns] * matrix[c + c * columns] > KMP_CORRELATION_LEAST))
+            return false;
+    for (int c = 0; c < columns; c++)
+        coefficients[c] = with[c];
+    kmp_cholesky_solve(columns, matrix, coefficients);
+    *explained = 0;
+    for (int c = 0; c < columns; c++)
+        *explained += coefficients[c] * with[c];
+    return true;
+}
+
+bool kmp_regression(int count, int columns, const double *rows, const double *value, double *coefficients,
+                    double *explained)
+{
+    kmp_arena arena = {0};
+    double *scaled = KMP_ARENA_NEW(&arena, double, (size_t)count *(size_t)(columns + 1)),
+           *matrix = KMP_ARENA_NEW(&arena, double, columns *columns), *with = KMP_ARENA_NEW(&arena, double, columns);
+    bool good = !arena.failed && columns > 0 && count > columns + 1 &&
+                correlate(count, columns, rows, value, scaled, matrix, with) &&
+                solve(columns, matrix, with, coefficients, explained);
+    kmp_arena_free(&arena);
+    return good;
+}
+
+/* -- Sobol's indices ----------------------------------------------------------------------------------- */
+
+bool kmp_is_saltelli(int count, int columns, const double *rows)
+{
+    int size = kmp_saltelli_group(columns);
+    if (columns < 1 || count < size || count % size != 0)
+        return false;
+    for (int k = 0; k < count; k += size) {
+        const double *a = rows + (ptrdiff_t)k * columns, *b = a + columns;
+        for (int i = 0; i < columns; i++)
+            for (int c = 0; c < columns; c++)
+                if (a[(ptrdiff_t)(2 + i) * columns + c] != (c == i ? b[c] : a[c]))
+                    return false;
+    }
+    return true;
+}
+
+/* Sums of pairs (x, v) of groups, of which mean(x)/mean(v) is wanted. */
+typedef struct ratio {
+    int count;
+    double x, v, xx, xv, vv;
+} ratio;
+
+static void add(ratio *r, double x, double v)
+{
+    r->count++;
+    r->x += x;
+    r->v += v;
+    r->xx += x * x;
+    r->xv += x * v;
+    r->vv += v * v;
+}
+
+/* The ratio, and its standard error: that of the mean of x - ratio v, over the mean of v. */
+static double ratio_of(const ratio *r, double *error)
+{
+    double s = r->x / r->v, square = r->xx - 2 * s * r->xv + s * s * r->vv; /* sum of (x - s v)^2, whose mean is 0 */
+    *error = sqrt(fmax(square, 0)) / fabs(r->v);
+    return s;
+}
+
+static bool is_whole(int size, const double *value)
+{
+    for (int i = 0; i < size; i++)
+        if (!isfinite(value[i]))
+            return false;
+    return true;
+}
+
+static double centre_of(int count, int size, const double *value, int *groups)
+{
+    double sum = 0;
+    *groups = 0;
+    for (int k = 0; k < count; k += size)
+        if (is_whole(size, value + k)) {
+            sum += 0.5 * (value[k] + value[k + 1]);
+            ++*groups;
+        }
+    return *groups > 0 ? sum / *groups : 0;
+}
+
+int kmp_sobol_indices(int count, int columns, const double *value, kmp_sobol_index *indices)
+{
+    int size = kmp_saltelli_group(columns), groups;
+    double centre = centre_of(count, size, value, &groups);
+    for (int i = 0; i < columns; i++) {
+        ratio first = {0}, total = {0};
+        for (int k = 0; k < count; k += size) {
+            const double *f = value + k;
+            if (!is_whole(size, f))
+                continue;
+            double a = f[0] - centre, b = f[1] - centre, ab = f[2 + i] - centre, v = 0.5 * (a * a + b * b);
+            add(&first, b * (ab - a), v);
+            add(&total, 0.5 * (a - ab) * (a - ab), v);
+        }
+        if (!(first.v > 0))
+            return 0;
+        indices[i].first = ratio_of(&first, &indices[i].first_error);
+        indices[i].total = ratio_of(&total, &indices[i].total_error);
+    }
+    return groups;
+}
+
+/* -- statistics --------------------------------------------------------------------------------------------- */
 
 static const double parts[] = {0.001, 0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 0.999};
 enum { PARTS = sizeof parts / sizeof *parts, MOST_SHOWN = 12 };
@@ -149,28 +407,6 @@ static estimate quantile_of(int n, const double *x, double part, double confiden
     return found;
 }
 
-/* Values of the rows that have one, with these rows of the inputs; *count of them. */
-static void gather(const kempe_statistics *s, const double *x, double *kept, double *rows, quantity *q)
-{
-    q->least_at = q->largest_at = -1;
-    q->least = q->largest = NAN;
-    for (int k = 0; k < s->rows; k++) {
-        if (!s->ok[k] || !isfinite(x[k]))
-            continue;
-        if (q->least_at < 0 || x[k] < q->least) {
-            q->least = x[k];
-            q->least_at = k;
-        }
-        if (q->largest_at < 0 || x[k] > q->largest) {
-            q->largest = x[k];
-            q->largest_at = k;
-        }
-        memcpy(rows + (size_t)q->count * (size_t)s->inputs, s->values + (size_t)k * (size_t)s->inputs,
-               (size_t)s->inputs * sizeof *rows);
-        kept[q->count++] = x[k];
-    }
-}
-
 /* Regression and indices; *groups stays 0 where the rows are no groups. */
 static void take_contributions(const kempe_statistics *s, const double *x, const double *kept, const double *rows,
                                double *work, quantity *q)
@@ -199,7 +435,24 @@ static bool take_quantity(kempe_statistics *s, const kempe_table *t, int column,
     q->of = KMP_ARENA_NEW(&s->arena, contribution, d);
     bool good = !arena.failed && !s->arena.failed;
     if (good) {
-        gather(s, x, kept, inputs, q);
+        /* Values of the rows that have one, with these rows of the inputs. */
+        q->least_at = q->largest_at = -1;
+        q->least = q->largest = NAN;
+        for (int k = 0; k < s->rows; k++) {
+            if (!s->ok[k] || !isfinite(x[k]))
+                continue;
+            if (q->least_at < 0 || x[k] < q->least) {
+                q->least = x[k];
+                q->least_at = k;
+            }
+            if (q->largest_at < 0 || x[k] > q->largest) {
+                q->largest = x[k];
+                q->largest_at = k;
+            }
+            memcpy(inputs + (size_t)q->count * (size_t)s->inputs, s->values + (size_t)k * (size_t)s->inputs,
+                   (size_t)s->inputs * sizeof *inputs);
+            kept[q->count++] = x[k];
+        }
         take_contributions(s, x, kept, inputs, work, q);
         take_moments(q, kept, s->confidence);
         qsort(kept, (size_t)q->count, sizeof *kept, ascending);
@@ -446,24 +699,6 @@ static void put_estimate(kmp_json *json, const char *key, const estimate *e)
     kmp_json_put(json, "%s { value %g low %g high %g }", key, e->value, e->low, e->high);
 }
 
-static void put_quantity_json(kmp_json *json, const kempe_statistics *s, const quantity *q)
-{
-    kmp_json_put(json, "{ name %s unit %s count %d", q->name, q->unit, q->count);
-    put_estimate(json, "mean", &q->mean);
-    put_estimate(json, "deviation", &q->deviation);
-    kmp_json_put(json, "least { value %g instance %d } largest { value %g instance %d } quantiles [", q->least,
-                 q->least_at + 1, q->largest, q->largest_at + 1);
-    for (int k = 0; k < PARTS; k++)
-        kmp_json_put(json, "{ part %g value %g low %g high %g }", parts[k], q->quantile[k].value, q->quantile[k].low,
-                     q->quantile[k].high);
-    kmp_json_put(json, "] explained %g groups %d contributions [", q->explained, q->groups);
-    for (int i = 0; i < s->inputs; i++)
-        kmp_json_put(json, "{ input %s regression %g first %g first_error %g total %g total_error %g }", s->input[i],
-                     q->of[i].regression, q->of[i].sobol.first, q->of[i].sobol.first_error, q->of[i].sobol.total,
-                     q->of[i].sobol.total_error);
-    kmp_json_put(json, "] }");
-}
-
 static void put_all(kmp_json *json, const char *key, const kempe_statistics *s)
 {
     kmp_json_object(json, key);
@@ -471,8 +706,25 @@ static void put_all(kmp_json *json, const char *key, const kempe_statistics *s)
                  s->judged, s->passed);
     put_estimate(json, "yield", &s->yield);
     kmp_json_put(json, "quantities [");
-    for (int k = 0; k < s->quantities; k++)
-        put_quantity_json(json, s, &s->quantity[k]);
+    for (int k = 0; k < s->quantities; k++) {
+        kmp_json_put(json, "{ name %s unit %s count %d", s->quantity[k].name, s->quantity[k].unit,
+                     s->quantity[k].count);
+        put_estimate(json, "mean", &s->quantity[k].mean);
+        put_estimate(json, "deviation", &s->quantity[k].deviation);
+        kmp_json_put(json, "least { value %g instance %d } largest { value %g instance %d } quantiles [",
+                     s->quantity[k].least, s->quantity[k].least_at + 1, s->quantity[k].largest,
+                     s->quantity[k].largest_at + 1);
+        for (int j = 0; j < PARTS; j++)
+            kmp_json_put(json, "{ part %g value %g low %g high %g }", parts[j], s->quantity[k].quantile[j].value,
+                         s->quantity[k].quantile[j].low, s->quantity[k].quantile[j].high);
+        kmp_json_put(json, "] explained %g groups %d contributions [", s->quantity[k].explained, s->quantity[k].groups);
+        for (int i = 0; i < s->inputs; i++)
+            kmp_json_put(json, "{ input %s regression %g first %g first_error %g total %g total_error %g }",
+                         s->input[i], s->quantity[k].of[i].regression, s->quantity[k].of[i].sobol.first,
+                         s->quantity[k].of[i].sobol.first_error, s->quantity[k].of[i].sobol.total,
+                         s->quantity[k].of[i].sobol.total_error);
+        kmp_json_put(json, "] }");
+    }
     kmp_json_put(json, "] }");
 }
 
