@@ -3,7 +3,7 @@
  * operations. Entries that are zero for every state are left out, and the others listed by column, as sparse matrices
  * have them. */
 #include "integrators/formulations/tangent.h"
-#include "backend/lazy_jit.h"
+#include "backend/native.h"
 #include "base/memory.h"
 #include "dynamics/choose_variants.h"
 #include "dynamics/equations.h"

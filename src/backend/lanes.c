@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "backend/lanes.h"
-#include "backend/lane_sines.h"
 #include "backend/prepared.h"
+#include "backend/sincos.h"
 #include "base/clones.h"
 #include "base/memory.h"
 #include "base/simd4.h"

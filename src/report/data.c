@@ -4,7 +4,6 @@
 #include "model/data/model.h"
 #include "report/motion_picture.h"
 #include "studies/compare/compare_advice.h"
-#include "studies/compare/compare_levels.h"
 #include "studies/compare/compare_print.h"
 #include "studies/compare/compare_study.h"
 #include <kempe/compare.h>

@@ -9,7 +9,6 @@
 #include "output/quantity.h"
 #include "report/motion_picture.h"
 #include "report/page.h"
-#include "report/sheet.h"
 #include <kempe/compare.h>
 #include <kempe/modes.h>
 #include <math.h>

@@ -5,7 +5,6 @@
 #include "model/read/loads.h"
 #include "output/print.h"
 #include "output/result_table.h"
-#include "report/contact_drawing.h"
 #include "report/motion_picture.h"
 #include "report/result_page.h"
 #include "report/vehicle_drawing.h"

@@ -17,8 +17,8 @@
 #include "model/data/model.h"
 #include "model/language/ranges.h"
 #include "model/read/loads.h"
-#include "output/all_loads.h"
 #include "output/print.h"
+#include "output/samples.h"
 #include "output/series_summary.h"
 #include "output/times.h"
 #include <kempe/check.h>

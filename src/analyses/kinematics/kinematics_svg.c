@@ -3,7 +3,6 @@
  * with the largest extent. The beginning of the sweep and dead centres are marked. */
 #include "analyses/kinematics/position_sweep.h"
 #include "model/data/model.h"
-#include "output/picture_file.h"
 #include "output/plot.h"
 #include <kempe/kinematics.h>
 #include <math.h>

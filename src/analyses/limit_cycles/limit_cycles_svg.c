@@ -3,7 +3,6 @@
  * dashed; an equilibrium has no amplitude. */
 #include "analyses/limit_cycles/limit_cycles_svg.h"
 #include "analyses/limit_cycles/limit_cycles_study.h"
-#include "output/picture_file.h"
 #include "output/plot.h"
 #include <math.h>
 

@@ -10,7 +10,7 @@
 #include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "output/print.h"
-#include "studies/simulate/columns.h"
+#include "studies/simulate/observed.h"
 #include <kempe/extend.h>
 
 /* A state counts as an equilibrium when the residual R is this small relative to the forces: far above rounding, far

@@ -2,7 +2,6 @@
 /* A locus as a picture: eigenvalues in the plane on the left, frequencies over the value on the right (Campbell). */
 #include "analyses/modes/modes_print.h"
 #include "analyses/modes/modes_study.h"
-#include "output/picture_file.h"
 #include "output/plot.h"
 #include <kempe/modes.h>
 #include <math.h>

@@ -4,7 +4,6 @@
 #include "analyses/response/response_study.h"
 #include "base/memory.h"
 #include "model/data/model.h"
-#include "output/picture_file.h"
 #include "output/plot.h"
 #include <kempe/response.h>
 #include <math.h>

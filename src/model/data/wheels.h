@@ -104,7 +104,7 @@ typedef struct kmp_wheel {
     int point; /* its centre; y of the point's axes is the axle, leftwards; the body turns with the wheel */
     const kmp_profile *profile;
     kmp_number radius;
-    double scale;  /* of the lengths in the search for contact: kmp_zones_scale of the radius as read */
+    double scale;  /* of the lengths in the search for contact: zones_scale (read_wheels.c) of the radius as read */
     double stands; /* neutral position on the track: the rail's slope equals the profile's slope at 0 */
     int zone_count;
     double zone[KMP_WHEEL_ZONES][2];      /* pieces of the profile that can touch the rail, one contact in each */

@@ -20,7 +20,7 @@ typedef struct kmp_rail_place {
  * it does not reach the depth, is not resolved, or no memory. */
 struct kmp_table *kmp_rail_new(const struct kmp_table *profile, kmp_rail_place *place);
 
-/* -- the middle line of a track, from its course (course.c) ------------------------------------------
+/* -- the middle line of a track, from its course (read_course.c) ------------------------------------------
  *
  * Curvature is linear over the arc length in transitions (clothoids), cant too except at its corners, which are rounded
  * within half a metre. A jump of curvature becomes a transition within 5 cm. The line is integrated to rounding and

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "model/read/reading.h"
+#include "rail/model/rail.h"
 
 /** The course of a track whose rails are placed. */
 void kmp_read_course(kmp_reader *r, const kmp_yaml *list, const char *what, kmp_track *track);

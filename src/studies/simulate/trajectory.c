@@ -16,17 +16,16 @@
 #include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/read/loads.h"
-#include "output/all_loads.h"
 #include "output/print.h"
-#include "output/times.h"
+#include "output/samples.h"
 #include "studies/simulate/checkpoint.h"
-#include "studies/simulate/run_judge.h"
-#include "studies/simulate/simulation.h"
 #include "studies/simulate/trajectory_print.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>
 #include <time.h>
+
+struct kmp_simulation;
 
 enum { CHECKPOINT_SECONDS = 10 };
 /* Machine code for the judgement of fewer rows takes longer to write than the tape to run, which has the same bits. */
