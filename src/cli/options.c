@@ -652,30 +652,26 @@ bool cli_options_read(unsigned command, const char *command_name, int count, cha
     return true;
 }
 
-static void print_group(unsigned command, option_group group, FILE *out)
-{
-    bool any = false;
-    for (const option *o = options; o < options + OPTION_COUNT; o++) {
-        if (!(o->commands & command) || o->group != group)
-            continue;
-        if (!any)
-            fprintf(out, "\n%s:\n", groups[group]);
-        any = true;
-        char left[40];
-        snprintf(left, sizeof left, "--%s%s%s", o->name, o->value ? " " : "", o->value ? o->value : "");
-        if (letter_of(o))
-            fprintf(out, "  -%c, %-25s", letter_of(o), left);
-        else
-            fprintf(out, "      %-25s", left);
-        for (const char *c = o->help; *c; c++)
-            if (*c != '`') /* marks words in pages */
-                fputc(*c, out);
-        fputc('\n', out);
-    }
-}
-
 void cli_options_print(unsigned command, FILE *out)
 {
-    for (option_group group = 0; group < OPTION_GROUPS; group++)
-        print_group(command, group, out);
+    for (option_group group = 0; group < OPTION_GROUPS; group++) {
+        bool any = false;
+        for (const option *o = options; o < options + OPTION_COUNT; o++) {
+            if (!(o->commands & command) || o->group != group)
+                continue;
+            if (!any)
+                fprintf(out, "\n%s:\n", groups[group]);
+            any = true;
+            char left[40];
+            snprintf(left, sizeof left, "--%s%s%s", o->name, o->value ? " " : "", o->value ? o->value : "");
+            if (letter_of(o))
+                fprintf(out, "  -%c, %-25s", letter_of(o), left);
+            else
+                fprintf(out, "      %-25s", left);
+            for (const char *c = o->help; *c; c++)
+                if (*c != '`') /* marks words in pages */
+                    fputc(*c, out);
+            fputc('\n', out);
+        }
+    }
 }

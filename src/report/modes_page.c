@@ -6,7 +6,7 @@
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
 #include "model/data/model.h"
-#include "output/quantity.h"
+#include "output/samples.h"
 #include "report/motion_picture.h"
 #include "report/page.h"
 #include <kempe/compare.h>

@@ -18,9 +18,8 @@
 #include "model/language/ranges.h"
 #include "model/read/loads.h"
 #include "output/print.h"
+#include "output/reference.h"
 #include "output/samples.h"
-#include "output/series_summary.h"
-#include "output/times.h"
 #include <kempe/check.h>
 #include <kempe/inverse.h>
 #include <math.h>

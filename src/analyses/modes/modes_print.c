@@ -5,8 +5,8 @@
 #include "model/data/model.h"
 #include "model/read/loads.h"
 #include "output/print.h"
-#include "output/quantity.h"
 #include "output/result_table.h"
+#include "output/samples.h"
 #include <kempe/modes.h>
 #include <math.h>
 #include <string.h>

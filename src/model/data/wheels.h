@@ -35,7 +35,7 @@ typedef enum kmp_irregularity {
     KMP_IRREGULARITIES
 } kmp_irregularity;
 
-/** Irregularities from a spectral density (rail.h). */
+/** Irregularities from a spectral density (rail/model/read_tracks.c). */
 typedef struct kmp_wave_spectrum {
     int kind; /* row of spectra.def; -1: there is none */
     double seed, from, to, shortest, longest, scale;
@@ -112,7 +112,7 @@ typedef struct kmp_wheel {
     double node[KMP_WHEEL_PLACES];        /* on the profile, the nodes of an elastic wheel's averages */
     int nodes_end[KMP_WHEEL_ZONES];       /* of each zone */
     double least_spread[KMP_WHEEL_ZONES]; /* m, of the gap: the spread that the nodes resolve except at edges
-                                             (rail/model/rail.h) */
+                                             (rail/model/read_tracks.c) */
     kmp_contact_form form;
     int closure, force; /* of the model's; closure -1: elastic */
     kmp_creep_law law;

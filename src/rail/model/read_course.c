@@ -1,6 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The course of a track, piece by piece.
  *
+ * Curvature is linear over the arc length in transitions (clothoids), cant too except at its corners, which are rounded
+ * within half a metre. A jump of curvature becomes a transition within 5 cm. The line is integrated to rounding and
+ * kept as cubic splines: positions within 1e-9 m, directions within 1e-8 rad of it. Before and after the course it is
+ * straight.
+ *
  * Pieces of a course are integrated by Gauss-Legendre with four points. Knots of the cubic splines are placed by the
  * fourth derivative (de Boor 1978, chapter V); candidates for the nearest point are refined until they are unambiguous.
  */
@@ -13,6 +18,14 @@
 #include "symbolic/table_function.h"
 #include <math.h>
 #include <string.h>
+
+typedef enum course_result {
+    LAID,
+    MEMORY,
+    LARGE /* more points than KMP_MOST_COURSE_KNOTS */
+} course_result;
+
+enum { SHORTEST = 1, LONGEST = 1000 }; /* of a piece, in mm; of all pieces, in km */
 
 static const double lead = 1;          /* m of straight before and after the course */
 static const double jump = 0.05;       /* m over which curvature changes where it would jump */
@@ -341,10 +354,10 @@ static bool make_tables(kmp_track *t, laying *l)
 
 /* Computes the course of a track: x, y, cant, candidates and length. Radii of curves are larger than its gauge, pieces
  * and their sum within the limits above. */
-static kmp_course_result course_lay(kmp_track *t)
+static course_result course_lay(kmp_track *t)
 {
     laying l = {.track = t};
-    kmp_course_result result = KMP_COURSE_MEMORY;
+    course_result result = MEMORY;
     t->length = 0;
     for (int k = 0; k < t->course_count; k++)
         t->length += t->course[k].length;
@@ -353,9 +366,9 @@ static kmp_course_result course_lay(kmp_track *t)
         add_sections(&l);
         l.knots = 1 + count_all(&l, KMP_MOST_COURSE_KNOTS);
         if (l.knots > KMP_MOST_COURSE_KNOTS)
-            result = KMP_COURSE_LARGE;
+            result = LARGE;
         else if (make_tables(t, &l) && choose_candidates(t, &l.arena))
-            result = KMP_COURSE_LAID;
+            result = LAID;
     }
     kmp_arena_free(&l.arena);
     return result;
@@ -424,9 +437,9 @@ static bool read_piece(const reading *c, const kmp_yaml *map, kmp_course_piece *
     const char *kind = kmp_course_words[piece->kind];
     if (!node || !read_length(c, node, kind, &piece->length))
         return false;
-    if (!(piece->length * 1000 >= KMP_COURSE_SHORTEST))
+    if (!(piece->length * 1000 >= SHORTEST))
         return kmp_reader_complain(c->r, node->place, "%s of %s must be at least %d mm long, not %.9g m", kind, c->what,
-                                   KMP_COURSE_SHORTEST, piece->length);
+                                   SHORTEST, piece->length);
     bool curve = piece->kind == KMP_COURSE_LEFT || piece->kind == KMP_COURSE_RIGHT;
     for (int k = 0; k < 2 && !curve; k++) {
         const char *key = k ? "cant" : "radius";
@@ -470,10 +483,9 @@ static bool check_length(kmp_reader *r, const kmp_yaml *list, const char *what, 
     double length = 0;
     for (int k = 0; k < t->course_count; k++)
         length += t->course[k].length;
-    if (length <= 1000.0 * KMP_COURSE_LONGEST)
+    if (length <= 1000.0 * LONGEST)
         return true;
-    return kmp_reader_complain(r, list->place, "%s is %.9g m long: at most %d km are allowed", what, length,
-                               KMP_COURSE_LONGEST);
+    return kmp_reader_complain(r, list->place, "%s is %.9g m long: at most %d km are allowed", what, length, LONGEST);
 }
 
 void kmp_read_course(kmp_reader *r, const kmp_yaml *list, const char *what, kmp_track *track)
@@ -492,11 +504,11 @@ void kmp_read_course(kmp_reader *r, const kmp_yaml *list, const char *what, kmp_
     track->course_count = list->count;
     if (list->count == 0 || !check_joints(r, list, whole, track) || !check_length(r, list, whole, track))
         return;
-    kmp_course_result result = course_lay(track);
-    if (result == KMP_COURSE_LARGE)
+    course_result result = course_lay(track);
+    if (result == LARGE)
         kmp_reader_complain(r, list->place, "%s has too much curvature: its line would have more than %d points", whole,
                             KMP_MOST_COURSE_KNOTS);
-    else if (result == KMP_COURSE_MEMORY)
+    else if (result == MEMORY)
         r->scratch.failed = true;
-    track->curved = result == KMP_COURSE_LAID;
+    track->curved = result == LAID;
 }

@@ -1,5 +1,4 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Tracks: two rails, and their positions. */
 #pragma once
 
 #include "model/data/wheels.h"

@@ -1,5 +1,4 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Wheels on rails: each becomes a force, and where its contact is rigid a closure, of its name. */
 #pragma once
 
 #include "model/data/wheels.h"

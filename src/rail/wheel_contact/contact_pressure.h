@@ -1,6 +1,4 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The pressures of a patch in a state that is found: the gap over the plane of the contact, then its contact under
- * the normal force of the patch, by strips, and from that on a grid. */
 #pragma once
 
 #include "model/data/wheels.h"

@@ -1,6 +1,4 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Tables at equal error; remarks on the runs, a line for each method and kind: incomplete runs, and anomalies of
- * complete ones. Then the recommended method, by the rules in docs/compare.md, and the measurements that support it. */
 #pragma once
 
 #include "studies/compare/compare_study.h"

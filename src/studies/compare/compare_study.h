@@ -4,7 +4,7 @@
 
 #include "integrators/run/run.h"
 #include "output/print.h"
-#include "output/times.h"
+#include "output/reference.h"
 #include "output/verdict.h"
 #include <kempe/check.h>
 #include <kempe/compare.h>

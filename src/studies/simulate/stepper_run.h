@@ -1,7 +1,4 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The public stepper: a runner, and its current row; its inputs; its state, set, saved, restored, copied; other
- * values of parameters. A restored stepper makes its runner anew from the saved numbers alone, so that nothing of
- * what happened in between remains. */
 #pragma once
 
 #include "studies/simulate/trajectory.h"

@@ -3,11 +3,25 @@
  * order. */
 #pragma once
 
+#include "base/text.h"
 #include "integrators/run/recording.h"
+#include "model/data/past_signals.h"
 #include "output/convergence.h"
-#include "output/times.h"
+#include "output/reference.h"
+#include "output/samples.h"
 #include "output/verdict.h"
 #include "studies/simulate/run_judge.h"
+
+/** Appends the lines that a checkpoint of this system begins with. */
+kempe_status kmp_checkpoint_head(const kempe_system *system, kmp_text *text);
+
+/** Appends the last line: the checksum of the `length` bytes before it. */
+void kmp_checkpoint_end(kmp_text *text, const char *s, size_t length);
+
+/** Replaces the samples by the rows of the file, and the past (NULL of a model without continuous delays), which
+ * reaches the last of them. KEMPE_E_IO; KEMPE_E_INPUT when it is of another model or spoilt, with file:line:column;
+ * both are then as they were. */
+kempe_status kmp_checkpoint_read(const kempe_system *system, const char *path, kmp_samples *samples, kmp_past **past);
 
 /** All that a simulation needs until it is done. */
 typedef struct kmp_simulation {
