@@ -42,13 +42,6 @@ typedef struct grid {
 
 static const int entry_row[6] = {0, 1, 2, 0, 0, 1}, entry_column[6] = {0, 1, 2, 1, 2, 2};
 
-static double longest_side(const kmp_mesh *mesh, double low[3])
-{
-    double high[3];
-    kmp_mesh_box(mesh, low, high);
-    return fmax(high[0] - low[0], fmax(high[1] - low[1], high[2] - low[2]));
-}
-
 /* Numbers the cells in the order of their vertices; a key has ten bits for each direction. */
 static int number_of(grid *g, uint32_t key)
 {
@@ -170,7 +163,9 @@ bool kmp_mesh_thin(kmp_arena *arena, const kmp_mesh *mesh, int most, kmp_mesh *t
     g.key = KMP_NEW(uint32_t, g.slots);
     g.slot = KMP_NEW(int, g.slots);
     bool good = g.cell_of && g.key && g.slot;
-    double longest = longest_side(mesh, g.low);
+    double corner[3];
+    kmp_mesh_box(mesh, g.low, corner);
+    double longest = fmax(corner[0] - g.low[0], fmax(corner[1] - g.low[1], corner[2] - g.low[2]));
     int low = 1, high = FINEST; /* low has few enough */
     while (good && high - low > 1) {
         int middle = (low + high) / 2;

@@ -93,7 +93,11 @@ static void put_part(kmp_text *text, const kmp_sheet *sheet, const char *line)
     } else if (is_mark(line, "<!--STYLE-->")) {
         put_lines(text, kmp_report_css);
     } else if (is_mark(line, "<!--BODY-->")) {
-        put_lines(text, sheet->body);
+        for (const char *const *body = sheet->body; *body; body++)
+            if (is_mark(*body, "<!--STAGE-->"))
+                put_lines(text, kmp_stage_html);
+            else
+                kmp_text_put(text, *body);
     } else if (is_mark(line, "/*SCRIPT*/")) {
         for (const char *const *const *script = sheet->scripts; *script; script++)
             put_lines(text, *script);

@@ -667,16 +667,6 @@ static double roll(const roller *r, double steepness, double *before)
 
 /* -- all --------------------------------------------------------------------------------------------------- */
 
-static bool make(roller *r, kmp_arena *arena, double **before)
-{
-    ptrdiff_t cells = (ptrdiff_t)r->rows * r->columns;
-    return KMP_ARENA_MAKE(arena, KMP_ROOM(double, (ptrdiff_t)r->rows *(2 * r->columns - 1), &r->xx, &r->xy, &r->yy),
-                          KMP_ROOM(int, r->rows, &r->first, &r->end),
-                          KMP_ROOM(double, cells, &r->bound, &r->p.x, &r->p.y, &r->last.x, &r->last.y, &r->ahead.x,
-                                   &r->ahead.y, &r->u.x, &r->u.y, &r->rigid.x, &r->rigid.y, &r->fixed.x, &r->fixed.y),
-                          KMP_ROOM(double, 2 * cells, before));
-}
-
 static kempe_creep_force sum_of(const roller *r, const kmp_rolling *s, double x0, double y0)
 {
     kempe_creep_force f = {{0, 0}, 0, 0};
@@ -700,7 +690,12 @@ kmp_half_space_result kmp_half_space_roll(const kmp_strip_gap *gap, const kmp_ha
 {
     roller r = {.rows = gap->count, .columns = normal->columns, .dx = normal->dx, .dy = gap->step};
     double *before;
-    if (!make(&r, arena, &before))
+    ptrdiff_t cells = (ptrdiff_t)r.rows * r.columns;
+    if (!KMP_ARENA_MAKE(arena, KMP_ROOM(double, (ptrdiff_t)r.rows *(2 * r.columns - 1), &r.xx, &r.xy, &r.yy),
+                        KMP_ROOM(int, r.rows, &r.first, &r.end),
+                        KMP_ROOM(double, cells, &r.bound, &r.p.x, &r.p.y, &r.last.x, &r.last.y, &r.ahead.x, &r.ahead.y,
+                                 &r.u.x, &r.u.y, &r.rigid.x, &r.rigid.y, &r.fixed.x, &r.fixed.y),
+                        KMP_ROOM(double, 2 * cells, &before)))
         return KMP_HALF_SPACE_MEMORY;
     /* Bounds of the tractions, rigid slips of a step, and the ends of each row of cells in contact. */
     for (int j = 0; j < r.rows; j++)

@@ -171,16 +171,6 @@ unsigned kmp_sets_derive(unsigned wanted)
 
 /* -- entries ----------------------------------------------------------------------------------------- */
 
-static void put_set(kmp_assignment *a, const kmp_set *set)
-{
-    for (int i = 0; i < set->rows; i++)
-        if (set->columns)
-            for (int k = 0; k < (set->lower ? i + 1 : set->columns); k++)
-                *a++ = (kmp_assignment){set->name, i, k, set->entries[i * set->columns + k]};
-        else
-            *a++ = (kmp_assignment){set->name, i, -1, set->entries[i]};
-}
-
 int kmp_sets_size(const kmp_equations *eq, unsigned wanted)
 {
     int size = 0;
@@ -197,8 +187,12 @@ void kmp_sets_put(const kmp_equations *eq, unsigned wanted, kmp_assignment *entr
         kmp_set set = kmp_set_of(eq, k);
         if (!(wanted & 1u << k))
             continue;
-        put_set(entries, &set);
-        entries += kmp_set_size(&set);
+        for (int i = 0; i < set.rows; i++)
+            if (set.columns)
+                for (int j = 0; j < (set.lower ? i + 1 : set.columns); j++)
+                    *entries++ = (kmp_assignment){set.name, i, j, set.entries[i * set.columns + j]};
+            else
+                *entries++ = (kmp_assignment){set.name, i, -1, set.entries[i]};
     }
 }
 
