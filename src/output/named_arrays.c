@@ -106,8 +106,6 @@ static kempe_status mat_write(kempe_context *context, const kmp_arrays *arrays, 
 /* Arrays in NumPy's format 1.0 (numpy.lib.format), row by row, in a zip archive. Words are fixed-width text of
  * 32-bit characters; characters beyond ASCII become '?'. */
 
-/* -- arrays ------------------------------------------------------------------------------------------ */
-
 /* Appends a header; `type` as NumPy writes it. */
 static void put_head(kmp_text *text, const kmp_named_array *of, const char *type)
 {

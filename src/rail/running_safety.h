@@ -6,7 +6,7 @@
 #include "base/json.h"
 #include "integrators/run/recording.h"
 #include "model/data/model.h"
-#include "studies/simulate/run_judge.h"
+#include "studies/simulate/trajectory.h"
 
 /** A value with its time, s. NaN: unknown. */
 typedef struct kmp_safety_value {

@@ -164,8 +164,6 @@ kempe_status kmp_vehicle_comfort(const kempe_trajectory *t, kempe_comfort **comf
     return KEMPE_OK;
 }
 
-/* -- all ---------------------------------------------------------------------------------------------- */
-
 void kmp_vehicle_drawing(kmp_json *json, const kempe_trajectory *run, const kempe_comfort *comfort)
 {
     const kmp_running_safety *s = run ? run->judged : NULL;

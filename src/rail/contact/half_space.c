@@ -219,8 +219,6 @@ static double overlap(const press *p, double approach)
     return scale * sum;
 }
 
-/* -- both ------------------------------------------------------------------------------------------------- */
-
 /* All of `pressed` but the approach, from the strips. Returns the sum of their loads, N. */
 static double strips_sum(const kmp_strip_gap *gap, const kmp_strip *strip, kmp_normal_load_patch *pressed)
 {
@@ -427,8 +425,6 @@ static double solve(grid *g, int *iterations)
     }
     return changed <= SETTLED || last == 0 ? approach : NAN;
 }
-
-/* -- in and out ---------------------------------------------------------------------------------------- */
 
 static kmp_strip strip_of(const grid *g, const kmp_half_space *s, int j)
 {
@@ -664,8 +660,6 @@ static double roll(const roller *r, double steepness, double *before)
     }
     return sum > 0 ? changed / sum : 0;
 }
-
-/* -- all --------------------------------------------------------------------------------------------------- */
 
 static kempe_creep_force sum_of(const roller *r, const kmp_rolling *s, double x0, double y0)
 {

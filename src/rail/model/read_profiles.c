@@ -302,8 +302,6 @@ static void leave_out_hidden(const source *s)
     p->count = last - first + 1;
 }
 
-/* -- all ---------------------------------------------------------------------------------------------- */
-
 static bool known_ending(source *s, const kmp_yaml *node)
 {
     static const struct {

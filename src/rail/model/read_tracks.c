@@ -193,8 +193,6 @@ double kmp_wave_spectrum_density(int kind, kmp_irregularity what, double frequen
     }
 }
 
-/* -- phases -------------------------------------------------------------------------------------- */
-
 /* SplitMix64 (Steele, Lea and Flood 2014). */
 static uint64_t next_random(uint64_t *state)
 {

@@ -664,8 +664,6 @@ static void space_zones(const reading *w)
         w->r->scratch.failed = true;
 }
 
-/* -- the whole ----------------------------------------------------------------------------------- */
-
 static void read_wheel(const reading *w)
 {
     kmp_reader *r = w->r;

@@ -112,8 +112,6 @@ static kmp_ref irregularity(const kmp_tree *tree, const kmp_track *track, kmp_ir
     return table ? kmp_table_at(tree->graph, kmp_graph_add_table(tree->graph, table), along) : KMP_ZERO;
 }
 
-/* -- the track ------------------------------------------------------------------------------------- */
-
 void kmp_track_at(const kmp_tree *tree, const kmp_track *track, kmp_vec point, kmp_track_place *place)
 {
     kmp_graph *g = tree->graph;

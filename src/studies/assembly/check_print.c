@@ -654,8 +654,6 @@ static void json_assembled(kmp_json *json, const kempe_check *check)
     kmp_json_put(json, "] }");
 }
 
-/* -- failed assembly --------------------------------------------------------------------------------- */
-
 static void json_obstacle(kmp_json *json, const kempe_check *check)
 {
     const kempe_assembly *a = check->assembly;

@@ -635,8 +635,6 @@ static kempe_status choose_rtols(kempe_comparison *c, const char *list)
     return KEMPE_OK;
 }
 
-/* -- end --------------------------------------------------------------------------------------------- */
-
 /* One successful run makes a comparison; without one, the first failure gives its reason. */
 static kempe_status conclude(kmp_compare_job *j)
 {

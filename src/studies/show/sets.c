@@ -256,8 +256,6 @@ kempe_status kmp_tally_sets(const kempe_model *model, const kmp_derivation_reque
     return ok ? KEMPE_OK : kmp_fail_memory(model->context);
 }
 
-/* -- entries as assignments --------------------------------------------------------------------------- */
-
 /* -- assignments ----------------------------------------------------------------------------------------- */
 
 /* Graph outputs as scalar assignments for reading: an auxiliary variable for each expression that is used more than

@@ -53,8 +53,6 @@ static bool is_repeated(const kempe_model *model, int output)
     return false;
 }
 
-/* -- the columns ------------------------------------------------------------------------------------- */
-
 static void add_column(kmp_columns *columns, kmp_text *name, const char *unit, kmp_column of)
 {
     int k = columns->count++;
@@ -356,8 +354,6 @@ struct kempe_outputs {
     double *rate;  /* n */
     double *slope; /* count x n, and count: J and jdqd */
 };
-
-/* -- the program ------------------------------------------------------------------------------------- */
 
 /* J by q, of outputs that depend on rates by qd; jdqd is the second, or the first, total derivative by time. */
 static void differentiate(kempe_outputs *o, const kmp_equations *eq, int count, const kmp_ref *value, kmp_ref *slope)
