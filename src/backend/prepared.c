@@ -166,18 +166,6 @@ static bool code_load(kmp_code *code, kmp_arena *arena, const void *bytes, size_
     return code->segment;
 }
 
-/* Writes them as machine code; where it cannot run, `pages` stays NULL. false: no memory. */
-static bool code_write(kmp_code *code, kmp_layout *l, kmp_x86_form form)
-{
-    uint32_t segments = l->frame->segment_count;
-    kmp_x86 x86 = {.form = form, .expected = USUAL_LENGTH * (size_t)code->start[segments]};
-    code->offset = KMP_ARENA_NEW(&l->frame->arena, uint32_t, segments);
-    bool ok = code->offset && write_segments(code, l, &x86, code->offset) &&
-              code_load(code, &l->frame->arena, x86.code, x86.size, segments, code->offset);
-    kmp_x86_free(&x86);
-    return ok;
-}
-
 void kmp_code_free(kmp_code *code)
 {
     kmp_arena_free(&code->list);
@@ -202,9 +190,18 @@ static bool write_code(kmp_prepared *prepared, const kmp_program *program, kmp_x
 {
     kmp_layout layout = {0};
     kmp_code *code = &prepared->code;
+    kmp_x86 x86 = {.form = form};
     bool ok =
         kmp_layout_init(&layout, &prepared->frame, program, kmp_code_is_straight, 0, &kmp_backend_native, threads) &&
-        kmp_code_list(code, &layout) && code_write(code, &layout, form);
+        kmp_code_list(code, &layout);
+    if (ok) {
+        const uint32_t segments = prepared->frame.segment_count;
+        x86.expected = USUAL_LENGTH * (size_t)code->start[segments];
+        code->offset = KMP_ARENA_NEW(&prepared->frame.arena, uint32_t, segments);
+        ok = code->offset && write_segments(code, &layout, &x86, code->offset) &&
+             code_load(code, &prepared->frame.arena, x86.code, x86.size, segments, code->offset);
+    }
+    kmp_x86_free(&x86);
     kmp_layout_free(&layout);
     kmp_arena_free(&code->list);
     return ok;
