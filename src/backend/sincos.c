@@ -2,7 +2,6 @@
 /* One clone of the lane loop for each width of vectors, with the same bits from each. */
 #include "backend/sincos.h"
 #include "base/clones.h"
-#include "base/simd4.h"
 #include <kempe/runtime.h>
 #include <math.h>
 #include <stddef.h>

@@ -3,7 +3,6 @@
  * values are missing. */
 #include "output/plot.h"
 #include "base/file.h"
-#include "base/memory.h"
 #include "output/result_table.h"
 #include <dlfcn.h>
 #include <kempe/table.h>
