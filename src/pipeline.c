@@ -13,7 +13,6 @@
 #include "model/read/loads.h"
 #include "model/read/reader.h"
 #include "studies/compare/compare_study.h"
-#include "studies/simulate/simulation.h"
 #include "studies/simulate/trajectory.h"
 #include <kempe/check.h>
 #include <kempe/compare.h>

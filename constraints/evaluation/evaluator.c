@@ -7,7 +7,7 @@
  * first two that the caller has selected. Its stages are cut where the inputs become known: constants and charts, then
  * (t, q), then qd, then multipliers. A caller that needs h alone pays for nothing else. */
 #include "constraints/evaluation/evaluator.h"
-#include "backend/lazy_jit.h"
+#include "backend/native.h"
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
 #include "constraints/evaluation/left_tables.h"

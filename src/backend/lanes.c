@@ -1,11 +1,22 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "backend/lanes.h"
-#include "backend/lane_sines.h"
 #include "backend/prepared.h"
+#include "backend/sincos.h"
 #include "base/clones.h"
 #include "base/memory.h"
 #include "base/simd4.h"
 #include <math.h>
+
+/* Copies one value of all lanes. */
+static inline void lanes_copy(size_t width, double *to, const double *from)
+{
+    if (width == 8) /* a constant for the compiler: no call */
+        memcpy(to, from, 8 * sizeof *to);
+    else if (width == 16)
+        memcpy(to, from, 16 * sizeof *to);
+    else
+        memcpy(to, from, width * sizeof *to);
+}
 
 struct kmp_lanes {
     kmp_frame frame;             /* of one instance: positions of values */
@@ -143,7 +154,7 @@ void kmp_lanes_set(kmp_lanes *lanes, kmp_input_kind kind, const double *values)
                 KMP_EIGHT_AT(lanes->v + w * feed->slot + l) = KMP_EIGHT_CONST(values + w * (size_t)feed->index + l);
     }
     for (int k = first; k < end && w % 8 != 0; k++)
-        kmp_lanes_copy(w, lanes->v + f->feeds[k].slot * w, values + f->feeds[k].index * w);
+        lanes_copy(w, lanes->v + f->feeds[k].slot * w, values + f->feeds[k].index * w);
 }
 
 void kmp_lanes_set_one(kmp_lanes *lanes, kmp_input_kind kind, int lane, const double *values)

@@ -69,14 +69,3 @@ void kmp_lanes_gather(kmp_lanes *lanes, int stage, int first, int end);
 
 /** The outputs of a stage that have been gathered: width numbers for each. */
 const double *kmp_lanes_values(const kmp_lanes *lanes, int stage);
-
-/** Copies one value of all lanes. */
-static inline void kmp_lanes_copy(size_t width, double *to, const double *from)
-{
-    if (width == 8) /* a constant for the compiler: no call */
-        memcpy(to, from, 8 * sizeof *to);
-    else if (width == 16)
-        memcpy(to, from, 16 * sizeof *to);
-    else
-        memcpy(to, from, width * sizeof *to);
-}

@@ -3,9 +3,39 @@
  * only by their distance from the first, so that each machine has slots of its own and nothing else. */
 #pragma once
 
-#include "backend/compiled.h"
+#include "backend/layout.h"
+#include "backend/x86/registers.h"
 #include "base/cache/bytes.h"
 #include "symbolic/program_forms.h"
+#include "symbolic/row_code.h"
+
+/** A segment's arithmetic on all slots, of which each has as many doubles as the form. */
+typedef void kmp_routine(double *v);
+
+typedef struct kmp_code {
+    kmp_arena list; /* of the next two */
+    kmp_straight *operations;
+    uint32_t *start; /* first operation of each segment, and the end */
+    void *pages;     /* NULL: the system does not let code run */
+    size_t size;
+    kmp_routine **segment; /* in the frame's arena; NULL: it has no arithmetic */
+    uint32_t *offset;      /* of each in the code, there too */
+} kmp_code;
+
+/** True if an instruction is straight-line arithmetic of this back end: for kmp_layout_init. */
+bool kmp_code_is_straight(const kmp_instruction *in);
+
+/** The operation of such an instruction. */
+kmp_x86_op kmp_code_op(const kmp_instruction *in);
+
+/** Lists the operations, of a layout made with that. false: no memory; kmp_code_free in any case. */
+bool kmp_code_list(kmp_code *code, kmp_layout *l);
+
+/** Sets a pointer to a function, at `routine`, to that which begins at an offset: C converts the address of an object
+ * only by copying. */
+void kmp_code_at(const void *pages, uint32_t offset, void *routine);
+
+void kmp_code_free(kmp_code *code);
 
 /** A slot that is not zero at the start. */
 typedef struct kmp_slot_start {

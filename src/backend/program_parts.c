@@ -330,16 +330,6 @@ static double try_parts(finder *f, int parts, int threads)
     return duration(f, threads);
 }
 
-static bool begin(finder *f)
-{
-    size_t count = (size_t)f->count;
-    kmp_arena *a = f->arena;
-    KMP_ARENA_MAKE(a, KMP_ROOM(seeds, count, &f->reads, &f->feeds), KMP_ROOM(seeds, f->from, &f->earlier),
-                   KMP_ROOM(uint8_t, count, &f->part, &f->best, &f->wish), KMP_ROOM(int, count, &f->root),
-                   KMP_ROOM(double, count, &f->weight));
-    return !a->failed && number_seeds(f);
-}
-
 /* Numbers the best parts by descending cost: a costly part that begins last would delay all. */
 static void put_costliest_first(finder *f, int parts)
 {
@@ -390,7 +380,10 @@ int kmp_parts_find(kmp_layout *layout, int stage, int threads)
     f->beside = stage > FIRST_STAGE ? BESIDE * f->alone : 0;
     if (f->alone < LEAST)
         return 0;
-    if (!begin(f))
+    KMP_ARENA_MAKE(f->arena, KMP_ROOM(seeds, f->count, &f->reads, &f->feeds), KMP_ROOM(seeds, f->from, &f->earlier),
+                   KMP_ROOM(uint8_t, f->count, &f->part, &f->best, &f->wish), KMP_ROOM(int, f->count, &f->root),
+                   KMP_ROOM(double, f->count, &f->weight));
+    if (f->arena->failed || !number_seeds(f))
         return -1;
     spread_seeds(f);
     /* The cost of each part, and of what two seeds share. */

@@ -1,5 +1,4 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Parts of a stage that do not read each other: the sub-systems of a vehicle, as far as its equations fall apart. */
 #pragma once
 
 #include "backend/layout.h"

@@ -3,7 +3,6 @@
  * halved until each is known by its values. The ends of the short ones limit steps. */
 #include "backend/time_scales.h"
 #include "backend/bounds.h"
-#include "base/memory.h"
 #include "dynamics/kinematics/kinematics_numbers.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "model/data/model.h"

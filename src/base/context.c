@@ -291,17 +291,12 @@ void kempe_context_clear_interrupt(kempe_context *context)
 }
 
 /* A request made while the computation is ending has no further effect. */
-static bool takes_interrupt(kempe_context *context)
+bool kmp_interrupted(kempe_context *context)
 {
     int state = ASKED;
     return atomic_compare_exchange_strong_explicit(&context->interrupt, &state, TAKEN, memory_order_relaxed,
                                                    memory_order_relaxed) ||
-           state == TAKEN;
-}
-
-bool kmp_interrupted(kempe_context *context)
-{
-    return takes_interrupt(context) || (context->above && kmp_interrupted(context->above));
+           state == TAKEN || (context->above && kmp_interrupted(context->above));
 }
 
 void kmp_context_begin(kempe_context *context)

@@ -11,7 +11,7 @@ typedef struct kmp_wing {
     const struct kmp_closure_of_wing *closures; /* one without parts ends them (constraints/kinds/kind.h) */
     const struct kmp_law_row *laws;             /* one without a law ends them (dynamics/forces/law.h) */
     const struct kmp_output_of_wing *outputs;   /* one without a function ends them (dynamics/outputs.h) */
-    const struct kmp_run_judge *judge;          /* of results of a run (studies/simulate/run_judge.h) */
+    const struct kmp_run_judge *judge;          /* of results of a run (studies/simulate/trajectory.h) */
 } kmp_wing;
 
 /** NULL ends them. */

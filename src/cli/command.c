@@ -74,7 +74,6 @@ static kempe_status report_as(const cli_job *j, cli_print_fn *print, const void 
     return status;
 }
 
-/* Prints text on stdout unless the JSON goes there, and the JSON where it was requested. */
 kempe_status cli_report(const cli_job *j, cli_print_fn *print, const void *object)
 {
     const char *json = j->settings->json;
@@ -89,7 +88,6 @@ kempe_status cli_report(const cli_job *j, cli_print_fn *print, const void *objec
     return status;
 }
 
-/* The status of the computation counts; when that was fine, the status of telling about it. */
 kempe_status cli_worse(kempe_status computed, kempe_status reported)
 {
     if (computed < 0 || reported == KEMPE_OK)
@@ -135,7 +133,6 @@ static kempe_status report_failure(const cli_job *j, const char *word, const cha
     return status;
 }
 
-/* Prints the error message, and writes a JSON object also when there is no result to print. */
 void cli_report_failure(const cli_job *j, kempe_status status, bool has_result)
 {
     static const char stopped[] = "interrupted before a result was available";

@@ -64,6 +64,9 @@ typedef struct option {
 #define VALUE(kind, member) OPTION_##kind, offsetof(cli_settings, member)
 #define TEXT(member)        VALUE(TEXT, member)
 #define FLAG(member)        VALUE(FLAG, member), NULL
+#define PAGE(words)         IN_OUTPUT, "report", VALUE(PAGE, report), "FILE", "write an HTML page: " words
+#define DRAWING(words)      IN_OUTPUT, "svg", VALUE(PICTURE, svg), "FILE", "draw " words
+#define LOADS               "loads of joints that redundant constraints share: least-norm (default: those of one solution)"
 #define BACKENDS            "evaluator of the equations: native machine code (default), or tape, an interpreter"
 
 static const option options[] = {
@@ -133,10 +136,8 @@ static const option options[] = {
      "prescribed motion: t, q.NAME, qd.NAME, qdd.NAME (default: the drives, or else the start)"},
     {CLI_INVERSE, IN_MODEL, "weights", TEXT(inverse.weights), "NAME=W,..",
      "weights of the actuators of a redundantly actuated mechanism (default: 1)"},
-    {CLI_INVERSE, IN_RUN, "loads", TEXT(inverse.loads), "NAME",
-     "loads of joints that redundant constraints share: least-norm (default: those of one solution)"},
-    {CLI_EQUILIBRIUM, IN_RUN, "loads", TEXT(equilibrium.loads), "NAME",
-     "loads of joints that redundant constraints share: least-norm (default: those of one solution)"},
+    {CLI_INVERSE, IN_RUN, "loads", TEXT(inverse.loads), "NAME", LOADS},
+    {CLI_EQUILIBRIUM, IN_RUN, "loads", TEXT(equilibrium.loads), "NAME", LOADS},
     {CLI_INVERSE, IN_MODEL, "independent", TEXT(inverse.independent), "NAME,..",
      "without a motion: coordinates that have no acceleration at the start"},
     {CLI_INVERSE, IN_RUN, "t-end", VALUE(TIME, inverse.t_end), "T", "end of the motion, s"},
@@ -357,27 +358,20 @@ static const option options[] = {
     {CLI_VIEW, IN_OUTPUT, "report", VALUE(PAGE, report), "FILE",
      "write the page of a model to this file (default: one in the folder of temporary files)"},
     {CLI_ASSEMBLE | CLI_KINEMATICS | CLI_EQUILIBRIUM | CLI_INVERSE | CLI_RESPONSE | CLI_ENSEMBLE | CLI_GATHER,
-     IN_OUTPUT, "report", VALUE(PAGE, report), "FILE",
-     "write an HTML page: the mechanism, and the result as curves and text"},
-    {CLI_FIT, IN_OUTPUT, "report", VALUE(PAGE, report), "FILE",
-     "write an HTML page: the mechanism moving, the data as points on the fitted motion, residuals below"},
-    {CLI_OPTIMIZE, IN_OUTPUT, "report", VALUE(PAGE, report), "FILE",
-     "write an HTML page: the mechanism moving at the optimum, its outputs over time, the searches"},
-    {CLI_SIMULATE, IN_OUTPUT, "report", VALUE(PAGE, report), "FILE",
-     "write an HTML page: the mechanism moving, time histories of all outputs, accuracy of the run"},
-    {CLI_KINEMATICS, IN_OUTPUT, "svg", VALUE(PICTURE, svg), "FILE", "draw the paths of the position outputs"},
-    {CLI_CONTACT, IN_OUTPUT, "svg", VALUE(PICTURE, svg), "FILE", "draw the contact positions, creepages and forces"},
+     PAGE("the mechanism, and the result as curves and text")},
+    {CLI_FIT, PAGE("the mechanism moving, the data as points on the fitted motion, residuals below")},
+    {CLI_OPTIMIZE, PAGE("the mechanism moving at the optimum, its outputs over time, the searches")},
+    {CLI_SIMULATE, PAGE("the mechanism moving, time histories of all outputs, accuracy of the run")},
+    {CLI_KINEMATICS, DRAWING("the paths of the position outputs")},
+    {CLI_CONTACT, DRAWING("the contact positions, creepages and forces")},
     {CLI_LINEARIZE, IN_OUTPUT, "output", VALUE(ARRAYS, output), "FILE",
      "write matrices and names: .npz for NumPy, .mat for MATLAB and Octave"},
-    {CLI_RESPONSE, IN_OUTPUT, "svg", VALUE(PICTURE, svg), "FILE", "draw amplitudes and phases"},
-    {CLI_MODES, IN_OUTPUT, "svg", VALUE(PICTURE, svg), "FILE",
-     "draw the sweep: root locus and frequencies over the swept value"},
-    {CLI_CYCLES, IN_OUTPUT, "svg", VALUE(PICTURE, svg), "FILE",
-     "draw the bifurcation diagram: amplitudes over the parameter, .svg or .png"},
-    {CLI_CYCLES, IN_OUTPUT, "report", VALUE(PAGE, report), "FILE", "write an HTML page: the diagram and the result"},
-    {CLI_MODES, IN_OUTPUT, "report", VALUE(PAGE, report), "FILE", "write an HTML page: the mode shapes as animations"},
-    {CLI_COMPARE, IN_OUTPUT, "report", VALUE(PAGE, report), "FILE",
-     "write an HTML page: recommendation, diagrams, animation of the mechanism"},
+    {CLI_RESPONSE, DRAWING("amplitudes and phases")},
+    {CLI_MODES, DRAWING("the sweep: root locus and frequencies over the swept value")},
+    {CLI_CYCLES, DRAWING("the bifurcation diagram: amplitudes over the parameter, .svg or .png")},
+    {CLI_CYCLES, PAGE("the diagram and the result")},
+    {CLI_MODES, PAGE("the mode shapes as animations")},
+    {CLI_COMPARE, PAGE("recommendation, diagrams, animation of the mechanism")},
     {CLI_CHECK, IN_OUTPUT, "all", FLAG(all),
      "also dependent sets, removable closures, pivots, alternatives, blocks and the ranges of all coordinates"},
     {CLI_ALL & ~(CLI_SHOW | CLI_GENERATE | CLI_COMPARE | CLI_NEW | CLI_FMU), IN_OUTPUT, "angle-unit", TEXT(angle_unit),
@@ -652,30 +646,26 @@ bool cli_options_read(unsigned command, const char *command_name, int count, cha
     return true;
 }
 
-static void print_group(unsigned command, option_group group, FILE *out)
-{
-    bool any = false;
-    for (const option *o = options; o < options + OPTION_COUNT; o++) {
-        if (!(o->commands & command) || o->group != group)
-            continue;
-        if (!any)
-            fprintf(out, "\n%s:\n", groups[group]);
-        any = true;
-        char left[40];
-        snprintf(left, sizeof left, "--%s%s%s", o->name, o->value ? " " : "", o->value ? o->value : "");
-        if (letter_of(o))
-            fprintf(out, "  -%c, %-25s", letter_of(o), left);
-        else
-            fprintf(out, "      %-25s", left);
-        for (const char *c = o->help; *c; c++)
-            if (*c != '`') /* marks words in pages */
-                fputc(*c, out);
-        fputc('\n', out);
-    }
-}
-
 void cli_options_print(unsigned command, FILE *out)
 {
-    for (option_group group = 0; group < OPTION_GROUPS; group++)
-        print_group(command, group, out);
+    for (option_group group = 0; group < OPTION_GROUPS; group++) {
+        bool any = false;
+        for (const option *o = options; o < options + OPTION_COUNT; o++) {
+            if (!(o->commands & command) || o->group != group)
+                continue;
+            if (!any)
+                fprintf(out, "\n%s:\n", groups[group]);
+            any = true;
+            char left[40];
+            snprintf(left, sizeof left, "--%s%s%s", o->name, o->value ? " " : "", o->value ? o->value : "");
+            if (letter_of(o))
+                fprintf(out, "  -%c, %-25s", letter_of(o), left);
+            else
+                fprintf(out, "      %-25s", left);
+            for (const char *c = o->help; *c; c++)
+                if (*c != '`') /* marks words in pages */
+                    fputc(*c, out);
+            fputc('\n', out);
+        }
+    }
 }

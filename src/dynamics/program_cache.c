@@ -3,7 +3,7 @@
  * model's bytes and of the algorithm, so that a file can be stale but not wrong. Programs for a choice of coordinates
  * are kept up to a number of choices. */
 #include "dynamics/program_cache.h"
-#include "base/cache/build_identity.h"
+#include "base/cache/cache_files.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "model/data/model.h"

@@ -5,7 +5,8 @@
 #include "model/data/carried.h"
 #include "model/data/closure_table.h"
 #include "model/data/force_table.h"
-#include "model/data/model.h"
+#include "model/data/pose.h"
+#include "output/plot.h"
 #include <math.h>
 #include <string.h>
 
@@ -187,3 +188,298 @@ bool kmp_drawing_init(kmp_drawing *drawing, const kempe_model *model, int most_b
 }
 
 KMP_CLEARS(kmp_drawing, drawing, kmp_arena_free(&drawing->arena))
+
+/* -- a picture of the mechanism -------------------------------------------------------------------------- */
+
+/* A mechanism whose points are in a plane of the axes is seen from its front, any other one from above and aside. */
+
+enum { MOST_BODIES = 350, ZIGZAGS = 12 };
+
+/* Range along an axis, of the largest one, below which all points are in a plane. */
+#define FLAT 1e-3
+/* Radians about the vertical, and downwards. */
+#define ASIDE 0.6
+#define ABOVE 0.4
+/* Parts of the picture's size: space at its edge, thickness of a bar, of a line, radius of a joint, size of a pin,
+ * width of a spring, length of a guide. */
+#define EDGE  0.14
+#define BAR   0.03
+#define LINE  0.012
+#define JOINT 0.02
+#define PIN   0.05
+#define COIL  0.03
+#define GUIDE 0.3
+#define BLOCK 0.2
+
+typedef struct place {
+    double x, y;
+} place;
+
+typedef struct picture {
+    kmp_text *svg;
+    kmp_drawing drawing;
+    kmp_pose *poses;
+    place *at, *hull;              /* of each mark; of a body */
+    double right[3], up[3];        /* of the viewer */
+    double size, scale, middle[2]; /* pixels; pixels a metre; in the viewer's axes */
+} picture;
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void cross(const double a[3], const double b[3], double out[3])
+{
+    for (int i = 0; i < 3; i++)
+        out[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+}
+
+static void make_unit(double v[3])
+{
+    const double length = sqrt(dot(v, v));
+    for (int i = 0; i < 3; i++)
+        v[i] /= length;
+}
+
+static void to_ground(const picture *p, int body, const double at[3], double out[3])
+{
+    const kmp_pose *pose = &p->poses[body];
+    for (int i = 0; i < 3; i++)
+        out[i] = pose->p[i] + dot(pose->r[i], at);
+}
+
+static place see(const picture *p, int body, const double at[3])
+{
+    double v[3];
+    to_ground(p, body, at, v);
+    return (place){p->size / 2 + p->scale * (dot(v, p->right) - p->middle[0]),
+                   p->size / 2 - p->scale * (dot(v, p->up) - p->middle[1])};
+}
+
+/* -- the viewer -------------------------------------------------------------------------------------- */
+
+/* The axis that all points are perpendicular to; -1: none. z before y and x. */
+static int find_plane(const picture *p)
+{
+    double range[3], largest = 0;
+    for (int i = 0; i < 3; i++) {
+        double low = INFINITY, high = -INFINITY;
+        for (int k = 0; k < p->drawing.mark_count; k++) {
+            double v[3];
+            to_ground(p, p->drawing.marks[k].body, p->drawing.marks[k].at, v);
+            low = fmin(low, v[i]);
+            high = fmax(high, v[i]);
+        }
+        range[i] = high - low;
+        largest = fmax(largest, range[i]);
+    }
+    for (int i = 2; i >= 0; i--)
+        if (!(range[i] > FLAT * largest))
+            return i;
+    return -1;
+}
+
+/* Up is against gravity, otherwise y, and z in space. */
+static void place_viewer(picture *p, const kmp_number g[3])
+{
+    const double gravity[] = {g[0].value, g[1].value, g[2].value};
+    const int plane = find_plane(p);
+    double out[3] = {plane == 0, plane == 1 ? -1 : 0, plane == 2}, weight = sqrt(dot(gravity, gravity));
+    for (int i = 0; i < 3; i++)
+        p->up[i] = weight > 0 ? -gravity[i] / weight : i == (plane == 2 ? 1 : 2);
+    if (plane >= 0 && fabs(p->up[plane]) > 0.5) /* gravity is perpendicular to the plane */
+        for (int i = 0; i < 3; i++)
+            p->up[i] = i == (plane == 2 ? 1 : 2);
+    if (plane < 0) {
+        const double level[3] = {fabs(p->up[0]) < 0.9, fabs(p->up[0]) >= 0.9, 0};
+        double right[3], front[3];
+        cross(level, p->up, front);
+        make_unit(front);
+        cross(p->up, front, right);
+        for (int i = 0; i < 3; i++) {
+            const double aside = cos(ASIDE) * front[i] + sin(ASIDE) * right[i];
+            out[i] = cos(ABOVE) * aside + sin(ABOVE) * p->up[i];
+        }
+    }
+    cross(p->up, out, p->right);
+    make_unit(p->right);
+    cross(out, p->right, p->up);
+    make_unit(p->up);
+}
+
+/* Pixels a metre, so that all points are inside of the edges. */
+static void fit(picture *p)
+{
+    double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY}, range = 0;
+    for (int k = 0; k < p->drawing.mark_count; k++) {
+        double v[3];
+        to_ground(p, p->drawing.marks[k].body, p->drawing.marks[k].at, v);
+        const double seen[] = {dot(v, p->right), dot(v, p->up)};
+        for (int i = 0; i < 2; i++) {
+            low[i] = fmin(low[i], seen[i]);
+            high[i] = fmax(high[i], seen[i]);
+        }
+    }
+    for (int i = 0; i < 2; i++) {
+        p->middle[i] = (low[i] + high[i]) / 2;
+        range = fmax(range, high[i] - low[i]);
+    }
+    p->scale = range > 0 ? (1 - 2 * EDGE) * p->size / range : p->size;
+    for (int k = 0; k < p->drawing.mark_count; k++)
+        p->at[k] = see(p, p->drawing.marks[k].body, p->drawing.marks[k].at);
+}
+
+/* -- parts ------------------------------------------------------------------------------------------- */
+
+static void put_path(const picture *p, const place *points, int count, const char *end)
+{
+    kmp_text_put(p->svg, "<path d=\"");
+    for (int k = 0; k < count; k++)
+        kmp_text_printf(p->svg, "%c%.2f %.2f", k == 0 ? 'M' : 'L', points[k].x, points[k].y);
+    kmp_text_put(p->svg, end);
+}
+
+static void put_line(const picture *p, const place *points, int count, double width, const char *colour)
+{
+    put_path(p, points, count, "\"");
+    kmp_text_printf(p->svg,
+                    " fill=\"none\" stroke=\"%s\" stroke-width=\"%.2f\" stroke-linecap=\"round\" "
+                    "stroke-linejoin=\"round\"/>\n",
+                    colour, width * p->size);
+}
+
+static double turn(place a, place b, place c)
+{
+    return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+}
+
+static bool is_before(place a, place b)
+{
+    return a.x < b.x || (a.x <= b.x && a.y < b.y);
+}
+
+/* The convex hull of `count` points, in order (Andrew 1979); they are sorted. Returns the number of its corners. */
+static int find_hull(place *points, int count, place *hull)
+{
+    int corners = 0;
+    for (int i = 1; i < count; i++)
+        for (int k = i; k > 0 && is_before(points[k], points[k - 1]); k--) {
+            const place swapped = points[k];
+            points[k] = points[k - 1];
+            points[k - 1] = swapped;
+        }
+    for (int side = 0; side < 2; side++) {
+        const int first = corners;
+        for (int i = 0; i < count; i++) {
+            const place next = points[side ? count - 1 - i : i];
+            while (corners >= first + 2 && turn(hull[corners - 2], hull[corners - 1], next) <= 0)
+                corners--;
+            hull[corners++] = next;
+        }
+        corners--; /* the first one of the other side */
+    }
+    return corners > 0 ? corners : 1;
+}
+
+/* Points of a body that make its shape: all but its centre of mass, and that where there are no others. */
+static void put_body(const picture *p, int body)
+{
+    const int all = p->drawing.mark_count;
+    place *own = p->hull, *hull = p->hull + all;
+    int count = 0, centre = -1;
+    for (int k = 0; k < all; k++)
+        if (p->drawing.marks[k].body == body && p->drawing.marks[k].marks & ~(unsigned)KMP_MARK_COM)
+            own[count++] = p->at[k];
+        else if (p->drawing.marks[k].body == body)
+            centre = k;
+    if (centre >= 0 && count < 2)
+        own[count++] = p->at[centre];
+    if (count == 0)
+        return;
+    const int corners = find_hull(own, count, hull);
+    put_path(p, hull, corners, "Z\"");
+    kmp_text_printf(p->svg,
+                    " fill=\"%s\" fill-opacity=\"0.3\" stroke=\"%s\" stroke-width=\"%.2f\" stroke-linejoin=\"round\" "
+                    "stroke-linecap=\"round\"/>\n",
+                    kmp_plot_colour(body - 1), kmp_plot_colour(body - 1), BAR * p->size);
+}
+
+/* The guide of a sliding body, and a block on it. */
+static void put_guide(const picture *p, const kmp_picture_slide *slide)
+{
+    double v[3];
+    const place at = see(p, slide->slider, slide->end);
+    for (int i = 0; i < 3; i++)
+        v[i] = slide->at[i] + slide->axis[i] / p->scale;
+    const place from = see(p, slide->body, slide->at), to = see(p, slide->body, v);
+    const double length = hypot(to.x - from.x, to.y - from.y);
+    if (!(length > 1e-6))
+        return;
+    const double x = GUIDE / 2 * p->size * (to.x - from.x) / length, y = GUIDE / 2 * p->size * (to.y - from.y) / length;
+    const place ends[] = {{at.x - x, at.y - y}, {at.x + x, at.y + y}};
+    put_line(p, ends, 2, LINE, "#8a8f98");
+    const place block[] = {{at.x - BLOCK * x, at.y - BLOCK * y}, {at.x + BLOCK * x, at.y + BLOCK * y}};
+    put_line(p, block, 2, 2 * BAR, kmp_plot_colour(slide->slider - 1));
+}
+
+static void put_pin(const picture *p, place at)
+{
+    const double high = PIN * p->size;
+    const place corners[] = {at, {at.x - 0.6 * high, at.y + high}, {at.x + 0.6 * high, at.y + high}};
+    put_path(p, corners, 3, "Z\" fill=\"#8a8f98\"/>\n");
+}
+
+/* A spring is a zigzag, a rod a line. */
+static void put_connection(const picture *p, const kmp_line *line, bool is_rod)
+{
+    const place a = see(p, line->body[0], line->at[0]), b = see(p, line->body[1], line->at[1]);
+    const double x = b.x - a.x, y = b.y - a.y, length = hypot(x, y), wide = COIL * p->size;
+    place points[ZIGZAGS + 3] = {a, b};
+    int count = 2;
+    if (!is_rod && length > 0) {
+        for (int k = 0; k <= ZIGZAGS; k++) {
+            const double s = 0.15 + 0.7 * k / ZIGZAGS, side = k == 0 || k == ZIGZAGS ? 0 : k % 2 ? wide : -wide;
+            points[k + 1] = (place){a.x + s * x - side * y / length, a.y + s * y + side * x / length};
+        }
+        points[ZIGZAGS + 2] = b;
+        count = ZIGZAGS + 3;
+    }
+    put_line(p, points, count, LINE, "#5d6d7e");
+}
+
+bool kmp_mechanism_picture(kmp_text *svg, const kempe_model *model, const double *q, double size)
+{
+    kmp_arena arena = {0};
+    picture p = {.svg = svg, .size = size};
+    bool ok = kmp_drawing_init(&p.drawing, model, MOST_BODIES) &&
+              KMP_ARENA_MAKE(&arena, KMP_ROOM(kmp_pose, model->body_count, &p.poses),
+                             KMP_ROOM(place, p.drawing.mark_count + 1, &p.at),
+                             KMP_ROOM(place, 3 * (ptrdiff_t)p.drawing.mark_count + 3, &p.hull));
+    if (ok) {
+        kmp_pose_all(model, q, p.poses);
+        place_viewer(&p, model->gravity);
+        fit(&p);
+        kmp_picture_begin(svg, size, size, "");
+        const kmp_drawing *d = &p.drawing;
+        for (int k = 0; k < d->slide_count; k++)
+            put_guide(&p, &d->slides[k]);
+        for (int k = 0; k < d->mark_count; k++)
+            if (d->marks[k].body == 0 && d->marks[k].marks & (KMP_MARK_JOINT | KMP_MARK_CLOSURE))
+                put_pin(&p, p.at[k]);
+        for (int b = 1; b < d->body_count; b++)
+            put_body(&p, b);
+        for (int k = 0; k < d->line_count; k++)
+            put_connection(&p, &d->lines[k], d->is_rod[k]);
+        for (int k = 0; k < d->mark_count; k++)
+            if (d->marks[k].marks & (KMP_MARK_JOINT | KMP_MARK_CLOSURE))
+                kmp_text_printf(p.svg,
+                                "<circle cx=\"%.2f\" cy=\"%.2f\" r=\"%.2f\" fill=\"#fff\" stroke=\"#222\" "
+                                "stroke-width=\"%.2f\"/>\n",
+                                p.at[k].x, p.at[k].y, JOINT * p.size, LINE / 2 * p.size);
+        kmp_picture_end(svg);
+    }
+    kmp_drawing_free(&p.drawing);
+    kmp_arena_free(&arena);
+    return ok && !svg->failed;
+}

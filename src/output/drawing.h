@@ -2,6 +2,7 @@
 /* The drawn parts of a model: the points of each body that make its shape, springs, guides of sliding joints. */
 #pragma once
 
+#include "base/text.h"
 #include "model/data/model.h"
 
 /** Marks at a point, as bits. */
@@ -53,3 +54,6 @@ typedef struct kmp_drawing {
 /** false: no memory. The names are the model's. */
 bool kmp_drawing_init(kmp_drawing *drawing, const kempe_model *model, int most_bodies);
 void kmp_drawing_free(kmp_drawing *drawing);
+
+/** A square picture of `size` pixels at the user's coordinates q. False: no memory. */
+bool kmp_mechanism_picture(kmp_text *svg, const kempe_model *model, const double *q, double size);

@@ -1,16 +1,179 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Arrays as .npz and .mat: a writer for each format, and the choice by the ending of a name. */
 #include "output/named_arrays.h"
 #include "base/file.h"
-#include "output/mat_file.h"
-#include "output/npz.h"
+#include "output/zip_archive.h"
+#include <stdio.h>
 #include <string.h>
+
+/* -- .mat ------------------------------------------------------------------------------------------------ */
+
+/* Arrays in MATLAB's level 5 format, as MATLAB, Octave, SciPy and matio read it (MAT-File Format, The MathWorks,
+ * chapter 1): elements of a type, a number of bytes, and the data filled up to eight bytes. Words are a cell array of
+ * texts. A writer of ours, since matio puts the date into the file: equal results would have unequal bytes. */
+
+/* Types of data, and classes of arrays, with their numbers in the format. */
+enum { INT8 = 1, UINT16 = 4, INT32 = 5, UINT32 = 6, DOUBLE = 9, MATRIX = 14 };
+enum { CELLS = 1, TEXT = 4, NUMBERS = 6 };
+
+/* The largest element, whose size has 32 bits. */
+#define MOST_BYTES 0xffffff00u
+
+/* Columns of an array: 1 for a vector. */
+static int columns_of(const kmp_named_array *array)
+{
+    return array->columns == KMP_ARRAY_VECTOR ? 1 : array->columns;
+}
+
+/* The tag of an element, and its end once the data are there. */
+static size_t begin(kmp_text *text, int type)
+{
+    kmp_put_integer(text, (uint64_t)type, 4);
+    kmp_put_integer(text, 0, 4);
+    return text->length;
+}
+
+static void end(kmp_text *text, size_t data)
+{
+    size_t size = text->length - data;
+    if (text->failed || size > MOST_BYTES) {
+        text->failed = true;
+        return;
+    }
+    kmp_put_little(text->s + data - 4, size, 4);
+    static const char zeros[8];
+    kmp_text_append(text, zeros, (8 - text->length % 8) % 8);
+}
+
+/* An array up to its data. */
+static size_t begin_array(kmp_text *text, int class, const char *name, int rows, int columns)
+{
+    size_t array = begin(text, MATRIX), part = begin(text, UINT32);
+    kmp_put_integer(text, (uint64_t) class, 8);
+    end(text, part);
+    part = begin(text, INT32);
+    kmp_put_integer(text, (uint64_t)rows, 4);
+    kmp_put_integer(text, (uint64_t)columns, 4);
+    end(text, part);
+    part = begin(text, INT8);
+    kmp_text_append(text, name, strlen(name));
+    end(text, part);
+    return array;
+}
+
+/* Characters beyond ASCII become '?', as in .npz. */
+static void put_word(kmp_text *text, const char *word)
+{
+    size_t array = begin_array(text, TEXT, "", *word != '\0', (int)strlen(word)), data = begin(text, UINT16);
+    for (; *word; word++)
+        kmp_put_integer(text, (unsigned char)*word < 128 ? (unsigned char)*word : '?', 2);
+    end(text, data);
+    end(text, array);
+}
+
+static void put_array(kmp_text *text, const kmp_named_array *a)
+{
+    size_t array = begin_array(text, a->values ? NUMBERS : CELLS, a->name, a->rows, columns_of(a));
+    if (a->values) {
+        size_t data = begin(text, DOUBLE), count = (size_t)a->rows * (size_t)columns_of(a);
+        for (size_t k = 0; k < count; k++) {
+            char little[8];
+            kmp_put_double(little, a->values[k]);
+            kmp_text_append(text, little, 8);
+        }
+        end(text, data);
+    } else {
+        for (int k = 0; k < a->rows; k++)
+            put_word(text, a->word[k]);
+    }
+    end(text, array);
+}
+
+/* The arrays in MATLAB's format. */
+static kempe_status mat_write(kempe_context *context, const kmp_arrays *arrays, const char *path)
+{
+    kmp_text text = {0};
+    kmp_text_printf(&text, "%-124s", "MATLAB 5.0 MAT-file, written by Kempe");
+    kmp_put_integer(&text, 0x0100, 2);
+    kmp_text_put(&text, "IM"); /* little-endian */
+    for (int k = 0; k < arrays->count; k++)
+        put_array(&text, &arrays->array[k]);
+    return kmp_file_write(context, path, &text);
+}
+
+/* -- .npz ------------------------------------------------------------------------------------------------ */
+
+/* Arrays in NumPy's format 1.0 (numpy.lib.format), row by row, in a zip archive. Words are fixed-width text of
+ * 32-bit characters; characters beyond ASCII become '?'. */
+
+/* Appends a header; `type` as NumPy writes it. */
+static void put_head(kmp_text *text, const kmp_named_array *of, const char *type)
+{
+    char head[256];
+    int length = snprintf(head + 10, sizeof head - 10,
+                          of->columns >= 0 ? "{'descr': '%s', 'fortran_order': False, 'shape': (%d, %d), }"
+                                           : "{'descr': '%s', 'fortran_order': False, 'shape': (%d,), }",
+                          type, of->rows, of->columns);
+    size_t whole = ((size_t)length + 11 + 63) / 64 * 64;
+    memset(head + 10 + length, ' ', whole - 10 - (size_t)length);
+    for (int i = 0; i < 8; i++)
+        head[i] = "\x93NUMPY\x01\x00"[i];
+    kmp_put_little(head + 8, whole - 10, 2);
+    head[whole - 1] = '\n';
+    kmp_text_append(text, head, whole);
+}
+
+static void put_words(kmp_text *text, const kmp_named_array *of)
+{
+    size_t width = 1;
+    char type[32];
+    for (int k = 0; k < of->rows; k++)
+        width = strlen(of->word[k]) > width ? strlen(of->word[k]) : width;
+    snprintf(type, sizeof type, "<U%zu", width);
+    put_head(text, of, type);
+    for (int k = 0; k < of->rows; k++)
+        for (size_t i = 0, end = strlen(of->word[k]); i < width; i++) {
+            unsigned char c = i < end ? (unsigned char)of->word[k][i] : 0;
+            kmp_put_integer(text, c < 128 ? c : '?', 4);
+        }
+}
+
+static void put_numbers(kmp_text *text, const kmp_named_array *of)
+{
+    put_head(text, of, "<f8");
+    for (int i = 0; i < of->rows; i++)
+        for (int k = 0; k < columns_of(of); k++) {
+            char little[8];
+            kmp_put_double(little, of->values[i + (ptrdiff_t)k * of->rows]);
+            kmp_text_append(text, little, sizeof little);
+        }
+}
+
+/* The arrays in NumPy's format. */
+static kempe_status npz_write(kempe_context *context, const kmp_arrays *arrays, const char *path)
+{
+    kmp_zip zip = {.wide = true};
+    for (int k = 0; k < arrays->count; k++) {
+        kmp_text name = {0};
+        kmp_text_printf(&name, "%s.npy", arrays->array[k].name);
+        kmp_zip_begin(&zip, name.s);
+        if (arrays->array[k].values)
+            put_numbers(&zip.text, &arrays->array[k]);
+        else
+            put_words(&zip.text, &arrays->array[k]);
+        kmp_zip_end_member(&zip);
+        kmp_text_free(&name);
+    }
+    kmp_text text = kmp_zip_end(&zip);
+    return kmp_file_write(context, path, &text);
+}
 
 typedef struct format {
     const char *ending;
     kempe_status (*write)(kempe_context *context, const kmp_arrays *arrays, const char *path);
 } format;
 
-static const format formats[] = {{".npz", kmp_npz_write}, {".mat", kmp_mat_write}};
+static const format formats[] = {{".npz", npz_write}, {".mat", mat_write}};
 
 enum { FORMATS = sizeof formats / sizeof *formats };
 
@@ -30,11 +193,6 @@ void kmp_arrays_matrix(kmp_arrays *arrays, const char *name, int rows, int colum
 {
     static const double none = 0;
     add(arrays, (kmp_named_array){name, rows, columns, values ? values : &none, NULL});
-}
-
-int kmp_array_across(const kmp_named_array *array)
-{
-    return array->columns == KMP_ARRAY_VECTOR ? 1 : array->columns;
 }
 
 static const format *format_of(const char *ending)

@@ -26,9 +26,6 @@ typedef struct kmp_arrays {
 void kmp_arrays_words(kmp_arrays *arrays, const char *name, int count, char *const *word);
 void kmp_arrays_matrix(kmp_arrays *arrays, const char *name, int rows, int columns, const double *values);
 
-/** Columns of an array: 1 for a vector. */
-int kmp_array_across(const kmp_named_array *array);
-
 /** Writes whole or not at all, in the format of the path's ending. KEMPE_E_ARGUMENT: another ending. KEMPE_E_IO. */
 kempe_status kmp_arrays_write(kempe_context *context, const kmp_arrays *arrays, const char *path);
 

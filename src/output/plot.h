@@ -3,6 +3,7 @@
  * in the units of the axes; a value that is not finite, or not positive on a logarithmic axis, leaves a gap. */
 #pragma once
 
+#include "base/context.h"
 #include "base/text.h"
 
 /** Begins a white picture. `style`: CSS of the caller's own classes, in addition to those of plots: `curve` and
@@ -59,3 +60,10 @@ void kmp_curve_end(kmp_plot *plot);
 
 void kmp_plot_dot(const kmp_plot *plot, double x, double y, const char *colour);
 void kmp_plot_cross(const kmp_plot *plot, double x, double y);
+
+/** Writes a picture and frees it in any case: .png, or SVG for every other ending. KEMPE_E_FAILED: a .png where there
+ * is no librsvg. Errors of kmp_file_write. */
+kempe_status kmp_picture_write(kempe_context *context, const char *path, kmp_text *svg);
+
+/** Appends the picture as a PNG. False: there is no librsvg, or it refused; `png` is as it was. */
+bool kmp_picture_png(const kmp_text *svg, kmp_text *png);

@@ -13,7 +13,7 @@
 
 #include "base/context.h"
 #include "base/json.h"
-#include "output/quantity.h"
+#include "output/samples.h"
 #include <kempe/table.h>
 
 /** An empty table; NULL: no memory, which the other functions accept. */

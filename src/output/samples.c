@@ -1,9 +1,117 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Rows of a run in one array that doubles when it is full, and a limit of their number. */
+/* The quantities of a state; rows of a run in one array that doubles when it is full; loads at an instant. */
 #include "output/samples.h"
 #include "base/memory.h"
+#include "dynamics/closures.h"
+#include "dynamics/equations.h"
+#include "dynamics/joint_loads.h"
+#include "model/data/carried.h"
+#include "model/data/model.h"
 #include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
 #include <string.h>
+
+/* -- quantities ------------------------------------------------------------------------------------------ */
+
+const char *kmp_quantity_prefix(kmp_quantity quantity)
+{
+    static const char *const prefix[] = {"q", "qd", "qdd", "lambda", "state"};
+    return prefix[quantity];
+}
+
+int kmp_quantity_size(const kempe_system *system, kmp_quantity quantity)
+{
+    return quantity == KMP_QUANTITY_LAMBDA  ? system->m
+           : quantity == KMP_QUANTITY_STATE ? system->model->state_count
+                                            : kmp_model_coordinates(system->model);
+}
+
+const char *kmp_quantity_name(const kempe_system *system, kmp_quantity quantity, int k)
+{
+    return quantity == KMP_QUANTITY_LAMBDA  ? system->row_names[k]
+           : quantity == KMP_QUANTITY_STATE ? system->model->states[k].name
+                                            : system->model->motions[k].name;
+}
+
+const char *kmp_quantity_unit(const kempe_system *system, kmp_quantity quantity, int k)
+{
+    static const char *const rotation[] = {"rad", "rad/s", "rad/s^2"}, *const slide[] = {"m", "m/s", "m/s^2"};
+    static const char *const multiplier[] = {"N m", "N", "N/m"}; /* energy over the unit of the row */
+    if (quantity == KMP_QUANTITY_STATE || (quantity != KMP_QUANTITY_LAMBDA && kmp_state_of(system->model, k)))
+        return "";
+    if (quantity != KMP_QUANTITY_LAMBDA)
+        return system->model->motions[k].rotation ? rotation[quantity] : slide[quantity];
+    int power = system->rows[k].length_power;
+    return power >= 0 && power <= 2 ? multiplier[power] : "";
+}
+
+const char *kmp_quantity_unit_of(const kempe_system *system, const char *name)
+{
+    for (kmp_quantity quantity = KMP_QUANTITY_Q; quantity <= KMP_QUANTITY_QD; quantity++) {
+        const char *prefix = kmp_quantity_prefix(quantity);
+        size_t length = strlen(prefix);
+        for (int k = 0;
+             strncmp(name, prefix, length) == 0 && name[length] == '.' && k < kmp_model_coordinates(system->model); k++)
+            if (strcmp(name + length + 1, system->model->motions[k].name) == 0)
+                return kmp_quantity_unit(system, quantity, k);
+    }
+    return "";
+}
+
+/* -- summaries ------------------------------------------------------------------------------------------- */
+
+/* Integrals over the range, and the part of it without values. */
+typedef struct sums {
+    double first, last, gaps, values, squares;
+    double before; /* value of the last row, NaN: unknown */
+} sums;
+
+static void add(sums *s, double x, double y)
+{
+    double h = x - s->last;
+    if (isfinite(s->before) && isfinite(y)) {
+        s->values += h / 2 * (y + s->before);
+        s->squares += h / 2 * (y * y + s->before * s->before);
+    } else {
+        s->gaps += h;
+    }
+    s->last = x;
+    s->before = y;
+}
+
+static void reach(kmp_series_summary *all, double x, double y)
+{
+    if (!isfinite(y))
+        return;
+    if (!(y >= all->low)) {
+        all->low = y;
+        all->low_at = x;
+    }
+    if (!(y <= all->high)) {
+        all->high = y;
+        all->high_at = x;
+    }
+}
+
+kmp_series_summary kmp_series_summarise(int rows, const double *x, const double *y, int stride)
+{
+    kmp_series_summary all = {NAN, NAN, NAN, NAN, NAN, NAN};
+    sums s = {0};
+    for (int k = 0; k < rows; k++) {
+        double value = y[(ptrdiff_t)k * stride];
+        reach(&all, x[k], value);
+        if (k == 0)
+            s = (sums){.first = x[k], .last = x[k], .before = value};
+        else
+            add(&s, x[k], value);
+    }
+    double length = s.last - s.first - s.gaps;
+    bool any = length != 0;
+    all.mean = any ? s.values / length : all.high;
+    all.rms = any ? sqrt(s.squares / length) : fabs(all.high);
+    return all;
+}
 
 void kmp_samples_init(kmp_samples *table, int n, int m)
 {
@@ -83,4 +191,54 @@ void kmp_samples_limit(kmp_samples *table, double t_end)
 {
     while (table->rows > 0 && table->t[table->rows - 1] > t_end)
         table->rows--;
+}
+
+/* -- loads ----------------------------------------------------------------------------------------------- */
+
+static kempe_status derive(kmp_all_loads *loads, kmp_equations *eq, const kempe_system *system)
+{
+    const kempe_model *model = system->model;
+    const int closures = KMP_LOAD_VALUES * model->closure_count;
+    kmp_ref *out = KMP_ARENA_NEW(&loads->arena, kmp_ref, closures + KMP_LOAD_VALUES * model->body_count);
+    KMP_TRY(kmp_made(system->context, out && loads->joint));
+    KMP_TRY(kmp_joint_loads_begin(eq, true));
+    for (int k = 0; k < closures; k++)
+        out[k] = kmp_closure_load(&eq->tree, k / KMP_LOAD_VALUES, k % KMP_LOAD_VALUES >= 3).x[k % 3];
+    for (int k = 0; k < KMP_LOAD_VALUES * loads->joints; k++)
+        out[closures + k] =
+            kmp_joint_load(&eq->tree, loads->joint[k / KMP_LOAD_VALUES], k % KMP_LOAD_VALUES >= 3).x[k % 3];
+    if (kmp_joint_loads_end(eq) != KEMPE_OK) {
+        kmp_context_clear(system->context);
+        loads->joints = 0;
+    }
+    bool ok = kmp_formulas_init(&loads->formulas, eq->graph, closures + KMP_LOAD_VALUES * loads->joints, out,
+                                kmp_backend_find("tape"), system->parameters);
+    return kmp_made(system->context, ok);
+}
+
+kempe_status kmp_all_loads_init(kmp_all_loads *loads, const kempe_system *system)
+{
+    const kempe_model *model = system->model;
+    kmp_equations eq;
+    *loads = (kmp_all_loads){0};
+    loads->joint = KMP_ARENA_NEW(&loads->arena, int, model->body_count);
+    for (int b = 1; loads->joint && b < model->body_count; b++)
+        if (!kmp_joint_obstacle(model, b) && !model->bodies[b].coupling &&
+            kmp_name_find(KMP_NAMED(model, closure), model->bodies[b].joint) < 0)
+            loads->joint[loads->joints++] = b;
+    KMP_TRY(kmp_equations_init(&eq, model, KMP_SET_REACTION, KMP_SCHEME_COMPOSITE, false));
+    kempe_status status = derive(loads, &eq, system);
+    kmp_equations_free(&eq);
+    return status;
+}
+
+void kmp_all_loads_free(kmp_all_loads *loads)
+{
+    kmp_formulas_free(&loads->formulas);
+    kmp_arena_free(&loads->arena);
+}
+
+const double *kmp_all_loads_at(kmp_all_loads *loads, const kmp_instant *at)
+{
+    return kmp_formulas_at(&loads->formulas, at);
 }

@@ -1,9 +1,40 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The rows of a run or of a reference: time, q, qd, qdd, lambda, and the work of non-conservative forces so far. Grows
- * as rows come. */
+/* The quantities of a state in tables, references and errors. The rows of a run or of a reference: time, q, qd, qdd,
+ * lambda, and the work of non-conservative forces so far. Grows as rows come. The extreme values, mean and root mean
+ * square of a series. The loads of all joints and loops of a mechanism at an instant. */
 #pragma once
 
-#include "output/quantity.h"
+#include "dynamics/system.h"
+#include "integrators/formulations/evaluation_point.h"
+
+typedef enum kmp_quantity {
+    KMP_QUANTITY_Q,
+    KMP_QUANTITY_QD,
+    KMP_QUANTITY_QDD,
+    KMP_QUANTITY_LAMBDA,
+    KMP_QUANTITIES,
+    KMP_QUANTITY_STATE = KMP_QUANTITIES /* of the rates in a table: those of the motions of states */
+} kmp_quantity;
+
+/** "q", "qd", "qdd", "lambda", "state": the prefix of a column's name. */
+const char *kmp_quantity_prefix(kmp_quantity quantity);
+
+/** Number of entries; name and SI unit of entry k: a coordinate's, a closure row's or a state's. */
+int kmp_quantity_size(const kempe_system *system, kmp_quantity quantity);
+const char *kmp_quantity_name(const kempe_system *system, kmp_quantity quantity, int k);
+const char *kmp_quantity_unit(const kempe_system *system, kmp_quantity quantity, int k);
+
+/** SI unit of a value that is named as a column, q.NAME or qd.NAME; "": another name, a parameter. */
+const char *kmp_quantity_unit_of(const kempe_system *system, const char *name);
+
+/** Extreme values are those of rows, the first of equal ones. Mean and root mean square are integrals over x by the
+ * trapezoidal rule, over its range. All are NaN where no value is known. */
+typedef struct kmp_series_summary {
+    double low, low_at, high, high_at, mean, rms;
+} kmp_series_summary;
+
+/** x ascends or descends; value k is y[k * stride]; values that are not finite leave a gap. */
+kmp_series_summary kmp_series_summarise(int rows, const double *x, const double *y, int stride);
 
 typedef struct kmp_samples {
     int n, m;
@@ -34,3 +65,18 @@ const double *kmp_samples_get(const kmp_samples *table, kmp_quantity quantity, i
 
 /** Forgets the rows after t_end. */
 void kmp_samples_limit(kmp_samples *table, double t_end);
+
+enum { KMP_LOAD_VALUES = 6 }; /* a force, and a moment about the point of the second body, in ground axes */
+
+typedef struct kmp_all_loads {
+    int joints, *joint; /* bodies whose joints have a load of their own, in the order of the model */
+    kmp_formulas formulas;
+    kmp_arena arena;
+} kmp_all_loads;
+
+/** Derives them. Joints of the tree have none where one of them is not known. KEMPE_E_MEMORY. */
+kempe_status kmp_all_loads_init(kmp_all_loads *loads, const kempe_system *system);
+void kmp_all_loads_free(kmp_all_loads *loads);
+
+/** KMP_LOAD_VALUES of each closure, then of each of `joint`; qd and qdd count where there are joints. */
+const double *kmp_all_loads_at(kmp_all_loads *loads, const kmp_instant *at);

@@ -4,9 +4,7 @@
 #include "rail/model/read_tracks.h"
 #include "rail/model/read_wheels.h"
 #include "rail/running_safety.h"
-#include "rail/wheel/wheel_closure.h"
-#include "rail/wheel/wheel_force.h"
-#include "rail/wheel/wheel_outputs.h"
+#include "rail/wheel/wheel_contact.h"
 
 static const char *const sections[] = {"profiles", "tracks", "wheels", NULL};
 

@@ -562,15 +562,19 @@ static kempe_status judge(judging *j, kmp_arena *arena)
     return judge_all(j);
 }
 
-kempe_status kmp_running_safety_of(const kempe_system *system, kmp_recording *recording, const double *static_loads,
-                                   kmp_arena *arena, kmp_running_safety *safety)
+/* Judges a recorded run from samples of its dense output. Without wheels, or without two recorded times, wheels is 0.
+ * Arrays are in the arena. KEMPE_E_MEMORY; other statuses of outputs. */
+static kempe_status judge_run(const kempe_system *system, kmp_recording *recording, const void *before,
+                              kmp_arena *arena, void **verdict)
 {
-    kmp_running_safety found = {.carried = NAN};
+    kmp_running_safety found = {.carried = NAN}, *safety = KMP_ARENA_NEW(arena, kmp_running_safety, 1);
     judging j = {.model = system->model,
                  .recording = recording,
-                 .static_loads = static_loads,
+                 .static_loads = before,
                  .safety = &found,
                  .observed = {.system = system}};
+    *verdict = safety;
+    KMP_TRY(kmp_made(system->context, safety));
     *safety = (kmp_running_safety){.carried = NAN};
     safety->too_long = system->model->wheel_count > 0 && kmp_recording_is_over(recording);
     if (system->model->wheel_count == 0 || !kmp_recording_ends(recording, &j.from, &j.until) || !(j.until > j.from))
@@ -594,8 +598,10 @@ const char *kmp_safety_loads_from(const kmp_running_safety *s)
                        : "unknown: no equilibrium is found, and at the start the wheels do not carry the weight";
 }
 
-void kmp_running_safety_show(kmp_text *text, const kempe_model *model, const kmp_running_safety *s)
+/* A paragraph; nothing without wheels. */
+static void show_verdict(kmp_text *text, const kempe_model *model, const void *verdict)
 {
+    const kmp_running_safety *s = verdict;
     int width = 5;
     if (s->too_long)
         kmp_text_put(text, "running   safety is not judged: the dense output of the run takes too much memory; use a "
@@ -657,8 +663,10 @@ static void json_kept(kmp_json *json, double value, double limit)
         kmp_json_string(json, "kept", NULL);
 }
 
-void kmp_running_safety_json(kmp_json *json, const kempe_model *model, const kmp_running_safety *s)
+/* The member running_safety; none without wheels. */
+static void json_verdict(kmp_json *json, const kempe_model *model, const void *verdict)
 {
+    const kmp_running_safety *s = verdict;
     if (s->too_long)
         kmp_json_put(json, "running_safety { too_long %i }", true);
     if (s->wheels == 0)
@@ -770,9 +778,10 @@ static kempe_status find(const kempe_system *system, double *loads)
     return status;
 }
 
-/* -- kept loads ---------------------------------------------------------------------------------------- */
-
-kempe_status kmp_static_loads(const kempe_system *system, double *loads)
+/* Wheel loads (one a wheel) at the equilibrium that is found from the start, on tracks without irregularities; NaN:
+ * there is none, or a wheel has no load there. Kept in the context's cache. Ends messages and warnings of the context.
+ * KEMPE_E_MEMORY, KEMPE_STOPPED. */
+static kempe_status take_static_loads(const kempe_system *system, double *loads)
 {
     const kempe_model *model = system->model;
     if (!system->has_key || system->force) /* nothing is known of the force of a user's function */
@@ -808,26 +817,7 @@ static kempe_status prepare(const kempe_system *system, const kempe_run_options 
         return KEMPE_OK;
     *before = loads = KMP_ARENA_NEW(arena, double, system->model->wheel_count);
     KMP_TRY(kmp_made(system->context, loads));
-    return kmp_static_loads(system, loads);
-}
-
-static kempe_status judge_run(const kempe_system *system, kmp_recording *recording, const void *before,
-                              kmp_arena *arena, void **verdict)
-{
-    kmp_running_safety *safety = KMP_ARENA_NEW(arena, kmp_running_safety, 1);
-    *verdict = safety;
-    KMP_TRY(kmp_made(system->context, safety));
-    return kmp_running_safety_of(system, recording, before, arena, safety);
-}
-
-static void show_verdict(kmp_text *text, const kempe_model *model, const void *verdict)
-{
-    kmp_running_safety_show(text, model, verdict);
-}
-
-static void json_verdict(kmp_json *json, const kempe_model *model, const void *verdict)
-{
-    kmp_running_safety_json(json, model, verdict);
+    return take_static_loads(system, loads);
 }
 
 const kmp_run_judge kmp_safety_judge = {prepare, judge_run, show_verdict, json_verdict};

@@ -6,7 +6,7 @@
 #include "base/json.h"
 #include "integrators/run/recording.h"
 #include "model/data/model.h"
-#include "studies/simulate/run_judge.h"
+#include "studies/simulate/trajectory.h"
 
 /** A value with its time, s. NaN: unknown. */
 typedef struct kmp_safety_value {
@@ -51,22 +51,8 @@ typedef struct kmp_running_safety {
 /** Cutoff frequency of forces, Hz (EN 14363). */
 #define KMP_SAFETY_CUTOFF 20.0
 
-/** Wheel loads (one a wheel) at the equilibrium that is found from the start, on tracks without irregularities; NaN:
- * there is none, or a wheel has no load there. Kept in the context's cache. Ends messages and warnings of the context.
- * KEMPE_E_MEMORY, KEMPE_STOPPED. */
-kempe_status kmp_static_loads(const kempe_system *system, double *loads);
-
-/** Judges a recorded run from samples of its dense output. Without wheels, or without two recorded times, wheels is 0.
- * Arrays are in the arena. KEMPE_E_MEMORY; other statuses of outputs. */
-kempe_status kmp_running_safety_of(const kempe_system *system, kmp_recording *recording, const double *static_loads,
-                                   kmp_arena *arena, kmp_running_safety *safety);
-
 /** The state that Q0 is from, in words. */
 const char *kmp_safety_loads_from(const kmp_running_safety *safety);
-
-/** Puts a paragraph, and the member running_safety; nothing without wheels. */
-void kmp_running_safety_show(kmp_text *text, const kempe_model *model, const kmp_running_safety *safety);
-void kmp_running_safety_json(kmp_json *json, const kempe_model *model, const kmp_running_safety *safety);
 
 /** The judge of runs of vehicles. */
 extern const kmp_run_judge kmp_safety_judge;

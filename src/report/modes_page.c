@@ -6,10 +6,9 @@
 #include "base/memory.h"
 #include "constraints/evaluation/charts.h"
 #include "model/data/model.h"
-#include "output/quantity.h"
+#include "output/samples.h"
 #include "report/motion_picture.h"
 #include "report/page.h"
-#include "report/sheet.h"
 #include <kempe/compare.h>
 #include <kempe/modes.h>
 #include <math.h>

@@ -9,12 +9,10 @@
 #include "model/write/model_show.h"
 #include "output/print.h"
 #include "output/result_table.h"
-#include "output/series_summary.h"
-#include "report/contact_drawing.h"
-#include "report/data.h"
+#include "output/samples.h"
+#include "report/comparison_page.h"
 #include "report/motion_picture.h"
 #include "report/page.h"
-#include "report/sheet.h"
 #include "report/vehicle_drawing.h"
 #include <math.h>
 #include <stdio.h>

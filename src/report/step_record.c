@@ -103,15 +103,6 @@ static kempe_status advance(recording *r)
     return status;
 }
 
-static kempe_status run_rows(const kempe_system *system, const kempe_assembly *start, recording *r)
-{
-    kempe_status status = kmp_runner_new(system, r->spec, start, &r->runner);
-    if (status == KEMPE_OK)
-        status = advance(r);
-    kmp_runner_free(r->runner);
-    return status;
-}
-
 /* -- residuals and energy ---------------------------------------------------------------------------- */
 
 /* Kinetic energy below this part of the potential's value counts as rounding, as in verdicts. */
@@ -163,7 +154,11 @@ kempe_status kmp_record_run(const kempe_system *system, const kmp_run_spec *spec
     r.ranges = KMP_ARENA_NEW(&r.arena, kmp_step_range, KMP_RECORD_RANGES);
     bool ok = KMP_ARENA_MAKE(&r.arena, KMP_ROOM(double, rows + 2, &r.h, &r.hdot, &r.energy, &r.kinetic, &r.potential),
                              KMP_ROOM(double, 3 * system->n + system->m, &work.room));
-    kempe_status status = ok ? run_rows(system, start, &work) : kmp_fail_memory(system->context);
+    kempe_status status =
+        ok ? kmp_runner_new(system, work.spec, start, &work.runner) : kmp_fail_memory(system->context);
+    if (status == KEMPE_OK)
+        status = advance(&work);
+    kmp_runner_free(work.runner);
     if (kmp_has_result(status)) {
         kempe_status judged = judge(system, own.backend, &r);
         status = judged == KEMPE_OK ? status : judged;

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Reports of the studies whose results are rows, states or instances: each says what its page has. */
+/* Reports of the studies whose results are rows, states, instances or a run: each says what its page has. */
 #include "analyses/equilibrium/balances.h"
 #include "analyses/inverse/inverse_study.h"
 #include "analyses/kinematics/position_sweep.h"
 #include "analyses/limit_cycles/cycle_branch.h"
 #include "analyses/limit_cycles/limit_cycles_study.h"
 #include "analyses/response/response_study.h"
+#include "base/memory.h"
 #include "constraints/closing/assemble.h"
 #include "constraints/closing/assembly.h"
 #include "constraints/inexact/nearest_exact.h"
@@ -20,7 +21,11 @@
 #include "output/print.h"
 #include "output/result_table.h"
 #include "pipeline.h"
+#include "report/motion_picture.h"
 #include "report/result_page.h"
+#include "report/vehicle_drawing.h"
+#include "studies/simulate/observed.h"
+#include "studies/simulate/trajectory_print.h"
 #include <kempe/check.h>
 #include <kempe/compare.h>
 #include <math.h>
@@ -33,11 +38,14 @@ typedef struct study_page {
     kmp_arena arena;
     kmp_samples frames;
     double *zero; /* n + m: rates and multipliers of frames, which pictures do not use */
-    double *x;    /* of the frames */
     kempe_table *table;
     char *text;
     kempe_statistics *statistics;
     const char *first[KMP_PAGE_FIRST];
+    kmp_record record, start; /* of a run once more; of its start where that has no row */
+    kmp_output_program observed;
+    kmp_columns own;        /* of the model's own outputs */
+    kempe_comfort *comfort; /* of a vehicle; NULL: none */
 } study_page;
 
 static kempe_status begin(study_page *s, const kempe_system *system, const char *command, const char *subject)
@@ -120,6 +128,11 @@ static kempe_status write_page(const kempe_system *system, const char *command, 
     kempe_statistics_free(s.statistics);
     kempe_table_free(s.table);
     kmp_samples_free(&s.frames);
+    kmp_record_free(&s.record);
+    kmp_record_free(&s.start);
+    kmp_output_program_free(&s.observed);
+    kmp_columns_free(&s.own);
+    kempe_comfort_free(s.comfort);
     kmp_arena_free(&s.arena);
     return status;
 }
@@ -497,6 +510,176 @@ static kempe_status fill_assembly(study_page *s, const void *result)
     return add_frames(s, 1, a->q, 0, NULL);
 }
 
+/* -- simulations: the run once more with monitoring, and all its outputs --------------------------------- */
+
+/* Rows of the page: at least so many, with the path of a journal so many, at most so many where the table has more; how
+ * many times as many the run is repeated with; columns of all outputs. */
+enum { FEWEST_ROWS = 1000, PATH_ROWS = 6000, MOST_ROWS = 4000, MOST_DENSER = 1000, MOST_COLUMNS = 300 };
+
+/* A multiple of the rows of the table, so that its times are among those of the page. */
+static int choose_rows(const kempe_trajectory *t)
+{
+    int rows = kmp_is_complete(t->status) ? t->table.rows - 1 : 0;
+    bool path = kmp_contact_drawing_has_paths(t->system->model);
+    int fewest = path ? PATH_ROWS : FEWEST_ROWS, most = path ? PATH_ROWS : MOST_ROWS;
+    if (rows < 1)
+        return fewest;
+    return rows >= most ? most : rows * ((fewest + rows - 1) / rows);
+}
+
+/* The state that a run continued from, as a start; without one the model is assembled. */
+static bool take_start(const kempe_trajectory *t, double *room, kempe_assembly *start)
+{
+    int n = t->system->n, row = 0;
+    if (!(t->spec.t_start > 0))
+        return false;
+    while (row + 1 < t->table.rows && kmp_samples_time(&t->table, row) < t->spec.t_start)
+        row++;
+    memcpy(room, kmp_samples_get(&t->table, KMP_QUANTITY_Q, row), (size_t)n * sizeof *room);
+    memcpy(room + n, kmp_samples_get(&t->table, KMP_QUANTITY_QD, row), (size_t)n * sizeof *room);
+    *start = (kempe_assembly){.system = t->system, .q = room, .qd = room + n, .closed = true};
+    return true;
+}
+
+/* One that the user interrupted goes as far as it came. */
+static kempe_status record_rows(const kempe_trajectory *t, int rows, kmp_record *record)
+{
+    kmp_run_spec spec = t->spec;
+    kempe_assembly start = {0};
+    double *room = KMP_NEW(double, 2 * t->system->n);
+    KMP_TRY(kmp_made(t->system->context, room));
+    if (t->interrupted)
+        spec.t_end = t->report.t;
+    bool given = take_start(t, room, &start);
+    kmp_log(t->system->context, KEMPE_LOG_PROGRESS, "report: the run is repeated");
+    const bool quiet = kmp_context_quiet(t->system->context, true);
+    kempe_status status = kmp_record_run(t->system, &spec, given ? &start : NULL, rows, record);
+    (void)kmp_context_quiet(t->system->context, quiet);
+    kmp_free(room);
+    return kmp_has_result(status) ? KEMPE_OK : status;
+}
+
+/* More rows where a joint turns too far between two of them to be followed, or where the run ends early. */
+static kempe_status record_run(const kempe_trajectory *t, kmp_record *record)
+{
+    const kempe_model *model = t->system->model;
+    int rows = choose_rows(t), most = kmp_motion_picture_frames(model);
+    KMP_TRY(record_rows(t, rows, record));
+    const kmp_samples *row = &record->row;
+    if (row->rows == 0)
+        return KEMPE_OK;
+    double followed = kmp_motion_picture_end(model, record);
+    double last = kmp_samples_time(row, row->rows - 1);
+    double span = t->spec.t_end - t->spec.t_start, lasted = last - t->spec.t_start;
+    double early = row->rows < FEWEST_ROWS && lasted > 0 ? ceil(span / lasted) : 1;
+    int factor = (int)fmin(fmax(early, followed > 0 ? ceil(last / followed) : 1), MOST_DENSER);
+    factor = (long)factor * row->rows < most ? factor : most / row->rows;
+    if (factor < 2)
+        return KEMPE_OK;
+    kmp_record_free(record);
+    return record_rows(t, factor * rows, record);
+}
+
+static kempe_status fill_all_outputs(study_page *s)
+{
+    const kmp_columns *columns = &s->observed.columns;
+    const kmp_samples *rows = &s->record.row;
+    const kempe_model *model = s->page.system->model;
+    kempe_table *table = kmp_tabulate(s->context, "outputs");
+    double *values = KMP_NEW(double, columns->count);
+    for (int k = 0; k < columns->count; k++)
+        kmp_tabulate_column(table, columns->unit[k], "%s", columns->name[k]);
+    kmp_tabulate_column(table, "J", "energy.work");
+    for (int k = 0; k < kmp_model_given_inputs(model); k++)
+        kmp_tabulate_column(table, model->inputs[k].unit, "input.%s", model->inputs[k].name);
+    for (int row = 0; values && row < rows->rows; row++) {
+        kmp_output_program_fill(&s->observed, rows, row, values);
+        kmp_tabulate_row(table);
+        kmp_tabulate_numbers(table, columns->count, values);
+        kmp_tabulate_number(table, kmp_samples_work(rows, row));
+        for (int k = 0; k < kmp_model_given_inputs(model); k++)
+            kmp_tabulate_number(table, kmp_signal_value(&model->inputs[k].signal, kmp_samples_time(rows, row)) /
+                                           model->inputs[k].si);
+    }
+    if (!values)
+        kmp_tabulate_fail(table);
+    kmp_free(values);
+    return kmp_tabulate_finish(s->context, table, &s->table);
+}
+
+/* Of many outputs rates, accelerations and multipliers are left to the reader's choice. */
+static bool is_secondary(const char *name)
+{
+    return strncmp(name, "qd.", 3) == 0 || strncmp(name, "qdd.", 4) == 0 || strncmp(name, "lambda.", 7) == 0;
+}
+
+static const char *answer_of(const kempe_trajectory *t, kmp_arena *arena)
+{
+    if (kmp_is_complete(t->status))
+        return t->report.requested ? kmp_arena_printf(arena, "ended as requested at t = %.6g s", t->report.t)
+                                   : kmp_arena_printf(arena, "%.6g to %.6g s", t->spec.t_start, t->spec.t_end);
+    return kmp_arena_printf(arena, "at t = %.6g s", t->report.t);
+}
+
+/* The convergence check without its label. */
+static const char *sentences_of(const kempe_trajectory *t, kmp_arena *arena)
+{
+    kmp_text text = {0};
+    const char *name = t->system->n > 0 ? t->system->model->motions[t->again.index].name : NULL;
+    kmp_convergence_show(&text, t->system->context, &t->again, "the state", name, kmp_trajectory_unit(t));
+    const char *words = kmp_text_keep(&text, arena);
+    if (!words)
+        return NULL;
+    size_t label = strcspn(words, " ");
+    return *words ? kmp_arena_printf(arena, "Repeated%s", words + label + strspn(words + label, " ") - 1) : "";
+}
+
+static void add_number(study_page *s, const char *name, const char *format, double x)
+{
+    add_fact(s, name, isfinite(x) ? format : "-", x);
+}
+
+static kempe_status fill_simulation(study_page *s, const void *result)
+{
+    const kempe_trajectory *t = result;
+    const kempe_system *system = t->system;
+    KMP_TRY(kmp_vehicle_comfort(t, &s->comfort));
+    KMP_TRY(record_run(t, &s->record));
+    KMP_TRY(kmp_output_program_init(&s->observed, system, NULL, MOST_COLUMNS, NULL));
+    KMP_TRY(fill_all_outputs(s));
+    /* The outputs that the model requests, as far as they are few. */
+    KMP_TRY(kmp_made(s->context, kmp_columns_init(&s->own, system, system->model, NULL)));
+    const bool few = s->own.count - 1 <= KMP_PAGE_FIRST;
+    const int most = few ? KMP_PAGE_FIRST : KMP_PAGE_FIRST / 2;
+    for (int k = 1; k < s->own.count && s->page.first_count < most; k++)
+        if (few || !is_secondary(s->own.name[k]))
+            s->first[s->page.first_count++] = s->own.name[k];
+    for (int k = 1; k < s->own.count && s->page.first_count == 0; k++)
+        s->first[s->page.first_count++] = s->own.name[k];
+    if (s->record.row.rows == 0)
+        KMP_TRY(kmp_record_start(system, &s->start));
+    kmp_context_clear(s->context); /* a run that fails has failed again */
+    KMP_TRY(kempe_trajectory_print(t, KEMPE_TEXT, &s->text));
+    set_outcome(s, t->status, t->reason, t->warnings,
+                kmp_arena_printf(&s->arena, "%s%s%s %s, rtol %g", t->spec.formulation, t->spec.form ? " " : "",
+                                 t->spec.form ? t->spec.form : "", t->integrator, t->spec.rtol));
+    s->page.answer = answer_of(t, &s->arena);
+    s->page.word = kmp_trajectory_word(t);
+    s->page.locked = !kmp_is_complete(t->status) && !t->interrupted;
+    s->page.sentences = sentences_of(t, &s->arena);
+    s->page.x = "t";
+    s->page.left_out = s->observed.left_out;
+    s->page.frames = s->record.row.rows > 0 ? &s->record.row : &s->start.row;
+    s->page.record = &s->record;
+    s->page.comfort = s->comfort;
+    s->page.contacts = t;
+    add_number(s, "energy balance", "%.1e", t->verdict.drift_rel);
+    add_number(s, "closure residual", "%.1e", t->verdict.h_max);
+    add_number(s, t->again.known ? "repeated run differs by" : "steps", t->again.known ? "%.1e" : "%.0f",
+               t->again.known ? t->again.difference : (double)t->report.steps);
+    return KEMPE_OK;
+}
+
 /* -- the reports ------------------------------------------------------------------------------------- */
 
 /* A row for each result that has its system: the type, the name of its pointer, context and system, the words of the
@@ -518,4 +701,6 @@ PAGE(kempe_equilibrium, equilibrium, equilibrium->requested->context, equilibriu
      fill_equilibria)
 PAGE(kempe_fit, fit, fit->context, kmp_fit_rows(fit, 0)->system, "fit", "fit", fill_fit)
 PAGE(kempe_limit_cycles, cycles, cycles->system->context, cycles->system, "cycles", "limit cycles", fill_limit_cycles)
+PAGE(kempe_trajectory, trajectory, trajectory->system->context, trajectory->system, "simulate", "simulation",
+     fill_simulation)
 PAGE(kempe_assembly, assembly, assembly->system->context, assembly->system, "assemble", "assembly", fill_assembly)

@@ -24,6 +24,7 @@ static const struct {
 #define KMP_BINARY_FUNCTION(name, text, value, differential) {text, KMP_FORM_FUNCTION, KMP_PARITY_NONE},
 #define KMP_TERNARY(name, text, value, differential)         {text, KMP_FORM_FUNCTION, KMP_PARITY_NONE},
 #define KMP_APPLIED(name, text)                              {text, KMP_FORM_APPLIED, KMP_PARITY_NONE},
+#include "symbolic/ops_end.h"
 };
 
 const char *kmp_op_text(kmp_op op)

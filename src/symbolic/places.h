@@ -12,8 +12,8 @@
 /* LOST: without exponents this far below the largest a sum keeps 1e-10. RISING: the most that exponents may rise within
  * a group, beyond the line to the next group's middle. With places 1.2 standard deviations of the weights from each
  * other, that is as far as four of them reach. An edge of a profile, which its places do not resolve
- * (rail/model/zones.c), may rise by twice that, if it has 70 degrees. If another place counts too, a sum then keeps
- * 1e-5. */
+ * (rail/model/read_wheels.c), may rise by twice that, if it has 70 degrees. If another place counts too, a sum then
+ * keeps 1e-5. */
 #define KMP_PLACES_LOST   24.0
 #define KMP_PLACES_RISING 12.0
 

@@ -4,7 +4,7 @@
  * `#` is the whole file. */
 #include "base/memory.h"
 #include "fuzz.h"
-#include "studies/simulate/checkpoint.h"
+#include "studies/simulate/trajectory.h"
 
 enum { PLAIN, DELAYED, SYSTEMS };
 

@@ -4,7 +4,7 @@
 #include "base/memory.h"
 #include "fuzz.h"
 #include "model/data/mesh_volume.h"
-#include "report/thin_mesh.h"
+#include "report/motion_picture.h"
 #include <math.h>
 #include <string.h>
 

@@ -6,7 +6,7 @@
 #include "base/text.h"
 #include "constraints/evaluation/evaluator.h"
 #include "model/data/model.h"
-#include "studies/simulate/columns.h"
+#include "studies/simulate/observed.h"
 #include "testing.h"
 #include <kempe/kempe.h>
 

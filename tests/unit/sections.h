@@ -5,7 +5,7 @@
 
 #include "backend/machine.h"
 #include "model/data/model.h"
-#include "rail/wheel/track.h"
+#include "rail/wheel/patch.h"
 #include "symbolic/derivative.h"
 #include "symbolic/table_function.h"
 #include "testing.h"

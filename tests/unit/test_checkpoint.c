@@ -4,7 +4,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "loaded.h"
-#include "studies/simulate/checkpoint.h"
+#include "studies/simulate/trajectory.h"
 #include <kempe/settings.h>
 #include <stdlib.h>
 #include <unistd.h>

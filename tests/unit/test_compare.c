@@ -6,7 +6,6 @@
 #include "integrators/run/methods.h"
 #include "loaded.h"
 #include "studies/compare/compare_advice.h"
-#include "studies/compare/compare_levels.h"
 #include "studies/compare/compare_runs.h"
 #include "studies/compare/compare_study.h"
 #include "testing.h"

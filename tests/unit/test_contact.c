@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Rolling contact against tables of others, closed forms and limits. */
-#include "rail/contact/hertz.h"
+#include "rail/contact/half_space.h"
 #include "testing.h"
 #include <kempe/rolling_contact.h>
 #include <math.h>

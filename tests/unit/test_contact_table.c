@@ -133,7 +133,7 @@ static double press(const pose *p, const spread *all)
 
 /* The differences are known. 20 um are fine enough: 10 um give the same results. The table sums over places up to 1.2
  * standard deviations apart: 1.3 um and a slope of 1e-4 where arcs meet within the patch. And it takes of each circle
- * not the lowest point but that of the trace line (rail/wheel/pair.c), which is the same one at the contact: where a
+ * not the lowest point but that of the trace line (rail/wheel/patch.c), which is the same one at the contact: where a
  * flange is turned 2.4e-4 of the slope, and half a percent of the force, as its curvature is by y and not by s. */
 static void contacts_are_where_surfaces_lie_on_each_other(void)
 {

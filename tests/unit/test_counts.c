@@ -7,7 +7,6 @@
 #include "dynamics/equations.h"
 #include "dynamics/kinematics/link_tree.h"
 #include "studies/show/sets.h"
-#include "studies/show/steps.h"
 #include "symbolic/function_table.h"
 #include "testing.h"
 

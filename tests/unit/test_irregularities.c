@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Irregularities of tracks: tables at either rail, and what is made of spectra against their densities. */
-#include "rail/model/wave_spectrum.h"
+#include "rail/model/read_tracks.h"
 #include "sections.h"
 
 static kempe_context *context;

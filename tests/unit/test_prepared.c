@@ -4,7 +4,7 @@
  * in several threads too; as bytes they are the same again, and damaged bytes are refused. Tapes likewise; and code
  * that is written when it pays. */
 #include "backend/lanes.h"
-#include "backend/lazy_jit.h"
+#include "backend/native.h"
 #include "backend/prepared.h"
 #include "dynamics/system.h"
 #include "loaded.h"

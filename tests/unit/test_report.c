@@ -11,7 +11,7 @@
 #include "model/data/pose.h"
 #include "output/drawing.h"
 #include "random.h"
-#include "report/data.h"
+#include "report/comparison_page.h"
 #include "report/motion_picture.h"
 #include "symbolic/interpreter.h"
 #include <glob.h>

@@ -5,7 +5,7 @@
 #include "base/json.h"
 #include "base/memory.h"
 #include "loaded.h"
-#include "output/times.h"
+#include "output/reference.h"
 #include "output/verdict.h"
 #include "testing.h"
 #include <kempe/check.h>

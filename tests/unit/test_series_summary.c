@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Extreme values, mean and root mean square of curves with known ones. */
-#include "output/series_summary.h"
+#include "output/samples.h"
 #include "testing.h"
 
 enum { ROWS = 4001 };
@@ -47,6 +47,7 @@ static void few_rows(void)
 {
     const double x[] = {7}, y[] = {-2}, unknown[] = {NAN};
     kmp_series_summary one = kmp_series_summarise(1, x, y, 1), none = kmp_series_summarise(0, x, y, 1);
+#include "testing.h"
     kmp_series_summary hidden = kmp_series_summarise(1, x, unknown, 1);
     CHECK(one.low == -2 && one.high_at == 7 && one.mean == -2 && one.rms == 2);
     CHECK(isnan(none.low) && isnan(none.mean) && isnan(none.rms));

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Sine and cosine: accuracy against the wider long double of x87 (where there is one), identity of the forms
  * to the last bit, and the corners of the double range. */
-#include "backend/lane_sines.h"
 #include "backend/sincos.h"
 #include "testing.h"
 

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Contact patches strip by strip, and on a grid, against closed forms. */
 #include "rail/contact/half_space.h"
-#include "rail/contact/strips.h"
 #include "testing.h"
 #include <kempe/rolling_contact.h>
 #include <math.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* ctest: slow 2 */
 /* A team does every piece once and is done when it says so; equations in parts have the bits of those in one. */
-#include "backend/compiled.h"
+#include "backend/prepared.h"
 #include "base/clock.h"
 #include "base/memory.h"
 #include "constraints/evaluation/evaluator.h"

@@ -5,7 +5,7 @@
 #include "dynamics/equations.h"
 #include "model/data/model.h"
 #include "model/read/loads.h"
-#include "rail/wheel/pair.h"
+#include "rail/wheel/patch.h"
 #include "symbolic/table_function.h"
 #include "testing.h"
 #include <kempe/kempe.h>

@@ -22,7 +22,7 @@
 #include "model/data/model.h"
 #include "model/read/loads.h"
 #include "output/print.h"
-#include "output/quantity.h"
+#include "output/samples.h"
 #include <kempe/check.h>
 #include <math.h>
 #include <string.h>

@@ -6,7 +6,7 @@
 #include "analyses/derivatives/linearized.h"
 #include "analyses/equilibrium/exchange.h"
 #include "integrators/run/friction_state.h"
-#include "output/all_loads.h"
+#include "output/samples.h"
 #include <kempe/equilibrium.h>
 
 /* Stability of small motions about an equilibrium: the eigenvalues of Mr s^2 + Gr s + Kr, zeros separated. The result

@@ -17,10 +17,9 @@
 #include "model/data/model.h"
 #include "model/language/ranges.h"
 #include "model/read/loads.h"
-#include "output/all_loads.h"
 #include "output/print.h"
-#include "output/series_summary.h"
-#include "output/times.h"
+#include "output/reference.h"
+#include "output/samples.h"
 #include <kempe/check.h>
 #include <kempe/inverse.h>
 #include <math.h>

@@ -5,7 +5,6 @@
 #include "model/data/model.h"
 #include "model/data/output_table.h"
 #include "model/read/loads.h"
-#include "output/picture_file.h"
 #include "output/plot.h"
 #include "output/print.h"
 #include "output/result_table.h"

@@ -17,7 +17,7 @@
 #include "model/language/ranges.h"
 #include "model/read/loads.h"
 #include "output/print.h"
-#include "output/quantity.h"
+#include "output/samples.h"
 #include <kempe/check.h>
 #include <kempe/kinematics.h>
 #include <math.h>

@@ -4,7 +4,6 @@
 #include "analyses/limit_cycles/limit_cycles_study.h"
 #include "constraints/tolerances.h"
 #include "model/data/model.h"
-#include "output/picture_file.h"
 #include "output/plot.h"
 #include "output/print.h"
 #include "output/result_table.h"

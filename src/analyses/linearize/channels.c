@@ -13,7 +13,7 @@
 #include "model/data/output_table.h"
 #include "model/read/loads.h"
 #include "output/print.h"
-#include "studies/simulate/columns.h"
+#include "studies/simulate/observed.h"
 #include <kempe/extend.h>
 #include <math.h>
 #include <string.h>

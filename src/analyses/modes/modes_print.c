@@ -4,11 +4,10 @@
 #include "analyses/modes/modes_study.h"
 #include "model/data/model.h"
 #include "model/read/loads.h"
-#include "output/picture_file.h"
 #include "output/plot.h"
 #include "output/print.h"
-#include "output/quantity.h"
 #include "output/result_table.h"
+#include "output/samples.h"
 #include <kempe/modes.h>
 #include <math.h>
 #include <string.h>

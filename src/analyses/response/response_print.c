@@ -4,7 +4,6 @@
 #include "base/memory.h"
 #include "model/data/model.h"
 #include "model/read/loads.h"
-#include "output/picture_file.h"
 #include "output/plot.h"
 #include "output/print.h"
 #include <kempe/response.h>

@@ -7,7 +7,7 @@
 #include "analyses/sensitivity/forward.h"
 #include "model/data/variant.h"
 #include "output/convergence.h"
-#include "studies/simulate/columns.h"
+#include "studies/simulate/observed.h"
 #include <kempe/sensitivity.h>
 
 typedef struct kmp_sensitivity_kind kmp_sensitivity_kind;

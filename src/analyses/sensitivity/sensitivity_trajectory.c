@@ -13,7 +13,7 @@
 #include "integrators/steppers/solver.h"
 #include "model/data/model.h"
 #include "output/print.h"
-#include "output/times.h"
+#include "output/reference.h"
 #include "pipeline.h"
 #include "studies/simulate/trajectory.h"
 #include <kempe/output_handles.h>

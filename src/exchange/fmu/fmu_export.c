@@ -12,8 +12,8 @@
 #include "exchange/fmu/unit_parts.h"
 #include "exchange/fmu/unit_resources.h"
 #include "model/data/model.h"
-#include "output/mechanism_picture.h"
-#include "output/picture_file.h"
+#include "output/drawing.h"
+#include "output/plot.h"
 #include "output/print.h"
 #include "output/zip_archive.h"
 #include <kempe/generate.h>

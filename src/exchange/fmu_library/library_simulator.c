@@ -7,7 +7,6 @@
 #include "integrators/run/run.h"
 #include "model/data/model.h"
 #include "model/data/output_table.h"
-#include "studies/simulate/stepper_inside.h"
 #include "studies/simulate/stepper_run.h"
 #include <math.h>
 #include <stdio.h>

@@ -35,7 +35,7 @@ typedef enum kmp_irregularity {
     KMP_IRREGULARITIES
 } kmp_irregularity;
 
-/** Irregularities from a spectral density (rail.h). */
+/** Irregularities from a spectral density (rail/model/read_tracks.c). */
 typedef struct kmp_wave_spectrum {
     int kind; /* row of spectra.def; -1: there is none */
     double seed, from, to, shortest, longest, scale;
@@ -104,7 +104,7 @@ typedef struct kmp_wheel {
     int point; /* its centre; y of the point's axes is the axle, leftwards; the body turns with the wheel */
     const kmp_profile *profile;
     kmp_number radius;
-    double scale;  /* of the lengths in the search for contact: kmp_zones_scale of the radius as read */
+    double scale;  /* of the lengths in the search for contact: zones_scale (read_wheels.c) of the radius as read */
     double stands; /* neutral position on the track: the rail's slope equals the profile's slope at 0 */
     int zone_count;
     double zone[KMP_WHEEL_ZONES][2];      /* pieces of the profile that can touch the rail, one contact in each */
@@ -112,7 +112,7 @@ typedef struct kmp_wheel {
     double node[KMP_WHEEL_PLACES];        /* on the profile, the nodes of an elastic wheel's averages */
     int nodes_end[KMP_WHEEL_ZONES];       /* of each zone */
     double least_spread[KMP_WHEEL_ZONES]; /* m, of the gap: the spread that the nodes resolve except at edges
-                                             (rail/model/rail.h) */
+                                             (rail/model/read_tracks.c) */
     kmp_contact_form form;
     int closure, force; /* of the model's; closure -1: elastic */
     kmp_creep_law law;

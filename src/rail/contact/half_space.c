@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Pressures p >= 0 with the sum N, for which deflection plus gap is the approach where p > 0 and not less elsewhere: a
- * convex problem (Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, 1990, chapter 4). It is solved by
- * conjugate gradients in which pressures are cut at zero and rectangles return where bodies would overlap (Polonsky
- * and Keer, A numerical method for solving rough contact problems, Wear 231 (1999) 206). The deflection by a rectangle
- * of constant pressure is Love's (Phil. Trans. A 228 (1929) 377): for both bodies
+/* The normal contact of two bodies, by Hertz, in strips, and as half-spaces, which may roll.
+ *
+ * Half-spaces: pressures p >= 0 with the sum N, for which deflection plus gap is the approach where p > 0 and not less
+ * elsewhere: a convex problem (Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, 1990, chapter 4). It is
+ * solved by conjugate gradients in which pressures are cut at zero and rectangles return where bodies would overlap
+ * (Polonsky and Keer, A numerical method for solving rough contact problems, Wear 231 (1999) 206). The deflection by a
+ * rectangle of constant pressure is Love's (Phil. Trans. A 228 (1929) 377): for both bodies
  *
  *     1/(pi E*) [x asinh(y/|x|) + y asinh(x/|y|)],  E* = G/(1 - poisson),
  *
@@ -12,12 +14,257 @@
  * In each row the pressure is nearly a semi-ellipse, since its gap is a parabola. Half lengths therefore follow from
  * the load and the largest pressure of the row; counting rectangles would give steps. */
 #include "rail/contact/half_space.h"
-#include "rail/contact/strips.h"
+#include "base/bracket.h"
+#include "base/context.h"
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
+/* -- Hertz's ellipse ------------------------------------------------------------------------------------- */
+
+/* Hertz 1882, after Johnson, Contact Mechanics, 1985, section 4.2, and Kalker 1990, appendix E. g is the lesser over
+ * the greater semi-axis, B, D, E are the elliptic integrals of g, c = sqrt(a b), S = along + across:
+ *
+ *     lesser / greater curvature = g^2 D / B,  c^3 = 3 N E / (pi G* S sqrt(g)),  approach = c^2 S g K / (2 E). */
+
 static const double pi = 3.14159265358979323846;
+
+/* Arithmetic-geometric means (Abramowitz and Stegun 17.6): K = pi / (2 m), m the common limit of a and b from 1 and g.
+ * D / K = (1 + sum 2^n c_n^2 / k^2)/2 over n >= 1, k^2 = 1 - g^2. The terms c_n^2 / k^2 follow each other without k, so
+ * that the circle, g = 1, is no special case. */
+void kmp_elliptic(double g, double *B, double *D)
+{
+    double a = 1, b = g, c = 0, term = 0, sum = 1, weight = 1;
+    do {
+        double mean = 0.5 * (a + b);
+        /* c_1^2 / k^2 = (1 - g) / (4 (1 + g)), and c_(n+1) = c_n^2 / (4 a_(n+1)) */
+        term = weight == 1 ? 0.25 * (1 - g) / (1 + g) : term * c * c / (16 * mean * mean);
+        c = 0.5 * (a - b);
+        b = sqrt(a * b);
+        a = mean;
+        weight *= 2;
+        sum += weight * term;
+    } while (c > 1e-8 * a); /* the next one is below its square: quadratic */
+    double K = 0.5 * pi / a;
+    *D = 0.5 * K * sum;
+    *B = K - *D;
+}
+
+/* The derivative d log(g^2 D / B) / d log g, from dB/dm = (D - B) / (2 m) and dD/dm = (B / g^2 - D) / (2 m). Here m = 1
+ * - g^2. */
+static double slope(double g, double B, double D)
+{
+    double m = 1 - g * g;
+    if (m < 1e-5)
+        return 1.5; /* the limit at a circle */
+    return 2 - (B - g * g * D) / (m * D) + g * g * (D - B) / (m * B);
+}
+
+/* log g of the ellipse whose curvatures are in the ratio e^-t, t >= 0, by Newton's method. It starts from the
+ * derivative 1.5 of a circle or, farther on, from that of a line, 2. The function is concave between both: the iterates
+ * approach from one side. */
+static double axes_of(double t, double *B, double *D)
+{
+    double log_g = -t / (t < 2 ? 1.5 : 1.9);
+    for (int k = 0; k < 40; k++) {
+        double g = exp(log_g);
+        kmp_elliptic(g, B, D);
+        double miss = 2 * log_g + log(*D / *B) + t, step = -miss / slope(g, *B, *D);
+        log_g = fmin(log_g + step, 0);
+        if (fabs(step) <= 4e-16 * fmax(1, -log_g))
+            break;
+    }
+    kmp_elliptic(exp(log_g), B, D);
+    return log_g;
+}
+
+kmp_hertz kmp_hertz_of(double t)
+{
+    double B, D, log_g = axes_of(fabs(t), &B, &D), g = exp(log_g), E = B + g * g * D, K = B + D;
+    double sum = 2 * cosh(0.5 * t);                     /* S / k */
+    double cube = 3 * E / (pi * sum * sqrt(g));         /* c^3 G* k / N */
+    double c = cbrt(cube), curvature = sum * g * K / E; /* approach = c^2 k bend / 2 */
+    kmp_hertz h = {.ratio = t > 0 ? log_g : -log_g, .approach = 0.5 * c * c * curvature};
+    h.axis = c * exp(0.5 * h.ratio);
+    h.stiffness = 1 / (h.approach * sqrt(h.approach)); /* at N = G* / k^2: delta k = approach */
+    return h;
+}
+
+static int is_touch(const kempe_touch *touch)
+{
+    return isfinite(touch->along) && touch->along > 0 && isfinite(touch->across) && touch->across > 0 &&
+           isfinite(touch->shear_modulus) && touch->shear_modulus > 0 && touch->poisson >= 0 && touch->poisson <= 0.5;
+}
+
+kempe_status kempe_contact_hertz(const kempe_touch *touch, double normal, kempe_ellipse *ellipse)
+{
+    KMP_WANTED(NULL, touch, "touch");
+    KMP_WANTED(NULL, ellipse, "ellipse");
+    if (!is_touch(touch) || !isfinite(normal) || normal < 0)
+        return KEMPE_E_ARGUMENT;
+    double t = log(touch->along / touch->across), k = sqrt(touch->along) * sqrt(touch->across);
+    double modulus = touch->shear_modulus / (1 - touch->poisson), size = cbrt(normal / (modulus * k));
+    kmp_hertz h = kmp_hertz_of(t);
+    kempe_ellipse found = {.a = size * h.axis,
+                           .b = size * kmp_hertz_of(-t).axis,
+                           .approach = size * size * k * h.approach,
+                           .stiffness = modulus / sqrt(k) * h.stiffness};
+    if (normal > 0)
+        found.pressure = 1.5 * normal / (pi * found.a * found.b);
+    *ellipse = found;
+    return KEMPE_OK;
+}
+
+/* -- strips ---------------------------------------------------------------------------------------------- */
+
+/* With A and B, half of the relative curvatures in a strip along and across, and its gap g:
+ *
+ * ANALYN (Sichani, Enblom, Berg, A novel method to model wheel-rail normal contact in vehicle dynamics simulation,
+ * Veh. Syst. Dyn. 52 (2014) 1752). For an approach d Hertz's ellipse of A and B has the semi-axes a, b. The strip is
+ * pressed by d' = d - d/(B b^2) g where that is positive. Its half length is a sqrt(d'/d), and its largest pressure is
+ * Hertz's for A, B and d'. Both d/(B b^2) and d/a^2 are independent of d. Hence the load of a strip is linear in d'.
+ *
+ * Kik and Piotrowski (A fast, approximate method to calculate normal load at contact between wheel and rail and creep
+ * forces during rolling, 2nd mini-conference on contact mechanics, Budapest 1996): half lengths l = sqrt((0.55 d -
+ * g)/A), the pressure p0/l0 sqrt(l^2 - x^2), l0 the half length at the point of first contact. There Boussinesq's
+ * deflection is d:
+ *
+ *     load = pi E* d I1/I3,   I1 = integral of sqrt(l^2 - x^2),   I3 = integral of sqrt(l^2 - x^2)/distance.
+ *
+ * In a strip at the distance e the integral over x of I3 is 2 l^2/r D(e/r), r^2 = l^2 + e^2, D the elliptic integral of
+ * half_space.h; the mean over the middle strip, of width h, is 2 l log(8 l/h). */
+
+/* Least curvature across over that along: a strip that is flatter, or hollow, is not Hertz's. It is 1e-4/mm for a wheel
+ * of 0.46 m, as in CONTACT. */
+#define LEAST_ACROSS 0.092
+
+/* The part of the approach by which undeformed bodies overlap in the patch of Kik and Piotrowski. */
+#define OVERLAP 0.55
+
+/* The approach is found to this part of itself. */
+#define RESOLVED 1e-12
+
+/* ANALYN in a strip: d' = d - loss g, half length = half sqrt(d'), largest pressure = pressure sqrt(d'). */
+typedef struct hertz_strip {
+    double loss, half, pressure;
+} hertz_strip;
+
+typedef struct press {
+    const kmp_strip_gap *gap;
+    double modulus;
+    hertz_strip *hertz; /* of each strip */
+    kmp_strip *strip;
+} press;
+
+/* -- ANALYN ------------------------------------------------------------------------------------------ */
+
+static hertz_strip hertz_of(const press *p, int k)
+{
+    double along = p->gap->along[k], across = fmax(p->gap->bend[k], LEAST_ACROSS * along), root = sqrt(along * across);
+    kmp_hertz h = kmp_hertz_of(log(along / across));
+    double other = kmp_hertz_of(log(across / along)).axis, flat = root * h.approach;
+    return (hertz_strip){.loss = 2 * flat / (other * other * across),
+                         .half = h.axis / sqrt(flat),
+                         .pressure = 1.5 * p->modulus * root / (pi * h.axis * other * sqrt(flat))};
+}
+
+static double analyn(const press *p, double approach)
+{
+    for (int k = 0; k < p->gap->count; k++) {
+        const hertz_strip *h = &p->hertz[k];
+        double root = sqrt(fmax(approach - h->loss * p->gap->gap[k], 0)), half = root * h->half;
+        double x = p->gap->centre[k], pressure = root * h->pressure;
+        p->strip[k] =
+            root > 0 ? (kmp_strip){x - half, x + half, pressure, pi / 2 * pressure * half} : (kmp_strip){.load = 0};
+    }
+    double sum = 0;
+    for (int k = 0; k < p->gap->count; k++)
+        sum += p->strip[k].load;
+    return sum * p->gap->step;
+}
+
+/* -- Kik and Piotrowski ------------------------------------------------------------------------------ */
+
+/* The integral of sqrt(l^2 - x^2)/distance over a strip `away` from the point. */
+static double pull(double half, double away, double step)
+{
+    double B, D, far = hypot(half, away);
+    if (fabs(away) < 0.5 * step)
+        return 2 * half * fmax(log(8 * half / step), 0) * step;
+    kmp_elliptic(fabs(away) / far, &B, &D);
+    return 2 * half * half / far * D * step;
+}
+
+static double overlap(const press *p, double approach)
+{
+    const kmp_strip_gap *gap = p->gap;
+    int point = 0;
+    for (int k = 1; k < gap->count; k++)
+        point = gap->gap[k] < gap->gap[point] ? k : point;
+    double sum = 0, pulled = 0;
+    for (int k = 0; k < gap->count; k++) {
+        double deep = OVERLAP * approach - gap->gap[k], half = deep > 0 ? sqrt(2 * deep / gap->along[k]) : 0;
+        double x = gap->centre[k];
+        p->strip[k] = deep > 0 ? (kmp_strip){x - half, x + half, half, pi / 2 * half * half} : (kmp_strip){.load = 0};
+        if (half > 0) {
+            sum += p->strip[k].load * gap->step;
+            pulled += pull(half, (k - point) * gap->step, gap->step);
+        }
+    }
+    double scale = pulled > 0 ? pi * p->modulus * approach / pulled : 0; /* of pressures: p0/l0 */
+    for (int k = 0; k < gap->count; k++) {
+        p->strip[k].pressure *= scale;
+        p->strip[k].load *= scale;
+    }
+    return scale * sum;
+}
+
+/* All of `pressed` but the approach, from the strips. Returns the sum of their loads, N. */
+static double strips_sum(const kmp_strip_gap *gap, const kmp_strip *strip, kmp_normal_load_patch *pressed)
+{
+    double load = 0, moment = 0;
+    pressed->area = pressed->pressure = 0;
+    pressed->lobes = 0;
+    for (int k = 0; k < gap->count; k++) {
+        load += strip[k].load;
+        moment += strip[k].load * (gap->first + k * gap->step);
+        pressed->area += (strip[k].to - strip[k].from) * gap->step;
+        pressed->pressure = fmax(pressed->pressure, strip[k].pressure);
+        pressed->lobes += strip[k].load > 0 && (k == 0 || !(strip[k - 1].load > 0));
+    }
+    pressed->place = load > 0 ? moment / load : 0;
+    return load * gap->step;
+}
+
+/* The approach at which strip k begins to touch. */
+static double reaches(kmp_strip_method method, const press *p, int k)
+{
+    return method == KMP_STRIPS_KP ? p->gap->gap[k] / OVERLAP : p->gap->gap[k] * p->hertz[k].loss;
+}
+
+bool kmp_strips_press(kmp_strip_method method, const kmp_strip_gap *gap, double modulus, double normal,
+                      kmp_arena *arena, kmp_strip *strip, kmp_normal_load_patch *pressed)
+{
+    double (*const load)(const press *, double) = method == KMP_STRIPS_KP ? overlap : analyn;
+    const press p = {gap, modulus, KMP_ARENA_NEW(arena, hertz_strip, gap->count), strip};
+    if (!p.hertz)
+        return false;
+    for (int k = 0; k < gap->count; k++)
+        p.hertz[k] = hertz_of(&p, k);
+    double high = fmin(reaches(method, &p, 0), reaches(method, &p, gap->count - 1)), x;
+    double at_high = high > 0 ? load(&p, high) - normal : -normal;
+    if (!(at_high > 0))
+        return false;
+    kmp_bracket b = kmp_bracket_of(0, -normal, high, at_high);
+    while (kmp_bracket_next(&b, RESOLVED * b.far, &x)) {
+        double f = load(&p, x) - normal;
+        kmp_bracket_take(&b, x, f, f > 0);
+    }
+    load(&p, b.far);
+    pressed->approach = b.far;
+    strips_sum(gap, strip, pressed);
+    return true;
+}
 
 /* The approach and the extent of the contact exceed those of the approximation by less than these parts. */
 #define DEEPER 1.6
@@ -179,8 +426,6 @@ static double solve(grid *g, int *iterations)
     return changed <= SETTLED || last == 0 ? approach : NAN;
 }
 
-/* -- in and out ---------------------------------------------------------------------------------------- */
-
 static kmp_strip strip_of(const grid *g, const kmp_half_space *s, int j)
 {
     double sum = 0, moment = 0, most = 0;
@@ -236,7 +481,7 @@ kmp_half_space_result kmp_half_space_press(const kmp_strip_gap *gap, double modu
     for (int j = 0; j < g.rows; j++)
         strip[j] = strip_of(&g, s, j);
     pressed->approach = approach;
-    kmp_strips_sum(gap, strip, pressed);
+    strips_sum(gap, strip, pressed);
     return KMP_HALF_SPACE_SOLVED;
 }
 
@@ -416,18 +661,6 @@ static double roll(const roller *r, double steepness, double *before)
     return sum > 0 ? changed / sum : 0;
 }
 
-/* -- all --------------------------------------------------------------------------------------------------- */
-
-static bool make(roller *r, kmp_arena *arena, double **before)
-{
-    ptrdiff_t cells = (ptrdiff_t)r->rows * r->columns;
-    return KMP_ARENA_MAKE(arena, KMP_ROOM(double, (ptrdiff_t)r->rows *(2 * r->columns - 1), &r->xx, &r->xy, &r->yy),
-                          KMP_ROOM(int, r->rows, &r->first, &r->end),
-                          KMP_ROOM(double, cells, &r->bound, &r->p.x, &r->p.y, &r->last.x, &r->last.y, &r->ahead.x,
-                                   &r->ahead.y, &r->u.x, &r->u.y, &r->rigid.x, &r->rigid.y, &r->fixed.x, &r->fixed.y),
-                          KMP_ROOM(double, 2 * cells, before));
-}
-
 static kempe_creep_force sum_of(const roller *r, const kmp_rolling *s, double x0, double y0)
 {
     kempe_creep_force f = {{0, 0}, 0, 0};
@@ -451,7 +684,12 @@ kmp_half_space_result kmp_half_space_roll(const kmp_strip_gap *gap, const kmp_ha
 {
     roller r = {.rows = gap->count, .columns = normal->columns, .dx = normal->dx, .dy = gap->step};
     double *before;
-    if (!make(&r, arena, &before))
+    ptrdiff_t cells = (ptrdiff_t)r.rows * r.columns;
+    if (!KMP_ARENA_MAKE(arena, KMP_ROOM(double, (ptrdiff_t)r.rows *(2 * r.columns - 1), &r.xx, &r.xy, &r.yy),
+                        KMP_ROOM(int, r.rows, &r.first, &r.end),
+                        KMP_ROOM(double, cells, &r.bound, &r.p.x, &r.p.y, &r.last.x, &r.last.y, &r.ahead.x, &r.ahead.y,
+                                 &r.u.x, &r.u.y, &r.rigid.x, &r.rigid.y, &r.fixed.x, &r.fixed.y),
+                        KMP_ROOM(double, 2 * cells, &before)))
         return KMP_HALF_SPACE_MEMORY;
     /* Bounds of the tractions, rigid slips of a step, and the ends of each row of cells in contact. */
     for (int j = 0; j < r.rows; j++)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Wheels on rails: each becomes a force, and where its contact is rigid a closure, of its name. */
 #pragma once
 
+#include "model/data/wheels.h"
 #include "model/read/reading.h"
 
 void kmp_read_wheels(kmp_reader *r);

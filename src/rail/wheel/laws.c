@@ -9,8 +9,7 @@
  * that stays finite with N = 0: q = a b / N varies with N^(-1/3). */
 #include "rail/wheel/laws.h"
 #include "rail/contact/creep.h"
-#include "rail/contact/hertz.h"
-#include "rail/contact/kalker.h"
+#include "rail/contact/half_space.h"
 #include "symbolic/function_table.h"
 #include "symbolic/table_function.h"
 #include <math.h>

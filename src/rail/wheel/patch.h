@@ -3,7 +3,46 @@
  * of revolution, the rail its cross-section drawn along the track at the wheel's place. */
 #pragma once
 
-#include "rail/wheel/track.h"
+#include "dynamics/kinematics/link_tree.h"
+#include "model/data/wheels.h"
+
+/** A cross-section of a track; vectors in the axes of the ground's link. */
+typedef struct kmp_track_place {
+    kmp_ref along;   /* arc length, m */
+    kmp_vec origin;  /* the middle on top of the rails, from the ground's origin */
+    kmp_vec axis[3]; /* forwards, left, up: canted */
+    kmp_ref outwards[KMP_TRACK_SIDES], upwards[KMP_TRACK_SIDES]; /* displacements of the rails by irregularities, m */
+} kmp_track_place;
+
+/** The cross-section in whose plane a point is (from the ground's origin, axes of the ground's link). Of a curved track
+ *  the arc length is an implicit unknown, on a straight one nothing is. The graph fails when there is no memory. */
+void kmp_track_at(const kmp_tree *tree, const kmp_track *track, kmp_vec point, kmp_track_place *place);
+
+/** Arguments of a block: the wheel's radius, its outward position, the axle's three components; of averages
+ * (patch.c) also 1/e and the height of the centre. */
+enum { KMP_PAIR_ARGUMENTS = 7 };
+
+typedef struct kmp_wheel_pair {
+    kmp_graph *g;
+    int wheel, rail; /* tables: both heights */
+    kmp_ref radius, out, axle[3];
+} kmp_wheel_pair;
+
+/** A point of the trace line, from the wheel's centre. */
+typedef struct kmp_trace {
+    kmp_ref radius, slope; /* r and r' */
+    kmp_ref x, y, z;
+} kmp_trace;
+/** Makes any expression an argument. The list has room for KMP_PAIR_ARGUMENTS; more of them fail both graphs. */
+kmp_ref kmp_pair_argument(kmp_graph *g, kmp_graph *local, kmp_ref x, kmp_ref *list, int *count);
+
+kmp_trace kmp_trace_at(const kmp_wheel_pair *pair, kmp_ref s);
+
+/** dx/ds, s an input. */
+kmp_ref kmp_slope_of(kmp_graph *g, kmp_ref x, kmp_ref s);
+/** Half of the distance on which one zone's weight falls and the next one's rises. A rigid wheel touches in one zone:
+ * there the border is sharp, or both zones were equally near around it. */
+double kmp_zone_border(const kmp_wheel *wheel);
 
 /** A wheel in the cross-section of its rail. */
 typedef struct kmp_wheel_pose {

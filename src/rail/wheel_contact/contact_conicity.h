@@ -1,6 +1,4 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The equivalent conicity of a pair of wheels, from the rolling radii of a table of contacts
- * (rail/contact/klingel.c). */
 #pragma once
 
 #include "rail/wheel_contact/contact_sweep.h"

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The pressures of a patch in a state that is found: the gap over the plane of the contact, then its contact under
- * the normal force of the patch, by strips, and from that on a grid. */
 #pragma once
 
+#include "model/data/wheels.h"
+#include "rail/contact/half_space.h"
 #include "rail/wheel_contact/contact_sweep.h"
+#include <stdbool.h>
 
 /** Reads the method, and the division of a grid; kmp_pressure_word is the word of a method, NULL for none. */
 kempe_status kmp_contact_pressure_request(kempe_contacts *table, const char *word);

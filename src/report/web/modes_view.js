@@ -98,6 +98,8 @@ function stageWords() {
 }
 
 function beginPicture() {
+    byId("view").setAttribute("aria-label", "Animation of a mode");
+    byId("time").setAttribute("aria-label", "Phase of the period");
     if (!data.picture || chosen < 0) return beginStage(null);
     data.picture.pathless = true;
     return beginStage(data.picture, {

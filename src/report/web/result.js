@@ -294,7 +294,9 @@ function showPlace(x) {
 /* -- time --------------------------------------------------------------------------------------------------- */
 
 function beginSpeeds() {
-    const list = byId("speed"), slower = [["in 10 s", 0], ["real time", 1], ["1/10", 10], ["1/100", 100], ["1/1000", 1000]];
+    const list = element("select"), slower = [["in 10 s", 0], ["real time", 1], ["1/10", 10], ["1/100", 100], ["1/1000", 1000]];
+    list.setAttribute("aria-label", "Speed of the animation");
+    byId("clock").after(list);
     list.hidden = !abscissa || abscissa.unit !== "s";
     for (const [words, factor] of slower) {
         const option = element("option", words);

@@ -1,9 +1,32 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Remarks on the runs, a line for each method and kind: incomplete runs, and anomalies of complete ones. Then the
- * recommended method, by the rules in docs/compare.md, and the measurements that support it. */
 #pragma once
 
 #include "studies/compare/compare_study.h"
+
+/** Fill `levels` and `tables` from the runs. The arena tells of missing memory. */
+void kmp_compare_levels(kempe_comparison *comparison);
+void kmp_compare_tables(kempe_comparison *comparison);
+
+/** The cost of a method at a level. */
+kmp_method_cost kmp_compare_cost(const kempe_comparison *comparison, int method, int level);
+
+/** The time of a method at a level relative to the cheapest; infinite where the level is not attained. The largest of
+ * these ratios over the aims. */
+double kmp_compare_ratio(const kempe_comparison *comparison, int method, int level);
+
+/** The method that the others of its family are compared with in the table of equal integrators: the first that attains
+ * the level; -1: none. */
+int kmp_compare_base(const kempe_comparison *comparison, int method, int level);
+
+/** The first method of the table of the best ones that attains the level; -1: none. */
+int kmp_compare_best(const kempe_comparison *comparison, int level);
+
+/** Time from the model that has been read to the end of a run: preparation of the equations and of the run,
+ * integration. */
+double kmp_compare_first_s(const kempe_comparison *comparison, const kmp_compared *run);
+
+/** True when an error is too close to the reference's own uncertainty: below ten times it. */
+bool kmp_compared_is_below(const kempe_comparison *comparison, const kmp_compared *run, kmp_quantity quantity);
 
 /** Fill `failures` and `warnings`, and `advice`, from the runs. The arena tells of missing memory. */
 void kmp_compare_remark(kempe_comparison *comparison);

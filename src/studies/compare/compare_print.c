@@ -4,7 +4,6 @@
 #include "studies/compare/compare_print.h"
 #include "output/result_table.h"
 #include "studies/compare/compare_advice.h"
-#include "studies/compare/compare_levels.h"
 #include "studies/compare/compare_runs.h"
 #include "studies/compare/compare_study.h"
 #include <kempe/compare.h>

@@ -1,6 +1,4 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The comparison as text, JSON and tables. Text: all runs, the tables at equal error, failures, and the summary,
- * which comes last so that a terminal shows it. */
 #pragma once
 
 #include "studies/compare/compare_study.h"

@@ -1,6 +1,4 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The runs of a comparison: every method at every tolerance, coarse ones first, each judged at the reference's
- * times. A method that is much slower than the fastest is stopped, and runs without remaining time are left out. */
 #pragma once
 
 #include "studies/compare/compare_study.h"

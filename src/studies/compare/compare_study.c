@@ -7,14 +7,466 @@
 #include "integrators/run/methods.h"
 #include "integrators/steppers/solver.h"
 #include "integrators/sundials/linear.h"
-#include "output/print.h"
 #include "studies/compare/compare_advice.h"
-#include "studies/compare/compare_levels.h"
-#include "studies/compare/compare_reference.h"
 #include "studies/compare/compare_runs.h"
-#include <kempe/compare.h>
+#include <float.h>
 #include <math.h>
 #include <string.h>
+
+/* -- the reference --------------------------------------------------------------------------------------- */
+
+/* Kempe's own reference: runs near rounding on several formulations with several integrators. They share neither the
+ * choice of coordinates nor the closing nor the formulas of a step. The run with the smallest own uncertainty is the
+ * reference. Its uncertainty combines its distance from the others, its own tolerances and rounding (docs/compare.md).
+ */
+
+/* Instants at which errors are judged, one within each of so many equal parts, at irregular places so that no period of
+ * a motion coincides with them. In eight examples eleven even instants found 0.36 to 1 of the largest error, 100 of
+ * these instants 0.75, and 400 of them 0.82, mostly above 0.95. An early end of the reference is searched at every
+ * STRIDE-th. */
+enum { ROWS = 400, STRIDE = ROWS / 10, MOST_CUT = 2 };
+
+static const kmp_source rows[] = {
+#define KMP_SOURCE(formulation, form, integrator) {{formulation, form, integrator, false, false, NULL}, 0, 0, 0},
+#include "studies/compare/sources.def"
+#undef KMP_SOURCE
+};
+
+/* The tightest tolerance with a complete run is taken: after many turns rounding alone may exceed the first. */
+static const double tight[] = {1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7};
+
+enum { TIGHT = sizeof tight / sizeof *tight };
+
+#define GOLDEN 0.6180339887498949 /* (sqrt(5) - 1) / 2 */
+
+/* A method is tried at this tolerance first. With high orders its time grows by at most GROWTH for a tenth of the
+ * tolerance: a run whose estimate is too long is not begun. */
+#define COARSE 1e-5
+#define GROWTH 1.4
+/* Parts of the time for the reference: of one run, and of this first one. */
+#define RUN_PART    0.125
+#define COARSE_PART 0.06
+/* An error at a tenfold tolerance is this many times larger, at least. */
+#define FALL 5.0
+/* The reference may be as inaccurate as the run it is compared with. */
+#define BOTH 2.0
+/* Errors are judged to the end if the uncertainty of q there is at most LOST; otherwise only while it is below the
+ * first of these limits that some rows satisfy. */
+#define LOST 1e-5
+static const double kept[] = {1e-8, 1e-6, 1e-4};
+
+enum { KEPT = sizeof kept / sizeof *kept };
+/* Rounding of a state, relative: some operations make a row from it. */
+#define ROUNDING (16 * DBL_EPSILON)
+/* Relative change of a start to measure the amplification. */
+#define NUDGE 1e-7
+/* The part of that that must be left once the loops are closed. */
+#define MOVED 1e-2
+
+typedef struct maker_source {
+    kmp_source said;
+    kmp_samples table, beside; /* its rows, and those at a tenfold tolerance: none when that run was not complete */
+    double own[KMP_QUANTITIES];
+} maker_source;
+
+typedef struct maker {
+    kmp_compare_job *job;
+    kempe_comparison *comparison;
+    const kempe_system *system;
+    kmp_times times;
+    double at[ROWS + 1];
+    double budget_s, least_left_s;
+    int count, first; /* sources; the one that is the reference */
+    maker_source sources[KMP_MOST_SOURCES];
+    kmp_samples moved; /* the rows from a slightly changed start; none when it is impossible */
+    char *reason;      /* the reason of the first failed run, lack of time excepted */
+} maker;
+
+typedef enum ending { DONE, CUT, FAILED } ending;
+
+/* -- runs -------------------------------------------------------------------------------------------- */
+
+static double allowed(const maker *m, double part)
+{
+    return fmin(part * m->budget_s, m->job->left_s - m->least_left_s);
+}
+
+static kempe_status attempt(maker *m, const kmp_method *method, double rtol, double part, kmp_samples *table,
+                            ending *how, double *cpu_s)
+{
+    kmp_run_report report = {0};
+    double limit_s = allowed(m, part);
+    *how = CUT;
+    if (!(limit_s > 0))
+        return KEMPE_OK;
+    kmp_log(m->job->context, KEMPE_LOG_PROGRESS, "reference: %s %s %s at rtol %g", method->formulation, method->form,
+            method->integrator, rtol);
+    kempe_status status = kmp_compare_once(m->job, method, rtol, &m->times, limit_s, table, &report);
+    *how = status == KEMPE_OK ? DONE : report.cut ? CUT : FAILED;
+    *cpu_s = report.cpu_s;
+    if (status == KEMPE_STOPPED || status == KEMPE_E_FAILED) {
+        const char *reason = report.reason ? report.reason : kempe_context_message(m->job->context);
+        kmp_log(m->job->context, KEMPE_LOG_INFO, "reference: %s %s %s at rtol %g: %s", method->formulation,
+                method->form, method->integrator, rtol, reason);
+        if (!m->reason && !report.cut)
+            m->reason = kmp_strdup(reason);
+        status = kmp_interrupted(m->job->context) ? KEMPE_STOPPED : KEMPE_OK;
+    }
+    kmp_free(report.reason);
+    return status;
+}
+
+/* The tightest complete run of a method within the time; said.rtol stays 0 when there is none. */
+static kempe_status run_tight(maker *m, maker_source *s)
+{
+    ending how;
+    double cpu_s = 0;
+    int cut = 0;
+    kempe_status status = attempt(m, &s->said.method, COARSE, COARSE_PART, &s->table, &how, &cpu_s);
+    if (status != KEMPE_OK || how == CUT)
+        return status;
+    double coarse_s = how == DONE ? cpu_s : 0;
+    for (int k = 0; k < TIGHT && cut < MOST_CUT && !(s->said.rtol > 0) && status == KEMPE_OK; k++) {
+        if (coarse_s * pow(GROWTH, log10(COARSE / tight[k])) > allowed(m, RUN_PART))
+            continue;
+        status = attempt(m, &s->said.method, tight[k], RUN_PART, &s->table, &how, &cpu_s);
+        if (status == KEMPE_OK && how == DONE)
+            s->said.rtol = tight[k];
+        if (how == CUT) {
+            cut++;
+            k += 2; /* a little more tolerance would not help */
+        }
+    }
+    return status;
+}
+
+/* The difference of its rows from another's. */
+static void differ(const maker *m, const kmp_samples *table, const kmp_samples *other, double until,
+                   double difference[KMP_QUANTITIES])
+{
+    kmp_reference reference = *other;
+    reference.shared = m->comparison->shared;
+    kmp_verdict_errors(table, m->system, &reference, until, difference);
+}
+
+/* Repeats the run at a tenfold tolerance. */
+static kempe_status run_beside(maker *m, maker_source *s)
+{
+    ending how;
+    double cpu_s;
+    kempe_status status = attempt(m, &s->said.method, 10 * s->said.rtol, RUN_PART, &s->beside, &how, &cpu_s);
+    if (how != DONE)
+        s->beside.rows = 0;
+    return status;
+}
+
+/* The difference of both runs up to a time; NaN when there is only one. */
+static void judge_own(const maker *m, maker_source *s, double until)
+{
+    differ(m, &s->beside, &s->table, until, s->own);
+    s->said.own = s->own[KMP_QUANTITY_Q];
+}
+
+static bool exists(const kmp_method *row)
+{
+    kmp_method method;
+    for (int k = 0; kmp_method_get(k, &method); k++)
+        if (strcmp(method.formulation, row->formulation) == 0 && strcmp(method.form, row->form) == 0 &&
+            strcmp(method.integrator, row->integrator) == 0)
+            return true;
+    return false;
+}
+
+static void release(maker_source *s)
+{
+    kmp_samples_free(&s->table);
+    kmp_samples_free(&s->beside);
+}
+
+/* -- amplification of a small change of the start ---------------------------------------------------- */
+
+/* The assembled start with all coordinates moved by NUDGE of their size, with alternating signs, and closed again.
+ * NULL: impossible. */
+static kempe_status nudge(const maker *m, kempe_assembly **start)
+{
+    int n = m->system->n;
+    double *q = KMP_NEW(double, n);
+    bool *hold = KMP_NEW(bool, n);
+    kempe_status status = q && hold ? KEMPE_OK : kmp_fail_memory(m->job->context);
+    for (int k = 0; k < n && status == KEMPE_OK; k++)
+        q[k] = m->job->start->q[k] + (k % 2 ? -NUDGE : NUDGE) * (1 + 0.1 * (k % 7)) * m->system->scale[k];
+    kmp_guess guess = {.q = q, .hold = hold};
+    if (status == KEMPE_OK)
+        status = kmp_assemble_from(m->system, &guess, start);
+    if (status == KEMPE_OK && !(*start)->closed) {
+        kempe_assembly_free(*start);
+        *start = NULL;
+    }
+    kmp_free(q);
+    kmp_free(hold);
+    return status;
+}
+
+static kempe_status run_nudged(maker *m)
+{
+    const maker_source *first = &m->sources[m->first];
+    kempe_assembly *start = m->job->start, *moved = NULL;
+    ending how = FAILED;
+    double cpu_s;
+    kempe_status status = nudge(m, &moved);
+    if (status == KEMPE_OK && moved) {
+        m->job->start = moved;
+        status = attempt(m, &first->said.method, fmax(first->said.rtol, 1e-10), RUN_PART, &m->moved, &how, &cpu_s);
+        m->job->start = start;
+    }
+    if (how != DONE)
+        m->moved.rows = 0;
+    kempe_assembly_free(moved);
+    return status;
+}
+
+/* -- the best source and its uncertainty ------------------------------------------------------------- */
+
+/* The one whose own tolerances agree best up to a time; a later one must be clearly better. */
+static void choose_until(maker *m, double until)
+{
+    m->first = 0;
+    for (int k = 0; k < m->count; k++) {
+        judge_own(m, &m->sources[k], until);
+        double best = m->sources[m->first].said.own, own = m->sources[k].said.own;
+        if ((isnan(best) && !isnan(own)) || 3 * own < best)
+            m->first = k;
+    }
+}
+
+static void take_least(double *least, const double *difference)
+{
+    for (int k = 0; k < KMP_QUANTITIES; k++)
+        least[k] = fmin(least[k], difference[k]); /* fmin of NaN and a number is the number */
+}
+
+/* The distances of the nearest run along another formulation, and of the nearest with another integrator. */
+static void judge_others(maker *m, double until, double *formulation, double *integrator)
+{
+    const maker_source *first = &m->sources[m->first];
+    for (int k = 0; k < KMP_QUANTITIES; k++)
+        formulation[k] = integrator[k] = NAN;
+    for (int k = 0; k < m->count; k++) {
+        maker_source *s = &m->sources[k];
+        double difference[KMP_QUANTITIES] = {NAN, NAN, NAN, NAN};
+        if (k != m->first)
+            differ(m, &s->table, &first->table, until, difference);
+        s->said.distance = k == m->first ? 0 : difference[KMP_QUANTITY_Q];
+        if (strcmp(s->said.method.formulation, first->said.method.formulation) != 0)
+            take_least(formulation, difference);
+        if (strcmp(s->said.method.integrator, first->said.method.integrator) != 0)
+            take_least(integrator, difference);
+    }
+}
+
+/* Uncertainty of the reference's rows up to a time: the largest of the sources' differences, the difference by its own
+ * tolerances, and rounding. */
+static void judge(maker *m, double until)
+{
+    maker_source *first = &m->sources[m->first];
+    double formulation[KMP_QUANTITIES], integrator[KMP_QUANTITIES], rounding[KMP_QUANTITIES];
+    judge_others(m, until, formulation, integrator);
+    for (int k = 0; k < m->count; k++)
+        judge_own(m, &m->sources[k], until);
+    /* The effect of rounding up to a time, from its amplification at the start and at all rows. */
+    const kmp_samples *table = &m->sources[m->first].table;
+    double at_start[KMP_QUANTITIES] = {0}, all[KMP_QUANTITIES] = {0};
+    differ(m, &m->moved, table, 0, at_start);
+    differ(m, &m->moved, table, until, all);
+    bool moved = at_start[KMP_QUANTITY_Q] > MOVED * NUDGE; /* drives and locks undo it all */
+    for (int k = 0; k < KMP_QUANTITIES; k++)
+        rounding[k] = ROUNDING * (moved ? fmax(all[k] / at_start[KMP_QUANTITY_Q], 1) : 1);
+    m->comparison->amplification = moved ? all[KMP_QUANTITY_Q] / at_start[KMP_QUANTITY_Q] : NAN;
+    for (int k = 0; k < KMP_QUANTITIES; k++) {
+        double own = first->own[k] / (m->count > 1 ? FALL : 1), others = fmax(formulation[k], integrator[k]);
+        bool known = !isnan(own) || !isnan(others);
+        m->comparison->uncertainty[k] = known ? BOTH * fmax(fmax(own, rounding[k]), others) : NAN;
+    }
+}
+
+/* Ends the reference earlier if the motion amplifies all differences, before they become large. */
+static void keep_good(maker *m, double *at_end, double *bound)
+{
+    kempe_comparison *c = m->comparison;
+    judge(m, INFINITY);
+    *at_end = c->uncertainty[KMP_QUANTITY_Q];
+    *bound = LOST;
+    if (!(*at_end > LOST)) {
+        c->has_reference = !isnan(*at_end);
+        return;
+    }
+    for (int k = 0; k < KEPT && !c->has_reference; k++)
+        for (int row = ROWS - STRIDE; row > 0 && !c->has_reference; row -= STRIDE) {
+            judge(m, m->at[row]);
+            c->has_reference = c->uncertainty[KMP_QUANTITY_Q] <= kept[k];
+            c->until = m->at[row];
+            *bound = kept[k];
+        }
+}
+
+/* -- description ------------------------------------------------------------------------------------- */
+
+/* True if the tolerances of both explain the distance of a source from the reference. */
+static bool confirms(const maker *m, int k)
+{
+    const kmp_source *s = &m->sources[k].said;
+    double promised = 10 * (s->own + m->sources[m->first].said.own) + m->comparison->uncertainty[KMP_QUANTITY_Q];
+    return k != m->first && !(s->distance > promised);
+}
+
+static void describe(const maker *m, kmp_text *text)
+{
+    int count = 0, said = 0;
+    kmp_text_put(text, "own: ");
+    kmp_compare_name(text, &m->sources[m->first].said.method);
+    kmp_text_printf(text, " at rtol %g, ", m->sources[m->first].said.rtol);
+    for (int k = 0; k < m->count; k++)
+        count += confirms(m, k);
+    if (count == 0)
+        kmp_text_put(text, "not confirmed by a second one");
+    for (int k = 0; k < m->count; k++) {
+        if (!confirms(m, k))
+            continue;
+        kmp_text_put(text, said == 0 ? "confirmed by " : said == count - 1 ? " and " : ", ");
+        kmp_compare_name(text, &m->sources[k].said.method);
+        said++;
+    }
+}
+
+static void describe_nothing(const maker *m, double at_end, kmp_text *text)
+{
+    kmp_text_put(text, "none: ");
+    if (m->count > 1)
+        kmp_text_printf(text,
+                        "the runs at the tightest tolerances differ by %.1g in q from the beginning; use a shorter "
+                        "time or --reference CSV",
+                        at_end);
+    else if (m->count == 1)
+        kmp_text_put(text, "only one run at the tightest tolerances reached its end, and no other run confirms it; use "
+                           "--reference CSV");
+    else if (m->reason)
+        kmp_text_printf(text, "no run at a tight tolerance reached its end: %s", m->reason);
+    else
+        kmp_text_printf(text,
+                        "no run at a tight tolerance reached its end within %.3g s of processor time; use a larger "
+                        "--budget or --reference CSV",
+                        m->budget_s);
+}
+
+static void settle(maker *m, double at_end, double bound)
+{
+    kempe_comparison *c = m->comparison;
+    kmp_text text = {0};
+    for (int k = 0; k < m->count; k++)
+        c->sources[k] = m->sources[k].said;
+    c->source_count = m->count;
+    if (c->has_reference)
+        describe(m, &text);
+    else
+        describe_nothing(m, at_end, &text);
+    c->source = kmp_text_keep(&text, &c->arena);
+    if (!c->has_reference)
+        return;
+    if (c->until < c->t_end)
+        kmp_sentences_add(&c->arena, &c->warnings,
+                          "the reference runs differ by %.1g in q at the end, and by less than %.0g only up to t "
+                          "= %g s: errors are evaluated up to that time",
+                          at_end, bound, c->until);
+    for (int k = 0; k < m->count; k++) {
+        const maker_source *s = &m->sources[k];
+        kmp_text warning = {0};
+        if (k == m->first || confirms(m, k))
+            continue;
+        kmp_compare_name(&warning, &s->said.method);
+        kmp_text_printf(&warning,
+                        " at rtol %g differs by %.1g in q from the reference, although its own tolerances agree to "
+                        "%.1g: one of the two follows another branch",
+                        s->said.rtol, s->said.distance, s->said.own);
+        kmp_sentences_take(&c->arena, &c->warnings, &warning);
+    }
+    m->job->reference = m->sources[m->first].table;
+    m->sources[m->first].table = (kmp_samples){0};
+    m->job->reference.shared = c->shared;
+    kmp_samples_limit(&m->job->reference, c->until);
+}
+
+static kempe_status make_reference(maker *m)
+{
+    double at_end = NAN, bound = NAN;
+    kempe_status status = KEMPE_OK;
+    for (size_t k = 0; k < sizeof rows / sizeof *rows && m->count < KMP_MOST_SOURCES && status == KEMPE_OK; k++) {
+        if (!exists(&rows[k].method))
+            continue;
+        maker_source *s = &m->sources[m->count];
+        *s = (maker_source){.said = rows[k]};
+        kmp_samples_init(&s->table, m->system->n, m->system->m);
+        kmp_samples_init(&s->beside, m->system->n, m->system->m);
+        status = run_tight(m, s);
+        if (status == KEMPE_OK && s->said.rtol > 0)
+            status = run_beside(m, s);
+        if (status == KEMPE_OK && s->said.rtol > 0)
+            m->count++;
+        else
+            release(s);
+    }
+    KMP_TRY(status);
+    if (m->count > 0) {
+        /* Chooses the reference. If all differ at the end, the beginning decides. */
+        choose_until(m, INFINITY);
+        if (m->sources[m->first].said.own > LOST)
+            choose_until(m, m->at[STRIDE]);
+        KMP_TRY(run_nudged(m));
+        keep_good(m, &at_end, &bound);
+    }
+    settle(m, at_end, bound);
+    return KEMPE_OK;
+}
+
+static bool are_near(double a, double b)
+{
+    return fabs(a - b) <= 1e-12 * fmax(fabs(a), fabs(b));
+}
+
+/* The own instants and the times of a given reference, ascending; of two that are one up to rounding the given one. */
+static bool merge_times(maker *m, const kmp_reference *given)
+{
+    int count = given ? given->rows : 0, r = 0;
+    m->times = (kmp_times){0, KMP_NEW(double, ROWS + 1 + count)};
+    for (int k = 0; m->times.t && k <= ROWS; k++) {
+        for (; r < count && (given->t[r] <= m->at[k] || are_near(given->t[r], m->at[k])); r++)
+            m->times.t[m->times.count++] = given->t[r];
+        if (m->times.count == 0 || !are_near(m->times.t[m->times.count - 1], m->at[k]))
+            m->times.t[m->times.count++] = m->at[k];
+    }
+    return m->times.t;
+}
+
+/* Makes the comparison's own reference from several formulations and integrators, in at most `budget_s` of the
+ * remaining time, at its own instants and at the times of a given reference (NULL: none). Without one, has_reference
+ * stays false and `source` gives the reason. */
+static kempe_status compare_own_reference(kmp_compare_job *job, double budget_s, const kmp_reference *given)
+{
+    kempe_comparison *c = job->comparison;
+    maker m = {.job = job, .comparison = c, .system = c->system, .budget_s = budget_s};
+    m.least_left_s = job->left_s - budget_s;
+    for (int k = 0; k <= ROWS; k++)
+        m.at[k] = k == ROWS ? c->t_end : c->t_end * (k + fmod(k * GOLDEN, 1)) / ROWS;
+    for (int k = 0; k < KMP_QUANTITIES; k++)
+        c->uncertainty[k] = NAN;
+    kmp_samples_init(&m.moved, c->system->n, c->system->m);
+    kempe_status status = merge_times(&m, given) ? make_reference(&m) : kmp_fail_memory(job->context);
+    kmp_times_free(&m.times);
+    for (int k = 0; k < m.count; k++)
+        release(&m.sources[k]);
+    kmp_samples_free(&m.moved);
+    kmp_free(m.reason);
+    return status == KEMPE_STOPPED ? KEMPE_OK : status; /* interrupted: the runs report it */
+}
 
 /* The default processor time of all runs, s, and the part of it available for the reference. */
 #define BUDGET         60.0
@@ -183,8 +635,6 @@ static kempe_status choose_rtols(kempe_comparison *c, const char *list)
     return KEMPE_OK;
 }
 
-/* -- end --------------------------------------------------------------------------------------------- */
-
 /* One successful run makes a comparison; without one, the first failure gives its reason. */
 static kempe_status conclude(kmp_compare_job *j)
 {
@@ -235,7 +685,7 @@ static kempe_status extend_given(kmp_compare_job *j, kmp_reference *given, const
     kempe_comparison *c = j->comparison;
     double off[KMP_QUANTITIES];
     int reported = c->warnings.count;
-    KMP_TRY(kmp_compare_own_reference(j, REFERENCE_PART * j->left_s, given));
+    KMP_TRY(compare_own_reference(j, REFERENCE_PART * j->left_s, given));
     given->shared = c->shared;
     kmp_verdict_errors(&j->reference, c->system, given, INFINITY, off);
     if (c->has_reference && c->until >= c->t_end && off[KMP_QUANTITY_Q] <= AGREED) {
@@ -273,7 +723,7 @@ static kempe_status use_reference(kmp_compare_job *j, const char *path)
     kmp_reference given = {0};
     kempe_status status = KEMPE_OK;
     if (!path)
-        return kmp_compare_own_reference(j, REFERENCE_PART * j->left_s, NULL);
+        return compare_own_reference(j, REFERENCE_PART * j->left_s, NULL);
     KMP_TRY(kmp_reference_read(c->system, path, &given));
     kmp_samples_limit(&given, c->t_end);
     if (given.rows < MANY_ROWS)

@@ -4,7 +4,7 @@
 
 #include "integrators/run/run.h"
 #include "output/print.h"
-#include "output/times.h"
+#include "output/reference.h"
 #include "output/verdict.h"
 #include <kempe/check.h>
 #include <kempe/compare.h>
@@ -126,8 +126,6 @@ typedef struct kmp_stiffness {
 } kmp_stiffness;
 
 bool kmp_is_implicit(const kmp_method *method);
-
-/* -- reports ---------------------------------------------------------------------------------------- */
 
 enum { KMP_COMPARE_SHOWN = 3 };
 

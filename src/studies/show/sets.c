@@ -1,12 +1,96 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+/* Sets of equations by name, their entries and their operation counts; the steps of a program. */
 #include "studies/show/sets.h"
 #include "base/memory.h"
 #include "dynamics/choose_variants.h"
-#include "dynamics/equations.h"
 #include "model/data/model.h"
 #include "symbolic/live.h"
 #include "symbolic/ops.h"
 #include <string.h>
+
+/* -- steps ----------------------------------------------------------------------------------------------- */
+
+/* Steps of a program: the longest chain of named variables, found in one loop through the instructions. A value that is
+ * used once is a part of the expression that uses it, and no step of its own. */
+
+typedef struct work {
+    const kmp_program *p;
+    int leaves;
+    int *uses;
+    long *index; /* the largest one below an instruction; of a variable its own */
+    bool *angle; /* a sum of inputs */
+} work;
+
+static void count_readers(work *w, int count)
+{
+    const kmp_program *p = w->p;
+    for (int i = 0; i < count; i++)
+        for (int k = 0; k < kmp_op_arity((kmp_op)p->instruction[i].op); k++) {
+            int value = (int)(kmp_instruction_operand(&p->instruction[i], k) >> 1);
+            if (value >= w->leaves)
+                w->uses[value - w->leaves]++;
+        }
+    for (int k = 0; k < p->outputs[p->stages]; k++) {
+        int value = (int)(p->output[k] >> 1);
+        if (value >= w->leaves)
+            w->uses[value - w->leaves] += 2; /* has a name of its own */
+    }
+}
+
+/* True for values available before the first step: functions of parameters, sums of inputs, their sines and cosines. */
+static bool is_known(const work *w, int i)
+{
+    const kmp_instruction *in = &w->p->instruction[i];
+    int value = (int)(in->a >> 1);
+    if (i < w->p->code[1])
+        return true;
+    return (in->op == KMP_OP_SIN || in->op == KMP_OP_COS) && (value < w->leaves || w->angle[value - w->leaves]);
+}
+
+static long index_of(const work *w, int i)
+{
+    const kmp_instruction *in = &w->p->instruction[i];
+    long index = 0;
+    if (is_known(w, i))
+        return 0;
+    for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
+        int value = (int)(kmp_instruction_operand(in, k) >> 1);
+        if (value >= w->leaves && w->index[value - w->leaves] > index)
+            index = w->index[value - w->leaves];
+    }
+    return w->uses[i] > 1 ? index + 1 : index;
+}
+
+kmp_steps kmp_program_steps(const kmp_program *p)
+{
+    int count = p->code[p->stages];
+    kmp_arena arena = {0};
+    kmp_steps steps = {.vector = -1};
+    work w = {.p = p,
+              .leaves = p->constant_count + p->input_count,
+              .uses = KMP_ARENA_NEW(&arena, int, count),
+              .index = KMP_ARENA_NEW(&arena, long, count),
+              .angle = KMP_ARENA_NEW(&arena, bool, count)};
+    if (!arena.failed) {
+        steps.vector = 0;
+        count_readers(&w, count);
+    }
+    for (int i = 0; !arena.failed && i < count; i++) {
+        const kmp_instruction *in = &p->instruction[i];
+        bool sum = in->op == KMP_OP_ADD || in->op == KMP_OP_MUL;
+        for (int k = 0; sum && k < kmp_op_arity((kmp_op)in->op); k++) {
+            int value = (int)(kmp_instruction_operand(in, k) >> 1);
+            sum = value < w.leaves || w.angle[value - w.leaves];
+        }
+        w.angle[i] = sum;
+        w.index[i] = index_of(&w, i);
+        steps.serial += w.uses[i] > 1 && !is_known(&w, i);
+        if (w.index[i] > steps.vector)
+            steps.vector = w.index[i];
+    }
+    kmp_arena_free(&arena);
+    return steps;
+}
 
 static const struct {
     const char *name;
@@ -87,16 +171,6 @@ unsigned kmp_sets_derive(unsigned wanted)
 
 /* -- entries ----------------------------------------------------------------------------------------- */
 
-static void put_set(kmp_assignment *a, const kmp_set *set)
-{
-    for (int i = 0; i < set->rows; i++)
-        if (set->columns)
-            for (int k = 0; k < (set->lower ? i + 1 : set->columns); k++)
-                *a++ = (kmp_assignment){set->name, i, k, set->entries[i * set->columns + k]};
-        else
-            *a++ = (kmp_assignment){set->name, i, -1, set->entries[i]};
-}
-
 int kmp_sets_size(const kmp_equations *eq, unsigned wanted)
 {
     int size = 0;
@@ -113,8 +187,12 @@ void kmp_sets_put(const kmp_equations *eq, unsigned wanted, kmp_assignment *entr
         kmp_set set = kmp_set_of(eq, k);
         if (!(wanted & 1u << k))
             continue;
-        put_set(entries, &set);
-        entries += kmp_set_size(&set);
+        for (int i = 0; i < set.rows; i++)
+            if (set.columns)
+                for (int j = 0; j < (set.lower ? i + 1 : set.columns); j++)
+                    *entries++ = (kmp_assignment){set.name, i, j, set.entries[i * set.columns + j]};
+            else
+                *entries++ = (kmp_assignment){set.name, i, -1, set.entries[i]};
     }
 }
 
@@ -178,7 +256,7 @@ kempe_status kmp_tally_sets(const kempe_model *model, const kmp_derivation_reque
     return ok ? KEMPE_OK : kmp_fail_memory(model->context);
 }
 
-/* -- entries as assignments --------------------------------------------------------------------------- */
+/* -- assignments ----------------------------------------------------------------------------------------- */
 
 /* Graph outputs as scalar assignments for reading: an auxiliary variable for each expression that is used more than
  * once or would make a line too long, everything else in place. */

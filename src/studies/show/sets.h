@@ -1,10 +1,21 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Sets of equations by name, their entries and their operation counts. */
+/* Sets of equations by name, their entries and their operation counts; steps of a program: the longest chain of
+ * named variables. */
 #pragma once
 
 #include "base/text.h"
 #include "dynamics/equations.h"
-#include "studies/show/steps.h"
+#include "symbolic/program.h"
+
+/** `serial`: variables, one assignment each; `vector`: their largest index, -1 without memory. */
+typedef struct kmp_steps {
+    long serial, vector;
+} kmp_steps;
+
+/** A variable is an output, or a value that is used more than once; a value used once is part of its user's assignment.
+ * Inputs, numbers, functions of parameters alone, and sines and cosines of sums of inputs have index 0 and are not
+ * counted. */
+kmp_steps kmp_program_steps(const kmp_program *p);
 
 /* The rows of sets.def; several together are bits 1 << set. */
 typedef enum kmp_eq_set {

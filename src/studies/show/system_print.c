@@ -487,18 +487,6 @@ static void json_tally(kmp_json *json, const char *key, const kmp_tally *t)
     kmp_json_put(json, "created %ld kept %ld }", t->created, t->kept);
 }
 
-static void json_blocks(kmp_json *json, const kmp_program *p, const kmp_block_counts *blocks)
-{
-    const kmp_counts all = count_right_side(p, blocks);
-    kmp_json_object(json, "at_start");
-    json_counts(json, "averages", &blocks->averages);
-    kmp_json_put(json, "evaluations %d }", blocks->average_lists);
-    json_counts(json, "equations", &blocks->equations);
-    kmp_json_put(json, "evaluations %d }", blocks->equation_lists);
-    json_counts(json, "right_hand_side", &all);
-    kmp_json_put(json, "} }");
-}
-
 static void json_stats(kmp_json *json, const kmp_program *p, const char *const *names, const kmp_tally t[KMP_EQ_SETS],
                        const kmp_block_counts *blocks)
 {
@@ -510,7 +498,14 @@ static void json_stats(kmp_json *json, const kmp_program *p, const char *const *
         kmp_json_end(json);
     }
     kmp_json_put(json, "}");
-    json_blocks(json, p, blocks);
+    const kmp_counts all = count_right_side(p, blocks);
+    kmp_json_object(json, "at_start");
+    json_counts(json, "averages", &blocks->averages);
+    kmp_json_put(json, "evaluations %d }", blocks->average_lists);
+    json_counts(json, "equations", &blocks->equations);
+    kmp_json_put(json, "evaluations %d }", blocks->equation_lists);
+    json_counts(json, "right_hand_side", &all);
+    kmp_json_put(json, "} }");
     kmp_json_put(json, "sets {");
     for (int k = 0; k < KMP_EQ_SETS; k++)
         if (shown & 1u << k)
@@ -520,20 +515,6 @@ static void json_stats(kmp_json *json, const kmp_program *p, const char *const *
 }
 
 /* -- views ------------------------------------------------------------------------------------------- */
-
-/* Each line of a view as one string. */
-static void json_lines(kmp_json *json, kmp_text *view)
-{
-    kmp_json_array(json, "lines");
-    for (char *s = view->s; s && *s;) {
-        char *end = strchr(s, '\n');
-        if (end)
-            *end = '\0';
-        kmp_json_string(json, NULL, s);
-        s = end ? end + 1 : s + strlen(s);
-    }
-    kmp_json_end(json);
-}
 
 static kempe_status write_stats(kmp_text *out, const kempe_system *system, kempe_format format)
 {
@@ -583,7 +564,16 @@ static kempe_status write_lines(kmp_text *out, const kempe_system *system, kempe
         kmp_json json = kmp_json_begin(out);
         kmp_print_head(&json, system, kmp_status_word(KEMPE_OK), "", system->build_s, NULL);
         kmp_json_string(&json, "view", view_names[view]);
-        json_lines(&json, &lines);
+        /* Each line of a view as one string. */
+        kmp_json_array(&json, "lines");
+        for (char *s = lines.s; s && *s;) {
+            char *end = strchr(s, '\n');
+            if (end)
+                *end = '\0';
+            kmp_json_string(&json, NULL, s);
+            s = end ? end + 1 : s + strlen(s);
+        }
+        kmp_json_end(&json);
         kmp_json_end(&json);
     }
     kmp_text_free_part(out, &lines);

@@ -7,10 +7,32 @@
 #include "constraints/evaluation/present_inputs.h"
 #include "dynamics/equations.h"
 #include "model/data/variant.h"
-#include "studies/simulate/columns.h"
+#include "studies/simulate/trajectory.h"
 
-/* The stage of the values, and the first and number of those that a caller may add. */
-enum { KMP_OBSERVED_VALUES = 1, KMP_OBSERVED_MORE, KMP_OBSERVED_ADDED = 2 };
+/** The source of a column's value: number `index` of a quantity, or (KMP_QUANTITIES) of the outputs in addition to the
+ * table. It is component `part` of output `output`. */
+typedef struct kmp_column {
+    kmp_quantity quantity;
+    int index, output, component;
+} kmp_column;
+
+typedef struct kmp_columns {
+    int count;
+    char **name;
+    const char **unit; /* SI, "" where a sensor has none */
+    kmp_column *of;    /* of the first, which is time: output -1 */
+    kmp_arena arena;
+} kmp_columns;
+
+/** Columns of the outputs of a model with the coordinates and rows of a system: its own or a copy with other outputs.
+ * `parts`: by output, a bit for each requested component; NULL: all. false: no memory. */
+bool kmp_columns_init(kmp_columns *columns, const kempe_system *system, const kempe_model *model,
+                      const unsigned *parts);
+void kmp_columns_free(kmp_columns *columns);
+
+/** The values (count) of a row; NaN where there is none. */
+void kmp_columns_fill(const kmp_samples *table, const kmp_columns *columns, kmp_evaluator *eval, int row,
+                      double *values);
 
 typedef struct kmp_output_program {
     const kempe_system *system;
@@ -37,10 +59,6 @@ typedef struct kmp_output_program_stages {
 kempe_status kmp_output_program_init(kmp_output_program *observed, const kempe_system *system, const char *words,
                                      int most, const kmp_output_program_stages *more);
 void kmp_output_program_free(kmp_output_program *observed);
-
-/** Sets a state (NULL: zero) with its inputs; kmp_output_program_at gives the values, without time. */
-void kmp_output_program_place(kmp_output_program *observed, double t, const double *q, const double *qd,
-                              const double *qdd, const double *lambda);
 void kmp_output_program_at(kmp_output_program *observed, double t, const double *q, const double *qd, const double *qdd,
                            const double *lambda, double *values);
 

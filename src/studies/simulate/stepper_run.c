@@ -14,7 +14,6 @@
 #include "model/data/variant.h"
 #include "model/read/loads.h"
 #include "output/print.h"
-#include "studies/simulate/stepper_inside.h"
 #include <kempe/settings.h>
 #include <math.h>
 #include <string.h>

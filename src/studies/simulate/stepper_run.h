@@ -1,10 +1,29 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The public stepper: a runner, and its current row; its inputs; its state, set, saved, restored, copied; other
- * values of parameters. A restored stepper makes its runner anew from the saved numbers alone, so that nothing of
- * what happened in between remains. */
 #pragma once
 
+#include "studies/simulate/trajectory.h"
 #include <kempe/stepper.h>
+#include <kempe/workspace.h>
+
+struct kempe_stepper {
+    const kempe_system *system;
+    kmp_runner *runner;
+    kmp_arena arena;
+    kmp_run_spec spec;
+    double t, stop;     /* the current time; the limit of steps, where an earlier break is not the same time */
+    double own_stop;    /* that of kempe_stepper_set_stop; INFINITY: none */
+    bool keeps;         /* external inputs of the user's force are constant */
+    bool samples;       /* the caller sets inputs of the model: no step goes beyond the requested time */
+    bool given;         /* since the last step */
+    bool steps;         /* a call makes steps: the force function may not make others */
+    double *row, *next; /* q, qd, qdd, lambda; the one being made */
+    double work;        /* of non-conservative forces, at the row */
+    char *reason;
+    kempe_status status;                       /* of the last call that moved it */
+    bool doubted;                              /* by a call since its start */
+    struct kmp_stepper_parameters *parameters; /* of kempe_stepper_set_parameters: owns `system`; NULL: none set */
+    kempe_workspace *closer;                   /* of kempe_stepper_set_state; NULL: not made yet */
+};
 
 /** Takes the row here again, with inputs that were set since. */
 kempe_status kmp_stepper_stand_with_inputs(kempe_stepper *stepper);

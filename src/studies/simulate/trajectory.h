@@ -1,13 +1,62 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Results of one run: its table, its verdict, its work. */
+/* Results of one run: its table, its verdict, its work; a simulation in its stages, which src/pipeline.c calls in
+ * order. */
 #pragma once
 
+#include "base/json.h"
+#include "base/text.h"
+#include "dynamics/system.h"
 #include "integrators/run/recording.h"
+#include "model/data/past_signals.h"
 #include "output/convergence.h"
+#include "output/reference.h"
+#include "output/samples.h"
 #include "output/verdict.h"
-#include "studies/simulate/run_judge.h"
+#include <kempe/kempe.h>
 
-struct kmp_simulation;
+/** A judgement of runs that a wing (base/wings.h) adds to those of the core. */
+typedef struct kmp_run_judge {
+    /** Before the run, whose messages remain: *before is what the judgement needs, in the arena; NULL: the run is not
+     * judged. */
+    kempe_status (*prepare)(const kempe_system *system, const kempe_run_options *run, kmp_arena *arena, void **before);
+    /** Judges a recorded run; *verdict is in the arena. */
+    kempe_status (*judge)(const kempe_system *system, kmp_recording *recording, const void *before, kmp_arena *arena,
+                          void **verdict);
+    /** Puts a paragraph, and a member of an open object. */
+    void (*show)(kmp_text *text, const kempe_model *model, const void *verdict);
+    void (*json)(kmp_json *json, const kempe_model *model, const void *verdict);
+} kmp_run_judge;
+
+/** Appends the lines that a checkpoint of this system begins with. */
+kempe_status kmp_checkpoint_head(const kempe_system *system, kmp_text *text);
+
+/** Appends the last line: the checksum of the `length` bytes before it. */
+void kmp_checkpoint_end(kmp_text *text, const char *s, size_t length);
+
+/** Replaces the samples by the rows of the file, and the past (NULL of a model without continuous delays), which
+ * reaches the last of them. KEMPE_E_IO; KEMPE_E_INPUT when it is of another model or spoilt, with file:line:column;
+ * both are then as they were. */
+kempe_status kmp_checkpoint_read(const kempe_system *system, const char *path, kmp_samples *samples, kmp_past **past);
+
+/** All that a simulation needs until it is done. */
+typedef struct kmp_simulation {
+    const kempe_system *system;
+    kempe_context *context;
+    const kempe_run_options *run;
+    kmp_arena arena;
+    kmp_run_spec spec;
+    kmp_reference reference;
+    bool has_reference;
+    kmp_times times;
+    kmp_samples before;          /* rows of the checkpoint to continue from */
+    kmp_past *past;              /* of delayed signals in it; NULL: none */
+    kmp_program_cache_past kept; /* for the checkpoint of this run */
+    kempe_assembly start;
+    void *judge_needs; /* what the judge of a wing needs; NULL: it does not judge */
+    kmp_step_counts counts;
+    bool least_norm;              /* loads that redundant constraints share */
+    kempe_trajectory *trajectory; /* the result; NULL: there is none yet */
+} kmp_simulation;
 
 struct kempe_trajectory {
     const kempe_system *system;

@@ -1,5 +1,4 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* A trajectory as a report and as one JSON object. */
 #pragma once
 
 #include "studies/simulate/trajectory.h"

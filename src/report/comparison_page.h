@@ -10,7 +10,3 @@ int kmp_page_choose(const kempe_comparison *comparison, int *shown);
 
 /** Puts the residuals, the energy, the steps and the log of a run as one JSON object. */
 void kmp_page_record(kmp_json *json, const kmp_record *record);
-
-/** Puts all data of the page, as one JSON object. `picture`: the record whose rows are the frames, NULL: none. */
-void kmp_page_data(kmp_text *text, const kempe_comparison *comparison, int count, const kmp_record *records,
-                   const kmp_record *picture);
