@@ -91,9 +91,15 @@ static bool add_sources(kempe_fmu_export *made)
         int fmi; /* 0: of both versions */
         const char *name, *const *lines;
     } layers[] = {{0, "kempe_fmu.h", kmp_kempe_fmu_h},   {0, "kempe_fmu.c", kmp_kempe_fmu_c},
-                  {0, "kempe_fmi.h", kmp_kempe_fmi_h},   {2, "kempe_fmi2.h", kmp_kempe_fmi2_h},
-                  {2, "kempe_fmi2.c", kmp_kempe_fmi2_c}, {3, "kempe_fmi3.h", kmp_kempe_fmi3_h},
-                  {3, "kempe_fmi3.c", kmp_kempe_fmi3_c}};
+                  {0, "kempe_fmi.h", kmp_kempe_fmi_h},
+                  {2, "kempe_fmi2.c", kmp_kempe_fmi2_c},
+                  {2, "fmi2Functions.h", kmp_fmi2Functions_h},
+                  {2, "fmi2FunctionTypes.h", kmp_fmi2FunctionTypes_h},
+                  {2, "fmi2TypesPlatform.h", kmp_fmi2TypesPlatform_h},
+                  {3, "kempe_fmi3.c", kmp_kempe_fmi3_c},
+                  {3, "fmi3Functions.h", kmp_fmi3Functions_h},
+                  {3, "fmi3FunctionTypes.h", kmp_fmi3FunctionTypes_h},
+                  {3, "fmi3PlatformTypes.h", kmp_fmi3PlatformTypes_h}};
     kmp_unit_plan *plan = &made->plan;
     kmp_code_files *files = &made->sources;
     bool ok = true;
