@@ -2,7 +2,7 @@
 /* `generate --count`: operation counts of each requested set of equations derived alone, and of all as one program. */
 #include "base/clock.h"
 #include "base/memory.h"
-#include "exchange/code/choice.h"
+#include "exchange/code/source.h"
 #include "model/data/model.h"
 #include "output/print.h"
 #include <kempe/generate.h>

@@ -5,6 +5,9 @@
 
 #include "exchange/code/source.h"
 
+/** Routines of slopes at most. */
+enum { KMP_SLOPES_MOST = 4 };
+
 struct kmp_simulated {
     int freedom;      /* n less the rank of J */
     double *q, *qd;   /* n: a closed start */

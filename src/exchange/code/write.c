@@ -3,7 +3,6 @@
 #include "exchange/code/write.h"
 #include "exchange/code/block_parts.h"
 #include "exchange/code/language.h"
-#include "exchange/code/levels.h"
 #include "exchange/code/scalar.h"
 #include "exchange/code/vectorised.h"
 #include "model/data/model.h"

@@ -1,11 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "exchange/formats/importing.h"
 #include "exchange/formats/formats.h"
-#include "exchange/formats/laas_loops.h"
-#include "exchange/formats/mbs.h"
 #include "exchange/formats/mjcf.h"
-#include "exchange/formats/sdf_model.h"
-#include "exchange/formats/urdf_robot.h"
 #include "model/data/model.h"
 #include <string.h>
 
@@ -158,7 +154,7 @@ void kmp_import_word(kmp_import *im, kmp_yaml *map, kmp_place place, const char 
     kmp_import_put(im, map, place, key, kmp_yaml_word(im->arena, place, word));
 }
 
-const char *kmp_import_number(kmp_import *im, double value)
+static const char *number(kmp_import *im, double value)
 {
     return kmp_arena_printf(im->arena, "%.17g", value);
 }
@@ -167,8 +163,18 @@ kmp_yaml *kmp_import_numbers(kmp_import *im, kmp_place place, int count, const d
 {
     kmp_yaml *list = kmp_yaml_new(im->arena, KMP_YAML_LIST, place);
     for (int k = 0; k < count; k++)
-        kmp_yaml_append(im->arena, list, NULL, kmp_yaml_word(im->arena, place, kmp_import_number(im, values[k])));
+        kmp_yaml_append(im->arena, list, NULL, kmp_yaml_word(im->arena, place, number(im, values[k])));
     return list;
+}
+
+void kmp_import_value(kmp_import *im, kmp_yaml *map, kmp_place place, const char *key, double value)
+{
+    kmp_import_word(im, map, place, key, number(im, value));
+}
+
+void kmp_import_vector(kmp_import *im, kmp_yaml *map, kmp_place place, const char *key, const double v[3])
+{
+    kmp_import_put(im, map, place, key, kmp_import_numbers(im, place, 3, v));
 }
 
 kmp_yaml *kmp_import_part(kmp_import *im, kmp_yaml *map, const char *key, kmp_yaml_kind kind)

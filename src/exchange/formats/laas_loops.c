@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Loops of a robot in a file of their own, as LAAS-CNRS publishes robots with closed chains: `closed_loop` lists pairs
  * of frames of the URDF file beside it, which coincide (docs/urdf.md). The document includes that file. */
-#include "exchange/formats/laas_loops.h"
 #include "base/file.h"
 #include "base/memory.h"
 #include "exchange/formats/foreign_parts.h"
@@ -73,23 +72,14 @@ static bool read_robot(pairs *p)
     return p->robot;
 }
 
-static const kmp_element *named(const pairs *p, const char *kind, const char *name)
-{
-    const kmp_element *e = kmp_element_find(p->robot, kind);
-    const char *text = e ? kmp_element_text(e, "name") : NULL;
-    while (e && !(text && strcmp(text, name) == 0)) {
-        e = kmp_element_again(e);
-        text = e ? kmp_element_text(e, "name") : NULL;
-    }
-    return e;
-}
-
 /* LINK.origin of a frame, which is a link, or a joint: then that of the link behind it. */
 static const char *frame_of(const pairs *p, const kmp_yaml *node)
 {
-    const kmp_element *joint = named(p, "link", node->text) ? NULL : named(p, "joint", node->text);
+    const kmp_element *joint = kmp_element_named(p->robot, "link", "name", node->text)
+                                   ? NULL
+                                   : kmp_element_named(p->robot, "joint", "name", node->text);
     const char *link = joint ? kmp_element_text(kmp_element_find(joint, "child"), "link") : node->text;
-    if (!joint && !named(p, "link", node->text))
+    if (!joint && !kmp_element_named(p->robot, "link", "name", node->text))
         kmp_import_complain(p->im, node->place, "the frame", node->text, "is neither a link nor a joint of the robot");
     const char *clean = link ? kmp_import_clean(p->im, link) : NULL;
     return clean ? kmp_arena_printf(p->im->arena, "%s.origin", clean) : NULL;
@@ -190,7 +180,7 @@ static kmp_yaml *other_joints(const pairs *p, const kmp_yaml *source)
         const kmp_yaml *name = names->items[k];
         const char *clean = kmp_import_clean(im, name->text);
         kmp_yaml *other = other_joint(im, types->items[k]);
-        if (!named(p, "joint", name->text))
+        if (!kmp_element_named(p->robot, "joint", "name", name->text))
             kmp_import_leave_out(im, name->place, KMP_PART_AT_TIMES, name->text,
                                  "the joint '%s' of joint_name is not used: the robot does not have it", name->text);
         else if (clean && kmp_yaml_get(joints, clean))

@@ -2,7 +2,7 @@
 /* A ROBOTRAN model, converted to an equivalent YAML document; its nodes have the places of the elements that they come
  * from. Values common to both languages are passed on unread: the reader checks them. Names lose the characters that
  * Kempe's names do not have. Laws of forces are functions in user code in ROBOTRAN, so they are not converted. */
-#include "exchange/formats/mbs.h"
+#include "exchange/formats/foreign_parts.h"
 #include "exchange/formats/formats.h"
 #include "exchange/formats/importing.h"
 #include "model/data/model.h"
@@ -142,16 +142,6 @@ static const kmp_element *find_body(const kmp_import *im, const char *name)
     return NULL;
 }
 
-static bool has_point(const kmp_element *body, const char *name)
-{
-    for (const kmp_element *p = kmp_element_find(body, "point"); p; p = kmp_element_again(p)) {
-        const char *own = kmp_element_text(p, "pointname");
-        if (own && strcmp(own, name) == 0)
-            return true;
-    }
-    return false;
-}
-
 /* Writes the points of a body. `origin` exists without declaration; elements between points name it. */
 static void put_points(kmp_import *im, kmp_yaml *map, const kmp_element *body)
 {
@@ -164,10 +154,8 @@ static void put_points(kmp_import *im, kmp_yaml *map, const kmp_element *body)
             kmp_import_put(im, points, p->place, name, vector(im, p));
     }
     if (!kmp_yaml_get(points, "origin")) {
-        kmp_yaml *zero = kmp_yaml_new(im->arena, KMP_YAML_LIST, body->place);
-        for (int k = 0; k < 3; k++)
-            kmp_yaml_append(im->arena, zero, NULL, kmp_yaml_word(im->arena, body->place, "0"));
-        kmp_import_put(im, points, body->place, "origin", zero);
+        static const double zero[3] = {0};
+        kmp_import_vector(im, points, body->place, "origin", zero);
     }
 }
 
@@ -180,7 +168,8 @@ static const kmp_yaml *place_on(kmp_import *im, const kmp_element *e, bool point
         return NULL;
     }
     const char *on = is_ground(body) ? "ground" : kmp_import_clean(im, body);
-    bool origin = !name || (strcmp(name, "origin") == 0 && !has_point(find_body(im, body), name));
+    bool origin =
+        !name || (strcmp(name, "origin") == 0 && !kmp_element_named(find_body(im, body), "point", "pointname", name));
     if (!on || (origin && !point))
         return on ? kmp_yaml_word(im->arena, e->place, on) : NULL;
     const char *at = kmp_import_clean(im, name ? name : "origin");
@@ -222,9 +211,9 @@ static const kmp_yaml *drive(kmp_import *im, const kmp_element *joint, const cha
     const kmp_element *start = kmp_element_find(joint, "initialvalue");
     const char *q = kmp_element_text(start, "q"), *qd = kmp_element_text(start, "qd");
     kmp_yaml *map = kmp_import_map(im, joint->place);
-    kmp_import_put(im, map, joint->place, "joint", kmp_yaml_word(im->arena, joint->place, coordinate));
+    kmp_import_word(im, map, joint->place, "joint", coordinate);
     if (!qd || strtod(qd, NULL) == 0) {
-        kmp_import_put(im, map, joint->place, "locked", kmp_yaml_word(im->arena, joint->place, "yes"));
+        kmp_import_word(im, map, joint->place, "locked", "yes");
         return map;
     }
     const char *law = kmp_arena_printf(im->arena, "(%s) + (%s)*t", q ? q : "0", qd);
@@ -248,8 +237,7 @@ static void put_start(kmp_import *im, const kmp_element *joint, const char *coor
     if (nature && strcmp(nature, "driven") == 0)
         kmp_import_add(im, "drives", joint, drive_name, drive(im, joint, coordinate, kmp_element_text(joint, "type")));
     else if (nature && strcmp(nature, "independent") == 0)
-        kmp_yaml_append(im->arena, kmp_import_part(im, begin, "hold", KMP_YAML_LIST), NULL,
-                        kmp_yaml_word(im->arena, joint->place, coordinate));
+        kmp_import_hold(im, joint->place, coordinate);
     else if (nature && strcmp(nature, "dependent") != 0)
         kmp_import_complain(im, joint->place, "nature", nature, "is not independent, dependent or driven");
 }
@@ -302,12 +290,12 @@ static void put_joint(kmp_import *im, kmp_yaml *map, const kmp_element *body, co
     }
     if (!name || !own)
         return;
-    kmp_import_put(im, own, own->place, "name", kmp_yaml_word(im->arena, own->place, name));
+    kmp_import_word(im, own, own->place, "name", name);
     kmp_import_put(im, own, own->place, "at", place_on(im, parent, false));
     if (joint)
         put_motions(im, own, body, name);
     else
-        kmp_import_put(im, own, own->place, "weld", kmp_yaml_word(im->arena, own->place, "yes"));
+        kmp_import_word(im, own, own->place, "weld", "yes");
     kmp_import_put(im, map, own->place, "joint", own);
 }
 
@@ -322,7 +310,7 @@ static void put_inertia(kmp_import *im, kmp_yaml *map, const kmp_element *body)
     kmp_yaml *own = kmp_import_map(im, inertia->place);
     for (int k = 0; k < 6; k++)
         put_number(im, own, names[k][1], inertia, names[k][0]);
-    kmp_import_put(im, own, inertia->place, "as_given", kmp_yaml_word(im->arena, inertia->place, "yes"));
+    kmp_import_word(im, own, inertia->place, "as_given", "yes");
     kmp_import_put(im, map, inertia->place, "inertia", own);
 }
 

@@ -1,29 +1,20 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A model in MJCF, the format of MuJoCo. A body has all motions of its chain as joints. Loops are equalities between
  * sites, which MuJoCo keeps by soft forces: a hinge is two points of its axis. */
-#include "exchange/formats/mjcf_writer.h"
 #include "exchange/formats/foreign_frames.h"
-#include "exchange/formats/written_pictures.h"
 #include "exchange/formats/written_tree.h"
 #include "model/data/closure_table.h"
 #include "model/data/model.h"
 #include <string.h>
 
-static void put_value(kmp_text *text, const char *key, int count, const double *values)
-{
-    kmp_text_printf(text, " %s=\"", key);
-    kmp_export_numbers(text, count, values);
-    kmp_text_put(text, "\"");
-}
-
 static void put_place(kmp_text *text, const kmp_pose *f)
 {
-    put_value(text, "pos", 3, f->p);
+    kmp_export_attribute(text, "pos", 3, f->p);
     if (kmp_frame_is_turned(f)) {
         double xyzw[4];
         kmp_pose_quaternion(f, NULL, xyzw);
         const double wxyz[4] = {xyzw[3], xyzw[0], xyzw[1], xyzw[2]};
-        put_value(text, "quat", 4, wxyz);
+        kmp_export_attribute(text, "quat", 4, wxyz);
     }
 }
 
@@ -71,17 +62,17 @@ static void put_joint(const kmp_export *w, const char *name, bool turns, const d
 {
     indent(w->text, depth);
     kmp_text_printf(w->text, "<joint name=\"%s\" type=\"%s\"", name, turns ? "hinge" : "slide");
-    put_value(w->text, "axis", 3, axis);
+    kmp_export_attribute(w->text, "axis", 3, axis);
     if (l && l->damping != 0)
-        put_value(w->text, "damping", 1, &l->damping);
+        kmp_export_attribute(w->text, "damping", 1, &l->damping);
     if (l && l->stiffness != 0) {
-        put_value(w->text, "stiffness", 1, &l->stiffness);
-        put_value(w->text, "springref", 1, &l->rest);
+        kmp_export_attribute(w->text, "stiffness", 1, &l->stiffness);
+        kmp_export_attribute(w->text, "springref", 1, &l->rest);
     }
     if (l && l->friction != 0)
-        put_value(w->text, "frictionloss", 1, &l->friction);
+        kmp_export_attribute(w->text, "frictionloss", 1, &l->friction);
     if (l && l->armature != 0)
-        put_value(w->text, "armature", 1, &l->armature);
+        kmp_export_attribute(w->text, "armature", 1, &l->armature);
     kmp_text_put(w->text, "/>\n");
 }
 
@@ -111,10 +102,10 @@ static void put_mass(const kmp_export *w, int link, int depth)
         return;
     indent(w->text, depth);
     kmp_text_put(w->text, "<inertial");
-    put_value(w->text, "pos", 3, com);
-    put_value(w->text, "mass", 1, &mass);
+    kmp_export_attribute(w->text, "pos", 3, com);
+    kmp_export_attribute(w->text, "mass", 1, &mass);
     bool principal = inertia[3] == 0 && inertia[4] == 0 && inertia[5] == 0;
-    put_value(w->text, principal ? "diaginertia" : "fullinertia", principal ? 3 : 6, inertia);
+    kmp_export_attribute(w->text, principal ? "diaginertia" : "fullinertia", principal ? 3 : 6, inertia);
     kmp_text_put(w->text, "/>\n");
 }
 
@@ -138,13 +129,13 @@ static void put_pictures(kmp_export *w, int link, int depth)
         if (s.mesh)
             kmp_text_printf(w->text, " mesh=\"shape_%d\"", k + 1);
         else
-            put_value(w->text, "size",
-                      three                        ? 3
-                      : s.kind == KMP_SHAPE_SPHERE ? 1
-                                                   : 2,
-                      s.kind == KMP_SHAPE_ELLIPSOID ? s.size : half);
+            kmp_export_attribute(w->text, "size",
+                                 three                        ? 3
+                                 : s.kind == KMP_SHAPE_SPHERE ? 1
+                                                              : 2,
+                                 s.kind == KMP_SHAPE_ELLIPSOID ? s.size : half);
         if (s.coloured)
-            put_value(w->text, "rgba", 4, s.rgba);
+            kmp_export_attribute(w->text, "rgba", 4, s.rgba);
         kmp_text_put(w->text, "/>\n");
     }
 }
@@ -160,7 +151,7 @@ static void put_meshes(const kmp_export *w)
         kmp_text_printf(w->text, "%s    <mesh name=\"shape_%d\" file=\"", any ? "" : "  <asset>\n", k + 1);
         kmp_export_text(w->text, s->mesh->path);
         kmp_text_put(w->text, "\"");
-        put_value(w->text, "scale", 3, scale);
+        kmp_export_attribute(w->text, "scale", 3, scale);
         kmp_text_put(w->text, "/>\n");
         any = true;
     }
@@ -244,7 +235,7 @@ static void put_equalities(kmp_export *w)
         if (follows) {
             kmp_text_printf(w->text, "    <joint joint1=\"%s\" joint2=\"%s\"", w->links[link].joint,
                             w->links[leader].joint);
-            put_value(w->text, "polycoef", 5, poly);
+            kmp_export_attribute(w->text, "polycoef", 5, poly);
             kmp_text_put(w->text, "/>\n");
         }
         w->said[k] = count_pairs(c) > 0 || follows;
@@ -259,7 +250,7 @@ void kmp_mjcf_write(kmp_export *w)
     kmp_text_put(w->text, "<mujoco model=\"");
     kmp_export_name(w->text, w->model->name);
     kmp_text_put(w->text, "\">\n  <compiler angle=\"radian\" inertiafromgeom=\"false\"/>\n  <option");
-    put_value(w->text, "gravity", 3, gravity);
+    kmp_export_attribute(w->text, "gravity", 3, gravity);
     kmp_text_put(w->text, "/>\n");
     put_meshes(w);
     kmp_text_put(w->text, "  <worldbody>\n");

@@ -5,7 +5,6 @@
 #include "base/memory.h"
 #include "exchange/formats/foreign_frames.h"
 #include "exchange/formats/importing.h"
-#include "exchange/formats/sdf_parts.h"
 #include "model/data/model.h"
 #include "model/language/limits.h"
 #include <math.h>

@@ -2,9 +2,7 @@
 /* A model in SDFormat (docs/sdf.md): a joint is given in the frame of its parent, its child in the frame of the joint.
  * Loops are joints of the graph whose frames on both links coincide where all coordinates are zero, or constraints of
  * Drake between two points. */
-#include "exchange/formats/sdf_writer.h"
 #include "exchange/formats/foreign_frames.h"
-#include "exchange/formats/written_pictures.h"
 #include "exchange/formats/written_tree.h"
 #include "model/data/closure_table.h"
 #include "model/data/model.h"

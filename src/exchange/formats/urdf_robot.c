@@ -1,10 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A robot in URDF, with the loops and couplings of URDF+ (docs/urdf.md): links are bodies, joints are joints, and what
  * a file says in numbers of a rotated frame is turned into body axes here. */
-#include "exchange/formats/urdf_robot.h"
 #include "exchange/formats/drake_tags.h"
 #include "exchange/formats/foreign_frames.h"
-#include "exchange/formats/foreign_meshes.h"
 #include "exchange/formats/importing.h"
 #include "model/data/model.h"
 #include <string.h>
@@ -66,13 +64,11 @@ static kmp_yaml *axis_of(kmp_import *im, const kmp_element *e, const char *name)
 
 static void put_mass(kmp_import *im, kmp_yaml *body, const kmp_element *inertial)
 {
-    static const char *const keys[3][3] = {{"ixx", "ixy", "ixz"}, {"ixy", "iyy", "iyz"}, {"ixz", "iyz", "izz"}};
     const kmp_element *mass = kmp_element_find(inertial, "mass"), *inertia = kmp_element_find(inertial, "inertia");
     kmp_pose centre = origin_of(im, inertial);
-    double tensor[3][3] = {{0}};
-    for (int i = 0; inertia && i < 3; i++)
-        for (int j = 0; j < 3; j++)
-            tensor[i][j] = kmp_import_read_number(im, inertia, keys[i][j], 0);
+    double tensor[3][3];
+    if (inertia)
+        kmp_import_read_tensor(im, inertia, 0, tensor);
     kmp_import_mass(im, body, inertial->place, mass ? kmp_import_read_number(im, mass, "value", 0) : 0, &centre,
                     inertia ? (const double(*)[3])tensor : NULL);
 }
@@ -498,30 +494,13 @@ static void add_coupling(const robot *r, const kmp_element *coupling)
 
 /* -- constraints of Drake ------------------------------------------------------------------------------ */
 
-/* The frame of this name that Drake adds to a robot; NULL: there is none. */
-static const kmp_element *frame_named(const kmp_import *im, const char *name)
-{
-    for (const kmp_element *e = kmp_element_find(im->model, "frame"); e; e = kmp_element_again(e)) {
-        const char *own = kmp_element_text(e, "name");
-        if (own && strcmp(own, name) == 0)
-            return e;
-    }
-    return NULL;
-}
-
 /* A point of a link, of a frame, or of the world. */
 static const char *point_of(void *reader, const kmp_element *e, const char *name, const double at[3], const char *shown)
 {
     kmp_import *im = reader;
-    const kmp_element *frame = frame_named(im, name);
+    const kmp_element *frame = kmp_element_named(im->model, "frame", "name", name);
     const char *link = frame ? kmp_import_name(im, frame, "link") : kmp_import_clean(im, name);
-    kmp_pose f = kmp_frame_none();
-    double rpy[3] = {0};
-    if (frame) {
-        kmp_import_read_numbers(im, frame, "xyz", 3, 3, f.p);
-        kmp_import_read_numbers(im, frame, "rpy", 3, 3, rpy);
-        kmp_frame_rotate(rpy, f.r);
-    }
+    const kmp_pose f = frame_in(im, frame);
     if (link && !kmp_import_body(im, link))
         link = strcmp(link, "world") == 0 ? "ground" : NULL;
     if (!link) {
@@ -543,7 +522,7 @@ void kmp_urdf_convert(kmp_import *im)
     const char *name = kmp_element_text(im->model, "name");
     if (name)
         kmp_import_word(im, im->root, im->model->place, "name", name);
-    kmp_import_put(im, im->root, im->model->place, "gravity", kmp_import_numbers(im, im->model->place, 3, gravity));
+    kmp_import_vector(im, im->root, im->model->place, "gravity", gravity);
     for (const kmp_element *e = kmp_element_find(im->model, "link"); e; e = kmp_element_again(e))
         add_link(im, e);
     read_joints(&r);

@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* A model as a robot in URDF, with the loops of URDF+ (docs/urdf.md). The ground is the root, a link without mass. */
-#include "exchange/formats/urdf_writer.h"
 #include "exchange/formats/foreign_frames.h"
-#include "exchange/formats/written_pictures.h"
 #include "exchange/formats/written_tree.h"
 #include "model/data/closure_table.h"
 #include "model/data/model.h"
@@ -13,20 +11,18 @@ static void put_origin(kmp_text *text, const char *indent, const kmp_pose *f)
 {
     double rpy[3];
     kmp_export_angles(f, rpy);
-    kmp_text_printf(text, "%s<origin xyz=\"", indent);
-    kmp_export_numbers(text, 3, f->p);
-    if (kmp_frame_is_turned(f)) {
-        kmp_text_put(text, "\" rpy=\"");
-        kmp_export_numbers(text, 3, rpy);
-    }
-    kmp_text_put(text, "\"/>\n");
+    kmp_text_printf(text, "%s<origin", indent);
+    kmp_export_attribute(text, "xyz", 3, f->p);
+    if (kmp_frame_is_turned(f))
+        kmp_export_attribute(text, "rpy", 3, rpy);
+    kmp_text_put(text, "/>\n");
 }
 
 static void put_axis(kmp_text *text, const double axis[3])
 {
-    kmp_text_put(text, "    <axis xyz=\"");
-    kmp_export_numbers(text, 3, axis);
-    kmp_text_put(text, "\"/>\n");
+    kmp_text_put(text, "    <axis");
+    kmp_export_attribute(text, "xyz", 3, axis);
+    kmp_text_put(text, "/>\n");
 }
 
 static void put_value(kmp_text *text, const char *key, double value)
@@ -44,22 +40,19 @@ static void put_picture(kmp_text *text, const kmp_writer_shape *s)
     if (s->mesh) {
         kmp_text_put(text, " filename=\"");
         kmp_export_text(text, s->mesh);
-        kmp_text_put(text, "\" scale=\"");
-        kmp_export_numbers(text, 3, s->size);
         kmp_text_put(text, "\"");
-    } else if (s->kind == KMP_SHAPE_BOX) {
-        kmp_text_put(text, " size=\"");
-        kmp_export_numbers(text, 3, s->size);
-        kmp_text_put(text, "\"");
-    } else
+        kmp_export_attribute(text, "scale", 3, s->size);
+    } else if (s->kind == KMP_SHAPE_BOX)
+        kmp_export_attribute(text, "size", 3, s->size);
+    else
         put_value(text, "radius", s->size[0]);
     if (s->kind == KMP_SHAPE_CYLINDER || s->kind == KMP_SHAPE_CAPSULE)
         put_value(text, "length", s->size[1]);
     kmp_text_put(text, "/>\n      </geometry>\n");
     if (s->coloured) {
-        kmp_text_put(text, "      <material name=\"\">\n        <color rgba=\"");
-        kmp_export_numbers(text, 4, s->rgba);
-        kmp_text_put(text, "\"/>\n      </material>\n");
+        kmp_text_put(text, "      <material name=\"\">\n        <color");
+        kmp_export_attribute(text, "rgba", 4, s->rgba);
+        kmp_text_put(text, "/>\n      </material>\n");
     }
     kmp_text_put(text, "    </visual>\n");
 }

@@ -231,3 +231,14 @@ const char *kmp_element_text(const kmp_element *element, const char *name)
     const kmp_element *e = kmp_element_find(element, name);
     return e && e->text[0] ? e->text : NULL;
 }
+
+const kmp_element *kmp_element_named(const kmp_element *element, const char *name, const char *key, const char *text)
+{
+    const kmp_element *e = kmp_element_find(element, name);
+    for (; e; e = kmp_element_again(e)) {
+        const char *own = kmp_element_text(e, key);
+        if (own && strcmp(own, text) == 0)
+            break;
+    }
+    return e;
+}

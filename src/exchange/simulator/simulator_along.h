@@ -2,7 +2,7 @@
 /* Exact directional derivatives. A part of kempe_simulator.c. */
 #pragma once
 
-#include "exchange/simulator/simulator_states.h"
+#include "exchange/simulator/simulator_motion.h"
 
 static void call_along(kempe_simulator *s, const kempe_direction *direction)
 {
