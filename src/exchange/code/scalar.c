@@ -355,32 +355,6 @@ static void put_index(kmp_text *text, const kmp_language *language, const char *
     kmp_text_printf(text, "%s%c%d%c", name, language->open, index + language->base, language->close);
 }
 
-static void put_input(kmp_scalar *s, kmp_text *text, const kmp_program_input *in)
-{
-    int argument = kmp_argument_of(in);
-    s->used |= 1u << argument;
-    if (argument == KMP_IN_TIME)
-        kmp_text_put(text, "t");
-    else
-        put_index(text, s->language, argument == KMP_IN_PARAMETER ? "p" : kmp_argument_names[argument],
-                  argument == KMP_IN_PARAMETER ? s->source->place[in->index] : kmp_place_in_argument(s->source, in));
-}
-
-/* Writes a value that is available before the stage. */
-static void put_leaf(kmp_scalar *s, kmp_text *text, int value)
-{
-    const kmp_program *p = s->p;
-    int kept = s->stage > 0 && value >= p->constant_count ? s->routine->kept[value] : 0;
-    if (kept) {
-        s->used |= 1u << KMP_IN_PARAMETER;
-        put_index(text, s->language, "k", kept - 1);
-    } else if (value < p->constant_count) {
-        kmp_language_number(text, s->language, p->constant[value]);
-    } else {
-        put_input(s, text, &p->input[value - p->constant_count]);
-    }
-}
-
 static void put_variable(kmp_scalar *s, kmp_text *text, int i)
 {
     s->slots_used = s->slots_used || s->slot[i];
@@ -418,41 +392,33 @@ static void put_operand(kmp_scalar *s, kmp_text *text, uint32_t operand, place a
     } else if (i >= 0) {
         put_variable(s, text, i);
     } else {
-        put_leaf(s, text, (int)(operand >> 1));
+        /* Writes a value that is available before the stage. */
+        int value = (int)(operand >> 1);
+        const kmp_program *p = s->p;
+        int kept = s->stage > 0 && value >= p->constant_count ? s->routine->kept[value] : 0;
+        if (kept) {
+            s->used |= 1u << KMP_IN_PARAMETER;
+            put_index(text, s->language, "k", kept - 1);
+        } else if (value < p->constant_count) {
+            kmp_language_number(text, s->language, p->constant[value]);
+        } else {
+            const kmp_program_input *in = &p->input[value - p->constant_count];
+            int argument = kmp_argument_of(in);
+            s->used |= 1u << argument;
+            if (argument == KMP_IN_TIME)
+                kmp_text_put(text, "t");
+            else
+                put_index(text, s->language, argument == KMP_IN_PARAMETER ? "p" : kmp_argument_names[argument],
+                          argument == KMP_IN_PARAMETER ? s->source->place[in->index]
+                                                       : kmp_place_in_argument(s->source, in));
+        }
     }
     kmp_text_put(text, parentheses ? ")" : "");
-}
-
-static void put_infix(kmp_scalar *s, kmp_text *text, const kmp_instruction *in)
-{
-    bool sum = in->op == KMP_OP_ADD, minus = sum && (in->b & 1);
-    put_operand(s, text, in->a, sum ? PLACE_LEFT_TERM : PLACE_LEFT_FACTOR);
-    kmp_text_put(text, minus ? " - " : sum ? " + " : kmp_op_text((kmp_op)in->op));
-    put_operand(s, text, minus ? in->b ^ 1u : in->b, sum ? PLACE_RIGHT_TERM : PLACE_RIGHT_FACTOR);
 }
 
 static kmp_code_writer writer_of(const kmp_scalar *s, kmp_text *text)
 {
     return (kmp_code_writer){.text = text, .language = s->language, .source = s->source, .routine = s->routine};
-}
-
-static void put_call(kmp_scalar *s, kmp_text *text, const kmp_instruction *in)
-{
-    const kmp_language *language = s->language;
-    bool table = in->op == KMP_OP_TABLE;
-    kmp_code_writer w = writer_of(s, text);
-    w.table = table ? (int)in->b : 0;
-    w.derivative = table ? (int)in->c : 0;
-    if (!table && language->call)
-        language->call(&w, (kmp_op)in->op);
-    else
-        kmp_fill(&w, table ? language->table_call : language->functions[in->op].call);
-    kmp_text_put(text, table ? "" : "(");
-    for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
-        kmp_text_put(text, k ? ", " : "");
-        put_operand(s, text, kmp_instruction_operand(in, k), PLACE_TOP);
-    }
-    kmp_text_put(text, ")");
 }
 
 static void put_expression(kmp_scalar *s, kmp_text *text, int i)
@@ -465,10 +431,28 @@ static void put_expression(kmp_scalar *s, kmp_text *text, int i)
         return;
     }
     bool infix = kmp_op_form_of((kmp_op)in->op) == KMP_FORM_INFIX;
-    if (infix && !(in->op == KMP_OP_DIV && s->language->divides_by_call))
-        put_infix(s, text, in);
-    else
-        put_call(s, text, in);
+    if (infix && !(in->op == KMP_OP_DIV && s->language->divides_by_call)) {
+        bool sum = in->op == KMP_OP_ADD, minus = sum && (in->b & 1);
+        put_operand(s, text, in->a, sum ? PLACE_LEFT_TERM : PLACE_LEFT_FACTOR);
+        kmp_text_put(text, minus ? " - " : sum ? " + " : kmp_op_text((kmp_op)in->op));
+        put_operand(s, text, minus ? in->b ^ 1u : in->b, sum ? PLACE_RIGHT_TERM : PLACE_RIGHT_FACTOR);
+    } else {
+        const kmp_language *language = s->language;
+        bool table = in->op == KMP_OP_TABLE;
+        kmp_code_writer w = writer_of(s, text);
+        w.table = table ? (int)in->b : 0;
+        w.derivative = table ? (int)in->c : 0;
+        if (!table && language->call)
+            language->call(&w, (kmp_op)in->op);
+        else
+            kmp_fill(&w, table ? language->table_call : language->functions[in->op].call);
+        kmp_text_put(text, table ? "" : "(");
+        for (int k = 0; k < kmp_op_arity((kmp_op)in->op); k++) {
+            kmp_text_put(text, k ? ", " : "");
+            put_operand(s, text, kmp_instruction_operand(in, k), PLACE_TOP);
+        }
+        kmp_text_put(text, ")");
+    }
 }
 
 /* -- statements -------------------------------------------------------------------------------------- */
@@ -489,9 +473,9 @@ static bool is_mirrored(const kmp_scalar *s, const kmp_sink *sink)
     return sink->array >= 0 && s->routine->arrays[sink->array].symmetric && sink->row != sink->col;
 }
 
-/* "M[3] = M[7] = " */
-static void put_places(kmp_scalar *s, kmp_text *text, const kmp_sink *sink)
+static unsigned put_sink(kmp_scalar *s, kmp_text *text, const kmp_sink *sink)
 {
+    /* "M[3] = M[7] = " */
     kmp_text_put(text, "    ");
     if (sink->array < 0) {
         put_index(text, s->language, "k", sink->row);
@@ -504,11 +488,6 @@ static void put_places(kmp_scalar *s, kmp_text *text, const kmp_sink *sink)
         }
     }
     kmp_text_put(text, " = ");
-}
-
-static unsigned put_sink(kmp_scalar *s, kmp_text *text, const kmp_sink *sink)
-{
-    put_places(s, text, sink);
     put_operand(s, text, sink->operand, PLACE_TOP);
     kmp_text_printf(text, "%s\n", s->language->end);
     if (is_mirrored(s, sink) && !s->language->chains) {
@@ -528,20 +507,6 @@ static unsigned put_sinks(kmp_scalar *s, kmp_text *text, int instruction)
     for (int k = s->sink[instruction]; k >= 0; k = s->sinks[k].next)
         arrays |= put_sink(s, text, &s->sinks[k]);
     return arrays;
-}
-
-/* A line where another quantity or link begins. */
-static void put_heading(kmp_scalar *s, kmp_text *text, int instruction)
-{
-    const kmp_label *label = s->name && s->p->label ? &s->p->label[instruction] : NULL;
-    if (!label || !label->quantity)
-        return;
-    if (!s->label || s->label->quantity != label->quantity || s->label->link != label->link ||
-        s->label->column != label->column)
-        kmp_text_printf(text, label->column ? "    %s link %d, %s of motion %d%s\n" : "    %s link %d, %s%.0d%s\n",
-                        s->language->comment, label->link, label->quantity->meaning, label->column,
-                        s->language->comment_end);
-    s->label = label;
 }
 
 /* Sine and cosine at once; a local variable for each that is not needed or has a slot. */
@@ -603,7 +568,17 @@ static void put_solution(kmp_scalar *s, kmp_text *text, int i)
 
 static unsigned put_statement(kmp_scalar *s, kmp_text *text, const kmp_statement *st)
 {
-    put_heading(s, text, st->value);
+    /* A line where another quantity or link begins. */
+    int instruction = st->value;
+    const kmp_label *label = s->name && s->p->label ? &s->p->label[instruction] : NULL;
+    if (label && label->quantity) {
+        if (!s->label || s->label->quantity != label->quantity || s->label->link != label->link ||
+            s->label->column != label->column)
+            kmp_text_printf(text, label->column ? "    %s link %d, %s of motion %d%s\n" : "    %s link %d, %s%.0d%s\n",
+                            s->language->comment, label->link, label->quantity->meaning, label->column,
+                            s->language->comment_end);
+        s->label = label;
+    }
     if (s->p->instruction[st->value].op == KMP_OP_IMPLICIT)
         put_solution(s, text, st->value);
     if (s->language->pair && is_angle_function(s->p, st->value)) {

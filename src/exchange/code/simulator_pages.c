@@ -138,8 +138,14 @@ static void put_numbered(kmp_text *text, const char *name, int number, int count
     put_doubles(text, full, count, x);
 }
 
-static void put_tables(kmp_text *text, const kmp_program *p)
+/* The table `watch`, after the tables that it names. */
+static void put_watch(kmp_text *text, const kmp_code_source *s)
 {
+    const struct kmp_simulated *x = s->simulated;
+    if (!x->watch)
+        return;
+    const kmp_program *p = kmp_simulated_routine(s, "changes")->program;
+    const kmp_bound_code *code = &x->watch->code;
     for (int k = 0; k < p->table_count; k++) {
         const kmp_table *t = p->table[k];
         put_numbered(text, "watch_x", k, t->count, t->x);
@@ -150,11 +156,6 @@ static void put_tables(kmp_text *text, const kmp_program *p)
         kmp_text_printf(text, "%s{%d, %d, watch_x%d, watch_y%d, watch_pieces%d}%s",
                         k ? ",\n    " : "static const kempe_watch_table watch_tables[] = {", p->table[k]->count,
                         kmp_table_degree(p->table[k]), k, k, k, k + 1 < p->table_count ? "" : "};\n");
-}
-
-static void put_code(kmp_text *text, const struct kmp_simulated *x)
-{
-    const kmp_bound_code *code = &x->watch->code;
     put_numbered(text, "watch_constants", 0, code->constants, code->constant);
     put_ints(text, "watch_inputs", 2 * code->inputs, x->watch_input);
     kmp_text_put(text, "static const unsigned watch_steps[] = {");
@@ -166,33 +167,12 @@ static void put_code(kmp_text *text, const struct kmp_simulated *x)
         kmp_text_printf(text, "%s%u", k ? k % 20 == 0 ? ",\n    " : ", " : "", x->watch->output[x->watch_first + k]);
     kmp_text_put(text, "};\n");
     put_ints(text, "watch_traits", x->condition_count, x->watch_traits);
-}
-
-/* The table `watch`, after the tables that it names. */
-static void put_watch(kmp_text *text, const kmp_code_source *s)
-{
-    const struct kmp_simulated *x = s->simulated;
-    if (!x->watch)
-        return;
-    const kmp_program *p = kmp_simulated_routine(s, "changes")->program;
-    const kmp_bound_code *code = &x->watch->code;
-    put_tables(text, p);
-    put_code(text, x);
     kmp_text_printf(
         text,
         "static const kempe_watch watch = {%d, %d, %d, %d, %d, %d, watch_constants0, watch_inputs, watch_steps, "
         "watch_outputs,\n    watch_traits, %s, %s, kempe_watch_search};\n\n",
         code->constants, code->inputs, code->steps, p->table_count, code->fixed, x->watch_solved,
         p->table_count > 0 ? "watch_tables" : "0", x->watch_solved > 0 ? "watch_values" : "0");
-}
-
-/* The arguments of KEMPE_SIMULATOR_WATCH. */
-static void put_watch_size(kmp_text *text, const kmp_code_source *s)
-{
-    const struct kmp_simulated *x = s->simulated;
-    const kmp_bound_code *code = &x->watch->code;
-    kmp_text_printf(text, "%d, %d, %d, %d", x->condition_count, code->constants + code->inputs + code->steps,
-                    code->inputs, x->watch_solved);
 }
 
 /* -- pages --------------------------------------------------------------------------------------------- */
@@ -346,7 +326,10 @@ static void put_header(kmp_text *text, const kmp_code_source *s)
         kmp_text_printf(text, " +\n    KEMPE_SIMULATOR_CHARTS(%d, %d)", s->n, x->chart_count);
     if (x->watch) {
         kmp_text_put(text, " +\n    KEMPE_SIMULATOR_WATCH(");
-        put_watch_size(text, s);
+        /* The arguments of KEMPE_SIMULATOR_WATCH. */
+        const kmp_bound_code *code = &x->watch->code;
+        kmp_text_printf(text, "%d, %d, %d, %d", x->condition_count, code->constants + code->inputs + code->steps,
+                        code->inputs, x->watch_solved);
         kmp_text_put(text, ")");
     }
     kmp_text_put(text, " };\n\n");

@@ -85,17 +85,6 @@ static kempe_status add(kempe_context *context, kmp_set_choice *choice, const ch
     return KEMPE_OK;
 }
 
-static kempe_status read_scheme(kempe_context *context, const char *name, kmp_set_choice *choice)
-{
-    for (int k = 0; name && k < (int)(sizeof schemes / sizeof *schemes); k++)
-        if (strcmp(schemes[k], name) == 0)
-            choice->scene.scheme = (kmp_scheme)k;
-    choice->scheme = schemes[choice->scene.scheme];
-    if (name && strcmp(choice->scheme, name) != 0)
-        return kmp_fail(context, KEMPE_E_ARGUMENT, "unknown scheme '%s'; schemes are composite, ner", name);
-    return KEMPE_OK;
-}
-
 /* Bodies without inputs have to exist, but may have no motion, and then no inputs anyway. */
 static kempe_status check_bodies(const kempe_model *model, const char *names)
 {
@@ -178,7 +167,13 @@ kempe_status kmp_choice_read(const kempe_model *model, const kempe_generate_opti
                             model->parameters[k].name, model->parameters[k].extent.size,
                             model->parameters[k].extent.level, KMP_MOST_WRITTEN_OUT, KMP_MOST_NAME_LEVELS,
                             model->parameters[k].name);
-    KMP_TRY(read_scheme(context, g->scheme, choice));
+    const char *name = g->scheme;
+    for (int k = 0; name && k < (int)(sizeof schemes / sizeof *schemes); k++)
+        if (strcmp(schemes[k], name) == 0)
+            choice->scene.scheme = (kmp_scheme)k;
+    choice->scheme = schemes[choice->scene.scheme];
+    if (name && strcmp(choice->scheme, name) != 0)
+        return kmp_fail(context, KEMPE_E_ARGUMENT, "unknown scheme '%s'; schemes are composite, ner", name);
     if (g->simulator) {
         KMP_TRY(kmp_simulated_check(model));
         kmp_simulated_choose(model, choice);
@@ -193,17 +188,6 @@ kempe_status kmp_choice_read(const kempe_model *model, const kempe_generate_opti
 }
 
 /* -- names ------------------------------------------------------------------------------------------- */
-
-/* The model's name as an identifier. */
-static char *identifier_of(kmp_arena *arena, const char *name)
-{
-    kmp_text text = {0};
-    if (!isalpha((unsigned char)name[0]))
-        kmp_text_put(&text, "m_");
-    for (; *name; name++)
-        kmp_text_printf(&text, "%c", isalnum((unsigned char)*name) ? *name : '_');
-    return kmp_text_keep(&text, arena);
-}
 
 /* FNV-1a over the model without its run settings (Fowler, Noll, Vo). */
 static bool hash_model(const kempe_model *model, char out[17])
@@ -328,30 +312,6 @@ static unsigned arguments_of(const kmp_equations *eq, const kmp_set *set)
            (loaded && set->derive & forced ? 1u << KMP_IN_LAMBDA : 0);
 }
 
-static void shape_arrays(const kmp_code_source *source, kmp_code_routine *r, const kmp_equations *eq, unsigned sets)
-{
-    const bool inputs = source->inputs;
-    const unsigned loads = 1u << KMP_IN_FORCE | 1u << KMP_IN_TORQUE;
-    int first = 0;
-    r->arguments = 1u << KMP_IN_TIME | 1u << KMP_IN_Q;
-    r->arguments |= kmp_model_given_inputs(eq->model) > 0 ? 1u << KMP_ARGUMENT_INPUTS : 0;
-    r->arguments |= source->simulator ? KMP_SIMULATOR_ARGUMENTS : 0;
-    for (int k = 0; k < KMP_EQ_SETS; k++) {
-        if (!(sets & 1u << k))
-            continue;
-        kmp_set set = kmp_set_of(eq, k);
-        r->arrays[r->array_count++] = (kmp_array){.name = set.array,
-                                                  .meaning = set.meaning,
-                                                  .rows = set.rows,
-                                                  .cols = set.columns,
-                                                  .symmetric = set.lower,
-                                                  .first = first,
-                                                  .count = kmp_set_size(&set)};
-        r->arguments |= inputs ? arguments_of(eq, &set) : arguments_of(eq, &set) & ~loads;
-        first += kmp_set_size(&set);
-    }
-}
-
 /* Of a list its items. */
 static void keep(kmp_code_routine *r, uint32_t operand)
 {
@@ -435,7 +395,27 @@ static bool take_routine(kmp_code_source *source, kmp_code_routine *r, const kmp
     take_values(source, &eq->tree);
     if (eq->links.symbols)
         take_values(source, &eq->links);
-    shape_arrays(source, r, eq, chosen->sets);
+    unsigned sets = chosen->sets;
+    const bool inputs = source->inputs;
+    const unsigned loads = 1u << KMP_IN_FORCE | 1u << KMP_IN_TORQUE;
+    int first = 0;
+    r->arguments = 1u << KMP_IN_TIME | 1u << KMP_IN_Q;
+    r->arguments |= kmp_model_given_inputs(eq->model) > 0 ? 1u << KMP_ARGUMENT_INPUTS : 0;
+    r->arguments |= source->simulator ? KMP_SIMULATOR_ARGUMENTS : 0;
+    for (int k = 0; k < KMP_EQ_SETS; k++) {
+        if (!(sets & 1u << k))
+            continue;
+        kmp_set set = kmp_set_of(eq, k);
+        r->arrays[r->array_count++] = (kmp_array){.name = set.array,
+                                                  .meaning = set.meaning,
+                                                  .rows = set.rows,
+                                                  .cols = set.columns,
+                                                  .symmetric = set.lower,
+                                                  .first = first,
+                                                  .count = kmp_set_size(&set)};
+        r->arguments |= inputs ? arguments_of(eq, &set) : arguments_of(eq, &set) & ~loads;
+        first += kmp_set_size(&set);
+    }
     return kmp_code_take_program(source, r);
 }
 
@@ -504,20 +484,6 @@ static bool find_law(const search *s, const kempe_model *model)
     return found;
 }
 
-/* The name of symbol k (parameters first, then numbers in the order of reading): a parameter's name, "crank.mass",
- * "coupler.B.x". In the arena; NULL: no memory. */
-static char *symbol_name(kmp_arena *arena, const kempe_model *model, int k)
-{
-    kmp_text text = {0};
-    int symbol = k - model->parameter_count + 1;
-    search s = {&text, symbol};
-    if (symbol <= 0)
-        kmp_text_put(&text, model->parameters[k].name);
-    else if (kmp_numbers_visit(model, is_other, &s) && !find_law(&s, model))
-        kmp_text_printf(&text, "number.%d", symbol);
-    return kmp_text_keep(&text, arena);
-}
-
 /* -- tables ------------------------------------------------------------------------------------------- */
 
 /* The tables of all routines and of the parts of their blocks, each once. */
@@ -581,27 +547,33 @@ static bool place_symbols(kmp_code_source *source)
             continue;
         int at = source->place[k] = source->parameter_count++;
         source->value[at] = source->value[k]; /* at <= k */
-        source->parameter_name[at] = symbol_name(&source->arena, source->model, k);
+        /* The name of symbol k (parameters first, then numbers in the order of reading): a parameter's name,
+         * "crank.mass", "coupler.B.x". In the arena; NULL: no memory. */
+        const kempe_model *model = source->model;
+        kmp_text text = {0};
+        int symbol = k - model->parameter_count + 1;
+        search s = {&text, symbol};
+        if (symbol <= 0)
+            kmp_text_put(&text, model->parameters[k].name);
+        else if (kmp_numbers_visit(model, is_other, &s) && !find_law(&s, model))
+            kmp_text_printf(&text, "number.%d", symbol);
+        source->parameter_name[at] = kmp_text_keep(&text, &source->arena);
     }
     return !source->arena.failed;
-}
-
-static kempe_status derive_all(kmp_code_source *source, const kmp_set_choice *choice)
-{
-    for (int k = 0; k < choice->count; k++)
-        KMP_TRY(derive(source, &source->routines[source->count++], choice, &choice->chosen[k]));
-    if (source->simulator)
-        KMP_TRY(kmp_simulated_find(source, choice));
-    KMP_TRY(kmp_made(source->context, place_symbols(source) && (!source->parameters || warn_of_shapes(source->model))));
-    KMP_TRY(kmp_made(source->context, list_tables(source)));
-    return source->simulator ? kmp_simulated_place(source) : KEMPE_OK;
 }
 
 static void name_all(kmp_code_source *source, const kempe_model *model)
 {
     kmp_arena *arena = &source->arena;
     source->title = kmp_arena_strdup(arena, model->name);
-    source->name = identifier_of(arena, model->name);
+    /* The model's name as an identifier. */
+    const char *name = model->name;
+    kmp_text text = {0};
+    if (!isalpha((unsigned char)name[0]))
+        kmp_text_put(&text, "m_");
+    for (; *name; name++)
+        kmp_text_printf(&text, "%c", isalnum((unsigned char)*name) ? *name : '_');
+    source->name = kmp_text_keep(&text, arena);
     source->coordinate_names = KMP_ARENA_NEW(arena, char *, source->n);
     for (int k = 0; source->coordinate_names && k < source->n; k++)
         source->coordinate_names[k] = kmp_arena_strdup(arena, model->motions[k].name);
@@ -661,8 +633,7 @@ static kempe_status make(kmp_code_source *source, const kempe_model *model, cons
     if (choice->all & (1u << KMP_EQ_R_Q))
         KMP_TRY(kmp_refuse_load_dependent_model(model, "set 'R_q'"));
     /* For a rounded drawing the exact mechanism is written, which all computations use
-     * (constraints/inexact/nearest_exact.h).
-     */
+     * (constraints/inexact/nearest_exact.h). */
     if (model->closure_count > 0)
         KMP_TRY(kmp_meant(model, &source->meant));
     source->model = source->meant ? kmp_variant_model(source->meant) : model;
@@ -677,7 +648,13 @@ static kempe_status make(kmp_code_source *source, const kempe_model *model, cons
     name_elements(source);
     name_states(source);
     KMP_TRY(kmp_made(model->context, !arena->failed && hash_model(model, source->hash)));
-    return derive_all(source, choice);
+    for (int k = 0; k < choice->count; k++)
+        KMP_TRY(derive(source, &source->routines[source->count++], choice, &choice->chosen[k]));
+    if (source->simulator)
+        KMP_TRY(kmp_simulated_find(source, choice));
+    KMP_TRY(kmp_made(source->context, place_symbols(source) && (!source->parameters || warn_of_shapes(source->model))));
+    KMP_TRY(kmp_made(source->context, list_tables(source)));
+    return source->simulator ? kmp_simulated_place(source) : KEMPE_OK;
 }
 
 kempe_status kmp_source_init(kmp_code_source *source, const kempe_model *model, const kempe_generate_options *g)

@@ -104,22 +104,6 @@ static kempe_status read_list(library_unit *unit, const char *folder, char *text
                : kmp_fail(unit->context, KEMPE_E_INPUT, "the list of the unit's resources is empty: export it again");
 }
 
-static kempe_status read_resources(library_unit *unit, const char *resources)
-{
-    char *text = NULL;
-    size_t length = 0;
-    if (!resources || !*resources)
-        return kmp_fail(unit->context, KEMPE_E_ARGUMENT,
-                        "the importer does not say where the resources of the unit are, which have the model");
-    const char *folder = folder_of(&unit->arena, resources);
-    const char *list = folder ? kmp_arena_printf(&unit->arena, "%s/%s", folder, KMP_UNIT_LIST) : NULL;
-    KMP_TRY(kmp_made(unit->context, list));
-    KMP_TRY(kmp_file_read(unit->context, KMP_FILE_RECORD, list, &text, &length));
-    kempe_status status = read_list(unit, folder, text);
-    kmp_free(text);
-    return status;
-}
-
 /* -- the table ----------------------------------------------------------------------------------------- */
 
 static void fill_table(library_unit *unit)
@@ -155,7 +139,18 @@ static void fill_table(library_unit *unit)
 
 static kempe_status make(library_unit *unit, const char *resources)
 {
-    KMP_TRY(read_resources(unit, resources));
+    char *text = NULL;
+    size_t length = 0;
+    if (!resources || !*resources)
+        return kmp_fail(unit->context, KEMPE_E_ARGUMENT,
+                        "the importer does not say where the resources of the unit are, which have the model");
+    const char *folder = folder_of(&unit->arena, resources);
+    const char *list = folder ? kmp_arena_printf(&unit->arena, "%s/%s", folder, KMP_UNIT_LIST) : NULL;
+    KMP_TRY(kmp_made(unit->context, list));
+    KMP_TRY(kmp_file_read(unit->context, KMP_FILE_RECORD, list, &text, &length));
+    kempe_status status = read_list(unit, folder, text);
+    kmp_free(text);
+    KMP_TRY(status);
     KMP_TRY(kempe_model_read_set(unit->context, unit->path, unit->settings, unit->setting_count, &unit->model));
     KMP_TRY(kempe_system_new(unit->model, &unit->system));
     KMP_TRY(kmp_source_describe(&unit->source, unit->model, unit->system));

@@ -59,12 +59,6 @@ static void read_class(kmp_mjcf *m, const kmp_element *e, const kmp_mjcf_class *
         read_class(m, inner, c);
 }
 
-static void read_classes(kmp_mjcf *m)
-{
-    for (const kmp_element *e = kmp_element_find(m->im->model, "default"); e; e = kmp_element_again(e))
-        read_class(m, e, NULL);
-}
-
 const kmp_mjcf_class *kmp_mjcf_class_of(kmp_mjcf *m, const kmp_element *e, const char *name)
 {
     const kmp_mjcf_class *c = find(m, name);
@@ -154,24 +148,6 @@ static void multiply(double a[3][3], double b[3][3], double out[3][3])
     memcpy(out, product, sizeof product);
 }
 
-/* Each letter is a rotation about an axis: a small one of the turned axes, a capital one of the axes around. */
-static void turn_in_order(const kmp_mjcf *m, const double angle[3], double r[3][3])
-{
-    double whole[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    for (int k = 0; k < 3; k++) {
-        bool fixed = m->order[k] < 'a';
-        int axis = m->order[k] - (fixed ? 'X' : 'x');
-        double rpy[3] = {0}, step[3][3];
-        rpy[axis] = angle[k] * m->angle;
-        kmp_frame_rotate(rpy, step);
-        if (fixed)
-            multiply(step, whole, whole);
-        else
-            multiply(whole, step, whole);
-    }
-    memcpy(r, whole, sizeof whole);
-}
-
 static double dot(const double a[3], const double b[3])
 {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -245,9 +221,22 @@ kmp_pose kmp_mjcf_pose(kmp_mjcf *m, const kmp_mjcf_item *item)
         good = kmp_frame_turn(v, f.r);
     else if (strcmp(ways[way].key, "axisangle") == 0)
         good = kmp_frame_about(v, v[3] * m->angle, f.r);
-    else if (strcmp(ways[way].key, "euler") == 0)
-        turn_in_order(m, v, f.r);
-    else
+    else if (strcmp(ways[way].key, "euler") == 0) {
+        /* Each letter is a rotation about an axis: a small one of the turned axes, a capital one of the axes around. */
+        double whole[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+        for (int k = 0; k < 3; k++) {
+            bool fixed = m->order[k] < 'a';
+            int axis = m->order[k] - (fixed ? 'X' : 'x');
+            double rpy[3] = {0}, step[3][3];
+            rpy[axis] = v[k] * m->angle;
+            kmp_frame_rotate(rpy, step);
+            if (fixed)
+                multiply(step, whole, whole);
+            else
+                multiply(whole, step, whole);
+        }
+        memcpy(f.r, whole, sizeof whole);
+    } else
         good = strcmp(ways[way].key, "zaxis") == 0 ? kmp_mjcf_along(v, f.r) : set_axes(v, v + 3, f.r);
     if (!good)
         kmp_import_complain(m->im, from->place, ways[way].key, kmp_element_text(from, ways[way].key),
@@ -415,7 +404,8 @@ void kmp_mjcf_convert(kmp_import *im)
     if (name)
         kmp_import_word(im, im->root, im->model->place, "name", name);
     read_settings(&m);
-    read_classes(&m);
+    for (const kmp_element *e = kmp_element_find(m.im->model, "default"); e; e = kmp_element_again(e))
+        read_class(&m, e, NULL);
     kmp_mjcf_add_bodies(&m);
     kmp_mjcf_add_equalities(&m);
     kmp_mjcf_add_tendons(&m);

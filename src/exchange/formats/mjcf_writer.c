@@ -32,29 +32,6 @@ static int count_pairs(const kmp_closure *c)
     return balls == 3 ? 1 : balls;
 }
 
-/* The points of loops on a link: LOOP_1 and LOOP_2, and further ones along the axis of a hinge, LOOP_3 and LOOP_4. */
-static void put_sites(const kmp_export *w, int link, int depth)
-{
-    for (int k = 0; k < w->model->closure_count; k++) {
-        const kmp_closure *c = &w->model->closures[k];
-        for (int end = 0; count_pairs(c) > 0 && end < 2; end++) {
-            if (w->of_body[w->model->points[c->point[end]].body] != link)
-                continue;
-            kmp_pose f = kmp_export_point(w, c->point[end]);
-            for (int more = 0; more < count_pairs(c); more++) {
-                double along[3];
-                kmp_frame_vector(&f, c->axis[end], along);
-                for (int i = 0; i < 3 && more == 1; i++)
-                    f.p[i] += along[i];
-                indent(w->text, depth);
-                kmp_text_printf(w->text, "<site name=\"%s_%d\"", c->name, 1 + end + 2 * more);
-                put_place(w->text, &f);
-                kmp_text_put(w->text, "/>\n");
-            }
-        }
-    }
-}
-
 /* -- bodies -------------------------------------------------------------------------------------------- */
 
 static void put_joint(const kmp_export *w, const char *name, bool turns, const double axis[3], const kmp_writer_link *l,
@@ -140,27 +117,30 @@ static void put_pictures(kmp_export *w, int link, int depth)
     }
 }
 
-static void put_meshes(const kmp_export *w)
+static void put_parts(kmp_export *w, int link, int depth)
 {
-    bool any = false;
-    for (int k = 0; k < w->model->shape_count; k++) {
-        const kmp_shape *s = &w->model->shapes[k];
-        if (!s->mesh)
-            continue;
-        const double scale[3] = {s->scale.value, s->scale.value, s->scale.value};
-        kmp_text_printf(w->text, "%s    <mesh name=\"shape_%d\" file=\"", any ? "" : "  <asset>\n", k + 1);
-        kmp_export_text(w->text, s->mesh->path);
-        kmp_text_put(w->text, "\"");
-        kmp_export_attribute(w->text, "scale", 3, scale);
-        kmp_text_put(w->text, "/>\n");
-        any = true;
+    put_pictures(w, link, depth);
+    /* The points of loops on a link: LOOP_1 and LOOP_2, and further ones along the axis of a hinge, LOOP_3 and LOOP_4.
+     */
+    for (int k = 0; k < w->model->closure_count; k++) {
+        const kmp_closure *c = &w->model->closures[k];
+        for (int end = 0; count_pairs(c) > 0 && end < 2; end++) {
+            if (w->of_body[w->model->points[c->point[end]].body] != link)
+                continue;
+            kmp_pose f = kmp_export_point(w, c->point[end]);
+            for (int more = 0; more < count_pairs(c); more++) {
+                double along[3];
+                kmp_frame_vector(&f, c->axis[end], along);
+                for (int i = 0; i < 3 && more == 1; i++)
+                    f.p[i] += along[i];
+                indent(w->text, depth);
+                kmp_text_printf(w->text, "<site name=\"%s_%d\"", c->name, 1 + end + 2 * more);
+                put_place(w->text, &f);
+                kmp_text_put(w->text, "/>\n");
+            }
+        }
     }
-    kmp_text_put(w->text, any ? "  </asset>\n" : "");
-}
-
-/* Points that no joint and no loop ends at. */
-static void put_points(kmp_export *w, int link, int depth)
-{
+    /* Points that no joint and no loop ends at. */
     for (int k = 0; k < w->model->point_count; k++) {
         const char *name = w->of_body[w->model->points[k].body] == link ? kmp_export_point_name(w, k) : NULL;
         if (!name)
@@ -171,13 +151,6 @@ static void put_points(kmp_export *w, int link, int depth)
         put_place(w->text, &f);
         kmp_text_put(w->text, "/>\n");
     }
-}
-
-static void put_parts(kmp_export *w, int link, int depth)
-{
-    put_pictures(w, link, depth);
-    put_sites(w, link, depth);
-    put_points(w, link, depth);
 }
 
 /* Begins a body, which ends after the bodies that it carries. `first`: of the links of its chain. */
@@ -221,8 +194,34 @@ static void put_bodies(kmp_export *w)
 
 /* -- equalities ---------------------------------------------------------------------------------------- */
 
-static void put_equalities(kmp_export *w)
+void kmp_mjcf_write(kmp_export *w)
 {
+    double gravity[3];
+    for (int k = 0; k < 3; k++)
+        gravity[k] = w->model->gravity[k].value;
+    kmp_text_put(w->text, "<mujoco model=\"");
+    kmp_export_name(w->text, w->model->name);
+    kmp_text_put(w->text, "\">\n  <compiler angle=\"radian\" inertiafromgeom=\"false\"/>\n  <option");
+    kmp_export_attribute(w->text, "gravity", 3, gravity);
+    kmp_text_put(w->text, "/>\n");
+    bool any = false;
+    for (int k = 0; k < w->model->shape_count; k++) {
+        const kmp_shape *s = &w->model->shapes[k];
+        if (!s->mesh)
+            continue;
+        const double scale[3] = {s->scale.value, s->scale.value, s->scale.value};
+        kmp_text_printf(w->text, "%s    <mesh name=\"shape_%d\" file=\"", any ? "" : "  <asset>\n", k + 1);
+        kmp_export_text(w->text, s->mesh->path);
+        kmp_text_put(w->text, "\"");
+        kmp_export_attribute(w->text, "scale", 3, scale);
+        kmp_text_put(w->text, "/>\n");
+        any = true;
+    }
+    kmp_text_put(w->text, any ? "  </asset>\n" : "");
+    kmp_text_put(w->text, "  <worldbody>\n");
+    put_parts(w, 0, 0);
+    put_bodies(w);
+    kmp_text_put(w->text, "  </worldbody>\n  <equality>\n");
     for (int k = 0; k < w->model->closure_count; k++) {
         const kmp_closure *c = &w->model->closures[k];
         int link, leader;
@@ -240,23 +239,5 @@ static void put_equalities(kmp_export *w)
         }
         w->said[k] = count_pairs(c) > 0 || follows;
     }
-}
-
-void kmp_mjcf_write(kmp_export *w)
-{
-    double gravity[3];
-    for (int k = 0; k < 3; k++)
-        gravity[k] = w->model->gravity[k].value;
-    kmp_text_put(w->text, "<mujoco model=\"");
-    kmp_export_name(w->text, w->model->name);
-    kmp_text_put(w->text, "\">\n  <compiler angle=\"radian\" inertiafromgeom=\"false\"/>\n  <option");
-    kmp_export_attribute(w->text, "gravity", 3, gravity);
-    kmp_text_put(w->text, "/>\n");
-    put_meshes(w);
-    kmp_text_put(w->text, "  <worldbody>\n");
-    put_parts(w, 0, 0);
-    put_bodies(w);
-    kmp_text_put(w->text, "  </worldbody>\n  <equality>\n");
-    put_equalities(w);
     kmp_text_put(w->text, "  </equality>\n</mujoco>\n");
 }

@@ -96,13 +96,6 @@ static weight weight_of(kmp_sdf *s, const kmp_sdf_frame *link)
     return w;
 }
 
-static void put_mass(kmp_sdf *s, kmp_yaml *body, const kmp_sdf_frame *link)
-{
-    const kmp_element *inertial = kmp_element_find(link->element, "inertial");
-    const weight w = weight_of(s, link);
-    kmp_import_mass(s->im, body, (inertial ? inertial : link->element)->place, w.mass, &w.centre, w.tensor);
-}
-
 /* A link without gravity has a force against its weight. */
 static void lift(kmp_sdf *s, const kmp_sdf_frame *link, const double gravity[3])
 {
@@ -311,19 +304,6 @@ static void add_limits(kmp_sdf *s, joint *j, int k)
     j->needed = needed;
 }
 
-/* The damper of a ball acts against the angular velocity, in the manner of a bushing. */
-static void add_ball_damping(kmp_sdf *s, const joint *j, const char *const points[2])
-{
-    const kmp_element *dynamics = kmp_element_find(axis_element(j, 0), "dynamics");
-    double damping = kmp_import_read_number(s->im, dynamics, "damping", 0);
-    if (damping != 0)
-        kmp_import_value(s->im,
-                         kmp_import_between(s->im, dynamics, "forces",
-                                            kmp_arena_printf(s->im->arena, "%s_damping", j->frame->name), "bushing",
-                                            points),
-                         dynamics->place, "rotational_damping", damping);
-}
-
 static void add_planar_damping(kmp_sdf *s, joint *j)
 {
     double damping[3] = {0};
@@ -494,8 +474,17 @@ static void add_joint(graph *g, joint *j)
     }
     if (!points[0] || !points[1])
         return;
-    if (j->kind == BALL)
-        add_ball_damping(s, j, points);
+    if (j->kind == BALL) {
+        /* The damper of a ball acts against the angular velocity, in the manner of a bushing. */
+        const kmp_element *dynamics = kmp_element_find(axis_element(j, 0), "dynamics");
+        double damping = kmp_import_read_number(s->im, dynamics, "damping", 0);
+        if (damping != 0)
+            kmp_import_value(s->im,
+                             kmp_import_between(s->im, dynamics, "forces",
+                                                kmp_arena_printf(s->im->arena, "%s_damping", j->frame->name), "bushing",
+                                                points),
+                             dynamics->place, "rotational_damping", damping);
+    }
     if (j->needed && !connect(g->held, place_of(g, j->link[0]), place_of(g, j->link[1]))) {
         const char *end = add_between(s, j, "end");
         add_edge(s, j, kmp_arena_printf(im->arena, "%s_weld", name), "weld", (const char *const[]){end, points[1]});
@@ -630,17 +619,6 @@ static const char *point_of(void *reader, const kmp_element *e, const char *name
     return kmp_import_point(in->s->im, e->place, link >= 0 ? in->s->frames[link].name : "ground", shown, &offset);
 }
 
-static void add_drake(kmp_sdf *s)
-{
-    for (int k = 0; k < s->count; k++) {
-        const kmp_sdf_frame *f = &s->frames[k];
-        bool bare = strlen(f->scoped) + 2 <= s->hidden;
-        if (f->kind == KMP_SDF_MODEL)
-            kmp_drake_add(s->im, f->element, bare ? "" : kmp_arena_printf(s->im->arena, "%s__", f->name), point_of,
-                          &(scope){s, k});
-    }
-}
-
 /* -- files --------------------------------------------------------------------------------------------- */
 
 void kmp_sdf_convert(kmp_import *im)
@@ -663,7 +641,9 @@ void kmp_sdf_convert(kmp_import *im)
         kmp_yaml *body = f->kind == KMP_SDF_LINK ? kmp_import_add_body(im, f->element, f->name) : NULL;
         if (!body)
             continue;
-        put_mass(&s, body, f);
+        const kmp_element *inertial = kmp_element_find(f->element, "inertial");
+        const weight w = weight_of(&s, f);
+        kmp_import_mass(s.im, body, (inertial ? inertial : f->element)->place, w.mass, &w.centre, w.tensor);
         for (const kmp_element *v = kmp_element_find(f->element, "visual"); v; v = kmp_element_again(v))
             add_shape(&s, f, body, v);
     }
@@ -673,8 +653,15 @@ void kmp_sdf_convert(kmp_import *im)
         if (s.frames[k].kind == KMP_SDF_LINK)
             lift(&s, &s.frames[k], gravity);
     }
-    if (im->status == KEMPE_OK)
-        add_drake(&s);
+    if (im->status == KEMPE_OK) {
+        for (int k = 0; k < s.count; k++) {
+            const kmp_sdf_frame *f = &s.frames[k];
+            bool bare = strlen(f->scoped) + 2 <= s.hidden;
+            if (f->kind == KMP_SDF_MODEL)
+                kmp_drake_add(s.im, f->element, bare ? "" : kmp_arena_printf(s.im->arena, "%s__", f->name), point_of,
+                              &(scope){&s, k});
+        }
+    }
     if (im->status == KEMPE_OK)
         add_joints(&s);
 }

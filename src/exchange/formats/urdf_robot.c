@@ -62,17 +62,6 @@ static kmp_yaml *axis_of(kmp_import *im, const kmp_element *e, const char *name)
 
 /* -- links --------------------------------------------------------------------------------------------- */
 
-static void put_mass(kmp_import *im, kmp_yaml *body, const kmp_element *inertial)
-{
-    const kmp_element *mass = kmp_element_find(inertial, "mass"), *inertia = kmp_element_find(inertial, "inertia");
-    kmp_pose centre = origin_of(im, inertial);
-    double tensor[3][3];
-    if (inertia)
-        kmp_import_read_tensor(im, inertia, 0, tensor);
-    kmp_import_mass(im, body, inertial->place, mass ? kmp_import_read_number(im, mass, "value", 0) : 0, &centre,
-                    inertia ? (const double(*)[3])tensor : NULL);
-}
-
 /* The colour of a material, which may stand outside with its name; NULL: none. */
 static const char *colour_of(kmp_import *im, const kmp_element *visual)
 {
@@ -124,8 +113,15 @@ static void add_link(kmp_import *im, const kmp_element *link)
     kmp_yaml *body = name ? kmp_import_add_body(im, link, name) : NULL;
     if (!body)
         return;
-    if (inertial)
-        put_mass(im, body, inertial);
+    if (inertial) {
+        const kmp_element *mass = kmp_element_find(inertial, "mass"), *inertia = kmp_element_find(inertial, "inertia");
+        kmp_pose centre = origin_of(im, inertial);
+        double tensor[3][3];
+        if (inertia)
+            kmp_import_read_tensor(im, inertia, 0, tensor);
+        kmp_import_mass(im, body, inertial->place, mass ? kmp_import_read_number(im, mass, "value", 0) : 0, &centre,
+                        inertia ? (const double(*)[3])tensor : NULL);
+    }
     for (const kmp_element *v = kmp_element_find(link, "visual"); v; v = kmp_element_again(v))
         add_shape(im, body, v);
 }
@@ -218,15 +214,6 @@ static void add_losses(kmp_import *im, const joint *j)
     kmp_import_friction(im, dynamics, j->name, strcmp(j->type, "prismatic") == 0, friction);
 }
 
-/* The range of a joint with one coordinate, but for continuous ones. Limits of effort and rate are those of a drive. */
-static void add_limits(kmp_import *im, const joint *j)
-{
-    const kmp_element *limit = kmp_element_find(j->element, "limit");
-    if (limit && is_single(j) && strcmp(j->type, "continuous") != 0)
-        kmp_import_limits(im, limit, j->name, kmp_import_read_number(im, limit, "lower", 0),
-                          kmp_import_read_number(im, limit, "upper", 0));
-}
-
 /* q = multiplier q(other) + offset. */
 static void add_mimic(const robot *r, const joint *j)
 {
@@ -272,7 +259,12 @@ static void add_joint(const robot *r, const joint *j)
         kmp_import_joint(im, body, j->element->place, j->name, at, kinds[k].joint,
                          kinds[k].has_axis ? axis_of(im, j->element, j->name) : NULL);
         add_losses(im, j);
-        add_limits(im, j);
+        /* The range of a joint with one coordinate, but for continuous ones. Limits of effort and rate are those of a
+         * drive. */
+        const kmp_element *limit = kmp_element_find(j->element, "limit");
+        if (limit && is_single(j) && strcmp(j->type, "continuous") != 0)
+            kmp_import_limits(im, limit, j->name, kmp_import_read_number(im, limit, "lower", 0),
+                              kmp_import_read_number(im, limit, "upper", 0));
         add_mimic(r, j);
         if (hold && strcmp(hold, "true") == 0 && kinds[k].single)
             kmp_import_hold(im, j->element->place, j->name);
@@ -377,19 +369,6 @@ static kmp_yaml *gazebo_axis(kmp_import *im, const kmp_element *axis, const char
     return kmp_import_direction(im, axis->place, name, xyz);
 }
 
-/* Names the losses and limits of a joint that closes a loop. */
-static void note_axis(kmp_import *im, const kmp_element *axis, const char *name)
-{
-    const kmp_element *dynamics = kmp_element_find(axis, "dynamics"), *limit = kmp_element_find(axis, "limit");
-    if (dynamics && (kmp_import_read_number(im, dynamics, "damping", 0) != 0 ||
-                     kmp_import_read_number(im, dynamics, "friction", 0) != 0))
-        kmp_import_leave_out(im, dynamics->place, KMP_PART_MECHANICS, "dynamics",
-                             "the dynamics of joint '%s', which closes a loop, are not used", name);
-    if (limit)
-        kmp_import_leave_out(im, limit->place, KMP_PART_AT_TIMES, "limit",
-                             "the limits of joint '%s', which closes a loop, are not used", name);
-}
-
 /* A joint in the words of SDFormat, between two links of the tree: it closes a loop. Its frame is given in that of the
  * child, and is where the parent has it while all coordinates are zero. */
 static void add_gazebo_joint(const robot *r, const kmp_element *e)
@@ -421,8 +400,17 @@ static void add_gazebo_joint(const robot *r, const kmp_element *e)
                        f = kmp_frame_in(&back, &at);
         points[end] = kmp_import_point(im, e->place, end ? child : parent, name, &f);
     }
-    if (axis)
-        note_axis(im, axis, name);
+    if (axis) {
+        /* Names the losses and limits of a joint that closes a loop. */
+        const kmp_element *dynamics = kmp_element_find(axis, "dynamics"), *limit = kmp_element_find(axis, "limit");
+        if (dynamics && (kmp_import_read_number(im, dynamics, "damping", 0) != 0 ||
+                         kmp_import_read_number(im, dynamics, "friction", 0) != 0))
+            kmp_import_leave_out(im, dynamics->place, KMP_PART_MECHANICS, "dynamics",
+                                 "the dynamics of joint '%s', which closes a loop, are not used", name);
+        if (limit)
+            kmp_import_leave_out(im, limit->place, KMP_PART_AT_TIMES, "limit",
+                                 "the limits of joint '%s', which closes a loop, are not used", name);
+    }
     kmp_import_loop(im, e, name, kinds[k].closure, points, kinds[k].has_axis ? gazebo_axis(im, axis, name, &at) : NULL);
 }
 

@@ -227,17 +227,6 @@ bool kmp_export_mimic(kmp_export *w, int link, int *leader, double *multiplier, 
 
 /* -- shapes -------------------------------------------------------------------------------------------- */
 
-static void put_size(const kmp_shape *shape, kmp_writer_shape *out)
-{
-    bool three = shape->kind == KMP_SHAPE_BOX || shape->kind == KMP_SHAPE_ELLIPSOID;
-    for (int k = 0; k < 3; k++)
-        out->size[k] = shape->kind == KMP_SHAPE_MESH ? shape->scale.value
-                       : three                       ? shape->edge[k].value
-                       : k == 0                      ? shape->radius.value
-                       : k == 1                      ? shape->length.value
-                                                     : 0;
-}
-
 bool kmp_export_shape(kmp_export *w, int shape, int link, const int *known, kmp_writer_shape *out)
 {
     const kmp_shape *s = &w->model->shapes[shape];
@@ -261,7 +250,13 @@ bool kmp_export_shape(kmp_export *w, int shape, int link, const int *known, kmp_
                               .at = kmp_frame_in(&w->in_link[s->body], &at),
                               .mesh = s->mesh ? s->mesh->path : NULL,
                               .coloured = s->colour >= 0};
-    put_size(s, out);
+    bool three = s->kind == KMP_SHAPE_BOX || s->kind == KMP_SHAPE_ELLIPSOID;
+    for (int k = 0; k < 3; k++)
+        out->size[k] = s->kind == KMP_SHAPE_MESH ? s->scale.value
+                       : three                   ? s->edge[k].value
+                       : k == 0                  ? s->radius.value
+                       : k == 1                  ? s->length.value
+                                                 : 0;
     for (int k = 0; k < 3 && out->coloured; k++)
         out->rgba[k] = (double)(s->colour >> (16 - 8 * k) & 255) / 255;
     out->rgba[3] = s->opacity;

@@ -166,24 +166,19 @@ static void XMLCALL on_document_type(void *user, const char *name, const char *s
 
 /* -- documents ------------------------------------------------------------------------------------- */
 
-static void complain_syntax(loader *l)
-{
-    enum XML_Error error = XML_GetErrorCode(l->parser);
-    if (l->status != KEMPE_OK)
-        return;
-    if (error == XML_ERROR_NO_MEMORY || l->arena->failed)
-        l->status = kmp_fail_memory(l->context);
-    else
-        refuse(l, XML_ErrorString(error));
-}
-
 static void parse(loader *l, const char *text, size_t length)
 {
     bool last = false;
     for (size_t at = 0; !last; at += CHUNK) {
         last = length - at <= CHUNK;
         if (XML_Parse(l->parser, text + at, last ? (int)(length - at) : CHUNK, last) == XML_STATUS_ERROR) {
-            complain_syntax(l);
+            enum XML_Error error = XML_GetErrorCode(l->parser);
+            if (l->status == KEMPE_OK) {
+                if (error == XML_ERROR_NO_MEMORY || l->arena->failed)
+                    l->status = kmp_fail_memory(l->context);
+                else
+                    refuse(l, XML_ErrorString(error));
+            }
             return;
         }
     }
