@@ -94,12 +94,6 @@ static void count_uses(kmp_scalar *s)
             s->uses[instruction_of(s, s->sinks[k].operand)]++;
 }
 
-static int length_of(const kmp_scalar *s, uint32_t operand)
-{
-    int i = instruction_of(s, operand);
-    return i < 0 || s->variable[i] ? LEAF_LENGTH : s->length[i];
-}
-
 static bool is_angle_function(const kmp_program *p, int i)
 {
     return p->instruction[i].op == KMP_OP_SIN || p->instruction[i].op == KMP_OP_COS;
@@ -112,8 +106,11 @@ static void choose_variables(kmp_scalar *s)
     const kmp_program *p = s->p;
     for (int i = p->code[s->stage]; i < p->code[s->stage + 1]; i++) {
         s->length[i] = 5;
-        for (int k = 0; k < kmp_op_arity((kmp_op)p->instruction[i].op); k++)
-            s->length[i] += length_of(s, kmp_instruction_operand(&p->instruction[i], k));
+        for (int k = 0; k < kmp_op_arity((kmp_op)p->instruction[i].op); k++) {
+            uint32_t operand = kmp_instruction_operand(&p->instruction[i], k);
+            int j = instruction_of(s, operand);
+            s->length[i] += j < 0 || s->variable[j] ? LEAF_LENGTH : s->length[j];
+        }
         s->variable[i] = s->uses[i] > 1 || s->length[i] > LONGEST || is_angle_function(p, i);
         if (p->instruction[i].op == KMP_OP_LIST)
             s->variable[i] = 0;
@@ -214,18 +211,14 @@ typedef struct taken {
     size_t size; /* a power of two */
 } taken;
 
-static size_t hash_of(const char *s)
-{
-    size_t hash = 5381;
-    for (; *s; s++)
-        hash = hash * 33 + (unsigned char)*s;
-    return hash;
-}
-
 /* True when the name is new and now taken by instruction i. */
 static bool take(taken *t, char *const *name, const char *wanted, int i)
 {
-    size_t k = hash_of(wanted) & (t->size - 1);
+    const char *s = wanted;
+    size_t hash = 5381;
+    for (; *s; s++)
+        hash = hash * 33 + (unsigned char)*s;
+    size_t k = hash & (t->size - 1);
     for (; t->slot[k]; k = (k + 1) & (t->size - 1))
         if (strcmp(name[t->slot[k] - 1], wanted) == 0)
             return false;

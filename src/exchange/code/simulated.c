@@ -53,14 +53,6 @@ void kmp_simulated_choose(const kempe_model *model, kmp_set_choice *choice)
         }
 }
 
-/* -- parts that simulators lack ------------------------------------------------------------------------ */
-
-kempe_status kmp_simulated_check(const kempe_model *model)
-{
-    static const char what[] = "generated simulators";
-    return kmp_refuse_delays(model, what, KMP_INSTEAD_OF_DELAY);
-}
-
 /* -- slopes ---------------------------------------------------------------------------------------------- */
 
 enum {

@@ -175,7 +175,7 @@ kempe_status kmp_choice_read(const kempe_model *model, const kempe_generate_opti
     if (name && strcmp(choice->scheme, name) != 0)
         return kmp_fail(context, KEMPE_E_ARGUMENT, "unknown scheme '%s'; schemes are composite, ner", name);
     if (g->simulator) {
-        KMP_TRY(kmp_simulated_check(model));
+        KMP_TRY(kmp_refuse_delays(model, "generated simulators", KMP_INSTEAD_OF_DELAY));
         kmp_simulated_choose(model, choice);
         return KEMPE_OK;
     }

@@ -46,15 +46,6 @@ static void put_numbers(const kmp_code_writer *w, const kmp_list_spelling *list,
     kmp_list_end(w->text, list, count);
 }
 
-static void put_integers(const kmp_code_writer *w, int count, const int *list, int base)
-{
-    for (int k = 0; k < count; k++) {
-        kmp_put_list_item(w->text, &w->language->numbers, k);
-        kmp_text_printf(w->text, "%d", list[k] + base);
-    }
-    kmp_list_end(w->text, &w->language->numbers, count);
-}
-
 void kmp_language_string(kmp_text *text, const kmp_language *language, const char *s)
 {
     char quote = language->quote;
@@ -65,15 +56,6 @@ void kmp_language_string(kmp_text *text, const kmp_language *language, const cha
         kmp_text_printf(text, "%c", (unsigned char)*s < 0x20 ? ' ' : *s);
     }
     kmp_text_printf(text, "%c", quote);
-}
-
-static void put_names(const kmp_code_writer *w, int count, char *const *names)
-{
-    for (int k = 0; names && k < count; k++) {
-        kmp_put_list_item(w->text, &w->language->names, k);
-        kmp_language_string(w->text, w->language, names[k]);
-    }
-    kmp_list_end(w->text, &w->language->names, count);
 }
 
 /* Of a routine, otherwise of all of them. */
@@ -431,12 +413,18 @@ static bool put_list(const kmp_code_writer *w, const char *word, size_t length)
     for (size_t k = 0; k < sizeof lists / sizeof *lists; k++) {
         if (!is(word, length, lists[k].word))
             continue;
-        if (lists[k].numbers)
-            put_numbers(w, &w->language->numbers, lists[k].count, lists[k].numbers);
-        else if (lists[k].integers)
-            put_integers(w, lists[k].count, lists[k].integers, lists[k].base);
-        else
-            put_names(w, lists[k].count, lists[k].names);
+        const bool numbers = lists[k].numbers || lists[k].integers;
+        const kmp_list_spelling *spelling = numbers ? &w->language->numbers : &w->language->names;
+        for (int i = 0; (numbers || lists[k].names) && i < lists[k].count; i++) {
+            kmp_put_list_item(w->text, spelling, i);
+            if (lists[k].numbers)
+                kmp_language_number(w->text, w->language, lists[k].numbers[i]);
+            else if (lists[k].integers)
+                kmp_text_printf(w->text, "%d", lists[k].integers[i] + lists[k].base);
+            else
+                kmp_language_string(w->text, w->language, lists[k].names[i]);
+        }
+        kmp_list_end(w->text, spelling, lists[k].count);
         return true;
     }
     return false;

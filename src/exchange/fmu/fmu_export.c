@@ -111,8 +111,7 @@ static bool add_sources(kempe_fmu_export *made)
     for (size_t k = 0; ok && k < sizeof layers / sizeof *layers; k++)
         if (layers[k].fmi == 0 || layers[k].fmi == plan->fmi)
             ok = add_lines(files, "", layers[k].name, layers[k].lines);
-    char *table = ok ? kmp_arena_printf(&made->arena, "%s_fmu.c", plan->source->name) : NULL;
-    kmp_text *text = table ? kmp_code_add(files, "%s", table) : NULL;
+    kmp_text *text = ok ? kmp_code_add(files, "%s_fmu.c", plan->source->name) : NULL;
     if (text)
         kmp_unit_table(text, plan);
     plan->sources = text ? KMP_ARENA_NEW(&made->arena, char *, files->count) : NULL;
@@ -321,8 +320,7 @@ static kempe_status add_binary(kempe_fmu_export *made, const kempe_fmu_options *
     if (!*folder)
         return kmp_fail(made->context, KEMPE_E_ARGUMENT,
                         "binaries of units are not made on this platform: use --no-binary");
-    char *name = kmp_arena_printf(&made->arena, "binaries/%s/%s.so", folder, made->plan.source->name);
-    kmp_text *bytes = name ? kmp_code_add(&made->files, "%s", name) : NULL;
+    kmp_text *bytes = kmp_code_add(&made->files, "binaries/%s/%s.so", folder, made->plan.source->name);
     return bytes ? compile(made->context, &made->sources, &made->plan, o->compiler ? o->compiler : "cc", bytes)
                  : kmp_fail_memory(made->context);
 }
@@ -383,7 +381,6 @@ static kempe_status add_files(kmp_code_files *files, kmp_arena *arena, const kem
 static kempe_status make_on_library(kempe_fmu_export *made, const kempe_model *model, const kempe_fmu_options *o)
 {
     kmp_unit_plan *plan = &made->plan;
-    const char *folder = binary_folder(plan->fmi);
     char *bytes = NULL;
     size_t length = 0;
     KMP_TRY(kmp_system_new(model, NULL, &made->system));
@@ -410,8 +407,7 @@ static kempe_status make_on_library(kempe_fmu_export *made, const kempe_model *m
     kmp_text_free(&list);
     KMP_TRY(status);
     KMP_TRY(kmp_file_read(made->context, KMP_FILE_BINARY, o->unit_file, &bytes, &length));
-    char *name = kmp_arena_printf(&made->arena, "binaries/%s/%s.so", folder, plan->source->name);
-    kmp_text *binary = name ? kmp_code_add(&made->files, "%s", name) : NULL;
+    kmp_text *binary = kmp_code_add(&made->files, "binaries/%s/%s.so", binary_folder(plan->fmi), plan->source->name);
     if (binary)
         kmp_text_append(binary, bytes, length);
     kmp_free(bytes);

@@ -118,7 +118,8 @@ kmp_yaml *kmp_import_add_body(kmp_import *im, const kmp_element *from, const cha
     return kmp_import_body(im, name) == body ? body : NULL;
 }
 
-kmp_yaml *kmp_import_axes(kmp_import *im, kmp_place place, const kmp_pose *f)
+/* The mapping {x: .., y: ..} of the axes of a frame. */
+static kmp_yaml *axes_of(kmp_import *im, kmp_place place, const kmp_pose *f)
 {
     kmp_yaml *axes = kmp_import_map(im, place);
     for (int k = 0; k < 2; k++) {
@@ -144,7 +145,7 @@ const char *kmp_import_point(kmp_import *im, kmp_place place, const char *body, 
     if (kmp_frame_is_turned(f)) {
         point = kmp_import_map(im, place);
         kmp_import_put(im, point, place, "at", at);
-        kmp_import_put(im, point, place, "axes", kmp_import_axes(im, place, f));
+        kmp_import_put(im, point, place, "axes", axes_of(im, place, f));
     }
     kmp_import_put(im, points, place, name, point);
     return kmp_arena_printf(im->arena, "%s.%s", body, name);
@@ -199,6 +200,23 @@ const char *kmp_import_colour(kmp_import *im, const double rgb[3])
     return kmp_arena_printf(im->arena, "#%02x%02x%02x", part[0], part[1], part[2]);
 }
 
+/* The place of a picture, with its axes or its axis where it is turned, and its colour. */
+static void add_picture(kmp_import *im, kmp_yaml *body, kmp_yaml *map, const kmp_pose *at, bool has_axes, bool has_axis,
+                        const char *colour)
+{
+    if (!map)
+        return;
+    const double axis[3] = {at->r[0][2], at->r[1][2], at->r[2][2]};
+    kmp_import_vector(im, map, map->place, "at", at->p);
+    if (kmp_frame_is_turned(at) && has_axes)
+        kmp_import_put(im, map, map->place, "axes", axes_of(im, map->place, at));
+    if (kmp_frame_is_turned(at) && has_axis)
+        kmp_import_vector(im, map, map->place, "axis", axis);
+    if (colour)
+        kmp_import_word(im, map, map->place, "colour", colour);
+    kmp_yaml_append(im->arena, kmp_import_part(im, body, "shape", KMP_YAML_LIST), NULL, map);
+}
+
 kmp_yaml *kmp_import_shape(kmp_import *im, kmp_yaml *body, kmp_place place, kmp_import_solid solid,
                            const double size[3], const kmp_pose *at, const char *colour)
 {
@@ -212,15 +230,7 @@ kmp_yaml *kmp_import_shape(kmp_import *im, kmp_yaml *body, kmp_place place, kmp_
         kmp_import_value(im, map, place, words[solid], size[round ? 1 : 0]);
     if (round)
         kmp_import_value(im, map, place, "radius", size[0]);
-    kmp_import_vector(im, map, place, "at", at->p);
-    if (kmp_frame_is_turned(at) && three)
-        kmp_import_put(im, map, place, "axes", kmp_import_axes(im, place, at));
-    const double axis[3] = {at->r[0][2], at->r[1][2], at->r[2][2]};
-    if (kmp_frame_is_turned(at) && round)
-        kmp_import_vector(im, map, place, "axis", axis);
-    if (colour)
-        kmp_import_word(im, map, place, "colour", colour);
-    kmp_yaml_append(im->arena, kmp_import_part(im, body, "shape", KMP_YAML_LIST), NULL, map);
+    add_picture(im, body, map, at, three, round, colour);
     return map;
 }
 
@@ -332,12 +342,7 @@ void kmp_import_mesh(kmp_import *im, kmp_yaml *body, kmp_place place, const char
     kmp_import_word(im, map, place, "mesh", path);
     if (scale[0] != 1)
         kmp_import_value(im, map, place, "scale", scale[0]);
-    kmp_import_vector(im, map, place, "at", at->p);
-    if (kmp_frame_is_turned(at))
-        kmp_import_put(im, map, place, "axes", kmp_import_axes(im, place, at));
-    if (colour)
-        kmp_import_word(im, map, place, "colour", colour);
-    kmp_yaml_append(im->arena, kmp_import_part(im, body, "shape", KMP_YAML_LIST), NULL, map);
+    add_picture(im, body, map, at, true, false, colour);
 }
 
 /* -- joints and loops ---------------------------------------------------------------------------------- */

@@ -29,9 +29,6 @@ kmp_yaml *kmp_import_add_body(kmp_import *im, const kmp_element *from, const cha
  * Returns BODY.POINT, NULL: there is no body. */
 const char *kmp_import_point(kmp_import *im, kmp_place place, const char *body, const char *name, const kmp_pose *at);
 
-/** The mapping {x: .., y: ..} of the axes of a frame. */
-kmp_yaml *kmp_import_axes(kmp_import *im, kmp_place place, const kmp_pose *f);
-
 /** A direction as a list; a complaint that "the axis of 'NAME' is zero" when it has no length. */
 kmp_yaml *kmp_import_direction(kmp_import *im, kmp_place place, const char *name, const double axis[3]);
 

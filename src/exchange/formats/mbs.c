@@ -378,8 +378,6 @@ static void add_parameters(kmp_import *im)
     }
 }
 
-/* -- models ---------------------------------------------------------------------------------------- */
-
 /* -- notes ----------------------------------------------------------------------------------------- */
 
 static void omit(kmp_import *im, const char *what, const kmp_element *e)

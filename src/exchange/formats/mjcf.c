@@ -22,17 +22,6 @@ static kmp_mjcf_class *find(const kmp_mjcf *m, const char *name)
     return c;
 }
 
-static kmp_mjcf_class *add_class(kmp_mjcf *m, const char *name, const kmp_mjcf_class *parent)
-{
-    kmp_mjcf_class *c = KMP_ARENA_NEW(m->im->arena, kmp_mjcf_class, 1), **end = &m->classes;
-    if (!c)
-        return NULL;
-    *c = (kmp_mjcf_class){.name = name, .parent = parent};
-    while (*end)
-        end = &(*end)->next;
-    return *end = c;
-}
-
 static void read_class(kmp_mjcf *m, const kmp_element *e, const kmp_mjcf_class *parent)
 {
     kmp_import *im = m->im;
@@ -48,9 +37,17 @@ static void read_class(kmp_mjcf *m, const kmp_element *e, const kmp_mjcf_class *
     }
     if (!c && !parent && m->classes)
         c = m->classes;
-    if (!c)
-        c = add_class(m, name ? name : "main", parent);
-    const kmp_element **list = c ? kmp_arena_room(im->arena, c->from, c->count, sizeof *list) : NULL;
+    if (!c) {
+        kmp_mjcf_class **end = &m->classes;
+        c = KMP_ARENA_NEW(im->arena, kmp_mjcf_class, 1);
+        if (!c)
+            return;
+        *c = (kmp_mjcf_class){.name = name ? name : "main", .parent = parent};
+        while (*end)
+            end = &(*end)->next;
+        *end = c;
+    }
+    const kmp_element **list = kmp_arena_room(im->arena, c->from, c->count, sizeof *list);
     if (!list)
         return;
     c->from = list;
@@ -83,15 +80,6 @@ static bool is_among(const char *words, const char *name)
     return at || strcmp(words, name) == 0;
 }
 
-static void add_default(kmp_mjcf *m, kmp_mjcf_item *item, const kmp_element *from)
-{
-    const kmp_element **list = kmp_arena_room(m->im->arena, item->defaults, item->count, sizeof *list);
-    if (!list)
-        return;
-    item->defaults = list;
-    list[item->count++] = from;
-}
-
 kmp_mjcf_item kmp_mjcf_take(kmp_mjcf *m, const kmp_element *e, const char *word, const kmp_mjcf_class *around)
 {
     kmp_mjcf_item item = {.own = e};
@@ -100,8 +88,13 @@ kmp_mjcf_item kmp_mjcf_take(kmp_mjcf *m, const kmp_element *e, const char *word,
     for (; c; c = c->parent)
         for (int k = c->count - 1; k >= 0; k--)
             for (const kmp_element *from = c->from[k]->first; from; from = from->next)
-                if (is_among(word, from->name))
-                    add_default(m, &item, from);
+                if (is_among(word, from->name)) {
+                    const kmp_element **list = kmp_arena_room(m->im->arena, item.defaults, item.count, sizeof *list);
+                    if (!list)
+                        return item;
+                    item.defaults = list;
+                    list[item.count++] = from;
+                }
     return item;
 }
 

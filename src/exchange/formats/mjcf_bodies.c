@@ -262,8 +262,6 @@ static void add_joints(kmp_mjcf *m, const kmp_mjcf_body *parent, kmp_mjcf_body *
         kmp_import_joint(im, body->map, e->place, name, kmp_import_point(im, e->place, from, name, &at), "weld", NULL);
 }
 
-/* -- mass ---------------------------------------------------------------------------------------------- */
-
 /* -- kinds --------------------------------------------------------------------------------------------- */
 
 static const struct {

@@ -314,21 +314,6 @@ static void add_force(kmp_mjcf *m, const kmp_element *from, const char *name, co
 
 /* -- tendons ------------------------------------------------------------------------------------------- */
 
-/* The force of spring and damper against lengthening, negative: k max(L - b, 0) + k min(L - a, 0) + d rate. */
-static const char *spring_law(kmp_mjcf *m, const transmission *t, double stiffness, const double rest[2],
-                              double damping)
-{
-    kmp_text law = {0};
-    if (stiffness != 0 && rest[0] == rest[1])
-        kmp_text_printf(&law, "%.17g*(%s - (%.17g))", 0 - stiffness, t->length, rest[0]);
-    else if (stiffness != 0)
-        kmp_text_printf(&law, "%.17g*(max(%s - (%.17g), 0) + min(%s - (%.17g), 0))", 0 - stiffness, t->length, rest[1],
-                        t->length, rest[0]);
-    if (damping != 0)
-        kmp_text_printf(&law, "%s%.17g*(%s)", stiffness != 0 ? " + " : "", 0 - damping, t->rate);
-    return kmp_text_keep(&law, m->im->arena);
-}
-
 /* The length of a tendon whose spring has none. The bodies are known at the references of their joints alone. */
 static double rest_of(kmp_mjcf *m, const kmp_element *e, const char *name, const transmission *t)
 {
@@ -359,9 +344,18 @@ static void add_tendon(kmp_mjcf *m, const kmp_element *e, int number)
         rest[1] = rest[0];
     if (rest[0] < 0)
         rest[0] = rest[1] = rest_of(m, e, name, &t);
-    if (stiffness != 0 || damping != 0)
-        add_force(m, e, kmp_arena_printf(im->arena, "%s_spring", name), &t, 1,
-                  spring_law(m, &t, stiffness, rest, damping));
+    if (stiffness != 0 || damping != 0) {
+        /* The force of spring and damper against lengthening, negative: k max(L - b, 0) + k min(L - a, 0) + d rate. */
+        kmp_text law = {0};
+        if (stiffness != 0 && rest[0] == rest[1])
+            kmp_text_printf(&law, "%.17g*(%s - (%.17g))", 0 - stiffness, t.length, rest[0]);
+        else if (stiffness != 0)
+            kmp_text_printf(&law, "%.17g*(max(%s - (%.17g), 0) + min(%s - (%.17g), 0))", 0 - stiffness, t.length,
+                            rest[1], t.length, rest[0]);
+        if (damping != 0)
+            kmp_text_printf(&law, "%s%.17g*(%s)", stiffness != 0 ? " + " : "", 0 - damping, t.rate);
+        add_force(m, e, kmp_arena_printf(im->arena, "%s_spring", name), &t, 1, kmp_text_keep(&law, m->im->arena));
+    }
     if (friction != 0) {
         /* Dry friction against the rate of the length. */
         kmp_text length = {0};

@@ -23,8 +23,6 @@ static void indent(kmp_text *text, int depth)
     kmp_text_printf(text, "%*s", 2 * depth + 4, "");
 }
 
-/* -- sites --------------------------------------------------------------------------------------------- */
-
 /* Pairs of sites: two along the axis of a hinge; one for a weld, which the format has. */
 static int count_pairs(const kmp_closure *c)
 {
@@ -191,8 +189,6 @@ static void put_bodies(kmp_export *w)
             return;
     }
 }
-
-/* -- equalities ---------------------------------------------------------------------------------------- */
 
 void kmp_mjcf_write(kmp_export *w)
 {

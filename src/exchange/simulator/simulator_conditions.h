@@ -91,29 +91,24 @@ static bool charts_are_due(const kempe_simulator *s)
     return due;
 }
 
-/* Gives the joints that are due new angles at the placed q and qd, and others with them: each time ends steps. */
-static void center_charts(kempe_simulator *s, double t)
-{
-    const kempe_charts *charts = s->equations->charts;
-    struct kempe_simulator_parts *part = &s->part;
-    if (!charts_are_due(s))
-        return;
-    for (int c = 0; c < charts->joints; c++) {
-        if (charts->regular(charts, c, part->q) > KMP_AXES_ALONG)
-            continue;
-        if (is_own(chart_of(s, c)))
-            copy(3, part->q + charts->first[c], part->seen + 3 * (ptrdiff_t)c);
-        charts->center(charts, c, chart_of(s, c), part->q, part->qd);
-    }
-    *part->seen_t = t;
-}
-
 /* -- exchanges ---------------------------------------------------------------------------------------------------- */
 
 /* Exchanges the choice at the placed, closed q, and angles that are near to singular; qd is placed too. */
 static outcome exchange_choice(kempe_simulator *s, double t)
 {
-    center_charts(s, t);
+    /* Gives the joints that are due new angles at the placed q and qd, and others with them: each time ends steps. */
+    const kempe_charts *charts = s->equations->charts;
+    struct kempe_simulator_parts *part = &s->part;
+    if (charts_are_due(s)) {
+        for (int c = 0; c < charts->joints; c++) {
+            if (charts->regular(charts, c, part->q) > KMP_AXES_ALONG)
+                continue;
+            if (is_own(chart_of(s, c)))
+                copy(3, part->q + charts->first[c], part->seen + 3 * (ptrdiff_t)c);
+            charts->center(charts, c, chart_of(s, c), part->q, part->qd);
+        }
+        *part->seen_t = t;
+    }
     if (evaluate_loops(s, t) != GOOD || kmp_dropped_judge(share_of_rows(s)) != KMP_KEPT_WELL)
         choose(s, NULL);
     outcome said = improve_choice(s, t);
@@ -323,11 +318,8 @@ static outcome jump(kempe_simulator *s, double t, const double *before, double *
     }
     project(s, part->right, part->udd);
     kmp_cholesky_solve(f, part->reduced, part->udd);
+    pack_y(s, part->q, part->qd, y);
     copy(f, part->udd, y + f);
-    for (int k = 0; k < f; k++)
-        y[k] = part->q[part->column[r + k]];
-    for (int i = 0; i < r; i++)
-        y[2 * f + i] = part->q[part->column[i]];
     return slopes_closed(s, t, y, NULL);
 }
 

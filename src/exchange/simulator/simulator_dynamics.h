@@ -422,21 +422,27 @@ static outcome accelerate(kempe_simulator *s, double t)
     return said;
 }
 
-/* qdd and lambda at the place of the last evaluation. */
-static void complete(kempe_simulator *s)
+/* Accelerations and multipliers of the load, by coordinates and rows. */
+static void solve_for(kempe_simulator *s, double *qdd, double *lambda)
 {
     struct kempe_simulator_parts *part = &s->part;
     int f = freedom_of(s), r = rank_of(s);
     solve_motion(s, part->load, part->udd, part->correction);
     for (int k = 0; k < f; k++)
-        part->qdd[part->column[r + k]] = part->udd[k];
+        qdd[part->column[r + k]] = part->udd[k];
     for (int i = 0; i < r; i++) {
         double a = part->constant[i];
         for (int k = 0; k < f; k++)
             a += part->tangent[i + k * r] * part->udd[k];
-        part->qdd[part->column[i]] = a;
-        part->lambda[part->row[i]] = part->correction[i];
+        qdd[part->column[i]] = a;
+        lambda[part->row[i]] = part->correction[i];
     }
+}
+
+/* qdd and lambda at the place of the last evaluation. */
+static void complete(kempe_simulator *s)
+{
+    solve_for(s, s->part.qdd, s->part.lambda);
 }
 
 /* -- the right-hand side -------------------------------------------------------------------------------- */
