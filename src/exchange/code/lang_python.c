@@ -71,11 +71,7 @@ static void put_block(const kmp_code_writer *w, const struct kmp_code_block *b, 
             kmp_text_printf(w->text, "\n\n%s_%s_rows = [", name.s, kmp_block_part_names[part]);
             for (int j = 0; j < b->block->candidates; j++) {
                 kmp_text_put(w->text, j > 0 ? ",\n    " : "");
-                for (int i = 0; i < rows->width; i++) {
-                    kmp_put_list_item(w->text, list, i);
-                    kmp_language_number(w->text, w->language, rows->rows[j * rows->width + i]);
-                }
-                kmp_list_end(w->text, list, rows->width);
+                kmp_put_numbers(w->text, w->language, list, rows->width, rows->rows + (ptrdiff_t)j * rows->width);
             }
             kmp_text_put(w->text, "]\n");
         }

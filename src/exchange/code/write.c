@@ -37,13 +37,14 @@ void kmp_language_number(kmp_text *text, const kmp_language *language, double x)
         kmp_text_put(text, ".0");
 }
 
-static void put_numbers(const kmp_code_writer *w, const kmp_list_spelling *list, int count, const double *x)
+void kmp_put_numbers(kmp_text *text, const kmp_language *language, const kmp_list_spelling *list, int count,
+                     const double *x)
 {
     for (int k = 0; k < count; k++) {
-        kmp_put_list_item(w->text, list, k);
-        kmp_language_number(w->text, w->language, x[k]);
+        kmp_put_list_item(text, list, k);
+        kmp_language_number(text, language, x[k]);
     }
-    kmp_list_end(w->text, list, count);
+    kmp_list_end(text, list, count);
 }
 
 void kmp_language_string(kmp_text *text, const kmp_language *language, const char *s)
@@ -72,7 +73,7 @@ static void put_pieces(const kmp_code_writer *w)
     const kmp_table *table = table_of(w);
     for (int k = 0; k < table->count - 1; k++) {
         kmp_put_list_item(w->text, &w->language->pieces, k);
-        put_numbers(w, &w->language->piece, 4, table->piece[k]);
+        kmp_put_numbers(w->text, w->language, &w->language->piece, 4, table->piece[k]);
     }
     kmp_list_end(w->text, &w->language->pieces, table->count - 1);
 }

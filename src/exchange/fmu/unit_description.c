@@ -852,14 +852,13 @@ bool kmp_unit_describe(kmp_text *xml, kmp_text *terminals, const kmp_unit_plan *
         if (plan->fmi == 3) {
             int count = d.count;
             bool open = false;
-            kmp_text_printf(
-                terminals,
-                "<?terminals version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiTerminalsAndIcons fmiVersion=\"3.0\">\n"
-                "  <GraphicalRepresentation>\n"
-                "    <CoordinateSystem x1=\"0\" y1=\"0\" x2=\"%d\" y2=\"%d\" "
-                "suggestedScalingFactorTo_mm=\"0.1\"/>\n"
-                "    <Icon x1=\"0\" y1=\"0\" x2=\"%d\" y2=\"%d\"/>\n  </GraphicalRepresentation>\n",
-                KMP_UNIT_ICON, KMP_UNIT_ICON, KMP_UNIT_ICON, KMP_UNIT_ICON);
+            kmp_text_printf(terminals,
+                            "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiTerminalsAndIcons fmiVersion=\"3.0\">\n"
+                            "  <GraphicalRepresentation>\n"
+                            "    <CoordinateSystem x1=\"0\" y1=\"0\" x2=\"%d\" y2=\"%d\" "
+                            "suggestedScalingFactorTo_mm=\"0.1\"/>\n"
+                            "    <Icon x1=\"0\" y1=\"0\" x2=\"%d\" y2=\"%d\"/>\n  </GraphicalRepresentation>\n",
+                            KMP_UNIT_ICON, KMP_UNIT_ICON, KMP_UNIT_ICON, KMP_UNIT_ICON);
             for (int k = 0; k < count; k++)
                 if (seat_of(&d.variable[k]).kind) {
                     kmp_text_put(terminals, open ? "" : "  <Terminals>\n");

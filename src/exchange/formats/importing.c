@@ -258,7 +258,7 @@ static const struct {
 
 enum { ROWS = sizeof grammar / sizeof *grammar, REMEDIES = sizeof remedies / sizeof *remedies };
 
-static bool is_word_of(const char *words, const char *name)
+bool kmp_import_is_word(const char *words, const char *name)
 {
     size_t length = strlen(name);
     for (const char *at = strstr(words, name); at; at = strstr(at + 1, name))
@@ -275,7 +275,7 @@ static kmp_part_class class_of(const kmp_import *im, const char *in, const char 
         bool own = strcmp(grammar[k].in, in) == 0;
         if ((!own && strcmp(grammar[k].in, "*") != 0) || strcmp(grammar[k].format, im->format) != 0)
             continue;
-        if (is_word_of(grammar[k].words, name))
+        if (kmp_import_is_word(grammar[k].words, name))
             return grammar[k].kind;
         known = known || own;
     }

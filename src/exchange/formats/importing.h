@@ -33,6 +33,9 @@ kmp_yaml *kmp_import_part(kmp_import *im, kmp_yaml *map, const char *key, kmp_ya
 void kmp_import_add(kmp_import *im, const char *section, const kmp_element *from, const char *name,
                     const kmp_yaml *entry);
 
+/** True for a word of a list, in which each has a blank before it and after it. */
+bool kmp_import_is_word(const char *words, const char *name);
+
 /** True for characters of Kempe's names. */
 bool kmp_import_is_letter(char c);
 

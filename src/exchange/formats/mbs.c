@@ -176,21 +176,6 @@ static const char *own_name(const kmp_import *im, const kmp_element *body, const
     return name;
 }
 
-/* The joint of a body: ROBOTRAN's where there is one, otherwise the body's name. NULL: no memory. */
-static const char *joint_name(kmp_import *im, const kmp_element *body, const char *body_name)
-{
-    const kmp_element *joint = kmp_element_find(body, "joint");
-    bool single = joint && !kmp_element_again(joint);
-    const char *name = single ? own_name(im, body, joint, true) : NULL;
-    return name ? kmp_import_clean(im, name) : body_name;
-}
-
-static bool is_cut(const kmp_import *im, const char *name)
-{
-    const kmp_mbs_name *first = first_like(im, name);
-    return first && !first->body;
-}
-
 /* The constraint of a driven joint: its start value, or the motion that begins with its start values. */
 static const kmp_yaml *drive(kmp_import *im, const kmp_element *joint, const char *coordinate, const char *type)
 {
@@ -214,7 +199,8 @@ static void put_motion(kmp_import *im, const kmp_element *joint, const char *coo
 {
     const char *drive_name = several ? kmp_arena_printf(im->arena, "%s_%d", coordinate, k) : coordinate;
     const char *full = several ? kmp_arena_printf(im->arena, "%s.%d", coordinate, k) : coordinate;
-    if (drive_name && is_cut(im, drive_name))
+    const kmp_mbs_name *same = drive_name ? first_like(im, drive_name) : NULL;
+    if (same && !same->body) /* a cut has this name */
         drive_name = kmp_arena_printf(im->arena, "%s_drive", drive_name);
     if (full && drive_name) {
         /* Start value and `nature`: independent coordinates keep their values while the loops are closed, driven ones
@@ -264,7 +250,9 @@ static void put_joint(kmp_import *im, kmp_yaml *map, const kmp_element *body, co
 {
     const kmp_element *parent = kmp_element_find(body, "parent");
     const kmp_element *joint = kmp_element_find(body, "joint");
-    const char *name = joint_name(im, body, body_name);
+    bool single = joint && !kmp_element_again(joint);
+    const char *own_one = single ? own_name(im, body, joint, true) : NULL; /* otherwise the body's name */
+    const char *name = own_one ? kmp_import_clean(im, own_one) : body_name;
     kmp_yaml *own = kmp_import_map(im, joint ? joint->place : body->place);
     if (!parent) {
         kmp_import_complain(im, body->place, "body", body_name, "has no 'parent'");

@@ -71,15 +71,6 @@ kmp_mjcf_item kmp_mjcf_plain(const kmp_element *e)
     return (kmp_mjcf_item){.own = e};
 }
 
-static bool is_among(const char *words, const char *name)
-{
-    size_t length = strlen(name);
-    const char *at = words[0] == ' ' ? strstr(words, name) : NULL;
-    while (at && (at[-1] != ' ' || at[length] != ' '))
-        at = strstr(at + 1, name);
-    return at || strcmp(words, name) == 0;
-}
-
 kmp_mjcf_item kmp_mjcf_take(kmp_mjcf *m, const kmp_element *e, const char *word, const kmp_mjcf_class *around)
 {
     kmp_mjcf_item item = {.own = e};
@@ -88,7 +79,7 @@ kmp_mjcf_item kmp_mjcf_take(kmp_mjcf *m, const kmp_element *e, const char *word,
     for (; c; c = c->parent)
         for (int k = c->count - 1; k >= 0; k--)
             for (const kmp_element *from = c->from[k]->first; from; from = from->next)
-                if (is_among(word, from->name)) {
+                if (word[0] == ' ' ? kmp_import_is_word(word, from->name) : strcmp(word, from->name) == 0) {
                     const kmp_element **list = kmp_arena_room(m->im->arena, item.defaults, item.count, sizeof *list);
                     if (!list)
                         return item;

@@ -8,7 +8,6 @@
 #include "exchange/formats/mjcf.h"
 #include "exchange/formats/mjcf_bodies.h"
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 /* A linear form of coordinates: one of them, or the length of a fixed tendon; and its value at the references. */
@@ -518,9 +517,7 @@ void kmp_mjcf_add_actuators(kmp_mjcf *m)
 {
     for (const kmp_element *section = kmp_element_find(m->im->model, "actuator"); section && m->has_actuators;
          section = kmp_element_again(section))
-        for (const kmp_element *e = section->first; e; e = e->next) {
-            char word[40];
-            if (snprintf(word, sizeof word, " %s ", e->name) < (int)sizeof word && strstr(actuators, word))
+        for (const kmp_element *e = section->first; e; e = e->next)
+            if (kmp_import_is_word(actuators, e->name))
                 add_actuator(m, e);
-        }
 }

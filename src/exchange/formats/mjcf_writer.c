@@ -84,15 +84,12 @@ static void put_mass(const kmp_export *w, int link, int depth)
     kmp_text_put(w->text, "/>\n");
 }
 
-static const int shapes_known[] = {
-    KMP_SHAPE_BOX, KMP_SHAPE_SPHERE, KMP_SHAPE_CYLINDER, KMP_SHAPE_CAPSULE, KMP_SHAPE_ELLIPSOID, KMP_SHAPE_MESH, -1};
-
 /* Half lengths; pictures touch nothing. */
 static void put_pictures(kmp_export *w, int link, int depth)
 {
     kmp_writer_shape s;
     for (int k = 0; k < w->model->shape_count; k++) {
-        if (!kmp_export_shape(w, k, link, shapes_known, &s))
+        if (!kmp_export_shape(w, k, link, true, &s))
             continue;
         double half[3] = {s.size[0], s.size[1] / 2, s.size[2]};
         for (int i = 0; i < 3 && s.kind == KMP_SHAPE_BOX; i++)
@@ -151,19 +148,7 @@ static void put_parts(kmp_export *w, int link, int depth)
     }
 }
 
-/* Begins a body, which ends after the bodies that it carries. `first`: of the links of its chain. */
-static void begin_body(kmp_export *w, int first, int link, int depth)
-{
-    indent(w->text, depth);
-    kmp_text_printf(w->text, "<body name=\"%s\"", w->links[link].name);
-    put_place(w->text, &w->links[first].at);
-    kmp_text_put(w->text, ">\n");
-    put_joints(w, first, link, depth + 1);
-    put_mass(w, link, depth + 1);
-    put_parts(w, link, depth + 1);
-}
-
-/* All bodies, each inside the one that carries it. */
+/* All bodies, each inside the one that carries it. One has the motions of all links of its chain. */
 static void put_bodies(kmp_export *w)
 {
     const kempe_model *model = w->model;
@@ -179,7 +164,14 @@ static void put_bodies(kmp_export *w)
             int link = w->of_body[child], first = link;
             while (w->links[first].parent != w->of_body[at])
                 first = w->links[first].parent;
-            begin_body(w, first, link, depth++);
+            indent(w->text, depth);
+            kmp_text_printf(w->text, "<body name=\"%s\"", w->links[link].name);
+            put_place(w->text, &w->links[first].at);
+            kmp_text_put(w->text, ">\n");
+            depth++;
+            put_joints(w, first, link, depth);
+            put_mass(w, link, depth);
+            put_parts(w, link, depth);
             at = child;
         } else if (at > 0) {
             indent(w->text, --depth);

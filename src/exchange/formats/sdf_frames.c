@@ -11,12 +11,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-bool kmp_sdf_yes(const kmp_element *e, const char *key)
-{
-    const char *text = kmp_element_text(e, key);
-    return text && (strcmp(text, "true") == 0 || strcmp(text, "1") == 0);
-}
-
 const char *kmp_sdf_relative(const kmp_element *e, int version)
 {
     const kmp_element *pose = kmp_element_find(e, "pose");
@@ -37,7 +31,7 @@ kmp_pose kmp_sdf_pose(kmp_import *im, const kmp_element *e)
         kmp_import_read_numbers(im, e, "pose", 6 + quaternion, 6 + quaternion, value);
     memcpy(f.p, value, sizeof f.p);
     const double wxyz[4] = {value[6], value[3], value[4], value[5]};
-    for (int k = 3; k < 6 && kmp_sdf_yes(pose, "degrees"); k++)
+    for (int k = 3; k < 6 && kmp_element_says(pose, "degrees", true); k++)
         value[k] *= acos(-1) / 180;
     if (!quaternion)
         kmp_frame_rotate(value + 3, f.r);
@@ -139,7 +133,7 @@ static void add_model(kmp_sdf *s, const kmp_element *e, const kmp_element *place
     if (k < 0)
         return;
     s->frames[k].placed = placed;
-    s->frames[k].fixed = kmp_sdf_yes(kmp_element_find(placed, "static") ? placed : e, "static") ||
+    s->frames[k].fixed = kmp_element_says(kmp_element_find(placed, "static") ? placed : e, "static", true) ||
                          (model >= 0 && s->frames[model].fixed);
     collect(s, e, k, version, level);
 }
@@ -156,7 +150,7 @@ static void add_included(kmp_sdf *s, const kmp_element *include, int model, int 
                             "is no file beside this one: only relative names are read; copy the model beside the file");
         return;
     }
-    if (kmp_sdf_yes(include, "merge")) {
+    if (kmp_element_says(include, "merge", true)) {
         kmp_import_complain(im, include->place, "include", uri, "cannot be merged: remove the attribute 'merge'");
         return;
     }

@@ -36,9 +36,6 @@ typedef struct kmp_sdf {
     size_t hidden;            /* characters of scoped names that Kempe's names do not have: those of the only model */
 } kmp_sdf;
 
-/** An element that says yes. */
-bool kmp_sdf_yes(const kmp_element *e, const char *key);
-
 /** Collects all frames of the file and of those that it includes, and places them. */
 void kmp_sdf_find_frames(kmp_sdf *s);
 

@@ -91,7 +91,7 @@ static weight weight_of(kmp_sdf *s, const kmp_sdf_frame *link)
                       *inertia = kmp_element_find(inertial, "inertia");
     weight w = {.mass = kmp_import_read_number(im, inertial, "mass", 1), .centre = kmp_sdf_pose(im, inertial)};
     kmp_import_read_tensor(im, inertia, 1, w.tensor);
-    if (kmp_sdf_yes(inertial, "auto"))
+    if (kmp_element_says(inertial, "auto", true))
         weigh_collisions(s, link, inertial, &w);
     return w;
 }
@@ -101,7 +101,7 @@ static void lift(kmp_sdf *s, const kmp_sdf_frame *link, const double gravity[3])
 {
     kmp_import *im = s->im;
     const kmp_element *e = link->element;
-    if (!kmp_element_text(e, "gravity") || kmp_sdf_yes(e, "gravity"))
+    if (!kmp_element_text(e, "gravity") || kmp_element_says(e, "gravity", true))
         return;
     weight w = weight_of(s, link);
     const double force[3] = {0 - w.mass * gravity[0], 0 - w.mass * gravity[1], 0 - w.mass * gravity[2]};
@@ -202,11 +202,11 @@ static void read_axis(kmp_sdf *s, joint *j, int k)
         return;
     }
     kmp_import_read_numbers(s->im, e, "xyz", 3, 3, axis);
-    if (f->version < 105 || (f->version < 107 && kmp_sdf_yes(e, "use_parent_model_frame")))
+    if (f->version < 105 || (f->version < 107 && kmp_element_says(e, "use_parent_model_frame", true)))
         frame = f->model;
     else if (in)
         frame = kmp_sdf_frame_named(s, f->model, in, xyz);
-    if (f->version >= 107 && kmp_sdf_yes(e, "use_parent_model_frame"))
+    if (f->version >= 107 && kmp_element_says(e, "use_parent_model_frame", true))
         kmp_import_leave_out(s->im, e->place, KMP_PART_AT_TIMES, "use_parent_model_frame",
                              "'use_parent_model_frame' of joint '%s' is not used since version 1.7: write <xyz "
                              "expressed_in=\"__model__\">",
@@ -404,7 +404,7 @@ static void add_gearbox(graph *g, joint *gear)
 static bool is_cut(const joint *j)
 {
     const kmp_element *physics = kmp_element_find(j->frame->element, "physics");
-    return kmp_sdf_yes(kmp_element_find(physics, "simbody"), "must_be_loop_joint") && !j->needed && !j->two;
+    return kmp_element_says(kmp_element_find(physics, "simbody"), "must_be_loop_joint", true) && !j->needed && !j->two;
 }
 
 /* -- the graph ----------------------------------------------------------------------------------------- */

@@ -93,16 +93,9 @@ static void put_link(kmp_export *w, int link)
     for (int k = 0; k < 6; k++)
         put_number(w->text, keys[k], inertia[k]);
     kmp_text_put(w->text, "</inertia>\n      </inertial>\n");
-    static const int known[] = {KMP_SHAPE_BOX,
-                                KMP_SHAPE_SPHERE,
-                                KMP_SHAPE_CYLINDER,
-                                KMP_SHAPE_CAPSULE,
-                                KMP_SHAPE_ELLIPSOID,
-                                KMP_SHAPE_MESH,
-                                -1};
     kmp_writer_shape shape;
     for (int k = 0; k < w->model->shape_count; k++)
-        if (kmp_export_shape(w, k, link, known, &shape))
+        if (kmp_export_shape(w, k, link, true, &shape))
             put_picture(w->text, k + 1, &shape);
     kmp_text_put(w->text, "    </link>\n");
 }

@@ -361,10 +361,9 @@ static const char *link_named(kmp_import *im, const kmp_element *e, const char *
 static kmp_yaml *gazebo_axis(kmp_import *im, const kmp_element *axis, const char *name, const kmp_pose *at)
 {
     double xyz[3] = {0, 0, 1};
-    const char *old = kmp_element_text(axis, "use_parent_model_frame");
     const kmp_pose back = kmp_frame_inverse(at);
     kmp_import_read_numbers(im, axis, "xyz", 3, 3, xyz);
-    if (old && (strcmp(old, "1") == 0 || strcmp(old, "true") == 0))
+    if (kmp_element_says(axis, "use_parent_model_frame", true))
         kmp_frame_vector(&back, xyz, xyz);
     return kmp_import_direction(im, axis->place, name, xyz);
 }
@@ -414,13 +413,6 @@ static void add_gazebo_joint(const robot *r, const kmp_element *e)
     kmp_import_loop(im, e, name, kinds[k].closure, points, kinds[k].has_axis ? gazebo_axis(im, axis, name, &at) : NULL);
 }
 
-/* True if the element says `yes`, as a word or number. */
-static bool says(const kmp_element *e, const char *key, bool yes)
-{
-    const char *text = kmp_element_text(e, key);
-    return text && (strcmp(text, yes ? "true" : "false") == 0 || strcmp(text, yes ? "1" : "0") == 0);
-}
-
 /* An element `gazebo`: joints that close loops, the spring of the joint to which it refers. */
 static void add_gazebo(const robot *r, const kmp_element *e)
 {
@@ -434,10 +426,10 @@ static void add_gazebo(const robot *r, const kmp_element *e)
         kmp_import_spring(im, e, j->name, "spring", stiffness, kmp_import_read_number(im, e, "springReference", 0), 0);
     else if (stiffness != 0)
         kmp_import_complain(im, e->place, "the joint", reference, "of springStiffness is none with one coordinate");
-    if (says(e, "gravity", false) || says(e, "turnGravityOff", true))
+    if (kmp_element_says(e, "gravity", false) || kmp_element_says(e, "turnGravityOff", true))
         kmp_import_leave_out(im, e->place, KMP_PART_MECHANICS, "gravity", "link '%s' without gravity is not read",
                              reference ? reference : "");
-    if (says(e, "static", true))
+    if (kmp_element_says(e, "static", true))
         kmp_import_leave_out(im, e->place, KMP_PART_MECHANICS, "static", "a robot that is static is not read");
 }
 

@@ -59,8 +59,6 @@ static void put_picture(kmp_text *text, const kmp_writer_shape *s)
 
 static void put_link(kmp_export *w, int link)
 {
-    static const int known[] = {KMP_SHAPE_BOX,     KMP_SHAPE_SPHERE, KMP_SHAPE_CYLINDER,
-                                KMP_SHAPE_CAPSULE, KMP_SHAPE_MESH,   -1};
     kmp_pose centre = kmp_frame_none();
     kmp_writer_shape shape;
     double mass, inertia[6];
@@ -78,7 +76,7 @@ static void put_link(kmp_export *w, int link)
         kmp_text_put(text, "/>\n    </inertial>\n");
     }
     for (int k = 0; k < w->model->shape_count; k++)
-        if (kmp_export_shape(w, k, link, known, &shape))
+        if (kmp_export_shape(w, k, link, false, &shape))
             put_picture(w->text, &shape);
     kmp_text_put(w->text, "  </link>\n");
 }

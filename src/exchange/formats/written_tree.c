@@ -227,14 +227,10 @@ bool kmp_export_mimic(kmp_export *w, int link, int *leader, double *multiplier, 
 
 /* -- shapes -------------------------------------------------------------------------------------------- */
 
-bool kmp_export_shape(kmp_export *w, int shape, int link, const int *known, kmp_writer_shape *out)
+bool kmp_export_shape(kmp_export *w, int shape, int link, bool ellipsoids, kmp_writer_shape *out)
 {
     const kmp_shape *s = &w->model->shapes[shape];
-    if (s->body != w->links[link].body)
-        return false;
-    while (*known >= 0 && *known != (int)s->kind)
-        known++;
-    if (*known < 0)
+    if (s->body != w->links[link].body || s->kind == KMP_SHAPE_LINE || (s->kind == KMP_SHAPE_ELLIPSOID && !ellipsoids))
         return false;
     kmp_pose at = kmp_frame_none();
     double along[3];
@@ -291,19 +287,6 @@ static bool is_end(const kempe_model *model, int point)
     return false;
 }
 
-static const char *plain_name(kmp_export *w, int point)
-{
-    const kmp_point *p = &w->model->points[point];
-    kmp_text name = {0};
-    kmp_export_name(&name, w->links[w->of_body[p->body]].name);
-    kmp_text_put(&name, "_");
-    kmp_export_name(&name, p->name);
-    const char *copy = name.failed ? NULL : kmp_arena_strdup(&w->arena, name.s);
-    w->arena.failed = w->arena.failed || name.failed;
-    kmp_text_free(&name);
-    return copy;
-}
-
 static bool is_taken(kmp_export *w, int point, const char *name)
 {
     for (int k = 0; k < w->count; k++)
@@ -323,7 +306,11 @@ const char *kmp_export_point_name(kmp_export *w, int point)
     const kmp_point *p = &w->model->points[point];
     if (!p->name || strcmp(p->name, "origin") == 0 || is_end(w->model, point))
         return NULL;
-    const char *name = plain_name(w, point);
+    kmp_text text = {0};
+    kmp_export_name(&text, w->links[w->of_body[p->body]].name);
+    kmp_text_put(&text, "_");
+    kmp_export_name(&text, p->name);
+    const char *name = kmp_text_keep(&text, &w->arena);
     while (name && is_taken(w, point, name))
         name = kmp_arena_printf(&w->arena, "%s_", name);
     w->point_name[point] = name;
@@ -431,14 +418,12 @@ kempe_status kempe_model_export(const kempe_model *model, const char *format, ch
     while (k < WRITERS && strcmp(writers[k].word, format) != 0)
         k++;
     if (k == WRITERS) {
-        kmp_text known = {0};
+        kmp_text sentence = {0};
+        kmp_text_printf(&sentence, "unknown format '%s'; there are ", format);
         for (int i = 0; i < WRITERS; i++)
-            kmp_text_printf(&known, "%s, ", writers[i].word);
-        kempe_status status = known.failed ? kmp_fail_memory(model->context)
-                                           : kmp_fail(model->context, KEMPE_E_ARGUMENT,
-                                                      "unknown format '%s'; there are %syaml", format, known.s);
-        kmp_text_free(&known);
-        return status;
+            kmp_text_printf(&sentence, "%s, ", writers[i].word);
+        kmp_text_put(&sentence, "yaml");
+        return kmp_fail_text(model->context, KEMPE_E_ARGUMENT, &sentence);
     }
     kmp_text out = {0};
     kmp_export w = {.model = model, .format = writers[k].name, .text = &out};

@@ -85,8 +85,8 @@ typedef struct kmp_writer_shape {
     bool coloured;
 } kmp_writer_shape;
 
-/** True for a shape of a link that the format has: `known` ends with a negative kind. It counts as written. */
-bool kmp_export_shape(kmp_export *w, int shape, int link, const int *known, kmp_writer_shape *out);
+/** True for a shape of a link that the format has: no lines, and not all have ellipsoids. It counts as written. */
+bool kmp_export_shape(kmp_export *w, int shape, int link, bool ellipsoids, kmp_writer_shape *out);
 
 /** A text between quotes or tags of XML. */
 void kmp_export_text(kmp_text *text, const char *s);

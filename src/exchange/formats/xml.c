@@ -237,3 +237,9 @@ const kmp_element *kmp_element_named(const kmp_element *element, const char *nam
     }
     return e;
 }
+
+bool kmp_element_says(const kmp_element *element, const char *name, bool yes)
+{
+    const char *text = kmp_element_text(element, name);
+    return text && (strcmp(text, yes ? "true" : "false") == 0 || strcmp(text, yes ? "1" : "0") == 0);
+}

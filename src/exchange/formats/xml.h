@@ -32,3 +32,6 @@ const kmp_element *kmp_element_named(const kmp_element *element, const char *nam
 
 /** The text of a child, NULL where it is absent or has none. */
 const char *kmp_element_text(const kmp_element *element, const char *name);
+
+/** True if a child says yes, or no, as a word or number. */
+bool kmp_element_says(const kmp_element *element, const char *name, bool yes);

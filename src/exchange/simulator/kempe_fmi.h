@@ -5,6 +5,7 @@
  *     fmi_instance, fmi_state               its types
  *     unit                                  an instance; its numbers follow in the same memory
  *     take, give_back, tell                 its memory and its messages
+ *     FMI_MORE, FMI_CHECK_MORE              what a function of values has after them: in version 3 their number
  */
 #ifndef KEMPE_FMI_H
 #define KEMPE_FMI_H
@@ -94,6 +95,16 @@ fmi_status FMI(Reset)(fmi_instance c)
     kempe_fmu_reset(fmu);
     return FMI(OK);
 }
+
+/* -- variables --------------------------------------------------------------------------------------- */
+
+#define VALUES(name, type, modes, call)                                                                                \
+    fmi_status name(fmi_instance c, SOME, type values[] FMI_MORE)                                                      \
+    {                                                                                                                  \
+        ALLOWED(modes);                                                                                                \
+        FMI_CHECK_MORE;                                                                                                \
+        ANSWER(call(fmu, references, count, values));                                                                  \
+    }
 
 /* -- states of the unit ------------------------------------------------------------------------------ */
 

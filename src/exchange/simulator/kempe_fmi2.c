@@ -9,6 +9,8 @@
 #define FMI_OF_STATE(verb, end) fmi2##verb##FMUstate##end
 #define FMI_DESERIALIZE         fmi2DeSerializeFMUstate
 #define FMI_DERIVATIVES         fmi2GetDerivatives
+#define FMI_MORE
+#define FMI_CHECK_MORE
 typedef fmi2Component fmi_instance;
 typedef fmi2FMUstate fmi_state;
 
@@ -103,23 +105,9 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 
 /* -- variables --------------------------------------------------------------------------------------- */
 
-fmi2Status fmi2GetReal(fmi2Component c, SOME, fmi2Real values[])
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    ANSWER(kempe_fmu_get(fmu, references, count, values));
-}
-
-fmi2Status fmi2SetReal(fmi2Component c, SOME, const fmi2Real values[])
-{
-    ALLOWED(BEFORE_RUN | KEMPE_FMU_RUNS);
-    ANSWER(kempe_fmu_set(fmu, references, count, values));
-}
-
-fmi2Status fmi2GetInteger(fmi2Component c, SOME, fmi2Integer values[])
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    ANSWER(kempe_fmu_get_integers(fmu, references, count, values));
-}
+VALUES(fmi2GetReal, fmi2Real, KEMPE_FMU_ANY, kempe_fmu_get)
+VALUES(fmi2SetReal, const fmi2Real, BEFORE_RUN | KEMPE_FMU_RUNS, kempe_fmu_set)
+VALUES(fmi2GetInteger, fmi2Integer, KEMPE_FMU_ANY, kempe_fmu_get_integers)
 
 /* Types without variables that can be read or set. */
 #define NONE(name, values_type, type)                                                                                  \

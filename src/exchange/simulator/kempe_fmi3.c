@@ -9,6 +9,8 @@
 #define FMI_OF_STATE(verb, end) fmi3##verb##FMUState##end
 #define FMI_DESERIALIZE         fmi3DeserializeFMUState
 #define FMI_DERIVATIVES         fmi3GetContinuousStateDerivatives
+#define FMI_MORE                , size_t value_count
+#define FMI_CHECK_MORE          COUNTS(value_count, count)
 typedef fmi3Instance fmi_instance;
 typedef fmi3FMUState fmi_state;
 
@@ -106,33 +108,9 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
 
 /* -- variables --------------------------------------------------------------------------------------- */
 
-fmi3Status fmi3GetFloat64(fmi3Instance c, SOME, fmi3Float64 values[], size_t value_count)
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    COUNTS(value_count, count);
-    ANSWER(kempe_fmu_get(fmu, references, count, values));
-}
-
-fmi3Status fmi3SetFloat64(fmi3Instance c, SOME, const fmi3Float64 values[], size_t value_count)
-{
-    ALLOWED(BEFORE_RUN | KEMPE_FMU_RUNS);
-    COUNTS(value_count, count);
-    ANSWER(kempe_fmu_set(fmu, references, count, values));
-}
-
-fmi3Status fmi3GetInt32(fmi3Instance c, SOME, fmi3Int32 values[], size_t value_count)
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    COUNTS(value_count, count);
-    ANSWER(kempe_fmu_get_integers(fmu, references, count, values));
-}
-
-fmi3Status fmi3SetInt32(fmi3Instance c, SOME, const fmi3Int32 values[], size_t value_count)
-{
-    ALLOWED(KEMPE_FMU_ANY);
-    (void)values, (void)value_count;
-    ANSWER(kempe_fmu_no_variables(fmu, count, references, "Int32 that can be set"));
-}
+VALUES(fmi3GetFloat64, fmi3Float64, KEMPE_FMU_ANY, kempe_fmu_get)
+VALUES(fmi3SetFloat64, const fmi3Float64, BEFORE_RUN | KEMPE_FMU_RUNS, kempe_fmu_set)
+VALUES(fmi3GetInt32, fmi3Int32, KEMPE_FMU_ANY, kempe_fmu_get_integers)
 
 /* Types without variables. */
 #define KEMPE_FMI3_LIST(...) __VA_ARGS__
@@ -156,6 +134,8 @@ NO_NUMBERS(Int64)
 NO_NUMBERS(UInt64)
 NO_NUMBERS(Boolean)
 NO_NUMBERS(String)
+NONE(fmi3SetInt32, "Int32 that can be set", (const fmi3Int32 values[], size_t value_count),
+     ((void)values, (void)value_count))
 NONE(fmi3GetBinary, "Binary", (size_t sizes[], fmi3Binary values[], size_t value_count),
      ((void)sizes, (void)values, (void)value_count))
 NONE(fmi3SetBinary, "Binary", (const size_t sizes[], const fmi3Binary values[], size_t value_count),
