@@ -3,7 +3,6 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "symbolic/interpreter.h"
-#include <string.h>
 
 /* -- values by place ---------------------------------------------------------------------------------- */
 

@@ -9,7 +9,6 @@
 #include "model/data/model.h"
 #include "model/data/output_table.h"
 #include <ctype.h>
-#include <math.h>
 #include <string.h>
 
 /* -- dependencies ---------------------------------------------------------------------------------------- */

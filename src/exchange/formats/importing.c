@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "exchange/formats/importing.h"
 #include "exchange/formats/formats.h"
-#include "exchange/formats/mjcf.h"
 #include "model/data/model.h"
 #include <string.h>
 

@@ -3,7 +3,6 @@
  * of frames of the URDF file beside it, which coincide (docs/urdf.md). The document includes that file. */
 #include "base/file.h"
 #include "base/memory.h"
-#include "exchange/formats/foreign_parts.h"
 #include "exchange/formats/importing.h"
 #include <ctype.h>
 #include <string.h>

@@ -5,7 +5,6 @@
 #include "exchange/formats/written_tree.h"
 #include "model/data/closure_table.h"
 #include "model/data/model.h"
-#include <string.h>
 
 static void put_place(kmp_text *text, const kmp_pose *f)
 {
