@@ -28,13 +28,10 @@ static void put_ints(kmp_text *text, const char *name, int count, const void *li
 
 static void put_doubles(kmp_text *text, const char *name, int count, const void *list)
 {
-    const double *x = list;
     kmp_text_printf(text, "static const double %s[] = ", name);
-    for (int k = 0; k < count; k++) {
-        kmp_put_list_item(text, &kmp_language_c.numbers, k);
-        kmp_language_number(text, &kmp_language_c, x[k]);
-    }
-    kmp_text_printf(text, "%s};\n", count ? "" : "{0");
+    if (count > 0)
+        kmp_put_numbers(text, &kmp_language_c, &kmp_language_c.numbers, count, list);
+    kmp_text_put(text, count > 0 ? ";\n" : "{0};\n");
 }
 
 static void put_names(kmp_text *text, const char *name, int count, const void *list)

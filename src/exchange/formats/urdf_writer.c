@@ -25,13 +25,6 @@ static void put_axis(kmp_text *text, const double axis[3])
     kmp_text_put(text, "/>\n");
 }
 
-static void put_value(kmp_text *text, const char *key, double value)
-{
-    kmp_text_printf(text, " %s=\"", key);
-    kmp_text_number(text, value);
-    kmp_text_put(text, "\"");
-}
-
 static void put_picture(kmp_text *text, const kmp_writer_shape *s)
 {
     kmp_text_put(text, "    <visual>\n");
@@ -45,9 +38,9 @@ static void put_picture(kmp_text *text, const kmp_writer_shape *s)
     } else if (s->kind == KMP_SHAPE_BOX)
         kmp_export_attribute(text, "size", 3, s->size);
     else
-        put_value(text, "radius", s->size[0]);
+        kmp_export_attribute(text, "radius", 1, s->size);
     if (s->kind == KMP_SHAPE_CYLINDER || s->kind == KMP_SHAPE_CAPSULE)
-        put_value(text, "length", s->size[1]);
+        kmp_export_attribute(text, "length", 1, &s->size[1]);
     kmp_text_put(text, "/>\n      </geometry>\n");
     if (s->coloured) {
         kmp_text_put(text, "      <material name=\"\">\n        <color");
@@ -69,10 +62,10 @@ static void put_link(kmp_export *w, int link)
         kmp_text_put(text, "    <inertial>\n");
         put_origin(text, "      ", &centre);
         kmp_text_put(text, "      <mass");
-        put_value(text, "value", mass);
+        kmp_export_attribute(text, "value", 1, &mass);
         kmp_text_put(text, "/>\n      <inertia");
         for (int k = 0; k < 6; k++)
-            put_value(text, keys[k], inertia[k]);
+            kmp_export_attribute(text, keys[k], 1, &inertia[k]);
         kmp_text_put(text, "/>\n    </inertial>\n");
     }
     for (int k = 0; k < w->model->shape_count; k++)
@@ -95,8 +88,8 @@ static void put_joint(kmp_export *w, int link)
         put_axis(w->text, l->axis);
     if (l->damping != 0 || l->friction != 0) {
         kmp_text_put(w->text, "    <dynamics");
-        put_value(w->text, "damping", l->damping);
-        put_value(w->text, "friction", l->friction);
+        kmp_export_attribute(w->text, "damping", 1, &l->damping);
+        kmp_export_attribute(w->text, "friction", 1, &l->friction);
         kmp_text_put(w->text, "/>\n");
     }
     if (l->stiffness != 0)
@@ -106,8 +99,8 @@ static void put_joint(kmp_export *w, int link)
     double multiplier, offset;
     if (kmp_export_mimic(w, link, &leader, &multiplier, &offset)) {
         kmp_text_printf(w->text, "    <mimic joint=\"%s\"", w->links[leader].joint);
-        put_value(w->text, "multiplier", multiplier);
-        put_value(w->text, "offset", offset);
+        kmp_export_attribute(w->text, "multiplier", 1, &multiplier);
+        kmp_export_attribute(w->text, "offset", 1, &offset);
         kmp_text_put(w->text, "/>\n");
     }
     kmp_text_put(w->text, "  </joint>\n");

@@ -43,25 +43,17 @@ static outcome evaluate_loops(kempe_simulator *s, double t)
     return GOOD;
 }
 
-/* x <- Jv^-1 x and x <- Jv^-T x, by the factors, whose rows are scaled. */
-static void solve_loops(const kempe_simulator *s, double *x)
+/* x <- Jv^-1 x or x <- Jv^-T x, by the factors, whose rows are scaled. */
+static void solve_loops(const kempe_simulator *s, double *x, int transposed)
 {
     const struct kempe_simulator_parts *part = &s->part;
     const double *loop = part->loop;
     for (int b = 0; b < part->blocks; b++) {
         int from = part->block[b], count = part->block[b + 1] - from;
-        kmp_lu_solve(count, loop, part->pivot + from, 1, x + from);
-        loop += (ptrdiff_t)count * count;
-    }
-}
-
-static void solve_loops_transposed(const kempe_simulator *s, double *x)
-{
-    const struct kempe_simulator_parts *part = &s->part;
-    const double *loop = part->loop;
-    for (int b = 0; b < part->blocks; b++) {
-        int from = part->block[b], count = part->block[b + 1] - from;
-        kmp_lu_solve_transposed(count, loop, part->pivot + from, x + from);
+        if (transposed)
+            kmp_lu_solve_transposed(count, loop, part->pivot + from, x + from);
+        else
+            kmp_lu_solve(count, loop, part->pivot + from, 1, x + from);
         loop += (ptrdiff_t)count * count;
     }
 }
@@ -72,7 +64,7 @@ static void solve_rows(const kempe_simulator *s, const double *rows, double *x)
     const struct kempe_simulator_parts *part = &s->part;
     for (int i = 0; i < rank_of(s); i++)
         x[i] = -rows[part->row[i]] * part->inverse_row[part->row[i]];
-    solve_loops(s, x);
+    solve_loops(s, x, 0);
 }
 
 static double opening(const kempe_simulator *s, int row)
@@ -156,7 +148,7 @@ static void evaluate_rates(kempe_simulator *s)
         moves = moves || vd[i] != 0;
     }
     if (moves)
-        solve_loops(s, vd);
+        solve_loops(s, vd, 0);
     for (int k = 0; k < f; k++)
         evaluate_tangent(s, k, vd);
     for (int i = 0; i < r; i++)
@@ -174,7 +166,7 @@ static double share_of_rows(const kempe_simulator *s)
         const double *row = part->jacobian + (ptrdiff_t)part->row[i] * n;
         for (int k = 0; k < r; k++)
             part->correction[k] = row[part->column[k]] * part->inverse_row[part->row[i]];
-        solve_loops_transposed(s, part->correction);
+        solve_loops(s, part->correction, 1);
         for (int k = 0; k < r; k++)
             most = fmax(most, fabs(part->correction[k]));
     }
@@ -350,7 +342,7 @@ static void solve_motion(kempe_simulator *s, const double *c, double *udd, doubl
             lambda[i] += part->moved[at + k * n] * udd[k];
     }
     if (lambda) {
-        solve_loops_transposed(s, lambda);
+        solve_loops(s, lambda, 1);
         for (int i = 0; i < r; i++)
             lambda[i] *= part->inverse_row[part->row[i]];
     }
